@@ -1,0 +1,34 @@
+//! The job document and the results: serde types, defaults, validation with JSON pointers, conversion to a scene.
+
+use std::sync::Arc;
+
+use crate::geometry::TriangleMesh;
+
+/// One thing wrong with a document.
+#[derive(Clone, Debug, PartialEq, serde::Serialize, utoipa::ToSchema, thiserror::Error)]
+#[error("{pointer}: {detail}")]
+pub struct FieldError {
+    /// JSON pointer (RFC 6901) of the field; "" is the whole document.
+    pub pointer: String,
+    /// What is wrong, and the bound that was broken.
+    pub detail: String,
+}
+
+/// Everything wrong with a document; never empty.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error("{}", .0.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n"))]
+pub struct DocumentErrors(pub Vec<FieldError>);
+
+/// Where a document's meshes come from: uploads by id, or files beside the job file.
+pub trait MeshSource {
+    /// The mesh in file units, or one sentence (with the line where it can be named) of why there is none.
+    fn load(&self, id: &str) -> Result<Arc<TriangleMesh>, String>;
+}
+
+/// A note to the user: the result is valid, but not what a reader may expect.
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize, utoipa::ToSchema)]
+pub struct Warning {
+    /// E.g. `sun_below_horizon`.
+    pub code: String,
+    pub detail: String,
+}

@@ -1,0 +1,7 @@
+//! Geometry: closed forms, skew rays in cylinders, triangles, the BVH, OBJ files.
+
+pub mod cylinder;
+pub mod disc;
+pub mod obj;
+
+pub use obj::TriangleMesh;

@@ -1,0 +1,41 @@
+//! Daylight simulation for tubular daylight devices, as an HTTP render service with a job queue.
+//!
+//! A job document comes in, becomes a **scene**, the scene calls for **effects** (the plan), the plan picks an
+//! **integrator**, the integrator runs **passes**, passes add up to **estimates** with errors, estimates become **files
+//! and events**. Nothing goes back up: `tests/architecture.rs` fails when an import climbs.
+//!
+//! ```text
+//! http ─┐                                                             ┌─> db (jobs, chunks, events)
+//! cli  ─┴─> document ─> scene ─> plan ─> integrator ─> estimate ─> output ─┴─> artifacts (object store)
+//!                                 └────────── job: the pass loop, progress, checkpoints ──────────┘
+//! ```
+//!
+//! Physics (everything left of `document`) is f64, in SI units, radians and the room frame (x = east, y = north,
+//! z = up), and knows no HTTP, SQL, serde, files or clocks. Same input, same bits: random numbers are keyed by
+//! (seed, pass, path, dimension), and sums are folded in a fixed order.
+
+pub mod sampling;
+pub mod statistics;
+
+pub mod geometry;
+pub mod optics;
+pub mod sky;
+
+pub mod guide;
+
+pub mod scene;
+
+pub mod integrator;
+pub mod plan;
+
+pub mod estimate;
+
+pub mod output;
+
+pub mod document;
+
+pub mod job;
+
+pub mod cli;
+pub mod db;
+pub mod http;

@@ -1,0 +1,90 @@
+//! Diffusers: what closes a tube's lower end, in the plane of the ceiling.
+
+/// The closure of a tube's lower end.
+///
+/// Coefficients are linear Rec.709 (one number three times in a photopic scene), each in 0..=1, and
+/// `transmittance + reflectance <= 1`. A Lambertian sheet scatters to the side away from the light with BTDF
+/// `transmittance / pi` and back with BRDF `reflectance / pi`, from either side.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Diffuser {
+    Open,
+    Clear { transmittance: [f64; 3] },
+    Lambertian { transmittance: [f64; 3], reflectance: [f64; 3] },
+    /// A Lambertian and a clear zone, divided by a circle (HOLIGILM's annular kinds).
+    Mixed {
+        lambertian_radius_m: f64,
+        inner: DiffuserZone,
+        lambertian_transmittance: [f64; 3],
+        lambertian_reflectance: [f64; 3],
+        clear_transmittance: [f64; 3],
+    },
+}
+
+/// Which of its two zones lies inside the dividing circle of a mixed diffuser.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum DiffuserZone {
+    Lambertian,
+    Clear,
+}
+
+/// What a ray meets at one point of a diffuser.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Closure {
+    /// The direction stays; the weight is multiplied by the transmittance, the rest is absorbed.
+    Specular { transmittance: [f64; 3] },
+    Lambertian { transmittance: [f64; 3], reflectance: [f64; 3] },
+}
+
+impl Diffuser {
+    /// The closure at `distance_m` from the centre of the opening.
+    #[inline]
+    pub fn at(&self, distance_m: f64) -> Closure {
+        match *self {
+            Self::Open => Closure::Specular { transmittance: [1.0; 3] },
+            Self::Clear { transmittance } => Closure::Specular { transmittance },
+            Self::Lambertian { transmittance, reflectance } => Closure::Lambertian { transmittance, reflectance },
+            Self::Mixed {
+                lambertian_radius_m,
+                inner,
+                lambertian_transmittance,
+                lambertian_reflectance,
+                clear_transmittance,
+            } => {
+                let inside = distance_m < lambertian_radius_m;
+                if inside == (inner == DiffuserZone::Lambertian) {
+                    Closure::Lambertian { transmittance: lambertian_transmittance, reflectance: lambertian_reflectance }
+                } else {
+                    Closure::Specular { transmittance: clear_transmittance }
+                }
+            }
+        }
+    }
+
+    /// Inner and outer radius (m) of the zone through which light passes without scattering, within an opening of
+    /// radius `opening_radius_m`; `None` when there is none.
+    pub fn specular_zone(&self, opening_radius_m: f64) -> Option<(f64, f64)> {
+        let zone = match *self {
+            Self::Open | Self::Clear { .. } => (0.0, opening_radius_m),
+            Self::Lambertian { .. } => return None,
+            Self::Mixed { lambertian_radius_m, inner: DiffuserZone::Lambertian, .. } => {
+                (lambertian_radius_m.min(opening_radius_m), opening_radius_m)
+            }
+            Self::Mixed { lambertian_radius_m, inner: DiffuserZone::Clear, .. } => {
+                (0.0, lambertian_radius_m.min(opening_radius_m))
+            }
+        };
+        (zone.1 > zone.0).then_some(zone)
+    }
+
+    /// Whether any part of the opening scatters.
+    pub fn scatters(&self, opening_radius_m: f64) -> bool {
+        match *self {
+            Self::Open | Self::Clear { .. } => false,
+            Self::Lambertian { .. } => true,
+            Self::Mixed { lambertian_radius_m, inner, .. } => match inner {
+                DiffuserZone::Lambertian => lambertian_radius_m > 0.0,
+                DiffuserZone::Clear => lambertian_radius_m < opening_radius_m,
+            },
+        }
+    }
+}

@@ -1,0 +1,27 @@
+//! Collectors: what covers the upper end of a tube.
+
+/// The cover of a tube's upper end.
+///
+/// Coefficients are linear Rec.709 (one number three times in a photopic scene), each in 0..=1.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Collector {
+    /// Nothing: light enters unchanged.
+    Open,
+    /// A flat pane across the end of the tube; direction unchanged.
+    Flat { transmittance: [f64; 3] },
+    /// A thin hemisphere over the end of the tube; direction unchanged.
+    ///
+    /// Rays are not bent, so a dome concentric with the aperture gathers exactly the light that a flat pane would
+    /// (PHYSICS 3.4, step 1): each ray that reaches the aperture from outside crosses the shell once.
+    Dome { transmittance: [f64; 3] },
+}
+
+impl Collector {
+    /// Share of the light that passes from outside to the aperture, per channel.
+    pub fn transmittance(&self) -> [f64; 3] {
+        match *self {
+            Self::Open => [1.0; 3],
+            Self::Flat { transmittance } | Self::Dome { transmittance } => transmittance,
+        }
+    }
+}

@@ -1,0 +1,11 @@
+//! What light meets: collectors, mirrors, diffusers and room surfaces.
+
+pub mod diffuser;
+pub mod dome;
+pub mod spectrum;
+pub mod surface;
+
+pub use diffuser::{Closure, Diffuser, DiffuserZone};
+pub use dome::Collector;
+pub use spectrum::Spectrum;
+pub use surface::Surface;

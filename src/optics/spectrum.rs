@@ -1,0 +1,82 @@
+//! Light in one photopic channel or in three linear Rec.709 channels.
+
+use std::ops::{Add, AddAssign, Mul, MulAssign};
+
+/// Weights of linear Rec.709 red, green and blue in luminance Y.
+pub const REC709_LUMINANCE: [f64; 3] = [0.2126, 0.7152, 0.0722];
+
+/// A flux, luminance or weight in `C` channels: 1 (photopic, Y itself) or 3 (linear Rec.709).
+///
+/// The number of channels is a compile-time constant, so that a scene without colours pays for one channel only.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Spectrum<const C: usize>(pub [f64; C]);
+
+impl<const C: usize> Spectrum<C> {
+    pub const ZERO: Self = Self([0.0; C]);
+    pub const ONE: Self = Self([1.0; C]);
+
+    /// From a coefficient stored as linear Rec.709; a photopic scene stores the same number three times.
+    #[inline]
+    pub fn from_rgb(rgb: [f64; 3]) -> Self {
+        Self(std::array::from_fn(|channel| rgb[channel]))
+    }
+
+    /// Luminance Y of this spectrum (Rec.709 weights; the value itself in one channel).
+    #[inline]
+    pub fn luminance(&self) -> f64 {
+        if C == 1 {
+            self.0[0]
+        } else {
+            (0..C).map(|c| REC709_LUMINANCE[c] * self.0[c]).sum()
+        }
+    }
+
+    /// The largest channel.
+    #[inline]
+    pub fn max(&self) -> f64 {
+        self.0.iter().copied().fold(f64::NEG_INFINITY, f64::max)
+    }
+
+    #[inline]
+    pub fn map(self, f: impl FnMut(f64) -> f64) -> Self {
+        Self(self.0.map(f))
+    }
+}
+
+impl<const C: usize> Mul for Spectrum<C> {
+    type Output = Self;
+    #[inline]
+    fn mul(self, other: Self) -> Self {
+        Self(std::array::from_fn(|c| self.0[c] * other.0[c]))
+    }
+}
+
+impl<const C: usize> Mul<f64> for Spectrum<C> {
+    type Output = Self;
+    #[inline]
+    fn mul(self, factor: f64) -> Self {
+        Self(self.0.map(|value| value * factor))
+    }
+}
+
+impl<const C: usize> MulAssign for Spectrum<C> {
+    #[inline]
+    fn mul_assign(&mut self, other: Self) {
+        *self = *self * other;
+    }
+}
+
+impl<const C: usize> Add for Spectrum<C> {
+    type Output = Self;
+    #[inline]
+    fn add(self, other: Self) -> Self {
+        Self(std::array::from_fn(|c| self.0[c] + other.0[c]))
+    }
+}
+
+impl<const C: usize> AddAssign for Spectrum<C> {
+    #[inline]
+    fn add_assign(&mut self, other: Self) {
+        *self = *self + other;
+    }
+}

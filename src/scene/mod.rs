@@ -1,0 +1,56 @@
+//! The scene: what a job document describes, validated, in SI units, f64 and the room frame.
+//!
+//! Room frame: x = east, y = north and z = up of a room with rotation 0; the floor spans (0, 0, 0)..(size.x, size.y, 0).
+//! A rotated room keeps its frame; the sun and sky are turned instead.
+
+pub mod camera;
+pub mod room;
+pub mod sensors;
+pub mod tube;
+
+use crate::sky::zenith::ZenithFormula;
+use crate::sky::{Sky, Sun};
+
+pub use camera::View;
+pub use room::{BoxObject, Face, Room};
+pub use sensors::{EstimateKind, Grid};
+pub use tube::{MeshPart, MeshTube, PartRole, Segment, StraightOrBent, Tube, TubeShape};
+
+/// Everything that a job simulates.
+#[derive(Clone, Debug)]
+pub struct Scene {
+    pub daylight: Daylight,
+    pub room: Room,
+    pub tubes: Vec<Tube>,
+    pub grids: Vec<Grid>,
+    pub views: Vec<View>,
+    pub channels: Channels,
+}
+
+/// In how many channels light is computed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Channels {
+    /// One photopic channel: every coefficient of the scene is one number.
+    Photopic,
+    /// Linear Rec.709 red, green, blue.
+    Rgb,
+}
+
+/// Sky and sun above the scene, in the room frame; both absent when the sun is at or below the horizon.
+#[derive(Clone, Debug)]
+pub struct Daylight {
+    pub sky: Option<Sky>,
+    pub sun: Option<Sun>,
+    /// How the absolute level of the sky was found.
+    pub formula: ZenithFormula,
+}
+
+impl Daylight {
+    /// Unobstructed horizontal illuminance in lux: sky and sun.
+    pub fn horizontal_illuminance_lux(&self) -> (f64, f64) {
+        (
+            self.sky.as_ref().map_or(0.0, Sky::horizontal_illuminance_lux),
+            self.sun.as_ref().map_or(0.0, Sun::horizontal_illuminance_lux),
+        )
+    }
+}

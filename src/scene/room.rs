@@ -1,0 +1,48 @@
+//! The box room and the boxes in it.
+
+use glam::DVec3;
+
+use crate::optics::Surface;
+
+/// A box room from (0, 0, 0) to `size` in metres.
+#[derive(Clone, Debug)]
+pub struct Room {
+    pub size: DVec3,
+    /// Surfaces indexed by [`Face`]; `None` is open: light leaves, a camera may look in.
+    pub surfaces: [Option<Surface>; 6],
+    pub boxes: Vec<BoxObject>,
+}
+
+/// The faces of a box; the discriminants index arrays.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(usize)]
+pub enum Face {
+    /// x = 0
+    West = 0,
+    /// x = size.x
+    East = 1,
+    /// y = 0
+    South = 2,
+    /// y = size.y
+    North = 3,
+    /// z = 0
+    Floor = 4,
+    /// z = size.z
+    Ceiling = 5,
+}
+
+impl Face {
+    pub const ALL: [Self; 6] = [Self::West, Self::East, Self::South, Self::North, Self::Floor, Self::Ceiling];
+}
+
+/// A box that stands in the room with vertical sides.
+#[derive(Clone, Copy, Debug)]
+pub struct BoxObject {
+    /// Extent along its own x, y, z in metres.
+    pub size: DVec3,
+    /// Centre of its base in metres.
+    pub base: DVec3,
+    /// Rotation about the vertical, clockwise seen from above, in radians.
+    pub rotation: f64,
+    pub surface: Surface,
+}

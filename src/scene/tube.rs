@@ -1,0 +1,73 @@
+//! Tubular daylight devices as a scene holds them.
+
+use std::sync::Arc;
+
+use glam::DVec2;
+
+use crate::geometry::TriangleMesh;
+use crate::optics::{Collector, Diffuser};
+
+/// One tube above a round opening in the ceiling.
+#[derive(Clone, Debug)]
+pub struct Tube {
+    /// Centre of the opening in the ceiling plane, metres.
+    pub centre: DVec2,
+    /// Radius of the opening, metres.
+    pub opening_radius: f64,
+    pub shape: TubeShape,
+    /// The closure in the plane of the ceiling.
+    pub diffuser: Diffuser,
+}
+
+/// The guide and its collector.
+#[derive(Clone, Debug)]
+pub enum TubeShape {
+    Cylinders(StraightOrBent),
+    Mesh(MeshTube),
+}
+
+/// Equal cylinders that meet in mitred elbows; one segment is a straight tube.
+#[derive(Clone, Debug)]
+pub struct StraightOrBent {
+    /// Specular reflectance per bounce, linear Rec.709, 0..=1.
+    pub reflectance: [f64; 3],
+    /// From the ceiling upward; the first is vertical.
+    pub segments: Vec<Segment>,
+    pub collector: Collector,
+}
+
+/// A segment's length runs along the axis between mitre centres.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Segment {
+    pub length_m: f64,
+    /// Lean of the axis from the vertical, radians, 0 <= tilt < pi.
+    pub tilt: f64,
+    /// Toward which side it leans, clockwise from +y, radians.
+    pub azimuth: f64,
+}
+
+/// A tube given as a triangle mesh; the mesh is in metres with its origin in the centre of the opening, z up.
+#[derive(Clone, Debug)]
+pub struct MeshTube {
+    pub mesh: Arc<TriangleMesh>,
+    /// One per material of the mesh, in the mesh's order.
+    pub parts: Vec<MeshPart>,
+    /// Clockwise seen from above, radians.
+    pub rotation: f64,
+}
+
+/// What a material of the mesh is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MeshPart {
+    pub role: PartRole,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum PartRole {
+    /// Thin cover: direction unchanged; linear Rec.709 coefficients.
+    Collector { transmittance: [f64; 3], reflectance: [f64; 3] },
+    /// Specular mirror.
+    Pipe { reflectance: [f64; 3] },
+    /// The closure; its optics are the tube's `diffuser`, its triangles lie in the plane z = 0.
+    Diffuser,
+}

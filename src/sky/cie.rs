@@ -1,0 +1,264 @@
+//! Relative luminance distribution of the 15 CIE general skies and the traditional overcast sky.
+//!
+//! Source: CIE S 011 / ISO 15469; parameters as in PHYSICS 1.1.
+
+use std::f64::consts::{FRAC_PI_2, PI};
+
+use gauss_quad::GaussLegendre;
+use glam::DVec3;
+
+/// A CIE sky type: 1..=15 of the general sky, or 16, the traditional overcast sky.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct CieType(u8);
+
+/// Gradation (a, b), indicatrix (c, d, e) and the standard's description of types 1 to 15.
+const PARAMETERS: [([f64; 5], &str); 15] = [
+    ([4.0, -0.70, 0.0, -1.0, 0.0], "CIE standard overcast sky: steep gradation, azimuthal uniformity"),
+    ([4.0, -0.70, 2.0, -1.5, 0.15], "overcast, steep gradation, slight brightening toward the sun"),
+    ([1.1, -0.80, 0.0, -1.0, 0.0], "overcast, moderate gradation, azimuthal uniformity"),
+    ([1.1, -0.80, 2.0, -1.5, 0.15], "overcast, moderate gradation, slight brightening toward the sun"),
+    ([0.0, -1.0, 0.0, -1.0, 0.0], "uniform sky"),
+    ([0.0, -1.0, 2.0, -1.5, 0.15], "partly cloudy, no gradation, slight brightening toward the sun"),
+    ([0.0, -1.0, 5.0, -2.5, 0.30], "partly cloudy, no gradation, brighter circumsolar region"),
+    ([0.0, -1.0, 10.0, -3.0, 0.45], "partly cloudy, no gradation, distinct solar corona"),
+    ([-1.0, -0.55, 2.0, -1.5, 0.15], "partly cloudy, obscured sun"),
+    ([-1.0, -0.55, 5.0, -2.5, 0.30], "partly cloudy, brighter circumsolar region"),
+    ([-1.0, -0.55, 10.0, -3.0, 0.45], "white-blue sky, distinct solar corona"),
+    ([-1.0, -0.32, 10.0, -3.0, 0.45], "CIE standard clear sky, low luminance turbidity"),
+    ([-1.0, -0.32, 16.0, -3.0, 0.30], "CIE standard clear sky, polluted atmosphere"),
+    ([-1.0, -0.15, 16.0, -3.0, 0.30], "cloudless turbid sky, broad solar corona"),
+    ([-1.0, -0.15, 24.0, -2.8, 0.15], "white-blue turbid sky, broad solar corona"),
+];
+
+impl CieType {
+    pub const TRADITIONAL_OVERCAST: Self = Self(16);
+
+    /// `None` unless `number` is 1..=16.
+    pub fn new(number: u8) -> Option<Self> {
+        (1..=16).contains(&number).then_some(Self(number))
+    }
+
+    /// All types in order.
+    pub fn all() -> impl Iterator<Item = Self> {
+        (1..=16).map(Self)
+    }
+
+    pub fn number(self) -> u8 {
+        self.0
+    }
+
+    /// The parameters a, b, c, d, e; `None` for the traditional overcast sky.
+    pub fn parameters(self) -> Option<[f64; 5]> {
+        PARAMETERS.get(usize::from(self.0) - 1).map(|(parameters, _)| *parameters)
+    }
+
+    pub fn description(self) -> &'static str {
+        PARAMETERS
+            .get(usize::from(self.0) - 1)
+            .map_or("traditional overcast sky, L/Lz = (1 + 2 sin gamma) / 3", |(_, description)| description)
+    }
+
+    /// Whether the sky is overcast in the standard's sense of the daylight factor (types 1 and 16).
+    pub fn is_standard_overcast(self) -> bool {
+        self.0 == 1 || self.0 == 16
+    }
+
+    /// Types 1 to 6 and the traditional overcast sky have no direct beam.
+    pub fn is_sunless(self) -> bool {
+        self.0 <= 6 || self.0 == 16
+    }
+}
+
+/// Luminance relative to the zenith, L/Lz = f(chi) phi(Z) / (f(Zs) phi(0)), for one sky type and sun position.
+#[derive(Clone, Debug)]
+pub struct SkyDistribution {
+    cie_type: CieType,
+    sun: DVec3,
+    a: f64,
+    b: f64,
+    indicatrix: Indicatrix,
+    per_zenith: f64,
+}
+
+/// f(chi) = 1 + c (exp(d chi) - exp(d pi/2)) + e cos^2 chi, chi in radians.
+#[derive(Clone, Copy, Debug)]
+struct Indicatrix {
+    c: f64,
+    d: f64,
+    e: f64,
+    at_right_angle: f64,
+}
+
+impl Indicatrix {
+    fn new(c: f64, d: f64, e: f64) -> Self {
+        Self { c, d, e, at_right_angle: (d * FRAC_PI_2).exp() }
+    }
+
+    #[inline]
+    fn at(&self, chi: f64, cos_chi: f64) -> f64 {
+        if self.c == 0.0 && self.e == 0.0 {
+            return 1.0;
+        }
+        1.0 + self.c * ((self.d * chi).exp() - self.at_right_angle) + self.e * cos_chi * cos_chi
+    }
+}
+
+/// Gradation phi = 1 + a exp(b / cos Z), with phi = 1 at the horizon and below.
+#[inline]
+fn gradation(a: f64, b: f64, cos_zenith: f64) -> f64 {
+    if cos_zenith <= 0.0 || a == 0.0 { 1.0 } else { 1.0 + a * (b / cos_zenith).exp() }
+}
+
+impl SkyDistribution {
+    /// `sun`: unit vector toward the sun, z up; only its angle to the viewed direction counts.
+    pub fn new(cie_type: CieType, sun: DVec3) -> Self {
+        let Some([a, b, c, d, e]) = cie_type.parameters() else {
+            let indicatrix = Indicatrix::new(0.0, -1.0, 0.0);
+            return Self { cie_type, sun, a: 0.0, b: -1.0, indicatrix, per_zenith: 1.0 };
+        };
+        let indicatrix = Indicatrix::new(c, d, e);
+        let sun_zenith_angle = sun.truncate().length().atan2(sun.z);
+        let per_zenith = 1.0 / (indicatrix.at(sun_zenith_angle, sun.z) * gradation(a, b, 1.0));
+        Self { cie_type, sun, a, b, indicatrix, per_zenith }
+    }
+
+    pub fn cie_type(&self) -> CieType {
+        self.cie_type
+    }
+
+    /// Unit vector toward the sun.
+    pub fn sun(&self) -> DVec3 {
+        self.sun
+    }
+
+    /// L/Lz toward the unit vector `direction`; zero below the horizon.
+    #[inline]
+    pub fn relative_luminance(&self, direction: DVec3) -> f64 {
+        if direction.z < 0.0 {
+            return 0.0;
+        }
+        if self.cie_type == CieType::TRADITIONAL_OVERCAST {
+            return (1.0 + 2.0 * direction.z) / 3.0;
+        }
+        let cos_chi = self.sun.dot(direction);
+        // acos loses half the digits near the sun, where the indicatrix has its cusp
+        let chi = self.sun.cross(direction).length().atan2(cos_chi);
+        self.indicatrix.at(chi, cos_chi) * gradation(self.a, self.b, direction.z) * self.per_zenith
+    }
+
+    /// I = D/Lz, the horizontal illuminance per zenith luminance, in sr; relative error below 1e-11.
+    ///
+    /// Integrated in polar coordinates around the sun, where the cusp of f(chi) is at the origin. The rings chi =
+    /// constant touch the horizon at chi = gamma and pi - gamma (gamma: solar altitude); a substitution flat at both
+    /// ends of each interval removes the root singularities there.
+    pub fn horizontal_ratio(&self) -> f64 {
+        if self.cie_type == CieType::TRADITIONAL_OVERCAST {
+            return 7.0 * PI / 9.0;
+        }
+        let sin_gamma = self.sun.z.clamp(-1.0, 1.0);
+        let cos_gamma = self.sun.truncate().length();
+        let gamma = sin_gamma.atan2(cos_gamma);
+        let rule = Flattened::new(96);
+        let ring = |chi: f64| {
+            let (sin_chi, cos_chi) = chi.sin_cos();
+            // cos Z = p + q cos psi on the ring; psi_end: where the ring goes below the horizon
+            let (p, q) = (cos_chi * sin_gamma, sin_chi * cos_gamma);
+            let psi_end = if p >= q {
+                PI
+            } else if p <= -q {
+                0.0
+            } else {
+                (-p / q).acos()
+            };
+            let along = rule.integrate(0.0, psi_end, |psi| {
+                let cos_zenith = (p + q * psi.cos()).max(0.0);
+                gradation(self.a, self.b, cos_zenith) * cos_zenith
+            });
+            2.0 * along * sin_chi * self.indicatrix.at(chi, cos_chi)
+        };
+        let edges = [0.0, gamma.abs(), PI - gamma.abs(), PI];
+        let whole: f64 = edges.windows(2).map(|pair| rule.integrate(pair[0], pair[1], ring)).sum();
+        whole * self.per_zenith
+    }
+}
+
+/// Gauss-Legendre after the substitution x = u^3 (10 - 15 u + 6 u^2), whose first two derivatives vanish at both ends.
+struct Flattened {
+    nodes: Vec<(f64, f64)>,
+}
+
+impl Flattened {
+    fn new(degree: usize) -> Self {
+        let degree = std::num::NonZeroUsize::new(degree).unwrap_or(std::num::NonZeroUsize::MIN);
+        let rule = GaussLegendre::new(degree);
+        let nodes = rule
+            .as_node_weight_pairs()
+            .iter()
+            .map(|(node, weight)| {
+                let u = 0.5 * (1.0 + node);
+                let x = u * u * u * (10.0 + u * (6.0 * u - 15.0));
+                let slope = 30.0 * u * u * (1.0 - u) * (1.0 - u);
+                (x, 0.5 * weight * slope)
+            })
+            .collect();
+        Self { nodes }
+    }
+
+    fn integrate(&self, from: f64, to: f64, f: impl Fn(f64) -> f64) -> f64 {
+        if to <= from {
+            return 0.0;
+        }
+        (to - from) * self.nodes.iter().map(|(x, weight)| weight * f(from + (to - from) * x)).sum::<f64>()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sky::direction;
+
+    fn sky(number: u8, altitude_deg: f64, azimuth_deg: f64) -> SkyDistribution {
+        let sun = direction(altitude_deg.to_radians(), azimuth_deg.to_radians());
+        SkyDistribution::new(CieType::new(number).unwrap(), sun)
+    }
+
+    /// Published check values of colour-science (PHYSICS 1.1).
+    #[test]
+    fn published_check_values() {
+        let view = direction(45f64.to_radians(), PI);
+        assert!((sky(1, 60.0, 0.0).relative_luminance(view) - 0.8325846).abs() < 1e-7);
+        assert!((sky(12, 60.0, 0.0).relative_luminance(view) - 0.4544524).abs() < 1e-7);
+        assert!((Indicatrix::new(10.0, -3.0, 0.45).at(30f64.to_radians(), 30f64.to_radians().cos()) - 3.3264628).abs() < 1e-7);
+        assert!((gradation(4.0, -0.7, 1.0) - 2.9863412).abs() < 1e-7);
+    }
+
+    #[test]
+    fn horizon_is_finite_for_all_types() {
+        for cie_type in CieType::all() {
+            let sky = SkyDistribution::new(cie_type, direction(0.6, 1.0));
+            for z in [0.0, -0.0, 1e-300, 1e-9, 1e-3] {
+                let view = DVec3::new((1.0f64 - z * z).sqrt(), 0.0, z);
+                assert!(sky.relative_luminance(view).is_finite(), "type {} z {z}", cie_type.number());
+            }
+            assert_eq!(sky.relative_luminance(DVec3::NEG_Z), 0.0);
+        }
+        assert!((sky(1, 35.0, 0.0).relative_luminance(DVec3::X) - 0.334858).abs() < 1e-6);
+    }
+
+    #[test]
+    fn view_into_the_sun_is_finite() {
+        for k in 0..64 {
+            let sun = direction(0.3 + 0.01 * f64::from(k), 2.0 + 0.1 * f64::from(k));
+            let distribution = SkyDistribution::new(CieType::new(12).unwrap(), sun);
+            let f = distribution.relative_luminance(sun) / (gradation(-1.0, -0.32, sun.z) * distribution.per_zenith);
+            assert!((f - 11.36017).abs() < 1e-5);
+        }
+    }
+
+    #[test]
+    fn uniform_sky_integrates_to_pi() {
+        for altitude in [0.5, 5.0, 35.0, 89.0, 90.0] {
+            assert!((sky(5, altitude, 10.0).horizontal_ratio() - PI).abs() < 1e-11, "altitude {altitude}");
+        }
+    }
+}

@@ -1,0 +1,115 @@
+//! The sun: its position (NREL SPA), its beam consistent with the general sky, and its disc.
+
+use std::f64::consts::PI;
+
+use glam::DVec3;
+use solar_positioning::time::JulianDate;
+use solar_positioning::{Location, RefractionCorrection, SolarPositions, delta_t};
+
+use super::zenith::EXTRATERRESTRIAL_LUX;
+
+/// Half-angle of the solar disc, 959.63 arc seconds, in radians.
+pub const HALF_ANGLE: f64 = 959.63 / 3600.0 * PI / 180.0;
+
+/// A uniform solar disc.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sun {
+    /// Unit vector toward the centre of the disc, z up.
+    pub direction: DVec3,
+    pub normal_illuminance_lux: f64,
+}
+
+impl Sun {
+    /// Solid angle of the disc in sr: 4 pi sin^2(half-angle / 2), free of the cancellation of 1 - cos.
+    pub fn solid_angle_sr() -> f64 {
+        let s = (0.5 * HALF_ANGLE).sin();
+        4.0 * PI * s * s
+    }
+
+    /// Luminance of the disc in cd/m2: the normal illuminance over the disc's projected solid angle pi sin^2.
+    pub fn luminance_cd_m2(&self) -> f64 {
+        let s = HALF_ANGLE.sin();
+        self.normal_illuminance_lux / (PI * s * s)
+    }
+
+    /// Whether the unit vector `direction` points into the disc.
+    #[inline]
+    pub fn covers(&self, direction: DVec3) -> bool {
+        // |direction - centre| = 2 sin(angle / 2): exact where 1 - cos would cancel
+        let chord = 2.0 * (0.5 * HALF_ANGLE).sin();
+        (direction - self.direction).length_squared() <= chord * chord
+    }
+
+    /// Horizontal illuminance in lux of a sun at this altitude; zero at or below the horizon.
+    pub fn horizontal_illuminance_lux(&self) -> f64 {
+        self.normal_illuminance_lux * self.direction.z.max(0.0)
+    }
+}
+
+/// A civil instant in UTC.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct UtcInstant {
+    pub year: i32,
+    pub month: u32,
+    pub day: u32,
+    pub hour: u32,
+    pub minute: u32,
+    pub second: f64,
+}
+
+/// Solar position, angles in radians: azimuth clockwise from north, altitude above the horizon.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SunPosition {
+    pub altitude: f64,
+    pub azimuth: f64,
+    /// Altitude without atmosphere.
+    pub airless_altitude: f64,
+}
+
+/// Why a position could not be computed: the date, latitude or elevation is out of the algorithm's range.
+#[derive(Debug, thiserror::Error)]
+#[error("solar position: {0}")]
+pub struct SunPositionError(String);
+
+/// Position of the sun by NREL's SPA (Reda and Andreas 2004), refracted at 1013.25 mbar and 15 C.
+///
+/// `latitude_deg` -90..=90, `longitude_deg` -180..=180 (east positive), `elevation_m` above sea level.
+pub fn position(
+    instant: UtcInstant,
+    latitude_deg: f64,
+    longitude_deg: f64,
+    elevation_m: f64,
+) -> Result<SunPosition, SunPositionError> {
+    let error = |error: solar_positioning::Error| SunPositionError(error.to_string());
+    let delta_t_s = delta_t::estimate_from_date(instant.year, instant.month).map_err(error)?;
+    let UtcInstant { year, month, day, hour, minute, second } = instant;
+    let julian = JulianDate::from_utc(year, month, day, hour, minute, second, delta_t_s).map_err(error)?;
+    let location = Location { latitude: latitude_deg, longitude: longitude_deg };
+    let at = |refraction| {
+        SolarPositions::new().at_from_julian(julian, location, elevation_m, refraction).map_err(error)
+    };
+    let airless = at(None)?;
+    let apparent = at(Some(RefractionCorrection::standard()))?;
+    Ok(SunPosition {
+        altitude: (90.0 - apparent.zenith_angle()).to_radians(),
+        azimuth: apparent.azimuth().to_radians(),
+        airless_altitude: (90.0 - airless.zenith_angle()).to_radians(),
+    })
+}
+
+/// Relative optical air mass (Kasten and Young 1989) at an apparent solar altitude in radians, >= 0.
+pub fn air_mass(altitude: f64) -> f64 {
+    1.0 / (altitude.sin() + 0.50572 * (altitude.to_degrees() + 6.07995).powf(-1.6364))
+}
+
+/// Normal illuminance of the beam in lux: 133.8 klx exp(-a_v m Tv), a_v = 1 / (9.9 + 0.043 m) (PHYSICS 2.3).
+///
+/// Zero for a sun at or below the horizon.
+pub fn beam_normal_illuminance_lux(altitude: f64, luminous_turbidity: f64) -> f64 {
+    if altitude <= 0.0 {
+        return 0.0;
+    }
+    let mass = air_mass(altitude);
+    let extinction = 1.0 / (9.9 + 0.043 * mass);
+    EXTRATERRESTRIAL_LUX * (-extinction * mass * luminous_turbidity).exp()
+}

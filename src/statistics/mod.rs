@@ -1,0 +1,6 @@
+//! Means, standard errors, intervals.
+
+pub mod interval;
+pub mod moments;
+
+pub use moments::Moments;

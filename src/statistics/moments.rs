@@ -1,0 +1,69 @@
+//! Running mean and variance.
+
+/// Count, mean and sum of squared deviations of independent replicates (Welford 1962), mergeable (Chan et al. 1979).
+///
+/// Equal sequences of pushes and merges give equal bits.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Moments {
+    pub count: f64,
+    pub mean: f64,
+    /// Sum of squared deviations from the mean.
+    pub m2: f64,
+}
+
+impl Moments {
+    #[inline]
+    pub fn push(&mut self, value: f64) {
+        self.count += 1.0;
+        let delta = value - self.mean;
+        self.mean += delta / self.count;
+        self.m2 += delta * (value - self.mean);
+    }
+
+    #[inline]
+    pub fn merge(&mut self, other: &Self) {
+        if other.count == 0.0 {
+            return;
+        }
+        let count = self.count + other.count;
+        let delta = other.mean - self.mean;
+        self.mean += delta * other.count / count;
+        self.m2 += other.m2 + delta * delta * self.count * other.count / count;
+        self.count = count;
+    }
+
+    /// Variance of the mean; infinite with fewer than two replicates.
+    #[inline]
+    pub fn variance_of_mean(&self) -> f64 {
+        if self.count < 2.0 { f64::INFINITY } else { self.m2 / (self.count - 1.0) / self.count }
+    }
+
+    /// Standard error of the mean; infinite with fewer than two replicates.
+    pub fn standard_error(&self) -> f64 {
+        self.variance_of_mean().sqrt()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn merge_equals_pushing_all() {
+        let values: Vec<f64> = (0..1000).map(|k| 1e6 + f64::from(k * 7919 % 1000)).collect();
+        let push = |values: &[f64]| {
+            let mut moments = Moments::default();
+            values.iter().for_each(|v| moments.push(*v));
+            moments
+        };
+        let all = push(&values);
+        let mut merged = push(&values[..137]);
+        merged.merge(&push(&values[137..]));
+        merged.merge(&Moments::default());
+        assert_eq!(all.count, merged.count);
+        assert!((all.mean - merged.mean).abs() < 1e-9 * all.mean);
+        assert!((all.m2 - merged.m2).abs() < 1e-9 * all.m2);
+        let variance = (1000.0 * 1000.0 - 1.0) / 12.0; // of the integers 0..=999, population
+        assert!((all.m2 / 1000.0 - variance).abs() < 1e-6 * variance);
+    }
+}
