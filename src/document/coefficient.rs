@@ -2,8 +2,8 @@
 
 use std::fmt;
 
-use serde::de::{Deserialize, Deserializer, Error, SeqAccess, Visitor};
 use serde::Serialize;
+use serde::de::{Deserialize, Deserializer, Error, SeqAccess, Visitor};
 use utoipa::ToSchema;
 
 /// One photopic number, or linear Rec.709 `[r, g, b]` with Y = 0.2126 R + 0.7152 G + 0.0722 B.
@@ -79,7 +79,9 @@ impl<'de> Visitor<'de> for CoefficientVisitor {
     fn visit_seq<A: SeqAccess<'de>>(self, mut seq: A) -> Result<Coefficient, A::Error> {
         let mut rgb = [0.0; 3];
         for (index, channel) in rgb.iter_mut().enumerate() {
-            *channel = seq.next_element()?.ok_or_else(|| A::Error::invalid_length(index, &self))?;
+            *channel = seq
+                .next_element()?
+                .ok_or_else(|| A::Error::invalid_length(index, &self))?;
         }
         let mut length = rgb.len();
         while seq.next_element::<serde::de::IgnoredAny>()?.is_some() {

@@ -6,8 +6,8 @@ use serde::de::value::MapAccessDeserializer;
 use serde::de::{Deserializer, Error, MapAccess, Visitor};
 use serde::ser::Serializer;
 use serde::{Deserialize, Serialize};
-use utoipa::openapi::schema::{OneOfBuilder, Schema};
 use utoipa::openapi::RefOr;
+use utoipa::openapi::schema::{OneOfBuilder, Schema};
 use utoipa::{PartialSchema, ToSchema};
 
 use super::parse::{Misfit, absent};
@@ -83,13 +83,19 @@ impl MethodDocument {
             MethodKind::Auto => Some(MethodRequest::Auto),
             MethodKind::LightTracing => {
                 let default = light_tracing::Settings::default();
-                let photons_per_pass = settings.photons_per_pass.unwrap_or(default.photons_per_pass);
-                Some(MethodRequest::Fixed(Method::LightTracing(light_tracing::Settings { photons_per_pass })))
+                let photons_per_pass = settings
+                    .photons_per_pass
+                    .unwrap_or(default.photons_per_pass);
+                Some(MethodRequest::Fixed(Method::LightTracing(
+                    light_tracing::Settings { photons_per_pass },
+                )))
             }
             MethodKind::Sppm => {
                 let default = sppm::Settings::default();
                 Some(MethodRequest::Fixed(Method::Sppm(sppm::Settings {
-                    photons_per_pass: settings.photons_per_pass.unwrap_or(default.photons_per_pass),
+                    photons_per_pass: settings
+                        .photons_per_pass
+                        .unwrap_or(default.photons_per_pass),
                     initial_radius_m: settings.initial_radius_m.or(default.initial_radius_m),
                     alpha: settings.alpha.unwrap_or(default.alpha),
                 })))
@@ -120,7 +126,12 @@ impl TryFrom<RawMethod> for MethodDocument {
     type Error = Misfit;
 
     fn try_from(raw: RawMethod) -> Result<Self, Misfit> {
-        let RawMethod { kind, mut photons_per_pass, initial_radius_m, mut alpha } = raw;
+        let RawMethod {
+            kind,
+            mut photons_per_pass,
+            initial_radius_m,
+            mut alpha,
+        } = raw;
         let of = format!("the method `{}`", kind.name());
         match kind {
             MethodKind::Sppm => {
@@ -133,7 +144,8 @@ impl TryFrom<RawMethod> for MethodDocument {
             MethodKind::LightTracing => {
                 absent(&initial_radius_m, "initial_radius_m", &of)?;
                 absent(&alpha, "alpha", &of)?;
-                photons_per_pass = photons_per_pass.or(Some(light_tracing::Settings::default().photons_per_pass));
+                photons_per_pass =
+                    photons_per_pass.or(Some(light_tracing::Settings::default().photons_per_pass));
             }
             _ => {
                 absent(&photons_per_pass, "photons_per_pass", &of)?;
@@ -141,7 +153,14 @@ impl TryFrom<RawMethod> for MethodDocument {
                 absent(&alpha, "alpha", &of)?;
             }
         }
-        Ok(Self { kind, settings: Some(MethodSettings { photons_per_pass, initial_radius_m, alpha }) })
+        Ok(Self {
+            kind,
+            settings: Some(MethodSettings {
+                photons_per_pass,
+                initial_radius_m,
+                alpha,
+            }),
+        })
     }
 }
 
@@ -155,7 +174,11 @@ impl Serialize for MethodDocument {
         }
         match self.settings {
             None => self.kind.serialize(serializer),
-            Some(settings) => WithSettings { kind: self.kind, settings }.serialize(serializer),
+            Some(settings) => WithSettings {
+                kind: self.kind,
+                settings,
+            }
+            .serialize(serializer),
         }
     }
 }
@@ -177,11 +200,16 @@ impl<'de> Visitor<'de> for MethodVisitor {
 
     fn visit_str<E: Error>(self, name: &str) -> Result<MethodDocument, E> {
         let kind = MethodKind::deserialize(serde::de::value::StrDeserializer::new(name))?;
-        Ok(MethodDocument { kind, settings: None })
+        Ok(MethodDocument {
+            kind,
+            settings: None,
+        })
     }
 
     fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<MethodDocument, A::Error> {
-        RawMethod::deserialize(MapAccessDeserializer::new(map))?.try_into().map_err(A::Error::custom)
+        RawMethod::deserialize(MapAccessDeserializer::new(map))?
+            .try_into()
+            .map_err(A::Error::custom)
     }
 }
 
@@ -190,7 +218,9 @@ impl PartialSchema for MethodDocument {
         let one_of = OneOfBuilder::new()
             .item(MethodKind::schema())
             .item(RawMethod::schema())
-            .description(Some("A method's name, or an object of `kind` and the method's own settings."));
+            .description(Some(
+                "A method's name, or an object of `kind` and the method's own settings.",
+            ));
         RefOr::T(Schema::OneOf(one_of.build()))
     }
 }

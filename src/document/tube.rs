@@ -148,11 +148,18 @@ impl TryFrom<RawTube> for TubeDocument {
 pub enum CollectorDocument {
     Open,
     /// A pane across the end of the tube.
-    Flat { transmittance: Coefficient },
+    Flat {
+        transmittance: Coefficient,
+    },
     /// A thin hemisphere.
-    Dome { transmittance: Coefficient },
+    Dome {
+        transmittance: Coefficient,
+    },
     /// A hemispherical shell that reflects and refracts by Fresnel.
-    DielectricDome { refractive_index: f64, thickness_m: f64 },
+    DielectricDome {
+        refractive_index: f64,
+        thickness_m: f64,
+    },
 }
 
 #[derive(Clone, Copy, Deserialize)]
@@ -210,9 +217,14 @@ impl TryFrom<RawCollector> for CollectorDocument {
 pub enum DiffuserDocument {
     Open,
     /// Specular: the direction is unchanged.
-    Clear { transmittance: Coefficient },
+    Clear {
+        transmittance: Coefficient,
+    },
     /// Scatters to the far side and back by Lambert's law.
-    Lambertian { transmittance: Coefficient, reflectance: Coefficient },
+    Lambertian {
+        transmittance: Coefficient,
+        reflectance: Coefficient,
+    },
     /// A Lambertian and a clear zone, divided by a circle.
     Mixed {
         /// Radius of the dividing circle, within the opening.
@@ -271,14 +283,21 @@ impl TryFrom<RawDiffuser> for DiffuserDocument {
             return Ok(Self::Mixed {
                 lambertian_radius_m: required(raw.lambertian_radius_m, "lambertian_radius_m")?,
                 inner: required(raw.inner, "inner")?,
-                lambertian_transmittance: required(raw.lambertian_transmittance, "lambertian_transmittance")?,
+                lambertian_transmittance: required(
+                    raw.lambertian_transmittance,
+                    "lambertian_transmittance",
+                )?,
                 lambertian_reflectance: raw.lambertian_reflectance.unwrap_or_default(),
                 clear_transmittance: required(raw.clear_transmittance, "clear_transmittance")?,
             });
         }
         absent(&raw.lambertian_radius_m, "lambertian_radius_m", of)?;
         absent(&raw.inner, "inner", of)?;
-        absent(&raw.lambertian_transmittance, "lambertian_transmittance", of)?;
+        absent(
+            &raw.lambertian_transmittance,
+            "lambertian_transmittance",
+            of,
+        )?;
         absent(&raw.lambertian_reflectance, "lambertian_reflectance", of)?;
         absent(&raw.clear_transmittance, "clear_transmittance", of)?;
         if let DiffuserKind::Lambertian = raw.kind {
@@ -289,7 +308,9 @@ impl TryFrom<RawDiffuser> for DiffuserDocument {
         }
         absent(&raw.reflectance, "reflectance", of)?;
         if let DiffuserKind::Clear = raw.kind {
-            return Ok(Self::Clear { transmittance: required(raw.transmittance, "transmittance")? });
+            return Ok(Self::Clear {
+                transmittance: required(raw.transmittance, "transmittance")?,
+            });
         }
         absent(&raw.transmittance, "transmittance", of)?;
         Ok(Self::Open)
@@ -301,7 +322,10 @@ impl TryFrom<RawDiffuser> for DiffuserDocument {
 #[serde(tag = "role", rename_all = "snake_case", try_from = "RawPart")]
 pub enum PartDocument {
     /// A thin cover; the direction is unchanged. `transmittance + reflectance <= 1`.
-    Collector { transmittance: Coefficient, reflectance: Coefficient },
+    Collector {
+        transmittance: Coefficient,
+        reflectance: Coefficient,
+    },
     /// A specular mirror.
     Pipe { reflectance: Coefficient },
     /// The closure, in the plane z = 0.
@@ -354,7 +378,11 @@ impl TryFrom<RawPart> for PartDocument {
         absent(&raw.kind, "kind", of)?;
         absent(&raw.lambertian_radius_m, "lambertian_radius_m", of)?;
         absent(&raw.inner, "inner", of)?;
-        absent(&raw.lambertian_transmittance, "lambertian_transmittance", of)?;
+        absent(
+            &raw.lambertian_transmittance,
+            "lambertian_transmittance",
+            of,
+        )?;
         absent(&raw.lambertian_reflectance, "lambertian_reflectance", of)?;
         absent(&raw.clear_transmittance, "clear_transmittance", of)?;
         if let Role::Collector = raw.role {
@@ -364,6 +392,8 @@ impl TryFrom<RawPart> for PartDocument {
             });
         }
         absent(&raw.transmittance, "transmittance", of)?;
-        Ok(Self::Pipe { reflectance: required(raw.reflectance, "reflectance")? })
+        Ok(Self::Pipe {
+            reflectance: required(raw.reflectance, "reflectance")?,
+        })
     }
 }
