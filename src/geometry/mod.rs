@@ -3,5 +3,6 @@
 pub mod cylinder;
 pub mod disc;
 pub mod obj;
+pub mod polygon;
 
 pub use obj::TriangleMesh;
