@@ -39,14 +39,40 @@ pub struct Ledger {
     pub collector: f64,
     /// Absorbed by mirrors, on the way down or up.
     pub guide: f64,
-    /// Leaves through the upper end of a guide.
+    /// Leaves through the upper end of a guide, or is sent up into one from which nothing returns.
     pub guide_top: f64,
-    /// Absorbed by diffusers, or sent up by them into a guide from which nothing returns.
+    /// Absorbed by diffusers.
     pub diffuser: f64,
     /// Absorbed by the surfaces of the room and its objects.
     pub room: f64,
     /// Leaves through open surfaces of the room.
     pub open_surfaces: f64,
-    /// Cut off: the rest of paths that were ended for length.
+    /// What paths carried that were ended for their length, and the differences, zero in the mean, that roulette leaves
+    /// where it chooses between two branches.
     pub cut: f64,
+}
+
+impl Ledger {
+    pub fn add(&mut self, other: &Self) {
+        self.emitted += other.emitted;
+        self.collector += other.collector;
+        self.guide += other.guide;
+        self.guide_top += other.guide_top;
+        self.diffuser += other.diffuser;
+        self.room += other.room;
+        self.open_surfaces += other.open_surfaces;
+        self.cut += other.cut;
+    }
+
+    /// Emitted less everything booked, relative to emitted: the rounding error of the books; 0 when nothing was emitted.
+    pub fn relative_closure_error(&self) -> f64 {
+        let booked = self.collector
+            + self.guide
+            + self.guide_top
+            + self.diffuser
+            + self.room
+            + self.open_surfaces
+            + self.cut;
+        if self.emitted == 0.0 { 0.0 } else { (self.emitted - booked) / self.emitted }
+    }
 }
