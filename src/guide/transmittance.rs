@@ -26,7 +26,7 @@ pub fn beam_transmission(aspect: f64, tan_theta: f64, reflectance: f64) -> f64 {
     let mut upper = 1.0;
     let mut sum = 0.0;
     let mut n = first;
-    while power > 0.0 {
+    while power >= f64::MIN_POSITIVE {
         let lower = a / (n + 1.0);
         let (root_upper, root_lower) = (root(upper), root(lower));
         let chords = primitive(upper, root_upper) - primitive(lower, root_lower);
@@ -65,6 +65,9 @@ pub fn zastrow_wittwer_transmission(aspect: f64, tan_theta: f64, reflectance: f6
     reflectance.powf(aspect * tan_theta / FRAC_PI_4)
 }
 
+/// Kinks of T(Z) at which the quadrature over a sky is split; light beyond the last has met as many mirrors.
+const KINKS: u32 = 160;
+
 /// Luminous flux of a sky through a vertical straight tube, per area of its cross-section, in lm/m2.
 ///
 /// E = integral of L cos Z T(Z) over the sky; divided by the horizontal illuminance it is the diffuse transmission.
@@ -73,10 +76,11 @@ pub fn sky_exitance(sky: &Sky, aspect: f64, reflectance: f64) -> f64 {
     let sun = sky.distribution.sun();
     let sun_zenith_angle = sun.truncate().length().atan2(sun.z).clamp(0.0, FRAC_PI_2);
     let sun_azimuth = sun.x.atan2(sun.y);
-    let rule = GaussLegendre::new(NonZeroUsize::new(48).unwrap_or(NonZeroUsize::MIN));
+    let rule = |degree| GaussLegendre::new(NonZeroUsize::new(degree).unwrap_or(NonZeroUsize::MIN));
+    let (around, along) = (rule(48), rule(20));
     // around the sun's cusp: nodes crowd toward azimuth difference 0
     let ring = |zenith_angle: f64| {
-        rule.integrate(0.0, 1.0, |u: f64| {
+        around.integrate(0.0, 1.0, |u: f64| {
             let difference = PI * u * u * u;
             let seen = direction(FRAC_PI_2 - zenith_angle, sun_azimuth + difference);
             2.0 * sky.luminance(seen) * 3.0 * PI * u * u
@@ -87,13 +91,13 @@ pub fn sky_exitance(sky: &Sky, aspect: f64, reflectance: f64) -> f64 {
         ring(zenith_angle) * beam_transmission(aspect, sin / cos, reflectance) * sin * cos
     };
     // T has kinks where A is a whole number; the sky has one at the sun
-    let mut edges: Vec<f64> = (0..=40).map(|k| (f64::from(k) / aspect).atan()).collect();
+    let mut edges: Vec<f64> = (0..=KINKS).map(|k| (f64::from(k) / aspect).atan()).collect();
     edges.extend([sun_zenith_angle, FRAC_PI_2]);
     edges.extend((1..24).map(|k| FRAC_PI_2 * f64::from(k) / 24.0));
     edges.sort_by(f64::total_cmp);
     let between = |from: f64, to: f64| {
         // x = u^2 (3 - 2u) flattens both ends, where the integrand's derivatives are singular
-        rule.integrate(0.0, 1.0, |u: f64| {
+        along.integrate(0.0, 1.0, |u: f64| {
             integrand(from + (to - from) * u * u * (3.0 - 2.0 * u)) * 6.0 * u * (1.0 - u)
         }) * (to - from)
     };

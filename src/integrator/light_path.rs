@@ -4,7 +4,6 @@ use glam::DVec3;
 
 use super::emission::{EmittedPhoton, PathSamples};
 use super::kernel::{Kernel, NO_SURFACE, Place, SurfaceId};
-use crate::estimate::Ledger;
 use crate::guide::{End, Transit};
 use crate::optics::{Closure, Spectrum};
 use crate::sampling::warp;
@@ -55,6 +54,48 @@ pub trait Visitor<const C: usize> {
     fn flew(&mut self, flight: &Flight<C>);
     /// Light arrives at a room surface, before its reflectance is applied.
     fn arrived(&mut self, surface: SurfaceId, position: DVec3, flux: Spectrum<C>, origin: Origin);
+}
+
+/// Where the emitted flux went, in lm; an estimate holds the sum over its passes.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Ledger {
+    /// Reaches the collectors from outside.
+    pub emitted: f64,
+    /// Reflected or absorbed by collectors on the way in.
+    pub collector: f64,
+    /// Absorbed by mirrors, on the way down or up.
+    pub guide: f64,
+    /// Leaves through the upper end of a guide, or is sent up into one from which nothing returns.
+    pub guide_top: f64,
+    /// Absorbed by diffusers.
+    pub diffuser: f64,
+    /// Absorbed by the surfaces of the room and its objects.
+    pub room: f64,
+    /// Leaves through open surfaces of the room.
+    pub open_surfaces: f64,
+    /// What paths carried that were ended for their length, and the differences, zero in the mean, that roulette leaves
+    /// where it chooses between two branches.
+    pub cut: f64,
+}
+
+impl Ledger {
+    pub fn add(&mut self, other: &Self) {
+        let mut other = *other;
+        self.values_mut().into_iter().zip(other.values_mut()).for_each(|(sum, value)| *sum += *value);
+    }
+
+    /// Every entry, `emitted` first.
+    pub fn values_mut(&mut self) -> [&mut f64; 8] {
+        let Self { emitted, collector, guide, guide_top, diffuser, room, open_surfaces, cut } = self;
+        [emitted, collector, guide, guide_top, diffuser, room, open_surfaces, cut]
+    }
+
+    /// Emitted less everything booked, relative to emitted: the rounding error of the books; 0 when nothing was emitted.
+    pub fn relative_closure_error(&self) -> f64 {
+        let mut copy = *self;
+        let booked: f64 = copy.values_mut()[1..].iter().map(|value| **value).sum();
+        if self.emitted == 0.0 { 0.0 } else { (self.emitted - booked) / self.emitted }
+    }
 }
 
 /// Flux of one tube in lm.

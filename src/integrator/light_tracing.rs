@@ -8,6 +8,7 @@
 //!   sensor through the opening and up the guide into sky and sun.
 
 use std::f64::consts::{FRAC_PI_2, PI};
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use glam::{DVec2, DVec3};
@@ -21,7 +22,6 @@ use crate::guide::{End, Guide, Transit};
 use crate::optics::{Closure, Spectrum};
 use crate::sampling::{Key, PathRandom, Replicate, warp};
 use crate::scene::{EstimateKind, Grid};
-use crate::sky::Sun;
 use crate::sky::sun::HALF_ANGLE;
 
 /// Settings of the method.
@@ -50,7 +50,7 @@ const BACKWARD_STREAM: u64 = 1 << 32;
 /// The method on one scene; `C` channels of light.
 #[derive(Debug)]
 pub struct LightTracing<const C: usize> {
-    kernel: Kernel,
+    kernel: Arc<Kernel>,
     emission: Emission,
     sensors: Vec<SensorPlane>,
     seed: Key,
@@ -73,7 +73,7 @@ struct SensorPlane {
 }
 
 impl<const C: usize> LightTracing<C> {
-    pub fn new(kernel: Kernel, grids: &[Grid], settings: &Settings, seed: u64) -> Self {
+    pub fn new(kernel: Arc<Kernel>, grids: &[Grid], settings: &Settings, seed: u64) -> Self {
         let emission = Emission::new(&kernel, settings.photons_per_pass);
         let mut first = 0;
         let sensors = grids
@@ -393,11 +393,19 @@ impl Backward<'_> {
     }
 }
 
-/// Whether point sensors of this kernel can be computed: the sun's beam through a clear closure is followed backward only
-/// in straight tubes.
-pub fn supports_points(kernel: &Kernel) -> bool {
-    kernel.sun.is_none_or(|sun: Sun| sun.normal_illuminance_lux == 0.0)
-        || kernel.tubes.iter().all(|tube| {
-            matches!(tube.guide, Guide::Straight(_)) || tube.diffuser.specular_zone(tube.opening_radius).is_none()
-        })
+/// Why this method cannot compute point sensors of a scene, if it cannot: in a tube that is not straight, light that
+/// passes the closure unscattered is followed backward into the sky only.
+pub fn refuses_points(kernel: &Kernel) -> Option<&'static str> {
+    let bent_and_clear = kernel.tubes.iter().any(|tube| {
+        !matches!(tube.guide, Guide::Straight(_)) && tube.diffuser.specular_zone(tube.opening_radius).is_some()
+    });
+    if !bent_and_clear {
+        None
+    } else if kernel.sun.is_some() {
+        Some("point sensors cannot find the sun's beam through a clear closure of a bent or meshed tube")
+    } else if kernel.guide_return {
+        Some("point sensors cannot find light that a bent or meshed tube with a clear closure sends back into the room")
+    } else {
+        None
+    }
 }

@@ -7,6 +7,7 @@
 //! the same photons at two radii: it grows with the squared radius, so bias(r) = 2 (E(r) - E(r / sqrt 2)).
 
 use std::f64::consts::PI;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use glam::{DVec2, DVec3};
@@ -61,7 +62,7 @@ const SENSOR_STREAM: u64 = 1 << 33;
 /// The method on one scene; `C` channels of light.
 #[derive(Debug)]
 pub struct Sppm<const C: usize> {
-    kernel: Kernel,
+    kernel: Arc<Kernel>,
     emission: Emission,
     grids: Vec<Grid>,
     grid_domains: Vec<Domain>,
@@ -92,7 +93,7 @@ struct Gathered<const C: usize> {
 }
 
 impl<const C: usize> Sppm<C> {
-    pub fn new(kernel: Kernel, grids: &[Grid], views: &[View], settings: &Settings, seed: u64) -> Self {
+    pub fn new(kernel: Arc<Kernel>, grids: &[Grid], views: &[View], settings: &Settings, seed: u64) -> Self {
         Self {
             emission: Emission::new(&kernel, settings.photons_per_pass),
             grids: grids.to_vec(),
