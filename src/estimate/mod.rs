@@ -8,8 +8,8 @@ pub use film::FilmEstimate;
 pub use grid::GridEstimate;
 pub use stopping::{Accuracy, StopRule};
 
-use crate::integrator::Pass;
-use crate::integrator::light_path::TubeFlux;
+use crate::integrator::light_path::{Account, TubeFlux};
+use crate::integrator::{GridPass, Pass, ViewPass};
 use crate::scene::Scene;
 use crate::statistics::Moments;
 
@@ -43,6 +43,18 @@ impl Estimate {
             views: scene.views.iter().map(|view| FilmEstimate::empty(view.size_px, scene.channels.count())).collect(),
             tubes: vec![TubeEstimate::default(); scene.tubes.len()],
             ..Self::default()
+        }
+    }
+
+    /// The pass of a scene without light: zeros in the shape of this estimate.
+    pub fn dark_pass(&self) -> Pass {
+        let grid = |grid: &GridEstimate| GridPass { illuminance: vec![0.0; grid.sensors.len()], bias: Vec::new() };
+        let view = |view: &FilmEstimate| ViewPass { luminance: vec![0.0; view.mean.len()], bias: Vec::new() };
+        Pass {
+            grids: self.grids.iter().map(grid).collect(),
+            views: self.views.iter().map(view).collect(),
+            account: Account::new(self.tubes.len()),
+            photons: 0,
         }
     }
 
