@@ -99,6 +99,20 @@ impl MethodDocument {
     }
 }
 
+/// A method's own settings as results show them.
+pub fn settings_json(method: &Method) -> serde_json::Value {
+    match method {
+        Method::LightTracing(settings) => {
+            serde_json::json!({ "photons_per_pass": settings.photons_per_pass })
+        }
+        Method::Sppm(settings) => serde_json::json!({
+            "photons_per_pass": settings.photons_per_pass,
+            "initial_radius_m": settings.initial_radius_m,
+            "alpha": settings.alpha,
+        }),
+    }
+}
+
 /// The fields of all methods.
 #[derive(Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
