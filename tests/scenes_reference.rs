@@ -9,6 +9,7 @@ use scenes::assert_grid;
 use skyduct::document::{JobDocument, MeshSource};
 use skyduct::estimate::Estimate;
 use skyduct::geometry::TriangleMesh;
+use skyduct::geometry::obj::{ObjLimits, parse_obj};
 use skyduct::job::run::{Observer, PassReport, Prepared, StoppedBy, merge, prepare_document};
 
 /// Meshes beside the reference scenes.
@@ -16,7 +17,8 @@ struct Folder;
 
 impl MeshSource for Folder {
     fn load(&self, id: &str) -> Result<Arc<TriangleMesh>, String> {
-        Err(format!("{id}"))
+        let bytes = std::fs::read(reference::folder().join("scenes").join(id)).map_err(|error| error.to_string())?;
+        parse_obj(&bytes, ObjLimits::default()).map(Arc::new).map_err(|error| error.to_string())
     }
 }
 
