@@ -95,6 +95,13 @@ pub enum RenderError {
     Output { file: String, reason: String },
 }
 
+/// A file of the results, e.g. `grids/workplane.json`.
+pub struct ResultFile {
+    pub name: String,
+    pub media_type: &'static str,
+    pub bytes: Vec<u8>,
+}
+
 /// Passes of a first chunk; later ones double the job until they reach [`CHUNK_SECONDS`].
 const FIRST_CHUNK: u64 = 8;
 
