@@ -1,4 +1,5 @@
 //! Jobs: the pass loop, chunks of passes, progress, checkpoints, and the trait that the store implements.
 
 pub mod checkpoint;
+mod results;
 pub mod run;
