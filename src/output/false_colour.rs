@@ -23,11 +23,11 @@ const HEAT_MAP_PX: usize = 480;
 
 /// A luminance image in false colours (turbo) with a scale in cd/m2, logarithmic when it spans more than 100 : 1.
 ///
-/// The half percent of the darkest and of the brightest pixels is beyond the ends of the scale.
+/// One pixel in two thousand at either end is beyond the scale, so that no single one stretches it.
 pub fn luminance(image: Image) -> Result<Raster, OutputError> {
     image.check()?;
     let luminances = image.luminances();
-    let scale = Scale::over(&luminances, 0.005);
+    let scale = Scale::over(&luminances, 0.0005);
     let [width, height] = image.size_px;
     let mut picture = Raster::filled(width, height, PAPER);
     for (pixel, y) in luminances.iter().enumerate() {

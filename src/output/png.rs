@@ -5,6 +5,9 @@ use super::{Image, OutputError, Raster, percentile};
 /// Where the log-average luminance comes to lie on the display (Reinhard et al. 2002, "key").
 const KEY: f64 = 0.18;
 
+/// The least exposed luminance that is shown white.
+const LEAST_WHITE: f64 = 0.5;
+
 /// Pixels darker than this share of the brightest do not count in the log-average: a black frame would set the exposure.
 const DARKEST_COUNTED: f64 = 1e-4;
 
@@ -26,7 +29,7 @@ pub fn encode(raster: &Raster) -> Result<Vec<u8>, OutputError> {
 
 /// A luminance image as an eye adapted to it would see it, in sRGB.
 ///
-/// The log-average luminance goes to 18 % and the brightest half percent of the lit pixels to white, by the global
+/// The log-average luminance is exposed to 18 % and the brightest half percent of the lit pixels goes to white, by the global
 /// operator of Reinhard et al. 2002 (equation 4); the ratios of the channels stay. Black stays black, infinite is white,
 /// and what is not a number is magenta.
 pub fn tone_mapped(image: Image) -> Result<Raster, OutputError> {
@@ -43,8 +46,8 @@ pub fn tone_mapped(image: Image) -> Result<Raster, OutputError> {
     let number = counted().count().max(1) as f64;
     let log_average = (counted().map(f64::ln).sum::<f64>() / number).exp();
     let exposure = KEY / log_average;
-    // at least as bright as a white sheet in average light, so that an even image is not stretched to white
-    let white = (exposure * brightest).max(1.0);
+    // never below about three times the average, so that an even image is not stretched to white
+    let white = (exposure * brightest).max(LEAST_WHITE);
 
     let [width, height] = image.size_px;
     let mut raster = Raster::filled(width, height, [0; 3]);
@@ -103,9 +106,10 @@ mod tests {
         let pixels = map(&[f64::INFINITY, 1e300, 1e-300, -1.0, 100.0, f64::NEG_INFINITY]);
         assert_eq!(pixels[..3], [255; 3]);
         assert_eq!(pixels[9..12], [0; 3]);
-        // an even image is a middle grey at any level: 0.18 (1 + 0.18) / (1 + 0.18)
+        // an even image is a middle grey at any level: L (1 + L / white^2) / (1 + L)
+        let grey = srgb_byte(KEY * (1.0 + KEY / (LEAST_WHITE * LEAST_WHITE)) / (1.0 + KEY));
         for level in [1e-9, 1.0, 2e9] {
-            assert_eq!(map(&[level; 9]), [srgb_byte(0.18); 27], "{level}");
+            assert_eq!(map(&[level; 9]), [grey; 27], "{level}");
         }
     }
 
