@@ -258,10 +258,10 @@ impl Store for SqliteStore {
         Ok(())
     }
 
-    async fn fail_attempt(&self, lease: &Lease, error: &str) -> Result<Option<u64>, StoreError> {
-        let failures = queue::fail_attempt(&self.writer, lease, error).await?;
+    async fn fail_attempt(&self, lease: &Lease, error: &str) -> Result<(), StoreError> {
+        queue::fail_attempt(&self.writer, lease, error).await?;
         self.tell(Change::Queue);
-        Ok(failures)
+        Ok(())
     }
 
     async fn reclaim(&self, all: bool) -> Result<u64, StoreError> {

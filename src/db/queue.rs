@@ -32,7 +32,7 @@ pub(super) async fn claim(
         ") UPDATE chunks SET state = 'leased', attempt = attempt + 1, owner = $1, lease_until = ",
         now_ms!(),
         " + $2 FROM pick WHERE chunks.job_id = pick.job_id AND chunks.idx = pick.idx \
-         RETURNING chunks.job_id, chunks.idx, chunks.attempt"
+         RETURNING chunks.job_id, chunks.idx, chunks.attempt, chunks.failures"
     ))
     .bind(owner)
     .bind(milliseconds(lease))
@@ -46,6 +46,7 @@ pub(super) async fn claim(
         chunk: chunk.unsigned_abs(),
         owner: owner.to_owned(),
         attempt: row.try_get(2).map_err(store_error)?,
+        failures: row.try_get::<i64, _>(3).map_err(store_error)?.unsigned_abs(),
     };
     let job = lease.job.to_string();
     let started = sqlx::query(concat!(
@@ -289,20 +290,20 @@ pub(super) async fn release(pool: &SqlitePool, lease: &Lease) -> Result<(), Stor
     Ok(())
 }
 
-pub(super) async fn fail_attempt(pool: &SqlitePool, lease: &Lease, error: &str) -> Result<Option<u64>, StoreError> {
-    let failures: Option<i64> = sqlx::query_scalar(
+pub(super) async fn fail_attempt(pool: &SqlitePool, lease: &Lease, error: &str) -> Result<(), StoreError> {
+    sqlx::query(
         "UPDATE chunks SET state = 'ready', owner = NULL, lease_until = NULL, failures = failures + 1, error = $5 \
-         WHERE job_id = $1 AND idx = $2 AND owner = $3 AND attempt = $4 AND state = 'leased' RETURNING failures",
+         WHERE job_id = $1 AND idx = $2 AND owner = $3 AND attempt = $4 AND state = 'leased'",
     )
     .bind(lease.job.to_string())
     .bind(signed(lease.chunk))
     .bind(&lease.owner)
     .bind(lease.attempt)
     .bind(error)
-    .fetch_optional(pool)
+    .execute(pool)
     .await
     .map_err(store_error)?;
-    Ok(failures.map(i64::unsigned_abs))
+    Ok(())
 }
 
 pub(super) async fn reclaim(pool: &SqlitePool, all: bool) -> Result<u64, StoreError> {

@@ -13,3 +13,8 @@ pub struct TriangleMesh {
     /// Material names in order of first use; faces without one have the name "".
     pub materials: Vec<String>,
 }
+
+#[derive(Debug, thiserror::Error)]
+#[error("line {line}: {detail}")]
+pub struct ObjError { pub line: usize, pub detail: String }
+pub fn parse_obj(_bytes: &[u8]) -> Result<TriangleMesh, ObjError> { unimplemented!() }

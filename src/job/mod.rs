@@ -1,4 +1,8 @@
 //! Jobs: the pass loop, chunks of passes, progress, checkpoints, and the trait that the store implements.
 
+pub mod artifacts;
+pub mod live;
+pub mod meshes;
 pub mod run;
 pub mod store;
+pub mod worker;

@@ -202,6 +202,8 @@ pub struct Lease {
     pub chunk: u64,
     pub owner: String,
     pub attempt: i64,
+    /// How often this chunk has failed before.
+    pub failures: u64,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -304,8 +306,8 @@ pub trait Store: Send + Sync + 'static {
     async fn complete(&self, lease: &Lease, completion: &Completion) -> Result<Committed, StoreError>;
     /// Gives the chunk back undone, without counting a failure.
     async fn release(&self, lease: &Lease) -> Result<(), StoreError>;
-    /// Gives the chunk back after a failure; answers how often it has failed, `None` when the lease is lost.
-    async fn fail_attempt(&self, lease: &Lease, error: &str) -> Result<Option<u64>, StoreError>;
+    /// Gives the chunk back undone, with a failure counted.
+    async fn fail_attempt(&self, lease: &Lease, error: &str) -> Result<(), StoreError>;
     /// Makes chunks ready again whose lease is over; `all`: every leased chunk, whoever has it.
     async fn reclaim(&self, all: bool) -> Result<u64, StoreError>;
 
