@@ -1,0 +1,1 @@
+pub fn convergence_svg(_: &[crate::job::run::PassReport]) -> String { unimplemented!() }
