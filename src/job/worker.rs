@@ -173,7 +173,7 @@ impl Worker {
         }
     }
 
-    async fn give_back_and_pause(&self, lease: &Lease, error: &dyn std::fmt::Display) -> Result<(), StoreError> {
+    async fn give_back_and_pause(&self, lease: &Lease, error: &(dyn std::fmt::Display + Sync)) -> Result<(), StoreError> {
         tracing::error!(%error, "the chunk could not be stored");
         self.pause(RETRY_PAUSE).await;
         self.store.release(lease).await
