@@ -1,8 +1,33 @@
 //! The job document and the results: serde types, defaults, validation with JSON pointers, conversion to a scene.
+//!
+//! The types of the document are split as the document is: [`job`] (the whole), [`sky`], [`room`], [`tube`],
+//! [`outputs`] (grids and views) and [`method`]. [`parse`] reads text, [`validate`] checks every bound, [`convert`]
+//! builds the scene, [`result`] holds what comes back.
+
+pub mod coefficient;
+pub mod convert;
+mod daylight;
+pub mod job;
+mod mesh_tube;
+pub mod method;
+pub mod outputs;
+pub mod parse;
+mod pointer;
+pub mod result;
+pub mod room;
+pub mod sky;
+pub mod tube;
+mod validate;
+mod validate_tube;
 
 use std::sync::Arc;
 
 use crate::geometry::TriangleMesh;
+
+pub use coefficient::Coefficient;
+pub use convert::{Provenance, to_scene};
+pub use job::JobDocument;
+pub use method::{MethodDocument, MethodKind, MethodRequest};
 
 /// One thing wrong with a document.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, utoipa::ToSchema, thiserror::Error)]

@@ -1,5 +1,8 @@
 //! Luminance images.
 
+use super::grid::error_with_bias;
+use crate::integrator::ViewPass;
+use crate::optics::spectrum::REC709_LUMINANCE;
 use crate::statistics::Moments;
 
 /// Side of the blocks over which a view's accuracy is judged, in pixels.
@@ -16,8 +19,151 @@ pub struct FilmEstimate {
     pub mean: Vec<f64>,
     /// Sum of squared deviations of each pixel's luminance Y.
     pub m2: Vec<f64>,
-    /// Luminance Y of blocks of 8 x 8 pixels, row by row.
+    /// Luminance Y of blocks of 8 x 8 pixels, row by row: pixels of a pass share photons, so blocks are replicated whole.
     pub blocks: Vec<Moments>,
     /// Estimated bias of the blocks.
     pub block_bias: Vec<Moments>,
+}
+
+impl FilmEstimate {
+    pub fn empty(size_px: [usize; 2], channels: usize) -> Self {
+        let pixels = size_px[0] * size_px[1];
+        let blocks = vec![Moments::default(); size_px[0].div_ceil(BLOCK_PX) * size_px[1].div_ceil(BLOCK_PX)];
+        Self {
+            size_px,
+            channels,
+            passes: 0.0,
+            mean: vec![0.0; pixels * channels],
+            m2: vec![0.0; pixels],
+            blocks: blocks.clone(),
+            block_bias: blocks,
+        }
+    }
+
+    pub fn push(&mut self, pass: &ViewPass) {
+        self.passes += 1.0;
+        let luminances: Vec<f64> = pass.luminance.chunks_exact(self.channels).map(luminance).collect();
+        for (pixel, y) in luminances.iter().enumerate() {
+            let range = pixel * self.channels..(pixel + 1) * self.channels;
+            let before = y - luminance(&self.mean[range.clone()]);
+            for (mean, value) in self.mean[range.clone()].iter_mut().zip(&pass.luminance[range.clone()]) {
+                *mean += (value - *mean) / self.passes;
+            }
+            self.m2[pixel] += before * (y - luminance(&self.mean[range]));
+        }
+        self.push_blocks(&luminances, &pass.bias);
+    }
+
+    fn push_blocks(&mut self, luminances: &[f64], bias: &[f64]) {
+        for (moments, value) in self.blocks.iter_mut().zip(block_means(self.size_px, luminances)) {
+            moments.push(value);
+        }
+        if !bias.is_empty() {
+            for (moments, value) in self.block_bias.iter_mut().zip(block_means(self.size_px, bias)) {
+                moments.push(value);
+            }
+        }
+    }
+
+    pub fn merge(&mut self, later: &Self) {
+        if later.passes == 0.0 {
+            return;
+        }
+        let passes = self.passes + later.passes;
+        for pixel in 0..self.m2.len() {
+            let range = pixel * self.channels..(pixel + 1) * self.channels;
+            let delta = luminance(&later.mean[range.clone()]) - luminance(&self.mean[range.clone()]);
+            self.m2[pixel] += later.m2[pixel] + delta * delta * self.passes * later.passes / passes;
+            for (mean, other) in self.mean[range.clone()].iter_mut().zip(&later.mean[range]) {
+                *mean += (other - *mean) * later.passes / passes;
+            }
+        }
+        self.passes = passes;
+        self.blocks.iter_mut().zip(&later.blocks).for_each(|(all, part)| all.merge(part));
+        self.block_bias.iter_mut().zip(&later.block_bias).for_each(|(all, part)| all.merge(part));
+    }
+
+    /// Luminance Y of a pixel in cd/m2.
+    pub fn luminance_cd_m2(&self, pixel: usize) -> f64 {
+        luminance(&self.mean[pixel * self.channels..(pixel + 1) * self.channels])
+    }
+
+    /// Standard error of a pixel's luminance in cd/m2, the estimated bias of its block included.
+    pub fn standard_error_cd_m2(&self, pixel: usize) -> f64 {
+        let value = Moments { count: self.passes, mean: 0.0, m2: self.m2[pixel] };
+        error_with_bias(&value, self.block_bias.get(self.block_of(pixel)))
+    }
+
+    /// Standard error of a block's luminance in cd/m2, the estimated bias included.
+    pub fn block_standard_error_cd_m2(&self, block: usize) -> f64 {
+        error_with_bias(&self.blocks[block], self.block_bias.get(block))
+    }
+
+    pub fn for_each_value(&mut self, f: &mut impl FnMut(&mut f64)) {
+        f(&mut self.passes);
+        self.mean.iter_mut().chain(&mut self.m2).for_each(&mut *f);
+        self.blocks.iter_mut().chain(&mut self.block_bias).for_each(|moments| moments.for_each_value(f));
+    }
+
+    fn block_of(&self, pixel: usize) -> usize {
+        let (x, y) = (pixel % self.size_px[0], pixel / self.size_px[0]);
+        y / BLOCK_PX * self.size_px[0].div_ceil(BLOCK_PX) + x / BLOCK_PX
+    }
+}
+
+fn luminance(channels: &[f64]) -> f64 {
+    match channels {
+        [y] => *y,
+        _ => channels.iter().zip(REC709_LUMINANCE).map(|(value, weight)| value * weight).sum(),
+    }
+}
+
+fn block_means(size_px: [usize; 2], values: &[f64]) -> Vec<f64> {
+    let [width, height] = size_px;
+    let across = width.div_ceil(BLOCK_PX);
+    (0..across * height.div_ceil(BLOCK_PX))
+        .map(|block| {
+            let (x, y) = (block % across * BLOCK_PX, block / across * BLOCK_PX);
+            let (x_end, y_end) = ((x + BLOCK_PX).min(width), (y + BLOCK_PX).min(height));
+            let sum: f64 = (y..y_end).map(|row| values[row * width + x..row * width + x_end].iter().sum::<f64>()).sum();
+            sum / ((x_end - x) * (y_end - y)) as f64
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn passes() -> Vec<ViewPass> {
+        let value = |pass: usize, k: usize| ((pass * 31 + k * 17) % 101) as f64;
+        (0..10)
+            .map(|pass| ViewPass {
+                luminance: (0..11 * 9 * 3).map(|k| value(pass, k)).collect(),
+                bias: (0..11 * 9).map(|k| value(pass, k) - 50.0).collect(),
+            })
+            .collect()
+    }
+
+    #[test]
+    fn merging_equals_pushing() {
+        let film = |passes: &[ViewPass]| {
+            let mut film = FilmEstimate::empty([11, 9], 3);
+            passes.iter().for_each(|pass| film.push(pass));
+            film
+        };
+        let all = film(&passes());
+        let mut merged = film(&passes()[..3]);
+        merged.merge(&film(&passes()[3..]));
+        for pixel in 0..99 {
+            assert!((all.luminance_cd_m2(pixel) - merged.luminance_cd_m2(pixel)).abs() < 1e-12 * 101.0);
+            let (a, b) = (all.standard_error_cd_m2(pixel), merged.standard_error_cd_m2(pixel));
+            assert!((a - b).abs() < 1e-9 * a);
+            let values: Vec<f64> = passes().iter().map(|p| luminance(&p.luminance[pixel * 3..pixel * 3 + 3])).collect();
+            let mean = values.iter().sum::<f64>() / 10.0;
+            let variance = values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / 9.0;
+            assert!((all.m2[pixel] / 9.0 - variance).abs() < 1e-9 * variance);
+        }
+        assert_eq!(all.blocks.len(), 4);
+    }
 }

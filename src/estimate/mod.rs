@@ -8,7 +8,12 @@ pub use film::FilmEstimate;
 pub use grid::GridEstimate;
 pub use stopping::{Accuracy, StopRule};
 
+use crate::integrator::light_path::{Account, TubeFlux};
+use crate::integrator::{GridPass, Pass, ViewPass};
+use crate::scene::Scene;
 use crate::statistics::Moments;
+
+pub use crate::integrator::light_path::Ledger;
 
 /// The state of a job: everything that its passes have added up to. Merged in chunk order only.
 #[derive(Clone, Debug, Default)]
@@ -30,23 +35,96 @@ pub struct TubeEstimate {
     pub into_room: Moments,
 }
 
-/// Where the emitted flux went, in lm summed over passes (divide by the number of passes).
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Ledger {
-    /// Reaches the collectors from outside.
-    pub emitted: f64,
-    /// Reflected or absorbed by collectors on the way in.
-    pub collector: f64,
-    /// Absorbed by mirrors, on the way down or up.
-    pub guide: f64,
-    /// Leaves through the upper end of a guide.
-    pub guide_top: f64,
-    /// Absorbed by diffusers, or sent up by them into a guide from which nothing returns.
-    pub diffuser: f64,
-    /// Absorbed by the surfaces of the room and its objects.
-    pub room: f64,
-    /// Leaves through open surfaces of the room.
-    pub open_surfaces: f64,
-    /// Cut off: the rest of paths that were ended for length.
-    pub cut: f64,
+impl Estimate {
+    /// An estimate of no passes for a scene's outputs.
+    pub fn empty(scene: &Scene) -> Self {
+        Self {
+            grids: scene.grids.iter().map(|grid| GridEstimate::empty(grid.len())).collect(),
+            views: scene.views.iter().map(|view| FilmEstimate::empty(view.size_px, scene.channels.count())).collect(),
+            tubes: vec![TubeEstimate::default(); scene.tubes.len()],
+            ..Self::default()
+        }
+    }
+
+    /// The pass of a scene without light: zeros in the shape of this estimate.
+    pub fn dark_pass(&self) -> Pass {
+        let grid = |grid: &GridEstimate| GridPass { illuminance: vec![0.0; grid.sensors.len()], bias: Vec::new() };
+        let view = |view: &FilmEstimate| ViewPass { luminance: vec![0.0; view.mean.len()], bias: Vec::new() };
+        Pass {
+            grids: self.grids.iter().map(grid).collect(),
+            views: self.views.iter().map(view).collect(),
+            account: Account::new(self.tubes.len()),
+            photons: 0,
+        }
+    }
+
+    /// Adds one pass. `grids` and `views` come from the methods that compute them; both may be the same pass.
+    ///
+    /// Fluxes and the ledger are those of the pass that computes the grids, or else the views.
+    pub fn push(&mut self, grids: Option<&Pass>, views: Option<&Pass>) {
+        self.passes += 1;
+        for pass in [grids, views.filter(|views| !grids.is_some_and(|grids| std::ptr::eq(*views, grids)))] {
+            self.photons += pass.map_or(0, |pass| pass.photons);
+            self.rays += pass.map_or(0, |pass| pass.account.rays);
+        }
+        if let Some(pass) = grids {
+            self.grids.iter_mut().zip(&pass.grids).for_each(|(estimate, grid)| estimate.push(grid));
+        }
+        if let Some(pass) = views {
+            self.views.iter_mut().zip(&pass.views).for_each(|(estimate, view)| estimate.push(view));
+        }
+        if let Some(pass) = grids.or(views) {
+            self.ledger.add(&pass.account.ledger);
+            self.tubes.iter_mut().zip(&pass.account.tubes).for_each(|(estimate, flux)| estimate.push(flux));
+        }
+    }
+
+    /// Adds a later range of passes of the same scene.
+    pub fn merge(&mut self, later: &Self) {
+        self.passes += later.passes;
+        self.photons += later.photons;
+        self.rays += later.rays;
+        self.grids.iter_mut().zip(&later.grids).for_each(|(all, part)| all.merge(part));
+        self.views.iter_mut().zip(&later.views).for_each(|(all, part)| all.merge(part));
+        for (all, part) in self.tubes.iter_mut().zip(&later.tubes) {
+            all.at_collector.merge(&part.at_collector);
+            all.at_diffuser.merge(&part.at_diffuser);
+            all.into_room.merge(&part.into_room);
+        }
+        self.ledger.add(&later.ledger);
+    }
+
+    /// Calls `f` on every floating-point value in a fixed order: for checkpoints and for checks.
+    pub fn for_each_value(&mut self, f: &mut impl FnMut(&mut f64)) {
+        self.grids.iter_mut().for_each(|grid| grid.for_each_value(f));
+        self.views.iter_mut().for_each(|view| view.for_each_value(f));
+        for tube in &mut self.tubes {
+            [&mut tube.at_collector, &mut tube.at_diffuser, &mut tube.into_room]
+                .into_iter()
+                .for_each(|moments| moments.for_each_value(f));
+        }
+        self.ledger.values_mut().into_iter().for_each(f);
+    }
+
+    /// Where the first value is that is not finite: a fault of ours, never to be hidden.
+    pub fn first_not_finite(&self) -> Option<String> {
+        let grid = self.grids.iter().enumerate().find_map(|(number, grid)| {
+            let sensor = grid.sensors.iter().position(|sensor| !(sensor.mean.is_finite() && sensor.m2.is_finite()))?;
+            Some(format!("sensor {sensor} of grid {number}"))
+        });
+        grid.or_else(|| {
+            self.views.iter().enumerate().find_map(|(number, view)| {
+                let pixel = view.mean.iter().position(|value| !value.is_finite())? / view.channels.max(1);
+                Some(format!("pixel {pixel} of view {number}"))
+            })
+        })
+    }
+}
+
+impl TubeEstimate {
+    fn push(&mut self, flux: &TubeFlux) {
+        self.at_collector.push(flux.at_collector);
+        self.at_diffuser.push(flux.at_diffuser);
+        self.into_room.push(flux.into_room);
+    }
 }

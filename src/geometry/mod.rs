@@ -1,7 +1,9 @@
 //! Geometry: closed forms, skew rays in cylinders, triangles, the BVH, OBJ files.
 
+pub mod bvh;
 pub mod cylinder;
 pub mod disc;
 pub mod obj;
+pub mod triangle;
 
 pub use obj::TriangleMesh;

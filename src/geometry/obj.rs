@@ -14,7 +14,30 @@ pub struct TriangleMesh {
     pub materials: Vec<String>,
 }
 
-#[derive(Debug, thiserror::Error)]
-#[error("line {line}: {detail}")]
-pub struct ObjError { pub line: usize, pub detail: String }
-pub fn parse_obj(_bytes: &[u8]) -> Result<TriangleMesh, ObjError> { unimplemented!() }
+impl TriangleMesh {
+    /// The mesh with every coordinate multiplied by `factor`, e.g. metres per file unit.
+    pub fn scaled(&self, factor: f64) -> Self {
+        let positions = self
+            .positions
+            .iter()
+            .map(|position| *position * factor)
+            .collect();
+        Self {
+            positions,
+            ..self.clone()
+        }
+    }
+
+    /// Lowest and highest corner of the bounding box of all triangles; `None` without triangles.
+    pub fn bounds(&self) -> Option<(DVec3, DVec3)> {
+        let mut corners = self
+            .triangles
+            .iter()
+            .flatten()
+            .filter_map(|index| self.positions.get(*index as usize));
+        let first = *corners.next()?;
+        Some(corners.fold((first, first), |(low, high), corner| {
+            (low.min(*corner), high.max(*corner))
+        }))
+    }
+}

@@ -1,1 +1,123 @@
-//! Guides.
+//! Guides: how light passes a tube, downward and upward.
+//!
+//! Coordinates are local to a tube: the origin is the centre of the opening in the ceiling plane, z points up. Weights are
+//! deterministic: a ray that meets N mirrors keeps the share R^N.
+
+pub mod bent;
+pub mod mesh;
+pub mod straight;
+pub mod transmittance;
+
+use glam::DVec3;
+
+pub use bent::BentGuide;
+pub use mesh::{MeshGuide, MeshGuideError};
+pub use straight::StraightGuide;
+
+use crate::optics::Spectrum;
+use crate::sampling::PathRandom;
+
+/// One tube's guide and collector.
+#[derive(Clone, Debug)]
+pub enum Guide {
+    Straight(StraightGuide),
+    Bent(BentGuide),
+    Mesh(MeshGuide),
+}
+
+/// Where a ray through a guide ends.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum End {
+    /// In the opening, in the plane z = 0, on its way down.
+    Opening,
+    /// Outside, through the collector.
+    Top,
+    /// Nowhere: absorbed, or outside without ever having passed the collector.
+    Lost,
+    /// The path was ended for its length.
+    Cut,
+}
+
+/// A ray's way through a guide.
+#[derive(Clone, Copy, Debug)]
+pub struct Transit<const C: usize> {
+    pub end: End,
+    pub position: DVec3,
+    pub direction: DVec3,
+    /// Share that passes the collector, of the light that reached it.
+    pub collector: Spectrum<C>,
+    /// Share that the mirrors leave.
+    pub mirrors: Spectrum<C>,
+    /// Whether the ray reached the collector from outside at all.
+    pub entered: bool,
+    /// Ray segments computed; a closed form counts as one.
+    pub rays: u32,
+}
+
+impl<const C: usize> Transit<C> {
+    /// Share of the light that arrives at the end.
+    #[inline]
+    pub fn weight(&self) -> Spectrum<C> {
+        self.collector * self.mirrors
+    }
+}
+
+/// A point where parallel light may enter, and the area it stands for perpendicular to the light.
+#[derive(Clone, Copy, Debug)]
+pub struct Entry {
+    pub position: DVec3,
+    pub projected_area_m2: f64,
+}
+
+impl Guide {
+    /// A point for light that travels along the unit vector `direction`, from a point of the unit square; `None` when
+    /// such light cannot enter.
+    #[inline]
+    pub fn entry(&self, point: [f64; 2], direction: DVec3) -> Option<Entry> {
+        match self {
+            Self::Straight(guide) => guide.entry(point, direction),
+            Self::Bent(guide) => guide.entry(point, direction),
+            Self::Mesh(guide) => guide.entry(point, direction),
+        }
+    }
+
+    /// Area perpendicular to light along `direction` on which [`Guide::entry`] puts its points, in m2.
+    pub fn projected_area_m2(&self, direction: DVec3) -> f64 {
+        self.entry([0.5, 0.5], direction).map_or(0.0, |entry| entry.projected_area_m2)
+    }
+
+    /// Follows light from an entry point down.
+    #[inline]
+    pub fn down<const C: usize>(&self, position: DVec3, direction: DVec3, random: &mut PathRandom) -> Transit<C> {
+        match self {
+            Self::Straight(guide) => guide.down(position, direction),
+            Self::Bent(guide) => guide.down(position, direction),
+            Self::Mesh(guide) => guide.down(position, direction, random),
+        }
+    }
+
+    /// Follows light from a point of the opening (z = 0, within the opening) up.
+    #[inline]
+    pub fn up<const C: usize>(&self, position: DVec3, direction: DVec3, random: &mut PathRandom) -> Transit<C> {
+        match self {
+            Self::Straight(guide) => guide.up(position, direction),
+            Self::Bent(guide) => guide.up(position, direction),
+            Self::Mesh(guide) => guide.up(position, direction, random),
+        }
+    }
+
+    /// Whether light that goes up from the opening can come back down.
+    pub fn returns_light(&self) -> bool {
+        !matches!(self, Self::Straight(_))
+    }
+}
+
+/// R^n for a whole, possibly infinite number of bounces; 0^0 = 1.
+#[inline]
+pub(crate) fn mirror_power<const C: usize>(reflectance: [f64; 3], bounces: f64) -> Spectrum<C> {
+    if bounces <= 64.0 {
+        Spectrum::from_rgb(reflectance).map(|r| r.powi(bounces as i32))
+    } else {
+        Spectrum::from_rgb(reflectance).map(|r| r.powf(bounces))
+    }
+}

@@ -1,4 +1,28 @@
-//! Light tracing.
+//! Light tracing: photons from sky and sun, every diffuse vertex connected to the sensors. Unbiased.
+//!
+//! The flux that reaches a sensor splits into parts, each with the estimator that suits it:
+//! * light that was scattered anywhere, at a diffuser or a surface, is connected from that vertex to the sensor in closed
+//!   form. Cell averages are connected only beyond a distance of about a cell; nearer light, whose connections would have
+//!   an infinite variance at edges where cells touch walls, is counted as it crosses the cell;
+//! * light that passes a diffuser unscattered is counted as it crosses a cell; for points it is followed backward, from the
+//!   sensor through the opening and up the guide into sky and sun.
+
+use std::f64::consts::{FRAC_PI_2, PI};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use glam::{DVec2, DVec3};
+use rayon::prelude::*;
+
+use super::emission::{Emission, PathSamples};
+use super::kernel::{Kernel, NO_SURFACE, TubeKernel};
+use super::light_path::{Account, Flight, Origin, Scattering, Visitor, trace};
+use super::{GridPass, Integrator, PHOTON_CHUNK, Pass};
+use crate::guide::{End, Guide, Transit};
+use crate::optics::{Closure, Spectrum};
+use crate::sampling::{Key, PathRandom, Replicate, warp};
+use crate::scene::{EstimateKind, Grid};
+use crate::sky::sun::HALF_ANGLE;
 
 /// Settings of the method.
 #[derive(Clone, Debug, PartialEq)]
@@ -10,5 +34,378 @@ pub struct Settings {
 impl Default for Settings {
     fn default() -> Self {
         Self { photons_per_pass: 16_384 }
+    }
+}
+
+/// Sensors that one vertex is connected to; larger sets are connected to a random subset of about this size.
+const CONNECTIONS: usize = 1024;
+
+/// Backward rays per sensor and pass, at most: toward the sky, and toward the sun.
+const SKY_RAYS: u64 = 256;
+const SUN_RAYS: u64 = 1024;
+
+/// Streams of random numbers within a pass.
+const BACKWARD_STREAM: u64 = 1 << 32;
+
+/// The method on one scene; `C` channels of light.
+#[derive(Debug)]
+pub struct LightTracing<const C: usize> {
+    kernel: Arc<Kernel>,
+    emission: Emission,
+    sensors: Vec<SensorPlane>,
+    seed: Key,
+}
+
+/// A grid's sensors, row by row.
+#[derive(Debug)]
+struct SensorPlane {
+    x: Vec<f64>,
+    y: Vec<f64>,
+    height: f64,
+    cell: [f64; 2],
+    average: bool,
+    /// Squared distance within which cell averages count crossings.
+    near_squared: f64,
+    /// Number of its first sensor among all grids.
+    first: usize,
+    /// Every how many-th row-major sensor a vertex is connected to.
+    stride: usize,
+}
+
+impl<const C: usize> LightTracing<C> {
+    pub fn new(kernel: Arc<Kernel>, grids: &[Grid], settings: &Settings, seed: u64) -> Self {
+        let emission = Emission::new(&kernel, settings.photons_per_pass);
+        let mut first = 0;
+        let sensors = grids
+            .iter()
+            .map(|grid| {
+                let plane = SensorPlane::new(grid, first);
+                first += grid.len();
+                plane
+            })
+            .collect();
+        Self { kernel, emission, sensors, seed: Key::new(seed) }
+    }
+
+    fn sensor_count(&self) -> usize {
+        self.sensors.last().map_or(0, |last| last.first + last.len())
+    }
+
+    /// Photons `from`..`to` of a pass.
+    fn photons(&self, pass: Key, from: u64, to: u64) -> (Vec<f64>, Account) {
+        let mut tally = Tally { method: self, lux: vec![0.0; self.sensor_count()] };
+        let mut account = Account::new(self.kernel.tubes.len());
+        for number in from..to {
+            let (photon, mut samples) = self.emission.photon(&self.kernel, pass, number);
+            if let Some(photon) = photon {
+                trace::<C>(&self.kernel, &photon, &mut samples, &mut tally, &mut account);
+            }
+        }
+        (tally.lux, account)
+    }
+
+    /// Direct unscattered light at sensor `index` of a point grid, in lux, and the rays it took.
+    fn unscattered(&self, plane: &SensorPlane, index: usize, pass: Key, rays_per_sensor: u64) -> (f64, u64) {
+        let sensor = DVec3::new(plane.x[index % plane.x.len()], plane.y[index / plane.x.len()], plane.height);
+        let stream = pass.child(BACKWARD_STREAM + (plane.first + index) as u64);
+        let mut lux = 0.0;
+        let mut rays = 0;
+        for (number, tube) in self.kernel.tubes.iter().enumerate() {
+            let Some(zone) = tube.diffuser.specular_zone(tube.opening_radius) else { continue };
+            if tube.origin.z <= sensor.z {
+                continue;
+            }
+            let backward = Backward { kernel: &self.kernel, tube, sensor, zone };
+            let stream = stream.child(number as u64);
+            let (sky, sky_rays) = backward.sky(stream.child(0), rays_per_sensor.min(SKY_RAYS));
+            let (sun, sun_rays) = backward.sun(stream.child(1), rays_per_sensor.min(SUN_RAYS));
+            lux += sky + sun;
+            rays += sky_rays + sun_rays;
+        }
+        (lux, rays)
+    }
+}
+
+impl<const C: usize> Integrator for LightTracing<C> {
+    fn pass(&self, pass: u64, cancel: &AtomicBool) -> Option<Pass> {
+        let key = self.seed.child(pass);
+        let photons = self.emission.photons();
+        let chunks: Option<Vec<_>> = (0..photons.div_ceil(PHOTON_CHUNK))
+            .into_par_iter()
+            .map(|chunk| {
+                let from = chunk * PHOTON_CHUNK;
+                let to = (from + PHOTON_CHUNK).min(photons);
+                (!cancel.load(Ordering::Relaxed)).then(|| self.photons(key, from, to))
+            })
+            .collect();
+        let mut lux = vec![0.0; self.sensor_count()];
+        let mut account = Account::new(self.kernel.tubes.len());
+        for (chunk_lux, chunk_account) in chunks? {
+            lux.iter_mut().zip(&chunk_lux).for_each(|(sum, value)| *sum += value);
+            account.add(&chunk_account);
+        }
+        let specular = self.kernel.tubes.iter().any(|tube| tube.diffuser.specular_zone(tube.opening_radius).is_some());
+        for plane in self.sensors.iter().filter(|plane| specular && !plane.average) {
+            let per_sensor = (photons / plane.len() as u64).next_power_of_two().max(16);
+            let direct: Option<Vec<_>> = (0..plane.len())
+                .into_par_iter()
+                .map(|index| (!cancel.load(Ordering::Relaxed)).then(|| self.unscattered(plane, index, key, per_sensor)))
+                .collect();
+            for (index, (value, rays)) in direct?.into_iter().enumerate() {
+                lux[plane.first + index] += value;
+                account.rays += rays;
+            }
+        }
+        let grids = self
+            .sensors
+            .iter()
+            .map(|plane| GridPass {
+                illuminance: lux[plane.first..plane.first + plane.len()].to_vec(),
+                bias: Vec::new(),
+            })
+            .collect();
+        Some(Pass { grids, views: Vec::new(), account, photons })
+    }
+}
+
+impl SensorPlane {
+    fn new(grid: &Grid, first: usize) -> Self {
+        let near = 0.5 * grid.cell_size_m[0].max(grid.cell_size_m[1]);
+        Self {
+            x: grid.x_m.clone(),
+            y: grid.y_m.clone(),
+            height: grid.height_m,
+            cell: grid.cell_size_m,
+            average: grid.estimate == EstimateKind::CellAverage,
+            near_squared: near * near,
+            first,
+            stride: grid.len().div_ceil(CONNECTIONS),
+        }
+    }
+
+    fn len(&self) -> usize {
+        self.x.len() * self.y.len()
+    }
+
+    /// The cell that holds a point of the plane.
+    fn cell_at(&self, point: DVec2) -> Option<usize> {
+        let axis = |value: f64, centres: &[f64], size: f64| {
+            let position = (value - (centres[0] - 0.5 * size)) / size;
+            (position >= 0.0).then_some(position as usize).filter(|index| *index < centres.len())
+        };
+        let i = axis(point.x, &self.x, self.cell[0])?;
+        let j = axis(point.y, &self.y, self.cell[1])?;
+        Some(j * self.x.len() + i)
+    }
+}
+
+/// Illuminance of all sensors in lux, from some photons.
+struct Tally<'a, const C: usize> {
+    method: &'a LightTracing<C>,
+    lux: Vec<f64>,
+}
+
+impl<const C: usize> Visitor<C> for Tally<'_, C> {
+    fn scattered(&mut self, scattering: &Scattering<C>, samples: &mut PathSamples) {
+        let per_sr = scattering.leaving.luminance() / PI;
+        for plane in &self.method.sensors {
+            let depth = scattering.position.z - plane.height;
+            if depth <= 0.0 {
+                continue;
+            }
+            // one point in every cell, the same everywhere
+            let offset = if plane.average {
+                let [u, v] = samples.random.uniform2();
+                DVec2::new((u - 0.5) * plane.cell[0], (v - 0.5) * plane.cell[1])
+            } else {
+                DVec2::ZERO
+            };
+            let connection = Connection {
+                vertex: scattering.position - offset.extend(0.0),
+                normal: scattering.normal,
+                depth,
+                per_sr,
+                near_squared: if plane.average { plane.near_squared } else { 0.0 },
+            };
+            let lux = &mut self.lux[plane.first..plane.first + plane.len()];
+            if !self.method.kernel.boxes.is_empty() || plane.stride > 1 {
+                let start =
+                    if plane.stride > 1 { (samples.random.uniform() * plane.stride as f64) as usize } else { 0 };
+                for index in (start..plane.len()).step_by(plane.stride) {
+                    let point = DVec3::new(plane.x[index % plane.x.len()], plane.y[index / plane.x.len()], plane.height);
+                    let value = connection.illuminance(point.x, point.y);
+                    let target = point + offset.extend(0.0);
+                    if value > 0.0
+                        && self.method.kernel.visible(scattering.position, scattering.surface, target, NO_SURFACE)
+                    {
+                        lux[index] += value * plane.stride as f64;
+                    }
+                }
+            } else {
+                for (row, y) in lux.chunks_exact_mut(plane.x.len()).zip(&plane.y) {
+                    for (sum, x) in row.iter_mut().zip(&plane.x) {
+                        *sum += connection.illuminance(*x, *y);
+                    }
+                }
+            }
+        }
+    }
+
+    fn flew(&mut self, flight: &Flight<C>) {
+        for plane in self.method.sensors.iter().filter(|plane| plane.average) {
+            if flight.from.z <= plane.height || flight.to.z > plane.height {
+                continue;
+            }
+            let share = (flight.from.z - plane.height) / (flight.from.z - flight.to.z);
+            let crossing = flight.from.lerp(flight.to, share);
+            let near = (crossing - flight.from).length_squared() < plane.near_squared;
+            if (near || flight.origin == Origin::Specular)
+                && let Some(index) = plane.cell_at(crossing.truncate())
+            {
+                self.lux[plane.first + index] += flight.flux.luminance() / (plane.cell[0] * plane.cell[1]);
+            }
+        }
+    }
+
+    fn arrived(&mut self, _: u32, _: DVec3, _: Spectrum<C>, _: Origin) {}
+}
+
+/// A Lambertian vertex seen from the sensors of one plane below it.
+struct Connection {
+    vertex: DVec3,
+    normal: DVec3,
+    depth: f64,
+    /// Intensity along the normal in cd.
+    per_sr: f64,
+    near_squared: f64,
+}
+
+impl Connection {
+    /// Illuminance at a horizontal sensor: I cos(theta) cos(theta') / d^2; branchless, for the inner loop.
+    #[inline(always)]
+    fn illuminance(&self, x: f64, y: f64) -> f64 {
+        let (dx, dy) = (x - self.vertex.x, y - self.vertex.y);
+        let distance_squared = dx * dx + dy * dy + self.depth * self.depth;
+        let out = (self.normal.x * dx + self.normal.y * dy - self.normal.z * self.depth).max(0.0);
+        let value = self.per_sr * out * self.depth / (distance_squared * distance_squared);
+        if distance_squared < self.near_squared { 0.0 } else { value }
+    }
+}
+
+/// Light that reaches a sensor unscattered through one tube, followed backward.
+struct Backward<'a> {
+    kernel: &'a Kernel,
+    tube: &'a TubeKernel,
+    sensor: DVec3,
+    /// Inner and outer radius of the diffuser's clear zone.
+    zone: (f64, f64),
+}
+
+impl Backward<'_> {
+    /// Sky light: uniform points of the clear zone.
+    fn sky(&self, stream: Key, count: u64) -> (f64, u64) {
+        let Some(sky) = &self.kernel.sky else { return (0.0, 0) };
+        let (inner, outer) = self.zone;
+        let area = PI * (outer * outer - inner * inner);
+        let mut random = PathRandom::new(stream);
+        let mut sum = 0.0;
+        let mut rays = 0;
+        for number in 0..count {
+            let (replicate, index) = Replicate::of(stream, number);
+            let [u, v, ..] = replicate.point(index, 0);
+            let point = self.tube.origin + warp::annulus([u, v], inner, outer).extend(0.0);
+            if let Some((weight, toward)) = self.through(point, &mut random, &mut rays) {
+                sum += weight * sky.luminance(toward);
+            }
+        }
+        (sum * area / count as f64, rays)
+    }
+
+    /// Sunlight: only points from which the zenith angle is the sun's, which a straight tube conserves.
+    fn sun(&self, stream: Key, count: u64) -> (f64, u64) {
+        let Some(sun) = &self.kernel.sun else { return (0.0, 0) };
+        if !matches!(self.tube.guide, Guide::Straight(_)) {
+            return (0.0, 0);
+        }
+        let height = self.tube.origin.z - self.sensor.z;
+        let zenith_angle = sun.direction.truncate().length().atan2(sun.direction.z);
+        let foot = self.sensor.truncate() - self.tube.origin.truncate();
+        let distance = foot.length();
+        let (inner, outer) = self.zone;
+        // radii around the sensor's foot: the sun's band, cut by the opening
+        let reach = |angle: f64| height * angle.clamp(0.0, FRAC_PI_2 - 1e-6).tan();
+        let from = reach(zenith_angle - HALF_ANGLE).max(distance - outer).max(0.0);
+        let to = reach(zenith_angle + HALF_ANGLE).min(distance + outer);
+        if to <= from {
+            return (0.0, 0);
+        }
+        let mut random = PathRandom::new(stream);
+        let mut sum = 0.0;
+        let mut rays = 0;
+        for number in 0..count {
+            let (replicate, index) = Replicate::of(stream, number);
+            let [u, v, ..] = replicate.point(index, 0);
+            let radius = (from * from + u * (to * to - from * from)).sqrt();
+            // half the arc of this radius that lies above the opening
+            let cosine = if radius + distance <= outer || distance == 0.0 || radius == 0.0 {
+                -1.0
+            } else {
+                (radius * radius + distance * distance - outer * outer) / (2.0 * radius * distance)
+            };
+            let half_arc = cosine.clamp(-1.0, 1.0).acos();
+            if half_arc == 0.0 {
+                continue;
+            }
+            let angle = (2.0 * v - 1.0) * half_arc;
+            let inward = if distance > 0.0 { -foot / distance } else { DVec2::X };
+            let offset = foot + DVec2::from_angle(angle).rotate(inward) * radius;
+            if offset.length_squared() < inner * inner {
+                continue;
+            }
+            let area_per_sample = half_arc * (to * to - from * from);
+            let point = self.tube.origin + offset.extend(0.0);
+            if let Some((weight, toward)) = self.through(point, &mut random, &mut rays)
+                && sun.covers(toward)
+                && toward.z > 0.0
+            {
+                sum += weight * area_per_sample;
+            }
+        }
+        (sum * sun.luminance_cd_m2() / count as f64, rays)
+    }
+
+    /// From the sensor through `point` of the opening: geometry factor times transmittances, and the direction outside.
+    fn through(&self, point: DVec3, random: &mut PathRandom, rays: &mut u64) -> Option<(f64, DVec3)> {
+        let Closure::Specular { transmittance } = self.tube.closure_at(point) else { return None };
+        let way = point - self.sensor;
+        let distance_squared = way.length_squared();
+        let direction = way / distance_squared.sqrt();
+        if !self.kernel.visible(self.sensor, NO_SURFACE, point, NO_SURFACE) {
+            return None;
+        }
+        let transit: Transit<3> = self.tube.guide.up(point - self.tube.origin, direction, random);
+        *rays += 1 + u64::from(transit.rays);
+        if transit.end != End::Top {
+            return None;
+        }
+        let weight = (transit.weight() * Spectrum(transmittance)).luminance();
+        Some((weight * direction.z * direction.z / distance_squared, transit.direction))
+    }
+}
+
+/// Why this method cannot compute point sensors of a scene, if it cannot: in a tube that is not straight, light that
+/// passes the closure unscattered is followed backward into the sky only.
+pub fn refuses_points(kernel: &Kernel) -> Option<&'static str> {
+    let bent_and_clear = kernel.tubes.iter().any(|tube| {
+        !matches!(tube.guide, Guide::Straight(_)) && tube.diffuser.specular_zone(tube.opening_radius).is_some()
+    });
+    if !bent_and_clear {
+        None
+    } else if kernel.sun.is_some() {
+        Some("point sensors cannot find the sun's beam through a clear closure of a bent or meshed tube")
+    } else if kernel.guide_return {
+        Some("point sensors cannot find light that a bent or meshed tube with a clear closure sends back into the room")
+    } else {
+        None
     }
 }

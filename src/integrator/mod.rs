@@ -1,7 +1,21 @@
 //! Integrators: one pass, its settings, its state.
+//!
+//! A pass is a pure function of (kernel, settings, seed, pass number): it can be computed anywhere, in any order, and has
+//! the same bits on any number of threads. Passes are independent replicates; `estimate` adds them up.
 
+pub mod domain;
+pub mod emission;
+pub mod kernel;
+pub mod light_path;
 pub mod light_tracing;
+pub mod photon_grid;
 pub mod sppm;
+
+use std::sync::atomic::AtomicBool;
+
+use light_path::Account;
+
+pub use kernel::{Kernel, KernelError};
 
 /// The methods that compute passes, with their settings: the registry.
 #[derive(Clone, Debug, PartialEq)]
@@ -19,3 +33,38 @@ impl Method {
         }
     }
 }
+
+/// One pass of one method.
+pub trait Integrator: Send + Sync {
+    /// Computes pass `pass` (0, 1, ...) on the current rayon pool; `None` when `cancel` was raised meanwhile.
+    fn pass(&self, pass: u64, cancel: &AtomicBool) -> Option<Pass>;
+}
+
+/// What one pass gives: a replicate of every output.
+#[derive(Clone, Debug, Default)]
+pub struct Pass {
+    pub grids: Vec<GridPass>,
+    pub views: Vec<ViewPass>,
+    pub account: Account,
+    pub photons: u64,
+}
+
+/// Illuminance in lux per sensor.
+#[derive(Clone, Debug, Default)]
+pub struct GridPass {
+    pub illuminance: Vec<f64>,
+    /// Estimated bias per sensor; empty when the method has none.
+    pub bias: Vec<f64>,
+}
+
+/// Luminance in cd/m2 per pixel, top row first.
+#[derive(Clone, Debug, Default)]
+pub struct ViewPass {
+    /// Channels interleaved.
+    pub luminance: Vec<f64>,
+    /// Estimated bias of the luminance Y per pixel; empty when the method has none.
+    pub bias: Vec<f64>,
+}
+
+/// Photons that one task traces: fixed, so that sums fold in the same order on any number of threads.
+const PHOTON_CHUNK: u64 = 1024;

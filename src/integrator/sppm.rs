@@ -1,4 +1,29 @@
-//! Stochastic progressive photon mapping with a fixed radius schedule.
+//! Stochastic progressive photon mapping with independent passes.
+//!
+//! Every pass traces its own photons and eye rays and gathers with a radius that depends on the pass' number alone (Knaus
+//! and Zwicker 2011), so that passes are independent replicates. Light that a diffuser or a tube's scattering sends
+//! straight to a point is computed from the pass' own photons at the diffuser, not by density estimation; kernels are
+//! clipped to the surface they lie on and count photons of that surface only. The bias of the kernel is estimated from
+//! the same photons at two radii: it grows with the squared radius, so bias(r) = 2 (E(r) - E(r / sqrt 2)).
+
+use std::f64::consts::PI;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use glam::{DVec2, DVec3};
+use rayon::prelude::*;
+
+use super::domain::Domain;
+use super::emission::{Emission, PathSamples};
+use super::kernel::{Kernel, NO_SURFACE, Place, SurfaceId};
+use super::light_path::{Account, Flight, Origin, Scattering, Visitor, trace};
+use super::photon_grid::{Photon, PhotonGrid};
+use super::{GridPass, Integrator, PHOTON_CHUNK, Pass, ViewPass};
+use crate::geometry::disc::disc_disc_area;
+use crate::guide::{End, Transit};
+use crate::optics::{Closure, Spectrum};
+use crate::sampling::{Key, PathRandom};
+use crate::scene::{EstimateKind, Grid, View};
 
 /// Settings of the method.
 #[derive(Clone, Debug, PartialEq)]
@@ -14,5 +39,403 @@ pub struct Settings {
 impl Default for Settings {
     fn default() -> Self {
         Self { photons_per_pass: 65_536, initial_radius_m: None, alpha: 2.0 / 3.0 }
+    }
+}
+
+/// Share of the shortest edge of the room that is the default first radius.
+const DEFAULT_RADIUS_SHARE: f64 = 0.05;
+
+/// Photons at each diffuser to which a visible point and a sensor are connected.
+const POINT_CONNECTIONS: usize = 4;
+const SENSOR_CONNECTIONS: usize = 256;
+
+/// Specular events of one eye ray.
+const MAX_EYE_EVENTS: u32 = 64;
+
+/// A clipped kernel below this share of the full disc has no room for photons.
+const LEAST_KERNEL: f64 = 1e-6;
+
+/// Streams of random numbers within a pass.
+const EYE_STREAM: u64 = 1 << 32;
+const SENSOR_STREAM: u64 = 1 << 33;
+
+/// The method on one scene; `C` channels of light.
+#[derive(Debug)]
+pub struct Sppm<const C: usize> {
+    kernel: Arc<Kernel>,
+    emission: Emission,
+    grids: Vec<Grid>,
+    grid_domains: Vec<Domain>,
+    views: Vec<View>,
+    domains: Vec<Domain>,
+    initial_radius: f64,
+    alpha: f64,
+    seed: Key,
+}
+
+/// Photons of one pass.
+struct Maps<const C: usize> {
+    /// On surfaces, but for light straight from a diffuser.
+    surfaces: PhotonGrid<C>,
+    /// Crossings of each grid's plane, downward, but for light straight from a diffuser.
+    planes: Vec<PhotonGrid<C>>,
+    /// Scattered downward at each tube's diffuser.
+    exits: Vec<Vec<Photon<C>>>,
+    exit_grid: PhotonGrid<C>,
+    radius: f64,
+}
+
+/// Irradiance in lux and its estimated bias.
+#[derive(Clone, Copy)]
+struct Gathered<const C: usize> {
+    irradiance: Spectrum<C>,
+    bias: f64,
+}
+
+impl<const C: usize> Sppm<C> {
+    pub fn new(kernel: Arc<Kernel>, grids: &[Grid], views: &[View], settings: &Settings, seed: u64) -> Self {
+        Self {
+            emission: Emission::new(&kernel, settings.photons_per_pass),
+            grids: grids.to_vec(),
+            grid_domains: grids.iter().map(|grid| Domain::horizontal_plane(&kernel, grid.height_m)).collect(),
+            views: views.to_vec(),
+            domains: Domain::of_surfaces(&kernel),
+            initial_radius: settings
+                .initial_radius_m
+                .unwrap_or(DEFAULT_RADIUS_SHARE * kernel.size.min_element()),
+            alpha: settings.alpha,
+            seed: Key::new(seed),
+            kernel,
+        }
+    }
+
+    /// Gather radius of a pass in metres: r_1 sqrt(prod_{k=1..i} (k + alpha) / (k + 1)), Knaus and Zwicker 2011.
+    fn radius(&self, pass: u64) -> f64 {
+        // the product is Gamma(i + 1 + alpha) / (Gamma(1 + alpha) Gamma(i + 2)) with i passes before
+        let i = pass as f64;
+        let ln_gamma = statrs::function::gamma::ln_gamma;
+        let log = ln_gamma(i + 1.0 + self.alpha) - ln_gamma(1.0 + self.alpha) - ln_gamma(i + 2.0);
+        self.initial_radius * (0.5 * log).exp()
+    }
+
+    fn trace_photons(&self, key: Key, cancel: &AtomicBool) -> Option<(Store<C>, Account)> {
+        let photons = self.emission.photons();
+        let chunks: Option<Vec<_>> = (0..photons.div_ceil(PHOTON_CHUNK))
+            .into_par_iter()
+            .map(|chunk| {
+                if cancel.load(Ordering::Relaxed) {
+                    return None;
+                }
+                let mut store = Store::new(&self.grids, self.kernel.tubes.len(), !self.views.is_empty());
+                let mut account = Account::new(self.kernel.tubes.len());
+                for number in chunk * PHOTON_CHUNK..((chunk + 1) * PHOTON_CHUNK).min(photons) {
+                    let (photon, mut samples) = self.emission.photon(&self.kernel, key, number);
+                    if let Some(photon) = photon {
+                        trace::<C>(&self.kernel, &photon, &mut samples, &mut store, &mut account);
+                    }
+                }
+                Some((store, account))
+            })
+            .collect();
+        let mut all = Store::new(&self.grids, self.kernel.tubes.len(), !self.views.is_empty());
+        let mut account = Account::new(self.kernel.tubes.len());
+        for (store, part) in chunks? {
+            all.append(store);
+            account.add(&part);
+        }
+        Some((all, account))
+    }
+
+    /// One grid of one pass.
+    fn grid(&self, number: usize, maps: &Maps<C>, key: Key) -> GridPass {
+        let (grid, domain) = (&self.grids[number], &self.grid_domains[number]);
+        let stream = key.child(SENSOR_STREAM + number as u64);
+        let values: Vec<(f64, f64)> = (0..grid.len())
+            .into_par_iter()
+            .map(|index| {
+                let mut random = PathRandom::new(stream.child(index as u64));
+                let (i, j) = (index % grid.cells[0], index / grid.cells[0]);
+                let mut sensor = DVec3::new(grid.x_m[i], grid.y_m[j], grid.height_m);
+                if grid.estimate == EstimateKind::CellAverage {
+                    let [u, v] = random.uniform2();
+                    sensor.x += (u - 0.5) * grid.cell_size_m[0];
+                    sensor.y += (v - 0.5) * grid.cell_size_m[1];
+                }
+                let direct = self.from_diffusers(maps, sensor, DVec3::Z, NO_SURFACE, SENSOR_CONNECTIONS, &mut random);
+                let gathered = density(&maps.planes[number], domain, sensor, maps.radius, 0);
+                (direct.luminance() + gathered.irradiance.luminance(), gathered.bias)
+            })
+            .collect();
+        let (illuminance, bias) = values.into_iter().unzip();
+        GridPass { illuminance, bias }
+    }
+
+    /// One view of one pass.
+    fn view(&self, number: usize, maps: &Maps<C>, key: Key, cancel: &AtomicBool) -> Option<ViewPass> {
+        let view = &self.views[number];
+        let stream = key.child(EYE_STREAM + number as u64);
+        let [width, height] = view.size_px;
+        let rows: Option<Vec<_>> = (0..height)
+            .into_par_iter()
+            .map(|row| {
+                if cancel.load(Ordering::Relaxed) {
+                    return None;
+                }
+                let pixels = (0..width).map(|column| {
+                    let mut random = PathRandom::new(stream.child((row * width + column) as u64));
+                    let [x, y] = random.uniform2();
+                    let direction = view.ray_direction(column as f64 + x, row as f64 + y);
+                    self.luminance(maps, view.eye, direction, &mut random)
+                });
+                Some(pixels.collect::<Vec<_>>())
+            })
+            .collect();
+        let mut pass = ViewPass::default();
+        for pixel in rows?.into_iter().flatten() {
+            pass.luminance.extend(pixel.irradiance.0);
+            pass.bias.push(pixel.bias);
+        }
+        Some(pass)
+    }
+
+    /// Luminance in cd/m2 that an eye sees along `direction`.
+    fn luminance(&self, maps: &Maps<C>, eye: DVec3, direction: DVec3, random: &mut PathRandom) -> Gathered<C> {
+        let dark = Gathered { irradiance: Spectrum::ZERO, bias: 0.0 };
+        let Some(mut origin) = self.enter_room(eye, direction) else { return dark };
+        let mut direction = direction;
+        let mut weight = Spectrum::<C>::ONE;
+        for _ in 0..MAX_EYE_EVENTS {
+            let hit = self.kernel.intersect(origin, direction, NO_SURFACE);
+            let index = match hit.place {
+                Place::Surface(surface) => {
+                    let Some(reflectance) = self.kernel.reflectance[surface as usize] else { return dark };
+                    let brdf = Spectrum::from_rgb(reflectance) * (1.0 / PI);
+                    let mut seen = self.irradiance(maps, hit.position, hit.normal, surface, random);
+                    seen.bias *= (weight * brdf).luminance();
+                    seen.irradiance = seen.irradiance * weight * brdf;
+                    return seen;
+                }
+                Place::Opening(index) => index,
+            };
+            let tube = &self.kernel.tubes[index];
+            let transmittance = match tube.closure_at(hit.position) {
+                Closure::Lambertian { .. } => {
+                    let exitance = self.exitance(maps, index, hit.position);
+                    return Gathered { irradiance: exitance * weight * (1.0 / PI), bias: 0.0 };
+                }
+                Closure::Specular { transmittance } => transmittance,
+            };
+            let transit: Transit<C> = tube.guide.up(hit.position - tube.origin, direction, random);
+            weight = weight * transit.weight() * Spectrum::from_rgb(transmittance);
+            match transit.end {
+                End::Top => {
+                    let toward = transit.direction;
+                    let sky = self.kernel.sky.as_ref().map_or(0.0, |sky| sky.luminance(toward));
+                    let sun = self.kernel.sun.filter(|sun| sun.covers(toward) && toward.z > 0.0);
+                    let outside = sky + sun.map_or(0.0, |sun| sun.luminance_cd_m2());
+                    return Gathered { irradiance: weight * outside, bias: 0.0 };
+                }
+                // back into the room, through the closure again
+                End::Opening if self.kernel.guide_return => {
+                    origin = tube.origin + transit.position;
+                    origin.z = tube.origin.z;
+                    direction = transit.direction;
+                    match tube.closure_at(origin) {
+                        Closure::Specular { transmittance } => weight *= Spectrum::from_rgb(transmittance),
+                        Closure::Lambertian { .. } => return dark,
+                    }
+                }
+                End::Opening | End::Lost | End::Cut => return dark,
+            }
+        }
+        dark
+    }
+
+    /// Where an eye ray is inside the room: at once, or behind an open surface.
+    fn enter_room(&self, eye: DVec3, direction: DVec3) -> Option<DVec3> {
+        let size = self.kernel.size;
+        if eye.cmpge(DVec3::ZERO).all() && eye.cmple(size).all() {
+            return Some(eye);
+        }
+        let (mut enter, mut leave, mut face) = (f64::NEG_INFINITY, f64::INFINITY, 0);
+        for axis in 0..3 {
+            if direction[axis] == 0.0 {
+                if eye[axis] < 0.0 || eye[axis] > size[axis] {
+                    return None;
+                }
+                continue;
+            }
+            let (a, b) = (-eye[axis] / direction[axis], (size[axis] - eye[axis]) / direction[axis]);
+            if a.min(b) > enter {
+                enter = a.min(b);
+                face = 2 * axis + usize::from(direction[axis] < 0.0);
+            }
+            leave = leave.min(a.max(b));
+        }
+        let through = enter > 0.0 && enter < leave && self.kernel.reflectance[face].is_none();
+        through.then(|| (eye + direction * enter).clamp(DVec3::ZERO, size))
+    }
+
+    /// Irradiance of a surface point.
+    fn irradiance(
+        &self,
+        maps: &Maps<C>,
+        position: DVec3,
+        normal: DVec3,
+        surface: SurfaceId,
+        random: &mut PathRandom,
+    ) -> Gathered<C> {
+        let domain = &self.domains[surface as usize];
+        let mut gathered = density(&maps.surfaces, domain, position, maps.radius, surface);
+        let direct = self.from_diffusers(maps, position, normal, surface, POINT_CONNECTIONS, random);
+        gathered.irradiance += direct;
+        gathered
+    }
+
+    /// Irradiance straight from the diffusers, by connections to some of the photons that they scattered.
+    fn from_diffusers(
+        &self,
+        maps: &Maps<C>,
+        position: DVec3,
+        normal: DVec3,
+        surface: SurfaceId,
+        connections: usize,
+        random: &mut PathRandom,
+    ) -> Spectrum<C> {
+        let mut sum = Spectrum::ZERO;
+        for exits in &maps.exits {
+            let count = connections.min(exits.len());
+            for k in 0..count {
+                let stratum = (k as f64 + random.uniform()) / count as f64;
+                let exit = &exits[((stratum * exits.len() as f64) as usize).min(exits.len() - 1)];
+                let way = exit.position - position;
+                let distance_squared = way.length_squared();
+                let cosines = way.dot(normal) * way.z;
+                if cosines > 0.0 && way.z > 0.0 && self.kernel.visible(position, surface, exit.position, NO_SURFACE) {
+                    let geometry = cosines / (distance_squared * distance_squared) / PI;
+                    sum += exit.flux * (geometry * exits.len() as f64 / count as f64);
+                }
+            }
+        }
+        sum
+    }
+
+    /// Luminous exitance in lm/m2 of a diffuser at a point of its lower side.
+    fn exitance(&self, maps: &Maps<C>, index: usize, position: DVec3) -> Spectrum<C> {
+        let tube = &self.kernel.tubes[index];
+        let radius = maps.radius.min(0.25 * tube.opening_radius);
+        let (flux, _) = maps.exit_grid.gather(position, radius, index as SurfaceId);
+        let distance = (position - tube.origin).truncate().length();
+        let mut area = disc_disc_area(radius, tube.opening_radius, distance);
+        if let Some((inner, outer)) = tube.diffuser.specular_zone(tube.opening_radius) {
+            area -= disc_disc_area(radius, outer, distance) - disc_disc_area(radius, inner, distance);
+        }
+        if area < LEAST_KERNEL * PI * radius * radius { Spectrum::ZERO } else { flux * (1.0 / area) }
+    }
+}
+
+impl<const C: usize> Integrator for Sppm<C> {
+    fn pass(&self, pass: u64, cancel: &AtomicBool) -> Option<Pass> {
+        let key = self.seed.child(pass);
+        let radius = self.radius(pass);
+        let (store, account) = self.trace_photons(key, cancel)?;
+        let all_exits: Vec<Photon<C>> = store.exits.concat();
+        let maps = Maps {
+            surfaces: PhotonGrid::new(&store.surfaces, radius),
+            planes: store.planes.iter().map(|photons| PhotonGrid::new(photons, radius)).collect(),
+            exit_grid: PhotonGrid::new(&all_exits, radius.min(0.25 * self.smallest_opening())),
+            exits: store.exits,
+            radius,
+        };
+        let grids = (0..self.grids.len()).map(|number| self.grid(number, &maps, key)).collect();
+        let views =
+            (0..self.views.len()).map(|number| self.view(number, &maps, key, cancel)).collect::<Option<_>>()?;
+        Some(Pass { grids, views, account, photons: self.emission.photons() })
+    }
+}
+
+impl<const C: usize> Sppm<C> {
+    fn smallest_opening(&self) -> f64 {
+        self.kernel.tubes.iter().map(|tube| tube.opening_radius).fold(f64::INFINITY, f64::min)
+    }
+}
+
+/// Irradiance by density estimation on a clipped disc, with its bias estimated from the half of the disc's area.
+fn density<const C: usize>(
+    photons: &PhotonGrid<C>,
+    domain: &Domain,
+    centre: DVec3,
+    radius: f64,
+    surface: SurfaceId,
+) -> Gathered<C> {
+    let half_radius = radius * std::f64::consts::FRAC_1_SQRT_2;
+    let (whole_area, half_area) = (domain.area(centre, radius), domain.area(centre, half_radius));
+    let least = LEAST_KERNEL * PI * radius * radius;
+    if whole_area < least || half_area < least {
+        return Gathered { irradiance: Spectrum::ZERO, bias: 0.0 };
+    }
+    let (whole, half) = photons.gather(centre, radius, surface);
+    let irradiance = whole * (1.0 / whole_area);
+    let bias = 2.0 * (irradiance.luminance() - half.luminance() / half_area);
+    Gathered { irradiance, bias }
+}
+
+/// Photons that one pass keeps.
+struct Store<const C: usize> {
+    heights: Vec<f64>,
+    keeps_surfaces: bool,
+    surfaces: Vec<Photon<C>>,
+    planes: Vec<Vec<Photon<C>>>,
+    exits: Vec<Vec<Photon<C>>>,
+}
+
+impl<const C: usize> Store<C> {
+    fn new(grids: &[Grid], tubes: usize, keeps_surfaces: bool) -> Self {
+        Self {
+            heights: grids.iter().map(|grid| grid.height_m).collect(),
+            keeps_surfaces,
+            surfaces: Vec::new(),
+            planes: vec![Vec::new(); grids.len()],
+            exits: vec![Vec::new(); tubes],
+        }
+    }
+
+    fn append(&mut self, mut other: Self) {
+        self.surfaces.append(&mut other.surfaces);
+        for (all, part) in self.planes.iter_mut().zip(&mut other.planes) {
+            all.append(part);
+        }
+        for (all, part) in self.exits.iter_mut().zip(&mut other.exits) {
+            all.append(part);
+        }
+    }
+}
+
+impl<const C: usize> Visitor<C> for Store<C> {
+    fn scattered(&mut self, scattering: &Scattering<C>, _: &mut PathSamples) {
+        if let Some(tube) = scattering.diffuser {
+            let photon =
+                Photon { position: scattering.position, surface: tube as SurfaceId, flux: scattering.leaving };
+            self.exits[tube].push(photon);
+        }
+    }
+
+    fn flew(&mut self, flight: &Flight<C>) {
+        if flight.origin == Origin::Diffuser {
+            return;
+        }
+        for (height, photons) in self.heights.iter().zip(&mut self.planes) {
+            if flight.from.z > *height && flight.to.z <= *height {
+                let share = (flight.from.z - height) / (flight.from.z - flight.to.z);
+                let crossing: DVec2 = flight.from.truncate().lerp(flight.to.truncate(), share);
+                photons.push(Photon { position: crossing.extend(*height), surface: 0, flux: flight.flux });
+            }
+        }
+    }
+
+    fn arrived(&mut self, surface: SurfaceId, position: DVec3, flux: Spectrum<C>, origin: Origin) {
+        if self.keeps_surfaces && origin != Origin::Diffuser {
+            self.surfaces.push(Photon { position, surface, flux });
+        }
     }
 }

@@ -1,12 +1,21 @@
 //! From a document to results: prepare, render chunks of passes in order, stop, write the results.
 
 use std::ops::Range;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
 
-use crate::document::{DocumentErrors, MeshSource, Warning};
+use super::checkpoint;
+use crate::document::{self, DocumentErrors, FieldError, JobDocument, MeshSource, Provenance, Warning};
 use crate::estimate::{Accuracy, Estimate, StopRule};
-use crate::plan::Plan;
+use crate::integrator::light_tracing::LightTracing;
+use crate::integrator::sppm::Sppm;
+use crate::integrator::{Integrator, Kernel, Method};
+use crate::plan::{self, Effects, Methods, Plan};
+use crate::scene::{Channels, Grid, Scene, View};
 
 /// A job ready to render: immutable, shared by threads.
 pub struct Prepared {
@@ -16,10 +25,24 @@ pub struct Prepared {
     pub warnings: Vec<Warning>,
     pub stop: StopRule,
     pub name: Option<String>,
+    pub(super) scene: Scene,
+    pub(super) provenance: Provenance,
+    engine: Engine,
+    /// Most passes that one chunk may have.
+    chunk_passes: u64,
+}
+
+/// The integrators of a plan.
+enum Engine {
+    /// Nothing is lit: every value is exactly zero.
+    Dark,
+    /// One method computes grids and views in the same passes.
+    Shared(Box<dyn Integrator>),
+    Separate { grids: Option<Box<dyn Integrator>>, views: Option<Box<dyn Integrator>> },
 }
 
 /// Why a job ended.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, serde::Deserialize, utoipa::ToSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum StoppedBy {
     RelativeError,
@@ -30,7 +53,7 @@ pub enum StoppedBy {
 }
 
 /// One row of the convergence table.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, serde::Deserialize, utoipa::ToSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct PassReport {
     /// Passes done so far, this one included.
     pub passes: u64,
@@ -68,85 +91,258 @@ pub struct Chunk {
 pub enum RenderError {
     #[error("pass {pass}: {place} is not finite")]
     NotFinite { pass: u64, place: String },
+    #[error("{file}: {reason}")]
+    Output { file: String, reason: String },
 }
 
-/// A file of the results, e.g. `grids/workplane.json`.
-pub struct ResultFile {
-    pub name: String,
-    pub media_type: &'static str,
-    pub bytes: Vec<u8>,
-}
+/// Passes of a first chunk; later ones double the job until they reach [`CHUNK_SECONDS`].
+const FIRST_CHUNK: u64 = 8;
+
+/// About how long one chunk takes on the machine that the plan's costs were measured on: what a crash can lose.
+const CHUNK_SECONDS: f64 = 2.0;
+
+/// How often a running pass looks whether it is cancelled.
+const CANCEL_POLL: Duration = Duration::from_millis(20);
 
 /// Validates a document (JSON text), loads its meshes, builds the scene and the plan.
-pub fn prepare(_document: &[u8], _meshes: &dyn MeshSource) -> Result<Prepared, DocumentErrors> {
-    unimplemented!()
+pub fn prepare(document: &[u8], meshes: &dyn MeshSource) -> Result<Prepared, DocumentErrors> {
+    prepare_document(&JobDocument::parse(document)?, meshes)
+}
+
+/// The same for a parsed document.
+pub fn prepare_document(document: &JobDocument, meshes: &dyn MeshSource) -> Result<Prepared, DocumentErrors> {
+    let refused = |pointer: &str, detail: String| {
+        DocumentErrors(vec![FieldError { pointer: pointer.into(), detail }])
+    };
+    let (scene, warnings, mut provenance) = document::to_scene(document, meshes)?;
+    let effects = Effects::of(&scene, &document.effect_requests());
+    let kernel = plan::compile(&scene, &effects)
+        .map_err(|error| refused(&format!("/tubes/{}/parts", error.tube), error.error.to_string()))?;
+    let methods = Methods::choose(&scene, &kernel, &document.method.request())
+        .map_err(|refusal| refused("/method", refusal.to_string()))?;
+    let plan = Plan { guides: plan::guides(&kernel), effects, methods };
+    provenance.interreflection = kernel.interreflection;
+    provenance.sun.on = kernel.sun.is_some();
+    let engine = Engine::new(Arc::new(kernel), &scene, &plan.methods, document.seed);
+    let per_chunk = CHUNK_SECONDS / plan::cost::seconds_per_pass(&scene, &plan).max(1e-9);
+    Ok(Prepared {
+        document: document.to_json(),
+        warnings,
+        stop: document.stop_rule(),
+        name: document.name.clone(),
+        chunk_passes: (per_chunk as u64).clamp(1, 4096),
+        plan,
+        scene,
+        provenance,
+        engine,
+    })
+}
+
+impl Engine {
+    fn new(kernel: Arc<Kernel>, scene: &Scene, methods: &Methods, seed: u64) -> Self {
+        if kernel.sky.is_none() && kernel.sun.is_none() {
+            return Self::Dark;
+        }
+        let build = |method: &Method, grids: &[Grid], views: &[View]| -> Box<dyn Integrator> {
+            match scene.channels {
+                Channels::Photopic => integrator::<1>(method, kernel.clone(), grids, views, seed),
+                Channels::Rgb => integrator::<3>(method, kernel.clone(), grids, views, seed),
+            }
+        };
+        match methods {
+            Methods { grids: Some(choice), .. } if methods.share_passes() => {
+                Self::Shared(build(&choice.method, &scene.grids, &scene.views))
+            }
+            Methods { grids, views } => Self::Separate {
+                grids: grids.as_ref().map(|choice| build(&choice.method, &scene.grids, &[])),
+                views: views.as_ref().map(|choice| build(&choice.method, &[], &scene.views)),
+            },
+        }
+    }
+
+    /// Adds pass `number` to an estimate; false when cancelled.
+    fn add_pass(&self, number: u64, estimate: &mut Estimate, cancel: &AtomicBool) -> bool {
+        let run = |integrator: &dyn Integrator| integrator.pass(number, cancel);
+        match self {
+            Self::Dark => {
+                let dark = estimate.dark_pass();
+                estimate.push(Some(&dark), Some(&dark));
+            }
+            Self::Shared(integrator) => {
+                let Some(pass) = run(integrator.as_ref()) else { return false };
+                estimate.push(Some(&pass), Some(&pass));
+            }
+            Self::Separate { grids, views } => {
+                let grid_pass = grids.as_ref().map(|integrator| run(integrator.as_ref()));
+                let view_pass = views.as_ref().map(|integrator| run(integrator.as_ref()));
+                if matches!(grid_pass, Some(None)) || matches!(view_pass, Some(None)) {
+                    return false;
+                }
+                estimate.push(grid_pass.flatten().as_ref(), view_pass.flatten().as_ref());
+            }
+        }
+        true
+    }
+}
+
+fn integrator<const C: usize>(
+    method: &Method,
+    kernel: Arc<Kernel>,
+    grids: &[Grid],
+    views: &[View],
+    seed: u64,
+) -> Box<dyn Integrator> {
+    match method {
+        Method::LightTracing(settings) => Box::new(LightTracing::<C>::new(kernel, grids, settings, seed)),
+        Method::Sppm(settings) => Box::new(Sppm::<C>::new(kernel, grids, views, settings, seed)),
+    }
 }
 
 impl Prepared {
     /// The passes of chunk `index`, fixed by the job alone; `None` past the last.
-    pub fn chunk(&self, _index: u64) -> Option<Range<u64>> {
-        unimplemented!()
+    pub fn chunk(&self, index: u64) -> Option<Range<u64>> {
+        chunk_range(index, self.chunk_passes, self.stop.max_passes)
     }
 
     /// Renders chunk `index` on the current rayon pool; `before` is the merged estimate of all earlier chunks and
     /// `seconds_before` their render time.
     pub fn render_chunk(
         &self,
-        _index: u64,
-        _before: &Estimate,
-        _seconds_before: f64,
-        _observer: &dyn Observer,
+        index: u64,
+        before: &Estimate,
+        seconds_before: f64,
+        observer: &dyn Observer,
     ) -> Result<Chunk, RenderError> {
-        unimplemented!()
+        let passes = self.chunk(index).unwrap_or(0..0);
+        let start = Instant::now();
+        let cancel = AtomicBool::new(false);
+        let done = AtomicBool::new(false);
+        std::thread::scope(|scope| {
+            scope.spawn(|| {
+                while !done.load(Ordering::Acquire) {
+                    if observer.cancelled() {
+                        cancel.store(true, Ordering::Relaxed);
+                        return;
+                    }
+                    std::thread::park_timeout(CANCEL_POLL);
+                }
+            });
+            let chunk = self.render_passes(passes, before, seconds_before, start, &cancel, observer);
+            done.store(true, Ordering::Release);
+            chunk
+        })
+    }
+
+    fn render_passes(
+        &self,
+        passes: Range<u64>,
+        before: &Estimate,
+        seconds_before: f64,
+        start: Instant,
+        cancel: &AtomicBool,
+        observer: &dyn Observer,
+    ) -> Result<Chunk, RenderError> {
+        let mut estimate = self.empty_estimate();
+        let mut ended = None;
+        for pass in passes {
+            if !self.engine.add_pass(pass, &mut estimate, cancel) {
+                ended = Some(StoppedBy::Cancelled);
+                break;
+            }
+            if let Some(place) = estimate.first_not_finite() {
+                return Err(RenderError::NotFinite { pass, place });
+            }
+            let seconds = seconds_before + start.elapsed().as_secs_f64();
+            let mut merged = before.clone();
+            merge(&mut merged, &estimate);
+            observer.pass_done(&self.report(&merged, seconds), &merged);
+            if seconds >= self.stop.max_seconds && merged.passes < self.stop.max_passes {
+                ended = Some(StoppedBy::MaxSeconds);
+                break;
+            }
+        }
+        Ok(Chunk { estimate, seconds: start.elapsed().as_secs_f64(), ended })
+    }
+
+    fn report(&self, merged: &Estimate, seconds: f64) -> PassReport {
+        let accuracy = self.accuracy(merged);
+        PassReport {
+            passes: merged.passes,
+            seconds,
+            photons: merged.photons,
+            rays: merged.rays,
+            relative_error: accuracy.grids.filter(|error| error.is_finite()),
+            view_relative_error: accuracy.views.filter(|error| error.is_finite()),
+            mean_lux: merged.grids.first().map(|grid| grid.mean.mean),
+        }
     }
 
     /// An estimate of no passes.
     pub fn empty_estimate(&self) -> Estimate {
-        unimplemented!()
+        Estimate::empty(&self.scene)
     }
 
     /// Whether the job is done after chunk `index` with everything merged into `merged`.
-    pub fn stop_after(&self, _index: u64, _merged: &Estimate) -> Option<StoppedBy> {
-        unimplemented!()
+    pub fn stop_after(&self, index: u64, merged: &Estimate) -> Option<StoppedBy> {
+        if matches!(self.engine, Engine::Dark) {
+            Some(StoppedBy::Exact)
+        } else if self.stop.accurate_enough(merged) {
+            Some(StoppedBy::RelativeError)
+        } else if self.chunk(index + 1).is_none() {
+            Some(StoppedBy::MaxPasses)
+        } else {
+            None
+        }
     }
 
-    pub fn accuracy(&self, _merged: &Estimate) -> Accuracy {
-        unimplemented!()
-    }
-
-    /// `plan` of results and of `POST /v1/plan`.
-    pub fn plan_json(&self) -> serde_json::Value {
-        unimplemented!()
-    }
-
-    /// Summary for the job resource and `result.json`: `accuracy`, `timing`, `tubes`, `energy`, `switches`, grid
-    /// statistics; merged into the job's JSON object.
-    pub fn summary_json(&self, _merged: &Estimate, _seconds: f64) -> serde_json::Value {
-        unimplemented!()
-    }
-
-    /// Grids as JSON and CSV, views as EXR, PNG and false-colour PNG.
-    pub fn result_files(&self, _merged: &Estimate) -> Result<Vec<ResultFile>, RenderError> {
-        unimplemented!()
-    }
-
-    /// Tone-mapped progress images of all views: (view name, PNG bytes).
-    pub fn preview_images(&self, _merged: &Estimate) -> Vec<(String, Vec<u8>)> {
-        unimplemented!()
+    pub fn accuracy(&self, merged: &Estimate) -> Accuracy {
+        self.stop.accuracy(merged)
     }
 }
 
-/// An estimate as bytes, bit-exact: little-endian words with a length and a hash.
-pub fn encode(_estimate: &Estimate) -> Vec<u8> {
-    unimplemented!()
-}
-
-/// The estimate of `bytes` for this job; an error names what is wrong with them.
-pub fn decode(_prepared: &Prepared, _bytes: &[u8]) -> Result<Estimate, String> {
-    unimplemented!()
+/// Chunks of passes 0..`most`: the first of 8, then each as long as all before it, never longer than `longest`.
+fn chunk_range(index: u64, longest: u64, most: u64) -> Option<Range<u64>> {
+    let mut range = 0..FIRST_CHUNK.min(longest).min(most);
+    for _ in 0..index {
+        let length = range.end.min(longest);
+        range = range.end..(range.end + length).min(most);
+        if range.is_empty() {
+            return None;
+        }
+    }
+    (!range.is_empty()).then_some(range)
 }
 
 /// Adds a chunk to everything before it; the order of merges fixes the bits.
-pub fn merge(_before: &mut Estimate, _chunk: &Estimate) {
-    unimplemented!()
+pub fn merge(before: &mut Estimate, chunk: &Estimate) {
+    before.merge(chunk);
+}
+
+/// An estimate as bytes, bit-exact: little-endian words with a length and a hash.
+pub fn encode(estimate: &Estimate) -> Vec<u8> {
+    checkpoint::encode(estimate)
+}
+
+/// The estimate of `bytes` for this job; an error names what is wrong with them.
+pub fn decode(prepared: &Prepared, bytes: &[u8]) -> Result<Estimate, String> {
+    checkpoint::decode(prepared.empty_estimate(), bytes)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn chunks_cover_all_passes_once() {
+        for (longest, most) in [(1, 5), (8, 8), (64, 1000), (4096, 4096), (3, 1), (7, 20)] {
+            let mut next = 0;
+            for index in 0.. {
+                let Some(range) = chunk_range(index, longest, most) else { break };
+                assert_eq!(range.start, next);
+                assert!(range.end - range.start <= longest);
+                next = range.end;
+            }
+            assert_eq!(next, most);
+        }
+    }
 }

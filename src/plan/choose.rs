@@ -1,6 +1,7 @@
 //! From effects to methods.
 
-use crate::integrator::Method;
+use crate::integrator::{Kernel, Method, light_tracing, sppm};
+use crate::scene::{EstimateKind, Scene};
 
 /// Which method computes the grids and which the views; `None` where the job has no such output.
 #[derive(Clone, Debug)]
@@ -9,8 +10,68 @@ pub struct Methods {
     pub views: Option<MethodChoice>,
 }
 
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct MethodChoice {
     pub method: Method,
     pub reason: String,
+}
+
+/// The document's `method`.
+#[derive(Clone, Debug, PartialEq)]
+pub enum MethodRequest {
+    Auto,
+    Method(Method),
+}
+
+/// A method that cannot compute what the job asks for.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error("{0}")]
+pub struct PlanRefusal(pub String);
+
+impl Methods {
+    /// The methods for a compiled scene: the requested one where it is able, or the best with its reason.
+    pub fn choose(scene: &Scene, kernel: &Kernel, request: &MethodRequest) -> Result<Self, PlanRefusal> {
+        let has_points = scene.grids.iter().any(|grid| grid.estimate == EstimateKind::Point);
+        let refusal = has_points.then(|| light_tracing::refuses_points(kernel)).flatten();
+        let choice = |method: Method, reason: &str| Some(MethodChoice { method, reason: reason.into() });
+        let requested = "asked for in the document";
+        let (grids, views) = match request {
+            MethodRequest::Auto => {
+                let grids = match refusal {
+                    None => choice(
+                        Method::LightTracing(light_tracing::Settings::default()),
+                        "unbiased, and connects every scattering to every sensor in closed form",
+                    ),
+                    Some(reason) => choice(Method::Sppm(sppm::Settings::default()), reason),
+                };
+                let views = choice(
+                    Method::Sppm(sppm::Settings::default()),
+                    "sees light through clear closures and mirrors, which no eye ray finds by chance",
+                );
+                (grids, views)
+            }
+            MethodRequest::Method(method @ Method::LightTracing(_)) => {
+                if !scene.views.is_empty() {
+                    return Err(PlanRefusal("light_tracing computes grids only: use auto or sppm for views".into()));
+                }
+                if let Some(reason) = refusal {
+                    let advice = "use auto, sppm, or the estimate cell_average";
+                    return Err(PlanRefusal(format!("not supported yet: {reason}; {advice}")));
+                }
+                (choice(method.clone(), requested), None)
+            }
+            MethodRequest::Method(method @ Method::Sppm(_)) => {
+                (choice(method.clone(), requested), choice(method.clone(), requested))
+            }
+        };
+        Ok(Self { grids: grids.filter(|_| !scene.grids.is_empty()), views: views.filter(|_| !scene.views.is_empty()) })
+    }
+
+    /// Whether one pass of one method gives both grids and views.
+    pub fn share_passes(&self) -> bool {
+        match (&self.grids, &self.views) {
+            (Some(grids), Some(views)) => grids.method == views.method,
+            _ => false,
+        }
+    }
 }

@@ -2,6 +2,8 @@
 
 use std::collections::BTreeMap;
 
+use crate::scene::{Channels, Scene, TubeShape};
+
 /// An effect of light that can be simulated or left out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum EffectKind {
@@ -52,6 +54,11 @@ impl EffectKind {
     pub fn from_name(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|kind| kind.name() == name)
     }
+
+    /// Whether a document may switch it off: closures and colours are what the scene is made of.
+    pub fn can_be_left_out(self) -> bool {
+        !matches!(self, Self::SpecularClosure | Self::Colour)
+    }
 }
 
 /// What the document asks of an effect.
@@ -69,8 +76,8 @@ pub struct EffectPlan {
     pub kind: EffectKind,
     pub on: bool,
     pub reason: String,
-    /// When off although the scene has it: the largest share of any illuminance that is left out; `None` when the
-    /// effect is exactly zero by physics, or was switched off by request.
+    /// When off: the largest share of any illuminance that is left out, 0 where the effect is exactly zero by physics;
+    /// `None` when on, or when switched off by request at an unknown cost.
     pub bound: Option<f64>,
 }
 
@@ -80,11 +87,82 @@ pub struct Effects {
     pub list: Vec<EffectPlan>,
 }
 
+/// Requests by effect; effects that are absent are `Auto`.
+pub type EffectRequests = BTreeMap<EffectKind, EffectRequest>;
+
 impl Effects {
+    /// What a scene calls for, and what the requests make of it.
+    pub fn of(scene: &Scene, requests: &EffectRequests) -> Self {
+        let list = EffectKind::ALL
+            .into_iter()
+            .map(|kind| {
+                let request = requests.get(&kind).copied().unwrap_or_default();
+                match (called_for(scene, kind), request) {
+                    (Err(reason), _) => EffectPlan { kind, on: false, reason: reason.into(), bound: Some(0.0) },
+                    (Ok(_), EffectRequest::Off) if kind.can_be_left_out() => {
+                        EffectPlan { kind, on: false, reason: "switched off in the document".into(), bound: None }
+                    }
+                    (Ok(reason), _) => EffectPlan { kind, on: true, reason, bound: None },
+                }
+            })
+            .collect();
+        Self { list }
+    }
+
     pub fn is_on(&self, kind: EffectKind) -> bool {
         self.list.iter().any(|effect| effect.kind == kind && effect.on)
     }
 }
 
-/// Requests by effect; effects that are absent are `Auto`.
-pub type EffectRequests = BTreeMap<EffectKind, EffectRequest>;
+/// Why an effect is needed, or why it is exactly zero.
+fn called_for(scene: &Scene, kind: EffectKind) -> Result<String, &'static str> {
+    let below_horizon = "the sun is at or below the horizon";
+    match kind {
+        EffectKind::Sky => match &scene.daylight.sky {
+            None => Err(below_horizon),
+            Some(sky) if sky.zenith_luminance_cd_m2 == 0.0 => Err("the sky's luminance is zero"),
+            Some(sky) => Ok(format!("CIE type {}", sky.distribution.cie_type().number())),
+        },
+        EffectKind::Sun => match (&scene.daylight.sun, &scene.daylight.sky) {
+            (Some(sun), _) => Ok(format!("a beam of {:.0} lx normal illuminance", sun.normal_illuminance_lux)),
+            (None, None) => Err(below_horizon),
+            (None, Some(_)) => Err("no direct beam: the sky type has none, or it was given as 0"),
+        },
+        EffectKind::Interreflection => {
+            let surfaces = scene.room.surfaces.iter().flatten().chain(scene.room.boxes.iter().map(|b| &b.surface));
+            let brightest = surfaces.flat_map(|surface| surface.reflectance).fold(0.0, f64::max);
+            if brightest > 0.0 {
+                Ok(format!("surfaces reflect up to {:.0} %", 100.0 * brightest))
+            } else {
+                Err("every surface is black")
+            }
+        }
+        EffectKind::Objects => match scene.room.boxes.len() {
+            0 => Err("the room is empty, and a box is convex: nothing stands between two of its points"),
+            count => Ok(format!("{count} in the room")),
+        },
+        EffectKind::SpecularClosure => {
+            let clear = scene.tubes.iter().filter(|tube| tube.diffuser.specular_zone(tube.opening_radius).is_some());
+            match clear.count() {
+                0 => Err("every diffuser scatters all light that it passes"),
+                count => Ok(format!("{count} of {} closures pass light unscattered", scene.tubes.len())),
+            }
+        }
+        EffectKind::GuideReturn => {
+            let returns = scene.tubes.iter().any(|tube| match &tube.shape {
+                TubeShape::Cylinders(cylinders) => cylinders.segments.iter().any(|segment| segment.tilt != 0.0),
+                TubeShape::Mesh(_) => true,
+            });
+            if returns {
+                Ok("bent and meshed guides send part of the light that enters from below back down".into())
+            } else {
+                Err("straight guides lead all light that enters from below out at the top")
+            }
+        }
+        EffectKind::Colour => match scene.channels {
+            Channels::Photopic => Err("every coefficient is one number: one photopic channel"),
+            Channels::Rgb => Ok("a coefficient is given as red, green, blue".into()),
+        },
+        EffectKind::Glossy => Err("every room surface is diffuse"),
+    }
+}

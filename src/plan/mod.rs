@@ -1,10 +1,15 @@
 //! The plan: what of a scene is simulated and what is not, and why; which method computes what.
 
 pub mod choose;
+pub mod cost;
 pub mod effects;
 
-pub use choose::{MethodChoice, Methods};
-pub use effects::{EffectKind, EffectPlan, EffectRequest, Effects};
+pub use choose::{MethodChoice, MethodRequest, Methods, PlanRefusal};
+pub use effects::{EffectKind, EffectPlan, EffectRequest, EffectRequests, Effects};
+
+use crate::guide::Guide;
+use crate::integrator::{Kernel, KernelError};
+use crate::scene::Scene;
 
 /// What will be simulated; part of every result.
 #[derive(Clone, Debug)]
@@ -20,4 +25,43 @@ pub struct GuidePlan {
     /// `closed_form_straight`, `closed_form_bent` or `mesh`.
     pub kind: &'static str,
     pub reason: String,
+}
+
+/// The scene compiled for tracing with the effects that are on.
+pub fn compile(scene: &Scene, effects: &Effects) -> Result<Kernel, KernelError> {
+    let mut kernel = Kernel::new(
+        scene,
+        effects.is_on(EffectKind::Interreflection),
+        effects.is_on(EffectKind::GuideReturn),
+        effects.is_on(EffectKind::Objects),
+    )?;
+    if !effects.is_on(EffectKind::Sky) {
+        kernel.sky = None;
+    }
+    if !effects.is_on(EffectKind::Sun) {
+        kernel.sun = None;
+    }
+    Ok(kernel)
+}
+
+/// How the guides of a compiled scene are computed.
+pub fn guides(kernel: &Kernel) -> Vec<GuidePlan> {
+    kernel
+        .tubes
+        .iter()
+        .map(|tube| match &tube.guide {
+            Guide::Straight(_) => GuidePlan {
+                kind: "closed_form_straight",
+                reason: "straight cylinder: exit point, direction and number of reflections in closed form".into(),
+            },
+            Guide::Bent(_) => GuidePlan {
+                kind: "closed_form_bent",
+                reason: "cylinders with mitred elbows: closed form between elbows, stepped through them".into(),
+            },
+            Guide::Mesh(guide) => GuidePlan {
+                kind: "mesh",
+                reason: format!("mesh of {} triangles: rays are traced facet by facet", guide.triangle_count()),
+            },
+        })
+        .collect()
 }

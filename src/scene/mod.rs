@@ -36,6 +36,15 @@ pub enum Channels {
     Rgb,
 }
 
+impl Channels {
+    pub fn count(self) -> usize {
+        match self {
+            Self::Photopic => 1,
+            Self::Rgb => 3,
+        }
+    }
+}
+
 /// Sky and sun above the scene, in the room frame; both absent when the sun is at or below the horizon.
 #[derive(Clone, Debug)]
 pub struct Daylight {

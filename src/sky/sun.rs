@@ -71,25 +71,56 @@ pub struct SunPosition {
 #[error("solar position: {0}")]
 pub struct SunPositionError(String);
 
-/// Position of the sun by NREL's SPA (Reda and Andreas 2004), refracted at 1013.25 mbar and 15 C.
+impl From<solar_positioning::Error> for SunPositionError {
+    fn from(error: solar_positioning::Error) -> Self {
+        Self(error.to_string())
+    }
+}
+
+/// Where and through what air the sun is seen.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Site {
+    /// -90..=90
+    pub latitude_deg: f64,
+    /// -180..=180, east positive
+    pub longitude_deg: f64,
+    /// Above sea level.
+    pub elevation_m: f64,
+    /// Air pressure for the refraction, mbar.
+    pub pressure_mbar: f64,
+    /// Air temperature for the refraction, degrees Celsius.
+    pub temperature_c: f64,
+}
+
+impl Site {
+    /// A site in the standard atmosphere, 1013.25 mbar and 15 C.
+    pub fn standard(latitude_deg: f64, longitude_deg: f64, elevation_m: f64) -> Self {
+        Self { latitude_deg, longitude_deg, elevation_m, pressure_mbar: 1013.25, temperature_c: 15.0 }
+    }
+}
+
+/// Position of the sun by NREL's SPA (Reda and Andreas 2004) in the standard atmosphere.
 ///
-/// `latitude_deg` -90..=90, `longitude_deg` -180..=180 (east positive), `elevation_m` above sea level.
+/// `latitude_deg` -90..=90, `longitude_deg` -180..=180 (east positive), `elevation_m` above sea level; years -2000..=6000.
 pub fn position(
     instant: UtcInstant,
     latitude_deg: f64,
     longitude_deg: f64,
     elevation_m: f64,
 ) -> Result<SunPosition, SunPositionError> {
-    let error = |error: solar_positioning::Error| SunPositionError(error.to_string());
-    let delta_t_s = delta_t::estimate_from_date(instant.year, instant.month).map_err(error)?;
+    let delta_t_s = delta_t::estimate_from_date(instant.year, instant.month).map_err(SunPositionError::from)?;
+    position_at(instant, delta_t_s, Site::standard(latitude_deg, longitude_deg, elevation_m))
+}
+
+/// Position of the sun by NREL's SPA with given `delta_t_s`, terrestrial less universal time in seconds.
+pub fn position_at(instant: UtcInstant, delta_t_s: f64, site: Site) -> Result<SunPosition, SunPositionError> {
     let UtcInstant { year, month, day, hour, minute, second } = instant;
-    let julian = JulianDate::from_utc(year, month, day, hour, minute, second, delta_t_s).map_err(error)?;
-    let location = Location { latitude: latitude_deg, longitude: longitude_deg };
-    let at = |refraction| {
-        SolarPositions::new().at_from_julian(julian, location, elevation_m, refraction).map_err(error)
-    };
+    let julian = JulianDate::from_utc(year, month, day, hour, minute, second, delta_t_s)?;
+    let location = Location { latitude: site.latitude_deg, longitude: site.longitude_deg };
+    let refraction = RefractionCorrection::new(site.pressure_mbar, site.temperature_c)?;
+    let at = |refraction| SolarPositions::new().at_from_julian(julian, location, site.elevation_m, refraction);
     let airless = at(None)?;
-    let apparent = at(Some(RefractionCorrection::standard()))?;
+    let apparent = at(Some(refraction))?;
     Ok(SunPosition {
         altitude: (90.0 - apparent.zenith_angle()).to_radians(),
         azimuth: apparent.azimuth().to_radians(),

@@ -32,6 +32,11 @@ impl Moments {
         self.count = count;
     }
 
+    pub fn for_each_value(&mut self, f: &mut impl FnMut(&mut f64)) {
+        let Self { count, mean, m2 } = self;
+        [count, mean, m2].into_iter().for_each(f);
+    }
+
     /// Variance of the mean; infinite with fewer than two replicates.
     #[inline]
     pub fn variance_of_mean(&self) -> f64 {

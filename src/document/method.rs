@@ -1,0 +1,228 @@
+//! The method of a job document: a name, or an object with the method's own settings.
+
+use std::fmt;
+
+use serde::de::value::MapAccessDeserializer;
+use serde::de::{Deserializer, Error, MapAccess, Visitor};
+use serde::ser::Serializer;
+use serde::{Deserialize, Serialize};
+use utoipa::openapi::RefOr;
+use utoipa::openapi::schema::{OneOfBuilder, Schema};
+use utoipa::{PartialSchema, ToSchema};
+
+use super::parse::{Misfit, absent};
+use crate::integrator::{Method, light_tracing, sppm};
+
+/// How the light is computed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum MethodKind {
+    /// The plan picks and says why.
+    #[default]
+    Auto,
+    PathTracing,
+    BidirectionalPathTracing,
+    PhotonMapping,
+    Ppm,
+    Sppm,
+    LightTracing,
+    /// The path cut at a Lambertian diffuser.
+    TwoStage,
+    Holigilm,
+    Jenkins,
+}
+
+impl MethodKind {
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Auto => "auto",
+            Self::PathTracing => "path_tracing",
+            Self::BidirectionalPathTracing => "bidirectional_path_tracing",
+            Self::PhotonMapping => "photon_mapping",
+            Self::Ppm => "ppm",
+            Self::Sppm => "sppm",
+            Self::LightTracing => "light_tracing",
+            Self::TwoStage => "two_stage",
+            Self::Holigilm => "holigilm",
+            Self::Jenkins => "jenkins",
+        }
+    }
+}
+
+/// A method's name, or an object of `kind` and the method's own settings.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct MethodDocument {
+    pub kind: MethodKind,
+    /// `None` when the document gives the name alone.
+    pub settings: Option<MethodSettings>,
+}
+
+/// Settings of the methods; each is of some methods only.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct MethodSettings {
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub photons_per_pass: Option<u64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub initial_radius_m: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub alpha: Option<f64>,
+}
+
+/// What the document asks of the plan.
+#[derive(Clone, Debug, PartialEq)]
+pub enum MethodRequest {
+    Auto,
+    Fixed(Method),
+}
+
+impl MethodDocument {
+    /// `None` for a method that does not work yet.
+    pub fn request(&self) -> Option<MethodRequest> {
+        let settings = self.settings.unwrap_or_default();
+        match self.kind {
+            MethodKind::Auto => Some(MethodRequest::Auto),
+            MethodKind::LightTracing => {
+                let default = light_tracing::Settings::default();
+                let photons_per_pass = settings
+                    .photons_per_pass
+                    .unwrap_or(default.photons_per_pass);
+                Some(MethodRequest::Fixed(Method::LightTracing(
+                    light_tracing::Settings { photons_per_pass },
+                )))
+            }
+            MethodKind::Sppm => {
+                let default = sppm::Settings::default();
+                Some(MethodRequest::Fixed(Method::Sppm(sppm::Settings {
+                    photons_per_pass: settings
+                        .photons_per_pass
+                        .unwrap_or(default.photons_per_pass),
+                    initial_radius_m: settings.initial_radius_m.or(default.initial_radius_m),
+                    alpha: settings.alpha.unwrap_or(default.alpha),
+                })))
+            }
+            _ => None,
+        }
+    }
+}
+
+/// The fields of all methods.
+#[derive(Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+#[schema(as = MethodSettings)]
+struct RawMethod {
+    kind: MethodKind,
+    /// Photons emitted per pass, all tubes together; of `light_tracing`, `sppm`, `ppm` and `photon_mapping`.
+    #[schema(minimum = 64, maximum = 16_777_216u64)]
+    photons_per_pass: Option<u64>,
+    /// Gather radius of the first pass in metres, > 0; of `sppm`, `ppm` and `photon_mapping`.
+    #[schema(exclusive_minimum = 0)]
+    initial_radius_m: Option<f64>,
+    /// The squared radius shrinks by (i + alpha) / (i + 1) from pass to pass; of `sppm` and `ppm`.
+    #[schema(exclusive_minimum = 0, exclusive_maximum = 1)]
+    alpha: Option<f64>,
+}
+
+impl TryFrom<RawMethod> for MethodDocument {
+    type Error = Misfit;
+
+    fn try_from(raw: RawMethod) -> Result<Self, Misfit> {
+        let RawMethod {
+            kind,
+            mut photons_per_pass,
+            initial_radius_m,
+            mut alpha,
+        } = raw;
+        let of = format!("the method `{}`", kind.name());
+        match kind {
+            MethodKind::Sppm => {
+                let default = sppm::Settings::default();
+                photons_per_pass = photons_per_pass.or(Some(default.photons_per_pass));
+                alpha = alpha.or(Some(default.alpha));
+            }
+            MethodKind::Ppm => {}
+            MethodKind::PhotonMapping => absent(&alpha, "alpha", &of)?,
+            MethodKind::LightTracing => {
+                absent(&initial_radius_m, "initial_radius_m", &of)?;
+                absent(&alpha, "alpha", &of)?;
+                photons_per_pass =
+                    photons_per_pass.or(Some(light_tracing::Settings::default().photons_per_pass));
+            }
+            _ => {
+                absent(&photons_per_pass, "photons_per_pass", &of)?;
+                absent(&initial_radius_m, "initial_radius_m", &of)?;
+                absent(&alpha, "alpha", &of)?;
+            }
+        }
+        Ok(Self {
+            kind,
+            settings: Some(MethodSettings {
+                photons_per_pass,
+                initial_radius_m,
+                alpha,
+            }),
+        })
+    }
+}
+
+impl Serialize for MethodDocument {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        #[derive(Serialize)]
+        struct WithSettings {
+            kind: MethodKind,
+            #[serde(flatten)]
+            settings: MethodSettings,
+        }
+        match self.settings {
+            None => self.kind.serialize(serializer),
+            Some(settings) => WithSettings {
+                kind: self.kind,
+                settings,
+            }
+            .serialize(serializer),
+        }
+    }
+}
+
+impl<'de> Deserialize<'de> for MethodDocument {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_any(MethodVisitor)
+    }
+}
+
+struct MethodVisitor;
+
+impl<'de> Visitor<'de> for MethodVisitor {
+    type Value = MethodDocument;
+
+    fn expecting(&self, formatter: &mut fmt::Formatter) -> fmt::Result {
+        formatter.write_str("the name of a method or an object with its kind and settings")
+    }
+
+    fn visit_str<E: Error>(self, name: &str) -> Result<MethodDocument, E> {
+        let kind = MethodKind::deserialize(serde::de::value::StrDeserializer::new(name))?;
+        Ok(MethodDocument {
+            kind,
+            settings: None,
+        })
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<MethodDocument, A::Error> {
+        RawMethod::deserialize(MapAccessDeserializer::new(map))?
+            .try_into()
+            .map_err(A::Error::custom)
+    }
+}
+
+impl PartialSchema for MethodDocument {
+    fn schema() -> RefOr<Schema> {
+        let one_of = OneOfBuilder::new()
+            .item(MethodKind::schema())
+            .item(RawMethod::schema())
+            .description(Some(
+                "A method's name, or an object of `kind` and the method's own settings.",
+            ));
+        RefOr::T(Schema::OneOf(one_of.build()))
+    }
+}
+
+impl ToSchema for MethodDocument {}

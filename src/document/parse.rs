@@ -1,0 +1,250 @@
+//! From text to a validated document; every error names its JSON pointer.
+
+use std::fmt;
+
+use serde::Deserialize;
+use serde::de::{Deserializer, Error, MapAccess, SeqAccess, Visitor};
+use serde_json::{Map, Number, Value};
+use serde_path_to_error::{Path, Segment};
+
+use super::pointer::{Checks, escape};
+use super::validate::validate;
+use super::{DocumentErrors, FieldError, JobDocument};
+
+/// Numbers closer to zero count as zero: a denormal is never meant, and slows every product that it enters.
+const SMALLEST: f64 = 1e-300;
+
+/// So many unknown fields are reported at most.
+const MOST_UNKNOWN_FIELDS: usize = 100;
+
+impl JobDocument {
+    /// Parses and validates JSON text (UTF-8), and fills in the defaults.
+    ///
+    /// Errors name everything that is wrong: with the text (line and column), with its shape, or with the values.
+    pub fn parse(text: &[u8]) -> Result<Self, DocumentErrors> {
+        let mut value = parse_value(text).map_err(|error| DocumentErrors(vec![error]))?;
+        let mut checks = Checks::default();
+        let document = loop {
+            match serde_path_to_error::deserialize::<_, Self>(&value) {
+                Ok(document) => break document,
+                Err(error) => {
+                    let (error, unknown) = field_error(error.path(), &error.inner().to_string());
+                    let removed = unknown && remove(&mut value, &error.pointer);
+                    checks.errors.push(error);
+                    // an unknown field hides nothing: the rest can still be judged without it
+                    if !removed || checks.errors.len() >= MOST_UNKNOWN_FIELDS {
+                        return Err(DocumentErrors(checks.errors));
+                    }
+                }
+            }
+        };
+        validate(&document, &mut checks);
+        if checks.errors.is_empty() {
+            Ok(document)
+        } else {
+            Err(DocumentErrors(checks.errors))
+        }
+    }
+}
+
+/// Parses JSON text; refuses duplicate keys and numbers that overflow, and takes denormals as zero.
+fn parse_value(text: &[u8]) -> Result<Value, FieldError> {
+    let mut deserializer = serde_json::Deserializer::from_slice(text);
+    let strict: Strict = serde_path_to_error::deserialize(&mut deserializer).map_err(|error| {
+        let inner = error.inner();
+        let syntax = inner.is_syntax() || inner.is_eof();
+        let overflow = inner.to_string().starts_with("number out of range");
+        if syntax && !overflow {
+            return FieldError {
+                pointer: String::new(),
+                detail: inner.to_string(),
+            };
+        }
+        field_error(error.path(), &inner.to_string()).0
+    })?;
+    deserializer.end().map_err(|error| FieldError {
+        pointer: String::new(),
+        detail: error.to_string(),
+    })?;
+    Ok(strict.0)
+}
+
+/// A JSON value without duplicate keys.
+struct Strict(Value);
+
+impl<'de> Deserialize<'de> for Strict {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_any(StrictVisitor).map(Self)
+    }
+}
+
+struct StrictVisitor;
+
+impl<'de> Visitor<'de> for StrictVisitor {
+    type Value = Value;
+
+    fn expecting(&self, formatter: &mut fmt::Formatter) -> fmt::Result {
+        formatter.write_str("JSON")
+    }
+
+    fn visit_unit<E: Error>(self) -> Result<Value, E> {
+        Ok(Value::Null)
+    }
+
+    fn visit_bool<E: Error>(self, value: bool) -> Result<Value, E> {
+        Ok(Value::Bool(value))
+    }
+
+    fn visit_u64<E: Error>(self, value: u64) -> Result<Value, E> {
+        Ok(value.into())
+    }
+
+    fn visit_i64<E: Error>(self, value: i64) -> Result<Value, E> {
+        Ok(value.into())
+    }
+
+    fn visit_f64<E: Error>(self, value: f64) -> Result<Value, E> {
+        let value = if value.abs() < SMALLEST { 0.0 } else { value };
+        Number::from_f64(value)
+            .map(Value::Number)
+            .ok_or_else(|| E::custom("number out of range"))
+    }
+
+    fn visit_str<E: Error>(self, value: &str) -> Result<Value, E> {
+        Ok(Value::String(value.to_owned()))
+    }
+
+    fn visit_seq<A: SeqAccess<'de>>(self, mut seq: A) -> Result<Value, A::Error> {
+        let mut values = Vec::new();
+        while let Some(Strict(value)) = seq.next_element()? {
+            values.push(value);
+        }
+        Ok(Value::Array(values))
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Value, A::Error> {
+        let mut values = Map::new();
+        while let Some(key) = map.next_key::<String>()? {
+            if values.contains_key(&key) {
+                return Err(A::Error::custom(format!("field `{key}`: given twice")));
+            }
+            let Strict(value) = map.next_value()?;
+            values.insert(key, value);
+        }
+        Ok(Value::Object(values))
+    }
+}
+
+/// What does not fit about one field of an object whose fields depend on its kind.
+#[derive(Debug)]
+pub struct Misfit {
+    field: &'static str,
+    detail: String,
+}
+
+impl fmt::Display for Misfit {
+    fn fmt(&self, formatter: &mut fmt::Formatter) -> fmt::Result {
+        // read back by `field_error`
+        write!(formatter, "field `{}`: {}", self.field, self.detail)
+    }
+}
+
+const MISSING: &str = "required, but missing";
+
+/// The value of a field that this kind of object must have.
+pub fn required<T>(value: Option<T>, field: &'static str) -> Result<T, Misfit> {
+    value.ok_or_else(|| Misfit {
+        field,
+        detail: MISSING.to_owned(),
+    })
+}
+
+/// Refuses a field that this kind of object does not have.
+pub fn absent<T>(value: &Option<T>, field: &'static str, of: &str) -> Result<(), Misfit> {
+    if value.is_some() {
+        Err(Misfit {
+            field,
+            detail: format!("not a field of {of}"),
+        })
+    } else {
+        Ok(())
+    }
+}
+
+/// The pointer and detail of an error of serde, and whether it is an unknown field.
+fn field_error(path: &Path, message: &str) -> (FieldError, bool) {
+    let mut pointer = pointer_of(path);
+    if let Some((field, _)) = quoted(message, "missing field ") {
+        pointer = format!("{pointer}/{}", escape(field));
+        return (
+            FieldError {
+                pointer,
+                detail: MISSING.to_owned(),
+            },
+            false,
+        );
+    }
+    if let Some((field, detail)) = quoted(message, "field ") {
+        pointer = format!("{pointer}/{}", escape(field));
+        return (
+            FieldError {
+                pointer,
+                detail: detail.trim_start_matches(": ").to_owned(),
+            },
+            false,
+        );
+    }
+    if let Some((field, _)) = quoted(message, "unknown field ") {
+        let token = format!("/{}", escape(field));
+        if !pointer.ends_with(&token) {
+            pointer.push_str(&token);
+        }
+        return (
+            FieldError {
+                pointer,
+                detail: message.to_owned(),
+            },
+            true,
+        );
+    }
+    (
+        FieldError {
+            pointer,
+            detail: message.to_owned(),
+        },
+        false,
+    )
+}
+
+/// The name between backticks after `prefix`, and what follows it.
+fn quoted<'a>(message: &'a str, prefix: &str) -> Option<(&'a str, &'a str)> {
+    message
+        .strip_prefix(prefix)?
+        .strip_prefix('`')?
+        .split_once('`')
+}
+
+fn pointer_of(path: &Path) -> String {
+    let mut pointer = String::new();
+    for segment in path {
+        match segment {
+            Segment::Seq { index } => pointer.push_str(&format!("/{index}")),
+            Segment::Map { key } => pointer.push_str(&format!("/{}", escape(key))),
+            // variants are strings or tags here, never a level of the document
+            Segment::Enum { .. } | Segment::Unknown => {}
+        }
+    }
+    pointer
+}
+
+/// Removes the field at `pointer`; false when there is none.
+fn remove(value: &mut Value, pointer: &str) -> bool {
+    let Some((parent, token)) = pointer.rsplit_once('/') else {
+        return false;
+    };
+    let key = token.replace("~1", "/").replace("~0", "~");
+    match value.pointer_mut(parent) {
+        Some(Value::Object(object)) => object.remove(&key).is_some(),
+        _ => false,
+    }
+}

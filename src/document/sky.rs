@@ -1,0 +1,63 @@
+//! Place and sky of a job document.
+
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+/// A place on Earth.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct LocationDocument {
+    /// North positive.
+    #[schema(minimum = -90, maximum = 90)]
+    pub latitude_deg: f64,
+    /// East positive.
+    #[schema(minimum = -180, maximum = 180)]
+    pub longitude_deg: f64,
+    /// Above sea level.
+    #[serde(default)]
+    #[schema(minimum = -500, maximum = 9000)]
+    pub elevation_m: f64,
+}
+
+/// The CIE general sky, its absolute level and the sun.
+///
+/// At most one of `zenith_luminance_cd_m2`, `diffuse_horizontal_illuminance_lux` and `luminous_turbidity` sets the
+/// level; with none of them, types 1 to 6 and 16 have it from the typical Dv/Ev and types 7 to 15 from the typical
+/// turbidity.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SkyDocument {
+    /// 1..15: the CIE general sky; 16: the traditional overcast sky.
+    #[schema(minimum = 1, maximum = 16)]
+    pub cie_type: u8,
+    /// Where the sun is, instead of `location` and `time`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sun_position: Option<SunPositionDocument>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(minimum = 0, maximum = 1_000_000_000)]
+    pub zenith_luminance_cd_m2: Option<f64>,
+    /// Unobstructed, of the sky without the sun.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(minimum = 0, maximum = 1_000_000_000)]
+    pub diffuse_horizontal_illuminance_lux: Option<f64>,
+    /// Only for types 7 to 15.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(exclusive_minimum = 0, maximum = 12)]
+    pub luminous_turbidity: Option<f64>,
+    /// Of the sun's beam (a disc of half-angle 0.26656 degrees). Absent: by the turbidity, none for types 1 to 6, 9 and
+    /// 16; 0: no sun.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(minimum = 0, maximum = 1_000_000_000)]
+    pub direct_normal_illuminance_lux: Option<f64>,
+}
+
+/// Apparent position of the sun's centre.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SunPositionDocument {
+    #[schema(minimum = -90, maximum = 90)]
+    pub altitude_deg: f64,
+    /// Clockwise from north.
+    #[schema(minimum = -360, maximum = 360)]
+    pub azimuth_deg: f64,
+}

@@ -1,0 +1,184 @@
+//! Nearest hits among triangles (the only user of obvhs).
+//!
+//! The tree is an f32 filter over padded boxes; every hit is confirmed in f64 by the watertight test. obvhs' binary tree
+//! is used, not its compressed wide one, which drops near hits and misses rays with a component of -0.0.
+
+use std::time::Duration;
+
+use glam::DVec3;
+use obvhs::{
+    BvhBuildParams,
+    aabb::Aabb,
+    bvh2::{Bvh2, builder::build_bvh2},
+    ray::{Ray, RayHit},
+};
+
+use super::triangle::ShearedRay;
+
+/// Boxes grow by this share of the scene's diagonal on every side: more than the rounding of coordinates, ray origins,
+/// directions and slab distances to f32 (each below 2^-23 of the diagonal).
+const PADDING: f64 = 1e-6;
+
+/// A set of triangles that answers nearest-hit queries.
+#[derive(Clone)]
+pub struct TriangleBvh {
+    tree: Bvh2,
+    /// In the tree's order.
+    triangles: Vec<[DVec3; 3]>,
+    /// Original number of each.
+    numbers: Vec<u32>,
+    centre: DVec3,
+    /// f32 coordinates are (p - centre) * scale, so that the scene has a diagonal of one.
+    scale: f64,
+}
+
+/// The nearest triangle along a ray.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TriangleHit {
+    pub triangle: u32,
+    pub distance: f64,
+}
+
+impl std::fmt::Debug for TriangleBvh {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("TriangleBvh").field("triangles", &self.triangles.len()).finish_non_exhaustive()
+    }
+}
+
+impl TriangleBvh {
+    /// `triangles`: finite corners, at least one triangle.
+    pub fn new(triangles: &[[DVec3; 3]]) -> Self {
+        let corners = || triangles.iter().flatten();
+        let low = corners().fold(DVec3::INFINITY, |low, p| low.min(*p));
+        let high = corners().fold(DVec3::NEG_INFINITY, |high, p| high.max(*p));
+        let centre = 0.5 * (low + high);
+        let diagonal = (high - low).length();
+        let scale = if diagonal > 0.0 { 1.0 / diagonal } else { 1.0 };
+        let to_f32 = |p: DVec3| ((p - centre) * scale).as_vec3a();
+        let padding = glam::Vec3A::splat(PADDING as f32);
+        let boxes: Vec<Aabb> = triangles
+            .iter()
+            .map(|triangle| {
+                let bounds = Aabb::from_points(&triangle.map(to_f32));
+                Aabb::new(bounds.min - padding, bounds.max + padding)
+            })
+            .collect();
+        let mut tree = build_bvh2(&boxes, BvhBuildParams::medium_build(), &mut Duration::default());
+        // traversal takes its stack from this number
+        tree.max_depth = tree.depth(0) + 2;
+        let numbers = tree.primitive_indices.clone();
+        let triangles = numbers.iter().map(|number| triangles[*number as usize]).collect();
+        Self { tree, triangles, numbers, centre, scale }
+    }
+
+    /// The nearest triangle at a positive distance along the unit vector `direction`, `skip` left out (the planar triangle
+    /// that the ray has just left); among equals the one with the lowest number.
+    pub fn nearest(&self, origin: DVec3, direction: DVec3, skip: Option<u32>) -> Option<TriangleHit> {
+        let sheared = ShearedRay::new(origin, direction);
+        let ray = Ray::new_inf(((origin - self.centre) * self.scale).as_vec3a(), direction.as_vec3a());
+        let mut nearest: Option<TriangleHit> = None;
+        self.tree.ray_traverse(ray, &mut RayHit::none(), |_, index| {
+            let number = self.numbers[index];
+            if Some(number) == skip {
+                return f32::INFINITY;
+            }
+            let Some(distance) = sheared.intersect(&self.triangles[index]) else { return f32::INFINITY };
+            let closer = nearest.is_none_or(|hit| {
+                distance < hit.distance || (distance == hit.distance && number < hit.triangle)
+            });
+            if !closer {
+                return f32::INFINITY;
+            }
+            nearest = Some(TriangleHit { triangle: number, distance });
+            // a little beyond the hit, so that rounding cannot cull a nearer one
+            (distance * self.scale) as f32 * (1.0 + 4.0 * f32::EPSILON) + f32::MIN_POSITIVE
+        });
+        nearest
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sampling::{Key, PathRandom, warp};
+
+    /// A closed box of 12 triangles around `centre`.
+    fn closed_box(centre: DVec3, half: f64) -> Vec<[DVec3; 3]> {
+        let mut triangles = Vec::new();
+        for axis in 0..3 {
+            for side in [-1.0, 1.0] {
+                let corner = |u: f64, v: f64| {
+                    let mut p = DVec3::ZERO;
+                    p[axis] = side * half;
+                    p[(axis + 1) % 3] = u * half;
+                    p[(axis + 2) % 3] = v * half;
+                    centre + p
+                };
+                triangles.push([corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0)]);
+                triangles.push([corner(-1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)]);
+            }
+        }
+        triangles
+    }
+
+    /// Rays at corners and edge points of a closed box never leak, at the origin and far from it.
+    #[test]
+    fn watertight_at_corners_and_edges() {
+        for centre in [DVec3::ZERO, DVec3::new(1000.0, 2000.0, 50.0)] {
+            let triangles = closed_box(centre, 1.5);
+            let bvh = TriangleBvh::new(&triangles);
+            let mut random = PathRandom::new(Key::new(5));
+            for triangle in &triangles {
+                for k in 0..3 {
+                    for _ in 0..300 {
+                        let share = if random.uniform() < 0.3 { 0.0 } else { random.uniform() };
+                        let target = triangle[k].lerp(triangle[(k + 1) % 3], share);
+                        let origin = centre + (warp::cosine_hemisphere(random.uniform2()) - DVec3::Z * 0.5) * 0.9;
+                        let direction = (target - origin).normalize();
+                        let hit = bvh.nearest(origin, direction, None).expect("leak");
+                        assert!((origin + direction * hit.distance - target).length() < 1e-9);
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn axis_parallel_rays_with_negative_zero_hit() {
+        let bvh = TriangleBvh::new(&closed_box(DVec3::ZERO, 1.0));
+        for direction in [DVec3::X, DVec3::Y, DVec3::Z] {
+            for direction in [direction, -direction] {
+                let hit = bvh.nearest(DVec3::new(0.1, 0.2, 0.3), direction, None).unwrap();
+                assert!(hit.distance > 0.6 && hit.distance < 1.4);
+            }
+        }
+    }
+
+    /// Distances from 1e-9 m on count, and the triangle just left can be skipped.
+    #[test]
+    fn near_hits_and_skips() {
+        let bvh = TriangleBvh::new(&closed_box(DVec3::ZERO, 1.0));
+        let near = bvh.nearest(DVec3::new(0.1, 0.2, 1.0 - 1e-9), DVec3::Z, None).unwrap();
+        assert!((near.distance - 1e-9).abs() < 1e-15);
+        let far = bvh.nearest(DVec3::new(0.1, 0.2, 1.0 - 1e-9), DVec3::Z, Some(near.triangle));
+        assert_eq!(far, None);
+    }
+
+    #[test]
+    fn agrees_with_brute_force() {
+        let mut random = PathRandom::new(Key::new(9));
+        let mut point = || DVec3::new(random.uniform(), random.uniform(), random.uniform());
+        let triangles: Vec<_> = (0..500).map(|_| {
+            let p = point() * 4.0;
+            [p, p + point(), p + point() * 0.1]
+        }).collect();
+        let bvh = TriangleBvh::new(&triangles);
+        for _ in 0..2000 {
+            let (origin, direction) = (point() * 4.0, (point() - 0.5).normalize());
+            let ray = ShearedRay::new(origin, direction);
+            let brute = triangles.iter().filter_map(|t| ray.intersect(t)).fold(f64::INFINITY, f64::min);
+            let hit = bvh.nearest(origin, direction, None).map_or(f64::INFINITY, |hit| hit.distance);
+            assert_eq!(brute, hit);
+        }
+    }
+}

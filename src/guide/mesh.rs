@@ -1,0 +1,255 @@
+//! Tubes given as triangle meshes.
+
+use std::collections::HashMap;
+use std::f64::consts::PI;
+
+use glam::DVec3;
+
+use super::{End, Entry, Transit};
+use crate::geometry::TriangleMesh;
+use crate::geometry::bvh::TriangleBvh;
+use crate::optics::Spectrum;
+use crate::sampling::{PathRandom, warp};
+
+/// Ray segments that one path may have.
+const MAX_RAYS: u32 = 100_000;
+
+/// Below this share a path goes on by roulette.
+const ROULETTE_BELOW: f64 = 1e-3;
+
+/// What a triangle of the mesh is; coefficients are linear Rec.709.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Part {
+    /// Thin: direction unchanged.
+    Collector { transmittance: [f64; 3], reflectance: [f64; 3] },
+    /// Specular mirror inside, opaque outside.
+    Pipe { reflectance: [f64; 3] },
+    /// In the plane z = 0, where every ray ends anyway: not traced.
+    Diffuser,
+}
+
+/// A mesh that cannot be a tube.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum MeshGuideError {
+    #[error("the mesh has no triangles with the role pipe or collector")]
+    Empty,
+    #[error("without a collector the pipe's upper end must be a closed loop of edges, which was not found")]
+    NoUpperEnd,
+}
+
+/// Triangles of collector and pipe above the opening.
+#[derive(Clone, Debug)]
+pub struct MeshGuide {
+    bvh: TriangleBvh,
+    /// Unit normal and part of each triangle.
+    normals: Vec<DVec3>,
+    parts: Vec<Part>,
+    opening_radius: f64,
+    /// Sphere around the collector, and the distance from its centre beyond which the whole mesh lies.
+    collector_centre: DVec3,
+    collector_radius: f64,
+    far: f64,
+}
+
+impl MeshGuide {
+    /// `mesh` in metres in the tube's frame; `parts`: one per material; `opening_radius` in metres.
+    ///
+    /// Without a collector the upper end of the pipe is closed by a clear cap, the fan of its boundary edges.
+    pub fn new(mesh: &TriangleMesh, parts: &[Part], opening_radius: f64) -> Result<Self, MeshGuideError> {
+        let mut triangles = Vec::new();
+        let mut triangle_parts = Vec::new();
+        for (corners, material) in mesh.triangles.iter().zip(&mesh.triangle_materials) {
+            let part = parts[*material as usize];
+            if part != Part::Diffuser {
+                triangles.push(corners.map(|corner| mesh.positions[corner as usize]));
+                triangle_parts.push(part);
+            }
+        }
+        if triangles.is_empty() {
+            return Err(MeshGuideError::Empty);
+        }
+        if !triangle_parts.iter().any(|part| matches!(part, Part::Collector { .. })) {
+            let cap = upper_cap(&triangles).ok_or(MeshGuideError::NoUpperEnd)?;
+            let clear = Part::Collector { transmittance: [1.0; 3], reflectance: [0.0; 3] };
+            triangle_parts.extend(std::iter::repeat_n(clear, cap.len()));
+            triangles.extend(cap);
+        }
+        let normals =
+            triangles.iter().map(|[a, b, c]| (*b - *a).cross(*c - *a).try_normalize().unwrap_or(DVec3::Z)).collect();
+        let collector: Vec<DVec3> = triangles
+            .iter()
+            .zip(&triangle_parts)
+            .filter(|(_, part)| matches!(part, Part::Collector { .. }))
+            .flat_map(|(corners, _)| *corners)
+            .collect();
+        let low = collector.iter().fold(DVec3::INFINITY, |low, p| low.min(*p));
+        let high = collector.iter().fold(DVec3::NEG_INFINITY, |high, p| high.max(*p));
+        let collector_centre = 0.5 * (low + high);
+        let distance = |p: &DVec3| (*p - collector_centre).length();
+        let collector_radius = collector.iter().map(distance).fold(0.0, f64::max);
+        let far = 1.01 * triangles.iter().flatten().map(distance).fold(0.0, f64::max);
+        Ok(Self {
+            bvh: TriangleBvh::new(&triangles),
+            normals,
+            parts: triangle_parts,
+            opening_radius,
+            collector_centre,
+            collector_radius,
+            far,
+        })
+    }
+
+    pub fn triangle_count(&self) -> usize {
+        self.parts.len()
+    }
+
+    pub(super) fn entry(&self, point: [f64; 2], direction: DVec3) -> Option<Entry> {
+        let offset = warp::around(direction, (warp::disc(point) * self.collector_radius).extend(0.0));
+        Some(Entry {
+            position: self.collector_centre + offset - direction * self.far,
+            projected_area_m2: PI * self.collector_radius * self.collector_radius,
+        })
+    }
+
+    pub(super) fn down<const C: usize>(
+        &self,
+        position: DVec3,
+        direction: DVec3,
+        random: &mut PathRandom,
+    ) -> Transit<C> {
+        self.follow(position, direction, false, random)
+    }
+
+    pub(super) fn up<const C: usize>(
+        &self,
+        position: DVec3,
+        direction: DVec3,
+        random: &mut PathRandom,
+    ) -> Transit<C> {
+        self.follow(position, direction, true, random)
+    }
+
+    fn follow<const C: usize>(
+        &self,
+        position: DVec3,
+        direction: DVec3,
+        mut inside: bool,
+        random: &mut PathRandom,
+    ) -> Transit<C> {
+        let mut transit = Transit {
+            end: End::Lost,
+            position,
+            direction,
+            collector: Spectrum::ONE,
+            mirrors: Spectrum::ONE,
+            entered: inside,
+            rays: 0,
+        };
+        let mut left = None;
+        loop {
+            transit.rays += 1;
+            let hit = self.bvh.nearest(transit.position, transit.direction, left);
+            if inside && transit.direction.z < 0.0 {
+                let to_opening = (-transit.position.z / transit.direction.z).max(0.0);
+                if hit.is_none_or(|hit| to_opening <= hit.distance) {
+                    transit.position += transit.direction * to_opening;
+                    transit.position.z = 0.0;
+                    let reached = transit.position.truncate().length() <= self.opening_radius * (1.0 + 1e-9);
+                    transit.end = if reached { End::Opening } else { End::Lost };
+                    return transit;
+                }
+            }
+            let Some(hit) = hit else {
+                // a leak through the mesh, or light that passed by it
+                return transit;
+            };
+            left = Some(hit.triangle);
+            transit.position += transit.direction * hit.distance;
+            match self.parts[hit.triangle as usize] {
+                Part::Collector { transmittance, .. } if !inside => {
+                    inside = true;
+                    transit.entered = true;
+                    transit.collector *= Spectrum::from_rgb(transmittance);
+                }
+                Part::Collector { transmittance, reflectance } => {
+                    let (out, back) = (Spectrum::<C>::from_rgb(transmittance), Spectrum::<C>::from_rgb(reflectance));
+                    let share = if back.max() > 0.0 { back.max() / (back.max() + out.max()) } else { 0.0 };
+                    if share == 0.0 || random.uniform() >= share {
+                        transit.collector *= out * (1.0 / (1.0 - share));
+                        transit.end = End::Top;
+                        return transit;
+                    }
+                    transit.collector *= back * (1.0 / share);
+                    self.reflect(&mut transit, hit.triangle);
+                }
+                Part::Pipe { reflectance } => {
+                    if !inside {
+                        return transit;
+                    }
+                    transit.mirrors *= Spectrum::from_rgb(reflectance);
+                    self.reflect(&mut transit, hit.triangle);
+                }
+                Part::Diffuser => {}
+            }
+            let share = transit.weight().max();
+            if share < ROULETTE_BELOW {
+                let survival = share / ROULETTE_BELOW;
+                if survival == 0.0 || random.uniform() >= survival {
+                    transit.mirrors = Spectrum::ZERO;
+                    return transit;
+                }
+                transit.mirrors = transit.mirrors * (1.0 / survival);
+            }
+            if transit.rays >= MAX_RAYS {
+                transit.end = End::Cut;
+                return transit;
+            }
+        }
+    }
+
+    fn reflect<const C: usize>(&self, transit: &mut Transit<C>, triangle: u32) {
+        let normal = self.normals[triangle as usize];
+        transit.direction -= normal * (2.0 * transit.direction.dot(normal));
+        // rounding would grow over hundreds of bounces
+        transit.direction = transit.direction.normalize();
+    }
+}
+
+/// A fan that closes the highest loop of boundary edges; `None` when the boundary is not made of simple loops.
+fn upper_cap(triangles: &[[DVec3; 3]]) -> Option<Vec<[DVec3; 3]>> {
+    let name = |p: DVec3| (p + DVec3::ZERO).to_array().map(f64::to_bits);
+    let mut uses: HashMap<_, (u32, DVec3, DVec3)> = HashMap::new();
+    for triangle in triangles {
+        for k in 0..3 {
+            let (a, b) = (triangle[k], triangle[(k + 1) % 3]);
+            let key = (name(a).min(name(b)), name(a).max(name(b)));
+            uses.entry(key).or_insert((0, a, b)).0 += 1;
+        }
+    }
+    let mut neighbours: HashMap<_, Vec<DVec3>> = HashMap::new();
+    let mut boundary: Vec<(DVec3, DVec3)> =
+        uses.into_values().filter(|(count, ..)| *count == 1).map(|(_, a, b)| (a, b)).collect();
+    // the map's order differs from run to run
+    boundary.sort_by_key(|(a, b)| (name(*a), name(*b)));
+    for (a, b) in &boundary {
+        neighbours.entry(name(*a)).or_default().push(*b);
+        neighbours.entry(name(*b)).or_default().push(*a);
+    }
+    if neighbours.values().any(|next| next.len() != 2) {
+        return None;
+    }
+    let start = boundary.iter().map(|(a, _)| *a).max_by(|a, b| a.z.total_cmp(&b.z))?;
+    let mut loop_points = vec![start];
+    let mut previous = start;
+    let mut current = neighbours.get(&name(start))?[0];
+    while name(current) != name(start) {
+        loop_points.push(current);
+        let next = neighbours.get(&name(current))?;
+        let onward = if name(next[0]) == name(previous) { next[1] } else { next[0] };
+        previous = current;
+        current = onward;
+    }
+    let centre = loop_points.iter().copied().sum::<DVec3>() / loop_points.len() as f64;
+    let count = loop_points.len();
+    Some((0..count).map(|k| [centre, loop_points[k], loop_points[(k + 1) % count]]).collect())
+}

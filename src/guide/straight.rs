@@ -1,0 +1,60 @@
+//! Straight tubes in closed form.
+
+use std::f64::consts::PI;
+
+use glam::DVec3;
+
+use super::{End, Entry, Transit, mirror_power};
+use crate::geometry::cylinder::traverse;
+use crate::optics::Spectrum;
+use crate::sampling::warp;
+
+/// A vertical mirror cylinder from z = 0 to z = `length`.
+#[derive(Clone, Debug)]
+pub struct StraightGuide {
+    pub radius: f64,
+    pub length: f64,
+    /// Per bounce, linear Rec.709.
+    pub reflectance: [f64; 3],
+    pub collector_transmittance: [f64; 3],
+}
+
+impl StraightGuide {
+    #[inline]
+    pub(super) fn entry(&self, point: [f64; 2], direction: DVec3) -> Option<Entry> {
+        let cosine = -direction.z;
+        (cosine > 0.0).then(|| Entry {
+            position: (warp::disc(point) * self.radius).extend(self.length),
+            projected_area_m2: PI * self.radius * self.radius * cosine,
+        })
+    }
+
+    #[inline]
+    pub(super) fn down<const C: usize>(&self, position: DVec3, direction: DVec3) -> Transit<C> {
+        self.pass(position, direction, End::Opening)
+    }
+
+    #[inline]
+    pub(super) fn up<const C: usize>(&self, position: DVec3, direction: DVec3) -> Transit<C> {
+        self.pass(position, direction, End::Top)
+    }
+
+    #[inline]
+    fn pass<const C: usize>(&self, position: DVec3, direction: DVec3, end: End) -> Transit<C> {
+        if direction.z == 0.0 {
+            let lost = Spectrum::ZERO;
+            let collector = Spectrum::from_rgb(self.collector_transmittance);
+            return Transit { end: End::Lost, position, direction, collector, mirrors: lost, entered: true, rays: 1 };
+        }
+        let passage = traverse(self.radius, position, direction, self.length);
+        Transit {
+            end,
+            position: passage.position,
+            direction: passage.direction,
+            collector: Spectrum::from_rgb(self.collector_transmittance),
+            mirrors: mirror_power(self.reflectance, passage.bounces),
+            entered: true,
+            rays: 1,
+        }
+    }
+}

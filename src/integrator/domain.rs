@@ -1,0 +1,110 @@
+//! The part of a plane on which photons can lie: gather discs are clipped to it, so that kernels have no boundary bias.
+
+use std::f64::consts::PI;
+
+use glam::{DVec2, DVec3};
+
+use super::kernel::Kernel;
+use crate::geometry::disc::{disc_disc_area, disc_polygon_area};
+use crate::scene::Face;
+
+/// A polygon less polygons and discs, all in one plane.
+#[derive(Clone, Debug)]
+pub struct Domain {
+    origin: DVec3,
+    u: DVec3,
+    v: DVec3,
+    /// Extent of the outline along u and v.
+    size: DVec2,
+    holes: Vec<Vec<DVec2>>,
+    discs: Vec<(DVec2, f64)>,
+}
+
+impl Domain {
+    /// One per surface of the kernel, in the order of their numbers.
+    pub fn of_surfaces(kernel: &Kernel) -> Vec<Self> {
+        let mut domains: Vec<Self> = Face::ALL.iter().map(|face| Self::room_face(kernel, *face)).collect();
+        for object in &kernel.boxes {
+            domains.extend((0..6).map(|face| {
+                let [corner, u, v] = object.face(face);
+                Self::rectangle(corner, u, v)
+            }));
+        }
+        domains
+    }
+
+    /// The horizontal plane at `height` inside the room, less the boxes that it cuts.
+    pub fn horizontal_plane(kernel: &Kernel, height: f64) -> Self {
+        let mut domain =
+            Self::rectangle(DVec3::new(0.0, 0.0, height), DVec3::X * kernel.size.x, DVec3::Y * kernel.size.y);
+        for object in &kernel.boxes {
+            let (low, high) = object.span();
+            if low <= height && height < high {
+                domain.holes.push(object.outline().to_vec());
+            }
+        }
+        domain
+    }
+
+    /// Area in m2 of the domain within `radius` of a point of its plane.
+    #[inline]
+    pub fn area(&self, centre: DVec3, radius: f64) -> f64 {
+        let relative = centre - self.origin;
+        let p = DVec2::new(relative.dot(self.u), relative.dot(self.v));
+        let inside =
+            p.x >= radius && p.y >= radius && self.size.x - p.x >= radius && self.size.y - p.y >= radius;
+        let mut area = if inside { PI * radius * radius } else { self.outline_area(p, radius) };
+        for hole in &self.holes {
+            area -= disc_polygon_area(p, radius, hole);
+        }
+        for (disc, disc_radius) in &self.discs {
+            area -= disc_disc_area(radius, *disc_radius, (p - *disc).length());
+        }
+        area.max(0.0)
+    }
+
+    fn outline_area(&self, p: DVec2, radius: f64) -> f64 {
+        let DVec2 { x, y } = self.size;
+        disc_polygon_area(p, radius, &[DVec2::ZERO, DVec2::new(x, 0.0), DVec2::new(x, y), DVec2::new(0.0, y)])
+    }
+
+    fn rectangle(origin: DVec3, u: DVec3, v: DVec3) -> Self {
+        let size = DVec2::new(u.length(), v.length());
+        Self { origin, u: u / size.x, v: v / size.y, size, holes: Vec::new(), discs: Vec::new() }
+    }
+
+    fn room_face(kernel: &Kernel, face: Face) -> Self {
+        let axis = face as usize / 2;
+        let mut origin = DVec3::ZERO;
+        if face as usize % 2 == 1 {
+            origin[axis] = kernel.size[axis];
+        }
+        let edge = |k: usize| DVec3::AXES[k] * kernel.size[k];
+        let mut domain = Self::rectangle(origin, edge((axis + 1) % 3), edge((axis + 2) % 3));
+        // faces of boxes that stand against this one cover it
+        let tolerance = 1e-9 * kernel.size.max_element();
+        for object in &kernel.boxes {
+            for side in 0..6 {
+                let [corner, u, v] = object.face(side);
+                let corners = [corner, corner + u, corner + u + v, corner + v];
+                if corners.iter().all(|p| (p[axis] - origin[axis]).abs() <= tolerance) {
+                    let flat = |p: DVec3| DVec2::new((p - origin).dot(domain.u), (p - origin).dot(domain.v));
+                    let mut hole = corners.map(flat).to_vec();
+                    if signed_area(&hole) < 0.0 {
+                        hole.reverse();
+                    }
+                    domain.holes.push(hole);
+                }
+            }
+        }
+        if face == Face::Ceiling {
+            let flat = |p: DVec3| DVec2::new((p - origin).dot(domain.u), (p - origin).dot(domain.v));
+            domain.discs = kernel.tubes.iter().map(|tube| (flat(tube.origin), tube.opening_radius)).collect();
+        }
+        domain
+    }
+}
+
+fn signed_area(polygon: &[DVec2]) -> f64 {
+    (0..polygon.len()).map(|k| 0.5 * polygon[k].perp_dot(polygon[(k + 1) % polygon.len()])).sum()
+}

@@ -1,0 +1,175 @@
+//! Photons from sky and sun into the tubes.
+
+use glam::DVec3;
+
+use super::kernel::{Kernel, TubeKernel};
+use crate::guide::{Guide, transmittance::beam_transmission};
+use crate::sampling::{Key, PathRandom, Replicate, warp};
+use crate::sky::sampler::SkySampler;
+use crate::sky::sun::HALF_ANGLE;
+use crate::sky::{Sky, Sun};
+
+/// Every source of light gets at least this share of a pass' photons.
+const LEAST_SHARE: f64 = 0.125;
+
+/// The sources of a scene: sky and sun, each through each tube, as separate integrals.
+#[derive(Debug)]
+pub struct Emission {
+    emitters: Vec<Emitter>,
+}
+
+#[derive(Debug)]
+struct Emitter {
+    tube: usize,
+    source: Source,
+    photons: u64,
+    /// Number of its first photon within the pass.
+    first: u64,
+}
+
+#[derive(Debug)]
+enum Source {
+    Sky { sky: Sky, sampler: SkySampler },
+    Sun(Sun),
+}
+
+/// Light on its way to a tube's collector.
+#[derive(Clone, Copy, Debug)]
+pub struct EmittedPhoton {
+    pub tube: usize,
+    /// Entry point in the tube's frame.
+    pub position: DVec3,
+    /// Unit direction of travel.
+    pub direction: DVec3,
+    /// In lm; the pass' photons add up to the flux.
+    pub flux: f64,
+}
+
+/// The numbers of one path: Sobol points for its first dimensions, then counter-based random numbers.
+#[derive(Clone, Debug)]
+pub struct PathSamples {
+    replicate: Replicate,
+    index: u16,
+    /// Next pair of Sobol coordinates.
+    pair: u32,
+    buffer: [f64; 4],
+    pub random: PathRandom,
+}
+
+/// Pairs of Sobol coordinates per path: direction and entry point, then two directions after scattering.
+const SOBOL_PAIRS: u32 = 4;
+
+impl PathSamples {
+    pub fn new(stream: Key, index: u64) -> Self {
+        let (replicate, number) = Replicate::of(stream, index);
+        let random = PathRandom::new(stream.child(1 << 40).child(index));
+        Self { replicate, index: number, pair: 0, buffer: [0.0; 4], random }
+    }
+
+    #[inline]
+    pub fn pair(&mut self) -> [f64; 2] {
+        if self.pair >= SOBOL_PAIRS {
+            return self.random.uniform2();
+        }
+        if self.pair % 2 == 0 {
+            self.buffer = self.replicate.point(self.index, self.pair / 2);
+        }
+        let half = 2 * (self.pair % 2) as usize;
+        self.pair += 1;
+        [self.buffer[half], self.buffer[half + 1]]
+    }
+}
+
+impl Emission {
+    /// Divides `photons` among the sources in proportion to the flux that each is likely to bring.
+    pub fn new(kernel: &Kernel, photons: u64) -> Self {
+        let mut sources = Vec::new();
+        for (index, tube) in kernel.tubes.iter().enumerate() {
+            let expected = |toward: DVec3| tube.guide.projected_area_m2(-toward) * likely_transmission(tube, toward);
+            if let Some(sky) = &kernel.sky
+                && let Some(sampler) = SkySampler::new(sky, expected)
+            {
+                let source = Source::Sky { sky: sky.clone(), sampler };
+                // a rough integral is enough to share photons
+                let flux = (0..256u64)
+                    .map(|k| {
+                        let mut random = PathRandom::new(Key::new(k));
+                        let Source::Sky { sky, sampler } = &source else { return 0.0 };
+                        let (toward, density) = sampler.sample(random.uniform2());
+                        sky.luminance(toward) * expected(toward) / density
+                    })
+                    .sum::<f64>()
+                    / 256.0;
+                sources.push((index, source, flux));
+            }
+            if let Some(sun) = kernel.sun {
+                let flux = sun.normal_illuminance_lux * expected(sun.direction);
+                if tube.guide.projected_area_m2(-sun.direction) > 0.0 && flux > 0.0 {
+                    sources.push((index, Source::Sun(sun), flux));
+                }
+            }
+        }
+        let total: f64 = sources.iter().map(|(.., flux)| flux).sum();
+        let least = LEAST_SHARE / sources.len().max(1) as f64;
+        let weight = |flux: f64| least + (1.0 - LEAST_SHARE) * flux / total;
+        let mut first = 0;
+        let mut emitters = Vec::new();
+        let count = sources.len();
+        for (number, (tube, source, flux)) in sources.into_iter().enumerate() {
+            let rest = photons - first;
+            let share = if number + 1 == count { rest } else { (photons as f64 * weight(flux)) as u64 };
+            let photons = share.clamp(1, rest.max(1));
+            emitters.push(Emitter { tube, source, photons, first });
+            first += photons;
+        }
+        Self { emitters }
+    }
+
+    /// Photons per pass.
+    pub fn photons(&self) -> u64 {
+        self.emitters.last().map_or(0, |last| last.first + last.photons)
+    }
+
+    /// Photon `number` of the pass with key `pass`, with the numbers that the rest of its path uses; `None` when it comes
+    /// from where there is no light.
+    #[inline]
+    pub fn photon(&self, kernel: &Kernel, pass: Key, number: u64) -> (Option<EmittedPhoton>, PathSamples) {
+        let index = self.emitters.partition_point(|emitter| emitter.first <= number) - 1;
+        let emitter = &self.emitters[index];
+        let mut samples = PathSamples::new(pass.child(index as u64), number - emitter.first);
+        let point = samples.pair();
+        let (toward, luminance_per_density) = match &emitter.source {
+            Source::Sky { sky, sampler } => {
+                let (toward, density) = sampler.sample(point);
+                (toward, sky.luminance(toward) / density)
+            }
+            Source::Sun(sun) => {
+                let toward = warp::around(sun.direction, warp::cone(point, HALF_ANGLE));
+                let visible = if toward.z > 0.0 { 1.0 } else { 0.0 };
+                (toward, visible * sun.luminance_cd_m2() * Sun::solid_angle_sr())
+            }
+        };
+        let entry_point = samples.pair();
+        let entry = kernel.tubes[emitter.tube].guide.entry(entry_point, -toward);
+        let photon = entry.filter(|_| luminance_per_density > 0.0).map(|entry| EmittedPhoton {
+            tube: emitter.tube,
+            position: entry.position,
+            direction: -toward,
+            flux: luminance_per_density * entry.projected_area_m2 / emitter.photons as f64,
+        });
+        (photon, samples)
+    }
+}
+
+/// How much of the light from a direction a tube is likely to pass: only the choice of samples depends on it.
+fn likely_transmission(tube: &TubeKernel, toward: DVec3) -> f64 {
+    match &tube.guide {
+        Guide::Straight(guide) => {
+            let reflectance = guide.reflectance.iter().copied().fold(0.0, f64::max);
+            let tangent = toward.truncate().length() / toward.z.max(1e-9);
+            // the sampler's cells are far wider than the kinks of the exact series
+            beam_transmission(guide.length / (2.0 * guide.radius), tangent.min(1e3), reflectance.min(0.9999)).max(1e-3)
+        }
+        Guide::Bent(_) | Guide::Mesh(_) => 1.0,
+    }
+}

@@ -1,0 +1,302 @@
+//! The scene as the integrators trace it: guides built, surfaces numbered, boxes in their own frames.
+
+use glam::{DMat2, DVec2, DVec3};
+
+use crate::guide::{BentGuide, Guide, MeshGuide, MeshGuideError, StraightGuide, mesh::Part};
+use crate::optics::{Closure, Diffuser};
+use crate::scene::{BoxObject, Face, MeshTube, PartRole, Room, Scene, StraightOrBent, Tube, TubeShape};
+use crate::sky::{Sky, Sun, direction};
+
+/// Number of a surface: 0..6 the faces of the room, then six for each box.
+pub type SurfaceId = u32;
+
+/// Stands for no surface, e.g. where light comes out of an opening.
+pub const NO_SURFACE: SurfaceId = SurfaceId::MAX;
+
+/// Share of a segment's end within which a box counts as touched, not as in between: a sensor on a table sees the room.
+const ON_TARGET: f64 = 1e-9;
+
+/// A scene compiled for tracing.
+#[derive(Debug)]
+pub struct Kernel {
+    pub sky: Option<Sky>,
+    pub sun: Option<Sun>,
+    pub size: DVec3,
+    /// Reflectance per surface; `None` is open.
+    pub reflectance: Vec<Option<[f64; 3]>>,
+    pub boxes: Vec<BoxKernel>,
+    pub tubes: Vec<TubeKernel>,
+    /// Whether reflected light is followed.
+    pub interreflection: bool,
+    /// Whether light that goes up into a guide is followed for its return.
+    pub guide_return: bool,
+}
+
+/// A box in its own frame: rotated about its base's centre.
+#[derive(Debug)]
+pub struct BoxKernel {
+    base: DVec3,
+    half: DVec2,
+    height: f64,
+    /// Room to box frame.
+    turn: DMat2,
+}
+
+#[derive(Debug)]
+pub struct TubeKernel {
+    /// Centre of the opening, in the ceiling plane.
+    pub origin: DVec3,
+    pub opening_radius: f64,
+    pub guide: Guide,
+    pub diffuser: Diffuser,
+}
+
+/// What a ray in the room meets.
+#[derive(Clone, Copy, Debug)]
+pub struct RoomHit {
+    pub position: DVec3,
+    /// Unit normal on the ray's side.
+    pub normal: DVec3,
+    pub place: Place,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Place {
+    Surface(SurfaceId),
+    /// The opening of a tube.
+    Opening(usize),
+}
+
+impl Kernel {
+    /// `objects` false leaves the boxes out.
+    pub fn new(scene: &Scene, interreflection: bool, guide_return: bool, objects: bool) -> Result<Self, KernelError> {
+        let Room { size, surfaces, boxes } = &scene.room;
+        let boxes: &[BoxObject] = if objects { boxes } else { &[] };
+        let mut reflectance: Vec<_> = surfaces.iter().map(|surface| surface.map(|s| s.reflectance)).collect();
+        for object in boxes {
+            reflectance.extend(std::iter::repeat_n(Some(object.surface.reflectance), 6));
+        }
+        let tubes = scene
+            .tubes
+            .iter()
+            .enumerate()
+            .map(|(tube, description)| {
+                TubeKernel::new(description, size.z).map_err(|error| KernelError { tube, error })
+            })
+            .collect::<Result<_, _>>()?;
+        Ok(Self {
+            sky: scene.daylight.sky.clone(),
+            sun: scene.daylight.sun,
+            size: *size,
+            reflectance,
+            boxes: boxes.iter().map(BoxKernel::new).collect(),
+            tubes,
+            interreflection,
+            guide_return,
+        })
+    }
+
+    /// The first thing that a ray from inside the room meets; `from`: the surface it leaves.
+    #[inline]
+    pub fn intersect(&self, origin: DVec3, direction: DVec3, from: SurfaceId) -> RoomHit {
+        let (mut distance, mut axis) = (f64::INFINITY, 2);
+        for k in 0..3 {
+            let to_wall = match direction[k] {
+                d if d > 0.0 => (self.size[k] - origin[k]) / d,
+                d if d < 0.0 => -origin[k] / d,
+                _ => f64::INFINITY,
+            };
+            if to_wall < distance {
+                (distance, axis) = (to_wall, k);
+            }
+        }
+        let distance = distance.max(0.0);
+        if !self.boxes.is_empty()
+            && let Some(hit) = self.nearest_box(origin, direction, distance, from)
+        {
+            return hit;
+        }
+        let mut position = origin + direction * distance;
+        let far = direction[axis] > 0.0;
+        // on the plane exactly, so that the next ray starts on it
+        position[axis] = if far { self.size[axis] } else { 0.0 };
+        position = position.clamp(DVec3::ZERO, self.size);
+        let mut normal = DVec3::ZERO;
+        normal[axis] = if far { -1.0 } else { 1.0 };
+        let face = 2 * axis + usize::from(far);
+        let place = if face == Face::Ceiling as usize {
+            self.opening_at(position.truncate()).map_or(Place::Surface(face as SurfaceId), Place::Opening)
+        } else {
+            Place::Surface(face as SurfaceId)
+        };
+        RoomHit { position, normal, place }
+    }
+
+    /// Whether nothing stands between two points of the room; the surfaces that they lie on do not count.
+    #[inline]
+    pub fn visible(&self, a: DVec3, from: SurfaceId, b: DVec3, to: SurfaceId) -> bool {
+        let own = |surface: SurfaceId| (surface >= 6 && surface != NO_SURFACE).then(|| (surface as usize - 6) / 6);
+        let (own_a, own_b) = (own(from), own(to));
+        self.boxes.iter().enumerate().all(|(index, object)| {
+            Some(index) == own_a || Some(index) == own_b || object.intersect(a, b - a).is_none_or(|(t, ..)| t >= 1.0 - ON_TARGET)
+        })
+    }
+
+    fn opening_at(&self, point: DVec2) -> Option<usize> {
+        self.tubes.iter().position(|tube| {
+            (point - tube.origin.truncate()).length_squared() < tube.opening_radius * tube.opening_radius
+        })
+    }
+
+    fn nearest_box(&self, origin: DVec3, direction: DVec3, within: f64, from: SurfaceId) -> Option<RoomHit> {
+        let mut nearest = None;
+        let mut distance = within;
+        for (index, object) in self.boxes.iter().enumerate() {
+            let first = 6 + 6 * index as SurfaceId;
+            // a box is convex: no ray that leaves it meets it again
+            if (first..first + 6).contains(&from) {
+                continue;
+            }
+            if let Some((t, face, normal)) = object.intersect(origin, direction)
+                && t < distance
+            {
+                distance = t;
+                let place = Place::Surface(first + face as SurfaceId);
+                nearest = Some(RoomHit { position: origin + direction * t, normal, place });
+            }
+        }
+        nearest
+    }
+}
+
+impl BoxKernel {
+    fn new(object: &BoxObject) -> Self {
+        Self {
+            base: object.base,
+            half: 0.5 * object.size.truncate(),
+            height: object.size.z,
+            // clockwise seen from above turns the box by -rotation in x-y
+            turn: DMat2::from_angle(object.rotation),
+        }
+    }
+
+    /// Where `origin + t direction` enters the box (t >= 0), the face and its outward normal.
+    #[inline]
+    fn intersect(&self, origin: DVec3, direction: DVec3) -> Option<(f64, usize, DVec3)> {
+        let to_local = |v: DVec3| (self.turn * v.truncate()).extend(v.z);
+        let (p, d) = (to_local(origin - self.base), to_local(direction));
+        let low = DVec3::new(-self.half.x, -self.half.y, 0.0);
+        let high = DVec3::new(self.half.x, self.half.y, self.height);
+        let (mut enter, mut leave, mut axis) = (f64::NEG_INFINITY, f64::INFINITY, 0);
+        for k in 0..3 {
+            if d[k] == 0.0 {
+                if p[k] <= low[k] || p[k] >= high[k] {
+                    return None;
+                }
+                continue;
+            }
+            let (a, b) = ((low[k] - p[k]) / d[k], (high[k] - p[k]) / d[k]);
+            let (near, far) = if a < b { (a, b) } else { (b, a) };
+            if near > enter {
+                (enter, axis) = (near, k);
+            }
+            leave = leave.min(far);
+        }
+        if enter < 0.0 || enter >= leave {
+            return None;
+        }
+        let toward_high = d[axis] < 0.0;
+        let mut normal = DVec3::ZERO;
+        normal[axis] = if toward_high { 1.0 } else { -1.0 };
+        let normal = (self.turn.transpose() * normal.truncate()).extend(normal.z);
+        Some((enter, 2 * axis + usize::from(toward_high), normal))
+    }
+
+    /// The four corners of its outline seen from above, counter-clockwise.
+    pub fn outline(&self) -> [DVec2; 4] {
+        let back = self.turn.transpose();
+        [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)]
+            .map(|(x, y)| self.base.truncate() + back * DVec2::new(x * self.half.x, y * self.half.y))
+    }
+
+    /// Lower and upper height in metres.
+    pub fn span(&self) -> (f64, f64) {
+        (self.base.z, self.base.z + self.height)
+    }
+
+    /// A corner, two edges that span the face, in the room frame; the face's number as in [`SurfaceId`].
+    pub fn face(&self, face: usize) -> [DVec3; 3] {
+        let back = self.turn.transpose();
+        let world = |v: DVec3| (back * v.truncate()).extend(v.z);
+        let low = DVec3::new(-self.half.x, -self.half.y, 0.0);
+        let extent = DVec3::new(2.0 * self.half.x, 2.0 * self.half.y, self.height);
+        let axis = face / 2;
+        let mut corner = low;
+        if face % 2 == 1 {
+            corner[axis] += extent[axis];
+        }
+        let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
+        let edge = |k: usize| world(DVec3::AXES[k] * extent[k]);
+        [self.base + world(corner), edge(u), edge(v)]
+    }
+}
+
+impl TubeKernel {
+    fn new(tube: &Tube, ceiling: f64) -> Result<Self, MeshGuideError> {
+        let guide = match &tube.shape {
+            TubeShape::Cylinders(description) => cylinders(description, tube.opening_radius),
+            TubeShape::Mesh(description) => Guide::Mesh(mesh(description, tube.opening_radius)?),
+        };
+        Ok(Self {
+            origin: tube.centre.extend(ceiling),
+            opening_radius: tube.opening_radius,
+            guide,
+            diffuser: tube.diffuser,
+        })
+    }
+
+    /// The closure at a point of the ceiling plane.
+    #[inline]
+    pub fn closure_at(&self, position: DVec3) -> Closure {
+        self.diffuser.at((position - self.origin).truncate().length())
+    }
+}
+
+fn cylinders(tube: &StraightOrBent, radius: f64) -> Guide {
+    let reflectance = tube.reflectance;
+    let collector_transmittance = tube.collector.transmittance();
+    if tube.segments.iter().all(|segment| segment.tilt == 0.0) {
+        let length = tube.segments.iter().map(|segment| segment.length_m).sum();
+        return Guide::Straight(StraightGuide { radius, length, reflectance, collector_transmittance });
+    }
+    let axis = |tilt: f64, azimuth: f64| direction(std::f64::consts::FRAC_PI_2 - tilt, azimuth);
+    let segments: Vec<_> =
+        tube.segments.iter().map(|segment| (segment.length_m, axis(segment.tilt, segment.azimuth))).collect();
+    Guide::Bent(BentGuide::new(radius, &segments, reflectance, collector_transmittance))
+}
+
+fn mesh(tube: &MeshTube, opening_radius: f64) -> Result<MeshGuide, MeshGuideError> {
+    let parts: Vec<Part> = tube
+        .parts
+        .iter()
+        .map(|part| match part.role {
+            PartRole::Collector { transmittance, reflectance } => Part::Collector { transmittance, reflectance },
+            PartRole::Pipe { reflectance } => Part::Pipe { reflectance },
+            PartRole::Diffuser => Part::Diffuser,
+        })
+        .collect();
+    let mut mesh = tube.mesh.as_ref().clone();
+    let turn = DVec2::from_angle(-tube.rotation);
+    for position in &mut mesh.positions {
+        *position = turn.rotate(position.truncate()).extend(position.z);
+    }
+    MeshGuide::new(&mesh, &parts, opening_radius)
+}
+
+/// A tube whose guide cannot be built.
+#[derive(Clone, Debug, thiserror::Error)]
+#[error("tube {tube}: {error}")]
+pub struct KernelError {
+    pub tube: usize,
+    pub error: MeshGuideError,
+}

@@ -1,0 +1,348 @@
+//! One photon's way from a collector through guide and diffuser into the room, and on until it is absorbed.
+
+use glam::DVec3;
+
+use super::emission::{EmittedPhoton, PathSamples};
+use super::kernel::{Kernel, NO_SURFACE, Place, SurfaceId};
+use crate::guide::{End, Transit};
+use crate::optics::{Closure, Spectrum};
+use crate::sampling::warp;
+
+/// Below this share of its first flux a photon goes on by roulette even where nothing absorbs.
+const ROULETTE_BELOW: f64 = 1e-3;
+
+/// Events of one photon after which it is cut off; reached only by scenes that absorb nothing.
+const MAX_EVENTS: u32 = 1_000_000;
+
+/// A point where light is scattered into the room.
+#[derive(Clone, Copy, Debug)]
+pub struct Scattering<const C: usize> {
+    pub position: DVec3,
+    /// Toward the side on which the light leaves.
+    pub normal: DVec3,
+    /// Diffuse flux that leaves, in lm.
+    pub leaving: Spectrum<C>,
+    /// The surface; `NO_SURFACE` at a diffuser.
+    pub surface: SurfaceId,
+    /// The tube at whose diffuser this happens.
+    pub diffuser: Option<usize>,
+}
+
+/// Light on a straight line through the room.
+#[derive(Clone, Copy, Debug)]
+pub struct Flight<const C: usize> {
+    pub from: DVec3,
+    pub to: DVec3,
+    pub flux: Spectrum<C>,
+    pub origin: Origin,
+}
+
+/// Where a flight starts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Origin {
+    /// A diffuser that scattered the light: its direct part has a better estimator than this photon.
+    Diffuser,
+    /// A surface of the room that scattered the light.
+    Surface(SurfaceId),
+    /// An opening that the light passed unscattered.
+    Specular,
+}
+
+/// What an integrator hears of a photon.
+pub trait Visitor<const C: usize> {
+    fn scattered(&mut self, scattering: &Scattering<C>, samples: &mut PathSamples);
+    fn flew(&mut self, flight: &Flight<C>);
+    /// Light arrives at a room surface, before its reflectance is applied.
+    fn arrived(&mut self, surface: SurfaceId, position: DVec3, flux: Spectrum<C>, origin: Origin);
+}
+
+/// Where the emitted flux went, in lm; an estimate holds the sum over its passes.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Ledger {
+    /// Reaches the collectors from outside.
+    pub emitted: f64,
+    /// Reflected or absorbed by collectors on the way in.
+    pub collector: f64,
+    /// Absorbed by mirrors, on the way down or up.
+    pub guide: f64,
+    /// Leaves through the upper end of a guide, or is sent up into one from which nothing returns.
+    pub guide_top: f64,
+    /// Absorbed by diffusers.
+    pub diffuser: f64,
+    /// Absorbed by the surfaces of the room and its objects.
+    pub room: f64,
+    /// Leaves through open surfaces of the room.
+    pub open_surfaces: f64,
+    /// What paths carried that were ended for their length, and the differences, zero in the mean, that roulette leaves
+    /// where it chooses between two branches.
+    pub cut: f64,
+}
+
+impl Ledger {
+    pub fn add(&mut self, other: &Self) {
+        let mut other = *other;
+        self.values_mut().into_iter().zip(other.values_mut()).for_each(|(sum, value)| *sum += *value);
+    }
+
+    /// Every entry, `emitted` first.
+    pub fn values_mut(&mut self) -> [&mut f64; 8] {
+        let Self { emitted, collector, guide, guide_top, diffuser, room, open_surfaces, cut } = self;
+        [emitted, collector, guide, guide_top, diffuser, room, open_surfaces, cut]
+    }
+
+    /// Emitted less everything booked, relative to emitted: the rounding error of the books; 0 when nothing was emitted.
+    pub fn relative_closure_error(&self) -> f64 {
+        let mut copy = *self;
+        let booked: f64 = copy.values_mut()[1..].iter().map(|value| **value).sum();
+        if self.emitted == 0.0 { 0.0 } else { (self.emitted - booked) / self.emitted }
+    }
+}
+
+/// Flux of one tube in lm.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct TubeFlux {
+    pub at_collector: f64,
+    pub at_diffuser: f64,
+    pub into_room: f64,
+}
+
+/// What a set of photons adds up to beside the visitor's own tallies.
+#[derive(Clone, Debug, Default)]
+pub struct Account {
+    pub ledger: Ledger,
+    pub tubes: Vec<TubeFlux>,
+    pub rays: u64,
+}
+
+impl Account {
+    pub fn new(tubes: usize) -> Self {
+        Self { tubes: vec![TubeFlux::default(); tubes], ..Self::default() }
+    }
+
+    pub fn add(&mut self, other: &Self) {
+        self.ledger.add(&other.ledger);
+        for (sum, tube) in self.tubes.iter_mut().zip(&other.tubes) {
+            sum.at_collector += tube.at_collector;
+            sum.at_diffuser += tube.at_diffuser;
+            sum.into_room += tube.into_room;
+        }
+        self.rays += other.rays;
+    }
+}
+
+/// Where light is after it has met a closure.
+enum Step<const C: usize> {
+    /// Into the room: position, direction, flux, what it left.
+    Room(DVec3, DVec3, Spectrum<C>, Origin),
+    /// Up into the guide of a tube: position in the ceiling plane, direction, flux.
+    Guide(usize, DVec3, DVec3, Spectrum<C>),
+    Ended,
+}
+
+/// Follows one photon to its end.
+pub fn trace<const C: usize>(
+    kernel: &Kernel,
+    photon: &EmittedPhoton,
+    samples: &mut PathSamples,
+    visitor: &mut impl Visitor<C>,
+    account: &mut Account,
+) {
+    let tube = &kernel.tubes[photon.tube];
+    let transit: Transit<C> = tube.guide.down(photon.position, photon.direction, &mut samples.random);
+    account.rays += u64::from(transit.rays);
+    if !transit.entered {
+        return;
+    }
+    let flux = Spectrum([photon.flux; C]);
+    account.ledger.emitted += flux.luminance();
+    account.tubes[photon.tube].at_collector += flux.luminance();
+    let first = flux.max();
+    let Some((position, direction, flux)) = settle(&transit, flux, tube.origin, &mut account.ledger) else { return };
+    account.tubes[photon.tube].at_diffuser += flux.luminance();
+    let mut step = meet_closure(kernel, photon.tube, position, direction, flux, samples, visitor, account);
+    let mut events = 0;
+    loop {
+        events += 1;
+        step = match step {
+            Step::Ended => return,
+            Step::Room(position, direction, flux, origin) => {
+                if events > MAX_EVENTS {
+                    account.ledger.cut += flux.luminance();
+                    return;
+                }
+                cross_room(kernel, position, direction, flux, origin, first, samples, visitor, account)
+            }
+            Step::Guide(index, position, direction, flux) => {
+                if !kernel.guide_return || !kernel.tubes[index].guide.returns_light() {
+                    account.ledger.guide_top += flux.luminance();
+                    return;
+                }
+                let tube = &kernel.tubes[index];
+                let transit: Transit<C> = tube.guide.up(position - tube.origin, direction, &mut samples.random);
+                account.rays += u64::from(transit.rays);
+                match settle(&transit, flux, tube.origin, &mut account.ledger) {
+                    None => return,
+                    Some((position, direction, flux)) => {
+                        meet_closure(kernel, index, position, direction, flux, samples, visitor, account)
+                    }
+                }
+            }
+        };
+    }
+}
+
+/// Books what a guide took, and returns what arrives in the opening: position in the room, direction, flux.
+fn settle<const C: usize>(
+    transit: &Transit<C>,
+    flux: Spectrum<C>,
+    origin: DVec3,
+    ledger: &mut Ledger,
+) -> Option<(DVec3, DVec3, Spectrum<C>)> {
+    let collected = flux * transit.collector;
+    let arriving = collected * transit.mirrors;
+    ledger.collector += flux.luminance() - collected.luminance();
+    ledger.guide += collected.luminance() - arriving.luminance();
+    match transit.end {
+        End::Opening => {
+            let mut position = origin + transit.position;
+            position.z = origin.z;
+            Some((position, transit.direction, arriving))
+        }
+        End::Top => {
+            ledger.guide_top += arriving.luminance();
+            None
+        }
+        End::Lost => {
+            ledger.guide += arriving.luminance();
+            None
+        }
+        End::Cut => {
+            ledger.cut += arriving.luminance();
+            None
+        }
+    }
+}
+
+/// Light meets the closure of tube `index`, from above or below.
+#[allow(clippy::too_many_arguments)]
+fn meet_closure<const C: usize>(
+    kernel: &Kernel,
+    index: usize,
+    position: DVec3,
+    direction: DVec3,
+    flux: Spectrum<C>,
+    samples: &mut PathSamples,
+    visitor: &mut impl Visitor<C>,
+    account: &mut Account,
+) -> Step<C> {
+    let from_above = direction.z < 0.0;
+    let tube = &kernel.tubes[index];
+    match tube.closure_at(position) {
+        Closure::Specular { transmittance } => {
+            let passing = flux * Spectrum::from_rgb(transmittance);
+            account.ledger.diffuser += flux.luminance() - passing.luminance();
+            if passing.max() <= 0.0 {
+                return Step::Ended;
+            }
+            if from_above {
+                account.tubes[index].into_room += passing.luminance();
+                Step::Room(position, direction, passing, Origin::Specular)
+            } else {
+                Step::Guide(index, position, direction, passing)
+            }
+        }
+        Closure::Lambertian { transmittance, reflectance } => {
+            let through = flux * Spectrum::from_rgb(transmittance);
+            let back = flux * Spectrum::from_rgb(reflectance);
+            account.ledger.diffuser += flux.luminance() - through.luminance() - back.luminance();
+            let (down, up) = if from_above { (through, back) } else { (back, through) };
+            if from_above {
+                account.tubes[index].into_room += through.luminance();
+            }
+            if down.max() > 0.0 {
+                let scattering = Scattering {
+                    position,
+                    normal: DVec3::NEG_Z,
+                    leaving: down,
+                    surface: NO_SURFACE,
+                    diffuser: Some(index),
+                };
+                visitor.scattered(&scattering, samples);
+            }
+            // what goes up a guide that returns nothing needs no path
+            let follows_up = kernel.guide_return && tube.guide.returns_light();
+            let up = if follows_up {
+                up
+            } else {
+                account.ledger.guide_top += up.luminance();
+                Spectrum::ZERO
+            };
+            let both = up.max() + down.max();
+            if both <= 0.0 {
+                return Step::Ended;
+            }
+            let up_share = up.max() / both;
+            let goes_up = up_share > 0.0 && samples.random.uniform() < up_share;
+            let onward = if goes_up { up * (1.0 / up_share) } else { down * (1.0 / (1.0 - up_share)) };
+            account.ledger.cut += down.luminance() + up.luminance() - onward.luminance();
+            let local = warp::cosine_hemisphere(samples.pair());
+            if goes_up {
+                Step::Guide(index, position, local, onward)
+            } else {
+                Step::Room(position, DVec3::new(local.x, -local.y, -local.z), onward, Origin::Diffuser)
+            }
+        }
+    }
+}
+
+/// One flight through the room and what happens at its end.
+#[allow(clippy::too_many_arguments)]
+fn cross_room<const C: usize>(
+    kernel: &Kernel,
+    position: DVec3,
+    direction: DVec3,
+    flux: Spectrum<C>,
+    origin: Origin,
+    first: f64,
+    samples: &mut PathSamples,
+    visitor: &mut impl Visitor<C>,
+    account: &mut Account,
+) -> Step<C> {
+    let from = if let Origin::Surface(surface) = origin { surface } else { NO_SURFACE };
+    let hit = kernel.intersect(position, direction, from);
+    account.rays += 1;
+    visitor.flew(&Flight { from: position, to: hit.position, flux, origin });
+    let surface = match hit.place {
+        Place::Opening(index) => {
+            return meet_closure(kernel, index, hit.position, direction, flux, samples, visitor, account);
+        }
+        Place::Surface(surface) => surface,
+    };
+    let Some(reflectance) = kernel.reflectance[surface as usize] else {
+        account.ledger.open_surfaces += flux.luminance();
+        return Step::Ended;
+    };
+    visitor.arrived(surface, hit.position, flux, origin);
+    let leaving = flux * Spectrum::from_rgb(reflectance);
+    if !kernel.interreflection || leaving.max() <= 0.0 {
+        account.ledger.room += flux.luminance();
+        return Step::Ended;
+    }
+    let scattering =
+        Scattering { position: hit.position, normal: hit.normal, leaving, surface, diffuser: None };
+    visitor.scattered(&scattering, samples);
+    // roulette keeps the flux of a survivor; colours change its balance, so the ledger books both
+    let mut survival = leaving.max() / flux.max();
+    if flux.max() < ROULETTE_BELOW * first {
+        survival *= flux.max() / (ROULETTE_BELOW * first);
+    }
+    let survival = survival.min(1.0);
+    if samples.random.uniform() >= survival {
+        account.ledger.room += flux.luminance();
+        return Step::Ended;
+    }
+    let onward = leaving * (1.0 / survival);
+    account.ledger.room += flux.luminance() - onward.luminance();
+    let local = warp::cosine_hemisphere(samples.pair());
+    Step::Room(hit.position, warp::around(hit.normal, local), onward, Origin::Surface(surface))
+}

@@ -1,0 +1,94 @@
+//! Warps of the unit square, all continuous so that stratified points stay stratified.
+
+use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, TAU};
+
+use glam::{DVec2, DVec3};
+
+/// Uniform point on the unit disc (concentric map of Shirley and Chiu 1997); density 1/pi.
+#[inline]
+pub fn disc([u, v]: [f64; 2]) -> DVec2 {
+    let (a, b) = (2.0 * u - 1.0, 2.0 * v - 1.0);
+    if a == 0.0 && b == 0.0 {
+        return DVec2::ZERO;
+    }
+    let (radius, angle) =
+        if a.abs() > b.abs() { (a, FRAC_PI_4 * (b / a)) } else { (b, FRAC_PI_2 - FRAC_PI_4 * (a / b)) };
+    let (sin, cos) = angle.sin_cos();
+    DVec2::new(radius * cos, radius * sin)
+}
+
+/// Uniform point between two circles around the origin, 0 <= `inner` < `outer`; density 1 / (pi (outer^2 - inner^2)).
+#[inline]
+pub fn annulus([u, v]: [f64; 2], inner: f64, outer: f64) -> DVec2 {
+    if inner == 0.0 {
+        return disc([u, v]) * outer;
+    }
+    let radius = (inner * inner + u * (outer * outer - inner * inner)).sqrt();
+    let (sin, cos) = (TAU * v).sin_cos();
+    DVec2::new(radius * cos, radius * sin)
+}
+
+/// Cosine-distributed direction around +z; density cos(theta) / pi per sr.
+#[inline]
+pub fn cosine_hemisphere(point: [f64; 2]) -> DVec3 {
+    let p = disc(point);
+    DVec3::new(p.x, p.y, (1.0 - p.length_squared()).max(0.0).sqrt())
+}
+
+/// Direction uniform in solid angle within `half_angle` (radians, <= pi/2) of +z.
+///
+/// The polar angle comes from chord lengths, sin(theta/2) = r sin(half_angle/2), which has no cancellation for a cone as
+/// small as the sun.
+#[inline]
+pub fn cone(point: [f64; 2], half_angle: f64) -> DVec3 {
+    let p = disc(point);
+    let chord = (0.5 * half_angle).sin();
+    let half_sine_squared = p.length_squared() * chord * chord;
+    // sin(theta) = 2 sin(theta/2) cos(theta/2), along p
+    let transverse = p * (2.0 * chord * (1.0 - half_sine_squared).sqrt());
+    DVec3::new(transverse.x, transverse.y, 1.0 - 2.0 * half_sine_squared)
+}
+
+/// `local` (z along the unit vector `axis`) in the frame of `axis`.
+#[inline]
+pub fn around(axis: DVec3, local: DVec3) -> DVec3 {
+    // Duff et al. 2017, "Building an Orthonormal Basis, Revisited": branchless and accurate at both poles
+    let sign = 1f64.copysign(axis.z);
+    let a = -1.0 / (sign + axis.z);
+    let b = axis.x * axis.y * a;
+    let tangent = DVec3::new(1.0 + sign * axis.x * axis.x * a, sign * b, -sign * axis.x);
+    let bitangent = DVec3::new(b, sign + axis.y * axis.y * a, -axis.y);
+    tangent * local.x + bitangent * local.y + axis * local.z
+}
+
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn grid(n: usize) -> impl Iterator<Item = [f64; 2]> {
+        (0..n * n).map(move |k| [((k % n) as f64 + 0.5) / n as f64, ((k / n) as f64 + 0.5) / n as f64])
+    }
+
+    /// Second moments of the warped midpoint grid against their integrals; the rule's error is O(1/n^2).
+    #[test]
+    fn moments_of_the_warps() {
+        let n = 400;
+        let mean = |f: &dyn Fn([f64; 2]) -> f64| grid(n).map(f).sum::<f64>() / (n * n) as f64;
+        assert!((mean(&|p| disc(p).length_squared()) - 0.5).abs() < 1e-4);
+        assert!((mean(&|p| annulus(p, 0.5, 1.0).length_squared()) - 0.625).abs() < 1e-4);
+        assert!((mean(&|p| cosine_hemisphere(p).z) - 2.0 / 3.0).abs() < 1e-4);
+        let half_angle: f64 = 0.3;
+        assert!((mean(&|p| cone(p, half_angle).z) - 0.5 * (1.0 + half_angle.cos())).abs() < 1e-6);
+    }
+
+    #[test]
+    fn frames_are_orthonormal_at_the_poles() {
+        for axis in [DVec3::Z, DVec3::NEG_Z, DVec3::X, DVec3::new(1e-9, 0.0, -1.0).normalize()] {
+            let x = around(axis, DVec3::X);
+            let y = around(axis, DVec3::Y);
+            assert!(x.dot(y).abs() < 1e-15 && x.dot(axis).abs() < 1e-15 && (x.length() - 1.0).abs() < 1e-15);
+            assert!((around(axis, DVec3::Z) - axis).length() < 1e-15);
+        }
+    }
+}
