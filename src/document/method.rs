@@ -12,6 +12,7 @@ use utoipa::{PartialSchema, ToSchema};
 
 use super::parse::{Misfit, absent};
 use crate::integrator::{Method, light_tracing, sppm};
+use crate::plan::MethodRequest;
 
 /// How the light is computed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
@@ -68,13 +69,6 @@ pub struct MethodSettings {
     pub alpha: Option<f64>,
 }
 
-/// What the document asks of the plan.
-#[derive(Clone, Debug, PartialEq)]
-pub enum MethodRequest {
-    Auto,
-    Fixed(Method),
-}
-
 impl MethodDocument {
     /// `None` for a method that does not work yet.
     pub fn request(&self) -> Option<MethodRequest> {
@@ -86,13 +80,13 @@ impl MethodDocument {
                 let photons_per_pass = settings
                     .photons_per_pass
                     .unwrap_or(default.photons_per_pass);
-                Some(MethodRequest::Fixed(Method::LightTracing(
+                Some(MethodRequest::Method(Method::LightTracing(
                     light_tracing::Settings { photons_per_pass },
                 )))
             }
             MethodKind::Sppm => {
                 let default = sppm::Settings::default();
-                Some(MethodRequest::Fixed(Method::Sppm(sppm::Settings {
+                Some(MethodRequest::Method(Method::Sppm(sppm::Settings {
                     photons_per_pass: settings
                         .photons_per_pass
                         .unwrap_or(default.photons_per_pass),
@@ -102,6 +96,18 @@ impl MethodDocument {
             }
             _ => None,
         }
+    }
+}
+
+/// A method's own settings as results show them.
+pub fn settings_json(method: &Method) -> serde_json::Value {
+    match method {
+        Method::LightTracing(settings) => serde_json::json!({ "photons_per_pass": settings.photons_per_pass }),
+        Method::Sppm(settings) => serde_json::json!({
+            "photons_per_pass": settings.photons_per_pass,
+            "initial_radius_m": settings.initial_radius_m,
+            "alpha": settings.alpha,
+        }),
     }
 }
 

@@ -1,1 +1,369 @@
-//! Results.
+//! Results as JSON: grids, tubes, plan, accuracy, timing, energy.
+
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+use super::outputs::EstimateDocument;
+use crate::estimate::{Accuracy, Estimate, GridEstimate, Ledger, TubeEstimate};
+use crate::plan::{EffectPlan, GuidePlan, MethodChoice, Plan};
+use crate::scene::{Daylight, Grid};
+use crate::statistics::Moments;
+
+/// The illuminance of one grid: row j is `y_m[j]` (south to north), column i is `x_m[i]` (west to east).
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct GridResult {
+    pub name: String,
+    pub height_m: f64,
+    /// Number of cells along x and y.
+    pub cells: [usize; 2],
+    pub estimate: EstimateDocument,
+    /// Always `lux`.
+    pub unit: String,
+    pub x_m: Vec<f64>,
+    pub y_m: Vec<f64>,
+    pub illuminance_lux: Vec<Vec<f64>>,
+    /// Null before the second pass.
+    pub standard_error_lux: Vec<Vec<Option<f64>>>,
+    /// Percent of the unobstructed horizontal illuminance of sky and sun; null when that is zero.
+    pub illuminance_ratio_percent: Vec<Vec<Option<f64>>>,
+    /// The same, only under an overcast sky (types 1 and 16) without sun.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub daylight_factor_percent: Option<Vec<Vec<Option<f64>>>>,
+    pub external_horizontal_illuminance_lux: ExternalIlluminance,
+    pub statistics: GridStatistics,
+}
+
+/// Unobstructed horizontal illuminance in lux.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct ExternalIlluminance {
+    pub sky: f64,
+    pub sun: f64,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct GridStatistics {
+    pub mean_lux: f64,
+    pub min_lux: f64,
+    pub max_lux: f64,
+    /// Minimum over mean; null when all is dark.
+    pub uniformity: Option<f64>,
+}
+
+impl GridResult {
+    /// `estimate` has one sensor per cell of `grid`.
+    pub fn new(grid: &Grid, estimate: &GridEstimate, daylight: &Daylight) -> Self {
+        let [columns, _] = grid.cells;
+        let sensors = estimate.sensors.len().min(grid.len());
+        let values: Vec<f64> = (0..sensors).map(|sensor| estimate.illuminance_lux(sensor)).collect();
+        let errors: Vec<Option<f64>> = (0..sensors).map(|sensor| finite(estimate.standard_error_lux(sensor))).collect();
+        let (sky, sun) = daylight.horizontal_illuminance_lux();
+        let ratios: Vec<Option<f64>> = values.iter().map(|value| finite(100.0 * value / (sky + sun))).collect();
+        let ratios = rows(&ratios, columns);
+        let overcast = daylight.sky.as_ref().is_some_and(|sky| sky.distribution.cie_type().is_standard_overcast());
+        Self {
+            name: grid.name.clone(),
+            height_m: grid.height_m,
+            cells: grid.cells,
+            estimate: grid.estimate.into(),
+            unit: "lux".to_owned(),
+            x_m: grid.x_m.clone(),
+            y_m: grid.y_m.clone(),
+            illuminance_lux: rows(&values, columns),
+            standard_error_lux: rows(&errors, columns),
+            daylight_factor_percent: (overcast && daylight.sun.is_none()).then(|| ratios.clone()),
+            illuminance_ratio_percent: ratios,
+            external_horizontal_illuminance_lux: ExternalIlluminance { sky, sun },
+            statistics: GridStatistics::new(&values),
+        }
+    }
+}
+
+impl GridStatistics {
+    pub fn new(values_lux: &[f64]) -> Self {
+        if values_lux.is_empty() {
+            return Self { mean_lux: 0.0, min_lux: 0.0, max_lux: 0.0, uniformity: None };
+        }
+        let mean_lux = values_lux.iter().sum::<f64>() / values_lux.len() as f64;
+        let min_lux = values_lux.iter().copied().fold(f64::INFINITY, f64::min);
+        let max_lux = values_lux.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        Self { mean_lux, min_lux, max_lux, uniformity: finite(min_lux / mean_lux) }
+    }
+}
+
+fn rows<T: Clone>(values: &[T], columns: usize) -> Vec<Vec<T>> {
+    values.chunks(columns.max(1)).map(<[T]>::to_vec).collect()
+}
+
+/// JSON has no infinity: `None` becomes null.
+fn finite(value: f64) -> Option<f64> {
+    value.is_finite().then_some(value)
+}
+
+/// A mean with its standard error (null before the second pass), in lm.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct FluxResult {
+    pub flux_lm: f64,
+    pub standard_error_lm: Option<f64>,
+}
+
+impl From<&Moments> for FluxResult {
+    fn from(moments: &Moments) -> Self {
+        Self { flux_lm: moments.mean, standard_error_lm: finite(moments.standard_error()) }
+    }
+}
+
+/// Flux through one tube.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct TubeResult {
+    /// Arrives at the collector from outside.
+    pub at_collector: FluxResult,
+    /// Arrives at the diffuser's top.
+    pub at_diffuser: FluxResult,
+    pub into_room: FluxResult,
+    /// Flux into the room over flux at the collector; null without light.
+    pub transmission_efficiency: Option<f64>,
+}
+
+impl From<&TubeEstimate> for TubeResult {
+    fn from(tube: &TubeEstimate) -> Self {
+        Self {
+            at_collector: (&tube.at_collector).into(),
+            at_diffuser: (&tube.at_diffuser).into(),
+            into_room: (&tube.into_room).into(),
+            transmission_efficiency: finite(tube.into_room.mean / tube.at_collector.mean),
+        }
+    }
+}
+
+/// What is simulated and what is not, and why.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct PlanResult {
+    pub effects: Vec<EffectResult>,
+    /// One per tube.
+    pub guides: Vec<GuideResult>,
+    pub methods: MethodsResult,
+}
+
+/// An effect of the plan.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct EffectResult {
+    pub name: String,
+    pub on: bool,
+    pub reason: String,
+    /// Largest share of any illuminance that is left out; null when that is nothing, or was asked for.
+    pub bound: Option<f64>,
+}
+
+/// How a tube's guide is computed.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct GuideResult {
+    /// `closed_form_straight`, `closed_form_bent` or `mesh`.
+    pub kind: String,
+    pub reason: String,
+}
+
+/// Which method computes what; null where the job has no such output.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct MethodsResult {
+    pub grids: Option<MethodResult>,
+    pub views: Option<MethodResult>,
+}
+
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct MethodResult {
+    pub name: String,
+    /// The method's own settings.
+    #[schema(value_type = Object)]
+    pub settings: serde_json::Value,
+    pub reason: String,
+}
+
+impl From<&Plan> for PlanResult {
+    fn from(plan: &Plan) -> Self {
+        Self {
+            effects: plan.effects.list.iter().map(EffectResult::from).collect(),
+            guides: plan.guides.iter().map(GuideResult::from).collect(),
+            methods: MethodsResult {
+                grids: plan.methods.grids.as_ref().map(MethodResult::from),
+                views: plan.methods.views.as_ref().map(MethodResult::from),
+            },
+        }
+    }
+}
+
+impl From<&EffectPlan> for EffectResult {
+    fn from(effect: &EffectPlan) -> Self {
+        Self {
+            name: effect.kind.name().to_owned(),
+            on: effect.on,
+            reason: effect.reason.clone(),
+            bound: effect.bound.and_then(finite),
+        }
+    }
+}
+
+impl From<&GuidePlan> for GuideResult {
+    fn from(guide: &GuidePlan) -> Self {
+        Self { kind: guide.kind.to_owned(), reason: guide.reason.clone() }
+    }
+}
+
+impl From<&MethodChoice> for MethodResult {
+    fn from(choice: &MethodChoice) -> Self {
+        Self {
+            name: choice.method.name().to_owned(),
+            settings: super::method::settings_json(&choice.method),
+            reason: choice.reason.clone(),
+        }
+    }
+}
+
+/// Achieved relative errors at the asked confidence; null before the second pass, or without such output.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct AccuracyResult {
+    pub relative_error: Option<f64>,
+    pub view_relative_error: Option<f64>,
+    pub confidence: f64,
+}
+
+impl AccuracyResult {
+    pub fn new(accuracy: Accuracy, confidence: f64) -> Self {
+        Self {
+            relative_error: accuracy.grids.and_then(finite),
+            view_relative_error: accuracy.views.and_then(finite),
+            confidence,
+        }
+    }
+}
+
+/// What the computation cost.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct TimingResult {
+    /// Render time.
+    pub seconds: f64,
+    pub passes: u64,
+    pub photons: u64,
+    pub rays: u64,
+    /// Null when no time was measured.
+    pub photons_per_second: Option<f64>,
+    pub rays_per_second: Option<f64>,
+}
+
+impl TimingResult {
+    pub fn new(estimate: &Estimate, seconds: f64) -> Self {
+        let Estimate { passes, photons, rays, .. } = *estimate;
+        Self {
+            seconds,
+            passes,
+            photons,
+            rays,
+            photons_per_second: finite(photons as f64 / seconds),
+            rays_per_second: finite(rays as f64 / seconds),
+        }
+    }
+}
+
+/// Where the emitted flux went, in lm: the mean over passes.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct EnergyResult {
+    /// Reaches the collectors from outside.
+    pub emitted_lm: f64,
+    /// Reflected or absorbed by collectors on the way in.
+    pub collector_lm: f64,
+    /// Absorbed by mirrors.
+    pub guide_lm: f64,
+    /// Leaves through the upper end of a guide.
+    pub guide_top_lm: f64,
+    /// Absorbed by diffusers, or sent up by them into a guide from which nothing returns.
+    pub diffuser_lm: f64,
+    /// Absorbed by the surfaces of the room and its objects.
+    pub room_lm: f64,
+    /// Leaves through open surfaces of the room.
+    pub open_surfaces_lm: f64,
+    /// The rest of paths that were ended for length.
+    pub cut_lm: f64,
+    /// (emitted - all others) / emitted; zero without light.
+    pub relative_closure_error: f64,
+}
+
+impl EnergyResult {
+    pub fn new(ledger: &Ledger, passes: u64) -> Self {
+        let Ledger { emitted, collector, guide, guide_top, diffuser, room, open_surfaces, cut } = *ledger;
+        let gone = collector + guide + guide_top + diffuser + room + open_surfaces + cut;
+        let per_pass = |sum: f64| if passes == 0 { 0.0 } else { sum / passes as f64 };
+        Self {
+            emitted_lm: per_pass(emitted),
+            collector_lm: per_pass(collector),
+            guide_lm: per_pass(guide),
+            guide_top_lm: per_pass(guide_top),
+            diffuser_lm: per_pass(diffuser),
+            room_lm: per_pass(room),
+            open_surfaces_lm: per_pass(open_surfaces),
+            cut_lm: per_pass(cut),
+            relative_closure_error: if emitted == 0.0 { 0.0 } else { (emitted - gone) / emitted },
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::EstimateKind;
+    use crate::sky::zenith::ZenithFormula;
+    use crate::sky::{CieType, Sky, SkyDistribution, Sun, direction};
+
+    fn grid() -> Grid {
+        Grid::new("floor".to_owned(), 0.0, [3, 2], 0.0, [3.0, 2.0], EstimateKind::Point)
+    }
+
+    fn under(cie_type: u8, with_sun: bool) -> Daylight {
+        let toward_sun = direction(0.6, 0.0);
+        let distribution = SkyDistribution::new(CieType::new(cie_type).unwrap(), toward_sun);
+        let sun = Sun { direction: toward_sun, normal_illuminance_lux: 1000.0 };
+        Daylight {
+            sky: Some(Sky { distribution, zenith_luminance_cd_m2: 1000.0 }),
+            sun: with_sun.then_some(sun),
+            formula: ZenithFormula::GivenZenithLuminance,
+        }
+    }
+
+    fn estimate(passes: &[f64]) -> GridEstimate {
+        let mut sensors = vec![Moments::default(); 6];
+        for (index, sensor) in sensors.iter_mut().enumerate() {
+            passes.iter().for_each(|pass| sensor.push(pass * index as f64));
+        }
+        GridEstimate { sensors, ..GridEstimate::default() }
+    }
+
+    #[test]
+    fn rows_run_south_to_north() {
+        let result = GridResult::new(&grid(), &estimate(&[10.0, 10.0]), &under(12, false));
+        assert_eq!(result.illuminance_lux, [[0.0, 10.0, 20.0], [30.0, 40.0, 50.0]]);
+        assert_eq!((result.x_m.len(), result.y_m.len()), (3, 2));
+        assert_eq!(result.statistics, GridStatistics { mean_lux: 25.0, min_lux: 0.0, max_lux: 50.0, uniformity: Some(0.0) });
+        assert_eq!(result.daylight_factor_percent, None);
+    }
+
+    #[test]
+    fn one_pass_has_no_error_and_the_text_no_infinity() {
+        let result = GridResult::new(&grid(), &estimate(&[10.0]), &under(16, false));
+        assert_eq!(result.standard_error_lux[0][0], None);
+        let text = serde_json::to_value(&result).unwrap();
+        assert!(text["standard_error_lux"][1][2].is_null());
+        // 1 klx zenith of the traditional overcast sky: D = 7 pi / 9 klx
+        let ratio = text["daylight_factor_percent"][0][1].as_f64().unwrap();
+        assert!((ratio - 100.0 * 10.0 / (7.0 * std::f64::consts::PI / 9.0 * 1000.0)).abs() < 1e-12);
+        assert!(GridResult::new(&grid(), &estimate(&[1.0]), &under(16, true)).daylight_factor_percent.is_none());
+    }
+
+    #[test]
+    fn darkness_is_null_and_not_nan() {
+        let dark = Daylight { sky: None, sun: None, formula: ZenithFormula::GivenZenithLuminance };
+        let result = GridResult::new(&grid(), &estimate(&[0.0, 0.0]), &dark);
+        assert_eq!(result.illuminance_ratio_percent[0][0], None);
+        assert_eq!(result.statistics.uniformity, None);
+        assert_eq!(TubeResult::from(&TubeEstimate::default()).transmission_efficiency, None);
+        assert_eq!(EnergyResult::new(&Ledger::default(), 0).relative_closure_error, 0.0);
+        assert_eq!(TimingResult::new(&Estimate::default(), 0.0).photons_per_second, None);
+    }
+}

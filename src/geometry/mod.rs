@@ -4,6 +4,7 @@ pub mod bvh;
 pub mod cylinder;
 pub mod disc;
 pub mod obj;
+pub mod polygon;
 pub mod triangle;
 
 pub use obj::TriangleMesh;
