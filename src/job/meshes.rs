@@ -9,7 +9,7 @@ use uuid::Uuid;
 
 use crate::document::MeshSource;
 use crate::geometry::TriangleMesh;
-use crate::geometry::obj::{ObjError, parse_obj};
+use crate::geometry::obj::{ObjError, ObjLimits, parse_obj};
 use crate::job::artifacts::{ArtifactError, Artifacts};
 use crate::job::store::{Mesh, Store, StoreError};
 
@@ -36,7 +36,7 @@ pub async fn upload(store: &dyn Store, artifacts: &Artifacts, bytes: Bytes) -> R
     }
     let copy = bytes.clone();
     let parsed =
-        tokio::task::spawn_blocking(move || parse_obj(&copy)).await.map_err(|_| UploadError::Panicked)??;
+        tokio::task::spawn_blocking(move || parse_obj(&copy, ObjLimits::default())).await.map_err(|_| UploadError::Panicked)??;
     // a key of its own for each upload: deleting a mesh while it is uploaded anew cannot take the new file
     let key = format!("meshes/{id}-{}.obj", Uuid::now_v7());
     let size = bytes.len() as u64;
@@ -77,7 +77,7 @@ impl MeshSource for UploadedMeshes {
             .map_err(|error| error.to_string())?
             .ok_or_else(|| "there is no uploaded mesh with this id".to_owned())?;
         let bytes = self.runtime.block_on(self.artifacts.read(&mesh.key)).map_err(|error| error.to_string())?;
-        let parsed = parse_obj(&bytes).map_err(|error| error.to_string())?;
+        let parsed = parse_obj(&bytes, ObjLimits::default()).map_err(|error| error.to_string())?;
         self.loaded.lock().unwrap_or_else(PoisonError::into_inner).insert(mesh.id);
         Ok(Arc::new(parsed))
     }
