@@ -56,6 +56,9 @@ async fn a_job_from_post_to_delete() {
     let csv = csv.text().await.unwrap();
     assert_eq!(csv, service.get(&format!("{path}/grids/workplane?format=csv")).send().await.unwrap().text().await.unwrap());
 
+    let map = service.get(&format!("{path}/grids/workplane?format=png")).send().await.unwrap();
+    assert_eq!(map.headers()["content-type"], "image/png");
+
     let exr = service.get(&format!("{path}/views/room.exr")).send().await.unwrap();
     assert_eq!(exr.status(), StatusCode::OK);
     for query in ["", "?style=tone", "?style=false_colour", "?pass=1", "?pass=4", "?pass=16", "?style=tone&pass=16"] {

@@ -50,9 +50,8 @@ async fn show(service: &RunningService, exit: bool) -> anyhow::Result<()> {
     let out = Path::new(OUT);
     let job = submit_and_download(&client, JOB.into(), None, out).await?;
     println!("results: {}", out.display());
-    for (name, path) in job["links"]["grids"].as_object().into_iter().flatten() {
-        let grid = client.json(path.as_str().context("a grid has no path")?).await?;
-        println!("grid {name}: {}", mean_of(&grid));
+    for grid in job["grids"].as_array().into_iter().flatten() {
+        println!("grid {}: {}", grid["name"].as_str().unwrap_or("?"), mean_of(grid));
     }
     println!("page:    {}/docs/", service.url());
     if !exit {
@@ -63,9 +62,8 @@ async fn show(service: &RunningService, exit: bool) -> anyhow::Result<()> {
 }
 
 fn mean_of(grid: &Value) -> String {
-    let statistics = &grid["statistics"];
-    let Some(mean) = statistics["mean_lux"].as_f64() else { return "no mean".to_owned() };
-    match statistics["mean_standard_error_lux"].as_f64() {
+    let Some(mean) = grid["statistics"]["mean_lux"].as_f64() else { return "no mean".to_owned() };
+    match grid["mean_standard_error_lux"].as_f64() {
         Some(error) => format!("mean illuminance {mean:.4} lux, standard error {error:.4} lux"),
         None => format!("mean illuminance {mean:.4} lux"),
     }

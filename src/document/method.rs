@@ -102,7 +102,9 @@ impl MethodDocument {
 /// A method's own settings as results show them.
 pub fn settings_json(method: &Method) -> serde_json::Value {
     match method {
-        Method::LightTracing(settings) => serde_json::json!({ "photons_per_pass": settings.photons_per_pass }),
+        Method::LightTracing(settings) => {
+            serde_json::json!({ "photons_per_pass": settings.photons_per_pass })
+        }
         Method::Sppm(settings) => serde_json::json!({
             "photons_per_pass": settings.photons_per_pass,
             "initial_radius_m": settings.initial_radius_m,

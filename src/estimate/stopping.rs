@@ -21,8 +21,11 @@ pub struct Accuracy {
     pub views: Option<f64>,
 }
 
-/// Passes below which a standard error is too uncertain to stop by.
-pub const LEAST_PASSES: u64 = 8;
+/// Passes below which the standard error of a grid is too uncertain to stop by: with 32, its own error is 13 %.
+pub const LEAST_PASSES: u64 = 32;
+
+/// The same for views, whose accuracy is judged over thousands of blocks.
+pub const LEAST_VIEW_PASSES: u64 = 8;
 
 /// Values below this share of the mean are judged as if they were as large.
 const LEAST_SHARE_OF_MEAN: f64 = 0.01;
@@ -44,7 +47,8 @@ impl StopRule {
     /// Whether every output is as accurate as asked.
     pub fn accurate_enough(&self, estimate: &Estimate) -> bool {
         let accuracy = self.accuracy(estimate);
-        estimate.passes >= LEAST_PASSES
+        let least = if estimate.grids.is_empty() { LEAST_VIEW_PASSES } else { LEAST_PASSES };
+        estimate.passes >= least
             && accuracy.grids.is_none_or(|error| error <= self.relative_error)
             && accuracy.views.is_none_or(|error| error <= self.view_relative_error)
     }
@@ -99,8 +103,8 @@ mod tests {
 
     #[test]
     fn nothing_lit_is_accurate_and_few_passes_are_not() {
-        assert!(rule().accurate_enough(&estimate(&[(0.0, 0.0), (0.0, 0.0)], 8)));
-        assert!(!rule().accurate_enough(&estimate(&[(1.0, 0.0)], 7)));
+        assert!(rule().accurate_enough(&estimate(&[(0.0, 0.0), (0.0, 0.0)], LEAST_PASSES)));
+        assert!(!rule().accurate_enough(&estimate(&[(1.0, 0.0)], LEAST_PASSES - 1)));
         assert_eq!(rule().accuracy(&estimate(&[(1.0, 0.0)], 1)).grids, None);
     }
 }

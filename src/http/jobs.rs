@@ -13,7 +13,10 @@ use serde_json::{Map, Value};
 use utoipa::{IntoParams, ToSchema};
 use uuid::Uuid;
 
-use crate::document::Warning;
+use crate::document::result::{
+    AccuracyResult, EnergyResult, ExternalIlluminance, GridStatistics, PlanResult, TimingResult, TubeResult,
+};
+use crate::document::{JobDocument, Provenance, Warning};
 use crate::http::problem::{Path, Problem, Query};
 use crate::http::{App, Service, content};
 use crate::job::meshes::UploadedMeshes;
@@ -33,19 +36,42 @@ pub struct JobResource {
     #[serde(flatten)]
     pub summary: JobSummary,
     /// The document as understood, all defaults filled in.
-    #[schema(value_type = Object)]
+    #[schema(value_type = JobDocument)]
     pub document: Value,
     /// What is simulated and what is not, and why.
-    #[schema(value_type = Object)]
+    #[schema(value_type = PlanResult)]
     pub plan: Value,
     pub warnings: Vec<Warning>,
     /// Why the job failed.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub problem: Option<JobProblem>,
-    /// Of a finished job: `accuracy`, `timing`, `tubes`, `energy`, `switches`.
+    /// Of a job that has finished with at least one pass.
     #[serde(flatten)]
-    #[schema(value_type = Object)]
+    #[schema(value_type = JobResults)]
     pub results: Map<String, Value>,
+}
+
+/// What a job computed, in short; the grids and views have paths of their own.
+#[derive(ToSchema)]
+pub struct JobResults {
+    pub accuracy: Option<AccuracyResult>,
+    pub timing: Option<TimingResult>,
+    /// The five switches that explain factors of two between correct answers.
+    pub switches: Option<Provenance>,
+    pub external_horizontal_illuminance_lux: Option<ExternalIlluminance>,
+    pub grids: Option<Vec<GridInShort>>,
+    /// One per tube.
+    pub tubes: Option<Vec<TubeResult>>,
+    pub energy: Option<EnergyResult>,
+}
+
+/// A grid's statistics.
+#[derive(ToSchema)]
+pub struct GridInShort {
+    pub name: String,
+    pub statistics: GridStatistics,
+    /// Of the mean over the grid; null before the second pass.
+    pub mean_standard_error_lux: Option<f64>,
 }
 
 /// A job in a list.
@@ -104,10 +130,10 @@ pub struct JobPage {
 #[derive(Serialize, ToSchema)]
 pub struct PlanResource {
     /// The document as understood, all defaults filled in.
-    #[schema(value_type = Object)]
+    #[schema(value_type = JobDocument)]
     pub document: Value,
     /// What would be simulated and what would not, and why.
-    #[schema(value_type = Object)]
+    #[schema(value_type = PlanResult)]
     pub plan: Value,
     pub warnings: Vec<Warning>,
 }
@@ -189,7 +215,7 @@ fn timestamp(milliseconds: i64) -> Option<Timestamp> {
 /// `Idempotency-Key` makes a repeated post answer with the first job.
 #[utoipa::path(post, path = "/v1/jobs", tag = "jobs",
     params(("Idempotency-Key" = Option<String>, Header, description = "Unique to this job: 1 to 255 printable ASCII characters")),
-    request_body(content = Object, description = "The job document", content_type = "application/json"),
+    request_body(content = JobDocument, description = "The job document", content_type = "application/json"),
     responses(
         (status = 202, description = "Queued; the body is the job", body = JobResource,
             headers(("Location" = String, description = "Path of the job"), ("Retry-After" = u32, description = "Seconds to wait before a look at it"))),
@@ -341,7 +367,7 @@ async fn prepare(app: &Service, document: String) -> Result<(Prepared, Vec<Strin
 
 /// What a document would simulate and what not, and why; queues nothing.
 #[utoipa::path(post, path = "/v1/plan", tag = "jobs",
-    request_body(content = Object, description = "The job document", content_type = "application/json"),
+    request_body(content = JobDocument, description = "The job document", content_type = "application/json"),
     responses(
         (status = 200, description = "The plan", body = PlanResource),
         (status = 400, description = "Not JSON", body = Problem, content_type = "application/problem+json"),

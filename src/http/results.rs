@@ -16,12 +16,31 @@ use crate::http::{App, Service, content};
 use crate::job::meshes::UploadedMeshes;
 use crate::job::run::{self, PassReport, Prepared, ResultFile};
 use crate::job::worker::PREVIEW_PASSES;
-use crate::output::plots;
+use crate::document::result::GridResult;
+use crate::output::plots::{self, ConvergencePoint};
 
 /// A reader of a running job waits so long for its pass to end.
 const WAIT_FOR_PASS: Duration = Duration::from_secs(20);
 
-#[derive(Clone, Copy, Deserialize, ToSchema)]
+#[derive(Clone, Copy, PartialEq, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum GridFormat {
+    Json,
+    Csv,
+    /// False colours with a scale.
+    Png,
+}
+
+#[derive(Deserialize, IntoParams)]
+#[into_params(parameter_in = Query)]
+#[serde(deny_unknown_fields)]
+pub struct GridQuery {
+    /// Instead of the header `Accept`.
+    #[param(inline)]
+    format: Option<GridFormat>,
+}
+
+#[derive(Clone, Copy, PartialEq, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum TableFormat {
     Json,
@@ -63,41 +82,39 @@ pub struct Convergence {
     pub passes: Vec<PassReport>,
 }
 
-impl TableQuery {
-    /// CSV when the query says so, or the request accepts `text/csv` and not JSON before it.
-    fn format(&self, headers: &HeaderMap) -> TableFormat {
-        self.format.unwrap_or_else(|| {
-            let accepted = headers.get_all(header::ACCEPT).iter().filter_map(|value| value.to_str().ok());
-            accepted
-                .flat_map(|value| value.split(','))
-                .filter_map(|range| match range.split(';').next().unwrap_or("").trim() {
-                    "text/csv" => Some(TableFormat::Csv),
-                    "application/json" | "application/*" | "*/*" => Some(TableFormat::Json),
-                    _ => None,
-                })
-                .next()
-                .unwrap_or(TableFormat::Json)
+/// What the first media type of `Accept` that is among `known` stands for.
+fn accepted<F: Copy>(headers: &HeaderMap, known: &[(&str, F)], default: F) -> F {
+    let values = headers.get_all(header::ACCEPT).iter().filter_map(|value| value.to_str().ok());
+    values
+        .flat_map(|value| value.split(','))
+        .find_map(|range| {
+            let media_type = range.split(';').next().unwrap_or("").trim();
+            known.iter().find(|(name, _)| *name == media_type).map(|(_, format)| *format)
         })
-    }
+        .unwrap_or(default)
 }
 
 /// A grid.
 #[utoipa::path(get, path = "/v1/jobs/{id}/grids/{name}", tag = "results",
-    params(("id" = Uuid, Path), ("name" = String, Path), TableQuery),
+    params(("id" = Uuid, Path), ("name" = String, Path), GridQuery),
     responses(
-        (status = 200, description = "Illuminance and its standard error", content((serde_json::Value = "application/json"), (String = "text/csv"))),
+        (status = 200, description = "Illuminance and its standard error; as PNG in false colours",
+            content((GridResult = "application/json"), (String = "text/csv"), (String = "image/png"))),
         (status = 206, description = "The range of it that was asked for"),
         (status = 304, description = "It is what If-None-Match names"),
         (status = 404, description = "No such job or grid, or no pass is done yet", body = Problem, content_type = "application/problem+json")))]
 pub async fn grid(
     app: App,
     Path((id, name)): Path<(Uuid, String)>,
-    Query(query): Query<TableQuery>,
+    Query(query): Query<GridQuery>,
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
-    let extension = match query.format(&headers) {
-        TableFormat::Json => "json",
-        TableFormat::Csv => "csv",
+    let known =
+        [("application/json", GridFormat::Json), ("text/csv", GridFormat::Csv), ("image/png", GridFormat::Png)];
+    let extension = match query.format.unwrap_or_else(|| accepted(&headers, &known, GridFormat::Json)) {
+        GridFormat::Json => "json",
+        GridFormat::Csv => "csv",
+        GridFormat::Png => "png",
     };
     Ok(vary_by_accept(result_file(&app, id, &headers, format!("grids/{name}.{extension}")).await?))
 }
@@ -207,7 +224,9 @@ pub async fn convergence(
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
     let passes = passes(&app, id).await?;
-    let response = match query.format(&headers) {
+    let known = [("application/json", TableFormat::Json), ("text/csv", TableFormat::Csv)];
+    let format = query.format.unwrap_or_else(|| accepted(&headers, &known, TableFormat::Json));
+    let response = match format {
         TableFormat::Json => {
             let bytes = serde_json::to_vec(&Convergence { job: id, passes })
                 .map_err(|error| internal("writing the convergence table failed", &error))?;
@@ -225,8 +244,17 @@ pub async fn convergence(
         (status = 404, description = "No such job", body = Problem, content_type = "application/problem+json")))]
 pub async fn convergence_svg(app: App, Path(id): Path<Uuid>, headers: HeaderMap) -> Result<Response, Problem> {
     let passes = passes(&app, id).await?;
-    let drawn = tokio::task::spawn_blocking(move || plots::convergence_svg(&passes)).await;
-    let svg = drawn.map_err(|error| internal("drawing panicked", &error))?;
+    let points: Vec<ConvergencePoint> = passes
+        .iter()
+        .map(|pass| ConvergencePoint {
+            seconds: pass.seconds,
+            grids: pass.relative_error,
+            views: pass.view_relative_error,
+        })
+        .collect();
+    let drawn = tokio::task::spawn_blocking(move || plots::convergence(&points)).await;
+    let drawn = drawn.map_err(|error| internal("drawing panicked", &error))?;
+    let svg = drawn.map_err(|error| internal("drawing failed", &error))?;
     content::made(&headers, svg.into_bytes(), "image/svg+xml")
 }
 

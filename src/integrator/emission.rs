@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::kernel::{Kernel, TubeKernel};
-use crate::guide::{Guide, transmittance::beam_transmission};
+use crate::guide::{Guide, transmittance::zastrow_wittwer_transmission};
 use crate::sampling::{Key, PathRandom, Replicate, warp};
 use crate::sky::sampler::SkySampler;
 use crate::sky::sun::HALF_ANGLE;
@@ -168,7 +168,7 @@ fn likely_transmission(tube: &TubeKernel, toward: DVec3) -> f64 {
             let reflectance = guide.reflectance.iter().copied().fold(0.0, f64::max);
             let tangent = toward.truncate().length() / toward.z.max(1e-9);
             // the sampler's cells are far wider than the kinks of the exact series
-            beam_transmission(guide.length / (2.0 * guide.radius), tangent.min(1e3), reflectance.min(0.9999)).max(1e-3)
+            zastrow_wittwer_transmission(guide.length / (2.0 * guide.radius), tangent, reflectance).max(1e-3)
         }
         Guide::Bent(_) | Guide::Mesh(_) => 1.0,
     }

@@ -33,7 +33,7 @@ pub struct Settings {
 
 impl Default for Settings {
     fn default() -> Self {
-        Self { photons_per_pass: 16_384 }
+        Self { photons_per_pass: 8_192 }
     }
 }
 
@@ -59,9 +59,13 @@ pub struct LightTracing<const C: usize> {
 /// A grid's sensors, row by row.
 #[derive(Debug)]
 struct SensorPlane {
+    /// Of every sensor, so that the inner loop runs over plain arrays.
     x: Vec<f64>,
     y: Vec<f64>,
     height: f64,
+    /// Corner of the first cell, and numbers of cells.
+    corner: DVec2,
+    cells: [usize; 2],
     cell: [f64; 2],
     average: bool,
     /// Squared distance within which cell averages count crossings.
@@ -106,7 +110,7 @@ impl<const C: usize> LightTracing<C> {
 
     /// Direct unscattered light at sensor `index` of a point grid, in lux, and the rays it took.
     fn unscattered(&self, plane: &SensorPlane, index: usize, pass: Key, rays_per_sensor: u64) -> (f64, u64) {
-        let sensor = DVec3::new(plane.x[index % plane.x.len()], plane.y[index / plane.x.len()], plane.height);
+        let sensor = DVec3::new(plane.x[index], plane.y[index], plane.height);
         let stream = pass.child(BACKWARD_STREAM + (plane.first + index) as u64);
         let mut lux = 0.0;
         let mut rays = 0;
@@ -172,8 +176,10 @@ impl SensorPlane {
     fn new(grid: &Grid, first: usize) -> Self {
         let near = 0.5 * grid.cell_size_m[0].max(grid.cell_size_m[1]);
         Self {
-            x: grid.x_m.clone(),
-            y: grid.y_m.clone(),
+            x: (0..grid.len()).map(|sensor| grid.x_m[sensor % grid.cells[0]]).collect(),
+            y: (0..grid.len()).map(|sensor| grid.y_m[sensor / grid.cells[0]]).collect(),
+            corner: DVec2::new(grid.x_m[0], grid.y_m[0]) - 0.5 * DVec2::from(grid.cell_size_m),
+            cells: grid.cells,
             height: grid.height_m,
             cell: grid.cell_size_m,
             average: grid.estimate == EstimateKind::CellAverage,
@@ -184,18 +190,15 @@ impl SensorPlane {
     }
 
     fn len(&self) -> usize {
-        self.x.len() * self.y.len()
+        self.x.len()
     }
 
     /// The cell that holds a point of the plane.
     fn cell_at(&self, point: DVec2) -> Option<usize> {
-        let axis = |value: f64, centres: &[f64], size: f64| {
-            let position = (value - (centres[0] - 0.5 * size)) / size;
-            (position >= 0.0).then_some(position as usize).filter(|index| *index < centres.len())
-        };
-        let i = axis(point.x, &self.x, self.cell[0])?;
-        let j = axis(point.y, &self.y, self.cell[1])?;
-        Some(j * self.x.len() + i)
+        let position = (point - self.corner) / DVec2::from(self.cell);
+        let axis = |k: usize| (position[k] >= 0.0).then_some(position[k] as usize).filter(|n| *n < self.cells[k]);
+        let (i, j) = (axis(0)?, axis(1)?);
+        Some(j * self.cells[0] + i)
     }
 }
 
@@ -232,7 +235,7 @@ impl<const C: usize> Visitor<C> for Tally<'_, C> {
                 let start =
                     if plane.stride > 1 { (samples.random.uniform() * plane.stride as f64) as usize } else { 0 };
                 for index in (start..plane.len()).step_by(plane.stride) {
-                    let point = DVec3::new(plane.x[index % plane.x.len()], plane.y[index / plane.x.len()], plane.height);
+                    let point = DVec3::new(plane.x[index], plane.y[index], plane.height);
                     let value = connection.illuminance(point.x, point.y);
                     let target = point + offset.extend(0.0);
                     if value > 0.0
@@ -242,10 +245,8 @@ impl<const C: usize> Visitor<C> for Tally<'_, C> {
                     }
                 }
             } else {
-                for (row, y) in lux.chunks_exact_mut(plane.x.len()).zip(&plane.y) {
-                    for (sum, x) in row.iter_mut().zip(&plane.x) {
-                        *sum += connection.illuminance(*x, *y);
-                    }
+                for ((sum, x), y) in lux.iter_mut().zip(&plane.x).zip(&plane.y) {
+                    *sum += connection.illuminance(*x, *y);
                 }
             }
         }
@@ -287,8 +288,8 @@ impl Connection {
         let (dx, dy) = (x - self.vertex.x, y - self.vertex.y);
         let distance_squared = dx * dx + dy * dy + self.depth * self.depth;
         let out = (self.normal.x * dx + self.normal.y * dy - self.normal.z * self.depth).max(0.0);
-        let value = self.per_sr * out * self.depth / (distance_squared * distance_squared);
-        if distance_squared < self.near_squared { 0.0 } else { value }
+        let factor = if distance_squared < self.near_squared { 0.0 } else { self.per_sr * self.depth };
+        factor * out / (distance_squared * distance_squared)
     }
 }
 

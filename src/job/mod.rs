@@ -4,6 +4,7 @@ pub mod artifacts;
 pub mod checkpoint;
 pub mod live;
 pub mod meshes;
+mod results;
 pub mod run;
 pub mod store;
 pub mod worker;

@@ -95,6 +95,13 @@ pub enum RenderError {
     Output { file: String, reason: String },
 }
 
+/// A file of the results, e.g. `grids/workplane.json`.
+pub struct ResultFile {
+    pub name: String,
+    pub media_type: &'static str,
+    pub bytes: Vec<u8>,
+}
+
 /// Passes of a first chunk; later ones double the job until they reach [`CHUNK_SECONDS`].
 const FIRST_CHUNK: u64 = 8;
 
@@ -118,7 +125,8 @@ pub fn prepare_document(document: &JobDocument, meshes: &dyn MeshSource) -> Resu
     let effects = Effects::of(&scene, &document.effect_requests());
     let kernel = plan::compile(&scene, &effects)
         .map_err(|error| refused(&format!("/tubes/{}/parts", error.tube), error.error.to_string()))?;
-    let methods = Methods::choose(&scene, &kernel, &document.method.request())
+    let request = document.method.request().ok_or_else(|| refused("/method", "not supported yet".into()))?;
+    let methods = Methods::choose(&scene, &kernel, &request)
         .map_err(|refusal| refused("/method", refusal.to_string()))?;
     let plan = Plan { guides: plan::guides(&kernel), effects, methods };
     provenance.interreflection = kernel.interreflection;
@@ -126,7 +134,7 @@ pub fn prepare_document(document: &JobDocument, meshes: &dyn MeshSource) -> Resu
     let engine = Engine::new(Arc::new(kernel), &scene, &plan.methods, document.seed);
     let per_chunk = CHUNK_SECONDS / plan::cost::seconds_per_pass(&scene, &plan).max(1e-9);
     Ok(Prepared {
-        document: document.to_json(),
+        document: serde_json::to_value(document).unwrap_or_default(),
         warnings,
         stop: document.stop_rule(),
         name: document.name.clone(),

@@ -1,0 +1,159 @@
+//! PNG files, and the tone mapping of luminance images.
+
+use super::{Image, OutputError, Raster, percentile};
+
+/// Where the log-average luminance comes to lie on the display (Reinhard et al. 2002, "key").
+const KEY: f64 = 0.18;
+
+/// Pixels darker than this share of the brightest do not count in the log-average: a black frame would set the exposure.
+const DARKEST_COUNTED: f64 = 1e-4;
+
+/// An sRGB picture as a PNG file.
+pub fn encode(raster: &Raster) -> Result<Vec<u8>, OutputError> {
+    let failed = |error: png::EncodingError| OutputError::Png(error.to_string());
+    let side =
+        |side: usize| u32::try_from(side).map_err(|error| OutputError::Png(error.to_string()));
+    let mut bytes = Vec::new();
+    let mut encoder = png::Encoder::new(&mut bytes, side(raster.width)?, side(raster.height)?);
+    encoder.set_color(png::ColorType::Rgb);
+    encoder.set_depth(png::BitDepth::Eight);
+    encoder.set_source_srgb(png::SrgbRenderingIntent::RelativeColorimetric);
+    let mut writer = encoder.write_header().map_err(failed)?;
+    writer.write_image_data(&raster.pixels).map_err(failed)?;
+    writer.finish().map_err(failed)?;
+    Ok(bytes)
+}
+
+/// A luminance image as an eye adapted to it would see it, in sRGB.
+///
+/// The log-average luminance goes to 18 % and the brightest half percent of the lit pixels to white, by the global
+/// operator of Reinhard et al. 2002 (equation 4); the ratios of the channels stay. Black stays black, infinite is white,
+/// and what is not a number is magenta.
+pub fn tone_mapped(image: Image) -> Result<Raster, OutputError> {
+    image.check()?;
+    let luminances = image.luminances();
+    let lit = || {
+        luminances
+            .iter()
+            .copied()
+            .filter(|y| y.is_finite() && *y > 0.0)
+    };
+    let brightest = percentile(lit(), 0.995).unwrap_or(1.0);
+    let counted = || lit().filter(|y| *y >= DARKEST_COUNTED * brightest);
+    let number = counted().count().max(1) as f64;
+    let log_average = (counted().map(f64::ln).sum::<f64>() / number).exp();
+    let exposure = KEY / log_average;
+    // at least as bright as a white sheet in average light, so that an even image is not stretched to white
+    let white = (exposure * brightest).max(1.0);
+
+    let [width, height] = image.size_px;
+    let mut raster = Raster::filled(width, height, [0; 3]);
+    for ((pixel, channels), y) in raster
+        .pixels
+        .chunks_exact_mut(3)
+        .zip(image.values.chunks_exact(image.channels))
+        .zip(&luminances)
+    {
+        let exposed = exposure * y;
+        // (1 + L / white^2) / (1 + L), written so that an L of any size stays finite
+        let compression = 1.0 / (1.0 + exposed) + exposed / (1.0 + exposed) / (white * white);
+        for (index, byte) in pixel.iter_mut().enumerate() {
+            let channel = channels.get(index).unwrap_or(&channels[0]);
+            *byte = if y.is_nan() || channel.is_nan() {
+                if index == 1 { 0 } else { 255 }
+            } else if y.is_infinite() {
+                255
+            } else {
+                srgb_byte(exposure * channel * compression)
+            };
+        }
+    }
+    Ok(raster)
+}
+
+/// Linear light as an sRGB byte (IEC 61966-2-1); clipped to 0..1.
+pub fn srgb_byte(linear: f64) -> u8 {
+    let linear = linear.clamp(0.0, 1.0);
+    let encoded = if linear <= 0.003_130_8 {
+        12.92 * linear
+    } else {
+        1.055 * linear.powf(1.0 / 2.4) - 0.055
+    };
+    (255.0 * encoded).round() as u8
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn map(values: &[f64]) -> Vec<u8> {
+        tone_mapped(Image {
+            size_px: [values.len(), 1],
+            channels: 1,
+            values,
+        })
+        .unwrap()
+        .pixels
+    }
+
+    #[test]
+    fn defined_for_every_number() {
+        assert_eq!(map(&[0.0; 4]), [0; 12]);
+        assert_eq!(map(&[f64::NAN]), [255, 0, 255]);
+        let pixels = map(&[f64::INFINITY, 1e300, 1e-300, -1.0, 100.0, f64::NEG_INFINITY]);
+        assert_eq!(pixels[..3], [255; 3]);
+        assert_eq!(pixels[9..12], [0; 3]);
+        // an even image is a middle grey at any level: 0.18 (1 + 0.18) / (1 + 0.18)
+        for level in [1e-9, 1.0, 2e9] {
+            assert_eq!(map(&[level; 9]), [srgb_byte(0.18); 27], "{level}");
+        }
+    }
+
+    #[test]
+    fn brighter_stays_brighter() {
+        let values: Vec<f64> = (0..200).map(|k| 1e-2 * 1.06f64.powi(k)).collect();
+        let bytes = map(&values);
+        assert!(bytes.windows(4).all(|window| window[3] >= window[0]));
+        assert_eq!(bytes[599], 255);
+    }
+
+    #[test]
+    fn colours_keep_their_ratio() {
+        let values = [0.5, 0.25, 0.125, 0.5, 0.25, 0.125];
+        let raster = tone_mapped(Image {
+            size_px: [2, 1],
+            channels: 3,
+            values: &values,
+        })
+        .unwrap();
+        let linear = |byte: u8| ((f64::from(byte) / 255.0 + 0.055) / 1.055).powf(2.4);
+        let [r, g, b] = raster.get(0, 0).map(linear);
+        // half a step of 8 bits at these levels is below 2 %
+        assert!(
+            (r / g - 2.0).abs() < 0.04 && (g / b - 2.0).abs() < 0.04,
+            "{r} {g} {b}"
+        );
+    }
+
+    #[test]
+    fn files_read_back() {
+        let mut raster = Raster::filled(5, 3, [1, 2, 3]);
+        raster.set(4, 2, [9, 8, 7]);
+        let bytes = encode(&raster).unwrap();
+        let mut reader = png::Decoder::new(std::io::Cursor::new(bytes))
+            .read_info()
+            .unwrap();
+        let mut pixels = vec![0; reader.output_buffer_size().unwrap()];
+        let info = reader.next_frame(&mut pixels).unwrap();
+        assert_eq!((info.width, info.height), (5, 3));
+        assert_eq!(pixels, raster.pixels);
+        assert!(
+            tone_mapped(Image {
+                size_px: [2, 2],
+                channels: 1,
+                values: &[0.0; 3]
+            })
+            .is_err()
+        );
+    }
+}
