@@ -1,5 +1,10 @@
 //! Jobs: the pass loop, chunks of passes, progress, checkpoints, and the trait that the store implements.
 
+pub mod artifacts;
 pub mod checkpoint;
+pub mod live;
+pub mod meshes;
 mod results;
 pub mod run;
+pub mod store;
+pub mod worker;

@@ -1,0 +1,162 @@
+//! A client of the service: what `submit` and `demo` do over HTTP.
+
+use std::time::Duration;
+
+use anyhow::{Context, bail};
+use eventsource_stream::Eventsource;
+use futures::StreamExt;
+use reqwest::{RequestBuilder, Response, StatusCode};
+use serde_json::Value;
+
+use crate::document::{DocumentErrors, FieldError};
+
+/// Heartbeats come every 15 s: a connection that is silent for longer is dead.
+const SILENCE: Duration = Duration::from_secs(45);
+const RECONNECT_PAUSE: Duration = Duration::from_secs(1);
+/// Attempts without any answer before the service is given up.
+const MAX_ATTEMPTS: u32 = 30;
+
+pub struct Client {
+    http: reqwest::Client,
+    server: String,
+}
+
+/// An event of a job.
+pub struct JobEvent {
+    pub name: String,
+    pub data: Value,
+}
+
+impl JobEvent {
+    pub fn is_final(&self) -> bool {
+        crate::job::store::is_final_event(&self.name)
+    }
+}
+
+impl Client {
+    /// `server`: e.g. `http://127.0.0.1:8080`.
+    pub fn new(server: &str) -> anyhow::Result<Self> {
+        // an error means that there is a provider already
+        let _ = rustls::crypto::ring::default_provider().install_default();
+        let http = reqwest::Client::builder()
+            .connect_timeout(Duration::from_secs(10))
+            .read_timeout(SILENCE)
+            .build()
+            .context("the HTTP client cannot start")?;
+        Ok(Self { http, server: server.trim_end_matches('/').to_owned() })
+    }
+
+    fn url(&self, path: &str) -> String {
+        format!("{}{path}", self.server)
+    }
+
+    /// Uploads an OBJ file; answers its id. `pointer` names the field of the document for errors.
+    pub async fn upload_mesh(&self, bytes: Vec<u8>, pointer: &str) -> anyhow::Result<String> {
+        let request = self.http.post(self.url("/v1/meshes")).header("content-type", "model/obj").body(bytes);
+        let response = self.send(request).await?;
+        if response.status() == StatusCode::UNPROCESSABLE_ENTITY {
+            let detail = problem_detail(response).await;
+            return Err(DocumentErrors(vec![FieldError { pointer: pointer.to_owned(), detail }]).into());
+        }
+        let mesh: Value = success(response).await?.json().await?;
+        Ok(mesh["id"].as_str().context("the service gave the mesh no id")?.to_owned())
+    }
+
+    /// Posts a job document; answers the job. `key` makes a repetition harmless.
+    pub async fn submit(&self, document: Vec<u8>, key: &str) -> anyhow::Result<Value> {
+        let request = self
+            .http
+            .post(self.url("/v1/jobs"))
+            .header("content-type", "application/json")
+            .header("idempotency-key", key)
+            .body(document);
+        let response = self.send(request).await?;
+        match response.status() {
+            StatusCode::UNPROCESSABLE_ENTITY | StatusCode::BAD_REQUEST => Err(document_errors(response).await.into()),
+            _ => Ok(success(response).await?.json().await?),
+        }
+    }
+
+    /// Calls `on_event` for every event of a job in order, over as many connections as it takes; answers the final one.
+    pub async fn follow(&self, events_path: &str, mut on_event: impl FnMut(&JobEvent)) -> anyhow::Result<JobEvent> {
+        let mut last_id = "0".to_owned();
+        let mut silent_attempts = 0;
+        loop {
+            let request = self
+                .http
+                .get(self.url(events_path))
+                .header("accept", "text/event-stream")
+                .header("last-event-id", &last_id);
+            let response = match request.send().await {
+                Ok(response) if response.status().is_server_error() => None,
+                Ok(response) => Some(success(response).await?),
+                Err(error) => {
+                    tracing::debug!(%error, "connecting to the event stream failed");
+                    None
+                }
+            };
+            if let Some(response) = response {
+                let mut events = response.bytes_stream().eventsource();
+                while let Some(Ok(event)) = events.next().await {
+                    silent_attempts = 0;
+                    last_id.clone_from(&event.id);
+                    let data = serde_json::from_str(&event.data).context("an event is not JSON")?;
+                    let event = JobEvent { name: event.event, data };
+                    on_event(&event);
+                    if event.is_final() {
+                        return Ok(event);
+                    }
+                }
+            }
+            silent_attempts += 1;
+            if silent_attempts > MAX_ATTEMPTS {
+                bail!("{} does not answer any more; the job goes on there", self.server);
+            }
+            tokio::time::sleep(RECONNECT_PAUSE).await;
+        }
+    }
+
+    pub async fn json(&self, path: &str) -> anyhow::Result<Value> {
+        Ok(success(self.send(self.http.get(self.url(path))).await?).await?.json().await?)
+    }
+
+    pub async fn bytes(&self, path: &str) -> anyhow::Result<Vec<u8>> {
+        Ok(success(self.send(self.http.get(self.url(path))).await?).await?.bytes().await?.into())
+    }
+
+    async fn send(&self, request: RequestBuilder) -> anyhow::Result<Response> {
+        request.send().await.with_context(|| format!("{} does not answer", self.server))
+    }
+}
+
+async fn success(response: Response) -> anyhow::Result<Response> {
+    if response.status().is_success() {
+        return Ok(response);
+    }
+    let (status, url) = (response.status(), response.url().clone());
+    bail!("{url}: {status}: {}", problem_detail(response).await)
+}
+
+async fn problem(response: Response) -> Value {
+    response.json().await.unwrap_or(Value::Null)
+}
+
+async fn problem_detail(response: Response) -> String {
+    let problem = problem(response).await;
+    problem["detail"].as_str().unwrap_or("the service gave no reason").to_owned()
+}
+
+async fn document_errors(response: Response) -> DocumentErrors {
+    let problem = problem(response).await;
+    let text = |value: &Value| value.as_str().unwrap_or_default().to_owned();
+    let listed: Vec<FieldError> = problem["errors"]
+        .as_array()
+        .into_iter()
+        .flatten()
+        .map(|error| FieldError { pointer: text(&error["pointer"]), detail: text(&error["detail"]) })
+        .collect();
+    if listed.is_empty() {
+        return DocumentErrors(vec![FieldError { pointer: String::new(), detail: text(&problem["detail"]) }]);
+    }
+    DocumentErrors(listed)
+}

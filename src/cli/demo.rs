@@ -1,0 +1,88 @@
+//! `skyduct demo`: the main job in one go, over a service of its own.
+
+use std::path::Path;
+use std::time::Duration;
+
+use anyhow::Context;
+use serde_json::Value;
+
+use crate::cli::client::Client;
+use crate::cli::config::{Config, Flags};
+use crate::cli::serve::{RunningService, wait_for_signal};
+use crate::cli::submit::submit_and_download;
+
+/// Built in, so that it runs anywhere.
+const JOB: &str = include_str!("../../examples/thesis_room.json");
+const OUT: &str = "out/demo";
+
+#[derive(Debug, clap::Args)]
+pub struct DemoArgs {
+    /// Stop when the job is done, instead of serving on
+    #[arg(long)]
+    pub exit: bool,
+}
+
+/// Starts a service on a free port, submits the built-in job and saves its results.
+pub fn run(args: DemoArgs) -> anyhow::Result<()> {
+    let runtime = tokio::runtime::Runtime::new().context("the runtime cannot start")?;
+    let result = runtime.block_on(async {
+        let temporary = TemporaryFolder::new()?;
+        let flags = Flags {
+            listen: Some(([127, 0, 0, 1], 0).into()),
+            data: Some(temporary.0.clone()),
+            ..Flags::default()
+        };
+        let service = RunningService::start(Config::load(None, &flags)?).await?;
+        let shown = tokio::select! {
+            shown = show(&service, args.exit) => shown,
+            interrupted = wait_for_signal() => interrupted,
+        };
+        service.stop().await;
+        shown
+    });
+    runtime.shutdown_timeout(Duration::from_secs(1));
+    result
+}
+
+async fn show(service: &RunningService, exit: bool) -> anyhow::Result<()> {
+    println!("service: {}", service.url());
+    let client = Client::new(&service.url())?;
+    let out = Path::new(OUT);
+    let job = submit_and_download(&client, JOB.into(), None, out).await?;
+    println!("results: {}", out.display());
+    for grid in job["grids"].as_array().into_iter().flatten() {
+        println!("grid {}: {}", grid["name"].as_str().unwrap_or("?"), mean_of(grid));
+    }
+    println!("page:    {}/docs/", service.url());
+    if !exit {
+        println!("serving on; Ctrl-C ends it");
+        std::future::pending::<()>().await;
+    }
+    Ok(())
+}
+
+fn mean_of(grid: &Value) -> String {
+    let Some(mean) = grid["statistics"]["mean_lux"].as_f64() else { return "no mean".to_owned() };
+    match grid["mean_standard_error_lux"].as_f64() {
+        Some(error) => format!("mean illuminance {mean:.4} lux, standard error {error:.4} lux"),
+        None => format!("mean illuminance {mean:.4} lux"),
+    }
+}
+
+/// A folder of its own, deleted at the end: the demo leaves only its results.
+struct TemporaryFolder(std::path::PathBuf);
+
+impl TemporaryFolder {
+    fn new() -> anyhow::Result<Self> {
+        let folder = std::env::temp_dir().join(format!("skyduct-demo-{}", uuid::Uuid::new_v4()));
+        std::fs::create_dir_all(&folder).with_context(|| format!("{} cannot be made", folder.display()))?;
+        Ok(Self(folder))
+    }
+}
+
+impl Drop for TemporaryFolder {
+    fn drop(&mut self) {
+        // what is left behind lies in the system's temporary folder
+        let _ = std::fs::remove_dir_all(&self.0);
+    }
+}

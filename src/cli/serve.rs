@@ -1,0 +1,194 @@
+//! `skyduct serve`: the service, its worker in the same process.
+
+use std::fs::{File, TryLockError};
+use std::io::Write as _;
+use std::net::SocketAddr;
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, OnceLock};
+use std::time::{Duration, SystemTime};
+
+use anyhow::{Context, bail};
+use metrics_exporter_prometheus::{Matcher, PrometheusBuilder, PrometheusHandle};
+use tokio::net::TcpListener;
+use tokio::signal::unix::{SignalKind, signal};
+use tokio::sync::Semaphore;
+use tokio::task::JoinHandle;
+use tokio_util::sync::CancellationToken;
+
+use crate::cli::config::{Config, Flags, Role};
+use crate::db::SqliteStore;
+use crate::http::{self, Service};
+use crate::job::artifacts::Artifacts;
+use crate::job::live::LiveJobs;
+use crate::job::store::Store;
+use crate::job::worker::Worker;
+
+/// A stopping service has so long: open requests end, the running pass ends, the lease is given back.
+const STOP_TIME: Duration = Duration::from_secs(8);
+
+#[derive(Debug, clap::Args)]
+pub struct ServeArgs {
+    /// Address to listen on [default: 127.0.0.1:8080]; port 0 takes a free one
+    #[arg(long, value_name = "ADDRESS")]
+    pub listen: Option<SocketAddr>,
+    /// Folder of the database and the artifacts [default: data]
+    #[arg(long, value_name = "DIR")]
+    pub data: Option<PathBuf>,
+    /// sqlite:FILE [default: skyduct.db in the data folder]
+    #[arg(long, value_name = "URL")]
+    pub database: Option<String>,
+    /// Configuration file (TOML)
+    #[arg(long, value_name = "FILE")]
+    pub config: Option<PathBuf>,
+    /// What this process does [default: all]
+    #[arg(long, value_enum)]
+    pub role: Option<Role>,
+}
+
+/// Serves until SIGTERM or SIGINT.
+pub fn run(args: ServeArgs) -> anyhow::Result<()> {
+    let flags = Flags { listen: args.listen, data: args.data, database: args.database, role: args.role };
+    let config = Config::load(args.config.as_deref(), &flags)?;
+    let runtime = tokio::runtime::Runtime::new().context("the runtime cannot start")?;
+    let result = runtime.block_on(async {
+        let service = RunningService::start(config).await?;
+        let mut stdout = std::io::stdout();
+        // who started us may have closed our standard output
+        let _ = writeln!(stdout, "listening on {}", service.url()).and_then(|()| stdout.flush());
+        wait_for_signal().await?;
+        service.stop().await;
+        Ok(())
+    });
+    // a blocking task that still runs must not hold up the exit
+    runtime.shutdown_timeout(Duration::from_secs(1));
+    result
+}
+
+/// Until SIGTERM or SIGINT; a second one ends the process at once.
+pub async fn wait_for_signal() -> anyhow::Result<()> {
+    let mut terminate = signal(SignalKind::terminate()).context("SIGTERM cannot be watched")?;
+    let mut interrupt = signal(SignalKind::interrupt()).context("SIGINT cannot be watched")?;
+    tokio::select! {
+        _ = terminate.recv() => tracing::info!("SIGTERM: stopping"),
+        _ = interrupt.recv() => tracing::info!("SIGINT: stopping"),
+    }
+    tokio::spawn(async move {
+        tokio::select! {
+            _ = terminate.recv() => {}
+            _ = interrupt.recv() => {}
+        }
+        std::process::exit(1);
+    });
+    Ok(())
+}
+
+/// A service that runs in this process.
+pub struct RunningService {
+    pub address: SocketAddr,
+    shutdown: CancellationToken,
+    worker: JoinHandle<()>,
+    server: JoinHandle<()>,
+    store: Arc<SqliteStore>,
+    /// Holds the lock on the data folder.
+    _lock: File,
+}
+
+impl RunningService {
+    pub async fn start(config: Config) -> anyhow::Result<Self> {
+        let started = SystemTime::now();
+        std::fs::create_dir_all(&config.data)
+            .with_context(|| format!("the data folder {} cannot be made", config.data.display()))?;
+        let lock = lock(&config.data)?;
+        let store = Arc::new(SqliteStore::open(&config.database_file()?).await?);
+        let artifacts = Artifacts::on_disk(&config.data.join("artifacts"))?;
+        // the lock says that no other process has a lease: what is leased was left by a dead one
+        let reclaimed = store.reclaim(true).await?;
+        if reclaimed > 0 {
+            tracing::info!(reclaimed, "chunks of a process that ended are ready again");
+        }
+        let listener = TcpListener::bind(config.listen)
+            .await
+            .with_context(|| format!("cannot listen on {}", config.listen))?;
+        let address = listener.local_addr()?;
+        let shutdown = CancellationToken::new();
+        let live = Arc::new(LiveJobs::default());
+        let worker = Worker::new(store.clone(), artifacts.clone(), live.clone(), shutdown.clone())
+            .context("the render threads cannot start")?;
+        let worker = tokio::spawn(worker.run());
+        tokio::spawn(sweep(store.clone(), artifacts.clone(), started));
+        let service = Arc::new(Service {
+            store: store.clone(),
+            artifacts,
+            live,
+            metrics: metrics_handle()?,
+            shutdown: shutdown.clone(),
+            preparing: Semaphore::new(config.limits.preparing),
+            limits: config.limits.clone(),
+        });
+        let router = http::router(service);
+        let stop = shutdown.clone();
+        let server =
+            tokio::spawn(async move { http::server::serve(listener, router, &config.limits, stop).await });
+        tracing::info!(%address, "listening");
+        Ok(Self { address, shutdown, worker, server, store, _lock: lock })
+    }
+
+    pub fn url(&self) -> String {
+        format!("http://{}", self.address)
+    }
+
+    /// Ends requests and streams, gives back the running chunk, closes the store.
+    pub async fn stop(self) {
+        self.shutdown.cancel();
+        let ended = async { futures::future::join(self.server, self.worker).await };
+        if tokio::time::timeout(STOP_TIME, ended).await.is_err() {
+            tracing::warn!("the running pass did not end in time; its chunk is rendered again after the next start");
+        } else {
+            self.store.close().await;
+        }
+        tracing::info!("stopped");
+    }
+}
+
+/// One process for one data folder: two would render the same jobs, and one would take the other's leases.
+fn lock(data: &Path) -> anyhow::Result<File> {
+    let file = data.join("lock");
+    let lock = File::options().create(true).truncate(false).write(true).open(&file);
+    let lock = lock.with_context(|| format!("{} cannot be opened", file.display()))?;
+    match lock.try_lock() {
+        Ok(()) => Ok(lock),
+        Err(TryLockError::WouldBlock) => bail!("another process serves the data folder {}", data.display()),
+        Err(TryLockError::Error(error)) => {
+            Err(error).with_context(|| format!("{} cannot be locked", file.display()))
+        }
+    }
+}
+
+/// Deletes files that a killed process stored but did not commit.
+async fn sweep(store: Arc<SqliteStore>, artifacts: Artifacts, before: SystemTime) {
+    let swept = match store.referenced_keys().await {
+        Ok(keys) => artifacts.sweep(&keys, before).await.map_err(anyhow::Error::from),
+        Err(error) => Err(error.into()),
+    };
+    match swept {
+        Ok(0) => {}
+        Ok(files) => tracing::info!(files, "files that nothing points to were deleted"),
+        Err(error) => tracing::warn!(%error, "looking for files that nothing points to failed"),
+    }
+}
+
+/// The process has one recorder, however many services run in it.
+fn metrics_handle() -> anyhow::Result<PrometheusHandle> {
+    static HANDLE: OnceLock<PrometheusHandle> = OnceLock::new();
+    const SECONDS: [f64; 9] = [0.001, 0.003, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0];
+    if let Some(handle) = HANDLE.get() {
+        return Ok(handle.clone());
+    }
+    let recorder = PrometheusBuilder::new()
+        .set_buckets_for_metric(Matcher::Suffix("_seconds".into()), &SECONDS)?
+        .build_recorder();
+    let handle = HANDLE.get_or_init(|| recorder.handle()).clone();
+    // an error means that another service in this process was first, whose handle we have
+    let _ = metrics::set_global_recorder(recorder);
+    Ok(handle)
+}

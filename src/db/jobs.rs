@@ -1,0 +1,293 @@
+//! Jobs, their events, passes and artifacts.
+
+use std::collections::HashSet;
+
+use serde_json::{Value, json};
+use sqlx::{SqliteConnection, SqlitePool};
+use uuid::Uuid;
+
+use crate::job::run::PassReport;
+use crate::job::store::*;
+
+use super::rows::{self, head_columns, job_columns, signed, to_json};
+use super::{now_ms, store_error};
+
+pub(super) async fn submit(
+    tx: &mut SqliteConnection,
+    new: NewJob,
+    max_queued: u64,
+) -> Result<Submission, StoreError> {
+    if let Some(key) = &new.idempotency_key
+        && let Some(job) = job_of_key(tx, key).await?
+    {
+        return Ok(if job.body_hash == new.body_hash { Submission::Repeated(job) } else { Submission::KeyReused });
+    }
+    if count(tx, JobStatus::Queued).await? >= max_queued {
+        return Ok(Submission::QueueFull);
+    }
+    let id = Uuid::now_v7();
+    let id_text = id.to_string();
+    sqlx::query(concat!(
+        "INSERT INTO jobs (id, name, status, submitted, document, plan, warnings, idempotency_key, body_hash, created_at) \
+         VALUES ($1, $2, 'queued', $3, $4, $5, $6, $7, $8, ",
+        now_ms!(),
+        ")"
+    ))
+    .bind(&id_text)
+    .bind(&new.name)
+    .bind(&new.submitted)
+    .bind(to_json(&new.document)?)
+    .bind(to_json(&new.plan)?)
+    .bind(to_json(&new.warnings)?)
+    .bind(&new.idempotency_key)
+    .bind(&new.body_hash)
+    .execute(&mut *tx)
+    .await
+    .map_err(store_error)?;
+    for mesh in &new.meshes {
+        let known: Option<i64> = sqlx::query_scalar("SELECT 1 FROM meshes WHERE id = $1")
+            .bind(mesh)
+            .fetch_optional(&mut *tx)
+            .await
+            .map_err(store_error)?;
+        if known.is_none() {
+            return Ok(Submission::MeshGone(mesh.clone()));
+        }
+        sqlx::query("INSERT INTO job_meshes (job_id, mesh_id) VALUES ($1, $2) ON CONFLICT DO NOTHING")
+            .bind(&id_text)
+            .bind(mesh)
+            .execute(&mut *tx)
+            .await
+            .map_err(store_error)?;
+    }
+    insert_chunk(tx, &id_text, 0, &new.first_chunk).await?;
+    append_event(tx, &id_text, "queued", &json!({ "job": id, "name": new.name })).await?;
+    append_event(tx, &id_text, "planned", &json!({ "plan": new.plan, "warnings": new.warnings })).await?;
+    let job = job(tx, id).await?.ok_or_else(|| StoreError::Failed("the new job is not there".into()))?;
+    Ok(Submission::New(job))
+}
+
+pub(super) async fn insert_chunk(
+    tx: &mut SqliteConnection,
+    job: &str,
+    index: u64,
+    passes: &std::ops::Range<u64>,
+) -> Result<(), StoreError> {
+    sqlx::query("INSERT INTO chunks (job_id, idx, pass_from, pass_to, state) VALUES ($1, $2, $3, $4, 'ready')")
+        .bind(job)
+        .bind(signed(index))
+        .bind(signed(passes.start))
+        .bind(signed(passes.end))
+        .execute(tx)
+        .await
+        .map_err(store_error)?;
+    Ok(())
+}
+
+/// Appends an event with the job's next sequence number; nothing when the job is gone.
+pub(super) async fn append_event(
+    tx: &mut SqliteConnection,
+    job: &str,
+    name: &str,
+    data: &Value,
+) -> Result<(), StoreError> {
+    let seq: Option<i64> =
+        sqlx::query_scalar("UPDATE jobs SET next_seq = next_seq + 1 WHERE id = $1 RETURNING next_seq - 1")
+            .bind(job)
+            .fetch_optional(&mut *tx)
+            .await
+            .map_err(store_error)?;
+    let Some(seq) = seq else { return Ok(()) };
+    sqlx::query(concat!("INSERT INTO events (job_id, seq, name, data, at) VALUES ($1, $2, $3, $4, ", now_ms!(), ")"))
+        .bind(job)
+        .bind(seq)
+        .bind(name)
+        .bind(to_json(data)?)
+        .execute(tx)
+        .await
+        .map_err(store_error)?;
+    Ok(())
+}
+
+pub(super) async fn job_of_key(connection: &mut SqliteConnection, key: &str) -> Result<Option<Job>, StoreError> {
+    sqlx::query(concat!("SELECT ", head_columns!(), ", ", job_columns!(), " FROM jobs WHERE idempotency_key = $1"))
+        .bind(key)
+        .fetch_optional(connection)
+        .await
+        .map_err(store_error)?
+        .as_ref()
+        .map(rows::job)
+        .transpose()
+}
+
+pub(super) async fn job(connection: &mut SqliteConnection, id: Uuid) -> Result<Option<Job>, StoreError> {
+    sqlx::query(concat!("SELECT ", head_columns!(), ", ", job_columns!(), " FROM jobs WHERE id = $1"))
+        .bind(id.to_string())
+        .fetch_optional(connection)
+        .await
+        .map_err(store_error)?
+        .as_ref()
+        .map(rows::job)
+        .transpose()
+}
+
+pub(super) async fn head(pool: &SqlitePool, id: Uuid) -> Result<Option<JobHead>, StoreError> {
+    sqlx::query(concat!("SELECT ", head_columns!(), " FROM jobs WHERE id = $1"))
+        .bind(id.to_string())
+        .fetch_optional(pool)
+        .await
+        .map_err(store_error)?
+        .as_ref()
+        .map(rows::head)
+        .transpose()
+}
+
+pub(super) async fn list(pool: &SqlitePool, filter: JobFilter) -> Result<Vec<JobHead>, StoreError> {
+    // two statements, so that each can seek in its index
+    let query = match filter.status {
+        Some(status) => sqlx::query(concat!(
+            "SELECT ",
+            head_columns!(),
+            " FROM jobs WHERE status = $3 AND id < $1 ORDER BY id DESC LIMIT $2"
+        ))
+        .bind(before(filter.before))
+        .bind(i64::from(filter.limit))
+        .bind(status.name()),
+        None => {
+            sqlx::query(concat!("SELECT ", head_columns!(), " FROM jobs WHERE id < $1 ORDER BY id DESC LIMIT $2"))
+                .bind(before(filter.before))
+                .bind(i64::from(filter.limit))
+        }
+    };
+    query.fetch_all(pool).await.map_err(store_error)?.iter().map(rows::head).collect()
+}
+
+fn before(id: Option<Uuid>) -> String {
+    id.unwrap_or(Uuid::max()).to_string()
+}
+
+pub(super) async fn count(connection: &mut SqliteConnection, status: JobStatus) -> Result<u64, StoreError> {
+    let count: i64 = sqlx::query_scalar("SELECT count(*) FROM jobs WHERE status = $1")
+        .bind(status.name())
+        .fetch_one(connection)
+        .await
+        .map_err(store_error)?;
+    Ok(count.unsigned_abs())
+}
+
+pub(super) async fn cancel(tx: &mut SqliteConnection, id: Uuid) -> Result<CancelOutcome, StoreError> {
+    let id = id.to_string();
+    let status: Option<String> = sqlx::query_scalar("SELECT status FROM jobs WHERE id = $1")
+        .bind(&id)
+        .fetch_optional(&mut *tx)
+        .await
+        .map_err(store_error)?;
+    let Some(status) = status else { return Ok(CancelOutcome::NotFound) };
+    match JobStatus::from_name(&status) {
+        Some(JobStatus::Cancelled) => return Ok(CancelOutcome::Accepted),
+        Some(status) if status.is_final() => return Ok(CancelOutcome::Finished(status)),
+        // a worker has it, or had it and left passes: it makes the result files of what there is
+        Some(JobStatus::Running) => {
+            sqlx::query("UPDATE jobs SET cancel = 1 WHERE id = $1")
+                .bind(&id)
+                .execute(tx)
+                .await
+                .map_err(store_error)?;
+            return Ok(CancelOutcome::Accepted);
+        }
+        _ => {}
+    }
+    sqlx::query(concat!(
+        "UPDATE jobs SET cancel = 1, status = 'cancelled', stopped_by = 'cancelled', finished_at = ",
+        now_ms!(),
+        " WHERE id = $1"
+    ))
+    .bind(&id)
+    .execute(&mut *tx)
+    .await
+    .map_err(store_error)?;
+    sqlx::query("DELETE FROM chunks WHERE job_id = $1").bind(&id).execute(&mut *tx).await.map_err(store_error)?;
+    append_event(tx, &id, "cancelled", &json!({ "stopped_by": "cancelled", "passes": 0 })).await?;
+    Ok(CancelOutcome::Accepted)
+}
+
+pub(super) async fn delete(pool: &SqlitePool, id: Uuid) -> Result<bool, StoreError> {
+    let deleted = sqlx::query("DELETE FROM jobs WHERE id = $1")
+        .bind(id.to_string())
+        .execute(pool)
+        .await
+        .map_err(store_error)?
+        .rows_affected();
+    Ok(deleted > 0)
+}
+
+pub(super) async fn events(pool: &SqlitePool, id: Uuid, after: i64, limit: u32) -> Result<Vec<Event>, StoreError> {
+    sqlx::query("SELECT seq, name, data FROM events WHERE job_id = $1 AND seq > $2 ORDER BY seq LIMIT $3")
+        .bind(id.to_string())
+        .bind(after)
+        .bind(i64::from(limit))
+        .fetch_all(pool)
+        .await
+        .map_err(store_error)?
+        .iter()
+        .map(rows::event)
+        .collect()
+}
+
+pub(super) async fn convergence(pool: &SqlitePool, id: Uuid) -> Result<Vec<PassReport>, StoreError> {
+    sqlx::query(
+        "SELECT pass, seconds, photons, rays, relative_error, view_relative_error, mean_lux \
+         FROM passes WHERE job_id = $1 ORDER BY pass",
+    )
+    .bind(id.to_string())
+    .fetch_all(pool)
+    .await
+    .map_err(store_error)?
+    .iter()
+    .map(rows::pass)
+    .collect()
+}
+
+pub(super) async fn artifact(pool: &SqlitePool, id: Uuid, name: &str) -> Result<Option<Artifact>, StoreError> {
+    sqlx::query("SELECT name, key, hash, size, media_type FROM artifacts WHERE job_id = $1 AND name = $2")
+        .bind(id.to_string())
+        .bind(name)
+        .fetch_optional(pool)
+        .await
+        .map_err(store_error)?
+        .as_ref()
+        .map(rows::artifact)
+        .transpose()
+}
+
+pub(super) async fn add_artifact(
+    tx: &mut SqliteConnection,
+    job: &str,
+    artifact: &Artifact,
+) -> Result<(), StoreError> {
+    sqlx::query(
+        "INSERT INTO artifacts (job_id, name, key, hash, size, media_type) VALUES ($1, $2, $3, $4, $5, $6) \
+         ON CONFLICT (job_id, name) DO UPDATE SET key = excluded.key, hash = excluded.hash, size = excluded.size, \
+         media_type = excluded.media_type",
+    )
+    .bind(job)
+    .bind(&artifact.name)
+    .bind(&artifact.key)
+    .bind(&artifact.hash)
+    .bind(signed(artifact.size))
+    .bind(&artifact.media_type)
+    .execute(tx)
+    .await
+    .map_err(store_error)?;
+    Ok(())
+}
+
+pub(super) async fn referenced_keys(pool: &SqlitePool) -> Result<HashSet<String>, StoreError> {
+    let keys: Vec<String> = sqlx::query_scalar(
+        "SELECT key FROM artifacts UNION SELECT state_key FROM jobs WHERE state_key IS NOT NULL UNION SELECT key FROM meshes",
+    )
+    .fetch_all(pool)
+    .await
+    .map_err(store_error)?;
+    Ok(keys.into_iter().collect())
+}

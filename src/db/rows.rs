@@ -1,0 +1,165 @@
+//! Rows into the types of the job room.
+
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+use serde_json::Value;
+use sqlx::Row;
+use sqlx::sqlite::SqliteRow;
+use uuid::Uuid;
+
+use crate::job::run::{PassReport, StoppedBy};
+use crate::job::store::*;
+
+use super::store_error;
+
+/// Columns of a [`JobHead`].
+macro_rules! head_columns {
+    () => {
+        "id, name, status, cancel, passes, photons, rays, seconds, relative_error, view_relative_error, \
+         chunks_done, stopped_by, next_seq, created_at, started_at, finished_at"
+    };
+}
+pub(super) use head_columns;
+
+/// Columns of a [`Job`] beyond its head.
+macro_rules! job_columns {
+    () => {
+        "submitted, document, plan, warnings, body_hash, state_key, state_hash, merged_seconds, summary, problem"
+    };
+}
+pub(super) use job_columns;
+
+pub(super) fn head(row: &SqliteRow) -> Result<JobHead, StoreError> {
+    let status: String = get(row, "status")?;
+    Ok(JobHead {
+        id: uuid(row, "id")?,
+        name: get(row, "name")?,
+        status: JobStatus::from_name(&status).ok_or_else(|| broken("status", &status))?,
+        cancel_requested: get::<i64>(row, "cancel")? != 0,
+        progress: Progress {
+            passes: unsigned(get(row, "passes")?),
+            photons: unsigned(get(row, "photons")?),
+            rays: unsigned(get(row, "rays")?),
+            seconds: get(row, "seconds")?,
+            relative_error: get(row, "relative_error")?,
+            view_relative_error: get(row, "view_relative_error")?,
+            chunks: unsigned(get(row, "chunks_done")?),
+        },
+        stopped_by: match get::<Option<String>>(row, "stopped_by")? {
+            Some(name) => Some(stopped_by(&name)?),
+            None => None,
+        },
+        last_seq: get::<i64>(row, "next_seq")? - 1,
+        created_at: get(row, "created_at")?,
+        started_at: get(row, "started_at")?,
+        finished_at: get(row, "finished_at")?,
+    })
+}
+
+pub(super) fn job(row: &SqliteRow) -> Result<Job, StoreError> {
+    let state_key: Option<String> = get(row, "state_key")?;
+    let state_hash: Option<String> = get(row, "state_hash")?;
+    Ok(Job {
+        head: head(row)?,
+        submitted: get(row, "submitted")?,
+        document: json(row, "document")?,
+        plan: json(row, "plan")?,
+        warnings: json(row, "warnings")?,
+        body_hash: get(row, "body_hash")?,
+        state: state_key.zip(state_hash).map(|(key, hash)| StateFile { key, hash }),
+        merged_seconds: get(row, "merged_seconds")?,
+        summary: optional_json(row, "summary")?,
+        problem: optional_json(row, "problem")?,
+    })
+}
+
+pub(super) fn event(row: &SqliteRow) -> Result<Event, StoreError> {
+    Ok(Event { seq: get(row, "seq")?, name: get(row, "name")?, data: json(row, "data")? })
+}
+
+pub(super) fn pass(row: &SqliteRow) -> Result<PassReport, StoreError> {
+    Ok(PassReport {
+        passes: unsigned(get(row, "pass")?),
+        seconds: get(row, "seconds")?,
+        photons: unsigned(get(row, "photons")?),
+        rays: unsigned(get(row, "rays")?),
+        relative_error: get(row, "relative_error")?,
+        view_relative_error: get(row, "view_relative_error")?,
+        mean_lux: get(row, "mean_lux")?,
+    })
+}
+
+pub(super) fn artifact(row: &SqliteRow) -> Result<Artifact, StoreError> {
+    Ok(Artifact {
+        name: get(row, "name")?,
+        key: get(row, "key")?,
+        hash: get(row, "hash")?,
+        size: unsigned(get(row, "size")?),
+        media_type: get(row, "media_type")?,
+    })
+}
+
+pub(super) fn mesh(row: &SqliteRow) -> Result<Mesh, StoreError> {
+    Ok(Mesh {
+        id: get(row, "id")?,
+        key: get(row, "key")?,
+        size: unsigned(get(row, "size")?),
+        triangles: unsigned(get(row, "triangles")?),
+        materials: json(row, "materials")?,
+        created_at: get(row, "created_at")?,
+    })
+}
+
+pub(super) fn get<'r, T>(row: &'r SqliteRow, column: &str) -> Result<T, StoreError>
+where
+    T: sqlx::Decode<'r, sqlx::Sqlite> + sqlx::Type<sqlx::Sqlite>,
+{
+    row.try_get(column).map_err(store_error)
+}
+
+pub(super) fn uuid(row: &SqliteRow, column: &str) -> Result<Uuid, StoreError> {
+    let text: String = get(row, column)?;
+    Uuid::parse_str(&text).map_err(|_| broken(column, &text))
+}
+
+fn json<T: DeserializeOwned>(row: &SqliteRow, column: &str) -> Result<T, StoreError> {
+    let text: String = get(row, column)?;
+    serde_json::from_str(&text).map_err(|_| broken(column, &text))
+}
+
+fn optional_json<T: DeserializeOwned>(row: &SqliteRow, column: &str) -> Result<Option<T>, StoreError> {
+    match get::<Option<String>>(row, column)? {
+        Some(text) => serde_json::from_str(&text).map(Some).map_err(|_| broken(column, &text)),
+        None => Ok(None),
+    }
+}
+
+fn stopped_by(name: &str) -> Result<StoppedBy, StoreError> {
+    serde_json::from_value(Value::String(name.into())).map_err(|_| broken("stopped_by", name))
+}
+
+/// The name of a unit variant, as serde writes it.
+pub(super) fn name_of(value: &StoppedBy) -> Result<String, StoreError> {
+    match serde_json::to_value(value) {
+        Ok(Value::String(name)) => Ok(name),
+        _ => Err(StoreError::Failed(format!("{value:?} has no name"))),
+    }
+}
+
+pub(super) fn to_json<T: Serialize>(value: &T) -> Result<String, StoreError> {
+    serde_json::to_string(value).map_err(|error| StoreError::Failed(format!("not JSON: {error}")))
+}
+
+/// Columns are signed; counts never come near 2^63.
+pub(super) fn signed(value: u64) -> i64 {
+    i64::try_from(value).unwrap_or(i64::MAX)
+}
+
+fn unsigned(value: i64) -> u64 {
+    u64::try_from(value).unwrap_or(0)
+}
+
+fn broken(column: &str, text: &str) -> StoreError {
+    let start: String = text.chars().take(40).collect();
+    StoreError::Failed(format!("column {column} holds {start:?}"))
+}

@@ -1,0 +1,44 @@
+//! Whether the service lives, whether it is ready, and its numbers.
+
+use axum::http::{StatusCode, header};
+use axum::response::IntoResponse;
+use metrics::gauge;
+
+use crate::http::App;
+use crate::http::problem::Problem;
+use crate::job::store::JobStatus;
+
+/// The process lives; asks nothing else.
+#[utoipa::path(get, path = "/livez", tag = "operation",
+    responses((status = 200, description = "It lives", body = String, content_type = "text/plain")))]
+pub async fn livez() -> &'static str {
+    "ok\n"
+}
+
+/// The service can take jobs: its stores answer and it is not shutting down.
+#[utoipa::path(get, path = "/readyz", tag = "operation",
+    responses(
+        (status = 200, description = "It is ready", body = String, content_type = "text/plain"),
+        (status = 503, description = "It is not", body = Problem, content_type = "application/problem+json")))]
+pub async fn readyz(app: App) -> Result<&'static str, Problem> {
+    if app.shutdown.is_cancelled() {
+        return Err(Problem::unavailable("the service is shutting down"));
+    }
+    app.store.ready().await?;
+    app.artifacts.ready().await.map_err(|error| {
+        tracing::error!(%error, "not ready");
+        Problem::unavailable("the artifact store does not answer")
+    })?;
+    Ok("ready\n")
+}
+
+/// Numbers for Prometheus.
+#[utoipa::path(get, path = "/metrics", tag = "operation",
+    responses((status = 200, description = "In the text format of Prometheus", body = String, content_type = "text/plain")))]
+pub async fn metrics(app: App) -> Result<impl IntoResponse, Problem> {
+    for status in [JobStatus::Queued, JobStatus::Running] {
+        gauge!("skyduct_jobs", "status" => status.name()).set(app.store.count(status).await? as f64);
+    }
+    app.metrics.run_upkeep();
+    Ok((StatusCode::OK, [(header::CONTENT_TYPE, "text/plain; version=0.0.4; charset=utf-8")], app.metrics.render()))
+}

@@ -1,0 +1,115 @@
+//! Meshes: uploaded, looked at, deleted.
+
+use axum::Json;
+use axum::extract::rejection::BytesRejection;
+use axum::http::{HeaderMap, StatusCode, header};
+use axum::response::{IntoResponse, Response};
+use bytes::Bytes;
+use jiff::Timestamp;
+use serde::Serialize;
+use utoipa::ToSchema;
+
+use crate::http::App;
+use crate::http::problem::{Path, Problem};
+use crate::job::meshes::{UploadError, upload};
+use crate::job::store::{Mesh, MeshDeletion};
+
+/// An uploaded mesh.
+#[derive(Serialize, ToSchema)]
+pub struct MeshResource {
+    /// Of the content; `mesh` in a job document.
+    pub id: String,
+    pub bytes: u64,
+    pub triangles: u64,
+    /// Material names in order of first use; faces without one have the name "".
+    pub materials: Vec<String>,
+    #[schema(value_type = String, format = DateTime)]
+    pub created_at: Option<Timestamp>,
+}
+
+impl From<Mesh> for MeshResource {
+    fn from(mesh: Mesh) -> Self {
+        Self {
+            id: mesh.id,
+            bytes: mesh.size,
+            triangles: mesh.triangles,
+            materials: mesh.materials,
+            created_at: Timestamp::from_millisecond(mesh.created_at).ok(),
+        }
+    }
+}
+
+/// Uploads a Wavefront OBJ file.
+///
+/// The same content has the same id, however often it is uploaded. Of materials only the names count (`usemtl`): optics are
+/// in the job document, so that an MTL file is not needed.
+#[utoipa::path(post, path = "/v1/meshes", tag = "meshes",
+    request_body(content = String, description = "The OBJ file", content_type = "model/obj"),
+    responses(
+        (status = 201, description = "It is there", body = MeshResource, headers(("Location" = String, description = "Path of the mesh"))),
+        (status = 413, description = "Too long", body = Problem, content_type = "application/problem+json"),
+        (status = 415, description = "Not an OBJ file", body = Problem, content_type = "application/problem+json"),
+        (status = 422, description = "The file is broken; the detail names the line", body = Problem, content_type = "application/problem+json")))]
+pub async fn create(
+    app: App,
+    headers: HeaderMap,
+    body: Result<Bytes, BytesRejection>,
+) -> Result<Response, Problem> {
+    let content_type = headers.get(header::CONTENT_TYPE).and_then(|value| value.to_str().ok()).unwrap_or("");
+    let media_type = content_type.split(';').next().unwrap_or("").trim().to_ascii_lowercase();
+    if !matches!(media_type.as_str(), "" | "model/obj" | "text/plain" | "application/octet-stream") {
+        return Err(Problem::unsupported_media_type(
+            "a mesh is the text of an OBJ file: model/obj, text/plain or application/octet-stream",
+        ));
+    }
+    let mesh = upload(app.store.as_ref(), &app.artifacts, body?).await?;
+    let location = [(header::LOCATION, format!("/v1/meshes/{}", mesh.id))];
+    Ok((StatusCode::CREATED, location, Json(MeshResource::from(mesh))).into_response())
+}
+
+impl From<UploadError> for Problem {
+    fn from(error: UploadError) -> Self {
+        match error {
+            UploadError::Obj(error) => {
+                Self::unprocessable("invalid-mesh", "The mesh is not valid", error.to_string())
+            }
+            UploadError::Store(error) => error.into(),
+            UploadError::Artifact(error) => error.into(),
+            UploadError::Panicked => Self::internal(),
+        }
+    }
+}
+
+/// What is known of a mesh.
+#[utoipa::path(get, path = "/v1/meshes/{id}", tag = "meshes", params(("id" = String, Path)),
+    responses(
+        (status = 200, description = "The mesh", body = MeshResource),
+        (status = 404, description = "No such mesh", body = Problem, content_type = "application/problem+json")))]
+pub async fn get(app: App, Path(id): Path<String>) -> Result<Json<MeshResource>, Problem> {
+    let mesh = app.store.mesh(&id).await?.ok_or_else(no_such_mesh)?;
+    Ok(Json(mesh.into()))
+}
+
+/// Deletes a mesh that no queued or running job uses.
+#[utoipa::path(delete, path = "/v1/meshes/{id}", tag = "meshes", params(("id" = String, Path)),
+    responses(
+        (status = 204, description = "It is gone"),
+        (status = 404, description = "No such mesh", body = Problem, content_type = "application/problem+json"),
+        (status = 409, description = "A queued or running job uses it", body = Problem, content_type = "application/problem+json")))]
+pub async fn delete(app: App, Path(id): Path<String>) -> Result<StatusCode, Problem> {
+    match app.store.delete_mesh(&id).await? {
+        MeshDeletion::NotFound => Err(no_such_mesh()),
+        MeshDeletion::InUse => Err(Problem::conflict("a queued or running job uses this mesh")),
+        MeshDeletion::Deleted(key) => {
+            if let Err(error) = app.artifacts.delete(&key).await {
+                // nothing points to it any more: the next start sweeps it
+                tracing::warn!(%error, key, "deleting a mesh file failed");
+            }
+            Ok(StatusCode::NO_CONTENT)
+        }
+    }
+}
+
+fn no_such_mesh() -> Problem {
+    Problem::not_found("there is no such mesh")
+}

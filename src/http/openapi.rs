@@ -1,0 +1,72 @@
+//! The interface's description, made from the handlers, and a page to read it and try it.
+
+use std::sync::{Arc, OnceLock};
+
+use axum::extract::Path;
+use axum::http::{StatusCode, header};
+use axum::response::{IntoResponse, Redirect, Response};
+use utoipa::OpenApi;
+use utoipa_swagger_ui::Config;
+
+use crate::http::problem::Problem;
+use crate::http::router::api;
+
+#[derive(OpenApi)]
+#[openapi(
+    info(
+        title = "skyduct",
+        description = "Daylight through tubular daylight devices: job documents go in, illuminance grids with standard errors \
+                       and luminance pictures come out.",
+        license(name = "MIT OR Apache-2.0", identifier = "MIT OR Apache-2.0")
+    ),
+    servers((url = "/", description = "This service")),
+    tags(
+        (name = "jobs", description = "Job documents and what becomes of them"),
+        (name = "results", description = "Grids, pictures and convergence; of a running job, what there is so far"),
+        (name = "meshes", description = "Uploaded OBJ files"),
+        (name = "skies", description = "The sky types of CIE S 011"),
+        (name = "operation", description = "Health, numbers, this description"),
+    )
+)]
+pub struct Description;
+
+/// The description as YAML.
+pub fn yaml() -> Result<String, Problem> {
+    let description = api().into_openapi();
+    description.to_yaml().map_err(|error| {
+        tracing::error!(%error, "the description cannot be written");
+        Problem::internal()
+    })
+}
+
+/// This description.
+#[utoipa::path(get, path = "/openapi.yaml", tag = "operation",
+    responses((status = 200, description = "OpenAPI 3.1", body = String, content_type = "application/yaml")))]
+pub async fn openapi_yaml() -> Result<Response, Problem> {
+    Ok(([(header::CONTENT_TYPE, "application/yaml")], yaml()?).into_response())
+}
+
+/// `/docs`: relative links need the slash.
+pub async fn docs() -> Redirect {
+    Redirect::permanent("/docs/")
+}
+
+pub async fn docs_index() -> Result<Response, Problem> {
+    docs_file(Path(String::new())).await
+}
+
+/// A file of the page.
+pub async fn docs_file(Path(file): Path<String>) -> Result<Response, Problem> {
+    static CONFIG: OnceLock<Arc<Config>> = OnceLock::new();
+    let config = CONFIG.get_or_init(|| Arc::new(Config::from("/openapi.yaml"))).clone();
+    match utoipa_swagger_ui::serve(&file, config) {
+        Ok(Some(file)) => {
+            Ok((StatusCode::OK, [(header::CONTENT_TYPE, file.content_type)], file.bytes.into_owned()).into_response())
+        }
+        Ok(None) => Err(Problem::not_found("there is nothing at this path")),
+        Err(error) => {
+            tracing::error!(%error, file, "the page cannot be written");
+            Err(Problem::internal())
+        }
+    }
+}

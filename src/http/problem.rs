@@ -1,0 +1,226 @@
+//! Errors as `application/problem+json` (RFC 9457).
+
+use axum::body::Body;
+use axum::extract::rejection::{BytesRejection, PathRejection, QueryRejection};
+use axum::extract::{FromRequestParts, Request};
+use axum::http::{HeaderValue, StatusCode, header};
+use axum::middleware::Next;
+use axum::response::{IntoResponse, Response};
+use serde::Serialize;
+use utoipa::ToSchema;
+
+use crate::document::{DocumentErrors, FieldError};
+use crate::job::artifacts::ArtifactError;
+use crate::job::store::StoreError;
+
+/// What went wrong (RFC 9457).
+#[derive(Clone, Debug, Serialize, ToSchema)]
+pub struct Problem {
+    /// Names the kind of problem; a relative reference.
+    #[serde(rename = "type")]
+    #[schema(format = "uri-reference", example = "/problems/invalid-document")]
+    pub kind: String,
+    #[schema(example = "The document is not valid")]
+    pub title: String,
+    #[schema(example = 422)]
+    pub status: u16,
+    pub detail: String,
+    /// The path that was asked for.
+    #[schema(format = "uri-reference", example = "/v1/jobs")]
+    pub instance: String,
+    /// For an invalid document: what is wrong, field by field.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub errors: Vec<FieldError>,
+    #[serde(skip)]
+    retry_after_seconds: Option<u32>,
+}
+
+impl Problem {
+    pub fn new(status: StatusCode, slug: &str, title: &str, detail: impl Into<String>) -> Self {
+        Self {
+            kind: format!("/problems/{slug}"),
+            title: title.to_owned(),
+            status: status.as_u16(),
+            detail: detail.into(),
+            instance: String::new(),
+            errors: Vec::new(),
+            retry_after_seconds: None,
+        }
+    }
+
+    pub fn retry_after(mut self, seconds: u32) -> Self {
+        self.retry_after_seconds = Some(seconds);
+        self
+    }
+
+    pub fn bad_request(detail: impl Into<String>) -> Self {
+        Self::new(StatusCode::BAD_REQUEST, "bad-request", "The request is not valid", detail)
+    }
+
+    pub fn not_found(detail: impl Into<String>) -> Self {
+        Self::new(StatusCode::NOT_FOUND, "not-found", "Not found", detail)
+    }
+
+    pub fn conflict(detail: impl Into<String>) -> Self {
+        Self::new(StatusCode::CONFLICT, "conflict", "Not possible now", detail)
+    }
+
+    pub fn unsupported_media_type(detail: impl Into<String>) -> Self {
+        Self::new(
+            StatusCode::UNSUPPORTED_MEDIA_TYPE,
+            "unsupported-media-type",
+            "The content type is not supported",
+            detail,
+        )
+    }
+
+    pub fn unprocessable(slug: &str, title: &str, detail: impl Into<String>) -> Self {
+        Self::new(StatusCode::UNPROCESSABLE_ENTITY, slug, title, detail)
+    }
+
+    pub fn unavailable(detail: impl Into<String>) -> Self {
+        Self::new(StatusCode::SERVICE_UNAVAILABLE, "unavailable", "Not available now", detail).retry_after(5)
+    }
+
+    /// Ours: the log has the rest, under the answer's `x-request-id`.
+    pub fn internal() -> Self {
+        Self::new(
+            StatusCode::INTERNAL_SERVER_ERROR,
+            "internal",
+            "The service failed",
+            "the log of the service has the reason, under this answer's x-request-id",
+        )
+    }
+
+    /// For an answer that came without a problem of its own.
+    fn of_status(status: StatusCode, allow: Option<&HeaderValue>) -> Self {
+        match status {
+            StatusCode::NOT_FOUND => Self::not_found("there is nothing at this path"),
+            StatusCode::METHOD_NOT_ALLOWED => {
+                let allowed = allow.and_then(|value| value.to_str().ok()).unwrap_or("other methods");
+                Self::new(
+                    status,
+                    "method-not-allowed",
+                    "The method is not allowed",
+                    format!("this path allows {allowed}"),
+                )
+            }
+            StatusCode::REQUEST_TIMEOUT => {
+                Self::new(status, "timeout", "The request took too long", "it was not complete in time")
+            }
+            StatusCode::PAYLOAD_TOO_LARGE => too_large("the body is longer than this path allows"),
+            StatusCode::INTERNAL_SERVER_ERROR => Self::internal(),
+            status => {
+                let title = status.canonical_reason().unwrap_or("The request failed");
+                Self::new(status, "http", title, title)
+            }
+        }
+    }
+}
+
+fn too_large(detail: impl Into<String>) -> Problem {
+    Problem::new(StatusCode::PAYLOAD_TOO_LARGE, "too-large", "The body is too large", detail)
+}
+
+/// The problem travels as an extension; [`as_problem_documents`] writes it out.
+impl IntoResponse for Problem {
+    fn into_response(self) -> Response {
+        let status = StatusCode::from_u16(self.status).unwrap_or(StatusCode::INTERNAL_SERVER_ERROR);
+        let mut response = status.into_response();
+        if let Some(seconds) = self.retry_after_seconds {
+            response.headers_mut().insert(header::RETRY_AFTER, HeaderValue::from(seconds));
+        }
+        response.extensions_mut().insert(self);
+        response
+    }
+}
+
+/// Gives every failed answer a problem document, whoever made the answer.
+pub async fn as_problem_documents(request: Request, next: Next) -> Response {
+    let instance = request.uri().path().to_owned();
+    let mut response = next.run(request).await;
+    let status = response.status();
+    if !status.is_client_error() && !status.is_server_error() {
+        return response;
+    }
+    let mut problem = response
+        .extensions_mut()
+        .remove::<Problem>()
+        .unwrap_or_else(|| Problem::of_status(status, response.headers().get(header::ALLOW)));
+    problem.instance = instance;
+    let body = serde_json::to_vec(&problem).unwrap_or_default();
+    let headers = response.headers_mut();
+    headers.remove(header::CONTENT_LENGTH);
+    headers.remove(header::CONTENT_ENCODING);
+    headers.insert(header::CONTENT_TYPE, HeaderValue::from_static("application/problem+json"));
+    headers.insert(header::CACHE_CONTROL, HeaderValue::from_static("no-store"));
+    let (parts, _) = response.into_parts();
+    Response::from_parts(parts, Body::from(body))
+}
+
+impl From<StoreError> for Problem {
+    fn from(error: StoreError) -> Self {
+        tracing::error!(%error, "the store failed");
+        match error {
+            StoreError::Unavailable(_) => Self::unavailable("the store does not answer"),
+            StoreError::Failed(_) => Self::internal(),
+        }
+    }
+}
+
+impl From<ArtifactError> for Problem {
+    fn from(error: ArtifactError) -> Self {
+        tracing::error!(%error, "the artifact store failed");
+        Self::internal()
+    }
+}
+
+impl From<DocumentErrors> for Problem {
+    fn from(DocumentErrors(errors): DocumentErrors) -> Self {
+        let detail = match errors.as_slice() {
+            [only] => format!("{}: {}", pointer_name(&only.pointer), only.detail),
+            [first, rest @ ..] => {
+                format!("{}: {} (and {} more)", pointer_name(&first.pointer), first.detail, rest.len())
+            }
+            [] => String::new(),
+        };
+        let problem = Self::unprocessable("invalid-document", "The document is not valid", detail);
+        Self { errors, ..problem }
+    }
+}
+
+fn pointer_name(pointer: &str) -> &str {
+    if pointer.is_empty() { "the document" } else { pointer }
+}
+
+impl From<BytesRejection> for Problem {
+    fn from(rejection: BytesRejection) -> Self {
+        if rejection.status() == StatusCode::PAYLOAD_TOO_LARGE {
+            too_large("the body is longer than this path allows")
+        } else {
+            Self::bad_request(rejection.body_text())
+        }
+    }
+}
+
+impl From<QueryRejection> for Problem {
+    fn from(rejection: QueryRejection) -> Self {
+        Self::bad_request(rejection.body_text())
+    }
+}
+
+impl From<PathRejection> for Problem {
+    fn from(_: PathRejection) -> Self {
+        Self::not_found("there is nothing at this path")
+    }
+}
+
+/// Query parameters; a wrong one is a problem document.
+#[derive(FromRequestParts)]
+#[from_request(via(axum::extract::Query), rejection(Problem))]
+pub struct Query<T>(pub T);
+
+/// Parts of the path; a wrong one is a problem document.
+#[derive(FromRequestParts)]
+#[from_request(via(axum::extract::Path), rejection(Problem))]
+pub struct Path<T>(pub T);

@@ -1,0 +1,277 @@
+//! What a job computed: grids, views, the convergence table. Of a running job, what there is so far.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use axum::http::{HeaderMap, HeaderValue, header};
+use axum::response::Response;
+use serde::{Deserialize, Serialize};
+use utoipa::{IntoParams, ToSchema};
+use uuid::Uuid;
+
+use crate::estimate::Estimate;
+use crate::http::jobs::no_such_job;
+use crate::http::problem::{Path, Problem, Query};
+use crate::http::{App, Service, content};
+use crate::job::meshes::UploadedMeshes;
+use crate::job::run::{self, PassReport, Prepared, ResultFile};
+use crate::job::worker::PREVIEW_PASSES;
+use crate::document::result::GridResult;
+use crate::output::plots::{self, ConvergencePoint};
+
+/// A reader of a running job waits so long for its pass to end.
+const WAIT_FOR_PASS: Duration = Duration::from_secs(20);
+
+#[derive(Clone, Copy, PartialEq, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum GridFormat {
+    Json,
+    Csv,
+    /// False colours with a scale.
+    Png,
+}
+
+#[derive(Deserialize, IntoParams)]
+#[into_params(parameter_in = Query)]
+#[serde(deny_unknown_fields)]
+pub struct GridQuery {
+    /// Instead of the header `Accept`.
+    #[param(inline)]
+    format: Option<GridFormat>,
+}
+
+#[derive(Clone, Copy, PartialEq, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum TableFormat {
+    Json,
+    Csv,
+}
+
+#[derive(Deserialize, IntoParams)]
+#[into_params(parameter_in = Query)]
+#[serde(deny_unknown_fields)]
+pub struct TableQuery {
+    /// Instead of the header `Accept`.
+    #[param(inline)]
+    format: Option<TableFormat>,
+}
+
+#[derive(Clone, Copy, Default, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum PictureStyle {
+    #[default]
+    Tone,
+    FalseColour,
+}
+
+#[derive(Deserialize, IntoParams)]
+#[into_params(parameter_in = Query)]
+#[serde(deny_unknown_fields)]
+pub struct PictureQuery {
+    /// Of a PNG: tone-mapped (the default), or luminance in false colours with a scale.
+    #[param(inline)]
+    style: Option<PictureStyle>,
+    /// Of a tone-mapped PNG: the progress image kept after pass 1, 4, 16, 64, 256 or 1024.
+    pass: Option<u64>,
+}
+
+/// Every pass of a job, in order.
+#[derive(Serialize, ToSchema)]
+pub struct Convergence {
+    pub job: Uuid,
+    pub passes: Vec<PassReport>,
+}
+
+/// What the first media type of `Accept` that is among `known` stands for.
+fn accepted<F: Copy>(headers: &HeaderMap, known: &[(&str, F)], default: F) -> F {
+    let values = headers.get_all(header::ACCEPT).iter().filter_map(|value| value.to_str().ok());
+    values
+        .flat_map(|value| value.split(','))
+        .find_map(|range| {
+            let media_type = range.split(';').next().unwrap_or("").trim();
+            known.iter().find(|(name, _)| *name == media_type).map(|(_, format)| *format)
+        })
+        .unwrap_or(default)
+}
+
+/// A grid.
+#[utoipa::path(get, path = "/v1/jobs/{id}/grids/{name}", tag = "results",
+    params(("id" = Uuid, Path), ("name" = String, Path), GridQuery),
+    responses(
+        (status = 200, description = "Illuminance and its standard error; as PNG in false colours",
+            content((GridResult = "application/json"), (String = "text/csv"), (String = "image/png"))),
+        (status = 206, description = "The range of it that was asked for"),
+        (status = 304, description = "It is what If-None-Match names"),
+        (status = 404, description = "No such job or grid, or no pass is done yet", body = Problem, content_type = "application/problem+json")))]
+pub async fn grid(
+    app: App,
+    Path((id, name)): Path<(Uuid, String)>,
+    Query(query): Query<GridQuery>,
+    headers: HeaderMap,
+) -> Result<Response, Problem> {
+    let known =
+        [("application/json", GridFormat::Json), ("text/csv", GridFormat::Csv), ("image/png", GridFormat::Png)];
+    let extension = match query.format.unwrap_or_else(|| accepted(&headers, &known, GridFormat::Json)) {
+        GridFormat::Json => "json",
+        GridFormat::Csv => "csv",
+        GridFormat::Png => "png",
+    };
+    Ok(vary_by_accept(result_file(&app, id, &headers, format!("grids/{name}.{extension}")).await?))
+}
+
+fn vary_by_accept(mut response: Response) -> Response {
+    response.headers_mut().insert(header::VARY, HeaderValue::from_static("accept"));
+    response
+}
+
+/// A picture of a view.
+#[utoipa::path(get, path = "/v1/jobs/{id}/views/{file}", tag = "results",
+    params(("id" = Uuid, Path), ("file" = String, Path, description = "The view's name and `.exr` or `.png`"), PictureQuery),
+    responses(
+        (status = 200, description = "OpenEXR with float layers, or PNG", content((String = "image/x-exr"), (String = "image/png"))),
+        (status = 206, description = "The range of it that was asked for"),
+        (status = 304, description = "It is what If-None-Match names"),
+        (status = 400, description = "These parameters do not go together", body = Problem, content_type = "application/problem+json"),
+        (status = 404, description = "No such job or view, or no pass is done yet", body = Problem, content_type = "application/problem+json")))]
+pub async fn view(
+    app: App,
+    Path((id, file)): Path<(Uuid, String)>,
+    Query(query): Query<PictureQuery>,
+    headers: HeaderMap,
+) -> Result<Response, Problem> {
+    let Some((name, extension @ ("exr" | "png"))) = file.rsplit_once('.') else {
+        return Err(Problem::not_found("a view is read as NAME.exr or NAME.png"));
+    };
+    match (extension, query.style, query.pass) {
+        ("png", None | Some(PictureStyle::Tone), Some(pass)) => {
+            if !PREVIEW_PASSES.contains(&pass) {
+                return Err(Problem::bad_request(format!("progress images are kept after passes {PREVIEW_PASSES:?}")));
+            }
+            let kept = app.store.artifact(id, &format!("views/{name}.pass{pass}.png")).await?;
+            let kept = kept.ok_or_else(|| Problem::not_found("there is no such progress image"))?;
+            content::stored(&headers, &app.artifacts, &kept).await
+        }
+        ("png", Some(PictureStyle::FalseColour), None) => {
+            result_file(&app, id, &headers, format!("views/{name}.false_colour.png")).await
+        }
+        ("png", _, None) | ("exr", None, None) => result_file(&app, id, &headers, format!("views/{file}")).await,
+        _ => Err(Problem::bad_request("style is of .png, and pass of .png with the style tone")),
+    }
+}
+
+/// The stored file of a finished job, or the file as it would be now of a running one.
+async fn result_file(app: &Service, id: Uuid, headers: &HeaderMap, name: String) -> Result<Response, Problem> {
+    if let Some(artifact) = app.store.artifact(id, &name).await? {
+        return content::stored(headers, &app.artifacts, &artifact).await;
+    }
+    if app.store.job_head(id).await?.is_none() {
+        return Err(no_such_job());
+    }
+    let Some((prepared, estimate)) = newest_estimate(app, id).await? else {
+        // it may have finished between the first look and now
+        let artifact = app.store.artifact(id, &name).await?;
+        let artifact = artifact.ok_or_else(|| Problem::not_found("the job has no such output, or no pass is done yet"))?;
+        return content::stored(headers, &app.artifacts, &artifact).await;
+    };
+    let files = tokio::task::spawn_blocking(move || prepared.result_files(&estimate)).await;
+    let files = files.map_err(|error| internal("writing results panicked", &error))?;
+    let files = files.map_err(|error| internal("writing results failed", &error))?;
+    let file: ResultFile = files
+        .into_iter()
+        .find(|file| file.name == name)
+        .ok_or_else(|| Problem::not_found("the job has no such output"))?;
+    content::made(headers, file.bytes, file.media_type)
+}
+
+fn internal(what: &str, error: &dyn std::fmt::Display) -> Problem {
+    tracing::error!(%error, what);
+    Problem::internal()
+}
+
+/// What a running job has computed: after the pass that runs now, or what is stored of it.
+async fn newest_estimate(app: &Service, id: Uuid) -> Result<Option<(Arc<Prepared>, Arc<Estimate>)>, Problem> {
+    if let Some(live) = app.live.get(id)
+        && let Ok(Some(estimate)) = tokio::time::timeout(WAIT_FOR_PASS, live.next_estimate()).await
+        && estimate.passes > 0
+    {
+        return Ok(Some((live.prepared.clone(), estimate)));
+    }
+    let Some(job) = app.store.job(id).await? else { return Err(no_such_job()) };
+    let Some(state) = job.state else { return Ok(None) };
+    let bytes = app.artifacts.read_checked(&state.key, &state.hash).await?;
+    let meshes = UploadedMeshes::new(app.store.clone(), app.artifacts.clone(), tokio::runtime::Handle::current());
+    let _permit = app.preparing.acquire().await.map_err(|_| Problem::internal())?;
+    let decoded = tokio::task::spawn_blocking(move || {
+        let prepared = run::prepare(job.submitted.as_bytes(), &meshes).map_err(|errors| errors.to_string())?;
+        let estimate = run::decode(&prepared, &bytes)?;
+        Ok::<_, String>((Arc::new(prepared), Arc::new(estimate)))
+    })
+    .await
+    .map_err(|error| internal("reading a state panicked", &error))?;
+    decoded.map(Some).map_err(|error| internal("reading a state failed", &error))
+}
+
+/// Every pass: its time, photons, rays and error estimate.
+#[utoipa::path(get, path = "/v1/jobs/{id}/convergence", tag = "results",
+    params(("id" = Uuid, Path), TableQuery),
+    responses(
+        (status = 200, description = "The passes so far", content((Convergence = "application/json"), (String = "text/csv"))),
+        (status = 404, description = "No such job", body = Problem, content_type = "application/problem+json")))]
+pub async fn convergence(
+    app: App,
+    Path(id): Path<Uuid>,
+    Query(query): Query<TableQuery>,
+    headers: HeaderMap,
+) -> Result<Response, Problem> {
+    let passes = passes(&app, id).await?;
+    let known = [("application/json", TableFormat::Json), ("text/csv", TableFormat::Csv)];
+    let format = query.format.unwrap_or_else(|| accepted(&headers, &known, TableFormat::Json));
+    let response = match format {
+        TableFormat::Json => {
+            let bytes = serde_json::to_vec(&Convergence { job: id, passes })
+                .map_err(|error| internal("writing the convergence table failed", &error))?;
+            content::made(&headers, bytes, "application/json")
+        }
+        TableFormat::Csv => content::made(&headers, csv(&passes).into_bytes(), "text/csv; charset=utf-8"),
+    };
+    Ok(vary_by_accept(response?))
+}
+
+/// Relative error against render seconds, as a picture.
+#[utoipa::path(get, path = "/v1/jobs/{id}/convergence.svg", tag = "results", params(("id" = Uuid, Path)),
+    responses(
+        (status = 200, description = "Both axes logarithmic", body = String, content_type = "image/svg+xml"),
+        (status = 404, description = "No such job", body = Problem, content_type = "application/problem+json")))]
+pub async fn convergence_svg(app: App, Path(id): Path<Uuid>, headers: HeaderMap) -> Result<Response, Problem> {
+    let passes = passes(&app, id).await?;
+    let points: Vec<ConvergencePoint> = passes
+        .iter()
+        .map(|pass| ConvergencePoint {
+            seconds: pass.seconds,
+            grids: pass.relative_error,
+            views: pass.view_relative_error,
+        })
+        .collect();
+    let drawn = tokio::task::spawn_blocking(move || plots::convergence(&points)).await;
+    let drawn = drawn.map_err(|error| internal("drawing panicked", &error))?;
+    let svg = drawn.map_err(|error| internal("drawing failed", &error))?;
+    content::made(&headers, svg.into_bytes(), "image/svg+xml")
+}
+
+async fn passes(app: &Service, id: Uuid) -> Result<Vec<PassReport>, Problem> {
+    if app.store.job_head(id).await?.is_none() {
+        return Err(no_such_job());
+    }
+    Ok(app.store.convergence(id).await?)
+}
+
+fn csv(passes: &[PassReport]) -> String {
+    let number = |value: Option<f64>| value.map(|value| value.to_string()).unwrap_or_default();
+    let mut text = String::from("passes,seconds,photons,rays,relative_error,view_relative_error,mean_lux\n");
+    for pass in passes {
+        let PassReport { passes, seconds, photons, rays, .. } = pass;
+        let (grids, views) = (number(pass.relative_error), number(pass.view_relative_error));
+        text += &format!("{passes},{seconds},{photons},{rays},{grids},{views},{}\n", number(pass.mean_lux));
+    }
+    text
+}

@@ -1,0 +1,316 @@
+//! What the queue, the results and the uploads are kept in: the trait that `db` implements, and its rows.
+
+use std::collections::HashSet;
+use std::ops::Range;
+use std::time::Duration;
+
+use async_trait::async_trait;
+use serde_json::Value;
+use tokio::sync::broadcast;
+use uuid::Uuid;
+
+use crate::document::Warning;
+use crate::job::run::{PassReport, StoppedBy};
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize, utoipa::ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum JobStatus {
+    Queued,
+    Running,
+    Succeeded,
+    Failed,
+    Cancelled,
+}
+
+impl JobStatus {
+    pub const ALL: [Self; 5] = [Self::Queued, Self::Running, Self::Succeeded, Self::Failed, Self::Cancelled];
+
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Queued => "queued",
+            Self::Running => "running",
+            Self::Succeeded => "succeeded",
+            Self::Failed => "failed",
+            Self::Cancelled => "cancelled",
+        }
+    }
+
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|status| status.name() == name)
+    }
+
+    /// A final status never changes again.
+    pub fn is_final(self) -> bool {
+        matches!(self, Self::Succeeded | Self::Failed | Self::Cancelled)
+    }
+}
+
+/// How far a job is.
+#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize, utoipa::ToSchema)]
+pub struct Progress {
+    pub passes: u64,
+    pub photons: u64,
+    pub rays: u64,
+    /// Render seconds so far.
+    pub seconds: f64,
+    /// Relative error of the grids at the asked confidence; null before the second pass.
+    pub relative_error: Option<f64>,
+    /// The same of the views.
+    pub view_relative_error: Option<f64>,
+    /// Finished chunks of passes: what a restart continues from.
+    pub chunks: u64,
+}
+
+/// A job without its long fields. Times are milliseconds since 1970.
+#[derive(Clone, Debug)]
+pub struct JobHead {
+    pub id: Uuid,
+    pub name: Option<String>,
+    pub status: JobStatus,
+    pub cancel_requested: bool,
+    pub progress: Progress,
+    pub stopped_by: Option<StoppedBy>,
+    /// Sequence number of the newest event.
+    pub last_seq: i64,
+    pub created_at: i64,
+    pub started_at: Option<i64>,
+    pub finished_at: Option<i64>,
+}
+
+#[derive(Clone, Debug)]
+pub struct Job {
+    pub head: JobHead,
+    /// The document as it was posted: what [`crate::job::run::prepare`] takes.
+    pub submitted: String,
+    /// The document as understood.
+    pub document: Value,
+    pub plan: Value,
+    pub warnings: Vec<Warning>,
+    /// Hash of the canonical body.
+    pub body_hash: String,
+    pub state: Option<StateFile>,
+    /// Render seconds of the merged chunks.
+    pub merged_seconds: f64,
+    pub summary: Option<Value>,
+    pub problem: Option<JobProblem>,
+}
+
+/// Why a job failed.
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize, utoipa::ToSchema)]
+pub struct JobProblem {
+    pub title: String,
+    pub detail: String,
+}
+
+/// The merged state of a job as a stored file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StateFile {
+    pub key: String,
+    pub hash: String,
+}
+
+/// A job to be queued.
+pub struct NewJob {
+    pub name: Option<String>,
+    pub submitted: String,
+    pub document: Value,
+    pub plan: Value,
+    pub warnings: Vec<Warning>,
+    pub idempotency_key: Option<String>,
+    pub body_hash: String,
+    /// Uploaded meshes that the document names.
+    pub meshes: Vec<String>,
+    /// Passes of chunk 0.
+    pub first_chunk: Range<u64>,
+}
+
+pub enum Submission {
+    New(Job),
+    /// The key was used before with the same body.
+    Repeated(Job),
+    /// The key was used before with another body.
+    KeyReused,
+    QueueFull,
+    /// A mesh of the document was deleted meanwhile.
+    MeshGone(String),
+}
+
+#[derive(Clone, Copy, Debug, Default)]
+pub struct JobFilter {
+    pub status: Option<JobStatus>,
+    /// Only jobs older than this one.
+    pub before: Option<Uuid>,
+    pub limit: u32,
+}
+
+#[derive(Clone, Debug, PartialEq)]
+pub struct Event {
+    pub seq: i64,
+    pub name: String,
+    pub data: Value,
+}
+
+/// Names of the events that end a job's stream.
+pub fn is_final_event(name: &str) -> bool {
+    JobStatus::from_name(name).is_some_and(JobStatus::is_final)
+}
+
+#[derive(Clone, Debug, PartialEq)]
+pub struct Artifact {
+    /// E.g. `grids/workplane.json`.
+    pub name: String,
+    /// Where the object store has it.
+    pub key: String,
+    /// blake3 of the content, hexadecimal.
+    pub hash: String,
+    pub size: u64,
+    pub media_type: String,
+}
+
+#[derive(Clone, Debug, PartialEq)]
+pub struct Mesh {
+    /// Of the content: equal files have equal ids.
+    pub id: String,
+    pub key: String,
+    pub size: u64,
+    pub triangles: u64,
+    pub materials: Vec<String>,
+    pub created_at: i64,
+}
+
+#[derive(Clone, Debug, PartialEq)]
+pub enum CancelOutcome {
+    NotFound,
+    /// Finished before: nothing to cancel.
+    Finished(JobStatus),
+    Accepted,
+}
+
+#[derive(Clone, Debug, PartialEq)]
+pub enum MeshDeletion {
+    NotFound,
+    /// A queued or running job uses it.
+    InUse,
+    /// Gone from the store; its file is at this key.
+    Deleted(String),
+}
+
+/// A claimed chunk of passes. `owner` and `attempt` fence it: once the lease is lost, nothing can be written with it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Lease {
+    pub job: Uuid,
+    pub chunk: u64,
+    pub owner: String,
+    pub attempt: i64,
+    /// How often this chunk has failed before.
+    pub failures: u64,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Beat {
+    Keep,
+    Cancel,
+    Lost,
+}
+
+/// What a running chunk tells, in order.
+#[derive(Clone, Debug)]
+pub enum Report {
+    Pass(PassReport),
+    /// A kept progress image.
+    Image { view: String, passes: u64, artifact: Artifact },
+}
+
+/// How a chunk ends.
+pub enum Completion {
+    Continue { state: StateFile, progress: Progress, next_index: u64, next: Range<u64> },
+    Finish(Finish),
+}
+
+pub struct Finish {
+    /// One of the final ones.
+    pub status: JobStatus,
+    pub stopped_by: Option<StoppedBy>,
+    /// `None` leaves the progress as it was.
+    pub progress: Option<Progress>,
+    pub summary: Option<Value>,
+    pub problem: Option<JobProblem>,
+    pub artifacts: Vec<Artifact>,
+}
+
+#[derive(Clone, Debug, PartialEq)]
+pub enum Committed {
+    /// `obsolete` is the key of the state file that is no longer needed.
+    Yes {
+        obsolete: Option<String>,
+    },
+    LeaseLost,
+}
+
+/// Something changed in the store; a hint to read it again.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Change {
+    /// There is a chunk to claim.
+    Queue,
+    /// New events of a job.
+    Job(Uuid),
+    /// A job shall stop: cancelled or deleted.
+    Stop(Uuid),
+}
+
+#[derive(Debug, thiserror::Error)]
+pub enum StoreError {
+    #[error("the store cannot be reached or is busy: {0}")]
+    Unavailable(String),
+    #[error("the store failed: {0}")]
+    Failed(String),
+}
+
+/// Jobs, chunks, events, artifacts and meshes, durable. Every method is one transaction.
+#[async_trait]
+pub trait Store: Send + Sync + 'static {
+    /// Hints of what changed, from now on.
+    fn changes(&self) -> broadcast::Receiver<Change>;
+
+    /// Whether the store answers.
+    async fn ready(&self) -> Result<(), StoreError>;
+
+    /// Queues a job: its row, its first chunk and the events `queued` and `planned`.
+    async fn submit(&self, job: NewJob, max_queued: u64) -> Result<Submission, StoreError>;
+    async fn job_of_key(&self, idempotency_key: &str) -> Result<Option<Job>, StoreError>;
+    async fn job(&self, id: Uuid) -> Result<Option<Job>, StoreError>;
+    async fn job_head(&self, id: Uuid) -> Result<Option<JobHead>, StoreError>;
+    /// Newest first.
+    async fn jobs(&self, filter: JobFilter) -> Result<Vec<JobHead>, StoreError>;
+    async fn count(&self, status: JobStatus) -> Result<u64, StoreError>;
+    /// A job that was never claimed is cancelled at once, any other one by its worker.
+    async fn cancel(&self, id: Uuid) -> Result<CancelOutcome, StoreError>;
+    /// Whether there was such a job.
+    async fn delete(&self, id: Uuid) -> Result<bool, StoreError>;
+    /// Events after sequence number `after`, in order.
+    async fn events(&self, id: Uuid, after: i64, limit: u32) -> Result<Vec<Event>, StoreError>;
+    async fn convergence(&self, id: Uuid) -> Result<Vec<PassReport>, StoreError>;
+    async fn artifact(&self, id: Uuid, name: &str) -> Result<Option<Artifact>, StoreError>;
+
+    /// Keeps the mesh that is there already when the content was uploaded before.
+    async fn add_mesh(&self, mesh: Mesh) -> Result<Mesh, StoreError>;
+    async fn mesh(&self, id: &str) -> Result<Option<Mesh>, StoreError>;
+    async fn delete_mesh(&self, id: &str) -> Result<MeshDeletion, StoreError>;
+
+    /// The oldest job's next chunk, if any is ready.
+    async fn claim(&self, owner: &str, lease: Duration) -> Result<Option<Lease>, StoreError>;
+    async fn heartbeat(&self, lease: &Lease, extend: Duration) -> Result<Beat, StoreError>;
+    /// Convergence rows, progress and events of a running chunk; `false` when the lease is lost.
+    async fn report(&self, lease: &Lease, reports: &[Report]) -> Result<bool, StoreError>;
+    /// The chunk is done: progress, the next chunk or the job's end, and the event, in one transaction.
+    async fn complete(&self, lease: &Lease, completion: &Completion) -> Result<Committed, StoreError>;
+    /// Gives the chunk back undone, without counting a failure.
+    async fn release(&self, lease: &Lease) -> Result<(), StoreError>;
+    /// Gives the chunk back undone, with a failure counted.
+    async fn fail_attempt(&self, lease: &Lease, error: &str) -> Result<(), StoreError>;
+    /// Makes chunks ready again whose lease is over; `all`: every leased chunk, whoever has it.
+    async fn reclaim(&self, all: bool) -> Result<u64, StoreError>;
+
+    /// Keys of the object store that rows point to.
+    async fn referenced_keys(&self) -> Result<HashSet<String>, StoreError>;
+}

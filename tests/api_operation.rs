@@ -1,0 +1,101 @@
+//! Health, numbers, the description, connections.
+
+mod common;
+
+use std::path::Path;
+use std::time::Duration;
+
+use common::{PATIENCE, TestService, config, small_job};
+use reqwest::{Method, StatusCode};
+use serde_json::json;
+use skyduct::cli::serve::RunningService;
+use tokio::io::{AsyncReadExt, AsyncWriteExt};
+
+#[test]
+fn openapi_file_is_current() {
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("openapi.yaml");
+    let Ok(generated) = skyduct::http::openapi::yaml() else { panic!("the description cannot be written") };
+    if std::env::var_os("UPDATE_OPENAPI").is_some() {
+        std::fs::write(&file, &generated).unwrap();
+    }
+    let committed = std::fs::read_to_string(&file).unwrap_or_default();
+    assert!(
+        committed == generated,
+        "openapi.yaml is not what the code says: UPDATE_OPENAPI=1 cargo test --test api_operation openapi_file"
+    );
+}
+
+#[tokio::test]
+async fn the_service_tells_how_it_is() {
+    let service = TestService::start().await;
+    for path in ["/livez", "/readyz"] {
+        assert_eq!(service.get(path).send().await.unwrap().status(), StatusCode::OK);
+    }
+    let skies = service.json("/v1/skies").await;
+    let skies = skies["skies"].as_array().unwrap();
+    assert_eq!(skies.len(), 16);
+    assert_eq!(skies[11]["cie_type"], 12);
+    assert_eq!(skies[11]["parameters"], json!({ "a": -1.0, "b": -0.32, "c": 10.0, "d": -3.0, "e": 0.45 }));
+    assert!(skies[15]["parameters"].is_null());
+
+    let path = service.submit(&small_job()).await;
+    service.finished(&path).await;
+    let metrics = service.get("/metrics").send().await.unwrap().text().await.unwrap();
+    for name in [
+        "skyduct_jobs{status=\"queued\"} 0",
+        "skyduct_passes_total",
+        "skyduct_http_requests_total{method=\"POST\",route=\"/v1/jobs\",status=\"202\"}",
+        "skyduct_http_request_seconds_bucket",
+    ] {
+        assert!(metrics.contains(name), "{name} in {metrics}");
+    }
+
+    let yaml = service.get("/openapi.yaml").send().await.unwrap();
+    assert_eq!(yaml.headers()["content-type"], "application/yaml");
+    assert!(yaml.text().await.unwrap().contains("/v1/jobs/{id}/events"));
+    // follows the redirect to /docs/
+    let docs = service.get("/docs").send().await.unwrap();
+    assert_eq!(docs.status(), StatusCode::OK);
+    assert!(docs.text().await.unwrap().contains("swagger-ui"));
+    let script = service.get("/docs/swagger-initializer.js").send().await.unwrap().text().await.unwrap();
+    assert!(script.contains("/openapi.yaml"), "{script}");
+    for text in ["/v1/skies", "/openapi.yaml"] {
+        let zipped = service.get(text).header("accept-encoding", "gzip").send().await.unwrap();
+        assert_eq!(zipped.headers()["content-encoding"], "gzip", "{text}");
+    }
+}
+
+#[tokio::test]
+async fn a_request_that_never_ends_is_ended() {
+    let service = TestService::start_with(|config| {
+        config.limits.header_seconds = 1;
+        config.limits.request_seconds = 1;
+    })
+    .await;
+    let mut half_head = tokio::net::TcpStream::connect(service.running.address).await.unwrap();
+    half_head.write_all(b"GET /livez HTTP/1.1\r\nhost: x\r\n").await.unwrap();
+    let mut answer = Vec::new();
+    tokio::time::timeout(PATIENCE, half_head.read_to_end(&mut answer)).await.unwrap().unwrap();
+
+    let mut half_body = tokio::net::TcpStream::connect(service.running.address).await.unwrap();
+    let head = "POST /v1/jobs HTTP/1.1\r\nhost: x\r\ncontent-type: application/json\r\ncontent-length: 100\r\n\r\n{";
+    half_body.write_all(head.as_bytes()).await.unwrap();
+    let mut answer = vec![0; 4096];
+    let length = tokio::time::timeout(PATIENCE, half_body.read(&mut answer)).await.unwrap().unwrap();
+    let answer = String::from_utf8_lossy(&answer[..length]).into_owned();
+    assert!(answer.starts_with("HTTP/1.1 408"), "{answer}");
+    assert!(answer.contains("application/problem+json"), "{answer}");
+}
+
+#[tokio::test]
+async fn a_data_folder_has_one_service() {
+    let service = TestService::start().await;
+    let second = RunningService::start(config(service.data.path())).await;
+    assert!(second.err().expect("the folder is taken").to_string().contains("another process"));
+    let TestService { running, data, http } = service;
+    running.stop().await;
+    // connections may linger, the lock must not
+    let third = RunningService::start(config(data.path())).await.unwrap();
+    let live = http.request(Method::GET, format!("{}/livez", third.url())).timeout(Duration::from_secs(10));
+    assert_eq!(live.send().await.unwrap().status(), StatusCode::OK);
+}
