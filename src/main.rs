@@ -13,21 +13,19 @@ use tracing_subscriber::EnvFilter;
 fn main() -> ExitCode {
     tracing_subscriber::fmt()
         .with_writer(std::io::stderr)
-        .with_env_filter(
-            EnvFilter::try_from_default_env().unwrap_or_else(|_| EnvFilter::new("warn")),
-        )
+        .with_env_filter(EnvFilter::try_from_default_env().unwrap_or_else(|_| EnvFilter::new("warn")))
         .init();
     std::panic::set_hook(Box::new(log_in_one_line));
     let arguments = Arguments::parse();
     match catch_unwind(AssertUnwindSafe(|| arguments.command.run())) {
         Ok(Ok(())) => ExitCode::SUCCESS,
         Ok(Err(error)) => {
-            eprintln!("error: {error:#}");
-            if error.is::<DocumentErrors>() {
-                ExitCode::from(2)
-            } else {
-                ExitCode::FAILURE
-            }
+            let Some(DocumentErrors(errors)) = error.downcast_ref() else {
+                eprintln!("error: {error:#}");
+                return ExitCode::FAILURE;
+            };
+            errors.iter().for_each(|error| eprintln!("error: {error}"));
+            ExitCode::from(2)
         }
         // the hook has logged it
         Err(_) => ExitCode::FAILURE,
@@ -37,15 +35,8 @@ fn main() -> ExitCode {
 /// A failure of ours as one line of the log.
 fn log_in_one_line(info: &PanicHookInfo) {
     let payload = info.payload();
-    let message = payload
-        .downcast_ref::<&str>()
-        .copied()
-        .or(payload.downcast_ref::<String>().map(String::as_str));
-    let message = message
-        .unwrap_or("no message")
-        .lines()
-        .next()
-        .unwrap_or_default();
+    let message = payload.downcast_ref::<&str>().copied().or(payload.downcast_ref::<String>().map(String::as_str));
+    let message = message.unwrap_or("no message").lines().next().unwrap_or_default();
     let place = info.location().map(ToString::to_string).unwrap_or_default();
     tracing::error!(place, "internal error: {message}");
 }

@@ -20,12 +20,7 @@ const LEVELS: &[&[&str]] = &[
 ];
 
 /// Rooms of one level that must not see each other.
-const APART: &[(&str, &str)] = &[
-    ("http", "db"),
-    ("db", "http"),
-    ("http", "cli"),
-    ("db", "cli"),
-];
+const APART: &[(&str, &str)] = &[("http", "db"), ("db", "http"), ("http", "cli"), ("db", "cli")];
 
 /// Physics: everything left of `document`.
 const PHYSICS_LEVELS: usize = 7;
@@ -54,11 +49,8 @@ const CLOCKS: &[&str] = &["Instant::now", "SystemTime::now"];
 const TOKIO_ROOMS: &[&str] = &["http", "db", "cli", "job", "main"];
 
 /// Crates with one user each.
-const SINGLE_USERS: &[(&str, &str)] = &[
-    ("obvhs", "geometry/bvh.rs"),
-    ("tobj", "geometry/obj.rs"),
-    ("exr", "output/exr.rs"),
-];
+const SINGLE_USERS: &[(&str, &str)] =
+    &[("obvhs", "geometry/bvh.rs"), ("tobj", "geometry/obj.rs"), ("exr", "output/exr.rs")];
 
 fn level(room: &str) -> Option<usize> {
     LEVELS.iter().position(|rooms| rooms.contains(&room))
@@ -100,9 +92,7 @@ fn raw_string(text: &str) -> Option<usize> {
     let open = 1 + hashes;
     text[open..].starts_with('"').then(|| {
         let close = format!("\"{}", "#".repeat(hashes));
-        text[open + 1..]
-            .find(&close)
-            .map_or(text.len(), |end| open + 1 + end + close.len())
+        text[open + 1..].find(&close).map_or(text.len(), |end| open + 1 + end + close.len())
     })
 }
 
@@ -138,10 +128,7 @@ fn heads(code: &str, prefix: &str) -> Vec<String> {
 }
 
 fn name_at(text: &str) -> String {
-    text.trim_start()
-        .chars()
-        .take_while(|c| c.is_alphanumeric() || *c == '_')
-        .collect()
+    text.trim_start().chars().take_while(|c| c.is_alphanumeric() || *c == '_').collect()
 }
 
 /// First names of the comma-separated paths up to the brace that closes the group.
@@ -162,39 +149,26 @@ fn top_level_names(group: &str) -> Vec<String> {
 
 /// All names that the `use` statements on `code`'s own crate bring in.
 fn imported_names(code: &str) -> BTreeSet<String> {
-    let statements = code
-        .split("use ")
-        .skip(1)
-        .filter_map(|rest| rest.split(';').next());
+    let statements = code.split("use ").skip(1).filter_map(|rest| rest.split(';').next());
     let own = statements.filter(|statement| {
-        ["crate::", "super::", "self::"]
-            .iter()
-            .any(|prefix| statement.trim_start().starts_with(prefix))
+        ["crate::", "super::", "self::"].iter().any(|prefix| statement.trim_start().starts_with(prefix))
     });
-    own.flat_map(|statement| statement.split(|c: char| !(c.is_alphanumeric() || c == '_')))
-        .map(str::to_owned)
-        .collect()
+    own.flat_map(|statement| statement.split(|c: char| !(c.is_alphanumeric() || c == '_'))).map(str::to_owned).collect()
 }
 
 /// Whether `code` uses the external crate `name` (and not a module of ours that has the same name).
 fn uses_crate(code: &str, name: &str) -> bool {
     let prefix = format!("{name}::");
     let path = code.match_indices(&prefix).any(|(at, _)| {
-        !code[..at].ends_with(|c: char| c.is_alphanumeric() || c == '_')
-            && !code[..at].ends_with(|c| c == ':')
+        !code[..at].ends_with(|c: char| c.is_alphanumeric() || c == '_') && !code[..at].ends_with(|c| c == ':')
     });
     let declared = code.contains(&format!("mod {name};"));
-    code.contains(&format!("use {prefix}"))
-        || (path && !declared && !imported_names(code).contains(name))
+    code.contains(&format!("use {prefix}")) || (path && !declared && !imported_names(code).contains(name))
 }
 
 /// What is wrong with one file; `path` is relative to `src`.
 fn violations(path: &str, text: &str) -> Vec<String> {
-    let room = path
-        .split('/')
-        .next()
-        .unwrap_or(path)
-        .trim_end_matches(".rs");
+    let room = path.split('/').next().unwrap_or(path).trim_end_matches(".rs");
     if room == "lib" {
         return Vec::new();
     }
@@ -210,9 +184,7 @@ fn violations(path: &str, text: &str) -> Vec<String> {
     imported.extend(heads(&code, &"super::".repeat(depth)));
     for other in imported.iter().filter(|other| *other != room) {
         match level(other) {
-            Some(level) if level > own_level => {
-                found.push(format!("{path}: {room} imports {other}, which climbs"))
-            }
+            Some(level) if level > own_level => found.push(format!("{path}: {room} imports {other}, which climbs")),
             Some(_) if APART.contains(&(room, other.as_str())) => {
                 found.push(format!("{path}: {room} must not see {other}"));
             }
@@ -221,18 +193,11 @@ fn violations(path: &str, text: &str) -> Vec<String> {
     }
     if own_level < PHYSICS_LEVELS {
         // tests may read reference files
-        let physics = code
-            .split("#[cfg(test)]\nmod tests")
-            .next()
-            .unwrap_or(&code);
-        let known = NOT_IN_PHYSICS
-            .iter()
-            .filter(|name| uses_crate(physics, name));
+        let physics = code.split("#[cfg(test)]\nmod tests").next().unwrap_or(&code);
+        let known = NOT_IN_PHYSICS.iter().filter(|name| uses_crate(physics, name));
         found.extend(known.map(|name| format!("{path}: physics knows no {name}")));
         let clocks = CLOCKS.iter().filter(|clock| physics.contains(*clock));
-        found.extend(
-            clocks.map(|clock| format!("{path}: physics knows no clock, but calls {clock}")),
-        );
+        found.extend(clocks.map(|clock| format!("{path}: physics knows no clock, but calls {clock}")));
     }
     if uses_crate(&code, "tokio") && !TOKIO_ROOMS.contains(&room) {
         found.push(format!("{path}: no tokio in {room}"));
@@ -261,20 +226,11 @@ fn imports_run_one_way() {
     let src = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
     let mut files = Vec::new();
     source_files(&src, &mut files);
-    assert!(
-        files.len() > 30,
-        "the source was not found: {} files",
-        files.len()
-    );
+    assert!(files.len() > 30, "the source was not found: {} files", files.len());
     let found: Vec<String> = files
         .iter()
         .flat_map(|file| {
-            let path = file
-                .strip_prefix(&src)
-                .unwrap()
-                .to_str()
-                .unwrap()
-                .replace('\\', "/");
+            let path = file.strip_prefix(&src).unwrap().to_str().unwrap().replace('\\', "/");
             violations(&path, &fs::read_to_string(file).unwrap())
         })
         .collect();
@@ -285,20 +241,14 @@ fn imports_run_one_way() {
 fn climbing_imports_are_seen() {
     let bad = [
         ("sky/cie.rs", "use crate::document::Warning;"),
-        (
-            "sky/mod.rs",
-            "use crate::{geometry::obj, job::run::{Chunk, merge}};",
-        ),
+        ("sky/mod.rs", "use crate::{geometry::obj, job::run::{Chunk, merge}};"),
         ("sky/cie.rs", "fn f() -> crate::http::State { todo!() }"),
         ("sky/cie.rs", "use super::super::estimate::Estimate;"),
         ("scene/mod.rs", "use super::plan::Plan;"),
         ("http/jobs.rs", "use crate::db::Store;"),
         ("db/jobs.rs", "use crate::{http};"),
         ("guide/mesh.rs", "let x = \"//\"; use crate::plan::Plan;"),
-        (
-            "guide/mesh.rs",
-            "let x = '\"'; use crate::plan::Plan; let y = '\"';",
-        ),
+        ("guide/mesh.rs", "let x = '\"'; use crate::plan::Plan; let y = '\"';"),
         ("output/csv.rs", "#[derive(serde::Serialize)] struct S;"),
         ("estimate/mod.rs", "let now = std::time::Instant::now();"),
         ("integrator/mod.rs", "use serde::{Serialize};"),
@@ -309,52 +259,25 @@ fn climbing_imports_are_seen() {
         ("nowhere/mod.rs", ""),
     ];
     for (path, text) in bad {
-        assert_eq!(
-            violations(path, text).len(),
-            1,
-            "{path}: {text}: {:?}",
-            violations(path, text)
-        );
+        assert_eq!(violations(path, text).len(), 1, "{path}: {text}: {:?}", violations(path, text));
     }
 }
 
 #[test]
 fn falling_imports_are_not() {
     let good = [
-        (
-            "sky/cie.rs",
-            "use crate::sampling::warp; use super::zenith; use crate::sky::Sky;",
-        ),
-        (
-            "http/jobs.rs",
-            "use crate::job::run::Prepared; use tokio::sync::Mutex;",
-        ),
-        (
-            "guide/mesh.rs",
-            "// use crate::document::X;\n/* crate::http::Y */ let s = \"crate::db::Z\";",
-        ),
-        (
-            "guide/mesh.rs",
-            "let s = r#\"use crate::db::\"Z\"; \"#; let r = 1;",
-        ),
-        (
-            "job/results.rs",
-            "use crate::output::{csv, exr}; fn f() { exr::encode() }",
-        ),
+        ("sky/cie.rs", "use crate::sampling::warp; use super::zenith; use crate::sky::Sky;"),
+        ("http/jobs.rs", "use crate::job::run::Prepared; use tokio::sync::Mutex;"),
+        ("guide/mesh.rs", "// use crate::document::X;\n/* crate::http::Y */ let s = \"crate::db::Z\";"),
+        ("guide/mesh.rs", "let s = r#\"use crate::db::\"Z\"; \"#; let r = 1;"),
+        ("job/results.rs", "use crate::output::{csv, exr}; fn f() { exr::encode() }"),
         ("output/mod.rs", "pub mod exr; fn f() { exr::encode() }"),
         ("geometry/bvh.rs", "use obvhs::bvh2::Bvh2;"),
         ("cli/serve.rs", "use crate::{db, http};"),
         ("main.rs", "use skyduct::cli::Arguments;"),
-        (
-            "estimate/mod.rs",
-            "fn f() {}\n#[cfg(test)]\nmod tests { use std::fs; }",
-        ),
+        ("estimate/mod.rs", "fn f() {}\n#[cfg(test)]\nmod tests { use std::fs; }"),
     ];
     for (path, text) in good {
-        assert_eq!(
-            violations(path, text),
-            Vec::<String>::new(),
-            "{path}: {text}"
-        );
+        assert_eq!(violations(path, text), Vec::<String>::new(), "{path}: {text}");
     }
 }

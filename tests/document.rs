@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use proptest::prelude::*;
 use serde_json::{Value, json};
+use skyduct::cli::mesh_files::MeshFiles;
 use skyduct::document::{DocumentErrors, JobDocument, MeshSource, to_scene};
 use skyduct::geometry::TriangleMesh;
 use skyduct::scene::{Channels, Face, TubeShape};
@@ -483,6 +484,22 @@ fn sun_levels_and_warnings() {
     overcast = with(overcast, "/sky/zenith_luminance_cd_m2", Value::Null);
     overcast["sky"]["luminous_turbidity"] = json!(4);
     refused(&overcast, "/sky/luminous_turbidity", "7..15");
+}
+
+#[test]
+fn every_example_is_a_good_document() {
+    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("examples");
+    let files = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
+    let documents: Vec<_> =
+        files.filter(|file| file.extension().is_some_and(|extension| extension == "json")).collect();
+    assert!(documents.len() >= 4, "{documents:?}");
+    for file in documents {
+        let document = JobDocument::parse(&std::fs::read(&file).unwrap())
+            .unwrap_or_else(|errors| panic!("{}: {errors}", file.display()));
+        let (scene, warnings, _) = to_scene(&document, &MeshFiles::beside(&file))
+            .unwrap_or_else(|errors| panic!("{}: {errors}", file.display()));
+        assert!(!scene.grids.is_empty() && warnings.is_empty(), "{}: {warnings:?}", file.display());
+    }
 }
 
 /// Any JSON value, biased toward the names of the document.

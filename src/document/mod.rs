@@ -31,7 +31,7 @@ pub use method::{MethodDocument, MethodKind};
 
 /// One thing wrong with a document.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, utoipa::ToSchema, thiserror::Error)]
-#[error("{pointer}: {detail}")]
+#[error("{}: {detail}", if .pointer.is_empty() { "the document" } else { .pointer })]
 pub struct FieldError {
     /// JSON pointer (RFC 6901) of the field; "" is the whole document.
     pub pointer: String,
