@@ -159,9 +159,9 @@ fn imported_names(code: &str) -> BTreeSet<String> {
 /// Whether `code` uses the external crate `name` (and not a module of ours that has the same name).
 fn uses_crate(code: &str, name: &str) -> bool {
     let prefix = format!("{name}::");
-    let path = code.match_indices(&prefix).any(|(at, _)| {
-        !code[..at].ends_with(|c: char| c.is_alphanumeric() || c == '_') && !code[..at].ends_with(|c| c == ':')
-    });
+    let path = code
+        .match_indices(&prefix)
+        .any(|(at, _)| !code[..at].ends_with(|c: char| c.is_alphanumeric() || c == '_') && !code[..at].ends_with(':'));
     let declared = code.contains(&format!("mod {name};"));
     code.contains(&format!("use {prefix}")) || (path && !declared && !imported_names(code).contains(name))
 }

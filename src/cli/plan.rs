@@ -40,44 +40,20 @@ fn describe(plan: &PlanResult, warnings: &[Warning]) -> String {
     for effect in &plan.effects {
         let switch = if effect.on { "on " } else { "off" };
         let bound = effect.bound.filter(|bound| *bound > 0.0);
-        let bound = bound.map_or(String::new(), |bound| {
-            format!(" (at most {:.2} %)", 100.0 * bound)
-        });
+        let bound = bound.map_or(String::new(), |bound| format!(" (at most {:.2} %)", 100.0 * bound));
         // writing to a string cannot fail
-        let _ = writeln!(
-            text,
-            "  {switch} {:<18} {}{bound}",
-            effect.name, effect.reason
-        );
+        let _ = writeln!(text, "  {switch} {:<18} {}{bound}", effect.name, effect.reason);
     }
     text += "guides\n";
     for (index, guide) in plan.guides.iter().enumerate() {
         let _ = writeln!(text, "  tube {index}: {}: {}", guide.kind, guide.reason);
     }
     text += "methods\n";
-    for (outputs, method) in [
-        ("grids", &plan.methods.grids),
-        ("views", &plan.methods.views),
-    ] {
-        if let Some(MethodResult {
-            name,
-            settings,
-            reason,
-        }) = method
-        {
-            let settings = settings
-                .as_object()
-                .into_iter()
-                .flatten()
-                .filter(|(_, value)| !value.is_null());
-            let settings: Vec<String> = settings
-                .map(|(name, value)| format!("{name} {value}"))
-                .collect();
-            let _ = writeln!(
-                text,
-                "  {outputs}: {name} ({}): {reason}",
-                settings.join(", ")
-            );
+    for (outputs, method) in [("grids", &plan.methods.grids), ("views", &plan.methods.views)] {
+        if let Some(MethodResult { name, settings, reason }) = method {
+            let settings = settings.as_object().into_iter().flatten().filter(|(_, value)| !value.is_null());
+            let settings: Vec<String> = settings.map(|(name, value)| format!("{name} {value}")).collect();
+            let _ = writeln!(text, "  {outputs}: {name} ({}): {reason}", settings.join(", "));
         }
     }
     for warning in warnings {

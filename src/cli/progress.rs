@@ -56,10 +56,7 @@ fn describe(report: &PassReport) -> String {
     if let Some(lux) = report.mean_lux {
         text += &format!("  mean {lux:.4} lux");
     }
-    for (name, error) in [
-        ("grids", report.relative_error),
-        ("views", report.view_relative_error),
-    ] {
+    for (name, error) in [("grids", report.relative_error), ("views", report.view_relative_error)] {
         if let Some(error) = error {
             text += &format!("  {name} {:.2} %", 100.0 * error);
         }
@@ -71,8 +68,7 @@ fn describe(report: &PassReport) -> String {
 ///
 /// Errors of independent passes fall with the root of their number, so that (asked / achieved)^2 is the share done.
 fn share_done(stop: &StopRule, report: &PassReport) -> f64 {
-    let share =
-        |asked: f64, achieved: Option<f64>| achieved.map(|achieved| (asked / achieved).powi(2));
+    let share = |asked: f64, achieved: Option<f64>| achieved.map(|achieved| (asked / achieved).powi(2));
     let outputs = [
         share(stop.relative_error, report.relative_error),
         share(stop.view_relative_error, report.view_relative_error),

@@ -34,24 +34,14 @@ pub fn run(args: RenderArgs) -> anyhow::Result<()> {
     for warning in &prepared.warnings {
         eprintln!("warning: {}: {}", warning.code, warning.detail);
     }
-    std::fs::create_dir_all(&args.out)
-        .with_context(|| format!("{} cannot be made", args.out.display()))?;
+    std::fs::create_dir_all(&args.out).with_context(|| format!("{} cannot be made", args.out.display()))?;
 
     let cancelled = cancel_on_interrupt()?;
     let rendered = render(&prepared, &cancelled)?;
     write_results(&args.out, &prepared, &rendered)?;
-    let Rendered {
-        estimate,
-        seconds,
-        stopped_by,
-        ..
-    } = &rendered;
+    let Rendered { estimate, seconds, stopped_by, .. } = &rendered;
     if *stopped_by == StoppedBy::Cancelled {
-        bail!(
-            "cancelled after {} passes; the results so far are in {}",
-            estimate.passes,
-            args.out.display()
-        );
+        bail!("cancelled after {} passes; the results so far are in {}", estimate.passes, args.out.display());
     }
     eprintln!(
         "{} passes in {seconds:.2} s, stopped by {}; results are in {}",
@@ -66,10 +56,7 @@ pub fn run(args: RenderArgs) -> anyhow::Result<()> {
 pub fn read_job(job: &Path) -> Result<Vec<u8>, DocumentErrors> {
     std::fs::read(job).map_err(|error| {
         let detail = format!("{} cannot be read: {error}", job.display());
-        DocumentErrors(vec![FieldError {
-            pointer: String::new(),
-            detail,
-        }])
+        DocumentErrors(vec![FieldError { pointer: String::new(), detail }])
     })
 }
 
@@ -97,11 +84,7 @@ struct Rendered {
 
 /// Renders chunk after chunk until the job is done or cancelled.
 fn render(prepared: &Prepared, cancelled: &AtomicBool) -> anyhow::Result<Rendered> {
-    let observer = Watcher {
-        cancelled,
-        progress: Progress::new(prepared.stop),
-        reports: Mutex::new(Vec::new()),
-    };
+    let observer = Watcher { cancelled, progress: Progress::new(prepared.stop), reports: Mutex::new(Vec::new()) };
     let mut estimate = prepared.empty_estimate();
     let mut seconds = 0.0;
     let mut index = 0;
@@ -109,25 +92,14 @@ fn render(prepared: &Prepared, cancelled: &AtomicBool) -> anyhow::Result<Rendere
         let chunk = prepared.render_chunk(index, &estimate, seconds, &observer)?;
         merge(&mut estimate, &chunk.estimate);
         seconds += chunk.seconds;
-        if let Some(stopped_by) = chunk
-            .ended
-            .or_else(|| prepared.stop_after(index, &estimate))
-        {
+        if let Some(stopped_by) = chunk.ended.or_else(|| prepared.stop_after(index, &estimate)) {
             break stopped_by;
         }
         index += 1;
     };
     observer.progress.finish();
-    let reports = observer
-        .reports
-        .into_inner()
-        .unwrap_or_else(PoisonError::into_inner);
-    Ok(Rendered {
-        estimate,
-        seconds,
-        stopped_by,
-        reports,
-    })
+    let reports = observer.reports.into_inner().unwrap_or_else(PoisonError::into_inner);
+    Ok(Rendered { estimate, seconds, stopped_by, reports })
 }
 
 struct Watcher<'a> {
@@ -143,10 +115,7 @@ impl Observer for Watcher<'_> {
 
     fn pass_done(&self, report: &PassReport, _: &Estimate) {
         self.progress.pass_done(report);
-        self.reports
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner)
-            .push(*report);
+        self.reports.lock().unwrap_or_else(PoisonError::into_inner).push(*report);
     }
 }
 
@@ -154,10 +123,8 @@ impl Observer for Watcher<'_> {
 fn cancel_on_interrupt() -> anyhow::Result<Arc<AtomicBool>> {
     let cancelled = Arc::new(AtomicBool::new(false));
     let flag = cancelled.clone();
-    let runtime = tokio::runtime::Builder::new_current_thread()
-        .enable_all()
-        .build()
-        .context("signals cannot be listened to")?;
+    let runtime =
+        tokio::runtime::Builder::new_current_thread().enable_all().build().context("signals cannot be listened to")?;
     std::thread::spawn(move || {
         runtime.block_on(async {
             while next_interrupt().await.is_ok() {
@@ -187,12 +154,7 @@ async fn next_interrupt() -> std::io::Result<()> {
 
 /// Writes the result files, the convergence, and `result.json` last: where it stands, all is there.
 fn write_results(out: &Path, prepared: &Prepared, rendered: &Rendered) -> anyhow::Result<()> {
-    let Rendered {
-        estimate,
-        seconds,
-        stopped_by,
-        reports,
-    } = rendered;
+    let Rendered { estimate, seconds, stopped_by, reports } = rendered;
     // a job that was cancelled before its first pass has no results
     if estimate.passes > 0 {
         for file in prepared.result_files(estimate)? {
@@ -207,11 +169,7 @@ fn write_results(out: &Path, prepared: &Prepared, rendered: &Rendered) -> anyhow
         let plot = plots::convergence(&reports.iter().map(point).collect::<Vec<_>>())?;
         write(out, "convergence.svg", plot.as_bytes())?;
     }
-    let status = if *stopped_by == StoppedBy::Cancelled {
-        "cancelled"
-    } else {
-        "succeeded"
-    };
+    let status = if *stopped_by == StoppedBy::Cancelled { "cancelled" } else { "succeeded" };
     let mut result = json!({
         "document": prepared.document,
         "status": status,
@@ -219,9 +177,7 @@ fn write_results(out: &Path, prepared: &Prepared, rendered: &Rendered) -> anyhow
         "plan": prepared.plan_json(),
         "warnings": prepared.warnings,
     });
-    if let (Value::Object(result), Value::Object(summary)) =
-        (&mut result, prepared.summary_json(estimate, *seconds))
-    {
+    if let (Value::Object(result), Value::Object(summary)) = (&mut result, prepared.summary_json(estimate, *seconds)) {
         result.extend(summary);
     }
     write(out, "result.json", &serde_json::to_vec_pretty(&result)?)
@@ -230,40 +186,25 @@ fn write_results(out: &Path, prepared: &Prepared, rendered: &Rendered) -> anyhow
 fn write(out: &Path, name: &str, bytes: &[u8]) -> anyhow::Result<()> {
     let file = out.join(name);
     let folder = file.parent().unwrap_or(out);
-    std::fs::create_dir_all(folder)
-        .with_context(|| format!("{} cannot be made", folder.display()))?;
+    std::fs::create_dir_all(folder).with_context(|| format!("{} cannot be made", folder.display()))?;
     std::fs::write(&file, bytes).with_context(|| format!("{} cannot be written", file.display()))
 }
 
 /// One line per pass; an error that is not known yet is left empty.
 fn convergence_csv(reports: &[PassReport]) -> String {
-    let mut text =
-        "passes,seconds,photons,rays,relative_error,view_relative_error,mean_lux\n".to_owned();
+    let mut text = "passes,seconds,photons,rays,relative_error,view_relative_error,mean_lux\n".to_owned();
     let field = |value: Option<f64>| value.map(|value| value.to_string()).unwrap_or_default();
     for report in reports {
-        let PassReport {
-            passes,
-            seconds,
-            photons,
-            rays,
-            relative_error,
-            view_relative_error,
-            mean_lux,
-        } = *report;
+        let PassReport { passes, seconds, photons, rays, relative_error, view_relative_error, mean_lux } = *report;
         let [relative_error, view_relative_error, mean_lux] =
             [relative_error, view_relative_error, mean_lux].map(field);
-        text += &format!(
-            "{passes},{seconds},{photons},{rays},{relative_error},{view_relative_error},{mean_lux}\n"
-        );
+        text += &format!("{passes},{seconds},{photons},{rays},{relative_error},{view_relative_error},{mean_lux}\n");
     }
     text
 }
 
 fn name_of(stopped_by: StoppedBy) -> String {
-    serde_json::to_value(stopped_by)
-        .ok()
-        .and_then(|name| name.as_str().map(str::to_owned))
-        .unwrap_or_default()
+    serde_json::to_value(stopped_by).ok().and_then(|name| name.as_str().map(str::to_owned)).unwrap_or_default()
 }
 
 #[cfg(test)]
@@ -272,10 +213,8 @@ mod tests {
 
     #[test]
     fn the_method_is_replaced_in_objects_only() {
-        let changed = with_method(
-            br#"{"method": {"kind": "sppm"}, "seed": 18446744073709551615}"#.to_vec(),
-            Some("auto"),
-        );
+        let changed =
+            with_method(br#"{"method": {"kind": "sppm"}, "seed": 18446744073709551615}"#.to_vec(), Some("auto"));
         let changed: Value = serde_json::from_slice(&changed).unwrap();
         assert_eq!(changed, json!({ "method": "auto", "seed": u64::MAX }));
         assert_eq!(with_method(b"[".to_vec(), Some("auto")), b"[");

@@ -79,9 +79,7 @@ impl<'de> Visitor<'de> for CoefficientVisitor {
     fn visit_seq<A: SeqAccess<'de>>(self, mut seq: A) -> Result<Coefficient, A::Error> {
         let mut rgb = [0.0; 3];
         for (index, channel) in rgb.iter_mut().enumerate() {
-            *channel = seq
-                .next_element()?
-                .ok_or_else(|| A::Error::invalid_length(index, &self))?;
+            *channel = seq.next_element()?.ok_or_else(|| A::Error::invalid_length(index, &self))?;
         }
         let mut length = rgb.len();
         while seq.next_element::<serde::de::IgnoredAny>()?.is_some() {

@@ -10,16 +10,12 @@ use super::job::{EffectSwitch, JobDocument};
 use super::mesh_tube::mesh_tube;
 use super::pointer::Checks;
 use super::room::{ObjectDocument, RoomDocument, SurfaceDocument};
-use super::tube::{
-    CollectorDocument, DiffuserDocument, ParametricTube, PartDocument, TubeDocument, ZoneDocument,
-};
+use super::tube::{CollectorDocument, DiffuserDocument, ParametricTube, PartDocument, TubeDocument, ZoneDocument};
 use super::validate::validate;
 use super::{DocumentErrors, MeshSource, Warning};
 use crate::optics::{Collector, Diffuser, DiffuserZone, Surface};
 use crate::plan::effects::EffectKind;
-use crate::scene::{
-    BoxObject, Channels, Face, Grid, Room, Scene, Segment, StraightOrBent, Tube, TubeShape, View,
-};
+use crate::scene::{BoxObject, Channels, Face, Grid, Room, Scene, Segment, StraightOrBent, Tube, TubeShape, View};
 use crate::sky::zenith::ZenithFormula;
 
 /// The five switches that explain factors of two between "correct" answers; part of every result.
@@ -137,26 +133,10 @@ pub fn to_scene(
     let views = views(document, &mut checks);
     match daylight {
         Some((daylight, provenance)) if checks.errors.is_empty() => {
-            let off = document.effects.get(EffectKind::Interreflection.name())
-                == Some(&EffectSwitch::Off);
-            let provenance = Provenance {
-                interreflection: !off,
-                guides,
-                ..provenance
-            };
-            let channels = if is_coloured(document) {
-                Channels::Rgb
-            } else {
-                Channels::Photopic
-            };
-            let scene = Scene {
-                daylight,
-                room: room(&document.room),
-                tubes,
-                grids: grids(document),
-                views,
-                channels,
-            };
+            let off = document.effects.get(EffectKind::Interreflection.name()) == Some(&EffectSwitch::Off);
+            let provenance = Provenance { interreflection: !off, guides, ..provenance };
+            let channels = if is_coloured(document) { Channels::Rgb } else { Channels::Photopic };
+            let scene = Scene { daylight, room: room(&document.room), tubes, grids: grids(document), views, channels };
             Ok((scene, warnings, provenance))
         }
         _ => Err(DocumentErrors(checks.errors)),
@@ -165,9 +145,7 @@ pub fn to_scene(
 
 fn surface(surface: &SurfaceDocument) -> Option<Surface> {
     let reflectance = surface.reflectance.filter(|_| !surface.open)?;
-    Some(Surface {
-        reflectance: reflectance.rgb(),
-    })
+    Some(Surface { reflectance: reflectance.rgb() })
 }
 
 fn room(room: &RoomDocument) -> Room {
@@ -182,12 +160,7 @@ fn room(room: &RoomDocument) -> Room {
         Face::Ceiling => surface(&faces.ceiling),
     });
     let boxes = room.objects.iter().filter_map(|object| match object {
-        ObjectDocument::Box {
-            size_m,
-            position_m,
-            rotation_deg,
-            surface: of_box,
-        } => Some(BoxObject {
+        ObjectDocument::Box { size_m, position_m, rotation_deg, surface: of_box } => Some(BoxObject {
             size: DVec3::from(*size_m),
             base: DVec3::from(*position_m),
             rotation: rotation_deg.to_radians(),
@@ -195,11 +168,7 @@ fn room(room: &RoomDocument) -> Room {
         }),
         ObjectDocument::Mesh { .. } => None,
     });
-    Room {
-        size: DVec3::from(room.size_m),
-        surfaces,
-        boxes: boxes.collect(),
-    }
+    Room { size: DVec3::from(room.size_m), surfaces, boxes: boxes.collect() }
 }
 
 fn tube_of(
@@ -242,25 +211,14 @@ fn cylinders(tube: &ParametricTube) -> (Tube, GuideProvenance) {
         shape: TubeShape::Cylinders(shape),
         diffuser: diffuser(&tube.diffuser),
     };
-    (
-        tube,
-        if straight {
-            GuideProvenance::ClosedFormStraight
-        } else {
-            GuideProvenance::ClosedFormBent
-        },
-    )
+    (tube, if straight { GuideProvenance::ClosedFormStraight } else { GuideProvenance::ClosedFormBent })
 }
 
 /// Dielectric domes have been refused by the validation.
 fn collector(collector: &CollectorDocument) -> Collector {
     match collector {
-        CollectorDocument::Flat { transmittance } => Collector::Flat {
-            transmittance: transmittance.rgb(),
-        },
-        CollectorDocument::Dome { transmittance } => Collector::Dome {
-            transmittance: transmittance.rgb(),
-        },
+        CollectorDocument::Flat { transmittance } => Collector::Flat { transmittance: transmittance.rgb() },
+        CollectorDocument::Dome { transmittance } => Collector::Dome { transmittance: transmittance.rgb() },
         CollectorDocument::Open | CollectorDocument::DielectricDome { .. } => Collector::Open,
     }
 }
@@ -268,16 +226,10 @@ fn collector(collector: &CollectorDocument) -> Collector {
 pub(super) fn diffuser(diffuser: &DiffuserDocument) -> Diffuser {
     match *diffuser {
         DiffuserDocument::Open => Diffuser::Open,
-        DiffuserDocument::Clear { transmittance } => Diffuser::Clear {
-            transmittance: transmittance.rgb(),
-        },
-        DiffuserDocument::Lambertian {
-            transmittance,
-            reflectance,
-        } => Diffuser::Lambertian {
-            transmittance: transmittance.rgb(),
-            reflectance: reflectance.rgb(),
-        },
+        DiffuserDocument::Clear { transmittance } => Diffuser::Clear { transmittance: transmittance.rgb() },
+        DiffuserDocument::Lambertian { transmittance, reflectance } => {
+            Diffuser::Lambertian { transmittance: transmittance.rgb(), reflectance: reflectance.rgb() }
+        }
         DiffuserDocument::Mixed {
             lambertian_radius_m,
             inner,
@@ -301,14 +253,7 @@ fn grids(document: &JobDocument) -> Vec<Grid> {
     let [width, depth, _] = document.room.size_m;
     let grid = |grid: &super::outputs::GridDocument| {
         let cells = grid.cells.map(|cells| cells as usize);
-        Grid::new(
-            grid.name.clone(),
-            grid.height_m,
-            cells,
-            grid.margin_m,
-            [width, depth],
-            grid.estimate.into(),
-        )
+        Grid::new(grid.name.clone(), grid.height_m, cells, grid.margin_m, [width, depth], grid.estimate.into())
     };
     document.grids.iter().map(grid).collect()
 }
@@ -326,10 +271,7 @@ fn views(document: &JobDocument, checks: &mut Checks) -> Vec<View> {
         );
         match made {
             Some(view) => views.push(view),
-            None => checks.refuse(
-                format!("/views/{index}/up"),
-                "must not be parallel to the viewing direction",
-            ),
+            None => checks.refuse(format!("/views/{index}/up"), "must not be parallel to the viewing direction"),
         }
     }
     views
@@ -338,32 +280,14 @@ fn views(document: &JobDocument, checks: &mut Checks) -> Vec<View> {
 /// Whether any coefficient that takes part is `[r, g, b]`.
 fn is_coloured(document: &JobDocument) -> bool {
     let faces = &document.room.surfaces;
-    let single = [
-        &faces.wall_north,
-        &faces.wall_east,
-        &faces.wall_south,
-        &faces.wall_west,
-    ];
-    let of_faces = [Some(&faces.floor), Some(&faces.ceiling)]
-        .into_iter()
-        .chain(single.map(Option::as_ref))
-        .flatten();
-    let walls = single
-        .iter()
-        .any(|wall| wall.is_none())
-        .then_some(&faces.walls);
-    let of_objects = document
-        .room
-        .objects
-        .iter()
-        .flat_map(|object| match object {
-            ObjectDocument::Box { surface, .. } => vec![surface],
-            ObjectDocument::Mesh { surfaces, .. } => surfaces.values().collect(),
-        });
-    let surfaces = of_faces
-        .chain(walls)
-        .chain(of_objects)
-        .filter_map(|surface| surface.reflectance);
+    let single = [&faces.wall_north, &faces.wall_east, &faces.wall_south, &faces.wall_west];
+    let of_faces = [Some(&faces.floor), Some(&faces.ceiling)].into_iter().chain(single.map(Option::as_ref)).flatten();
+    let walls = single.iter().any(|wall| wall.is_none()).then_some(&faces.walls);
+    let of_objects = document.room.objects.iter().flat_map(|object| match object {
+        ObjectDocument::Box { surface, .. } => vec![surface],
+        ObjectDocument::Mesh { surfaces, .. } => surfaces.values().collect(),
+    });
+    let surfaces = of_faces.chain(walls).chain(of_objects).filter_map(|surface| surface.reflectance);
     let tubes = document.tubes.iter().flat_map(tube_coefficients);
     surfaces.chain(tubes).any(Coefficient::is_coloured)
 }
@@ -372,8 +296,8 @@ fn tube_coefficients(tube: &TubeDocument) -> Vec<Coefficient> {
     match tube {
         TubeDocument::Parametric(tube) => {
             let mut coefficients = vec![tube.reflectance];
-            if let CollectorDocument::Flat { transmittance }
-            | CollectorDocument::Dome { transmittance } = tube.collector
+            if let CollectorDocument::Flat { transmittance } | CollectorDocument::Dome { transmittance } =
+                tube.collector
             {
                 coefficients.push(transmittance);
             }
@@ -384,10 +308,7 @@ fn tube_coefficients(tube: &TubeDocument) -> Vec<Coefficient> {
             .parts
             .values()
             .flat_map(|part| match part {
-                PartDocument::Collector {
-                    transmittance,
-                    reflectance,
-                } => vec![*transmittance, *reflectance],
+                PartDocument::Collector { transmittance, reflectance } => vec![*transmittance, *reflectance],
                 PartDocument::Pipe { reflectance } => vec![*reflectance],
                 PartDocument::Diffuser(diffuser) => diffuser_coefficients(diffuser),
             })
@@ -399,21 +320,9 @@ fn diffuser_coefficients(diffuser: &DiffuserDocument) -> Vec<Coefficient> {
     match *diffuser {
         DiffuserDocument::Open => vec![],
         DiffuserDocument::Clear { transmittance } => vec![transmittance],
-        DiffuserDocument::Lambertian {
-            transmittance,
-            reflectance,
-        } => vec![transmittance, reflectance],
-        DiffuserDocument::Mixed {
-            lambertian_transmittance,
-            lambertian_reflectance,
-            clear_transmittance,
-            ..
-        } => {
-            vec![
-                lambertian_transmittance,
-                lambertian_reflectance,
-                clear_transmittance,
-            ]
+        DiffuserDocument::Lambertian { transmittance, reflectance } => vec![transmittance, reflectance],
+        DiffuserDocument::Mixed { lambertian_transmittance, lambertian_reflectance, clear_transmittance, .. } => {
+            vec![lambertian_transmittance, lambertian_reflectance, clear_transmittance]
         }
     }
 }

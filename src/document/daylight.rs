@@ -25,9 +25,7 @@ pub fn instant(time: &str) -> Result<UtcInstant, String> {
     match rfc_3339_shape(time) {
         Shape::Complete => {}
         Shape::NoOffset => {
-            return Err(format!(
-                "{shape}: the offset is missing (Z or +hh:mm), without it {time:?} is ambiguous"
-            ));
+            return Err(format!("{shape}: the offset is missing (Z or +hh:mm), without it {time:?} is ambiguous"));
         }
         Shape::Other => return Err(format!("{shape}, but is {time:?}")),
     }
@@ -54,13 +52,10 @@ enum Shape {
 fn rfc_3339_shape(time: &str) -> Shape {
     let matches = |text: &str, pattern: &str| {
         text.len() == pattern.len()
-            && text.bytes().zip(pattern.bytes()).all(|(c, p)| {
-                if p == b'0' {
-                    c.is_ascii_digit()
-                } else {
-                    c.eq_ignore_ascii_case(&p)
-                }
-            })
+            && text
+                .bytes()
+                .zip(pattern.bytes())
+                .all(|(c, p)| if p == b'0' { c.is_ascii_digit() } else { c.eq_ignore_ascii_case(&p) })
     };
     let unsigned = match time.strip_prefix(['+', '-']) {
         // six digits of year: two go with the sign
@@ -106,32 +101,17 @@ fn sun_position(document: &JobDocument, sky: &SkyDocument) -> Result<Apparent, F
             refraction: RefractionProvenance::Given,
         });
     }
-    let at = |pointer: &str, detail: String| FieldError {
-        pointer: pointer.to_owned(),
-        detail,
-    };
-    let time = document
-        .time
-        .as_deref()
-        .ok_or_else(|| at("/time", "required, but missing".to_owned()))?;
-    let location = document
-        .location
-        .ok_or_else(|| at("/location", "required, but missing".to_owned()))?;
+    let at = |pointer: &str, detail: String| FieldError { pointer: pointer.to_owned(), detail };
+    let time = document.time.as_deref().ok_or_else(|| at("/time", "required, but missing".to_owned()))?;
+    let location = document.location.ok_or_else(|| at("/location", "required, but missing".to_owned()))?;
     let instant = instant(time).map_err(|detail| at("/time", detail))?;
-    let position = sun::position(
-        instant,
-        location.latitude_deg,
-        location.longitude_deg,
-        location.elevation_m,
-    )
-    .map_err(|error| at("/time", error.to_string()))?;
+    let position = sun::position(instant, location.latitude_deg, location.longitude_deg, location.elevation_m)
+        .map_err(|error| at("/time", error.to_string()))?;
     let airless_altitude_deg = position.airless_altitude.to_degrees();
     Ok(Apparent {
         altitude: position.altitude,
         azimuth: position.azimuth,
-        refraction: RefractionProvenance::Applied {
-            airless_altitude_deg,
-        },
+        refraction: RefractionProvenance::Applied { airless_altitude_deg },
     })
 }
 
@@ -157,24 +137,15 @@ pub fn daylight(
         }
     };
     let altitude = apparent.altitude;
-    let toward_sun = direction(
-        altitude,
-        apparent.azimuth - document.room.rotation_deg.to_radians(),
-    );
+    let toward_sun = direction(altitude, apparent.azimuth - document.room.rotation_deg.to_radians());
     let distribution = SkyDistribution::new(cie_type, toward_sun);
     let (formula, zenith_luminance_cd_m2) = level(sky, cie_type, &distribution, altitude);
     let (beam, source) = beam(sky, cie_type, altitude);
 
     let up = altitude > 0.0;
     let daylight = Daylight {
-        sky: up.then(|| Sky {
-            distribution,
-            zenith_luminance_cd_m2,
-        }),
-        sun: (up && beam > 0.0).then_some(Sun {
-            direction: toward_sun,
-            normal_illuminance_lux: beam,
-        }),
+        sky: up.then_some(Sky { distribution, zenith_luminance_cd_m2 }),
+        sun: (up && beam > 0.0).then_some(Sun { direction: toward_sun, normal_illuminance_lux: beam }),
         formula,
     };
     if up {
@@ -192,9 +163,7 @@ pub fn daylight(
     let (dv_ev, luminous_turbidity) = match formula {
         ZenithFormula::DiffuseRatio { dv_ev } => (Some(dv_ev), None),
         ZenithFormula::Turbidity { luminous_turbidity } => (None, Some(luminous_turbidity)),
-        ZenithFormula::GivenZenithLuminance | ZenithFormula::GivenHorizontalIlluminance => {
-            (None, None)
-        }
+        ZenithFormula::GivenZenithLuminance | ZenithFormula::GivenHorizontalIlluminance => (None, None),
     };
     let provenance = Provenance {
         zenith: ZenithProvenance {
@@ -220,26 +189,15 @@ pub fn daylight(
 }
 
 /// The formula of the absolute level and the zenith luminance in cd/m2 (PHYSICS 1.5).
-fn level(
-    sky: &SkyDocument,
-    cie_type: CieType,
-    distribution: &SkyDistribution,
-    altitude: f64,
-) -> (ZenithFormula, f64) {
+fn level(sky: &SkyDocument, cie_type: CieType, distribution: &SkyDistribution, altitude: f64) -> (ZenithFormula, f64) {
     if let Some(luminance) = sky.zenith_luminance_cd_m2 {
         return (ZenithFormula::GivenZenithLuminance, luminance);
     }
     if let Some(illuminance) = sky.diffuse_horizontal_illuminance_lux {
-        return (
-            ZenithFormula::GivenHorizontalIlluminance,
-            illuminance / distribution.horizontal_ratio(),
-        );
+        return (ZenithFormula::GivenHorizontalIlluminance, illuminance / distribution.horizontal_ratio());
     }
     let formula = zenith::default_formula(cie_type, sky.luminous_turbidity);
-    (
-        formula,
-        zenith::zenith_luminance_cd_m2(distribution, formula, altitude),
-    )
+    (formula, zenith::zenith_luminance_cd_m2(distribution, formula, altitude))
 }
 
 /// Normal illuminance of the beam in lux and where it comes from (PHYSICS 2.3).
@@ -252,24 +210,14 @@ fn beam(sky: &SkyDocument, cie_type: CieType, altitude: f64) -> (f64, super::con
     if cie_type.is_sunless() || cie_type.number() == 9 {
         return (0.0, BeamSource::SunlessType);
     }
-    let luminous_turbidity = sky
-        .luminous_turbidity
-        .unwrap_or_else(|| zenith::typical_turbidity(cie_type));
-    (
-        sun::beam_normal_illuminance_lux(altitude, luminous_turbidity),
-        BeamSource::Turbidity { luminous_turbidity },
-    )
+    let luminous_turbidity = sky.luminous_turbidity.unwrap_or_else(|| zenith::typical_turbidity(cie_type));
+    (sun::beam_normal_illuminance_lux(altitude, luminous_turbidity), BeamSource::Turbidity { luminous_turbidity })
 }
 
 /// More light than arrives outside the atmosphere is possible to ask for, but hardly meant.
 fn warn_of_implausible(daylight: &Daylight, altitude: f64, warnings: &mut Vec<Warning>) {
     let (diffuse, _) = daylight.horizontal_illuminance_lux();
-    let mut warn = |detail| {
-        warnings.push(Warning {
-            code: "implausible_illuminance".to_owned(),
-            detail,
-        })
-    };
+    let mut warn = |detail| warnings.push(Warning { code: "implausible_illuminance".to_owned(), detail });
     let outside = EXTRATERRESTRIAL_LUX * altitude.sin();
     if diffuse > outside {
         warn(format!(
@@ -292,19 +240,12 @@ mod tests {
     fn offset_and_utc_are_the_same_instant() {
         let here = instant("2011-09-15T15:00:00+02:00").unwrap();
         assert_eq!(here, instant("2011-09-15T13:00:00Z").unwrap());
-        assert_eq!(
-            (here.year, here.month, here.day, here.hour),
-            (2011, 9, 15, 13)
-        );
+        assert_eq!((here.year, here.month, here.day, here.hour), (2011, 9, 15, 13));
     }
 
     #[test]
     fn refuses_what_is_not_an_instant() {
-        assert!(
-            instant("2011-09-15T15:00:00")
-                .unwrap_err()
-                .contains("offset is missing")
-        );
+        assert!(instant("2011-09-15T15:00:00").unwrap_err().contains("offset is missing"));
         for time in [
             "",
             "2011-02-30T12:00:00Z",

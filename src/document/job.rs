@@ -77,13 +77,7 @@ pub struct StopDocument {
 
 impl Default for StopDocument {
     fn default() -> Self {
-        Self {
-            relative_error: 0.02,
-            view_relative_error: 0.05,
-            confidence: 0.95,
-            max_passes: 4096,
-            max_seconds: 600.0,
-        }
+        Self { relative_error: 0.02, view_relative_error: 0.05, confidence: 0.95, max_passes: 4096, max_seconds: 600.0 }
     }
 }
 
@@ -99,20 +93,8 @@ pub enum EffectSwitch {
 
 impl JobDocument {
     pub fn stop_rule(&self) -> StopRule {
-        let StopDocument {
-            relative_error,
-            view_relative_error,
-            confidence,
-            max_passes,
-            max_seconds,
-        } = self.stop;
-        StopRule {
-            relative_error,
-            view_relative_error,
-            confidence,
-            max_passes,
-            max_seconds,
-        }
+        let StopDocument { relative_error, view_relative_error, confidence, max_passes, max_seconds } = self.stop;
+        StopRule { relative_error, view_relative_error, confidence, max_passes, max_seconds }
     }
 
     /// What is asked of the effects; names that are not of an effect are left to the validation.
@@ -122,10 +104,8 @@ impl JobDocument {
             EffectSwitch::Off => EffectRequest::Off,
             EffectSwitch::Auto => EffectRequest::Auto,
         };
-        let known = self
-            .effects
-            .iter()
-            .filter_map(|(name, switch)| Some((EffectKind::from_name(name)?, request(switch))));
+        let known =
+            self.effects.iter().filter_map(|(name, switch)| Some((EffectKind::from_name(name)?, request(switch))));
         known.collect()
     }
 }

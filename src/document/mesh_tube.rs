@@ -39,56 +39,28 @@ pub fn mesh_tube(
         _ => None,
     });
     (checks.errors.len() == errors_before).then(|| {
-        let tube = MeshTube {
-            mesh: Arc::new(mesh),
-            parts,
-            rotation: document.rotation_deg.to_radians(),
-        };
+        let tube = MeshTube { mesh: Arc::new(mesh), parts, rotation: document.rotation_deg.to_radians() };
         (tube, closure.unwrap_or(Diffuser::Open))
     })
 }
 
 /// One part per material of the mesh; names on either side without a partner are errors.
-fn parts(
-    pointer: &str,
-    document: &MeshTubeDocument,
-    mesh: &TriangleMesh,
-    checks: &mut Checks,
-) -> Vec<MeshPart> {
-    let names = || {
-        mesh.materials
-            .iter()
-            .map(|name| format!("{name:?}"))
-            .collect::<Vec<_>>()
-            .join(", ")
-    };
-    for name in document
-        .parts
-        .keys()
-        .filter(|name| !mesh.materials.contains(name))
-    {
+fn parts(pointer: &str, document: &MeshTubeDocument, mesh: &TriangleMesh, checks: &mut Checks) -> Vec<MeshPart> {
+    let names = || mesh.materials.iter().map(|name| format!("{name:?}")).collect::<Vec<_>>().join(", ");
+    for name in document.parts.keys().filter(|name| !mesh.materials.contains(name)) {
         let detail = format!("the mesh has no material of this name; it has {}", names());
         checks.refuse(format!("{pointer}/parts/{}", escape(name)), detail);
     }
     let mut parts = Vec::with_capacity(mesh.materials.len());
     for name in &mesh.materials {
         let role = match document.parts.get(name) {
-            Some(PartDocument::Collector {
-                transmittance,
-                reflectance,
-            }) => PartRole::Collector {
-                transmittance: transmittance.rgb(),
-                reflectance: reflectance.rgb(),
-            },
-            Some(PartDocument::Pipe { reflectance }) => PartRole::Pipe {
-                reflectance: reflectance.rgb(),
-            },
+            Some(PartDocument::Collector { transmittance, reflectance }) => {
+                PartRole::Collector { transmittance: transmittance.rgb(), reflectance: reflectance.rgb() }
+            }
+            Some(PartDocument::Pipe { reflectance }) => PartRole::Pipe { reflectance: reflectance.rgb() },
             Some(PartDocument::Diffuser(_)) => PartRole::Diffuser,
             None => {
-                let detail = format!(
-                    "the mesh's material {name:?} has no part; its materials are {}",
-                    names()
-                );
+                let detail = format!("the mesh's material {name:?} has no part; its materials are {}", names());
                 checks.refuse(format!("{pointer}/parts"), detail);
                 continue;
             }
@@ -105,21 +77,11 @@ fn check_extent(
     parts: &[MeshPart],
     checks: &mut Checks,
 ) {
-    let unit = format!(
-        "with the unit `{}`",
-        serde_json::to_string(&document.unit)
-            .unwrap_or_default()
-            .trim_matches('"')
-    );
-    if mesh
-        .positions
-        .iter()
-        .any(|p| !(p.is_finite() && p.abs().max_element() <= FARTHEST_M))
-    {
-        checks.refuse(
-            format!("{pointer}/mesh"),
-            format!("{unit}, coordinates must be finite and within {FARTHEST_M} m"),
-        );
+    let unit =
+        format!("with the unit `{}`", serde_json::to_string(&document.unit).unwrap_or_default().trim_matches('"'));
+    if mesh.positions.iter().any(|p| !(p.is_finite() && p.abs().max_element() <= FARTHEST_M)) {
+        checks
+            .refuse(format!("{pointer}/mesh"), format!("{unit}, coordinates must be finite and within {FARTHEST_M} m"));
         return;
     }
     let tolerance = PLANE_TOLERANCE * document.opening_diameter_m;
@@ -128,10 +90,7 @@ fn check_extent(
         return;
     };
     if highest.z <= tolerance {
-        let detail = format!(
-            "{unit}, the mesh must reach above z = 0, but ends at z = {} m",
-            highest.z
-        );
+        let detail = format!("{unit}, the mesh must reach above z = 0, but ends at z = {} m", highest.z);
         checks.refuse(format!("{pointer}/mesh"), detail);
     }
     for (material, part) in parts.iter().enumerate() {
@@ -139,11 +98,7 @@ fn check_extent(
             let of_part = mesh.triangles.iter().zip(&mesh.triangle_materials);
             of_part
                 .filter(move |(_, owner)| **owner as usize == material)
-                .flat_map(|(triangle, _)| {
-                    triangle
-                        .iter()
-                        .map(|corner| mesh.positions[*corner as usize].z)
-                })
+                .flat_map(|(triangle, _)| triangle.iter().map(|corner| mesh.positions[*corner as usize].z))
         };
         let name = &mesh.materials[material];
         let part_pointer = format!("{pointer}/parts/{}", escape(name));
@@ -151,18 +106,14 @@ fn check_extent(
             PartRole::Diffuser => {
                 let farthest = corners().fold(0.0, |farthest: f64, z| farthest.max(z.abs()));
                 if farthest > tolerance {
-                    let what = format!(
-                        "{unit}, a diffuser {farthest} m away from the plane z = 0 of the ceiling"
-                    );
+                    let what = format!("{unit}, a diffuser {farthest} m away from the plane z = 0 of the ceiling");
                     checks.not_supported(part_pointer, what);
                 }
             }
             PartRole::Pipe { .. } | PartRole::Collector { .. } => {
                 let lowest = corners().fold(f64::INFINITY, f64::min);
                 if lowest < -tolerance {
-                    let detail = format!(
-                        "{unit}, nothing may hang below the ceiling, but it reaches z = {lowest} m"
-                    );
+                    let detail = format!("{unit}, nothing may hang below the ceiling, but it reaches z = {lowest} m");
                     checks.refuse(part_pointer, detail);
                 }
             }

@@ -77,19 +77,13 @@ impl MethodDocument {
             MethodKind::Auto => Some(MethodRequest::Auto),
             MethodKind::LightTracing => {
                 let default = light_tracing::Settings::default();
-                let photons_per_pass = settings
-                    .photons_per_pass
-                    .unwrap_or(default.photons_per_pass);
-                Some(MethodRequest::Method(Method::LightTracing(
-                    light_tracing::Settings { photons_per_pass },
-                )))
+                let photons_per_pass = settings.photons_per_pass.unwrap_or(default.photons_per_pass);
+                Some(MethodRequest::Method(Method::LightTracing(light_tracing::Settings { photons_per_pass })))
             }
             MethodKind::Sppm => {
                 let default = sppm::Settings::default();
                 Some(MethodRequest::Method(Method::Sppm(sppm::Settings {
-                    photons_per_pass: settings
-                        .photons_per_pass
-                        .unwrap_or(default.photons_per_pass),
+                    photons_per_pass: settings.photons_per_pass.unwrap_or(default.photons_per_pass),
                     initial_radius_m: settings.initial_radius_m.or(default.initial_radius_m),
                     alpha: settings.alpha.unwrap_or(default.alpha),
                 })))
@@ -134,12 +128,7 @@ impl TryFrom<RawMethod> for MethodDocument {
     type Error = Misfit;
 
     fn try_from(raw: RawMethod) -> Result<Self, Misfit> {
-        let RawMethod {
-            kind,
-            mut photons_per_pass,
-            initial_radius_m,
-            mut alpha,
-        } = raw;
+        let RawMethod { kind, mut photons_per_pass, initial_radius_m, mut alpha } = raw;
         let of = format!("the method `{}`", kind.name());
         match kind {
             MethodKind::Sppm => {
@@ -152,8 +141,7 @@ impl TryFrom<RawMethod> for MethodDocument {
             MethodKind::LightTracing => {
                 absent(&initial_radius_m, "initial_radius_m", &of)?;
                 absent(&alpha, "alpha", &of)?;
-                photons_per_pass =
-                    photons_per_pass.or(Some(light_tracing::Settings::default().photons_per_pass));
+                photons_per_pass = photons_per_pass.or(Some(light_tracing::Settings::default().photons_per_pass));
             }
             _ => {
                 absent(&photons_per_pass, "photons_per_pass", &of)?;
@@ -161,14 +149,7 @@ impl TryFrom<RawMethod> for MethodDocument {
                 absent(&alpha, "alpha", &of)?;
             }
         }
-        Ok(Self {
-            kind,
-            settings: Some(MethodSettings {
-                photons_per_pass,
-                initial_radius_m,
-                alpha,
-            }),
-        })
+        Ok(Self { kind, settings: Some(MethodSettings { photons_per_pass, initial_radius_m, alpha }) })
     }
 }
 
@@ -182,11 +163,7 @@ impl Serialize for MethodDocument {
         }
         match self.settings {
             None => self.kind.serialize(serializer),
-            Some(settings) => WithSettings {
-                kind: self.kind,
-                settings,
-            }
-            .serialize(serializer),
+            Some(settings) => WithSettings { kind: self.kind, settings }.serialize(serializer),
         }
     }
 }
@@ -208,16 +185,11 @@ impl<'de> Visitor<'de> for MethodVisitor {
 
     fn visit_str<E: Error>(self, name: &str) -> Result<MethodDocument, E> {
         let kind = MethodKind::deserialize(serde::de::value::StrDeserializer::new(name))?;
-        Ok(MethodDocument {
-            kind,
-            settings: None,
-        })
+        Ok(MethodDocument { kind, settings: None })
     }
 
     fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<MethodDocument, A::Error> {
-        RawMethod::deserialize(MapAccessDeserializer::new(map))?
-            .try_into()
-            .map_err(A::Error::custom)
+        RawMethod::deserialize(MapAccessDeserializer::new(map))?.try_into().map_err(A::Error::custom)
     }
 }
 
@@ -226,9 +198,7 @@ impl PartialSchema for MethodDocument {
         let one_of = OneOfBuilder::new()
             .item(MethodKind::schema())
             .item(RawMethod::schema())
-            .description(Some(
-                "A method's name, or an object of `kind` and the method's own settings.",
-            ));
+            .description(Some("A method's name, or an object of `kind` and the method's own settings."));
         RefOr::T(Schema::OneOf(one_of.build()))
     }
 }

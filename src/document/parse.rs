@@ -39,11 +39,7 @@ impl JobDocument {
             }
         };
         validate(&document, &mut checks);
-        if checks.errors.is_empty() {
-            Ok(document)
-        } else {
-            Err(DocumentErrors(checks.errors))
-        }
+        if checks.errors.is_empty() { Ok(document) } else { Err(DocumentErrors(checks.errors)) }
     }
 }
 
@@ -55,17 +51,11 @@ fn parse_value(text: &[u8]) -> Result<Value, FieldError> {
         let syntax = inner.is_syntax() || inner.is_eof();
         let overflow = inner.to_string().starts_with("number out of range");
         if syntax && !overflow {
-            return FieldError {
-                pointer: String::new(),
-                detail: inner.to_string(),
-            };
+            return FieldError { pointer: String::new(), detail: inner.to_string() };
         }
         field_error(error.path(), &inner.to_string()).0
     })?;
-    deserializer.end().map_err(|error| FieldError {
-        pointer: String::new(),
-        detail: error.to_string(),
-    })?;
+    deserializer.end().map_err(|error| FieldError { pointer: String::new(), detail: error.to_string() })?;
     Ok(strict.0)
 }
 
@@ -105,9 +95,7 @@ impl<'de> Visitor<'de> for StrictVisitor {
 
     fn visit_f64<E: Error>(self, value: f64) -> Result<Value, E> {
         let value = if value.abs() < SMALLEST { 0.0 } else { value };
-        Number::from_f64(value)
-            .map(Value::Number)
-            .ok_or_else(|| E::custom("number out of range"))
+        Number::from_f64(value).map(Value::Number).ok_or_else(|| E::custom("number out of range"))
     }
 
     fn visit_str<E: Error>(self, value: &str) -> Result<Value, E> {
@@ -153,22 +141,12 @@ const MISSING: &str = "required, but missing";
 
 /// The value of a field that this kind of object must have.
 pub fn required<T>(value: Option<T>, field: &'static str) -> Result<T, Misfit> {
-    value.ok_or_else(|| Misfit {
-        field,
-        detail: MISSING.to_owned(),
-    })
+    value.ok_or_else(|| Misfit { field, detail: MISSING.to_owned() })
 }
 
 /// Refuses a field that this kind of object does not have.
 pub fn absent<T>(value: &Option<T>, field: &'static str, of: &str) -> Result<(), Misfit> {
-    if value.is_some() {
-        Err(Misfit {
-            field,
-            detail: format!("not a field of {of}"),
-        })
-    } else {
-        Ok(())
-    }
+    if value.is_some() { Err(Misfit { field, detail: format!("not a field of {of}") }) } else { Ok(()) }
 }
 
 /// The pointer and detail of an error of serde, and whether it is an unknown field.
@@ -176,52 +154,25 @@ fn field_error(path: &Path, message: &str) -> (FieldError, bool) {
     let mut pointer = pointer_of(path);
     if let Some((field, _)) = quoted(message, "missing field ") {
         pointer = format!("{pointer}/{}", escape(field));
-        return (
-            FieldError {
-                pointer,
-                detail: MISSING.to_owned(),
-            },
-            false,
-        );
+        return (FieldError { pointer, detail: MISSING.to_owned() }, false);
     }
     if let Some((field, detail)) = quoted(message, "field ") {
         pointer = format!("{pointer}/{}", escape(field));
-        return (
-            FieldError {
-                pointer,
-                detail: detail.trim_start_matches(": ").to_owned(),
-            },
-            false,
-        );
+        return (FieldError { pointer, detail: detail.trim_start_matches(": ").to_owned() }, false);
     }
     if let Some((field, _)) = quoted(message, "unknown field ") {
         let token = format!("/{}", escape(field));
         if !pointer.ends_with(&token) {
             pointer.push_str(&token);
         }
-        return (
-            FieldError {
-                pointer,
-                detail: message.to_owned(),
-            },
-            true,
-        );
+        return (FieldError { pointer, detail: message.to_owned() }, true);
     }
-    (
-        FieldError {
-            pointer,
-            detail: message.to_owned(),
-        },
-        false,
-    )
+    (FieldError { pointer, detail: message.to_owned() }, false)
 }
 
 /// The name between backticks after `prefix`, and what follows it.
 fn quoted<'a>(message: &'a str, prefix: &str) -> Option<(&'a str, &'a str)> {
-    message
-        .strip_prefix(prefix)?
-        .strip_prefix('`')?
-        .split_once('`')
+    message.strip_prefix(prefix)?.strip_prefix('`')?.split_once('`')
 }
 
 fn pointer_of(path: &Path) -> String {

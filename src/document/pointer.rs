@@ -17,10 +17,7 @@ pub struct Checks {
 
 impl Checks {
     pub fn refuse(&mut self, pointer: impl Into<String>, detail: impl Into<String>) {
-        self.errors.push(FieldError {
-            pointer: pointer.into(),
-            detail: detail.into(),
-        });
+        self.errors.push(FieldError { pointer: pointer.into(), detail: detail.into() });
     }
 
     /// Refuses what the engine cannot compute yet.
@@ -29,19 +26,10 @@ impl Checks {
     }
 
     /// Refuses unless `lowest <= value <= highest`.
-    pub fn within<T: PartialOrd + Display>(
-        &mut self,
-        pointer: &str,
-        value: T,
-        lowest: T,
-        highest: T,
-    ) -> bool {
+    pub fn within<T: PartialOrd + Display>(&mut self, pointer: &str, value: T, lowest: T, highest: T) -> bool {
         let ok = value >= lowest && value <= highest;
         if !ok {
-            self.refuse(
-                pointer,
-                format!("must be within {lowest}..{highest}, but is {value}"),
-            );
+            self.refuse(pointer, format!("must be within {lowest}..{highest}, but is {value}"));
         }
         ok
     }
@@ -50,10 +38,7 @@ impl Checks {
     pub fn above(&mut self, pointer: &str, value: f64, bound: f64, highest: f64) -> bool {
         let ok = value > bound && value <= highest;
         if !ok {
-            self.refuse(
-                pointer,
-                format!("must be > {bound} and <= {highest}, but is {value}"),
-            );
+            self.refuse(pointer, format!("must be > {bound} and <= {highest}, but is {value}"));
         }
         ok
     }

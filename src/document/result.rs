@@ -54,22 +54,12 @@ impl GridResult {
     pub fn new(grid: &Grid, estimate: &GridEstimate, daylight: &Daylight) -> Self {
         let [columns, _] = grid.cells;
         let sensors = estimate.sensors.len().min(grid.len());
-        let values: Vec<f64> = (0..sensors)
-            .map(|sensor| estimate.illuminance_lux(sensor))
-            .collect();
-        let errors: Vec<Option<f64>> = (0..sensors)
-            .map(|sensor| finite(estimate.standard_error_lux(sensor)))
-            .collect();
+        let values: Vec<f64> = (0..sensors).map(|sensor| estimate.illuminance_lux(sensor)).collect();
+        let errors: Vec<Option<f64>> = (0..sensors).map(|sensor| finite(estimate.standard_error_lux(sensor))).collect();
         let (sky, sun) = daylight.horizontal_illuminance_lux();
-        let ratios: Vec<Option<f64>> = values
-            .iter()
-            .map(|value| finite(100.0 * value / (sky + sun)))
-            .collect();
+        let ratios: Vec<Option<f64>> = values.iter().map(|value| finite(100.0 * value / (sky + sun))).collect();
         let ratios = rows(&ratios, columns);
-        let overcast = daylight
-            .sky
-            .as_ref()
-            .is_some_and(|sky| sky.distribution.cie_type().is_standard_overcast());
+        let overcast = daylight.sky.as_ref().is_some_and(|sky| sky.distribution.cie_type().is_standard_overcast());
         Self {
             name: grid.name.clone(),
             height_m: grid.height_m,
@@ -91,22 +81,12 @@ impl GridResult {
 impl GridStatistics {
     pub fn new(values_lux: &[f64]) -> Self {
         if values_lux.is_empty() {
-            return Self {
-                mean_lux: 0.0,
-                min_lux: 0.0,
-                max_lux: 0.0,
-                uniformity: None,
-            };
+            return Self { mean_lux: 0.0, min_lux: 0.0, max_lux: 0.0, uniformity: None };
         }
         let mean_lux = values_lux.iter().sum::<f64>() / values_lux.len() as f64;
         let min_lux = values_lux.iter().copied().fold(f64::INFINITY, f64::min);
         let max_lux = values_lux.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-        Self {
-            mean_lux,
-            min_lux,
-            max_lux,
-            uniformity: finite(min_lux / mean_lux),
-        }
+        Self { mean_lux, min_lux, max_lux, uniformity: finite(min_lux / mean_lux) }
     }
 }
 
@@ -128,10 +108,7 @@ pub struct FluxResult {
 
 impl From<&Moments> for FluxResult {
     fn from(moments: &Moments) -> Self {
-        Self {
-            flux_lm: moments.mean,
-            standard_error_lm: finite(moments.standard_error()),
-        }
+        Self { flux_lm: moments.mean, standard_error_lm: finite(moments.standard_error()) }
     }
 }
 
@@ -227,10 +204,7 @@ impl From<&EffectPlan> for EffectResult {
 
 impl From<&GuidePlan> for GuideResult {
     fn from(guide: &GuidePlan) -> Self {
-        Self {
-            kind: guide.kind.to_owned(),
-            reason: guide.reason.clone(),
-        }
+        Self { kind: guide.kind.to_owned(), reason: guide.reason.clone() }
     }
 }
 
@@ -277,12 +251,7 @@ pub struct TimingResult {
 
 impl TimingResult {
     pub fn new(estimate: &Estimate, seconds: f64) -> Self {
-        let Estimate {
-            passes,
-            photons,
-            rays,
-            ..
-        } = *estimate;
+        let Estimate { passes, photons, rays, .. } = *estimate;
         Self {
             seconds,
             passes,
@@ -319,23 +288,10 @@ pub struct EnergyResult {
 
 impl EnergyResult {
     pub fn new(ledger: &Ledger, passes: u64) -> Self {
-        let Ledger {
-            emitted,
-            collector,
-            guide,
-            guide_top,
-            diffuser,
-            room,
-            open_surfaces,
-            cut,
-        } = *ledger;
+        let Ledger { emitted, collector, guide, guide_top, diffuser, room, open_surfaces, cut } = *ledger;
         let gone = collector + guide + guide_top + diffuser + room + open_surfaces + cut;
         let per_pass = |sum: f64| {
-            if passes == 0 {
-                0.0
-            } else {
-                sum / passes as f64
-            }
+            if passes == 0 { 0.0 } else { sum / passes as f64 }
         };
         Self {
             emitted_lm: per_pass(emitted),
@@ -346,11 +302,7 @@ impl EnergyResult {
             room_lm: per_pass(room),
             open_surfaces_lm: per_pass(open_surfaces),
             cut_lm: per_pass(cut),
-            relative_closure_error: if emitted == 0.0 {
-                0.0
-            } else {
-                (emitted - gone) / emitted
-            },
+            relative_closure_error: if emitted == 0.0 { 0.0 } else { (emitted - gone) / emitted },
         }
     }
 }
@@ -363,28 +315,15 @@ mod tests {
     use crate::sky::{CieType, Sky, SkyDistribution, Sun, direction};
 
     fn grid() -> Grid {
-        Grid::new(
-            "floor".to_owned(),
-            0.0,
-            [3, 2],
-            0.0,
-            [3.0, 2.0],
-            EstimateKind::Point,
-        )
+        Grid::new("floor".to_owned(), 0.0, [3, 2], 0.0, [3.0, 2.0], EstimateKind::Point)
     }
 
     fn under(cie_type: u8, with_sun: bool) -> Daylight {
         let toward_sun = direction(0.6, 0.0);
         let distribution = SkyDistribution::new(CieType::new(cie_type).unwrap(), toward_sun);
-        let sun = Sun {
-            direction: toward_sun,
-            normal_illuminance_lux: 1000.0,
-        };
+        let sun = Sun { direction: toward_sun, normal_illuminance_lux: 1000.0 };
         Daylight {
-            sky: Some(Sky {
-                distribution,
-                zenith_luminance_cd_m2: 1000.0,
-            }),
+            sky: Some(Sky { distribution, zenith_luminance_cd_m2: 1000.0 }),
             sun: with_sun.then_some(sun),
             formula: ZenithFormula::GivenZenithLuminance,
         }
@@ -393,32 +332,19 @@ mod tests {
     fn estimate(passes: &[f64]) -> GridEstimate {
         let mut sensors = vec![Moments::default(); 6];
         for (index, sensor) in sensors.iter_mut().enumerate() {
-            passes
-                .iter()
-                .for_each(|pass| sensor.push(pass * index as f64));
+            passes.iter().for_each(|pass| sensor.push(pass * index as f64));
         }
-        GridEstimate {
-            sensors,
-            ..GridEstimate::default()
-        }
+        GridEstimate { sensors, ..GridEstimate::default() }
     }
 
     #[test]
     fn rows_run_south_to_north() {
         let result = GridResult::new(&grid(), &estimate(&[10.0, 10.0]), &under(12, false));
-        assert_eq!(
-            result.illuminance_lux,
-            [[0.0, 10.0, 20.0], [30.0, 40.0, 50.0]]
-        );
+        assert_eq!(result.illuminance_lux, [[0.0, 10.0, 20.0], [30.0, 40.0, 50.0]]);
         assert_eq!((result.x_m.len(), result.y_m.len()), (3, 2));
         assert_eq!(
             result.statistics,
-            GridStatistics {
-                mean_lux: 25.0,
-                min_lux: 0.0,
-                max_lux: 50.0,
-                uniformity: Some(0.0)
-            }
+            GridStatistics { mean_lux: 25.0, min_lux: 0.0, max_lux: 50.0, uniformity: Some(0.0) }
         );
         assert_eq!(result.daylight_factor_percent, None);
     }
@@ -432,34 +358,17 @@ mod tests {
         // 1 klx zenith of the traditional overcast sky: D = 7 pi / 9 klx
         let ratio = text["daylight_factor_percent"][0][1].as_f64().unwrap();
         assert!((ratio - 100.0 * 10.0 / (7.0 * std::f64::consts::PI / 9.0 * 1000.0)).abs() < 1e-12);
-        assert!(
-            GridResult::new(&grid(), &estimate(&[1.0]), &under(16, true))
-                .daylight_factor_percent
-                .is_none()
-        );
+        assert!(GridResult::new(&grid(), &estimate(&[1.0]), &under(16, true)).daylight_factor_percent.is_none());
     }
 
     #[test]
     fn darkness_is_null_and_not_nan() {
-        let dark = Daylight {
-            sky: None,
-            sun: None,
-            formula: ZenithFormula::GivenZenithLuminance,
-        };
+        let dark = Daylight { sky: None, sun: None, formula: ZenithFormula::GivenZenithLuminance };
         let result = GridResult::new(&grid(), &estimate(&[0.0, 0.0]), &dark);
         assert_eq!(result.illuminance_ratio_percent[0][0], None);
         assert_eq!(result.statistics.uniformity, None);
-        assert_eq!(
-            TubeResult::from(&TubeEstimate::default()).transmission_efficiency,
-            None
-        );
-        assert_eq!(
-            EnergyResult::new(&Ledger::default(), 0).relative_closure_error,
-            0.0
-        );
-        assert_eq!(
-            TimingResult::new(&Estimate::default(), 0.0).photons_per_second,
-            None
-        );
+        assert_eq!(TubeResult::from(&TubeEstimate::default()).transmission_efficiency, None);
+        assert_eq!(EnergyResult::new(&Ledger::default(), 0).relative_closure_error, 0.0);
+        assert_eq!(TimingResult::new(&Estimate::default(), 0.0).photons_per_second, None);
     }
 }

@@ -99,10 +99,7 @@ pub struct SurfaceDocument {
 
 impl SurfaceDocument {
     pub fn diffuse(reflectance: f64) -> Self {
-        Self {
-            reflectance: Some(Coefficient::Photopic(reflectance)),
-            ..Self::default()
-        }
+        Self { reflectance: Some(Coefficient::Photopic(reflectance)), ..Self::default() }
     }
 }
 

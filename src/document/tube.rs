@@ -283,21 +283,14 @@ impl TryFrom<RawDiffuser> for DiffuserDocument {
             return Ok(Self::Mixed {
                 lambertian_radius_m: required(raw.lambertian_radius_m, "lambertian_radius_m")?,
                 inner: required(raw.inner, "inner")?,
-                lambertian_transmittance: required(
-                    raw.lambertian_transmittance,
-                    "lambertian_transmittance",
-                )?,
+                lambertian_transmittance: required(raw.lambertian_transmittance, "lambertian_transmittance")?,
                 lambertian_reflectance: raw.lambertian_reflectance.unwrap_or_default(),
                 clear_transmittance: required(raw.clear_transmittance, "clear_transmittance")?,
             });
         }
         absent(&raw.lambertian_radius_m, "lambertian_radius_m", of)?;
         absent(&raw.inner, "inner", of)?;
-        absent(
-            &raw.lambertian_transmittance,
-            "lambertian_transmittance",
-            of,
-        )?;
+        absent(&raw.lambertian_transmittance, "lambertian_transmittance", of)?;
         absent(&raw.lambertian_reflectance, "lambertian_reflectance", of)?;
         absent(&raw.clear_transmittance, "clear_transmittance", of)?;
         if let DiffuserKind::Lambertian = raw.kind {
@@ -308,9 +301,7 @@ impl TryFrom<RawDiffuser> for DiffuserDocument {
         }
         absent(&raw.reflectance, "reflectance", of)?;
         if let DiffuserKind::Clear = raw.kind {
-            return Ok(Self::Clear {
-                transmittance: required(raw.transmittance, "transmittance")?,
-            });
+            return Ok(Self::Clear { transmittance: required(raw.transmittance, "transmittance")? });
         }
         absent(&raw.transmittance, "transmittance", of)?;
         Ok(Self::Open)
@@ -322,10 +313,7 @@ impl TryFrom<RawDiffuser> for DiffuserDocument {
 #[serde(tag = "role", rename_all = "snake_case", try_from = "RawPart")]
 pub enum PartDocument {
     /// A thin cover; the direction is unchanged. `transmittance + reflectance <= 1`.
-    Collector {
-        transmittance: Coefficient,
-        reflectance: Coefficient,
-    },
+    Collector { transmittance: Coefficient, reflectance: Coefficient },
     /// A specular mirror.
     Pipe { reflectance: Coefficient },
     /// The closure, in the plane z = 0.
@@ -378,11 +366,7 @@ impl TryFrom<RawPart> for PartDocument {
         absent(&raw.kind, "kind", of)?;
         absent(&raw.lambertian_radius_m, "lambertian_radius_m", of)?;
         absent(&raw.inner, "inner", of)?;
-        absent(
-            &raw.lambertian_transmittance,
-            "lambertian_transmittance",
-            of,
-        )?;
+        absent(&raw.lambertian_transmittance, "lambertian_transmittance", of)?;
         absent(&raw.lambertian_reflectance, "lambertian_reflectance", of)?;
         absent(&raw.clear_transmittance, "clear_transmittance", of)?;
         if let Role::Collector = raw.role {
@@ -392,8 +376,6 @@ impl TryFrom<RawPart> for PartDocument {
             });
         }
         absent(&raw.transmittance, "transmittance", of)?;
-        Ok(Self::Pipe {
-            reflectance: required(raw.reflectance, "reflectance")?,
-        })
+        Ok(Self::Pipe { reflectance: required(raw.reflectance, "reflectance")? })
     }
 }

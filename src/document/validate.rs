@@ -35,11 +35,7 @@ pub const TOUCHING_M: f64 = 1e-9;
 
 /// Adds everything that is wrong with the values of `document` to `checks`.
 pub fn validate(document: &JobDocument, checks: &mut Checks) {
-    if document
-        .name
-        .as_ref()
-        .is_some_and(|name| name.chars().count() > 1000)
-    {
+    if document.name.as_ref().is_some_and(|name| name.chars().count() > 1000) {
         checks.refuse("/name", "must have at most 1000 characters");
     }
     check_place(document, checks);
@@ -50,48 +46,23 @@ pub fn validate(document: &JobDocument, checks: &mut Checks) {
     check_method(document, checks);
     let stop = &document.stop;
     checks.above("/stop/relative_error", stop.relative_error, 0.0, 1.0);
-    checks.above(
-        "/stop/view_relative_error",
-        stop.view_relative_error,
-        0.0,
-        1.0,
-    );
+    checks.above("/stop/view_relative_error", stop.view_relative_error, 0.0, 1.0);
     if !(stop.confidence >= 0.5 && stop.confidence < 1.0) {
-        checks.refuse(
-            "/stop/confidence",
-            format!("must be >= 0.5 and < 1, but is {}", stop.confidence),
-        );
+        checks.refuse("/stop/confidence", format!("must be >= 0.5 and < 1, but is {}", stop.confidence));
     }
     checks.within("/stop/max_passes", stop.max_passes, 1, 1_000_000_000);
     checks.above("/stop/max_seconds", stop.max_seconds, 0.0, 1e9);
-    for name in document
-        .effects
-        .keys()
-        .filter(|name| EffectKind::from_name(name).is_none())
-    {
+    for name in document.effects.keys().filter(|name| EffectKind::from_name(name).is_none()) {
         let known = EffectKind::ALL.map(EffectKind::name).join(", ");
-        checks.refuse(
-            format!("/effects/{}", escape(name)),
-            format!("no effect has this name; there are {known}"),
-        );
+        checks.refuse(format!("/effects/{}", escape(name)), format!("no effect has this name; there are {known}"));
     }
 }
 
 fn check_place(document: &JobDocument, checks: &mut Checks) {
     if let Some(location) = &document.location {
         checks.within("/location/latitude_deg", location.latitude_deg, -90.0, 90.0);
-        checks.within(
-            "/location/longitude_deg",
-            location.longitude_deg,
-            -180.0,
-            180.0,
-        );
-        checks.within(
-            "/location/elevation_m",
-            location.elevation_m,
-            -500.0,
-            9000.0,
-        );
+        checks.within("/location/longitude_deg", location.longitude_deg, -180.0, 180.0);
+        checks.within("/location/elevation_m", location.elevation_m, -500.0, 9000.0);
     }
     match document.time.as_deref().map(instant) {
         Some(Err(detail)) => checks.refuse("/time", detail),
@@ -117,41 +88,19 @@ fn check_sky(document: &JobDocument, checks: &mut Checks) {
                 let detail = "given beside `location` or `time`: exactly one of `sky.sun_position` and (`location` and `time`) says where the sun is";
                 checks.refuse("/sky/sun_position", detail);
             }
-            checks.within(
-                "/sky/sun_position/altitude_deg",
-                position.altitude_deg,
-                -90.0,
-                90.0,
-            );
-            checks.within(
-                "/sky/sun_position/azimuth_deg",
-                position.azimuth_deg,
-                -360.0,
-                360.0,
-            );
+            checks.within("/sky/sun_position/altitude_deg", position.altitude_deg, -90.0, 90.0);
+            checks.within("/sky/sun_position/azimuth_deg", position.azimuth_deg, -360.0, 360.0);
         }
         (None, Some(_), Some(_)) => {}
         (None, None, None) => {
-            checks.refuse(
-                "/sky/sun_position",
-                "required unless `location` and `time` are given",
-            );
+            checks.refuse("/sky/sun_position", "required unless `location` and `time` are given");
         }
-        (None, None, Some(_)) => checks.refuse(
-            "/location",
-            "required with `time`, unless `sky.sun_position` is given",
-        ),
-        (None, Some(_), None) => checks.refuse(
-            "/time",
-            "required with `location`, unless `sky.sun_position` is given",
-        ),
+        (None, None, Some(_)) => checks.refuse("/location", "required with `time`, unless `sky.sun_position` is given"),
+        (None, Some(_), None) => checks.refuse("/time", "required with `location`, unless `sky.sun_position` is given"),
     }
     let levels = [
         ("/sky/zenith_luminance_cd_m2", sky.zenith_luminance_cd_m2),
-        (
-            "/sky/diffuse_horizontal_illuminance_lux",
-            sky.diffuse_horizontal_illuminance_lux,
-        ),
+        ("/sky/diffuse_horizontal_illuminance_lux", sky.diffuse_horizontal_illuminance_lux),
         ("/sky/luminous_turbidity", sky.luminous_turbidity),
     ];
     for (pointer, _) in levels.iter().filter(|(_, level)| level.is_some()).skip(1) {
@@ -166,10 +115,7 @@ fn check_sky(document: &JobDocument, checks: &mut Checks) {
     if let Some(turbidity) = sky.luminous_turbidity {
         checks.above("/sky/luminous_turbidity", turbidity, 0.0, 12.0);
         if !(7..=15).contains(&sky.cie_type) {
-            let detail = format!(
-                "only of the CIE types 7..15, but the type is {}",
-                sky.cie_type
-            );
+            let detail = format!("only of the CIE types 7..15, but the type is {}", sky.cie_type);
             checks.refuse("/sky/luminous_turbidity", detail);
         }
     }
@@ -187,52 +133,29 @@ pub fn valid_size(room: &RoomDocument) -> Option<[f64; 3]> {
 /// Refuses channels outside 0..1.
 pub fn check_ratio(pointer: &str, coefficient: Coefficient, checks: &mut Checks) -> bool {
     let channels = coefficient.channels().into_iter();
-    channels.fold(true, |ok, (channel, value)| {
-        checks.within(&format!("{pointer}{channel}"), value, 0.0, 1.0) && ok
-    })
+    channels.fold(true, |ok, (channel, value)| checks.within(&format!("{pointer}{channel}"), value, 0.0, 1.0) && ok)
 }
 
 /// Refuses transmittance + reflectance > 1 in a channel; the slack is the rounding of decimal fractions.
-pub fn check_sum(
-    pointer: &str,
-    transmittance: Coefficient,
-    reflectance: Coefficient,
-    checks: &mut Checks,
-) {
-    let sums = transmittance
-        .rgb()
-        .into_iter()
-        .zip(reflectance.rgb())
-        .map(|(t, r)| t + r);
+pub fn check_sum(pointer: &str, transmittance: Coefficient, reflectance: Coefficient, checks: &mut Checks) {
+    let sums = transmittance.rgb().into_iter().zip(reflectance.rgb()).map(|(t, r)| t + r);
     let largest = sums.fold(0.0, f64::max);
     if largest > 1.0 + 4.0 * f64::EPSILON {
-        checks.refuse(
-            pointer,
-            format!("transmittance + reflectance must be <= 1, but is {largest}"),
-        );
+        checks.refuse(pointer, format!("transmittance + reflectance must be <= 1, but is {largest}"));
     }
 }
 
 /// A closed diffuse surface, or an open face where that is allowed.
 fn check_surface(pointer: &str, surface: &SurfaceDocument, may_be_open: bool, checks: &mut Checks) {
     if surface.open && !may_be_open {
-        checks.refuse(
-            format!("{pointer}/open"),
-            "only a face of the room can be open",
-        );
+        checks.refuse(format!("{pointer}/open"), "only a face of the room can be open");
     }
     match surface.reflectance {
         Some(_) if surface.open => {
-            checks.refuse(
-                format!("{pointer}/reflectance"),
-                "an open surface is missing and reflects nothing",
-            );
+            checks.refuse(format!("{pointer}/reflectance"), "an open surface is missing and reflects nothing");
         }
         None if !surface.open => {
-            checks.refuse(
-                format!("{pointer}/reflectance"),
-                "required, but missing, unless the surface is `open`",
-            );
+            checks.refuse(format!("{pointer}/reflectance"), "required, but missing, unless the surface is `open`");
         }
         None => {}
         Some(reflectance) => {
@@ -240,33 +163,21 @@ fn check_surface(pointer: &str, surface: &SurfaceDocument, may_be_open: bool, ch
             if check_ratio(&pointer, reflectance, checks) {
                 for (channel, value) in reflectance.channels() {
                     if value >= 1.0 {
-                        checks.refuse(
-                            format!("{pointer}{channel}"),
-                            format!("albedo must be < 1, but is {value}"),
-                        );
+                        checks.refuse(format!("{pointer}{channel}"), format!("albedo must be < 1, but is {value}"));
                     }
                 }
             }
         }
     }
-    for (name, value) in [
-        ("specular", surface.specular),
-        ("roughness", surface.roughness),
-    ] {
+    for (name, value) in [("specular", surface.specular), ("roughness", surface.roughness)] {
         if let Some(value) = value {
             checks.within(&format!("{pointer}/{name}"), value, 0.0, 1.0);
         }
     }
     if surface.specular.is_some_and(|specular| specular > 0.0) {
-        checks.not_supported(
-            format!("{pointer}/specular"),
-            "specular reflection of a surface",
-        );
+        checks.not_supported(format!("{pointer}/specular"), "specular reflection of a surface");
         if surface.roughness.is_some() {
-            checks.not_supported(
-                format!("{pointer}/roughness"),
-                "roughness of a specular surface",
-            );
+            checks.not_supported(format!("{pointer}/roughness"), "roughness of a specular surface");
         }
     }
 }
@@ -274,12 +185,7 @@ fn check_surface(pointer: &str, surface: &SurfaceDocument, may_be_open: bool, ch
 fn check_room(document: &JobDocument, checks: &mut Checks) {
     let room = &document.room;
     for (axis, size) in room.size_m.iter().enumerate() {
-        checks.within(
-            &format!("/room/size_m/{axis}"),
-            *size,
-            SHORTEST_EDGE_M,
-            LONGEST_EDGE_M,
-        );
+        checks.within(&format!("/room/size_m/{axis}"), *size, SHORTEST_EDGE_M, LONGEST_EDGE_M);
     }
     checks.within("/room/rotation_deg", room.rotation_deg, -360.0, 360.0);
     let surfaces = &room.surfaces;
@@ -301,79 +207,29 @@ fn check_room(document: &JobDocument, checks: &mut Checks) {
         checks.not_supported("/room/luminaires", "luminaires");
     }
     if room.objects.len() > MOST_OBJECTS {
-        checks.refuse(
-            "/room/objects",
-            format!(
-                "at most {MOST_OBJECTS} objects, but there are {}",
-                room.objects.len()
-            ),
-        );
+        checks.refuse("/room/objects", format!("at most {MOST_OBJECTS} objects, but there are {}", room.objects.len()));
         return;
     }
     for (index, object) in room.objects.iter().enumerate() {
-        check_object(
-            &format!("/room/objects/{index}"),
-            object,
-            valid_size(room),
-            checks,
-        );
+        check_object(&format!("/room/objects/{index}"), object, valid_size(room), checks);
     }
 }
 
-fn check_object(
-    pointer: &str,
-    object: &ObjectDocument,
-    room: Option<[f64; 3]>,
-    checks: &mut Checks,
-) {
+fn check_object(pointer: &str, object: &ObjectDocument, room: Option<[f64; 3]>, checks: &mut Checks) {
     match object {
-        ObjectDocument::Mesh {
-            rotation_deg,
-            surfaces,
-            ..
-        } => {
+        ObjectDocument::Mesh { rotation_deg, surfaces, .. } => {
             checks.not_supported(format!("{pointer}/kind"), "objects of kind `mesh`");
-            checks.within(
-                &format!("{pointer}/rotation_deg"),
-                *rotation_deg,
-                -360.0,
-                360.0,
-            );
+            checks.within(&format!("{pointer}/rotation_deg"), *rotation_deg, -360.0, 360.0);
             for (name, surface) in surfaces {
-                check_surface(
-                    &format!("{pointer}/surfaces/{}", escape(name)),
-                    surface,
-                    false,
-                    checks,
-                );
+                check_surface(&format!("{pointer}/surfaces/{}", escape(name)), surface, false, checks);
             }
         }
-        ObjectDocument::Box {
-            size_m,
-            position_m,
-            rotation_deg,
-            surface,
-        } => {
+        ObjectDocument::Box { size_m, position_m, rotation_deg, surface } => {
             check_surface(&format!("{pointer}/surface"), surface, false, checks);
-            let mut ok = checks.within(
-                &format!("{pointer}/rotation_deg"),
-                *rotation_deg,
-                -360.0,
-                360.0,
-            );
+            let mut ok = checks.within(&format!("{pointer}/rotation_deg"), *rotation_deg, -360.0, 360.0);
             for axis in 0..3 {
-                ok &= checks.above(
-                    &format!("{pointer}/size_m/{axis}"),
-                    size_m[axis],
-                    0.0,
-                    10_000.0,
-                );
-                ok &= checks.within(
-                    &format!("{pointer}/position_m/{axis}"),
-                    position_m[axis],
-                    -FARTHEST_M,
-                    FARTHEST_M,
-                );
+                ok &= checks.above(&format!("{pointer}/size_m/{axis}"), size_m[axis], 0.0, 10_000.0);
+                ok &= checks.within(&format!("{pointer}/position_m/{axis}"), position_m[axis], -FARTHEST_M, FARTHEST_M);
             }
             let Some(room) = room.filter(|_| ok) else {
                 return;
@@ -390,9 +246,8 @@ fn check_object(
             ];
             for (axis, (from, to, room)) in spans.into_iter().enumerate() {
                 if from < -TOUCHING_M || to > room + TOUCHING_M {
-                    let detail = format!(
-                        "the box must be inside the room (0..{room} m), but reaches from {from} m to {to} m"
-                    );
+                    let detail =
+                        format!("the box must be inside the room (0..{room} m), but reaches from {from} m to {to} m");
                     checks.refuse(format!("{pointer}/position_m/{axis}"), detail);
                 }
             }
@@ -401,9 +256,7 @@ fn check_object(
 }
 
 fn check_outputs(document: &JobDocument, checks: &mut Checks) {
-    let JobDocument {
-        grids, views, room, ..
-    } = document;
+    let JobDocument { grids, views, room, .. } = document;
     if grids.is_empty() && views.is_empty() {
         checks.refuse("/grids", "`grids` or `views` must name at least one output");
     }
@@ -421,69 +274,41 @@ fn check_outputs(document: &JobDocument, checks: &mut Checks) {
     }
     for (name, number) in [("grids", grids.len()), ("views", views.len())] {
         if number > MOST_OUTPUTS {
-            checks.refuse(
-                format!("/{name}"),
-                format!("at most {MOST_OUTPUTS}, but there are {number}"),
-            );
+            checks.refuse(format!("/{name}"), format!("at most {MOST_OUTPUTS}, but there are {number}"));
         }
     }
 }
 
 /// Names become file names: none may leave its folder, hide, or fall together with another.
-fn check_name<'a>(
-    pointer: &str,
-    name: &'a str,
-    names: &mut BTreeSet<&'a str>,
-    checks: &mut Checks,
-) {
+fn check_name<'a>(pointer: &str, name: &'a str, names: &mut BTreeSet<&'a str>, checks: &mut Checks) {
     let pointer = format!("{pointer}/name");
     let starts_well = name.starts_with(|c: char| c.is_ascii_alphanumeric());
-    let all_well = name
-        .chars()
-        .all(|c| c.is_ascii_alphanumeric() || "._-".contains(c));
+    let all_well = name.chars().all(|c| c.is_ascii_alphanumeric() || "._-".contains(c));
     if !starts_well || !all_well || name.len() > 64 {
-        let detail =
-            "must have 1..64 letters, digits, `.`, `_` or `-`, and begin with a letter or digit";
+        let detail = "must have 1..64 letters, digits, `.`, `_` or `-`, and begin with a letter or digit";
         checks.refuse(pointer, format!("{detail}, but is {name:?}"));
     } else if !names.insert(name) {
-        checks.refuse(
-            pointer,
-            format!("must be unique, but {name:?} stands before"),
-        );
+        checks.refuse(pointer, format!("must be unique, but {name:?} stands before"));
     }
 }
 
-fn check_grid(
-    pointer: &str,
-    grid: &GridDocument,
-    room_size_m: Option<[f64; 3]>,
-    checks: &mut Checks,
-) {
+fn check_grid(pointer: &str, grid: &GridDocument, room_size_m: Option<[f64; 3]>, checks: &mut Checks) {
     let mut ok = true;
     for (axis, cells) in grid.cells.iter().enumerate() {
         ok &= checks.within(&format!("{pointer}/cells/{axis}"), *cells, 1, 1000);
     }
     let cells = u64::from(grid.cells[0]) * u64::from(grid.cells[1]);
     if ok && cells > MOST_GRID_CELLS {
-        checks.refuse(
-            format!("{pointer}/cells"),
-            format!("at most {MOST_GRID_CELLS} cells, but there are {cells}"),
-        );
+        checks.refuse(format!("{pointer}/cells"), format!("at most {MOST_GRID_CELLS} cells, but there are {cells}"));
     }
     let [width, depth, ceiling] = room_size_m.unwrap_or([f64::MAX; 3]);
     if !(grid.height_m >= 0.0 && grid.height_m < ceiling) {
-        let detail = format!(
-            "must be >= 0 and below the ceiling ({ceiling} m), but is {}",
-            grid.height_m
-        );
+        let detail = format!("must be >= 0 and below the ceiling ({ceiling} m), but is {}", grid.height_m);
         checks.refuse(format!("{pointer}/height_m"), detail);
     }
     let widest = 0.5 * width.min(depth);
     if !(grid.margin_m >= 0.0 && grid.margin_m < widest) {
-        let detail = format!(
-            "must be >= 0 and < {widest} m (half the room), but is {}",
-            grid.margin_m
-        );
+        let detail = format!("must be >= 0 and < {widest} m (half the room), but is {}", grid.margin_m);
         checks.refuse(format!("{pointer}/margin_m"), detail);
     }
 }
@@ -495,74 +320,41 @@ fn check_view(pointer: &str, view: &ViewDocument, checks: &mut Checks) {
     }
     let pixels = u64::from(view.size_px[0]) * u64::from(view.size_px[1]);
     if ok && pixels > MOST_PIXELS {
-        checks.refuse(
-            format!("{pointer}/size_px"),
-            format!("at most {MOST_PIXELS} pixels, but there are {pixels}"),
-        );
+        checks.refuse(format!("{pointer}/size_px"), format!("at most {MOST_PIXELS} pixels, but there are {pixels}"));
     }
     let fov = view.vertical_fov_deg;
     if !(fov > 0.0 && fov < 179.0) {
-        checks.refuse(
-            format!("{pointer}/vertical_fov_deg"),
-            format!("must be > 0 and < 179, but is {fov}"),
-        );
+        checks.refuse(format!("{pointer}/vertical_fov_deg"), format!("must be > 0 and < 179, but is {fov}"));
         ok = false;
     }
-    for (name, vector) in [
-        ("eye_m", view.eye_m),
-        ("look_at_m", view.look_at_m),
-        ("up", view.up),
-    ] {
+    for (name, vector) in [("eye_m", view.eye_m), ("look_at_m", view.look_at_m), ("up", view.up)] {
         for (axis, value) in vector.iter().enumerate() {
-            ok &= checks.within(
-                &format!("{pointer}/{name}/{axis}"),
-                *value,
-                -FARTHEST_M,
-                FARTHEST_M,
-            );
+            ok &= checks.within(&format!("{pointer}/{name}/{axis}"), *value, -FARTHEST_M, FARTHEST_M);
         }
     }
     if !ok {
         return;
     }
-    let (eye, look_at, up) = (
-        DVec3::from(view.eye_m),
-        DVec3::from(view.look_at_m),
-        DVec3::from(view.up),
-    );
+    let (eye, look_at, up) = (DVec3::from(view.eye_m), DVec3::from(view.look_at_m), DVec3::from(view.up));
     if (look_at - eye).try_normalize().is_none() {
         checks.refuse(format!("{pointer}/look_at_m"), "must differ from `eye_m`");
     } else if up.try_normalize().is_none() {
         checks.refuse(format!("{pointer}/up"), "must not be zero");
     } else if View::new(String::new(), eye, look_at, up, fov.to_radians(), [1, 1]).is_none() {
-        checks.refuse(
-            format!("{pointer}/up"),
-            "must not be parallel to the viewing direction",
-        );
+        checks.refuse(format!("{pointer}/up"), "must not be parallel to the viewing direction");
     }
 }
 
 fn check_method(document: &JobDocument, checks: &mut Checks) {
     let method = &document.method;
     if method.request().is_none() {
-        let pointer = if method.settings.is_some() {
-            "/method/kind"
-        } else {
-            "/method"
-        };
+        let pointer = if method.settings.is_some() { "/method/kind" } else { "/method" };
         checks.not_supported(pointer, format_args!("the method `{}`", method.kind.name()));
     }
     if method.kind == MethodKind::LightTracing && !document.views.is_empty() {
-        checks.refuse(
-            "/method",
-            "light_tracing computes grids only: use auto or sppm",
-        );
+        checks.refuse("/method", "light_tracing computes grids only: use auto or sppm");
     }
-    let MethodSettings {
-        photons_per_pass,
-        initial_radius_m,
-        alpha,
-    } = method.settings.unwrap_or_default();
+    let MethodSettings { photons_per_pass, initial_radius_m, alpha } = method.settings.unwrap_or_default();
     if let Some(photons) = photons_per_pass {
         checks.within("/method/photons_per_pass", photons, 64, 16_777_216);
     }
@@ -572,9 +364,6 @@ fn check_method(document: &JobDocument, checks: &mut Checks) {
     if let Some(alpha) = alpha
         && !(alpha > 0.0 && alpha < 1.0)
     {
-        checks.refuse(
-            "/method/alpha",
-            format!("must be > 0 and < 1, but is {alpha}"),
-        );
+        checks.refuse("/method/alpha", format!("must be > 0 and < 1, but is {alpha}"));
     }
 }

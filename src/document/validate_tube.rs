@@ -6,10 +6,7 @@ use glam::{DVec2, DVec3};
 
 use super::job::JobDocument;
 use super::pointer::{Checks, escape};
-use super::tube::{
-    CollectorDocument, DiffuserDocument, MeshTubeDocument, ParametricTube, PartDocument,
-    TubeDocument,
-};
+use super::tube::{CollectorDocument, DiffuserDocument, MeshTubeDocument, ParametricTube, PartDocument, TubeDocument};
 use super::validate::{TOUCHING_M, check_ratio, check_sum, valid_size};
 use crate::sky::direction;
 
@@ -22,39 +19,23 @@ const STEEPEST_BEND_DEG: f64 = 175.0;
 pub fn check_tubes(document: &JobDocument, checks: &mut Checks) {
     let JobDocument { tubes, room, .. } = document;
     if tubes.is_empty() && room.luminaires.is_empty() {
-        checks.refuse(
-            "/tubes",
-            "at least one tube is needed: without tubes there is no light",
-        );
+        checks.refuse("/tubes", "at least one tube is needed: without tubes there is no light");
     }
     if tubes.len() > MOST_TUBES {
-        checks.refuse(
-            "/tubes",
-            format!("at most {MOST_TUBES} tubes, but there are {}", tubes.len()),
-        );
+        checks.refuse("/tubes", format!("at most {MOST_TUBES} tubes, but there are {}", tubes.len()));
         return;
     }
     if !tubes.is_empty() && room.surfaces.ceiling.open {
-        checks.refuse(
-            "/room/surfaces/ceiling/open",
-            "a tube's opening needs a closed ceiling",
-        );
+        checks.refuse("/room/surfaces/ceiling/open", "a tube's opening needs a closed ceiling");
     }
     let mut openings: Vec<(usize, DVec2, f64)> = Vec::new();
     for (index, tube) in tubes.iter().enumerate() {
         let pointer = format!("/tubes/{index}");
         let (centre_m, diameter, diameter_name) = match tube {
             TubeDocument::Parametric(tube) => (tube.centre_m, tube.diameter_m, "diameter_m"),
-            TubeDocument::Mesh(tube) => {
-                (tube.centre_m, tube.opening_diameter_m, "opening_diameter_m")
-            }
+            TubeDocument::Mesh(tube) => (tube.centre_m, tube.opening_diameter_m, "opening_diameter_m"),
         };
-        let diameter_ok = checks.above(
-            &format!("{pointer}/{diameter_name}"),
-            diameter,
-            0.0,
-            10_000.0,
-        );
+        let diameter_ok = checks.above(&format!("{pointer}/{diameter_name}"), diameter, 0.0, 10_000.0);
         match tube {
             TubeDocument::Parametric(tube) => check_parametric(&pointer, tube, diameter_ok, checks),
             TubeDocument::Mesh(tube) => check_mesh_tube(&pointer, tube, checks),
@@ -81,10 +62,7 @@ pub fn check_tubes(document: &JobDocument, checks: &mut Checks) {
             other.distance(centre) < radius + other_radius - TOUCHING_M
         };
         if inside && let Some((other, ..)) = openings.iter().find(overlaps) {
-            checks.refuse(
-                format!("{pointer}/centre_m"),
-                format!("the opening overlaps that of /tubes/{other}"),
-            );
+            checks.refuse(format!("{pointer}/centre_m"), format!("the opening overlaps that of /tubes/{other}"));
         }
         openings.push((index, centre, radius));
     }
@@ -95,74 +73,33 @@ fn check_parametric(pointer: &str, tube: &ParametricTube, diameter_ok: bool, che
     match tube.collector {
         CollectorDocument::Open => {}
         CollectorDocument::Flat { transmittance } | CollectorDocument::Dome { transmittance } => {
-            check_ratio(
-                &format!("{pointer}/collector/transmittance"),
-                transmittance,
-                checks,
-            );
+            check_ratio(&format!("{pointer}/collector/transmittance"), transmittance, checks);
         }
-        CollectorDocument::DielectricDome {
-            refractive_index,
-            thickness_m,
-        } => {
-            checks.not_supported(
-                format!("{pointer}/collector/kind"),
-                "collectors of kind `dielectric_dome`",
-            );
-            checks.within(
-                &format!("{pointer}/collector/refractive_index"),
-                refractive_index,
-                1.0,
-                4.0,
-            );
-            checks.above(
-                &format!("{pointer}/collector/thickness_m"),
-                thickness_m,
-                0.0,
-                1.0,
-            );
+        CollectorDocument::DielectricDome { refractive_index, thickness_m } => {
+            checks.not_supported(format!("{pointer}/collector/kind"), "collectors of kind `dielectric_dome`");
+            checks.within(&format!("{pointer}/collector/refractive_index"), refractive_index, 1.0, 4.0);
+            checks.above(&format!("{pointer}/collector/thickness_m"), thickness_m, 0.0, 1.0);
         }
     }
-    check_diffuser(
-        &format!("{pointer}/diffuser"),
-        &tube.diffuser,
-        0.5 * tube.diameter_m,
-        checks,
-    );
+    check_diffuser(&format!("{pointer}/diffuser"), &tube.diffuser, 0.5 * tube.diameter_m, checks);
     check_segments(pointer, tube, diameter_ok, checks);
 }
 
 fn check_segments(pointer: &str, tube: &ParametricTube, diameter_ok: bool, checks: &mut Checks) {
     let segments = &tube.segments;
     if segments.is_empty() || segments.len() > MOST_SEGMENTS {
-        let detail = format!(
-            "must have 1..{MOST_SEGMENTS} segments, but has {}",
-            segments.len()
-        );
+        let detail = format!("must have 1..{MOST_SEGMENTS} segments, but has {}", segments.len());
         checks.refuse(format!("{pointer}/segments"), detail);
         return;
     }
     let mut ok = diameter_ok;
     for (index, segment) in segments.iter().enumerate() {
         let pointer = format!("{pointer}/segments/{index}");
-        ok &= checks.above(
-            &format!("{pointer}/length_m"),
-            segment.length_m,
-            0.0,
-            1000.0,
-        );
+        ok &= checks.above(&format!("{pointer}/length_m"), segment.length_m, 0.0, 1000.0);
         ok &= checks.within(&format!("{pointer}/tilt_deg"), segment.tilt_deg, 0.0, 135.0);
-        ok &= checks.within(
-            &format!("{pointer}/azimuth_deg"),
-            segment.azimuth_deg,
-            -360.0,
-            360.0,
-        );
+        ok &= checks.within(&format!("{pointer}/azimuth_deg"), segment.azimuth_deg, -360.0, 360.0);
         if index == 0 && segment.tilt_deg > 0.0 {
-            checks.not_supported(
-                format!("{pointer}/tilt_deg"),
-                "a first segment that is not vertical",
-            );
+            checks.not_supported(format!("{pointer}/tilt_deg"), "a first segment that is not vertical");
             ok = false;
         }
     }
@@ -171,17 +108,10 @@ fn check_segments(pointer: &str, tube: &ParametricTube, diameter_ok: bool, check
     }
     let axes: Vec<DVec3> = segments
         .iter()
-        .map(|segment| {
-            direction(
-                0.5 * PI - segment.tilt_deg.to_radians(),
-                segment.azimuth_deg.to_radians(),
-            )
-        })
+        .map(|segment| direction(0.5 * PI - segment.tilt_deg.to_radians(), segment.azimuth_deg.to_radians()))
         .collect();
-    let bends: Vec<f64> = axes
-        .windows(2)
-        .map(|pair| pair[0].cross(pair[1]).length().atan2(pair[0].dot(pair[1])))
-        .collect();
+    let bends: Vec<f64> =
+        axes.windows(2).map(|pair| pair[0].cross(pair[1]).length().atan2(pair[0].dot(pair[1]))).collect();
     for (index, bend) in bends.iter().enumerate() {
         if bend.to_degrees() >= STEEPEST_BEND_DEG {
             let detail = format!(
@@ -227,16 +157,8 @@ fn check_diffuser(pointer: &str, diffuser: &DiffuserDocument, radius_m: f64, che
         DiffuserDocument::Clear { transmittance } => {
             check_ratio(&format!("{pointer}/transmittance"), transmittance, checks);
         }
-        DiffuserDocument::Lambertian {
-            transmittance,
-            reflectance,
-        } => {
-            check_scattering(
-                pointer,
-                ["transmittance", "reflectance"],
-                [transmittance, reflectance],
-                checks,
-            );
+        DiffuserDocument::Lambertian { transmittance, reflectance } => {
+            check_scattering(pointer, ["transmittance", "reflectance"], [transmittance, reflectance], checks);
         }
         DiffuserDocument::Mixed {
             lambertian_radius_m,
@@ -246,24 +168,10 @@ fn check_diffuser(pointer: &str, diffuser: &DiffuserDocument, radius_m: f64, che
             clear_transmittance,
         } => {
             let highest = if radius_m > 0.0 { radius_m } else { f64::MAX };
-            checks.within(
-                &format!("{pointer}/lambertian_radius_m"),
-                lambertian_radius_m,
-                0.0,
-                highest,
-            );
+            checks.within(&format!("{pointer}/lambertian_radius_m"), lambertian_radius_m, 0.0, highest);
             let names = ["lambertian_transmittance", "lambertian_reflectance"];
-            check_scattering(
-                pointer,
-                names,
-                [lambertian_transmittance, lambertian_reflectance],
-                checks,
-            );
-            check_ratio(
-                &format!("{pointer}/clear_transmittance"),
-                clear_transmittance,
-                checks,
-            );
+            check_scattering(pointer, names, [lambertian_transmittance, lambertian_reflectance], checks);
+            check_ratio(&format!("{pointer}/clear_transmittance"), clear_transmittance, checks);
         }
     }
 }
@@ -277,11 +185,7 @@ fn check_scattering(
 ) {
     let transmittance_pointer = format!("{pointer}/{transmittance_name}");
     let transmittance_ok = check_ratio(&transmittance_pointer, transmittance, checks);
-    let reflectance_ok = check_ratio(
-        &format!("{pointer}/{reflectance_name}"),
-        reflectance,
-        checks,
-    );
+    let reflectance_ok = check_ratio(&format!("{pointer}/{reflectance_name}"), reflectance, checks);
     if transmittance_ok && reflectance_ok {
         check_sum(&transmittance_pointer, transmittance, reflectance, checks);
     }
@@ -291,32 +195,16 @@ fn check_mesh_tube(pointer: &str, tube: &MeshTubeDocument, checks: &mut Checks) 
     if tube.mesh.is_empty() || tube.mesh.len() > 1024 {
         checks.refuse(format!("{pointer}/mesh"), "must have 1..1024 characters");
     }
-    checks.within(
-        &format!("{pointer}/rotation_deg"),
-        tube.rotation_deg,
-        -360.0,
-        360.0,
-    );
+    checks.within(&format!("{pointer}/rotation_deg"), tube.rotation_deg, -360.0, 360.0);
     if tube.parts.is_empty() {
-        checks.refuse(
-            format!("{pointer}/parts"),
-            "must name at least one material",
-        );
+        checks.refuse(format!("{pointer}/parts"), "must name at least one material");
     }
     let mut first_diffuser: Option<(&String, &DiffuserDocument)> = None;
     for (name, part) in &tube.parts {
         let pointer = format!("{pointer}/parts/{}", escape(name));
         match part {
-            PartDocument::Collector {
-                transmittance,
-                reflectance,
-            } => {
-                check_scattering(
-                    &pointer,
-                    ["transmittance", "reflectance"],
-                    [*transmittance, *reflectance],
-                    checks,
-                );
+            PartDocument::Collector { transmittance, reflectance } => {
+                check_scattering(&pointer, ["transmittance", "reflectance"], [*transmittance, *reflectance], checks);
             }
             PartDocument::Pipe { reflectance } => {
                 check_ratio(&format!("{pointer}/reflectance"), *reflectance, checks);

@@ -31,11 +31,7 @@ pub fn luminance(image: Image) -> Result<Raster, OutputError> {
     let [width, height] = image.size_px;
     let mut picture = Raster::filled(width, height, PAPER);
     for (pixel, y) in luminances.iter().enumerate() {
-        picture.set(
-            pixel % width,
-            pixel / width,
-            colour(colorous::TURBO, &scale, *y),
-        );
+        picture.set(pixel % width, pixel / width, colour(colorous::TURBO, &scale, *y));
     }
     Ok(with_scale(&picture, &scale, colorous::TURBO, "cd/m2"))
 }
@@ -44,12 +40,7 @@ pub fn luminance(image: Image) -> Result<Raster, OutputError> {
 pub fn illuminance(cells: [usize; 2], illuminance_lux: &[f64]) -> Result<Raster, OutputError> {
     let [columns, rows] = cells;
     if columns == 0 || rows == 0 || columns.checked_mul(rows) != Some(illuminance_lux.len()) {
-        return Err(OutputError::Size {
-            values: illuminance_lux.len(),
-            width: columns,
-            height: rows,
-            channels: 1,
-        });
+        return Err(OutputError::Size { values: illuminance_lux.len(), width: columns, height: rows, channels: 1 });
     }
     let scale = Scale::over(illuminance_lux, 0.0);
     let cell = (HEAT_MAP_PX / columns.max(rows)).max(1);
@@ -57,11 +48,7 @@ pub fn illuminance(cells: [usize; 2], illuminance_lux: &[f64]) -> Result<Raster,
     for (sensor, value) in illuminance_lux.iter().enumerate() {
         let (column, row) = (sensor % columns, rows - 1 - sensor / columns);
         let colour = colour(colorous::VIRIDIS, &scale, *value);
-        picture.fill(
-            column * cell..(column + 1) * cell,
-            row * cell..(row + 1) * cell,
-            colour,
-        );
+        picture.fill(column * cell..(column + 1) * cell, row * cell..(row + 1) * cell, colour);
     }
     Ok(with_scale(&picture, &scale, colorous::VIRIDIS, "lux"))
 }
@@ -81,11 +68,7 @@ fn with_scale(picture: &Raster, scale: &Scale, gradient: Gradient, unit: &str) -
     let bar_left = picture.width + MARGIN_PX;
     let label_left = bar_left + BAR_PX + TICK_PX + 4;
     let right = (label_left + letters * LETTER_PX).max(bar_left + unit.len() * LETTER_PX);
-    let mut whole = Raster::filled(
-        right + MARGIN_PX,
-        picture.height.max(LEAST_HEIGHT_PX),
-        PAPER,
-    );
+    let mut whole = Raster::filled(right + MARGIN_PX, picture.height.max(LEAST_HEIGHT_PX), PAPER);
     for y in 0..picture.height {
         for x in 0..picture.width {
             whole.set(x, y, picture.get(x, y));
@@ -101,11 +84,7 @@ fn with_scale(picture: &Raster, scale: &Scale, gradient: Gradient, unit: &str) -
     }
     for (tick, label) in ticks.iter().zip(&labels) {
         let y = bottom - 1 - (scale.position(*tick) * (bottom - 1 - top) as f64).round() as usize;
-        whole.fill(
-            bar_left + BAR_PX..bar_left + BAR_PX + TICK_PX,
-            y..y + 1,
-            INK,
-        );
+        whole.fill(bar_left + BAR_PX..bar_left + BAR_PX + TICK_PX, y..y + 1, INK);
         whole.write(label_left, y - LETTER_PX / 2, label, INK);
     }
     whole
@@ -135,17 +114,11 @@ mod tests {
         assert!(illuminance([2, 2], &[f64::NAN, f64::INFINITY, -1.0, 1e300]).is_ok());
         assert!(illuminance([2, 2], &[0.0; 3]).is_err());
         let values: Vec<f64> = (0..4096).map(|k| 1.01f64.powi(k / 2)).collect();
-        let image = Image {
-            size_px: [64, 64],
-            channels: 1,
-            values: &values,
-        };
+        let image = Image { size_px: [64, 64], channels: 1, values: &values };
         let picture = luminance(image).unwrap();
         assert!(picture.width > 64 && picture.height >= LEAST_HEIGHT_PX);
         // the labels are there: ink right of the bar
-        let ink = (64..picture.width)
-            .filter(|x| (0..picture.height).any(|y| picture.get(*x, y) == INK))
-            .count();
+        let ink = (64..picture.width).filter(|x| (0..picture.height).any(|y| picture.get(*x, y) == INK)).count();
         assert!(ink > 3 * LETTER_PX / 2);
     }
 }

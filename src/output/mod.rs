@@ -25,12 +25,7 @@ pub enum OutputError {
     #[error("plot: {0}")]
     Plot(String),
     #[error("{values} values do not fill {width} x {height} pixels of {channels} channels")]
-    Size {
-        values: usize,
-        width: usize,
-        height: usize,
-        channels: usize,
-    },
+    Size { values: usize, width: usize, height: usize, channels: usize },
 }
 
 /// An image to be written.
@@ -48,17 +43,8 @@ impl Image<'_> {
         let [width, height] = self.size_px;
         let pixels = width.checked_mul(height);
         let expected = pixels.and_then(|pixels| pixels.checked_mul(self.channels));
-        if width == 0
-            || height == 0
-            || !matches!(self.channels, 1 | 3)
-            || expected != Some(self.values.len())
-        {
-            return Err(OutputError::Size {
-                values: self.values.len(),
-                width,
-                height,
-                channels: self.channels,
-            });
+        if width == 0 || height == 0 || !matches!(self.channels, 1 | 3) || expected != Some(self.values.len()) {
+            return Err(OutputError::Size { values: self.values.len(), width, height, channels: self.channels });
         }
         Ok(())
     }
@@ -67,12 +53,7 @@ impl Image<'_> {
     pub fn luminances(&self) -> Vec<f64> {
         match self.channels {
             3 => {
-                let y = |rgb: &[f64]| {
-                    rgb.iter()
-                        .zip(REC709_LUMINANCE)
-                        .map(|(value, weight)| value * weight)
-                        .sum()
-                };
+                let y = |rgb: &[f64]| rgb.iter().zip(REC709_LUMINANCE).map(|(value, weight)| value * weight).sum();
                 self.values.chunks_exact(3).map(y).collect()
             }
             _ => self.values.to_vec(),
@@ -98,9 +79,6 @@ mod tests {
         assert_eq!(percentile([f64::NAN, f64::INFINITY].into_iter(), 0.5), None);
         assert_eq!(percentile([3.0, 1.0, 2.0].into_iter(), 0.0), Some(1.0));
         assert_eq!(percentile([3.0, 1.0, 2.0].into_iter(), 0.5), Some(2.0));
-        assert_eq!(
-            percentile([3.0, f64::NAN, 1.0, 2.0].into_iter(), 1.0),
-            Some(3.0)
-        );
+        assert_eq!(percentile([3.0, f64::NAN, 1.0, 2.0].into_iter(), 1.0), Some(3.0));
     }
 }

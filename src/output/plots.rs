@@ -2,8 +2,8 @@
 
 use plotters::coord::combinators::IntoLogRange;
 use plotters::prelude::{
-    BLACK, ChartBuilder, Circle, Color, IntoDrawingArea, LineSeries, PathElement, RGBColor,
-    SVGBackend, SeriesLabelPosition, WHITE,
+    BLACK, ChartBuilder, Circle, Color, IntoDrawingArea, LineSeries, PathElement, RGBColor, SVGBackend,
+    SeriesLabelPosition, WHITE,
 };
 
 use super::OutputError;
@@ -30,12 +30,8 @@ pub struct ConvergencePoint {
 pub fn convergence(points: &[ConvergencePoint]) -> Result<String, OutputError> {
     let series = |value: fn(&ConvergencePoint) -> Option<f64>| {
         let plottable = |x: f64| x.is_finite() && x > 0.0;
-        let pairs = points
-            .iter()
-            .filter_map(move |point| Some((point.seconds, value(point)?)));
-        pairs
-            .filter(|(seconds, error)| plottable(*seconds) && plottable(*error))
-            .collect::<Vec<_>>()
+        let pairs = points.iter().filter_map(move |point| Some((point.seconds, value(point)?)));
+        pairs.filter(|(seconds, error)| plottable(*seconds) && plottable(*error)).collect::<Vec<_>>()
     };
     let grids = series(|point| point.grids);
     let views = series(|point| point.views);
@@ -51,10 +47,7 @@ pub fn convergence(points: &[ConvergencePoint]) -> Result<String, OutputError> {
             .margin(16)
             .x_label_area_size(44)
             .y_label_area_size(72)
-            .build_cartesian_2d(
-                (seconds.0..seconds.1).log_scale(),
-                (errors.0..errors.1).log_scale(),
-            )?;
+            .build_cartesian_2d((seconds.0..seconds.1).log_scale(), (errors.0..errors.1).log_scale())?;
         chart
             .configure_mesh()
             .x_desc("render time in s")
@@ -65,16 +58,10 @@ pub fn convergence(points: &[ConvergencePoint]) -> Result<String, OutputError> {
         if let Some((at, error)) = grids.last().or(views.last()).copied() {
             let on_slope = |seconds: f64| (seconds, error * (at / seconds).sqrt());
             // within the plot: where the line leaves it above, it begins
-            let begin = seconds
-                .0
-                .max(at * (error / errors.1).powi(2))
-                .min(seconds.1);
+            let begin = seconds.0.max(at * (error / errors.1).powi(2)).min(seconds.1);
             let end = seconds.1.min(at * (error / errors.0).powi(2)).max(begin);
             chart
-                .draw_series(LineSeries::new(
-                    [on_slope(begin), on_slope(end)],
-                    GUIDE.stroke_width(1),
-                ))?
+                .draw_series(LineSeries::new([on_slope(begin), on_slope(end)], GUIDE.stroke_width(1)))?
                 .label("slope -1/2")
                 .legend(|(x, y)| PathElement::new(vec![(x, y), (x + 20, y)], GUIDE));
         }
@@ -83,14 +70,9 @@ pub fn convergence(points: &[ConvergencePoint]) -> Result<String, OutputError> {
                 continue;
             }
             chart
-                .draw_series(LineSeries::new(
-                    points.iter().copied(),
-                    colour.stroke_width(2),
-                ))?
+                .draw_series(LineSeries::new(points.iter().copied(), colour.stroke_width(2)))?
                 .label(name)
-                .legend(move |(x, y)| {
-                    PathElement::new(vec![(x, y), (x + 20, y)], colour.stroke_width(2))
-                });
+                .legend(move |(x, y)| PathElement::new(vec![(x, y), (x + 20, y)], colour.stroke_width(2)));
             let marked = thinned(points);
             chart.draw_series(marked.map(|point| Circle::new(point, 3, colour.filled())))?;
         }
@@ -117,14 +99,8 @@ fn thinned(points: &[(f64, f64)]) -> impl Iterator<Item = (f64, f64)> {
 
 /// Whole decades around `values`; a decade around `otherwise` without values.
 fn decades(values: impl Iterator<Item = f64>, otherwise: f64) -> (f64, f64) {
-    let (low, high) = values.fold((f64::INFINITY, 0.0f64), |(low, high), value| {
-        (low.min(value), high.max(value))
-    });
-    let (low, high) = if high > 0.0 {
-        (low, high)
-    } else {
-        (otherwise, otherwise)
-    };
+    let (low, high) = values.fold((f64::INFINITY, 0.0f64), |(low, high), value| (low.min(value), high.max(value)));
+    let (low, high) = if high > 0.0 { (low, high) } else { (otherwise, otherwise) };
     // beyond these exponents the scale itself would overflow
     let from = low.log10().floor().clamp(-100.0, 99.0);
     let to = high.log10().ceil().clamp(from + 1.0, 100.0);
@@ -136,11 +112,7 @@ mod tests {
     use super::*;
 
     fn point(seconds: f64, error: f64) -> ConvergencePoint {
-        ConvergencePoint {
-            seconds,
-            grids: Some(error),
-            views: None,
-        }
+        ConvergencePoint { seconds, grids: Some(error), views: None }
     }
 
     #[test]
@@ -148,25 +120,12 @@ mod tests {
         for points in [
             vec![],
             vec![point(0.5, 0.1)],
-            vec![
-                point(0.0, f64::NAN),
-                ConvergencePoint {
-                    seconds: 1.0,
-                    grids: None,
-                    views: None,
-                },
-            ],
+            vec![point(0.0, f64::NAN), ConvergencePoint { seconds: 1.0, grids: None, views: None }],
             vec![point(1e-300, 1e300), point(1e300, 1e-300)],
-            (1..5000)
-                .map(|k| point(0.01 * f64::from(k), 0.5 / f64::from(k).sqrt()))
-                .collect(),
+            (1..5000).map(|k| point(0.01 * f64::from(k), 0.5 / f64::from(k).sqrt())).collect(),
         ] {
             let svg = convergence(&points).unwrap();
-            assert!(
-                svg.starts_with("<svg") && svg.trim_end().ends_with("</svg>"),
-                "{}",
-                &svg[..100]
-            );
+            assert!(svg.starts_with("<svg") && svg.trim_end().ends_with("</svg>"), "{}", &svg[..100]);
             assert!(!svg.contains("NaN"));
             assert!(svg.contains("relative error"));
         }
@@ -175,12 +134,8 @@ mod tests {
     #[test]
     fn both_series_and_the_guide_are_named() {
         let points: Vec<_> = (1..100)
-            .map(|k| f64::from(k))
-            .map(|k| ConvergencePoint {
-                seconds: k,
-                grids: Some(0.1 / k.sqrt()),
-                views: Some(0.3 / k.sqrt()),
-            })
+            .map(f64::from)
+            .map(|k| ConvergencePoint { seconds: k, grids: Some(0.1 / k.sqrt()), views: Some(0.3 / k.sqrt()) })
             .collect();
         let svg = convergence(&points).unwrap();
         for name in ["grids", "views", "slope -1/2"] {

@@ -14,8 +14,7 @@ const DARKEST_COUNTED: f64 = 1e-4;
 /// An sRGB picture as a PNG file.
 pub fn encode(raster: &Raster) -> Result<Vec<u8>, OutputError> {
     let failed = |error: png::EncodingError| OutputError::Png(error.to_string());
-    let side =
-        |side: usize| u32::try_from(side).map_err(|error| OutputError::Png(error.to_string()));
+    let side = |side: usize| u32::try_from(side).map_err(|error| OutputError::Png(error.to_string()));
     let mut bytes = Vec::new();
     let mut encoder = png::Encoder::new(&mut bytes, side(raster.width)?, side(raster.height)?);
     encoder.set_color(png::ColorType::Rgb);
@@ -35,12 +34,7 @@ pub fn encode(raster: &Raster) -> Result<Vec<u8>, OutputError> {
 pub fn tone_mapped(image: Image) -> Result<Raster, OutputError> {
     image.check()?;
     let luminances = image.luminances();
-    let lit = || {
-        luminances
-            .iter()
-            .copied()
-            .filter(|y| y.is_finite() && *y > 0.0)
-    };
+    let lit = || luminances.iter().copied().filter(|y| y.is_finite() && *y > 0.0);
     let brightest = percentile(lit(), 0.995).unwrap_or(1.0);
     let counted = || lit().filter(|y| *y >= DARKEST_COUNTED * brightest);
     let number = counted().count().max(1) as f64;
@@ -51,11 +45,8 @@ pub fn tone_mapped(image: Image) -> Result<Raster, OutputError> {
 
     let [width, height] = image.size_px;
     let mut raster = Raster::filled(width, height, [0; 3]);
-    for ((pixel, channels), y) in raster
-        .pixels
-        .chunks_exact_mut(3)
-        .zip(image.values.chunks_exact(image.channels))
-        .zip(&luminances)
+    for ((pixel, channels), y) in
+        raster.pixels.chunks_exact_mut(3).zip(image.values.chunks_exact(image.channels)).zip(&luminances)
     {
         let exposed = exposure * y;
         // (1 + L / white^2) / (1 + L), written so that an L of any size stays finite
@@ -77,11 +68,7 @@ pub fn tone_mapped(image: Image) -> Result<Raster, OutputError> {
 /// Linear light as an sRGB byte (IEC 61966-2-1); clipped to 0..1.
 pub fn srgb_byte(linear: f64) -> u8 {
     let linear = linear.clamp(0.0, 1.0);
-    let encoded = if linear <= 0.003_130_8 {
-        12.92 * linear
-    } else {
-        1.055 * linear.powf(1.0 / 2.4) - 0.055
-    };
+    let encoded = if linear <= 0.003_130_8 { 12.92 * linear } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 };
     (255.0 * encoded).round() as u8
 }
 
@@ -90,13 +77,7 @@ mod tests {
     use super::*;
 
     fn map(values: &[f64]) -> Vec<u8> {
-        tone_mapped(Image {
-            size_px: [values.len(), 1],
-            channels: 1,
-            values,
-        })
-        .unwrap()
-        .pixels
+        tone_mapped(Image { size_px: [values.len(), 1], channels: 1, values }).unwrap().pixels
     }
 
     #[test]
@@ -124,19 +105,11 @@ mod tests {
     #[test]
     fn colours_keep_their_ratio() {
         let values = [0.5, 0.25, 0.125, 0.5, 0.25, 0.125];
-        let raster = tone_mapped(Image {
-            size_px: [2, 1],
-            channels: 3,
-            values: &values,
-        })
-        .unwrap();
+        let raster = tone_mapped(Image { size_px: [2, 1], channels: 3, values: &values }).unwrap();
         let linear = |byte: u8| ((f64::from(byte) / 255.0 + 0.055) / 1.055).powf(2.4);
         let [r, g, b] = raster.get(0, 0).map(linear);
         // half a step of 8 bits at these levels is below 2 %
-        assert!(
-            (r / g - 2.0).abs() < 0.04 && (g / b - 2.0).abs() < 0.04,
-            "{r} {g} {b}"
-        );
+        assert!((r / g - 2.0).abs() < 0.04 && (g / b - 2.0).abs() < 0.04, "{r} {g} {b}");
     }
 
     #[test]
@@ -144,20 +117,11 @@ mod tests {
         let mut raster = Raster::filled(5, 3, [1, 2, 3]);
         raster.set(4, 2, [9, 8, 7]);
         let bytes = encode(&raster).unwrap();
-        let mut reader = png::Decoder::new(std::io::Cursor::new(bytes))
-            .read_info()
-            .unwrap();
+        let mut reader = png::Decoder::new(std::io::Cursor::new(bytes)).read_info().unwrap();
         let mut pixels = vec![0; reader.output_buffer_size().unwrap()];
         let info = reader.next_frame(&mut pixels).unwrap();
         assert_eq!((info.width, info.height), (5, 3));
         assert_eq!(pixels, raster.pixels);
-        assert!(
-            tone_mapped(Image {
-                size_px: [2, 2],
-                channels: 1,
-                values: &[0.0; 3]
-            })
-            .is_err()
-        );
+        assert!(tone_mapped(Image { size_px: [2, 2], channels: 1, values: &[0.0; 3] }).is_err());
     }
 }

@@ -16,11 +16,7 @@ pub struct Raster {
 
 impl Raster {
     pub fn filled(width: usize, height: usize, colour: [u8; 3]) -> Self {
-        Self {
-            width,
-            height,
-            pixels: colour.repeat(width * height),
-        }
+        Self { width, height, pixels: colour.repeat(width * height) }
     }
 
     /// Ignored outside of the picture.
