@@ -59,10 +59,7 @@ impl MeshSource for SquarePipe {
         }
         let corner = |k: usize| [[-0.1, -0.1], [0.1, -0.1], [0.1, 0.1], [-0.1, 0.1]][k % 4];
         let at = |k: usize, z: f64| glam::DVec3::new(corner(k)[0], corner(k)[1], z);
-        let positions = (0..4)
-            .map(|k| at(k, 0.0))
-            .chain((0..4).map(|k| at(k, 1.0)))
-            .collect();
+        let positions = (0..4).map(|k| at(k, 0.0)).chain((0..4).map(|k| at(k, 1.0))).collect();
         let mut triangles = vec![[0, 1, 2], [0, 2, 3], [4, 5, 6], [4, 6, 7]];
         let mut triangle_materials = vec![0, 0, 1, 1];
         for k in 0..4u32 {
@@ -71,12 +68,7 @@ impl MeshSource for SquarePipe {
             triangle_materials.extend([2, 2]);
         }
         let materials = ["diffuser", "cover", "a/b"].map(str::to_owned).to_vec();
-        Ok(Arc::new(TriangleMesh {
-            positions,
-            triangles,
-            triangle_materials,
-            materials,
-        }))
+        Ok(Arc::new(TriangleMesh { positions, triangles, triangle_materials, materials }))
     }
 }
 
@@ -95,10 +87,7 @@ fn mesh_tube() -> Value {
 fn with(mut document: Value, pointer: &str, value: Value) -> Value {
     let (parent, token) = pointer.rsplit_once('/').unwrap();
     let key = token.replace("~1", "/").replace("~0", "~");
-    match document
-        .pointer_mut(parent)
-        .unwrap_or_else(|| panic!("no {parent}"))
-    {
+    match document.pointer_mut(parent).unwrap_or_else(|| panic!("no {parent}")) {
         Value::Object(object) if value.is_null() => drop(object.remove(&key)),
         Value::Object(object) => drop(object.insert(key, value)),
         Value::Array(array) if key == "-" => array.push(value),
@@ -147,11 +136,7 @@ fn every_bound_names_its_field() {
         ("/sky/sun_position/azimuth_deg", json!(-361), "-360..360"),
         ("/sky/sun_position", Value::Null, "location"),
         ("/sky/zenith_luminance_cd_m2", json!(-1), "0.."),
-        (
-            "/sky/direct_normal_illuminance_lux",
-            json!(1e12),
-            "1000000000",
-        ),
+        ("/sky/direct_normal_illuminance_lux", json!(1e12), "1000000000"),
         ("/sky/luminous_turbidity", json!(3), "at most one"),
         ("/sky/turbidity", json!(3), "unknown field"),
         // room
@@ -159,33 +144,13 @@ fn every_bound_names_its_field() {
         ("/room/size_m/1", json!(0.001), "0.01..10000"),
         ("/room/size_m/2", json!(-3), "-3"),
         ("/room/surfaces/floor/reflectance", json!(1.2), "0..1"),
-        (
-            "/room/surfaces/floor/reflectance",
-            json!(1),
-            "albedo must be < 1",
-        ),
-        (
-            "/room/surfaces/walls/reflectance",
-            json!([0.5, 1.0, 0.5]),
-            "invalid",
-        ),
-        (
-            "/room/surfaces/floor/specular",
-            json!(0.5),
-            "not supported yet",
-        ),
+        ("/room/surfaces/floor/reflectance", json!(1), "albedo must be < 1"),
+        ("/room/surfaces/walls/reflectance", json!([0.5, 1.0, 0.5]), "invalid"),
+        ("/room/surfaces/floor/specular", json!(0.5), "not supported yet"),
         ("/room/surfaces/floor/open", json!(1), "invalid type"),
         ("/room/surfaces/roof", json!({}), "unknown field"),
-        (
-            "/room/surfaces/wall_north",
-            json!({ "reflectance": "white" }),
-            "invalid type",
-        ),
-        (
-            "/room/objects/0/position_m/0",
-            json!(0.2),
-            "inside the room",
-        ),
+        ("/room/surfaces/wall_north", json!({ "reflectance": "white" }), "invalid type"),
+        ("/room/objects/0/position_m/0", json!(0.2), "inside the room"),
         ("/room/objects/0/size_m/2", json!(0), "> 0"),
         ("/room/objects/0/mesh", json!("x"), "not a field of"),
         ("/room/objects/0/surface", Value::Null, "missing"),
@@ -204,25 +169,13 @@ fn every_bound_names_its_field() {
         ("/tubes/0/reflectance", json!(1.01), "0..1"),
         ("/tubes/0/segments", json!([]), "1..16"),
         ("/tubes/0/segments/0/length_m", json!(0), "> 0"),
-        (
-            "/tubes/0/segments/0/tilt_deg",
-            json!(10),
-            "not supported yet",
-        ),
+        ("/tubes/0/segments/0/tilt_deg", json!(10), "not supported yet"),
         ("/tubes/0/segments/1/tilt_deg", json!(136), "0..135"),
         ("/tubes/0/segments/1/length_m", json!(0.05), "mitres"),
-        (
-            "/tubes/0/collector/kind",
-            json!("sphere"),
-            "unknown variant",
-        ),
+        ("/tubes/0/collector/kind", json!("sphere"), "unknown variant"),
         ("/tubes/0/collector/transmittance", json!(1.5), "0..1"),
         ("/tubes/0/collector/transmittance", Value::Null, "missing"),
-        (
-            "/tubes/0/collector/thickness_m",
-            json!(0.003),
-            "not a field of",
-        ),
+        ("/tubes/0/collector/thickness_m", json!(0.003), "not a field of"),
         (
             "/tubes/0/collector",
             json!({ "kind": "dielectric_dome", "refractive_index": 1.49, "thickness_m": 0.003 }),
@@ -265,16 +218,10 @@ fn every_bound_names_its_field() {
         ("/name", json!(7), "invalid type"),
     ];
     for (pointer, value, detail) in cases {
-        let document = with(
-            base(),
-            &pointer.replace("extra~field", "extra~0field"),
-            value.clone(),
-        );
+        let document = with(base(), &pointer.replace("extra~field", "extra~0field"), value.clone());
         // the error is where the change is, or just inside or around it
         let expected: (&str, &str) = match (pointer, detail) {
-            ("/room/surfaces/walls/reflectance", _) => {
-                ("/room/surfaces/walls/reflectance/1", "albedo")
-            }
+            ("/room/surfaces/walls/reflectance", _) => ("/room/surfaces/walls/reflectance/1", "albedo"),
             ("/room/surfaces/wall_north", _) => ("/room/surfaces/wall_north/reflectance", detail),
             ("/tubes/0/collector", "kind") => ("/tubes/0/collector/kind", "not supported yet"),
             ("/tubes/0/mesh", "kind") => ("/tubes/0/diameter_m", "not a field of"),
@@ -299,80 +246,43 @@ fn place_and_time() {
     refused(&located(json!("+006001-01-01T12:00:00Z")), "/time", "6001");
     refused(&located(json!("-002001-06-01T12:00:00Z")), "/time", "-2001");
     refused(
-        &with(
-            located(json!("2011-09-15T15:00:00Z")),
-            "/location/latitude_deg",
-            json!(90.0001),
-        ),
+        &with(located(json!("2011-09-15T15:00:00Z")), "/location/latitude_deg", json!(90.0001)),
         "/location/latitude_deg",
         "90.0001",
     );
     refused(
-        &with(
-            located(json!("2011-09-15T15:00:00Z")),
-            "/location/longitude_deg",
-            json!(181),
-        ),
+        &with(located(json!("2011-09-15T15:00:00Z")), "/location/longitude_deg", json!(181)),
         "/location/longitude_deg",
         "181",
     );
     refused(
-        &with(
-            located(json!("2011-09-15T15:00:00Z")),
-            "/location/elevation_m",
-            json!(1e5),
-        ),
+        &with(located(json!("2011-09-15T15:00:00Z")), "/location/elevation_m", json!(1e5)),
         "/location/elevation_m",
         "9000",
     );
-    refused(
-        &with(base(), "/time", json!("2011-09-15T15:00:00Z")),
-        "/sky/sun_position",
-        "exactly one",
-    );
+    refused(&with(base(), "/time", json!("2011-09-15T15:00:00Z")), "/sky/sun_position", "exactly one");
     let mut no_place = with(base(), "/sky/sun_position", Value::Null);
     no_place["time"] = json!("2011-09-15T15:00:00Z");
     refused(&no_place, "/location", "required");
 
     // the apparent altitude of PHYSICS 2.2
-    let document = JobDocument::parse(
-        located(json!("2011-09-15T15:00:00+02:00"))
-            .to_string()
-            .as_bytes(),
-    )
-    .unwrap();
+    let document = JobDocument::parse(located(json!("2011-09-15T15:00:00+02:00")).to_string().as_bytes()).unwrap();
     let (_, _, provenance) = to_scene(&document, &SquarePipe).unwrap();
     assert!((provenance.sun.altitude_deg - 32.4806).abs() < 1e-3);
     assert!((provenance.sun.azimuth_deg - 214.6021).abs() < 1e-3);
     // a leap second is not a panic
-    let _ = JobDocument::parse(
-        located(json!("2016-12-31T23:59:60Z"))
-            .to_string()
-            .as_bytes(),
-    );
+    let _ = JobDocument::parse(located(json!("2016-12-31T23:59:60Z")).to_string().as_bytes());
 }
 
 #[test]
 fn tubes_bend_touch_and_overlap() {
     let folded = json!([{ "length_m": 1 }, { "length_m": 1, "tilt_deg": 90, "azimuth_deg": 0 },
                         { "length_m": 1, "tilt_deg": 90, "azimuth_deg": 180 }]);
-    refused(
-        &with(base(), "/tubes/0/segments", folded),
-        "/tubes/0/segments/2/tilt_deg",
-        "a bend of 180 degrees",
-    );
+    refused(&with(base(), "/tubes/0/segments", folded), "/tubes/0/segments/2/tilt_deg", "a bend of 180 degrees");
     let down = json!([{ "length_m": 0.5 }, { "length_m": 1, "tilt_deg": 90 }, { "length_m": 1, "tilt_deg": 135 }]);
+    refused(&with(base(), "/tubes/0/segments", down), "/tubes/0/segments/2/tilt_deg", "above the ceiling");
     refused(
-        &with(base(), "/tubes/0/segments", down),
-        "/tubes/0/segments/2/tilt_deg",
-        "above the ceiling",
-    );
-    refused(
-        &with(
-            base(),
-            "/tubes/0/segments",
-            json!(vec![json!({ "length_m": 1 }); 17]),
-        ),
+        &with(base(), "/tubes/0/segments", json!(vec![json!({ "length_m": 1 }); 17])),
         "/tubes/0/segments",
         "but has 17",
     );
@@ -388,50 +298,19 @@ fn tubes_bend_touch_and_overlap() {
     refused(&beside(1.2), "/tubes/1/centre_m", "overlaps");
     assert!(JobDocument::parse(beside(1.016 + 0.254).to_string().as_bytes()).is_ok());
     let many: Vec<_> = vec![tube.clone(); 65];
-    refused(
-        &with(base(), "/tubes", json!(many)),
-        "/tubes",
-        "but there are 65",
-    );
-    refused(
-        &with(base(), "/room/surfaces/ceiling", json!({ "open": true })),
-        "/room/surfaces/ceiling/open",
-        "closed",
-    );
+    refused(&with(base(), "/tubes", json!(many)), "/tubes", "but there are 65");
+    refused(&with(base(), "/room/surfaces/ceiling", json!({ "open": true })), "/room/surfaces/ceiling/open", "closed");
 
-    let lambertian =
-        json!({ "kind": "lambertian", "transmittance": [0.6, 0.6, 0.6], "reflectance": 0.5 });
-    refused(
-        &with(base(), "/tubes/0/diffuser", lambertian),
-        "/tubes/0/diffuser/transmittance",
-        "<= 1",
-    );
+    let lambertian = json!({ "kind": "lambertian", "transmittance": [0.6, 0.6, 0.6], "reflectance": 0.5 });
+    refused(&with(base(), "/tubes/0/diffuser", lambertian), "/tubes/0/diffuser/transmittance", "<= 1");
     let mixed = |radius: f64| {
         json!({ "kind": "mixed", "lambertian_radius_m": radius, "inner": "lambertian",
                 "lambertian_transmittance": 0.6, "clear_transmittance": 0.9 })
     };
-    refused(
-        &with(base(), "/tubes/0/diffuser", mixed(0.2)),
-        "/tubes/0/diffuser/lambertian_radius_m",
-        "0..0.127",
-    );
-    assert!(
-        JobDocument::parse(
-            with(base(), "/tubes/0/diffuser", mixed(0.06))
-                .to_string()
-                .as_bytes()
-        )
-        .is_ok()
-    );
+    refused(&with(base(), "/tubes/0/diffuser", mixed(0.2)), "/tubes/0/diffuser/lambertian_radius_m", "0..0.127");
+    assert!(JobDocument::parse(with(base(), "/tubes/0/diffuser", mixed(0.06)).to_string().as_bytes()).is_ok());
     // a perfect mirror is a bound, not an error
-    assert!(
-        JobDocument::parse(
-            with(base(), "/tubes/0/reflectance", json!(1))
-                .to_string()
-                .as_bytes()
-        )
-        .is_ok()
-    );
+    assert!(JobDocument::parse(with(base(), "/tubes/0/reflectance", json!(1)).to_string().as_bytes()).is_ok());
 }
 
 #[test]
@@ -439,72 +318,27 @@ fn mesh_tubes() {
     let document = with(base(), "/tubes/0", mesh_tube());
     let parsed = JobDocument::parse(document.to_string().as_bytes()).unwrap();
     let (scene, ..) = to_scene(&parsed, &SquarePipe).unwrap();
-    let TubeShape::Mesh(mesh) = &scene.tubes[0].shape else {
-        panic!("a mesh")
-    };
+    let TubeShape::Mesh(mesh) = &scene.tubes[0].shape else { panic!("a mesh") };
     assert_eq!(mesh.parts.len(), 3);
 
     let bad = |pointer: &str, value: Value| with(document.clone(), pointer, value);
+    refused(&bad("/tubes/0/mesh", json!("nothing")), "/tubes/0/mesh", "no mesh");
+    refused(&bad("/tubes/0/unit", Value::Null), "/tubes/0/unit", "missing");
+    refused(&bad("/tubes/0/unit", json!("inch")), "/tubes/0/unit", "unknown variant");
+    refused(&bad("/tubes/0/parts/a~1b", Value::Null), "/tubes/0/parts", "\"a/b\"");
     refused(
-        &bad("/tubes/0/mesh", json!("nothing")),
-        "/tubes/0/mesh",
-        "no mesh",
-    );
-    refused(
-        &bad("/tubes/0/unit", Value::Null),
-        "/tubes/0/unit",
-        "missing",
-    );
-    refused(
-        &bad("/tubes/0/unit", json!("inch")),
-        "/tubes/0/unit",
-        "unknown variant",
-    );
-    refused(
-        &bad("/tubes/0/parts/a~1b", Value::Null),
-        "/tubes/0/parts",
-        "\"a/b\"",
-    );
-    refused(
-        &bad(
-            "/tubes/0/parts/glue",
-            json!({ "role": "pipe", "reflectance": 0.9 }),
-        ),
+        &bad("/tubes/0/parts/glue", json!({ "role": "pipe", "reflectance": 0.9 })),
         "/tubes/0/parts/glue",
         "\"cover\"",
     );
-    refused(
-        &bad("/tubes/0/parts/a~1b/reflectance", json!(2)),
-        "/tubes/0/parts/a~1b/reflectance",
-        "0..1",
-    );
-    refused(
-        &bad("/tubes/0/parts/cover/reflectance", json!(0.5)),
-        "/tubes/0/parts/cover/transmittance",
-        "<= 1",
-    );
-    refused(
-        &bad("/tubes/0/parts/diffuser/kind", Value::Null),
-        "/tubes/0/parts/diffuser/kind",
-        "missing",
-    );
-    refused(
-        &bad("/tubes/0/parts/a~1b/role", json!("diffuser")),
-        "/tubes/0/parts/a~1b/kind",
-        "missing",
-    );
+    refused(&bad("/tubes/0/parts/a~1b/reflectance", json!(2)), "/tubes/0/parts/a~1b/reflectance", "0..1");
+    refused(&bad("/tubes/0/parts/cover/reflectance", json!(0.5)), "/tubes/0/parts/cover/transmittance", "<= 1");
+    refused(&bad("/tubes/0/parts/diffuser/kind", Value::Null), "/tubes/0/parts/diffuser/kind", "missing");
+    refused(&bad("/tubes/0/parts/a~1b/role", json!("diffuser")), "/tubes/0/parts/a~1b/kind", "missing");
     let second = json!({ "role": "diffuser", "kind": "clear", "transmittance": 0.9 });
-    refused(
-        &bad("/tubes/0/parts/cover", second),
-        "/tubes/0/parts/diffuser",
-        "not supported yet",
-    );
+    refused(&bad("/tubes/0/parts/cover", second), "/tubes/0/parts/diffuser", "not supported yet");
     let high = json!({ "role": "diffuser", "kind": "lambertian", "transmittance": 0.6 });
-    refused(
-        &bad("/tubes/0/parts/cover", high),
-        "/tubes/0/parts/cover",
-        "not supported yet",
-    );
+    refused(&bad("/tubes/0/parts/cover", high), "/tubes/0/parts/cover", "not supported yet");
     // millimetres given as metres: out of every bound of a building
     let far = SquarePipe.load("pipe").unwrap().scaled(1e8);
     struct Far(Arc<TriangleMesh>);
@@ -525,11 +359,7 @@ fn all_errors_are_collected() {
     document["tubes"][0]["segments"][0]["lenght_m"] = json!(1);
     document["stop"]["confidence"] = json!(0.2);
     document["method"] = json!("jenkins");
-    let mut pointers: Vec<_> = errors(&document)
-        .0
-        .into_iter()
-        .map(|error| error.pointer)
-        .collect();
+    let mut pointers: Vec<_> = errors(&document).0.into_iter().map(|error| error.pointer).collect();
     pointers.sort();
     let expected = [
         "/method",
@@ -551,33 +381,18 @@ fn text_that_is_no_document() {
     assert_eq!(error("{} {}").pointer, "");
     assert_eq!(error("[]").pointer, "");
     assert_eq!(error(&"[".repeat(100_000)).pointer, "");
-    assert!(
-        error("{\"room\": {\"size_m\": [NaN, 1, 1]}}")
-            .detail
-            .contains("line 1")
-    );
+    assert!(error("{\"room\": {\"size_m\": [NaN, 1, 1]}}").detail.contains("line 1"));
     let overflow = error("{\"room\": {\"size_m\": [1, 1e999, 1]}}");
-    assert_eq!(
-        (
-            overflow.pointer.as_str(),
-            overflow.detail.contains("out of range")
-        ),
-        ("/room/size_m/1", true)
-    );
+    assert_eq!((overflow.pointer.as_str(), overflow.detail.contains("out of range")), ("/room/size_m/1", true));
     let twice = error("{\"room\": {\"size_m\": [1, 1, 1], \"size_m\": [2, 2, 2]}}");
-    assert_eq!(
-        (twice.pointer.as_str(), twice.detail.contains("given twice")),
-        ("/room/size_m", true)
-    );
+    assert_eq!((twice.pointer.as_str(), twice.detail.contains("given twice")), ("/room/size_m", true));
     assert_eq!(error("\u{feff}{}").pointer, "");
     assert!(JobDocument::parse(b"\xff\xfe{}").is_err());
 }
 
 #[test]
 fn denormals_are_zero() {
-    let text = base()
-        .to_string()
-        .replace("\"margin_m\":0.0", "\"margin_m\":1e-320");
+    let text = base().to_string().replace("\"margin_m\":0.0", "\"margin_m\":1e-320");
     let document = JobDocument::parse(text.as_bytes()).unwrap();
     assert_eq!(document.grids[0].margin_m, 0.0);
     let text = text.replace("\"length_m\":1.0", "\"length_m\":1e-320");
@@ -594,11 +409,8 @@ fn defaults_are_filled_in() {
                     "collector": { "kind": "open" }, "diffuser": { "kind": "lambertian", "transmittance": 0.6 } }],
         "grids": [{ "name": "floor", "height_m": 0, "cells": [3, 3] }]
     });
-    let understood =
-        serde_json::to_value(JobDocument::parse(minimal.to_string().as_bytes()).unwrap()).unwrap();
-    let expect = |pointer: &str, value: Value| {
-        assert_eq!(understood.pointer(pointer), Some(&value), "{pointer}")
-    };
+    let understood = serde_json::to_value(JobDocument::parse(minimal.to_string().as_bytes()).unwrap()).unwrap();
+    let expect = |pointer: &str, value: Value| assert_eq!(understood.pointer(pointer), Some(&value), "{pointer}");
     expect("/room/surfaces/floor", json!({ "reflectance": 0.2 }));
     expect("/room/surfaces/walls", json!({ "reflectance": 0.5 }));
     expect("/room/surfaces/ceiling", json!({ "reflectance": 0.7 }));
@@ -620,17 +432,8 @@ fn the_largest_seed_survives() {
     let text = with(base(), "/seed", json!(u64::MAX)).to_string();
     let document = JobDocument::parse(text.as_bytes()).unwrap();
     assert_eq!(document.seed, u64::MAX);
-    assert_eq!(
-        serde_json::to_value(&document).unwrap()["seed"],
-        json!(u64::MAX)
-    );
-    assert!(
-        JobDocument::parse(
-            text.replace("18446744073709551615", "18446744073709551616")
-                .as_bytes()
-        )
-        .is_err()
-    );
+    assert_eq!(serde_json::to_value(&document).unwrap()["seed"], json!(u64::MAX));
+    assert!(JobDocument::parse(text.replace("18446744073709551615", "18446744073709551616").as_bytes()).is_err());
 }
 
 #[test]
@@ -638,33 +441,19 @@ fn walls_colours_and_open_faces() {
     let mut document = base();
     document["room"]["surfaces"]["wall_north"] = json!({ "reflectance": [0.8, 0.1, 0.1] });
     document["room"]["surfaces"]["wall_south"] = json!({ "open": true });
-    let (scene, ..) = to_scene(
-        &JobDocument::parse(document.to_string().as_bytes()).unwrap(),
-        &SquarePipe,
-    )
-    .unwrap();
+    let (scene, ..) = to_scene(&JobDocument::parse(document.to_string().as_bytes()).unwrap(), &SquarePipe).unwrap();
     assert_eq!(scene.channels, Channels::Rgb);
     let surfaces = &scene.room.surfaces;
-    assert_eq!(
-        surfaces[Face::North as usize].unwrap().reflectance,
-        [0.8, 0.1, 0.1]
-    );
+    assert_eq!(surfaces[Face::North as usize].unwrap().reflectance, [0.8, 0.1, 0.1]);
     assert_eq!(surfaces[Face::South as usize], None);
     assert_eq!(surfaces[Face::East as usize].unwrap().reflectance, [0.5; 3]);
-    assert_eq!(
-        surfaces[Face::Ceiling as usize].unwrap().reflectance,
-        [0.7; 3]
-    );
+    assert_eq!(surfaces[Face::Ceiling as usize].unwrap().reflectance, [0.7; 3]);
 }
 
 #[test]
 fn sun_levels_and_warnings() {
     let scene = |document: &Value| {
-        to_scene(
-            &JobDocument::parse(document.to_string().as_bytes()).unwrap(),
-            &SquarePipe,
-        )
-        .unwrap()
+        to_scene(&JobDocument::parse(document.to_string().as_bytes()).unwrap(), &SquarePipe).unwrap()
     };
     let night = with(base(), "/sky/sun_position/altitude_deg", json!(-5));
     let (dark, warnings, _) = scene(&night);
@@ -677,25 +466,14 @@ fn sun_levels_and_warnings() {
     let (given, warnings, _) = scene(&diffuse);
     assert!((given.daylight.horizontal_illuminance_lux().0 - 12000.0).abs() < 1e-8);
     assert!(warnings.is_empty());
-    let bright = with(
-        diffuse.clone(),
-        "/sky/diffuse_horizontal_illuminance_lux",
-        json!(80000),
-    );
+    let bright = with(diffuse.clone(), "/sky/diffuse_horizontal_illuminance_lux", json!(80000));
     assert_eq!(scene(&bright).1[0].code, "implausible_illuminance");
 
     // PHYSICS 2.3: type 12 at 35 degrees has 86.510 klx at its typical turbidity; types 1, 9 and 16 have no beam
     let free = with(base(), "/sky/direct_normal_illuminance_lux", Value::Null);
     assert!((scene(&free).0.daylight.sun.unwrap().normal_illuminance_lux - 86_510.0).abs() < 0.5);
     for number in [1, 6, 9, 16] {
-        assert!(
-            scene(&with(free.clone(), "/sky/cie_type", json!(number)))
-                .0
-                .daylight
-                .sun
-                .is_none(),
-            "type {number}"
-        );
+        assert!(scene(&with(free.clone(), "/sky/cie_type", json!(number))).0.daylight.sun.is_none(), "type {number}");
     }
 
     // the room turns, so the sun turns the other way
@@ -749,17 +527,10 @@ fn pointers(value: &Value, at: &str, found: &mut Vec<String>) {
     found.push(at.to_owned());
     match value {
         Value::Array(values) => {
-            values
-                .iter()
-                .enumerate()
-                .for_each(|(index, value)| pointers(value, &format!("{at}/{index}"), found));
+            values.iter().enumerate().for_each(|(index, value)| pointers(value, &format!("{at}/{index}"), found));
         }
         Value::Object(values) => values.iter().for_each(|(key, value)| {
-            pointers(
-                value,
-                &format!("{at}/{}", key.replace('~', "~0").replace('/', "~1")),
-                found,
-            );
+            pointers(value, &format!("{at}/{}", key.replace('~', "~0").replace('/', "~1")), found);
         }),
         _ => {}
     }

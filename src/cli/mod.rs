@@ -3,10 +3,14 @@
 pub mod client;
 pub mod config;
 pub mod demo;
+pub mod mesh_files;
+pub mod plan;
+pub mod progress;
+pub mod render;
 pub mod serve;
 pub mod submit;
 
-/// A command line.
+/// Daylight through tubular daylight devices: illuminance grids and views with their errors.
 #[derive(Debug, clap::Parser)]
 #[command(name = "skyduct", version)]
 pub struct Arguments {
@@ -16,7 +20,26 @@ pub struct Arguments {
 
 #[derive(Debug, clap::Subcommand)]
 pub enum Command {
-    Serve(serve::ServeArgs),
-    Submit(submit::SubmitArgs),
+    /// Do the main job in one go: start the service, submit the example room, save its grid and pictures
     Demo(demo::DemoArgs),
+    /// Run the service: HTTP interface, job queue and renderer
+    Serve(serve::ServeArgs),
+    /// Render a job document without a server
+    Render(render::RenderArgs),
+    /// Say what of a job document would be simulated and what not, and why
+    Plan(plan::PlanArgs),
+    /// Send a job document to a service, follow it, and save its results
+    Submit(submit::SubmitArgs),
+}
+
+impl Command {
+    pub fn run(self) -> anyhow::Result<()> {
+        match self {
+            Self::Demo(args) => demo::run(args),
+            Self::Serve(args) => serve::run(args),
+            Self::Render(args) => render::run(args),
+            Self::Plan(args) => plan::run(args),
+            Self::Submit(args) => submit::run(args),
+        }
+    }
 }

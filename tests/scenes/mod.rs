@@ -12,9 +12,7 @@ use skyduct::integrator::sppm::{self, Sppm};
 use skyduct::integrator::{Integrator, Kernel};
 use skyduct::optics::{Collector, Diffuser, Surface};
 use skyduct::plan::{self, EffectRequests, Effects};
-use skyduct::scene::{
-    Channels, Daylight, EstimateKind, Grid, Room, Scene, Segment, StraightOrBent, Tube, TubeShape,
-};
+use skyduct::scene::{Channels, Daylight, EstimateKind, Grid, Room, Scene, Segment, StraightOrBent, Tube, TubeShape};
 use skyduct::sky::zenith::ZenithFormula;
 use skyduct::sky::{CieType, Sky, SkyDistribution, direction};
 
@@ -49,10 +47,16 @@ pub fn lambertian(transmittance: f64, reflectance: f64) -> Diffuser {
 }
 
 /// The 2.032 m cube with a 9 x 9 grid on the floor.
-pub fn cube(floor: f64, walls: f64, ceiling: f64, tubes: Vec<Tube>, daylight: Daylight, estimate: EstimateKind) -> Scene {
+pub fn cube(
+    floor: f64,
+    walls: f64,
+    ceiling: f64,
+    tubes: Vec<Tube>,
+    daylight: Daylight,
+    estimate: EstimateKind,
+) -> Scene {
     let surface = |reflectance| Some(Surface { reflectance: [reflectance; 3] });
-    let surfaces =
-        [surface(walls), surface(walls), surface(walls), surface(walls), surface(floor), surface(ceiling)];
+    let surfaces = [surface(walls), surface(walls), surface(walls), surface(walls), surface(floor), surface(ceiling)];
     Scene {
         daylight,
         room: Room { size: DVec3::splat(SIDE), surfaces, boxes: Vec::new() },

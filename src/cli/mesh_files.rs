@@ -1,0 +1,83 @@
+//! Meshes that a job names as files at or below its own folder.
+
+use std::path::{Component, Path, PathBuf};
+use std::sync::Arc;
+
+use crate::document::MeshSource;
+use crate::geometry::TriangleMesh;
+use crate::geometry::obj::{ObjLimits, parse_obj};
+
+/// OBJ files at or below a folder; nothing else can be read through it.
+pub struct MeshFiles {
+    folder: PathBuf,
+    limits: ObjLimits,
+}
+
+impl MeshFiles {
+    /// For the job file at `job`.
+    pub fn beside(job: &Path) -> Self {
+        let folder = match job.parent() {
+            Some(folder) if !folder.as_os_str().is_empty() => folder.to_owned(),
+            _ => PathBuf::from("."),
+        };
+        Self { folder, limits: ObjLimits::default() }
+    }
+
+    /// The file called `name`; one sentence of why there is none.
+    pub fn path(&self, name: &str) -> Result<PathBuf, String> {
+        let relative = Path::new(name);
+        let plain = |component| matches!(component, Component::Normal(_) | Component::CurDir);
+        if name.contains('\0') || !relative.components().all(plain) {
+            return Err(format!("{name:?} must be a file at or below the job file's folder"));
+        }
+        let missing = |error: std::io::Error| format!("{name:?} cannot be read: {error}");
+        let folder = self.folder.canonicalize().map_err(missing)?;
+        let file = folder.join(relative).canonicalize().map_err(missing)?;
+        // a symbolic link may lead anywhere
+        if !file.starts_with(&folder) {
+            return Err(format!("{name:?} must be a file at or below the job file's folder"));
+        }
+        if !file.is_file() {
+            return Err(format!("{name:?} is not a file"));
+        }
+        Ok(file)
+    }
+}
+
+impl MeshSource for MeshFiles {
+    fn load(&self, id: &str) -> Result<Arc<TriangleMesh>, String> {
+        let file = self.path(id)?;
+        let unreadable = |error: std::io::Error| format!("{id:?} cannot be read: {error}");
+        let size = file.metadata().map_err(unreadable)?.len();
+        if size > self.limits.bytes as u64 {
+            return Err(format!("{id:?} has {size} bytes; a mesh has at most {}", self.limits.bytes));
+        }
+        let bytes = std::fs::read(&file).map_err(unreadable)?;
+        parse_obj(&bytes, self.limits).map(Arc::new).map_err(|error| format!("{id}: {error}"))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_files_at_or_below_the_folder() {
+        let directory = tempfile::tempdir().unwrap();
+        let folder = directory.path().join("jobs");
+        std::fs::create_dir_all(folder.join("meshes")).unwrap();
+        std::fs::write(folder.join("meshes/a.obj"), "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();
+        std::fs::write(folder.join("broken.obj"), "v 0 0 0\nf 1 2 3\n").unwrap();
+        std::fs::write(directory.path().join("secret.obj"), "").unwrap();
+        std::os::unix::fs::symlink(directory.path().join("secret.obj"), folder.join("link.obj")).unwrap();
+        let meshes = MeshFiles::beside(&folder.join("job.json"));
+        assert_eq!(meshes.load("meshes/a.obj").unwrap().triangles.len(), 1);
+        assert_eq!(meshes.load("./meshes/a.obj").unwrap().triangles.len(), 1);
+        let absolute = directory.path().join("secret.obj");
+        let absolute = absolute.to_str().unwrap();
+        for name in ["../secret.obj", absolute, "link.obj", "meshes", "none.obj", "", "a\0b", "meshes/../../secret.obj"] {
+            assert!(meshes.load(name).is_err(), "{name:?}");
+        }
+        assert!(meshes.load("broken.obj").unwrap_err().contains("line 2"));
+    }
+}

@@ -1,0 +1,60 @@
+//! `skyduct plan`: what of a job would be simulated and what not, and why.
+
+use std::fmt::Write as _;
+use std::io::Write as _;
+use std::path::PathBuf;
+
+use super::mesh_files::MeshFiles;
+use super::render::read_job;
+use crate::document::Warning;
+use crate::document::result::{MethodResult, PlanResult};
+use crate::job::run::prepare;
+
+#[derive(Debug, clap::Args)]
+pub struct PlanArgs {
+    /// Job document (JSON); its meshes may be files at or below its folder
+    #[arg(value_name = "JOB.json")]
+    pub job: PathBuf,
+    /// Print the plan as JSON
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Prints the plan of a job; errors that are the document's own are [`DocumentErrors`](crate::document::DocumentErrors).
+pub fn run(args: PlanArgs) -> anyhow::Result<()> {
+    let prepared = prepare(&read_job(&args.job)?, &MeshFiles::beside(&args.job))?;
+    let text = if args.json {
+        format!("{}\n", serde_json::to_string_pretty(&prepared.plan_json())?)
+    } else {
+        describe(&PlanResult::from(&prepared.plan), &prepared.warnings)
+    };
+    match std::io::stdout().write_all(text.as_bytes()) {
+        // whoever read it has seen enough
+        Err(error) if error.kind() == std::io::ErrorKind::BrokenPipe => Ok(()),
+        written => Ok(written?),
+    }
+}
+
+fn describe(plan: &PlanResult, warnings: &[Warning]) -> String {
+    let mut text = "effects\n".to_owned();
+    for effect in &plan.effects {
+        let switch = if effect.on { "on " } else { "off" };
+        let bound = effect.bound.map_or(String::new(), |bound| format!(" (at most {:.2} %)", 100.0 * bound));
+        // writing to a string cannot fail
+        let _ = writeln!(text, "  {switch} {:<18} {}{bound}", effect.name, effect.reason);
+    }
+    text += "guides\n";
+    for (index, guide) in plan.guides.iter().enumerate() {
+        let _ = writeln!(text, "  tube {index}: {}: {}", guide.kind, guide.reason);
+    }
+    text += "methods\n";
+    for (outputs, method) in [("grids", &plan.methods.grids), ("views", &plan.methods.views)] {
+        if let Some(MethodResult { name, settings, reason }) = method {
+            let _ = writeln!(text, "  {outputs}: {name} {settings}: {reason}");
+        }
+    }
+    for warning in warnings {
+        let _ = writeln!(text, "warning: {}: {}", warning.code, warning.detail);
+    }
+    text
+}

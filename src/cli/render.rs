@@ -1,0 +1,225 @@
+//! `skyduct render`: the engine without a server.
+
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
+
+use anyhow::{Context, bail};
+use serde_json::{Value, json};
+
+use super::mesh_files::MeshFiles;
+use super::progress::Progress;
+use crate::document::{DocumentErrors, FieldError};
+use crate::estimate::Estimate;
+use crate::job::run::{Observer, PassReport, Prepared, StoppedBy, merge, prepare};
+use crate::output::plots::{self, ConvergencePoint};
+
+#[derive(Debug, clap::Args)]
+pub struct RenderArgs {
+    /// Job document (JSON); its meshes may be files at or below its folder
+    #[arg(value_name = "JOB.json")]
+    pub job: PathBuf,
+    /// Folder for the results
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
+    /// Method instead of the document's
+    #[arg(long, value_name = "M")]
+    pub method: Option<String>,
+}
+
+/// Renders a job and writes its results; errors that are the document's own are [`DocumentErrors`].
+pub fn run(args: RenderArgs) -> anyhow::Result<()> {
+    let document = with_method(read_job(&args.job)?, args.method.as_deref());
+    let prepared = prepare(&document, &MeshFiles::beside(&args.job))?;
+    for warning in &prepared.warnings {
+        eprintln!("warning: {}: {}", warning.code, warning.detail);
+    }
+    std::fs::create_dir_all(&args.out).with_context(|| format!("{} cannot be made", args.out.display()))?;
+
+    let cancelled = cancel_on_interrupt()?;
+    let rendered = render(&prepared, &cancelled)?;
+    write_results(&args.out, &prepared, &rendered)?;
+    let Rendered { estimate, seconds, stopped_by, .. } = &rendered;
+    if *stopped_by == StoppedBy::Cancelled {
+        bail!("cancelled after {} passes; the results so far are in {}", estimate.passes, args.out.display());
+    }
+    eprintln!(
+        "{} passes in {seconds:.2} s, stopped by {}; results are in {}",
+        estimate.passes,
+        name_of(*stopped_by),
+        args.out.display()
+    );
+    Ok(())
+}
+
+/// The text of a job file.
+pub fn read_job(job: &Path) -> Result<Vec<u8>, DocumentErrors> {
+    std::fs::read(job).map_err(|error| {
+        let detail = format!("{} cannot be read: {error}", job.display());
+        DocumentErrors(vec![FieldError { pointer: String::new(), detail }])
+    })
+}
+
+/// The document with another method; one that is no JSON object stays as it is, for the parser to judge.
+fn with_method(document: Vec<u8>, method: Option<&str>) -> Vec<u8> {
+    let Some(method) = method else { return document };
+    match serde_json::from_slice::<Value>(&document) {
+        Ok(Value::Object(mut fields)) => {
+            fields.insert("method".to_owned(), method.into());
+            Value::Object(fields).to_string().into_bytes()
+        }
+        _ => document,
+    }
+}
+
+/// Everything that the passes of a job have given.
+struct Rendered {
+    estimate: Estimate,
+    seconds: f64,
+    stopped_by: StoppedBy,
+    reports: Vec<PassReport>,
+}
+
+/// Renders chunk after chunk until the job is done or cancelled.
+fn render(prepared: &Prepared, cancelled: &AtomicBool) -> anyhow::Result<Rendered> {
+    let observer =
+        Watcher { cancelled, progress: Progress::new(prepared.stop), reports: Mutex::new(Vec::new()) };
+    let mut estimate = prepared.empty_estimate();
+    let mut seconds = 0.0;
+    let mut index = 0;
+    let stopped_by = loop {
+        let chunk = prepared.render_chunk(index, &estimate, seconds, &observer)?;
+        merge(&mut estimate, &chunk.estimate);
+        seconds += chunk.seconds;
+        if let Some(stopped_by) = chunk.ended.or_else(|| prepared.stop_after(index, &estimate)) {
+            break stopped_by;
+        }
+        index += 1;
+    };
+    observer.progress.finish();
+    let reports = observer.reports.into_inner().unwrap_or_else(PoisonError::into_inner);
+    Ok(Rendered { estimate, seconds, stopped_by, reports })
+}
+
+struct Watcher<'a> {
+    cancelled: &'a AtomicBool,
+    progress: Progress,
+    reports: Mutex<Vec<PassReport>>,
+}
+
+impl Observer for Watcher<'_> {
+    fn cancelled(&self) -> bool {
+        self.cancelled.load(Ordering::Relaxed)
+    }
+
+    fn pass_done(&self, report: &PassReport, _: &Estimate) {
+        self.progress.pass_done(report);
+        self.reports.lock().unwrap_or_else(PoisonError::into_inner).push(*report);
+    }
+}
+
+/// A flag that the first interrupt (or termination) sets; the second ends the process.
+fn cancel_on_interrupt() -> anyhow::Result<Arc<AtomicBool>> {
+    let cancelled = Arc::new(AtomicBool::new(false));
+    let flag = cancelled.clone();
+    let runtime = tokio::runtime::Builder::new_current_thread()
+        .enable_all()
+        .build()
+        .context("signals cannot be listened to")?;
+    std::thread::spawn(move || {
+        runtime.block_on(async {
+            while next_interrupt().await.is_ok() {
+                if flag.swap(true, Ordering::Relaxed) {
+                    std::process::exit(1);
+                }
+            }
+        });
+    });
+    Ok(cancelled)
+}
+
+#[cfg(unix)]
+async fn next_interrupt() -> std::io::Result<()> {
+    use tokio::signal::unix::{SignalKind, signal};
+    let mut terminate = signal(SignalKind::terminate())?;
+    tokio::select! {
+        interrupt = tokio::signal::ctrl_c() => interrupt,
+        _ = terminate.recv() => Ok(()),
+    }
+}
+
+#[cfg(not(unix))]
+async fn next_interrupt() -> std::io::Result<()> {
+    tokio::signal::ctrl_c().await
+}
+
+/// Writes the result files, the convergence, and `result.json` last: where it stands, all is there.
+fn write_results(out: &Path, prepared: &Prepared, rendered: &Rendered) -> anyhow::Result<()> {
+    let Rendered { estimate, seconds, stopped_by, reports } = rendered;
+    // a job that was cancelled before its first pass has no results
+    if estimate.passes > 0 {
+        for file in prepared.result_files(estimate)? {
+            write(out, &file.name, &file.bytes)?;
+        }
+        write(out, "convergence.csv", convergence_csv(reports).as_bytes())?;
+        let point = |report: &PassReport| ConvergencePoint {
+            seconds: report.seconds,
+            grids: report.relative_error,
+            views: report.view_relative_error,
+        };
+        let plot = plots::convergence(&reports.iter().map(point).collect::<Vec<_>>())?;
+        write(out, "convergence.svg", plot.as_bytes())?;
+    }
+    let status = if *stopped_by == StoppedBy::Cancelled { "cancelled" } else { "succeeded" };
+    let mut result = json!({
+        "document": prepared.document,
+        "status": status,
+        "stopped_by": stopped_by,
+        "plan": prepared.plan_json(),
+        "warnings": prepared.warnings,
+    });
+    if let (Value::Object(result), Value::Object(summary)) =
+        (&mut result, prepared.summary_json(estimate, *seconds))
+    {
+        result.extend(summary);
+    }
+    write(out, "result.json", &serde_json::to_vec_pretty(&result)?)
+}
+
+fn write(out: &Path, name: &str, bytes: &[u8]) -> anyhow::Result<()> {
+    let file = out.join(name);
+    let folder = file.parent().unwrap_or(out);
+    std::fs::create_dir_all(folder).with_context(|| format!("{} cannot be made", folder.display()))?;
+    std::fs::write(&file, bytes).with_context(|| format!("{} cannot be written", file.display()))
+}
+
+/// One line per pass; an error that is not known yet is left empty.
+fn convergence_csv(reports: &[PassReport]) -> String {
+    let mut text = "passes,seconds,photons,rays,relative_error,view_relative_error,mean_lux\n".to_owned();
+    let field = |value: Option<f64>| value.map(|value| value.to_string()).unwrap_or_default();
+    for report in reports {
+        let PassReport { passes, seconds, photons, rays, relative_error, view_relative_error, mean_lux } = *report;
+        let [relative_error, view_relative_error, mean_lux] = [relative_error, view_relative_error, mean_lux].map(field);
+        text +=
+            &format!("{passes},{seconds},{photons},{rays},{relative_error},{view_relative_error},{mean_lux}\n");
+    }
+    text
+}
+
+fn name_of(stopped_by: StoppedBy) -> String {
+    serde_json::to_value(stopped_by).ok().and_then(|name| name.as_str().map(str::to_owned)).unwrap_or_default()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_method_is_replaced_in_objects_only() {
+        let changed = with_method(br#"{"method": {"kind": "sppm"}, "seed": 18446744073709551615}"#.to_vec(), Some("auto"));
+        let changed: Value = serde_json::from_slice(&changed).unwrap();
+        assert_eq!(changed, json!({ "method": "auto", "seed": u64::MAX }));
+        assert_eq!(with_method(b"[".to_vec(), Some("auto")), b"[");
+        assert_eq!(with_method(b"{ }".to_vec(), None), b"{ }");
+    }
+}
