@@ -224,11 +224,7 @@ fn timestamp(milliseconds: i64) -> Option<Timestamp> {
         (status = 415, description = "Not application/json", body = Problem, content_type = "application/problem+json"),
         (status = 422, description = "Not a valid document, or the key was used for another one", body = Problem, content_type = "application/problem+json"),
         (status = 503, description = "The queue is full", body = Problem, content_type = "application/problem+json")))]
-pub async fn create(
-    app: App,
-    headers: HeaderMap,
-    body: Result<Bytes, BytesRejection>,
-) -> Result<Response, Problem> {
+pub async fn create(app: App, headers: HeaderMap, body: Result<Bytes, BytesRejection>) -> Result<Response, Problem> {
     let idempotency_key = idempotency_key(&headers)?;
     let posted = Posted::read(&headers, body)?;
     if app.shutdown.is_cancelled() {
@@ -263,13 +259,13 @@ pub async fn create(
         Submission::KeyReused => Err(key_reused()),
         Submission::QueueFull => Err(Problem::new(
             StatusCode::SERVICE_UNAVAILABLE,
-            "queue-full",
+            "/problems/queue-full",
             "The queue is full",
             format!("{} jobs are waiting; try again later", app.limits.queued_jobs),
         )
         .retry_after(30)),
         Submission::MeshGone(mesh) => Err(Problem::unprocessable(
-            "invalid-document",
+            "/problems/invalid-document",
             "The document is not valid",
             format!("the mesh {mesh} was deleted"),
         )),
@@ -284,7 +280,7 @@ fn accepted(job: Job) -> Response {
 
 fn key_reused() -> Problem {
     Problem::unprocessable(
-        "key-reused",
+        "/problems/key-reused",
         "The Idempotency-Key was used before",
         "it belongs to a job with another document; take a new key",
     )

@@ -50,11 +50,7 @@ impl From<Mesh> for MeshResource {
         (status = 413, description = "Too long", body = Problem, content_type = "application/problem+json"),
         (status = 415, description = "Not an OBJ file", body = Problem, content_type = "application/problem+json"),
         (status = 422, description = "The file is broken; the detail names the line", body = Problem, content_type = "application/problem+json")))]
-pub async fn create(
-    app: App,
-    headers: HeaderMap,
-    body: Result<Bytes, BytesRejection>,
-) -> Result<Response, Problem> {
+pub async fn create(app: App, headers: HeaderMap, body: Result<Bytes, BytesRejection>) -> Result<Response, Problem> {
     let content_type = headers.get(header::CONTENT_TYPE).and_then(|value| value.to_str().ok()).unwrap_or("");
     let media_type = content_type.split(';').next().unwrap_or("").trim().to_ascii_lowercase();
     if !matches!(media_type.as_str(), "" | "model/obj" | "text/plain" | "application/octet-stream") {
@@ -71,7 +67,7 @@ impl From<UploadError> for Problem {
     fn from(error: UploadError) -> Self {
         match error {
             UploadError::Obj(error) => {
-                Self::unprocessable("invalid-mesh", "The mesh is not valid", error.to_string())
+                Self::unprocessable("/problems/invalid-mesh", "The mesh is not valid", error.to_string())
             }
             UploadError::Store(error) => error.into(),
             UploadError::Artifact(error) => error.into(),

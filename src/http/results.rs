@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 use utoipa::{IntoParams, ToSchema};
 use uuid::Uuid;
 
+use crate::document::result::GridResult;
 use crate::estimate::Estimate;
 use crate::http::jobs::no_such_job;
 use crate::http::problem::{Path, Problem, Query};
@@ -16,7 +17,6 @@ use crate::http::{App, Service, content};
 use crate::job::meshes::UploadedMeshes;
 use crate::job::run::{self, PassReport, Prepared, ResultFile};
 use crate::job::worker::PREVIEW_PASSES;
-use crate::document::result::GridResult;
 use crate::output::plots::{self, ConvergencePoint};
 
 /// A reader of a running job waits so long for its pass to end.
@@ -109,8 +109,7 @@ pub async fn grid(
     Query(query): Query<GridQuery>,
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
-    let known =
-        [("application/json", GridFormat::Json), ("text/csv", GridFormat::Csv), ("image/png", GridFormat::Png)];
+    let known = [("application/json", GridFormat::Json), ("text/csv", GridFormat::Csv), ("image/png", GridFormat::Png)];
     let extension = match query.format.unwrap_or_else(|| accepted(&headers, &known, GridFormat::Json)) {
         GridFormat::Json => "json",
         GridFormat::Csv => "csv",
@@ -170,7 +169,8 @@ async fn result_file(app: &Service, id: Uuid, headers: &HeaderMap, name: String)
     let Some((prepared, estimate)) = newest_estimate(app, id).await? else {
         // it may have finished between the first look and now
         let artifact = app.store.artifact(id, &name).await?;
-        let artifact = artifact.ok_or_else(|| Problem::not_found("the job has no such output, or no pass is done yet"))?;
+        let artifact =
+            artifact.ok_or_else(|| Problem::not_found("the job has no such output, or no pass is done yet"))?;
         return content::stored(headers, &app.artifacts, &artifact).await;
     };
     let files = tokio::task::spawn_blocking(move || prepared.result_files(&estimate)).await;
