@@ -3,8 +3,6 @@
 //! The tree is an f32 filter over padded boxes; every hit is confirmed in f64 by the watertight test. obvhs' binary tree
 //! is used, not its compressed wide one, which drops near hits and misses rays with a component of -0.0.
 
-use std::time::Duration;
-
 use glam::DVec3;
 use obvhs::{
     BvhBuildParams,
@@ -63,7 +61,7 @@ impl TriangleBvh {
                 Aabb::new(bounds.min - padding, bounds.max + padding)
             })
             .collect();
-        let mut tree = build_bvh2(&boxes, BvhBuildParams::medium_build(), &mut Duration::default());
+        let mut tree = build_bvh2(&boxes, BvhBuildParams::medium_build(), &mut Default::default());
         // traversal takes its stack from this number
         tree.max_depth = tree.depth(0) + 2;
         let numbers = tree.primitive_indices.clone();

@@ -162,7 +162,12 @@ impl Kernel {
             {
                 distance = t;
                 let place = Place::Surface(first + face as SurfaceId);
-                nearest = Some(RoomHit { position: origin + direction * t, normal, place });
+                let mut position = origin + direction * t;
+                if face / 2 == 2 {
+                    // on the plane exactly: a grid may lie in it
+                    position.z = if face % 2 == 1 { object.span().1 } else { object.span().0 };
+                }
+                nearest = Some(RoomHit { position, normal, place });
             }
         }
         nearest
