@@ -95,13 +95,15 @@ fn accepted<F: Copy>(headers: &HeaderMap, known: &[(&str, F)], default: F) -> F 
 }
 
 /// A grid.
-#[utoipa::path(get, path = "/v1/jobs/{id}/grids/{name}", tag = "results",
+#[utoipa::path(get, path = "/v1/jobs/{id}/grids/{name}", operation_id = "get_grid", tag = "results",
     params(("id" = Uuid, Path), ("name" = String, Path), GridQuery),
     responses(
         (status = 200, description = "Illuminance and its standard error; as PNG in false colours",
             content((GridResult = "application/json"), (String = "text/csv"), (String = "image/png"))),
         (status = 206, description = "The range of it that was asked for"),
         (status = 304, description = "It is what If-None-Match names"),
+        (status = 416, description = "The range is not in the file", body = Problem, content_type = "application/problem+json"),
+        (status = 400, description = "A parameter is not valid", body = Problem, content_type = "application/problem+json"),
         (status = 404, description = "No such job or grid, or no pass is done yet", body = Problem, content_type = "application/problem+json")))]
 pub async fn grid(
     app: App,
@@ -124,12 +126,13 @@ fn vary_by_accept(mut response: Response) -> Response {
 }
 
 /// A picture of a view.
-#[utoipa::path(get, path = "/v1/jobs/{id}/views/{file}", tag = "results",
+#[utoipa::path(get, path = "/v1/jobs/{id}/views/{file}", operation_id = "get_view", tag = "results",
     params(("id" = Uuid, Path), ("file" = String, Path, description = "The view's name and `.exr` or `.png`"), PictureQuery),
     responses(
         (status = 200, description = "OpenEXR with float layers, or PNG", content((String = "image/x-exr"), (String = "image/png"))),
         (status = 206, description = "The range of it that was asked for"),
         (status = 304, description = "It is what If-None-Match names"),
+        (status = 416, description = "The range is not in the file", body = Problem, content_type = "application/problem+json"),
         (status = 400, description = "These parameters do not go together", body = Problem, content_type = "application/problem+json"),
         (status = 404, description = "No such job or view, or no pass is done yet", body = Problem, content_type = "application/problem+json")))]
 pub async fn view(
@@ -212,10 +215,11 @@ async fn newest_estimate(app: &Service, id: Uuid) -> Result<Option<(Arc<Prepared
 }
 
 /// Every pass: its time, photons, rays and error estimate.
-#[utoipa::path(get, path = "/v1/jobs/{id}/convergence", tag = "results",
+#[utoipa::path(get, path = "/v1/jobs/{id}/convergence", operation_id = "get_convergence", tag = "results",
     params(("id" = Uuid, Path), TableQuery),
     responses(
         (status = 200, description = "The passes so far", content((Convergence = "application/json"), (String = "text/csv"))),
+        (status = 400, description = "A parameter is not valid", body = Problem, content_type = "application/problem+json"),
         (status = 404, description = "No such job", body = Problem, content_type = "application/problem+json")))]
 pub async fn convergence(
     app: App,
@@ -238,7 +242,7 @@ pub async fn convergence(
 }
 
 /// Relative error against render seconds, as a picture.
-#[utoipa::path(get, path = "/v1/jobs/{id}/convergence.svg", tag = "results", params(("id" = Uuid, Path)),
+#[utoipa::path(get, path = "/v1/jobs/{id}/convergence.svg", operation_id = "get_convergence_svg", tag = "results", params(("id" = Uuid, Path)),
     responses(
         (status = 200, description = "Both axes logarithmic", body = String, content_type = "image/svg+xml"),
         (status = 404, description = "No such job", body = Problem, content_type = "application/problem+json")))]
