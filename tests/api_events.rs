@@ -56,10 +56,8 @@ async fn stopping_ends_streams_and_gives_the_chunk_back() {
     let stream = service.get(&format!("{path}/events")).send().await.unwrap();
     let TestService { running, data, .. } = service;
     let start = Instant::now();
-    let (stopped, body) = tokio::join!(
-        tokio::time::timeout(PATIENCE, running.stop()),
-        tokio::time::timeout(PATIENCE, stream.bytes())
-    );
+    let (stopped, body) =
+        tokio::join!(tokio::time::timeout(PATIENCE, running.stop()), tokio::time::timeout(PATIENCE, stream.bytes()));
     stopped.unwrap();
     body.unwrap().unwrap();
     assert!(start.elapsed().as_secs() < 10);

@@ -27,8 +27,11 @@ async fn a_job_from_post_to_delete() {
     let names: Vec<&str> = events.iter().map(|event| event.name.as_str()).collect();
     assert_eq!(names[..3], ["queued", "planned", "started"]);
     assert_eq!(names.last(), Some(&"succeeded"));
-    let passes: Vec<u64> =
-        events.iter().filter(|event| event.name == "pass").map(|event| event.data["passes"].as_u64().unwrap()).collect();
+    let passes: Vec<u64> = events
+        .iter()
+        .filter(|event| event.name == "pass")
+        .map(|event| event.data["passes"].as_u64().unwrap())
+        .collect();
     assert_eq!(passes, (1..=20).collect::<Vec<_>>());
     let images: Vec<(&str, u64)> = events
         .iter()
@@ -54,7 +57,10 @@ async fn a_job_from_post_to_delete() {
     assert!(csv.headers()["content-type"].to_str().unwrap().starts_with("text/csv"));
     assert_eq!(csv.headers()["vary"], "accept");
     let csv = csv.text().await.unwrap();
-    assert_eq!(csv, service.get(&format!("{path}/grids/workplane?format=csv")).send().await.unwrap().text().await.unwrap());
+    assert_eq!(
+        csv,
+        service.get(&format!("{path}/grids/workplane?format=csv")).send().await.unwrap().text().await.unwrap()
+    );
 
     let map = service.get(&format!("{path}/grids/workplane?format=png")).send().await.unwrap();
     assert_eq!(map.headers()["content-type"], "image/png");
@@ -225,7 +231,14 @@ async fn bad_requests_are_problem_documents() {
     ] {
         problem(service.get(&path).send().await.unwrap(), 404).await;
     }
-    for path in ["/v1/jobs?limit=0", "/v1/jobs?limit=501", "/v1/jobs?limit=x", "/v1/jobs?status=done", "/v1/jobs?cursor=x", "/v1/jobs?page=2"] {
+    for path in [
+        "/v1/jobs?limit=0",
+        "/v1/jobs?limit=501",
+        "/v1/jobs?limit=x",
+        "/v1/jobs?status=done",
+        "/v1/jobs?cursor=x",
+        "/v1/jobs?page=2",
+    ] {
         problem(service.get(path).send().await.unwrap(), 400).await;
     }
     let response = service.request(Method::PUT, "/v1/jobs").send().await.unwrap();
@@ -273,9 +286,8 @@ async fn jobs_are_listed_newest_first_in_pages() {
     for job in &submitted {
         service.finished(job).await;
     }
-    let count = async |status: &str| {
-        service.json(&format!("/v1/jobs?status={status}")).await["jobs"].as_array().unwrap().len()
-    };
+    let count =
+        async |status: &str| service.json(&format!("/v1/jobs?status={status}")).await["jobs"].as_array().unwrap().len();
     assert_eq!(count("succeeded").await, 5);
     assert_eq!(count("queued").await, 0);
 }

@@ -25,6 +25,28 @@ fn openapi_file_is_current() {
     );
 }
 
+#[test]
+fn the_description_refers_to_what_is_there() {
+    let description = serde_json::to_value(skyduct::http::openapi::description()).unwrap();
+    let schemas = description["components"]["schemas"].as_object().unwrap();
+    let text = description.to_string();
+    let references: Vec<&str> =
+        text.split("\"#/components/schemas/").skip(1).map(|rest| rest.split('"').next().unwrap()).collect();
+    assert!(references.len() > 50);
+    for name in references {
+        assert!(schemas.contains_key(name), "{name}");
+    }
+    let operations = description["paths"].as_object().unwrap().values();
+    let mut ids: Vec<&str> = operations
+        .flat_map(|path| path.as_object().unwrap().values())
+        .map(|operation| operation["operationId"].as_str().unwrap())
+        .collect();
+    let count = ids.len();
+    ids.sort();
+    ids.dedup();
+    assert_eq!(ids.len(), count);
+}
+
 #[tokio::test]
 async fn the_service_tells_how_it_is() {
     let service = TestService::start().await;

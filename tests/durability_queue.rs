@@ -161,15 +161,11 @@ async fn passes_that_are_rendered_again_do_not_double() {
     let second = store.claim("lives", LEASE).await.unwrap().unwrap();
     assert_eq!((second.chunk, second.attempt, second.failures), (0, 2, 0));
     let slower = PassReport { seconds: 9.0, ..pass(2) };
-    let reports: Vec<Report> =
-        [pass(1), slower, pass(3), pass(4)].into_iter().map(Report::Pass).collect();
+    let reports: Vec<Report> = [pass(1), slower, pass(3), pass(4)].into_iter().map(Report::Pass).collect();
     store.report(&second, &reports).await.unwrap();
     let table = store.convergence(id).await.unwrap();
     assert_eq!(table, [pass(1), slower, pass(3), pass(4)]);
-    assert_eq!(
-        event_names(&store, id).await,
-        ["queued", "planned", "started", "pass", "pass", "pass", "pass"]
-    );
+    assert_eq!(event_names(&store, id).await, ["queued", "planned", "started", "pass", "pass", "pass", "pass"]);
 }
 
 #[tokio::test]

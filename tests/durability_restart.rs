@@ -178,9 +178,14 @@ async fn submit_downloads_and_its_exit_status_says_whose_fault_it_is() {
     };
     let done = submit(&small_job(), &server.url);
     assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
-    for file in
-        ["result.json", "grids/workplane.json", "grids/workplane.csv", "views/room.exr", "views/room.png", "views/room.false_colour.png"]
-    {
+    for file in [
+        "result.json",
+        "grids/workplane.json",
+        "grids/workplane.csv",
+        "views/room.exr",
+        "views/room.png",
+        "views/room.false_colour.png",
+    ] {
         assert!(out.path().join("results").join(file).metadata().unwrap().len() > 0, "{file}");
     }
     let mut bad = small_job();

@@ -108,7 +108,9 @@ mod tests {
     fn what_is_not_understood_is_refused() {
         let directory = tempfile::tempdir().unwrap();
         let file = directory.path().join("skyduct.toml");
-        for text in ["lisen = 1", "listen = \"x\"", "[limits]\nqueued = 3", "role = \"api\"", "database = \"postgres://x\""] {
+        for text in
+            ["lisen = 1", "listen = \"x\"", "[limits]\nqueued = 3", "role = \"api\"", "database = \"postgres://x\""]
+        {
             std::fs::write(&file, text).unwrap();
             assert!(Config::load(Some(&file), &Flags::default()).is_err(), "{text}");
         }

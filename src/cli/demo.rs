@@ -27,11 +27,8 @@ pub fn run(args: DemoArgs) -> anyhow::Result<()> {
     let runtime = tokio::runtime::Runtime::new().context("the runtime cannot start")?;
     let result = runtime.block_on(async {
         let temporary = TemporaryFolder::new()?;
-        let flags = Flags {
-            listen: Some(([127, 0, 0, 1], 0).into()),
-            data: Some(temporary.0.clone()),
-            ..Flags::default()
-        };
+        let flags =
+            Flags { listen: Some(([127, 0, 0, 1], 0).into()), data: Some(temporary.0.clone()), ..Flags::default() };
         let service = RunningService::start(Config::load(None, &flags)?).await?;
         let shown = tokio::select! {
             shown = show(&service, args.exit) => shown,

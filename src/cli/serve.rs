@@ -106,9 +106,8 @@ impl RunningService {
         if reclaimed > 0 {
             tracing::info!(reclaimed, "chunks of a process that ended are ready again");
         }
-        let listener = TcpListener::bind(config.listen)
-            .await
-            .with_context(|| format!("cannot listen on {}", config.listen))?;
+        let listener =
+            TcpListener::bind(config.listen).await.with_context(|| format!("cannot listen on {}", config.listen))?;
         let address = listener.local_addr()?;
         let shutdown = CancellationToken::new();
         let live = Arc::new(LiveJobs::default());
@@ -127,8 +126,7 @@ impl RunningService {
         });
         let router = http::router(service);
         let stop = shutdown.clone();
-        let server =
-            tokio::spawn(async move { http::server::serve(listener, router, &config.limits, stop).await });
+        let server = tokio::spawn(async move { http::server::serve(listener, router, &config.limits, stop).await });
         tracing::info!(%address, "listening");
         Ok(Self { address, shutdown, worker, server, store, _lock: lock })
     }
@@ -158,9 +156,7 @@ fn lock(data: &Path) -> anyhow::Result<File> {
     match lock.try_lock() {
         Ok(()) => Ok(lock),
         Err(TryLockError::WouldBlock) => bail!("another process serves the data folder {}", data.display()),
-        Err(TryLockError::Error(error)) => {
-            Err(error).with_context(|| format!("{} cannot be locked", file.display()))
-        }
+        Err(TryLockError::Error(error)) => Err(error).with_context(|| format!("{} cannot be locked", file.display())),
     }
 }
 
@@ -184,9 +180,8 @@ fn metrics_handle() -> anyhow::Result<PrometheusHandle> {
     if let Some(handle) = HANDLE.get() {
         return Ok(handle.clone());
     }
-    let recorder = PrometheusBuilder::new()
-        .set_buckets_for_metric(Matcher::Suffix("_seconds".into()), &SECONDS)?
-        .build_recorder();
+    let recorder =
+        PrometheusBuilder::new().set_buckets_for_metric(Matcher::Suffix("_seconds".into()), &SECONDS)?.build_recorder();
     let handle = HANDLE.get_or_init(|| recorder.handle()).clone();
     // an error means that another service in this process was first, whose handle we have
     let _ = metrics::set_global_recorder(recorder);

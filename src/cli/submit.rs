@@ -3,12 +3,15 @@
 use std::path::{Component, Path, PathBuf};
 
 use anyhow::{Context, bail};
-use indicatif::{ProgressBar, ProgressStyle};
+use serde::Deserialize;
 use serde_json::Value;
 use uuid::Uuid;
 
-use crate::cli::client::{Client, JobEvent};
+use crate::cli::client::Client;
+use crate::cli::progress::Progress;
 use crate::document::{DocumentErrors, FieldError};
+use crate::estimate::StopRule;
+use crate::job::run::PassReport;
 
 #[derive(Debug, clap::Args)]
 pub struct SubmitArgs {
@@ -51,9 +54,16 @@ pub async fn submit_and_download(
     let job = client.submit(document, &Uuid::new_v4().to_string()).await?;
     let path = job["links"]["self"].as_str().context("the service gave the job no path")?.to_owned();
     let events = job["links"]["events"].as_str().context("the service gave the job no events")?.to_owned();
-    let bar = progress_bar();
-    let last = client.follow(&events, |event| show(&bar, event)).await;
-    bar.finish_and_clear();
+    let progress = Progress::new(stop_rule(&job)?);
+    let last = client.follow(&events, |event| {
+        if event.name == "pass"
+            && let Ok(report) = PassReport::deserialize(&event.data)
+        {
+            progress.pass_done(&report);
+        }
+    });
+    let last = last.await;
+    progress.finish();
     let last = last?;
     if last.name == "failed" {
         let detail = last.data["problem"]["detail"].as_str().unwrap_or("the service gave no reason");
@@ -72,8 +82,8 @@ async fn with_uploaded_meshes(client: &Client, document: Vec<u8>, folder: &Path)
     // what is wrong with a document is for the service to say
     let Ok(mut value) = serde_json::from_slice::<Value>(&document) else { return Ok(document) };
     let tubes = (0..value["tubes"].as_array().map_or(0, Vec::len)).map(|index| format!("/tubes/{index}/mesh"));
-    let objects = (0..value["room"]["objects"].as_array().map_or(0, Vec::len))
-        .map(|index| format!("/room/objects/{index}/mesh"));
+    let objects =
+        (0..value["room"]["objects"].as_array().map_or(0, Vec::len)).map(|index| format!("/room/objects/{index}/mesh"));
     let mut replaced = false;
     for pointer in tubes.chain(objects).collect::<Vec<_>>() {
         let Some(field) = value.pointer_mut(&pointer) else { continue };
@@ -142,38 +152,17 @@ fn write(out: &Path, name: &str, bytes: &[u8]) -> anyhow::Result<()> {
     std::fs::write(&file, bytes).with_context(|| format!("{} cannot be written", file.display()))
 }
 
-/// Hidden when standard error is not a terminal.
-fn progress_bar() -> ProgressBar {
-    let bar = ProgressBar::no_length();
-    if let Ok(style) = ProgressStyle::with_template("{spinner} {elapsed_precise} pass {pos} {msg}") {
-        bar.set_style(style);
-    }
-    bar.enable_steady_tick(std::time::Duration::from_millis(200));
-    bar
-}
-
-fn show(bar: &ProgressBar, event: &JobEvent) {
-    match event.name.as_str() {
-        "queued" => bar.set_message("queued"),
-        "started" => bar.set_message("started"),
-        "pass" => {
-            let data = &event.data;
-            bar.set_position(data["passes"].as_u64().unwrap_or(0));
-            let percent = |value: &Value| value.as_f64().map(|ratio| format!("{:.2} %", 100.0 * ratio));
-            let mut message = String::new();
-            if let Some(lux) = data["mean_lux"].as_f64() {
-                message += &format!("mean {lux:.4} lux  ");
-            }
-            if let Some(error) = percent(&data["relative_error"]) {
-                message += &format!("grids {error}  ");
-            }
-            if let Some(error) = percent(&data["view_relative_error"]) {
-                message += &format!("views {error}  ");
-            }
-            bar.set_message(message);
-        }
-        _ => {}
-    }
+/// The job's limits, for the progress bar.
+fn stop_rule(job: &Value) -> anyhow::Result<StopRule> {
+    let stop = &job["document"]["stop"];
+    let number = |name: &str| stop[name].as_f64().with_context(|| format!("the service gave the job no stop.{name}"));
+    Ok(StopRule {
+        relative_error: number("relative_error")?,
+        view_relative_error: number("view_relative_error")?,
+        confidence: number("confidence")?,
+        max_passes: number("max_passes")? as u64,
+        max_seconds: number("max_seconds")?,
+    })
 }
 
 #[cfg(test)]
@@ -190,7 +179,8 @@ mod tests {
         std::os::unix::fs::symlink(directory.path().join("secret.obj"), folder.join("link.obj")).unwrap();
         assert!(file_below(&folder, "meshes/a.obj").is_some());
         assert!(file_below(&folder, "./meshes/a.obj").is_some());
-        for name in ["../secret.obj", "link.obj", "meshes", "none.obj", "", "/etc/hostname", "meshes/../../secret.obj"] {
+        for name in ["../secret.obj", "link.obj", "meshes", "none.obj", "", "/etc/hostname", "meshes/../../secret.obj"]
+        {
             assert!(file_below(&folder, name).is_none(), "{name}");
         }
     }

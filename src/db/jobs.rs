@@ -12,11 +12,7 @@ use crate::job::store::*;
 use super::rows::{self, head_columns, job_columns, signed, to_json};
 use super::{now_ms, store_error};
 
-pub(super) async fn submit(
-    tx: &mut SqliteConnection,
-    new: NewJob,
-    max_queued: u64,
-) -> Result<Submission, StoreError> {
+pub(super) async fn submit(tx: &mut SqliteConnection, new: NewJob, max_queued: u64) -> Result<Submission, StoreError> {
     if let Some(key) = &new.idempotency_key
         && let Some(job) = job_of_key(tx, key).await?
     {
@@ -153,11 +149,9 @@ pub(super) async fn list(pool: &SqlitePool, filter: JobFilter) -> Result<Vec<Job
         .bind(before(filter.before))
         .bind(i64::from(filter.limit))
         .bind(status.name()),
-        None => {
-            sqlx::query(concat!("SELECT ", head_columns!(), " FROM jobs WHERE id < $1 ORDER BY id DESC LIMIT $2"))
-                .bind(before(filter.before))
-                .bind(i64::from(filter.limit))
-        }
+        None => sqlx::query(concat!("SELECT ", head_columns!(), " FROM jobs WHERE id < $1 ORDER BY id DESC LIMIT $2"))
+            .bind(before(filter.before))
+            .bind(i64::from(filter.limit)),
     };
     query.fetch_all(pool).await.map_err(store_error)?.iter().map(rows::head).collect()
 }
@@ -188,11 +182,7 @@ pub(super) async fn cancel(tx: &mut SqliteConnection, id: Uuid) -> Result<Cancel
         Some(status) if status.is_final() => return Ok(CancelOutcome::Finished(status)),
         // a worker has it, or had it and left passes: it makes the result files of what there is
         Some(JobStatus::Running) => {
-            sqlx::query("UPDATE jobs SET cancel = 1 WHERE id = $1")
-                .bind(&id)
-                .execute(tx)
-                .await
-                .map_err(store_error)?;
+            sqlx::query("UPDATE jobs SET cancel = 1 WHERE id = $1").bind(&id).execute(tx).await.map_err(store_error)?;
             return Ok(CancelOutcome::Accepted);
         }
         _ => {}
@@ -260,11 +250,7 @@ pub(super) async fn artifact(pool: &SqlitePool, id: Uuid, name: &str) -> Result<
         .transpose()
 }
 
-pub(super) async fn add_artifact(
-    tx: &mut SqliteConnection,
-    job: &str,
-    artifact: &Artifact,
-) -> Result<(), StoreError> {
+pub(super) async fn add_artifact(tx: &mut SqliteConnection, job: &str, artifact: &Artifact) -> Result<(), StoreError> {
     sqlx::query(
         "INSERT INTO artifacts (job_id, name, key, hash, size, media_type) VALUES ($1, $2, $3, $4, $5, $6) \
          ON CONFLICT (job_id, name) DO UPDATE SET key = excluded.key, hash = excluded.hash, size = excluded.size, \

@@ -102,7 +102,9 @@ fn check_version(version: &str) -> Result<(), StoreError> {
     let found = (next(), next(), next());
     if found < OLDEST_SQLITE {
         let (major, minor, patch) = OLDEST_SQLITE;
-        return Err(StoreError::Failed(format!("SQLite {version} is linked; {major}.{minor}.{patch} or newer is needed")));
+        return Err(StoreError::Failed(format!(
+            "SQLite {version} is linked; {major}.{minor}.{patch} or newer is needed"
+        )));
     }
     Ok(())
 }

@@ -65,11 +65,7 @@ pub(super) async fn claim(
     Ok(Some(lease))
 }
 
-pub(super) async fn heartbeat(
-    tx: &mut SqliteConnection,
-    lease: &Lease,
-    extend: Duration,
-) -> Result<Beat, StoreError> {
+pub(super) async fn heartbeat(tx: &mut SqliteConnection, lease: &Lease, extend: Duration) -> Result<Beat, StoreError> {
     let cancel: Option<i64> = sqlx::query_scalar(concat!(
         "UPDATE chunks SET lease_until = ",
         now_ms!(),
@@ -91,11 +87,7 @@ pub(super) async fn heartbeat(
     })
 }
 
-pub(super) async fn report(
-    tx: &mut SqliteConnection,
-    lease: &Lease,
-    reports: &[Report],
-) -> Result<bool, StoreError> {
+pub(super) async fn report(tx: &mut SqliteConnection, lease: &Lease, reports: &[Report]) -> Result<bool, StoreError> {
     if !holds(tx, lease).await? {
         return Ok(false);
     }

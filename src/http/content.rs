@@ -61,7 +61,7 @@ impl Answer {
             Requested::Part(range) => Ok(Self::Part(range)),
             Requested::Unsatisfiable => Err(Problem::new(
                 StatusCode::RANGE_NOT_SATISFIABLE,
-                "range",
+                "/problems/range",
                 "The range is not in the file",
                 format!("the file has {size} bytes"),
             )),
@@ -172,9 +172,8 @@ mod tests {
 
     #[test]
     fn tags() {
-        let headers = |value: &'static str| {
-            HeaderMap::from_iter([(header::IF_NONE_MATCH, HeaderValue::from_static(value))])
-        };
+        let headers =
+            |value: &'static str| HeaderMap::from_iter([(header::IF_NONE_MATCH, HeaderValue::from_static(value))]);
         assert!(none_match(&headers("\"a\""), "\"a\""));
         assert!(none_match(&headers("\"b\", W/\"a\""), "\"a\""));
         assert!(none_match(&headers("*"), "\"a\""));

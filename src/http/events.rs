@@ -38,7 +38,7 @@ pub struct EventsQuery {
 /// Named `queued`, `planned`, `started`, `pass`, `image`, `succeeded`, `failed` and `cancelled`; their ids count 1, 2, 3 ...
 /// without gaps. Those after `Last-Event-ID` that were missed come from the store. A comment is sent every 15 s. The stream
 /// ends after a final event; who asks for events after that one is answered 204.
-#[utoipa::path(get, path = "/v1/jobs/{id}/events", tag = "jobs",
+#[utoipa::path(get, path = "/v1/jobs/{id}/events", operation_id = "get_job_events", tag = "jobs",
     params(("id" = Uuid, Path), EventsQuery, ("Last-Event-ID" = Option<i64>, Header, description = "The last event that was received")),
     responses(
         (status = 200, description = "The stream", body = String, content_type = "text/event-stream"),

@@ -9,14 +9,14 @@ use crate::http::problem::Problem;
 use crate::job::store::JobStatus;
 
 /// The process lives; asks nothing else.
-#[utoipa::path(get, path = "/livez", tag = "operation",
+#[utoipa::path(get, path = "/livez", operation_id = "livez", tag = "operation",
     responses((status = 200, description = "It lives", body = String, content_type = "text/plain")))]
 pub async fn livez() -> &'static str {
     "ok\n"
 }
 
 /// The service can take jobs: its stores answer and it is not shutting down.
-#[utoipa::path(get, path = "/readyz", tag = "operation",
+#[utoipa::path(get, path = "/readyz", operation_id = "readyz", tag = "operation",
     responses(
         (status = 200, description = "It is ready", body = String, content_type = "text/plain"),
         (status = 503, description = "It is not", body = Problem, content_type = "application/problem+json")))]
@@ -33,7 +33,7 @@ pub async fn readyz(app: App) -> Result<&'static str, Problem> {
 }
 
 /// Numbers for Prometheus.
-#[utoipa::path(get, path = "/metrics", tag = "operation",
+#[utoipa::path(get, path = "/metrics", operation_id = "metrics", tag = "operation",
     responses((status = 200, description = "In the text format of Prometheus", body = String, content_type = "text/plain")))]
 pub async fn metrics(app: App) -> Result<impl IntoResponse, Problem> {
     for status in [JobStatus::Queued, JobStatus::Running] {

@@ -213,7 +213,7 @@ fn timestamp(milliseconds: i64) -> Option<Timestamp> {
 /// Queues a job.
 ///
 /// `Idempotency-Key` makes a repeated post answer with the first job.
-#[utoipa::path(post, path = "/v1/jobs", tag = "jobs",
+#[utoipa::path(post, path = "/v1/jobs", operation_id = "create_job", tag = "jobs",
     params(("Idempotency-Key" = Option<String>, Header, description = "Unique to this job: 1 to 255 printable ASCII characters")),
     request_body(content = JobDocument, description = "The job document", content_type = "application/json"),
     responses(
@@ -224,11 +224,7 @@ fn timestamp(milliseconds: i64) -> Option<Timestamp> {
         (status = 415, description = "Not application/json", body = Problem, content_type = "application/problem+json"),
         (status = 422, description = "Not a valid document, or the key was used for another one", body = Problem, content_type = "application/problem+json"),
         (status = 503, description = "The queue is full", body = Problem, content_type = "application/problem+json")))]
-pub async fn create(
-    app: App,
-    headers: HeaderMap,
-    body: Result<Bytes, BytesRejection>,
-) -> Result<Response, Problem> {
+pub async fn create(app: App, headers: HeaderMap, body: Result<Bytes, BytesRejection>) -> Result<Response, Problem> {
     let idempotency_key = idempotency_key(&headers)?;
     let posted = Posted::read(&headers, body)?;
     if app.shutdown.is_cancelled() {
@@ -263,13 +259,13 @@ pub async fn create(
         Submission::KeyReused => Err(key_reused()),
         Submission::QueueFull => Err(Problem::new(
             StatusCode::SERVICE_UNAVAILABLE,
-            "queue-full",
+            "/problems/queue-full",
             "The queue is full",
             format!("{} jobs are waiting; try again later", app.limits.queued_jobs),
         )
         .retry_after(30)),
         Submission::MeshGone(mesh) => Err(Problem::unprocessable(
-            "invalid-document",
+            "/problems/invalid-document",
             "The document is not valid",
             format!("the mesh {mesh} was deleted"),
         )),
@@ -284,7 +280,7 @@ fn accepted(job: Job) -> Response {
 
 fn key_reused() -> Problem {
     Problem::unprocessable(
-        "key-reused",
+        "/problems/key-reused",
         "The Idempotency-Key was used before",
         "it belongs to a job with another document; take a new key",
     )
@@ -366,7 +362,7 @@ async fn prepare(app: &Service, document: String) -> Result<(Prepared, Vec<Strin
 }
 
 /// What a document would simulate and what not, and why; queues nothing.
-#[utoipa::path(post, path = "/v1/plan", tag = "jobs",
+#[utoipa::path(post, path = "/v1/plan", operation_id = "plan_job", tag = "jobs",
     request_body(content = JobDocument, description = "The job document", content_type = "application/json"),
     responses(
         (status = 200, description = "The plan", body = PlanResource),
@@ -386,7 +382,7 @@ pub async fn plan(
 }
 
 /// Jobs, newest first.
-#[utoipa::path(get, path = "/v1/jobs", tag = "jobs", params(ListQuery),
+#[utoipa::path(get, path = "/v1/jobs", operation_id = "list_jobs", tag = "jobs", params(ListQuery),
     responses(
         (status = 200, description = "A page of jobs", body = JobPage),
         (status = 400, description = "A parameter is not valid", body = Problem, content_type = "application/problem+json")))]
@@ -405,7 +401,7 @@ pub async fn list(app: App, Query(query): Query<ListQuery>) -> Result<Json<JobPa
 }
 
 /// The job.
-#[utoipa::path(get, path = "/v1/jobs/{id}", tag = "jobs", params(("id" = Uuid, Path)),
+#[utoipa::path(get, path = "/v1/jobs/{id}", operation_id = "get_job", tag = "jobs", params(("id" = Uuid, Path)),
     responses(
         (status = 200, description = "The job", body = JobResource),
         (status = 304, description = "Nothing happened since the tag in If-None-Match"),
@@ -428,7 +424,7 @@ pub fn no_such_job() -> Problem {
 }
 
 /// Stops the job within one pass; what was computed stays readable.
-#[utoipa::path(post, path = "/v1/jobs/{id}/cancel", tag = "jobs", params(("id" = Uuid, Path)),
+#[utoipa::path(post, path = "/v1/jobs/{id}/cancel", operation_id = "cancel_job", tag = "jobs", params(("id" = Uuid, Path)),
     responses(
         (status = 202, description = "The job stops, or was cancelled before; the body is the job", body = JobResource),
         (status = 404, description = "No such job", body = Problem, content_type = "application/problem+json"),
@@ -445,7 +441,7 @@ pub async fn cancel(app: App, Path(id): Path<Uuid>) -> Result<Response, Problem>
 }
 
 /// Deletes the job and its artifacts; a running one stops.
-#[utoipa::path(delete, path = "/v1/jobs/{id}", tag = "jobs", params(("id" = Uuid, Path)),
+#[utoipa::path(delete, path = "/v1/jobs/{id}", operation_id = "delete_job", tag = "jobs", params(("id" = Uuid, Path)),
     responses(
         (status = 204, description = "It is gone"),
         (status = 404, description = "No such job", body = Problem, content_type = "application/problem+json")))]

@@ -43,18 +43,14 @@ impl From<Mesh> for MeshResource {
 ///
 /// The same content has the same id, however often it is uploaded. Of materials only the names count (`usemtl`): optics are
 /// in the job document, so that an MTL file is not needed.
-#[utoipa::path(post, path = "/v1/meshes", tag = "meshes",
-    request_body(content = String, description = "The OBJ file", content_type = "model/obj"),
+#[utoipa::path(post, path = "/v1/meshes", operation_id = "create_mesh", tag = "meshes",
+    request_body(content((String = "model/obj"), (String = "text/plain")), description = "The OBJ file"),
     responses(
         (status = 201, description = "It is there", body = MeshResource, headers(("Location" = String, description = "Path of the mesh"))),
         (status = 413, description = "Too long", body = Problem, content_type = "application/problem+json"),
         (status = 415, description = "Not an OBJ file", body = Problem, content_type = "application/problem+json"),
         (status = 422, description = "The file is broken; the detail names the line", body = Problem, content_type = "application/problem+json")))]
-pub async fn create(
-    app: App,
-    headers: HeaderMap,
-    body: Result<Bytes, BytesRejection>,
-) -> Result<Response, Problem> {
+pub async fn create(app: App, headers: HeaderMap, body: Result<Bytes, BytesRejection>) -> Result<Response, Problem> {
     let content_type = headers.get(header::CONTENT_TYPE).and_then(|value| value.to_str().ok()).unwrap_or("");
     let media_type = content_type.split(';').next().unwrap_or("").trim().to_ascii_lowercase();
     if !matches!(media_type.as_str(), "" | "model/obj" | "text/plain" | "application/octet-stream") {
@@ -71,7 +67,7 @@ impl From<UploadError> for Problem {
     fn from(error: UploadError) -> Self {
         match error {
             UploadError::Obj(error) => {
-                Self::unprocessable("invalid-mesh", "The mesh is not valid", error.to_string())
+                Self::unprocessable("/problems/invalid-mesh", "The mesh is not valid", error.to_string())
             }
             UploadError::Store(error) => error.into(),
             UploadError::Artifact(error) => error.into(),
@@ -81,7 +77,7 @@ impl From<UploadError> for Problem {
 }
 
 /// What is known of a mesh.
-#[utoipa::path(get, path = "/v1/meshes/{id}", tag = "meshes", params(("id" = String, Path)),
+#[utoipa::path(get, path = "/v1/meshes/{id}", operation_id = "get_mesh", tag = "meshes", params(("id" = String, Path)),
     responses(
         (status = 200, description = "The mesh", body = MeshResource),
         (status = 404, description = "No such mesh", body = Problem, content_type = "application/problem+json")))]
@@ -91,7 +87,7 @@ pub async fn get(app: App, Path(id): Path<String>) -> Result<Json<MeshResource>,
 }
 
 /// Deletes a mesh that no queued or running job uses.
-#[utoipa::path(delete, path = "/v1/meshes/{id}", tag = "meshes", params(("id" = String, Path)),
+#[utoipa::path(delete, path = "/v1/meshes/{id}", operation_id = "delete_mesh", tag = "meshes", params(("id" = String, Path)),
     responses(
         (status = 204, description = "It is gone"),
         (status = 404, description = "No such mesh", body = Problem, content_type = "application/problem+json"),

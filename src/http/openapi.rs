@@ -8,6 +8,7 @@ use axum::response::{IntoResponse, Redirect, Response};
 use utoipa::OpenApi;
 use utoipa_swagger_ui::Config;
 
+use crate::document::MethodKind;
 use crate::http::problem::Problem;
 use crate::http::router::api;
 
@@ -20,6 +21,8 @@ use crate::http::router::api;
         license(name = "MIT OR Apache-2.0", identifier = "MIT OR Apache-2.0")
     ),
     servers((url = "/", description = "This service")),
+    // named by hand-written schemas only, where the derived ones do not see them
+    components(schemas(MethodKind)),
     tags(
         (name = "jobs", description = "Job documents and what becomes of them"),
         (name = "results", description = "Grids, pictures and convergence; of a running job, what there is so far"),
@@ -32,16 +35,33 @@ pub struct Description;
 
 /// The description as YAML.
 pub fn yaml() -> Result<String, Problem> {
-    let description = api().into_openapi();
-    description.to_yaml().map_err(|error| {
+    let yaml = description().to_yaml().map_err(|error| {
         tracing::error!(%error, "the description cannot be written");
         Problem::internal()
-    })
+    })?;
+    Ok(yaml.lines().map(|line| quoted(line) + "\n").collect())
+}
+
+pub fn description() -> utoipa::openapi::OpenApi {
+    api().into_openapi()
+}
+
+/// A line of YAML with the names quoted that are truth values to readers of YAML 1.1, as many still are.
+fn quoted(line: &str) -> String {
+    let text = line.trim_start();
+    let indent = &line[..line.len() - text.len()];
+    match text.strip_prefix("- ").map_or(("", text), |item| ("- ", item)) {
+        (dash, word @ ("on" | "off" | "yes" | "no" | "y" | "n")) => format!("{indent}{dash}'{word}'"),
+        (dash, word @ ("on:" | "off:" | "yes:" | "no:" | "y:" | "n:")) => {
+            format!("{indent}{dash}'{}':", word.trim_end_matches(':'))
+        }
+        _ => line.to_owned(),
+    }
 }
 
 /// This description.
-#[utoipa::path(get, path = "/openapi.yaml", tag = "operation",
-    responses((status = 200, description = "OpenAPI 3.1", body = String, content_type = "application/yaml")))]
+#[utoipa::path(get, path = "/openapi.yaml", operation_id = "get_openapi_yaml", tag = "operation",
+    responses((status = 200, description = "OpenAPI 3.1", body = Object, content_type = "application/yaml")))]
 pub async fn openapi_yaml() -> Result<Response, Problem> {
     Ok(([(header::CONTENT_TYPE, "application/yaml")], yaml()?).into_response())
 }

@@ -19,9 +19,9 @@ pub struct Problem {
     /// Names the kind of problem; a relative reference.
     #[serde(rename = "type")]
     #[schema(format = "uri-reference", example = "/problems/invalid-document")]
-    pub kind: String,
+    pub kind: &'static str,
     #[schema(example = "The document is not valid")]
-    pub title: String,
+    pub title: &'static str,
     #[schema(example = 422)]
     pub status: u16,
     pub detail: String,
@@ -36,10 +36,11 @@ pub struct Problem {
 }
 
 impl Problem {
-    pub fn new(status: StatusCode, slug: &str, title: &str, detail: impl Into<String>) -> Self {
+    /// `kind`: `/problems/` and a name.
+    pub fn new(status: StatusCode, kind: &'static str, title: &'static str, detail: impl Into<String>) -> Self {
         Self {
-            kind: format!("/problems/{slug}"),
-            title: title.to_owned(),
+            kind,
+            title,
             status: status.as_u16(),
             detail: detail.into(),
             instance: String::new(),
@@ -54,39 +55,39 @@ impl Problem {
     }
 
     pub fn bad_request(detail: impl Into<String>) -> Self {
-        Self::new(StatusCode::BAD_REQUEST, "bad-request", "The request is not valid", detail)
+        Self::new(StatusCode::BAD_REQUEST, "/problems/bad-request", "The request is not valid", detail)
     }
 
     pub fn not_found(detail: impl Into<String>) -> Self {
-        Self::new(StatusCode::NOT_FOUND, "not-found", "Not found", detail)
+        Self::new(StatusCode::NOT_FOUND, "/problems/not-found", "Not found", detail)
     }
 
     pub fn conflict(detail: impl Into<String>) -> Self {
-        Self::new(StatusCode::CONFLICT, "conflict", "Not possible now", detail)
+        Self::new(StatusCode::CONFLICT, "/problems/conflict", "Not possible now", detail)
     }
 
     pub fn unsupported_media_type(detail: impl Into<String>) -> Self {
         Self::new(
             StatusCode::UNSUPPORTED_MEDIA_TYPE,
-            "unsupported-media-type",
+            "/problems/unsupported-media-type",
             "The content type is not supported",
             detail,
         )
     }
 
-    pub fn unprocessable(slug: &str, title: &str, detail: impl Into<String>) -> Self {
-        Self::new(StatusCode::UNPROCESSABLE_ENTITY, slug, title, detail)
+    pub fn unprocessable(kind: &'static str, title: &'static str, detail: impl Into<String>) -> Self {
+        Self::new(StatusCode::UNPROCESSABLE_ENTITY, kind, title, detail)
     }
 
     pub fn unavailable(detail: impl Into<String>) -> Self {
-        Self::new(StatusCode::SERVICE_UNAVAILABLE, "unavailable", "Not available now", detail).retry_after(5)
+        Self::new(StatusCode::SERVICE_UNAVAILABLE, "/problems/unavailable", "Not available now", detail).retry_after(5)
     }
 
     /// Ours: the log has the rest, under the answer's `x-request-id`.
     pub fn internal() -> Self {
         Self::new(
             StatusCode::INTERNAL_SERVER_ERROR,
-            "internal",
+            "/problems/internal",
             "The service failed",
             "the log of the service has the reason, under this answer's x-request-id",
         )
@@ -100,26 +101,26 @@ impl Problem {
                 let allowed = allow.and_then(|value| value.to_str().ok()).unwrap_or("other methods");
                 Self::new(
                     status,
-                    "method-not-allowed",
+                    "/problems/method-not-allowed",
                     "The method is not allowed",
                     format!("this path allows {allowed}"),
                 )
             }
             StatusCode::REQUEST_TIMEOUT => {
-                Self::new(status, "timeout", "The request took too long", "it was not complete in time")
+                Self::new(status, "/problems/timeout", "The request took too long", "it was not complete in time")
             }
             StatusCode::PAYLOAD_TOO_LARGE => too_large("the body is longer than this path allows"),
             StatusCode::INTERNAL_SERVER_ERROR => Self::internal(),
             status => {
                 let title = status.canonical_reason().unwrap_or("The request failed");
-                Self::new(status, "http", title, title)
+                Self::new(status, "/problems/http", title, title)
             }
         }
     }
 }
 
 fn too_large(detail: impl Into<String>) -> Problem {
-    Problem::new(StatusCode::PAYLOAD_TOO_LARGE, "too-large", "The body is too large", detail)
+    Problem::new(StatusCode::PAYLOAD_TOO_LARGE, "/problems/too-large", "The body is too large", detail)
 }
 
 /// The problem travels as an extension; [`as_problem_documents`] writes it out.
@@ -184,7 +185,7 @@ impl From<DocumentErrors> for Problem {
             }
             [] => String::new(),
         };
-        let problem = Self::unprocessable("invalid-document", "The document is not valid", detail);
+        let problem = Self::unprocessable("/problems/invalid-document", "The document is not valid", detail);
         Self { errors, ..problem }
     }
 }

@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 use utoipa::{IntoParams, ToSchema};
 use uuid::Uuid;
 
+use crate::document::result::GridResult;
 use crate::estimate::Estimate;
 use crate::http::jobs::no_such_job;
 use crate::http::problem::{Path, Problem, Query};
@@ -16,7 +17,6 @@ use crate::http::{App, Service, content};
 use crate::job::meshes::UploadedMeshes;
 use crate::job::run::{self, PassReport, Prepared, ResultFile};
 use crate::job::worker::PREVIEW_PASSES;
-use crate::document::result::GridResult;
 use crate::output::plots::{self, ConvergencePoint};
 
 /// A reader of a running job waits so long for its pass to end.
@@ -95,13 +95,15 @@ fn accepted<F: Copy>(headers: &HeaderMap, known: &[(&str, F)], default: F) -> F 
 }
 
 /// A grid.
-#[utoipa::path(get, path = "/v1/jobs/{id}/grids/{name}", tag = "results",
+#[utoipa::path(get, path = "/v1/jobs/{id}/grids/{name}", operation_id = "get_grid", tag = "results",
     params(("id" = Uuid, Path), ("name" = String, Path), GridQuery),
     responses(
         (status = 200, description = "Illuminance and its standard error; as PNG in false colours",
             content((GridResult = "application/json"), (String = "text/csv"), (String = "image/png"))),
         (status = 206, description = "The range of it that was asked for"),
         (status = 304, description = "It is what If-None-Match names"),
+        (status = 416, description = "The range is not in the file", body = Problem, content_type = "application/problem+json"),
+        (status = 400, description = "A parameter is not valid", body = Problem, content_type = "application/problem+json"),
         (status = 404, description = "No such job or grid, or no pass is done yet", body = Problem, content_type = "application/problem+json")))]
 pub async fn grid(
     app: App,
@@ -109,8 +111,7 @@ pub async fn grid(
     Query(query): Query<GridQuery>,
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
-    let known =
-        [("application/json", GridFormat::Json), ("text/csv", GridFormat::Csv), ("image/png", GridFormat::Png)];
+    let known = [("application/json", GridFormat::Json), ("text/csv", GridFormat::Csv), ("image/png", GridFormat::Png)];
     let extension = match query.format.unwrap_or_else(|| accepted(&headers, &known, GridFormat::Json)) {
         GridFormat::Json => "json",
         GridFormat::Csv => "csv",
@@ -125,12 +126,13 @@ fn vary_by_accept(mut response: Response) -> Response {
 }
 
 /// A picture of a view.
-#[utoipa::path(get, path = "/v1/jobs/{id}/views/{file}", tag = "results",
+#[utoipa::path(get, path = "/v1/jobs/{id}/views/{file}", operation_id = "get_view", tag = "results",
     params(("id" = Uuid, Path), ("file" = String, Path, description = "The view's name and `.exr` or `.png`"), PictureQuery),
     responses(
         (status = 200, description = "OpenEXR with float layers, or PNG", content((String = "image/x-exr"), (String = "image/png"))),
         (status = 206, description = "The range of it that was asked for"),
         (status = 304, description = "It is what If-None-Match names"),
+        (status = 416, description = "The range is not in the file", body = Problem, content_type = "application/problem+json"),
         (status = 400, description = "These parameters do not go together", body = Problem, content_type = "application/problem+json"),
         (status = 404, description = "No such job or view, or no pass is done yet", body = Problem, content_type = "application/problem+json")))]
 pub async fn view(
@@ -170,7 +172,8 @@ async fn result_file(app: &Service, id: Uuid, headers: &HeaderMap, name: String)
     let Some((prepared, estimate)) = newest_estimate(app, id).await? else {
         // it may have finished between the first look and now
         let artifact = app.store.artifact(id, &name).await?;
-        let artifact = artifact.ok_or_else(|| Problem::not_found("the job has no such output, or no pass is done yet"))?;
+        let artifact =
+            artifact.ok_or_else(|| Problem::not_found("the job has no such output, or no pass is done yet"))?;
         return content::stored(headers, &app.artifacts, &artifact).await;
     };
     let files = tokio::task::spawn_blocking(move || prepared.result_files(&estimate)).await;
@@ -212,10 +215,11 @@ async fn newest_estimate(app: &Service, id: Uuid) -> Result<Option<(Arc<Prepared
 }
 
 /// Every pass: its time, photons, rays and error estimate.
-#[utoipa::path(get, path = "/v1/jobs/{id}/convergence", tag = "results",
+#[utoipa::path(get, path = "/v1/jobs/{id}/convergence", operation_id = "get_convergence", tag = "results",
     params(("id" = Uuid, Path), TableQuery),
     responses(
         (status = 200, description = "The passes so far", content((Convergence = "application/json"), (String = "text/csv"))),
+        (status = 400, description = "A parameter is not valid", body = Problem, content_type = "application/problem+json"),
         (status = 404, description = "No such job", body = Problem, content_type = "application/problem+json")))]
 pub async fn convergence(
     app: App,
@@ -238,7 +242,7 @@ pub async fn convergence(
 }
 
 /// Relative error against render seconds, as a picture.
-#[utoipa::path(get, path = "/v1/jobs/{id}/convergence.svg", tag = "results", params(("id" = Uuid, Path)),
+#[utoipa::path(get, path = "/v1/jobs/{id}/convergence.svg", operation_id = "get_convergence_svg", tag = "results", params(("id" = Uuid, Path)),
     responses(
         (status = 200, description = "Both axes logarithmic", body = String, content_type = "image/svg+xml"),
         (status = 404, description = "No such job", body = Problem, content_type = "application/problem+json")))]

@@ -42,8 +42,7 @@ fn api_with_mesh_limit(mesh_bytes: usize) -> OpenApiRouter<Arc<Service>> {
         .routes(routes!(skies::skies))
         .routes(routes!(openapi::openapi_yaml))
         .layer(CompressionLayer::new());
-    let uploads =
-        OpenApiRouter::new().routes(routes!(meshes::create)).layer(DefaultBodyLimit::max(mesh_bytes));
+    let uploads = OpenApiRouter::new().routes(routes!(meshes::create)).layer(DefaultBodyLimit::max(mesh_bytes));
     OpenApiRouter::with_openapi(openapi::Description::openapi())
         .merge(texts)
         .merge(uploads)
@@ -65,17 +64,11 @@ pub fn router(service: Arc<Service>) -> Router {
         .layer(SetRequestIdLayer::new(REQUEST_ID, MakeRequestUuid))
         .layer(TraceLayer::new_for_http().make_span_with(span))
         .layer(PropagateRequestIdLayer::new(REQUEST_ID))
-        .layer(SetResponseHeaderLayer::overriding(
-            header::X_CONTENT_TYPE_OPTIONS,
-            HeaderValue::from_static("nosniff"),
-        ))
+        .layer(SetResponseHeaderLayer::overriding(header::X_CONTENT_TYPE_OPTIONS, HeaderValue::from_static("nosniff")))
         .layer(middleware::from_fn(as_problem_documents))
         .layer(CatchPanicLayer::new())
         // of event streams this is the time until they begin
-        .layer(TimeoutLayer::with_status_code(
-            StatusCode::REQUEST_TIMEOUT,
-            Duration::from_secs(request_seconds),
-        ));
+        .layer(TimeoutLayer::with_status_code(StatusCode::REQUEST_TIMEOUT, Duration::from_secs(request_seconds)));
     api.route("/docs", get(openapi::docs))
         .route("/docs/", get(openapi::docs_index))
         .route("/docs/{*file}", get(openapi::docs_file))

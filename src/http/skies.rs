@@ -37,7 +37,7 @@ pub struct SkyParameters {
 }
 
 /// All sky types with their parameters.
-#[utoipa::path(get, path = "/v1/skies", tag = "skies",
+#[utoipa::path(get, path = "/v1/skies", operation_id = "list_skies", tag = "skies",
     responses((status = 200, description = "The sky types in order", body = Skies)))]
 pub async fn skies() -> Json<Skies> {
     let skies = CieType::all()

@@ -58,8 +58,7 @@ impl Artifacts {
     ) -> Result<Artifact, ArtifactError> {
         let hash = blake3::hash(&bytes).to_hex().to_string();
         let flat_name = name.replace('/', "_");
-        let key =
-            format!("jobs/{}/{}-{}-{}-{flat_name}", lease.job, lease.chunk, lease.attempt, &hash[..HASH_IN_KEY]);
+        let key = format!("jobs/{}/{}-{}-{}-{flat_name}", lease.job, lease.chunk, lease.attempt, &hash[..HASH_IN_KEY]);
         let size = bytes.len() as u64;
         self.put(&key, bytes.into()).await?;
         Ok(Artifact { name: name.to_owned(), key, hash, size, media_type: media_type.to_owned() })
@@ -176,13 +175,14 @@ mod tests {
         let directory = tempfile::tempdir().unwrap();
         let artifacts = Artifacts::on_disk(directory.path()).unwrap();
         let lease = lease();
-        let artifact = artifacts.put_of_chunk(&lease, "grids/a.json", "application/json", b"12345".to_vec()).await.unwrap();
-        let again = artifacts.put_of_chunk(&lease, "grids/a.json", "application/json", b"12345".to_vec()).await.unwrap();
+        let artifact =
+            artifacts.put_of_chunk(&lease, "grids/a.json", "application/json", b"12345".to_vec()).await.unwrap();
+        let again =
+            artifacts.put_of_chunk(&lease, "grids/a.json", "application/json", b"12345".to_vec()).await.unwrap();
         assert_eq!(artifact, again);
         assert!(artifact.key.starts_with(&format!("jobs/{}/3-2-{}", lease.job, &artifact.hash[..16])));
         assert_eq!(artifacts.read_checked(&artifact.key, &artifact.hash).await.unwrap().as_ref(), b"12345");
-        let part: Vec<Bytes> =
-            artifacts.stream(&artifact.key, Some(1..3)).await.unwrap().try_collect().await.unwrap();
+        let part: Vec<Bytes> = artifacts.stream(&artifact.key, Some(1..3)).await.unwrap().try_collect().await.unwrap();
         assert_eq!(part.concat(), b"23");
         std::fs::write(directory.path().join(&artifact.key), b"12346").unwrap();
         assert!(matches!(

@@ -35,8 +35,9 @@ pub async fn upload(store: &dyn Store, artifacts: &Artifacts, bytes: Bytes) -> R
         return Ok(mesh);
     }
     let copy = bytes.clone();
-    let parsed =
-        tokio::task::spawn_blocking(move || parse_obj(&copy, ObjLimits::default())).await.map_err(|_| UploadError::Panicked)??;
+    let parsed = tokio::task::spawn_blocking(move || parse_obj(&copy, ObjLimits::default()))
+        .await
+        .map_err(|_| UploadError::Panicked)??;
     // a key of its own for each upload: deleting a mesh while it is uploaded anew cannot take the new file
     let key = format!("meshes/{id}-{}.obj", Uuid::now_v7());
     let size = bytes.len() as u64;

@@ -218,7 +218,11 @@ pub enum Beat {
 pub enum Report {
     Pass(PassReport),
     /// A kept progress image.
-    Image { view: String, passes: u64, artifact: Artifact },
+    Image {
+        view: String,
+        passes: u64,
+        artifact: Artifact,
+    },
 }
 
 /// How a chunk ends.

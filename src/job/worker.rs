@@ -173,7 +173,11 @@ impl Worker {
         }
     }
 
-    async fn give_back_and_pause(&self, lease: &Lease, error: &(dyn std::fmt::Display + Sync)) -> Result<(), StoreError> {
+    async fn give_back_and_pause(
+        &self,
+        lease: &Lease,
+        error: &(dyn std::fmt::Display + Sync),
+    ) -> Result<(), StoreError> {
         tracing::error!(%error, "the chunk could not be stored");
         self.pause(RETRY_PAUSE).await;
         self.store.release(lease).await
@@ -189,9 +193,7 @@ impl Worker {
             problem: Some(problem),
             artifacts: Vec::new(),
         };
-        if let Committed::Yes { obsolete: Some(key) } =
-            self.store.complete(lease, &Completion::Finish(finish)).await?
-        {
+        if let Committed::Yes { obsolete: Some(key) } = self.store.complete(lease, &Completion::Finish(finish)).await? {
             self.delete_file(&key).await;
         }
         metrics::counter!("skyduct_jobs_finished_total", "status" => "failed").increment(1);
@@ -212,12 +214,7 @@ impl Worker {
     }
 
     async fn render_and_commit(&mut self, lease: &Lease) -> Result<(), Interrupted> {
-        let cancel_requested = self
-            .store
-            .job_head(lease.job)
-            .await?
-            .ok_or(Interrupted::LeaseLost)?
-            .cancel_requested;
+        let cancel_requested = self.store.job_head(lease.job).await?.ok_or(Interrupted::LeaseLost)?.cancel_requested;
         let current = match self.current.take() {
             Some(current) if current.job == lease.job && current.next_chunk == lease.chunk => current,
             other => {
@@ -245,8 +242,7 @@ impl Worker {
             Some(state) => Some(self.artifacts.read_checked(&state.key, &state.hash).await.map_err(damaged)?),
             None => None,
         };
-        let meshes =
-            UploadedMeshes::new(self.store.clone(), self.artifacts.clone(), tokio::runtime::Handle::current());
+        let meshes = UploadedMeshes::new(self.store.clone(), self.artifacts.clone(), tokio::runtime::Handle::current());
         let submitted = job.submitted;
         let loaded = self
             .on_pool(move || {
@@ -383,11 +379,8 @@ impl Worker {
                 for file in files {
                     artifacts.push(self.put(lease, &file.name, file.media_type, file.bytes).await?);
                 }
-                let status = if stopped_by == StoppedBy::Cancelled {
-                    JobStatus::Cancelled
-                } else {
-                    JobStatus::Succeeded
-                };
+                let status =
+                    if stopped_by == StoppedBy::Cancelled { JobStatus::Cancelled } else { JobStatus::Succeeded };
                 Completion::Finish(Finish {
                     status,
                     stopped_by: Some(stopped_by),
@@ -404,7 +397,12 @@ impl Worker {
             Committed::Yes { obsolete: None } => {}
         }
         if let Completion::Finish(finish) = &completion {
-            tracing::info!(status = finish.status.name(), passes = progress.passes, seconds = progress.seconds, "job finished");
+            tracing::info!(
+                status = finish.status.name(),
+                passes = progress.passes,
+                seconds = progress.seconds,
+                "job finished"
+            );
             metrics::counter!("skyduct_jobs_finished_total", "status" => finish.status.name()).increment(1);
         }
         metrics::gauge!("skyduct_job_photons").set(progress.photons as f64);
@@ -422,10 +420,7 @@ impl Worker {
     }
 
     /// Runs on the render pool; a panic there comes back as an error.
-    async fn on_pool<T: Send + 'static>(
-        &self,
-        work: impl FnOnce() -> T + Send + 'static,
-    ) -> Result<T, Interrupted> {
+    async fn on_pool<T: Send + 'static>(&self, work: impl FnOnce() -> T + Send + 'static) -> Result<T, Interrupted> {
         let (sender, receiver) = oneshot::channel();
         self.pool.spawn(move || {
             // what a panic leaves half done is dropped with it

@@ -33,8 +33,7 @@ pub fn client() -> reqwest::Client {
 }
 
 pub fn config(data: &std::path::Path) -> Config {
-    let flags =
-        Flags { listen: Some(([127, 0, 0, 1], 0).into()), data: Some(data.to_owned()), ..Flags::default() };
+    let flags = Flags { listen: Some(([127, 0, 0, 1], 0).into()), data: Some(data.to_owned()), ..Flags::default() };
     Config::load(None, &flags).unwrap()
 }
 
@@ -84,12 +83,7 @@ impl TestService {
     }
 
     /// Events from `after` on, until `enough`, or the stream ends.
-    pub async fn events_until(
-        &self,
-        job: &str,
-        after: i64,
-        enough: impl Fn(&TestEvent) -> bool,
-    ) -> Vec<TestEvent> {
+    pub async fn events_until(&self, job: &str, after: i64, enough: impl Fn(&TestEvent) -> bool) -> Vec<TestEvent> {
         let request = self.get(&format!("{job}/events")).header("last-event-id", after);
         let response = request.send().await.unwrap();
         assert_eq!(response.status(), StatusCode::OK);
@@ -162,7 +156,6 @@ pub fn small_job() -> Value {
 pub fn endless_job() -> Value {
     let mut job = small_job();
     job["name"] = json!("endless");
-    job["stop"] =
-        json!({ "relative_error": 1e-9, "view_relative_error": 1e-9, "max_passes": 100_000_000, "max_seconds": 100_000 });
+    job["stop"] = json!({ "relative_error": 1e-9, "view_relative_error": 1e-9, "max_passes": 100_000_000, "max_seconds": 100_000 });
     job
 }

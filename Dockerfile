@@ -1,0 +1,23 @@
+# The service in a container: data in the volume /data, port 8080.
+#   docker build -t skyduct . && docker run -p 8080:8080 -v skyduct:/data skyduct
+
+FROM rust:1.95-slim-bookworm AS build
+# a C compiler for SQLite and blake3
+RUN apt-get update && apt-get install -y --no-install-recommends gcc libc6-dev && rm -rf /var/lib/apt/lists/*
+WORKDIR /src
+COPY . .
+RUN --mount=type=cache,target=/usr/local/cargo/registry --mount=type=cache,target=/src/target \
+    cargo build --release --locked && cp target/release/skyduct /usr/local/bin/skyduct
+
+FROM debian:bookworm-slim
+RUN useradd --uid 10001 --no-create-home --shell /usr/sbin/nologin skyduct \
+    && mkdir /data && chown skyduct:skyduct /data
+COPY --from=build /usr/local/bin/skyduct /usr/local/bin/skyduct
+USER 10001
+VOLUME /data
+EXPOSE 8080
+STOPSIGNAL SIGTERM
+HEALTHCHECK --interval=30s --timeout=3s CMD ["bash", "-c", \
+    "exec 3<>/dev/tcp/127.0.0.1/8080 && printf 'GET /readyz HTTP/1.0\\r\\n\\r\\n' >&3 && head -1 <&3 | grep -q ' 200 '"]
+ENTRYPOINT ["skyduct"]
+CMD ["serve", "--listen", "0.0.0.0:8080", "--data", "/data"]
