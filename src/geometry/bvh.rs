@@ -81,9 +81,8 @@ impl TriangleBvh {
                 return f32::INFINITY;
             }
             let Some(distance) = sheared.intersect(&self.triangles[index]) else { return f32::INFINITY };
-            let closer = nearest.is_none_or(|hit| {
-                distance < hit.distance || (distance == hit.distance && number < hit.triangle)
-            });
+            let closer = nearest
+                .is_none_or(|hit| distance < hit.distance || (distance == hit.distance && number < hit.triangle));
             if !closer {
                 return f32::INFINITY;
             }
@@ -166,10 +165,12 @@ mod tests {
     fn agrees_with_brute_force() {
         let mut random = PathRandom::new(Key::new(9));
         let mut point = || DVec3::new(random.uniform(), random.uniform(), random.uniform());
-        let triangles: Vec<_> = (0..500).map(|_| {
-            let p = point() * 4.0;
-            [p, p + point(), p + point() * 0.1]
-        }).collect();
+        let triangles: Vec<_> = (0..500)
+            .map(|_| {
+                let p = point() * 4.0;
+                [p, p + point(), p + point() * 0.1]
+            })
+            .collect();
         let bvh = TriangleBvh::new(&triangles);
         for _ in 0..2000 {
             let (origin, direction) = (point() * 4.0, (point() - 0.5).normalize());

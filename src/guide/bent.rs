@@ -126,8 +126,11 @@ impl BentGuide {
             let wall = distance_to_wall(self.radius, p, d);
             let toward_lower = d.dot(cylinder.lower_normal);
             let toward_upper = d.dot(cylinder.upper_normal);
-            let lower =
-                if toward_lower < 0.0 { (-p.dot(cylinder.lower_normal) / toward_lower).max(0.0) } else { f64::INFINITY };
+            let lower = if toward_lower < 0.0 {
+                (-p.dot(cylinder.lower_normal) / toward_lower).max(0.0)
+            } else {
+                f64::INFINITY
+            };
             let upper = if toward_upper > 0.0 {
                 ((DVec3::Z * cylinder.length - p).dot(cylinder.upper_normal) / toward_upper).max(0.0)
             } else {

@@ -120,12 +120,7 @@ impl MeshGuide {
         self.follow(position, direction, false, random)
     }
 
-    pub(super) fn up<const C: usize>(
-        &self,
-        position: DVec3,
-        direction: DVec3,
-        random: &mut PathRandom,
-    ) -> Transit<C> {
+    pub(super) fn up<const C: usize>(&self, position: DVec3, direction: DVec3, random: &mut PathRandom) -> Transit<C> {
         self.follow(position, direction, true, random)
     }
 

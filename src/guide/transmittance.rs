@@ -30,11 +30,7 @@ pub fn beam_transmission(aspect: f64, tan_theta: f64, reflectance: f64) -> f64 {
         let lower = a / (n + 1.0);
         let (root_upper, root_lower) = (root(upper), root(lower));
         let chords = primitive(upper, root_upper) - primitive(lower, root_lower);
-        let roots = if upper == lower {
-            0.0
-        } else {
-            -(upper - lower) * (upper + lower) / (root_upper + root_lower)
-        };
+        let roots = if upper == lower { 0.0 } else { -(upper - lower) * (upper + lower) / (root_upper + root_lower) };
         sum += power * ((1.0 + loss * n) * chords + loss * a * roots);
         // what is left is below (4/pi) R^N P(lower), and P(s) < s^3
         if power * lower * lower * lower < 1e-18 * sum {
@@ -97,9 +93,9 @@ pub fn sky_exitance(sky: &Sky, aspect: f64, reflectance: f64) -> f64 {
     edges.sort_by(f64::total_cmp);
     let between = |from: f64, to: f64| {
         // x = u^2 (3 - 2u) flattens both ends, where the integrand's derivatives are singular
-        along.integrate(0.0, 1.0, |u: f64| {
-            integrand(from + (to - from) * u * u * (3.0 - 2.0 * u)) * 6.0 * u * (1.0 - u)
-        }) * (to - from)
+        along
+            .integrate(0.0, 1.0, |u: f64| integrand(from + (to - from) * u * u * (3.0 - 2.0 * u)) * 6.0 * u * (1.0 - u))
+            * (to - from)
     };
     edges.windows(2).filter(|pair| pair[1] > pair[0]).map(|pair| between(pair[0], pair[1])).sum()
 }

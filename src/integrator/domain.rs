@@ -51,8 +51,7 @@ impl Domain {
     pub fn area(&self, centre: DVec3, radius: f64) -> f64 {
         let relative = centre - self.origin;
         let p = DVec2::new(relative.dot(self.u), relative.dot(self.v));
-        let inside =
-            p.x >= radius && p.y >= radius && self.size.x - p.x >= radius && self.size.y - p.y >= radius;
+        let inside = p.x >= radius && p.y >= radius && self.size.x - p.x >= radius && self.size.y - p.y >= radius;
         let mut area = if inside { PI * radius * radius } else { self.outline_area(p, radius) };
         for hole in &self.holes {
             area -= disc_polygon_area(p, radius, hole);

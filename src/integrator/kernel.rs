@@ -138,7 +138,9 @@ impl Kernel {
         let own = |surface: SurfaceId| (surface >= 6 && surface != NO_SURFACE).then(|| (surface as usize - 6) / 6);
         let (own_a, own_b) = (own(from), own(to));
         self.boxes.iter().enumerate().all(|(index, object)| {
-            Some(index) == own_a || Some(index) == own_b || object.intersect(a, b - a).is_none_or(|(t, ..)| t >= 1.0 - ON_TARGET)
+            Some(index) == own_a
+                || Some(index) == own_b
+                || object.intersect(a, b - a).is_none_or(|(t, ..)| t >= 1.0 - ON_TARGET)
         })
     }
 

@@ -328,8 +328,7 @@ fn cross_room<const C: usize>(
         account.ledger.room += flux.luminance();
         return Step::Ended;
     }
-    let scattering =
-        Scattering { position: hit.position, normal: hit.normal, leaving, surface, diffuser: None };
+    let scattering = Scattering { position: hit.position, normal: hit.normal, leaving, surface, diffuser: None };
     visitor.scattered(&scattering, samples);
     // roulette keeps the flux of a survivor; colours change its balance, so the ledger books both
     let mut survival = leaving.max() / flux.max();

@@ -117,15 +117,15 @@ mod tests {
         let mut random = PathRandom::new(Key::new(4));
         let mut point = || DVec3::new(random.uniform() * 4.0, random.uniform() * 3.0, random.uniform());
         for count in [0, 1, 25, 3000] {
-            let photons: Vec<Photon<1>> = (0..count)
-                .map(|k| Photon { position: point(), surface: k % 2, flux: Spectrum([1.0]) })
-                .collect();
+            let photons: Vec<Photon<1>> =
+                (0..count).map(|k| Photon { position: point(), surface: k % 2, flux: Spectrum([1.0]) }).collect();
             for radius in [0.01, 0.3, 2.0, 10.0] {
                 let grid = PhotonGrid::new(&photons, radius);
                 for _ in 0..50 {
                     let centre = point() * 1.2 - 0.3;
                     let within = |r_squared: f64| {
-                        let near = |p: &&Photon<1>| (p.position - centre).length_squared() < r_squared && p.surface == 1;
+                        let near =
+                            |p: &&Photon<1>| (p.position - centre).length_squared() < r_squared && p.surface == 1;
                         photons.iter().filter(near).count() as f64
                     };
                     let (whole, half) = grid.gather(centre, radius, 1);

@@ -100,9 +100,7 @@ impl<const C: usize> Sppm<C> {
             grid_domains: grids.iter().map(|grid| Domain::horizontal_plane(&kernel, grid.height_m)).collect(),
             views: views.to_vec(),
             domains: Domain::of_surfaces(&kernel),
-            initial_radius: settings
-                .initial_radius_m
-                .unwrap_or(DEFAULT_RADIUS_SHARE * kernel.size.min_element()),
+            initial_radius: settings.initial_radius_m.unwrap_or(DEFAULT_RADIUS_SHARE * kernel.size.min_element()),
             alpha: settings.alpha,
             seed: Key::new(seed),
             kernel,
@@ -348,8 +346,7 @@ impl<const C: usize> Integrator for Sppm<C> {
             radius,
         };
         let grids = (0..self.grids.len()).map(|number| self.grid(number, &maps, key)).collect();
-        let views =
-            (0..self.views.len()).map(|number| self.view(number, &maps, key, cancel)).collect::<Option<_>>()?;
+        let views = (0..self.views.len()).map(|number| self.view(number, &maps, key, cancel)).collect::<Option<_>>()?;
         Some(Pass { grids, views, account, photons: self.emission.photons() })
     }
 }
@@ -414,8 +411,7 @@ impl<const C: usize> Store<C> {
 impl<const C: usize> Visitor<C> for Store<C> {
     fn scattered(&mut self, scattering: &Scattering<C>, _: &mut PathSamples) {
         if let Some(tube) = scattering.diffuser {
-            let photon =
-                Photon { position: scattering.position, surface: tube as SurfaceId, flux: scattering.leaving };
+            let photon = Photon { position: scattering.position, surface: tube as SurfaceId, flux: scattering.leaving };
             self.exits[tube].push(photon);
         }
     }

@@ -38,7 +38,10 @@ enum Engine {
     Dark,
     /// One method computes grids and views in the same passes.
     Shared(Box<dyn Integrator>),
-    Separate { grids: Option<Box<dyn Integrator>>, views: Option<Box<dyn Integrator>> },
+    Separate {
+        grids: Option<Box<dyn Integrator>>,
+        views: Option<Box<dyn Integrator>>,
+    },
 }
 
 /// Why a job ended.
@@ -118,16 +121,14 @@ pub fn prepare(document: &[u8], meshes: &dyn MeshSource) -> Result<Prepared, Doc
 
 /// The same for a parsed document.
 pub fn prepare_document(document: &JobDocument, meshes: &dyn MeshSource) -> Result<Prepared, DocumentErrors> {
-    let refused = |pointer: &str, detail: String| {
-        DocumentErrors(vec![FieldError { pointer: pointer.into(), detail }])
-    };
+    let refused = |pointer: &str, detail: String| DocumentErrors(vec![FieldError { pointer: pointer.into(), detail }]);
     let (scene, warnings, mut provenance) = document::to_scene(document, meshes)?;
     let effects = Effects::of(&scene, &document.effect_requests());
     let kernel = plan::compile(&scene, &effects)
         .map_err(|error| refused(&format!("/tubes/{}/parts", error.tube), error.error.to_string()))?;
     let request = document.method.request().ok_or_else(|| refused("/method", "not supported yet".into()))?;
-    let methods = Methods::choose(&scene, &kernel, &request)
-        .map_err(|refusal| refused("/method", refusal.to_string()))?;
+    let methods =
+        Methods::choose(&scene, &kernel, &request).map_err(|refusal| refused("/method", refusal.to_string()))?;
     let plan = Plan { guides: plan::guides(&kernel), effects, methods };
     provenance.interreflection = kernel.interreflection;
     provenance.sun.on = kernel.sun.is_some();

@@ -8,8 +8,13 @@
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Diffuser {
     Open,
-    Clear { transmittance: [f64; 3] },
-    Lambertian { transmittance: [f64; 3], reflectance: [f64; 3] },
+    Clear {
+        transmittance: [f64; 3],
+    },
+    Lambertian {
+        transmittance: [f64; 3],
+        reflectance: [f64; 3],
+    },
     /// A Lambertian and a clear zone, divided by a circle (HOLIGILM's annular kinds).
     Mixed {
         lambertian_radius_m: f64,
@@ -31,8 +36,13 @@ pub enum DiffuserZone {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Closure {
     /// The direction stays; the weight is multiplied by the transmittance, the rest is absorbed.
-    Specular { transmittance: [f64; 3] },
-    Lambertian { transmittance: [f64; 3], reflectance: [f64; 3] },
+    Specular {
+        transmittance: [f64; 3],
+    },
+    Lambertian {
+        transmittance: [f64; 3],
+        reflectance: [f64; 3],
+    },
 }
 
 impl Diffuser {

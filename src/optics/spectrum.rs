@@ -24,11 +24,7 @@ impl<const C: usize> Spectrum<C> {
     /// Luminance Y of this spectrum (Rec.709 weights; the value itself in one channel).
     #[inline]
     pub fn luminance(&self) -> f64 {
-        if C == 1 {
-            self.0[0]
-        } else {
-            (0..C).map(|c| REC709_LUMINANCE[c] * self.0[c]).sum()
-        }
+        if C == 1 { self.0[0] } else { (0..C).map(|c| REC709_LUMINANCE[c] * self.0[c]).sum() }
     }
 
     /// The largest channel.

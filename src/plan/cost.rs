@@ -22,7 +22,8 @@ pub fn seconds_per_pass(scene: &Scene, plan: &Plan) -> f64 {
     };
     let grids = methods.grids.as_ref().filter(|_| !methods.share_passes());
     grids.map_or(0.0, |choice| of(&choice.method, sensors, 0))
-        + methods.views.as_ref().map_or(0.0, |choice| {
-            of(&choice.method, if methods.share_passes() { sensors } else { 0 }, pixels)
-        })
+        + methods
+            .views
+            .as_ref()
+            .map_or(0.0, |choice| of(&choice.method, if methods.share_passes() { sensors } else { 0 }, pixels))
 }

@@ -61,7 +61,6 @@ pub fn around(axis: DVec3, local: DVec3) -> DVec3 {
     tangent * local.x + bitangent * local.y + axis * local.z
 }
 
-
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -32,14 +32,7 @@ impl View {
         }
         let half_height = (0.5 * vertical_fov).tan();
         let half_width = half_height * size_px[0] as f64 / size_px[1] as f64;
-        Some(Self {
-            name,
-            eye,
-            size_px,
-            forward,
-            right: right * half_width,
-            up: right.cross(forward) * half_height,
-        })
+        Some(Self { name, eye, size_px, forward, right: right * half_width, up: right.cross(forward) * half_height })
     }
 
     /// Unit direction through image position (`x`, `y`) in pixels, from the upper left corner.

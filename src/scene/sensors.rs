@@ -35,9 +35,8 @@ impl Grid {
     ) -> Self {
         let cell_size_m: [f64; 2] =
             std::array::from_fn(|axis| (room_size_m[axis] - 2.0 * margin_m) / cells[axis] as f64);
-        let centres = |axis: usize| {
-            (0..cells[axis]).map(|i| margin_m + (i as f64 + 0.5) * cell_size_m[axis]).collect::<Vec<_>>()
-        };
+        let centres =
+            |axis: usize| (0..cells[axis]).map(|i| margin_m + (i as f64 + 0.5) * cell_size_m[axis]).collect::<Vec<_>>();
         Self { name, height_m, cells, x_m: centres(0), y_m: centres(1), cell_size_m, estimate }
     }
 

@@ -228,7 +228,10 @@ mod tests {
         let view = direction(45f64.to_radians(), PI);
         assert!((sky(1, 60.0, 0.0).relative_luminance(view) - 0.8325846).abs() < 1e-7);
         assert!((sky(12, 60.0, 0.0).relative_luminance(view) - 0.4544524).abs() < 1e-7);
-        assert!((Indicatrix::new(10.0, -3.0, 0.45).at(30f64.to_radians(), 30f64.to_radians().cos()) - 3.3264628).abs() < 1e-7);
+        assert!(
+            (Indicatrix::new(10.0, -3.0, 0.45).at(30f64.to_radians(), 30f64.to_radians().cos()) - 3.3264628).abs()
+                < 1e-7
+        );
         assert!((gradation(4.0, -0.7, 1.0) - 2.9863412).abs() < 1e-7);
     }
 
