@@ -1,5 +1,7 @@
 //! Skew rays inside a mirror cylinder, in closed form.
 
+use std::f64::consts::TAU;
+
 use glam::{DVec2, DVec3};
 
 /// Where a ray inside a cylinder has got to.
@@ -47,9 +49,11 @@ pub fn traverse(radius: f64, position: DVec3, direction: DVec3, axial: f64) -> P
     let mut direction = direction;
     if bounces > 0.0 {
         let turn = 2.0 * half_chord.atan2(b.abs());
-        // reduced before the multiplication could lose the angle among many turns
-        let angle = (bounces * turn).rem_euclid(std::f64::consts::TAU).copysign(if b < 0.0 { -1.0 } else { 1.0 });
-        let rotation = DVec2::from_angle(angle);
+        // reduced to one turn before its sine and cosine are taken
+        let turns = bounces * turn * (1.0 / TAU);
+        let angle = (turns - turns.floor()) * TAU;
+        let (sin, cos) = angle.sin_cos();
+        let rotation = DVec2::new(cos, if b < 0.0 { -sin } else { sin });
         end = rotation.rotate(end);
         direction = rotation.rotate(transverse).extend(direction.z);
     }

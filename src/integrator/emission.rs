@@ -43,6 +43,9 @@ pub struct EmittedPhoton {
     pub direction: DVec3,
     /// In lm; the pass' photons add up to the flux.
     pub flux: f64,
+    /// Number of this photon among the `of` photons of its source.
+    pub index: u64,
+    pub of: u64,
 }
 
 /// The numbers of one path: Sobol points for its first dimensions, then counter-based random numbers.
@@ -156,6 +159,8 @@ impl Emission {
             position: entry.position,
             direction: -toward,
             flux: luminance_per_density * entry.projected_area_m2 / emitter.photons as f64,
+            index: number - emitter.first,
+            of: emitter.photons,
         });
         (photon, samples)
     }

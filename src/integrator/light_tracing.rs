@@ -40,6 +40,10 @@ impl Default for Settings {
 /// Sensors that one vertex is connected to; larger sets are connected to a random subset of about this size.
 const CONNECTIONS: usize = 1024;
 
+/// Of how many photons one is connected to the sensors from its diffuser: direct light is smooth and needs few of them,
+/// the others go on for the interreflection.
+const DIFFUSER_CONNECTIONS: u64 = 4;
+
 /// Backward rays per sensor and pass, at most: toward the sky, and toward the sun.
 const SKY_RAYS: u64 = 256;
 const SUN_RAYS: u64 = 1024;
@@ -54,6 +58,8 @@ pub struct LightTracing<const C: usize> {
     emission: Emission,
     sensors: Vec<SensorPlane>,
     seed: Key,
+    /// The widest vectors of this machine; the same bits as without, as nothing is contracted.
+    vectors: pulp::Arch,
 }
 
 /// A grid's sensors, row by row.
@@ -88,7 +94,7 @@ impl<const C: usize> LightTracing<C> {
                 plane
             })
             .collect();
-        Self { kernel, emission, sensors, seed: Key::new(seed) }
+        Self { kernel, emission, sensors, seed: Key::new(seed), vectors: pulp::Arch::new() }
     }
 
     fn sensor_count(&self) -> usize {
@@ -97,11 +103,14 @@ impl<const C: usize> LightTracing<C> {
 
     /// Photons `from`..`to` of a pass.
     fn photons(&self, pass: Key, from: u64, to: u64) -> (Vec<f64>, Account) {
-        let mut tally = Tally { method: self, lux: vec![0.0; self.sensor_count()] };
+        let mut tally = Tally { method: self, lux: vec![0.0; self.sensor_count()], diffuser_weight: 1.0 };
         let mut account = Account::new(self.kernel.tubes.len());
         for number in from..to {
             let (photon, mut samples) = self.emission.photon(&self.kernel, pass, number);
             if let Some(photon) = photon {
+                let connected = photon.of.div_ceil(DIFFUSER_CONNECTIONS);
+                tally.diffuser_weight =
+                    if photon.index < connected { photon.of as f64 / connected as f64 } else { 0.0 };
                 trace::<C>(&self.kernel, &photon, &mut samples, &mut tally, &mut account);
             }
         }
@@ -206,11 +215,17 @@ impl SensorPlane {
 struct Tally<'a, const C: usize> {
     method: &'a LightTracing<C>,
     lux: Vec<f64>,
+    /// Weight of the present photon's connections from diffusers.
+    diffuser_weight: f64,
 }
 
 impl<const C: usize> Visitor<C> for Tally<'_, C> {
     fn scattered(&mut self, scattering: &Scattering<C>, samples: &mut PathSamples) {
-        let per_sr = scattering.leaving.luminance() / PI;
+        let weight = if scattering.diffuser.is_some() { self.diffuser_weight } else { 1.0 };
+        if weight == 0.0 {
+            return;
+        }
+        let per_sr = weight * scattering.leaving.luminance() / PI;
         for plane in &self.method.sensors {
             let depth = scattering.position.z - plane.height;
             if depth <= 0.0 {
@@ -245,9 +260,7 @@ impl<const C: usize> Visitor<C> for Tally<'_, C> {
                     }
                 }
             } else {
-                for ((sum, x), y) in lux.iter_mut().zip(&plane.x).zip(&plane.y) {
-                    *sum += connection.illuminance(*x, *y);
-                }
+                connection.add_to(self.method.vectors, lux, &plane.x, &plane.y);
             }
         }
     }
@@ -282,6 +295,18 @@ struct Connection {
 }
 
 impl Connection {
+    /// Adds the illuminance of all sensors at (`x`, `y`).
+    fn add_to(&self, vectors: pulp::Arch, lux: &mut [f64], x: &[f64], y: &[f64]) {
+        vectors.dispatch(
+            #[inline(always)]
+            || {
+                for ((sum, x), y) in lux.iter_mut().zip(x).zip(y) {
+                    *sum += self.illuminance(*x, *y);
+                }
+            },
+        );
+    }
+
     /// Illuminance at a horizontal sensor: I cos(theta) cos(theta') / d^2; branchless, for the inner loop.
     #[inline(always)]
     fn illuminance(&self, x: f64, y: f64) -> f64 {
