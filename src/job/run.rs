@@ -227,7 +227,7 @@ impl Prepared {
         let cancel = AtomicBool::new(false);
         let done = AtomicBool::new(false);
         std::thread::scope(|scope| {
-            scope.spawn(|| {
+            let watcher = scope.spawn(|| {
                 while !done.load(Ordering::Acquire) {
                     if observer.cancelled() {
                         cancel.store(true, Ordering::Relaxed);
@@ -236,9 +236,9 @@ impl Prepared {
                     std::thread::park_timeout(CANCEL_POLL);
                 }
             });
-            let chunk = self.render_passes(passes, before, seconds_before, start, &cancel, observer);
-            done.store(true, Ordering::Release);
-            chunk
+            // also when a pass panics: the scope waits for the watcher before the panic goes on
+            let _ends_watcher = EndsWatcher { done: &done, watcher: watcher.thread() };
+            self.render_passes(passes, before, seconds_before, start, &cancel, observer)
         })
     }
 
@@ -306,6 +306,19 @@ impl Prepared {
 
     pub fn accuracy(&self, merged: &Estimate) -> Accuracy {
         self.stop.accuracy(merged)
+    }
+}
+
+/// Tells the thread that watches for a cancel that the chunk is over.
+struct EndsWatcher<'a> {
+    done: &'a AtomicBool,
+    watcher: &'a std::thread::Thread,
+}
+
+impl Drop for EndsWatcher<'_> {
+    fn drop(&mut self) {
+        self.done.store(true, Ordering::Release);
+        self.watcher.unpark();
     }
 }
 
