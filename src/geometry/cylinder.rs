@@ -48,12 +48,8 @@ pub fn traverse(radius: f64, position: DVec3, direction: DVec3, axial: f64) -> P
     let mut end = p0 + along * (rest - t0 - half_chord);
     let mut direction = direction;
     if bounces > 0.0 {
-        let turn = 2.0 * half_chord.atan2(b.abs());
-        // reduced to one turn before its sine and cosine are taken
-        let turns = bounces * turn * (1.0 / TAU);
-        let angle = (turns - turns.floor()) * TAU;
-        let (sin, cos) = angle.sin_cos();
-        let rotation = DVec2::new(cos, if b < 0.0 { -sin } else { sin });
+        let rotation = turns(DVec2::new(b.abs(), half_chord) / radius, bounces);
+        let rotation = DVec2::new(rotation.x, if b < 0.0 { -rotation.y } else { rotation.y });
         end = rotation.rotate(end);
         direction = rotation.rotate(transverse).extend(direction.z);
     }
@@ -63,6 +59,31 @@ pub fn traverse(radius: f64, position: DVec3, direction: DVec3, axial: f64) -> P
         end *= radius / distance;
     }
     Passage { position: end.extend(end_z), direction, bounces }
+}
+
+/// Bounces up to which a turn is found by repeated squaring, whose rounding error grows with their number.
+const MOST_SQUARED: f64 = 256.0;
+
+/// The rotation by 2 `bounces` times the angle of the unit vector `half_turn`, as a unit vector.
+#[inline]
+fn turns(half_turn: DVec2, bounces: f64) -> DVec2 {
+    if bounces > MOST_SQUARED {
+        // reduced to one turn before its sine and cosine are taken
+        let turns = bounces * 2.0 * half_turn.y.atan2(half_turn.x) * (1.0 / TAU);
+        let (sin, cos) = ((turns - turns.floor()) * TAU).sin_cos();
+        return DVec2::new(cos, sin);
+    }
+    let mut power = half_turn.rotate(half_turn);
+    let mut result = DVec2::X;
+    let mut left = bounces as u32;
+    while left > 0 {
+        if left & 1 == 1 {
+            result = result.rotate(power);
+        }
+        power = power.rotate(power);
+        left >>= 1;
+    }
+    result.normalize()
 }
 
 /// Distance along a unit `direction` from inside the cylinder to its wall; infinite for an axial ray.

@@ -19,10 +19,22 @@ const FLOOR: f64 = 0.02;
 /// one; the luminance is evaluated by the caller at the sampled direction, not taken from the cell.
 #[derive(Clone, Debug)]
 pub struct SkySampler {
-    /// Cumulative probability of bands, and within each band of sectors; both start with 0 and end with exactly 1.
-    band_cdf: Vec<f64>,
-    sector_cdf: Vec<f64>,
+    bands: Cumulative,
+    /// Within each band.
+    sectors: Vec<Cumulative>,
 }
+
+/// A cumulative distribution over equal intervals, with a table that starts the search next to its end.
+#[derive(Clone, Debug)]
+struct Cumulative {
+    /// Starts with 0, ends with exactly 1.
+    values: Vec<f64>,
+    /// The interval that holds k / LOOKUP.
+    first: [u16; LOOKUP],
+}
+
+/// Entries of the search table.
+const LOOKUP: usize = 128;
 
 impl SkySampler {
     /// `weight`: how much light from the unit vector toward the sky is worth (>= 0, finite), e.g. the projected area times
@@ -44,15 +56,15 @@ impl SkySampler {
         }
         cells.iter_mut().for_each(|cell| *cell += FLOOR * mean);
         let bands: Vec<f64> = cells.chunks(SECTORS).map(|row| row.iter().sum()).collect();
-        let sector_cdf = cells.chunks(SECTORS).flat_map(cumulative).collect();
-        Some(Self { band_cdf: cumulative(&bands), sector_cdf })
+        let sectors = cells.chunks(SECTORS).map(Cumulative::new).collect();
+        Some(Self { bands: Cumulative::new(&bands), sectors })
     }
 
     /// A unit vector toward the sky and its density per sr; continuous in `point` within cells and along them.
     #[inline]
     pub fn sample(&self, [u, v]: [f64; 2]) -> (DVec3, f64) {
-        let (band, z, band_share) = invert(&self.band_cdf, u);
-        let (_, turn, sector_share) = invert(self.sectors(band), v);
+        let (band, z, band_share) = self.bands.invert(u);
+        let (_, turn, sector_share) = self.sectors[band].invert(v);
         (toward(z, turn), density(band_share, sector_share))
     }
 
@@ -64,12 +76,7 @@ impl SkySampler {
         let band = ((direction.z * BANDS as f64) as usize).min(BANDS - 1);
         let turn = direction.x.atan2(direction.y).rem_euclid(TAU) / TAU;
         let sector = ((turn * SECTORS as f64) as usize).min(SECTORS - 1);
-        let share = |cdf: &[f64], index: usize| cdf[index + 1] - cdf[index];
-        density(share(&self.band_cdf, band), share(self.sectors(band), sector))
-    }
-
-    fn sectors(&self, band: usize) -> &[f64] {
-        &self.sector_cdf[band * (SECTORS + 1)..(band + 1) * (SECTORS + 1)]
+        density(self.bands.share(band), self.sectors[band].share(sector))
     }
 }
 
@@ -86,29 +93,44 @@ fn density(band_share: f64, sector_share: f64) -> f64 {
     band_share * sector_share * (BANDS * SECTORS) as f64 / TAU
 }
 
-fn cumulative(values: &[f64]) -> Vec<f64> {
-    let total: f64 = values.iter().sum();
-    let mut sum = 0.0;
-    let mut cdf: Vec<f64> = std::iter::once(0.0)
-        .chain(values.iter().map(|value| {
-            sum += value;
+impl Cumulative {
+    /// `weights`: positive, at most 65 535 of them.
+    fn new(weights: &[f64]) -> Self {
+        let total: f64 = weights.iter().sum();
+        let mut sum = 0.0;
+        let mut values = vec![0.0];
+        values.extend(weights.iter().map(|weight| {
+            sum += weight;
             (sum / total).min(1.0)
-        }))
-        .collect();
-    if let Some(last) = cdf.last_mut() {
-        *last = 1.0;
+        }));
+        values[weights.len()] = 1.0;
+        let mut index = 0;
+        let first = std::array::from_fn(|k| {
+            while values[index + 1] <= k as f64 / LOOKUP as f64 {
+                index += 1;
+            }
+            index as u16
+        });
+        Self { values, first }
     }
-    cdf
-}
 
-/// The interval of `cdf` that holds `u`, the position of `u` as a share of the whole range, and the interval's probability.
-#[inline]
-fn invert(cdf: &[f64], u: f64) -> (usize, f64, f64) {
-    let count = cdf.len() - 1;
-    let index = (cdf.partition_point(|value| *value <= u)).clamp(1, count) - 1;
-    let share = cdf[index + 1] - cdf[index];
-    let within = ((u - cdf[index]) / share).clamp(0.0, 1.0);
-    (index, (index as f64 + within) / count as f64, share)
+    fn share(&self, index: usize) -> f64 {
+        self.values[index + 1] - self.values[index]
+    }
+
+    /// The interval that holds `u` in 0..1, the position of `u` as a share of the whole range, and the interval's
+    /// probability.
+    #[inline]
+    fn invert(&self, u: f64) -> (usize, f64, f64) {
+        let count = self.values.len() - 1;
+        let mut index = usize::from(self.first[((u * LOOKUP as f64) as usize).min(LOOKUP - 1)]);
+        while index + 1 < count && self.values[index + 1] <= u {
+            index += 1;
+        }
+        let share = self.share(index);
+        let within = ((u - self.values[index]) / share).clamp(0.0, 1.0);
+        (index, (index as f64 + within) / count as f64, share)
+    }
 }
 
 #[cfg(test)]
