@@ -19,6 +19,7 @@ use crate::sampling::PathRandom;
 
 /// One tube's guide and collector.
 #[derive(Clone, Debug)]
+#[expect(clippy::large_enum_variant, reason = "one per tube, never moved while light is traced")]
 pub enum Guide {
     Straight(StraightGuide),
     Bent(BentGuide),

@@ -28,6 +28,7 @@ struct Emitter {
 }
 
 #[derive(Debug)]
+#[expect(clippy::large_enum_variant, reason = "two per tube, never moved while light is traced")]
 enum Source {
     Sky { sky: Sky, sampler: SkySampler },
     Sun(Sun),
@@ -74,7 +75,7 @@ impl PathSamples {
         if self.pair >= SOBOL_PAIRS {
             return self.random.uniform2();
         }
-        if self.pair % 2 == 0 {
+        if self.pair.is_multiple_of(2) {
             self.buffer = self.replicate.point(self.index, self.pair / 2);
         }
         let half = 2 * (self.pair % 2) as usize;

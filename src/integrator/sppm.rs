@@ -159,7 +159,8 @@ impl<const C: usize> Sppm<C> {
                     sensor.x += (u - 0.5) * grid.cell_size_m[0];
                     sensor.y += (v - 0.5) * grid.cell_size_m[1];
                 }
-                let direct = self.from_diffusers(maps, sensor, DVec3::Z, NO_SURFACE, SENSOR_CONNECTIONS, &mut random);
+                let direct =
+                    self.diffuser_irradiance(maps, sensor, DVec3::Z, NO_SURFACE, SENSOR_CONNECTIONS, &mut random);
                 let gathered = density(&maps.planes[number], domain, sensor, maps.radius, 0);
                 (direct.luminance() + gathered.irradiance.luminance(), gathered.bias)
             })
@@ -285,13 +286,13 @@ impl<const C: usize> Sppm<C> {
     ) -> Gathered<C> {
         let domain = &self.domains[surface as usize];
         let mut gathered = density(&maps.surfaces, domain, position, maps.radius, surface);
-        let direct = self.from_diffusers(maps, position, normal, surface, POINT_CONNECTIONS, random);
+        let direct = self.diffuser_irradiance(maps, position, normal, surface, POINT_CONNECTIONS, random);
         gathered.irradiance += direct;
         gathered
     }
 
     /// Irradiance straight from the diffusers, by connections to some of the photons that they scattered.
-    fn from_diffusers(
+    fn diffuser_irradiance(
         &self,
         maps: &Maps<C>,
         position: DVec3,
