@@ -101,14 +101,11 @@ impl Kernel {
     pub fn intersect(&self, origin: DVec3, direction: DVec3, from: SurfaceId) -> RoomHit {
         let (mut distance, mut axis) = (f64::INFINITY, 2);
         for k in 0..3 {
-            let to_wall = match direction[k] {
-                d if d > 0.0 => (self.size[k] - origin[k]) / d,
-                d if d < 0.0 => -origin[k] / d,
-                _ => f64::INFINITY,
-            };
-            if to_wall < distance {
-                (distance, axis) = (to_wall, k);
-            }
+            // without branches: which wall a ray heads for is as random as the ray
+            let wall = if direction[k] > 0.0 { self.size[k] } else { 0.0 };
+            let to_wall = (wall - origin[k]) / direction[k];
+            let nearer = direction[k] != 0.0 && to_wall < distance;
+            (distance, axis) = if nearer { (to_wall, k) } else { (distance, axis) };
         }
         let distance = distance.max(0.0);
         if !self.boxes.is_empty()
