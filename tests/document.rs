@@ -132,7 +132,7 @@ fn every_bound_names_its_field() {
         ("/sky/cie_type", json!(0), "1..16"),
         ("/sky/cie_type", json!(17), "17"),
         ("/sky/cie_type", json!("clear"), "invalid type"),
-        ("/sky/cie_type", Value::Null, "missing"),
+        ("/sky/cie_type", Value::Null, "required"),
         ("/sky/sun_position/altitude_deg", json!(90.5), "-90..90"),
         ("/sky/sun_position/azimuth_deg", json!(-361), "-360..360"),
         ("/sky/sun_position", Value::Null, "location"),

@@ -34,7 +34,7 @@ pub struct Provenance {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct ZenithProvenance {
     pub formula: ZenithFormulaName,
-    /// Of the formula `dv_ev`: the typical ratio of diffuse to extraterrestrial illuminance.
+    /// Of the formula `dv_ev`: the ratio of diffuse to extraterrestrial illuminance, given or typical of the type.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub dv_ev: Option<f64>,
     /// Of the formula `luminous_turbidity`.
@@ -52,6 +52,7 @@ pub enum ZenithFormulaName {
     GivenHorizontalIlluminance,
     DvEv,
     LuminousTurbidity,
+    IesHorizontalIlluminance,
 }
 
 impl From<ZenithFormula> for ZenithFormulaName {
@@ -61,6 +62,7 @@ impl From<ZenithFormula> for ZenithFormulaName {
             ZenithFormula::GivenHorizontalIlluminance => Self::GivenHorizontalIlluminance,
             ZenithFormula::DiffuseRatio { .. } => Self::DvEv,
             ZenithFormula::Turbidity { .. } => Self::LuminousTurbidity,
+            ZenithFormula::IesHorizontalIlluminance => Self::IesHorizontalIlluminance,
         }
     }
 }
@@ -89,6 +91,8 @@ pub enum BeamSource {
     SunlessType,
     /// 133.8 klx exp(-a m Tv).
     Turbidity { luminous_turbidity: f64 },
+    /// 127.5 klx exp(-c / sin(altitude)).
+    Ies { extinction: f64 },
 }
 
 /// Refraction of the solar altitude.

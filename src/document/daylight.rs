@@ -10,7 +10,7 @@ use super::{FieldError, Warning};
 use crate::scene::Daylight;
 use crate::sky::sun::{self, UtcInstant};
 use crate::sky::zenith::{self, EXTRATERRESTRIAL_LUX, ZenithFormula};
-use crate::sky::{CieType, Sky, SkyDistribution, Sun, direction};
+use crate::sky::{Sky, SkyDistribution, SkyType, Sun, direction};
 
 /// Years for which the solar position algorithm holds.
 pub fn year_range() -> (i32, i32) {
@@ -125,8 +125,8 @@ pub fn daylight(
         checks.refuse("/sky", "required unless `tubes` is empty");
         return None;
     };
-    let Some(cie_type) = CieType::new(sky.cie_type) else {
-        checks.within("/sky/cie_type", sky.cie_type, 1, 16);
+    let Some(sky_type) = sky.sky_type() else {
+        checks.refuse("/sky/cie_type", "must be 1..16, or absent beside a `preset`");
         return None;
     };
     let apparent = match sun_position(document, sky) {
@@ -138,9 +138,9 @@ pub fn daylight(
     };
     let altitude = apparent.altitude;
     let toward_sun = direction(altitude, apparent.azimuth - document.room.rotation_deg.to_radians());
-    let distribution = SkyDistribution::new(cie_type, toward_sun);
-    let (formula, zenith_luminance_cd_m2) = level(sky, cie_type, &distribution, altitude);
-    let (beam, source) = beam(sky, cie_type, altitude);
+    let distribution = SkyDistribution::new(sky_type, toward_sun);
+    let (formula, zenith_luminance_cd_m2) = level(sky, sky_type, &distribution, altitude);
+    let (beam, source) = beam(sky, sky_type, altitude);
 
     let up = altitude > 0.0;
     let daylight = Daylight {
@@ -163,7 +163,9 @@ pub fn daylight(
     let (dv_ev, luminous_turbidity) = match formula {
         ZenithFormula::DiffuseRatio { dv_ev } => (Some(dv_ev), None),
         ZenithFormula::Turbidity { luminous_turbidity } => (None, Some(luminous_turbidity)),
-        ZenithFormula::GivenZenithLuminance | ZenithFormula::GivenHorizontalIlluminance => (None, None),
+        ZenithFormula::GivenZenithLuminance
+        | ZenithFormula::GivenHorizontalIlluminance
+        | ZenithFormula::IesHorizontalIlluminance => (None, None),
     };
     let provenance = Provenance {
         zenith: ZenithProvenance {
@@ -189,23 +191,33 @@ pub fn daylight(
 }
 
 /// The formula of the absolute level and the zenith luminance in cd/m2 (PHYSICS 1.5).
-fn level(sky: &SkyDocument, cie_type: CieType, distribution: &SkyDistribution, altitude: f64) -> (ZenithFormula, f64) {
+fn level(sky: &SkyDocument, sky_type: SkyType, distribution: &SkyDistribution, altitude: f64) -> (ZenithFormula, f64) {
     if let Some(luminance) = sky.zenith_luminance_cd_m2 {
         return (ZenithFormula::GivenZenithLuminance, luminance);
     }
     if let Some(illuminance) = sky.diffuse_horizontal_illuminance_lux {
         return (ZenithFormula::GivenHorizontalIlluminance, illuminance / distribution.horizontal_ratio());
     }
-    let formula = zenith::default_formula(cie_type, sky.luminous_turbidity);
+    let formula = match sky.dv_ev {
+        Some(dv_ev) => ZenithFormula::DiffuseRatio { dv_ev },
+        None => zenith::default_formula(sky_type, sky.luminous_turbidity),
+    };
     (formula, zenith::zenith_luminance_cd_m2(distribution, formula, altitude))
 }
 
 /// Normal illuminance of the beam in lux and where it comes from (PHYSICS 2.3).
-fn beam(sky: &SkyDocument, cie_type: CieType, altitude: f64) -> (f64, super::convert::BeamSource) {
+fn beam(sky: &SkyDocument, sky_type: SkyType, altitude: f64) -> (f64, super::convert::BeamSource) {
     use super::convert::BeamSource;
     if let Some(illuminance) = sky.direct_normal_illuminance_lux {
         return (illuminance, BeamSource::Given);
     }
+    let cie_type = match sky_type {
+        SkyType::Cie(cie_type) => cie_type,
+        SkyType::Ies(sky) => {
+            let source = sky.extinction().map_or(BeamSource::SunlessType, |extinction| BeamSource::Ies { extinction });
+            return (sky.beam_normal_illuminance_lux(altitude), source);
+        }
+    };
     // type 9 is "obscured sun"
     if cie_type.is_sunless() || cie_type.number() == 9 {
         return (0.0, BeamSource::SunlessType);

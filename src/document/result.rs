@@ -59,7 +59,7 @@ impl GridResult {
         let (sky, sun) = daylight.horizontal_illuminance_lux();
         let ratios: Vec<Option<f64>> = values.iter().map(|value| finite(100.0 * value / (sky + sun))).collect();
         let ratios = rows(&ratios, columns);
-        let overcast = daylight.sky.as_ref().is_some_and(|sky| sky.distribution.cie_type().is_standard_overcast());
+        let overcast = daylight.sky.as_ref().is_some_and(|sky| sky.distribution.sky_type().is_standard_overcast());
         Self {
             name: grid.name.clone(),
             height_m: grid.height_m,

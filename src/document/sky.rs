@@ -3,6 +3,8 @@
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
+use crate::sky::{CieType, IesSky, SkyType};
+
 /// A place on Earth.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
@@ -19,17 +21,21 @@ pub struct LocationDocument {
     pub elevation_m: f64,
 }
 
-/// The CIE general sky, its absolute level and the sun.
+/// The sky, its absolute level and the sun; exactly one of `cie_type` and `preset` says which sky.
 ///
-/// At most one of `zenith_luminance_cd_m2`, `diffuse_horizontal_illuminance_lux` and `luminous_turbidity` sets the
-/// level; with none of them, types 1 to 6 and 16 have it from the typical Dv/Ev and types 7 to 15 from the typical
-/// turbidity.
+/// At most one of `zenith_luminance_cd_m2`, `diffuse_horizontal_illuminance_lux`, `dv_ev` and `luminous_turbidity` sets
+/// the level; with none of them, types 1 to 6 and 16 have it from the typical Dv/Ev, types 7 to 15 from the typical
+/// turbidity, and the presets from their own formulae.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SkyDocument {
     /// 1..15: the CIE general sky; 16: the traditional overcast sky.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(minimum = 1, maximum = 16)]
-    pub cie_type: u8,
+    pub cie_type: Option<u8>,
+    /// A sky of the IES instead of a CIE type.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub preset: Option<SkyPreset>,
     /// Where the sun is, instead of `location` and `time`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sun_position: Option<SunPositionDocument>,
@@ -40,15 +46,49 @@ pub struct SkyDocument {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(minimum = 0, maximum = 1_000_000_000)]
     pub diffuse_horizontal_illuminance_lux: Option<f64>,
+    /// Diffuse horizontal over extraterrestrial horizontal illuminance; only for CIE types.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(exclusive_minimum = 0, maximum = 1)]
+    pub dv_ev: Option<f64>,
     /// Only for types 7 to 15.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(exclusive_minimum = 0, maximum = 12)]
     pub luminous_turbidity: Option<f64>,
     /// Of the sun's beam (a disc of half-angle 0.26656 degrees). Absent: by the turbidity, none for types 1 to 6, 9 and
-    /// 16; 0: no sun.
+    /// 16, by the extinction of the IES for its presets; 0: no sun.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(minimum = 0, maximum = 1_000_000_000)]
     pub direct_normal_illuminance_lux: Option<f64>,
+}
+
+/// The skies of the IES recommended practice of 1984.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum SkyPreset {
+    IesOvercast,
+    IesPartlyCloudy,
+    IesClear,
+}
+
+impl SkyPreset {
+    pub fn sky(self) -> IesSky {
+        match self {
+            Self::IesOvercast => IesSky::Overcast,
+            Self::IesPartlyCloudy => IesSky::PartlyCloudy,
+            Self::IesClear => IesSky::Clear,
+        }
+    }
+}
+
+impl SkyDocument {
+    /// The sky's type; `None` when the document names none, two, or one that does not exist.
+    pub fn sky_type(&self) -> Option<SkyType> {
+        match (self.cie_type, self.preset) {
+            (Some(number), None) => CieType::new(number).map(SkyType::Cie),
+            (None, Some(preset)) => Some(SkyType::Ies(preset.sky())),
+            _ => None,
+        }
+    }
 }
 
 /// Apparent position of the sun's centre.

@@ -81,7 +81,16 @@ fn check_sky(document: &JobDocument, checks: &mut Checks) {
         }
         return;
     };
-    checks.within("/sky/cie_type", sky.cie_type, 1, 16);
+    match (sky.cie_type, sky.preset) {
+        (Some(cie_type), None) => {
+            checks.within("/sky/cie_type", cie_type, 1, 16);
+        }
+        (None, Some(_)) => {}
+        (None, None) => checks.refuse("/sky/cie_type", "required, unless `preset` is given"),
+        (Some(_), Some(_)) => {
+            checks.refuse("/sky/preset", "given beside `cie_type`: exactly one of them names the sky")
+        }
+    }
     match (&sky.sun_position, &document.location, &document.time) {
         (Some(position), location, time) => {
             if location.is_some() || time.is_some() {
@@ -101,10 +110,11 @@ fn check_sky(document: &JobDocument, checks: &mut Checks) {
     let levels = [
         ("/sky/zenith_luminance_cd_m2", sky.zenith_luminance_cd_m2),
         ("/sky/diffuse_horizontal_illuminance_lux", sky.diffuse_horizontal_illuminance_lux),
+        ("/sky/dv_ev", sky.dv_ev),
         ("/sky/luminous_turbidity", sky.luminous_turbidity),
     ];
     for (pointer, _) in levels.iter().filter(|(_, level)| level.is_some()).skip(1) {
-        let detail = "at most one of `zenith_luminance_cd_m2`, `diffuse_horizontal_illuminance_lux` and `luminous_turbidity` sets the level";
+        let detail = "at most one of `zenith_luminance_cd_m2`, `diffuse_horizontal_illuminance_lux`, `dv_ev` and `luminous_turbidity` sets the level";
         checks.refuse(*pointer, detail);
     }
     for (pointer, level) in levels.iter().take(2) {
@@ -114,9 +124,17 @@ fn check_sky(document: &JobDocument, checks: &mut Checks) {
     }
     if let Some(turbidity) = sky.luminous_turbidity {
         checks.above("/sky/luminous_turbidity", turbidity, 0.0, 12.0);
-        if !(7..=15).contains(&sky.cie_type) {
-            let detail = format!("only of the CIE types 7..15, but the type is {}", sky.cie_type);
+        if let Some(cie_type) = sky.cie_type.filter(|cie_type| !(7..=15).contains(cie_type)) {
+            let detail = format!("only of the CIE types 7..15, but the type is {cie_type}");
             checks.refuse("/sky/luminous_turbidity", detail);
+        }
+    }
+    if let Some(ratio) = sky.dv_ev {
+        checks.above("/sky/dv_ev", ratio, 0.0, 1.0);
+    }
+    for (pointer, level) in levels.iter().skip(2) {
+        if level.is_some() && sky.preset.is_some() {
+            checks.refuse(*pointer, "only of CIE types: a preset has its own level");
         }
     }
     if let Some(beam) = sky.direct_normal_illuminance_lux {

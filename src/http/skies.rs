@@ -4,11 +4,22 @@ use axum::Json;
 use serde::Serialize;
 use utoipa::ToSchema;
 
-use crate::sky::CieType;
+use crate::sky::{CieType, IesSky};
 
 #[derive(Serialize, ToSchema)]
 pub struct Skies {
     pub skies: Vec<SkyType>,
+    pub presets: Vec<SkyPreset>,
+}
+
+/// A sky of the IES recommended practice of 1984: a member of the same family of distributions.
+#[derive(Serialize, ToSchema)]
+pub struct SkyPreset {
+    /// `sky.preset` of a document.
+    pub preset: &'static str,
+    pub parameters: SkyParameters,
+    /// Of the beam per unit of air mass; null without a beam.
+    pub extinction: Option<f64>,
 }
 
 /// A sky type of CIE S 011, or the traditional overcast sky.
@@ -36,7 +47,13 @@ pub struct SkyParameters {
     pub e: f64,
 }
 
-/// All sky types with their parameters.
+impl From<[f64; 5]> for SkyParameters {
+    fn from([a, b, c, d, e]: [f64; 5]) -> Self {
+        Self { a, b, c, d, e }
+    }
+}
+
+/// All sky types and presets with their parameters.
 #[utoipa::path(get, path = "/v1/skies", operation_id = "list_skies", tag = "skies",
     responses((status = 200, description = "The sky types in order", body = Skies)))]
 pub async fn skies() -> Json<Skies> {
@@ -44,10 +61,13 @@ pub async fn skies() -> Json<Skies> {
         .map(|cie_type| SkyType {
             cie_type: cie_type.number(),
             description: cie_type.description(),
-            parameters: cie_type.parameters().map(|[a, b, c, d, e]| SkyParameters { a, b, c, d, e }),
+            parameters: cie_type.parameters().map(SkyParameters::from),
             sunless: cie_type.is_sunless(),
             daylight_factor: cie_type.is_standard_overcast(),
         })
         .collect();
-    Json(Skies { skies })
+    let presets = IesSky::ALL
+        .map(|sky| SkyPreset { preset: sky.name(), parameters: sky.parameters().into(), extinction: sky.extinction() })
+        .into();
+    Json(Skies { skies, presets })
 }

@@ -121,7 +121,7 @@ fn called_for(scene: &Scene, kind: EffectKind) -> Result<String, &'static str> {
         EffectKind::Sky => match &scene.daylight.sky {
             None => Err(below_horizon),
             Some(sky) if sky.zenith_luminance_cd_m2 == 0.0 => Err("the sky's luminance is zero"),
-            Some(sky) => Ok(format!("CIE type {}", sky.distribution.cie_type().number())),
+            Some(sky) => Ok(sky.distribution.sky_type().to_string()),
         },
         EffectKind::Sun => match (&scene.daylight.sun, &scene.daylight.sky) {
             (Some(sun), _) => Ok(format!("a beam of {:.0} lx normal illuminance", sun.normal_illuminance_lux)),

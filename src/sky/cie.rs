@@ -7,6 +7,8 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use gauss_quad::GaussLegendre;
 use glam::DVec3;
 
+use super::SkyType;
+
 /// A CIE sky type: 1..=15 of the general sky, or 16, the traditional overcast sky.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct CieType(u8);
@@ -72,7 +74,7 @@ impl CieType {
 /// Luminance relative to the zenith, L/Lz = f(chi) phi(Z) / (f(Zs) phi(0)), for one sky type and sun position.
 #[derive(Clone, Debug)]
 pub struct SkyDistribution {
-    cie_type: CieType,
+    sky_type: SkyType,
     sun: DVec3,
     a: f64,
     b: f64,
@@ -111,19 +113,20 @@ fn gradation(a: f64, b: f64, cos_zenith: f64) -> f64 {
 
 impl SkyDistribution {
     /// `sun`: unit vector toward the sun, z up; only its angle to the viewed direction counts.
-    pub fn new(cie_type: CieType, sun: DVec3) -> Self {
-        let Some([a, b, c, d, e]) = cie_type.parameters() else {
+    pub fn new(sky_type: impl Into<SkyType>, sun: DVec3) -> Self {
+        let sky_type = sky_type.into();
+        let Some([a, b, c, d, e]) = sky_type.parameters() else {
             let indicatrix = Indicatrix::new(0.0, -1.0, 0.0);
-            return Self { cie_type, sun, a: 0.0, b: -1.0, indicatrix, per_zenith: 1.0 };
+            return Self { sky_type, sun, a: 0.0, b: -1.0, indicatrix, per_zenith: 1.0 };
         };
         let indicatrix = Indicatrix::new(c, d, e);
         let sun_zenith_angle = sun.truncate().length().atan2(sun.z);
         let per_zenith = 1.0 / (indicatrix.at(sun_zenith_angle, sun.z) * gradation(a, b, 1.0));
-        Self { cie_type, sun, a, b, indicatrix, per_zenith }
+        Self { sky_type, sun, a, b, indicatrix, per_zenith }
     }
 
-    pub fn cie_type(&self) -> CieType {
-        self.cie_type
+    pub fn sky_type(&self) -> SkyType {
+        self.sky_type
     }
 
     /// Unit vector toward the sun.
@@ -137,7 +140,7 @@ impl SkyDistribution {
         if direction.z < 0.0 {
             return 0.0;
         }
-        if self.cie_type == CieType::TRADITIONAL_OVERCAST {
+        if self.sky_type == SkyType::Cie(CieType::TRADITIONAL_OVERCAST) {
             return (1.0 + 2.0 * direction.z) / 3.0;
         }
         let cos_chi = self.sun.dot(direction);
@@ -152,7 +155,7 @@ impl SkyDistribution {
     /// constant touch the horizon at chi = gamma and pi - gamma (gamma: solar altitude); a substitution flat at both
     /// ends of each interval removes the root singularities there.
     pub fn horizontal_ratio(&self) -> f64 {
-        if self.cie_type == CieType::TRADITIONAL_OVERCAST {
+        if self.sky_type == SkyType::Cie(CieType::TRADITIONAL_OVERCAST) {
             return 7.0 * PI / 9.0;
         }
         let sin_gamma = self.sun.z.clamp(-1.0, 1.0);

@@ -1,6 +1,7 @@
 //! The CIE general sky and the sun, in absolute luminance.
 
 pub mod cie;
+pub mod ies;
 pub mod sampler;
 pub mod sun;
 pub mod zenith;
@@ -8,7 +9,52 @@ pub mod zenith;
 use glam::DVec3;
 
 pub use cie::{CieType, SkyDistribution};
+pub use ies::IesSky;
 pub use sun::Sun;
+
+/// Which distribution a sky has.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SkyType {
+    Cie(CieType),
+    /// A named set of parameters of the same general formula.
+    Ies(IesSky),
+}
+
+impl From<CieType> for SkyType {
+    fn from(cie_type: CieType) -> Self {
+        Self::Cie(cie_type)
+    }
+}
+
+impl From<IesSky> for SkyType {
+    fn from(sky: IesSky) -> Self {
+        Self::Ies(sky)
+    }
+}
+
+impl SkyType {
+    /// The parameters a, b, c, d, e; `None` for the traditional overcast sky.
+    pub fn parameters(self) -> Option<[f64; 5]> {
+        match self {
+            Self::Cie(cie_type) => cie_type.parameters(),
+            Self::Ies(sky) => Some(sky.parameters()),
+        }
+    }
+
+    /// Whether results under it have daylight factors: the CIE overcast skies, types 1 and 16.
+    pub fn is_standard_overcast(self) -> bool {
+        matches!(self, Self::Cie(cie_type) if cie_type.is_standard_overcast())
+    }
+}
+
+impl std::fmt::Display for SkyType {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Cie(cie_type) => write!(f, "CIE type {}", cie_type.number()),
+            Self::Ies(sky) => f.write_str(sky.name()),
+        }
+    }
+}
 
 /// A CIE general sky of absolute luminance.
 #[derive(Clone, Debug)]

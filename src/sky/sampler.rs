@@ -22,6 +22,8 @@ pub struct SkySampler {
     bands: Cumulative,
     /// Within each band.
     sectors: Vec<Cumulative>,
+    /// Sine and cosine of the azimuth in the middle of each sector.
+    middles: [(f64, f64); SECTORS],
 }
 
 /// A cumulative distribution over equal intervals, with a table that starts the search next to its end.
@@ -57,15 +59,25 @@ impl SkySampler {
         cells.iter_mut().for_each(|cell| *cell += FLOOR * mean);
         let bands: Vec<f64> = cells.chunks(SECTORS).map(|row| row.iter().sum()).collect();
         let sectors = cells.chunks(SECTORS).map(Cumulative::new).collect();
-        Some(Self { bands: Cumulative::new(&bands), sectors })
+        let middles = std::array::from_fn(|sector| (TAU * (sector as f64 + 0.5) / SECTORS as f64).sin_cos());
+        Some(Self { bands: Cumulative::new(&bands), sectors, middles })
     }
 
     /// A unit vector toward the sky and its density per sr; continuous in `point` within cells and along them.
     #[inline]
     pub fn sample(&self, [u, v]: [f64; 2]) -> (DVec3, f64) {
-        let (band, z, band_share) = self.bands.invert(u);
-        let (_, turn, sector_share) = self.sectors[band].invert(v);
-        (toward(z, turn), density(band_share, sector_share))
+        let (band, height, band_share) = self.bands.invert(u);
+        let (sector, turn, sector_share) = self.sectors[band].invert(v);
+        let z = (band as f64 + height) / BANDS as f64;
+        // on from the middle of the sector, by an angle below pi / SECTORS: the series' next terms are below 1e-17
+        let (middle_sin, middle_cos) = self.middles[sector];
+        let angle = TAU / SECTORS as f64 * (turn - 0.5);
+        let y = angle * angle;
+        let sin = angle * (1.0 - y * (1.0 / 6.0 - y * (1.0 / 120.0 - y * (1.0 / 5040.0))));
+        let cos = 1.0 - y * (0.5 - y * (1.0 / 24.0 - y * (1.0 / 720.0 - y * (1.0 / 40320.0))));
+        let radius = ((1.0 - z) * (1.0 + z)).max(0.0).sqrt();
+        let (sin, cos) = (middle_sin * cos + middle_cos * sin, middle_cos * cos - middle_sin * sin);
+        (DVec3::new(radius * sin, radius * cos, z), density(band_share, sector_share))
     }
 
     /// Density per sr at a unit vector toward the sky; zero below the horizon.
@@ -118,8 +130,7 @@ impl Cumulative {
         self.values[index + 1] - self.values[index]
     }
 
-    /// The interval that holds `u` in 0..1, the position of `u` as a share of the whole range, and the interval's
-    /// probability.
+    /// The interval that holds `u` in 0..1, the position of `u` within it in 0..=1, and the interval's probability.
     #[inline]
     fn invert(&self, u: f64) -> (usize, f64, f64) {
         let count = self.values.len() - 1;
@@ -129,7 +140,7 @@ impl Cumulative {
         }
         let share = self.share(index);
         let within = ((u - self.values[index]) / share).clamp(0.0, 1.0);
-        (index, (index as f64 + within) / count as f64, share)
+        (index, within, share)
     }
 }
 

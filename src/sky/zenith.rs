@@ -1,5 +1,6 @@
 //! Absolute zenith luminance of the CIE general skies (Kittler and Darula; formulae and tables as in PHYSICS 1.2, 1.5).
 
+use super::SkyType;
 use super::cie::{CieType, SkyDistribution};
 use crate::sky::direction;
 
@@ -51,10 +52,12 @@ pub enum ZenithFormula {
     GivenZenithLuminance,
     /// The diffuse horizontal illuminance was given.
     GivenHorizontalIlluminance,
-    /// Lz = (Dv/Ev) (B sin^C g / cos^D g + E sin g), with the typical Dv/Ev of the type.
+    /// Lz = (Dv/Ev) (B sin^C g / cos^D g + E sin g), with the given or the typical Dv/Ev of a CIE type.
     DiffuseRatio { dv_ev: f64 },
     /// Lz = A sin g + 0.7 (Tv + 1) sin^C g / cos^D g + 0.04 Tv, A = A1 Tv + A2, types 7 to 15, Tv <= 12.
     Turbidity { luminous_turbidity: f64 },
+    /// Lz = D / I with the diffuse horizontal illuminance D of an IES sky.
+    IesHorizontalIlluminance,
 }
 
 /// The type's typical luminous turbidity; the traditional overcast sky has that of type 1.
@@ -63,8 +66,9 @@ pub fn typical_turbidity(cie_type: CieType) -> f64 {
 }
 
 /// The formula used when neither a luminance nor an illuminance is given: Dv/Ev for types 1 to 6 and 16, the
-/// turbidity form for 7 to 15 (PHYSICS 1.5).
-pub fn default_formula(cie_type: CieType, luminous_turbidity: Option<f64>) -> ZenithFormula {
+/// turbidity form for 7 to 15 (PHYSICS 1.5), the diffuse illuminance of the IES for its skies.
+pub fn default_formula(sky_type: impl Into<SkyType>, luminous_turbidity: Option<f64>) -> ZenithFormula {
+    let SkyType::Cie(cie_type) = sky_type.into() else { return ZenithFormula::IesHorizontalIlluminance };
     if cie_type.is_sunless() {
         ZenithFormula::DiffuseRatio { dv_ev: table(cie_type).typical_dv_ev }
     } else {
@@ -73,16 +77,24 @@ pub fn default_formula(cie_type: CieType, luminous_turbidity: Option<f64>) -> Ze
     }
 }
 
-/// Zenith luminance in cd/m2 by `DiffuseRatio` or `Turbidity` at a solar altitude in radians (0 < altitude <= pi/2).
+/// Zenith luminance in cd/m2 by `DiffuseRatio`, `Turbidity` or `IesHorizontalIlluminance` at a solar altitude in radians
+/// (0 < altitude <= pi/2).
 ///
 /// Above 75 degrees the published formulae diverge: there the horizontal illuminance continues as
 /// D(75 deg) sin g / sin 75 deg and Lz = D / I, which is continuous and finite (PHYSICS 1.5). Zero for a sun at or
-/// below the horizon and for the two `Given` variants, which carry their level themselves.
+/// below the horizon, for the two `Given` variants, which carry their level themselves, and for a formula that is not of
+/// the sky's kind.
 pub fn zenith_luminance_cd_m2(distribution: &SkyDistribution, formula: ZenithFormula, altitude: f64) -> f64 {
     if altitude <= 0.0 {
         return 0.0;
     }
-    let cie_type = distribution.cie_type();
+    let cie_type = match distribution.sky_type() {
+        SkyType::Cie(cie_type) => cie_type,
+        SkyType::Ies(sky) if formula == ZenithFormula::IesHorizontalIlluminance => {
+            return sky.diffuse_horizontal_illuminance_lux(altitude) / distribution.horizontal_ratio();
+        }
+        SkyType::Ies(_) => return 0.0,
+    };
     let joint = LAST_FITTED_ALTITUDE_DEG.to_radians();
     if altitude <= joint {
         return fitted(cie_type, formula, altitude, distribution);
@@ -107,7 +119,9 @@ fn fitted(cie_type: CieType, formula: ZenithFormula, altitude: f64, distribution
             let a = row.a1 * luminous_turbidity + row.a2;
             a * sin + 0.7 * (luminous_turbidity + 1.0) * power + 0.04 * luminous_turbidity
         }
-        ZenithFormula::GivenZenithLuminance | ZenithFormula::GivenHorizontalIlluminance => 0.0,
+        ZenithFormula::GivenZenithLuminance
+        | ZenithFormula::GivenHorizontalIlluminance
+        | ZenithFormula::IesHorizontalIlluminance => 0.0,
     };
     1000.0 * thousand_cd_m2
 }
