@@ -62,6 +62,19 @@ async fn a_job_from_post_to_delete() {
         service.get(&format!("{path}/grids/workplane?format=csv")).send().await.unwrap().text().await.unwrap()
     );
 
+    // the report on the tube: its traced transmission and the job's fluxes tell of the same tube
+    let report = service.json(&format!("{path}/tubes/0.json")).await;
+    let flux = |end: &str| report["flux"][end]["flux_lm"].as_f64().unwrap();
+    let of_job = flux("at_diffuser") / flux("at_collector");
+    let traced = &report["sky"]["direct"];
+    let [transmission, error] = ["transmission", "standard_error"].map(|field| traced[field].as_f64().unwrap());
+    let job_error = report["flux"]["at_diffuser"]["standard_error_lm"].as_f64().unwrap() / flux("at_collector");
+    assert!((of_job - transmission).abs() < 4.0 * error.hypot(job_error), "{of_job} {transmission}");
+    let plot = service.get(&format!("{path}/tubes/0.svg")).send().await.unwrap();
+    assert_eq!(plot.headers()["content-type"], "image/svg+xml");
+    problem(service.get(&format!("{path}/tubes/1.json")).send().await.unwrap(), 404).await;
+    problem(service.get(&format!("{path}/tubes/0.txt")).send().await.unwrap(), 404).await;
+
     let map = service.get(&format!("{path}/grids/workplane?format=png")).send().await.unwrap();
     assert_eq!(map.headers()["content-type"], "image/png");
 

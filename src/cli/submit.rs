@@ -133,6 +133,12 @@ async fn download(client: &Client, job: &Value, out: &Path) -> anyhow::Result<()
             write(out, &format!("views/{name}.{suffix}"), &client.bytes(path).await?)?;
         }
     }
+    for (tube, paths) in job["links"]["tubes"].as_array().into_iter().flatten().enumerate() {
+        for suffix in ["json", "svg"] {
+            let path = paths[suffix].as_str().context("a tube has no path")?;
+            write(out, &format!("tubes/{tube}.{suffix}"), &client.bytes(path).await?)?;
+        }
+    }
     Ok(())
 }
 

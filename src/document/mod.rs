@@ -17,6 +17,7 @@ pub mod result;
 pub mod room;
 pub mod sky;
 pub mod tube;
+pub mod tube_report;
 mod validate;
 mod validate_tube;
 

@@ -5,6 +5,7 @@
 
 pub mod bent;
 pub mod mesh;
+pub mod performance;
 pub mod straight;
 pub mod transmittance;
 

@@ -109,6 +109,15 @@ pub struct Links {
     /// Paths of the views by name. Not in lists.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub views: Option<BTreeMap<String, ViewLinks>>,
+    /// Reports on the tubes, in the order of the document. Not in lists.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tubes: Option<Vec<TubeLinks>>,
+}
+
+#[derive(Serialize, ToSchema)]
+pub struct TubeLinks {
+    pub json: String,
+    pub svg: String,
 }
 
 #[derive(Serialize, ToSchema)]
@@ -173,6 +182,7 @@ impl JobSummary {
                 this,
                 grids: None,
                 views: None,
+                tubes: None,
             },
         }
     }
@@ -192,8 +202,15 @@ impl JobResource {
             (name.to_owned(), links)
         });
         let (grids, views) = (grids.collect(), views.collect());
+        let count = job.document["tubes"].as_array().map_or(0, Vec::len);
+        let tubes = (0..count).map(|tube| TubeLinks {
+            json: format!("{this}/tubes/{tube}.json"),
+            svg: format!("{this}/tubes/{tube}.svg"),
+        });
+        let tubes = tubes.collect();
         summary.links.grids = Some(grids);
         summary.links.views = Some(views);
+        summary.links.tubes = Some(tubes);
         let results = match job.summary {
             Some(Value::Object(results)) => results,
             _ => Map::new(),

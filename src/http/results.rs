@@ -10,6 +10,7 @@ use utoipa::{IntoParams, ToSchema};
 use uuid::Uuid;
 
 use crate::document::result::GridResult;
+use crate::document::tube_report::TubeReport;
 use crate::estimate::Estimate;
 use crate::http::jobs::no_such_job;
 use crate::http::problem::{Path, Problem, Query};
@@ -159,6 +160,24 @@ pub async fn view(
         ("png", _, None) | ("exr", None, None) => result_file(&app, id, &headers, format!("views/{file}")).await,
         _ => Err(Problem::bad_request("style is of .png, and pass of .png with the style tone")),
     }
+}
+
+/// The report on a tube.
+#[utoipa::path(get, path = "/v1/jobs/{id}/tubes/{file}", operation_id = "get_tube", tag = "results",
+    params(("id" = Uuid, Path), ("file" = String, Path, description = "The tube's number in the document, from 0, and `.json` or `.svg`")),
+    responses(
+        (status = 200, description = "Fluxes, efficiencies and the transmission of beams; as SVG the transmission against the sun's altitude",
+            content((TubeReport = "application/json"), (String = "image/svg+xml"))),
+        (status = 206, description = "The range of it that was asked for"),
+        (status = 304, description = "It is what If-None-Match names"),
+        (status = 416, description = "The range is not in the file", body = Problem, content_type = "application/problem+json"),
+        (status = 400, description = "A parameter is not valid", body = Problem, content_type = "application/problem+json"),
+        (status = 404, description = "No such job or tube, or no pass is done yet", body = Problem, content_type = "application/problem+json")))]
+pub async fn tube(app: App, Path((id, file)): Path<(Uuid, String)>, headers: HeaderMap) -> Result<Response, Problem> {
+    if !(file.ends_with(".json") || file.ends_with(".svg")) {
+        return Err(Problem::not_found("a tube is read as NUMBER.json or NUMBER.svg"));
+    }
+    result_file(&app, id, &headers, format!("tubes/{file}")).await
 }
 
 /// The stored file of a finished job, or the file as it would be now of a running one.

@@ -49,6 +49,7 @@ fn api_with_mesh_limit(mesh_bytes: usize) -> OpenApiRouter<Arc<Service>> {
         .routes(routes!(events::events))
         .routes(routes!(results::grid))
         .routes(routes!(results::view))
+        .routes(routes!(results::tube))
         .routes(routes!(results::convergence))
         .routes(routes!(results::convergence_svg))
         .routes(routes!(health::livez))

@@ -248,7 +248,7 @@ impl BoxKernel {
 impl TubeKernel {
     fn new(tube: &Tube, ceiling: f64) -> Result<Self, MeshGuideError> {
         let guide = match &tube.shape {
-            TubeShape::Cylinders(description) => cylinders(description, tube.opening_radius),
+            TubeShape::Cylinders(description) => cylinder_guide(description, tube.opening_radius),
             TubeShape::Mesh(description) => Guide::Mesh(mesh(description, tube.opening_radius)?),
         };
         Ok(Self {
@@ -266,7 +266,8 @@ impl TubeKernel {
     }
 }
 
-fn cylinders(tube: &StraightOrBent, radius: f64) -> Guide {
+/// The guide of cylinders of `radius` in metres.
+pub fn cylinder_guide(tube: &StraightOrBent, radius: f64) -> Guide {
     let reflectance = tube.reflectance;
     let collector_transmittance = tube.collector.transmittance();
     if tube.segments.iter().all(|segment| segment.tilt == 0.0) {

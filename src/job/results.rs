@@ -41,7 +41,7 @@ impl Prepared {
         })
     }
 
-    /// Grids as JSON, CSV and PNG, views as EXR, PNG and false-colour PNG.
+    /// Grids as JSON, CSV and PNG, views as EXR, PNG and false-colour PNG, tubes as JSON and SVG.
     pub fn result_files(&self, merged: &Estimate) -> Result<Vec<ResultFile>, RenderError> {
         let mut files = Vec::new();
         for (grid, estimate) in self.scene.grids.iter().zip(&merged.grids) {
@@ -67,6 +67,7 @@ impl Prepared {
             let false_colour = false_colour::luminance(image(film)).and_then(|raster| png::encode(&raster));
             files.push(picture(format!("{name}.false_colour.png"), "image/png", false_colour)?);
         }
+        files.extend(self.tube_files(merged)?);
         Ok(files)
     }
 

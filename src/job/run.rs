@@ -1,14 +1,15 @@
 //! From a document to results: prepare, render chunks of passes in order, stop, write the results.
 
 use std::ops::Range;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, OnceLock};
 use std::time::{Duration, Instant};
 
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use super::checkpoint;
+use super::tube_report::TubePerformance;
 use crate::document::{self, DocumentErrors, FieldError, JobDocument, MeshSource, Provenance, Warning};
 use crate::estimate::{Accuracy, Estimate, StopRule};
 use crate::integrator::light_tracing::LightTracing;
@@ -27,6 +28,9 @@ pub struct Prepared {
     pub name: Option<String>,
     pub(super) scene: Scene,
     pub(super) provenance: Provenance,
+    pub(super) kernel: Arc<Kernel>,
+    /// How the tubes perform, whatever the passes say: computed when first asked for.
+    pub(super) performance: OnceLock<Vec<TubePerformance>>,
     engine: Engine,
     /// Most passes that one chunk may have.
     chunk_passes: u64,
@@ -132,7 +136,8 @@ pub fn prepare_document(document: &JobDocument, meshes: &dyn MeshSource) -> Resu
     let plan = Plan { guides: plan::guides(&kernel), effects, methods };
     provenance.interreflection = kernel.interreflection;
     provenance.sun.on = kernel.sun.is_some();
-    let engine = Engine::new(Arc::new(kernel), &scene, &plan.methods, document.seed);
+    let kernel = Arc::new(kernel);
+    let engine = Engine::new(kernel.clone(), &scene, &plan.methods, document.seed);
     let per_chunk = CHUNK_SECONDS / plan::cost::seconds_per_pass(&scene, &plan).max(1e-9);
     Ok(Prepared {
         document: serde_json::to_value(document).unwrap_or_default(),
@@ -143,6 +148,8 @@ pub fn prepare_document(document: &JobDocument, meshes: &dyn MeshSource) -> Resu
         plan,
         scene,
         provenance,
+        kernel,
+        performance: OnceLock::new(),
         engine,
     })
 }

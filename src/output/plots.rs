@@ -1,4 +1,4 @@
-//! Convergence plots as SVG.
+//! Plots as SVG: convergence, transmission curves.
 
 use plotters::coord::combinators::IntoLogRange;
 use plotters::prelude::{
@@ -91,6 +91,50 @@ pub fn convergence(points: &[ConvergencePoint]) -> Result<String, OutputError> {
     Ok(svg)
 }
 
+/// A named line of a plot.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Curve {
+    pub name: String,
+    pub points: Vec<(f64, f64)>,
+}
+
+/// Transmission, 0..1, against the altitude of the sun in degrees.
+pub fn transmission(curves: &[Curve]) -> Result<String, OutputError> {
+    let mut svg = String::new();
+    let mut draw = || -> Result<(), Box<dyn std::error::Error + '_>> {
+        let area = SVGBackend::with_string(&mut svg, SIZE_PX).into_drawing_area();
+        area.fill(&WHITE)?;
+        let mut chart = ChartBuilder::on(&area)
+            .margin(16)
+            .x_label_area_size(44)
+            .y_label_area_size(60)
+            .build_cartesian_2d(0.0..90.0, 0.0..1.0)?;
+        chart
+            .configure_mesh()
+            .x_desc("altitude of the sun in degrees")
+            .y_desc("transmission of collector and guide")
+            .x_labels(10)
+            .draw()?;
+        for (curve, colour) in curves.iter().zip([GRIDS, VIEWS, GUIDE].into_iter().cycle()) {
+            chart
+                .draw_series(LineSeries::new(curve.points.iter().copied(), colour.stroke_width(2)))?
+                .label(&curve.name)
+                .legend(move |(x, y)| PathElement::new(vec![(x, y), (x + 20, y)], colour.stroke_width(2)));
+            chart.draw_series(curve.points.iter().map(|point| Circle::new(*point, 3, colour.filled())))?;
+        }
+        chart
+            .configure_series_labels()
+            .position(SeriesLabelPosition::LowerRight)
+            .border_style(BLACK.mix(0.3))
+            .background_style(WHITE.mix(0.8))
+            .draw()?;
+        area.present()?;
+        Ok(())
+    };
+    draw().map_err(|error| OutputError::Plot(error.to_string()))?;
+    Ok(svg)
+}
+
 /// The points of passes 1, 2, 4, 8 and so on, and the last.
 fn thinned(points: &[(f64, f64)]) -> impl Iterator<Item = (f64, f64)> {
     let chosen = |index: &usize| (index + 1).is_power_of_two() || index + 1 == points.len();
@@ -129,6 +173,13 @@ mod tests {
             assert!(!svg.contains("NaN"));
             assert!(svg.contains("relative error"));
         }
+    }
+
+    #[test]
+    fn curves_are_named() {
+        let curve = Curve { name: "south".to_owned(), points: (1..19).map(|k| (5.0 * f64::from(k), 0.05)).collect() };
+        let svg = transmission(&[curve]).unwrap();
+        assert!(svg.contains("south") && svg.contains("altitude of the sun"));
     }
 
     #[test]

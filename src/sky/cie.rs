@@ -33,6 +33,7 @@ const PARAMETERS: [([f64; 5], &str); 15] = [
 ];
 
 impl CieType {
+    pub const UNIFORM: Self = Self(5);
     pub const TRADITIONAL_OVERCAST: Self = Self(16);
 
     /// `None` unless `number` is 1..=16.

@@ -1,0 +1,105 @@
+//! How a tube performs, as JSON: fluxes, efficiencies, the transmission of beams.
+
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+use super::result::{FluxResult, TubeResult};
+use crate::guide::performance::{Throughput, Transmission};
+
+/// A tube in numbers of the trade. The fluxes are the job's own; all else is ray-traced apart, without the diffuser.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct TubeReport {
+    /// Number of the tube in the document.
+    pub tube: usize,
+    /// How its guide is computed: `closed_form_straight`, `closed_form_bent` or `mesh`.
+    pub guide: String,
+    /// Of the job: at the collector, at the diffuser's top, into the room.
+    pub flux: TubeResult,
+    pub beam: BeamReport,
+    /// Collector and guide under a uniform sky.
+    pub uniform_sky: TransmissionResult,
+    /// Under the job's sky and sun; null when there is none.
+    pub sky: Option<SkyReport>,
+    pub sun: Option<ThroughputResult>,
+    /// Only of a bent tube.
+    pub equivalent_straight: Option<StraightReport>,
+}
+
+/// Transmission of collector and guide for parallel light against the altitude of the sun.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct BeamReport {
+    /// Of the sun that the curve is for, clockwise from the room's +y axis: the job's, or 180 without one.
+    pub azimuth_deg: f64,
+    pub altitude_deg: Vec<f64>,
+    /// Flux at the diffuser's top over flux at the collector.
+    pub transmission: Vec<f64>,
+    pub standard_error: Vec<f64>,
+    /// Flux at the diffuser's top in lm per lux of the beam's normal illuminance.
+    pub effective_area_m2: Vec<f64>,
+    /// The transmission averaged over eight azimuths.
+    pub azimuth_mean_transmission: Vec<f64>,
+    pub azimuth_mean_standard_error: Vec<f64>,
+}
+
+/// A transmission of collector and guide.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct TransmissionResult {
+    pub transmission: f64,
+    pub standard_error: f64,
+}
+
+impl From<Transmission> for TransmissionResult {
+    fn from(transmission: Transmission) -> Self {
+        Self { transmission: transmission.value, standard_error: transmission.standard_error }
+    }
+}
+
+/// Light of one kind through collector and guide.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct ThroughputResult {
+    pub at_collector: FluxResult,
+    pub at_diffuser: FluxResult,
+    pub transmission: f64,
+    pub standard_error: f64,
+}
+
+impl ThroughputResult {
+    /// `per_unit`: what one unit of the throughput stands for, in lm.
+    pub fn new(throughput: &Throughput, per_unit: f64) -> Self {
+        let flux = |moments: crate::statistics::Moments| FluxResult {
+            flux_lm: per_unit * moments.mean,
+            standard_error_lm: Some(per_unit * moments.standard_error()).filter(|error| error.is_finite()),
+        };
+        let Transmission { value, standard_error } = throughput.transmission();
+        Self {
+            at_collector: flux(throughput.entering()),
+            at_diffuser: flux(throughput.arriving()),
+            transmission: value,
+            standard_error,
+        }
+    }
+}
+
+/// The sky through collector and guide, integrated in two ways.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct SkyReport {
+    /// Directions drawn from the sky itself.
+    pub direct: ThroughputResult,
+    /// Parallel light from the middle of each of the 145 patches of Tregenza, as Dutton and Shao traced light pipes:
+    /// what differs from `direct` beyond the errors is the division into patches.
+    pub patches: ThroughputResult,
+}
+
+/// The bent tube beside straight tubes of its diameter, reflectance and collector, under a uniform sky.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct StraightReport {
+    /// Length along the axis of the bent tube.
+    pub length_m: f64,
+    /// Transmission of the straight tube of this length.
+    pub transmission: TransmissionResult,
+    /// Transmission of the bent tube over that.
+    pub efficiency: f64,
+    /// Length of the straight tube that transmits as much as the bent one; null when no straight tube up to a hundred
+    /// times its length loses as much.
+    pub equivalent_length_m: Option<f64>,
+}

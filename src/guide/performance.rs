@@ -1,0 +1,275 @@
+//! How much light a tube passes: ray-traced transmission of any guide with its collector.
+//!
+//! Every figure comes from independent randomised Sobol replicates, so that it has a standard error. Luminances of RGB
+//! coefficients are weighted to Y.
+
+use std::f64::consts::{FRAC_PI_2, TAU};
+
+use glam::DVec3;
+
+use super::{End, Guide};
+use crate::optics::Spectrum;
+use crate::sampling::{Key, PathRandom, Replicate};
+use crate::sky::sampler::SkySampler;
+use crate::sky::{Sky, direction};
+use crate::statistics::Moments;
+
+/// Independent replicates of each figure.
+const REPLICATES: u64 = 8;
+
+/// A ratio of two estimated quantities.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Transmission {
+    /// 0..=1; zero when nothing arrives at the collector.
+    pub value: f64,
+    /// To first order, from the replicates.
+    pub standard_error: f64,
+}
+
+/// Light of one kind through a tube: what reaches the collector from outside and what arrives at the diffuser's top, per
+/// replicate. Of a beam of 1 lx these are effective areas in m2, of a sky fluxes in lm.
+#[derive(Clone, Debug, Default)]
+pub struct Throughput {
+    replicates: Vec<(f64, f64)>,
+}
+
+impl Throughput {
+    /// Reaching the collector.
+    pub fn entering(&self) -> Moments {
+        self.moments(|(entering, _)| entering)
+    }
+
+    /// Arriving at the diffuser's top.
+    pub fn arriving(&self) -> Moments {
+        self.moments(|(_, arriving)| arriving)
+    }
+
+    /// Arriving over entering, with the error of a ratio of means.
+    pub fn transmission(&self) -> Transmission {
+        let (entering, arriving) = (self.entering().mean, self.arriving().mean);
+        if entering <= 0.0 {
+            return Transmission { value: 0.0, standard_error: 0.0 };
+        }
+        let value = arriving / entering;
+        let residuals = self.moments(|(entering, arriving)| arriving - value * entering);
+        Transmission { value, standard_error: residuals.standard_error() / entering }
+    }
+
+    fn moments(&self, of: impl Fn((f64, f64)) -> f64) -> Moments {
+        let mut moments = Moments::default();
+        self.replicates.iter().for_each(|replicate| moments.push(of(*replicate)));
+        moments
+    }
+
+    /// Weighted sum of replicates that were drawn with independent keys.
+    fn add(&mut self, other: &Self, factor: f64) {
+        if self.replicates.is_empty() {
+            self.replicates = vec![(0.0, 0.0); other.replicates.len()];
+        }
+        for (sum, part) in self.replicates.iter_mut().zip(&other.replicates) {
+            sum.0 += factor * part.0;
+            sum.1 += factor * part.1;
+        }
+    }
+}
+
+/// Parallel light of 1 lx (normal to itself) from the unit vector `toward`, by `rays` rays in each of 8 replicates.
+pub fn beam(guide: &Guide, toward: DVec3, key: Key, rays: u64) -> Throughput {
+    let replicates = (0..REPLICATES).map(|number| {
+        let stream = key.child(number);
+        let mut random = PathRandom::new(stream.child(1));
+        let (mut entering, mut arriving) = (0.0, 0.0);
+        for ray in 0..rays {
+            let (replicate, index) = Replicate::of(stream, ray);
+            let [u, v, ..] = replicate.point(index, 0);
+            let (enters, arrives) = follow(guide, [u, v], toward, &mut random);
+            entering += enters;
+            arriving += arrives;
+        }
+        (entering / rays as f64, arriving / rays as f64)
+    });
+    Throughput { replicates: replicates.collect() }
+}
+
+/// The light of a sky, integrated directly: directions by importance, `rays` rays in each of 8 replicates. Empty without
+/// light that could enter.
+pub fn sky(guide: &Guide, sky: &Sky, key: Key, rays: u64) -> Throughput {
+    let Some(sampler) = SkySampler::new(sky, |toward| guide.projected_area_m2(-toward)) else {
+        return Throughput { replicates: vec![(0.0, 0.0); REPLICATES as usize] };
+    };
+    let replicates = (0..REPLICATES).map(|number| {
+        let stream = key.child(number);
+        let mut random = PathRandom::new(stream.child(1));
+        let (mut entering, mut arriving) = (0.0, 0.0);
+        for ray in 0..rays {
+            let (replicate, index) = Replicate::of(stream, ray);
+            let [a, b, u, v] = replicate.point(index, 0);
+            let (toward, density) = sampler.sample([a, b]);
+            let (enters, arrives) = follow(guide, [u, v], toward, &mut random);
+            let luminance = sky.luminance(toward) / density;
+            entering += luminance * enters;
+            arriving += luminance * arrives;
+        }
+        (entering / rays as f64, arriving / rays as f64)
+    });
+    Throughput { replicates: replicates.collect() }
+}
+
+/// The light of a sky that is made of parallel beams, one from the middle of each of the 145 patches of Tregenza (1987),
+/// as Dutton and Shao traced light pipes (2007); `rays` rays per patch in each of 8 replicates.
+///
+/// Against [`sky`] it shows what the division into patches costs: near the sun the luminance of a patch's middle is not
+/// that of the patch.
+pub fn patch_sky(guide: &Guide, sky: &Sky, key: Key, rays: u64) -> Throughput {
+    let mut sum = Throughput { replicates: vec![(0.0, 0.0); REPLICATES as usize] };
+    for (number, patch) in tregenza_patches().enumerate() {
+        let through = beam(guide, patch.toward, key.child(number as u64), rays);
+        sum.add(&through, sky.luminance(patch.toward) * patch.solid_angle_sr);
+    }
+    sum
+}
+
+/// Area (m2) that one ray stands for, if it reaches the collector, and the same times the share that arrives.
+fn follow(guide: &Guide, point: [f64; 2], toward: DVec3, random: &mut PathRandom) -> (f64, f64) {
+    let Some(entry) = guide.entry(point, -toward) else { return (0.0, 0.0) };
+    let transit = guide.down::<3>(entry.position, -toward, random);
+    if !transit.entered {
+        return (0.0, 0.0);
+    }
+    let share = if transit.end == End::Opening { Spectrum::luminance(&transit.weight()) } else { 0.0 };
+    (entry.projected_area_m2, entry.projected_area_m2 * share)
+}
+
+/// A patch of the sky.
+#[derive(Clone, Copy, Debug)]
+pub struct SkyPatch {
+    /// Unit vector toward its middle.
+    pub toward: DVec3,
+    pub solid_angle_sr: f64,
+}
+
+/// The 145 patches of Tregenza (1987): seven bands of 12 degrees and the zenith.
+pub fn tregenza_patches() -> impl Iterator<Item = SkyPatch> {
+    let bands = [30u32, 30, 24, 24, 18, 12, 6];
+    let half_band = 6f64.to_radians();
+    let last = FRAC_PI_2 - half_band;
+    let zenith = SkyPatch { toward: DVec3::Z, solid_angle_sr: TAU * (1.0 - last.sin()) };
+    bands
+        .into_iter()
+        .enumerate()
+        .flat_map(move |(band, count)| {
+            let altitude = half_band * (2.0 * band as f64 + 1.0);
+            let solid_angle_sr = TAU * ((altitude + half_band).sin() - (altitude - half_band).sin()) / f64::from(count);
+            (0..count).map(move |patch| SkyPatch {
+                toward: direction(altitude, TAU * f64::from(patch) / f64::from(count)),
+                solid_angle_sr,
+            })
+        })
+        .chain(std::iter::once(zenith))
+}
+
+/// Length of the straight tube that passes as much light as `target`, in metres, to 1e-4 of it; `transmission_of` the
+/// transmission of a straight tube of a length. `None` when not even a tube of `longest_m` loses as much, or a tube
+/// without length loses more.
+pub fn equivalent_length_m(target: f64, longest_m: f64, transmission_of: impl Fn(f64) -> f64) -> Option<f64> {
+    let (mut short, mut long) = (0.0, longest_m);
+    if transmission_of(longest_m) > target || transmission_of(longest_m * 1e-9) < target {
+        return None;
+    }
+    while long - short > 1e-4 * long {
+        let middle = 0.5 * (short + long);
+        if transmission_of(middle) > target { short = middle } else { long = middle }
+    }
+    Some(0.5 * (short + long))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::PI;
+
+    use super::*;
+    use crate::guide::transmittance::{beam_transmission, sky_exitance};
+    use crate::guide::{BentGuide, StraightGuide};
+    use crate::sky::{CieType, SkyDistribution};
+
+    const RADIUS: f64 = 0.127;
+
+    fn straight(length: f64, reflectance: f64) -> Guide {
+        let reflectance = [reflectance; 3];
+        Guide::Straight(StraightGuide { radius: RADIUS, length, reflectance, collector_transmittance: [1.0; 3] })
+    }
+
+    fn cie_sky(number: u8) -> Sky {
+        let distribution = SkyDistribution::new(CieType::new(number).unwrap(), direction(35f64.to_radians(), 2.0));
+        Sky { distribution, zenith_luminance_cd_m2: 1000.0 }
+    }
+
+    #[test]
+    fn patches_cover_the_sky() {
+        let patches: Vec<_> = tregenza_patches().collect();
+        assert_eq!(patches.len(), 145);
+        let whole: f64 = patches.iter().map(|patch| patch.solid_angle_sr).sum();
+        assert!((whole / TAU - 1.0).abs() < 1e-12);
+        // the middle of a band overestimates the horizontal illuminance of a uniform sky by 1 / cos(half a band)
+        let half_band = 6f64.to_radians();
+        let bands: f64 = patches[..144].iter().map(|patch| patch.solid_angle_sr * patch.toward.z).sum();
+        let cap = PI * half_band.sin().powi(2);
+        assert!(((bands * half_band.cos() + cap) / PI - 1.0).abs() < 1e-12);
+    }
+
+    /// Traced beams against the exact series, within 4 standard errors.
+    #[test]
+    fn beams_agree_with_the_exact_series() {
+        for (altitude_deg, reflectance) in [(15.0f64, 0.98), (35.0, 0.95), (60.0, 0.98), (85.0, 0.9)] {
+            let altitude = altitude_deg.to_radians();
+            let through = beam(&straight(1.0, reflectance), direction(altitude, 0.4), Key::new(3), 512);
+            let traced = through.transmission();
+            let exact = beam_transmission(1.0 / (2.0 * RADIUS), 1.0 / altitude.tan(), reflectance);
+            assert!((traced.value - exact).abs() < 4.0 * traced.standard_error, "{altitude_deg}: {traced:?} {exact}");
+            assert!(traced.standard_error < 2e-3);
+            let area = PI * RADIUS * RADIUS * altitude.sin();
+            assert!((through.entering().mean / area - 1.0).abs() < 1e-12);
+        }
+    }
+
+    /// The direct integral against the quadrature of the exact series; the patches differ from it by their middles only:
+    /// little under a uniform sky.
+    #[test]
+    fn skies_agree_with_quadrature() {
+        let guide = straight(1.0, 0.98);
+        for number in [1, 5, 12] {
+            let sky_light = cie_sky(number);
+            let through = sky(&guide, &sky_light, Key::new(5), 4096);
+            let exact = sky_exitance(&sky_light, 1.0 / (2.0 * RADIUS), 0.98);
+            let arriving = through.arriving();
+            let per_area = arriving.mean / (PI * RADIUS * RADIUS);
+            let error = arriving.standard_error() / (PI * RADIUS * RADIUS);
+            assert!((per_area - exact).abs() < 4.0 * error, "type {number}: {per_area} +- {error}, {exact}");
+        }
+        let uniform = cie_sky(5);
+        let (direct, patches) =
+            (sky(&guide, &uniform, Key::new(5), 4096), patch_sky(&guide, &uniform, Key::new(6), 128));
+        let (direct, patches) = (direct.transmission(), patches.transmission());
+        assert!((direct.value - patches.value).abs() < 5e-3, "{direct:?} {patches:?}");
+    }
+
+    /// A tube loses what a straight tube of the same length loses when it does not bend, and more when it does.
+    #[test]
+    fn bends_count_as_extra_length() {
+        let uniform = cie_sky(5);
+        let of_straight = |length: f64| sky(&straight(length, 0.98), &uniform, Key::new(1), 1024).transmission().value;
+        let bent = |bend: f64| {
+            let (sin, cos) = bend.to_radians().sin_cos();
+            let axes = [(0.5, DVec3::Z), (0.5, DVec3::new(sin, 0.0, cos))];
+            Guide::Bent(BentGuide::new(RADIUS, &axes, [0.98; 3], [1.0; 3]))
+        };
+        let length = |guide: &Guide| {
+            let target = sky(guide, &uniform, Key::new(1), 1024).transmission().value;
+            equivalent_length_m(target, 100.0, of_straight).unwrap()
+        };
+        assert!((length(&bent(0.0)) - 1.0).abs() < 1e-3);
+        assert!(length(&bent(45.0)) > 1.2);
+        assert_eq!(equivalent_length_m(0.999_999, 1.0, |length| 1.0 - 0.1 * length).map(|l| l < 1e-4), Some(true));
+        assert_eq!(equivalent_length_m(0.5, 1.0, |_| 0.9), None);
+    }
+}

@@ -1,0 +1,170 @@
+//! The performance of a job's tubes, beside what its passes estimate.
+
+use glam::DVec3;
+
+use super::run::{Prepared, RenderError, ResultFile};
+use crate::document::result::TubeResult;
+use crate::document::tube_report::{
+    BeamReport, SkyReport, StraightReport, ThroughputResult, TransmissionResult, TubeReport,
+};
+use crate::estimate::Estimate;
+use crate::guide::Guide;
+use crate::guide::performance::{self, Throughput};
+use crate::integrator::Kernel;
+use crate::integrator::kernel::cylinder_guide;
+use crate::output::plots::{self, Curve};
+use crate::sampling::Key;
+use crate::scene::{Segment, StraightOrBent, TubeShape};
+use crate::sky::{CieType, Sky, SkyDistribution, direction};
+
+/// Rays per replicate and beam, and under a sky.
+const BEAM_RAYS: u64 = 128;
+const SKY_RAYS: u64 = 2048;
+/// Of each of 145 patches.
+const PATCH_RAYS: u64 = 32;
+
+/// Degrees between the altitudes of the curve.
+const ALTITUDE_STEP_DEG: u32 = 5;
+
+/// Azimuths over which the curve is averaged.
+const AZIMUTHS: u32 = 8;
+
+/// What does not depend on the passes of a job.
+pub struct TubePerformance {
+    beam: BeamReport,
+    uniform_sky: TransmissionResult,
+    sky: Option<SkyReport>,
+    sun: Option<ThroughputResult>,
+    equivalent_straight: Option<StraightReport>,
+}
+
+impl Prepared {
+    /// One JSON file and one plot per tube.
+    pub(super) fn tube_files(&self, merged: &Estimate) -> Result<Vec<ResultFile>, RenderError> {
+        let mut files = Vec::new();
+        for report in self.tube_reports(merged) {
+            let name = format!("tubes/{}", report.tube);
+            let failed = |reason: String| RenderError::Output { file: name.clone(), reason };
+            let bytes = serde_json::to_vec_pretty(&report).map_err(|error| failed(error.to_string()))?;
+            files.push(ResultFile { name: format!("{name}.json"), media_type: "application/json", bytes });
+            let plot = plots::transmission(&curves(&report)).map_err(|error| failed(error.to_string()))?;
+            let bytes = plot.into_bytes();
+            files.push(ResultFile { name: format!("{name}.svg"), media_type: "image/svg+xml", bytes });
+        }
+        Ok(files)
+    }
+
+    fn tube_reports(&self, merged: &Estimate) -> impl Iterator<Item = TubeReport> {
+        let performances = self.performance.get_or_init(|| {
+            let shapes = self.scene.tubes.iter().map(|tube| (&tube.shape, tube.opening_radius));
+            shapes.enumerate().map(|(tube, (shape, radius))| performance(&self.kernel, tube, shape, radius)).collect()
+        });
+        performances.iter().zip(&merged.tubes).zip(&self.plan.guides).enumerate().map(
+            |(tube, ((performance, estimate), guide))| TubeReport {
+                tube,
+                guide: guide.kind.to_owned(),
+                flux: TubeResult::from(estimate),
+                beam: performance.beam.clone(),
+                uniform_sky: performance.uniform_sky,
+                sky: performance.sky,
+                sun: performance.sun,
+                equivalent_straight: performance.equivalent_straight,
+            },
+        )
+    }
+}
+
+fn performance(kernel: &Kernel, tube: usize, shape: &TubeShape, radius: f64) -> TubePerformance {
+    let guide = &kernel.tubes[tube].guide;
+    let key = Key::new(tube as u64);
+    let distribution = SkyDistribution::new(CieType::UNIFORM, DVec3::Z);
+    let uniform = Sky { distribution, zenith_luminance_cd_m2: 1.0 };
+    let under_uniform = |guide: &Guide| performance::sky(guide, &uniform, key.child(1), SKY_RAYS).transmission();
+    let sky = kernel.sky.as_ref().map(|sky| SkyReport {
+        direct: ThroughputResult::new(&performance::sky(guide, sky, key.child(2), SKY_RAYS), 1.0),
+        patches: ThroughputResult::new(&performance::patch_sky(guide, sky, key.child(3), PATCH_RAYS), 1.0),
+    });
+    let sun = kernel.sun.as_ref().map(|sun| {
+        let through = performance::beam(guide, sun.direction, key.child(4), SKY_RAYS);
+        ThroughputResult::new(&through, sun.normal_illuminance_lux)
+    });
+    let uniform_sky = under_uniform(guide);
+    let equivalent_straight = match shape {
+        TubeShape::Cylinders(tube) if tube.segments.iter().any(|segment| segment.tilt != 0.0) => {
+            let length_m = tube.segments.iter().map(|segment| segment.length_m).sum();
+            let straight = |length_m: f64| under_uniform(&cylinder_guide(&straightened(tube, length_m), radius));
+            let transmission = straight(length_m);
+            Some(StraightReport {
+                length_m,
+                transmission: transmission.into(),
+                efficiency: uniform_sky.value / transmission.value,
+                equivalent_length_m: performance::equivalent_length_m(uniform_sky.value, 100.0 * length_m, |length| {
+                    straight(length).value
+                }),
+            })
+            .filter(|report| report.efficiency.is_finite())
+        }
+        _ => None,
+    };
+    let toward_sun = kernel.sun.as_ref().map(|sun| sun.direction);
+    let toward_sun = toward_sun.or(kernel.sky.as_ref().map(|sky| sky.distribution.sun()));
+    let azimuth = toward_sun.map_or(std::f64::consts::PI, |sun| sun.x.atan2(sun.y).rem_euclid(std::f64::consts::TAU));
+    TubePerformance {
+        beam: beam_report(guide, azimuth, key.child(5)),
+        uniform_sky: uniform_sky.into(),
+        sky,
+        sun,
+        equivalent_straight,
+    }
+}
+
+/// The tube in one vertical piece.
+fn straightened(tube: &StraightOrBent, length_m: f64) -> StraightOrBent {
+    StraightOrBent { segments: vec![Segment { length_m, tilt: 0.0, azimuth: 0.0 }], ..tube.clone() }
+}
+
+fn beam_report(guide: &Guide, azimuth: f64, key: Key) -> BeamReport {
+    let altitudes: Vec<f64> = (1..=90 / ALTITUDE_STEP_DEG).map(|step| f64::from(step * ALTITUDE_STEP_DEG)).collect();
+    let mut report = BeamReport {
+        azimuth_deg: azimuth.to_degrees(),
+        altitude_deg: altitudes.clone(),
+        transmission: Vec::new(),
+        standard_error: Vec::new(),
+        effective_area_m2: Vec::new(),
+        azimuth_mean_transmission: Vec::new(),
+        azimuth_mean_standard_error: Vec::new(),
+    };
+    for (number, altitude_deg) in altitudes.iter().enumerate() {
+        let key = key.child(number as u64);
+        let at = |turn: u32| {
+            let toward = direction(
+                altitude_deg.to_radians(),
+                azimuth + std::f64::consts::TAU * f64::from(turn) / f64::from(AZIMUTHS),
+            );
+            performance::beam(guide, toward, key.child(u64::from(turn)), BEAM_RAYS)
+        };
+        let all: Vec<Throughput> = (0..AZIMUTHS).map(at).collect();
+        let transmission = all[0].transmission();
+        report.transmission.push(transmission.value);
+        report.standard_error.push(transmission.standard_error);
+        report.effective_area_m2.push(all[0].arriving().mean);
+        let each: Vec<_> = all.iter().map(Throughput::transmission).collect();
+        let count = f64::from(AZIMUTHS);
+        report.azimuth_mean_transmission.push(each.iter().map(|each| each.value).sum::<f64>() / count);
+        let variance: f64 = each.iter().map(|each| each.standard_error * each.standard_error).sum();
+        report.azimuth_mean_standard_error.push(variance.sqrt() / count);
+    }
+    report
+}
+
+fn curves(report: &TubeReport) -> Vec<Curve> {
+    let beam = &report.beam;
+    let points = |values: &[f64]| beam.altitude_deg.iter().copied().zip(values.iter().copied()).collect();
+    let single =
+        Curve { name: format!("sun at azimuth {:.1} degrees", beam.azimuth_deg), points: points(&beam.transmission) };
+    let mut curves = vec![single];
+    if report.guide != "closed_form_straight" {
+        curves.push(Curve { name: "mean over azimuths".to_owned(), points: points(&beam.azimuth_mean_transmission) });
+    }
+    curves
+}
