@@ -5,7 +5,7 @@ use glam::DVec3;
 use super::emission::{EmittedPhoton, PathSamples};
 use super::kernel::{Kernel, NO_SURFACE, Place, SurfaceId};
 use crate::guide::{End, Transit};
-use crate::optics::{Closure, Spectrum};
+use crate::optics::{Closure, FiniteBsdf, Spectrum};
 use crate::sampling::warp;
 
 /// Below this share of its first flux a photon goes on by roulette even where nothing absorbs.
@@ -16,16 +16,38 @@ const MAX_EVENTS: u32 = 1_000_000;
 
 /// A point where light is scattered into the room.
 #[derive(Clone, Copy, Debug)]
-pub struct Scattering<const C: usize> {
+pub struct Scattering<'a, const C: usize> {
     pub position: DVec3,
     /// Toward the side on which the light leaves.
     pub normal: DVec3,
-    /// Diffuse flux that leaves, in lm.
+    /// Lambertian flux that leaves, in lm: an intensity of leaving cos / pi.
     pub leaving: Spectrum<C>,
+    /// What leaves beside it, finite in every direction but not Lambertian.
+    pub lobe: Option<Lobe<'a, C>>,
     /// The surface; `NO_SURFACE` at a diffuser.
     pub surface: SurfaceId,
     /// The tube at whose diffuser this happens.
     pub diffuser: Option<usize>,
+}
+
+/// Light that leaves a vertex with a finite, non-Lambertian distribution.
+#[derive(Clone, Copy, Debug)]
+pub struct Lobe<'a, const C: usize> {
+    pub scatterer: &'a dyn FiniteBsdf,
+    /// Toward the side on which the light leaves.
+    pub normal: DVec3,
+    /// Unit direction of travel of the light that arrives.
+    pub incident: DVec3,
+    /// In lm, of the light that arrives.
+    pub flux: Spectrum<C>,
+}
+
+impl<const C: usize> Lobe<'_, C> {
+    /// Intensity in lm/sr (flux times BSDF times |cosine|) along the unit vector `outward`.
+    #[inline]
+    pub fn intensity(&self, outward: DVec3) -> Spectrum<C> {
+        self.flux * Spectrum::from_rgb(self.scatterer.bsdf_cosine(self.normal, self.incident, outward))
+    }
 }
 
 /// Light on a straight line through the room.
@@ -42,15 +64,18 @@ pub struct Flight<const C: usize> {
 pub enum Origin {
     /// A diffuser that scattered the light: its direct part has a better estimator than this photon.
     Diffuser,
-    /// A surface of the room that scattered the light.
+    /// A surface of the room that scattered the light diffusely.
     Surface(SurfaceId),
+    /// A surface of the room that reflected the light about its mirror direction, ideally or in a lobe: cell averages
+    /// count all of it where it crosses, as it is not connected to them.
+    Lobe(SurfaceId),
     /// An opening that the light passed unscattered.
     Specular,
 }
 
 /// What an integrator hears of a photon.
 pub trait Visitor<const C: usize> {
-    fn scattered(&mut self, scattering: &Scattering<C>, samples: &mut PathSamples);
+    fn scattered(&mut self, scattering: &Scattering<'_, C>, samples: &mut PathSamples);
     fn flew(&mut self, flight: &Flight<C>);
     /// Light arrives at a room surface, before its reflectance is applied.
     fn arrived(&mut self, surface: SurfaceId, position: DVec3, flux: Spectrum<C>, origin: Origin);
@@ -264,6 +289,7 @@ fn meet_closure<const C: usize>(
                     position,
                     normal: DVec3::NEG_Z,
                     leaving: down,
+                    lobe: None,
                     surface: NO_SURFACE,
                     diffuser: Some(index),
                 };
@@ -308,7 +334,10 @@ fn cross_room<const C: usize>(
     visitor: &mut impl Visitor<C>,
     account: &mut Account,
 ) -> Step<C> {
-    let from = if let Origin::Surface(surface) = origin { surface } else { NO_SURFACE };
+    let from = match origin {
+        Origin::Surface(surface) | Origin::Lobe(surface) => surface,
+        Origin::Diffuser | Origin::Specular => NO_SURFACE,
+    };
     let hit = kernel.intersect(position, direction, from);
     account.rays += 1;
     visitor.flew(&Flight { from: position, to: hit.position, flux, origin });
@@ -328,7 +357,8 @@ fn cross_room<const C: usize>(
         account.ledger.room += flux.luminance();
         return Step::Ended;
     }
-    let scattering = Scattering { position: hit.position, normal: hit.normal, leaving, surface, diffuser: None };
+    let scattering =
+        Scattering { position: hit.position, normal: hit.normal, leaving, lobe: None, surface, diffuser: None };
     visitor.scattered(&scattering, samples);
     // roulette keeps the flux of a survivor; colours change its balance, so the ledger books both
     let mut survival = leaving.max() / flux.max();

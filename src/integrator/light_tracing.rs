@@ -4,6 +4,8 @@
 //! * light that was scattered anywhere, at a diffuser or a surface, is connected from that vertex to the sensor in closed
 //!   form. Cell averages are connected only beyond a distance of about a cell; nearer light, whose connections would have
 //!   an infinite variance at edges where cells touch walls, is counted as it crosses the cell;
+//! * light in a lobe of a surface that is not Lambertian is connected to points; cell averages count it as it crosses the
+//!   cell, because connections to a narrow lobe would be rare and bright;
 //! * light that passes a diffuser unscattered is counted as it crosses a cell; for points it is followed backward, from the
 //!   sensor through the opening and up the guide into sky and sun.
 
@@ -16,7 +18,7 @@ use rayon::prelude::*;
 
 use super::emission::{Emission, PathSamples};
 use super::kernel::{Kernel, NO_SURFACE, TubeKernel};
-use super::light_path::{Account, Flight, Origin, Scattering, Visitor, trace};
+use super::light_path::{Account, Flight, Lobe, Origin, Scattering, Visitor, trace};
 use super::{GridPass, Integrator, PHOTON_CHUNK, Pass};
 use crate::guide::{End, Guide, Transit};
 use crate::optics::{Closure, Spectrum};
@@ -220,7 +222,7 @@ struct Tally<'a, const C: usize> {
 }
 
 impl<const C: usize> Visitor<C> for Tally<'_, C> {
-    fn scattered(&mut self, scattering: &Scattering<C>, samples: &mut PathSamples) {
+    fn scattered(&mut self, scattering: &Scattering<'_, C>, samples: &mut PathSamples) {
         let weight = if scattering.diffuser.is_some() { self.diffuser_weight } else { 1.0 };
         if weight == 0.0 {
             return;
@@ -246,12 +248,17 @@ impl<const C: usize> Visitor<C> for Tally<'_, C> {
                 near_squared: if plane.average { plane.near_squared } else { 0.0 },
             };
             let lux = &mut self.lux[plane.first..plane.first + plane.len()];
-            if !self.method.kernel.boxes.is_empty() || plane.stride > 1 {
+            // cell averages count the flights of a surface's lobe
+            let lobe = scattering.lobe.as_ref().filter(|_| !plane.average || scattering.diffuser.is_some());
+            if lobe.is_some() || !self.method.kernel.boxes.is_empty() || plane.stride > 1 {
                 let start =
                     if plane.stride > 1 { (samples.random.uniform() * plane.stride as f64) as usize } else { 0 };
                 for index in (start..plane.len()).step_by(plane.stride) {
                     let point = DVec3::new(plane.x[index], plane.y[index], plane.height);
-                    let value = connection.illuminance(point.x, point.y);
+                    let mut value = connection.illuminance(point.x, point.y);
+                    if let Some(lobe) = lobe {
+                        value += weight * connection.lobe_illuminance(lobe, point.x, point.y);
+                    }
                     let target = point + offset.extend(0.0);
                     if value > 0.0
                         && self.method.kernel.visible(scattering.position, scattering.surface, target, NO_SURFACE)
@@ -273,7 +280,7 @@ impl<const C: usize> Visitor<C> for Tally<'_, C> {
             let share = (flight.from.z - plane.height) / (flight.from.z - flight.to.z);
             let crossing = flight.from.lerp(flight.to, share);
             let near = (crossing - flight.from).length_squared() < plane.near_squared;
-            if (near || flight.origin == Origin::Specular)
+            if (near || matches!(flight.origin, Origin::Specular | Origin::Lobe(_)))
                 && let Some(index) = plane.cell_at(crossing.truncate())
             {
                 self.lux[plane.first + index] += flight.flux.luminance() / (plane.cell[0] * plane.cell[1]);
@@ -315,6 +322,17 @@ impl Connection {
         let out = (self.normal.x * dx + self.normal.y * dy - self.normal.z * self.depth).max(0.0);
         let factor = if distance_squared < self.near_squared { 0.0 } else { self.per_sr * self.depth };
         factor * out / (distance_squared * distance_squared)
+    }
+
+    /// The same of light in a lobe: I cos(theta') / d^2.
+    fn lobe_illuminance<const C: usize>(&self, lobe: &Lobe<'_, C>, x: f64, y: f64) -> f64 {
+        let way = DVec3::new(x - self.vertex.x, y - self.vertex.y, -self.depth);
+        let distance_squared = way.length_squared();
+        if distance_squared < self.near_squared {
+            return 0.0;
+        }
+        let distance = distance_squared.sqrt();
+        lobe.intensity(way / distance).luminance() * self.depth / (distance_squared * distance)
     }
 }
 
@@ -433,5 +451,59 @@ pub fn refuses_points(kernel: &Kernel) -> Option<&'static str> {
         Some("point sensors cannot find light that a bent or meshed tube with a clear closure sends back into the room")
     } else {
         None
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::optics::FiniteBsdf;
+    use crate::scene::{Channels, Daylight, Room, Scene};
+    use crate::sky::zenith::ZenithFormula;
+
+    /// BRDF 1 / pi by way of a lobe.
+    #[derive(Debug)]
+    struct White;
+
+    impl FiniteBsdf for White {
+        fn bsdf_cosine(&self, normal: DVec3, _: DVec3, outward: DVec3) -> [f64; 3] {
+            [normal.dot(outward).max(0.0) / PI; 3]
+        }
+    }
+
+    /// A Lambertian lobe of some flux lights sensors like Lambertian flux, to rounding; on cells only from a diffuser.
+    #[test]
+    fn lobes_are_connected() {
+        let size = DVec3::new(3.0, 4.0, 2.5);
+        let grid = |estimate| Grid::new("grid".into(), 0.5, [7, 5], 0.1, [size.x, size.y], estimate);
+        let scene = Scene {
+            daylight: Daylight { sky: None, sun: None, formula: ZenithFormula::GivenZenithLuminance },
+            room: Room { size, surfaces: [None; 6], boxes: Vec::new() },
+            tubes: Vec::new(),
+            grids: vec![grid(EstimateKind::Point), grid(EstimateKind::CellAverage)],
+            views: Vec::new(),
+            channels: Channels::Rgb,
+        };
+        let kernel = Arc::new(Kernel::new(&scene, true, true, true).unwrap());
+        let method = LightTracing::<3>::new(kernel, &scene.grids, &Settings::default(), 0);
+        let flux = Spectrum([2.0, 3.0, 5.0]);
+        let lux = |leaving: Spectrum<3>, lobed: bool, diffuser: Option<usize>| {
+            let incident = DVec3::new(-1.0, 0.2, -0.3).normalize();
+            let normal = DVec3::X;
+            let lobe = lobed.then_some(Lobe { scatterer: &White, normal, incident, flux });
+            let position = DVec3::new(0.0, 1.7, 1.9);
+            let scattering = Scattering { position, normal, leaving, lobe, surface: 0, diffuser };
+            let mut tally = Tally { method: &method, lux: vec![0.0; method.sensor_count()], diffuser_weight: 4.0 };
+            tally.scattered(&scattering, &mut PathSamples::new(Key::new(1), 0));
+            tally.lux
+        };
+        for (diffuser, connected) in [(None, 35), (Some(0), 70)] {
+            let (truth, lobe) = (lux(flux, false, diffuser), lux(Spectrum::ZERO, true, diffuser));
+            for sensor in 0..connected {
+                assert!(truth[sensor] > 0.0 || sensor >= 35);
+                assert!((lobe[sensor] - truth[sensor]).abs() <= 1e-14 * truth[sensor], "{sensor}");
+            }
+            assert!(lobe[connected..].iter().all(|lux| *lux == 0.0));
+        }
     }
 }

@@ -410,7 +410,7 @@ impl<const C: usize> Store<C> {
 }
 
 impl<const C: usize> Visitor<C> for Store<C> {
-    fn scattered(&mut self, scattering: &Scattering<C>, _: &mut PathSamples) {
+    fn scattered(&mut self, scattering: &Scattering<'_, C>, _: &mut PathSamples) {
         if let Some(tube) = scattering.diffuser {
             let photon = Photon { position: scattering.position, surface: tube as SurfaceId, flux: scattering.leaving };
             self.exits[tube].push(photon);

@@ -1,10 +1,12 @@
 //! What light meets: collectors, mirrors, diffusers and room surfaces.
 
+pub mod bsdf;
 pub mod diffuser;
 pub mod dome;
 pub mod spectrum;
 pub mod surface;
 
+pub use bsdf::FiniteBsdf;
 pub use diffuser::{Closure, Diffuser, DiffuserZone};
 pub use dome::Collector;
 pub use spectrum::Spectrum;
