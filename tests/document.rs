@@ -7,6 +7,7 @@ use serde_json::{Value, json};
 use skyduct::cli::mesh_files::MeshFiles;
 use skyduct::document::{DocumentErrors, JobDocument, MeshSource, to_scene};
 use skyduct::geometry::TriangleMesh;
+use skyduct::optics::Collector;
 use skyduct::scene::{Channels, Face, TubeShape};
 
 /// The thesis' room with every field that the engine can do.
@@ -179,9 +180,11 @@ fn every_bound_names_its_field() {
         ("/tubes/0/collector/thickness_m", json!(0.003), "not a field of"),
         (
             "/tubes/0/collector",
-            json!({ "kind": "dielectric_dome", "refractive_index": 1.49, "thickness_m": 0.003 }),
-            "kind",
+            json!({ "kind": "dielectric_dome", "refractive_index": 0.9, "thickness_m": 0.003 }),
+            "1..4",
         ),
+        ("/tubes/0/collector", json!({ "kind": "dielectric_dome", "refractive_index": 1.49 }), "missing"),
+        ("/tubes/0/collector/absorption_per_m", json!(2), "not a field of"),
         ("/tubes/0/diffuser/transmittance", json!(1.1), "0..1"),
         ("/tubes/0/diffuser/inner", json!("clear"), "not a field of"),
         ("/tubes/0/mesh", json!("pipe"), "kind"),
@@ -224,7 +227,8 @@ fn every_bound_names_its_field() {
         let expected: (&str, &str) = match (pointer, detail) {
             ("/room/surfaces/walls/reflectance", _) => ("/room/surfaces/walls/reflectance/1", "albedo"),
             ("/room/surfaces/wall_north", _) => ("/room/surfaces/wall_north/reflectance", detail),
-            ("/tubes/0/collector", "kind") => ("/tubes/0/collector/kind", "not supported yet"),
+            ("/tubes/0/collector", "1..4") => ("/tubes/0/collector/refractive_index", "1..4"),
+            ("/tubes/0/collector", "missing") => ("/tubes/0/collector/thickness_m", "missing"),
             ("/tubes/0/mesh", "kind") => ("/tubes/0/diameter_m", "not a field of"),
             ("/method/kind", "photons") => ("/method/photons_per_pass", "not a field of"),
             ("/extra~field", _) => ("/extra~0field", detail),
@@ -600,4 +604,20 @@ proptest! {
         let text = serde_json::to_string(&parsed).unwrap();
         prop_assert_eq!(&JobDocument::parse(text.as_bytes()).unwrap(), &parsed);
     }
+}
+
+#[test]
+fn dielectric_domes_are_read() {
+    let read = |dome: Value| {
+        let document = with(base(), "/tubes/0/collector", dome);
+        let (scene, ..) = to_scene(&JobDocument::parse(document.to_string().as_bytes()).unwrap(), &SquarePipe).unwrap();
+        let TubeShape::Cylinders(cylinders) = &scene.tubes[0].shape else { panic!("a mesh") };
+        cylinders.collector
+    };
+    let mut dome = json!({ "kind": "dielectric_dome", "refractive_index": 1.49, "thickness_m": 0.003 });
+    let clear = Collector::DielectricDome { refractive_index: 1.49, thickness_m: 0.003, absorption_per_m: 0.0 };
+    assert_eq!(read(dome.clone()), clear);
+    dome["absorption_per_m"] = json!(2);
+    let grey = Collector::DielectricDome { refractive_index: 1.49, thickness_m: 0.003, absorption_per_m: 2.0 };
+    assert_eq!(read(dome), grey);
 }

@@ -218,12 +218,14 @@ fn cylinders(tube: &ParametricTube) -> (Tube, GuideProvenance) {
     (tube, if straight { GuideProvenance::ClosedFormStraight } else { GuideProvenance::ClosedFormBent })
 }
 
-/// Dielectric domes have been refused by the validation.
 fn collector(collector: &CollectorDocument) -> Collector {
-    match collector {
+    match *collector {
+        CollectorDocument::Open => Collector::Open,
         CollectorDocument::Flat { transmittance } => Collector::Flat { transmittance: transmittance.rgb() },
         CollectorDocument::Dome { transmittance } => Collector::Dome { transmittance: transmittance.rgb() },
-        CollectorDocument::Open | CollectorDocument::DielectricDome { .. } => Collector::Open,
+        CollectorDocument::DielectricDome { refractive_index, thickness_m, absorption_per_m } => {
+            Collector::DielectricDome { refractive_index, thickness_m, absorption_per_m }
+        }
     }
 }
 

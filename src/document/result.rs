@@ -1,5 +1,7 @@
 //! Results as JSON: grids, tubes, plan, accuracy, timing, energy.
 
+use std::f64::consts::PI;
+
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
@@ -115,22 +117,35 @@ impl From<&Moments> for FluxResult {
 /// Flux through one tube.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct TubeResult {
-    /// Arrives at the collector from outside.
+    /// Arrives at the collector from outside: at the end of the tube, at the outer face of a `dielectric_dome`, which
+    /// is larger, or at a mesh's collector.
     pub at_collector: FluxResult,
     /// Arrives at the diffuser's top.
     pub at_diffuser: FluxResult,
     pub into_room: FluxResult,
     /// Flux into the room over flux at the collector; null without light.
     pub transmission_efficiency: Option<f64>,
+    /// Unobstructed horizontal illuminance times the area of the opening in the ceiling: what a level aperture of that
+    /// size would receive without tube and collector.
+    #[serde(default)]
+    pub level_aperture_flux_lm: f64,
+    /// Flux into the room over that: comparable between collectors; null without light.
+    #[serde(default)]
+    pub level_aperture_efficiency: Option<f64>,
 }
 
-impl From<&TubeEstimate> for TubeResult {
-    fn from(tube: &TubeEstimate) -> Self {
+impl TubeResult {
+    /// `opening_radius` in metres.
+    pub fn new(tube: &TubeEstimate, opening_radius: f64, daylight: &Daylight) -> Self {
+        let (sky, sun) = daylight.horizontal_illuminance_lux();
+        let level_aperture_flux_lm = (sky + sun) * PI * opening_radius * opening_radius;
         Self {
             at_collector: (&tube.at_collector).into(),
             at_diffuser: (&tube.at_diffuser).into(),
             into_room: (&tube.into_room).into(),
             transmission_efficiency: finite(tube.into_room.mean / tube.at_collector.mean),
+            level_aperture_flux_lm,
+            level_aperture_efficiency: finite(tube.into_room.mean / level_aperture_flux_lm),
         }
     }
 }
@@ -268,7 +283,7 @@ impl TimingResult {
 pub struct EnergyResult {
     /// Reaches the collectors from outside.
     pub emitted_lm: f64,
-    /// Reflected or absorbed by collectors on the way in.
+    /// Reflected or absorbed by collectors on the way in, or through a dome and out again on its far side.
     pub collector_lm: f64,
     /// Absorbed by mirrors.
     pub guide_lm: f64,
@@ -367,7 +382,8 @@ mod tests {
         let result = GridResult::new(&grid(), &estimate(&[0.0, 0.0]), &dark);
         assert_eq!(result.illuminance_ratio_percent[0][0], None);
         assert_eq!(result.statistics.uniformity, None);
-        assert_eq!(TubeResult::from(&TubeEstimate::default()).transmission_efficiency, None);
+        let tube = TubeResult::new(&TubeEstimate::default(), 0.1, &dark);
+        assert_eq!((tube.transmission_efficiency, tube.level_aperture_efficiency), (None, None));
         assert_eq!(EnergyResult::new(&Ledger::default(), 0).relative_closure_error, 0.0);
         assert_eq!(TimingResult::new(&Estimate::default(), 0.0).photons_per_second, None);
     }

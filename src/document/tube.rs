@@ -155,10 +155,14 @@ pub enum CollectorDocument {
     Dome {
         transmittance: Coefficient,
     },
-    /// A hemispherical shell that reflects and refracts by Fresnel.
+    /// A hemispherical shell that reflects and refracts by Fresnel; its inner radius is the tube's, its rim is black.
     DielectricDome {
+        /// 1..4.
         refractive_index: f64,
+        /// Up to 1.
         thickness_m: f64,
+        /// Napierian absorption coefficient of its material: s metres leave exp(-absorption s); 0 when absent.
+        absorption_per_m: f64,
     },
 }
 
@@ -178,6 +182,7 @@ struct RawCollector {
     transmittance: Option<Coefficient>,
     refractive_index: Option<f64>,
     thickness_m: Option<f64>,
+    absorption_per_m: Option<f64>,
 }
 
 impl TryFrom<RawCollector> for CollectorDocument {
@@ -195,10 +200,12 @@ impl TryFrom<RawCollector> for CollectorDocument {
             return Ok(Self::DielectricDome {
                 refractive_index: required(raw.refractive_index, "refractive_index")?,
                 thickness_m: required(raw.thickness_m, "thickness_m")?,
+                absorption_per_m: raw.absorption_per_m.unwrap_or(0.0),
             });
         }
         absent(&raw.refractive_index, "refractive_index", of)?;
         absent(&raw.thickness_m, "thickness_m", of)?;
+        absent(&raw.absorption_per_m, "absorption_per_m", of)?;
         if let CollectorKind::Open = raw.kind {
             absent(&raw.transmittance, "transmittance", of)?;
             return Ok(Self::Open);

@@ -75,10 +75,10 @@ fn check_parametric(pointer: &str, tube: &ParametricTube, diameter_ok: bool, che
         CollectorDocument::Flat { transmittance } | CollectorDocument::Dome { transmittance } => {
             check_ratio(&format!("{pointer}/collector/transmittance"), transmittance, checks);
         }
-        CollectorDocument::DielectricDome { refractive_index, thickness_m } => {
-            checks.not_supported(format!("{pointer}/collector/kind"), "collectors of kind `dielectric_dome`");
+        CollectorDocument::DielectricDome { refractive_index, thickness_m, absorption_per_m } => {
             checks.within(&format!("{pointer}/collector/refractive_index"), refractive_index, 1.0, 4.0);
             checks.above(&format!("{pointer}/collector/thickness_m"), thickness_m, 0.0, 1.0);
+            checks.within(&format!("{pointer}/collector/absorption_per_m"), absorption_per_m, 0.0, 1e6);
         }
     }
     check_diffuser(&format!("{pointer}/diffuser"), &tube.diffuser, 0.5 * tube.diameter_m, checks);

@@ -76,6 +76,12 @@ impl BentGuide {
         Self { radius, reflectance, collector_transmittance, segments: cylinders }
     }
 
+    /// Centre of the upper end, and the turn into a frame with z along the last axis.
+    pub(super) fn upper_end(&self) -> (DVec3, DMat3) {
+        let centre = |top: &Cylinder| top.origin + top.to_local.transpose() * (DVec3::Z * top.length);
+        self.segments.last().map_or((DVec3::ZERO, DMat3::IDENTITY), |top| (centre(top), top.to_local))
+    }
+
     #[inline]
     pub(super) fn entry(&self, point: [f64; 2], direction: DVec3) -> Option<Entry> {
         let top = self.segments.last()?;

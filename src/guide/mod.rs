@@ -1,9 +1,10 @@
 //! Guides: how light passes a tube, downward and upward.
 //!
 //! Coordinates are local to a tube: the origin is the centre of the opening in the ceiling plane, z points up. Weights are
-//! deterministic: a ray that meets N mirrors keeps the share R^N.
+//! deterministic: a ray that meets N mirrors keeps the share R^N; only at covers that reflect is one branch chosen.
 
 pub mod bent;
+pub mod dome;
 pub mod mesh;
 pub mod performance;
 pub mod straight;
@@ -12,6 +13,7 @@ pub mod transmittance;
 use glam::DVec3;
 
 pub use bent::BentGuide;
+pub use dome::{Dome, DomedGuide};
 pub use mesh::{MeshGuide, MeshGuideError};
 pub use straight::StraightGuide;
 
@@ -24,6 +26,8 @@ use crate::sampling::PathRandom;
 pub enum Guide {
     Straight(StraightGuide),
     Bent(BentGuide),
+    /// Boxed: other guides need not be as large.
+    Domed(Box<DomedGuide>),
     Mesh(MeshGuide),
 }
 
@@ -79,6 +83,7 @@ impl Guide {
         match self {
             Self::Straight(guide) => guide.entry(point, direction),
             Self::Bent(guide) => guide.entry(point, direction),
+            Self::Domed(guide) => guide.entry(point, direction),
             Self::Mesh(guide) => guide.entry(point, direction),
         }
     }
@@ -94,6 +99,7 @@ impl Guide {
         match self {
             Self::Straight(guide) => guide.down(position, direction),
             Self::Bent(guide) => guide.down(position, direction),
+            Self::Domed(guide) => guide.down(position, direction, random),
             Self::Mesh(guide) => guide.down(position, direction, random),
         }
     }
@@ -104,13 +110,18 @@ impl Guide {
         match self {
             Self::Straight(guide) => guide.up(position, direction),
             Self::Bent(guide) => guide.up(position, direction),
+            Self::Domed(guide) => guide.up(position, direction, random),
             Self::Mesh(guide) => guide.up(position, direction, random),
         }
     }
 
     /// Whether light that goes up from the opening can come back down.
     pub fn returns_light(&self) -> bool {
-        !matches!(self, Self::Straight(_))
+        match self {
+            Self::Straight(_) => false,
+            Self::Domed(guide) => matches!(guide.pipe, dome::Pipe::Bent(_)) || guide.dome.index != 1.0,
+            Self::Bent(_) | Self::Mesh(_) => true,
+        }
     }
 }
 

@@ -1,9 +1,11 @@
 //! Photons from sky and sun into the tubes.
 
+use std::f64::consts::PI;
+
 use glam::DVec3;
 
 use super::kernel::{Kernel, TubeKernel};
-use crate::guide::{Guide, transmittance::zastrow_wittwer_transmission};
+use crate::guide::{Guide, StraightGuide, dome::Pipe, transmittance::zastrow_wittwer_transmission};
 use crate::sampling::{Key, PathRandom, Replicate, warp};
 use crate::sky::sampler::SkySampler;
 use crate::sky::sun::HALF_ANGLE;
@@ -11,6 +13,9 @@ use crate::sky::{Sky, Sun};
 
 /// Every source of light gets at least this share of a pass' photons.
 const LEAST_SHARE: f64 = 0.125;
+
+/// Share that the far side of a dome may reflect into the aperture: only the choice of samples depends on it.
+const FAR_SIDE_REFLECTANCE: f64 = 0.08;
 
 /// The sources of a scene: sky and sun, each through each tube, as separate integrals.
 #[derive(Debug)]
@@ -169,13 +174,23 @@ impl Emission {
 
 /// How much of the light from a direction a tube is likely to pass: only the choice of samples depends on it.
 fn likely_transmission(tube: &TubeKernel, toward: DVec3) -> f64 {
+    let straight = |guide: &StraightGuide| {
+        let reflectance = guide.reflectance.iter().copied().fold(0.0, f64::max);
+        let tangent = toward.truncate().length() / toward.z.max(1e-9);
+        // the sampler's cells are far wider than the kinks of the exact series
+        zastrow_wittwer_transmission(guide.length / (2.0 * guide.radius), tangent, reflectance).max(1e-3)
+    };
     match &tube.guide {
-        Guide::Straight(guide) => {
-            let reflectance = guide.reflectance.iter().copied().fold(0.0, f64::max);
-            let tangent = toward.truncate().length() / toward.z.max(1e-9);
-            // the sampler's cells are far wider than the kinks of the exact series
-            zastrow_wittwer_transmission(guide.length / (2.0 * guide.radius), tangent, reflectance).max(1e-3)
-        }
+        Guide::Straight(guide) => straight(guide),
+        Guide::Domed(guide) => match &guide.pipe {
+            Pipe::Straight(pipe) => {
+                // most light that passes the near side but not the aperture leaves on the far side
+                let aperture = PI * pipe.radius * pipe.radius * toward.z.max(0.0);
+                let silhouette = tube.guide.projected_area_m2(-toward);
+                straight(pipe) * (aperture / silhouette + FAR_SIDE_REFLECTANCE).min(1.0)
+            }
+            Pipe::Bent(_) => 1.0,
+        },
         Guide::Bent(_) | Guide::Mesh(_) => 1.0,
     }
 }

@@ -2,8 +2,8 @@
 
 use glam::{DMat2, DVec2, DVec3};
 
-use crate::guide::{BentGuide, Guide, MeshGuide, MeshGuideError, StraightGuide, mesh::Part};
-use crate::optics::{Closure, Diffuser};
+use crate::guide::{BentGuide, DomedGuide, Guide, MeshGuide, MeshGuideError, StraightGuide, dome::Pipe, mesh::Part};
+use crate::optics::{Closure, Collector, Diffuser};
 use crate::scene::{BoxObject, Face, MeshTube, PartRole, Room, Scene, StraightOrBent, Tube, TubeShape};
 use crate::sky::{Sky, Sun, direction};
 
@@ -268,16 +268,27 @@ impl TubeKernel {
 
 /// The guide of cylinders of `radius` in metres.
 pub fn cylinder_guide(tube: &StraightOrBent, radius: f64) -> Guide {
+    let pipe = pipe(tube, radius);
+    if let Collector::DielectricDome { refractive_index, thickness_m, absorption_per_m } = tube.collector {
+        return Guide::Domed(Box::new(DomedGuide::new(pipe, refractive_index, thickness_m, absorption_per_m)));
+    }
+    match pipe {
+        Pipe::Straight(guide) => Guide::Straight(guide),
+        Pipe::Bent(guide) => Guide::Bent(guide),
+    }
+}
+
+fn pipe(tube: &StraightOrBent, radius: f64) -> Pipe {
     let reflectance = tube.reflectance;
     let collector_transmittance = tube.collector.transmittance();
     if tube.segments.iter().all(|segment| segment.tilt == 0.0) {
         let length = tube.segments.iter().map(|segment| segment.length_m).sum();
-        return Guide::Straight(StraightGuide { radius, length, reflectance, collector_transmittance });
+        return Pipe::Straight(StraightGuide { radius, length, reflectance, collector_transmittance });
     }
     let axis = |tilt: f64, azimuth: f64| direction(std::f64::consts::FRAC_PI_2 - tilt, azimuth);
     let segments: Vec<_> =
         tube.segments.iter().map(|segment| (segment.length_m, axis(segment.tilt, segment.azimuth))).collect();
-    Guide::Bent(BentGuide::new(radius, &segments, reflectance, collector_transmittance))
+    Pipe::Bent(BentGuide::new(radius, &segments, reflectance, collector_transmittance))
 }
 
 fn mesh(tube: &MeshTube, opening_radius: f64) -> Result<MeshGuide, MeshGuideError> {

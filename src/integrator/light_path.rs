@@ -86,7 +86,7 @@ pub trait Visitor<const C: usize> {
 pub struct Ledger {
     /// Reaches the collectors from outside.
     pub emitted: f64,
-    /// Reflected or absorbed by collectors on the way in.
+    /// Reflected or absorbed by collectors on the way in, or through a dome and out again on its far side.
     pub collector: f64,
     /// Absorbed by mirrors, on the way down or up.
     pub guide: f64,

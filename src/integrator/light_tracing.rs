@@ -437,8 +437,8 @@ impl Backward<'_> {
     }
 }
 
-/// Why this method cannot compute point sensors of a scene, if it cannot: in a tube that is not straight, light that
-/// passes the closure unscattered is followed backward into the sky only.
+/// Why this method cannot compute point sensors of a scene, if it cannot: in a tube that is not straight or has a
+/// dielectric dome, light that passes the closure unscattered is followed backward into the sky only.
 pub fn refuses_points(kernel: &Kernel) -> Option<&'static str> {
     let bent_and_clear = kernel.tubes.iter().any(|tube| {
         !matches!(tube.guide, Guide::Straight(_)) && tube.diffuser.specular_zone(tube.opening_radius).is_some()
@@ -446,9 +446,11 @@ pub fn refuses_points(kernel: &Kernel) -> Option<&'static str> {
     if !bent_and_clear {
         None
     } else if kernel.sun.is_some() {
-        Some("point sensors cannot find the sun's beam through a clear closure of a bent or meshed tube")
+        Some("point sensors cannot find the sun's beam through a clear closure of a bent, domed or meshed tube")
     } else if kernel.guide_return {
-        Some("point sensors cannot find light that a bent or meshed tube with a clear closure sends back into the room")
+        Some(
+            "point sensors cannot find light that a bent, domed or meshed tube with a clear closure sends back into the room",
+        )
     } else {
         None
     }

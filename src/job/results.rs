@@ -28,6 +28,10 @@ impl Prepared {
             summary.insert("mean_standard_error_lux".into(), json!(mean_error));
             Value::Object(summary)
         });
+        let tubes =
+            self.scene.tubes.iter().zip(&merged.tubes).map(|(tube, estimate)| {
+                to_value(&TubeResult::new(estimate, tube.opening_radius, &self.scene.daylight))
+            });
         let views = self.scene.views.iter().map(|view| json!({ "name": view.name, "size_px": view.size_px }));
         json!({
             "accuracy": to_value(&AccuracyResult::new(self.accuracy(merged), self.stop.confidence)),
@@ -36,7 +40,7 @@ impl Prepared {
             "external_horizontal_illuminance_lux": { "sky": sky, "sun": sun },
             "grids": grids.collect::<Vec<_>>(),
             "views": views.collect::<Vec<_>>(),
-            "tubes": merged.tubes.iter().map(|tube| to_value(&TubeResult::from(tube))).collect::<Vec<_>>(),
+            "tubes": tubes.collect::<Vec<_>>(),
             "energy": to_value(&EnergyResult::new(&merged.ledger, merged.passes)),
         })
     }

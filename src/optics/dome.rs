@@ -14,13 +14,27 @@ pub enum Collector {
     /// Rays are not bent, so a dome concentric with the aperture gathers exactly the light that a flat pane would
     /// (PHYSICS 3.4, step 1): each ray that reaches the aperture from outside crosses the shell once.
     Dome { transmittance: [f64; 3] },
+    /// A hemispherical shell, concentric with the end of the tube, whose inner radius is the tube's; light is traced
+    /// through it (see [`crate::guide::dome`]).
+    DielectricDome {
+        /// At least 1.
+        refractive_index: f64,
+        thickness_m: f64,
+        /// Napierian absorption coefficient: a path of s metres leaves exp(-absorption s).
+        absorption_per_m: f64,
+    },
 }
 
 impl Collector {
-    /// Share of the light that passes from outside to the aperture, per channel.
+    /// Whether it sends light that comes up the tube down again.
+    pub fn reflects(&self) -> bool {
+        matches!(*self, Self::DielectricDome { refractive_index, .. } if refractive_index != 1.0)
+    }
+
+    /// Share of the light that passes from outside to the aperture, per channel; 1 for a shell that is traced.
     pub fn transmittance(&self) -> [f64; 3] {
         match *self {
-            Self::Open => [1.0; 3],
+            Self::Open | Self::DielectricDome { .. } => [1.0; 3],
             Self::Flat { transmittance } | Self::Dome { transmittance } => transmittance,
         }
     }

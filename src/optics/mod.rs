@@ -3,6 +3,7 @@
 pub mod bsdf;
 pub mod diffuser;
 pub mod dome;
+pub mod fresnel;
 pub mod spectrum;
 pub mod surface;
 

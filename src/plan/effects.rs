@@ -150,11 +150,13 @@ fn called_for(scene: &Scene, kind: EffectKind) -> Result<String, &'static str> {
         }
         EffectKind::GuideReturn => {
             let returns = scene.tubes.iter().any(|tube| match &tube.shape {
-                TubeShape::Cylinders(cylinders) => cylinders.segments.iter().any(|segment| segment.tilt != 0.0),
+                TubeShape::Cylinders(cylinders) => {
+                    cylinders.segments.iter().any(|segment| segment.tilt != 0.0) || cylinders.collector.reflects()
+                }
                 TubeShape::Mesh(_) => true,
             });
             if returns {
-                Ok("bent and meshed guides send part of the light that enters from below back down".into())
+                Ok("bent and meshed guides and dielectric domes send part of the light that enters from below back down".into())
             } else {
                 Err("straight guides lead all light that enters from below out at the top")
             }

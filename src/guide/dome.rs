@@ -1,0 +1,389 @@
+//! Dielectric domes: hemispherical shells over the top of a straight or bent guide.
+
+use std::f64::consts::PI;
+
+use glam::{DMat3, DVec3};
+
+use super::{BentGuide, End, Entry, StraightGuide, Transit};
+use crate::optics::Spectrum;
+use crate::optics::fresnel::{fresnel, refract};
+use crate::sampling::{PathRandom, warp};
+
+/// Meetings with faces of one path after which it is ended.
+const MAX_STEPS: u32 = 100_000;
+
+/// A shell between two concentric hemispheres that stands on the plane z = 0 of its own frame, in air.
+///
+/// Its faces reflect and refract by Fresnel; what reaches the rim, the ring in the plane z = 0, is absorbed. A ray stays in
+/// its plane through the centre, so that light polarised across and along that plane never mixes: both are followed on
+/// one path. Refractive index times distance from the centre times sine of the angle to the normal is the same all along
+/// a path (Bouguer), and with it the reflectances of both faces and the chord between them.
+#[derive(Clone, Debug)]
+pub struct Dome {
+    /// Radii of the faces in metres.
+    pub inner: f64,
+    pub outer: f64,
+    /// Refractive index, >= 1.
+    pub index: f64,
+    /// Napierian absorption coefficient in 1/m.
+    pub absorption: f64,
+}
+
+/// A straight or bent guide under a dome of the guide's radius.
+#[derive(Clone, Debug)]
+pub struct DomedGuide {
+    pub pipe: Pipe,
+    pub dome: Dome,
+    /// The dome's frame: origin in the centre of the pipe's upper end, z along its axis.
+    centre: DVec3,
+    to_local: DMat3,
+}
+
+/// What a dome stands on.
+#[derive(Clone, Debug)]
+#[expect(clippy::large_enum_variant, reason = "one per tube, never moved while light is traced")]
+pub enum Pipe {
+    Straight(StraightGuide),
+    Bent(BentGuide),
+}
+
+/// How light leaves a dome.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Exit {
+    /// Down through the plane z = 0, within the inner face.
+    Aperture,
+    /// Through the outer face.
+    Outside,
+    /// In the rim.
+    Absorbed,
+    Cut,
+}
+
+/// A way through a dome and the share of the light that is left.
+#[derive(Clone, Copy, Debug)]
+struct Crossing {
+    exit: Exit,
+    position: DVec3,
+    direction: DVec3,
+    share: f64,
+    rays: u32,
+}
+
+/// A ray in a dome with what stays the same along its path.
+struct Ray {
+    position: DVec3,
+    direction: DVec3,
+    /// Shares of the light, polarised s and p.
+    shares: [f64; 2],
+    /// Reflectances of the faces for s and p.
+    at_outer: [f64; 2],
+    at_inner: [f64; 2],
+    /// Length of the way between the faces, and what absorption leaves over it.
+    chord: f64,
+    passes: f64,
+    rays: u32,
+}
+
+impl Dome {
+    /// Light from outside at a point of the outer face.
+    ///
+    /// The light that the outer face turns away, at once or from within, leaves for good and is taken off the weight. Only
+    /// at the inner face is there a choice, to pass it or to go once more round the shell; the latter has the
+    /// probability r^2, so that nearly every photon keeps the pane's share (1 - r) / (1 + r).
+    fn enter(&self, position: DVec3, direction: DVec3, random: &mut PathRandom) -> Crossing {
+        let impact = position.cross(direction).length();
+        if impact >= self.inner {
+            // reflected by the outer face, or totally by the inner one, or past it: back outside or into the rim
+            return Crossing { exit: Exit::Outside, position, direction, share: 0.0, rays: 1 };
+        }
+        let mut ray = self.ray(position, direction, impact);
+        ray.pass(|ray, k| 1.0 - ray.at_outer[k], 1.0);
+        ray.direction = refract(direction, position / self.outer, self.index);
+        while ray.rays < MAX_STEPS {
+            if !ray.cross(self.inner) {
+                return ray.ends(Exit::Absorbed);
+            }
+            let once_more = ray.mean(|ray, k| ray.at_inner[k] * ray.at_outer[k] * ray.passes);
+            if !ray.chooses(once_more, random) {
+                ray.pass(|ray, k| 1.0 - ray.at_inner[k], 1.0 - once_more);
+                ray.direction = refract(ray.direction, ray.position / self.inner, 1.0 / self.index);
+                return self.inside(ray, random);
+            }
+            ray.pass(|ray, k| ray.at_inner[k] * ray.at_outer[k], once_more);
+            ray.reflect();
+            if !ray.cross(self.outer) {
+                return ray.ends(Exit::Absorbed);
+            }
+            ray.reflect();
+        }
+        ray.ends(Exit::Cut)
+    }
+
+    /// Light that comes up through the plane z = 0, unpolarised.
+    fn leave(&self, position: DVec3, direction: DVec3, random: &mut PathRandom) -> Crossing {
+        let impact = position.cross(direction).length().min(self.inner);
+        self.inside(self.ray(position, direction, impact), random)
+    }
+
+    /// Follows a ray from within the inner face; one branch is chosen at every face.
+    fn inside(&self, mut ray: Ray, random: &mut PathRandom) -> Crossing {
+        while ray.rays < MAX_STEPS {
+            ray.rays += 1;
+            let along = ray.position.dot(ray.direction);
+            let below = self.inner * self.inner - ray.position.length_squared();
+            let to_face = (along * along + below).max(0.0).sqrt() - along;
+            let falls = ray.direction.z < 0.0;
+            let to_aperture = if falls { (-ray.position.z / ray.direction.z).max(0.0) } else { f64::INFINITY };
+            if to_aperture <= to_face {
+                ray.position += ray.direction * to_aperture;
+                ray.position.z = 0.0;
+                return ray.ends(Exit::Aperture);
+            }
+            ray.position = (ray.position + ray.direction * to_face).normalize() * self.inner;
+            if ray.reflects(|ray, k| ray.at_inner[k], random) {
+                ray.reflect();
+                continue;
+            }
+            ray.direction = refract(ray.direction, -ray.position / self.inner, self.index);
+            if let Some(end) = self.in_shell(&mut ray, random) {
+                return end;
+            }
+        }
+        ray.ends(Exit::Cut)
+    }
+
+    /// Follows a ray outward from the inner face until it has left the shell; `None`: inward again.
+    fn in_shell(&self, ray: &mut Ray, random: &mut PathRandom) -> Option<Crossing> {
+        while ray.rays < MAX_STEPS {
+            if !ray.cross(self.outer) {
+                return Some(ray.ends(Exit::Absorbed));
+            }
+            if !ray.reflects(|ray, k| ray.at_outer[k], random) {
+                ray.direction = refract(ray.direction, -ray.position / self.outer, 1.0 / self.index);
+                return Some(ray.ends(Exit::Outside));
+            }
+            ray.reflect();
+            if !ray.cross(self.inner) {
+                return Some(ray.ends(Exit::Absorbed));
+            }
+            if !ray.reflects(|ray, k| ray.at_inner[k], random) {
+                ray.direction = refract(ray.direction, ray.position / self.inner, 1.0 / self.index);
+                return None;
+            }
+            ray.reflect();
+        }
+        Some(ray.ends(Exit::Cut))
+    }
+
+    fn ray(&self, position: DVec3, direction: DVec3, impact: f64) -> Ray {
+        let Self { inner, outer, index, absorption } = *self;
+        let at = |radius: f64| {
+            let sine = impact / radius;
+            fresnel(((1.0 - sine) * (1.0 + sine)).max(0.0).sqrt(), index)
+        };
+        let foot = |radius: f64| ((radius - impact / index) * (radius + impact / index)).max(0.0).sqrt();
+        let chord = (outer - inner) * (outer + inner) / (foot(outer) + foot(inner));
+        let passes = (-absorption * chord).exp();
+        Ray { position, direction, shares: [0.5; 2], at_outer: at(outer), at_inner: at(inner), chord, passes, rays: 1 }
+    }
+}
+
+impl Ray {
+    /// Mean of a factor over the polarisations.
+    fn mean(&self, factor: impl Fn(&Self, usize) -> f64) -> f64 {
+        let [s, p] = self.shares;
+        if s + p > 0.0 { (s * factor(self, 0) + p * factor(self, 1)) / (s + p) } else { 0.0 }
+    }
+
+    /// Takes a branch of the given `probability` on which the light is multiplied by a factor.
+    fn pass(&mut self, factor: impl Fn(&Self, usize) -> f64, probability: f64) {
+        self.shares = std::array::from_fn(|k| self.shares[k] * factor(self, k) / probability);
+    }
+
+    /// True with the given probability.
+    fn chooses(&self, probability: f64, random: &mut PathRandom) -> bool {
+        probability > 0.0 && random.uniform() < probability
+    }
+
+    /// Chooses between reflection and transmission at a face; the sum of the shares stays.
+    fn reflects(&mut self, reflectance: impl Fn(&Self, usize) -> f64, random: &mut PathRandom) -> bool {
+        let probability = self.mean(&reflectance);
+        let reflects = self.chooses(probability, random);
+        if reflects {
+            self.pass(reflectance, probability);
+        } else {
+            self.pass(|ray, k| 1.0 - reflectance(ray, k), 1.0 - probability);
+        }
+        reflects
+    }
+
+    /// Goes through the shell to the face of the given radius; false when the rim is in the way.
+    fn cross(&mut self, radius: f64) -> bool {
+        self.rays += 1;
+        let end = self.position + self.direction * self.chord;
+        if end.z < 0.0 && self.direction.z < 0.0 {
+            return false;
+        }
+        self.position = end.normalize() * radius;
+        self.shares = self.shares.map(|share| share * self.passes);
+        true
+    }
+
+    /// Mirrors the direction at the face that the ray is on.
+    fn reflect(&mut self) {
+        let normal = self.position.normalize();
+        self.direction = (self.direction - normal * (2.0 * self.direction.dot(normal))).normalize();
+    }
+
+    fn ends(&self, exit: Exit) -> Crossing {
+        let Self { position, direction, shares, rays, .. } = *self;
+        Crossing { exit, position, direction, share: shares[0] + shares[1], rays }
+    }
+}
+
+/// Where light is in a domed guide.
+enum Place {
+    /// In the aperture, on its way down, or up.
+    Falls(DVec3, DVec3),
+    Rises(DVec3, DVec3),
+}
+
+impl DomedGuide {
+    /// `pipe` with a clear collector; the dome's inner radius is the pipe's, `thickness` in metres.
+    pub fn new(pipe: Pipe, index: f64, thickness: f64, absorption: f64) -> Self {
+        let (radius, centre, to_local) = match &pipe {
+            Pipe::Straight(guide) => (guide.radius, DVec3::Z * guide.length, DMat3::IDENTITY),
+            Pipe::Bent(guide) => {
+                let (centre, to_local) = guide.upper_end();
+                (guide.radius, centre, to_local)
+            }
+        };
+        Self { pipe, dome: Dome { inner: radius, outer: radius + thickness, index, absorption }, centre, to_local }
+    }
+
+    /// Uniform over the dome's silhouette: half a disc and, toward the base, half an ellipse.
+    #[inline]
+    pub(super) fn entry(&self, point: [f64; 2], direction: DVec3) -> Option<Entry> {
+        let d = self.to_local * direction;
+        let radius = self.dome.outer;
+        // cosine between the axis and the way toward the light; negative: light from behind
+        let cosine = -d.z;
+        let height = 0.5 * (1.0 + cosine);
+        if height <= 0.0 {
+            return None;
+        }
+        let up = (DVec3::Z - d * d.z).try_normalize().unwrap_or(DVec3::X);
+        let across = d.cross(up);
+        // columns of the disc are pressed to those of the silhouette
+        let on_disc = warp::disc(point);
+        let column = ((1.0 - on_disc.x) * (1.0 + on_disc.x)).max(0.0).sqrt();
+        let y = on_disc.y * height + column * 0.5 * (1.0 - cosine);
+        let offset = (across * on_disc.x + up * y) * radius;
+        let rise = (radius * radius - offset.length_squared()).max(0.0).sqrt();
+        let mut position = offset - d * rise;
+        position.z = position.z.max(0.0);
+        Some(Entry {
+            position: self.centre + self.to_local.transpose() * position,
+            projected_area_m2: PI * radius * radius * height,
+        })
+    }
+
+    pub(super) fn down<const C: usize>(
+        &self,
+        position: DVec3,
+        direction: DVec3,
+        random: &mut PathRandom,
+    ) -> Transit<C> {
+        let d = self.to_local * direction;
+        let crossing = self.dome.enter(self.to_local * (position - self.centre), d, random);
+        let mut transit = Transit {
+            end: End::Lost,
+            position,
+            direction,
+            collector: Spectrum::ONE * crossing.share,
+            mirrors: Spectrum::ONE,
+            entered: true,
+            rays: crossing.rays,
+        };
+        if crossing.exit == Exit::Aperture {
+            let (position, direction) = self.to_tube(&crossing);
+            self.follow(&mut transit, Place::Falls(position, direction), random);
+        } else if crossing.exit == Exit::Cut {
+            transit.end = End::Cut;
+        } else {
+            // it has never been in the pipe: what is lost is lost by the collector
+            transit.collector = Spectrum::ZERO;
+        }
+        transit
+    }
+
+    pub(super) fn up<const C: usize>(&self, position: DVec3, direction: DVec3, random: &mut PathRandom) -> Transit<C> {
+        let mut transit = self.pipe.up::<C>(position, direction);
+        if transit.end == End::Top {
+            let place = Place::Rises(transit.position, transit.direction);
+            self.follow(&mut transit, place, random);
+        }
+        transit
+    }
+
+    /// Goes on from the aperture to the end.
+    fn follow<const C: usize>(&self, transit: &mut Transit<C>, from: Place, random: &mut PathRandom) {
+        let mut place = from;
+        loop {
+            if transit.rays >= MAX_STEPS {
+                transit.end = End::Cut;
+                return;
+            }
+            match place {
+                Place::Falls(position, direction) => {
+                    let below: Transit<C> = self.pipe.down(position, direction);
+                    transit.mirrors *= below.mirrors;
+                    transit.rays += below.rays;
+                    (transit.end, transit.position, transit.direction) = (below.end, below.position, below.direction);
+                    if below.end != End::Top {
+                        return;
+                    }
+                    place = Place::Rises(below.position, below.direction);
+                }
+                Place::Rises(position, direction) => {
+                    let (p, d) = (self.to_local * (position - self.centre), self.to_local * direction);
+                    let crossing = self.dome.leave(p, d, random);
+                    transit.collector = transit.collector * crossing.share;
+                    transit.rays += crossing.rays;
+                    (transit.position, transit.direction) = self.to_tube(&crossing);
+                    transit.end = match crossing.exit {
+                        Exit::Aperture => {
+                            place = Place::Falls(transit.position, transit.direction);
+                            continue;
+                        }
+                        Exit::Outside => End::Top,
+                        Exit::Absorbed => End::Lost,
+                        Exit::Cut => End::Cut,
+                    };
+                    return;
+                }
+            }
+        }
+    }
+
+    fn to_tube(&self, crossing: &Crossing) -> (DVec3, DVec3) {
+        let back = self.to_local.transpose();
+        (self.centre + back * crossing.position, back * crossing.direction)
+    }
+}
+
+impl Pipe {
+    fn down<const C: usize>(&self, position: DVec3, direction: DVec3) -> Transit<C> {
+        match self {
+            Self::Straight(guide) => guide.down(position, direction),
+            Self::Bent(guide) => guide.down(position, direction),
+        }
+    }
+
+    fn up<const C: usize>(&self, position: DVec3, direction: DVec3) -> Transit<C> {
+        match self {
+            Self::Straight(guide) => guide.up(position, direction),
+            Self::Bent(guide) => guide.up(position, direction),
+        }
+    }
+}
