@@ -621,3 +621,36 @@ fn dielectric_domes_are_read() {
     let grey = Collector::DielectricDome { refractive_index: 1.49, thickness_m: 0.003, absorption_per_m: 2.0 };
     assert_eq!(read(dome), grey);
 }
+
+#[test]
+fn mirrors_may_depend_on_the_angle() {
+    let read = |reflectance: Value| {
+        let document = with(base(), "/tubes/0/reflectance", reflectance);
+        JobDocument::parse(document.to_string().as_bytes()).map(|document| to_scene(&document, &SquarePipe).unwrap().0)
+    };
+    let table = json!({ "incidence_deg": [0, 60, 90], "reflectance": [0.9, [0.8, 0.7, 0.6], 1] });
+    let scene = read(table.clone()).unwrap();
+    assert_eq!(scene.channels, Channels::Rgb);
+    let TubeShape::Cylinders(cylinders) = &scene.tubes[0].shape else { panic!("a mesh") };
+    let middle = cylinders.reflectance.reflectance(|| 30f64.to_radians().cos());
+    for (value, truth) in middle.iter().zip([0.85, 0.8, 0.75]) {
+        assert!((value - truth).abs() < 1e-12, "{middle:?}");
+    }
+    let at = |field: &str, value: Value| with(base(), "/tubes/0/reflectance", with(table.clone(), field, value));
+    let cases = [
+        ("/incidence_deg", json!([0, 90, 60]), "/incidence_deg/2", "larger"),
+        ("/incidence_deg", json!([0, 60, 89]), "/incidence_deg/2", "must be 90"),
+        ("/incidence_deg", json!([1, 60, 90]), "/incidence_deg/0", "must be 0"),
+        ("/reflectance", json!([0.9, 1]), "/reflectance", "one value for each of the 3 angles"),
+        ("/reflectance/1", json!(1.2), "/reflectance/1", "0..1"),
+        ("/reflectance", Value::Null, "/reflectance", "missing"),
+        ("/angle", json!(1), "/angle", "unknown field"),
+    ];
+    for (field, value, pointer, detail) in cases {
+        refused(&at(field, value), &format!("/tubes/0/reflectance{pointer}"), detail);
+    }
+    // what does not depend on the angle says so
+    let document = with(base(), "/tubes/0", mesh_tube());
+    let on_cover = with(document, "/tubes/0/parts/cover/reflectance", table);
+    refused(&on_cover, "/tubes/0/parts/cover/reflectance", "not a table");
+}

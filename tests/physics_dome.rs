@@ -16,7 +16,7 @@ use skyduct::sky::direction;
 use skyduct::statistics::Moments;
 
 fn straight_pipe(length: f64, reflectance: f64) -> StraightGuide {
-    StraightGuide { radius: RADIUS, length, reflectance: [reflectance; 3], collector_transmittance: [1.0; 3] }
+    StraightGuide { radius: RADIUS, length, reflectance: [reflectance; 3].into(), collector_transmittance: [1.0; 3] }
 }
 
 fn domed(length: f64, reflectance: f64, index: f64, thickness: f64, absorption: f64) -> Guide {
@@ -212,8 +212,10 @@ fn index_one_is_open() {
 fn down_and_up_are_reciprocal() {
     let (sin, cos) = 40f64.to_radians().sin_cos();
     let bend = [(0.4, DVec3::Z), (0.4, DVec3::new(sin, 0.0, cos))];
-    let pipes =
-        [Pipe::Straight(straight_pipe(0.5, 0.9)), Pipe::Bent(BentGuide::new(RADIUS, &bend, [0.95; 3], [1.0; 3]))];
+    let pipes = [
+        Pipe::Straight(straight_pipe(0.5, 0.9)),
+        Pipe::Bent(BentGuide::new(RADIUS, &bend, [0.95; 3].into(), [1.0; 3])),
+    ];
     let mut random = PathRandom::new(Key::new(3));
     for pipe in pipes {
         let guide = Guide::Domed(Box::new(DomedGuide::new(pipe, 1.6, 0.01, 3.0)));

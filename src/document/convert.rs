@@ -203,7 +203,7 @@ fn cylinders(tube: &ParametricTube) -> (Tube, GuideProvenance) {
         azimuth: segment.azimuth_deg.to_radians(),
     });
     let shape = StraightOrBent {
-        reflectance: tube.reflectance.rgb(),
+        reflectance: tube.reflectance.mirror(),
         segments: segments.collect(),
         collector: collector(&tube.collector),
     };
@@ -301,7 +301,7 @@ fn is_coloured(document: &JobDocument) -> bool {
 fn tube_coefficients(tube: &TubeDocument) -> Vec<Coefficient> {
     match tube {
         TubeDocument::Parametric(tube) => {
-            let mut coefficients = vec![tube.reflectance];
+            let mut coefficients = tube.reflectance.coefficients();
             if let CollectorDocument::Flat { transmittance } | CollectorDocument::Dome { transmittance } =
                 tube.collector
             {
@@ -315,7 +315,7 @@ fn tube_coefficients(tube: &TubeDocument) -> Vec<Coefficient> {
             .values()
             .flat_map(|part| match part {
                 PartDocument::Collector { transmittance, reflectance } => vec![*transmittance, *reflectance],
-                PartDocument::Pipe { reflectance } => vec![*reflectance],
+                PartDocument::Pipe { reflectance } => reflectance.coefficients(),
                 PartDocument::Diffuser(diffuser) => diffuser_coefficients(diffuser),
             })
             .collect(),

@@ -57,7 +57,7 @@ fn parts(pointer: &str, document: &MeshTubeDocument, mesh: &TriangleMesh, checks
             Some(PartDocument::Collector { transmittance, reflectance }) => {
                 PartRole::Collector { transmittance: transmittance.rgb(), reflectance: reflectance.rgb() }
             }
-            Some(PartDocument::Pipe { reflectance }) => PartRole::Pipe { reflectance: reflectance.rgb() },
+            Some(PartDocument::Pipe { reflectance }) => PartRole::Pipe { reflectance: reflectance.mirror() },
             Some(PartDocument::Diffuser(_)) => PartRole::Diffuser,
             None => {
                 let detail = format!("the mesh's material {name:?} has no part; its materials are {}", names());

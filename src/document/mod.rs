@@ -10,6 +10,7 @@ mod daylight;
 pub mod job;
 mod mesh_tube;
 pub mod method;
+pub mod mirror;
 pub mod outputs;
 pub mod parse;
 mod pointer;

@@ -137,6 +137,11 @@ impl fmt::Display for Misfit {
     }
 }
 
+/// What is wrong with one field of such an object.
+pub fn misfit(field: &'static str, detail: String) -> Misfit {
+    Misfit { field, detail }
+}
+
 const MISSING: &str = "required, but missing";
 
 /// The value of a field that this kind of object must have.

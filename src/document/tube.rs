@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use super::coefficient::Coefficient;
+use super::mirror::MirrorDocument;
 use super::parse::{Misfit, absent, required};
 
 /// A tubular daylight device above a round opening in the ceiling.
@@ -25,7 +26,7 @@ pub struct ParametricTube {
     #[schema(exclusive_minimum = 0)]
     pub diameter_m: f64,
     /// Specular, per bounce.
-    pub reflectance: Coefficient,
+    pub reflectance: MirrorDocument,
     /// From the ceiling upward, 1..16; the first is vertical.
     pub segments: Vec<SegmentDocument>,
     pub collector: CollectorDocument,
@@ -96,7 +97,7 @@ impl Unit {
 struct RawTube {
     centre_m: Option<[f64; 2]>,
     diameter_m: Option<f64>,
-    reflectance: Option<Coefficient>,
+    reflectance: Option<MirrorDocument>,
     segments: Option<Vec<SegmentDocument>>,
     collector: Option<CollectorDocument>,
     diffuser: Option<DiffuserDocument>,
@@ -316,13 +317,13 @@ impl TryFrom<RawDiffuser> for DiffuserDocument {
 }
 
 /// What a material of a mesh tube is.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(tag = "role", rename_all = "snake_case", try_from = "RawPart")]
 pub enum PartDocument {
     /// A thin cover; the direction is unchanged. `transmittance + reflectance <= 1`.
     Collector { transmittance: Coefficient, reflectance: Coefficient },
     /// A specular mirror.
-    Pipe { reflectance: Coefficient },
+    Pipe { reflectance: MirrorDocument },
     /// The closure, in the plane z = 0.
     Diffuser(DiffuserDocument),
 }
@@ -341,7 +342,7 @@ struct RawPart {
     role: Role,
     kind: Option<DiffuserKind>,
     transmittance: Option<Coefficient>,
-    reflectance: Option<Coefficient>,
+    reflectance: Option<MirrorDocument>,
     lambertian_radius_m: Option<f64>,
     inner: Option<ZoneDocument>,
     lambertian_transmittance: Option<Coefficient>,
@@ -357,7 +358,7 @@ impl TryFrom<RawPart> for PartDocument {
             let diffuser = RawDiffuser {
                 kind: required(raw.kind, "kind")?,
                 transmittance: raw.transmittance,
-                reflectance: raw.reflectance,
+                reflectance: raw.reflectance.map(|value| value.constant("reflectance", "a diffuser")).transpose()?,
                 lambertian_radius_m: raw.lambertian_radius_m,
                 inner: raw.inner,
                 lambertian_transmittance: raw.lambertian_transmittance,
@@ -379,7 +380,9 @@ impl TryFrom<RawPart> for PartDocument {
         if let Role::Collector = raw.role {
             return Ok(Self::Collector {
                 transmittance: required(raw.transmittance, "transmittance")?,
-                reflectance: raw.reflectance.unwrap_or_default(),
+                reflectance: raw
+                    .reflectance
+                    .map_or(Ok(Coefficient::ZERO), |value| value.constant("reflectance", of))?,
             });
         }
         absent(&raw.transmittance, "transmittance", of)?;

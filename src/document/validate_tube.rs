@@ -69,7 +69,7 @@ pub fn check_tubes(document: &JobDocument, checks: &mut Checks) {
 }
 
 fn check_parametric(pointer: &str, tube: &ParametricTube, diameter_ok: bool, checks: &mut Checks) {
-    check_ratio(&format!("{pointer}/reflectance"), tube.reflectance, checks);
+    tube.reflectance.check(&format!("{pointer}/reflectance"), checks);
     match tube.collector {
         CollectorDocument::Open => {}
         CollectorDocument::Flat { transmittance } | CollectorDocument::Dome { transmittance } => {
@@ -207,7 +207,7 @@ fn check_mesh_tube(pointer: &str, tube: &MeshTubeDocument, checks: &mut Checks) 
                 check_scattering(&pointer, ["transmittance", "reflectance"], [*transmittance, *reflectance], checks);
             }
             PartDocument::Pipe { reflectance } => {
-                check_ratio(&format!("{pointer}/reflectance"), *reflectance, checks);
+                reflectance.check(&format!("{pointer}/reflectance"), checks);
             }
             PartDocument::Diffuser(diffuser) => {
                 check_diffuser(&pointer, diffuser, 0.5 * tube.opening_diameter_m, checks);

@@ -86,6 +86,16 @@ fn turns(half_turn: DVec2, bounces: f64) -> DVec2 {
     result.normalize()
 }
 
+/// Cosine of the angle between a ray inside a cylinder and the wall's normal: the same at every bounce.
+///
+/// s h / r with the transverse speed s = sin(theta), theta from the axis, and half the chord h.
+#[inline]
+pub fn cosine_of_incidence(radius: f64, position: DVec3, direction: DVec3) -> f64 {
+    let (p, d) = (position.truncate() / radius, direction.truncate());
+    let impact = p.perp_dot(d);
+    (d.length_squared() - impact * impact).max(0.0).sqrt()
+}
+
 /// Distance along a unit `direction` from inside the cylinder to its wall; infinite for an axial ray.
 #[inline]
 pub fn distance_to_wall(radius: f64, position: DVec3, direction: DVec3) -> f64 {
@@ -135,6 +145,9 @@ mod tests {
             let closed = traverse(0.127, p, d, 1.0);
             let stepped = step_by_step(0.127, p, d, 1.0);
             assert_eq!(closed.bounces, stepped.bounces);
+            let at_wall = p + d * distance_to_wall(0.127, p, d);
+            let normal = at_wall.truncate().normalize();
+            assert!((cosine_of_incidence(0.127, p, d) - d.truncate().dot(normal)).abs() < 1e-9);
             let tolerance = 1e-13 * (1.0 + closed.bounces) * (1.0 + closed.bounces);
             assert!((closed.position - stepped.position).length() < tolerance.max(1e-12));
             assert!((closed.direction - stepped.direction).length() < tolerance.max(1e-11));

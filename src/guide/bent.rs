@@ -4,9 +4,9 @@ use std::f64::consts::PI;
 
 use glam::{DMat3, DVec3};
 
-use super::{End, Entry, Transit, mirror_power};
-use crate::geometry::cylinder::{distance_to_wall, traverse};
-use crate::optics::Spectrum;
+use super::{End, Entry, Transit};
+use crate::geometry::cylinder::{cosine_of_incidence, distance_to_wall, traverse};
+use crate::optics::{Mirror, Spectrum};
 use crate::sampling::warp;
 
 /// Steps in which one ray may meet walls and mitre planes one by one; the jumps between elbows count as one each.
@@ -22,7 +22,7 @@ const NEGLIGIBLE: f64 = 1e-18;
 #[derive(Clone, Debug)]
 pub struct BentGuide {
     pub radius: f64,
-    pub reflectance: [f64; 3],
+    pub reflectance: Mirror,
     pub collector_transmittance: [f64; 3],
     segments: Vec<Cylinder>,
 }
@@ -44,12 +44,7 @@ struct Cylinder {
 impl BentGuide {
     /// `segments`: length in metres and unit axis of each, from the opening upward; the first axis is vertical, no two
     /// successive axes are opposite, and every segment is long enough that its mitre ellipses do not meet.
-    pub fn new(
-        radius: f64,
-        segments: &[(f64, DVec3)],
-        reflectance: [f64; 3],
-        collector_transmittance: [f64; 3],
-    ) -> Self {
+    pub fn new(radius: f64, segments: &[(f64, DVec3)], reflectance: Mirror, collector_transmittance: [f64; 3]) -> Self {
         let mut origin = DVec3::ZERO;
         let mut cylinders = Vec::with_capacity(segments.len());
         for (index, &(length, axis)) in segments.iter().enumerate() {
@@ -109,13 +104,16 @@ impl BentGuide {
         let mut p = cylinder.to_local * (position - cylinder.origin);
         let mut d = cylinder.to_local * direction;
         let mut bounces = 0.0;
-        let brightest = self.reflectance.iter().copied().fold(0.0, f64::max);
+        // what is left, where the reflectance differs from bounce to bounce
+        let mut left = Spectrum::<C>::ONE;
+        let by_angle = matches!(self.reflectance, Mirror::ByAngle(_));
+        let brightest = self.reflectance.brightest();
         // beyond these bounces nothing is left; infinite for a perfect mirror
         let most_bounces = if brightest < 1.0 { NEGLIGIBLE.ln() / brightest.ln() } else { f64::INFINITY };
         let mut rays = 0;
         let end = loop {
             rays += 1;
-            if bounces > most_bounces {
+            if bounces > most_bounces || (by_angle && left.max() < NEGLIGIBLE) {
                 break End::Lost;
             }
             if rays > MAX_STEPS {
@@ -125,6 +123,9 @@ impl BentGuide {
                 let axial = if d.z > 0.0 { cylinder.free_to - p.z } else { p.z - cylinder.free_from };
                 if axial > 0.0 {
                     let passage = traverse(self.radius, p, d, axial);
+                    if by_angle {
+                        left *= self.reflectance.power(|| cosine_of_incidence(self.radius, p, d), passage.bounces);
+                    }
                     (p, d) = (passage.position, passage.direction);
                     bounces += passage.bounces;
                 }
@@ -147,7 +148,11 @@ impl BentGuide {
                 let across = p.truncate();
                 let normal = across / across.length();
                 p = (normal * self.radius).extend(p.z);
-                d -= (normal * (2.0 * d.truncate().dot(normal))).extend(0.0);
+                let cosine = d.truncate().dot(normal);
+                d -= (normal * (2.0 * cosine)).extend(0.0);
+                if by_angle {
+                    left *= self.reflectance.power(|| cosine, 1.0);
+                }
                 bounces += 1.0;
                 continue;
             }
@@ -173,7 +178,11 @@ impl BentGuide {
             position: cylinder.origin + cylinder.to_local.transpose() * p,
             direction: cylinder.to_local.transpose() * d,
             collector: Spectrum::from_rgb(self.collector_transmittance).map(|t| t.powi(crossings)),
-            mirrors: if end == End::Lost { Spectrum::ZERO } else { mirror_power(self.reflectance, bounces) },
+            mirrors: match (end, by_angle) {
+                (End::Lost, _) => Spectrum::ZERO,
+                (_, true) => left,
+                (_, false) => self.reflectance.power(|| 1.0, bounces),
+            },
             entered: true,
             rays,
         }
@@ -189,15 +198,19 @@ mod tests {
     fn elbow(bend_deg: f64, reflectance: f64) -> BentGuide {
         let (sin, cos) = bend_deg.to_radians().sin_cos();
         let axes = [(0.5, DVec3::Z), (0.5, DVec3::new(sin, 0.0, cos))];
-        BentGuide::new(0.127, &axes, [reflectance; 3], [1.0; 3])
+        BentGuide::new(0.127, &axes, [reflectance; 3].into(), [1.0; 3])
     }
 
     /// A bend of nothing is the straight tube: same bounces, same rays.
     #[test]
     fn no_bend_equals_straight() {
         let bent = elbow(0.0, 0.98);
-        let straight =
-            StraightGuide { radius: 0.127, length: 1.0, reflectance: [0.98; 3], collector_transmittance: [1.0; 3] };
+        let straight = StraightGuide {
+            radius: 0.127,
+            length: 1.0,
+            reflectance: [0.98; 3].into(),
+            collector_transmittance: [1.0; 3],
+        };
         let mut random = PathRandom::new(Key::new(2));
         for _ in 0..2000 {
             let d = -warp::cosine_hemisphere(random.uniform2());

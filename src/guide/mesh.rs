@@ -8,7 +8,7 @@ use glam::DVec3;
 use super::{End, Entry, Transit};
 use crate::geometry::TriangleMesh;
 use crate::geometry::bvh::TriangleBvh;
-use crate::optics::Spectrum;
+use crate::optics::{Mirror, Spectrum};
 use crate::sampling::{PathRandom, warp};
 
 /// Ray segments that one path may have.
@@ -18,12 +18,12 @@ const MAX_RAYS: u32 = 100_000;
 const ROULETTE_BELOW: f64 = 1e-3;
 
 /// What a triangle of the mesh is; coefficients are linear Rec.709.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Part {
     /// Thin: direction unchanged.
     Collector { transmittance: [f64; 3], reflectance: [f64; 3] },
     /// Specular mirror inside, opaque outside.
-    Pipe { reflectance: [f64; 3] },
+    Pipe { reflectance: Mirror },
     /// In the plane z = 0, where every ray ends anyway: not traced.
     Diffuser,
 }
@@ -59,10 +59,10 @@ impl MeshGuide {
         let mut triangles = Vec::new();
         let mut triangle_parts = Vec::new();
         for (corners, material) in mesh.triangles.iter().zip(&mesh.triangle_materials) {
-            let part = parts[*material as usize];
-            if part != Part::Diffuser {
+            let part = &parts[*material as usize];
+            if *part != Part::Diffuser {
                 triangles.push(corners.map(|corner| mesh.positions[corner as usize]));
-                triangle_parts.push(part);
+                triangle_parts.push(part.clone());
             }
         }
         if triangles.is_empty() {
@@ -160,14 +160,14 @@ impl MeshGuide {
             };
             left = Some(hit.triangle);
             transit.position += transit.direction * hit.distance;
-            match self.parts[hit.triangle as usize] {
+            match &self.parts[hit.triangle as usize] {
                 Part::Collector { transmittance, .. } if !inside => {
                     inside = true;
                     transit.entered = true;
-                    transit.collector *= Spectrum::from_rgb(transmittance);
+                    transit.collector *= Spectrum::from_rgb(*transmittance);
                 }
                 Part::Collector { transmittance, reflectance } => {
-                    let (out, back) = (Spectrum::<C>::from_rgb(transmittance), Spectrum::<C>::from_rgb(reflectance));
+                    let (out, back) = (Spectrum::<C>::from_rgb(*transmittance), Spectrum::<C>::from_rgb(*reflectance));
                     let share = if back.max() > 0.0 { back.max() / (back.max() + out.max()) } else { 0.0 };
                     if share == 0.0 || random.uniform() >= share {
                         transit.collector *= out * (1.0 / (1.0 - share));
@@ -181,7 +181,8 @@ impl MeshGuide {
                     if !inside {
                         return transit;
                     }
-                    transit.mirrors *= Spectrum::from_rgb(reflectance);
+                    let cosine = || transit.direction.dot(self.normals[hit.triangle as usize]).abs();
+                    transit.mirrors *= Spectrum::from_rgb(reflectance.reflectance(cosine));
                     self.reflect(&mut transit, hit.triangle);
                 }
                 Part::Diffuser => {}

@@ -124,13 +124,3 @@ impl Guide {
         }
     }
 }
-
-/// R^n for a whole, possibly infinite number of bounces; 0^0 = 1.
-#[inline]
-pub(crate) fn mirror_power<const C: usize>(reflectance: [f64; 3], bounces: f64) -> Spectrum<C> {
-    if bounces <= 64.0 {
-        Spectrum::from_rgb(reflectance).map(|r| r.powi(bounces as i32))
-    } else {
-        Spectrum::from_rgb(reflectance).map(|r| r.powf(bounces))
-    }
-}

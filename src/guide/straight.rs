@@ -4,9 +4,9 @@ use std::f64::consts::PI;
 
 use glam::DVec3;
 
-use super::{End, Entry, Transit, mirror_power};
-use crate::geometry::cylinder::traverse;
-use crate::optics::Spectrum;
+use super::{End, Entry, Transit};
+use crate::geometry::cylinder::{cosine_of_incidence, traverse};
+use crate::optics::{Mirror, Spectrum};
 use crate::sampling::warp;
 
 /// A vertical mirror cylinder from z = 0 to z = `length`.
@@ -14,8 +14,7 @@ use crate::sampling::warp;
 pub struct StraightGuide {
     pub radius: f64,
     pub length: f64,
-    /// Per bounce, linear Rec.709.
-    pub reflectance: [f64; 3],
+    pub reflectance: Mirror,
     pub collector_transmittance: [f64; 3],
 }
 
@@ -52,7 +51,7 @@ impl StraightGuide {
             position: passage.position,
             direction: passage.direction,
             collector: Spectrum::from_rgb(self.collector_transmittance),
-            mirrors: mirror_power(self.reflectance, passage.bounces),
+            mirrors: self.reflectance.power(|| cosine_of_incidence(self.radius, position, direction), passage.bounces),
             entered: true,
             rays: 1,
         }

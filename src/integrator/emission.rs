@@ -175,7 +175,7 @@ impl Emission {
 /// How much of the light from a direction a tube is likely to pass: only the choice of samples depends on it.
 fn likely_transmission(tube: &TubeKernel, toward: DVec3) -> f64 {
     let straight = |guide: &StraightGuide| {
-        let reflectance = guide.reflectance.iter().copied().fold(0.0, f64::max);
+        let reflectance = guide.reflectance.brightest();
         let tangent = toward.truncate().length() / toward.z.max(1e-9);
         // the sampler's cells are far wider than the kinks of the exact series
         zastrow_wittwer_transmission(guide.length / (2.0 * guide.radius), tangent, reflectance).max(1e-3)

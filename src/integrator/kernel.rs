@@ -279,7 +279,7 @@ pub fn cylinder_guide(tube: &StraightOrBent, radius: f64) -> Guide {
 }
 
 fn pipe(tube: &StraightOrBent, radius: f64) -> Pipe {
-    let reflectance = tube.reflectance;
+    let reflectance = tube.reflectance.clone();
     let collector_transmittance = tube.collector.transmittance();
     if tube.segments.iter().all(|segment| segment.tilt == 0.0) {
         let length = tube.segments.iter().map(|segment| segment.length_m).sum();
@@ -295,9 +295,11 @@ fn mesh(tube: &MeshTube, opening_radius: f64) -> Result<MeshGuide, MeshGuideErro
     let parts: Vec<Part> = tube
         .parts
         .iter()
-        .map(|part| match part.role {
-            PartRole::Collector { transmittance, reflectance } => Part::Collector { transmittance, reflectance },
-            PartRole::Pipe { reflectance } => Part::Pipe { reflectance },
+        .map(|part| match &part.role {
+            PartRole::Collector { transmittance, reflectance } => {
+                Part::Collector { transmittance: *transmittance, reflectance: *reflectance }
+            }
+            PartRole::Pipe { reflectance } => Part::Pipe { reflectance: reflectance.clone() },
             PartRole::Diffuser => Part::Diffuser,
         })
         .collect();

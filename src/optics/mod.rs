@@ -4,11 +4,13 @@ pub mod bsdf;
 pub mod diffuser;
 pub mod dome;
 pub mod fresnel;
+pub mod mirror;
 pub mod spectrum;
 pub mod surface;
 
 pub use bsdf::FiniteBsdf;
 pub use diffuser::{Closure, Diffuser, DiffuserZone};
 pub use dome::Collector;
+pub use mirror::Mirror;
 pub use spectrum::Spectrum;
 pub use surface::Surface;

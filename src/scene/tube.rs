@@ -5,7 +5,7 @@ use std::sync::Arc;
 use glam::DVec2;
 
 use crate::geometry::TriangleMesh;
-use crate::optics::{Collector, Diffuser};
+use crate::optics::{Collector, Diffuser, Mirror};
 
 /// One tube above a round opening in the ceiling.
 #[derive(Clone, Debug)]
@@ -29,8 +29,8 @@ pub enum TubeShape {
 /// Equal cylinders that meet in mitred elbows; one segment is a straight tube.
 #[derive(Clone, Debug)]
 pub struct StraightOrBent {
-    /// Specular reflectance per bounce, linear Rec.709, 0..=1.
-    pub reflectance: [f64; 3],
+    /// Of the wall, per bounce.
+    pub reflectance: Mirror,
     /// From the ceiling upward; the first is vertical.
     pub segments: Vec<Segment>,
     pub collector: Collector,
@@ -57,17 +57,17 @@ pub struct MeshTube {
 }
 
 /// What a material of the mesh is.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct MeshPart {
     pub role: PartRole,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum PartRole {
     /// Thin cover: direction unchanged; linear Rec.709 coefficients.
     Collector { transmittance: [f64; 3], reflectance: [f64; 3] },
     /// Specular mirror.
-    Pipe { reflectance: [f64; 3] },
+    Pipe { reflectance: Mirror },
     /// The closure; its optics are the tube's `diffuser`, its triangles lie in the plane z = 0.
     Diffuser,
 }

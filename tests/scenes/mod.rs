@@ -34,7 +34,7 @@ pub fn straight(length_m: f64, reflectance: f64, diffuser: Diffuser) -> Tube {
         centre: DVec2::splat(0.5 * SIDE),
         opening_radius: RADIUS,
         shape: TubeShape::Cylinders(StraightOrBent {
-            reflectance: [reflectance; 3],
+            reflectance: [reflectance; 3].into(),
             segments,
             collector: Collector::Open,
         }),
