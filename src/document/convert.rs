@@ -13,6 +13,7 @@ use super::room::{ObjectDocument, RoomDocument, SurfaceDocument};
 use super::tube::{CollectorDocument, DiffuserDocument, ParametricTube, PartDocument, TubeDocument, ZoneDocument};
 use super::validate::validate;
 use super::{DocumentErrors, MeshSource, Warning};
+use crate::guide::Section;
 use crate::optics::{Collector, Diffuser, DiffuserZone, Surface};
 use crate::plan::effects::EffectKind;
 use crate::scene::{BoxObject, Channels, Face, Grid, Room, Scene, Segment, StraightOrBent, Tube, TubeShape, View};
@@ -111,6 +112,9 @@ pub enum RefractionProvenance {
 pub enum GuideProvenance {
     ClosedFormStraight,
     ClosedFormBent,
+    /// A mesh that was recognised as a cylinder and is computed in closed form.
+    ClosedFormStraightRecognised,
+    /// Traced facet by facet.
     Mesh,
 }
 
@@ -185,13 +189,17 @@ fn tube_of(
         TubeDocument::Parametric(tube) => Some(cylinders(tube)),
         TubeDocument::Mesh(document) => {
             let (mesh, diffuser) = mesh_tube(pointer, document, meshes, checks)?;
+            let guide = match mesh.section {
+                Section::Cylinder(_) => GuideProvenance::ClosedFormStraightRecognised,
+                Section::Facets { .. } => GuideProvenance::Mesh,
+            };
             let tube = Tube {
                 centre: DVec2::from(document.centre_m),
                 opening_radius: 0.5 * document.opening_diameter_m,
                 shape: TubeShape::Mesh(mesh),
                 diffuser,
             };
-            Some((tube, GuideProvenance::Mesh))
+            Some((tube, guide))
         }
     }
 }

@@ -7,8 +7,10 @@ use super::convert::diffuser;
 use super::pointer::{Checks, escape};
 use super::tube::{MeshTubeDocument, PartDocument};
 use crate::geometry::TriangleMesh;
+use crate::guide::mesh::Part;
+use crate::guide::recognise;
 use crate::optics::Diffuser;
-use crate::scene::{MeshPart, MeshTube, PartRole};
+use crate::scene::MeshTube;
 
 /// How far a diffuser may be from the plane of the ceiling, and a pipe below it, in diameters of the opening.
 const PLANE_TOLERANCE: f64 = 1e-3;
@@ -39,13 +41,16 @@ pub fn mesh_tube(
         _ => None,
     });
     (checks.errors.len() == errors_before).then(|| {
-        let tube = MeshTube { mesh: Arc::new(mesh), parts, rotation: document.rotation_deg.to_radians() };
+        let judge = if document.recognise { recognise::recognise } else { recognise::keep_facets };
+        let section = judge(&mesh, &parts, 0.5 * document.opening_diameter_m);
+        let rotation = document.rotation_deg.to_radians();
+        let tube = MeshTube { mesh: Arc::new(mesh), parts, rotation, section };
         (tube, closure.unwrap_or(Diffuser::Open))
     })
 }
 
 /// One part per material of the mesh; names on either side without a partner are errors.
-fn parts(pointer: &str, document: &MeshTubeDocument, mesh: &TriangleMesh, checks: &mut Checks) -> Vec<MeshPart> {
+fn parts(pointer: &str, document: &MeshTubeDocument, mesh: &TriangleMesh, checks: &mut Checks) -> Vec<Part> {
     let names = || mesh.materials.iter().map(|name| format!("{name:?}")).collect::<Vec<_>>().join(", ");
     for name in document.parts.keys().filter(|name| !mesh.materials.contains(name)) {
         let detail = format!("the mesh has no material of this name; it has {}", names());
@@ -53,30 +58,24 @@ fn parts(pointer: &str, document: &MeshTubeDocument, mesh: &TriangleMesh, checks
     }
     let mut parts = Vec::with_capacity(mesh.materials.len());
     for name in &mesh.materials {
-        let role = match document.parts.get(name) {
+        let part = match document.parts.get(name) {
             Some(PartDocument::Collector { transmittance, reflectance }) => {
-                PartRole::Collector { transmittance: transmittance.rgb(), reflectance: reflectance.rgb() }
+                Part::Collector { transmittance: transmittance.rgb(), reflectance: reflectance.rgb() }
             }
-            Some(PartDocument::Pipe { reflectance }) => PartRole::Pipe { reflectance: reflectance.mirror() },
-            Some(PartDocument::Diffuser(_)) => PartRole::Diffuser,
+            Some(PartDocument::Pipe { reflectance }) => Part::Pipe { reflectance: reflectance.mirror() },
+            Some(PartDocument::Diffuser(_)) => Part::Diffuser,
             None => {
                 let detail = format!("the mesh's material {name:?} has no part; its materials are {}", names());
                 checks.refuse(format!("{pointer}/parts"), detail);
                 continue;
             }
         };
-        parts.push(MeshPart { role });
+        parts.push(part);
     }
     parts
 }
 
-fn check_extent(
-    pointer: &str,
-    document: &MeshTubeDocument,
-    mesh: &TriangleMesh,
-    parts: &[MeshPart],
-    checks: &mut Checks,
-) {
+fn check_extent(pointer: &str, document: &MeshTubeDocument, mesh: &TriangleMesh, parts: &[Part], checks: &mut Checks) {
     let unit =
         format!("with the unit `{}`", serde_json::to_string(&document.unit).unwrap_or_default().trim_matches('"'));
     if mesh.positions.iter().any(|p| !(p.is_finite() && p.abs().max_element() <= FARTHEST_M)) {
@@ -102,15 +101,15 @@ fn check_extent(
         };
         let name = &mesh.materials[material];
         let part_pointer = format!("{pointer}/parts/{}", escape(name));
-        match part.role {
-            PartRole::Diffuser => {
+        match part {
+            Part::Diffuser => {
                 let farthest = corners().fold(0.0, |farthest: f64, z| farthest.max(z.abs()));
                 if farthest > tolerance {
                     let what = format!("{unit}, a diffuser {farthest} m away from the plane z = 0 of the ceiling");
                     checks.not_supported(part_pointer, what);
                 }
             }
-            PartRole::Pipe { .. } | PartRole::Collector { .. } => {
+            Part::Pipe { .. } | Part::Collector { .. } => {
                 let lowest = corners().fold(f64::INFINITY, f64::min);
                 if lowest < -tolerance {
                     let detail = format!("{unit}, nothing may hang below the ceiling, but it reaches z = {lowest} m");

@@ -64,6 +64,9 @@ pub struct MeshTubeDocument {
     /// Clockwise seen from above.
     #[schema(minimum = -360, maximum = 360)]
     pub rotation_deg: f64,
+    /// Whether a mesh that is a straight round tube is computed as the cylinder around its facets, in closed form.
+    #[schema(required = false, default = true)]
+    pub recognise: bool,
     /// What each material of the mesh is, by its name.
     pub parts: BTreeMap<String, PartDocument>,
 }
@@ -105,6 +108,7 @@ struct RawTube {
     unit: Option<Unit>,
     opening_diameter_m: Option<f64>,
     rotation_deg: Option<f64>,
+    recognise: Option<bool>,
     parts: Option<BTreeMap<String, PartDocument>>,
 }
 
@@ -125,6 +129,7 @@ impl TryFrom<RawTube> for TubeDocument {
                 centre_m: required(raw.centre_m, "centre_m")?,
                 opening_diameter_m: required(raw.opening_diameter_m, "opening_diameter_m")?,
                 rotation_deg: raw.rotation_deg.unwrap_or(0.0),
+                recognise: raw.recognise.unwrap_or(true),
                 parts: required(raw.parts, "parts")?,
             }));
         }
@@ -132,6 +137,7 @@ impl TryFrom<RawTube> for TubeDocument {
         absent(&raw.unit, "unit", of)?;
         absent(&raw.opening_diameter_m, "opening_diameter_m", of)?;
         absent(&raw.rotation_deg, "rotation_deg", of)?;
+        absent(&raw.recognise, "recognise", of)?;
         Ok(Self::Parametric(ParametricTube {
             centre_m: required(raw.centre_m, "centre_m")?,
             diameter_m: required(raw.diameter_m, "diameter_m")?,
@@ -163,6 +169,7 @@ pub enum CollectorDocument {
         /// Up to 1.
         thickness_m: f64,
         /// Napierian absorption coefficient of its material: s metres leave exp(-absorption s); 0 when absent.
+        #[schema(required = false)]
         absorption_per_m: f64,
     },
 }

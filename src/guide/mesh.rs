@@ -7,7 +7,7 @@ use glam::DVec3;
 
 use super::{End, Entry, Transit};
 use crate::geometry::TriangleMesh;
-use crate::geometry::bvh::TriangleBvh;
+use crate::geometry::bvh::{TriangleBvh, TriangleHit};
 use crate::optics::{Mirror, Spectrum};
 use crate::sampling::{PathRandom, warp};
 
@@ -16,6 +16,9 @@ const MAX_RAYS: u32 = 100_000;
 
 /// Below this share a path goes on by roulette.
 const ROULETTE_BELOW: f64 = 1e-3;
+
+/// Distance from a mirror at which its reflected rays start, in sizes of the mesh: far more than the rounding of a hit.
+const CLEARANCE: f64 = 1e-10;
 
 /// What a triangle of the mesh is; coefficients are linear Rec.709.
 #[derive(Clone, Debug, PartialEq)]
@@ -175,7 +178,7 @@ impl MeshGuide {
                         return transit;
                     }
                     transit.collector *= back * (1.0 / share);
-                    self.reflect(&mut transit, hit.triangle);
+                    self.reflect(&mut transit, hit);
                 }
                 Part::Pipe { reflectance } => {
                     if !inside {
@@ -183,7 +186,7 @@ impl MeshGuide {
                     }
                     let cosine = || transit.direction.dot(self.normals[hit.triangle as usize]).abs();
                     transit.mirrors *= Spectrum::from_rgb(reflectance.reflectance(cosine));
-                    self.reflect(&mut transit, hit.triangle);
+                    self.reflect(&mut transit, hit);
                 }
                 Part::Diffuser => {}
             }
@@ -203,8 +206,10 @@ impl MeshGuide {
         }
     }
 
-    fn reflect<const C: usize>(&self, transit: &mut Transit<C>, triangle: u32) {
-        let normal = self.normals[triangle as usize];
+    fn reflect<const C: usize>(&self, transit: &mut Transit<C>, hit: TriangleHit) {
+        let normal = self.normals[hit.triangle as usize];
+        // back off a little: at an edge the reflected ray may point through the neighbour, which must lie ahead of it
+        transit.position -= transit.direction * (CLEARANCE * self.far).min(0.5 * hit.distance);
         transit.direction -= normal * (2.0 * transit.direction.dot(normal));
         // rounding would grow over hundreds of bounces
         transit.direction = transit.direction.normalize();

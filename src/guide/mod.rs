@@ -7,6 +7,7 @@ pub mod bent;
 pub mod dome;
 pub mod mesh;
 pub mod performance;
+pub mod recognise;
 pub mod straight;
 pub mod transmittance;
 
@@ -15,6 +16,7 @@ use glam::DVec3;
 pub use bent::BentGuide;
 pub use dome::{Dome, DomedGuide};
 pub use mesh::{MeshGuide, MeshGuideError};
+pub use recognise::{RecognisedCylinder, Section};
 pub use straight::StraightGuide;
 
 use crate::optics::Spectrum;

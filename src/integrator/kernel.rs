@@ -2,9 +2,9 @@
 
 use glam::{DMat2, DVec2, DVec3};
 
-use crate::guide::{BentGuide, DomedGuide, Guide, MeshGuide, MeshGuideError, StraightGuide, dome::Pipe, mesh::Part};
+use crate::guide::{BentGuide, DomedGuide, Guide, MeshGuide, MeshGuideError, Section, StraightGuide, dome::Pipe};
 use crate::optics::{Closure, Collector, Diffuser};
-use crate::scene::{BoxObject, Face, MeshTube, PartRole, Room, Scene, StraightOrBent, Tube, TubeShape};
+use crate::scene::{BoxObject, Face, MeshTube, Room, Scene, StraightOrBent, Tube, TubeShape};
 use crate::sky::{Sky, Sun, direction};
 
 /// Number of a surface: 0..6 the faces of the room, then six for each box.
@@ -48,6 +48,8 @@ pub struct TubeKernel {
     pub origin: DVec3,
     pub opening_radius: f64,
     pub guide: Guide,
+    /// What a mesh was found to be; `None` for tubes that are no meshes.
+    pub section: Option<Section>,
     pub diffuser: Diffuser,
 }
 
@@ -249,12 +251,25 @@ impl TubeKernel {
     fn new(tube: &Tube, ceiling: f64) -> Result<Self, MeshGuideError> {
         let guide = match &tube.shape {
             TubeShape::Cylinders(description) => cylinder_guide(description, tube.opening_radius),
-            TubeShape::Mesh(description) => Guide::Mesh(mesh(description, tube.opening_radius)?),
+            TubeShape::Mesh(description) => match &description.section {
+                Section::Cylinder(cylinder) => Guide::Straight(StraightGuide {
+                    radius: cylinder.radius,
+                    length: cylinder.length,
+                    reflectance: cylinder.reflectance.clone(),
+                    collector_transmittance: cylinder.collector_transmittance,
+                }),
+                Section::Facets { .. } => Guide::Mesh(mesh(description, tube.opening_radius)?),
+            },
+        };
+        let section = match &tube.shape {
+            TubeShape::Cylinders(_) => None,
+            TubeShape::Mesh(description) => Some(description.section.clone()),
         };
         Ok(Self {
             origin: tube.centre.extend(ceiling),
             opening_radius: tube.opening_radius,
             guide,
+            section,
             diffuser: tube.diffuser,
         })
     }
@@ -292,23 +307,12 @@ fn pipe(tube: &StraightOrBent, radius: f64) -> Pipe {
 }
 
 fn mesh(tube: &MeshTube, opening_radius: f64) -> Result<MeshGuide, MeshGuideError> {
-    let parts: Vec<Part> = tube
-        .parts
-        .iter()
-        .map(|part| match &part.role {
-            PartRole::Collector { transmittance, reflectance } => {
-                Part::Collector { transmittance: *transmittance, reflectance: *reflectance }
-            }
-            PartRole::Pipe { reflectance } => Part::Pipe { reflectance: reflectance.clone() },
-            PartRole::Diffuser => Part::Diffuser,
-        })
-        .collect();
     let mut mesh = tube.mesh.as_ref().clone();
     let turn = DVec2::from_angle(-tube.rotation);
     for position in &mut mesh.positions {
         *position = turn.rotate(position.truncate()).extend(position.z);
     }
-    MeshGuide::new(&mesh, &parts, opening_radius)
+    MeshGuide::new(&mesh, &tube.parts, opening_radius)
 }
 
 /// A tube whose guide cannot be built.

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use crate::guide::Section;
 use crate::scene::{Channels, Scene, TubeShape};
 
 /// An effect of light that can be simulated or left out.
@@ -153,7 +154,7 @@ fn called_for(scene: &Scene, kind: EffectKind) -> Result<String, &'static str> {
                 TubeShape::Cylinders(cylinders) => {
                     cylinders.segments.iter().any(|segment| segment.tilt != 0.0) || cylinders.collector.reflects()
                 }
-                TubeShape::Mesh(_) => true,
+                TubeShape::Mesh(mesh) => matches!(mesh.section, Section::Facets { .. }),
             });
             if returns {
                 Ok("bent and meshed guides and dielectric domes send part of the light that enters from below back down".into())

@@ -7,8 +7,9 @@ pub mod effects;
 pub use choose::{MethodChoice, MethodRequest, Methods, PlanRefusal};
 pub use effects::{EffectKind, EffectPlan, EffectRequest, EffectRequests, Effects};
 
-use crate::guide::Guide;
 use crate::guide::dome::{Dome, DomedGuide, Pipe};
+use crate::guide::{Guide, Section, recognise};
+use crate::integrator::kernel::TubeKernel;
 use crate::integrator::{Kernel, KernelError};
 use crate::optics::fresnel::slab_transmittance;
 use crate::scene::Scene;
@@ -49,6 +50,38 @@ pub fn compile(scene: &Scene, effects: &Effects) -> Result<Kernel, KernelError> 
 const STRAIGHT: &str = "straight cylinder: exit point, direction and number of reflections in closed form";
 const BENT: &str = "cylinders with mitred elbows: closed form between elbows, stepped through them";
 
+fn recognised(tube: &TubeKernel) -> GuidePlan {
+    let reason = match &tube.section {
+        Some(Section::Cylinder(cylinder)) => format!(
+            "mesh recognised as a cylinder of radius {} m and length {} m within {:.4} mm; the {} vertices of its rim lie \
+             on the cylinder; {STRAIGHT}",
+            cylinder.radius,
+            cylinder.length,
+            1e3 * cylinder.deviation,
+            cylinder.sides
+        ),
+        _ => STRAIGHT.into(),
+    };
+    GuidePlan { kind: "closed_form_straight", reason }
+}
+
+/// Why facets are traced, and what they do to a pipe that is meant to be round.
+fn facets(triangles: usize, section: Option<&Section>) -> String {
+    let mut reason = format!("mesh of {triangles} triangles: rays are traced facet by facet");
+    if let Some(Section::Facets { sides, reason: why }) = section {
+        reason.push_str(&format!("; not replaced by a cylinder: {why}"));
+        if let Some(sides) = sides {
+            reason.push_str(&format!(
+                "; a regular prism of {sides} sides has {:.5} times the area of the cylinder through its vertices and \
+                 {:.5} times its reflections",
+                recognise::area_factor(*sides),
+                recognise::bounce_factor(*sides)
+            ));
+        }
+    }
+    reason
+}
+
 fn domed(guide: &DomedGuide) -> GuidePlan {
     let Dome { inner, outer, index, absorption } = guide.dome;
     let (kind, pipe) = match guide.pipe {
@@ -69,13 +102,13 @@ pub fn guides(kernel: &Kernel) -> Vec<GuidePlan> {
         .tubes
         .iter()
         .map(|tube| match &tube.guide {
+            Guide::Straight(_) if tube.section.is_some() => recognised(tube),
             Guide::Straight(_) => GuidePlan { kind: "closed_form_straight", reason: STRAIGHT.into() },
             Guide::Bent(_) => GuidePlan { kind: "closed_form_bent", reason: BENT.into() },
             Guide::Domed(guide) => domed(guide),
-            Guide::Mesh(guide) => GuidePlan {
-                kind: "mesh",
-                reason: format!("mesh of {} triangles: rays are traced facet by facet", guide.triangle_count()),
-            },
+            Guide::Mesh(guide) => {
+                GuidePlan { kind: "mesh", reason: facets(guide.triangle_count(), tube.section.as_ref()) }
+            }
         })
         .collect()
 }

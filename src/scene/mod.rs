@@ -14,7 +14,7 @@ use crate::sky::{Sky, Sun};
 pub use camera::View;
 pub use room::{BoxObject, Face, Room};
 pub use sensors::{EstimateKind, Grid};
-pub use tube::{MeshPart, MeshTube, PartRole, Segment, StraightOrBent, Tube, TubeShape};
+pub use tube::{MeshTube, Segment, StraightOrBent, Tube, TubeShape};
 
 /// Everything that a job simulates.
 #[derive(Clone, Debug)]

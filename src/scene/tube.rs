@@ -5,6 +5,8 @@ use std::sync::Arc;
 use glam::DVec2;
 
 use crate::geometry::TriangleMesh;
+use crate::guide::Section;
+use crate::guide::mesh::Part;
 use crate::optics::{Collector, Diffuser, Mirror};
 
 /// One tube above a round opening in the ceiling.
@@ -50,24 +52,10 @@ pub struct Segment {
 #[derive(Clone, Debug)]
 pub struct MeshTube {
     pub mesh: Arc<TriangleMesh>,
-    /// One per material of the mesh, in the mesh's order.
-    pub parts: Vec<MeshPart>,
+    /// One per material of the mesh, in the mesh's order; the optics of diffusers are the tube's `diffuser`.
+    pub parts: Vec<Part>,
     /// Clockwise seen from above, radians.
     pub rotation: f64,
-}
-
-/// What a material of the mesh is.
-#[derive(Clone, Debug, PartialEq)]
-pub struct MeshPart {
-    pub role: PartRole,
-}
-
-#[derive(Clone, Debug, PartialEq)]
-pub enum PartRole {
-    /// Thin cover: direction unchanged; linear Rec.709 coefficients.
-    Collector { transmittance: [f64; 3], reflectance: [f64; 3] },
-    /// Specular mirror.
-    Pipe { reflectance: Mirror },
-    /// The closure; its optics are the tube's `diffuser`, its triangles lie in the plane z = 0.
-    Diffuser,
+    /// A cylinder that is computed in the mesh's place, or why its facets are traced.
+    pub section: Section,
 }

@@ -1,0 +1,235 @@
+//! Meshes that are cylinders are computed as cylinders; others are traced, and no ray leaks.
+
+use std::f64::consts::{FRAC_PI_2, TAU};
+use std::sync::Arc;
+
+use glam::{DVec2, DVec3};
+use serde_json::{Value, json};
+use skyduct::document::{JobDocument, MeshSource};
+use skyduct::estimate::Estimate;
+use skyduct::geometry::TriangleMesh;
+use skyduct::guide::mesh::Part;
+use skyduct::guide::{End, Guide, MeshGuide};
+use skyduct::job::run::{Observer, PassReport, Prepared, encode, prepare_document};
+use skyduct::sampling::{Key, PathRandom, warp};
+
+const RADIUS: f64 = 0.127;
+
+#[derive(Clone, Copy, PartialEq)]
+enum Cover {
+    Open,
+    Flat,
+    Dome,
+}
+
+/// A round pipe of 1 m with its vertices on the circle, in two storeys, a diffuser and a cover.
+fn tube(sides: u32, cover: Cover) -> TriangleMesh {
+    let ring = |height: f64, radius: f64| {
+        (0..sides).map(move |k| (DVec2::from_angle(TAU / f64::from(sides) * f64::from(k)) * radius).extend(height))
+    };
+    let mut mesh = TriangleMesh {
+        positions: Vec::new(),
+        triangles: Vec::new(),
+        triangle_materials: Vec::new(),
+        materials: ["pipe", "diffuser", "cover"].map(str::to_owned).to_vec(),
+    };
+    let storey = |mesh: &mut TriangleMesh, material: u32, lower: u32, upper: u32| {
+        for k in 0..sides {
+            let next = (k + 1) % sides;
+            mesh.triangles.push([lower + k, lower + next, upper + next]);
+            mesh.triangles.push([lower + k, upper + next, upper + k]);
+            mesh.triangle_materials.extend([material; 2]);
+        }
+    };
+    let fan = |mesh: &mut TriangleMesh, material: u32, rim: u32, centre: DVec3| {
+        mesh.positions.push(centre);
+        let centre = mesh.positions.len() as u32 - 1;
+        for k in 0..sides {
+            mesh.triangles.push([centre, rim + k, rim + (k + 1) % sides]);
+            mesh.triangle_materials.push(material);
+        }
+    };
+    for height in [0.0, 0.4, 1.0] {
+        mesh.positions.extend(ring(height, RADIUS));
+    }
+    storey(&mut mesh, 0, 0, sides);
+    storey(&mut mesh, 0, sides, 2 * sides);
+    fan(&mut mesh, 1, 0, DVec3::ZERO);
+    match cover {
+        Cover::Open => {
+            // a file may name materials that no triangle has
+            mesh.materials.pop();
+        }
+        Cover::Flat => fan(&mut mesh, 2, 2 * sides, DVec3::Z),
+        Cover::Dome => {
+            let mut lower = 2 * sides;
+            for step in 1..8 {
+                let (sin, cos) = (FRAC_PI_2 * f64::from(step) / 8.0).sin_cos();
+                let upper = mesh.positions.len() as u32;
+                mesh.positions.extend(ring(1.0 + RADIUS * sin, RADIUS * cos));
+                storey(&mut mesh, 2, lower, upper);
+                lower = upper;
+            }
+            fan(&mut mesh, 2, lower, DVec3::Z * (1.0 + RADIUS));
+        }
+    }
+    mesh
+}
+
+struct One(TriangleMesh);
+
+impl MeshSource for One {
+    fn load(&self, _: &str) -> Result<Arc<TriangleMesh>, String> {
+        Ok(Arc::new(self.0.clone()))
+    }
+}
+
+struct Quiet;
+
+impl Observer for Quiet {
+    fn cancelled(&self) -> bool {
+        false
+    }
+    fn pass_done(&self, _: &PassReport, _: &Estimate) {}
+}
+
+fn job(tube: Value) -> Value {
+    json!({
+        "sky": { "cie_type": 12, "sun_position": { "altitude_deg": 35, "azimuth_deg": 225 },
+                 "zenith_luminance_cd_m2": 5000, "direct_normal_illuminance_lux": 60000 },
+        "room": { "size_m": [2.032, 2.032, 2.032] },
+        "tubes": [tube],
+        "grids": [{ "name": "floor", "height_m": 0, "cells": [4, 3] }],
+        "views": [{ "name": "room", "eye_m": [1.9, 0.1, 0.3], "look_at_m": [0.9, 1.2, 1.3], "up": [0, 0, 1],
+                    "vertical_fov_deg": 90, "size_px": [16, 12] }],
+        "seed": 5
+    })
+}
+
+fn mesh_tube(cover: Cover) -> Value {
+    let mut tube = json!({
+        "mesh": "tube", "unit": "m", "centre_m": [1.016, 1.016], "opening_diameter_m": 2.0 * RADIUS, "rotation_deg": 11,
+        "parts": {
+            "pipe": { "role": "pipe", "reflectance": 0.98 },
+            "diffuser": { "role": "diffuser", "kind": "lambertian", "transmittance": 0.6, "reflectance": 0.1 },
+        }
+    });
+    if cover != Cover::Open {
+        tube["parts"]["cover"] = json!({ "role": "collector", "transmittance": 0.92 });
+    }
+    tube
+}
+
+fn prepare(tube: Value, mesh: TriangleMesh) -> Prepared {
+    prepare_document(&JobDocument::parse(job(tube).to_string().as_bytes()).unwrap(), &One(mesh)).unwrap()
+}
+
+fn bits(prepared: &Prepared) -> Vec<u8> {
+    encode(&prepared.render_chunk(0, &prepared.empty_estimate(), 0.0, &Quiet).unwrap().estimate)
+}
+
+fn reason(prepared: &Prepared) -> String {
+    prepared.plan_json()["guides"][0]["reason"].as_str().unwrap().to_owned()
+}
+
+fn switch(prepared: &Prepared) -> Value {
+    prepared.summary_json(&prepared.empty_estimate(), 0.0)["switches"]["guides"][0].clone()
+}
+
+/// A round mesh gives the bits of the parametric tube, whatever thin cover it has.
+#[test]
+fn a_round_mesh_is_the_cylinder() {
+    for (cover, kind) in [(Cover::Open, "open"), (Cover::Flat, "flat"), (Cover::Dome, "dome")] {
+        let recognised = prepare(mesh_tube(cover), tube(96, cover));
+        let mut collector = json!({ "kind": kind });
+        if cover != Cover::Open {
+            collector["transmittance"] = json!(0.92);
+        }
+        let parametric = json!({
+            "centre_m": [1.016, 1.016], "diameter_m": 2.0 * RADIUS, "reflectance": 0.98,
+            "segments": [{ "length_m": 1.0 }], "collector": collector,
+            "diffuser": { "kind": "lambertian", "transmittance": 0.6, "reflectance": 0.1 }
+        });
+        let parametric = prepare(parametric, tube(96, cover));
+        assert!(bits(&recognised) == bits(&parametric), "{kind}");
+        let reason = reason(&recognised);
+        assert!(reason.contains("recognised as a cylinder of radius 0.127 m and length 1 m"), "{reason}");
+        assert_eq!(recognised.plan_json()["guides"][0]["kind"], "closed_form_straight");
+        assert_eq!(switch(&recognised), "closed_form_straight_recognised");
+        assert_eq!(switch(&parametric), "closed_form_straight");
+    }
+}
+
+/// Where a cylinder would be something else, the facets stay, and the plan says why and what they do.
+#[test]
+fn other_meshes_keep_their_facets() {
+    type Edit = fn(&mut Value, &mut TriangleMesh);
+    let cases: [(&str, u32, Edit); 9] = [
+        ("asked for in the document", 96, |tube, _| tube["recognise"] = json!(false)),
+        ("at least 16 sides", 12, |_, _| {}),
+        ("collector reflects", 96, |tube, _| tube["parts"]["cover"]["reflectance"] = json!(0.05)),
+        ("not a straight vertical cylinder", 96, |_, mesh| mesh.positions[100].x += 1e-4),
+        ("not a straight vertical cylinder", 96, |tube, _| tube["opening_diameter_m"] = json!(0.26)),
+        ("holes, or ends that are not level", 96, |_, mesh| {
+            mesh.triangles.remove(7);
+            mesh.triangle_materials.remove(7);
+        }),
+        ("not level", 96, |_, mesh| mesh.positions[200].z += 1e-3),
+        ("neither a flat cover nor a hemisphere", 96, |_, mesh| mesh.positions.last_mut().unwrap().z += 0.01),
+        ("simple wall", 96, |_, mesh| {
+            let doubled = mesh.triangles[3];
+            mesh.triangles.push(doubled);
+            mesh.triangle_materials.push(0);
+        }),
+    ];
+    for (why, sides, edit) in cases {
+        let (mut document, mut mesh) = (mesh_tube(Cover::Dome), tube(sides, Cover::Dome));
+        edit(&mut document, &mut mesh);
+        let prepared = prepare(document, mesh);
+        let reason = reason(&prepared);
+        assert!(reason.contains(why), "{why}: {reason}");
+        assert_eq!(switch(&prepared), "mesh", "{why}");
+    }
+    let kept = prepare(mesh_tube(Cover::Flat), tube(12, Cover::Flat));
+    // (12 / 2 pi) sin(2 pi / 12) and 1 / cos(pi / 12)
+    assert!(reason(&kept).contains("12 sides has 0.95493 times the area"), "{}", reason(&kept));
+    assert!(reason(&kept).contains("1.03528 times its reflections"), "{}", reason(&kept));
+}
+
+/// Rays aimed at vertices and points of edges of the pipe, up and down its length: in a mesh of perfect mirrors under a
+/// clear cover none is lost, and none loses weight.
+#[test]
+fn rays_at_vertices_and_edges_do_not_leak() {
+    for cover in [Cover::Flat, Cover::Dome] {
+        let mesh = tube(24, cover);
+        let clear = Part::Collector { transmittance: [1.0; 3], reflectance: [0.0; 3] };
+        let parts = [Part::Pipe { reflectance: [1.0; 3].into() }, Part::Diffuser, clear];
+        let guide = Guide::Mesh(MeshGuide::new(&mesh, &parts, RADIUS).unwrap());
+        let mut random = PathRandom::new(Key::new(7));
+        for (triangle, material) in mesh.triangles.iter().zip(&mesh.triangle_materials) {
+            if *material == 1 {
+                continue;
+            }
+            let corner = |k: usize| mesh.positions[triangle[k % 3] as usize];
+            for k in 0..3 {
+                for share in [0.0, 0.5, random.uniform()] {
+                    let target = corner(k).lerp(corner(k + 1), share);
+                    let from = (warp::disc(random.uniform2()) * (0.9 * RADIUS)).extend(0.0);
+                    let d = (target - from).normalize();
+                    if d.z < 1e-3 {
+                        continue;
+                    }
+                    let transit = guide.up::<1>(from, d, &mut random);
+                    assert_eq!(transit.end, End::Top, "{target}");
+                    assert_eq!(transit.weight().0, [1.0]);
+                    // and from outside through the cover, but for its rim
+                    if *material == 2 && (target.z > 1.01 || target.truncate().length() < 0.9 * RADIUS) {
+                        let d = (from - target).normalize();
+                        let down = guide.down::<1>(target - d, d, &mut random);
+                        assert!(down.entered && down.end != End::Lost, "{target} {:?}", down.end);
+                    }
+                }
+            }
+        }
+    }
+}
