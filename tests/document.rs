@@ -122,8 +122,8 @@ fn the_base_document_is_good() {
     let (scene, warnings, provenance) = to_scene(&document, &SquarePipe).unwrap();
     assert_eq!(warnings, vec![]);
     assert_eq!(scene.channels, Channels::Photopic);
-    assert!(!provenance.sun.on);
-    assert_eq!(scene.daylight.sky.unwrap().zenith_luminance_cd_m2, 5000.0);
+    assert!(!provenance.sun.unwrap().on);
+    assert_eq!(scene.daylight.unwrap().sky.unwrap().zenith_luminance_cd_m2, 5000.0);
 }
 
 #[test]
@@ -157,14 +157,8 @@ fn every_bound_names_its_field() {
         ("/room/objects/0/mesh", json!("x"), "not a field of"),
         ("/room/objects/0/surface", Value::Null, "missing"),
         ("/room/objects/0/surface/reflectance", json!(1), "albedo"),
-        (
-            "/room/luminaires",
-            json!([{ "kind": "rectangle", "corner_m": [0, 0, 0], "edge_u_m": [1, 0, 0],
-                                      "edge_v_m": [0, 1, 0], "luminance_cd_m2": 15000 }]),
-            "not supported yet",
-        ),
         // tubes
-        ("/tubes", json!([]), "at least one"),
+        ("/tubes", json!([]), "at least one tube or luminaire"),
         ("/tubes/0/centre_m/0", json!(0.1), "inside the ceiling"),
         ("/tubes/0/diameter_m", json!(0), "> 0"),
         ("/tubes/0/diameter_m", json!(-0.254), "> 0"),
@@ -273,8 +267,8 @@ fn place_and_time() {
     // the apparent altitude of PHYSICS 2.2
     let document = JobDocument::parse(located(json!("2011-09-15T15:00:00+02:00")).to_string().as_bytes()).unwrap();
     let (_, _, provenance) = to_scene(&document, &SquarePipe).unwrap();
-    assert!((provenance.sun.altitude_deg - 32.4806).abs() < 1e-3);
-    assert!((provenance.sun.azimuth_deg - 214.6021).abs() < 1e-3);
+    assert!((provenance.sun.unwrap().altitude_deg - 32.4806).abs() < 1e-3);
+    assert!((provenance.sun.unwrap().azimuth_deg - 214.6021).abs() < 1e-3);
     // a leap second is not a panic
     let _ = JobDocument::parse(located(json!("2016-12-31T23:59:60Z")).to_string().as_bytes());
 }
@@ -354,6 +348,86 @@ fn mesh_tubes() {
     }
     let errors = to_scene(&parsed, &Far(Arc::new(far))).unwrap_err();
     assert_eq!(errors.0[0].pointer, "/tubes/0/mesh");
+}
+
+/// The base room with one panel of 0.2 m x 0.1 m in the ceiling.
+fn electric() -> Value {
+    let panel = json!({ "kind": "rectangle", "corner_m": [0.3, 0.3, 2.032], "edge_u_m": [0, 0.1, 0],
+                        "edge_v_m": [0.2, 0, 0], "luminance_cd_m2": 15000 });
+    with(base(), "/room/luminaires", json!([panel]))
+}
+
+#[test]
+fn luminaires() {
+    let document = JobDocument::parse(electric().to_string().as_bytes()).unwrap();
+    let (scene, ..) = to_scene(&document, &SquarePipe).unwrap();
+    assert_eq!(scene.room.luminaires[0].luminance, [15000.0; 3]);
+    assert_eq!(scene.channels, Channels::Photopic);
+    let coloured = with(electric(), "/room/luminaires/0/luminance_cd_m2", json!([1, 2, 3]));
+    let document = JobDocument::parse(coloured.to_string().as_bytes()).unwrap();
+    assert_eq!(to_scene(&document, &SquarePipe).unwrap().0.channels, Channels::Rgb);
+
+    let panel = "/room/luminaires/0";
+    for (field, value, at, detail) in [
+        ("corner_m/2", json!(2.04), "corner_m/2", "inside the room"),
+        ("corner_m/0", json!(1.9), "corner_m/0", "inside the room"),
+        ("corner_m/0", json!(1e9), "corner_m/0", "-1000000..1000000"),
+        ("edge_u_m", json!([0, 0, 0]), "edge_u_m", "long"),
+        ("edge_u_m", json!([0.1, 0.1, 0]), "edge_v_m", "right angle"),
+        ("edge_u_m", json!([0, -0.1, 0]), "edge_v_m", "emits out of the room"),
+        ("luminance_cd_m2", json!(-1), "luminance_cd_m2", "0.."),
+        ("luminance_cd_m2", json!([1, 1e10, 1]), "luminance_cd_m2/1", "0.."),
+        ("kind", json!("disc"), "kind", "unknown variant"),
+        ("flux_lm", json!(1), "flux_lm", "unknown field"),
+        // the opening has the radius 0.127 around (1.016, 1.016): 0.126 from its centre is covered, 0.128 is not
+        ("corner_m", json!([1.142, 1.0, 2.032]), "", "covers the opening of /tubes/0"),
+        // the box stands on (0.2, 0.2)..(0.8, 0.8) and is 0.75 high
+        ("corner_m", json!([0.75, 0.4, 0.3]), "", "/room/objects/0"),
+        ("corner_m", json!([0.3, 0.3, 0.75]), "", "/room/objects/0"),
+    ] {
+        let pointer = if at.is_empty() { panel.to_owned() } else { format!("{panel}/{at}") };
+        refused(&with(electric(), &format!("{panel}/{field}"), value), &pointer, detail);
+    }
+    let good = [json!([1.144, 1.0, 2.032]), json!([1.142, 1.0, 2.03]), json!([0.81, 0.4, 0.3])];
+    for corner in good {
+        let document = with(electric(), "/room/luminaires/0/corner_m", corner);
+        assert!(JobDocument::parse(document.to_string().as_bytes()).is_ok(), "{document}");
+    }
+
+    // back to back is a panel that emits on both sides; face on face is a mistake
+    let twice = |document: Value, edge_u: Value| {
+        let mut second = document["room"]["luminaires"][0].clone();
+        second["corner_m"] = json!([
+            0.4,
+            if edge_u[1] == json!(-0.1) { 0.4 } else { 0.3 },
+            document["room"]["luminaires"][0]["corner_m"][2]
+        ]);
+        second["edge_u_m"] = edge_u;
+        with(document, "/room/luminaires/-", second)
+    };
+    refused(&twice(electric(), json!([0, 0.1, 0])), "/room/luminaires/1", "overlaps /room/luminaires/0");
+    let hanging = with(electric(), "/room/luminaires/0/corner_m/2", json!(1.5));
+    assert!(JobDocument::parse(twice(hanging, json!([0, -0.1, 0])).to_string().as_bytes()).is_ok());
+}
+
+/// Electric light alone needs neither sky nor place; what explains daylight is null then.
+#[test]
+fn rooms_without_tubes() {
+    let mut document = electric();
+    document["tubes"] = json!([]);
+    document = with(document, "/sky", Value::Null);
+    let parsed = JobDocument::parse(document.to_string().as_bytes()).unwrap();
+    let (scene, warnings, provenance) = to_scene(&parsed, &SquarePipe).unwrap();
+    assert!(scene.daylight.is_none() && scene.tubes.is_empty() && warnings.is_empty());
+    let json = serde_json::to_value(&provenance).unwrap();
+    assert!(json["zenith"].is_null() && json["sun"].is_null() && json["refraction"].is_null());
+    assert_eq!(json["guides"], json!([]));
+
+    document["location"] = json!({ "latitude_deg": 55.77, "longitude_deg": 12.5 });
+    document["time"] = json!("2011-09-15T15:00:00+02:00");
+    let parsed = JobDocument::parse(document.to_string().as_bytes()).unwrap();
+    assert_eq!(to_scene(&parsed, &SquarePipe).unwrap().1[0].code, "place_without_sky");
+    refused(&with(electric(), "/sky", Value::Null), "/sky", "required unless `tubes` is empty");
 }
 
 #[test]
@@ -462,28 +536,32 @@ fn sun_levels_and_warnings() {
     };
     let night = with(base(), "/sky/sun_position/altitude_deg", json!(-5));
     let (dark, warnings, _) = scene(&night);
-    assert!(dark.daylight.sky.is_none() && dark.daylight.sun.is_none());
+    let dark = dark.daylight.unwrap();
+    assert!(dark.sky.is_none() && dark.sun.is_none());
     assert_eq!(warnings[0].code, "sun_below_horizon");
 
     // D is given: the sky integrates back to it
     let mut diffuse = with(base(), "/sky/zenith_luminance_cd_m2", Value::Null);
     diffuse["sky"]["diffuse_horizontal_illuminance_lux"] = json!(12000);
     let (given, warnings, _) = scene(&diffuse);
-    assert!((given.daylight.horizontal_illuminance_lux().0 - 12000.0).abs() < 1e-8);
+    assert!((given.daylight.unwrap().horizontal_illuminance_lux().0 - 12000.0).abs() < 1e-8);
     assert!(warnings.is_empty());
     let bright = with(diffuse.clone(), "/sky/diffuse_horizontal_illuminance_lux", json!(80000));
     assert_eq!(scene(&bright).1[0].code, "implausible_illuminance");
 
     // PHYSICS 2.3: type 12 at 35 degrees has 86.510 klx at its typical turbidity; types 1, 9 and 16 have no beam
     let free = with(base(), "/sky/direct_normal_illuminance_lux", Value::Null);
-    assert!((scene(&free).0.daylight.sun.unwrap().normal_illuminance_lux - 86_510.0).abs() < 0.5);
+    assert!((scene(&free).0.daylight.unwrap().sun.unwrap().normal_illuminance_lux - 86_510.0).abs() < 0.5);
     for number in [1, 6, 9, 16] {
-        assert!(scene(&with(free.clone(), "/sky/cie_type", json!(number))).0.daylight.sun.is_none(), "type {number}");
+        assert!(
+            scene(&with(free.clone(), "/sky/cie_type", json!(number))).0.daylight.unwrap().sun.is_none(),
+            "type {number}"
+        );
     }
 
     // the room turns, so the sun turns the other way
     let turned = scene(&with(free.clone(), "/room/rotation_deg", json!(225))).0;
-    assert!(turned.daylight.sun.unwrap().direction.x.abs() < 1e-12);
+    assert!(turned.daylight.unwrap().sun.unwrap().direction.x.abs() < 1e-12);
     let mut overcast = with(base(), "/sky/cie_type", json!(3));
     overcast = with(overcast, "/sky/zenith_luminance_cd_m2", Value::Null);
     overcast["sky"]["luminous_turbidity"] = json!(4);

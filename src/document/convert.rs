@@ -16,15 +16,20 @@ use super::{DocumentErrors, MeshSource, Warning};
 use crate::guide::Section;
 use crate::optics::{Collector, Diffuser, DiffuserZone, Surface};
 use crate::plan::effects::EffectKind;
-use crate::scene::{BoxObject, Channels, Face, Grid, Room, Scene, Segment, StraightOrBent, Tube, TubeShape, View};
+use crate::scene::{
+    BoxObject, Channels, Face, Grid, Luminaire, Room, Scene, Segment, StraightOrBent, Tube, TubeShape, View,
+};
 use crate::sky::zenith::ZenithFormula;
 
 /// The five switches that explain factors of two between "correct" answers; part of every result.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct Provenance {
-    pub zenith: ZenithProvenance,
-    pub sun: SunProvenance,
-    pub refraction: RefractionProvenance,
+    /// Null without a sky.
+    pub zenith: Option<ZenithProvenance>,
+    /// Null without a sky.
+    pub sun: Option<SunProvenance>,
+    /// Null without a sky.
+    pub refraction: Option<RefractionProvenance>,
     /// Whether light reflected between the room's surfaces is in the result.
     pub interreflection: bool,
     /// One per tube.
@@ -139,16 +144,19 @@ pub fn to_scene(
         .filter_map(|(index, tube)| tube_of(&format!("/tubes/{index}"), tube, meshes, &mut checks))
         .unzip();
     let views = views(document, &mut checks);
-    match daylight {
-        Some((daylight, provenance)) if checks.errors.is_empty() => {
-            let off = document.effects.get(EffectKind::Interreflection.name()) == Some(&EffectSwitch::Off);
-            let provenance = Provenance { interreflection: !off, guides, ..provenance };
-            let channels = if is_coloured(document) { Channels::Rgb } else { Channels::Photopic };
-            let scene = Scene { daylight, room: room(&document.room), tubes, grids: grids(document), views, channels };
-            Ok((scene, warnings, provenance))
-        }
-        _ => Err(DocumentErrors(checks.errors)),
+    if !checks.errors.is_empty() {
+        return Err(DocumentErrors(checks.errors));
     }
+    let off = document.effects.get(EffectKind::Interreflection.name()) == Some(&EffectSwitch::Off);
+    let (daylight, mut provenance) = match daylight {
+        Some((daylight, provenance)) => (Some(daylight), provenance),
+        None => (None, Provenance { zenith: None, sun: None, refraction: None, interreflection: true, guides: vec![] }),
+    };
+    provenance.interreflection = !off;
+    provenance.guides = guides;
+    let channels = if is_coloured(document) { Channels::Rgb } else { Channels::Photopic };
+    let scene = Scene { daylight, room: room(&document.room), tubes, grids: grids(document), views, channels };
+    Ok((scene, warnings, provenance))
 }
 
 fn surface(surface: &SurfaceDocument) -> Option<Surface> {
@@ -176,7 +184,13 @@ fn room(room: &RoomDocument) -> Room {
         }),
         ObjectDocument::Mesh { .. } => None,
     });
-    Room { size: DVec3::from(room.size_m), surfaces, boxes: boxes.collect() }
+    let luminaires = room.luminaires.iter().map(|luminaire| Luminaire {
+        corner: DVec3::from(luminaire.corner_m),
+        edge_u: DVec3::from(luminaire.edge_u_m),
+        edge_v: DVec3::from(luminaire.edge_v_m),
+        luminance: luminaire.luminance_cd_m2.rgb(),
+    });
+    Room { size: DVec3::from(room.size_m), surfaces, boxes: boxes.collect(), luminaires: luminaires.collect() }
 }
 
 fn tube_of(
@@ -303,7 +317,8 @@ fn is_coloured(document: &JobDocument) -> bool {
     });
     let surfaces = of_faces.chain(walls).chain(of_objects).filter_map(|surface| surface.reflectance);
     let tubes = document.tubes.iter().flat_map(tube_coefficients);
-    surfaces.chain(tubes).any(Coefficient::is_coloured)
+    let luminaires = document.room.luminaires.iter().map(|luminaire| luminaire.luminance_cd_m2);
+    surfaces.chain(tubes).chain(luminaires).any(Coefficient::is_coloured)
 }
 
 fn tube_coefficients(tube: &TubeDocument) -> Vec<Coefficient> {

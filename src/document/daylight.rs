@@ -115,14 +115,17 @@ fn sun_position(document: &JobDocument, sky: &SkyDocument) -> Result<Apparent, F
     })
 }
 
-/// Sky and sun in the room frame, with what a reader must know of them; `None` after an error.
+/// Sky and sun in the room frame, with what a reader must know of them; `None` without a sky, or after an error.
 pub fn daylight(
     document: &JobDocument,
     checks: &mut Checks,
     warnings: &mut Vec<Warning>,
 ) -> Option<(Daylight, Provenance)> {
     let Some(sky) = &document.sky else {
-        checks.refuse("/sky", "required unless `tubes` is empty");
+        if document.location.is_some() || document.time.is_some() {
+            let detail = "without `sky` there is no daylight: `location` and `time` change nothing".to_owned();
+            warnings.push(Warning { code: "place_without_sky".to_owned(), detail });
+        }
         return None;
     };
     let Some(sky_type) = sky.sky_type() else {
@@ -154,8 +157,9 @@ pub fn daylight(
         warnings.push(Warning {
             code: "sun_below_horizon".to_owned(),
             detail: format!(
-                "the sun is at an altitude of {:.4} degrees: sky and sun give no light, all results are zero",
-                altitude.to_degrees()
+                "the sun is at an altitude of {:.4} degrees: sky and sun give no light, {}",
+                altitude.to_degrees(),
+                if document.room.luminaires.is_empty() { "all results are zero" } else { "only luminaires do" }
             ),
         });
     }
@@ -168,22 +172,22 @@ pub fn daylight(
         | ZenithFormula::IesHorizontalIlluminance => (None, None),
     };
     let provenance = Provenance {
-        zenith: ZenithProvenance {
+        zenith: Some(ZenithProvenance {
             formula: formula.into(),
             dv_ev,
             luminous_turbidity,
             zenith_luminance_cd_m2: if up { zenith_luminance_cd_m2 } else { 0.0 },
             horizontal_illuminance_lux: sky_lux,
-        },
-        sun: SunProvenance {
+        }),
+        sun: Some(SunProvenance {
             on: daylight.sun.is_some(),
             source,
             normal_illuminance_lux: daylight.sun.map_or(0.0, |sun| sun.normal_illuminance_lux),
             horizontal_illuminance_lux: sun_lux,
             altitude_deg: altitude.to_degrees(),
             azimuth_deg: apparent.azimuth.to_degrees().rem_euclid(360.0),
-        },
-        refraction: apparent.refraction,
+        }),
+        refraction: Some(apparent.refraction),
         interreflection: true,
         guides: Vec::new(),
     };

@@ -20,6 +20,7 @@ pub mod sky;
 pub mod tube;
 pub mod tube_report;
 mod validate;
+mod validate_luminaire;
 mod validate_tube;
 
 use std::sync::Arc;

@@ -9,6 +9,7 @@ use super::outputs::EstimateDocument;
 use crate::estimate::{Accuracy, Estimate, GridEstimate, Ledger, TubeEstimate};
 use crate::plan::{EffectPlan, GuidePlan, MethodChoice, Plan};
 use crate::scene::{Daylight, Grid};
+use crate::sky::Sky;
 use crate::statistics::Moments;
 
 /// The illuminance of one grid: row j is `y_m[j]` (south to north), column i is `x_m[i]` (west to east).
@@ -26,16 +27,16 @@ pub struct GridResult {
     pub illuminance_lux: Vec<Vec<f64>>,
     /// Null before the second pass.
     pub standard_error_lux: Vec<Vec<Option<f64>>>,
-    /// Percent of the unobstructed horizontal illuminance of sky and sun; null when that is zero.
+    /// Percent of the unobstructed horizontal illuminance of sky and sun, electric light included; null without daylight.
     pub illuminance_ratio_percent: Vec<Vec<Option<f64>>>,
-    /// The same, only under an overcast sky (types 1 and 16) without sun.
+    /// The same, only under an overcast sky (types 1 and 16) without sun and without electric light.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub daylight_factor_percent: Option<Vec<Vec<Option<f64>>>>,
     pub external_horizontal_illuminance_lux: ExternalIlluminance,
     pub statistics: GridStatistics,
 }
 
-/// Unobstructed horizontal illuminance in lux.
+/// Unobstructed horizontal illuminance in lux; zero without a sky.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct ExternalIlluminance {
     pub sky: f64,
@@ -53,15 +54,18 @@ pub struct GridStatistics {
 
 impl GridResult {
     /// `estimate` has one sensor per cell of `grid`.
-    pub fn new(grid: &Grid, estimate: &GridEstimate, daylight: &Daylight) -> Self {
+    /// `electric`: whether luminaires take part.
+    pub fn new(grid: &Grid, estimate: &GridEstimate, daylight: Option<&Daylight>, electric: bool) -> Self {
         let [columns, _] = grid.cells;
         let sensors = estimate.sensors.len().min(grid.len());
         let values: Vec<f64> = (0..sensors).map(|sensor| estimate.illuminance_lux(sensor)).collect();
         let errors: Vec<Option<f64>> = (0..sensors).map(|sensor| finite(estimate.standard_error_lux(sensor))).collect();
-        let (sky, sun) = daylight.horizontal_illuminance_lux();
+        let (sky, sun) = daylight.map_or((0.0, 0.0), Daylight::horizontal_illuminance_lux);
         let ratios: Vec<Option<f64>> = values.iter().map(|value| finite(100.0 * value / (sky + sun))).collect();
         let ratios = rows(&ratios, columns);
-        let overcast = daylight.sky.as_ref().is_some_and(|sky| sky.distribution.sky_type().is_standard_overcast());
+        let overcast = |sky: &Sky| sky.distribution.sky_type().is_standard_overcast();
+        let overcast = |daylight: &Daylight| daylight.sun.is_none() && daylight.sky.as_ref().is_some_and(overcast);
+        let has_factor = !electric && daylight.is_some_and(overcast);
         Self {
             name: grid.name.clone(),
             height_m: grid.height_m,
@@ -72,7 +76,7 @@ impl GridResult {
             y_m: grid.y_m.clone(),
             illuminance_lux: rows(&values, columns),
             standard_error_lux: rows(&errors, columns),
-            daylight_factor_percent: (overcast && daylight.sun.is_none()).then(|| ratios.clone()),
+            daylight_factor_percent: has_factor.then(|| ratios.clone()),
             illuminance_ratio_percent: ratios,
             external_horizontal_illuminance_lux: ExternalIlluminance { sky, sun },
             statistics: GridStatistics::new(&values),
@@ -136,8 +140,8 @@ pub struct TubeResult {
 
 impl TubeResult {
     /// `opening_radius` in metres.
-    pub fn new(tube: &TubeEstimate, opening_radius: f64, daylight: &Daylight) -> Self {
-        let (sky, sun) = daylight.horizontal_illuminance_lux();
+    pub fn new(tube: &TubeEstimate, opening_radius: f64, daylight: Option<&Daylight>) -> Self {
+        let (sky, sun) = daylight.map_or((0.0, 0.0), Daylight::horizontal_illuminance_lux);
         let level_aperture_flux_lm = (sky + sun) * PI * opening_radius * opening_radius;
         Self {
             at_collector: (&tube.at_collector).into(),
@@ -283,6 +287,9 @@ impl TimingResult {
 pub struct EnergyResult {
     /// Reaches the collectors from outside.
     pub emitted_lm: f64,
+    /// Leaves the luminaires.
+    #[serde(default)]
+    pub luminaires_lm: f64,
     /// Reflected or absorbed by collectors on the way in, or through a dome and out again on its far side.
     pub collector_lm: f64,
     /// Absorbed by mirrors.
@@ -291,25 +298,25 @@ pub struct EnergyResult {
     pub guide_top_lm: f64,
     /// Absorbed by diffusers, or sent up by them into a guide from which nothing returns.
     pub diffuser_lm: f64,
-    /// Absorbed by the surfaces of the room and its objects.
+    /// Absorbed by the surfaces of the room, its objects and luminaires.
     pub room_lm: f64,
     /// Leaves through open surfaces of the room.
     pub open_surfaces_lm: f64,
     /// The rest of paths that were ended for length.
     pub cut_lm: f64,
-    /// (emitted - all others) / emitted; zero without light.
+    /// (emitted + luminaires - all others) / (emitted + luminaires); zero without light.
     pub relative_closure_error: f64,
 }
 
 impl EnergyResult {
     pub fn new(ledger: &Ledger, passes: u64) -> Self {
-        let Ledger { emitted, collector, guide, guide_top, diffuser, room, open_surfaces, cut } = *ledger;
-        let gone = collector + guide + guide_top + diffuser + room + open_surfaces + cut;
+        let Ledger { emitted, luminaires, collector, guide, guide_top, diffuser, room, open_surfaces, cut } = *ledger;
         let per_pass = |sum: f64| {
             if passes == 0 { 0.0 } else { sum / passes as f64 }
         };
         Self {
             emitted_lm: per_pass(emitted),
+            luminaires_lm: per_pass(luminaires),
             collector_lm: per_pass(collector),
             guide_lm: per_pass(guide),
             guide_top_lm: per_pass(guide_top),
@@ -317,7 +324,7 @@ impl EnergyResult {
             room_lm: per_pass(room),
             open_surfaces_lm: per_pass(open_surfaces),
             cut_lm: per_pass(cut),
-            relative_closure_error: if emitted == 0.0 { 0.0 } else { (emitted - gone) / emitted },
+            relative_closure_error: ledger.relative_closure_error(),
         }
     }
 }
@@ -354,7 +361,7 @@ mod tests {
 
     #[test]
     fn rows_run_south_to_north() {
-        let result = GridResult::new(&grid(), &estimate(&[10.0, 10.0]), &under(12, false));
+        let result = GridResult::new(&grid(), &estimate(&[10.0, 10.0]), Some(&under(12, false)), false);
         assert_eq!(result.illuminance_lux, [[0.0, 10.0, 20.0], [30.0, 40.0, 50.0]]);
         assert_eq!((result.x_m.len(), result.y_m.len()), (3, 2));
         assert_eq!(
@@ -366,23 +373,29 @@ mod tests {
 
     #[test]
     fn one_pass_has_no_error_and_the_text_no_infinity() {
-        let result = GridResult::new(&grid(), &estimate(&[10.0]), &under(16, false));
+        let result = GridResult::new(&grid(), &estimate(&[10.0]), Some(&under(16, false)), false);
         assert_eq!(result.standard_error_lux[0][0], None);
         let text = serde_json::to_value(&result).unwrap();
         assert!(text["standard_error_lux"][1][2].is_null());
         // 1 klx zenith of the traditional overcast sky: D = 7 pi / 9 klx
         let ratio = text["daylight_factor_percent"][0][1].as_f64().unwrap();
         assert!((ratio - 100.0 * 10.0 / (7.0 * std::f64::consts::PI / 9.0 * 1000.0)).abs() < 1e-12);
-        assert!(GridResult::new(&grid(), &estimate(&[1.0]), &under(16, true)).daylight_factor_percent.is_none());
+        for (daylight, electric) in [(Some(&under(16, true)), false), (Some(&under(16, false)), true), (None, true)] {
+            assert!(GridResult::new(&grid(), &estimate(&[1.0]), daylight, electric).daylight_factor_percent.is_none());
+        }
     }
 
     #[test]
     fn darkness_is_null_and_not_nan() {
         let dark = Daylight { sky: None, sun: None, formula: ZenithFormula::GivenZenithLuminance };
-        let result = GridResult::new(&grid(), &estimate(&[0.0, 0.0]), &dark);
-        assert_eq!(result.illuminance_ratio_percent[0][0], None);
-        assert_eq!(result.statistics.uniformity, None);
-        let tube = TubeResult::new(&TubeEstimate::default(), 0.1, &dark);
+        for daylight in [Some(&dark), None] {
+            let result = GridResult::new(&grid(), &estimate(&[0.0, 0.0]), daylight, false);
+            assert_eq!(result.illuminance_ratio_percent[0][0], None);
+            assert_eq!(result.statistics.uniformity, None);
+        }
+        let electric = GridResult::new(&grid(), &estimate(&[1.0, 1.0]), None, true);
+        assert!(electric.illuminance_ratio_percent.iter().flatten().all(Option::is_none));
+        let tube = TubeResult::new(&TubeEstimate::default(), 0.1, Some(&dark));
         assert_eq!((tube.transmission_efficiency, tube.level_aperture_efficiency), (None, None));
         assert_eq!(EnergyResult::new(&Ledger::default(), 0).relative_closure_error, 0.0);
         assert_eq!(TimingResult::new(&Estimate::default(), 0.0).photons_per_second, None);

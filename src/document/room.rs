@@ -24,6 +24,7 @@ pub struct RoomDocument {
     /// At most 1000.
     #[serde(default)]
     pub objects: Vec<ObjectDocument>,
+    /// At most 256.
     #[serde(default)]
     pub luminaires: Vec<LuminaireDocument>,
 }
@@ -185,15 +186,16 @@ impl TryFrom<RawObject> for ObjectDocument {
     }
 }
 
-/// A Lambertian area light.
+/// A Lambertian area light: a thin black sheet inside the room that emits on one side and stops light on both.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct LuminaireDocument {
     pub kind: LuminaireKind,
     pub corner_m: [f64; 3],
     pub edge_u_m: [f64; 3],
-    /// Light leaves along u x v.
+    /// At a right angle to `edge_u_m`; light leaves along u x v.
     pub edge_v_m: [f64; 3],
+    /// 0..1000000000, the same over the whole rectangle and in all directions.
     pub luminance_cd_m2: Coefficient,
 }
 

@@ -11,15 +11,16 @@ use super::method::{MethodKind, MethodSettings};
 use super::outputs::{GridDocument, ViewDocument};
 use super::pointer::{Checks, escape};
 use super::room::{ObjectDocument, RoomDocument, SurfaceDocument};
+use super::validate_luminaire::check_luminaires;
 use super::validate_tube::check_tubes;
 use crate::plan::effects::EffectKind;
 use crate::scene::View;
 
 /// Brighter than anything: the disc of the sun has 2e9 cd/m2, and no illuminance on Earth comes near.
-const MOST_LIGHT: f64 = 1e9;
+pub const MOST_LIGHT: f64 = 1e9;
 
 /// Farther than any camera or object.
-const FARTHEST_M: f64 = 1e6;
+pub const FARTHEST_M: f64 = 1e6;
 
 const MOST_GRID_CELLS: u64 = 100_000;
 const MOST_PIXELS: u64 = 16_777_216;
@@ -41,6 +42,7 @@ pub fn validate(document: &JobDocument, checks: &mut Checks) {
     check_place(document, checks);
     check_sky(document, checks);
     check_room(document, checks);
+    check_luminaires(document, checks);
     check_tubes(document, checks);
     check_outputs(document, checks);
     check_method(document, checks);
@@ -220,9 +222,6 @@ fn check_room(document: &JobDocument, checks: &mut Checks) {
         if let Some(surface) = surface {
             check_surface(&format!("/room/surfaces/{name}"), surface, true, checks);
         }
-    }
-    if !room.luminaires.is_empty() {
-        checks.not_supported("/room/luminaires", "luminaires");
     }
     if room.objects.len() > MOST_OBJECTS {
         checks.refuse("/room/objects", format!("at most {MOST_OBJECTS} objects, but there are {}", room.objects.len()));

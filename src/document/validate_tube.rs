@@ -19,7 +19,7 @@ const STEEPEST_BEND_DEG: f64 = 175.0;
 pub fn check_tubes(document: &JobDocument, checks: &mut Checks) {
     let JobDocument { tubes, room, .. } = document;
     if tubes.is_empty() && room.luminaires.is_empty() {
-        checks.refuse("/tubes", "at least one tube is needed: without tubes there is no light");
+        checks.refuse("/tubes", "at least one tube or luminaire is needed: without them there is no light");
     }
     if tubes.len() > MOST_TUBES {
         checks.refuse("/tubes", format!("at most {MOST_TUBES} tubes, but there are {}", tubes.len()));

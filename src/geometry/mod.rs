@@ -3,6 +3,7 @@
 pub mod bvh;
 pub mod cylinder;
 pub mod disc;
+pub mod lambert;
 pub mod obj;
 pub mod polygon;
 pub mod triangle;

@@ -190,12 +190,13 @@ mod tests {
     use super::*;
     use crate::guide::transmittance::{beam_transmission, sky_exitance};
     use crate::guide::{BentGuide, StraightGuide};
+    use crate::optics::mirror::Mirror;
     use crate::sky::{CieType, SkyDistribution};
 
     const RADIUS: f64 = 0.127;
 
     fn straight(length: f64, reflectance: f64) -> Guide {
-        let reflectance = [reflectance; 3];
+        let reflectance = Mirror::Constant([reflectance; 3]);
         Guide::Straight(StraightGuide { radius: RADIUS, length, reflectance, collector_transmittance: [1.0; 3] })
     }
 
@@ -261,7 +262,7 @@ mod tests {
         let bent = |bend: f64| {
             let (sin, cos) = bend.to_radians().sin_cos();
             let axes = [(0.5, DVec3::Z), (0.5, DVec3::new(sin, 0.0, cos))];
-            Guide::Bent(BentGuide::new(RADIUS, &axes, [0.98; 3], [1.0; 3]))
+            Guide::Bent(BentGuide::new(RADIUS, &axes, Mirror::Constant([0.98; 3]), [1.0; 3]))
         };
         let length = |guide: &Guide| {
             let target = sky(guide, &uniform, Key::new(1), 1024).transmission().value;

@@ -72,6 +72,16 @@ impl Domain {
         Self { origin, u: u / size.x, v: v / size.y, size, holes: Vec::new(), discs: Vec::new() }
     }
 
+    /// Takes away a polygon of the plane through `origin`.
+    fn cover(&mut self, origin: DVec3, corners: &[DVec3; 4]) {
+        let flat = |p: DVec3| DVec2::new((p - origin).dot(self.u), (p - origin).dot(self.v));
+        let mut hole = corners.map(flat).to_vec();
+        if signed_area(&hole) < 0.0 {
+            hole.reverse();
+        }
+        self.holes.push(hole);
+    }
+
     fn room_face(kernel: &Kernel, face: Face) -> Self {
         let axis = face as usize / 2;
         let mut origin = DVec3::ZERO;
@@ -87,13 +97,14 @@ impl Domain {
                 let [corner, u, v] = object.face(side);
                 let corners = [corner, corner + u, corner + u + v, corner + v];
                 if corners.iter().all(|p| (p[axis] - origin[axis]).abs() <= tolerance) {
-                    let flat = |p: DVec3| DVec2::new((p - origin).dot(domain.u), (p - origin).dot(domain.v));
-                    let mut hole = corners.map(flat).to_vec();
-                    if signed_area(&hole) < 0.0 {
-                        hole.reverse();
-                    }
-                    domain.holes.push(hole);
+                    domain.cover(origin, &corners);
                 }
+            }
+        }
+        for luminaire in &kernel.luminaires {
+            let corners = luminaire.corners();
+            if corners.iter().all(|p| (p[axis] - origin[axis]).abs() <= tolerance) {
+                domain.cover(origin, &corners);
             }
         }
         if face == Face::Ceiling {

@@ -1,4 +1,4 @@
-//! Photons from sky and sun into the tubes.
+//! Photons from sky and sun into the tubes, and from luminaires.
 
 use std::f64::consts::PI;
 
@@ -6,6 +6,7 @@ use glam::DVec3;
 
 use super::kernel::{Kernel, TubeKernel};
 use crate::guide::{Guide, StraightGuide, dome::Pipe, transmittance::zastrow_wittwer_transmission};
+use crate::optics::Spectrum;
 use crate::sampling::{Key, PathRandom, Replicate, warp};
 use crate::sky::sampler::SkySampler;
 use crate::sky::sun::HALF_ANGLE;
@@ -17,7 +18,7 @@ const LEAST_SHARE: f64 = 0.125;
 /// Share that the far side of a dome may reflect into the aperture: only the choice of samples depends on it.
 const FAR_SIDE_REFLECTANCE: f64 = 0.08;
 
-/// The sources of a scene: sky and sun, each through each tube, as separate integrals.
+/// The sources of a scene: sky and sun, each through each tube, and luminaires, as separate integrals.
 #[derive(Debug)]
 pub struct Emission {
     emitters: Vec<Emitter>,
@@ -25,7 +26,6 @@ pub struct Emission {
 
 #[derive(Debug)]
 struct Emitter {
-    tube: usize,
     source: Source,
     photons: u64,
     /// Number of its first photon within the pass.
@@ -35,19 +35,29 @@ struct Emitter {
 #[derive(Debug)]
 #[expect(clippy::large_enum_variant, reason = "two per tube, never moved while light is traced")]
 enum Source {
-    Sky { sky: Sky, sampler: SkySampler },
-    Sun(Sun),
+    Sky { tube: usize, sky: Sky, sampler: SkySampler },
+    Sun { tube: usize, sun: Sun },
+    Luminaire(usize),
 }
 
-/// Light on its way to a tube's collector.
+/// Where a photon's way begins.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Start {
+    /// On the way to the collector of this tube.
+    Tube(usize),
+    /// On this luminaire.
+    Luminaire(usize),
+}
+
+/// Light on its way to a tube's collector, or leaving a luminaire.
 #[derive(Clone, Copy, Debug)]
 pub struct EmittedPhoton {
-    pub tube: usize,
-    /// Entry point in the tube's frame.
+    pub start: Start,
+    /// Entry point in the tube's frame, or a point of the luminaire in the room's.
     pub position: DVec3,
     /// Unit direction of travel.
     pub direction: DVec3,
-    /// In lm; the pass' photons add up to the flux.
+    /// In lm, or for a luminaire in lm per cd/m2 of its luminance; the pass' photons add up to the flux.
     pub flux: f64,
     /// Number of this photon among the `of` photons of its source.
     pub index: u64,
@@ -98,37 +108,41 @@ impl Emission {
             if let Some(sky) = &kernel.sky
                 && let Some(sampler) = SkySampler::new(sky, expected)
             {
-                let source = Source::Sky { sky: sky.clone(), sampler };
+                let source = Source::Sky { tube: index, sky: sky.clone(), sampler };
                 // a rough integral is enough to share photons
                 let flux = (0..256u64)
                     .map(|k| {
                         let mut random = PathRandom::new(Key::new(k));
-                        let Source::Sky { sky, sampler } = &source else { return 0.0 };
+                        let Source::Sky { sky, sampler, .. } = &source else { return 0.0 };
                         let (toward, density) = sampler.sample(random.uniform2());
                         sky.luminance(toward) * expected(toward) / density
                     })
                     .sum::<f64>()
                     / 256.0;
-                sources.push((index, source, flux));
+                sources.push((source, flux));
             }
             if let Some(sun) = kernel.sun {
                 let flux = sun.normal_illuminance_lux * expected(sun.direction);
                 if tube.guide.projected_area_m2(-sun.direction) > 0.0 && flux > 0.0 {
-                    sources.push((index, Source::Sun(sun), flux));
+                    sources.push((Source::Sun { tube: index, sun }, flux));
                 }
             }
         }
-        let total: f64 = sources.iter().map(|(.., flux)| flux).sum();
+        for (index, luminaire) in kernel.luminaires.iter().enumerate().filter(|(_, luminaire)| luminaire.emits()) {
+            let flux: Spectrum<3> = luminaire.flux();
+            sources.push((Source::Luminaire(index), flux.luminance()));
+        }
+        let total: f64 = sources.iter().map(|(_, flux)| flux).sum();
         let least = LEAST_SHARE / sources.len().max(1) as f64;
         let weight = |flux: f64| least + (1.0 - LEAST_SHARE) * flux / total;
         let mut first = 0;
         let mut emitters = Vec::new();
         let count = sources.len();
-        for (number, (tube, source, flux)) in sources.into_iter().enumerate() {
+        for (number, (source, flux)) in sources.into_iter().enumerate() {
             let rest = photons - first;
             let share = if number + 1 == count { rest } else { (photons as f64 * weight(flux)) as u64 };
             let photons = share.clamp(1, rest.max(1));
-            emitters.push(Emitter { tube, source, photons, first });
+            emitters.push(Emitter { source, photons, first });
             first += photons;
         }
         Self { emitters }
@@ -147,21 +161,33 @@ impl Emission {
         let emitter = &self.emitters[index];
         let mut samples = PathSamples::new(pass.child(index as u64), number - emitter.first);
         let point = samples.pair();
-        let (toward, luminance_per_density) = match &emitter.source {
-            Source::Sky { sky, sampler } => {
+        let (tube, toward, luminance_per_density) = match &emitter.source {
+            Source::Sky { tube, sky, sampler } => {
                 let (toward, density) = sampler.sample(point);
-                (toward, sky.luminance(toward) / density)
+                (*tube, toward, sky.luminance(toward) / density)
             }
-            Source::Sun(sun) => {
+            Source::Sun { tube, sun } => {
                 let toward = warp::around(sun.direction, warp::cone(point, HALF_ANGLE));
                 let visible = if toward.z > 0.0 { 1.0 } else { 0.0 };
-                (toward, visible * sun.luminance_cd_m2() * Sun::solid_angle_sr())
+                (*tube, toward, visible * sun.luminance_cd_m2() * Sun::solid_angle_sr())
+            }
+            Source::Luminaire(index) => {
+                let luminaire = &kernel.luminaires[*index];
+                let photon = EmittedPhoton {
+                    start: Start::Luminaire(*index),
+                    position: luminaire.point(point).clamp(DVec3::ZERO, kernel.size),
+                    direction: warp::around(luminaire.normal, warp::cosine_hemisphere(samples.pair())),
+                    flux: PI * luminaire.area_m2 / emitter.photons as f64,
+                    index: number - emitter.first,
+                    of: emitter.photons,
+                };
+                return (Some(photon), samples);
             }
         };
         let entry_point = samples.pair();
-        let entry = kernel.tubes[emitter.tube].guide.entry(entry_point, -toward);
+        let entry = kernel.tubes[tube].guide.entry(entry_point, -toward);
         let photon = entry.filter(|_| luminance_per_density > 0.0).map(|entry| EmittedPhoton {
-            tube: emitter.tube,
+            start: Start::Tube(tube),
             position: entry.position,
             direction: -toward,
             flux: luminance_per_density * entry.projected_area_m2 / emitter.photons as f64,

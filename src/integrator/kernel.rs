@@ -2,12 +2,13 @@
 
 use glam::{DMat2, DVec2, DVec3};
 
+use super::luminaire::LuminaireKernel;
 use crate::guide::{BentGuide, DomedGuide, Guide, MeshGuide, MeshGuideError, Section, StraightGuide, dome::Pipe};
 use crate::optics::{Closure, Collector, Diffuser};
 use crate::scene::{BoxObject, Face, MeshTube, Room, Scene, StraightOrBent, Tube, TubeShape};
 use crate::sky::{Sky, Sun, direction};
 
-/// Number of a surface: 0..6 the faces of the room, then six for each box.
+/// Number of a surface: 0..6 the faces of the room, then six for each box, then one for each luminaire.
 pub type SurfaceId = u32;
 
 /// Stands for no surface, e.g. where light comes out of an opening.
@@ -15,6 +16,9 @@ pub const NO_SURFACE: SurfaceId = SurfaceId::MAX;
 
 /// Share of a segment's end within which a box counts as touched, not as in between: a sensor on a table sees the room.
 const ON_TARGET: f64 = 1e-9;
+
+/// Share of the room's diagonal within which surfaces coincide: a luminaire so near to a surface lies on it and hides it.
+const COINCIDING: f64 = 1e-9;
 
 /// A scene compiled for tracing.
 #[derive(Debug)]
@@ -25,11 +29,18 @@ pub struct Kernel {
     /// Reflectance per surface; `None` is open.
     pub reflectance: Vec<Option<[f64; 3]>>,
     pub boxes: Vec<BoxKernel>,
+    pub luminaires: Vec<LuminaireKernel>,
     pub tubes: Vec<TubeKernel>,
     /// Whether reflected light is followed.
     pub interreflection: bool,
     /// Whether light that goes up into a guide is followed for its return.
     pub guide_return: bool,
+    /// Whether anything but its faces is in the room.
+    furnished: bool,
+    /// Whether anything can stand between two points of the room; luminaires on its faces cannot.
+    pub obstructed: bool,
+    /// Whether anything can stand between a luminaire and a point before it.
+    pub luminaires_obstructed: bool,
 }
 
 /// A box in its own frame: rotated about its base's centre.
@@ -72,12 +83,16 @@ pub enum Place {
 impl Kernel {
     /// `objects` false leaves the boxes out.
     pub fn new(scene: &Scene, interreflection: bool, guide_return: bool, objects: bool) -> Result<Self, KernelError> {
-        let Room { size, surfaces, boxes } = &scene.room;
+        let Room { size, surfaces, boxes, luminaires } = &scene.room;
         let boxes: &[BoxObject] = if objects { boxes } else { &[] };
         let mut reflectance: Vec<_> = surfaces.iter().map(|surface| surface.map(|s| s.reflectance)).collect();
         for object in boxes {
             reflectance.extend(std::iter::repeat_n(Some(object.surface.reflectance), 6));
         }
+        let first = reflectance.len() as SurfaceId;
+        let luminaires: Vec<_> =
+            (first..).zip(luminaires).map(|(surface, luminaire)| LuminaireKernel::new(luminaire, surface)).collect();
+        reflectance.extend(std::iter::repeat_n(Some([0.0; 3]), luminaires.len()));
         let tubes = scene
             .tubes
             .iter()
@@ -86,16 +101,27 @@ impl Kernel {
                 TubeKernel::new(description, size.z).map_err(|error| KernelError { tube, error })
             })
             .collect::<Result<_, _>>()?;
+        let hanging = luminaires.iter().any(|luminaire| !lies_on_a_face(luminaire, *size));
         Ok(Self {
-            sky: scene.daylight.sky.clone(),
-            sun: scene.daylight.sun,
+            sky: scene.daylight.as_ref().and_then(|daylight| daylight.sky.clone()),
+            sun: scene.daylight.as_ref().and_then(|daylight| daylight.sun),
             size: *size,
             reflectance,
+            furnished: !boxes.is_empty() || !luminaires.is_empty(),
+            obstructed: !boxes.is_empty() || hanging,
+            luminaires_obstructed: !boxes.is_empty() || (hanging && luminaires.len() > 1),
             boxes: boxes.iter().map(BoxKernel::new).collect(),
+            luminaires,
             tubes,
             interreflection,
             guide_return,
         })
+    }
+
+    /// The luminaire with this surface number.
+    #[inline]
+    pub fn luminaire(&self, surface: SurfaceId) -> Option<&LuminaireKernel> {
+        self.luminaires.get((surface as usize).checked_sub(self.reflectance.len() - self.luminaires.len())?)
     }
 
     /// The first thing that a ray from inside the room meets; `from`: the surface it leaves.
@@ -110,8 +136,8 @@ impl Kernel {
             (distance, axis) = if nearer { (to_wall, k) } else { (distance, axis) };
         }
         let distance = distance.max(0.0);
-        if !self.boxes.is_empty()
-            && let Some(hit) = self.nearest_box(origin, direction, distance, from)
+        if self.furnished
+            && let Some(hit) = self.nearest_object(origin, direction, distance, from)
         {
             return hit;
         }
@@ -134,9 +160,18 @@ impl Kernel {
     /// Whether nothing stands between two points of the room; the surfaces that they lie on do not count.
     #[inline]
     pub fn visible(&self, a: DVec3, from: SurfaceId, b: DVec3, to: SurfaceId) -> bool {
+        if !self.obstructed {
+            return true;
+        }
         let own = |surface: SurfaceId| (surface >= 6 && surface != NO_SURFACE).then(|| (surface as usize - 6) / 6);
         let (own_a, own_b) = (own(from), own(to));
-        self.boxes.iter().enumerate().all(|(index, object)| {
+        self.luminaires.iter().all(|luminaire| {
+            luminaire.surface == from
+                || luminaire.surface == to
+                || luminaire
+                    .intersect(a, b - a)
+                    .is_none_or(|t| t >= 1.0 - ON_TARGET || t * (b - a).length() <= self.coinciding())
+        }) && self.boxes.iter().enumerate().all(|(index, object)| {
             Some(index) == own_a
                 || Some(index) == own_b
                 || object.intersect(a, b - a).is_none_or(|(t, ..)| t >= 1.0 - ON_TARGET)
@@ -146,6 +181,49 @@ impl Kernel {
     fn opening_at(&self, point: DVec2) -> Option<usize> {
         self.tubes.iter().position(|tube| {
             (point - tube.origin.truncate()).length_squared() < tube.opening_radius * tube.opening_radius
+        })
+    }
+
+    /// Distance in metres within which surfaces coincide.
+    pub fn coinciding(&self) -> f64 {
+        COINCIDING * self.size.length()
+    }
+
+    fn nearest_object(&self, origin: DVec3, direction: DVec3, within: f64, from: SurfaceId) -> Option<RoomHit> {
+        let hit = self.nearest_box(origin, direction, within, from);
+        if self.luminaires.is_empty() {
+            return hit;
+        }
+        let within = hit.map_or(within, |hit| (hit.position - origin).dot(direction));
+        self.nearest_luminaire(origin, direction, within, from).or(hit)
+    }
+
+    /// The nearest luminaire; one that coincides with what is hit at distance `within` lies on it. Of two that lie back to
+    /// back, the one that faces the ray.
+    fn nearest_luminaire(&self, origin: DVec3, direction: DVec3, within: f64, from: SurfaceId) -> Option<RoomHit> {
+        let near = self.coinciding();
+        let mut nearest: Option<(f64, &LuminaireKernel)> = None;
+        for luminaire in self.luminaires.iter().filter(|luminaire| luminaire.surface != from) {
+            let Some(distance) = luminaire.intersect(origin, direction) else { continue };
+            if distance <= near || distance > within + near {
+                continue;
+            }
+            let faces = |luminaire: &LuminaireKernel| luminaire.normal.dot(direction) < 0.0;
+            let closer = nearest.is_none_or(|(other_distance, other)| {
+                if (distance - other_distance).abs() <= near {
+                    faces(luminaire) && !faces(other)
+                } else {
+                    distance < other_distance
+                }
+            });
+            if closer {
+                nearest = Some((distance, luminaire));
+            }
+        }
+        nearest.map(|(distance, luminaire)| RoomHit {
+            position: (origin + direction * distance).clamp(DVec3::ZERO, self.size),
+            normal: if luminaire.normal.dot(direction) < 0.0 { luminaire.normal } else { -luminaire.normal },
+            place: Place::Surface(luminaire.surface),
         })
     }
 
@@ -279,6 +357,16 @@ impl TubeKernel {
     pub fn closure_at(&self, position: DVec3) -> Closure {
         self.diffuser.at((position - self.origin).truncate().length())
     }
+}
+
+/// Whether a luminaire lies in the plane of a face of the room, where it can stand between nothing.
+fn lies_on_a_face(luminaire: &LuminaireKernel, size: DVec3) -> bool {
+    let corners = luminaire.corners();
+    (0..3).any(|axis| {
+        [0.0, size[axis]]
+            .iter()
+            .any(|plane| corners.iter().all(|corner| (corner[axis] - plane).abs() <= COINCIDING * size.length()))
+    })
 }
 
 /// The guide of cylinders of `radius` in metres.

@@ -1,8 +1,9 @@
-//! One photon's way from a collector through guide and diffuser into the room, and on until it is absorbed.
+//! One photon's way from a collector through guide and diffuser into the room, or from a luminaire, and on until it is
+//! absorbed.
 
 use glam::DVec3;
 
-use super::emission::{EmittedPhoton, PathSamples};
+use super::emission::{EmittedPhoton, PathSamples, Start};
 use super::kernel::{Kernel, NO_SURFACE, Place, SurfaceId};
 use crate::guide::{End, Transit};
 use crate::optics::{Closure, FiniteBsdf, Spectrum};
@@ -71,11 +72,15 @@ pub enum Origin {
     Lobe(SurfaceId),
     /// An opening that the light passed unscattered.
     Specular,
+    /// A luminaire: its direct part has a better estimator than this photon.
+    Luminaire(SurfaceId),
 }
 
 /// What an integrator hears of a photon.
 pub trait Visitor<const C: usize> {
     fn scattered(&mut self, scattering: &Scattering<'_, C>, samples: &mut PathSamples);
+    /// Light leaves a luminaire, as if scattered by it.
+    fn emitted(&mut self, scattering: &Scattering<'_, C>, samples: &mut PathSamples);
     fn flew(&mut self, flight: &Flight<C>);
     /// Light arrives at a room surface, before its reflectance is applied.
     fn arrived(&mut self, surface: SurfaceId, position: DVec3, flux: Spectrum<C>, origin: Origin);
@@ -86,6 +91,8 @@ pub trait Visitor<const C: usize> {
 pub struct Ledger {
     /// Reaches the collectors from outside.
     pub emitted: f64,
+    /// Leaves the luminaires.
+    pub luminaires: f64,
     /// Reflected or absorbed by collectors on the way in, or through a dome and out again on its far side.
     pub collector: f64,
     /// Absorbed by mirrors, on the way down or up.
@@ -94,7 +101,7 @@ pub struct Ledger {
     pub guide_top: f64,
     /// Absorbed by diffusers.
     pub diffuser: f64,
-    /// Absorbed by the surfaces of the room and its objects.
+    /// Absorbed by the surfaces of the room, its objects and luminaires.
     pub room: f64,
     /// Leaves through open surfaces of the room.
     pub open_surfaces: f64,
@@ -109,17 +116,18 @@ impl Ledger {
         self.values_mut().into_iter().zip(other.values_mut()).for_each(|(sum, value)| *sum += *value);
     }
 
-    /// Every entry, `emitted` first.
-    pub fn values_mut(&mut self) -> [&mut f64; 8] {
-        let Self { emitted, collector, guide, guide_top, diffuser, room, open_surfaces, cut } = self;
-        [emitted, collector, guide, guide_top, diffuser, room, open_surfaces, cut]
+    /// Every entry, the two sources first.
+    pub fn values_mut(&mut self) -> [&mut f64; 9] {
+        let Self { emitted, luminaires, collector, guide, guide_top, diffuser, room, open_surfaces, cut } = self;
+        [emitted, luminaires, collector, guide, guide_top, diffuser, room, open_surfaces, cut]
     }
 
-    /// Emitted less everything booked, relative to emitted: the rounding error of the books; 0 when nothing was emitted.
+    /// What came in less everything booked, relative to what came in: the rounding error of the books; 0 without light.
     pub fn relative_closure_error(&self) -> f64 {
         let mut copy = *self;
-        let booked: f64 = copy.values_mut()[1..].iter().map(|value| **value).sum();
-        if self.emitted == 0.0 { 0.0 } else { (self.emitted - booked) / self.emitted }
+        let booked: f64 = copy.values_mut()[2..].iter().map(|value| **value).sum();
+        let sources = self.emitted + self.luminaires;
+        if sources == 0.0 { 0.0 } else { (sources - booked) / sources }
     }
 }
 
@@ -172,19 +180,10 @@ pub fn trace<const C: usize>(
     visitor: &mut impl Visitor<C>,
     account: &mut Account,
 ) {
-    let tube = &kernel.tubes[photon.tube];
-    let transit: Transit<C> = tube.guide.down(photon.position, photon.direction, &mut samples.random);
-    account.rays += u64::from(transit.rays);
-    if !transit.entered {
-        return;
-    }
-    let flux = Spectrum([photon.flux; C]);
-    account.ledger.emitted += flux.luminance();
-    account.tubes[photon.tube].at_collector += flux.luminance();
-    let first = flux.max();
-    let Some((position, direction, flux)) = settle(&transit, flux, tube.origin, &mut account.ledger) else { return };
-    account.tubes[photon.tube].at_diffuser += flux.luminance();
-    let mut step = meet_closure(kernel, photon.tube, position, direction, flux, samples, visitor, account);
+    let (mut step, first) = match photon.start {
+        Start::Tube(tube) => through_tube(kernel, tube, photon, samples, visitor, account),
+        Start::Luminaire(luminaire) => from_luminaire(kernel, luminaire, photon, samples, visitor, account),
+    };
     let mut events = 0;
     loop {
         events += 1;
@@ -214,6 +213,50 @@ pub fn trace<const C: usize>(
             }
         };
     }
+}
+
+/// Light on its way to the collector of `index`; where it is then, and its first flux.
+fn through_tube<const C: usize>(
+    kernel: &Kernel,
+    index: usize,
+    photon: &EmittedPhoton,
+    samples: &mut PathSamples,
+    visitor: &mut impl Visitor<C>,
+    account: &mut Account,
+) -> (Step<C>, f64) {
+    let tube = &kernel.tubes[index];
+    let transit: Transit<C> = tube.guide.down(photon.position, photon.direction, &mut samples.random);
+    account.rays += u64::from(transit.rays);
+    let flux = Spectrum([photon.flux; C]);
+    let first = flux.max();
+    if !transit.entered {
+        return (Step::Ended, first);
+    }
+    account.ledger.emitted += flux.luminance();
+    account.tubes[index].at_collector += flux.luminance();
+    let Some((position, direction, flux)) = settle(&transit, flux, tube.origin, &mut account.ledger) else {
+        return (Step::Ended, first);
+    };
+    account.tubes[index].at_diffuser += flux.luminance();
+    (meet_closure(kernel, index, position, direction, flux, samples, visitor, account), first)
+}
+
+/// Light leaves luminaire `index`; where it is then, and its first flux.
+fn from_luminaire<const C: usize>(
+    kernel: &Kernel,
+    index: usize,
+    photon: &EmittedPhoton,
+    samples: &mut PathSamples,
+    visitor: &mut impl Visitor<C>,
+    account: &mut Account,
+) -> (Step<C>, f64) {
+    let luminaire = &kernel.luminaires[index];
+    let flux = Spectrum::from_rgb(luminaire.luminance) * photon.flux;
+    account.ledger.luminaires += flux.luminance();
+    let EmittedPhoton { position, direction, .. } = *photon;
+    let (normal, surface) = (luminaire.normal, luminaire.surface);
+    visitor.emitted(&Scattering { position, normal, leaving: flux, lobe: None, surface, diffuser: None }, samples);
+    (Step::Room(position, direction, flux, Origin::Luminaire(surface)), flux.max())
 }
 
 /// Books what a guide took, and returns what arrives in the opening: position in the room, direction, flux.
@@ -335,7 +378,7 @@ fn cross_room<const C: usize>(
     account: &mut Account,
 ) -> Step<C> {
     let from = match origin {
-        Origin::Surface(surface) | Origin::Lobe(surface) => surface,
+        Origin::Surface(surface) | Origin::Lobe(surface) | Origin::Luminaire(surface) => surface,
         Origin::Diffuser | Origin::Specular => NO_SURFACE,
     };
     let hit = kernel.intersect(position, direction, from);

@@ -7,7 +7,9 @@
 //! * light in a lobe of a surface that is not Lambertian is connected to points; cell averages count it as it crosses the
 //!   cell, because connections to a narrow lobe would be rare and bright;
 //! * light that passes a diffuser unscattered is counted as it crosses a cell; for points it is followed backward, from the
-//!   sensor through the opening and up the guide into sky and sun.
+//!   sensor through the opening and up the guide into sky and sun;
+//! * light straight from a luminaire has Lambert's closed form where nothing can stand between, at the sensor or at a
+//!   random point of its cell; otherwise it is treated like light that a diffuser scatters.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::sync::Arc;
@@ -19,6 +21,7 @@ use rayon::prelude::*;
 use super::emission::{Emission, PathSamples};
 use super::kernel::{Kernel, NO_SURFACE, TubeKernel};
 use super::light_path::{Account, Flight, Lobe, Origin, Scattering, Visitor, trace};
+use super::luminaire::LuminaireKernel;
 use super::{GridPass, Integrator, PHOTON_CHUNK, Pass};
 use crate::guide::{End, Guide, Transit};
 use crate::optics::{Closure, Spectrum};
@@ -52,6 +55,7 @@ const SUN_RAYS: u64 = 1024;
 
 /// Streams of random numbers within a pass.
 const BACKWARD_STREAM: u64 = 1 << 32;
+const CELL_STREAM: u64 = 1 << 33;
 
 /// The method on one scene; `C` channels of light.
 #[derive(Debug)]
@@ -119,6 +123,22 @@ impl<const C: usize> LightTracing<C> {
         (tally.lux, account)
     }
 
+    /// Whether light straight from luminaires is added in closed form.
+    fn lambert(&self) -> bool {
+        !self.kernel.luminaires.is_empty() && !self.kernel.luminaires_obstructed
+    }
+
+    /// Light straight from luminaires at sensor `index`, in lux: at a random point of the cell, or at the sensor itself.
+    fn from_luminaires(&self, plane: &SensorPlane, index: usize, pass: Key) -> f64 {
+        let mut sensor = DVec3::new(plane.x[index], plane.y[index], plane.height);
+        if plane.average {
+            let [u, v] = PathRandom::new(pass.child(CELL_STREAM + (plane.first + index) as u64)).uniform2();
+            sensor += DVec3::new((u - 0.5) * plane.cell[0], (v - 0.5) * plane.cell[1], 0.0);
+        }
+        let direct = |luminaire: &LuminaireKernel| luminaire.irradiance::<C>(sensor, DVec3::Z).luminance();
+        self.kernel.luminaires.iter().map(direct).sum()
+    }
+
     /// Direct unscattered light at sensor `index` of a point grid, in lux, and the rays it took.
     fn unscattered(&self, plane: &SensorPlane, index: usize, pass: Key, rays_per_sensor: u64) -> (f64, u64) {
         let sensor = DVec3::new(plane.x[index], plane.y[index], plane.height);
@@ -158,6 +178,13 @@ impl<const C: usize> Integrator for LightTracing<C> {
         for (chunk_lux, chunk_account) in chunks? {
             lux.iter_mut().zip(&chunk_lux).for_each(|(sum, value)| *sum += value);
             account.add(&chunk_account);
+        }
+        if self.lambert() {
+            for plane in &self.sensors {
+                for (index, lux) in lux[plane.first..plane.first + plane.len()].iter_mut().enumerate() {
+                    *lux += self.from_luminaires(plane, index, key);
+                }
+            }
         }
         let specular = self.kernel.tubes.iter().any(|tube| tube.diffuser.specular_zone(tube.opening_radius).is_some());
         for plane in self.sensors.iter().filter(|plane| specular && !plane.average) {
@@ -224,6 +251,40 @@ struct Tally<'a, const C: usize> {
 impl<const C: usize> Visitor<C> for Tally<'_, C> {
     fn scattered(&mut self, scattering: &Scattering<'_, C>, samples: &mut PathSamples) {
         let weight = if scattering.diffuser.is_some() { self.diffuser_weight } else { 1.0 };
+        self.connect(scattering, weight, samples);
+    }
+
+    fn emitted(&mut self, scattering: &Scattering<'_, C>, samples: &mut PathSamples) {
+        if !self.method.lambert() {
+            self.connect(scattering, self.diffuser_weight, samples);
+        }
+    }
+
+    fn flew(&mut self, flight: &Flight<C>) {
+        if matches!(flight.origin, Origin::Luminaire(_)) && self.method.lambert() {
+            return;
+        }
+        for plane in self.method.sensors.iter().filter(|plane| plane.average) {
+            if flight.from.z <= plane.height || flight.to.z > plane.height {
+                continue;
+            }
+            let share = (flight.from.z - plane.height) / (flight.from.z - flight.to.z);
+            let crossing = flight.from.lerp(flight.to, share);
+            let near = (crossing - flight.from).length_squared() < plane.near_squared;
+            if (near || matches!(flight.origin, Origin::Specular | Origin::Lobe(_)))
+                && let Some(index) = plane.cell_at(crossing.truncate())
+            {
+                self.lux[plane.first + index] += flight.flux.luminance() / (plane.cell[0] * plane.cell[1]);
+            }
+        }
+    }
+
+    fn arrived(&mut self, _: u32, _: DVec3, _: Spectrum<C>, _: Origin) {}
+}
+
+impl<const C: usize> Tally<'_, C> {
+    /// Adds what a vertex sends straight to the sensors.
+    fn connect(&mut self, scattering: &Scattering<'_, C>, weight: f64, samples: &mut PathSamples) {
         if weight == 0.0 {
             return;
         }
@@ -250,7 +311,7 @@ impl<const C: usize> Visitor<C> for Tally<'_, C> {
             let lux = &mut self.lux[plane.first..plane.first + plane.len()];
             // cell averages count the flights of a surface's lobe
             let lobe = scattering.lobe.as_ref().filter(|_| !plane.average || scattering.diffuser.is_some());
-            if lobe.is_some() || !self.method.kernel.boxes.is_empty() || plane.stride > 1 {
+            if lobe.is_some() || self.method.kernel.obstructed || plane.stride > 1 {
                 let start =
                     if plane.stride > 1 { (samples.random.uniform() * plane.stride as f64) as usize } else { 0 };
                 for index in (start..plane.len()).step_by(plane.stride) {
@@ -271,24 +332,6 @@ impl<const C: usize> Visitor<C> for Tally<'_, C> {
             }
         }
     }
-
-    fn flew(&mut self, flight: &Flight<C>) {
-        for plane in self.method.sensors.iter().filter(|plane| plane.average) {
-            if flight.from.z <= plane.height || flight.to.z > plane.height {
-                continue;
-            }
-            let share = (flight.from.z - plane.height) / (flight.from.z - flight.to.z);
-            let crossing = flight.from.lerp(flight.to, share);
-            let near = (crossing - flight.from).length_squared() < plane.near_squared;
-            if (near || matches!(flight.origin, Origin::Specular | Origin::Lobe(_)))
-                && let Some(index) = plane.cell_at(crossing.truncate())
-            {
-                self.lux[plane.first + index] += flight.flux.luminance() / (plane.cell[0] * plane.cell[1]);
-            }
-        }
-    }
-
-    fn arrived(&mut self, _: u32, _: DVec3, _: Spectrum<C>, _: Origin) {}
 }
 
 /// A Lambertian vertex seen from the sensors of one plane below it.
@@ -479,8 +522,8 @@ mod tests {
         let size = DVec3::new(3.0, 4.0, 2.5);
         let grid = |estimate| Grid::new("grid".into(), 0.5, [7, 5], 0.1, [size.x, size.y], estimate);
         let scene = Scene {
-            daylight: Daylight { sky: None, sun: None, formula: ZenithFormula::GivenZenithLuminance },
-            room: Room { size, surfaces: [None; 6], boxes: Vec::new() },
+            daylight: Some(Daylight { sky: None, sun: None, formula: ZenithFormula::GivenZenithLuminance }),
+            room: Room { size, surfaces: [None; 6], boxes: Vec::new(), luminaires: Vec::new() },
             tubes: Vec::new(),
             grids: vec![grid(EstimateKind::Point), grid(EstimateKind::CellAverage)],
             views: Vec::new(),

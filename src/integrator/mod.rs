@@ -8,6 +8,7 @@ pub mod emission;
 pub mod kernel;
 pub mod light_path;
 pub mod light_tracing;
+pub mod luminaire;
 pub mod photon_grid;
 pub mod sppm;
 

@@ -2,7 +2,8 @@
 //!
 //! Every pass traces its own photons and eye rays and gathers with a radius that depends on the pass' number alone (Knaus
 //! and Zwicker 2011), so that passes are independent replicates. Light that a diffuser or a tube's scattering sends
-//! straight to a point is computed from the pass' own photons at the diffuser, not by density estimation; kernels are
+//! straight to a point is computed from the pass' own photons at the diffuser, light straight from a luminaire in closed
+//! form or from points of its area, not by density estimation; kernels are
 //! clipped to the surface they lie on and count photons of that surface only. The bias of the kernel is estimated from
 //! the same photons at two radii: it grows with the squared radius, so bias(r) = 2 (E(r) - E(r / sqrt 2)).
 
@@ -48,6 +49,10 @@ const DEFAULT_RADIUS_SHARE: f64 = 0.05;
 /// Photons at each diffuser to which a visible point and a sensor are connected.
 const POINT_CONNECTIONS: usize = 4;
 const SENSOR_CONNECTIONS: usize = 256;
+
+/// Points of each luminaire, in a square of strata, to which they are connected where something can stand between.
+const POINT_STRATA: usize = 2;
+const SENSOR_STRATA: usize = 8;
 
 /// Specular events of one eye ray.
 const MAX_EYE_EVENTS: u32 = 64;
@@ -161,8 +166,9 @@ impl<const C: usize> Sppm<C> {
                 }
                 let direct =
                     self.diffuser_irradiance(maps, sensor, DVec3::Z, NO_SURFACE, SENSOR_CONNECTIONS, &mut random);
+                let electric = self.luminaire_irradiance(sensor, DVec3::Z, NO_SURFACE, SENSOR_STRATA, &mut random);
                 let gathered = density(&maps.planes[number], domain, sensor, maps.radius, 0);
-                (direct.luminance() + gathered.irradiance.luminance(), gathered.bias)
+                (direct.luminance() + electric.luminance() + gathered.irradiance.luminance(), gathered.bias)
             })
             .collect();
         let (illuminance, bias) = values.into_iter().unzip();
@@ -201,12 +207,18 @@ impl<const C: usize> Sppm<C> {
     fn luminance(&self, maps: &Maps<C>, eye: DVec3, direction: DVec3, random: &mut PathRandom) -> Gathered<C> {
         let dark = Gathered { irradiance: Spectrum::ZERO, bias: 0.0 };
         let Some(mut origin) = self.enter_room(eye, direction) else { return dark };
+        if origin != eye && self.hidden_by_luminaire(eye, direction, origin) {
+            return dark;
+        }
         let mut direction = direction;
         let mut weight = Spectrum::<C>::ONE;
         for _ in 0..MAX_EYE_EVENTS {
             let hit = self.kernel.intersect(origin, direction, NO_SURFACE);
             let index = match hit.place {
                 Place::Surface(surface) => {
+                    if let Some(luminaire) = self.kernel.luminaire(surface) {
+                        return Gathered { irradiance: weight * luminaire.seen(direction), bias: 0.0 };
+                    }
                     let Some(reflectance) = self.kernel.reflectance[surface as usize] else { return dark };
                     let brdf = Spectrum::from_rgb(reflectance) * (1.0 / PI);
                     let mut seen = self.irradiance(maps, hit.position, hit.normal, surface, random);
@@ -275,6 +287,13 @@ impl<const C: usize> Sppm<C> {
         through.then(|| (eye + direction * enter).clamp(DVec3::ZERO, size))
     }
 
+    /// Whether the dark side of a luminaire closes an open surface at the point where an eye ray enters.
+    fn hidden_by_luminaire(&self, eye: DVec3, direction: DVec3, entry: DVec3) -> bool {
+        let distance = (entry - eye).length();
+        let at_entry = |t: f64| (t - distance).abs() <= self.kernel.coinciding();
+        self.kernel.luminaires.iter().any(|luminaire| luminaire.intersect(eye, direction).is_some_and(at_entry))
+    }
+
     /// Irradiance of a surface point.
     fn irradiance(
         &self,
@@ -288,6 +307,7 @@ impl<const C: usize> Sppm<C> {
         let mut gathered = density(&maps.surfaces, domain, position, maps.radius, surface);
         let direct = self.diffuser_irradiance(maps, position, normal, surface, POINT_CONNECTIONS, random);
         gathered.irradiance += direct;
+        gathered.irradiance += self.luminaire_irradiance(position, normal, surface, POINT_STRATA, random);
         gathered
     }
 
@@ -313,6 +333,36 @@ impl<const C: usize> Sppm<C> {
                 if cosines > 0.0 && way.z > 0.0 && self.kernel.visible(position, surface, exit.position, NO_SURFACE) {
                     let geometry = cosines / (distance_squared * distance_squared) / PI;
                     sum += exit.flux * (geometry * exits.len() as f64 / count as f64);
+                }
+            }
+        }
+        sum
+    }
+
+    /// Irradiance straight from the luminaires: in closed form, or from `strata` x `strata` points of each.
+    fn luminaire_irradiance(
+        &self,
+        position: DVec3,
+        normal: DVec3,
+        surface: SurfaceId,
+        strata: usize,
+        random: &mut PathRandom,
+    ) -> Spectrum<C> {
+        let mut sum = Spectrum::ZERO;
+        for luminaire in self.kernel.luminaires.iter().filter(|luminaire| luminaire.emits()) {
+            if !self.kernel.luminaires_obstructed {
+                sum += luminaire.irradiance(position, normal);
+                continue;
+            }
+            let share = 1.0 / strata as f64;
+            for stratum in 0..strata * strata {
+                let [u, v] = random.uniform2();
+                let source = luminaire
+                    .point([((stratum % strata) as f64 + u) * share, ((stratum / strata) as f64 + v) * share])
+                    .clamp(DVec3::ZERO, self.kernel.size);
+                let arriving: Spectrum<C> = luminaire.connection(source, position, normal);
+                if arriving.max() > 0.0 && self.kernel.visible(position, surface, source, luminaire.surface) {
+                    sum += arriving * (share * share);
                 }
             }
         }
@@ -378,6 +428,11 @@ fn density<const C: usize>(
     Gathered { irradiance, bias }
 }
 
+/// Whether light comes straight from where it is computed without density estimation.
+fn is_direct(origin: Origin) -> bool {
+    matches!(origin, Origin::Diffuser | Origin::Luminaire(_))
+}
+
 /// Photons that one pass keeps.
 struct Store<const C: usize> {
     heights: Vec<f64>,
@@ -417,8 +472,10 @@ impl<const C: usize> Visitor<C> for Store<C> {
         }
     }
 
+    fn emitted(&mut self, _: &Scattering<C>, _: &mut PathSamples) {}
+
     fn flew(&mut self, flight: &Flight<C>) {
-        if flight.origin == Origin::Diffuser {
+        if is_direct(flight.origin) {
             return;
         }
         for (height, photons) in self.heights.iter().zip(&mut self.planes) {
@@ -431,7 +488,7 @@ impl<const C: usize> Visitor<C> for Store<C> {
     }
 
     fn arrived(&mut self, surface: SurfaceId, position: DVec3, flux: Spectrum<C>, origin: Origin) {
-        if self.keeps_surfaces && origin != Origin::Diffuser {
+        if self.keeps_surfaces && !is_direct(origin) {
             self.surfaces.push(Photon { position, surface, flux });
         }
     }

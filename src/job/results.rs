@@ -8,6 +8,8 @@ use crate::document::result::{
 };
 use crate::estimate::{Estimate, FilmEstimate};
 use crate::output::{Image, OutputError, csv, exr, false_colour, png};
+use crate::plan::EffectKind;
+use crate::scene::Daylight;
 
 impl Prepared {
     /// `plan` of results and of `POST /v1/plan`.
@@ -18,7 +20,8 @@ impl Prepared {
     /// Summary for the job resource and `result.json`: `accuracy`, `timing`, `tubes`, `energy`, `switches`, `grids`
     /// (statistics) and `views`; merged into the job's JSON object.
     pub fn summary_json(&self, merged: &Estimate, seconds: f64) -> Value {
-        let (sky, sun) = self.scene.daylight.horizontal_illuminance_lux();
+        let daylight = self.scene.daylight.as_ref();
+        let (sky, sun) = daylight.map_or((0.0, 0.0), Daylight::horizontal_illuminance_lux);
         let grids = self.scene.grids.iter().zip(&merged.grids).map(|(grid, estimate)| {
             let values: Vec<f64> = estimate.sensors.iter().map(|sensor| sensor.mean).collect();
             let mean_error = Some(estimate.mean.standard_error()).filter(|error| error.is_finite());
@@ -28,10 +31,9 @@ impl Prepared {
             summary.insert("mean_standard_error_lux".into(), json!(mean_error));
             Value::Object(summary)
         });
-        let tubes =
-            self.scene.tubes.iter().zip(&merged.tubes).map(|(tube, estimate)| {
-                to_value(&TubeResult::new(estimate, tube.opening_radius, &self.scene.daylight))
-            });
+        let tubes = self.scene.tubes.iter().zip(&merged.tubes).map(|(tube, estimate)| {
+            to_value(&TubeResult::new(estimate, tube.opening_radius, self.scene.daylight.as_ref()))
+        });
         let views = self.scene.views.iter().map(|view| json!({ "name": view.name, "size_px": view.size_px }));
         json!({
             "accuracy": to_value(&AccuracyResult::new(self.accuracy(merged), self.stop.confidence)),
@@ -50,7 +52,8 @@ impl Prepared {
         let mut files = Vec::new();
         for (grid, estimate) in self.scene.grids.iter().zip(&merged.grids) {
             let name = format!("grids/{}", grid.name);
-            let result = GridResult::new(grid, estimate, &self.scene.daylight);
+            let electric = self.plan.effects.is_on(EffectKind::Luminaires);
+            let result = GridResult::new(grid, estimate, self.scene.daylight.as_ref(), electric);
             let bytes = serde_json::to_vec_pretty(&result).map_err(|error| failed(&name, error))?;
             files.push(ResultFile { name: format!("{name}.json"), media_type: "application/json", bytes });
             let sensors = 0..estimate.sensors.len();

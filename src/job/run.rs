@@ -13,6 +13,7 @@ use super::tube_report::TubePerformance;
 use crate::document::{self, DocumentErrors, FieldError, JobDocument, MeshSource, Provenance, Warning};
 use crate::estimate::{Accuracy, Estimate, StopRule};
 use crate::integrator::light_tracing::LightTracing;
+use crate::integrator::luminaire::LuminaireKernel;
 use crate::integrator::sppm::Sppm;
 use crate::integrator::{Integrator, Kernel, Method};
 use crate::plan::{self, Effects, Methods, Plan};
@@ -135,7 +136,9 @@ pub fn prepare_document(document: &JobDocument, meshes: &dyn MeshSource) -> Resu
         Methods::choose(&scene, &kernel, &request).map_err(|refusal| refused("/method", refusal.to_string()))?;
     let plan = Plan { guides: plan::guides(&kernel), effects, methods };
     provenance.interreflection = kernel.interreflection;
-    provenance.sun.on = kernel.sun.is_some();
+    if let Some(sun) = &mut provenance.sun {
+        sun.on = kernel.sun.is_some();
+    }
     let kernel = Arc::new(kernel);
     let engine = Engine::new(kernel.clone(), &scene, &plan.methods, document.seed);
     let per_chunk = CHUNK_SECONDS / plan::cost::seconds_per_pass(&scene, &plan).max(1e-9);
@@ -156,7 +159,8 @@ pub fn prepare_document(document: &JobDocument, meshes: &dyn MeshSource) -> Resu
 
 impl Engine {
     fn new(kernel: Arc<Kernel>, scene: &Scene, methods: &Methods, seed: u64) -> Self {
-        if kernel.sky.is_none() && kernel.sun.is_none() {
+        let electric = kernel.luminaires.iter().any(LuminaireKernel::emits);
+        if kernel.sky.is_none() && kernel.sun.is_none() && !electric {
             return Self::Dark;
         }
         let build = |method: &Method, grids: &[Grid], views: &[View]| -> Box<dyn Integrator> {

@@ -63,7 +63,7 @@ impl Prepared {
             |(tube, ((performance, estimate), guide))| TubeReport {
                 tube,
                 guide: guide.kind.to_owned(),
-                flux: TubeResult::from(estimate),
+                flux: TubeResult::new(estimate, self.scene.tubes[tube].opening_radius, self.scene.daylight.as_ref()),
                 beam: performance.beam.clone(),
                 uniform_sky: performance.uniform_sky,
                 sky: performance.sky,

@@ -8,7 +8,8 @@ use crate::scene::Scene;
 ///
 /// A function of the job alone, never of the machine or of a clock, so that every worker divides a job alike.
 pub fn seconds_per_pass(scene: &Scene, plan: &Plan) -> f64 {
-    let per_path = plan.guides.iter().map(|guide| if guide.kind == "mesh" { 8e-6 } else { 0.5e-6 }).fold(0.0, f64::max);
+    let per_path =
+        plan.guides.iter().map(|guide| if guide.kind == "mesh" { 8e-6 } else { 0.5e-6 }).fold(0.5e-6, f64::max);
     let sensors: usize = scene.grids.iter().map(|grid| grid.len()).sum();
     let pixels: usize = scene.views.iter().map(|view| view.size_px[0] * view.size_px[1]).sum();
     let methods: &Methods = &plan.methods;

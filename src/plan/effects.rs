@@ -12,6 +12,8 @@ pub enum EffectKind {
     Sky,
     /// The sun's beam.
     Sun,
+    /// Electric light.
+    Luminaires,
     /// Light reflected between the room's surfaces.
     Interreflection,
     /// Shadows and reflections of objects in the room.
@@ -27,9 +29,10 @@ pub enum EffectKind {
 }
 
 impl EffectKind {
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 9] = [
         Self::Sky,
         Self::Sun,
+        Self::Luminaires,
         Self::Interreflection,
         Self::Objects,
         Self::SpecularClosure,
@@ -43,6 +46,7 @@ impl EffectKind {
         match self {
             Self::Sky => "sky",
             Self::Sun => "sun",
+            Self::Luminaires => "luminaires",
             Self::Interreflection => "interreflection",
             Self::Objects => "objects",
             Self::SpecularClosure => "specular_closure",
@@ -118,17 +122,29 @@ impl Effects {
 /// Why an effect is needed, or why it is exactly zero.
 fn called_for(scene: &Scene, kind: EffectKind) -> Result<String, &'static str> {
     let below_horizon = "the sun is at or below the horizon";
+    let no_tube = "no tube leads daylight into the room";
+    let daylight = scene.daylight.as_ref().filter(|_| !scene.tubes.is_empty());
     match kind {
-        EffectKind::Sky => match &scene.daylight.sky {
-            None => Err(below_horizon),
-            Some(sky) if sky.zenith_luminance_cd_m2 == 0.0 => Err("the sky's luminance is zero"),
-            Some(sky) => Ok(sky.distribution.sky_type().to_string()),
+        EffectKind::Sky => match daylight.map(|daylight| &daylight.sky) {
+            None => Err(no_tube),
+            Some(None) => Err(below_horizon),
+            Some(Some(sky)) if sky.zenith_luminance_cd_m2 == 0.0 => Err("the sky's luminance is zero"),
+            Some(Some(sky)) => Ok(sky.distribution.sky_type().to_string()),
         },
-        EffectKind::Sun => match (&scene.daylight.sun, &scene.daylight.sky) {
-            (Some(sun), _) => Ok(format!("a beam of {:.0} lx normal illuminance", sun.normal_illuminance_lux)),
-            (None, None) => Err(below_horizon),
-            (None, Some(_)) => Err("no direct beam: the sky type has none, or it was given as 0"),
+        EffectKind::Sun => match daylight.map(|daylight| (&daylight.sun, &daylight.sky)) {
+            None => Err(no_tube),
+            Some((Some(sun), _)) => Ok(format!("a beam of {:.0} lx normal illuminance", sun.normal_illuminance_lux)),
+            Some((None, None)) => Err(below_horizon),
+            Some((None, Some(_))) => Err("no direct beam: the sky type has none, or it was given as 0"),
         },
+        EffectKind::Luminaires => {
+            let lit = scene.room.luminaires.iter().filter(|luminaire| luminaire.luminance.iter().any(|l| *l > 0.0));
+            match (scene.room.luminaires.len(), lit.count()) {
+                (0, _) => Err("the room has no luminaires"),
+                (_, 0) => Err("the luminance of every luminaire is zero"),
+                (_, count) => Ok(format!("{count} in the room")),
+            }
+        }
         EffectKind::Interreflection => {
             let surfaces = scene.room.surfaces.iter().flatten().chain(scene.room.boxes.iter().map(|b| &b.surface));
             let brightest = surfaces.flat_map(|surface| surface.reflectance).fold(0.0, f64::max);
@@ -142,6 +158,7 @@ fn called_for(scene: &Scene, kind: EffectKind) -> Result<String, &'static str> {
             0 => Err("the room is empty, and a box is convex: nothing stands between two of its points"),
             count => Ok(format!("{count} in the room")),
         },
+        EffectKind::SpecularClosure | EffectKind::GuideReturn if scene.tubes.is_empty() => Err("the room has no tubes"),
         EffectKind::SpecularClosure => {
             let clear = scene.tubes.iter().filter(|tube| tube.diffuser.specular_zone(tube.opening_radius).is_some());
             match clear.count() {

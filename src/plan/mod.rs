@@ -44,6 +44,9 @@ pub fn compile(scene: &Scene, effects: &Effects) -> Result<Kernel, KernelError> 
     if !effects.is_on(EffectKind::Sun) {
         kernel.sun = None;
     }
+    if !effects.is_on(EffectKind::Luminaires) {
+        kernel.luminaires.iter_mut().for_each(|luminaire| luminaire.luminance = [0.0; 3]);
+    }
     Ok(kernel)
 }
 

@@ -4,6 +4,7 @@
 //! A rotated room keeps its frame; the sun and sky are turned instead.
 
 pub mod camera;
+pub mod luminaire;
 pub mod room;
 pub mod sensors;
 pub mod tube;
@@ -12,6 +13,7 @@ use crate::sky::zenith::ZenithFormula;
 use crate::sky::{Sky, Sun};
 
 pub use camera::View;
+pub use luminaire::Luminaire;
 pub use room::{BoxObject, Face, Room};
 pub use sensors::{EstimateKind, Grid};
 pub use tube::{MeshTube, Segment, StraightOrBent, Tube, TubeShape};
@@ -19,7 +21,8 @@ pub use tube::{MeshTube, Segment, StraightOrBent, Tube, TubeShape};
 /// Everything that a job simulates.
 #[derive(Clone, Debug)]
 pub struct Scene {
-    pub daylight: Daylight,
+    /// `None` without a sky: electric light alone.
+    pub daylight: Option<Daylight>,
     pub room: Room,
     pub tubes: Vec<Tube>,
     pub grids: Vec<Grid>,

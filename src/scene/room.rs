@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 
+use super::Luminaire;
 use crate::optics::Surface;
 
 /// A box room from (0, 0, 0) to `size` in metres.
@@ -11,6 +12,7 @@ pub struct Room {
     /// Surfaces indexed by [`Face`]; `None` is open: light leaves, a camera may look in.
     pub surfaces: [Option<Surface>; 6],
     pub boxes: Vec<BoxObject>,
+    pub luminaires: Vec<Luminaire>,
 }
 
 /// The faces of a box; the discriminants index arrays.

@@ -58,8 +58,8 @@ pub fn cube(
     let surface = |reflectance| Some(Surface { reflectance: [reflectance; 3] });
     let surfaces = [surface(walls), surface(walls), surface(walls), surface(walls), surface(floor), surface(ceiling)];
     Scene {
-        daylight,
-        room: Room { size: DVec3::splat(SIDE), surfaces, boxes: Vec::new() },
+        daylight: Some(daylight),
+        room: Room { size: DVec3::splat(SIDE), surfaces, boxes: Vec::new(), luminaires: Vec::new() },
         tubes,
         grids: vec![Grid::new("floor".into(), 0.0, [9, 9], 0.0, [SIDE, SIDE], estimate)],
         views: Vec::new(),

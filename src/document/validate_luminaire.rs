@@ -1,0 +1,193 @@
+//! The bounds of luminaires: rectangles that lie in the room, cover no opening and emit into free space.
+
+use glam::{DVec2, DVec3};
+
+use super::job::JobDocument;
+use super::pointer::Checks;
+use super::room::{LuminaireDocument, ObjectDocument};
+use super::tube::TubeDocument;
+use super::validate::{FARTHEST_M, MOST_LIGHT, TOUCHING_M, valid_size};
+use crate::geometry::disc::disc_polygon_area;
+
+const MOST_LUMINAIRES: usize = 256;
+
+/// Largest cosine between the edges: decimal fractions rarely make an exact right angle.
+const RIGHT_ANGLE: f64 = 1e-3;
+
+/// Edges are so long at least: one nanometre more than what touches.
+const SHORTEST_EDGE_M: f64 = 1e-6;
+
+/// A half space of the points p with normal . p <= offset.
+type HalfSpace = (DVec3, f64);
+
+/// A luminaire as vectors.
+struct Sheet {
+    corner: DVec3,
+    u: DVec3,
+    v: DVec3,
+    normal: DVec3,
+}
+
+pub fn check_luminaires(document: &JobDocument, checks: &mut Checks) {
+    let luminaires = &document.room.luminaires;
+    if luminaires.len() > MOST_LUMINAIRES {
+        let detail = format!("at most {MOST_LUMINAIRES} luminaires, but there are {}", luminaires.len());
+        checks.refuse("/room/luminaires", detail);
+        return;
+    }
+    let mut sheets: Vec<(usize, Sheet)> = Vec::new();
+    for (index, luminaire) in luminaires.iter().enumerate() {
+        let pointer = format!("/room/luminaires/{index}");
+        let Some(sheet) = check_luminaire(&pointer, luminaire, checks) else { continue };
+        if let Some(size) = valid_size(&document.room)
+            && check_place(&pointer, &sheet, size, checks)
+        {
+            check_openings(&pointer, &sheet, document, size, checks);
+            for (number, object) in document.room.objects.iter().enumerate() {
+                if reaches_into(&sheet, object) {
+                    let detail = format!("must neither reach into nor emit into /room/objects/{number}");
+                    checks.refuse(pointer.clone(), detail);
+                }
+            }
+            if let Some((other, _)) = sheets.iter().find(|(_, other)| overlap(&sheet, other)) {
+                checks.refuse(pointer.clone(), format!("overlaps /room/luminaires/{other} in the same plane"));
+            }
+        }
+        sheets.push((index, sheet));
+    }
+}
+
+/// Numbers and shape; `None` after an error.
+fn check_luminaire(pointer: &str, luminaire: &LuminaireDocument, checks: &mut Checks) -> Option<Sheet> {
+    let LuminaireDocument { corner_m, edge_u_m, edge_v_m, luminance_cd_m2, .. } = *luminaire;
+    let mut ok = true;
+    for (channel, value) in luminance_cd_m2.channels() {
+        ok &= checks.within(&format!("{pointer}/luminance_cd_m2{channel}"), value, 0.0, MOST_LIGHT);
+    }
+    for (name, vector) in [("corner_m", corner_m), ("edge_u_m", edge_u_m), ("edge_v_m", edge_v_m)] {
+        for (axis, value) in vector.iter().enumerate() {
+            ok &= checks.within(&format!("{pointer}/{name}/{axis}"), *value, -FARTHEST_M, FARTHEST_M);
+        }
+    }
+    if !ok {
+        return None;
+    }
+    let (corner, u, v) = (DVec3::from(corner_m), DVec3::from(edge_u_m), DVec3::from(edge_v_m));
+    for (name, edge) in [("edge_u_m", u), ("edge_v_m", v)] {
+        if edge.length() < SHORTEST_EDGE_M {
+            let detail = format!("must be at least {SHORTEST_EDGE_M} m long, but has {} m", edge.length());
+            checks.refuse(format!("{pointer}/{name}"), detail);
+            ok = false;
+        }
+    }
+    if ok && u.normalize().dot(v.normalize()).abs() > RIGHT_ANGLE {
+        checks.refuse(format!("{pointer}/edge_v_m"), "must be at a right angle to `edge_u_m`");
+        ok = false;
+    }
+    ok.then(|| Sheet { corner, u, v, normal: u.cross(v).normalize() })
+}
+
+/// Inside the room, emitting into it.
+fn check_place(pointer: &str, sheet: &Sheet, size: [f64; 3], checks: &mut Checks) -> bool {
+    let errors_before = checks.errors.len();
+    for (axis, room) in size.into_iter().enumerate() {
+        let reach = |f: fn(f64, f64) -> f64, start| sheet.corners().iter().map(|p| p[axis]).fold(start, f);
+        let (from, to) = (reach(f64::min, f64::INFINITY), reach(f64::max, f64::NEG_INFINITY));
+        if from < -TOUCHING_M || to > room + TOUCHING_M {
+            let detail =
+                format!("the luminaire must be inside the room (0..{room} m), but reaches from {from} m to {to} m");
+            checks.refuse(format!("{pointer}/corner_m/{axis}"), detail);
+            continue;
+        }
+        let leaves = |plane: f64, outward: f64| {
+            outward * sheet.normal[axis] > 0.0 && (from - plane).abs() <= TOUCHING_M && (to - plane).abs() <= TOUCHING_M
+        };
+        if leaves(0.0, -1.0) || leaves(room, 1.0) {
+            let detail = "lies on the room's boundary and emits out of the room: light leaves along edge_u x edge_v";
+            checks.refuse(format!("{pointer}/edge_v_m"), detail);
+        }
+    }
+    checks.errors.len() == errors_before
+}
+
+/// Refuses a luminaire in the plane of the ceiling that covers a tube's opening.
+fn check_openings(pointer: &str, sheet: &Sheet, document: &JobDocument, size: [f64; 3], checks: &mut Checks) {
+    let corners = sheet.corners();
+    if corners.iter().any(|corner| (corner.z - size[2]).abs() > TOUCHING_M) {
+        return;
+    }
+    let outline = corners.map(|corner| corner.truncate());
+    for (index, tube) in document.tubes.iter().enumerate() {
+        let (centre, diameter) = match tube {
+            TubeDocument::Parametric(tube) => (tube.centre_m, tube.diameter_m),
+            TubeDocument::Mesh(tube) => (tube.centre_m, tube.opening_diameter_m),
+        };
+        let radius = 0.5 * diameter - TOUCHING_M;
+        // the outline is clockwise seen from above, for it emits downward
+        if radius > 0.0 && -disc_polygon_area(DVec2::from(centre), radius, &outline) > TOUCHING_M * radius {
+            checks.refuse(pointer, format!("covers the opening of /tubes/{index}"));
+        }
+    }
+}
+
+/// Whether the sheet, moved a hair's breadth to where it emits, has a part inside a box.
+fn reaches_into(sheet: &Sheet, object: &ObjectDocument) -> bool {
+    let ObjectDocument::Box { size_m, position_m, rotation_deg, .. } = object else { return false };
+    let (sin, cos) = rotation_deg.to_radians().sin_cos();
+    let base = DVec3::from(*position_m);
+    let axes = [DVec3::new(cos, -sin, 0.0), DVec3::new(sin, cos, 0.0), DVec3::Z];
+    let centre = base + DVec3::Z * (0.5 * size_m[2]);
+    let inside = axes.iter().zip(size_m).flat_map(|(axis, size)| {
+        let half = 0.5 * size - TOUCHING_M;
+        [(*axis, axis.dot(centre) + half), (-*axis, half - axis.dot(centre))]
+    });
+    let polygon = sheet.corners().map(|corner| corner + sheet.normal * (3.0 * TOUCHING_M));
+    has_area(clip(polygon.to_vec(), inside))
+}
+
+/// Whether two sheets that emit to the same side share a part of one plane.
+fn overlap(sheet: &Sheet, other: &Sheet) -> bool {
+    let apart = |corner: DVec3| (corner - other.corner).dot(other.normal).abs() > TOUCHING_M;
+    if sheet.normal.dot(other.normal) < 0.0 || sheet.corners().into_iter().any(apart) {
+        return false;
+    }
+    let side = |along: DVec3| {
+        let across = along.cross(other.normal).normalize();
+        let limits = other.corners().map(|corner| corner.dot(across));
+        let (low, high) = limits.into_iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(x), h.max(x)));
+        [(across, high - TOUCHING_M), (-across, -low - TOUCHING_M)]
+    };
+    has_area(clip(sheet.corners().to_vec(), [other.u, other.v].into_iter().flat_map(side)))
+}
+
+impl Sheet {
+    fn corners(&self) -> [DVec3; 4] {
+        [self.corner, self.corner + self.u, self.corner + self.u + self.v, self.corner + self.v]
+    }
+}
+
+/// The part of a convex polygon inside all half spaces (Sutherland and Hodgman 1974).
+fn clip(mut polygon: Vec<DVec3>, half_spaces: impl IntoIterator<Item = HalfSpace>) -> Vec<DVec3> {
+    for (normal, offset) in half_spaces {
+        let height = |p: DVec3| normal.dot(p) - offset;
+        let mut kept = Vec::with_capacity(polygon.len() + 1);
+        for (k, p) in polygon.iter().enumerate() {
+            let next = polygon[(k + 1) % polygon.len()];
+            let (here, there) = (height(*p), height(next));
+            if here <= 0.0 {
+                kept.push(*p);
+            }
+            if (here <= 0.0) != (there <= 0.0) {
+                kept.push(p.lerp(next, here / (here - there)));
+            }
+        }
+        polygon = kept;
+    }
+    polygon
+}
+
+fn has_area(polygon: Vec<DVec3>) -> bool {
+    let Some(first) = polygon.first() else { return false };
+    let twice: DVec3 = polygon.windows(2).map(|pair| (pair[0] - *first).cross(pair[1] - *first)).sum();
+    twice.length() > 0.0
+}

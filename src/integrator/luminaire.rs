@@ -1,0 +1,109 @@
+//! Luminaires as they are traced: thin black rectangles that emit on one side.
+
+use std::f64::consts::PI;
+
+use glam::{DVec2, DVec3};
+
+use super::kernel::SurfaceId;
+use crate::geometry::lambert::quadrilateral_irradiance;
+use crate::optics::Spectrum;
+use crate::scene::Luminaire;
+
+/// A luminaire and what is derived from it.
+#[derive(Clone, Copy, Debug)]
+pub struct LuminaireKernel {
+    corner: DVec3,
+    edge_u: DVec3,
+    edge_v: DVec3,
+    /// Unit vector of the side that emits.
+    pub normal: DVec3,
+    pub area_m2: f64,
+    /// Linear Rec.709 in cd/m2; zero when switched off.
+    pub luminance: [f64; 3],
+    pub surface: SurfaceId,
+    /// Gradients of the coordinates along the edges, each 0..1 on the rectangle.
+    to_u: DVec3,
+    to_v: DVec3,
+}
+
+impl LuminaireKernel {
+    /// `luminaire` has edges that are not parallel; `surface` is its number.
+    pub fn new(luminaire: &Luminaire, surface: SurfaceId) -> Self {
+        let Luminaire { corner, edge_u, edge_v, luminance } = *luminaire;
+        let across = edge_u.cross(edge_v);
+        let area_m2 = across.length();
+        let normal = axis_or(across / area_m2);
+        let to_u = edge_v.cross(normal) / edge_u.dot(edge_v.cross(normal));
+        let to_v = normal.cross(edge_u) / edge_v.dot(normal.cross(edge_u));
+        Self { corner, edge_u, edge_v, normal, area_m2, luminance, surface, to_u, to_v }
+    }
+
+    pub fn emits(&self) -> bool {
+        self.luminance.iter().any(|luminance| *luminance > 0.0)
+    }
+
+    /// The point at coordinates 0..1 along the edges.
+    #[inline]
+    pub fn point(&self, [u, v]: [f64; 2]) -> DVec3 {
+        self.corner + self.edge_u * u + self.edge_v * v
+    }
+
+    /// Corners, counter-clockwise seen from the side that emits.
+    pub fn corners(&self) -> [DVec3; 4] {
+        [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]].map(|point| self.point(point))
+    }
+
+    /// The distance, in lengths of `direction`, at which a ray crosses the rectangle's plane inside its outline.
+    #[inline]
+    pub fn intersect(&self, origin: DVec3, direction: DVec3) -> Option<f64> {
+        let approach = direction.dot(self.normal);
+        if approach == 0.0 {
+            return None;
+        }
+        let distance = (self.corner - origin).dot(self.normal) / approach;
+        let relative = origin + direction * distance - self.corner;
+        let place = DVec2::new(relative.dot(self.to_u), relative.dot(self.to_v));
+        (place.cmpge(DVec2::ZERO).all() && place.cmple(DVec2::ONE).all()).then_some(distance)
+    }
+
+    /// Luminance in cd/m2 seen along `direction`, which meets the rectangle: zero on the dark side.
+    #[inline]
+    pub fn seen<const C: usize>(&self, direction: DVec3) -> Spectrum<C> {
+        if direction.dot(self.normal) < 0.0 { Spectrum::from_rgb(self.luminance) } else { Spectrum::ZERO }
+    }
+
+    /// Irradiance in lux at a point of a surface with unit `normal` when nothing stands between: Lambert's closed form.
+    #[inline]
+    pub fn irradiance<const C: usize>(&self, position: DVec3, normal: DVec3) -> Spectrum<C> {
+        if (position - self.corner).dot(self.normal) <= 0.0 {
+            return Spectrum::ZERO;
+        }
+        let [a, b, c, d] = self.corners();
+        let per_luminance = quadrilateral_irradiance(&[a, d, c, b], position, normal).max(0.0);
+        Spectrum::from_rgb(self.luminance) * per_luminance
+    }
+
+    /// What the point `source` of the rectangle adds to that irradiance per area: L cos(theta) cos(theta') A / d^2.
+    #[inline]
+    pub fn connection<const C: usize>(&self, source: DVec3, position: DVec3, normal: DVec3) -> Spectrum<C> {
+        let way = source - position;
+        let (arriving, leaving) = (way.dot(normal), -way.dot(self.normal));
+        if arriving <= 0.0 || leaving <= 0.0 {
+            return Spectrum::ZERO;
+        }
+        let distance_squared = way.length_squared();
+        let geometry = arriving * leaving / (distance_squared * distance_squared) * self.area_m2;
+        Spectrum::from_rgb(self.luminance) * geometry
+    }
+
+    /// Flux that leaves, in lm: pi A L.
+    pub fn flux<const C: usize>(&self) -> Spectrum<C> {
+        Spectrum::from_rgb(self.luminance) * (PI * self.area_m2)
+    }
+}
+
+/// A unit vector along an axis without the rounding of its length, so that planes that coincide give equal distances.
+fn axis_or(unit: DVec3) -> DVec3 {
+    let axis = (0..3).find(|axis| (0..3).all(|other| other == *axis || unit[other] == 0.0));
+    axis.map_or(unit, |axis| DVec3::AXES[axis] * unit[axis].signum())
+}
