@@ -21,7 +21,7 @@ fn bits(prepared: &Prepared, chunks: u64, threads: usize, interrupted: bool) -> 
     encode(&merged)
 }
 
-/// Every kind of guide, closure and output, small.
+/// Every kind of guide, closure, luminaire, object and output, small.
 fn scenes() -> Vec<(&'static str, Prepared)> {
     let view = json!([{ "name": "room", "eye_m": [1.9, 0.1, 0.3], "look_at_m": [0.9, 1.2, 1.3], "up": [0, 0, 1],
                         "vertical_fov_deg": 90, "size_px": [40, 24] }]);
@@ -29,13 +29,18 @@ fn scenes() -> Vec<(&'static str, Prepared)> {
                        { "name": "cells", "height_m": 0.0, "cells": [3, 3], "estimate": "cell_average" }]);
     let objects = json!([{ "kind": "box", "size_m": [0.5, 0.4, 0.3], "position_m": [0.6, 0.7, 0], "rotation_deg": 20,
                            "surface": { "reflectance": [0.3, 0.5, 0.4] } }]);
-    ["S1", "S2", "S3", "S3_mesh"]
+    let mesh = json!({ "kind": "mesh", "mesh": "block.obj", "unit": "cm", "position_m": [0.5, 0.4, 0], "rotation_deg": 5,
+                       "surfaces": { "side": { "reflectance": 0.4 }, "top": { "reflectance": [0.2, 0.5, 0.7] } } });
+    ["S1", "S2", "S3", "S3_mesh", "S4"]
         .into_iter()
         .map(|scene| {
             let prepared = prepare(scene, |document| {
                 document["views"] = view.clone();
                 document["grids"] = grids.clone();
                 document["stop"] = json!({ "relative_error": 1e-6, "max_passes": 20 });
+                if scene == "S4" {
+                    document["room"]["objects"][0] = mesh.clone();
+                }
                 if scene == "S2" {
                     document["room"]["objects"] = objects.clone();
                     document["method"] = json!({ "kind": "sppm", "photons_per_pass": 5000 });

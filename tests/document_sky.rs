@@ -29,7 +29,7 @@ fn under(sky: Value) -> Result<(Daylight, Value), DocumentErrors> {
     });
     let document = JobDocument::parse(document.to_string().as_bytes())?;
     let (scene, _, provenance) = to_scene(&document, &NoMeshes)?;
-    Ok((scene.daylight, serde_json::to_value(provenance).unwrap()))
+    Ok((scene.daylight.unwrap(), serde_json::to_value(provenance).unwrap()))
 }
 
 #[track_caller]

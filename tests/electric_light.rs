@@ -22,7 +22,7 @@ fn room(size: DVec3, reflectance: f64, luminaires: Vec<Luminaire>, cells: [usize
     let surfaces = [Some(Surface { reflectance: [reflectance; 3] }); 6];
     Scene {
         daylight: None,
-        room: Room { size, surfaces, boxes: Vec::new(), luminaires },
+        room: Room { size, surfaces, boxes: Vec::new(), meshes: Vec::new(), luminaires },
         tubes: Vec::new(),
         grids: vec![Grid::new("floor".into(), 0.0, cells, 0.0, [size.x, size.y], estimate)],
         views: Vec::new(),

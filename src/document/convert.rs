@@ -7,6 +7,7 @@ use utoipa::ToSchema;
 use super::coefficient::Coefficient;
 use super::daylight::daylight;
 use super::job::{EffectSwitch, JobDocument};
+use super::mesh_object::mesh_object;
 use super::mesh_tube::mesh_tube;
 use super::pointer::Checks;
 use super::room::{ObjectDocument, RoomDocument, SurfaceDocument};
@@ -17,7 +18,7 @@ use crate::guide::Section;
 use crate::optics::{Collector, Diffuser, DiffuserZone, Surface};
 use crate::plan::effects::EffectKind;
 use crate::scene::{
-    BoxObject, Channels, Face, Grid, Luminaire, Room, Scene, Segment, StraightOrBent, Tube, TubeShape, View,
+    BoxObject, Channels, Face, Grid, Luminaire, MeshObject, Room, Scene, Segment, StraightOrBent, Tube, TubeShape, View,
 };
 use crate::sky::zenith::ZenithFormula;
 
@@ -143,6 +144,13 @@ pub fn to_scene(
         .enumerate()
         .filter_map(|(index, tube)| tube_of(&format!("/tubes/{index}"), tube, meshes, &mut checks))
         .unzip();
+    let objects = document.room.objects.iter().enumerate();
+    let meshes: Vec<MeshObject> = objects
+        .filter_map(|(index, object)| {
+            let pointer = format!("/room/objects/{index}");
+            mesh_object(&pointer, object, document.room.size_m, meshes, &mut checks)
+        })
+        .collect();
     let views = views(document, &mut checks);
     if !checks.errors.is_empty() {
         return Err(DocumentErrors(checks.errors));
@@ -155,11 +163,18 @@ pub fn to_scene(
     provenance.interreflection = !off;
     provenance.guides = guides;
     let channels = if is_coloured(document) { Channels::Rgb } else { Channels::Photopic };
-    let scene = Scene { daylight, room: room(&document.room), tubes, grids: grids(document), views, channels };
+    let scene = Scene {
+        daylight,
+        room: Room { meshes, ..room(&document.room) },
+        tubes,
+        grids: grids(document),
+        views,
+        channels,
+    };
     Ok((scene, warnings, provenance))
 }
 
-fn surface(surface: &SurfaceDocument) -> Option<Surface> {
+pub(super) fn surface(surface: &SurfaceDocument) -> Option<Surface> {
     let reflectance = surface.reflectance.filter(|_| !surface.open)?;
     Some(Surface { reflectance: reflectance.rgb() })
 }
@@ -190,7 +205,13 @@ fn room(room: &RoomDocument) -> Room {
         edge_v: DVec3::from(luminaire.edge_v_m),
         luminance: luminaire.luminance_cd_m2.rgb(),
     });
-    Room { size: DVec3::from(room.size_m), surfaces, boxes: boxes.collect(), luminaires: luminaires.collect() }
+    Room {
+        size: DVec3::from(room.size_m),
+        surfaces,
+        boxes: boxes.collect(),
+        meshes: Vec::new(),
+        luminaires: luminaires.collect(),
+    }
 }
 
 fn tube_of(

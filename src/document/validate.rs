@@ -234,8 +234,10 @@ fn check_room(document: &JobDocument, checks: &mut Checks) {
 
 fn check_object(pointer: &str, object: &ObjectDocument, room: Option<[f64; 3]>, checks: &mut Checks) {
     match object {
-        ObjectDocument::Mesh { rotation_deg, surfaces, .. } => {
-            checks.not_supported(format!("{pointer}/kind"), "objects of kind `mesh`");
+        ObjectDocument::Mesh { position_m, rotation_deg, surfaces, .. } => {
+            for (axis, position) in position_m.iter().enumerate() {
+                checks.within(&format!("{pointer}/position_m/{axis}"), *position, -FARTHEST_M, FARTHEST_M);
+            }
             checks.within(&format!("{pointer}/rotation_deg"), *rotation_deg, -360.0, 360.0);
             for (name, surface) in surfaces {
                 check_surface(&format!("{pointer}/surfaces/{}", escape(name)), surface, false, checks);

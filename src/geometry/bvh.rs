@@ -92,6 +92,19 @@ impl TriangleBvh {
         });
         nearest
     }
+
+    /// Whether a triangle lies at a positive distance below `reach` along the unit vector `direction`.
+    pub fn any_within(&self, origin: DVec3, direction: DVec3, reach: f64) -> bool {
+        let sheared = ShearedRay::new(origin, direction);
+        // a little longer, so that rounding cannot cull a triangle at the end
+        let reach_f32 = (reach * self.scale) as f32 * (1.0 + 4.0 * f32::EPSILON) + 2.0 * PADDING as f32;
+        let from = ((origin - self.centre) * self.scale).as_vec3a();
+        let ray = Ray::new(from, direction.as_vec3a(), 0.0, reach_f32);
+        !self.tree.ray_traverse_miss(ray, |_, index| {
+            let hit = sheared.intersect(&self.triangles[index]);
+            if hit.is_some_and(|distance| distance < reach) { 0.0 } else { f32::INFINITY }
+        })
+    }
 }
 
 #[cfg(test)]
@@ -178,6 +191,9 @@ mod tests {
             let brute = triangles.iter().filter_map(|t| ray.intersect(t)).fold(f64::INFINITY, f64::min);
             let hit = bvh.nearest(origin, direction, None).map_or(f64::INFINITY, |hit| hit.distance);
             assert_eq!(brute, hit);
+            for reach in [0.5, 1.0, 3.0] {
+                assert_eq!(bvh.any_within(origin, direction, reach), brute < reach);
+            }
         }
     }
 }

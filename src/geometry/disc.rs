@@ -31,11 +31,11 @@ pub fn disc_irradiance(radius: f64, depth: f64, offset: f64) -> DiscIrradiance {
 /// Area of a disc of `radius` around `centre` inside a convex or concave simple polygon (counter-clockwise: positive).
 pub fn disc_polygon_area(centre: DVec2, radius: f64, polygon: &[DVec2]) -> f64 {
     let corner = |k: usize| polygon[k % polygon.len()] - centre;
-    (0..polygon.len()).map(|k| disc_triangle_area(radius, corner(k), corner(k + 1))).sum()
+    (0..polygon.len()).map(|k| disc_edge_area(radius, corner(k), corner(k + 1))).sum()
 }
 
-/// Signed area of a disc around the origin inside the triangle (origin, `a`, `b`).
-fn disc_triangle_area(radius: f64, a: DVec2, b: DVec2) -> f64 {
+/// Signed area of a disc around the origin inside the triangle (origin, `a`, `b`): what one directed edge of an outline adds.
+pub fn disc_edge_area(radius: f64, a: DVec2, b: DVec2) -> f64 {
     let sector = |from: DVec2, to: DVec2| 0.5 * radius * radius * from.perp_dot(to).atan2(from.dot(to));
     let triangle = |from: DVec2, to: DVec2| 0.5 * from.perp_dot(to);
     let edge = b - a;

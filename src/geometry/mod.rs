@@ -3,9 +3,11 @@
 pub mod bvh;
 pub mod cylinder;
 pub mod disc;
+pub mod facets;
 pub mod lambert;
 pub mod obj;
 pub mod polygon;
+pub mod section;
 pub mod triangle;
 
 pub use obj::TriangleMesh;

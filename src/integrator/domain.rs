@@ -5,7 +5,8 @@ use std::f64::consts::PI;
 use glam::{DVec2, DVec3};
 
 use super::kernel::Kernel;
-use crate::geometry::disc::{disc_disc_area, disc_polygon_area};
+use crate::geometry::disc::{disc_disc_area, disc_edge_area, disc_polygon_area};
+use crate::geometry::section::contains;
 use crate::scene::Face;
 
 /// A polygon less polygons and discs, all in one plane.
@@ -18,10 +19,21 @@ pub struct Domain {
     size: DVec2,
     holes: Vec<Vec<DVec2>>,
     discs: Vec<(DVec2, f64)>,
+    /// What meshes take away.
+    regions: Vec<Region>,
+}
+
+/// Directed edges around a part of the plane: counter-clockwise around what it holds.
+#[derive(Clone, Debug)]
+struct Region {
+    edges: Vec<[DVec2; 2]>,
+    low: DVec2,
+    high: DVec2,
 }
 
 impl Domain {
-    /// One per surface of the kernel, in the order of their numbers.
+    /// One per face of the room and its boxes, in the order of their numbers. Meshes are cut out of the room's faces, not of
+    /// the faces of boxes: photons are missing there within a gather radius of a mesh that stands on a box.
     pub fn of_surfaces(kernel: &Kernel) -> Vec<Self> {
         let mut domains: Vec<Self> = Face::ALL.iter().map(|face| Self::room_face(kernel, *face)).collect();
         for object in &kernel.boxes {
@@ -33,7 +45,7 @@ impl Domain {
         domains
     }
 
-    /// The horizontal plane at `height` inside the room, less the boxes that it cuts.
+    /// The horizontal plane at `height` inside the room, less the boxes and closed meshes that it cuts.
     pub fn horizontal_plane(kernel: &Kernel, height: f64) -> Self {
         let mut domain =
             Self::rectangle(DVec3::new(0.0, 0.0, height), DVec3::X * kernel.size.x, DVec3::Y * kernel.size.y);
@@ -43,6 +55,7 @@ impl Domain {
                 domain.holes.push(object.outline().to_vec());
             }
         }
+        domain.cut_meshes(kernel, 1.0);
         domain
     }
 
@@ -59,6 +72,9 @@ impl Domain {
         for (disc, disc_radius) in &self.discs {
             area -= disc_disc_area(radius, *disc_radius, (p - *disc).length());
         }
+        for region in &self.regions {
+            area -= region.area(p, radius);
+        }
         area.max(0.0)
     }
 
@@ -69,7 +85,7 @@ impl Domain {
 
     fn rectangle(origin: DVec3, u: DVec3, v: DVec3) -> Self {
         let size = DVec2::new(u.length(), v.length());
-        Self { origin, u: u / size.x, v: v / size.y, size, holes: Vec::new(), discs: Vec::new() }
+        Self { origin, u: u / size.x, v: v / size.y, size, holes: Vec::new(), discs: Vec::new(), regions: Vec::new() }
     }
 
     /// Takes away a polygon of the plane through `origin`.
@@ -80,6 +96,39 @@ impl Domain {
             hole.reverse();
         }
         self.holes.push(hole);
+    }
+
+    /// Takes away where closed meshes stand on the plane or reach through it, seen a hair's breadth to the `side` of
+    /// u x v, and mesh surfaces that lie in it.
+    fn cut_meshes(&mut self, kernel: &Kernel, side: f64) {
+        let Some(meshes) = &kernel.meshes else { return };
+        let normal = self.u.cross(self.v);
+        let height = normal.dot(self.origin);
+        let rings = meshes.section(normal, height + side * kernel.coinciding());
+        let flat = |p: DVec3| DVec2::new((p - self.origin).dot(self.u), (p - self.origin).dot(self.v));
+        let mut regions: Vec<Region> = rings
+            .iter()
+            .map(|ring| {
+                Region::new((0..ring.len()).map(|k| [flat(ring[k]), flat(ring[(k + 1) % ring.len()])]).collect())
+            })
+            .collect();
+        let facets = &meshes.facets;
+        for facet in 0..facets.len() {
+            let edges = facets.edges(facet);
+            let in_plane = |p: &DVec3| (normal.dot(*p) - height).abs() <= kernel.coinciding();
+            if edges.is_empty() || !edges.iter().flatten().all(in_plane) {
+                continue;
+            }
+            // the bottom of what stands on the plane is in its section already
+            let inside = meshes.point_of(facet);
+            if rings.iter().filter(|ring| contains(ring, inside, normal)).count() % 2 == 1 {
+                continue;
+            }
+            let same = facets.normals[facet].dot(normal) > 0.0;
+            let turned = |[a, b]: &[DVec3; 2]| if same { [flat(*a), flat(*b)] } else { [flat(*b), flat(*a)] };
+            regions.push(Region::new(edges.iter().map(turned).collect()));
+        }
+        self.regions = regions;
     }
 
     fn room_face(kernel: &Kernel, face: Face) -> Self {
@@ -107,11 +156,30 @@ impl Domain {
                 domain.cover(origin, &corners);
             }
         }
+        domain.cut_meshes(kernel, if face as usize % 2 == 1 { -1.0 } else { 1.0 });
         if face == Face::Ceiling {
             let flat = |p: DVec3| DVec2::new((p - origin).dot(domain.u), (p - origin).dot(domain.v));
             domain.discs = kernel.tubes.iter().map(|tube| (flat(tube.origin), tube.opening_radius)).collect();
         }
         domain
+    }
+}
+
+impl Region {
+    fn new(edges: Vec<[DVec2; 2]>) -> Self {
+        let corners = || edges.iter().flatten();
+        let low = corners().fold(DVec2::INFINITY, |low, p| low.min(*p));
+        let high = corners().fold(DVec2::NEG_INFINITY, |high, p| high.max(*p));
+        Self { edges, low, high }
+    }
+
+    /// Area in m2 within `radius` of a point.
+    fn area(&self, p: DVec2, radius: f64) -> f64 {
+        let apart = (self.low - p).max(p - self.high).max_element();
+        if apart >= radius {
+            return 0.0;
+        }
+        self.edges.iter().map(|[a, b]| disc_edge_area(radius, *a - p, *b - p)).sum()
     }
 }
 

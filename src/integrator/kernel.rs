@@ -3,12 +3,14 @@
 use glam::{DMat2, DVec2, DVec3};
 
 use super::luminaire::LuminaireKernel;
+use super::mesh_objects::{MeshHit, MeshKernel};
 use crate::guide::{BentGuide, DomedGuide, Guide, MeshGuide, MeshGuideError, Section, StraightGuide, dome::Pipe};
 use crate::optics::{Closure, Collector, Diffuser};
-use crate::scene::{BoxObject, Face, MeshTube, Room, Scene, StraightOrBent, Tube, TubeShape};
+use crate::scene::{BoxObject, Face, MeshObject, MeshTube, Room, Scene, StraightOrBent, Tube, TubeShape};
 use crate::sky::{Sky, Sun, direction};
 
-/// Number of a surface: 0..6 the faces of the room, then six for each box, then one for each luminaire.
+/// Number of a surface: 0..6 the faces of the room, then six for each box, then two for each facet of a mesh (its front
+/// and its back), then one for each luminaire.
 pub type SurfaceId = u32;
 
 /// Stands for no surface, e.g. where light comes out of an opening.
@@ -29,6 +31,7 @@ pub struct Kernel {
     /// Reflectance per surface; `None` is open.
     pub reflectance: Vec<Option<[f64; 3]>>,
     pub boxes: Vec<BoxKernel>,
+    pub meshes: Option<MeshKernel>,
     pub luminaires: Vec<LuminaireKernel>,
     pub tubes: Vec<TubeKernel>,
     /// Whether reflected light is followed.
@@ -81,14 +84,18 @@ pub enum Place {
 }
 
 impl Kernel {
-    /// `objects` false leaves the boxes out.
+    /// `objects` false leaves boxes and meshes out.
     pub fn new(scene: &Scene, interreflection: bool, guide_return: bool, objects: bool) -> Result<Self, KernelError> {
-        let Room { size, surfaces, boxes, luminaires } = &scene.room;
-        let boxes: &[BoxObject] = if objects { boxes } else { &[] };
+        let Room { size, surfaces, boxes, meshes, luminaires } = &scene.room;
+        let (boxes, meshes): (&[BoxObject], &[MeshObject]) = if objects { (boxes, meshes) } else { (&[], &[]) };
         let mut reflectance: Vec<_> = surfaces.iter().map(|surface| surface.map(|s| s.reflectance)).collect();
         for object in boxes {
             reflectance.extend(std::iter::repeat_n(Some(object.surface.reflectance), 6));
         }
+        let meshes = MeshKernel::new(meshes, *size, reflectance.len() as SurfaceId).map(|(meshes, of_surfaces)| {
+            reflectance.extend(of_surfaces.into_iter().map(Some));
+            meshes
+        });
         let first = reflectance.len() as SurfaceId;
         let luminaires: Vec<_> =
             (first..).zip(luminaires).map(|(surface, luminaire)| LuminaireKernel::new(luminaire, surface)).collect();
@@ -101,16 +108,18 @@ impl Kernel {
                 TubeKernel::new(description, size.z).map_err(|error| KernelError { tube, error })
             })
             .collect::<Result<_, _>>()?;
+        let objects = !boxes.is_empty() || meshes.is_some();
         let hanging = luminaires.iter().any(|luminaire| !lies_on_a_face(luminaire, *size));
         Ok(Self {
             sky: scene.daylight.as_ref().and_then(|daylight| daylight.sky.clone()),
             sun: scene.daylight.as_ref().and_then(|daylight| daylight.sun),
             size: *size,
             reflectance,
-            furnished: !boxes.is_empty() || !luminaires.is_empty(),
-            obstructed: !boxes.is_empty() || hanging,
-            luminaires_obstructed: !boxes.is_empty() || (hanging && luminaires.len() > 1),
+            furnished: objects || !luminaires.is_empty(),
+            obstructed: objects || hanging,
+            luminaires_obstructed: objects || (hanging && luminaires.len() > 1),
             boxes: boxes.iter().map(BoxKernel::new).collect(),
+            meshes,
             luminaires,
             tubes,
             interreflection,
@@ -163,6 +172,9 @@ impl Kernel {
         if !self.obstructed {
             return true;
         }
+        if self.meshes.as_ref().is_some_and(|meshes| meshes.blocks(a, b, 1.0 - ON_TARGET)) {
+            return false;
+        }
         let own = |surface: SurfaceId| (surface >= 6 && surface != NO_SURFACE).then(|| (surface as usize - 6) / 6);
         let (own_a, own_b) = (own(from), own(to));
         self.luminaires.iter().all(|luminaire| {
@@ -190,11 +202,18 @@ impl Kernel {
     }
 
     fn nearest_object(&self, origin: DVec3, direction: DVec3, within: f64, from: SurfaceId) -> Option<RoomHit> {
-        let hit = self.nearest_box(origin, direction, within, from);
+        let mut hit = self.nearest_box(origin, direction, within, from);
+        let mut within = hit.map_or(within, |hit| (hit.position - origin).dot(direction));
+        // what coincides with a wall lies on it
+        let on_mesh = self.meshes.as_ref().and_then(|meshes| meshes.intersect(origin, direction));
+        if let Some(on_mesh) = on_mesh.filter(|hit| hit.distance <= within + self.coinciding()) {
+            within = on_mesh.distance;
+            let MeshHit { position, normal, surface, .. } = on_mesh;
+            hit = Some(RoomHit { position, normal, place: Place::Surface(surface) });
+        }
         if self.luminaires.is_empty() {
             return hit;
         }
-        let within = hit.map_or(within, |hit| (hit.position - origin).dot(direction));
         self.nearest_luminaire(origin, direction, within, from).or(hit)
     }
 

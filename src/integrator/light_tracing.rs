@@ -523,7 +523,7 @@ mod tests {
         let grid = |estimate| Grid::new("grid".into(), 0.5, [7, 5], 0.1, [size.x, size.y], estimate);
         let scene = Scene {
             daylight: Some(Daylight { sky: None, sun: None, formula: ZenithFormula::GivenZenithLuminance }),
-            room: Room { size, surfaces: [None; 6], boxes: Vec::new(), luminaires: Vec::new() },
+            room: Room { size, surfaces: [None; 6], boxes: Vec::new(), meshes: Vec::new(), luminaires: Vec::new() },
             tubes: Vec::new(),
             grids: vec![grid(EstimateKind::Point), grid(EstimateKind::CellAverage)],
             views: Vec::new(),

@@ -9,6 +9,7 @@ pub mod kernel;
 pub mod light_path;
 pub mod light_tracing;
 pub mod luminaire;
+pub mod mesh_objects;
 pub mod photon_grid;
 pub mod sppm;
 

@@ -167,7 +167,9 @@ impl<const C: usize> Sppm<C> {
                 let direct =
                     self.diffuser_irradiance(maps, sensor, DVec3::Z, NO_SURFACE, SENSOR_CONNECTIONS, &mut random);
                 let electric = self.luminaire_irradiance(sensor, DVec3::Z, NO_SURFACE, SENSOR_STRATA, &mut random);
-                let gathered = density(&maps.planes[number], domain, sensor, maps.radius, 0);
+                let full = PI * maps.radius * maps.radius;
+                let gathered =
+                    density(&maps.planes[number], |radius| domain.area(sensor, radius), full, sensor, maps.radius, 0);
                 (direct.luminance() + electric.luminance() + gathered.irradiance.luminance(), gathered.bias)
             })
             .collect();
@@ -303,8 +305,18 @@ impl<const C: usize> Sppm<C> {
         surface: SurfaceId,
         random: &mut PathRandom,
     ) -> Gathered<C> {
-        let domain = &self.domains[surface as usize];
-        let mut gathered = density(&maps.surfaces, domain, position, maps.radius, surface);
+        let mut gathered = match self.kernel.meshes.as_ref().and_then(|meshes| Some((meshes, meshes.facet(surface)?))) {
+            Some((meshes, facet)) => {
+                let area = |radius| meshes.facets.area_within(facet, position, radius);
+                let full = meshes.facets.areas_m2[facet].min(PI * maps.radius * maps.radius);
+                density(&maps.surfaces, area, full, position, maps.radius, surface)
+            }
+            None => {
+                let domain = &self.domains[surface as usize];
+                let area = |radius| domain.area(position, radius);
+                density(&maps.surfaces, area, PI * maps.radius * maps.radius, position, maps.radius, surface)
+            }
+        };
         let direct = self.diffuser_irradiance(maps, position, normal, surface, POINT_CONNECTIONS, random);
         gathered.irradiance += direct;
         gathered.irradiance += self.luminaire_irradiance(position, normal, surface, POINT_STRATA, random);
@@ -408,17 +420,19 @@ impl<const C: usize> Sppm<C> {
     }
 }
 
-/// Irradiance by density estimation on a clipped disc, with its bias estimated from the half of the disc's area.
+/// Irradiance by density estimation on a clipped disc, with its bias estimated from the half of the disc's area; `area` of
+/// the disc of a radius, at most `full`.
 fn density<const C: usize>(
     photons: &PhotonGrid<C>,
-    domain: &Domain,
+    area: impl Fn(f64) -> f64,
+    full: f64,
     centre: DVec3,
     radius: f64,
     surface: SurfaceId,
 ) -> Gathered<C> {
     let half_radius = radius * std::f64::consts::FRAC_1_SQRT_2;
-    let (whole_area, half_area) = (domain.area(centre, radius), domain.area(centre, half_radius));
-    let least = LEAST_KERNEL * PI * radius * radius;
+    let (whole_area, half_area) = (area(radius), area(half_radius));
+    let least = LEAST_KERNEL * full;
     if whole_area < least || half_area < least {
         return Gathered { irradiance: Spectrum::ZERO, bias: 0.0 };
     }

@@ -146,7 +146,9 @@ fn called_for(scene: &Scene, kind: EffectKind) -> Result<String, &'static str> {
             }
         }
         EffectKind::Interreflection => {
-            let surfaces = scene.room.surfaces.iter().flatten().chain(scene.room.boxes.iter().map(|b| &b.surface));
+            let of_boxes = scene.room.boxes.iter().map(|object| &object.surface);
+            let of_meshes = scene.room.meshes.iter().flat_map(|object| &object.surfaces);
+            let surfaces = scene.room.surfaces.iter().flatten().chain(of_boxes).chain(of_meshes);
             let brightest = surfaces.flat_map(|surface| surface.reflectance).fold(0.0, f64::max);
             if brightest > 0.0 {
                 Ok(format!("surfaces reflect up to {:.0} %", 100.0 * brightest))
@@ -154,7 +156,7 @@ fn called_for(scene: &Scene, kind: EffectKind) -> Result<String, &'static str> {
                 Err("every surface is black")
             }
         }
-        EffectKind::Objects => match scene.room.boxes.len() {
+        EffectKind::Objects => match scene.room.boxes.len() + scene.room.meshes.len() {
             0 => Err("the room is empty, and a box is convex: nothing stands between two of its points"),
             count => Ok(format!("{count} in the room")),
         },

@@ -5,6 +5,7 @@
 
 pub mod camera;
 pub mod luminaire;
+pub mod mesh_object;
 pub mod room;
 pub mod sensors;
 pub mod tube;
@@ -14,6 +15,7 @@ use crate::sky::{Sky, Sun};
 
 pub use camera::View;
 pub use luminaire::Luminaire;
+pub use mesh_object::MeshObject;
 pub use room::{BoxObject, Face, Room};
 pub use sensors::{EstimateKind, Grid};
 pub use tube::{MeshTube, Segment, StraightOrBent, Tube, TubeShape};

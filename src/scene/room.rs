@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::Luminaire;
+use super::{Luminaire, MeshObject};
 use crate::optics::Surface;
 
 /// A box room from (0, 0, 0) to `size` in metres.
@@ -12,6 +12,7 @@ pub struct Room {
     /// Surfaces indexed by [`Face`]; `None` is open: light leaves, a camera may look in.
     pub surfaces: [Option<Surface>; 6],
     pub boxes: Vec<BoxObject>,
+    pub meshes: Vec<MeshObject>,
     pub luminaires: Vec<Luminaire>,
 }
 

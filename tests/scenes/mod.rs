@@ -59,7 +59,13 @@ pub fn cube(
     let surfaces = [surface(walls), surface(walls), surface(walls), surface(walls), surface(floor), surface(ceiling)];
     Scene {
         daylight: Some(daylight),
-        room: Room { size: DVec3::splat(SIDE), surfaces, boxes: Vec::new(), luminaires: Vec::new() },
+        room: Room {
+            size: DVec3::splat(SIDE),
+            surfaces,
+            boxes: Vec::new(),
+            meshes: Vec::new(),
+            luminaires: Vec::new(),
+        },
         tubes,
         grids: vec![Grid::new("floor".into(), 0.0, [9, 9], 0.0, [SIDE, SIDE], estimate)],
         views: Vec::new(),

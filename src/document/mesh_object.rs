@@ -1,0 +1,95 @@
+//! Mesh objects: the mesh of a document's object against its surfaces and the room.
+
+use std::collections::BTreeMap;
+
+use glam::{DVec2, DVec3};
+
+use super::MeshSource;
+use super::convert::surface;
+use super::pointer::{Checks, escape};
+use super::room::{ObjectDocument, SurfaceDocument};
+use super::tube::Unit;
+use super::validate::TOUCHING_M;
+use crate::geometry::TriangleMesh;
+use crate::optics::Surface;
+use crate::scene::MeshObject;
+
+/// The object at `pointer` in the frame of a room of `size_m`; `None` when it is no mesh, or after an error.
+pub fn mesh_object(
+    pointer: &str,
+    object: &ObjectDocument,
+    size_m: [f64; 3],
+    meshes: &dyn MeshSource,
+    checks: &mut Checks,
+) -> Option<MeshObject> {
+    let ObjectDocument::Mesh { mesh: id, unit, position_m, rotation_deg, surfaces: by_name } = object else {
+        return None;
+    };
+    let in_file_units = match meshes.load(id) {
+        Ok(mesh) => mesh,
+        Err(detail) => {
+            checks.refuse(format!("{pointer}/mesh"), detail);
+            return None;
+        }
+    };
+    let errors_before = checks.errors.len();
+    let mut mesh = in_file_units.scaled(unit.metres());
+    let turn = DVec2::from_angle(-rotation_deg.to_radians());
+    for position in &mut mesh.positions {
+        *position = turn.rotate(position.truncate()).extend(position.z) + DVec3::from(*position_m);
+    }
+    let surfaces = surfaces(pointer, by_name, &mesh, checks);
+    check_extent(pointer, *unit, &mesh, size_m, checks);
+    for position in &mut mesh.positions {
+        // what touches a wall up to rounding must not reach behind it
+        *position = position.clamp(DVec3::ZERO, DVec3::from(size_m));
+    }
+    (checks.errors.len() == errors_before).then_some(MeshObject { mesh, surfaces })
+}
+
+/// One surface per material of the mesh; names on either side without a partner are errors.
+fn surfaces(
+    pointer: &str,
+    by_name: &BTreeMap<String, SurfaceDocument>,
+    mesh: &TriangleMesh,
+    checks: &mut Checks,
+) -> Vec<Surface> {
+    let names = || mesh.materials.iter().map(|name| format!("{name:?}")).collect::<Vec<_>>().join(", ");
+    for name in by_name.keys().filter(|name| !mesh.materials.contains(name)) {
+        let detail = format!("the mesh has no material of this name; it has {}", names());
+        checks.refuse(format!("{pointer}/surfaces/{}", escape(name)), detail);
+    }
+    let mut surfaces = Vec::with_capacity(mesh.materials.len());
+    for name in &mesh.materials {
+        match by_name.get(name).and_then(surface) {
+            Some(surface) => surfaces.push(surface),
+            None => {
+                let detail = format!("the mesh's material {name:?} has no surface; its materials are {}", names());
+                checks.refuse(format!("{pointer}/surfaces"), detail);
+            }
+        }
+    }
+    surfaces
+}
+
+fn check_extent(pointer: &str, unit: Unit, mesh: &TriangleMesh, size_m: [f64; 3], checks: &mut Checks) {
+    let unit = serde_json::to_string(&unit).unwrap_or_default();
+    let unit = format!("with the unit `{}`", unit.trim_matches('"'));
+    if mesh.positions.iter().any(|position| !position.is_finite()) {
+        checks.refuse(format!("{pointer}/mesh"), format!("{unit}, coordinates must be finite"));
+        return;
+    }
+    let Some((low, high)) = mesh.bounds() else {
+        checks.refuse(format!("{pointer}/mesh"), "the mesh is empty");
+        return;
+    };
+    for (axis, size) in size_m.into_iter().enumerate() {
+        if low[axis] < -TOUCHING_M || high[axis] > size + TOUCHING_M {
+            let detail = format!(
+                "{unit}, the mesh must be inside the room (0..{size} m), but reaches from {} m to {} m",
+                low[axis], high[axis]
+            );
+            checks.refuse(format!("{pointer}/position_m/{axis}"), detail);
+        }
+    }
+}

@@ -1,0 +1,117 @@
+//! Mesh objects as they are traced: opaque triangles, diffuse on both sides.
+
+use glam::DVec3;
+
+use super::kernel::SurfaceId;
+use crate::geometry::bvh::TriangleBvh;
+use crate::geometry::facets::Facets;
+use crate::geometry::section::section;
+use crate::scene::MeshObject;
+
+/// Share of the room's diagonal by which light starts before a triangle: far more than the rounding of a hit, so that no
+/// ray meets the facet that it leaves, and far less than any gap.
+const CLEARANCE: f64 = 1e-11;
+
+/// Corners within this share of the room's diagonal of a facet's plane belong to it.
+const PLANE_TOLERANCE: f64 = 1e-6;
+
+/// All mesh objects of a room.
+#[derive(Debug)]
+pub struct MeshKernel {
+    bvh: TriangleBvh,
+    /// Unit normal of each triangle.
+    normals: Vec<DVec3>,
+    positions: Vec<DVec3>,
+    triangles: Vec<[u32; 3]>,
+    pub facets: Facets,
+    /// Number of the first surface; each facet has two, its front and its back.
+    first: SurfaceId,
+    clearance: f64,
+}
+
+/// Where a ray meets a mesh.
+#[derive(Clone, Copy, Debug)]
+pub struct MeshHit {
+    pub distance: f64,
+    /// A hair's breadth before the triangle.
+    pub position: DVec3,
+    /// On the ray's side.
+    pub normal: DVec3,
+    pub surface: SurfaceId,
+}
+
+impl MeshKernel {
+    /// All objects of a room of `size` and the reflectances of their surfaces, numbered from `first`; `None` without.
+    pub fn new(objects: &[MeshObject], size: DVec3, first: SurfaceId) -> Option<(Self, Vec<[f64; 3]>)> {
+        let (mut positions, mut triangles) = (Vec::new(), Vec::new());
+        let (mut kinds, mut reflectances) = (Vec::new(), Vec::new());
+        for object in objects {
+            let (corner, kind) = (positions.len() as u32, reflectances.len() as u32);
+            positions.extend(&object.mesh.positions);
+            triangles.extend(object.mesh.triangles.iter().map(|triangle| triangle.map(|k| k + corner)));
+            kinds.extend(object.mesh.triangle_materials.iter().map(|material| material + kind));
+            reflectances.extend(object.surfaces.iter().map(|surface| surface.reflectance));
+        }
+        if triangles.is_empty() {
+            return None;
+        }
+        let corners: Vec<[DVec3; 3]> = triangles.iter().map(|t| t.map(|corner| positions[corner as usize])).collect();
+        let normal = |[a, b, c]: &[DVec3; 3]| (*b - *a).cross(*c - *a).try_normalize().unwrap_or(DVec3::Z);
+        let facets = Facets::new(&positions, &triangles, &kinds, PLANE_TOLERANCE * size.length());
+        let mut of_facets = vec![[0.0; 3]; facets.len()];
+        for (triangle, facet) in facets.of_triangle.iter().enumerate() {
+            of_facets[*facet as usize] = reflectances[kinds[triangle] as usize];
+        }
+        let of_surfaces = of_facets.iter().flat_map(|reflectance| [*reflectance; 2]).collect();
+        let kernel = Self {
+            bvh: TriangleBvh::new(&corners),
+            normals: corners.iter().map(normal).collect(),
+            positions,
+            triangles,
+            facets,
+            first,
+            clearance: CLEARANCE * size.length(),
+        };
+        Some((kernel, of_surfaces))
+    }
+
+    /// The facet of a surface.
+    pub fn facet(&self, surface: SurfaceId) -> Option<usize> {
+        let facet = surface.checked_sub(self.first)? as usize / 2;
+        (facet < self.facets.len()).then_some(facet)
+    }
+
+    /// A point inside a facet.
+    pub fn point_of(&self, facet: usize) -> DVec3 {
+        let corners = self.triangles[self.facets.largest[facet] as usize];
+        corners.iter().map(|corner| self.positions[*corner as usize]).sum::<DVec3>() / 3.0
+    }
+
+    /// The nearest triangle along the unit vector `direction`.
+    #[inline]
+    pub fn intersect(&self, origin: DVec3, direction: DVec3) -> Option<MeshHit> {
+        let hit = self.bvh.nearest(origin, direction, None)?;
+        let triangle = hit.triangle as usize;
+        let facet = self.facets.of_triangle[triangle];
+        let normal = self.normals[triangle];
+        // no negative zeros: the frame around a normal must not depend on the winding
+        let normal = (if normal.dot(direction) > 0.0 { -normal } else { normal }) + DVec3::ZERO;
+        let back = u32::from(self.facets.normals[facet as usize].dot(normal) < 0.0);
+        let on_plane = self.positions[self.triangles[triangle][0] as usize];
+        let position = origin + direction * hit.distance;
+        let position = position + normal * (self.clearance - normal.dot(position - on_plane));
+        Some(MeshHit { distance: hit.distance, position, normal, surface: self.first + 2 * facet + back })
+    }
+
+    /// Whether a triangle is met before the share `until` of the way from `a` to `b`.
+    #[inline]
+    pub fn blocks(&self, a: DVec3, b: DVec3, until: f64) -> bool {
+        let length = (b - a).length();
+        length > 0.0 && self.bvh.any_within(a, (b - a) / length, until * length)
+    }
+
+    /// Outlines of the solid parts in the plane normal . p = `height`.
+    pub fn section(&self, normal: DVec3, height: f64) -> Vec<Vec<DVec3>> {
+        section(&self.positions, &self.triangles, normal, height)
+    }
+}

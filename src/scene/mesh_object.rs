@@ -1,0 +1,13 @@
+//! Objects given as triangle meshes.
+
+use crate::geometry::TriangleMesh;
+use crate::optics::Surface;
+
+/// A mesh that stands in the room: opaque, diffuse on both sides, flat between its edges.
+#[derive(Clone, Debug)]
+pub struct MeshObject {
+    /// In metres in the room frame, inside the room.
+    pub mesh: TriangleMesh,
+    /// One per material of the mesh, in the mesh's order.
+    pub surfaces: Vec<Surface>,
+}
