@@ -20,7 +20,8 @@ const PIXELS: usize = 4;
 const PASSES: u64 = 64;
 
 /// Every block's luminance within 5 combined standard errors (with 63 degrees of freedom, a false alarm in 1024 blocks has
-/// a probability of 0.5 %), SPPM's estimated bias included; the mean of each channel within 0.5 %.
+/// a probability of 0.5 %), SPPM's estimated bias included; the mean of each
+/// channel within 4 standard errors and the 0.13 % by which the reference's own renderers differ.
 #[test]
 fn agrees_with_the_reference() {
     let mut document = reference::json("scenes/S4.json");
@@ -85,7 +86,7 @@ fn agrees_with_the_reference() {
         let expected = truth["mean_rgb"][channel].as_f64().unwrap();
         let (mean, error) = (channels[channel].mean, channels[channel].standard_error());
         println!("channel {channel}: {mean:.6} +- {error:.6}, reference {expected:.6}");
-        assert!((mean / expected - 1.0).abs() < 0.005 && error < 0.001 * expected);
+        assert!((mean - expected).abs() < 4.0 * error + 0.0013 * expected && error < 0.005 * expected);
     }
     assert!(lit > 900 && worst.0 < 5.0);
 }
