@@ -7,7 +7,7 @@ use utoipa::ToSchema;
 use super::coefficient::Coefficient;
 use super::daylight::daylight;
 use super::job::{EffectSwitch, JobDocument};
-use super::mesh_object::mesh_object;
+use super::mesh_object::mesh_objects;
 use super::mesh_tube::mesh_tube;
 use super::pointer::Checks;
 use super::room::{ObjectDocument, RoomDocument, SurfaceDocument};
@@ -18,7 +18,7 @@ use crate::guide::Section;
 use crate::optics::{Collector, Diffuser, DiffuserZone, Surface};
 use crate::plan::effects::EffectKind;
 use crate::scene::{
-    BoxObject, Channels, Face, Grid, Luminaire, MeshObject, Room, Scene, Segment, StraightOrBent, Tube, TubeShape, View,
+    BoxObject, Channels, Face, Grid, Luminaire, Room, Scene, Segment, StraightOrBent, Tube, TubeShape, View,
 };
 use crate::sky::zenith::ZenithFormula;
 
@@ -144,13 +144,7 @@ pub fn to_scene(
         .enumerate()
         .filter_map(|(index, tube)| tube_of(&format!("/tubes/{index}"), tube, meshes, &mut checks))
         .unzip();
-    let objects = document.room.objects.iter().enumerate();
-    let meshes: Vec<MeshObject> = objects
-        .filter_map(|(index, object)| {
-            let pointer = format!("/room/objects/{index}");
-            mesh_object(&pointer, object, document.room.size_m, meshes, &mut checks)
-        })
-        .collect();
+    let meshes = mesh_objects(&document.room, meshes, &mut checks);
     let views = views(document, &mut checks);
     if !checks.errors.is_empty() {
         return Err(DocumentErrors(checks.errors));

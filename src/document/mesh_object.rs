@@ -7,15 +7,36 @@ use glam::{DVec2, DVec3};
 use super::MeshSource;
 use super::convert::surface;
 use super::pointer::{Checks, escape};
-use super::room::{ObjectDocument, SurfaceDocument};
+use super::room::{ObjectDocument, RoomDocument, SurfaceDocument};
 use super::tube::Unit;
 use super::validate::TOUCHING_M;
 use crate::geometry::TriangleMesh;
 use crate::optics::Surface;
 use crate::scene::MeshObject;
 
+/// Triangles of all objects of a room together, each copy counted.
+const MOST_TRIANGLES: usize = 2_000_000;
+
+/// The meshes of a room, in its frame; those after an error may be missing.
+pub fn mesh_objects(room: &RoomDocument, meshes: &dyn MeshSource, checks: &mut Checks) -> Vec<MeshObject> {
+    let mut objects = Vec::new();
+    let mut triangles = 0;
+    for (index, object) in room.objects.iter().enumerate() {
+        let pointer = format!("/room/objects/{index}");
+        let Some(object) = mesh_object(&pointer, object, room.size_m, meshes, checks) else { continue };
+        triangles += object.mesh.triangles.len();
+        if triangles > MOST_TRIANGLES {
+            let detail = format!("the meshes of all objects have more than {MOST_TRIANGLES} triangles together");
+            checks.refuse(format!("{pointer}/mesh"), detail);
+            break;
+        }
+        objects.push(object);
+    }
+    objects
+}
+
 /// The object at `pointer` in the frame of a room of `size_m`; `None` when it is no mesh, or after an error.
-pub fn mesh_object(
+fn mesh_object(
     pointer: &str,
     object: &ObjectDocument,
     size_m: [f64; 3],

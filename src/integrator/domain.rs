@@ -152,7 +152,7 @@ impl Domain {
         }
         for luminaire in &kernel.luminaires {
             let corners = luminaire.corners();
-            if corners.iter().all(|p| (p[axis] - origin[axis]).abs() <= tolerance) {
+            if corners.iter().all(|p| (p[axis] - origin[axis]).abs() <= kernel.coinciding()) {
                 domain.cover(origin, &corners);
             }
         }

@@ -196,6 +196,12 @@ impl Kernel {
         })
     }
 
+    /// Height in metres above a plane within which a flight that ends there has reached it: light ends a hair's breadth
+    /// before a mesh, and a grid may lie on it.
+    pub fn contact(&self) -> f64 {
+        self.meshes.as_ref().map_or(0.0, |meshes| 2.0 * meshes.clearance)
+    }
+
     /// Distance in metres within which surfaces coincide.
     pub fn coinciding(&self) -> f64 {
         COINCIDING * self.size.length()
@@ -240,7 +246,7 @@ impl Kernel {
             }
         }
         nearest.map(|(distance, luminaire)| RoomHit {
-            position: (origin + direction * distance).clamp(DVec3::ZERO, self.size),
+            position: luminaire.onto_plane(origin + direction * distance).clamp(DVec3::ZERO, self.size),
             normal: if luminaire.normal.dot(direction) < 0.0 { luminaire.normal } else { -luminaire.normal },
             place: Place::Surface(luminaire.surface),
         })

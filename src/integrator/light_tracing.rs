@@ -64,6 +64,10 @@ pub struct LightTracing<const C: usize> {
     emission: Emission,
     sensors: Vec<SensorPlane>,
     seed: Key,
+    /// Height above a plane at which it counts as reached.
+    contact: f64,
+    /// Light straight from luminaires at the sensors of point grids, in lux; empty unless it has a closed form.
+    direct: Vec<f64>,
     /// The widest vectors of this machine; the same bits as without, as nothing is contracted.
     vectors: pulp::Arch,
 }
@@ -100,7 +104,31 @@ impl<const C: usize> LightTracing<C> {
                 plane
             })
             .collect();
-        Self { kernel, emission, sensors, seed: Key::new(seed), vectors: pulp::Arch::new() }
+        let mut method = Self {
+            contact: kernel.contact(),
+            kernel,
+            emission,
+            sensors,
+            seed: Key::new(seed),
+            direct: Vec::new(),
+            vectors: pulp::Arch::new(),
+        };
+        if method.lambert() {
+            method.direct = method.at_points();
+        }
+        method
+    }
+
+    /// Light straight from luminaires at every sensor of a point grid.
+    fn at_points(&self) -> Vec<f64> {
+        let mut direct = vec![0.0; self.sensor_count()];
+        for plane in self.sensors.iter().filter(|plane| !plane.average) {
+            let of_plane = &mut direct[plane.first..plane.first + plane.len()];
+            of_plane.par_iter_mut().enumerate().for_each(|(index, lux)| {
+                *lux = self.from_luminaires(DVec3::new(plane.x[index], plane.y[index], plane.height));
+            });
+        }
+        direct
     }
 
     fn sensor_count(&self) -> usize {
@@ -128,13 +156,18 @@ impl<const C: usize> LightTracing<C> {
         !self.kernel.luminaires.is_empty() && !self.kernel.luminaires_obstructed
     }
 
-    /// Light straight from luminaires at sensor `index`, in lux: at a random point of the cell, or at the sensor itself.
-    fn from_luminaires(&self, plane: &SensorPlane, index: usize, pass: Key) -> f64 {
-        let mut sensor = DVec3::new(plane.x[index], plane.y[index], plane.height);
-        if plane.average {
+    /// Light straight from luminaires at a random point of each cell of an average, in lux.
+    fn add_to_cells(&self, plane: &SensorPlane, pass: Key, lux: &mut [f64]) {
+        lux.par_iter_mut().enumerate().for_each(|(index, lux)| {
             let [u, v] = PathRandom::new(pass.child(CELL_STREAM + (plane.first + index) as u64)).uniform2();
-            sensor += DVec3::new((u - 0.5) * plane.cell[0], (v - 0.5) * plane.cell[1], 0.0);
-        }
+            let centre = DVec3::new(plane.x[index], plane.y[index], plane.height);
+            let offset = DVec3::new((u - 0.5) * plane.cell[0], (v - 0.5) * plane.cell[1], 0.0);
+            *lux += self.from_luminaires(centre + offset);
+        });
+    }
+
+    /// Light straight from luminaires at a point that looks up, in lux.
+    fn from_luminaires(&self, sensor: DVec3) -> f64 {
         let direct = |luminaire: &LuminaireKernel| luminaire.irradiance::<C>(sensor, DVec3::Z).luminance();
         self.kernel.luminaires.iter().map(direct).sum()
     }
@@ -180,10 +213,9 @@ impl<const C: usize> Integrator for LightTracing<C> {
             account.add(&chunk_account);
         }
         if self.lambert() {
-            for plane in &self.sensors {
-                for (index, lux) in lux[plane.first..plane.first + plane.len()].iter_mut().enumerate() {
-                    *lux += self.from_luminaires(plane, index, key);
-                }
+            lux.iter_mut().zip(&self.direct).for_each(|(sum, direct)| *sum += direct);
+            for plane in self.sensors.iter().filter(|plane| plane.average) {
+                self.add_to_cells(plane, key, &mut lux[plane.first..plane.first + plane.len()]);
             }
         }
         let specular = self.kernel.tubes.iter().any(|tube| tube.diffuser.specular_zone(tube.opening_radius).is_some());
@@ -265,7 +297,8 @@ impl<const C: usize> Visitor<C> for Tally<'_, C> {
             return;
         }
         for plane in self.method.sensors.iter().filter(|plane| plane.average) {
-            if flight.from.z <= plane.height || flight.to.z > plane.height {
+            let level = plane.height + self.method.contact;
+            if flight.from.z <= level || flight.to.z > level {
                 continue;
             }
             let share = (flight.from.z - plane.height) / (flight.from.z - flight.to.z);

@@ -48,6 +48,14 @@ impl LuminaireKernel {
         self.corner + self.edge_u * u + self.edge_v * v
     }
 
+    /// A point near the rectangle, exactly on its plane where that is normal to an axis: a grid may lie in it.
+    pub fn onto_plane(&self, mut point: DVec3) -> DVec3 {
+        for axis in (0..3).filter(|axis| self.normal[*axis].abs() == 1.0) {
+            point[axis] = self.corner[axis];
+        }
+        point
+    }
+
     /// Corners, counter-clockwise seen from the side that emits.
     pub fn corners(&self) -> [DVec3; 4] {
         [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]].map(|point| self.point(point))

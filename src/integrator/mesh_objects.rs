@@ -26,7 +26,8 @@ pub struct MeshKernel {
     pub facets: Facets,
     /// Number of the first surface; each facet has two, its front and its back.
     first: SurfaceId,
-    clearance: f64,
+    /// Distance in metres by which light ends before a triangle.
+    pub clearance: f64,
 }
 
 /// Where a ray meets a mesh.

@@ -129,7 +129,8 @@ impl<const C: usize> Sppm<C> {
                 if cancel.load(Ordering::Relaxed) {
                     return None;
                 }
-                let mut store = Store::new(&self.grids, self.kernel.tubes.len(), !self.views.is_empty());
+                let mut store =
+                    Store::new(&self.grids, self.kernel.tubes.len(), self.kernel.contact(), !self.views.is_empty());
                 let mut account = Account::new(self.kernel.tubes.len());
                 for number in chunk * PHOTON_CHUNK..((chunk + 1) * PHOTON_CHUNK).min(photons) {
                     let (photon, mut samples) = self.emission.photon(&self.kernel, key, number);
@@ -140,7 +141,7 @@ impl<const C: usize> Sppm<C> {
                 Some((store, account))
             })
             .collect();
-        let mut all = Store::new(&self.grids, self.kernel.tubes.len(), !self.views.is_empty());
+        let mut all = Store::new(&self.grids, self.kernel.tubes.len(), self.kernel.contact(), !self.views.is_empty());
         let mut account = Account::new(self.kernel.tubes.len());
         for (store, part) in chunks? {
             all.append(store);
@@ -450,6 +451,8 @@ fn is_direct(origin: Origin) -> bool {
 /// Photons that one pass keeps.
 struct Store<const C: usize> {
     heights: Vec<f64>,
+    /// Height above a plane at which it counts as reached.
+    contact: f64,
     keeps_surfaces: bool,
     surfaces: Vec<Photon<C>>,
     planes: Vec<Vec<Photon<C>>>,
@@ -457,9 +460,10 @@ struct Store<const C: usize> {
 }
 
 impl<const C: usize> Store<C> {
-    fn new(grids: &[Grid], tubes: usize, keeps_surfaces: bool) -> Self {
+    fn new(grids: &[Grid], tubes: usize, contact: f64, keeps_surfaces: bool) -> Self {
         Self {
             heights: grids.iter().map(|grid| grid.height_m).collect(),
+            contact,
             keeps_surfaces,
             surfaces: Vec::new(),
             planes: vec![Vec::new(); grids.len()],
@@ -493,7 +497,8 @@ impl<const C: usize> Visitor<C> for Store<C> {
             return;
         }
         for (height, photons) in self.heights.iter().zip(&mut self.planes) {
-            if flight.from.z > *height && flight.to.z <= *height {
+            let level = height + self.contact;
+            if flight.from.z > level && flight.to.z <= level {
                 let share = (flight.from.z - height) / (flight.from.z - flight.to.z);
                 let crossing: DVec2 = flight.from.truncate().lerp(flight.to.truncate(), share);
                 photons.push(Photon { position: crossing.extend(*height), surface: 0, flux: flight.flux });

@@ -10,12 +10,15 @@ use crate::scene::Scene;
 pub fn seconds_per_pass(scene: &Scene, plan: &Plan) -> f64 {
     let per_path =
         plan.guides.iter().map(|guide| if guide.kind == "mesh" { 8e-6 } else { 0.5e-6 }).fold(0.5e-6, f64::max);
+    // rays among the triangles of objects, along paths and from each vertex to each sensor
+    let (per_path, per_connection) =
+        if scene.room.meshes.is_empty() { (per_path, 10e-9) } else { (per_path + 4e-6, 500e-9) };
     let sensors: usize = scene.grids.iter().map(|grid| grid.len()).sum();
     let pixels: usize = scene.views.iter().map(|view| view.size_px[0] * view.size_px[1]).sum();
     let methods: &Methods = &plan.methods;
     let of = |method: &Method, sensors: usize, pixels: usize| match method {
         Method::LightTracing(settings) => {
-            settings.photons_per_pass as f64 * (per_path + 10e-9 * sensors.min(1024) as f64)
+            settings.photons_per_pass as f64 * (per_path + per_connection * sensors.min(1024) as f64)
         }
         Method::Sppm(settings) => {
             settings.photons_per_pass as f64 * (per_path + 0.5e-6) + 2.5e-6 * pixels as f64 + 30e-6 * sensors as f64
