@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 use skyduct::cli::mesh_files::MeshFiles;
 use skyduct::document::{DocumentErrors, JobDocument, MeshSource, to_scene};
 use skyduct::geometry::TriangleMesh;
-use skyduct::optics::Collector;
+use skyduct::optics::{Collector, Diffuser};
 use skyduct::scene::{Channels, Face, TubeShape};
 
 /// The thesis' room with every field that the engine can do.
@@ -732,4 +732,52 @@ fn mirrors_may_depend_on_the_angle() {
     let document = with(base(), "/tubes/0", mesh_tube());
     let on_cover = with(document, "/tubes/0/parts/cover/reflectance", table);
     refused(&on_cover, "/tubes/0/parts/cover/reflectance", "not a table");
+}
+
+#[test]
+fn measured_diffusers_are_read_and_judged() {
+    let table = json!({
+        "kind": "measured", "incidence_deg": [0, 60, 90], "exit_deg": [0, 30, 90],
+        "btdf_per_sr": [[0.3, 0.2, 0.1], [0.2, 0.2, 0.1], [0, 0, 0]], "brdf_per_sr": [[0.1, 0.1, 0.1], [0.1, 0.1, 0.1], [0.3, 0.3, 0.3]]
+    });
+    let document = |table: Value| with(base(), "/tubes/0/diffuser", table);
+    let parsed = JobDocument::parse(document(table.clone()).to_string().as_bytes()).unwrap();
+    let (scene, ..) = to_scene(&parsed, &SquarePipe).unwrap();
+    let Diffuser::Measured(measured) = &scene.tubes[0].diffuser else { panic!("not measured") };
+    assert_eq!(measured.per_sr(true, 1.0, 1.0), 0.3);
+    let [_, back] = measured.shares(1.0);
+    assert!((back - 0.1 * std::f64::consts::PI).abs() < 1e-12);
+    let mut on_mesh = mesh_tube();
+    on_mesh["parts"]["diffuser"] = table.clone();
+    on_mesh["parts"]["diffuser"]["role"] = json!("diffuser");
+    let (on_mesh, ..) = {
+        let document = with(base(), "/tubes/0", on_mesh);
+        to_scene(&JobDocument::parse(document.to_string().as_bytes()).unwrap(), &SquarePipe).unwrap()
+    };
+    assert_eq!(on_mesh.tubes[0].diffuser, scene.tubes[0].diffuser);
+    let cases = [
+        // 2 pi int 0.35 cos sin = 1.0996, which with the reflected tenth of pi is more
+        (
+            "/btdf_per_sr/1",
+            json!([0.35, 0.35, 0.35]),
+            "/btdf_per_sr/1",
+            "at incidence 60 degrees the diffuser sends out 1.41",
+        ),
+        ("/btdf_per_sr", json!([[0, 0, 0], [0, 0, 0]]), "/btdf_per_sr", "one row for each of the 3"),
+        ("/brdf_per_sr/2", json!([0, 0]), "/brdf_per_sr/2", "one value for each of the 3"),
+        ("/btdf_per_sr/0/1", json!(-0.1), "/btdf_per_sr/0/1", "0..1000000000"),
+        ("/exit_deg/2", json!(80), "/exit_deg/2", "must be 90"),
+        ("/incidence_deg/1", json!(0), "/incidence_deg/1", "larger"),
+        ("/exit_deg", Value::Null, "/exit_deg", "missing"),
+        ("/transmittance", json!(0.5), "/transmittance", "not a field of"),
+    ];
+    for (field, value, pointer, detail) in cases {
+        let bad = document(with(table.clone(), field, value));
+        refused(&bad, &format!("/tubes/0/diffuser{pointer}"), detail);
+    }
+    refused(
+        &with(base(), "/tubes/0/diffuser/exit_deg", json!([0, 90])),
+        "/tubes/0/diffuser/exit_deg",
+        "not a field of",
+    );
 }

@@ -289,6 +289,12 @@ pub(super) fn diffuser(diffuser: &DiffuserDocument) -> Diffuser {
             lambertian_reflectance: lambertian_reflectance.rgb(),
             clear_transmittance: clear_transmittance.rgb(),
         },
+        // the validation has built the table before; a bad one would let nothing pass
+        DiffuserDocument::Measured(ref table) => {
+            table.diffuser().map_or(Diffuser::Lambertian { transmittance: [0.0; 3], reflectance: [0.0; 3] }, |table| {
+                Diffuser::Measured(table.into())
+            })
+        }
     }
 }
 
@@ -362,7 +368,7 @@ fn tube_coefficients(tube: &TubeDocument) -> Vec<Coefficient> {
 
 fn diffuser_coefficients(diffuser: &DiffuserDocument) -> Vec<Coefficient> {
     match *diffuser {
-        DiffuserDocument::Open => vec![],
+        DiffuserDocument::Open | DiffuserDocument::Measured(_) => vec![],
         DiffuserDocument::Clear { transmittance } => vec![transmittance],
         DiffuserDocument::Lambertian { transmittance, reflectance } => vec![transmittance, reflectance],
         DiffuserDocument::Mixed { lambertian_transmittance, lambertian_reflectance, clear_transmittance, .. } => {

@@ -8,6 +8,7 @@ pub mod coefficient;
 pub mod convert;
 mod daylight;
 pub mod job;
+pub mod measured;
 mod mesh_object;
 mod mesh_tube;
 pub mod method;

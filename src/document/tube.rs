@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use super::coefficient::Coefficient;
+use super::measured::MeasuredDocument;
 use super::mirror::MirrorDocument;
 use super::parse::{Misfit, absent, required};
 
@@ -227,7 +228,7 @@ impl TryFrom<RawCollector> for CollectorDocument {
 }
 
 /// What closes a tube in the plane of the ceiling; `transmittance + reflectance <= 1`.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(tag = "kind", rename_all = "snake_case", try_from = "RawDiffuser")]
 pub enum DiffuserDocument {
     Open,
@@ -250,6 +251,7 @@ pub enum DiffuserDocument {
         lambertian_reflectance: Coefficient,
         clear_transmittance: Coefficient,
     },
+    Measured(MeasuredDocument),
 }
 
 /// A zone of a mixed diffuser.
@@ -267,6 +269,7 @@ enum DiffuserKind {
     Clear,
     Lambertian,
     Mixed,
+    Measured,
 }
 
 #[derive(Deserialize)]
@@ -280,6 +283,10 @@ struct RawDiffuser {
     lambertian_transmittance: Option<Coefficient>,
     lambertian_reflectance: Option<Coefficient>,
     clear_transmittance: Option<Coefficient>,
+    incidence_deg: Option<Vec<f64>>,
+    exit_deg: Option<Vec<f64>>,
+    btdf_per_sr: Option<Vec<Vec<f64>>>,
+    brdf_per_sr: Option<Vec<Vec<f64>>>,
 }
 
 impl TryFrom<RawDiffuser> for DiffuserDocument {
@@ -291,7 +298,27 @@ impl TryFrom<RawDiffuser> for DiffuserDocument {
             DiffuserKind::Clear => "a diffuser of kind `clear`",
             DiffuserKind::Lambertian => "a diffuser of kind `lambertian`",
             DiffuserKind::Mixed => "a diffuser of kind `mixed`",
+            DiffuserKind::Measured => "a diffuser of kind `measured`",
         };
+        if let DiffuserKind::Measured = raw.kind {
+            absent(&raw.transmittance, "transmittance", of)?;
+            absent(&raw.reflectance, "reflectance", of)?;
+            absent(&raw.lambertian_radius_m, "lambertian_radius_m", of)?;
+            absent(&raw.inner, "inner", of)?;
+            absent(&raw.lambertian_transmittance, "lambertian_transmittance", of)?;
+            absent(&raw.lambertian_reflectance, "lambertian_reflectance", of)?;
+            absent(&raw.clear_transmittance, "clear_transmittance", of)?;
+            return Ok(Self::Measured(MeasuredDocument {
+                incidence_deg: required(raw.incidence_deg, "incidence_deg")?,
+                exit_deg: required(raw.exit_deg, "exit_deg")?,
+                btdf_per_sr: required(raw.btdf_per_sr, "btdf_per_sr")?,
+                brdf_per_sr: raw.brdf_per_sr,
+            }));
+        }
+        absent(&raw.incidence_deg, "incidence_deg", of)?;
+        absent(&raw.exit_deg, "exit_deg", of)?;
+        absent(&raw.btdf_per_sr, "btdf_per_sr", of)?;
+        absent(&raw.brdf_per_sr, "brdf_per_sr", of)?;
         if let DiffuserKind::Mixed = raw.kind {
             absent(&raw.transmittance, "transmittance", of)?;
             absent(&raw.reflectance, "reflectance", of)?;
@@ -355,6 +382,10 @@ struct RawPart {
     lambertian_transmittance: Option<Coefficient>,
     lambertian_reflectance: Option<Coefficient>,
     clear_transmittance: Option<Coefficient>,
+    incidence_deg: Option<Vec<f64>>,
+    exit_deg: Option<Vec<f64>>,
+    btdf_per_sr: Option<Vec<Vec<f64>>>,
+    brdf_per_sr: Option<Vec<Vec<f64>>>,
 }
 
 impl TryFrom<RawPart> for PartDocument {
@@ -371,6 +402,10 @@ impl TryFrom<RawPart> for PartDocument {
                 lambertian_transmittance: raw.lambertian_transmittance,
                 lambertian_reflectance: raw.lambertian_reflectance,
                 clear_transmittance: raw.clear_transmittance,
+                incidence_deg: raw.incidence_deg,
+                exit_deg: raw.exit_deg,
+                btdf_per_sr: raw.btdf_per_sr,
+                brdf_per_sr: raw.brdf_per_sr,
             };
             return Ok(Self::Diffuser(diffuser.try_into()?));
         }
@@ -384,6 +419,10 @@ impl TryFrom<RawPart> for PartDocument {
         absent(&raw.lambertian_transmittance, "lambertian_transmittance", of)?;
         absent(&raw.lambertian_reflectance, "lambertian_reflectance", of)?;
         absent(&raw.clear_transmittance, "clear_transmittance", of)?;
+        absent(&raw.incidence_deg, "incidence_deg", of)?;
+        absent(&raw.exit_deg, "exit_deg", of)?;
+        absent(&raw.btdf_per_sr, "btdf_per_sr", of)?;
+        absent(&raw.brdf_per_sr, "brdf_per_sr", of)?;
         if let Role::Collector = raw.role {
             return Ok(Self::Collector {
                 transmittance: required(raw.transmittance, "transmittance")?,

@@ -173,6 +173,7 @@ fn check_diffuser(pointer: &str, diffuser: &DiffuserDocument, radius_m: f64, che
             check_scattering(pointer, names, [lambertian_transmittance, lambertian_reflectance], checks);
             check_ratio(&format!("{pointer}/clear_transmittance"), clear_transmittance, checks);
         }
+        DiffuserDocument::Measured(ref table) => table.check(pointer, checks),
     }
 }
 

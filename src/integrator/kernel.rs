@@ -373,13 +373,13 @@ impl TubeKernel {
             opening_radius: tube.opening_radius,
             guide,
             section,
-            diffuser: tube.diffuser,
+            diffuser: tube.diffuser.clone(),
         })
     }
 
     /// The closure at a point of the ceiling plane.
     #[inline]
-    pub fn closure_at(&self, position: DVec3) -> Closure {
+    pub fn closure_at(&self, position: DVec3) -> Closure<'_> {
         self.diffuser.at((position - self.origin).truncate().length())
     }
 }

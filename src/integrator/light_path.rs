@@ -305,7 +305,8 @@ fn meet_closure<const C: usize>(
 ) -> Step<C> {
     let from_above = direction.z < 0.0;
     let tube = &kernel.tubes[index];
-    match tube.closure_at(position) {
+    let closure = tube.closure_at(position);
+    match closure {
         Closure::Specular { transmittance } => {
             let passing = flux * Spectrum::from_rgb(transmittance);
             account.ledger.diffuser += flux.luminance() - passing.luminance();
@@ -319,9 +320,18 @@ fn meet_closure<const C: usize>(
                 Step::Guide(index, position, direction, passing)
             }
         }
-        Closure::Lambertian { transmittance, reflectance } => {
-            let through = flux * Spectrum::from_rgb(transmittance);
-            let back = flux * Spectrum::from_rgb(reflectance);
+        Closure::Lambertian { .. } | Closure::Measured(_) => {
+            let cosine = direction.z.abs();
+            let (through, back, table) = match closure {
+                Closure::Measured(table) => {
+                    let [through, back] = table.shares(cosine);
+                    (flux * through, flux * back, Some(table))
+                }
+                Closure::Lambertian { transmittance, reflectance } => {
+                    (flux * Spectrum::from_rgb(transmittance), flux * Spectrum::from_rgb(reflectance), None)
+                }
+                Closure::Specular { .. } => return Step::Ended,
+            };
             account.ledger.diffuser += flux.luminance() - through.luminance() - back.luminance();
             let (down, up) = if from_above { (through, back) } else { (back, through) };
             if from_above {
@@ -331,8 +341,8 @@ fn meet_closure<const C: usize>(
                 let scattering = Scattering {
                     position,
                     normal: DVec3::NEG_Z,
-                    leaving: down,
-                    lobe: None,
+                    leaving: if table.is_none() { down } else { Spectrum::ZERO },
+                    lobe: table.map(|table| Lobe { scatterer: table, normal: DVec3::NEG_Z, incident: direction, flux }),
                     surface: NO_SURFACE,
                     diffuser: Some(index),
                 };
@@ -354,7 +364,10 @@ fn meet_closure<const C: usize>(
             let goes_up = up_share > 0.0 && samples.random.uniform() < up_share;
             let onward = if goes_up { up * (1.0 / up_share) } else { down * (1.0 / (1.0 - up_share)) };
             account.ledger.cut += down.luminance() + up.luminance() - onward.luminance();
-            let local = warp::cosine_hemisphere(samples.pair());
+            let local = match table {
+                Some(table) => table.sample(goes_up != from_above, cosine, samples.pair()),
+                None => warp::cosine_hemisphere(samples.pair()),
+            };
             if goes_up {
                 Step::Guide(index, position, local, onward)
             } else {

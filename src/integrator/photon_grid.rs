@@ -68,11 +68,26 @@ impl<const C: usize> PhotonGrid<C> {
     /// Flux on `surface` within `radius` of a point, and within the half of that area, in lm.
     pub fn gather(&self, centre: DVec3, radius: f64, surface: SurfaceId) -> (Spectrum<C>, Spectrum<C>) {
         let (mut whole, mut half) = (Spectrum::ZERO, Spectrum::ZERO);
+        let half_squared = 0.5 * (radius * radius);
+        self.for_each_within(centre, radius, |photon, distance_squared| {
+            if photon.surface == surface {
+                whole += photon.flux;
+                if distance_squared < half_squared {
+                    half += photon.flux;
+                }
+            }
+        });
+        (whole, half)
+    }
+
+    /// Calls `f` with every photon within `radius` of a point and its squared distance.
+    #[inline]
+    pub fn for_each_within(&self, centre: DVec3, radius: f64, mut f: impl FnMut(&Photon<C>, f64)) {
         let radius_squared = radius * radius;
         let low = self.coordinates(centre - radius);
         let high = self.coordinates(centre + radius);
         if self.photons.is_empty() {
-            return (whole, half);
+            return;
         }
         for z in low[2]..=high[2] {
             for y in low[1]..=high[1] {
@@ -82,16 +97,12 @@ impl<const C: usize> PhotonGrid<C> {
                 let to = self.starts[row + high[0] + 1] as usize;
                 for photon in &self.photons[from..to] {
                     let distance_squared = (photon.position - centre).length_squared();
-                    if distance_squared < radius_squared && photon.surface == surface {
-                        whole += photon.flux;
-                        if distance_squared < 0.5 * radius_squared {
-                            half += photon.flux;
-                        }
+                    if distance_squared < radius_squared {
+                        f(photon, distance_squared);
                     }
                 }
             }
         }
-        (whole, half)
     }
 
     fn cell(&self, position: DVec3) -> usize {

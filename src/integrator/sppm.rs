@@ -22,7 +22,7 @@ use super::photon_grid::{Photon, PhotonGrid};
 use super::{GridPass, Integrator, PHOTON_CHUNK, Pass, ViewPass};
 use crate::geometry::disc::disc_disc_area;
 use crate::guide::{End, Transit};
-use crate::optics::{Closure, Spectrum};
+use crate::optics::{Closure, Diffuser, MeasuredDiffuser, Spectrum};
 use crate::sampling::{Key, PathRandom};
 use crate::scene::{EstimateKind, Grid, View};
 
@@ -87,6 +87,10 @@ struct Maps<const C: usize> {
     /// Scattered downward at each tube's diffuser.
     exits: Vec<Vec<Photon<C>>>,
     exit_grid: PhotonGrid<C>,
+    /// Of measured diffusers: `surface` counts a tube's exits.
+    measured_exits: Vec<Option<PhotonGrid<C>>>,
+    /// Directions of the light that arrived at a tube's exits, where it is measured; flux is then what arrived.
+    incidents: Vec<Vec<DVec3>>,
     radius: f64,
 }
 
@@ -237,6 +241,10 @@ impl<const C: usize> Sppm<C> {
                     let exitance = self.exitance(maps, index, hit.position);
                     return Gathered { irradiance: exitance * weight * (1.0 / PI), bias: 0.0 };
                 }
+                Closure::Measured(table) => {
+                    let luminance = self.measured_luminance(maps, index, table, hit.position, direction);
+                    return Gathered { irradiance: luminance * weight, bias: 0.0 };
+                }
                 Closure::Specular { transmittance } => transmittance,
             };
             let transit: Transit<C> = tube.guide.up(hit.position - tube.origin, direction, random);
@@ -256,7 +264,7 @@ impl<const C: usize> Sppm<C> {
                     direction = transit.direction;
                     match tube.closure_at(origin) {
                         Closure::Specular { transmittance } => weight *= Spectrum::from_rgb(transmittance),
-                        Closure::Lambertian { .. } => return dark,
+                        Closure::Lambertian { .. } | Closure::Measured(_) => return dark,
                     }
                 }
                 End::Opening | End::Lost | End::Cut => return dark,
@@ -335,16 +343,22 @@ impl<const C: usize> Sppm<C> {
         random: &mut PathRandom,
     ) -> Spectrum<C> {
         let mut sum = Spectrum::ZERO;
-        for exits in &maps.exits {
+        for (index, exits) in maps.exits.iter().enumerate() {
+            let diffuser = &self.kernel.tubes[index].diffuser;
             let count = connections.min(exits.len());
             for k in 0..count {
                 let stratum = (k as f64 + random.uniform()) / count as f64;
-                let exit = &exits[((stratum * exits.len() as f64) as usize).min(exits.len() - 1)];
+                let number = ((stratum * exits.len() as f64) as usize).min(exits.len() - 1);
+                let exit = &exits[number];
                 let way = exit.position - position;
                 let distance_squared = way.length_squared();
                 let cosines = way.dot(normal) * way.z;
                 if cosines > 0.0 && way.z > 0.0 && self.kernel.visible(position, surface, exit.position, NO_SURFACE) {
-                    let geometry = cosines / (distance_squared * distance_squared) / PI;
+                    let mut geometry = cosines / (distance_squared * distance_squared) / PI;
+                    if let Diffuser::Measured(table) = diffuser {
+                        let down = way.z / distance_squared.sqrt();
+                        geometry *= PI * measured_per_sr(table, maps.incidents[index][number], down);
+                    }
                     sum += exit.flux * (geometry * exits.len() as f64 / count as f64);
                 }
             }
@@ -382,6 +396,28 @@ impl<const C: usize> Sppm<C> {
         sum
     }
 
+    /// Luminance in cd/m2 of a measured diffuser along the eye ray's `direction` to a point of its lower side.
+    fn measured_luminance(
+        &self,
+        maps: &Maps<C>,
+        index: usize,
+        table: &MeasuredDiffuser,
+        position: DVec3,
+        direction: DVec3,
+    ) -> Spectrum<C> {
+        let tube = &self.kernel.tubes[index];
+        let radius = maps.radius.min(0.25 * tube.opening_radius);
+        let mut sum = Spectrum::ZERO;
+        if let Some(grid) = &maps.measured_exits[index] {
+            grid.for_each_within(position, radius, |photon, _| {
+                let incident = maps.incidents[index][photon.surface as usize];
+                sum += photon.flux * measured_per_sr(table, incident, direction.z);
+            });
+        }
+        let area = disc_disc_area(radius, tube.opening_radius, (position - tube.origin).truncate().length());
+        if area < LEAST_KERNEL * PI * radius * radius { Spectrum::ZERO } else { sum * (1.0 / area) }
+    }
+
     /// Luminous exitance in lm/m2 of a diffuser at a point of its lower side.
     fn exitance(&self, maps: &Maps<C>, index: usize, position: DVec3) -> Spectrum<C> {
         let tube = &self.kernel.tubes[index];
@@ -401,12 +437,25 @@ impl<const C: usize> Integrator for Sppm<C> {
         let key = self.seed.child(pass);
         let radius = self.radius(pass);
         let (store, account) = self.trace_photons(key, cancel)?;
-        let all_exits: Vec<Photon<C>> = store.exits.concat();
+        let measured = |tube: usize| matches!(self.kernel.tubes[tube].diffuser, Diffuser::Measured(_));
+        let all_exits: Vec<Photon<C>> =
+            (0..store.exits.len()).filter(|tube| !measured(*tube)).flat_map(|tube| store.exits[tube].clone()).collect();
+        let measured_exits = (0..store.exits.len())
+            .map(|tube| {
+                let exits = store.exits[tube].iter().enumerate();
+                let numbered: Vec<_> =
+                    exits.map(|(number, exit)| Photon { surface: number as SurfaceId, ..*exit }).collect();
+                let cell = radius.min(0.25 * self.kernel.tubes[tube].opening_radius);
+                (measured(tube) && !self.views.is_empty()).then(|| PhotonGrid::new(&numbered, cell))
+            })
+            .collect();
         let maps = Maps {
             surfaces: PhotonGrid::new(&store.surfaces, radius),
             planes: store.planes.iter().map(|photons| PhotonGrid::new(photons, radius)).collect(),
             exit_grid: PhotonGrid::new(&all_exits, radius.min(0.25 * self.smallest_opening())),
             exits: store.exits,
+            measured_exits,
+            incidents: store.incidents,
             radius,
         };
         let grids = (0..self.grids.len()).map(|number| self.grid(number, &maps, key)).collect();
@@ -419,6 +468,11 @@ impl<const C: usize> Sppm<C> {
     fn smallest_opening(&self) -> f64 {
         self.kernel.tubes.iter().map(|tube| tube.opening_radius).fold(f64::INFINITY, f64::min)
     }
+}
+
+/// BTDF or BRDF per sr of a measured diffuser for light that leaves downward with the given cosine.
+fn measured_per_sr(table: &MeasuredDiffuser, incident: DVec3, exit_cosine: f64) -> f64 {
+    table.per_sr(incident.z < 0.0, incident.z.abs(), exit_cosine)
 }
 
 /// Irradiance by density estimation on a clipped disc, with its bias estimated from the half of the disc's area; `area` of
@@ -457,6 +511,7 @@ struct Store<const C: usize> {
     surfaces: Vec<Photon<C>>,
     planes: Vec<Vec<Photon<C>>>,
     exits: Vec<Vec<Photon<C>>>,
+    incidents: Vec<Vec<DVec3>>,
 }
 
 impl<const C: usize> Store<C> {
@@ -468,6 +523,7 @@ impl<const C: usize> Store<C> {
             surfaces: Vec::new(),
             planes: vec![Vec::new(); grids.len()],
             exits: vec![Vec::new(); tubes],
+            incidents: vec![Vec::new(); tubes],
         }
     }
 
@@ -479,13 +535,19 @@ impl<const C: usize> Store<C> {
         for (all, part) in self.exits.iter_mut().zip(&mut other.exits) {
             all.append(part);
         }
+        for (all, part) in self.incidents.iter_mut().zip(&mut other.incidents) {
+            all.append(part);
+        }
     }
 }
 
 impl<const C: usize> Visitor<C> for Store<C> {
     fn scattered(&mut self, scattering: &Scattering<'_, C>, _: &mut PathSamples) {
         if let Some(tube) = scattering.diffuser {
-            let photon = Photon { position: scattering.position, surface: tube as SurfaceId, flux: scattering.leaving };
+            // of a lobe what arrives counts, with its direction
+            let flux = scattering.lobe.map_or(scattering.leaving, |lobe| lobe.flux);
+            self.incidents[tube].extend(scattering.lobe.map(|lobe| lobe.incident));
+            let photon = Photon { position: scattering.position, surface: tube as SurfaceId, flux };
             self.exits[tube].push(photon);
         }
     }

@@ -1,11 +1,15 @@
 //! Diffusers: what closes a tube's lower end, in the plane of the ceiling.
 
+use std::sync::Arc;
+
+use super::MeasuredDiffuser;
+
 /// The closure of a tube's lower end.
 ///
 /// Coefficients are linear Rec.709 (one number three times in a photopic scene), each in 0..=1, and
 /// `transmittance + reflectance <= 1`. A Lambertian sheet scatters to the side away from the light with BTDF
 /// `transmittance / pi` and back with BRDF `reflectance / pi`, from either side.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Diffuser {
     Open,
     Clear {
@@ -23,6 +27,7 @@ pub enum Diffuser {
         lambertian_reflectance: [f64; 3],
         clear_transmittance: [f64; 3],
     },
+    Measured(Arc<MeasuredDiffuser>),
 }
 
 /// Which of its two zones lies inside the dividing circle of a mixed diffuser.
@@ -34,7 +39,7 @@ pub enum DiffuserZone {
 
 /// What a ray meets at one point of a diffuser.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Closure {
+pub enum Closure<'a> {
     /// The direction stays; the weight is multiplied by the transmittance, the rest is absorbed.
     Specular {
         transmittance: [f64; 3],
@@ -43,16 +48,18 @@ pub enum Closure {
         transmittance: [f64; 3],
         reflectance: [f64; 3],
     },
+    Measured(&'a MeasuredDiffuser),
 }
 
 impl Diffuser {
     /// The closure at `distance_m` from the centre of the opening.
     #[inline]
-    pub fn at(&self, distance_m: f64) -> Closure {
+    pub fn at(&self, distance_m: f64) -> Closure<'_> {
         match *self {
             Self::Open => Closure::Specular { transmittance: [1.0; 3] },
             Self::Clear { transmittance } => Closure::Specular { transmittance },
             Self::Lambertian { transmittance, reflectance } => Closure::Lambertian { transmittance, reflectance },
+            Self::Measured(ref diffuser) => Closure::Measured(diffuser),
             Self::Mixed {
                 lambertian_radius_m,
                 inner,
@@ -75,7 +82,7 @@ impl Diffuser {
     pub fn specular_zone(&self, opening_radius_m: f64) -> Option<(f64, f64)> {
         let zone = match *self {
             Self::Open | Self::Clear { .. } => (0.0, opening_radius_m),
-            Self::Lambertian { .. } => return None,
+            Self::Lambertian { .. } | Self::Measured(_) => return None,
             Self::Mixed { lambertian_radius_m, inner: DiffuserZone::Lambertian, .. } => {
                 (lambertian_radius_m.min(opening_radius_m), opening_radius_m)
             }
@@ -90,7 +97,7 @@ impl Diffuser {
     pub fn scatters(&self, opening_radius_m: f64) -> bool {
         match *self {
             Self::Open | Self::Clear { .. } => false,
-            Self::Lambertian { .. } => true,
+            Self::Lambertian { .. } | Self::Measured(_) => true,
             Self::Mixed { lambertian_radius_m, inner, .. } => match inner {
                 DiffuserZone::Lambertian => lambertian_radius_m > 0.0,
                 DiffuserZone::Clear => lambertian_radius_m < opening_radius_m,

@@ -11,6 +11,7 @@ use crate::guide::dome::{Dome, DomedGuide, Pipe};
 use crate::guide::{Guide, Section, recognise};
 use crate::integrator::kernel::TubeKernel;
 use crate::integrator::{Kernel, KernelError};
+use crate::optics::Diffuser;
 use crate::optics::fresnel::slab_transmittance;
 use crate::scene::Scene;
 
@@ -85,6 +86,16 @@ fn facets(triangles: usize, section: Option<&Section>) -> String {
     reason
 }
 
+/// What a measured diffuser passes, as its table has it.
+fn measured(diffuser: &Diffuser) -> String {
+    let Diffuser::Measured(table) = diffuser else { return String::new() };
+    let at = |degrees: f64| {
+        let [through, back] = table.shares(degrees.to_radians().cos());
+        format!("{through:.4} and {back:.4} at {degrees} degrees")
+    };
+    format!("; measured diffuser: transmits and reflects {}, {}, {}", at(0.0), at(30.0), at(60.0))
+}
+
 fn domed(guide: &DomedGuide) -> GuidePlan {
     let Dome { inner, outer, index, absorption } = guide.dome;
     let (kind, pipe) = match guide.pipe {
@@ -104,14 +115,20 @@ pub fn guides(kernel: &Kernel) -> Vec<GuidePlan> {
     kernel
         .tubes
         .iter()
-        .map(|tube| match &tube.guide {
-            Guide::Straight(_) if tube.section.is_some() => recognised(tube),
-            Guide::Straight(_) => GuidePlan { kind: "closed_form_straight", reason: STRAIGHT.into() },
-            Guide::Bent(_) => GuidePlan { kind: "closed_form_bent", reason: BENT.into() },
-            Guide::Domed(guide) => domed(guide),
-            Guide::Mesh(guide) => {
-                GuidePlan { kind: "mesh", reason: facets(guide.triangle_count(), tube.section.as_ref()) }
-            }
+        .map(|tube| {
+            let mut plan = of_guide(tube);
+            plan.reason.push_str(&measured(&tube.diffuser));
+            plan
         })
         .collect()
+}
+
+fn of_guide(tube: &TubeKernel) -> GuidePlan {
+    match &tube.guide {
+        Guide::Straight(_) if tube.section.is_some() => recognised(tube),
+        Guide::Straight(_) => GuidePlan { kind: "closed_form_straight", reason: STRAIGHT.into() },
+        Guide::Bent(_) => GuidePlan { kind: "closed_form_bent", reason: BENT.into() },
+        Guide::Domed(guide) => domed(guide),
+        Guide::Mesh(guide) => GuidePlan { kind: "mesh", reason: facets(guide.triangle_count(), tube.section.as_ref()) },
+    }
 }

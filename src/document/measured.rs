@@ -1,0 +1,82 @@
+//! Measured diffusers in documents.
+
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+use super::mirror::check_angles;
+use super::pointer::Checks;
+use crate::optics::MeasuredDiffuser;
+use crate::optics::measured::TableError;
+
+const MOST_INCIDENCES: usize = 361;
+const MOST_EXITS: usize = 721;
+
+/// Scatters by a table, alike to all azimuths and from either side: bilinear in the angles of incidence and exit, both
+/// from the normal.
+///
+/// For each angle of incidence, 2 pi int f cos sin over the angles of exit, transmitted and reflected light together, is
+/// at most 1.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct MeasuredDocument {
+    /// Ascending from 0 to 90.
+    pub incidence_deg: Vec<f64>,
+    /// Ascending from 0 to 90; of transmitted light on the far side, of reflected light on the near side.
+    pub exit_deg: Vec<f64>,
+    /// A row for each angle of incidence, a column for each angle of exit, in 1/sr.
+    pub btdf_per_sr: Vec<Vec<f64>>,
+    /// The same of reflected light; nothing is reflected when absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub brdf_per_sr: Option<Vec<Vec<f64>>>,
+}
+
+impl MeasuredDocument {
+    pub fn diffuser(&self) -> Result<MeasuredDiffuser, TableError> {
+        let radians = |angles: &[f64]| angles.iter().map(|angle| angle.to_radians()).collect::<Vec<_>>();
+        let (incidence, exit) = (radians(&self.incidence_deg), radians(&self.exit_deg));
+        MeasuredDiffuser::new(&incidence, &exit, &self.btdf_per_sr, self.brdf_per_sr.as_deref())
+    }
+
+    pub(super) fn check(&self, pointer: &str, checks: &mut Checks) {
+        let before = checks.errors.len();
+        check_angles(&format!("{pointer}/incidence_deg"), &self.incidence_deg, MOST_INCIDENCES, checks);
+        check_angles(&format!("{pointer}/exit_deg"), &self.exit_deg, MOST_EXITS, checks);
+        self.check_table(&format!("{pointer}/btdf_per_sr"), &self.btdf_per_sr, checks);
+        if let Some(table) = &self.brdf_per_sr {
+            self.check_table(&format!("{pointer}/brdf_per_sr"), table, checks);
+        }
+        if checks.errors.len() > before {
+            return;
+        }
+        match self.diffuser() {
+            Ok(_) => {}
+            Err(TableError::Gain { row, share }) => {
+                let detail = format!(
+                    "at incidence {} degrees the diffuser sends out {share} of the light that it gets (2 pi int f cos sin, \
+                     transmitted and reflected): must be <= 1",
+                    self.incidence_deg[row]
+                );
+                checks.refuse(format!("{pointer}/btdf_per_sr/{row}"), detail);
+            }
+            Err(error) => checks.refuse(format!("{pointer}/btdf_per_sr"), error.to_string()),
+        }
+    }
+
+    fn check_table(&self, pointer: &str, table: &[Vec<f64>], checks: &mut Checks) {
+        let (rows, columns) = (self.incidence_deg.len(), self.exit_deg.len());
+        if table.len() != rows {
+            let detail =
+                format!("must have one row for each of the {rows} angles of incidence, but has {}", table.len());
+            checks.refuse(pointer, detail);
+        }
+        for (index, row) in table.iter().enumerate() {
+            if row.len() != columns {
+                let detail =
+                    format!("must have one value for each of the {columns} angles of exit, but has {}", row.len());
+                checks.refuse(format!("{pointer}/{index}"), detail);
+            }
+            for (column, value) in row.iter().enumerate() {
+                checks.within(&format!("{pointer}/{index}/{column}"), *value, 0.0, 1e9);
+            }
+        }
+    }
+}

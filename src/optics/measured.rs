@@ -1,0 +1,325 @@
+//! Measured diffusers: tables of BTDF and BRDF over the angles of incidence and exit.
+
+use std::f64::consts::{FRAC_PI_2, TAU};
+
+use glam::DVec3;
+
+use super::FiniteBsdf;
+
+/// A sheet that scatters alike to all azimuths and from either side.
+///
+/// The distributions are bilinear in the two angles between their rows and columns, both measured from the normal: that
+/// of incidence on the light's side, that of exit on the side on which the light leaves.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MeasuredDiffuser {
+    transmission: Distribution,
+    /// `None`: reflects nothing.
+    reflection: Option<Distribution>,
+}
+
+/// One distribution, per sr.
+#[derive(Clone, Debug, PartialEq)]
+struct Distribution {
+    /// Radians, ascending from 0 to pi/2.
+    incidence: Vec<f64>,
+    rows: Vec<Row>,
+}
+
+/// Values over the angle of exit at one angle of incidence.
+#[derive(Clone, Debug, PartialEq)]
+struct Row {
+    /// Radians, ascending from 0 to pi/2.
+    exit: Vec<f64>,
+    per_sr: Vec<f64>,
+    /// Share of the light that leaves within each angle of exit; the last is the directional-hemispherical share.
+    within: Vec<f64>,
+}
+
+/// A table is not one value >= 0 per pair of angles that ascend from 0 to pi/2, or gives more light than it gets.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum TableError {
+    #[error("the table has no value >= 0 for each pair of angles from 0 to 90 degrees")]
+    Shape,
+    #[error("row {row} sends out {share} of the light that it gets")]
+    Gain { row: usize, share: f64 },
+}
+
+/// Slack of the energy check: the rounding of decimal fractions.
+const ROUNDING: f64 = 1e-9;
+
+impl MeasuredDiffuser {
+    /// `incidence` and `exit` in radians; tables in 1/sr with a row per angle of incidence, a column per angle of exit.
+    pub fn new(
+        incidence: &[f64],
+        exit: &[f64],
+        btdf: &[Vec<f64>],
+        brdf: Option<&[Vec<f64>]>,
+    ) -> Result<Self, TableError> {
+        let transmission = Distribution::new(incidence, exit, btdf).ok_or(TableError::Shape)?;
+        let reflection = match brdf {
+            Some(table) => Some(Distribution::new(incidence, exit, table).ok_or(TableError::Shape)?),
+            None => None,
+        };
+        let diffuser = Self { transmission, reflection };
+        // both are linear in the angle between rows: what holds at the rows holds between them
+        for (row, angle) in incidence.iter().enumerate() {
+            let [through, back] = diffuser.shares(angle.cos());
+            if through + back > 1.0 + ROUNDING {
+                return Err(TableError::Gain { row, share: through + back });
+            }
+        }
+        Ok(diffuser)
+    }
+
+    /// Directional-hemispherical transmittance and reflectance at an angle of incidence with the given cosine.
+    pub fn shares(&self, cosine: f64) -> [f64; 2] {
+        let angle = cosine.clamp(0.0, 1.0).acos();
+        [self.transmission.share(angle), self.reflection.as_ref().map_or(0.0, |reflection| reflection.share(angle))]
+    }
+
+    /// BTDF, or BRDF where not `transmitted`, per sr; cosines of the angles of incidence and exit in 0..=1.
+    pub fn per_sr(&self, transmitted: bool, incident_cosine: f64, exit_cosine: f64) -> f64 {
+        let angles = [incident_cosine, exit_cosine].map(|cosine| cosine.clamp(0.0, 1.0).acos());
+        self.of(transmitted).map_or(0.0, |distribution| distribution.per_sr(angles))
+    }
+
+    /// A direction around +z of light that leaves, transmitted or reflected, at an angle of incidence with the given
+    /// cosine; density [`MeasuredDiffuser::per_sr`] cos(exit) over the share that leaves on this side.
+    pub fn sample(&self, transmitted: bool, incident_cosine: f64, [u, v]: [f64; 2]) -> DVec3 {
+        let incidence = incident_cosine.clamp(0.0, 1.0).acos();
+        let exit = self.of(transmitted).map_or(0.0, |distribution| distribution.sample(incidence, u));
+        let (sin, cos) = exit.sin_cos();
+        let (y, x) = (TAU * v).sin_cos();
+        DVec3::new(sin * x, sin * y, cos.max(0.0))
+    }
+
+    fn of(&self, transmitted: bool) -> Option<&Distribution> {
+        if transmitted { Some(&self.transmission) } else { self.reflection.as_ref() }
+    }
+}
+
+impl FiniteBsdf for MeasuredDiffuser {
+    fn bsdf_cosine(&self, normal: DVec3, incident: DVec3, outward: DVec3) -> [f64; 3] {
+        let (arrives, leaves) = (incident.dot(normal), outward.dot(normal));
+        if leaves <= 0.0 {
+            return [0.0; 3];
+        }
+        [self.per_sr(arrives > 0.0, arrives.abs(), leaves) * leaves; 3]
+    }
+}
+
+impl Distribution {
+    fn new(incidence: &[f64], exit: &[f64], table: &[Vec<f64>]) -> Option<Self> {
+        let rows: Option<Vec<Row>> = table.iter().map(|row| Row::new(exit, row)).collect();
+        let rows = rows.filter(|rows| rows.len() == incidence.len() && covers(incidence))?;
+        Some(Self { incidence: incidence.to_vec(), rows })
+    }
+
+    /// The rows around an angle of incidence, and the share of the second.
+    fn around(&self, incidence: f64) -> (&Row, &Row, f64) {
+        let (row, share) = place(&self.incidence, incidence);
+        (&self.rows[row], &self.rows[row + 1], share)
+    }
+
+    fn share(&self, incidence: f64) -> f64 {
+        let (a, b, share) = self.around(incidence);
+        (1.0 - share) * a.total() + share * b.total()
+    }
+
+    fn per_sr(&self, [incidence, exit]: [f64; 2]) -> f64 {
+        let (a, b, share) = self.around(incidence);
+        (1.0 - share) * a.at(exit) + share * b.at(exit)
+    }
+
+    /// Angle of exit: a row by its part of the light, then that row's own distribution.
+    fn sample(&self, incidence: f64, u: f64) -> f64 {
+        let (a, b, share) = self.around(incidence);
+        let (first, second) = ((1.0 - share) * a.total(), share * b.total());
+        let target = u * (first + second);
+        if target < first || second == 0.0 {
+            a.exit_within(target / (1.0 - share))
+        } else {
+            b.exit_within((target - first) / share)
+        }
+    }
+}
+
+impl Row {
+    fn new(exit: &[f64], per_sr: &[f64]) -> Option<Self> {
+        let good = per_sr.iter().all(|value| *value >= 0.0 && value.is_finite());
+        if !good || per_sr.len() != exit.len() || !covers(exit) {
+            return None;
+        }
+        let mut row = Self { exit: exit.to_vec(), per_sr: per_sr.to_vec(), within: vec![0.0] };
+        for segment in 1..exit.len() {
+            let sum = row.within[segment - 1] + row.part(segment - 1, exit[segment]);
+            row.within.push(sum);
+        }
+        Some(row)
+    }
+
+    fn total(&self) -> f64 {
+        self.within[self.within.len() - 1]
+    }
+
+    fn at(&self, exit: f64) -> f64 {
+        let (segment, share) = place(&self.exit, exit);
+        self.per_sr[segment] + share * (self.per_sr[segment + 1] - self.per_sr[segment])
+    }
+
+    /// Share of the light between the start of a segment and the angle `to` in it: 2 pi int f sin cos, exactly.
+    fn part(&self, segment: usize, to: f64) -> f64 {
+        let (from, next) = (self.exit[segment], self.exit[segment + 1]);
+        let slope = (self.per_sr[segment + 1] - self.per_sr[segment]) / (next - from);
+        let constant = self.per_sr[segment] - slope * from;
+        // int sin cos and int x sin cos
+        let primitives = |x: f64| {
+            let (sin, cos) = x.sin_cos();
+            (0.5 * sin * sin, 0.5 * (x * sin * sin - 0.5 * x + 0.5 * sin * cos))
+        };
+        let ((a0, b0), (a1, b1)) = (primitives(from), primitives(to));
+        TAU * (constant * (a1 - a0) + slope * (b1 - b0))
+    }
+
+    /// The angle within which the share `target` of the light leaves.
+    fn exit_within(&self, target: f64) -> f64 {
+        let last = self.exit.len() - 2;
+        let segment = (self.within.partition_point(|sum| *sum <= target).max(1) - 1).min(last);
+        let rest = target - self.within[segment];
+        let (mut low, mut high) = (self.exit[segment], self.exit[segment + 1]);
+        let mut angle = 0.5 * (low + high);
+        // Newton's method, kept between bounds that close in on the root
+        for _ in 0..60 {
+            let excess = self.part(segment, angle) - rest;
+            if excess > 0.0 {
+                high = angle
+            } else {
+                low = angle
+            }
+            let (sin, cos) = angle.sin_cos();
+            let next = angle - excess / (TAU * self.at(angle) * sin * cos);
+            let next = if next > low && next < high { next } else { 0.5 * (low + high) };
+            if (next - angle).abs() < 1e-14 {
+                return next;
+            }
+            angle = next;
+        }
+        angle
+    }
+}
+
+fn covers(angles: &[f64]) -> bool {
+    angles.len() >= 2
+        && angles[0] == 0.0
+        && angles[angles.len() - 1] == FRAC_PI_2
+        && angles.windows(2).all(|pair| pair[0] < pair[1])
+}
+
+/// The interval of ascending `angles` that holds `angle`, and the share of its end.
+fn place(angles: &[f64], angle: f64) -> (usize, f64) {
+    let next = angles.partition_point(|other| *other <= angle).clamp(1, angles.len() - 1);
+    (next - 1, (angle - angles[next - 1]) / (angles[next] - angles[next - 1]))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::PI;
+
+    use super::*;
+    use crate::sampling::{Key, PathRandom};
+
+    fn angles(degrees: &[f64]) -> Vec<f64> {
+        degrees.iter().map(|angle| angle.to_radians()).collect()
+    }
+
+    /// A forward peak that widens with the angle of incidence, over a weak reflection.
+    fn prism() -> MeasuredDiffuser {
+        let btdf = vec![vec![2.0, 0.5, 0.1, 0.0, 0.0], vec![0.8, 0.5, 0.2, 0.1, 0.1], vec![0.0, 0.1, 0.0, 0.0, 0.3]];
+        let brdf = vec![vec![0.05; 5], vec![0.08; 5], vec![0.2; 5]];
+        let exit = angles(&[0.0, 15.0, 30.0, 60.0, 90.0]);
+        MeasuredDiffuser::new(&angles(&[0.0, 50.0, 90.0]), &exit, &btdf, Some(&brdf)).unwrap()
+    }
+
+    /// 2 pi int f sin cos by the midpoint rule.
+    fn quadrature(diffuser: &MeasuredDiffuser, transmitted: bool, incident_cosine: f64, to: f64) -> f64 {
+        let n = 200_000;
+        let step = to / f64::from(n);
+        let at = |k: u32| {
+            let (sin, cos) = ((f64::from(k) + 0.5) * step).sin_cos();
+            diffuser.per_sr(transmitted, incident_cosine, cos) * sin * cos
+        };
+        TAU * step * (0..n).map(at).sum::<f64>()
+    }
+
+    #[test]
+    fn shares_are_integrals() {
+        let diffuser = prism();
+        for incidence in [0.0, 10.0, 50.0, 71.0, 90.0f64] {
+            let cosine = incidence.to_radians().cos();
+            let [through, back] = diffuser.shares(cosine);
+            assert!((through - quadrature(&diffuser, true, cosine, FRAC_PI_2)).abs() < 1e-9);
+            assert!((back - quadrature(&diffuser, false, cosine, FRAC_PI_2)).abs() < 1e-9);
+        }
+        // BTDF t / pi is a Lambertian sheet of transmittance t
+        let flat = vec![vec![0.6 / PI; 2]; 2];
+        let ends = [0.0, FRAC_PI_2];
+        let lambertian = MeasuredDiffuser::new(&ends, &ends, &flat, None).unwrap();
+        assert!((lambertian.shares(0.3)[0] - 0.6).abs() < 1e-15);
+        assert_eq!(lambertian.shares(0.3)[1], 0.0);
+    }
+
+    #[test]
+    fn tables_give_no_light() {
+        let ends = [0.0, FRAC_PI_2];
+        let one = |value: f64| vec![vec![0.1; 2], vec![value / PI; 2]];
+        assert!(MeasuredDiffuser::new(&ends, &ends, &one(1.0), None).is_ok());
+        let gain = MeasuredDiffuser::new(&ends, &ends, &one(1.001), None).unwrap_err();
+        assert!(matches!(gain, TableError::Gain { row: 1, share } if (share - 1.001).abs() < 1e-12), "{gain}");
+        assert!(MeasuredDiffuser::new(&ends, &ends, &one(0.7), Some(&one(0.4))).is_err());
+        for bad in [vec![vec![0.1; 2]], vec![vec![0.1; 3]; 2], vec![vec![-0.1; 2]; 2], vec![vec![f64::NAN; 2]; 2]] {
+            assert_eq!(MeasuredDiffuser::new(&ends, &ends, &bad, None), Err(TableError::Shape));
+        }
+    }
+
+    /// Chi-squared of the exit angles in 24 cells of equal width and of the azimuths in 8, at 5 angles of incidence, for
+    /// both sides: 10 tests, each with a false alarm rate of 1e-5.
+    #[test]
+    fn samples_follow_the_distribution() {
+        let diffuser = prism();
+        let mut random = PathRandom::new(Key::new(12));
+        let n = 200_000;
+        for transmitted in [true, false] {
+            for incidence in [0.0, 20.0, 50.0, 80.0, 90.0f64] {
+                let cosine = incidence.to_radians().cos();
+                let mut counts = [[0.0; 8]; 24];
+                for _ in 0..n {
+                    let d = diffuser.sample(transmitted, cosine, random.uniform2());
+                    let angle = d.truncate().length().atan2(d.z) / FRAC_PI_2;
+                    let azimuth = (d.y.atan2(d.x) / TAU).rem_euclid(1.0);
+                    counts[((angle * 24.0) as usize).min(23)][((azimuth * 8.0) as usize).min(7)] += 1.0;
+                }
+                let total = diffuser.shares(cosine)[usize::from(!transmitted)];
+                let (mut chi_squared, mut cells, mut below) = (0.0, 0, 0.0);
+                for (k, row) in counts.iter().enumerate() {
+                    let within = quadrature(&diffuser, transmitted, cosine, FRAC_PI_2 * (k as f64 + 1.0) / 24.0);
+                    // where the table is zero the quadrature's rounding may be below it
+                    let expected = (f64::from(n) * (within - below) / total / 8.0).max(0.0);
+                    below = within;
+                    for count in row {
+                        if expected < 5.0 {
+                            // too few for the approximation: at least not far more
+                            assert!(*count < expected + 6.0 * expected.sqrt() + 6.0);
+                            continue;
+                        }
+                        chi_squared += (count - expected) * (count - expected) / expected;
+                        cells += 1;
+                    }
+                }
+                // Wilson and Hilferty's approximation of the quantile at 4.27 standard deviations
+                let degrees = f64::from(cells - 1);
+                let limit = degrees * (1.0 - 2.0 / (9.0 * degrees) + 4.27 * (2.0 / (9.0 * degrees)).sqrt()).powi(3);
+                assert!(chi_squared < limit, "{incidence} {transmitted}: {chi_squared} of {degrees}");
+            }
+        }
+    }
+}
