@@ -105,7 +105,7 @@ impl BranchingShell {
     }
 
     /// Light from outside at a point of the outer sphere.
-    fn from_outside(&self, p: DVec3, d: DVec3) -> Branches {
+    fn enter(&self, p: DVec3, d: DVec3) -> Branches {
         let normal = p.normalize();
         let along = (d - normal * d.dot(normal)) / self.index;
         let onward = along - normal * (1.0 - along.length_squared()).sqrt();
@@ -130,7 +130,7 @@ fn agrees_with_all_branches() {
             let (mut difference, mut truth) = (Moments::default(), Moments::default());
             for _ in 0..n {
                 let entry = guide.entry(random.uniform2(), d).unwrap();
-                let all = shell.from_outside(entry.position - DVec3::Z * 1e-9, d).aperture;
+                let all = shell.enter(entry.position - DVec3::Z * 1e-9, d).aperture;
                 truth.push(all);
                 difference.push(arrives(&guide, entry.position, d, &mut random) - all);
             }

@@ -41,7 +41,6 @@ pub struct DomedGuide {
 
 /// What a dome stands on.
 #[derive(Clone, Debug)]
-#[expect(clippy::large_enum_variant, reason = "one per tube, never moved while light is traced")]
 pub enum Pipe {
     Straight(StraightGuide),
     Bent(BentGuide),

@@ -151,8 +151,9 @@ impl Row {
             return None;
         }
         let mut row = Self { exit: exit.to_vec(), per_sr: per_sr.to_vec(), within: vec![0.0] };
-        for segment in 1..exit.len() {
-            let sum = row.within[segment - 1] + row.part(segment - 1, exit[segment]);
+        let mut sum = 0.0;
+        for (segment, end) in exit.iter().skip(1).enumerate() {
+            sum += row.part(segment, *end);
             row.within.push(sum);
         }
         Some(row)
