@@ -25,6 +25,8 @@ pub mod guide;
 
 pub mod scene;
 
+pub mod analytic;
+
 pub mod integrator;
 pub mod plan;
 

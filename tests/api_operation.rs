@@ -87,6 +87,52 @@ async fn the_service_tells_how_it_is() {
     }
 }
 
+/// A tube of 4 diameters and R = 0.98: the reference tables' values at 30 degrees and under skies; bad values by name.
+#[tokio::test]
+async fn the_transmission_of_a_tube() {
+    let service = TestService::start().await;
+    let near = |value: &serde_json::Value, truth: f64, tolerance: f64| {
+        assert!((value.as_f64().unwrap() - truth).abs() <= tolerance, "{value} {truth}");
+    };
+    let path = "/v1/tubes/transmission?reflectance=0.98";
+    let tube =
+        service.json(&format!("{path}&aspect_ratio=4&altitude_deg=30,90,0&cie_type=1&sun_altitude_deg=20")).await;
+    near(&tube["uniform_sky_transmission"], 0.869927, 5e-7);
+    near(&tube["beams"][0]["transmission"], 0.83912, 5e-6);
+    let mean = 4.0 / std::f64::consts::FRAC_PI_4 * 3f64.sqrt();
+    near(&tube["beams"][0]["mean_reflections"], mean, 1e-12);
+    near(&tube["beams"][0]["zastrow_wittwer_transmission"], 0.98f64.powf(mean), 1e-12);
+    near(&tube["beams"][1]["transmission"], 1.0, 0.0);
+    near(&tube["beams"][2]["transmission"], 0.0, 0.0);
+    assert!(tube["beams"][2]["mean_reflections"].is_null());
+    near(&tube["sky"]["transmission"], 0.895085, 1.5e-6);
+    let measured = service.json(&format!("{path}&length_m=1.2&diameter_m=0.3")).await;
+    near(&measured["aspect_ratio"], 4.0, 1e-12);
+    assert!(measured["sky"].is_null() && measured["beams"].as_array().unwrap().is_empty());
+    for (query, parameter) in [
+        ("reflectance=1.1&aspect_ratio=4", "reflectance"),
+        ("aspect_ratio=4", "reflectance"),
+        ("reflectance=0.98&aspect_ratio=-1", "aspect_ratio"),
+        ("reflectance=0.98&aspect_ratio=NaN", "aspect_ratio"),
+        ("reflectance=0.98", "aspect_ratio"),
+        ("reflectance=0.98&length_m=1&diameter_m=0", "diameter_m"),
+        ("reflectance=0.98&length_m=1000&diameter_m=0.1", "length_m"),
+        ("reflectance=0.98&aspect_ratio=4&altitude_deg=30,91", "altitude_deg"),
+        ("reflectance=0.98&aspect_ratio=4&altitude_deg=high", "altitude_deg"),
+        ("reflectance=0.98&aspect_ratio=4&cie_type=17&sun_altitude_deg=20", "cie_type"),
+        ("reflectance=0.98&aspect_ratio=4&cie_type=1", "sun_altitude_deg"),
+        ("reflectance=0.98&aspect_ratio=4&cie_type=1&sun_altitude_deg=0", "sun_altitude_deg"),
+    ] {
+        let answer = service.get(&format!("/v1/tubes/transmission?{query}")).send().await.unwrap();
+        assert_eq!(answer.status(), StatusCode::UNPROCESSABLE_ENTITY, "{query}");
+        assert_eq!(answer.headers()["content-type"], "application/problem+json");
+        let problem: serde_json::Value = answer.json().await.unwrap();
+        assert_eq!(problem["errors"][0]["pointer"], parameter, "{query}: {problem}");
+    }
+    let unknown = service.get(&format!("{path}&aspect_ratio=4&length=2")).send().await.unwrap();
+    assert_eq!(unknown.status(), StatusCode::BAD_REQUEST);
+}
+
 #[tokio::test]
 async fn a_request_that_never_ends_is_ended() {
     let service = TestService::start_with(|config| {

@@ -437,7 +437,7 @@ fn all_errors_are_collected() {
     document["room"]["colour"] = json!("red");
     document["tubes"][0]["segments"][0]["lenght_m"] = json!(1);
     document["stop"]["confidence"] = json!(0.2);
-    document["method"] = json!("jenkins");
+    document["method"] = json!("two_stage");
     let mut pointers: Vec<_> = errors(&document).0.into_iter().map(|error| error.pointer).collect();
     pointers.sort();
     let expected = [

@@ -10,7 +10,9 @@ use utoipa::openapi::RefOr;
 use utoipa::openapi::schema::{OneOfBuilder, Schema};
 use utoipa::{PartialSchema, ToSchema};
 
+use super::Warning;
 use super::parse::{Misfit, absent};
+use crate::analytic::jenkins;
 use crate::integrator::{Method, light_tracing, sppm};
 use crate::plan::MethodRequest;
 
@@ -29,7 +31,10 @@ pub enum MethodKind {
     LightTracing,
     /// The path cut at a Lambertian diffuser.
     TwoStage,
+    /// Deterministic, after Kocifaj, Darula and Kittler: tubes without meshes in an empty room, grids only.
     Holigilm,
+    /// The semi-empirical formula of Jenkins, Muneer and Kubie, the reflections of a room included; grids only, without
+    /// an estimate of the error.
     Jenkins,
 }
 
@@ -67,6 +72,12 @@ pub struct MethodSettings {
     pub initial_radius_m: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub alpha: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub coefficient: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub pipe_transmittance: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub bend_factor: Option<f64>,
 }
 
 impl MethodDocument {
@@ -88,9 +99,30 @@ impl MethodDocument {
                     alpha: settings.alpha.unwrap_or(default.alpha),
                 })))
             }
+            MethodKind::Holigilm => Some(MethodRequest::Method(Method::Holigilm)),
+            MethodKind::Jenkins => Some(MethodRequest::Method(Method::Jenkins(jenkins::Settings {
+                coefficient: settings.coefficient.unwrap_or(jenkins::COEFFICIENT),
+                pipe_transmittance: settings.pipe_transmittance,
+                bend_factor: settings.bend_factor,
+            }))),
             _ => None,
         }
     }
+}
+
+/// What a reader of a method's results must know.
+pub fn method_warning(method: &Method) -> Option<Warning> {
+    let Method::Jenkins(settings) = method else { return None };
+    let excess = settings.coefficient * std::f64::consts::PI;
+    Some(Warning {
+        code: "jenkins_flux_excess".to_owned(),
+        detail: format!(
+            "semi-empirical: over the whole plane the formula gives {excess:.3} times the flux that the tube puts into \
+             the room; its coefficient {} was fitted with the reflections of a room in it, and the reflectances of this \
+             room do not enter; no estimate of the error exists",
+            settings.coefficient
+        ),
+    })
 }
 
 /// A method's own settings as results show them.
@@ -103,6 +135,12 @@ pub fn settings_json(method: &Method) -> serde_json::Value {
             "photons_per_pass": settings.photons_per_pass,
             "initial_radius_m": settings.initial_radius_m,
             "alpha": settings.alpha,
+        }),
+        Method::Holigilm => serde_json::json!({}),
+        Method::Jenkins(settings) => serde_json::json!({
+            "coefficient": settings.coefficient,
+            "pipe_transmittance": settings.pipe_transmittance,
+            "bend_factor": settings.bend_factor,
         }),
     }
 }
@@ -122,14 +160,39 @@ struct RawMethod {
     /// The squared radius shrinks by (i + alpha) / (i + 1) from pass to pass; of `sppm` and `ppm`.
     #[schema(exclusive_minimum = 0, exclusive_maximum = 1)]
     alpha: Option<f64>,
+    /// c of E = c Phi cos^4(theta) / V^2, > 0, default 0.494; 1/pi is a Lambertian disc far away; of `jenkins`.
+    #[schema(exclusive_minimum = 0, maximum = 10)]
+    coefficient: Option<f64>,
+    /// Transmission of a piece of pipe of aspect ratio 1, 0..1; of `jenkins`. Default: the exact transmission of a straight
+    /// tube of that aspect ratio and the tube's reflectance, of the daylight of the job.
+    #[schema(minimum = 0, maximum = 1)]
+    pipe_transmittance: Option<f64>,
+    /// Factor per bend, 0..1; of `jenkins`, which needs it for a tube with bends.
+    #[schema(minimum = 0, maximum = 1)]
+    bend_factor: Option<f64>,
 }
 
 impl TryFrom<RawMethod> for MethodDocument {
     type Error = Misfit;
 
     fn try_from(raw: RawMethod) -> Result<Self, Misfit> {
-        let RawMethod { kind, mut photons_per_pass, initial_radius_m, mut alpha } = raw;
+        let RawMethod {
+            kind,
+            mut photons_per_pass,
+            initial_radius_m,
+            mut alpha,
+            mut coefficient,
+            pipe_transmittance,
+            bend_factor,
+        } = raw;
         let of = format!("the method `{}`", kind.name());
+        if kind == MethodKind::Jenkins {
+            coefficient = coefficient.or(Some(jenkins::COEFFICIENT));
+        } else {
+            absent(&coefficient, "coefficient", &of)?;
+            absent(&pipe_transmittance, "pipe_transmittance", &of)?;
+            absent(&bend_factor, "bend_factor", &of)?;
+        }
         match kind {
             MethodKind::Sppm => {
                 let default = sppm::Settings::default();
@@ -149,7 +212,9 @@ impl TryFrom<RawMethod> for MethodDocument {
                 absent(&alpha, "alpha", &of)?;
             }
         }
-        Ok(Self { kind, settings: Some(MethodSettings { photons_per_pass, initial_radius_m, alpha }) })
+        let settings =
+            MethodSettings { photons_per_pass, initial_radius_m, alpha, coefficient, pipe_transmittance, bend_factor };
+        Ok(Self { kind, settings: Some(settings) })
     }
 }
 

@@ -25,7 +25,8 @@ pub struct GridResult {
     pub x_m: Vec<f64>,
     pub y_m: Vec<f64>,
     pub illuminance_lux: Vec<Vec<f64>>,
-    /// Null before the second pass.
+    /// Null before the second pass, and where a method knows nothing of its error; of a deterministic method its
+    /// estimated numerical error.
     pub standard_error_lux: Vec<Vec<Option<f64>>>,
     /// Percent of the unobstructed horizontal illuminance of sky and sun, electric light included; null without daylight.
     pub illuminance_ratio_percent: Vec<Vec<Option<f64>>>,
@@ -105,7 +106,7 @@ fn finite(value: f64) -> Option<f64> {
     value.is_finite().then_some(value)
 }
 
-/// A mean with its standard error (null before the second pass), in lm.
+/// A mean with its standard error (null before the second pass, and where nothing is known of it), in lm.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct FluxResult {
     pub flux_lm: f64,

@@ -373,7 +373,16 @@ fn check_method(document: &JobDocument, checks: &mut Checks) {
     if method.kind == MethodKind::LightTracing && !document.views.is_empty() {
         checks.refuse("/method", "light_tracing computes grids only: use auto or sppm");
     }
-    let MethodSettings { photons_per_pass, initial_radius_m, alpha } = method.settings.unwrap_or_default();
+    let MethodSettings { photons_per_pass, initial_radius_m, alpha, coefficient, pipe_transmittance, bend_factor } =
+        method.settings.unwrap_or_default();
+    if let Some(coefficient) = coefficient {
+        checks.above("/method/coefficient", coefficient, 0.0, 10.0);
+    }
+    for (name, ratio) in [("pipe_transmittance", pipe_transmittance), ("bend_factor", bend_factor)] {
+        if let Some(ratio) = ratio {
+            checks.within(&format!("/method/{name}"), ratio, 0.0, 1.0);
+        }
+    }
     if let Some(photons) = photons_per_pass {
         checks.within("/method/photons_per_pass", photons, 64, 16_777_216);
     }

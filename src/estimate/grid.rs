@@ -1,5 +1,6 @@
 //! Illuminance grids.
 
+use crate::analytic::GridSolution;
 use crate::integrator::GridPass;
 use crate::statistics::Moments;
 
@@ -26,6 +27,20 @@ impl GridEstimate {
         self.mean.push(pass.illuminance.iter().sum::<f64>() / pass.illuminance.len() as f64);
     }
 
+    /// Adds the result of a solver: as two replicates whose spread is the numerical error, or as one where nothing is
+    /// known of it.
+    pub fn push_solution(&mut self, solution: &GridSolution) {
+        let values = solution.illuminance.iter();
+        let errors = solution.error.iter().map(|error| Some(*error)).chain(std::iter::repeat(None));
+        self.sensors.iter_mut().zip(values.zip(errors)).for_each(|(sensor, (value, error))| {
+            push_with_error(sensor, *value, error);
+        });
+        let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
+        // the errors of neighbours are alike: their mean, not less
+        let error = (!solution.error.is_empty()).then(|| mean(&solution.error));
+        push_with_error(&mut self.mean, mean(&solution.illuminance), error);
+    }
+
     pub fn merge(&mut self, later: &Self) {
         self.sensors.iter_mut().zip(&later.sensors).for_each(|(all, part)| all.merge(part));
         self.bias.iter_mut().zip(&later.bias).for_each(|(all, part)| all.merge(part));
@@ -43,6 +58,14 @@ impl GridEstimate {
 
     pub fn for_each_value(&mut self, f: &mut impl FnMut(&mut f64)) {
         self.sensors.iter_mut().chain(&mut self.bias).chain([&mut self.mean]).for_each(|m| m.for_each_value(f));
+    }
+}
+
+/// Two values around `value` whose mean has the standard error `error`; one value without it.
+pub fn push_with_error(moments: &mut Moments, value: f64, error: Option<f64>) {
+    match error {
+        None => moments.push(value),
+        Some(error) => [value - error, value + error].into_iter().for_each(|value| moments.push(value)),
     }
 }
 

@@ -8,6 +8,8 @@ pub use film::FilmEstimate;
 pub use grid::GridEstimate;
 pub use stopping::{Accuracy, StopRule};
 
+use self::grid::push_with_error;
+use crate::analytic::{Balance, Quantity, Solution};
 use crate::integrator::light_path::{Account, TubeFlux};
 use crate::integrator::{GridPass, Pass, ViewPass};
 use crate::scene::Scene;
@@ -77,6 +79,33 @@ impl Estimate {
             self.ledger.add(&pass.account.ledger);
             self.tubes.iter_mut().zip(&pass.account.tubes).for_each(|(estimate, flux)| estimate.push(flux));
         }
+    }
+
+    /// Adds the result of a solver, which counts as one pass.
+    pub fn push_solution(&mut self, solution: &Solution) {
+        self.passes += 1;
+        self.rays += solution.rays;
+        self.grids.iter_mut().zip(&solution.grids).for_each(|(estimate, grid)| estimate.push_solution(grid));
+        for (estimate, flux) in self.tubes.iter_mut().zip(&solution.tubes) {
+            let of = |moments: &mut Moments, quantity: Quantity| {
+                push_with_error(moments, quantity.value, quantity.error);
+            };
+            of(&mut estimate.at_collector, flux.at_collector);
+            of(&mut estimate.at_diffuser, flux.at_diffuser);
+            of(&mut estimate.into_room, flux.into_room);
+        }
+        let Balance { emitted, collector, guide, guide_top, diffuser, room, open_surfaces } = solution.balance;
+        self.ledger.add(&Ledger {
+            emitted,
+            luminaires: 0.0,
+            collector,
+            guide,
+            guide_top,
+            diffuser,
+            room,
+            open_surfaces,
+            cut: 0.0,
+        });
     }
 
     /// Adds a later range of passes of the same scene.

@@ -14,7 +14,8 @@ pub struct StopRule {
     pub max_seconds: f64,
 }
 
-/// Achieved relative errors at the asked confidence; `None` where the job has no such output, or fewer than two passes.
+/// Achieved relative errors at the asked confidence; `None` where the job has no such output, or nothing is known of its
+/// error: before the second pass, or by a formula.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Accuracy {
     pub grids: Option<f64>,
@@ -33,11 +34,11 @@ const LEAST_SHARE_OF_MEAN: f64 = 0.01;
 impl StopRule {
     /// Root mean square over sensors of z se / max(E, 0.01 mean E), the worst grid and the worst view.
     pub fn accuracy(&self, estimate: &Estimate) -> Accuracy {
-        if estimate.passes < 2 {
-            return Accuracy::default();
-        }
         let z = two_sided_normal_quantile(self.confidence);
-        let worst = |errors: &mut dyn Iterator<Item = f64>| errors.reduce(f64::max).map(|error| z * error);
+        // one pass tells no error, one solution does
+        let known = |error: &f64| estimate.passes >= 2 || error.is_finite();
+        let worst =
+            |errors: &mut dyn Iterator<Item = f64>| errors.reduce(f64::max).filter(known).map(|error| z * error);
         Accuracy {
             grids: worst(&mut estimate.grids.iter().map(grid_error)),
             views: worst(&mut estimate.views.iter().map(film_error)),

@@ -7,6 +7,7 @@ pub mod facets;
 pub mod lambert;
 pub mod obj;
 pub mod polygon;
+pub mod rectangle;
 pub mod section;
 pub mod triangle;
 

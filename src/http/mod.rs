@@ -12,6 +12,7 @@ pub mod results;
 pub mod router;
 pub mod server;
 pub mod skies;
+pub mod tubes;
 
 use std::sync::Arc;
 

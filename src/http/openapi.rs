@@ -28,6 +28,7 @@ use crate::http::router::api;
         (name = "results", description = "Grids, pictures and convergence; of a running job, what there is so far"),
         (name = "meshes", description = "Uploaded OBJ files"),
         (name = "skies", description = "The sky types of CIE S 011"),
+        (name = "tubes", description = "Closed forms of straight tubes"),
         (name = "operation", description = "Health, numbers, this description"),
     )
 )]

@@ -28,7 +28,7 @@ pub struct Problem {
     /// The path that was asked for.
     #[schema(format = "uri-reference", example = "/v1/jobs")]
     pub instance: String,
-    /// For an invalid document: what is wrong, field by field.
+    /// For an invalid document or query: what is wrong, field by field; of a query, `pointer` is the parameter's name.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub errors: Vec<FieldError>,
     #[serde(skip)]
@@ -77,6 +77,13 @@ impl Problem {
 
     pub fn unprocessable(kind: &'static str, title: &'static str, detail: impl Into<String>) -> Self {
         Self::new(StatusCode::UNPROCESSABLE_ENTITY, kind, title, detail)
+    }
+
+    /// Query parameters with bad values, by name.
+    pub fn invalid_parameters(errors: Vec<FieldError>) -> Self {
+        let first = errors.first().map_or(String::new(), |error| format!("{}: {}", error.pointer, error.detail));
+        let problem = Self::unprocessable("/problems/invalid-parameters", "The parameters are not valid", first);
+        Self { errors, ..problem }
     }
 
     pub fn unavailable(detail: impl Into<String>) -> Self {

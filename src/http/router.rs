@@ -22,7 +22,7 @@ use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
 
 use crate::http::problem::as_problem_documents;
-use crate::http::{Limits, Service, events, health, jobs, meshes, openapi, results, skies};
+use crate::http::{Limits, Service, events, health, jobs, meshes, openapi, results, skies, tubes};
 
 const REQUEST_ID: HeaderName = HeaderName::from_static("x-request-id");
 
@@ -40,6 +40,7 @@ fn api_with_mesh_limit(mesh_bytes: usize) -> OpenApiRouter<Arc<Service>> {
         .routes(routes!(jobs::cancel))
         .routes(routes!(meshes::get, meshes::delete))
         .routes(routes!(skies::skies))
+        .routes(routes!(tubes::transmission))
         .routes(routes!(openapi::openapi_yaml))
         .layer(CompressionLayer::new());
     let uploads = OpenApiRouter::new().routes(routes!(meshes::create)).layer(DefaultBodyLimit::max(mesh_bytes));

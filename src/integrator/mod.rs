@@ -3,6 +3,7 @@
 //! A pass is a pure function of (kernel, settings, seed, pass number): it can be computed anywhere, in any order, and has
 //! the same bits on any number of threads. Passes are independent replicates; `estimate` adds them up.
 
+pub mod deterministic;
 pub mod domain;
 pub mod emission;
 pub mod kernel;
@@ -17,13 +18,19 @@ use std::sync::atomic::AtomicBool;
 
 use light_path::Account;
 
+use crate::analytic::jenkins;
+
 pub use kernel::{Kernel, KernelError};
 
-/// The methods that compute passes, with their settings: the registry.
+/// The methods that compute passes, or the result at once, with their settings: the registry.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Method {
     LightTracing(light_tracing::Settings),
     Sppm(sppm::Settings),
+    /// At once.
+    Holigilm,
+    /// At once.
+    Jenkins(jenkins::Settings),
 }
 
 impl Method {
@@ -32,7 +39,14 @@ impl Method {
         match self {
             Self::LightTracing(_) => "light_tracing",
             Self::Sppm(_) => "sppm",
+            Self::Holigilm => "holigilm",
+            Self::Jenkins(_) => "jenkins",
         }
+    }
+
+    /// Whether one computation gives the result, without passes.
+    pub fn is_deterministic(&self) -> bool {
+        matches!(self, Self::Holigilm | Self::Jenkins(_))
     }
 }
 

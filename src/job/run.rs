@@ -10,14 +10,16 @@ use utoipa::ToSchema;
 
 use super::checkpoint;
 use super::tube_report::TubePerformance;
+use crate::analytic::Solver;
 use crate::document::{self, DocumentErrors, FieldError, JobDocument, MeshSource, Provenance, Warning};
 use crate::estimate::{Accuracy, Estimate, StopRule};
 use crate::integrator::light_tracing::LightTracing;
 use crate::integrator::luminaire::LuminaireKernel;
 use crate::integrator::sppm::Sppm;
-use crate::integrator::{Integrator, Kernel, Method};
+use crate::integrator::{Integrator, Kernel, Method, deterministic};
 use crate::plan::{self, Effects, Methods, Plan};
 use crate::scene::{Channels, Grid, Scene, View};
+use crate::statistics::interval::two_sided_normal_quantile;
 
 /// A job ready to render: immutable, shared by threads.
 pub struct Prepared {
@@ -41,6 +43,8 @@ pub struct Prepared {
 enum Engine {
     /// Nothing is lit: every value is exactly zero.
     Dark,
+    /// One computation gives everything.
+    Solver(Box<dyn Solver>),
     /// One method computes grids and views in the same passes.
     Shared(Box<dyn Integrator>),
     Separate {
@@ -127,7 +131,7 @@ pub fn prepare(document: &[u8], meshes: &dyn MeshSource) -> Result<Prepared, Doc
 /// The same for a parsed document.
 pub fn prepare_document(document: &JobDocument, meshes: &dyn MeshSource) -> Result<Prepared, DocumentErrors> {
     let refused = |pointer: &str, detail: String| DocumentErrors(vec![FieldError { pointer: pointer.into(), detail }]);
-    let (scene, warnings, mut provenance) = document::to_scene(document, meshes)?;
+    let (scene, mut warnings, mut provenance) = document::to_scene(document, meshes)?;
     let effects = Effects::of(&scene, &document.effect_requests());
     let kernel = plan::compile(&scene, &effects)
         .map_err(|error| refused(&format!("/tubes/{}/parts", error.tube), error.error.to_string()))?;
@@ -139,13 +143,15 @@ pub fn prepare_document(document: &JobDocument, meshes: &dyn MeshSource) -> Resu
     if let Some(sun) = &mut provenance.sun {
         sun.on = kernel.sun.is_some();
     }
+    warnings.extend(plan.methods.grids.iter().filter_map(|choice| document::method_warning(&choice.method)));
+    let stop = document.stop_rule();
     let kernel = Arc::new(kernel);
-    let engine = Engine::new(kernel.clone(), &scene, &plan.methods, document.seed);
+    let engine = Engine::new(kernel.clone(), &scene, &plan.methods, &stop, document.seed);
     let per_chunk = CHUNK_SECONDS / plan::cost::seconds_per_pass(&scene, &plan).max(1e-9);
     Ok(Prepared {
         document: serde_json::to_value(document).unwrap_or_default(),
         warnings,
-        stop: document.stop_rule(),
+        stop,
         name: document.name.clone(),
         chunk_passes: (per_chunk as u64).clamp(1, 4096),
         plan,
@@ -158,25 +164,31 @@ pub fn prepare_document(document: &JobDocument, meshes: &dyn MeshSource) -> Resu
 }
 
 impl Engine {
-    fn new(kernel: Arc<Kernel>, scene: &Scene, methods: &Methods, seed: u64) -> Self {
+    fn new(kernel: Arc<Kernel>, scene: &Scene, methods: &Methods, stop: &StopRule, seed: u64) -> Self {
         let electric = kernel.luminaires.iter().any(LuminaireKernel::emits);
         if kernel.sky.is_none() && kernel.sun.is_none() && !electric {
             return Self::Dark;
         }
-        let build = |method: &Method, grids: &[Grid], views: &[View]| -> Box<dyn Integrator> {
+        let target = stop.relative_error / two_sided_normal_quantile(stop.confidence);
+        if let Some(choice) = &methods.grids
+            && let Some(solver) = deterministic::solver(&choice.method, &kernel, scene, target, seed)
+        {
+            return Self::Solver(solver);
+        }
+        let build = |method: &Method, grids: &[Grid], views: &[View]| -> Option<Box<dyn Integrator>> {
             match scene.channels {
                 Channels::Photopic => integrator::<1>(method, kernel.clone(), grids, views, seed),
                 Channels::Rgb => integrator::<3>(method, kernel.clone(), grids, views, seed),
             }
         };
-        match methods {
-            Methods { grids: Some(choice), .. } if methods.share_passes() => {
-                Self::Shared(build(&choice.method, &scene.grids, &scene.views))
-            }
-            Methods { grids, views } => Self::Separate {
-                grids: grids.as_ref().map(|choice| build(&choice.method, &scene.grids, &[])),
-                views: views.as_ref().map(|choice| build(&choice.method, &[], &scene.views)),
-            },
+        let shared = methods.grids.as_ref().filter(|_| methods.share_passes());
+        if let Some(integrator) = shared.and_then(|choice| build(&choice.method, &scene.grids, &scene.views)) {
+            return Self::Shared(integrator);
+        }
+        let Methods { grids, views } = methods;
+        Self::Separate {
+            grids: grids.as_ref().and_then(|choice| build(&choice.method, &scene.grids, &[])),
+            views: views.as_ref().and_then(|choice| build(&choice.method, &[], &scene.views)),
         }
     }
 
@@ -187,6 +199,10 @@ impl Engine {
             Self::Dark => {
                 let dark = estimate.dark_pass();
                 estimate.push(Some(&dark), Some(&dark));
+            }
+            Self::Solver(solver) => {
+                let Some(solution) = solver.solve(cancel) else { return false };
+                estimate.push_solution(&solution);
             }
             Self::Shared(integrator) => {
                 let Some(pass) = run(integrator.as_ref()) else { return false };
@@ -205,22 +221,27 @@ impl Engine {
     }
 }
 
+/// The integrator of a method that computes passes.
 fn integrator<const C: usize>(
     method: &Method,
     kernel: Arc<Kernel>,
     grids: &[Grid],
     views: &[View],
     seed: u64,
-) -> Box<dyn Integrator> {
+) -> Option<Box<dyn Integrator>> {
     match method {
-        Method::LightTracing(settings) => Box::new(LightTracing::<C>::new(kernel, grids, settings, seed)),
-        Method::Sppm(settings) => Box::new(Sppm::<C>::new(kernel, grids, views, settings, seed)),
+        Method::LightTracing(settings) => Some(Box::new(LightTracing::<C>::new(kernel, grids, settings, seed))),
+        Method::Sppm(settings) => Some(Box::new(Sppm::<C>::new(kernel, grids, views, settings, seed))),
+        Method::Holigilm | Method::Jenkins(_) => None,
     }
 }
 
 impl Prepared {
     /// The passes of chunk `index`, fixed by the job alone; `None` past the last.
     pub fn chunk(&self, index: u64) -> Option<Range<u64>> {
+        if matches!(self.engine, Engine::Solver(_)) {
+            return (index == 0).then_some(0..1);
+        }
         chunk_range(index, self.chunk_passes, self.stop.max_passes)
     }
 
@@ -276,7 +297,8 @@ impl Prepared {
             let mut merged = before.clone();
             merge(&mut merged, &estimate);
             observer.pass_done(&self.report(&merged, seconds), &merged);
-            if seconds >= self.stop.max_seconds && merged.passes < self.stop.max_passes {
+            let complete = merged.passes >= self.stop.max_passes || matches!(self.engine, Engine::Solver(_));
+            if seconds >= self.stop.max_seconds && !complete {
                 ended = Some(StoppedBy::MaxSeconds);
                 break;
             }
@@ -304,7 +326,7 @@ impl Prepared {
 
     /// Whether the job is done after chunk `index` with everything merged into `merged`.
     pub fn stop_after(&self, index: u64, merged: &Estimate) -> Option<StoppedBy> {
-        if matches!(self.engine, Engine::Dark) {
+        if matches!(self.engine, Engine::Dark | Engine::Solver(_)) {
             Some(StoppedBy::Exact)
         } else if self.stop.accurate_enough(merged) {
             Some(StoppedBy::RelativeError)

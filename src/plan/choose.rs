@@ -1,6 +1,6 @@
 //! From effects to methods.
 
-use crate::integrator::{Kernel, Method, light_tracing, sppm};
+use crate::integrator::{Kernel, Method, deterministic, light_tracing, sppm};
 use crate::scene::{EstimateKind, Scene};
 
 /// Which method computes the grids and which the views; `None` where the job has no such output.
@@ -62,6 +62,12 @@ impl Methods {
             }
             MethodRequest::Method(method @ Method::Sppm(_)) => {
                 (choice(method.clone(), requested), choice(method.clone(), requested))
+            }
+            MethodRequest::Method(method @ (Method::Holigilm | Method::Jenkins(_))) => {
+                if let Some(reason) = deterministic::refuses(method, scene, kernel) {
+                    return Err(PlanRefusal(reason));
+                }
+                (choice(method.clone(), requested), None)
             }
         };
         Ok(Self { grids: grids.filter(|_| !scene.grids.is_empty()), views: views.filter(|_| !scene.views.is_empty()) })

@@ -1,0 +1,177 @@
+//! Light of sky and sun followed down through one tube to its opening and, where the closure is clear, into the room.
+
+use glam::DVec3;
+
+use super::profile::{Cells, RINGS, SECTORS};
+use super::reflectance;
+use crate::analytic::radiosity::Mesh;
+use crate::analytic::{Installation, Tube};
+use crate::guide::transmittance::zastrow_wittwer_transmission;
+use crate::guide::{End, Guide, Transit};
+use crate::optics::Closure;
+use crate::sampling::{Key, PathRandom, Replicate, warp};
+use crate::scene::EstimateKind;
+use crate::sky::sampler::SkySampler;
+use crate::sky::sun::HALF_ANGLE;
+use crate::sky::{Sky, Sun};
+
+/// What the light comes from.
+#[derive(Clone, Copy)]
+pub enum Source<'a> {
+    Sky(&'a Sky, &'a SkySampler),
+    Sun(&'a Sun),
+}
+
+/// Where the light of one source through one tube goes, in lm.
+#[derive(Clone, Debug)]
+pub struct Beam {
+    pub emitted: f64,
+    pub collector: f64,
+    pub guide: f64,
+    pub guide_top: f64,
+    /// Onto the cells of the Lambertian zone, from above.
+    pub cells: Vec<f64>,
+    /// Onto the clear zone, from above.
+    pub clear: f64,
+    /// Through the clear zone onto the patches of the room.
+    pub patches: Vec<f64>,
+    /// Through the clear zone onto the cells of each grid of averages, in lux.
+    pub grids: Vec<Vec<f64>>,
+}
+
+impl Beam {
+    /// Onto the whole opening from above.
+    pub fn at_diffuser(&self) -> f64 {
+        self.lambertian() + self.clear
+    }
+
+    pub fn lambertian(&self) -> f64 {
+        self.cells.iter().sum()
+    }
+
+    /// Multiplies what passes the guide by `factor`, and gives or takes the rest from its mirrors.
+    pub fn scale(&mut self, factor: f64) {
+        self.guide += (1.0 - factor) * self.at_diffuser();
+        self.clear *= factor;
+        let values = self.cells.iter_mut().chain(&mut self.patches).chain(self.grids.iter_mut().flatten());
+        values.for_each(|value| *value *= factor);
+    }
+}
+
+/// A table of directions for the sky's light into a tube.
+pub fn sky_sampler(sky: &Sky, tube: &Tube) -> Option<SkySampler> {
+    SkySampler::new(sky, |toward| {
+        let likely = match &tube.guide {
+            Guide::Straight(guide) => {
+                let tangent = toward.truncate().length() / toward.z.max(1e-9);
+                let aspect = guide.length / (2.0 * guide.radius);
+                zastrow_wittwer_transmission(aspect, tangent, reflectance(guide)).max(1e-3)
+            }
+            _ => 1.0,
+        };
+        likely * tube.guide.projected_area_m2(-toward)
+    })
+}
+
+/// Follows `count` rays of one replicate.
+pub fn follow(room: &Installation, mesh: &Mesh, tube: &Tube, source: Source, stream: Key, count: u64) -> Beam {
+    let cells = lambertian_cells(tube);
+    let averages = |kind: EstimateKind, len: usize| if kind == EstimateKind::CellAverage { len } else { 0 };
+    let mut beam = Beam {
+        emitted: 0.0,
+        collector: 0.0,
+        guide: 0.0,
+        guide_top: 0.0,
+        cells: vec![0.0; if cells.is_some() { RINGS * SECTORS } else { 0 }],
+        clear: 0.0,
+        patches: vec![0.0; mesh.patches.len()],
+        grids: room.grids.iter().map(|grid| vec![0.0; averages(grid.estimate, grid.len())]).collect(),
+    };
+    let mut random = PathRandom::new(stream);
+    for number in 0..count {
+        let (replicate, index) = Replicate::of(stream, number);
+        let [u, v, s, t] = replicate.point(index, 0);
+        let (toward, luminance_per_density) = match source {
+            Source::Sky(sky, sampler) => {
+                let (toward, density) = sampler.sample([u, v]);
+                (toward, sky.luminance(toward) / density)
+            }
+            Source::Sun(sun) => {
+                let toward = warp::around(sun.direction, warp::cone([u, v], HALF_ANGLE));
+                let visible = if toward.z > 0.0 { 1.0 } else { 0.0 };
+                (toward, visible * sun.luminance_cd_m2() * Sun::solid_angle_sr())
+            }
+        };
+        let Some(entry) = tube.guide.entry([s, t], -toward) else { continue };
+        let flux = luminance_per_density * entry.projected_area_m2 / count as f64;
+        let transit: Transit<1> = tube.guide.down(entry.position, -toward, &mut random);
+        let (collector, weight) = (transit.collector.luminance(), transit.weight().luminance());
+        beam.emitted += flux;
+        beam.collector += flux * (1.0 - collector);
+        beam.guide += flux * (collector - weight);
+        match transit.end {
+            End::Opening => {}
+            End::Top => {
+                beam.guide_top += flux * weight;
+                continue;
+            }
+            End::Lost | End::Cut => {
+                beam.guide += flux * weight;
+                continue;
+            }
+        }
+        let arriving = flux * weight;
+        match (tube.diffuser.at(transit.position.truncate().length()), cells) {
+            (Closure::Specular { transmittance }, _) => {
+                beam.clear += arriving;
+                let start = tube.origin + transit.position.with_z(0.0);
+                land(room, mesh, start, transit.direction, arriving * transmittance[0], &mut beam);
+            }
+            (Closure::Lambertian { .. }, Some(cells)) => beam.cells[cells.at(transit.position.truncate())] += arriving,
+            // measured diffusers are refused
+            (Closure::Lambertian { .. }, None) | (Closure::Measured(_), _) => beam.guide += arriving,
+        }
+    }
+    beam
+}
+
+/// The cells of a diffuser's Lambertian zone, if it has one.
+pub fn lambertian_cells(tube: &Tube) -> Option<Cells> {
+    if !tube.diffuser.scatters(tube.radius) {
+        return None;
+    }
+    let (inner, outer) = match tube.diffuser.specular_zone(tube.radius) {
+        None => (0.0, tube.radius),
+        Some((from, to)) if from == 0.0 => (to, tube.radius),
+        Some((from, _)) => (0.0, from),
+    };
+    Some(Cells { inner, outer })
+}
+
+/// Books light that enters the room at `start` on the cells that it crosses and the patch where it arrives.
+fn land(room: &Installation, mesh: &Mesh, start: DVec3, direction: DVec3, flux: f64, beam: &mut Beam) {
+    let (mut distance, mut face) = (f64::INFINITY, 4);
+    for axis in 0..3 {
+        let far = direction[axis] > 0.0;
+        let wall = if far { room.size[axis] } else { 0.0 };
+        let to_wall = (wall - start[axis]) / direction[axis];
+        if direction[axis] != 0.0 && to_wall < distance {
+            (distance, face) = (to_wall.max(0.0), 2 * axis + usize::from(far));
+        }
+    }
+    let end = start + direction * distance;
+    beam.patches[mesh.patch_at(face, end)] += flux;
+    for (grid, cells) in room.grids.iter().zip(&mut beam.grids).filter(|(_, cells)| !cells.is_empty()) {
+        if end.z > grid.height_m {
+            continue;
+        }
+        let crossing = start.lerp(end, (start.z - grid.height_m) / (start.z - end.z));
+        let index = |axis: usize, first: f64| {
+            let position = (crossing[axis] - first) / grid.cell_size_m[axis] + 0.5;
+            (position >= 0.0).then_some(position as usize).filter(|index| *index < grid.cells[axis])
+        };
+        if let (Some(i), Some(j)) = (index(0, grid.x_m[0]), index(1, grid.y_m[0])) {
+            cells[j * grid.cells[0] + i] += flux / (grid.cell_size_m[0] * grid.cell_size_m[1]);
+        }
+    }
+}

@@ -1,0 +1,141 @@
+//! The room's interreflection, and where its light ends.
+
+use glam::DVec2;
+
+use super::light::TubeLight;
+use super::{REPLICATES, cell_mean, centre, clear_transmittance, gauss, lambertian_coefficients};
+use crate::analytic::radiosity::{Exitances, Interreflection, Mesh, Patch};
+use crate::analytic::{Balance, Installation, Tube};
+use crate::geometry::disc::disc_polygon_area;
+use crate::scene::{EstimateKind, Face, Grid};
+
+/// Direct illuminance averaged over the patches of the room, in lux.
+pub struct PatchLight {
+    /// By randomisation.
+    pub replicas: Vec<Vec<f64>>,
+    /// Whether the randomisations differ by more than the profile of a diffuser.
+    pub varies: bool,
+    /// Share of the Lambertian zones' flux that the rule over the patches misses.
+    pub closure: f64,
+}
+
+impl PatchLight {
+    pub fn mean(&self) -> Vec<f64> {
+        let sum = |patch: usize| self.replicas.iter().map(|values| values[patch]).sum::<f64>();
+        (0..self.replicas[0].len()).map(|patch| sum(patch) / REPLICATES as f64).collect()
+    }
+}
+
+/// The interreflected light at one level.
+pub struct Indirect<'a> {
+    room: &'a Interreflection,
+    exitances: Exitances,
+    /// On the coarse mesh, by randomisation; empty when they do not differ.
+    coarse: Vec<Vec<f64>>,
+    closure: f64,
+}
+
+impl<'a> Indirect<'a> {
+    pub fn new(room: &'a Interreflection, direct: &PatchLight) -> Self {
+        let nothing = |count: usize| vec![f64::NAN; count];
+        // rooms without limit are refused before; should one slip through, the result is not finite and the job fails
+        let exitances = room.exitances(&direct.mean()).unwrap_or_else(|_| {
+            let count = room.mesh().patches.len();
+            Exitances { fine: nothing(count), coarse: nothing(count), correction: f64::NAN }
+        });
+        let varying: &[Vec<f64>] = if direct.varies { &direct.replicas } else { &[] };
+        let coarse = varying.iter().filter_map(|values| room.coarse_exitance(values).ok()).collect();
+        Self { room, exitances, coarse, closure: direct.closure }
+    }
+
+    /// Illuminance at a point or averaged over a cell, and its error, in lux.
+    pub fn at(&self, grid: &Grid, sensor: usize) -> (f64, f64) {
+        let centre = centre(grid, sensor);
+        let (middle, mut error) = self.room.illuminance(&self.exitances, centre);
+        error += self.closure * middle;
+        if grid.estimate == EstimateKind::Point {
+            return (middle, error);
+        }
+        let coarse = |points: usize| {
+            cell_mean(grid, centre, &gauss(points), |point| self.room.coarse_illuminance(&self.exitances.coarse, point))
+        };
+        let mean = cell_mean(grid, centre, &gauss(3), |point| self.room.illuminance(&self.exitances, point).0);
+        (mean, error + (coarse(3) - coarse(2)).abs())
+    }
+
+    /// Illuminance in each randomisation, on the coarse mesh; nothing when they do not differ.
+    pub fn spread(&self, grid: &Grid, sensor: usize) -> impl Iterator<Item = f64> {
+        let centre = centre(grid, sensor);
+        self.coarse.iter().map(move |exitance| self.room.coarse_illuminance(exitance, centre))
+    }
+}
+
+/// The room with the openings in its ceiling.
+pub fn room(installation: &Installation, lights: &[TubeLight]) -> Interreflection {
+    let underside = |(tube, light): (&Tube, &TubeLight)| underside(tube, light.returned);
+    let openings: Vec<f64> = installation.tubes.iter().zip(lights).map(underside).collect();
+    Interreflection::new(installation.size, |patch| {
+        let face = installation.reflectance[patch.face].unwrap_or(0.0);
+        let shares = installation.tubes.iter().zip(&openings).map(|(tube, opening)| (share(patch, tube), opening));
+        shares.fold(face, |sum, (share, opening)| sum + share * (opening - face))
+    })
+}
+
+/// Reflectance of an opening seen from the room, its zones weighted by their areas.
+fn underside(tube: &Tube, returned: f64) -> f64 {
+    let clear = tube.diffuser.specular_zone(tube.radius).map_or(0.0, |(inner, outer)| outer * outer - inner * inner);
+    let (transmittance, reflectance) = lambertian_coefficients(&tube.diffuser);
+    // up through the sheet, back down the guide, and through it, or up again
+    let lambertian = reflectance + transmittance * transmittance * returned / (1.0 - reflectance * returned);
+    lambertian * (1.0 - clear / (tube.radius * tube.radius))
+}
+
+/// Share of a patch that a tube's opening covers.
+fn share(patch: &Patch, tube: &Tube) -> f64 {
+    if patch.face != Face::Ceiling as usize {
+        return 0.0;
+    }
+    let (low, high) = (patch.low, patch.high);
+    let corners = [(low.x, low.y), (high.x, low.y), (high.x, high.y), (low.x, high.y)];
+    let corners = corners.map(|(x, y)| DVec2::new(x, y));
+    (disc_polygon_area(tube.origin.truncate(), tube.radius, &corners) / patch.area()).clamp(0.0, 1.0)
+}
+
+/// Books the light that ends in the room; `direct`: averages over the patches.
+pub fn book(
+    installation: &Installation,
+    mesh: &Mesh,
+    direct: &[f64],
+    indirect: Option<&Indirect>,
+    balance: &mut Balance,
+) {
+    let reflected = indirect.map(|indirect| indirect.room.patch_illuminance(&indirect.exitances));
+    for (index, patch) in mesh.patches.iter().enumerate() {
+        let flux = patch.area() * (direct[index] + reflected.as_ref().map_or(0.0, |values| values[index]));
+        let mut covered = 0.0;
+        for tube in &installation.tubes {
+            let share = share(patch, tube);
+            covered += share;
+            let (absorbed, up) = upward(tube);
+            balance.diffuser += absorbed * share * flux;
+            balance.guide_top += up * share * flux;
+        }
+        match installation.reflectance[patch.face] {
+            None => balance.open_surfaces += flux,
+            Some(reflectance) => {
+                let kept = if reflected.is_some() { 1.0 - reflectance } else { 1.0 };
+                balance.room += kept * (1.0 - covered) * flux;
+            }
+        }
+    }
+}
+
+/// Shares of the light on an opening from below that its closure absorbs, and that goes up into the guide.
+fn upward(tube: &Tube) -> (f64, f64) {
+    let clear = tube.diffuser.specular_zone(tube.radius).map_or(0.0, |(inner, outer)| outer * outer - inner * inner)
+        / (tube.radius * tube.radius);
+    let (transmittance, reflectance) = lambertian_coefficients(&tube.diffuser);
+    let through = clear_transmittance(&tube.diffuser);
+    let absorbed = clear * (1.0 - through) + (1.0 - clear) * (1.0 - transmittance - reflectance);
+    (absorbed, clear * through + (1.0 - clear) * transmittance)
+}

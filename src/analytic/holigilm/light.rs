@@ -1,0 +1,344 @@
+//! The light that comes out of the tubes, in independent randomisations.
+
+use std::f64::consts::PI;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use rayon::prelude::*;
+
+use super::aperture::{luminance_from, sun_nodes};
+use super::beam::{Beam, Source, follow, lambertian_cells, sky_sampler};
+use super::indirect::PatchLight;
+use super::profile::{Cells, Profile, RINGS, SECTORS};
+use super::reflectance;
+use super::{FIRST_RAYS, Holigilm, REPLICATES, gauss, lambertian_coefficients, patch_mean};
+use crate::analytic::radiosity::Mesh;
+use crate::analytic::{Balance, Installation, Quantity, Tube, TubeSolution};
+use crate::guide::transmittance::{beam_transmission, sky_exitance};
+use crate::guide::{End, Guide, Transit};
+use crate::optics::Closure;
+use crate::sampling::{Key, PathRandom, Replicate, warp};
+use crate::sky::Sky;
+use crate::sky::sampler::SkySampler;
+use crate::statistics::Moments;
+
+/// Points of the rule for [`TubeLight::returned`].
+const RETURN_RAYS: u64 = 1 << 14;
+
+/// Nodes over the solar disc for its flux through a straight tube.
+const SUN_FLUX_NODES: usize = 256;
+
+/// What of one tube does not depend on the level.
+#[derive(Debug)]
+pub struct TubeLight {
+    sampler: Option<SkySampler>,
+    /// Through a straight tube.
+    sky: Option<Through>,
+    sun: Option<Through>,
+    /// Share of uniform diffuse light, sent up into the guide, that comes back down; 0 where it is not to be followed.
+    pub returned: f64,
+}
+
+/// Flux in lm at the upper end and at the diffuser.
+#[derive(Clone, Copy, Debug)]
+struct Through {
+    emitted: f64,
+    at_diffuser: f64,
+}
+
+/// One randomisation of one tube's light.
+pub struct Replica {
+    /// What leaves the Lambertian zone.
+    pub profile: Option<Profile>,
+    /// Through the clear zone onto the room's patches, in lm.
+    patches: Vec<f64>,
+    /// Through the clear zone onto the cells of each grid of averages, in lux.
+    pub grids: Vec<Vec<f64>>,
+    at_diffuser: f64,
+    into_room: f64,
+    balance: Balance,
+    rays: u64,
+}
+
+/// The light of all tubes at one level.
+pub struct Light {
+    /// By tube, then by randomisation.
+    pub replicas: Vec<Vec<Replica>>,
+    /// Mean over the randomisations, by tube.
+    pub profiles: Vec<Option<Profile>>,
+}
+
+impl TubeLight {
+    pub fn new(room: &Installation, tube: &Tube) -> Self {
+        let area = PI * tube.radius * tube.radius;
+        let straight = if let Guide::Straight(guide) = &tube.guide { Some(guide) } else { None };
+        let aspect = straight.map_or(0.0, |guide| guide.length / (2.0 * guide.radius));
+        let sky = straight.zip(room.sky.as_ref()).map(|(guide, sky)| Through {
+            emitted: area * sky.horizontal_illuminance_lux(),
+            at_diffuser: area * guide.collector_transmittance[0] * sky_exitance(sky, aspect, reflectance(guide)),
+        });
+        let sun = straight.zip(room.sun.as_ref()).map(|(guide, sun)| {
+            // horizontal illuminance through a transmission, over the disc
+            let horizontal = |transmission: &dyn Fn(f64) -> f64| -> f64 {
+                let nodes = sun_nodes(sun, SUN_FLUX_NODES);
+                let integral = nodes.iter().map(|node| {
+                    let (sin, cos) = node.zenith_angle.sin_cos();
+                    sin * cos * 2.0 * node.half_azimuth * node.step * transmission(sin / cos)
+                });
+                sun.luminance_cd_m2() * integral.sum::<f64>()
+            };
+            let through = |tangent: f64| beam_transmission(aspect, tangent, reflectance(guide));
+            Through {
+                emitted: area * horizontal(&|_| 1.0),
+                at_diffuser: area * guide.collector_transmittance[0] * horizontal(&through),
+            }
+        });
+        Self {
+            sampler: room.sky.as_ref().and_then(|sky| sky_sampler(sky, tube)),
+            sky,
+            sun,
+            returned: if room.guide_return { returned(tube) } else { 0.0 },
+        }
+    }
+}
+
+/// Share of uniform diffuse light, sent up from the opening, that comes back down.
+fn returned(tube: &Tube) -> f64 {
+    if !tube.guide.returns_light() {
+        return 0.0;
+    }
+    let key = Key::new(0);
+    let mut random = PathRandom::new(key);
+    let back = (0..RETURN_RAYS).map(|number| {
+        let (replicate, index) = Replicate::of(key, number);
+        let [u, v, s, t] = replicate.point(index, 0);
+        let start = (warp::disc([u, v]) * tube.radius).extend(0.0);
+        let transit: Transit<1> = tube.guide.up(start, warp::cosine_hemisphere([s, t]), &mut random);
+        if transit.end == End::Opening { transit.weight().luminance() } else { 0.0 }
+    });
+    back.sum::<f64>() / RETURN_RAYS as f64
+}
+
+/// Luminances that arrive on the upper side of the cells from the sky, added up over `count` rays: the profile's shape.
+fn sky_shape(tube: &Tube, sky: &Sky, cells: Cells, stream: Key, count: u64) -> Vec<f64> {
+    let mut shape = vec![0.0; RINGS * SECTORS];
+    let mut random = PathRandom::new(stream);
+    for number in 0..count {
+        let (replicate, index) = Replicate::of(stream, number);
+        let [u, v, s, t] = replicate.point(index, 0);
+        let point = warp::annulus([u, v], cells.inner, cells.outer);
+        shape[cells.at(point)] += luminance_from(&tube.guide, sky, point, [s, t], &mut random);
+    }
+    shape
+}
+
+impl Light {
+    /// `None` when cancelled.
+    pub fn new(method: &Holigilm, level: u32, mesh: &Mesh, cancel: &AtomicBool) -> Option<Self> {
+        let count = FIRST_RAYS << (2 * level);
+        let tubes = method.room.tubes.len();
+        let replicas: Option<Vec<Replica>> = (0..tubes * REPLICATES as usize)
+            .into_par_iter()
+            .map(|index| {
+                let (tube, replicate) = (index / REPLICATES as usize, index as u64 % REPLICATES);
+                let stream = method.seed.child(tube as u64).child(replicate);
+                (!cancel.load(Ordering::Relaxed)).then(|| Replica::new(method, mesh, tube, stream, count))
+            })
+            .collect();
+        let mut rest = replicas?.into_iter();
+        let replicas: Vec<Vec<Replica>> =
+            (0..tubes).map(|_| rest.by_ref().take(REPLICATES as usize).collect()).collect();
+        let mean =
+            |of_tube: &Vec<Replica>| Profile::mean(of_tube.iter().filter_map(|replica| replica.profile.as_ref()));
+        Some(Self { profiles: replicas.iter().map(mean).collect(), replicas })
+    }
+
+    pub fn rays(&self) -> u64 {
+        self.replicas.iter().flatten().map(|replica| replica.rays).sum()
+    }
+
+    pub fn tubes(&self) -> Vec<TubeSolution> {
+        let quantity = |replicas: &[Replica], of: fn(&Replica) -> f64| {
+            let mut moments = Moments::default();
+            replicas.iter().for_each(|replica| moments.push(of(replica)));
+            Quantity { value: moments.mean, error: Some(moments.standard_error()) }
+        };
+        let tube = |replicas: &Vec<Replica>| TubeSolution {
+            at_collector: quantity(replicas, |replica| replica.balance.emitted),
+            at_diffuser: quantity(replicas, |replica| replica.at_diffuser),
+            into_room: quantity(replicas, |replica| replica.into_room),
+        };
+        self.replicas.iter().map(tube).collect()
+    }
+
+    /// Where the light went before it entered the room.
+    pub fn balance(&self) -> Balance {
+        let mut sum = Balance::default();
+        for replica in self.replicas.iter().flatten() {
+            let Balance { emitted, collector, guide, guide_top, diffuser, .. } = replica.balance;
+            let mean = |value: f64| value / REPLICATES as f64;
+            sum.emitted += mean(emitted);
+            sum.collector += mean(collector);
+            sum.guide += mean(guide);
+            sum.guide_top += mean(guide_top);
+            sum.diffuser += mean(diffuser);
+        }
+        sum
+    }
+
+    /// Direct illuminance averaged over the patches.
+    pub fn on_patches(&self, method: &Holigilm, mesh: &Mesh) -> PatchLight {
+        let rule = gauss(3);
+        let (mut missed, mut total) = (0.0, 0.0);
+        // of each Lambertian zone, for 1 lm: from the mean profile
+        let mut shapes: Vec<Option<Vec<f64>>> = Vec::new();
+        for (tube, profile) in method.room.tubes.iter().zip(&self.profiles) {
+            let Some(profile) = profile.as_ref().filter(|profile| profile.flux() > 0.0) else {
+                shapes.push(None);
+                continue;
+            };
+            let mean = |patch: &crate::analytic::radiosity::Patch| {
+                if patch.face == crate::scene::Face::Ceiling as usize {
+                    return 0.0;
+                }
+                patch_mean(patch, &rule, |point, normal| {
+                    let way = point - tube.origin;
+                    profile.illuminance(way.truncate(), -way.z, normal)
+                })
+            };
+            let mut values: Vec<f64> = mesh.patches.par_iter().map(mean).collect();
+            let landed: f64 = values.iter().zip(&mesh.patches).map(|(lux, patch)| lux * patch.area()).sum();
+            missed += (landed - profile.flux()).abs();
+            total += profile.flux();
+            values.iter_mut().for_each(|value| *value /= landed);
+            shapes.push(Some(values));
+        }
+        let replica = |number: usize| {
+            let mut lux = vec![0.0; mesh.patches.len()];
+            for (of_tube, shape) in self.replicas.iter().zip(&shapes) {
+                let replica = &of_tube[number];
+                for ((lux, flux), patch) in lux.iter_mut().zip(&replica.patches).zip(&mesh.patches) {
+                    *lux += flux / patch.area();
+                }
+                if let (Some(shape), Some(profile)) = (shape, &replica.profile) {
+                    let flux = profile.flux();
+                    lux.iter_mut().zip(shape).for_each(|(lux, share)| *lux += flux * share);
+                }
+            }
+            lux
+        };
+        // flux through a straight tube onto a diffuser that scatters everything is the same in all
+        let varies = method.room.tubes.iter().any(|tube| {
+            !matches!(tube.guide, Guide::Straight(_)) || tube.diffuser.specular_zone(tube.radius).is_some()
+        });
+        let replicas = (0..REPLICATES as usize).map(replica).collect();
+        PatchLight { replicas, varies, closure: if total > 0.0 { missed / total } else { 0.0 } }
+    }
+}
+
+impl Replica {
+    fn new(method: &Holigilm, mesh: &Mesh, number: usize, stream: Key, count: u64) -> Self {
+        let (room, tube, light) = (&method.room, &method.room.tubes[number], &method.lights[number]);
+        let cells = lambertian_cells(tube);
+        let mut flux = vec![0.0; if cells.is_some() { RINGS * SECTORS } else { 0 }];
+        let mut replica = Self {
+            profile: None,
+            patches: vec![0.0; mesh.patches.len()],
+            grids: room.grids.iter().map(|grid| vec![0.0; grid.len()]).collect(),
+            at_diffuser: 0.0,
+            into_room: 0.0,
+            balance: Balance::default(),
+            rays: 0,
+        };
+        if let Some((sky, sampler)) = room.sky.as_ref().zip(light.sampler.as_ref()) {
+            let clear = tube.diffuser.specular_zone(tube.radius).is_some();
+            let on_lambertian = match light.sky {
+                // nothing but the profile is unknown
+                Some(through) if !clear => {
+                    replica.add_through(tube, through);
+                    through.at_diffuser
+                }
+                through => {
+                    let beam = follow(room, mesh, tube, Source::Sky(sky, sampler), stream.child(0), count);
+                    replica.add(tube, beam, through, count)
+                }
+            };
+            if let Some(cells) = cells {
+                let shape = sky_shape(tube, sky, cells, stream.child(1), count);
+                replica.rays += count;
+                let sum: f64 = shape.iter().sum();
+                if sum > 0.0 {
+                    flux.iter_mut().zip(&shape).for_each(|(flux, share)| *flux += share * on_lambertian / sum);
+                }
+            }
+        }
+        if let Some(sun) = &room.sun {
+            let mut beam = follow(room, mesh, tube, Source::Sun(sun), stream.child(2), count);
+            let on_cells = std::mem::take(&mut beam.cells);
+            let arrived: f64 = on_cells.iter().sum();
+            beam.cells = vec![arrived];
+            let on_lambertian = replica.add(tube, beam, light.sun, count);
+            let scale = if arrived > 0.0 { on_lambertian / arrived } else { 0.0 };
+            flux.iter_mut().zip(&on_cells).for_each(|(flux, cell)| *flux += scale * cell);
+        }
+        if let Some(cells) = cells {
+            replica.scatter(tube, cells, flux, light.returned);
+        }
+        replica
+    }
+
+    /// What passes a straight tube onto a diffuser without clear zone.
+    fn add_through(&mut self, tube: &Tube, through: Through) {
+        let Guide::Straight(guide) = &tube.guide else { return };
+        let Through { emitted, at_diffuser } = through;
+        let collector = emitted * (1.0 - guide.collector_transmittance[0]);
+        self.balance.emitted += emitted;
+        self.balance.collector += collector;
+        self.balance.guide += emitted - collector - at_diffuser;
+    }
+
+    /// Adds a beam, scaled to the flux that is known to pass the guide; returns what arrives at the Lambertian zone.
+    fn add(&mut self, tube: &Tube, mut beam: Beam, known: Option<Through>, count: u64) -> f64 {
+        if let Some(through) = known {
+            let arrived = beam.at_diffuser();
+            beam.scale(if arrived > 0.0 { through.at_diffuser / arrived } else { 0.0 });
+            self.add_through(tube, through);
+        } else {
+            self.balance.emitted += beam.emitted;
+            self.balance.collector += beam.collector;
+            self.balance.guide += beam.guide;
+            self.balance.guide_top += beam.guide_top;
+        }
+        let transmittance = match tube.diffuser.at(zone_radius(tube)) {
+            Closure::Specular { transmittance } => transmittance[0],
+            Closure::Lambertian { .. } | Closure::Measured(_) => 0.0,
+        };
+        self.at_diffuser += beam.clear;
+        self.into_room += transmittance * beam.clear;
+        self.balance.diffuser += (1.0 - transmittance) * beam.clear;
+        self.patches.iter_mut().zip(&beam.patches).for_each(|(sum, flux)| *sum += flux);
+        for (sums, cells) in self.grids.iter_mut().zip(&beam.grids) {
+            sums.iter_mut().zip(cells).for_each(|(sum, lux)| *sum += lux);
+        }
+        self.rays += count;
+        beam.lambertian()
+    }
+
+    /// Light on the upper side of a Lambertian zone, in lm per cell, leaves below; what it sends up and the guide sends
+    /// back arrives again.
+    fn scatter(&mut self, tube: &Tube, cells: Cells, mut flux: Vec<f64>, returned: f64) {
+        let (transmittance, reflectance) = lambertian_coefficients(&tube.diffuser);
+        let again = 1.0 / (1.0 - reflectance * returned);
+        let above = again * flux.iter().sum::<f64>();
+        flux.iter_mut().for_each(|value| *value *= again * transmittance);
+        self.at_diffuser += above;
+        self.into_room += transmittance * above;
+        self.balance.diffuser += (1.0 - transmittance - reflectance) * above;
+        self.balance.guide_top += reflectance * (1.0 - returned) * above;
+        self.profile = Some(cells.profile(&flux));
+    }
+}
+
+/// A radius within the clear zone; within the opening where there is none.
+fn zone_radius(tube: &Tube) -> f64 {
+    tube.diffuser.specular_zone(tube.radius).map_or(0.0, |(inner, outer)| 0.5 * (inner + outer))
+}

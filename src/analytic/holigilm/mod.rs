@@ -1,0 +1,296 @@
+//! HOLIGILM: hollow light guides without random walks, after the method of Kocifaj, Darula and Kittler (2008); formulated
+//! here from the physics (PHYSICS 3.4), not transcribed.
+//!
+//! * The flux that arrives at the diffuser: in closed form through straight tubes (Swift and Smith's series over the sky
+//!   and the solar disc), by a low-discrepancy rule over directions and entry points through bent ones.
+//! * Lambertian zones: the profile of illuminance on their upper side in rings and sectors, by rays followed backward into
+//!   the sky and forward from the sun; then rings in closed form at every sensor.
+//! * Clear zones: an integral over the opening, followed backward from every sensor into sky and sun; cell averages and
+//!   what falls on the room's faces by rays followed forward.
+//! * The room's interreflection by radiosity.
+//!
+//! Every rule runs in independent randomisations of one low-discrepancy sequence, whose spread is the estimate of its
+//! error; rules without points run at two resolutions. Rays are added until the asked accuracy is reached or a cap.
+
+pub mod aperture;
+pub mod beam;
+mod indirect;
+mod light;
+pub mod profile;
+
+use std::num::NonZeroUsize;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use gauss_quad::GaussLegendre;
+use glam::DVec3;
+use rayon::prelude::*;
+
+use self::aperture::{Aperture, sun_nodes};
+use self::indirect::Indirect;
+use self::light::{Light, TubeLight};
+use self::profile::Profile;
+use super::radiosity::{Interreflection, Mesh, Patch};
+use super::{GridSolution, Installation, Solution, Solver, Tube};
+use crate::guide::{Guide, StraightGuide};
+use crate::optics::Diffuser;
+use crate::sampling::Key;
+use crate::scene::{EstimateKind, Grid};
+use crate::statistics::Moments;
+
+/// Independent randomisations.
+const REPLICATES: u64 = 8;
+
+/// Rays per source, tube and randomisation at the first level; four times as many at each next one.
+const FIRST_RAYS: u64 = 1 << 13;
+
+/// The same per point sensor and tube with a clear zone.
+const FIRST_SENSOR_RAYS: u64 = 1 << 8;
+
+/// Nodes over the solar disc, and steps along the arc of each, at the first level; twice as many at each next one.
+const FIRST_SUN_NODES: usize = 16;
+const FIRST_SUN_STEPS: usize = 64;
+
+/// Levels at most: 2^21 rays per source, tube and randomisation.
+const LEVELS: u32 = 5;
+
+/// No level is begun that would take more rays than this.
+const MOST_RAYS: u64 = 2_000_000_000;
+
+/// How much larger the errors that more rays do not reduce must be for no level to follow.
+const FIXED_SHARE: f64 = 3.0;
+
+/// Values below this share of a grid's mean are judged as if they were as large: as when a job stops.
+const LEAST_SHARE_OF_MEAN: f64 = 0.01;
+
+/// The method on one installation.
+#[derive(Debug)]
+pub struct Holigilm {
+    room: Installation,
+    lights: Vec<TubeLight>,
+    /// Relative standard error asked for.
+    target: f64,
+    seed: Key,
+}
+
+/// A value with the part of its error that more rays reduce, and the part that they do not.
+#[derive(Clone, Copy, Default)]
+struct Value {
+    lux: f64,
+    noise: f64,
+    fixed: f64,
+    rays: u64,
+}
+
+/// A solution and the relative errors of its worst grid.
+struct Level {
+    solution: Solution,
+    noise: f64,
+    fixed: f64,
+}
+
+impl Holigilm {
+    /// `target`: relative standard error asked for; `seed` chooses the randomisations.
+    ///
+    /// Tubes are straight or bent. A bent tube with a clear zone gets no sunlight at points, and its clear zone returns
+    /// none of the light that goes up from the room.
+    pub fn new(room: Installation, target: f64, seed: u64) -> Self {
+        let lights = room.tubes.iter().map(|tube| TubeLight::new(&room, tube)).collect();
+        Self { room, lights, target, seed: Key::new(seed) }
+    }
+
+    fn at_level(&self, level: u32, room: Result<&Interreflection, &Mesh>, cancel: &AtomicBool) -> Option<Level> {
+        let mesh = room.map_or_else(|mesh| mesh, Interreflection::mesh);
+        let light = Light::new(self, level, mesh, cancel)?;
+        let direct = light.on_patches(self, mesh);
+        let indirect = room.ok().map(|room| Indirect::new(room, &direct));
+        let mut balance = light.balance();
+        indirect::book(&self.room, mesh, &direct.mean(), indirect.as_ref(), &mut balance);
+        let mut rays = light.rays();
+        let mut grids = Vec::new();
+        for (number, grid) in self.room.grids.iter().enumerate() {
+            let values: Option<Vec<Value>> = (0..grid.len())
+                .into_par_iter()
+                .map(|sensor| {
+                    (!cancel.load(Ordering::Relaxed))
+                        .then(|| self.sensor(level, number, sensor, &light, indirect.as_ref()))
+                })
+                .collect();
+            let values = values?;
+            rays += values.iter().map(|value| value.rays).sum::<u64>();
+            grids.push(values);
+        }
+        let worst = |part: fn(&Value) -> f64| grids.iter().map(|grid| relative_error(grid, part)).fold(0.0, f64::max);
+        let (noise, fixed) = (worst(|value| value.noise), worst(|value| value.fixed));
+        let solution_of = |grid: &Vec<Value>| GridSolution {
+            illuminance: grid.iter().map(|value| value.lux).collect(),
+            error: grid.iter().map(|value| value.noise.hypot(value.fixed)).collect(),
+        };
+        let grids = grids.iter().map(solution_of).collect();
+        Some(Level { solution: Solution { grids, tubes: light.tubes(), balance, rays }, noise, fixed })
+    }
+
+    fn sensor(&self, level: u32, number: usize, sensor: usize, light: &Light, indirect: Option<&Indirect>) -> Value {
+        let grid = &self.room.grids[number];
+        let average = grid.estimate == EstimateKind::CellAverage;
+        let stream = self.seed.child(1 << 32).child(number as u64).child(sensor as u64);
+        let mut replicas = vec![0.0; REPLICATES as usize];
+        let mut value = Value::default();
+        for (index, tube) in self.room.tubes.iter().enumerate() {
+            if let Some(mean) = &light.profiles[index] {
+                for (sum, replica) in replicas.iter_mut().zip(&light.replicas[index]) {
+                    let profile = replica.profile.as_ref().unwrap_or(mean);
+                    *sum += lambertian(tube, profile, grid, sensor, 0);
+                }
+                let fine = lambertian(tube, mean, grid, sensor, 0);
+                value.fixed += (fine - lambertian(tube, &mean.coarse(), grid, sensor, 0)).abs();
+                if average {
+                    value.fixed += (fine - lambertian(tube, mean, grid, sensor, 1)).abs();
+                }
+            }
+            let Some(zone) = tube.diffuser.specular_zone(tube.radius) else { continue };
+            if average {
+                for (sum, replica) in replicas.iter_mut().zip(&light.replicas[index]) {
+                    *sum += replica.grids[number][sensor];
+                }
+                continue;
+            }
+            let aperture = Aperture { tube, sensor: centre(grid, sensor), zone };
+            let transmittance = clear_transmittance(&tube.diffuser);
+            if let Some(sky) = &self.room.sky {
+                let count = FIRST_SENSOR_RAYS << (2 * level);
+                for (replicate, sum) in replicas.iter_mut().enumerate() {
+                    let stream = stream.child(index as u64).child(replicate as u64);
+                    *sum += transmittance * aperture.sky(sky, stream, count);
+                }
+                value.rays += count * REPLICATES;
+            }
+            if let (Some(sun), Guide::Straight(guide)) = (&self.room.sun, &tube.guide) {
+                let (nodes, steps) = (FIRST_SUN_NODES << level, FIRST_SUN_STEPS << level);
+                let (fine, rays) = aperture.sun(guide, sun, &sun_nodes(sun, nodes), steps);
+                let (coarse, coarse_rays) = aperture.sun(guide, sun, &sun_nodes(sun, nodes / 2), steps / 2);
+                value.lux += transmittance * fine;
+                value.noise += transmittance * (fine - coarse).abs();
+                value.rays += rays + coarse_rays;
+            }
+        }
+        value.lux += replicas.iter().sum::<f64>() / REPLICATES as f64;
+        if let Some(indirect) = indirect {
+            let (lux, error) = indirect.at(grid, sensor);
+            value.lux += lux;
+            value.fixed += error;
+            replicas.iter_mut().zip(indirect.spread(grid, sensor)).for_each(|(sum, lux)| *sum += lux);
+        }
+        let mut moments = Moments::default();
+        replicas.iter().for_each(|replica| moments.push(*replica));
+        value.noise = value.noise.hypot(moments.standard_error());
+        value
+    }
+}
+
+impl Solver for Holigilm {
+    fn solve(&self, cancel: &AtomicBool) -> Option<Solution> {
+        let reflects = self.room.reflectance.iter().flatten().any(|reflectance| *reflectance > 0.0);
+        let room = (self.room.interreflection && reflects).then(|| indirect::room(&self.room, &self.lights));
+        let mesh = Mesh::fine(self.room.size);
+        let mut level = 0;
+        let mut rays = 0;
+        loop {
+            let Level { mut solution, noise, fixed } = self.at_level(level, room.as_ref().ok_or(&mesh), cancel)?;
+            rays += solution.rays;
+            level += 1;
+            let accurate = noise.hypot(fixed) <= self.target || noise * FIXED_SHARE <= fixed;
+            if accurate || level == LEVELS || 4 * solution.rays > MOST_RAYS {
+                solution.rays = rays;
+                return Some(solution);
+            }
+        }
+    }
+}
+
+/// Root mean square of a part of the error over max(value, 0.01 mean).
+fn relative_error(values: &[Value], part: fn(&Value) -> f64) -> f64 {
+    let mean = values.iter().map(|value| value.lux).sum::<f64>() / values.len() as f64;
+    let square = |value: &Value| {
+        let error = part(value);
+        if error == 0.0 { 0.0 } else { (error / value.lux.max(LEAST_SHARE_OF_MEAN * mean)).powi(2) }
+    };
+    (values.iter().map(square).sum::<f64>() / values.len() as f64).sqrt()
+}
+
+/// Where a sensor is, or the centre of its cell.
+fn centre(grid: &Grid, sensor: usize) -> DVec3 {
+    DVec3::new(grid.x_m[sensor % grid.cells[0]], grid.y_m[sensor / grid.cells[0]], grid.height_m)
+}
+
+/// Light of a Lambertian zone at a point, or averaged over a cell by Gauss' rule; `fewer` points per edge than usual.
+fn lambertian(tube: &Tube, profile: &Profile, grid: &Grid, sensor: usize, fewer: usize) -> f64 {
+    let centre = centre(grid, sensor);
+    let depth = tube.origin.z - centre.z;
+    let at = |point: DVec3| profile.illuminance((point - tube.origin).truncate(), depth, DVec3::Z);
+    if grid.estimate == EstimateKind::Point {
+        return at(centre);
+    }
+    // the light changes over lengths of the depth, or of the radius where that is larger
+    let cells = grid.cell_size_m[0].max(grid.cell_size_m[1]) / depth;
+    let points = (3 + (4.0 * cells) as usize).min(24) - fewer;
+    cell_mean(grid, centre, &gauss(points), at)
+}
+
+/// Mean over the cell around `centre` by a product of two rules.
+fn cell_mean(grid: &Grid, centre: DVec3, rule: &[(f64, f64)], at: impl Fn(DVec3) -> f64) -> f64 {
+    let mut sum = 0.0;
+    for (x, weight_x) in rule {
+        for (y, weight_y) in rule {
+            let offset = DVec3::new(x * grid.cell_size_m[0], y * grid.cell_size_m[1], 0.0);
+            sum += weight_x * weight_y * at(centre + offset);
+        }
+    }
+    sum
+}
+
+/// Gauss-Legendre nodes in -0.5..0.5 and weights that add up to one.
+fn gauss(points: usize) -> Vec<(f64, f64)> {
+    let rule = GaussLegendre::new(NonZeroUsize::new(points).unwrap_or(NonZeroUsize::MIN));
+    rule.as_node_weight_pairs().iter().map(|(node, weight)| (0.5 * node, 0.5 * weight)).collect()
+}
+
+/// Mean over a patch of what `at` gives for a point and the patch's normal.
+fn patch_mean(patch: &Patch, rule: &[(f64, f64)], at: impl Fn(DVec3, DVec3) -> f64) -> f64 {
+    let (u, v) = ((patch.axis() + 1) % 3, (patch.axis() + 2) % 3);
+    let extent = patch.high - patch.low;
+    let mut sum = 0.0;
+    for (a, weight_a) in rule {
+        for (b, weight_b) in rule {
+            let mut point = patch.centre();
+            point[u] += a * extent[u];
+            point[v] += b * extent[v];
+            sum += weight_a * weight_b * at(point, patch.normal());
+        }
+    }
+    sum
+}
+
+/// Reflectance of a guide; mirrors whose reflectance depends on the angle are refused.
+fn reflectance(guide: &StraightGuide) -> f64 {
+    guide.reflectance.reflectance(|| 1.0)[0]
+}
+
+/// Transmittance of a diffuser's clear zone.
+fn clear_transmittance(diffuser: &Diffuser) -> f64 {
+    match *diffuser {
+        Diffuser::Clear { transmittance } => transmittance[0],
+        Diffuser::Mixed { clear_transmittance, .. } => clear_transmittance[0],
+        _ => 1.0,
+    }
+}
+
+/// Transmittance and reflectance of a diffuser's Lambertian zone.
+fn lambertian_coefficients(diffuser: &Diffuser) -> (f64, f64) {
+    match *diffuser {
+        Diffuser::Lambertian { transmittance, reflectance } => (transmittance[0], reflectance[0]),
+        Diffuser::Mixed { lambertian_transmittance, lambertian_reflectance, .. } => {
+            (lambertian_transmittance[0], lambertian_reflectance[0])
+        }
+        _ => (0.0, 0.0),
+    }
+}

@@ -1,0 +1,99 @@
+//! Solvers without random passes: one computation gives values and, where it can be told, their numerical error.
+
+pub mod holigilm;
+pub mod jenkins;
+pub mod radiosity;
+
+use std::sync::atomic::AtomicBool;
+
+use glam::DVec3;
+
+use crate::guide::Guide;
+use crate::optics::Diffuser;
+use crate::scene::Grid;
+use crate::sky::{Sky, Sun};
+
+/// One tube as the solvers take it.
+#[derive(Clone, Debug)]
+pub struct Tube {
+    /// Centre of the opening, in the ceiling plane.
+    pub origin: DVec3,
+    /// Of the opening and of the guide, metres.
+    pub radius: f64,
+    pub guide: Guide,
+    pub diffuser: Diffuser,
+}
+
+/// An empty box room under tubes, in one photopic channel.
+#[derive(Clone, Debug)]
+pub struct Installation {
+    pub sky: Option<Sky>,
+    pub sun: Option<Sun>,
+    pub size: DVec3,
+    /// Per face, in the order of [`crate::scene::Face`]; `None` where a face is open.
+    pub reflectance: [Option<f64>; 6],
+    pub tubes: Vec<Tube>,
+    pub grids: Vec<Grid>,
+    /// Whether light reflected between the faces counts.
+    pub interreflection: bool,
+    /// Whether light counts that goes up into a guide and comes back down.
+    pub guide_return: bool,
+}
+
+/// A computation that gives its result at once.
+pub trait Solver: Send + Sync {
+    /// Computes on the current rayon pool; `None` when `cancel` was raised meanwhile.
+    fn solve(&self, cancel: &AtomicBool) -> Option<Solution>;
+}
+
+/// What a solver gives.
+#[derive(Clone, Debug, Default)]
+pub struct Solution {
+    pub grids: Vec<GridSolution>,
+    pub tubes: Vec<TubeSolution>,
+    /// Where the light went; all zero when the solver does not follow it.
+    pub balance: Balance,
+    pub rays: u64,
+}
+
+/// Illuminance of one grid in lux, one value per sensor.
+#[derive(Clone, Debug, Default)]
+pub struct GridSolution {
+    pub illuminance: Vec<f64>,
+    /// Estimated numerical error per sensor; empty when nothing is known of it.
+    pub error: Vec<f64>,
+}
+
+/// Flux through one tube in lm.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct TubeSolution {
+    pub at_collector: Quantity,
+    pub at_diffuser: Quantity,
+    pub into_room: Quantity,
+}
+
+/// A value and its estimated numerical error; `None` when nothing is known of it.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Quantity {
+    pub value: f64,
+    pub error: Option<f64>,
+}
+
+/// Where the light went, in lm.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Balance {
+    /// Reaches the collectors from outside.
+    pub emitted: f64,
+    /// Absorbed by collectors on the way in.
+    pub collector: f64,
+    /// Absorbed by mirrors on the way down.
+    pub guide: f64,
+    /// Leaves at the upper end of a guide.
+    pub guide_top: f64,
+    /// Absorbed by diffusers.
+    pub diffuser: f64,
+    /// Absorbed by the faces of the room.
+    pub room: f64,
+    /// Leaves through open faces.
+    pub open_surfaces: f64,
+}

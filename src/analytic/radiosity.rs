@@ -1,0 +1,404 @@
+//! Light reflected between the six diffuse faces of an empty box room.
+//!
+//! Faces are divided into rectangular patches; the exitance is constant on a patch, the illuminance is taken at its centre
+//! with exact form factors from there to every patch. Every row of form factors adds up to one, so no light is lost.
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use crate::geometry::rectangle::{parallel_factor, perpendicular_factor};
+
+/// Patches that a room gets at most, about: 16 x 16 on every face of a cube.
+const PATCHES: f64 = 1536.0;
+
+/// Fewest patches along an edge of the room.
+const LEAST_DIVISIONS: usize = 4;
+
+/// Sweeps after which the solution is given up; with the balance of all light restored after every sweep, ten to forty do.
+const MOST_SWEEPS: usize = 1000;
+
+/// Largest change of a sweep relative to the largest exitance at which the solution stands.
+const CONVERGED: f64 = 1e-12;
+
+/// Distance in diagonals of a patch within which an element sees it divided, and into how many parts per edge.
+const NEAR: f64 = 2.5;
+const DIVIDED: usize = 4;
+
+/// Rounds of scaling after which the factors are reciprocal to rounding.
+const BALANCINGS: usize = 30;
+
+/// A rectangle on a face of the room; faces are numbered as in [`crate::scene::Face`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Patch {
+    pub face: usize,
+    /// Corners with the smallest and largest coordinates; equal along the face's axis.
+    pub low: DVec3,
+    pub high: DVec3,
+}
+
+/// How a room's faces are divided.
+#[derive(Clone, Debug)]
+pub struct Mesh {
+    pub size: DVec3,
+    /// Patches along x, y and z.
+    pub divisions: [usize; 3],
+    /// Face by face; on a face, the second of its two axes (in the order x, y, z, x, y) runs fastest.
+    pub patches: Vec<Patch>,
+}
+
+/// The patches' form factors and reflectances.
+#[derive(Clone, Debug)]
+pub struct Radiosity {
+    mesh: Mesh,
+    reflectance: Vec<f64>,
+    /// Row i: from the centre of patch i to every patch.
+    factors: Vec<f64>,
+}
+
+/// The exitance could not be found: a closed room that absorbs nothing, or next to nothing.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("the room absorbs nothing: its interreflection has no limit")]
+pub struct NoLimit;
+
+/// A horizontal or face-parallel element that receives light.
+#[derive(Clone, Copy, Debug)]
+struct Element {
+    position: DVec3,
+    axis: usize,
+    /// Along the axis, +1 or -1.
+    sign: f64,
+}
+
+impl Patch {
+    pub fn axis(&self) -> usize {
+        self.face / 2
+    }
+
+    pub fn centre(&self) -> DVec3 {
+        0.5 * (self.low + self.high)
+    }
+
+    /// Area in m2.
+    pub fn area(&self) -> f64 {
+        let extent = self.high - self.low;
+        let axis = self.axis();
+        extent[(axis + 1) % 3] * extent[(axis + 2) % 3]
+    }
+
+    /// Unit normal into the room.
+    pub fn normal(&self) -> DVec3 {
+        DVec3::AXES[self.axis()] * self.sign()
+    }
+
+    /// +1 on the faces at 0, -1 on the others.
+    fn sign(&self) -> f64 {
+        if self.face % 2 == 1 { -1.0 } else { 1.0 }
+    }
+
+    /// Form factor from an element to this patch; nothing stands in between.
+    fn factor_from(&self, element: Element) -> f64 {
+        let Element { position, axis, sign } = element;
+        let own = self.axis();
+        let reach = |k: usize| [self.low[k] - position[k], self.high[k] - position[k]];
+        let distance = (self.low[own] - position[own]).abs();
+        // an element in the patch's plane, or one that looks the same way, sees nothing of it
+        if distance == 0.0 || (own == axis && sign == self.sign()) {
+            return 0.0;
+        }
+        if own == axis {
+            return parallel_factor(distance, reach((own + 1) % 3), reach((own + 2) % 3));
+        }
+        let along = reach(axis);
+        let along = if sign > 0.0 { along } else { [-along[1], -along[0]] };
+        perpendicular_factor(distance, reach(3 - own - axis), along)
+    }
+}
+
+impl Mesh {
+    /// `divisions`: patches along x, y and z, each >= 1.
+    pub fn new(size: DVec3, divisions: [usize; 3]) -> Self {
+        let mut patches = Vec::new();
+        for face in 0..6 {
+            let axis = face / 2;
+            let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
+            for i in 0..divisions[u] {
+                for j in 0..divisions[v] {
+                    let mut low = DVec3::ZERO;
+                    low[axis] = if face % 2 == 1 { size[axis] } else { 0.0 };
+                    let mut high = low;
+                    for (k, index) in [(u, i), (v, j)] {
+                        let at = |n: usize| size[k] * n as f64 / divisions[k] as f64;
+                        (low[k], high[k]) = (at(index), at(index + 1));
+                    }
+                    patches.push(Patch { face, low, high });
+                }
+            }
+        }
+        Self { size, divisions, patches }
+    }
+
+    /// Nearly square patches, about 1500 of them; an even number along every edge.
+    pub fn fine(size: DVec3) -> Self {
+        let area = 2.0 * (size.x * size.y + size.y * size.z + size.z * size.x);
+        let side = (area / PATCHES).sqrt();
+        Self::new(size, [0, 1, 2].map(|axis| 2 * ((0.5 * size[axis] / side).round() as usize).max(LEAST_DIVISIONS / 2)))
+    }
+
+    /// Patches of twice the size.
+    pub fn coarse(&self) -> Self {
+        Self::new(self.size, self.divisions.map(|n| (n / 2).max(1)))
+    }
+
+    /// The patch that holds a point of a face.
+    pub fn patch_at(&self, face: usize, position: DVec3) -> usize {
+        let first: usize = (0..face).map(|face| self.on_face(face)).sum();
+        let axis = face / 2;
+        let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
+        let index = |k: usize| {
+            ((position[k] / self.size[k] * self.divisions[k] as f64).max(0.0) as usize).min(self.divisions[k] - 1)
+        };
+        first + index(u) * self.divisions[v] + index(v)
+    }
+
+    fn on_face(&self, face: usize) -> usize {
+        let axis = face / 2;
+        self.divisions[(axis + 1) % 3] * self.divisions[(axis + 2) % 3]
+    }
+
+    /// Area means of `values` over the patches of `coarse`, whose divisions are half of these.
+    pub fn merged(&self, values: &[f64], coarse: &Self) -> Vec<f64> {
+        let mut sums = vec![0.0; coarse.patches.len()];
+        for (patch, value) in self.patches.iter().zip(values) {
+            sums[coarse.patch_at(patch.face, patch.centre())] += value * patch.area();
+        }
+        sums.iter().zip(&coarse.patches).map(|(sum, patch)| sum / patch.area()).collect()
+    }
+}
+
+impl Radiosity {
+    /// `reflectance`: of each patch of `mesh`, 0..=1; 0 where a face is open.
+    pub fn new(mesh: Mesh, reflectance: Vec<f64>) -> Self {
+        let row = |patch: &Patch| {
+            let element = Element { position: patch.centre(), axis: patch.axis(), sign: patch.sign() };
+            mesh.patches.iter().map(|other| other.factor_from(element)).collect::<Vec<_>>()
+        };
+        let rows: Vec<Vec<f64>> = mesh.patches.par_iter().map(row).collect();
+        let mut radiosity = Self { factors: rows.concat(), mesh, reflectance };
+        radiosity.balance();
+        radiosity
+    }
+
+    /// Makes the factors reciprocal, A_i F_ij = A_j F_ji, with rows that add up to one: no light is made or lost.
+    ///
+    /// From a point the factor differs from the mean over the patch; its symmetric part is nearer to the mean. Scaling
+    /// rows and columns alike (Sinkhorn and Knopp 1967) restores the sums.
+    fn balance(&mut self) {
+        let areas: Vec<f64> = self.mesh.patches.iter().map(Patch::area).collect();
+        let count = areas.len();
+        for i in 0..count {
+            for j in 0..i {
+                let (forth, back) = (i * count + j, j * count + i);
+                let mean = 0.5 * (areas[i] * self.factors[forth] + areas[j] * self.factors[back]);
+                (self.factors[forth], self.factors[back]) = (mean, mean);
+            }
+            self.factors[i * count + i] *= areas[i];
+        }
+        let mut scale = vec![1.0; count];
+        for _ in 0..BALANCINGS {
+            let sums = self.seen(&scale);
+            for i in 0..count {
+                scale[i] = (scale[i] * areas[i] / sums[i]).sqrt();
+            }
+        }
+        for (i, row) in self.factors.chunks_exact_mut(count).enumerate() {
+            let sum: f64 = row.iter().zip(&scale).map(|(factor, scale)| factor * scale).sum();
+            row.iter_mut().zip(&scale).for_each(|(factor, scale)| *factor *= scale / sum);
+            debug_assert!((sum * scale[i] / areas[i] - 1.0).abs() < 1e-6);
+        }
+    }
+
+    pub fn mesh(&self) -> &Mesh {
+        &self.mesh
+    }
+
+    /// Exitance of every patch in lm/m2, for direct illuminances averaged over the patches, in lux.
+    ///
+    /// Gauss-Seidel sweeps; after each, the balance of all light is restored by adding a multiple of the reflectances,
+    /// which takes away the slow decay in rooms that absorb little.
+    pub fn exitance(&self, direct: &[f64]) -> Result<Vec<f64>, NoLimit> {
+        let count = self.mesh.patches.len();
+        let areas: Vec<f64> = self.mesh.patches.iter().map(Patch::area).collect();
+        let residual_of = |values: &[f64], source: &[f64]| -> f64 {
+            let seen = self.seen(values);
+            (0..count).map(|i| areas[i] * (self.reflectance[i] * (source[i] + seen[i]) - values[i])).sum()
+        };
+        let balance = -residual_of(&self.reflectance, &vec![0.0; count]);
+        let mut exitance: Vec<f64> = direct.iter().zip(&self.reflectance).map(|(lux, rho)| lux * rho).collect();
+        if exitance.iter().all(|value| *value == 0.0) {
+            return Ok(exitance);
+        }
+        if balance <= 1e-12 * areas.iter().sum::<f64>() {
+            return Err(NoLimit);
+        }
+        for _ in 0..MOST_SWEEPS {
+            let mut change = 0f64;
+            for i in 0..count {
+                let value = self.reflectance[i] * (direct[i] + dot(self.row(i), &exitance));
+                change = change.max((value - exitance[i]).abs());
+                exitance[i] = value;
+            }
+            let share = residual_of(&exitance, direct) / balance;
+            for (value, rho) in exitance.iter_mut().zip(&self.reflectance) {
+                *value += share * rho;
+            }
+            let largest = exitance.iter().copied().fold(0.0, f64::max);
+            if change.max(share.abs()) <= CONVERGED * largest {
+                return Ok(exitance);
+            }
+        }
+        Err(NoLimit)
+    }
+
+    /// Interreflected illuminance of a horizontal element that looks up, in lux.
+    ///
+    /// Patches near the element are divided, with an exitance that runs linearly between their neighbours.
+    pub fn illuminance(&self, exitance: &[f64], position: DVec3) -> f64 {
+        let element = Element { position, axis: 2, sign: 1.0 };
+        let of_patch = |(index, patch): (usize, &Patch)| {
+            let extent = patch.high - patch.low;
+            let near = (patch.centre() - position).length_squared() < NEAR * NEAR * extent.length_squared();
+            if near && patch.face != 4 {
+                self.divided(exitance, index, element)
+            } else {
+                exitance[index] * patch.factor_from(element)
+            }
+        };
+        self.mesh.patches.iter().enumerate().map(of_patch).sum()
+    }
+
+    /// Light of a patch whose exitance is linear, in `DIVIDED` x `DIVIDED` parts.
+    fn divided(&self, exitance: &[f64], index: usize, element: Element) -> f64 {
+        let patch = &self.mesh.patches[index];
+        let (u, v) = ((patch.axis() + 1) % 3, (patch.axis() + 2) % 3);
+        let slope = |k: usize| {
+            let step = DVec3::AXES[k] * (patch.high[k] - patch.low[k]);
+            let at = |to: DVec3| self.mesh.patch_at(patch.face, to);
+            // beyond the face's edge this is the patch itself
+            let (before, after) = (at(patch.centre() - step), at(patch.centre() + step));
+            let steps = f64::from(u8::from(before != index) + u8::from(after != index));
+            if steps == 0.0 { 0.0 } else { (exitance[after] - exitance[before]) / steps }
+        };
+        let slopes = [slope(u), slope(v)];
+        let extent = patch.high - patch.low;
+        let part = |k: usize| (k as f64 + 0.5) / DIVIDED as f64 - 0.5;
+        let mut sum = 0.0;
+        for k in 0..DIVIDED * DIVIDED {
+            let (i, j) = (k / DIVIDED, k % DIVIDED);
+            let (mut low, mut high) = (patch.low, patch.low);
+            for (axis, n) in [(u, i), (v, j)] {
+                low[axis] += extent[axis] * n as f64 / DIVIDED as f64;
+                high[axis] += extent[axis] * (n + 1) as f64 / DIVIDED as f64;
+            }
+            let value = exitance[index] + slopes[0] * part(i) + slopes[1] * part(j);
+            sum += value * Patch { face: patch.face, low, high }.factor_from(element);
+        }
+        sum
+    }
+
+    /// Illuminance of every patch from the exitances, in lux.
+    pub fn seen(&self, exitance: &[f64]) -> Vec<f64> {
+        (0..self.mesh.patches.len()).into_par_iter().map(|i| dot(self.row(i), exitance)).collect()
+    }
+
+    fn row(&self, patch: usize) -> &[f64] {
+        let count = self.mesh.patches.len();
+        &self.factors[patch * count..(patch + 1) * count]
+    }
+}
+
+/// In eight partial sums of fixed order, so that the compiler may use vectors.
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    let mut sums = [0.0; 8];
+    let (a, b) = (a.chunks_exact(8), b.chunks_exact(8));
+    let rest: f64 = a.remainder().iter().zip(b.remainder()).map(|(a, b)| a * b).sum();
+    for (a, b) in a.zip(b) {
+        for k in 0..8 {
+            sums[k] += a[k] * b[k];
+        }
+    }
+    sums.iter().sum::<f64>() + rest
+}
+
+/// Two solutions on meshes of halving patch size, extrapolated.
+#[derive(Clone, Debug)]
+pub struct Interreflection {
+    fine: Radiosity,
+    coarse: Radiosity,
+}
+
+/// Exitances of both meshes.
+#[derive(Clone, Debug)]
+pub struct Exitances {
+    pub fine: Vec<f64>,
+    pub coarse: Vec<f64>,
+    /// Root mean square, over the room, of the correction by extrapolation relative to the interreflected illuminance.
+    pub correction: f64,
+}
+
+impl Interreflection {
+    /// `reflectance`: of a patch; the mean over the patch where it varies.
+    pub fn new(size: DVec3, reflectance: impl Fn(&Patch) -> f64) -> Self {
+        let fine = Mesh::fine(size);
+        let coarse = fine.coarse();
+        let of = |mesh: Mesh| {
+            let values = mesh.patches.iter().map(&reflectance).collect();
+            Radiosity::new(mesh, values)
+        };
+        Self { fine: of(fine), coarse: of(coarse) }
+    }
+
+    /// The mesh whose patches the direct illuminance is averaged over.
+    pub fn mesh(&self) -> &Mesh {
+        self.fine.mesh()
+    }
+
+    /// From direct illuminances averaged over the patches of [`Interreflection::mesh`], in lux.
+    pub fn exitances(&self, direct: &[f64]) -> Result<Exitances, NoLimit> {
+        let (fine, coarse) = (self.fine.exitance(direct)?, self.coarse_exitance(direct)?);
+        let seen = self.mesh().merged(&self.fine.seen(&fine), self.coarse.mesh());
+        let squares = self.coarse.seen(&coarse).into_iter().zip(&seen).map(|(coarse, fine)| {
+            let mean = 0.5 * (coarse + fine);
+            if mean > 0.0 { ((fine - coarse) / (3.0 * mean)).powi(2) } else { 0.0 }
+        });
+        let correction = (squares.sum::<f64>() / seen.len() as f64).sqrt();
+        Ok(Exitances { fine, coarse, correction })
+    }
+
+    /// On the coarse mesh alone: for the spread between replicates of the direct illuminance.
+    pub fn coarse_exitance(&self, direct: &[f64]) -> Result<Vec<f64>, NoLimit> {
+        self.coarse.exitance(&self.mesh().merged(direct, self.coarse.mesh()))
+    }
+
+    /// Interreflected illuminance of a horizontal element that looks up, and the estimated error, in lux.
+    ///
+    /// The error of constant patches falls with the square of their size: Richardson's extrapolation of both meshes. The
+    /// correction may pass through zero where the error does not, so the error is put at half of the correction here and
+    /// half of its root mean square over the room together.
+    pub fn illuminance(&self, exitances: &Exitances, position: DVec3) -> (f64, f64) {
+        let fine = self.fine.illuminance(&exitances.fine, position);
+        let coarse = self.coarse.illuminance(&exitances.coarse, position);
+        let correction = (fine - coarse) / 3.0;
+        let value = fine + correction;
+        (value, 0.5 * (correction.abs() + exitances.correction * value))
+    }
+
+    /// The same on the coarse mesh, without extrapolation.
+    pub fn coarse_illuminance(&self, exitance: &[f64], position: DVec3) -> f64 {
+        self.coarse.illuminance(exitance, position)
+    }
+
+    /// Interreflected illuminance of the patches of [`Interreflection::mesh`] in lux.
+    pub fn patch_illuminance(&self, exitances: &Exitances) -> Vec<f64> {
+        self.fine.seen(&exitances.fine)
+    }
+}
