@@ -4,12 +4,17 @@ mod reference;
 
 use std::f64::consts::PI;
 
+use glam::DVec3;
+use rayon::prelude::*;
 use reference::{assert_close, json, number, rows};
 use skyduct::geometry::disc::disc_irradiance;
 use skyduct::guide::transmittance::{beam_transmission, sky_exitance, zastrow_wittwer_transmission};
+use skyduct::guide::{BentGuide, End, Guide};
+use skyduct::sampling::{Key, PathRandom, Replicate, warp};
 use skyduct::sky::sun::{Site, UtcInstant, beam_normal_illuminance_lux, position_at};
 use skyduct::sky::zenith::{self, ZenithFormula, zenith_luminance_cd_m2};
 use skyduct::sky::{CieType, Sky, SkyDistribution, direction};
+use skyduct::statistics::Moments;
 
 fn cie_type(number: &str) -> CieType {
     CieType::new(number.parse().unwrap()).unwrap()
@@ -141,4 +146,90 @@ fn disc_form_factors() {
         assert_close(form_factor, number(&row[1]), 1e-15, 1e-18, &row[0]);
         assert_close(1000.0 / (PI * 0.127 * 0.127) * form_factor, number(&row[3]), 1e-14, 0.5e-12, &row[0]);
     }
+}
+
+/// Every row of the diffuse-sky transmissions, to its error and its last printed digit.
+#[test]
+fn transmission_of_cie_skies() {
+    let table = rows("tube_transmission_cie_skies.csv");
+    assert_eq!(table.len(), 1920);
+    table.par_iter().for_each(|row| {
+        let sky =
+            Sky { distribution: sky_distribution(&row[0], number(&row[1]).to_radians()), zenith_luminance_cd_m2: 1.0 };
+        let transmission = sky_exitance(&sky, number(&row[3]), number(&row[2])) / sky.horizontal_illuminance_lux();
+        assert_close(transmission, number(&row[4]), 0.0, 1.5e-6, &format!("{row:?}"));
+    });
+}
+
+/// Long and dull tubes, where the quadrature does not resolve every kink: 1e-6 against a midpoint rule of 20 000 points.
+#[test]
+fn transmission_of_long_and_dull_tubes() {
+    let sky = Sky { distribution: sky_distribution("5", 0.6), zenith_luminance_cd_m2: 1.0 };
+    for (aspect, reflectance) in [(100.0, 0.9), (100.0, 0.995), (100.0, 0.9999), (30.0, 0.5), (0.01, 0.1), (5.0, 0.0)] {
+        let points = 20_000;
+        let midpoint = |k: u32| {
+            // uniform in sin^2
+            let sin_squared = (f64::from(k) + 0.5) / f64::from(points);
+            beam_transmission(aspect, (sin_squared / (1.0 - sin_squared)).sqrt(), reflectance)
+        };
+        let parts: Vec<f64> = (0..100u32)
+            .into_par_iter()
+            .map(|part| (part * points / 100..(part + 1) * points / 100).map(midpoint).sum())
+            .collect();
+        let truth = parts.iter().sum::<f64>() / f64::from(points);
+        let value = sky_exitance(&sky, aspect, reflectance) / PI;
+        assert_close(value, truth, 0.0, 1e-6, &format!("L/D {aspect}, R {reflectance}"));
+    }
+}
+
+/// Every row of the mitred elbows, forward and back, isotropic and collimated: 4 combined standard errors, the share that
+/// the reference cut, and the last printed digit.
+#[test]
+fn elbows() {
+    let table = rows("elbow_transmission.csv");
+    assert_eq!(table.len(), 60);
+    table.par_iter().for_each(|row| {
+        let (sin, cos) = number(&row[0]).to_radians().sin_cos();
+        let axis = DVec3::new(sin, 0.0, cos);
+        // right angles to the axis: in the plane of the bend, toward the side of +x, and out of it
+        let (across, aside) = (DVec3::new(cos, 0.0, -sin), DVec3::Y);
+        let guide = Guide::Bent(BentGuide::new(0.127, &[(0.5, DVec3::Z), (0.5, axis)], [number(&row[2]); 3], [1.0; 3]));
+        let tilted = |sideways: DVec3| (-axis * 30f64.to_radians().cos() + sideways * 0.5).normalize();
+        let (mut forward, mut back) = (Moments::default(), Moments::default());
+        for replicate in 0..8 {
+            let key = Key::new(replicate);
+            let (mut down, mut up) = (0.0, 0.0);
+            let count = 4096;
+            for index in 0..count {
+                let (replicate, index) = Replicate::of(key, index);
+                let [u, v, s, t] = replicate.point(index, 0);
+                let direction = match row[1].as_str() {
+                    "isotropic" => {
+                        let local = warp::cosine_hemisphere([u, v]);
+                        across * local.x + aside * local.y - axis * local.z
+                    }
+                    "collimated axial" => -axis,
+                    "collimated 30deg from axis, in bend plane toward +x" => tilted(across),
+                    "collimated 30deg, -x" => tilted(-across),
+                    "collimated 30deg, perpendicular" => tilted(aside),
+                    other => panic!("light without a direction: {other}"),
+                };
+                let entry = guide.entry([s, t], direction).unwrap();
+                let transit = guide.down::<1>(entry.position, direction, &mut PathRandom::new(key));
+                match transit.end {
+                    End::Opening => down += transit.weight().luminance() / count as f64,
+                    End::Top => up += transit.weight().luminance() / count as f64,
+                    End::Lost | End::Cut => {}
+                }
+            }
+            forward.push(down);
+            back.push(up);
+        }
+        let (stated, cut) = (number(&row[4]), number(&row[6]));
+        for (moments, truth) in [(forward, number(&row[3])), (back, number(&row[5]))] {
+            // the table's standard error is of the forward share; the other's is alike
+            let tolerance = 4.0 * moments.standard_error().hypot(stated) + cut + 0.5e-6;
+            assert!((moments.mean - truth).abs() <= tolerance, "{row:?}: {} not within {tolerance}", moments.mean);
+        }
+    });
 }

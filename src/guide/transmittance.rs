@@ -39,8 +39,31 @@ pub fn beam_transmission(aspect: f64, tan_theta: f64, reflectance: f64) -> f64 {
         n += 1.0;
         power *= reflectance;
         upper = lower;
+        if n - first >= MOST_TERMS {
+            sum += remainder(a, reflectance, upper);
+            break;
+        }
     }
     (sum / FRAC_PI_4).clamp(0.0, 1.0)
+}
+
+/// Terms of the series that are added one by one. What is left then is nothing, or belongs to a wall that absorbs so little
+/// that the steps from one number of reflections to the next are as good as a curve.
+const MOST_TERMS: f64 = 4096.0;
+
+/// The integral over s from 0 to `upper`, with R^(A/s) (1 + (ln R)^2 / 12) for the broken line through its whole powers,
+/// which lies above it by that much in the mean; s = sin(phi).
+fn remainder(a: f64, reflectance: f64, upper: f64) -> f64 {
+    let lambda = -reflectance.ln();
+    let end = upper.asin();
+    let rule = GaussLegendre::new(NonZeroUsize::new(32).unwrap_or(NonZeroUsize::MIN));
+    let curve = |phi: f64| {
+        let s = phi.sin();
+        s * s * (-lambda * a / s).exp()
+    };
+    // in halves toward zero, where the curve leaves it ever so slowly
+    let halves: f64 = (0..24).map(|k| rule.integrate(end * 0.5f64.powi(k + 1), end * 0.5f64.powi(k), curve)).sum();
+    halves * (1.0 + lambda * lambda / 12.0)
 }
 
 fn root(s: f64) -> f64 {
@@ -64,6 +87,9 @@ pub fn zastrow_wittwer_transmission(aspect: f64, tan_theta: f64, reflectance: f6
 /// Kinks of T(Z) at which the quadrature over a sky is split; light beyond the last has met as many mirrors.
 const KINKS: u32 = 160;
 
+/// Nodes of a part of the quadrature, by its width in radians: the first that is wider.
+const NODES: [(f64, usize); 4] = [(1e-3, 6), (1e-2, 8), (0.03, 16), (f64::INFINITY, 20)];
+
 /// Luminous flux of a sky through a vertical straight tube, per area of its cross-section, in lm/m2.
 ///
 /// E = integral of L cos Z T(Z) over the sky; divided by the horizontal illuminance it is the diffuse transmission.
@@ -73,9 +99,13 @@ pub fn sky_exitance(sky: &Sky, aspect: f64, reflectance: f64) -> f64 {
     let sun_zenith_angle = sun.truncate().length().atan2(sun.z).clamp(0.0, FRAC_PI_2);
     let sun_azimuth = sun.x.atan2(sun.y);
     let rule = |degree| GaussLegendre::new(NonZeroUsize::new(degree).unwrap_or(NonZeroUsize::MIN));
-    let (around, along) = (rule(48), rule(20));
+    let around = rule(48);
+    let along = NODES.map(|(width, nodes)| (width, rule(nodes)));
     // around the sun's cusp: nodes crowd toward azimuth difference 0
     let ring = |zenith_angle: f64| {
+        if sky.distribution.is_azimuthally_uniform() {
+            return 2.0 * PI * sky.luminance(direction(FRAC_PI_2 - zenith_angle, sun_azimuth));
+        }
         around.integrate(0.0, 1.0, |u: f64| {
             let difference = PI * u * u * u;
             let seen = direction(FRAC_PI_2 - zenith_angle, sun_azimuth + difference);
@@ -93,6 +123,7 @@ pub fn sky_exitance(sky: &Sky, aspect: f64, reflectance: f64) -> f64 {
     edges.sort_by(f64::total_cmp);
     let between = |from: f64, to: f64| {
         // x = u^2 (3 - 2u) flattens both ends, where the integrand's derivatives are singular
+        let (_, along) = along.iter().find(|(width, _)| to - from < *width).unwrap_or(&along[3]);
         along
             .integrate(0.0, 1.0, |u: f64| integrand(from + (to - from) * u * u * (3.0 - 2.0 * u)) * 6.0 * u * (1.0 - u))
             * (to - from)
@@ -120,6 +151,27 @@ mod tests {
         assert!((beam_transmission(100.0, tangent(80.0), 0.9999) - 0.930_817_476).abs() < 1e-9);
         let tiny = beam_transmission(100.0, tangent(89.0), 0.98);
         assert!((tiny / 7.934e-52 - 1.0).abs() < 1e-3, "{tiny}");
+    }
+
+    /// Walls that absorb next to nothing: the remainder of the series against all of its terms.
+    #[test]
+    fn remainder_of_the_series() {
+        for (a, reflectance) in [(0.5f64, 0.9999f64), (17.6, 0.999), (3000.0, 0.9999), (40.0, 0.99999)] {
+            let all_terms: f64 = {
+                let (loss, mut sum, mut upper, mut n) = (1.0 - reflectance, 0.0, 1.0, f64::floor(a));
+                while n < 2e6 {
+                    let lower = a / (n + 1.0);
+                    let (root_upper, root_lower) = (root(upper), root(lower));
+                    let chords = primitive(upper, root_upper) - primitive(lower, root_lower);
+                    let roots = -(upper - lower) * (upper + lower) / (root_upper + root_lower).max(1e-300);
+                    sum += reflectance.powf(n) * ((1.0 + loss * n) * chords + loss * a * roots);
+                    (upper, n) = (lower, n + 1.0);
+                }
+                sum / FRAC_PI_4
+            };
+            let value = beam_transmission(a, 1.0, reflectance);
+            assert!((value - all_terms).abs() < 1e-10, "{a} {reflectance}: {value} {all_terms}");
+        }
     }
 
     /// R^(4A/pi) <= T <= R^floor(A); monotone in A and R.

@@ -130,6 +130,11 @@ impl SkyDistribution {
         self.sky_type
     }
 
+    /// Whether the luminance depends on the zenith angle alone.
+    pub fn is_azimuthally_uniform(&self) -> bool {
+        self.indicatrix.c == 0.0 && self.indicatrix.e == 0.0
+    }
+
     /// Unit vector toward the sun.
     pub fn sun(&self) -> DVec3 {
         self.sun
