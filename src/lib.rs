@@ -38,6 +38,8 @@ pub mod document;
 
 pub mod job;
 
+pub mod validation;
+
 pub mod cli;
 pub mod db;
 pub mod http;

@@ -16,6 +16,7 @@ const LEVELS: &[&[&str]] = &[
     &["output"],
     &["document"],
     &["job", "study"],
+    &["validation"],
     &["db", "http", "cli"],
     &["main"],
 ];

@@ -9,6 +9,7 @@ pub mod progress;
 pub mod render;
 pub mod serve;
 pub mod submit;
+pub mod validate;
 
 /// Daylight through tubular daylight devices: illuminance grids and views with their errors.
 #[derive(Debug, clap::Parser)]
@@ -28,6 +29,8 @@ pub enum Command {
     Render(render::RenderArgs),
     /// Say what of a job document would be simulated and what not, and why
     Plan(plan::PlanArgs),
+    /// Run the validation cases and write the report
+    Validate(validate::ValidateArgs),
     /// Send a job document to a service, follow it, and save its results
     Submit(submit::SubmitArgs),
 }
@@ -39,6 +42,7 @@ impl Command {
             Self::Serve(args) => serve::run(args),
             Self::Render(args) => render::run(args),
             Self::Plan(args) => plan::run(args),
+            Self::Validate(args) => validate::run(args),
             Self::Submit(args) => submit::run(args),
         }
     }

@@ -320,6 +320,10 @@ impl Prepared {
     }
 
     /// An estimate of no passes.
+    pub fn grids(&self) -> &[Grid] {
+        &self.scene.grids
+    }
+
     pub fn empty_estimate(&self) -> Estimate {
         Estimate::empty(&self.scene)
     }

@@ -12,7 +12,7 @@ use crate::guide::Guide;
 use crate::guide::performance::{self, Throughput};
 use crate::integrator::Kernel;
 use crate::integrator::kernel::cylinder_guide;
-use crate::output::plots::{self, Curve};
+use crate::output::plots::{self, Series};
 use crate::sampling::Key;
 use crate::scene::{Segment, StraightOrBent, TubeShape};
 use crate::sky::{CieType, Sky, SkyDistribution, direction};
@@ -157,14 +157,15 @@ fn beam_report(guide: &Guide, azimuth: f64, key: Key) -> BeamReport {
     report
 }
 
-fn curves(report: &TubeReport) -> Vec<Curve> {
+fn curves(report: &TubeReport) -> Vec<Series> {
     let beam = &report.beam;
-    let points = |values: &[f64]| beam.altitude_deg.iter().copied().zip(values.iter().copied()).collect();
-    let single =
-        Curve { name: format!("sun at azimuth {:.1} degrees", beam.azimuth_deg), points: points(&beam.transmission) };
-    let mut curves = vec![single];
+    let series = |name: String, values: &[f64]| {
+        let line: Vec<_> = beam.altitude_deg.iter().copied().zip(values.iter().copied()).collect();
+        Series { name, marks: line.clone(), line }
+    };
+    let mut curves = vec![series(format!("sun at azimuth {:.1} degrees", beam.azimuth_deg), &beam.transmission)];
     if report.guide != "closed_form_straight" {
-        curves.push(Curve { name: "mean over azimuths".to_owned(), points: points(&beam.azimuth_mean_transmission) });
+        curves.push(series("mean over azimuths".to_owned(), &beam.azimuth_mean_transmission));
     }
     curves
 }

@@ -1,4 +1,4 @@
-//! Plots as SVG: convergence, transmission curves.
+//! Plots as SVG: convergence, curves.
 
 use plotters::coord::combinators::IntoLogRange;
 use plotters::prelude::{
@@ -91,15 +91,28 @@ pub fn convergence(points: &[ConvergencePoint]) -> Result<String, OutputError> {
     Ok(svg)
 }
 
-/// A named line of a plot.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Curve {
+/// A named set of points of a plot, joined by a line, marked, or both.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Series {
     pub name: String,
-    pub points: Vec<(f64, f64)>,
+    pub line: Vec<(f64, f64)>,
+    pub marks: Vec<(f64, f64)>,
 }
 
-/// Transmission, 0..1, against the altitude of the sun in degrees.
-pub fn transmission(curves: &[Curve]) -> Result<String, OutputError> {
+/// What an axis shows, and from where to where.
+#[derive(Clone, Copy, Debug)]
+pub struct Axis<'a> {
+    pub title: &'a str,
+    pub from: f64,
+    pub to: f64,
+}
+
+/// The colours of Okabe and Ito, apart for every eye.
+const COLOURS: [RGBColor; 6] =
+    [GRIDS, VIEWS, RGBColor(0, 158, 115), RGBColor(204, 121, 167), RGBColor(86, 180, 233), GUIDE];
+
+/// Series over linear axes, with a legend on the side that `legend_above` says.
+pub fn lines(series: &[Series], x: Axis, y: Axis, legend_above: bool) -> Result<String, OutputError> {
     let mut svg = String::new();
     let mut draw = || -> Result<(), Box<dyn std::error::Error + '_>> {
         let area = SVGBackend::with_string(&mut svg, SIZE_PX).into_drawing_area();
@@ -108,23 +121,19 @@ pub fn transmission(curves: &[Curve]) -> Result<String, OutputError> {
             .margin(16)
             .x_label_area_size(44)
             .y_label_area_size(60)
-            .build_cartesian_2d(0.0..90.0, 0.0..1.0)?;
-        chart
-            .configure_mesh()
-            .x_desc("altitude of the sun in degrees")
-            .y_desc("transmission of collector and guide")
-            .x_labels(10)
-            .draw()?;
-        for (curve, colour) in curves.iter().zip([GRIDS, VIEWS, GUIDE].into_iter().cycle()) {
+            .build_cartesian_2d(x.from..x.to, y.from..y.to)?;
+        chart.configure_mesh().x_desc(x.title).y_desc(y.title).x_labels(10).draw()?;
+        for (series, colour) in series.iter().zip(COLOURS.into_iter().cycle()) {
             chart
-                .draw_series(LineSeries::new(curve.points.iter().copied(), colour.stroke_width(2)))?
-                .label(&curve.name)
+                .draw_series(LineSeries::new(series.line.iter().copied(), colour.stroke_width(2)))?
+                .label(&series.name)
                 .legend(move |(x, y)| PathElement::new(vec![(x, y), (x + 20, y)], colour.stroke_width(2)));
-            chart.draw_series(curve.points.iter().map(|point| Circle::new(*point, 3, colour.filled())))?;
+            chart.draw_series(series.marks.iter().map(|point| Circle::new(*point, 3, colour.filled())))?;
         }
+        let position = if legend_above { SeriesLabelPosition::UpperRight } else { SeriesLabelPosition::LowerRight };
         chart
             .configure_series_labels()
-            .position(SeriesLabelPosition::LowerRight)
+            .position(position)
             .border_style(BLACK.mix(0.3))
             .background_style(WHITE.mix(0.8))
             .draw()?;
@@ -133,6 +142,13 @@ pub fn transmission(curves: &[Curve]) -> Result<String, OutputError> {
     };
     draw().map_err(|error| OutputError::Plot(error.to_string()))?;
     Ok(svg)
+}
+
+/// Transmission, 0..1, against the altitude of the sun in degrees.
+pub fn transmission(series: &[Series]) -> Result<String, OutputError> {
+    let altitude = Axis { title: "altitude of the sun in degrees", from: 0.0, to: 90.0 };
+    let transmission = Axis { title: "transmission of collector and guide", from: 0.0, to: 1.0 };
+    lines(series, altitude, transmission, false)
 }
 
 /// The points of passes 1, 2, 4, 8 and so on, and the last.
@@ -177,8 +193,8 @@ mod tests {
 
     #[test]
     fn curves_are_named() {
-        let curve = Curve { name: "south".to_owned(), points: (1..19).map(|k| (5.0 * f64::from(k), 0.05)).collect() };
-        let svg = transmission(&[curve]).unwrap();
+        let line: Vec<_> = (1..19).map(|k| (5.0 * f64::from(k), 0.05)).collect();
+        let svg = transmission(&[Series { name: "south".to_owned(), marks: line.clone(), line }]).unwrap();
         assert!(svg.contains("south") && svg.contains("altitude of the sun"));
     }
 

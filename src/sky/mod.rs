@@ -2,6 +2,7 @@
 
 pub mod cie;
 pub mod ies;
+pub mod opening;
 pub mod sampler;
 pub mod sun;
 pub mod zenith;
