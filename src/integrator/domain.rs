@@ -55,7 +55,7 @@ impl Domain {
                 domain.holes.push(object.outline().to_vec());
             }
         }
-        domain.cut_meshes(kernel, 1.0);
+        domain.cut_sections(kernel, 1.0);
         domain
     }
 
@@ -99,36 +99,45 @@ impl Domain {
     }
 
     /// Takes away where closed meshes stand on the plane or reach through it, seen a hair's breadth to the `side` of
-    /// u x v, and mesh surfaces that lie in it.
-    fn cut_meshes(&mut self, kernel: &Kernel, side: f64) {
+    /// u x v; returns the outlines.
+    fn cut_sections(&mut self, kernel: &Kernel, side: f64) -> Vec<Vec<DVec3>> {
+        let Some(meshes) = &kernel.meshes else { return Vec::new() };
+        let normal = self.u.cross(self.v);
+        let rings = meshes.section(normal, normal.dot(self.origin) + side * kernel.coinciding());
+        for ring in &rings {
+            let edges = (0..ring.len()).map(|k| [self.flat(ring[k]), self.flat(ring[(k + 1) % ring.len()])]);
+            self.regions.push(Region::new(edges.collect()));
+        }
+        rings
+    }
+
+    /// Takes away mesh surfaces that lie in the plane, unless `rings` hold them: the bottom of what stands there.
+    fn cut_facets(&mut self, kernel: &Kernel, rings: &[Vec<DVec3>]) {
         let Some(meshes) = &kernel.meshes else { return };
         let normal = self.u.cross(self.v);
         let height = normal.dot(self.origin);
-        let rings = meshes.section(normal, height + side * kernel.coinciding());
-        let flat = |p: DVec3| DVec2::new((p - self.origin).dot(self.u), (p - self.origin).dot(self.v));
-        let mut regions: Vec<Region> = rings
-            .iter()
-            .map(|ring| {
-                Region::new((0..ring.len()).map(|k| [flat(ring[k]), flat(ring[(k + 1) % ring.len()])]).collect())
-            })
-            .collect();
-        let facets = &meshes.facets;
-        for facet in 0..facets.len() {
-            let edges = facets.edges(facet);
-            let in_plane = |p: &DVec3| (normal.dot(*p) - height).abs() <= kernel.coinciding();
+        let in_plane = |p: &DVec3| (normal.dot(*p) - height).abs() <= kernel.coinciding();
+        for facet in 0..meshes.facets.len() {
+            let edges = meshes.facets.edges(facet);
             if edges.is_empty() || !edges.iter().flatten().all(in_plane) {
                 continue;
             }
-            // the bottom of what stands on the plane is in its section already
             let inside = meshes.point_of(facet);
             if rings.iter().filter(|ring| contains(ring, inside, normal)).count() % 2 == 1 {
                 continue;
             }
-            let same = facets.normals[facet].dot(normal) > 0.0;
-            let turned = |[a, b]: &[DVec3; 2]| if same { [flat(*a), flat(*b)] } else { [flat(*b), flat(*a)] };
-            regions.push(Region::new(edges.iter().map(turned).collect()));
+            let same = meshes.facets.normals[facet].dot(normal) > 0.0;
+            let turned = |[a, b]: &[DVec3; 2]| {
+                let (a, b) = (self.flat(*a), self.flat(*b));
+                if same { [a, b] } else { [b, a] }
+            };
+            self.regions.push(Region::new(edges.iter().map(turned).collect()));
         }
-        self.regions = regions;
+    }
+
+    /// Coordinates along u and v.
+    fn flat(&self, p: DVec3) -> DVec2 {
+        DVec2::new((p - self.origin).dot(self.u), (p - self.origin).dot(self.v))
     }
 
     fn room_face(kernel: &Kernel, face: Face) -> Self {
@@ -156,7 +165,8 @@ impl Domain {
                 domain.cover(origin, &corners);
             }
         }
-        domain.cut_meshes(kernel, if face as usize % 2 == 1 { -1.0 } else { 1.0 });
+        let rings = domain.cut_sections(kernel, if face as usize % 2 == 1 { -1.0 } else { 1.0 });
+        domain.cut_facets(kernel, &rings);
         if face == Face::Ceiling {
             let flat = |p: DVec3| DVec2::new((p - origin).dot(domain.u), (p - origin).dot(domain.v));
             domain.discs = kernel.tubes.iter().map(|tube| (flat(tube.origin), tube.opening_radius)).collect();
