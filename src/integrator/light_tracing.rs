@@ -125,7 +125,7 @@ impl<const C: usize> LightTracing<C> {
         for plane in self.sensors.iter().filter(|plane| !plane.average) {
             let of_plane = &mut direct[plane.first..plane.first + plane.len()];
             of_plane.par_iter_mut().enumerate().for_each(|(index, lux)| {
-                *lux = self.from_luminaires(DVec3::new(plane.x[index], plane.y[index], plane.height));
+                *lux = self.luminaire_illuminance(DVec3::new(plane.x[index], plane.y[index], plane.height));
             });
         }
         direct
@@ -162,12 +162,12 @@ impl<const C: usize> LightTracing<C> {
             let [u, v] = PathRandom::new(pass.child(CELL_STREAM + (plane.first + index) as u64)).uniform2();
             let centre = DVec3::new(plane.x[index], plane.y[index], plane.height);
             let offset = DVec3::new((u - 0.5) * plane.cell[0], (v - 0.5) * plane.cell[1], 0.0);
-            *lux += self.from_luminaires(centre + offset);
+            *lux += self.luminaire_illuminance(centre + offset);
         });
     }
 
     /// Light straight from luminaires at a point that looks up, in lux.
-    fn from_luminaires(&self, sensor: DVec3) -> f64 {
+    fn luminaire_illuminance(&self, sensor: DVec3) -> f64 {
         let direct = |luminaire: &LuminaireKernel| luminaire.irradiance::<C>(sensor, DVec3::Z).luminance();
         self.kernel.luminaires.iter().map(direct).sum()
     }
