@@ -193,7 +193,7 @@ fn elbows() {
         let axis = DVec3::new(sin, 0.0, cos);
         // right angles to the axis: in the plane of the bend, toward the side of +x, and out of it
         let (across, aside) = (DVec3::new(cos, 0.0, -sin), DVec3::Y);
-        let guide = Guide::Bent(BentGuide::new(0.127, &[(0.5, DVec3::Z), (0.5, axis)], [number(&row[2]); 3], [1.0; 3]));
+        let guide = Guide::Bent(BentGuide::new(0.127, &[(0.5, DVec3::Z), (0.5, axis)], [number(&row[2]); 3].into(), [1.0; 3]));
         let tilted = |sideways: DVec3| (-axis * 30f64.to_radians().cos() + sideways * 0.5).normalize();
         let (mut forward, mut back) = (Moments::default(), Moments::default());
         for replicate in 0..8 {
