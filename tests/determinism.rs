@@ -31,9 +31,10 @@ fn scenes() -> Vec<(&'static str, Prepared)> {
                            "surface": { "reflectance": [0.3, 0.5, 0.4] } }]);
     let mesh = json!({ "kind": "mesh", "mesh": "block.obj", "unit": "cm", "position_m": [0.5, 0.4, 0], "rotation_deg": 5,
                        "surfaces": { "side": { "reflectance": 0.4 }, "top": { "reflectance": [0.2, 0.5, 0.7] } } });
-    ["S1", "S2", "S3", "S3_mesh", "S4"]
+    ["S1", "S2", "S3", "S3_mesh", "S4", "S1 glossy", "S2 glossy"]
         .into_iter()
-        .map(|scene| {
+        .map(|case| {
+            let (scene, glossy) = case.split_once(' ').map_or((case, false), |(scene, _)| (scene, true));
             let prepared = prepare(scene, |document| {
                 document["views"] = view.clone();
                 document["grids"] = grids.clone();
@@ -45,8 +46,16 @@ fn scenes() -> Vec<(&'static str, Prepared)> {
                     document["room"]["objects"] = objects.clone();
                     document["method"] = json!({ "kind": "sppm", "photons_per_pass": 5000 });
                 }
+                if glossy {
+                    // points are connected to this lobe
+                    document["room"]["surfaces"]["walls"] = json!({ "reflectance": 0.1, "specular": [0.3, 0.4, 0.5],
+                                                                    "roughness": 0.3 });
+                }
+                if glossy && scene == "S2" {
+                    document["room"]["surfaces"]["wall_east"] = json!({ "reflectance": 0, "specular": 0.9 });
+                }
             });
-            (scene, prepared)
+            (case, prepared)
         })
         .collect()
 }

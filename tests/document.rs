@@ -148,7 +148,7 @@ fn every_bound_names_its_field() {
         ("/room/surfaces/floor/reflectance", json!(1.2), "0..1"),
         ("/room/surfaces/floor/reflectance", json!(1), "albedo must be < 1"),
         ("/room/surfaces/walls/reflectance", json!([0.5, 1.0, 0.5]), "invalid"),
-        ("/room/surfaces/floor/specular", json!(0.5), "not supported yet"),
+        ("/room/surfaces/floor/specular", json!(1.5), "within 0..1"),
         ("/room/surfaces/floor/open", json!(1), "invalid type"),
         ("/room/surfaces/roof", json!({}), "unknown field"),
         ("/room/surfaces/wall_north", json!({ "reflectance": "white" }), "invalid type"),

@@ -19,7 +19,7 @@ use skyduct::scene::{BoxObject, Channels, EstimateKind, Grid, Luminaire, Room, S
 
 /// A room of one reflectance with luminaires and a grid on the floor.
 fn room(size: DVec3, reflectance: f64, luminaires: Vec<Luminaire>, cells: [usize; 2], estimate: EstimateKind) -> Scene {
-    let surfaces = [Some(Surface { reflectance: [reflectance; 3] }); 6];
+    let surfaces = [Some(Surface::diffuse([reflectance; 3])); 6];
     Scene {
         daylight: None,
         room: Room { size, surfaces, boxes: Vec::new(), meshes: Vec::new(), luminaires },
@@ -164,7 +164,7 @@ fn furnished(estimate: EstimateKind) -> Scene {
         size: DVec3::new(0.7, 0.5, 0.8),
         base: DVec3::new(1.5, 1.6, 0.0),
         rotation: 0.4,
-        surface: Surface { reflectance: [0.3; 3] },
+        surface: Surface::diffuse([0.3; 3]),
     });
     scene
 }

@@ -132,12 +132,12 @@ fn a_rug_hides_the_floor() {
             triangle_materials: vec![0, 0],
             materials: vec!["rug".into()],
         };
-        MeshObject { mesh, surfaces: vec![Surface { reflectance: [reflectance; 3] }] }
+        MeshObject { mesh, surfaces: vec![Surface::diffuse([reflectance; 3])] }
     };
     let bare = |floor: f64| {
         let mut scene = scene(&room(box_block()));
         scene.room.boxes.clear();
-        scene.room.surfaces[4] = Some(Surface { reflectance: [floor; 3] });
+        scene.room.surfaces[4] = Some(Surface::diffuse([floor; 3]));
         scene.grids[0].height_m = 0.7;
         scene.views.clear();
         scene
@@ -167,7 +167,7 @@ fn cell(side: f64, gap: f64) -> Scene {
         triangle_materials: vec![0; 12],
         materials: vec![String::new()],
     };
-    scene.room.meshes = vec![MeshObject { mesh, surfaces: vec![Surface { reflectance: [0.5; 3] }] }];
+    scene.room.meshes = vec![MeshObject { mesh, surfaces: vec![Surface::diffuse([0.5; 3])] }];
     scene.room.size = DVec3::splat(side + 2.0 * gap);
     scene.room.luminaires.clear();
     scene.views.clear();

@@ -15,7 +15,7 @@ use super::tube::{CollectorDocument, DiffuserDocument, ParametricTube, PartDocum
 use super::validate::validate;
 use super::{DocumentErrors, MeshSource, Warning};
 use crate::guide::Section;
-use crate::optics::{Collector, Diffuser, DiffuserZone, Surface};
+use crate::optics::{Collector, Diffuser, DiffuserZone, Specular, Surface};
 use crate::plan::effects::EffectKind;
 use crate::scene::{
     BoxObject, Channels, Face, Grid, Luminaire, Room, Scene, Segment, StraightOrBent, Tube, TubeShape, View,
@@ -170,7 +170,10 @@ pub fn to_scene(
 
 pub(super) fn surface(surface: &SurfaceDocument) -> Option<Surface> {
     let reflectance = surface.reflectance.filter(|_| !surface.open)?;
-    Some(Surface { reflectance: reflectance.rgb() })
+    let specular = surface.specular.map(Coefficient::rgb).filter(|rgb| rgb.iter().any(|value| *value > 0.0));
+    let roughness = surface.roughness.unwrap_or(0.0);
+    let specular = specular.map(|reflectance| Specular { reflectance, roughness });
+    Some(Surface { reflectance: reflectance.rgb(), specular })
 }
 
 fn room(room: &RoomDocument) -> Room {
@@ -336,7 +339,8 @@ fn is_coloured(document: &JobDocument) -> bool {
         ObjectDocument::Box { surface, .. } => vec![surface],
         ObjectDocument::Mesh { surfaces, .. } => surfaces.values().collect(),
     });
-    let surfaces = of_faces.chain(walls).chain(of_objects).filter_map(|surface| surface.reflectance);
+    let surfaces =
+        of_faces.chain(walls).chain(of_objects).flat_map(|surface| [surface.reflectance, surface.specular]).flatten();
     let tubes = document.tubes.iter().flat_map(tube_coefficients);
     let luminaires = document.room.luminaires.iter().map(|luminaire| luminaire.luminance_cd_m2);
     surfaces.chain(tubes).chain(luminaires).any(Coefficient::is_coloured)

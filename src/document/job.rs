@@ -47,7 +47,8 @@ pub struct JobDocument {
     pub method: MethodDocument,
     #[serde(default)]
     pub stop: StopDocument,
-    /// Effects of the plan by name; those that are absent are `auto`.
+    /// Effects of the plan by name; those that are absent are `auto`. With `glossy` off, surfaces absorb the light of their
+    /// `specular` share.
     #[serde(default)]
     pub effects: BTreeMap<String, EffectSwitch>,
     /// Selects the random numbers; equal documents with equal seeds give equal bits.

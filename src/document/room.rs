@@ -78,18 +78,20 @@ impl Default for SurfacesDocument {
     }
 }
 
-/// A surface: `reflectance`, or `open` = missing.
+/// A surface: `reflectance` and perhaps `specular`, or `open` = missing.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SurfaceDocument {
-    /// Of a closed surface; < 1 in every channel.
+    /// Diffuse (Lambertian), of a closed surface; < 1 in every channel.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reflectance: Option<Coefficient>,
-    /// Share of the reflectance that is specular.
+    /// Reflectance about the mirror direction, beside the diffuse `reflectance` and the same at every angle (directional
+    /// to hemispherical); `reflectance + specular` is < 1 in every channel. Default: 0.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[schema(minimum = 0, maximum = 1)]
-    pub specular: Option<f64>,
-    /// Of the specular share.
+    pub specular: Option<Coefficient>,
+    /// Of the specular part. 0, the default: an ideal mirror. From 0.02 to 1: a glossy lobe of GGX microfacets with alpha =
+    /// roughness^2, height-correlated masking and shadowing, and compensation for multiple scattering, so that `specular`
+    /// is its reflectance at every angle. Between 0 and 0.02 it is refused.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(minimum = 0, maximum = 1)]
     pub roughness: Option<f64>,

@@ -13,6 +13,7 @@ use super::pointer::{Checks, escape};
 use super::room::{ObjectDocument, RoomDocument, SurfaceDocument};
 use super::validate_luminaire::check_luminaires;
 use super::validate_tube::check_tubes;
+use crate::optics::glossy::LEAST_ROUGHNESS;
 use crate::plan::effects::EffectKind;
 use crate::scene::View;
 
@@ -165,7 +166,7 @@ pub fn check_sum(pointer: &str, transmittance: Coefficient, reflectance: Coeffic
     }
 }
 
-/// A closed diffuse surface, or an open face where that is allowed.
+/// A closed surface, or an open face where that is allowed.
 fn check_surface(pointer: &str, surface: &SurfaceDocument, may_be_open: bool, checks: &mut Checks) {
     if surface.open && !may_be_open {
         checks.refuse(format!("{pointer}/open"), "only a face of the room can be open");
@@ -189,15 +190,29 @@ fn check_surface(pointer: &str, surface: &SurfaceDocument, may_be_open: bool, ch
             }
         }
     }
-    for (name, value) in [("specular", surface.specular), ("roughness", surface.roughness)] {
-        if let Some(value) = value {
-            checks.within(&format!("{pointer}/{name}"), value, 0.0, 1.0);
+    check_specular(pointer, surface, checks);
+}
+
+fn check_specular(pointer: &str, surface: &SurfaceDocument, checks: &mut Checks) {
+    if let Some(specular) = surface.specular {
+        let pointer = format!("{pointer}/specular");
+        let some = specular.rgb().into_iter().any(|value| value > 0.0);
+        if surface.open && some {
+            checks.refuse(&pointer, "an open surface is missing and reflects nothing");
+        } else if check_ratio(&pointer, specular, checks) && some {
+            let diffuse = surface.reflectance.unwrap_or_default().rgb();
+            let albedo = specular.rgb().into_iter().zip(diffuse).map(|(s, d)| s + d).fold(0.0, f64::max);
+            // an albedo of the reflectance alone has been refused before
+            if albedo >= 1.0 && diffuse.into_iter().all(|value| value < 1.0) {
+                checks.refuse(&pointer, format!("reflectance + specular must be < 1, but is {albedo}"));
+            }
         }
     }
-    if surface.specular.is_some_and(|specular| specular > 0.0) {
-        checks.not_supported(format!("{pointer}/specular"), "specular reflection of a surface");
-        if surface.roughness.is_some() {
-            checks.not_supported(format!("{pointer}/roughness"), "roughness of a specular surface");
+    if let Some(roughness) = surface.roughness {
+        let pointer = format!("{pointer}/roughness");
+        if checks.within(&pointer, roughness, 0.0, 1.0) && roughness > 0.0 && roughness < LEAST_ROUGHNESS {
+            let detail = format!("must be 0 (a mirror) or within {LEAST_ROUGHNESS}..1, but is {roughness}");
+            checks.refuse(pointer, detail);
         }
     }
 }

@@ -37,7 +37,7 @@ pub fn installation(kernel: &Kernel, grids: &[Grid]) -> Installation {
         sky: kernel.sky.clone(),
         sun: kernel.sun,
         size: kernel.size,
-        reflectance: std::array::from_fn(|face| kernel.reflectance[face].map(|rgb| rgb[0])),
+        reflectance: std::array::from_fn(|face| kernel.surfaces[face].as_ref().map(|surface| surface.reflectance[0])),
         tubes: kernel.tubes.iter().map(tube).collect(),
         grids: grids.to_vec(),
         interreflection: kernel.interreflection,
@@ -63,6 +63,9 @@ pub fn refuses(method: &Method, scene: &Scene, kernel: &Kernel) -> Option<String
     }
     if !kernel.luminaires.is_empty() {
         return unable("luminaires");
+    }
+    if kernel.specular().next().is_some() {
+        return unable("glossy and mirror surfaces");
     }
     if scene.tubes.iter().any(|tube| matches!(tube.diffuser, Diffuser::Measured(_))) {
         return unable("measured diffusers");

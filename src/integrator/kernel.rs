@@ -1,11 +1,14 @@
 //! The scene as the integrators trace it: guides built, surfaces numbered, boxes in their own frames.
 
+use std::sync::Arc;
+
 use glam::{DMat2, DVec2, DVec3};
 
 use super::luminaire::LuminaireKernel;
 use super::mesh_objects::{MeshHit, MeshKernel};
 use crate::guide::{BentGuide, DomedGuide, Guide, MeshGuide, MeshGuideError, Section, StraightGuide, dome::Pipe};
-use crate::optics::{Closure, Collector, Diffuser};
+use crate::optics::{Closure, Collector, Diffuser, Glossy, Surface};
+use crate::sampling::PathRandom;
 use crate::scene::{BoxObject, Face, MeshObject, MeshTube, Room, Scene, StraightOrBent, Tube, TubeShape};
 use crate::sky::{Sky, Sun, direction};
 
@@ -28,8 +31,8 @@ pub struct Kernel {
     pub sky: Option<Sky>,
     pub sun: Option<Sun>,
     pub size: DVec3,
-    /// Reflectance per surface; `None` is open.
-    pub reflectance: Vec<Option<[f64; 3]>>,
+    /// By number; `None` is open.
+    pub surfaces: Vec<Option<SurfaceKernel>>,
     pub boxes: Vec<BoxKernel>,
     pub meshes: Option<MeshKernel>,
     pub luminaires: Vec<LuminaireKernel>,
@@ -44,6 +47,42 @@ pub struct Kernel {
     pub obstructed: bool,
     /// Whether anything can stand between a luminaire and a point before it.
     pub luminaires_obstructed: bool,
+}
+
+/// The optics of a surface.
+#[derive(Clone, Debug)]
+pub struct SurfaceKernel {
+    /// Diffuse.
+    pub reflectance: [f64; 3],
+    pub specular: Option<SpecularKernel>,
+}
+
+impl SurfaceKernel {
+    /// Whether any light is reflected diffusely, so that photons are worth gathering.
+    #[inline]
+    pub fn gathers(&self) -> bool {
+        self.reflectance.iter().any(|reflectance| *reflectance > 0.0)
+    }
+}
+
+/// Reflection about the mirror direction.
+#[derive(Clone, Debug)]
+pub struct SpecularKernel {
+    pub reflectance: [f64; 3],
+    pub roughness: f64,
+    /// `None`: an ideal mirror.
+    pub lobe: Option<Arc<Glossy>>,
+}
+
+impl SpecularKernel {
+    /// Where light goes on that comes from `from`, a unit vector away from the surface; the weight is `reflectance`.
+    #[inline]
+    pub fn reflect(&self, normal: DVec3, from: DVec3, point: [f64; 2], random: &mut PathRandom) -> DVec3 {
+        match &self.lobe {
+            None => (normal * (2.0 * from.dot(normal)) - from).normalize(),
+            Some(lobe) => lobe.sample(normal, from, point, random),
+        }
+    }
 }
 
 /// A box in its own frame: rotated about its base's centre.
@@ -88,18 +127,21 @@ impl Kernel {
     pub fn new(scene: &Scene, interreflection: bool, guide_return: bool, objects: bool) -> Result<Self, KernelError> {
         let Room { size, surfaces, boxes, meshes, luminaires } = &scene.room;
         let (boxes, meshes): (&[BoxObject], &[MeshObject]) = if objects { (boxes, meshes) } else { (&[], &[]) };
-        let mut reflectance: Vec<_> = surfaces.iter().map(|surface| surface.map(|s| s.reflectance)).collect();
+        let mut lobes = Lobes::default();
+        let mut optics: Vec<_> =
+            surfaces.iter().map(|surface| surface.map(|surface| lobes.surface(&surface))).collect();
         for object in boxes {
-            reflectance.extend(std::iter::repeat_n(Some(object.surface.reflectance), 6));
+            optics.extend(std::iter::repeat_n(Some(lobes.surface(&object.surface)), 6));
         }
-        let meshes = MeshKernel::new(meshes, *size, reflectance.len() as SurfaceId).map(|(meshes, of_surfaces)| {
-            reflectance.extend(of_surfaces.into_iter().map(Some));
+        let meshes = MeshKernel::new(meshes, *size, optics.len() as SurfaceId).map(|(meshes, of_surfaces)| {
+            optics.extend(of_surfaces.iter().map(|surface| Some(lobes.surface(surface))));
             meshes
         });
-        let first = reflectance.len() as SurfaceId;
+        let first = optics.len() as SurfaceId;
         let luminaires: Vec<_> =
             (first..).zip(luminaires).map(|(surface, luminaire)| LuminaireKernel::new(luminaire, surface)).collect();
-        reflectance.extend(std::iter::repeat_n(Some([0.0; 3]), luminaires.len()));
+        let black = SurfaceKernel { reflectance: [0.0; 3], specular: None };
+        optics.extend(std::iter::repeat_n(Some(black), luminaires.len()));
         let tubes = scene
             .tubes
             .iter()
@@ -114,7 +156,7 @@ impl Kernel {
             sky: scene.daylight.as_ref().and_then(|daylight| daylight.sky.clone()),
             sun: scene.daylight.as_ref().and_then(|daylight| daylight.sun),
             size: *size,
-            reflectance,
+            surfaces: optics,
             furnished: objects || !luminaires.is_empty(),
             obstructed: objects || hanging,
             luminaires_obstructed: objects || (hanging && luminaires.len() > 1),
@@ -130,7 +172,20 @@ impl Kernel {
     /// The luminaire with this surface number.
     #[inline]
     pub fn luminaire(&self, surface: SurfaceId) -> Option<&LuminaireKernel> {
-        self.luminaires.get((surface as usize).checked_sub(self.reflectance.len() - self.luminaires.len())?)
+        self.luminaires.get((surface as usize).checked_sub(self.surfaces.len() - self.luminaires.len())?)
+    }
+
+    /// Specular reflection where it is not left out.
+    pub fn specular(&self) -> impl Iterator<Item = &SpecularKernel> {
+        self.surfaces.iter().flatten().filter_map(|surface| surface.specular.as_ref())
+    }
+
+    /// Leaves specular reflection out: surfaces absorb its share.
+    pub fn without_specular(mut self) -> Self {
+        for surface in self.surfaces.iter_mut().flatten() {
+            surface.specular = None;
+        }
+        self
     }
 
     /// The first thing that a ray from inside the room meets; `from`: the surface it leaves.
@@ -275,6 +330,30 @@ impl Kernel {
             }
         }
         nearest
+    }
+}
+
+/// One lobe per roughness: their tables take time and room.
+#[derive(Default)]
+struct Lobes(Vec<(f64, Arc<Glossy>)>);
+
+impl Lobes {
+    fn surface(&mut self, surface: &Surface) -> SurfaceKernel {
+        let specular = surface.specular.map(|specular| SpecularKernel {
+            reflectance: specular.reflectance,
+            roughness: specular.roughness,
+            lobe: (specular.roughness > 0.0).then(|| self.lobe(specular.roughness)),
+        });
+        SurfaceKernel { reflectance: surface.reflectance, specular }
+    }
+
+    fn lobe(&mut self, roughness: f64) -> Arc<Glossy> {
+        if let Some((_, lobe)) = self.0.iter().find(|(of, _)| *of == roughness) {
+            return lobe.clone();
+        }
+        let lobe = Arc::new(Glossy::new(roughness));
+        self.0.push((roughness, lobe.clone()));
+        lobe
     }
 }
 

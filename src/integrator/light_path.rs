@@ -4,7 +4,7 @@
 use glam::DVec3;
 
 use super::emission::{EmittedPhoton, PathSamples, Start};
-use super::kernel::{Kernel, NO_SURFACE, Place, SurfaceId};
+use super::kernel::{Kernel, NO_SURFACE, Place, RoomHit, SpecularKernel, SurfaceId};
 use crate::guide::{End, Transit};
 use crate::optics::{Closure, FiniteBsdf, Spectrum};
 use crate::sampling::warp;
@@ -403,12 +403,18 @@ fn cross_room<const C: usize>(
         }
         Place::Surface(surface) => surface,
     };
-    let Some(reflectance) = kernel.reflectance[surface as usize] else {
+    let Some(optics) = &kernel.surfaces[surface as usize] else {
         account.ledger.open_surfaces += flux.luminance();
         return Step::Ended;
     };
     visitor.arrived(surface, hit.position, flux, origin);
-    let leaving = flux * Spectrum::from_rgb(reflectance);
+    let leaving = flux * Spectrum::from_rgb(optics.reflectance);
+    if let Some(specular) = &optics.specular
+        && kernel.interreflection
+    {
+        let arrival = Arrival { surface, hit, direction, flux, first };
+        return reflect(specular, &arrival, leaving, samples, visitor, account);
+    }
     if !kernel.interreflection || leaving.max() <= 0.0 {
         account.ledger.room += flux.luminance();
         return Step::Ended;
@@ -417,11 +423,7 @@ fn cross_room<const C: usize>(
         Scattering { position: hit.position, normal: hit.normal, leaving, lobe: None, surface, diffuser: None };
     visitor.scattered(&scattering, samples);
     // roulette keeps the flux of a survivor; colours change its balance, so the ledger books both
-    let mut survival = leaving.max() / flux.max();
-    if flux.max() < ROULETTE_BELOW * first {
-        survival *= flux.max() / (ROULETTE_BELOW * first);
-    }
-    let survival = survival.min(1.0);
+    let survival = survival(leaving, flux, first);
     if samples.random.uniform() >= survival {
         account.ledger.room += flux.luminance();
         return Step::Ended;
@@ -430,4 +432,65 @@ fn cross_room<const C: usize>(
     account.ledger.room += flux.luminance() - onward.luminance();
     let local = warp::cosine_hemisphere(samples.pair());
     Step::Room(hit.position, warp::around(hit.normal, local), onward, Origin::Surface(surface))
+}
+
+/// The probability with which light goes on that leaves a surface.
+#[inline]
+fn survival<const C: usize>(leaving: Spectrum<C>, flux: Spectrum<C>, first: f64) -> f64 {
+    let mut survival = leaving.max() / flux.max();
+    if flux.max() < ROULETTE_BELOW * first {
+        survival *= flux.max() / (ROULETTE_BELOW * first);
+    }
+    survival.min(1.0)
+}
+
+/// Light that arrives at a surface.
+struct Arrival<const C: usize> {
+    surface: SurfaceId,
+    hit: RoomHit,
+    direction: DVec3,
+    flux: Spectrum<C>,
+    /// Flux of the photon at its start.
+    first: f64,
+}
+
+/// What happens at a surface with a specular part; `diffuse` is what it reflects diffusely.
+#[inline(never)]
+fn reflect<const C: usize>(
+    specular: &SpecularKernel,
+    arrival: &Arrival<C>,
+    diffuse: Spectrum<C>,
+    samples: &mut PathSamples,
+    visitor: &mut impl Visitor<C>,
+    account: &mut Account,
+) -> Step<C> {
+    let Arrival { surface, hit: RoomHit { position, normal, .. }, direction, flux, first } = *arrival;
+    let reflected = flux * Spectrum::from_rgb(specular.reflectance);
+    let leaving = diffuse + reflected;
+    if leaving.max() <= 0.0 {
+        account.ledger.room += flux.luminance();
+        return Step::Ended;
+    }
+    let lobe =
+        specular.lobe.as_deref().map(|scatterer| Lobe { scatterer, normal, incident: direction, flux: reflected });
+    if lobe.is_some() || diffuse.max() > 0.0 {
+        visitor.scattered(&Scattering { position, normal, leaving: diffuse, lobe, surface, diffuser: None }, samples);
+    }
+    let survival = survival(leaving, flux, first);
+    if samples.random.uniform() >= survival {
+        account.ledger.room += flux.luminance();
+        return Step::Ended;
+    }
+    account.ledger.room += flux.luminance() - leaving.luminance() / survival;
+    // one of the two parts, by flux
+    let diffuse_share = diffuse.max() / (diffuse.max() + reflected.max());
+    let (onward, toward, origin) = if samples.random.uniform() < diffuse_share {
+        let toward = warp::around(normal, warp::cosine_hemisphere(samples.pair()));
+        (diffuse * (1.0 / (diffuse_share * survival)), toward, Origin::Surface(surface))
+    } else {
+        let toward = specular.reflect(normal, -direction, samples.pair(), &mut samples.random);
+        (reflected * (1.0 / ((1.0 - diffuse_share) * survival)), toward, Origin::Lobe(surface))
+    };
+    account.ledger.cut += leaving.luminance() / survival - onward.luminance();
+    Step::Room(position, toward, onward, origin)
 }

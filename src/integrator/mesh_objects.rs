@@ -1,4 +1,4 @@
-//! Mesh objects as they are traced: opaque triangles, diffuse on both sides.
+//! Mesh objects as they are traced: opaque triangles, the same surface on both sides.
 
 use glam::DVec3;
 
@@ -6,6 +6,7 @@ use super::kernel::SurfaceId;
 use crate::geometry::bvh::TriangleBvh;
 use crate::geometry::facets::Facets;
 use crate::geometry::section::section;
+use crate::optics::Surface;
 use crate::scene::MeshObject;
 
 /// Share of the room's diagonal by which light starts before a triangle: far more than the rounding of a hit, so that no
@@ -42,16 +43,16 @@ pub struct MeshHit {
 }
 
 impl MeshKernel {
-    /// All objects of a room of `size` and the reflectances of their surfaces, numbered from `first`; `None` without.
-    pub fn new(objects: &[MeshObject], size: DVec3, first: SurfaceId) -> Option<(Self, Vec<[f64; 3]>)> {
+    /// All objects of a room of `size` and their surfaces, numbered from `first`; `None` without.
+    pub fn new(objects: &[MeshObject], size: DVec3, first: SurfaceId) -> Option<(Self, Vec<Surface>)> {
         let (mut positions, mut triangles) = (Vec::new(), Vec::new());
-        let (mut kinds, mut reflectances) = (Vec::new(), Vec::new());
+        let (mut kinds, mut surfaces) = (Vec::new(), Vec::new());
         for object in objects {
-            let (corner, kind) = (positions.len() as u32, reflectances.len() as u32);
+            let (corner, kind) = (positions.len() as u32, surfaces.len() as u32);
             positions.extend(&object.mesh.positions);
             triangles.extend(object.mesh.triangles.iter().map(|triangle| triangle.map(|k| k + corner)));
             kinds.extend(object.mesh.triangle_materials.iter().map(|material| material + kind));
-            reflectances.extend(object.surfaces.iter().map(|surface| surface.reflectance));
+            surfaces.extend(&object.surfaces);
         }
         if triangles.is_empty() {
             return None;
@@ -59,11 +60,11 @@ impl MeshKernel {
         let corners: Vec<[DVec3; 3]> = triangles.iter().map(|t| t.map(|corner| positions[corner as usize])).collect();
         let normal = |[a, b, c]: &[DVec3; 3]| (*b - *a).cross(*c - *a).try_normalize().unwrap_or(DVec3::Z);
         let facets = Facets::new(&positions, &triangles, &kinds, PLANE_TOLERANCE * size.length());
-        let mut of_facets = vec![[0.0; 3]; facets.len()];
+        let mut of_facets = vec![Surface::diffuse([0.0; 3]); facets.len()];
         for (triangle, facet) in facets.of_triangle.iter().enumerate() {
-            of_facets[*facet as usize] = reflectances[kinds[triangle] as usize];
+            of_facets[*facet as usize] = surfaces[kinds[triangle] as usize];
         }
-        let of_surfaces = of_facets.iter().flat_map(|reflectance| [*reflectance; 2]).collect();
+        let of_surfaces = of_facets.iter().flat_map(|surface| [*surface; 2]).collect();
         let kernel = Self {
             bvh: TriangleBvh::new(&corners),
             normals: corners.iter().map(normal).collect(),

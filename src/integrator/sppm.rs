@@ -6,6 +6,11 @@
 //! form or from points of its area, not by density estimation; kernels are
 //! clipped to the surface they lie on and count photons of that surface only. The bias of the kernel is estimated from
 //! the same photons at two radii: it grows with the squared radius, so bias(r) = 2 (E(r) - E(r / sqrt 2)).
+//!
+//! Photons are gathered for the diffuse part of a surface alone. The specular part, mirror or glossy lobe, is followed: eye
+//! rays gather where they meet a diffuse part and go on into a direction of the specular part. A diffuser that a glossy lobe
+//! reflects is found in two ways, by connections to its photons and by the direction that the ray takes; they share it by
+//! the balance heuristic (Veach and Guibas 1995).
 
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -16,13 +21,13 @@ use rayon::prelude::*;
 
 use super::domain::Domain;
 use super::emission::{Emission, PathSamples};
-use super::kernel::{Kernel, NO_SURFACE, Place, SurfaceId};
+use super::kernel::{Kernel, NO_SURFACE, Place, RoomHit, SurfaceId, SurfaceKernel, TubeKernel};
 use super::light_path::{Account, Flight, Origin, Scattering, Visitor, trace};
 use super::photon_grid::{Photon, PhotonGrid};
 use super::{GridPass, Integrator, PHOTON_CHUNK, Pass, ViewPass};
 use crate::geometry::disc::disc_disc_area;
 use crate::guide::{End, Transit};
-use crate::optics::{Closure, Diffuser, MeasuredDiffuser, Spectrum};
+use crate::optics::{Closure, Diffuser, Glossy, MeasuredDiffuser, Spectrum};
 use crate::sampling::{Key, PathRandom};
 use crate::scene::{EstimateKind, Grid, View};
 
@@ -54,8 +59,14 @@ const SENSOR_CONNECTIONS: usize = 256;
 const POINT_STRATA: usize = 2;
 const SENSOR_STRATA: usize = 8;
 
-/// Specular events of one eye ray.
-const MAX_EYE_EVENTS: u32 = 64;
+/// Ways of one eye ray up into tubes.
+const MAX_EYE_TRANSITS: u32 = 64;
+
+/// Specular reflections of one eye ray that are followed for sure; farther ones by roulette.
+const SURE_REFLECTIONS: u32 = 8;
+
+/// Specular reflections of one eye ray; roulette lets a share of at most albedo^10000 come so far, 5e-5 for albedo 0.999.
+const MAX_REFLECTIONS: u32 = 10_000;
 
 /// A clipped kernel below this share of the full disc has no room for photons.
 const LEAST_KERNEL: f64 = 1e-6;
@@ -125,7 +136,7 @@ impl<const C: usize> Sppm<C> {
         self.initial_radius * (0.5 * log).exp()
     }
 
-    fn trace_photons(&self, key: Key, cancel: &AtomicBool) -> Option<(Store<C>, Account)> {
+    fn trace_photons(&self, key: Key, cancel: &AtomicBool) -> Option<(Store<'_, C>, Account)> {
         let photons = self.emission.photons();
         let chunks: Option<Vec<_>> = (0..photons.div_ceil(PHOTON_CHUNK))
             .into_par_iter()
@@ -133,8 +144,7 @@ impl<const C: usize> Sppm<C> {
                 if cancel.load(Ordering::Relaxed) {
                     return None;
                 }
-                let mut store =
-                    Store::new(&self.grids, self.kernel.tubes.len(), self.kernel.contact(), !self.views.is_empty());
+                let mut store = Store::new(&self.kernel, &self.grids, !self.views.is_empty());
                 let mut account = Account::new(self.kernel.tubes.len());
                 for number in chunk * PHOTON_CHUNK..((chunk + 1) * PHOTON_CHUNK).min(photons) {
                     let (photon, mut samples) = self.emission.photon(&self.kernel, key, number);
@@ -145,7 +155,7 @@ impl<const C: usize> Sppm<C> {
                 Some((store, account))
             })
             .collect();
-        let mut all = Store::new(&self.grids, self.kernel.tubes.len(), self.kernel.contact(), !self.views.is_empty());
+        let mut all = Store::new(&self.kernel, &self.grids, !self.views.is_empty());
         let mut account = Account::new(self.kernel.tubes.len());
         for (store, part) in chunks? {
             all.append(store);
@@ -212,38 +222,67 @@ impl<const C: usize> Sppm<C> {
 
     /// Luminance in cd/m2 that an eye sees along `direction`.
     fn luminance(&self, maps: &Maps<C>, eye: DVec3, direction: DVec3, random: &mut PathRandom) -> Gathered<C> {
-        let dark = Gathered { irradiance: Spectrum::ZERO, bias: 0.0 };
-        let Some(mut origin) = self.enter_room(eye, direction) else { return dark };
+        // the sum of what diffuse parts send along the path
+        let mut seen = Gathered { irradiance: Spectrum::ZERO, bias: 0.0 };
+        let Some(mut origin) = self.enter_room(eye, direction) else { return seen };
         if origin != eye && self.hidden_by_luminaire(eye, direction, origin) {
-            return dark;
+            return seen;
         }
         let mut direction = direction;
+        let mut from = NO_SURFACE;
         let mut weight = Spectrum::<C>::ONE;
-        for _ in 0..MAX_EYE_EVENTS {
-            let hit = self.kernel.intersect(origin, direction, NO_SURFACE);
+        // density per sr of the ray's direction when a glossy lobe chose it
+        let mut chosen = None;
+        let (mut transits, mut reflections) = (0, 0);
+        while transits < MAX_EYE_TRANSITS && reflections < MAX_REFLECTIONS {
+            let hit = self.kernel.intersect(origin, direction, from);
             let index = match hit.place {
                 Place::Surface(surface) => {
                     if let Some(luminaire) = self.kernel.luminaire(surface) {
-                        return Gathered { irradiance: weight * luminaire.seen(direction), bias: 0.0 };
+                        seen.irradiance += weight * luminaire.seen(direction);
+                        return seen;
                     }
-                    let Some(reflectance) = self.kernel.reflectance[surface as usize] else { return dark };
-                    let brdf = Spectrum::from_rgb(reflectance) * (1.0 / PI);
-                    let mut seen = self.irradiance(maps, hit.position, hit.normal, surface, random);
-                    seen.bias *= (weight * brdf).luminance();
-                    seen.irradiance = seen.irradiance * weight * brdf;
-                    return seen;
+                    let Some(optics) = &self.kernel.surfaces[surface as usize] else { return seen };
+                    if optics.gathers() {
+                        let brdf = Spectrum::from_rgb(optics.reflectance) * (1.0 / PI);
+                        let part = self.irradiance(maps, hit.position, hit.normal, surface, random);
+                        seen.bias += part.bias * (weight * brdf).luminance();
+                        seen.irradiance += part.irradiance * weight * brdf;
+                    }
+                    let Some(specular) = &optics.specular else { return seen };
+                    let reflectance = Spectrum::from_rgb(specular.reflectance);
+                    if let Some(lobe) = &specular.lobe {
+                        let reflected = self.diffusers_in_lobe(maps, lobe, &hit, surface, -direction, random);
+                        seen.irradiance += reflected * weight * reflectance;
+                    }
+                    reflections += 1;
+                    let survival = if reflections > SURE_REFLECTIONS { reflectance.max() } else { 1.0 };
+                    if survival < 1.0 && random.uniform() >= survival {
+                        return seen;
+                    }
+                    weight = weight * reflectance * (1.0 / survival);
+                    let point = random.uniform2();
+                    (origin, from) = (hit.position, surface);
+                    let toward = specular.reflect(hit.normal, -direction, point, random);
+                    chosen = specular.lobe.as_ref().map(|lobe| lobe.density(hit.normal, -direction, toward));
+                    direction = toward;
+                    continue;
                 }
                 Place::Opening(index) => index,
             };
+            transits += 1;
+            from = NO_SURFACE;
             let tube = &self.kernel.tubes[index];
             let transmittance = match tube.closure_at(hit.position) {
                 Closure::Lambertian { .. } => {
                     let exitance = self.exitance(maps, index, hit.position);
-                    return Gathered { irradiance: exitance * weight * (1.0 / PI), bias: 0.0 };
+                    seen.irradiance += exitance * weight * (share_of(chosen, tube, hit.position - origin) / PI);
+                    return seen;
                 }
                 Closure::Measured(table) => {
                     let luminance = self.measured_luminance(maps, index, table, hit.position, direction);
-                    return Gathered { irradiance: luminance * weight, bias: 0.0 };
+                    seen.irradiance += luminance * weight * share_of(chosen, tube, hit.position - origin);
+                    return seen;
                 }
                 Closure::Specular { transmittance } => transmittance,
             };
@@ -255,22 +294,24 @@ impl<const C: usize> Sppm<C> {
                     let sky = self.kernel.sky.as_ref().map_or(0.0, |sky| sky.luminance(toward));
                     let sun = self.kernel.sun.filter(|sun| sun.covers(toward) && toward.z > 0.0);
                     let outside = sky + sun.map_or(0.0, |sun| sun.luminance_cd_m2());
-                    return Gathered { irradiance: weight * outside, bias: 0.0 };
+                    seen.irradiance += weight * outside;
+                    return seen;
                 }
                 // back into the room, through the closure again
                 End::Opening if self.kernel.guide_return => {
+                    chosen = None;
                     origin = tube.origin + transit.position;
                     origin.z = tube.origin.z;
                     direction = transit.direction;
                     match tube.closure_at(origin) {
                         Closure::Specular { transmittance } => weight *= Spectrum::from_rgb(transmittance),
-                        Closure::Lambertian { .. } | Closure::Measured(_) => return dark,
+                        Closure::Lambertian { .. } | Closure::Measured(_) => return seen,
                     }
                 }
-                End::Opening | End::Lost | End::Cut => return dark,
+                End::Opening | End::Lost | End::Cut => return seen,
             }
         }
-        dark
+        seen
     }
 
     /// Where an eye ray is inside the room: at once, or behind an open surface.
@@ -294,7 +335,7 @@ impl<const C: usize> Sppm<C> {
             }
             leave = leave.min(a.max(b));
         }
-        let through = enter > 0.0 && enter < leave && self.kernel.reflectance[face].is_none();
+        let through = enter > 0.0 && enter < leave && self.kernel.surfaces[face].is_none();
         through.then(|| (eye + direction * enter).clamp(DVec3::ZERO, size))
     }
 
@@ -418,6 +459,45 @@ impl<const C: usize> Sppm<C> {
         if area < LEAST_KERNEL * PI * radius * radius { Spectrum::ZERO } else { sum * (1.0 / area) }
     }
 
+    /// Luminance toward `eye` (a unit vector) of the diffusers in a glossy lobe of reflectance 1, the share of connections.
+    fn diffusers_in_lobe(
+        &self,
+        maps: &Maps<C>,
+        lobe: &Glossy,
+        hit: &RoomHit,
+        surface: SurfaceId,
+        eye: DVec3,
+        random: &mut PathRandom,
+    ) -> Spectrum<C> {
+        let mut sum = Spectrum::ZERO;
+        for (index, exits) in maps.exits.iter().enumerate() {
+            let tube = &self.kernel.tubes[index];
+            let count = POINT_CONNECTIONS.min(exits.len());
+            for k in 0..count {
+                let stratum = (k as f64 + random.uniform()) / count as f64;
+                let number = ((stratum * exits.len() as f64) as usize).min(exits.len() - 1);
+                let exit = &exits[number];
+                let way = exit.position - hit.position;
+                let distance_squared = way.length_squared();
+                let toward = way / distance_squared.sqrt();
+                let density = if toward.z > 0.0 { lobe.density(hit.normal, eye, toward) } else { 0.0 };
+                if density > 0.0 && self.kernel.visible(hit.position, surface, exit.position, NO_SURFACE) {
+                    let connected = connection_density(tube, way);
+                    let share = connected / (density + connected);
+                    let per_sr = match &tube.diffuser {
+                        Diffuser::Measured(table) => {
+                            toward.z * measured_per_sr(table, maps.incidents[index][number], toward.z)
+                        }
+                        _ => toward.z / PI,
+                    };
+                    let geometry = density * per_sr / distance_squared;
+                    sum += exit.flux * (share * geometry * exits.len() as f64 / count as f64);
+                }
+            }
+        }
+        sum
+    }
+
     /// Luminous exitance in lm/m2 of a diffuser at a point of its lower side.
     fn exitance(&self, maps: &Maps<C>, index: usize, position: DVec3) -> Spectrum<C> {
         let tube = &self.kernel.tubes[index];
@@ -475,6 +555,20 @@ fn measured_per_sr(table: &MeasuredDiffuser, incident: DVec3, exit_cosine: f64) 
     table.per_sr(incident.z < 0.0, incident.z.abs(), exit_cosine)
 }
 
+/// The share of a diffuser's light that a ray takes which finds it along `way`; `chosen` is the density with which a
+/// glossy lobe chose the direction, `None` when none did.
+fn share_of(chosen: Option<f64>, tube: &TubeKernel, way: DVec3) -> f64 {
+    chosen.map_or(1.0, |density| density / (density + connection_density(tube, way)))
+}
+
+/// Connections per sr along `way` to a diffuser, as if its photons were even on the opening: what the two ways to find it
+/// share its light by.
+fn connection_density(tube: &TubeKernel, way: DVec3) -> f64 {
+    let distance_squared = way.length_squared();
+    let area = PI * tube.opening_radius * tube.opening_radius;
+    POINT_CONNECTIONS as f64 * distance_squared * distance_squared.sqrt() / (way.z * area)
+}
+
 /// Irradiance by density estimation on a clipped disc, with its bias estimated from the half of the disc's area; `area` of
 /// the disc of a radius, at most `full`.
 fn density<const C: usize>(
@@ -503,7 +597,8 @@ fn is_direct(origin: Origin) -> bool {
 }
 
 /// Photons that one pass keeps.
-struct Store<const C: usize> {
+struct Store<'a, const C: usize> {
+    kernel: &'a Kernel,
     heights: Vec<f64>,
     /// Height above a plane at which it counts as reached.
     contact: f64,
@@ -514,16 +609,17 @@ struct Store<const C: usize> {
     incidents: Vec<Vec<DVec3>>,
 }
 
-impl<const C: usize> Store<C> {
-    fn new(grids: &[Grid], tubes: usize, contact: f64, keeps_surfaces: bool) -> Self {
+impl<'a, const C: usize> Store<'a, C> {
+    fn new(kernel: &'a Kernel, grids: &[Grid], keeps_surfaces: bool) -> Self {
         Self {
+            kernel,
             heights: grids.iter().map(|grid| grid.height_m).collect(),
-            contact,
+            contact: kernel.contact(),
             keeps_surfaces,
             surfaces: Vec::new(),
             planes: vec![Vec::new(); grids.len()],
-            exits: vec![Vec::new(); tubes],
-            incidents: vec![Vec::new(); tubes],
+            exits: vec![Vec::new(); kernel.tubes.len()],
+            incidents: vec![Vec::new(); kernel.tubes.len()],
         }
     }
 
@@ -541,7 +637,7 @@ impl<const C: usize> Store<C> {
     }
 }
 
-impl<const C: usize> Visitor<C> for Store<C> {
+impl<const C: usize> Visitor<C> for Store<'_, C> {
     fn scattered(&mut self, scattering: &Scattering<'_, C>, _: &mut PathSamples) {
         if let Some(tube) = scattering.diffuser {
             // of a lobe what arrives counts, with its direction
@@ -569,7 +665,8 @@ impl<const C: usize> Visitor<C> for Store<C> {
     }
 
     fn arrived(&mut self, surface: SurfaceId, position: DVec3, flux: Spectrum<C>, origin: Origin) {
-        if self.keeps_surfaces && !is_direct(origin) {
+        let gathers = || self.kernel.surfaces[surface as usize].as_ref().is_some_and(SurfaceKernel::gathers);
+        if self.keeps_surfaces && !is_direct(origin) && gathers() {
             self.surfaces.push(Photon { position, surface, flux });
         }
     }

@@ -37,7 +37,8 @@ impl Methods {
         let requested = "asked for in the document";
         let (grids, views) = match request {
             MethodRequest::Auto => {
-                let grids = match refusal {
+                let noise = || has_points.then(|| light_tracing::noisy_points(kernel)).flatten();
+                let grids = match refusal.or_else(noise) {
                     None => choice(
                         Method::LightTracing(light_tracing::Settings::default()),
                         "unbiased, and connects every scattering to every sensor in closed form",

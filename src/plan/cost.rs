@@ -2,6 +2,7 @@
 
 use super::{Methods, Plan};
 use crate::integrator::Method;
+use crate::plan::EffectKind;
 use crate::scene::Scene;
 
 /// Rough seconds per pass on one core of the machine that the constants were measured on.
@@ -15,6 +16,9 @@ pub fn seconds_per_pass(scene: &Scene, plan: &Plan) -> f64 {
         if scene.room.meshes.is_empty() { (per_path, 10e-9) } else { (per_path + 4e-6, 500e-9) };
     let sensors: usize = scene.grids.iter().map(|grid| grid.len()).sum();
     let pixels: usize = scene.views.iter().map(|view| view.size_px[0] * view.size_px[1]).sum();
+    // lobes cost more to evaluate than a cosine
+    let per_connection =
+        if plan.effects.is_on(EffectKind::Glossy) { f64::max(per_connection, 50e-9) } else { per_connection };
     let methods: &Methods = &plan.methods;
     let of = |method: &Method, sensors: usize, pixels: usize| match method {
         Method::LightTracing(settings) => {

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use crate::guide::Section;
+use crate::optics::Surface;
 use crate::scene::{Channels, Scene, TubeShape};
 
 /// An effect of light that can be simulated or left out.
@@ -105,7 +106,7 @@ impl Effects {
                 match (called_for(scene, kind), request) {
                     (Err(reason), _) => EffectPlan { kind, on: false, reason: reason.into(), bound: Some(0.0) },
                     (Ok(_), EffectRequest::Off) if kind.can_be_left_out() => {
-                        EffectPlan { kind, on: false, reason: "switched off in the document".into(), bound: None }
+                        EffectPlan { kind, on: false, reason: switched_off(kind).into(), bound: None }
                     }
                     (Ok(reason), _) => EffectPlan { kind, on: true, reason, bound: None },
                 }
@@ -117,6 +118,21 @@ impl Effects {
     pub fn is_on(&self, kind: EffectKind) -> bool {
         self.list.iter().any(|effect| effect.kind == kind && effect.on)
     }
+}
+
+/// The reason of an effect that the document leaves out.
+fn switched_off(kind: EffectKind) -> &'static str {
+    match kind {
+        EffectKind::Glossy => "switched off in the document: surfaces absorb the light of their `specular` share",
+        _ => "switched off in the document",
+    }
+}
+
+/// The surfaces of the room and its objects.
+fn surfaces(scene: &Scene) -> impl Iterator<Item = &Surface> {
+    let of_boxes = scene.room.boxes.iter().map(|object| &object.surface);
+    let of_meshes = scene.room.meshes.iter().flat_map(|object| &object.surfaces);
+    scene.room.surfaces.iter().flatten().chain(of_boxes).chain(of_meshes)
 }
 
 /// Why an effect is needed, or why it is exactly zero.
@@ -146,10 +162,7 @@ fn called_for(scene: &Scene, kind: EffectKind) -> Result<String, &'static str> {
             }
         }
         EffectKind::Interreflection => {
-            let of_boxes = scene.room.boxes.iter().map(|object| &object.surface);
-            let of_meshes = scene.room.meshes.iter().flat_map(|object| &object.surfaces);
-            let surfaces = scene.room.surfaces.iter().flatten().chain(of_boxes).chain(of_meshes);
-            let brightest = surfaces.flat_map(|surface| surface.reflectance).fold(0.0, f64::max);
+            let brightest = surfaces(scene).flat_map(Surface::albedo).fold(0.0, f64::max);
             if brightest > 0.0 {
                 Ok(format!("surfaces reflect up to {:.0} %", 100.0 * brightest))
             } else {
@@ -185,6 +198,18 @@ fn called_for(scene: &Scene, kind: EffectKind) -> Result<String, &'static str> {
             Channels::Photopic => Err("every coefficient is one number: one photopic channel"),
             Channels::Rgb => Ok("a coefficient is given as red, green, blue".into()),
         },
-        EffectKind::Glossy => Err("every room surface is diffuse"),
+        EffectKind::Glossy => {
+            let specular = || surfaces(scene).filter_map(|surface| surface.specular);
+            let brightest = specular().flat_map(|specular| specular.reflectance).fold(0.0, f64::max);
+            let smoothest = specular().map(|specular| specular.roughness).fold(f64::INFINITY, f64::min);
+            if brightest <= 0.0 {
+                Err("every room surface is diffuse")
+            } else if smoothest == 0.0 {
+                Ok(format!("mirrors among the surfaces; specular reflectances up to {:.0} %", 100.0 * brightest))
+            } else {
+                let of = format!("specular reflectances up to {:.0} %", 100.0 * brightest);
+                Ok(format!("glossy surfaces of roughness {smoothest} and more; {of}"))
+            }
+        }
     }
 }

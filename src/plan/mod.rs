@@ -48,6 +48,9 @@ pub fn compile(scene: &Scene, effects: &Effects) -> Result<Kernel, KernelError> 
     if !effects.is_on(EffectKind::Luminaires) {
         kernel.luminaires.iter_mut().for_each(|luminaire| luminaire.luminance = [0.0; 3]);
     }
+    if !effects.is_on(EffectKind::Glossy) {
+        kernel = kernel.without_specular();
+    }
     Ok(kernel)
 }
 

@@ -55,7 +55,7 @@ pub fn cube(
     daylight: Daylight,
     estimate: EstimateKind,
 ) -> Scene {
-    let surface = |reflectance| Some(Surface { reflectance: [reflectance; 3] });
+    let surface = |reflectance| Some(Surface::diffuse([reflectance; 3]));
     let surfaces = [surface(walls), surface(walls), surface(walls), surface(walls), surface(floor), surface(ceiling)];
     Scene {
         daylight: Some(daylight),
