@@ -4,13 +4,14 @@ mod reference;
 
 use std::f64::consts::PI;
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 use reference::{assert_close, json, number, rows};
 use skyduct::geometry::disc::disc_irradiance;
 use skyduct::guide::transmittance::{beam_transmission, sky_exitance, zastrow_wittwer_transmission};
 use skyduct::guide::{BentGuide, End, Guide};
 use skyduct::sampling::{Key, PathRandom, Replicate, warp};
+use skyduct::sky::opening::illuminance_through_rectangle;
 use skyduct::sky::sun::{Site, UtcInstant, beam_normal_illuminance_lux, position_at};
 use skyduct::sky::zenith::{self, ZenithFormula, zenith_luminance_cd_m2};
 use skyduct::sky::{CieType, Sky, SkyDistribution, direction};
@@ -193,7 +194,8 @@ fn elbows() {
         let axis = DVec3::new(sin, 0.0, cos);
         // right angles to the axis: in the plane of the bend, toward the side of +x, and out of it
         let (across, aside) = (DVec3::new(cos, 0.0, -sin), DVec3::Y);
-        let guide = Guide::Bent(BentGuide::new(0.127, &[(0.5, DVec3::Z), (0.5, axis)], [number(&row[2]); 3].into(), [1.0; 3]));
+        let guide =
+            Guide::Bent(BentGuide::new(0.127, &[(0.5, DVec3::Z), (0.5, axis)], [number(&row[2]); 3].into(), [1.0; 3]));
         let tilted = |sideways: DVec3| (-axis * 30f64.to_radians().cos() + sideways * 0.5).normalize();
         let (mut forward, mut back) = (Moments::default(), Moments::default());
         for replicate in 0..8 {
@@ -231,5 +233,26 @@ fn elbows() {
             let tolerance = 4.0 * moments.standard_error().hypot(stated) + cut + 0.5e-6;
             assert!((moments.mean - truth).abs() <= tolerance, "{row:?}: {} not within {tolerance}", moments.mean);
         }
+    });
+}
+
+/// Every row of the sky components under roof openings, to 1e-5 of the value, the last printed digit and the error of the
+/// quadrature here, which is small beside them.
+#[test]
+fn roof_openings() {
+    let table = rows("roof_opening_sky_component.csv");
+    assert_eq!(table.len(), 480);
+    table.par_iter().for_each(|row| {
+        // the table has the sun toward +x
+        let sun = direction(number(&row[2]).to_radians(), std::f64::consts::FRAC_PI_2);
+        let sky = Sky { distribution: SkyDistribution::new(cie_type(&row[1]), sun), zenith_luminance_cd_m2: 1.0 };
+        let side = number(&row[0]);
+        let normal = if row[7] == "+x" { DVec3::X } else { DVec3::Z };
+        let point = DVec3::new(number(&row[4]), number(&row[5]), number(&row[6]));
+        let corner = DVec3::new(-0.5 * side, -0.5 * side, 3.0);
+        let (lux, error) = illuminance_through_rectangle(&sky, corner, DVec2::splat(side), point, normal);
+        let percent = 100.0 / sky.horizontal_illuminance_lux();
+        assert!(percent * error < 1e-4, "{row:?}: {}", percent * error);
+        assert_close(percent * lux, number(&row[8]), 1e-5, 0.5e-5 + percent * error, &format!("{row:?}"));
     });
 }

@@ -224,9 +224,11 @@ fn reflected_closed_form(point: DVec3, reflectance: f64) -> f64 {
 /// give the mean of all faces from the floor alone.
 fn interreflection(reference: &Path) -> Result<(Deviations, Deviations, Table, Figure), ValidationError> {
     let grids = json!([{ "name": "floor", "height_m": 0.0, "cells": [4, 4], "estimate": "cell_average" }]);
-    let ceiling = luminaire([1.5, 1.5, 4.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]);
-    let floor = luminaire([1.5, 1.5, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]);
-    let wall = luminaire([0.0, 1.5, 1.5], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]);
+    // luminaires are black: these take 2e-5 of the area, and 4e-4 of the light at the highest reflectance
+    let (low, side) = (1.995, 0.01);
+    let ceiling = luminaire([low, low, 4.0], [0.0, side, 0.0], [side, 0.0, 0.0]);
+    let floor = luminaire([low, low, 0.0], [side, 0.0, 0.0], [0.0, side, 0.0]);
+    let wall = luminaire([0.0, low, low], [0.0, side, 0.0], [0.0, 0.0, side]);
     let mut deviations = Deviations::new("closed rooms, reflectance 0.05 to 0.95: mean indirect illuminance");
     let mut closure = Deviations::new("closed rooms: flux emitted less flux booked");
     let (mut rows, mut marks) = (Vec::new(), Vec::new());
