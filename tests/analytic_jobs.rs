@@ -16,6 +16,9 @@ use skyduct::job::run::{Prepared, StoppedBy, merge, prepare_document};
 use skyduct::sky::zenith::{default_formula, zenith_luminance_cd_m2};
 use skyduct::sky::{CieType, Sky, SkyDistribution, direction};
 
+/// A change to a document.
+type Edit = Box<dyn Fn(&mut Value)>;
+
 fn prepared(document: &Value) -> Prepared {
     let document = JobDocument::parse(document.to_string().as_bytes()).unwrap();
     prepare_document(&document, &Folder).unwrap()
@@ -161,7 +164,7 @@ fn what_cannot_be_done_is_refused() {
     let view = json!({ "name": "v", "eye_m": [1, 1, 1], "look_at_m": [1.5, 1, 1], "size_px": [8, 8] });
     let object = json!({ "kind": "box", "size_m": [0.1, 0.1, 0.1], "position_m": [0.5, 0.5, 0],
                          "surface": { "reflectance": 0.5 } });
-    let cases: Vec<(&str, Box<dyn Fn(&mut Value)>, &str)> = vec![
+    let cases: Vec<(&str, Edit, &str)> = vec![
         ("holigilm_thesis.json", Box::new(move |d| d["views"] = json!([view])), "grids only"),
         ("holigilm_thesis.json", Box::new(|d| d["tubes"][0]["reflectance"] = json!([0.9, 0.8, 0.7])), "colours"),
         ("holigilm_thesis.json", Box::new(move |d| d["room"]["objects"] = json!([object])), "objects"),

@@ -55,7 +55,8 @@ pub fn refuses(method: &Method, scene: &Scene, kernel: &Kernel) -> Option<String
     if scene.channels != Channels::Photopic {
         return unable("colours");
     }
-    if kernel.tubes.iter().any(|tube| matches!(tube.guide, Guide::Mesh(_))) {
+    // also those that were recognised as cylinders: the formulae take their lengths from the document
+    if scene.tubes.iter().any(|tube| cylinders(&tube.shape).is_none()) {
         return unable("tubes given as meshes");
     }
     if !kernel.boxes.is_empty() || kernel.meshes.is_some() {

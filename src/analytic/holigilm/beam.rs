@@ -142,7 +142,7 @@ pub fn lambertian_cells(tube: &Tube) -> Option<Cells> {
     }
     let (inner, outer) = match tube.diffuser.specular_zone(tube.radius) {
         None => (0.0, tube.radius),
-        Some((from, to)) if from == 0.0 => (to, tube.radius),
+        Some((0.0, to)) => (to, tube.radius),
         Some((from, _)) => (0.0, from),
     };
     Some(Cells { inner, outer })
