@@ -146,7 +146,7 @@ fn agrees_with_light_tracing() {
     let (points, averages) = (EstimateKind::Point, EstimateKind::CellAverage);
     let mut two = straight(0.4, 0.95, mixed(DiffuserZone::Clear));
     two.centre = DVec2::new(0.4, 1.4);
-    let mut scenes = vec![
+    let mut scenes = [
         room(vec![straight(0.8, 0.97, mixed(DiffuserZone::Lambertian)), two.clone()], points),
         room(vec![straight(0.8, 0.97, mixed(DiffuserZone::Lambertian)), two], averages),
         room(vec![straight(0.6, 0.98, lambertian(0.6, 0.3))], points),
