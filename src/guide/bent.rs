@@ -254,4 +254,27 @@ mod tests {
             }
         }
     }
+
+    /// Isotropic light passes an elbow of unequal arms as well from either end.
+    #[test]
+    fn elbows_are_reciprocal() {
+        let (sin, cos) = 60f64.to_radians().sin_cos();
+        let axis = DVec3::new(sin, 0.0, cos);
+        let guide = BentGuide::new(0.127, &[(0.3, DVec3::Z), (0.8, axis)], [0.95; 3].into(), [1.0; 3]);
+        let (mut down, mut up) = (crate::statistics::Moments::default(), crate::statistics::Moments::default());
+        let mut random = PathRandom::new(Key::new(5));
+        for _ in 0..100_000 {
+            let local = warp::cosine_hemisphere(random.uniform2());
+            let inward = -warp::around(axis, local);
+            let entry = guide.entry(random.uniform2(), inward).unwrap();
+            let transit = guide.down::<1>(entry.position, inward);
+            down.push(if transit.end == End::Opening { transit.mirrors.0[0] } else { 0.0 });
+            let start = (warp::disc(random.uniform2()) * 0.127).extend(0.0);
+            let transit = guide.up::<1>(start, warp::cosine_hemisphere(random.uniform2()));
+            up.push(if transit.end == End::Top { transit.mirrors.0[0] } else { 0.0 });
+        }
+        let tolerance = 4.0 * down.standard_error().hypot(up.standard_error());
+        assert!((down.mean - up.mean).abs() < tolerance, "{} {} {tolerance}", down.mean, up.mean);
+        assert!(down.mean < 0.7 && tolerance < 0.01);
+    }
 }

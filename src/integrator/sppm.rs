@@ -5,7 +5,8 @@
 //! straight to a point is computed from the pass' own photons at the diffuser, light straight from a luminaire in closed
 //! form or from points of its area, not by density estimation; kernels are
 //! clipped to the surface they lie on and count photons of that surface only. The bias of the kernel is estimated from
-//! the same photons at two radii: it grows with the squared radius, so bias(r) = 2 (E(r) - E(r / sqrt 2)).
+//! the same photons at two radii: on a whole disc it grows with the squared radius, so bias(r) = 2 (E(r) - E(r / sqrt 2));
+//! on a clipped one, which lies to one side of its centre, with the radius: bias(r) = (E(r) - E(r / sqrt 2)) / (1 - 1 / sqrt 2).
 //!
 //! Photons are gathered for the diffuse part of a surface alone. The specular part, mirror or glossy lobe, is followed: eye
 //! rays gather where they meet a diffuse part and go on into a direction of the specular part. A diffuser that a glossy lobe
@@ -587,7 +588,10 @@ fn density<const C: usize>(
     }
     let (whole, half) = photons.gather(centre, radius, surface);
     let irradiance = whole * (1.0 / whole_area);
-    let bias = 2.0 * (irradiance.luminance() - half.luminance() / half_area);
+    // to one side the kernel sees the gradient, around the centre only the curvature
+    let clipped = whole_area < (1.0 - 1e-9) * PI * radius * radius;
+    let factor = if clipped { 1.0 / (1.0 - std::f64::consts::FRAC_1_SQRT_2) } else { 2.0 };
+    let bias = factor * (irradiance.luminance() - half.luminance() / half_area);
     Gathered { irradiance, bias }
 }
 
