@@ -16,11 +16,13 @@ pub struct MeshFiles {
 impl MeshFiles {
     /// For the job file at `job`.
     pub fn beside(job: &Path) -> Self {
-        let folder = match job.parent() {
-            Some(folder) if !folder.as_os_str().is_empty() => folder.to_owned(),
-            _ => PathBuf::from("."),
-        };
-        Self { folder, limits: ObjLimits::default() }
+        Self::below(job.parent().unwrap_or(Path::new("")))
+    }
+
+    /// At or below `folder`; an empty path is the working directory.
+    pub fn below(folder: &Path) -> Self {
+        let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
+        Self { folder: folder.to_owned(), limits: ObjLimits::default() }
     }
 
     /// The file called `name`; one sentence of why there is none.

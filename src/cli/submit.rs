@@ -8,6 +8,7 @@ use serde_json::Value;
 use uuid::Uuid;
 
 use crate::cli::client::Client;
+use crate::cli::mesh_files::MeshFiles;
 use crate::cli::progress::Progress;
 use crate::document::{DocumentErrors, FieldError};
 use crate::estimate::StopRule;
@@ -84,11 +85,13 @@ async fn with_uploaded_meshes(client: &Client, document: Vec<u8>, folder: &Path)
     let tubes = (0..value["tubes"].as_array().map_or(0, Vec::len)).map(|index| format!("/tubes/{index}/mesh"));
     let objects =
         (0..value["room"]["objects"].as_array().map_or(0, Vec::len)).map(|index| format!("/room/objects/{index}/mesh"));
+    let files = MeshFiles::below(folder);
     let mut replaced = false;
     for pointer in tubes.chain(objects).collect::<Vec<_>>() {
         let Some(field) = value.pointer_mut(&pointer) else { continue };
         let Some(name) = field.as_str() else { continue };
-        let Some(file) = file_below(folder, name) else { continue };
+        // any other name is an id, or for the service to refuse
+        let Ok(file) = files.path(name) else { continue };
         let bytes = std::fs::read(&file)
             .map_err(|error| bad_document(&pointer, format!("{} cannot be read: {error}", file.display())))?;
         *field = client.upload_mesh(bytes, &pointer).await?.into();
@@ -96,18 +99,6 @@ async fn with_uploaded_meshes(client: &Client, document: Vec<u8>, folder: &Path)
     }
     // written anew only when needed: the service then judges the very bytes of the file
     if replaced { Ok(serde_json::to_vec(&value)?) } else { Ok(document) }
-}
-
-/// The file called `name` at or below `folder`, if there is one; links out of the folder are not followed.
-fn file_below(folder: &Path, name: &str) -> Option<PathBuf> {
-    let relative = Path::new(name);
-    if !relative.components().all(|component| matches!(component, Component::Normal(_) | Component::CurDir)) {
-        return None;
-    }
-    let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
-    let folder = folder.canonicalize().ok()?;
-    let file = folder.join(relative).canonicalize().ok()?;
-    (file.starts_with(&folder) && file.is_file()).then_some(file)
 }
 
 fn bad_document(pointer: &str, detail: String) -> DocumentErrors {
@@ -183,11 +174,11 @@ mod tests {
         std::fs::write(folder.join("meshes/a.obj"), "x").unwrap();
         std::fs::write(directory.path().join("secret.obj"), "x").unwrap();
         std::os::unix::fs::symlink(directory.path().join("secret.obj"), folder.join("link.obj")).unwrap();
-        assert!(file_below(&folder, "meshes/a.obj").is_some());
-        assert!(file_below(&folder, "./meshes/a.obj").is_some());
+        assert!(MeshFiles::below(&folder).path("meshes/a.obj").is_ok());
+        assert!(MeshFiles::below(&folder).path("./meshes/a.obj").is_ok());
         for name in ["../secret.obj", "link.obj", "meshes", "none.obj", "", "/etc/hostname", "meshes/../../secret.obj"]
         {
-            assert!(file_below(&folder, name).is_none(), "{name}");
+            assert!(MeshFiles::below(&folder).path(name).is_err(), "{name}");
         }
     }
 

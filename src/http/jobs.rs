@@ -231,7 +231,8 @@ fn timestamp(milliseconds: i64) -> Option<Timestamp> {
 ///
 /// `Idempotency-Key` makes a repeated post answer with the first job.
 #[utoipa::path(post, path = "/v1/jobs", operation_id = "create_job", tag = "jobs",
-    params(("Idempotency-Key" = Option<String>, Header, description = "Unique to this job: 1 to 255 printable ASCII characters")),
+    params(("Idempotency-Key" = Option<String>, Header, description = "Unique to this job: 1 to 255 printable ASCII characters",
+        min_length = 1, max_length = 255, pattern = "^[ -~]+$")),
     request_body(content = JobDocument, description = "The job document", content_type = "application/json"),
     responses(
         (status = 202, description = "Queued; the body is the job", body = JobResource,
