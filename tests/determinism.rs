@@ -31,14 +31,20 @@ fn scenes() -> Vec<(&'static str, Prepared)> {
                            "surface": { "reflectance": [0.3, 0.5, 0.4] } }]);
     let mesh = json!({ "kind": "mesh", "mesh": "block.obj", "unit": "cm", "position_m": [0.5, 0.4, 0], "rotation_deg": 5,
                        "surfaces": { "side": { "reflectance": 0.4 }, "top": { "reflectance": [0.2, 0.5, 0.7] } } });
-    ["S1", "S2", "S3", "S3_mesh", "S4", "S1 glossy", "S2 glossy"]
+    ["S1", "S2", "S3", "S3_mesh", "S4", "S1 glossy", "S2 glossy", "S3 paths"]
         .into_iter()
         .map(|case| {
-            let (scene, glossy) = case.split_once(' ').map_or((case, false), |(scene, _)| (scene, true));
+            let (scene, kind) = case.split_once(' ').unwrap_or((case, ""));
+            let glossy = kind == "glossy";
             let prepared = prepare(scene, |document| {
                 document["views"] = view.clone();
                 document["grids"] = grids.clone();
                 document["stop"] = json!({ "relative_error": 1e-6, "max_passes": 20 });
+                if kind == "paths" {
+                    document["room"]["objects"] = objects.clone();
+                    document["sky"]["direct_normal_illuminance_lux"] = json!(50_000);
+                    document["method"] = json!({ "kind": "path_tracing", "samples_per_sensor": 8 });
+                }
                 if scene == "S4" {
                     document["room"]["objects"][0] = mesh.clone();
                 }

@@ -200,6 +200,7 @@ fn every_bound_names_its_field() {
         ("/method", json!("ppm"), "not supported yet"),
         ("/method", json!("magic"), "unknown variant"),
         ("/method/kind", json!("path_tracing"), "photons"),
+        ("/method/samples_per_pixel", json!(4), "not a field of"),
         ("/method/alpha", json!(1), "< 1"),
         ("/method/photons_per_pass", json!(63), "64.."),
         ("/method/initial_radius_m", json!(0), "> 0"),

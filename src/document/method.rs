@@ -13,7 +13,7 @@ use utoipa::{PartialSchema, ToSchema};
 use super::Warning;
 use super::parse::{Misfit, absent};
 use crate::analytic::jenkins;
-use crate::integrator::{Method, light_tracing, sppm};
+use crate::integrator::{Method, light_tracing, path_tracing, sppm};
 use crate::plan::MethodRequest;
 
 /// How the light is computed.
@@ -23,6 +23,7 @@ pub enum MethodKind {
     /// The plan picks and says why.
     #[default]
     Auto,
+    /// From the sensors and the eye to the light; unbiased. Fluxes of tubes and the balance of energy stay unknown.
     PathTracing,
     BidirectionalPathTracing,
     PhotonMapping,
@@ -73,6 +74,10 @@ pub struct MethodSettings {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub alpha: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
+    pub samples_per_sensor: Option<u32>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub samples_per_pixel: Option<u32>,
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub coefficient: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub pipe_transmittance: Option<f64>,
@@ -97,6 +102,13 @@ impl MethodDocument {
                     photons_per_pass: settings.photons_per_pass.unwrap_or(default.photons_per_pass),
                     initial_radius_m: settings.initial_radius_m.or(default.initial_radius_m),
                     alpha: settings.alpha.unwrap_or(default.alpha),
+                })))
+            }
+            MethodKind::PathTracing => {
+                let default = path_tracing::Settings::default();
+                Some(MethodRequest::Method(Method::PathTracing(path_tracing::Settings {
+                    samples_per_sensor: settings.samples_per_sensor.unwrap_or(default.samples_per_sensor),
+                    samples_per_pixel: settings.samples_per_pixel.unwrap_or(default.samples_per_pixel),
                 })))
             }
             MethodKind::Holigilm => Some(MethodRequest::Method(Method::Holigilm)),
@@ -136,6 +148,10 @@ pub fn settings_json(method: &Method) -> serde_json::Value {
             "initial_radius_m": settings.initial_radius_m,
             "alpha": settings.alpha,
         }),
+        Method::PathTracing(settings) => serde_json::json!({
+            "samples_per_sensor": settings.samples_per_sensor,
+            "samples_per_pixel": settings.samples_per_pixel,
+        }),
         Method::Holigilm => serde_json::json!({}),
         Method::Jenkins(settings) => serde_json::json!({
             "coefficient": settings.coefficient,
@@ -160,6 +176,12 @@ struct RawMethod {
     /// The squared radius shrinks by (i + alpha) / (i + 1) from pass to pass; of `sppm` and `ppm`.
     #[schema(exclusive_minimum = 0, exclusive_maximum = 1)]
     alpha: Option<f64>,
+    /// Paths per sensor and pass, default 64; of `path_tracing`.
+    #[schema(minimum = 1, maximum = 65_536u64)]
+    samples_per_sensor: Option<u32>,
+    /// Paths per pixel and pass, default 4; of `path_tracing`.
+    #[schema(minimum = 1, maximum = 4_096u64)]
+    samples_per_pixel: Option<u32>,
     /// c of E = c Phi cos^4(theta) / V^2, > 0, default 0.494; 1/pi is a Lambertian disc far away; of `jenkins`.
     #[schema(exclusive_minimum = 0, maximum = 10)]
     coefficient: Option<f64>,
@@ -181,6 +203,8 @@ impl TryFrom<RawMethod> for MethodDocument {
             mut photons_per_pass,
             initial_radius_m,
             mut alpha,
+            mut samples_per_sensor,
+            mut samples_per_pixel,
             mut coefficient,
             pipe_transmittance,
             bend_factor,
@@ -192,6 +216,14 @@ impl TryFrom<RawMethod> for MethodDocument {
             absent(&coefficient, "coefficient", &of)?;
             absent(&pipe_transmittance, "pipe_transmittance", &of)?;
             absent(&bend_factor, "bend_factor", &of)?;
+        }
+        if kind == MethodKind::PathTracing {
+            let default = path_tracing::Settings::default();
+            samples_per_sensor = samples_per_sensor.or(Some(default.samples_per_sensor));
+            samples_per_pixel = samples_per_pixel.or(Some(default.samples_per_pixel));
+        } else {
+            absent(&samples_per_sensor, "samples_per_sensor", &of)?;
+            absent(&samples_per_pixel, "samples_per_pixel", &of)?;
         }
         match kind {
             MethodKind::Sppm => {
@@ -212,8 +244,16 @@ impl TryFrom<RawMethod> for MethodDocument {
                 absent(&alpha, "alpha", &of)?;
             }
         }
-        let settings =
-            MethodSettings { photons_per_pass, initial_radius_m, alpha, coefficient, pipe_transmittance, bend_factor };
+        let settings = MethodSettings {
+            photons_per_pass,
+            initial_radius_m,
+            alpha,
+            samples_per_sensor,
+            samples_per_pixel,
+            coefficient,
+            pipe_transmittance,
+            bend_factor,
+        };
         Ok(Self { kind, settings: Some(settings) })
     }
 }

@@ -124,10 +124,11 @@ impl From<&Moments> for FluxResult {
 pub struct TubeResult {
     /// Arrives at the collector from outside: at the end of the tube, at the outer face of a `dielectric_dome`, which
     /// is larger, or at a mesh's collector.
-    pub at_collector: FluxResult,
+    /// Null, as every flux, before the first pass and by methods that do not follow light from its sources.
+    pub at_collector: Option<FluxResult>,
     /// Arrives at the diffuser's top.
-    pub at_diffuser: FluxResult,
-    pub into_room: FluxResult,
+    pub at_diffuser: Option<FluxResult>,
+    pub into_room: Option<FluxResult>,
     /// Flux into the room over flux at the collector; null without light.
     pub transmission_efficiency: Option<f64>,
     /// Unobstructed horizontal illuminance times the area of the opening in the ceiling: what a level aperture of that
@@ -143,14 +144,16 @@ impl TubeResult {
     /// `opening_radius` in metres.
     pub fn new(tube: &TubeEstimate, opening_radius: f64, daylight: Option<&Daylight>) -> Self {
         let (sky, sun) = daylight.map_or((0.0, 0.0), Daylight::horizontal_illuminance_lux);
+        let flux = |moments: &Moments| (moments.count > 0.0).then(|| FluxResult::from(moments));
         let level_aperture_flux_lm = (sky + sun) * PI * opening_radius * opening_radius;
         Self {
-            at_collector: (&tube.at_collector).into(),
-            at_diffuser: (&tube.at_diffuser).into(),
-            into_room: (&tube.into_room).into(),
+            at_collector: flux(&tube.at_collector),
+            at_diffuser: flux(&tube.at_diffuser),
+            into_room: flux(&tube.into_room),
             transmission_efficiency: finite(tube.into_room.mean / tube.at_collector.mean),
             level_aperture_flux_lm,
-            level_aperture_efficiency: finite(tube.into_room.mean / level_aperture_flux_lm),
+            level_aperture_efficiency: flux(&tube.into_room)
+                .and_then(|flux| finite(flux.flux_lm / level_aperture_flux_lm)),
         }
     }
 }

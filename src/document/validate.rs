@@ -388,8 +388,16 @@ fn check_method(document: &JobDocument, checks: &mut Checks) {
     if method.kind == MethodKind::LightTracing && !document.views.is_empty() {
         checks.refuse("/method", "light_tracing computes grids only: use auto or sppm");
     }
-    let MethodSettings { photons_per_pass, initial_radius_m, alpha, coefficient, pipe_transmittance, bend_factor } =
-        method.settings.unwrap_or_default();
+    let MethodSettings {
+        photons_per_pass,
+        initial_radius_m,
+        alpha,
+        samples_per_sensor,
+        samples_per_pixel,
+        coefficient,
+        pipe_transmittance,
+        bend_factor,
+    } = method.settings.unwrap_or_default();
     if let Some(coefficient) = coefficient {
         checks.above("/method/coefficient", coefficient, 0.0, 10.0);
     }
@@ -400,6 +408,13 @@ fn check_method(document: &JobDocument, checks: &mut Checks) {
     }
     if let Some(photons) = photons_per_pass {
         checks.within("/method/photons_per_pass", photons, 64, 16_777_216);
+    }
+    for (name, samples, most) in
+        [("samples_per_sensor", samples_per_sensor, 65_536), ("samples_per_pixel", samples_per_pixel, 4_096)]
+    {
+        if let Some(samples) = samples {
+            checks.within(&format!("/method/{name}"), samples, 1, most);
+        }
     }
     if let Some(radius) = initial_radius_m {
         checks.above("/method/initial_radius_m", radius, 0.0, 10_000.0);

@@ -407,6 +407,13 @@ impl BoxKernel {
             .map(|(x, y)| self.base.truncate() + back * DVec2::new(x * self.half.x, y * self.half.y))
     }
 
+    /// Whether a point is inside, or on the lower side: a box covers what it stands on.
+    pub fn contains(&self, point: DVec3) -> bool {
+        let local = self.turn * (point - self.base).truncate();
+        let (low, high) = self.span();
+        local.abs().cmplt(self.half).all() && point.z >= low && point.z < high
+    }
+
     /// Lower and upper height in metres.
     pub fn span(&self) -> (f64, f64) {
         (self.base.z, self.base.z + self.height)

@@ -6,11 +6,13 @@
 pub mod deterministic;
 pub mod domain;
 pub mod emission;
+pub mod eye;
 pub mod kernel;
 pub mod light_path;
 pub mod light_tracing;
 pub mod luminaire;
 pub mod mesh_objects;
+pub mod path_tracing;
 pub mod photon_grid;
 pub mod sppm;
 
@@ -27,6 +29,7 @@ pub use kernel::{Kernel, KernelError};
 pub enum Method {
     LightTracing(light_tracing::Settings),
     Sppm(sppm::Settings),
+    PathTracing(path_tracing::Settings),
     /// At once.
     Holigilm,
     /// At once.
@@ -39,9 +42,15 @@ impl Method {
         match self {
             Self::LightTracing(_) => "light_tracing",
             Self::Sppm(_) => "sppm",
+            Self::PathTracing(_) => "path_tracing",
             Self::Holigilm => "holigilm",
             Self::Jenkins(_) => "jenkins",
         }
+    }
+
+    /// Whether light is followed from its sources, so that fluxes of tubes and the balance of energy are known.
+    pub fn knows_fluxes(&self) -> bool {
+        !matches!(self, Self::PathTracing(_))
     }
 
     /// Whether one computation gives the result, without passes.

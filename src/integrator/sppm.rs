@@ -22,6 +22,7 @@ use rayon::prelude::*;
 
 use super::domain::Domain;
 use super::emission::{Emission, PathSamples};
+use super::eye::enter_room;
 use super::kernel::{Kernel, NO_SURFACE, Place, RoomHit, SurfaceId, SurfaceKernel, TubeKernel};
 use super::light_path::{Account, Flight, Origin, Scattering, Visitor, trace};
 use super::photon_grid::{Photon, PhotonGrid};
@@ -225,10 +226,7 @@ impl<const C: usize> Sppm<C> {
     fn luminance(&self, maps: &Maps<C>, eye: DVec3, direction: DVec3, random: &mut PathRandom) -> Gathered<C> {
         // the sum of what diffuse parts send along the path
         let mut seen = Gathered { irradiance: Spectrum::ZERO, bias: 0.0 };
-        let Some(mut origin) = self.enter_room(eye, direction) else { return seen };
-        if origin != eye && self.hidden_by_luminaire(eye, direction, origin) {
-            return seen;
-        }
+        let Some(mut origin) = enter_room(&self.kernel, eye, direction) else { return seen };
         let mut direction = direction;
         let mut from = NO_SURFACE;
         let mut weight = Spectrum::<C>::ONE;
@@ -313,38 +311,6 @@ impl<const C: usize> Sppm<C> {
             }
         }
         seen
-    }
-
-    /// Where an eye ray is inside the room: at once, or behind an open surface.
-    fn enter_room(&self, eye: DVec3, direction: DVec3) -> Option<DVec3> {
-        let size = self.kernel.size;
-        if eye.cmpge(DVec3::ZERO).all() && eye.cmple(size).all() {
-            return Some(eye);
-        }
-        let (mut enter, mut leave, mut face) = (f64::NEG_INFINITY, f64::INFINITY, 0);
-        for axis in 0..3 {
-            if direction[axis] == 0.0 {
-                if eye[axis] < 0.0 || eye[axis] > size[axis] {
-                    return None;
-                }
-                continue;
-            }
-            let (a, b) = (-eye[axis] / direction[axis], (size[axis] - eye[axis]) / direction[axis]);
-            if a.min(b) > enter {
-                enter = a.min(b);
-                face = 2 * axis + usize::from(direction[axis] < 0.0);
-            }
-            leave = leave.min(a.max(b));
-        }
-        let through = enter > 0.0 && enter < leave && self.kernel.surfaces[face].is_none();
-        through.then(|| (eye + direction * enter).clamp(DVec3::ZERO, size))
-    }
-
-    /// Whether the dark side of a luminaire closes an open surface at the point where an eye ray enters.
-    fn hidden_by_luminaire(&self, eye: DVec3, direction: DVec3, entry: DVec3) -> bool {
-        let distance = (entry - eye).length();
-        let at_entry = |t: f64| (t - distance).abs() <= self.kernel.coinciding();
-        self.kernel.luminaires.iter().any(|luminaire| luminaire.intersect(eye, direction).is_some_and(at_entry))
     }
 
     /// Irradiance of a surface point.

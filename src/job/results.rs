@@ -43,8 +43,15 @@ impl Prepared {
             "grids": grids.collect::<Vec<_>>(),
             "views": views.collect::<Vec<_>>(),
             "tubes": tubes.collect::<Vec<_>>(),
-            "energy": to_value(&EnergyResult::new(&merged.ledger, merged.passes)),
+            "energy": to_value(&self.knows_energy().then(|| EnergyResult::new(&merged.ledger, merged.passes))),
         })
+    }
+
+    /// Whether the method that keeps the books, that of the grids or else of the views, follows light from its sources.
+    fn knows_energy(&self) -> bool {
+        let methods = &self.plan.methods;
+        self.is_dark()
+            || methods.grids.as_ref().or(methods.views.as_ref()).is_none_or(|choice| choice.method.knows_fluxes())
     }
 
     /// Grids as JSON, CSV and PNG, views as EXR, PNG and false-colour PNG, tubes as JSON and SVG.

@@ -15,6 +15,7 @@ use crate::document::{self, DocumentErrors, FieldError, JobDocument, MeshSource,
 use crate::estimate::{Accuracy, Estimate, StopRule};
 use crate::integrator::light_tracing::LightTracing;
 use crate::integrator::luminaire::LuminaireKernel;
+use crate::integrator::path_tracing::PathTracing;
 use crate::integrator::sppm::Sppm;
 use crate::integrator::{Integrator, Kernel, Method, deterministic};
 use crate::plan::{self, Effects, Methods, Plan};
@@ -232,6 +233,7 @@ fn integrator<const C: usize>(
     match method {
         Method::LightTracing(settings) => Some(Box::new(LightTracing::<C>::new(kernel, grids, settings, seed))),
         Method::Sppm(settings) => Some(Box::new(Sppm::<C>::new(kernel, grids, views, settings, seed))),
+        Method::PathTracing(settings) => Some(Box::new(PathTracing::<C>::new(kernel, grids, views, settings, seed))),
         Method::Holigilm | Method::Jenkins(_) => None,
     }
 }
@@ -339,6 +341,11 @@ impl Prepared {
         } else {
             None
         }
+    }
+
+    /// Whether every value is exactly zero.
+    pub(super) fn is_dark(&self) -> bool {
+        matches!(self.engine, Engine::Dark)
     }
 
     pub fn accuracy(&self, merged: &Estimate) -> Accuracy {

@@ -1,6 +1,6 @@
 //! From effects to methods.
 
-use crate::integrator::{Kernel, Method, deterministic, light_tracing, sppm};
+use crate::integrator::{Kernel, Method, deterministic, light_tracing, path_tracing, sppm};
 use crate::scene::{EstimateKind, Scene};
 
 /// Which method computes the grids and which the views; `None` where the job has no such output.
@@ -62,6 +62,14 @@ impl Methods {
                 (choice(method.clone(), requested), None)
             }
             MethodRequest::Method(method @ Method::Sppm(_)) => {
+                (choice(method.clone(), requested), choice(method.clone(), requested))
+            }
+            MethodRequest::Method(method @ Method::PathTracing(_)) => {
+                if let Some(reason) = path_tracing::refuses(kernel) {
+                    let advice =
+                        if scene.views.is_empty() { "use auto, light_tracing or sppm" } else { "use auto or sppm" };
+                    return Err(PlanRefusal(format!("not supported by path_tracing: {reason}; {advice}")));
+                }
                 (choice(method.clone(), requested), choice(method.clone(), requested))
             }
             MethodRequest::Method(method @ (Method::Holigilm | Method::Jenkins(_))) => {

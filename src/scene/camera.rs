@@ -42,4 +42,23 @@ impl View {
         let upward = 1.0 - 2.0 * y / self.size_px[1] as f64;
         (self.forward + self.right * across + self.up * upward).normalize()
     }
+
+    /// The pixel in which a point is seen, and the solid angle in sr of a pixel there; `None` outside the image.
+    pub fn pixel_of(&self, point: DVec3) -> Option<(usize, f64)> {
+        let direction = (point - self.eye).try_normalize()?;
+        let cosine = direction.dot(self.forward);
+        if cosine <= 0.0 {
+            return None;
+        }
+        let on_plane = direction / cosine;
+        let [width, height] = self.size_px.map(|size| size as f64);
+        let x = 0.5 * width * (1.0 + on_plane.dot(self.right) / self.right.length_squared());
+        let y = 0.5 * height * (1.0 - on_plane.dot(self.up) / self.up.length_squared());
+        if !(x >= 0.0 && x < width && y >= 0.0 && y < height) {
+            return None;
+        }
+        // a square of the plane at distance 1 appears smaller by the cube of the cosine
+        let area = 4.0 * self.right.length() * self.up.length() / (width * height);
+        Some((y as usize * self.size_px[0] + x as usize, area * cosine * cosine * cosine))
+    }
 }
