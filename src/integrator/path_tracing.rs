@@ -558,10 +558,10 @@ impl Path<'_> {
             if kernel.sky.is_some() {
                 sum += self.sky(vertex, tube);
             }
-            if let Some(sun) = &kernel.sun {
-                if tube.diffuser.scatters(tube.opening_radius) {
-                    sum += self.scattered_sun(vertex, tube, sun);
-                }
+            if let Some(sun) = &kernel.sun
+                && tube.diffuser.scatters(tube.opening_radius)
+            {
+                sum += self.scattered_sun(vertex, tube, sun);
             }
         }
         for luminaire in kernel.luminaires.iter().filter(|luminaire| luminaire.emits()) {
