@@ -11,23 +11,23 @@
 //! * light straight from a luminaire has Lambert's closed form where nothing can stand between, at the sensor or at a
 //!   random point of its cell; otherwise it is treated like light that a diffuser scatters.
 
-use std::f64::consts::{FRAC_PI_2, PI};
+use std::f64::consts::PI;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
+use super::backward::Backward;
 use super::emission::{Emission, PathSamples};
-use super::kernel::{Kernel, NO_SURFACE, TubeKernel};
+use super::kernel::{Kernel, NO_SURFACE};
 use super::light_path::{Account, Flight, Lobe, Origin, Scattering, Visitor, trace};
 use super::luminaire::LuminaireKernel;
 use super::{GridPass, Integrator, PHOTON_CHUNK, Pass};
-use crate::guide::{End, Guide, Transit};
-use crate::optics::{Closure, Spectrum};
-use crate::sampling::{Key, PathRandom, Replicate, warp};
+use crate::guide::Guide;
+use crate::optics::Spectrum;
+use crate::sampling::{Key, PathRandom};
 use crate::scene::{EstimateKind, Grid};
-use crate::sky::sun::HALF_ANGLE;
 
 /// Settings of the method.
 #[derive(Clone, Debug, PartialEq)]
@@ -416,107 +416,6 @@ impl Connection {
         }
         let distance = distance_squared.sqrt();
         lobe.intensity(way / distance).luminance() * self.depth / (distance_squared * distance)
-    }
-}
-
-/// Light that reaches a sensor unscattered through one tube, followed backward.
-struct Backward<'a> {
-    kernel: &'a Kernel,
-    tube: &'a TubeKernel,
-    sensor: DVec3,
-    /// Inner and outer radius of the diffuser's clear zone.
-    zone: (f64, f64),
-}
-
-impl Backward<'_> {
-    /// Sky light: uniform points of the clear zone.
-    fn sky(&self, stream: Key, count: u64) -> (f64, u64) {
-        let Some(sky) = &self.kernel.sky else { return (0.0, 0) };
-        let (inner, outer) = self.zone;
-        let area = PI * (outer * outer - inner * inner);
-        let mut random = PathRandom::new(stream);
-        let mut sum = 0.0;
-        let mut rays = 0;
-        for number in 0..count {
-            let (replicate, index) = Replicate::of(stream, number);
-            let [u, v, ..] = replicate.point(index, 0);
-            let point = self.tube.origin + warp::annulus([u, v], inner, outer).extend(0.0);
-            if let Some((weight, toward)) = self.through(point, &mut random, &mut rays) {
-                sum += weight * sky.luminance(toward);
-            }
-        }
-        (sum * area / count as f64, rays)
-    }
-
-    /// Sunlight: only points from which the zenith angle is the sun's, which a straight tube conserves.
-    fn sun(&self, stream: Key, count: u64) -> (f64, u64) {
-        let Some(sun) = &self.kernel.sun else { return (0.0, 0) };
-        if !matches!(self.tube.guide, Guide::Straight(_)) {
-            return (0.0, 0);
-        }
-        let height = self.tube.origin.z - self.sensor.z;
-        let zenith_angle = sun.direction.truncate().length().atan2(sun.direction.z);
-        let foot = self.sensor.truncate() - self.tube.origin.truncate();
-        let distance = foot.length();
-        let (inner, outer) = self.zone;
-        // radii around the sensor's foot: the sun's band, cut by the opening
-        let reach = |angle: f64| height * angle.clamp(0.0, FRAC_PI_2 - 1e-6).tan();
-        let from = reach(zenith_angle - HALF_ANGLE).max(distance - outer).max(0.0);
-        let to = reach(zenith_angle + HALF_ANGLE).min(distance + outer);
-        if to <= from {
-            return (0.0, 0);
-        }
-        let mut random = PathRandom::new(stream);
-        let mut sum = 0.0;
-        let mut rays = 0;
-        for number in 0..count {
-            let (replicate, index) = Replicate::of(stream, number);
-            let [u, v, ..] = replicate.point(index, 0);
-            let radius = (from * from + u * (to * to - from * from)).sqrt();
-            // half the arc of this radius that lies above the opening
-            let cosine = if radius + distance <= outer || distance == 0.0 || radius == 0.0 {
-                -1.0
-            } else {
-                (radius * radius + distance * distance - outer * outer) / (2.0 * radius * distance)
-            };
-            let half_arc = cosine.clamp(-1.0, 1.0).acos();
-            if half_arc == 0.0 {
-                continue;
-            }
-            let angle = (2.0 * v - 1.0) * half_arc;
-            let inward = if distance > 0.0 { -foot / distance } else { DVec2::X };
-            let offset = foot + DVec2::from_angle(angle).rotate(inward) * radius;
-            if offset.length_squared() < inner * inner {
-                continue;
-            }
-            let area_per_sample = half_arc * (to * to - from * from);
-            let point = self.tube.origin + offset.extend(0.0);
-            if let Some((weight, toward)) = self.through(point, &mut random, &mut rays)
-                && sun.covers(toward)
-                && toward.z > 0.0
-            {
-                sum += weight * area_per_sample;
-            }
-        }
-        (sum * sun.luminance_cd_m2() / count as f64, rays)
-    }
-
-    /// From the sensor through `point` of the opening: geometry factor times transmittances, and the direction outside.
-    fn through(&self, point: DVec3, random: &mut PathRandom, rays: &mut u64) -> Option<(f64, DVec3)> {
-        let Closure::Specular { transmittance } = self.tube.closure_at(point) else { return None };
-        let way = point - self.sensor;
-        let distance_squared = way.length_squared();
-        let direction = way / distance_squared.sqrt();
-        if !self.kernel.visible(self.sensor, NO_SURFACE, point, NO_SURFACE) {
-            return None;
-        }
-        let transit: Transit<3> = self.tube.guide.up(point - self.tube.origin, direction, random);
-        *rays += 1 + u64::from(transit.rays);
-        if transit.end != End::Top {
-            return None;
-        }
-        let weight = (transit.weight() * Spectrum(transmittance)).luminance();
-        Some((weight * direction.z * direction.z / distance_squared, transit.direction))
     }
 }
 

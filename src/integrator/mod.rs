@@ -3,6 +3,7 @@
 //! A pass is a pure function of (kernel, settings, seed, pass number): it can be computed anywhere, in any order, and has
 //! the same bits on any number of threads. Passes are independent replicates; `estimate` adds them up.
 
+pub mod backward;
 pub mod deterministic;
 pub mod domain;
 pub mod emission;

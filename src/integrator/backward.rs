@@ -1,0 +1,112 @@
+//! Light that passes a closure unscattered, followed backward: from a sensor through the opening and up the guide.
+
+use std::f64::consts::{FRAC_PI_2, PI};
+
+use glam::{DVec2, DVec3};
+
+use super::kernel::{Kernel, NO_SURFACE, TubeKernel};
+use crate::guide::{End, Guide, Transit};
+use crate::optics::{Closure, Spectrum};
+use crate::sampling::{Key, PathRandom, Replicate, warp};
+use crate::sky::sun::HALF_ANGLE;
+
+/// Light that reaches a sensor unscattered through one tube, followed backward.
+pub struct Backward<'a> {
+    pub kernel: &'a Kernel,
+    pub tube: &'a TubeKernel,
+    pub sensor: DVec3,
+    /// Inner and outer radius of the diffuser's clear zone.
+    pub zone: (f64, f64),
+}
+
+impl Backward<'_> {
+    /// Sky light: uniform points of the clear zone.
+    pub fn sky(&self, stream: Key, count: u64) -> (f64, u64) {
+        let Some(sky) = &self.kernel.sky else { return (0.0, 0) };
+        let (inner, outer) = self.zone;
+        let area = PI * (outer * outer - inner * inner);
+        let mut random = PathRandom::new(stream);
+        let mut sum = 0.0;
+        let mut rays = 0;
+        for number in 0..count {
+            let (replicate, index) = Replicate::of(stream, number);
+            let [u, v, ..] = replicate.point(index, 0);
+            let point = self.tube.origin + warp::annulus([u, v], inner, outer).extend(0.0);
+            if let Some((weight, toward)) = self.through(point, &mut random, &mut rays) {
+                sum += weight * sky.luminance(toward);
+            }
+        }
+        (sum * area / count as f64, rays)
+    }
+
+    /// Sunlight: only points from which the zenith angle is the sun's, which a straight tube conserves.
+    pub fn sun(&self, stream: Key, count: u64) -> (f64, u64) {
+        let Some(sun) = &self.kernel.sun else { return (0.0, 0) };
+        if !matches!(self.tube.guide, Guide::Straight(_)) {
+            return (0.0, 0);
+        }
+        let height = self.tube.origin.z - self.sensor.z;
+        let zenith_angle = sun.direction.truncate().length().atan2(sun.direction.z);
+        let foot = self.sensor.truncate() - self.tube.origin.truncate();
+        let distance = foot.length();
+        let (inner, outer) = self.zone;
+        // radii around the sensor's foot: the sun's band, cut by the opening
+        let reach = |angle: f64| height * angle.clamp(0.0, FRAC_PI_2 - 1e-6).tan();
+        let from = reach(zenith_angle - HALF_ANGLE).max(distance - outer).max(0.0);
+        let to = reach(zenith_angle + HALF_ANGLE).min(distance + outer);
+        if to <= from {
+            return (0.0, 0);
+        }
+        let mut random = PathRandom::new(stream);
+        let mut sum = 0.0;
+        let mut rays = 0;
+        for number in 0..count {
+            let (replicate, index) = Replicate::of(stream, number);
+            let [u, v, ..] = replicate.point(index, 0);
+            let radius = (from * from + u * (to * to - from * from)).sqrt();
+            // half the arc of this radius that lies above the opening
+            let cosine = if radius + distance <= outer || distance == 0.0 || radius == 0.0 {
+                -1.0
+            } else {
+                (radius * radius + distance * distance - outer * outer) / (2.0 * radius * distance)
+            };
+            let half_arc = cosine.clamp(-1.0, 1.0).acos();
+            if half_arc == 0.0 {
+                continue;
+            }
+            let angle = (2.0 * v - 1.0) * half_arc;
+            let inward = if distance > 0.0 { -foot / distance } else { DVec2::X };
+            let offset = foot + DVec2::from_angle(angle).rotate(inward) * radius;
+            if offset.length_squared() < inner * inner {
+                continue;
+            }
+            let area_per_sample = half_arc * (to * to - from * from);
+            let point = self.tube.origin + offset.extend(0.0);
+            if let Some((weight, toward)) = self.through(point, &mut random, &mut rays)
+                && sun.covers(toward)
+                && toward.z > 0.0
+            {
+                sum += weight * area_per_sample;
+            }
+        }
+        (sum * sun.luminance_cd_m2() / count as f64, rays)
+    }
+
+    /// From the sensor through `point` of the opening: geometry factor times transmittances, and the direction outside.
+    fn through(&self, point: DVec3, random: &mut PathRandom, rays: &mut u64) -> Option<(f64, DVec3)> {
+        let Closure::Specular { transmittance } = self.tube.closure_at(point) else { return None };
+        let way = point - self.sensor;
+        let distance_squared = way.length_squared();
+        let direction = way / distance_squared.sqrt();
+        if !self.kernel.visible(self.sensor, NO_SURFACE, point, NO_SURFACE) {
+            return None;
+        }
+        let transit: Transit<3> = self.tube.guide.up(point - self.tube.origin, direction, random);
+        *rays += 1 + u64::from(transit.rays);
+        if transit.end != End::Top {
+            return None;
+        }
+        let weight = (transit.weight() * Spectrum(transmittance)).luminance();
+        Some((weight * direction.z * direction.z / distance_squared, transit.direction))
+    }
+}
