@@ -63,9 +63,6 @@ impl Throughput {
 
     /// Weighted sum of replicates that were drawn with independent keys.
     fn add(&mut self, other: &Self, factor: f64) {
-        if self.replicates.is_empty() {
-            self.replicates = vec![(0.0, 0.0); other.replicates.len()];
-        }
         for (sum, part) in self.replicates.iter_mut().zip(&other.replicates) {
             sum.0 += factor * part.0;
             sum.1 += factor * part.1;
@@ -116,7 +113,7 @@ pub fn sky(guide: &Guide, sky: &Sky, key: Key, rays: u64) -> Throughput {
 }
 
 /// The light of a sky that is made of parallel beams, one from the middle of each of the 145 patches of Tregenza (1987),
-/// as Dutton and Shao traced light pipes (2007); `rays` rays per patch in each of 8 replicates.
+/// as Dutton and Shao traced light pipes; `rays` rays per patch in each of 8 replicates.
 ///
 /// Against [`sky`] it shows what the division into patches costs: near the sun the luminance of a patch's middle is not
 /// that of the patch.

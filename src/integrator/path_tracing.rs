@@ -2,8 +2,9 @@
 //!
 //! Every vertex that scatters with a finite distribution, and every sensor, is connected to a point of each opening and of
 //! each luminaire; the ray that goes on from it finds them too, and the two share the light by the power heuristic (Veach
-//! and Guibas 1995, beta = 2): what rare rays would add far from an opening, unseen by a standard error, is nothing. From an opening the way goes on through the closure, up the guide and into the sky. Light that comes
-//! back down a guide, and light that a closure reflects, is found by the rays that go on alone.
+//! and Guibas 1995, beta = 2): what rare rays would add far from an opening, unseen by a standard error, is nothing. From
+//! an opening the way goes on through the closure, up the guide and into the sky. Light that comes back down a guide, and
+//! light that a closure reflects, is found by the rays that go on alone.
 //!
 //! The sun's disc is too small to be found by chance: it is counted by connections only, of vertices and of the eye to rays
 //! of the sun that go from the collector down to a closure that scatters. What that leaves out is refused: the sun through
