@@ -72,20 +72,7 @@ impl Throughput {
 
 /// Parallel light of 1 lx (normal to itself) from the unit vector `toward`, by `rays` rays in each of 8 replicates.
 pub fn beam(guide: &Guide, toward: DVec3, key: Key, rays: u64) -> Throughput {
-    let replicates = (0..REPLICATES).map(|number| {
-        let stream = key.child(number);
-        let mut random = PathRandom::new(stream.child(1));
-        let (mut entering, mut arriving) = (0.0, 0.0);
-        for ray in 0..rays {
-            let (replicate, index) = Replicate::of(stream, ray);
-            let [u, v, ..] = replicate.point(index, 0);
-            let (enters, arrives) = follow(guide, [u, v], toward, &mut random);
-            entering += enters;
-            arriving += arrives;
-        }
-        (entering / rays as f64, arriving / rays as f64)
-    });
-    Throughput { replicates: replicates.collect() }
+    replicated(key, rays, |[u, v, ..], random| follow(guide, [u, v], toward, random))
 }
 
 /// The light of a sky, integrated directly: directions by importance, `rays` rays in each of 8 replicates. Empty without
@@ -94,22 +81,12 @@ pub fn sky(guide: &Guide, sky: &Sky, key: Key, rays: u64) -> Throughput {
     let Some(sampler) = SkySampler::new(sky, |toward| guide.projected_area_m2(-toward)) else {
         return Throughput { replicates: vec![(0.0, 0.0); REPLICATES as usize] };
     };
-    let replicates = (0..REPLICATES).map(|number| {
-        let stream = key.child(number);
-        let mut random = PathRandom::new(stream.child(1));
-        let (mut entering, mut arriving) = (0.0, 0.0);
-        for ray in 0..rays {
-            let (replicate, index) = Replicate::of(stream, ray);
-            let [a, b, u, v] = replicate.point(index, 0);
-            let (toward, density) = sampler.sample([a, b]);
-            let (enters, arrives) = follow(guide, [u, v], toward, &mut random);
-            let luminance = sky.luminance(toward) / density;
-            entering += luminance * enters;
-            arriving += luminance * arrives;
-        }
-        (entering / rays as f64, arriving / rays as f64)
-    });
-    Throughput { replicates: replicates.collect() }
+    replicated(key, rays, |[a, b, u, v], random| {
+        let (toward, density) = sampler.sample([a, b]);
+        let (enters, arrives) = follow(guide, [u, v], toward, random);
+        let luminance = sky.luminance(toward) / density;
+        (luminance * enters, luminance * arrives)
+    })
 }
 
 /// The light of a sky that is made of parallel beams, one from the middle of each of the 145 patches of Tregenza (1987),
@@ -124,6 +101,23 @@ pub fn patch_sky(guide: &Guide, sky: &Sky, key: Key, rays: u64) -> Throughput {
         sum.add(&through, sky.luminance(patch.toward) * patch.solid_angle_sr);
     }
     sum
+}
+
+/// Means over `rays` Sobol points of what `one` says enters and arrives, in each replicate.
+fn replicated(key: Key, rays: u64, one: impl Fn([f64; 4], &mut PathRandom) -> (f64, f64)) -> Throughput {
+    let replicates = (0..REPLICATES).map(|number| {
+        let stream = key.child(number);
+        let mut random = PathRandom::new(stream.child(1));
+        let (mut entering, mut arriving) = (0.0, 0.0);
+        for ray in 0..rays {
+            let (replicate, index) = Replicate::of(stream, ray);
+            let (enters, arrives) = one(replicate.point(index, 0), &mut random);
+            entering += enters;
+            arriving += arrives;
+        }
+        (entering / rays as f64, arriving / rays as f64)
+    });
+    Throughput { replicates: replicates.collect() }
 }
 
 /// Area (m2) that one ray stands for, if it reaches the collector, and the same times the share that arrives.
