@@ -5,6 +5,7 @@
 
 pub mod backward;
 pub mod deterministic;
+mod direct_light;
 pub mod domain;
 pub mod emission;
 pub mod eye;
@@ -15,6 +16,7 @@ pub mod luminaire;
 pub mod mesh_objects;
 pub mod path_tracing;
 pub mod photon_grid;
+pub mod photon_maps;
 pub mod sppm;
 
 use std::sync::atomic::AtomicBool;

@@ -1,0 +1,171 @@
+//! Light straight from diffusers and luminaires, from a pass' own photons at the diffusers, without density estimation on
+//! what it lights.
+
+use std::f64::consts::PI;
+
+use glam::DVec3;
+
+use super::kernel::{NO_SURFACE, RoomHit, SurfaceId, TubeKernel};
+use super::photon_maps::{LEAST_KERNEL, Mapper, Maps, POINT_CONNECTIONS};
+use crate::geometry::disc::disc_disc_area;
+use crate::optics::{Diffuser, Glossy, MeasuredDiffuser, Spectrum};
+use crate::sampling::PathRandom;
+
+impl<const C: usize> Mapper<C> {
+    /// Irradiance straight from the diffusers, by connections to some of the photons that they scattered.
+    pub fn diffuser_irradiance(
+        &self,
+        maps: &Maps<C>,
+        position: DVec3,
+        normal: DVec3,
+        surface: SurfaceId,
+        connections: usize,
+        random: &mut PathRandom,
+    ) -> Spectrum<C> {
+        let mut sum = Spectrum::ZERO;
+        for (index, exits) in maps.exits.iter().enumerate() {
+            let diffuser = &self.kernel.tubes[index].diffuser;
+            let count = connections.min(exits.len());
+            for k in 0..count {
+                let stratum = (k as f64 + random.uniform()) / count as f64;
+                let number = ((stratum * exits.len() as f64) as usize).min(exits.len() - 1);
+                let exit = &exits[number];
+                let way = exit.position - position;
+                let distance_squared = way.length_squared();
+                let cosines = way.dot(normal) * way.z;
+                if cosines > 0.0 && way.z > 0.0 && self.kernel.visible(position, surface, exit.position, NO_SURFACE) {
+                    let mut geometry = cosines / (distance_squared * distance_squared) / PI;
+                    if let Diffuser::Measured(table) = diffuser {
+                        let down = way.z / distance_squared.sqrt();
+                        geometry *= PI * measured_per_sr(table, maps.incidents[index][number], down);
+                    }
+                    sum += exit.flux * (geometry * exits.len() as f64 / count as f64);
+                }
+            }
+        }
+        sum
+    }
+
+    /// Irradiance straight from the luminaires: in closed form, or from `strata` x `strata` points of each.
+    pub fn luminaire_irradiance(
+        &self,
+        position: DVec3,
+        normal: DVec3,
+        surface: SurfaceId,
+        strata: usize,
+        random: &mut PathRandom,
+    ) -> Spectrum<C> {
+        let mut sum = Spectrum::ZERO;
+        for luminaire in self.kernel.luminaires.iter().filter(|luminaire| luminaire.emits()) {
+            if !self.kernel.luminaires_obstructed {
+                sum += luminaire.irradiance(position, normal);
+                continue;
+            }
+            let share = 1.0 / strata as f64;
+            for stratum in 0..strata * strata {
+                let [u, v] = random.uniform2();
+                let source = luminaire
+                    .point([((stratum % strata) as f64 + u) * share, ((stratum / strata) as f64 + v) * share])
+                    .clamp(DVec3::ZERO, self.kernel.size);
+                let arriving: Spectrum<C> = luminaire.connection(source, position, normal);
+                if arriving.max() > 0.0 && self.kernel.visible(position, surface, source, luminaire.surface) {
+                    sum += arriving * (share * share);
+                }
+            }
+        }
+        sum
+    }
+
+    /// Luminance in cd/m2 of a measured diffuser along the eye ray's `direction` to a point of its lower side.
+    pub fn measured_luminance(
+        &self,
+        maps: &Maps<C>,
+        index: usize,
+        table: &MeasuredDiffuser,
+        position: DVec3,
+        direction: DVec3,
+    ) -> Spectrum<C> {
+        let tube = &self.kernel.tubes[index];
+        let radius = maps.radius.min(0.25 * tube.opening_radius);
+        let mut sum = Spectrum::ZERO;
+        if let Some(grid) = &maps.measured_exits[index] {
+            grid.for_each_within(position, radius, |photon, _| {
+                let incident = maps.incidents[index][photon.surface as usize];
+                sum += photon.flux * measured_per_sr(table, incident, direction.z);
+            });
+        }
+        let area = disc_disc_area(radius, tube.opening_radius, (position - tube.origin).truncate().length());
+        if area < LEAST_KERNEL * PI * radius * radius { Spectrum::ZERO } else { sum * (1.0 / area) }
+    }
+
+    /// Luminance toward `eye` (a unit vector) of the diffusers in a glossy lobe of reflectance 1, the share of connections.
+    pub fn diffusers_in_lobe(
+        &self,
+        maps: &Maps<C>,
+        lobe: &Glossy,
+        hit: &RoomHit,
+        surface: SurfaceId,
+        eye: DVec3,
+        random: &mut PathRandom,
+    ) -> Spectrum<C> {
+        let mut sum = Spectrum::ZERO;
+        for (index, exits) in maps.exits.iter().enumerate() {
+            let tube = &self.kernel.tubes[index];
+            let count = POINT_CONNECTIONS.min(exits.len());
+            for k in 0..count {
+                let stratum = (k as f64 + random.uniform()) / count as f64;
+                let number = ((stratum * exits.len() as f64) as usize).min(exits.len() - 1);
+                let exit = &exits[number];
+                let way = exit.position - hit.position;
+                let distance_squared = way.length_squared();
+                let toward = way / distance_squared.sqrt();
+                let density = if toward.z > 0.0 { lobe.density(hit.normal, eye, toward) } else { 0.0 };
+                if density > 0.0 && self.kernel.visible(hit.position, surface, exit.position, NO_SURFACE) {
+                    let connected = connection_density(tube, way);
+                    let share = connected / (density + connected);
+                    let per_sr = match &tube.diffuser {
+                        Diffuser::Measured(table) => {
+                            toward.z * measured_per_sr(table, maps.incidents[index][number], toward.z)
+                        }
+                        _ => toward.z / PI,
+                    };
+                    let geometry = density * per_sr / distance_squared;
+                    sum += exit.flux * (share * geometry * exits.len() as f64 / count as f64);
+                }
+            }
+        }
+        sum
+    }
+
+    /// Luminous exitance in lm/m2 of a diffuser at a point of its lower side.
+    pub fn exitance(&self, maps: &Maps<C>, index: usize, position: DVec3) -> Spectrum<C> {
+        let tube = &self.kernel.tubes[index];
+        let radius = maps.radius.min(0.25 * tube.opening_radius);
+        let (flux, _) = maps.exit_grid.gather(position, radius, index as SurfaceId);
+        let distance = (position - tube.origin).truncate().length();
+        let mut area = disc_disc_area(radius, tube.opening_radius, distance);
+        if let Some((inner, outer)) = tube.diffuser.specular_zone(tube.opening_radius) {
+            area -= disc_disc_area(radius, outer, distance) - disc_disc_area(radius, inner, distance);
+        }
+        if area < LEAST_KERNEL * PI * radius * radius { Spectrum::ZERO } else { flux * (1.0 / area) }
+    }
+}
+
+/// BTDF or BRDF per sr of a measured diffuser for light that leaves downward with the given cosine.
+fn measured_per_sr(table: &MeasuredDiffuser, incident: DVec3, exit_cosine: f64) -> f64 {
+    table.per_sr(incident.z < 0.0, incident.z.abs(), exit_cosine)
+}
+
+/// The share of a diffuser's light that a ray takes which finds it along `way`; `chosen` is the density with which a
+/// glossy lobe chose the direction, `None` when none did.
+pub fn share_of(chosen: Option<f64>, tube: &TubeKernel, way: DVec3) -> f64 {
+    chosen.map_or(1.0, |density| density / (density + connection_density(tube, way)))
+}
+
+/// Connections per sr along `way` to a diffuser, as if its photons were even on the opening: what the two ways to find it
+/// share its light by.
+fn connection_density(tube: &TubeKernel, way: DVec3) -> f64 {
+    let distance_squared = way.length_squared();
+    let area = PI * tube.opening_radius * tube.opening_radius;
+    POINT_CONNECTIONS as f64 * distance_squared * distance_squared.sqrt() / (way.z * area)
+}

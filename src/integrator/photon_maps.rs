@@ -1,0 +1,283 @@
+//! Photon maps: the photons of one pass, sorted for gathering on surfaces and grids' planes, and at diffusers.
+//!
+//! Light that a diffuser or a luminaire sends straight to a point is not density-estimated: `direct_light` computes it.
+//! Kernels are clipped to the surface they lie on and count photons of that surface only. The bias of a kernel is estimated
+//! from the same photons at two radii: on a whole disc it grows with the squared radius, so bias(r) = 2 (E(r) - E(r / sqrt
+//! 2)); on a clipped one, which lies to one side of its centre, with the radius: bias(r) = (E(r) - E(r / sqrt 2)) / (1 - 1 /
+//! sqrt 2).
+
+use std::f64::consts::PI;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use glam::{DVec2, DVec3};
+use rayon::prelude::*;
+
+use super::PHOTON_CHUNK;
+use super::domain::Domain;
+use super::emission::{Emission, PathSamples};
+use super::kernel::{Kernel, SurfaceId, SurfaceKernel};
+use super::light_path::{Account, Flight, Origin, Scattering, Visitor, trace};
+use super::photon_grid::{Photon, PhotonGrid};
+use crate::optics::{Diffuser, Spectrum};
+use crate::sampling::{Key, PathRandom};
+use crate::scene::Grid;
+
+/// Points of each luminaire, in a square of strata, and photons at each diffuser, to which a visible point is connected.
+const POINT_STRATA: usize = 2;
+pub const POINT_CONNECTIONS: usize = 4;
+
+/// A clipped kernel below this share of the full disc has no room for photons.
+pub const LEAST_KERNEL: f64 = 1e-6;
+
+/// A scene as its photons are mapped.
+#[derive(Debug)]
+pub struct Mapper<const C: usize> {
+    pub kernel: Arc<Kernel>,
+    emission: Emission,
+    pub grids: Vec<Grid>,
+    grid_domains: Vec<Domain>,
+    domains: Vec<Domain>,
+    /// Whether photons on surfaces, and at points of diffusers, are looked for.
+    keeps_surfaces: bool,
+}
+
+/// Photons of one pass.
+pub struct Maps<const C: usize> {
+    /// On surfaces, but for light straight from a diffuser.
+    pub surfaces: PhotonGrid<C>,
+    /// Crossings of each grid's plane, downward, but for light straight from a diffuser.
+    pub planes: Vec<PhotonGrid<C>>,
+    /// Scattered downward at each tube's diffuser.
+    pub exits: Vec<Vec<Photon<C>>>,
+    pub exit_grid: PhotonGrid<C>,
+    /// Of measured diffusers: `surface` counts a tube's exits.
+    pub measured_exits: Vec<Option<PhotonGrid<C>>>,
+    /// Directions of the light that arrived at a tube's exits, where it is measured; flux is then what arrived.
+    pub incidents: Vec<Vec<DVec3>>,
+    pub radius: f64,
+}
+
+/// Irradiance in lux and its estimated bias.
+#[derive(Clone, Copy)]
+pub struct Gathered<const C: usize> {
+    pub irradiance: Spectrum<C>,
+    pub bias: f64,
+}
+
+impl<const C: usize> Mapper<C> {
+    pub fn new(kernel: Arc<Kernel>, grids: &[Grid], keeps_surfaces: bool, photons_per_pass: u64) -> Self {
+        Self {
+            emission: Emission::new(&kernel, photons_per_pass),
+            grids: grids.to_vec(),
+            grid_domains: grids.iter().map(|grid| Domain::horizontal_plane(&kernel, grid.height_m)).collect(),
+            domains: Domain::of_surfaces(&kernel),
+            keeps_surfaces,
+            kernel,
+        }
+    }
+
+    /// Photons per pass.
+    pub fn photons(&self) -> u64 {
+        self.emission.photons()
+    }
+
+    /// Traces the photons of the pass with this key and sorts them for a gather radius in metres; `None` when cancelled.
+    pub fn maps(&self, key: Key, radius: f64, cancel: &AtomicBool) -> Option<(Maps<C>, Account)> {
+        let (store, account) = self.trace_photons(key, cancel)?;
+        let measured = |tube: usize| matches!(self.kernel.tubes[tube].diffuser, Diffuser::Measured(_));
+        let all_exits: Vec<Photon<C>> =
+            (0..store.exits.len()).filter(|tube| !measured(*tube)).flat_map(|tube| store.exits[tube].clone()).collect();
+        let measured_exits = (0..store.exits.len())
+            .map(|tube| {
+                let exits = store.exits[tube].iter().enumerate();
+                let numbered: Vec<_> =
+                    exits.map(|(number, exit)| Photon { surface: number as SurfaceId, ..*exit }).collect();
+                let cell = radius.min(0.25 * self.kernel.tubes[tube].opening_radius);
+                (measured(tube) && self.keeps_surfaces).then(|| PhotonGrid::new(&numbered, cell))
+            })
+            .collect();
+        let maps = Maps {
+            surfaces: PhotonGrid::new(&store.surfaces, radius),
+            planes: store.planes.iter().map(|photons| PhotonGrid::new(photons, radius)).collect(),
+            exit_grid: PhotonGrid::new(&all_exits, radius.min(0.25 * self.smallest_opening())),
+            exits: store.exits,
+            measured_exits,
+            incidents: store.incidents,
+            radius,
+        };
+        Some((maps, account))
+    }
+
+    fn trace_photons(&self, key: Key, cancel: &AtomicBool) -> Option<(Store<'_, C>, Account)> {
+        let photons = self.emission.photons();
+        let chunks: Option<Vec<_>> = (0..photons.div_ceil(PHOTON_CHUNK))
+            .into_par_iter()
+            .map(|chunk| {
+                if cancel.load(Ordering::Relaxed) {
+                    return None;
+                }
+                let mut store = Store::new(&self.kernel, &self.grids, self.keeps_surfaces);
+                let mut account = Account::new(self.kernel.tubes.len());
+                for number in chunk * PHOTON_CHUNK..((chunk + 1) * PHOTON_CHUNK).min(photons) {
+                    let (photon, mut samples) = self.emission.photon(&self.kernel, key, number);
+                    if let Some(photon) = photon {
+                        trace::<C>(&self.kernel, &photon, &mut samples, &mut store, &mut account);
+                    }
+                }
+                Some((store, account))
+            })
+            .collect();
+        let mut all = Store::new(&self.kernel, &self.grids, self.keeps_surfaces);
+        let mut account = Account::new(self.kernel.tubes.len());
+        for (store, part) in chunks? {
+            all.append(store);
+            account.add(&part);
+        }
+        Some((all, account))
+    }
+
+    /// Irradiance of a surface point.
+    pub fn irradiance(
+        &self,
+        maps: &Maps<C>,
+        position: DVec3,
+        normal: DVec3,
+        surface: SurfaceId,
+        random: &mut PathRandom,
+    ) -> Gathered<C> {
+        let mut gathered = match self.kernel.meshes.as_ref().and_then(|meshes| Some((meshes, meshes.facet(surface)?))) {
+            Some((meshes, facet)) => {
+                let area = |radius| meshes.facets.area_within(facet, position, radius);
+                let full = meshes.facets.areas_m2[facet].min(PI * maps.radius * maps.radius);
+                density(&maps.surfaces, area, full, position, maps.radius, surface)
+            }
+            None => {
+                let domain = &self.domains[surface as usize];
+                let area = |radius| domain.area(position, radius);
+                density(&maps.surfaces, area, PI * maps.radius * maps.radius, position, maps.radius, surface)
+            }
+        };
+        let direct = self.diffuser_irradiance(maps, position, normal, surface, POINT_CONNECTIONS, random);
+        gathered.irradiance += direct;
+        gathered.irradiance += self.luminaire_irradiance(position, normal, surface, POINT_STRATA, random);
+        gathered
+    }
+
+    /// Illuminance of a point of the plane of grid `number` by all light that is not direct.
+    pub fn plane_irradiance(&self, maps: &Maps<C>, number: usize, sensor: DVec3) -> Gathered<C> {
+        let domain = &self.grid_domains[number];
+        let full = PI * maps.radius * maps.radius;
+        density(&maps.planes[number], |radius| domain.area(sensor, radius), full, sensor, maps.radius, 0)
+    }
+
+    fn smallest_opening(&self) -> f64 {
+        self.kernel.tubes.iter().map(|tube| tube.opening_radius).fold(f64::INFINITY, f64::min)
+    }
+}
+
+/// Irradiance by density estimation on a clipped disc, with its bias estimated from the half of the disc's area; `area` of
+/// the disc of a radius, at most `full`.
+fn density<const C: usize>(
+    photons: &PhotonGrid<C>,
+    area: impl Fn(f64) -> f64,
+    full: f64,
+    centre: DVec3,
+    radius: f64,
+    surface: SurfaceId,
+) -> Gathered<C> {
+    let half_radius = radius * std::f64::consts::FRAC_1_SQRT_2;
+    let (whole_area, half_area) = (area(radius), area(half_radius));
+    let least = LEAST_KERNEL * full;
+    if whole_area < least || half_area < least {
+        return Gathered { irradiance: Spectrum::ZERO, bias: 0.0 };
+    }
+    let (whole, half) = photons.gather(centre, radius, surface);
+    let irradiance = whole * (1.0 / whole_area);
+    // to one side the kernel sees the gradient, around the centre only the curvature
+    let clipped = whole_area < (1.0 - 1e-9) * PI * radius * radius;
+    let factor = if clipped { 1.0 / (1.0 - std::f64::consts::FRAC_1_SQRT_2) } else { 2.0 };
+    let bias = factor * (irradiance.luminance() - half.luminance() / half_area);
+    Gathered { irradiance, bias }
+}
+
+/// Whether light comes straight from where it is computed without density estimation.
+fn is_direct(origin: Origin) -> bool {
+    matches!(origin, Origin::Diffuser | Origin::Luminaire(_))
+}
+
+/// Photons that one pass keeps.
+struct Store<'a, const C: usize> {
+    kernel: &'a Kernel,
+    heights: Vec<f64>,
+    /// Height above a plane at which it counts as reached.
+    contact: f64,
+    keeps_surfaces: bool,
+    surfaces: Vec<Photon<C>>,
+    planes: Vec<Vec<Photon<C>>>,
+    exits: Vec<Vec<Photon<C>>>,
+    incidents: Vec<Vec<DVec3>>,
+}
+
+impl<'a, const C: usize> Store<'a, C> {
+    fn new(kernel: &'a Kernel, grids: &[Grid], keeps_surfaces: bool) -> Self {
+        Self {
+            kernel,
+            heights: grids.iter().map(|grid| grid.height_m).collect(),
+            contact: kernel.contact(),
+            keeps_surfaces,
+            surfaces: Vec::new(),
+            planes: vec![Vec::new(); grids.len()],
+            exits: vec![Vec::new(); kernel.tubes.len()],
+            incidents: vec![Vec::new(); kernel.tubes.len()],
+        }
+    }
+
+    fn append(&mut self, mut other: Self) {
+        self.surfaces.append(&mut other.surfaces);
+        for (all, part) in self.planes.iter_mut().zip(&mut other.planes) {
+            all.append(part);
+        }
+        for (all, part) in self.exits.iter_mut().zip(&mut other.exits) {
+            all.append(part);
+        }
+        for (all, part) in self.incidents.iter_mut().zip(&mut other.incidents) {
+            all.append(part);
+        }
+    }
+}
+
+impl<const C: usize> Visitor<C> for Store<'_, C> {
+    fn scattered(&mut self, scattering: &Scattering<'_, C>, _: &mut PathSamples) {
+        if let Some(tube) = scattering.diffuser {
+            // of a lobe what arrives counts, with its direction
+            let flux = scattering.lobe.map_or(scattering.leaving, |lobe| lobe.flux);
+            self.incidents[tube].extend(scattering.lobe.map(|lobe| lobe.incident));
+            let photon = Photon { position: scattering.position, surface: tube as SurfaceId, flux };
+            self.exits[tube].push(photon);
+        }
+    }
+
+    fn emitted(&mut self, _: &Scattering<C>, _: &mut PathSamples) {}
+
+    fn flew(&mut self, flight: &Flight<C>) {
+        if is_direct(flight.origin) {
+            return;
+        }
+        for (height, photons) in self.heights.iter().zip(&mut self.planes) {
+            let level = height + self.contact;
+            if flight.from.z > level && flight.to.z <= level {
+                let share = (flight.from.z - height) / (flight.from.z - flight.to.z);
+                let crossing: DVec2 = flight.from.truncate().lerp(flight.to.truncate(), share);
+                photons.push(Photon { position: crossing.extend(*height), surface: 0, flux: flight.flux });
+            }
+        }
+    }
+
+    fn arrived(&mut self, surface: SurfaceId, position: DVec3, flux: Spectrum<C>, origin: Origin) {
+        let gathers = || self.kernel.surfaces[surface as usize].as_ref().is_some_and(SurfaceKernel::gathers);
+        if self.keeps_surfaces && !is_direct(origin) && gathers() {
+            self.surfaces.push(Photon { position, surface, flux });
+        }
+    }
+}
