@@ -4,30 +4,26 @@ mod documents;
 mod reference;
 mod scenes;
 
-use std::f64::consts::FRAC_PI_2;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use documents::{Folder, prepare, render};
-use glam::{DVec2, DVec3};
+use glam::DVec3;
 use reference::{number, rows};
 use scenes::{
-    RADIUS, SIDE, assert_grid, cube, daylight, disc_room, kernel, lambertian, light_tracing, run, sppm, straight,
+    RADIUS, SIDE, assert_films, assert_grid, bent, cube, daylight, disc_room, furnished, kernel, lambertian,
+    light_tracing, peaked, run, sppm, straight, values, with_sun,
 };
 use serde_json::{Value, json};
 use skyduct::document::{JobDocument, to_scene};
-use skyduct::estimate::{Estimate, FilmEstimate};
 use skyduct::integrator::Integrator;
 use skyduct::integrator::light_tracing::{self as light_tracing_method, LightTracing};
 use skyduct::integrator::path_tracing::{PathTracing, Settings};
 use skyduct::integrator::sppm;
 use skyduct::optics::spectrum::REC709_LUMINANCE;
-use skyduct::optics::{Collector, Diffuser, MeasuredDiffuser, Specular, Surface};
+use skyduct::optics::{Diffuser, Specular, Surface};
 use skyduct::plan::{self, EffectRequests, Effects};
-use skyduct::scene::{
-    BoxObject, EstimateKind, Face, Grid, Luminaire, Scene, Segment, StraightOrBent, Tube, TubeShape, View,
-};
-use skyduct::sky::{Sun, direction};
+use skyduct::scene::{EstimateKind, Face, Grid, Scene, View};
 use skyduct::statistics::Moments;
 
 fn paths(scene: &Scene, samples: u32, seed: u64) -> PathTracing<1> {
@@ -84,59 +80,6 @@ fn agrees_with_radiosity() {
         let mean = &result.grids[0].mean;
         assert!(mean.standard_error() < 0.005 * mean.mean, "{case}: {mean:?}");
     }
-}
-
-fn values(estimate: &Estimate) -> (Vec<f64>, Vec<f64>) {
-    let grid = &estimate.grids[0];
-    (0..grid.sensors.len()).map(|sensor| (grid.illuminance_lux(sensor), grid.standard_error_lux(sensor))).unzip()
-}
-
-fn bent(diffuser: Diffuser) -> Tube {
-    let segment = |tilt: f64| Segment { length_m: 0.4, tilt, azimuth: 1.0 };
-    Tube {
-        shape: TubeShape::Cylinders(StraightOrBent {
-            reflectance: [0.9; 3].into(),
-            segments: vec![segment(0.0), segment(0.8), segment(0.0)],
-            collector: Collector::Dome { transmittance: [0.9; 3] },
-        }),
-        ..straight(1.0, 0.9, diffuser)
-    }
-}
-
-fn peaked() -> Diffuser {
-    let angles = [0.0, 0.4, 0.9, FRAC_PI_2];
-    let btdf = [vec![0.9, 0.3, 0.1, 0.0], vec![0.6, 0.4, 0.1, 0.0], vec![0.2, 0.2, 0.2, 0.1], vec![0.05; 4]];
-    let brdf = vec![vec![0.06; 4]; 4];
-    Diffuser::Measured(Arc::new(MeasuredDiffuser::new(&angles, &angles, &btdf, Some(&brdf)).unwrap()))
-}
-
-fn with_sun(scene: &mut Scene, lux: f64, altitude_deg: f64) {
-    let sun = Sun { direction: direction(altitude_deg.to_radians(), 2.0), normal_illuminance_lux: lux };
-    scene.daylight.as_mut().unwrap().sun = Some(sun);
-}
-
-/// Sky and sun through two tubes whose closures scatter, a box, a glossy wall, a luminaire that hangs in the room: cell
-/// averages on a plane that cuts the box.
-fn furnished(tubes: [Tube; 2], estimate: EstimateKind) -> Scene {
-    let [a, b] = tubes;
-    let tubes = vec![Tube { centre: DVec2::new(0.6, 0.7), ..a }, Tube { centre: DVec2::new(1.5, 1.3), ..b }];
-    let mut scene = cube(0.3, 0.5, 0.7, tubes, daylight(12, 5000.0, 40.0, 120.0), estimate);
-    let glossy = Specular { reflectance: [0.5; 3], roughness: 0.4 };
-    scene.room.surfaces[Face::East as usize] = Some(Surface { reflectance: [0.2; 3], specular: Some(glossy) });
-    scene.room.boxes.push(BoxObject {
-        size: DVec3::new(0.4, 0.5, 0.9),
-        base: DVec3::new(1.2, 0.6, 0.0),
-        rotation: 0.3,
-        surface: Surface::diffuse([0.6; 3]),
-    });
-    scene.room.luminaires.push(Luminaire {
-        corner: DVec3::new(0.3, 1.4, 1.6),
-        edge_u: DVec3::new(0.0, 0.3, 0.0),
-        edge_v: DVec3::new(0.2, 0.0, 0.05),
-        luminance: [2000.0; 3],
-    });
-    scene.grids = vec![Grid::new("grid".into(), 0.5, [4, 4], 0.1, [SIDE, SIDE], estimate)];
-    scene
 }
 
 /// Bent and straight tubes, closures that scatter in the sun, and without it clear ones and a mirror.
@@ -221,18 +164,6 @@ fn near_an_opening_the_error_stays_finite() {
         println!("{lux} +- {error}, {exitance}");
         assert!((lux / exitance - 1.0).abs() < 0.01 + 4.0 * error / exitance && *error < 0.01 * exitance);
     }
-}
-
-fn assert_films(found: &FilmEstimate, truth: &FilmEstimate, what: &str) {
-    let mut squares = 0.0;
-    for block in 0..truth.blocks.len() {
-        let [(a, a_error), (b, b_error)] =
-            [found, truth].map(|film| (film.blocks[block].mean, film.block_standard_error_cd_m2(block)));
-        let z = (a - b).abs() / a_error.hypot(b_error).max(1e-300);
-        squares += z * z;
-        assert!(z < 5.0, "{what}: block {block}: {a} +- {a_error} is not {b} +- {b_error}");
-    }
-    println!("{what}: rms z {:.2} over {} blocks", (squares / truth.blocks.len() as f64).sqrt(), truth.blocks.len());
 }
 
 /// Views into the furnished room and up to diffusers in the sun, against photon mapping, its bias

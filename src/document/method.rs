@@ -13,7 +13,7 @@ use utoipa::{PartialSchema, ToSchema};
 use super::Warning;
 use super::parse::{Misfit, absent};
 use crate::analytic::jenkins;
-use crate::integrator::{Method, light_tracing, path_tracing, sppm};
+use crate::integrator::{Method, bidirectional, light_tracing, path_tracing, sppm};
 use crate::plan::MethodRequest;
 
 /// How the light is computed.
@@ -25,6 +25,7 @@ pub enum MethodKind {
     Auto,
     /// From the sensors and the eye to the light; unbiased. Fluxes of tubes and the balance of energy stay unknown.
     PathTracing,
+    /// Paths from both sides, connected everywhere; unbiased.
     BidirectionalPathTracing,
     PhotonMapping,
     Ppm,
@@ -111,6 +112,14 @@ impl MethodDocument {
                     samples_per_pixel: settings.samples_per_pixel.unwrap_or(default.samples_per_pixel),
                 })))
             }
+            MethodKind::BidirectionalPathTracing => {
+                let default = bidirectional::Settings::default();
+                Some(MethodRequest::Method(Method::Bidirectional(bidirectional::Settings {
+                    photons_per_pass: settings.photons_per_pass.unwrap_or(default.photons_per_pass),
+                    samples_per_sensor: settings.samples_per_sensor.unwrap_or(default.samples_per_sensor),
+                    samples_per_pixel: settings.samples_per_pixel.unwrap_or(default.samples_per_pixel),
+                })))
+            }
             MethodKind::Holigilm => Some(MethodRequest::Method(Method::Holigilm)),
             MethodKind::Jenkins => Some(MethodRequest::Method(Method::Jenkins(jenkins::Settings {
                 coefficient: settings.coefficient.unwrap_or(jenkins::COEFFICIENT),
@@ -152,6 +161,11 @@ pub fn settings_json(method: &Method) -> serde_json::Value {
             "samples_per_sensor": settings.samples_per_sensor,
             "samples_per_pixel": settings.samples_per_pixel,
         }),
+        Method::Bidirectional(settings) => serde_json::json!({
+            "photons_per_pass": settings.photons_per_pass,
+            "samples_per_sensor": settings.samples_per_sensor,
+            "samples_per_pixel": settings.samples_per_pixel,
+        }),
         Method::Holigilm => serde_json::json!({}),
         Method::Jenkins(settings) => serde_json::json!({
             "coefficient": settings.coefficient,
@@ -167,7 +181,8 @@ pub fn settings_json(method: &Method) -> serde_json::Value {
 #[schema(as = MethodSettings)]
 struct RawMethod {
     kind: MethodKind,
-    /// Photons emitted per pass, all tubes together; of `light_tracing`, `sppm`, `ppm` and `photon_mapping`.
+    /// Photons emitted per pass, all tubes together; of `light_tracing`, `bidirectional_path_tracing` (there at most
+    /// 1 048 576), `sppm`, `ppm` and `photon_mapping`.
     #[schema(minimum = 64, maximum = 16_777_216u64)]
     photons_per_pass: Option<u64>,
     /// Gather radius of the first pass in metres, > 0; of `sppm`, `ppm` and `photon_mapping`.
@@ -176,10 +191,10 @@ struct RawMethod {
     /// The squared radius shrinks by (i + alpha) / (i + 1) from pass to pass; of `sppm` and `ppm`.
     #[schema(exclusive_minimum = 0, exclusive_maximum = 1)]
     alpha: Option<f64>,
-    /// Paths per sensor and pass, default 64; of `path_tracing`.
+    /// Paths per sensor and pass, default 64; of `path_tracing` and `bidirectional_path_tracing`.
     #[schema(minimum = 1, maximum = 65_536u64)]
     samples_per_sensor: Option<u32>,
-    /// Paths per pixel and pass, default 4; of `path_tracing`.
+    /// Paths per pixel and pass, default 4; of `path_tracing` and `bidirectional_path_tracing` (default 1).
     #[schema(minimum = 1, maximum = 4_096u64)]
     samples_per_pixel: Option<u32>,
     /// c of E = c Phi cos^4(theta) / V^2, > 0, default 0.494; 1/pi is a Lambertian disc far away; of `jenkins`.
@@ -221,6 +236,11 @@ impl TryFrom<RawMethod> for MethodDocument {
             let default = path_tracing::Settings::default();
             samples_per_sensor = samples_per_sensor.or(Some(default.samples_per_sensor));
             samples_per_pixel = samples_per_pixel.or(Some(default.samples_per_pixel));
+        } else if kind == MethodKind::BidirectionalPathTracing {
+            let default = bidirectional::Settings::default();
+            photons_per_pass = photons_per_pass.or(Some(default.photons_per_pass));
+            samples_per_sensor = samples_per_sensor.or(Some(default.samples_per_sensor));
+            samples_per_pixel = samples_per_pixel.or(Some(default.samples_per_pixel));
         } else {
             absent(&samples_per_sensor, "samples_per_sensor", &of)?;
             absent(&samples_per_pixel, "samples_per_pixel", &of)?;
@@ -232,6 +252,10 @@ impl TryFrom<RawMethod> for MethodDocument {
                 alpha = alpha.or(Some(default.alpha));
             }
             MethodKind::Ppm => {}
+            MethodKind::BidirectionalPathTracing => {
+                absent(&initial_radius_m, "initial_radius_m", &of)?;
+                absent(&alpha, "alpha", &of)?;
+            }
             MethodKind::PhotonMapping => absent(&alpha, "alpha", &of)?,
             MethodKind::LightTracing => {
                 absent(&initial_radius_m, "initial_radius_m", &of)?;

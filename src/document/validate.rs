@@ -407,7 +407,9 @@ fn check_method(document: &JobDocument, checks: &mut Checks) {
         }
     }
     if let Some(photons) = photons_per_pass {
-        checks.within("/method/photons_per_pass", photons, 64, 16_777_216);
+        // a pass of the bidirectional method keeps its photons' vertices
+        let most = if method.kind == MethodKind::BidirectionalPathTracing { 1_048_576 } else { 16_777_216 };
+        checks.within("/method/photons_per_pass", photons, 64, most);
     }
     for (name, samples, most) in
         [("samples_per_sensor", samples_per_sensor, 65_536), ("samples_per_pixel", samples_per_pixel, 4_096)]

@@ -10,18 +10,44 @@ use crate::optics::{Closure, Spectrum};
 use crate::sampling::{Key, PathRandom, Replicate, warp};
 use crate::sky::sun::HALF_ANGLE;
 
+/// Backward rays per sensor and pass, at most: toward the sky, and toward the sun.
+const SKY_RAYS: u64 = 256;
+const SUN_RAYS: u64 = 1024;
+
+/// Light that reaches a point that looks up straight through closures, in lux, by at most `rays` rays to each tube, and the
+/// rays it took.
+pub fn unscattered(kernel: &Kernel, sensor: DVec3, stream: Key, rays: u64) -> (f64, u64) {
+    let (mut lux, mut taken) = (0.0, 0);
+    if kernel.boxes.iter().any(|object| object.contains(sensor)) {
+        return (lux, taken);
+    }
+    for (number, tube) in kernel.tubes.iter().enumerate() {
+        let Some(zone) = tube.diffuser.specular_zone(tube.opening_radius) else { continue };
+        if tube.origin.z <= sensor.z {
+            continue;
+        }
+        let backward = Backward { kernel, tube, sensor, zone };
+        let stream = stream.child(number as u64);
+        let (sky, sky_rays) = backward.sky(stream.child(0), rays.min(SKY_RAYS));
+        let (sun, sun_rays) = backward.sun(stream.child(1), rays.min(SUN_RAYS));
+        lux += sky + sun;
+        taken += sky_rays + sun_rays;
+    }
+    (lux, taken)
+}
+
 /// Light that reaches a sensor unscattered through one tube, followed backward.
-pub struct Backward<'a> {
-    pub kernel: &'a Kernel,
-    pub tube: &'a TubeKernel,
-    pub sensor: DVec3,
+struct Backward<'a> {
+    kernel: &'a Kernel,
+    tube: &'a TubeKernel,
+    sensor: DVec3,
     /// Inner and outer radius of the diffuser's clear zone.
-    pub zone: (f64, f64),
+    zone: (f64, f64),
 }
 
 impl Backward<'_> {
     /// Sky light: uniform points of the clear zone.
-    pub fn sky(&self, stream: Key, count: u64) -> (f64, u64) {
+    fn sky(&self, stream: Key, count: u64) -> (f64, u64) {
         let Some(sky) = &self.kernel.sky else { return (0.0, 0) };
         let (inner, outer) = self.zone;
         let area = PI * (outer * outer - inner * inner);
@@ -40,7 +66,7 @@ impl Backward<'_> {
     }
 
     /// Sunlight: only points from which the zenith angle is the sun's, which a straight tube conserves.
-    pub fn sun(&self, stream: Key, count: u64) -> (f64, u64) {
+    fn sun(&self, stream: Key, count: u64) -> (f64, u64) {
         let Some(sun) = &self.kernel.sun else { return (0.0, 0) };
         if !matches!(self.tube.guide, Guide::Straight(_)) {
             return (0.0, 0);

@@ -21,7 +21,7 @@ pub fn solver(method: &Method, kernel: &Kernel, scene: &Scene, target: f64, seed
                 scene.tubes.iter().map(|tube| Some(pipe(cylinders(&tube.shape)?, tube.opening_radius))).collect();
             Some(Box::new(Jenkins::new(room, pipes?, settings.clone())))
         }
-        Method::LightTracing(_) | Method::Sppm(_) | Method::PathTracing(_) => None,
+        _ => None,
     }
 }
 
@@ -92,7 +92,7 @@ pub fn refuses(method: &Method, scene: &Scene, kernel: &Kernel) -> Option<String
                 None
             }
         }
-        Method::LightTracing(_) | Method::Sppm(_) | Method::PathTracing(_) => None,
+        _ => None,
     }
 }
 

@@ -57,6 +57,8 @@ pub struct EmittedPhoton {
     pub position: DVec3,
     /// Unit direction of travel.
     pub direction: DVec3,
+    /// Whether it comes from the sun.
+    pub sun: bool,
     /// In lm, or for a luminaire in lm per cd/m2 of its luminance; the pass' photons add up to the flux.
     pub flux: f64,
     /// Number of this photon among the `of` photons of its source.
@@ -153,6 +155,21 @@ impl Emission {
         self.emitters.last().map_or(0, |last| last.first + last.photons)
     }
 
+    /// Share of the photons that come from the sky through a tube.
+    pub fn sky_share(&self, number: usize) -> f64 {
+        self.share(|source| matches!(source, Source::Sky { tube, .. } if *tube == number))
+    }
+
+    /// Share of the photons that leave a luminaire.
+    pub fn luminaire_share(&self, number: usize) -> f64 {
+        self.share(|source| matches!(source, Source::Luminaire(luminaire) if *luminaire == number))
+    }
+
+    fn share(&self, is: impl Fn(&Source) -> bool) -> f64 {
+        let of = self.emitters.iter().filter(|emitter| is(&emitter.source)).map(|emitter| emitter.photons);
+        of.sum::<u64>() as f64 / self.photons() as f64
+    }
+
     /// Photon `number` of the pass with key `pass`, with the numbers that the rest of its path uses; `None` when it comes
     /// from where there is no light.
     #[inline]
@@ -177,6 +194,7 @@ impl Emission {
                     start: Start::Luminaire(*index),
                     position: luminaire.point(point).clamp(DVec3::ZERO, kernel.size),
                     direction: warp::around(luminaire.normal, warp::cosine_hemisphere(samples.pair())),
+                    sun: false,
                     flux: PI * luminaire.area_m2 / emitter.photons as f64,
                     index: number - emitter.first,
                     of: emitter.photons,
@@ -190,6 +208,7 @@ impl Emission {
             start: Start::Tube(tube),
             position: entry.position,
             direction: -toward,
+            sun: matches!(emitter.source, Source::Sun { .. }),
             flux: luminance_per_density * entry.projected_area_m2 / emitter.photons as f64,
             index: number - emitter.first,
             of: emitter.photons,

@@ -18,7 +18,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
-use super::backward::Backward;
+use super::backward::unscattered;
 use super::emission::{Emission, PathSamples};
 use super::kernel::{Kernel, NO_SURFACE};
 use super::light_path::{Account, Flight, Lobe, Origin, Scattering, Visitor, trace};
@@ -52,10 +52,6 @@ const DIFFUSER_CONNECTIONS: u64 = 4;
 /// Below this roughness photon mapping is the better method for points: it takes half the time to the same error at 0.15,
 /// twice the time at 0.2 (in a room of 2 m with two glossy faces).
 const NARROW_ROUGHNESS: f64 = 0.2;
-
-/// Backward rays per sensor and pass, at most: toward the sky, and toward the sun.
-const SKY_RAYS: u64 = 256;
-const SUN_RAYS: u64 = 1024;
 
 /// Streams of random numbers within a pass.
 const BACKWARD_STREAM: u64 = 1 << 32;
@@ -180,21 +176,7 @@ impl<const C: usize> LightTracing<C> {
     fn unscattered(&self, plane: &SensorPlane, index: usize, pass: Key, rays_per_sensor: u64) -> (f64, u64) {
         let sensor = DVec3::new(plane.x[index], plane.y[index], plane.height);
         let stream = pass.child(BACKWARD_STREAM + (plane.first + index) as u64);
-        let mut lux = 0.0;
-        let mut rays = 0;
-        for (number, tube) in self.kernel.tubes.iter().enumerate() {
-            let Some(zone) = tube.diffuser.specular_zone(tube.opening_radius) else { continue };
-            if tube.origin.z <= sensor.z {
-                continue;
-            }
-            let backward = Backward { kernel: &self.kernel, tube, sensor, zone };
-            let stream = stream.child(number as u64);
-            let (sky, sky_rays) = backward.sky(stream.child(0), rays_per_sensor.min(SKY_RAYS));
-            let (sun, sun_rays) = backward.sun(stream.child(1), rays_per_sensor.min(SUN_RAYS));
-            lux += sky + sun;
-            rays += sky_rays + sun_rays;
-        }
-        (lux, rays)
+        unscattered(&self.kernel, sensor, stream, rays_per_sensor)
     }
 }
 

@@ -4,6 +4,7 @@
 //! the same bits on any number of threads. Passes are independent replicates; `estimate` adds them up.
 
 pub mod backward;
+pub mod bidirectional;
 pub mod deterministic;
 mod direct_light;
 pub mod domain;
@@ -33,6 +34,7 @@ pub enum Method {
     LightTracing(light_tracing::Settings),
     Sppm(sppm::Settings),
     PathTracing(path_tracing::Settings),
+    Bidirectional(bidirectional::Settings),
     /// At once.
     Holigilm,
     /// At once.
@@ -46,6 +48,7 @@ impl Method {
             Self::LightTracing(_) => "light_tracing",
             Self::Sppm(_) => "sppm",
             Self::PathTracing(_) => "path_tracing",
+            Self::Bidirectional(_) => "bidirectional_path_tracing",
             Self::Holigilm => "holigilm",
             Self::Jenkins(_) => "jenkins",
         }

@@ -25,7 +25,7 @@ use super::luminaire::LuminaireKernel;
 use super::{GridPass, Integrator, Pass, ViewPass};
 use crate::guide::{End, Transit};
 use crate::optics::{Closure, Glossy, MeasuredDiffuser, Spectrum};
-use crate::sampling::{Key, warp};
+use crate::sampling::{Key, PathRandom, warp};
 use crate::scene::{EstimateKind, Grid, View};
 use crate::sky::Sun;
 use crate::sky::sun::HALF_ANGLE;
@@ -46,10 +46,10 @@ impl Default for Settings {
 }
 
 /// Below this share of its first weight a path goes on by roulette even where nothing absorbs.
-const ROULETTE_BELOW: f64 = 1e-3;
+pub(super) const ROULETTE_BELOW: f64 = 1e-3;
 
 /// Events of one path after which it is cut off; reached only by scenes that absorb nothing.
-const MAX_EVENTS: u32 = 1_000_000;
+pub(super) const MAX_EVENTS: u32 = 1_000_000;
 
 /// Rays of the sun per tube and view that are connected to the eye, for each path of the view, and at least.
 const SUN_RAYS_PER_PATH: f64 = 0.0625;
@@ -62,7 +62,7 @@ const SUN_CHUNK: u64 = 1024;
 const NARROW_ROUGHNESS: f64 = 0.2;
 
 /// Least share with which a path goes on from a measured diffuser.
-const LEAST_MEASURED_SHARE: f64 = 0.05;
+pub(super) const LEAST_MEASURED_SHARE: f64 = 0.05;
 
 /// Streams of random numbers within a pass.
 const SENSOR_STREAM: u64 = 1 << 32;
@@ -224,9 +224,9 @@ struct Vertex<'a, const C: usize> {
 
 /// On which side of a closure, seen from the light, the eye is, and the cosine of its direction.
 #[derive(Clone, Copy)]
-struct Scatter {
-    transmitted: bool,
-    eye_cosine: f64,
+pub(super) struct Scatter {
+    pub transmitted: bool,
+    pub eye_cosine: f64,
 }
 
 impl<const C: usize> Vertex<'_, C> {
@@ -444,7 +444,7 @@ impl Path<'_> {
                 }
                 let point = self.samples.pair();
                 let above = Scatter { transmitted: from_below, ..scatter };
-                let (upward, factor) = self.above_closure(closure, above, point);
+                let (upward, factor) = above_closure(closure, above, point, &mut self.samples.random);
                 (weight * shares[usize::from(from_below)], weight * factor, upward)
             };
             let (mut returning, mut place) = (Spectrum::ZERO, (position, direction));
@@ -512,45 +512,6 @@ impl Path<'_> {
         self.scatter(&vertex, point)
     }
 
-    /// A direction above a closure from which it scatters light toward the eye, and BSDF times cosine over its density.
-    fn above_closure<const C: usize>(
-        &mut self,
-        closure: Closure<'_>,
-        scatter: Scatter,
-        point: [f64; 2],
-    ) -> (DVec3, Spectrum<C>) {
-        let Scatter { transmitted, eye_cosine } = scatter;
-        let table = match closure {
-            Closure::Measured(table) => Some((table, table.shares(eye_cosine)[usize::from(!transmitted)])),
-            _ => None,
-        };
-        // a table is sampled as if it were reciprocal, which is likely; the cosine covers what it leaves out
-        let table = table.filter(|(_, share)| *share > 0.0);
-        let table_share = if table.is_some() { 0.5 } else { 0.0 };
-        let direction = match &table {
-            Some((table, _)) if self.samples.random.uniform() < table_share => {
-                table.sample(transmitted, eye_cosine, point)
-            }
-            _ => warp::cosine_hemisphere(point),
-        };
-        let cosine = direction.z;
-        if cosine <= 0.0 {
-            return (direction, Spectrum::ZERO);
-        }
-        let mut density = (1.0 - table_share) * cosine / PI;
-        if let Some((table, share)) = table {
-            density += table_share * table.per_sr(transmitted, eye_cosine, cosine) * cosine / share;
-        }
-        let bsdf = match closure {
-            Closure::Lambertian { transmittance, reflectance } => {
-                Spectrum::from_rgb(if transmitted { transmittance } else { reflectance }) * (1.0 / PI)
-            }
-            Closure::Measured(table) => Spectrum::ONE * table.per_sr(transmitted, cosine, eye_cosine),
-            Closure::Specular { .. } => Spectrum::ZERO,
-        };
-        (direction, bsdf * (cosine / density))
-    }
-
     /// What luminaires, sky and sun send straight to a vertex, and by it toward the eye.
     fn connect<const C: usize>(&mut self, vertex: &Vertex<C>) -> Spectrum<C> {
         let kernel = self.kernel;
@@ -609,7 +570,7 @@ impl Path<'_> {
             Closure::Specular { transmittance } => (toward, Spectrum::from_rgb(transmittance)),
             closure => {
                 let scatter = Scatter { transmitted: true, eye_cosine: toward.z };
-                self.above_closure(closure, scatter, up)
+                above_closure(closure, scatter, up, &mut self.samples.random)
             }
         };
         if factor.max() <= 0.0 {
@@ -719,8 +680,45 @@ impl<const C: usize> Exit<'_, C> {
     }
 }
 
+/// A direction above a closure from which it scatters light toward the eye, and BSDF times cosine over its density.
+pub(super) fn above_closure<const C: usize>(
+    closure: Closure<'_>,
+    scatter: Scatter,
+    point: [f64; 2],
+    random: &mut PathRandom,
+) -> (DVec3, Spectrum<C>) {
+    let Scatter { transmitted, eye_cosine } = scatter;
+    let table = match closure {
+        Closure::Measured(table) => Some((table, table.shares(eye_cosine)[usize::from(!transmitted)])),
+        _ => None,
+    };
+    // a table is sampled as if it were reciprocal, which is likely; the cosine covers what it leaves out
+    let table = table.filter(|(_, share)| *share > 0.0);
+    let table_share = if table.is_some() { 0.5 } else { 0.0 };
+    let direction = match &table {
+        Some((table, _)) if random.uniform() < table_share => table.sample(transmitted, eye_cosine, point),
+        _ => warp::cosine_hemisphere(point),
+    };
+    let cosine = direction.z;
+    if cosine <= 0.0 {
+        return (direction, Spectrum::ZERO);
+    }
+    let mut density = (1.0 - table_share) * cosine / PI;
+    if let Some((table, share)) = table {
+        density += table_share * table.per_sr(transmitted, eye_cosine, cosine) * cosine / share;
+    }
+    let bsdf = match closure {
+        Closure::Lambertian { transmittance, reflectance } => {
+            Spectrum::from_rgb(if transmitted { transmittance } else { reflectance }) * (1.0 / PI)
+        }
+        Closure::Measured(table) => Spectrum::ONE * table.per_sr(transmitted, cosine, eye_cosine),
+        Closure::Specular { .. } => Spectrum::ZERO,
+    };
+    (direction, bsdf * (cosine / density))
+}
+
 /// Transmittance and reflectance of a closure for light at a cosine of incidence.
-fn shares<const C: usize>(closure: Closure<'_>, cosine: f64) -> [Spectrum<C>; 2] {
+pub(super) fn shares<const C: usize>(closure: Closure<'_>, cosine: f64) -> [Spectrum<C>; 2] {
     match closure {
         Closure::Lambertian { transmittance, reflectance } => [transmittance, reflectance].map(Spectrum::from_rgb),
         Closure::Measured(table) => table.shares(cosine).map(|share| Spectrum::ONE * share),

@@ -13,6 +13,7 @@ use super::tube_report::TubePerformance;
 use crate::analytic::Solver;
 use crate::document::{self, DocumentErrors, FieldError, JobDocument, MeshSource, Provenance, Warning};
 use crate::estimate::{Accuracy, Estimate, StopRule};
+use crate::integrator::bidirectional::Bidirectional;
 use crate::integrator::light_tracing::LightTracing;
 use crate::integrator::luminaire::LuminaireKernel;
 use crate::integrator::path_tracing::PathTracing;
@@ -234,6 +235,9 @@ fn integrator<const C: usize>(
         Method::LightTracing(settings) => Some(Box::new(LightTracing::<C>::new(kernel, grids, settings, seed))),
         Method::Sppm(settings) => Some(Box::new(Sppm::<C>::new(kernel, grids, views, settings, seed))),
         Method::PathTracing(settings) => Some(Box::new(PathTracing::<C>::new(kernel, grids, views, settings, seed))),
+        Method::Bidirectional(settings) => {
+            Some(Box::new(Bidirectional::<C>::new(kernel, grids, views, settings, seed)))
+        }
         Method::Holigilm | Method::Jenkins(_) => None,
     }
 }

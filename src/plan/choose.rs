@@ -1,6 +1,6 @@
 //! From effects to methods.
 
-use crate::integrator::{Kernel, Method, deterministic, light_tracing, path_tracing, sppm};
+use crate::integrator::{Kernel, Method, bidirectional, deterministic, light_tracing, path_tracing, sppm};
 use crate::scene::{EstimateKind, Scene};
 
 /// Which method computes the grids and which the views; `None` where the job has no such output.
@@ -69,6 +69,13 @@ impl Methods {
                     let advice =
                         if scene.views.is_empty() { "use auto, light_tracing or sppm" } else { "use auto or sppm" };
                     return Err(PlanRefusal(format!("not supported by path_tracing: {reason}; {advice}")));
+                }
+                (choice(method.clone(), requested), choice(method.clone(), requested))
+            }
+            MethodRequest::Method(method @ Method::Bidirectional(_)) => {
+                if let Some(reason) = bidirectional::refuses(kernel, &scene.grids, &scene.views) {
+                    let advice = "use auto or sppm";
+                    return Err(PlanRefusal(format!("not supported by {}: {reason}; {advice}", method.name())));
                 }
                 (choice(method.clone(), requested), choice(method.clone(), requested))
             }

@@ -30,6 +30,13 @@ pub fn seconds_per_pass(scene: &Scene, plan: &Plan) -> f64 {
             let eye_paths = settings.samples_per_pixel as f64 * pixels as f64;
             (sensor_paths + eye_paths) * (1e-6 + 2.0 * per_tube)
         }
+        Method::Bidirectional(settings) => {
+            let photons =
+                settings.photons_per_pass as f64 * (per_path + 5.0 * per_connection * sensors.min(1024) as f64);
+            let sensor_paths = settings.samples_per_sensor as f64 * sensors as f64;
+            let eye_paths = settings.samples_per_pixel as f64 * pixels as f64;
+            photons + (sensor_paths + eye_paths) * (3e-6 + per_path * scene.tubes.len() as f64)
+        }
         Method::Holigilm => 1.0 + 1e-3 * sensors as f64,
         Method::Jenkins(_) => 0.1e-6 * sensors as f64,
         Method::Sppm(settings) => {

@@ -57,8 +57,15 @@ impl View {
         if !(x >= 0.0 && x < width && y >= 0.0 && y < height) {
             return None;
         }
+        Some((y as usize * self.size_px[0] + x as usize, self.pixel_sr(direction)))
+    }
+
+    /// Solid angle in sr of a pixel around a unit direction of the image.
+    pub fn pixel_sr(&self, direction: DVec3) -> f64 {
         // a square of the plane at distance 1 appears smaller by the cube of the cosine
+        let [width, height] = self.size_px.map(|size| size as f64);
+        let cosine = direction.dot(self.forward);
         let area = 4.0 * self.right.length() * self.up.length() / (width * height);
-        Some((y as usize * self.size_px[0] + x as usize, area * cosine * cosine * cosine))
+        area * cosine * cosine * cosine
     }
 }

@@ -1,0 +1,232 @@
+//! The photons' side: vertices where light is scattered, with what they send on.
+
+use std::f64::consts::PI;
+
+use glam::DVec3;
+
+use super::weight::{Edge, Share, surface_density};
+use crate::integrator::emission::{EmittedPhoton, PathSamples};
+use crate::integrator::kernel::{Kernel, SurfaceId};
+use crate::integrator::light_path::{Flight, Origin, Scattering, Visitor};
+use crate::optics::{Diffuser, FiniteBsdf, Spectrum};
+
+/// A point where light leaves a source or a surface of the room.
+#[derive(Clone, Copy, Debug)]
+pub struct LightVertex<const C: usize> {
+    pub position: DVec3,
+    /// Toward the side on which the light leaves.
+    pub normal: DVec3,
+    /// Unit direction of travel of the light that arrives.
+    incident: DVec3,
+    pub surface: SurfaceId,
+    /// The tube at whose diffuser this is.
+    diffuser: Option<usize>,
+    /// Whether the path starts here: at a diffuser or a luminaire.
+    source: bool,
+    /// Lambertian flux that leaves, in lm.
+    leaving: Spectrum<C>,
+    /// Flux that leaves in a lobe, or of a measured diffuser the flux that arrives, in lm.
+    lobe: Spectrum<C>,
+    pub share: Share,
+}
+
+impl<const C: usize> LightVertex<C> {
+    /// Whether no eye path comes upon this vertex' light: connections to near sensors would have an infinite variance.
+    pub fn alone(&self) -> bool {
+        self.share.cut == 0.0 && self.share.behind == 0.0
+    }
+
+    /// Intensity in lm/sr along the unit vector `outward`.
+    pub fn intensity(&self, kernel: &Kernel, outward: DVec3) -> Spectrum<C> {
+        let cosine = outward.dot(self.normal);
+        if cosine <= 0.0 {
+            return Spectrum::ZERO;
+        }
+        let lambertian = self.leaving * (cosine / PI);
+        match self.scatterer(kernel) {
+            Some(scatterer) if self.lobe.max() > 0.0 => {
+                let per_sr = scatterer.bsdf_cosine(self.normal, self.incident, outward);
+                lambertian + self.lobe * Spectrum::from_rgb(per_sr)
+            }
+            _ => lambertian,
+        }
+    }
+
+    /// Density per sr with which a photon goes on along `outward`.
+    pub fn forward(&self, kernel: &Kernel, outward: DVec3) -> f64 {
+        match &kernel.surfaces.get(self.surface as usize) {
+            Some(Some(optics)) if !self.source => surface_density(optics, self.normal, -self.incident, outward),
+            _ => outward.dot(self.normal).max(0.0) / PI,
+        }
+    }
+
+    /// Density per sr with which an eye path that arrives against `outward` goes on to the vertex before.
+    pub fn back(&self, kernel: &Kernel, outward: DVec3) -> f64 {
+        match &kernel.surfaces.get(self.surface as usize) {
+            Some(Some(optics)) if !self.source => surface_density(optics, self.normal, outward, -self.incident),
+            _ => 0.0,
+        }
+    }
+
+    fn scatterer<'a>(&self, kernel: &'a Kernel) -> Option<&'a dyn FiniteBsdf> {
+        if let Some(tube) = self.diffuser {
+            let Diffuser::Measured(table) = &kernel.tubes[tube].diffuser else { return None };
+            return Some(table.as_ref());
+        }
+        let specular = kernel.surfaces.get(self.surface as usize)?.as_ref()?.specular.as_ref()?;
+        specular.lobe.as_deref().map(|lobe| lobe as &dyn FiniteBsdf)
+    }
+}
+
+/// The photons' subpaths. One ends where it meets an opening from below: eye paths go on there, so that no path through an
+/// opening is cut before it.
+#[derive(Debug)]
+pub struct LightPaths<const C: usize> {
+    pub vertices: Vec<LightVertex<C>>,
+    /// First vertex of every photon, and the end.
+    pub starts: Vec<u32>,
+}
+
+impl<const C: usize> LightPaths<C> {
+    pub fn new() -> Self {
+        Self { vertices: Vec::new(), starts: vec![0] }
+    }
+
+    pub fn append(&mut self, other: &Self) {
+        let first = self.vertices.len() as u32;
+        self.vertices.extend_from_slice(&other.vertices);
+        self.starts.extend(other.starts[1..].iter().map(|start| first + start));
+    }
+
+    /// The vertices of photon `number`.
+    pub fn of(&self, number: usize) -> &[LightVertex<C>] {
+        &self.vertices[self.starts[number] as usize..self.starts[number + 1] as usize]
+    }
+}
+
+/// Writes down the vertices of photons as they are traced.
+pub struct Recorder<'a, const C: usize> {
+    pub kernel: &'a Kernel,
+    pub paths: LightPaths<C>,
+    /// Flights from a clear closure to the first surface.
+    pub unscattered: Vec<Flight<C>>,
+    /// Flights from vertices that no eye path comes upon.
+    pub alone: Vec<Flight<C>>,
+    /// Density per m2 of the present photon's start, as even, and whether an eye path can find its source.
+    start: f64,
+    found: f64,
+    edge: Edge,
+    incident: DVec3,
+    flights: u32,
+    ended: bool,
+}
+
+impl<'a, const C: usize> Recorder<'a, C> {
+    pub fn new(kernel: &'a Kernel) -> Self {
+        Self {
+            kernel,
+            paths: LightPaths::new(),
+            unscattered: Vec::new(),
+            alone: Vec::new(),
+            start: 1.0,
+            found: 0.0,
+            edge: Edge::uncut(),
+            incident: DVec3::ZERO,
+            flights: 0,
+            ended: false,
+        }
+    }
+
+    /// Before a photon is traced; `start` is the density per m2 of its exit from an opening, or on a luminaire.
+    pub fn begin(&mut self, photon: &EmittedPhoton, start: f64) {
+        (self.start, self.found) = (start, if photon.sun { 0.0 } else { 1.0 });
+        (self.flights, self.ended) = (0, false);
+    }
+
+    /// After a photon was traced, or came from where there is no light; returns its vertices.
+    pub fn end(&mut self) -> &[LightVertex<C>] {
+        let first = self.paths.starts.last().map_or(0, |start| *start as usize);
+        self.paths.starts.push(self.paths.vertices.len() as u32);
+        &self.paths.vertices[first..]
+    }
+
+    fn source(&mut self, scattering: &Scattering<'_, C>) {
+        self.push(scattering, true, Share::start(self.start, self.found));
+    }
+
+    fn push(&mut self, scattering: &Scattering<'_, C>, source: bool, share: Share) {
+        let Scattering { position, normal, leaving, lobe, surface, diffuser } = *scattering;
+        self.paths.vertices.push(LightVertex {
+            position,
+            normal,
+            incident: lobe.map_or(self.incident, |lobe| lobe.incident),
+            surface,
+            diffuser,
+            source,
+            leaving,
+            lobe: lobe.map_or(Spectrum::ZERO, |lobe| lobe.flux),
+            share,
+        });
+    }
+}
+
+impl<const C: usize> Visitor<C> for Recorder<'_, C> {
+    fn scattered(&mut self, scattering: &Scattering<'_, C>, _: &mut PathSamples) {
+        if self.ended {
+            return;
+        }
+        if scattering.diffuser.is_none() {
+            let share = self.edge.arrive(-self.incident.dot(scattering.normal));
+            self.push(scattering, false, share);
+        } else if self.flights == 0 {
+            self.source(scattering);
+        } else {
+            self.ended = true;
+        }
+    }
+
+    fn emitted(&mut self, scattering: &Scattering<'_, C>, _: &mut PathSamples) {
+        self.source(scattering);
+    }
+
+    fn flew(&mut self, flight: &Flight<C>) {
+        let from_opening = matches!(flight.origin, Origin::Specular | Origin::Diffuser);
+        let way = flight.to - flight.from;
+        let length = way.length();
+        // what leaves an opening a second time has met it from below
+        self.ended |= (from_opening && self.flights > 0) || length == 0.0;
+        if self.ended {
+            return;
+        }
+        let direction = way / length;
+        let mirror = |surface: SurfaceId| {
+            let optics = self.kernel.surfaces[surface as usize].as_ref();
+            optics.and_then(|optics| optics.specular.as_ref()).is_some_and(|specular| specular.lobe.is_none())
+        };
+        match flight.origin {
+            Origin::Specular => {
+                self.unscattered.push(*flight);
+                let cosine = direction.z.abs();
+                let start = Share::start(self.start, self.found);
+                self.edge = Edge::leaving(&start, cosine / PI, cosine, 0.0, 0.0);
+            }
+            Origin::Lobe(surface) if mirror(surface) => self.edge.turn(),
+            Origin::Diffuser | Origin::Luminaire(_) | Origin::Surface(_) | Origin::Lobe(_) => {
+                if let Some(vertex) = self.paths.vertices.last() {
+                    let cosine = direction.dot(vertex.normal);
+                    let density = vertex.forward(self.kernel, direction);
+                    let back = vertex.back(self.kernel, direction);
+                    self.edge = Edge::leaving(&vertex.share, density, cosine, back, 1.0);
+                    if vertex.alone() {
+                        self.alone.push(*flight);
+                    }
+                }
+            }
+        }
+        self.edge.extend(length);
+        self.incident = direction;
+        self.flights += 1;
+    }
+
+    fn arrived(&mut self, _: SurfaceId, _: DVec3, _: Spectrum<C>, _: Origin) {}
+}

@@ -1,0 +1,393 @@
+//! Bidirectional path tracing (Lafortune and Willems 1993, Veach and Guibas 1994): photons from the sources and paths from
+//! sensors and the eye, connected at every pair of vertices. Unbiased; one pass is one replicate.
+//!
+//! The photons of a pass are shared: each of their vertices is connected to every sensor and to the eye, and every eye path
+//! to the vertices of one photon. A path that eye rays find by chance, by sky or luminaires, is one more strategy. All
+//! strategies of a path share it by the balance heuristic (`weight`). Paths that only one strategy finds are counted by
+//! that: the sun by photons, what a guide sends back and the lower sides of closures by eye paths. Light that goes straight
+//! from a clear closure to a sensor has rules of its own: points follow it backward, cells count what crosses them. Cells
+//! count in this way also the sun that a surface scatters within half a cell, where connections would be too bright.
+
+mod eye;
+mod light;
+mod weight;
+
+use std::f64::consts::PI;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use glam::{DVec2, DVec3};
+use rayon::prelude::*;
+
+use self::eye::{EyePath, Starts};
+use self::light::{LightPaths, LightVertex, Recorder};
+use super::backward::unscattered;
+use super::emission::{Emission, PathSamples};
+use super::eye::enter_room;
+use super::kernel::{Kernel, NO_SURFACE, TubeKernel};
+use super::light_path::{Account, Flight, trace};
+use super::{GridPass, Integrator, PHOTON_CHUNK, Pass, ViewPass};
+use crate::guide::Guide;
+use crate::optics::Spectrum;
+use crate::sampling::{Key, PathRandom};
+use crate::scene::{EstimateKind, Grid, View};
+
+/// Settings of the method.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Settings {
+    /// Photons emitted per pass, all tubes and sources together; 64..=1_048_576: a pass keeps their vertices.
+    pub photons_per_pass: u64,
+    /// Eye paths per sensor and pass; 1..=65_536.
+    pub samples_per_sensor: u32,
+    /// Eye paths per pixel and pass; 1..=4_096.
+    pub samples_per_pixel: u32,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self { photons_per_pass: 16_384, samples_per_sensor: 64, samples_per_pixel: 1 }
+    }
+}
+
+/// Sensors that one vertex is connected to; larger grids are connected to a random subset of about this size.
+const CONNECTIONS: usize = 1024;
+
+/// Below this roughness the sun by way of a lobe is a mirror's: connections meet it rarely.
+const NARROW_ROUGHNESS: f64 = 0.2;
+
+/// Backward rays per point sensor and pass to a clear closure, at most.
+const MOST_BACKWARD_RAYS: u64 = 1024;
+
+/// Streams of random numbers within a pass.
+const SENSOR_STREAM: u64 = 1 << 32;
+const EYE_STREAM: u64 = 1 << 33;
+const BACKWARD_STREAM: u64 = 1 << 34;
+const CONNECTION_STREAM: u64 = 1 << 35;
+
+/// The method on one scene; `C` channels of light.
+#[derive(Debug)]
+pub struct Bidirectional<const C: usize> {
+    kernel: Arc<Kernel>,
+    emission: Emission,
+    starts: Starts,
+    grids: Vec<Grid>,
+    views: Vec<View>,
+    settings: Settings,
+    seed: Key,
+}
+
+/// What the connections of some photons bring.
+struct Connected<const C: usize> {
+    paths: LightPaths<C>,
+    /// Illuminance in lux, per grid.
+    grids: Vec<Vec<f64>>,
+    /// Pixels and their luminance in cd/m2, per view.
+    views: Vec<Vec<(usize, Spectrum<C>)>>,
+    account: Account,
+}
+
+impl<const C: usize> Bidirectional<C> {
+    pub fn new(kernel: Arc<Kernel>, grids: &[Grid], views: &[View], settings: &Settings, seed: u64) -> Self {
+        let emission = Emission::new(&kernel, settings.photons_per_pass);
+        let area = |tube: &TubeKernel| PI * tube.opening_radius * tube.opening_radius;
+        let sky = kernel.tubes.iter().enumerate().map(|(number, tube)| emission.sky_share(number) / area(tube));
+        let luminaires = kernel.luminaires.iter().enumerate();
+        let starts = Starts {
+            sky: sky.collect(),
+            luminaires: luminaires.map(|(number, l)| emission.luminaire_share(number) / l.area_m2).collect(),
+        };
+        let (grids, views) = (grids.to_vec(), views.to_vec());
+        Self { kernel, emission, starts, grids, views, settings: settings.clone(), seed: Key::new(seed) }
+    }
+
+    /// Photons of one chunk, connected to sensors and eyes.
+    fn photons(&self, key: Key, chunk: u64) -> Connected<C> {
+        let mut grids: Vec<_> = self.grids.iter().map(|grid| vec![0.0; grid.len()]).collect();
+        let mut views = vec![Vec::new(); self.views.len()];
+        let mut account = Account::new(self.kernel.tubes.len());
+        let mut recorder = Recorder::new(&self.kernel);
+        let all = self.emission.photons();
+        for number in chunk * PHOTON_CHUNK..((chunk + 1) * PHOTON_CHUNK).min(all) {
+            let (photon, mut samples) = self.emission.photon(&self.kernel, key, number);
+            if let Some(photon) = &photon {
+                recorder.begin(photon, self.start_density(photon));
+                trace::<C>(&self.kernel, photon, &mut samples, &mut recorder, &mut account);
+            }
+            let mut random = PathRandom::new(key.child(CONNECTION_STREAM).child(number));
+            for vertex in recorder.end() {
+                for (grid, lux) in self.grids.iter().zip(&mut grids) {
+                    account.rays += self.connect_sensors(vertex, grid, lux, &mut random);
+                }
+                for (view, pixels) in self.views.iter().zip(&mut views) {
+                    pixels.extend(self.connect_eye(vertex, view));
+                }
+            }
+        }
+        for (grid, lux) in self.grids.iter().zip(&mut grids).filter(|(grid, _)| is_average(grid)) {
+            recorder.unscattered.iter().for_each(|flight| self.cross(flight, grid, f64::INFINITY, lux));
+            recorder.alone.iter().for_each(|flight| self.cross(flight, grid, near(grid), lux));
+        }
+        Connected { paths: recorder.paths, grids, views, account }
+    }
+
+    /// Density per m2 of a photon's start on its opening or luminaire, as even.
+    fn start_density(&self, photon: &super::emission::EmittedPhoton) -> f64 {
+        let area = match photon.start {
+            super::emission::Start::Tube(tube) => PI * self.kernel.tubes[tube].opening_radius.powi(2),
+            super::emission::Start::Luminaire(luminaire) => self.kernel.luminaires[luminaire].area_m2,
+        };
+        photon.of as f64 / (self.emission.photons() as f64 * area)
+    }
+
+    /// Adds what a vertex sends straight to the sensors of a grid; returns the rays it took.
+    fn connect_sensors(&self, vertex: &LightVertex<C>, grid: &Grid, lux: &mut [f64], random: &mut PathRandom) -> u64 {
+        let height = grid.height_m + self.kernel.contact();
+        if vertex.position.z <= height {
+            return 0;
+        }
+        let stride = stride(grid);
+        let first = if stride > 1 { (random.uniform() * stride as f64) as usize } else { 0 };
+        let offset = if is_average(grid) { random.uniform2().map(|u| u - 0.5) } else { [0.0; 2] };
+        let per_path = 1.0 / self.connections_per_path(grid);
+        let mut rays = 0;
+        for index in (first..grid.len()).step_by(stride) {
+            let sensor = place(grid, index, offset, height);
+            let way = sensor - vertex.position;
+            let distance_squared = way.length_squared();
+            let outward = way / distance_squared.sqrt();
+            let intensity = vertex.intensity(&self.kernel, outward).luminance();
+            // flights count what is near
+            let counted = is_average(grid) && vertex.alone() && distance_squared < near(grid).powi(2);
+            if intensity <= 0.0 || counted {
+                continue;
+            }
+            rays += 1;
+            if !self.kernel.visible(vertex.position, vertex.surface, sensor, NO_SURFACE) {
+                continue;
+            }
+            let by_eye = -outward.z / PI * outward.dot(vertex.normal) / distance_squared;
+            let others = per_path * vertex.share.others(by_eye, vertex.back(&self.kernel, outward));
+            lux[index] += intensity * -outward.z * stride as f64 / (distance_squared * (1.0 + others));
+        }
+        rays
+    }
+
+    /// The pixel in which the eye sees a vertex, and its luminance.
+    fn connect_eye(&self, vertex: &LightVertex<C>, view: &View) -> Option<(usize, Spectrum<C>)> {
+        let (pixel, solid_angle) = view.pixel_of(vertex.position)?;
+        let way = vertex.position - view.eye;
+        let distance_squared = way.length_squared();
+        let direction = way / distance_squared.sqrt();
+        let intensity = vertex.intensity(&self.kernel, -direction);
+        if intensity.max() <= 0.0 {
+            return None;
+        }
+        let entry = enter_room(&self.kernel, view.eye, direction)?;
+        if !self.kernel.visible(vertex.position, vertex.surface, entry, NO_SURFACE) {
+            return None;
+        }
+        let by_eye = -direction.dot(vertex.normal) / (solid_angle * distance_squared);
+        let others = vertex.share.others(by_eye, vertex.back(&self.kernel, -direction)) / self.connections_per_ray();
+        Some((pixel, intensity * (1.0 / (distance_squared * solid_angle * (1.0 + others)))))
+    }
+
+    /// Adds light that crosses a cell within a distance in metres of where it comes from.
+    fn cross(&self, flight: &Flight<C>, grid: &Grid, within: f64, lux: &mut [f64]) {
+        let level = grid.height_m + self.kernel.contact();
+        if flight.from.z <= level || flight.to.z > level {
+            return;
+        }
+        let share = (flight.from.z - grid.height_m) / (flight.from.z - flight.to.z);
+        let crossing = flight.from.lerp(flight.to, share);
+        if (crossing - flight.from).length_squared() >= within * within {
+            return;
+        }
+        let cell = DVec2::from(grid.cell_size_m);
+        let position = (crossing.truncate() - DVec2::new(grid.x_m[0], grid.y_m[0])) / cell + 0.5;
+        let axis = |k: usize| (position[k] >= 0.0).then_some(position[k] as usize).filter(|n| *n < grid.cells[k]);
+        if let (Some(i), Some(j)) = (axis(0), axis(1)) {
+            lux[j * grid.cells[0] + i] += flight.flux.luminance() / (cell.x * cell.y);
+        }
+    }
+
+    /// Connections of photons to a sensor for each of its paths.
+    fn connections_per_path(&self, grid: &Grid) -> f64 {
+        let connections = self.emission.photons() as f64 / stride(grid) as f64;
+        connections / f64::from(self.settings.samples_per_sensor)
+    }
+
+    fn connections_per_ray(&self) -> f64 {
+        self.emission.photons() as f64 / f64::from(self.settings.samples_per_pixel)
+    }
+
+    fn eye_path<'a>(
+        &'a self,
+        paths: &'a LightPaths<C>,
+        stream: Key,
+        number: u32,
+        samples_per_pass: u32,
+    ) -> EyePath<'a, C> {
+        let mut samples = PathSamples::new(stream, u64::from(number));
+        let photons = self.emission.photons();
+        // photons stand in the order of their sources
+        let stratum = (f64::from(number) + samples.random.uniform()) / f64::from(samples_per_pass);
+        let photon = ((stratum * photons as f64) as u64).min(photons - 1);
+        EyePath {
+            kernel: &self.kernel,
+            starts: &self.starts,
+            photon: paths.of(photon as usize),
+            photons: photons as f64,
+            samples,
+            rays: 0,
+            sum: Spectrum::ZERO,
+        }
+    }
+
+    /// Illuminance of one sensor in lux but for the photons' connections, and the rays it took.
+    fn sensor(&self, grid: &Grid, index: usize, paths: &LightPaths<C>, stream: Key) -> (f64, u64) {
+        let count = self.settings.samples_per_sensor;
+        let (mut lux, mut rays) = (0.0, 0);
+        for number in 0..count {
+            let mut path = self.eye_path(paths, stream, number, count);
+            let average = is_average(grid);
+            let offset = if average { path.samples.pair().map(|u| u - 0.5) } else { [0.0; 2] };
+            let sensor = place(grid, index, offset, grid.height_m + self.kernel.contact());
+            if !self.kernel.boxes.iter().any(|object| object.contains(sensor)) {
+                path.illuminance(sensor, average, self.connections_per_path(grid));
+            }
+            lux += path.sum.luminance();
+            rays += path.rays;
+        }
+        lux /= f64::from(count);
+        if !is_average(grid) {
+            let per_sensor = (self.emission.photons() / grid.len() as u64).next_power_of_two();
+            let backward_rays = per_sensor.clamp(16, MOST_BACKWARD_RAYS);
+            let sensor = place(grid, index, [0.0; 2], grid.height_m);
+            let (straight, backward) = unscattered(&self.kernel, sensor, stream.child(BACKWARD_STREAM), backward_rays);
+            lux += straight;
+            rays += backward;
+        }
+        (lux, rays)
+    }
+
+    /// Luminance of one pixel in cd/m2 but for the photons' connections, and the rays it took.
+    fn pixel(&self, view: &View, pixel: usize, paths: &LightPaths<C>, stream: Key) -> (Spectrum<C>, u64) {
+        let (column, row) = (pixel % view.size_px[0], pixel / view.size_px[0]);
+        let count = self.settings.samples_per_pixel;
+        let (mut luminance, mut rays) = (Spectrum::ZERO, 0);
+        for number in 0..count {
+            let mut path = self.eye_path(paths, stream, number, count);
+            let [x, y] = path.samples.pair();
+            let direction = view.ray_direction(column as f64 + x, row as f64 + y);
+            if let Some(origin) = enter_room(&self.kernel, view.eye, direction) {
+                let outside = (origin - view.eye).length();
+                path.luminance(origin, direction, outside, view.pixel_sr(direction), self.connections_per_ray());
+            }
+            luminance += path.sum;
+            rays += path.rays;
+        }
+        (luminance * (1.0 / f64::from(count)), rays)
+    }
+}
+
+impl<const C: usize> Integrator for Bidirectional<C> {
+    fn pass(&self, pass: u64, cancel: &AtomicBool) -> Option<Pass> {
+        let key = self.seed.child(pass);
+        let going_on = || !cancel.load(Ordering::Relaxed);
+        let chunks = self.emission.photons().div_ceil(PHOTON_CHUNK);
+        let chunks: Option<Vec<_>> =
+            (0..chunks).into_par_iter().map(|chunk| going_on().then(|| self.photons(key, chunk))).collect();
+        let mut paths = LightPaths::new();
+        let mut account = Account::new(self.kernel.tubes.len());
+        let mut grids: Vec<_> = self.grids.iter().map(|grid| vec![0.0; grid.len()]).collect();
+        let mut views: Vec<_> =
+            self.views.iter().map(|view| vec![0.0; C * view.size_px[0] * view.size_px[1]]).collect();
+        for chunk in chunks? {
+            paths.append(&chunk.paths);
+            account.add(&chunk.account);
+            for (sum, lux) in grids.iter_mut().zip(&chunk.grids) {
+                sum.iter_mut().zip(lux).for_each(|(sum, lux)| *sum += lux);
+            }
+            for (sum, pixels) in views.iter_mut().zip(&chunk.views) {
+                for (pixel, luminance) in pixels {
+                    add(&mut sum[pixel * C..(pixel + 1) * C], luminance);
+                }
+            }
+        }
+        for (number, (grid, lux)) in self.grids.iter().zip(&mut grids).enumerate() {
+            let stream = key.child(SENSOR_STREAM + number as u64);
+            let sensor =
+                |index: usize| going_on().then(|| self.sensor(grid, index, &paths, stream.child(index as u64)));
+            let sensors: Option<Vec<_>> = (0..grid.len()).into_par_iter().map(sensor).collect();
+            for (sum, (value, rays)) in lux.iter_mut().zip(sensors?) {
+                *sum += value;
+                account.rays += rays;
+            }
+        }
+        for (number, (view, image)) in self.views.iter().zip(&mut views).enumerate() {
+            let stream = key.child(EYE_STREAM + number as u64);
+            let pixel = |index: usize| going_on().then(|| self.pixel(view, index, &paths, stream.child(index as u64)));
+            let pixels: Option<Vec<_>> = (0..image.len() / C).into_par_iter().map(pixel).collect();
+            for (sum, (luminance, rays)) in image.chunks_exact_mut(C).zip(pixels?) {
+                add(sum, &luminance);
+                account.rays += rays;
+            }
+        }
+        let grids = grids.into_iter().map(|illuminance| GridPass { illuminance, bias: Vec::new() }).collect();
+        let views = views.into_iter().map(|luminance| ViewPass { luminance, bias: Vec::new() }).collect();
+        Some(Pass { grids, views, account, photons: self.emission.photons() })
+    }
+}
+
+fn add<const C: usize>(sum: &mut [f64], value: &Spectrum<C>) {
+    sum.iter_mut().zip(value.0).for_each(|(sum, value)| *sum += value);
+}
+
+fn is_average(grid: &Grid) -> bool {
+    grid.estimate == EstimateKind::CellAverage
+}
+
+/// Every how many-th row-major sensor a photon's vertex is connected to.
+fn stride(grid: &Grid) -> usize {
+    grid.len().div_ceil(CONNECTIONS)
+}
+
+/// Distance in metres within which cells count the flights of vertices that only photons come upon.
+fn near(grid: &Grid) -> f64 {
+    0.5 * grid.cell_size_m[0].max(grid.cell_size_m[1])
+}
+
+/// A point of a sensor's cell; `offset` from its centre, in cells.
+fn place(grid: &Grid, index: usize, offset: [f64; 2], height: f64) -> DVec3 {
+    let (i, j) = (index % grid.cells[0], index / grid.cells[0]);
+    DVec3::new(grid.x_m[i] + offset[0] * grid.cell_size_m[0], grid.y_m[j] + offset[1] * grid.cell_size_m[1], height)
+}
+
+/// Why this method cannot compute a scene, if it cannot: the sun's disc is found by photons alone, and these end where only
+/// one direction goes on to the sensor or the eye.
+pub fn refuses(kernel: &Kernel, grids: &[Grid], views: &[View]) -> Option<&'static str> {
+    let clear_and_not_straight = || {
+        let mut tubes = kernel.tubes.iter();
+        tubes.any(|tube| {
+            !matches!(tube.guide, Guide::Straight(_)) && tube.diffuser.specular_zone(tube.opening_radius).is_some()
+        })
+    };
+    let points = grids.iter().any(|grid| !is_average(grid));
+    if kernel.sun.is_some() {
+        if kernel.specular().any(|specular| specular.roughness < NARROW_ROUGHNESS) {
+            return Some(
+                "the sun's light in a mirror or a glossy surface of roughness below 0.2 is found by chance only",
+            );
+        }
+        if clear_and_not_straight() && (kernel.guide_return || points) {
+            return Some(
+                "the sun's light through a clear closure of a tube that is not straight is found by chance only",
+            );
+        }
+    }
+    let reflects = kernel.surfaces.iter().flatten().any(|surface| surface.gathers() || surface.specular.is_some());
+    if !views.is_empty() && !kernel.interreflection && reflects {
+        return Some("its photons end at the first surface where interreflection is off, before the eye can see them");
+    }
+    None
+}

@@ -1,0 +1,113 @@
+//! Weights of the strategies that give the same path: the balance heuristic (Veach and Guibas 1995), carried along subpaths.
+//!
+//! A path x_0 (source) ... x_k, y_0 (sensor or eye) is cut between two neighbours: the photon brings the part before the cut,
+//! the eye path the part behind it. With p(x) the density per area with which a subpath comes upon a vertex, the density of
+//! one cut relative to its neighbour's is the ratio of the two densities of the vertex between them, so the sum over all
+//! cuts on one side of a vertex follows from that of the vertex before:
+//!
+//! others(x_i) = p'(x_i) / p(x_i) (cut(x_{i-1}, x_i) + others(x_{i-1})),
+//!
+//! with p' the density from the other side, and cut the number of samples of a strategy, 0 where it cannot be. The weights
+//! of all strategies add up to 1 whatever is put for the densities, as long as all strategies put the same; so a photon's
+//! density on an opening is taken as even, and roulette is left out.
+
+use std::f64::consts::PI;
+
+use glam::DVec3;
+
+use crate::integrator::kernel::SurfaceKernel;
+
+/// What a subpath remembers of its strategies at a vertex.
+#[derive(Clone, Copy, Debug)]
+pub struct Share {
+    /// Density per m2 with which the subpath came here.
+    pub density: f64,
+    /// Samples of the strategy that cuts the edge to the vertex before.
+    pub cut: f64,
+    /// Sum of the strategies that cut farther back, over the density per sr with which the other side leaves this vertex
+    /// for the one before.
+    pub behind: f64,
+}
+
+impl Share {
+    /// The start of a subpath, or a vertex before which no cut can be.
+    pub fn start(density: f64, cut: f64) -> Self {
+        Self { density, cut, behind: 0.0 }
+    }
+
+    /// The strategies with fewer vertices on this side relative to one that ends here: `density` per m2 with which the other
+    /// side comes upon this vertex, and `back` per sr with which it goes on to the one before.
+    pub fn others(&self, density: f64, back: f64) -> f64 {
+        density / self.density * (self.cut + back * self.behind)
+    }
+}
+
+/// The way from one vertex of a subpath to the next, past mirrors.
+#[derive(Clone, Copy, Debug)]
+pub struct Edge {
+    /// Per sr of its direction.
+    density: f64,
+    /// Of its angle with the normal where it starts.
+    cosine: f64,
+    /// Strategies that end before its start, over the start's density.
+    back: f64,
+    /// Samples of the strategy that cuts it.
+    cut: f64,
+    length: f64,
+}
+
+impl Edge {
+    /// From a vertex into a direction of `density` per sr; `back` per sr as in [`Share::others`].
+    pub fn leaving(share: &Share, density: f64, cosine: f64, back: f64, cut: f64) -> Self {
+        Self { density, cosine, back: (share.cut + back * share.behind) / share.density, cut, length: 0.0 }
+    }
+
+    /// From where nothing can be cut.
+    pub fn uncut() -> Self {
+        Self { density: 1.0, cosine: 1.0, back: 0.0, cut: 0.0, length: 0.0 }
+    }
+
+    /// Goes on by `length` metres.
+    pub fn extend(&mut self, length: f64) {
+        self.length += length;
+    }
+
+    /// Light that turns at a mirror cannot be connected.
+    pub fn turn(&mut self) {
+        self.cut = 0.0;
+    }
+
+    /// The vertex at its end, where it arrives at this cosine.
+    pub fn arrive(&self, cosine: f64) -> Share {
+        let per_squared = 1.0 / (self.length * self.length).max(f64::MIN_POSITIVE);
+        Share {
+            density: (self.density * cosine * per_squared).max(f64::MIN_POSITIVE),
+            cut: self.cut,
+            behind: self.back * self.cosine * per_squared,
+        }
+    }
+}
+
+/// Density per sr with which a path that comes from `from` goes on `toward` at a surface, both away from it.
+pub fn surface_density(optics: &SurfaceKernel, normal: DVec3, from: DVec3, toward: DVec3) -> f64 {
+    let cosine = toward.dot(normal);
+    if cosine <= 0.0 {
+        return 0.0;
+    }
+    let diffuse_share = diffuse_share(optics);
+    let lobe = optics.specular.as_ref().and_then(|specular| specular.lobe.as_deref());
+    let of_lobe = lobe.map_or(0.0, |lobe| (1.0 - diffuse_share) * lobe.density(normal, from, toward));
+    diffuse_share * cosine / PI + of_lobe
+}
+
+/// The probability with which a surface sends a path on diffusely.
+pub fn diffuse_share(optics: &SurfaceKernel) -> f64 {
+    let brightest = |rgb: [f64; 3]| rgb.into_iter().fold(0.0, f64::max);
+    let diffuse = brightest(optics.reflectance);
+    match &optics.specular {
+        Some(specular) if brightest(specular.reflectance) > 0.0 => {
+            diffuse / (diffuse + brightest(specular.reflectance))
+        }
+        _ => 1.0,
+    }
+}
