@@ -39,12 +39,13 @@ pub struct EyePath<'a, const C: usize> {
 }
 
 /// Where an eye ray starts.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum From {
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum From {
     /// A sensor: light that comes to it straight through a clear closure is counted otherwise, by one rule for points and
     /// one for cells.
     Point,
-    Cell,
+    /// Photons times the cell's area in m2 for each of its paths: what a mirror shows, the photons that cross it share.
+    Cell(f64),
     /// The eye: it sees the sun.
     Eye,
     /// A vertex, or an opening that it passed.
@@ -133,7 +134,7 @@ impl<const C: usize> EyeVertex<'_, C> {
 impl<'a, const C: usize> EyePath<'a, C> {
     /// One sample of the illuminance in lux of a point that looks up; `cut` is the number of connections of photons to it
     /// for each of its paths.
-    pub fn illuminance(&mut self, position: DVec3, cell: bool, cut: f64) {
+    pub fn illuminance(&mut self, position: DVec3, start: From, cut: f64) {
         let direction = warp::cosine_hemisphere(self.samples.pair());
         if direction.z <= 0.0 {
             return;
@@ -144,7 +145,7 @@ impl<'a, const C: usize> EyePath<'a, C> {
             direction,
             from: NO_SURFACE,
             weight: Spectrum([PI; C]),
-            start: if cell { From::Cell } else { From::Point },
+            start,
             reflected: true,
             edge: Edge::leaving(&share, direction.z / PI, direction.z, 0.0, cut),
         });
@@ -206,7 +207,9 @@ impl<'a, const C: usize> EyePath<'a, C> {
         let cosine = -ray.direction.dot(luminaire.normal);
         let number = surface as usize - (self.kernel.surfaces.len() - self.kernel.luminaires.len());
         if cosine > 0.0 {
-            let others = ray.edge.arrive(cosine).others(self.starts.luminaires[number], cosine / PI);
+            let share = ray.edge.arrive(cosine);
+            let start = self.starts.luminaires[number];
+            let others = share.others(start, cosine / PI) + crossings(ray, &share, start);
             let seen: Spectrum<C> = luminaire.seen(ray.direction);
             self.sum += ray.weight * seen * (1.0 / (1.0 + others));
         }
@@ -282,11 +285,13 @@ impl<'a, const C: usize> EyePath<'a, C> {
         let mut share = ray.edge.arrive(direction.z);
         let clear = matches!(tube.closure_at(position), Closure::Specular { .. });
         let straight_to_sensor = clear && share.cut > 0.0;
+        let start = self.starts.sky[index];
+        let crossing = crossings(ray, &share, start);
         if clear {
             share.cut = 0.0;
         }
-        let mut share_of_sky = 1.0 / (1.0 + share.others(self.starts.sky[index], direction.z / PI));
-        if straight_to_sensor && matches!(ray.start, From::Point | From::Cell) {
+        let mut share_of_sky = 1.0 / (1.0 + share.others(start, direction.z / PI) + crossing);
+        if straight_to_sensor && matches!(ray.start, From::Point | From::Cell(_)) {
             share_of_sky = 0.0;
         }
         for _ in 0..MAX_EVENTS {
@@ -405,6 +410,15 @@ impl<'a, const C: usize> EyePath<'a, C> {
                 + vertex.share.others(by_light, vertex.back(toward));
             self.sum += arriving * (self.photons / (distance_squared * (1.0 + others)));
         }
+    }
+}
+
+/// Photons that cross a cell from a mirror that shows it the source, relative to the ray that found it; `start` is the
+/// density of their start per m2.
+fn crossings<const C: usize>(ray: &Ray<C>, share: &Share, start: f64) -> f64 {
+    match ray.start {
+        From::Cell(crossings_per_path) if share.cut == 0.0 => crossings_per_path * start,
+        _ => 0.0,
     }
 }
 

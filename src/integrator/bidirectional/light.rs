@@ -112,10 +112,14 @@ pub struct Recorder<'a, const C: usize> {
     pub unscattered: Vec<Flight<C>>,
     /// Flights from vertices that no eye path comes upon.
     pub alone: Vec<Flight<C>>,
+    /// Flights from mirrors that show a source, with the density of the photon's start for what eye paths find, or 0.
+    pub mirrored: Vec<(Flight<C>, f64)>,
     /// Density per m2 of the present photon's start, as even, and whether an eye path can find its source.
     start: f64,
     found: f64,
     edge: Edge,
+    /// Whether the edge starts at the source.
+    from_source: bool,
     incident: DVec3,
     flights: u32,
     ended: bool,
@@ -128,9 +132,11 @@ impl<'a, const C: usize> Recorder<'a, C> {
             paths: LightPaths::new(),
             unscattered: Vec::new(),
             alone: Vec::new(),
+            mirrored: Vec::new(),
             start: 1.0,
             found: 0.0,
             edge: Edge::uncut(),
+            from_source: true,
             incident: DVec3::ZERO,
             flights: 0,
             ended: false,
@@ -209,14 +215,21 @@ impl<const C: usize> Visitor<C> for Recorder<'_, C> {
                 let cosine = direction.z.abs();
                 let start = Share::start(self.start, self.found);
                 self.edge = Edge::leaving(&start, cosine / PI, cosine, 0.0, 0.0);
+                self.from_source = true;
             }
-            Origin::Lobe(surface) if mirror(surface) => self.edge.turn(),
+            Origin::Lobe(surface) if mirror(surface) => {
+                self.edge.turn();
+                if self.from_source {
+                    self.mirrored.push((*flight, self.found * self.start));
+                }
+            }
             Origin::Diffuser | Origin::Luminaire(_) | Origin::Surface(_) | Origin::Lobe(_) => {
                 if let Some(vertex) = self.paths.vertices.last() {
                     let cosine = direction.dot(vertex.normal);
                     let density = vertex.forward(self.kernel, direction);
                     let back = vertex.back(self.kernel, direction);
                     self.edge = Edge::leaving(&vertex.share, density, cosine, back, 1.0);
+                    self.from_source = vertex.source;
                     if vertex.alone() {
                         self.alone.push(*flight);
                     }

@@ -6,7 +6,8 @@
 //! strategies of a path share it by the balance heuristic (`weight`). Paths that only one strategy finds are counted by
 //! that: the sun by photons, what a guide sends back and the lower sides of closures by eye paths. Light that goes straight
 //! from a clear closure to a sensor has rules of its own: points follow it backward, cells count what crosses them. Cells
-//! count in this way also the sun that a surface scatters within half a cell, where connections would be too bright.
+//! count in this way also the sun that a surface scatters within half a cell, where connections would be too bright, and
+//! share with eye paths what a mirror shows them of a source.
 
 mod eye;
 mod light;
@@ -19,7 +20,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
-use self::eye::{EyePath, Starts};
+use self::eye::{EyePath, From, Starts};
 use self::light::{LightPaths, LightVertex, Recorder};
 use super::backward::unscattered;
 use super::emission::{Emission, PathSamples};
@@ -126,6 +127,11 @@ impl<const C: usize> Bidirectional<C> {
         for (grid, lux) in self.grids.iter().zip(&mut grids).filter(|(grid, _)| is_average(grid)) {
             recorder.unscattered.iter().for_each(|flight| self.cross(flight, grid, f64::INFINITY, lux));
             recorder.alone.iter().for_each(|flight| self.cross(flight, grid, near(grid), lux));
+            for (flight, start) in &recorder.mirrored {
+                let by_eye = if *start > 0.0 { 1.0 / (self.crossings_per_path(grid) * start) } else { 0.0 };
+                let flight = Flight { flux: flight.flux * (1.0 / (1.0 + by_eye)), ..*flight };
+                self.cross(&flight, grid, f64::INFINITY, lux);
+            }
         }
         Connected { paths: recorder.paths, grids, views, account }
     }
@@ -216,6 +222,12 @@ impl<const C: usize> Bidirectional<C> {
         connections / f64::from(self.settings.samples_per_sensor)
     }
 
+    /// Photons times the area of a cell in m2 for each of its paths.
+    fn crossings_per_path(&self, grid: &Grid) -> f64 {
+        let area = grid.cell_size_m[0] * grid.cell_size_m[1];
+        self.emission.photons() as f64 * area / f64::from(self.settings.samples_per_sensor)
+    }
+
     fn connections_per_ray(&self) -> f64 {
         self.emission.photons() as f64 / f64::from(self.settings.samples_per_pixel)
     }
@@ -253,7 +265,8 @@ impl<const C: usize> Bidirectional<C> {
             let offset = if average { path.samples.pair().map(|u| u - 0.5) } else { [0.0; 2] };
             let sensor = place(grid, index, offset, grid.height_m + self.kernel.contact());
             if !self.kernel.boxes.iter().any(|object| object.contains(sensor)) {
-                path.illuminance(sensor, average, self.connections_per_path(grid));
+                let start = if average { From::Cell(self.crossings_per_path(grid)) } else { From::Point };
+                path.illuminance(sensor, start, self.connections_per_path(grid));
             }
             lux += path.sum.luminance();
             rays += path.rays;
@@ -374,7 +387,9 @@ pub fn refuses(kernel: &Kernel, grids: &[Grid], views: &[View]) -> Option<&'stat
     };
     let points = grids.iter().any(|grid| !is_average(grid));
     if kernel.sun.is_some() {
-        if kernel.specular().any(|specular| specular.roughness < NARROW_ROUGHNESS) {
+        // cells see what crosses them
+        let seen = |roughness: f64| roughness == 0.0 && views.is_empty() && !points;
+        if kernel.specular().any(|specular| specular.roughness < NARROW_ROUGHNESS && !seen(specular.roughness)) {
             return Some(
                 "the sun's light in a mirror or a glossy surface of roughness below 0.2 is found by chance only",
             );
