@@ -13,7 +13,8 @@ use utoipa::{PartialSchema, ToSchema};
 use super::Warning;
 use super::parse::{Misfit, absent};
 use crate::analytic::jenkins;
-use crate::integrator::{Method, bidirectional, light_tracing, path_tracing, sppm};
+use crate::integrator::progressive::Radius;
+use crate::integrator::{Method, bidirectional, light_tracing, path_tracing, ppm, sppm};
 use crate::plan::MethodRequest;
 
 /// How the light is computed.
@@ -28,7 +29,11 @@ pub enum MethodKind {
     /// Paths from both sides, connected everywhere; unbiased.
     BidirectionalPathTracing,
     PhotonMapping,
+    /// Progressive photon mapping: eye rays and points of cells are the same in every pass; their error is part of the
+    /// standard error, as is the estimated bias.
     Ppm,
+    /// Stochastic progressive photon mapping: eye rays are new in every pass. The estimated bias is part of the standard
+    /// error.
     Sppm,
     LightTracing,
     /// The path cut at a Lambertian diffuser.
@@ -57,6 +62,34 @@ impl MethodKind {
     }
 }
 
+/// What the gather radius of a pass depends on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum RadiusKind {
+    /// The pass' number alone: passes are independent.
+    Schedule,
+    /// The photons that the sensor or pixel has found in the passes before.
+    PerPoint,
+}
+
+impl From<RadiusKind> for Radius {
+    fn from(kind: RadiusKind) -> Self {
+        match kind {
+            RadiusKind::Schedule => Self::Schedule,
+            RadiusKind::PerPoint => Self::PerPoint,
+        }
+    }
+}
+
+impl From<Radius> for RadiusKind {
+    fn from(radius: Radius) -> Self {
+        match radius {
+            Radius::Schedule => Self::Schedule,
+            Radius::PerPoint => Self::PerPoint,
+        }
+    }
+}
+
 /// A method's name, or an object of `kind` and the method's own settings.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct MethodDocument {
@@ -74,6 +107,8 @@ pub struct MethodSettings {
     pub initial_radius_m: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub alpha: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub radius: Option<RadiusKind>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub samples_per_sensor: Option<u32>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -97,12 +132,24 @@ impl MethodDocument {
                 let photons_per_pass = settings.photons_per_pass.unwrap_or(default.photons_per_pass);
                 Some(MethodRequest::Method(Method::LightTracing(light_tracing::Settings { photons_per_pass })))
             }
+            MethodKind::Ppm => {
+                let default = ppm::Settings::default();
+                Some(MethodRequest::Method(Method::Ppm(ppm::Settings {
+                    photons_per_pass: settings.photons_per_pass.unwrap_or(default.photons_per_pass),
+                    initial_radius_m: settings.initial_radius_m.or(default.initial_radius_m),
+                    alpha: settings.alpha.unwrap_or(default.alpha),
+                    radius: settings.radius.map_or(default.radius, Radius::from),
+                    samples_per_sensor: settings.samples_per_sensor.unwrap_or(default.samples_per_sensor),
+                    samples_per_pixel: settings.samples_per_pixel.unwrap_or(default.samples_per_pixel),
+                })))
+            }
             MethodKind::Sppm => {
                 let default = sppm::Settings::default();
                 Some(MethodRequest::Method(Method::Sppm(sppm::Settings {
                     photons_per_pass: settings.photons_per_pass.unwrap_or(default.photons_per_pass),
                     initial_radius_m: settings.initial_radius_m.or(default.initial_radius_m),
                     alpha: settings.alpha.unwrap_or(default.alpha),
+                    radius: settings.radius.map_or(default.radius, Radius::from),
                 })))
             }
             MethodKind::PathTracing => {
@@ -152,10 +199,19 @@ pub fn settings_json(method: &Method) -> serde_json::Value {
         Method::LightTracing(settings) => {
             serde_json::json!({ "photons_per_pass": settings.photons_per_pass })
         }
+        Method::Ppm(settings) => serde_json::json!({
+            "photons_per_pass": settings.photons_per_pass,
+            "initial_radius_m": settings.initial_radius_m,
+            "alpha": settings.alpha,
+            "radius": RadiusKind::from(settings.radius),
+            "samples_per_sensor": settings.samples_per_sensor,
+            "samples_per_pixel": settings.samples_per_pixel,
+        }),
         Method::Sppm(settings) => serde_json::json!({
             "photons_per_pass": settings.photons_per_pass,
             "initial_radius_m": settings.initial_radius_m,
             "alpha": settings.alpha,
+            "radius": RadiusKind::from(settings.radius),
         }),
         Method::PathTracing(settings) => serde_json::json!({
             "samples_per_sensor": settings.samples_per_sensor,
@@ -188,13 +244,18 @@ struct RawMethod {
     /// Gather radius of the first pass in metres, > 0; of `sppm`, `ppm` and `photon_mapping`.
     #[schema(exclusive_minimum = 0)]
     initial_radius_m: Option<f64>,
-    /// The squared radius shrinks by (i + alpha) / (i + 1) from pass to pass; of `sppm` and `ppm`.
+    /// The squared radius shrinks by (i + alpha) / (i + 1) from pass to pass, or with the radius `per_point` by (N + alpha M)
+    /// / (N + M) where N photons were kept and M are found, default 2/3; of `sppm` and `ppm`.
     #[schema(exclusive_minimum = 0, exclusive_maximum = 1)]
     alpha: Option<f64>,
-    /// Paths per sensor and pass, default 64; of `path_tracing` and `bidirectional_path_tracing`.
+    /// What the gather radius of a pass depends on, default `schedule`; of `sppm` and `ppm`.
+    radius: Option<RadiusKind>,
+    /// Paths per sensor and pass, default 64, of `path_tracing` and `bidirectional_path_tracing`; fixed points of each cell
+    /// of cell averages, 2 or more, default 16, of `ppm`.
     #[schema(minimum = 1, maximum = 65_536u64)]
     samples_per_sensor: Option<u32>,
-    /// Paths per pixel and pass, default 4; of `path_tracing` and `bidirectional_path_tracing` (default 1).
+    /// Paths per pixel and pass, default 4, of `path_tracing` and `bidirectional_path_tracing` (default 1); fixed eye rays of
+    /// each pixel, 2 or more, default 4, of `ppm`.
     #[schema(minimum = 1, maximum = 4_096u64)]
     samples_per_pixel: Option<u32>,
     /// c of E = c Phi cos^4(theta) / V^2, > 0, default 0.494; 1/pi is a Lambertian disc far away; of `jenkins`.
@@ -218,6 +279,7 @@ impl TryFrom<RawMethod> for MethodDocument {
             mut photons_per_pass,
             initial_radius_m,
             mut alpha,
+            mut radius,
             mut samples_per_sensor,
             mut samples_per_pixel,
             mut coefficient,
@@ -241,17 +303,25 @@ impl TryFrom<RawMethod> for MethodDocument {
             photons_per_pass = photons_per_pass.or(Some(default.photons_per_pass));
             samples_per_sensor = samples_per_sensor.or(Some(default.samples_per_sensor));
             samples_per_pixel = samples_per_pixel.or(Some(default.samples_per_pixel));
+        } else if kind == MethodKind::Ppm {
+            let default = ppm::Settings::default();
+            samples_per_sensor = samples_per_sensor.or(Some(default.samples_per_sensor));
+            samples_per_pixel = samples_per_pixel.or(Some(default.samples_per_pixel));
         } else {
             absent(&samples_per_sensor, "samples_per_sensor", &of)?;
             absent(&samples_per_pixel, "samples_per_pixel", &of)?;
         }
+        if matches!(kind, MethodKind::Ppm | MethodKind::Sppm) {
+            radius = radius.or(Some(RadiusKind::Schedule));
+        } else {
+            absent(&radius, "radius", &of)?;
+        }
         match kind {
-            MethodKind::Sppm => {
+            MethodKind::Ppm | MethodKind::Sppm => {
                 let default = sppm::Settings::default();
                 photons_per_pass = photons_per_pass.or(Some(default.photons_per_pass));
                 alpha = alpha.or(Some(default.alpha));
             }
-            MethodKind::Ppm => {}
             MethodKind::BidirectionalPathTracing => {
                 absent(&initial_radius_m, "initial_radius_m", &of)?;
                 absent(&alpha, "alpha", &of)?;
@@ -272,6 +342,7 @@ impl TryFrom<RawMethod> for MethodDocument {
             photons_per_pass,
             initial_radius_m,
             alpha,
+            radius,
             samples_per_sensor,
             samples_per_pixel,
             coefficient,

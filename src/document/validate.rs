@@ -7,12 +7,13 @@ use glam::DVec3;
 use super::coefficient::Coefficient;
 use super::daylight::{instant, year_range};
 use super::job::JobDocument;
-use super::method::{MethodKind, MethodSettings};
-use super::outputs::{GridDocument, ViewDocument};
+use super::method::{MethodKind, MethodSettings, RadiusKind};
+use super::outputs::{EstimateDocument, GridDocument, ViewDocument};
 use super::pointer::{Checks, escape};
 use super::room::{ObjectDocument, RoomDocument, SurfaceDocument};
 use super::validate_luminaire::check_luminaires;
 use super::validate_tube::check_tubes;
+use crate::integrator::ppm;
 use crate::optics::glossy::LEAST_ROUGHNESS;
 use crate::plan::effects::EffectKind;
 use crate::scene::View;
@@ -25,6 +26,10 @@ pub const FARTHEST_M: f64 = 1e6;
 
 const MOST_GRID_CELLS: u64 = 100_000;
 const MOST_PIXELS: u64 = 16_777_216;
+/// Points of which a method keeps statistics from pass to pass: 16 bytes each, in a few copies.
+const MOST_POINTS: u64 = 4_194_304;
+/// Points of pixels and cells that are the same in every pass: their spread takes 6 bytes each, in a few copies.
+const MOST_FIXED_POINTS: u64 = 67_108_864;
 const MOST_OUTPUTS: usize = 64;
 const MOST_OBJECTS: usize = 1000;
 
@@ -392,6 +397,7 @@ fn check_method(document: &JobDocument, checks: &mut Checks) {
         photons_per_pass,
         initial_radius_m,
         alpha,
+        radius,
         samples_per_sensor,
         samples_per_pixel,
         coefficient,
@@ -415,7 +421,9 @@ fn check_method(document: &JobDocument, checks: &mut Checks) {
         [("samples_per_sensor", samples_per_sensor, 65_536), ("samples_per_pixel", samples_per_pixel, 4_096)]
     {
         if let Some(samples) = samples {
-            checks.within(&format!("/method/{name}"), samples, 1, most);
+            // the spread of fixed points tells their error
+            let least = if method.kind == MethodKind::Ppm { 2 } else { 1 };
+            checks.within(&format!("/method/{name}"), samples, least, most);
         }
     }
     if let Some(radius) = initial_radius_m {
@@ -426,4 +434,33 @@ fn check_method(document: &JobDocument, checks: &mut Checks) {
     {
         checks.refuse("/method/alpha", format!("must be > 0 and < 1, but is {alpha}"));
     }
+    let fixed = method.kind == MethodKind::Ppm;
+    let default = ppm::Settings::default();
+    let per_cell = if fixed { samples_per_sensor.unwrap_or(default.samples_per_sensor) } else { 1 };
+    let per_pixel = if fixed { samples_per_pixel.unwrap_or(default.samples_per_pixel) } else { 1 };
+    let of_grids = points_of_grids(document, per_cell);
+    let of_views = document.views.iter().map(|view| points(view.size_px, per_pixel)).fold(0, u64::saturating_add);
+    for (name, points) in [("samples_per_sensor", of_grids), ("samples_per_pixel", of_views)] {
+        if fixed && points > MOST_FIXED_POINTS {
+            let detail = format!("at most {MOST_FIXED_POINTS} fixed points in all, but there are {points}");
+            checks.refuse(format!("/method/{name}"), detail);
+        }
+    }
+    let points = of_grids.saturating_add(of_views);
+    if radius == Some(RadiusKind::PerPoint) && points > MOST_POINTS {
+        let detail = format!("per_point keeps the radii of at most {MOST_POINTS} points, but there are {points}");
+        checks.refuse("/method/radius", detail);
+    }
+}
+
+fn points([a, b]: [u32; 2], each: u32) -> u64 {
+    (u64::from(a) * u64::from(b)).saturating_mul(u64::from(each))
+}
+
+/// Sensors, `per_cell` for a cell average.
+fn points_of_grids(document: &JobDocument, per_cell: u32) -> u64 {
+    let of = |grid: &GridDocument| {
+        points(grid.cells, if grid.estimate == EstimateDocument::CellAverage { per_cell } else { 1 })
+    };
+    document.grids.iter().map(of).fold(0, u64::saturating_add)
 }

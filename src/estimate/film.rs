@@ -1,6 +1,6 @@
 //! Luminance images.
 
-use super::grid::error_with_bias;
+use super::grid::{contrasts_of, error_with_bias, merge_each, push_each, sampling_variance};
 use crate::integrator::ViewPass;
 use crate::optics::spectrum::REC709_LUMINANCE;
 use crate::statistics::Moments;
@@ -23,6 +23,8 @@ pub struct FilmEstimate {
     pub blocks: Vec<Moments>,
     /// Estimated bias of the blocks.
     pub block_bias: Vec<Moments>,
+    /// Contrasts among the rays of each pixel, equally many of each, where rays are the same in every pass; else empty.
+    pub contrasts: Vec<Moments>,
 }
 
 impl FilmEstimate {
@@ -37,6 +39,7 @@ impl FilmEstimate {
             m2: vec![0.0; pixels],
             blocks: blocks.clone(),
             block_bias: blocks,
+            contrasts: Vec::new(),
         }
     }
 
@@ -52,6 +55,7 @@ impl FilmEstimate {
             self.m2[pixel] += before * (y - luminance(&self.mean[range]));
         }
         self.push_blocks(&luminances, &pass.bias);
+        push_each(&mut self.contrasts, &pass.contrasts);
     }
 
     fn push_blocks(&mut self, luminances: &[f64], bias: &[f64]) {
@@ -81,6 +85,7 @@ impl FilmEstimate {
         self.passes = passes;
         self.blocks.iter_mut().zip(&later.blocks).for_each(|(all, part)| all.merge(part));
         self.block_bias.iter_mut().zip(&later.block_bias).for_each(|(all, part)| all.merge(part));
+        merge_each(&mut self.contrasts, &later.contrasts);
     }
 
     /// Luminance Y of a pixel in cd/m2.
@@ -88,21 +93,50 @@ impl FilmEstimate {
         luminance(&self.mean[pixel * self.channels..(pixel + 1) * self.channels])
     }
 
-    /// Standard error of a pixel's luminance in cd/m2, the estimated bias of its block included.
+    /// Standard error of a pixel's luminance in cd/m2, the estimated bias of its block included, and the error of fixed
+    /// rays: its own, which few rays tell, but at least that of its block's pixels in the mean.
     pub fn standard_error_cd_m2(&self, pixel: usize) -> f64 {
         let value = Moments { count: self.passes, mean: 0.0, m2: self.m2[pixel] };
-        error_with_bias(&value, self.block_bias.get(self.block_of(pixel)))
+        let block = self.block_of(pixel);
+        let error = error_with_bias(&value, self.block_bias.get(block));
+        if self.contrasts.is_empty() {
+            return error;
+        }
+        let pixels = self.pixels_of(block).count() as f64;
+        let sampling = self.pixel_sampling_variance(pixel).max(self.block_sampling_variance(block) * pixels);
+        error.hypot(sampling.max(0.0).sqrt())
     }
 
-    /// Standard error of a block's luminance in cd/m2, the estimated bias included.
+    /// Standard error of a block's luminance in cd/m2, the estimated bias and the error of fixed rays included.
     pub fn block_standard_error_cd_m2(&self, block: usize) -> f64 {
-        error_with_bias(&self.blocks[block], self.block_bias.get(block))
+        let error = error_with_bias(&self.blocks[block], self.block_bias.get(block));
+        if self.contrasts.is_empty() { error } else { error.hypot(self.block_sampling_variance(block).max(0.0).sqrt()) }
+    }
+
+    /// Variance by the choice of a pixel's fixed rays.
+    fn pixel_sampling_variance(&self, pixel: usize) -> f64 {
+        sampling_variance(contrasts_of(&self.contrasts, self.m2.len(), pixel))
+    }
+
+    /// The same of a block's mean: pixels choose theirs independently.
+    fn block_sampling_variance(&self, block: usize) -> f64 {
+        let count = self.pixels_of(block).count() as f64;
+        self.pixels_of(block).map(|pixel| self.pixel_sampling_variance(pixel)).sum::<f64>() / (count * count)
     }
 
     pub fn for_each_value(&mut self, f: &mut impl FnMut(&mut f64)) {
         f(&mut self.passes);
         self.mean.iter_mut().chain(&mut self.m2).for_each(&mut *f);
-        self.blocks.iter_mut().chain(&mut self.block_bias).for_each(|moments| moments.for_each_value(f));
+        let Self { blocks, block_bias, contrasts, .. } = self;
+        blocks.iter_mut().chain(block_bias).chain(contrasts).for_each(|moments| moments.for_each_value(f));
+    }
+
+    fn pixels_of(&self, block: usize) -> impl Iterator<Item = usize> {
+        let [width, height] = self.size_px;
+        let across = width.div_ceil(BLOCK_PX);
+        let (x, y) = (block % across * BLOCK_PX, block / across * BLOCK_PX);
+        (y..(y + BLOCK_PX).min(height))
+            .flat_map(move |row| (x..(x + BLOCK_PX).min(width)).map(move |c| row * width + c))
     }
 
     fn block_of(&self, pixel: usize) -> usize {
@@ -141,6 +175,7 @@ mod tests {
             .map(|pass| ViewPass {
                 luminance: (0..11 * 9 * 3).map(|k| value(pass, k)).collect(),
                 bias: (0..11 * 9).map(|k| value(pass, k) - 50.0).collect(),
+                contrasts: (0..11 * 9).map(|k| 0.1 * value(pass + 3, k) - 2.0).collect(),
             })
             .collect()
     }

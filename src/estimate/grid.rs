@@ -11,6 +11,8 @@ pub struct GridEstimate {
     pub sensors: Vec<Moments>,
     /// Estimated bias per sensor; no replicates for unbiased methods.
     pub bias: Vec<Moments>,
+    /// Contrasts among the points of each sensor, equally many of each, where points are the same in every pass; else empty.
+    pub contrasts: Vec<Moments>,
     /// The grid's mean illuminance.
     pub mean: Moments,
 }
@@ -18,12 +20,13 @@ pub struct GridEstimate {
 impl GridEstimate {
     pub fn empty(sensors: usize) -> Self {
         let none = vec![Moments::default(); sensors];
-        Self { sensors: none.clone(), bias: none, mean: Moments::default() }
+        Self { sensors: none.clone(), bias: none, contrasts: Vec::new(), mean: Moments::default() }
     }
 
     pub fn push(&mut self, pass: &GridPass) {
         self.sensors.iter_mut().zip(&pass.illuminance).for_each(|(sensor, value)| sensor.push(*value));
         self.bias.iter_mut().zip(&pass.bias).for_each(|(sensor, value)| sensor.push(*value));
+        push_each(&mut self.contrasts, &pass.contrasts);
         self.mean.push(pass.illuminance.iter().sum::<f64>() / pass.illuminance.len() as f64);
     }
 
@@ -44,6 +47,7 @@ impl GridEstimate {
     pub fn merge(&mut self, later: &Self) {
         self.sensors.iter_mut().zip(&later.sensors).for_each(|(all, part)| all.merge(part));
         self.bias.iter_mut().zip(&later.bias).for_each(|(all, part)| all.merge(part));
+        merge_each(&mut self.contrasts, &later.contrasts);
         self.mean.merge(&later.mean);
     }
 
@@ -51,14 +55,49 @@ impl GridEstimate {
         self.sensors[sensor].mean
     }
 
-    /// Standard error in lux, the estimated bias included; infinite with fewer than two passes.
+    /// Standard error in lux, the estimated bias and the error of fixed points included; infinite with fewer than two
+    /// passes.
     pub fn standard_error_lux(&self, sensor: usize) -> f64 {
-        error_with_bias(&self.sensors[sensor], self.bias.get(sensor))
+        let error = error_with_bias(&self.sensors[sensor], self.bias.get(sensor));
+        error.hypot(sampling_variance(contrasts_of(&self.contrasts, self.sensors.len(), sensor)).max(0.0).sqrt())
     }
 
     pub fn for_each_value(&mut self, f: &mut impl FnMut(&mut f64)) {
-        self.sensors.iter_mut().chain(&mut self.bias).chain([&mut self.mean]).for_each(|m| m.for_each_value(f));
+        let Self { sensors, bias, contrasts, mean } = self;
+        sensors.iter_mut().chain(bias).chain(contrasts).chain([mean]).for_each(|moments| moments.for_each_value(f));
     }
+}
+
+/// Adds one value to each; the first values make room.
+pub fn push_each(moments: &mut Vec<Moments>, values: &[f64]) {
+    if moments.len() < values.len() {
+        moments.resize(values.len(), Moments::default());
+    }
+    moments.iter_mut().zip(values).for_each(|(moments, value)| moments.push(*value));
+}
+
+/// Merges each; the first ones make room.
+pub fn merge_each(moments: &mut Vec<Moments>, later: &[Moments]) {
+    if moments.len() < later.len() {
+        moments.resize(later.len(), Moments::default());
+    }
+    moments.iter_mut().zip(later).for_each(|(moments, later)| moments.merge(later));
+}
+
+/// Those of sensor or pixel `index` among the contrasts of `count`.
+pub fn contrasts_of(contrasts: &[Moments], count: usize, index: usize) -> &[Moments] {
+    let each = contrasts.len() / count.max(1);
+    &contrasts[index * each..(index + 1) * each]
+}
+
+/// Variance by the choice of fixed points: the sum of squared contrasts, less what the noise of passes adds to them; may
+/// come out negative. 0 before the second pass.
+pub fn sampling_variance(contrasts: &[Moments]) -> f64 {
+    contrasts.iter().filter(|contrast| contrast.count >= 2.0).map(square_without_noise).sum()
+}
+
+fn square_without_noise(moments: &Moments) -> f64 {
+    moments.mean * moments.mean - moments.variance_of_mean()
 }
 
 /// Two values around `value` whose mean has the standard error `error`; one value without it.
@@ -72,6 +111,6 @@ pub fn push_with_error(moments: &mut Moments, value: f64, error: Option<f64>) {
 /// Root of the variance of the mean plus the squared bias, the latter less its own sampling variance.
 pub fn error_with_bias(value: &Moments, bias: Option<&Moments>) -> f64 {
     let bias = bias.filter(|bias| bias.count >= 2.0);
-    let bias_squared = bias.map_or(0.0, |bias| (bias.mean * bias.mean - bias.variance_of_mean()).max(0.0));
+    let bias_squared = bias.map_or(0.0, |bias| square_without_noise(bias).max(0.0));
     (value.variance_of_mean() + bias_squared).sqrt()
 }

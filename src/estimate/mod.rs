@@ -11,6 +11,7 @@ pub use stopping::{Accuracy, StopRule};
 use self::grid::push_with_error;
 use crate::analytic::{Balance, Quantity, Solution};
 use crate::integrator::light_path::{Account, TubeFlux};
+use crate::integrator::progressive::Carried;
 use crate::integrator::{GridPass, Pass, ViewPass};
 use crate::scene::Scene;
 use crate::statistics::Moments;
@@ -27,6 +28,8 @@ pub struct Estimate {
     pub views: Vec<FilmEstimate>,
     pub tubes: Vec<TubeEstimate>,
     pub ledger: Ledger,
+    /// What the last pass left to the next one; empty where passes are independent.
+    pub carried: Carried,
 }
 
 /// Flux through one tube in lm, per pass.
@@ -50,13 +53,27 @@ impl Estimate {
 
     /// The pass of a scene without light: zeros in the shape of this estimate.
     pub fn dark_pass(&self) -> Pass {
-        let grid = |grid: &GridEstimate| GridPass { illuminance: vec![0.0; grid.sensors.len()], bias: Vec::new() };
-        let view = |view: &FilmEstimate| ViewPass { luminance: vec![0.0; view.mean.len()], bias: Vec::new() };
+        let grid = |grid: &GridEstimate| GridPass { illuminance: vec![0.0; grid.sensors.len()], ..GridPass::default() };
+        let view = |view: &FilmEstimate| ViewPass { luminance: vec![0.0; view.mean.len()], ..ViewPass::default() };
         Pass {
             grids: self.grids.iter().map(grid).collect(),
             views: self.views.iter().map(view).collect(),
             account: Account::new(self.tubes.len()),
-            photons: 0,
+            ..Pass::default()
+        }
+    }
+
+    /// Makes room for what passes give beside values, and takes what the first of them starts from: `grids` and `views` as
+    /// of [`Self::push`], from [`crate::integrator::Integrator::start`].
+    pub fn begin(&mut self, grids: Option<&Pass>, views: Option<&Pass>) {
+        for (estimate, start) in self.grids.iter_mut().zip(grids.iter().flat_map(|start| &start.grids)) {
+            estimate.contrasts = vec![Moments::default(); start.contrasts.len()];
+        }
+        for (estimate, start) in self.views.iter_mut().zip(views.iter().flat_map(|start| &start.views)) {
+            estimate.contrasts = vec![Moments::default(); start.contrasts.len()];
+        }
+        for start in [grids, views].into_iter().flatten() {
+            self.carried.replace(&start.carried);
         }
     }
 
@@ -78,6 +95,9 @@ impl Estimate {
         if let Some(pass) = grids.or(views) {
             self.ledger.add(&pass.account.ledger);
             self.tubes.iter_mut().zip(&pass.account.tubes).for_each(|(estimate, flux)| estimate.push(flux));
+        }
+        for pass in [grids, views].into_iter().flatten() {
+            self.carried.replace(&pass.carried);
         }
     }
 
@@ -121,6 +141,7 @@ impl Estimate {
             all.into_room.merge(&part.into_room);
         }
         self.ledger.add(&later.ledger);
+        self.carried.replace(&later.carried);
     }
 
     /// Calls `f` on every floating-point value in a fixed order: for checkpoints and for checks.
@@ -132,7 +153,8 @@ impl Estimate {
                 .into_iter()
                 .for_each(|moments| moments.for_each_value(f));
         }
-        self.ledger.values_mut().into_iter().for_each(f);
+        self.ledger.values_mut().into_iter().for_each(&mut *f);
+        self.carried.for_each_value(f);
     }
 
     /// Where the first value is that is not finite: a fault of ours, never to be hidden.

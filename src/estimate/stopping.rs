@@ -88,7 +88,8 @@ mod tests {
         let n = passes as f64;
         let moments = |(mean, se): &(f64, f64)| Moments { count: n, mean: *mean, m2: se * se * n * (n - 1.0) };
         let sensors: Vec<_> = sensors.iter().map(moments).collect();
-        let grid = GridEstimate { bias: vec![Moments::default(); sensors.len()], sensors, mean: Moments::default() };
+        let bias = vec![Moments::default(); sensors.len()];
+        let grid = GridEstimate { bias, sensors, ..GridEstimate::default() };
         Estimate { passes, grids: vec![grid], ..Estimate::default() }
     }
 

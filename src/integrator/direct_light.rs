@@ -141,7 +141,7 @@ impl<const C: usize> Mapper<C> {
     pub fn exitance(&self, maps: &Maps<C>, index: usize, position: DVec3) -> Spectrum<C> {
         let tube = &self.kernel.tubes[index];
         let radius = maps.radius.min(0.25 * tube.opening_radius);
-        let (flux, _) = maps.exit_grid.gather(position, radius, index as SurfaceId);
+        let (flux, ..) = maps.exit_grid.gather(position, radius, index as SurfaceId);
         let distance = (position - tube.origin).truncate().length();
         let mut area = disc_disc_area(radius, tube.opening_radius, distance);
         if let Some((inner, outer)) = tube.diffuser.specular_zone(tube.opening_radius) {

@@ -28,6 +28,30 @@ const SURE_REFLECTIONS: u32 = 8;
 /// Specular reflections of one eye ray; roulette lets a share of at most albedo^10000 come so far, 5e-5 for albedo 0.999.
 const MAX_REFLECTIONS: u32 = 10_000;
 
+/// The random numbers of an eye ray.
+#[derive(Debug)]
+pub struct EyeRandom {
+    way: PathRandom,
+    /// For connections to the photons of a pass, where the way is the same in every pass.
+    connections: Option<PathRandom>,
+}
+
+impl EyeRandom {
+    /// A way of its own in every pass.
+    pub fn new(random: PathRandom) -> Self {
+        Self { way: random, connections: None }
+    }
+
+    /// A way that is the same in every pass, and the pass' own connections.
+    pub fn fixed(way: PathRandom, connections: PathRandom) -> Self {
+        Self { way, connections: Some(connections) }
+    }
+
+    fn connections(&mut self) -> &mut PathRandom {
+        self.connections.as_mut().unwrap_or(&mut self.way)
+    }
+}
+
 /// Where an eye ray is inside the room: at once, or behind an open surface; `None` when something opaque closes the room
 /// where it would enter.
 pub fn enter_room(kernel: &Kernel, eye: DVec3, direction: DVec3) -> Option<DVec3> {
@@ -55,14 +79,8 @@ pub fn enter_room(kernel: &Kernel, eye: DVec3, direction: DVec3) -> Option<DVec3
     entry.filter(|entry| *entry == eye || !hidden_by_luminaire(kernel, eye, direction, *entry))
 }
 
-/// One view of one pass, a ray to a random point of every pixel; `luminance` along a direction has the pixel's key and its
-/// random numbers. `None` when cancelled.
-pub fn view<const C: usize>(
-    view: &View,
-    stream: Key,
-    cancel: &AtomicBool,
-    luminance: impl Fn(DVec3, Key, &mut PathRandom) -> Gathered<C> + Sync,
-) -> Option<ViewPass> {
+/// What `of` gives for every pixel of a view, of its number and its column and row; `None` when cancelled.
+pub fn pixels<T: Send>(view: &View, cancel: &AtomicBool, of: impl Fn(usize, [usize; 2]) -> T + Sync) -> Option<Vec<T>> {
     let [width, height] = view.size_px;
     let rows: Option<Vec<_>> = (0..height)
         .into_par_iter()
@@ -70,22 +88,43 @@ pub fn view<const C: usize>(
             if cancel.load(Ordering::Relaxed) {
                 return None;
             }
-            let pixels = (0..width).map(|column| {
-                let key = stream.child((row * width + column) as u64);
-                let mut random = PathRandom::new(key);
-                let [x, y] = random.uniform2();
-                let direction = view.ray_direction(column as f64 + x, row as f64 + y);
-                luminance(direction, key, &mut random)
-            });
-            Some(pixels.collect::<Vec<_>>())
+            Some((0..width).map(|column| of(row * width + column, [column, row])).collect::<Vec<_>>())
         })
         .collect();
-    let mut pass = ViewPass::default();
-    for pixel in rows?.into_iter().flatten() {
-        pass.luminance.extend(pixel.irradiance.0);
-        pass.bias.push(pixel.bias);
+    Some(rows?.into_iter().flatten().collect())
+}
+
+/// One view of one pass, a ray to a random point of every pixel; `luminance` along a direction has the pixel's key and
+/// its random numbers. `None` when cancelled.
+pub fn view<const C: usize>(
+    view: &View,
+    stream: Key,
+    cancel: &AtomicBool,
+    luminance: impl Fn(DVec3, Key, &mut EyeRandom) -> Gathered<C> + Sync,
+) -> Option<ViewPass> {
+    let seen = pixels(view, cancel, |pixel, place| {
+        let key = stream.child(pixel as u64);
+        let mut random = PathRandom::new(key);
+        let direction = direction(view, place, random.uniform2());
+        luminance(direction, key, &mut EyeRandom::new(random))
+    })?;
+    Some(ViewPass::of(&seen))
+}
+
+/// Unit direction through the point at coordinates 0..1 of the pixel in a column and row.
+pub fn direction(view: &View, [column, row]: [usize; 2], [x, y]: [f64; 2]) -> DVec3 {
+    view.ray_direction(column as f64 + x, row as f64 + y)
+}
+
+impl ViewPass {
+    /// Of what is seen in each pixel.
+    pub fn of<const C: usize>(pixels: &[Gathered<C>]) -> Self {
+        Self {
+            luminance: pixels.iter().flat_map(|pixel| pixel.irradiance.0).collect(),
+            bias: pixels.iter().map(|pixel| pixel.bias).collect(),
+            ..Self::default()
+        }
     }
-    Some(pass)
 }
 
 /// Luminance in cd/m2 that an eye sees along `direction`, with its estimated bias.
@@ -96,11 +135,11 @@ pub fn luminance<const C: usize>(
     maps: &Maps<C>,
     eye: DVec3,
     direction: DVec3,
-    random: &mut PathRandom,
+    random: &mut EyeRandom,
     mut irradiance: impl FnMut(&RoomHit, SurfaceId, Spectrum<C>, &mut PathRandom) -> Gathered<C>,
 ) -> Gathered<C> {
     // the sum of what diffuse parts send along the path
-    let mut seen = Gathered { irradiance: Spectrum::ZERO, bias: 0.0 };
+    let mut seen = Gathered::NOTHING;
     let kernel = &*mapper.kernel;
     let Some(mut origin) = enter_room(kernel, eye, direction) else { return seen };
     let mut direction = direction;
@@ -120,25 +159,27 @@ pub fn luminance<const C: usize>(
                 let Some(optics) = &kernel.surfaces[surface as usize] else { return seen };
                 if optics.gathers() {
                     let brdf = Spectrum::from_rgb(optics.reflectance) * (1.0 / PI);
-                    let part = irradiance(&hit, surface, weight, random);
+                    let part = irradiance(&hit, surface, weight, random.connections());
+                    seen.found += part.found;
                     seen.bias += part.bias * (weight * brdf).luminance();
                     seen.irradiance += part.irradiance * weight * brdf;
                 }
                 let Some(specular) = &optics.specular else { return seen };
                 let reflectance = Spectrum::from_rgb(specular.reflectance);
                 if let Some(lobe) = &specular.lobe {
-                    let reflected = mapper.diffusers_in_lobe(maps, lobe, &hit, surface, -direction, random);
+                    let reflected =
+                        mapper.diffusers_in_lobe(maps, lobe, &hit, surface, -direction, random.connections());
                     seen.irradiance += reflected * weight * reflectance;
                 }
                 reflections += 1;
                 let survival = if reflections > SURE_REFLECTIONS { reflectance.max() } else { 1.0 };
-                if survival < 1.0 && random.uniform() >= survival {
+                if survival < 1.0 && random.way.uniform() >= survival {
                     return seen;
                 }
                 weight = weight * reflectance * (1.0 / survival);
-                let point = random.uniform2();
+                let point = random.way.uniform2();
                 (origin, from) = (hit.position, surface);
-                let toward = specular.reflect(hit.normal, -direction, point, random);
+                let toward = specular.reflect(hit.normal, -direction, point, &mut random.way);
                 chosen = specular.lobe.as_ref().map(|lobe| lobe.density(hit.normal, -direction, toward));
                 direction = toward;
                 continue;
@@ -161,7 +202,7 @@ pub fn luminance<const C: usize>(
             }
             Closure::Specular { transmittance } => transmittance,
         };
-        let transit: Transit<C> = tube.guide.up(hit.position - tube.origin, direction, random);
+        let transit: Transit<C> = tube.guide.up(hit.position - tube.origin, direction, &mut random.way);
         weight = weight * transit.weight() * Spectrum::from_rgb(transmittance);
         match transit.end {
             End::Top => {

@@ -221,10 +221,10 @@ impl<const C: usize> Integrator for LightTracing<C> {
             .iter()
             .map(|plane| GridPass {
                 illuminance: lux[plane.first..plane.first + plane.len()].to_vec(),
-                bias: Vec::new(),
+                ..GridPass::default()
             })
             .collect();
-        Some(Pass { grids, views: Vec::new(), account, photons })
+        Some(Pass { grids, account, photons, ..Pass::default() })
     }
 }
 

@@ -1,7 +1,8 @@
 //! Integrators: one pass, its settings, its state.
 //!
 //! A pass is a pure function of (kernel, settings, seed, pass number): it can be computed anywhere, in any order, and has
-//! the same bits on any number of threads. Passes are independent replicates; `estimate` adds them up.
+//! the same bits on any number of threads. Passes are independent replicates; `estimate` adds them up. With statistics per
+//! point (`progressive`) a pass depends on what those before it have left, too, and the order is theirs.
 
 pub mod backward;
 pub mod bidirectional;
@@ -18,11 +19,14 @@ pub mod mesh_objects;
 pub mod path_tracing;
 pub mod photon_grid;
 pub mod photon_maps;
+pub mod ppm;
+pub mod progressive;
 pub mod sppm;
 
 use std::sync::atomic::AtomicBool;
 
 use light_path::Account;
+use progressive::Carried;
 
 use crate::analytic::jenkins;
 
@@ -32,6 +36,7 @@ pub use kernel::{Kernel, KernelError};
 #[derive(Clone, Debug, PartialEq)]
 pub enum Method {
     LightTracing(light_tracing::Settings),
+    Ppm(ppm::Settings),
     Sppm(sppm::Settings),
     PathTracing(path_tracing::Settings),
     Bidirectional(bidirectional::Settings),
@@ -46,6 +51,7 @@ impl Method {
     pub fn name(&self) -> &'static str {
         match self {
             Self::LightTracing(_) => "light_tracing",
+            Self::Ppm(_) => "ppm",
             Self::Sppm(_) => "sppm",
             Self::PathTracing(_) => "path_tracing",
             Self::Bidirectional(_) => "bidirectional_path_tracing",
@@ -69,6 +75,17 @@ impl Method {
 pub trait Integrator: Send + Sync {
     /// Computes pass `pass` (0, 1, ...) on the current rayon pool; `None` when `cancel` was raised meanwhile.
     fn pass(&self, pass: u64, cancel: &AtomicBool) -> Option<Pass>;
+
+    /// What there is before the first pass, in the shape of one: what it starts from, and zeros where points tell their
+    /// sampling error; the rest is empty.
+    fn start(&self) -> Pass {
+        Pass::default()
+    }
+
+    /// Computes pass `pass` after those that left `before`, nothing before the first.
+    fn pass_after(&self, pass: u64, _before: &Carried, cancel: &AtomicBool) -> Option<Pass> {
+        self.pass(pass, cancel)
+    }
 }
 
 /// What one pass gives: a replicate of every output.
@@ -78,6 +95,8 @@ pub struct Pass {
     pub views: Vec<ViewPass>,
     pub account: Account,
     pub photons: u64,
+    /// For the next pass; empty where passes are independent.
+    pub carried: Carried,
 }
 
 /// Illuminance in lux per sensor.
@@ -86,6 +105,9 @@ pub struct GridPass {
     pub illuminance: Vec<f64>,
     /// Estimated bias per sensor; empty when the method has none.
     pub bias: Vec<f64>,
+    /// Where points are the same in every pass: contrasts among those of each sensor, equally many for each, whose squares
+    /// add up to the variance of their choice; else empty.
+    pub contrasts: Vec<f64>,
 }
 
 /// Luminance in cd/m2 per pixel, top row first.
@@ -95,6 +117,8 @@ pub struct ViewPass {
     pub luminance: Vec<f64>,
     /// Estimated bias of the luminance Y per pixel; empty when the method has none.
     pub bias: Vec<f64>,
+    /// As [`GridPass::contrasts`], of the luminance Y of pixels.
+    pub contrasts: Vec<f64>,
 }
 
 /// Photons that one task traces: fixed, so that sums fold in the same order on any number of threads.

@@ -174,7 +174,7 @@ impl<const C: usize> Integrator for PathTracing<C> {
             let sensors: Option<Vec<_>> = (0..grid.len()).into_par_iter().map(sensor).collect();
             let (illuminance, of_sensors): (Vec<f64>, Vec<u64>) = sensors?.into_iter().unzip();
             rays += of_sensors.iter().sum::<u64>();
-            result.grids.push(GridPass { illuminance, bias: Vec::new() });
+            result.grids.push(GridPass { illuminance, ..GridPass::default() });
         }
         for (number, view) in self.views.iter().enumerate() {
             let stream = key.child(EYE_STREAM + number as u64);
@@ -190,7 +190,7 @@ impl<const C: usize> Integrator for PathTracing<C> {
             }
             let stream = key.child(SUN_STREAM + number as u64);
             rays += self.add_sun(view, stream, &mut luminance, cancel)?;
-            result.views.push(ViewPass { luminance, bias: Vec::new() });
+            result.views.push(ViewPass { luminance, ..ViewPass::default() });
         }
         // nothing is emitted: no tube's flux is known, and no books are kept
         result.account = Account { rays, ..Account::default() };

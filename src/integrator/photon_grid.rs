@@ -65,19 +65,21 @@ impl<const C: usize> PhotonGrid<C> {
         grid
     }
 
-    /// Flux on `surface` within `radius` of a point, and within the half of that area, in lm.
-    pub fn gather(&self, centre: DVec3, radius: f64, surface: SurfaceId) -> (Spectrum<C>, Spectrum<C>) {
-        let (mut whole, mut half) = (Spectrum::ZERO, Spectrum::ZERO);
+    /// Flux on `surface` within `radius` of a point, and within the half of that area, in lm, and the number of photons in
+    /// the whole.
+    pub fn gather(&self, centre: DVec3, radius: f64, surface: SurfaceId) -> (Spectrum<C>, Spectrum<C>, u64) {
+        let (mut whole, mut half, mut count) = (Spectrum::ZERO, Spectrum::ZERO, 0);
         let half_squared = 0.5 * (radius * radius);
         self.for_each_within(centre, radius, |photon, distance_squared| {
             if photon.surface == surface {
                 whole += photon.flux;
+                count += 1;
                 if distance_squared < half_squared {
                     half += photon.flux;
                 }
             }
         });
-        (whole, half)
+        (whole, half, count)
     }
 
     /// Calls `f` with every photon within `radius` of a point and its squared distance.
@@ -139,8 +141,9 @@ mod tests {
                             |p: &&Photon<1>| (p.position - centre).length_squared() < r_squared && p.surface == 1;
                         photons.iter().filter(near).count() as f64
                     };
-                    let (whole, half) = grid.gather(centre, radius, 1);
+                    let (whole, half, count) = grid.gather(centre, radius, 1);
                     assert_eq!(whole.0[0], within(radius * radius));
+                    assert_eq!(count as f64, whole.0[0]);
                     assert_eq!(half.0[0], within(0.5 * radius * radius));
                 }
             }

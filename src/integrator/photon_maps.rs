@@ -19,6 +19,7 @@ use super::emission::{Emission, PathSamples};
 use super::kernel::{Kernel, SurfaceId, SurfaceKernel};
 use super::light_path::{Account, Flight, Origin, Scattering, Visitor, trace};
 use super::photon_grid::{Photon, PhotonGrid};
+use super::progressive::scaled_count;
 use crate::optics::{Diffuser, Spectrum};
 use crate::sampling::{Key, PathRandom};
 use crate::scene::Grid;
@@ -55,6 +56,7 @@ pub struct Maps<const C: usize> {
     pub measured_exits: Vec<Option<PhotonGrid<C>>>,
     /// Directions of the light that arrived at a tube's exits, where it is measured; flux is then what arrived.
     pub incidents: Vec<Vec<DVec3>>,
+    /// In metres, for which they are sorted: gathering within any other is right, too, and as fast within one of this order.
     pub radius: f64,
 }
 
@@ -63,6 +65,12 @@ pub struct Maps<const C: usize> {
 pub struct Gathered<const C: usize> {
     pub irradiance: Spectrum<C>,
     pub bias: f64,
+    /// Photons in the kernel, scaled to its full disc.
+    pub found: f64,
+}
+
+impl<const C: usize> Gathered<C> {
+    pub const NOTHING: Self = Self { irradiance: Spectrum::ZERO, bias: 0.0, found: 0.0 };
 }
 
 impl<const C: usize> Mapper<C> {
@@ -137,10 +145,11 @@ impl<const C: usize> Mapper<C> {
         Some((all, account))
     }
 
-    /// Irradiance of a surface point.
+    /// Irradiance of a surface point, photons gathered within `radius` metres.
     pub fn irradiance(
         &self,
         maps: &Maps<C>,
+        radius: f64,
         position: DVec3,
         normal: DVec3,
         surface: SurfaceId,
@@ -149,13 +158,13 @@ impl<const C: usize> Mapper<C> {
         let mut gathered = match self.kernel.meshes.as_ref().and_then(|meshes| Some((meshes, meshes.facet(surface)?))) {
             Some((meshes, facet)) => {
                 let area = |radius| meshes.facets.area_within(facet, position, radius);
-                let full = meshes.facets.areas_m2[facet].min(PI * maps.radius * maps.radius);
-                density(&maps.surfaces, area, full, position, maps.radius, surface)
+                let full = meshes.facets.areas_m2[facet].min(PI * radius * radius);
+                density(&maps.surfaces, area, full, position, radius, surface)
             }
             None => {
                 let domain = &self.domains[surface as usize];
                 let area = |radius| domain.area(position, radius);
-                density(&maps.surfaces, area, PI * maps.radius * maps.radius, position, maps.radius, surface)
+                density(&maps.surfaces, area, PI * radius * radius, position, radius, surface)
             }
         };
         let direct = self.diffuser_irradiance(maps, position, normal, surface, POINT_CONNECTIONS, random);
@@ -164,11 +173,10 @@ impl<const C: usize> Mapper<C> {
         gathered
     }
 
-    /// Illuminance of a point of the plane of grid `number` by all light that is not direct.
-    pub fn plane_irradiance(&self, maps: &Maps<C>, number: usize, sensor: DVec3) -> Gathered<C> {
+    /// Illuminance of a point of the plane of grid `number` by all light that is not direct, within `radius` metres.
+    pub fn plane_irradiance(&self, maps: &Maps<C>, radius: f64, number: usize, sensor: DVec3) -> Gathered<C> {
         let domain = &self.grid_domains[number];
-        let full = PI * maps.radius * maps.radius;
-        density(&maps.planes[number], |radius| domain.area(sensor, radius), full, sensor, maps.radius, 0)
+        density(&maps.planes[number], |radius| domain.area(sensor, radius), PI * radius * radius, sensor, radius, 0)
     }
 
     fn smallest_opening(&self) -> f64 {
@@ -190,15 +198,15 @@ fn density<const C: usize>(
     let (whole_area, half_area) = (area(radius), area(half_radius));
     let least = LEAST_KERNEL * full;
     if whole_area < least || half_area < least {
-        return Gathered { irradiance: Spectrum::ZERO, bias: 0.0 };
+        return Gathered::NOTHING;
     }
-    let (whole, half) = photons.gather(centre, radius, surface);
+    let (whole, half, count) = photons.gather(centre, radius, surface);
     let irradiance = whole * (1.0 / whole_area);
     // to one side the kernel sees the gradient, around the centre only the curvature
     let clipped = whole_area < (1.0 - 1e-9) * PI * radius * radius;
     let factor = if clipped { 1.0 / (1.0 - std::f64::consts::FRAC_1_SQRT_2) } else { 2.0 };
     let bias = factor * (irradiance.luminance() - half.luminance() / half_area);
-    Gathered { irradiance, bias }
+    Gathered { irradiance, bias, found: scaled_count(count, PI * radius * radius, whole_area) }
 }
 
 /// Whether light comes straight from where it is computed without density estimation.

@@ -1,7 +1,8 @@
-//! Stochastic progressive photon mapping with independent passes.
+//! Stochastic progressive photon mapping.
 //!
-//! Every pass traces its own photons and eye rays and gathers with a radius that depends on the pass' number alone (Knaus
-//! and Zwicker 2011), so that passes are independent replicates. Light that a diffuser or a tube's scattering sends
+//! Every pass traces its own photons and eye rays and gathers with a radius that shrinks from pass to pass (`progressive`):
+//! by a schedule (Knaus and Zwicker 2011), so that passes are independent replicates, or by statistics that the rays of a
+//! pixel, or the points of a cell, share (Hachisuka and Jensen 2009). Light that a diffuser or a tube's scattering sends
 //! straight to a point is computed from the pass' own photons at the diffuser, light straight from a luminaire in closed
 //! form or from points of its area, not by density estimation (`direct_light`); kernels and their bias are those of
 //! `photon_maps`.
@@ -15,8 +16,10 @@ use std::sync::atomic::AtomicBool;
 use glam::DVec3;
 use rayon::prelude::*;
 
+use super::eye::EyeRandom;
 use super::kernel::{Kernel, NO_SURFACE};
 use super::photon_maps::{Mapper, Maps};
+use super::progressive::{Carried, PointStatistics, Radii, Radius};
 use super::{GridPass, Integrator, Pass, ViewPass, eye};
 use crate::sampling::{Key, PathRandom};
 use crate::scene::{EstimateKind, Grid, View};
@@ -28,18 +31,17 @@ pub struct Settings {
     pub photons_per_pass: u64,
     /// Gather radius of the first pass in metres; `None`: a twentieth of the room's shortest edge.
     pub initial_radius_m: Option<f64>,
-    /// The squared radius shrinks by (i + alpha) / (i + 1) from pass i to i + 1; 0 < alpha < 1.
+    /// The squared radius shrinks by (i + alpha) / (i + 1) from pass i to i + 1, per point by (N + alpha M) / (N + M);
+    /// 0 < alpha < 1.
     pub alpha: f64,
+    pub radius: Radius,
 }
 
 impl Default for Settings {
     fn default() -> Self {
-        Self { photons_per_pass: 65_536, initial_radius_m: None, alpha: 2.0 / 3.0 }
+        Self { photons_per_pass: 65_536, initial_radius_m: None, alpha: 2.0 / 3.0, radius: Radius::Schedule }
     }
 }
-
-/// Share of the shortest edge of the room that is the default first radius.
-const DEFAULT_RADIUS_SHARE: f64 = 0.05;
 
 /// Photons at each diffuser, and points of each luminaire in a square of strata, to which a sensor is connected.
 const SENSOR_CONNECTIONS: usize = 256;
@@ -54,37 +56,32 @@ const SENSOR_STREAM: u64 = 1 << 33;
 pub struct Sppm<const C: usize> {
     mapper: Mapper<C>,
     views: Vec<View>,
-    initial_radius: f64,
-    alpha: f64,
+    radii: Radii,
     seed: Key,
 }
 
 impl<const C: usize> Sppm<C> {
     pub fn new(kernel: Arc<Kernel>, grids: &[Grid], views: &[View], settings: &Settings, seed: u64) -> Self {
         Self {
-            initial_radius: settings.initial_radius_m.unwrap_or(DEFAULT_RADIUS_SHARE * kernel.size.min_element()),
+            radii: Radii::new(settings.radius, settings.initial_radius_m, settings.alpha, kernel.size),
             mapper: Mapper::new(kernel, grids, !views.is_empty(), settings.photons_per_pass),
             views: views.to_vec(),
-            alpha: settings.alpha,
             seed: Key::new(seed),
         }
     }
 
-    /// Gather radius of a pass in metres: r_1 sqrt(prod_{k=1..i} (k + alpha) / (k + 1)), Knaus and Zwicker 2011.
-    fn radius(&self, pass: u64) -> f64 {
-        // the product is Gamma(i + 1 + alpha) / (Gamma(1 + alpha) Gamma(i + 2)) with i passes before
-        let i = pass as f64;
-        let ln_gamma = statrs::function::gamma::ln_gamma;
-        let log = ln_gamma(i + 1.0 + self.alpha) - ln_gamma(1.0 + self.alpha) - ln_gamma(i + 2.0);
-        self.initial_radius * (0.5 * log).exp()
-    }
-
-    /// One grid of one pass.
-    fn grid(&self, number: usize, maps: &Maps<C>, key: Key) -> GridPass {
+    /// One grid of one pass, and what its sensors carry on.
+    fn grid(
+        &self,
+        number: usize,
+        maps: &Maps<C>,
+        before: &[PointStatistics],
+        key: Key,
+    ) -> (GridPass, Vec<PointStatistics>) {
         let mapper = &self.mapper;
         let grid = &mapper.grids[number];
         let stream = key.child(SENSOR_STREAM + number as u64);
-        let values: Vec<(f64, f64)> = (0..grid.len())
+        let values: Vec<[f64; 3]> = (0..grid.len())
             .into_par_iter()
             .map(|index| {
                 let mut random = PathRandom::new(stream.child(index as u64));
@@ -98,32 +95,67 @@ impl<const C: usize> Sppm<C> {
                 let direct =
                     mapper.diffuser_irradiance(maps, sensor, DVec3::Z, NO_SURFACE, SENSOR_CONNECTIONS, &mut random);
                 let electric = mapper.luminaire_irradiance(sensor, DVec3::Z, NO_SURFACE, SENSOR_STRATA, &mut random);
-                let gathered = mapper.plane_irradiance(maps, number, sensor);
-                (direct.luminance() + electric.luminance() + gathered.irradiance.luminance(), gathered.bias)
+                let radius = before.get(index).map_or(maps.radius, PointStatistics::radius_m);
+                let gathered = mapper.plane_irradiance(maps, radius, number, sensor);
+                let lux = direct.luminance() + electric.luminance() + gathered.irradiance.luminance();
+                [lux, gathered.bias, gathered.found]
             })
             .collect();
-        let (illuminance, bias) = values.into_iter().unzip();
-        GridPass { illuminance, bias }
+        let (illuminance, bias) = values.iter().map(|[lux, bias, _]| (*lux, *bias)).unzip();
+        let after = self.radii.after(before, values.iter().map(|[.., found]| *found));
+        (GridPass { illuminance, bias, ..GridPass::default() }, after)
     }
 
-    /// One view of one pass.
-    fn view(&self, number: usize, maps: &Maps<C>, key: Key, cancel: &AtomicBool) -> Option<ViewPass> {
+    /// One view of one pass, and what its pixels carry on; `None` when cancelled.
+    fn view(
+        &self,
+        number: usize,
+        maps: &Maps<C>,
+        before: &[PointStatistics],
+        key: Key,
+        cancel: &AtomicBool,
+    ) -> Option<(ViewPass, Vec<PointStatistics>)> {
         let (mapper, view) = (&self.mapper, &self.views[number]);
-        eye::view(view, key.child(EYE_STREAM + number as u64), cancel, |direction, _, random| {
-            eye::luminance(mapper, maps, view.eye, direction, random, |hit, surface, _, random| {
-                mapper.irradiance(maps, hit.position, hit.normal, surface, random)
+        let seen = eye::pixels(view, cancel, |pixel, place| {
+            let mut random = PathRandom::new(key.child(EYE_STREAM + number as u64).child(pixel as u64));
+            let direction = eye::direction(view, place, random.uniform2());
+            let radius = before.get(pixel).map_or(maps.radius, PointStatistics::radius_m);
+            let mut random = EyeRandom::new(random);
+            eye::luminance(mapper, maps, view.eye, direction, &mut random, |hit, surface, _, random| {
+                mapper.irradiance(maps, radius, hit.position, hit.normal, surface, random)
             })
-        })
+        })?;
+        let after = self.radii.after(before, seen.iter().map(|pixel| pixel.found));
+        Some((ViewPass::of(&seen), after))
     }
 }
 
 impl<const C: usize> Integrator for Sppm<C> {
     fn pass(&self, pass: u64, cancel: &AtomicBool) -> Option<Pass> {
+        self.pass_after(pass, &Carried::default(), cancel)
+    }
+
+    fn start(&self) -> Pass {
+        let grids = self.mapper.grids.iter().map(Grid::len);
+        let views = self.views.iter().map(|view| view.size_px[0] * view.size_px[1]);
+        Pass { carried: self.radii.start(grids, views), ..Pass::default() }
+    }
+
+    fn pass_after(&self, pass: u64, before: &Carried, cancel: &AtomicBool) -> Option<Pass> {
         let key = self.seed.child(pass);
-        let radius = self.radius(pass);
-        let (maps, account) = self.mapper.maps(key, radius, cancel)?;
-        let grids = (0..self.mapper.grids.len()).map(|number| self.grid(number, &maps, key)).collect();
-        let views = (0..self.views.len()).map(|number| self.view(number, &maps, key, cancel)).collect::<Option<_>>()?;
-        Some(Pass { grids, views, account, photons: self.mapper.photons() })
+        let before = before.or(|| self.start().carried);
+        let (maps, account) = self.mapper.maps(key, self.radii.scheduled(pass), cancel)?;
+        let mut result = Pass { account, photons: self.mapper.photons(), ..Pass::default() };
+        for number in 0..self.mapper.grids.len() {
+            let (grid, after) = self.grid(number, &maps, before.grid(number), key);
+            result.grids.push(grid);
+            result.carried.add_grid(after);
+        }
+        for number in 0..self.views.len() {
+            let (view, after) = self.view(number, &maps, before.view(number), key, cancel)?;
+            result.views.push(view);
+            result.carried.add_view(after);
+        }
+        Some(result)
     }
 }

@@ -17,6 +17,7 @@ use crate::integrator::bidirectional::Bidirectional;
 use crate::integrator::light_tracing::LightTracing;
 use crate::integrator::luminaire::LuminaireKernel;
 use crate::integrator::path_tracing::PathTracing;
+use crate::integrator::ppm::Ppm;
 use crate::integrator::sppm::Sppm;
 use crate::integrator::{Integrator, Kernel, Method, deterministic};
 use crate::plan::{self, Effects, Methods, Plan};
@@ -93,7 +94,7 @@ pub trait Observer: Sync {
 
 /// A rendered range of passes.
 pub struct Chunk {
-    /// Of these passes alone: merge onto the estimate of all earlier chunks.
+    /// Of these passes alone, but for what passes hand on: merge onto the estimate of all earlier chunks.
     pub estimate: Estimate,
     pub seconds: f64,
     /// The chunk was cut short: cancelled, or out of seconds. The job ends with it.
@@ -194,9 +195,25 @@ impl Engine {
         }
     }
 
-    /// Adds pass `number` to an estimate; false when cancelled.
+    /// Prepares an estimate of no passes.
+    fn begin(&self, estimate: &mut Estimate) {
+        match self {
+            Self::Dark | Self::Solver(_) => {}
+            Self::Shared(integrator) => {
+                let start = integrator.start();
+                estimate.begin(Some(&start), Some(&start));
+            }
+            Self::Separate { grids, views } => {
+                let [grids, views] = [grids, views].map(|method| method.as_ref().map(|method| method.start()));
+                estimate.begin(grids.as_ref(), views.as_ref());
+            }
+        }
+    }
+
+    /// Adds pass `number` to an estimate of those before it; false when cancelled.
     fn add_pass(&self, number: u64, estimate: &mut Estimate, cancel: &AtomicBool) -> bool {
-        let run = |integrator: &dyn Integrator| integrator.pass(number, cancel);
+        let run =
+            |integrator: &dyn Integrator, estimate: &Estimate| integrator.pass_after(number, &estimate.carried, cancel);
         match self {
             Self::Dark => {
                 let dark = estimate.dark_pass();
@@ -207,12 +224,12 @@ impl Engine {
                 estimate.push_solution(&solution);
             }
             Self::Shared(integrator) => {
-                let Some(pass) = run(integrator.as_ref()) else { return false };
+                let Some(pass) = run(integrator.as_ref(), estimate) else { return false };
                 estimate.push(Some(&pass), Some(&pass));
             }
             Self::Separate { grids, views } => {
-                let grid_pass = grids.as_ref().map(|integrator| run(integrator.as_ref()));
-                let view_pass = views.as_ref().map(|integrator| run(integrator.as_ref()));
+                let grid_pass = grids.as_ref().map(|integrator| run(integrator.as_ref(), estimate));
+                let view_pass = views.as_ref().map(|integrator| run(integrator.as_ref(), estimate));
                 if matches!(grid_pass, Some(None)) || matches!(view_pass, Some(None)) {
                     return false;
                 }
@@ -233,6 +250,7 @@ fn integrator<const C: usize>(
 ) -> Option<Box<dyn Integrator>> {
     match method {
         Method::LightTracing(settings) => Some(Box::new(LightTracing::<C>::new(kernel, grids, settings, seed))),
+        Method::Ppm(settings) => Some(Box::new(Ppm::<C>::new(kernel, grids, views, settings, seed))),
         Method::Sppm(settings) => Some(Box::new(Sppm::<C>::new(kernel, grids, views, settings, seed))),
         Method::PathTracing(settings) => Some(Box::new(PathTracing::<C>::new(kernel, grids, views, settings, seed))),
         Method::Bidirectional(settings) => {
@@ -290,6 +308,7 @@ impl Prepared {
         observer: &dyn Observer,
     ) -> Result<Chunk, RenderError> {
         let mut estimate = self.empty_estimate();
+        estimate.carried.clone_from(&before.carried);
         let mut ended = None;
         for pass in passes {
             if !self.engine.add_pass(pass, &mut estimate, cancel) {
@@ -325,13 +344,15 @@ impl Prepared {
         }
     }
 
-    /// An estimate of no passes.
     pub fn grids(&self) -> &[Grid] {
         &self.scene.grids
     }
 
+    /// An estimate of no passes.
     pub fn empty_estimate(&self) -> Estimate {
-        Estimate::empty(&self.scene)
+        let mut estimate = Estimate::empty(&self.scene);
+        self.engine.begin(&mut estimate);
+        estimate
     }
 
     /// Whether the job is done after chunk `index` with everything merged into `merged`.

@@ -1,6 +1,6 @@
 //! From effects to methods.
 
-use crate::integrator::{Kernel, Method, bidirectional, deterministic, light_tracing, path_tracing, sppm};
+use crate::integrator::{Kernel, Method, bidirectional, deterministic, light_tracing, path_tracing, ppm, sppm};
 use crate::scene::{EstimateKind, Scene};
 
 /// Which method computes the grids and which the views; `None` where the job has no such output.
@@ -61,8 +61,11 @@ impl Methods {
                 }
                 (choice(method.clone(), requested), None)
             }
-            MethodRequest::Method(method @ Method::Sppm(_)) => {
-                (choice(method.clone(), requested), choice(method.clone(), requested))
+            MethodRequest::Method(
+                method @ (Method::Ppm(ppm::Settings { radius, .. }) | Method::Sppm(sppm::Settings { radius, .. })),
+            ) => {
+                let reason = format!("{requested}; {}", radius.reason());
+                (choice(method.clone(), &reason), choice(method.clone(), &reason))
             }
             MethodRequest::Method(method @ Method::PathTracing(_)) => {
                 if let Some(reason) = path_tracing::refuses(kernel) {

@@ -39,6 +39,12 @@ pub fn seconds_per_pass(scene: &Scene, plan: &Plan) -> f64 {
         }
         Method::Holigilm => 1.0 + 1e-3 * sensors as f64,
         Method::Jenkins(_) => 0.1e-6 * sensors as f64,
+        Method::Ppm(settings) => {
+            let rays = settings.samples_per_pixel as f64 * pixels as f64;
+            settings.photons_per_pass as f64 * (per_path + 0.5e-6)
+                + 2.5e-6 * rays
+                + (30e-6 + 2e-6 * f64::from(settings.samples_per_sensor)) * sensors as f64
+        }
         Method::Sppm(settings) => {
             settings.photons_per_pass as f64 * (per_path + 0.5e-6) + 2.5e-6 * pixels as f64 + 30e-6 * sensors as f64
         }

@@ -346,9 +346,9 @@ impl<const C: usize> Integrator for Bidirectional<C> {
                 account.rays += rays;
             }
         }
-        let grids = grids.into_iter().map(|illuminance| GridPass { illuminance, bias: Vec::new() }).collect();
-        let views = views.into_iter().map(|luminance| ViewPass { luminance, bias: Vec::new() }).collect();
-        Some(Pass { grids, views, account, photons: self.emission.photons() })
+        let grids = grids.into_iter().map(|illuminance| GridPass { illuminance, ..GridPass::default() }).collect();
+        let views = views.into_iter().map(|luminance| ViewPass { luminance, ..ViewPass::default() }).collect();
+        Some(Pass { grids, views, account, photons: self.emission.photons(), ..Pass::default() })
     }
 }
 

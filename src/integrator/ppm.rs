@@ -1,0 +1,360 @@
+//! Progressive photon mapping (Hachisuka, Ogaki and Jensen 2008).
+//!
+//! Visible points are the same in every pass: those of a fixed set of eye rays of each pixel, one in each of its strata, and
+//! sensors, or of cell averages fixed points of each cell. They are not stored: their random numbers do not depend on the
+//! pass, so that they are found again. Photons and connections to them are new in every pass. Radii shrink as `progressive`
+//! says, photons are gathered as in `sppm`.
+//!
+//! What converges is the mean over the fixed points of a pixel or a cell, which differs from the mean over all of it by a
+//! sampling error that no pass brings down. Contrasts tell it: in a block of 2 x 2 strata the mean of the points on one
+//! diagonal less that on the other is zero in the mean where light changes linearly, and half of it has the variance of the
+//! block's mean, or more. Like the bias, a contrast is averaged over passes, and its square, less what the noise of the
+//! passes adds to it, is part of the squared error.
+
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::eye::{self, EyeRandom};
+use super::kernel::{Kernel, NO_SURFACE};
+use super::photon_maps::{Gathered, Mapper, Maps};
+use super::progressive::{Carried, PointStatistics, Radii, Radius};
+use super::{GridPass, Integrator, Pass, ViewPass};
+use crate::optics::Spectrum;
+use crate::sampling::{Key, PathRandom};
+use crate::scene::{EstimateKind, Grid, View};
+
+/// Settings of the method.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Settings {
+    /// Photons emitted per pass, all tubes and sources together; 64..=16_777_216.
+    pub photons_per_pass: u64,
+    /// Gather radius of the first pass in metres; `None`: a twentieth of the room's shortest edge.
+    pub initial_radius_m: Option<f64>,
+    /// As of `sppm`.
+    pub alpha: f64,
+    pub radius: Radius,
+    /// Fixed points of each cell of cell averages, 2..=65_536.
+    pub samples_per_sensor: u32,
+    /// Fixed eye rays of each pixel, 2..=4096.
+    pub samples_per_pixel: u32,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self {
+            photons_per_pass: 65_536,
+            initial_radius_m: None,
+            alpha: 2.0 / 3.0,
+            radius: Radius::Schedule,
+            samples_per_sensor: 16,
+            samples_per_pixel: 4,
+        }
+    }
+}
+
+/// Photons at each diffuser, and points of each luminaire along the side of a square of strata, to which the points of a
+/// sensor are connected: shared by them, but at least so many each.
+const SENSOR_CONNECTIONS: usize = 256;
+const SENSOR_STRATA: usize = 8;
+const LEAST_CONNECTIONS: usize = 16;
+const LEAST_STRATA: usize = 2;
+
+/// Streams of random numbers within a pass, and of what is the same in all of them.
+const EYE_STREAM: u64 = 1 << 32;
+const SENSOR_STREAM: u64 = 1 << 33;
+const FIXED: u64 = u64::MAX;
+
+/// The method on one scene; `C` channels of light.
+#[derive(Debug)]
+pub struct Ppm<const C: usize> {
+    mapper: Mapper<C>,
+    views: Vec<View>,
+    radii: Radii,
+    per_cell: Strata,
+    per_pixel: Strata,
+    seed: Key,
+}
+
+/// Points of a unit square, one in each of columns x rows strata.
+#[derive(Clone, Copy, Debug)]
+struct Strata {
+    columns: usize,
+    rows: usize,
+}
+
+impl Strata {
+    const ONE: Self = Self { columns: 1, rows: 1 };
+
+    /// As square as `count` allows.
+    fn new(count: u32) -> Self {
+        let count = count as usize;
+        let rows = (1..=count.isqrt()).rev().find(|rows| count.is_multiple_of(*rows)).unwrap_or(1);
+        Self { columns: count / rows, rows }
+    }
+
+    fn count(self) -> usize {
+        self.columns * self.rows
+    }
+
+    /// The point at coordinates 0..1 of a stratum.
+    fn point(self, number: usize, [x, y]: [f64; 2]) -> [f64; 2] {
+        let (column, row) = (number % self.columns, number / self.columns);
+        [(column as f64 + x) / self.columns as f64, (row as f64 + y) / self.rows as f64]
+    }
+
+    /// Blocks of 2 x 2 strata, larger where their number is odd, along columns and rows.
+    fn blocks(self) -> [usize; 2] {
+        [self.columns, self.rows].map(|strata| (strata / 2).max(1))
+    }
+
+    /// Contrasts of the points' values, one for each block; none of a single point. Their squares add up to the variance of
+    /// the mean of all, or more: of a block with a values on one colour of a chequerboard and b on the other, independent
+    /// and of one variance s^2, the difference of the two means has the variance s^2 (a + b) / (a b), and the block adds
+    /// s^2 (a + b) / n^2 to the variance of the mean of all n.
+    fn contrasts(self, values: &[f64]) -> Vec<f64> {
+        if self.count() < 2 {
+            return Vec::new();
+        }
+        let [across, down] = self.blocks();
+        let mut sums = vec![[(0.0, 0.0); 2]; across * down];
+        for (number, value) in values.iter().enumerate() {
+            let (column, row) = (number % self.columns, number / self.columns);
+            let block = (row / 2).min(down - 1) * across + (column / 2).min(across - 1);
+            let (sum, count) = &mut sums[block][(column + row) % 2];
+            *sum += value;
+            *count += 1.0;
+        }
+        let n = self.count() as f64;
+        sums.iter()
+            .map(|[(a, count_a), (b, count_b)]| (a / count_a - b / count_b) * (count_a * count_b).sqrt() / n)
+            .collect()
+    }
+
+    fn contrast_count(self) -> usize {
+        if self.count() < 2 { 0 } else { self.blocks().iter().product() }
+    }
+}
+
+/// What the points of a sensor or a pixel found.
+struct Mean<const C: usize> {
+    value: Gathered<C>,
+    contrasts: Vec<f64>,
+    /// Photons, per point.
+    found: Vec<f64>,
+}
+
+impl<const C: usize> Mean<C> {
+    fn new(strata: Strata, points: impl Iterator<Item = Gathered<C>>) -> Self {
+        let points: Vec<_> = points.collect();
+        let share = 1.0 / points.len() as f64;
+        let mut value = Gathered::NOTHING;
+        for point in &points {
+            value.irradiance += point.irradiance * share;
+            value.bias += point.bias * share;
+        }
+        let luminances: Vec<f64> = points.iter().map(|point| point.irradiance.luminance()).collect();
+        Self {
+            value,
+            contrasts: strata.contrasts(&luminances),
+            found: points.iter().map(|point| point.found).collect(),
+        }
+    }
+}
+
+impl<const C: usize> Ppm<C> {
+    pub fn new(kernel: Arc<Kernel>, grids: &[Grid], views: &[View], settings: &Settings, seed: u64) -> Self {
+        Self {
+            radii: Radii::new(settings.radius, settings.initial_radius_m, settings.alpha, kernel.size),
+            mapper: Mapper::new(kernel, grids, !views.is_empty(), settings.photons_per_pass),
+            views: views.to_vec(),
+            per_cell: Strata::new(settings.samples_per_sensor),
+            per_pixel: Strata::new(settings.samples_per_pixel),
+            seed: Key::new(seed),
+        }
+    }
+
+    fn strata_of(&self, grid: &Grid) -> Strata {
+        match grid.estimate {
+            EstimateKind::Point => Strata::ONE,
+            EstimateKind::CellAverage => self.per_cell,
+        }
+    }
+
+    /// One grid of one pass, and what its points carry on.
+    fn grid(
+        &self,
+        number: usize,
+        maps: &Maps<C>,
+        before: &[PointStatistics],
+        key: Key,
+    ) -> (GridPass, Vec<PointStatistics>) {
+        let grid = &self.mapper.grids[number];
+        let strata = self.strata_of(grid);
+        let [fixed, key] = [self.seed.child(FIXED), key].map(|key| key.child(SENSOR_STREAM + number as u64));
+        let sensors: Vec<Mean<C>> = (0..grid.len())
+            .into_par_iter()
+            .map(|index| {
+                let (i, j) = (index % grid.cells[0], index / grid.cells[0]);
+                let centre = DVec3::new(grid.x_m[i], grid.y_m[j], grid.height_m);
+                let points = index * strata.count()..(index + 1) * strata.count();
+                let found = points.enumerate().map(|(stratum, point)| {
+                    let mut sensor = centre;
+                    if strata.count() > 1 {
+                        let jitter = PathRandom::new(fixed.child(point as u64)).uniform2();
+                        let [x, y] = strata.point(stratum, jitter);
+                        sensor.x += (x - 0.5) * grid.cell_size_m[0];
+                        sensor.y += (y - 0.5) * grid.cell_size_m[1];
+                    }
+                    let radius = before.get(point).map_or(maps.radius, PointStatistics::radius_m);
+                    self.sensor(number, maps, sensor, radius, strata, &mut PathRandom::new(key.child(point as u64)))
+                });
+                Mean::new(strata, found)
+            })
+            .collect();
+        let pass = GridPass {
+            illuminance: sensors.iter().map(|sensor| sensor.value.irradiance.luminance()).collect(),
+            bias: sensors.iter().map(|sensor| sensor.value.bias).collect(),
+            contrasts: sensors.iter().flat_map(|sensor| &sensor.contrasts).copied().collect(),
+        };
+        (pass, self.radii.after(before, sensors.iter().flat_map(|sensor| &sensor.found).copied()))
+    }
+
+    /// Illuminance of one point of a grid.
+    fn sensor(
+        &self,
+        number: usize,
+        maps: &Maps<C>,
+        sensor: DVec3,
+        radius: f64,
+        strata: Strata,
+        random: &mut PathRandom,
+    ) -> Gathered<C> {
+        let connections = (SENSOR_CONNECTIONS / strata.count()).max(LEAST_CONNECTIONS);
+        let luminaire_strata = (SENSOR_STRATA / strata.rows).max(LEAST_STRATA);
+        let mut gathered = self.mapper.plane_irradiance(maps, radius, number, sensor);
+        let direct: Spectrum<C> =
+            self.mapper.diffuser_irradiance(maps, sensor, DVec3::Z, NO_SURFACE, connections, random);
+        gathered.irradiance += direct;
+        gathered.irradiance += self.mapper.luminaire_irradiance(sensor, DVec3::Z, NO_SURFACE, luminaire_strata, random);
+        gathered
+    }
+
+    /// One view of one pass, and what its points carry on; `None` when cancelled.
+    fn view(
+        &self,
+        number: usize,
+        maps: &Maps<C>,
+        before: &[PointStatistics],
+        key: Key,
+        cancel: &AtomicBool,
+    ) -> Option<(ViewPass, Vec<PointStatistics>)> {
+        let (mapper, view, strata) = (&self.mapper, &self.views[number], self.per_pixel);
+        let [fixed, key] = [self.seed.child(FIXED), key].map(|key| key.child(EYE_STREAM + number as u64));
+        let pixels = eye::pixels(view, cancel, |pixel, place| {
+            let rays = pixel * strata.count()..(pixel + 1) * strata.count();
+            let seen = rays.enumerate().map(|(stratum, ray)| {
+                let mut way = PathRandom::new(fixed.child(ray as u64));
+                let direction = eye::direction(view, place, strata.point(stratum, way.uniform2()));
+                let radius = before.get(ray).map_or(maps.radius, PointStatistics::radius_m);
+                let mut random = EyeRandom::fixed(way, PathRandom::new(key.child(ray as u64)));
+                eye::luminance(mapper, maps, view.eye, direction, &mut random, |hit, surface, _, random| {
+                    mapper.irradiance(maps, radius, hit.position, hit.normal, surface, random)
+                })
+            });
+            Mean::new(strata, seen)
+        })?;
+        let values: Vec<Gathered<C>> = pixels.iter().map(|pixel| pixel.value).collect();
+        let contrasts = pixels.iter().flat_map(|pixel| &pixel.contrasts).copied().collect();
+        let after = self.radii.after(before, pixels.iter().flat_map(|pixel| &pixel.found).copied());
+        Some((ViewPass { contrasts, ..ViewPass::of(&values) }, after))
+    }
+}
+
+impl<const C: usize> Integrator for Ppm<C> {
+    fn pass(&self, pass: u64, cancel: &AtomicBool) -> Option<Pass> {
+        self.pass_after(pass, &Carried::default(), cancel)
+    }
+
+    fn start(&self) -> Pass {
+        let of_grids = || self.mapper.grids.iter().map(|grid| (grid.len(), self.strata_of(grid)));
+        let of_views = || self.views.iter().map(|view| (view.size_px[0] * view.size_px[1], self.per_pixel));
+        let points = |(count, strata): (usize, Strata)| count * strata.count();
+        let contrasts = |(count, strata): (usize, Strata)| vec![0.0; count * strata.contrast_count()];
+        Pass {
+            grids: of_grids().map(|of| GridPass { contrasts: contrasts(of), ..GridPass::default() }).collect(),
+            views: of_views().map(|of| ViewPass { contrasts: contrasts(of), ..ViewPass::default() }).collect(),
+            carried: self.radii.start(of_grids().map(points), of_views().map(points)),
+            ..Pass::default()
+        }
+    }
+
+    fn pass_after(&self, pass: u64, before: &Carried, cancel: &AtomicBool) -> Option<Pass> {
+        let key = self.seed.child(pass);
+        let before = before.or(|| self.start().carried);
+        let (maps, account) = self.mapper.maps(key, self.radii.scheduled(pass), cancel)?;
+        let mut result = Pass { account, photons: self.mapper.photons(), ..Pass::default() };
+        for number in 0..self.mapper.grids.len() {
+            let (grid, after) = self.grid(number, &maps, before.grid(number), key);
+            result.grids.push(grid);
+            result.carried.add_grid(after);
+        }
+        for number in 0..self.views.len() {
+            let (view, after) = self.view(number, &maps, before.view(number), key, cancel)?;
+            result.views.push(view);
+            result.carried.add_view(after);
+        }
+        Some(result)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::statistics::Moments;
+
+    #[test]
+    fn strata_are_as_square_as_can_be() {
+        for (count, shape, contrasts) in
+            [(2, [2, 1], 1), (4, [2, 2], 1), (6, [3, 2], 1), (7, [7, 1], 3), (16, [4, 4], 4)]
+        {
+            let strata = Strata::new(count);
+            assert_eq!([strata.columns, strata.rows], shape);
+            assert_eq!(strata.contrasts(&vec![0.0; count as usize]).len(), contrasts);
+            assert_eq!(strata.contrast_count(), contrasts);
+        }
+        assert!(Strata::ONE.contrasts(&[1.0]).is_empty() && Strata::ONE.contrast_count() == 0);
+    }
+
+    /// Over many pixels the mean of the squared contrasts is the variance of the mean of a pixel's points: for an edge across
+    /// it, light that changes linearly, and noise; 4 standard errors. Where strata cannot be paired diagonally it is more.
+    #[test]
+    fn contrasts_tell_the_sampling_error() {
+        let edge = |[x, y]: [f64; 2]| if 0.8 * x + 0.6 * y < 0.55 { 3.0 } else { 1.0 };
+        let slope = |[x, y]: [f64; 2]| 5.0 + 2.0 * x - 3.0 * y;
+        for (name, light) in [("edge", &edge as &dyn Fn([f64; 2]) -> f64), ("slope", &slope)] {
+            for count in [2, 4, 6, 7, 9, 16] {
+                let strata = Strata::new(count);
+                let mut random = PathRandom::new(Key::new(u64::from(count)));
+                let (mut means, mut told) = (Moments::default(), Moments::default());
+                for _ in 0..20_000 {
+                    let values: Vec<f64> =
+                        (0..strata.count()).map(|number| light(strata.point(number, random.uniform2()))).collect();
+                    means.push(values.iter().sum::<f64>() / f64::from(count));
+                    told.push(strata.contrasts(&values).iter().map(|contrast| contrast * contrast).sum());
+                }
+                let variance = means.m2 / (means.count - 1.0);
+                let ratio = told.mean / variance;
+                println!("{name} {count}: {ratio}");
+                // a variance of so many values is known within 1.5 %
+                let error = 4.0 * (told.standard_error() / variance).hypot(0.015 * ratio);
+                assert!(ratio > 1.0 - error, "{name} {count}: {ratio}");
+                if name == "slope" && [4, 16].contains(&count) {
+                    assert!(ratio < 1.0 + error, "{name} {count}: {ratio}");
+                }
+            }
+        }
+    }
+}
