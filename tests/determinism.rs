@@ -5,6 +5,7 @@ mod reference;
 
 use documents::{Quiet, prepare};
 use serde_json::json;
+use skyduct::integrator::progressive::Carried;
 use skyduct::job::run::{Prepared, decode, encode, merge};
 
 /// Chunks 0..`chunks` on a pool of `threads`; through a checkpoint after every chunk when `interrupted`.
@@ -31,7 +32,7 @@ fn scenes() -> Vec<(&'static str, Prepared)> {
                            "surface": { "reflectance": [0.3, 0.5, 0.4] } }]);
     let mesh = json!({ "kind": "mesh", "mesh": "block.obj", "unit": "cm", "position_m": [0.5, 0.4, 0], "rotation_deg": 5,
                        "surfaces": { "side": { "reflectance": 0.4 }, "top": { "reflectance": [0.2, 0.5, 0.7] } } });
-    ["S1", "S2", "S3", "S3_mesh", "S4", "S1 glossy", "S2 glossy", "S3 paths"]
+    ["S1", "S2", "S3", "S3_mesh", "S4", "S1 glossy", "S2 glossy", "S3 paths", "S2 fixed", "S1 ppm", "S2 sppm"]
         .into_iter()
         .map(|case| {
             let (scene, kind) = case.split_once(' ').unwrap_or((case, ""));
@@ -51,6 +52,12 @@ fn scenes() -> Vec<(&'static str, Prepared)> {
                 if scene == "S2" {
                     document["room"]["objects"] = objects.clone();
                     document["method"] = json!({ "kind": "sppm", "photons_per_pass": 5000 });
+                }
+                if kind == "fixed" {
+                    document["method"] = json!({ "kind": "ppm", "photons_per_pass": 5000 });
+                }
+                if kind == "ppm" || kind == "sppm" {
+                    document["method"] = json!({ "kind": kind, "photons_per_pass": 5000, "radius": "per_point" });
                 }
                 if glossy {
                     // points are connected to this lobe
@@ -72,6 +79,36 @@ fn bits_do_not_depend_on_threads_or_checkpoints() {
         let calm = bits(&prepared, 2, 1, false);
         assert_eq!(calm, bits(&prepared, 2, 2, false), "{scene}: 2 threads");
         assert_eq!(calm, bits(&prepared, 2, 5, true), "{scene}: 5 threads, interrupted");
+    }
+}
+
+/// Statistics of points go on from chunk to chunk, and through a checkpoint, as if there were no chunks; radii have shrunk
+/// with what was found.
+#[test]
+fn statistics_go_on_over_chunks() {
+    for (scene, prepared) in scenes().into_iter().filter(|(case, _)| case.ends_with("ppm")) {
+        let mut merged = prepared.empty_estimate();
+        let start = merged.carried.clone();
+        let mut half = None;
+        for index in 0..2 {
+            let chunk = prepared.render_chunk(index, &merged, 0.0, &Quiet).unwrap();
+            merge(&mut merged, &chunk.estimate);
+            merged = decode(&prepared, &encode(&merged)).unwrap();
+            half.get_or_insert_with(|| merged.carried.clone());
+        }
+        let points =
+            |carried: &Carried| carried.grids.iter().chain(&carried.views).flatten().copied().collect::<Vec<_>>();
+        let (start, half, end) = (points(&start), points(&half.unwrap()), points(&merged.carried));
+        assert!(start.len() == half.len() && start.len() >= 20 + 9 + 960, "{scene}: {}", start.len());
+        let mut shrunk = 0;
+        for point in 0..start.len() {
+            let [first, then, last] = [&start, &half, &end].map(|points| points[point]);
+            assert!(first.photons == 0.0 && then.photons <= last.photons, "{scene}");
+            assert!(first.radius_squared >= then.radius_squared && then.radius_squared >= last.radius_squared);
+            shrunk +=
+                usize::from(then.radius_squared > last.radius_squared && first.radius_squared > then.radius_squared);
+        }
+        assert!(2 * shrunk > start.len(), "{scene}: {shrunk} of {}", start.len());
     }
 }
 

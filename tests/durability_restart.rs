@@ -64,8 +64,15 @@ fn job() -> Value {
     job
 }
 
-async fn submit(server: &Server) -> String {
-    let response = client().post(format!("{}/v1/jobs", server.url)).json(&job()).send().await.unwrap();
+/// The same whose passes depend on those before.
+fn job_with_statistics() -> Value {
+    let mut job = job();
+    job["method"] = json!({ "kind": "ppm", "photons_per_pass": 20_000, "radius": "per_point" });
+    job
+}
+
+async fn submit(server: &Server, job: &Value) -> String {
+    let response = client().post(format!("{}/v1/jobs", server.url)).json(job).send().await.unwrap();
     assert_eq!(response.status(), StatusCode::ACCEPTED);
     response.headers()["location"].to_str().unwrap().to_owned()
 }
@@ -106,10 +113,10 @@ async fn status(server: &Server, job: &str) -> Value {
     client().get(format!("{}{job}", server.url)).send().await.unwrap().json().await.unwrap()
 }
 
-async fn undisturbed(threads: &str) -> BTreeMap<&'static str, Vec<u8>> {
+async fn undisturbed(job: &Value, threads: &str) -> BTreeMap<&'static str, Vec<u8>> {
     let data = tempfile::tempdir().unwrap();
     let server = Server::start(data.path(), threads);
-    let path = submit(&server).await;
+    let path = submit(&server, job).await;
     follow(&server, &path, u64::MAX).await;
     assert_eq!(status(&server, &path).await["status"], "succeeded");
     let files = result_files(&server, &path).await;
@@ -119,10 +126,19 @@ async fn undisturbed(threads: &str) -> BTreeMap<&'static str, Vec<u8>> {
 
 #[tokio::test]
 async fn killed_in_mid_job_the_result_is_the_same_to_the_bit() {
-    let expected = undisturbed("2").await;
+    killed_in_mid_job(&job()).await;
+}
+
+#[tokio::test]
+async fn statistics_of_points_survive_a_kill() {
+    killed_in_mid_job(&job_with_statistics()).await;
+}
+
+async fn killed_in_mid_job(submitted: &Value) {
+    let expected = undisturbed(submitted, "2").await;
     let data = tempfile::tempdir().unwrap();
     let mut server = Server::start(data.path(), "2");
-    let path = submit(&server).await;
+    let path = submit(&server, submitted).await;
     for passes in [3, 13, 40, 41] {
         follow(&server, &path, passes).await;
         server.kill();
@@ -158,9 +174,11 @@ async fn killed_in_mid_job_the_result_is_the_same_to_the_bit() {
 
 #[tokio::test]
 async fn one_and_two_threads_give_the_same_bits() {
-    let (one, two) = (undisturbed("1").await, undisturbed("2").await);
-    for (name, bytes) in &one {
-        assert!(two[name] == *bytes, "{name} differs");
+    for job in [job(), job_with_statistics()] {
+        let (one, two) = (undisturbed(&job, "1").await, undisturbed(&job, "2").await);
+        for (name, bytes) in &one {
+            assert!(two[name] == *bytes, "{name} differs");
+        }
     }
 }
 

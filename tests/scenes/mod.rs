@@ -8,6 +8,7 @@ use std::sync::atomic::AtomicBool;
 use glam::{DVec2, DVec3};
 use skyduct::estimate::{Estimate, FilmEstimate};
 use skyduct::integrator::light_tracing::{self, LightTracing};
+use skyduct::integrator::ppm::{self, Ppm};
 use skyduct::integrator::sppm::{self, Sppm};
 use skyduct::integrator::{Integrator, Kernel};
 use skyduct::optics::{Collector, Diffuser, MeasuredDiffuser, Specular, Surface};
@@ -96,11 +97,15 @@ pub fn sppm(scene: &Scene, settings: &sppm::Settings, seed: u64) -> Sppm<1> {
     Sppm::new(kernel(scene), &scene.grids, &scene.views, settings, seed)
 }
 
+pub fn ppm(scene: &Scene, settings: &ppm::Settings, seed: u64) -> Ppm<1> {
+    Ppm::new(kernel(scene), &scene.grids, &scene.views, settings, seed)
+}
+
 /// Adds up passes 0..`passes` of one method.
 pub fn run(scene: &Scene, method: &dyn Integrator, passes: u64) -> Estimate {
     let mut estimate = Estimate::empty(scene);
     for pass in 0..passes {
-        let pass = method.pass(pass, &AtomicBool::new(false)).unwrap();
+        let pass = method.pass_after(pass, &estimate.carried, &AtomicBool::new(false)).unwrap();
         estimate.push(Some(&pass), Some(&pass));
     }
     assert_eq!(estimate.first_not_finite(), None);
