@@ -197,7 +197,7 @@ fn every_bound_names_its_field() {
         ("/views/0/up", json!([0, 0, 0]), "zero"),
         // method, stop, effects, seed
         ("/method", json!("light_tracing"), "grids only"),
-        ("/method", json!("bidirectional_path_tracing"), "not supported yet"),
+        ("/method", json!("two_stage"), "not supported yet"),
         ("/method", json!("magic"), "unknown variant"),
         ("/method/kind", json!("path_tracing"), "photons"),
         ("/method/samples_per_pixel", json!(4), "not a field of"),
