@@ -28,30 +28,6 @@ const SURE_REFLECTIONS: u32 = 8;
 /// Specular reflections of one eye ray; roulette lets a share of at most albedo^10000 come so far, 5e-5 for albedo 0.999.
 const MAX_REFLECTIONS: u32 = 10_000;
 
-/// The random numbers of an eye ray.
-#[derive(Debug)]
-pub struct EyeRandom {
-    way: PathRandom,
-    /// For connections to the photons of a pass, where the way is the same in every pass.
-    connections: Option<PathRandom>,
-}
-
-impl EyeRandom {
-    /// A way of its own in every pass.
-    pub fn new(random: PathRandom) -> Self {
-        Self { way: random, connections: None }
-    }
-
-    /// A way that is the same in every pass, and the pass' own connections.
-    pub fn fixed(way: PathRandom, connections: PathRandom) -> Self {
-        Self { way, connections: Some(connections) }
-    }
-
-    fn connections(&mut self) -> &mut PathRandom {
-        self.connections.as_mut().unwrap_or(&mut self.way)
-    }
-}
-
 /// Where an eye ray is inside the room: at once, or behind an open surface; `None` when something opaque closes the room
 /// where it would enter.
 pub fn enter_room(kernel: &Kernel, eye: DVec3, direction: DVec3) -> Option<DVec3> {
@@ -100,13 +76,13 @@ pub fn view<const C: usize>(
     view: &View,
     stream: Key,
     cancel: &AtomicBool,
-    luminance: impl Fn(DVec3, Key, &mut EyeRandom) -> Gathered<C> + Sync,
+    luminance: impl Fn(DVec3, Key, &mut PathRandom) -> Gathered<C> + Sync,
 ) -> Option<ViewPass> {
     let seen = pixels(view, cancel, |pixel, place| {
         let key = stream.child(pixel as u64);
         let mut random = PathRandom::new(key);
         let direction = direction(view, place, random.uniform2());
-        luminance(direction, key, &mut EyeRandom::new(random))
+        luminance(direction, key, &mut random)
     })?;
     Some(ViewPass::of(&seen))
 }
@@ -135,7 +111,7 @@ pub fn luminance<const C: usize>(
     maps: &Maps<C>,
     eye: DVec3,
     direction: DVec3,
-    random: &mut EyeRandom,
+    random: &mut PathRandom,
     mut irradiance: impl FnMut(&RoomHit, SurfaceId, Spectrum<C>, &mut PathRandom) -> Gathered<C>,
 ) -> Gathered<C> {
     // the sum of what diffuse parts send along the path
@@ -159,7 +135,7 @@ pub fn luminance<const C: usize>(
                 let Some(optics) = &kernel.surfaces[surface as usize] else { return seen };
                 if optics.gathers() {
                     let brdf = Spectrum::from_rgb(optics.reflectance) * (1.0 / PI);
-                    let part = irradiance(&hit, surface, weight, random.connections());
+                    let part = irradiance(&hit, surface, weight, random);
                     seen.found += part.found;
                     seen.bias += part.bias * (weight * brdf).luminance();
                     seen.irradiance += part.irradiance * weight * brdf;
@@ -167,19 +143,18 @@ pub fn luminance<const C: usize>(
                 let Some(specular) = &optics.specular else { return seen };
                 let reflectance = Spectrum::from_rgb(specular.reflectance);
                 if let Some(lobe) = &specular.lobe {
-                    let reflected =
-                        mapper.diffusers_in_lobe(maps, lobe, &hit, surface, -direction, random.connections());
+                    let reflected = mapper.diffusers_in_lobe(maps, lobe, &hit, surface, -direction, random);
                     seen.irradiance += reflected * weight * reflectance;
                 }
                 reflections += 1;
                 let survival = if reflections > SURE_REFLECTIONS { reflectance.max() } else { 1.0 };
-                if survival < 1.0 && random.way.uniform() >= survival {
+                if survival < 1.0 && random.uniform() >= survival {
                     return seen;
                 }
                 weight = weight * reflectance * (1.0 / survival);
-                let point = random.way.uniform2();
+                let point = random.uniform2();
                 (origin, from) = (hit.position, surface);
-                let toward = specular.reflect(hit.normal, -direction, point, &mut random.way);
+                let toward = specular.reflect(hit.normal, -direction, point, random);
                 chosen = specular.lobe.as_ref().map(|lobe| lobe.density(hit.normal, -direction, toward));
                 direction = toward;
                 continue;
@@ -202,7 +177,7 @@ pub fn luminance<const C: usize>(
             }
             Closure::Specular { transmittance } => transmittance,
         };
-        let transit: Transit<C> = tube.guide.up(hit.position - tube.origin, direction, &mut random.way);
+        let transit: Transit<C> = tube.guide.up(hit.position - tube.origin, direction, random);
         weight = weight * transit.weight() * Spectrum::from_rgb(transmittance);
         match transit.end {
             End::Top => {

@@ -2,8 +2,9 @@
 //!
 //! Visible points are the same in every pass: those of a fixed set of eye rays of each pixel, one in each of its strata, and
 //! sensors, or of cell averages fixed points of each cell. They are not stored: their random numbers do not depend on the
-//! pass, so that they are found again. Photons and connections to them are new in every pass. Radii shrink as `progressive`
-//! says, photons are gathered as in `sppm`.
+//! pass, so that they are found again. Mirrors keep a ray's way; a glossy lobe, and a guide where it divides light, send it
+//! on into a new direction in every pass: what they reflect is an integral that a few fixed directions do not give. Photons
+//! and connections to them are new in every pass. Radii shrink as `progressive` says, photons are gathered as in `sppm`.
 //!
 //! What converges is the mean over the fixed points of a pixel or a cell, which differs from the mean over all of it by a
 //! sampling error that no pass brings down. Contrasts tell it: in a block of 2 x 2 strata the mean of the points on one
@@ -17,11 +18,10 @@ use std::sync::atomic::AtomicBool;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::eye::{self, EyeRandom};
 use super::kernel::{Kernel, NO_SURFACE};
 use super::photon_maps::{Gathered, Mapper, Maps};
 use super::progressive::{Carried, PointStatistics, Radii, Radius};
-use super::{GridPass, Integrator, Pass, ViewPass};
+use super::{GridPass, Integrator, Pass, ViewPass, eye};
 use crate::optics::Spectrum;
 use crate::sampling::{Key, PathRandom};
 use crate::scene::{EstimateKind, Grid, View};
@@ -232,6 +232,9 @@ impl<const C: usize> Ppm<C> {
         strata: Strata,
         random: &mut PathRandom,
     ) -> Gathered<C> {
+        if self.mapper.is_covered(sensor) {
+            return Gathered::NOTHING;
+        }
         let connections = (SENSOR_CONNECTIONS / strata.count()).max(LEAST_CONNECTIONS);
         let luminaire_strata = (SENSOR_STRATA / strata.rows).max(LEAST_STRATA);
         let mut gathered = self.mapper.plane_irradiance(maps, radius, number, sensor);
@@ -256,10 +259,10 @@ impl<const C: usize> Ppm<C> {
         let pixels = eye::pixels(view, cancel, |pixel, place| {
             let rays = pixel * strata.count()..(pixel + 1) * strata.count();
             let seen = rays.enumerate().map(|(stratum, ray)| {
-                let mut way = PathRandom::new(fixed.child(ray as u64));
-                let direction = eye::direction(view, place, strata.point(stratum, way.uniform2()));
+                let jitter = PathRandom::new(fixed.child(ray as u64)).uniform2();
+                let direction = eye::direction(view, place, strata.point(stratum, jitter));
                 let radius = before.get(ray).map_or(maps.radius, PointStatistics::radius_m);
-                let mut random = EyeRandom::fixed(way, PathRandom::new(key.child(ray as u64)));
+                let mut random = PathRandom::new(key.child(ray as u64));
                 eye::luminance(mapper, maps, view.eye, direction, &mut random, |hit, surface, _, random| {
                     mapper.irradiance(maps, radius, hit.position, hit.normal, surface, random)
                 })

@@ -16,7 +16,6 @@ use std::sync::atomic::AtomicBool;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::eye::EyeRandom;
 use super::kernel::{Kernel, NO_SURFACE};
 use super::photon_maps::{Mapper, Maps};
 use super::progressive::{Carried, PointStatistics, Radii, Radius};
@@ -92,6 +91,9 @@ impl<const C: usize> Sppm<C> {
                     sensor.x += (u - 0.5) * grid.cell_size_m[0];
                     sensor.y += (v - 0.5) * grid.cell_size_m[1];
                 }
+                if mapper.is_covered(sensor) {
+                    return [0.0; 3];
+                }
                 let direct =
                     mapper.diffuser_irradiance(maps, sensor, DVec3::Z, NO_SURFACE, SENSOR_CONNECTIONS, &mut random);
                 let electric = mapper.luminaire_irradiance(sensor, DVec3::Z, NO_SURFACE, SENSOR_STRATA, &mut random);
@@ -120,7 +122,6 @@ impl<const C: usize> Sppm<C> {
             let mut random = PathRandom::new(key.child(EYE_STREAM + number as u64).child(pixel as u64));
             let direction = eye::direction(view, place, random.uniform2());
             let radius = before.get(pixel).map_or(maps.radius, PointStatistics::radius_m);
-            let mut random = EyeRandom::new(random);
             eye::luminance(mapper, maps, view.eye, direction, &mut random, |hit, surface, _, random| {
                 mapper.irradiance(maps, radius, hit.position, hit.normal, surface, random)
             })
