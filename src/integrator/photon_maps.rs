@@ -173,11 +173,6 @@ impl<const C: usize> Mapper<C> {
         gathered
     }
 
-    /// Whether a point is inside a box, where no light is.
-    pub fn is_covered(&self, point: DVec3) -> bool {
-        self.kernel.boxes.iter().any(|object| object.contains(point))
-    }
-
     /// Illuminance of a point of the plane of grid `number` by all light that is not direct, within `radius` metres.
     pub fn plane_irradiance(&self, maps: &Maps<C>, radius: f64, number: usize, sensor: DVec3) -> Gathered<C> {
         let domain = &self.grid_domains[number];

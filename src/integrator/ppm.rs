@@ -232,7 +232,7 @@ impl<const C: usize> Ppm<C> {
         strata: Strata,
         random: &mut PathRandom,
     ) -> Gathered<C> {
-        if self.mapper.is_covered(sensor) {
+        if self.mapper.kernel.boxes.iter().any(|object| object.contains(sensor)) {
             return Gathered::NOTHING;
         }
         let connections = (SENSOR_CONNECTIONS / strata.count()).max(LEAST_CONNECTIONS);
