@@ -22,6 +22,22 @@ fn bits(prepared: &Prepared, chunks: u64, threads: usize, interrupted: bool) -> 
     encode(&merged)
 }
 
+/// Reference scenes and what is done to them.
+const CASES: [&str; 12] = [
+    "S1",
+    "S2",
+    "S3",
+    "S3_mesh",
+    "S4",
+    "S1 glossy",
+    "S2 glossy",
+    "S3 paths",
+    "S2 fixed",
+    "S1 ppm",
+    "S2 sppm",
+    "S2 gathering",
+];
+
 /// Every kind of guide, closure, luminaire, object and output, small.
 fn scenes() -> Vec<(&'static str, Prepared)> {
     let view = json!([{ "name": "room", "eye_m": [1.9, 0.1, 0.3], "look_at_m": [0.9, 1.2, 1.3], "up": [0, 0, 1],
@@ -32,11 +48,11 @@ fn scenes() -> Vec<(&'static str, Prepared)> {
                            "surface": { "reflectance": [0.3, 0.5, 0.4] } }]);
     let mesh = json!({ "kind": "mesh", "mesh": "block.obj", "unit": "cm", "position_m": [0.5, 0.4, 0], "rotation_deg": 5,
                        "surfaces": { "side": { "reflectance": 0.4 }, "top": { "reflectance": [0.2, 0.5, 0.7] } } });
-    ["S1", "S2", "S3", "S3_mesh", "S4", "S1 glossy", "S2 glossy", "S3 paths", "S2 fixed", "S1 ppm", "S2 sppm"]
+    CASES
         .into_iter()
         .map(|case| {
             let (scene, kind) = case.split_once(' ').unwrap_or((case, ""));
-            let glossy = kind == "glossy";
+            let glossy = matches!(kind, "glossy" | "gathering");
             let prepared = prepare(scene, |document| {
                 document["views"] = view.clone();
                 document["grids"] = grids.clone();
@@ -58,6 +74,10 @@ fn scenes() -> Vec<(&'static str, Prepared)> {
                 }
                 if kind == "ppm" || kind == "sppm" {
                     document["method"] = json!({ "kind": kind, "photons_per_pass": 5000, "radius": "per_point" });
+                }
+                if kind == "gathering" {
+                    document["method"] =
+                        json!({ "kind": "photon_mapping", "photons_per_pass": 5000, "gather_rays": 8 });
                 }
                 if glossy {
                     // points are connected to this lobe

@@ -14,7 +14,7 @@ use super::Warning;
 use super::parse::{Misfit, absent};
 use crate::analytic::jenkins;
 use crate::integrator::progressive::Radius;
-use crate::integrator::{Method, bidirectional, light_tracing, path_tracing, ppm, sppm};
+use crate::integrator::{Method, bidirectional, light_tracing, path_tracing, photon_mapping, ppm, sppm};
 use crate::plan::MethodRequest;
 
 /// How the light is computed.
@@ -28,6 +28,8 @@ pub enum MethodKind {
     PathTracing,
     /// Paths from both sides, connected everywhere; unbiased.
     BidirectionalPathTracing,
+    /// Photon maps of one gather radius with final gathering. The bias of the radius does not shrink with passes; its
+    /// estimate is part of the standard error.
     PhotonMapping,
     /// Progressive photon mapping: eye rays and points of cells are the same in every pass; their error is part of the
     /// standard error, as is the estimated bias.
@@ -114,6 +116,8 @@ pub struct MethodSettings {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub samples_per_pixel: Option<u32>,
     #[serde(skip_serializing_if = "Option::is_none")]
+    pub gather_rays: Option<u32>,
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub coefficient: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub pipe_transmittance: Option<f64>,
@@ -165,6 +169,14 @@ impl MethodDocument {
                     photons_per_pass: settings.photons_per_pass.unwrap_or(default.photons_per_pass),
                     samples_per_sensor: settings.samples_per_sensor.unwrap_or(default.samples_per_sensor),
                     samples_per_pixel: settings.samples_per_pixel.unwrap_or(default.samples_per_pixel),
+                })))
+            }
+            MethodKind::PhotonMapping => {
+                let default = photon_mapping::Settings::default();
+                Some(MethodRequest::Method(Method::PhotonMapping(photon_mapping::Settings {
+                    photons_per_pass: settings.photons_per_pass.unwrap_or(default.photons_per_pass),
+                    initial_radius_m: settings.initial_radius_m.or(default.initial_radius_m),
+                    gather_rays: settings.gather_rays.or(default.gather_rays),
                 })))
             }
             MethodKind::Holigilm => Some(MethodRequest::Method(Method::Holigilm)),
@@ -222,6 +234,11 @@ pub fn settings_json(method: &Method) -> serde_json::Value {
             "samples_per_sensor": settings.samples_per_sensor,
             "samples_per_pixel": settings.samples_per_pixel,
         }),
+        Method::PhotonMapping(settings) => serde_json::json!({
+            "photons_per_pass": settings.photons_per_pass,
+            "initial_radius_m": settings.initial_radius_m,
+            "gather_rays": settings.gather_rays,
+        }),
         Method::Holigilm => serde_json::json!({}),
         Method::Jenkins(settings) => serde_json::json!({
             "coefficient": settings.coefficient,
@@ -241,7 +258,8 @@ struct RawMethod {
     /// 1 048 576), `sppm`, `ppm` and `photon_mapping`.
     #[schema(minimum = 64, maximum = 16_777_216u64)]
     photons_per_pass: Option<u64>,
-    /// Gather radius of the first pass in metres, > 0; of `sppm`, `ppm` and `photon_mapping`.
+    /// Gather radius of the first pass in metres, > 0; of `sppm`, `ppm` and `photon_mapping`, where it is that of all
+    /// passes. Default: a twentieth of the room's shortest edge, with `photon_mapping` a fortieth.
     #[schema(exclusive_minimum = 0)]
     initial_radius_m: Option<f64>,
     /// The squared radius shrinks by (i + alpha) / (i + 1) from pass to pass, or with the radius `per_point` by (N + alpha M)
@@ -258,6 +276,10 @@ struct RawMethod {
     /// each pixel, 2 or more, default 4, of `ppm`.
     #[schema(minimum = 1, maximum = 4_096u64)]
     samples_per_pixel: Option<u32>,
+    /// Final gather rays per pass of each sensor and of each point that a pixel's ray meets, default 256 of a sensor and
+    /// 16 of a point; of `photon_mapping`.
+    #[schema(minimum = 1, maximum = 65_536u64)]
+    gather_rays: Option<u32>,
     /// c of E = c Phi cos^4(theta) / V^2, > 0, default 0.494; 1/pi is a Lambertian disc far away; of `jenkins`.
     #[schema(exclusive_minimum = 0, maximum = 10)]
     coefficient: Option<f64>,
@@ -282,6 +304,7 @@ impl TryFrom<RawMethod> for MethodDocument {
             mut radius,
             mut samples_per_sensor,
             mut samples_per_pixel,
+            gather_rays,
             mut coefficient,
             pipe_transmittance,
             bend_factor,
@@ -311,6 +334,9 @@ impl TryFrom<RawMethod> for MethodDocument {
             absent(&samples_per_sensor, "samples_per_sensor", &of)?;
             absent(&samples_per_pixel, "samples_per_pixel", &of)?;
         }
+        if kind != MethodKind::PhotonMapping {
+            absent(&gather_rays, "gather_rays", &of)?;
+        }
         if matches!(kind, MethodKind::Ppm | MethodKind::Sppm) {
             radius = radius.or(Some(RadiusKind::Schedule));
         } else {
@@ -326,7 +352,10 @@ impl TryFrom<RawMethod> for MethodDocument {
                 absent(&initial_radius_m, "initial_radius_m", &of)?;
                 absent(&alpha, "alpha", &of)?;
             }
-            MethodKind::PhotonMapping => absent(&alpha, "alpha", &of)?,
+            MethodKind::PhotonMapping => {
+                absent(&alpha, "alpha", &of)?;
+                photons_per_pass = photons_per_pass.or(Some(photon_mapping::Settings::default().photons_per_pass));
+            }
             MethodKind::LightTracing => {
                 absent(&initial_radius_m, "initial_radius_m", &of)?;
                 absent(&alpha, "alpha", &of)?;
@@ -345,6 +374,7 @@ impl TryFrom<RawMethod> for MethodDocument {
             radius,
             samples_per_sensor,
             samples_per_pixel,
+            gather_rays,
             coefficient,
             pipe_transmittance,
             bend_factor,

@@ -400,6 +400,7 @@ fn check_method(document: &JobDocument, checks: &mut Checks) {
         radius,
         samples_per_sensor,
         samples_per_pixel,
+        gather_rays,
         coefficient,
         pipe_transmittance,
         bend_factor,
@@ -425,6 +426,9 @@ fn check_method(document: &JobDocument, checks: &mut Checks) {
             let least = if method.kind == MethodKind::Ppm { 2 } else { 1 };
             checks.within(&format!("/method/{name}"), samples, least, most);
         }
+    }
+    if let Some(rays) = gather_rays {
+        checks.within("/method/gather_rays", rays, 1, 65_536);
     }
     if let Some(radius) = initial_radius_m {
         checks.above("/method/initial_radius_m", radius, 0.0, 10_000.0);

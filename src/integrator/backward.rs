@@ -14,14 +14,20 @@ use crate::sky::sun::HALF_ANGLE;
 const SKY_RAYS: u64 = 256;
 const SUN_RAYS: u64 = 1024;
 
-/// Light that reaches a point that looks up straight through closures, in lux, by at most `rays` rays to each tube, and the
-/// rays it took.
-pub fn unscattered(kernel: &Kernel, sensor: DVec3, stream: Key, rays: u64) -> (f64, u64) {
+/// Light that reaches a point that looks up straight through closures of the tubes that `by` picks, in lux, by at most `rays`
+/// rays to each tube, and the rays it took.
+pub fn unscattered(
+    kernel: &Kernel,
+    sensor: DVec3,
+    stream: Key,
+    rays: u64,
+    by: impl Fn(&TubeKernel) -> bool,
+) -> (f64, u64) {
     let (mut lux, mut taken) = (0.0, 0);
     if kernel.boxes.iter().any(|object| object.contains(sensor)) {
         return (lux, taken);
     }
-    for (number, tube) in kernel.tubes.iter().enumerate() {
+    for (number, tube) in kernel.tubes.iter().enumerate().filter(|(_, tube)| by(tube)) {
         let Some(zone) = tube.diffuser.specular_zone(tube.opening_radius) else { continue };
         if tube.origin.z <= sensor.z {
             continue;

@@ -176,7 +176,7 @@ impl<const C: usize> LightTracing<C> {
     fn unscattered(&self, plane: &SensorPlane, index: usize, pass: Key, rays_per_sensor: u64) -> (f64, u64) {
         let sensor = DVec3::new(plane.x[index], plane.y[index], plane.height);
         let stream = pass.child(BACKWARD_STREAM + (plane.first + index) as u64);
-        unscattered(&self.kernel, sensor, stream, rays_per_sensor)
+        unscattered(&self.kernel, sensor, stream, rays_per_sensor, |_| true)
     }
 }
 

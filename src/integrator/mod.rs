@@ -18,6 +18,7 @@ pub mod luminaire;
 pub mod mesh_objects;
 pub mod path_tracing;
 pub mod photon_grid;
+pub mod photon_mapping;
 pub mod photon_maps;
 pub mod ppm;
 pub mod progressive;
@@ -40,6 +41,7 @@ pub enum Method {
     Sppm(sppm::Settings),
     PathTracing(path_tracing::Settings),
     Bidirectional(bidirectional::Settings),
+    PhotonMapping(photon_mapping::Settings),
     /// At once.
     Holigilm,
     /// At once.
@@ -55,6 +57,7 @@ impl Method {
             Self::Sppm(_) => "sppm",
             Self::PathTracing(_) => "path_tracing",
             Self::Bidirectional(_) => "bidirectional_path_tracing",
+            Self::PhotonMapping(_) => "photon_mapping",
             Self::Holigilm => "holigilm",
             Self::Jenkins(_) => "jenkins",
         }

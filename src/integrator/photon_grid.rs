@@ -65,6 +65,11 @@ impl<const C: usize> PhotonGrid<C> {
         grid
     }
 
+    /// All photons, in the order of their cells.
+    pub fn photons(&self) -> &[Photon<C>] {
+        &self.photons
+    }
+
     /// Flux on `surface` within `radius` of a point, and within the half of that area, in lm, and the number of photons in
     /// the whole.
     pub fn gather(&self, centre: DVec3, radius: f64, surface: SurfaceId) -> (Spectrum<C>, Spectrum<C>, u64) {

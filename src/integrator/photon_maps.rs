@@ -1,5 +1,8 @@
 //! Photon maps: the photons of one pass, sorted for gathering on surfaces and grids' planes, and at diffusers.
 //!
+//! Final gathering wants caustics apart: light that has not been scattered diffusely since it left a luminaire, a diffuser
+//! or a clear closure, but for what comes straight from the former two.
+//!
 //! Light that a diffuser or a luminaire sends straight to a point is not density-estimated: `direct_light` computes it.
 //! Kernels are clipped to the surface they lie on and count photons of that surface only. The bias of a kernel is estimated
 //! from the same photons at two radii: on a whole disc it grows with the squared radius, so bias(r) = 2 (E(r) - E(r / sqrt
@@ -16,16 +19,16 @@ use rayon::prelude::*;
 use super::PHOTON_CHUNK;
 use super::domain::Domain;
 use super::emission::{Emission, PathSamples};
-use super::kernel::{Kernel, SurfaceId, SurfaceKernel};
+use super::kernel::{Kernel, SurfaceId, SurfaceKernel, TubeKernel};
 use super::light_path::{Account, Flight, Origin, Scattering, Visitor, trace};
 use super::photon_grid::{Photon, PhotonGrid};
 use super::progressive::scaled_count;
 use crate::optics::{Diffuser, Spectrum};
 use crate::sampling::{Key, PathRandom};
-use crate::scene::Grid;
+use crate::scene::{EstimateKind, Grid};
 
 /// Points of each luminaire, in a square of strata, and photons at each diffuser, to which a visible point is connected.
-const POINT_STRATA: usize = 2;
+pub const POINT_STRATA: usize = 2;
 pub const POINT_CONNECTIONS: usize = 4;
 
 /// A clipped kernel below this share of the full disc has no room for photons.
@@ -41,13 +44,32 @@ pub struct Mapper<const C: usize> {
     domains: Vec<Domain>,
     /// Whether photons on surfaces, and at points of diffusers, are looked for.
     keeps_surfaces: bool,
+    /// `None`: caustics are not set apart.
+    caustics: Option<Caustics>,
+}
+
+/// Which photons final gathering counts on planes.
+#[derive(Debug)]
+struct Caustics {
+    /// By tube: what sensors of points follow backward, and count no photons of.
+    backward: Vec<FollowedBackward>,
+}
+
+/// Light that comes from outside straight through a clear closure, of which sensors of points find all backward.
+#[derive(Clone, Copy, Debug)]
+pub struct FollowedBackward {
+    pub sky: bool,
+    pub sun: bool,
 }
 
 /// Photons of one pass.
 pub struct Maps<const C: usize> {
     /// On surfaces, but for light straight from a diffuser.
     pub surfaces: PhotonGrid<C>,
-    /// Crossings of each grid's plane, downward, but for light straight from a diffuser.
+    /// Caustics on surfaces, where they are set apart; they are among `surfaces` too.
+    pub caustics: PhotonGrid<C>,
+    /// Crossings of each grid's plane, downward, but for light straight from a diffuser; caustics only where they are set
+    /// apart.
     pub planes: Vec<PhotonGrid<C>>,
     /// Scattered downward at each tube's diffuser.
     pub exits: Vec<Vec<Photon<C>>>,
@@ -81,8 +103,14 @@ impl<const C: usize> Mapper<C> {
             grid_domains: grids.iter().map(|grid| Domain::horizontal_plane(&kernel, grid.height_m)).collect(),
             domains: Domain::of_surfaces(&kernel),
             keeps_surfaces,
+            caustics: None,
             kernel,
         }
+    }
+
+    /// Sets caustics apart: planes then count nothing else. `backward`: by tube.
+    pub fn with_caustics(self, backward: Vec<FollowedBackward>) -> Self {
+        Self { caustics: Some(Caustics { backward }), ..self }
     }
 
     /// Photons per pass.
@@ -107,6 +135,7 @@ impl<const C: usize> Mapper<C> {
             .collect();
         let maps = Maps {
             surfaces: PhotonGrid::new(&store.surfaces, radius),
+            caustics: PhotonGrid::new(&store.caustics, radius),
             planes: store.planes.iter().map(|photons| PhotonGrid::new(photons, radius)).collect(),
             exit_grid: PhotonGrid::new(&all_exits, radius.min(0.25 * self.smallest_opening())),
             exits: store.exits,
@@ -125,18 +154,19 @@ impl<const C: usize> Mapper<C> {
                 if cancel.load(Ordering::Relaxed) {
                     return None;
                 }
-                let mut store = Store::new(&self.kernel, &self.grids, self.keeps_surfaces);
+                let mut store = Store::new(self);
                 let mut account = Account::new(self.kernel.tubes.len());
                 for number in chunk * PHOTON_CHUNK..((chunk + 1) * PHOTON_CHUNK).min(photons) {
                     let (photon, mut samples) = self.emission.photon(&self.kernel, key, number);
                     if let Some(photon) = photon {
+                        (store.fresh, store.sun) = (true, photon.sun);
                         trace::<C>(&self.kernel, &photon, &mut samples, &mut store, &mut account);
                     }
                 }
                 Some((store, account))
             })
             .collect();
-        let mut all = Store::new(&self.kernel, &self.grids, self.keeps_surfaces);
+        let mut all = Store::new(self);
         let mut account = Account::new(self.kernel.tubes.len());
         for (store, part) in chunks? {
             all.append(store);
@@ -155,25 +185,40 @@ impl<const C: usize> Mapper<C> {
         surface: SurfaceId,
         random: &mut PathRandom,
     ) -> Gathered<C> {
-        let mut gathered = match self.kernel.meshes.as_ref().and_then(|meshes| Some((meshes, meshes.facet(surface)?))) {
-            Some((meshes, facet)) => {
-                let area = |radius| meshes.facets.area_within(facet, position, radius);
-                let full = meshes.facets.areas_m2[facet].min(PI * radius * radius);
-                density(&maps.surfaces, area, full, position, radius, surface)
-            }
-            None => {
-                let domain = &self.domains[surface as usize];
-                let area = |radius| domain.area(position, radius);
-                density(&maps.surfaces, area, PI * radius * radius, position, radius, surface)
-            }
-        };
+        let mut gathered = self.indirect(maps, radius, position, surface);
         let direct = self.diffuser_irradiance(maps, position, normal, surface, POINT_CONNECTIONS, random);
         gathered.irradiance += direct;
         gathered.irradiance += self.luminaire_irradiance(position, normal, surface, POINT_STRATA, random);
         gathered
     }
 
-    /// Illuminance of a point of the plane of grid `number` by all light that is not direct, within `radius` metres.
+    /// Irradiance of a surface point by all light that is not direct, within `radius` metres.
+    pub fn indirect(&self, maps: &Maps<C>, radius: f64, position: DVec3, surface: SurfaceId) -> Gathered<C> {
+        self.on_surface(&maps.surfaces, radius, position, surface)
+    }
+
+    /// Irradiance of a surface point by caustics, where they are set apart.
+    pub fn caustics(&self, maps: &Maps<C>, radius: f64, position: DVec3, surface: SurfaceId) -> Gathered<C> {
+        self.on_surface(&maps.caustics, radius, position, surface)
+    }
+
+    fn on_surface(&self, photons: &PhotonGrid<C>, radius: f64, position: DVec3, surface: SurfaceId) -> Gathered<C> {
+        match self.kernel.meshes.as_ref().and_then(|meshes| Some((meshes, meshes.facet(surface)?))) {
+            Some((meshes, facet)) => {
+                let area = |radius| meshes.facets.area_within(facet, position, radius);
+                let full = meshes.facets.areas_m2[facet].min(PI * radius * radius);
+                density(photons, area, full, position, radius, surface)
+            }
+            None => {
+                let domain = &self.domains[surface as usize];
+                let area = |radius| domain.area(position, radius);
+                density(photons, area, PI * radius * radius, position, radius, surface)
+            }
+        }
+    }
+
+    /// Illuminance of a point of the plane of grid `number` by all light that is not direct, or by caustics, within `radius`
+    /// metres.
     pub fn plane_irradiance(&self, maps: &Maps<C>, radius: f64, number: usize, sensor: DVec3) -> Gathered<C> {
         let domain = &self.grid_domains[number];
         density(&maps.planes[number], |radius| domain.area(sensor, radius), PI * radius * radius, sensor, radius, 0)
@@ -217,24 +262,39 @@ fn is_direct(origin: Origin) -> bool {
 /// Photons that one pass keeps.
 struct Store<'a, const C: usize> {
     kernel: &'a Kernel,
-    heights: Vec<f64>,
+    /// Height of each plane, and whether its sensors are points.
+    levels: Vec<(f64, bool)>,
     /// Height above a plane at which it counts as reached.
     contact: f64,
     keeps_surfaces: bool,
+    set_apart: Option<&'a Caustics>,
+    /// Whether the present photon was scattered diffusely since it left a luminaire, a diffuser or a clear closure.
+    diffuse: bool,
+    /// Whether it was not in the room yet, nor met a diffuser.
+    fresh: bool,
+    /// Whether it comes from the sun.
+    sun: bool,
     surfaces: Vec<Photon<C>>,
+    caustics: Vec<Photon<C>>,
     planes: Vec<Vec<Photon<C>>>,
     exits: Vec<Vec<Photon<C>>>,
     incidents: Vec<Vec<DVec3>>,
 }
 
 impl<'a, const C: usize> Store<'a, C> {
-    fn new(kernel: &'a Kernel, grids: &[Grid], keeps_surfaces: bool) -> Self {
+    fn new(mapper: &'a Mapper<C>) -> Self {
+        let (kernel, grids) = (&mapper.kernel, &mapper.grids);
         Self {
             kernel,
-            heights: grids.iter().map(|grid| grid.height_m).collect(),
+            levels: grids.iter().map(|grid| (grid.height_m, grid.estimate == EstimateKind::Point)).collect(),
             contact: kernel.contact(),
-            keeps_surfaces,
+            keeps_surfaces: mapper.keeps_surfaces,
+            set_apart: mapper.caustics.as_ref(),
+            diffuse: false,
+            fresh: true,
+            sun: false,
             surfaces: Vec::new(),
+            caustics: Vec::new(),
             planes: vec![Vec::new(); grids.len()],
             exits: vec![Vec::new(); kernel.tubes.len()],
             incidents: vec![Vec::new(); kernel.tubes.len()],
@@ -243,6 +303,7 @@ impl<'a, const C: usize> Store<'a, C> {
 
     fn append(&mut self, mut other: Self) {
         self.surfaces.append(&mut other.surfaces);
+        self.caustics.append(&mut other.caustics);
         for (all, part) in self.planes.iter_mut().zip(&mut other.planes) {
             all.append(part);
         }
@@ -258,6 +319,7 @@ impl<'a, const C: usize> Store<'a, C> {
 impl<const C: usize> Visitor<C> for Store<'_, C> {
     fn scattered(&mut self, scattering: &Scattering<'_, C>, _: &mut PathSamples) {
         if let Some(tube) = scattering.diffuser {
+            self.fresh = false;
             // of a lobe what arrives counts, with its direction
             let flux = scattering.lobe.map_or(scattering.leaving, |lobe| lobe.flux);
             self.incidents[tube].extend(scattering.lobe.map(|lobe| lobe.incident));
@@ -269,12 +331,20 @@ impl<const C: usize> Visitor<C> for Store<'_, C> {
     fn emitted(&mut self, _: &Scattering<C>, _: &mut PathSamples) {}
 
     fn flew(&mut self, flight: &Flight<C>) {
-        if is_direct(flight.origin) {
+        let fresh = std::mem::replace(&mut self.fresh, false);
+        match flight.origin {
+            Origin::Surface(_) => self.diffuse = true,
+            Origin::Lobe(_) => {}
+            Origin::Diffuser | Origin::Luminaire(_) | Origin::Specular => self.diffuse = false,
+        }
+        if is_direct(flight.origin) || (self.set_apart.is_some() && self.diffuse) {
             return;
         }
-        for (height, photons) in self.heights.iter().zip(&mut self.planes) {
+        let of = self.set_apart.filter(|_| fresh).and_then(|caustics| caustics.at(self.kernel, flight));
+        let backward = of.is_some_and(|backward| if self.sun { backward.sun } else { backward.sky });
+        for ((height, points), photons) in self.levels.iter().zip(&mut self.planes) {
             let level = height + self.contact;
-            if flight.from.z > level && flight.to.z <= level {
+            if flight.from.z > level && flight.to.z <= level && !(backward && *points) {
                 let share = (flight.from.z - height) / (flight.from.z - flight.to.z);
                 let crossing: DVec2 = flight.from.truncate().lerp(flight.to.truncate(), share);
                 photons.push(Photon { position: crossing.extend(*height), surface: 0, flux: flight.flux });
@@ -286,6 +356,18 @@ impl<const C: usize> Visitor<C> for Store<'_, C> {
         let gathers = || self.kernel.surfaces[surface as usize].as_ref().is_some_and(SurfaceKernel::gathers);
         if self.keeps_surfaces && !is_direct(origin) && gathers() {
             self.surfaces.push(Photon { position, surface, flux });
+            if self.set_apart.is_some() && !self.diffuse {
+                self.caustics.push(Photon { position, surface, flux });
+            }
         }
+    }
+}
+
+impl Caustics {
+    /// What is followed backward of the tube whose clear closure a flight comes through.
+    fn at<const C: usize>(&self, kernel: &Kernel, flight: &Flight<C>) -> Option<FollowedBackward> {
+        let apart = |tube: &TubeKernel| (flight.from - tube.origin).truncate().length() / tube.opening_radius;
+        let tubes = kernel.tubes.iter().map(apart).zip(&self.backward).filter(|_| flight.origin == Origin::Specular);
+        tubes.min_by(|(a, _), (b, _)| a.total_cmp(b)).map(|(_, backward)| *backward)
     }
 }

@@ -17,6 +17,7 @@ use crate::integrator::bidirectional::Bidirectional;
 use crate::integrator::light_tracing::LightTracing;
 use crate::integrator::luminaire::LuminaireKernel;
 use crate::integrator::path_tracing::PathTracing;
+use crate::integrator::photon_mapping::PhotonMapping;
 use crate::integrator::ppm::Ppm;
 use crate::integrator::sppm::Sppm;
 use crate::integrator::{Integrator, Kernel, Method, deterministic};
@@ -255,6 +256,9 @@ fn integrator<const C: usize>(
         Method::PathTracing(settings) => Some(Box::new(PathTracing::<C>::new(kernel, grids, views, settings, seed))),
         Method::Bidirectional(settings) => {
             Some(Box::new(Bidirectional::<C>::new(kernel, grids, views, settings, seed)))
+        }
+        Method::PhotonMapping(settings) => {
+            Some(Box::new(PhotonMapping::<C>::new(kernel, grids, views, settings, seed)))
         }
         Method::Holigilm | Method::Jenkins(_) => None,
     }

@@ -82,6 +82,11 @@ impl Methods {
                 }
                 (choice(method.clone(), requested), choice(method.clone(), requested))
             }
+            MethodRequest::Method(method @ Method::PhotonMapping(_)) => {
+                let reason = "asked for in the document; the bias of its gather radius does not shrink with passes: its \
+                              estimate is part of every error";
+                (choice(method.clone(), reason), choice(method.clone(), reason))
+            }
             MethodRequest::Method(method @ (Method::Holigilm | Method::Jenkins(_))) => {
                 if let Some(reason) = deterministic::refuses(method, scene, kernel) {
                     return Err(PlanRefusal(reason));

@@ -1,7 +1,7 @@
 //! What a pass costs, before it has run: only the division of a job into chunks depends on it.
 
 use super::{Methods, Plan};
-use crate::integrator::Method;
+use crate::integrator::{Method, photon_mapping};
 use crate::plan::EffectKind;
 use crate::scene::Scene;
 
@@ -36,6 +36,15 @@ pub fn seconds_per_pass(scene: &Scene, plan: &Plan) -> f64 {
             let sensor_paths = settings.samples_per_sensor as f64 * sensors as f64;
             let eye_paths = settings.samples_per_pixel as f64 * pixels as f64;
             photons + (sensor_paths + eye_paths) * (3e-6 + per_path * scene.tubes.len() as f64)
+        }
+        Method::PhotonMapping(settings) => {
+            let rays = |default: u32| f64::from(settings.gather_rays.unwrap_or(default));
+            let gather_rays = rays(photon_mapping::SENSOR_GATHER_RAYS) * sensors as f64
+                + rays(photon_mapping::POINT_GATHER_RAYS) * pixels as f64;
+            settings.photons_per_pass as f64 * (per_path + 0.5e-6)
+                + 2.5e-6 * pixels as f64
+                + 30e-6 * sensors as f64
+                + gather_rays * (2e-6 + 0.1e-6 * scene.tubes.len() as f64 + 10.0 * per_connection)
         }
         Method::Holigilm => 1.0 + 1e-3 * sensors as f64,
         Method::Jenkins(_) => 0.1e-6 * sensors as f64,

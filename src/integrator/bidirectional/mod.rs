@@ -276,7 +276,8 @@ impl<const C: usize> Bidirectional<C> {
             let per_sensor = (self.emission.photons() / grid.len() as u64).next_power_of_two();
             let backward_rays = per_sensor.clamp(16, MOST_BACKWARD_RAYS);
             let sensor = place(grid, index, [0.0; 2], grid.height_m);
-            let (straight, backward) = unscattered(&self.kernel, sensor, stream.child(BACKWARD_STREAM), backward_rays);
+            let (straight, backward) =
+                unscattered(&self.kernel, sensor, stream.child(BACKWARD_STREAM), backward_rays, |_| true);
             lux += straight;
             rays += backward;
         }

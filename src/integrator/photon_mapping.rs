@@ -1,0 +1,350 @@
+//! Photon mapping in two passes with final gathering (Jensen 1996, 2001).
+//!
+//! Every pass of the engine traces its own photons and gathers them within one fixed radius, so that passes are independent
+//! replicates. At a receiver, a sensor or a point of a surface with a diffuse part that an eye ray meets, light is divided by
+//! what happened to it last, chains of mirrors and glossy lobes on its way to the receiver left out:
+//! * straight from a diffuser or a luminaire, without such a chain: connections and closed forms (`direct_light`). What a
+//!   diffuser sends down counts as its light wherever it came from: from above, from the room by reflection at its lower
+//!   side, or back from a bent guide;
+//! * by such a chain from a diffuser or a luminaire, and with or without one through a clear closure, from outside or back
+//!   from a guide: caustics, whose photons are gathered at the receiver. Cell averages count the photons that cross the cell,
+//!   which has no bias. Sensors of points follow what comes from outside straight through a clear closure backward instead
+//!   where that finds all of it (`followed_backward`);
+//! * scattered by the diffuse part of a surface: gather rays, distributed by the cosine. They are followed by mirrors and
+//!   lobes, and add, at every surface that they meet, what its diffuse part sends of all light there: direct light as above,
+//!   and every photon that is not direct. They count nothing else: what they find at openings, at luminaires and behind open
+//!   faces is in the first two parts.
+//!
+//! So each path is counted once. The kernel's bias at the surfaces that gather rays find is estimated from two radii
+//! (`photon_maps`) and carried to the receiver with the rays' weights, of colours by their luminance. The radius is the same
+//! in all passes: the bias does not shrink with them, but gathering averages it over the room. What an eye ray sees of
+//! openings, mirrors and lobes is as in SPPM (`eye`).
+
+use std::f64::consts::PI;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::backward::unscattered;
+use super::kernel::{Kernel, NO_SURFACE, Place, RoomHit, SurfaceId, TubeKernel};
+use super::photon_maps::{FollowedBackward, Gathered, Mapper, Maps, POINT_CONNECTIONS, POINT_STRATA};
+use super::{GridPass, Integrator, Pass, ViewPass, eye};
+use crate::guide::Guide;
+use crate::optics::Spectrum;
+use crate::sampling::{Key, PathRandom, Replicate, warp};
+use crate::scene::{EstimateKind, Grid, View};
+
+/// Settings of the method.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Settings {
+    /// Photons emitted per pass, all tubes and sources together; 64..=16_777_216.
+    pub photons_per_pass: u64,
+    /// Gather radius of every pass in metres; `None`: a fortieth of the room's shortest edge.
+    pub initial_radius_m: Option<f64>,
+    /// Gather rays per pass of every sensor and of every point that a pixel's ray meets, 1..=65_536; `None`: 256 of a
+    /// sensor, 16 of a point.
+    pub gather_rays: Option<u32>,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self { photons_per_pass: 65_536, initial_radius_m: None, gather_rays: None }
+    }
+}
+
+/// Share of the shortest edge of the room that is the default radius.
+const DEFAULT_RADIUS_SHARE: f64 = 0.025;
+
+/// Gather rays per pass.
+pub const SENSOR_GATHER_RAYS: u32 = 256;
+pub const POINT_GATHER_RAYS: u32 = 16;
+
+/// Photons at each diffuser, and points of each luminaire in a square of strata, to which a sensor is connected.
+const SENSOR_CONNECTIONS: usize = 256;
+const SENSOR_STRATA: usize = 8;
+
+/// Points of a cell, in a square of strata, that share the connections of its average.
+const CELL_STRATA: usize = 4;
+
+/// Backward rays per sensor and pass to each tube, at most.
+const BACKWARD_RAYS: u64 = 1024;
+
+/// Specular reflections of one gather ray; roulette lets a share of at most albedo^10000 come so far.
+const MAX_REFLECTIONS: u32 = 10_000;
+
+/// Streams of random numbers within a pass, and within a receiver.
+const EYE_STREAM: u64 = 1 << 32;
+const SENSOR_STREAM: u64 = 1 << 33;
+const GATHER_STREAM: u64 = 1;
+const BACKWARD_STREAM: u64 = 1 << 32;
+
+/// The method on one scene; `C` channels of light.
+#[derive(Debug)]
+pub struct PhotonMapping<const C: usize> {
+    mapper: Mapper<C>,
+    views: Vec<View>,
+    radius: f64,
+    gather_rays: Option<u32>,
+    seed: Key,
+}
+
+/// Photons of one pass, and the rays that gather them.
+struct Gathering<'a, const C: usize> {
+    mapper: &'a Mapper<C>,
+    maps: &'a Maps<C>,
+    /// Counted for the account.
+    rays: AtomicU64,
+}
+
+impl<const C: usize> PhotonMapping<C> {
+    pub fn new(kernel: Arc<Kernel>, grids: &[Grid], views: &[View], settings: &Settings, seed: u64) -> Self {
+        let radius = settings.initial_radius_m.unwrap_or(DEFAULT_RADIUS_SHARE * kernel.size.min_element());
+        let backward = kernel.tubes.iter().map(followed_backward).collect();
+        let keeps_surfaces = kernel.interreflection || !views.is_empty();
+        let mapper = Mapper::new(kernel, grids, keeps_surfaces, settings.photons_per_pass).with_caustics(backward);
+        Self { mapper, views: views.to_vec(), radius, gather_rays: settings.gather_rays, seed: Key::new(seed) }
+    }
+
+    /// One grid of one pass; `None` when cancelled.
+    fn grid(&self, number: usize, gathering: &Gathering<C>, key: Key, cancel: &AtomicBool) -> Option<GridPass> {
+        let grid = &self.mapper.grids[number];
+        let stream = key.child(SENSOR_STREAM + number as u64);
+        let average = grid.estimate == EstimateKind::CellAverage;
+        let values: Option<Vec<(f64, f64)>> = (0..grid.len())
+            .into_par_iter()
+            .map(|index| {
+                let sensor = Sensor { grid, index, key: stream.child(index as u64) };
+                let going_on = !cancel.load(Ordering::Relaxed);
+                going_on.then(|| {
+                    let (mut lux, mut bias) = self.sensor(&sensor, gathering);
+                    if !average && !self.covered(sensor.centre()) {
+                        let caustics = self.caustics(number, &sensor, gathering);
+                        lux += caustics.0;
+                        bias += caustics.1;
+                    }
+                    (lux, bias)
+                })
+            })
+            .collect();
+        let (mut illuminance, bias): (Vec<f64>, Vec<f64>) = values?.into_iter().unzip();
+        if average {
+            let area = grid.cell_size_m[0] * grid.cell_size_m[1];
+            for photon in gathering.maps.planes[number].photons() {
+                if let Some(index) = cell_at(grid, photon.position) {
+                    illuminance[index] += photon.flux.luminance() / area;
+                }
+            }
+        }
+        Some(GridPass { illuminance, bias, ..GridPass::default() })
+    }
+
+    /// Whether a box stands over a point.
+    fn covered(&self, point: DVec3) -> bool {
+        self.mapper.kernel.boxes.iter().any(|object| object.contains(point))
+    }
+
+    /// Illuminance in lux of a sensor but for caustics, and its bias.
+    fn sensor(&self, sensor: &Sensor<'_>, gathering: &Gathering<C>) -> (f64, f64) {
+        let kernel = &*self.mapper.kernel;
+        let mut random = PathRandom::new(sensor.key);
+        let lift = DVec3::Z * kernel.contact();
+        let strata = if sensor.grid.estimate == EstimateKind::CellAverage { CELL_STRATA } else { 1 };
+        let share = 1.0 / strata as f64;
+        let mut direct = Spectrum::<C>::ZERO;
+        for stratum in 0..strata * strata {
+            let jitter = if strata > 1 { random.uniform2() } else { [0.5; 2] };
+            let place = [(stratum % strata) as f64 + jitter[0], (stratum / strata) as f64 + jitter[1]];
+            let point = sensor.point(place.map(|place| place * share)) + lift;
+            if self.covered(point) {
+                continue;
+            }
+            let (connections, points) = (SENSOR_CONNECTIONS / (strata * strata), SENSOR_STRATA / strata);
+            let maps = gathering.maps;
+            direct += self.mapper.diffuser_irradiance(maps, point, DVec3::Z, NO_SURFACE, connections, &mut random)
+                * (share * share);
+            direct +=
+                self.mapper.luminaire_irradiance(point, DVec3::Z, NO_SURFACE, points, &mut random) * (share * share);
+        }
+        let start = |place: [f64; 2]| Some(sensor.point(place) + lift).filter(|point| !self.covered(*point));
+        let count = self.gather_rays.unwrap_or(SENSOR_GATHER_RAYS);
+        let receiver = Receiver { normal: DVec3::Z, surface: NO_SURFACE, key: sensor.key.child(GATHER_STREAM) };
+        let gathered = gathering.gather(&receiver, start, count, &mut random);
+        ((direct + gathered.irradiance).luminance(), gathered.bias)
+    }
+
+    /// Illuminance in lux of a sensor of a grid of points by caustics, and its bias.
+    fn caustics(&self, number: usize, sensor: &Sensor<'_>, gathering: &Gathering<C>) -> (f64, f64) {
+        let (kernel, centre) = (&*self.mapper.kernel, sensor.centre());
+        let gathered = self.mapper.plane_irradiance(gathering.maps, self.radius, number, centre);
+        let key = sensor.key.child(BACKWARD_STREAM);
+        let (unscattered, rays) = unscattered(kernel, centre, key, BACKWARD_RAYS, |tube| followed_backward(tube).sky);
+        gathering.rays.fetch_add(rays, Ordering::Relaxed);
+        (gathered.irradiance.luminance() + unscattered, gathered.bias)
+    }
+
+    /// One view of one pass; `None` when cancelled.
+    fn view(&self, number: usize, gathering: &Gathering<C>, key: Key, cancel: &AtomicBool) -> Option<ViewPass> {
+        let (mapper, view) = (&self.mapper, &self.views[number]);
+        let rays = f64::from(self.gather_rays.unwrap_or(POINT_GATHER_RAYS));
+        eye::view(view, key.child(EYE_STREAM + number as u64), cancel, |direction, key, random| {
+            let mut points = 0;
+            eye::luminance(mapper, gathering.maps, view.eye, direction, random, |hit, surface, weight, random| {
+                points += 1;
+                // what is reflected faintly needs fewer rays
+                let count = (rays * weight.max()).ceil().clamp(1.0, rays) as u32;
+                let receiver = Receiver { normal: hit.normal, surface, key: key.child(GATHER_STREAM + points) };
+                let mut light = gathering.gather(&receiver, |_| Some(hit.position), count, random);
+                let caustics = mapper.caustics(gathering.maps, self.radius, hit.position, surface);
+                light.irradiance += caustics.irradiance;
+                light.irradiance += gathering.direct(hit, surface, POINT_CONNECTIONS, POINT_STRATA, random);
+                light.bias += caustics.bias;
+                light
+            })
+        })
+    }
+}
+
+impl<const C: usize> Integrator for PhotonMapping<C> {
+    fn pass(&self, pass: u64, cancel: &AtomicBool) -> Option<Pass> {
+        let key = self.seed.child(pass);
+        let (maps, mut account) = self.mapper.maps(key, self.radius, cancel)?;
+        let gathering = Gathering { mapper: &self.mapper, maps: &maps, rays: AtomicU64::new(0) };
+        let grids = (0..self.mapper.grids.len())
+            .map(|number| self.grid(number, &gathering, key, cancel))
+            .collect::<Option<_>>()?;
+        let views =
+            (0..self.views.len()).map(|number| self.view(number, &gathering, key, cancel)).collect::<Option<_>>()?;
+        account.rays += gathering.rays.into_inner();
+        Some(Pass { grids, views, account, photons: self.mapper.photons(), ..Pass::default() })
+    }
+}
+
+/// What gather rays leave.
+struct Receiver {
+    normal: DVec3,
+    surface: SurfaceId,
+    key: Key,
+}
+
+impl<const C: usize> Gathering<'_, C> {
+    /// Irradiance of a receiver by light that diffuse parts of surfaces send. Rays start where `start` says for a point of
+    /// the unit square; `None`: where no light arrives.
+    fn gather(
+        &self,
+        receiver: &Receiver,
+        start: impl Fn([f64; 2]) -> Option<DVec3>,
+        count: u32,
+        random: &mut PathRandom,
+    ) -> Gathered<C> {
+        let mut sum = Gathered::NOTHING;
+        if !self.mapper.kernel.interreflection {
+            return sum;
+        }
+        let mut rays = 0;
+        for number in 0..u64::from(count) {
+            let (replicate, index) = Replicate::of(receiver.key, number);
+            let [u, v, x, y] = replicate.point(index, 0);
+            let Some(origin) = start([x, y]) else { continue };
+            let direction = warp::around(receiver.normal, warp::cosine_hemisphere([u, v]));
+            rays += self.follow(origin, direction, receiver.surface, random, &mut sum);
+        }
+        self.rays.fetch_add(rays, Ordering::Relaxed);
+        let per_ray = PI / f64::from(count);
+        Gathered { irradiance: sum.irradiance * per_ray, bias: sum.bias * per_ray, ..Gathered::NOTHING }
+    }
+
+    /// Adds the luminance in cd/m2 that diffuse parts send along a gather ray; returns the rays it took.
+    fn follow(
+        &self,
+        mut origin: DVec3,
+        mut direction: DVec3,
+        mut from: SurfaceId,
+        random: &mut PathRandom,
+        sum: &mut Gathered<C>,
+    ) -> u64 {
+        let kernel = &*self.mapper.kernel;
+        let mut weight = Spectrum::<C>::ONE;
+        for reflections in 0..MAX_REFLECTIONS {
+            let hit = kernel.intersect(origin, direction, from);
+            let rays = u64::from(reflections) + 1;
+            let Place::Surface(surface) = hit.place else { return rays };
+            let Some(optics) = &kernel.surfaces[surface as usize] else { return rays };
+            if optics.gathers() {
+                let brdf = Spectrum::from_rgb(optics.reflectance) * (1.0 / PI);
+                let light = self.mapper.indirect(self.maps, self.maps.radius, hit.position, surface);
+                let direct = self.direct(&hit, surface, 1, 1, random);
+                sum.irradiance += (light.irradiance + direct) * weight * brdf;
+                sum.bias += light.bias * (weight * brdf).luminance();
+            }
+            let Some(specular) = &optics.specular else { return rays };
+            let reflectance = Spectrum::from_rgb(specular.reflectance);
+            let survival = reflectance.max();
+            if random.uniform() >= survival {
+                return rays;
+            }
+            weight = weight * reflectance * (1.0 / survival);
+            let point = random.uniform2();
+            direction = specular.reflect(hit.normal, -direction, point, random);
+            (origin, from) = (hit.position, surface);
+        }
+        u64::from(MAX_REFLECTIONS)
+    }
+
+    /// Irradiance of a surface point straight from diffusers and luminaires.
+    fn direct(
+        &self,
+        hit: &RoomHit,
+        surface: SurfaceId,
+        connections: usize,
+        strata: usize,
+        random: &mut PathRandom,
+    ) -> Spectrum<C> {
+        let RoomHit { position, normal, .. } = *hit;
+        self.mapper.diffuser_irradiance(self.maps, position, normal, surface, connections, random)
+            + self.mapper.luminaire_irradiance(position, normal, surface, strata, random)
+    }
+}
+
+/// A sensor of a grid.
+struct Sensor<'a> {
+    grid: &'a Grid,
+    index: usize,
+    key: Key,
+}
+
+impl Sensor<'_> {
+    fn centre(&self) -> DVec3 {
+        let Grid { x_m, y_m, cells, height_m, .. } = self.grid;
+        DVec3::new(x_m[self.index % cells[0]], y_m[self.index / cells[0]], *height_m)
+    }
+
+    /// The centre, or for a cell average the point of the cell at coordinates 0..1.
+    fn point(&self, [x, y]: [f64; 2]) -> DVec3 {
+        let mut point = self.centre();
+        if self.grid.estimate == EstimateKind::CellAverage {
+            point.x += (x - 0.5) * self.grid.cell_size_m[0];
+            point.y += (y - 0.5) * self.grid.cell_size_m[1];
+        }
+        point
+    }
+}
+
+/// The cell that holds a point of a grid's plane.
+fn cell_at(grid: &Grid, point: DVec3) -> Option<usize> {
+    let axis = |position: f64, centre: f64, size: f64, cells: usize| {
+        let place = (position - centre) / size + 0.5;
+        (place >= 0.0).then_some(place as usize).filter(|place| *place < cells)
+    };
+    let i = axis(point.x, grid.x_m[0], grid.cell_size_m[0], grid.cells[0])?;
+    let j = axis(point.y, grid.y_m[0], grid.cell_size_m[1], grid.cells[1])?;
+    Some(j * grid.cells[0] + i)
+}
+
+/// What rays backward find: the sun's beam is aimed at in straight tubes only. Behind a closure that scatters in part, light
+/// may come through its clear part that was scattered above it, but in a straight tube, which returns nothing.
+fn followed_backward(tube: &TubeKernel) -> FollowedBackward {
+    let straight = matches!(tube.guide, Guide::Straight(_));
+    FollowedBackward { sky: straight || !tube.diffuser.scatters(tube.opening_radius), sun: straight }
+}
