@@ -123,6 +123,8 @@ pub fn luminance<const C: usize>(
     let mut weight = Spectrum::<C>::ONE;
     // density per sr of the ray's direction when a glossy lobe chose it
     let mut chosen = None;
+    // whether the beams at a glossy surface were gathered that the ray comes from
+    let mut beams_gathered = false;
     let (mut transits, mut reflections) = (0, 0);
     while transits < MAX_EYE_TRANSITS && reflections < MAX_REFLECTIONS {
         let hit = kernel.intersect(origin, direction, from);
@@ -145,6 +147,11 @@ pub fn luminance<const C: usize>(
                 if let Some(lobe) = &specular.lobe {
                     let reflected = mapper.diffusers_in_lobe(maps, lobe, &hit, surface, -direction, random);
                     seen.irradiance += reflected * weight * reflectance;
+                    if optics.gathers_beams() {
+                        let (beams, bias) = mapper.beams_in_lobe(maps, maps.radius, lobe, &hit, -direction);
+                        seen.irradiance += beams * weight * reflectance;
+                        seen.bias += bias * (weight * reflectance).luminance();
+                    }
                 }
                 reflections += 1;
                 let survival = if reflections > SURE_REFLECTIONS { reflectance.max() } else { 1.0 };
@@ -156,6 +163,7 @@ pub fn luminance<const C: usize>(
                 (origin, from) = (hit.position, surface);
                 let toward = specular.reflect(hit.normal, -direction, point, random);
                 chosen = specular.lobe.as_ref().map(|lobe| lobe.density(hit.normal, -direction, toward));
+                beams_gathered = optics.gathers_beams();
                 direction = toward;
                 continue;
             }
@@ -183,14 +191,14 @@ pub fn luminance<const C: usize>(
             End::Top => {
                 let toward = transit.direction;
                 let sky = kernel.sky.as_ref().map_or(0.0, |sky| sky.luminance(toward));
-                let sun = kernel.sun.filter(|sun| sun.covers(toward) && toward.z > 0.0);
+                let sun = kernel.sun.filter(|sun| !beams_gathered && sun.covers(toward) && toward.z > 0.0);
                 let outside = sky + sun.map_or(0.0, |sun| sun.luminance_cd_m2());
                 seen.irradiance += weight * outside;
                 return seen;
             }
             // back into the room, through the closure again
             End::Opening if kernel.guide_return => {
-                chosen = None;
+                (chosen, beams_gathered) = (None, false);
                 origin = tube.origin + transit.position;
                 origin.z = tube.origin.z;
                 direction = transit.direction;

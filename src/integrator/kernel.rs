@@ -49,6 +49,9 @@ pub struct Kernel {
     pub luminaires_obstructed: bool,
 }
 
+/// From this roughness on a ray in a direction of a lobe meets the sun's disc in less than one of a hundred cases.
+const WIDE_ROUGHNESS: f64 = 0.15;
+
 /// The optics of a surface.
 #[derive(Clone, Debug)]
 pub struct SurfaceKernel {
@@ -62,6 +65,12 @@ impl SurfaceKernel {
     #[inline]
     pub fn gathers(&self) -> bool {
         self.reflectance.iter().any(|reflectance| *reflectance > 0.0)
+    }
+
+    /// Whether photons are worth gathering for sunbeams in its lobe: a ray in a wide lobe finds the sun's disc rarely.
+    #[inline]
+    pub fn gathers_beams(&self) -> bool {
+        self.specular.as_ref().is_some_and(|specular| specular.lobe.is_some() && specular.roughness >= WIDE_ROUGHNESS)
     }
 }
 

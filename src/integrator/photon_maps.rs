@@ -19,11 +19,11 @@ use rayon::prelude::*;
 use super::PHOTON_CHUNK;
 use super::domain::Domain;
 use super::emission::{Emission, PathSamples};
-use super::kernel::{Kernel, SurfaceId, SurfaceKernel, TubeKernel};
+use super::kernel::{Kernel, Place, RoomHit, SurfaceId, SurfaceKernel, TubeKernel};
 use super::light_path::{Account, Flight, Origin, Scattering, Visitor, trace};
 use super::photon_grid::{Photon, PhotonGrid};
 use super::progressive::scaled_count;
-use crate::optics::{Diffuser, Spectrum};
+use crate::optics::{Diffuser, Glossy, Spectrum};
 use crate::sampling::{Key, PathRandom};
 use crate::scene::{EstimateKind, Grid};
 
@@ -78,6 +78,10 @@ pub struct Maps<const C: usize> {
     pub measured_exits: Vec<Option<PhotonGrid<C>>>,
     /// Directions of the light that arrived at a tube's exits, where it is measured; flux is then what arrived.
     pub incidents: Vec<Vec<DVec3>>,
+    /// Sunbeams through clear closures that arrive at glossy surfaces: `surface` counts `beam_arrivals`.
+    beams: PhotonGrid<C>,
+    /// The surface of each, and its direction of travel.
+    beam_arrivals: Vec<(SurfaceId, DVec3)>,
     /// In metres, for which they are sorted: gathering within any other is right, too, and as fast within one of this order.
     pub radius: f64,
 }
@@ -133,7 +137,11 @@ impl<const C: usize> Mapper<C> {
                 (measured(tube) && self.keeps_surfaces).then(|| PhotonGrid::new(&numbered, cell))
             })
             .collect();
+        let beams: Vec<_> = store.beams.iter().map(|(photon, _)| *photon).collect();
+        let numbered = beams.iter().enumerate().map(|(number, photon)| Photon { surface: number as u32, ..*photon });
         let maps = Maps {
+            beams: PhotonGrid::new(&numbered.collect::<Vec<_>>(), radius),
+            beam_arrivals: store.beams.iter().map(|(photon, direction)| (photon.surface, *direction)).collect(),
             surfaces: PhotonGrid::new(&store.surfaces, radius),
             caustics: PhotonGrid::new(&store.caustics, radius),
             planes: store.planes.iter().map(|photons| PhotonGrid::new(photons, radius)).collect(),
@@ -202,17 +210,61 @@ impl<const C: usize> Mapper<C> {
         self.on_surface(&maps.caustics, radius, position, surface)
     }
 
+    /// Luminance in cd/m2 toward `eye` (a unit vector) of a glossy lobe of reflectance 1 in sunbeams through clear closures,
+    /// photons gathered within `radius` metres; its estimated bias.
+    pub fn beams_in_lobe(
+        &self,
+        maps: &Maps<C>,
+        radius: f64,
+        lobe: &Glossy,
+        hit: &RoomHit,
+        eye: DVec3,
+    ) -> (Spectrum<C>, f64) {
+        let Place::Surface(surface) = hit.place else { return (Spectrum::ZERO, 0.0) };
+        let half_squared = 0.5 * (radius * radius);
+        let (mut whole, mut half) = (Spectrum::<C>::ZERO, Spectrum::<C>::ZERO);
+        maps.beams.for_each_within(hit.position, radius, |photon, distance_squared| {
+            let (of, direction) = maps.beam_arrivals[photon.surface as usize];
+            if of == surface {
+                let brdf = lobe.density(hit.normal, -direction, eye) / eye.dot(hit.normal);
+                whole += photon.flux * brdf;
+                if distance_squared < half_squared {
+                    half += photon.flux * brdf;
+                }
+            }
+        });
+        if whole.max() <= 0.0 {
+            return (Spectrum::ZERO, 0.0);
+        }
+        let seen = self.per_area(radius, hit.position, surface, whole, half, 0);
+        (seen.irradiance, seen.bias)
+    }
+
     fn on_surface(&self, photons: &PhotonGrid<C>, radius: f64, position: DVec3, surface: SurfaceId) -> Gathered<C> {
+        let (whole, half, count) = photons.gather(position, radius, surface);
+        self.per_area(radius, position, surface, whole, half, count)
+    }
+
+    /// Density of what lies on a surface within `radius` metres, and within the half of that area.
+    fn per_area(
+        &self,
+        radius: f64,
+        position: DVec3,
+        surface: SurfaceId,
+        whole: Spectrum<C>,
+        half: Spectrum<C>,
+        count: u64,
+    ) -> Gathered<C> {
+        let sums = (whole, half, count);
         match self.kernel.meshes.as_ref().and_then(|meshes| Some((meshes, meshes.facet(surface)?))) {
             Some((meshes, facet)) => {
                 let area = |radius| meshes.facets.area_within(facet, position, radius);
                 let full = meshes.facets.areas_m2[facet].min(PI * radius * radius);
-                density(photons, area, full, position, radius, surface)
+                density(sums, area, full, radius)
             }
             None => {
                 let domain = &self.domains[surface as usize];
-                let area = |radius| domain.area(position, radius);
-                density(photons, area, PI * radius * radius, position, radius, surface)
+                density(sums, |radius| domain.area(position, radius), PI * radius * radius, radius)
             }
         }
     }
@@ -221,7 +273,8 @@ impl<const C: usize> Mapper<C> {
     /// metres.
     pub fn plane_irradiance(&self, maps: &Maps<C>, radius: f64, number: usize, sensor: DVec3) -> Gathered<C> {
         let domain = &self.grid_domains[number];
-        density(&maps.planes[number], |radius| domain.area(sensor, radius), PI * radius * radius, sensor, radius, 0)
+        let sums = maps.planes[number].gather(sensor, radius, 0);
+        density(sums, |radius| domain.area(sensor, radius), PI * radius * radius, radius)
     }
 
     fn smallest_opening(&self) -> f64 {
@@ -229,15 +282,13 @@ impl<const C: usize> Mapper<C> {
     }
 }
 
-/// Irradiance by density estimation on a clipped disc, with its bias estimated from the half of the disc's area; `area` of
-/// the disc of a radius, at most `full`.
+/// Irradiance by density estimation on a clipped disc, with its bias estimated from the half of the disc's area; the sums of
+/// whole and half and the number of photons, `area` of the disc of a radius, at most `full`.
 fn density<const C: usize>(
-    photons: &PhotonGrid<C>,
+    (whole, half, count): (Spectrum<C>, Spectrum<C>, u64),
     area: impl Fn(f64) -> f64,
     full: f64,
-    centre: DVec3,
     radius: f64,
-    surface: SurfaceId,
 ) -> Gathered<C> {
     let half_radius = radius * std::f64::consts::FRAC_1_SQRT_2;
     let (whole_area, half_area) = (area(radius), area(half_radius));
@@ -245,7 +296,6 @@ fn density<const C: usize>(
     if whole_area < least || half_area < least {
         return Gathered::NOTHING;
     }
-    let (whole, half, count) = photons.gather(centre, radius, surface);
     let irradiance = whole * (1.0 / whole_area);
     // to one side the kernel sees the gradient, around the centre only the curvature
     let clipped = whole_area < (1.0 - 1e-9) * PI * radius * radius;
@@ -279,6 +329,10 @@ struct Store<'a, const C: usize> {
     planes: Vec<Vec<Photon<C>>>,
     exits: Vec<Vec<Photon<C>>>,
     incidents: Vec<Vec<DVec3>>,
+    /// With their directions of travel.
+    beams: Vec<(Photon<C>, DVec3)>,
+    /// Direction of the present flight when it is a sunbeam that comes straight through a clear closure.
+    beam: Option<DVec3>,
 }
 
 impl<'a, const C: usize> Store<'a, C> {
@@ -298,12 +352,15 @@ impl<'a, const C: usize> Store<'a, C> {
             planes: vec![Vec::new(); grids.len()],
             exits: vec![Vec::new(); kernel.tubes.len()],
             incidents: vec![Vec::new(); kernel.tubes.len()],
+            beams: Vec::new(),
+            beam: None,
         }
     }
 
     fn append(&mut self, mut other: Self) {
         self.surfaces.append(&mut other.surfaces);
         self.caustics.append(&mut other.caustics);
+        self.beams.append(&mut other.beams);
         for (all, part) in self.planes.iter_mut().zip(&mut other.planes) {
             all.append(part);
         }
@@ -332,6 +389,8 @@ impl<const C: usize> Visitor<C> for Store<'_, C> {
 
     fn flew(&mut self, flight: &Flight<C>) {
         let fresh = std::mem::replace(&mut self.fresh, false);
+        let beam = fresh && self.sun && flight.origin == Origin::Specular;
+        self.beam = beam.then(|| (flight.to - flight.from).normalize_or_zero());
         match flight.origin {
             Origin::Surface(_) => self.diffuse = true,
             Origin::Lobe(_) => {}
@@ -353,6 +412,11 @@ impl<const C: usize> Visitor<C> for Store<'_, C> {
     }
 
     fn arrived(&mut self, surface: SurfaceId, position: DVec3, flux: Spectrum<C>, origin: Origin) {
+        if let Some(direction) = self.beam.filter(|_| self.keeps_surfaces)
+            && self.kernel.surfaces[surface as usize].as_ref().is_some_and(SurfaceKernel::gathers_beams)
+        {
+            self.beams.push((Photon { position, surface, flux }, direction));
+        }
         let gathers = || self.kernel.surfaces[surface as usize].as_ref().is_some_and(SurfaceKernel::gathers);
         if self.keeps_surfaces && !is_direct(origin) && gathers() {
             self.surfaces.push(Photon { position, surface, flux });
