@@ -32,7 +32,7 @@ use crate::geometry::TriangleMesh;
 pub use coefficient::Coefficient;
 pub use convert::{Provenance, to_scene};
 pub use job::JobDocument;
-pub use method::{MethodDocument, MethodKind, method_warning};
+pub use method::{MethodDocument, MethodKind, RadiusKind, method_warning};
 
 /// One thing wrong with a document.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, utoipa::ToSchema, thiserror::Error)]

@@ -8,7 +8,7 @@ use axum::response::{IntoResponse, Redirect, Response};
 use utoipa::OpenApi;
 use utoipa_swagger_ui::Config;
 
-use crate::document::MethodKind;
+use crate::document::{MethodKind, RadiusKind};
 use crate::http::problem::Problem;
 use crate::http::router::api;
 
@@ -22,7 +22,7 @@ use crate::http::router::api;
     ),
     servers((url = "/", description = "This service")),
     // named by hand-written schemas only, where the derived ones do not see them
-    components(schemas(MethodKind)),
+    components(schemas(MethodKind, RadiusKind)),
     tags(
         (name = "jobs", description = "Job documents and what becomes of them"),
         (name = "results", description = "Grids, pictures and convergence; of a running job, what there is so far"),
