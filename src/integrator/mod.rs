@@ -76,7 +76,8 @@ impl Method {
 
 /// One pass of one method.
 pub trait Integrator: Send + Sync {
-    /// Computes pass `pass` (0, 1, ...) on the current rayon pool; `None` when `cancel` was raised meanwhile.
+    /// Computes pass `pass` (0, 1, ...) on the current rayon pool, with statistics per point as if none had been before;
+    /// `None` when `cancel` was raised meanwhile.
     fn pass(&self, pass: u64, cancel: &AtomicBool) -> Option<Pass>;
 
     /// What there is before the first pass, in the shape of one: what it starts from, and zeros where points tell their
