@@ -23,7 +23,7 @@ fn bits(prepared: &Prepared, chunks: u64, threads: usize, interrupted: bool) -> 
 }
 
 /// Reference scenes and what is done to them.
-const CASES: [&str; 12] = [
+const CASES: [&str; 13] = [
     "S1",
     "S2",
     "S3",
@@ -32,6 +32,7 @@ const CASES: [&str; 12] = [
     "S1 glossy",
     "S2 glossy",
     "S3 paths",
+    "S3 stages",
     "S2 fixed",
     "S1 ppm",
     "S2 sppm",
@@ -57,10 +58,11 @@ fn scenes() -> Vec<(&'static str, Prepared)> {
                 document["views"] = view.clone();
                 document["grids"] = grids.clone();
                 document["stop"] = json!({ "relative_error": 1e-6, "max_passes": 20 });
-                if kind == "paths" {
+                if kind == "paths" || kind == "stages" {
+                    let kind = if kind == "paths" { "path_tracing" } else { "two_stage" };
                     document["room"]["objects"] = objects.clone();
                     document["sky"]["direct_normal_illuminance_lux"] = json!(50_000);
-                    document["method"] = json!({ "kind": "path_tracing", "samples_per_sensor": 8 });
+                    document["method"] = json!({ "kind": kind, "samples_per_sensor": 8 });
                 }
                 if scene == "S4" {
                     document["room"]["objects"][0] = mesh.clone();

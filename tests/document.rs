@@ -197,7 +197,6 @@ fn every_bound_names_its_field() {
         ("/views/0/up", json!([0, 0, 0]), "zero"),
         // method, stop, effects, seed
         ("/method", json!("light_tracing"), "grids only"),
-        ("/method", json!("two_stage"), "not supported yet"),
         ("/method", json!("magic"), "unknown variant"),
         ("/method/kind", json!("path_tracing"), "photons"),
         ("/method/samples_per_pixel", json!(4), "not a field of"),
@@ -440,11 +439,11 @@ fn all_errors_are_collected() {
     document["room"]["colour"] = json!("red");
     document["tubes"][0]["segments"][0]["lenght_m"] = json!(1);
     document["stop"]["confidence"] = json!(0.2);
-    document["method"] = json!("two_stage");
+    document["method"] = json!({ "kind": "sppm", "photons_per_pass": 1 });
     let mut pointers: Vec<_> = errors(&document).0.into_iter().map(|error| error.pointer).collect();
     pointers.sort();
     let expected = [
-        "/method",
+        "/method/photons_per_pass",
         "/room/colour",
         "/room/surfaces/floor/reflectance",
         "/stop/confidence",

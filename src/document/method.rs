@@ -14,7 +14,7 @@ use super::Warning;
 use super::parse::{Misfit, absent};
 use crate::analytic::jenkins;
 use crate::integrator::progressive::Radius;
-use crate::integrator::{Method, bidirectional, light_tracing, path_tracing, photon_mapping, ppm, sppm};
+use crate::integrator::{Method, bidirectional, light_tracing, path_tracing, photon_mapping, ppm, sppm, two_stage};
 use crate::plan::MethodRequest;
 
 /// How the light is computed.
@@ -38,7 +38,8 @@ pub enum MethodKind {
     /// error.
     Sppm,
     LightTracing,
-    /// The path cut at a Lambertian diffuser.
+    /// The path cut at a Lambertian diffuser: photons down the tubes, then backward paths in the room; unbiased. Fluxes of
+    /// tubes are known, the balance of energy is not.
     TwoStage,
     /// Deterministic, after Kocifaj, Darula and Kittler: tubes without meshes in an empty room, grids only.
     Holigilm,
@@ -126,66 +127,73 @@ pub struct MethodSettings {
 }
 
 impl MethodDocument {
-    /// `None` for a method that does not work yet.
-    pub fn request(&self) -> Option<MethodRequest> {
+    /// The method with its settings, the defaults filled in.
+    pub fn request(&self) -> MethodRequest {
         let settings = self.settings.unwrap_or_default();
         match self.kind {
-            MethodKind::Auto => Some(MethodRequest::Auto),
+            MethodKind::Auto => MethodRequest::Auto,
             MethodKind::LightTracing => {
                 let default = light_tracing::Settings::default();
                 let photons_per_pass = settings.photons_per_pass.unwrap_or(default.photons_per_pass);
-                Some(MethodRequest::Method(Method::LightTracing(light_tracing::Settings { photons_per_pass })))
+                MethodRequest::Method(Method::LightTracing(light_tracing::Settings { photons_per_pass }))
             }
             MethodKind::Ppm => {
                 let default = ppm::Settings::default();
-                Some(MethodRequest::Method(Method::Ppm(ppm::Settings {
+                MethodRequest::Method(Method::Ppm(ppm::Settings {
                     photons_per_pass: settings.photons_per_pass.unwrap_or(default.photons_per_pass),
                     initial_radius_m: settings.initial_radius_m.or(default.initial_radius_m),
                     alpha: settings.alpha.unwrap_or(default.alpha),
                     radius: settings.radius.map_or(default.radius, Radius::from),
                     samples_per_sensor: settings.samples_per_sensor.unwrap_or(default.samples_per_sensor),
                     samples_per_pixel: settings.samples_per_pixel.unwrap_or(default.samples_per_pixel),
-                })))
+                }))
             }
             MethodKind::Sppm => {
                 let default = sppm::Settings::default();
-                Some(MethodRequest::Method(Method::Sppm(sppm::Settings {
+                MethodRequest::Method(Method::Sppm(sppm::Settings {
                     photons_per_pass: settings.photons_per_pass.unwrap_or(default.photons_per_pass),
                     initial_radius_m: settings.initial_radius_m.or(default.initial_radius_m),
                     alpha: settings.alpha.unwrap_or(default.alpha),
                     radius: settings.radius.map_or(default.radius, Radius::from),
-                })))
+                }))
             }
             MethodKind::PathTracing => {
                 let default = path_tracing::Settings::default();
-                Some(MethodRequest::Method(Method::PathTracing(path_tracing::Settings {
+                MethodRequest::Method(Method::PathTracing(path_tracing::Settings {
                     samples_per_sensor: settings.samples_per_sensor.unwrap_or(default.samples_per_sensor),
                     samples_per_pixel: settings.samples_per_pixel.unwrap_or(default.samples_per_pixel),
-                })))
+                }))
             }
             MethodKind::BidirectionalPathTracing => {
                 let default = bidirectional::Settings::default();
-                Some(MethodRequest::Method(Method::Bidirectional(bidirectional::Settings {
+                MethodRequest::Method(Method::Bidirectional(bidirectional::Settings {
                     photons_per_pass: settings.photons_per_pass.unwrap_or(default.photons_per_pass),
                     samples_per_sensor: settings.samples_per_sensor.unwrap_or(default.samples_per_sensor),
                     samples_per_pixel: settings.samples_per_pixel.unwrap_or(default.samples_per_pixel),
-                })))
+                }))
             }
             MethodKind::PhotonMapping => {
                 let default = photon_mapping::Settings::default();
-                Some(MethodRequest::Method(Method::PhotonMapping(photon_mapping::Settings {
+                MethodRequest::Method(Method::PhotonMapping(photon_mapping::Settings {
                     photons_per_pass: settings.photons_per_pass.unwrap_or(default.photons_per_pass),
                     initial_radius_m: settings.initial_radius_m.or(default.initial_radius_m),
                     gather_rays: settings.gather_rays.or(default.gather_rays),
-                })))
+                }))
             }
-            MethodKind::Holigilm => Some(MethodRequest::Method(Method::Holigilm)),
-            MethodKind::Jenkins => Some(MethodRequest::Method(Method::Jenkins(jenkins::Settings {
+            MethodKind::TwoStage => {
+                let default = two_stage::Settings::default();
+                MethodRequest::Method(Method::TwoStage(two_stage::Settings {
+                    photons_per_pass: settings.photons_per_pass.unwrap_or(default.photons_per_pass),
+                    samples_per_sensor: settings.samples_per_sensor.unwrap_or(default.samples_per_sensor),
+                    samples_per_pixel: settings.samples_per_pixel.unwrap_or(default.samples_per_pixel),
+                }))
+            }
+            MethodKind::Holigilm => MethodRequest::Method(Method::Holigilm),
+            MethodKind::Jenkins => MethodRequest::Method(Method::Jenkins(jenkins::Settings {
                 coefficient: settings.coefficient.unwrap_or(jenkins::COEFFICIENT),
                 pipe_transmittance: settings.pipe_transmittance,
                 bend_factor: settings.bend_factor,
-            }))),
-            _ => None,
+            })),
         }
     }
 }
@@ -239,6 +247,11 @@ pub fn settings_json(method: &Method) -> serde_json::Value {
             "initial_radius_m": settings.initial_radius_m,
             "gather_rays": settings.gather_rays,
         }),
+        Method::TwoStage(settings) => serde_json::json!({
+            "photons_per_pass": settings.photons_per_pass,
+            "samples_per_sensor": settings.samples_per_sensor,
+            "samples_per_pixel": settings.samples_per_pixel,
+        }),
         Method::Holigilm => serde_json::json!({}),
         Method::Jenkins(settings) => serde_json::json!({
             "coefficient": settings.coefficient,
@@ -254,8 +267,8 @@ pub fn settings_json(method: &Method) -> serde_json::Value {
 #[schema(as = MethodSettings)]
 struct RawMethod {
     kind: MethodKind,
-    /// Photons emitted per pass, all tubes together; of `light_tracing`, `bidirectional_path_tracing` (there at most
-    /// 1 048 576), `sppm`, `ppm` and `photon_mapping`.
+    /// Photons emitted per pass, all tubes together; of `light_tracing`, `two_stage`, `bidirectional_path_tracing` (there at
+    /// most 1 048 576), `sppm`, `ppm` and `photon_mapping`.
     #[schema(minimum = 64, maximum = 16_777_216u64)]
     photons_per_pass: Option<u64>,
     /// Gather radius of the first pass in metres, > 0; of `sppm`, `ppm` and `photon_mapping`, where it is that of all
@@ -268,12 +281,12 @@ struct RawMethod {
     alpha: Option<f64>,
     /// What the gather radius of a pass depends on, default `schedule`; of `sppm` and `ppm`.
     radius: Option<RadiusKind>,
-    /// Paths per sensor and pass, default 64, of `path_tracing` and `bidirectional_path_tracing`; fixed points of each cell
-    /// of cell averages, 2 or more, default 16, of `ppm`.
+    /// Paths per sensor and pass, default 64, of `path_tracing`, `bidirectional_path_tracing` and `two_stage` (default 256);
+    /// fixed points of each cell of cell averages, 2 or more, default 16, of `ppm`.
     #[schema(minimum = 1, maximum = 65_536u64)]
     samples_per_sensor: Option<u32>,
-    /// Paths per pixel and pass, default 4, of `path_tracing` and `bidirectional_path_tracing` (default 1); fixed eye rays of
-    /// each pixel, 2 or more, default 4, of `ppm`.
+    /// Paths per pixel and pass, default 4, of `path_tracing`, `bidirectional_path_tracing` (default 1) and `two_stage`
+    /// (default 8); fixed eye rays of each pixel, 2 or more, default 4, of `ppm`.
     #[schema(minimum = 1, maximum = 4_096u64)]
     samples_per_pixel: Option<u32>,
     /// Final gather rays per pass of each sensor and of each point that a pixel's ray meets, default 256 of a sensor and
@@ -326,6 +339,11 @@ impl TryFrom<RawMethod> for MethodDocument {
             photons_per_pass = photons_per_pass.or(Some(default.photons_per_pass));
             samples_per_sensor = samples_per_sensor.or(Some(default.samples_per_sensor));
             samples_per_pixel = samples_per_pixel.or(Some(default.samples_per_pixel));
+        } else if kind == MethodKind::TwoStage {
+            let default = two_stage::Settings::default();
+            photons_per_pass = photons_per_pass.or(Some(default.photons_per_pass));
+            samples_per_sensor = samples_per_sensor.or(Some(default.samples_per_sensor));
+            samples_per_pixel = samples_per_pixel.or(Some(default.samples_per_pixel));
         } else if kind == MethodKind::Ppm {
             let default = ppm::Settings::default();
             samples_per_sensor = samples_per_sensor.or(Some(default.samples_per_sensor));
@@ -348,7 +366,7 @@ impl TryFrom<RawMethod> for MethodDocument {
                 photons_per_pass = photons_per_pass.or(Some(default.photons_per_pass));
                 alpha = alpha.or(Some(default.alpha));
             }
-            MethodKind::BidirectionalPathTracing => {
+            MethodKind::BidirectionalPathTracing | MethodKind::TwoStage => {
                 absent(&initial_radius_m, "initial_radius_m", &of)?;
                 absent(&alpha, "alpha", &of)?;
             }

@@ -386,10 +386,6 @@ fn check_view(pointer: &str, view: &ViewDocument, checks: &mut Checks) {
 
 fn check_method(document: &JobDocument, checks: &mut Checks) {
     let method = &document.method;
-    if method.request().is_none() {
-        let pointer = if method.settings.is_some() { "/method/kind" } else { "/method" };
-        checks.not_supported(pointer, format_args!("the method `{}`", method.kind.name()));
-    }
     if method.kind == MethodKind::LightTracing && !document.views.is_empty() {
         checks.refuse("/method", "light_tracing computes grids only: use auto or sppm");
     }

@@ -5,6 +5,7 @@ use std::f64::consts::PI;
 use glam::DVec3;
 
 use super::kernel::{Kernel, TubeKernel};
+use super::luminaire::LuminaireKernel;
 use crate::guide::{Guide, StraightGuide, dome::Pipe, transmittance::zastrow_wittwer_transmission};
 use crate::optics::Spectrum;
 use crate::sampling::{Key, PathRandom, Replicate, warp};
@@ -73,23 +74,30 @@ pub struct PathSamples {
     index: u16,
     /// Next pair of Sobol coordinates.
     pair: u32,
+    /// Of which there are so many.
+    pairs: u32,
     buffer: [f64; 4],
     pub random: PathRandom,
 }
 
 /// Pairs of Sobol coordinates per path: direction and entry point, then two directions after scattering.
-const SOBOL_PAIRS: u32 = 4;
+pub(super) const SOBOL_PAIRS: u32 = 4;
 
 impl PathSamples {
     pub fn new(stream: Key, index: u64) -> Self {
+        Self::with_pairs(stream, index, SOBOL_PAIRS)
+    }
+
+    /// `pairs` <= 128 of Sobol coordinates before counter-based random numbers.
+    pub fn with_pairs(stream: Key, index: u64, pairs: u32) -> Self {
         let (replicate, number) = Replicate::of(stream, index);
         let random = PathRandom::new(stream.child(1 << 40).child(index));
-        Self { replicate, index: number, pair: 0, buffer: [0.0; 4], random }
+        Self { replicate, index: number, pair: 0, pairs, buffer: [0.0; 4], random }
     }
 
     #[inline]
     pub fn pair(&mut self) -> [f64; 2] {
-        if self.pair >= SOBOL_PAIRS {
+        if self.pair >= self.pairs {
             return self.random.uniform2();
         }
         if self.pair.is_multiple_of(2) {
@@ -104,6 +112,15 @@ impl PathSamples {
 impl Emission {
     /// Divides `photons` among the sources in proportion to the flux that each is likely to bring.
     pub fn new(kernel: &Kernel, photons: u64) -> Self {
+        Self::of(kernel, &kernel.luminaires, photons)
+    }
+
+    /// The same of sky and sun alone.
+    pub fn of_daylight(kernel: &Kernel, photons: u64) -> Self {
+        Self::of(kernel, &[], photons)
+    }
+
+    fn of(kernel: &Kernel, luminaires: &[LuminaireKernel], photons: u64) -> Self {
         let mut sources = Vec::new();
         for (index, tube) in kernel.tubes.iter().enumerate() {
             let expected = |toward: DVec3| tube.guide.projected_area_m2(-toward) * likely_transmission(tube, toward);
@@ -130,7 +147,7 @@ impl Emission {
                 }
             }
         }
-        for (index, luminaire) in kernel.luminaires.iter().enumerate().filter(|(_, luminaire)| luminaire.emits()) {
+        for (index, luminaire) in luminaires.iter().enumerate().filter(|(_, luminaire)| luminaire.emits()) {
             let flux: Spectrum<3> = luminaire.flux();
             sources.push((Source::Luminaire(index), flux.luminance()));
         }

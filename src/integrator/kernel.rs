@@ -6,6 +6,7 @@ use glam::{DMat2, DVec2, DVec3};
 
 use super::luminaire::LuminaireKernel;
 use super::mesh_objects::{MeshHit, MeshKernel};
+use super::obstacles::Obstacles;
 use crate::guide::{BentGuide, DomedGuide, Guide, MeshGuide, MeshGuideError, Section, StraightGuide, dome::Pipe};
 use crate::optics::{Closure, Collector, Diffuser, Glossy, Surface};
 use crate::sampling::PathRandom;
@@ -47,6 +48,8 @@ pub struct Kernel {
     pub obstructed: bool,
     /// Whether anything can stand between a luminaire and a point before it.
     pub luminaires_obstructed: bool,
+    /// Where that is.
+    pub obstacles: Obstacles,
 }
 
 /// From this roughness on a ray in a direction of a lobe meets the sun's disc in less than one of a hundred cases.
@@ -142,6 +145,7 @@ impl Kernel {
         for object in boxes {
             optics.extend(std::iter::repeat_n(Some(lobes.surface(&object.surface)), 6));
         }
+        let mesh_objects = meshes;
         let meshes = MeshKernel::new(meshes, *size, optics.len() as SurfaceId).map(|(meshes, of_surfaces)| {
             optics.extend(of_surfaces.iter().map(|surface| Some(lobes.surface(surface))));
             meshes
@@ -160,7 +164,11 @@ impl Kernel {
             })
             .collect::<Result<_, _>>()?;
         let objects = !boxes.is_empty() || meshes.is_some();
-        let hanging = luminaires.iter().any(|luminaire| !lies_on_a_face(luminaire, *size));
+        let hanging: Vec<_> =
+            luminaires.iter().copied().filter(|luminaire| !lies_on_a_face(luminaire, *size)).collect();
+        let boxes: Vec<_> = boxes.iter().map(BoxKernel::new).collect();
+        let obstacles = Obstacles::new(&boxes, mesh_objects, &hanging);
+        let hanging = !hanging.is_empty();
         Ok(Self {
             sky: scene.daylight.as_ref().and_then(|daylight| daylight.sky.clone()),
             sun: scene.daylight.as_ref().and_then(|daylight| daylight.sun),
@@ -169,7 +177,8 @@ impl Kernel {
             furnished: objects || !luminaires.is_empty(),
             obstructed: objects || hanging,
             luminaires_obstructed: objects || (hanging && luminaires.len() > 1),
-            boxes: boxes.iter().map(BoxKernel::new).collect(),
+            boxes,
+            obstacles,
             meshes,
             luminaires,
             tubes,

@@ -5,8 +5,12 @@
 //! point (`progressive`) a pass depends on what those before it have left, too, and the order is theirs.
 
 pub mod backward;
+mod backward_pass;
+mod backward_path;
 pub mod bidirectional;
+mod daylight;
 pub mod deterministic;
+mod diffuser_light;
 mod direct_light;
 pub mod domain;
 pub mod emission;
@@ -16,6 +20,7 @@ pub mod light_path;
 pub mod light_tracing;
 pub mod luminaire;
 pub mod mesh_objects;
+pub mod obstacles;
 pub mod path_tracing;
 pub mod photon_grid;
 pub mod photon_mapping;
@@ -23,6 +28,7 @@ pub mod photon_maps;
 pub mod ppm;
 pub mod progressive;
 pub mod sppm;
+pub mod two_stage;
 
 use std::sync::atomic::AtomicBool;
 
@@ -42,6 +48,7 @@ pub enum Method {
     PathTracing(path_tracing::Settings),
     Bidirectional(bidirectional::Settings),
     PhotonMapping(photon_mapping::Settings),
+    TwoStage(two_stage::Settings),
     /// At once.
     Holigilm,
     /// At once.
@@ -58,14 +65,15 @@ impl Method {
             Self::PathTracing(_) => "path_tracing",
             Self::Bidirectional(_) => "bidirectional_path_tracing",
             Self::PhotonMapping(_) => "photon_mapping",
+            Self::TwoStage(_) => "two_stage",
             Self::Holigilm => "holigilm",
             Self::Jenkins(_) => "jenkins",
         }
     }
 
-    /// Whether light is followed from its sources, so that fluxes of tubes and the balance of energy are known.
-    pub fn knows_fluxes(&self) -> bool {
-        !matches!(self, Self::PathTracing(_))
+    /// Whether light is followed from its sources to its end, so that the balance of energy is known.
+    pub fn knows_energy(&self) -> bool {
+        !matches!(self, Self::PathTracing(_) | Self::TwoStage(_))
     }
 
     /// Whether one computation gives the result, without passes.

@@ -47,11 +47,11 @@ impl Prepared {
         })
     }
 
-    /// Whether the method that keeps the books, that of the grids or else of the views, follows light from its sources.
+    /// Whether the method that keeps the books, that of the grids or else of the views, follows light from its sources to its end.
     fn knows_energy(&self) -> bool {
         let methods = &self.plan.methods;
         self.is_dark()
-            || methods.grids.as_ref().or(methods.views.as_ref()).is_none_or(|choice| choice.method.knows_fluxes())
+            || methods.grids.as_ref().or(methods.views.as_ref()).is_none_or(|choice| choice.method.knows_energy())
     }
 
     /// Grids as JSON, CSV and PNG, views as EXR, PNG and false-colour PNG, tubes as JSON and SVG.

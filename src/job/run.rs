@@ -20,6 +20,7 @@ use crate::integrator::path_tracing::PathTracing;
 use crate::integrator::photon_mapping::PhotonMapping;
 use crate::integrator::ppm::Ppm;
 use crate::integrator::sppm::Sppm;
+use crate::integrator::two_stage::TwoStage;
 use crate::integrator::{Integrator, Kernel, Method, deterministic};
 use crate::plan::{self, Effects, Methods, Plan};
 use crate::scene::{Channels, Grid, Scene, View};
@@ -139,7 +140,7 @@ pub fn prepare_document(document: &JobDocument, meshes: &dyn MeshSource) -> Resu
     let effects = Effects::of(&scene, &document.effect_requests());
     let kernel = plan::compile(&scene, &effects)
         .map_err(|error| refused(&format!("/tubes/{}/parts", error.tube), error.error.to_string()))?;
-    let request = document.method.request().ok_or_else(|| refused("/method", "not supported yet".into()))?;
+    let request = document.method.request();
     let methods =
         Methods::choose(&scene, &kernel, &request).map_err(|refusal| refused("/method", refusal.to_string()))?;
     let plan = Plan { guides: plan::guides(&kernel), effects, methods };
@@ -260,6 +261,7 @@ fn integrator<const C: usize>(
         Method::PhotonMapping(settings) => {
             Some(Box::new(PhotonMapping::<C>::new(kernel, grids, views, settings, seed)))
         }
+        Method::TwoStage(settings) => Some(Box::new(TwoStage::<C>::new(kernel, grids, views, settings, seed))),
         Method::Holigilm | Method::Jenkins(_) => None,
     }
 }

@@ -55,6 +55,11 @@ impl Glossy {
         Self { alpha, cosines, losses, cumulative }
     }
 
+    /// Square root of alpha.
+    pub fn roughness(&self) -> f64 {
+        self.alpha.sqrt()
+    }
+
     /// BRDF times the cosine of `toward`, per sr: also the density with which [`Self::sample`] chooses `toward`.
     ///
     /// `from` and `toward` are unit vectors that point away from the surface; zero unless both are above it.

@@ -1,6 +1,8 @@
 //! From effects to methods.
 
-use crate::integrator::{Kernel, Method, bidirectional, deterministic, light_tracing, path_tracing, ppm, sppm};
+use crate::integrator::{
+    Kernel, Method, bidirectional, deterministic, light_tracing, path_tracing, ppm, sppm, two_stage,
+};
 use crate::scene::{EstimateKind, Scene};
 
 /// Which method computes the grids and which the views; `None` where the job has no such output.
@@ -85,6 +87,15 @@ impl Methods {
             MethodRequest::Method(method @ Method::PhotonMapping(_)) => {
                 let reason = "asked for in the document; the bias of its gather radius does not shrink with passes: its \
                               estimate is part of every error";
+                (choice(method.clone(), reason), choice(method.clone(), reason))
+            }
+            MethodRequest::Method(method @ Method::TwoStage(_)) => {
+                if let Some(reason) = two_stage::refuses(kernel) {
+                    let advice =
+                        if scene.views.is_empty() { "use auto, light_tracing or sppm" } else { "use auto or sppm" };
+                    return Err(PlanRefusal(format!("not supported by two_stage: {reason}; {advice}")));
+                }
+                let reason = "asked for in the document; photons to the diffusers, then backward paths in the room";
                 (choice(method.clone(), reason), choice(method.clone(), reason))
             }
             MethodRequest::Method(method @ (Method::Holigilm | Method::Jenkins(_))) => {

@@ -46,6 +46,13 @@ pub fn seconds_per_pass(scene: &Scene, plan: &Plan) -> f64 {
                 + 30e-6 * sensors as f64
                 + gather_rays * (2e-6 + 0.1e-6 * scene.tubes.len() as f64 + 10.0 * per_connection)
         }
+        Method::TwoStage(settings) => {
+            let sensor_paths = settings.samples_per_sensor as f64 * sensors as f64;
+            let eye_paths = settings.samples_per_pixel as f64 * pixels as f64;
+            let photons = settings.photons_per_pass as f64;
+            photons * (per_path + 2e-9 * sensors as f64)
+                + (sensor_paths + eye_paths) * (1e-6 + 0.5e-6 * scene.tubes.len() as f64)
+        }
         Method::Holigilm => 1.0 + 1e-3 * sensors as f64,
         Method::Jenkins(_) => 0.1e-6 * sensors as f64,
         Method::Ppm(settings) => {

@@ -7,11 +7,11 @@ use glam::DVec3;
 use super::light::LightVertex;
 use super::weight::{Edge, Share, diffuse_share, surface_density};
 use crate::guide::{End, Transit};
-use crate::integrator::emission::PathSamples;
-use crate::integrator::kernel::{Kernel, NO_SURFACE, Place, SurfaceId, SurfaceKernel};
-use crate::integrator::path_tracing::{
+use crate::integrator::backward_path::{
     LEAST_MEASURED_SHARE, MAX_EVENTS, ROULETTE_BELOW, Scatter, above_closure, shares,
 };
+use crate::integrator::emission::PathSamples;
+use crate::integrator::kernel::{Kernel, NO_SURFACE, Place, SurfaceId, SurfaceKernel};
 use crate::optics::{Closure, Spectrum};
 use crate::sampling::warp;
 

@@ -1,0 +1,122 @@
+//! Backward paths of a whole pass: of the sensors of a grid, of the pixels of a view.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::backward_path::{Daylight, Path};
+use super::emission::PathSamples;
+use super::eye::enter_room;
+use super::kernel::Kernel;
+use crate::optics::Spectrum;
+use crate::sampling::Key;
+use crate::scene::{EstimateKind, Grid, View};
+
+/// Streams of random numbers within a pass.
+pub(super) const SENSOR_STREAM: u64 = 1 << 32;
+pub(super) const EYE_STREAM: u64 = 1 << 33;
+
+/// How backward paths are drawn.
+#[derive(Clone, Copy)]
+pub(super) struct Sampling {
+    /// Per sensor or pixel.
+    pub paths: u32,
+    /// First reflections of each that no roulette decides.
+    pub certain: u32,
+    /// Pairs of Sobol coordinates of each.
+    pub pairs: u32,
+}
+
+impl Sampling {
+    fn path(self, kernel: &Kernel, stream: Key, number: u64) -> Path<'_> {
+        let samples = PathSamples::with_pairs(stream, number, self.pairs);
+        Path { kernel, samples, rays: 0, certain: self.certain }
+    }
+}
+
+/// What `of` gives for every index below `count`; `None` when cancelled.
+pub(super) fn each<T: Send>(count: usize, cancel: &AtomicBool, of: impl Fn(usize) -> T + Sync) -> Option<Vec<T>> {
+    let going_on = |index: usize| (!cancel.load(Ordering::Relaxed)).then(|| of(index));
+    (0..count).into_par_iter().map(going_on).collect()
+}
+
+/// Centre of sensor `index` of a grid.
+pub(super) fn centre(kernel: &Kernel, grid: &Grid, index: usize) -> DVec3 {
+    let (i, j) = (index % grid.cells[0], index / grid.cells[0]);
+    DVec3::new(grid.x_m[i], grid.y_m[j], grid.height_m + kernel.contact())
+}
+
+/// Illuminance in lux of sensor `index` of a grid by backward paths, and the rays they took; `direct` counts the daylight
+/// that comes straight from the openings.
+pub(super) fn sensor<const C: usize>(
+    kernel: &Kernel,
+    grid: &Grid,
+    index: usize,
+    sampling: Sampling,
+    stream: Key,
+    direct: &impl Daylight<C>,
+    daylight: &impl Daylight<C>,
+) -> (f64, u64) {
+    let centre = centre(kernel, grid, index);
+    let (mut lux, mut rays) = (0.0, 0);
+    for number in 0..u64::from(sampling.paths) {
+        let mut path = sampling.path(kernel, stream, number);
+        let mut position = centre;
+        if grid.estimate == EstimateKind::CellAverage {
+            let [u, v] = path.samples.pair();
+            position.x += (u - 0.5) * grid.cell_size_m[0];
+            position.y += (v - 0.5) * grid.cell_size_m[1];
+        }
+        if !kernel.boxes.iter().any(|object| object.contains(position)) {
+            lux += path.illuminance(direct, daylight, position).luminance();
+        }
+        rays += path.rays;
+    }
+    (lux / f64::from(sampling.paths), rays)
+}
+
+/// Luminance in cd/m2 of every pixel of a view by backward paths each, channels interleaved, and the rays they took; `None`
+/// when cancelled.
+pub(super) fn view<const C: usize>(
+    kernel: &Kernel,
+    view: &View,
+    sampling: Sampling,
+    stream: Key,
+    daylight: &impl Daylight<C>,
+    cancel: &AtomicBool,
+) -> Option<(Vec<f64>, u64)> {
+    let pixels = each(view.size_px[0] * view.size_px[1], cancel, |index| {
+        pixel(kernel, view, index, sampling, stream.child(index as u64), daylight)
+    })?;
+    let mut luminance = Vec::new();
+    let mut rays = 0;
+    for (seen, of_pixel) in pixels {
+        luminance.extend(seen.0);
+        rays += of_pixel;
+    }
+    Some((luminance, rays))
+}
+
+/// Luminance of one pixel in cd/m2, and the rays it took.
+fn pixel<const C: usize>(
+    kernel: &Kernel,
+    view: &View,
+    pixel: usize,
+    sampling: Sampling,
+    stream: Key,
+    daylight: &impl Daylight<C>,
+) -> (Spectrum<C>, u64) {
+    let (column, row) = (pixel % view.size_px[0], pixel / view.size_px[0]);
+    let (mut luminance, mut rays) = (Spectrum::ZERO, 0);
+    for number in 0..u64::from(sampling.paths) {
+        let mut path = sampling.path(kernel, stream, number);
+        let [x, y] = path.samples.pair();
+        let direction = view.ray_direction(column as f64 + x, row as f64 + y);
+        if let Some(origin) = enter_room(kernel, view.eye, direction) {
+            luminance += path.luminance(daylight, origin, direction);
+        }
+        rays += path.rays;
+    }
+    (luminance * (1.0 / f64::from(sampling.paths)), rays)
+}

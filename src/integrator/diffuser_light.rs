@@ -1,0 +1,543 @@
+//! What Lambertian diffusers send into the room: stage one of two.
+//!
+//! Photons go from sky and sun down each guide to its closure. A Lambertian closure forgets where they came from: the points
+//! where they leave, with their fluxes, are all that the room sees of the sky. What they send to a vertex is divided in three:
+//! * rings of equal area have their mean exitance; a ring is the difference of two discs, whose irradiance has a closed form;
+//! * sectors differ from the mean of their rings, most in the sun: a few points carry these differences, which add up to
+//!   nothing in each ring;
+//! * one photon, chosen by its flux, stands for what both leave out of it. So the whole is unbiased, and what chance adds to
+//!   it is small.
+//!
+//! Where something may stand between, where a vertex' own horizon cuts the disc, or where it has a lobe, it is connected to
+//! photons alone. Within a radius of the disc, connections to points have no useful variance: there the path follows the
+//! light itself, as path tracing does.
+
+use std::f64::consts::{FRAC_1_SQRT_2, PI, TAU};
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use glam::{DVec2, DVec3};
+use rayon::prelude::*;
+
+use super::PHOTON_CHUNK;
+use super::backward_path::{Daylight, MAX_EVENTS, Path, Ray, Vertex};
+use super::daylight::Followed;
+use super::emission::{Emission, EmittedPhoton, PathSamples, Start};
+use super::kernel::{Kernel, NO_SURFACE, TubeKernel};
+use super::light_path::Account;
+use crate::geometry::disc::far_disc_illuminance;
+use crate::guide::{End, Transit};
+use crate::optics::{Closure, Spectrum};
+use crate::sampling::{Key, PathRandom, Replicate, warp};
+
+/// Rings of equal area that have their own exitance, and the sectors of each whose differences are carried by points. The
+/// photon that stands for the rest costs some percent of a vertex' light as noise; more of them would cost more time.
+const RINGS: usize = 4;
+const SECTORS: usize = 6;
+const CELLS: usize = RINGS * SECTORS;
+
+/// Distance from a disc, in its radii, below which light is followed, not connected to photons.
+const NEAR: f64 = 1.0;
+
+/// Most photons of a tube among which a vertex chooses.
+const MOST_CHOICES: usize = 1 << 16;
+
+/// Photons that a vertex is connected to where nothing has a closed form.
+const CONNECTIONS: usize = 2;
+
+/// Streams of random numbers within a pass.
+const CHOICE_STREAM: u64 = 1 << 35;
+const CELL_STREAM: u64 = 1 << 36;
+
+/// The light that leaves the diffusers in one pass.
+#[derive(Debug)]
+pub(super) struct DiffuserLight<const C: usize> {
+    tubes: Vec<TubeLight<C>>,
+}
+
+/// The light that leaves one diffuser.
+#[derive(Debug)]
+pub(super) struct TubeLight<const C: usize> {
+    /// Centre of the opening.
+    origin: DVec3,
+    radius: f64,
+    /// Every photon that leaves, by cells.
+    photons: Vec<Leaving<C>>,
+    /// What the exitance of a ring (lm/m2) exceeds that of the next one outward by.
+    steps: [Spectrum<C>; RINGS],
+    /// The points that carry the differences of the cells, the sectors of rings.
+    middles: [DVec2; CELLS],
+    /// What the flux of a cell exceeds the mean of its ring by, in lm.
+    differences: [Spectrum<C>; CELLS],
+    /// Photons with their cells, each as often as its flux demands, standing for all of it in the mean.
+    choices: Vec<(Leaving<C>, usize)>,
+}
+
+/// Light that leaves a diffuser at a point, as from a Lambertian surface.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Leaving<const C: usize> {
+    /// In the ceiling plane.
+    pub position: DVec2,
+    /// In lm.
+    pub flux: Spectrum<C>,
+}
+
+impl<const C: usize> DiffuserLight<C> {
+    /// The light of one pass, with the fluxes of the tubes; `None` when cancelled. All closures are Lambertian.
+    pub fn trace(kernel: &Kernel, emission: &Emission, pass: Key, cancel: &AtomicBool) -> Option<(Self, Account)> {
+        let photons = emission.photons();
+        let chunk = |chunk: u64| {
+            let going_on = !cancel.load(Ordering::Relaxed);
+            going_on.then(|| {
+                let mut account = Account::new(kernel.tubes.len());
+                let mut leaving = vec![Vec::new(); kernel.tubes.len()];
+                for number in chunk * PHOTON_CHUNK..((chunk + 1) * PHOTON_CHUNK).min(photons) {
+                    let (photon, mut samples) = emission.photon(kernel, pass, number);
+                    if let Some(photon) = photon
+                        && let Start::Tube(tube) = photon.start
+                    {
+                        descend(kernel, tube, &photon, &mut samples, &mut leaving[tube], &mut account);
+                    }
+                }
+                (leaving, account)
+            })
+        };
+        let chunks: Option<Vec<_>> = (0..photons.div_ceil(PHOTON_CHUNK)).into_par_iter().map(chunk).collect();
+        let mut account = Account::new(kernel.tubes.len());
+        let mut all = vec![Vec::new(); kernel.tubes.len()];
+        for (leaving, of_chunk) in chunks? {
+            account.add(&of_chunk);
+            all.iter_mut().zip(leaving).for_each(|(all, leaving): (&mut Vec<_>, _)| all.extend(leaving));
+        }
+        let light = |(index, (tube, photons)): (usize, (&TubeKernel, Vec<Leaving<C>>))| {
+            TubeLight::new(tube, photons, PathRandom::new(pass.child(CHOICE_STREAM + index as u64)).uniform())
+        };
+        let tubes = kernel.tubes.iter().zip(all).enumerate().map(light).collect();
+        Some((Self { tubes }, account))
+    }
+
+    pub fn tubes(&self) -> &[TubeLight<C>] {
+        &self.tubes
+    }
+
+    /// Whether no point within `reach` of `position`, at its height, is near a diffuser.
+    pub fn is_far(&self, position: DVec3, reach: f64) -> bool {
+        self.tubes.iter().all(|tube| tube.is_far(position, reach))
+    }
+
+    /// Offsets in a cell of `size` for every photon of every tube, for [`Self::at_sensor`]; the same for all cells.
+    pub fn offsets(&self, size: [f64; 2], stream: Key) -> Vec<Vec<DVec2>> {
+        let offset = |stream: Key, number: usize| {
+            let (replicate, index) = Replicate::of(stream, number as u64);
+            let [u, v, ..] = replicate.point(index, 0);
+            DVec2::new((u - 0.5) * size[0], (v - 0.5) * size[1])
+        };
+        let of_tube = |(index, tube): (usize, &TubeLight<C>)| {
+            let stream = stream.child(CELL_STREAM + index as u64);
+            (0..tube.photons.len()).map(|number| offset(stream, number)).collect()
+        };
+        self.tubes.iter().enumerate().map(of_tube).collect()
+    }
+
+    /// Illuminance in lux of a horizontal sensor that sees all diffusers: every photon is connected to it, or to the point of
+    /// a cell that its offset leads to.
+    pub fn at_sensor(&self, position: DVec3, offsets: Option<&[Vec<DVec2>]>) -> f64 {
+        let of_tube = |(index, tube): (usize, &TubeLight<C>)| {
+            let depth = tube.origin.z - position.z;
+            let mut sum = 0.0;
+            for (number, photon) in tube.photons.iter().enumerate() {
+                let mut away = photon.position - position.truncate();
+                if let Some(offsets) = offsets {
+                    away -= offsets[index][number];
+                }
+                let distance_squared = away.length_squared() + depth * depth;
+                sum += photon.flux.luminance() / (distance_squared * distance_squared);
+            }
+            sum * depth * depth / PI
+        };
+        self.tubes.iter().enumerate().map(of_tube).sum()
+    }
+}
+
+/// Follows light on its way to a collector down to the closure, and on as often as the tube returns it there; adds what
+/// leaves into the room.
+fn descend<const C: usize>(
+    kernel: &Kernel,
+    index: usize,
+    photon: &EmittedPhoton,
+    samples: &mut PathSamples,
+    leaving: &mut Vec<Leaving<C>>,
+    account: &mut Account,
+) {
+    let tube = &kernel.tubes[index];
+    let mut transit: Transit<C> = tube.guide.down(photon.position, photon.direction, &mut samples.random);
+    let mut flux = if transit.entered { Spectrum([photon.flux; C]) } else { Spectrum::ZERO };
+    let returns = kernel.guide_return && tube.guide.returns_light();
+    account.tubes[index].at_collector += flux.luminance();
+    for event in 0..MAX_EVENTS {
+        account.rays += u64::from(transit.rays);
+        flux *= transit.weight();
+        if transit.end != End::Opening || flux.max() <= 0.0 {
+            return;
+        }
+        if event == 0 {
+            account.tubes[index].at_diffuser += flux.luminance();
+        }
+        let mut position = tube.origin + transit.position;
+        position.z = tube.origin.z;
+        let Closure::Lambertian { transmittance, reflectance } = tube.closure_at(position) else { return };
+        let through = flux * Spectrum::from_rgb(transmittance);
+        account.tubes[index].into_room += through.luminance();
+        leaving.push(Leaving { position: position.truncate(), flux: through });
+        let back = flux * Spectrum::from_rgb(reflectance);
+        let survival = (back.max() / flux.max()).min(1.0);
+        if !returns || samples.random.uniform() >= survival {
+            return;
+        }
+        flux = back * (1.0 / survival);
+        let direction = warp::cosine_hemisphere(samples.pair());
+        transit = tube.guide.up(position - tube.origin, direction, &mut samples.random);
+    }
+}
+
+impl<const C: usize> TubeLight<C> {
+    /// `photons`: all that leave; `start` in 0..1 is where the choice among them begins.
+    fn new(tube: &TubeKernel, photons: Vec<Leaving<C>>, start: f64) -> Self {
+        let (origin, radius) = (tube.origin, tube.opening_radius);
+        // neighbours in space are neighbours in the list, so that even numbers choose evenly
+        let mut cells: [Vec<Leaving<C>>; CELLS] = std::array::from_fn(|_| Vec::new());
+        for photon in photons {
+            let away = photon.position - origin.truncate();
+            cells[cell(away, radius)].push(photon);
+        }
+        let mut differences = [Spectrum::ZERO; CELLS];
+        for (flux, cell) in differences.iter_mut().zip(&cells) {
+            cell.iter().for_each(|photon| *flux += photon.flux);
+        }
+        let mut exitances = [Spectrum::ZERO; RINGS + 1];
+        for (exitance, ring) in exitances.iter_mut().zip(differences.chunks_exact_mut(SECTORS)) {
+            let mut flux = Spectrum::ZERO;
+            ring.iter().for_each(|of_cell| flux += *of_cell);
+            ring.iter_mut().for_each(|of_cell| *of_cell += flux * (-1.0 / SECTORS as f64));
+            *exitance = flux * (RINGS as f64 / (PI * radius * radius));
+        }
+        Self {
+            origin,
+            radius,
+            photons: cells.concat(),
+            steps: std::array::from_fn(|ring| exitances[ring] + exitances[ring + 1] * -1.0),
+            middles: std::array::from_fn(|cell| origin.truncate() + middle(cell) * radius),
+            differences,
+            choices: choose(&cells, start),
+        }
+    }
+
+    /// The photons that leave.
+    pub fn photons(&self) -> impl Iterator<Item = (DVec3, Spectrum<C>)> {
+        self.photons.iter().map(|photon| (photon.position.extend(self.origin.z), photon.flux))
+    }
+
+    /// Whether no point within `reach` of `position`, at its height, is near the disc.
+    fn is_far(&self, position: DVec3, reach: f64) -> bool {
+        let depth = self.origin.z - position.z;
+        let beside = ((position - self.origin).truncate().length() - self.radius - reach).max(0.0);
+        depth * depth + beside * beside >= (NEAR * self.radius).powi(2)
+    }
+
+    /// A photon by a number in 0..1, standing for all of the flux; `None` without light.
+    fn choice(&self, number: f64) -> Option<&(Leaving<C>, usize)> {
+        self.choices.get((number * self.choices.len() as f64) as usize)
+    }
+
+    /// Illuminance in lux of a surface that sees the whole disc; `number` in 0..1 chooses the photon that stands for what
+    /// rings and cells leave out.
+    fn irradiance(&self, position: DVec3, normal: DVec3, number: f64) -> Spectrum<C> {
+        let Some((photon, cell)) = self.choice(number) else { return Spectrum::ZERO };
+        let receiver = Receiver::new(position, normal, self.origin);
+        let discs: [f64; RINGS] = std::array::from_fn(|ring| receiver.disc(self.radius * RADII[ring]));
+        let points: [f64; CELLS] = std::array::from_fn(|cell| receiver.point(self.middles[cell]));
+        let mut sum = Spectrum::ZERO;
+        for (step, disc) in self.steps.iter().zip(&discs) {
+            sum += *step * *disc;
+        }
+        for (difference, point) in self.differences.iter().zip(&points) {
+            sum += *difference * *point;
+        }
+        // what rings and cells have of this photon
+        let ring = cell / SECTORS;
+        let inner = if ring > 0 { discs[ring - 1] } else { 0.0 };
+        let of_ring: f64 = points[ring * SECTORS..(ring + 1) * SECTORS].iter().sum();
+        let counted = (discs[ring] - inner) * RINGS as f64 / (PI * self.radius * self.radius) + points[*cell]
+            - of_ring / SECTORS as f64;
+        sum + photon.flux * (receiver.point(photon.position) - counted)
+    }
+}
+
+/// Systematic resampling: every choice has the same luminous flux, and the mean of all is the whole. `start` in 0..1.
+fn choose<const C: usize>(cells: &[Vec<Leaving<C>>; CELLS], start: f64) -> Vec<(Leaving<C>, usize)> {
+    let all = || cells.iter().enumerate().flat_map(|(cell, photons)| photons.iter().map(move |photon| (photon, cell)));
+    let total: f64 = all().map(|(photon, _)| photon.flux.luminance()).sum();
+    let count = all().count().min(MOST_CHOICES);
+    let share = total / count as f64;
+    let mut choices = Vec::new();
+    let mut reached = 0.0;
+    for (photon, cell) in all() {
+        let luminous = photon.flux.luminance();
+        reached += luminous;
+        while choices.len() < count && (choices.len() as f64 + start) * share < reached {
+            let flux = photon.flux * (total / luminous);
+            choices.push((Leaving { position: photon.position, flux }, cell));
+        }
+    }
+    choices
+}
+
+/// Outer radii of the rings, in radii of the disc.
+const RADII: [f64; RINGS] = [0.5, FRAC_1_SQRT_2, 0.866_025_403_784_438_6, 1.0];
+
+/// The cell of a point away from the centre of a disc: rings from the middle out, around them there and back, so that cells
+/// that follow each other touch.
+fn cell(away: DVec2, radius: f64) -> usize {
+    let fraction = away.length_squared() / (radius * radius);
+    let ring = ((fraction * RINGS as f64) as usize).min(RINGS - 1);
+    let turn = away.y.atan2(away.x) / TAU + 0.5;
+    let sector = ((turn * SECTORS as f64) as usize).min(SECTORS - 1);
+    ring * SECTORS + if ring.is_multiple_of(2) { sector } else { SECTORS - 1 - sector }
+}
+
+/// The point that carries a cell's difference, in radii from the centre.
+fn middle(cell: usize) -> DVec2 {
+    let (ring, sector) = (cell / SECTORS, cell % SECTORS);
+    let sector = if ring.is_multiple_of(2) { sector } else { SECTORS - 1 - sector };
+    let angle = ((sector as f64 + 0.5) / SECTORS as f64 - 0.5) * TAU;
+    DVec2::from_angle(angle) * ((ring as f64 + 0.5) / RINGS as f64).sqrt()
+}
+
+/// A surface seen from a disc in the ceiling.
+struct Receiver {
+    position: DVec3,
+    normal: DVec3,
+    /// Of the disc above it.
+    depth: f64,
+    /// Of the disc's axis.
+    offset: f64,
+    /// Component of the normal toward the axis.
+    toward_axis: f64,
+}
+
+impl Receiver {
+    fn new(position: DVec3, normal: DVec3, centre: DVec3) -> Self {
+        let way = (centre - position).truncate();
+        let offset = way.length();
+        let toward_axis = if offset > 0.0 { normal.truncate().dot(way) / offset } else { 0.0 };
+        Self { position, normal, depth: centre.z - position.z, offset, toward_axis }
+    }
+
+    /// Illuminance per unit exitance of a disc of `radius` that is above the horizon, from beyond the sphere around it.
+    #[inline]
+    fn disc(&self, radius: f64) -> f64 {
+        far_disc_illuminance(radius, self.depth, self.offset, [self.normal.z, self.toward_axis])
+    }
+
+    /// Illuminance per lumen that leaves a point of the ceiling plane above the horizon: cos(theta) cos(theta') / (pi d^2).
+    #[inline]
+    fn point(&self, source: DVec2) -> f64 {
+        let way = (source - self.position.truncate()).extend(self.depth);
+        let distance_squared = way.length_squared();
+        way.dot(self.normal) * self.depth / (PI * distance_squared * distance_squared)
+    }
+}
+
+impl<const C: usize> Daylight<C> for DiffuserLight<C> {
+    fn connect(&self, path: &mut Path, vertex: &Vertex<C>, tube: usize, sum: &mut Spectrum<C>) {
+        let light = &self.tubes[tube];
+        if vertex.is_narrow() || !light.is_far(vertex.position, 0.0) {
+            return Followed.connect(path, vertex, tube, sum);
+        }
+        let height = (light.origin - vertex.position).dot(vertex.normal);
+        let reach = light.radius * vertex.normal.truncate().length();
+        if height + reach <= 0.0 || light.choices.is_empty() {
+            return;
+        }
+        // a wall that the disc touches is not cut by it
+        let above = height >= reach - HORIZON * light.radius;
+        let clear = || {
+            let obstacles = &path.kernel.obstacles;
+            obstacles.leave_clear(vertex.position, 0.0, vertex.surface, light.origin, light.radius)
+        };
+        if above && vertex.lobe.is_none() && clear() {
+            let number = path.samples.random.uniform();
+            *sum += vertex.diffuse * light.irradiance(vertex.position, vertex.normal, number) * (1.0 / PI);
+            return;
+        }
+        let numbers: [f64; CONNECTIONS] = path.samples.pair();
+        for number in numbers {
+            let Some((photon, _)) = light.choice(number) else { continue };
+            let source = photon.position.extend(light.origin.z);
+            let way = source - vertex.position;
+            let distance_squared = way.length_squared();
+            if let Some((response, _)) = path.respond(vertex, source, NO_SURFACE) {
+                let per_area = way.z / (PI * distance_squared * distance_squared.sqrt());
+                *sum += response * photon.flux * (per_area / CONNECTIONS as f64);
+            }
+        }
+    }
+
+    fn found_share(&self, kernel: &Kernel, tube: usize, ray: &Ray<C>, position: DVec3) -> Option<f64> {
+        match ray.last {
+            Some(last) if last.narrow || !self.tubes[tube].is_far(last.position, 0.0) => {
+                Followed.found_share(kernel, tube, ray, position)
+            }
+            Some(_) => None,
+            // photons are connected to the eye, but by way of mirrors to nothing
+            None => (!ray.from_eye).then_some(1.0),
+        }
+    }
+}
+
+/// Share of the radius by which a horizon may cut a disc from rounding alone.
+const HORIZON: f64 = 1e-9;
+
+/// Daylight that is counted by other means.
+pub(super) struct CountedElsewhere;
+
+impl<const C: usize> Daylight<C> for CountedElsewhere {
+    fn connect(&self, _: &mut Path, _: &Vertex<C>, _: usize, _: &mut Spectrum<C>) {}
+
+    fn found_share(&self, _: &Kernel, _: usize, _: &Ray<C>, _: DVec3) -> Option<f64> {
+        None
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::guide::{Guide, StraightGuide};
+    use crate::optics::Diffuser;
+
+    const RADIUS: f64 = 0.127;
+
+    /// Midpoint rule over a disc in the plane z = `depth`, in `n` steps of squared radius and of angle.
+    fn quadrature(receiver: &Receiver, centre: DVec2, radius: f64, n: usize) -> f64 {
+        let mut sum = 0.0;
+        for i in 0..n {
+            let r = radius * ((i as f64 + 0.5) / n as f64).sqrt();
+            for k in 0..n {
+                sum += receiver.point(centre + DVec2::from_angle(TAU * (k as f64 + 0.5) / n as f64) * r);
+            }
+        }
+        sum * PI * radius * radius / (n * n) as f64
+    }
+
+    /// The cells hold equal areas, and their middles; the radii are those of equal areas.
+    #[test]
+    fn cells_are_even() {
+        for (ring, radius) in RADII.iter().enumerate() {
+            assert!((radius * radius * RINGS as f64 - (ring + 1) as f64).abs() < 1e-15);
+        }
+        for number in 0..CELLS {
+            assert_eq!(cell(middle(number) * RADIUS, RADIUS), number);
+        }
+        let mut counts = [0; CELLS];
+        let (replicate, _) = Replicate::of(Key::new(1), 0);
+        for k in 0..24_000 {
+            let [u, v, ..] = replicate.point(k, 0);
+            counts[cell(warp::disc([u, v]) * RADIUS, RADIUS)] += 1;
+        }
+        assert!(counts.iter().all(|count| (950..1050).contains(count)), "{counts:?}");
+    }
+
+    /// Rings in closed form against quadrature, for receivers that lie, stand and lean; the rule's error is O(1/n^2).
+    #[test]
+    fn discs_agree_with_quadrature() {
+        let leaning = DVec3::new(-0.4, 0.2, 0.7).normalize();
+        for (depth, offset, normal) in [
+            (1.0, 0.0, DVec3::Z),
+            (1.5, 1.1, DVec3::Z),
+            (0.2, 0.1, DVec3::Z),
+            (0.3, 0.6, DVec3::NEG_X),
+            (0.05, 0.5, DVec3::NEG_X),
+            (0.8, 0.5, leaning),
+        ] {
+            let (position, centre) = (DVec3::new(offset, 0.0, 0.0), DVec3::new(0.0, 0.0, depth));
+            let receiver = Receiver::new(position, normal, centre);
+            let expected = quadrature(&receiver, DVec2::ZERO, RADIUS, 300);
+            let found = receiver.disc(RADIUS);
+            assert!((found / expected - 1.0).abs() < 2e-5, "{depth} {offset} {normal}: {found} {expected}");
+        }
+    }
+
+    /// A millimetre seen from 141 m, and its outermost ring: a point of the same area, to (r / d)^2 and roundings.
+    #[test]
+    fn a_small_disc_far_away_is_a_point() {
+        let radius = 0.001;
+        for normal in [DVec3::Z, DVec3::NEG_X, DVec3::new(-0.6, 0.0, 0.8)] {
+            let receiver = Receiver::new(DVec3::new(100.0, 0.0, 0.0), normal, DVec3::new(0.0, 0.0, 100.0));
+            let per_area = receiver.point(DVec2::ZERO);
+            let whole = receiver.disc(radius) / (PI * radius * radius);
+            assert!((whole / per_area - 1.0).abs() < 1e-9, "{normal}: {whole} {per_area}");
+            let inner = radius * RADII[RINGS - 2];
+            let ring = (receiver.disc(radius) - receiver.disc(inner)) / (PI * radius * radius / RINGS as f64);
+            assert!((ring / per_area - 1.0).abs() < 1e-9, "{normal}: {ring} {per_area}");
+        }
+    }
+
+    /// A lopsided pattern: twice as dense on one side, and denser toward the middle.
+    fn lopsided(count: usize, centre: DVec2) -> Vec<Leaving<3>> {
+        let (replicate, _) = Replicate::of(Key::new(5), 0);
+        let photon = |k: usize| {
+            let [u, v, w, _] = replicate.point(k as u16, 0);
+            let angle = if w < 2.0 / 3.0 { PI * v } else { -PI * v };
+            let position = centre + DVec2::from_angle(angle) * RADIUS * u.powf(0.6);
+            Leaving { position, flux: Spectrum([1.0, 2.0, 0.5]) * (1.0 / count as f64) }
+        };
+        (0..count).map(photon).collect()
+    }
+
+    /// The mean over all choices is what all photons send, to rounding; a single choice is within some percent of it, nearer
+    /// than the photon alone.
+    #[test]
+    fn nothing_is_lost_in_the_mean() {
+        let origin = DVec3::new(1.0, 1.2, 2.5);
+        let pipe = StraightGuide {
+            radius: RADIUS,
+            length: 1.0,
+            reflectance: [0.95; 3].into(),
+            collector_transmittance: [1.0; 3],
+        };
+        let tube = TubeKernel {
+            origin,
+            opening_radius: RADIUS,
+            guide: Guide::Straight(pipe),
+            section: None,
+            diffuser: Diffuser::Lambertian { transmittance: [0.6; 3], reflectance: [0.2; 3] },
+        };
+        let count = 4096;
+        let photons = lopsided(count, origin.truncate());
+        let light = TubeLight::new(&tube, photons.clone(), 0.5);
+        assert_eq!(light.choices.len(), count);
+        for (position, normal) in [
+            (DVec3::new(1.0, 1.2, 1.5), DVec3::Z),
+            (DVec3::new(2.0, 0.5, 1.0), DVec3::Z),
+            (DVec3::new(0.0, 1.0, 1.8), DVec3::X),
+            (DVec3::new(1.3, 1.25, 2.3), DVec3::NEG_X),
+        ] {
+            let receiver = Receiver::new(position, normal, origin);
+            let mut truth = Spectrum::ZERO;
+            photons.iter().for_each(|photon| truth += photon.flux * receiver.point(photon.position));
+            let (mut mean, mut spread, mut alone) = (Spectrum::ZERO, 0.0, 0.0);
+            for k in 0..count {
+                let number = (k as f64 + 0.5) / count as f64;
+                let one = light.irradiance(position, normal, number);
+                mean += one * (1.0 / count as f64);
+                spread += (one.0[1] / truth.0[1] - 1.0).powi(2) / count as f64;
+                let (photon, _) = light.choice(number).unwrap();
+                alone += (photon.flux.0[1] * receiver.point(photon.position) / truth.0[1] - 1.0).powi(2) / count as f64;
+            }
+            for channel in 0..3 {
+                assert!((mean.0[channel] / truth.0[channel] - 1.0).abs() < 1e-10, "{position}: {mean:?} {truth:?}");
+            }
+            println!("{position}: {:.4}, {:.4} alone", spread.sqrt(), alone.sqrt());
+            assert!(spread < 0.2 * alone, "{position}: {spread} {alone}");
+        }
+    }
+}

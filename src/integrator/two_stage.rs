@@ -1,0 +1,154 @@
+//! Two stages: the path is cut at Lambertian diffusers. Unbiased; one pass is one replicate.
+//!
+//! In each pass photons first find what leaves the diffusers (`diffuser_light`). Then paths go backward from the sensors and
+//! the eye (`backward_path`), and every vertex counts that light in closed form, or nearly so. A sensor that sees all
+//! diffusers is connected to every photon; the eye is connected to them too. The two stages are independent, and what the
+//! second finds is linear in what the first gives, so that their product is unbiased.
+//!
+//! Light that the room sends up through a diffuser and that comes back down is part of what the second stage finds; the
+//! fluxes of the tubes are those of the first.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use rayon::prelude::*;
+
+use super::backward_pass::{self, EYE_STREAM, SENSOR_STREAM, Sampling, centre, each};
+use super::daylight::Exit;
+use super::diffuser_light::{CountedElsewhere, DiffuserLight};
+use super::emission::Emission;
+use super::kernel::{Kernel, NO_SURFACE, TubeKernel};
+use super::{GridPass, Integrator, PHOTON_CHUNK, Pass, ViewPass, path_tracing};
+use crate::optics::{Closure, Diffuser, Spectrum};
+use crate::sampling::Key;
+use crate::scene::{EstimateKind, Grid, View};
+
+/// Settings of the method.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Settings {
+    /// Photons from sky and sun per pass, all tubes together; 64..=16_777_216.
+    pub photons_per_pass: u64,
+    /// Backward paths per sensor and pass; 1..=65_536.
+    pub samples_per_sensor: u32,
+    /// Backward paths per pixel and pass; 1..=4_096.
+    pub samples_per_pixel: u32,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self { photons_per_pass: 8_192, samples_per_sensor: 256, samples_per_pixel: 8 }
+    }
+}
+
+/// Reflections of a path that no roulette decides: it would throw away what even points gain.
+const CERTAIN_REFLECTIONS: u32 = 3;
+
+/// Pairs of Sobol coordinates of a path.
+const SOBOL_PAIRS: u32 = 8;
+
+/// The method on one scene; `C` channels of light.
+#[derive(Debug)]
+pub struct TwoStage<const C: usize> {
+    kernel: Arc<Kernel>,
+    emission: Emission,
+    grids: Vec<Grid>,
+    views: Vec<View>,
+    settings: Settings,
+    seed: Key,
+}
+
+impl<const C: usize> TwoStage<C> {
+    pub fn new(kernel: Arc<Kernel>, grids: &[Grid], views: &[View], settings: &Settings, seed: u64) -> Self {
+        let emission = Emission::of_daylight(&kernel, settings.photons_per_pass);
+        let (grids, views) = (grids.to_vec(), views.to_vec());
+        Self { kernel, emission, grids, views, settings: settings.clone(), seed: Key::new(seed) }
+    }
+
+    /// Illuminance of a grid in lux, and the rays it took; `None` when cancelled.
+    fn grid(&self, light: &DiffuserLight<C>, grid: &Grid, stream: Key, cancel: &AtomicBool) -> Option<(Vec<f64>, u64)> {
+        let kernel = &*self.kernel;
+        let sampling = sampling(self.settings.samples_per_sensor);
+        let average = grid.estimate == EstimateKind::CellAverage;
+        let offsets = average.then(|| light.offsets(grid.cell_size_m, stream));
+        let reach = if average { 0.5 * grid.cell_size_m[0].hypot(grid.cell_size_m[1]) } else { 0.0 };
+        let sensors = each(grid.len(), cancel, |index| {
+            let position = centre(kernel, grid, index);
+            let stream = stream.child(index as u64);
+            let clear = |tube: &TubeKernel| {
+                kernel.obstacles.leave_clear(position, reach, NO_SURFACE, tube.origin, tube.opening_radius)
+            };
+            if !light.is_far(position, reach) || !kernel.tubes.iter().all(clear) {
+                return backward_pass::sensor::<C>(kernel, grid, index, sampling, stream, light, light);
+            }
+            let direct = light.at_sensor(position, offsets.as_deref());
+            let (lux, rays) =
+                backward_pass::sensor::<C>(kernel, grid, index, sampling, stream, &CountedElsewhere, light);
+            (direct + lux, rays)
+        })?;
+        let (illuminance, rays): (Vec<f64>, Vec<u64>) = sensors.into_iter().unzip();
+        Some((illuminance, rays.iter().sum()))
+    }
+
+    /// Adds the light of the diffusers that the eye sees straight.
+    fn add_diffusers(&self, light: &DiffuserLight<C>, view: &View, luminance: &mut [f64]) {
+        let whole = Closure::Lambertian { transmittance: [1.0; 3], reflectance: [0.0; 3] };
+        for tube in light.tubes() {
+            let exits: Vec<_> =
+                tube.photons().map(|(position, flux)| Exit { position, closure: whole, cosine: 1.0, flux }).collect();
+            let seen = |exits: &[Exit<C>]| -> Vec<(usize, Spectrum<C>)> {
+                exits.iter().filter_map(|exit| exit.seen_by(&self.kernel, view)).collect()
+            };
+            let chunks: Vec<_> = exits.par_chunks(PHOTON_CHUNK as usize).map(seen).collect();
+            for (pixel, value) in chunks.into_iter().flatten() {
+                for (channel, value) in value.0.into_iter().enumerate() {
+                    luminance[pixel * C + channel] += value;
+                }
+            }
+        }
+    }
+}
+
+impl<const C: usize> Integrator for TwoStage<C> {
+    fn pass(&self, pass: u64, cancel: &AtomicBool) -> Option<Pass> {
+        let key = self.seed.child(pass);
+        let kernel = &*self.kernel;
+        let (light, account) = DiffuserLight::<C>::trace(kernel, &self.emission, key, cancel)?;
+        let mut result = Pass { account, photons: self.emission.photons(), ..Pass::default() };
+        for (number, grid) in self.grids.iter().enumerate() {
+            let stream = key.child(SENSOR_STREAM + number as u64);
+            let (illuminance, rays) = self.grid(&light, grid, stream, cancel)?;
+            result.account.rays += rays;
+            result.grids.push(GridPass { illuminance, ..GridPass::default() });
+        }
+        for (number, view) in self.views.iter().enumerate() {
+            let stream = key.child(EYE_STREAM + number as u64);
+            let sampling = sampling(self.settings.samples_per_pixel);
+            let (mut luminance, rays) = backward_pass::view::<C>(kernel, view, sampling, stream, &light, cancel)?;
+            if cancel.load(Ordering::Relaxed) {
+                return None;
+            }
+            self.add_diffusers(&light, view, &mut luminance);
+            result.account.rays += rays;
+            result.views.push(ViewPass { luminance, ..ViewPass::default() });
+        }
+        Some(result)
+    }
+}
+
+fn sampling(paths: u32) -> Sampling {
+    Sampling { paths, certain: CERTAIN_REFLECTIONS, pairs: SOBOL_PAIRS }
+}
+
+/// Why this method cannot compute a scene, if it cannot: a closure that does not forget directions, or sun that only chance
+/// would find by way of mirrors.
+pub fn refuses(kernel: &Kernel) -> Option<&'static str> {
+    let measured = |tube: &TubeKernel| matches!(tube.diffuser, Diffuser::Measured(_));
+    let unscattered = |tube: &TubeKernel| tube.diffuser.specular_zone(tube.opening_radius).is_some();
+    if kernel.tubes.iter().any(unscattered) {
+        Some("the path is cut at Lambertian diffusers, but a closure lets light pass unscattered")
+    } else if kernel.tubes.iter().any(measured) {
+        Some("the path is cut at Lambertian diffusers, but light leaves a measured one by its direction of incidence")
+    } else {
+        path_tracing::refuses(kernel)
+    }
+}
