@@ -38,6 +38,9 @@ pub mod document;
 
 pub mod job;
 
+pub mod report;
+
+pub mod thesis;
 pub mod validation;
 
 pub mod cli;

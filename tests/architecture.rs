@@ -16,7 +16,8 @@ const LEVELS: &[&[&str]] = &[
     &["output"],
     &["document"],
     &["job", "study"],
-    &["validation"],
+    &["report"],
+    &["validation", "thesis"],
     &["db", "http", "cli"],
     &["main"],
 ];

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use anyhow::{Context, bail};
 
-use crate::validation;
+use crate::{report, validation};
 
 #[derive(Debug, clap::Args)]
 pub struct ValidateArgs {
@@ -17,14 +17,13 @@ pub struct ValidateArgs {
 }
 
 pub fn run(args: ValidateArgs) -> anyhow::Result<()> {
-    let sections = validation::run(&args.reference, |title| eprintln!("{title} ..."))?;
-    validation::write(&sections, &args.out)
+    let report = validation::run(&args.reference, |title| eprintln!("{title} ..."))?;
+    report::write(&report, &args.out)
         .with_context(|| format!("the report cannot be written to {}", args.out.display()))?;
-    let checks = || sections.iter().flat_map(|section| &section.checks);
-    let failed: Vec<_> = checks().filter(|check| !check.passed()).map(|check| check.name.as_str()).collect();
+    let failed: Vec<_> = report.checks().filter(|check| !check.passed()).map(|check| check.name.as_str()).collect();
     eprintln!(
         "{} checks, {} failed; the report is {}",
-        checks().count(),
+        report.checks().count(),
         failed.len(),
         args.out.join("validation.md").display()
     );

@@ -1,10 +1,8 @@
 //! False-colour pictures of luminance and illuminance, with a labelled scale.
 
-use colorous::Gradient;
-
 use super::raster::LETTER_PX;
 use super::scale::{Scale, label};
-use super::{Image, OutputError, Raster};
+use super::{Image, OutputError, Raster, percentile};
 
 const PAPER: [u8; 3] = [255, 255, 255];
 const INK: [u8; 3] = [20, 20, 20];
@@ -27,41 +25,92 @@ const HEAT_MAP_PX: usize = 480;
 pub fn luminance(image: Image) -> Result<Raster, OutputError> {
     image.check()?;
     let luminances = image.luminances();
-    let scale = Scale::over(&luminances, 0.0005);
-    let [width, height] = image.size_px;
-    let mut picture = Raster::filled(width, height, PAPER);
-    for (pixel, y) in luminances.iter().enumerate() {
-        picture.set(pixel % width, pixel / width, colour(colorous::TURBO, &scale, *y));
-    }
-    Ok(with_scale(&picture, &scale, colorous::TURBO, "cd/m2"))
+    let colours = FalseColours { scale: Scale::over(&luminances, 0.0005), gradient: turbo, unit: "cd/m2" };
+    Ok(colours.with_scale(&colours.paint(image.size_px, &luminances)?))
 }
 
 /// A heat map (viridis) of the illuminance of a grid of `cells` along x and y, north up, with a scale in lux.
 pub fn illuminance(cells: [usize; 2], illuminance_lux: &[f64]) -> Result<Raster, OutputError> {
-    let [columns, rows] = cells;
-    if columns == 0 || rows == 0 || columns.checked_mul(rows) != Some(illuminance_lux.len()) {
-        return Err(OutputError::Size { values: illuminance_lux.len(), width: columns, height: rows, channels: 1 });
-    }
-    let scale = Scale::over(illuminance_lux, 0.0);
-    let cell = (HEAT_MAP_PX / columns.max(rows)).max(1);
-    let mut picture = Raster::filled(columns * cell, rows * cell, PAPER);
-    for (sensor, value) in illuminance_lux.iter().enumerate() {
-        let (column, row) = (sensor % columns, rows - 1 - sensor / columns);
-        let colour = colour(colorous::VIRIDIS, &scale, *value);
-        picture.fill(column * cell..(column + 1) * cell, row * cell..(row + 1) * cell, colour);
-    }
-    Ok(with_scale(&picture, &scale, colorous::VIRIDIS, "lux"))
+    let colours = FalseColours::illuminance(illuminance_lux);
+    let map = colours.heat_map(cells, illuminance_lux)?;
+    Ok(colours.with_scale(&map.enlarged((HEAT_MAP_PX / map.width.max(map.height)).max(1))))
 }
 
-fn colour(gradient: Gradient, scale: &Scale, value: f64) -> [u8; 3] {
-    if value.is_nan() {
-        return INVALID;
+/// Colours on one scale, for one picture or several that are to be compared.
+#[derive(Clone, Copy, Debug)]
+pub struct FalseColours {
+    scale: Scale,
+    /// Of a position 0..1.
+    gradient: fn(f64) -> [u8; 3],
+    unit: &'static str,
+}
+
+impl FalseColours {
+    /// Viridis over all of `illuminance_lux`.
+    pub fn illuminance(illuminance_lux: &[f64]) -> Self {
+        Self { scale: Scale::over(illuminance_lux, 0.0), gradient: viridis, unit: "lux" }
     }
-    gradient.eval_continuous(scale.position(value)).into_array()
+
+    /// Viridis from zero to `highest_lux`; what is above has the colour of the end.
+    pub fn illuminance_up_to(highest_lux: f64) -> Self {
+        Self { scale: Scale { lowest: 0.0, highest: highest_lux, logarithmic: false }, gradient: viridis, unit: "lux" }
+    }
+
+    /// Turbo over `values` that are not negative, but for the `trim` (0..0.5) highest and lowest of them.
+    pub fn magnitudes(values: &[f64], trim: f64, unit: &'static str) -> Self {
+        Self { scale: Scale::over(values, trim), gradient: turbo, unit }
+    }
+
+    /// From blue for what is below zero over white to red, as far as all but the `trim` largest magnitudes.
+    pub fn differences(values: &[f64], trim: f64, unit: &'static str) -> Self {
+        let magnitudes = values.iter().map(|value| value.abs());
+        let highest = percentile(magnitudes, 1.0 - trim).filter(|highest| *highest > 0.0).unwrap_or(1.0);
+        Self { scale: Scale { lowest: -highest, highest, logarithmic: false }, gradient: blue_red, unit }
+    }
+
+    /// One pixel per value, top row first.
+    pub fn paint(&self, size_px: [usize; 2], values: &[f64]) -> Result<Raster, OutputError> {
+        let [width, height] = size_px;
+        if width == 0 || height == 0 || width.checked_mul(height) != Some(values.len()) {
+            return Err(OutputError::Size { values: values.len(), width, height, channels: 1 });
+        }
+        let mut picture = Raster::filled(width, height, PAPER);
+        for (pixel, value) in values.iter().enumerate() {
+            picture.set(pixel % width, pixel / width, self.colour(*value));
+        }
+        Ok(picture)
+    }
+
+    /// One pixel per sensor of a grid, north up.
+    pub fn heat_map(&self, cells: [usize; 2], values: &[f64]) -> Result<Raster, OutputError> {
+        let northern_first: Vec<f64> = values.rchunks(cells[0].max(1)).flatten().copied().collect();
+        self.paint(cells, &northern_first)
+    }
+
+    fn colour(&self, value: f64) -> [u8; 3] {
+        if value.is_nan() { INVALID } else { (self.gradient)(self.scale.position(value)) }
+    }
+
+    /// The picture with the scale to its right.
+    pub fn with_scale(&self, picture: &Raster) -> Raster {
+        with_scale(picture, &self.scale, self.gradient, self.unit)
+    }
+}
+
+fn turbo(position: f64) -> [u8; 3] {
+    colorous::TURBO.eval_continuous(position).into_array()
+}
+
+fn viridis(position: f64) -> [u8; 3] {
+    colorous::VIRIDIS.eval_continuous(position).into_array()
+}
+
+fn blue_red(position: f64) -> [u8; 3] {
+    colorous::RED_BLUE.eval_continuous(1.0 - position).into_array()
 }
 
 /// The picture with the scale to its right.
-fn with_scale(picture: &Raster, scale: &Scale, gradient: Gradient, unit: &str) -> Raster {
+fn with_scale(picture: &Raster, scale: &Scale, gradient: fn(f64) -> [u8; 3], unit: &str) -> Raster {
     let ticks = scale.ticks();
     let labels: Vec<String> = ticks.iter().map(|tick| label(*tick)).collect();
     let letters = labels.iter().map(String::len).max().unwrap_or(0);
@@ -69,18 +118,13 @@ fn with_scale(picture: &Raster, scale: &Scale, gradient: Gradient, unit: &str) -
     let label_left = bar_left + BAR_PX + TICK_PX + 4;
     let right = (label_left + letters * LETTER_PX).max(bar_left + unit.len() * LETTER_PX);
     let mut whole = Raster::filled(right + MARGIN_PX, picture.height.max(LEAST_HEIGHT_PX), PAPER);
-    for y in 0..picture.height {
-        for x in 0..picture.width {
-            whole.set(x, y, picture.get(x, y));
-        }
-    }
+    whole.draw(0, 0, picture);
     whole.write(bar_left, MARGIN_PX, unit, INK);
     let top = MARGIN_PX + 2 * LETTER_PX;
     let bottom = whole.height - MARGIN_PX - LETTER_PX / 2;
     for y in top..bottom {
         let position = (bottom - 1 - y) as f64 / (bottom - 1 - top) as f64;
-        let colour = gradient.eval_continuous(position).into_array();
-        whole.fill(bar_left..bar_left + BAR_PX, y..y + 1, colour);
+        whole.fill(bar_left..bar_left + BAR_PX, y..y + 1, gradient(position));
     }
     for (tick, label) in ticks.iter().zip(&labels) {
         let y = bottom - 1 - (scale.position(*tick) * (bottom - 1 - top) as f64).round() as usize;
@@ -103,6 +147,16 @@ mod tests {
         assert_eq!(at(10, 470), expected(0.0));
         assert_eq!(at(470, 10), expected(1.0));
         assert_eq!(at(10, 10), expected(2.0 / 3.0));
+    }
+
+    #[test]
+    fn differences_are_white_at_zero_and_red_above() {
+        let values = [-2.0, 0.0, 2.0, 1.0];
+        let map = FalseColours::differences(&values, 0.0, "").paint([4, 1], &values).unwrap();
+        let [below, zero, above, between] = [0, 1, 2, 3].map(|x| map.get(x, 0));
+        assert!(zero.iter().all(|channel| *channel > 235), "{zero:?}");
+        assert!(below[2] > below[0] && above[0] > above[2] && between[0] > between[2]);
+        assert!(FalseColours::differences(&[], 0.0, "").paint([2, 1], &[0.0, f64::NAN]).is_ok());
     }
 
     #[test]

@@ -6,6 +6,7 @@
 pub mod csv;
 pub mod exr;
 pub mod false_colour;
+pub mod montage;
 pub mod plots;
 pub mod png;
 mod raster;

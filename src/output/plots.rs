@@ -144,6 +144,50 @@ pub fn lines(series: &[Series], x: Axis, y: Axis, legend_above: bool) -> Result<
     Ok(svg)
 }
 
+/// Series over two logarithmic axes of whole decades, with a legend below. What is not positive and finite is left out.
+pub fn logarithmic(series: &[Series], x_title: &str, y_title: &str) -> Result<String, OutputError> {
+    let plottable = |(x, y): &&(f64, f64)| x.is_finite() && y.is_finite() && *x > 0.0 && *y > 0.0;
+    let all = || series.iter().flat_map(|series| series.line.iter().chain(&series.marks)).filter(plottable);
+    let xs = decades(all().map(|point| point.0), 1.0);
+    let ys = decades(all().map(|point| point.1), 1.0);
+    let mut svg = String::new();
+    let mut draw = || -> Result<(), Box<dyn std::error::Error + '_>> {
+        let area = SVGBackend::with_string(&mut svg, SIZE_PX).into_drawing_area();
+        area.fill(&WHITE)?;
+        let mut chart = ChartBuilder::on(&area)
+            .margin(16)
+            .x_label_area_size(44)
+            .y_label_area_size(72)
+            .build_cartesian_2d((xs.0..xs.1).log_scale(), (ys.0..ys.1).log_scale())?;
+        chart
+            .configure_mesh()
+            .x_desc(x_title)
+            .y_desc(y_title)
+            .x_label_formatter(&|value| format!("{value}"))
+            .y_label_formatter(&|value| format!("{value}"))
+            .draw()?;
+        for (series, colour) in series.iter().zip(COLOURS.into_iter().cycle()) {
+            let line = series.line.iter().filter(plottable).copied();
+            chart
+                .draw_series(LineSeries::new(line, colour.stroke_width(2)))?
+                .label(&series.name)
+                .legend(move |(x, y)| PathElement::new(vec![(x, y), (x + 20, y)], colour.stroke_width(2)));
+            let marks = series.marks.iter().filter(plottable);
+            chart.draw_series(marks.map(|point| Circle::new(*point, 3, colour.filled())))?;
+        }
+        chart
+            .configure_series_labels()
+            .position(SeriesLabelPosition::LowerLeft)
+            .border_style(BLACK.mix(0.3))
+            .background_style(WHITE.mix(0.8))
+            .draw()?;
+        area.present()?;
+        Ok(())
+    };
+    draw().map_err(|error| OutputError::Plot(error.to_string()))?;
+    Ok(svg)
+}
+
 /// Transmission, 0..1, against the altitude of the sun in degrees.
 pub fn transmission(series: &[Series]) -> Result<String, OutputError> {
     let altitude = Axis { title: "altitude of the sun in degrees", from: 0.0, to: 90.0 };
@@ -189,6 +233,15 @@ mod tests {
             assert!(!svg.contains("NaN"));
             assert!(svg.contains("relative error"));
         }
+    }
+
+    #[test]
+    fn logarithmic_curves_are_named() {
+        let line: Vec<_> = (0..6).map(|k| (f64::from(4i32.pow(k)), 0.5f64.powi(k as i32))).collect();
+        let bad = vec![(0.0, 1.0), (1.0, f64::NAN)];
+        let svg = logarithmic(&[Series { name: "ppm".to_owned(), line, marks: bad }], "passes", "error").unwrap();
+        assert!(svg.contains("ppm") && svg.contains("passes") && !svg.contains("NaN"));
+        assert!(logarithmic(&[], "x", "y").is_ok());
     }
 
     #[test]

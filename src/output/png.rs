@@ -27,42 +27,62 @@ pub fn encode(raster: &Raster) -> Result<Vec<u8>, OutputError> {
 }
 
 /// A luminance image as an eye adapted to it would see it, in sRGB.
-///
-/// The log-average luminance is exposed to 18 % and the brightest half percent of the lit pixels goes to white, by the global
-/// operator of Reinhard et al. 2002 (equation 4); the ratios of the channels stay. Black stays black, infinite is white,
-/// and what is not a number is magenta.
 pub fn tone_mapped(image: Image) -> Result<Raster, OutputError> {
-    image.check()?;
-    let luminances = image.luminances();
-    let lit = || luminances.iter().copied().filter(|y| y.is_finite() && *y > 0.0);
-    let brightest = percentile(lit(), 0.995).unwrap_or(1.0);
-    let counted = || lit().filter(|y| *y >= DARKEST_COUNTED * brightest);
-    let number = counted().count().max(1) as f64;
-    let log_average = (counted().map(f64::ln).sum::<f64>() / number).exp();
-    let exposure = KEY / log_average;
-    // never below about three times the average, so that an even image is not stretched to white
-    let white = (exposure * brightest).max(LEAST_WHITE);
+    ToneMapping::of(image)?.apply(image)
+}
 
-    let [width, height] = image.size_px;
-    let mut raster = Raster::filled(width, height, [0; 3]);
-    for ((pixel, channels), y) in
-        raster.pixels.chunks_exact_mut(3).zip(image.values.chunks_exact(image.channels)).zip(&luminances)
-    {
-        let exposed = exposure * y;
-        // (1 + L / white^2) / (1 + L), written so that an L of any size stays finite
-        let compression = 1.0 / (1.0 + exposed) + exposed / (1.0 + exposed) / (white * white);
-        for (index, byte) in pixel.iter_mut().enumerate() {
-            let channel = channels.get(index).unwrap_or(&channels[0]);
-            *byte = if y.is_nan() || channel.is_nan() {
-                if index == 1 { 0 } else { 255 }
-            } else if y.is_infinite() {
-                255
-            } else {
-                srgb_byte(exposure * channel * compression)
-            };
-        }
+/// The global operator of Reinhard et al. 2002 (equation 4), adapted to one image.
+///
+/// The log-average luminance is exposed to 18 % and the brightest half percent of the lit pixels goes to white; the ratios
+/// of the channels stay. Black stays black, infinite is white, and what is not a number is magenta.
+#[derive(Clone, Copy, Debug)]
+pub struct ToneMapping {
+    /// Per cd/m2.
+    exposure: f64,
+    /// Exposed luminance that is shown white.
+    white: f64,
+}
+
+impl ToneMapping {
+    pub fn of(image: Image) -> Result<Self, OutputError> {
+        image.check()?;
+        let luminances = image.luminances();
+        let lit = || luminances.iter().copied().filter(|y| y.is_finite() && *y > 0.0);
+        let brightest = percentile(lit(), 0.995).unwrap_or(1.0);
+        let counted = || lit().filter(|y| *y >= DARKEST_COUNTED * brightest);
+        let number = counted().count().max(1) as f64;
+        let log_average = (counted().map(f64::ln).sum::<f64>() / number).exp();
+        let exposure = KEY / log_average;
+        // never below about three times the average, so that an even image is not stretched to white
+        Ok(Self { exposure, white: (exposure * brightest).max(LEAST_WHITE) })
     }
-    Ok(raster)
+
+    /// This or another image as the eye adapted to the first one sees it.
+    pub fn apply(&self, image: Image) -> Result<Raster, OutputError> {
+        image.check()?;
+        let Self { exposure, white } = self;
+        let luminances = image.luminances();
+        let [width, height] = image.size_px;
+        let mut raster = Raster::filled(width, height, [0; 3]);
+        for ((pixel, channels), y) in
+            raster.pixels.chunks_exact_mut(3).zip(image.values.chunks_exact(image.channels)).zip(&luminances)
+        {
+            let exposed = exposure * y;
+            // (1 + L / white^2) / (1 + L), written so that an L of any size stays finite
+            let compression = 1.0 / (1.0 + exposed) + exposed / (1.0 + exposed) / (white * white);
+            for (index, byte) in pixel.iter_mut().enumerate() {
+                let channel = channels.get(index).unwrap_or(&channels[0]);
+                *byte = if y.is_nan() || channel.is_nan() {
+                    if index == 1 { 0 } else { 255 }
+                } else if y.is_infinite() {
+                    255
+                } else {
+                    srgb_byte(exposure * channel * compression)
+                };
+            }
+        }
+        Ok(raster)
+    }
 }
 
 /// Linear light as an sRGB byte (IEC 61966-2-1); clipped to 0..1.

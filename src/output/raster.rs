@@ -41,6 +41,26 @@ impl Raster {
         }
     }
 
+    /// Draws another picture with its upper left corner at (`x`, `y`).
+    pub fn draw(&mut self, x: usize, y: usize, picture: &Self) {
+        for row in 0..picture.height {
+            for column in 0..picture.width {
+                self.set(x + column, y + row, picture.get(column, row));
+            }
+        }
+    }
+
+    /// Every pixel as a square of `times` x `times`.
+    pub fn enlarged(&self, times: usize) -> Self {
+        let mut large = Self::filled(self.width * times, self.height * times, [0; 3]);
+        for y in 0..self.height {
+            for x in 0..self.width {
+                large.fill(x * times..(x + 1) * times, y * times..(y + 1) * times, self.get(x, y));
+            }
+        }
+        large
+    }
+
     /// Writes ASCII with its upper left corner at (`x`, `y`).
     pub fn write(&mut self, x: usize, y: usize, text: &str, colour: [u8; 3]) {
         const SCALE: usize = LETTER_PX / 8;

@@ -6,9 +6,9 @@ use glam::{DVec2, DVec3};
 use serde_json::{Value, json};
 
 use super::reference::{Row, failed};
-use super::run::render;
 use super::skies::cie_type;
 use super::{Deviations, Figure, Section, Table, ValidationError};
+use crate::report::run::render;
 use crate::estimate::Estimate;
 use crate::optics::fresnel::slab_transmittance;
 use crate::output::plots::{Axis, Series, lines};
@@ -273,7 +273,7 @@ fn interreflection(reference: &Path) -> Result<(Deviations, Deviations, Table, F
     let figure = Figure {
         file: "interreflection.svg",
         caption: "Mean indirect illuminance of closed rooms against the reflectance of their surfaces.".to_owned(),
-        svg,
+        bytes: svg.into_bytes(),
     };
     Ok((deviations, closure, table, figure))
 }

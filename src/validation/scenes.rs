@@ -5,8 +5,8 @@ use std::path::Path;
 use serde_json::{Value, json};
 
 use super::reference::{failed, json as read_json, numbers};
-use super::run::render;
 use super::{Deviations, Section, Table, ValidationError};
+use crate::report::run::render;
 
 /// The room of the thesis, as an example to run.
 const THESIS: &str = include_str!("../../examples/holigilm_thesis.json");

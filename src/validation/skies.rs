@@ -96,7 +96,7 @@ pub fn section(reference: &Path) -> Result<Section, ValidationError> {
         figures: vec![Figure {
             file: "skies.svg",
             caption: "D/Lz against the altitude of the sun: lines this program, marks the reference.".to_owned(),
-            svg,
+            bytes: svg.into_bytes(),
         }],
         ..Section::default()
     })

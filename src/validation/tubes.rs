@@ -106,7 +106,7 @@ pub fn section(reference: &Path) -> Result<Section, ValidationError> {
             caption: "Transmission for parallel light, L/D = 4: lines the exact series, marks traced rays; the \
                       approximation of Zastrow and Wittwer lies below the exact transmission everywhere."
                 .to_owned(),
-            svg,
+            bytes: svg.into_bytes(),
         }],
         ..Section::default()
     })

@@ -1,0 +1,84 @@
+//! A report as Markdown with figures.
+
+use std::fmt::Write as _;
+use std::path::Path;
+
+use super::{Check, Figure, Report, Section, Table};
+
+/// Writes the page `name.md` and the figures in the folder `name` into `out`, which is made when it is not there.
+pub fn write(report: &Report, out: &Path) -> std::io::Result<()> {
+    let folder = out.join(report.name);
+    std::fs::create_dir_all(&folder)?;
+    for Figure { file, bytes, .. } in report.sections.iter().flat_map(|section| &section.figures) {
+        std::fs::write(folder.join(file), bytes)?;
+    }
+    std::fs::write(out.join(report.name).with_extension("md"), page(report))
+}
+
+fn page(report: &Report) -> String {
+    let mut text = format!("# {}\n\n{}\n", report.title, report.introduction);
+    for Section { title, text: what, checks, tables, figures, conclusion } in &report.sections {
+        text += &format!("\n## {title}\n\n{what}\n");
+        if !checks.is_empty() {
+            text += &table_of(checks);
+        }
+        tables.iter().for_each(|table| text += &format!("\n{}:\n\n{}", table.caption, rows(table)));
+        for figure in figures {
+            text += &format!("\n![{0}]({1}/{2})\n\n{0}\n", figure.caption, report.name, figure.file);
+        }
+        if !conclusion.is_empty() {
+            text += &format!("\n{conclusion}\n");
+        }
+    }
+    text
+}
+
+fn table_of(checks: &[Check]) -> String {
+    let mut text =
+        "\n| check | compared | worst deviation | allowed | |\n| --- | ---: | ---: | ---: | --- |\n".to_owned();
+    for check in checks {
+        let verdict = if check.passed() { "passed" } else { "**failed**" };
+        let (worst, limit) = (number(check.worst), number(check.limit));
+        // writing to a String does not fail
+        let _ = writeln!(text, "| {} | {} | {worst} | {limit} {} | {verdict} |", check.name, check.compared, check.unit);
+    }
+    text
+}
+
+fn rows(table: &Table) -> String {
+    let line = |cells: &[String]| format!("| {} |\n", cells.join(" | "));
+    let rule = vec!["---:".to_owned(); table.head.len()];
+    let rows = table.rows.iter().map(|row| line(row));
+    [line(&table.head), line(&rule)].into_iter().chain(rows).collect()
+}
+
+/// Three digits, with an exponent where the number is small.
+fn number(value: f64) -> String {
+    if value == 0.0 || (0.01..1000.0).contains(&value) { format!("{value:.3}") } else { format!("{value:.1e}") }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn failures_are_named() {
+        let check = |worst: f64| Check { name: "a".to_owned(), compared: 3, worst, limit: 1.0, unit: "x" };
+        let section = Section {
+            title: "T".to_owned(),
+            checks: vec![check(0.5), check(2.0), check(f64::INFINITY)],
+            tables: vec![Table {
+                caption: "c".to_owned(),
+                head: vec!["h".to_owned()],
+                rows: vec![vec!["1".to_owned()]],
+            }],
+            conclusion: "So.".to_owned(),
+            ..Section::default()
+        };
+        let text = page(&Report { name: "n", title: "R", introduction: "I.".to_owned(), sections: vec![section] });
+        assert!(text.starts_with("# R\n\nI.\n\n## T\n"), "{text}");
+        assert_eq!(text.matches("**failed**").count(), 2);
+        assert!(text.contains("| h |\n| ---: |\n| 1 |"));
+        assert!(text.ends_with("\nSo.\n"));
+    }
+}

@@ -1,0 +1,1 @@
+//! The thesis of A. Schou (DTU 2012), reproduced.
