@@ -9,6 +9,7 @@ pub mod progress;
 pub mod render;
 pub mod serve;
 pub mod submit;
+pub mod thesis;
 pub mod validate;
 
 /// Daylight through tubular daylight devices: illuminance grids and views with their errors.
@@ -31,6 +32,8 @@ pub enum Command {
     Plan(plan::PlanArgs),
     /// Run the validation cases and write the report
     Validate(validate::ValidateArgs),
+    /// Repeat the experiments of the thesis that the project starts from, and write the report
+    Thesis(thesis::ThesisArgs),
     /// Send a job document to a service, follow it, and save its results
     Submit(submit::SubmitArgs),
 }
@@ -43,6 +46,7 @@ impl Command {
             Self::Render(args) => render::run(args),
             Self::Plan(args) => plan::run(args),
             Self::Validate(args) => validate::run(args),
+            Self::Thesis(args) => thesis::run(args),
             Self::Submit(args) => submit::run(args),
         }
     }

@@ -29,7 +29,7 @@ use std::borrow::Cow;
 use glam::DVec3;
 
 /// Share of the shortest edge of the room that is the default first radius.
-const DEFAULT_RADIUS_SHARE: f64 = 0.05;
+pub const DEFAULT_RADIUS_SHARE: f64 = 0.05;
 
 /// Least share of the full disc that a clipped kernel is taken to have where its photons are counted.
 const LEAST_COUNTED_SHARE: f64 = 0.25;

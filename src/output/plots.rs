@@ -144,7 +144,7 @@ pub fn lines(series: &[Series], x: Axis, y: Axis, legend_above: bool) -> Result<
     Ok(svg)
 }
 
-/// Series over two logarithmic axes of whole decades, with a legend below. What is not positive and finite is left out.
+/// Series over two logarithmic axes of whole decades, with a legend where falling series leave room. What is not positive and finite is left out.
 pub fn logarithmic(series: &[Series], x_title: &str, y_title: &str) -> Result<String, OutputError> {
     let plottable = |(x, y): &&(f64, f64)| x.is_finite() && y.is_finite() && *x > 0.0 && *y > 0.0;
     let all = || series.iter().flat_map(|series| series.line.iter().chain(&series.marks)).filter(plottable);
@@ -177,7 +177,7 @@ pub fn logarithmic(series: &[Series], x_title: &str, y_title: &str) -> Result<St
         }
         chart
             .configure_series_labels()
-            .position(SeriesLabelPosition::LowerLeft)
+            .position(SeriesLabelPosition::UpperRight)
             .border_style(BLACK.mix(0.3))
             .background_style(WHITE.mix(0.8))
             .draw()?;

@@ -40,7 +40,8 @@ fn table_of(checks: &[Check]) -> String {
         let verdict = if check.passed() { "passed" } else { "**failed**" };
         let (worst, limit) = (number(check.worst), number(check.limit));
         // writing to a String does not fail
-        let _ = writeln!(text, "| {} | {} | {worst} | {limit} {} | {verdict} |", check.name, check.compared, check.unit);
+        let _ =
+            writeln!(text, "| {} | {} | {worst} | {limit} {} | {verdict} |", check.name, check.compared, check.unit);
     }
     text
 }

@@ -6,11 +6,14 @@ use std::sync::{Arc, Mutex, PoisonError};
 use serde_json::Value;
 
 use super::ReportError;
-use crate::document::{DocumentErrors, JobDocument, MeshSource};
+use crate::document::{DocumentErrors, JobDocument, MeshSource, to_scene};
 use crate::estimate::Estimate;
 use crate::geometry::TriangleMesh;
 use crate::geometry::obj::{ObjLimits, parse_obj};
+use crate::integrator::Kernel;
 use crate::job::run::{Observer, PassReport, Prepared, merge, prepare_document};
+use crate::plan::{self, Effects};
+use crate::scene::Scene;
 
 /// Meshes beside the documents.
 struct Folder(PathBuf);
@@ -75,4 +78,13 @@ pub fn render_all(prepared: &Prepared, hear: impl FnMut(&Estimate) + Send) -> Re
         }
     }
     Ok(merged)
+}
+
+/// A document's scene compiled for tracing, with everything that the plan leaves of it.
+pub fn compile(document: &Value, meshes: &Path) -> Result<(Scene, Kernel), ReportError> {
+    let document = JobDocument::parse(document.to_string().as_bytes())?;
+    let (scene, ..) = to_scene(&document, &Folder(meshes.to_owned()))?;
+    let effects = Effects::of(&scene, &document.effect_requests());
+    let kernel = plan::compile(&scene, &effects).map_err(|error| ReportError::Case(error.error.to_string()))?;
+    Ok((scene, kernel))
 }

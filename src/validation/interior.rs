@@ -8,10 +8,10 @@ use serde_json::{Value, json};
 use super::reference::{Row, failed};
 use super::skies::cie_type;
 use super::{Deviations, Figure, Section, Table, ValidationError};
-use crate::report::run::render;
 use crate::estimate::Estimate;
 use crate::optics::fresnel::slab_transmittance;
 use crate::output::plots::{Axis, Series, lines};
+use crate::report::run::render;
 use crate::sky::opening::illuminance_through_rectangle;
 use crate::sky::{Sky, SkyDistribution, direction};
 

@@ -1,0 +1,54 @@
+//! How far two RGB images are apart: the measures of the thesis' section 6.1.
+
+/// Euclidean distance of the three channels of each pixel; channels interleaved.
+pub fn euclidean(image: &[f64], reference: &[f64]) -> Vec<f64> {
+    let pixels = image.chunks_exact(3).zip(reference.chunks_exact(3));
+    pixels.map(|(a, b)| a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum::<f64>().sqrt()).collect()
+}
+
+/// Difference of one channel (0..3) of each pixel, image less reference.
+pub fn difference(image: &[f64], reference: &[f64], channel: usize) -> Vec<f64> {
+    let of = |image: &[f64]| image.iter().skip(channel).step_by(3).copied().collect::<Vec<_>>();
+    of(image).into_iter().zip(of(reference)).map(|(a, b)| a - b).collect()
+}
+
+/// Length of the three channels of each pixel as a vector.
+pub fn lengths(image: &[f64]) -> Vec<f64> {
+    euclidean(image, &vec![0.0; image.len()])
+}
+
+/// Lowest, highest and mean of a set of values.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Spread {
+    pub lowest: f64,
+    pub highest: f64,
+    pub mean: f64,
+}
+
+impl Spread {
+    /// Of the values that `counts` says; a mean of nothing is not a number.
+    pub fn of(values: &[f64], counts: impl Fn(usize) -> bool) -> Self {
+        let (mut lowest, mut highest, mut sum, mut number) = (f64::INFINITY, f64::NEG_INFINITY, 0.0, 0.0);
+        for (_, value) in values.iter().enumerate().filter(|(index, _)| counts(*index)) {
+            lowest = value.min(lowest);
+            highest = value.max(highest);
+            sum += value;
+            number += 1.0;
+        }
+        Self { lowest, highest, mean: sum / number }
+    }
+}
+
+/// Slope of ln y over ln x by least squares; not a number with fewer than two points.
+pub fn logarithmic_slope(points: &[(f64, f64)]) -> f64 {
+    let logs: Vec<(f64, f64)> = points.iter().map(|(x, y)| (x.ln(), y.ln())).collect();
+    let number = logs.len() as f64;
+    let (mean_x, mean_y) =
+        (logs.iter().map(|p| p.0).sum::<f64>() / number, logs.iter().map(|p| p.1).sum::<f64>() / number);
+    let (mut products, mut squares) = (0.0, 0.0);
+    for (x, y) in logs {
+        products += (x - mean_x) * (y - mean_y);
+        squares += (x - mean_x) * (x - mean_x);
+    }
+    products / squares
+}

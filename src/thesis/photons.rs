@@ -1,0 +1,73 @@
+//! Photons on the floor of the room, as the thesis' photon map holds them: all light, the direct part too.
+
+use std::path::Path;
+
+use glam::DVec3;
+use rayon::prelude::*;
+use serde_json::Value;
+
+use crate::integrator::Kernel;
+use crate::integrator::emission::{Emission, PathSamples};
+use crate::integrator::kernel::SurfaceId;
+use crate::integrator::light_path::{Account, Flight, Origin, Scattering, Visitor, trace};
+use crate::integrator::photon_grid::Photon;
+use crate::optics::Spectrum;
+use crate::report::ReportError;
+use crate::report::run::compile;
+use crate::sampling::Key;
+use crate::scene::Face;
+
+/// Photons that one task traces: fixed, so that their order is that of any number of threads.
+const CHUNK: u64 = 1024;
+
+const FLOOR: SurfaceId = Face::Floor as SurfaceId;
+
+/// A room whose floor is watched.
+pub struct FloorPhotons {
+    pub kernel: Kernel,
+    emission: Emission,
+    key: Key,
+}
+
+impl FloorPhotons {
+    pub fn new(document: &Value, photons_per_pass: u64, seed: u64) -> Result<Self, ReportError> {
+        let (_, kernel) = compile(document, Path::new(""))?;
+        Ok(Self { emission: Emission::new(&kernel, photons_per_pass), key: Key::new(seed), kernel })
+    }
+
+    /// What arrives on the floor in a pass; the flux of a pass is that of the scene.
+    pub fn pass(&self, number: u64) -> Vec<Photon<1>> {
+        let (photons, key) = (self.emission.photons(), self.key.child(number));
+        let chunks: Vec<Vec<Photon<1>>> = (0..photons.div_ceil(CHUNK))
+            .into_par_iter()
+            .map(|chunk| {
+                let mut floor = Floor(Vec::new());
+                let mut account = Account::new(self.kernel.tubes.len());
+                for number in chunk * CHUNK..((chunk + 1) * CHUNK).min(photons) {
+                    let (photon, mut samples) = self.emission.photon(&self.kernel, key, number);
+                    if let Some(photon) = photon {
+                        trace::<1>(&self.kernel, &photon, &mut samples, &mut floor, &mut account);
+                    }
+                }
+                floor.0
+            })
+            .collect();
+        chunks.into_iter().flatten().collect()
+    }
+}
+
+struct Floor(Vec<Photon<1>>);
+
+impl Visitor<1> for Floor {
+    fn scattered(&mut self, _: &Scattering<'_, 1>, _: &mut PathSamples) {}
+
+    fn emitted(&mut self, _: &Scattering<'_, 1>, _: &mut PathSamples) {}
+
+    fn flew(&mut self, _: &Flight<1>) {}
+
+    fn arrived(&mut self, surface: SurfaceId, position: DVec3, flux: Spectrum<1>, _: Origin) {
+        if surface == FLOOR {
+            self.0.push(Photon { position, surface, flux });
+        }
+    }
+}

@@ -1,0 +1,149 @@
+//! Views of the report: what their pixels see, and films recorded while they are rendered.
+
+use std::f64::consts::PI;
+use std::path::Path;
+
+use serde_json::Value;
+
+use super::{Case, Settings, scenes};
+use crate::estimate::{Estimate, FilmEstimate};
+use crate::integrator::Kernel;
+use crate::integrator::domain::Domain;
+use crate::integrator::eye::enter_room;
+use crate::integrator::kernel::{NO_SURFACE, Place, RoomHit};
+use crate::job::run::Prepared;
+use crate::output::{Image, OutputError, Raster, png};
+use crate::report::ReportError;
+use crate::report::run::{compile, render_all};
+use crate::statistics::Moments;
+
+/// What the centres of a view's pixels see.
+pub struct Sight {
+    kernel: Kernel,
+    pub size_px: [usize; 2],
+    hits: Vec<Option<RoomHit>>,
+}
+
+impl Sight {
+    /// Of the first view of a document.
+    pub fn of(document: &Value) -> Result<Self, ReportError> {
+        let (scene, kernel) = compile(document, Path::new(""))?;
+        let view = scene.views.first().ok_or_else(|| ReportError::Case("a document without a view".to_owned()))?;
+        let [width, height] = view.size_px;
+        let hits = (0..width * height)
+            .map(|pixel| {
+                let direction = view.ray_direction((pixel % width) as f64 + 0.5, (pixel / width) as f64 + 0.5);
+                Some(kernel.intersect(enter_room(&kernel, view.eye, direction)?, direction, NO_SURFACE))
+            })
+            .collect();
+        Ok(Self { kernel, size_px: [width, height], hits })
+    }
+
+    pub fn hit(&self, pixel: usize) -> Option<&RoomHit> {
+        self.hits[pixel].as_ref()
+    }
+
+    /// Whether a pixel looks into the scene.
+    pub fn inside(&self, pixel: usize) -> bool {
+        self.hits[pixel].is_some()
+    }
+
+    /// Whether a pixel and its eight neighbours see surfaces of the room and its objects: no lamp, opening or outside.
+    pub fn off_sources(&self, pixel: usize) -> bool {
+        self.around(pixel).all(|pixel| self.surface(pixel).is_some())
+    }
+
+    /// Whether a pixel and its eight neighbours see one surface.
+    pub fn on_one_surface(&self, pixel: usize) -> bool {
+        let own = self.surface(pixel);
+        own.is_some() && self.around(pixel).all(|pixel| self.surface(pixel) == own)
+    }
+
+    /// The share of a disc around the point that each pixel sees that lies on the surface there; 1 where no disc is.
+    pub fn disc_shares(&self, radius: f64) -> Vec<f64> {
+        let domains = Domain::of_surfaces(&self.kernel);
+        let share = |pixel: usize| {
+            let (surface, hit) = (self.surface(pixel)?, self.hit(pixel)?);
+            Some(domains.get(surface as usize)?.area(hit.position, radius) / (PI * radius * radius))
+        };
+        (0..self.hits.len()).map(|pixel| share(pixel).unwrap_or(1.0)).collect()
+    }
+
+    fn surface(&self, pixel: usize) -> Option<u32> {
+        match self.hit(pixel)?.place {
+            Place::Surface(surface) => Some(surface).filter(|surface| self.kernel.luminaire(*surface).is_none()),
+            Place::Opening(_) => None,
+        }
+    }
+
+    fn around(&self, pixel: usize) -> impl Iterator<Item = usize> + use<> {
+        let [width, height] = self.size_px;
+        let (x, y) = (pixel % width, pixel / width);
+        let rows = y.saturating_sub(1)..(y + 2).min(height);
+        let columns = x.saturating_sub(1)..(x + 2).min(width);
+        rows.flat_map(move |row| columns.clone().map(move |column| row * width + column))
+    }
+}
+
+/// A film, what it was like earlier, and the mean luminance of some zones of it.
+pub struct Recording {
+    pub film: FilmEstimate,
+    /// Passes so far, and the mean of every channel.
+    pub earlier: Vec<(u64, Vec<f64>)>,
+    /// One replicate per pass.
+    pub zones: Vec<Moments>,
+    pub estimate: Estimate,
+}
+
+/// Renders the first view of a job; `at`: passes whose film is kept, `zones`: pixels of each.
+pub fn record(prepared: &Prepared, at: &[u64], zones: &[Vec<usize>]) -> Result<Recording, ReportError> {
+    let mut earlier = Vec::new();
+    let mut moments = vec![Moments::default(); zones.len()];
+    let mut sums = vec![0.0; zones.len()];
+    let mut estimate = render_all(prepared, |merged| {
+        let Some(film) = merged.views.first() else { return };
+        if at.contains(&merged.passes) {
+            earlier.push((merged.passes, film.mean.clone()));
+        }
+        for ((pixels, moments), before) in zones.iter().zip(&mut moments).zip(&mut sums) {
+            let mean = pixels.iter().map(|pixel| film.luminance_cd_m2(*pixel)).sum::<f64>() / pixels.len() as f64;
+            let sum = mean * film.passes;
+            moments.push(sum - *before);
+            *before = sum;
+        }
+    })?;
+    let film = estimate.views.pop().ok_or_else(|| ReportError::Case("a job without a view".to_owned()))?;
+    Ok(Recording { film, earlier, zones: moments, estimate })
+}
+
+/// Names of the [`contenders`].
+pub const PPM_THESIS: &str = "PPM, thesis' settings";
+pub const SPPM_THESIS: &str = "SPPM, thesis' settings";
+pub const PPM_OWN: &str = "PPM, own settings";
+pub const SPPM_OWN: &str = "SPPM, own settings";
+
+/// PPM and SPPM with the thesis' and with own settings.
+pub fn contenders(document: &Value, settings: &Settings) -> [Case; 4] {
+    let case = |name: &str, method: Value| Case::new(name, document.clone(), method);
+    [
+        case(PPM_THESIS, scenes::thesis_method("ppm", settings)),
+        case(SPPM_THESIS, scenes::thesis_method("sppm", settings)),
+        case(PPM_OWN, scenes::own_method("ppm", settings)),
+        case(SPPM_OWN, scenes::own_method("sppm", settings)),
+    ]
+}
+
+/// Radius of the first pass of a method's document in a room of this shortest edge.
+pub fn first_radius_m(method: &Value, shortest_edge_m: f64) -> f64 {
+    let own = crate::integrator::progressive::DEFAULT_RADIUS_SHARE * shortest_edge_m;
+    method["initial_radius_m"].as_f64().unwrap_or(own)
+}
+
+pub fn image(film: &FilmEstimate) -> Image<'_> {
+    Image { size_px: film.size_px, channels: film.channels, values: &film.mean }
+}
+
+/// A film of these values as the eye adapted to `film` sees it, twice as large.
+pub fn tone_mapped_like(film: &FilmEstimate, values: &[f64]) -> Result<Raster, OutputError> {
+    Ok(png::ToneMapping::of(image(film))?.apply(Image { values, ..image(film) })?.enlarged(2))
+}
