@@ -250,6 +250,34 @@ fn agrees_on_the_cornell_box() {
     }
 }
 
+/// Points 2 mm from two walls: photons that are connected to them are rare and bright, so light tracing says no and the plan
+/// picks this method, which agrees with path tracing.
+#[test]
+fn points_in_a_corner() {
+    let document = |method: &str| {
+        let mut document = reference::json("scenes/S1.json");
+        document["method"] = method.into();
+        document["grids"][0] = json!({ "name": "corner", "height_m": 0.5, "cells": [1, 1], "margin_m": 0.5 });
+        let document = JobDocument::parse(document.to_string().as_bytes()).unwrap();
+        let mut scene = to_scene(&document, &Folder).unwrap().0;
+        scene.grids[0].x_m = vec![0.002];
+        scene.grids[0].y_m = vec![0.002];
+        (scene, document.method.request())
+    };
+    let (scene, request) = document("light_tracing");
+    let refusal = plan::Methods::choose(&scene, &kernel(&scene), &request).unwrap_err();
+    assert!(refusal.0.contains("rare and bright"), "{refusal}");
+    let (scene, request) = document("auto");
+    let chosen = plan::Methods::choose(&scene, &kernel(&scene), &request).unwrap().grids.unwrap();
+    assert_eq!(chosen.method.name(), "bidirectional_path_tracing");
+    let settings = path_tracing::Settings { samples_per_sensor: 4096, ..Default::default() };
+    let paths = PathTracing::<1>::new(kernel(&scene), &scene.grids, &[], &settings, 2);
+    let (truth, error) = values(&run(&scene, &paths, 48));
+    let found = run(&scene, &both_ways(&scene, 4_096, 1024, 2), 48);
+    assert_grid(&found, &truth, &error, 4.0, 0.0, "corner");
+    assert!(found.grids[0].standard_error_lux(0) < 0.01 * truth[0] && error[0] < 0.01 * truth[0]);
+}
+
 /// The same bits on any number of threads.
 #[test]
 fn threads_do_not_matter() {

@@ -14,8 +14,11 @@ use super::Warning;
 use super::parse::{Misfit, absent};
 use crate::analytic::jenkins;
 use crate::integrator::progressive::Radius;
-use crate::integrator::{Method, bidirectional, light_tracing, path_tracing, photon_mapping, ppm, sppm, two_stage};
+use crate::integrator::{
+    Kernel, Method, bidirectional, light_tracing, path_tracing, photon_mapping, ppm, sppm, two_stage,
+};
 use crate::plan::MethodRequest;
+use crate::scene::{EstimateKind, Grid};
 
 /// How the light is computed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
@@ -198,8 +201,26 @@ impl MethodDocument {
     }
 }
 
-/// What a reader of a method's results must know.
-pub fn method_warning(method: &Method) -> Option<Warning> {
+/// What a reader of a method's results must know of its grids.
+pub fn method_warning(method: &Method, kernel: &Kernel, grids: &[Grid]) -> Option<Warning> {
+    let mirrors = kernel.interreflection && kernel.specular().any(|specular| specular.lobe.is_none());
+    let points = grids.iter().any(|grid| grid.estimate == EstimateKind::Point);
+    let by_chance = match method {
+        Method::PathTracing(_) | Method::TwoStage(_) => mirrors,
+        Method::Bidirectional(_) => mirrors && points,
+        _ => false,
+    };
+    if by_chance {
+        return Some(Warning {
+            code: "mirrors_by_chance".to_owned(),
+            detail: format!(
+                "{} finds a diffuser or luminaire that a mirror shows to a sensor by chance: as long as few paths have, the \
+                 standard error is too small; cell averages by light_tracing or bidirectional_path_tracing do not have \
+                 this fault",
+                method.name()
+            ),
+        });
+    }
     let Method::Jenkins(settings) = method else { return None };
     let excess = settings.coefficient * std::f64::consts::PI;
     Some(Warning {

@@ -432,6 +432,16 @@ impl BoxKernel {
         local.abs().cmplt(self.half).all() && point.z >= low && point.z < high
     }
 
+    /// Distance in metres of a point outside to a side or the underside; infinite at and above the height of the top.
+    pub fn distance_beside(&self, point: DVec3) -> f64 {
+        let (low, high) = self.span();
+        if point.z >= high {
+            return f64::INFINITY;
+        }
+        let across = (self.turn * (point - self.base).truncate()).abs() - self.half;
+        across.extend(low - point.z).max(DVec3::ZERO).length()
+    }
+
     /// Lower and upper height in metres.
     pub fn span(&self) -> (f64, f64) {
         (self.base.z, self.base.z + self.height)

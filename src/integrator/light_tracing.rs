@@ -53,6 +53,9 @@ const DIFFUSER_CONNECTIONS: u64 = 4;
 /// twice the time at 0.2 (in a room of 2 m with two glossy faces).
 const NARROW_ROUGHNESS: f64 = 0.2;
 
+/// Share of the room's shortest edge within which a surface is too near to a point sensor.
+const NEAR_SURFACE: f64 = 0.01;
+
 /// Streams of random numbers within a pass.
 const BACKWARD_STREAM: u64 = 1 << 32;
 const CELL_STREAM: u64 = 1 << 33;
@@ -405,6 +408,25 @@ impl Connection {
 pub fn noisy_points(kernel: &Kernel) -> Option<&'static str> {
     let narrow = kernel.interreflection && kernel.specular().any(|specular| specular.roughness < NARROW_ROUGHNESS);
     narrow.then_some("connections of point sensors to glossy surfaces of roughness below 0.2 are rare and bright")
+}
+
+/// Why the standard error of point sensors would not tell the truth, if so: near a reflecting surface connections are rare
+/// and bright, the square of the distance over the area per photon being small. Meshes are not looked at.
+pub fn dishonest_points(kernel: &Kernel, grids: &[Grid]) -> Option<&'static str> {
+    let near = NEAR_SURFACE * kernel.size.min_element();
+    let close = |point: DVec3| {
+        let to_walls = point.truncate().min(kernel.size.truncate() - point.truncate()).min_element();
+        let outside = || kernel.boxes.iter().filter(|object| !object.contains(point));
+        to_walls.min(kernel.size.z - point.z) < near || outside().any(|object| object.distance_beside(point) < near)
+    };
+    let points = grids.iter().filter(|grid| grid.estimate == EstimateKind::Point).flat_map(|grid| {
+        (0..grid.len()).map(|k| DVec3::new(grid.x_m[k % grid.cells[0]], grid.y_m[k / grid.cells[0]], grid.height_m))
+    });
+    let found = kernel.interreflection && points.into_iter().any(close);
+    found.then_some(
+        "connections to point sensors nearer to a wall, the ceiling or a box than 1 % of the room's shortest edge are rare \
+         and bright",
+    )
 }
 
 /// Why this method cannot compute point sensors of a scene, if it cannot: no vertex of a mirror can be connected; in a tube

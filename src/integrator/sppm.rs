@@ -91,6 +91,9 @@ impl<const C: usize> Sppm<C> {
                     sensor.x += (u - 0.5) * grid.cell_size_m[0];
                     sensor.y += (v - 0.5) * grid.cell_size_m[1];
                 }
+                if mapper.kernel.boxes.iter().any(|object| object.contains(sensor)) {
+                    return [0.0; 3];
+                }
                 let direct =
                     mapper.diffuser_irradiance(maps, sensor, DVec3::Z, NO_SURFACE, SENSOR_CONNECTIONS, &mut random);
                 let electric = mapper.luminaire_irradiance(sensor, DVec3::Z, NO_SURFACE, SENSOR_STRATA, &mut random);

@@ -148,7 +148,9 @@ pub fn prepare_document(document: &JobDocument, meshes: &dyn MeshSource) -> Resu
     if let Some(sun) = &mut provenance.sun {
         sun.on = kernel.sun.is_some();
     }
-    warnings.extend(plan.methods.grids.iter().filter_map(|choice| document::method_warning(&choice.method)));
+    warnings.extend(
+        plan.methods.grids.iter().filter_map(|choice| document::method_warning(&choice.method, &kernel, &scene.grids)),
+    );
     let stop = document.stop_rule();
     let kernel = Arc::new(kernel);
     let engine = Engine::new(kernel.clone(), &scene, &plan.methods, &stop, document.seed);

@@ -40,7 +40,13 @@ impl Methods {
         let (grids, views) = match request {
             MethodRequest::Auto => {
                 let noise = || has_points.then(|| light_tracing::noisy_points(kernel)).flatten();
+                let close = light_tracing::dishonest_points(kernel, &scene.grids);
+                let both_ways = close.filter(|_| bidirectional::refuses(kernel, &scene.grids, &[]).is_none());
                 let grids = match refusal.or_else(noise) {
+                    None if let Some(reason) = both_ways => {
+                        choice(Method::Bidirectional(bidirectional::Settings::default()), reason)
+                    }
+                    None if let Some(reason) = close => choice(Method::Sppm(sppm::Settings::default()), reason),
                     None => choice(
                         Method::LightTracing(light_tracing::Settings::default()),
                         "unbiased, and connects every scattering to every sensor in closed form",
@@ -57,7 +63,7 @@ impl Methods {
                 if !scene.views.is_empty() {
                     return Err(PlanRefusal("light_tracing computes grids only: use auto or sppm for views".into()));
                 }
-                if let Some(reason) = refusal {
+                if let Some(reason) = refusal.or_else(|| light_tracing::dishonest_points(kernel, &scene.grids)) {
                     let advice = "use auto, sppm, or the estimate cell_average";
                     return Err(PlanRefusal(format!("not supported yet: {reason}; {advice}")));
                 }
