@@ -348,8 +348,9 @@ fn conclusion(sight: &Sight, all: &[Rendered], reference: &Rendered) -> String {
     });
     format!(
         "Mean distance of the pixels whose first disc reaches over an edge and of the others, relative to the mean length: {}. \
-         The thesis' error stood at the edges in every figure; here the largest distances are spread noise (and, for PPM, \
-         which looks through one point of each pixel, pixels that two surfaces share).",
+         In the thesis' figures the error stands at the edges. Here what SPPM has there is noise, as z says. PPM has lines \
+         of both signs: it looks through the same few points of a pixel in every pass, which do not give the mean of a pixel \
+         that two surfaces share; that error is of the image, its standard error counts it, and it is no loss of energy.",
         parts.collect::<Vec<_>>().join("; ")
     )
 }
