@@ -42,6 +42,10 @@ fn compare(scene: &str, truth: &str, systematic: f64, estimate: &str) {
     let merged = render(&prepare(scene, |document| {
         document["method"] = "bidirectional_path_tracing".into();
         document["grids"][0]["estimate"] = estimate.into();
+        if estimate == "cell_average" {
+            // what crosses a cell is noisier than what is connected to a point
+            document["stop"]["relative_error"] = json!(0.0196);
+        }
     }));
     assert_grid(&merged, &values("illuminance_lux"), &values("standard_error_lux"), 4.5, systematic, scene);
 }
