@@ -493,7 +493,7 @@ fn lobe<const C: usize>(optics: &SurfaceKernel, weight: Spectrum<C>) -> Option<(
 }
 
 /// The probability with which a surface sends a path on diffusely.
-fn diffuse_share(optics: &SurfaceKernel) -> f64 {
+pub(super) fn diffuse_share(optics: &SurfaceKernel) -> f64 {
     let brightest = |rgb: [f64; 3]| rgb.into_iter().fold(0.0, f64::max);
     let diffuse = brightest(optics.reflectance);
     match &optics.specular {

@@ -5,10 +5,10 @@ use std::f64::consts::PI;
 use glam::DVec3;
 
 use super::light::LightVertex;
-use super::weight::{Edge, Share, diffuse_share, surface_density};
+use super::weight::{Edge, Share, surface_density};
 use crate::guide::{End, Transit};
 use crate::integrator::backward_path::{
-    LEAST_MEASURED_SHARE, MAX_EVENTS, ROULETTE_BELOW, Scatter, above_closure, shares,
+    LEAST_MEASURED_SHARE, MAX_EVENTS, ROULETTE_BELOW, Scatter, above_closure, diffuse_share, shares,
 };
 use crate::integrator::emission::PathSamples;
 use crate::integrator::kernel::{Kernel, NO_SURFACE, Place, SurfaceId, SurfaceKernel};

@@ -15,6 +15,7 @@ use std::f64::consts::PI;
 
 use glam::DVec3;
 
+use crate::integrator::backward_path::diffuse_share;
 use crate::integrator::kernel::SurfaceKernel;
 
 /// What a subpath remembers of its strategies at a vertex.
@@ -98,16 +99,4 @@ pub fn surface_density(optics: &SurfaceKernel, normal: DVec3, from: DVec3, towar
     let lobe = optics.specular.as_ref().and_then(|specular| specular.lobe.as_deref());
     let of_lobe = lobe.map_or(0.0, |lobe| (1.0 - diffuse_share) * lobe.density(normal, from, toward));
     diffuse_share * cosine / PI + of_lobe
-}
-
-/// The probability with which a surface sends a path on diffusely.
-pub fn diffuse_share(optics: &SurfaceKernel) -> f64 {
-    let brightest = |rgb: [f64; 3]| rgb.into_iter().fold(0.0, f64::max);
-    let diffuse = brightest(optics.reflectance);
-    match &optics.specular {
-        Some(specular) if brightest(specular.reflectance) > 0.0 => {
-            diffuse / (diffuse + brightest(specular.reflectance))
-        }
-        _ => 1.0,
-    }
 }
