@@ -28,6 +28,8 @@ use std::borrow::Cow;
 
 use glam::DVec3;
 
+use super::{GridPass, Pass, ViewPass};
+
 /// Share of the shortest edge of the room that is the default first radius.
 pub const DEFAULT_RADIUS_SHARE: f64 = 0.05;
 
@@ -94,16 +96,6 @@ impl Carried {
     /// This, or what the first pass starts from where no pass was before.
     pub fn or(&self, start: impl FnOnce() -> Self) -> Cow<'_, Self> {
         if self.grids.is_empty() && self.views.is_empty() { Cow::Owned(start()) } else { Cow::Borrowed(self) }
-    }
-
-    /// Adds what the points of the next grid leave, nothing where passes are independent.
-    pub fn add_grid(&mut self, points: Vec<PointStatistics>) {
-        self.grids.extend(Some(points).filter(|points| !points.is_empty()));
-    }
-
-    /// The same of the next view.
-    pub fn add_view(&mut self, points: Vec<PointStatistics>) {
-        self.views.extend(Some(points).filter(|points| !points.is_empty()));
     }
 
     /// Empty when there are none.
@@ -179,6 +171,14 @@ impl Radii {
 /// `count` photons in a kernel of which `area` is left of `full`, scaled to the full disc.
 pub fn scaled_count(count: u64, full: f64, area: f64) -> f64 {
     count as f64 * full / area.max(LEAST_COUNTED_SHARE * full)
+}
+
+/// A pass of grids and views, and what their points leave for the next: nothing where passes are independent.
+pub fn carrying(grids: Vec<(GridPass, Vec<PointStatistics>)>, views: Vec<(ViewPass, Vec<PointStatistics>)>) -> Pass {
+    let (grids, of_grids): (Vec<_>, Vec<_>) = grids.into_iter().unzip();
+    let (views, of_views): (Vec<_>, Vec<_>) = views.into_iter().unzip();
+    let kept = |points: Vec<Vec<PointStatistics>>| points.into_iter().filter(|points| !points.is_empty()).collect();
+    Pass { grids, views, carried: Carried { grids: kept(of_grids), views: kept(of_views) }, ..Pass::default() }
 }
 
 #[cfg(test)]

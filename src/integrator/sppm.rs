@@ -18,7 +18,7 @@ use rayon::prelude::*;
 
 use super::kernel::{Kernel, NO_SURFACE};
 use super::photon_maps::{Mapper, Maps};
-use super::progressive::{Carried, PointStatistics, Radii, Radius};
+use super::progressive::{Carried, PointStatistics, Radii, Radius, carrying};
 use super::{GridPass, Integrator, Pass, ViewPass, eye};
 use crate::sampling::{Key, PathRandom};
 use crate::scene::{EstimateKind, Grid, View};
@@ -146,17 +146,9 @@ impl<const C: usize> Integrator for Sppm<C> {
         let key = self.seed.child(pass);
         let before = before.or(|| self.start().carried);
         let (maps, account) = self.mapper.maps(key, self.radii.scheduled(pass), cancel)?;
-        let mut result = Pass { account, photons: self.mapper.photons(), ..Pass::default() };
-        for number in 0..self.mapper.grids.len() {
-            let (grid, after) = self.grid(number, &maps, before.grid(number), key);
-            result.grids.push(grid);
-            result.carried.add_grid(after);
-        }
-        for number in 0..self.views.len() {
-            let (view, after) = self.view(number, &maps, before.view(number), key, cancel)?;
-            result.views.push(view);
-            result.carried.add_view(after);
-        }
-        Some(result)
+        let grids = (0..self.mapper.grids.len()).map(|number| self.grid(number, &maps, before.grid(number), key));
+        let view = |number: usize| self.view(number, &maps, before.view(number), key, cancel);
+        let views: Option<Vec<_>> = (0..self.views.len()).map(view).collect();
+        Some(Pass { account, photons: self.mapper.photons(), ..carrying(grids.collect(), views?) })
     }
 }
