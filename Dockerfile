@@ -1,5 +1,5 @@
 # The service in a container: data in the volume /data, port 8080.
-#   docker build -t skyduct . && docker run -p 8080:8080 -v skyduct:/data skyduct
+#   docker build -t skyduct . && docker run -p 127.0.0.1:8080:8080 -v skyduct:/data skyduct
 
 FROM rust:1.95-slim-bookworm AS build
 # a C compiler for SQLite and blake3
@@ -20,4 +20,6 @@ STOPSIGNAL SIGTERM
 HEALTHCHECK --interval=30s --timeout=3s CMD ["bash", "-c", \
     "exec 3<>/dev/tcp/127.0.0.1/8080 && printf 'GET /readyz HTTP/1.0\\r\\n\\r\\n' >&3 && head -1 <&3 | grep -q ' 200 '"]
 ENTRYPOINT ["skyduct"]
-CMD ["serve", "--listen", "0.0.0.0:8080", "--data", "/data"]
+# in a container the service must listen beyond loopback; what `docker run -p` publishes decides who reaches it:
+# everybody there can read, start and delete jobs
+CMD ["serve", "--listen", "0.0.0.0:8080", "--insecure", "--data", "/data"]

@@ -22,6 +22,12 @@ pub struct Config {
     /// `sqlite:FILE`; absent: `skyduct.db` in the data folder.
     pub database: Option<String>,
     pub role: Role,
+    /// Origins of web pages elsewhere that may call the service, e.g. `https://design.example`.
+    pub cors_origins: Vec<String>,
+    /// Names, with or without a port, by which clients may call the service beside its own address.
+    pub allowed_hosts: Vec<String>,
+    /// Agrees to serve everybody who can reach an address that is not a loopback one.
+    pub insecure: bool,
     pub limits: Limits,
 }
 
@@ -47,6 +53,9 @@ pub struct Flags {
     pub database: Option<String>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub role: Option<Role>,
+    /// Only `true` says something.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub insecure: bool,
 }
 
 impl Config {
@@ -62,6 +71,13 @@ impl Config {
             .context("the configuration is not valid")?;
         if config.role != Role::All {
             anyhow::bail!("role: api and worker need a database that several processes share: not supported yet");
+        }
+        if !config.listen.ip().is_loopback() && !config.insecure {
+            anyhow::bail!(
+                "listen: {}: anybody who reaches this address could read, start and delete jobs, because the service has no keys \
+                 yet; listen on 127.0.0.1 behind a proxy that checks who calls, or agree with --insecure (insecure = true)",
+                config.listen
+            );
         }
         config.database_file()?;
         Ok(config)
@@ -95,13 +111,29 @@ mod tests {
     fn later_layers_win() {
         let directory = tempfile::tempdir().unwrap();
         let file = directory.path().join("skyduct.toml");
-        std::fs::write(&file, "listen = \"0.0.0.0:1\"\ndata = \"there\"\n[limits]\nqueued_jobs = 3\n").unwrap();
+        let text = "listen = \"127.0.0.2:1\"\ndata = \"there\"\ncors_origins = [\"https://design.example\"]\n[limits]\nqueued_jobs = 3\n";
+        std::fs::write(&file, text).unwrap();
         let flags = Flags { data: Some("here".into()), ..Flags::default() };
         let config = Config::load(Some(&file), &flags).unwrap();
         assert_eq!(config.listen.port(), 1);
         assert_eq!(config.data, Path::new("here"));
+        assert_eq!(config.cors_origins, ["https://design.example"]);
         assert_eq!(config.limits.queued_jobs, 3);
         assert_eq!(config.limits.preparing, 2);
+    }
+
+    #[test]
+    fn beyond_loopback_is_agreed_to_or_refused() {
+        for address in ["0.0.0.0:8080", "[::]:8080", "192.0.2.1:80"] {
+            let flags = |insecure| Flags { listen: address.parse().ok(), insecure, ..Flags::default() };
+            let refusal = Config::load(None, &flags(false)).unwrap_err().to_string();
+            assert!(refusal.contains("--insecure") && refusal.contains(address), "{refusal}");
+            assert!(Config::load(None, &flags(true)).unwrap().insecure);
+        }
+        for address in ["127.0.0.1:8080", "127.1.2.3:0", "[::1]:8080"] {
+            let flags = Flags { listen: address.parse().ok(), ..Flags::default() };
+            Config::load(None, &flags).unwrap();
+        }
     }
 
     #[test]

@@ -43,12 +43,16 @@ pub struct ServeArgs {
     /// What this process does [default: all]
     #[arg(long, value_enum)]
     pub role: Option<Role>,
+    /// Agree to listen beyond loopback, where everybody can read, start and delete jobs
+    #[arg(long)]
+    pub insecure: bool,
 }
 
 /// Serves until SIGTERM or SIGINT.
 pub fn run(args: ServeArgs) -> anyhow::Result<()> {
-    let flags = Flags { listen: args.listen, data: args.data, database: args.database, role: args.role };
-    let config = Config::load(args.config.as_deref(), &flags)?;
+    let ServeArgs { listen, data, database, config: file, role, insecure } = args;
+    let flags = Flags { listen, data, database, role, insecure };
+    let config = Config::load(file.as_deref(), &flags)?;
     let runtime = tokio::runtime::Runtime::new().context("the runtime cannot start")?;
     let result = runtime.block_on(async {
         let service = RunningService::start(config).await?;
