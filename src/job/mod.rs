@@ -7,5 +7,5 @@ pub mod meshes;
 mod results;
 pub mod run;
 pub mod store;
-pub mod tube_report;
+mod tube_report;
 pub mod worker;

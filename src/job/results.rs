@@ -6,10 +6,40 @@ use super::run::{Prepared, RenderError, ResultFile};
 use crate::document::result::{
     AccuracyResult, EnergyResult, GridResult, GridStatistics, PlanResult, TimingResult, TubeResult,
 };
-use crate::estimate::{Estimate, FilmEstimate};
+use crate::estimate::{Estimate, FilmEstimate, GridEstimate};
 use crate::output::{Image, OutputError, csv, exr, false_colour, png};
 use crate::plan::EffectKind;
 use crate::scene::Daylight;
+
+/// A file of the results: of which grid, view or tube, and how it is written.
+#[derive(Clone, Copy)]
+enum Output {
+    Grid(usize, GridFormat),
+    View(usize, ViewFormat),
+    Tube(usize, TubeFormat),
+}
+
+#[derive(Clone, Copy)]
+enum GridFormat {
+    Json,
+    Csv,
+    /// False colours with a scale.
+    Png,
+}
+
+#[derive(Clone, Copy)]
+enum ViewFormat {
+    Exr,
+    Tone,
+    FalseColour,
+}
+
+#[derive(Clone, Copy)]
+pub(super) enum TubeFormat {
+    Json,
+    /// Transmission against the sun's altitude.
+    Svg,
+}
 
 impl Prepared {
     /// `plan` of results and of `POST /v1/plan`.
@@ -54,35 +84,99 @@ impl Prepared {
             || methods.grids.as_ref().or(methods.views.as_ref()).is_none_or(|choice| choice.method.knows_energy())
     }
 
-    /// Grids as JSON, CSV and PNG, views as EXR, PNG and false-colour PNG, tubes as JSON and SVG.
+    /// The names of all files of the results: grids as JSON, CSV and PNG, views as EXR, PNG and false-colour PNG, tubes as
+    /// JSON and SVG.
+    pub fn result_names(&self) -> Vec<String> {
+        self.outputs().into_iter().map(|(name, _)| name).collect()
+    }
+
+    /// All files of the results, in the order of [`Self::result_names`].
     pub fn result_files(&self, merged: &Estimate) -> Result<Vec<ResultFile>, RenderError> {
-        let mut files = Vec::new();
-        for (grid, estimate) in self.scene.grids.iter().zip(&merged.grids) {
-            let name = format!("grids/{}", grid.name);
-            let electric = self.plan.effects.is_on(EffectKind::Luminaires);
-            let result = GridResult::new(grid, estimate, self.scene.daylight.as_ref(), electric);
-            let bytes = serde_json::to_vec_pretty(&result).map_err(|error| failed(&name, error))?;
-            files.push(ResultFile { name: format!("{name}.json"), media_type: "application/json", bytes });
-            let sensors = 0..estimate.sensors.len();
-            let values: Vec<f64> = sensors.clone().map(|sensor| estimate.illuminance_lux(sensor)).collect();
-            let errors: Vec<f64> = sensors.map(|sensor| estimate.standard_error_lux(sensor)).collect();
-            let table = csv::grid(&grid.x_m, &grid.y_m, grid.height_m, &values, &errors);
-            files.push(ResultFile { name: format!("{name}.csv"), media_type: "text/csv", bytes: table.into_bytes() });
-            let map = false_colour::illuminance(grid.cells, &values).and_then(|raster| png::encode(&raster));
-            files.push(picture(format!("{name}.png"), "image/png", map)?);
-        }
-        for (view, film) in self.scene.views.iter().zip(&merged.views) {
-            let name = format!("views/{}", view.name);
-            let errors: Vec<f64> = (0..film.m2.len()).map(|pixel| film.standard_error_cd_m2(pixel)).collect();
-            let comments = self.exr_comments();
-            let exr = exr::encode(image(film), &errors, film.passes, &comments);
-            files.push(picture(format!("{name}.exr"), "image/x-exr", exr)?);
-            files.push(picture(format!("{name}.png"), "image/png", tone_mapped(film))?);
-            let false_colour = false_colour::luminance(image(film)).and_then(|raster| png::encode(&raster));
-            files.push(picture(format!("{name}.false_colour.png"), "image/png", false_colour)?);
-        }
-        files.extend(self.tube_files(merged)?);
-        Ok(files)
+        self.outputs().into_iter().map(|(name, output)| self.make(name, output, merged)).collect()
+    }
+
+    /// The one file of this name, made alone; `None` when the job has no such file.
+    pub fn result_file(&self, name: &str, merged: &Estimate) -> Result<Option<ResultFile>, RenderError> {
+        let found = self.outputs().into_iter().find(|(candidate, _)| candidate == name);
+        found.map(|(name, output)| self.make(name, output, merged)).transpose()
+    }
+
+    /// What files there are: each with its name.
+    fn outputs(&self) -> Vec<(String, Output)> {
+        let grids = self.scene.grids.iter().enumerate().flat_map(|(index, grid)| {
+            let formats = [("json", GridFormat::Json), ("csv", GridFormat::Csv), ("png", GridFormat::Png)];
+            formats.map(|(suffix, format)| (format!("grids/{}.{suffix}", grid.name), Output::Grid(index, format)))
+        });
+        let views = self.scene.views.iter().enumerate().flat_map(|(index, view)| {
+            let formats =
+                [("exr", ViewFormat::Exr), ("png", ViewFormat::Tone), ("false_colour.png", ViewFormat::FalseColour)];
+            formats.map(|(suffix, format)| (format!("views/{}.{suffix}", view.name), Output::View(index, format)))
+        });
+        let tubes = (0..self.scene.tubes.len()).flat_map(|index| {
+            let formats = [("json", TubeFormat::Json), ("svg", TubeFormat::Svg)];
+            formats.map(|(suffix, format)| (format!("tubes/{index}.{suffix}"), Output::Tube(index, format)))
+        });
+        grids.chain(views).chain(tubes).collect()
+    }
+
+    fn make(&self, name: String, output: Output, merged: &Estimate) -> Result<ResultFile, RenderError> {
+        let (media_type, bytes) = match output {
+            Output::Grid(grid, format) => self.grid_file(&name, grid, format, &merged.grids[grid])?,
+            Output::View(view, format) => self.view_file(&name, format, &merged.views[view])?,
+            Output::Tube(tube, format) => {
+                let radius = self.scene.tubes[tube].opening_radius;
+                let flux = TubeResult::new(&merged.tubes[tube], radius, self.scene.daylight.as_ref());
+                self.tube_file(&name, tube, format, flux)?
+            }
+        };
+        Ok(ResultFile { name, media_type, bytes })
+    }
+
+    fn grid_file(
+        &self,
+        name: &str,
+        grid: usize,
+        format: GridFormat,
+        estimate: &GridEstimate,
+    ) -> Result<(&'static str, Vec<u8>), RenderError> {
+        let grid = &self.scene.grids[grid];
+        let sensors = 0..estimate.sensors.len();
+        let values = || -> Vec<f64> { sensors.clone().map(|sensor| estimate.illuminance_lux(sensor)).collect() };
+        Ok(match format {
+            GridFormat::Json => {
+                let electric = self.plan.effects.is_on(EffectKind::Luminaires);
+                let result = GridResult::new(grid, estimate, self.scene.daylight.as_ref(), electric);
+                ("application/json", serde_json::to_vec_pretty(&result).map_err(|error| failed(name, error))?)
+            }
+            GridFormat::Csv => {
+                let errors: Vec<f64> = sensors.clone().map(|sensor| estimate.standard_error_lux(sensor)).collect();
+                let table = csv::grid(&grid.x_m, &grid.y_m, grid.height_m, &values(), &errors);
+                ("text/csv", table.into_bytes())
+            }
+            GridFormat::Png => {
+                let map = false_colour::illuminance(grid.cells, &values()).and_then(|raster| png::encode(&raster));
+                ("image/png", map.map_err(|error| failed(name, error))?)
+            }
+        })
+    }
+
+    fn view_file(
+        &self,
+        name: &str,
+        format: ViewFormat,
+        film: &FilmEstimate,
+    ) -> Result<(&'static str, Vec<u8>), RenderError> {
+        let (media_type, picture) = match format {
+            ViewFormat::Exr => {
+                let errors: Vec<f64> = (0..film.m2.len()).map(|pixel| film.standard_error_cd_m2(pixel)).collect();
+                ("image/x-exr", exr::encode(image(film), &errors, film.passes, &self.exr_comments()))
+            }
+            ViewFormat::Tone => ("image/png", tone_mapped(film)),
+            ViewFormat::FalseColour => {
+                ("image/png", false_colour::luminance(image(film)).and_then(|raster| png::encode(&raster)))
+            }
+        };
+        Ok((media_type, picture.map_err(|error| failed(name, error))?))
     }
 
     /// Tone-mapped progress images of all views: (view name, PNG bytes).
@@ -105,16 +199,7 @@ fn tone_mapped(film: &FilmEstimate) -> Result<Vec<u8>, OutputError> {
     png::encode(&png::tone_mapped(image(film))?)
 }
 
-fn picture(
-    name: String,
-    media_type: &'static str,
-    bytes: Result<Vec<u8>, OutputError>,
-) -> Result<ResultFile, RenderError> {
-    let bytes = bytes.map_err(|error| failed(&name, error))?;
-    Ok(ResultFile { name, media_type, bytes })
-}
-
-fn failed(file: &str, reason: impl ToString) -> RenderError {
+pub(super) fn failed(file: &str, reason: impl ToString) -> RenderError {
     RenderError::Output { file: file.into(), reason: reason.to_string() }
 }
 

@@ -1,15 +1,14 @@
 //! From a document to results: prepare, render chunks of passes in order, stop, write the results.
 
 use std::ops::Range;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, OnceLock};
 use std::time::{Duration, Instant};
 
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use super::checkpoint;
-use super::tube_report::TubePerformance;
 use crate::analytic::Solver;
 use crate::document::{self, DocumentErrors, FieldError, JobDocument, MeshSource, Provenance, Warning};
 use crate::estimate::{Accuracy, Estimate, StopRule};
@@ -37,8 +36,6 @@ pub struct Prepared {
     pub(super) scene: Scene,
     pub(super) provenance: Provenance,
     pub(super) kernel: Arc<Kernel>,
-    /// How the tubes perform, whatever the passes say: computed when first asked for.
-    pub(super) performance: OnceLock<Vec<TubePerformance>>,
     engine: Engine,
     /// Most passes that one chunk may have.
     chunk_passes: u64,
@@ -165,7 +162,6 @@ pub fn prepare_document(document: &JobDocument, meshes: &dyn MeshSource) -> Resu
         scene,
         provenance,
         kernel,
-        performance: OnceLock::new(),
         engine,
     })
 }

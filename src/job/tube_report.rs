@@ -1,20 +1,24 @@
 //! The performance of a job's tubes, beside what its passes estimate.
 
+use std::collections::VecDeque;
+use std::fmt::{self, Write as _};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
+
 use glam::DVec3;
 
-use super::run::{Prepared, RenderError, ResultFile};
+use super::results::{TubeFormat, failed};
+use super::run::{Prepared, RenderError};
 use crate::document::result::TubeResult;
 use crate::document::tube_report::{
     BeamReport, SkyReport, StraightReport, ThroughputResult, TransmissionResult, TubeReport,
 };
-use crate::estimate::Estimate;
 use crate::guide::Guide;
 use crate::guide::performance::{self, Throughput};
 use crate::integrator::Kernel;
 use crate::integrator::kernel::cylinder_guide;
 use crate::output::plots::{self, Series};
 use crate::sampling::Key;
-use crate::scene::{Segment, StraightOrBent, TubeShape};
+use crate::scene::{Segment, StraightOrBent, Tube, TubeShape};
 use crate::sky::{CieType, Sky, SkyDistribution, direction};
 
 /// Rays per replicate and beam, and under a sky.
@@ -29,8 +33,11 @@ const ALTITUDE_STEP_DEG: u32 = 5;
 /// Azimuths over which the curve is averaged.
 const AZIMUTHS: u32 = 8;
 
+/// Performances that the process keeps: of the last tubes and skies that were asked for.
+const KEPT: usize = 256;
+
 /// What does not depend on the passes of a job.
-pub struct TubePerformance {
+struct TubePerformance {
     beam: BeamReport,
     uniform_sky: TransmissionResult,
     sky: Option<SkyReport>,
@@ -38,45 +45,83 @@ pub struct TubePerformance {
     equivalent_straight: Option<StraightReport>,
 }
 
+/// Computed by the first who asks; all others wait for it.
+type Slot = Arc<OnceLock<TubePerformance>>;
+
+/// Performances by the hash of what they depend on, for all jobs of this process; the one that was asked for last is last.
+static PERFORMANCES: Mutex<VecDeque<(blake3::Hash, Slot)>> = Mutex::new(VecDeque::new());
+
 impl Prepared {
-    /// One JSON file and one plot per tube.
-    pub(super) fn tube_files(&self, merged: &Estimate) -> Result<Vec<ResultFile>, RenderError> {
-        let mut files = Vec::new();
-        for report in self.tube_reports(merged) {
-            let name = format!("tubes/{}", report.tube);
-            let failed = |reason: String| RenderError::Output { file: name.clone(), reason };
-            let bytes = serde_json::to_vec_pretty(&report).map_err(|error| failed(error.to_string()))?;
-            files.push(ResultFile { name: format!("{name}.json"), media_type: "application/json", bytes });
-            let plot = plots::transmission(&curves(&report)).map_err(|error| failed(error.to_string()))?;
-            let bytes = plot.into_bytes();
-            files.push(ResultFile { name: format!("{name}.svg"), media_type: "image/svg+xml", bytes });
-        }
-        Ok(files)
+    /// The report on a tube as a file; `flux`: what the passes say of it.
+    pub(super) fn tube_file(
+        &self,
+        name: &str,
+        tube: usize,
+        format: TubeFormat,
+        flux: TubeResult,
+    ) -> Result<(&'static str, Vec<u8>), RenderError> {
+        let report = self.tube_report(tube, flux);
+        Ok(match format {
+            TubeFormat::Json => {
+                ("application/json", serde_json::to_vec_pretty(&report).map_err(|error| failed(name, error))?)
+            }
+            TubeFormat::Svg => {
+                let plot = plots::transmission(&curves(&report)).map_err(|error| failed(name, error))?;
+                ("image/svg+xml", plot.into_bytes())
+            }
+        })
     }
 
-    fn tube_reports(&self, merged: &Estimate) -> impl Iterator<Item = TubeReport> {
-        let performances = self.performance.get_or_init(|| {
-            let shapes = self.scene.tubes.iter().map(|tube| (&tube.shape, tube.opening_radius));
-            shapes.enumerate().map(|(tube, (shape, radius))| performance(&self.kernel, tube, shape, radius)).collect()
-        });
-        performances.iter().zip(&merged.tubes).zip(&self.plan.guides).enumerate().map(
-            |(tube, ((performance, estimate), guide))| TubeReport {
-                tube,
-                guide: guide.kind.to_owned(),
-                flux: TubeResult::new(estimate, self.scene.tubes[tube].opening_radius, self.scene.daylight.as_ref()),
-                beam: performance.beam.clone(),
-                uniform_sky: performance.uniform_sky,
-                sky: performance.sky,
-                sun: performance.sun,
-                equivalent_straight: performance.equivalent_straight,
-            },
-        )
+    fn tube_report(&self, tube: usize, flux: TubeResult) -> TubeReport {
+        let Tube { shape, opening_radius, .. } = &self.scene.tubes[tube];
+        let slot = slot(content(shape, *opening_radius, &self.kernel));
+        let performance = slot.get_or_init(|| performance(&self.kernel, tube, shape, *opening_radius));
+        TubeReport {
+            tube,
+            guide: self.plan.guides[tube].kind.to_owned(),
+            flux,
+            beam: performance.beam.clone(),
+            uniform_sky: performance.uniform_sky,
+            sky: performance.sky,
+            sun: performance.sun,
+            equivalent_straight: performance.equivalent_straight,
+        }
     }
+}
+
+/// Hash of everything that a performance depends on: the tube's shape and optics above its diffuser, sky and sun.
+fn content(shape: &TubeShape, opening_radius: f64, kernel: &Kernel) -> blake3::Hash {
+    struct Hashing(blake3::Hasher);
+    impl fmt::Write for Hashing {
+        fn write_str(&mut self, text: &str) -> fmt::Result {
+            self.0.update(text.as_bytes());
+            Ok(())
+        }
+    }
+    let mut hashing = Hashing(blake3::Hasher::new());
+    // derived, so that no field is forgotten, and numbers are written in digits that read back exactly
+    let written = write!(hashing, "{shape:?} {opening_radius:?} {:?} {:?}", kernel.sky, kernel.sun);
+    debug_assert!(written.is_ok(), "hashing cannot fail");
+    hashing.0.finalize()
+}
+
+/// The place of a performance in the process' memory.
+fn slot(content: blake3::Hash) -> Slot {
+    // never left half changed: a panic elsewhere does not matter
+    let mut kept = PERFORMANCES.lock().unwrap_or_else(PoisonError::into_inner);
+    let known = kept.iter().position(|(other, _)| *other == content).and_then(|index| kept.remove(index));
+    let slot = known.map_or_else(Slot::default, |(_, slot)| slot);
+    kept.push_back((content, slot.clone()));
+    if kept.len() > KEPT {
+        kept.pop_front();
+    }
+    slot
 }
 
 fn performance(kernel: &Kernel, tube: usize, shape: &TubeShape, radius: f64) -> TubePerformance {
     let guide = &kernel.tubes[tube].guide;
-    let key = Key::new(tube as u64);
+    // the same numbers for every tube: equal tubes have equal reports, and what differs between two is not noise alone
+    let key = Key::new(0);
     let distribution = SkyDistribution::new(CieType::UNIFORM, DVec3::Z);
     let uniform = Sky { distribution, zenith_luminance_cd_m2: 1.0 };
     let under_uniform = |guide: &Guide| performance::sky(guide, &uniform, key.child(1), SKY_RAYS).transmission();
@@ -168,4 +213,25 @@ fn curves(report: &TubeReport) -> Vec<Series> {
         curves.push(series("mean over azimuths".to_owned(), &beam.azimuth_mean_transmission));
     }
     curves
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What was asked for last stays: the next who asks gets the same place, and with it the same computation.
+    #[test]
+    fn equal_content_shares_one_computation() {
+        let hash = |text: &str| blake3::hash(text.as_bytes());
+        let first = slot(hash("a tube of this test"));
+        for other in 0..KEPT - 1 {
+            assert!(!Arc::ptr_eq(&first, &slot(hash(&format!("another {other}")))));
+        }
+        assert!(Arc::ptr_eq(&first, &slot(hash("a tube of this test"))));
+        for other in 0..KEPT {
+            slot(hash(&format!("one more {other}")));
+        }
+        assert!(!Arc::ptr_eq(&first, &slot(hash("a tube of this test"))));
+        assert!(PERFORMANCES.lock().unwrap().len() <= KEPT);
+    }
 }
