@@ -137,11 +137,21 @@ impl Mesh {
         Self { size, divisions, patches }
     }
 
-    /// Nearly square patches, about 1500 of them; an even number along every edge.
+    /// Nearly square patches, about 1500 of them, more in a long room; an even number along every edge.
     pub fn fine(size: DVec3) -> Self {
+        Self::new(size, Self::fine_divisions(size))
+    }
+
+    /// Number of patches of [`Self::fine`].
+    pub fn fine_count(size: DVec3) -> usize {
+        let [x, y, z] = Self::fine_divisions(size);
+        2 * (x * y + y * z + z * x)
+    }
+
+    fn fine_divisions(size: DVec3) -> [usize; 3] {
         let area = 2.0 * (size.x * size.y + size.y * size.z + size.z * size.x);
         let side = (area / PATCHES).sqrt();
-        Self::new(size, [0, 1, 2].map(|axis| 2 * ((0.5 * size[axis] / side).round() as usize).max(LEAST_DIVISIONS / 2)))
+        [0, 1, 2].map(|axis| 2 * ((0.5 * size[axis] / side).round() as usize).max(LEAST_DIVISIONS / 2))
     }
 
     /// Patches of twice the size.

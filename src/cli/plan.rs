@@ -8,6 +8,7 @@ use super::mesh_files::MeshFiles;
 use super::render::read_job;
 use crate::document::Warning;
 use crate::document::result::{MethodResult, PlanResult};
+use crate::job::memory::default_limit_bytes;
 use crate::job::run::prepare;
 
 #[derive(Debug, clap::Args)]
@@ -23,6 +24,7 @@ pub struct PlanArgs {
 /// Prints the plan of a job; errors that are the document's own are [`DocumentErrors`](crate::document::DocumentErrors).
 pub fn run(args: PlanArgs) -> anyhow::Result<()> {
     let prepared = prepare(&read_job(&args.job)?, &MeshFiles::beside(&args.job))?;
+    prepared.check_memory(default_limit_bytes())?;
     let text = if args.json {
         format!("{}\n", serde_json::to_string_pretty(&prepared.plan_json())?)
     } else {

@@ -11,6 +11,7 @@ use super::mesh_files::MeshFiles;
 use super::progress::Progress;
 use crate::document::{DocumentErrors, FieldError};
 use crate::estimate::Estimate;
+use crate::job::memory::default_limit_bytes;
 use crate::job::run::{Observer, PassReport, Prepared, StoppedBy, merge, prepare};
 use crate::output::plots::{self, ConvergencePoint};
 
@@ -31,6 +32,7 @@ pub struct RenderArgs {
 pub fn run(args: RenderArgs) -> anyhow::Result<()> {
     let document = with_method(read_job(&args.job)?, args.method.as_deref());
     let prepared = prepare(&document, &MeshFiles::beside(&args.job))?;
+    prepared.check_memory(default_limit_bytes())?;
     for warning in &prepared.warnings {
         eprintln!("warning: {}: {}", warning.code, warning.detail);
     }

@@ -78,6 +78,14 @@ pub struct Entry {
 }
 
 impl Guide {
+    /// Facets that rays are tested against; none where the way through is in closed form.
+    pub fn triangle_count(&self) -> usize {
+        match self {
+            Self::Straight(_) | Self::Bent(_) | Self::Domed(_) => 0,
+            Self::Mesh(guide) => guide.triangle_count(),
+        }
+    }
+
     /// A point for light that travels along the unit vector `direction`, from a point of the unit square; `None` when
     /// such light cannot enter.
     #[inline]

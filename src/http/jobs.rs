@@ -16,7 +16,7 @@ use uuid::Uuid;
 use crate::document::result::{
     AccuracyResult, EnergyResult, ExternalIlluminance, GridStatistics, PlanResult, TimingResult, TubeResult,
 };
-use crate::document::{JobDocument, Provenance, Warning};
+use crate::document::{DocumentErrors, JobDocument, Provenance, Warning};
 use crate::http::problem::{Path, Problem, Query};
 use crate::http::{App, Service, content};
 use crate::job::meshes::UploadedMeshes;
@@ -368,8 +368,11 @@ fn hash_canonical(value: &Value, hasher: &mut blake3::Hasher) {
 async fn prepare(app: &Service, document: String) -> Result<(Prepared, Vec<String>), Problem> {
     let _permit = app.preparing.acquire().await.map_err(|_| Problem::internal())?;
     let meshes = UploadedMeshes::new(app.store.clone(), app.artifacts.clone(), tokio::runtime::Handle::current());
+    let memory_limit = app.limits.memory_limit_bytes();
     let prepared = tokio::task::spawn_blocking(move || {
-        run::prepare(document.as_bytes(), &meshes).map(|prepared| (prepared, meshes.loaded()))
+        let prepared = run::prepare(document.as_bytes(), &meshes)?;
+        prepared.check_memory(memory_limit)?;
+        Ok::<_, DocumentErrors>((prepared, meshes.loaded()))
     })
     .await
     .map_err(|error| {

@@ -13,17 +13,17 @@
 //! light itself, as path tracing does.
 
 use std::f64::consts::{FRAC_1_SQRT_2, PI, TAU};
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::ops::Range;
+use std::sync::atomic::AtomicBool;
 
 use glam::{DVec2, DVec3};
-use rayon::prelude::*;
 
-use super::PHOTON_CHUNK;
 use super::backward_path::{Daylight, MAX_EVENTS, Path, Ray, Vertex};
 use super::daylight::Followed;
 use super::emission::{Emission, EmittedPhoton, PathSamples, Start};
 use super::kernel::{Kernel, NO_SURFACE, TubeKernel};
 use super::light_path::Account;
+use super::photon_chunks::fold_chunks;
 use crate::geometry::disc::far_disc_illuminance;
 use crate::guide::{End, Transit};
 use crate::optics::{Closure, Spectrum};
@@ -84,30 +84,25 @@ pub(super) struct Leaving<const C: usize> {
 impl<const C: usize> DiffuserLight<C> {
     /// The light of one pass, with the fluxes of the tubes; `None` when cancelled. All closures are Lambertian.
     pub fn trace(kernel: &Kernel, emission: &Emission, pass: Key, cancel: &AtomicBool) -> Option<(Self, Account)> {
-        let photons = emission.photons();
-        let chunk = |chunk: u64| {
-            let going_on = !cancel.load(Ordering::Relaxed);
-            going_on.then(|| {
-                let mut account = Account::new(kernel.tubes.len());
-                let mut leaving = vec![Vec::new(); kernel.tubes.len()];
-                for number in chunk * PHOTON_CHUNK..((chunk + 1) * PHOTON_CHUNK).min(photons) {
-                    let (photon, mut samples) = emission.photon(kernel, pass, number);
-                    if let Some(photon) = photon
-                        && let Start::Tube(tube) = photon.start
-                    {
-                        descend(kernel, tube, &photon, &mut samples, &mut leaving[tube], &mut account);
-                    }
+        let chunk = |numbers: Range<u64>| {
+            let mut account = Account::new(kernel.tubes.len());
+            let mut leaving = vec![Vec::new(); kernel.tubes.len()];
+            for number in numbers {
+                let (photon, mut samples) = emission.photon(kernel, pass, number);
+                if let Some(photon) = photon
+                    && let Start::Tube(tube) = photon.start
+                {
+                    descend(kernel, tube, &photon, &mut samples, &mut leaving[tube], &mut account);
                 }
-                (leaving, account)
-            })
+            }
+            (leaving, account)
         };
-        let chunks: Option<Vec<_>> = (0..photons.div_ceil(PHOTON_CHUNK)).into_par_iter().map(chunk).collect();
         let mut account = Account::new(kernel.tubes.len());
-        let mut all = vec![Vec::new(); kernel.tubes.len()];
-        for (leaving, of_chunk) in chunks? {
+        let mut all: Vec<Vec<Leaving<C>>> = vec![Vec::new(); kernel.tubes.len()];
+        fold_chunks(emission.photons(), 0, cancel, chunk, |(leaving, of_chunk): (Vec<Vec<Leaving<C>>>, Account)| {
             account.add(&of_chunk);
-            all.iter_mut().zip(leaving).for_each(|(all, leaving): (&mut Vec<_>, _)| all.extend(leaving));
-        }
+            all.iter_mut().zip(leaving).for_each(|(all, leaving)| all.extend(leaving));
+        })?;
         let light = |(index, (tube, photons)): (usize, (&TubeKernel, Vec<Leaving<C>>))| {
             TubeLight::new(tube, photons, PathRandom::new(pass.child(CHOICE_STREAM + index as u64)).uniform())
         };

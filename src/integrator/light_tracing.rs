@@ -12,6 +12,7 @@
 //!   random point of its cell; otherwise it is treated like light that a diffuser scatters.
 
 use std::f64::consts::PI;
+use std::ops::Range;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -23,7 +24,8 @@ use super::emission::{Emission, PathSamples};
 use super::kernel::{Kernel, NO_SURFACE};
 use super::light_path::{Account, Flight, Lobe, Origin, Scattering, Visitor, trace};
 use super::luminaire::LuminaireKernel;
-use super::{GridPass, Integrator, PHOTON_CHUNK, Pass};
+use super::photon_chunks::fold_chunks;
+use super::{GridPass, Integrator, Pass};
 use crate::guide::Guide;
 use crate::optics::Spectrum;
 use crate::sampling::{Key, PathRandom};
@@ -138,11 +140,11 @@ impl<const C: usize> LightTracing<C> {
         self.sensors.last().map_or(0, |last| last.first + last.len())
     }
 
-    /// Photons `from`..`to` of a pass.
-    fn photons(&self, pass: Key, from: u64, to: u64) -> (Vec<f64>, Account) {
+    /// Photons of these numbers of a pass.
+    fn photons(&self, pass: Key, numbers: Range<u64>) -> (Vec<f64>, Account) {
         let mut tally = Tally { method: self, lux: vec![0.0; self.sensor_count()], diffuser_weight: 1.0 };
         let mut account = Account::new(self.kernel.tubes.len());
-        for number in from..to {
+        for number in numbers {
             let (photon, mut samples) = self.emission.photon(&self.kernel, pass, number);
             if let Some(photon) = photon {
                 let connected = photon.of.div_ceil(DIFFUSER_CONNECTIONS);
@@ -187,20 +189,14 @@ impl<const C: usize> Integrator for LightTracing<C> {
     fn pass(&self, pass: u64, cancel: &AtomicBool) -> Option<Pass> {
         let key = self.seed.child(pass);
         let photons = self.emission.photons();
-        let chunks: Option<Vec<_>> = (0..photons.div_ceil(PHOTON_CHUNK))
-            .into_par_iter()
-            .map(|chunk| {
-                let from = chunk * PHOTON_CHUNK;
-                let to = (from + PHOTON_CHUNK).min(photons);
-                (!cancel.load(Ordering::Relaxed)).then(|| self.photons(key, from, to))
-            })
-            .collect();
         let mut lux = vec![0.0; self.sensor_count()];
         let mut account = Account::new(self.kernel.tubes.len());
-        for (chunk_lux, chunk_account) in chunks? {
+        let chunk_bytes = 8 * lux.len() as u64;
+        let chunk = |numbers: Range<u64>| self.photons(key, numbers);
+        fold_chunks(photons, chunk_bytes, cancel, chunk, |(chunk_lux, chunk_account): (Vec<f64>, Account)| {
             lux.iter_mut().zip(&chunk_lux).for_each(|(sum, value)| *sum += value);
             account.add(&chunk_account);
-        }
+        })?;
         if self.lambert() {
             lux.iter_mut().zip(&self.direct).for_each(|(sum, direct)| *sum += direct);
             for plane in self.sensors.iter().filter(|plane| plane.average) {

@@ -22,6 +22,7 @@ pub mod luminaire;
 pub mod mesh_objects;
 pub mod obstacles;
 pub mod path_tracing;
+pub mod photon_chunks;
 pub mod photon_grid;
 pub mod photon_mapping;
 pub mod photon_maps;
@@ -132,6 +133,3 @@ pub struct ViewPass {
     /// As [`GridPass::contrasts`], of the luminance Y of pixels.
     pub contrasts: Vec<f64>,
 }
-
-/// Photons that one task traces: fixed, so that sums fold in the same order on any number of threads.
-const PHOTON_CHUNK: u64 = 1024;

@@ -6,7 +6,7 @@ use super::kernel::SurfaceId;
 use crate::optics::Spectrum;
 
 /// Cells that a grid may have; photons are bounded by the room, so a dense grid fits.
-const MAX_CELLS: f64 = 2_097_152.0;
+pub const MAX_CELLS: f64 = 2_097_152.0;
 
 /// Light that arrived at a point.
 #[derive(Clone, Copy, Debug)]

@@ -10,17 +10,17 @@
 //! sqrt 2).
 
 use std::f64::consts::PI;
+use std::ops::Range;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::AtomicBool;
 
 use glam::{DVec2, DVec3};
-use rayon::prelude::*;
 
-use super::PHOTON_CHUNK;
 use super::domain::Domain;
 use super::emission::{Emission, PathSamples};
 use super::kernel::{Kernel, Place, RoomHit, SurfaceId, SurfaceKernel, TubeKernel};
 use super::light_path::{Account, Flight, Origin, Scattering, Visitor, trace};
+use super::photon_chunks::fold_chunks;
 use super::photon_grid::{Photon, PhotonGrid};
 use super::progressive::scaled_count;
 use crate::optics::{Diffuser, Glossy, Spectrum};
@@ -155,31 +155,24 @@ impl<const C: usize> Mapper<C> {
     }
 
     fn trace_photons(&self, key: Key, cancel: &AtomicBool) -> Option<(Store<'_, C>, Account)> {
-        let photons = self.emission.photons();
-        let chunks: Option<Vec<_>> = (0..photons.div_ceil(PHOTON_CHUNK))
-            .into_par_iter()
-            .map(|chunk| {
-                if cancel.load(Ordering::Relaxed) {
-                    return None;
+        let chunk = |numbers: Range<u64>| {
+            let mut store = Store::new(self);
+            let mut account = Account::new(self.kernel.tubes.len());
+            for number in numbers {
+                let (photon, mut samples) = self.emission.photon(&self.kernel, key, number);
+                if let Some(photon) = photon {
+                    (store.fresh, store.sun) = (true, photon.sun);
+                    trace::<C>(&self.kernel, &photon, &mut samples, &mut store, &mut account);
                 }
-                let mut store = Store::new(self);
-                let mut account = Account::new(self.kernel.tubes.len());
-                for number in chunk * PHOTON_CHUNK..((chunk + 1) * PHOTON_CHUNK).min(photons) {
-                    let (photon, mut samples) = self.emission.photon(&self.kernel, key, number);
-                    if let Some(photon) = photon {
-                        (store.fresh, store.sun) = (true, photon.sun);
-                        trace::<C>(&self.kernel, &photon, &mut samples, &mut store, &mut account);
-                    }
-                }
-                Some((store, account))
-            })
-            .collect();
+            }
+            (store, account)
+        };
         let mut all = Store::new(self);
         let mut account = Account::new(self.kernel.tubes.len());
-        for (store, part) in chunks? {
+        fold_chunks(self.emission.photons(), 0, cancel, chunk, |(store, part): (Store<C>, Account)| {
             all.append(store);
             account.add(&part);
-        }
+        })?;
         Some((all, account))
     }
 

@@ -3,6 +3,7 @@
 pub mod artifacts;
 pub mod checkpoint;
 pub mod live;
+pub mod memory;
 pub mod meshes;
 mod results;
 pub mod run;

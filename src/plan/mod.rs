@@ -3,9 +3,11 @@
 pub mod choose;
 pub mod cost;
 pub mod effects;
+pub mod memory;
 
 pub use choose::{MethodChoice, MethodRequest, Methods, PlanRefusal};
 pub use effects::{EffectKind, EffectPlan, EffectRequest, EffectRequests, Effects};
+pub use memory::MemoryEstimate;
 
 use crate::guide::dome::{Dome, DomedGuide, Pipe};
 use crate::guide::{Guide, Section, recognise};

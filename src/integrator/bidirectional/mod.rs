@@ -14,6 +14,7 @@ mod light;
 mod weight;
 
 use std::f64::consts::PI;
+use std::ops::Range;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -27,7 +28,8 @@ use super::emission::{Emission, PathSamples};
 use super::eye::enter_room;
 use super::kernel::{Kernel, NO_SURFACE, TubeKernel};
 use super::light_path::{Account, Flight, trace};
-use super::{GridPass, Integrator, PHOTON_CHUNK, Pass, ViewPass};
+use super::photon_chunks::fold_chunks;
+use super::{GridPass, Integrator, Pass, ViewPass};
 use crate::guide::Guide;
 use crate::optics::Spectrum;
 use crate::sampling::{Key, PathRandom};
@@ -48,6 +50,11 @@ impl Default for Settings {
     fn default() -> Self {
         Self { photons_per_pass: 16_384, samples_per_sensor: 64, samples_per_pixel: 1 }
     }
+}
+
+/// Bytes of one vertex of a photon, of light in so many channels.
+pub const fn vertex_bytes(channels: usize) -> usize {
+    if channels == 1 { size_of::<LightVertex<1>>() } else { size_of::<LightVertex<3>>() }
 }
 
 /// Sensors that one vertex is connected to; larger grids are connected to a random subset of about this size.
@@ -101,14 +108,13 @@ impl<const C: usize> Bidirectional<C> {
         Self { kernel, emission, starts, grids, views, settings: settings.clone(), seed: Key::new(seed) }
     }
 
-    /// Photons of one chunk, connected to sensors and eyes.
-    fn photons(&self, key: Key, chunk: u64) -> Connected<C> {
+    /// Photons of these numbers, connected to sensors and eyes.
+    fn photons(&self, key: Key, numbers: Range<u64>) -> Connected<C> {
         let mut grids: Vec<_> = self.grids.iter().map(|grid| vec![0.0; grid.len()]).collect();
         let mut views = vec![Vec::new(); self.views.len()];
         let mut account = Account::new(self.kernel.tubes.len());
         let mut recorder = Recorder::new(&self.kernel);
-        let all = self.emission.photons();
-        for number in chunk * PHOTON_CHUNK..((chunk + 1) * PHOTON_CHUNK).min(all) {
+        for number in numbers {
             let (photon, mut samples) = self.emission.photon(&self.kernel, key, number);
             if let Some(photon) = &photon {
                 recorder.begin(photon, self.start_density(photon));
@@ -308,15 +314,14 @@ impl<const C: usize> Integrator for Bidirectional<C> {
     fn pass(&self, pass: u64, cancel: &AtomicBool) -> Option<Pass> {
         let key = self.seed.child(pass);
         let going_on = || !cancel.load(Ordering::Relaxed);
-        let chunks = self.emission.photons().div_ceil(PHOTON_CHUNK);
-        let chunks: Option<Vec<_>> =
-            (0..chunks).into_par_iter().map(|chunk| going_on().then(|| self.photons(key, chunk))).collect();
         let mut paths = LightPaths::new();
         let mut account = Account::new(self.kernel.tubes.len());
         let mut grids: Vec<_> = self.grids.iter().map(|grid| vec![0.0; grid.len()]).collect();
         let mut views: Vec<_> =
             self.views.iter().map(|view| vec![0.0; C * view.size_px[0] * view.size_px[1]]).collect();
-        for chunk in chunks? {
+        let sensors: usize = grids.iter().map(Vec::len).sum();
+        let chunk = |numbers: Range<u64>| self.photons(key, numbers);
+        fold_chunks(self.emission.photons(), 8 * sensors as u64, cancel, chunk, |chunk: Connected<C>| {
             paths.append(&chunk.paths);
             account.add(&chunk.account);
             for (sum, lux) in grids.iter_mut().zip(&chunk.grids) {
@@ -327,7 +332,7 @@ impl<const C: usize> Integrator for Bidirectional<C> {
                     add(&mut sum[pixel * C..(pixel + 1) * C], luminance);
                 }
             }
-        }
+        })?;
         for (number, (grid, lux)) in self.grids.iter().zip(&mut grids).enumerate() {
             let stream = key.child(SENSOR_STREAM + number as u64);
             let sensor =
