@@ -21,7 +21,8 @@ fn large_jobs() -> Vec<(&'static str, Value)> {
         job["stop"]["max_passes"] = json!(2);
         (name, job)
     };
-    let mut path_tracing = job("views", [1280, 1024], [1, 1], json!({ "kind": "path_tracing", "samples_per_pixel": 1 }));
+    let mut path_tracing =
+        job("views", [1280, 1024], [1, 1], json!({ "kind": "path_tracing", "samples_per_pixel": 1 }));
     path_tracing.1["grids"] = json!([]);
     let mut solver = job("factors", [8, 8], [2, 2], json!("holigilm"));
     solver.1["views"] = json!([]);
