@@ -1,8 +1,12 @@
 //! The job document: bad documents and the pointers that they get, good ones and what they become.
 
+mod schema;
+
 use std::sync::Arc;
 
 use proptest::prelude::*;
+use proptest::test_runner::RngSeed;
+use schema::{parse, parse_any};
 use serde_json::{Value, json};
 use skyduct::cli::mesh_files::MeshFiles;
 use skyduct::document::{DocumentErrors, JobDocument, MeshSource, to_scene};
@@ -100,10 +104,7 @@ fn with(mut document: Value, pointer: &str, value: Value) -> Value {
 }
 
 fn errors(document: &Value) -> DocumentErrors {
-    JobDocument::parse(document.to_string().as_bytes())
-        .and_then(|document| to_scene(&document, &SquarePipe))
-        .map(drop)
-        .expect_err("a bad document")
+    parse(document).and_then(|document| to_scene(&document, &SquarePipe)).map(drop).expect_err("a bad document")
 }
 
 /// The one error of `document` is at `pointer`, and its detail contains `detail`.
@@ -118,7 +119,7 @@ fn refused(document: &Value, pointer: &str, detail: &str) {
 
 #[test]
 fn the_base_document_is_good() {
-    let document = JobDocument::parse(base().to_string().as_bytes()).unwrap();
+    let document = parse(&base()).unwrap();
     let (scene, warnings, provenance) = to_scene(&document, &SquarePipe).unwrap();
     assert_eq!(warnings, vec![]);
     assert_eq!(scene.channels, Channels::Photopic);
@@ -143,6 +144,9 @@ fn every_bound_names_its_field() {
         ("/sky/turbidity", json!(3), "unknown field"),
         // room
         ("/room/size_m", json!([1, 2]), "length 2"),
+        ("/room/surfaces", json!([]), "sequence, expected an object"),
+        ("/stop", json!([0.1]), "sequence, expected an object"),
+        ("/tubes/0/segments/0", json!([1]), "sequence, expected an object"),
         ("/room/size_m/1", json!(0.001), "0.01..10000"),
         ("/room/size_m/2", json!(-3), "-3"),
         ("/room/surfaces/floor/reflectance", json!(1.2), "0..1"),
@@ -267,12 +271,12 @@ fn place_and_time() {
     refused(&no_place, "/location", "required");
 
     // the apparent altitude of PHYSICS 2.2
-    let document = JobDocument::parse(located(json!("2011-09-15T15:00:00+02:00")).to_string().as_bytes()).unwrap();
+    let document = parse(&located(json!("2011-09-15T15:00:00+02:00"))).unwrap();
     let (_, _, provenance) = to_scene(&document, &SquarePipe).unwrap();
     assert!((provenance.sun.unwrap().altitude_deg - 32.4806).abs() < 1e-3);
     assert!((provenance.sun.unwrap().azimuth_deg - 214.6021).abs() < 1e-3);
     // a leap second is not a panic
-    let _ = JobDocument::parse(located(json!("2016-12-31T23:59:60Z")).to_string().as_bytes());
+    let _ = parse(&located(json!("2016-12-31T23:59:60Z")));
 }
 
 #[test]
@@ -288,7 +292,7 @@ fn tubes_bend_touch_and_overlap() {
         "but has 17",
     );
     let tiny = with(base(), "/tubes/0/segments", json!([{ "length_m": 1e-9 }]));
-    assert!(JobDocument::parse(tiny.to_string().as_bytes()).is_ok());
+    assert!(parse(&tiny).is_ok());
 
     let tube = base()["tubes"][0].clone();
     let beside = |x: f64| {
@@ -297,7 +301,7 @@ fn tubes_bend_touch_and_overlap() {
         with(base(), "/tubes/-", second)
     };
     refused(&beside(1.2), "/tubes/1/centre_m", "overlaps");
-    assert!(JobDocument::parse(beside(1.016 + 0.254).to_string().as_bytes()).is_ok());
+    assert!(parse(&beside(1.016 + 0.254)).is_ok());
     let many: Vec<_> = vec![tube.clone(); 65];
     refused(&with(base(), "/tubes", json!(many)), "/tubes", "but there are 65");
     refused(&with(base(), "/room/surfaces/ceiling", json!({ "open": true })), "/room/surfaces/ceiling/open", "closed");
@@ -309,15 +313,15 @@ fn tubes_bend_touch_and_overlap() {
                 "lambertian_transmittance": 0.6, "clear_transmittance": 0.9 })
     };
     refused(&with(base(), "/tubes/0/diffuser", mixed(0.2)), "/tubes/0/diffuser/lambertian_radius_m", "0..0.127");
-    assert!(JobDocument::parse(with(base(), "/tubes/0/diffuser", mixed(0.06)).to_string().as_bytes()).is_ok());
+    assert!(parse(&with(base(), "/tubes/0/diffuser", mixed(0.06))).is_ok());
     // a perfect mirror is a bound, not an error
-    assert!(JobDocument::parse(with(base(), "/tubes/0/reflectance", json!(1)).to_string().as_bytes()).is_ok());
+    assert!(parse(&with(base(), "/tubes/0/reflectance", json!(1))).is_ok());
 }
 
 #[test]
 fn mesh_tubes() {
     let document = with(base(), "/tubes/0", mesh_tube());
-    let parsed = JobDocument::parse(document.to_string().as_bytes()).unwrap();
+    let parsed = parse(&document).unwrap();
     let (scene, ..) = to_scene(&parsed, &SquarePipe).unwrap();
     let TubeShape::Mesh(mesh) = &scene.tubes[0].shape else { panic!("a mesh") };
     assert_eq!(mesh.parts.len(), 3);
@@ -361,12 +365,12 @@ fn electric() -> Value {
 
 #[test]
 fn luminaires() {
-    let document = JobDocument::parse(electric().to_string().as_bytes()).unwrap();
+    let document = parse(&electric()).unwrap();
     let (scene, ..) = to_scene(&document, &SquarePipe).unwrap();
     assert_eq!(scene.room.luminaires[0].luminance, [15000.0; 3]);
     assert_eq!(scene.channels, Channels::Photopic);
     let coloured = with(electric(), "/room/luminaires/0/luminance_cd_m2", json!([1, 2, 3]));
-    let document = JobDocument::parse(coloured.to_string().as_bytes()).unwrap();
+    let document = parse(&coloured).unwrap();
     assert_eq!(to_scene(&document, &SquarePipe).unwrap().0.channels, Channels::Rgb);
 
     let panel = "/room/luminaires/0";
@@ -393,7 +397,7 @@ fn luminaires() {
     let good = [json!([1.144, 1.0, 2.032]), json!([1.142, 1.0, 2.03]), json!([0.81, 0.4, 0.3])];
     for corner in good {
         let document = with(electric(), "/room/luminaires/0/corner_m", corner);
-        assert!(JobDocument::parse(document.to_string().as_bytes()).is_ok(), "{document}");
+        assert!(parse(&document).is_ok(), "{document}");
     }
 
     // back to back is a panel that emits on both sides; face on face is a mistake
@@ -409,7 +413,7 @@ fn luminaires() {
     };
     refused(&twice(electric(), json!([0, 0.1, 0])), "/room/luminaires/1", "overlaps /room/luminaires/0");
     let hanging = with(electric(), "/room/luminaires/0/corner_m/2", json!(1.5));
-    assert!(JobDocument::parse(twice(hanging, json!([0, -0.1, 0])).to_string().as_bytes()).is_ok());
+    assert!(parse(&twice(hanging, json!([0, -0.1, 0]))).is_ok());
 }
 
 /// Electric light alone needs neither sky nor place; what explains daylight is null then.
@@ -418,7 +422,7 @@ fn rooms_without_tubes() {
     let mut document = electric();
     document["tubes"] = json!([]);
     document = with(document, "/sky", Value::Null);
-    let parsed = JobDocument::parse(document.to_string().as_bytes()).unwrap();
+    let parsed = parse(&document).unwrap();
     let (scene, warnings, provenance) = to_scene(&parsed, &SquarePipe).unwrap();
     assert!(scene.daylight.is_none() && scene.tubes.is_empty() && warnings.is_empty());
     let json = serde_json::to_value(&provenance).unwrap();
@@ -427,7 +431,7 @@ fn rooms_without_tubes() {
 
     document["location"] = json!({ "latitude_deg": 55.77, "longitude_deg": 12.5 });
     document["time"] = json!("2011-09-15T15:00:00+02:00");
-    let parsed = JobDocument::parse(document.to_string().as_bytes()).unwrap();
+    let parsed = parse(&document).unwrap();
     assert_eq!(to_scene(&parsed, &SquarePipe).unwrap().1[0].code, "place_without_sky");
     refused(&with(electric(), "/sky", Value::Null), "/sky", "required unless `tubes` is empty");
 }
@@ -490,7 +494,7 @@ fn defaults_are_filled_in() {
                     "collector": { "kind": "open" }, "diffuser": { "kind": "lambertian", "transmittance": 0.6 } }],
         "grids": [{ "name": "floor", "height_m": 0, "cells": [3, 3] }]
     });
-    let understood = serde_json::to_value(JobDocument::parse(minimal.to_string().as_bytes()).unwrap()).unwrap();
+    let understood = serde_json::to_value(parse(&minimal).unwrap()).unwrap();
     let expect = |pointer: &str, value: Value| assert_eq!(understood.pointer(pointer), Some(&value), "{pointer}");
     expect("/room/surfaces/floor", json!({ "reflectance": 0.2 }));
     expect("/room/surfaces/walls", json!({ "reflectance": 0.5 }));
@@ -522,7 +526,7 @@ fn walls_colours_and_open_faces() {
     let mut document = base();
     document["room"]["surfaces"]["wall_north"] = json!({ "reflectance": [0.8, 0.1, 0.1] });
     document["room"]["surfaces"]["wall_south"] = json!({ "open": true });
-    let (scene, ..) = to_scene(&JobDocument::parse(document.to_string().as_bytes()).unwrap(), &SquarePipe).unwrap();
+    let (scene, ..) = to_scene(&parse(&document).unwrap(), &SquarePipe).unwrap();
     assert_eq!(scene.channels, Channels::Rgb);
     let surfaces = &scene.room.surfaces;
     assert_eq!(surfaces[Face::North as usize].unwrap().reflectance, [0.8, 0.1, 0.1]);
@@ -533,9 +537,7 @@ fn walls_colours_and_open_faces() {
 
 #[test]
 fn sun_levels_and_warnings() {
-    let scene = |document: &Value| {
-        to_scene(&JobDocument::parse(document.to_string().as_bytes()).unwrap(), &SquarePipe).unwrap()
-    };
+    let scene = |document: &Value| to_scene(&parse(&document).unwrap(), &SquarePipe).unwrap();
     let night = with(base(), "/sky/sun_position/altitude_deg", json!(-5));
     let (dark, warnings, _) = scene(&night);
     let dark = dark.daylight.unwrap();
@@ -639,11 +641,11 @@ fn pointers(value: &Value, at: &str, found: &mut Vec<String>) {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 512, failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: 512, failure_persistence: None, rng_seed: RngSeed::Fixed(1), ..ProptestConfig::default() })]
 
     #[test]
     fn any_json_is_judged_without_panic(value in any_json()) {
-        let _ = JobDocument::parse(value.to_string().as_bytes());
+        let _ = parse_any(&value);
     }
 
     #[test]
@@ -658,7 +660,7 @@ proptest! {
         let mut places = Vec::new();
         pointers(&document, "", &mut places);
         *document.pointer_mut(place.get::<String>(&places)).unwrap() = value;
-        if let Ok(document) = JobDocument::parse(document.to_string().as_bytes()) {
+        if let Ok(document) = parse_any(&document) {
             let _ = to_scene(&document, &SquarePipe);
         }
     }
@@ -681,7 +683,7 @@ proptest! {
         if mesh {
             document["tubes"][0] = mesh_tube();
         }
-        let parsed = JobDocument::parse(document.to_string().as_bytes()).unwrap();
+        let parsed = parse(&document).unwrap();
         let text = serde_json::to_string(&parsed).unwrap();
         prop_assert_eq!(&JobDocument::parse(text.as_bytes()).unwrap(), &parsed);
     }
@@ -691,7 +693,7 @@ proptest! {
 fn dielectric_domes_are_read() {
     let read = |dome: Value| {
         let document = with(base(), "/tubes/0/collector", dome);
-        let (scene, ..) = to_scene(&JobDocument::parse(document.to_string().as_bytes()).unwrap(), &SquarePipe).unwrap();
+        let (scene, ..) = to_scene(&parse(&document).unwrap(), &SquarePipe).unwrap();
         let TubeShape::Cylinders(cylinders) = &scene.tubes[0].shape else { panic!("a mesh") };
         cylinders.collector
     };
@@ -707,7 +709,7 @@ fn dielectric_domes_are_read() {
 fn mirrors_may_depend_on_the_angle() {
     let read = |reflectance: Value| {
         let document = with(base(), "/tubes/0/reflectance", reflectance);
-        JobDocument::parse(document.to_string().as_bytes()).map(|document| to_scene(&document, &SquarePipe).unwrap().0)
+        parse(&document).map(|document| to_scene(&document, &SquarePipe).unwrap().0)
     };
     let table = json!({ "incidence_deg": [0, 60, 90], "reflectance": [0.9, [0.8, 0.7, 0.6], 1] });
     let scene = read(table.clone()).unwrap();
@@ -743,7 +745,7 @@ fn measured_diffusers_are_read_and_judged() {
         "btdf_per_sr": [[0.3, 0.2, 0.1], [0.2, 0.2, 0.1], [0, 0, 0]], "brdf_per_sr": [[0.1, 0.1, 0.1], [0.1, 0.1, 0.1], [0.3, 0.3, 0.3]]
     });
     let document = |table: Value| with(base(), "/tubes/0/diffuser", table);
-    let parsed = JobDocument::parse(document(table.clone()).to_string().as_bytes()).unwrap();
+    let parsed = parse(&document(table.clone())).unwrap();
     let (scene, ..) = to_scene(&parsed, &SquarePipe).unwrap();
     let Diffuser::Measured(measured) = &scene.tubes[0].diffuser else { panic!("not measured") };
     assert_eq!(measured.per_sr(true, 1.0, 1.0), 0.3);
@@ -754,7 +756,7 @@ fn measured_diffusers_are_read_and_judged() {
     on_mesh["parts"]["diffuser"]["role"] = json!("diffuser");
     let (on_mesh, ..) = {
         let document = with(base(), "/tubes/0", on_mesh);
-        to_scene(&JobDocument::parse(document.to_string().as_bytes()).unwrap(), &SquarePipe).unwrap()
+        to_scene(&parse(&document).unwrap(), &SquarePipe).unwrap()
     };
     assert_eq!(on_mesh.tubes[0].diffuser, scene.tubes[0].diffuser);
     let cases = [

@@ -1,5 +1,8 @@
 //! Skies of job documents: presets, levels, and what results say of them.
 
+mod schema;
+
+use schema::parse;
 use serde_json::{Value, json};
 use skyduct::document::{DocumentErrors, JobDocument, MeshSource, to_scene};
 use skyduct::scene::Daylight;
@@ -27,7 +30,7 @@ fn under(sky: Value) -> Result<(Daylight, Value), DocumentErrors> {
         }],
         "grids": [{ "name": "floor", "height_m": 0, "cells": [1, 1] }]
     });
-    let document = JobDocument::parse(document.to_string().as_bytes())?;
+    let document = parse(&document)?;
     let (scene, _, provenance) = to_scene(&document, &NoMeshes)?;
     Ok((scene.daylight.unwrap(), serde_json::to_value(provenance).unwrap()))
 }

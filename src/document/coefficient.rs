@@ -4,13 +4,12 @@ use std::fmt;
 
 use serde::Serialize;
 use serde::de::{Deserialize, Deserializer, Error, SeqAccess, Visitor};
-use utoipa::ToSchema;
 
 /// One photopic number, or linear Rec.709 `[r, g, b]` with Y = 0.2126 R + 0.7152 G + 0.0722 B.
 ///
 /// Reflectances and transmittances are within 0..1 in every channel. A scene with numbers only is computed in one
 /// photopic channel.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, ToSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(untagged)]
 pub enum Coefficient {
     /// The same for all light.

@@ -8,6 +8,7 @@ use utoipa::ToSchema;
 use super::method::MethodDocument;
 use super::outputs::{GridDocument, ViewDocument};
 use super::room::RoomDocument;
+use super::schema::EffectSwitches;
 use super::sky::{LocationDocument, SkyDocument};
 use super::tube::TubeDocument;
 use crate::estimate::StopRule;
@@ -22,6 +23,7 @@ use crate::plan::effects::{EffectKind, EffectRequest, EffectRequests};
 pub struct JobDocument {
     /// Free text, at most 1000 characters.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(max_length = 1000)]
     pub name: Option<String>,
     /// Where on Earth; together with `time`, or else `sky.sun_position`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -36,12 +38,15 @@ pub struct JobDocument {
     pub room: RoomDocument,
     /// Tubular daylight devices, at most 64.
     #[serde(default)]
+    #[schema(max_items = 64)]
     pub tubes: Vec<TubeDocument>,
-    /// Illuminance grids; `grids` and `views` together name at least one output.
+    /// Illuminance grids, at most 64; `grids` and `views` together name at least one output.
     #[serde(default)]
+    #[schema(max_items = 64)]
     pub grids: Vec<GridDocument>,
-    /// Camera views.
+    /// Camera views, at most 64.
     #[serde(default)]
+    #[schema(max_items = 64)]
     pub views: Vec<ViewDocument>,
     #[serde(default)]
     pub method: MethodDocument,
@@ -50,9 +55,11 @@ pub struct JobDocument {
     /// Effects of the plan by name; those that are absent are `auto`. With `glossy` off, surfaces absorb the light of their
     /// `specular` share.
     #[serde(default)]
+    #[schema(value_type = EffectSwitches)]
     pub effects: BTreeMap<String, EffectSwitch>,
     /// Selects the random numbers; equal documents with equal seeds give equal bits.
     #[serde(default)]
+    #[schema(maximum = 18_446_744_073_709_551_615u64)]
     pub seed: u64,
 }
 

@@ -5,11 +5,12 @@ use utoipa::ToSchema;
 
 use super::mirror::check_angles;
 use super::pointer::Checks;
+use super::schema::{ScatteringRow, TableAngle};
 use crate::optics::MeasuredDiffuser;
 use crate::optics::measured::TableError;
 
-const MOST_INCIDENCES: usize = 361;
-const MOST_EXITS: usize = 721;
+pub const MOST_INCIDENCES: usize = 361;
+pub const MOST_EXITS: usize = 721;
 
 /// Scatters by a table, alike to all azimuths and from either side: bilinear in the angles of incidence and exit, both
 /// from the normal.
@@ -19,13 +20,17 @@ const MOST_EXITS: usize = 721;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct MeasuredDocument {
     /// Ascending from 0 to 90.
+    #[schema(value_type = Vec<TableAngle>, min_items = 2, max_items = 361)]
     pub incidence_deg: Vec<f64>,
     /// Ascending from 0 to 90; of transmitted light on the far side, of reflected light on the near side.
+    #[schema(value_type = Vec<TableAngle>, min_items = 2, max_items = 721)]
     pub exit_deg: Vec<f64>,
     /// A row for each angle of incidence, a column for each angle of exit, in 1/sr.
+    #[schema(value_type = Vec<ScatteringRow>, min_items = 2, max_items = 361)]
     pub btdf_per_sr: Vec<Vec<f64>>,
     /// The same of reflected light; nothing is reflected when absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(value_type = Option<Vec<ScatteringRow>>, min_items = 2, max_items = 361)]
     pub brdf_per_sr: Option<Vec<Vec<f64>>>,
 }
 

@@ -7,11 +7,12 @@ use serde::de::{Deserializer, Error, MapAccess, Visitor};
 use serde::ser::Serializer;
 use serde::{Deserialize, Serialize};
 use utoipa::openapi::RefOr;
-use utoipa::openapi::schema::{OneOfBuilder, Schema};
-use utoipa::{PartialSchema, ToSchema};
+use utoipa::openapi::schema::{AdditionalProperties, Discriminator, ObjectBuilder, OneOfBuilder, Ref, Schema, Type};
+use utoipa::{Number, PartialSchema, ToSchema};
 
 use super::Warning;
-use super::parse::{Misfit, absent};
+use super::parse::{Misfit, misfit};
+use super::schema::{Schemas, camel_case};
 use crate::analytic::jenkins;
 use crate::integrator::progressive::Radius;
 use crate::integrator::{
@@ -19,6 +20,12 @@ use crate::integrator::{
 };
 use crate::plan::MethodRequest;
 use crate::scene::{EstimateKind, Grid};
+
+/// A pass of the bidirectional method keeps its photons' vertices.
+pub const MOST_PHOTONS_THAT_ARE_KEPT: u64 = 1_048_576;
+
+/// The spread of fixed points tells their error.
+pub const LEAST_FIXED_POINTS: u32 = 2;
 
 /// How the light is computed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
@@ -52,6 +59,50 @@ pub enum MethodKind {
 }
 
 impl MethodKind {
+    pub const ALL: [Self; 10] = [
+        Self::Auto,
+        Self::PathTracing,
+        Self::BidirectionalPathTracing,
+        Self::PhotonMapping,
+        Self::Ppm,
+        Self::Sppm,
+        Self::LightTracing,
+        Self::TwoStage,
+        Self::Holigilm,
+        Self::Jenkins,
+    ];
+
+    /// Names of the method's own settings.
+    pub fn settings(self) -> &'static [&'static str] {
+        match self {
+            Self::Auto | Self::Holigilm => &[],
+            Self::PathTracing => &["samples_per_sensor", "samples_per_pixel"],
+            Self::BidirectionalPathTracing | Self::TwoStage => {
+                &["photons_per_pass", "samples_per_sensor", "samples_per_pixel"]
+            }
+            Self::PhotonMapping => &["photons_per_pass", "initial_radius_m", "gather_rays"],
+            Self::Ppm => {
+                &["photons_per_pass", "initial_radius_m", "alpha", "radius", "samples_per_sensor", "samples_per_pixel"]
+            }
+            Self::Sppm => &["photons_per_pass", "initial_radius_m", "alpha", "radius"],
+            Self::LightTracing => &["photons_per_pass"],
+            Self::Jenkins => &["coefficient", "pipe_transmittance", "bend_factor"],
+        }
+    }
+
+    /// Smallest and largest value of a setting, where they are other than for most methods.
+    fn bounds(self, setting: &str) -> (Option<u64>, Option<u64>) {
+        match (self, setting) {
+            (Self::BidirectionalPathTracing, "photons_per_pass") => (None, Some(MOST_PHOTONS_THAT_ARE_KEPT)),
+            (Self::Ppm, "samples_per_sensor" | "samples_per_pixel") => (Some(LEAST_FIXED_POINTS.into()), None),
+            _ => (None, None),
+        }
+    }
+
+    fn name_of_schema() -> String {
+        <Self as ToSchema>::name().into_owned()
+    }
+
     pub fn name(self) -> &'static str {
         match self {
             Self::Auto => "auto",
@@ -294,7 +345,7 @@ struct RawMethod {
     photons_per_pass: Option<u64>,
     /// Gather radius of the first pass in metres, > 0; of `sppm`, `ppm` and `photon_mapping`, where it is that of all
     /// passes. Default: a twentieth of the room's shortest edge, with `photon_mapping` a fortieth.
-    #[schema(exclusive_minimum = 0)]
+    #[schema(exclusive_minimum = 0, maximum = 10_000)]
     initial_radius_m: Option<f64>,
     /// The squared radius shrinks by (i + alpha) / (i + 1) from pass to pass, or with the radius `per_point` by (N + alpha M)
     /// / (N + M) where N photons were kept and M are found, default 2/3; of `sppm` and `ppm`.
@@ -326,87 +377,78 @@ struct RawMethod {
     bend_factor: Option<f64>,
 }
 
+impl MethodSettings {
+    /// Names of the settings that have a value.
+    fn given(&self) -> impl Iterator<Item = &'static str> {
+        let given = [
+            ("photons_per_pass", self.photons_per_pass.is_some()),
+            ("initial_radius_m", self.initial_radius_m.is_some()),
+            ("alpha", self.alpha.is_some()),
+            ("radius", self.radius.is_some()),
+            ("samples_per_sensor", self.samples_per_sensor.is_some()),
+            ("samples_per_pixel", self.samples_per_pixel.is_some()),
+            ("gather_rays", self.gather_rays.is_some()),
+            ("coefficient", self.coefficient.is_some()),
+            ("pipe_transmittance", self.pipe_transmittance.is_some()),
+            ("bend_factor", self.bend_factor.is_some()),
+        ];
+        given.into_iter().filter(|(_, given)| *given).map(|(name, _)| name)
+    }
+
+    /// Gives absent settings of the method their defaults, those that depend on the scene apart.
+    fn fill_in(&mut self, kind: MethodKind) {
+        let mut samples = |photons: Option<u64>, per_sensor: u32, per_pixel: u32| {
+            self.photons_per_pass = self.photons_per_pass.or(photons);
+            self.samples_per_sensor = self.samples_per_sensor.or(Some(per_sensor));
+            self.samples_per_pixel = self.samples_per_pixel.or(Some(per_pixel));
+        };
+        match kind {
+            MethodKind::Auto | MethodKind::Holigilm => {}
+            MethodKind::PathTracing => {
+                let default = path_tracing::Settings::default();
+                samples(None, default.samples_per_sensor, default.samples_per_pixel);
+            }
+            MethodKind::BidirectionalPathTracing => {
+                let default = bidirectional::Settings::default();
+                samples(Some(default.photons_per_pass), default.samples_per_sensor, default.samples_per_pixel);
+            }
+            MethodKind::TwoStage => {
+                let default = two_stage::Settings::default();
+                samples(Some(default.photons_per_pass), default.samples_per_sensor, default.samples_per_pixel);
+            }
+            MethodKind::Ppm => {
+                let default = ppm::Settings::default();
+                samples(Some(default.photons_per_pass), default.samples_per_sensor, default.samples_per_pixel);
+                self.alpha = self.alpha.or(Some(default.alpha));
+                self.radius = self.radius.or(Some(default.radius.into()));
+            }
+            MethodKind::Sppm => {
+                let default = sppm::Settings::default();
+                self.photons_per_pass = self.photons_per_pass.or(Some(default.photons_per_pass));
+                self.alpha = self.alpha.or(Some(default.alpha));
+                self.radius = self.radius.or(Some(default.radius.into()));
+            }
+            MethodKind::PhotonMapping => {
+                let default = photon_mapping::Settings::default();
+                self.photons_per_pass = self.photons_per_pass.or(Some(default.photons_per_pass));
+            }
+            MethodKind::LightTracing => {
+                let default = light_tracing::Settings::default();
+                self.photons_per_pass = self.photons_per_pass.or(Some(default.photons_per_pass));
+            }
+            MethodKind::Jenkins => self.coefficient = self.coefficient.or(Some(jenkins::COEFFICIENT)),
+        }
+    }
+}
+
 impl TryFrom<RawMethod> for MethodDocument {
     type Error = Misfit;
 
     fn try_from(raw: RawMethod) -> Result<Self, Misfit> {
-        let RawMethod {
-            kind,
-            mut photons_per_pass,
-            initial_radius_m,
-            mut alpha,
-            mut radius,
-            mut samples_per_sensor,
-            mut samples_per_pixel,
-            gather_rays,
-            mut coefficient,
-            pipe_transmittance,
-            bend_factor,
-        } = raw;
-        let of = format!("the method `{}`", kind.name());
-        if kind == MethodKind::Jenkins {
-            coefficient = coefficient.or(Some(jenkins::COEFFICIENT));
-        } else {
-            absent(&coefficient, "coefficient", &of)?;
-            absent(&pipe_transmittance, "pipe_transmittance", &of)?;
-            absent(&bend_factor, "bend_factor", &of)?;
-        }
-        if kind == MethodKind::PathTracing {
-            let default = path_tracing::Settings::default();
-            samples_per_sensor = samples_per_sensor.or(Some(default.samples_per_sensor));
-            samples_per_pixel = samples_per_pixel.or(Some(default.samples_per_pixel));
-        } else if kind == MethodKind::BidirectionalPathTracing {
-            let default = bidirectional::Settings::default();
-            photons_per_pass = photons_per_pass.or(Some(default.photons_per_pass));
-            samples_per_sensor = samples_per_sensor.or(Some(default.samples_per_sensor));
-            samples_per_pixel = samples_per_pixel.or(Some(default.samples_per_pixel));
-        } else if kind == MethodKind::TwoStage {
-            let default = two_stage::Settings::default();
-            photons_per_pass = photons_per_pass.or(Some(default.photons_per_pass));
-            samples_per_sensor = samples_per_sensor.or(Some(default.samples_per_sensor));
-            samples_per_pixel = samples_per_pixel.or(Some(default.samples_per_pixel));
-        } else if kind == MethodKind::Ppm {
-            let default = ppm::Settings::default();
-            samples_per_sensor = samples_per_sensor.or(Some(default.samples_per_sensor));
-            samples_per_pixel = samples_per_pixel.or(Some(default.samples_per_pixel));
-        } else {
-            absent(&samples_per_sensor, "samples_per_sensor", &of)?;
-            absent(&samples_per_pixel, "samples_per_pixel", &of)?;
-        }
-        if kind != MethodKind::PhotonMapping {
-            absent(&gather_rays, "gather_rays", &of)?;
-        }
-        if matches!(kind, MethodKind::Ppm | MethodKind::Sppm) {
-            radius = radius.or(Some(RadiusKind::Schedule));
-        } else {
-            absent(&radius, "radius", &of)?;
-        }
-        match kind {
-            MethodKind::Ppm | MethodKind::Sppm => {
-                let default = sppm::Settings::default();
-                photons_per_pass = photons_per_pass.or(Some(default.photons_per_pass));
-                alpha = alpha.or(Some(default.alpha));
-            }
-            MethodKind::BidirectionalPathTracing | MethodKind::TwoStage => {
-                absent(&initial_radius_m, "initial_radius_m", &of)?;
-                absent(&alpha, "alpha", &of)?;
-            }
-            MethodKind::PhotonMapping => {
-                absent(&alpha, "alpha", &of)?;
-                photons_per_pass = photons_per_pass.or(Some(photon_mapping::Settings::default().photons_per_pass));
-            }
-            MethodKind::LightTracing => {
-                absent(&initial_radius_m, "initial_radius_m", &of)?;
-                absent(&alpha, "alpha", &of)?;
-                photons_per_pass = photons_per_pass.or(Some(light_tracing::Settings::default().photons_per_pass));
-            }
-            _ => {
-                absent(&photons_per_pass, "photons_per_pass", &of)?;
-                absent(&initial_radius_m, "initial_radius_m", &of)?;
-                absent(&alpha, "alpha", &of)?;
-            }
-        }
-        let settings = MethodSettings {
+        let kind = raw.kind;
+        let RawMethod { photons_per_pass, initial_radius_m, alpha, radius, gather_rays, .. } = raw;
+        let RawMethod { samples_per_sensor, samples_per_pixel, coefficient, pipe_transmittance, bend_factor, .. } = raw;
+        let mut settings = MethodSettings {
             photons_per_pass,
             initial_radius_m,
             alpha,
@@ -418,6 +460,10 @@ impl TryFrom<RawMethod> for MethodDocument {
             pipe_transmittance,
             bend_factor,
         };
+        if let Some(field) = settings.given().find(|field| !kind.settings().contains(field)) {
+            return Err(misfit(field, format!("not a field of the method `{}`", kind.name())));
+        }
+        settings.fill_in(kind);
         Ok(Self { kind, settings: Some(settings) })
     }
 }
@@ -464,12 +510,42 @@ impl<'de> Visitor<'de> for MethodVisitor {
 
 impl PartialSchema for MethodDocument {
     fn schema() -> RefOr<Schema> {
-        let one_of = OneOfBuilder::new()
-            .item(MethodKind::schema())
-            .item(RawMethod::schema())
-            .description(Some("A method's name, or an object of `kind` and the method's own settings."));
-        RefOr::T(Schema::OneOf(one_of.build()))
+        OneOfBuilder::new()
+            .item(Ref::from_schema_name(MethodKind::name_of_schema()))
+            .item(Ref::from_schema_name(WITH_SETTINGS))
+            .description(Some("A method's name, or an object of `kind` and the method's own settings."))
+            .into()
     }
 }
 
 impl ToSchema for MethodDocument {}
+
+const WITH_SETTINGS: &str = "MethodWithSettings";
+
+/// Adds a component for each method with its own settings alone.
+pub(super) fn complete_schema(schemas: &mut Schemas) {
+    let RefOr::T(Schema::Object(all)) = RawMethod::schema() else { return };
+    let mut discriminator = Discriminator::new("kind");
+    let mut one_of = OneOfBuilder::new().description(Some("A method and its own settings."));
+    for kind in MethodKind::ALL {
+        let mut object = ObjectBuilder::new()
+            .property("kind", ObjectBuilder::new().schema_type(Type::String).enum_values(Some([kind.name()])))
+            .required("kind")
+            .additional_properties(Some(AdditionalProperties::FreeForm(false)));
+        for name in kind.settings() {
+            let Some(mut setting) = all.properties.get(*name).cloned() else { continue };
+            if let RefOr::T(Schema::Object(setting)) = &mut setting {
+                let (least, most) = kind.bounds(name);
+                setting.minimum = least.map(Number::from).or(setting.minimum.take());
+                setting.maximum = most.map(Number::from).or(setting.maximum.take());
+            }
+            object = object.property(*name, setting);
+        }
+        let name = camel_case(kind.name()) + "Method";
+        let reference = Ref::from_schema_name(&name);
+        discriminator.mapping.insert(kind.name().to_owned(), reference.ref_location.clone());
+        one_of = one_of.item(reference);
+        schemas.insert(name, object.into());
+    }
+    schemas.insert(WITH_SETTINGS.to_owned(), one_of.discriminator(Some(discriminator)).into());
+}

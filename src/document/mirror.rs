@@ -10,6 +10,7 @@ use utoipa::ToSchema;
 use super::coefficient::Coefficient;
 use super::parse::{Misfit, misfit};
 use super::pointer::Checks;
+use super::schema::TableAngle;
 use super::validate::check_ratio;
 use crate::optics::Mirror;
 use crate::optics::mirror::MirrorTable;
@@ -29,9 +30,10 @@ pub enum MirrorDocument {
 #[serde(deny_unknown_fields)]
 pub struct MirrorTableDocument {
     /// Ascending from 0 to 90.
-    #[schema(min_items = 2, max_items = 1000)]
+    #[schema(value_type = Vec<TableAngle>, min_items = 2, max_items = 1000)]
     pub incidence_deg: Vec<f64>,
     /// One for each angle.
+    #[schema(min_items = 2, max_items = 1000)]
     pub reflectance: Vec<Coefficient>,
 }
 

@@ -18,6 +18,7 @@ pub mod parse;
 mod pointer;
 pub mod result;
 pub mod room;
+pub mod schema;
 pub mod sky;
 pub mod tube;
 pub mod tube_report;
@@ -31,7 +32,7 @@ use crate::geometry::TriangleMesh;
 
 pub use coefficient::Coefficient;
 pub use convert::{Provenance, to_scene};
-pub use job::JobDocument;
+pub use job::{EffectSwitch, JobDocument};
 pub use method::{MethodDocument, MethodKind, RadiusKind, method_warning};
 
 /// One thing wrong with a document.

@@ -38,8 +38,29 @@ impl JobDocument {
                 }
             }
         };
+        refuse_unnamed(&value, &serde_json::to_value(&document).unwrap_or_default(), "", &mut checks);
         validate(&document, &mut checks);
         if checks.errors.is_empty() { Ok(document) } else { Err(DocumentErrors(checks.errors)) }
+    }
+}
+
+/// Refuses lists where the document has objects: the types would take a list as the values of their fields in order.
+fn refuse_unnamed(given: &Value, understood: &Value, pointer: &str, checks: &mut Checks) {
+    match (given, understood) {
+        (Value::Array(_), Value::Object(_)) => checks.refuse(pointer, "invalid type: sequence, expected an object"),
+        (Value::Array(given), Value::Array(understood)) => {
+            for (index, (given, understood)) in given.iter().zip(understood).enumerate() {
+                refuse_unnamed(given, understood, &format!("{pointer}/{index}"), checks);
+            }
+        }
+        (Value::Object(given), Value::Object(understood)) => {
+            for (name, given) in given {
+                if let Some(understood) = understood.get(name) {
+                    refuse_unnamed(given, understood, &format!("{pointer}/{}", escape(name)), checks);
+                }
+            }
+        }
+        _ => {}
     }
 }
 

@@ -7,6 +7,7 @@ use utoipa::ToSchema;
 
 use super::coefficient::Coefficient;
 use super::parse::{Misfit, absent, required};
+use super::schema::{Albedo, BoxSize, Luminance, RoomSize, Vector};
 use super::tube::Unit;
 
 /// A box room; its floor spans (0, 0, 0) to (size_x, size_y, 0).
@@ -14,6 +15,7 @@ use super::tube::Unit;
 #[serde(deny_unknown_fields)]
 pub struct RoomDocument {
     /// Extent along x, y and z, each 0.01..10000 m.
+    #[schema(value_type = RoomSize)]
     pub size_m: [f64; 3],
     /// Azimuth of the room's +y axis, clockwise from north.
     #[serde(default)]
@@ -23,9 +25,11 @@ pub struct RoomDocument {
     pub surfaces: SurfacesDocument,
     /// At most 1000.
     #[serde(default)]
+    #[schema(max_items = 1000)]
     pub objects: Vec<ObjectDocument>,
     /// At most 256.
     #[serde(default)]
+    #[schema(max_items = 256)]
     pub luminaires: Vec<LuminaireDocument>,
 }
 
@@ -84,10 +88,12 @@ impl Default for SurfacesDocument {
 pub struct SurfaceDocument {
     /// Diffuse (Lambertian), of a closed surface; < 1 in every channel.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(value_type = Option<Albedo>)]
     pub reflectance: Option<Coefficient>,
     /// Reflectance about the mirror direction, beside the diffuse `reflectance` and the same at every angle (directional
     /// to hemispherical); `reflectance + specular` is < 1 in every channel. Default: 0.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(value_type = Option<Albedo>)]
     pub specular: Option<Coefficient>,
     /// Of the specular part. 0, the default: an ideal mirror. From 0.02 to 1: a glossy lobe of GGX microfacets with alpha =
     /// roughness^2, height-correlated masking and shadowing, and compensation for multiple scattering, so that `specular`
@@ -113,10 +119,13 @@ pub enum ObjectDocument {
     /// A box with vertical sides.
     Box {
         /// Extent along its own x, y and z, each > 0.
+        #[schema(value_type = BoxSize)]
         size_m: [f64; 3],
         /// Centre of its base.
+        #[schema(value_type = Vector)]
         position_m: [f64; 3],
         /// Clockwise seen from above.
+        #[schema(required = false, default = 0.0, minimum = -360, maximum = 360)]
         rotation_deg: f64,
         surface: SurfaceDocument,
     },
@@ -126,8 +135,10 @@ pub enum ObjectDocument {
         mesh: String,
         unit: Unit,
         /// Where the mesh's origin goes.
+        #[schema(value_type = Vector)]
         position_m: [f64; 3],
         /// Clockwise seen from above.
+        #[schema(required = false, default = 0.0, minimum = -360, maximum = 360)]
         rotation_deg: f64,
         /// By the name of the material in the file.
         surfaces: BTreeMap<String, SurfaceDocument>,
@@ -193,11 +204,15 @@ impl TryFrom<RawObject> for ObjectDocument {
 #[serde(deny_unknown_fields)]
 pub struct LuminaireDocument {
     pub kind: LuminaireKind,
+    #[schema(value_type = Vector)]
     pub corner_m: [f64; 3],
+    #[schema(value_type = Vector)]
     pub edge_u_m: [f64; 3],
     /// At a right angle to `edge_u_m`; light leaves along u x v.
+    #[schema(value_type = Vector)]
     pub edge_v_m: [f64; 3],
     /// 0..1000000000, the same over the whole rectangle and in all directions.
+    #[schema(value_type = Luminance)]
     pub luminance_cd_m2: Coefficient,
 }
 

@@ -9,6 +9,7 @@ use super::coefficient::Coefficient;
 use super::measured::MeasuredDocument;
 use super::mirror::MirrorDocument;
 use super::parse::{Misfit, absent, required};
+use super::schema::PlanePoint;
 
 /// A tubular daylight device above a round opening in the ceiling.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
@@ -20,15 +21,18 @@ pub enum TubeDocument {
 
 /// Equal mirror cylinders that meet in mitred elbows.
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+#[serde(deny_unknown_fields)]
 pub struct ParametricTube {
     /// Centre of the opening in the ceiling plane.
+    #[schema(value_type = PlanePoint)]
     pub centre_m: [f64; 2],
     /// Inner diameter; the opening lies wholly inside the ceiling.
-    #[schema(exclusive_minimum = 0)]
+    #[schema(exclusive_minimum = 0, maximum = 10_000)]
     pub diameter_m: f64,
     /// Specular, per bounce.
     pub reflectance: MirrorDocument,
     /// From the ceiling upward, 1..16; the first is vertical.
+    #[schema(min_items = 1, max_items = 16)]
     pub segments: Vec<SegmentDocument>,
     pub collector: CollectorDocument,
     pub diffuser: DiffuserDocument,
@@ -53,17 +57,20 @@ pub struct SegmentDocument {
 
 /// A tube as a triangle mesh; its z is up, its origin sits in the centre of the opening.
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+#[serde(deny_unknown_fields)]
 pub struct MeshTubeDocument {
     /// Id of an uploaded mesh, or a file beside the job file.
+    #[schema(min_length = 1, max_length = 1024)]
     pub mesh: String,
     /// Of the mesh's coordinates: OBJ has no units.
     pub unit: Unit,
     /// Centre of the opening in the ceiling plane.
+    #[schema(value_type = PlanePoint)]
     pub centre_m: [f64; 2],
-    #[schema(exclusive_minimum = 0)]
+    #[schema(exclusive_minimum = 0, maximum = 10_000)]
     pub opening_diameter_m: f64,
     /// Clockwise seen from above.
-    #[schema(minimum = -360, maximum = 360)]
+    #[schema(required = false, default = 0.0, minimum = -360, maximum = 360)]
     pub rotation_deg: f64,
     /// Whether a mesh that is a straight round tube is computed as the cylinder around its facets, in closed form.
     #[schema(required = false, default = true)]
@@ -166,11 +173,13 @@ pub enum CollectorDocument {
     /// A hemispherical shell that reflects and refracts by Fresnel; its inner radius is the tube's, its rim is black.
     DielectricDome {
         /// 1..4.
+        #[schema(minimum = 1, maximum = 4)]
         refractive_index: f64,
         /// Up to 1.
+        #[schema(exclusive_minimum = 0, maximum = 1)]
         thickness_m: f64,
         /// Napierian absorption coefficient of its material: s metres leave exp(-absorption s); 0 when absent.
-        #[schema(required = false)]
+        #[schema(required = false, default = 0.0, minimum = 0, maximum = 1_000_000)]
         absorption_per_m: f64,
     },
 }
@@ -239,15 +248,18 @@ pub enum DiffuserDocument {
     /// Scatters to the far side and back by Lambert's law.
     Lambertian {
         transmittance: Coefficient,
+        #[schema(required = false)]
         reflectance: Coefficient,
     },
     /// A Lambertian and a clear zone, divided by a circle.
     Mixed {
         /// Radius of the dividing circle, within the opening.
+        #[schema(minimum = 0, maximum = 5_000)]
         lambertian_radius_m: f64,
         /// Which zone is inside.
         inner: ZoneDocument,
         lambertian_transmittance: Coefficient,
+        #[schema(required = false)]
         lambertian_reflectance: Coefficient,
         clear_transmittance: Coefficient,
     },
@@ -355,7 +367,11 @@ impl TryFrom<RawDiffuser> for DiffuserDocument {
 #[serde(tag = "role", rename_all = "snake_case", try_from = "RawPart")]
 pub enum PartDocument {
     /// A thin cover; the direction is unchanged. `transmittance + reflectance <= 1`.
-    Collector { transmittance: Coefficient, reflectance: Coefficient },
+    Collector {
+        transmittance: Coefficient,
+        #[schema(required = false)]
+        reflectance: Coefficient,
+    },
     /// A specular mirror.
     Pipe { reflectance: MirrorDocument },
     /// The closure, in the plane z = 0.

@@ -7,7 +7,7 @@ use glam::DVec3;
 use super::coefficient::Coefficient;
 use super::daylight::{instant, year_range};
 use super::job::JobDocument;
-use super::method::{MethodKind, MethodSettings, RadiusKind};
+use super::method::{LEAST_FIXED_POINTS, MOST_PHOTONS_THAT_ARE_KEPT, MethodKind, MethodSettings, RadiusKind};
 use super::outputs::{EstimateDocument, GridDocument, ViewDocument};
 use super::pointer::{Checks, escape};
 use super::room::{ObjectDocument, RoomDocument, SurfaceDocument};
@@ -24,6 +24,10 @@ pub const MOST_LIGHT: f64 = 1e9;
 /// Farther than any camera or object.
 pub const FARTHEST_M: f64 = 1e6;
 
+/// Along one axis of a grid.
+pub const MOST_CELLS: u32 = 1000;
+/// Along one edge of a picture.
+pub const MOST_PIXELS_OF_AN_EDGE: u32 = 8192;
 const MOST_GRID_CELLS: u64 = 100_000;
 const MOST_PIXELS: u64 = 16_777_216;
 /// Points of which a method keeps statistics from pass to pass: 16 bytes each, in a few copies.
@@ -34,8 +38,8 @@ const MOST_OUTPUTS: usize = 64;
 const MOST_OBJECTS: usize = 1000;
 
 /// Edges of a room in metres.
-const SHORTEST_EDGE_M: f64 = 0.01;
-const LONGEST_EDGE_M: f64 = 10_000.0;
+pub const SHORTEST_EDGE_M: f64 = 0.01;
+pub const LONGEST_EDGE_M: f64 = 10_000.0;
 
 /// Slack for corners that are meant to touch a wall, in metres.
 pub const TOUCHING_M: f64 = 1e-9;
@@ -334,7 +338,7 @@ fn check_name<'a>(pointer: &str, name: &'a str, names: &mut BTreeSet<&'a str>, c
 fn check_grid(pointer: &str, grid: &GridDocument, room_size_m: Option<[f64; 3]>, checks: &mut Checks) {
     let mut ok = true;
     for (axis, cells) in grid.cells.iter().enumerate() {
-        ok &= checks.within(&format!("{pointer}/cells/{axis}"), *cells, 1, 1000);
+        ok &= checks.within(&format!("{pointer}/cells/{axis}"), *cells, 1, MOST_CELLS);
     }
     let cells = u64::from(grid.cells[0]) * u64::from(grid.cells[1]);
     if ok && cells > MOST_GRID_CELLS {
@@ -355,7 +359,7 @@ fn check_grid(pointer: &str, grid: &GridDocument, room_size_m: Option<[f64; 3]>,
 fn check_view(pointer: &str, view: &ViewDocument, checks: &mut Checks) {
     let mut ok = true;
     for (axis, size) in view.size_px.iter().enumerate() {
-        ok &= checks.within(&format!("{pointer}/size_px/{axis}"), *size, 1, 8192);
+        ok &= checks.within(&format!("{pointer}/size_px/{axis}"), *size, 1, MOST_PIXELS_OF_AN_EDGE);
     }
     let pixels = u64::from(view.size_px[0]) * u64::from(view.size_px[1]);
     if ok && pixels > MOST_PIXELS {
@@ -410,16 +414,15 @@ fn check_method(document: &JobDocument, checks: &mut Checks) {
         }
     }
     if let Some(photons) = photons_per_pass {
-        // a pass of the bidirectional method keeps its photons' vertices
-        let most = if method.kind == MethodKind::BidirectionalPathTracing { 1_048_576 } else { 16_777_216 };
+        let kept = method.kind == MethodKind::BidirectionalPathTracing;
+        let most = if kept { MOST_PHOTONS_THAT_ARE_KEPT } else { 16_777_216 };
         checks.within("/method/photons_per_pass", photons, 64, most);
     }
     for (name, samples, most) in
         [("samples_per_sensor", samples_per_sensor, 65_536), ("samples_per_pixel", samples_per_pixel, 4_096)]
     {
         if let Some(samples) = samples {
-            // the spread of fixed points tells their error
-            let least = if method.kind == MethodKind::Ppm { 2 } else { 1 };
+            let least = if method.kind == MethodKind::Ppm { LEAST_FIXED_POINTS } else { 1 };
             checks.within(&format!("/method/{name}"), samples, least, most);
         }
     }

@@ -8,7 +8,7 @@ use axum::response::{IntoResponse, Redirect, Response};
 use utoipa::OpenApi;
 use utoipa_swagger_ui::Config;
 
-use crate::document::{MethodKind, RadiusKind};
+use crate::document::{EffectSwitch, MethodKind, RadiusKind, schema};
 use crate::http::problem::Problem;
 use crate::http::router::api;
 
@@ -22,7 +22,7 @@ use crate::http::router::api;
     ),
     servers((url = "/", description = "This service")),
     // named by hand-written schemas only, where the derived ones do not see them
-    components(schemas(MethodKind, RadiusKind)),
+    components(schemas(MethodKind, RadiusKind, EffectSwitch)),
     tags(
         (name = "jobs", description = "Job documents and what becomes of them"),
         (name = "results", description = "Grids, pictures and convergence; of a running job, what there is so far"),
@@ -44,7 +44,9 @@ pub fn yaml() -> Result<String, Problem> {
 }
 
 pub fn description() -> utoipa::openapi::OpenApi {
-    api().into_openapi()
+    let mut description = api().into_openapi();
+    schema::complete(&mut description.components.get_or_insert_default().schemas);
+    description
 }
 
 /// A line of YAML with the names quoted that are truth values to readers of YAML 1.1, as many still are.

@@ -1,6 +1,9 @@
 //! Jobs from documents, as the command line and the service run them.
 #![allow(dead_code)]
 
+#[path = "../schema/mod.rs"]
+mod schema;
+
 use std::sync::Arc;
 
 use skyduct::document::{JobDocument, MeshSource};
@@ -35,6 +38,7 @@ pub fn prepare(scene: &str, edit: impl FnOnce(&mut serde_json::Value)) -> Prepar
     // standard error 0.5 %: the stop rule counts 1.96 of them
     document["stop"] = serde_json::json!({ "relative_error": 0.0098, "max_seconds": 300 });
     edit(&mut document);
+    assert_eq!(schema::faults(&document), [""; 0]);
     let document = JobDocument::parse(document.to_string().as_bytes()).unwrap();
     prepare_document(&document, &Folder).unwrap()
 }

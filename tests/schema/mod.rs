@@ -1,0 +1,117 @@
+//! Validators made from the components of the API's description.
+#![allow(dead_code)] // each test binary uses its part
+
+use std::sync::LazyLock;
+
+use jsonschema::Validator;
+use serde_json::{Value, json};
+use skyduct::document::{DocumentErrors, JobDocument};
+
+pub static DESCRIPTION: LazyLock<Value> =
+    LazyLock::new(|| serde_json::to_value(skyduct::http::openapi::description()).unwrap());
+
+static JOB_DOCUMENT: LazyLock<Validator> = LazyLock::new(|| component("JobDocument"));
+
+/// The validator of a component; formats such as `date-time` count.
+pub fn component(name: &str) -> Validator {
+    assert!(DESCRIPTION["components"]["schemas"][name].is_object(), "no component {name}");
+    schema(json!({ "$ref": format!("#/components/schemas/{name}") }))
+}
+
+/// The validator of a schema that may refer to components.
+pub fn schema(mut schema: Value) -> Validator {
+    schema["components"] = DESCRIPTION["components"].clone();
+    jsonschema::draft202012::options().should_validate_formats(true).build(&schema).unwrap()
+}
+
+/// What the schema of job documents says against `document`.
+pub fn faults(document: &Value) -> Vec<String> {
+    faults_of(&JOB_DOCUMENT, document)
+}
+
+pub fn faults_of(validator: &Validator, value: &Value) -> Vec<String> {
+    validator.iter_errors(value).map(|error| format!("{}: {error}", error.instance_path())).collect()
+}
+
+#[track_caller]
+pub fn assert_valid(validator: &Validator, value: &Value, what: &str) {
+    let faults = faults_of(validator, value);
+    assert!(faults.is_empty(), "{what}: {faults:#?}\n{value:#}");
+}
+
+/// Parses a document as the service does, and holds the schema to the verdict: what is accepted is valid, and what is refused
+/// is invalid unless a schema cannot say why.
+#[track_caller]
+pub fn parse(document: &Value) -> Result<JobDocument, DocumentErrors> {
+    let parsed = JobDocument::parse(document.to_string().as_bytes());
+    let faults = faults(document);
+    match &parsed {
+        Ok(_) => assert_eq!(faults, [""; 0], "accepted, but not valid: {document}"),
+        Err(errors) if faults.is_empty() => {
+            for error in &errors.0 {
+                let known = BEYOND_A_SCHEMA.iter().any(|(detail, _)| error.detail.contains(detail));
+                assert!(known, "refused, but valid: {error}\n{document}");
+            }
+        }
+        Err(_) => {}
+    }
+    parsed
+}
+
+/// Parses any JSON as the service does: what is accepted is valid.
+#[track_caller]
+pub fn parse_any(document: &Value) -> Result<JobDocument, DocumentErrors> {
+    let parsed = JobDocument::parse(document.to_string().as_bytes())?;
+    // null counts as absent everywhere; the schema says so of fields without a default only
+    if !has_null(document) {
+        assert_eq!(faults(document), [""; 0], "accepted, but not valid: {document}");
+    }
+    Ok(parsed)
+}
+
+fn has_null(value: &Value) -> bool {
+    match value {
+        Value::Null => true,
+        Value::Array(values) => values.iter().any(has_null),
+        Value::Object(fields) => fields.values().any(has_null),
+        _ => false,
+    }
+}
+
+/// What the service refuses and the schema does not: part of the detail, and why a schema cannot say it.
+pub const BEYOND_A_SCHEMA: &[(&str, &str)] = &[
+    ("must be inside the room", "compares with the size of the room"),
+    ("must lie wholly inside the ceiling", "compares with the size of the room"),
+    ("and below the ceiling", "compares with the height of the room"),
+    ("half the room", "compares with the size of the room"),
+    ("the opening overlaps", "geometry of two tubes"),
+    ("covers the opening", "geometry of a luminaire and a tube"),
+    ("must neither reach into", "geometry of a luminaire and an object"),
+    ("in the same plane", "geometry of two luminaires"),
+    ("emits out of the room", "geometry of a luminaire and the room"),
+    ("must be at a right angle", "a scalar product"),
+    ("m long, but has", "the length of a vector"),
+    ("must differ from `eye_m`", "compares two fields"),
+    ("must not be zero", "the length of a vector"),
+    ("must not be parallel", "a vector product"),
+    ("the mitres of its bends", "geometry of a tube"),
+    ("successive segments must turn", "geometry of a tube"),
+    ("must stay above the ceiling", "geometry of a tube"),
+    ("a first segment that is not vertical", "bounds of an item by its place make tuples of lists in clients"),
+    ("cells, but there are", "a product of two numbers"),
+    ("pixels, but there are", "a product of two numbers"),
+    ("fixed points in all", "a product of numbers of several fields"),
+    ("points, but there are", "a product of numbers of several fields"),
+    ("must be unique", "compares names of several items"),
+    ("transmittance + reflectance must be <= 1", "a sum of two fields"),
+    ("reflectance + specular must be < 1", "a sum of two fields"),
+    ("must be within 0..0.127", "compares with the diameter of the tube"),
+    ("one value for each of the", "compares the lengths of two lists"),
+    ("one row for each of the", "compares the lengths of two lists"),
+    ("must be larger than the angle before it", "compares items of a list"),
+    ("the angles run from 0 to 90", "the last item of a list"),
+    ("the diffuser sends out", "an integral over a table"),
+    ("diffuser optics that differ", "compares fields of two parts"),
+    ("only a face of the room can be open", "surfaces of objects and faces share a component"),
+    ("years", "the years of a time"),
+];
