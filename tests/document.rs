@@ -537,7 +537,7 @@ fn walls_colours_and_open_faces() {
 
 #[test]
 fn sun_levels_and_warnings() {
-    let scene = |document: &Value| to_scene(&parse(&document).unwrap(), &SquarePipe).unwrap();
+    let scene = |document: &Value| to_scene(&parse(document).unwrap(), &SquarePipe).unwrap();
     let night = with(base(), "/sky/sun_position/altitude_deg", json!(-5));
     let (dark, warnings, _) = scene(&night);
     let dark = dark.daylight.unwrap();

@@ -4,7 +4,7 @@ mod schema;
 
 use schema::parse;
 use serde_json::{Value, json};
-use skyduct::document::{DocumentErrors, JobDocument, MeshSource, to_scene};
+use skyduct::document::{DocumentErrors, MeshSource, to_scene};
 use skyduct::scene::Daylight;
 
 struct NoMeshes;

@@ -24,6 +24,7 @@ fn new_job() -> NewJob {
         submitted: "{}".into(),
         document: json!({ "grids": [] }),
         plan: json!({}),
+        known: serde_json::Map::new(),
         warnings: Vec::new(),
         idempotency_key: None,
         body_hash: "hash".into(),

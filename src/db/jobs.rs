@@ -24,8 +24,8 @@ pub(super) async fn submit(tx: &mut SqliteConnection, new: NewJob, max_queued: u
     let id = Uuid::now_v7();
     let id_text = id.to_string();
     sqlx::query(concat!(
-        "INSERT INTO jobs (id, name, status, submitted, document, plan, warnings, idempotency_key, body_hash, created_at) \
-         VALUES ($1, $2, 'queued', $3, $4, $5, $6, $7, $8, ",
+        "INSERT INTO jobs (id, name, status, submitted, document, plan, warnings, idempotency_key, body_hash, summary, created_at) \
+         VALUES ($1, $2, 'queued', $3, $4, $5, $6, $7, $8, $9, ",
         now_ms!(),
         ")"
     ))
@@ -37,6 +37,7 @@ pub(super) async fn submit(tx: &mut SqliteConnection, new: NewJob, max_queued: u
     .bind(to_json(&new.warnings)?)
     .bind(&new.idempotency_key)
     .bind(&new.body_hash)
+    .bind(to_json(&new.known)?)
     .execute(&mut *tx)
     .await
     .map_err(store_error)?;
@@ -58,7 +59,10 @@ pub(super) async fn submit(tx: &mut SqliteConnection, new: NewJob, max_queued: u
     }
     insert_chunk(tx, &id_text, 0, &new.first_chunk).await?;
     append_event(tx, &id_text, "queued", &json!({ "job": id, "name": new.name })).await?;
-    append_event(tx, &id_text, "planned", &json!({ "plan": new.plan, "warnings": new.warnings })).await?;
+    let planned = json!({ "plan": new.plan, "warnings": new.warnings });
+    let planned = planned.as_object().into_iter().flatten().chain(&new.known);
+    let planned = planned.map(|(name, value)| (name.clone(), value.clone())).collect();
+    append_event(tx, &id_text, "planned", &planned).await?;
     let job = job(tx, id).await?.ok_or_else(|| StoreError::Failed("the new job is not there".into()))?;
     Ok(Submission::New(job))
 }
@@ -197,7 +201,7 @@ pub(super) async fn cancel(tx: &mut SqliteConnection, id: Uuid) -> Result<Cancel
     .await
     .map_err(store_error)?;
     sqlx::query("DELETE FROM chunks WHERE job_id = $1").bind(&id).execute(&mut *tx).await.map_err(store_error)?;
-    append_event(tx, &id, "cancelled", &json!({ "stopped_by": "cancelled", "passes": 0 })).await?;
+    append_event(tx, &id, "cancelled", &json!({ "stopped_by": "cancelled", "progress": Progress::default() })).await?;
     Ok(CancelOutcome::Accepted)
 }
 

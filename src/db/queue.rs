@@ -228,7 +228,7 @@ async fn finish_job(tx: &mut SqliteConnection, job: &str, finish: &Finish) -> Re
     let problem = finish.problem.as_ref().map(to_json).transpose()?;
     let stopped_by = finish.stopped_by.as_ref().map(name_of).transpose()?;
     sqlx::query(concat!(
-        "UPDATE jobs SET status = $2, stopped_by = $3, summary = $4, problem = $5, state_key = NULL, state_hash = NULL, \
+        "UPDATE jobs SET status = $2, stopped_by = $3, summary = COALESCE($4, summary), problem = $5, state_key = NULL, state_hash = NULL, \
          finished_at = ",
         now_ms!(),
         " WHERE id = $1"

@@ -119,13 +119,16 @@ impl EffectSwitch {
 /// Completes the derived schemas of the document.
 pub fn complete(schemas: &mut Schemas) {
     method::complete_schema(schemas);
-    for (parent, tag, suffix) in [
-        ("ObjectDocument", "kind", "Object"),
-        ("CollectorDocument", "kind", "Collector"),
-        ("DiffuserDocument", "kind", "Diffuser"),
-        ("PartDocument", "role", "Part"),
+    for (parent, tag, suffix, closed) in [
+        ("ObjectDocument", "kind", "Object", true),
+        ("CollectorDocument", "kind", "Collector", true),
+        ("DiffuserDocument", "kind", "Diffuser", true),
+        ("PartDocument", "role", "Part", true),
+        // of results, which may gain fields
+        ("BeamSource", "kind", "BeamSource", false),
+        ("RefractionProvenance", "kind", "Refraction", false),
     ] {
-        name_variants(schemas, parent, tag, suffix);
+        name_variants(schemas, parent, tag, suffix, closed);
     }
     diffuser_parts(schemas);
     // its variant has all its fields and `kind`
@@ -158,12 +161,12 @@ fn property<'a>(schemas: &'a mut Schemas, component: &str, name: &str) -> Option
 }
 
 /// Makes each variant of `parent` a component named by the value of its `tag` and `suffix`, and says what tells them apart.
-fn name_variants(schemas: &mut Schemas, parent: &str, tag: &str, suffix: &str) {
+fn name_variants(schemas: &mut Schemas, parent: &str, tag: &str, suffix: &str, closed: bool) {
     let Some(RefOr::T(Schema::OneOf(mut one_of))) = schemas.remove(parent) else { return };
     let mut discriminator = Discriminator::new(tag);
     let items = std::mem::take(&mut one_of.items);
     for item in items {
-        let Some((value, object)) = tagged_object(schemas, item, tag) else { continue };
+        let Some((value, object)) = tagged_object(schemas, item, tag, closed) else { continue };
         let name = camel_case(&value) + suffix;
         let reference = Ref::from_schema_name(&name);
         discriminator.mapping.insert(value, reference.ref_location.clone());
@@ -174,16 +177,17 @@ fn name_variants(schemas: &mut Schemas, parent: &str, tag: &str, suffix: &str) {
     schemas.insert(parent.to_owned(), Schema::OneOf(one_of).into());
 }
 
-/// A variant as one closed object, and the value of its tag; a variant around a `oneOf` becomes that `oneOf` with the tag in
-/// each of its own variants.
-fn tagged_object(schemas: &Schemas, item: RefOr<Schema>, tag: &str) -> Option<(String, RefOr<Schema>)> {
+/// A variant as one object, and the value of its tag.
+fn tagged_object(schemas: &Schemas, item: RefOr<Schema>, tag: &str, closed: bool) -> Option<(String, RefOr<Schema>)> {
     let schema = match item {
         RefOr::T(Schema::AllOf(AllOf { items, description, .. })) => merged(schemas, &items, description)?,
         RefOr::T(schema) => schema,
         RefOr::Ref(_) => return None,
     };
     let Schema::Object(mut object) = schema else { return None };
-    object.additional_properties = Some(Box::new(AdditionalProperties::FreeForm(false)));
+    if closed {
+        object.additional_properties = Some(Box::new(AdditionalProperties::FreeForm(false)));
+    }
     // the tag is what a reader looks for first
     object.required.sort_by_key(|name| name != tag);
     let Some(RefOr::T(Schema::Object(values))) = object.properties.get(tag) else { return None };
@@ -193,7 +197,8 @@ fn tagged_object(schemas: &Schemas, item: RefOr<Schema>, tag: &str) -> Option<(S
 
 /// The objects of an `allOf` as one; `None` when one of them is not an object.
 fn merged(schemas: &Schemas, items: &[RefOr<Schema>], description: Option<String>) -> Option<Schema> {
-    let mut all = Object { description, ..Object::default() };
+    let mut all = Object::default();
+    all.description = description;
     for item in items {
         let schema = match item {
             RefOr::T(schema) => schema,

@@ -14,6 +14,7 @@ use tokio::sync::broadcast;
 use utoipa::IntoParams;
 use uuid::Uuid;
 
+use crate::http::event_schemas::{JobEvent, events as events_of_a_job};
 use crate::http::problem::{Path, Problem, Query};
 use crate::http::{App, Service};
 use crate::job::store::{Change, Event, StoreError, is_final_event};
@@ -37,11 +38,13 @@ pub struct EventsQuery {
 ///
 /// Named `queued`, `planned`, `started`, `pass`, `image`, `succeeded`, `failed` and `cancelled`; their ids count 1, 2, 3 ...
 /// without gaps. Those after `Last-Event-ID` that were missed come from the store. A comment is sent every 15 s. The stream
-/// ends after a final event; who asks for events after that one is answered 204.
+/// ends after a final event; who asks for events after that one is answered 204. `x-events` has the component of each event's
+/// data. An `EventSource` hears named events by a listener of each name only, not by `onmessage`.
 #[utoipa::path(get, path = "/v1/jobs/{id}/events", operation_id = "get_job_events", tag = "jobs",
+    extensions(("x-events" = json!(events_of_a_job()))),
     params(("id" = Uuid, Path), EventsQuery, ("Last-Event-ID" = Option<i64>, Header, description = "The last event that was received")),
     responses(
-        (status = 200, description = "The stream", body = String, content_type = "text/event-stream"),
+        (status = 200, description = "The stream", body = JobEvent, content_type = "text/event-stream"),
         (status = 204, description = "All events were received before"),
         (status = 400, description = "Last-Event-ID is not an event id", body = Problem, content_type = "application/problem+json"),
         (status = 404, description = "No such job", body = Problem, content_type = "application/problem+json")))]

@@ -16,6 +16,7 @@ use uuid::Uuid;
 use crate::document::result::{
     AccuracyResult, EnergyResult, ExternalIlluminance, GridStatistics, PlanResult, TimingResult, TubeResult,
 };
+use crate::document::schema::PixelCounts;
 use crate::document::{DocumentErrors, JobDocument, Provenance, Warning};
 use crate::http::problem::{Path, Problem, Query};
 use crate::http::{App, Service, content};
@@ -45,13 +46,15 @@ pub struct JobResource {
     /// Why the job failed.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub problem: Option<JobProblem>,
-    /// Of a job that has finished with at least one pass.
+    /// The switches and the outdoor illuminance from the beginning; the rest of a job that has finished with at least one
+    /// pass.
     #[serde(flatten)]
     #[schema(value_type = JobResults)]
     pub results: Map<String, Value>,
 }
 
-/// What a job computed, in short; the grids and views have paths of their own.
+/// What a job computed, in short; the grids and views have paths of their own. All but `switches` and
+/// `external_horizontal_illuminance_lux` are absent until the job has finished.
 #[derive(ToSchema)]
 pub struct JobResults {
     pub accuracy: Option<AccuracyResult>,
@@ -60,9 +63,19 @@ pub struct JobResults {
     pub switches: Option<Provenance>,
     pub external_horizontal_illuminance_lux: Option<ExternalIlluminance>,
     pub grids: Option<Vec<GridInShort>>,
+    pub views: Option<Vec<ViewInShort>>,
     /// One per tube.
     pub tubes: Option<Vec<TubeResult>>,
     pub energy: Option<EnergyResult>,
+}
+
+/// A view and its size.
+#[derive(ToSchema)]
+pub struct ViewInShort {
+    pub name: String,
+    /// Width and height.
+    #[schema(value_type = PixelCounts)]
+    pub size_px: [u32; 2],
 }
 
 /// A grid's statistics.
@@ -145,6 +158,17 @@ pub struct PlanResource {
     #[schema(value_type = PlanResult)]
     pub plan: Value,
     pub warnings: Vec<Warning>,
+    #[serde(flatten)]
+    #[schema(value_type = Known)]
+    pub known: Map<String, Value>,
+}
+
+/// What is known of the results before the first pass.
+#[derive(ToSchema)]
+pub struct Known {
+    /// The five switches that explain factors of two between correct answers; where the sun is stands among them.
+    pub switches: Provenance,
+    pub external_horizontal_illuminance_lux: ExternalIlluminance,
 }
 
 #[derive(Deserialize, IntoParams)]
@@ -261,6 +285,7 @@ pub async fn create(app: App, headers: HeaderMap, body: Result<Bytes, BytesRejec
         submitted: posted.text,
         document: prepared.document.clone(),
         plan: prepared.plan_json(),
+        known: prepared.known_json(),
         warnings: prepared.warnings.clone(),
         idempotency_key,
         body_hash: posted.hash,
@@ -398,8 +423,8 @@ pub async fn plan(
 ) -> Result<Json<PlanResource>, Problem> {
     let posted = Posted::read(&headers, body)?;
     let (prepared, _) = prepare(&app, posted.text).await?;
-    let plan = prepared.plan_json();
-    Ok(Json(PlanResource { document: prepared.document, plan, warnings: prepared.warnings }))
+    let (plan, known) = (prepared.plan_json(), prepared.known_json());
+    Ok(Json(PlanResource { document: prepared.document, plan, warnings: prepared.warnings, known }))
 }
 
 /// Jobs, newest first.

@@ -1,6 +1,7 @@
 //! The HTTP interface: what a request means, and how answers look.
 
 pub mod content;
+pub mod event_schemas;
 pub mod events;
 pub mod health;
 pub mod jobs;

@@ -9,6 +9,9 @@ use utoipa::OpenApi;
 use utoipa_swagger_ui::Config;
 
 use crate::document::{EffectSwitch, MethodKind, RadiusKind, schema};
+use crate::http::event_schemas::{
+    CancelledEvent, FailedEvent, ImageEvent, PassEvent, PlannedEvent, QueuedEvent, StartedEvent, SucceededEvent,
+};
 use crate::http::problem::Problem;
 use crate::http::router::api;
 
@@ -22,7 +25,10 @@ use crate::http::router::api;
     ),
     servers((url = "/", description = "This service")),
     // named by hand-written schemas only, where the derived ones do not see them
-    components(schemas(MethodKind, RadiusKind, EffectSwitch)),
+    components(schemas(
+        MethodKind, RadiusKind, EffectSwitch, QueuedEvent, PlannedEvent, StartedEvent, PassEvent, ImageEvent, SucceededEvent,
+        FailedEvent, CancelledEvent
+    )),
     tags(
         (name = "jobs", description = "Job documents and what becomes of them"),
         (name = "results", description = "Grids, pictures and convergence; of a running job, what there is so far"),

@@ -4,7 +4,7 @@ use serde_json::{Map, Value, json};
 
 use super::run::{Prepared, RenderError, ResultFile};
 use crate::document::result::{
-    AccuracyResult, EnergyResult, GridResult, GridStatistics, PlanResult, TimingResult, TubeResult,
+    AccuracyResult, EnergyResult, ExternalIlluminance, GridResult, GridStatistics, PlanResult, TimingResult, TubeResult,
 };
 use crate::estimate::{Estimate, FilmEstimate, GridEstimate};
 use crate::output::{Image, OutputError, csv, exr, false_colour, png};
@@ -47,11 +47,20 @@ impl Prepared {
         to_value(&PlanResult::from(&self.plan))
     }
 
+    /// What is known of the results when a job is planned, under the names that it has in the summary: `switches` (where the
+    /// sun is among them) and the outdoor illuminance.
+    pub fn known_json(&self) -> Map<String, Value> {
+        let daylight = self.scene.daylight.as_ref();
+        let (sky, sun) = daylight.map_or((0.0, 0.0), Daylight::horizontal_illuminance_lux);
+        Map::from_iter([
+            ("switches".to_owned(), to_value(&self.provenance)),
+            ("external_horizontal_illuminance_lux".to_owned(), to_value(&ExternalIlluminance { sky, sun })),
+        ])
+    }
+
     /// Summary for the job resource and `result.json`: `accuracy`, `timing`, `tubes`, `energy`, `switches`, `grids`
     /// (statistics) and `views`; merged into the job's JSON object.
     pub fn summary_json(&self, merged: &Estimate, seconds: f64) -> Value {
-        let daylight = self.scene.daylight.as_ref();
-        let (sky, sun) = daylight.map_or((0.0, 0.0), Daylight::horizontal_illuminance_lux);
         let grids = self.scene.grids.iter().zip(&merged.grids).map(|(grid, estimate)| {
             let values: Vec<f64> = estimate.sensors.iter().map(|sensor| sensor.mean).collect();
             let mean_error = Some(estimate.mean.standard_error()).filter(|error| error.is_finite());
@@ -65,16 +74,16 @@ impl Prepared {
             to_value(&TubeResult::new(estimate, tube.opening_radius, self.scene.daylight.as_ref()))
         });
         let views = self.scene.views.iter().map(|view| json!({ "name": view.name, "size_px": view.size_px }));
-        json!({
-            "accuracy": to_value(&AccuracyResult::new(self.accuracy(merged), self.stop.confidence)),
-            "timing": to_value(&TimingResult::new(merged, seconds)),
-            "switches": to_value(&self.provenance),
-            "external_horizontal_illuminance_lux": { "sky": sky, "sun": sun },
-            "grids": grids.collect::<Vec<_>>(),
-            "views": views.collect::<Vec<_>>(),
-            "tubes": tubes.collect::<Vec<_>>(),
-            "energy": to_value(&self.knows_energy().then(|| EnergyResult::new(&merged.ledger, merged.passes))),
-        })
+        let computed = [
+            ("accuracy", to_value(&AccuracyResult::new(self.accuracy(merged), self.stop.confidence))),
+            ("timing", to_value(&TimingResult::new(merged, seconds))),
+            ("grids", grids.collect()),
+            ("views", views.collect()),
+            ("tubes", tubes.collect()),
+            ("energy", to_value(&self.knows_energy().then(|| EnergyResult::new(&merged.ledger, merged.passes)))),
+        ];
+        let computed = computed.map(|(name, value)| (name.to_owned(), value));
+        Value::Object(self.known_json().into_iter().chain(computed).collect())
     }
 
     /// Whether the method that keeps the books, that of the grids or else of the views, follows light from its sources to its end.

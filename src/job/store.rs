@@ -5,7 +5,7 @@ use std::ops::Range;
 use std::time::Duration;
 
 use async_trait::async_trait;
-use serde_json::Value;
+use serde_json::{Map, Value};
 use tokio::sync::broadcast;
 use uuid::Uuid;
 
@@ -91,6 +91,7 @@ pub struct Job {
     pub state: Option<StateFile>,
     /// Render seconds of the merged chunks.
     pub merged_seconds: f64,
+    /// What is known of the results; of a job that ended with passes, all of them in short.
     pub summary: Option<Value>,
     pub problem: Option<JobProblem>,
 }
@@ -115,6 +116,8 @@ pub struct NewJob {
     pub submitted: String,
     pub document: Value,
     pub plan: Value,
+    /// What is known of the results before the first pass.
+    pub known: Map<String, Value>,
     pub warnings: Vec<Warning>,
     pub idempotency_key: Option<String>,
     pub body_hash: String,
@@ -237,6 +240,7 @@ pub struct Finish {
     pub stopped_by: Option<StoppedBy>,
     /// `None` leaves the progress as it was.
     pub progress: Option<Progress>,
+    /// `None` leaves what was known before.
     pub summary: Option<Value>,
     pub problem: Option<JobProblem>,
     pub artifacts: Vec<Artifact>,
