@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use super::outputs::EstimateDocument;
+use crate::estimate::grid_statistics::{self, Statistic};
 use crate::estimate::{Accuracy, Estimate, GridEstimate, Ledger, TubeEstimate};
 use crate::plan::{EffectPlan, GuidePlan, MethodChoice, Plan};
 use crate::scene::{Daylight, Grid};
@@ -44,14 +45,56 @@ pub struct ExternalIlluminance {
     pub sun: f64,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+/// Of the values of a grid. Errors are null before the second pass, and where nothing is known of them.
+///
+/// The true value lies within `1.96 .._standard_error` of the printed one with a confidence of 95 % at least (after fewer
+/// than some 30 passes, with Student's quantile for one less than the passes in place of 1.96). Bias and the choice of
+/// fixed points are in the errors. Those of minimum, median and maximum cover the selection, too: the least of many noisy
+/// values is too low on average.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct GridStatistics {
     pub mean_lux: f64,
+    #[serde(default)]
+    pub mean_lux_standard_error: Option<f64>,
+    #[serde(default)]
+    pub median_lux: f64,
+    #[serde(default)]
+    pub median_lux_standard_error: Option<f64>,
     pub min_lux: f64,
+    #[serde(default)]
+    pub min_lux_standard_error: Option<f64>,
     pub max_lux: f64,
+    #[serde(default)]
+    pub max_lux_standard_error: Option<f64>,
     /// Minimum over mean; null when all is dark.
     pub uniformity: Option<f64>,
+    #[serde(default)]
+    pub uniformity_standard_error: Option<f64>,
+    /// Shares of the grid's area at or above 100, 200, 300, 500 and 750 lux.
+    #[serde(default)]
+    pub area_above: Vec<AreaAbove>,
+    /// Only under an overcast sky (types 1 and 16) without sun and without electric light.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub daylight_factor_percent: Option<DaylightFactors>,
 }
+
+/// The share of a grid's area that has an illuminance, or more.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct AreaAbove {
+    pub lux: f64,
+    pub percent: f64,
+}
+
+/// Daylight factors of a grid in percent; null when all is dark outside.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct DaylightFactors {
+    pub mean: Option<f64>,
+    pub median: Option<f64>,
+    pub minimum: Option<f64>,
+}
+
+/// Illuminances in lux whose shares of the area are told: what standards ask of rooms, from corridors to precise work.
+const LEVELS_LUX: [f64; 5] = [100.0, 200.0, 300.0, 500.0, 750.0];
 
 impl GridResult {
     /// `estimate` has one sensor per cell of `grid`.
@@ -64,9 +107,6 @@ impl GridResult {
         let (sky, sun) = daylight.map_or((0.0, 0.0), Daylight::horizontal_illuminance_lux);
         let ratios: Vec<Option<f64>> = values.iter().map(|value| finite(100.0 * value / (sky + sun))).collect();
         let ratios = rows(&ratios, columns);
-        let overcast = |sky: &Sky| sky.distribution.sky_type().is_standard_overcast();
-        let overcast = |daylight: &Daylight| daylight.sun.is_none() && daylight.sky.as_ref().is_some_and(overcast);
-        let has_factor = !electric && daylight.is_some_and(overcast);
         Self {
             name: grid.name.clone(),
             height_m: grid.height_m,
@@ -77,23 +117,53 @@ impl GridResult {
             y_m: grid.y_m.clone(),
             illuminance_lux: rows(&values, columns),
             standard_error_lux: rows(&errors, columns),
-            daylight_factor_percent: has_factor.then(|| ratios.clone()),
+            daylight_factor_percent: has_daylight_factor(daylight, electric).then(|| ratios.clone()),
             illuminance_ratio_percent: ratios,
             external_horizontal_illuminance_lux: ExternalIlluminance { sky, sun },
-            statistics: GridStatistics::new(&values),
+            statistics: GridStatistics::new(estimate, daylight, electric),
         }
     }
 }
 
+/// Whether ratios to the unobstructed illuminance are daylight factors.
+fn has_daylight_factor(daylight: Option<&Daylight>, electric: bool) -> bool {
+    let overcast = |sky: &Sky| sky.distribution.sky_type().is_standard_overcast();
+    let overcast = |daylight: &Daylight| daylight.sun.is_none() && daylight.sky.as_ref().is_some_and(overcast);
+    !electric && daylight.is_some_and(overcast)
+}
+
 impl GridStatistics {
-    pub fn new(values_lux: &[f64]) -> Self {
-        if values_lux.is_empty() {
-            return Self { mean_lux: 0.0, min_lux: 0.0, max_lux: 0.0, uniformity: None };
+    /// `electric`: whether luminaires take part.
+    pub fn new(estimate: &GridEstimate, daylight: Option<&Daylight>, electric: bool) -> Self {
+        let none = Statistic { value: 0.0, standard_error: f64::INFINITY };
+        let statistics = grid_statistics::GridStatistics::new(estimate);
+        let [mean, median, min, max] = statistics.map_or([none; 4], |of| [of.mean, of.median, of.min, of.max]);
+        let uniformity = statistics.map(|of| of.uniformity);
+        let sensors = estimate.sensors.len();
+        let area_above = LEVELS_LUX.map(|lux| {
+            let above = estimate.sensors.iter().filter(|sensor| sensor.mean >= lux).count();
+            AreaAbove { lux, percent: 100.0 * above as f64 / sensors.max(1) as f64 }
+        });
+        let (sky, sun) = daylight.map_or((0.0, 0.0), Daylight::horizontal_illuminance_lux);
+        let factor = |statistic: Statistic| finite(100.0 * statistic.value / (sky + sun));
+        Self {
+            mean_lux: mean.value,
+            mean_lux_standard_error: finite(mean.standard_error),
+            median_lux: median.value,
+            median_lux_standard_error: finite(median.standard_error),
+            min_lux: min.value,
+            min_lux_standard_error: finite(min.standard_error),
+            max_lux: max.value,
+            max_lux_standard_error: finite(max.standard_error),
+            uniformity: uniformity.and_then(|uniformity| finite(uniformity.value)),
+            uniformity_standard_error: uniformity.and_then(|uniformity| finite(uniformity.standard_error)),
+            area_above: area_above.to_vec(),
+            daylight_factor_percent: has_daylight_factor(daylight, electric).then(|| DaylightFactors {
+                mean: factor(mean),
+                median: factor(median),
+                minimum: factor(min),
+            }),
         }
-        let mean_lux = values_lux.iter().sum::<f64>() / values_lux.len() as f64;
-        let min_lux = values_lux.iter().copied().fold(f64::INFINITY, f64::min);
-        let max_lux = values_lux.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-        Self { mean_lux, min_lux, max_lux, uniformity: finite(min_lux / mean_lux) }
     }
 }
 
@@ -368,11 +438,10 @@ mod tests {
         let result = GridResult::new(&grid(), &estimate(&[10.0, 10.0]), Some(&under(12, false)), false);
         assert_eq!(result.illuminance_lux, [[0.0, 10.0, 20.0], [30.0, 40.0, 50.0]]);
         assert_eq!((result.x_m.len(), result.y_m.len()), (3, 2));
-        assert_eq!(
-            result.statistics,
-            GridStatistics { mean_lux: 25.0, min_lux: 0.0, max_lux: 50.0, uniformity: Some(0.0) }
-        );
+        let GridStatistics { mean_lux, median_lux, min_lux, max_lux, uniformity, .. } = result.statistics;
+        assert_eq!((mean_lux, median_lux, min_lux, max_lux, uniformity), (25.0, 25.0, 0.0, 50.0, Some(0.0)));
         assert_eq!(result.daylight_factor_percent, None);
+        assert_eq!(result.statistics.daylight_factor_percent, None);
     }
 
     #[test]
@@ -389,13 +458,36 @@ mod tests {
         }
     }
 
+    /// 0, 90, ... 450 lux under an overcast sky of 7 pi / 9 klx.
+    #[test]
+    fn shares_of_the_area_and_daylight_factors() {
+        let result = GridResult::new(&grid(), &estimate(&[90.0, 90.0]), Some(&under(16, false)), false);
+        let shares: Vec<_> = result.statistics.area_above.iter().map(|above| (above.lux, above.percent)).collect();
+        let sixth = 100.0 / 6.0;
+        assert_eq!(
+            shares,
+            [(100.0, 4.0 * sixth), (200.0, 3.0 * sixth), (300.0, 2.0 * sixth), (500.0, 0.0), (750.0, 0.0)]
+        );
+        let outside = 7000.0 * std::f64::consts::PI / 9.0;
+        let factors = result.statistics.daylight_factor_percent.unwrap();
+        assert!((factors.mean.unwrap() - 100.0 * 225.0 / outside).abs() < 1e-12);
+        assert!((factors.median.unwrap() - 100.0 * 225.0 / outside).abs() < 1e-12);
+        assert_eq!(factors.minimum, Some(0.0));
+        for (daylight, electric) in [(Some(&under(16, true)), false), (Some(&under(16, false)), true), (None, true)] {
+            let result = GridResult::new(&grid(), &estimate(&[1.0, 1.0]), daylight, electric);
+            assert_eq!(result.statistics.daylight_factor_percent, None);
+        }
+    }
+
     #[test]
     fn darkness_is_null_and_not_nan() {
         let dark = Daylight { sky: None, sun: None, formula: ZenithFormula::GivenZenithLuminance };
         for daylight in [Some(&dark), None] {
             let result = GridResult::new(&grid(), &estimate(&[0.0, 0.0]), daylight, false);
             assert_eq!(result.illuminance_ratio_percent[0][0], None);
-            assert_eq!(result.statistics.uniformity, None);
+            let GridStatistics { uniformity, uniformity_standard_error, min_lux_standard_error, .. } =
+                result.statistics;
+            assert_eq!((uniformity, uniformity_standard_error, min_lux_standard_error), (None, None, Some(0.0)));
         }
         let electric = GridResult::new(&grid(), &estimate(&[1.0, 1.0]), None, true);
         assert!(electric.illuminance_ratio_percent.iter().flatten().all(Option::is_none));

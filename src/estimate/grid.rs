@@ -15,12 +15,14 @@ pub struct GridEstimate {
     pub contrasts: Vec<Moments>,
     /// The grid's mean illuminance.
     pub mean: Moments,
+    /// The values come from a solver: errors are numerical, and alike at neighbours.
+    pub numerical: bool,
 }
 
 impl GridEstimate {
     pub fn empty(sensors: usize) -> Self {
         let none = vec![Moments::default(); sensors];
-        Self { sensors: none.clone(), bias: none, contrasts: Vec::new(), mean: Moments::default() }
+        Self { sensors: none.clone(), bias: none, contrasts: Vec::new(), mean: Moments::default(), numerical: false }
     }
 
     pub fn push(&mut self, pass: &GridPass) {
@@ -33,6 +35,7 @@ impl GridEstimate {
     /// Adds the result of a solver: as two replicates whose spread is the numerical error, or as one where nothing is
     /// known of it.
     pub fn push_solution(&mut self, solution: &GridSolution) {
+        self.numerical = true;
         let values = solution.illuminance.iter();
         let errors = solution.error.iter().map(|error| Some(*error)).chain(std::iter::repeat(None));
         self.sensors.iter_mut().zip(values.zip(errors)).for_each(|(sensor, (value, error))| {
@@ -49,6 +52,7 @@ impl GridEstimate {
         self.bias.iter_mut().zip(&later.bias).for_each(|(all, part)| all.merge(part));
         merge_each(&mut self.contrasts, &later.contrasts);
         self.mean.merge(&later.mean);
+        self.numerical |= later.numerical;
     }
 
     pub fn illuminance_lux(&self, sensor: usize) -> f64 {
@@ -59,11 +63,16 @@ impl GridEstimate {
     /// passes.
     pub fn standard_error_lux(&self, sensor: usize) -> f64 {
         let error = error_with_bias(&self.sensors[sensor], self.bias.get(sensor));
-        error.hypot(sampling_variance(contrasts_of(&self.contrasts, self.sensors.len(), sensor)).max(0.0).sqrt())
+        error.hypot(self.fixed_point_variance(sensor).sqrt())
+    }
+
+    /// Variance of a sensor's value by the choice of its points, where they are the same in every pass.
+    pub fn fixed_point_variance(&self, sensor: usize) -> f64 {
+        sampling_variance(contrasts_of(&self.contrasts, self.sensors.len(), sensor)).max(0.0)
     }
 
     pub fn for_each_value(&mut self, f: &mut impl FnMut(&mut f64)) {
-        let Self { sensors, bias, contrasts, mean } = self;
+        let Self { sensors, bias, contrasts, mean, numerical: _ } = self;
         sensors.iter_mut().chain(bias).chain(contrasts).chain([mean]).for_each(|moments| moments.for_each_value(f));
     }
 }

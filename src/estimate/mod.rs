@@ -2,6 +2,7 @@
 
 pub mod film;
 pub mod grid;
+pub mod grid_statistics;
 pub mod stopping;
 
 pub use film::FilmEstimate;
