@@ -1,6 +1,7 @@
 //! Jobs: posted, planned, listed, looked at, cancelled, deleted.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use axum::Json;
 use axum::extract::rejection::BytesRejection;
@@ -279,6 +280,7 @@ pub async fn create(app: App, headers: HeaderMap, body: Result<Bytes, BytesRejec
         return if job.body_hash == posted.hash { Ok(accepted(job)) } else { Err(key_reused()) };
     }
     let (prepared, meshes) = prepare(&app, posted.text.clone()).await?;
+    let prepared = Arc::new(prepared);
     let first_chunk = prepared.chunk(0).ok_or_else(Problem::internal)?;
     let new = NewJob {
         name: prepared.name.clone(),
@@ -294,7 +296,8 @@ pub async fn create(app: App, headers: HeaderMap, body: Result<Bytes, BytesRejec
     };
     match app.store.submit(new, app.limits.queued_jobs).await? {
         Submission::New(job) => {
-            tracing::info!(job = %job.head.id, "job queued");
+            app.live.hand_over(job.head.id, prepared);
+            tracing::debug!(job = %job.head.id, "job queued");
             metrics::counter!("skyduct_jobs_submitted_total").increment(1);
             Ok(accepted(job))
         }
@@ -480,6 +483,7 @@ pub async fn cancel(app: App, Path(id): Path<Uuid>) -> Result<Response, Problem>
         CancelOutcome::NotFound => Err(no_such_job()),
         CancelOutcome::Finished(status) => Err(Problem::conflict(format!("the job has {}", status.name()))),
         CancelOutcome::Accepted => {
+            tracing::info!(job = %id, "job cancelled");
             let job = app.store.job(id).await?.ok_or_else(no_such_job)?;
             Ok((StatusCode::ACCEPTED, Json(JobResource::new(job))).into_response())
         }

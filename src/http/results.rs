@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use utoipa::{IntoParams, ToSchema};
 use uuid::Uuid;
 
-use crate::document::result::GridResult;
+use crate::document::result::{GridResult, TubeResult};
 use crate::document::tube_report::TubeReport;
 use crate::estimate::Estimate;
 use crate::http::jobs::no_such_job;
@@ -188,6 +188,11 @@ async fn result_file(app: &Service, id: Uuid, headers: &HeaderMap, name: String)
     if app.store.job_head(id).await?.is_none() {
         return Err(no_such_job());
     }
+    if name.starts_with("tubes/")
+        && let Some(file) = report_on_tube(app, id, &name).await?
+    {
+        return content::made(headers, file.bytes, file.media_type);
+    }
     let Some((prepared, estimate)) = newest_estimate(app, id).await? else {
         // it may have finished between the first look and now
         let artifact = app.store.artifact(id, &name).await?;
@@ -195,14 +200,29 @@ async fn result_file(app: &Service, id: Uuid, headers: &HeaderMap, name: String)
             artifact.ok_or_else(|| Problem::not_found("the job has no such output, or no pass is done yet"))?;
         return content::stored(headers, &app.artifacts, &artifact).await;
     };
-    let files = tokio::task::spawn_blocking(move || prepared.result_files(&estimate)).await;
-    let files = files.map_err(|error| internal("writing results panicked", &error))?;
-    let files = files.map_err(|error| internal("writing results failed", &error))?;
-    let file: ResultFile = files
-        .into_iter()
-        .find(|file| file.name == name)
-        .ok_or_else(|| Problem::not_found("the job has no such output"))?;
+    let file = tokio::task::spawn_blocking(move || prepared.result_file(&name, &estimate)).await;
+    let file = file.map_err(|error| internal("writing results panicked", &error))?;
+    let file = file.map_err(|error| internal("writing results failed", &error))?;
+    let file = file.ok_or_else(|| Problem::not_found("the job has no such output"))?;
     content::made(headers, file.bytes, file.media_type)
+}
+
+/// The report on a tube of a finished job, made again from its document and the fluxes in its summary: the same bytes as
+/// before a restart. `None` where the job goes on, or has computed nothing.
+async fn report_on_tube(app: &Service, id: Uuid, name: &str) -> Result<Option<ResultFile>, Problem> {
+    let Some(job) = app.store.job(id).await? else { return Err(no_such_job()) };
+    let Some(summary) = job.summary.filter(|_| job.head.status.is_final()) else { return Ok(None) };
+    let tubes: Vec<TubeResult> = Vec::deserialize(&summary["tubes"])
+        .map_err(|error| internal("reading the fluxes of a finished job failed", &error))?;
+    let meshes = UploadedMeshes::new(app.store.clone(), app.artifacts.clone(), tokio::runtime::Handle::current());
+    let _permit = app.preparing.acquire().await.map_err(|_| Problem::internal())?;
+    let name = name.to_owned();
+    let made = tokio::task::spawn_blocking(move || {
+        let prepared = run::prepare(job.submitted.as_bytes(), &meshes).map_err(|errors| errors.to_string())?;
+        prepared.tube_file_of(&name, &tubes).map_err(|error| error.to_string())
+    });
+    let made = made.await.map_err(|error| internal("reporting on a tube panicked", &error))?;
+    made.map_err(|error| internal("reporting on a tube failed", &error))
 }
 
 fn internal(what: &str, error: &dyn std::fmt::Display) -> Problem {

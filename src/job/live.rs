@@ -1,6 +1,6 @@
-//! What running jobs have computed so far, for readers in the same process.
+//! What running jobs have computed so far, for readers in the same process, and what was prepared for those that wait.
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use tokio::sync::oneshot;
@@ -9,10 +9,16 @@ use uuid::Uuid;
 use crate::estimate::Estimate;
 use crate::job::run::Prepared;
 
-/// The jobs that this process renders now.
+/// Prepared jobs that wait for the worker in memory: at most this many, of at most this many bytes together (estimated).
+const MOST_WAITING: usize = 64;
+const MOST_WAITING_BYTES: usize = 64 << 20;
+
+/// The jobs that this process renders now, and those that it has prepared and will render.
 #[derive(Default)]
 pub struct LiveJobs {
     jobs: Mutex<HashMap<Uuid, Arc<LiveJob>>>,
+    /// By id, and so by age.
+    prepared: Mutex<BTreeMap<Uuid, Arc<Prepared>>>,
 }
 
 /// A job that is rendered now. Copies of its estimate are made only when somebody waits for one: they can be large.
@@ -38,6 +44,25 @@ impl LiveJobs {
 
     pub fn get(&self, id: Uuid) -> Option<Arc<LiveJob>> {
         lock(&self.jobs).get(&id).cloned()
+    }
+
+    /// Keeps what was prepared when the job was posted, so that its worker need not prepare it again; forgotten when there
+    /// is no room.
+    pub fn hand_over(&self, id: Uuid, prepared: Arc<Prepared>) {
+        let mut waiting = lock(&self.prepared);
+        let bytes: usize = waiting.values().map(|prepared| prepared.bytes()).sum();
+        if waiting.len() < MOST_WAITING && bytes + prepared.bytes() <= MOST_WAITING_BYTES {
+            waiting.insert(id, prepared);
+        }
+    }
+
+    /// What was prepared when the job was posted, if it is still there.
+    pub fn take_prepared(&self, id: Uuid) -> Option<Arc<Prepared>> {
+        let mut waiting = lock(&self.prepared);
+        let prepared = waiting.remove(&id);
+        // jobs are begun in the order of their ids: what is older was cancelled or deleted while it waited
+        *waiting = waiting.split_off(&id);
+        prepared
     }
 }
 
@@ -66,4 +91,36 @@ impl LiveJob {
 /// The data behind these locks is never left half changed, so that a panic elsewhere does not matter.
 fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::document::MeshSource;
+    use crate::geometry::TriangleMesh;
+    use crate::job::run::prepare;
+
+    struct NoMeshes;
+
+    impl MeshSource for NoMeshes {
+        fn load(&self, _: &str) -> Result<Arc<TriangleMesh>, String> {
+            Err("there is none".to_owned())
+        }
+    }
+
+    #[test]
+    fn what_waits_is_bounded_and_what_will_not_be_asked_for_is_dropped() {
+        let document = include_bytes!("../../examples/cornell_box.json");
+        let prepared = Arc::new(prepare(document, &NoMeshes).unwrap());
+        assert!(prepared.bytes() < MOST_WAITING_BYTES / MOST_WAITING);
+        let live = LiveJobs::default();
+        let ids: Vec<Uuid> = (1..=MOST_WAITING as u128 + 1).map(Uuid::from_u128).collect();
+        ids.iter().for_each(|id| live.hand_over(*id, prepared.clone()));
+        assert!(live.take_prepared(ids[MOST_WAITING]).is_none(), "there was no room");
+        assert!(lock(&live.prepared).is_empty(), "all others are older");
+        ids[..9].iter().for_each(|id| live.hand_over(*id, prepared.clone()));
+        assert!(live.take_prepared(ids[3]).is_some_and(|taken| Arc::ptr_eq(&taken, &prepared)));
+        assert!(live.take_prepared(ids[3]).is_none(), "it is given once");
+        assert_eq!(lock(&live.prepared).len(), 5);
+    }
 }

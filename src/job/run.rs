@@ -22,7 +22,7 @@ use crate::integrator::sppm::Sppm;
 use crate::integrator::two_stage::TwoStage;
 use crate::integrator::{Integrator, Kernel, Method, deterministic};
 use crate::plan::{self, Effects, Methods, Plan};
-use crate::scene::{Channels, Grid, Scene, View};
+use crate::scene::{Channels, Grid, Scene, TubeShape, View};
 use crate::statistics::interval::two_sided_normal_quantile;
 
 /// A job ready to render: immutable, shared by threads.
@@ -64,6 +64,18 @@ pub enum StoppedBy {
     MaxSeconds,
     Exact,
     Cancelled,
+}
+
+impl StoppedBy {
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::RelativeError => "relative_error",
+            Self::MaxPasses => "max_passes",
+            Self::MaxSeconds => "max_seconds",
+            Self::Exact => "exact",
+            Self::Cancelled => "cancelled",
+        }
+    }
 }
 
 /// One row of the convergence table.
@@ -121,6 +133,13 @@ const FIRST_CHUNK: u64 = 8;
 
 /// About how long one chunk takes on the machine that the plan's costs were measured on: what a crash can lose.
 const CHUNK_SECONDS: f64 = 2.0;
+
+/// Estimates of the memory that a prepared job holds, beside which are a tube's tables of the sky, a triangle in the scene
+/// and in the trees of rays, and a sensor's place.
+const BYTES: usize = 64 << 10;
+const BYTES_PER_TUBE: usize = 1 << 19;
+const BYTES_PER_TRIANGLE: usize = 512;
+const BYTES_PER_SENSOR: usize = 64;
 
 /// How often a running pass looks whether it is cancelled.
 const CANCEL_POLL: Duration = Duration::from_millis(20);
@@ -346,6 +365,29 @@ impl Prepared {
             view_relative_error: accuracy.views.filter(|error| error.is_finite()),
             mean_lux: merged.grids.first().map(|grid| grid.mean.mean),
         }
+    }
+
+    /// The methods of the plan: that of the grids, and that of the views where it is another one.
+    pub fn method_names(&self) -> String {
+        let Methods { grids, views } = &self.plan.methods;
+        let mut names: Vec<_> = grids.iter().chain(views).map(|choice| choice.method.name()).collect();
+        names.dedup();
+        names.join(", ")
+    }
+
+    /// About how many bytes of memory it holds, rather too many than too few.
+    pub fn bytes(&self) -> usize {
+        let Scene { room, tubes, grids, .. } = &self.scene;
+        let triangles: usize = room.meshes.iter().map(|object| object.mesh.triangles.len()).sum();
+        let of_tubes: usize = tubes
+            .iter()
+            .map(|tube| match &tube.shape {
+                TubeShape::Cylinders(_) => 0,
+                TubeShape::Mesh(mesh) => mesh.mesh.triangles.len(),
+            })
+            .sum();
+        let sensors: usize = grids.iter().map(Grid::len).sum();
+        BYTES + tubes.len() * BYTES_PER_TUBE + (triangles + of_tubes) * BYTES_PER_TRIANGLE + sensors * BYTES_PER_SENSOR
     }
 
     pub fn grids(&self) -> &[Grid] {

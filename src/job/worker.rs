@@ -184,7 +184,7 @@ impl Worker {
     }
 
     async fn fail_job(&self, lease: &Lease, problem: JobProblem) -> Result<(), StoreError> {
-        tracing::error!(problem.detail, "the job failed");
+        tracing::error!(status = "failed", problem.detail, "job finished");
         let finish = Finish {
             status: JobStatus::Failed,
             stopped_by: None,
@@ -244,17 +244,24 @@ impl Worker {
         };
         let meshes = UploadedMeshes::new(self.store.clone(), self.artifacts.clone(), tokio::runtime::Handle::current());
         let submitted = job.submitted;
+        let handed_over = self.live.take_prepared(lease.job);
         let loaded = self
             .on_pool(move || {
-                let prepared = run::prepare(submitted.as_bytes(), &meshes).map_err(|errors| errors.to_string())?;
+                let prepared = match handed_over {
+                    Some(prepared) => prepared,
+                    None => Arc::new(run::prepare(submitted.as_bytes(), &meshes).map_err(|errors| errors.to_string())?),
+                };
                 let merged = match state {
                     Some(bytes) => run::decode(&prepared, &bytes)?,
                     None => prepared.empty_estimate(),
                 };
-                Ok::<_, String>((Arc::new(prepared), merged))
+                Ok::<_, String>((prepared, merged))
             })
             .await?;
         let (prepared, merged) = loaded.map_err(|detail| hopeless("The job cannot be prepared", detail))?;
+        if lease.chunk == 0 {
+            tracing::info!(name = prepared.name, method = prepared.method_names(), "job started");
+        }
         let live = self.live.start(lease.job, prepared.clone());
         let seconds = job.merged_seconds;
         Ok(Current { job: lease.job, prepared, live, merged, seconds, next_chunk: lease.chunk })
@@ -398,7 +405,10 @@ impl Worker {
         }
         if let Completion::Finish(finish) = &completion {
             tracing::info!(
+                name = current.prepared.name,
+                method = current.prepared.method_names(),
                 status = finish.status.name(),
+                stopped_by = finish.stopped_by.map(StoppedBy::name),
                 passes = progress.passes,
                 seconds = progress.seconds,
                 "job finished"
@@ -524,7 +534,7 @@ fn finish(current: &Current, stopped_by: StoppedBy) -> Result<Outcome, RenderErr
     if current.merged.passes == 0 {
         return Ok(Outcome::Finish { stopped_by, summary: None, files: Vec::new() });
     }
-    let files = current.prepared.result_files(&current.merged)?;
+    let files = current.prepared.kept_files(&current.merged)?;
     let summary = current.prepared.summary_json(&current.merged, current.seconds);
     Ok(Outcome::Finish { stopped_by, summary: Some(summary), files })
 }
