@@ -1,4 +1,4 @@
-//! Arguments and telemetry; picks the command.
+//! Arguments and exit status; picks the command.
 //!
 //! Exit status: 0 done, 2 the input is bad (standard error names the field by its JSON pointer), 1 anything else.
 
@@ -8,13 +8,8 @@ use std::process::ExitCode;
 use clap::Parser;
 use skyduct::cli::Arguments;
 use skyduct::document::DocumentErrors;
-use tracing_subscriber::EnvFilter;
 
 fn main() -> ExitCode {
-    tracing_subscriber::fmt()
-        .with_writer(std::io::stderr)
-        .with_env_filter(EnvFilter::try_from_default_env().unwrap_or_else(|_| EnvFilter::new("warn")))
-        .init();
     std::panic::set_hook(Box::new(log_in_one_line));
     let arguments = Arguments::parse();
     match catch_unwind(AssertUnwindSafe(|| arguments.command.run())) {

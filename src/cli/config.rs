@@ -8,6 +8,7 @@ use figment::Figment;
 use figment::providers::{Env, Format, Serialized, Toml};
 use serde::{Deserialize, Serialize};
 
+use crate::cli::telemetry::Log;
 use crate::http::Limits;
 
 const DEFAULTS: &str = include_str!("../../config/default.toml");
@@ -28,6 +29,7 @@ pub struct Config {
     pub allowed_hosts: Vec<String>,
     /// Agrees to serve everybody who can reach an address that is not a loopback one.
     pub insecure: bool,
+    pub log: Log,
     pub limits: Limits,
 }
 
@@ -98,6 +100,7 @@ impl Config {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::cli::telemetry::{LogFormat, LogLevel};
 
     #[test]
     fn the_defaults_are_complete() {
@@ -105,6 +108,7 @@ mod tests {
         assert_eq!(config.listen.port(), 8080);
         assert_eq!(config.database_file().unwrap(), Path::new("data/skyduct.db"));
         assert_eq!(config.limits.document_bytes, 1 << 20);
+        assert_eq!(config.log, Log { level: LogLevel::Info, format: LogFormat::Text });
     }
 
     #[test]
@@ -140,9 +144,15 @@ mod tests {
     fn what_is_not_understood_is_refused() {
         let directory = tempfile::tempdir().unwrap();
         let file = directory.path().join("skyduct.toml");
-        for text in
-            ["lisen = 1", "listen = \"x\"", "[limits]\nqueued = 3", "role = \"api\"", "database = \"postgres://x\""]
-        {
+        for text in [
+            "lisen = 1",
+            "listen = \"x\"",
+            "[log]\nlevel = \"loud\"",
+            "[log]\nformat = \"xml\"",
+            "[limits]\nqueued = 3",
+            "role = \"api\"",
+            "database = \"postgres://x\"",
+        ] {
             std::fs::write(&file, text).unwrap();
             assert!(Config::load(Some(&file), &Flags::default()).is_err(), "{text}");
         }

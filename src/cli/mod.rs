@@ -7,8 +7,10 @@ pub mod mesh_files;
 pub mod plan;
 pub mod progress;
 pub mod render;
+mod results_table;
 pub mod serve;
 pub mod submit;
+pub mod telemetry;
 pub mod thesis;
 pub mod validate;
 
@@ -40,6 +42,10 @@ pub enum Command {
 
 impl Command {
     pub fn run(self) -> anyhow::Result<()> {
+        // the service is configured, all others only tell what went wrong
+        if !matches!(self, Self::Serve(_)) {
+            telemetry::start(&telemetry::OF_COMMANDS);
+        }
         match self {
             Self::Demo(args) => demo::run(args),
             Self::Serve(args) => serve::run(args),

@@ -16,6 +16,7 @@ use tokio::task::JoinHandle;
 use tokio_util::sync::CancellationToken;
 
 use crate::cli::config::{Config, Flags, Role};
+use crate::cli::telemetry;
 use crate::db::SqliteStore;
 use crate::http::{self, Service};
 use crate::job::artifacts::Artifacts;
@@ -53,12 +54,16 @@ pub fn run(args: ServeArgs) -> anyhow::Result<()> {
     let ServeArgs { listen, data, database, config: file, role, insecure } = args;
     let flags = Flags { listen, data, database, role, insecure };
     let config = Config::load(file.as_deref(), &flags)?;
+    telemetry::start(&config.log);
+    let data = config.data.clone();
     let runtime = tokio::runtime::Runtime::new().context("the runtime cannot start")?;
     let result = runtime.block_on(async {
         let service = RunningService::start(config).await?;
         let mut stdout = std::io::stdout();
         // who started us may have closed our standard output
-        let _ = writeln!(stdout, "listening on {}", service.url()).and_then(|()| stdout.flush());
+        let url = service.url();
+        let _ = writeln!(stdout, "listening on {url}\ndata in {}\ndescription at {url}/docs/", data.display())
+            .and_then(|()| stdout.flush());
         wait_for_signal().await?;
         service.stop().await;
         Ok(())
