@@ -27,6 +27,15 @@ pub struct JobEvent {
     pub data: Value,
 }
 
+/// What a follower of a job hears.
+pub enum News<'a> {
+    Event(&'a JobEvent),
+    /// The connection is lost, or was never there; it is tried again and again.
+    Lost,
+    /// The connection is back, and this is the first event that came over it.
+    Back(&'a JobEvent),
+}
+
 impl JobEvent {
     pub fn is_final(&self) -> bool {
         crate::job::store::is_final_event(&self.name)
@@ -77,10 +86,12 @@ impl Client {
         }
     }
 
-    /// Calls `on_event` for every event of a job in order, over as many connections as it takes; answers the final one.
-    pub async fn follow(&self, events_path: &str, mut on_event: impl FnMut(&JobEvent)) -> anyhow::Result<JobEvent> {
+    /// Calls `hear` for every event of a job in order, over as many connections as it takes, and when a connection is lost
+    /// and back; answers the final event.
+    pub async fn follow(&self, events_path: &str, mut hear: impl FnMut(News)) -> anyhow::Result<JobEvent> {
         let mut last_id = "0".to_owned();
         let mut silent_attempts = 0;
+        let mut lost = false;
         loop {
             let request = self
                 .http
@@ -102,11 +113,17 @@ impl Client {
                     last_id.clone_from(&event.id);
                     let data = serde_json::from_str(&event.data).context("an event is not JSON")?;
                     let event = JobEvent { name: event.event, data };
-                    on_event(&event);
+                    if std::mem::take(&mut lost) {
+                        hear(News::Back(&event));
+                    }
+                    hear(News::Event(&event));
                     if event.is_final() {
                         return Ok(event);
                     }
                 }
+            }
+            if !std::mem::replace(&mut lost, true) {
+                hear(News::Lost);
             }
             silent_attempts += 1;
             if silent_attempts > MAX_ATTEMPTS {

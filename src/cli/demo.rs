@@ -4,10 +4,10 @@ use std::path::Path;
 use std::time::Duration;
 
 use anyhow::Context;
-use serde_json::Value;
 
 use crate::cli::client::Client;
 use crate::cli::config::{Config, Flags};
+use crate::cli::results_table::print_results;
 use crate::cli::serve::{RunningService, wait_for_signal};
 use crate::cli::submit::submit_and_download;
 
@@ -47,23 +47,13 @@ async fn show(service: &RunningService, exit: bool) -> anyhow::Result<()> {
     let out = Path::new(OUT);
     let job = submit_and_download(&client, JOB.into(), None, out).await?;
     println!("results: {}", out.display());
-    for grid in job["grids"].as_array().into_iter().flatten() {
-        println!("grid {}: {}", grid["name"].as_str().unwrap_or("?"), mean_of(grid));
-    }
+    print_results(&job);
     println!("page:    {}/docs/", service.url());
     if !exit {
         println!("serving on; Ctrl-C ends it");
         std::future::pending::<()>().await;
     }
     Ok(())
-}
-
-fn mean_of(grid: &Value) -> String {
-    let Some(mean) = grid["statistics"]["mean_lux"].as_f64() else { return "no mean".to_owned() };
-    match grid["mean_standard_error_lux"].as_f64() {
-        Some(error) => format!("mean illuminance {mean:.4} lux, standard error {error:.4} lux"),
-        None => format!("mean illuminance {mean:.4} lux"),
-    }
 }
 
 /// A folder of its own, deleted at the end: the demo leaves only its results.

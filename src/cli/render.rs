@@ -9,11 +9,12 @@ use serde_json::{Value, json};
 
 use super::mesh_files::MeshFiles;
 use super::progress::Progress;
+use super::results_table::print_results;
 use crate::document::{DocumentErrors, FieldError};
 use crate::estimate::Estimate;
 use crate::job::memory::default_limit_bytes;
+use crate::job::results::{convergence_csv, convergence_svg};
 use crate::job::run::{Observer, PassReport, Prepared, StoppedBy, merge, prepare};
-use crate::output::plots::{self, ConvergencePoint};
 
 #[derive(Debug, clap::Args)]
 pub struct RenderArgs {
@@ -40,7 +41,7 @@ pub fn run(args: RenderArgs) -> anyhow::Result<()> {
 
     let cancelled = cancel_on_interrupt()?;
     let rendered = render(&prepared, &cancelled)?;
-    write_results(&args.out, &prepared, &rendered)?;
+    let result = write_results(&args.out, &prepared, &rendered)?;
     let Rendered { estimate, seconds, stopped_by, .. } = &rendered;
     if *stopped_by == StoppedBy::Cancelled {
         bail!("cancelled after {} passes; the results so far are in {}", estimate.passes, args.out.display());
@@ -48,9 +49,10 @@ pub fn run(args: RenderArgs) -> anyhow::Result<()> {
     eprintln!(
         "{} passes in {seconds:.2} s, stopped by {}; results are in {}",
         estimate.passes,
-        name_of(*stopped_by),
+        stopped_by.name(),
         args.out.display()
     );
+    print_results(&result);
     Ok(())
 }
 
@@ -154,8 +156,8 @@ async fn next_interrupt() -> std::io::Result<()> {
     tokio::signal::ctrl_c().await
 }
 
-/// Writes the result files, the convergence, and `result.json` last: where it stands, all is there.
-fn write_results(out: &Path, prepared: &Prepared, rendered: &Rendered) -> anyhow::Result<()> {
+/// Writes the result files, the convergence, and `result.json` last: where it stands, all is there. Answers the latter.
+fn write_results(out: &Path, prepared: &Prepared, rendered: &Rendered) -> anyhow::Result<Value> {
     let Rendered { estimate, seconds, stopped_by, reports } = rendered;
     // a job that was cancelled before its first pass has no results
     if estimate.passes > 0 {
@@ -163,13 +165,7 @@ fn write_results(out: &Path, prepared: &Prepared, rendered: &Rendered) -> anyhow
             write(out, &file.name, &file.bytes)?;
         }
         write(out, "convergence.csv", convergence_csv(reports).as_bytes())?;
-        let point = |report: &PassReport| ConvergencePoint {
-            seconds: report.seconds,
-            grids: report.relative_error,
-            views: report.view_relative_error,
-        };
-        let plot = plots::convergence(&reports.iter().map(point).collect::<Vec<_>>())?;
-        write(out, "convergence.svg", plot.as_bytes())?;
+        write(out, "convergence.svg", convergence_svg(reports)?.as_bytes())?;
     }
     let status = if *stopped_by == StoppedBy::Cancelled { "cancelled" } else { "succeeded" };
     let mut result = json!({
@@ -182,7 +178,8 @@ fn write_results(out: &Path, prepared: &Prepared, rendered: &Rendered) -> anyhow
     if let (Value::Object(result), Value::Object(summary)) = (&mut result, prepared.summary_json(estimate, *seconds)) {
         result.extend(summary);
     }
-    write(out, "result.json", &serde_json::to_vec_pretty(&result)?)
+    write(out, "result.json", &serde_json::to_vec_pretty(&result)?)?;
+    Ok(result)
 }
 
 fn write(out: &Path, name: &str, bytes: &[u8]) -> anyhow::Result<()> {
@@ -190,23 +187,6 @@ fn write(out: &Path, name: &str, bytes: &[u8]) -> anyhow::Result<()> {
     let folder = file.parent().unwrap_or(out);
     std::fs::create_dir_all(folder).with_context(|| format!("{} cannot be made", folder.display()))?;
     std::fs::write(&file, bytes).with_context(|| format!("{} cannot be written", file.display()))
-}
-
-/// One line per pass; an error that is not known yet is left empty.
-fn convergence_csv(reports: &[PassReport]) -> String {
-    let mut text = "passes,seconds,photons,rays,relative_error,view_relative_error,mean_lux\n".to_owned();
-    let field = |value: Option<f64>| value.map(|value| value.to_string()).unwrap_or_default();
-    for report in reports {
-        let PassReport { passes, seconds, photons, rays, relative_error, view_relative_error, mean_lux } = *report;
-        let [relative_error, view_relative_error, mean_lux] =
-            [relative_error, view_relative_error, mean_lux].map(field);
-        text += &format!("{passes},{seconds},{photons},{rays},{relative_error},{view_relative_error},{mean_lux}\n");
-    }
-    text
-}
-
-fn name_of(stopped_by: StoppedBy) -> String {
-    serde_json::to_value(stopped_by).ok().and_then(|name| name.as_str().map(str::to_owned)).unwrap_or_default()
 }
 
 #[cfg(test)]

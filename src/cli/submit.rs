@@ -7,11 +7,13 @@ use serde::Deserialize;
 use serde_json::Value;
 use uuid::Uuid;
 
-use crate::cli::client::Client;
+use crate::cli::client::{Client, News};
 use crate::cli::mesh_files::MeshFiles;
 use crate::cli::progress::Progress;
+use crate::cli::results_table::print_results;
 use crate::document::{DocumentErrors, FieldError};
 use crate::estimate::StopRule;
+use crate::job::results::{GridFormat, Output, ViewFormat, result_outputs};
 use crate::job::run::PassReport;
 
 #[derive(Debug, clap::Args)]
@@ -36,7 +38,8 @@ pub fn run(args: SubmitArgs) -> anyhow::Result<()> {
     runtime.block_on(async {
         let client = Client::new(&args.server)?;
         let job = submit_and_download(&client, document, Some(&folder), &args.out).await?;
-        println!("job {} is done; results are in {}", job["id"].as_str().unwrap_or("?"), args.out.display());
+        eprintln!("job {} is done; results are in {}", job["id"].as_str().unwrap_or("?"), args.out.display());
+        print_results(&job);
         Ok(())
     })
 }
@@ -56,12 +59,19 @@ pub async fn submit_and_download(
     let path = job["links"]["self"].as_str().context("the service gave the job no path")?.to_owned();
     let events = job["links"]["events"].as_str().context("the service gave the job no events")?.to_owned();
     let progress = Progress::new(stop_rule(&job)?);
-    let last = client.follow(&events, |event| {
-        if event.name == "pass"
-            && let Ok(report) = PassReport::deserialize(&event.data)
-        {
-            progress.pass_done(&report);
+    let last = client.follow(&events, |news| match news {
+        News::Event(event) => {
+            if event.name == "pass"
+                && let Ok(report) = PassReport::deserialize(&event.data)
+            {
+                progress.pass_done(&report);
+            }
         }
+        News::Lost => progress.note("connection lost, waiting"),
+        News::Back(event) => match event.data["passes"].as_u64() {
+            Some(passes) => progress.note(&format!("back at pass {passes}")),
+            None => progress.note("back"),
+        },
     });
     let last = last.await;
     progress.finish();
@@ -106,35 +116,31 @@ fn bad_document(pointer: &str, detail: String) -> DocumentErrors {
 }
 
 async fn download(client: &Client, job: &Value, out: &Path) -> anyhow::Result<()> {
-    write(out, "result.json", &serde_json::to_vec_pretty(job)?)?;
-    // a job that was cancelled before its first pass has no files
+    // a job that was cancelled before its first pass has no other files
     if job["progress"]["passes"].as_u64() == Some(0) {
-        return Ok(());
+        return write(out, "result.json", &serde_json::to_vec_pretty(job)?);
     }
-    for (name, path) in entries(&job["links"]["grids"]) {
-        let path = path.as_str().context("a grid has no path")?;
-        for format in ["json", "csv"] {
-            let bytes = client.bytes(&format!("{path}?format={format}")).await?;
-            write(out, &format!("grids/{name}.{format}"), &bytes)?;
-        }
+    let this = job["links"]["self"].as_str().context("the service gave the job no path")?;
+    let names = |outputs: &str| -> Vec<&str> {
+        let outputs = job["document"][outputs].as_array().into_iter().flatten();
+        outputs.filter_map(|output| output["name"].as_str()).collect()
+    };
+    let (grids, views) = (names("grids"), names("views"));
+    let tubes = job["document"]["tubes"].as_array().map_or(0, Vec::len);
+    for (file, output) in result_outputs(grids.iter().copied(), views.iter().copied(), tubes) {
+        let path = match output {
+            Output::Grid(grid, GridFormat::Json) => format!("grids/{}?format=json", grids[grid]),
+            Output::Grid(grid, GridFormat::Csv) => format!("grids/{}?format=csv", grids[grid]),
+            Output::Grid(grid, GridFormat::Png) => format!("grids/{}?format=png", grids[grid]),
+            Output::View(view, ViewFormat::FalseColour) => format!("views/{}.png?style=false_colour", views[view]),
+            Output::View(..) | Output::Tube(..) => file.clone(),
+        };
+        write(out, &file, &client.bytes(&format!("{this}/{path}")).await?)?;
     }
-    for (name, paths) in entries(&job["links"]["views"]) {
-        for (link, suffix) in [("exr", "exr"), ("png", "png"), ("false_colour_png", "false_colour.png")] {
-            let path = paths[link].as_str().context("a view has no path")?;
-            write(out, &format!("views/{name}.{suffix}"), &client.bytes(path).await?)?;
-        }
-    }
-    for (tube, paths) in job["links"]["tubes"].as_array().into_iter().flatten().enumerate() {
-        for suffix in ["json", "svg"] {
-            let path = paths[suffix].as_str().context("a tube has no path")?;
-            write(out, &format!("tubes/{tube}.{suffix}"), &client.bytes(path).await?)?;
-        }
-    }
-    Ok(())
-}
-
-fn entries(links: &Value) -> impl Iterator<Item = (&String, &Value)> {
-    links.as_object().into_iter().flatten()
+    write(out, "convergence.csv", &client.bytes(&format!("{this}/convergence?format=csv")).await?)?;
+    write(out, "convergence.svg", &client.bytes(&format!("{this}/convergence.svg")).await?)?;
+    // last, as by `render`: where it stands, all is there
+    write(out, "result.json", &serde_json::to_vec_pretty(job)?)
 }
 
 /// Writes below `out`; the name comes from the service and must not lead elsewhere.

@@ -5,7 +5,7 @@ pub mod checkpoint;
 pub mod live;
 pub mod memory;
 pub mod meshes;
-mod results;
+pub mod results;
 pub mod run;
 pub mod store;
 mod tube_report;

@@ -2,43 +2,90 @@
 
 use serde_json::{Map, Value, json};
 
-use super::run::{Prepared, RenderError, ResultFile};
+use super::run::{PassReport, Prepared, RenderError, ResultFile};
 use crate::document::result::{
     AccuracyResult, EnergyResult, ExternalIlluminance, GridResult, GridStatistics, PlanResult, TimingResult, TubeResult,
 };
 use crate::estimate::{Estimate, FilmEstimate, GridEstimate};
+use crate::output::plots::{self, ConvergencePoint};
 use crate::output::{Image, OutputError, csv, exr, false_colour, png};
 use crate::plan::EffectKind;
-use crate::scene::Daylight;
+use crate::scene::{Daylight, TubeShape};
 
 /// A file of the results: of which grid, view or tube, and how it is written.
-#[derive(Clone, Copy)]
-enum Output {
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Output {
     Grid(usize, GridFormat),
     View(usize, ViewFormat),
     Tube(usize, TubeFormat),
 }
 
-#[derive(Clone, Copy)]
-enum GridFormat {
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum GridFormat {
     Json,
     Csv,
     /// False colours with a scale.
     Png,
 }
 
-#[derive(Clone, Copy)]
-enum ViewFormat {
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ViewFormat {
     Exr,
     Tone,
     FalseColour,
 }
 
-#[derive(Clone, Copy)]
-pub(super) enum TubeFormat {
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum TubeFormat {
     Json,
     /// Transmission against the sun's altitude.
     Svg,
+}
+
+/// The files of a job's results, each with its name: of its grids and views, by their names, and of `tubes` tubes. What the
+/// service answers, `render` writes and `submit` fetches.
+pub fn result_outputs<'a>(
+    grids: impl IntoIterator<Item = &'a str>,
+    views: impl IntoIterator<Item = &'a str>,
+    tubes: usize,
+) -> Vec<(String, Output)> {
+    let grids = grids.into_iter().enumerate().flat_map(|(index, name)| {
+        let formats = [("json", GridFormat::Json), ("csv", GridFormat::Csv), ("png", GridFormat::Png)];
+        formats.map(|(suffix, format)| (format!("grids/{name}.{suffix}"), Output::Grid(index, format)))
+    });
+    let views = views.into_iter().enumerate().flat_map(|(index, name)| {
+        let formats =
+            [("exr", ViewFormat::Exr), ("png", ViewFormat::Tone), ("false_colour.png", ViewFormat::FalseColour)];
+        formats.map(|(suffix, format)| (format!("views/{name}.{suffix}"), Output::View(index, format)))
+    });
+    let tubes = (0..tubes).flat_map(|index| {
+        let formats = [("json", TubeFormat::Json), ("svg", TubeFormat::Svg)];
+        formats.map(|(suffix, format)| (format!("tubes/{index}.{suffix}"), Output::Tube(index, format)))
+    });
+    grids.chain(views).chain(tubes).collect()
+}
+
+/// Every pass of a job as CSV, one line each; an error that is not known yet is left empty.
+pub fn convergence_csv(passes: &[PassReport]) -> String {
+    let mut text = "passes,seconds,photons,rays,relative_error,view_relative_error,mean_lux\n".to_owned();
+    let field = |value: Option<f64>| value.map(|value| value.to_string()).unwrap_or_default();
+    for pass in passes {
+        let PassReport { passes, seconds, photons, rays, relative_error, view_relative_error, mean_lux } = *pass;
+        let [relative_error, view_relative_error, mean_lux] =
+            [relative_error, view_relative_error, mean_lux].map(field);
+        text += &format!("{passes},{seconds},{photons},{rays},{relative_error},{view_relative_error},{mean_lux}\n");
+    }
+    text
+}
+
+/// The relative error of the passes against their seconds, as SVG.
+pub fn convergence_svg(passes: &[PassReport]) -> Result<String, OutputError> {
+    let point = |pass: &PassReport| ConvergencePoint {
+        seconds: pass.seconds,
+        grids: pass.relative_error,
+        views: pass.view_relative_error,
+    };
+    plots::convergence(&passes.iter().map(point).collect::<Vec<_>>())
 }
 
 impl Prepared {
@@ -61,12 +108,13 @@ impl Prepared {
     /// Summary for the job resource and `result.json`: `accuracy`, `timing`, `tubes`, `energy`, `switches`, `grids`
     /// (statistics) and `views`; merged into the job's JSON object.
     pub fn summary_json(&self, merged: &Estimate, seconds: f64) -> Value {
+        let daylight = self.scene.daylight.as_ref();
+        let electric = self.plan.effects.is_on(EffectKind::Luminaires);
         let grids = self.scene.grids.iter().zip(&merged.grids).map(|(grid, estimate)| {
-            let values: Vec<f64> = estimate.sensors.iter().map(|sensor| sensor.mean).collect();
             let mean_error = Some(estimate.mean.standard_error()).filter(|error| error.is_finite());
             let mut summary = Map::new();
             summary.insert("name".into(), json!(grid.name));
-            summary.insert("statistics".into(), to_value(&GridStatistics::new(&values)));
+            summary.insert("statistics".into(), to_value(&GridStatistics::new(estimate, daylight, electric)));
             summary.insert("mean_standard_error_lux".into(), json!(mean_error));
             Value::Object(summary)
         });
@@ -104,28 +152,41 @@ impl Prepared {
         self.outputs().into_iter().map(|(name, output)| self.make(name, output, merged)).collect()
     }
 
+    /// The files that a job keeps when it has finished: all but the reports on its tubes, unless it uses uploaded meshes,
+    /// which can be deleted. Those reports are made when somebody asks, by [`Self::tube_file_of`].
+    pub fn kept_files(&self, merged: &Estimate) -> Result<Vec<ResultFile>, RenderError> {
+        let later = |output: &Output| matches!(output, Output::Tube(..)) && !self.has_meshes();
+        let kept = self.outputs().into_iter().filter(|(_, output)| !later(output));
+        kept.map(|(name, output)| self.make(name, output, merged)).collect()
+    }
+
+    fn has_meshes(&self) -> bool {
+        let mut tubes = self.scene.tubes.iter();
+        !self.scene.room.meshes.is_empty() || tubes.any(|tube| matches!(tube.shape, TubeShape::Mesh(_)))
+    }
+
+    /// The file of this name when it is the report on a tube; `tubes`: the fluxes from the job's summary.
+    pub fn tube_file_of(&self, name: &str, tubes: &[TubeResult]) -> Result<Option<ResultFile>, RenderError> {
+        let found = self.outputs().into_iter().find_map(|(candidate, output)| match output {
+            Output::Tube(tube, format) if candidate == name => Some((tube, format)),
+            _ => None,
+        });
+        let Some((tube, format)) = found else { return Ok(None) };
+        let Some(flux) = tubes.get(tube) else { return Ok(None) };
+        let (media_type, bytes) = self.tube_file(name, tube, format, *flux)?;
+        Ok(Some(ResultFile { name: name.to_owned(), media_type, bytes }))
+    }
+
     /// The one file of this name, made alone; `None` when the job has no such file.
     pub fn result_file(&self, name: &str, merged: &Estimate) -> Result<Option<ResultFile>, RenderError> {
         let found = self.outputs().into_iter().find(|(candidate, _)| candidate == name);
         found.map(|(name, output)| self.make(name, output, merged)).transpose()
     }
 
-    /// What files there are: each with its name.
     fn outputs(&self) -> Vec<(String, Output)> {
-        let grids = self.scene.grids.iter().enumerate().flat_map(|(index, grid)| {
-            let formats = [("json", GridFormat::Json), ("csv", GridFormat::Csv), ("png", GridFormat::Png)];
-            formats.map(|(suffix, format)| (format!("grids/{}.{suffix}", grid.name), Output::Grid(index, format)))
-        });
-        let views = self.scene.views.iter().enumerate().flat_map(|(index, view)| {
-            let formats =
-                [("exr", ViewFormat::Exr), ("png", ViewFormat::Tone), ("false_colour.png", ViewFormat::FalseColour)];
-            formats.map(|(suffix, format)| (format!("views/{}.{suffix}", view.name), Output::View(index, format)))
-        });
-        let tubes = (0..self.scene.tubes.len()).flat_map(|index| {
-            let formats = [("json", TubeFormat::Json), ("svg", TubeFormat::Svg)];
-            formats.map(|(suffix, format)| (format!("tubes/{index}.{suffix}"), Output::Tube(index, format)))
-        });
-        grids.chain(views).chain(tubes).collect()
+        let grids = self.scene.grids.iter().map(|grid| grid.name.as_str());
+        let views = self.scene.views.iter().map(|view| view.name.as_str());
+        result_outputs(grids, views, self.scene.tubes.len())
     }
 
     fn make(&self, name: String, output: Output, merged: &Estimate) -> Result<ResultFile, RenderError> {
