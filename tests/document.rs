@@ -185,7 +185,6 @@ fn every_bound_names_its_field() {
         ("/tubes/0/collector/absorption_per_m", json!(2), "not a field of"),
         ("/tubes/0/diffuser/transmittance", json!(1.1), "0..1"),
         ("/tubes/0/diffuser/inner", json!("clear"), "not a field of"),
-        ("/tubes/0/mesh", json!("pipe"), "kind"),
         // outputs
         ("/grids/0/name", json!("../x"), "begin with a letter"),
         ("/grids/0/name", json!(""), "1..64"),
@@ -202,7 +201,6 @@ fn every_bound_names_its_field() {
         // method, stop, effects, seed
         ("/method", json!("light_tracing"), "grids only"),
         ("/method", json!("magic"), "unknown variant"),
-        ("/method/kind", json!("path_tracing"), "photons"),
         ("/method/samples_per_pixel", json!(4), "not a field of"),
         ("/method/alpha", json!(1), "< 1"),
         ("/method/photons_per_pass", json!(63), "64.."),
@@ -229,8 +227,6 @@ fn every_bound_names_its_field() {
             ("/room/surfaces/wall_north", _) => ("/room/surfaces/wall_north/reflectance", detail),
             ("/tubes/0/collector", "1..4") => ("/tubes/0/collector/refractive_index", "1..4"),
             ("/tubes/0/collector", "missing") => ("/tubes/0/collector/thickness_m", "missing"),
-            ("/tubes/0/mesh", "kind") => ("/tubes/0/diameter_m", "not a field of"),
-            ("/method/kind", "photons") => ("/method/photons_per_pass", "not a field of"),
             ("/extra~field", _) => ("/extra~0field", detail),
             _ => (pointer, detail),
         };

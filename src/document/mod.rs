@@ -7,6 +7,7 @@
 pub mod coefficient;
 pub mod convert;
 mod daylight;
+mod hints;
 pub mod job;
 pub mod measured;
 mod mesh_object;
@@ -20,6 +21,7 @@ pub mod result;
 pub mod room;
 pub mod schema;
 pub mod sky;
+mod stand_in;
 pub mod tube;
 pub mod tube_report;
 mod validate;

@@ -7,39 +7,51 @@ use serde::de::{Deserializer, Error, MapAccess, SeqAccess, Visitor};
 use serde_json::{Map, Number, Value};
 use serde_path_to_error::{Path, Segment};
 
+use super::hints;
 use super::pointer::{Checks, escape};
+use super::stand_in::{spoils, stand_in};
 use super::validate::validate;
 use super::{DocumentErrors, FieldError, JobDocument};
 
 /// Numbers closer to zero count as zero: a denormal is never meant, and slows every product that it enters.
 const SMALLEST: f64 = 1e-300;
 
-/// So many unknown fields are reported at most.
-const MOST_UNKNOWN_FIELDS: usize = 100;
+/// Errors of shape that are reported at most.
+const MOST_SHAPE_ERRORS: usize = 100;
 
 impl JobDocument {
     /// Parses and validates JSON text (UTF-8), and fills in the defaults.
     ///
-    /// Errors name everything that is wrong: with the text (line and column), with its shape, or with the values.
+    /// Errors name everything that is wrong: with the text (line and column), with its shape, and with the values.
     pub fn parse(text: &[u8]) -> Result<Self, DocumentErrors> {
         let mut value = parse_value(text).map_err(|error| DocumentErrors(vec![error]))?;
         let mut checks = Checks::default();
+        // pointers below which values were made up
+        let mut spoiled: Vec<String> = Vec::new();
         let document = loop {
             match serde_path_to_error::deserialize::<_, Self>(&value) {
                 Ok(document) => break document,
                 Err(error) => {
-                    let (error, unknown) = field_error(error.path(), &error.inner().to_string());
-                    let removed = unknown && remove(&mut value, &error.pointer);
+                    let (error, misfit) = field_error(error.path(), &error.inner().to_string());
+                    // what one error hides is seen once that error is out of the way
+                    let repaired = match misfit {
+                        Fault::OneTooMany => remove(&mut value, &error.pointer),
+                        Fault::MissingOrWrong => replace(&mut value, &error.pointer, &mut spoiled),
+                    };
                     checks.errors.push(error);
-                    // an unknown field hides nothing: the rest can still be judged without it
-                    if !removed || checks.errors.len() >= MOST_UNKNOWN_FIELDS {
+                    if !repaired || checks.errors.len() >= MOST_SHAPE_ERRORS {
                         return Err(DocumentErrors(checks.errors));
                     }
                 }
             }
         };
         refuse_unnamed(&value, &serde_json::to_value(&document).unwrap_or_default(), "", &mut checks);
+        let of_shape = checks.errors.len();
         validate(&document, &mut checks);
+        let of_values = checks.errors.split_off(of_shape);
+        checks
+            .errors
+            .extend(of_values.into_iter().filter(|error| !spoiled.iter().any(|spoiled| concerns(error, spoiled))));
         if checks.errors.is_empty() { Ok(document) } else { Err(DocumentErrors(checks.errors)) }
     }
 }
@@ -62,6 +74,38 @@ fn refuse_unnamed(given: &Value, understood: &Value, pointer: &str, checks: &mut
         }
         _ => {}
     }
+}
+
+/// Whether an error of values is about what stands at `spoiled` or below, or about its object beside others.
+fn concerns(error: &FieldError, spoiled: &str) -> bool {
+    let below = error.pointer.strip_prefix(spoiled).is_some_and(|rest| rest.is_empty() || rest.starts_with('/'));
+    let object = spoiled.rsplit_once('/').map_or("", |(parent, _)| parent);
+    below || (!object.is_empty() && error.detail.contains(object))
+}
+
+/// Lets a good value stand in for the one at `pointer`, which is missing or of a wrong type; false where none is known, or
+/// where one stands in already.
+fn replace(value: &mut Value, pointer: &str, spoiled: &mut Vec<String>) -> bool {
+    let Some((place, stands_in)) = stand_in(pointer) else { return false };
+    let place_spoiled = spoils(place);
+    if spoiled.iter().any(|spoiled| spoiled == place) {
+        return false;
+    }
+    let Some((parent, token)) = place.rsplit_once('/') else { return false };
+    let key = token.replace("~1", "/").replace("~0", "~");
+    match value.pointer_mut(parent) {
+        Some(Value::Object(object)) => drop(object.insert(key, stands_in)),
+        Some(Value::Array(array)) => match key.parse().ok().and_then(|index: usize| array.get_mut(index)) {
+            Some(element) => *element = stands_in,
+            None => return false,
+        },
+        _ => return false,
+    }
+    spoiled.push(place.to_owned());
+    if place_spoiled != place {
+        spoiled.push(place_spoiled.to_owned());
+    }
+    true
 }
 
 /// Parses JSON text; refuses duplicate keys and numbers that overflow, and takes denormals as zero.
@@ -164,6 +208,7 @@ pub fn misfit(field: &'static str, detail: String) -> Misfit {
 }
 
 const MISSING: &str = "required, but missing";
+const NOT_A_FIELD: &str = "not a field of ";
 
 /// The value of a field that this kind of object must have.
 pub fn required<T>(value: Option<T>, field: &'static str) -> Result<T, Misfit> {
@@ -172,28 +217,40 @@ pub fn required<T>(value: Option<T>, field: &'static str) -> Result<T, Misfit> {
 
 /// Refuses a field that this kind of object does not have.
 pub fn absent<T>(value: &Option<T>, field: &'static str, of: &str) -> Result<(), Misfit> {
-    if value.is_some() { Err(Misfit { field, detail: format!("not a field of {of}") }) } else { Ok(()) }
+    if value.is_some() { Err(Misfit { field, detail: format!("{NOT_A_FIELD}{of}") }) } else { Ok(()) }
 }
 
-/// The pointer and detail of an error of serde, and whether it is an unknown field.
-fn field_error(path: &Path, message: &str) -> (FieldError, bool) {
+/// How an error of shape is taken out of the way of the next one.
+enum Fault {
+    /// Without the field.
+    OneTooMany,
+    /// With another value.
+    MissingOrWrong,
+}
+
+/// The pointer and detail of an error of serde.
+fn field_error(path: &Path, message: &str) -> (FieldError, Fault) {
     let mut pointer = pointer_of(path);
     if let Some((field, _)) = quoted(message, "missing field ") {
         pointer = format!("{pointer}/{}", escape(field));
-        return (FieldError { pointer, detail: MISSING.to_owned() }, false);
+        return (FieldError { pointer, detail: MISSING.to_owned() }, Fault::MissingOrWrong);
     }
     if let Some((field, detail)) = quoted(message, "field ") {
         pointer = format!("{pointer}/{}", escape(field));
-        return (FieldError { pointer, detail: detail.trim_start_matches(": ").to_owned() }, false);
+        let detail = detail.trim_start_matches(": ").to_owned();
+        let fault = if detail.starts_with(NOT_A_FIELD) { Fault::OneTooMany } else { Fault::MissingOrWrong };
+        return (FieldError { pointer, detail }, fault);
     }
-    if let Some((field, _)) = quoted(message, "unknown field ") {
+    let unknown = |prefix| quoted(message, prefix).map(|(name, rest)| (name, hints::of_known_names(name, rest)));
+    if let Some((field, hint)) = unknown("unknown field ") {
         let token = format!("/{}", escape(field));
         if !pointer.ends_with(&token) {
             pointer.push_str(&token);
         }
-        return (FieldError { pointer, detail: message.to_owned() }, true);
+        return (FieldError { pointer, detail: format!("{message}{hint}") }, Fault::OneTooMany);
     }
-    (FieldError { pointer, detail: message.to_owned() }, false)
+    let hint = unknown("unknown variant ").map_or(String::new(), |(_, hint)| hint);
+    (FieldError { pointer, detail: format!("{message}{hint}") }, Fault::MissingOrWrong)
 }
 
 /// The name between backticks after `prefix`, and what follows it.

@@ -2,7 +2,7 @@
 
 use std::fmt::Display;
 
-use super::FieldError;
+use super::{FieldError, hints};
 
 /// `token` escaped for a JSON pointer (RFC 6901, section 3).
 pub fn escape(token: &str) -> String {
@@ -29,7 +29,9 @@ impl Checks {
     pub fn within<T: PartialOrd + Display>(&mut self, pointer: &str, value: T, lowest: T, highest: T) -> bool {
         let ok = value >= lowest && value <= highest;
         if !ok {
-            self.refuse(pointer, format!("must be within {lowest}..{highest}, but is {value}"));
+            let [number, from, to] = [&value, &lowest, &highest].map(number);
+            let hint = hints::of_number(pointer, number, |meant| meant >= from && meant <= to);
+            self.refuse(pointer, format!("must be within {lowest}..{highest}, but is {value}{hint}"));
         }
         ok
     }
@@ -38,10 +40,16 @@ impl Checks {
     pub fn above(&mut self, pointer: &str, value: f64, bound: f64, highest: f64) -> bool {
         let ok = value > bound && value <= highest;
         if !ok {
-            self.refuse(pointer, format!("must be > {bound} and <= {highest}, but is {value}"));
+            let hint = hints::of_number(pointer, value, |meant| meant > bound && meant <= highest);
+            self.refuse(pointer, format!("must be > {bound} and <= {highest}, but is {value}{hint}"));
         }
         ok
     }
+}
+
+/// A number of any type, read back from its digits; NaN of what is no number.
+fn number(printed: &impl Display) -> f64 {
+    printed.to_string().parse().unwrap_or(f64::NAN)
 }
 
 #[cfg(test)]

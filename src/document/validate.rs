@@ -6,6 +6,7 @@ use glam::DVec3;
 
 use super::coefficient::Coefficient;
 use super::daylight::{instant, year_range};
+use super::hints;
 use super::job::JobDocument;
 use super::method::{LEAST_FIXED_POINTS, MOST_PHOTONS_THAT_ARE_KEPT, MethodKind, MethodSettings, RadiusKind};
 use super::outputs::{EstimateDocument, GridDocument, ViewDocument};
@@ -65,8 +66,10 @@ pub fn validate(document: &JobDocument, checks: &mut Checks) {
     checks.within("/stop/max_passes", stop.max_passes, 1, 1_000_000_000);
     checks.above("/stop/max_seconds", stop.max_seconds, 0.0, 1e9);
     for name in document.effects.keys().filter(|name| EffectKind::from_name(name).is_none()) {
-        let known = EffectKind::ALL.map(EffectKind::name).join(", ");
-        checks.refuse(format!("/effects/{}", escape(name)), format!("no effect has this name; there are {known}"));
+        let known = EffectKind::ALL.map(EffectKind::name);
+        let hint = hints::did_you_mean(name, known).map_or(String::new(), |name| format!("; did you mean `{name}`?"));
+        let detail = format!("no effect has this name; there are {}{hint}", known.join(", "));
+        checks.refuse(format!("/effects/{}", escape(name)), detail);
     }
 }
 
@@ -289,9 +292,15 @@ fn check_object(pointer: &str, object: &ObjectDocument, room: Option<[f64; 3]>, 
             ];
             for (axis, (from, to, room)) in spans.into_iter().enumerate() {
                 if from < -TOUCHING_M || to > room + TOUCHING_M {
-                    let detail =
-                        format!("the box must be inside the room (0..{room} m), but reaches from {from} m to {to} m");
-                    checks.refuse(format!("{pointer}/position_m/{axis}"), detail);
+                    let pointer = format!("{pointer}/position_m/{axis}");
+                    // moved to where it may have been meant to be
+                    let fits =
+                        |meant: f64| meant - position_m[axis] + to <= room && meant - position_m[axis] + from >= 0.0;
+                    let hint = hints::of_number(&pointer, position_m[axis], fits);
+                    let detail = format!(
+                        "the box must be inside the room (0..{room} m), but reaches from {from} m to {to} m{hint}"
+                    );
+                    checks.refuse(pointer, detail);
                 }
             }
         }
@@ -346,13 +355,17 @@ fn check_grid(pointer: &str, grid: &GridDocument, room_size_m: Option<[f64; 3]>,
     }
     let [width, depth, ceiling] = room_size_m.unwrap_or([f64::MAX; 3]);
     if !(grid.height_m >= 0.0 && grid.height_m < ceiling) {
-        let detail = format!("must be >= 0 and below the ceiling ({ceiling} m), but is {}", grid.height_m);
-        checks.refuse(format!("{pointer}/height_m"), detail);
+        let pointer = format!("{pointer}/height_m");
+        let hint = hints::of_number(&pointer, grid.height_m, |meant| meant >= 0.0 && meant < ceiling);
+        let detail = format!("must be >= 0 and below the ceiling ({ceiling} m), but is {}{hint}", grid.height_m);
+        checks.refuse(pointer, detail);
     }
     let widest = 0.5 * width.min(depth);
     if !(grid.margin_m >= 0.0 && grid.margin_m < widest) {
-        let detail = format!("must be >= 0 and < {widest} m (half the room), but is {}", grid.margin_m);
-        checks.refuse(format!("{pointer}/margin_m"), detail);
+        let pointer = format!("{pointer}/margin_m");
+        let hint = hints::of_number(&pointer, grid.margin_m, |meant| meant >= 0.0 && meant < widest);
+        let detail = format!("must be >= 0 and < {widest} m (half the room), but is {}{hint}", grid.margin_m);
+        checks.refuse(pointer, detail);
     }
 }
 

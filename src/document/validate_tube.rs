@@ -4,6 +4,7 @@ use std::f64::consts::PI;
 
 use glam::{DVec2, DVec3};
 
+use super::hints;
 use super::job::JobDocument;
 use super::pointer::{Checks, escape};
 use super::tube::{CollectorDocument, DiffuserDocument, MeshTubeDocument, ParametricTube, PartDocument, TubeDocument};
@@ -43,17 +44,26 @@ pub fn check_tubes(document: &JobDocument, checks: &mut Checks) {
         let Some(room_size_m) = valid_size(room).filter(|_| diameter_ok) else {
             continue;
         };
+        let widest = room_size_m[0].min(room_size_m[1]);
+        if diameter > widest + TOUCHING_M {
+            let pointer = format!("{pointer}/{diameter_name}");
+            let hint = hints::of_number(&pointer, diameter, |meant| meant <= widest);
+            checks.refuse(pointer, format!("must be <= {widest}, the ceiling's shorter edge, but is {diameter}{hint}"));
+            continue;
+        }
         let radius = 0.5 * diameter;
         let mut inside = true;
         for axis in 0..2 {
             let (at, size) = (centre_m[axis], room_size_m[axis]);
             if !(at - radius >= -TOUCHING_M && at + radius <= size + TOUCHING_M) {
+                let pointer = format!("{pointer}/centre_m/{axis}");
+                let hint = hints::of_number(&pointer, at, |meant| meant >= radius && meant + radius <= size);
                 let detail = format!(
-                    "the opening must lie wholly inside the ceiling (0..{size} m), but reaches from {} m to {} m",
+                    "the opening must lie wholly inside the ceiling (0..{size} m), but reaches from {} m to {} m{hint}",
                     at - radius,
                     at + radius
                 );
-                checks.refuse(format!("{pointer}/centre_m/{axis}"), detail);
+                checks.refuse(pointer, detail);
                 inside = false;
             }
         }

@@ -1,0 +1,107 @@
+//! What the writer of a document may have meant: names that are nearly right, and numbers in other units.
+
+/// Likeness (Jaro and Winkler, 0..1) from which on one name is taken for a slip of another.
+const LIKE: f64 = 0.82;
+
+/// The one of `known` names that `given` is most like; `None` when it is like none of them.
+pub fn did_you_mean<'a>(given: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    let plain = |name: &str| name.to_ascii_lowercase().replace(['-', ' '], "_");
+    let given = plain(given);
+    let likeness = |name: &str| {
+        let name = plain(name);
+        // `lat` and `diameter` for `latitude_deg` and `diameter_m`
+        let begins = given.len() >= 3 && name.starts_with(&given) || name.len() >= 3 && given.starts_with(&name);
+        let like = strsim::jaro_winkler(&given, &name);
+        if begins { 1.0 + like } else { like }
+    };
+    let likenesses = known.into_iter().map(|name| (likeness(name), name));
+    let (like, name) = likenesses.max_by(|(a, _), (b, _)| a.total_cmp(b))?;
+    (like >= LIKE).then_some(name)
+}
+
+/// The hint after a refused name, to be added to a message that lists the known ones between backticks.
+pub fn of_known_names(given: &str, message: &str) -> String {
+    let known = message.split_once("expected").map_or("", |(_, known)| known);
+    // between backticks is every other piece
+    let names = known.split('`').skip(1).step_by(2);
+    did_you_mean(given, names).map_or(String::new(), |name| format!("; did you mean `{name}`?"))
+}
+
+/// Ratios that people write in percent.
+const RATIOS: [&str; 14] = [
+    "reflectance",
+    "transmittance",
+    "specular",
+    "roughness",
+    "lambertian_transmittance",
+    "lambertian_reflectance",
+    "clear_transmittance",
+    "pipe_transmittance",
+    "bend_factor",
+    "relative_error",
+    "view_relative_error",
+    "confidence",
+    "dv_ev",
+    "alpha",
+];
+
+/// The hint after a refused number at `pointer` that would do in another unit; `fits` judges a number there.
+pub fn of_number(pointer: &str, value: f64, fits: impl Fn(f64) -> bool) -> String {
+    // of a channel or an axis: the name of the whole
+    let name = pointer.rsplit('/').find(|token| token.parse::<u32>().is_err()).unwrap_or("");
+    let (unit, meant) = if name.ends_with("_m") {
+        ("millimetres", value / 1000.0)
+    } else if RATIOS.contains(&name) && value > 1.0 {
+        ("percent", value / 100.0)
+    } else {
+        return String::new();
+    };
+    if fits(meant) { format!("; {value} looks like {unit}: {meant}") } else { String::new() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn slips_are_understood_and_other_names_are_not() {
+        let of_place = ["latitude_deg", "longitude_deg", "elevation_m"];
+        let of_tube = ["centre_m", "diameter_m", "reflectance", "segments", "collector", "diffuser", "mesh"];
+        for (given, known, meant) in [
+            ("lat", &of_place[..], Some("latitude_deg")),
+            ("lon", &of_place, Some("longitude_deg")),
+            ("Longitude", &of_place, Some("longitude_deg")),
+            ("diameter", &of_tube, Some("diameter_m")),
+            ("center_m", &of_tube, Some("centre_m")),
+            ("colector", &of_tube, Some("collector")),
+            ("reflectivity", &of_tube, Some("reflectance")),
+            ("lenght", &["length_m", "tilt_deg"], Some("length_m")),
+            ("weather", &of_tube, None),
+            ("x", &of_tube, None),
+            ("", &of_tube, None),
+            ("anything", &[], None),
+        ] {
+            assert_eq!(did_you_mean(given, known.iter().copied()), meant, "{given}");
+        }
+        let message = "unknown field `lat`, expected one of `latitude_deg`, `longitude_deg`";
+        assert_eq!(of_known_names("lat", message), "; did you mean `latitude_deg`?");
+        assert_eq!(of_known_names("lat", "unknown field `lat`, there are no fields"), "");
+    }
+
+    #[test]
+    fn only_lengths_and_ratios_have_other_units() {
+        let up_to_one = |value: f64| value > 0.0 && value <= 1.0;
+        assert_eq!(of_number("/a/diameter_m", 350.0, up_to_one), "; 350 looks like millimetres: 0.35");
+        assert_eq!(of_number("/a/centre_m/0", 350.0, up_to_one), "; 350 looks like millimetres: 0.35");
+        assert_eq!(of_number("/a/reflectance/2", 98.0, up_to_one), "; 98 looks like percent: 0.98");
+        for (pointer, value) in [
+            ("/a/diameter_m", 2000.0),
+            ("/a/diameter_m", -3.0),
+            ("/a/tilt_deg", 50.0),
+            ("/a/reflectance", 980.0),
+            ("", 2.0),
+        ] {
+            assert_eq!(of_number(pointer, value, up_to_one), "", "{pointer}");
+        }
+    }
+}

@@ -1,0 +1,87 @@
+//! Values in the place of what is missing or of a wrong type, so that the rest of a document can be judged with it.
+
+use serde_json::{Value, json};
+
+/// Where a value has to stand in so that the error at `pointer` goes away, and the value; `None` where none is known.
+///
+/// Of an object that has no valid `kind` or `role` nothing else can be said: the whole object is replaced.
+pub fn stand_in(pointer: &str) -> Option<(&str, Value)> {
+    let (parent, token) = pointer.rsplit_once('/')?;
+    if token == "kind" || token == "role" {
+        return Some((parent, whole(parent)?));
+    }
+    if parent.ends_with("/parts") {
+        // named as the material of a mesh is
+        return Some((pointer, whole(pointer)?));
+    }
+    if token.parse::<u32>().is_ok() {
+        // of a vector or a colour: the whole of it
+        return Some((parent, field(parent)?));
+    }
+    Some((pointer, field(pointer)?))
+}
+
+/// Prefix of pointers at which nothing can be said any more once `pointer` holds a value that was made up.
+pub fn spoils(pointer: &str) -> &str {
+    let parent = pointer.rsplit_once('/').map_or("", |(parent, _)| parent);
+    let of_table = |name: &str| pointer.ends_with(name);
+    // edges are judged together, and so are the rows of a table
+    let together = parent.starts_with("/room/luminaires/")
+        || ["incidence_deg", "exit_deg", "btdf_per_sr"].iter().any(|name| of_table(name));
+    if together { parent } else { pointer }
+}
+
+/// A good object of the sort that stands at `pointer`.
+fn whole(pointer: &str) -> Option<Value> {
+    let (parent, token) = pointer.rsplit_once('/')?;
+    let list = parent.rsplit('/').next().unwrap_or("");
+    match (list, token) {
+        ("objects", _) => Some(json!({ "kind": "box", "size_m": [1e-6, 1e-6, 1e-6], "position_m": [1e-3, 1e-3, 0],
+                                       "surface": { "reflectance": 0.5 } })),
+        ("luminaires", _) => {
+            Some(json!({ "kind": "rectangle", "corner_m": [1e-3, 1e-3, 1e-3], "edge_u_m": [1e-6, 0, 0],
+                                          "edge_v_m": [0, 1e-6, 0], "luminance_cd_m2": 1 }))
+        }
+        ("parts", _) => Some(json!({ "role": "pipe", "reflectance": 0.5 })),
+        (_, "collector" | "diffuser") => Some(json!({ "kind": "open" })),
+        (_, "method") => Some(json!("auto")),
+        _ => None,
+    }
+}
+
+/// A good value of the field at `pointer`, one that other fields have no quarrel with.
+fn field(pointer: &str) -> Option<Value> {
+    let (parent, name) = pointer.rsplit_once('/')?;
+    Some(match name {
+        // nothing is too large for it
+        "room" => json!({ "size_m": [10_000, 10_000, 10_000] }),
+        "size_m" if parent == "/room" => json!([10_000, 10_000, 10_000]),
+        "size_m" => json!([1e-6, 1e-6, 1e-6]),
+        "position_m" | "corner_m" => json!([1e-3, 1e-3, 1e-3]),
+        "edge_u_m" => json!([1e-6, 0, 0]),
+        "edge_v_m" => json!([0, 1e-6, 0]),
+        "eye_m" => json!([0.123, 0.456, 0.789]),
+        "look_at_m" => json!([-0.321, 0.654, -0.987]),
+        "up" => json!([0, 0, 1]),
+        "centre_m" => json!([1e-3, 1e-3]),
+        "diameter_m" | "opening_diameter_m" | "thickness_m" => json!(1e-6),
+        "length_m" => json!(1000),
+        "segments" => json!([{ "length_m": 1000 }]),
+        "collector" | "diffuser" => json!({ "kind": "open" }),
+        "surface" => json!({ "reflectance": 0.5 }),
+        "surfaces" | "parts" | "effects" => json!({}),
+        "cells" | "size_px" => json!([1, 1]),
+        "name" | "mesh" => json!("stands-in"),
+        "unit" => json!("m"),
+        "inner" => json!("clear"),
+        "method" => json!("auto"),
+        "refractive_index" | "luminance_cd_m2" => json!(1),
+        "reflectance" if parent.ends_with("/reflectance") => json!([0, 0]),
+        "incidence_deg" | "exit_deg" => json!([0, 90]),
+        "btdf_per_sr" => json!([[0, 0], [0, 0]]),
+        "transmittance" | "reflectance" | "lambertian_transmittance" | "clear_transmittance" => json!(0),
+        "lambertian_radius_m" | "height_m" | "margin_m" => json!(0),
+        "latitude_deg" | "longitude_deg" | "altitude_deg" | "azimuth_deg" | "tilt_deg" | "rotation_deg" => json!(0),
+        _ => return None,
+    })
+}
