@@ -16,6 +16,7 @@ use crate::http::jobs::no_such_job;
 use crate::http::problem::{Path, Problem, Query};
 use crate::http::{App, Service, content};
 use crate::job::meshes::UploadedMeshes;
+use crate::job::results;
 use crate::job::run::{self, PassReport, Prepared, ResultFile};
 use crate::job::worker::PREVIEW_PASSES;
 use crate::output::plots::{self, ConvergencePoint};
@@ -188,13 +189,14 @@ async fn result_file(app: &Service, id: Uuid, headers: &HeaderMap, name: String)
     if app.store.job_head(id).await?.is_none() {
         return Err(no_such_job());
     }
-    if name.starts_with("tubes/")
-        && let Some(file) = report_on_tube(app, id, &name).await?
-    {
+    if let Some(file) = made_again(app, id, &name).await? {
         return content::made(headers, file.bytes, file.media_type);
     }
     let Some((prepared, estimate)) = newest_estimate(app, id).await? else {
         // it may have finished between the first look and now
+        if let Some(file) = made_again(app, id, &name).await? {
+            return content::made(headers, file.bytes, file.media_type);
+        }
         let artifact = app.store.artifact(id, &name).await?;
         let artifact =
             artifact.ok_or_else(|| Problem::not_found("the job has no such output, or no pass is done yet"))?;
@@ -205,6 +207,28 @@ async fn result_file(app: &Service, id: Uuid, headers: &HeaderMap, name: String)
     let file = file.map_err(|error| internal("writing results failed", &error))?;
     let file = file.ok_or_else(|| Problem::not_found("the job has no such output"))?;
     content::made(headers, file.bytes, file.media_type)
+}
+
+/// A file of a finished job that is not kept, from what is.
+async fn made_again(app: &Service, id: Uuid, name: &str) -> Result<Option<ResultFile>, Problem> {
+    if name.starts_with("tubes/") {
+        return report_on_tube(app, id, name).await;
+    }
+    let (grid, format) = match name.rsplit_once('.') {
+        Some((grid, "csv")) => (grid, results::GridFormat::Csv),
+        Some((grid, "png")) => (grid, results::GridFormat::Png),
+        _ => return Ok(None),
+    };
+    if !grid.starts_with("grids/") {
+        return Ok(None);
+    }
+    let Some(kept) = app.store.artifact(id, &format!("{grid}.json")).await? else { return Ok(None) };
+    let json = app.artifacts.read_checked(&kept.key, &kept.hash).await?;
+    let _permit = app.preparing.acquire().await.map_err(|_| Problem::internal())?;
+    let name = name.to_owned();
+    let made = tokio::task::spawn_blocking(move || results::grid_file_of(&name, format, &json)).await;
+    let made = made.map_err(|error| internal("writing a grid panicked", &error))?;
+    made.map(Some).map_err(|error| internal("writing a grid failed", &error))
 }
 
 /// The report on a tube of a finished job, made again from its document and the fluxes in its summary: the same bytes as

@@ -152,11 +152,16 @@ impl Prepared {
         self.outputs().into_iter().map(|(name, output)| self.make(name, output, merged)).collect()
     }
 
-    /// The files that a job keeps when it has finished: all but the reports on its tubes, unless it uses uploaded meshes,
-    /// which can be deleted. Those reports are made when somebody asks, by [`Self::tube_file_of`].
+    /// The files that a job keeps when it has finished: those that cannot be made again. Tables and pictures of its grids
+    /// are made from what is kept of them, by [`grid_file_of`], and reports on its tubes from the document, by
+    /// [`Self::tube_file_of`], unless it uses uploaded meshes, which can be deleted.
     pub fn kept_files(&self, merged: &Estimate) -> Result<Vec<ResultFile>, RenderError> {
-        let later = |output: &Output| matches!(output, Output::Tube(..)) && !self.has_meshes();
-        let kept = self.outputs().into_iter().filter(|(_, output)| !later(output));
+        let kept = |output: &Output| match output {
+            Output::Grid(_, format) => *format == GridFormat::Json,
+            Output::View(..) => true,
+            Output::Tube(..) => self.has_meshes(),
+        };
+        let kept = self.outputs().into_iter().filter(|(_, output)| kept(output));
         kept.map(|(name, output)| self.make(name, output, merged)).collect()
     }
 
@@ -209,25 +214,9 @@ impl Prepared {
         format: GridFormat,
         estimate: &GridEstimate,
     ) -> Result<(&'static str, Vec<u8>), RenderError> {
-        let grid = &self.scene.grids[grid];
-        let sensors = 0..estimate.sensors.len();
-        let values = || -> Vec<f64> { sensors.clone().map(|sensor| estimate.illuminance_lux(sensor)).collect() };
-        Ok(match format {
-            GridFormat::Json => {
-                let electric = self.plan.effects.is_on(EffectKind::Luminaires);
-                let result = GridResult::new(grid, estimate, self.scene.daylight.as_ref(), electric);
-                ("application/json", serde_json::to_vec_pretty(&result).map_err(|error| failed(name, error))?)
-            }
-            GridFormat::Csv => {
-                let errors: Vec<f64> = sensors.clone().map(|sensor| estimate.standard_error_lux(sensor)).collect();
-                let table = csv::grid(&grid.x_m, &grid.y_m, grid.height_m, &values(), &errors);
-                ("text/csv", table.into_bytes())
-            }
-            GridFormat::Png => {
-                let map = false_colour::illuminance(grid.cells, &values()).and_then(|raster| png::encode(&raster));
-                ("image/png", map.map_err(|error| failed(name, error))?)
-            }
-        })
+        let electric = self.plan.effects.is_on(EffectKind::Luminaires);
+        let result = GridResult::new(&self.scene.grids[grid], estimate, self.scene.daylight.as_ref(), electric);
+        written_grid(name, format, &result)
     }
 
     fn view_file(
@@ -259,6 +248,32 @@ impl Prepared {
         let name = self.name.as_deref().unwrap_or("unnamed job");
         format!("skyduct {}: {name}; {}", env!("CARGO_PKG_VERSION"), to_value(&self.provenance))
     }
+}
+
+/// The table or picture of a grid called `name`, from the JSON that is kept of it: the same bytes as at first.
+pub fn grid_file_of(name: &str, format: GridFormat, json: &[u8]) -> Result<ResultFile, RenderError> {
+    let result: GridResult = serde_json::from_slice(json).map_err(|error| failed(name, error))?;
+    let (media_type, bytes) = written_grid(name, format, &result)?;
+    Ok(ResultFile { name: name.to_owned(), media_type, bytes })
+}
+
+fn written_grid(name: &str, format: GridFormat, result: &GridResult) -> Result<(&'static str, Vec<u8>), RenderError> {
+    Ok(match format {
+        GridFormat::Json => {
+            ("application/json", serde_json::to_vec_pretty(result).map_err(|error| failed(name, error))?)
+        }
+        GridFormat::Csv => {
+            let errors = result.standard_error_lux.iter().flatten();
+            let errors: Vec<f64> = errors.map(|error| error.unwrap_or(f64::INFINITY)).collect();
+            let values = result.illuminance_lux.concat();
+            ("text/csv", csv::grid(&result.x_m, &result.y_m, result.height_m, &values, &errors).into_bytes())
+        }
+        GridFormat::Png => {
+            let map = false_colour::illuminance(result.cells, &result.illuminance_lux.concat());
+            let map = map.and_then(|raster| png::encode(&raster));
+            ("image/png", map.map_err(|error| failed(name, error))?)
+        }
+    })
 }
 
 fn image(film: &FilmEstimate) -> Image<'_> {
