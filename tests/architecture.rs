@@ -52,8 +52,7 @@ const CLOCKS: &[&str] = &["Instant::now", "SystemTime::now"];
 const TOKIO_ROOMS: &[&str] = &["http", "db", "cli", "job", "main"];
 
 /// Crates with one user each.
-const SINGLE_USERS: &[(&str, &str)] =
-    &[("obvhs", "geometry/bvh.rs"), ("tobj", "geometry/obj.rs"), ("exr", "output/exr.rs")];
+const SINGLE_USERS: &[(&str, &str)] = &[("obvhs", "geometry/bvh.rs"), ("exr", "output/exr.rs")];
 
 fn level(room: &str) -> Option<usize> {
     LEVELS.iter().position(|rooms| rooms.contains(&room))
@@ -257,7 +256,7 @@ fn climbing_imports_are_seen() {
         ("integrator/mod.rs", "use serde::{Serialize};"),
         ("document/parse.rs", "tokio::spawn(f)"),
         ("guide/mesh.rs", "use obvhs::bvh2::Bvh2;"),
-        ("document/mesh.rs", "tobj::load_obj(path)"),
+        ("document/mesh.rs", "obvhs::Bvh2::new(path)"),
         ("job/results.rs", "use exr::prelude::*;"),
         ("nowhere/mod.rs", ""),
     ];

@@ -1,14 +1,16 @@
-//! OBJ files (the only user of tobj).
+//! OBJ files.
 //!
-//! A file is read twice: the first pass ([`clean`]) checks every line, so that an error can name it, and writes down
-//! only what counts here: positions, faces of positions and material switches. The parser sees nothing else, so that
-//! neither groups nor colours nor material libraries of a file from elsewhere can lead it astray.
+//! A file is read once, line by line, so that an error names its line, the reader can be stopped at any line, and a file
+//! costs little more memory than its mesh. Only what counts here is read: positions, faces of positions and material
+//! switches. Known parsers keep every face with all its indices before the first can be looked at, which takes ten times
+//! the memory and time of a file that is made to be costly, and their errors have no lines.
 
 use std::collections::{HashMap, HashSet};
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use glam::DVec3;
 
-use super::polygon;
+use super::polygon::{self, Effort, Untriangulated};
 
 /// Triangles with material names; coordinates in metres after [`TriangleMesh::scaled`], in file units before.
 #[derive(Clone, Debug, PartialEq)]
@@ -42,14 +44,30 @@ impl TriangleMesh {
 pub struct ObjLimits {
     pub bytes: usize,
     pub line_bytes: usize,
+    pub vertices: usize,
     pub triangles: usize,
     /// Objects, groups and material switches together.
     pub objects: usize,
+    /// Different material names.
+    pub materials: usize,
+    /// Longest material name.
+    pub name_bytes: usize,
+    /// Looks at corners while concave faces are triangulated ([`polygon::Effort`]): about a second.
+    pub looks: u64,
 }
 
 impl Default for ObjLimits {
     fn default() -> Self {
-        Self { bytes: 32 << 20, line_bytes: 64 << 10, triangles: 2_000_000, objects: 10_000 }
+        Self {
+            bytes: 32 << 20,
+            line_bytes: 64 << 10,
+            vertices: 2_000_000,
+            triangles: 2_000_000,
+            objects: 10_000,
+            materials: 1000,
+            name_bytes: 256,
+            looks: 50_000_000,
+        }
     }
 }
 
@@ -61,58 +79,40 @@ pub struct ObjError {
     pub detail: String,
 }
 
+/// Lines between two looks whether the reader shall stop.
+const LINES_BETWEEN_LOOKS: usize = 1024;
+
 /// Reads an OBJ file.
 ///
 /// Polygons are triangulated; triangles without area, and repetitions of a triangle, are dropped; equal positions are
 /// one. Material names come from `usemtl`; material libraries, normals, texture coordinates, lines and points are
 /// ignored. Never touches another file.
 pub fn parse_obj(bytes: &[u8], limits: ObjLimits) -> Result<TriangleMesh, ObjError> {
-    let clean = clean(bytes, limits)?;
-    let last_line = clean.lines;
-    let failed = |detail: String| ObjError { line: last_line, detail };
-    let options = tobj::LoadOptions { triangulate: false, single_index: true, ..tobj::LoadOptions::default() };
-    let library = |_: &std::path::Path| {
-        let named = |index: usize| tobj::Material { name: index.to_string(), ..tobj::Material::default() };
-        let materials: Vec<_> = (0..clean.materials.len()).map(named).collect();
-        let by_name = materials.iter().enumerate().map(|(index, material)| (material.name.clone(), index)).collect();
-        Ok((materials, by_name))
-    };
-    let (models, _) =
-        tobj::load_obj_buf(&mut clean.text.as_bytes(), &options, library).map_err(|error| failed(error.to_string()))?;
-
-    let mut assembly = Assembly::default();
-    let mut face_lines = clean.face_lines.iter();
-    for model in &models {
-        let mesh = &model.mesh;
-        let name = mesh.material_id.and_then(|id| clean.materials.get(id)).map_or("", String::as_str);
-        let material = assembly.material(name);
-        let positions: Vec<DVec3> = mesh.positions.chunks_exact(3).map(DVec3::from_slice).collect();
-        let mut indices = mesh.indices.as_slice();
-        while !indices.is_empty() {
-            // without arities, all faces are triangles
-            let line = face_lines.next();
-            let arity = match line {
-                Some(face) => face.corners,
-                None => indices.len(),
-            };
-            let (face, rest) = indices.split_at(arity.min(indices.len()));
-            indices = rest;
-            let corners: Option<Vec<DVec3>> =
-                face.iter().map(|index| positions.get(*index as usize).copied()).collect();
-            let line = line.map_or(last_line, |face| face.line);
-            let corners = corners.ok_or_else(|| ObjError { line, detail: "a face without a position".to_owned() })?;
-            let triangles = polygon::triangulate(&corners).ok_or_else(|| ObjError {
-                line,
-                detail: format!("a concave face has at most {} corners", polygon::MOST_CONCAVE_CORNERS),
-            })?;
-            triangles.into_iter().for_each(|triangle| assembly.push(triangle.map(|k| corners[k]), material));
-        }
-    }
-    if assembly.mesh.triangles.is_empty() {
-        return Err(failed("no face in this file has an area".to_owned()));
-    }
-    Ok(assembly.mesh)
+    parse_obj_until(bytes, limits, &AtomicBool::new(false))
 }
+
+/// The same, unless `cancel` becomes true: then the error names the line that was reached.
+pub fn parse_obj_until(bytes: &[u8], limits: ObjLimits, cancel: &AtomicBool) -> Result<TriangleMesh, ObjError> {
+    if bytes.len() > limits.bytes {
+        let line = 1 + bytes[..limits.bytes].iter().filter(|byte| **byte == b'\n').count();
+        return Err(ObjError {
+            line,
+            detail: format!("a file has at most {} bytes, not {}", limits.bytes, bytes.len()),
+        });
+    }
+    let mut reader = Reader::new(limits, cancel);
+    let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+    let mut last_line = 0;
+    for (index, line) in bytes.split(|byte| *byte == b'\n').enumerate() {
+        last_line = index + 1;
+        let stop = index % LINES_BETWEEN_LOOKS == 0 && cancel.load(Ordering::Relaxed);
+        let read = if stop { Err(STOPPED.to_owned()) } else { reader.line(line) };
+        read.map_err(|detail| ObjError { line: last_line, detail })?;
+    }
+    reader.finish().map_err(|detail| ObjError { line: last_line, detail })
+}
+
+const STOPPED: &str = "reading was stopped at this line: it took too long, or nobody waits for it any more";
 
 /// A mesh in the making.
 struct Assembly {
@@ -172,54 +172,55 @@ impl Assembly {
     }
 }
 
-/// A file reduced to what counts.
-struct Clean {
-    /// `v`, `usemtl` (by index) and `f` (by absolute position).
-    text: String,
-    materials: Vec<String>,
-    face_lines: Vec<FaceLine>,
-    /// Number of lines of the file.
-    lines: usize,
-}
-
-struct FaceLine {
-    line: usize,
-    corners: usize,
-}
-
-/// Checks every line of a file and keeps what counts.
-fn clean(bytes: &[u8], limits: ObjLimits) -> Result<Clean, ObjError> {
-    if bytes.len() > limits.bytes {
-        let line = 1 + bytes[..limits.bytes].iter().filter(|byte| **byte == b'\n').count();
-        return Err(ObjError {
-            line,
-            detail: format!("a file has at most {} bytes, not {}", limits.bytes, bytes.len()),
-        });
-    }
-    let mut clean =
-        Clean { text: "mtllib materials\n".to_owned(), materials: Vec::new(), face_lines: Vec::new(), lines: 0 };
-    let mut scan = Scan { limits, vertices: 0, triangles: 0, objects: 0, material_of: HashMap::new() };
-    let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
-    for (index, line) in bytes.split(|byte| *byte == b'\n').enumerate() {
-        clean.lines = index + 1;
-        scan.line(line, &mut clean).map_err(|detail| ObjError { line: index + 1, detail })?;
-    }
-    if clean.face_lines.is_empty() {
-        return Err(ObjError { line: clean.lines, detail: "the file ends without any face".to_owned() });
-    }
-    Ok(clean)
-}
-
-struct Scan {
+/// Reads line by line.
+struct Reader<'a> {
     limits: ObjLimits,
-    vertices: usize,
+    effort: Effort<'a>,
+    /// Positions of all `v` so far.
+    vertices: Vec<DVec3>,
+    /// Corners of the face that is read now.
+    corners: Vec<DVec3>,
     triangles: usize,
     objects: usize,
-    material_of: HashMap<String, usize>,
+    names: HashSet<String>,
+    /// What `usemtl` named last.
+    name: String,
+    /// Number of `name` in the mesh; none before the first face that has it.
+    material: Option<u32>,
+    faces: bool,
+    assembly: Assembly,
 }
 
-impl Scan {
-    fn line(&mut self, line: &[u8], clean: &mut Clean) -> Result<(), String> {
+impl<'a> Reader<'a> {
+    fn new(limits: ObjLimits, cancel: &'a AtomicBool) -> Self {
+        Self {
+            limits,
+            effort: Effort { looks: limits.looks, cancel },
+            vertices: Vec::new(),
+            corners: Vec::new(),
+            triangles: 0,
+            objects: 0,
+            names: HashSet::new(),
+            name: String::new(),
+            material: None,
+            faces: false,
+            assembly: Assembly::default(),
+        }
+    }
+
+    fn finish(mut self) -> Result<TriangleMesh, String> {
+        if !self.faces {
+            return Err("the file ends without any face".to_owned());
+        }
+        if self.assembly.mesh.triangles.is_empty() {
+            return Err("no face in this file has an area".to_owned());
+        }
+        // a last switch without faces names a material, too
+        self.assembly.material(&self.name);
+        Ok(self.assembly.mesh)
+    }
+
+    fn line(&mut self, line: &[u8]) -> Result<(), String> {
         if line.len() > self.limits.line_bytes {
             return Err(format!("a line has at most {} bytes, not {}", self.limits.line_bytes, line.len()));
         }
@@ -232,7 +233,7 @@ impl Scan {
             if rest.trim_end().ends_with('\\') {
                 return Err("a line that continues in the next one is not supported yet".to_owned());
             }
-            return if keyword == "v" { self.vertex(rest, clean) } else { self.face(rest, clean) };
+            return if keyword == "v" { self.vertex(rest) } else { self.face(rest) };
         }
         if matches!(keyword, "o" | "g" | "usemtl") {
             self.objects += 1;
@@ -240,85 +241,118 @@ impl Scan {
                 return Err(format!("more than {} objects, groups and material switches", self.limits.objects));
             }
         }
-        if keyword == "usemtl" {
-            let name = rest.trim();
-            if name.is_empty() {
-                return Err("`usemtl` without a name".to_owned());
+        if keyword == "usemtl" { self.switch_material(rest.trim()) } else { Ok(()) }
+    }
+
+    fn switch_material(&mut self, name: &str) -> Result<(), String> {
+        if name.is_empty() {
+            return Err("`usemtl` without a name".to_owned());
+        }
+        if name.len() > self.limits.name_bytes {
+            return Err(format!("a material name has at most {} bytes, not {}", self.limits.name_bytes, name.len()));
+        }
+        if !self.names.contains(name) {
+            if self.names.len() == self.limits.materials {
+                return Err(format!("more than {} materials", self.limits.materials));
             }
-            let index = *self.material_of.entry(name.to_owned()).or_insert_with(|| {
-                clean.materials.push(name.to_owned());
-                clean.materials.len() - 1
-            });
-            clean.text.push_str(&format!("usemtl {index}\n"));
+            self.names.insert(name.to_owned());
+        }
+        if self.name != name {
+            self.name.clear();
+            self.name.push_str(name);
+            self.material = None;
         }
         Ok(())
     }
 
     /// `v x y z`, with a weight or a colour.
-    fn vertex(&mut self, rest: &str, clean: &mut Clean) -> Result<(), String> {
-        let numbers: Vec<&str> = rest.split_whitespace().collect();
-        if numbers.len() < 3 {
-            return Err(format!("a vertex has three coordinates, not {}", numbers.len()));
+    fn vertex(&mut self, rest: &str) -> Result<(), String> {
+        if self.vertices.len() == self.limits.vertices {
+            return Err(format!("more than {} vertices", self.limits.vertices));
         }
         let number = |text: &str| match text.parse::<f64>() {
             Ok(value) if value.is_finite() => Ok(value),
             Ok(_) => Err(format!("a coordinate must be finite, but is {text:?}")),
             Err(_) => Err(format!("{text:?} is not a number")),
         };
-        let weight = if numbers.len() == 4 { number(numbers[3])? } else { 1.0 };
+        let count = rest.split_whitespace().count();
+        if count < 3 {
+            return Err(format!("a vertex has three coordinates, not {count}"));
+        }
+        let mut numbers = rest.split_whitespace();
+        let weight = if count == 4 { numbers.clone().last().map_or(Ok(1.0), number)? } else { 1.0 };
         if weight == 0.0 {
             return Err("the weight of a vertex must not be zero".to_owned());
         }
         let mut position = [0.0; 3];
-        for (coordinate, text) in position.iter_mut().zip(&numbers) {
+        for (coordinate, text) in position.iter_mut().zip(&mut numbers) {
             *coordinate = number(text)? / weight;
         }
         if position.iter().any(|coordinate| !coordinate.is_finite()) {
             return Err("a coordinate divided by its weight is not finite".to_owned());
         }
-        let [x, y, z] = position;
-        clean.text.push_str(&format!("v {x:e} {y:e} {z:e}\n"));
-        self.vertices += 1;
+        self.vertices.push(DVec3::from_array(position));
         Ok(())
     }
 
     /// `f` with corners `position/texture/normal`, each counted from 1, or backward from -1.
-    fn face(&mut self, rest: &str, clean: &mut Clean) -> Result<(), String> {
-        let mut corners = 0;
-        clean.text.push('f');
+    fn face(&mut self, rest: &str) -> Result<(), String> {
+        self.corners.clear();
         for corner in rest.split_whitespace() {
-            let mut indices = corner.split('/').map(|index| match index {
-                "" => Ok(None),
-                index => index.parse::<i64>().map(Some).map_err(|_| format!("{index:?} is not an index")),
-            });
-            let position = indices.next().transpose()?.flatten();
-            if indices.collect::<Result<Vec<_>, _>>()?.len() > 2 {
-                return Err(format!("a corner has at most three indices: {corner:?}"));
-            }
-            let position = position.ok_or_else(|| format!("a corner without a position: {corner:?}"))?;
-            let vertices = self.vertices as i64;
+            let position = corner_position(corner)?;
+            let vertices = self.vertices.len() as i64;
             let absolute = if position < 0 { vertices.saturating_add(position).saturating_add(1) } else { position };
-            if position == 0 {
-                return Err("index 0: vertices are counted from 1".to_owned());
-            }
-            if absolute < 1 || absolute > vertices {
-                return Err(format!(
-                    "index {position} is out of range: there are {vertices} vertices before this line"
-                ));
-            }
-            clean.text.push_str(&format!(" {absolute}"));
-            corners += 1;
+            let index = usize::try_from(absolute).ok().and_then(|absolute| absolute.checked_sub(1));
+            let vertex = index.and_then(|index| self.vertices.get(index));
+            let vertex = vertex.ok_or_else(|| {
+                format!("index {position} is out of range: there are {vertices} vertices before this line")
+            })?;
+            self.corners.push(*vertex);
         }
+        let corners = self.corners.len();
         if corners < 3 {
             return Err(format!("a face has at least 3 corners, not {corners}"));
         }
-        clean.text.push('\n');
         self.triangles += corners - 2;
         if self.triangles > self.limits.triangles {
             return Err(format!("more than {} triangles", self.limits.triangles));
         }
-        clean.face_lines.push(FaceLine { line: clean.lines, corners });
+        self.faces = true;
+        let material = match self.material {
+            Some(material) => material,
+            None => *self.material.insert(self.assembly.material(&self.name)),
+        };
+        let triangles = polygon::triangulate(&self.corners, &mut self.effort).map_err(|reason| match reason {
+            Untriangulated::Cancelled => STOPPED.to_owned(),
+            Untriangulated::TooCostly => format!(
+                "this concave face of {corners} corners, with the concave faces before it, costs too much to triangulate: split it"
+            ),
+        })?;
+        for triangle in triangles {
+            self.assembly.push(triangle.map(|corner| self.corners[corner]), material);
+        }
         Ok(())
+    }
+}
+
+/// The first index of `position/texture/normal`; the others are indices, too, or nothing.
+fn corner_position(corner: &str) -> Result<i64, String> {
+    let mut position = None;
+    for (place, index) in corner.split('/').enumerate() {
+        let index = match index {
+            "" => None,
+            index => Some(index.parse::<i64>().map_err(|_| format!("{index:?} is not an index"))?),
+        };
+        match place {
+            0 => position = index,
+            1 | 2 => {}
+            _ => return Err(format!("a corner has at most three indices: {corner:?}")),
+        }
+    }
+    match position {
+        None => Err(format!("a corner without a position: {corner:?}")),
+        Some(0) => Err("index 0: vertices are counted from 1".to_owned()),
+        Some(position) => Ok(position),
     }
 }
 
@@ -389,6 +423,8 @@ mod tests {
             ("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 \\\n3\n", 4, "continues"),
             ("usemtl\nf 1 2 3\n", 1, "without a name"),
             ("v 0 0 0\nf 1 1 1\n", 3, "has an area"),
+            ("v 0 0 0\nf 1 0/a 1\n", 2, "not an index"),
+            ("v 0 0 0\nf 1// 1 1\nv x 0 0\n", 3, "not a number"),
         ];
         for (text, line, detail) in cases {
             let error = parse(text).unwrap_err();
@@ -399,11 +435,33 @@ mod tests {
 
     #[test]
     fn limits_hold() {
-        let limits = ObjLimits { bytes: 1000, line_bytes: 100, triangles: 3, objects: 2 };
+        let limits = ObjLimits {
+            bytes: 1000,
+            line_bytes: 100,
+            vertices: 6,
+            triangles: 4,
+            objects: 3,
+            materials: 1,
+            name_bytes: 5,
+            looks: 12,
+        };
         let error = |text: String| parse_obj(text.as_bytes(), limits).unwrap_err();
         assert!(error("#\n".repeat(501)).detail.contains("1000 bytes"));
         assert_eq!(error(format!("v 0 0 0\n#{}", "x".repeat(100))).line, 2);
-        assert_eq!(error(format!("{SQUARE}f 1 2 3 4\nf 1 2 3 4\n")).line, 6);
-        assert_eq!(error("o a\ng b\nusemtl c\n".to_owned()).line, 3);
+        assert_eq!(error(format!("{SQUARE}f 1 2 3 4\nf 1 2 3 4\nf 1 2 3\n")).line, 7);
+        assert_eq!(error("o a\ng b\nusemtl c\no d\n".to_owned()).line, 4);
+        assert_eq!(error("usemtl a\nusemtl a\nusemtl b\n".to_owned()).line, 3);
+        assert_eq!(error("\nusemtl long names\n".to_owned()).line, 2);
+        assert_eq!(error(SQUARE.repeat(2)).line, 7);
+        let notched = "v 2 0 0\nv 2 1 0\nv 1 1 0\nv 1 2 0\nv 0 2 0\nv 0 0 0\nf 1 2 3 4 5 6\n";
+        let costly = error(notched.to_owned());
+        assert!(costly.line == 7 && costly.detail.contains("6 corners"), "{costly}");
+    }
+
+    #[test]
+    fn a_reader_that_is_stopped_names_its_line() {
+        let text = format!("{SQUARE}{}", "f 1 2 3 4\n".repeat(3000));
+        let error = parse_obj_until(text.as_bytes(), ObjLimits::default(), &AtomicBool::new(true)).unwrap_err();
+        assert!(error.line == 1 && error.detail.contains("stopped"), "{error}");
     }
 }
