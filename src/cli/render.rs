@@ -102,6 +102,9 @@ fn render(prepared: &Prepared, cancelled: &AtomicBool) -> anyhow::Result<Rendere
         index += 1;
     };
     observer.progress.finish();
+    if let Some(reason) = prepared.no_results(stopped_by, &estimate) {
+        anyhow::bail!(reason);
+    }
     let reports = observer.reports.into_inner().unwrap_or_else(PoisonError::into_inner);
     Ok(Rendered { estimate, seconds, stopped_by, reports })
 }

@@ -56,6 +56,11 @@ pub struct DocumentErrors(pub Vec<FieldError>);
 pub trait MeshSource {
     /// The mesh in file units, or one sentence (with the line where it can be named) of why there is none.
     fn load(&self, id: &str) -> Result<Arc<TriangleMesh>, String>;
+
+    /// Whether nobody waits for the document any more; then preparing it ends soon.
+    fn is_cancelled(&self) -> bool {
+        false
+    }
 }
 
 /// A note to the user: the result is valid, but not what a reader may expect.

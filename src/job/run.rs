@@ -97,7 +97,8 @@ pub struct PassReport {
 
 /// What the caller of a chunk hears and says while it runs.
 pub trait Observer: Sync {
-    /// Looked at every few milliseconds; true ends the chunk within one pass, whose partial work is dropped.
+    /// Looked at every few milliseconds; true ends the chunk within a pass, whose partial work is dropped, as does the end of
+    /// the job's `max_seconds`.
     fn cancelled(&self) -> bool;
     /// After every pass; `merged` is everything so far, earlier chunks included.
     fn pass_done(&self, report: &PassReport, merged: &Estimate);
@@ -141,8 +142,8 @@ const BYTES_PER_TUBE: usize = 1 << 19;
 const BYTES_PER_TRIANGLE: usize = 512;
 const BYTES_PER_SENSOR: usize = 64;
 
-/// How often a running pass looks whether it is cancelled.
-const CANCEL_POLL: Duration = Duration::from_millis(20);
+/// How often somebody looks whether a running pass is cancelled, or has used up the job's seconds.
+const STOP_POLL: Duration = Duration::from_millis(20);
 
 /// Validates a document (JSON text), loads its meshes, builds the scene and the plan.
 pub fn prepare(document: &[u8], meshes: &dyn MeshSource) -> Result<Prepared, DocumentErrors> {
@@ -152,10 +153,16 @@ pub fn prepare(document: &[u8], meshes: &dyn MeshSource) -> Result<Prepared, Doc
 /// The same for a parsed document.
 pub fn prepare_document(document: &JobDocument, meshes: &dyn MeshSource) -> Result<Prepared, DocumentErrors> {
     let refused = |pointer: &str, detail: String| DocumentErrors(vec![FieldError { pointer: pointer.into(), detail }]);
+    let still_wanted = || match meshes.is_cancelled() {
+        true => Err(refused("", "nobody waits for this document any more".into())),
+        false => Ok(()),
+    };
     let (scene, mut warnings, mut provenance) = document::to_scene(document, meshes)?;
+    still_wanted()?;
     let effects = Effects::of(&scene, &document.effect_requests());
     let kernel = plan::compile(&scene, &effects)
         .map_err(|error| refused(&format!("/tubes/{}/parts", error.tube), error.error.to_string()))?;
+    still_wanted()?;
     let request = document.method.request();
     let methods =
         Methods::choose(&scene, &kernel, &request).map_err(|refusal| refused("/method", refusal.to_string()))?;
@@ -302,46 +309,53 @@ impl Prepared {
         observer: &dyn Observer,
     ) -> Result<Chunk, RenderError> {
         let passes = self.chunk(index).unwrap_or(0..0);
-        let start = Instant::now();
-        let cancel = AtomicBool::new(false);
+        let clock = Clock { start: Instant::now(), before: seconds_before };
+        let stop = PassStop::default();
         let done = AtomicBool::new(false);
         std::thread::scope(|scope| {
             let watcher = scope.spawn(|| {
                 while !done.load(Ordering::Acquire) {
-                    if observer.cancelled() {
-                        cancel.store(true, Ordering::Relaxed);
+                    if let Some(reason) = self.must_stop(&clock, observer) {
+                        stop.set(reason);
                         return;
                     }
-                    std::thread::park_timeout(CANCEL_POLL);
+                    std::thread::park_timeout(STOP_POLL);
                 }
             });
             // also when a pass panics: the scope waits for the watcher before the panic goes on
             let _ends_watcher = EndsWatcher { done: &done, watcher: watcher.thread() };
-            self.render_passes(passes, before, seconds_before, start, &cancel, observer)
+            self.render_passes(passes, before, &clock, &stop, observer)
         })
+    }
+
+    /// Why the running pass must end at once.
+    fn must_stop(&self, clock: &Clock, observer: &dyn Observer) -> Option<StoppedBy> {
+        if observer.cancelled() {
+            return Some(StoppedBy::Cancelled);
+        }
+        (clock.seconds() >= self.stop.max_seconds).then_some(StoppedBy::MaxSeconds)
     }
 
     fn render_passes(
         &self,
         passes: Range<u64>,
         before: &Estimate,
-        seconds_before: f64,
-        start: Instant,
-        cancel: &AtomicBool,
+        clock: &Clock,
+        stop: &PassStop,
         observer: &dyn Observer,
     ) -> Result<Chunk, RenderError> {
         let mut estimate = self.empty_estimate();
         estimate.carried.clone_from(&before.carried);
         let mut ended = None;
         for pass in passes {
-            if !self.engine.add_pass(pass, &mut estimate, cancel) {
-                ended = Some(StoppedBy::Cancelled);
+            if !self.engine.add_pass(pass, &mut estimate, &stop.now) {
+                ended = Some(stop.reason());
                 break;
             }
             if let Some(place) = estimate.first_not_finite() {
                 return Err(RenderError::NotFinite { pass, place });
             }
-            let seconds = seconds_before + start.elapsed().as_secs_f64();
+            let seconds = clock.seconds();
             let mut merged = before.clone();
             merge(&mut merged, &estimate);
             observer.pass_done(&self.report(&merged, seconds), &merged);
@@ -351,7 +365,7 @@ impl Prepared {
                 break;
             }
         }
-        Ok(Chunk { estimate, seconds: start.elapsed().as_secs_f64(), ended })
+        Ok(Chunk { estimate, seconds: clock.start.elapsed().as_secs_f64(), ended })
     }
 
     fn report(&self, merged: &Estimate, seconds: f64) -> PassReport {
@@ -414,6 +428,17 @@ impl Prepared {
         }
     }
 
+    /// Why a job has no results that ended before its first pass did: `None` for a cancelled one.
+    pub fn no_results(&self, stopped_by: StoppedBy, merged: &Estimate) -> Option<String> {
+        (stopped_by == StoppedBy::MaxSeconds && merged.passes == 0).then(|| {
+            format!(
+                "/stop/max_seconds: not one pass ended within {} s; allow more seconds, or ask for smaller passes: fewer pixels, \
+                 cells, samples or photons",
+                self.stop.max_seconds
+            )
+        })
+    }
+
     /// Whether every value is exactly zero.
     pub(super) fn is_dark(&self) -> bool {
         matches!(self.engine, Engine::Dark)
@@ -421,6 +446,41 @@ impl Prepared {
 
     pub fn accuracy(&self, merged: &Estimate) -> Accuracy {
         self.stop.accuracy(merged)
+    }
+}
+
+/// Render time of the job.
+struct Clock {
+    start: Instant,
+    /// Of earlier chunks.
+    before: f64,
+}
+
+impl Clock {
+    fn seconds(&self) -> f64 {
+        self.before + self.start.elapsed().as_secs_f64()
+    }
+}
+
+/// Tells a running pass to end; its partial work is dropped.
+#[derive(Default)]
+struct PassStop {
+    now: AtomicBool,
+    /// Written before `now`.
+    out_of_time: AtomicBool,
+}
+
+impl PassStop {
+    fn set(&self, reason: StoppedBy) {
+        self.out_of_time.store(reason == StoppedBy::MaxSeconds, Ordering::Relaxed);
+        self.now.store(true, Ordering::Release);
+    }
+
+    fn reason(&self) -> StoppedBy {
+        match self.out_of_time.load(Ordering::Relaxed) {
+            true => StoppedBy::MaxSeconds,
+            false => StoppedBy::Cancelled,
+        }
     }
 }
 

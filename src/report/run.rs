@@ -54,9 +54,11 @@ pub fn render(document: &Value, meshes: &Path) -> Result<(Prepared, Estimate), R
         let chunk = prepared.render_chunk(index, &merged, seconds, &quiet)?;
         merge(&mut merged, &chunk.estimate);
         seconds += chunk.seconds;
-        if chunk.ended.or_else(|| prepared.stop_after(index, &merged)).is_some() {
-            break;
+        let Some(stopped_by) = chunk.ended.or_else(|| prepared.stop_after(index, &merged)) else { continue };
+        if let Some(reason) = prepared.no_results(stopped_by, &merged) {
+            return Err(ReportError::Case(reason));
         }
+        break;
     }
     Ok((prepared, merged))
 }
