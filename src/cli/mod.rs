@@ -3,6 +3,7 @@
 pub mod client;
 pub mod config;
 pub mod demo;
+pub mod healthcheck;
 pub mod mesh_files;
 pub mod plan;
 pub mod progress;
@@ -38,6 +39,8 @@ pub enum Command {
     Thesis(thesis::ThesisArgs),
     /// Send a job document to a service, follow it, and save its results
     Submit(submit::SubmitArgs),
+    /// Ask a service whether it is ready (exit status 0)
+    Healthcheck(healthcheck::HealthcheckArgs),
 }
 
 impl Command {
@@ -54,6 +57,7 @@ impl Command {
             Self::Validate(args) => validate::run(args),
             Self::Thesis(args) => thesis::run(args),
             Self::Submit(args) => submit::run(args),
+            Self::Healthcheck(args) => healthcheck::run(args),
         }
     }
 }
