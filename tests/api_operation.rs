@@ -146,7 +146,10 @@ async fn a_request_that_never_ends_is_ended() {
     tokio::time::timeout(PATIENCE, half_head.read_to_end(&mut answer)).await.unwrap().unwrap();
 
     let mut half_body = tokio::net::TcpStream::connect(service.running.address).await.unwrap();
-    let head = "POST /v1/jobs HTTP/1.1\r\nhost: x\r\ncontent-type: application/json\r\ncontent-length: 100\r\n\r\n{";
+    let address = service.running.address;
+    let head = format!(
+        "POST /v1/jobs HTTP/1.1\r\nhost: {address}\r\ncontent-type: application/json\r\ncontent-length: 100\r\n\r\n{{"
+    );
     half_body.write_all(head.as_bytes()).await.unwrap();
     let mut answer = vec![0; 4096];
     let length = tokio::time::timeout(PATIENCE, half_body.read(&mut answer)).await.unwrap().unwrap();

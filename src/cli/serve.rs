@@ -11,16 +11,16 @@ use anyhow::{Context, bail};
 use metrics_exporter_prometheus::{Matcher, PrometheusBuilder, PrometheusHandle};
 use tokio::net::TcpListener;
 use tokio::signal::unix::{SignalKind, signal};
-use tokio::sync::Semaphore;
 use tokio::task::JoinHandle;
 use tokio_util::sync::CancellationToken;
 
 use crate::cli::config::{Config, Flags, Role};
 use crate::cli::telemetry;
 use crate::db::SqliteStore;
-use crate::http::{self, Service};
+use crate::http::{self, Access, Permits, Service, WatchedJobs};
 use crate::job::artifacts::Artifacts;
 use crate::job::live::LiveJobs;
+use crate::job::meshes::Meshes;
 use crate::job::store::Store;
 use crate::job::worker::Worker;
 
@@ -120,7 +120,8 @@ impl RunningService {
         let address = listener.local_addr()?;
         let shutdown = CancellationToken::new();
         let live = Arc::new(LiveJobs::default());
-        let worker = Worker::new(store.clone(), artifacts.clone(), live.clone(), shutdown.clone())
+        let meshes = Meshes::new(store.clone(), artifacts.clone());
+        let worker = Worker::new(store.clone(), artifacts.clone(), meshes.clone(), live.clone(), shutdown.clone())
             .context("the render threads cannot start")?;
         let worker = tokio::spawn(worker.run());
         tokio::spawn(sweep(store.clone(), artifacts.clone(), started));
@@ -130,8 +131,15 @@ impl RunningService {
             live,
             metrics: metrics_handle()?,
             shutdown: shutdown.clone(),
-            preparing: Semaphore::new(config.limits.preparing),
+            meshes,
+            permits: Permits::new(&config.limits),
+            watched: WatchedJobs::default(),
             limits: config.limits.clone(),
+            access: Access {
+                listen: address,
+                allowed_hosts: config.allowed_hosts.clone(),
+                cors_origins: config.cors_origins.clone(),
+            },
         });
         let router = http::router(service);
         let stop = shutdown.clone();

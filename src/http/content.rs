@@ -25,9 +25,9 @@ pub async fn stored(headers: &HeaderMap, artifacts: &Artifacts, artifact: &Artif
 }
 
 /// Bytes made for this request; equal bytes have equal tags.
-pub fn made(headers: &HeaderMap, bytes: Vec<u8>, media_type: &str) -> Result<Response, Problem> {
+pub fn made(headers: &HeaderMap, bytes: impl Into<Bytes>, media_type: &str) -> Result<Response, Problem> {
+    let bytes = bytes.into();
     let hash = blake3::hash(&bytes).to_hex();
-    let bytes = Bytes::from(bytes);
     let size = bytes.len() as u64;
     let answer = Answer::new(headers, &hash, size)?;
     let body = match &answer {

@@ -9,18 +9,18 @@ use axum::http::{HeaderMap, StatusCode};
 use axum::response::sse::{Event as SseEvent, KeepAlive, Sse};
 use axum::response::{IntoResponse, Response};
 use futures::stream::{self, Stream};
+use metrics::counter;
 use serde::Deserialize;
-use tokio::sync::broadcast;
+use tokio::sync::{OwnedSemaphorePermit, broadcast};
 use utoipa::IntoParams;
 use uuid::Uuid;
 
 use crate::http::event_schemas::{JobEvent, events as events_of_a_job};
 use crate::http::problem::{Path, Problem, Query};
+use crate::http::watched::{EVENTS_AT_ONCE, News, SentEvent, WatchedJobs};
 use crate::http::{App, Service};
-use crate::job::store::{Change, Event, StoreError, is_final_event};
+use crate::job::store::StoreError;
 
-/// Events read at once; a slow reader costs no more memory than these.
-const EVENTS_AT_ONCE: u32 = 256;
 const HEARTBEAT: Duration = Duration::from_secs(15);
 /// A client that lost the connection waits so long before it comes back.
 const RETRY: Duration = Duration::from_secs(3);
@@ -47,7 +47,8 @@ pub struct EventsQuery {
         (status = 200, description = "The stream", body = JobEvent, content_type = "text/event-stream"),
         (status = 204, description = "All events were received before"),
         (status = 400, description = "Last-Event-ID is not an event id", body = Problem, content_type = "application/problem+json"),
-        (status = 404, description = "No such job", body = Problem, content_type = "application/problem+json")))]
+        (status = 404, description = "No such job", body = Problem, content_type = "application/problem+json"),
+        (status = 503, description = "Too many streams are open", body = Problem, content_type = "application/problem+json")))]
 pub async fn events(
     app: App,
     Path(id): Path<Uuid>,
@@ -65,8 +66,9 @@ pub async fn events(
         None => query.after,
     };
     let last = last.unwrap_or(0);
-    // subscribed before the first look, so that nothing falls between
-    let changes = app.store.changes();
+    let Ok(permit) = app.permits.streams.clone().try_acquire_owned() else {
+        return Err(Problem::unavailable("all event streams that the service allows are open; try again later"));
+    };
     let head = app.store.job_head(id).await?.ok_or_else(|| Problem::not_found("there is no such job"))?;
     if !(0..=head.last_seq).contains(&last) {
         return Err(Problem::bad_request(format!("the job's event ids are 1 to {}", head.last_seq)));
@@ -74,17 +76,26 @@ pub async fn events(
     if head.status.is_final() && last == head.last_seq {
         return Ok(StatusCode::NO_CONTENT.into_response());
     }
-    let feed = Feed { app: app.0, id, last, changes, read: VecDeque::new(), ended: false };
+    // subscribed before the first look at its events, so that nothing falls between
+    let news = (!head.status.is_final()).then(|| WatchedJobs::watch(&app, id));
+    let feed = Feed { app: app.0, id, last, news, read: VecDeque::new(), missed: true, ended: false, _permit: permit };
     Ok(Sse::new(feed.into_stream()).keep_alive(KeepAlive::new().interval(HEARTBEAT)).into_response())
 }
 
+/// One stream: first what was missed, from the store, then what the job's reader tells.
 struct Feed {
     app: Arc<Service>,
     id: Uuid,
+    /// Id of the last event that was sent.
     last: i64,
-    changes: broadcast::Receiver<Change>,
-    read: VecDeque<Event>,
+    /// `None` once nothing comes any more but what the store has.
+    news: Option<broadcast::Receiver<Arc<News>>>,
+    read: VecDeque<SentEvent>,
+    /// There may be events in the store after `last` that nobody will tell.
+    missed: bool,
     ended: bool,
+    /// Of the streams that may be open.
+    _permit: OwnedSemaphorePermit,
 }
 
 impl Feed {
@@ -99,56 +110,43 @@ impl Feed {
                     return None;
                 }
             };
-            Some((Ok(feed.to_sse(&event)), feed))
+            Some((Ok(event.text), feed))
         });
         stream::StreamExt::chain(first, events)
     }
 
-    async fn next(&mut self) -> Result<Option<Event>, StoreError> {
+    async fn next(&mut self) -> Result<Option<SentEvent>, StoreError> {
         loop {
             if let Some(event) = self.read.pop_front() {
                 self.last = event.seq;
-                self.ended = is_final_event(&event.name);
+                self.ended = event.is_final;
                 return Ok(Some(event));
             }
             if self.ended || self.app.shutdown.is_cancelled() {
                 return Ok(None);
             }
-            self.read = self.app.store.events(self.id, self.last, EVENTS_AT_ONCE).await?.into();
-            if !self.read.is_empty() {
+            if self.missed {
+                let events = self.app.store.events(self.id, self.last, EVENTS_AT_ONCE).await?;
+                counter!("skyduct_event_reads_total", "by" => "stream").increment(1);
+                self.missed = !events.is_empty();
+                self.read = events.iter().map(|event| SentEvent::new(self.id, event)).collect();
                 continue;
             }
-            if self.app.store.job_head(self.id).await?.is_none() {
-                return Ok(None);
-            }
-            if !self.changed().await {
-                return Ok(None);
-            }
-        }
-    }
-
-    /// Waits until the job may have new events; `false` when the service ends.
-    async fn changed(&mut self) -> bool {
-        loop {
-            tokio::select! {
-                () = self.app.shutdown.cancelled() => return false,
-                change = self.changes.recv() => match change {
-                    Ok(Change::Job(id)) if id == self.id => return true,
-                    Ok(_) => {}
-                    Err(broadcast::error::RecvError::Lagged(_)) => return true,
-                    Err(broadcast::error::RecvError::Closed) => return false,
-                },
+            let Some(news) = &mut self.news else { return Ok(None) };
+            let told = tokio::select! {
+                () = self.app.shutdown.cancelled() => return Ok(None),
+                told = news.recv() => told,
+            };
+            match told {
+                Ok(news) if news.previous > self.last => self.missed = true,
+                Ok(news) => self.read.extend(news.event.iter().filter(|event| event.seq > self.last).cloned()),
+                Err(broadcast::error::RecvError::Lagged(_)) => self.missed = true,
+                Err(broadcast::error::RecvError::Closed) => {
+                    // its last words may have been missed
+                    self.news = None;
+                    self.missed = true;
+                }
             }
         }
-    }
-
-    fn to_sse(&self, event: &Event) -> SseEvent {
-        let mut data = event.data.clone();
-        if event.name == "image"
-            && let (Some(view), Some(passes)) = (data["view"].as_str(), data["passes"].as_u64())
-        {
-            data["url"] = format!("/v1/jobs/{}/views/{view}.png?pass={passes}", self.id).into();
-        }
-        SseEvent::default().id(event.seq.to_string()).event(&event.name).data(data.to_string())
     }
 }

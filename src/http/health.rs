@@ -39,6 +39,9 @@ pub async fn metrics(app: App) -> Result<impl IntoResponse, Problem> {
     for status in [JobStatus::Queued, JobStatus::Running] {
         gauge!("skyduct_jobs", "status" => status.name()).set(app.store.count(status).await? as f64);
     }
+    gauge!("skyduct_event_streams")
+        .set(app.limits.streams.saturating_sub(app.permits.streams.available_permits()) as f64);
+    gauge!("skyduct_watched_jobs").set(app.watched.count() as f64);
     app.metrics.run_upkeep();
     Ok((StatusCode::OK, [(header::CONTENT_TYPE, "text/plain; version=0.0.4; charset=utf-8")], app.metrics.render()))
 }

@@ -18,10 +18,10 @@ use crate::document::result::{
     AccuracyResult, EnergyResult, ExternalIlluminance, GridStatistics, PlanResult, TimingResult, TubeResult,
 };
 use crate::document::schema::PixelCounts;
-use crate::document::{DocumentErrors, JobDocument, Provenance, Warning};
+use crate::document::{DocumentErrors, FieldError, JobDocument, Provenance, Warning};
+use crate::http::limits::{off_thread, permit};
 use crate::http::problem::{Path, Problem, Query};
 use crate::http::{App, Service, content};
-use crate::job::meshes::UploadedMeshes;
 use crate::job::run::{self, Prepared, StoppedBy};
 use crate::job::store::*;
 
@@ -359,6 +359,9 @@ impl Posted {
         }
         let text = String::from_utf8(body?.into())
             .map_err(|error| not_json(format!("not UTF-8 after byte {}", error.utf8_error().valid_up_to())))?;
+        if text.starts_with('\u{feff}') {
+            return Err(not_json("it begins with a byte order mark (U+FEFF): save it as UTF-8 without one".into()));
+        }
         let value: Value = serde_json::from_str(&text).map_err(|error| not_json(error.to_string()))?;
         let mut hasher = blake3::Hasher::new();
         hash_canonical(&value, &mut hasher);
@@ -394,20 +397,24 @@ fn hash_canonical(value: &Value, hasher: &mut blake3::Hasher) {
 
 /// Off the async threads: meshes can be large. Answers the uploaded meshes that the document uses, too.
 async fn prepare(app: &Service, document: String) -> Result<(Prepared, Vec<String>), Problem> {
-    let _permit = app.preparing.acquire().await.map_err(|_| Problem::internal())?;
-    let meshes = UploadedMeshes::new(app.store.clone(), app.artifacts.clone(), tokio::runtime::Handle::current());
+    let (meshes, runtime) = (app.meshes.clone(), tokio::runtime::Handle::current());
     let memory_limit = app.limits.memory_limit_bytes();
-    let prepared = tokio::task::spawn_blocking(move || {
+    let prepared = off_thread(permit(&app.permits.preparing).await?, move |cancel| {
+        let meshes = meshes.for_document(runtime, cancel);
         let prepared = run::prepare(document.as_bytes(), &meshes)?;
         prepared.check_memory(memory_limit)?;
         Ok::<_, DocumentErrors>((prepared, meshes.loaded()))
-    })
-    .await
-    .map_err(|error| {
-        tracing::error!(%error, "preparing a document panicked");
-        Problem::internal()
-    })?;
-    Ok(prepared?)
+    });
+    let (prepared, meshes) = prepared.await??;
+    let (asked, most) = (prepared.stop.max_seconds, app.limits.max_seconds);
+    if asked > most {
+        return Err(DocumentErrors(vec![FieldError {
+            pointer: "/stop/max_seconds".into(),
+            detail: format!("must be <= {most} on this service, but is {asked}"),
+        }])
+        .into());
+    }
+    Ok((prepared, meshes))
 }
 
 /// What a document would simulate and what not, and why; queues nothing.

@@ -1,7 +1,9 @@
 //! Meshes: uploaded, looked at, deleted.
 
+use std::time::Duration;
+
 use axum::Json;
-use axum::extract::rejection::BytesRejection;
+use axum::extract::{FromRequest, Request};
 use axum::http::{HeaderMap, StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use bytes::Bytes;
@@ -10,9 +12,13 @@ use serde::Serialize;
 use utoipa::ToSchema;
 
 use crate::http::App;
+use crate::http::limits::permit;
 use crate::http::problem::{Path, Problem};
-use crate::job::meshes::{UploadError, upload};
+use crate::job::meshes::UploadError;
 use crate::job::store::{Mesh, MeshDeletion};
+
+/// An upload waits so long for others to be read.
+const WAIT_FOR_OTHERS: Duration = Duration::from_secs(10);
 
 /// An uploaded mesh.
 #[derive(Serialize, ToSchema)]
@@ -49,8 +55,9 @@ impl From<Mesh> for MeshResource {
         (status = 201, description = "It is there", body = MeshResource, headers(("Location" = String, description = "Path of the mesh"))),
         (status = 413, description = "Too long", body = Problem, content_type = "application/problem+json"),
         (status = 415, description = "Not an OBJ file", body = Problem, content_type = "application/problem+json"),
-        (status = 422, description = "The file is broken; the detail names the line", body = Problem, content_type = "application/problem+json")))]
-pub async fn create(app: App, headers: HeaderMap, body: Result<Bytes, BytesRejection>) -> Result<Response, Problem> {
+        (status = 422, description = "The file is broken; the detail names the line", body = Problem, content_type = "application/problem+json"),
+        (status = 503, description = "Other files are being read", body = Problem, content_type = "application/problem+json")))]
+pub async fn create(app: App, headers: HeaderMap, request: Request) -> Result<Response, Problem> {
     let content_type = headers.get(header::CONTENT_TYPE).and_then(|value| value.to_str().ok()).unwrap_or("");
     let media_type = content_type.split(';').next().unwrap_or("").trim().to_ascii_lowercase();
     if !matches!(media_type.as_str(), "" | "model/obj" | "text/plain" | "application/octet-stream") {
@@ -58,7 +65,12 @@ pub async fn create(app: App, headers: HeaderMap, body: Result<Bytes, BytesRejec
             "a mesh is the text of an OBJ file: model/obj, text/plain or application/octet-stream",
         ));
     }
-    let mesh = upload(app.store.as_ref(), &app.artifacts, body?).await?;
+    // before the body, so that only so many are in memory
+    let permit = tokio::time::timeout(WAIT_FOR_OTHERS, permit(&app.permits.uploads))
+        .await
+        .map_err(|_| Problem::unavailable("other meshes are being read; try again later"))??;
+    let body = Bytes::from_request(request, &()).await?;
+    let mesh = app.meshes.upload(body, permit).await?;
     let location = [(header::LOCATION, format!("/v1/meshes/{}", mesh.id))];
     Ok((StatusCode::CREATED, location, Json(MeshResource::from(mesh))).into_response())
 }

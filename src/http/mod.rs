@@ -1,5 +1,6 @@
 //! The HTTP interface: what a request means, and how answers look.
 
+pub mod access;
 pub mod content;
 pub mod event_schemas;
 pub mod events;
@@ -14,31 +15,36 @@ pub mod router;
 pub mod server;
 pub mod skies;
 pub mod tubes;
+pub mod watched;
 
 use std::sync::Arc;
 
 use metrics_exporter_prometheus::PrometheusHandle;
-use tokio::sync::Semaphore;
 use tokio_util::sync::CancellationToken;
 
 use crate::job::artifacts::Artifacts;
 use crate::job::live::LiveJobs;
+use crate::job::meshes::Meshes;
 use crate::job::store::Store;
 
-pub use limits::Limits;
+pub use access::Access;
+pub use limits::{Limits, Permits};
 pub use router::router;
+pub use watched::WatchedJobs;
 
 /// What every handler may need.
 pub struct Service {
     pub store: Arc<dyn Store>,
     pub artifacts: Artifacts,
+    pub meshes: Meshes,
     pub live: Arc<LiveJobs>,
     pub limits: Limits,
+    pub access: Access,
     pub metrics: PrometheusHandle,
     /// Ends event streams and makes the service not ready.
     pub shutdown: CancellationToken,
-    /// Documents that are prepared at the same time: each can hold meshes.
-    pub preparing: Semaphore,
+    pub permits: Permits,
+    pub watched: WatchedJobs,
 }
 
 pub type App = axum::extract::State<Arc<Service>>;

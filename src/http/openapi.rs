@@ -3,7 +3,7 @@
 use std::sync::{Arc, OnceLock};
 
 use axum::extract::Path;
-use axum::http::{StatusCode, header};
+use axum::http::{HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Redirect, Response};
 use utoipa::OpenApi;
 use utoipa_swagger_ui::Config;
@@ -84,13 +84,20 @@ pub async fn docs_index() -> Result<Response, Problem> {
     docs_file(Path(String::new())).await
 }
 
+/// What the page may do: run its own scripts, draw, and call this service.
+const CONTENT_SECURITY_POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self' 'unsafe-inline'; \
+    img-src 'self' data: blob:; font-src 'self' data:; connect-src 'self'; frame-ancestors 'none'; base-uri 'none'; form-action 'none'";
+
 /// A file of the page.
 pub async fn docs_file(Path(file): Path<String>) -> Result<Response, Problem> {
     static CONFIG: OnceLock<Arc<Config>> = OnceLock::new();
     let config = CONFIG.get_or_init(|| Arc::new(Config::from("/openapi.yaml"))).clone();
     match utoipa_swagger_ui::serve(&file, config) {
         Ok(Some(file)) => {
-            Ok((StatusCode::OK, [(header::CONTENT_TYPE, file.content_type)], file.bytes.into_owned()).into_response())
+            let policy = HeaderValue::from_static(CONTENT_SECURITY_POLICY);
+            let content_type = HeaderValue::try_from(file.content_type).map_err(|_| Problem::internal())?;
+            let headers = [(header::CONTENT_TYPE, content_type), (header::CONTENT_SECURITY_POLICY, policy)];
+            Ok((StatusCode::OK, headers, file.bytes.into_owned()).into_response())
         }
         Ok(None) => Err(Problem::not_found("there is nothing at this path")),
         Err(error) => {

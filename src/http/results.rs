@@ -1,6 +1,5 @@
 //! What a job computed: grids, views, the convergence table. Of a running job, what there is so far.
 
-use std::sync::Arc;
 use std::time::Duration;
 
 use axum::http::{HeaderMap, HeaderValue, header};
@@ -11,13 +10,13 @@ use uuid::Uuid;
 
 use crate::document::result::{GridResult, TubeResult};
 use crate::document::tube_report::TubeReport;
-use crate::estimate::Estimate;
 use crate::http::jobs::no_such_job;
+use crate::http::limits::{off_thread, permit};
 use crate::http::problem::{Path, Problem, Query};
 use crate::http::{App, Service, content};
-use crate::job::meshes::UploadedMeshes;
+use crate::job::live::{LiveJob, MadeFile};
 use crate::job::results;
-use crate::job::run::{self, PassReport, Prepared, ResultFile};
+use crate::job::run::{self, PassReport, ResultFile};
 use crate::job::worker::PREVIEW_PASSES;
 use crate::output::plots::{self, ConvergencePoint};
 
@@ -192,7 +191,7 @@ async fn result_file(app: &Service, id: Uuid, headers: &HeaderMap, name: String)
     if let Some(file) = made_again(app, id, &name).await? {
         return content::made(headers, file.bytes, file.media_type);
     }
-    let Some((prepared, estimate)) = newest_estimate(app, id).await? else {
+    let Some(file) = file_so_far(app, id, &name).await? else {
         // it may have finished between the first look and now
         if let Some(file) = made_again(app, id, &name).await? {
             return content::made(headers, file.bytes, file.media_type);
@@ -202,10 +201,6 @@ async fn result_file(app: &Service, id: Uuid, headers: &HeaderMap, name: String)
             artifact.ok_or_else(|| Problem::not_found("the job has no such output, or no pass is done yet"))?;
         return content::stored(headers, &app.artifacts, &artifact).await;
     };
-    let file = tokio::task::spawn_blocking(move || prepared.result_file(&name, &estimate)).await;
-    let file = file.map_err(|error| internal("writing results panicked", &error))?;
-    let file = file.map_err(|error| internal("writing results failed", &error))?;
-    let file = file.ok_or_else(|| Problem::not_found("the job has no such output"))?;
     content::made(headers, file.bytes, file.media_type)
 }
 
@@ -223,11 +218,10 @@ async fn made_again(app: &Service, id: Uuid, name: &str) -> Result<Option<Result
         return Ok(None);
     }
     let Some(kept) = app.store.artifact(id, &format!("{grid}.json")).await? else { return Ok(None) };
+    let permit = permit(&app.permits.reading).await?;
     let json = app.artifacts.read_checked(&kept.key, &kept.hash).await?;
-    let _permit = app.preparing.acquire().await.map_err(|_| Problem::internal())?;
     let name = name.to_owned();
-    let made = tokio::task::spawn_blocking(move || results::grid_file_of(&name, format, &json)).await;
-    let made = made.map_err(|error| internal("writing a grid panicked", &error))?;
+    let made = off_thread(permit, move |_| results::grid_file_of(&name, format, &json)).await?;
     made.map(Some).map_err(|error| internal("writing a grid failed", &error))
 }
 
@@ -238,15 +232,13 @@ async fn report_on_tube(app: &Service, id: Uuid, name: &str) -> Result<Option<Re
     let Some(summary) = job.summary.filter(|_| job.head.status.is_final()) else { return Ok(None) };
     let tubes: Vec<TubeResult> = Vec::deserialize(&summary["tubes"])
         .map_err(|error| internal("reading the fluxes of a finished job failed", &error))?;
-    let meshes = UploadedMeshes::new(app.store.clone(), app.artifacts.clone(), tokio::runtime::Handle::current());
-    let _permit = app.preparing.acquire().await.map_err(|_| Problem::internal())?;
-    let name = name.to_owned();
-    let made = tokio::task::spawn_blocking(move || {
+    let (meshes, runtime, name) = (app.meshes.clone(), tokio::runtime::Handle::current(), name.to_owned());
+    let made = off_thread(permit(&app.permits.reading).await?, move |cancel| {
+        let meshes = meshes.for_document(runtime, cancel);
         let prepared = run::prepare(job.submitted.as_bytes(), &meshes).map_err(|errors| errors.to_string())?;
         prepared.tube_file_of(&name, &tubes).map_err(|error| error.to_string())
     });
-    let made = made.await.map_err(|error| internal("reporting on a tube panicked", &error))?;
-    made.map_err(|error| internal("reporting on a tube failed", &error))
+    made.await?.map_err(|error| internal("reporting on a tube failed", &error))
 }
 
 fn internal(what: &str, error: &dyn std::fmt::Display) -> Problem {
@@ -254,27 +246,47 @@ fn internal(what: &str, error: &dyn std::fmt::Display) -> Problem {
     Problem::internal()
 }
 
-/// What a running job has computed: after the pass that runs now, or what is stored of it.
-async fn newest_estimate(app: &Service, id: Uuid) -> Result<Option<(Arc<Prepared>, Arc<Estimate>)>, Problem> {
-    if let Some(live) = app.live.get(id)
-        && let Ok(Some(estimate)) = tokio::time::timeout(WAIT_FOR_PASS, live.next_estimate()).await
-        && estimate.passes > 0
-    {
-        return Ok(Some((live.prepared.clone(), estimate)));
+/// The one file as it would be now: of the last pass that somebody waited for, or the one that runs now, or of what is
+/// stored. Readers of the same pass share it.
+///
+/// A permit bounds how many estimates are held and files made at the same time; it is not held while a pass is waited for.
+async fn file_so_far(app: &Service, id: Uuid, name: &str) -> Result<Option<MadeFile>, Problem> {
+    let newest = async |live: &LiveJob| {
+        let estimate = tokio::time::timeout(WAIT_FOR_PASS, live.newest_estimate()).await.ok().flatten();
+        estimate.filter(|estimate| estimate.passes > 0)
+    };
+    if let Some(live) = app.live.get(id) {
+        drop(newest(&live).await);
+        let permit = permit(&app.permits.reading).await?;
+        if let Some(estimate) = newest(&live).await {
+            if let Some(made) = live.made(&estimate, name) {
+                return Ok(Some(made));
+            }
+            let (prepared, shown, of_name) = (live.prepared.clone(), estimate.clone(), name.to_owned());
+            let made = off_thread(permit, move |_| prepared.result_file(&of_name, &shown)).await?;
+            let file = made_file(made.map_err(|error| internal("writing a result failed", &error))?)?;
+            live.keep(&estimate, name, file.clone());
+            return Ok(Some(file));
+        }
     }
     let Some(job) = app.store.job(id).await? else { return Err(no_such_job()) };
     let Some(state) = job.state else { return Ok(None) };
+    let permit = permit(&app.permits.reading).await?;
     let bytes = app.artifacts.read_checked(&state.key, &state.hash).await?;
-    let meshes = UploadedMeshes::new(app.store.clone(), app.artifacts.clone(), tokio::runtime::Handle::current());
-    let _permit = app.preparing.acquire().await.map_err(|_| Problem::internal())?;
-    let decoded = tokio::task::spawn_blocking(move || {
+    let (meshes, runtime, name) = (app.meshes.clone(), tokio::runtime::Handle::current(), name.to_owned());
+    let made = off_thread(permit, move |cancel| {
+        let meshes = meshes.for_document(runtime, cancel);
         let prepared = run::prepare(job.submitted.as_bytes(), &meshes).map_err(|errors| errors.to_string())?;
         let estimate = run::decode(&prepared, &bytes)?;
-        Ok::<_, String>((Arc::new(prepared), Arc::new(estimate)))
+        prepared.result_file(&name, &estimate).map_err(|error| error.to_string())
     })
-    .await
-    .map_err(|error| internal("reading a state panicked", &error))?;
-    decoded.map(Some).map_err(|error| internal("reading a state failed", &error))
+    .await?;
+    made_file(made.map_err(|error| internal("reading a state failed", &error))?).map(Some)
+}
+
+fn made_file(file: Option<ResultFile>) -> Result<MadeFile, Problem> {
+    let file = file.ok_or_else(|| Problem::not_found("the job has no such output"))?;
+    Ok(MadeFile { media_type: file.media_type, bytes: file.bytes.into() })
 }
 
 /// Every pass: its time, photons, rays and error estimate.
@@ -319,8 +331,7 @@ pub async fn convergence_svg(app: App, Path(id): Path<Uuid>, headers: HeaderMap)
             views: pass.view_relative_error,
         })
         .collect();
-    let drawn = tokio::task::spawn_blocking(move || plots::convergence(&points)).await;
-    let drawn = drawn.map_err(|error| internal("drawing panicked", &error))?;
+    let drawn = off_thread(permit(&app.permits.reading).await?, move |_| plots::convergence(&points)).await?;
     let svg = drawn.map_err(|error| internal("drawing failed", &error))?;
     content::made(&headers, svg.into_bytes(), "image/svg+xml")
 }

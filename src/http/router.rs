@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use axum::Router;
 use axum::extract::{DefaultBodyLimit, MatchedPath, Request};
-use axum::http::{HeaderName, HeaderValue, StatusCode, header};
+use axum::http::{HeaderName, HeaderValue, Method, StatusCode, header};
 use axum::middleware::{self, Next};
 use axum::response::Response;
 use axum::routing::get;
@@ -13,6 +13,7 @@ use metrics::{counter, histogram};
 use tower::ServiceBuilder;
 use tower_http::catch_panic::CatchPanicLayer;
 use tower_http::compression::CompressionLayer;
+use tower_http::limit::RequestBodyLimitLayer;
 use tower_http::request_id::{MakeRequestUuid, PropagateRequestIdLayer, SetRequestIdLayer};
 use tower_http::set_header::SetResponseHeaderLayer;
 use tower_http::timeout::TimeoutLayer;
@@ -21,17 +22,19 @@ use utoipa::OpenApi;
 use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
 
+use crate::http::access::check_access;
 use crate::http::problem::as_problem_documents;
+use crate::http::server::answer_health_only_beyond;
 use crate::http::{Limits, Service, events, health, jobs, meshes, openapi, results, skies, tubes};
 
 const REQUEST_ID: HeaderName = HeaderName::from_static("x-request-id");
 
 /// The described paths, with defaults for limits: what `openapi.yaml` is made of.
 pub fn api() -> OpenApiRouter<Arc<Service>> {
-    api_with_mesh_limit(0)
+    api_with_limits(0, 0)
 }
 
-fn api_with_mesh_limit(mesh_bytes: usize) -> OpenApiRouter<Arc<Service>> {
+fn api_with_limits(document_bytes: usize, mesh_bytes: usize) -> OpenApiRouter<Arc<Service>> {
     // made anew for each request and worth compressing; results and event streams are not
     let texts = OpenApiRouter::new()
         .routes(routes!(jobs::list, jobs::create))
@@ -43,10 +46,9 @@ fn api_with_mesh_limit(mesh_bytes: usize) -> OpenApiRouter<Arc<Service>> {
         .routes(routes!(tubes::transmission))
         .routes(routes!(openapi::openapi_yaml))
         .layer(CompressionLayer::new());
-    let uploads = OpenApiRouter::new().routes(routes!(meshes::create)).layer(DefaultBodyLimit::max(mesh_bytes));
-    OpenApiRouter::with_openapi(openapi::Description::openapi())
+    let uploads = OpenApiRouter::new().routes(routes!(meshes::create)).layer(RequestBodyLimitLayer::new(mesh_bytes));
+    let others = OpenApiRouter::new()
         .merge(texts)
-        .merge(uploads)
         .routes(routes!(events::events))
         .routes(routes!(results::grid))
         .routes(routes!(results::view))
@@ -56,28 +58,56 @@ fn api_with_mesh_limit(mesh_bytes: usize) -> OpenApiRouter<Arc<Service>> {
         .routes(routes!(health::livez))
         .routes(routes!(health::readyz))
         .routes(routes!(health::metrics))
+        .layer(RequestBodyLimitLayer::new(document_bytes));
+    OpenApiRouter::with_openapi(openapi::Description::openapi()).merge(others).merge(uploads)
 }
 
 /// The whole service.
 pub fn router(service: Arc<Service>) -> Router {
     let Limits { document_bytes, mesh_bytes, request_seconds, .. } = service.limits;
-    let (api, _) = api_with_mesh_limit(mesh_bytes).split_for_parts();
+    let (api, _) = api_with_limits(document_bytes, mesh_bytes).split_for_parts();
+    let always = |name: HeaderName, value: &'static str| {
+        SetResponseHeaderLayer::if_not_present(name, HeaderValue::from_static(value))
+    };
     let around_all = ServiceBuilder::new()
+        .layer(middleware::from_fn(without_long_request_id))
         .layer(SetRequestIdLayer::new(REQUEST_ID, MakeRequestUuid))
         .layer(TraceLayer::new_for_http().make_span_with(span))
         .layer(PropagateRequestIdLayer::new(REQUEST_ID))
-        .layer(SetResponseHeaderLayer::overriding(header::X_CONTENT_TYPE_OPTIONS, HeaderValue::from_static("nosniff")))
+        .layer(always(header::X_CONTENT_TYPE_OPTIONS, "nosniff"))
+        .layer(always(header::X_FRAME_OPTIONS, "DENY"))
+        .layer(always(header::REFERRER_POLICY, "no-referrer"))
+        .layer(always(header::CONTENT_SECURITY_POLICY, CONTENT_SECURITY_POLICY))
+        .layer(always(header::CACHE_CONTROL, "no-cache"))
         .layer(middleware::from_fn(as_problem_documents))
         .layer(CatchPanicLayer::new())
+        .layer(middleware::from_fn_with_state(service.clone(), check_access))
+        .layer(middleware::from_fn(answer_health_only_beyond))
         // of event streams this is the time until they begin
         .layer(TimeoutLayer::with_status_code(StatusCode::REQUEST_TIMEOUT, Duration::from_secs(request_seconds)));
     api.route("/docs", get(openapi::docs))
         .route("/docs/", get(openapi::docs_index))
         .route("/docs/{*file}", get(openapi::docs_file))
-        .layer(DefaultBodyLimit::max(document_bytes))
+        // bodies have limits of their own, above
+        .layer(DefaultBodyLimit::disable())
         .layer(middleware::from_fn(measure))
         .layer(around_all)
         .with_state(service)
+}
+
+/// What a browser may do with an answer that it shows as a page: nothing but draw it (SVG has styles).
+const CONTENT_SECURITY_POLICY: &str = "default-src 'none'; style-src 'unsafe-inline'; frame-ancestors 'none'; base-uri 'none'; \
+                                       form-action 'none'";
+
+/// Longest `X-Request-Id` of a client that is taken over.
+const REQUEST_ID_BYTES: usize = 128;
+
+/// Takes a long `X-Request-Id` off, so that it is neither logged nor sent back: the request gets one of ours.
+async fn without_long_request_id(mut request: Request, next: Next) -> Response {
+    if request.headers().get(REQUEST_ID).is_some_and(|id| id.len() > REQUEST_ID_BYTES) {
+        request.headers_mut().remove(REQUEST_ID);
+    }
+    next.run(request).await
 }
 
 fn span(request: &Request) -> tracing::Span {
@@ -85,9 +115,15 @@ fn span(request: &Request) -> tracing::Span {
     tracing::info_span!("request", method = %request.method(), path = request.uri().path(), id)
 }
 
+/// A client may invent methods; the number of series must not grow with them.
+fn method_label(method: &Method) -> &'static str {
+    const KNOWN: [&str; 7] = ["GET", "HEAD", "POST", "PUT", "PATCH", "DELETE", "OPTIONS"];
+    KNOWN.into_iter().find(|known| *known == method.as_str()).unwrap_or("other")
+}
+
 async fn measure(request: Request, next: Next) -> Response {
     let start = Instant::now();
-    let method = request.method().as_str().to_owned();
+    let method = method_label(request.method());
     // the pattern, not the path: ids would make a series each
     let route = request.extensions().get::<MatchedPath>().map_or("none", MatchedPath::as_str).to_owned();
     let response = next.run(request).await;

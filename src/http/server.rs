@@ -4,36 +4,72 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use axum::Router;
+use axum::extract::Request;
+use axum::middleware::Next;
+use axum::response::{IntoResponse, Response};
+use hyper::body::Incoming;
 use hyper::server::conn::http1;
 use hyper_util::rt::{TokioIo, TokioTimer};
 use hyper_util::server::graceful::GracefulShutdown;
 use hyper_util::service::TowerToHyperService;
 use tokio::net::TcpListener;
-use tokio::sync::Semaphore;
+use tokio::sync::{OwnedSemaphorePermit, Semaphore};
+use tokio_io_timeout::TimeoutStream;
 use tokio_util::sync::CancellationToken;
+use tower::util::MapRequest;
 
 use crate::http::Limits;
+use crate::http::problem::Problem;
 
 /// Open requests have so long to end after a shutdown began.
 const GRACE: Duration = Duration::from_secs(5);
 
+/// Connections beyond the limit that are answered: health as always, everything else that the service is busy.
+const KEPT_BACK: usize = 16;
+
+/// Seconds within which the head of a request must arrive on a connection beyond the limit.
+const HEADER_SECONDS_BEYOND: u64 = 2;
+
+/// A request on a connection beyond the limit.
+#[derive(Clone)]
+struct Beyond;
+
 /// Serves until `shutdown`, then ends open requests.
 ///
-/// Not `axum::serve`: that has no limit on the time that a request's head may take, so that idle half-open requests would
-/// collect.
+/// Not `axum::serve`: that has no limit on the time that a request's head may take, nor on the time within which a client
+/// must take some of its answer, so that idle connections would collect.
 pub async fn serve(listener: TcpListener, router: Router, limits: &Limits, shutdown: CancellationToken) {
     let graceful = GracefulShutdown::new();
-    let slots = Arc::new(Semaphore::new(limits.connections));
-    let mut builder = http1::Builder::new();
-    builder.timer(TokioTimer::new()).header_read_timeout(Duration::from_secs(limits.header_seconds));
+    let slots =
+        Slots { within: Arc::new(Semaphore::new(limits.connections)), beyond: Arc::new(Semaphore::new(KEPT_BACK)) };
+    let builder = |header_seconds: u64| {
+        let mut builder = http1::Builder::new();
+        builder.timer(TokioTimer::new()).header_read_timeout(Duration::from_secs(header_seconds));
+        builder
+    };
+    let within = builder(limits.header_seconds);
+    let mut beyond = builder(limits.header_seconds.min(HEADER_SECONDS_BEYOND));
+    beyond.keep_alive(false);
     loop {
         let accepted = tokio::select! {
             () = shutdown.cancelled() => break,
             accepted = accept(&listener, &slots) => accepted,
         };
         let Some((stream, slot)) = accepted else { continue };
-        let service = TowerToHyperService::new(router.clone());
-        let connection = graceful.watch(builder.serve_connection(TokioIo::new(stream), service));
+        let mut stream = TimeoutStream::new(stream);
+        stream.set_write_timeout(Some(Duration::from_secs(limits.write_seconds)));
+        let (builder, is_beyond) = match slot {
+            Slot::Within(_) => (&within, false),
+            Slot::Beyond(_) => (&beyond, true),
+        };
+        let service = MapRequest::new(router.clone(), move |mut request: hyper::Request<Incoming>| {
+            if is_beyond {
+                request.extensions_mut().insert(Beyond);
+            }
+            request
+        });
+        let connection = builder.serve_connection(TokioIo::new(Box::pin(stream)), TowerToHyperService::new(service));
+        let connection = graceful.watch(connection);
         tokio::spawn(async move {
             if let Err(error) = connection.await {
                 tracing::debug!(%error, "a connection ended");
@@ -47,11 +83,25 @@ pub async fn serve(listener: TcpListener, router: Router, limits: &Limits, shutd
     }
 }
 
-async fn accept(
-    listener: &TcpListener,
-    slots: &Arc<Semaphore>,
-) -> Option<(tokio::net::TcpStream, tokio::sync::OwnedSemaphorePermit)> {
-    let slot = slots.clone().acquire_owned().await.ok()?;
+/// Connections that may be open.
+struct Slots {
+    within: Arc<Semaphore>,
+    beyond: Arc<Semaphore>,
+}
+
+/// The place of an open connection, free again when it is dropped.
+#[expect(dead_code, reason = "held, not read")]
+enum Slot {
+    Within(OwnedSemaphorePermit),
+    Beyond(OwnedSemaphorePermit),
+}
+
+async fn accept(listener: &TcpListener, slots: &Slots) -> Option<(tokio::net::TcpStream, Slot)> {
+    let slot = tokio::select! {
+        biased;
+        slot = slots.within.clone().acquire_owned() => Slot::Within(slot.ok()?),
+        slot = slots.beyond.clone().acquire_owned() => Slot::Beyond(slot.ok()?),
+    };
     match listener.accept().await {
         Ok((stream, _)) => {
             // events are small and shall not wait for more
@@ -65,4 +115,13 @@ async fn accept(
             None
         }
     }
+}
+
+/// Answers on connections beyond the limit: health and numbers only.
+pub async fn answer_health_only_beyond(request: Request, next: Next) -> Response {
+    let beyond = request.extensions().get::<Beyond>().is_some();
+    if beyond && !matches!(request.uri().path(), "/livez" | "/readyz" | "/metrics") {
+        return Problem::unavailable("all connections are taken; try again later").into_response();
+    }
+    next.run(request).await
 }

@@ -3,6 +3,7 @@
 use std::collections::{BTreeMap, HashMap};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
+use bytes::Bytes;
 use tokio::sync::oneshot;
 use uuid::Uuid;
 
@@ -24,13 +25,34 @@ pub struct LiveJobs {
 /// A job that is rendered now. Copies of its estimate are made only when somebody waits for one: they can be large.
 pub struct LiveJob {
     pub prepared: Arc<Prepared>,
-    /// `None` once nothing comes any more.
-    waiting: Mutex<Option<Vec<oneshot::Sender<Arc<Estimate>>>>>,
+    shown: Mutex<Shown>,
+}
+
+#[derive(Default)]
+struct Shown {
+    /// Nothing comes any more.
+    ended: bool,
+    waiting: Vec<oneshot::Sender<Arc<Estimate>>>,
+    /// Everything up to the last pass, if somebody waited for that one.
+    newest: Option<Newest>,
+}
+
+struct Newest {
+    estimate: Arc<Estimate>,
+    /// What was made of it, by name.
+    files: HashMap<String, MadeFile>,
+}
+
+/// A file made for readers.
+#[derive(Clone)]
+pub struct MadeFile {
+    pub media_type: &'static str,
+    pub bytes: Bytes,
 }
 
 impl LiveJobs {
     pub fn start(&self, id: Uuid, prepared: Arc<Prepared>) -> Arc<LiveJob> {
-        let live = Arc::new(LiveJob { prepared, waiting: Mutex::new(Some(Vec::new())) });
+        let live = Arc::new(LiveJob { prepared, shown: Mutex::default() });
         lock(&self.jobs).insert(id, live.clone());
         live
     }
@@ -38,7 +60,7 @@ impl LiveJobs {
     /// Takes the job off the list; who waits for it is told that nothing comes any more.
     pub fn end(&self, id: Uuid) {
         if let Some(live) = lock(&self.jobs).remove(&id) {
-            *lock(&live.waiting) = None;
+            *lock(&live.shown) = Shown { ended: true, ..Shown::default() };
         }
     }
 
@@ -67,23 +89,54 @@ impl LiveJobs {
 }
 
 impl LiveJob {
-    /// The estimate after the pass that runs now; `None` when the job ends before.
-    pub async fn next_estimate(&self) -> Option<Arc<Estimate>> {
-        let (sender, receiver) = oneshot::channel();
-        lock(&self.waiting).as_mut()?.push(sender);
+    /// The estimate after the last pass, or, when there is no copy of that, after the one that runs now; `None` when the job
+    /// ends before.
+    pub async fn newest_estimate(&self) -> Option<Arc<Estimate>> {
+        let receiver = {
+            let mut shown = lock(&self.shown);
+            if let Some(newest) = &shown.newest {
+                return Some(newest.estimate.clone());
+            }
+            if shown.ended {
+                return None;
+            }
+            let (sender, receiver) = oneshot::channel();
+            shown.waiting.push(sender);
+            receiver
+        };
         receiver.await.ok()
     }
 
-    /// Hands `merged` to everybody who waits for it.
+    /// Hands `merged` to everybody who waits for it; what was shown before is old.
     pub fn publish(&self, merged: &Estimate) {
-        let waiting = lock(&self.waiting).as_mut().map(std::mem::take).unwrap_or_default();
+        let waiting = {
+            let mut shown = lock(&self.shown);
+            shown.newest = None;
+            std::mem::take(&mut shown.waiting)
+        };
         if waiting.iter().all(oneshot::Sender::is_closed) {
             return;
         }
-        let copy = Arc::new(merged.clone());
+        let estimate = Arc::new(merged.clone());
+        lock(&self.shown).newest = Some(Newest { estimate: estimate.clone(), files: HashMap::new() });
         for sender in waiting {
             // an error means that the reader has gone away
-            let _ = sender.send(copy.clone());
+            let _ = sender.send(estimate.clone());
+        }
+    }
+
+    /// The file that another reader had made of `estimate`.
+    pub fn made(&self, estimate: &Estimate, name: &str) -> Option<MadeFile> {
+        let shown = lock(&self.shown);
+        let newest = shown.newest.as_ref().filter(|newest| newest.estimate.passes == estimate.passes)?;
+        newest.files.get(name).cloned()
+    }
+
+    /// Keeps a file made of `estimate` for other readers, until the next pass.
+    pub fn keep(&self, estimate: &Estimate, name: &str, file: MadeFile) {
+        let mut shown = lock(&self.shown);
+        if let Some(newest) = shown.newest.as_mut().filter(|newest| newest.estimate.passes == estimate.passes) {
+            newest.files.insert(name.to_owned(), file);
         }
     }
 }

@@ -1,6 +1,7 @@
 //! Jobs: the pass loop, chunks of passes, progress, checkpoints, and the trait that the store implements.
 
 pub mod artifacts;
+pub mod cancel;
 pub mod checkpoint;
 pub mod live;
 pub mod memory;

@@ -15,7 +15,7 @@ use uuid::Uuid;
 use crate::estimate::Estimate;
 use crate::job::artifacts::{ArtifactError, Artifacts};
 use crate::job::live::{LiveJob, LiveJobs};
-use crate::job::meshes::UploadedMeshes;
+use crate::job::meshes::Meshes;
 use crate::job::run::{self, Observer, PassReport, Prepared, RenderError, ResultFile, StoppedBy};
 use crate::job::store::*;
 
@@ -37,6 +37,7 @@ pub const PREVIEW_PASSES: [u64; 6] = [1, 4, 16, 64, 256, 1024];
 pub struct Worker {
     store: Arc<dyn Store>,
     artifacts: Artifacts,
+    meshes: Meshes,
     live: Arc<LiveJobs>,
     pool: rayon::ThreadPool,
     owner: String,
@@ -84,12 +85,13 @@ impl Worker {
     pub fn new(
         store: Arc<dyn Store>,
         artifacts: Artifacts,
+        meshes: Meshes,
         live: Arc<LiveJobs>,
         shutdown: CancellationToken,
     ) -> Result<Self, rayon::ThreadPoolBuildError> {
         let pool = rayon::ThreadPoolBuilder::new().thread_name(|index| format!("render-{index}")).build()?;
         let owner = format!("{}-{}", std::process::id(), Uuid::new_v4());
-        Ok(Self { store, artifacts, live, pool, owner, shutdown, current: None })
+        Ok(Self { store, artifacts, meshes, live, pool, owner, shutdown, current: None })
     }
 
     /// Until shut down.
@@ -242,7 +244,7 @@ impl Worker {
             Some(state) => Some(self.artifacts.read_checked(&state.key, &state.hash).await.map_err(damaged)?),
             None => None,
         };
-        let meshes = UploadedMeshes::new(self.store.clone(), self.artifacts.clone(), tokio::runtime::Handle::current());
+        let meshes = self.meshes.for_document(tokio::runtime::Handle::current(), Arc::default());
         let submitted = job.submitted;
         let handed_over = self.live.take_prepared(lease.job);
         let loaded = self
@@ -382,18 +384,23 @@ impl Worker {
                 Completion::Continue { state, progress, next_index: current.next_chunk, next }
             }
             Outcome::Finish { stopped_by, summary, files } => {
+                let reason = current.prepared.no_results(stopped_by, &current.merged);
+                let problem = reason.map(|detail| JobProblem { title: "The job ran out of time".into(), detail });
                 let mut artifacts = Vec::with_capacity(files.len());
                 for file in files {
                     artifacts.push(self.put(lease, &file.name, file.media_type, file.bytes).await?);
                 }
-                let status =
-                    if stopped_by == StoppedBy::Cancelled { JobStatus::Cancelled } else { JobStatus::Succeeded };
+                let status = match (stopped_by, &problem) {
+                    (StoppedBy::Cancelled, _) => JobStatus::Cancelled,
+                    (_, Some(_)) => JobStatus::Failed,
+                    (_, None) => JobStatus::Succeeded,
+                };
                 Completion::Finish(Finish {
                     status,
                     stopped_by: Some(stopped_by),
                     progress: Some(progress),
                     summary,
-                    problem: None,
+                    problem,
                     artifacts,
                 })
             }

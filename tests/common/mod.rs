@@ -113,6 +113,17 @@ impl TestService {
     }
 }
 
+/// Sends `text` as it is and reads the answer to its end, or as far as it comes.
+pub async fn raw(address: std::net::SocketAddr, text: &str) -> String {
+    use tokio::io::{AsyncReadExt, AsyncWriteExt};
+    let mut stream = tokio::net::TcpStream::connect(address).await.unwrap();
+    stream.write_all(text.as_bytes()).await.unwrap();
+    let mut answer = Vec::new();
+    // a service that closes early resets the connection
+    let _ = tokio::time::timeout(PATIENCE, stream.read_to_end(&mut answer)).await.expect("the answer ends");
+    String::from_utf8_lossy(&answer).into_owned()
+}
+
 /// The problem document of a failed answer, after a look at what all have.
 pub async fn problem(response: Response, status: u16) -> Value {
     let path = response.url().path().to_owned();
@@ -156,6 +167,7 @@ pub fn small_job() -> Value {
 pub fn endless_job() -> Value {
     let mut job = small_job();
     job["name"] = json!("endless");
-    job["stop"] = json!({ "relative_error": 1e-9, "view_relative_error": 1e-9, "max_passes": 100_000_000, "max_seconds": 100_000 });
+    job["stop"] =
+        json!({ "relative_error": 1e-9, "view_relative_error": 1e-9, "max_passes": 100_000_000, "max_seconds": 3600 });
     job
 }

@@ -1,0 +1,205 @@
+//! Who may call: by which names the service is called, and whether a web page elsewhere sends what changes something.
+//!
+//! A web page in a browser on the same machine reaches a service on loopback. Its requests carry the name in the page's own
+//! address (`Host`) when that name was made to point here, and otherwise say that they come from elsewhere
+//! (`Sec-Fetch-Site`, `Origin`). Both are looked at before anything else.
+
+use std::net::{IpAddr, SocketAddr};
+use std::sync::Arc;
+
+use axum::extract::{Request, State};
+use axum::http::uri::Authority;
+use axum::http::{HeaderMap, Method, StatusCode, Uri, Version, header};
+use axum::middleware::Next;
+use axum::response::{IntoResponse, Response};
+
+use crate::http::Service;
+use crate::http::problem::Problem;
+
+/// Names and origins that the service knows.
+#[derive(Clone, Debug)]
+pub struct Access {
+    /// Where the service listens.
+    pub listen: SocketAddr,
+    /// Names, with or without a port, by which it may be called beside its address and localhost.
+    pub allowed_hosts: Vec<String>,
+    /// Origins of web pages elsewhere that may call it; `*`: all.
+    pub cors_origins: Vec<String>,
+}
+
+impl Access {
+    /// Whether a client may call the service by this name; without a port, its scheme's port is meant.
+    fn knows_host(&self, host: &Authority) -> bool {
+        // on all addresses of a machine there is no telling what it is called
+        if self.listen.ip().is_unspecified() && self.allowed_hosts.is_empty() {
+            return true;
+        }
+        let name = host.host().trim_start_matches('[').trim_end_matches(']').trim_end_matches('.');
+        let own_port = host.port_u16().unwrap_or(80) == self.listen.port();
+        let own_name = match name.parse::<IpAddr>() {
+            Ok(address) => address.is_loopback() || address == self.listen.ip(),
+            Err(_) => name.eq_ignore_ascii_case("localhost"),
+        };
+        (own_name && own_port) || self.allowed_hosts.iter().any(|allowed| is_allowed(allowed, name, host.port_u16()))
+    }
+
+    /// Whether a page of this origin may call the service.
+    fn knows_origin(&self, origin: &str) -> bool {
+        self.cors_origins.iter().any(|known| known == "*" || known.eq_ignore_ascii_case(origin))
+    }
+}
+
+fn is_allowed(allowed: &str, name: &str, port: Option<u16>) -> bool {
+    let Ok(allowed) = allowed.parse::<Authority>() else { return false };
+    let same_name = allowed.host().trim_matches(['[', ']']).eq_ignore_ascii_case(name);
+    same_name && allowed.port_u16().is_none_or(|allowed| port == Some(allowed))
+}
+
+/// Refuses requests for other hosts, and from pages elsewhere that would change something.
+pub async fn check_access(State(service): State<Arc<Service>>, request: Request, next: Next) -> Response {
+    let checked = check_host(&service.access, request.version(), request.uri(), request.headers())
+        .and_then(|host| check_site(&service.access, request.method(), request.headers(), host.as_ref()));
+    match checked {
+        Ok(()) => next.run(request).await,
+        Err(problem) => problem.into_response(),
+    }
+}
+
+/// The host that the request is for.
+fn check_host(access: &Access, version: Version, uri: &Uri, headers: &HeaderMap) -> Result<Option<Authority>, Problem> {
+    let mut hosts = headers.get_all(header::HOST).iter();
+    let host = match (hosts.next(), hosts.next()) {
+        (_, Some(_)) => return Err(Problem::bad_request("a request has one Host")),
+        // HTTP/1.0 has no Host
+        (None, None) if version < Version::HTTP_11 => None,
+        (None, None) => return Err(Problem::bad_request("a request of HTTP/1.1 has a Host")),
+        (Some(host), None) => Some(host),
+    };
+    let unreadable = || Problem::bad_request("Host is a name or an address, with or without a port");
+    let host = host.map(|host| Authority::try_from(host.as_bytes()).map_err(|_| unreadable())).transpose()?;
+    // a whole address in the first line comes before Host (RFC 9112, 3.2.2)
+    let host = uri.authority().cloned().or(host);
+    match &host {
+        Some(host) if host.as_str().contains('@') => Err(unreadable()),
+        Some(host) if !access.knows_host(host) => Err(Problem::new(
+            StatusCode::MISDIRECTED_REQUEST,
+            "/problems/unknown-host",
+            "The service does not answer to this host",
+            format!(
+                "this service answers at its own address and at localhost:{}, not as {host}: more names are configured in allowed_hosts",
+                access.listen.port()
+            ),
+        )),
+        _ => Ok(host),
+    }
+}
+
+/// Refuses what changes something when a page that is not known sends it.
+fn check_site(access: &Access, method: &Method, headers: &HeaderMap, host: Option<&Authority>) -> Result<(), Problem> {
+    if matches!(*method, Method::GET | Method::HEAD | Method::OPTIONS) {
+        return Ok(());
+    }
+    let text = |name: &str| headers.get(name).map(|value| value.to_str().unwrap_or("null"));
+    let origin = text("origin");
+    if origin.is_some_and(|origin| access.knows_origin(origin)) {
+        return Ok(());
+    }
+    let from_elsewhere = match text("sec-fetch-site") {
+        Some(site) => !matches!(site, "same-origin" | "none"),
+        // browsers leave it out where the connection is not encrypted; programs send no Origin
+        None => origin.is_some_and(|origin| {
+            let page = origin.split_once("://").and_then(|(_, page)| page.parse::<Authority>().ok());
+            page.as_ref() != host || page.is_none()
+        }),
+    };
+    if from_elsewhere {
+        return Err(Problem::new(
+            StatusCode::FORBIDDEN,
+            "/problems/cross-site",
+            "A page elsewhere may not do this",
+            "the request comes from a web page of another origin: origins that may call this service are configured in cors_origins",
+        ));
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn access(listen: &str, allowed_hosts: &[&str]) -> Access {
+        Access {
+            listen: listen.parse().unwrap(),
+            allowed_hosts: allowed_hosts.iter().map(|host| (*host).to_owned()).collect(),
+            cors_origins: vec!["https://design.example".to_owned()],
+        }
+    }
+
+    fn knows(access: &Access, host: &str) -> bool {
+        access.knows_host(&host.parse().unwrap())
+    }
+
+    #[test]
+    fn the_service_answers_to_its_own_names_only() {
+        let local = access("127.0.0.1:8080", &["render.example", "other.example:8443"]);
+        for host in [
+            "127.0.0.1:8080",
+            "localhost:8080",
+            "LocalHost.:8080",
+            "[::1]:8080",
+            "render.example",
+            "RENDER.example:99",
+            "other.example:8443",
+        ] {
+            assert!(knows(&local, host), "{host}");
+        }
+        for host in [
+            "127.0.0.1",
+            "localhost:80",
+            "evil.example",
+            "evil.example:8080",
+            "localhost.evil.example:8080",
+            "other.example",
+            "xrender.example",
+            "192.0.2.1:8080",
+        ] {
+            assert!(!knows(&local, host), "{host}");
+        }
+        assert!(knows(&access("127.0.0.1:80", &[]), "localhost"));
+        let beyond = access("192.0.2.1:8080", &[]);
+        assert!(
+            knows(&beyond, "192.0.2.1:8080") && knows(&beyond, "localhost:8080") && !knows(&beyond, "a.example:8080")
+        );
+        // a machine's names are not known: all, until some are named
+        assert!(knows(&access("0.0.0.0:8080", &[]), "evil.example"));
+        let named = access("[::]:8080", &["render.example"]);
+        assert!(knows(&named, "render.example") && knows(&named, "localhost:8080") && !knows(&named, "evil.example"));
+    }
+
+    #[test]
+    fn pages_elsewhere_change_nothing() {
+        let access = access("127.0.0.1:8080", &[]);
+        let host: Authority = "127.0.0.1:8080".parse().unwrap();
+        let allowed = |method: Method, pairs: &[(&'static str, &'static str)]| {
+            let headers = pairs.iter().map(|(name, value)| (name.parse().unwrap(), value.parse().unwrap()));
+            check_site(&access, &method, &HeaderMap::from_iter(headers), Some(&host)).is_ok()
+        };
+        let cross = ("sec-fetch-site", "cross-site");
+        assert!(allowed(Method::GET, &[cross]) && allowed(Method::OPTIONS, &[cross]));
+        assert!(allowed(Method::POST, &[]));
+        assert!(allowed(Method::POST, &[("sec-fetch-site", "same-origin"), ("origin", "http://127.0.0.1:8080")]));
+        assert!(allowed(Method::POST, &[("sec-fetch-site", "none")]));
+        assert!(allowed(Method::DELETE, &[cross, ("origin", "https://design.example")]));
+        assert!(allowed(Method::POST, &[("origin", "http://127.0.0.1:8080")]));
+        for refused in [
+            &[cross][..],
+            &[cross, ("origin", "https://evil.example")],
+            &[("sec-fetch-site", "same-site"), ("origin", "http://127.0.0.1:9999")],
+            &[("origin", "http://evil.example")],
+            &[("origin", "null")],
+        ] {
+            assert!(!allowed(Method::POST, refused), "{refused:?}");
+            assert!(!allowed(Method::DELETE, refused), "{refused:?}");
+        }
+    }
+}

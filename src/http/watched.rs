@@ -1,0 +1,172 @@
+//! Jobs whose events are followed live: one reader per job, whatever the number of streams.
+
+use std::collections::HashMap;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use axum::response::sse::Event as SseEvent;
+use metrics::counter;
+use tokio::sync::broadcast;
+use uuid::Uuid;
+
+use crate::http::Service;
+use crate::job::store::{Change, Event, StoreError, is_final_event};
+
+/// Events read at once: what one stream costs in memory while it catches up.
+pub const EVENTS_AT_ONCE: u32 = 64;
+
+/// Events that a stream may be behind the reader, before it reads the store by itself.
+const BEHIND: usize = 128;
+
+/// What the reader of a job tells its streams.
+pub struct News {
+    /// Id of the last event before this one: who has that has missed nothing.
+    pub previous: i64,
+    /// `None` tells where the reader begins.
+    pub event: Option<SentEvent>,
+}
+
+/// An event as it is sent.
+#[derive(Clone)]
+pub struct SentEvent {
+    pub seq: i64,
+    /// Nothing comes after it.
+    pub is_final: bool,
+    pub text: SseEvent,
+}
+
+/// The jobs that somebody watches now.
+#[derive(Default)]
+pub struct WatchedJobs {
+    readers: Mutex<HashMap<Uuid, broadcast::Sender<Arc<News>>>>,
+}
+
+impl WatchedJobs {
+    /// Everything new of a job from now on; what came before is in the store. The channel closes when the job is gone, after
+    /// its final event, when the service ends, or when the store fails.
+    pub fn watch(service: &Arc<Service>, job: Uuid) -> broadcast::Receiver<Arc<News>> {
+        let mut readers = service.watched.lock();
+        if let Some(reader) = readers.get(&job) {
+            return reader.subscribe();
+        }
+        let (sender, receiver) = broadcast::channel(BEHIND);
+        readers.insert(job, sender.clone());
+        // before the reader's first look, so that nothing falls between
+        let changes = service.store.changes();
+        tokio::spawn(read(service.clone(), job, sender, changes));
+        receiver
+    }
+
+    /// Jobs that have a reader.
+    pub fn count(&self) -> usize {
+        self.lock().len()
+    }
+
+    fn lock(&self) -> MutexGuard<'_, HashMap<Uuid, broadcast::Sender<Arc<News>>>> {
+        // a map of senders is never left half changed
+        self.readers.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// Reads a job's new events once and tells them to all its streams, until nobody listens or nothing comes any more.
+async fn read(
+    service: Arc<Service>,
+    job: Uuid,
+    sender: broadcast::Sender<Arc<News>>,
+    mut changes: broadcast::Receiver<Change>,
+) {
+    let mut reader = Reader { service: &service, job, sender: &sender, last: 0 };
+    let ended = tokio::select! {
+        () = service.shutdown.cancelled() => Ok(()),
+        ended = reader.run(&mut changes) => ended,
+    };
+    if let Err(error) = ended {
+        tracing::warn!(%error, %job, "reading events for streams failed");
+    }
+    let mut readers = service.watched.lock();
+    // another reader may have begun after this one was taken off for having no streams
+    if readers.get(&job).is_some_and(|current| current.same_channel(&sender)) {
+        readers.remove(&job);
+    }
+}
+
+struct Reader<'a> {
+    service: &'a Service,
+    job: Uuid,
+    sender: &'a broadcast::Sender<Arc<News>>,
+    last: i64,
+}
+
+impl Reader<'_> {
+    async fn run(&mut self, changes: &mut broadcast::Receiver<Change>) -> Result<(), StoreError> {
+        let Some(head) = self.service.store.job_head(self.job).await? else { return Ok(()) };
+        self.last = head.last_seq;
+        self.tell(None);
+        if head.status.is_final() {
+            return Ok(());
+        }
+        loop {
+            let is_gone = match changes.recv().await {
+                Ok(Change::Job(id)) if id == self.job => false,
+                Ok(Change::Stop(id)) if id == self.job => true,
+                Err(broadcast::error::RecvError::Lagged(_)) => true,
+                Err(broadcast::error::RecvError::Closed) => return Ok(()),
+                Ok(_) => continue,
+            };
+            if self.pass_on().await? || !self.is_watched() {
+                return Ok(());
+            }
+            if is_gone && self.service.store.job_head(self.job).await?.is_none() {
+                return Ok(());
+            }
+        }
+    }
+
+    /// Tells all events that are new; true after a final one.
+    async fn pass_on(&mut self) -> Result<bool, StoreError> {
+        loop {
+            let events = self.service.store.events(self.job, self.last, EVENTS_AT_ONCE).await?;
+            counter!("skyduct_event_reads_total", "by" => "reader").increment(1);
+            if events.is_empty() {
+                return Ok(false);
+            }
+            for event in events {
+                let event = SentEvent::new(self.job, &event);
+                let (seq, is_final) = (event.seq, event.is_final);
+                self.tell(Some(event));
+                self.last = seq;
+                if is_final {
+                    return Ok(true);
+                }
+            }
+        }
+    }
+
+    fn tell(&self, event: Option<SentEvent>) {
+        // an error means that nobody listens now
+        let _ = self.sender.send(Arc::new(News { previous: self.last, event }));
+    }
+
+    /// Takes the job off the list when nobody watches it.
+    fn is_watched(&self) -> bool {
+        let mut readers = self.service.watched.lock();
+        // streams subscribe under the same lock
+        let watched = self.sender.receiver_count() > 0;
+        if !watched {
+            readers.remove(&self.job);
+        }
+        watched
+    }
+}
+
+impl SentEvent {
+    pub fn new(job: Uuid, event: &Event) -> Self {
+        let mut data = event.data.clone();
+        if event.name == "image"
+            && let (Some(view), Some(passes)) = (data["view"].as_str(), data["passes"].as_u64())
+        {
+            data["url"] = format!("/v1/jobs/{job}/views/{view}.png?pass={passes}").into();
+        }
+        let text = SseEvent::default().id(event.seq.to_string()).event(&event.name).data(data.to_string());
+        Self { seq: event.seq, is_final: is_final_event(&event.name), text }
+    }
+}
