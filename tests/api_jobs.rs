@@ -86,13 +86,12 @@ async fn a_job_from_post_to_delete() {
         assert_eq!(image.headers()["content-type"], "image/png");
     }
     for (file, status) in [
-        ("room.png?pass=2", 400),
+        ("room.png?pass=2", 422),
         ("room.png?pass=64", 404),
-        ("room.png?style=x", 400),
-        ("room.png?pass=1&style=false_colour", 400),
-        ("room.exr?style=tone", 400),
+        ("room.png?style=x", 422),
+        ("room.png?pass=1&style=false_colour", 422),
+        ("room.exr?style=tone", 422),
         ("room.jpg", 404),
-        ("room", 404),
         ("other.png", 404),
         ("..%2fgrids%2fworkplane.json", 404),
         ("%2e%2e.png", 404),
@@ -180,6 +179,17 @@ async fn an_idempotency_key_makes_one_job() {
     let again = request.header("idempotency-key", "key 1").body(pretty).send().await.unwrap();
     assert_eq!(again.headers()["location"], locations[0].as_str());
 
+    // nor does another way to write a number
+    let mut rewritten = small_job();
+    rewritten["method"]["photons_per_pass"] = json!(2000);
+    rewritten["sky"]["zenith_luminance_cd_m2"] = json!(5000.0);
+    assert_eq!(post(rewritten).await.unwrap().headers()["location"], locations[0].as_str());
+    // a field that is given twice is refused, whatever its last value
+    let twice = small_job().to_string().replacen('{', "{\"seed\": 8, ", 1);
+    let request = service.request(Method::POST, "/v1/jobs").header("content-type", "application/json");
+    let twice = problem(request.header("idempotency-key", "key 1").body(twice).send().await.unwrap(), 422).await;
+    assert_eq!(twice["type"], "/problems/invalid-document");
+
     let mut other = small_job();
     other["seed"] = json!(8);
     let reused = problem(post(other.clone()).await.unwrap(), 422).await;
@@ -203,7 +213,7 @@ async fn bad_requests_are_problem_documents() {
         for (content_type, body, status) in [
             ("application/json", b"{".to_vec(), 400),
             ("application/json", b"".to_vec(), 400),
-            ("application/json", b"{\"seed\": 1e999}".to_vec(), 400),
+            ("application/json", b"{\"seed\": 1e999}".to_vec(), 422),
             ("application/json", b"{\"seed\": NaN}".to_vec(), 400),
             ("application/json", b"{\"name\": \"\xff\"}".to_vec(), 400),
             ("application/json", "[".repeat(50_000).into_bytes(), 400),
@@ -252,11 +262,13 @@ async fn bad_requests_are_problem_documents() {
         "/v1/jobs?cursor=x",
         "/v1/jobs?page=2",
     ] {
-        problem(service.get(path).send().await.unwrap(), 400).await;
+        let problem = problem(service.get(path).send().await.unwrap(), 422).await;
+        let name = path.split(['?', '=']).nth(1).unwrap();
+        assert_eq!(problem["errors"][0]["pointer"], name, "{problem}");
     }
     let response = service.request(Method::PUT, "/v1/jobs").send().await.unwrap();
-    assert!(response.headers().contains_key("allow"));
-    problem(response, 405).await;
+    assert_eq!(response.headers()["allow"], "GET,HEAD,POST");
+    assert_eq!(problem(response, 405).await["detail"], "this path allows GET,HEAD,POST");
     problem(service.request(Method::DELETE, "/v1/skies").send().await.unwrap(), 405).await;
     assert_eq!(service.json("/v1/jobs").await["jobs"], json!([]));
 }

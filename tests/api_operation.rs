@@ -130,7 +130,7 @@ async fn the_transmission_of_a_tube() {
         assert_eq!(problem["errors"][0]["pointer"], parameter, "{query}: {problem}");
     }
     let unknown = service.get(&format!("{path}&aspect_ratio=4&length=2")).send().await.unwrap();
-    assert_eq!(unknown.status(), StatusCode::BAD_REQUEST);
+    assert_eq!(common::problem(unknown, 422).await["errors"][0]["pointer"], "length");
 }
 
 #[tokio::test]
@@ -169,4 +169,39 @@ async fn a_data_folder_has_one_service() {
     let third = RunningService::start(config(data.path())).await.unwrap();
     let live = http.request(Method::GET, format!("{}/livez", third.url())).timeout(Duration::from_secs(10));
     assert_eq!(live.send().await.unwrap().status(), StatusCode::OK);
+}
+
+/// Pages of listed origins are told that they may call and what they may read; others are told nothing.
+#[tokio::test]
+async fn only_listed_origins_may_call_from_a_page() {
+    let listed = "https://design.example";
+    let preflight = |service: &TestService, origin: &str| {
+        let request = service.request(Method::OPTIONS, "/v1/jobs").header("origin", origin);
+        let asked = "content-type,idempotency-key,last-event-id";
+        request.header("access-control-request-method", "POST").header("access-control-request-headers", asked).send()
+    };
+    let service = TestService::start_with(|config| config.cors_origins = vec![listed.to_owned()]).await;
+    let answer = preflight(&service, listed).await.unwrap();
+    let header = |name: &str| answer.headers().get(name).map_or("", |value| value.to_str().unwrap()).to_owned();
+    assert_eq!(header("access-control-allow-origin"), listed);
+    assert!(header("access-control-allow-methods").contains("POST"));
+    for name in ["content-type", "idempotency-key", "last-event-id"] {
+        assert!(header("access-control-allow-headers").contains(name), "{name}");
+    }
+    let other = preflight(&service, "https://other.example").await.unwrap();
+    assert!(other.headers().get("access-control-allow-origin").is_none());
+
+    // an answer that refuses can be read, too
+    let bad = service.post_job(&json!({})).header("origin", listed).send().await.unwrap();
+    assert_eq!(bad.status(), StatusCode::UNPROCESSABLE_ENTITY);
+    assert_eq!(bad.headers()["access-control-allow-origin"], listed);
+    let exposed = bad.headers()["access-control-expose-headers"].to_str().unwrap().to_owned();
+    for name in ["location", "retry-after", "etag", "preference-applied", "x-request-id"] {
+        assert!(exposed.contains(name), "{name} in {exposed}");
+    }
+
+    let closed = TestService::start().await;
+    let refused = preflight(&closed, listed).await.unwrap();
+    assert_eq!(refused.status(), StatusCode::METHOD_NOT_ALLOWED);
+    assert!(refused.headers().get("access-control-allow-origin").is_none());
 }

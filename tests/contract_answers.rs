@@ -7,6 +7,7 @@ use common::{TestService, endless_job, small_job};
 use reqwest::{Method, StatusCode};
 use schema::{DESCRIPTION, assert_valid};
 use serde_json::{Value, json};
+use skyduct::http::problem_kind::ProblemKind;
 
 /// `answer` is a `component`, and every field of it is described.
 #[track_caller]
@@ -133,4 +134,64 @@ async fn other_answers_are_as_described() {
     for event in service.events_after(&path, 0).await {
         is_a(component_of_event(&event.name), &event.data);
     }
+}
+
+/// Each kind of problem has a page, in words for people and as JSON.
+#[tokio::test]
+async fn every_kind_of_problem_is_explained() {
+    let service = TestService::start().await;
+    for kind in ProblemKind::ALL {
+        let code = kind.code();
+        let page =
+            service.get(code).header("accept", "text/html,application/xhtml+xml,*/*;q=0.8").send().await.unwrap();
+        assert_eq!(page.status(), StatusCode::OK, "{code}");
+        assert!(page.headers()["content-type"].to_str().unwrap().starts_with("text/html"), "{code}");
+        let page = page.text().await.unwrap();
+        assert!(page.contains(kind.title()) && page.contains(code), "{page}");
+        let json = service.get(code).header("accept", "application/json").send().await.unwrap().json().await.unwrap();
+        is_a("ProblemPage", &json);
+        assert_eq!(json["type"], code);
+    }
+    common::problem(service.get("/problems/none").send().await.unwrap(), 404).await;
+}
+
+/// Representations by suffix, by `?format=` and by `Accept` with its weights are the same files, with names to save them by.
+#[tokio::test]
+async fn a_suffix_is_another_way_to_ask_for_a_format() {
+    let service = TestService::start().await;
+    let path = service.submit(&small_job()).await;
+    let job = service.finished(&path).await;
+    let get = async |path: &str, accept: &str| {
+        let answer = service.get(path).header("accept", accept).send().await.unwrap();
+        assert_eq!(answer.status(), StatusCode::OK, "{path} {accept}");
+        let header = |name: &str| {
+            let value = answer.headers().get(name).map(|value| value.to_str().unwrap().to_owned());
+            value.unwrap_or_default()
+        };
+        let (media_type, file) = (header("content-type"), header("content-disposition"));
+        (media_type, file, answer.bytes().await.unwrap())
+    };
+    for (resource, name, media_types) in [
+        ("grids/workplane", "workplane", &["application/json", "text/csv", "image/png"][..]),
+        ("tubes/0", "tube-0", &["application/json", "image/svg+xml"]),
+        ("views/room", "room", &["image/png", "image/x-exr"]),
+        ("convergence", "convergence", &["application/json", "text/csv", "image/svg+xml"]),
+    ] {
+        for media_type in media_types {
+            let suffix = media_type.split(['/', '+']).nth(1).unwrap().trim_start_matches("x-");
+            let by_suffix = get(&format!("{path}/{resource}.{suffix}"), "*/*").await;
+            assert!(by_suffix.0.starts_with(media_type), "{resource}.{suffix}: {}", by_suffix.0);
+            assert_eq!(by_suffix.1, format!("inline; filename=\"{name}.{suffix}\""));
+            let accept = format!("text/html, {media_type};q=0.9, */*;q=0.1");
+            let by_accept = get(&format!("{path}/{resource}"), &accept).await;
+            assert_eq!(by_accept, by_suffix, "{resource} {accept}");
+        }
+        let (first, ..) = get(&format!("{path}/{resource}"), "text/html,*/*;q=0.8").await;
+        assert!(first.starts_with(media_types[0]), "{resource}: {first}");
+    }
+    let csv = get(&format!("{path}/grids/workplane?format=csv"), "application/json").await;
+    assert_eq!(csv, get(job["links"]["grid_files"]["workplane"]["csv"].as_str().unwrap(), "*/*").await);
+    get(job["links"]["grid_files"]["workplane"]["png"].as_str().unwrap(), "*/*").await;
+    get(job["links"]["convergence_csv"].as_str().unwrap(), "*/*").await;
+    common::problem(service.get(&format!("{path}/grids/other.csv")).send().await.unwrap(), 404).await;
 }

@@ -9,7 +9,7 @@ use figment::providers::{Env, Format, Serialized, Toml};
 use serde::{Deserialize, Serialize};
 
 use crate::cli::telemetry::Log;
-use crate::http::Limits;
+use crate::http::{self, Limits};
 
 const DEFAULTS: &str = include_str!("../../config/default.toml");
 const ENVIRONMENT_PREFIX: &str = "SKYDUCT_";
@@ -81,6 +81,9 @@ impl Config {
                 config.listen
             );
         }
+        for origin in &config.cors_origins {
+            http::cors::check_origin(origin).map_err(|reason| anyhow::anyhow!("cors_origins: {reason}"))?;
+        }
         config.database_file()?;
         Ok(config)
     }
@@ -150,6 +153,7 @@ mod tests {
             "[log]\nlevel = \"loud\"",
             "[log]\nformat = \"xml\"",
             "[limits]\nqueued = 3",
+            "cors_origins = [\"design.example/\"]",
             "role = \"api\"",
             "database = \"postgres://x\"",
         ] {

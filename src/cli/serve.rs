@@ -141,7 +141,7 @@ impl RunningService {
                 cors_origins: config.cors_origins.clone(),
             },
         });
-        let router = http::router(service);
+        let router = http::cors::around(http::router(service), &config.cors_origins);
         let stop = shutdown.clone();
         let server = tokio::spawn(async move { http::server::serve(listener, router, &config.limits, stop).await });
         tracing::info!(%address, "listening");

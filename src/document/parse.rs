@@ -16,6 +16,9 @@ use super::{DocumentErrors, FieldError, JobDocument};
 /// Numbers closer to zero count as zero: a denormal is never meant, and slows every product that it enters.
 const SMALLEST: f64 = 1e-300;
 
+/// Up to here every whole number is a number of its own: 2^53.
+const MOST_EXACT: f64 = 9_007_199_254_740_992.0;
+
 /// Errors of shape that are reported at most.
 const MOST_SHAPE_ERRORS: usize = 100;
 
@@ -24,7 +27,7 @@ impl JobDocument {
     ///
     /// Errors name everything that is wrong: with the text (line and column), with its shape, and with the values.
     pub fn parse(text: &[u8]) -> Result<Self, DocumentErrors> {
-        let mut value = parse_value(text).map_err(|error| DocumentErrors(vec![error]))?;
+        let mut value = value(text).map_err(|error| DocumentErrors(vec![error]))?;
         let mut checks = Checks::default();
         // pointers below which values were made up
         let mut spoiled: Vec<String> = Vec::new();
@@ -109,7 +112,7 @@ fn replace(value: &mut Value, pointer: &str, spoiled: &mut Vec<String>) -> bool 
 }
 
 /// Parses JSON text; refuses duplicate keys and numbers that overflow, and takes denormals as zero.
-fn parse_value(text: &[u8]) -> Result<Value, FieldError> {
+pub fn value(text: &[u8]) -> Result<Value, FieldError> {
     let mut deserializer = serde_json::Deserializer::from_slice(text);
     let strict: Strict = serde_path_to_error::deserialize(&mut deserializer).map_err(|error| {
         let inner = error.inner();
@@ -160,6 +163,10 @@ impl<'de> Visitor<'de> for StrictVisitor {
 
     fn visit_f64<E: Error>(self, value: f64) -> Result<Value, E> {
         let value = if value.abs() < SMALLEST { 0.0 } else { value };
+        // 5.0 is a whole number, too; -0.0 would lose its sign
+        if value.fract() == 0.0 && value.abs() <= MOST_EXACT && !(value == 0.0 && value.is_sign_negative()) {
+            return Ok((value as i64).into());
+        }
         Number::from_f64(value).map(Value::Number).ok_or_else(|| E::custom("number out of range"))
     }
 

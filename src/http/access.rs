@@ -9,12 +9,13 @@ use std::sync::Arc;
 
 use axum::extract::{Request, State};
 use axum::http::uri::Authority;
-use axum::http::{HeaderMap, Method, StatusCode, Uri, Version, header};
+use axum::http::{HeaderMap, Method, Uri, Version, header};
 use axum::middleware::Next;
 use axum::response::{IntoResponse, Response};
 
 use crate::http::Service;
 use crate::http::problem::Problem;
+use crate::http::problem_kind::ProblemKind;
 
 /// Names and origins that the service knows.
 #[derive(Clone, Debug)]
@@ -82,9 +83,7 @@ fn check_host(access: &Access, version: Version, uri: &Uri, headers: &HeaderMap)
     match &host {
         Some(host) if host.as_str().contains('@') => Err(unreadable()),
         Some(host) if !access.knows_host(host) => Err(Problem::new(
-            StatusCode::MISDIRECTED_REQUEST,
-            "/problems/unknown-host",
-            "The service does not answer to this host",
+            ProblemKind::UnknownHost,
             format!(
                 "this service answers at its own address and at localhost:{}, not as {host}: more names are configured in allowed_hosts",
                 access.listen.port()
@@ -114,9 +113,7 @@ fn check_site(access: &Access, method: &Method, headers: &HeaderMap, host: Optio
     };
     if from_elsewhere {
         return Err(Problem::new(
-            StatusCode::FORBIDDEN,
-            "/problems/cross-site",
-            "A page elsewhere may not do this",
+            ProblemKind::CrossSite,
             "the request comes from a web page of another origin: origins that may call this service are configured in cors_origins",
         ));
     }

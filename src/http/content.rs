@@ -8,10 +8,17 @@ use axum::body::Body;
 use axum::http::{HeaderMap, HeaderName, HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use bytes::Bytes;
+use utoipa::ToSchema;
 
 use crate::http::problem::Problem;
+use crate::http::problem_kind::ProblemKind;
 use crate::job::artifacts::Artifacts;
 use crate::job::store::Artifact;
+
+/// Bytes.
+#[derive(ToSchema)]
+#[schema(value_type = String, format = Binary, min_length = 1)]
+pub struct Binary(#[expect(dead_code, reason = "stands for a schema")] String);
 
 /// A stored artifact as an answer to a request with these headers.
 pub async fn stored(headers: &HeaderMap, artifacts: &Artifacts, artifact: &Artifact) -> Result<Response, Problem> {
@@ -59,12 +66,7 @@ impl Answer {
         match range.map_or(Requested::Whole, |range| requested(range, size)) {
             Requested::Whole => Ok(Self::Whole),
             Requested::Part(range) => Ok(Self::Part(range)),
-            Requested::Unsatisfiable => Err(Problem::new(
-                StatusCode::RANGE_NOT_SATISFIABLE,
-                "/problems/range",
-                "The range is not in the file",
-                format!("the file has {size} bytes"),
-            )),
+            Requested::Unsatisfiable => Err(Problem::new(ProblemKind::Range, format!("the file has {size} bytes"))),
         }
     }
 

@@ -48,6 +48,7 @@ pub struct EventsQuery {
         (status = 204, description = "All events were received before"),
         (status = 400, description = "Last-Event-ID is not an event id", body = Problem, content_type = "application/problem+json"),
         (status = 404, description = "No such job", body = Problem, content_type = "application/problem+json"),
+        (status = 422, description = "`after` is not an event id", body = Problem, content_type = "application/problem+json"),
         (status = 503, description = "Too many streams are open", body = Problem, content_type = "application/problem+json")))]
 pub async fn events(
     app: App,
@@ -71,7 +72,11 @@ pub async fn events(
     };
     let head = app.store.job_head(id).await?.ok_or_else(|| Problem::not_found("there is no such job"))?;
     if !(0..=head.last_seq).contains(&last) {
-        return Err(Problem::bad_request(format!("the job's event ids are 1 to {}", head.last_seq)));
+        let detail = format!("the job's event ids are 1 to {}, but it is {last}", head.last_seq);
+        return Err(match headers.get("last-event-id") {
+            Some(_) => Problem::bad_request(format!("Last-Event-ID: {detail}")),
+            None => Problem::invalid_parameter("after", detail),
+        });
     }
     if head.status.is_final() && last == head.last_seq {
         return Ok(StatusCode::NO_CONTENT.into_response());

@@ -18,9 +18,10 @@ use crate::document::result::{
     AccuracyResult, EnergyResult, ExternalIlluminance, GridStatistics, PlanResult, TimingResult, TubeResult,
 };
 use crate::document::schema::PixelCounts;
-use crate::document::{DocumentErrors, FieldError, JobDocument, Provenance, Warning};
+use crate::document::{DocumentErrors, FieldError, JobDocument, Provenance, Warning, parse};
 use crate::http::limits::{off_thread, permit};
 use crate::http::problem::{Path, Problem, Query};
+use crate::http::problem_kind::ProblemKind;
 use crate::http::{App, Service, content};
 use crate::job::run::{self, Prepared, StoppedBy};
 use crate::job::store::*;
@@ -115,17 +116,29 @@ pub struct Links {
     pub this: String,
     pub events: String,
     pub convergence: String,
+    pub convergence_csv: String,
     pub convergence_svg: String,
     pub cancel: String,
-    /// Paths of the grids by name (JSON; CSV by `Accept` or `?format=csv`). Not in lists.
+    /// Paths of the grids by name (JSON, or what `Accept` or `?format=` asks for). Not in lists.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub grids: Option<BTreeMap<String, String>>,
+    /// Paths of the grids' files by name. Not in lists.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub grid_files: Option<BTreeMap<String, GridLinks>>,
     /// Paths of the views by name. Not in lists.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub views: Option<BTreeMap<String, ViewLinks>>,
     /// Reports on the tubes, in the order of the document. Not in lists.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tubes: Option<Vec<TubeLinks>>,
+}
+
+#[derive(Serialize, ToSchema)]
+pub struct GridLinks {
+    pub json: String,
+    pub csv: String,
+    /// False colours with a scale.
+    pub png: String,
 }
 
 #[derive(Serialize, ToSchema)]
@@ -202,10 +215,12 @@ impl JobSummary {
             links: Links {
                 events: format!("{this}/events"),
                 convergence: format!("{this}/convergence"),
+                convergence_csv: format!("{this}/convergence.csv"),
                 convergence_svg: format!("{this}/convergence.svg"),
                 cancel: format!("{this}/cancel"),
                 this,
                 grids: None,
+                grid_files: None,
                 views: None,
                 tubes: None,
             },
@@ -218,6 +233,10 @@ impl JobResource {
         let mut summary = JobSummary::new(&job.head);
         let this = &summary.links.this;
         let grids = names(&job.document, "grids").map(|name| (name.to_owned(), format!("{this}/grids/{name}")));
+        let grid_files = names(&job.document, "grids").map(|name| {
+            let [json, csv, png] = ["json", "csv", "png"].map(|suffix| format!("{this}/grids/{name}.{suffix}"));
+            (name.to_owned(), GridLinks { json, csv, png })
+        });
         let views = names(&job.document, "views").map(|name| {
             let links = ViewLinks {
                 exr: format!("{this}/views/{name}.exr"),
@@ -226,7 +245,7 @@ impl JobResource {
             };
             (name.to_owned(), links)
         });
-        let (grids, views) = (grids.collect(), views.collect());
+        let (grids, grid_files, views) = (grids.collect(), grid_files.collect(), views.collect());
         let count = job.document["tubes"].as_array().map_or(0, Vec::len);
         let tubes = (0..count).map(|tube| TubeLinks {
             json: format!("{this}/tubes/{tube}.json"),
@@ -234,6 +253,7 @@ impl JobResource {
         });
         let tubes = tubes.collect();
         summary.links.grids = Some(grids);
+        summary.links.grid_files = Some(grid_files);
         summary.links.views = Some(views);
         summary.links.tubes = Some(tubes);
         let results = match job.summary {
@@ -304,17 +324,13 @@ pub async fn create(app: App, headers: HeaderMap, body: Result<Bytes, BytesRejec
         Submission::Repeated(job) => Ok(accepted(job)),
         Submission::KeyReused => Err(key_reused()),
         Submission::QueueFull => Err(Problem::new(
-            StatusCode::SERVICE_UNAVAILABLE,
-            "/problems/queue-full",
-            "The queue is full",
+            ProblemKind::QueueFull,
             format!("{} jobs are waiting; try again later", app.limits.queued_jobs),
         )
         .retry_after(30)),
-        Submission::MeshGone(mesh) => Err(Problem::unprocessable(
-            "/problems/invalid-document",
-            "The document is not valid",
-            format!("the mesh {mesh} was deleted"),
-        )),
+        Submission::MeshGone(mesh) => {
+            Err(Problem::new(ProblemKind::InvalidDocument, format!("the mesh {mesh} was deleted")))
+        }
     }
 }
 
@@ -325,11 +341,7 @@ fn accepted(job: Job) -> Response {
 }
 
 fn key_reused() -> Problem {
-    Problem::unprocessable(
-        "/problems/key-reused",
-        "The Idempotency-Key was used before",
-        "it belongs to a job with another document; take a new key",
-    )
+    Problem::new(ProblemKind::KeyReused, "it belongs to a job with another document; take a new key")
 }
 
 fn idempotency_key(headers: &HeaderMap) -> Result<Option<String>, Problem> {
@@ -362,7 +374,11 @@ impl Posted {
         if text.starts_with('\u{feff}') {
             return Err(not_json("it begins with a byte order mark (U+FEFF): save it as UTF-8 without one".into()));
         }
-        let value: Value = serde_json::from_str(&text).map_err(|error| not_json(error.to_string()))?;
+        // a field that is given twice is refused before a key can compare its last value
+        let value = parse::value(text.as_bytes()).map_err(|error| match error.pointer.as_str() {
+            "" => not_json(error.detail),
+            _ => DocumentErrors(vec![error]).into(),
+        })?;
         let mut hasher = blake3::Hasher::new();
         hash_canonical(&value, &mut hasher);
         Ok(Self { text, hash: hasher.finalize().to_hex().to_string() })
@@ -370,7 +386,7 @@ impl Posted {
 }
 
 fn not_json(detail: String) -> Problem {
-    Problem::new(StatusCode::BAD_REQUEST, "not-json", "The body is not JSON", detail)
+    Problem::new(ProblemKind::NotJson, detail)
 }
 
 /// Equal for bodies that differ only in white space and in the order of fields.
@@ -441,11 +457,11 @@ pub async fn plan(
 #[utoipa::path(get, path = "/v1/jobs", operation_id = "list_jobs", tag = "jobs", params(ListQuery),
     responses(
         (status = 200, description = "A page of jobs", body = JobPage),
-        (status = 400, description = "A parameter is not valid", body = Problem, content_type = "application/problem+json")))]
+        (status = 422, description = "A parameter is not valid; `errors` name it", body = Problem, content_type = "application/problem+json")))]
 pub async fn list(app: App, Query(query): Query<ListQuery>) -> Result<Json<JobPage>, Problem> {
     let limit = query.limit.unwrap_or(DEFAULT_PAGE);
     if !(1..=MAX_PAGE).contains(&limit) {
-        return Err(Problem::bad_request(format!("limit must be 1 to {MAX_PAGE}")));
+        return Err(Problem::invalid_parameter("limit", format!("must be 1 to {MAX_PAGE}, but is {limit}")));
     }
     // one more tells whether there is a next page
     let filter = JobFilter { status: query.status, before: query.cursor, limit: limit + 1 };
@@ -519,14 +535,15 @@ mod tests {
 
     fn hash(text: &str) -> String {
         let mut hasher = blake3::Hasher::new();
-        hash_canonical(&serde_json::from_str(text).unwrap(), &mut hasher);
+        hash_canonical(&parse::value(text.as_bytes()).unwrap(), &mut hasher);
         hasher.finalize().to_hex().to_string()
     }
 
     #[test]
     fn the_canonical_hash_sees_content_only() {
-        let same = [r#"{"a":1,"b":[1,2.5,"x"]}"#, " { \"b\" : [1, 2.5, \"x\"],\n\"a\":1}"];
-        assert_eq!(hash(same[0]), hash(same[1]));
+        let same =
+            [r#"{"a":1,"b":[1,2.5,"x"]}"#, " { \"b\" : [1, 2.5, \"x\"],\n\"a\":1}", r#"{"a":1.0,"b":[1e0,2.50,"x"]}"#];
+        assert!(same.iter().all(|text| hash(text) == hash(same[0])));
         let different = [
             r#"{"a":1,"b":[1,2.5]}"#,
             r#"{"a":1,"b":["1",2.5,"x"]}"#,

@@ -12,8 +12,10 @@ use serde::Serialize;
 use utoipa::ToSchema;
 
 use crate::http::App;
+use crate::http::content::Binary;
 use crate::http::limits::permit;
 use crate::http::problem::{Path, Problem};
+use crate::http::problem_kind::ProblemKind;
 use crate::job::meshes::UploadError;
 use crate::job::store::{Mesh, MeshDeletion};
 
@@ -50,7 +52,8 @@ impl From<Mesh> for MeshResource {
 /// The same content has the same id, however often it is uploaded. Of materials only the names count (`usemtl`): optics are
 /// in the job document, so that an MTL file is not needed.
 #[utoipa::path(post, path = "/v1/meshes", operation_id = "create_mesh", tag = "meshes",
-    request_body(content((String = "model/obj"), (String = "text/plain")), description = "The OBJ file"),
+    request_body(content = inline(Binary), content_type = "application/octet-stream",
+        description = "The OBJ file; model/obj and text/plain are names for it, too"),
     responses(
         (status = 201, description = "It is there", body = MeshResource, headers(("Location" = String, description = "Path of the mesh"))),
         (status = 413, description = "Too long", body = Problem, content_type = "application/problem+json"),
@@ -78,9 +81,7 @@ pub async fn create(app: App, headers: HeaderMap, request: Request) -> Result<Re
 impl From<UploadError> for Problem {
     fn from(error: UploadError) -> Self {
         match error {
-            UploadError::Obj(error) => {
-                Self::unprocessable("/problems/invalid-mesh", "The mesh is not valid", error.to_string())
-            }
+            UploadError::Obj(error) => Self::new(ProblemKind::InvalidMesh, error.to_string()),
             UploadError::Store(error) => error.into(),
             UploadError::Artifact(error) => error.into(),
             UploadError::Panicked => Self::internal(),

@@ -2,14 +2,17 @@
 
 pub mod access;
 pub mod content;
+pub mod cors;
 pub mod event_schemas;
 pub mod events;
+pub mod formats;
 pub mod health;
 pub mod jobs;
 pub mod limits;
 pub mod meshes;
 pub mod openapi;
 pub mod problem;
+pub mod problem_kind;
 pub mod results;
 pub mod router;
 pub mod server;

@@ -10,13 +10,14 @@ use serde::Serialize;
 use utoipa::ToSchema;
 
 use crate::document::{DocumentErrors, FieldError};
+use crate::http::problem_kind::ProblemKind;
 use crate::job::artifacts::ArtifactError;
 use crate::job::store::StoreError;
 
 /// What went wrong (RFC 9457).
 #[derive(Clone, Debug, Serialize, ToSchema)]
 pub struct Problem {
-    /// Names the kind of problem; a relative reference.
+    /// Names the kind of problem; the path of a page that explains it.
     #[serde(rename = "type")]
     #[schema(format = "uri-reference", example = "/problems/invalid-document")]
     pub kind: &'static str,
@@ -36,12 +37,11 @@ pub struct Problem {
 }
 
 impl Problem {
-    /// `kind`: `/problems/` and a name.
-    pub fn new(status: StatusCode, kind: &'static str, title: &'static str, detail: impl Into<String>) -> Self {
+    pub fn new(kind: ProblemKind, detail: impl Into<String>) -> Self {
         Self {
-            kind,
-            title,
-            status: status.as_u16(),
+            kind: kind.code(),
+            title: kind.title(),
+            status: kind.status().as_u16(),
             detail: detail.into(),
             instance: String::new(),
             errors: Vec::new(),
@@ -55,49 +55,39 @@ impl Problem {
     }
 
     pub fn bad_request(detail: impl Into<String>) -> Self {
-        Self::new(StatusCode::BAD_REQUEST, "/problems/bad-request", "The request is not valid", detail)
+        Self::new(ProblemKind::BadRequest, detail)
     }
 
     pub fn not_found(detail: impl Into<String>) -> Self {
-        Self::new(StatusCode::NOT_FOUND, "/problems/not-found", "Not found", detail)
+        Self::new(ProblemKind::NotFound, detail)
     }
 
     pub fn conflict(detail: impl Into<String>) -> Self {
-        Self::new(StatusCode::CONFLICT, "/problems/conflict", "Not possible now", detail)
+        Self::new(ProblemKind::Conflict, detail)
     }
 
     pub fn unsupported_media_type(detail: impl Into<String>) -> Self {
-        Self::new(
-            StatusCode::UNSUPPORTED_MEDIA_TYPE,
-            "/problems/unsupported-media-type",
-            "The content type is not supported",
-            detail,
-        )
-    }
-
-    pub fn unprocessable(kind: &'static str, title: &'static str, detail: impl Into<String>) -> Self {
-        Self::new(StatusCode::UNPROCESSABLE_ENTITY, kind, title, detail)
+        Self::new(ProblemKind::UnsupportedMediaType, detail)
     }
 
     /// Query parameters with bad values, by name.
     pub fn invalid_parameters(errors: Vec<FieldError>) -> Self {
         let first = errors.first().map_or(String::new(), |error| format!("{}: {}", error.pointer, error.detail));
-        let problem = Self::unprocessable("/problems/invalid-parameters", "The parameters are not valid", first);
-        Self { errors, ..problem }
+        Self { errors, ..Self::new(ProblemKind::InvalidParameters, first) }
+    }
+
+    /// One query parameter with a bad value.
+    pub fn invalid_parameter(name: &str, detail: impl Into<String>) -> Self {
+        Self::invalid_parameters(vec![FieldError { pointer: name.to_owned(), detail: detail.into() }])
     }
 
     pub fn unavailable(detail: impl Into<String>) -> Self {
-        Self::new(StatusCode::SERVICE_UNAVAILABLE, "/problems/unavailable", "Not available now", detail).retry_after(5)
+        Self::new(ProblemKind::Unavailable, detail).retry_after(5)
     }
 
     /// Ours: the log has the rest, under the answer's `x-request-id`.
     pub fn internal() -> Self {
-        Self::new(
-            StatusCode::INTERNAL_SERVER_ERROR,
-            "/problems/internal",
-            "The service failed",
-            "the log of the service has the reason, under this answer's x-request-id",
-        )
+        Self::new(ProblemKind::Internal, "the log of the service has the reason, under this answer's x-request-id")
     }
 
     /// For an answer that came without a problem of its own.
@@ -106,28 +96,21 @@ impl Problem {
             StatusCode::NOT_FOUND => Self::not_found("there is nothing at this path"),
             StatusCode::METHOD_NOT_ALLOWED => {
                 let allowed = allow.and_then(|value| value.to_str().ok()).unwrap_or("other methods");
-                Self::new(
-                    status,
-                    "/problems/method-not-allowed",
-                    "The method is not allowed",
-                    format!("this path allows {allowed}"),
-                )
+                Self::new(ProblemKind::MethodNotAllowed, format!("this path allows {allowed}"))
             }
-            StatusCode::REQUEST_TIMEOUT => {
-                Self::new(status, "/problems/timeout", "The request took too long", "it was not complete in time")
-            }
+            StatusCode::REQUEST_TIMEOUT => Self::new(ProblemKind::Timeout, "it was not complete in time"),
             StatusCode::PAYLOAD_TOO_LARGE => too_large("the body is longer than this path allows"),
             StatusCode::INTERNAL_SERVER_ERROR => Self::internal(),
             status => {
-                let title = status.canonical_reason().unwrap_or("The request failed");
-                Self::new(status, "/problems/http", title, title)
+                let reason = status.canonical_reason().unwrap_or("The request failed");
+                Self { status: status.as_u16(), title: reason, ..Self::new(ProblemKind::Http, reason) }
             }
         }
     }
 }
 
 fn too_large(detail: impl Into<String>) -> Problem {
-    Problem::new(StatusCode::PAYLOAD_TOO_LARGE, "/problems/too-large", "The body is too large", detail)
+    Problem::new(ProblemKind::TooLarge, detail)
 }
 
 /// The problem travels as an extension; [`as_problem_documents`] writes it out.
@@ -192,8 +175,7 @@ impl From<DocumentErrors> for Problem {
             }
             [] => String::new(),
         };
-        let problem = Self::unprocessable("/problems/invalid-document", "The document is not valid", detail);
-        Self { errors, ..problem }
+        Self { errors, ..Self::new(ProblemKind::InvalidDocument, detail) }
     }
 }
 
@@ -213,7 +195,14 @@ impl From<BytesRejection> for Problem {
 
 impl From<QueryRejection> for Problem {
     fn from(rejection: QueryRejection) -> Self {
-        Self::bad_request(rejection.body_text())
+        let text = rejection.body_text();
+        let text = text.trim_start_matches("Failed to deserialize query string: ");
+        // serde names an unknown parameter in the text, a bad value comes after the parameter's name
+        let (name, detail) = match text.split_once("unknown field `").and_then(|(_, rest)| rest.split_once('`')) {
+            Some((name, _)) => (name, text),
+            None => text.split_once(": ").unwrap_or(("", text)),
+        };
+        Self::invalid_parameter(name, detail)
     }
 }
 

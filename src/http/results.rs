@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use axum::http::{HeaderMap, HeaderValue, header};
+use axum::http::{HeaderMap, StatusCode};
 use axum::response::Response;
 use serde::{Deserialize, Serialize};
 use utoipa::{IntoParams, ToSchema};
@@ -10,6 +10,8 @@ use uuid::Uuid;
 
 use crate::document::result::{GridResult, TubeResult};
 use crate::document::tube_report::TubeReport;
+use crate::http::content::Binary;
+use crate::http::formats::{self, Format};
 use crate::http::jobs::no_such_job;
 use crate::http::limits::{off_thread, permit};
 use crate::http::problem::{Path, Problem, Query};
@@ -83,28 +85,40 @@ pub struct Convergence {
     pub passes: Vec<PassReport>,
 }
 
-/// What the first media type of `Accept` that is among `known` stands for.
-fn accepted<F: Copy>(headers: &HeaderMap, known: &[(&str, F)], default: F) -> F {
-    let values = headers.get_all(header::ACCEPT).iter().filter_map(|value| value.to_str().ok());
-    values
-        .flat_map(|value| value.split(','))
-        .find_map(|range| {
-            let media_type = range.split(';').next().unwrap_or("").trim();
-            known.iter().find(|(name, _)| *name == media_type).map(|(_, format)| *format)
-        })
-        .unwrap_or(default)
+impl From<GridFormat> for Format {
+    fn from(format: GridFormat) -> Self {
+        match format {
+            GridFormat::Json => Self::Json,
+            GridFormat::Csv => Self::Csv,
+            GridFormat::Png => Self::Png,
+        }
+    }
 }
+
+impl From<TableFormat> for Format {
+    fn from(format: TableFormat) -> Self {
+        match format {
+            TableFormat::Json => Self::Json,
+            TableFormat::Csv => Self::Csv,
+        }
+    }
+}
+
+const GRID_FORMATS: [Format; 3] = [Format::Json, Format::Csv, Format::Png];
+const TABLE_FORMATS: [Format; 3] = [Format::Json, Format::Csv, Format::Svg];
+const TUBE_FORMATS: [Format; 2] = [Format::Json, Format::Svg];
+const VIEW_FORMATS: [Format; 2] = [Format::Png, Format::Exr];
 
 /// A grid.
 #[utoipa::path(get, path = "/v1/jobs/{id}/grids/{name}", operation_id = "get_grid", tag = "results",
-    params(("id" = Uuid, Path), ("name" = String, Path), GridQuery),
+    params(("id" = Uuid, Path), ("name" = String, Path, description = "The grid's name; with `.json`, `.csv` or `.png` a file"), GridQuery),
     responses(
         (status = 200, description = "Illuminance and its standard error; as PNG in false colours",
-            content((GridResult = "application/json"), (String = "text/csv"), (String = "image/png"))),
+            content((GridResult = "application/json"), (String = "text/csv"), (inline(Binary) = "image/png"))),
         (status = 206, description = "The range of it that was asked for"),
         (status = 304, description = "It is what If-None-Match names"),
         (status = 416, description = "The range is not in the file", body = Problem, content_type = "application/problem+json"),
-        (status = 400, description = "A parameter is not valid", body = Problem, content_type = "application/problem+json"),
+        (status = 422, description = "A parameter is not valid", body = Problem, content_type = "application/problem+json"),
         (status = 404, description = "No such job or grid, or no pass is done yet", body = Problem, content_type = "application/problem+json")))]
 pub async fn grid(
     app: App,
@@ -112,29 +126,36 @@ pub async fn grid(
     Query(query): Query<GridQuery>,
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
-    let known = [("application/json", GridFormat::Json), ("text/csv", GridFormat::Csv), ("image/png", GridFormat::Png)];
-    let extension = match query.format.unwrap_or_else(|| accepted(&headers, &known, GridFormat::Json)) {
-        GridFormat::Json => "json",
-        GridFormat::Csv => "csv",
-        GridFormat::Png => "png",
-    };
-    Ok(vary_by_accept(result_file(&app, id, &headers, format!("grids/{name}.{extension}")).await?))
+    if query.format.is_none()
+        && formats::by_suffix(&name, &GRID_FORMATS).is_some()
+        && let Some(file) = found(result_file(&app, id, &headers, format!("grids/{name}")).await)?
+    {
+        return Ok(formats::named(file, &name));
+    }
+    // no such file: a grid may be called `a.csv` itself
+    let format = query.format.map_or_else(|| formats::accepted(&headers, &GRID_FORMATS), Format::from);
+    let file = format!("{name}.{}", format.suffix());
+    let answer = result_file(&app, id, &headers, format!("grids/{file}")).await?;
+    Ok(formats::vary_by_accept(formats::named(answer, &file)))
 }
 
-fn vary_by_accept(mut response: Response) -> Response {
-    response.headers_mut().insert(header::VARY, HeaderValue::from_static("accept"));
-    response
+/// `None` where the answer is that there is nothing.
+fn found(answer: Result<Response, Problem>) -> Result<Option<Response>, Problem> {
+    match answer {
+        Err(problem) if problem.status == StatusCode::NOT_FOUND.as_u16() => Ok(None),
+        answer => answer.map(Some),
+    }
 }
 
 /// A picture of a view.
 #[utoipa::path(get, path = "/v1/jobs/{id}/views/{file}", operation_id = "get_view", tag = "results",
-    params(("id" = Uuid, Path), ("file" = String, Path, description = "The view's name and `.exr` or `.png`"), PictureQuery),
+    params(("id" = Uuid, Path), ("file" = String, Path, description = "The view's name; with `.exr` or `.png` a file"), PictureQuery),
     responses(
-        (status = 200, description = "OpenEXR with float layers, or PNG", content((String = "image/x-exr"), (String = "image/png"))),
+        (status = 200, description = "OpenEXR with float layers, or PNG", content((inline(Binary) = "image/x-exr"), (inline(Binary) = "image/png"))),
         (status = 206, description = "The range of it that was asked for"),
         (status = 304, description = "It is what If-None-Match names"),
         (status = 416, description = "The range is not in the file", body = Problem, content_type = "application/problem+json"),
-        (status = 400, description = "These parameters do not go together", body = Problem, content_type = "application/problem+json"),
+        (status = 422, description = "A parameter is not valid, or these do not go together", body = Problem, content_type = "application/problem+json"),
         (status = 404, description = "No such job or view, or no pass is done yet", body = Problem, content_type = "application/problem+json")))]
 pub async fn view(
     app: App,
@@ -142,42 +163,50 @@ pub async fn view(
     Query(query): Query<PictureQuery>,
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
-    let Some((name, extension @ ("exr" | "png"))) = file.rsplit_once('.') else {
-        return Err(Problem::not_found("a view is read as NAME.exr or NAME.png"));
-    };
-    match (extension, query.style, query.pass) {
-        ("png", None | Some(PictureStyle::Tone), Some(pass)) => {
+    let by_suffix = formats::by_suffix(&file, &VIEW_FORMATS);
+    let (name, format) = by_suffix.unwrap_or_else(|| (&file, formats::accepted(&headers, &VIEW_FORMATS)));
+    let answer = match (format, query.style, query.pass) {
+        (Format::Png, None | Some(PictureStyle::Tone), Some(pass)) => {
             if !PREVIEW_PASSES.contains(&pass) {
-                return Err(Problem::bad_request(format!("progress images are kept after passes {PREVIEW_PASSES:?}")));
+                let detail = format!("progress images are kept after passes {PREVIEW_PASSES:?}, but it is {pass}");
+                return Err(Problem::invalid_parameter("pass", detail));
             }
             let kept = app.store.artifact(id, &format!("views/{name}.pass{pass}.png")).await?;
             let kept = kept.ok_or_else(|| Problem::not_found("there is no such progress image"))?;
             content::stored(&headers, &app.artifacts, &kept).await
         }
-        ("png", Some(PictureStyle::FalseColour), None) => {
+        (Format::Png, Some(PictureStyle::FalseColour), None) => {
             result_file(&app, id, &headers, format!("views/{name}.false_colour.png")).await
         }
-        ("png", _, None) | ("exr", None, None) => result_file(&app, id, &headers, format!("views/{file}")).await,
-        _ => Err(Problem::bad_request("style is of .png, and pass of .png with the style tone")),
-    }
+        (_, style, None) if format == Format::Png || style.is_none() => {
+            result_file(&app, id, &headers, format!("views/{name}.{}", format.suffix())).await
+        }
+        (_, _, pass) => {
+            let parameter = if pass.is_some() { "pass" } else { "style" };
+            Err(Problem::invalid_parameter(parameter, "style is of .png, and pass of .png with the style tone"))
+        }
+    };
+    let answer = formats::named(answer?, &format!("{name}.{}", format.suffix()));
+    Ok(if by_suffix.is_some() { answer } else { formats::vary_by_accept(answer) })
 }
 
 /// The report on a tube.
 #[utoipa::path(get, path = "/v1/jobs/{id}/tubes/{file}", operation_id = "get_tube", tag = "results",
-    params(("id" = Uuid, Path), ("file" = String, Path, description = "The tube's number in the document, from 0, and `.json` or `.svg`")),
+    params(("id" = Uuid, Path), ("file" = String, Path, description = "The tube's number in the document, from 0; with `.json` or `.svg` a file")),
     responses(
         (status = 200, description = "Fluxes, efficiencies and the transmission of beams; as SVG the transmission against the sun's altitude",
             content((TubeReport = "application/json"), (String = "image/svg+xml"))),
         (status = 206, description = "The range of it that was asked for"),
         (status = 304, description = "It is what If-None-Match names"),
         (status = 416, description = "The range is not in the file", body = Problem, content_type = "application/problem+json"),
-        (status = 400, description = "A parameter is not valid", body = Problem, content_type = "application/problem+json"),
+        (status = 422, description = "A parameter is not valid", body = Problem, content_type = "application/problem+json"),
         (status = 404, description = "No such job or tube, or no pass is done yet", body = Problem, content_type = "application/problem+json")))]
 pub async fn tube(app: App, Path((id, file)): Path<(Uuid, String)>, headers: HeaderMap) -> Result<Response, Problem> {
-    if !(file.ends_with(".json") || file.ends_with(".svg")) {
-        return Err(Problem::not_found("a tube is read as NUMBER.json or NUMBER.svg"));
-    }
-    result_file(&app, id, &headers, format!("tubes/{file}")).await
+    let by_suffix = formats::by_suffix(&file, &TUBE_FORMATS);
+    let (tube, format) = by_suffix.unwrap_or_else(|| (&file, formats::accepted(&headers, &TUBE_FORMATS)));
+    let answer = result_file(&app, id, &headers, format!("tubes/{tube}.{}", format.suffix())).await?;
+    let answer = formats::named(answer, &format!("tube-{tube}.{}", format.suffix()));
+    Ok(if by_suffix.is_some() { answer } else { formats::vary_by_accept(answer) })
 }
 
 /// The stored file of a finished job, or the file as it would be now of a running one.
@@ -229,7 +258,9 @@ async fn made_again(app: &Service, id: Uuid, name: &str) -> Result<Option<Result
 /// before a restart. `None` where the job goes on, or has computed nothing.
 async fn report_on_tube(app: &Service, id: Uuid, name: &str) -> Result<Option<ResultFile>, Problem> {
     let Some(job) = app.store.job(id).await? else { return Err(no_such_job()) };
-    let Some(summary) = job.summary.filter(|_| job.head.status.is_final()) else { return Ok(None) };
+    let Some(summary) = job.summary.filter(|known| job.head.status.is_final() && known["tubes"].is_array()) else {
+        return Ok(None);
+    };
     let tubes: Vec<TubeResult> = Vec::deserialize(&summary["tubes"])
         .map_err(|error| internal("reading the fluxes of a finished job failed", &error))?;
     let (meshes, runtime, name) = (app.meshes.clone(), tokio::runtime::Handle::current(), name.to_owned());
@@ -293,8 +324,8 @@ fn made_file(file: Option<ResultFile>) -> Result<MadeFile, Problem> {
 #[utoipa::path(get, path = "/v1/jobs/{id}/convergence", operation_id = "get_convergence", tag = "results",
     params(("id" = Uuid, Path), TableQuery),
     responses(
-        (status = 200, description = "The passes so far", content((Convergence = "application/json"), (String = "text/csv"))),
-        (status = 400, description = "A parameter is not valid", body = Problem, content_type = "application/problem+json"),
+        (status = 200, description = "The passes so far", content((Convergence = "application/json"), (String = "text/csv"), (String = "image/svg+xml"))),
+        (status = 422, description = "A parameter is not valid", body = Problem, content_type = "application/problem+json"),
         (status = 404, description = "No such job", body = Problem, content_type = "application/problem+json")))]
 pub async fn convergence(
     app: App,
@@ -302,18 +333,43 @@ pub async fn convergence(
     Query(query): Query<TableQuery>,
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
-    let passes = passes(&app, id).await?;
-    let known = [("application/json", TableFormat::Json), ("text/csv", TableFormat::Csv)];
-    let format = query.format.unwrap_or_else(|| accepted(&headers, &known, TableFormat::Json));
-    let response = match format {
-        TableFormat::Json => {
+    let format = query.format.map_or_else(|| formats::accepted(&headers, &TABLE_FORMATS), Format::from);
+    Ok(formats::vary_by_accept(table(&app, id, &headers, format).await?))
+}
+
+/// The convergence table in a representation.
+async fn table(app: &Service, id: Uuid, headers: &HeaderMap, format: Format) -> Result<Response, Problem> {
+    let passes = passes(app, id).await?;
+    let answer = match format {
+        Format::Csv => content::made(headers, csv(&passes).into_bytes(), "text/csv; charset=utf-8"),
+        Format::Svg => content::made(headers, plot(app, &passes).await?, "image/svg+xml"),
+        _ => {
             let bytes = serde_json::to_vec(&Convergence { job: id, passes })
                 .map_err(|error| internal("writing the convergence table failed", &error))?;
-            content::made(&headers, bytes, "application/json")
+            content::made(headers, bytes, "application/json")
         }
-        TableFormat::Csv => content::made(&headers, csv(&passes).into_bytes(), "text/csv; charset=utf-8"),
     };
-    Ok(vary_by_accept(response?))
+    Ok(formats::named(answer?, &format!("convergence.{}", format.suffix())))
+}
+
+/// Every pass as a file: `convergence.json`.
+#[utoipa::path(get, path = "/v1/jobs/{id}/convergence.json", operation_id = "get_convergence_json", tag = "results", params(("id" = Uuid, Path)),
+    responses(
+        (status = 200, description = "The passes so far", body = Convergence),
+        (status = 304, description = "It is what If-None-Match names"),
+        (status = 404, description = "No such job", body = Problem, content_type = "application/problem+json")))]
+pub async fn convergence_json(app: App, Path(id): Path<Uuid>, headers: HeaderMap) -> Result<Response, Problem> {
+    table(&app, id, &headers, Format::Json).await
+}
+
+/// Every pass as a table: `convergence.csv`.
+#[utoipa::path(get, path = "/v1/jobs/{id}/convergence.csv", operation_id = "get_convergence_csv", tag = "results", params(("id" = Uuid, Path)),
+    responses(
+        (status = 200, description = "The passes so far", body = String, content_type = "text/csv"),
+        (status = 304, description = "It is what If-None-Match names"),
+        (status = 404, description = "No such job", body = Problem, content_type = "application/problem+json")))]
+pub async fn convergence_csv(app: App, Path(id): Path<Uuid>, headers: HeaderMap) -> Result<Response, Problem> {
+    table(&app, id, &headers, Format::Csv).await
 }
 
 /// Relative error against render seconds, as a picture.
@@ -322,7 +378,11 @@ pub async fn convergence(
         (status = 200, description = "Both axes logarithmic", body = String, content_type = "image/svg+xml"),
         (status = 404, description = "No such job", body = Problem, content_type = "application/problem+json")))]
 pub async fn convergence_svg(app: App, Path(id): Path<Uuid>, headers: HeaderMap) -> Result<Response, Problem> {
-    let passes = passes(&app, id).await?;
+    table(&app, id, &headers, Format::Svg).await
+}
+
+/// The plot of the convergence, as SVG.
+async fn plot(app: &Service, passes: &[PassReport]) -> Result<Vec<u8>, Problem> {
     let points: Vec<ConvergencePoint> = passes
         .iter()
         .map(|pass| ConvergencePoint {
@@ -333,7 +393,7 @@ pub async fn convergence_svg(app: App, Path(id): Path<Uuid>, headers: HeaderMap)
         .collect();
     let drawn = off_thread(permit(&app.permits.reading).await?, move |_| plots::convergence(&points)).await?;
     let svg = drawn.map_err(|error| internal("drawing failed", &error))?;
-    content::made(&headers, svg.into_bytes(), "image/svg+xml")
+    Ok(svg.into_bytes())
 }
 
 async fn passes(app: &Service, id: Uuid) -> Result<Vec<PassReport>, Problem> {

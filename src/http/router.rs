@@ -25,7 +25,7 @@ use utoipa_axum::routes;
 use crate::http::access::check_access;
 use crate::http::problem::as_problem_documents;
 use crate::http::server::answer_health_only_beyond;
-use crate::http::{Limits, Service, events, health, jobs, meshes, openapi, results, skies, tubes};
+use crate::http::{Limits, Service, events, health, jobs, meshes, openapi, problem_kind, results, skies, tubes};
 
 const REQUEST_ID: HeaderName = HeaderName::from_static("x-request-id");
 
@@ -54,7 +54,10 @@ fn api_with_limits(document_bytes: usize, mesh_bytes: usize) -> OpenApiRouter<Ar
         .routes(routes!(results::view))
         .routes(routes!(results::tube))
         .routes(routes!(results::convergence))
+        .routes(routes!(results::convergence_json))
+        .routes(routes!(results::convergence_csv))
         .routes(routes!(results::convergence_svg))
+        .routes(routes!(problem_kind::problem_page))
         .routes(routes!(health::livez))
         .routes(routes!(health::readyz))
         .routes(routes!(health::metrics))
@@ -85,14 +88,16 @@ pub fn router(service: Arc<Service>) -> Router {
         .layer(middleware::from_fn(answer_health_only_beyond))
         // of event streams this is the time until they begin
         .layer(TimeoutLayer::with_status_code(StatusCode::REQUEST_TIMEOUT, Duration::from_secs(request_seconds)));
-    api.route("/docs", get(openapi::docs))
+    let routes = api
+        .route("/docs", get(openapi::docs))
         .route("/docs/", get(openapi::docs_index))
         .route("/docs/{*file}", get(openapi::docs_file))
         // bodies have limits of their own, above
         .layer(DefaultBodyLimit::disable())
         .layer(middleware::from_fn(measure))
-        .layer(around_all)
-        .with_state(service)
+        .with_state(service);
+    // a router around it: only outside of all routes does an answer that refuses a method name those that are allowed
+    Router::new().fallback_service(routes).layer(around_all)
 }
 
 /// What a browser may do with an answer that it shows as a page: nothing but draw it (SVG has styles).

@@ -83,8 +83,7 @@ pub struct SkyTransmission {
     params(TransmissionQuery),
     responses(
         (status = 200, description = "The transmission", body = TubeTransmission),
-        (status = 400, description = "An unknown parameter", body = Problem, content_type = "application/problem+json"),
-        (status = 422, description = "A bad value; `errors` name the parameter", body = Problem,
+        (status = 422, description = "An unknown parameter or a bad value; `errors` name it", body = Problem,
             content_type = "application/problem+json")))]
 pub async fn transmission(Query(query): Query<TransmissionQuery>) -> Result<Json<TubeTransmission>, Problem> {
     let tube = Request::read(&query)?;

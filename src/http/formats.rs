@@ -1,0 +1,120 @@
+//! Which representation of a resource a request asks for: by a suffix, by `?format=`, or by `Accept` (RFC 9110, 12.5.1).
+
+use axum::http::{HeaderMap, HeaderValue, header};
+use axum::response::Response;
+use headers::HeaderMapExt;
+use headers_accept::Accept;
+use mediatype::names::{APPLICATION, CSV, HTML, IMAGE, JSON, PNG, SVG, TEXT};
+use mediatype::{MediaType, Name, names};
+
+/// A representation.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Format {
+    Json,
+    Csv,
+    Png,
+    Svg,
+    Exr,
+    Html,
+}
+
+const EXR: Name = Name::new_unchecked("x-exr");
+
+impl Format {
+    const ALL: [Self; 6] = [Self::Json, Self::Csv, Self::Png, Self::Svg, Self::Exr, Self::Html];
+
+    pub fn suffix(self) -> &'static str {
+        match self {
+            Self::Json => "json",
+            Self::Csv => "csv",
+            Self::Png => "png",
+            Self::Svg => "svg",
+            Self::Exr => "exr",
+            Self::Html => "html",
+        }
+    }
+
+    fn media_type(self) -> MediaType<'static> {
+        match self {
+            Self::Json => MediaType::new(APPLICATION, JSON),
+            Self::Csv => MediaType::new(TEXT, CSV),
+            Self::Png => MediaType::new(IMAGE, PNG),
+            Self::Svg => MediaType::from_parts(IMAGE, SVG, Some(names::XML), &[]),
+            Self::Exr => MediaType::new(IMAGE, EXR),
+            Self::Html => MediaType::new(TEXT, HTML),
+        }
+    }
+}
+
+/// The representation among `available` that `Accept` likes best; the first one when it likes none, or is absent.
+pub fn accepted(headers: &HeaderMap, available: &[Format]) -> Format {
+    let first = available.first().copied().unwrap_or(Format::Json);
+    let Some(accept) = headers.typed_get::<Accept>() else { return first };
+    let media_types: Vec<_> = available.iter().map(|format| format.media_type()).collect();
+    let best = accept.negotiate(&media_types);
+    let best = best.and_then(|best| media_types.iter().position(|media_type| media_type == best));
+    best.and_then(|index| available.get(index).copied()).unwrap_or(first)
+}
+
+/// The name before a suffix of `available`, and the representation that the suffix asks for.
+pub fn by_suffix<'a>(file: &'a str, available: &[Format]) -> Option<(&'a str, Format)> {
+    let (name, suffix) = file.rsplit_once('.').filter(|(name, _)| !name.is_empty())?;
+    let format = Format::ALL.into_iter().find(|format| format.suffix() == suffix && available.contains(format))?;
+    Some((name, format))
+}
+
+/// Says that `Accept` chose the representation.
+pub fn vary_by_accept(mut response: Response) -> Response {
+    response.headers_mut().insert(header::VARY, HeaderValue::from_static("accept"));
+    response
+}
+
+/// Names the file that a browser saves; what a browser can show, it shows.
+pub fn named(mut response: Response, file: &str) -> Response {
+    // names of outputs have letters, digits, `.`, `_` and `-` only
+    let name = file.rsplit('/').next().unwrap_or(file);
+    if let Ok(value) = HeaderValue::try_from(format!("inline; filename=\"{name}\"")) {
+        response.headers_mut().insert(header::CONTENT_DISPOSITION, value);
+    }
+    response
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn quality_and_wildcards_count() {
+        let all = [Format::Json, Format::Csv, Format::Png];
+        for (accept, expected) in [
+            ("text/csv", Format::Csv),
+            ("text/csv;q=0.1, application/json", Format::Json),
+            ("application/json;q=0.5, text/*;q=0.6", Format::Csv),
+            ("image/*", Format::Png),
+            ("*/*", Format::Json),
+            ("text/html, */*;q=0.1", Format::Json),
+            ("application/json;q=0, text/csv;q=0.1, */*;q=0.1", Format::Csv),
+            ("text/html", Format::Json),
+            ("TEXT/CSV", Format::Csv),
+            ("nonsense", Format::Json),
+            ("", Format::Json),
+        ] {
+            let headers = HeaderMap::from_iter([(header::ACCEPT, HeaderValue::from_static(accept))]);
+            assert_eq!(accepted(&headers, &all), expected, "{accept}");
+        }
+        assert_eq!(accepted(&HeaderMap::new(), &all), Format::Json);
+        let svg =
+            HeaderMap::from_iter([(header::ACCEPT, HeaderValue::from_static("image/svg+xml, application/json;q=0.9"))]);
+        assert_eq!(accepted(&svg, &[Format::Json, Format::Svg]), Format::Svg);
+    }
+
+    #[test]
+    fn suffixes() {
+        let all = [Format::Json, Format::Csv];
+        assert_eq!(by_suffix("floor.csv", &all), Some(("floor", Format::Csv)));
+        assert_eq!(by_suffix("floor.v2.json", &all), Some(("floor.v2", Format::Json)));
+        assert_eq!(by_suffix("floor.png", &all), None);
+        assert_eq!(by_suffix("floor", &all), None);
+        assert_eq!(by_suffix(".csv", &all), None);
+    }
+}
