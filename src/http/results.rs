@@ -5,6 +5,7 @@ use std::time::Duration;
 use axum::http::{HeaderMap, StatusCode};
 use axum::response::Response;
 use serde::{Deserialize, Serialize};
+use utoipa::openapi::schema::{Object, ObjectBuilder, Type};
 use utoipa::{IntoParams, ToSchema};
 use uuid::Uuid;
 
@@ -74,8 +75,13 @@ pub struct PictureQuery {
     /// Of a PNG: tone-mapped (the default), or luminance in false colours with a scale.
     #[param(inline)]
     style: Option<PictureStyle>,
-    /// Of a tone-mapped PNG: the progress image kept after pass 1, 4, 16, 64, 256 or 1024.
+    /// Of a tone-mapped PNG: the progress image kept after this pass.
+    #[param(schema_with = kept_passes)]
     pass: Option<u64>,
+}
+
+fn kept_passes() -> Object {
+    ObjectBuilder::new().schema_type(Type::Integer).enum_values(Some(PREVIEW_PASSES)).build()
 }
 
 /// Every pass of a job, in order.

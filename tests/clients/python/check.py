@@ -1,0 +1,110 @@
+"""Sends every example by the generated client, and reads what comes back as typed objects.
+
+Usage: check.py URL EXAMPLES; the package `skyduct_client` is beside the working folder.
+"""
+
+import json
+import pathlib
+import sys
+
+from skyduct_client import Client, models
+from skyduct_client.api.jobs import create_job, get_job, list_jobs, plan_job
+from skyduct_client.api.meshes import create_mesh
+from skyduct_client.api.results import get_convergence, get_grid, get_tube
+from skyduct_client.types import File
+
+EVENTS = {
+    "queued": models.QueuedEvent,
+    "planned": models.PlannedEvent,
+    "started": models.StartedEvent,
+    "pass": models.PassReport,  # PassEvent is no more than this, and the generator leaves it out
+    "image": models.ImageEvent,
+    "succeeded": models.SucceededEvent,
+    "failed": models.FailedEvent,
+    "cancelled": models.CancelledEvent,
+}
+
+
+def events(client, job):
+    """The events of a job until its end, each as the object of its component."""
+    with client.get_httpx_client().stream("GET", job.links.events, timeout=120) as stream:
+        fields = {}
+        for line in stream.iter_lines():
+            if line:
+                name, _, value = line.partition(":")
+                fields[name] = value.removeprefix(" ")
+            elif "data" in fields:
+                yield fields["event"], EVENTS[fields["event"]].from_dict(json.loads(fields["data"]))
+                fields = {}
+            else:
+                fields = {}
+
+
+def upload(client, path):
+    """The id of an uploaded mesh."""
+    with open(path, "rb") as file:
+        answer = create_mesh.sync_detailed(client=client, body=File(payload=file, file_name=path.name))
+    assert answer.status_code == 201, answer
+    assert answer.parsed.triangles > 0
+    return answer.parsed.id
+
+
+def cheap(document):
+    """The example with a cheap end; everything else is sent as it is."""
+    document.stop.max_passes = 2
+    document.stop.max_seconds = 20.0
+    for view in document.views or []:
+        view.size_px = [32, 24]
+    return document
+
+
+def check(client, path):
+    written = json.loads(path.read_text())
+    document = models.JobDocument.from_dict(written)
+    assert document.to_dict() == written, f"{path}: the client changes the document"
+    if not document.stop:
+        document.stop = models.StopDocument()
+    for tube in document.tubes or []:
+        assert isinstance(tube, (models.ParametricTube, models.MeshTubeDocument)), tube
+        if isinstance(tube, models.MeshTubeDocument):
+            tube.mesh = upload(client, path.parent / tube.mesh)
+            assert all(not isinstance(part, dict) for part in tube.parts.additional_properties.values())
+        else:
+            assert type(tube.diffuser).__name__.endswith("Diffuser"), tube.diffuser
+    document = cheap(document)
+    plan = plan_job.sync(client=client, body=document)
+    assert isinstance(plan, models.PlanResource), plan
+    answer = create_job.sync_detailed(client=client, body=document, idempotency_key=path.name)
+    assert answer.status_code == 202, answer.content
+    assert answer.headers["location"] == answer.parsed.links.self_
+    names = [name for name, event in events(client, answer.parsed)]
+    assert names[:3] == ["queued", "planned", "started"] and names[-1] == "succeeded", names
+    job = get_job.sync(client=client, id=answer.parsed.id)
+    assert job.status == models.JobStatus.SUCCEEDED and job.timing.passes >= 1, job
+    for grid in document.grids or []:
+        result = get_grid.sync(client=client, id=job.id, name=grid.name)
+        assert isinstance(result, models.GridResult), result
+        assert len(result.illuminance_lux) == grid.cells[1] and len(result.x_m) == grid.cells[0]
+        assert result.statistics.max_lux >= result.statistics.mean_lux > 0
+    for index, _ in enumerate(document.tubes or []):
+        report = get_tube.sync(client=client, id=job.id, file=f"{index}.json")
+        assert isinstance(report, models.TubeReport), report
+    assert isinstance(get_convergence.sync(client=client, id=job.id), models.Convergence)
+    print(f"  {path.name}: {', '.join(dict.fromkeys(names))}")
+
+
+def main(url, examples):
+    client = Client(base_url=url, raise_on_unexpected_status=True, timeout=120)
+    paths = sorted(pathlib.Path(examples).glob("*.json"))
+    assert len(paths) >= 9, paths
+    for path in paths:
+        check(client, path)
+    assert len(list_jobs.sync(client=client).jobs) == len(paths)
+    # the sky types are not read: the generator's own variable `d` hides the parameter of that name
+    bad = models.JobDocument.from_dict(json.loads((pathlib.Path(examples) / "thesis_room.json").read_text()))
+    bad.grids[0].height_m = 1e3
+    problem = create_job.sync(client=client, body=bad)
+    assert isinstance(problem, models.Problem) and problem.errors[0].pointer == "/grids/0/height_m", problem
+
+
+main(*sys.argv[1:])

@@ -1,0 +1,86 @@
+// Sends every example by the generated types, and reads what comes back by them.
+// Usage: node built/check.js URL EXAMPLES
+import assert from "node:assert/strict";
+import { readFile } from "node:fs/promises";
+import { join } from "node:path";
+import createClient from "openapi-fetch";
+import { examples } from "./examples.js";
+import type { components, paths } from "./schema.js";
+
+type Schemas = components["schemas"];
+
+/** What each event carries, as `x-events` of the description says. */
+interface Events {
+  queued: Schemas["QueuedEvent"];
+  planned: Schemas["PlannedEvent"];
+  started: Schemas["StartedEvent"];
+  pass: Schemas["PassEvent"];
+  image: Schemas["ImageEvent"];
+  succeeded: Schemas["SucceededEvent"];
+  failed: Schemas["FailedEvent"];
+  cancelled: Schemas["CancelledEvent"];
+}
+type Event = { [Name in keyof Events]: { name: Name; data: Events[Name] } }[keyof Events];
+
+const [url = "", folder = ""] = process.argv.slice(2);
+const client = createClient<paths>({ baseUrl: url });
+
+/** The events of a job until its end. */
+async function* events(path: string): AsyncGenerator<Event> {
+  const response = await fetch(url + path);
+  let text = "";
+  for await (const chunk of response.body!.pipeThrough(new TextDecoderStream()) as unknown as AsyncIterable<string>) {
+    text += chunk;
+    const blocks = text.split("\n\n");
+    text = blocks.pop() ?? "";
+    for (const block of blocks) {
+      const field = (name: string) => block.split("\n").find((line) => line.startsWith(`${name}:`))?.slice(name.length + 1).trim();
+      const [name, data] = [field("event"), field("data")];
+      if (name && data) yield { name, data: JSON.parse(data) } as Event;
+    }
+  }
+}
+
+async function upload(file: string): Promise<string> {
+  const bytes = await readFile(file);
+  const { data, error } = await client.POST("/v1/meshes", {
+    body: bytes.toString(),
+    headers: { "Content-Type": "application/octet-stream" },
+    bodySerializer: (body) => body,
+  });
+  assert(data, JSON.stringify(error));
+  return data.id;
+}
+
+async function check(name: string, document: Schemas["JobDocument"]) {
+  document.stop = { ...document.stop, max_passes: 2, max_seconds: 20 };
+  for (const view of document.views ?? []) view.size_px = [32, 24];
+  for (const tube of document.tubes ?? []) if ("mesh" in tube) tube.mesh = await upload(join(folder, tube.mesh));
+  const planned = await client.POST("/v1/plan", { body: document });
+  assert(planned.data, JSON.stringify(planned.error));
+  const posted = await client.POST("/v1/jobs", { body: document });
+  assert(posted.data, JSON.stringify(posted.error));
+  assert.deepEqual(posted.data.switches, planned.data.switches);
+  let passes = 0;
+  let last: Event | undefined;
+  for await (const event of events(posted.data.links.events)) {
+    if (event.name === "pass") passes = event.data.passes;
+    last = event;
+  }
+  assert(last?.name === "succeeded", JSON.stringify(last));
+  assert.equal(last.data.progress.passes, passes);
+  const path = { id: posted.data.id };
+  for (const grid of document.grids ?? []) {
+    const answer = await client.GET("/v1/jobs/{id}/grids/{name}", { params: { path: { ...path, name: grid.name } } });
+    const result: Schemas["GridResult"] | undefined = typeof answer.data === "object" ? answer.data : undefined;
+    assert.equal(result?.illuminance_lux.length, grid.cells[1]);
+  }
+  const convergence = await client.GET("/v1/jobs/{id}/convergence", { params: { path } });
+  assert(convergence.data);
+  console.log(`  ${name}: ${passes} passes`);
+}
+
+for (const [name, document] of Object.entries(examples)) await check(name, document);
+const { error, response } = await client.POST("/v1/jobs", { body: { room: { size_m: [1, 1] } } });
+assert.equal(response.status, 422);
+assert(error && error.errors && error.errors.length > 0);
