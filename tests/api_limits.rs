@@ -162,6 +162,15 @@ async fn a_body_that_says_it_is_too_long_is_refused_before_it_comes() {
 }
 
 #[tokio::test]
+async fn a_head_that_is_too_long_is_refused() {
+    let service = TestService::start().await;
+    let host = service.running.address;
+    let headers: String = (0..110).map(|number| format!("x-{number}: a\r\n")).collect();
+    let answer = raw(host, &format!("GET /livez HTTP/1.1\r\nhost: {host}\r\n{headers}\r\n")).await;
+    assert!(answer.starts_with("HTTP/1.1 431"), "{answer}");
+}
+
+#[tokio::test]
 async fn uploads_wait_for_each_other_before_their_bodies_are_read() {
     let service = TestService::start_with(|config| config.limits.uploads = 1).await;
     let host = service.running.address;

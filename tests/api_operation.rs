@@ -158,6 +158,21 @@ async fn a_request_that_never_ends_is_ended() {
     assert!(answer.contains("application/problem+json"), "{answer}");
 }
 
+/// `skyduct healthcheck` is what a container's health check runs.
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn the_health_check_tells_a_ready_service_from_none() {
+    let service = TestService::start().await;
+    let check = |address: String| {
+        let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_skyduct"));
+        command.args(["healthcheck", "--server", &format!("http://{address}")]);
+        command.stderr(std::process::Stdio::null()).status().unwrap().code()
+    };
+    assert_eq!(check(service.running.address.to_string()), Some(0));
+    // a port that was free a moment ago
+    let free = tokio::net::TcpListener::bind("127.0.0.1:0").await.unwrap().local_addr().unwrap();
+    assert_eq!(check(free.to_string()), Some(1));
+}
+
 #[tokio::test]
 async fn a_data_folder_has_one_service() {
     let service = TestService::start().await;

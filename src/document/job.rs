@@ -78,7 +78,7 @@ pub struct StopDocument {
     pub confidence: f64,
     #[schema(minimum = 1, maximum = 1_000_000_000u64)]
     pub max_passes: u64,
-    /// Render time in seconds.
+    /// Render time in seconds; the pass that runs when they are used up is dropped. A service may allow less (one hour by default).
     #[schema(exclusive_minimum = 0, maximum = 1_000_000_000)]
     pub max_seconds: f64,
 }

@@ -8,6 +8,8 @@ use utoipa::{IntoParams, ToSchema};
 
 use crate::document::FieldError;
 use crate::guide::transmittance::{beam_transmission, sky_exitance, zastrow_wittwer_transmission};
+use crate::http::App;
+use crate::http::limits::{off_thread, permit};
 use crate::http::problem::{Problem, Query};
 use crate::sky::{CieType, Sky, SkyDistribution, direction};
 
@@ -85,13 +87,10 @@ pub struct SkyTransmission {
         (status = 200, description = "The transmission", body = TubeTransmission),
         (status = 422, description = "An unknown parameter or a bad value; `errors` name it", body = Problem,
             content_type = "application/problem+json")))]
-pub async fn transmission(Query(query): Query<TransmissionQuery>) -> Result<Json<TubeTransmission>, Problem> {
+pub async fn transmission(app: App, Query(query): Query<TransmissionQuery>) -> Result<Json<TubeTransmission>, Problem> {
     let tube = Request::read(&query)?;
-    // some ten milliseconds, off the async threads
-    tokio::task::spawn_blocking(move || Json(tube.answer())).await.map_err(|error| {
-        tracing::error!(%error, "a tube's transmission panicked");
-        Problem::internal()
-    })
+    // some ten milliseconds
+    off_thread(permit(&app.permits.preparing).await?, move |_| Json(tube.answer())).await
 }
 
 /// A query with every value in its bounds.
