@@ -63,8 +63,8 @@ async fn stopping_ends_streams_and_gives_the_chunk_back() {
     assert!(start.elapsed().as_secs() < 10);
 
     let store = skyduct::db::SqliteStore::open(&data.path().join("skyduct.db")).await.unwrap();
-    use skyduct::job::store::Store;
-    let lease = store.claim("test", PATIENCE).await.unwrap().expect("the chunk is ready again");
+    use skyduct::job::store::{Store, Turn};
+    let lease = store.claim("test", PATIENCE, Turn::default()).await.unwrap().expect("the chunk is ready again");
     assert!(path.ends_with(&lease.job.to_string()));
     assert_eq!(lease.failures, 0);
 }

@@ -361,18 +361,24 @@ async fn a_running_job_is_deleted_and_the_next_one_starts() {
     // its stream ends
     tokio::time::timeout(PATIENCE, watching.bytes()).await.unwrap().unwrap();
     assert_eq!(service.finished(&next).await["status"], "succeeded");
+    let files = service.data.path().join("artifacts/jobs").join(path.rsplit('/').next().unwrap());
+    assert!(!files.exists(), "{} is still there", files.display());
 }
 
 #[tokio::test]
 async fn a_full_queue_says_when_to_come_back() {
     let service = TestService::start_with(|config| config.limits.queued_jobs = 2).await;
-    let running = service.submit(&endless_job()).await;
-    service.events_until(&running, 0, |event| event.name == "started").await;
-    service.submit(&small_job()).await;
-    service.submit(&small_job()).await;
+    // one is rendered, two wait: they take turns
+    let mut jobs = Vec::new();
+    for _ in 0..3 {
+        jobs.push(service.submit(&endless_job()).await);
+    }
     let full = service.post_job(&small_job()).send().await.unwrap();
     assert!(full.headers().contains_key("retry-after"));
     let full = problem(full, 503).await;
     assert_eq!(full["type"], "/problems/queue-full");
-    service.request(Method::DELETE, &running).send().await.unwrap();
+    for job in jobs {
+        service.request(Method::DELETE, &job).send().await.unwrap();
+    }
+    service.submit(&small_job()).await;
 }

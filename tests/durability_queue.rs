@@ -12,6 +12,7 @@ use tempfile::TempDir;
 use uuid::Uuid;
 
 const LEASE: Duration = Duration::from_secs(600);
+const ANY: Turn = Turn { stay_with: None, most_deaths: MAX_DEATHS };
 
 async fn store() -> (SqliteStore, TempDir) {
     let folder = tempfile::tempdir().unwrap();
@@ -75,6 +76,7 @@ fn end(status: JobStatus) -> Completion {
             size: 3,
             media_type: "application/json".into(),
         }],
+        last_pass: None,
     })
 }
 
@@ -89,63 +91,62 @@ async fn event_names(store: &SqliteStore, job: Uuid) -> Vec<String> {
 #[tokio::test]
 async fn a_job_through_two_chunks() {
     let (store, _folder) = store().await;
-    assert_eq!(store.claim("w", LEASE).await.unwrap(), None);
+    assert_eq!(store.claim("w", LEASE, ANY).await.unwrap(), None);
     let id = submit(&store).await;
-    let lease = store.claim("w", LEASE).await.unwrap().unwrap();
+    let lease = store.claim("w", LEASE, ANY).await.unwrap().unwrap();
     assert_eq!((lease.job, lease.chunk, lease.attempt), (id, 0, 1));
-    assert_eq!(store.claim("w", LEASE).await.unwrap(), None, "leased chunks are not claimed");
+    assert_eq!(store.claim("v", LEASE, ANY).await.unwrap(), None, "leased chunks are not claimed");
     assert_eq!(store.heartbeat(&lease, LEASE).await.unwrap(), Beat::Keep);
     assert!(store.report(&lease, &[Report::Pass(pass(1)), Report::Pass(pass(2))]).await.unwrap());
     let head = store.job_head(id).await.unwrap().unwrap();
     assert_eq!((head.status, head.progress.passes, head.progress.chunks), (JobStatus::Running, 2, 0));
-    assert_eq!(store.complete(&lease, &go_on(0)).await.unwrap(), Committed::Yes { obsolete: None });
+    assert_eq!(store.complete(&lease, &[], &go_on(0)).await.unwrap(), Committed::Yes { obsolete: Vec::new() });
     let job = store.job(id).await.unwrap().unwrap();
     assert_eq!(job.state, Some(StateFile { key: "state-0".into(), hash: "hash-0".into() }));
     assert_eq!(job.merged_seconds, 1.5);
 
-    let second = store.claim("w", LEASE).await.unwrap().unwrap();
+    let second = store.claim("w", LEASE, ANY).await.unwrap().unwrap();
     assert_eq!((second.chunk, second.attempt), (1, 1));
-    let done = store.complete(&second, &end(JobStatus::Succeeded)).await.unwrap();
-    assert_eq!(done, Committed::Yes { obsolete: Some("state-0".into()) });
-    assert_eq!(store.claim("w", LEASE).await.unwrap(), None);
+    let done = store.complete(&second, &[], &end(JobStatus::Succeeded)).await.unwrap();
+    assert_eq!(done, Committed::Yes { obsolete: vec!["state-0".into()] });
+    assert_eq!(store.claim("w", LEASE, ANY).await.unwrap(), None);
     let job = store.job(id).await.unwrap().unwrap();
     assert_eq!((job.head.status, job.head.stopped_by), (JobStatus::Succeeded, Some(StoppedBy::RelativeError)));
     assert_eq!((job.state, job.summary), (None, Some(json!({ "timing": 1 }))));
     assert_eq!(store.artifact(id, "grids/a.json").await.unwrap().unwrap().key, "key");
     assert_eq!(event_names(&store, id).await, ["queued", "planned", "started", "pass", "pass", "succeeded"]);
     // doubles survive to the bit
-    assert_eq!(store.convergence(id).await.unwrap(), [pass(1), pass(2)]);
+    assert_eq!(store.convergence(id, 0, 1000).await.unwrap(), [pass(1), pass(2)]);
     // final is final
     assert_eq!(store.cancel(id).await.unwrap(), CancelOutcome::Finished(JobStatus::Succeeded));
-    assert_eq!(store.complete(&second, &end(JobStatus::Failed)).await.unwrap(), Committed::LeaseLost);
+    assert_eq!(store.complete(&second, &[], &end(JobStatus::Failed)).await.unwrap(), Committed::LeaseLost);
 }
 
 #[tokio::test]
 async fn who_lost_the_lease_changes_nothing() {
     let (store, _folder) = store().await;
     let id = submit(&store).await;
-    let zombie = store.claim("zombie", Duration::ZERO).await.unwrap().unwrap();
+    let zombie = store.claim("zombie", Duration::ZERO, ANY).await.unwrap().unwrap();
     tokio::time::sleep(Duration::from_millis(5)).await;
-    assert_eq!(store.reclaim(false).await.unwrap(), 1);
-    let lease = store.claim("heir", LEASE).await.unwrap().unwrap();
+    let lease = store.claim("heir", LEASE, ANY).await.unwrap().unwrap();
     assert_eq!(lease.attempt, 2);
-    assert_eq!(store.reclaim(false).await.unwrap(), 0, "this lease runs");
+    assert_eq!(store.claim("third", LEASE, ANY).await.unwrap(), None, "this lease runs");
 
     let forged = Lease { owner: "heir".into(), ..zombie.clone() };
     for lost in [&zombie, &forged, &Lease { attempt: 2, ..zombie.clone() }, &Lease { chunk: 1, ..lease.clone() }] {
         assert_eq!(store.heartbeat(lost, LEASE).await.unwrap(), Beat::Lost);
         assert!(!store.report(lost, &[Report::Pass(pass(1))]).await.unwrap());
-        assert_eq!(store.complete(lost, &go_on(0)).await.unwrap(), Committed::LeaseLost);
-        assert_eq!(store.complete(lost, &end(JobStatus::Failed)).await.unwrap(), Committed::LeaseLost);
+        assert_eq!(store.complete(lost, &[], &go_on(0)).await.unwrap(), Committed::LeaseLost);
+        assert_eq!(store.complete(lost, &[], &end(JobStatus::Failed)).await.unwrap(), Committed::LeaseLost);
         store.release(lost).await.unwrap();
         store.fail_attempt(lost, "no").await.unwrap();
     }
     assert_eq!(store.heartbeat(&lease, LEASE).await.unwrap(), Beat::Keep);
-    assert!(store.convergence(id).await.unwrap().is_empty());
+    assert!(store.convergence(id, 0, 1000).await.unwrap().is_empty());
     assert_eq!(event_names(&store, id).await, ["queued", "planned", "started"]);
-    store.complete(&lease, &go_on(0)).await.unwrap();
+    store.complete(&lease, &[], &go_on(0)).await.unwrap();
     // an answer that was lost on the way: the same completion again is no second one
-    assert_eq!(store.complete(&lease, &go_on(0)).await.unwrap(), Committed::LeaseLost);
+    assert_eq!(store.complete(&lease, &[], &go_on(0)).await.unwrap(), Committed::LeaseLost);
     assert_eq!(store.job_head(id).await.unwrap().unwrap().progress.chunks, 1);
 }
 
@@ -153,18 +154,18 @@ async fn who_lost_the_lease_changes_nothing() {
 async fn passes_that_are_rendered_again_do_not_double() {
     let (store, folder) = store().await;
     let id = submit(&store).await;
-    let first = store.claim("dies", LEASE).await.unwrap().unwrap();
+    let first = store.claim("dies", LEASE, ANY).await.unwrap().unwrap();
     store.report(&first, &[Report::Pass(pass(1)), Report::Pass(pass(2)), Report::Pass(pass(3))]).await.unwrap();
     store.close().await;
     // the process is gone; the next one takes over at once, however long the lease
     let store = SqliteStore::open(&folder.path().join("test.db")).await.unwrap();
-    assert_eq!(store.reclaim(true).await.unwrap(), 1);
-    let second = store.claim("lives", LEASE).await.unwrap().unwrap();
+    assert_eq!(store.take_back(true).await.unwrap(), TakenBack { ready: 1, failed: Vec::new() });
+    let second = store.claim("lives", LEASE, ANY).await.unwrap().unwrap();
     assert_eq!((second.chunk, second.attempt, second.failures), (0, 2, 0));
     let slower = PassReport { seconds: 9.0, ..pass(2) };
     let reports: Vec<Report> = [pass(1), slower, pass(3), pass(4)].into_iter().map(Report::Pass).collect();
     store.report(&second, &reports).await.unwrap();
-    let table = store.convergence(id).await.unwrap();
+    let table = store.convergence(id, 0, 1000).await.unwrap();
     assert_eq!(table, [pass(1), slower, pass(3), pass(4)]);
     assert_eq!(event_names(&store, id).await, ["queued", "planned", "started", "pass", "pass", "pass", "pass"]);
 }
@@ -174,7 +175,7 @@ async fn failures_are_counted_and_releases_are_not() {
     let (store, _folder) = store().await;
     submit(&store).await;
     for (round, failures) in [0, 0, 1, 2].into_iter().enumerate() {
-        let lease = store.claim("w", LEASE).await.unwrap().unwrap();
+        let lease = store.claim("w", LEASE, ANY).await.unwrap().unwrap();
         assert_eq!((lease.attempt, lease.failures), (round as i64 + 1, failures));
         if round == 0 {
             store.release(&lease).await.unwrap();
@@ -191,18 +192,18 @@ async fn cancelling_in_every_state() {
     let waiting = submit(&store).await;
     assert_eq!(store.cancel(waiting).await.unwrap(), CancelOutcome::Accepted);
     assert_eq!(store.job_head(waiting).await.unwrap().unwrap().status, JobStatus::Cancelled);
-    assert_eq!(store.claim("w", LEASE).await.unwrap(), None);
+    assert_eq!(store.claim("w", LEASE, ANY).await.unwrap(), None);
     assert_eq!(event_names(&store, waiting).await, ["queued", "planned", "cancelled"]);
 
     let running = submit(&store).await;
-    let lease = store.claim("w", LEASE).await.unwrap().unwrap();
+    let lease = store.claim("w", LEASE, ANY).await.unwrap().unwrap();
     assert_eq!(store.cancel(running).await.unwrap(), CancelOutcome::Accepted);
     assert_eq!(store.heartbeat(&lease, LEASE).await.unwrap(), Beat::Cancel);
     // the worker died: its successor is told
-    store.reclaim(true).await.unwrap();
-    let lease = store.claim("w", LEASE).await.unwrap().unwrap();
+    store.take_back(false).await.unwrap();
+    let lease = store.claim("w", LEASE, ANY).await.unwrap().unwrap();
     assert!(store.job_head(running).await.unwrap().unwrap().cancel_requested);
-    store.complete(&lease, &end(JobStatus::Cancelled)).await.unwrap();
+    store.complete(&lease, &[], &end(JobStatus::Cancelled)).await.unwrap();
     assert_eq!(store.cancel(running).await.unwrap(), CancelOutcome::Accepted, "again is no error");
     assert_eq!(event_names(&store, running).await.iter().filter(|name| *name == "cancelled").count(), 1);
 }
@@ -211,15 +212,15 @@ async fn cancelling_in_every_state() {
 async fn a_deleted_job_takes_everything_with_it() {
     let (store, _folder) = store().await;
     let id = submit(&store).await;
-    let lease = store.claim("w", LEASE).await.unwrap().unwrap();
+    let lease = store.claim("w", LEASE, ANY).await.unwrap().unwrap();
     store.report(&lease, &[Report::Pass(pass(1))]).await.unwrap();
     assert!(store.delete(id).await.unwrap());
     assert!(!store.delete(id).await.unwrap());
     assert_eq!(store.heartbeat(&lease, LEASE).await.unwrap(), Beat::Lost);
-    assert_eq!(store.complete(&lease, &end(JobStatus::Succeeded)).await.unwrap(), Committed::LeaseLost);
+    assert_eq!(store.complete(&lease, &[], &end(JobStatus::Succeeded)).await.unwrap(), Committed::LeaseLost);
     assert!(store.job(id).await.unwrap().is_none());
     assert!(store.events(id, 0, 10).await.unwrap().is_empty());
-    assert!(store.convergence(id).await.unwrap().is_empty());
+    assert!(store.convergence(id, 0, 1000).await.unwrap().is_empty());
     assert!(store.referenced_keys().await.unwrap().is_empty());
 }
 
@@ -231,7 +232,7 @@ async fn two_claimers_never_get_the_same_chunk() {
     }
     let claims = futures::future::join_all((0..40).map(|n| {
         let store = &store;
-        async move { store.claim(&format!("w{n}"), LEASE).await.unwrap() }
+        async move { store.claim(&format!("w{n}"), LEASE, ANY).await.unwrap() }
     }))
     .await;
     let mut jobs: Vec<Uuid> = claims.into_iter().flatten().map(|lease| lease.job).collect();
@@ -310,7 +311,9 @@ async fn check_invariants(steps: Vec<(Step, usize)>) {
         match (step, lease) {
             (Step::Submit, _) => jobs.push(submit(&store).await),
             (Step::Claim, _) => {
-                if let Some(lease) = store.claim("w", LEASE).await.unwrap() {
+                // a worker that claims again has lost what it had
+                let owner = format!("w{}", leases.len());
+                if let Some(lease) = store.claim(&owner, LEASE, ANY).await.unwrap() {
                     assert!(!holder.contains_key(&lease.job), "one owner");
                     assert_eq!(lease.chunk, done.get(&lease.job).copied().unwrap_or(0), "in order");
                     holder.insert(lease.job, lease.clone());
@@ -322,7 +325,7 @@ async fn check_invariants(steps: Vec<(Step, usize)>) {
                 assert_eq!(store.report(&lease, &[Report::Pass(pass(passes))]).await.unwrap(), held);
             }
             (Step::Continue, Some(lease)) => {
-                let committed = store.complete(&lease, &go_on(lease.chunk)).await.unwrap();
+                let committed = store.complete(&lease, &[], &go_on(lease.chunk)).await.unwrap();
                 assert_eq!(committed != Committed::LeaseLost, held);
                 if held {
                     holder.remove(&lease.job);
@@ -330,7 +333,7 @@ async fn check_invariants(steps: Vec<(Step, usize)>) {
                 }
             }
             (Step::Succeed, Some(lease)) => {
-                let committed = store.complete(&lease, &end(JobStatus::Succeeded)).await.unwrap();
+                let committed = store.complete(&lease, &[], &end(JobStatus::Succeeded)).await.unwrap();
                 assert_eq!(committed != Committed::LeaseLost, held);
                 if held {
                     holder.remove(&lease.job);
@@ -350,7 +353,7 @@ async fn check_invariants(steps: Vec<(Step, usize)>) {
                 }
             }
             (Step::Crash, _) => {
-                assert_eq!(store.reclaim(true).await.unwrap(), holder.len() as u64);
+                assert_eq!(store.take_back(false).await.unwrap().ready, holder.len() as u64);
                 holder.clear();
             }
             (Step::Cancel, _) if !jobs.is_empty() => {
@@ -386,7 +389,7 @@ async fn check_invariants(steps: Vec<(Step, usize)>) {
                 assert_eq!(head.progress.chunks, done.get(&id).copied().unwrap_or(0));
             }
         }
-        let passes: Vec<u64> = store.convergence(id).await.unwrap().iter().map(|row| row.passes).collect();
+        let passes: Vec<u64> = store.convergence(id, 0, 1000).await.unwrap().iter().map(|row| row.passes).collect();
         assert!(passes.is_sorted_by(|a, b| a < b));
     }
 }

@@ -3,9 +3,10 @@
 use std::fs::{File, TryLockError};
 use std::io::Write as _;
 use std::net::SocketAddr;
+use std::os::unix::fs::OpenOptionsExt;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, OnceLock};
-use std::time::{Duration, SystemTime};
+use std::time::Duration;
 
 use anyhow::{Context, bail};
 use metrics_exporter_prometheus::{Matcher, PrometheusBuilder, PrometheusHandle};
@@ -17,10 +18,12 @@ use tokio_util::sync::CancellationToken;
 use crate::cli::config::{Config, Flags, Role};
 use crate::cli::telemetry;
 use crate::db::SqliteStore;
+use crate::http::health::Readiness;
 use crate::http::{self, Access, Permits, Service, WatchedJobs};
-use crate::job::artifacts::Artifacts;
+use crate::job::artifacts::{Artifacts, create_private_folder};
 use crate::job::live::LiveJobs;
 use crate::job::meshes::Meshes;
+use crate::job::ownership;
 use crate::job::store::Store;
 use crate::job::worker::Worker;
 
@@ -104,27 +107,58 @@ pub struct RunningService {
 
 impl RunningService {
     pub async fn start(config: Config) -> anyhow::Result<Self> {
-        let started = SystemTime::now();
-        std::fs::create_dir_all(&config.data)
+        create_private_folder(&config.data)
             .with_context(|| format!("the data folder {} cannot be made", config.data.display()))?;
         let lock = lock(&config.data)?;
-        let store = Arc::new(SqliteStore::open(&config.database_file()?).await?);
-        let artifacts = Artifacts::on_disk(&config.data.join("artifacts"))?;
-        // the lock says that no other process has a lease: what is leased was left by a dead one
-        let reclaimed = store.reclaim(true).await?;
-        if reclaimed > 0 {
-            tracing::info!(reclaimed, "chunks of a process that ended are ready again");
-        }
         let listener =
             TcpListener::bind(config.listen).await.with_context(|| format!("cannot listen on {}", config.listen))?;
+        let database = config.database_file()?;
+        let store = Arc::new(SqliteStore::open(&database).await?);
+        let result = Self::start_with(config, lock, listener, store.clone()).await;
+        if result.is_err() {
+            // what was written must not stay beside the database, lest it be taken for a part of one that is put there next
+            store.close().await;
+        }
+        result
+    }
+
+    async fn start_with(
+        config: Config,
+        lock: File,
+        listener: TcpListener,
+        store: Arc<SqliteStore>,
+    ) -> anyhow::Result<Self> {
         let address = listener.local_addr()?;
+        let database = config.database_file()?;
+        let folder = config.data.join("artifacts");
+        let artifacts = Artifacts::on_disk(&folder)?;
+        let record = store.record().await?;
+        ownership::check(store.as_ref(), &artifacts, &record)
+            .await
+            .with_context(|| format!("{} and {} cannot be used", database.display(), folder.display()))?;
+        let died = record.identity.is_some() && !record.ended_well;
+        if died {
+            tracing::warn!("the process before this one did not end by itself: looking for damage");
+            store.check().await.with_context(|| format!("{} cannot be used", database.display()))?;
+        }
+        let sweep = ownership::files_to_sweep(store.as_ref(), &artifacts, &record).await?;
+        store.set_serving(true).await?;
+        // the locks say that no other process has a lease: what is leased was left by one that ended
+        let taken_back = store.take_back(died).await?;
+        if taken_back.ready > 0 {
+            tracing::info!(chunks = taken_back.ready, "chunks of a process that ended are ready again");
+        }
+        for job in taken_back.failed {
+            tracing::error!(%job, "the job failed: processes died while rendering it");
+        }
         let shutdown = CancellationToken::new();
         let live = Arc::new(LiveJobs::default());
         let meshes = Meshes::new(store.clone(), artifacts.clone());
         let worker = Worker::new(store.clone(), artifacts.clone(), meshes.clone(), live.clone(), shutdown.clone())
             .context("the render threads cannot start")?;
         let worker = tokio::spawn(worker.run());
-        tokio::spawn(sweep(store.clone(), artifacts.clone(), started));
+        let swept = artifacts.clone();
+        tokio::spawn(async move { ownership::sweep(&swept, sweep).await });
         let service = Arc::new(Service {
             store: store.clone(),
             artifacts,
@@ -134,6 +168,7 @@ impl RunningService {
             meshes,
             permits: Permits::new(&config.limits),
             watched: WatchedJobs::default(),
+            readiness: Readiness::default(),
             limits: config.limits.clone(),
             access: Access {
                 listen: address,
@@ -156,10 +191,14 @@ impl RunningService {
     pub async fn stop(self) {
         self.shutdown.cancel();
         let ended = async { futures::future::join(self.server, self.worker).await };
-        if tokio::time::timeout(STOP_TIME, ended).await.is_err() {
-            tracing::warn!("the running pass did not end in time; its chunk is rendered again after the next start");
-        } else {
+        let in_time = tokio::time::timeout(STOP_TIME, ended).await.is_ok();
+        if let Err(error) = self.store.set_serving(false).await {
+            tracing::warn!(%error, "the next start will take this end for a crash");
+        }
+        if in_time {
             self.store.close().await;
+        } else {
+            tracing::warn!("the running pass did not end in time; its chunk is rendered again after the next start");
         }
         tracing::info!("stopped");
     }
@@ -168,25 +207,12 @@ impl RunningService {
 /// One process for one data folder: two would render the same jobs, and one would take the other's leases.
 fn lock(data: &Path) -> anyhow::Result<File> {
     let file = data.join("lock");
-    let lock = File::options().create(true).truncate(false).write(true).open(&file);
+    let lock = File::options().create(true).truncate(false).write(true).mode(0o600).open(&file);
     let lock = lock.with_context(|| format!("{} cannot be opened", file.display()))?;
     match lock.try_lock() {
         Ok(()) => Ok(lock),
         Err(TryLockError::WouldBlock) => bail!("another process serves the data folder {}", data.display()),
         Err(TryLockError::Error(error)) => Err(error).with_context(|| format!("{} cannot be locked", file.display())),
-    }
-}
-
-/// Deletes files that a killed process stored but did not commit.
-async fn sweep(store: Arc<SqliteStore>, artifacts: Artifacts, before: SystemTime) {
-    let swept = match store.referenced_keys().await {
-        Ok(keys) => artifacts.sweep(&keys, before).await.map_err(anyhow::Error::from),
-        Err(error) => Err(error.into()),
-    };
-    match swept {
-        Ok(0) => {}
-        Ok(files) => tracing::info!(files, "files that nothing points to were deleted"),
-        Err(error) => tracing::warn!(%error, "looking for files that nothing points to failed"),
     }
 }
 

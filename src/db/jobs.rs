@@ -18,7 +18,8 @@ pub(super) async fn submit(tx: &mut SqliteConnection, new: NewJob, max_queued: u
     {
         return Ok(if job.body_hash == new.body_hash { Submission::Repeated(job) } else { Submission::KeyReused });
     }
-    if count(tx, JobStatus::Queued).await? >= max_queued {
+    // one of them is rendered, or will be at once
+    if unfinished(tx).await? > max_queued {
         return Ok(Submission::QueueFull);
     }
     let id = Uuid::now_v7();
@@ -73,14 +74,18 @@ pub(super) async fn insert_chunk(
     index: u64,
     passes: &std::ops::Range<u64>,
 ) -> Result<(), StoreError> {
-    sqlx::query("INSERT INTO chunks (job_id, idx, pass_from, pass_to, state) VALUES ($1, $2, $3, $4, 'ready')")
-        .bind(job)
-        .bind(signed(index))
-        .bind(signed(passes.start))
-        .bind(signed(passes.end))
-        .execute(tx)
-        .await
-        .map_err(store_error)?;
+    sqlx::query(
+        "INSERT INTO chunks (job_id, idx, pass_from, pass_to, state, line, turn) \
+         VALUES ($1, $2, $3, $4, 'ready', CASE WHEN $2 = 0 THEN 1 ELSE 2 END, \
+         (SELECT coalesce(max(turn), 0) + 1 FROM chunks WHERE state <> 'done'))",
+    )
+    .bind(job)
+    .bind(signed(index))
+    .bind(signed(passes.start))
+    .bind(signed(passes.end))
+    .execute(tx)
+    .await
+    .map_err(store_error)?;
     Ok(())
 }
 
@@ -173,6 +178,15 @@ pub(super) async fn count(connection: &mut SqliteConnection, status: JobStatus) 
     Ok(count.unsigned_abs())
 }
 
+pub(super) async fn unfinished(connection: &mut SqliteConnection) -> Result<u64, StoreError> {
+    // a job that has not ended has one chunk that is not done
+    let count: i64 = sqlx::query_scalar("SELECT count(*) FROM chunks WHERE state <> 'done'")
+        .fetch_one(connection)
+        .await
+        .map_err(store_error)?;
+    Ok(count.unsigned_abs())
+}
+
 pub(super) async fn cancel(tx: &mut SqliteConnection, id: Uuid) -> Result<CancelOutcome, StoreError> {
     let id = id.to_string();
     let status: Option<String> = sqlx::query_scalar("SELECT status FROM jobs WHERE id = $1")
@@ -186,7 +200,12 @@ pub(super) async fn cancel(tx: &mut SqliteConnection, id: Uuid) -> Result<Cancel
         Some(status) if status.is_final() => return Ok(CancelOutcome::Finished(status)),
         // a worker has it, or had it and left passes: it makes the result files of what there is
         Some(JobStatus::Running) => {
-            sqlx::query("UPDATE jobs SET cancel = 1 WHERE id = $1").bind(&id).execute(tx).await.map_err(store_error)?;
+            for statement in [
+                "UPDATE jobs SET cancel = 1 WHERE id = $1",
+                "UPDATE chunks SET line = 0 WHERE job_id = $1 AND state <> 'done'",
+            ] {
+                sqlx::query(statement).bind(&id).execute(&mut *tx).await.map_err(store_error)?;
+            }
             return Ok(CancelOutcome::Accepted);
         }
         _ => {}
@@ -205,14 +224,33 @@ pub(super) async fn cancel(tx: &mut SqliteConnection, id: Uuid) -> Result<Cancel
     Ok(CancelOutcome::Accepted)
 }
 
-pub(super) async fn delete(pool: &SqlitePool, id: Uuid) -> Result<bool, StoreError> {
+/// Rows that one transaction deletes: some tens of milliseconds.
+const ROWS_AT_ONCE: i64 = 5000;
+
+/// Deletes a piece of a job, oldest rows first; `Some` says that it is gone, and whether it was there.
+pub(super) async fn delete_some(tx: &mut SqliteConnection, id: Uuid) -> Result<Option<bool>, StoreError> {
+    for statement in [
+        "DELETE FROM passes WHERE job_id = $1 AND pass IN (SELECT pass FROM passes WHERE job_id = $1 ORDER BY pass LIMIT $2)",
+        "DELETE FROM events WHERE job_id = $1 AND seq IN (SELECT seq FROM events WHERE job_id = $1 ORDER BY seq LIMIT $2)",
+    ] {
+        let deleted = sqlx::query(statement)
+            .bind(id.to_string())
+            .bind(ROWS_AT_ONCE)
+            .execute(&mut *tx)
+            .await
+            .map_err(store_error)?
+            .rows_affected();
+        if deleted >= ROWS_AT_ONCE.unsigned_abs() {
+            return Ok(None);
+        }
+    }
     let deleted = sqlx::query("DELETE FROM jobs WHERE id = $1")
         .bind(id.to_string())
-        .execute(pool)
+        .execute(tx)
         .await
         .map_err(store_error)?
         .rows_affected();
-    Ok(deleted > 0)
+    Ok(Some(deleted > 0))
 }
 
 pub(super) async fn events(pool: &SqlitePool, id: Uuid, after: i64, limit: u32) -> Result<Vec<Event>, StoreError> {
@@ -228,12 +266,49 @@ pub(super) async fn events(pool: &SqlitePool, id: Uuid, after: i64, limit: u32) 
         .collect()
 }
 
-pub(super) async fn convergence(pool: &SqlitePool, id: Uuid) -> Result<Vec<PassReport>, StoreError> {
-    sqlx::query(
-        "SELECT pass, seconds, photons, rays, relative_error, view_relative_error, mean_lux \
-         FROM passes WHERE job_id = $1 ORDER BY pass",
-    )
+/// Columns of a [`PassReport`].
+macro_rules! pass_columns {
+    () => {
+        "pass, seconds, photons, rays, relative_error, view_relative_error, mean_lux"
+    };
+}
+
+pub(super) async fn convergence(
+    pool: &SqlitePool,
+    id: Uuid,
+    after: u64,
+    limit: u32,
+) -> Result<Vec<PassReport>, StoreError> {
+    sqlx::query(concat!(
+        "SELECT ",
+        pass_columns!(),
+        " FROM passes WHERE job_id = $1 AND pass > $2 ORDER BY pass LIMIT $3"
+    ))
     .bind(id.to_string())
+    .bind(signed(after))
+    .bind(i64::from(limit))
+    .fetch_all(pool)
+    .await
+    .map_err(store_error)?
+    .iter()
+    .map(rows::pass)
+    .collect()
+}
+
+/// Tables that were written before passes were thinned have a row for each.
+pub(super) async fn convergence_outline(
+    pool: &SqlitePool,
+    id: Uuid,
+    points: u32,
+) -> Result<Vec<PassReport>, StoreError> {
+    sqlx::query(concat!(
+        "WITH counted AS (SELECT *, row_number() OVER (ORDER BY pass) AS number, count(*) OVER () AS total FROM passes \
+         WHERE job_id = $1) SELECT ",
+        pass_columns!(),
+        " FROM counted WHERE number % (total / $2 + 1) = 0 OR number = 1 OR number = total ORDER BY pass"
+    ))
+    .bind(id.to_string())
+    .bind(i64::from(points.max(3) - 2))
     .fetch_all(pool)
     .await
     .map_err(store_error)?
@@ -274,7 +349,8 @@ pub(super) async fn add_artifact(tx: &mut SqliteConnection, job: &str, artifact:
 
 pub(super) async fn referenced_keys(pool: &SqlitePool) -> Result<HashSet<String>, StoreError> {
     let keys: Vec<String> = sqlx::query_scalar(
-        "SELECT key FROM artifacts UNION SELECT state_key FROM jobs WHERE state_key IS NOT NULL UNION SELECT key FROM meshes",
+        "SELECT key FROM artifacts UNION SELECT key FROM meshes UNION SELECT state_key FROM jobs WHERE state_key IS NOT NULL \
+         UNION SELECT previous_state_key FROM jobs WHERE previous_state_key IS NOT NULL",
     )
     .fetch_all(pool)
     .await

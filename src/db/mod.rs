@@ -6,15 +6,20 @@
 mod jobs;
 mod meshes;
 mod queue;
+mod record;
 mod rows;
 
 use std::collections::HashSet;
+use std::fs::{File, TryLockError};
+use std::os::unix::fs::OpenOptionsExt;
 use std::path::Path;
+use std::sync::atomic::{AtomicU32, Ordering};
+use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
 use async_trait::async_trait;
-use sqlx::sqlite::{SqliteConnectOptions, SqliteJournalMode, SqlitePoolOptions, SqliteSynchronous};
-use sqlx::{Sqlite, SqlitePool, Transaction};
+use sqlx::sqlite::{SqliteAutoVacuum, SqliteConnectOptions, SqliteJournalMode, SqlitePoolOptions, SqliteSynchronous};
+use sqlx::{AssertSqlSafe, ConnectOptions, Connection, Executor, Sqlite, SqlitePool, Transaction};
 use tokio::sync::broadcast;
 use uuid::Uuid;
 
@@ -35,16 +40,42 @@ const CHANGES_KEPT: usize = 1024;
 /// Older versions can corrupt the database when a checkpoint meets a WAL reset.
 const OLDEST_SQLITE: (u32, u32, u32) = (3, 51, 3);
 
+/// Pages that one deletion gives back to the disk at once (4 kB each); the next ones give back the rest.
+const PAGES_GIVEN_BACK: &str = "PRAGMA incremental_vacuum(1024)";
+
 /// Jobs in one SQLite file: one writing connection, several reading ones.
 pub struct SqliteStore {
     writer: SqlitePool,
     readers: SqlitePool,
     changes: broadcast::Sender<Change>,
+    /// Keeps other processes out until the store is closed.
+    lock: Mutex<Option<File>>,
+    /// Largest database in pages, 0: no limit.
+    most_pages: AtomicU32,
+}
+
+/// What a commit must survive. Either survives the end of the process.
+#[derive(Clone, Copy)]
+enum Durability {
+    /// The power's end, at the price of waiting for the disk.
+    Power,
+    /// The process' end. When the power fails it may be lost, with all such commits after it, until the next commit of the
+    /// other kind: a claim that is lost leaves a chunk that is ready, a lost report is made again.
+    Process,
 }
 
 impl SqliteStore {
-    /// Opens or creates the database file and brings its tables up to date.
+    /// Opens or creates the database file and brings its tables up to date. One process at a time has it open, by whatever
+    /// path.
     pub async fn open(file: &Path) -> Result<Self, StoreError> {
+        let failed = |error: &dyn std::fmt::Display| StoreError::Failed(format!("{}: {error}", file.display()));
+        // SQLite makes its other files as readable as this one
+        let created =
+            File::options().create(true).append(true).mode(0o600).open(file).map_err(|error| failed(&error))?;
+        let new = created.metadata().map_err(|error| failed(&error))?.len() == 0;
+        drop(created);
+        let file = &file.canonicalize().map_err(|error| failed(&error))?;
+        let lock = lock(file)?;
         let options = SqliteConnectOptions::new()
             .filename(file)
             .create_if_missing(true)
@@ -53,11 +84,25 @@ impl SqliteStore {
             .synchronous(SqliteSynchronous::Full)
             .busy_timeout(Duration::from_secs(5))
             .foreign_keys(true);
+        if new {
+            // must come before the first table
+            let first = options.clone().auto_vacuum(SqliteAutoVacuum::Incremental).connect().await;
+            first.map_err(store_error)?.close().await.map_err(store_error)?;
+        }
         let writer = SqlitePoolOptions::new()
             .max_connections(1)
             .acquire_timeout(Duration::from_secs(10))
             .idle_timeout(None)
             .max_lifetime(None)
+            // When the disk is full or fails, SQLite ends the transaction by itself. sqlx then still counts it as open and
+            // refuses to begin another one for ever: such a connection is closed, and the next user gets a new one.
+            .after_release(|connection, _| {
+                Box::pin(async move {
+                    // waits for the rollback that was sent when the transaction was dropped
+                    connection.ping().await?;
+                    Ok(!connection.is_in_transaction())
+                })
+            })
             .connect_with(options.clone())
             .await
             .map_err(store_error)?;
@@ -76,12 +121,34 @@ impl SqliteStore {
             .connect_with(options.read_only(true))
             .await
             .map_err(store_error)?;
-        Ok(Self { writer, readers, changes: broadcast::channel(CHANGES_KEPT).0 })
+        Ok(Self {
+            writer,
+            readers,
+            changes: broadcast::channel(CHANGES_KEPT).0,
+            lock: Mutex::new(Some(lock)),
+            most_pages: AtomicU32::new(0),
+        })
     }
 
     /// A transaction that takes the write lock at once: a read that is followed by a write cannot be overtaken.
-    async fn begin(&self) -> Result<Transaction<'static, Sqlite>, StoreError> {
-        self.writer.begin_with("BEGIN IMMEDIATE").await.map_err(store_error)
+    async fn begin(&self, durability: Durability) -> Result<Transaction<'static, Sqlite>, StoreError> {
+        let statement = match durability {
+            Durability::Power => "PRAGMA synchronous = FULL; BEGIN IMMEDIATE",
+            Durability::Process => "PRAGMA synchronous = NORMAL; BEGIN IMMEDIATE",
+        };
+        let mut tx = self.writer.begin_with(statement).await.map_err(store_error)?;
+        let most_pages = self.most_pages.load(Ordering::Relaxed);
+        if most_pages > 0 {
+            let limit = format!("PRAGMA max_page_count = {most_pages}");
+            tx.execute(AssertSqlSafe(limit)).await.map_err(store_error)?;
+        }
+        Ok(tx)
+    }
+
+    /// From now on the database may not grow past so many pages: what a full disk looks like. 0 takes the limit away.
+    pub fn limit_pages(&self, most_pages: u32) {
+        let unlimited = 4_294_967_294;
+        self.most_pages.store(if most_pages == 0 { unlimited } else { most_pages }, Ordering::Relaxed);
     }
 
     fn tell(&self, change: Change) {
@@ -89,10 +156,26 @@ impl SqliteStore {
         let _ = self.changes.send(change);
     }
 
-    /// Writes everything out and closes the connections.
+    /// Writes everything out, closes the connections, and lets other processes in.
     pub async fn close(&self) {
         self.readers.close().await;
         self.writer.close().await;
+        self.lock.lock().unwrap_or_else(PoisonError::into_inner).take();
+    }
+}
+
+/// Locks a file beside the database, whose path is without links: SQLite's own locks are for single transactions.
+fn lock(database: &Path) -> Result<File, StoreError> {
+    let mut path = database.as_os_str().to_owned();
+    path.push(".lock");
+    let failed = |error: std::io::Error| StoreError::Failed(format!("{}: {error}", Path::new(&path).display()));
+    let lock = File::options().create(true).truncate(false).write(true).mode(0o600).open(&path).map_err(failed)?;
+    match lock.try_lock() {
+        Ok(()) => Ok(lock),
+        Err(TryLockError::WouldBlock) => {
+            Err(StoreError::Failed(format!("another process serves the database {}", database.display())))
+        }
+        Err(TryLockError::Error(error)) => Err(failed(error)),
     }
 }
 
@@ -112,11 +195,14 @@ fn check_version(version: &str) -> Result<(), StoreError> {
 fn store_error(error: sqlx::Error) -> StoreError {
     let unavailable = match &error {
         sqlx::Error::PoolTimedOut | sqlx::Error::PoolClosed | sqlx::Error::Io(_) => true,
-        // SQLITE_BUSY, SQLITE_LOCKED, SQLITE_IOERR, SQLITE_FULL, SQLITE_CANTOPEN; the low byte is the primary code
+        // the connection is of no use, the next one may be
+        sqlx::Error::WorkerCrashed | sqlx::Error::InvalidSavePointStatement | sqlx::Error::BeginFailed => true,
+        // SQLITE_BUSY, SQLITE_LOCKED, SQLITE_NOMEM, SQLITE_READONLY, SQLITE_IOERR, SQLITE_FULL, SQLITE_CANTOPEN; the low
+        // byte is the primary code
         sqlx::Error::Database(database) => database
             .code()
             .and_then(|code| code.parse::<u32>().ok())
-            .is_some_and(|code| matches!(code & 0xff, 5 | 6 | 10 | 13 | 14)),
+            .is_some_and(|code| matches!(code & 0xff, 5..=8 | 10 | 13 | 14)),
         _ => false,
     };
     if unavailable { StoreError::Unavailable(error.to_string()) } else { StoreError::Failed(error.to_string()) }
@@ -129,13 +215,42 @@ impl Store for SqliteStore {
     }
 
     async fn ready(&self) -> Result<(), StoreError> {
-        let one: i64 = sqlx::query_scalar("SELECT 1").fetch_one(&self.readers).await.map_err(store_error)?;
-        debug_assert_eq!(one, 1);
-        Ok(())
+        let mut tx = self.begin(Durability::Power).await?;
+        record::written_now(&mut tx).await?;
+        tx.commit().await.map_err(store_error)
+    }
+
+    async fn record(&self) -> Result<StoreRecord, StoreError> {
+        let mut connection = self.readers.acquire().await.map_err(store_error)?;
+        record::record(&mut connection).await
+    }
+
+    async fn set_identity(&self, identity: &str) -> Result<(), StoreError> {
+        let mut tx = self.begin(Durability::Power).await?;
+        record::set_identity(&mut tx, identity).await?;
+        tx.commit().await.map_err(store_error)
+    }
+
+    async fn set_sweep_from(&self, milliseconds: i64) -> Result<(), StoreError> {
+        let mut tx = self.begin(Durability::Power).await?;
+        record::set_sweep_from(&mut tx, milliseconds).await?;
+        tx.commit().await.map_err(store_error)
+    }
+
+    async fn set_serving(&self, serving: bool) -> Result<(), StoreError> {
+        let mut tx = self.begin(Durability::Power).await?;
+        record::set_serving(&mut tx, serving).await?;
+        tx.commit().await.map_err(store_error)
+    }
+
+    async fn check(&self) -> Result<(), StoreError> {
+        let found: String =
+            sqlx::query_scalar("PRAGMA quick_check(1)").fetch_one(&self.readers).await.map_err(store_error)?;
+        if found == "ok" { Ok(()) } else { Err(StoreError::Failed(format!("the database is damaged: {found}"))) }
     }
 
     async fn submit(&self, job: NewJob, max_queued: u64) -> Result<Submission, StoreError> {
-        let mut tx = self.begin().await?;
+        let mut tx = self.begin(Durability::Power).await?;
         let submission = jobs::submit(&mut tx, job, max_queued).await?;
         if let Submission::New(job) = &submission {
             tx.commit().await.map_err(store_error)?;
@@ -168,8 +283,13 @@ impl Store for SqliteStore {
         jobs::count(&mut connection, status).await
     }
 
+    async fn unfinished(&self) -> Result<u64, StoreError> {
+        let mut connection = self.readers.acquire().await.map_err(store_error)?;
+        jobs::unfinished(&mut connection).await
+    }
+
     async fn cancel(&self, id: Uuid) -> Result<CancelOutcome, StoreError> {
-        let mut tx = self.begin().await?;
+        let mut tx = self.begin(Durability::Power).await?;
         let outcome = jobs::cancel(&mut tx, id).await?;
         tx.commit().await.map_err(store_error)?;
         if outcome == CancelOutcome::Accepted {
@@ -180,10 +300,21 @@ impl Store for SqliteStore {
     }
 
     async fn delete(&self, id: Uuid) -> Result<bool, StoreError> {
-        let deleted = jobs::delete(&self.writer, id).await?;
+        // in pieces, so that others can write in between
+        let deleted = loop {
+            let mut tx = self.begin(Durability::Power).await?;
+            let deleted = jobs::delete_some(&mut tx, id).await?;
+            tx.commit().await.map_err(store_error)?;
+            if let Some(deleted) = deleted {
+                break deleted;
+            }
+        };
         if deleted {
             self.tell(Change::Stop(id));
             self.tell(Change::Job(id));
+            if let Err(error) = sqlx::query(PAGES_GIVEN_BACK).fetch_all(&self.writer).await {
+                tracing::warn!(%error, "giving pages back to the disk failed");
+            }
         }
         Ok(deleted)
     }
@@ -192,8 +323,12 @@ impl Store for SqliteStore {
         jobs::events(&self.readers, id, after, limit).await
     }
 
-    async fn convergence(&self, id: Uuid) -> Result<Vec<PassReport>, StoreError> {
-        jobs::convergence(&self.readers, id).await
+    async fn convergence(&self, id: Uuid, after: u64, limit: u32) -> Result<Vec<PassReport>, StoreError> {
+        jobs::convergence(&self.readers, id, after, limit).await
+    }
+
+    async fn convergence_outline(&self, id: Uuid, points: u32) -> Result<Vec<PassReport>, StoreError> {
+        jobs::convergence_outline(&self.readers, id, points).await
     }
 
     async fn artifact(&self, id: Uuid, name: &str) -> Result<Option<Artifact>, StoreError> {
@@ -201,7 +336,7 @@ impl Store for SqliteStore {
     }
 
     async fn add_mesh(&self, mesh: Mesh) -> Result<Mesh, StoreError> {
-        let mut tx = self.begin().await?;
+        let mut tx = self.begin(Durability::Power).await?;
         let kept = meshes::add(&mut tx, mesh).await?;
         tx.commit().await.map_err(store_error)?;
         Ok(kept)
@@ -213,15 +348,15 @@ impl Store for SqliteStore {
     }
 
     async fn delete_mesh(&self, id: &str) -> Result<MeshDeletion, StoreError> {
-        let mut tx = self.begin().await?;
+        let mut tx = self.begin(Durability::Power).await?;
         let deletion = meshes::delete(&mut tx, id).await?;
         tx.commit().await.map_err(store_error)?;
         Ok(deletion)
     }
 
-    async fn claim(&self, owner: &str, lease: Duration) -> Result<Option<Lease>, StoreError> {
-        let mut tx = self.begin().await?;
-        let claimed = queue::claim(&mut tx, owner, lease).await?;
+    async fn claim(&self, owner: &str, lease: Duration, turn: Turn) -> Result<Option<Lease>, StoreError> {
+        let mut tx = self.begin(Durability::Process).await?;
+        let claimed = queue::claim(&mut tx, owner, lease, turn).await?;
         tx.commit().await.map_err(store_error)?;
         if let Some(lease) = &claimed {
             self.tell(Change::Job(lease.job));
@@ -230,23 +365,29 @@ impl Store for SqliteStore {
     }
 
     async fn heartbeat(&self, lease: &Lease, extend: Duration) -> Result<Beat, StoreError> {
-        let mut tx = self.begin().await?;
+        let mut tx = self.begin(Durability::Process).await?;
         let beat = queue::heartbeat(&mut tx, lease, extend).await?;
+        record::written_now(&mut tx).await?;
         tx.commit().await.map_err(store_error)?;
         Ok(beat)
     }
 
     async fn report(&self, lease: &Lease, reports: &[Report]) -> Result<bool, StoreError> {
-        let mut tx = self.begin().await?;
+        let mut tx = self.begin(Durability::Process).await?;
         let held = queue::report(&mut tx, lease, reports).await?;
         tx.commit().await.map_err(store_error)?;
         self.tell(Change::Job(lease.job));
         Ok(held)
     }
 
-    async fn complete(&self, lease: &Lease, completion: &Completion) -> Result<Committed, StoreError> {
-        let mut tx = self.begin().await?;
-        let committed = queue::complete(&mut tx, lease, completion).await?;
+    async fn complete(
+        &self,
+        lease: &Lease,
+        reports: &[Report],
+        completion: &Completion,
+    ) -> Result<Committed, StoreError> {
+        let mut tx = self.begin(Durability::Power).await?;
+        let committed = queue::complete(&mut tx, lease, reports, completion).await?;
         if committed != Committed::LeaseLost {
             tx.commit().await.map_err(store_error)?;
             self.tell(Change::Job(lease.job));
@@ -254,24 +395,37 @@ impl Store for SqliteStore {
         Ok(committed)
     }
 
+    async fn rewind(&self, lease: &Lease, reason: &str) -> Result<Committed, StoreError> {
+        let mut tx = self.begin(Durability::Power).await?;
+        let committed = queue::rewind(&mut tx, lease, reason).await?;
+        tx.commit().await.map_err(store_error)?;
+        self.tell(Change::Job(lease.job));
+        self.tell(Change::Queue);
+        Ok(committed)
+    }
+
     async fn release(&self, lease: &Lease) -> Result<(), StoreError> {
-        queue::release(&self.writer, lease).await?;
+        let mut tx = self.begin(Durability::Process).await?;
+        queue::release(&mut tx, lease).await?;
+        tx.commit().await.map_err(store_error)?;
         self.tell(Change::Queue);
         Ok(())
     }
 
     async fn fail_attempt(&self, lease: &Lease, error: &str) -> Result<(), StoreError> {
-        queue::fail_attempt(&self.writer, lease, error).await?;
+        let mut tx = self.begin(Durability::Process).await?;
+        queue::fail_attempt(&mut tx, lease, error).await?;
+        tx.commit().await.map_err(store_error)?;
         self.tell(Change::Queue);
         Ok(())
     }
 
-    async fn reclaim(&self, all: bool) -> Result<u64, StoreError> {
-        let reclaimed = queue::reclaim(&self.writer, all).await?;
-        if reclaimed > 0 {
-            self.tell(Change::Queue);
-        }
-        Ok(reclaimed)
+    async fn take_back(&self, died: bool) -> Result<TakenBack, StoreError> {
+        let mut tx = self.begin(Durability::Power).await?;
+        let taken_back = queue::take_back(&mut tx, died).await?;
+        tx.commit().await.map_err(store_error)?;
+        self.tell(Change::Queue);
+        Ok(taken_back)
     }
 
     async fn referenced_keys(&self) -> Result<HashSet<String>, StoreError> {

@@ -5,11 +5,15 @@
 use std::time::Duration;
 
 use serde_json::json;
-use sqlx::{Row, SqliteConnection, SqlitePool};
+use sqlx::{Row, SqliteConnection};
+use uuid::Uuid;
 
+use crate::job::convergence::is_kept;
+use crate::job::run::PassReport;
 use crate::job::store::*;
 
 use super::jobs::{add_artifact, append_event, insert_chunk};
+use super::record::written_now;
 use super::rows::{self, name_of, signed, to_json};
 use super::{now_ms, store_error};
 
@@ -20,22 +24,49 @@ macro_rules! lock_clause {
     };
 }
 
+/// Whether a chunk is free: given back, left by a lease that is over, or by this owner itself, who renders one at a time.
+macro_rules! free {
+    () => {
+        concat!("c.deaths <= $3 AND (c.state = 'ready' OR c.owner = $1 OR c.lease_until < ", now_ms!(), ")")
+    };
+}
+
+/// The waiting chunk that comes next, by $1 (owner), $3 (most deaths) and $4 (job to stay with, or null). The index
+/// `chunks_open` gives the order.
+macro_rules! next_chunk {
+    () => {
+        concat!(
+            "SELECT job_id, idx FROM (\
+             SELECT * FROM (SELECT c.job_id, c.idx, 0 AS choice FROM chunks c \
+             WHERE c.job_id = $4 AND c.state <> 'done' AND ",
+            free!(),
+            " LIMIT 1) UNION ALL \
+             SELECT * FROM (SELECT c.job_id, c.idx, 1 AS choice FROM chunks c WHERE c.state <> 'done' AND ",
+            free!(),
+            " ORDER BY c.line, c.turn, c.job_id LIMIT 1)) ORDER BY choice LIMIT 1 "
+        )
+    };
+}
+
 pub(super) async fn claim(
     tx: &mut SqliteConnection,
     owner: &str,
     lease: Duration,
+    turn: Turn,
 ) -> Result<Option<Lease>, StoreError> {
     let row = sqlx::query(concat!(
-        "WITH pick AS (SELECT c.job_id, c.idx FROM chunks c JOIN jobs j ON j.id = c.job_id \
-         WHERE c.state = 'ready' AND j.status IN ('queued', 'running') ORDER BY c.job_id, c.idx LIMIT 1 ",
+        "WITH pick AS (",
+        next_chunk!(),
         lock_clause!(),
-        ") UPDATE chunks SET state = 'leased', attempt = attempt + 1, owner = $1, lease_until = ",
+        ") UPDATE chunks SET state = 'leased', attempt = attempt + 1, progressed = 0, owner = $1, lease_until = ",
         now_ms!(),
         " + $2 FROM pick WHERE chunks.job_id = pick.job_id AND chunks.idx = pick.idx \
          RETURNING chunks.job_id, chunks.idx, chunks.attempt, chunks.failures"
     ))
     .bind(owner)
     .bind(milliseconds(lease))
+    .bind(signed(turn.most_deaths))
+    .bind(turn.stay_with.map(|job| job.to_string()))
     .fetch_optional(&mut *tx)
     .await
     .map_err(store_error)?;
@@ -91,41 +122,17 @@ pub(super) async fn report(tx: &mut SqliteConnection, lease: &Lease, reports: &[
     if !holds(tx, lease).await? {
         return Ok(false);
     }
+    take_reports(tx, lease, reports).await?;
+    Ok(true)
+}
+
+/// Of a lease that is held.
+async fn take_reports(tx: &mut SqliteConnection, lease: &Lease, reports: &[Report]) -> Result<(), StoreError> {
     let job = lease.job.to_string();
-    // a pass that is rendered again after a restart is the same pass: its event was sent
-    let mut newest: i64 = sqlx::query_scalar("SELECT coalesce(max(pass), 0) FROM passes WHERE job_id = $1")
-        .bind(&job)
-        .fetch_one(&mut *tx)
-        .await
-        .map_err(store_error)?;
-    let mut last = None;
     for report in reports {
         match report {
-            Report::Pass(pass) => {
-                sqlx::query(
-                    "INSERT INTO passes (job_id, pass, seconds, photons, rays, relative_error, view_relative_error, mean_lux) \
-                     VALUES ($1, $2, $3, $4, $5, $6, $7, $8) ON CONFLICT (job_id, pass) DO UPDATE SET \
-                     seconds = excluded.seconds, photons = excluded.photons, rays = excluded.rays, \
-                     relative_error = excluded.relative_error, view_relative_error = excluded.view_relative_error, \
-                     mean_lux = excluded.mean_lux",
-                )
-                .bind(&job)
-                .bind(signed(pass.passes))
-                .bind(pass.seconds)
-                .bind(signed(pass.photons))
-                .bind(signed(pass.rays))
-                .bind(pass.relative_error)
-                .bind(pass.view_relative_error)
-                .bind(pass.mean_lux)
-                .execute(&mut *tx)
-                .await
-                .map_err(store_error)?;
-                if signed(pass.passes) > newest {
-                    newest = signed(pass.passes);
-                    append_event(tx, &job, "pass", &json!(pass)).await?;
-                }
-                last = Some(*pass);
-            }
+            Report::Pass(pass) if is_kept(pass.passes) => add_pass(tx, &job, pass).await?,
+            Report::Pass(_) => {}
             Report::Image { view, passes, artifact } => {
                 let known: Option<i64> = sqlx::query_scalar("SELECT 1 FROM artifacts WHERE job_id = $1 AND name = $2")
                     .bind(&job)
@@ -140,23 +147,67 @@ pub(super) async fn report(tx: &mut SqliteConnection, lease: &Lease, reports: &[
             }
         }
     }
-    if let Some(pass) = last {
-        sqlx::query(
-            "UPDATE jobs SET passes = $2, photons = $3, rays = $4, seconds = $5, relative_error = $6, \
-             view_relative_error = $7 WHERE id = $1",
-        )
-        .bind(&job)
-        .bind(signed(pass.passes))
-        .bind(signed(pass.photons))
-        .bind(signed(pass.rays))
-        .bind(pass.seconds)
-        .bind(pass.relative_error)
-        .bind(pass.view_relative_error)
-        .execute(tx)
+    let passes = reports.iter().rev().find_map(|report| match report {
+        Report::Pass(pass) => Some(pass),
+        Report::Image { .. } => None,
+    });
+    let Some(pass) = passes else { return Ok(()) };
+    sqlx::query(
+        "UPDATE jobs SET passes = $2, photons = $3, rays = $4, seconds = $5, relative_error = $6, \
+         view_relative_error = $7 WHERE id = $1",
+    )
+    .bind(&job)
+    .bind(signed(pass.passes))
+    .bind(signed(pass.photons))
+    .bind(signed(pass.rays))
+    .bind(pass.seconds)
+    .bind(pass.relative_error)
+    .bind(pass.view_relative_error)
+    .execute(&mut *tx)
+    .await
+    .map_err(store_error)?;
+    sqlx::query(
+        "UPDATE chunks SET progressed = 1, deaths = 0, reached = $3 WHERE job_id = $1 AND idx = $2 AND reached < $3",
+    )
+    .bind(&job)
+    .bind(signed(lease.chunk))
+    .bind(signed(pass.passes))
+    .execute(tx)
+    .await
+    .map_err(store_error)?;
+    Ok(())
+}
+
+/// A row of the convergence table, and its event unless that was sent before: a pass that is rendered again after a
+/// restart is the same pass.
+async fn add_pass(tx: &mut SqliteConnection, job: &str, pass: &PassReport) -> Result<(), StoreError> {
+    let newest: i64 = sqlx::query_scalar("SELECT coalesce(max(pass), 0) FROM passes WHERE job_id = $1")
+        .bind(job)
+        .fetch_one(&mut *tx)
         .await
         .map_err(store_error)?;
+    sqlx::query(
+        "INSERT INTO passes (job_id, pass, seconds, photons, rays, relative_error, view_relative_error, mean_lux) \
+         VALUES ($1, $2, $3, $4, $5, $6, $7, $8) ON CONFLICT (job_id, pass) DO UPDATE SET \
+         seconds = excluded.seconds, photons = excluded.photons, rays = excluded.rays, \
+         relative_error = excluded.relative_error, view_relative_error = excluded.view_relative_error, \
+         mean_lux = excluded.mean_lux",
+    )
+    .bind(job)
+    .bind(signed(pass.passes))
+    .bind(pass.seconds)
+    .bind(signed(pass.photons))
+    .bind(signed(pass.rays))
+    .bind(pass.relative_error)
+    .bind(pass.view_relative_error)
+    .bind(pass.mean_lux)
+    .execute(&mut *tx)
+    .await
+    .map_err(store_error)?;
+    if signed(pass.passes) > newest {
+        append_event(tx, job, "pass", &json!(pass)).await?;
     }
-    Ok(true)
+    Ok(())
 }
 
 async fn holds(tx: &mut SqliteConnection, lease: &Lease) -> Result<bool, StoreError> {
@@ -176,50 +227,140 @@ async fn holds(tx: &mut SqliteConnection, lease: &Lease) -> Result<bool, StoreEr
 pub(super) async fn complete(
     tx: &mut SqliteConnection,
     lease: &Lease,
+    reports: &[Report],
     completion: &Completion,
 ) -> Result<Committed, StoreError> {
+    if !holds(tx, lease).await? {
+        return Ok(Committed::LeaseLost);
+    }
+    take_reports(tx, lease, reports).await?;
     let job = lease.job.to_string();
-    let done = sqlx::query(
-        "UPDATE chunks SET state = 'done', owner = NULL, lease_until = NULL \
-         WHERE job_id = $1 AND idx = $2 AND owner = $3 AND attempt = $4 AND state = 'leased'",
+    sqlx::query(
+        "UPDATE chunks SET state = 'done', owner = NULL, lease_until = NULL, deaths = 0 WHERE job_id = $1 AND idx = $2",
     )
     .bind(&job)
     .bind(signed(lease.chunk))
-    .bind(&lease.owner)
-    .bind(lease.attempt)
     .execute(&mut *tx)
     .await
-    .map_err(store_error)?
-    .rows_affected();
-    if done == 0 {
-        return Ok(Committed::LeaseLost);
-    }
-    let obsolete: Option<String> = sqlx::query_scalar("SELECT state_key FROM jobs WHERE id = $1")
-        .bind(&job)
-        .fetch_one(&mut *tx)
-        .await
-        .map_err(store_error)?;
-    match completion {
+    .map_err(store_error)?;
+    let states = states(tx, &job).await?;
+    let obsolete = match completion {
         Completion::Continue { state, progress, next_index, next } => {
             set_progress(tx, &job, progress).await?;
-            sqlx::query("UPDATE jobs SET state_key = $2, state_hash = $3, merged_seconds = $4 WHERE id = $1")
-                .bind(&job)
-                .bind(&state.key)
-                .bind(&state.hash)
-                .bind(progress.seconds)
-                .execute(&mut *tx)
-                .await
-                .map_err(store_error)?;
+            // the right-hand sides are the values before
+            sqlx::query(
+                "UPDATE jobs SET previous_state_key = state_key, previous_state_hash = state_hash, \
+                 previous_seconds = merged_seconds, state_key = $2, state_hash = $3, merged_seconds = $4 WHERE id = $1",
+            )
+            .bind(&job)
+            .bind(&state.key)
+            .bind(&state.hash)
+            .bind(progress.seconds)
+            .execute(&mut *tx)
+            .await
+            .map_err(store_error)?;
             insert_chunk(tx, &job, *next_index, next).await?;
+            states.previous.into_iter().map(|state| state.key).collect()
         }
-        Completion::Finish(finish) => finish_job(tx, &job, finish).await?,
-    }
+        Completion::Finish(finish) => {
+            finish_job(tx, &job, finish).await?;
+            states.keys()
+        }
+    };
+    written_now(tx).await?;
     Ok(Committed::Yes { obsolete })
+}
+
+/// The stored states of a running job.
+struct States {
+    newest: Option<StateFile>,
+    previous: Option<StateFile>,
+    previous_seconds: f64,
+}
+
+impl States {
+    fn keys(self) -> Vec<String> {
+        [self.newest, self.previous].into_iter().flatten().map(|state| state.key).collect()
+    }
+}
+
+async fn states(tx: &mut SqliteConnection, job: &str) -> Result<States, StoreError> {
+    let row = sqlx::query(
+        "SELECT state_key, state_hash, previous_state_key, previous_state_hash, previous_seconds FROM jobs WHERE id = $1",
+    )
+    .bind(job)
+    .fetch_one(tx)
+    .await
+    .map_err(store_error)?;
+    let file = |key: &str, hash: &str| -> Result<Option<StateFile>, StoreError> {
+        let (key, hash): (Option<String>, Option<String>) = (rows::get(&row, key)?, rows::get(&row, hash)?);
+        Ok(key.zip(hash).map(|(key, hash)| StateFile { key, hash }))
+    };
+    Ok(States {
+        newest: file("state_key", "state_hash")?,
+        previous: file("previous_state_key", "previous_state_hash")?,
+        previous_seconds: rows::get(&row, "previous_seconds")?,
+    })
+}
+
+pub(super) async fn rewind(tx: &mut SqliteConnection, lease: &Lease, reason: &str) -> Result<Committed, StoreError> {
+    if !holds(tx, lease).await? {
+        return Ok(Committed::LeaseLost);
+    }
+    let job = lease.job.to_string();
+    let mut states = states(tx, &job).await?;
+    let (state, chunk, seconds) = match states.previous.take() {
+        Some(state) => (Some(state), lease.chunk.saturating_sub(1), states.previous_seconds),
+        None => (None, 0, 0.0),
+    };
+    sqlx::query("DELETE FROM chunks WHERE job_id = $1 AND idx > $2")
+        .bind(&job)
+        .bind(signed(chunk))
+        .execute(&mut *tx)
+        .await
+        .map_err(store_error)?;
+    let kept_passes: i64 = sqlx::query_scalar(
+        "UPDATE chunks SET state = 'ready', owner = NULL, lease_until = NULL, failures = 0, deaths = 0, error = $3 \
+         WHERE job_id = $1 AND idx = $2 RETURNING pass_from",
+    )
+    .bind(&job)
+    .bind(signed(chunk))
+    .bind(reason)
+    .fetch_one(&mut *tx)
+    .await
+    .map_err(store_error)?;
+    let (key, hash) = state.map(|state| (state.key, state.hash)).unzip();
+    sqlx::query(
+        "UPDATE jobs SET state_key = $2, state_hash = $3, merged_seconds = $4, seconds = $4, chunks_done = $5, passes = $6, \
+         previous_state_key = NULL, previous_state_hash = NULL, previous_seconds = 0 WHERE id = $1",
+    )
+    .bind(&job)
+    .bind(key)
+    .bind(hash)
+    .bind(seconds)
+    .bind(signed(chunk))
+    .bind(kept_passes)
+    .execute(&mut *tx)
+    .await
+    .map_err(store_error)?;
+    append_event(tx, &job, "restarted", &json!({ "from_pass": kept_passes + 1, "reason": reason })).await?;
+    Ok(Committed::Yes { obsolete: states.keys() })
 }
 
 async fn finish_job(tx: &mut SqliteConnection, job: &str, finish: &Finish) -> Result<(), StoreError> {
     if let Some(progress) = &finish.progress {
         set_progress(tx, job, progress).await?;
+    }
+    if let Some(pass) = &finish.last_pass {
+        let there: Option<i64> = sqlx::query_scalar("SELECT 1 FROM passes WHERE job_id = $1 AND pass = $2")
+            .bind(job)
+            .bind(signed(pass.passes))
+            .fetch_optional(&mut *tx)
+            .await
+            .map_err(store_error)?;
+        if there.is_none() {
+            add_pass(tx, job, pass).await?;
+        }
     }
     for artifact in &finish.artifacts {
         add_artifact(tx, job, artifact).await?;
@@ -228,8 +369,8 @@ async fn finish_job(tx: &mut SqliteConnection, job: &str, finish: &Finish) -> Re
     let problem = finish.problem.as_ref().map(to_json).transpose()?;
     let stopped_by = finish.stopped_by.as_ref().map(name_of).transpose()?;
     sqlx::query(concat!(
-        "UPDATE jobs SET status = $2, stopped_by = $3, summary = COALESCE($4, summary), problem = $5, state_key = NULL, state_hash = NULL, \
-         finished_at = ",
+        "UPDATE jobs SET status = $2, stopped_by = $3, summary = COALESCE($4, summary), problem = $5, state_key = NULL, \
+         state_hash = NULL, previous_state_key = NULL, previous_state_hash = NULL, finished_at = ",
         now_ms!(),
         " WHERE id = $1"
     ))
@@ -267,7 +408,7 @@ async fn set_progress(tx: &mut SqliteConnection, job: &str, progress: &Progress)
     Ok(())
 }
 
-pub(super) async fn release(pool: &SqlitePool, lease: &Lease) -> Result<(), StoreError> {
+pub(super) async fn release(tx: &mut SqliteConnection, lease: &Lease) -> Result<(), StoreError> {
     sqlx::query(
         "UPDATE chunks SET state = 'ready', owner = NULL, lease_until = NULL \
          WHERE job_id = $1 AND idx = $2 AND owner = $3 AND attempt = $4 AND state = 'leased'",
@@ -276,13 +417,13 @@ pub(super) async fn release(pool: &SqlitePool, lease: &Lease) -> Result<(), Stor
     .bind(signed(lease.chunk))
     .bind(&lease.owner)
     .bind(lease.attempt)
-    .execute(pool)
+    .execute(tx)
     .await
     .map_err(store_error)?;
     Ok(())
 }
 
-pub(super) async fn fail_attempt(pool: &SqlitePool, lease: &Lease, error: &str) -> Result<(), StoreError> {
+pub(super) async fn fail_attempt(tx: &mut SqliteConnection, lease: &Lease, error: &str) -> Result<(), StoreError> {
     sqlx::query(
         "UPDATE chunks SET state = 'ready', owner = NULL, lease_until = NULL, failures = failures + 1, error = $5 \
          WHERE job_id = $1 AND idx = $2 AND owner = $3 AND attempt = $4 AND state = 'leased'",
@@ -292,25 +433,49 @@ pub(super) async fn fail_attempt(pool: &SqlitePool, lease: &Lease, error: &str) 
     .bind(&lease.owner)
     .bind(lease.attempt)
     .bind(error)
-    .execute(pool)
+    .execute(tx)
     .await
     .map_err(store_error)?;
     Ok(())
 }
 
-pub(super) async fn reclaim(pool: &SqlitePool, all: bool) -> Result<u64, StoreError> {
-    let reclaimed = sqlx::query(concat!(
-        "UPDATE chunks SET state = 'ready', owner = NULL, lease_until = NULL \
-         WHERE state = 'leased' AND ($1 = 1 OR lease_until < ",
-        now_ms!(),
-        ")"
-    ))
-    .bind(i64::from(all))
-    .execute(pool)
+pub(super) async fn take_back(tx: &mut SqliteConnection, died: bool) -> Result<TakenBack, StoreError> {
+    let ready = sqlx::query(
+        "UPDATE chunks SET state = 'ready', owner = NULL, lease_until = NULL, \
+         deaths = CASE WHEN $1 = 0 THEN deaths WHEN progressed = 1 THEN 0 ELSE deaths + 1 END, \
+         turn = CASE WHEN $1 = 0 OR progressed = 1 THEN turn \
+         ELSE (SELECT max(o.turn) + 1 FROM chunks o WHERE o.state <> 'done') END \
+         WHERE state = 'leased' AND state <> 'done'",
+    )
+    .bind(i64::from(died))
+    .execute(&mut *tx)
     .await
     .map_err(store_error)?
     .rows_affected();
-    Ok(reclaimed)
+    let given_up: Vec<String> =
+        sqlx::query_scalar("UPDATE chunks SET state = 'done' WHERE state <> 'done' AND deaths >= $1 RETURNING job_id")
+            .bind(signed(MAX_DEATHS))
+            .fetch_all(&mut *tx)
+            .await
+            .map_err(store_error)?;
+    let mut failed = Vec::new();
+    for job in given_up {
+        let finish = Finish {
+            status: JobStatus::Failed,
+            stopped_by: None,
+            progress: None,
+            summary: None,
+            problem: Some(JobProblem {
+                title: "The process died".into(),
+                detail: format!("the process died {MAX_DEATHS} times while rendering it"),
+            }),
+            artifacts: Vec::new(),
+            last_pass: None,
+        };
+        finish_job(tx, &job, &finish).await?;
+        failed.extend(Uuid::parse_str(&job));
+    }
+    Ok(TakenBack { ready: ready - failed.len() as u64, failed })
 }
 
 fn milliseconds(duration: Duration) -> i64 {

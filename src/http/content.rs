@@ -23,6 +23,9 @@ pub struct Binary(#[expect(dead_code, reason = "stands for a schema")] String);
 /// A stored artifact as an answer to a request with these headers.
 pub async fn stored(headers: &HeaderMap, artifacts: &Artifacts, artifact: &Artifact) -> Result<Response, Problem> {
     let answer = Answer::new(headers, &artifact.hash, artifact.size)?;
+    if !matches!(answer, Answer::NotModified) {
+        artifacts.check(artifact).await?;
+    }
     let body = match &answer {
         Answer::NotModified => Body::empty(),
         Answer::Whole => Body::from_stream(artifacts.stream(&artifact.key, None).await?),

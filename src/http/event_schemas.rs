@@ -29,6 +29,7 @@ pub enum EventName {
     Started,
     Pass,
     Image,
+    Restarted,
     Succeeded,
     Failed,
     Cancelled,
@@ -54,7 +55,7 @@ pub struct PlannedEvent {
 #[derive(ToSchema)]
 pub struct StartedEvent {}
 
-/// A pass is done.
+/// A pass is done. Passes 1 to 64 are told, then those nearest to powers of 2^(1/8), and the last one.
 #[derive(serde::Serialize, ToSchema)]
 pub struct PassEvent {
     #[serde(flatten)]
@@ -68,6 +69,14 @@ pub struct ImageEvent {
     pub passes: u64,
     /// Path of the image.
     pub url: String,
+}
+
+/// Passes are rendered again, because what was stored of them is damaged or missing; they are not told twice.
+#[derive(ToSchema)]
+pub struct RestartedEvent {
+    /// The first pass that is rendered again, from 1.
+    pub from_pass: u64,
+    pub reason: String,
 }
 
 /// The job has ended: all results are there.
@@ -93,7 +102,7 @@ pub struct CancelledEvent {
 
 /// `x-events` of the operation: the name of each event and the component of its data, in the order in which they come.
 pub fn events() -> Value {
-    let names = ["queued", "planned", "started", "pass", "image", "succeeded", "failed", "cancelled"];
+    let names = ["queued", "planned", "started", "pass", "image", "restarted", "succeeded", "failed", "cancelled"];
     let component = |name: &str| {
         let (first, rest) = name.split_at(1);
         json!({ "$ref": format!("#/components/schemas/{}{rest}Event", first.to_uppercase()) })

@@ -36,10 +36,12 @@ pub struct EventsQuery {
 
 /// The job's events.
 ///
-/// Named `queued`, `planned`, `started`, `pass`, `image`, `succeeded`, `failed` and `cancelled`; their ids count 1, 2, 3 ...
-/// without gaps. Those after `Last-Event-ID` that were missed come from the store. A comment is sent every 15 s. The stream
-/// ends after a final event; who asks for events after that one is answered 204. `x-events` has the component of each event's
-/// data. An `EventSource` hears named events by a listener of each name only, not by `onmessage`.
+/// Named `queued`, `planned`, `started`, `pass`, `image`, `restarted`, `succeeded`, `failed` and `cancelled`; their ids count
+/// 1, 2, 3 ... without gaps. `pass` is told of passes 1 to 64, then of those nearest to powers of 2^(1/8), and of the last one;
+/// its `passes` says how many were done. `restarted` says that passes are rendered again because what was stored of them is
+/// damaged; they are not told twice. Events after `Last-Event-ID` that were missed come from the store. A comment is sent every
+/// 15 s. The stream ends after a final event; who asks for events after that one is answered 204. `x-events` has the component
+/// of each event's data. An `EventSource` hears named events by a listener of each name only, not by `onmessage`.
 #[utoipa::path(get, path = "/v1/jobs/{id}/events", operation_id = "get_job_events", tag = "jobs",
     extensions(("x-events" = json!(events_of_a_job()))),
     params(("id" = Uuid, Path), EventsQuery, ("Last-Event-ID" = Option<i64>, Header, description = "The last event that was received")),

@@ -299,6 +299,10 @@ pub async fn create(app: App, headers: HeaderMap, body: Result<Bytes, BytesRejec
     {
         return if job.body_hash == posted.hash { Ok(accepted(job)) } else { Err(key_reused()) };
     }
+    // preparing costs more than a look
+    if app.store.unfinished().await? > app.limits.queued_jobs {
+        return Err(queue_full(&app));
+    }
     let (prepared, meshes) = prepare(&app, posted.text.clone()).await?;
     let prepared = Arc::new(prepared);
     let first_chunk = prepared.chunk(0).ok_or_else(Problem::internal)?;
@@ -323,11 +327,7 @@ pub async fn create(app: App, headers: HeaderMap, body: Result<Bytes, BytesRejec
         }
         Submission::Repeated(job) => Ok(accepted(job)),
         Submission::KeyReused => Err(key_reused()),
-        Submission::QueueFull => Err(Problem::new(
-            ProblemKind::QueueFull,
-            format!("{} jobs are waiting; try again later", app.limits.queued_jobs),
-        )
-        .retry_after(30)),
+        Submission::QueueFull => Err(queue_full(&app)),
         Submission::MeshGone(mesh) => {
             Err(Problem::new(ProblemKind::InvalidDocument, format!("the mesh {mesh} was deleted")))
         }
@@ -338,6 +338,11 @@ fn accepted(job: Job) -> Response {
     let location = format!("/v1/jobs/{}", job.head.id);
     let headers = [(header::LOCATION, location), (header::RETRY_AFTER, POLL_SECONDS.to_string())];
     (StatusCode::ACCEPTED, headers, Json(JobResource::new(job))).into_response()
+}
+
+fn queue_full(app: &Service) -> Problem {
+    Problem::new(ProblemKind::QueueFull, format!("{} jobs are waiting; try again later", app.limits.queued_jobs))
+        .retry_after(30)
 }
 
 fn key_reused() -> Problem {
@@ -480,7 +485,8 @@ pub async fn list(app: App, Query(query): Query<ListQuery>) -> Result<Json<JobPa
         (status = 404, description = "No such job", body = Problem, content_type = "application/problem+json")))]
 pub async fn get(app: App, Path(id): Path<Uuid>, headers: HeaderMap) -> Result<Response, Problem> {
     let job = app.store.job(id).await?.ok_or_else(no_such_job)?;
-    let tag = format!("W/\"{}-{}\"", job.head.last_seq, u8::from(job.head.cancel_requested));
+    let tag =
+        format!("W/\"{}-{}-{}\"", job.head.last_seq, job.head.progress.passes, u8::from(job.head.cancel_requested));
     let fresh = content::none_match(&headers, &tag);
     let tag = HeaderValue::try_from(tag).map_err(|_| Problem::internal())?;
     let headers = [(header::ETAG, tag), (header::CACHE_CONTROL, HeaderValue::from_static("no-cache"))];

@@ -32,6 +32,8 @@ pub struct Limits {
     /// Bytes that one job may take at its peak; a job that would take more is refused. Absent: three quarters of the memory
     /// that this process may have.
     pub memory_bytes: Option<u64>,
+    /// With less free space for artifacts the service is not ready.
+    pub free_bytes: u64,
     /// A request's head must have arrived after so many seconds.
     pub header_seconds: u64,
     /// A request must be answered after so many seconds (event streams must have begun).

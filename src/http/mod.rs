@@ -11,6 +11,7 @@ pub mod jobs;
 pub mod limits;
 pub mod meshes;
 pub mod openapi;
+pub mod outlive;
 pub mod problem;
 pub mod problem_kind;
 pub mod results;
@@ -48,6 +49,8 @@ pub struct Service {
     pub shutdown: CancellationToken,
     pub permits: Permits,
     pub watched: WatchedJobs,
+    /// The last look at whether the service can write.
+    pub readiness: health::Readiness,
 }
 
 pub type App = axum::extract::State<Arc<Service>>;

@@ -19,7 +19,8 @@ use utoipa_swagger_ui::Config;
 
 use crate::document::{EffectSwitch, MethodKind, RadiusKind, schema};
 use crate::http::event_schemas::{
-    CancelledEvent, FailedEvent, ImageEvent, PassEvent, PlannedEvent, QueuedEvent, StartedEvent, SucceededEvent,
+    CancelledEvent, FailedEvent, ImageEvent, PassEvent, PlannedEvent, QueuedEvent, RestartedEvent, StartedEvent,
+    SucceededEvent,
 };
 use crate::http::problem::Problem;
 use crate::http::router::api;
@@ -35,7 +36,7 @@ use crate::http::router::api;
     servers((url = "/", description = "This service")),
     // named by hand-written schemas only, where the derived ones do not see them
     components(schemas(
-        MethodKind, RadiusKind, EffectSwitch, QueuedEvent, PlannedEvent, StartedEvent, PassEvent, ImageEvent, SucceededEvent,
+        MethodKind, RadiusKind, EffectSwitch, QueuedEvent, PlannedEvent, StartedEvent, PassEvent, ImageEvent, RestartedEvent, SucceededEvent,
         FailedEvent, CancelledEvent
     )),
     tags(

@@ -90,6 +90,11 @@ impl Problem {
         Self::new(ProblemKind::Internal, "the log of the service has the reason, under this answer's x-request-id")
     }
 
+    /// Ours, too, but asking again is of no use.
+    pub fn damaged_artifact(what: &str) -> Self {
+        Self::new(ProblemKind::DamagedArtifact, format!("{what}; the same document, posted again, gives the same file"))
+    }
+
     /// For an answer that came without a problem of its own.
     fn of_status(status: StatusCode, allow: Option<&HeaderValue>) -> Self {
         match status {
@@ -162,7 +167,11 @@ impl From<StoreError> for Problem {
 impl From<ArtifactError> for Problem {
     fn from(error: ArtifactError) -> Self {
         tracing::error!(%error, "the artifact store failed");
-        Self::internal()
+        match error {
+            ArtifactError::NotFound(_) => Self::damaged_artifact("the stored file is missing"),
+            ArtifactError::Damaged { .. } => Self::damaged_artifact("the stored file is not what was written"),
+            ArtifactError::Failed(_) => Self::internal(),
+        }
     }
 }
 

@@ -19,6 +19,7 @@ use tokio_util::sync::CancellationToken;
 use tower::util::MapRequest;
 
 use crate::http::Limits;
+use crate::http::outlive::Outliving;
 use crate::http::problem::Problem;
 
 /// Open requests have so long to end after a shutdown began.
@@ -68,7 +69,8 @@ pub async fn serve(listener: TcpListener, router: Router, limits: &Limits, shutd
             }
             request
         });
-        let connection = builder.serve_connection(TokioIo::new(Box::pin(stream)), TowerToHyperService::new(service));
+        let service = Outliving(TowerToHyperService::new(service));
+        let connection = builder.serve_connection(TokioIo::new(Box::pin(stream)), service);
         let connection = graceful.watch(connection);
         tokio::spawn(async move {
             if let Err(error) = connection.await {

@@ -1,27 +1,30 @@
 //! Files of jobs and uploads in an object store.
 
-use std::collections::HashSet;
+use std::collections::{BTreeSet, HashMap, HashSet};
 use std::ops::Range;
-use std::path::Path as FilePath;
-use std::sync::Arc;
-use std::time::SystemTime;
+use std::os::unix::fs::DirBuilderExt;
+use std::path::{Path as FilePath, PathBuf};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::{Duration, SystemTime};
 
 use bytes::Bytes;
 use futures::stream::BoxStream;
 use futures::{StreamExt, TryStreamExt};
 use object_store::local::LocalFileSystem;
 use object_store::path::Path;
-use object_store::{GetOptions, GetRange, ObjectStore, ObjectStoreExt, PutMode, PutOptions, PutPayload};
+use object_store::{GetOptions, GetRange, ObjectMeta, ObjectStore, ObjectStoreExt, PutMode, PutOptions, PutPayload};
 use uuid::Uuid;
 
 use crate::job::store::{Artifact, Lease};
 
 #[derive(Debug, thiserror::Error)]
 pub enum ArtifactError {
+    /// There is no file with this key.
     #[error("{0} is not there")]
     NotFound(String),
     #[error("{key} is damaged: its hash is not {hash}")]
     Damaged { key: String, hash: String },
+    /// For the log: the text may have paths of this machine.
     #[error("the artifact store failed: {0}")]
     Failed(String),
 }
@@ -29,48 +32,115 @@ pub enum ArtifactError {
 /// Write-once files. What a key holds never changes, so that a reader never sees half a file or a mix of two.
 #[derive(Clone)]
 pub struct Artifacts {
-    store: Arc<dyn ObjectStore>,
+    store: Arc<LocalFileSystem>,
+    root: PathBuf,
+    /// Large files whose content was found to be what was stored, as they were then.
+    checked: Arc<Mutex<HashMap<String, Seen>>>,
 }
+
+/// What changes when somebody writes to a file.
+#[derive(Clone, PartialEq)]
+struct Seen {
+    size: u64,
+    modified_ms: i64,
+}
+
+/// A file that nothing points to.
+#[derive(Clone, Debug)]
+pub struct Orphan {
+    pub key: String,
+    pub written: SystemTime,
+}
+
+/// Folders of the files that rows point to; beside them the folder holds its own notes.
+const FOLDERS: [&str; 2] = ["jobs", "meshes"];
+
+/// Up to this size a file is hashed each time it is served; a larger one once, and again when its size or time of change is
+/// another. A flip of a bit that leaves both as they were is found in the smaller files only.
+const ALWAYS_CHECKED_BYTES: u64 = 1 << 20;
+
+/// Large files that are remembered as checked; then all are forgotten.
+const MOST_REMEMBERED: usize = 10_000;
 
 /// Characters of the content hash in keys.
 const HASH_IN_KEY: usize = 16;
 
 impl Artifacts {
-    /// Files below `directory`, which is created when it is not there.
+    /// Files below `directory`, which is created when it is not there, for this user only.
     pub fn on_disk(directory: &FilePath) -> Result<Self, ArtifactError> {
-        std::fs::create_dir_all(directory)
-            .map_err(|error| ArtifactError::Failed(format!("{}: {error}", directory.display())))?;
-        let store = LocalFileSystem::new_with_prefix(directory)
-            .map_err(failed)?
-            // without it a committed pointer can outlive its file when the power fails
-            .with_fsync(true)
+        let unusable =
+            |error: &dyn std::fmt::Display| ArtifactError::Failed(format!("{}: {error}", directory.display()));
+        create_private_folder(directory).map_err(|error| unusable(&error))?;
+        let root = directory.canonicalize().map_err(|error| unusable(&error))?;
+        // files are brought to the disk by `make_durable`, many at once
+        let store = LocalFileSystem::new_with_prefix(&root)
+            .map_err(|error| unusable(&error))?
+            .with_fsync(false)
             .with_automatic_cleanup(true);
-        Ok(Self { store: Arc::new(store) })
+        Ok(Self { store: Arc::new(store), root, checked: Arc::default() })
     }
 
-    /// Stores a file of a claimed chunk; its key says whose attempt it is from.
+    /// Stores a file of a claimed chunk; its key says whose attempt it is from. It survives the end of the process, and after
+    /// [`Self::make_durable`] that of the power.
     pub async fn put_of_chunk(
         &self,
         lease: &Lease,
         name: &str,
         media_type: &str,
-        bytes: Vec<u8>,
+        bytes: Bytes,
     ) -> Result<Artifact, ArtifactError> {
         let hash = blake3::hash(&bytes).to_hex().to_string();
         let flat_name = name.replace('/', "_");
         let key = format!("jobs/{}/{}-{}-{}-{flat_name}", lease.job, lease.chunk, lease.attempt, &hash[..HASH_IN_KEY]);
         let size = bytes.len() as u64;
-        self.put(&key, bytes.into()).await?;
+        match self.put_if_absent(&key, bytes.clone()).await {
+            Ok(true) => {}
+            Ok(false) => {
+                // of an attempt that the store has forgotten since the power failed: its file may be cut short
+                if self.read_checked(&key, &hash).await.is_err() {
+                    self.delete(&key).await?;
+                    self.put_if_absent(&key, bytes).await?;
+                }
+            }
+            Err(error) => return Err(error),
+        }
         Ok(Artifact { name: name.to_owned(), key, hash, size, media_type: media_type.to_owned() })
     }
 
-    /// Stores a file that is not there yet. A key names its content: when it is there already, it is the same file.
+    /// Stores a file that is not there yet, durably. A key names its content: when it is there already, it is the same file.
     pub async fn put(&self, key: &str, bytes: Bytes) -> Result<(), ArtifactError> {
+        self.put_if_absent(key, bytes).await?;
+        self.make_durable(&[key]).await
+    }
+
+    async fn put_if_absent(&self, key: &str, bytes: Bytes) -> Result<bool, ArtifactError> {
         let options = PutOptions { mode: PutMode::Create, ..PutOptions::default() };
         match self.store.put_opts(&path(key)?, PutPayload::from_bytes(bytes), options).await {
-            Ok(_) | Err(object_store::Error::AlreadyExists { .. }) => Ok(()),
-            Err(error) => Err(failed(error)),
+            Ok(_) => Ok(true),
+            Err(object_store::Error::AlreadyExists { .. }) => Ok(false),
+            Err(error) => Err(failed(key, error)),
         }
+    }
+
+    /// Waits until these files are on the disk, with the folders that lead to them: all at the same time, which costs the disk
+    /// little more than one.
+    pub async fn make_durable(&self, keys: &[impl AsRef<str>]) -> Result<(), ArtifactError> {
+        let mut paths = BTreeSet::new();
+        for key in keys {
+            let file = self.root.join(key.as_ref());
+            let folders = file.ancestors().skip(1).take_while(|folder| folder.starts_with(&self.root));
+            paths.extend(folders.map(FilePath::to_owned));
+            paths.insert(file);
+        }
+        let synced = paths.into_iter().map(|path| {
+            tokio::task::spawn_blocking(move || std::fs::File::open(path).and_then(|file| file.sync_all()))
+        });
+        for synced in futures::future::join_all(synced).await {
+            synced
+                .map_err(|error| ArtifactError::Failed(error.to_string()))?
+                .map_err(|error| ArtifactError::Failed(format!("a file cannot be written out: {error}")))?;
+        }
+        Ok(())
     }
 
     /// The file, or `range` of it, piece by piece.
@@ -80,12 +150,45 @@ impl Artifacts {
         range: Option<Range<u64>>,
     ) -> Result<BoxStream<'static, Result<Bytes, ArtifactError>>, ArtifactError> {
         let options = GetOptions { range: range.map(GetRange::Bounded), ..GetOptions::default() };
-        let result = self.store.get_opts(&path(key)?, options).await.map_err(failed)?;
-        Ok(result.into_stream().map_err(failed).boxed())
+        let result = self.store.get_opts(&path(key)?, options).await.map_err(|error| failed(key, error))?;
+        let key = key.to_owned();
+        Ok(result.into_stream().map_err(move |error| failed(&key, error)).boxed())
     }
 
     pub async fn read(&self, key: &str) -> Result<Bytes, ArtifactError> {
+        let failed = |error| failed(key, error);
         self.store.get(&path(key)?).await.map_err(failed)?.bytes().await.map_err(failed)
+    }
+
+    /// Whether the file is what was stored. A small one is read anew each time, a large one when it may have changed since.
+    pub async fn check(&self, artifact: &Artifact) -> Result<(), ArtifactError> {
+        let key = &artifact.key;
+        let meta = self.store.head(&path(key)?).await.map_err(|error| failed(key, error))?;
+        let seen = Seen { size: meta.size, modified_ms: meta.last_modified.timestamp_millis() };
+        let damaged = || ArtifactError::Damaged { key: key.clone(), hash: artifact.hash.clone() };
+        if seen.size != artifact.size {
+            return Err(damaged());
+        }
+        let large = artifact.size > ALWAYS_CHECKED_BYTES;
+        if large && self.checked.lock().unwrap_or_else(PoisonError::into_inner).get(key) == Some(&seen) {
+            return Ok(());
+        }
+        let mut hasher = blake3::Hasher::new();
+        let mut pieces = self.stream(key, None).await?;
+        while let Some(piece) = pieces.try_next().await? {
+            hasher.update(&piece);
+        }
+        if hasher.finalize().to_hex().as_str() != artifact.hash {
+            return Err(damaged());
+        }
+        if large {
+            let mut checked = self.checked.lock().unwrap_or_else(PoisonError::into_inner);
+            if checked.len() >= MOST_REMEMBERED {
+                checked.clear();
+            }
+            checked.insert(key.clone(), seen);
+        }
+        Ok(())
     }
 
     /// The whole file, after a look whether its content is what was stored.
@@ -101,63 +204,100 @@ impl Artifacts {
     pub async fn delete(&self, key: &str) -> Result<(), ArtifactError> {
         match self.store.delete(&path(key)?).await {
             Ok(()) | Err(object_store::Error::NotFound { .. }) => Ok(()),
-            Err(error) => Err(failed(error)),
+            Err(error) => Err(failed(key, error)),
         }
     }
 
     /// Deletes all files of a job.
     pub async fn delete_job(&self, job: Uuid) -> Result<(), ArtifactError> {
-        let keys: Vec<Path> = self
-            .store
-            .list(Some(&path(&format!("jobs/{job}"))?))
-            .map_ok(|meta| meta.location)
-            .try_collect()
-            .await
-            .map_err(failed)?;
-        for key in keys {
-            self.delete(key.as_ref()).await?;
+        let folder = format!("jobs/{job}");
+        for meta in self.list(&folder).await? {
+            self.delete(meta.location.as_ref()).await?;
         }
         Ok(())
     }
 
-    /// Deletes files last written before `before` that are not in `keep`: a killed process left them between storing and
-    /// committing. Answers how many.
-    pub async fn sweep(&self, keep: &HashSet<String>, before: SystemTime) -> Result<u64, ArtifactError> {
-        let before_ms = before.duration_since(SystemTime::UNIX_EPOCH).map_or(0, |time| time.as_millis());
-        let old: Vec<Path> = self
-            .store
-            .list(None)
-            .try_filter_map(|meta| {
-                let written_ms = u128::try_from(meta.last_modified.timestamp_millis()).unwrap_or(0);
-                futures::future::ready(Ok((written_ms < before_ms).then_some(meta.location)))
-            })
-            .try_collect()
-            .await
-            .map_err(failed)?;
-        let mut deleted = 0;
-        for key in old.iter().filter(|key| !keep.contains(key.as_ref())) {
-            self.delete(key.as_ref()).await?;
-            deleted += 1;
-        }
-        Ok(deleted)
+    async fn list(&self, folder: &str) -> Result<Vec<ObjectMeta>, ArtifactError> {
+        self.store.list(Some(&path(folder)?)).try_collect().await.map_err(|error| failed(folder, error))
     }
 
-    /// Whether the store answers.
-    pub async fn ready(&self) -> Result<(), ArtifactError> {
-        match self.store.head(&path("ready")?).await {
-            Ok(_) | Err(object_store::Error::NotFound { .. }) => Ok(()),
-            Err(error) => Err(failed(error)),
+    /// Files that are not in `keep`.
+    pub async fn orphans(&self, keep: &HashSet<String>) -> Result<Vec<Orphan>, ArtifactError> {
+        let mut orphans = Vec::new();
+        for folder in FOLDERS {
+            let files = self.list(folder).await?.into_iter().filter(|meta| !keep.contains(meta.location.as_ref()));
+            orphans.extend(files.map(|meta| Orphan {
+                key: meta.location.to_string(),
+                written: SystemTime::UNIX_EPOCH
+                    + Duration::from_millis(u64::try_from(meta.last_modified.timestamp_millis()).unwrap_or(0)),
+            }));
+        }
+        Ok(orphans)
+    }
+
+    /// Whether any of these files is there, and whether there is any file at all.
+    pub async fn presence(&self, keys: &HashSet<String>) -> Result<Presence, ArtifactError> {
+        let mut presence = Presence::default();
+        for folder in FOLDERS {
+            let prefix = path(folder)?;
+            let mut files = self.store.list(Some(&prefix));
+            while let Some(meta) = files.try_next().await.map_err(|error| failed(folder, error))? {
+                presence.any = true;
+                if keys.contains(meta.location.as_ref()) {
+                    return Ok(Presence { any: true, known: true });
+                }
+            }
+        }
+        Ok(presence)
+    }
+
+    /// A note of the folder about itself, one line.
+    pub async fn note(&self, name: &str) -> Result<Option<String>, ArtifactError> {
+        match self.read(name).await {
+            Ok(bytes) => Ok(Some(String::from_utf8_lossy(&bytes).trim().to_owned())),
+            Err(ArtifactError::NotFound(_)) => Ok(None),
+            Err(error) => Err(error),
         }
     }
+
+    pub async fn set_note(&self, name: &str, text: &str) -> Result<(), ArtifactError> {
+        self.put(name, format!("{text}\n").into()).await
+    }
+
+    /// Proves that files can be written, by one.
+    pub async fn ready(&self) -> Result<(), ArtifactError> {
+        let name = format!("ready-{}", Uuid::new_v4());
+        self.put_if_absent(&name, Bytes::from_static(b"ready\n")).await?;
+        self.delete(&name).await
+    }
+
+    /// Bytes that this process can still write to the file system of the files.
+    pub fn free_bytes(&self) -> Result<u64, ArtifactError> {
+        let system = rustix::fs::statvfs(&self.root).map_err(|error| ArtifactError::Failed(error.to_string()))?;
+        Ok(system.f_bavail.saturating_mul(system.f_frsize))
+    }
+}
+
+/// What there is of a set of files.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Presence {
+    pub any: bool,
+    /// At least one of those that were asked for.
+    pub known: bool,
+}
+
+/// Creates a folder that only this user can enter, and those that lead to it; one that is there stays as it is.
+pub fn create_private_folder(folder: &FilePath) -> std::io::Result<()> {
+    std::fs::DirBuilder::new().recursive(true).mode(0o700).create(folder)
 }
 
 fn path(key: &str) -> Result<Path, ArtifactError> {
     Path::parse(key).map_err(|error| ArtifactError::Failed(error.to_string()))
 }
 
-fn failed(error: object_store::Error) -> ArtifactError {
+fn failed(key: &str, error: object_store::Error) -> ArtifactError {
     match error {
-        object_store::Error::NotFound { path, .. } => ArtifactError::NotFound(path),
+        object_store::Error::NotFound { .. } => ArtifactError::NotFound(key.to_owned()),
         error => ArtifactError::Failed(error.to_string()),
     }
 }
@@ -175,10 +315,14 @@ mod tests {
         let directory = tempfile::tempdir().unwrap();
         let artifacts = Artifacts::on_disk(directory.path()).unwrap();
         let lease = lease();
-        let artifact =
-            artifacts.put_of_chunk(&lease, "grids/a.json", "application/json", b"12345".to_vec()).await.unwrap();
-        let again =
-            artifacts.put_of_chunk(&lease, "grids/a.json", "application/json", b"12345".to_vec()).await.unwrap();
+        let artifact = artifacts
+            .put_of_chunk(&lease, "grids/a.json", "application/json", Bytes::from_static(b"12345"))
+            .await
+            .unwrap();
+        let again = artifacts
+            .put_of_chunk(&lease, "grids/a.json", "application/json", Bytes::from_static(b"12345"))
+            .await
+            .unwrap();
         assert_eq!(artifact, again);
         assert!(artifact.key.starts_with(&format!("jobs/{}/3-2-{}", lease.job, &artifact.hash[..16])));
         assert_eq!(artifacts.read_checked(&artifact.key, &artifact.hash).await.unwrap().as_ref(), b"12345");
@@ -194,16 +338,59 @@ mod tests {
     }
 
     #[tokio::test]
-    async fn the_sweep_takes_old_orphans_only() {
+    async fn a_file_that_was_cut_short_is_written_again() {
+        let directory = tempfile::tempdir().unwrap();
+        let artifacts = Artifacts::on_disk(directory.path()).unwrap();
+        let lease = lease();
+        let put = || artifacts.put_of_chunk(&lease, "state", "application/octet-stream", Bytes::from_static(b"12345"));
+        let artifact = put().await.unwrap();
+        std::fs::write(directory.path().join(&artifact.key), b"12").unwrap();
+        assert_eq!(put().await.unwrap(), artifact);
+        artifacts.check(&artifact).await.unwrap();
+    }
+
+    #[tokio::test]
+    async fn damage_is_seen_in_small_and_large_files() {
+        let directory = tempfile::tempdir().unwrap();
+        let artifacts = Artifacts::on_disk(directory.path()).unwrap();
+        for (name, size) in [("small", 100), ("large", 3 << 20)] {
+            let bytes = vec![7_u8; size];
+            let artifact = artifacts.put_of_chunk(&lease(), name, "x/y", bytes.clone().into()).await.unwrap();
+            artifacts.check(&artifact).await.unwrap();
+            artifacts.check(&artifact).await.unwrap();
+            let file = directory.path().join(&artifact.key);
+            let mut flipped = bytes.clone();
+            flipped[size / 2] ^= 1;
+            std::fs::write(&file, &flipped).unwrap();
+            // coarse clocks
+            let later = SystemTime::now() + Duration::from_secs(2);
+            std::fs::File::options().write(true).open(&file).unwrap().set_modified(later).unwrap();
+            assert!(matches!(artifacts.check(&artifact).await, Err(ArtifactError::Damaged { .. })), "{name}");
+            std::fs::write(&file, &bytes[1..]).unwrap();
+            assert!(matches!(artifacts.check(&artifact).await, Err(ArtifactError::Damaged { .. })), "{name}");
+            std::fs::remove_file(&file).unwrap();
+            let Err(ArtifactError::NotFound(key)) = artifacts.check(&artifact).await else { panic!("{name}") };
+            assert_eq!(key, artifact.key, "no path of the machine");
+        }
+    }
+
+    #[tokio::test]
+    async fn orphans_are_what_nothing_points_to() {
         let directory = tempfile::tempdir().unwrap();
         let artifacts = Artifacts::on_disk(directory.path()).unwrap();
         for key in ["jobs/a/orphan", "jobs/a/kept", "meshes/orphan"] {
             artifacts.put(key, Bytes::from_static(b"x")).await.unwrap();
         }
+        artifacts.set_note("identity", "me").await.unwrap();
         let keep = HashSet::from(["jobs/a/kept".to_owned()]);
-        assert_eq!(artifacts.sweep(&keep, SystemTime::UNIX_EPOCH).await.unwrap(), 0);
-        let later = SystemTime::now() + std::time::Duration::from_secs(60);
-        assert_eq!(artifacts.sweep(&keep, later).await.unwrap(), 2);
-        artifacts.read("jobs/a/kept").await.unwrap();
+        let mut orphans: Vec<String> =
+            artifacts.orphans(&keep).await.unwrap().into_iter().map(|orphan| orphan.key).collect();
+        orphans.sort();
+        assert_eq!(orphans, ["jobs/a/orphan", "meshes/orphan"]);
+        assert_eq!(artifacts.presence(&keep).await.unwrap(), Presence { any: true, known: true });
+        assert_eq!(artifacts.presence(&HashSet::new()).await.unwrap(), Presence { any: true, known: false });
+        assert_eq!(artifacts.note("identity").await.unwrap().as_deref(), Some("me"));
+        artifacts.ready().await.unwrap();
+        assert!(artifacts.free_bytes().unwrap() > 0);
     }
 }

@@ -3,9 +3,11 @@
 pub mod artifacts;
 pub mod cancel;
 pub mod checkpoint;
+pub mod convergence;
 pub mod live;
 pub mod memory;
 pub mod meshes;
+pub mod ownership;
 pub mod results;
 pub mod run;
 pub mod store;

@@ -368,7 +368,8 @@ impl Prepared {
         Ok(Chunk { estimate, seconds: clock.start.elapsed().as_secs_f64(), ended })
     }
 
-    fn report(&self, merged: &Estimate, seconds: f64) -> PassReport {
+    /// The row of the convergence table after the last pass of `merged`.
+    pub(super) fn report(&self, merged: &Estimate, seconds: f64) -> PassReport {
         let accuracy = self.accuracy(merged);
         PassReport {
             passes: merged.passes,

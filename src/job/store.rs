@@ -198,6 +198,47 @@ pub enum MeshDeletion {
     Deleted(String),
 }
 
+/// Processes that may die in a row while they render one chunk without getting further; then its job fails.
+pub const MAX_DEATHS: u64 = 3;
+
+/// Which waiting chunk a claim takes. Without wishes: the first chunk of the oldest job that has not begun, else the chunk
+/// that has waited longest, so that jobs take turns.
+#[derive(Clone, Copy, Debug)]
+pub struct Turn {
+    /// The job whose turn is not over: its chunk comes first.
+    pub stay_with: Option<Uuid>,
+    /// Chunks on which more processes have died in a row are left alone for now.
+    pub most_deaths: u64,
+}
+
+impl Default for Turn {
+    fn default() -> Self {
+        Self { stay_with: None, most_deaths: MAX_DEATHS }
+    }
+}
+
+/// What a start found of the process before.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct TakenBack {
+    /// Chunks that were leased and are ready again.
+    pub ready: u64,
+    /// Jobs that failed because [`MAX_DEATHS`] processes have died over them.
+    pub failed: Vec<Uuid>,
+}
+
+/// What the store knows about itself.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct StoreRecord {
+    /// Shared with the folder of the artifacts; `None` in a new store, and in one from before there were identities.
+    pub identity: Option<String>,
+    /// The process before this one ended by itself.
+    pub ended_well: bool,
+    /// About when something was written last, in milliseconds since 1970; 0 in a new store.
+    pub newest_write_ms: i64,
+    /// Files that were written before are never swept.
+    pub sweep_from_ms: i64,
+}
+
 /// A claimed chunk of passes. `owner` and `attempt` fence it: once the lease is lost, nothing can be written with it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Lease {
@@ -244,13 +285,15 @@ pub struct Finish {
     pub summary: Option<Value>,
     pub problem: Option<JobProblem>,
     pub artifacts: Vec<Artifact>,
+    /// The last pass that counts: its row and event are there at the end, however few of the passes before are.
+    pub last_pass: Option<PassReport>,
 }
 
 #[derive(Clone, Debug, PartialEq)]
 pub enum Committed {
-    /// `obsolete` is the key of the state file that is no longer needed.
+    /// `obsolete` are the keys of state files that are no longer needed.
     Yes {
-        obsolete: Option<String>,
+        obsolete: Vec<String>,
     },
     LeaseLost,
 }
@@ -280,10 +323,21 @@ pub trait Store: Send + Sync + 'static {
     /// Hints of what changed, from now on.
     fn changes(&self) -> broadcast::Receiver<Change>;
 
-    /// Whether the store answers.
+    /// Proves that the store can be written to, by a write.
     async fn ready(&self) -> Result<(), StoreError>;
 
-    /// Queues a job: its row, its first chunk and the events `queued` and `planned`.
+    async fn record(&self) -> Result<StoreRecord, StoreError>;
+    /// From now on the store is this one.
+    async fn set_identity(&self, identity: &str) -> Result<(), StoreError>;
+    /// Files that were written before `milliseconds` since 1970 are never swept.
+    async fn set_sweep_from(&self, milliseconds: i64) -> Result<(), StoreError>;
+    /// A process serves this store, or has ended as it should.
+    async fn set_serving(&self, serving: bool) -> Result<(), StoreError>;
+    /// Looks for damage in the whole store.
+    async fn check(&self) -> Result<(), StoreError>;
+
+    /// Queues a job: its row, its first chunk and the events `queued` and `planned`. At most `max_queued` jobs may wait
+    /// behind the one that is rendered.
     async fn submit(&self, job: NewJob, max_queued: u64) -> Result<Submission, StoreError>;
     async fn job_of_key(&self, idempotency_key: &str) -> Result<Option<Job>, StoreError>;
     async fn job(&self, id: Uuid) -> Result<Option<Job>, StoreError>;
@@ -291,13 +345,18 @@ pub trait Store: Send + Sync + 'static {
     /// Newest first.
     async fn jobs(&self, filter: JobFilter) -> Result<Vec<JobHead>, StoreError>;
     async fn count(&self, status: JobStatus) -> Result<u64, StoreError>;
+    /// Jobs that have not ended.
+    async fn unfinished(&self) -> Result<u64, StoreError>;
     /// A job that was never claimed is cancelled at once, any other one by its worker.
     async fn cancel(&self, id: Uuid) -> Result<CancelOutcome, StoreError>;
     /// Whether there was such a job.
     async fn delete(&self, id: Uuid) -> Result<bool, StoreError>;
     /// Events after sequence number `after`, in order.
     async fn events(&self, id: Uuid, after: i64, limit: u32) -> Result<Vec<Event>, StoreError>;
-    async fn convergence(&self, id: Uuid) -> Result<Vec<PassReport>, StoreError>;
+    /// At most `limit` rows of the convergence table after pass `after`, in order.
+    async fn convergence(&self, id: Uuid, after: u64, limit: u32) -> Result<Vec<PassReport>, StoreError>;
+    /// About `points` rows of it from the first to the last, evenly spread.
+    async fn convergence_outline(&self, id: Uuid, points: u32) -> Result<Vec<PassReport>, StoreError>;
     async fn artifact(&self, id: Uuid, name: &str) -> Result<Option<Artifact>, StoreError>;
 
     /// Keeps the mesh that is there already when the content was uploaded before.
@@ -305,19 +364,27 @@ pub trait Store: Send + Sync + 'static {
     async fn mesh(&self, id: &str) -> Result<Option<Mesh>, StoreError>;
     async fn delete_mesh(&self, id: &str) -> Result<MeshDeletion, StoreError>;
 
-    /// The oldest job's next chunk, if any is ready.
-    async fn claim(&self, owner: &str, lease: Duration) -> Result<Option<Lease>, StoreError>;
+    /// A chunk that is ready, whose lease is over, or that this owner had before and did not end.
+    async fn claim(&self, owner: &str, lease: Duration, turn: Turn) -> Result<Option<Lease>, StoreError>;
     async fn heartbeat(&self, lease: &Lease, extend: Duration) -> Result<Beat, StoreError>;
     /// Convergence rows, progress and events of a running chunk; `false` when the lease is lost.
     async fn report(&self, lease: &Lease, reports: &[Report]) -> Result<bool, StoreError>;
-    /// The chunk is done: progress, the next chunk or the job's end, and the event, in one transaction.
-    async fn complete(&self, lease: &Lease, completion: &Completion) -> Result<Committed, StoreError>;
+    /// The chunk is done: its last reports, progress, the next chunk or the job's end, and the event, in one transaction.
+    async fn complete(
+        &self,
+        lease: &Lease,
+        reports: &[Report],
+        completion: &Completion,
+    ) -> Result<Committed, StoreError>;
+    /// The job's state is damaged: back to the state before it, or to the first pass, with the event `restarted`.
+    async fn rewind(&self, lease: &Lease, reason: &str) -> Result<Committed, StoreError>;
     /// Gives the chunk back undone, without counting a failure.
     async fn release(&self, lease: &Lease) -> Result<(), StoreError>;
     /// Gives the chunk back undone, with a failure counted.
     async fn fail_attempt(&self, lease: &Lease, error: &str) -> Result<(), StoreError>;
-    /// Makes chunks ready again whose lease is over; `all`: every leased chunk, whoever has it.
-    async fn reclaim(&self, all: bool) -> Result<u64, StoreError>;
+    /// At a start, when no other process can have a lease: makes every leased chunk ready again. `died`: the process that
+    /// had them did not end by itself, which counts against chunks that got no further in it.
+    async fn take_back(&self, died: bool) -> Result<TakenBack, StoreError>;
 
     /// Keys of the object store that rows point to.
     async fn referenced_keys(&self) -> Result<HashSet<String>, StoreError>;

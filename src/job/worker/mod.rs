@@ -2,21 +2,36 @@
 //!
 //! The async side (leases, events, files) and the rendering side (a rayon pool) meet in [`ChunkRun`]: the pool tells what it
 //! has done over a channel that never blocks it, the async side says over an atomic that it shall stop.
+//!
+//! Jobs take turns of about [`TURN`]: long enough that a small job is done in one, and that changing over costs little.
+//!
+//! A process that dies while it renders may have died of the job. The store counts the deaths in a row over one chunk in which
+//! no attempt got further than the attempts before it. Whoever kills the process every few moments must not ruin sound jobs by
+//! that, so after the first such death the chunk is taken only by a process that has proven steady ([`STEADY_AFTER`]);
+//! meanwhile other jobs go on. After [`MAX_DEATHS`] the next start fails the job.
+
+mod chunk;
+mod kept;
+mod reports;
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU8, Ordering};
 use std::time::Duration;
 
+use bytes::Bytes;
+use futures::{FutureExt, StreamExt, TryStreamExt};
 use tokio::sync::{broadcast, mpsc, oneshot};
 use tokio::time::{Instant, MissedTickBehavior, interval, sleep, sleep_until};
 use tokio_util::sync::CancellationToken;
 use uuid::Uuid;
 
-use crate::estimate::Estimate;
+use self::chunk::{ABANDON, CANCEL, ChunkRun, News, Outcome, RUN, progress_of};
+use self::kept::{Current, KeptJobs};
+use self::reports::Reports;
 use crate::job::artifacts::{ArtifactError, Artifacts};
-use crate::job::live::{LiveJob, LiveJobs};
+use crate::job::live::LiveJobs;
 use crate::job::meshes::Meshes;
-use crate::job::run::{self, Observer, PassReport, Prepared, RenderError, ResultFile, StoppedBy};
+use crate::job::run::{self, StoppedBy};
 use crate::job::store::*;
 
 /// A worker that is not heard of for so long has lost its chunk.
@@ -24,8 +39,12 @@ const LEASE: Duration = Duration::from_secs(60);
 const HEARTBEAT: Duration = Duration::from_secs(15);
 /// Hints wake an idle worker; this is for a lease that ran out, or a hint that was lost.
 const IDLE_POLL: Duration = Duration::from_secs(60);
-/// Passes are reported together, at most this late.
-const REPORT_DELAY: Duration = Duration::from_millis(100);
+/// A job that has been rendered for so long lets the next one go on, after its chunk.
+const TURN: Duration = Duration::from_secs(2);
+/// Age of a process before it takes a chunk over which one process, or two in a row, have died.
+const STEADY_AFTER: [Duration; MAX_DEATHS as usize - 1] = [Duration::from_secs(2), Duration::from_secs(10)];
+/// Files of one job that are written at the same time.
+const FILES_AT_ONCE: usize = 8;
 /// Pause after the store failed.
 const RETRY_PAUSE: Duration = Duration::from_secs(5);
 /// A chunk that panicked so often fails its job.
@@ -42,18 +61,12 @@ pub struct Worker {
     pool: rayon::ThreadPool,
     owner: String,
     shutdown: CancellationToken,
-    current: Option<Current>,
-}
-
-/// The job whose chunk was rendered last, so that its next chunk need not be loaded.
-struct Current {
-    job: Uuid,
-    prepared: Arc<Prepared>,
-    live: Arc<LiveJob>,
-    /// Everything of chunks before `next_chunk`.
-    merged: Estimate,
-    seconds: f64,
-    next_chunk: u64,
+    started: Instant,
+    /// The job whose turn it is, and since when.
+    turn: Option<(Uuid, Instant)>,
+    kept: KeptJobs,
+    /// The job that readers see as running.
+    shown: Option<Uuid>,
 }
 
 /// Why a chunk was not committed.
@@ -63,6 +76,8 @@ enum Interrupted {
     Shutdown,
     Store(StoreError),
     Artifact(ArtifactError),
+    /// The stored state of the job is of no use, for this reason.
+    Damaged(&'static str),
     /// The job cannot be rendered, now or ever.
     Hopeless(JobProblem),
     Panicked(String),
@@ -91,7 +106,9 @@ impl Worker {
     ) -> Result<Self, rayon::ThreadPoolBuildError> {
         let pool = rayon::ThreadPoolBuilder::new().thread_name(|index| format!("render-{index}")).build()?;
         let owner = format!("{}-{}", std::process::id(), Uuid::new_v4());
-        Ok(Self { store, artifacts, meshes, live, pool, owner, shutdown, current: None })
+        let started = Instant::now();
+        let kept = KeptJobs::default();
+        Ok(Self { store, artifacts, meshes, live, pool, owner, shutdown, started, turn: None, kept, shown: None })
     }
 
     /// Until shut down.
@@ -99,10 +116,16 @@ impl Worker {
         tracing::info!(owner = self.owner, threads = self.pool.current_num_threads(), "worker started");
         let mut changes = self.store.changes();
         while !self.shutdown.is_cancelled() {
-            match self.store.claim(&self.owner, LEASE).await {
-                Ok(Some(lease)) => self.work(&lease).await,
+            match self.store.claim(&self.owner, LEASE, self.next_turn()).await {
+                Ok(Some(lease)) => {
+                    if self.next_turn().stay_with != Some(lease.job) {
+                        self.turn = Some((lease.job, Instant::now()));
+                    }
+                    self.work(&lease).await;
+                }
                 Ok(None) => {
-                    self.forget_current();
+                    self.show(None);
+                    self.kept.clear();
                     self.idle(&mut changes).await;
                 }
                 Err(error) => {
@@ -111,21 +134,34 @@ impl Worker {
                 }
             }
         }
-        self.forget_current();
+        self.show(None);
+    }
+
+    fn next_turn(&self) -> Turn {
+        let turn = self.turn.filter(|(_, since)| since.elapsed() < TURN);
+        let age = self.started.elapsed();
+        let most_deaths = STEADY_AFTER.iter().filter(|after| age >= **after).count() as u64;
+        Turn { stay_with: turn.map(|(job, _)| job), most_deaths }
+    }
+
+    /// Readers see this job as running, and no other one.
+    fn show(&mut self, job: Option<Uuid>) {
+        if let Some(other) = self.shown.filter(|shown| Some(*shown) != job) {
+            self.live.end(other);
+        }
+        self.shown = job;
     }
 
     async fn idle(&self, changes: &mut broadcast::Receiver<Change>) {
-        let poll = sleep(IDLE_POLL);
+        let age = self.started.elapsed();
+        let steady = STEADY_AFTER.iter().find_map(|after| after.checked_sub(age));
+        let poll = sleep(steady.unwrap_or(IDLE_POLL));
         tokio::pin!(poll);
         loop {
             tokio::select! {
                 () = self.shutdown.cancelled() => return,
-                () = &mut poll => {
-                    if let Err(error) = self.store.reclaim(false).await {
-                        tracing::warn!(%error, "looking for lost leases failed");
-                    }
-                    return;
-                }
+                // the next claim takes what was left
+                () = &mut poll => return,
                 change = changes.recv() => match change {
                     Ok(Change::Queue) | Err(broadcast::error::RecvError::Lagged(_)) => return,
                     Ok(_) => {}
@@ -148,15 +184,16 @@ impl Worker {
     #[tracing::instrument(skip_all, fields(job = %lease.job, chunk = lease.chunk, attempt = lease.attempt))]
     async fn work(&mut self, lease: &Lease) {
         let Err(interrupted) = self.render_and_commit(lease).await else { return };
-        self.forget_current();
+        self.show(None);
         let after = match interrupted {
             Interrupted::LeaseLost => {
                 tracing::warn!("the lease is lost, or the job was deleted");
-                Ok(())
+                self.delete_files_of_deleted(lease.job).await
             }
             Interrupted::Shutdown => self.store.release(lease).await,
             Interrupted::Store(error) => self.give_back_and_pause(lease, &error).await,
             Interrupted::Artifact(error) => self.give_back_and_pause(lease, &error).await,
+            Interrupted::Damaged(reason) => self.rewind(lease, reason).await,
             Interrupted::Hopeless(problem) => self.fail_job(lease, problem).await,
             Interrupted::Panicked(message) => {
                 tracing::error!(message, "the render panicked");
@@ -169,7 +206,7 @@ impl Worker {
             }
         };
         if let Err(error) = after {
-            // the lease runs out, and then the chunk is claimed again
+            // the next claim of this worker takes the chunk again
             tracing::error!(%error, "giving the chunk back failed");
             self.pause(RETRY_PAUSE).await;
         }
@@ -194,45 +231,60 @@ impl Worker {
             summary: None,
             problem: Some(problem),
             artifacts: Vec::new(),
+            last_pass: None,
         };
-        if let Committed::Yes { obsolete: Some(key) } = self.store.complete(lease, &Completion::Finish(finish)).await? {
-            self.delete_file(&key).await;
-        }
+        self.delete_obsolete(self.store.complete(lease, &[], &Completion::Finish(finish)).await?).await;
         metrics::counter!("skyduct_jobs_finished_total", "status" => "failed").increment(1);
         Ok(())
     }
 
-    /// Deletes a file that nothing points to; a failure costs only space, until the next start sweeps.
-    async fn delete_file(&self, key: &str) {
-        if let Err(error) = self.artifacts.delete(key).await {
-            tracing::warn!(%error, key, "deleting a file failed");
+    /// What was stored after the job's files had been deleted with it.
+    async fn delete_files_of_deleted(&self, job: Uuid) -> Result<(), StoreError> {
+        if self.store.job_head(job).await?.is_none()
+            && let Err(error) = self.artifacts.delete_job(job).await
+        {
+            tracing::warn!(%error, "deleting files failed");
         }
+        Ok(())
     }
 
-    fn forget_current(&mut self) {
-        if let Some(current) = self.current.take() {
-            self.live.end(current.job);
+    /// Passes whose state is damaged are rendered again.
+    async fn rewind(&self, lease: &Lease, reason: &str) -> Result<(), StoreError> {
+        tracing::warn!(reason, "rendering again from the last sound state");
+        self.delete_obsolete(self.store.rewind(lease, reason).await?).await;
+        Ok(())
+    }
+
+    /// Deletes files that nothing points to any more; a failure costs only space, until a later start sweeps.
+    async fn delete_obsolete(&self, committed: Committed) {
+        let Committed::Yes { obsolete } = committed else { return };
+        for key in obsolete {
+            if let Err(error) = self.artifacts.delete(&key).await {
+                tracing::warn!(%error, key, "deleting a file failed");
+            }
         }
     }
 
     async fn render_and_commit(&mut self, lease: &Lease) -> Result<(), Interrupted> {
         let cancel_requested = self.store.job_head(lease.job).await?.ok_or(Interrupted::LeaseLost)?.cancel_requested;
-        let current = match self.current.take() {
-            Some(current) if current.job == lease.job && current.next_chunk == lease.chunk => current,
-            other => {
-                self.current = other;
-                self.forget_current();
-                self.load(lease).await?
-            }
-        };
         let job = lease.job;
-        let (current, outcome) = self.render(lease, current, cancel_requested).await?;
+        let shown = self.shown == Some(job);
+        if !shown {
+            self.show(None);
+        }
+        let current = match self.kept.take(job, lease.chunk) {
+            Some(current) if shown => current,
+            Some(current) => Current { live: self.live.start(job, current.prepared.clone()), ..current },
+            None => self.load(lease).await?,
+        };
+        self.shown = Some(job);
+        let (current, outcome, reports) = self.render(lease, current, cancel_requested).await?;
         let finished = matches!(outcome, Outcome::Finish { .. });
-        self.commit(lease, &current, outcome).await?;
+        self.commit(lease, &current, outcome, reports).await?;
         if finished {
-            self.live.end(job);
+            self.show(None);
         } else {
-            self.current = Some(current);
+            self.kept.keep(current);
         }
         Ok(())
     }
@@ -241,9 +293,15 @@ impl Worker {
     async fn load(&self, lease: &Lease) -> Result<Current, Interrupted> {
         let job = self.store.job(lease.job).await?.ok_or(Interrupted::LeaseLost)?;
         let state = match &job.state {
-            Some(state) => Some(self.artifacts.read_checked(&state.key, &state.hash).await.map_err(damaged)?),
+            Some(state) => match self.artifacts.read_checked(&state.key, &state.hash).await {
+                Ok(bytes) => Some(bytes),
+                Err(ArtifactError::Damaged { .. }) => return Err(Interrupted::Damaged("the stored state is damaged")),
+                Err(ArtifactError::NotFound(_)) => return Err(Interrupted::Damaged("the stored state is missing")),
+                Err(error) => return Err(error.into()),
+            },
             None => None,
         };
+        let bytes = state.as_ref().map_or(0, |state| state.len() as u64);
         let meshes = self.meshes.for_document(tokio::runtime::Handle::current(), Arc::default());
         let submitted = job.submitted;
         let handed_over = self.live.take_prepared(lease.job);
@@ -254,19 +312,23 @@ impl Worker {
                     None => Arc::new(run::prepare(submitted.as_bytes(), &meshes).map_err(|errors| errors.to_string())?),
                 };
                 let merged = match state {
-                    Some(bytes) => run::decode(&prepared, &bytes)?,
-                    None => prepared.empty_estimate(),
+                    Some(bytes) => run::decode(&prepared, &bytes),
+                    None => Ok(prepared.empty_estimate()),
                 };
                 Ok::<_, String>((prepared, merged))
             })
             .await?;
         let (prepared, merged) = loaded.map_err(|detail| hopeless("The job cannot be prepared", detail))?;
+        let merged = merged.map_err(|error| {
+            tracing::warn!(error, "the stored state cannot be read");
+            Interrupted::Damaged("the stored state is of another version")
+        })?;
         if lease.chunk == 0 {
             tracing::info!(name = prepared.name, method = prepared.method_names(), "job started");
         }
         let live = self.live.start(lease.job, prepared.clone());
         let seconds = job.merged_seconds;
-        Ok(Current { job: lease.job, prepared, live, merged, seconds, next_chunk: lease.chunk })
+        Ok(Current { job: lease.job, prepared, live, merged, bytes, seconds, next_chunk: lease.chunk })
     }
 
     /// Renders the chunk on the pool, keeps the lease meanwhile and passes on what the pool tells.
@@ -275,7 +337,7 @@ impl Worker {
         lease: &Lease,
         current: Current,
         cancel_requested: bool,
-    ) -> Result<(Current, Outcome), Interrupted> {
+    ) -> Result<(Current, Outcome, Reports), Interrupted> {
         let mut changes = self.store.changes();
         let stop = Arc::new(AtomicU8::new(RUN));
         let (tell, mut told) = mpsc::unbounded_channel();
@@ -318,12 +380,12 @@ impl Worker {
                 return Err(panicked);
             }
         };
-        retry(|| self.store.report(lease, &reports.waiting)).await?;
         let (current, outcome) = rendered;
         match outcome {
-            Ok(outcome) => Ok((current, outcome)),
+            Ok(outcome) => Ok((current, outcome, reports)),
             Err(error) => {
                 live_jobs.end(job);
+                retry(|| self.store.report(lease, &reports.waiting)).await?;
                 Err(hopeless("The render failed", error.to_string()))
             }
         }
@@ -350,8 +412,11 @@ impl Worker {
             News::Images { passes, images } => {
                 for (view, png) in images {
                     let name = format!("views/{view}.pass{passes}.png");
-                    match self.artifacts.put_of_chunk(lease, &name, "image/png", png).await {
-                        Ok(artifact) => reports.push(Report::Image { view, passes, artifact }),
+                    match self.artifacts.put_of_chunk(lease, &name, "image/png", png.into()).await {
+                        Ok(artifact) => {
+                            reports.files.push(artifact.key.clone());
+                            reports.push(Report::Image { view, passes, artifact });
+                        }
                         // the job is worth more than a progress image
                         Err(error) => tracing::warn!(%error, name, "storing a progress image failed"),
                     }
@@ -374,22 +439,29 @@ impl Worker {
         }
     }
 
-    /// Files first, then the row that points to them.
-    async fn commit(&self, lease: &Lease, current: &Current, outcome: Outcome) -> Result<(), Interrupted> {
+    /// Files first, all at once, then the row that points to them: the disk is waited for twice.
+    async fn commit(
+        &self,
+        lease: &Lease,
+        current: &Current,
+        outcome: Outcome,
+        mut reports: Reports,
+    ) -> Result<(), Interrupted> {
         let progress = progress_of(current);
         let completion = match outcome {
             Outcome::Continue { state, next } => {
-                let file = self.put(lease, "state", "application/octet-stream", state).await?;
-                let state = StateFile { key: file.key, hash: file.hash };
+                let files = [("state".to_owned(), "application/octet-stream", state)];
+                let state = self.put_all(lease, &files, &mut reports).await?.pop();
+                let state = state.map(|file| StateFile { key: file.key, hash: file.hash });
+                let state = state.ok_or_else(|| ArtifactError::NotFound("the new state".into()))?;
                 Completion::Continue { state, progress, next_index: current.next_chunk, next }
             }
-            Outcome::Finish { stopped_by, summary, files } => {
+            Outcome::Finish { stopped_by, summary, files, last_pass } => {
                 let reason = current.prepared.no_results(stopped_by, &current.merged);
                 let problem = reason.map(|detail| JobProblem { title: "The job ran out of time".into(), detail });
-                let mut artifacts = Vec::with_capacity(files.len());
-                for file in files {
-                    artifacts.push(self.put(lease, &file.name, file.media_type, file.bytes).await?);
-                }
+                let files: Vec<_> =
+                    files.into_iter().map(|file| (file.name, file.media_type, Bytes::from(file.bytes))).collect();
+                let artifacts = self.put_all(lease, &files, &mut reports).await?;
                 let status = match (stopped_by, &problem) {
                     (StoppedBy::Cancelled, _) => JobStatus::Cancelled,
                     (_, Some(_)) => JobStatus::Failed,
@@ -402,13 +474,13 @@ impl Worker {
                     summary,
                     problem,
                     artifacts,
+                    last_pass,
                 })
             }
         };
-        match retry(|| self.store.complete(lease, &completion)).await? {
+        match retry(|| self.store.complete(lease, &reports.waiting, &completion)).await? {
             Committed::LeaseLost => return Err(Interrupted::LeaseLost),
-            Committed::Yes { obsolete: Some(key) } => self.delete_file(&key).await,
-            Committed::Yes { obsolete: None } => {}
+            committed => self.delete_obsolete(committed).await,
         }
         if let Completion::Finish(finish) = &completion {
             tracing::info!(
@@ -426,14 +498,18 @@ impl Worker {
         Ok(())
     }
 
-    async fn put(
+    /// Stores files (name, media type, content) and waits until they and the chunk's progress images are on the disk.
+    async fn put_all(
         &self,
         lease: &Lease,
-        name: &str,
-        media_type: &str,
-        bytes: Vec<u8>,
-    ) -> Result<Artifact, ArtifactError> {
-        retry(|| self.artifacts.put_of_chunk(lease, name, media_type, bytes.clone())).await
+        files: &[(String, &'static str, Bytes)],
+        reports: &mut Reports,
+    ) -> Result<Vec<Artifact>, ArtifactError> {
+        let artifacts = retry(|| put_files(self.artifacts.clone(), lease.clone(), files.to_vec())).await?;
+        let keys: Vec<String> = artifacts.iter().map(|file| &file.key).chain(&reports.files).cloned().collect();
+        retry(|| self.artifacts.make_durable(&keys)).await?;
+        reports.files.clear();
+        Ok(artifacts)
     }
 
     /// Runs on the render pool; a panic there comes back as an error.
@@ -451,143 +527,18 @@ impl Worker {
     }
 }
 
-/// What the async side asks of a running chunk.
-const RUN: u8 = 0;
-/// Stop within a pass; what was computed counts.
-const CANCEL: u8 = 1;
-/// Stop within a pass; what was computed is dropped.
-const ABANDON: u8 = 2;
-
-/// A chunk on the render pool.
-struct ChunkRun {
-    current: Current,
-    stop: Arc<AtomicU8>,
-    tell: mpsc::UnboundedSender<News>,
-    chunk: u64,
-}
-
-enum News {
-    Pass(PassReport),
-    Images { passes: u64, images: Vec<(String, Vec<u8>)> },
-}
-
-enum Outcome {
-    Continue { state: Vec<u8>, next: std::ops::Range<u64> },
-    Finish { stopped_by: StoppedBy, summary: Option<serde_json::Value>, files: Vec<ResultFile> },
-}
-
-struct PassObserver<'a> {
-    prepared: &'a Prepared,
-    live: &'a LiveJob,
-    stop: &'a AtomicU8,
-    tell: &'a mpsc::UnboundedSender<News>,
-}
-
-impl Observer for PassObserver<'_> {
-    fn cancelled(&self) -> bool {
-        self.stop.load(Ordering::Relaxed) != RUN
+/// Some at a time.
+async fn put_files(
+    artifacts: Artifacts,
+    lease: Lease,
+    files: Vec<(String, &'static str, Bytes)>,
+) -> Result<Vec<Artifact>, ArtifactError> {
+    let mut puts = Vec::with_capacity(files.len());
+    for (name, media_type, bytes) in files {
+        let (artifacts, lease) = (artifacts.clone(), lease.clone());
+        puts.push(async move { artifacts.put_of_chunk(&lease, &name, media_type, bytes).await }.boxed());
     }
-
-    fn pass_done(&self, report: &PassReport, merged: &Estimate) {
-        self.live.publish(merged);
-        // the receiver outlives the render
-        let _ = self.tell.send(News::Pass(*report));
-        if PREVIEW_PASSES.contains(&report.passes) {
-            let images = self.prepared.preview_images(merged);
-            if !images.is_empty() {
-                let _ = self.tell.send(News::Images { passes: report.passes, images });
-            }
-        }
-    }
-}
-
-impl ChunkRun {
-    fn run(self, cancel_requested: bool) -> (Current, Result<Outcome, RenderError>) {
-        let Self { mut current, stop, tell, chunk } = self;
-        let outcome = render_chunk(&mut current, &stop, &tell, chunk, cancel_requested);
-        current.live.publish(&current.merged);
-        (current, outcome)
-    }
-}
-
-fn render_chunk(
-    current: &mut Current,
-    stop: &AtomicU8,
-    tell: &mpsc::UnboundedSender<News>,
-    chunk: u64,
-    cancel_requested: bool,
-) -> Result<Outcome, RenderError> {
-    let prepared = current.prepared.clone();
-    if cancel_requested {
-        return finish(current, StoppedBy::Cancelled);
-    }
-    let observer = PassObserver { prepared: &prepared, live: &current.live, stop, tell };
-    let rendered = prepared.render_chunk(chunk, &current.merged, current.seconds, &observer)?;
-    if stop.load(Ordering::Relaxed) == ABANDON {
-        // not committed: an outcome is not needed
-        return Ok(Outcome::Finish { stopped_by: StoppedBy::Cancelled, summary: None, files: Vec::new() });
-    }
-    run::merge(&mut current.merged, &rendered.estimate);
-    current.seconds += rendered.seconds;
-    current.next_chunk = chunk + 1;
-    let stopped = rendered.ended.or_else(|| prepared.stop_after(chunk, &current.merged));
-    match (stopped, prepared.chunk(chunk + 1)) {
-        (None, Some(next)) => Ok(Outcome::Continue { state: run::encode(&current.merged), next }),
-        (stopped, _) => finish(current, stopped.unwrap_or(StoppedBy::MaxPasses)),
-    }
-}
-
-fn finish(current: &Current, stopped_by: StoppedBy) -> Result<Outcome, RenderError> {
-    if current.merged.passes == 0 {
-        return Ok(Outcome::Finish { stopped_by, summary: None, files: Vec::new() });
-    }
-    let files = current.prepared.kept_files(&current.merged)?;
-    let summary = current.prepared.summary_json(&current.merged, current.seconds);
-    Ok(Outcome::Finish { stopped_by, summary: Some(summary), files })
-}
-
-fn progress_of(current: &Current) -> Progress {
-    let accuracy = current.prepared.accuracy(&current.merged);
-    Progress {
-        passes: current.merged.passes,
-        photons: current.merged.photons,
-        rays: current.merged.rays,
-        seconds: current.seconds,
-        relative_error: accuracy.grids.filter(|error| error.is_finite()),
-        view_relative_error: accuracy.views.filter(|error| error.is_finite()),
-        chunks: current.next_chunk,
-    }
-}
-
-/// Reports that wait to be written together.
-#[derive(Default)]
-struct Reports {
-    waiting: Vec<Report>,
-    due: Option<Instant>,
-}
-
-impl Reports {
-    fn push(&mut self, report: Report) {
-        self.waiting.push(report);
-        self.due.get_or_insert_with(|| Instant::now() + REPORT_DELAY);
-    }
-
-    fn is_waiting(&self) -> bool {
-        self.due.is_some()
-    }
-
-    fn due(&self) -> Instant {
-        self.due.unwrap_or_else(Instant::now)
-    }
-
-    fn clear(&mut self) {
-        self.waiting.clear();
-        self.due = None;
-    }
-
-    fn postpone(&mut self, by: Duration) {
-        self.due = Some(Instant::now() + by);
-    }
+    futures::stream::iter(puts).buffered(FILES_AT_ONCE).try_collect().await
 }
 
 /// Up to five times, with growing pauses: what fails is a busy or full disk, and a chunk is worth waiting for.
@@ -604,13 +555,6 @@ async fn retry<T, E: std::fmt::Display, F: Future<Output = Result<T, E>>>(
         pause *= 3;
     }
     action().await
-}
-
-fn damaged(error: ArtifactError) -> Interrupted {
-    match error {
-        ArtifactError::Failed(_) => Interrupted::Artifact(error),
-        error => hopeless("The stored state cannot be read", error.to_string()),
-    }
 }
 
 fn hopeless(title: &str, detail: String) -> Interrupted {

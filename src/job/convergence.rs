@@ -1,0 +1,36 @@
+//! Which passes of a job are told and kept: all of the first, then ever fewer, as errors fall ever slower.
+
+/// Up to this pass each one is kept.
+const EVERY_PASS: u64 = 64;
+
+/// Kept passes while the number of passes doubles, after [`EVERY_PASS`].
+const PER_DOUBLING: f64 = 8.0;
+
+/// Whether pass number `passes` (the first is 1) has a row in the convergence table and an event: passes 1 to 64, then those
+/// nearest to powers of 2^(1/8), about 9 % apart. A job of a million passes has 176 of them; `passes` of each says how many
+/// were done, and the last pass of a job is kept, too.
+pub fn is_kept(passes: u64) -> bool {
+    if passes <= EVERY_PASS {
+        return true;
+    }
+    let step = ((passes as f64).log2() * PER_DOUBLING).round();
+    (step / PER_DOUBLING).exp2().round() as u64 == passes
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_million_passes_are_less_than_two_hundred_rows_without_wide_gaps() {
+        let kept: Vec<u64> = (1..=1_000_000).filter(|pass| is_kept(*pass)).collect();
+        assert!(kept.len() < 200, "{}", kept.len());
+        assert_eq!(kept[..64], (1..=64).collect::<Vec<_>>());
+        for pair in kept.windows(2) {
+            assert!(pair[1] as f64 <= 1.1 * pair[0] as f64 + 1.0, "{pair:?}");
+        }
+        for power in [128, 1024, 4096, 65536, 524_288] {
+            assert!(is_kept(power), "{power}");
+        }
+    }
+}

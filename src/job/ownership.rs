@@ -1,0 +1,136 @@
+//! Whose files the artifacts are, and which of them nobody needs.
+//!
+//! The database and the folder of the artifacts hold the same identity. A start with another database, or with a new one, is
+//! refused, so that nothing is rendered, served or swept for the wrong one. An older copy of the right database (a backup that
+//! was put back) has the right identity, but does not know the newest files: those are kept for ever.
+
+use std::collections::HashSet;
+use std::time::{Duration, SystemTime};
+
+use uuid::Uuid;
+
+use crate::job::artifacts::{ArtifactError, Artifacts, Orphan};
+use crate::job::store::{Store, StoreError, StoreRecord};
+
+/// Name of the note in the folder of the artifacts.
+pub const NOTE: &str = "identity";
+
+/// A file that nothing points to is swept at this age: it may belong to a commit that is on its way.
+const SWEEP_AGE: Duration = Duration::from_secs(24 * 3600);
+
+/// A process writes to its database at least this often while it writes files, clocks of file systems included.
+const WRITES_APART: Duration = Duration::from_secs(600);
+
+#[derive(Debug, thiserror::Error)]
+pub enum OwnershipError {
+    #[error(
+        "the artifacts belong to another database ({note}; this one is {identity}): start with that database, or with another \
+         data folder. If they do belong together, delete the file {NOTE} among the artifacts"
+    )]
+    Differs { note: String, identity: String },
+    #[error(
+        "the database is older than the identity of the artifacts ({note}): start with the newest database of this data \
+         folder. If they do belong together, delete the file {NOTE} among the artifacts"
+    )]
+    Unknown { note: String },
+    #[error(
+        "the database knows none of the artifacts that are there: put back the database that they belong to, or start with \
+         another data folder"
+    )]
+    Foreign,
+    #[error(
+        "the database names artifacts, but none of them is there: put their folder back. To go on without them, write the \
+         line {identity} into a file {NOTE} in the folder of the artifacts"
+    )]
+    Gone { identity: String },
+    #[error(transparent)]
+    Store(#[from] StoreError),
+    #[error(transparent)]
+    Artifact(#[from] ArtifactError),
+}
+
+/// Checks that the artifacts belong to the store, and writes the identity down where it is missing.
+pub async fn check(store: &dyn Store, artifacts: &Artifacts, record: &StoreRecord) -> Result<(), OwnershipError> {
+    let note = artifacts.note(NOTE).await?.filter(|note| !note.is_empty());
+    let (identity, note) = match (&record.identity, note) {
+        (Some(identity), Some(note)) if *identity == note => return Ok(()),
+        (Some(identity), Some(note)) => return Err(OwnershipError::Differs { note, identity: identity.clone() }),
+        (identity, note) => (identity.clone(), note),
+    };
+    let named = store.referenced_keys().await?;
+    let presence = artifacts.presence(&named).await?;
+    if presence.any && !presence.known && !knows_a_job(store, artifacts).await? {
+        return Err(OwnershipError::Foreign);
+    }
+    if let Some(note) = note {
+        // written for an empty folder, or before the database was replaced
+        if presence.any {
+            return Err(OwnershipError::Unknown { note });
+        }
+        return Ok(store.set_identity(&note).await?);
+    }
+    let new = identity.clone().unwrap_or_else(|| Uuid::new_v4().to_string());
+    if !presence.any && !named.is_empty() {
+        return Err(OwnershipError::Gone { identity: new });
+    }
+    if identity.is_none() {
+        store.set_identity(&new).await?;
+    }
+    Ok(artifacts.set_note(NOTE, &new).await?)
+}
+
+/// Whether a folder of files is of a job in the store, though no row names the files.
+async fn knows_a_job(store: &dyn Store, artifacts: &Artifacts) -> Result<bool, OwnershipError> {
+    let files = artifacts.orphans(&HashSet::new()).await?;
+    let jobs: HashSet<Uuid> = files.iter().filter_map(|file| file.key.split('/').nth(1)?.parse().ok()).collect();
+    for job in jobs {
+        if store.job_head(job).await?.is_some() {
+            return Ok(true);
+        }
+    }
+    Ok(false)
+}
+
+/// Files to sweep: nothing points to them, and they are older than a day. `record` is what the store said of itself before
+/// anything was written to it.
+pub async fn files_to_sweep(
+    store: &dyn Store,
+    artifacts: &Artifacts,
+    record: &StoreRecord,
+) -> Result<Vec<Orphan>, OwnershipError> {
+    let mut orphans = artifacts.orphans(&store.referenced_keys().await?).await?;
+    let now = SystemTime::now();
+    let newest_write = from_milliseconds(record.newest_write_ms) + WRITES_APART;
+    let unknown = orphans.iter().filter(|orphan| orphan.written > newest_write).count();
+    if unknown > 0 {
+        tracing::warn!(
+            unknown,
+            "files are newer than the database, an older copy it seems: all that are there now are kept"
+        );
+        let now_ms = now.duration_since(SystemTime::UNIX_EPOCH).map_or(0, |now| now.as_millis());
+        store.set_sweep_from(i64::try_from(now_ms).unwrap_or(i64::MAX)).await?;
+        return Ok(Vec::new());
+    }
+    let sweep_from = from_milliseconds(record.sweep_from_ms);
+    let old = now - SWEEP_AGE;
+    orphans.retain(|orphan| orphan.written < old && orphan.written >= sweep_from);
+    Ok(orphans)
+}
+
+fn from_milliseconds(milliseconds: i64) -> SystemTime {
+    SystemTime::UNIX_EPOCH + Duration::from_millis(u64::try_from(milliseconds).unwrap_or(0))
+}
+
+/// Says which files go, and deletes them.
+pub async fn sweep(artifacts: &Artifacts, files: Vec<Orphan>) {
+    if files.is_empty() {
+        return;
+    }
+    let keys: Vec<&str> = files.iter().take(10).map(|file| file.key.as_str()).collect();
+    tracing::warn!(files = files.len(), first = ?keys, "files older than a day that nothing points to are deleted");
+    for file in &files {
+        if let Err(error) = artifacts.delete(&file.key).await {
+            tracing::warn!(%error, key = file.key, "deleting a file failed");
+        }
+    }
+}

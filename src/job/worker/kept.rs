@@ -1,0 +1,58 @@
+//! Jobs that were rendered lately, so that a job whose turn comes again need not be loaded.
+
+use std::collections::VecDeque;
+use std::sync::Arc;
+
+use uuid::Uuid;
+
+use crate::estimate::Estimate;
+use crate::job::live::LiveJob;
+use crate::job::run::Prepared;
+
+/// Most jobs that are kept.
+const MOST_JOBS: usize = 4;
+/// Most bytes of estimates that are kept, but for the job that was rendered last.
+const MOST_BYTES: u64 = 256 << 20;
+
+/// A job with everything that was computed before its next chunk.
+pub(super) struct Current {
+    pub job: Uuid,
+    pub prepared: Arc<Prepared>,
+    pub live: Arc<LiveJob>,
+    /// Everything of chunks before `next_chunk`.
+    pub merged: Estimate,
+    /// Size of `merged`.
+    pub bytes: u64,
+    /// Render seconds of `merged`.
+    pub seconds: f64,
+    pub next_chunk: u64,
+}
+
+/// The jobs that were rendered last, newest first.
+#[derive(Default)]
+pub(super) struct KeptJobs {
+    jobs: VecDeque<Current>,
+}
+
+impl KeptJobs {
+    /// Takes the job out; nothing when it is not there, or not where this chunk begins.
+    pub fn take(&mut self, job: Uuid, chunk: u64) -> Option<Current> {
+        let place = self.jobs.iter().position(|kept| kept.job == job)?;
+        self.jobs.remove(place).filter(|kept| kept.next_chunk == chunk)
+    }
+
+    pub fn keep(&mut self, current: Current) {
+        self.jobs.push_front(current);
+        while self.jobs.len() > 1 && (self.jobs.len() > MOST_JOBS || self.bytes() > MOST_BYTES) {
+            self.jobs.pop_back();
+        }
+    }
+
+    pub fn clear(&mut self) {
+        self.jobs.clear();
+    }
+
+    fn bytes(&self) -> u64 {
+        self.jobs.iter().map(|kept| kept.bytes).sum()
+    }
+}
