@@ -92,7 +92,7 @@ pub struct ConvergenceQuery {
     #[param(minimum = 1, maximum = 10000)]
     limit: Option<u32>,
     /// Only passes after this one.
-    #[param(minimum = 0)]
+    #[param(minimum = 0, maximum = 18_446_744_073_709_551_615u64)]
     after: Option<u64>,
 }
 
