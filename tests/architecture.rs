@@ -283,3 +283,28 @@ fn falling_imports_are_not() {
         assert_eq!(violations(path, text), Vec::<String>::new(), "{path}: {text}");
     }
 }
+
+/// A page that lists tests is worth something only as long as they are there.
+#[test]
+fn tests_that_the_page_on_reliability_names_exist() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let page = fs::read_to_string(root.join("docs/reliability.md")).unwrap();
+    let named: Vec<(&str, &str)> =
+        page.split('`').skip(1).step_by(2).filter_map(|code| code.split_once("::")).collect();
+    assert!(named.len() > 30, "{named:?}");
+    let mut modules = Vec::new();
+    source_files(&root.join("src"), &mut modules);
+    for (file, test) in named {
+        let integration = root.join(format!("tests/{file}.rs"));
+        let text = match fs::read_to_string(&integration) {
+            Ok(text) => text,
+            // a test of a module stands beside its code
+            Err(_) => modules
+                .iter()
+                .filter(|path| path.with_extension("").ends_with(file) || path.ends_with(format!("{file}/mod.rs")))
+                .map(|path| fs::read_to_string(path).unwrap())
+                .collect(),
+        };
+        assert!(text.contains(&format!("fn {test}(")), "docs/reliability.md names {file}::{test}, which is not there");
+    }
+}
