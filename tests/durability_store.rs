@@ -409,3 +409,38 @@ async fn the_database_is_its_owners_alone() {
 fn mode(path: &Path) -> u32 {
     std::fs::metadata(path).unwrap().permissions().mode() & 0o777
 }
+
+#[tokio::test]
+async fn a_lock_of_another_process_is_waited_for_and_then_told() {
+    let (store, folder) = store().await;
+    let options = SqliteConnectOptions::new().filename(folder.path().join("test.db"));
+    let mut other = options.connect().await.unwrap();
+    sqlx::query("BEGIN EXCLUSIVE").execute(&mut other).await.unwrap();
+    // within the five seconds for which a writer waits
+    let waiting = async {
+        tokio::time::sleep(Duration::from_secs(1)).await;
+        sqlx::query("ROLLBACK").execute(&mut other).await.unwrap();
+    };
+    let (submitted, ()) = tokio::join!(store.submit(new_job(), 100), waiting);
+    assert!(matches!(submitted, Ok(Submission::New(_))));
+    // and beyond them
+    sqlx::query("BEGIN EXCLUSIVE").execute(&mut other).await.unwrap();
+    assert!(matches!(store.submit(new_job(), 100).await, Err(StoreError::Unavailable(_))));
+    assert_eq!(store.count(JobStatus::Queued).await.unwrap(), 1, "readers go on");
+    sqlx::query("ROLLBACK").execute(&mut other).await.unwrap();
+    assert!(matches!(store.submit(new_job(), 100).await, Ok(Submission::New(_))));
+}
+
+#[tokio::test]
+async fn a_database_of_a_newer_version_is_refused() {
+    let (store, folder) = store().await;
+    store.close().await;
+    let file = folder.path().join("test.db");
+    let mut connection = SqliteConnectOptions::new().filename(&file).connect().await.unwrap();
+    let newer = "INSERT INTO _sqlx_migrations (version, description, success, checksum, execution_time) \
+                 VALUES (9999, 'of tomorrow', TRUE, x'00', 0)";
+    sqlx::query(newer).execute(&mut connection).await.unwrap();
+    connection.close().await.unwrap();
+    let Err(StoreError::Failed(reason)) = SqliteStore::open(&file).await else { panic!("it opened") };
+    assert!(reason.contains("9999"), "{reason}");
+}

@@ -12,6 +12,7 @@ use super::progress::Progress;
 use super::results_table::print_results;
 use crate::document::{DocumentErrors, FieldError};
 use crate::estimate::Estimate;
+use crate::job::convergence::is_kept;
 use crate::job::memory::default_limit_bytes;
 use crate::job::results::{convergence_csv, convergence_svg};
 use crate::job::run::{Observer, PassReport, Prepared, StoppedBy, merge, prepare};
@@ -167,8 +168,11 @@ fn write_results(out: &Path, prepared: &Prepared, rendered: &Rendered) -> anyhow
         for file in prepared.result_files(estimate)? {
             write(out, &file.name, &file.bytes)?;
         }
-        write(out, "convergence.csv", convergence_csv(reports).as_bytes())?;
-        write(out, "convergence.svg", convergence_svg(reports)?.as_bytes())?;
+        // what the service keeps of the same job, too
+        let is_last = |pass: &PassReport| pass.passes == estimate.passes;
+        let kept: Vec<_> = reports.iter().filter(|pass| is_kept(pass.passes) || is_last(pass)).copied().collect();
+        write(out, "convergence.csv", convergence_csv(&kept).as_bytes())?;
+        write(out, "convergence.svg", convergence_svg(&kept)?.as_bytes())?;
     }
     let status = if *stopped_by == StoppedBy::Cancelled { "cancelled" } else { "succeeded" };
     let mut result = json!({

@@ -3,7 +3,7 @@
 use std::collections::HashSet;
 
 use serde_json::{Value, json};
-use sqlx::{SqliteConnection, SqlitePool};
+use sqlx::{QueryBuilder, SqliteConnection, SqlitePool};
 use uuid::Uuid;
 
 use crate::job::run::PassReport;
@@ -89,6 +89,9 @@ pub(super) async fn insert_chunk(
     Ok(())
 }
 
+/// Rows that one statement writes: every statement is a journey to the database's thread and back.
+pub(super) const ROWS_OF_A_STATEMENT: usize = 500;
+
 /// Appends an event with the job's next sequence number; nothing when the job is gone.
 pub(super) async fn append_event(
     tx: &mut SqliteConnection,
@@ -96,21 +99,34 @@ pub(super) async fn append_event(
     name: &str,
     data: &Value,
 ) -> Result<(), StoreError> {
-    let seq: Option<i64> =
-        sqlx::query_scalar("UPDATE jobs SET next_seq = next_seq + 1 WHERE id = $1 RETURNING next_seq - 1")
-            .bind(job)
-            .fetch_optional(&mut *tx)
-            .await
-            .map_err(store_error)?;
-    let Some(seq) = seq else { return Ok(()) };
-    sqlx::query(concat!("INSERT INTO events (job_id, seq, name, data, at) VALUES ($1, $2, $3, $4, ", now_ms!(), ")"))
-        .bind(job)
-        .bind(seq)
-        .bind(name)
-        .bind(to_json(data)?)
-        .execute(tx)
-        .await
-        .map_err(store_error)?;
+    append_events(tx, job, &[(name, data.clone())]).await
+}
+
+/// Appends events in this order, with the job's next sequence numbers; nothing when the job is gone.
+pub(super) async fn append_events(
+    tx: &mut SqliteConnection,
+    job: &str,
+    events: &[(&str, Value)],
+) -> Result<(), StoreError> {
+    for events in events.chunks(ROWS_OF_A_STATEMENT) {
+        let first: Option<i64> =
+            sqlx::query_scalar("UPDATE jobs SET next_seq = next_seq + $2 WHERE id = $1 RETURNING next_seq - $2")
+                .bind(job)
+                .bind(events.len() as i64)
+                .fetch_optional(&mut *tx)
+                .await
+                .map_err(store_error)?;
+        let Some(first) = first else { return Ok(()) };
+        let mut rows = Vec::with_capacity(events.len());
+        for (seq, (name, data)) in (first..).zip(events) {
+            rows.push((seq, *name, to_json(data)?));
+        }
+        let mut insert = QueryBuilder::new("INSERT INTO events (job_id, seq, name, data, at) ");
+        insert.push_values(rows, |mut row, (seq, name, data)| {
+            row.push_bind(job).push_bind(seq).push_bind(name).push_bind(data).push(now_ms!());
+        });
+        insert.build().execute(&mut *tx).await.map_err(store_error)?;
+    }
     Ok(())
 }
 

@@ -5,14 +5,14 @@
 use std::time::Duration;
 
 use serde_json::json;
-use sqlx::{Row, SqliteConnection};
+use sqlx::{QueryBuilder, Row, SqliteConnection};
 use uuid::Uuid;
 
 use crate::job::convergence::is_kept;
 use crate::job::run::PassReport;
 use crate::job::store::*;
 
-use super::jobs::{add_artifact, append_event, insert_chunk};
+use super::jobs::{ROWS_OF_A_STATEMENT, add_artifact, append_event, append_events, insert_chunk};
 use super::record::written_now;
 use super::rows::{self, name_of, signed, to_json};
 use super::{now_ms, store_error};
@@ -129,9 +129,18 @@ pub(super) async fn report(tx: &mut SqliteConnection, lease: &Lease, reports: &[
 /// Of a lease that is held.
 async fn take_reports(tx: &mut SqliteConnection, lease: &Lease, reports: &[Report]) -> Result<(), StoreError> {
     let job = lease.job.to_string();
+    // a pass that is rendered again after a restart is the same pass: its event was sent
+    let mut newest = newest_pass(tx, &job).await?;
+    let (mut kept, mut events) = (Vec::new(), Vec::new());
     for report in reports {
         match report {
-            Report::Pass(pass) if is_kept(pass.passes) => add_pass(tx, &job, pass).await?,
+            Report::Pass(pass) if is_kept(pass.passes) => {
+                kept.push(pass);
+                if signed(pass.passes) > newest {
+                    newest = signed(pass.passes);
+                    events.push(("pass", json!(pass)));
+                }
+            }
             Report::Pass(_) => {}
             Report::Image { view, passes, artifact } => {
                 let known: Option<i64> = sqlx::query_scalar("SELECT 1 FROM artifacts WHERE job_id = $1 AND name = $2")
@@ -142,11 +151,13 @@ async fn take_reports(tx: &mut SqliteConnection, lease: &Lease, reports: &[Repor
                     .map_err(store_error)?;
                 add_artifact(tx, &job, artifact).await?;
                 if known.is_none() {
-                    append_event(tx, &job, "image", &json!({ "view": view, "passes": passes })).await?;
+                    events.push(("image", json!({ "view": view, "passes": passes })));
                 }
             }
         }
     }
+    add_passes(tx, &job, &kept).await?;
+    append_events(tx, &job, &events).await?;
     let passes = reports.iter().rev().find_map(|report| match report {
         Report::Pass(pass) => Some(pass),
         Report::Image { .. } => None,
@@ -180,32 +191,36 @@ async fn take_reports(tx: &mut SqliteConnection, lease: &Lease, reports: &[Repor
 
 /// A row of the convergence table, and its event unless that was sent before: a pass that is rendered again after a
 /// restart is the same pass.
-async fn add_pass(tx: &mut SqliteConnection, job: &str, pass: &PassReport) -> Result<(), StoreError> {
-    let newest: i64 = sqlx::query_scalar("SELECT coalesce(max(pass), 0) FROM passes WHERE job_id = $1")
+async fn newest_pass(tx: &mut SqliteConnection, job: &str) -> Result<i64, StoreError> {
+    sqlx::query_scalar("SELECT coalesce(max(pass), 0) FROM passes WHERE job_id = $1")
         .bind(job)
-        .fetch_one(&mut *tx)
+        .fetch_one(tx)
         .await
-        .map_err(store_error)?;
-    sqlx::query(
-        "INSERT INTO passes (job_id, pass, seconds, photons, rays, relative_error, view_relative_error, mean_lux) \
-         VALUES ($1, $2, $3, $4, $5, $6, $7, $8) ON CONFLICT (job_id, pass) DO UPDATE SET \
-         seconds = excluded.seconds, photons = excluded.photons, rays = excluded.rays, \
-         relative_error = excluded.relative_error, view_relative_error = excluded.view_relative_error, \
-         mean_lux = excluded.mean_lux",
-    )
-    .bind(job)
-    .bind(signed(pass.passes))
-    .bind(pass.seconds)
-    .bind(signed(pass.photons))
-    .bind(signed(pass.rays))
-    .bind(pass.relative_error)
-    .bind(pass.view_relative_error)
-    .bind(pass.mean_lux)
-    .execute(&mut *tx)
-    .await
-    .map_err(store_error)?;
-    if signed(pass.passes) > newest {
-        append_event(tx, job, "pass", &json!(pass)).await?;
+        .map_err(store_error)
+}
+
+/// Rows of the convergence table; one that is there already is written anew.
+async fn add_passes(tx: &mut SqliteConnection, job: &str, passes: &[&PassReport]) -> Result<(), StoreError> {
+    for passes in passes.chunks(ROWS_OF_A_STATEMENT) {
+        let mut insert = QueryBuilder::new(
+            "INSERT INTO passes (job_id, pass, seconds, photons, rays, relative_error, view_relative_error, mean_lux) ",
+        );
+        insert.push_values(passes, |mut row, pass| {
+            row.push_bind(job)
+                .push_bind(signed(pass.passes))
+                .push_bind(pass.seconds)
+                .push_bind(signed(pass.photons))
+                .push_bind(signed(pass.rays))
+                .push_bind(pass.relative_error)
+                .push_bind(pass.view_relative_error)
+                .push_bind(pass.mean_lux);
+        });
+        insert.push(
+            " ON CONFLICT (job_id, pass) DO UPDATE SET seconds = excluded.seconds, photons = excluded.photons, \
+             rays = excluded.rays, relative_error = excluded.relative_error, \
+             view_relative_error = excluded.view_relative_error, mean_lux = excluded.mean_lux",
+        );
+        insert.build().execute(&mut *tx).await.map_err(store_error)?;
     }
     Ok(())
 }
@@ -352,14 +367,10 @@ async fn finish_job(tx: &mut SqliteConnection, job: &str, finish: &Finish) -> Re
         set_progress(tx, job, progress).await?;
     }
     if let Some(pass) = &finish.last_pass {
-        let there: Option<i64> = sqlx::query_scalar("SELECT 1 FROM passes WHERE job_id = $1 AND pass = $2")
-            .bind(job)
-            .bind(signed(pass.passes))
-            .fetch_optional(&mut *tx)
-            .await
-            .map_err(store_error)?;
-        if there.is_none() {
-            add_pass(tx, job, pass).await?;
+        // no later pass than the last one is there: with its row it has had its event
+        if newest_pass(tx, job).await? < signed(pass.passes) {
+            add_passes(tx, job, &[pass]).await?;
+            append_event(tx, job, "pass", &json!(pass)).await?;
         }
     }
     for artifact in &finish.artifacts {
