@@ -9,12 +9,12 @@ use crate::sky::{CieType, IesSky};
 #[derive(Serialize, ToSchema)]
 pub struct Skies {
     pub skies: Vec<SkyType>,
-    pub presets: Vec<SkyPreset>,
+    pub presets: Vec<PresetSky>,
 }
 
 /// A sky of the IES recommended practice of 1984: a member of the same family of distributions.
 #[derive(Serialize, ToSchema)]
-pub struct SkyPreset {
+pub struct PresetSky {
     /// `sky.preset` of a document.
     pub preset: &'static str,
     pub parameters: SkyParameters,
@@ -67,7 +67,7 @@ pub async fn skies() -> Json<Skies> {
         })
         .collect();
     let presets = IesSky::ALL
-        .map(|sky| SkyPreset { preset: sky.name(), parameters: sky.parameters().into(), extinction: sky.extinction() })
+        .map(|sky| PresetSky { preset: sky.name(), parameters: sky.parameters().into(), extinction: sky.extinction() })
         .into();
     Json(Skies { skies, presets })
 }
