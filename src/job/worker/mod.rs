@@ -21,7 +21,7 @@ use std::time::Duration;
 use bytes::Bytes;
 use futures::{FutureExt, StreamExt, TryStreamExt};
 use tokio::sync::{broadcast, mpsc, oneshot};
-use tokio::time::{Instant, MissedTickBehavior, interval, sleep, sleep_until};
+use tokio::time::{Instant, MissedTickBehavior, interval_at, sleep, sleep_until};
 use tokio_util::sync::CancellationToken;
 use uuid::Uuid;
 
@@ -266,6 +266,8 @@ impl Worker {
     }
 
     async fn render_and_commit(&mut self, lease: &Lease) -> Result<(), Interrupted> {
+        // listened to before the look: a cancel is seen by one or the other
+        let changes = self.store.changes();
         let cancel_requested = self.store.job_head(lease.job).await?.ok_or(Interrupted::LeaseLost)?.cancel_requested;
         let job = lease.job;
         let shown = self.shown == Some(job);
@@ -278,7 +280,7 @@ impl Worker {
             None => self.load(lease).await?,
         };
         self.shown = Some(job);
-        let (current, outcome, reports) = self.render(lease, current, cancel_requested).await?;
+        let (current, outcome, reports) = self.render(lease, current, cancel_requested, changes).await?;
         let finished = matches!(outcome, Outcome::Finish { .. });
         self.commit(lease, &current, outcome, reports).await?;
         if finished {
@@ -337,14 +339,15 @@ impl Worker {
         lease: &Lease,
         current: Current,
         cancel_requested: bool,
+        mut changes: broadcast::Receiver<Change>,
     ) -> Result<(Current, Outcome, Reports), Interrupted> {
-        let mut changes = self.store.changes();
         let stop = Arc::new(AtomicU8::new(RUN));
         let (tell, mut told) = mpsc::unbounded_channel();
         let (job, live_jobs) = (lease.job, self.live.clone());
         let run = ChunkRun { current, stop: stop.clone(), tell, chunk: lease.chunk };
         let mut rendering = Box::pin(self.on_pool(move || run.run(cancel_requested)));
-        let mut beat = interval(HEARTBEAT);
+        // the lease is fresh
+        let mut beat = interval_at(Instant::now() + HEARTBEAT, HEARTBEAT);
         beat.set_missed_tick_behavior(MissedTickBehavior::Delay);
         let mut reports = Reports::default();
         let result = loop {
