@@ -59,11 +59,11 @@ pub(super) async fn submit(tx: &mut SqliteConnection, new: NewJob, max_queued: u
             .map_err(store_error)?;
     }
     insert_chunk(tx, &id_text, 0, &new.first_chunk).await?;
-    append_event(tx, &id_text, "queued", &json!({ "job": id, "name": new.name })).await?;
     let planned = json!({ "plan": new.plan, "warnings": new.warnings });
     let planned = planned.as_object().into_iter().flatten().chain(&new.known);
     let planned = planned.map(|(name, value)| (name.clone(), value.clone())).collect();
-    append_event(tx, &id_text, "planned", &planned).await?;
+    let queued = json!({ "job": id, "name": new.name });
+    append_events(tx, &id_text, &[("queued", queued), ("planned", planned)]).await?;
     let job = job(tx, id).await?.ok_or_else(|| StoreError::Failed("the new job is not there".into()))?;
     Ok(Submission::New(job))
 }

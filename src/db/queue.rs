@@ -123,11 +123,12 @@ pub(super) async fn report(tx: &mut SqliteConnection, lease: &Lease, reports: &[
         return Ok(false);
     }
     take_reports(tx, lease, reports).await?;
+    take_progress(tx, lease, reports).await?;
     Ok(true)
 }
 
-/// Of a lease that is held.
-async fn take_reports(tx: &mut SqliteConnection, lease: &Lease, reports: &[Report]) -> Result<(), StoreError> {
+/// Rows and events of a lease that is held; answers the newest pass that has a row.
+async fn take_reports(tx: &mut SqliteConnection, lease: &Lease, reports: &[Report]) -> Result<i64, StoreError> {
     let job = lease.job.to_string();
     // a pass that is rendered again after a restart is the same pass: its event was sent
     let mut newest = newest_pass(tx, &job).await?;
@@ -158,6 +159,12 @@ async fn take_reports(tx: &mut SqliteConnection, lease: &Lease, reports: &[Repor
     }
     add_passes(tx, &job, &kept).await?;
     append_events(tx, &job, &events).await?;
+    Ok(newest)
+}
+
+/// How far a lease that is held has come.
+async fn take_progress(tx: &mut SqliteConnection, lease: &Lease, reports: &[Report]) -> Result<(), StoreError> {
+    let job = lease.job.to_string();
     let passes = reports.iter().rev().find_map(|report| match report {
         Report::Pass(pass) => Some(pass),
         Report::Image { .. } => None,
@@ -248,7 +255,11 @@ pub(super) async fn complete(
     if !holds(tx, lease).await? {
         return Ok(Committed::LeaseLost);
     }
-    take_reports(tx, lease, reports).await?;
+    let newest = take_reports(tx, lease, reports).await?;
+    // with its progress a chunk that is done says all that its reports say
+    if matches!(completion, Completion::Finish(Finish { progress: None, .. })) {
+        take_progress(tx, lease, reports).await?;
+    }
     let job = lease.job.to_string();
     sqlx::query(
         "UPDATE chunks SET state = 'done', owner = NULL, lease_until = NULL, deaths = 0 WHERE job_id = $1 AND idx = $2",
@@ -278,7 +289,7 @@ pub(super) async fn complete(
             states.previous.into_iter().map(|state| state.key).collect()
         }
         Completion::Finish(finish) => {
-            finish_job(tx, &job, finish).await?;
+            finish_job(tx, &job, finish, newest).await?;
             states.keys()
         }
     };
@@ -362,13 +373,14 @@ pub(super) async fn rewind(tx: &mut SqliteConnection, lease: &Lease, reason: &st
     Ok(Committed::Yes { obsolete: states.keys() })
 }
 
-async fn finish_job(tx: &mut SqliteConnection, job: &str, finish: &Finish) -> Result<(), StoreError> {
+/// `newest`: the newest pass that has a row.
+async fn finish_job(tx: &mut SqliteConnection, job: &str, finish: &Finish, newest: i64) -> Result<(), StoreError> {
     if let Some(progress) = &finish.progress {
         set_progress(tx, job, progress).await?;
     }
     if let Some(pass) = &finish.last_pass {
         // no later pass than the last one is there: with its row it has had its event
-        if newest_pass(tx, job).await? < signed(pass.passes) {
+        if newest < signed(pass.passes) {
             add_passes(tx, job, &[pass]).await?;
             append_event(tx, job, "pass", &json!(pass)).await?;
         }
@@ -483,7 +495,8 @@ pub(super) async fn take_back(tx: &mut SqliteConnection, died: bool) -> Result<T
             artifacts: Vec::new(),
             last_pass: None,
         };
-        finish_job(tx, &job, &finish).await?;
+        let newest = newest_pass(tx, &job).await?;
+        finish_job(tx, &job, &finish, newest).await?;
         failed.extend(Uuid::parse_str(&job));
     }
     Ok(TakenBack { ready: ready - failed.len() as u64, failed })
