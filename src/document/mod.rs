@@ -1,41 +1,33 @@
 //! The job document and the results: serde types, defaults, validation with JSON pointers, conversion to a scene.
 //!
 //! The types of the document are split as the document is: [`job`] (the whole), [`sky`], [`room`], [`tube`],
-//! [`outputs`] (grids and views) and [`method`]. [`parse`] reads text, [`validate`] checks every bound, [`convert`]
-//! builds the scene, [`result`] holds what comes back.
+//! [`optics`] (coefficients, mirrors, tables), [`outputs`] (grids and views) and [`method`]. [`read`] reads text,
+//! [`validate`] checks every bound, [`scene`] builds the scene, [`result`] holds what comes back, [`schema`] completes the
+//! description of it all.
 
-pub mod coefficient;
-pub mod convert;
-mod daylight;
+pub mod errors;
 mod hints;
 pub mod job;
-pub mod measured;
-mod mesh_object;
-mod mesh_tube;
 pub mod method;
-pub mod mirror;
+pub mod optics;
 pub mod outputs;
-pub mod parse;
-mod pointer;
+pub mod read;
 pub mod result;
 pub mod room;
+pub mod scene;
 pub mod schema;
 pub mod sky;
-mod stand_in;
 pub mod tube;
-pub mod tube_report;
 mod validate;
-mod validate_luminaire;
-mod validate_tube;
 
 use std::sync::Arc;
 
 use crate::geometry::TriangleMesh;
 
-pub use coefficient::Coefficient;
-pub use convert::{Provenance, to_scene};
 pub use job::{EffectSwitch, JobDocument};
 pub use method::{MethodDocument, MethodKind, RadiusKind, method_warning};
+pub use optics::Coefficient;
+pub use scene::{Provenance, to_scene};
 
 /// One thing wrong with a document.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, utoipa::ToSchema, thiserror::Error)]

@@ -4,16 +4,16 @@ use std::collections::BTreeSet;
 
 use glam::DVec3;
 
-use super::coefficient::Coefficient;
-use super::daylight::{instant, year_range};
+use super::errors::{Checks, escape};
 use super::hints;
 use super::job::JobDocument;
 use super::method::{LEAST_FIXED_POINTS, MOST_PHOTONS_THAT_ARE_KEPT, MethodKind, MethodSettings, RadiusKind};
+use super::optics::coefficient::Coefficient;
 use super::outputs::{EstimateDocument, GridDocument, ViewDocument};
-use super::pointer::{Checks, escape};
+use super::room::luminaire::check_luminaires;
 use super::room::{ObjectDocument, RoomDocument, SurfaceDocument};
-use super::validate_luminaire::check_luminaires;
-use super::validate_tube::check_tubes;
+use super::sky::daylight::{instant, year_range};
+use super::tube::check::check_tubes;
 use crate::integrator::ppm;
 use crate::optics::glossy::LEAST_ROUGHNESS;
 use crate::plan::effects::EffectKind;

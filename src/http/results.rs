@@ -9,8 +9,8 @@ use utoipa::openapi::schema::{Object, ObjectBuilder, Type};
 use utoipa::{IntoParams, ToSchema};
 use uuid::Uuid;
 
+use crate::document::result::tube_report::TubeReport;
 use crate::document::result::{GridResult, TubeResult};
-use crate::document::tube_report::TubeReport;
 use crate::http::content::Binary;
 use crate::http::formats::{self, Format};
 use crate::http::jobs::no_such_job;

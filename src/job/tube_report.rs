@@ -9,7 +9,7 @@ use glam::DVec3;
 use super::results::{TubeFormat, failed};
 use super::run::{Prepared, RenderError};
 use crate::document::result::TubeResult;
-use crate::document::tube_report::{
+use crate::document::result::tube_report::{
     BeamReport, SkyReport, StraightReport, ThroughputResult, TransmissionResult, TubeReport,
 };
 use crate::guide::Guide;

@@ -3,9 +3,9 @@
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use super::mirror::check_angles;
-use super::pointer::Checks;
-use super::schema::{ScatteringRow, TableAngle};
+use crate::document::errors::Checks;
+use crate::document::optics::mirror::check_angles;
+use crate::document::schema::{ScatteringRow, TableAngle};
 use crate::optics::MeasuredDiffuser;
 use crate::optics::measured::TableError;
 
@@ -41,7 +41,7 @@ impl MeasuredDocument {
         MeasuredDiffuser::new(&incidence, &exit, &self.btdf_per_sr, self.brdf_per_sr.as_deref())
     }
 
-    pub(super) fn check(&self, pointer: &str, checks: &mut Checks) {
+    pub(in crate::document) fn check(&self, pointer: &str, checks: &mut Checks) {
         let before = checks.errors.len();
         check_angles(&format!("{pointer}/incidence_deg"), &self.incidence_deg, MOST_INCIDENCES, checks);
         check_angles(&format!("{pointer}/exit_deg"), &self.exit_deg, MOST_EXITS, checks);

@@ -1,5 +1,7 @@
 //! Place and sky of a job document.
 
+pub(in crate::document) mod daylight;
+
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 

@@ -1,5 +1,7 @@
 //! From text to a validated document; every error names its JSON pointer.
 
+mod stand_in;
+
 use std::fmt;
 
 use serde::Deserialize;
@@ -7,11 +9,11 @@ use serde::de::{Deserializer, Error, MapAccess, SeqAccess, Visitor};
 use serde_json::{Map, Number, Value};
 use serde_path_to_error::{Path, Segment};
 
-use super::hints;
-use super::pointer::{Checks, escape};
-use super::stand_in::{spoils, stand_in};
-use super::validate::validate;
-use super::{DocumentErrors, FieldError, JobDocument};
+use crate::document::errors::{Checks, escape};
+use crate::document::hints;
+use crate::document::validate::validate;
+use crate::document::{DocumentErrors, FieldError, JobDocument};
+use stand_in::{spoils, stand_in};
 
 /// Numbers closer to zero count as zero: a denormal is never meant, and slows every product that it enters.
 const SMALLEST: f64 = 1e-300;

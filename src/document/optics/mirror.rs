@@ -7,11 +7,11 @@ use serde::de::{Deserializer, Error, MapAccess, SeqAccess, Visitor};
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use super::coefficient::Coefficient;
-use super::parse::{Misfit, misfit};
-use super::pointer::Checks;
-use super::schema::TableAngle;
-use super::validate::check_ratio;
+use crate::document::errors::Checks;
+use crate::document::optics::coefficient::Coefficient;
+use crate::document::read::{Misfit, misfit};
+use crate::document::schema::TableAngle;
+use crate::document::validate::check_ratio;
 use crate::optics::Mirror;
 use crate::optics::mirror::MirrorTable;
 
@@ -91,7 +91,7 @@ impl MirrorDocument {
 }
 
 /// Angles of a table: ascending from 0 to 90 degrees.
-pub(super) fn check_angles(pointer: &str, angles_deg: &[f64], most: usize, checks: &mut Checks) -> bool {
+pub(in crate::document) fn check_angles(pointer: &str, angles_deg: &[f64], most: usize, checks: &mut Checks) -> bool {
     let rows = angles_deg.len();
     if !(2..=most).contains(&rows) {
         checks.refuse(pointer, format!("must have 2..{most} angles, but has {rows}"));

@@ -10,10 +10,10 @@ use utoipa::openapi::RefOr;
 use utoipa::openapi::schema::{AdditionalProperties, Discriminator, ObjectBuilder, OneOfBuilder, Ref, Schema, Type};
 use utoipa::{Number, PartialSchema, ToSchema};
 
-use super::Warning;
-use super::parse::{Misfit, misfit};
-use super::schema::{Schemas, camel_case};
 use crate::analytic::jenkins;
+use crate::document::Warning;
+use crate::document::read::{Misfit, misfit};
+use crate::document::schema::{Schemas, camel_case};
 use crate::integrator::progressive::Radius;
 use crate::integrator::{
     Kernel, Method, bidirectional, light_tracing, path_tracing, photon_mapping, ppm, sppm, two_stage,
@@ -523,7 +523,7 @@ impl ToSchema for MethodDocument {}
 const WITH_SETTINGS: &str = "MethodWithSettings";
 
 /// Adds a component for each method with its own settings alone.
-pub(super) fn complete_schema(schemas: &mut Schemas) {
+pub(in crate::document) fn complete_schema(schemas: &mut Schemas) {
     let RefOr::T(Schema::Object(all)) = RawMethod::schema() else { return };
     let mut discriminator = Discriminator::new("kind");
     let mut one_of = OneOfBuilder::new().description(Some("A method and its own settings."));

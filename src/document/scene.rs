@@ -4,13 +4,13 @@ use glam::{DVec2, DVec3};
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use super::coefficient::Coefficient;
-use super::daylight::daylight;
+use super::errors::Checks;
 use super::job::{EffectSwitch, JobDocument};
-use super::mesh_object::mesh_objects;
-use super::mesh_tube::mesh_tube;
-use super::pointer::Checks;
+use super::optics::coefficient::Coefficient;
+use super::room::mesh_object::mesh_objects;
 use super::room::{ObjectDocument, RoomDocument, SurfaceDocument};
+use super::sky::daylight::daylight;
+use super::tube::mesh::mesh_tube;
 use super::tube::{CollectorDocument, DiffuserDocument, ParametricTube, PartDocument, TubeDocument, ZoneDocument};
 use super::validate::validate;
 use super::{DocumentErrors, MeshSource, Warning};

@@ -4,11 +4,13 @@ use std::f64::consts::PI;
 
 use glam::{DVec2, DVec3};
 
-use super::hints;
-use super::job::JobDocument;
-use super::pointer::{Checks, escape};
-use super::tube::{CollectorDocument, DiffuserDocument, MeshTubeDocument, ParametricTube, PartDocument, TubeDocument};
-use super::validate::{TOUCHING_M, check_ratio, check_sum, valid_size};
+use crate::document::errors::{Checks, escape};
+use crate::document::hints;
+use crate::document::job::JobDocument;
+use crate::document::tube::{
+    CollectorDocument, DiffuserDocument, MeshTubeDocument, ParametricTube, PartDocument, TubeDocument,
+};
+use crate::document::validate::{TOUCHING_M, check_ratio, check_sum, valid_size};
 use crate::sky::direction;
 
 const MOST_TUBES: usize = 64;
@@ -191,7 +193,7 @@ fn check_diffuser(pointer: &str, diffuser: &DiffuserDocument, radius_m: f64, che
 fn check_scattering(
     pointer: &str,
     [transmittance_name, reflectance_name]: [&str; 2],
-    [transmittance, reflectance]: [super::Coefficient; 2],
+    [transmittance, reflectance]: [crate::document::Coefficient; 2],
     checks: &mut Checks,
 ) {
     let transmittance_pointer = format!("{pointer}/{transmittance_name}");

@@ -2,11 +2,11 @@
 
 use glam::{DVec2, DVec3};
 
-use super::job::JobDocument;
-use super::pointer::Checks;
-use super::room::{LuminaireDocument, ObjectDocument};
-use super::tube::TubeDocument;
-use super::validate::{FARTHEST_M, MOST_LIGHT, TOUCHING_M, valid_size};
+use crate::document::errors::Checks;
+use crate::document::job::JobDocument;
+use crate::document::room::{LuminaireDocument, ObjectDocument};
+use crate::document::tube::TubeDocument;
+use crate::document::validate::{FARTHEST_M, MOST_LIGHT, TOUCHING_M, valid_size};
 use crate::geometry::disc::disc_polygon_area;
 
 const MOST_LUMINAIRES: usize = 256;

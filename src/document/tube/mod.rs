@@ -1,15 +1,18 @@
 //! The tubes of a job document: cylinders or meshes, their collectors and diffusers.
 
+pub(in crate::document) mod check;
+pub(in crate::document) mod mesh;
+
 use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use super::coefficient::Coefficient;
-use super::measured::MeasuredDocument;
-use super::mirror::MirrorDocument;
-use super::parse::{Misfit, absent, required};
-use super::schema::PlanePoint;
+use crate::document::optics::coefficient::Coefficient;
+use crate::document::optics::measured::MeasuredDocument;
+use crate::document::optics::mirror::MirrorDocument;
+use crate::document::read::{Misfit, absent, required};
+use crate::document::schema::PlanePoint;
 
 /// A tubular daylight device above a round opening in the ceiling.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]

@@ -2,11 +2,11 @@
 
 use std::str::FromStr;
 
-use super::convert::{Provenance, RefractionProvenance, SunProvenance, ZenithProvenance};
-use super::job::JobDocument;
-use super::pointer::Checks;
-use super::sky::SkyDocument;
-use super::{FieldError, Warning};
+use crate::document::errors::Checks;
+use crate::document::job::JobDocument;
+use crate::document::scene::{Provenance, RefractionProvenance, SunProvenance, ZenithProvenance};
+use crate::document::sky::SkyDocument;
+use crate::document::{FieldError, Warning};
 use crate::scene::Daylight;
 use crate::sky::sun::{self, UtcInstant};
 use crate::sky::zenith::{self, EXTRATERRESTRIAL_LUX, ZenithFormula};
@@ -210,8 +210,8 @@ fn level(sky: &SkyDocument, sky_type: SkyType, distribution: &SkyDistribution, a
 }
 
 /// Normal illuminance of the beam in lux and where it comes from (PHYSICS 2.3).
-fn beam(sky: &SkyDocument, sky_type: SkyType, altitude: f64) -> (f64, super::convert::BeamSource) {
-    use super::convert::BeamSource;
+fn beam(sky: &SkyDocument, sky_type: SkyType, altitude: f64) -> (f64, crate::document::scene::BeamSource) {
+    use crate::document::scene::BeamSource;
     if let Some(illuminance) = sky.direct_normal_illuminance_lux {
         return (illuminance, BeamSource::Given);
     }

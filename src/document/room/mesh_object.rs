@@ -4,12 +4,12 @@ use std::collections::BTreeMap;
 
 use glam::{DVec2, DVec3};
 
-use super::MeshSource;
-use super::convert::surface;
-use super::pointer::{Checks, escape};
-use super::room::{ObjectDocument, RoomDocument, SurfaceDocument};
-use super::tube::Unit;
-use super::validate::TOUCHING_M;
+use crate::document::MeshSource;
+use crate::document::errors::{Checks, escape};
+use crate::document::room::{ObjectDocument, RoomDocument, SurfaceDocument};
+use crate::document::scene::surface;
+use crate::document::tube::Unit;
+use crate::document::validate::TOUCHING_M;
 use crate::geometry::TriangleMesh;
 use crate::optics::Surface;
 use crate::scene::MeshObject;

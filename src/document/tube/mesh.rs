@@ -2,10 +2,10 @@
 
 use std::sync::Arc;
 
-use super::MeshSource;
-use super::convert::diffuser;
-use super::pointer::{Checks, escape};
-use super::tube::{MeshTubeDocument, PartDocument};
+use crate::document::MeshSource;
+use crate::document::errors::{Checks, escape};
+use crate::document::scene::diffuser;
+use crate::document::tube::{MeshTubeDocument, PartDocument};
 use crate::geometry::TriangleMesh;
 use crate::guide::mesh::Part;
 use crate::guide::recognise;

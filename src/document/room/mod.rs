@@ -1,14 +1,17 @@
 //! The room of a job document: its surfaces, the objects in it and its electric light.
 
+pub(in crate::document) mod luminaire;
+pub(in crate::document) mod mesh_object;
+
 use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use super::coefficient::Coefficient;
-use super::parse::{Misfit, absent, required};
-use super::schema::{Albedo, BoxSize, Luminance, RoomSize, Vector};
-use super::tube::Unit;
+use crate::document::optics::coefficient::Coefficient;
+use crate::document::read::{Misfit, absent, required};
+use crate::document::schema::{Albedo, BoxSize, Luminance, RoomSize, Vector};
+use crate::document::tube::Unit;
 
 /// A box room; its floor spans (0, 0, 0) to (size_x, size_y, 0).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]

@@ -15,11 +15,13 @@ use utoipa::openapi::schema::{
 };
 use utoipa::{PartialSchema, ToSchema};
 
-use super::coefficient::Coefficient;
-use super::job::EffectSwitch;
-use super::measured::MOST_EXITS;
-use super::method;
-use super::validate::{FARTHEST_M, LONGEST_EDGE_M, MOST_CELLS, MOST_LIGHT, MOST_PIXELS_OF_AN_EDGE, SHORTEST_EDGE_M};
+use crate::document::job::EffectSwitch;
+use crate::document::method;
+use crate::document::optics::coefficient::Coefficient;
+use crate::document::optics::measured::MOST_EXITS;
+use crate::document::validate::{
+    FARTHEST_M, LONGEST_EDGE_M, MOST_CELLS, MOST_LIGHT, MOST_PIXELS_OF_AN_EDGE, SHORTEST_EDGE_M,
+};
 use crate::optics::glossy::LEAST_ROUGHNESS;
 use crate::plan::effects::EffectKind;
 
@@ -242,7 +244,7 @@ fn diffuser_parts(schemas: &mut Schemas) {
     schemas.insert("DiffuserPart".to_owned(), Schema::OneOf(one_of).into());
 }
 
-pub(super) fn camel_case(snake_case: &str) -> String {
+pub(in crate::document) fn camel_case(snake_case: &str) -> String {
     let capitalised = |word: &str| {
         let mut letters = word.chars();
         letters.next().map_or(String::new(), |first| first.to_ascii_uppercase().to_string() + letters.as_str())

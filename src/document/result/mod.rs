@@ -1,11 +1,13 @@
 //! Results as JSON: grids, tubes, plan, accuracy, timing, energy.
 
+pub mod tube_report;
+
 use std::f64::consts::PI;
 
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use super::outputs::EstimateDocument;
+use crate::document::outputs::EstimateDocument;
 use crate::estimate::grid_statistics::{self, Statistic};
 use crate::estimate::{Accuracy, Estimate, GridEstimate, Ledger, TubeEstimate};
 use crate::plan::{EffectPlan, GuidePlan, MethodChoice, Plan};
@@ -305,7 +307,7 @@ impl From<&MethodChoice> for MethodResult {
     fn from(choice: &MethodChoice) -> Self {
         Self {
             name: choice.method.name().to_owned(),
-            settings: super::method::settings_json(&choice.method),
+            settings: crate::document::method::settings_json(&choice.method),
             reason: choice.reason.clone(),
         }
     }

@@ -1,0 +1,7 @@
+//! Optical properties in documents: coefficients, mirrors, measured diffusers.
+
+pub mod coefficient;
+pub mod measured;
+pub mod mirror;
+
+pub use coefficient::Coefficient;
