@@ -25,6 +25,8 @@ pub mod guide;
 
 pub mod scene;
 
+pub mod traceable;
+
 pub mod analytic;
 
 pub mod integrator;

@@ -10,6 +10,7 @@ const LEVELS: &[&[&str]] = &[
     &["sky", "optics", "geometry"],
     &["guide"],
     &["scene"],
+    &["traceable"],
     &["analytic"],
     &["plan", "integrator"],
     &["estimate"],
@@ -26,7 +27,7 @@ const LEVELS: &[&[&str]] = &[
 const APART: &[(&str, &str)] = &[("http", "db"), ("db", "http"), ("http", "cli"), ("db", "cli")];
 
 /// Physics: everything left of `document`.
-const PHYSICS_LEVELS: usize = 8;
+const PHYSICS_LEVELS: usize = 9;
 
 /// What physics does not know: HTTP, SQL, serde, tokio, files, clocks.
 const NOT_IN_PHYSICS: &[&str] = &[

@@ -5,7 +5,7 @@ mod reference;
 
 use documents::{Quiet, prepare};
 use serde_json::json;
-use skyduct::integrator::progressive::Carried;
+use skyduct::integrator::photon_map::progressive::Carried;
 use skyduct::job::run::{Prepared, decode, encode, merge};
 
 /// Chunks 0..`chunks` on a pool of `threads`; through a checkpoint after every chunk when `interrupted`.

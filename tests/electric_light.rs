@@ -9,13 +9,14 @@ use glam::DVec3;
 use scenes::{assert_grid, cube, daylight, kernel, lambertian, light_tracing, run, sppm, straight};
 use skyduct::estimate::Estimate;
 use skyduct::geometry::lambert::quadrilateral_irradiance;
-use skyduct::integrator::emission::{Emission, PathSamples};
-use skyduct::integrator::light_path::{Account, Flight, Origin, Scattering, Visitor, trace};
+use skyduct::integrator::Integrator;
+use skyduct::integrator::photon::emission::{Emission, PathSamples};
+use skyduct::integrator::photon::path::{Account, Flight, Origin, Scattering, Visitor, trace};
 use skyduct::integrator::sppm::Settings;
-use skyduct::integrator::{Integrator, Kernel};
 use skyduct::optics::{Spectrum, Surface};
 use skyduct::sampling::Key;
 use skyduct::scene::{BoxObject, Channels, EstimateKind, Grid, Luminaire, Room, Scene};
+use skyduct::traceable::Kernel;
 
 /// A room of one reflectance with luminaires and a grid on the floor.
 fn room(size: DVec3, reflectance: f64, luminaires: Vec<Luminaire>, cells: [usize; 2], estimate: EstimateKind) -> Scene {
@@ -232,7 +233,7 @@ fn back_to_back() {
     let kernel = kernel(&black);
     for (from, toward, front) in [(0.1, DVec3::Z, down), (2.9, DVec3::NEG_Z, up)] {
         let hit = kernel.intersect(DVec3::new(2.0, 1.5, from), toward, u32::MAX);
-        assert_eq!(hit.place, skyduct::integrator::kernel::Place::Surface(if front == down { 6 } else { 7 }));
+        assert_eq!(hit.place, skyduct::traceable::Place::Surface(if front == down { 6 } else { 7 }));
         assert_eq!(
             kernel.luminaire(if front == down { 6 } else { 7 }).unwrap().seen::<1>(toward).0[0],
             down.luminance[0]

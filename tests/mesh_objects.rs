@@ -11,12 +11,13 @@ use serde_json::{Value, json};
 use skyduct::document::{DocumentErrors, JobDocument, to_scene};
 use skyduct::estimate::Estimate;
 use skyduct::geometry::TriangleMesh;
-use skyduct::integrator::kernel::{NO_SURFACE, Place};
-use skyduct::integrator::{Kernel, light_tracing, light_tracing::LightTracing, sppm, sppm::Sppm};
+use skyduct::integrator::{light_tracing, light_tracing::LightTracing, sppm, sppm::Sppm};
 use skyduct::optics::{Spectrum, Surface};
 use skyduct::plan::{self, EffectRequests, Effects};
 use skyduct::sampling::{Key, PathRandom, warp};
 use skyduct::scene::{Channels, MeshObject, Room, Scene};
+use skyduct::traceable::Kernel;
+use skyduct::traceable::{NO_SURFACE, Place};
 
 /// A room with a panel and one block, `object`.
 fn room(object: Value) -> Value {

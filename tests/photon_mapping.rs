@@ -21,12 +21,13 @@ use skyduct::estimate::grid::error_with_bias;
 use skyduct::integrator::light_tracing::{self, LightTracing};
 use skyduct::integrator::path_tracing::{self, PathTracing};
 use skyduct::integrator::photon_mapping::{PhotonMapping, Settings};
-use skyduct::integrator::{Integrator, Kernel, sppm};
+use skyduct::integrator::{Integrator, sppm};
 use skyduct::optics::spectrum::REC709_LUMINANCE;
 use skyduct::optics::{Collector, Diffuser, DiffuserZone, Specular, Surface};
 use skyduct::plan::{self, EffectKind, EffectRequest, EffectRequests, Effects};
 use skyduct::scene::{Channels, EstimateKind, Face, Grid, Scene, Tube, TubeShape, View};
 use skyduct::statistics::Moments;
+use skyduct::traceable::Kernel;
 
 fn quick() -> Settings {
     Settings { photons_per_pass: 16_384, ..Settings::default() }

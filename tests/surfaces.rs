@@ -13,9 +13,8 @@ use scenes::{RADIUS, assert_grid, cube, daylight, disc_room, kernel, lambertian,
 use serde_json::{Value, json};
 use skyduct::document::{DocumentErrors, JobDocument, to_scene};
 use skyduct::estimate::{Estimate, GridEstimate};
-use skyduct::integrator::emission::{Emission, PathSamples};
-use skyduct::integrator::kernel::SurfaceId;
-use skyduct::integrator::light_path::{Account, Flight, Origin, Scattering, Visitor, trace};
+use skyduct::integrator::photon::emission::{Emission, PathSamples};
+use skyduct::integrator::photon::path::{Account, Flight, Origin, Scattering, Visitor, trace};
 use skyduct::integrator::sppm::Settings;
 use skyduct::job::run::{Prepared, prepare_document};
 use skyduct::optics::{Diffuser, Glossy, MeasuredDiffuser, Spectrum, Specular, Surface};
@@ -23,6 +22,7 @@ use skyduct::plan::EffectKind;
 use skyduct::sampling::{Key, warp};
 use skyduct::scene::{BoxObject, Channels, EstimateKind, Face, Grid, Luminaire, Room, Scene, Tube, View};
 use skyduct::statistics::Moments;
+use skyduct::traceable::SurfaceId;
 
 /// So close to 1 that a wall counts as a perfect mirror.
 const PERFECT: f64 = 1.0 - 1e-7;

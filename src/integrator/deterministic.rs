@@ -1,6 +1,6 @@
 //! Scenes for the solvers of `analytic`, and what these cannot do.
 
-use super::{Kernel, Method};
+use super::Method;
 use crate::analytic::holigilm::Holigilm;
 use crate::analytic::jenkins::{Jenkins, Pipe};
 use crate::analytic::{Installation, Solver, Tube};
@@ -8,6 +8,7 @@ use crate::guide::Guide;
 use crate::optics::mirror::Mirror;
 use crate::optics::{Collector, Diffuser};
 use crate::scene::{Channels, EstimateKind, Grid, Scene, StraightOrBent, TubeShape};
+use crate::traceable::{Kernel, TubeKernel};
 
 /// The solver of a deterministic method; `None` for the others, and for tubes given as meshes.
 ///
@@ -27,7 +28,7 @@ pub fn solver(method: &Method, kernel: &Kernel, scene: &Scene, target: f64, seed
 
 /// The room and tubes of a compiled scene, in one photopic channel.
 pub fn installation(kernel: &Kernel, grids: &[Grid]) -> Installation {
-    let tube = |tube: &super::kernel::TubeKernel| Tube {
+    let tube = |tube: &TubeKernel| Tube {
         origin: tube.origin,
         radius: tube.opening_radius,
         guide: tube.guide.clone(),

@@ -2,43 +2,26 @@
 //!
 //! A pass is a pure function of (kernel, settings, seed, pass number): it can be computed anywhere, in any order, and has
 //! the same bits on any number of threads. Passes are independent replicates; `estimate` adds them up. With statistics per
-//! point (`progressive`) a pass depends on what those before it have left, too, and the order is theirs.
+//! point (`photon_map::progressive`) a pass depends on what those before it have left, too, and the order is theirs.
 
 pub mod backward;
-mod backward_pass;
-mod backward_path;
 pub mod bidirectional;
-mod daylight;
 pub mod deterministic;
-mod diffuser_light;
-mod direct_light;
-pub mod domain;
-pub mod emission;
-pub mod eye;
-pub mod kernel;
-pub mod light_path;
 pub mod light_tracing;
-pub mod luminaire;
-pub mod mesh_objects;
-pub mod obstacles;
 pub mod path_tracing;
-pub mod photon_chunks;
-pub mod photon_grid;
+pub mod photon;
+pub mod photon_map;
 pub mod photon_mapping;
-pub mod photon_maps;
 pub mod ppm;
-pub mod progressive;
 pub mod sppm;
 pub mod two_stage;
 
 use std::sync::atomic::AtomicBool;
 
-use light_path::Account;
-use progressive::Carried;
+use photon::path::Account;
+use photon_map::progressive::Carried;
 
 use crate::analytic::jenkins;
-
-pub use kernel::{Kernel, KernelError};
 
 /// The methods that compute passes, or the result at once, with their settings: the registry.
 #[derive(Clone, Debug, PartialEq)]

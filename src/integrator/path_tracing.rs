@@ -1,6 +1,6 @@
 //! Path tracing: from the sensors and the eye backward to sky, sun and luminaires. Unbiased; one pass is one replicate.
 //!
-//! `backward_path` has the walk and what luminaires send, `daylight` the sky and the sun. What chance alone would find is
+//! `backward::walk` has the walk and what luminaires send, `backward::daylight` the sky and the sun. What chance alone would find is
 //! refused: the sun through clear closures, where only one direction in hundreds meets the disc even at its own zenith angle,
 //! and by way of mirrors.
 
@@ -9,15 +9,16 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use rayon::prelude::*;
 
-use super::backward_pass::{self, EYE_STREAM, SENSOR_STREAM, Sampling, each};
-use super::backward_path::{NARROW_ROUGHNESS, Path};
-use super::daylight::Followed;
-use super::emission::{PathSamples, SOBOL_PAIRS};
-use super::kernel::{Kernel, TubeKernel};
-use super::light_path::Account;
 use super::{GridPass, Integrator, Pass, ViewPass};
+use crate::integrator::backward;
+use crate::integrator::backward::daylight::Followed;
+use crate::integrator::backward::pass::{EYE_STREAM, SENSOR_STREAM, Sampling, each};
+use crate::integrator::backward::walk::{NARROW_ROUGHNESS, Path};
+use crate::integrator::photon::emission::{PathSamples, SOBOL_PAIRS};
+use crate::integrator::photon::path::Account;
 use crate::sampling::Key;
 use crate::scene::{Grid, View};
+use crate::traceable::{Kernel, TubeKernel};
 
 /// Settings of the method.
 #[derive(Clone, Debug, PartialEq)]
@@ -108,7 +109,7 @@ impl<const C: usize> Integrator for PathTracing<C> {
             let stream = key.child(SENSOR_STREAM + number as u64);
             let sampling = sampling(self.settings.samples_per_sensor);
             let sensors = each(grid.len(), cancel, |index| {
-                backward_pass::sensor::<C>(
+                backward::pass::sensor::<C>(
                     kernel,
                     grid,
                     index,
@@ -125,7 +126,8 @@ impl<const C: usize> Integrator for PathTracing<C> {
         for (number, view) in self.views.iter().enumerate() {
             let stream = key.child(EYE_STREAM + number as u64);
             let sampling = sampling(self.settings.samples_per_pixel);
-            let (mut luminance, of_view) = backward_pass::view::<C>(kernel, view, sampling, stream, &Followed, cancel)?;
+            let (mut luminance, of_view) =
+                backward::pass::view::<C>(kernel, view, sampling, stream, &Followed, cancel)?;
             let stream = key.child(SUN_STREAM + number as u64);
             rays += of_view + self.add_sun(view, stream, &mut luminance, cancel)?;
             result.views.push(ViewPass { luminance, ..ViewPass::default() });

@@ -3,7 +3,7 @@
 //! Every pass of the engine traces its own photons and gathers them within one fixed radius, so that passes are independent
 //! replicates. At a receiver, a sensor or a point of a surface with a diffuse part that an eye ray meets, light is divided by
 //! what happened to it last, chains of mirrors and glossy lobes on its way to the receiver left out:
-//! * straight from a diffuser or a luminaire, without such a chain: connections and closed forms (`direct_light`). What a
+//! * straight from a diffuser or a luminaire, without such a chain: connections and closed forms (`photon_map::near_light`). What a
 //!   diffuser sends down counts as its light wherever it came from: from above, from the room by reflection at its lower
 //!   side, or back from a bent guide;
 //! * by such a chain from a diffuser or a luminaire, and with or without one through a clear closure, from outside or back
@@ -16,9 +16,9 @@
 //!   faces is in the first two parts.
 //!
 //! So each path is counted once. The kernel's bias at the surfaces that gather rays find is estimated from two radii
-//! (`photon_maps`) and carried to the receiver with the rays' weights, of colours by their luminance. The radius is the same
+//! (`photon_map::maps`) and carried to the receiver with the rays' weights, of colours by their luminance. The radius is the same
 //! in all passes: the bias does not shrink with them, but gathering averages it over the room. What an eye ray sees of
-//! openings, mirrors and lobes is as in SPPM (`eye`).
+//! openings, mirrors and lobes is as in SPPM (`photon_map::visible_point`).
 
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -27,14 +27,15 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::backward::unscattered;
-use super::kernel::{Kernel, NO_SURFACE, Place, RoomHit, SurfaceId, TubeKernel};
-use super::photon_maps::{FollowedBackward, Gathered, Mapper, Maps, POINT_CONNECTIONS, POINT_STRATA};
-use super::{GridPass, Integrator, Pass, ViewPass, eye};
+use super::{GridPass, Integrator, Pass, ViewPass};
 use crate::guide::Guide;
+use crate::integrator::backward::unscattered::unscattered;
+use crate::integrator::photon_map::maps::{FollowedBackward, Gathered, Mapper, Maps, POINT_CONNECTIONS, POINT_STRATA};
+use crate::integrator::photon_map::visible_point;
 use crate::optics::Spectrum;
 use crate::sampling::{Key, PathRandom, Replicate, warp};
 use crate::scene::{EstimateKind, Grid, View};
+use crate::traceable::{Kernel, NO_SURFACE, Place, RoomHit, SurfaceId, TubeKernel};
 
 /// Settings of the method.
 #[derive(Clone, Debug, PartialEq)]
@@ -188,20 +189,27 @@ impl<const C: usize> PhotonMapping<C> {
     fn view(&self, number: usize, gathering: &Gathering<C>, key: Key, cancel: &AtomicBool) -> Option<ViewPass> {
         let (mapper, view) = (&self.mapper, &self.views[number]);
         let rays = f64::from(self.gather_rays.unwrap_or(POINT_GATHER_RAYS));
-        eye::view(view, key.child(EYE_STREAM + number as u64), cancel, |direction, key, random| {
+        visible_point::view(view, key.child(EYE_STREAM + number as u64), cancel, |direction, key, random| {
             let mut points = 0;
-            eye::luminance(mapper, gathering.maps, view.eye, direction, random, |hit, surface, weight, random| {
-                points += 1;
-                // what is reflected faintly needs fewer rays
-                let count = (rays * weight.max()).ceil().clamp(1.0, rays) as u32;
-                let receiver = Receiver { normal: hit.normal, surface, key: key.child(GATHER_STREAM + points) };
-                let mut light = gathering.gather(&receiver, |_| Some(hit.position), count, random);
-                let caustics = mapper.caustics(gathering.maps, self.radius, hit.position, surface);
-                light.irradiance += caustics.irradiance;
-                light.irradiance += gathering.direct(hit, surface, POINT_CONNECTIONS, POINT_STRATA, random);
-                light.bias += caustics.bias;
-                light
-            })
+            visible_point::luminance(
+                mapper,
+                gathering.maps,
+                view.eye,
+                direction,
+                random,
+                |hit, surface, weight, random| {
+                    points += 1;
+                    // what is reflected faintly needs fewer rays
+                    let count = (rays * weight.max()).ceil().clamp(1.0, rays) as u32;
+                    let receiver = Receiver { normal: hit.normal, surface, key: key.child(GATHER_STREAM + points) };
+                    let mut light = gathering.gather(&receiver, |_| Some(hit.position), count, random);
+                    let caustics = mapper.caustics(gathering.maps, self.radius, hit.position, surface);
+                    light.irradiance += caustics.irradiance;
+                    light.irradiance += gathering.direct(hit, surface, POINT_CONNECTIONS, POINT_STRATA, random);
+                    light.bias += caustics.bias;
+                    light
+                },
+            )
         })
     }
 }

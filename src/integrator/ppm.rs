@@ -4,7 +4,7 @@
 //! sensors, or of cell averages fixed points of each cell. They are not stored: their random numbers do not depend on the
 //! pass, so that they are found again. Mirrors keep a ray's way; a glossy lobe, and a guide where it divides light, send it
 //! on into a new direction in every pass: what they reflect is an integral that a few fixed directions do not give. Photons
-//! and connections to them are new in every pass. Radii shrink as `progressive` says, photons are gathered as in `sppm`.
+//! and connections to them are new in every pass. Radii shrink as `photon_map::progressive` says, photons are gathered as in `sppm`.
 //!
 //! What converges is the mean over the fixed points of a pixel or a cell, which differs from the mean over all of it by a
 //! sampling error that no pass brings down. Contrasts tell it: in a block of 2 x 2 strata the mean of the points on one
@@ -18,13 +18,14 @@ use std::sync::atomic::AtomicBool;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::kernel::{Kernel, NO_SURFACE};
-use super::photon_maps::{Gathered, Mapper, Maps};
-use super::progressive::{Carried, PointStatistics, Radii, Radius, carrying};
-use super::{GridPass, Integrator, Pass, ViewPass, eye};
+use super::{GridPass, Integrator, Pass, ViewPass};
+use crate::integrator::photon_map::maps::{Gathered, Mapper, Maps};
+use crate::integrator::photon_map::progressive::{Carried, PointStatistics, Radii, Radius, carrying};
+use crate::integrator::photon_map::visible_point;
 use crate::optics::Spectrum;
 use crate::sampling::{Key, PathRandom};
 use crate::scene::{EstimateKind, Grid, View};
+use crate::traceable::{Kernel, NO_SURFACE};
 
 /// Settings of the method.
 #[derive(Clone, Debug, PartialEq)]
@@ -256,14 +257,14 @@ impl<const C: usize> Ppm<C> {
     ) -> Option<(ViewPass, Vec<PointStatistics>)> {
         let (mapper, view, strata) = (&self.mapper, &self.views[number], self.per_pixel);
         let [fixed, key] = [self.seed.child(FIXED), key].map(|key| key.child(EYE_STREAM + number as u64));
-        let pixels = eye::pixels(view, cancel, |pixel, place| {
+        let pixels = visible_point::pixels(view, cancel, |pixel, place| {
             let rays = pixel * strata.count()..(pixel + 1) * strata.count();
             let seen = rays.enumerate().map(|(stratum, ray)| {
                 let jitter = PathRandom::new(fixed.child(ray as u64)).uniform2();
-                let direction = eye::direction(view, place, strata.point(stratum, jitter));
+                let direction = visible_point::direction(view, place, strata.point(stratum, jitter));
                 let radius = before.get(ray).map_or(maps.radius, PointStatistics::radius_m);
                 let mut random = PathRandom::new(key.child(ray as u64));
-                eye::luminance(mapper, maps, view.eye, direction, &mut random, |hit, surface, _, random| {
+                visible_point::luminance(mapper, maps, view.eye, direction, &mut random, |hit, surface, _, random| {
                     mapper.irradiance(maps, radius, hit.position, hit.normal, surface, random)
                 })
             });

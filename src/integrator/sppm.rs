@@ -1,14 +1,14 @@
 //! Stochastic progressive photon mapping.
 //!
-//! Every pass traces its own photons and eye rays and gathers with a radius that shrinks from pass to pass (`progressive`):
+//! Every pass traces its own photons and eye rays and gathers with a radius that shrinks from pass to pass (`photon_map::progressive`):
 //! by a schedule (Knaus and Zwicker 2011), so that passes are independent replicates, or by statistics that the rays of a
 //! pixel, or the points of a cell, share (Hachisuka and Jensen 2009). Light that a diffuser or a tube's scattering sends
 //! straight to a point is computed from the pass' own photons at the diffuser, light straight from a luminaire in closed
-//! form or from points of its area, not by density estimation (`direct_light`); kernels and their bias are those of
-//! `photon_maps`.
+//! form or from points of its area, not by density estimation (`photon_map::near_light`); kernels and their bias are those of
+//! `photon_map::maps`.
 //!
 //! Photons are gathered for the diffuse part of a surface alone. The specular part, mirror or glossy lobe, is followed
-//! (`eye`).
+//! (`photon_map::visible_point`).
 
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -16,12 +16,13 @@ use std::sync::atomic::AtomicBool;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::kernel::{Kernel, NO_SURFACE};
-use super::photon_maps::{Mapper, Maps};
-use super::progressive::{Carried, PointStatistics, Radii, Radius, carrying};
-use super::{GridPass, Integrator, Pass, ViewPass, eye};
+use super::{GridPass, Integrator, Pass, ViewPass};
+use crate::integrator::photon_map::maps::{Mapper, Maps};
+use crate::integrator::photon_map::progressive::{Carried, PointStatistics, Radii, Radius, carrying};
+use crate::integrator::photon_map::visible_point;
 use crate::sampling::{Key, PathRandom};
 use crate::scene::{EstimateKind, Grid, View};
+use crate::traceable::{Kernel, NO_SURFACE};
 
 /// Settings of the method.
 #[derive(Clone, Debug, PartialEq)]
@@ -118,11 +119,11 @@ impl<const C: usize> Sppm<C> {
         cancel: &AtomicBool,
     ) -> Option<(ViewPass, Vec<PointStatistics>)> {
         let (mapper, view) = (&self.mapper, &self.views[number]);
-        let seen = eye::pixels(view, cancel, |pixel, place| {
+        let seen = visible_point::pixels(view, cancel, |pixel, place| {
             let mut random = PathRandom::new(key.child(EYE_STREAM + number as u64).child(pixel as u64));
-            let direction = eye::direction(view, place, random.uniform2());
+            let direction = visible_point::direction(view, place, random.uniform2());
             let radius = before.get(pixel).map_or(maps.radius, PointStatistics::radius_m);
-            eye::luminance(mapper, maps, view.eye, direction, &mut random, |hit, surface, _, random| {
+            visible_point::luminance(mapper, maps, view.eye, direction, &mut random, |hit, surface, _, random| {
                 mapper.irradiance(maps, radius, hit.position, hit.normal, surface, random)
             })
         })?;

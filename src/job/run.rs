@@ -14,16 +14,17 @@ use crate::document::{self, DocumentErrors, FieldError, JobDocument, MeshSource,
 use crate::estimate::{Accuracy, Estimate, StopRule};
 use crate::integrator::bidirectional::Bidirectional;
 use crate::integrator::light_tracing::LightTracing;
-use crate::integrator::luminaire::LuminaireKernel;
 use crate::integrator::path_tracing::PathTracing;
 use crate::integrator::photon_mapping::PhotonMapping;
 use crate::integrator::ppm::Ppm;
 use crate::integrator::sppm::Sppm;
 use crate::integrator::two_stage::TwoStage;
-use crate::integrator::{Integrator, Kernel, Method, deterministic};
+use crate::integrator::{Integrator, Method, deterministic};
 use crate::plan::{self, Effects, Methods, Plan};
 use crate::scene::{Channels, Grid, Scene, TubeShape, View};
 use crate::statistics::interval::two_sided_normal_quantile;
+use crate::traceable::Kernel;
+use crate::traceable::luminaire::LuminaireKernel;
 
 /// A job ready to render: immutable, shared by threads.
 pub struct Prepared {

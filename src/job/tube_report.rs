@@ -14,12 +14,12 @@ use crate::document::result::tube_report::{
 };
 use crate::guide::Guide;
 use crate::guide::performance::{self, Throughput};
-use crate::integrator::Kernel;
-use crate::integrator::kernel::cylinder_guide;
 use crate::output::plots::{self, Series};
 use crate::sampling::Key;
 use crate::scene::{Segment, StraightOrBent, Tube, TubeShape};
 use crate::sky::{CieType, Sky, SkyDistribution, direction};
+use crate::traceable::Kernel;
+use crate::traceable::cylinder_guide;
 
 /// Rays per replicate and beam, and under a sky.
 const BEAM_RAYS: u64 = 128;

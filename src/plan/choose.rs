@@ -1,9 +1,8 @@
 //! From effects to methods.
 
-use crate::integrator::{
-    Kernel, Method, bidirectional, deterministic, light_tracing, path_tracing, ppm, sppm, two_stage,
-};
+use crate::integrator::{Method, bidirectional, deterministic, light_tracing, path_tracing, ppm, sppm, two_stage};
 use crate::scene::{EstimateKind, Scene};
+use crate::traceable::Kernel;
 
 /// Which method computes the grids and which the views; `None` where the job has no such output.
 #[derive(Clone, Debug)]

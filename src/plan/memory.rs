@@ -5,10 +5,12 @@
 
 use super::{Methods, Plan};
 use crate::analytic::radiosity;
-use crate::integrator::photon_chunks::{PHOTON_CHUNK, chunks_at_once};
-use crate::integrator::progressive::Radius;
-use crate::integrator::{Kernel, Method, bidirectional, light_tracing, photon_grid, ppm, sppm};
+use crate::integrator::photon::chunks::{PHOTON_CHUNK, chunks_at_once};
+use crate::integrator::photon_map::grid;
+use crate::integrator::photon_map::progressive::Radius;
+use crate::integrator::{Method, bidirectional, light_tracing, ppm, sppm};
 use crate::scene::{EstimateKind, Grid, Scene, View};
+use crate::traceable::Kernel;
 
 /// Bytes that a job needs at its peak, beside the program itself.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -40,7 +42,7 @@ const MOMENTS: f64 = 24.0;
 const TRIANGLE: f64 = 640.0;
 
 /// Cells of a sorted set of photons, at most: two numbers each.
-const PHOTON_CELLS: f64 = 2.0 * 4.0 * photon_grid::MAX_CELLS;
+const PHOTON_CELLS: f64 = 2.0 * 4.0 * grid::MAX_CELLS;
 
 /// Copies of photons and vertices: in one growing list, and sorted.
 const PHOTON_COPIES: f64 = 2.5;

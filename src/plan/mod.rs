@@ -11,11 +11,11 @@ pub use memory::MemoryEstimate;
 
 use crate::guide::dome::{Dome, DomedGuide, Pipe};
 use crate::guide::{Guide, Section, recognise};
-use crate::integrator::kernel::TubeKernel;
-use crate::integrator::{Kernel, KernelError};
 use crate::optics::Diffuser;
 use crate::optics::fresnel::slab_transmittance;
 use crate::scene::Scene;
+use crate::traceable::TubeKernel;
+use crate::traceable::{Kernel, KernelError};
 
 /// What will be simulated; part of every result.
 #[derive(Clone, Debug)]

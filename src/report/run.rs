@@ -10,10 +10,10 @@ use crate::document::{DocumentErrors, JobDocument, MeshSource, to_scene};
 use crate::estimate::Estimate;
 use crate::geometry::TriangleMesh;
 use crate::geometry::obj::{ObjLimits, parse_obj};
-use crate::integrator::Kernel;
 use crate::job::run::{Observer, PassReport, Prepared, merge, prepare_document};
 use crate::plan::{self, Effects};
 use crate::scene::Scene;
+use crate::traceable::Kernel;
 
 /// Meshes beside the documents.
 struct Folder(PathBuf);

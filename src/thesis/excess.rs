@@ -13,7 +13,7 @@ use super::printed::{ALPHA, HOLIGILM, ILLUMINANCE_PASSES, INITIAL_RADIUS_M, PPM,
 use super::update::{Faults, HitPoint, Uniform, uniform};
 use super::{Progress, Settings, printed, scenes, side_by_side};
 use crate::estimate::{GridEstimate, TubeEstimate};
-use crate::integrator::photon_grid::PhotonGrid;
+use crate::integrator::photon_map::grid::PhotonGrid;
 use crate::output::false_colour::FalseColours;
 use crate::output::montage::montage;
 use crate::output::png;

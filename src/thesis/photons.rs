@@ -6,16 +6,16 @@ use glam::DVec3;
 use rayon::prelude::*;
 use serde_json::Value;
 
-use crate::integrator::Kernel;
-use crate::integrator::emission::{Emission, PathSamples};
-use crate::integrator::kernel::SurfaceId;
-use crate::integrator::light_path::{Account, Flight, Origin, Scattering, Visitor, trace};
-use crate::integrator::photon_grid::Photon;
+use crate::integrator::photon::emission::{Emission, PathSamples};
+use crate::integrator::photon::path::{Account, Flight, Origin, Scattering, Visitor, trace};
+use crate::integrator::photon_map::grid::Photon;
 use crate::optics::Spectrum;
 use crate::report::ReportError;
 use crate::report::run::compile;
 use crate::sampling::Key;
 use crate::scene::Face;
+use crate::traceable::Kernel;
+use crate::traceable::SurfaceId;
 
 /// Photons that one task traces: fixed, so that their order is that of any number of threads.
 const CHUNK: u64 = 1024;

@@ -7,15 +7,15 @@ use serde_json::Value;
 
 use super::{Case, Settings, scenes};
 use crate::estimate::{Estimate, FilmEstimate};
-use crate::integrator::Kernel;
-use crate::integrator::domain::Domain;
-use crate::integrator::eye::enter_room;
-use crate::integrator::kernel::{NO_SURFACE, Place, RoomHit};
+use crate::integrator::photon_map::domain::Domain;
+use crate::integrator::photon_map::visible_point::enter_room;
 use crate::job::run::Prepared;
 use crate::output::{Image, OutputError, Raster, png};
 use crate::report::ReportError;
 use crate::report::run::{compile, render_all};
 use crate::statistics::Moments;
+use crate::traceable::Kernel;
+use crate::traceable::{NO_SURFACE, Place, RoomHit};
 
 /// What the centres of a view's pixels see.
 pub struct Sight {
@@ -135,7 +135,7 @@ pub fn contenders(document: &Value, settings: &Settings) -> [Case; 4] {
 
 /// Radius of the first pass of a method's document in a room of this shortest edge.
 pub fn first_radius_m(method: &Value, shortest_edge_m: f64) -> f64 {
-    let own = crate::integrator::progressive::DEFAULT_RADIUS_SHARE * shortest_edge_m;
+    let own = crate::integrator::photon_map::progressive::DEFAULT_RADIUS_SHARE * shortest_edge_m;
     method["initial_radius_m"].as_f64().unwrap_or(own)
 }
 

@@ -7,10 +7,10 @@ use std::sync::atomic::AtomicBool;
 
 use glam::{DVec2, DVec3};
 use skyduct::estimate::{Estimate, FilmEstimate};
+use skyduct::integrator::Integrator;
 use skyduct::integrator::light_tracing::{self, LightTracing};
 use skyduct::integrator::ppm::{self, Ppm};
 use skyduct::integrator::sppm::{self, Sppm};
-use skyduct::integrator::{Integrator, Kernel};
 use skyduct::optics::{Collector, Diffuser, MeasuredDiffuser, Specular, Surface};
 use skyduct::plan::{self, EffectRequests, Effects};
 use skyduct::scene::{
@@ -19,6 +19,7 @@ use skyduct::scene::{
 };
 use skyduct::sky::zenith::ZenithFormula;
 use skyduct::sky::{CieType, Sky, SkyDistribution, Sun, direction};
+use skyduct::traceable::Kernel;
 
 pub const SIDE: f64 = 2.032;
 pub const RADIUS: f64 = 0.127;

@@ -14,12 +14,11 @@ use crate::analytic::jenkins;
 use crate::document::Warning;
 use crate::document::read::{Misfit, misfit};
 use crate::document::schema::{Schemas, camel_case};
-use crate::integrator::progressive::Radius;
-use crate::integrator::{
-    Kernel, Method, bidirectional, light_tracing, path_tracing, photon_mapping, ppm, sppm, two_stage,
-};
+use crate::integrator::photon_map::progressive::Radius;
+use crate::integrator::{Method, bidirectional, light_tracing, path_tracing, photon_mapping, ppm, sppm, two_stage};
 use crate::plan::MethodRequest;
 use crate::scene::{EstimateKind, Grid};
+use crate::traceable::Kernel;
 
 /// A pass of the bidirectional method keeps its photons' vertices.
 pub const MOST_PHOTONS_THAT_ARE_KEPT: u64 = 1_048_576;

@@ -7,13 +7,13 @@ use glam::DVec3;
 use super::light::LightVertex;
 use super::weight::{Edge, Share, surface_density};
 use crate::guide::{End, Transit};
-use crate::integrator::backward_path::{
+use crate::integrator::backward::walk::{
     LEAST_MEASURED_SHARE, MAX_EVENTS, ROULETTE_BELOW, Scatter, above_closure, diffuse_share, shares,
 };
-use crate::integrator::emission::PathSamples;
-use crate::integrator::kernel::{Kernel, NO_SURFACE, Place, SurfaceId, SurfaceKernel};
+use crate::integrator::photon::emission::PathSamples;
 use crate::optics::{Closure, Spectrum};
 use crate::sampling::warp;
+use crate::traceable::{Kernel, NO_SURFACE, Place, SurfaceId, SurfaceKernel};
 
 /// Densities with which photons start, of the sources that eye paths can find.
 #[derive(Debug)]

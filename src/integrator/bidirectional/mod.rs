@@ -23,17 +23,17 @@ use rayon::prelude::*;
 
 use self::eye::{EyePath, From, Starts};
 use self::light::{LightPaths, LightVertex, Recorder};
-use super::backward::unscattered;
-use super::emission::{Emission, PathSamples};
-use super::eye::enter_room;
-use super::kernel::{Kernel, NO_SURFACE, TubeKernel};
-use super::light_path::{Account, Flight, trace};
-use super::photon_chunks::fold_chunks;
 use super::{GridPass, Integrator, Pass, ViewPass};
 use crate::guide::Guide;
+use crate::integrator::backward::unscattered::unscattered;
+use crate::integrator::photon::chunks::fold_chunks;
+use crate::integrator::photon::emission::{Emission, PathSamples};
+use crate::integrator::photon::path::{Account, Flight, trace};
+use crate::integrator::photon_map::visible_point::enter_room;
 use crate::optics::Spectrum;
 use crate::sampling::{Key, PathRandom};
 use crate::scene::{EstimateKind, Grid, View};
+use crate::traceable::{Kernel, NO_SURFACE, TubeKernel};
 
 /// Settings of the method.
 #[derive(Clone, Debug, PartialEq)]
@@ -143,10 +143,14 @@ impl<const C: usize> Bidirectional<C> {
     }
 
     /// Density per m2 of a photon's start on its opening or luminaire, as even.
-    fn start_density(&self, photon: &super::emission::EmittedPhoton) -> f64 {
+    fn start_density(&self, photon: &crate::integrator::photon::emission::EmittedPhoton) -> f64 {
         let area = match photon.start {
-            super::emission::Start::Tube(tube) => PI * self.kernel.tubes[tube].opening_radius.powi(2),
-            super::emission::Start::Luminaire(luminaire) => self.kernel.luminaires[luminaire].area_m2,
+            crate::integrator::photon::emission::Start::Tube(tube) => {
+                PI * self.kernel.tubes[tube].opening_radius.powi(2)
+            }
+            crate::integrator::photon::emission::Start::Luminaire(luminaire) => {
+                self.kernel.luminaires[luminaire].area_m2
+            }
         };
         photon.of as f64 / (self.emission.photons() as f64 * area)
     }

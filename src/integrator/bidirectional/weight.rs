@@ -15,8 +15,8 @@ use std::f64::consts::PI;
 
 use glam::DVec3;
 
-use crate::integrator::backward_path::diffuse_share;
-use crate::integrator::kernel::SurfaceKernel;
+use crate::integrator::backward::walk::diffuse_share;
+use crate::traceable::SurfaceKernel;
 
 /// What a subpath remembers of its strategies at a vertex.
 #[derive(Clone, Copy, Debug)]

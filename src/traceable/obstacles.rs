@@ -2,8 +2,8 @@
 
 use glam::{DVec2, DVec3};
 
-use super::kernel::{BoxKernel, SurfaceId};
 use super::luminaire::LuminaireKernel;
+use super::{BoxKernel, SurfaceId};
 use crate::scene::MeshObject;
 
 /// The blocks around boxes, meshes and hanging luminaires.

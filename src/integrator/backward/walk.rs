@@ -10,30 +10,30 @@ use std::f64::consts::PI;
 
 use glam::DVec3;
 
-use super::emission::PathSamples;
-use super::kernel::{Kernel, NO_SURFACE, Place, SpecularKernel, SurfaceId, SurfaceKernel};
-use super::luminaire::LuminaireKernel;
 use crate::guide::{End, Transit};
+use crate::integrator::photon::emission::PathSamples;
 use crate::optics::{Closure, Glossy, MeasuredDiffuser, Spectrum};
 use crate::sampling::{PathRandom, warp};
+use crate::traceable::luminaire::LuminaireKernel;
+use crate::traceable::{Kernel, NO_SURFACE, Place, SpecularKernel, SurfaceId, SurfaceKernel};
 
 /// Below this share of its first weight a path goes on by roulette even where nothing absorbs.
-pub(super) const ROULETTE_BELOW: f64 = 1e-3;
+pub const ROULETTE_BELOW: f64 = 1e-3;
 
 /// A path goes on for certain above this share of its first weight, if its method asks for it.
 const CERTAIN_ABOVE: f64 = 0.05;
 
 /// Events of one path after which it is cut off; reached only by scenes that absorb nothing.
-pub(super) const MAX_EVENTS: u32 = 1_000_000;
+pub const MAX_EVENTS: u32 = 1_000_000;
 
 /// Below this roughness a connection meets the lobe so rarely that its sunlight is a mirror's.
-pub(super) const NARROW_ROUGHNESS: f64 = 0.2;
+pub const NARROW_ROUGHNESS: f64 = 0.2;
 
 /// Least share with which a path goes on from a measured diffuser.
-pub(super) const LEAST_MEASURED_SHARE: f64 = 0.05;
+pub const LEAST_MEASURED_SHARE: f64 = 0.05;
 
 /// How a method counts the daylight of openings.
-pub(super) trait Daylight<const C: usize>: Sync {
+pub trait Daylight<const C: usize>: Sync {
     /// Adds what tube `tube` sends straight to a vertex below its opening, and by it toward the eye.
     fn connect(&self, path: &mut Path, vertex: &Vertex<C>, tube: usize, sum: &mut Spectrum<C>);
 
@@ -43,7 +43,7 @@ pub(super) trait Daylight<const C: usize>: Sync {
 }
 
 /// One path.
-pub(super) struct Path<'a> {
+pub struct Path<'a> {
     pub kernel: &'a Kernel,
     pub samples: PathSamples,
     /// Traced so far.
@@ -53,7 +53,7 @@ pub(super) struct Path<'a> {
 }
 
 /// A point that scatters light toward the eye with a finite distribution, or a sensor.
-pub(super) struct Vertex<'a, const C: usize> {
+pub struct Vertex<'a, const C: usize> {
     pub position: DVec3,
     pub normal: DVec3,
     pub surface: SurfaceId,
@@ -71,7 +71,7 @@ pub(super) struct Vertex<'a, const C: usize> {
 
 /// On which side of a closure, seen from the light, the eye is, and the cosine of its direction.
 #[derive(Clone, Copy)]
-pub(super) struct Scatter {
+pub struct Scatter {
     pub transmitted: bool,
     pub eye_cosine: f64,
 }
@@ -115,7 +115,7 @@ impl<const C: usize> Vertex<'_, C> {
 
 /// The vertex that a ray comes from, where it is connected.
 #[derive(Clone, Copy)]
-pub(super) struct Last {
+pub struct Last {
     pub position: DVec3,
     /// Of the ray's direction, per sr.
     pub density: f64,
@@ -127,7 +127,7 @@ pub(super) struct Last {
 
 /// A ray on its way through the room.
 #[derive(Clone, Copy)]
-pub(super) struct Ray<const C: usize> {
+pub struct Ray<const C: usize> {
     origin: DVec3,
     direction: DVec3,
     from: SurfaceId,
@@ -442,7 +442,7 @@ impl Path<'_> {
 }
 
 /// A direction above a closure from which it scatters light toward the eye, and BSDF times cosine over its density.
-pub(super) fn above_closure<const C: usize>(
+pub fn above_closure<const C: usize>(
     closure: Closure<'_>,
     scatter: Scatter,
     point: [f64; 2],
@@ -479,7 +479,7 @@ pub(super) fn above_closure<const C: usize>(
 }
 
 /// Transmittance and reflectance of a closure for light at a cosine of incidence.
-pub(super) fn shares<const C: usize>(closure: Closure<'_>, cosine: f64) -> [Spectrum<C>; 2] {
+pub fn shares<const C: usize>(closure: Closure<'_>, cosine: f64) -> [Spectrum<C>; 2] {
     match closure {
         Closure::Lambertian { transmittance, reflectance } => [transmittance, reflectance].map(Spectrum::from_rgb),
         Closure::Measured(table) => table.shares(cosine).map(|share| Spectrum::ONE * share),
@@ -493,7 +493,7 @@ fn lobe<const C: usize>(optics: &SurfaceKernel, weight: Spectrum<C>) -> Option<(
 }
 
 /// The probability with which a surface sends a path on diffusely.
-pub(super) fn diffuse_share(optics: &SurfaceKernel) -> f64 {
+pub fn diffuse_share(optics: &SurfaceKernel) -> f64 {
     let brightest = |rgb: [f64; 3]| rgb.into_iter().fold(0.0, f64::max);
     let diffuse = brightest(optics.reflectance);
     match &optics.specular {
@@ -520,6 +520,6 @@ fn luminaire_share(last: Last, luminaire: &LuminaireKernel, position: DVec3) -> 
 }
 
 /// The share of light that is counted where it was found with `density`, and not with `other`: the power heuristic.
-pub(super) fn share(density: f64, other: f64) -> f64 {
+pub fn share(density: f64, other: f64) -> f64 {
     if other == 0.0 { 1.0 } else { 1.0 / (1.0 + (other / density).powi(2)) }
 }

@@ -4,11 +4,11 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 use glam::{DVec2, DVec3};
 
-use super::kernel::{Kernel, NO_SURFACE, TubeKernel};
 use crate::guide::{End, Guide, Transit};
 use crate::optics::{Closure, Spectrum};
 use crate::sampling::{Key, PathRandom, Replicate, warp};
 use crate::sky::sun::HALF_ANGLE;
+use crate::traceable::{Kernel, NO_SURFACE, TubeKernel};
 
 /// Backward rays per sensor and pass, at most: toward the sky, and toward the sun.
 const SKY_RAYS: u64 = 256;

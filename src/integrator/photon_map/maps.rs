@@ -3,7 +3,7 @@
 //! Final gathering wants caustics apart: light that has not been scattered diffusely since it left a luminaire, a diffuser
 //! or a clear closure, but for what comes straight from the former two.
 //!
-//! Light that a diffuser or a luminaire sends straight to a point is not density-estimated: `direct_light` computes it.
+//! Light that a diffuser or a luminaire sends straight to a point is not density-estimated: `photon_map::near_light` computes it.
 //! Kernels are clipped to the surface they lie on and count photons of that surface only. The bias of a kernel is estimated
 //! from the same photons at two radii: on a whole disc it grows with the squared radius, so bias(r) = 2 (E(r) - E(r / sqrt
 //! 2)); on a clipped one, which lies to one side of its centre, with the radius: bias(r) = (E(r) - E(r / sqrt 2)) / (1 - 1 /
@@ -17,15 +17,15 @@ use std::sync::atomic::AtomicBool;
 use glam::{DVec2, DVec3};
 
 use super::domain::Domain;
-use super::emission::{Emission, PathSamples};
-use super::kernel::{Kernel, Place, RoomHit, SurfaceId, SurfaceKernel, TubeKernel};
-use super::light_path::{Account, Flight, Origin, Scattering, Visitor, trace};
-use super::photon_chunks::fold_chunks;
-use super::photon_grid::{Photon, PhotonGrid};
+use super::grid::{Photon, PhotonGrid};
 use super::progressive::scaled_count;
+use crate::integrator::photon::chunks::fold_chunks;
+use crate::integrator::photon::emission::{Emission, PathSamples};
+use crate::integrator::photon::path::{Account, Flight, Origin, Scattering, Visitor, trace};
 use crate::optics::{Diffuser, Glossy, Spectrum};
 use crate::sampling::{Key, PathRandom};
 use crate::scene::{EstimateKind, Grid};
+use crate::traceable::{Kernel, Place, RoomHit, SurfaceId, SurfaceKernel, TubeKernel};
 
 /// Points of each luminaire, in a square of strata, and photons at each diffuser, to which a visible point is connected.
 pub const POINT_STRATA: usize = 2;
@@ -203,7 +203,7 @@ impl<const C: usize> Mapper<C> {
         self.on_surface(&maps.caustics, radius, position, surface)
     }
 
-    /// Luminance in cd/m2 toward `eye` (a unit vector) of a glossy lobe of reflectance 1 in sunbeams through clear closures,
+    /// Luminance in cd/m2 toward `photon_map::visible_point` (a unit vector) of a glossy lobe of reflectance 1 in sunbeams through clear closures,
     /// photons gathered within `radius` metres; its estimated bias.
     pub fn beams_in_lobe(
         &self,

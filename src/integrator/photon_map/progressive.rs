@@ -28,7 +28,7 @@ use std::borrow::Cow;
 
 use glam::DVec3;
 
-use super::{GridPass, Pass, ViewPass};
+use crate::integrator::{GridPass, Pass, ViewPass};
 
 /// Share of the shortest edge of the room that is the default first radius.
 pub const DEFAULT_RADIUS_SHARE: f64 = 0.05;

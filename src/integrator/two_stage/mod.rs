@@ -1,28 +1,31 @@
 //! Two stages: the path is cut at Lambertian diffusers. Unbiased; one pass is one replicate.
 //!
 //! In each pass photons first find what leaves the diffusers (`diffuser_light`). Then paths go backward from the sensors and
-//! the eye (`backward_path`), and every vertex counts that light in closed form, or nearly so. A sensor that sees all
+//! the eye (`backward::walk`), and every vertex counts that light in closed form, or nearly so. A sensor that sees all
 //! diffusers is connected to every photon; the eye is connected to them too. The two stages are independent, and what the
 //! second finds is linear in what the first gives, so that their product is unbiased.
 //!
 //! Light that the room sends up through a diffuser and that comes back down is part of what the second stage finds; the
 //! fluxes of the tubes are those of the first.
 
+mod diffuser_light;
+
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use rayon::prelude::*;
 
-use super::backward_pass::{self, EYE_STREAM, SENSOR_STREAM, Sampling, centre, each};
-use super::daylight::Exit;
-use super::diffuser_light::{CountedElsewhere, DiffuserLight};
-use super::emission::Emission;
-use super::kernel::{Kernel, NO_SURFACE, TubeKernel};
-use super::photon_chunks::PHOTON_CHUNK;
-use super::{GridPass, Integrator, Pass, ViewPass, path_tracing};
+use crate::integrator::backward;
+use crate::integrator::backward::daylight::Exit;
+use crate::integrator::backward::pass::{EYE_STREAM, SENSOR_STREAM, Sampling, centre, each};
+use crate::integrator::photon::chunks::PHOTON_CHUNK;
+use crate::integrator::photon::emission::Emission;
+use crate::integrator::{GridPass, Integrator, Pass, ViewPass, path_tracing};
 use crate::optics::{Closure, Diffuser, Spectrum};
 use crate::sampling::Key;
 use crate::scene::{EstimateKind, Grid, View};
+use crate::traceable::{Kernel, NO_SURFACE, TubeKernel};
+use diffuser_light::{CountedElsewhere, DiffuserLight};
 
 /// Settings of the method.
 #[derive(Clone, Debug, PartialEq)]
@@ -79,11 +82,11 @@ impl<const C: usize> TwoStage<C> {
                 kernel.obstacles.leave_clear(position, reach, NO_SURFACE, tube.origin, tube.opening_radius)
             };
             if !light.is_far(position, reach) || !kernel.tubes.iter().all(clear) {
-                return backward_pass::sensor::<C>(kernel, grid, index, sampling, stream, light, light);
+                return backward::pass::sensor::<C>(kernel, grid, index, sampling, stream, light, light);
             }
             let direct = light.at_sensor(position, offsets.as_deref());
             let (lux, rays) =
-                backward_pass::sensor::<C>(kernel, grid, index, sampling, stream, &CountedElsewhere, light);
+                backward::pass::sensor::<C>(kernel, grid, index, sampling, stream, &CountedElsewhere, light);
             (direct + lux, rays)
         })?;
         let (illuminance, rays): (Vec<f64>, Vec<u64>) = sensors.into_iter().unzip();
@@ -124,7 +127,7 @@ impl<const C: usize> Integrator for TwoStage<C> {
         for (number, view) in self.views.iter().enumerate() {
             let stream = key.child(EYE_STREAM + number as u64);
             let sampling = sampling(self.settings.samples_per_pixel);
-            let (mut luminance, rays) = backward_pass::view::<C>(kernel, view, sampling, stream, &light, cancel)?;
+            let (mut luminance, rays) = backward::pass::view::<C>(kernel, view, sampling, stream, &light, cancel)?;
             if cancel.load(Ordering::Relaxed) {
                 return None;
             }

@@ -11,18 +11,18 @@ use std::f64::consts::PI;
 
 use glam::DVec3;
 
-use super::backward_path::{Daylight, MAX_EVENTS, Path, Ray, Scatter, Vertex, above_closure, share, shares};
-use super::eye::enter_room;
-use super::kernel::{Kernel, NO_SURFACE, TubeKernel};
+use super::walk::{Daylight, MAX_EVENTS, Path, Ray, Scatter, Vertex, above_closure, share, shares};
 use crate::guide::{End, Transit};
+use crate::integrator::photon_map::visible_point::enter_room;
 use crate::optics::{Closure, Spectrum};
 use crate::sampling::warp;
 use crate::scene::View;
 use crate::sky::Sun;
 use crate::sky::sun::HALF_ANGLE;
+use crate::traceable::{Kernel, NO_SURFACE, TubeKernel};
 
 /// Daylight that the path itself follows to sky and sun.
-pub(super) struct Followed;
+pub struct Followed;
 
 impl<const C: usize> Daylight<C> for Followed {
     fn connect(&self, path: &mut Path, vertex: &Vertex<C>, tube: usize, sum: &mut Spectrum<C>) {
@@ -130,7 +130,7 @@ impl Path<'_> {
 }
 
 /// Sunlight that arrives at a closure that scatters.
-pub(super) struct Exit<'a, const C: usize> {
+pub struct Exit<'a, const C: usize> {
     pub position: DVec3,
     pub closure: Closure<'a>,
     /// Of the angle of incidence.

@@ -4,14 +4,14 @@ use std::f64::consts::PI;
 
 use glam::DVec3;
 
-use super::kernel::{Kernel, TubeKernel};
-use super::luminaire::LuminaireKernel;
 use crate::guide::{Guide, StraightGuide, dome::Pipe, transmittance::zastrow_wittwer_transmission};
 use crate::optics::Spectrum;
 use crate::sampling::{Key, PathRandom, Replicate, warp};
 use crate::sky::sampler::SkySampler;
 use crate::sky::sun::HALF_ANGLE;
 use crate::sky::{Sky, Sun};
+use crate::traceable::luminaire::LuminaireKernel;
+use crate::traceable::{Kernel, TubeKernel};
 
 /// Every source of light gets at least this share of a pass' photons.
 const LEAST_SHARE: f64 = 0.125;
@@ -81,7 +81,7 @@ pub struct PathSamples {
 }
 
 /// Pairs of Sobol coordinates per path: direction and entry point, then two directions after scattering.
-pub(super) const SOBOL_PAIRS: u32 = 4;
+pub const SOBOL_PAIRS: u32 = 4;
 
 impl PathSamples {
     pub fn new(stream: Key, index: u64) -> Self {

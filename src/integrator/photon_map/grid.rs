@@ -2,8 +2,8 @@
 
 use glam::DVec3;
 
-use super::kernel::SurfaceId;
 use crate::optics::Spectrum;
+use crate::traceable::SurfaceId;
 
 /// Cells that a grid may have; photons are bounded by the room, so a dense grid fits.
 pub const MAX_CELLS: f64 = 2_097_152.0;

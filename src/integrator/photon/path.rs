@@ -4,10 +4,10 @@
 use glam::DVec3;
 
 use super::emission::{EmittedPhoton, PathSamples, Start};
-use super::kernel::{Kernel, NO_SURFACE, Place, RoomHit, SpecularKernel, SurfaceId};
 use crate::guide::{End, Transit};
 use crate::optics::{Closure, FiniteBsdf, Spectrum};
 use crate::sampling::warp;
+use crate::traceable::{Kernel, NO_SURFACE, Place, RoomHit, SpecularKernel, SurfaceId};
 
 /// Below this share of its first flux a photon goes on by roulette even where nothing absorbs.
 const ROULETTE_BELOW: f64 = 1e-3;

@@ -5,21 +5,21 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::backward_path::{Daylight, Path};
-use super::emission::PathSamples;
-use super::eye::enter_room;
-use super::kernel::Kernel;
+use super::walk::{Daylight, Path};
+use crate::integrator::photon::emission::PathSamples;
+use crate::integrator::photon_map::visible_point::enter_room;
 use crate::optics::Spectrum;
 use crate::sampling::Key;
 use crate::scene::{EstimateKind, Grid, View};
+use crate::traceable::Kernel;
 
 /// Streams of random numbers within a pass.
-pub(super) const SENSOR_STREAM: u64 = 1 << 32;
-pub(super) const EYE_STREAM: u64 = 1 << 33;
+pub const SENSOR_STREAM: u64 = 1 << 32;
+pub const EYE_STREAM: u64 = 1 << 33;
 
 /// How backward paths are drawn.
 #[derive(Clone, Copy)]
-pub(super) struct Sampling {
+pub struct Sampling {
     /// Per sensor or pixel.
     pub paths: u32,
     /// First reflections of each that no roulette decides.
@@ -36,20 +36,20 @@ impl Sampling {
 }
 
 /// What `of` gives for every index below `count`; `None` when cancelled.
-pub(super) fn each<T: Send>(count: usize, cancel: &AtomicBool, of: impl Fn(usize) -> T + Sync) -> Option<Vec<T>> {
+pub fn each<T: Send>(count: usize, cancel: &AtomicBool, of: impl Fn(usize) -> T + Sync) -> Option<Vec<T>> {
     let going_on = |index: usize| (!cancel.load(Ordering::Relaxed)).then(|| of(index));
     (0..count).into_par_iter().map(going_on).collect()
 }
 
 /// Centre of sensor `index` of a grid.
-pub(super) fn centre(kernel: &Kernel, grid: &Grid, index: usize) -> DVec3 {
+pub fn centre(kernel: &Kernel, grid: &Grid, index: usize) -> DVec3 {
     let (i, j) = (index % grid.cells[0], index / grid.cells[0]);
     DVec3::new(grid.x_m[i], grid.y_m[j], grid.height_m + kernel.contact())
 }
 
 /// Illuminance in lux of sensor `index` of a grid by backward paths, and the rays they took; `direct` counts the daylight
 /// that comes straight from the openings.
-pub(super) fn sensor<const C: usize>(
+pub fn sensor<const C: usize>(
     kernel: &Kernel,
     grid: &Grid,
     index: usize,
@@ -78,7 +78,7 @@ pub(super) fn sensor<const C: usize>(
 
 /// Luminance in cd/m2 of every pixel of a view by backward paths each, channels interleaved, and the rays they took; `None`
 /// when cancelled.
-pub(super) fn view<const C: usize>(
+pub fn view<const C: usize>(
     kernel: &Kernel,
     view: &View,
     sampling: Sampling,

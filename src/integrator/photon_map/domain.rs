@@ -4,10 +4,10 @@ use std::f64::consts::PI;
 
 use glam::{DVec2, DVec3};
 
-use super::kernel::Kernel;
 use crate::geometry::disc::{disc_disc_area, disc_edge_area, disc_polygon_area};
 use crate::geometry::section::contains;
 use crate::scene::Face;
+use crate::traceable::Kernel;
 
 /// A polygon less polygons and discs, all in one plane.
 #[derive(Clone, Debug)]

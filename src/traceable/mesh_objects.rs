@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::kernel::SurfaceId;
+use super::SurfaceId;
 use crate::geometry::bvh::TriangleBvh;
 use crate::geometry::facets::Facets;
 use crate::geometry::section::section;

@@ -10,14 +10,14 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::ViewPass;
-use super::direct_light::share_of;
-use super::kernel::{Kernel, NO_SURFACE, Place, RoomHit, SurfaceId};
-use super::photon_maps::{Gathered, Mapper, Maps};
+use super::maps::{Gathered, Mapper, Maps};
+use super::near_light::share_of;
 use crate::guide::{End, Transit};
+use crate::integrator::ViewPass;
 use crate::optics::{Closure, Spectrum};
 use crate::sampling::{Key, PathRandom};
 use crate::scene::View;
+use crate::traceable::{Kernel, NO_SURFACE, Place, RoomHit, SurfaceId};
 
 /// Ways of one eye ray up into tubes.
 const MAX_EYE_TRANSITS: u32 = 64;

@@ -5,11 +5,11 @@ use std::f64::consts::PI;
 
 use glam::DVec3;
 
-use super::kernel::{NO_SURFACE, RoomHit, SurfaceId, TubeKernel};
-use super::photon_maps::{LEAST_KERNEL, Mapper, Maps, POINT_CONNECTIONS};
+use super::maps::{LEAST_KERNEL, Mapper, Maps, POINT_CONNECTIONS};
 use crate::geometry::disc::disc_disc_area;
 use crate::optics::{Diffuser, Glossy, MeasuredDiffuser, Spectrum};
 use crate::sampling::PathRandom;
+use crate::traceable::{NO_SURFACE, RoomHit, SurfaceId, TubeKernel};
 
 impl<const C: usize> Mapper<C> {
     /// Irradiance straight from the diffusers, by connections to some of the photons that they scattered.
@@ -98,7 +98,7 @@ impl<const C: usize> Mapper<C> {
         if area < LEAST_KERNEL * PI * radius * radius { Spectrum::ZERO } else { sum * (1.0 / area) }
     }
 
-    /// Luminance toward `eye` (a unit vector) of the diffusers in a glossy lobe of reflectance 1, the share of connections.
+    /// Luminance toward `photon_map::visible_point` (a unit vector) of the diffusers in a glossy lobe of reflectance 1, the share of connections.
     pub fn diffusers_in_lobe(
         &self,
         maps: &Maps<C>,

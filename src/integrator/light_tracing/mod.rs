@@ -19,17 +19,17 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
-use super::backward::unscattered;
-use super::emission::{Emission, PathSamples};
-use super::kernel::{Kernel, NO_SURFACE};
-use super::light_path::{Account, Flight, Lobe, Origin, Scattering, Visitor, trace};
-use super::luminaire::LuminaireKernel;
-use super::photon_chunks::fold_chunks;
-use super::{GridPass, Integrator, Pass};
 use crate::guide::Guide;
+use crate::integrator::backward::unscattered::unscattered;
+use crate::integrator::photon::chunks::fold_chunks;
+use crate::integrator::photon::emission::{Emission, PathSamples};
+use crate::integrator::photon::path::{Account, Flight, Lobe, Origin, Scattering, Visitor, trace};
+use crate::integrator::{GridPass, Integrator, Pass};
 use crate::optics::Spectrum;
 use crate::sampling::{Key, PathRandom};
 use crate::scene::{EstimateKind, Grid};
+use crate::traceable::luminaire::LuminaireKernel;
+use crate::traceable::{Kernel, NO_SURFACE};
 
 /// Settings of the method.
 #[derive(Clone, Debug, PartialEq)]

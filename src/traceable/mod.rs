@@ -1,17 +1,21 @@
 //! The scene as the integrators trace it: guides built, surfaces numbered, boxes in their own frames.
 
+pub mod luminaire;
+pub mod mesh_objects;
+pub mod obstacles;
+
 use std::sync::Arc;
 
 use glam::{DMat2, DVec2, DVec3};
 
-use super::luminaire::LuminaireKernel;
-use super::mesh_objects::{MeshHit, MeshKernel};
-use super::obstacles::Obstacles;
 use crate::guide::{BentGuide, DomedGuide, Guide, MeshGuide, MeshGuideError, Section, StraightGuide, dome::Pipe};
 use crate::optics::{Closure, Collector, Diffuser, Glossy, Surface};
 use crate::sampling::PathRandom;
 use crate::scene::{BoxObject, Face, MeshObject, MeshTube, Room, Scene, StraightOrBent, Tube, TubeShape};
 use crate::sky::{Sky, Sun, direction};
+use luminaire::LuminaireKernel;
+use mesh_objects::{MeshHit, MeshKernel};
+use obstacles::Obstacles;
 
 /// Number of a surface: 0..6 the faces of the room, then six for each box, then two for each facet of a mesh (its front
 /// and its back), then one for each luminaire.

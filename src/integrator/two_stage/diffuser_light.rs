@@ -18,16 +18,16 @@ use std::sync::atomic::AtomicBool;
 
 use glam::{DVec2, DVec3};
 
-use super::backward_path::{Daylight, MAX_EVENTS, Path, Ray, Vertex};
-use super::daylight::Followed;
-use super::emission::{Emission, EmittedPhoton, PathSamples, Start};
-use super::kernel::{Kernel, NO_SURFACE, TubeKernel};
-use super::light_path::Account;
-use super::photon_chunks::fold_chunks;
 use crate::geometry::disc::far_disc_illuminance;
 use crate::guide::{End, Transit};
+use crate::integrator::backward::daylight::Followed;
+use crate::integrator::backward::walk::{Daylight, MAX_EVENTS, Path, Ray, Vertex};
+use crate::integrator::photon::chunks::fold_chunks;
+use crate::integrator::photon::emission::{Emission, EmittedPhoton, PathSamples, Start};
+use crate::integrator::photon::path::Account;
 use crate::optics::{Closure, Spectrum};
 use crate::sampling::{Key, PathRandom, Replicate, warp};
+use crate::traceable::{Kernel, NO_SURFACE, TubeKernel};
 
 /// Rings of equal area that have their own exitance, and the sectors of each whose differences are carried by points. The
 /// photon that stands for the rest costs some percent of a vertex' light as noise; more of them would cost more time.

@@ -1,0 +1,5 @@
+//! Light that is followed from its sources: photons from sky, sun and luminaires.
+
+pub mod chunks;
+pub mod emission;
+pub mod path;
