@@ -55,7 +55,7 @@ fn example(name: &str) -> Value {
     }
 }
 
-/// HOLIGILM's published case: mean 29.80 lx and maximum 40.2 lx, which means 515 to 524 lm of direct light (PHYSICS 2.4).
+/// HOLIGILM's published case: mean 29.80 lx and maximum 40.2 lx, which means 515 to 524 lm of direct light.
 #[test]
 fn thesis_case() {
     let prepared = prepared(&example("holigilm_thesis.json"));

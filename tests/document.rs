@@ -266,7 +266,7 @@ fn place_and_time() {
     no_place["time"] = json!("2011-09-15T15:00:00Z");
     refused(&no_place, "/location", "required");
 
-    // the apparent altitude of PHYSICS 2.2
+    // the apparent altitude, as in tests/reference/sun_positions.csv
     let document = parse(&located(json!("2011-09-15T15:00:00+02:00"))).unwrap();
     let (_, _, provenance) = to_scene(&document, &SquarePipe).unwrap();
     assert!((provenance.sun.unwrap().altitude_deg - 32.4806).abs() < 1e-3);
@@ -549,7 +549,8 @@ fn sun_levels_and_warnings() {
     let bright = with(diffuse.clone(), "/sky/diffuse_horizontal_illuminance_lux", json!(80000));
     assert_eq!(scene(&bright).1[0].code, "implausible_illuminance");
 
-    // PHYSICS 2.3: type 12 at 35 degrees has 86.510 klx at its typical turbidity; types 1, 9 and 16 have no beam
+    // type 12 at 35 degrees has 86.510 klx at its typical turbidity (docs/physics/sky_and_sun.md#the-sun); types 1, 9 and 16
+    // have no beam
     let free = with(base(), "/sky/direct_normal_illuminance_lux", Value::Null);
     assert!((scene(&free).0.daylight.unwrap().sun.unwrap().normal_illuminance_lux - 86_510.0).abs() < 0.5);
     for number in [1, 6, 9, 16] {

@@ -75,7 +75,7 @@ fn a_given_level_wins_over_the_presets() {
     assert!(close(&result["zenith"]["horizontal_illuminance_lux"], 5000.0));
 }
 
-/// The two published formulae of types 7 to 15 differ (PHYSICS 1.3: by a factor of 1.41 at 60 degrees for type 12); a
+/// The two published formulae of types 7 to 15 differ (for type 12 at 60 degrees by a factor of 1.41); a
 /// document chooses, and the result names the choice.
 #[test]
 fn both_zenith_formulae_are_available_and_named() {

@@ -45,7 +45,8 @@ fn values(estimate: &Estimate) -> Vec<f64> {
     (0..estimate.grids[0].sensors.len()).map(|sensor| estimate.grids[0].illuminance_lux(sensor)).collect()
 }
 
-/// VALIDATION 1, row 5.3: a panel of 1 m x 1 m and 10 000 lm in the ceiling of a black room of 4 m x 4 m x 3 m.
+/// A panel of 1 m x 1 m and 10 000 lm in the ceiling of a black room of 4 m x 4 m x 3 m, the geometry of case 5.3 of
+/// CIE 171:2006 (docs/physics/rooms.md#lambertian-rectangles-and-polygons).
 #[test]
 fn published_area_source() {
     let published = [341.07, 324.08, 279.89, 223.62, 169.11];
@@ -72,7 +73,7 @@ fn published_area_source() {
             assert!((found - published).abs() < 0.006, "{found} {published}");
         }
     }
-    // in the plane of the ceiling or a millionth of a metre below: the same (PHYSICS 5.41)
+    // in the plane of the ceiling or a millionth of a metre below: the same
     let below = scene(3.0 - 1e-6);
     let found = values(&run(&below, &light_tracing(&below, 1024, 1), 2));
     let exact = values(&run(&ceiling, &light_tracing(&ceiling, 1024, 1), 2));
@@ -110,7 +111,8 @@ fn mean_illuminance(kernel: &Kernel, area: f64, passes: u64, photons: u64) -> (f
     (mean, (means.iter().map(|m| (m - mean).powi(2)).sum::<f64>() / (n * (n - 1.0))).sqrt())
 }
 
-/// VALIDATION 1, row 5.8: in a closed room of one reflectance rho, the mean illuminance of all surfaces is
+/// In a closed convex room of one reflectance rho (docs/physics/rooms.md#diffuse-interreflection; the geometry of case 5.8
+/// of CIE 171:2006), the mean illuminance of all surfaces is
 /// flux / (area (1 - rho)), whatever the light's distribution. The source of 1 mm x 1 mm absorbs less than 1e-6 of it.
 #[test]
 fn white_furnace() {

@@ -121,7 +121,7 @@ fn winding_does_not_count() {
     }
 }
 
-/// A rug over the whole floor is the floor (PHYSICS 5.63): it hides what lies in its plane.
+/// A rug over the whole floor is the floor: it hides what lies in its plane.
 #[test]
 fn a_rug_hides_the_floor() {
     let rug = |reflectance: f64, height: f64| {
@@ -176,7 +176,7 @@ fn cell(side: f64, gap: f64) -> Scene {
 }
 
 /// Rays inside a closed mesh that aim at corners and edges never reach the room's faces, nor do paths that bounce in it:
-/// in a room of metres, in a hall of 10 km with a gap of 1 mm, and in a box of centimetres (PHYSICS 5.67).
+/// in a room of metres, in a hall of 10 km with a gap of 1 mm, and in a box of centimetres.
 #[test]
 fn closed_meshes_do_not_leak() {
     for (side, gap) in [(2.0, 0.1), (1e4 - 0.002, 0.001), (0.02, 1e-5)] {

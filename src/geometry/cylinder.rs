@@ -17,7 +17,8 @@ pub struct Passage {
 ///
 /// `position` lies inside (or on) the cylinder, `direction` is a unit vector with z != 0 whose sign says which way the
 /// `axial` >= 0 metres run. O(1) for any number of bounces: the impact parameter b is conserved, all chords are equal,
-/// and each reflection turns the ray by the same angle. Source: PHYSICS 3.1, derived.
+/// and each reflection turns the ray by the same angle. Derived in
+/// docs/physics/tubes.md#a-skew-ray-in-a-straight-cylinder.
 ///
 /// In the grazing limit |b| -> radius the bounces go to infinity while their turn stays finite; below h < 1e-9 radius the
 /// ray follows the wall and `bounces` is infinite.
@@ -134,7 +135,7 @@ mod tests {
         }
     }
 
-    /// PHYSICS 3.1: equal bounce counts, positions to 1e-12 m (times the path's growth of rounding errors).
+    /// Equal bounce counts, positions to 1e-12 m (times the path's growth of rounding errors).
     #[test]
     fn closed_form_equals_stepping() {
         let mut random = PathRandom::new(Key::new(1));

@@ -16,7 +16,8 @@ pub struct DiscIrradiance {
 /// Irradiance vector of a uniform Lambertian disc of unit exitance, in lx per lm/m2.
 ///
 /// `radius`, `depth` (> 0, below the disc) and `offset` in metres. The form with D(A + D) avoids the cancellation of the
-/// textbook formula; exact while the receiver's horizon does not cut the disc. Source: PHYSICS 3.5, derived.
+/// textbook formula; exact while the receiver's horizon does not cut the disc. Derived in
+/// docs/physics/rooms.md#lambertian-disc.
 pub fn disc_irradiance(radius: f64, depth: f64, offset: f64) -> DiscIrradiance {
     let h2 = depth * depth;
     let r2 = radius * radius;
@@ -97,7 +98,7 @@ mod tests {
         [DVec2::new(-half, -half), DVec2::new(half, -half), DVec2::new(half, half), DVec2::new(-half, half)]
     }
 
-    /// PHYSICS T30: the inside fraction at distance x = d/R from a straight edge is 1 - (acos x - x sqrt(1-x^2))/pi.
+    /// The share of a disc inside a straight edge at x radii from its centre is 1 - (acos x - x sqrt(1-x^2))/pi.
     #[test]
     fn clipped_areas() {
         let unit = |centre: DVec2| disc_polygon_area(centre, 1.0, &square(10.0)) / PI;
@@ -129,7 +130,7 @@ mod tests {
         }
     }
 
-    /// PHYSICS section 5, cases 29 and 55: a millimetre source in a hall of 100 m, and a sensor that touches the source.
+    /// A source of one millimetre in a hall of 100 m, and a sensor that touches the source.
     #[test]
     fn hard_discs() {
         let r = 0.0005;

@@ -52,7 +52,8 @@ mod tests {
         );
     }
 
-    /// A 1 m x 1 m panel of 10 000 lm, 3 m above: VALIDATION 1, case 5.3 (printed digits).
+    /// A 1 m x 1 m panel of 10 000 lm, 3 m above (the geometry of case 5.3 of CIE 171:2006), to the digits of
+    /// docs/physics/rooms.md#lambertian-rectangles-and-polygons.
     #[test]
     fn area_source() {
         for (x, lux) in [(0.0, 341.07), (0.5, 324.08), (1.0, 279.89), (1.5, 223.62), (2.0, 169.11)] {

@@ -17,8 +17,9 @@ const NEGLIGIBLE: f64 = 1e-18;
 
 /// Cylinders of one radius, from the opening upward.
 ///
-/// Two successive cylinders meet on the ellipse in the plane that bisects their axes (PHYSICS 3.7). A ray jumps over the
-/// bounces between the elbows in closed form, and steps from wall to wall only where a mitre plane may be crossed.
+/// Two successive cylinders meet on the ellipse in the plane that bisects their axes. A ray jumps over the bounces between
+/// the elbows in closed form, and steps from wall to wall only where a mitre plane may be crossed
+/// (docs/physics/tubes.md#mitred-elbows).
 #[derive(Clone, Debug)]
 pub struct BentGuide {
     pub radius: f64,
@@ -222,8 +223,8 @@ mod tests {
         }
     }
 
-    /// Forward and back-reflected isotropic transmission against `elbow_transmission.csv` in PHYSICS 3.7; both errors
-    /// enter the tolerance of 4 standard errors.
+    /// Forward and back-reflected isotropic transmission against tests/reference/elbow_transmission.csv; both errors enter
+    /// the tolerance of 4 standard errors.
     #[test]
     fn elbows_transmit_and_send_back() {
         let table = [

@@ -44,7 +44,8 @@ pub struct RecognisedCylinder {
     pub collector_transmittance: [f64; 3],
 }
 
-/// Area of a regular polygon of `sides` sides with its vertices on a circle, over the circle's (PHYSICS section 4, T16).
+/// Area of a regular polygon of `sides` >= 3 sides with its vertices on a circle, over the circle's area:
+/// (n / 2 pi) sin(2 pi / n).
 pub fn area_factor(sides: usize) -> f64 {
     let n = sides as f64;
     n / TAU * (TAU / n).sin()
@@ -218,7 +219,7 @@ fn cover(
 mod tests {
     use super::*;
 
-    /// PHYSICS section 4, T16.
+    /// Against the values of docs/physics/tubes.md#meshes-and-facets with more digits, to the digits given.
     #[test]
     fn facet_factors_of_the_table() {
         let table = [(16, 0.9745, 1.0196), (24, 0.98862, 1.00863), (48, 0.99715, 1.00215), (64, 0.99839, 1.00121)];

@@ -11,7 +11,8 @@ use crate::sky::{Sky, direction};
 ///
 /// `aspect` = length / diameter, `tan_theta` = tangent of the angle from the axis (both >= 0), `reflectance` per bounce
 /// in 0..=1. The integral of Swift and Smith (1995), T = (4/pi) int s^2/sqrt(1-s^2) R^N (1 - (1-R)(A/s - N)) ds with
-/// A = aspect tan(theta), summed exactly between its kinks (PHYSICS 3.2); absolute error below 1e-14.
+/// A = aspect tan(theta) and N = floor(A/s), summed exactly between its kinks
+/// (docs/physics/tubes.md#transmission-of-parallel-light); absolute error below 1e-14.
 pub fn beam_transmission(aspect: f64, tan_theta: f64, reflectance: f64) -> f64 {
     let a = aspect * tan_theta;
     if a == 0.0 || reflectance == 1.0 {
@@ -139,7 +140,8 @@ mod tests {
         degrees.to_radians().tan()
     }
 
-    /// PHYSICS section 5, cases 18 to 23.
+    /// Perfect mirrors, no tube, grazing light, black walls (T = (2/pi)(acos A - A sqrt(1 - A^2)) below A = 1), and tubes so
+    /// long that next to nothing is left.
     #[test]
     fn limits() {
         assert_eq!(beam_transmission(100.0, tangent(89.0), 1.0), 1.0);

@@ -88,7 +88,7 @@ pub struct PassReport {
     pub seconds: f64,
     pub photons: u64,
     pub rays: u64,
-    /// Relative error of the grids at the asked confidence (JOB: "When a job stops"); null before the second pass.
+    /// Relative error of the grids at the asked confidence, by which the job stops; null before the second pass.
     pub relative_error: Option<f64>,
     /// The same of the views.
     pub view_relative_error: Option<f64>,

@@ -11,8 +11,8 @@ pub enum Collector {
     Flat { transmittance: [f64; 3] },
     /// A thin hemisphere over the end of the tube; direction unchanged.
     ///
-    /// Rays are not bent, so a dome concentric with the aperture gathers exactly the light that a flat pane would
-    /// (PHYSICS 3.4, step 1): each ray that reaches the aperture from outside crosses the shell once.
+    /// Rays are not bent, so a dome concentric with the aperture gathers exactly the light that a flat pane would: each
+    /// ray that reaches the aperture from outside crosses the shell once.
     Dome { transmittance: [f64; 3] },
     /// A hemispherical shell, concentric with the end of the tube, whose inner radius is the tube's; light is traced
     /// through it (see [`crate::guide::dome`]).

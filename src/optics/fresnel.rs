@@ -56,7 +56,8 @@ mod tests {
         angle.to_radians().cos()
     }
 
-    /// PHYSICS 3.4 step 1 and section 5, cases 35 to 37.
+    /// Panes of n = 1.49 as tabulated in docs/physics/tubes.md#thin-covers-and-dielectric-domes, at grazing incidence, and a
+    /// pane of the index of air, which transmits everything at any angle.
     #[test]
     fn slabs_of_the_table() {
         let table = [

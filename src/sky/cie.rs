@@ -1,6 +1,6 @@
 //! Relative luminance distribution of the 15 CIE general skies and the traditional overcast sky.
 //!
-//! Source: CIE S 011 / ISO 15469; parameters as in PHYSICS 1.1.
+//! Source: CIE S 011/E:2003 / ISO 15469:2004; docs/physics/sky_and_sun.md#relative-luminance.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -231,7 +231,7 @@ mod tests {
         SkyDistribution::new(CieType::new(number).unwrap(), sun)
     }
 
-    /// Published check values of colour-science (PHYSICS 1.1).
+    /// Check values that the library colour-science prints (docs/physics/sky_and_sun.md#relative-luminance).
     #[test]
     fn published_check_values() {
         let view = direction(45f64.to_radians(), PI);

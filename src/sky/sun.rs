@@ -133,9 +133,10 @@ pub fn air_mass(altitude: f64) -> f64 {
     1.0 / (altitude.sin() + 0.50572 * (altitude.to_degrees() + 6.07995).powf(-1.6364))
 }
 
-/// Normal illuminance of the beam in lux: 133.8 klx exp(-a_v m Tv), a_v = 1 / (9.9 + 0.043 m) (PHYSICS 2.3).
+/// Normal illuminance of the beam in lux: 133.8 klx exp(-a_v m Tv), a_v = 1 / (9.9 + 0.043 m) with the air mass m.
 ///
-/// Zero for a sun at or below the horizon.
+/// `altitude` in radians, the apparent one; zero for a sun at or below the horizon. Source: Kittler, Perez and Darula 1998
+/// (docs/physics/sky_and_sun.md#the-sun).
 pub fn beam_normal_illuminance_lux(altitude: f64, luminous_turbidity: f64) -> f64 {
     if altitude <= 0.0 {
         return 0.0;

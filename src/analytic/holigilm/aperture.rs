@@ -206,7 +206,8 @@ impl Arc<'_> {
 /// Illuminance in lux at a point of the opening's upper side, from the sky through the guide: `count` points of one
 /// replicate.
 ///
-/// `point` is measured from the centre of the opening. E = integral of L R^n cos(theta) (PHYSICS 3.4, step 3).
+/// `point` is measured from the centre of the opening. E = integral of L R^n cos(theta), L the luminance of the sky where
+/// the ray that goes up leaves the guide after n mirrors of reflectance R.
 pub fn illuminance_above(guide: &Guide, sky: &Sky, point: DVec2, stream: Key, count: u64) -> f64 {
     let mut random = PathRandom::new(stream);
     let sum: f64 = (0..count)

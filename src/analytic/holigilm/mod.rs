@@ -1,5 +1,5 @@
 //! HOLIGILM: hollow light guides without random walks, after the method of Kocifaj, Darula and Kittler (2008); formulated
-//! here from the physics (PHYSICS 3.4), not transcribed.
+//! here from the physics (docs/physics/measurement_equation.md#holigilm), not transcribed.
 //!
 //! * The flux that arrives at the diffuser: in closed form through straight tubes (Swift and Smith's series over the sky
 //!   and the solar disc), by a low-discrepancy rule over directions and entry points through bent ones.

@@ -194,7 +194,7 @@ pub fn daylight(
     Some((daylight, provenance))
 }
 
-/// The formula of the absolute level and the zenith luminance in cd/m2 (PHYSICS 1.5).
+/// The formula of the absolute level and the zenith luminance in cd/m2 (docs/physics/sky_and_sun.md#absolute-level).
 fn level(sky: &SkyDocument, sky_type: SkyType, distribution: &SkyDistribution, altitude: f64) -> (ZenithFormula, f64) {
     if let Some(luminance) = sky.zenith_luminance_cd_m2 {
         return (ZenithFormula::GivenZenithLuminance, luminance);
@@ -209,7 +209,7 @@ fn level(sky: &SkyDocument, sky_type: SkyType, distribution: &SkyDistribution, a
     (formula, zenith::zenith_luminance_cd_m2(distribution, formula, altitude))
 }
 
-/// Normal illuminance of the beam in lux and where it comes from (PHYSICS 2.3).
+/// Normal illuminance of the beam in lux and where it comes from (docs/physics/sky_and_sun.md#the-sun).
 fn beam(sky: &SkyDocument, sky_type: SkyType, altitude: f64) -> (f64, crate::document::scene::BeamSource) {
     use crate::document::scene::BeamSource;
     if let Some(illuminance) = sky.direct_normal_illuminance_lux {
