@@ -16,7 +16,7 @@ use skyduct::integrator::sppm::Settings;
 use skyduct::optics::{Spectrum, Surface};
 use skyduct::sampling::Key;
 use skyduct::scene::{BoxObject, Channels, EstimateKind, Grid, Luminaire, Room, Scene};
-use skyduct::traceable::Kernel;
+use skyduct::traceable::TraceableScene;
 
 /// A room of one reflectance with luminaires and a grid on the floor.
 fn room(size: DVec3, reflectance: f64, luminaires: Vec<Luminaire>, cells: [usize; 2], estimate: EstimateKind) -> Scene {
@@ -92,7 +92,7 @@ impl Visitor<1> for Arrivals {
     }
 }
 
-fn mean_illuminance(kernel: &Kernel, area: f64, passes: u64, photons: u64) -> (f64, f64) {
+fn mean_illuminance(kernel: &TraceableScene, area: f64, passes: u64, photons: u64) -> (f64, f64) {
     let emission = Emission::new(kernel, photons);
     let means: Vec<f64> = (0..passes)
         .map(|pass| {

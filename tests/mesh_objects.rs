@@ -16,7 +16,7 @@ use skyduct::optics::{Spectrum, Surface};
 use skyduct::plan::{self, EffectRequests, Effects};
 use skyduct::sampling::{Key, PathRandom, warp};
 use skyduct::scene::{Channels, MeshObject, Room, Scene};
-use skyduct::traceable::Kernel;
+use skyduct::traceable::TraceableScene;
 use skyduct::traceable::{NO_SURFACE, Place};
 
 /// A room with a panel and one block, `object`.
@@ -49,7 +49,7 @@ fn scene(document: &Value) -> Scene {
     to_scene(&JobDocument::parse(document.to_string().as_bytes()).unwrap(), &Folder).unwrap().0
 }
 
-fn kernel(scene: &Scene) -> std::sync::Arc<Kernel> {
+fn kernel(scene: &Scene) -> std::sync::Arc<TraceableScene> {
     plan::compile(scene, &Effects::of(scene, &EffectRequests::new())).map(Into::into).unwrap()
 }
 

@@ -27,7 +27,7 @@ use skyduct::optics::{Collector, Diffuser, DiffuserZone, Specular, Surface};
 use skyduct::plan::{self, EffectKind, EffectRequest, EffectRequests, Effects};
 use skyduct::scene::{Channels, EstimateKind, Face, Grid, Scene, Tube, TubeShape, View};
 use skyduct::statistics::Moments;
-use skyduct::traceable::Kernel;
+use skyduct::traceable::TraceableScene;
 
 fn quick() -> Settings {
     Settings { photons_per_pass: 16_384, ..Settings::default() }
@@ -47,7 +47,7 @@ fn paths(scene: &Scene, samples: u32, seed: u64) -> PathTracing<1> {
 }
 
 /// What light tracing finds.
-fn traced(scene: &Scene, kernel: Arc<Kernel>, seed: u64) -> (Vec<f64>, Vec<f64>) {
+fn traced(scene: &Scene, kernel: Arc<TraceableScene>, seed: u64) -> (Vec<f64>, Vec<f64>) {
     let settings = light_tracing::Settings { photons_per_pass: 32_768 };
     values(&run(scene, &LightTracing::<1>::new(kernel, &scene.grids, &settings, seed), 32))
 }

@@ -8,13 +8,19 @@ use crate::guide::Guide;
 use crate::optics::mirror::Mirror;
 use crate::optics::{Collector, Diffuser};
 use crate::scene::{Channels, EstimateKind, Grid, Scene, StraightOrBent, TubeShape};
-use crate::traceable::{Kernel, TubeKernel};
+use crate::traceable::{TraceableScene, TraceableTube};
 
 /// The solver of a deterministic method; `None` for the others, and for tubes given as meshes.
 ///
 /// `target`: relative standard error asked for.
-pub fn solver(method: &Method, kernel: &Kernel, scene: &Scene, target: f64, seed: u64) -> Option<Box<dyn Solver>> {
-    let room = installation(kernel, &scene.grids);
+pub fn solver(
+    method: &Method,
+    traceable: &TraceableScene,
+    scene: &Scene,
+    target: f64,
+    seed: u64,
+) -> Option<Box<dyn Solver>> {
+    let room = installation(traceable, &scene.grids);
     match method {
         Method::Holigilm => Some(Box::new(Holigilm::new(room, target, seed))),
         Method::Jenkins(settings) => {
@@ -27,27 +33,29 @@ pub fn solver(method: &Method, kernel: &Kernel, scene: &Scene, target: f64, seed
 }
 
 /// The room and tubes of a compiled scene, in one photopic channel.
-pub fn installation(kernel: &Kernel, grids: &[Grid]) -> Installation {
-    let tube = |tube: &TubeKernel| Tube {
+pub fn installation(traceable: &TraceableScene, grids: &[Grid]) -> Installation {
+    let tube = |tube: &TraceableTube| Tube {
         origin: tube.origin,
         radius: tube.opening_radius,
         guide: tube.guide.clone(),
         diffuser: tube.diffuser.clone(),
     };
     Installation {
-        sky: kernel.sky.clone(),
-        sun: kernel.sun,
-        size: kernel.size,
-        reflectance: std::array::from_fn(|face| kernel.surfaces[face].as_ref().map(|surface| surface.reflectance[0])),
-        tubes: kernel.tubes.iter().map(tube).collect(),
+        sky: traceable.sky.clone(),
+        sun: traceable.sun,
+        size: traceable.size,
+        reflectance: std::array::from_fn(|face| {
+            traceable.surfaces[face].as_ref().map(|surface| surface.reflectance[0])
+        }),
+        tubes: traceable.tubes.iter().map(tube).collect(),
         grids: grids.to_vec(),
-        interreflection: kernel.interreflection,
-        guide_return: kernel.guide_return,
+        interreflection: traceable.interreflection,
+        guide_return: traceable.guide_return,
     }
 }
 
 /// Why a deterministic method cannot compute a scene, if it cannot.
-pub fn refuses(method: &Method, scene: &Scene, kernel: &Kernel) -> Option<String> {
+pub fn refuses(method: &Method, scene: &Scene, traceable: &TraceableScene) -> Option<String> {
     let name = method.name();
     if !scene.views.is_empty() {
         return Some(format!("{name} computes grids only: use auto or sppm for views"));
@@ -60,13 +68,13 @@ pub fn refuses(method: &Method, scene: &Scene, kernel: &Kernel) -> Option<String
     if scene.tubes.iter().any(|tube| cylinders(&tube.shape).is_none()) {
         return unable("tubes given as meshes");
     }
-    if !kernel.boxes.is_empty() || kernel.meshes.is_some() {
+    if !traceable.boxes.is_empty() || traceable.meshes.is_some() {
         return unable("objects in the room");
     }
-    if !kernel.luminaires.is_empty() {
+    if !traceable.luminaires.is_empty() {
         return unable("luminaires");
     }
-    if kernel.specular().next().is_some() {
+    if traceable.specular().next().is_some() {
         return unable("glossy and mirror surfaces");
     }
     if scene.tubes.iter().any(|tube| matches!(tube.diffuser, Diffuser::Measured(_))) {
@@ -82,12 +90,12 @@ pub fn refuses(method: &Method, scene: &Scene, kernel: &Kernel) -> Option<String
         return unable("collectors that bend light");
     }
     match method {
-        Method::Holigilm => refuses_holigilm(scene, kernel),
+        Method::Holigilm => refuses_holigilm(scene, traceable),
         Method::Jenkins(settings) => {
             let bends = scene.tubes.iter().filter_map(|tube| cylinders(&tube.shape)).any(|tube| bends(tube) > 0);
             if bends && settings.bend_factor.is_none() {
                 Some("jenkins needs `bend_factor` for a tube with bends: no published value holds for all".into())
-            } else if !kernel.interreflection && reflects(scene) {
+            } else if !traceable.interreflection && reflects(scene) {
                 Some("the coefficient of jenkins holds the reflections of a room: they cannot be switched off".into())
             } else {
                 None
@@ -97,25 +105,25 @@ pub fn refuses(method: &Method, scene: &Scene, kernel: &Kernel) -> Option<String
     }
 }
 
-fn refuses_holigilm(scene: &Scene, kernel: &Kernel) -> Option<String> {
-    let bent_and_clear = kernel.tubes.iter().any(|tube| {
+fn refuses_holigilm(scene: &Scene, traceable: &TraceableScene) -> Option<String> {
+    let bent_and_clear = traceable.tubes.iter().any(|tube| {
         !matches!(tube.guide, Guide::Straight(_)) && tube.diffuser.specular_zone(tube.opening_radius).is_some()
     });
     let points = scene.grids.iter().any(|grid| grid.estimate == EstimateKind::Point);
     let lossless = scene.room.surfaces.iter().all(|face| face.is_some_and(|face| face.reflectance[0] >= 1.0));
-    if bent_and_clear && points && kernel.sun.is_some() {
+    if bent_and_clear && points && traceable.sun.is_some() {
         Some(
             "not supported yet: holigilm finds no sunlight at points through a clear closure of a bent tube; use the \
              estimate cell_average, or auto"
                 .into(),
         )
-    } else if bent_and_clear && kernel.guide_return && kernel.interreflection {
+    } else if bent_and_clear && traceable.guide_return && traceable.interreflection {
         Some(
             "not supported yet: holigilm does not follow light from the room that a bent tube with a clear closure \
              sends back; switch the effect guide_return off, or use auto"
                 .into(),
         )
-    } else if kernel.interreflection && lossless {
+    } else if traceable.interreflection && lossless {
         Some("a room whose surfaces absorb nothing has no limit of its interreflection".into())
     } else {
         None

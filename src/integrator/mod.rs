@@ -1,6 +1,6 @@
 //! Integrators: one pass, its settings, its state.
 //!
-//! A pass is a pure function of (kernel, settings, seed, pass number): it can be computed anywhere, in any order, and has
+//! A pass is a pure function of (scene, settings, seed, pass number): it can be computed anywhere, in any order, and has
 //! the same bits on any number of threads. Passes are independent replicates; `estimate` adds them up. With statistics per
 //! point (`photon_map::progressive`) a pass depends on what those before it have left, too, and the order is theirs.
 

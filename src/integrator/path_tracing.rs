@@ -18,7 +18,7 @@ use crate::integrator::photon::emission::{PathSamples, SOBOL_PAIRS};
 use crate::integrator::photon::path::Account;
 use crate::sampling::Key;
 use crate::scene::{Grid, View};
-use crate::traceable::{Kernel, TubeKernel};
+use crate::traceable::{TraceableScene, TraceableTube};
 
 /// Settings of the method.
 #[derive(Clone, Debug, PartialEq)]
@@ -48,7 +48,7 @@ const SUN_STREAM: u64 = 1 << 34;
 /// The method on one scene; `C` channels of light.
 #[derive(Debug)]
 pub struct PathTracing<const C: usize> {
-    kernel: Arc<Kernel>,
+    scene: Arc<TraceableScene>,
     grids: Vec<Grid>,
     views: Vec<View>,
     settings: Settings,
@@ -56,18 +56,18 @@ pub struct PathTracing<const C: usize> {
 }
 
 impl<const C: usize> PathTracing<C> {
-    pub fn new(kernel: Arc<Kernel>, grids: &[Grid], views: &[View], settings: &Settings, seed: u64) -> Self {
+    pub fn new(scene: Arc<TraceableScene>, grids: &[Grid], views: &[View], settings: &Settings, seed: u64) -> Self {
         let (grids, views) = (grids.to_vec(), views.to_vec());
-        Self { kernel, grids, views, settings: settings.clone(), seed: Key::new(seed) }
+        Self { scene, grids, views, settings: settings.clone(), seed: Key::new(seed) }
     }
 
     /// Adds the sun that closures scatter straight to the eye; returns the rays it took.
     fn add_sun(&self, view: &View, stream: Key, luminance: &mut [f64], cancel: &AtomicBool) -> Option<u64> {
-        let Some(sun) = &self.kernel.sun else { return Some(0) };
+        let Some(sun) = &self.scene.sun else { return Some(0) };
         let paths = (view.size_px[0] * view.size_px[1]) as f64 * f64::from(self.settings.samples_per_pixel);
         let count = ((paths * SUN_RAYS_PER_PATH) as u64).max(LEAST_SUN_RAYS);
         let mut rays = 0;
-        for (number, tube) in self.kernel.tubes.iter().enumerate() {
+        for (number, tube) in self.scene.tubes.iter().enumerate() {
             if !tube.diffuser.scatters(tube.opening_radius) {
                 continue;
             }
@@ -78,8 +78,8 @@ impl<const C: usize> PathTracing<C> {
                     let (mut seen, mut rays) = (Vec::new(), 0);
                     for index in chunk * SUN_CHUNK..((chunk + 1) * SUN_CHUNK).min(count) {
                         let samples = PathSamples::new(stream, index);
-                        let mut path = Path { kernel: &self.kernel, samples, rays: 0, certain: 0 };
-                        path.sun_exits::<C>(tube, sun, |_, exit| seen.extend(exit.seen_by(&self.kernel, view)));
+                        let mut path = Path { scene: &self.scene, samples, rays: 0, certain: 0 };
+                        path.sun_exits::<C>(tube, sun, |_, exit| seen.extend(exit.seen_by(&self.scene, view)));
                         rays += path.rays;
                     }
                     (seen, rays)
@@ -102,7 +102,7 @@ impl<const C: usize> PathTracing<C> {
 impl<const C: usize> Integrator for PathTracing<C> {
     fn pass(&self, pass: u64, cancel: &AtomicBool) -> Option<Pass> {
         let key = self.seed.child(pass);
-        let kernel = &*self.kernel;
+        let scene = &*self.scene;
         let mut result = Pass::default();
         let mut rays = 0;
         for (number, grid) in self.grids.iter().enumerate() {
@@ -110,7 +110,7 @@ impl<const C: usize> Integrator for PathTracing<C> {
             let sampling = sampling(self.settings.samples_per_sensor);
             let sensors = each(grid.len(), cancel, |index| {
                 backward::pass::sensor::<C>(
-                    kernel,
+                    scene,
                     grid,
                     index,
                     sampling,
@@ -126,8 +126,7 @@ impl<const C: usize> Integrator for PathTracing<C> {
         for (number, view) in self.views.iter().enumerate() {
             let stream = key.child(EYE_STREAM + number as u64);
             let sampling = sampling(self.settings.samples_per_pixel);
-            let (mut luminance, of_view) =
-                backward::pass::view::<C>(kernel, view, sampling, stream, &Followed, cancel)?;
+            let (mut luminance, of_view) = backward::pass::view::<C>(scene, view, sampling, stream, &Followed, cancel)?;
             let stream = key.child(SUN_STREAM + number as u64);
             rays += of_view + self.add_sun(view, stream, &mut luminance, cancel)?;
             result.views.push(ViewPass { luminance, ..ViewPass::default() });
@@ -144,12 +143,12 @@ fn sampling(paths: u32) -> Sampling {
 
 /// Why this method cannot compute a scene, if it cannot: the sun's disc would be found by chance only, and its part of the
 /// error would stay unseen.
-pub fn refuses(kernel: &Kernel) -> Option<&'static str> {
-    kernel.sun?;
-    let clear = |tube: &TubeKernel| tube.diffuser.specular_zone(tube.opening_radius).is_some();
-    if kernel.tubes.iter().any(clear) {
+pub fn refuses(scene: &TraceableScene) -> Option<&'static str> {
+    scene.sun?;
+    let clear = |tube: &TraceableTube| tube.diffuser.specular_zone(tube.opening_radius).is_some();
+    if scene.tubes.iter().any(clear) {
         Some("the sun's beam through a clear closure is found by chance only")
-    } else if kernel.specular().any(|specular| specular.roughness < NARROW_ROUGHNESS) {
+    } else if scene.specular().any(|specular| specular.roughness < NARROW_ROUGHNESS) {
         Some("the sun's beam by way of a mirror or of a glossy surface of roughness below 0.2 is found by chance only")
     } else {
         None

@@ -35,7 +35,7 @@ use crate::integrator::photon_map::visible_point;
 use crate::optics::Spectrum;
 use crate::sampling::{Key, PathRandom, Replicate, warp};
 use crate::scene::{EstimateKind, Grid, View};
-use crate::traceable::{Kernel, NO_SURFACE, Place, RoomHit, SurfaceId, TubeKernel};
+use crate::traceable::{NO_SURFACE, Place, RoomHit, SurfaceId, TraceableScene, TraceableTube};
 
 /// Settings of the method.
 #[derive(Clone, Debug, PartialEq)]
@@ -100,11 +100,11 @@ struct Gathering<'a, const C: usize> {
 }
 
 impl<const C: usize> PhotonMapping<C> {
-    pub fn new(kernel: Arc<Kernel>, grids: &[Grid], views: &[View], settings: &Settings, seed: u64) -> Self {
-        let radius = settings.initial_radius_m.unwrap_or(DEFAULT_RADIUS_SHARE * kernel.size.min_element());
-        let backward = kernel.tubes.iter().map(followed_backward).collect();
-        let keeps_surfaces = kernel.interreflection || !views.is_empty();
-        let mapper = Mapper::new(kernel, grids, keeps_surfaces, settings.photons_per_pass).with_caustics(backward);
+    pub fn new(scene: Arc<TraceableScene>, grids: &[Grid], views: &[View], settings: &Settings, seed: u64) -> Self {
+        let radius = settings.initial_radius_m.unwrap_or(DEFAULT_RADIUS_SHARE * scene.size.min_element());
+        let backward = scene.tubes.iter().map(followed_backward).collect();
+        let keeps_surfaces = scene.interreflection || !views.is_empty();
+        let mapper = Mapper::new(scene, grids, keeps_surfaces, settings.photons_per_pass).with_caustics(backward);
         Self { mapper, views: views.to_vec(), radius, gather_rays: settings.gather_rays, seed: Key::new(seed) }
     }
 
@@ -143,14 +143,14 @@ impl<const C: usize> PhotonMapping<C> {
 
     /// Whether a box stands over a point.
     fn covered(&self, point: DVec3) -> bool {
-        self.mapper.kernel.boxes.iter().any(|object| object.contains(point))
+        self.mapper.scene.boxes.iter().any(|object| object.contains(point))
     }
 
     /// Illuminance in lux of a sensor but for caustics, and its bias.
     fn sensor(&self, sensor: &Sensor<'_>, gathering: &Gathering<C>) -> (f64, f64) {
-        let kernel = &*self.mapper.kernel;
+        let scene = &*self.mapper.scene;
         let mut random = PathRandom::new(sensor.key);
-        let lift = DVec3::Z * kernel.contact();
+        let lift = DVec3::Z * scene.contact();
         let strata = if sensor.grid.estimate == EstimateKind::CellAverage { CELL_STRATA } else { 1 };
         let share = 1.0 / strata as f64;
         let mut direct = Spectrum::<C>::ZERO;
@@ -177,10 +177,10 @@ impl<const C: usize> PhotonMapping<C> {
 
     /// Illuminance in lux of a sensor of a grid of points by caustics, and its bias.
     fn caustics(&self, number: usize, sensor: &Sensor<'_>, gathering: &Gathering<C>) -> (f64, f64) {
-        let (kernel, centre) = (&*self.mapper.kernel, sensor.centre());
+        let (scene, centre) = (&*self.mapper.scene, sensor.centre());
         let gathered = self.mapper.plane_irradiance(gathering.maps, self.radius, number, centre);
         let key = sensor.key.child(BACKWARD_STREAM);
-        let (unscattered, rays) = unscattered(kernel, centre, key, BACKWARD_RAYS, |tube| followed_backward(tube).sky);
+        let (unscattered, rays) = unscattered(scene, centre, key, BACKWARD_RAYS, |tube| followed_backward(tube).sky);
         gathering.rays.fetch_add(rays, Ordering::Relaxed);
         (gathered.irradiance.luminance() + unscattered, gathered.bias)
     }
@@ -247,7 +247,7 @@ impl<const C: usize> Gathering<'_, C> {
         random: &mut PathRandom,
     ) -> Gathered<C> {
         let mut sum = Gathered::NOTHING;
-        if !self.mapper.kernel.interreflection {
+        if !self.mapper.scene.interreflection {
             return sum;
         }
         let mut rays = 0;
@@ -272,13 +272,13 @@ impl<const C: usize> Gathering<'_, C> {
         random: &mut PathRandom,
         sum: &mut Gathered<C>,
     ) -> u64 {
-        let kernel = &*self.mapper.kernel;
+        let scene = &*self.mapper.scene;
         let mut weight = Spectrum::<C>::ONE;
         for reflections in 0..MAX_REFLECTIONS {
-            let hit = kernel.intersect(origin, direction, from);
+            let hit = scene.intersect(origin, direction, from);
             let rays = u64::from(reflections) + 1;
             let Place::Surface(surface) = hit.place else { return rays };
-            let Some(optics) = &kernel.surfaces[surface as usize] else { return rays };
+            let Some(optics) = &scene.surfaces[surface as usize] else { return rays };
             if optics.gathers() {
                 let brdf = Spectrum::from_rgb(optics.reflectance) * (1.0 / PI);
                 let light = self.mapper.indirect(self.maps, self.maps.radius, hit.position, surface);
@@ -352,7 +352,7 @@ fn cell_at(grid: &Grid, point: DVec3) -> Option<usize> {
 
 /// What rays backward find: the sun's beam is aimed at in straight tubes only. Behind a closure that scatters in part, light
 /// may come through its clear part that was scattered above it, but in a straight tube, which returns nothing.
-fn followed_backward(tube: &TubeKernel) -> FollowedBackward {
+fn followed_backward(tube: &TraceableTube) -> FollowedBackward {
     let straight = matches!(tube.guide, Guide::Straight(_));
     FollowedBackward { sky: straight || !tube.diffuser.scatters(tube.opening_radius), sun: straight }
 }

@@ -25,7 +25,7 @@ use crate::integrator::photon_map::visible_point;
 use crate::optics::Spectrum;
 use crate::sampling::{Key, PathRandom};
 use crate::scene::{EstimateKind, Grid, View};
-use crate::traceable::{Kernel, NO_SURFACE};
+use crate::traceable::{NO_SURFACE, TraceableScene};
 
 /// Settings of the method.
 #[derive(Clone, Debug, PartialEq)]
@@ -166,10 +166,10 @@ impl<const C: usize> Mean<C> {
 }
 
 impl<const C: usize> Ppm<C> {
-    pub fn new(kernel: Arc<Kernel>, grids: &[Grid], views: &[View], settings: &Settings, seed: u64) -> Self {
+    pub fn new(scene: Arc<TraceableScene>, grids: &[Grid], views: &[View], settings: &Settings, seed: u64) -> Self {
         Self {
-            radii: Radii::new(settings.radius, settings.initial_radius_m, settings.alpha, kernel.size),
-            mapper: Mapper::new(kernel, grids, !views.is_empty(), settings.photons_per_pass),
+            radii: Radii::new(settings.radius, settings.initial_radius_m, settings.alpha, scene.size),
+            mapper: Mapper::new(scene, grids, !views.is_empty(), settings.photons_per_pass),
             views: views.to_vec(),
             per_cell: Strata::new(settings.samples_per_sensor),
             per_pixel: Strata::new(settings.samples_per_pixel),
@@ -233,7 +233,7 @@ impl<const C: usize> Ppm<C> {
         strata: Strata,
         random: &mut PathRandom,
     ) -> Gathered<C> {
-        if self.mapper.kernel.boxes.iter().any(|object| object.contains(sensor)) {
+        if self.mapper.scene.boxes.iter().any(|object| object.contains(sensor)) {
             return Gathered::NOTHING;
         }
         let connections = (SENSOR_CONNECTIONS / strata.count()).max(LEAST_CONNECTIONS);

@@ -22,7 +22,7 @@ use crate::integrator::photon_map::progressive::{Carried, PointStatistics, Radii
 use crate::integrator::photon_map::visible_point;
 use crate::sampling::{Key, PathRandom};
 use crate::scene::{EstimateKind, Grid, View};
-use crate::traceable::{Kernel, NO_SURFACE};
+use crate::traceable::{NO_SURFACE, TraceableScene};
 
 /// Settings of the method.
 #[derive(Clone, Debug, PartialEq)]
@@ -61,10 +61,10 @@ pub struct Sppm<const C: usize> {
 }
 
 impl<const C: usize> Sppm<C> {
-    pub fn new(kernel: Arc<Kernel>, grids: &[Grid], views: &[View], settings: &Settings, seed: u64) -> Self {
+    pub fn new(scene: Arc<TraceableScene>, grids: &[Grid], views: &[View], settings: &Settings, seed: u64) -> Self {
         Self {
-            radii: Radii::new(settings.radius, settings.initial_radius_m, settings.alpha, kernel.size),
-            mapper: Mapper::new(kernel, grids, !views.is_empty(), settings.photons_per_pass),
+            radii: Radii::new(settings.radius, settings.initial_radius_m, settings.alpha, scene.size),
+            mapper: Mapper::new(scene, grids, !views.is_empty(), settings.photons_per_pass),
             views: views.to_vec(),
             seed: Key::new(seed),
         }
@@ -92,7 +92,7 @@ impl<const C: usize> Sppm<C> {
                     sensor.x += (u - 0.5) * grid.cell_size_m[0];
                     sensor.y += (v - 0.5) * grid.cell_size_m[1];
                 }
-                if mapper.kernel.boxes.iter().any(|object| object.contains(sensor)) {
+                if mapper.scene.boxes.iter().any(|object| object.contains(sensor)) {
                     return [0.0; 3];
                 }
                 let direct =

@@ -23,8 +23,8 @@ use crate::integrator::{Integrator, Method, deterministic};
 use crate::plan::{self, Effects, Methods, Plan};
 use crate::scene::{Channels, Grid, Scene, TubeShape, View};
 use crate::statistics::interval::two_sided_normal_quantile;
-use crate::traceable::Kernel;
-use crate::traceable::luminaire::LuminaireKernel;
+use crate::traceable::TraceableScene;
+use crate::traceable::luminaire::TraceableLuminaire;
 
 /// A job ready to render: immutable, shared by threads.
 pub struct Prepared {
@@ -36,7 +36,7 @@ pub struct Prepared {
     pub name: Option<String>,
     pub(super) scene: Scene,
     pub(super) provenance: Provenance,
-    pub(super) kernel: Arc<Kernel>,
+    pub(super) kernel: Arc<TraceableScene>,
     engine: Engine,
     /// Most passes that one chunk may have.
     chunk_passes: u64,
@@ -194,8 +194,8 @@ pub fn prepare_document(document: &JobDocument, meshes: &dyn MeshSource) -> Resu
 }
 
 impl Engine {
-    fn new(kernel: Arc<Kernel>, scene: &Scene, methods: &Methods, stop: &StopRule, seed: u64) -> Self {
-        let electric = kernel.luminaires.iter().any(LuminaireKernel::emits);
+    fn new(kernel: Arc<TraceableScene>, scene: &Scene, methods: &Methods, stop: &StopRule, seed: u64) -> Self {
+        let electric = kernel.luminaires.iter().any(TraceableLuminaire::emits);
         if kernel.sky.is_none() && kernel.sun.is_none() && !electric {
             return Self::Dark;
         }
@@ -270,7 +270,7 @@ impl Engine {
 /// The integrator of a method that computes passes.
 fn integrator<const C: usize>(
     method: &Method,
-    kernel: Arc<Kernel>,
+    kernel: Arc<TraceableScene>,
     grids: &[Grid],
     views: &[View],
     seed: u64,

@@ -18,7 +18,7 @@ use crate::output::plots::{self, Series};
 use crate::sampling::Key;
 use crate::scene::{Segment, StraightOrBent, Tube, TubeShape};
 use crate::sky::{CieType, Sky, SkyDistribution, direction};
-use crate::traceable::Kernel;
+use crate::traceable::TraceableScene;
 use crate::traceable::cylinder_guide;
 
 /// Rays per replicate and beam, and under a sky.
@@ -90,7 +90,7 @@ impl Prepared {
 }
 
 /// Hash of everything that a performance depends on: the tube's shape and optics above its diffuser, sky and sun.
-fn content(shape: &TubeShape, opening_radius: f64, kernel: &Kernel) -> blake3::Hash {
+fn content(shape: &TubeShape, opening_radius: f64, kernel: &TraceableScene) -> blake3::Hash {
     struct Hashing(blake3::Hasher);
     impl fmt::Write for Hashing {
         fn write_str(&mut self, text: &str) -> fmt::Result {
@@ -118,7 +118,7 @@ fn slot(content: blake3::Hash) -> Slot {
     slot
 }
 
-fn performance(kernel: &Kernel, tube: usize, shape: &TubeShape, radius: f64) -> TubePerformance {
+fn performance(kernel: &TraceableScene, tube: usize, shape: &TubeShape, radius: f64) -> TubePerformance {
     let guide = &kernel.tubes[tube].guide;
     // the same numbers for every tube: equal tubes have equal reports, and what differs between two is not noise alone
     let key = Key::new(0);

@@ -2,7 +2,7 @@
 
 use crate::integrator::{Method, bidirectional, deterministic, light_tracing, path_tracing, ppm, sppm, two_stage};
 use crate::scene::{EstimateKind, Scene};
-use crate::traceable::Kernel;
+use crate::traceable::TraceableScene;
 
 /// Which method computes the grids and which the views; `None` where the job has no such output.
 #[derive(Clone, Debug)]
@@ -31,16 +31,16 @@ pub struct PlanRefusal(pub String);
 
 impl Methods {
     /// The methods for a compiled scene: the requested one where it is able, or the best with its reason.
-    pub fn choose(scene: &Scene, kernel: &Kernel, request: &MethodRequest) -> Result<Self, PlanRefusal> {
+    pub fn choose(scene: &Scene, traceable: &TraceableScene, request: &MethodRequest) -> Result<Self, PlanRefusal> {
         let has_points = scene.grids.iter().any(|grid| grid.estimate == EstimateKind::Point);
-        let refusal = has_points.then(|| light_tracing::refuses_points(kernel)).flatten();
+        let refusal = has_points.then(|| light_tracing::refuses_points(traceable)).flatten();
         let choice = |method: Method, reason: &str| Some(MethodChoice { method, reason: reason.into() });
         let requested = "asked for in the document";
         let (grids, views) = match request {
             MethodRequest::Auto => {
-                let noise = || has_points.then(|| light_tracing::noisy_points(kernel)).flatten();
-                let close = light_tracing::dishonest_points(kernel, &scene.grids);
-                let both_ways = close.filter(|_| bidirectional::refuses(kernel, &scene.grids, &[]).is_none());
+                let noise = || has_points.then(|| light_tracing::noisy_points(traceable)).flatten();
+                let close = light_tracing::dishonest_points(traceable, &scene.grids);
+                let both_ways = close.filter(|_| bidirectional::refuses(traceable, &scene.grids, &[]).is_none());
                 let grids = match refusal.or_else(noise) {
                     None if let Some(reason) = both_ways => {
                         choice(Method::Bidirectional(bidirectional::Settings::default()), reason)
@@ -62,7 +62,7 @@ impl Methods {
                 if !scene.views.is_empty() {
                     return Err(PlanRefusal("light_tracing computes grids only: use auto or sppm for views".into()));
                 }
-                if let Some(reason) = refusal.or_else(|| light_tracing::dishonest_points(kernel, &scene.grids)) {
+                if let Some(reason) = refusal.or_else(|| light_tracing::dishonest_points(traceable, &scene.grids)) {
                     let advice = "use auto, sppm, or the estimate cell_average";
                     return Err(PlanRefusal(format!("not supported yet: {reason}; {advice}")));
                 }
@@ -75,7 +75,7 @@ impl Methods {
                 (choice(method.clone(), &reason), choice(method.clone(), &reason))
             }
             MethodRequest::Method(method @ Method::PathTracing(_)) => {
-                if let Some(reason) = path_tracing::refuses(kernel) {
+                if let Some(reason) = path_tracing::refuses(traceable) {
                     let advice =
                         if scene.views.is_empty() { "use auto, light_tracing or sppm" } else { "use auto or sppm" };
                     return Err(PlanRefusal(format!("not supported by path_tracing: {reason}; {advice}")));
@@ -83,7 +83,7 @@ impl Methods {
                 (choice(method.clone(), requested), choice(method.clone(), requested))
             }
             MethodRequest::Method(method @ Method::Bidirectional(_)) => {
-                if let Some(reason) = bidirectional::refuses(kernel, &scene.grids, &scene.views) {
+                if let Some(reason) = bidirectional::refuses(traceable, &scene.grids, &scene.views) {
                     let advice = "use auto or sppm";
                     return Err(PlanRefusal(format!("not supported by {}: {reason}; {advice}", method.name())));
                 }
@@ -95,7 +95,7 @@ impl Methods {
                 (choice(method.clone(), reason), choice(method.clone(), reason))
             }
             MethodRequest::Method(method @ Method::TwoStage(_)) => {
-                if let Some(reason) = two_stage::refuses(kernel) {
+                if let Some(reason) = two_stage::refuses(traceable) {
                     let advice =
                         if scene.views.is_empty() { "use auto, light_tracing or sppm" } else { "use auto or sppm" };
                     return Err(PlanRefusal(format!("not supported by two_stage: {reason}; {advice}")));
@@ -104,7 +104,7 @@ impl Methods {
                 (choice(method.clone(), reason), choice(method.clone(), reason))
             }
             MethodRequest::Method(method @ (Method::Holigilm | Method::Jenkins(_))) => {
-                if let Some(reason) = deterministic::refuses(method, scene, kernel) {
+                if let Some(reason) = deterministic::refuses(method, scene, traceable) {
                     return Err(PlanRefusal(reason));
                 }
                 (choice(method.clone(), requested), None)

@@ -10,7 +10,7 @@ use crate::integrator::photon_map::grid;
 use crate::integrator::photon_map::progressive::Radius;
 use crate::integrator::{Method, bidirectional, light_tracing, ppm, sppm};
 use crate::scene::{EstimateKind, Grid, Scene, View};
-use crate::traceable::Kernel;
+use crate::traceable::TraceableScene;
 
 /// Bytes that a job needs at its peak, beside the program itself.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -60,10 +60,10 @@ const TABLES: f64 = 48e6;
 const MOST_EVENTS: f64 = 1e6;
 
 /// The peak of a planned job.
-pub fn estimate(scene: &Scene, kernel: &Kernel, plan: &Plan) -> MemoryEstimate {
+pub fn estimate(scene: &Scene, traceable: &TraceableScene, plan: &Plan) -> MemoryEstimate {
     let channels = scene.channels.count() as f64;
     let Methods { grids, views } = &plan.methods;
-    let mut bytes = MemoryEstimate { meshes: TRIANGLE * triangles(scene, kernel), ..MemoryEstimate::default() };
+    let mut bytes = MemoryEstimate { meshes: TRIANGLE * triangles(scene, traceable), ..MemoryEstimate::default() };
     if let Some(choice) = grids {
         bytes.grids = scene.grids.iter().map(|grid| of_grid(grid, &choice.method)).sum();
     }
@@ -168,8 +168,8 @@ fn events(scene: &Scene) -> f64 {
     (1.0 / (1.0 - rho)).clamp(1.0, MOST_EVENTS)
 }
 
-fn triangles(scene: &Scene, kernel: &Kernel) -> f64 {
+fn triangles(scene: &Scene, traceable: &TraceableScene) -> f64 {
     let objects: usize = scene.room.meshes.iter().map(|object| object.mesh.triangles.len()).sum();
-    let tubes: usize = kernel.tubes.iter().map(|tube| tube.guide.triangle_count()).sum();
+    let tubes: usize = traceable.tubes.iter().map(|tube| tube.guide.triangle_count()).sum();
     (objects + tubes) as f64
 }

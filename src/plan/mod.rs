@@ -14,8 +14,8 @@ use crate::guide::{Guide, Section, recognise};
 use crate::optics::Diffuser;
 use crate::optics::fresnel::slab_transmittance;
 use crate::scene::Scene;
-use crate::traceable::TubeKernel;
-use crate::traceable::{Kernel, KernelError};
+use crate::traceable::TraceableTube;
+use crate::traceable::{TraceableScene, TubeError};
 
 /// What will be simulated; part of every result.
 #[derive(Clone, Debug)]
@@ -34,32 +34,32 @@ pub struct GuidePlan {
 }
 
 /// The scene compiled for tracing with the effects that are on.
-pub fn compile(scene: &Scene, effects: &Effects) -> Result<Kernel, KernelError> {
-    let mut kernel = Kernel::new(
+pub fn compile(scene: &Scene, effects: &Effects) -> Result<TraceableScene, TubeError> {
+    let mut traceable = TraceableScene::new(
         scene,
         effects.is_on(EffectKind::Interreflection),
         effects.is_on(EffectKind::GuideReturn),
         effects.is_on(EffectKind::Objects),
     )?;
     if !effects.is_on(EffectKind::Sky) {
-        kernel.sky = None;
+        traceable.sky = None;
     }
     if !effects.is_on(EffectKind::Sun) {
-        kernel.sun = None;
+        traceable.sun = None;
     }
     if !effects.is_on(EffectKind::Luminaires) {
-        kernel.luminaires.iter_mut().for_each(|luminaire| luminaire.luminance = [0.0; 3]);
+        traceable.luminaires.iter_mut().for_each(|luminaire| luminaire.luminance = [0.0; 3]);
     }
     if !effects.is_on(EffectKind::Glossy) {
-        kernel = kernel.without_specular();
+        traceable = traceable.without_specular();
     }
-    Ok(kernel)
+    Ok(traceable)
 }
 
 const STRAIGHT: &str = "straight cylinder: exit point, direction and number of reflections in closed form";
 const BENT: &str = "cylinders with mitred elbows: closed form between elbows, stepped through them";
 
-fn recognised(tube: &TubeKernel) -> GuidePlan {
+fn recognised(tube: &TraceableTube) -> GuidePlan {
     let reason = match &tube.section {
         Some(Section::Cylinder(cylinder)) => format!(
             "mesh recognised as a cylinder of radius {} m and length {} m within {:.4} mm; the {} vertices of its rim lie \
@@ -116,8 +116,8 @@ fn domed(guide: &DomedGuide) -> GuidePlan {
 }
 
 /// How the guides of a compiled scene are computed.
-pub fn guides(kernel: &Kernel) -> Vec<GuidePlan> {
-    kernel
+pub fn guides(traceable: &TraceableScene) -> Vec<GuidePlan> {
+    traceable
         .tubes
         .iter()
         .map(|tube| {
@@ -128,7 +128,7 @@ pub fn guides(kernel: &Kernel) -> Vec<GuidePlan> {
         .collect()
 }
 
-fn of_guide(tube: &TubeKernel) -> GuidePlan {
+fn of_guide(tube: &TraceableTube) -> GuidePlan {
     match &tube.guide {
         Guide::Straight(_) if tube.section.is_some() => recognised(tube),
         Guide::Straight(_) => GuidePlan { kind: "closed_form_straight", reason: STRAIGHT.into() },

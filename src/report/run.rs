@@ -13,7 +13,7 @@ use crate::geometry::obj::{ObjLimits, parse_obj};
 use crate::job::run::{Observer, PassReport, Prepared, merge, prepare_document};
 use crate::plan::{self, Effects};
 use crate::scene::Scene;
-use crate::traceable::Kernel;
+use crate::traceable::TraceableScene;
 
 /// Meshes beside the documents.
 struct Folder(PathBuf);
@@ -83,7 +83,7 @@ pub fn render_all(prepared: &Prepared, hear: impl FnMut(&Estimate) + Send) -> Re
 }
 
 /// A document's scene compiled for tracing, with everything that the plan leaves of it.
-pub fn compile(document: &Value, meshes: &Path) -> Result<(Scene, Kernel), ReportError> {
+pub fn compile(document: &Value, meshes: &Path) -> Result<(Scene, TraceableScene), ReportError> {
     let document = JobDocument::parse(document.to_string().as_bytes())?;
     let (scene, ..) = to_scene(&document, &Folder(meshes.to_owned()))?;
     let effects = Effects::of(&scene, &document.effect_requests());

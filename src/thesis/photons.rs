@@ -14,8 +14,8 @@ use crate::report::ReportError;
 use crate::report::run::compile;
 use crate::sampling::Key;
 use crate::scene::Face;
-use crate::traceable::Kernel;
 use crate::traceable::SurfaceId;
+use crate::traceable::TraceableScene;
 
 /// Photons that one task traces: fixed, so that their order is that of any number of threads.
 const CHUNK: u64 = 1024;
@@ -24,7 +24,7 @@ const FLOOR: SurfaceId = Face::Floor as SurfaceId;
 
 /// A room whose floor is watched.
 pub struct FloorPhotons {
-    pub kernel: Kernel,
+    pub kernel: TraceableScene,
     emission: Emission,
     key: Key,
 }

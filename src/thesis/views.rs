@@ -14,12 +14,12 @@ use crate::output::{Image, OutputError, Raster, png};
 use crate::report::ReportError;
 use crate::report::run::{compile, render_all};
 use crate::statistics::Moments;
-use crate::traceable::Kernel;
+use crate::traceable::TraceableScene;
 use crate::traceable::{NO_SURFACE, Place, RoomHit};
 
 /// What the centres of a view's pixels see.
 pub struct Sight {
-    kernel: Kernel,
+    kernel: TraceableScene,
     pub size_px: [usize; 2],
     hits: Vec<Option<RoomHit>>,
 }

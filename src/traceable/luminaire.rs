@@ -11,7 +11,7 @@ use crate::scene::Luminaire;
 
 /// A luminaire and what is derived from it.
 #[derive(Clone, Copy, Debug)]
-pub struct LuminaireKernel {
+pub struct TraceableLuminaire {
     corner: DVec3,
     edge_u: DVec3,
     edge_v: DVec3,
@@ -26,7 +26,7 @@ pub struct LuminaireKernel {
     to_v: DVec3,
 }
 
-impl LuminaireKernel {
+impl TraceableLuminaire {
     /// `luminaire` has edges that are not parallel; `surface` is its number.
     pub fn new(luminaire: &Luminaire, surface: SurfaceId) -> Self {
         let Luminaire { corner, edge_u, edge_v, luminance } = *luminaire;

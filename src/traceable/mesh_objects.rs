@@ -18,7 +18,7 @@ const PLANE_TOLERANCE: f64 = 1e-6;
 
 /// All mesh objects of a room.
 #[derive(Debug)]
-pub struct MeshKernel {
+pub struct TraceableMeshes {
     bvh: TriangleBvh,
     /// Unit normal of each triangle.
     normals: Vec<DVec3>,
@@ -42,7 +42,7 @@ pub struct MeshHit {
     pub surface: SurfaceId,
 }
 
-impl MeshKernel {
+impl TraceableMeshes {
     /// All objects of a room of `size` and their surfaces, numbered from `first`; `None` without.
     pub fn new(objects: &[MeshObject], size: DVec3, first: SurfaceId) -> Option<(Self, Vec<Surface>)> {
         let (mut positions, mut triangles) = (Vec::new(), Vec::new());
@@ -65,7 +65,7 @@ impl MeshKernel {
             of_facets[*facet as usize] = surfaces[kinds[triangle] as usize];
         }
         let of_surfaces = of_facets.iter().flat_map(|surface| [*surface; 2]).collect();
-        let kernel = Self {
+        let meshes = Self {
             bvh: TriangleBvh::new(&corners),
             normals: corners.iter().map(normal).collect(),
             positions,
@@ -74,7 +74,7 @@ impl MeshKernel {
             first,
             clearance: CLEARANCE * size.length(),
         };
-        Some((kernel, of_surfaces))
+        Some((meshes, of_surfaces))
     }
 
     /// The facet of a surface.

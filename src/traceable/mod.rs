@@ -13,8 +13,8 @@ use crate::optics::{Closure, Collector, Diffuser, Glossy, Surface};
 use crate::sampling::PathRandom;
 use crate::scene::{BoxObject, Face, MeshObject, MeshTube, Room, Scene, StraightOrBent, Tube, TubeShape};
 use crate::sky::{Sky, Sun, direction};
-use luminaire::LuminaireKernel;
-use mesh_objects::{MeshHit, MeshKernel};
+use luminaire::TraceableLuminaire;
+use mesh_objects::{MeshHit, TraceableMeshes};
 use obstacles::Obstacles;
 
 /// Number of a surface: 0..6 the faces of the room, then six for each box, then two for each facet of a mesh (its front
@@ -32,16 +32,16 @@ const COINCIDING: f64 = 1e-9;
 
 /// A scene compiled for tracing.
 #[derive(Debug)]
-pub struct Kernel {
+pub struct TraceableScene {
     pub sky: Option<Sky>,
     pub sun: Option<Sun>,
     pub size: DVec3,
     /// By number; `None` is open.
-    pub surfaces: Vec<Option<SurfaceKernel>>,
-    pub boxes: Vec<BoxKernel>,
-    pub meshes: Option<MeshKernel>,
-    pub luminaires: Vec<LuminaireKernel>,
-    pub tubes: Vec<TubeKernel>,
+    pub surfaces: Vec<Option<SurfaceOptics>>,
+    pub boxes: Vec<TraceableBox>,
+    pub meshes: Option<TraceableMeshes>,
+    pub luminaires: Vec<TraceableLuminaire>,
+    pub tubes: Vec<TraceableTube>,
     /// Whether reflected light is followed.
     pub interreflection: bool,
     /// Whether light that goes up into a guide is followed for its return.
@@ -61,13 +61,13 @@ const WIDE_ROUGHNESS: f64 = 0.15;
 
 /// The optics of a surface.
 #[derive(Clone, Debug)]
-pub struct SurfaceKernel {
+pub struct SurfaceOptics {
     /// Diffuse.
     pub reflectance: [f64; 3],
-    pub specular: Option<SpecularKernel>,
+    pub specular: Option<SpecularOptics>,
 }
 
-impl SurfaceKernel {
+impl SurfaceOptics {
     /// Whether any light is reflected diffusely, so that photons are worth gathering.
     #[inline]
     pub fn gathers(&self) -> bool {
@@ -83,14 +83,14 @@ impl SurfaceKernel {
 
 /// Reflection about the mirror direction.
 #[derive(Clone, Debug)]
-pub struct SpecularKernel {
+pub struct SpecularOptics {
     pub reflectance: [f64; 3],
     pub roughness: f64,
     /// `None`: an ideal mirror.
     pub lobe: Option<Arc<Glossy>>,
 }
 
-impl SpecularKernel {
+impl SpecularOptics {
     /// Where light goes on that comes from `from`, a unit vector away from the surface; the weight is `reflectance`.
     #[inline]
     pub fn reflect(&self, normal: DVec3, from: DVec3, point: [f64; 2], random: &mut PathRandom) -> DVec3 {
@@ -103,7 +103,7 @@ impl SpecularKernel {
 
 /// A box in its own frame: rotated about its base's centre.
 #[derive(Debug)]
-pub struct BoxKernel {
+pub struct TraceableBox {
     base: DVec3,
     half: DVec2,
     height: f64,
@@ -112,7 +112,7 @@ pub struct BoxKernel {
 }
 
 #[derive(Debug)]
-pub struct TubeKernel {
+pub struct TraceableTube {
     /// Centre of the opening, in the ceiling plane.
     pub origin: DVec3,
     pub opening_radius: f64,
@@ -138,9 +138,9 @@ pub enum Place {
     Opening(usize),
 }
 
-impl Kernel {
+impl TraceableScene {
     /// `objects` false leaves boxes and meshes out.
-    pub fn new(scene: &Scene, interreflection: bool, guide_return: bool, objects: bool) -> Result<Self, KernelError> {
+    pub fn new(scene: &Scene, interreflection: bool, guide_return: bool, objects: bool) -> Result<Self, TubeError> {
         let Room { size, surfaces, boxes, meshes, luminaires } = &scene.room;
         let (boxes, meshes): (&[BoxObject], &[MeshObject]) = if objects { (boxes, meshes) } else { (&[], &[]) };
         let mut lobes = Lobes::default();
@@ -150,27 +150,27 @@ impl Kernel {
             optics.extend(std::iter::repeat_n(Some(lobes.surface(&object.surface)), 6));
         }
         let mesh_objects = meshes;
-        let meshes = MeshKernel::new(meshes, *size, optics.len() as SurfaceId).map(|(meshes, of_surfaces)| {
+        let meshes = TraceableMeshes::new(meshes, *size, optics.len() as SurfaceId).map(|(meshes, of_surfaces)| {
             optics.extend(of_surfaces.iter().map(|surface| Some(lobes.surface(surface))));
             meshes
         });
         let first = optics.len() as SurfaceId;
         let luminaires: Vec<_> =
-            (first..).zip(luminaires).map(|(surface, luminaire)| LuminaireKernel::new(luminaire, surface)).collect();
-        let black = SurfaceKernel { reflectance: [0.0; 3], specular: None };
+            (first..).zip(luminaires).map(|(surface, luminaire)| TraceableLuminaire::new(luminaire, surface)).collect();
+        let black = SurfaceOptics { reflectance: [0.0; 3], specular: None };
         optics.extend(std::iter::repeat_n(Some(black), luminaires.len()));
         let tubes = scene
             .tubes
             .iter()
             .enumerate()
             .map(|(tube, description)| {
-                TubeKernel::new(description, size.z).map_err(|error| KernelError { tube, error })
+                TraceableTube::new(description, size.z).map_err(|error| TubeError { tube, error })
             })
             .collect::<Result<_, _>>()?;
         let objects = !boxes.is_empty() || meshes.is_some();
         let hanging: Vec<_> =
             luminaires.iter().copied().filter(|luminaire| !lies_on_a_face(luminaire, *size)).collect();
-        let boxes: Vec<_> = boxes.iter().map(BoxKernel::new).collect();
+        let boxes: Vec<_> = boxes.iter().map(TraceableBox::new).collect();
         let obstacles = Obstacles::new(&boxes, mesh_objects, &hanging);
         let hanging = !hanging.is_empty();
         Ok(Self {
@@ -193,12 +193,12 @@ impl Kernel {
 
     /// The luminaire with this surface number.
     #[inline]
-    pub fn luminaire(&self, surface: SurfaceId) -> Option<&LuminaireKernel> {
+    pub fn luminaire(&self, surface: SurfaceId) -> Option<&TraceableLuminaire> {
         self.luminaires.get((surface as usize).checked_sub(self.surfaces.len() - self.luminaires.len())?)
     }
 
     /// Specular reflection where it is not left out.
-    pub fn specular(&self) -> impl Iterator<Item = &SpecularKernel> {
+    pub fn specular(&self) -> impl Iterator<Item = &SpecularOptics> {
         self.surfaces.iter().flatten().filter_map(|surface| surface.specular.as_ref())
     }
 
@@ -304,13 +304,13 @@ impl Kernel {
     /// back, the one that faces the ray.
     fn nearest_luminaire(&self, origin: DVec3, direction: DVec3, within: f64, from: SurfaceId) -> Option<RoomHit> {
         let near = self.coinciding();
-        let mut nearest: Option<(f64, &LuminaireKernel)> = None;
+        let mut nearest: Option<(f64, &TraceableLuminaire)> = None;
         for luminaire in self.luminaires.iter().filter(|luminaire| luminaire.surface != from) {
             let Some(distance) = luminaire.intersect(origin, direction) else { continue };
             if distance <= near || distance > within + near {
                 continue;
             }
-            let faces = |luminaire: &LuminaireKernel| luminaire.normal.dot(direction) < 0.0;
+            let faces = |luminaire: &TraceableLuminaire| luminaire.normal.dot(direction) < 0.0;
             let closer = nearest.is_none_or(|(other_distance, other)| {
                 if (distance - other_distance).abs() <= near {
                     faces(luminaire) && !faces(other)
@@ -360,13 +360,13 @@ impl Kernel {
 struct Lobes(Vec<(f64, Arc<Glossy>)>);
 
 impl Lobes {
-    fn surface(&mut self, surface: &Surface) -> SurfaceKernel {
-        let specular = surface.specular.map(|specular| SpecularKernel {
+    fn surface(&mut self, surface: &Surface) -> SurfaceOptics {
+        let specular = surface.specular.map(|specular| SpecularOptics {
             reflectance: specular.reflectance,
             roughness: specular.roughness,
             lobe: (specular.roughness > 0.0).then(|| self.lobe(specular.roughness)),
         });
-        SurfaceKernel { reflectance: surface.reflectance, specular }
+        SurfaceOptics { reflectance: surface.reflectance, specular }
     }
 
     fn lobe(&mut self, roughness: f64) -> Arc<Glossy> {
@@ -379,7 +379,7 @@ impl Lobes {
     }
 }
 
-impl BoxKernel {
+impl TraceableBox {
     fn new(object: &BoxObject) -> Self {
         Self {
             base: object.base,
@@ -468,7 +468,7 @@ impl BoxKernel {
     }
 }
 
-impl TubeKernel {
+impl TraceableTube {
     fn new(tube: &Tube, ceiling: f64) -> Result<Self, MeshGuideError> {
         let guide = match &tube.shape {
             TubeShape::Cylinders(description) => cylinder_guide(description, tube.opening_radius),
@@ -503,7 +503,7 @@ impl TubeKernel {
 }
 
 /// Whether a luminaire lies in the plane of a face of the room, where it can stand between nothing.
-fn lies_on_a_face(luminaire: &LuminaireKernel, size: DVec3) -> bool {
+fn lies_on_a_face(luminaire: &TraceableLuminaire, size: DVec3) -> bool {
     let corners = luminaire.corners();
     (0..3).any(|axis| {
         [0.0, size[axis]]
@@ -549,7 +549,7 @@ fn mesh(tube: &MeshTube, opening_radius: f64) -> Result<MeshGuide, MeshGuideErro
 /// A tube whose guide cannot be built.
 #[derive(Clone, Debug, thiserror::Error)]
 #[error("tube {tube}: {error}")]
-pub struct KernelError {
+pub struct TubeError {
     pub tube: usize,
     pub error: MeshGuideError,
 }

@@ -2,8 +2,8 @@
 
 use glam::{DVec2, DVec3};
 
-use super::luminaire::LuminaireKernel;
-use super::{BoxKernel, SurfaceId};
+use super::luminaire::TraceableLuminaire;
+use super::{SurfaceId, TraceableBox};
 use crate::scene::MeshObject;
 
 /// The blocks around boxes, meshes and hanging luminaires.
@@ -24,7 +24,7 @@ struct Block {
 }
 
 impl Obstacles {
-    pub fn new(boxes: &[BoxKernel], meshes: &[MeshObject], luminaires: &[LuminaireKernel]) -> Self {
+    pub fn new(boxes: &[TraceableBox], meshes: &[MeshObject], luminaires: &[TraceableLuminaire]) -> Self {
         let mut blocks = Vec::new();
         for (index, object) in boxes.iter().enumerate() {
             let [a, b, _, d] = object.outline();

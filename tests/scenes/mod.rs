@@ -19,7 +19,7 @@ use skyduct::scene::{
 };
 use skyduct::sky::zenith::ZenithFormula;
 use skyduct::sky::{CieType, Sky, SkyDistribution, Sun, direction};
-use skyduct::traceable::Kernel;
+use skyduct::traceable::TraceableScene;
 
 pub const SIDE: f64 = 2.032;
 pub const RADIUS: f64 = 0.127;
@@ -86,7 +86,7 @@ pub fn disc_room(floor: f64, walls: f64, ceiling: f64, disc: f64, estimate: Esti
     cube(floor, walls, ceiling, vec![tube], daylight(5, horizontal_lux / PI, 35.0, 0.0), estimate)
 }
 
-pub fn kernel(scene: &Scene) -> Arc<Kernel> {
+pub fn kernel(scene: &Scene) -> Arc<TraceableScene> {
     Arc::new(plan::compile(scene, &Effects::of(scene, &EffectRequests::new())).unwrap())
 }
 

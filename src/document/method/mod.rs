@@ -18,7 +18,7 @@ use crate::integrator::photon_map::progressive::Radius;
 use crate::integrator::{Method, bidirectional, light_tracing, path_tracing, photon_mapping, ppm, sppm, two_stage};
 use crate::plan::MethodRequest;
 use crate::scene::{EstimateKind, Grid};
-use crate::traceable::Kernel;
+use crate::traceable::TraceableScene;
 
 /// A pass of the bidirectional method keeps its photons' vertices.
 pub const MOST_PHOTONS_THAT_ARE_KEPT: u64 = 1_048_576;
@@ -252,7 +252,7 @@ impl MethodDocument {
 }
 
 /// What a reader of a method's results must know of its grids.
-pub fn method_warning(method: &Method, kernel: &Kernel, grids: &[Grid]) -> Option<Warning> {
+pub fn method_warning(method: &Method, kernel: &TraceableScene, grids: &[Grid]) -> Option<Warning> {
     let mirrors = kernel.interreflection && kernel.specular().any(|specular| specular.lobe.is_none());
     let points = grids.iter().any(|grid| grid.estimate == EstimateKind::Point);
     let by_chance = match method {

@@ -19,29 +19,29 @@ use crate::sampling::warp;
 use crate::scene::View;
 use crate::sky::Sun;
 use crate::sky::sun::HALF_ANGLE;
-use crate::traceable::{Kernel, NO_SURFACE, TubeKernel};
+use crate::traceable::{NO_SURFACE, TraceableScene, TraceableTube};
 
 /// Daylight that the path itself follows to sky and sun.
 pub struct Followed;
 
 impl<const C: usize> Daylight<C> for Followed {
     fn connect(&self, path: &mut Path, vertex: &Vertex<C>, tube: usize, sum: &mut Spectrum<C>) {
-        let kernel = path.kernel;
-        let tube = &kernel.tubes[tube];
-        if kernel.sky.is_some() {
+        let scene = path.scene;
+        let tube = &scene.tubes[tube];
+        if scene.sky.is_some() {
             *sum += path.sky(vertex, tube);
         }
-        if let Some(sun) = &kernel.sun
+        if let Some(sun) = &scene.sun
             && tube.diffuser.scatters(tube.opening_radius)
         {
             *sum += path.scattered_sun(vertex, tube, sun);
         }
     }
 
-    fn found_share(&self, kernel: &Kernel, tube: usize, ray: &Ray<C>, position: DVec3) -> Option<f64> {
+    fn found_share(&self, scene: &TraceableScene, tube: usize, ray: &Ray<C>, position: DVec3) -> Option<f64> {
         // connections count the sun, and share the sky that is found at once
         Some(ray.last.map_or(1.0, |last| {
-            let connected = opening_density(&kernel.tubes[tube], position - last.position);
+            let connected = opening_density(&scene.tubes[tube], position - last.position);
             share(last.density, connected)
         }))
     }
@@ -49,7 +49,7 @@ impl<const C: usize> Daylight<C> for Followed {
 
 impl Path<'_> {
     /// Sky through a point of a tube's opening.
-    fn sky<const C: usize>(&mut self, vertex: &Vertex<C>, tube: &TubeKernel) -> Spectrum<C> {
+    fn sky<const C: usize>(&mut self, vertex: &Vertex<C>, tube: &TraceableTube) -> Spectrum<C> {
         let point = tube.origin + (warp::disc(self.samples.pair()) * tube.opening_radius).extend(0.0);
         let up = self.samples.pair();
         let way = point - vertex.position;
@@ -70,13 +70,13 @@ impl Path<'_> {
         if transit.end != End::Top {
             return Spectrum::ZERO;
         }
-        let sky = self.kernel.sky.as_ref().map_or(0.0, |sky| sky.luminance(transit.direction));
+        let sky = self.scene.sky.as_ref().map_or(0.0, |sky| sky.luminance(transit.direction));
         let connected = opening_density(tube, way);
         response * factor * transit.weight() * (sky * share(connected, density) / connected)
     }
 
     /// Sun that a tube's closure scatters straight to a vertex.
-    fn scattered_sun<const C: usize>(&mut self, vertex: &Vertex<C>, tube: &TubeKernel, sun: &Sun) -> Spectrum<C> {
+    fn scattered_sun<const C: usize>(&mut self, vertex: &Vertex<C>, tube: &TraceableTube, sun: &Sun) -> Spectrum<C> {
         let mut sum = Spectrum::ZERO;
         self.sun_exits(tube, sun, |path, exit: &Exit<C>| {
             let way = exit.position - vertex.position;
@@ -93,13 +93,18 @@ impl Path<'_> {
 
     /// A ray of the sun from the collector down, and on as often as the tube returns it to the closure: every point where
     /// it arrives at a closure that scatters.
-    pub fn sun_exits<const C: usize>(&mut self, tube: &TubeKernel, sun: &Sun, mut at: impl FnMut(&mut Self, &Exit<C>)) {
+    pub fn sun_exits<const C: usize>(
+        &mut self,
+        tube: &TraceableTube,
+        sun: &Sun,
+        mut at: impl FnMut(&mut Self, &Exit<C>),
+    ) {
         let toward = warp::around(sun.direction, warp::cone(self.samples.pair(), HALF_ANGLE));
         let Some(entry) = tube.guide.entry(self.samples.pair(), -toward).filter(|_| toward.z > 0.0) else { return };
         let flux = sun.luminance_cd_m2() * Sun::solid_angle_sr() * entry.projected_area_m2;
         let mut transit: Transit<C> = tube.guide.down(entry.position, -toward, &mut self.samples.random);
         let mut flux = if transit.entered { Spectrum([flux; C]) } else { Spectrum::ZERO };
-        let returns = self.kernel.guide_return && tube.guide.returns_light();
+        let returns = self.scene.guide_return && tube.guide.returns_light();
         for _ in 0..MAX_EVENTS {
             self.rays += u64::from(transit.rays);
             flux *= transit.weight();
@@ -154,7 +159,7 @@ impl<const C: usize> Exit<'_, C> {
     }
 
     /// The pixel of a view that it lights, and by how much, in cd/m2.
-    pub fn seen_by(&self, kernel: &Kernel, view: &View) -> Option<(usize, Spectrum<C>)> {
+    pub fn seen_by(&self, scene: &TraceableScene, view: &View) -> Option<(usize, Spectrum<C>)> {
         let (pixel, solid_angle) = view.pixel_of(self.position)?;
         let way = self.position - view.eye;
         let distance_squared = way.length_squared();
@@ -163,14 +168,14 @@ impl<const C: usize> Exit<'_, C> {
         if intensity.max() <= 0.0 {
             return None;
         }
-        let entry = enter_room(kernel, view.eye, direction)?;
-        let visible = kernel.visible(self.position, NO_SURFACE, entry, NO_SURFACE);
+        let entry = enter_room(scene, view.eye, direction)?;
+        let visible = scene.visible(self.position, NO_SURFACE, entry, NO_SURFACE);
         visible.then(|| (pixel, intensity * (1.0 / (distance_squared * solid_angle))))
     }
 }
 
 /// Density per sr, seen from the start of `way`, of an even point of a tube's opening.
-fn opening_density(tube: &TubeKernel, way: DVec3) -> f64 {
+fn opening_density(tube: &TraceableTube, way: DVec3) -> f64 {
     let distance_squared = way.length_squared();
     let area = PI * tube.opening_radius * tube.opening_radius;
     distance_squared * distance_squared.sqrt() / (way.z.abs() * area)

@@ -11,7 +11,7 @@ use crate::integrator::photon_map::visible_point::enter_room;
 use crate::optics::Spectrum;
 use crate::sampling::Key;
 use crate::scene::{EstimateKind, Grid, View};
-use crate::traceable::Kernel;
+use crate::traceable::TraceableScene;
 
 /// Streams of random numbers within a pass.
 pub const SENSOR_STREAM: u64 = 1 << 32;
@@ -29,9 +29,9 @@ pub struct Sampling {
 }
 
 impl Sampling {
-    fn path(self, kernel: &Kernel, stream: Key, number: u64) -> Path<'_> {
+    fn path(self, scene: &TraceableScene, stream: Key, number: u64) -> Path<'_> {
         let samples = PathSamples::with_pairs(stream, number, self.pairs);
-        Path { kernel, samples, rays: 0, certain: self.certain }
+        Path { scene, samples, rays: 0, certain: self.certain }
     }
 }
 
@@ -42,15 +42,15 @@ pub fn each<T: Send>(count: usize, cancel: &AtomicBool, of: impl Fn(usize) -> T 
 }
 
 /// Centre of sensor `index` of a grid.
-pub fn centre(kernel: &Kernel, grid: &Grid, index: usize) -> DVec3 {
+pub fn centre(scene: &TraceableScene, grid: &Grid, index: usize) -> DVec3 {
     let (i, j) = (index % grid.cells[0], index / grid.cells[0]);
-    DVec3::new(grid.x_m[i], grid.y_m[j], grid.height_m + kernel.contact())
+    DVec3::new(grid.x_m[i], grid.y_m[j], grid.height_m + scene.contact())
 }
 
 /// Illuminance in lux of sensor `index` of a grid by backward paths, and the rays they took; `direct` counts the daylight
 /// that comes straight from the openings.
 pub fn sensor<const C: usize>(
-    kernel: &Kernel,
+    scene: &TraceableScene,
     grid: &Grid,
     index: usize,
     sampling: Sampling,
@@ -58,17 +58,17 @@ pub fn sensor<const C: usize>(
     direct: &impl Daylight<C>,
     daylight: &impl Daylight<C>,
 ) -> (f64, u64) {
-    let centre = centre(kernel, grid, index);
+    let centre = centre(scene, grid, index);
     let (mut lux, mut rays) = (0.0, 0);
     for number in 0..u64::from(sampling.paths) {
-        let mut path = sampling.path(kernel, stream, number);
+        let mut path = sampling.path(scene, stream, number);
         let mut position = centre;
         if grid.estimate == EstimateKind::CellAverage {
             let [u, v] = path.samples.pair();
             position.x += (u - 0.5) * grid.cell_size_m[0];
             position.y += (v - 0.5) * grid.cell_size_m[1];
         }
-        if !kernel.boxes.iter().any(|object| object.contains(position)) {
+        if !scene.boxes.iter().any(|object| object.contains(position)) {
             lux += path.illuminance(direct, daylight, position).luminance();
         }
         rays += path.rays;
@@ -79,7 +79,7 @@ pub fn sensor<const C: usize>(
 /// Luminance in cd/m2 of every pixel of a view by backward paths each, channels interleaved, and the rays they took; `None`
 /// when cancelled.
 pub fn view<const C: usize>(
-    kernel: &Kernel,
+    scene: &TraceableScene,
     view: &View,
     sampling: Sampling,
     stream: Key,
@@ -87,7 +87,7 @@ pub fn view<const C: usize>(
     cancel: &AtomicBool,
 ) -> Option<(Vec<f64>, u64)> {
     let pixels = each(view.size_px[0] * view.size_px[1], cancel, |index| {
-        pixel(kernel, view, index, sampling, stream.child(index as u64), daylight)
+        pixel(scene, view, index, sampling, stream.child(index as u64), daylight)
     })?;
     let mut luminance = Vec::new();
     let mut rays = 0;
@@ -100,7 +100,7 @@ pub fn view<const C: usize>(
 
 /// Luminance of one pixel in cd/m2, and the rays it took.
 fn pixel<const C: usize>(
-    kernel: &Kernel,
+    scene: &TraceableScene,
     view: &View,
     pixel: usize,
     sampling: Sampling,
@@ -110,10 +110,10 @@ fn pixel<const C: usize>(
     let (column, row) = (pixel % view.size_px[0], pixel / view.size_px[0]);
     let (mut luminance, mut rays) = (Spectrum::ZERO, 0);
     for number in 0..u64::from(sampling.paths) {
-        let mut path = sampling.path(kernel, stream, number);
+        let mut path = sampling.path(scene, stream, number);
         let [x, y] = path.samples.pair();
         let direction = view.ray_direction(column as f64 + x, row as f64 + y);
-        if let Some(origin) = enter_room(kernel, view.eye, direction) {
+        if let Some(origin) = enter_room(scene, view.eye, direction) {
             luminance += path.luminance(daylight, origin, direction);
         }
         rays += path.rays;

@@ -8,7 +8,7 @@ use crate::guide::{End, Guide, Transit};
 use crate::optics::{Closure, Spectrum};
 use crate::sampling::{Key, PathRandom, Replicate, warp};
 use crate::sky::sun::HALF_ANGLE;
-use crate::traceable::{Kernel, NO_SURFACE, TubeKernel};
+use crate::traceable::{NO_SURFACE, TraceableScene, TraceableTube};
 
 /// Backward rays per sensor and pass, at most: toward the sky, and toward the sun.
 const SKY_RAYS: u64 = 256;
@@ -17,22 +17,22 @@ const SUN_RAYS: u64 = 1024;
 /// Light that reaches a point that looks up straight through closures of the tubes that `by` picks, in lux, by at most `rays`
 /// rays to each tube, and the rays it took.
 pub fn unscattered(
-    kernel: &Kernel,
+    scene: &TraceableScene,
     sensor: DVec3,
     stream: Key,
     rays: u64,
-    by: impl Fn(&TubeKernel) -> bool,
+    by: impl Fn(&TraceableTube) -> bool,
 ) -> (f64, u64) {
     let (mut lux, mut taken) = (0.0, 0);
-    if kernel.boxes.iter().any(|object| object.contains(sensor)) {
+    if scene.boxes.iter().any(|object| object.contains(sensor)) {
         return (lux, taken);
     }
-    for (number, tube) in kernel.tubes.iter().enumerate().filter(|(_, tube)| by(tube)) {
+    for (number, tube) in scene.tubes.iter().enumerate().filter(|(_, tube)| by(tube)) {
         let Some(zone) = tube.diffuser.specular_zone(tube.opening_radius) else { continue };
         if tube.origin.z <= sensor.z {
             continue;
         }
-        let backward = Backward { kernel, tube, sensor, zone };
+        let backward = Backward { scene, tube, sensor, zone };
         let stream = stream.child(number as u64);
         let (sky, sky_rays) = backward.sky(stream.child(0), rays.min(SKY_RAYS));
         let (sun, sun_rays) = backward.sun(stream.child(1), rays.min(SUN_RAYS));
@@ -44,8 +44,8 @@ pub fn unscattered(
 
 /// Light that reaches a sensor unscattered through one tube, followed backward.
 struct Backward<'a> {
-    kernel: &'a Kernel,
-    tube: &'a TubeKernel,
+    scene: &'a TraceableScene,
+    tube: &'a TraceableTube,
     sensor: DVec3,
     /// Inner and outer radius of the diffuser's clear zone.
     zone: (f64, f64),
@@ -54,7 +54,7 @@ struct Backward<'a> {
 impl Backward<'_> {
     /// Sky light: uniform points of the clear zone.
     fn sky(&self, stream: Key, count: u64) -> (f64, u64) {
-        let Some(sky) = &self.kernel.sky else { return (0.0, 0) };
+        let Some(sky) = &self.scene.sky else { return (0.0, 0) };
         let (inner, outer) = self.zone;
         let area = PI * (outer * outer - inner * inner);
         let mut random = PathRandom::new(stream);
@@ -73,7 +73,7 @@ impl Backward<'_> {
 
     /// Sunlight: only points from which the zenith angle is the sun's, which a straight tube conserves.
     fn sun(&self, stream: Key, count: u64) -> (f64, u64) {
-        let Some(sun) = &self.kernel.sun else { return (0.0, 0) };
+        let Some(sun) = &self.scene.sun else { return (0.0, 0) };
         if !matches!(self.tube.guide, Guide::Straight(_)) {
             return (0.0, 0);
         }
@@ -130,7 +130,7 @@ impl Backward<'_> {
         let way = point - self.sensor;
         let distance_squared = way.length_squared();
         let direction = way / distance_squared.sqrt();
-        if !self.kernel.visible(self.sensor, NO_SURFACE, point, NO_SURFACE) {
+        if !self.scene.visible(self.sensor, NO_SURFACE, point, NO_SURFACE) {
             return None;
         }
         let transit: Transit<3> = self.tube.guide.up(point - self.tube.origin, direction, random);

@@ -14,8 +14,8 @@ use crate::guide::{End, Transit};
 use crate::integrator::photon::emission::PathSamples;
 use crate::optics::{Closure, Glossy, MeasuredDiffuser, Spectrum};
 use crate::sampling::{PathRandom, warp};
-use crate::traceable::luminaire::LuminaireKernel;
-use crate::traceable::{Kernel, NO_SURFACE, Place, SpecularKernel, SurfaceId, SurfaceKernel};
+use crate::traceable::luminaire::TraceableLuminaire;
+use crate::traceable::{NO_SURFACE, Place, SpecularOptics, SurfaceId, SurfaceOptics, TraceableScene};
 
 /// Below this share of its first weight a path goes on by roulette even where nothing absorbs.
 pub const ROULETTE_BELOW: f64 = 1e-3;
@@ -39,12 +39,12 @@ pub trait Daylight<const C: usize>: Sync {
 
     /// The share of the sky that a ray counts which meets the opening of tube `tube` at `position` and finds the sky at
     /// once; what it finds after it came back down the guide it counts whole. `None`: it counts neither.
-    fn found_share(&self, kernel: &Kernel, tube: usize, ray: &Ray<C>, position: DVec3) -> Option<f64>;
+    fn found_share(&self, scene: &TraceableScene, tube: usize, ray: &Ray<C>, position: DVec3) -> Option<f64>;
 }
 
 /// One path.
 pub struct Path<'a> {
-    pub kernel: &'a Kernel,
+    pub scene: &'a TraceableScene,
     pub samples: PathSamples,
     /// Traced so far.
     pub rays: u64,
@@ -98,8 +98,8 @@ impl<const C: usize> Vertex<'_, C> {
     }
 
     /// Whether light straight from luminaires has a closed form.
-    fn lambert(&self, kernel: &Kernel) -> bool {
-        !kernel.luminaires_obstructed && self.lobe.is_none() && self.table.is_none()
+    fn lambert(&self, scene: &TraceableScene) -> bool {
+        !scene.luminaires_obstructed && self.lobe.is_none() && self.table.is_none()
     }
 
     /// Whether it has a lobe that connections rarely meet.
@@ -108,8 +108,8 @@ impl<const C: usize> Vertex<'_, C> {
     }
 
     /// This vertex, left in a direction of `density`.
-    fn last(&self, kernel: &Kernel, density: f64) -> Last {
-        Last { position: self.position, density, lambert: self.lambert(kernel), narrow: self.is_narrow() }
+    fn last(&self, scene: &TraceableScene, density: f64) -> Last {
+        Last { position: self.position, density, lambert: self.lambert(scene), narrow: self.is_narrow() }
     }
 }
 
@@ -187,21 +187,21 @@ impl Path<'_> {
         mut reflected: bool,
         sum: &mut Spectrum<C>,
     ) {
-        let kernel = self.kernel;
+        let scene = self.scene;
         let first = ray.weight.max();
         for _ in 0..MAX_EVENTS {
-            let hit = kernel.intersect(ray.origin, ray.direction, ray.from);
+            let hit = scene.intersect(ray.origin, ray.direction, ray.from);
             self.rays += 1;
             let next = match hit.place {
                 Place::Opening(index) => self.enter_tube(daylight, index, hit.position, &ray, sum),
                 Place::Surface(surface) => {
-                    if let Some(luminaire) = kernel.luminaire(surface) {
+                    if let Some(luminaire) = scene.luminaire(surface) {
                         let share = ray.last.map_or(1.0, |last| luminaire_share(last, luminaire, hit.position));
                         *sum += ray.weight * luminaire.seen(ray.direction) * share;
                         return;
                     }
-                    let Some(optics) = &kernel.surfaces[surface as usize] else { return };
-                    if reflected && !kernel.interreflection {
+                    let Some(optics) = &scene.surfaces[surface as usize] else { return };
+                    if reflected && !scene.interreflection {
                         return;
                     }
                     let finite = optics.gathers() || optics.specular.as_ref().is_some_and(|s| s.lobe.is_some());
@@ -233,7 +233,7 @@ impl Path<'_> {
     fn reflect<const C: usize>(
         &mut self,
         vertex: &Vertex<C>,
-        specular: Option<&SpecularKernel>,
+        specular: Option<&SpecularOptics>,
         weight: Spectrum<C>,
         first: f64,
     ) -> Option<Ray<C>> {
@@ -269,7 +269,7 @@ impl Path<'_> {
                         if density <= 0.0 {
                             return None;
                         }
-                        let last = vertex.last(self.kernel, density);
+                        let last = vertex.last(self.scene, density);
                         ray(response * (1.0 / density), Some(last))
                     }
                 }
@@ -287,7 +287,7 @@ impl Path<'_> {
             return None;
         }
         let Vertex { position, surface, .. } = *vertex;
-        let last = Some(vertex.last(self.kernel, density));
+        let last = Some(vertex.last(self.scene, density));
         let weight = response * (1.0 / density);
         Some(Ray { origin: position, direction, from: surface, weight, last, from_eye: false })
     }
@@ -301,11 +301,11 @@ impl Path<'_> {
         ray: &Ray<C>,
         sum: &mut Spectrum<C>,
     ) -> Option<Ray<C>> {
-        let kernel = self.kernel;
-        let tube = &kernel.tubes[index];
+        let scene = self.scene;
+        let tube = &scene.tubes[index];
         let (mut direction, mut weight) = (ray.direction, ray.weight);
-        let mut share_of_sky = daylight.found_share(kernel, index, ray, position);
-        let climbs = share_of_sky.is_some() || (kernel.guide_return && tube.guide.returns_light());
+        let mut share_of_sky = daylight.found_share(scene, index, ray, position);
+        let climbs = share_of_sky.is_some() || (scene.guide_return && tube.guide.returns_light());
         for _ in 0..MAX_EVENTS {
             let from_below = direction.z > 0.0;
             let closure = tube.closure_at(position);
@@ -337,10 +337,10 @@ impl Path<'_> {
                 if transit.end == End::Top {
                     if let Some(share) = share_of_sky {
                         let toward = transit.direction;
-                        let sky = kernel.sky.as_ref().map_or(0.0, |sky| share * sky.luminance(toward));
+                        let sky = scene.sky.as_ref().map_or(0.0, |sky| share * sky.luminance(toward));
                         *sum += arriving * sky;
                     }
-                } else if transit.end == End::Opening && kernel.guide_return {
+                } else if transit.end == End::Opening && scene.guide_return {
                     returning = arriving;
                     place = (tube.origin + transit.position, transit.direction);
                     place.0.z = tube.origin.z;
@@ -400,19 +400,19 @@ impl Path<'_> {
 
     /// What openings and luminaires send straight to a vertex, and by it toward the eye.
     fn connect<const C: usize>(&mut self, daylight: &impl Daylight<C>, vertex: &Vertex<C>) -> Spectrum<C> {
-        let kernel = self.kernel;
+        let scene = self.scene;
         let mut sum = Spectrum::ZERO;
-        for (index, tube) in kernel.tubes.iter().enumerate() {
+        for (index, tube) in scene.tubes.iter().enumerate() {
             if tube.origin.z > vertex.position.z {
                 daylight.connect(self, vertex, index, &mut sum);
             }
         }
-        for luminaire in kernel.luminaires.iter().filter(|luminaire| luminaire.emits()) {
-            if vertex.lambert(kernel) {
+        for luminaire in scene.luminaires.iter().filter(|luminaire| luminaire.emits()) {
+            if vertex.lambert(scene) {
                 sum += vertex.diffuse * luminaire.irradiance(vertex.position, vertex.normal) * (1.0 / PI);
                 continue;
             }
-            let source = luminaire.point(self.samples.pair()).clamp(DVec3::ZERO, kernel.size);
+            let source = luminaire.point(self.samples.pair()).clamp(DVec3::ZERO, scene.size);
             let way = source - vertex.position;
             let connected = luminaire_density(luminaire, way);
             if connected > 0.0
@@ -437,7 +437,7 @@ impl Path<'_> {
             return None;
         }
         self.rays += 1;
-        self.kernel.visible(source, surface, vertex.position, vertex.surface).then_some((response, density))
+        self.scene.visible(source, surface, vertex.position, vertex.surface).then_some((response, density))
     }
 }
 
@@ -487,13 +487,13 @@ pub fn shares<const C: usize>(closure: Closure<'_>, cosine: f64) -> [Spectrum<C>
     }
 }
 
-fn lobe<const C: usize>(optics: &SurfaceKernel, weight: Spectrum<C>) -> Option<(&Glossy, Spectrum<C>)> {
+fn lobe<const C: usize>(optics: &SurfaceOptics, weight: Spectrum<C>) -> Option<(&Glossy, Spectrum<C>)> {
     let specular = optics.specular.as_ref()?;
     Some((specular.lobe.as_deref()?, weight * Spectrum::from_rgb(specular.reflectance)))
 }
 
 /// The probability with which a surface sends a path on diffusely.
-pub fn diffuse_share(optics: &SurfaceKernel) -> f64 {
+pub fn diffuse_share(optics: &SurfaceOptics) -> f64 {
     let brightest = |rgb: [f64; 3]| rgb.into_iter().fold(0.0, f64::max);
     let diffuse = brightest(optics.reflectance);
     match &optics.specular {
@@ -505,14 +505,14 @@ pub fn diffuse_share(optics: &SurfaceKernel) -> f64 {
 }
 
 /// The same of a luminaire; zero from behind it.
-fn luminaire_density(luminaire: &LuminaireKernel, way: DVec3) -> f64 {
+fn luminaire_density(luminaire: &TraceableLuminaire, way: DVec3) -> f64 {
     let leaving = -way.dot(luminaire.normal);
     let distance_squared = way.length_squared();
     if leaving > 0.0 { distance_squared * distance_squared.sqrt() / (leaving * luminaire.area_m2) } else { 0.0 }
 }
 
 /// The share of a luminaire's light that a ray counts which finds it.
-fn luminaire_share(last: Last, luminaire: &LuminaireKernel, position: DVec3) -> f64 {
+fn luminaire_share(last: Last, luminaire: &TraceableLuminaire, position: DVec3) -> f64 {
     if last.lambert {
         return 0.0;
     }

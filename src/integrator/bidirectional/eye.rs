@@ -13,7 +13,7 @@ use crate::integrator::backward::walk::{
 use crate::integrator::photon::emission::PathSamples;
 use crate::optics::{Closure, Spectrum};
 use crate::sampling::warp;
-use crate::traceable::{Kernel, NO_SURFACE, Place, SurfaceId, SurfaceKernel};
+use crate::traceable::{NO_SURFACE, Place, SurfaceId, SurfaceOptics, TraceableScene};
 
 /// Densities with which photons start, of the sources that eye paths can find.
 #[derive(Debug)]
@@ -26,7 +26,7 @@ pub struct Starts {
 
 /// One path from a sensor or the eye.
 pub struct EyePath<'a, const C: usize> {
-    pub kernel: &'a Kernel,
+    pub scene: &'a TraceableScene,
     pub starts: &'a Starts,
     /// The vertices of the photon that it is connected to.
     pub photon: &'a [LightVertex<C>],
@@ -79,7 +79,7 @@ struct EyeVertex<'a, const C: usize> {
 }
 
 enum Scatters<'a> {
-    Surface(&'a SurfaceKernel),
+    Surface(&'a SurfaceOptics),
     /// The lower side of a closure.
     Closure(Closure<'a>, Scatter),
 }
@@ -162,21 +162,21 @@ impl<'a, const C: usize> EyePath<'a, C> {
     }
 
     fn follow(&mut self, mut ray: Ray<C>) {
-        let kernel = self.kernel;
+        let scene = self.scene;
         let first = ray.weight.max();
         for _ in 0..MAX_EVENTS {
-            let hit = kernel.intersect(ray.origin, ray.direction, ray.from);
+            let hit = scene.intersect(ray.origin, ray.direction, ray.from);
             self.rays += 1;
             ray.edge.extend((hit.position - ray.origin).length());
             let next = match hit.place {
                 Place::Opening(index) => self.enter_tube(index, hit.position, &ray),
                 Place::Surface(surface) => {
-                    if kernel.luminaire(surface).is_some() {
+                    if scene.luminaire(surface).is_some() {
                         self.find_luminaire(surface, &ray);
                         return;
                     }
-                    let Some(optics) = &kernel.surfaces[surface as usize] else { return };
-                    if ray.reflected && !kernel.interreflection {
+                    let Some(optics) = &scene.surfaces[surface as usize] else { return };
+                    if ray.reflected && !scene.interreflection {
                         return;
                     }
                     let vertex = EyeVertex {
@@ -203,9 +203,9 @@ impl<'a, const C: usize> EyePath<'a, C> {
 
     /// Adds what a ray sees of the luminaire that it meets.
     fn find_luminaire(&mut self, surface: SurfaceId, ray: &Ray<C>) {
-        let Some(luminaire) = self.kernel.luminaire(surface) else { return };
+        let Some(luminaire) = self.scene.luminaire(surface) else { return };
         let cosine = -ray.direction.dot(luminaire.normal);
-        let number = surface as usize - (self.kernel.surfaces.len() - self.kernel.luminaires.len());
+        let number = surface as usize - (self.scene.surfaces.len() - self.scene.luminaires.len());
         if cosine > 0.0 {
             let share = ray.edge.arrive(cosine);
             let start = self.starts.luminaires[number];
@@ -219,7 +219,7 @@ impl<'a, const C: usize> EyePath<'a, C> {
     fn reflect(
         &mut self,
         vertex: &EyeVertex<'_, C>,
-        optics: &SurfaceKernel,
+        optics: &SurfaceOptics,
         ray: &Ray<C>,
         first: f64,
     ) -> Option<Ray<C>> {
@@ -279,8 +279,8 @@ impl<'a, const C: usize> EyePath<'a, C> {
 
     /// A ray meets an opening from below: adds the sky that it finds, and returns how it comes back into the room.
     fn enter_tube(&mut self, index: usize, mut position: DVec3, ray: &Ray<C>) -> Option<Ray<C>> {
-        let kernel = self.kernel;
-        let tube = &kernel.tubes[index];
+        let scene = self.scene;
+        let tube = &scene.tubes[index];
         let (mut direction, mut weight) = (ray.direction, ray.weight);
         let mut share = ray.edge.arrive(direction.z);
         let clear = matches!(tube.closure_at(position), Closure::Specular { .. });
@@ -331,11 +331,11 @@ impl<'a, const C: usize> EyePath<'a, C> {
                 let arriving = up * transit.weight();
                 if transit.end == End::Top {
                     let toward = transit.direction;
-                    let sky = kernel.sky.as_ref().map_or(0.0, |sky| share_of_sky * sky.luminance(toward));
-                    let sun = kernel.sun.filter(|sun| clear && ray.start == From::Eye && sun.covers(toward));
+                    let sky = scene.sky.as_ref().map_or(0.0, |sky| share_of_sky * sky.luminance(toward));
+                    let sun = scene.sun.filter(|sun| clear && ray.start == From::Eye && sun.covers(toward));
                     let sun = sun.filter(|_| toward.z > 0.0).map_or(0.0, |sun| sun.luminance_cd_m2());
                     self.sum += arriving * (sky + sun);
-                } else if transit.end == End::Opening && kernel.guide_return {
+                } else if transit.end == End::Opening && scene.guide_return {
                     returning = arriving;
                     place = (tube.origin + transit.position, transit.direction);
                     place.0.z = tube.origin.z;
@@ -387,7 +387,7 @@ impl<'a, const C: usize> EyePath<'a, C> {
 
     /// Adds what the photon's vertices send straight to a vertex, and by it toward the eye.
     fn connect(&mut self, vertex: &EyeVertex<'_, C>) {
-        let kernel = self.kernel;
+        let scene = self.scene;
         for light in self.photon {
             let way = light.position - vertex.position;
             let distance_squared = way.length_squared();
@@ -396,17 +396,17 @@ impl<'a, const C: usize> EyePath<'a, C> {
             }
             let toward = way / distance_squared.sqrt();
             let response = vertex.response(toward);
-            let arriving = response * light.intensity(kernel, -toward);
+            let arriving = response * light.intensity(scene, -toward);
             if arriving.max() <= 0.0 {
                 continue;
             }
             self.rays += 1;
-            if !kernel.visible(light.position, light.surface, vertex.position, vertex.surface) {
+            if !scene.visible(light.position, light.surface, vertex.position, vertex.surface) {
                 continue;
             }
             let by_eye = vertex.forward(toward) * -toward.dot(light.normal) / distance_squared;
-            let by_light = light.forward(kernel, -toward) * toward.dot(vertex.normal) / distance_squared;
-            let others = light.share.others(by_eye, light.back(kernel, -toward))
+            let by_light = light.forward(scene, -toward) * toward.dot(vertex.normal) / distance_squared;
+            let others = light.share.others(by_eye, light.back(scene, -toward))
                 + vertex.share.others(by_light, vertex.back(toward));
             self.sum += arriving * (self.photons / (distance_squared * (1.0 + others)));
         }
@@ -423,6 +423,6 @@ fn crossings<const C: usize>(ray: &Ray<C>, share: &Share, start: f64) -> f64 {
 }
 
 /// Whether any of a surface's light goes into more than one direction.
-fn finite(optics: &SurfaceKernel) -> bool {
+fn finite(optics: &SurfaceOptics) -> bool {
     optics.gathers() || optics.specular.as_ref().is_some_and(|specular| specular.lobe.is_some())
 }

@@ -8,7 +8,7 @@ use super::weight::{Edge, Share, surface_density};
 use crate::integrator::photon::emission::{EmittedPhoton, PathSamples};
 use crate::integrator::photon::path::{Flight, Origin, Scattering, Visitor};
 use crate::optics::{Diffuser, FiniteBsdf, Spectrum};
-use crate::traceable::{Kernel, SurfaceId};
+use crate::traceable::{SurfaceId, TraceableScene};
 
 /// A point where light leaves a source or a surface of the room.
 #[derive(Clone, Copy, Debug)]
@@ -37,13 +37,13 @@ impl<const C: usize> LightVertex<C> {
     }
 
     /// Intensity in lm/sr along the unit vector `outward`.
-    pub fn intensity(&self, kernel: &Kernel, outward: DVec3) -> Spectrum<C> {
+    pub fn intensity(&self, scene: &TraceableScene, outward: DVec3) -> Spectrum<C> {
         let cosine = outward.dot(self.normal);
         if cosine <= 0.0 {
             return Spectrum::ZERO;
         }
         let lambertian = self.leaving * (cosine / PI);
-        match self.scatterer(kernel) {
+        match self.scatterer(scene) {
             Some(scatterer) if self.lobe.max() > 0.0 => {
                 let per_sr = scatterer.bsdf_cosine(self.normal, self.incident, outward);
                 lambertian + self.lobe * Spectrum::from_rgb(per_sr)
@@ -53,27 +53,27 @@ impl<const C: usize> LightVertex<C> {
     }
 
     /// Density per sr with which a photon goes on along `outward`.
-    pub fn forward(&self, kernel: &Kernel, outward: DVec3) -> f64 {
-        match &kernel.surfaces.get(self.surface as usize) {
+    pub fn forward(&self, scene: &TraceableScene, outward: DVec3) -> f64 {
+        match &scene.surfaces.get(self.surface as usize) {
             Some(Some(optics)) if !self.source => surface_density(optics, self.normal, -self.incident, outward),
             _ => outward.dot(self.normal).max(0.0) / PI,
         }
     }
 
     /// Density per sr with which an eye path that arrives against `outward` goes on to the vertex before.
-    pub fn back(&self, kernel: &Kernel, outward: DVec3) -> f64 {
-        match &kernel.surfaces.get(self.surface as usize) {
+    pub fn back(&self, scene: &TraceableScene, outward: DVec3) -> f64 {
+        match &scene.surfaces.get(self.surface as usize) {
             Some(Some(optics)) if !self.source => surface_density(optics, self.normal, outward, -self.incident),
             _ => 0.0,
         }
     }
 
-    fn scatterer<'a>(&self, kernel: &'a Kernel) -> Option<&'a dyn FiniteBsdf> {
+    fn scatterer<'a>(&self, scene: &'a TraceableScene) -> Option<&'a dyn FiniteBsdf> {
         if let Some(tube) = self.diffuser {
-            let Diffuser::Measured(table) = &kernel.tubes[tube].diffuser else { return None };
+            let Diffuser::Measured(table) = &scene.tubes[tube].diffuser else { return None };
             return Some(table.as_ref());
         }
-        let specular = kernel.surfaces.get(self.surface as usize)?.as_ref()?.specular.as_ref()?;
+        let specular = scene.surfaces.get(self.surface as usize)?.as_ref()?.specular.as_ref()?;
         specular.lobe.as_deref().map(|lobe| lobe as &dyn FiniteBsdf)
     }
 }
@@ -106,7 +106,7 @@ impl<const C: usize> LightPaths<C> {
 
 /// Writes down the vertices of photons as they are traced.
 pub struct Recorder<'a, const C: usize> {
-    pub kernel: &'a Kernel,
+    pub scene: &'a TraceableScene,
     pub paths: LightPaths<C>,
     /// Flights from a clear closure to the first surface.
     pub unscattered: Vec<Flight<C>>,
@@ -126,9 +126,9 @@ pub struct Recorder<'a, const C: usize> {
 }
 
 impl<'a, const C: usize> Recorder<'a, C> {
-    pub fn new(kernel: &'a Kernel) -> Self {
+    pub fn new(scene: &'a TraceableScene) -> Self {
         Self {
-            kernel,
+            scene,
             paths: LightPaths::new(),
             unscattered: Vec::new(),
             alone: Vec::new(),
@@ -206,7 +206,7 @@ impl<const C: usize> Visitor<C> for Recorder<'_, C> {
         }
         let direction = way / length;
         let mirror = |surface: SurfaceId| {
-            let optics = self.kernel.surfaces[surface as usize].as_ref();
+            let optics = self.scene.surfaces[surface as usize].as_ref();
             optics.and_then(|optics| optics.specular.as_ref()).is_some_and(|specular| specular.lobe.is_none())
         };
         match flight.origin {
@@ -226,8 +226,8 @@ impl<const C: usize> Visitor<C> for Recorder<'_, C> {
             Origin::Diffuser | Origin::Luminaire(_) | Origin::Surface(_) | Origin::Lobe(_) => {
                 if let Some(vertex) = self.paths.vertices.last() {
                     let cosine = direction.dot(vertex.normal);
-                    let density = vertex.forward(self.kernel, direction);
-                    let back = vertex.back(self.kernel, direction);
+                    let density = vertex.forward(self.scene, direction);
+                    let back = vertex.back(self.scene, direction);
                     self.edge = Edge::leaving(&vertex.share, density, cosine, back, 1.0);
                     self.from_source = vertex.source;
                     if vertex.alone() {

@@ -33,7 +33,7 @@ use crate::integrator::photon_map::visible_point::enter_room;
 use crate::optics::Spectrum;
 use crate::sampling::{Key, PathRandom};
 use crate::scene::{EstimateKind, Grid, View};
-use crate::traceable::{Kernel, NO_SURFACE, TubeKernel};
+use crate::traceable::{NO_SURFACE, TraceableScene, TraceableTube};
 
 /// Settings of the method.
 #[derive(Clone, Debug, PartialEq)]
@@ -75,7 +75,7 @@ const CONNECTION_STREAM: u64 = 1 << 35;
 /// The method on one scene; `C` channels of light.
 #[derive(Debug)]
 pub struct Bidirectional<const C: usize> {
-    kernel: Arc<Kernel>,
+    scene: Arc<TraceableScene>,
     emission: Emission,
     starts: Starts,
     grids: Vec<Grid>,
@@ -95,30 +95,30 @@ struct Connected<const C: usize> {
 }
 
 impl<const C: usize> Bidirectional<C> {
-    pub fn new(kernel: Arc<Kernel>, grids: &[Grid], views: &[View], settings: &Settings, seed: u64) -> Self {
-        let emission = Emission::new(&kernel, settings.photons_per_pass);
-        let area = |tube: &TubeKernel| PI * tube.opening_radius * tube.opening_radius;
-        let sky = kernel.tubes.iter().enumerate().map(|(number, tube)| emission.sky_share(number) / area(tube));
-        let luminaires = kernel.luminaires.iter().enumerate();
+    pub fn new(scene: Arc<TraceableScene>, grids: &[Grid], views: &[View], settings: &Settings, seed: u64) -> Self {
+        let emission = Emission::new(&scene, settings.photons_per_pass);
+        let area = |tube: &TraceableTube| PI * tube.opening_radius * tube.opening_radius;
+        let sky = scene.tubes.iter().enumerate().map(|(number, tube)| emission.sky_share(number) / area(tube));
+        let luminaires = scene.luminaires.iter().enumerate();
         let starts = Starts {
             sky: sky.collect(),
             luminaires: luminaires.map(|(number, l)| emission.luminaire_share(number) / l.area_m2).collect(),
         };
         let (grids, views) = (grids.to_vec(), views.to_vec());
-        Self { kernel, emission, starts, grids, views, settings: settings.clone(), seed: Key::new(seed) }
+        Self { scene, emission, starts, grids, views, settings: settings.clone(), seed: Key::new(seed) }
     }
 
     /// Photons of these numbers, connected to sensors and eyes.
     fn photons(&self, key: Key, numbers: Range<u64>) -> Connected<C> {
         let mut grids: Vec<_> = self.grids.iter().map(|grid| vec![0.0; grid.len()]).collect();
         let mut views = vec![Vec::new(); self.views.len()];
-        let mut account = Account::new(self.kernel.tubes.len());
-        let mut recorder = Recorder::new(&self.kernel);
+        let mut account = Account::new(self.scene.tubes.len());
+        let mut recorder = Recorder::new(&self.scene);
         for number in numbers {
-            let (photon, mut samples) = self.emission.photon(&self.kernel, key, number);
+            let (photon, mut samples) = self.emission.photon(&self.scene, key, number);
             if let Some(photon) = &photon {
                 recorder.begin(photon, self.start_density(photon));
-                trace::<C>(&self.kernel, photon, &mut samples, &mut recorder, &mut account);
+                trace::<C>(&self.scene, photon, &mut samples, &mut recorder, &mut account);
             }
             let mut random = PathRandom::new(key.child(CONNECTION_STREAM).child(number));
             for vertex in recorder.end() {
@@ -146,10 +146,10 @@ impl<const C: usize> Bidirectional<C> {
     fn start_density(&self, photon: &crate::integrator::photon::emission::EmittedPhoton) -> f64 {
         let area = match photon.start {
             crate::integrator::photon::emission::Start::Tube(tube) => {
-                PI * self.kernel.tubes[tube].opening_radius.powi(2)
+                PI * self.scene.tubes[tube].opening_radius.powi(2)
             }
             crate::integrator::photon::emission::Start::Luminaire(luminaire) => {
-                self.kernel.luminaires[luminaire].area_m2
+                self.scene.luminaires[luminaire].area_m2
             }
         };
         photon.of as f64 / (self.emission.photons() as f64 * area)
@@ -157,7 +157,7 @@ impl<const C: usize> Bidirectional<C> {
 
     /// Adds what a vertex sends straight to the sensors of a grid; returns the rays it took.
     fn connect_sensors(&self, vertex: &LightVertex<C>, grid: &Grid, lux: &mut [f64], random: &mut PathRandom) -> u64 {
-        let height = grid.height_m + self.kernel.contact();
+        let height = grid.height_m + self.scene.contact();
         if vertex.position.z <= height {
             return 0;
         }
@@ -171,18 +171,18 @@ impl<const C: usize> Bidirectional<C> {
             let way = sensor - vertex.position;
             let distance_squared = way.length_squared();
             let outward = way / distance_squared.sqrt();
-            let intensity = vertex.intensity(&self.kernel, outward).luminance();
+            let intensity = vertex.intensity(&self.scene, outward).luminance();
             // flights count what is near
             let counted = is_average(grid) && vertex.alone() && distance_squared < near(grid).powi(2);
             if intensity <= 0.0 || counted {
                 continue;
             }
             rays += 1;
-            if !self.kernel.visible(vertex.position, vertex.surface, sensor, NO_SURFACE) {
+            if !self.scene.visible(vertex.position, vertex.surface, sensor, NO_SURFACE) {
                 continue;
             }
             let by_eye = -outward.z / PI * outward.dot(vertex.normal) / distance_squared;
-            let others = per_path * vertex.share.others(by_eye, vertex.back(&self.kernel, outward));
+            let others = per_path * vertex.share.others(by_eye, vertex.back(&self.scene, outward));
             lux[index] += intensity * -outward.z * stride as f64 / (distance_squared * (1.0 + others));
         }
         rays
@@ -194,22 +194,22 @@ impl<const C: usize> Bidirectional<C> {
         let way = vertex.position - view.eye;
         let distance_squared = way.length_squared();
         let direction = way / distance_squared.sqrt();
-        let intensity = vertex.intensity(&self.kernel, -direction);
+        let intensity = vertex.intensity(&self.scene, -direction);
         if intensity.max() <= 0.0 {
             return None;
         }
-        let entry = enter_room(&self.kernel, view.eye, direction)?;
-        if !self.kernel.visible(vertex.position, vertex.surface, entry, NO_SURFACE) {
+        let entry = enter_room(&self.scene, view.eye, direction)?;
+        if !self.scene.visible(vertex.position, vertex.surface, entry, NO_SURFACE) {
             return None;
         }
         let by_eye = -direction.dot(vertex.normal) / (solid_angle * distance_squared);
-        let others = vertex.share.others(by_eye, vertex.back(&self.kernel, -direction)) / self.connections_per_ray();
+        let others = vertex.share.others(by_eye, vertex.back(&self.scene, -direction)) / self.connections_per_ray();
         Some((pixel, intensity * (1.0 / (distance_squared * solid_angle * (1.0 + others)))))
     }
 
     /// Adds light that crosses a cell within a distance in metres of where it comes from.
     fn cross(&self, flight: &Flight<C>, grid: &Grid, within: f64, lux: &mut [f64]) {
-        let level = grid.height_m + self.kernel.contact();
+        let level = grid.height_m + self.scene.contact();
         if flight.from.z <= level || flight.to.z > level {
             return;
         }
@@ -255,7 +255,7 @@ impl<const C: usize> Bidirectional<C> {
         let stratum = (f64::from(number) + samples.random.uniform()) / f64::from(samples_per_pass);
         let photon = ((stratum * photons as f64) as u64).min(photons - 1);
         EyePath {
-            kernel: &self.kernel,
+            scene: &self.scene,
             starts: &self.starts,
             photon: paths.of(photon as usize),
             photons: photons as f64,
@@ -273,8 +273,8 @@ impl<const C: usize> Bidirectional<C> {
             let mut path = self.eye_path(paths, stream, number, count);
             let average = is_average(grid);
             let offset = if average { path.samples.pair().map(|u| u - 0.5) } else { [0.0; 2] };
-            let sensor = place(grid, index, offset, grid.height_m + self.kernel.contact());
-            if !self.kernel.boxes.iter().any(|object| object.contains(sensor)) {
+            let sensor = place(grid, index, offset, grid.height_m + self.scene.contact());
+            if !self.scene.boxes.iter().any(|object| object.contains(sensor)) {
                 let start = if average { From::Cell(self.crossings_per_path(grid)) } else { From::Point };
                 path.illuminance(sensor, start, self.connections_per_path(grid));
             }
@@ -287,7 +287,7 @@ impl<const C: usize> Bidirectional<C> {
             let backward_rays = per_sensor.clamp(16, MOST_BACKWARD_RAYS);
             let sensor = place(grid, index, [0.0; 2], grid.height_m);
             let (straight, backward) =
-                unscattered(&self.kernel, sensor, stream.child(BACKWARD_STREAM), backward_rays, |_| true);
+                unscattered(&self.scene, sensor, stream.child(BACKWARD_STREAM), backward_rays, |_| true);
             lux += straight;
             rays += backward;
         }
@@ -303,7 +303,7 @@ impl<const C: usize> Bidirectional<C> {
             let mut path = self.eye_path(paths, stream, number, count);
             let [x, y] = path.samples.pair();
             let direction = view.ray_direction(column as f64 + x, row as f64 + y);
-            if let Some(origin) = enter_room(&self.kernel, view.eye, direction) {
+            if let Some(origin) = enter_room(&self.scene, view.eye, direction) {
                 let outside = (origin - view.eye).length();
                 path.luminance(origin, direction, outside, view.pixel_sr(direction), self.connections_per_ray());
             }
@@ -319,7 +319,7 @@ impl<const C: usize> Integrator for Bidirectional<C> {
         let key = self.seed.child(pass);
         let going_on = || !cancel.load(Ordering::Relaxed);
         let mut paths = LightPaths::new();
-        let mut account = Account::new(self.kernel.tubes.len());
+        let mut account = Account::new(self.scene.tubes.len());
         let mut grids: Vec<_> = self.grids.iter().map(|grid| vec![0.0; grid.len()]).collect();
         let mut views: Vec<_> =
             self.views.iter().map(|view| vec![0.0; C * view.size_px[0] * view.size_px[1]]).collect();
@@ -388,30 +388,30 @@ fn place(grid: &Grid, index: usize, offset: [f64; 2], height: f64) -> DVec3 {
 
 /// Why this method cannot compute a scene, if it cannot: the sun's disc is found by photons alone, and these end where only
 /// one direction goes on to the sensor or the eye.
-pub fn refuses(kernel: &Kernel, grids: &[Grid], views: &[View]) -> Option<&'static str> {
+pub fn refuses(scene: &TraceableScene, grids: &[Grid], views: &[View]) -> Option<&'static str> {
     let clear_and_not_straight = || {
-        let mut tubes = kernel.tubes.iter();
+        let mut tubes = scene.tubes.iter();
         tubes.any(|tube| {
             !matches!(tube.guide, Guide::Straight(_)) && tube.diffuser.specular_zone(tube.opening_radius).is_some()
         })
     };
     let points = grids.iter().any(|grid| !is_average(grid));
-    if kernel.sun.is_some() {
+    if scene.sun.is_some() {
         // cells see what crosses them
         let seen = |roughness: f64| roughness == 0.0 && views.is_empty() && !points;
-        if kernel.specular().any(|specular| specular.roughness < NARROW_ROUGHNESS && !seen(specular.roughness)) {
+        if scene.specular().any(|specular| specular.roughness < NARROW_ROUGHNESS && !seen(specular.roughness)) {
             return Some(
                 "the sun's light in a mirror or a glossy surface of roughness below 0.2 is found by chance only",
             );
         }
-        if clear_and_not_straight() && (kernel.guide_return || points) {
+        if clear_and_not_straight() && (scene.guide_return || points) {
             return Some(
                 "the sun's light through a clear closure of a tube that is not straight is found by chance only",
             );
         }
     }
-    let reflects = kernel.surfaces.iter().flatten().any(|surface| surface.gathers() || surface.specular.is_some());
-    if !views.is_empty() && !kernel.interreflection && reflects {
+    let reflects = scene.surfaces.iter().flatten().any(|surface| surface.gathers() || surface.specular.is_some());
+    if !views.is_empty() && !scene.interreflection && reflects {
         return Some("its photons end at the first surface where interreflection is off, before the eye can see them");
     }
     None

@@ -16,7 +16,7 @@ use std::f64::consts::PI;
 use glam::DVec3;
 
 use crate::integrator::backward::walk::diffuse_share;
-use crate::traceable::SurfaceKernel;
+use crate::traceable::SurfaceOptics;
 
 /// What a subpath remembers of its strategies at a vertex.
 #[derive(Clone, Copy, Debug)]
@@ -90,7 +90,7 @@ impl Edge {
 }
 
 /// Density per sr with which a path that comes from `from` goes on `toward` at a surface, both away from it.
-pub fn surface_density(optics: &SurfaceKernel, normal: DVec3, from: DVec3, toward: DVec3) -> f64 {
+pub fn surface_density(optics: &SurfaceOptics, normal: DVec3, from: DVec3, toward: DVec3) -> f64 {
     let cosine = toward.dot(normal);
     if cosine <= 0.0 {
         return 0.0;

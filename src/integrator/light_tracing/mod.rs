@@ -28,8 +28,8 @@ use crate::integrator::{GridPass, Integrator, Pass};
 use crate::optics::Spectrum;
 use crate::sampling::{Key, PathRandom};
 use crate::scene::{EstimateKind, Grid};
-use crate::traceable::luminaire::LuminaireKernel;
-use crate::traceable::{Kernel, NO_SURFACE};
+use crate::traceable::luminaire::TraceableLuminaire;
+use crate::traceable::{NO_SURFACE, TraceableScene};
 
 /// Settings of the method.
 #[derive(Clone, Debug, PartialEq)]
@@ -65,7 +65,7 @@ const CELL_STREAM: u64 = 1 << 33;
 /// The method on one scene; `C` channels of light.
 #[derive(Debug)]
 pub struct LightTracing<const C: usize> {
-    kernel: Arc<Kernel>,
+    scene: Arc<TraceableScene>,
     emission: Emission,
     sensors: Vec<SensorPlane>,
     seed: Key,
@@ -98,8 +98,8 @@ struct SensorPlane {
 }
 
 impl<const C: usize> LightTracing<C> {
-    pub fn new(kernel: Arc<Kernel>, grids: &[Grid], settings: &Settings, seed: u64) -> Self {
-        let emission = Emission::new(&kernel, settings.photons_per_pass);
+    pub fn new(scene: Arc<TraceableScene>, grids: &[Grid], settings: &Settings, seed: u64) -> Self {
+        let emission = Emission::new(&scene, settings.photons_per_pass);
         let mut first = 0;
         let sensors = grids
             .iter()
@@ -110,8 +110,8 @@ impl<const C: usize> LightTracing<C> {
             })
             .collect();
         let mut method = Self {
-            contact: kernel.contact(),
-            kernel,
+            contact: scene.contact(),
+            scene,
             emission,
             sensors,
             seed: Key::new(seed),
@@ -143,14 +143,14 @@ impl<const C: usize> LightTracing<C> {
     /// Photons of these numbers of a pass.
     fn photons(&self, pass: Key, numbers: Range<u64>) -> (Vec<f64>, Account) {
         let mut tally = Tally { method: self, lux: vec![0.0; self.sensor_count()], diffuser_weight: 1.0 };
-        let mut account = Account::new(self.kernel.tubes.len());
+        let mut account = Account::new(self.scene.tubes.len());
         for number in numbers {
-            let (photon, mut samples) = self.emission.photon(&self.kernel, pass, number);
+            let (photon, mut samples) = self.emission.photon(&self.scene, pass, number);
             if let Some(photon) = photon {
                 let connected = photon.of.div_ceil(DIFFUSER_CONNECTIONS);
                 tally.diffuser_weight =
                     if photon.index < connected { photon.of as f64 / connected as f64 } else { 0.0 };
-                trace::<C>(&self.kernel, &photon, &mut samples, &mut tally, &mut account);
+                trace::<C>(&self.scene, &photon, &mut samples, &mut tally, &mut account);
             }
         }
         (tally.lux, account)
@@ -158,7 +158,7 @@ impl<const C: usize> LightTracing<C> {
 
     /// Whether light straight from luminaires is added in closed form.
     fn lambert(&self) -> bool {
-        !self.kernel.luminaires.is_empty() && !self.kernel.luminaires_obstructed
+        !self.scene.luminaires.is_empty() && !self.scene.luminaires_obstructed
     }
 
     /// Light straight from luminaires at a random point of each cell of an average, in lux.
@@ -173,15 +173,15 @@ impl<const C: usize> LightTracing<C> {
 
     /// Light straight from luminaires at a point that looks up, in lux.
     fn luminaire_illuminance(&self, sensor: DVec3) -> f64 {
-        let direct = |luminaire: &LuminaireKernel| luminaire.irradiance::<C>(sensor, DVec3::Z).luminance();
-        self.kernel.luminaires.iter().map(direct).sum()
+        let direct = |luminaire: &TraceableLuminaire| luminaire.irradiance::<C>(sensor, DVec3::Z).luminance();
+        self.scene.luminaires.iter().map(direct).sum()
     }
 
     /// Direct unscattered light at sensor `index` of a point grid, in lux, and the rays it took.
     fn unscattered(&self, plane: &SensorPlane, index: usize, pass: Key, rays_per_sensor: u64) -> (f64, u64) {
         let sensor = DVec3::new(plane.x[index], plane.y[index], plane.height);
         let stream = pass.child(BACKWARD_STREAM + (plane.first + index) as u64);
-        unscattered(&self.kernel, sensor, stream, rays_per_sensor, |_| true)
+        unscattered(&self.scene, sensor, stream, rays_per_sensor, |_| true)
     }
 }
 
@@ -190,7 +190,7 @@ impl<const C: usize> Integrator for LightTracing<C> {
         let key = self.seed.child(pass);
         let photons = self.emission.photons();
         let mut lux = vec![0.0; self.sensor_count()];
-        let mut account = Account::new(self.kernel.tubes.len());
+        let mut account = Account::new(self.scene.tubes.len());
         let chunk_bytes = 8 * lux.len() as u64;
         let chunk = |numbers: Range<u64>| self.photons(key, numbers);
         fold_chunks(photons, chunk_bytes, cancel, chunk, |(chunk_lux, chunk_account): (Vec<f64>, Account)| {
@@ -203,7 +203,7 @@ impl<const C: usize> Integrator for LightTracing<C> {
                 self.add_to_cells(plane, key, &mut lux[plane.first..plane.first + plane.len()]);
             }
         }
-        let specular = self.kernel.tubes.iter().any(|tube| tube.diffuser.specular_zone(tube.opening_radius).is_some());
+        let specular = self.scene.tubes.iter().any(|tube| tube.diffuser.specular_zone(tube.opening_radius).is_some());
         for plane in self.sensors.iter().filter(|plane| specular && !plane.average) {
             let per_sensor = (photons / plane.len() as u64).next_power_of_two().max(16);
             let direct: Option<Vec<_>> = (0..plane.len())
@@ -332,7 +332,7 @@ impl<const C: usize> Tally<'_, C> {
             if lobe.is_none() && per_sr == 0.0 {
                 continue;
             }
-            if lobe.is_some() || self.method.kernel.obstructed || plane.stride > 1 {
+            if lobe.is_some() || self.method.scene.obstructed || plane.stride > 1 {
                 let start =
                     if plane.stride > 1 { (samples.random.uniform() * plane.stride as f64) as usize } else { 0 };
                 for index in (start..plane.len()).step_by(plane.stride) {
@@ -343,7 +343,7 @@ impl<const C: usize> Tally<'_, C> {
                     }
                     let target = point + offset.extend(0.0);
                     if value > 0.0
-                        && self.method.kernel.visible(scattering.position, scattering.surface, target, NO_SURFACE)
+                        && self.method.scene.visible(scattering.position, scattering.surface, target, NO_SURFACE)
                     {
                         lux[index] += value * plane.stride as f64;
                     }
@@ -401,24 +401,24 @@ impl Connection {
 }
 
 /// Why another method serves point sensors of a scene better, if one does.
-pub fn noisy_points(kernel: &Kernel) -> Option<&'static str> {
-    let narrow = kernel.interreflection && kernel.specular().any(|specular| specular.roughness < NARROW_ROUGHNESS);
+pub fn noisy_points(scene: &TraceableScene) -> Option<&'static str> {
+    let narrow = scene.interreflection && scene.specular().any(|specular| specular.roughness < NARROW_ROUGHNESS);
     narrow.then_some("connections of point sensors to glossy surfaces of roughness below 0.2 are rare and bright")
 }
 
 /// Why the standard error of point sensors would not tell the truth, if so: near a reflecting surface connections are rare
 /// and bright, the square of the distance over the area per photon being small. Meshes are not looked at.
-pub fn dishonest_points(kernel: &Kernel, grids: &[Grid]) -> Option<&'static str> {
-    let near = NEAR_SURFACE * kernel.size.min_element();
+pub fn dishonest_points(scene: &TraceableScene, grids: &[Grid]) -> Option<&'static str> {
+    let near = NEAR_SURFACE * scene.size.min_element();
     let close = |point: DVec3| {
-        let to_walls = point.truncate().min(kernel.size.truncate() - point.truncate()).min_element();
-        let outside = || kernel.boxes.iter().filter(|object| !object.contains(point));
-        to_walls.min(kernel.size.z - point.z) < near || outside().any(|object| object.distance_beside(point) < near)
+        let to_walls = point.truncate().min(scene.size.truncate() - point.truncate()).min_element();
+        let outside = || scene.boxes.iter().filter(|object| !object.contains(point));
+        to_walls.min(scene.size.z - point.z) < near || outside().any(|object| object.distance_beside(point) < near)
     };
     let points = grids.iter().filter(|grid| grid.estimate == EstimateKind::Point).flat_map(|grid| {
         (0..grid.len()).map(|k| DVec3::new(grid.x_m[k % grid.cells[0]], grid.y_m[k / grid.cells[0]], grid.height_m))
     });
-    let found = kernel.interreflection && points.into_iter().any(close);
+    let found = scene.interreflection && points.into_iter().any(close);
     found.then_some(
         "connections to point sensors nearer to a wall, the ceiling or a box than 1 % of the room's shortest edge are rare \
          and bright",
@@ -428,17 +428,17 @@ pub fn dishonest_points(kernel: &Kernel, grids: &[Grid]) -> Option<&'static str>
 /// Why this method cannot compute point sensors of a scene, if it cannot: no vertex of a mirror can be connected; in a tube
 /// that is not straight or has a dielectric dome, light that passes the closure unscattered is followed backward into the
 /// sky only.
-pub fn refuses_points(kernel: &Kernel) -> Option<&'static str> {
-    let bent_and_clear = kernel.tubes.iter().any(|tube| {
+pub fn refuses_points(scene: &TraceableScene) -> Option<&'static str> {
+    let bent_and_clear = scene.tubes.iter().any(|tube| {
         !matches!(tube.guide, Guide::Straight(_)) && tube.diffuser.specular_zone(tube.opening_radius).is_some()
     });
-    if kernel.interreflection && kernel.specular().any(|specular| specular.lobe.is_none()) {
+    if scene.interreflection && scene.specular().any(|specular| specular.lobe.is_none()) {
         Some("point sensors cannot find light that a mirror reflects")
     } else if !bent_and_clear {
         None
-    } else if kernel.sun.is_some() {
+    } else if scene.sun.is_some() {
         Some("point sensors cannot find the sun's beam through a clear closure of a bent, domed or meshed tube")
-    } else if kernel.guide_return {
+    } else if scene.guide_return {
         Some(
             "point sensors cannot find light that a bent, domed or meshed tube with a clear closure sends back into the room",
         )
@@ -477,8 +477,8 @@ mod tests {
             views: Vec::new(),
             channels: Channels::Rgb,
         };
-        let kernel = Arc::new(Kernel::new(&scene, true, true, true).unwrap());
-        let method = LightTracing::<3>::new(kernel, &scene.grids, &Settings::default(), 0);
+        let traceable = Arc::new(TraceableScene::new(&scene, true, true, true).unwrap());
+        let method = LightTracing::<3>::new(traceable, &scene.grids, &Settings::default(), 0);
         let flux = Spectrum([2.0, 3.0, 5.0]);
         let lux = |leaving: Spectrum<3>, lobed: bool, diffuser: Option<usize>| {
             let incident = DVec3::new(-1.0, 0.2, -0.3).normalize();

@@ -10,8 +10,8 @@ use crate::sampling::{Key, PathRandom, Replicate, warp};
 use crate::sky::sampler::SkySampler;
 use crate::sky::sun::HALF_ANGLE;
 use crate::sky::{Sky, Sun};
-use crate::traceable::luminaire::LuminaireKernel;
-use crate::traceable::{Kernel, TubeKernel};
+use crate::traceable::luminaire::TraceableLuminaire;
+use crate::traceable::{TraceableScene, TraceableTube};
 
 /// Every source of light gets at least this share of a pass' photons.
 const LEAST_SHARE: f64 = 0.125;
@@ -111,20 +111,20 @@ impl PathSamples {
 
 impl Emission {
     /// Divides `photons` among the sources in proportion to the flux that each is likely to bring.
-    pub fn new(kernel: &Kernel, photons: u64) -> Self {
-        Self::of(kernel, &kernel.luminaires, photons)
+    pub fn new(scene: &TraceableScene, photons: u64) -> Self {
+        Self::of(scene, &scene.luminaires, photons)
     }
 
     /// The same of sky and sun alone.
-    pub fn of_daylight(kernel: &Kernel, photons: u64) -> Self {
-        Self::of(kernel, &[], photons)
+    pub fn of_daylight(scene: &TraceableScene, photons: u64) -> Self {
+        Self::of(scene, &[], photons)
     }
 
-    fn of(kernel: &Kernel, luminaires: &[LuminaireKernel], photons: u64) -> Self {
+    fn of(scene: &TraceableScene, luminaires: &[TraceableLuminaire], photons: u64) -> Self {
         let mut sources = Vec::new();
-        for (index, tube) in kernel.tubes.iter().enumerate() {
+        for (index, tube) in scene.tubes.iter().enumerate() {
             let expected = |toward: DVec3| tube.guide.projected_area_m2(-toward) * likely_transmission(tube, toward);
-            if let Some(sky) = &kernel.sky
+            if let Some(sky) = &scene.sky
                 && let Some(sampler) = SkySampler::new(sky, expected)
             {
                 let source = Source::Sky { tube: index, sky: sky.clone(), sampler };
@@ -140,7 +140,7 @@ impl Emission {
                     / 256.0;
                 sources.push((source, flux));
             }
-            if let Some(sun) = kernel.sun {
+            if let Some(sun) = scene.sun {
                 let flux = sun.normal_illuminance_lux * expected(sun.direction);
                 if tube.guide.projected_area_m2(-sun.direction) > 0.0 && flux > 0.0 {
                     sources.push((Source::Sun { tube: index, sun }, flux));
@@ -190,7 +190,7 @@ impl Emission {
     /// Photon `number` of the pass with key `pass`, with the numbers that the rest of its path uses; `None` when it comes
     /// from where there is no light.
     #[inline]
-    pub fn photon(&self, kernel: &Kernel, pass: Key, number: u64) -> (Option<EmittedPhoton>, PathSamples) {
+    pub fn photon(&self, scene: &TraceableScene, pass: Key, number: u64) -> (Option<EmittedPhoton>, PathSamples) {
         let index = self.emitters.partition_point(|emitter| emitter.first <= number) - 1;
         let emitter = &self.emitters[index];
         let mut samples = PathSamples::new(pass.child(index as u64), number - emitter.first);
@@ -206,10 +206,10 @@ impl Emission {
                 (*tube, toward, visible * sun.luminance_cd_m2() * Sun::solid_angle_sr())
             }
             Source::Luminaire(index) => {
-                let luminaire = &kernel.luminaires[*index];
+                let luminaire = &scene.luminaires[*index];
                 let photon = EmittedPhoton {
                     start: Start::Luminaire(*index),
-                    position: luminaire.point(point).clamp(DVec3::ZERO, kernel.size),
+                    position: luminaire.point(point).clamp(DVec3::ZERO, scene.size),
                     direction: warp::around(luminaire.normal, warp::cosine_hemisphere(samples.pair())),
                     sun: false,
                     flux: PI * luminaire.area_m2 / emitter.photons as f64,
@@ -220,7 +220,7 @@ impl Emission {
             }
         };
         let entry_point = samples.pair();
-        let entry = kernel.tubes[tube].guide.entry(entry_point, -toward);
+        let entry = scene.tubes[tube].guide.entry(entry_point, -toward);
         let photon = entry.filter(|_| luminance_per_density > 0.0).map(|entry| EmittedPhoton {
             start: Start::Tube(tube),
             position: entry.position,
@@ -235,7 +235,7 @@ impl Emission {
 }
 
 /// How much of the light from a direction a tube is likely to pass: only the choice of samples depends on it.
-fn likely_transmission(tube: &TubeKernel, toward: DVec3) -> f64 {
+fn likely_transmission(tube: &TraceableTube, toward: DVec3) -> f64 {
     let straight = |guide: &StraightGuide| {
         let reflectance = guide.reflectance.brightest();
         let tangent = toward.truncate().length() / toward.z.max(1e-9);

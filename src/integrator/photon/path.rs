@@ -7,7 +7,7 @@ use super::emission::{EmittedPhoton, PathSamples, Start};
 use crate::guide::{End, Transit};
 use crate::optics::{Closure, FiniteBsdf, Spectrum};
 use crate::sampling::warp;
-use crate::traceable::{Kernel, NO_SURFACE, Place, RoomHit, SpecularKernel, SurfaceId};
+use crate::traceable::{NO_SURFACE, Place, RoomHit, SpecularOptics, SurfaceId, TraceableScene};
 
 /// Below this share of its first flux a photon goes on by roulette even where nothing absorbs.
 const ROULETTE_BELOW: f64 = 1e-3;
@@ -174,15 +174,15 @@ enum Step<const C: usize> {
 
 /// Follows one photon to its end.
 pub fn trace<const C: usize>(
-    kernel: &Kernel,
+    scene: &TraceableScene,
     photon: &EmittedPhoton,
     samples: &mut PathSamples,
     visitor: &mut impl Visitor<C>,
     account: &mut Account,
 ) {
     let (mut step, first) = match photon.start {
-        Start::Tube(tube) => through_tube(kernel, tube, photon, samples, visitor, account),
-        Start::Luminaire(luminaire) => from_luminaire(kernel, luminaire, photon, samples, visitor, account),
+        Start::Tube(tube) => through_tube(scene, tube, photon, samples, visitor, account),
+        Start::Luminaire(luminaire) => from_luminaire(scene, luminaire, photon, samples, visitor, account),
     };
     let mut events = 0;
     loop {
@@ -194,20 +194,20 @@ pub fn trace<const C: usize>(
                     account.ledger.cut += flux.luminance();
                     return;
                 }
-                cross_room(kernel, position, direction, flux, origin, first, samples, visitor, account)
+                cross_room(scene, position, direction, flux, origin, first, samples, visitor, account)
             }
             Step::Guide(index, position, direction, flux) => {
-                if !kernel.guide_return || !kernel.tubes[index].guide.returns_light() {
+                if !scene.guide_return || !scene.tubes[index].guide.returns_light() {
                     account.ledger.guide_top += flux.luminance();
                     return;
                 }
-                let tube = &kernel.tubes[index];
+                let tube = &scene.tubes[index];
                 let transit: Transit<C> = tube.guide.up(position - tube.origin, direction, &mut samples.random);
                 account.rays += u64::from(transit.rays);
                 match settle(&transit, flux, tube.origin, &mut account.ledger) {
                     None => return,
                     Some((position, direction, flux)) => {
-                        meet_closure(kernel, index, position, direction, flux, samples, visitor, account)
+                        meet_closure(scene, index, position, direction, flux, samples, visitor, account)
                     }
                 }
             }
@@ -217,14 +217,14 @@ pub fn trace<const C: usize>(
 
 /// Light on its way to the collector of `index`; where it is then, and its first flux.
 fn through_tube<const C: usize>(
-    kernel: &Kernel,
+    scene: &TraceableScene,
     index: usize,
     photon: &EmittedPhoton,
     samples: &mut PathSamples,
     visitor: &mut impl Visitor<C>,
     account: &mut Account,
 ) -> (Step<C>, f64) {
-    let tube = &kernel.tubes[index];
+    let tube = &scene.tubes[index];
     let transit: Transit<C> = tube.guide.down(photon.position, photon.direction, &mut samples.random);
     account.rays += u64::from(transit.rays);
     let flux = Spectrum([photon.flux; C]);
@@ -238,19 +238,19 @@ fn through_tube<const C: usize>(
         return (Step::Ended, first);
     };
     account.tubes[index].at_diffuser += flux.luminance();
-    (meet_closure(kernel, index, position, direction, flux, samples, visitor, account), first)
+    (meet_closure(scene, index, position, direction, flux, samples, visitor, account), first)
 }
 
 /// Light leaves luminaire `index`; where it is then, and its first flux.
 fn from_luminaire<const C: usize>(
-    kernel: &Kernel,
+    scene: &TraceableScene,
     index: usize,
     photon: &EmittedPhoton,
     samples: &mut PathSamples,
     visitor: &mut impl Visitor<C>,
     account: &mut Account,
 ) -> (Step<C>, f64) {
-    let luminaire = &kernel.luminaires[index];
+    let luminaire = &scene.luminaires[index];
     let flux = Spectrum::from_rgb(luminaire.luminance) * photon.flux;
     account.ledger.luminaires += flux.luminance();
     let EmittedPhoton { position, direction, .. } = *photon;
@@ -294,7 +294,7 @@ fn settle<const C: usize>(
 /// Light meets the closure of tube `index`, from above or below.
 #[allow(clippy::too_many_arguments)]
 fn meet_closure<const C: usize>(
-    kernel: &Kernel,
+    scene: &TraceableScene,
     index: usize,
     position: DVec3,
     direction: DVec3,
@@ -304,7 +304,7 @@ fn meet_closure<const C: usize>(
     account: &mut Account,
 ) -> Step<C> {
     let from_above = direction.z < 0.0;
-    let tube = &kernel.tubes[index];
+    let tube = &scene.tubes[index];
     let closure = tube.closure_at(position);
     match closure {
         Closure::Specular { transmittance } => {
@@ -349,7 +349,7 @@ fn meet_closure<const C: usize>(
                 visitor.scattered(&scattering, samples);
             }
             // what goes up a guide that returns nothing needs no path
-            let follows_up = kernel.guide_return && tube.guide.returns_light();
+            let follows_up = scene.guide_return && tube.guide.returns_light();
             let up = if follows_up {
                 up
             } else {
@@ -380,7 +380,7 @@ fn meet_closure<const C: usize>(
 /// One flight through the room and what happens at its end.
 #[allow(clippy::too_many_arguments)]
 fn cross_room<const C: usize>(
-    kernel: &Kernel,
+    scene: &TraceableScene,
     position: DVec3,
     direction: DVec3,
     flux: Spectrum<C>,
@@ -394,28 +394,28 @@ fn cross_room<const C: usize>(
         Origin::Surface(surface) | Origin::Lobe(surface) | Origin::Luminaire(surface) => surface,
         Origin::Diffuser | Origin::Specular => NO_SURFACE,
     };
-    let hit = kernel.intersect(position, direction, from);
+    let hit = scene.intersect(position, direction, from);
     account.rays += 1;
     visitor.flew(&Flight { from: position, to: hit.position, flux, origin });
     let surface = match hit.place {
         Place::Opening(index) => {
-            return meet_closure(kernel, index, hit.position, direction, flux, samples, visitor, account);
+            return meet_closure(scene, index, hit.position, direction, flux, samples, visitor, account);
         }
         Place::Surface(surface) => surface,
     };
-    let Some(optics) = &kernel.surfaces[surface as usize] else {
+    let Some(optics) = &scene.surfaces[surface as usize] else {
         account.ledger.open_surfaces += flux.luminance();
         return Step::Ended;
     };
     visitor.arrived(surface, hit.position, flux, origin);
     let leaving = flux * Spectrum::from_rgb(optics.reflectance);
     if let Some(specular) = &optics.specular
-        && kernel.interreflection
+        && scene.interreflection
     {
         let arrival = Arrival { surface, hit, direction, flux, first };
         return reflect(specular, &arrival, leaving, samples, visitor, account);
     }
-    if !kernel.interreflection || leaving.max() <= 0.0 {
+    if !scene.interreflection || leaving.max() <= 0.0 {
         account.ledger.room += flux.luminance();
         return Step::Ended;
     }
@@ -457,7 +457,7 @@ struct Arrival<const C: usize> {
 /// What happens at a surface with a specular part; `diffuse` is what it reflects diffusely.
 #[inline(never)]
 fn reflect<const C: usize>(
-    specular: &SpecularKernel,
+    specular: &SpecularOptics,
     arrival: &Arrival<C>,
     diffuse: Spectrum<C>,
     samples: &mut PathSamples,

@@ -7,7 +7,7 @@ use glam::{DVec2, DVec3};
 use crate::geometry::disc::{disc_disc_area, disc_edge_area, disc_polygon_area};
 use crate::geometry::section::contains;
 use crate::scene::Face;
-use crate::traceable::Kernel;
+use crate::traceable::TraceableScene;
 
 /// A polygon less polygons and discs, all in one plane.
 #[derive(Clone, Debug)]
@@ -34,9 +34,9 @@ struct Region {
 impl Domain {
     /// One per face of the room and its boxes, in the order of their numbers. Meshes are cut out of the room's faces, not of
     /// the faces of boxes: photons are missing there within a gather radius of a mesh that stands on a box.
-    pub fn of_surfaces(kernel: &Kernel) -> Vec<Self> {
-        let mut domains: Vec<Self> = Face::ALL.iter().map(|face| Self::room_face(kernel, *face)).collect();
-        for object in &kernel.boxes {
+    pub fn of_surfaces(scene: &TraceableScene) -> Vec<Self> {
+        let mut domains: Vec<Self> = Face::ALL.iter().map(|face| Self::room_face(scene, *face)).collect();
+        for object in &scene.boxes {
             domains.extend((0..6).map(|face| {
                 let [corner, u, v] = object.face(face);
                 Self::rectangle(corner, u, v)
@@ -46,16 +46,16 @@ impl Domain {
     }
 
     /// The horizontal plane at `height` inside the room, less the boxes and closed meshes that it cuts.
-    pub fn horizontal_plane(kernel: &Kernel, height: f64) -> Self {
+    pub fn horizontal_plane(scene: &TraceableScene, height: f64) -> Self {
         let mut domain =
-            Self::rectangle(DVec3::new(0.0, 0.0, height), DVec3::X * kernel.size.x, DVec3::Y * kernel.size.y);
-        for object in &kernel.boxes {
+            Self::rectangle(DVec3::new(0.0, 0.0, height), DVec3::X * scene.size.x, DVec3::Y * scene.size.y);
+        for object in &scene.boxes {
             let (low, high) = object.span();
             if low <= height && height < high {
                 domain.holes.push(object.outline().to_vec());
             }
         }
-        domain.cut_sections(kernel, 1.0);
+        domain.cut_sections(scene, 1.0);
         domain
     }
 
@@ -100,10 +100,10 @@ impl Domain {
 
     /// Takes away where closed meshes stand on the plane or reach through it, seen a hair's breadth to the `side` of
     /// u x v; returns the outlines.
-    fn cut_sections(&mut self, kernel: &Kernel, side: f64) -> Vec<Vec<DVec3>> {
-        let Some(meshes) = &kernel.meshes else { return Vec::new() };
+    fn cut_sections(&mut self, scene: &TraceableScene, side: f64) -> Vec<Vec<DVec3>> {
+        let Some(meshes) = &scene.meshes else { return Vec::new() };
         let normal = self.u.cross(self.v);
-        let rings = meshes.section(normal, normal.dot(self.origin) + side * kernel.coinciding());
+        let rings = meshes.section(normal, normal.dot(self.origin) + side * scene.coinciding());
         for ring in &rings {
             let edges = (0..ring.len()).map(|k| [self.flat(ring[k]), self.flat(ring[(k + 1) % ring.len()])]);
             self.regions.push(Region::new(edges.collect()));
@@ -112,11 +112,11 @@ impl Domain {
     }
 
     /// Takes away mesh surfaces that lie in the plane, unless `rings` hold them: the bottom of what stands there.
-    fn cut_facets(&mut self, kernel: &Kernel, rings: &[Vec<DVec3>]) {
-        let Some(meshes) = &kernel.meshes else { return };
+    fn cut_facets(&mut self, scene: &TraceableScene, rings: &[Vec<DVec3>]) {
+        let Some(meshes) = &scene.meshes else { return };
         let normal = self.u.cross(self.v);
         let height = normal.dot(self.origin);
-        let in_plane = |p: &DVec3| (normal.dot(*p) - height).abs() <= kernel.coinciding();
+        let in_plane = |p: &DVec3| (normal.dot(*p) - height).abs() <= scene.coinciding();
         for facet in 0..meshes.facets.len() {
             let edges = meshes.facets.edges(facet);
             if edges.is_empty() || !edges.iter().flatten().all(in_plane) {
@@ -140,17 +140,17 @@ impl Domain {
         DVec2::new((p - self.origin).dot(self.u), (p - self.origin).dot(self.v))
     }
 
-    fn room_face(kernel: &Kernel, face: Face) -> Self {
+    fn room_face(scene: &TraceableScene, face: Face) -> Self {
         let axis = face as usize / 2;
         let mut origin = DVec3::ZERO;
         if face as usize % 2 == 1 {
-            origin[axis] = kernel.size[axis];
+            origin[axis] = scene.size[axis];
         }
-        let edge = |k: usize| DVec3::AXES[k] * kernel.size[k];
+        let edge = |k: usize| DVec3::AXES[k] * scene.size[k];
         let mut domain = Self::rectangle(origin, edge((axis + 1) % 3), edge((axis + 2) % 3));
         // faces of boxes that stand against this one cover it
-        let tolerance = 1e-9 * kernel.size.max_element();
-        for object in &kernel.boxes {
+        let tolerance = 1e-9 * scene.size.max_element();
+        for object in &scene.boxes {
             for side in 0..6 {
                 let [corner, u, v] = object.face(side);
                 let corners = [corner, corner + u, corner + u + v, corner + v];
@@ -159,17 +159,17 @@ impl Domain {
                 }
             }
         }
-        for luminaire in &kernel.luminaires {
+        for luminaire in &scene.luminaires {
             let corners = luminaire.corners();
-            if corners.iter().all(|p| (p[axis] - origin[axis]).abs() <= kernel.coinciding()) {
+            if corners.iter().all(|p| (p[axis] - origin[axis]).abs() <= scene.coinciding()) {
                 domain.cover(origin, &corners);
             }
         }
-        let rings = domain.cut_sections(kernel, if face as usize % 2 == 1 { -1.0 } else { 1.0 });
-        domain.cut_facets(kernel, &rings);
+        let rings = domain.cut_sections(scene, if face as usize % 2 == 1 { -1.0 } else { 1.0 });
+        domain.cut_facets(scene, &rings);
         if face == Face::Ceiling {
             let flat = |p: DVec3| DVec2::new((p - origin).dot(domain.u), (p - origin).dot(domain.v));
-            domain.discs = kernel.tubes.iter().map(|tube| (flat(tube.origin), tube.opening_radius)).collect();
+            domain.discs = scene.tubes.iter().map(|tube| (flat(tube.origin), tube.opening_radius)).collect();
         }
         domain
     }

@@ -25,7 +25,7 @@ use crate::integrator::photon::path::{Account, Flight, Origin, Scattering, Visit
 use crate::optics::{Diffuser, Glossy, Spectrum};
 use crate::sampling::{Key, PathRandom};
 use crate::scene::{EstimateKind, Grid};
-use crate::traceable::{Kernel, Place, RoomHit, SurfaceId, SurfaceKernel, TubeKernel};
+use crate::traceable::{Place, RoomHit, SurfaceId, SurfaceOptics, TraceableScene, TraceableTube};
 
 /// Points of each luminaire, in a square of strata, and photons at each diffuser, to which a visible point is connected.
 pub const POINT_STRATA: usize = 2;
@@ -37,7 +37,7 @@ pub const LEAST_KERNEL: f64 = 1e-6;
 /// A scene as its photons are mapped.
 #[derive(Debug)]
 pub struct Mapper<const C: usize> {
-    pub kernel: Arc<Kernel>,
+    pub scene: Arc<TraceableScene>,
     emission: Emission,
     pub grids: Vec<Grid>,
     grid_domains: Vec<Domain>,
@@ -100,15 +100,15 @@ impl<const C: usize> Gathered<C> {
 }
 
 impl<const C: usize> Mapper<C> {
-    pub fn new(kernel: Arc<Kernel>, grids: &[Grid], keeps_surfaces: bool, photons_per_pass: u64) -> Self {
+    pub fn new(scene: Arc<TraceableScene>, grids: &[Grid], keeps_surfaces: bool, photons_per_pass: u64) -> Self {
         Self {
-            emission: Emission::new(&kernel, photons_per_pass),
+            emission: Emission::new(&scene, photons_per_pass),
             grids: grids.to_vec(),
-            grid_domains: grids.iter().map(|grid| Domain::horizontal_plane(&kernel, grid.height_m)).collect(),
-            domains: Domain::of_surfaces(&kernel),
+            grid_domains: grids.iter().map(|grid| Domain::horizontal_plane(&scene, grid.height_m)).collect(),
+            domains: Domain::of_surfaces(&scene),
             keeps_surfaces,
             caustics: None,
-            kernel,
+            scene,
         }
     }
 
@@ -125,7 +125,7 @@ impl<const C: usize> Mapper<C> {
     /// Traces the photons of the pass with this key and sorts them for a gather radius in metres; `None` when cancelled.
     pub fn maps(&self, key: Key, radius: f64, cancel: &AtomicBool) -> Option<(Maps<C>, Account)> {
         let (store, account) = self.trace_photons(key, cancel)?;
-        let measured = |tube: usize| matches!(self.kernel.tubes[tube].diffuser, Diffuser::Measured(_));
+        let measured = |tube: usize| matches!(self.scene.tubes[tube].diffuser, Diffuser::Measured(_));
         let all_exits: Vec<Photon<C>> =
             (0..store.exits.len()).filter(|tube| !measured(*tube)).flat_map(|tube| store.exits[tube].clone()).collect();
         let measured_exits = (0..store.exits.len())
@@ -133,7 +133,7 @@ impl<const C: usize> Mapper<C> {
                 let exits = store.exits[tube].iter().enumerate();
                 let numbered: Vec<_> =
                     exits.map(|(number, exit)| Photon { surface: number as SurfaceId, ..*exit }).collect();
-                let cell = radius.min(0.25 * self.kernel.tubes[tube].opening_radius);
+                let cell = radius.min(0.25 * self.scene.tubes[tube].opening_radius);
                 (measured(tube) && self.keeps_surfaces).then(|| PhotonGrid::new(&numbered, cell))
             })
             .collect();
@@ -157,18 +157,18 @@ impl<const C: usize> Mapper<C> {
     fn trace_photons(&self, key: Key, cancel: &AtomicBool) -> Option<(Store<'_, C>, Account)> {
         let chunk = |numbers: Range<u64>| {
             let mut store = Store::new(self);
-            let mut account = Account::new(self.kernel.tubes.len());
+            let mut account = Account::new(self.scene.tubes.len());
             for number in numbers {
-                let (photon, mut samples) = self.emission.photon(&self.kernel, key, number);
+                let (photon, mut samples) = self.emission.photon(&self.scene, key, number);
                 if let Some(photon) = photon {
                     (store.fresh, store.sun) = (true, photon.sun);
-                    trace::<C>(&self.kernel, &photon, &mut samples, &mut store, &mut account);
+                    trace::<C>(&self.scene, &photon, &mut samples, &mut store, &mut account);
                 }
             }
             (store, account)
         };
         let mut all = Store::new(self);
-        let mut account = Account::new(self.kernel.tubes.len());
+        let mut account = Account::new(self.scene.tubes.len());
         fold_chunks(self.emission.photons(), 0, cancel, chunk, |(store, part): (Store<C>, Account)| {
             all.append(store);
             account.add(&part);
@@ -249,7 +249,7 @@ impl<const C: usize> Mapper<C> {
         count: u64,
     ) -> Gathered<C> {
         let sums = (whole, half, count);
-        match self.kernel.meshes.as_ref().and_then(|meshes| Some((meshes, meshes.facet(surface)?))) {
+        match self.scene.meshes.as_ref().and_then(|meshes| Some((meshes, meshes.facet(surface)?))) {
             Some((meshes, facet)) => {
                 let area = |radius| meshes.facets.area_within(facet, position, radius);
                 let full = meshes.facets.areas_m2[facet].min(PI * radius * radius);
@@ -271,7 +271,7 @@ impl<const C: usize> Mapper<C> {
     }
 
     fn smallest_opening(&self) -> f64 {
-        self.kernel.tubes.iter().map(|tube| tube.opening_radius).fold(f64::INFINITY, f64::min)
+        self.scene.tubes.iter().map(|tube| tube.opening_radius).fold(f64::INFINITY, f64::min)
     }
 }
 
@@ -304,7 +304,7 @@ fn is_direct(origin: Origin) -> bool {
 
 /// Photons that one pass keeps.
 struct Store<'a, const C: usize> {
-    kernel: &'a Kernel,
+    scene: &'a TraceableScene,
     /// Height of each plane, and whether its sensors are points.
     levels: Vec<(f64, bool)>,
     /// Height above a plane at which it counts as reached.
@@ -330,11 +330,11 @@ struct Store<'a, const C: usize> {
 
 impl<'a, const C: usize> Store<'a, C> {
     fn new(mapper: &'a Mapper<C>) -> Self {
-        let (kernel, grids) = (&mapper.kernel, &mapper.grids);
+        let (scene, grids) = (&mapper.scene, &mapper.grids);
         Self {
-            kernel,
+            scene,
             levels: grids.iter().map(|grid| (grid.height_m, grid.estimate == EstimateKind::Point)).collect(),
-            contact: kernel.contact(),
+            contact: scene.contact(),
             keeps_surfaces: mapper.keeps_surfaces,
             set_apart: mapper.caustics.as_ref(),
             diffuse: false,
@@ -343,8 +343,8 @@ impl<'a, const C: usize> Store<'a, C> {
             surfaces: Vec::new(),
             caustics: Vec::new(),
             planes: vec![Vec::new(); grids.len()],
-            exits: vec![Vec::new(); kernel.tubes.len()],
-            incidents: vec![Vec::new(); kernel.tubes.len()],
+            exits: vec![Vec::new(); scene.tubes.len()],
+            incidents: vec![Vec::new(); scene.tubes.len()],
             beams: Vec::new(),
             beam: None,
         }
@@ -392,7 +392,7 @@ impl<const C: usize> Visitor<C> for Store<'_, C> {
         if is_direct(flight.origin) || (self.set_apart.is_some() && self.diffuse) {
             return;
         }
-        let of = self.set_apart.filter(|_| fresh).and_then(|caustics| caustics.at(self.kernel, flight));
+        let of = self.set_apart.filter(|_| fresh).and_then(|caustics| caustics.at(self.scene, flight));
         let backward = of.is_some_and(|backward| if self.sun { backward.sun } else { backward.sky });
         for ((height, points), photons) in self.levels.iter().zip(&mut self.planes) {
             let level = height + self.contact;
@@ -406,11 +406,11 @@ impl<const C: usize> Visitor<C> for Store<'_, C> {
 
     fn arrived(&mut self, surface: SurfaceId, position: DVec3, flux: Spectrum<C>, origin: Origin) {
         if let Some(direction) = self.beam.filter(|_| self.keeps_surfaces)
-            && self.kernel.surfaces[surface as usize].as_ref().is_some_and(SurfaceKernel::gathers_beams)
+            && self.scene.surfaces[surface as usize].as_ref().is_some_and(SurfaceOptics::gathers_beams)
         {
             self.beams.push((Photon { position, surface, flux }, direction));
         }
-        let gathers = || self.kernel.surfaces[surface as usize].as_ref().is_some_and(SurfaceKernel::gathers);
+        let gathers = || self.scene.surfaces[surface as usize].as_ref().is_some_and(SurfaceOptics::gathers);
         if self.keeps_surfaces && !is_direct(origin) && gathers() {
             self.surfaces.push(Photon { position, surface, flux });
             if self.set_apart.is_some() && !self.diffuse {
@@ -422,9 +422,9 @@ impl<const C: usize> Visitor<C> for Store<'_, C> {
 
 impl Caustics {
     /// What is followed backward of the tube whose clear closure a flight comes through.
-    fn at<const C: usize>(&self, kernel: &Kernel, flight: &Flight<C>) -> Option<FollowedBackward> {
-        let apart = |tube: &TubeKernel| (flight.from - tube.origin).truncate().length() / tube.opening_radius;
-        let tubes = kernel.tubes.iter().map(apart).zip(&self.backward).filter(|_| flight.origin == Origin::Specular);
+    fn at<const C: usize>(&self, scene: &TraceableScene, flight: &Flight<C>) -> Option<FollowedBackward> {
+        let apart = |tube: &TraceableTube| (flight.from - tube.origin).truncate().length() / tube.opening_radius;
+        let tubes = scene.tubes.iter().map(apart).zip(&self.backward).filter(|_| flight.origin == Origin::Specular);
         tubes.min_by(|(a, _), (b, _)| a.total_cmp(b)).map(|(_, backward)| *backward)
     }
 }

@@ -9,7 +9,7 @@ use super::maps::{LEAST_KERNEL, Mapper, Maps, POINT_CONNECTIONS};
 use crate::geometry::disc::disc_disc_area;
 use crate::optics::{Diffuser, Glossy, MeasuredDiffuser, Spectrum};
 use crate::sampling::PathRandom;
-use crate::traceable::{NO_SURFACE, RoomHit, SurfaceId, TubeKernel};
+use crate::traceable::{NO_SURFACE, RoomHit, SurfaceId, TraceableTube};
 
 impl<const C: usize> Mapper<C> {
     /// Irradiance straight from the diffusers, by connections to some of the photons that they scattered.
@@ -24,7 +24,7 @@ impl<const C: usize> Mapper<C> {
     ) -> Spectrum<C> {
         let mut sum = Spectrum::ZERO;
         for (index, exits) in maps.exits.iter().enumerate() {
-            let diffuser = &self.kernel.tubes[index].diffuser;
+            let diffuser = &self.scene.tubes[index].diffuser;
             let count = connections.min(exits.len());
             for k in 0..count {
                 let stratum = (k as f64 + random.uniform()) / count as f64;
@@ -33,7 +33,7 @@ impl<const C: usize> Mapper<C> {
                 let way = exit.position - position;
                 let distance_squared = way.length_squared();
                 let cosines = way.dot(normal) * way.z;
-                if cosines > 0.0 && way.z > 0.0 && self.kernel.visible(position, surface, exit.position, NO_SURFACE) {
+                if cosines > 0.0 && way.z > 0.0 && self.scene.visible(position, surface, exit.position, NO_SURFACE) {
                     let mut geometry = cosines / (distance_squared * distance_squared) / PI;
                     if let Diffuser::Measured(table) = diffuser {
                         let down = way.z / distance_squared.sqrt();
@@ -56,8 +56,8 @@ impl<const C: usize> Mapper<C> {
         random: &mut PathRandom,
     ) -> Spectrum<C> {
         let mut sum = Spectrum::ZERO;
-        for luminaire in self.kernel.luminaires.iter().filter(|luminaire| luminaire.emits()) {
-            if !self.kernel.luminaires_obstructed {
+        for luminaire in self.scene.luminaires.iter().filter(|luminaire| luminaire.emits()) {
+            if !self.scene.luminaires_obstructed {
                 sum += luminaire.irradiance(position, normal);
                 continue;
             }
@@ -66,9 +66,9 @@ impl<const C: usize> Mapper<C> {
                 let [u, v] = random.uniform2();
                 let source = luminaire
                     .point([((stratum % strata) as f64 + u) * share, ((stratum / strata) as f64 + v) * share])
-                    .clamp(DVec3::ZERO, self.kernel.size);
+                    .clamp(DVec3::ZERO, self.scene.size);
                 let arriving: Spectrum<C> = luminaire.connection(source, position, normal);
-                if arriving.max() > 0.0 && self.kernel.visible(position, surface, source, luminaire.surface) {
+                if arriving.max() > 0.0 && self.scene.visible(position, surface, source, luminaire.surface) {
                     sum += arriving * (share * share);
                 }
             }
@@ -85,7 +85,7 @@ impl<const C: usize> Mapper<C> {
         position: DVec3,
         direction: DVec3,
     ) -> Spectrum<C> {
-        let tube = &self.kernel.tubes[index];
+        let tube = &self.scene.tubes[index];
         let radius = maps.radius.min(0.25 * tube.opening_radius);
         let mut sum = Spectrum::ZERO;
         if let Some(grid) = &maps.measured_exits[index] {
@@ -110,7 +110,7 @@ impl<const C: usize> Mapper<C> {
     ) -> Spectrum<C> {
         let mut sum = Spectrum::ZERO;
         for (index, exits) in maps.exits.iter().enumerate() {
-            let tube = &self.kernel.tubes[index];
+            let tube = &self.scene.tubes[index];
             let count = POINT_CONNECTIONS.min(exits.len());
             for k in 0..count {
                 let stratum = (k as f64 + random.uniform()) / count as f64;
@@ -120,7 +120,7 @@ impl<const C: usize> Mapper<C> {
                 let distance_squared = way.length_squared();
                 let toward = way / distance_squared.sqrt();
                 let density = if toward.z > 0.0 { lobe.density(hit.normal, eye, toward) } else { 0.0 };
-                if density > 0.0 && self.kernel.visible(hit.position, surface, exit.position, NO_SURFACE) {
+                if density > 0.0 && self.scene.visible(hit.position, surface, exit.position, NO_SURFACE) {
                     let connected = connection_density(tube, way);
                     let share = connected / (density + connected);
                     let per_sr = match &tube.diffuser {
@@ -139,7 +139,7 @@ impl<const C: usize> Mapper<C> {
 
     /// Luminous exitance in lm/m2 of a diffuser at a point of its lower side.
     pub fn exitance(&self, maps: &Maps<C>, index: usize, position: DVec3) -> Spectrum<C> {
-        let tube = &self.kernel.tubes[index];
+        let tube = &self.scene.tubes[index];
         let radius = maps.radius.min(0.25 * tube.opening_radius);
         let (flux, ..) = maps.exit_grid.gather(position, radius, index as SurfaceId);
         let distance = (position - tube.origin).truncate().length();
@@ -158,13 +158,13 @@ fn measured_per_sr(table: &MeasuredDiffuser, incident: DVec3, exit_cosine: f64) 
 
 /// The share of a diffuser's light that a ray takes which finds it along `way`; `chosen` is the density with which a
 /// glossy lobe chose the direction, `None` when none did.
-pub fn share_of(chosen: Option<f64>, tube: &TubeKernel, way: DVec3) -> f64 {
+pub fn share_of(chosen: Option<f64>, tube: &TraceableTube, way: DVec3) -> f64 {
     chosen.map_or(1.0, |density| density / (density + connection_density(tube, way)))
 }
 
 /// Connections per sr along `way` to a diffuser, as if its photons were even on the opening: what the two ways to find it
 /// share its light by.
-fn connection_density(tube: &TubeKernel, way: DVec3) -> f64 {
+fn connection_density(tube: &TraceableTube, way: DVec3) -> f64 {
     let distance_squared = way.length_squared();
     let area = PI * tube.opening_radius * tube.opening_radius;
     POINT_CONNECTIONS as f64 * distance_squared * distance_squared.sqrt() / (way.z * area)

@@ -17,7 +17,7 @@ use crate::integrator::ViewPass;
 use crate::optics::{Closure, Spectrum};
 use crate::sampling::{Key, PathRandom};
 use crate::scene::View;
-use crate::traceable::{Kernel, NO_SURFACE, Place, RoomHit, SurfaceId};
+use crate::traceable::{NO_SURFACE, Place, RoomHit, SurfaceId, TraceableScene};
 
 /// Ways of one eye ray up into tubes.
 const MAX_EYE_TRANSITS: u32 = 64;
@@ -30,8 +30,8 @@ const MAX_REFLECTIONS: u32 = 10_000;
 
 /// Where an eye ray is inside the room: at once, or behind an open surface; `None` when something opaque closes the room
 /// where it would enter.
-pub fn enter_room(kernel: &Kernel, eye: DVec3, direction: DVec3) -> Option<DVec3> {
-    let size = kernel.size;
+pub fn enter_room(scene: &TraceableScene, eye: DVec3, direction: DVec3) -> Option<DVec3> {
+    let size = scene.size;
     if eye.cmpge(DVec3::ZERO).all() && eye.cmple(size).all() {
         return Some(eye);
     }
@@ -50,9 +50,9 @@ pub fn enter_room(kernel: &Kernel, eye: DVec3, direction: DVec3) -> Option<DVec3
         }
         leave = leave.min(a.max(b));
     }
-    let through = enter > 0.0 && enter < leave && kernel.surfaces[face].is_none();
+    let through = enter > 0.0 && enter < leave && scene.surfaces[face].is_none();
     let entry = through.then(|| (eye + direction * enter).clamp(DVec3::ZERO, size));
-    entry.filter(|entry| *entry == eye || !hidden_by_luminaire(kernel, eye, direction, *entry))
+    entry.filter(|entry| *entry == eye || !hidden_by_luminaire(scene, eye, direction, *entry))
 }
 
 /// What `of` gives for every pixel of a view, of its number and its column and row; `None` when cancelled.
@@ -116,8 +116,8 @@ pub fn luminance<const C: usize>(
 ) -> Gathered<C> {
     // the sum of what diffuse parts send along the path
     let mut seen = Gathered::NOTHING;
-    let kernel = &*mapper.kernel;
-    let Some(mut origin) = enter_room(kernel, eye, direction) else { return seen };
+    let scene = &*mapper.scene;
+    let Some(mut origin) = enter_room(scene, eye, direction) else { return seen };
     let mut direction = direction;
     let mut from = NO_SURFACE;
     let mut weight = Spectrum::<C>::ONE;
@@ -127,14 +127,14 @@ pub fn luminance<const C: usize>(
     let mut beams_gathered = false;
     let (mut transits, mut reflections) = (0, 0);
     while transits < MAX_EYE_TRANSITS && reflections < MAX_REFLECTIONS {
-        let hit = kernel.intersect(origin, direction, from);
+        let hit = scene.intersect(origin, direction, from);
         let index = match hit.place {
             Place::Surface(surface) => {
-                if let Some(luminaire) = kernel.luminaire(surface) {
+                if let Some(luminaire) = scene.luminaire(surface) {
                     seen.irradiance += weight * luminaire.seen(direction);
                     return seen;
                 }
-                let Some(optics) = &kernel.surfaces[surface as usize] else { return seen };
+                let Some(optics) = &scene.surfaces[surface as usize] else { return seen };
                 if optics.gathers() {
                     let brdf = Spectrum::from_rgb(optics.reflectance) * (1.0 / PI);
                     let part = irradiance(&hit, surface, weight, random);
@@ -171,7 +171,7 @@ pub fn luminance<const C: usize>(
         };
         transits += 1;
         from = NO_SURFACE;
-        let tube = &kernel.tubes[index];
+        let tube = &scene.tubes[index];
         let transmittance = match tube.closure_at(hit.position) {
             Closure::Lambertian { .. } => {
                 let exitance = mapper.exitance(maps, index, hit.position);
@@ -190,14 +190,14 @@ pub fn luminance<const C: usize>(
         match transit.end {
             End::Top => {
                 let toward = transit.direction;
-                let sky = kernel.sky.as_ref().map_or(0.0, |sky| sky.luminance(toward));
-                let sun = kernel.sun.filter(|sun| !beams_gathered && sun.covers(toward) && toward.z > 0.0);
+                let sky = scene.sky.as_ref().map_or(0.0, |sky| sky.luminance(toward));
+                let sun = scene.sun.filter(|sun| !beams_gathered && sun.covers(toward) && toward.z > 0.0);
                 let outside = sky + sun.map_or(0.0, |sun| sun.luminance_cd_m2());
                 seen.irradiance += weight * outside;
                 return seen;
             }
             // back into the room, through the closure again
-            End::Opening if kernel.guide_return => {
+            End::Opening if scene.guide_return => {
                 (chosen, beams_gathered) = (None, false);
                 origin = tube.origin + transit.position;
                 origin.z = tube.origin.z;
@@ -214,8 +214,8 @@ pub fn luminance<const C: usize>(
 }
 
 /// Whether the dark side of a luminaire closes an open surface at the point where an eye ray enters.
-fn hidden_by_luminaire(kernel: &Kernel, eye: DVec3, direction: DVec3, entry: DVec3) -> bool {
+fn hidden_by_luminaire(scene: &TraceableScene, eye: DVec3, direction: DVec3, entry: DVec3) -> bool {
     let distance = (entry - eye).length();
-    let at_entry = |t: f64| (t - distance).abs() <= kernel.coinciding();
-    kernel.luminaires.iter().any(|luminaire| luminaire.intersect(eye, direction).is_some_and(at_entry))
+    let at_entry = |t: f64| (t - distance).abs() <= scene.coinciding();
+    scene.luminaires.iter().any(|luminaire| luminaire.intersect(eye, direction).is_some_and(at_entry))
 }

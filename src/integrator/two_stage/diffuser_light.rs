@@ -27,7 +27,7 @@ use crate::integrator::photon::emission::{Emission, EmittedPhoton, PathSamples, 
 use crate::integrator::photon::path::Account;
 use crate::optics::{Closure, Spectrum};
 use crate::sampling::{Key, PathRandom, Replicate, warp};
-use crate::traceable::{Kernel, NO_SURFACE, TubeKernel};
+use crate::traceable::{NO_SURFACE, TraceableScene, TraceableTube};
 
 /// Rings of equal area that have their own exitance, and the sectors of each whose differences are carried by points. The
 /// photon that stands for the rest costs some percent of a vertex' light as noise; more of them would cost more time.
@@ -83,30 +83,35 @@ pub(super) struct Leaving<const C: usize> {
 
 impl<const C: usize> DiffuserLight<C> {
     /// The light of one pass, with the fluxes of the tubes; `None` when cancelled. All closures are Lambertian.
-    pub fn trace(kernel: &Kernel, emission: &Emission, pass: Key, cancel: &AtomicBool) -> Option<(Self, Account)> {
+    pub fn trace(
+        scene: &TraceableScene,
+        emission: &Emission,
+        pass: Key,
+        cancel: &AtomicBool,
+    ) -> Option<(Self, Account)> {
         let chunk = |numbers: Range<u64>| {
-            let mut account = Account::new(kernel.tubes.len());
-            let mut leaving = vec![Vec::new(); kernel.tubes.len()];
+            let mut account = Account::new(scene.tubes.len());
+            let mut leaving = vec![Vec::new(); scene.tubes.len()];
             for number in numbers {
-                let (photon, mut samples) = emission.photon(kernel, pass, number);
+                let (photon, mut samples) = emission.photon(scene, pass, number);
                 if let Some(photon) = photon
                     && let Start::Tube(tube) = photon.start
                 {
-                    descend(kernel, tube, &photon, &mut samples, &mut leaving[tube], &mut account);
+                    descend(scene, tube, &photon, &mut samples, &mut leaving[tube], &mut account);
                 }
             }
             (leaving, account)
         };
-        let mut account = Account::new(kernel.tubes.len());
-        let mut all: Vec<Vec<Leaving<C>>> = vec![Vec::new(); kernel.tubes.len()];
+        let mut account = Account::new(scene.tubes.len());
+        let mut all: Vec<Vec<Leaving<C>>> = vec![Vec::new(); scene.tubes.len()];
         fold_chunks(emission.photons(), 0, cancel, chunk, |(leaving, of_chunk): (Vec<Vec<Leaving<C>>>, Account)| {
             account.add(&of_chunk);
             all.iter_mut().zip(leaving).for_each(|(all, leaving)| all.extend(leaving));
         })?;
-        let light = |(index, (tube, photons)): (usize, (&TubeKernel, Vec<Leaving<C>>))| {
+        let light = |(index, (tube, photons)): (usize, (&TraceableTube, Vec<Leaving<C>>))| {
             TubeLight::new(tube, photons, PathRandom::new(pass.child(CHOICE_STREAM + index as u64)).uniform())
         };
-        let tubes = kernel.tubes.iter().zip(all).enumerate().map(light).collect();
+        let tubes = scene.tubes.iter().zip(all).enumerate().map(light).collect();
         Some((Self { tubes }, account))
     }
 
@@ -156,17 +161,17 @@ impl<const C: usize> DiffuserLight<C> {
 /// Follows light on its way to a collector down to the closure, and on as often as the tube returns it there; adds what
 /// leaves into the room.
 fn descend<const C: usize>(
-    kernel: &Kernel,
+    scene: &TraceableScene,
     index: usize,
     photon: &EmittedPhoton,
     samples: &mut PathSamples,
     leaving: &mut Vec<Leaving<C>>,
     account: &mut Account,
 ) {
-    let tube = &kernel.tubes[index];
+    let tube = &scene.tubes[index];
     let mut transit: Transit<C> = tube.guide.down(photon.position, photon.direction, &mut samples.random);
     let mut flux = if transit.entered { Spectrum([photon.flux; C]) } else { Spectrum::ZERO };
-    let returns = kernel.guide_return && tube.guide.returns_light();
+    let returns = scene.guide_return && tube.guide.returns_light();
     account.tubes[index].at_collector += flux.luminance();
     for event in 0..MAX_EVENTS {
         account.rays += u64::from(transit.rays);
@@ -196,7 +201,7 @@ fn descend<const C: usize>(
 
 impl<const C: usize> TubeLight<C> {
     /// `photons`: all that leave; `start` in 0..1 is where the choice among them begins.
-    fn new(tube: &TubeKernel, photons: Vec<Leaving<C>>, start: f64) -> Self {
+    fn new(tube: &TraceableTube, photons: Vec<Leaving<C>>, start: f64) -> Self {
         let (origin, radius) = (tube.origin, tube.opening_radius);
         // neighbours in space are neighbours in the list, so that even numbers choose evenly
         let mut cells: [Vec<Leaving<C>>; CELLS] = std::array::from_fn(|_| Vec::new());
@@ -356,7 +361,7 @@ impl<const C: usize> Daylight<C> for DiffuserLight<C> {
         // a wall that the disc touches is not cut by it
         let above = height >= reach - HORIZON * light.radius;
         let clear = || {
-            let obstacles = &path.kernel.obstacles;
+            let obstacles = &path.scene.obstacles;
             obstacles.leave_clear(vertex.position, 0.0, vertex.surface, light.origin, light.radius)
         };
         if above && vertex.lobe.is_none() && clear() {
@@ -377,10 +382,10 @@ impl<const C: usize> Daylight<C> for DiffuserLight<C> {
         }
     }
 
-    fn found_share(&self, kernel: &Kernel, tube: usize, ray: &Ray<C>, position: DVec3) -> Option<f64> {
+    fn found_share(&self, scene: &TraceableScene, tube: usize, ray: &Ray<C>, position: DVec3) -> Option<f64> {
         match ray.last {
             Some(last) if last.narrow || !self.tubes[tube].is_far(last.position, 0.0) => {
-                Followed.found_share(kernel, tube, ray, position)
+                Followed.found_share(scene, tube, ray, position)
             }
             Some(_) => None,
             // photons are connected to the eye, but by way of mirrors to nothing
@@ -398,7 +403,7 @@ pub(super) struct CountedElsewhere;
 impl<const C: usize> Daylight<C> for CountedElsewhere {
     fn connect(&self, _: &mut Path, _: &Vertex<C>, _: usize, _: &mut Spectrum<C>) {}
 
-    fn found_share(&self, _: &Kernel, _: usize, _: &Ray<C>, _: DVec3) -> Option<f64> {
+    fn found_share(&self, _: &TraceableScene, _: usize, _: &Ray<C>, _: DVec3) -> Option<f64> {
         None
     }
 }
@@ -499,7 +504,7 @@ mod tests {
             reflectance: [0.95; 3].into(),
             collector_transmittance: [1.0; 3],
         };
-        let tube = TubeKernel {
+        let tube = TraceableTube {
             origin,
             opening_radius: RADIUS,
             guide: Guide::Straight(pipe),

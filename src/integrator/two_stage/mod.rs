@@ -24,7 +24,7 @@ use crate::integrator::{GridPass, Integrator, Pass, ViewPass, path_tracing};
 use crate::optics::{Closure, Diffuser, Spectrum};
 use crate::sampling::Key;
 use crate::scene::{EstimateKind, Grid, View};
-use crate::traceable::{Kernel, NO_SURFACE, TubeKernel};
+use crate::traceable::{NO_SURFACE, TraceableScene, TraceableTube};
 use diffuser_light::{CountedElsewhere, DiffuserLight};
 
 /// Settings of the method.
@@ -53,7 +53,7 @@ const SOBOL_PAIRS: u32 = 8;
 /// The method on one scene; `C` channels of light.
 #[derive(Debug)]
 pub struct TwoStage<const C: usize> {
-    kernel: Arc<Kernel>,
+    scene: Arc<TraceableScene>,
     emission: Emission,
     grids: Vec<Grid>,
     views: Vec<View>,
@@ -62,31 +62,31 @@ pub struct TwoStage<const C: usize> {
 }
 
 impl<const C: usize> TwoStage<C> {
-    pub fn new(kernel: Arc<Kernel>, grids: &[Grid], views: &[View], settings: &Settings, seed: u64) -> Self {
-        let emission = Emission::of_daylight(&kernel, settings.photons_per_pass);
+    pub fn new(scene: Arc<TraceableScene>, grids: &[Grid], views: &[View], settings: &Settings, seed: u64) -> Self {
+        let emission = Emission::of_daylight(&scene, settings.photons_per_pass);
         let (grids, views) = (grids.to_vec(), views.to_vec());
-        Self { kernel, emission, grids, views, settings: settings.clone(), seed: Key::new(seed) }
+        Self { scene, emission, grids, views, settings: settings.clone(), seed: Key::new(seed) }
     }
 
     /// Illuminance of a grid in lux, and the rays it took; `None` when cancelled.
     fn grid(&self, light: &DiffuserLight<C>, grid: &Grid, stream: Key, cancel: &AtomicBool) -> Option<(Vec<f64>, u64)> {
-        let kernel = &*self.kernel;
+        let scene = &*self.scene;
         let sampling = sampling(self.settings.samples_per_sensor);
         let average = grid.estimate == EstimateKind::CellAverage;
         let offsets = average.then(|| light.offsets(grid.cell_size_m, stream));
         let reach = if average { 0.5 * grid.cell_size_m[0].hypot(grid.cell_size_m[1]) } else { 0.0 };
         let sensors = each(grid.len(), cancel, |index| {
-            let position = centre(kernel, grid, index);
+            let position = centre(scene, grid, index);
             let stream = stream.child(index as u64);
-            let clear = |tube: &TubeKernel| {
-                kernel.obstacles.leave_clear(position, reach, NO_SURFACE, tube.origin, tube.opening_radius)
+            let clear = |tube: &TraceableTube| {
+                scene.obstacles.leave_clear(position, reach, NO_SURFACE, tube.origin, tube.opening_radius)
             };
-            if !light.is_far(position, reach) || !kernel.tubes.iter().all(clear) {
-                return backward::pass::sensor::<C>(kernel, grid, index, sampling, stream, light, light);
+            if !light.is_far(position, reach) || !scene.tubes.iter().all(clear) {
+                return backward::pass::sensor::<C>(scene, grid, index, sampling, stream, light, light);
             }
             let direct = light.at_sensor(position, offsets.as_deref());
             let (lux, rays) =
-                backward::pass::sensor::<C>(kernel, grid, index, sampling, stream, &CountedElsewhere, light);
+                backward::pass::sensor::<C>(scene, grid, index, sampling, stream, &CountedElsewhere, light);
             (direct + lux, rays)
         })?;
         let (illuminance, rays): (Vec<f64>, Vec<u64>) = sensors.into_iter().unzip();
@@ -100,7 +100,7 @@ impl<const C: usize> TwoStage<C> {
             let exits: Vec<_> =
                 tube.photons().map(|(position, flux)| Exit { position, closure: whole, cosine: 1.0, flux }).collect();
             let seen = |exits: &[Exit<C>]| -> Vec<(usize, Spectrum<C>)> {
-                exits.iter().filter_map(|exit| exit.seen_by(&self.kernel, view)).collect()
+                exits.iter().filter_map(|exit| exit.seen_by(&self.scene, view)).collect()
             };
             let chunks: Vec<_> = exits.par_chunks(PHOTON_CHUNK as usize).map(seen).collect();
             for (pixel, value) in chunks.into_iter().flatten() {
@@ -115,8 +115,8 @@ impl<const C: usize> TwoStage<C> {
 impl<const C: usize> Integrator for TwoStage<C> {
     fn pass(&self, pass: u64, cancel: &AtomicBool) -> Option<Pass> {
         let key = self.seed.child(pass);
-        let kernel = &*self.kernel;
-        let (light, account) = DiffuserLight::<C>::trace(kernel, &self.emission, key, cancel)?;
+        let scene = &*self.scene;
+        let (light, account) = DiffuserLight::<C>::trace(scene, &self.emission, key, cancel)?;
         let mut result = Pass { account, photons: self.emission.photons(), ..Pass::default() };
         for (number, grid) in self.grids.iter().enumerate() {
             let stream = key.child(SENSOR_STREAM + number as u64);
@@ -127,7 +127,7 @@ impl<const C: usize> Integrator for TwoStage<C> {
         for (number, view) in self.views.iter().enumerate() {
             let stream = key.child(EYE_STREAM + number as u64);
             let sampling = sampling(self.settings.samples_per_pixel);
-            let (mut luminance, rays) = backward::pass::view::<C>(kernel, view, sampling, stream, &light, cancel)?;
+            let (mut luminance, rays) = backward::pass::view::<C>(scene, view, sampling, stream, &light, cancel)?;
             if cancel.load(Ordering::Relaxed) {
                 return None;
             }
@@ -145,14 +145,14 @@ fn sampling(paths: u32) -> Sampling {
 
 /// Why this method cannot compute a scene, if it cannot: a closure that does not forget directions, or sun that only chance
 /// would find by way of mirrors.
-pub fn refuses(kernel: &Kernel) -> Option<&'static str> {
-    let measured = |tube: &TubeKernel| matches!(tube.diffuser, Diffuser::Measured(_));
-    let unscattered = |tube: &TubeKernel| tube.diffuser.specular_zone(tube.opening_radius).is_some();
-    if kernel.tubes.iter().any(unscattered) {
+pub fn refuses(scene: &TraceableScene) -> Option<&'static str> {
+    let measured = |tube: &TraceableTube| matches!(tube.diffuser, Diffuser::Measured(_));
+    let unscattered = |tube: &TraceableTube| tube.diffuser.specular_zone(tube.opening_radius).is_some();
+    if scene.tubes.iter().any(unscattered) {
         Some("the path is cut at Lambertian diffusers, but a closure lets light pass unscattered")
-    } else if kernel.tubes.iter().any(measured) {
+    } else if scene.tubes.iter().any(measured) {
         Some("the path is cut at Lambertian diffusers, but light leaves a measured one by its direction of incidence")
     } else {
-        path_tracing::refuses(kernel)
+        path_tracing::refuses(scene)
     }
 }
