@@ -1,8 +1,8 @@
 //! Path tracing: from the sensors and the eye backward to sky, sun and luminaires. Unbiased; one pass is one replicate.
 //!
-//! `backward::walk` has the walk and what luminaires send, `backward::daylight` the sky and the sun. What chance alone would find is
-//! refused: the sun through clear closures, where only one direction in hundreds meets the disc even at its own zenith angle,
-//! and by way of mirrors.
+//! `backward::walk` has the walk and what luminaires send, `backward::daylight` the sky and the sun. What chance alone
+//! would find is refused: the sun through clear closures, where only one direction in hundreds meets the disc even at its
+//! own zenith angle, and by way of mirrors.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};

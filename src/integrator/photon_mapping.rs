@@ -3,9 +3,9 @@
 //! Every pass of the engine traces its own photons and gathers them within one fixed radius, so that passes are independent
 //! replicates. At a receiver, a sensor or a point of a surface with a diffuse part that an eye ray meets, light is divided by
 //! what happened to it last, chains of mirrors and glossy lobes on its way to the receiver left out:
-//! * straight from a diffuser or a luminaire, without such a chain: connections and closed forms (`photon_map::near_light`). What a
-//!   diffuser sends down counts as its light wherever it came from: from above, from the room by reflection at its lower
-//!   side, or back from a bent guide;
+//! * straight from a diffuser or a luminaire, without such a chain: connections and closed forms
+//!   (`photon_map::near_light`). What a diffuser sends down counts as its light wherever it came from: from above, from
+//!   the room by reflection at its lower side, or back from a bent guide;
 //! * by such a chain from a diffuser or a luminaire, and with or without one through a clear closure, from outside or back
 //!   from a guide: caustics, whose photons are gathered at the receiver. Cell averages count the photons that cross the cell,
 //!   which has no bias. Sensors of points follow what comes from outside straight through a clear closure backward instead
@@ -16,9 +16,9 @@
 //!   faces is in the first two parts.
 //!
 //! So each path is counted once. The kernel's bias at the surfaces that gather rays find is estimated from two radii
-//! (`photon_map::maps`) and carried to the receiver with the rays' weights, of colours by their luminance. The radius is the same
-//! in all passes: the bias does not shrink with them, but gathering averages it over the room. What an eye ray sees of
-//! openings, mirrors and lobes is as in SPPM (`photon_map::visible_point`).
+//! (`photon_map::maps`) and carried to the receiver with the rays' weights, of colours by their luminance. The radius is
+//! the same in all passes: the bias does not shrink with them, but gathering averages it over the room. What an eye ray
+//! sees of openings, mirrors and lobes is as in SPPM (`photon_map::visible_point`).
 
 use std::f64::consts::PI;
 use std::sync::Arc;

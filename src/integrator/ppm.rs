@@ -1,10 +1,11 @@
 //! Progressive photon mapping (Hachisuka, Ogaki and Jensen 2008).
 //!
-//! Visible points are the same in every pass: those of a fixed set of eye rays of each pixel, one in each of its strata, and
-//! sensors, or of cell averages fixed points of each cell. They are not stored: their random numbers do not depend on the
-//! pass, so that they are found again. Mirrors keep a ray's way; a glossy lobe, and a guide where it divides light, send it
-//! on into a new direction in every pass: what they reflect is an integral that a few fixed directions do not give. Photons
-//! and connections to them are new in every pass. Radii shrink as `photon_map::progressive` says, photons are gathered as in `sppm`.
+//! Visible points are the same in every pass: those of a fixed set of eye rays of each pixel, one in each of its strata,
+//! and sensors, or of cell averages fixed points of each cell. They are not stored: their random numbers do not depend on
+//! the pass, so that they are found again. Mirrors keep a ray's way; a glossy lobe, and a guide where it divides light,
+//! send it on into a new direction in every pass: what they reflect is an integral that a few fixed directions do not
+//! give. Photons and connections to them are new in every pass. Radii shrink as `photon_map::progressive` says, photons
+//! are gathered as in `sppm`.
 //!
 //! What converges is the mean over the fixed points of a pixel or a cell, which differs from the mean over all of it by a
 //! sampling error that no pass brings down. Contrasts tell it: in a block of 2 x 2 strata the mean of the points on one

@@ -1,11 +1,11 @@
 //! Stochastic progressive photon mapping.
 //!
-//! Every pass traces its own photons and eye rays and gathers with a radius that shrinks from pass to pass (`photon_map::progressive`):
-//! by a schedule (Knaus and Zwicker 2011), so that passes are independent replicates, or by statistics that the rays of a
-//! pixel, or the points of a cell, share (Hachisuka and Jensen 2009). Light that a diffuser or a tube's scattering sends
-//! straight to a point is computed from the pass' own photons at the diffuser, light straight from a luminaire in closed
-//! form or from points of its area, not by density estimation (`photon_map::near_light`); kernels and their bias are those of
-//! `photon_map::maps`.
+//! Every pass traces its own photons and eye rays and gathers with a radius that shrinks from pass to pass
+//! (`photon_map::progressive`): by a schedule (Knaus and Zwicker 2011), so that passes are independent replicates, or by
+//! statistics that the rays of a pixel, or the points of a cell, share (Hachisuka and Jensen 2009). Light that a diffuser
+//! or a tube's scattering sends straight to a point is computed from the pass' own photons at the diffuser, light
+//! straight from a luminaire in closed form or from points of its area, not by density estimation
+//! (`photon_map::near_light`); kernels and their bias are those of `photon_map::maps`.
 //!
 //! Photons are gathered for the diffuse part of a surface alone. The specular part, mirror or glossy lobe, is followed
 //! (`photon_map::visible_point`).

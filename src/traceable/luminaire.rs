@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use glam::{DVec2, DVec3};
 
-use super::SurfaceId;
+use super::surface_id::SurfaceId;
 use crate::geometry::lambert::quadrilateral_irradiance;
 use crate::optics::Spectrum;
 use crate::scene::Luminaire;

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::SurfaceId;
+use super::surface_id::SurfaceId;
 use crate::geometry::bvh::TriangleBvh;
 use crate::geometry::facets::Facets;
 use crate::geometry::section::section;

@@ -2,8 +2,9 @@
 
 use glam::{DVec2, DVec3};
 
+use super::box_object::TraceableBox;
 use super::luminaire::TraceableLuminaire;
-use super::{SurfaceId, TraceableBox};
+use super::surface_id::SurfaceId;
 use crate::scene::MeshObject;
 
 /// The blocks around boxes, meshes and hanging luminaires.

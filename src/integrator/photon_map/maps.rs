@@ -3,11 +3,11 @@
 //! Final gathering wants caustics apart: light that has not been scattered diffusely since it left a luminaire, a diffuser
 //! or a clear closure, but for what comes straight from the former two.
 //!
-//! Light that a diffuser or a luminaire sends straight to a point is not density-estimated: `photon_map::near_light` computes it.
-//! Kernels are clipped to the surface they lie on and count photons of that surface only. The bias of a kernel is estimated
-//! from the same photons at two radii: on a whole disc it grows with the squared radius, so bias(r) = 2 (E(r) - E(r / sqrt
-//! 2)); on a clipped one, which lies to one side of its centre, with the radius: bias(r) = (E(r) - E(r / sqrt 2)) / (1 - 1 /
-//! sqrt 2).
+//! Light that a diffuser or a luminaire sends straight to a point is not density-estimated: `photon_map::near_light`
+//! computes it. Kernels are clipped to the surface they lie on and count photons of that surface only. The bias of a
+//! kernel is estimated from the same photons at two radii: on a whole disc it grows with the squared radius, so bias(r) =
+//! 2 (E(r) - E(r / sqrt 2)); on a clipped one, which lies to one side of its centre, with the radius: bias(r) = (E(r) -
+//! E(r / sqrt 2)) / (1 - 1 / sqrt 2).
 
 use std::f64::consts::PI;
 use std::ops::Range;
@@ -203,7 +203,7 @@ impl<const C: usize> Mapper<C> {
         self.on_surface(&maps.caustics, radius, position, surface)
     }
 
-    /// Luminance in cd/m2 toward `photon_map::visible_point` (a unit vector) of a glossy lobe of reflectance 1 in sunbeams through clear closures,
+    /// Luminance in cd/m2 toward `eye` (a unit vector) of a glossy lobe of reflectance 1 in sunbeams through clear closures,
     /// photons gathered within `radius` metres; its estimated bias.
     pub fn beams_in_lobe(
         &self,

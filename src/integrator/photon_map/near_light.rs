@@ -98,7 +98,7 @@ impl<const C: usize> Mapper<C> {
         if area < LEAST_KERNEL * PI * radius * radius { Spectrum::ZERO } else { sum * (1.0 / area) }
     }
 
-    /// Luminance toward `photon_map::visible_point` (a unit vector) of the diffusers in a glossy lobe of reflectance 1, the share of connections.
+    /// Luminance toward `eye` (a unit vector) of the diffusers in a glossy lobe of reflectance 1, the share of connections.
     pub fn diffusers_in_lobe(
         &self,
         maps: &Maps<C>,

@@ -21,8 +21,8 @@
 //! - R is made of earlier passes alone. Given these, Phi / A has the mean and the variance that it has at a fixed radius: the
 //!   deviations of passes from their means are uncorrelated, and their spread gives the standard error of the mean as if
 //!   passes were independent. What is left is the bias of the kernel at the radii that came out, estimated as always.
-//! - With photons at even density and M equal to its expectation, N after i passes is i times the photons in the present disc,
-//!   and R_n = R_0 sqrt(Gamma(n + alpha) / (Gamma(alpha) Gamma(n + 1))), whatever the density.
+//! - With photons at even density and M equal to its expectation, N after i passes is i times the photons in the present
+//!   disc, and R_n = R_0 sqrt(Gamma(n + alpha) / (Gamma(alpha) Gamma(n + 1))), whatever the density.
 
 use std::borrow::Cow;
 
@@ -275,8 +275,9 @@ mod tests {
         }
     }
 
-    /// The variance of the mean is that of Poisson counts in the discs of the closed form, sum of 1 / (density R_i^2) over the
-    /// squared number of passes; and the spread of passes tells it: 4 standard errors and 3 % for the radii's own spread.
+    /// The variance of the mean is that of Poisson counts in the discs of the closed form, sum of 1 / (density R_i^2)
+    /// over the squared number of passes; and the spread of passes tells it: 4 standard errors and 3 % for the radii's
+    /// own spread.
     #[test]
     fn the_spread_of_passes_is_the_error() {
         let (density, alpha) = (20.0, 0.8);

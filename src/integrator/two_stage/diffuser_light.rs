@@ -1,7 +1,8 @@
 //! What Lambertian diffusers send into the room: stage one of two.
 //!
-//! Photons go from sky and sun down each guide to its closure. A Lambertian closure forgets where they came from: the points
-//! where they leave, with their fluxes, are all that the room sees of the sky. What they send to a vertex is divided in three:
+//! Photons go from sky and sun down each guide to its closure. A Lambertian closure forgets where they came from: the
+//! points where they leave, with their fluxes, are all that the room sees of the sky. What they send to a vertex is
+//! divided in three:
 //! * rings of equal area have their mean exitance; a ring is the difference of two discs, whose irradiance has a closed form;
 //! * sectors differ from the mean of their rings, most in the sun: a few points carry these differences, which add up to
 //!   nothing in each ring;

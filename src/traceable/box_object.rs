@@ -1,0 +1,104 @@
+//! Boxes in a room as rays meet them.
+
+use glam::{DMat2, DVec2, DVec3};
+
+use crate::scene::BoxObject;
+
+/// A box in its own frame: rotated about its base's centre.
+#[derive(Debug)]
+pub struct TraceableBox {
+    base: DVec3,
+    half: DVec2,
+    height: f64,
+    /// Room to box frame.
+    turn: DMat2,
+}
+
+impl TraceableBox {
+    pub(super) fn new(object: &BoxObject) -> Self {
+        Self {
+            base: object.base,
+            half: 0.5 * object.size.truncate(),
+            height: object.size.z,
+            // clockwise seen from above turns the box by -rotation in x-y
+            turn: DMat2::from_angle(object.rotation),
+        }
+    }
+
+    /// Where `origin + t direction` enters the box (t >= 0), the face and its outward normal.
+    #[inline]
+    pub(super) fn intersect(&self, origin: DVec3, direction: DVec3) -> Option<(f64, usize, DVec3)> {
+        let to_local = |v: DVec3| (self.turn * v.truncate()).extend(v.z);
+        let (p, d) = (to_local(origin - self.base), to_local(direction));
+        let low = DVec3::new(-self.half.x, -self.half.y, 0.0);
+        let high = DVec3::new(self.half.x, self.half.y, self.height);
+        let (mut enter, mut leave, mut axis) = (f64::NEG_INFINITY, f64::INFINITY, 0);
+        for k in 0..3 {
+            if d[k] == 0.0 {
+                if p[k] <= low[k] || p[k] >= high[k] {
+                    return None;
+                }
+                continue;
+            }
+            let (a, b) = ((low[k] - p[k]) / d[k], (high[k] - p[k]) / d[k]);
+            let (near, far) = if a < b { (a, b) } else { (b, a) };
+            if near > enter {
+                (enter, axis) = (near, k);
+            }
+            leave = leave.min(far);
+        }
+        if enter < 0.0 || enter >= leave {
+            return None;
+        }
+        let toward_high = d[axis] < 0.0;
+        let mut normal = DVec3::ZERO;
+        normal[axis] = if toward_high { 1.0 } else { -1.0 };
+        let normal = (self.turn.transpose() * normal.truncate()).extend(normal.z);
+        Some((enter, 2 * axis + usize::from(toward_high), normal))
+    }
+
+    /// The four corners of its outline seen from above, counter-clockwise.
+    pub fn outline(&self) -> [DVec2; 4] {
+        let back = self.turn.transpose();
+        [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)]
+            .map(|(x, y)| self.base.truncate() + back * DVec2::new(x * self.half.x, y * self.half.y))
+    }
+
+    /// Whether a point is inside, or on the lower side: a box covers what it stands on.
+    pub fn contains(&self, point: DVec3) -> bool {
+        let local = self.turn * (point - self.base).truncate();
+        let (low, high) = self.span();
+        local.abs().cmplt(self.half).all() && point.z >= low && point.z < high
+    }
+
+    /// Distance in metres of a point outside to a side or the underside; infinite at and above the height of the top.
+    pub fn distance_beside(&self, point: DVec3) -> f64 {
+        let (low, high) = self.span();
+        if point.z >= high {
+            return f64::INFINITY;
+        }
+        let across = (self.turn * (point - self.base).truncate()).abs() - self.half;
+        across.extend(low - point.z).max(DVec3::ZERO).length()
+    }
+
+    /// Lower and upper height in metres.
+    pub fn span(&self) -> (f64, f64) {
+        (self.base.z, self.base.z + self.height)
+    }
+
+    /// A corner, two edges that span the face, in the room frame; the face's number as in [`SurfaceId`].
+    pub fn face(&self, face: usize) -> [DVec3; 3] {
+        let back = self.turn.transpose();
+        let world = |v: DVec3| (back * v.truncate()).extend(v.z);
+        let low = DVec3::new(-self.half.x, -self.half.y, 0.0);
+        let extent = DVec3::new(2.0 * self.half.x, 2.0 * self.half.y, self.height);
+        let axis = face / 2;
+        let mut corner = low;
+        if face % 2 == 1 {
+            corner[axis] += extent[axis];
+        }
+        let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
+        let edge = |k: usize| world(DVec3::AXES[k] * extent[k]);
+        [self.base + world(corner), edge(u), edge(v)]
+    }
+}

@@ -1,0 +1,95 @@
+//! Tubes as rays meet them: the opening, its closure and the guide behind it.
+
+use glam::{DVec2, DVec3};
+
+use crate::guide::{BentGuide, DomedGuide, Guide, MeshGuide, MeshGuideError, Section, StraightGuide, dome::Pipe};
+use crate::optics::{Closure, Collector, Diffuser};
+use crate::scene::{MeshTube, StraightOrBent, Tube, TubeShape};
+use crate::sky::direction;
+
+#[derive(Debug)]
+pub struct TraceableTube {
+    /// Centre of the opening, in the ceiling plane.
+    pub origin: DVec3,
+    pub opening_radius: f64,
+    pub guide: Guide,
+    /// What a mesh was found to be; `None` for tubes that are no meshes.
+    pub section: Option<Section>,
+    pub diffuser: Diffuser,
+}
+
+impl TraceableTube {
+    pub(super) fn new(tube: &Tube, ceiling: f64) -> Result<Self, MeshGuideError> {
+        let guide = match &tube.shape {
+            TubeShape::Cylinders(description) => cylinder_guide(description, tube.opening_radius),
+            TubeShape::Mesh(description) => match &description.section {
+                Section::Cylinder(cylinder) => Guide::Straight(StraightGuide {
+                    radius: cylinder.radius,
+                    length: cylinder.length,
+                    reflectance: cylinder.reflectance.clone(),
+                    collector_transmittance: cylinder.collector_transmittance,
+                }),
+                Section::Facets { .. } => Guide::Mesh(mesh(description, tube.opening_radius)?),
+            },
+        };
+        let section = match &tube.shape {
+            TubeShape::Cylinders(_) => None,
+            TubeShape::Mesh(description) => Some(description.section.clone()),
+        };
+        Ok(Self {
+            origin: tube.centre.extend(ceiling),
+            opening_radius: tube.opening_radius,
+            guide,
+            section,
+            diffuser: tube.diffuser.clone(),
+        })
+    }
+
+    /// The closure at a point of the ceiling plane.
+    #[inline]
+    pub fn closure_at(&self, position: DVec3) -> Closure<'_> {
+        self.diffuser.at((position - self.origin).truncate().length())
+    }
+}
+
+/// The guide of cylinders of `radius` in metres.
+pub fn cylinder_guide(tube: &StraightOrBent, radius: f64) -> Guide {
+    let pipe = pipe(tube, radius);
+    if let Collector::DielectricDome { refractive_index, thickness_m, absorption_per_m } = tube.collector {
+        return Guide::Domed(Box::new(DomedGuide::new(pipe, refractive_index, thickness_m, absorption_per_m)));
+    }
+    match pipe {
+        Pipe::Straight(guide) => Guide::Straight(guide),
+        Pipe::Bent(guide) => Guide::Bent(guide),
+    }
+}
+
+fn pipe(tube: &StraightOrBent, radius: f64) -> Pipe {
+    let reflectance = tube.reflectance.clone();
+    let collector_transmittance = tube.collector.transmittance();
+    if tube.segments.iter().all(|segment| segment.tilt == 0.0) {
+        let length = tube.segments.iter().map(|segment| segment.length_m).sum();
+        return Pipe::Straight(StraightGuide { radius, length, reflectance, collector_transmittance });
+    }
+    let axis = |tilt: f64, azimuth: f64| direction(std::f64::consts::FRAC_PI_2 - tilt, azimuth);
+    let segments: Vec<_> =
+        tube.segments.iter().map(|segment| (segment.length_m, axis(segment.tilt, segment.azimuth))).collect();
+    Pipe::Bent(BentGuide::new(radius, &segments, reflectance, collector_transmittance))
+}
+
+fn mesh(tube: &MeshTube, opening_radius: f64) -> Result<MeshGuide, MeshGuideError> {
+    let mut mesh = tube.mesh.as_ref().clone();
+    let turn = DVec2::from_angle(-tube.rotation);
+    for position in &mut mesh.positions {
+        *position = turn.rotate(position.truncate()).extend(position.z);
+    }
+    MeshGuide::new(&mesh, &tube.parts, opening_radius)
+}
+
+/// A tube whose guide cannot be built.
+#[derive(Clone, Debug, thiserror::Error)]
+#[error("tube {tube}: {error}")]
+pub struct TubeError {
+    pub tube: usize,
+    pub error: MeshGuideError,
+}
