@@ -285,7 +285,8 @@ async fn a_damaged_state_is_rendered_again_from_the_one_before() {
     let back = store.rewind(&lease, "the state is damaged").await.unwrap();
     assert_eq!(back, Committed::Yes { obsolete: vec!["state-2".into()] });
     let found = store.job(job).await.unwrap().unwrap();
-    assert_eq!((found.state, found.merged_seconds), (Some(state(1)), 3.0));
+    let source = store.job_source(job).await.unwrap().unwrap();
+    assert_eq!((source.state, source.merged_seconds), (Some(state(1)), 3.0));
     assert_eq!((found.head.progress.passes, found.head.progress.chunks), (16, 2));
     assert_eq!(store.heartbeat(&lease, LEASE).await.unwrap(), Beat::Lost);
 
@@ -293,7 +294,7 @@ async fn a_damaged_state_is_rendered_again_from_the_one_before() {
     let lease = claim(&store, "w").await.unwrap();
     assert_eq!((lease.chunk, lease.attempt), (2, 2));
     store.rewind(&lease, "the state is damaged").await.unwrap();
-    assert_eq!(store.job(job).await.unwrap().unwrap().state, None);
+    assert_eq!(store.job_source(job).await.unwrap().unwrap().state, None);
     for chunk in 0..3 {
         let lease = claim(&store, "w").await.unwrap();
         assert_eq!(lease.chunk, chunk);

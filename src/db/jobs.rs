@@ -3,12 +3,13 @@
 use std::collections::HashSet;
 
 use serde_json::{Value, json};
-use sqlx::{QueryBuilder, SqliteConnection, SqlitePool};
+use sqlx::{SqliteConnection, SqlitePool};
 use uuid::Uuid;
 
 use crate::job::run::PassReport;
 use crate::job::store::*;
 
+use super::change::{JobChange, insert_events};
 use super::rows::{self, head_columns, job_columns, signed, to_json};
 use super::{now_ms, store_error};
 
@@ -18,17 +19,14 @@ pub(super) async fn submit(tx: &mut SqliteConnection, new: NewJob, max_queued: u
     {
         return Ok(if job.body_hash == new.body_hash { Submission::Repeated(job) } else { Submission::KeyReused });
     }
-    // one of them is rendered, or will be at once
-    if unfinished(tx).await? > max_queued {
-        return Ok(Submission::QueueFull);
-    }
     let id = Uuid::now_v7();
     let id_text = id.to_string();
-    sqlx::query(concat!(
-        "INSERT INTO jobs (id, name, status, submitted, document, plan, warnings, idempotency_key, body_hash, summary, created_at) \
-         VALUES ($1, $2, 'queued', $3, $4, $5, $6, $7, $8, $9, ",
+    let created_at: Option<i64> = sqlx::query_scalar(concat!(
+        "INSERT INTO jobs (id, name, status, submitted, document, plan, warnings, idempotency_key, body_hash, summary, next_seq, \
+         created_at) SELECT $1, $2, 'queued', $3, $4, $5, $6, $7, $8, $9, 3, ",
         now_ms!(),
-        ")"
+        // one of them is rendered, or will be at once
+        " WHERE (SELECT count(*) FROM chunks WHERE state <> 'done') <= $10 RETURNING created_at"
     ))
     .bind(&id_text)
     .bind(&new.name)
@@ -39,9 +37,11 @@ pub(super) async fn submit(tx: &mut SqliteConnection, new: NewJob, max_queued: u
     .bind(&new.idempotency_key)
     .bind(&new.body_hash)
     .bind(to_json(&new.known)?)
-    .execute(&mut *tx)
+    .bind(signed(max_queued))
+    .fetch_optional(&mut *tx)
     .await
     .map_err(store_error)?;
+    let Some(created_at) = created_at else { return Ok(Submission::QueueFull) };
     for mesh in &new.meshes {
         let known: Option<i64> = sqlx::query_scalar("SELECT 1 FROM meshes WHERE id = $1")
             .bind(mesh)
@@ -63,9 +63,27 @@ pub(super) async fn submit(tx: &mut SqliteConnection, new: NewJob, max_queued: u
     let planned = planned.as_object().into_iter().flatten().chain(&new.known);
     let planned = planned.map(|(name, value)| (name.clone(), value.clone())).collect();
     let queued = json!({ "job": id, "name": new.name });
-    append_events(tx, &id_text, &[("queued", queued), ("planned", planned)]).await?;
-    let job = job(tx, id).await?.ok_or_else(|| StoreError::Failed("the new job is not there".into()))?;
-    Ok(Submission::New(job))
+    insert_events(tx, &id_text, 1, &[("queued", queued), ("planned", planned)]).await?;
+    Ok(Submission::New(Job {
+        head: JobHead {
+            id,
+            name: new.name,
+            status: JobStatus::Queued,
+            cancel_requested: false,
+            progress: Progress::default(),
+            stopped_by: None,
+            last_seq: 2,
+            created_at,
+            started_at: None,
+            finished_at: None,
+        },
+        document: new.document,
+        plan: new.plan,
+        warnings: new.warnings,
+        body_hash: new.body_hash,
+        summary: Some(Value::Object(new.known)),
+        problem: None,
+    }))
 }
 
 pub(super) async fn insert_chunk(
@@ -89,47 +107,6 @@ pub(super) async fn insert_chunk(
     Ok(())
 }
 
-/// Rows that one statement writes: every statement is a journey to the database's thread and back.
-pub(super) const ROWS_OF_A_STATEMENT: usize = 500;
-
-/// Appends an event with the job's next sequence number; nothing when the job is gone.
-pub(super) async fn append_event(
-    tx: &mut SqliteConnection,
-    job: &str,
-    name: &str,
-    data: &Value,
-) -> Result<(), StoreError> {
-    append_events(tx, job, &[(name, data.clone())]).await
-}
-
-/// Appends events in this order, with the job's next sequence numbers; nothing when the job is gone.
-pub(super) async fn append_events(
-    tx: &mut SqliteConnection,
-    job: &str,
-    events: &[(&str, Value)],
-) -> Result<(), StoreError> {
-    for events in events.chunks(ROWS_OF_A_STATEMENT) {
-        let first: Option<i64> =
-            sqlx::query_scalar("UPDATE jobs SET next_seq = next_seq + $2 WHERE id = $1 RETURNING next_seq - $2")
-                .bind(job)
-                .bind(events.len() as i64)
-                .fetch_optional(&mut *tx)
-                .await
-                .map_err(store_error)?;
-        let Some(first) = first else { return Ok(()) };
-        let mut rows = Vec::with_capacity(events.len());
-        for (seq, (name, data)) in (first..).zip(events) {
-            rows.push((seq, *name, to_json(data)?));
-        }
-        let mut insert = QueryBuilder::new("INSERT INTO events (job_id, seq, name, data, at) ");
-        insert.push_values(rows, |mut row, (seq, name, data)| {
-            row.push_bind(job).push_bind(seq).push_bind(name).push_bind(data).push(now_ms!());
-        });
-        insert.build().execute(&mut *tx).await.map_err(store_error)?;
-    }
-    Ok(())
-}
-
 pub(super) async fn job_of_key(connection: &mut SqliteConnection, key: &str) -> Result<Option<Job>, StoreError> {
     sqlx::query(concat!("SELECT ", head_columns!(), ", ", job_columns!(), " FROM jobs WHERE idempotency_key = $1"))
         .bind(key)
@@ -149,6 +126,17 @@ pub(super) async fn job(connection: &mut SqliteConnection, id: Uuid) -> Result<O
         .map_err(store_error)?
         .as_ref()
         .map(rows::job)
+        .transpose()
+}
+
+pub(super) async fn source(pool: &SqlitePool, id: Uuid) -> Result<Option<JobSource>, StoreError> {
+    sqlx::query("SELECT submitted, cancel, state_key, state_hash, merged_seconds FROM jobs WHERE id = $1")
+        .bind(id.to_string())
+        .fetch_optional(pool)
+        .await
+        .map_err(store_error)?
+        .as_ref()
+        .map(rows::job_source)
         .transpose()
 }
 
@@ -236,7 +224,9 @@ pub(super) async fn cancel(tx: &mut SqliteConnection, id: Uuid) -> Result<Cancel
     .await
     .map_err(store_error)?;
     sqlx::query("DELETE FROM chunks WHERE job_id = $1").bind(&id).execute(&mut *tx).await.map_err(store_error)?;
-    append_event(tx, &id, "cancelled", &json!({ "stopped_by": "cancelled", "progress": Progress::default() })).await?;
+    let mut change = JobChange::new(&id);
+    change.event("cancelled", json!({ "stopped_by": "cancelled", "progress": Progress::default() }));
+    change.write(tx).await?;
     Ok(CancelOutcome::Accepted)
 }
 
@@ -343,24 +333,6 @@ pub(super) async fn artifact(pool: &SqlitePool, id: Uuid, name: &str) -> Result<
         .as_ref()
         .map(rows::artifact)
         .transpose()
-}
-
-pub(super) async fn add_artifact(tx: &mut SqliteConnection, job: &str, artifact: &Artifact) -> Result<(), StoreError> {
-    sqlx::query(
-        "INSERT INTO artifacts (job_id, name, key, hash, size, media_type) VALUES ($1, $2, $3, $4, $5, $6) \
-         ON CONFLICT (job_id, name) DO UPDATE SET key = excluded.key, hash = excluded.hash, size = excluded.size, \
-         media_type = excluded.media_type",
-    )
-    .bind(job)
-    .bind(&artifact.name)
-    .bind(&artifact.key)
-    .bind(&artifact.hash)
-    .bind(signed(artifact.size))
-    .bind(&artifact.media_type)
-    .execute(tx)
-    .await
-    .map_err(store_error)?;
-    Ok(())
 }
 
 pub(super) async fn referenced_keys(pool: &SqlitePool) -> Result<HashSet<String>, StoreError> {

@@ -3,6 +3,8 @@
 //! The SQL keeps to what SQLite and PostgreSQL share: `$n` placeholders, `UPDATE ... FROM`, `RETURNING`, `ON CONFLICT`.
 //! Only the clock expression ([`now_ms`]) and the lock clause of the claim differ between the two.
 
+mod change;
+mod commit;
 mod jobs;
 mod meshes;
 mod queue;
@@ -95,14 +97,9 @@ impl SqliteStore {
             .idle_timeout(None)
             .max_lifetime(None)
             // When the disk is full or fails, SQLite ends the transaction by itself. sqlx then still counts it as open and
-            // refuses to begin another one for ever: such a connection is closed, and the next user gets a new one.
-            .after_release(|connection, _| {
-                Box::pin(async move {
-                    // waits for the rollback that was sent when the transaction was dropped
-                    connection.ping().await?;
-                    Ok(!connection.is_in_transaction())
-                })
-            })
+            // refuses to begin another one for ever: such a connection is closed, and the next user gets a new one. So is one
+            // whose rollback is still under way, which spares every other transaction a journey to its thread.
+            .after_release(|connection, _| Box::pin(async move { Ok(!connection.is_in_transaction()) }))
             .connect_with(options.clone())
             .await
             .map_err(store_error)?;
@@ -256,6 +253,8 @@ impl Store for SqliteStore {
             tx.commit().await.map_err(store_error)?;
             self.tell(Change::Job(job.head.id));
             self.tell(Change::Queue);
+        } else {
+            tx.rollback().await.map_err(store_error)?;
         }
         Ok(submission)
     }
@@ -268,6 +267,10 @@ impl Store for SqliteStore {
     async fn job(&self, id: Uuid) -> Result<Option<Job>, StoreError> {
         let mut connection = self.readers.acquire().await.map_err(store_error)?;
         jobs::job(&mut connection, id).await
+    }
+
+    async fn job_source(&self, id: Uuid) -> Result<Option<JobSource>, StoreError> {
+        jobs::source(&self.readers, id).await
     }
 
     async fn job_head(&self, id: Uuid) -> Result<Option<JobHead>, StoreError> {
@@ -374,7 +377,7 @@ impl Store for SqliteStore {
 
     async fn report(&self, lease: &Lease, reports: &[Report]) -> Result<bool, StoreError> {
         let mut tx = self.begin(Durability::Process).await?;
-        let held = queue::report(&mut tx, lease, reports).await?;
+        let held = commit::report(&mut tx, lease, reports).await?;
         tx.commit().await.map_err(store_error)?;
         self.tell(Change::Job(lease.job));
         Ok(held)
@@ -387,8 +390,10 @@ impl Store for SqliteStore {
         completion: &Completion,
     ) -> Result<Committed, StoreError> {
         let mut tx = self.begin(Durability::Power).await?;
-        let committed = queue::complete(&mut tx, lease, reports, completion).await?;
-        if committed != Committed::LeaseLost {
+        let committed = commit::complete(&mut tx, lease, reports, completion).await?;
+        if committed == Committed::LeaseLost {
+            tx.rollback().await.map_err(store_error)?;
+        } else {
             tx.commit().await.map_err(store_error)?;
             self.tell(Change::Job(lease.job));
         }
@@ -397,7 +402,7 @@ impl Store for SqliteStore {
 
     async fn rewind(&self, lease: &Lease, reason: &str) -> Result<Committed, StoreError> {
         let mut tx = self.begin(Durability::Power).await?;
-        let committed = queue::rewind(&mut tx, lease, reason).await?;
+        let committed = commit::rewind(&mut tx, lease, reason).await?;
         tx.commit().await.map_err(store_error)?;
         self.tell(Change::Job(lease.job));
         self.tell(Change::Queue);

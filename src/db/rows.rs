@@ -24,7 +24,7 @@ pub(super) use head_columns;
 /// Columns of a [`Job`] beyond its head.
 macro_rules! job_columns {
     () => {
-        "submitted, document, plan, warnings, body_hash, state_key, state_hash, merged_seconds, summary, problem"
+        "document, plan, warnings, body_hash, summary, problem"
     };
 }
 pub(super) use job_columns;
@@ -57,19 +57,25 @@ pub(super) fn head(row: &SqliteRow) -> Result<JobHead, StoreError> {
 }
 
 pub(super) fn job(row: &SqliteRow) -> Result<Job, StoreError> {
-    let state_key: Option<String> = get(row, "state_key")?;
-    let state_hash: Option<String> = get(row, "state_hash")?;
     Ok(Job {
         head: head(row)?,
-        submitted: get(row, "submitted")?,
         document: json(row, "document")?,
         plan: json(row, "plan")?,
         warnings: json(row, "warnings")?,
         body_hash: get(row, "body_hash")?,
-        state: state_key.zip(state_hash).map(|(key, hash)| StateFile { key, hash }),
-        merged_seconds: get(row, "merged_seconds")?,
         summary: optional_json(row, "summary")?,
         problem: optional_json(row, "problem")?,
+    })
+}
+
+pub(super) fn job_source(row: &SqliteRow) -> Result<JobSource, StoreError> {
+    let state_key: Option<String> = get(row, "state_key")?;
+    let state_hash: Option<String> = get(row, "state_hash")?;
+    Ok(JobSource {
+        submitted: get(row, "submitted")?,
+        cancel_requested: get::<i64>(row, "cancel")? != 0,
+        state: state_key.zip(state_hash).map(|(key, hash)| StateFile { key, hash }),
+        merged_seconds: get(row, "merged_seconds")?,
     })
 }
 

@@ -72,6 +72,8 @@ pub async fn events(
     let Ok(permit) = app.permits.streams.clone().try_acquire_owned() else {
         return Err(Problem::unavailable("all event streams that the service allows are open; try again later"));
     };
+    // heard of from before the look at the job, so that nothing falls between
+    let changes = app.store.changes();
     let head = app.store.job_head(id).await?.ok_or_else(|| Problem::not_found("there is no such job"))?;
     if !(0..=head.last_seq).contains(&last) {
         let detail = format!("the job's event ids are 1 to {}, but it is {last}", head.last_seq);
@@ -83,8 +85,7 @@ pub async fn events(
     if head.status.is_final() && last == head.last_seq {
         return Ok(StatusCode::NO_CONTENT.into_response());
     }
-    // subscribed before the first look at its events, so that nothing falls between
-    let news = (!head.status.is_final()).then(|| WatchedJobs::watch(&app, id));
+    let news = (!head.status.is_final()).then(|| WatchedJobs::watch(&app, &head, changes));
     let feed = Feed { app: app.0, id, last, news, read: VecDeque::new(), missed: true, ended: false, _permit: permit };
     Ok(Sse::new(feed.into_stream()).keep_alive(KeepAlive::new().interval(HEARTBEAT)).into_response())
 }

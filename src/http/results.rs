@@ -281,12 +281,13 @@ async fn report_on_tube(app: &Service, id: Uuid, name: &str) -> Result<Option<Re
     let Some(summary) = job.summary.filter(|known| job.head.status.is_final() && known["tubes"].is_array()) else {
         return Ok(None);
     };
+    let source = app.store.job_source(id).await?.ok_or_else(no_such_job)?;
     let tubes: Vec<TubeResult> = Vec::deserialize(&summary["tubes"])
         .map_err(|error| internal("reading the fluxes of a finished job failed", &error))?;
     let (meshes, runtime, name) = (app.meshes.clone(), tokio::runtime::Handle::current(), name.to_owned());
     let made = off_thread(permit(&app.permits.reading).await?, move |cancel| {
         let meshes = meshes.for_document(runtime, cancel);
-        let prepared = run::prepare(job.submitted.as_bytes(), &meshes).map_err(|errors| errors.to_string())?;
+        let prepared = run::prepare(source.submitted.as_bytes(), &meshes).map_err(|errors| errors.to_string())?;
         prepared.tube_file_of(&name, &tubes).map_err(|error| error.to_string())
     });
     made.await?.map_err(|error| internal("reporting on a tube failed", &error))
@@ -320,14 +321,14 @@ async fn file_so_far(app: &Service, id: Uuid, name: &str) -> Result<Option<MadeF
             return Ok(Some(file));
         }
     }
-    let Some(job) = app.store.job(id).await? else { return Err(no_such_job()) };
-    let Some(state) = job.state else { return Ok(None) };
+    let source = app.store.job_source(id).await?.ok_or_else(no_such_job)?;
+    let Some(state) = source.state else { return Ok(None) };
     let permit = permit(&app.permits.reading).await?;
     let bytes = app.artifacts.read_checked(&state.key, &state.hash).await?;
     let (meshes, runtime, name) = (app.meshes.clone(), tokio::runtime::Handle::current(), name.to_owned());
     let made = off_thread(permit, move |cancel| {
         let meshes = meshes.for_document(runtime, cancel);
-        let prepared = run::prepare(job.submitted.as_bytes(), &meshes).map_err(|errors| errors.to_string())?;
+        let prepared = run::prepare(source.submitted.as_bytes(), &meshes).map_err(|errors| errors.to_string())?;
         let estimate = run::decode(&prepared, &bytes)?;
         prepared.result_file(&name, &estimate).map_err(|error| error.to_string())
     })

@@ -9,7 +9,7 @@ use tokio::sync::broadcast;
 use uuid::Uuid;
 
 use crate::http::Service;
-use crate::job::store::{Change, Event, StoreError, is_final_event};
+use crate::job::store::{Change, Event, JobHead, StoreError, is_final_event};
 
 /// Events read at once: what one stream costs in memory while it catches up.
 pub const EVENTS_AT_ONCE: u32 = 64;
@@ -41,18 +41,21 @@ pub struct WatchedJobs {
 }
 
 impl WatchedJobs {
-    /// Everything new of a job from now on; what came before is in the store. The channel closes when the job is gone, after
-    /// its final event, when the service ends, or when the store fails.
-    pub fn watch(service: &Arc<Service>, job: Uuid) -> broadcast::Receiver<Arc<News>> {
+    /// Everything new of a job after `head` was read; what came before is in the store. `changes` began before that, so that
+    /// nothing falls between. The channel closes when the job is gone, after its final event, when the service ends, or when
+    /// the store fails.
+    pub fn watch(
+        service: &Arc<Service>,
+        head: &JobHead,
+        changes: broadcast::Receiver<Change>,
+    ) -> broadcast::Receiver<Arc<News>> {
         let mut readers = service.watched.lock();
-        if let Some(reader) = readers.get(&job) {
+        if let Some(reader) = readers.get(&head.id) {
             return reader.subscribe();
         }
         let (sender, receiver) = broadcast::channel(BEHIND);
-        readers.insert(job, sender.clone());
-        // before the reader's first look, so that nothing falls between
-        let changes = service.store.changes();
-        tokio::spawn(read(service.clone(), job, sender, changes));
+        readers.insert(head.id, sender.clone());
+        tokio::spawn(read(service.clone(), head.id, head.last_seq, sender, changes));
         receiver
     }
 
@@ -67,14 +70,15 @@ impl WatchedJobs {
     }
 }
 
-/// Reads a job's new events once and tells them to all its streams, until nobody listens or nothing comes any more.
+/// Reads a job's events after `last` once and tells them to all its streams, until nobody listens or nothing comes any more.
 async fn read(
     service: Arc<Service>,
     job: Uuid,
+    last: i64,
     sender: broadcast::Sender<Arc<News>>,
     mut changes: broadcast::Receiver<Change>,
 ) {
-    let mut reader = Reader { service: &service, job, sender: &sender, last: 0 };
+    let mut reader = Reader { service: &service, job, sender: &sender, last };
     let ended = tokio::select! {
         () = service.shutdown.cancelled() => Ok(()),
         ended = reader.run(&mut changes) => ended,
@@ -98,12 +102,7 @@ struct Reader<'a> {
 
 impl Reader<'_> {
     async fn run(&mut self, changes: &mut broadcast::Receiver<Change>) -> Result<(), StoreError> {
-        let Some(head) = self.service.store.job_head(self.job).await? else { return Ok(()) };
-        self.last = head.last_seq;
         self.tell(None);
-        if head.status.is_final() {
-            return Ok(());
-        }
         loop {
             let is_gone = match changes.recv().await {
                 Ok(Change::Job(id)) if id == self.job => false,

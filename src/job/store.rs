@@ -80,20 +80,26 @@ pub struct JobHead {
 #[derive(Clone, Debug)]
 pub struct Job {
     pub head: JobHead,
-    /// The document as it was posted: what [`crate::job::run::prepare`] takes.
-    pub submitted: String,
     /// The document as understood.
     pub document: Value,
     pub plan: Value,
     pub warnings: Vec<Warning>,
     /// Hash of the canonical body.
     pub body_hash: String,
-    pub state: Option<StateFile>,
-    /// Render seconds of the merged chunks.
-    pub merged_seconds: f64,
     /// What is known of the results; of a job that ended with passes, all of them in short.
     pub summary: Option<Value>,
     pub problem: Option<JobProblem>,
+}
+
+/// What rendering a job goes on from.
+#[derive(Clone, Debug)]
+pub struct JobSource {
+    /// The document as it was posted: what [`crate::job::run::prepare`] takes.
+    pub submitted: String,
+    pub cancel_requested: bool,
+    pub state: Option<StateFile>,
+    /// Render seconds of the merged chunks.
+    pub merged_seconds: f64,
 }
 
 /// Why a job failed.
@@ -341,6 +347,7 @@ pub trait Store: Send + Sync + 'static {
     async fn submit(&self, job: NewJob, max_queued: u64) -> Result<Submission, StoreError>;
     async fn job_of_key(&self, idempotency_key: &str) -> Result<Option<Job>, StoreError>;
     async fn job(&self, id: Uuid) -> Result<Option<Job>, StoreError>;
+    async fn job_source(&self, id: Uuid) -> Result<Option<JobSource>, StoreError>;
     async fn job_head(&self, id: Uuid) -> Result<Option<JobHead>, StoreError>;
     /// Newest first.
     async fn jobs(&self, filter: JobFilter) -> Result<Vec<JobHead>, StoreError>;

@@ -268,15 +268,17 @@ impl Worker {
     async fn render_and_commit(&mut self, lease: &Lease) -> Result<(), Interrupted> {
         // listened to before the look: a cancel is seen by one or the other
         let changes = self.store.changes();
-        let cancel_requested = self.store.job_head(lease.job).await?.ok_or(Interrupted::LeaseLost)?.cancel_requested;
         let job = lease.job;
         let shown = self.shown == Some(job);
         if !shown {
             self.show(None);
         }
-        let current = match self.kept.take(job, lease.chunk) {
-            Some(current) if shown => current,
-            Some(current) => Current { live: self.live.start(job, current.prepared.clone()), ..current },
+        let (current, cancel_requested) = match self.kept.take(job, lease.chunk) {
+            Some(current) => {
+                let head = self.store.job_head(job).await?.ok_or(Interrupted::LeaseLost)?;
+                let live = if shown { current.live } else { self.live.start(job, current.prepared.clone()) };
+                (Current { live, ..current }, head.cancel_requested)
+            }
             None => self.load(lease).await?,
         };
         self.shown = Some(job);
@@ -291,10 +293,10 @@ impl Worker {
         Ok(())
     }
 
-    /// The job of a lease with everything that was computed before.
-    async fn load(&self, lease: &Lease) -> Result<Current, Interrupted> {
-        let job = self.store.job(lease.job).await?.ok_or(Interrupted::LeaseLost)?;
-        let state = match &job.state {
+    /// The job of a lease with everything that was computed before, and whether it was asked to stop.
+    async fn load(&self, lease: &Lease) -> Result<(Current, bool), Interrupted> {
+        let source = self.store.job_source(lease.job).await?.ok_or(Interrupted::LeaseLost)?;
+        let state = match &source.state {
             Some(state) => match self.artifacts.read_checked(&state.key, &state.hash).await {
                 Ok(bytes) => Some(bytes),
                 Err(ArtifactError::Damaged { .. }) => return Err(Interrupted::Damaged("the stored state is damaged")),
@@ -305,21 +307,29 @@ impl Worker {
         };
         let bytes = state.as_ref().map_or(0, |state| state.len() as u64);
         let meshes = self.meshes.for_document(tokio::runtime::Handle::current(), Arc::default());
-        let submitted = job.submitted;
-        let handed_over = self.live.take_prepared(lease.job);
-        let loaded = self
-            .on_pool(move || {
-                let prepared = match handed_over {
-                    Some(prepared) => prepared,
-                    None => Arc::new(run::prepare(submitted.as_bytes(), &meshes).map_err(|errors| errors.to_string())?),
-                };
-                let merged = match state {
-                    Some(bytes) => run::decode(&prepared, &bytes),
-                    None => Ok(prepared.empty_estimate()),
-                };
-                Ok::<_, String>((prepared, merged))
-            })
-            .await?;
+        let submitted = source.submitted;
+        let loaded = match (self.live.take_prepared(lease.job), state) {
+            (Some(prepared), None) => {
+                let merged = Ok(prepared.empty_estimate());
+                Ok((prepared, merged))
+            }
+            (handed_over, state) => {
+                self.on_pool(move || {
+                    let prepared = match handed_over {
+                        Some(prepared) => prepared,
+                        None => {
+                            Arc::new(run::prepare(submitted.as_bytes(), &meshes).map_err(|errors| errors.to_string())?)
+                        }
+                    };
+                    let merged = match state {
+                        Some(bytes) => run::decode(&prepared, &bytes),
+                        None => Ok(prepared.empty_estimate()),
+                    };
+                    Ok::<_, String>((prepared, merged))
+                })
+                .await?
+            }
+        };
         let (prepared, merged) = loaded.map_err(|detail| hopeless("The job cannot be prepared", detail))?;
         let merged = merged.map_err(|error| {
             tracing::warn!(error, "the stored state cannot be read");
@@ -329,8 +339,9 @@ impl Worker {
             tracing::info!(name = prepared.name, method = prepared.method_names(), "job started");
         }
         let live = self.live.start(lease.job, prepared.clone());
-        let seconds = job.merged_seconds;
-        Ok(Current { job: lease.job, prepared, live, merged, bytes, seconds, next_chunk: lease.chunk })
+        let seconds = source.merged_seconds;
+        let current = Current { job: lease.job, prepared, live, merged, bytes, seconds, next_chunk: lease.chunk };
+        Ok((current, source.cancel_requested))
     }
 
     /// Renders the chunk on the pool, keeps the lease meanwhile and passes on what the pool tells.

@@ -1,0 +1,303 @@
+//! What a claimed chunk writes: reports while it runs, and its end.
+//!
+//! The first statement of each names the lease's owner and attempt: whoever lost the lease changes no row.
+
+use serde_json::json;
+use sqlx::{QueryBuilder, Row, SqliteConnection};
+
+use crate::job::convergence::is_kept;
+use crate::job::run::PassReport;
+use crate::job::store::*;
+
+use super::change::{JobChange, ROWS_OF_A_STATEMENT};
+use super::jobs::insert_chunk;
+use super::record::written_now;
+use super::rows::{self, name_of, signed, to_json};
+use super::{now_ms, store_error};
+
+/// Rows and events of a running chunk; false when the lease is lost.
+pub(super) async fn report(tx: &mut SqliteConnection, lease: &Lease, reports: &[Report]) -> Result<bool, StoreError> {
+    let last = last_pass(reports);
+    let newest: Option<i64> = sqlx::query_scalar(
+        "UPDATE chunks SET progressed = CASE WHEN reached < $5 THEN 1 ELSE progressed END, \
+         deaths = CASE WHEN reached < $5 THEN 0 ELSE deaths END, reached = CASE WHEN reached < $5 THEN $5 ELSE reached END \
+         WHERE job_id = $1 AND idx = $2 AND owner = $3 AND attempt = $4 AND state = 'leased' \
+         RETURNING (SELECT coalesce(max(pass), 0) FROM passes WHERE passes.job_id = chunks.job_id)",
+    )
+    .bind(lease.job.to_string())
+    .bind(signed(lease.chunk))
+    .bind(&lease.owner)
+    .bind(lease.attempt)
+    .bind(last.map_or(0, |pass| signed(pass.passes)))
+    .fetch_optional(&mut *tx)
+    .await
+    .map_err(store_error)?;
+    let Some(newest) = newest else { return Ok(false) };
+    let job = lease.job.to_string();
+    let mut change = JobChange::new(&job);
+    take_reports(tx, &job, &mut change, newest, reports, None).await?;
+    if let Some(pass) = last {
+        change.set_pass(pass);
+    }
+    change.write(tx).await?;
+    Ok(true)
+}
+
+fn last_pass(reports: &[Report]) -> Option<&PassReport> {
+    reports.iter().rev().find_map(|report| match report {
+        Report::Pass(pass) => Some(pass),
+        Report::Image { .. } => None,
+    })
+}
+
+/// Writes the rows of reports, and of the last pass of a job that ends, and adds their events to the change. `newest` is the
+/// newest pass that has a row: a pass that is rendered again after a restart is the same pass, whose event was sent.
+async fn take_reports(
+    tx: &mut SqliteConnection,
+    job: &str,
+    change: &mut JobChange<'_>,
+    mut newest: i64,
+    reports: &[Report],
+    last: Option<&PassReport>,
+) -> Result<(), StoreError> {
+    let (mut passes, mut images) = (Vec::new(), Vec::new());
+    for report in reports {
+        match report {
+            Report::Pass(pass) if is_kept(pass.passes) => {
+                passes.push(pass);
+                if signed(pass.passes) > newest {
+                    newest = signed(pass.passes);
+                    change.event("pass", json!(pass));
+                }
+            }
+            Report::Pass(_) => {}
+            Report::Image { view, passes, artifact } => {
+                let known: Option<i64> = sqlx::query_scalar("SELECT 1 FROM artifacts WHERE job_id = $1 AND name = $2")
+                    .bind(job)
+                    .bind(&artifact.name)
+                    .fetch_optional(&mut *tx)
+                    .await
+                    .map_err(store_error)?;
+                images.push(artifact);
+                if known.is_none() {
+                    change.event("image", json!({ "view": view, "passes": passes }));
+                }
+            }
+        }
+    }
+    // the last pass has its row and event, whether or not passes are thinned there
+    if let Some(pass) = last.filter(|pass| signed(pass.passes) > newest) {
+        passes.push(pass);
+        change.event("pass", json!(pass));
+    }
+    add_passes(tx, job, &passes).await?;
+    add_artifacts(tx, job, &images).await
+}
+
+/// Rows of the convergence table; one that is there already is written anew.
+async fn add_passes(tx: &mut SqliteConnection, job: &str, passes: &[&PassReport]) -> Result<(), StoreError> {
+    for passes in passes.chunks(ROWS_OF_A_STATEMENT) {
+        let mut insert = QueryBuilder::new(
+            "INSERT INTO passes (job_id, pass, seconds, photons, rays, relative_error, view_relative_error, mean_lux) ",
+        );
+        insert.push_values(passes, |mut row, pass| {
+            row.push_bind(job)
+                .push_bind(signed(pass.passes))
+                .push_bind(pass.seconds)
+                .push_bind(signed(pass.photons))
+                .push_bind(signed(pass.rays))
+                .push_bind(pass.relative_error)
+                .push_bind(pass.view_relative_error)
+                .push_bind(pass.mean_lux);
+        });
+        insert.push(
+            " ON CONFLICT (job_id, pass) DO UPDATE SET seconds = excluded.seconds, photons = excluded.photons, \
+             rays = excluded.rays, relative_error = excluded.relative_error, \
+             view_relative_error = excluded.view_relative_error, mean_lux = excluded.mean_lux",
+        );
+        insert.build().execute(&mut *tx).await.map_err(store_error)?;
+    }
+    Ok(())
+}
+
+/// Rows of files; one of the same name is replaced.
+async fn add_artifacts(tx: &mut SqliteConnection, job: &str, artifacts: &[&Artifact]) -> Result<(), StoreError> {
+    for artifacts in artifacts.chunks(ROWS_OF_A_STATEMENT) {
+        let mut insert = QueryBuilder::new("INSERT INTO artifacts (job_id, name, key, hash, size, media_type) ");
+        insert.push_values(artifacts, |mut row, artifact| {
+            row.push_bind(job)
+                .push_bind(&artifact.name)
+                .push_bind(&artifact.key)
+                .push_bind(&artifact.hash)
+                .push_bind(signed(artifact.size))
+                .push_bind(&artifact.media_type);
+        });
+        insert.push(
+            " ON CONFLICT (job_id, name) DO UPDATE SET key = excluded.key, hash = excluded.hash, size = excluded.size, \
+             media_type = excluded.media_type",
+        );
+        insert.build().execute(&mut *tx).await.map_err(store_error)?;
+    }
+    Ok(())
+}
+
+/// The end of a chunk: of its job, or with a next chunk.
+pub(super) async fn complete(
+    tx: &mut SqliteConnection,
+    lease: &Lease,
+    reports: &[Report],
+    completion: &Completion,
+) -> Result<Committed, StoreError> {
+    let ended = sqlx::query(
+        "UPDATE chunks SET state = 'done', owner = NULL, lease_until = NULL, deaths = 0 \
+         WHERE job_id = $1 AND idx = $2 AND owner = $3 AND attempt = $4 AND state = 'leased' \
+         RETURNING (SELECT coalesce(max(pass), 0) FROM passes WHERE passes.job_id = chunks.job_id), \
+         (SELECT state_key FROM jobs WHERE jobs.id = chunks.job_id), \
+         (SELECT previous_state_key FROM jobs WHERE jobs.id = chunks.job_id)",
+    )
+    .bind(lease.job.to_string())
+    .bind(signed(lease.chunk))
+    .bind(&lease.owner)
+    .bind(lease.attempt)
+    .fetch_optional(&mut *tx)
+    .await
+    .map_err(store_error)?;
+    let Some(ended) = ended else { return Ok(Committed::LeaseLost) };
+    let newest: i64 = ended.try_get(0).map_err(store_error)?;
+    let state: Option<String> = ended.try_get(1).map_err(store_error)?;
+    let previous: Option<String> = ended.try_get(2).map_err(store_error)?;
+
+    let job = lease.job.to_string();
+    let mut change = JobChange::new(&job);
+    let obsolete = match completion {
+        Completion::Continue { state, progress, next_index, next } => {
+            take_reports(tx, &job, &mut change, newest, reports, None).await?;
+            insert_chunk(tx, &job, *next_index, next).await?;
+            change
+                .set_progress(progress)
+                .set_sql("previous_state_key = state_key, previous_state_hash = state_hash")
+                .set_sql("previous_seconds = merged_seconds")
+                .set("state_key", &state.key)
+                .set("state_hash", &state.hash)
+                .set("merged_seconds", progress.seconds);
+            change.write(tx).await?;
+            previous.into_iter().collect()
+        }
+        Completion::Finish(finish) => {
+            if let (None, Some(pass)) = (&finish.progress, last_pass(reports)) {
+                change.set_pass(pass);
+            }
+            take_reports(tx, &job, &mut change, newest, reports, finish.last_pass.as_ref()).await?;
+            finish_job(tx, &job, change, finish).await?;
+            state.into_iter().chain(previous).collect()
+        }
+    };
+    written_now(tx).await?;
+    Ok(Committed::Yes { obsolete })
+}
+
+/// Ends a job, with everything else that changes in its row.
+pub(super) async fn finish_job(
+    tx: &mut SqliteConnection,
+    job: &str,
+    mut change: JobChange<'_>,
+    finish: &Finish,
+) -> Result<(), StoreError> {
+    add_artifacts(tx, job, &finish.artifacts.iter().collect::<Vec<_>>()).await?;
+    if let Some(progress) = &finish.progress {
+        change.set_progress(progress);
+    }
+    if let Some(summary) = &finish.summary {
+        change.set("summary", to_json(summary)?);
+    }
+    change
+        .set("status", finish.status.name())
+        .set("stopped_by", finish.stopped_by.as_ref().map(name_of).transpose()?)
+        .set("problem", finish.problem.as_ref().map(to_json).transpose()?)
+        .set_sql("state_key = NULL, state_hash = NULL, previous_state_key = NULL, previous_state_hash = NULL")
+        .set_sql(concat!("finished_at = ", now_ms!()));
+    let data = match &finish.problem {
+        Some(problem) => json!({ "problem": problem }),
+        None => json!({ "stopped_by": finish.stopped_by, "progress": finish.progress }),
+    };
+    change.event(finish.status.name(), data);
+    change.write(tx).await
+}
+
+/// The stored states of a running job.
+struct States {
+    newest: Option<StateFile>,
+    previous: Option<StateFile>,
+    previous_seconds: f64,
+}
+
+impl States {
+    fn keys(self) -> Vec<String> {
+        [self.newest, self.previous].into_iter().flatten().map(|state| state.key).collect()
+    }
+}
+
+/// The job's states, and `None` when the lease is lost.
+async fn states(tx: &mut SqliteConnection, lease: &Lease) -> Result<Option<States>, StoreError> {
+    let row = sqlx::query(
+        "SELECT state_key, state_hash, previous_state_key, previous_state_hash, previous_seconds FROM jobs \
+         WHERE id = $1 AND EXISTS (SELECT 1 FROM chunks \
+         WHERE job_id = $1 AND idx = $2 AND owner = $3 AND attempt = $4 AND state = 'leased')",
+    )
+    .bind(lease.job.to_string())
+    .bind(signed(lease.chunk))
+    .bind(&lease.owner)
+    .bind(lease.attempt)
+    .fetch_optional(tx)
+    .await
+    .map_err(store_error)?;
+    let Some(row) = row else { return Ok(None) };
+    let file = |key: &str, hash: &str| -> Result<Option<StateFile>, StoreError> {
+        let (key, hash): (Option<String>, Option<String>) = (rows::get(&row, key)?, rows::get(&row, hash)?);
+        Ok(key.zip(hash).map(|(key, hash)| StateFile { key, hash }))
+    };
+    Ok(Some(States {
+        newest: file("state_key", "state_hash")?,
+        previous: file("previous_state_key", "previous_state_hash")?,
+        previous_seconds: rows::get(&row, "previous_seconds")?,
+    }))
+}
+
+/// Goes back to the state before the last one, or to the start: the newest is damaged.
+pub(super) async fn rewind(tx: &mut SqliteConnection, lease: &Lease, reason: &str) -> Result<Committed, StoreError> {
+    let Some(mut states) = states(tx, lease).await? else { return Ok(Committed::LeaseLost) };
+    let job = lease.job.to_string();
+    let (state, chunk, seconds) = match states.previous.take() {
+        Some(state) => (Some(state), lease.chunk.saturating_sub(1), states.previous_seconds),
+        None => (None, 0, 0.0),
+    };
+    sqlx::query("DELETE FROM chunks WHERE job_id = $1 AND idx > $2")
+        .bind(&job)
+        .bind(signed(chunk))
+        .execute(&mut *tx)
+        .await
+        .map_err(store_error)?;
+    let kept_passes: i64 = sqlx::query_scalar(
+        "UPDATE chunks SET state = 'ready', owner = NULL, lease_until = NULL, failures = 0, deaths = 0, error = $3 \
+         WHERE job_id = $1 AND idx = $2 RETURNING pass_from",
+    )
+    .bind(&job)
+    .bind(signed(chunk))
+    .bind(reason)
+    .fetch_one(&mut *tx)
+    .await
+    .map_err(store_error)?;
+    let (key, hash) = state.map(|state| (state.key, state.hash)).unzip();
+    let mut change = JobChange::new(&job);
+    change
+        .set("state_key", key)
+        .set("state_hash", hash)
+        .set("merged_seconds", seconds)
+        .set("seconds", seconds)
+        .set("chunks_done", signed(chunk))
+        .set("passes", kept_passes)
+        .set_sql("previous_state_key = NULL, previous_state_hash = NULL, previous_seconds = 0")
+        .event("restarted", json!({ "from_pass": kept_passes + 1, "reason": reason }));
+    change.write(tx).await?;
+    Ok(Committed::Yes { obsolete: states.keys() })
+}
