@@ -14,10 +14,10 @@ use crate::guide::transmittance::{beam_transmission, sky_exitance};
 use crate::optics::{Diffuser, DiffuserZone};
 use crate::scene::{EstimateKind, Grid};
 
-/// Settings of the method.
+/// Settings of the formula of Jenkins.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
-    /// c of the formula, > 0.
+    /// Coefficient c of the formula, > 0.
     pub coefficient: f64,
     /// T of the formula, 0..=1; `None`: the exact transmission of a straight tube of aspect ratio 1 and the tube's
     /// reflectance, of the daylight of the job.
@@ -35,14 +35,14 @@ impl Default for Settings {
 /// The published coefficient.
 pub const COEFFICIENT: f64 = 0.494;
 
-/// What the formula takes of a tube's pipe.
+/// Properties of a tube's pipe that the formula takes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pipe {
     /// Length along the axis over diameter.
     pub aspect: f64,
     /// Number of elbows.
     pub bends: u32,
-    /// Per bounce.
+    /// Reflectance of the wall, per bounce.
     pub reflectance: f64,
     pub collector_transmittance: f64,
 }
@@ -51,7 +51,7 @@ pub struct Pipe {
 #[derive(Debug)]
 pub struct Jenkins {
     room: Installation,
-    /// One per tube.
+    /// Pipes, one per tube of the room.
     pipes: Vec<Pipe>,
     settings: Settings,
 }

@@ -18,7 +18,7 @@ use crate::sky::{Sky, Sun};
 pub struct Tube {
     /// Centre of the opening, in the ceiling plane.
     pub origin: DVec3,
-    /// Of the opening and of the guide, metres.
+    /// Radius of the opening and of the guide, in metres.
     pub radius: f64,
     pub guide: Guide,
     pub diffuser: Diffuser,
@@ -30,13 +30,13 @@ pub struct Installation {
     pub sky: Option<Sky>,
     pub sun: Option<Sun>,
     pub size: DVec3,
-    /// Per face, in the order of [`crate::scene::Face`]; `None` where a face is open.
+    /// Diffuse reflectance per face, in the order of [`crate::scene::Face`]; `None` where a face is open.
     pub reflectance: [Option<f64>; 6],
     pub tubes: Vec<Tube>,
     pub grids: Vec<Grid>,
-    /// Whether light reflected between the faces counts.
+    /// True if light that is reflected between the faces counts.
     pub interreflection: bool,
-    /// Whether light counts that goes up into a guide and comes back down.
+    /// True if light counts that goes up into a guide and comes back down.
     pub guide_return: bool,
 }
 
@@ -46,12 +46,12 @@ pub trait Solver: Send + Sync {
     fn solve(&self, cancel: &AtomicBool) -> Option<Solution>;
 }
 
-/// What a solver gives.
+/// Result of a solver.
 #[derive(Clone, Debug, Default)]
 pub struct Solution {
     pub grids: Vec<GridSolution>,
     pub tubes: Vec<TubeSolution>,
-    /// Where the light went; all zero when the solver does not follow it.
+    /// Places where the light ended; all zero when the solver does not follow it.
     pub balance: Balance,
     pub rays: u64,
 }
@@ -79,21 +79,21 @@ pub struct Quantity {
     pub error: Option<f64>,
 }
 
-/// Where the light went, in lm.
+/// Flux in lm by the places where it ended; `emitted` minus all others is the error of the solver.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Balance {
-    /// Reaches the collectors from outside.
+    /// Flux that reaches the collectors from outside.
     pub emitted: f64,
-    /// Absorbed by collectors on the way in.
+    /// Flux absorbed by collectors on the way in.
     pub collector: f64,
-    /// Absorbed by mirrors on the way down.
+    /// Flux absorbed by mirrors on the way down.
     pub guide: f64,
-    /// Leaves at the upper end of a guide.
+    /// Flux that leaves at the upper end of a guide.
     pub guide_top: f64,
-    /// Absorbed by diffusers.
+    /// Flux absorbed by diffusers.
     pub diffuser: f64,
-    /// Absorbed by the faces of the room.
+    /// Flux absorbed by the faces of the room.
     pub room: f64,
-    /// Leaves through open faces.
+    /// Flux that leaves through open faces.
     pub open_surfaces: f64,
 }

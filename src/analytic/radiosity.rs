@@ -36,11 +36,11 @@ pub struct Patch {
     pub high: DVec3,
 }
 
-/// How a room's faces are divided.
+/// Division of a room's faces into patches.
 #[derive(Clone, Debug)]
 pub struct Mesh {
     pub size: DVec3,
-    /// Patches along x, y and z.
+    /// Numbers of patches along x, y and z.
     pub divisions: [usize; 3],
     /// Face by face; on a face, the second of its two axes (in the order x, y, z, x, y) runs fastest.
     pub patches: Vec<Patch>,
@@ -65,7 +65,7 @@ pub struct NoLimit;
 struct Element {
     position: DVec3,
     axis: usize,
-    /// Along the axis, +1 or -1.
+    /// Side to which the element looks along the axis, +1 or -1.
     sign: f64,
 }
 
@@ -326,7 +326,7 @@ impl Radiosity {
     }
 }
 
-/// In eight partial sums of fixed order, so that the compiler may use vectors.
+/// Scalar product in eight partial sums of fixed order, so that the compiler may use vectors.
 fn dot(a: &[f64], b: &[f64]) -> f64 {
     let mut sums = [0.0; 8];
     let (a, b) = (a.chunks_exact(8), b.chunks_exact(8));
@@ -346,7 +346,7 @@ pub struct Interreflection {
     coarse: Radiosity,
 }
 
-/// Exitances of both meshes.
+/// Exitances of the fine and the coarse mesh.
 #[derive(Clone, Debug)]
 pub struct Exitances {
     pub fine: Vec<f64>,
@@ -372,7 +372,7 @@ impl Interreflection {
         self.fine.mesh()
     }
 
-    /// From direct illuminances averaged over the patches of [`Interreflection::mesh`], in lux.
+    /// Exitances on both meshes for direct illuminances averaged over the patches of [`Interreflection::mesh`], in lux.
     pub fn exitances(&self, direct: &[f64]) -> Result<Exitances, NoLimit> {
         let (fine, coarse) = (self.fine.exitance(direct)?, self.coarse_exitance(direct)?);
         let seen = self.mesh().merged(&self.fine.seen(&fine), self.coarse.mesh());
@@ -384,7 +384,7 @@ impl Interreflection {
         Ok(Exitances { fine, coarse, correction })
     }
 
-    /// On the coarse mesh alone: for the spread between replicates of the direct illuminance.
+    /// Exitances on the coarse mesh alone, for the spread between replicates of the direct illuminance.
     pub fn coarse_exitance(&self, direct: &[f64]) -> Result<Vec<f64>, NoLimit> {
         self.coarse.exitance(&self.mesh().merged(direct, self.coarse.mesh()))
     }
@@ -402,7 +402,7 @@ impl Interreflection {
         (value, 0.5 * (correction.abs() + exitances.correction * value))
     }
 
-    /// The same on the coarse mesh, without extrapolation.
+    /// Interreflected illuminance of a horizontal element on the coarse mesh in lux, without extrapolation.
     pub fn coarse_illuminance(&self, exitance: &[f64], position: DVec3) -> f64 {
         self.coarse.illuminance(exitance, position)
     }

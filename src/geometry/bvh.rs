@@ -21,9 +21,9 @@ const PADDING: f64 = 1e-6;
 #[derive(Clone)]
 pub struct TriangleBvh {
     tree: Bvh2,
-    /// In the tree's order.
+    /// Corners of the triangles, in the tree's order.
     triangles: Vec<[DVec3; 3]>,
-    /// Original number of each.
+    /// Number that each triangle had in the list that the set was built from.
     numbers: Vec<u32>,
     centre: DVec3,
     /// f32 coordinates are (p - centre) * scale, so that the scene has a diagonal of one.
@@ -93,7 +93,7 @@ impl TriangleBvh {
         nearest
     }
 
-    /// Whether a triangle lies at a positive distance below `reach` along the unit vector `direction`.
+    /// True if a triangle lies at a positive distance below `reach` along the unit vector `direction`.
     pub fn any_within(&self, origin: DVec3, direction: DVec3, reach: f64) -> bool {
         let sheared = ShearedRay::new(origin, direction);
         // a little longer, so that rounding cannot cull a triangle at the end

@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use glam::{DVec2, DVec3};
 
-/// Where a ray inside a cylinder has got to.
+/// Position and direction of a ray after its way through a cylinder, with the number of reflections.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Passage {
     pub position: DVec3,

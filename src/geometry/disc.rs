@@ -7,9 +7,9 @@ use glam::DVec2;
 /// Irradiance vector at a point below a uniform Lambertian disc, per unit exitance.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DiscIrradiance {
-    /// On a horizontal receiver that looks up.
+    /// Irradiance of a horizontal receiver that looks up.
     pub vertical: f64,
-    /// On a vertical receiver that looks toward the disc's axis.
+    /// Irradiance of a vertical receiver that looks toward the disc's axis.
     pub toward_axis: f64,
 }
 

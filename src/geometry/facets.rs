@@ -13,7 +13,7 @@ const SAME_DIRECTION: f64 = 1e-3;
 /// Triangles in groups: adjacent, in one plane, of one kind.
 #[derive(Clone, Debug, Default)]
 pub struct Facets {
-    /// Facet of each triangle.
+    /// Number of the facet that holds each triangle.
     pub of_triangle: Vec<u32>,
     /// Unit normal of each facet, by the winding of its largest triangle.
     pub normals: Vec<DVec3>,
@@ -115,7 +115,7 @@ fn unordered([a, b]: [u32; 2]) -> [u32; 2] {
     [a.min(b), a.max(b)]
 }
 
-/// What is left of directed sides when opposite ones have cancelled.
+/// Directed sides that are left when opposite ones have cancelled: the outline of a group of triangles.
 fn outline(sides: impl Iterator<Item = [u32; 2]>) -> Vec<[u32; 2]> {
     let mut signed: Vec<([u32; 2], i32)> =
         sides.map(|side| (unordered(side), if side[0] < side[1] { 1 } else { -1 })).collect();

@@ -39,7 +39,7 @@ impl TriangleMesh {
     }
 }
 
-/// What a file may ask of the reader's time and memory.
+/// Limits to the time and memory that one file may take.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ObjLimits {
     pub bytes: usize,
@@ -48,9 +48,9 @@ pub struct ObjLimits {
     pub triangles: usize,
     /// Objects, groups and material switches together.
     pub objects: usize,
-    /// Different material names.
+    /// Number of different material names.
     pub materials: usize,
-    /// Longest material name.
+    /// Length of the longest material name.
     pub name_bytes: usize,
     /// Looks at corners while concave faces are triangulated ([`polygon::Effort`]): about a second.
     pub looks: u64,
@@ -71,7 +71,7 @@ impl Default for ObjLimits {
     }
 }
 
-/// What is wrong with a file, and in which line (from 1).
+/// Fault of a file, with the number of its line (from 1).
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("line {line}: {detail}")]
 pub struct ObjError {
@@ -114,7 +114,7 @@ pub fn parse_obj_until(bytes: &[u8], limits: ObjLimits, cancel: &AtomicBool) -> 
 
 const STOPPED: &str = "reading was stopped at this line: it took too long, or nobody waits for it any more";
 
-/// A mesh in the making.
+/// A mesh while its lines are being read.
 struct Assembly {
     mesh: TriangleMesh,
     index_of: HashMap<[u64; 3], u32>,
@@ -172,7 +172,7 @@ impl Assembly {
     }
 }
 
-/// Reads line by line.
+/// Reads a file line by line into an [`Assembly`].
 struct Reader<'a> {
     limits: ObjLimits,
     effort: Effort<'a>,
@@ -183,7 +183,7 @@ struct Reader<'a> {
     triangles: usize,
     objects: usize,
     names: HashSet<String>,
-    /// What `usemtl` named last.
+    /// Material that the last `usemtl` named.
     name: String,
     /// Number of `name` in the mesh; none before the first face that has it.
     material: Option<u32>,

@@ -5,15 +5,15 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use glam::DVec3;
 
-/// What the concave polygons of one file may still cost.
+/// Budget of work for the concave polygons of one file.
 pub struct Effort<'a> {
     /// Looks at a corner, whether it lies in an ear; a polygon of n corners takes up to about 3 n^2 of them.
     pub looks: u64,
-    /// Looked at once per ear.
+    /// Flag that ends the work, looked at once per ear.
     pub cancel: &'a AtomicBool,
 }
 
-/// Why a polygon was not triangulated.
+/// Reason why a polygon was not triangulated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Untriangulated {
     /// The [`Effort`] was used up.
@@ -56,9 +56,9 @@ struct Ring<'a> {
     next: Vec<usize>,
     previous: Vec<usize>,
     left: Vec<bool>,
-    /// Per first corner: where the look at the other corners goes on.
+    /// Corner at which the search for a blocking corner goes on, per first corner.
     looked_up_to: Vec<usize>,
-    /// Per corner: first corners of triangles that were refused because of it.
+    /// First corners of the triangles that were refused because of this corner, per corner.
     refused_by: Vec<Vec<usize>>,
     open: BTreeSet<usize>,
 }

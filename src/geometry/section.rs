@@ -63,7 +63,7 @@ fn orient(mut rings: Vec<Vec<DVec3>>, normal: DVec3) -> Vec<Vec<DVec3>> {
     rings
 }
 
-/// Whether a point of a ring's plane lies inside it (crossings of a half line).
+/// True if a point of a ring's plane lies inside the ring (by the crossings of a half line).
 pub fn contains(ring: &[DVec3], point: DVec3, normal: DVec3) -> bool {
     let (u, v) = (warp::around(normal, DVec3::X), warp::around(normal, DVec3::Y));
     let flat = |p: DVec3| ((p - point).dot(u), (p - point).dot(v));

@@ -37,7 +37,7 @@ struct Cylinder {
     /// Unit normals of the end planes in the local frame, both with z > 0.
     lower_normal: DVec3,
     upper_normal: DVec3,
-    /// Between these heights no ray meets an end plane.
+    /// Heights between which no ray meets an end plane.
     free_from: f64,
     free_to: f64,
 }

@@ -23,7 +23,7 @@ pub struct Dome {
     /// Radii of the faces in metres.
     pub inner: f64,
     pub outer: f64,
-    /// Refractive index, >= 1.
+    /// Refractive index of the shell, >= 1.
     pub index: f64,
     /// Napierian absorption coefficient in 1/m.
     pub absorption: f64,
@@ -39,21 +39,21 @@ pub struct DomedGuide {
     to_local: DMat3,
 }
 
-/// What a dome stands on.
+/// The guide that a dome stands on.
 #[derive(Clone, Debug)]
 pub enum Pipe {
     Straight(StraightGuide),
     Bent(BentGuide),
 }
 
-/// How light leaves a dome.
+/// Ways in which light leaves a dome.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Exit {
     /// Down through the plane z = 0, within the inner face.
     Aperture,
-    /// Through the outer face.
+    /// Out through the outer face.
     Outside,
-    /// In the rim.
+    /// Absorbed in the rim.
     Absorbed,
     Cut,
 }
@@ -240,9 +240,9 @@ impl Ray {
     }
 }
 
-/// Where light is in a domed guide.
+/// Position and direction of light in the aperture between dome and pipe.
 enum Place {
-    /// In the aperture, on its way down, or up.
+    /// Light on its way down into the pipe, or up into the dome.
     Falls(DVec3, DVec3),
     Rises(DVec3, DVec3),
 }

@@ -14,20 +14,20 @@ use crate::sampling::{PathRandom, warp};
 /// Ray segments that one path may have.
 const MAX_RAYS: u32 = 100_000;
 
-/// Below this share a path goes on by roulette.
+/// Share of the light below which a path goes on by roulette.
 const ROULETTE_BELOW: f64 = 1e-3;
 
 /// Distance from a mirror at which its reflected rays start, in sizes of the mesh: far more than the rounding of a hit.
 const CLEARANCE: f64 = 1e-10;
 
-/// What a triangle of the mesh is; coefficients are linear Rec.709.
+/// Role of a triangle of the mesh; coefficients are linear Rec.709.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Part {
     /// Thin: direction unchanged.
     Collector { transmittance: [f64; 3], reflectance: [f64; 3] },
     /// Specular mirror inside, opaque outside.
     Pipe { reflectance: Mirror },
-    /// In the plane z = 0, where every ray ends anyway: not traced.
+    /// The opening's plane z = 0, where every ray ends anyway: not traced.
     Diffuser,
 }
 

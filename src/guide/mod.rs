@@ -33,10 +33,10 @@ pub enum Guide {
     Mesh(MeshGuide),
 }
 
-/// Where a ray through a guide ends.
+/// Place where a ray through a guide ends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum End {
-    /// In the opening, in the plane z = 0, on its way down.
+    /// In the opening (the plane z = 0), on its way down.
     Opening,
     /// Outside, through the collector.
     Top,
@@ -56,7 +56,7 @@ pub struct Transit<const C: usize> {
     pub collector: Spectrum<C>,
     /// Share that the mirrors leave.
     pub mirrors: Spectrum<C>,
-    /// Whether the ray reached the collector from outside at all.
+    /// True if the ray reached the collector from outside; light that passes by a mesh never does.
     pub entered: bool,
     /// Ray segments computed; a closed form counts as one.
     pub rays: u32,
@@ -125,7 +125,7 @@ impl Guide {
         }
     }
 
-    /// Whether light that goes up from the opening can come back down.
+    /// True if light that goes up from the opening can come back down.
     pub fn returns_light(&self) -> bool {
         match self {
             Self::Straight(_) => false,

@@ -22,7 +22,7 @@ const REPLICATES: u64 = 8;
 pub struct Transmission {
     /// 0..=1; zero when nothing arrives at the collector.
     pub value: f64,
-    /// To first order, from the replicates.
+    /// Standard error of the ratio to first order, from the replicates.
     pub standard_error: f64,
 }
 
@@ -34,17 +34,17 @@ pub struct Throughput {
 }
 
 impl Throughput {
-    /// Reaching the collector.
+    /// Light that reaches the collector.
     pub fn entering(&self) -> Moments {
         self.moments(|(entering, _)| entering)
     }
 
-    /// Arriving at the diffuser's top.
+    /// Light that arrives at the diffuser's top.
     pub fn arriving(&self) -> Moments {
         self.moments(|(_, arriving)| arriving)
     }
 
-    /// Arriving over entering, with the error of a ratio of means.
+    /// Ratio of the light that arrives to the light that enters, with the error of a ratio of means.
     pub fn transmission(&self) -> Transmission {
         let (entering, arriving) = (self.entering().mean, self.arriving().mean);
         if entering <= 0.0 {
@@ -131,7 +131,7 @@ fn follow(guide: &Guide, point: [f64; 2], toward: DVec3, random: &mut PathRandom
     (entry.projected_area_m2, entry.projected_area_m2 * share)
 }
 
-/// A patch of the sky.
+/// A patch of the sky that is taken as one beam.
 #[derive(Clone, Copy, Debug)]
 pub struct SkyPatch {
     /// Unit vector toward its middle.

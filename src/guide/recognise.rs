@@ -9,21 +9,21 @@ use super::mesh::Part;
 use crate::geometry::TriangleMesh;
 use crate::optics::Mirror;
 
-/// How far a vertex may be from where a cylinder would have it, in radii.
+/// Largest distance of a vertex from the cylinder that it should lie on, in radii.
 const TOLERANCE: f64 = 1e-4;
 
 /// An edge that turns by more belongs to a pipe that is meant to have sides: 16 of them.
 const MOST_TURN: f64 = TAU / 16.0 * (1.0 + 1e-9);
 
-/// What a mesh was found to be.
+/// Result of the search for a cylinder in a mesh.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Section {
     Cylinder(RecognisedCylinder),
-    /// Traced facet by facet.
+    /// A mesh that is traced facet by facet.
     Facets {
         /// Sides of the pipe's lower end, when its vertices lie on one circle around the axis.
         sides: Option<usize>,
-        /// Why it is not replaced by a cylinder.
+        /// Reason why the mesh is not replaced by a cylinder.
         reason: &'static str,
     },
 }
@@ -36,7 +36,7 @@ pub enum Section {
 pub struct RecognisedCylinder {
     pub radius: f64,
     pub length: f64,
-    /// Sides of its lower end.
+    /// Number of sides of the mesh's lower end.
     pub sides: usize,
     /// Largest distance of a vertex from where the cylinder has it, in metres.
     pub deviation: f64,
@@ -66,7 +66,7 @@ pub fn recognise(mesh: &TriangleMesh, parts: &[Part], radius: f64) -> Section {
     }
 }
 
-/// As [`recognise`] for a mesh that is to keep its facets.
+/// Describes a mesh that keeps its facets because the document asks for it; arguments as of [`recognise`].
 pub fn keep_facets(mesh: &TriangleMesh, parts: &[Part], radius: f64) -> Section {
     let pipe = Surface::new(mesh, parts, |part| matches!(part, Part::Pipe { .. }));
     Section::Facets { sides: sides(&pipe, radius * TOLERANCE), reason: "asked for in the document" }
@@ -101,7 +101,7 @@ impl Surface {
         self.edges.iter().filter(|(.., uses)| *uses == 1).map(|(a, b, _)| (*a, *b))
     }
 
-    /// Whether every edge has two triangles, or one at the surface's border.
+    /// True if every edge has two triangles, or one at the surface's border.
     fn is_manifold(&self) -> bool {
         self.edges.iter().all(|(.., uses)| *uses <= 2)
     }

@@ -93,7 +93,7 @@ impl Diffuser {
         (zone.1 > zone.0).then_some(zone)
     }
 
-    /// Whether any part of the opening scatters.
+    /// True if a part of an opening of radius `opening_radius_m` scatters.
     pub fn scatters(&self, opening_radius_m: f64) -> bool {
         match *self {
             Self::Open | Self::Clear { .. } => false,

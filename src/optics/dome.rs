@@ -17,7 +17,7 @@ pub enum Collector {
     /// A hemispherical shell, concentric with the end of the tube, whose inner radius is the tube's; light is traced
     /// through it (see [`crate::guide::dome`]).
     DielectricDome {
-        /// At least 1.
+        /// Refractive index of the shell, at least 1.
         refractive_index: f64,
         thickness_m: f64,
         /// Napierian absorption coefficient: a path of s metres leaves exp(-absorption s).
@@ -26,7 +26,7 @@ pub enum Collector {
 }
 
 impl Collector {
-    /// Whether it sends light that comes up the tube down again.
+    /// True if the collector reflects light that comes up the tube down again.
     pub fn reflects(&self) -> bool {
         matches!(*self, Self::DielectricDome { refractive_index, .. } if refractive_index != 1.0)
     }

@@ -89,7 +89,7 @@ mod tests {
         assert!(loss > 1e-6 / cosine_inside && loss < 1.4e-6 / cosine_inside, "{loss}");
     }
 
-    /// The same from both sides: the angle inside sees the face as the angle outside does.
+    /// A face reflects the same share of light from either side, at the angles that refraction joins.
     #[test]
     fn faces_are_reciprocal() {
         for k in 0..90 {

@@ -7,7 +7,8 @@ use glam::DVec3;
 use super::bsdf::FiniteBsdf;
 use crate::sampling::{PathRandom, warp};
 
-/// Below this roughness a lobe counts neither as glossy nor as a mirror: documents have to choose.
+/// Least roughness of a lobe. Documents must choose between a mirror (roughness 0) and a lobe of at least this
+/// roughness.
 pub const LEAST_ROUGHNESS: f64 = 0.02;
 
 /// Intervals of the table of the directional albedo.
@@ -55,7 +56,7 @@ impl Glossy {
         Self { alpha, cosines, losses, cumulative }
     }
 
-    /// Square root of alpha.
+    /// Roughness of the lobe: the square root of alpha.
     pub fn roughness(&self) -> f64 {
         self.alpha.sqrt()
     }

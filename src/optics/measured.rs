@@ -13,11 +13,11 @@ use super::FiniteBsdf;
 #[derive(Clone, Debug, PartialEq)]
 pub struct MeasuredDiffuser {
     transmission: Distribution,
-    /// `None`: reflects nothing.
+    /// Distribution of the reflected light; `None` for a sheet that reflects nothing.
     reflection: Option<Distribution>,
 }
 
-/// One distribution, per sr.
+/// A BTDF or BRDF per sr over the angles of incidence and exit.
 #[derive(Clone, Debug, PartialEq)]
 struct Distribution {
     /// Radians, ascending from 0 to pi/2.

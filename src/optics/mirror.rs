@@ -7,7 +7,7 @@ use super::Spectrum;
 /// Specular reflectance per bounce, linear Rec.709, 0..=1.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Mirror {
-    /// The same at all angles.
+    /// The same reflectance at all angles.
     Constant([f64; 3]),
     ByAngle(Arc<MirrorTable>),
 }
@@ -29,7 +29,7 @@ impl MirrorTable {
         (ascends && covers).then(|| Self { angles, reflectances: rows.iter().map(|(_, value)| *value).collect() })
     }
 
-    /// At the angle whose cosine is given, 0..=1.
+    /// Reflectance at the angle of incidence whose cosine, 0..=1, is given.
     #[inline]
     pub fn at(&self, cosine: f64) -> [f64; 3] {
         let angle = cosine.clamp(0.0, 1.0).acos();
@@ -42,7 +42,8 @@ impl MirrorTable {
 }
 
 impl Mirror {
-    /// At an angle of incidence with the given cosine; `cosine` is asked for only where it counts.
+    /// Reflectance at an angle of incidence with the given cosine, which is asked for only where the reflectance
+    /// depends on it.
     #[inline]
     pub fn reflectance(&self, cosine: impl FnOnce() -> f64) -> [f64; 3] {
         match self {
@@ -51,7 +52,8 @@ impl Mirror {
         }
     }
 
-    /// What is left after a whole, possibly infinite number of bounces at one angle: R^n with 0^0 = 1.
+    /// Share R^n of the light that is left after n bounces at one angle of incidence; `bounces` is a whole number or
+    /// infinite, and 0^0 = 1.
     #[inline]
     pub fn power<const C: usize>(&self, cosine: impl FnOnce() -> f64, bounces: f64) -> Spectrum<C> {
         let reflectance = Spectrum::from_rgb(self.reflectance(cosine));

@@ -15,7 +15,7 @@ impl<const C: usize> Spectrum<C> {
     pub const ZERO: Self = Self([0.0; C]);
     pub const ONE: Self = Self([1.0; C]);
 
-    /// From a coefficient stored as linear Rec.709; a photopic scene stores the same number three times.
+    /// Spectrum of a coefficient that is stored as linear Rec.709; a photopic scene stores the same number three times.
     #[inline]
     pub fn from_rgb(rgb: [f64; 3]) -> Self {
         Self(std::array::from_fn(|channel| rgb[channel]))
@@ -27,7 +27,7 @@ impl<const C: usize> Spectrum<C> {
         if C == 1 { self.0[0] } else { (0..C).map(|c| REC709_LUMINANCE[c] * self.0[c]).sum() }
     }
 
-    /// The largest channel.
+    /// Value of the largest channel.
     #[inline]
     pub fn max(&self) -> f64 {
         self.0.iter().copied().fold(f64::NEG_INFINITY, f64::max)

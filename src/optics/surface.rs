@@ -5,7 +5,7 @@
 /// Reflectances are linear Rec.709 in 0..1, equal in all three channels for a photopic scene; their sum is < 1 in each.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Surface {
-    /// Diffuse.
+    /// Diffuse reflectance.
     pub reflectance: [f64; 3],
     pub specular: Option<Specular>,
 }

@@ -9,8 +9,8 @@ use glam::DVec3;
 pub struct Luminaire {
     pub corner: DVec3,
     pub edge_u: DVec3,
-    /// At a right angle to `edge_u`.
+    /// Second edge, at a right angle to `edge_u`.
     pub edge_v: DVec3,
-    /// Linear Rec.709 in cd/m2, equal in all three for a photopic scene.
+    /// Luminance of the emitting side in cd/m2, linear Rec.709; equal in all three channels for a photopic scene.
     pub luminance: [f64; 3],
 }

@@ -6,7 +6,7 @@ use crate::optics::Surface;
 /// A mesh that stands in the room: opaque, diffuse on both sides, flat between its edges.
 #[derive(Clone, Debug)]
 pub struct MeshObject {
-    /// In metres in the room frame, inside the room.
+    /// Triangles in metres in the room frame, inside the room.
     pub mesh: TriangleMesh,
     /// One per material of the mesh, in the mesh's order.
     pub surfaces: Vec<Surface>,

@@ -32,12 +32,12 @@ pub struct Scene {
     pub channels: Channels,
 }
 
-/// In how many channels light is computed.
+/// Number of channels in which light is computed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Channels {
     /// One photopic channel: every coefficient of the scene is one number.
     Photopic,
-    /// Linear Rec.709 red, green, blue.
+    /// Linear Rec.709 red, green and blue.
     Rgb,
 }
 
@@ -55,7 +55,7 @@ impl Channels {
 pub struct Daylight {
     pub sky: Option<Sky>,
     pub sun: Option<Sun>,
-    /// How the absolute level of the sky was found.
+    /// Formula by which the absolute level of the sky was found.
     pub formula: ZenithFormula,
 }
 

@@ -20,17 +20,17 @@ pub struct Room {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(usize)]
 pub enum Face {
-    /// x = 0
+    /// The face x = 0.
     West = 0,
-    /// x = size.x
+    /// The face x = size.x.
     East = 1,
-    /// y = 0
+    /// The face y = 0.
     South = 2,
-    /// y = size.y
+    /// The face y = size.y.
     North = 3,
-    /// z = 0
+    /// The face z = 0.
     Floor = 4,
-    /// z = size.z
+    /// The face z = size.z.
     Ceiling = 5,
 }
 

@@ -14,7 +14,7 @@ pub struct Grid {
     pub estimate: EstimateKind,
 }
 
-/// What the value of a cell means.
+/// Meaning of a sensor's value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum EstimateKind {
     /// Illuminance at the cell's centre.

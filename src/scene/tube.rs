@@ -31,9 +31,9 @@ pub enum TubeShape {
 /// Equal cylinders that meet in mitred elbows; one segment is a straight tube.
 #[derive(Clone, Debug)]
 pub struct StraightOrBent {
-    /// Of the wall, per bounce.
+    /// Reflectance of the wall, per bounce.
     pub reflectance: Mirror,
-    /// From the ceiling upward; the first is vertical.
+    /// Straight pieces from the ceiling upward; the first is vertical.
     pub segments: Vec<Segment>,
     pub collector: Collector,
 }
@@ -44,7 +44,7 @@ pub struct Segment {
     pub length_m: f64,
     /// Lean of the axis from the vertical, radians, 0 <= tilt < pi.
     pub tilt: f64,
-    /// Toward which side it leans, clockwise from +y, radians.
+    /// Azimuth toward which the segment leans, clockwise from +y, in radians.
     pub azimuth: f64,
 }
 

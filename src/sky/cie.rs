@@ -41,7 +41,7 @@ impl CieType {
         (1..=16).contains(&number).then_some(Self(number))
     }
 
-    /// All types in order.
+    /// All sixteen types, in order.
     pub fn all() -> impl Iterator<Item = Self> {
         (1..=16).map(Self)
     }
@@ -61,7 +61,8 @@ impl CieType {
             .map_or("traditional overcast sky, L/Lz = (1 + 2 sin gamma) / 3", |(_, description)| description)
     }
 
-    /// Whether the sky is overcast in the standard's sense of the daylight factor (types 1 and 16).
+    /// True for the skies that daylight factors are defined for: the CIE standard overcast sky (type 1) and the
+    /// traditional one (16).
     pub fn is_standard_overcast(self) -> bool {
         self.0 == 1 || self.0 == 16
     }
@@ -130,7 +131,7 @@ impl SkyDistribution {
         self.sky_type
     }
 
-    /// Whether the luminance depends on the zenith angle alone.
+    /// True where the luminance depends on the zenith angle alone: where the indicatrix is 1 everywhere.
     pub fn is_azimuthally_uniform(&self) -> bool {
         self.indicatrix.c == 0.0 && self.indicatrix.e == 0.0
     }

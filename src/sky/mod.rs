@@ -42,7 +42,7 @@ impl SkyType {
         }
     }
 
-    /// Whether results under it have daylight factors: the CIE overcast skies, types 1 and 16.
+    /// True for the skies under which results have daylight factors: the CIE overcast skies, types 1 and 16.
     pub fn is_standard_overcast(self) -> bool {
         matches!(self, Self::Cie(cie_type) if cie_type.is_standard_overcast())
     }

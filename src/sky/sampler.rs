@@ -20,7 +20,7 @@ const FLOOR: f64 = 0.02;
 #[derive(Clone, Debug)]
 pub struct SkySampler {
     bands: Cumulative,
-    /// Within each band.
+    /// Cumulative distribution over the sectors of each band.
     sectors: Vec<Cumulative>,
     /// Sine and cosine of the azimuth in the middle of each sector.
     middles: [(f64, f64); SECTORS],

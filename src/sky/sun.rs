@@ -11,7 +11,7 @@ use super::zenith::EXTRATERRESTRIAL_LUX;
 /// Half-angle of the solar disc, 959.63 arc seconds, in radians.
 pub const HALF_ANGLE: f64 = 959.63 / 3600.0 * PI / 180.0;
 
-/// A uniform solar disc.
+/// The sun as a uniform disc of half-angle [`HALF_ANGLE`] around a direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sun {
     /// Unit vector toward the centre of the disc, z up.
@@ -32,7 +32,7 @@ impl Sun {
         self.normal_illuminance_lux / (PI * s * s)
     }
 
-    /// Whether the unit vector `direction` points into the disc.
+    /// True if the unit vector `direction` points into the disc.
     #[inline]
     pub fn covers(&self, direction: DVec3) -> bool {
         // |direction - centre| = 2 sin(angle / 2): exact where 1 - cos would cancel
@@ -46,7 +46,7 @@ impl Sun {
     }
 }
 
-/// A civil instant in UTC.
+/// A moment of civil time in UTC; `second` may have a fraction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct UtcInstant {
     pub year: i32,
@@ -80,11 +80,11 @@ impl From<solar_positioning::Error> for SunPositionError {
 /// Where and through what air the sun is seen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Site {
-    /// -90..=90
+    /// Latitude in degrees, -90..=90, north positive.
     pub latitude_deg: f64,
-    /// -180..=180, east positive
+    /// Longitude in degrees, -180..=180, east positive.
     pub longitude_deg: f64,
-    /// Above sea level.
+    /// Height above sea level in metres.
     pub elevation_m: f64,
     /// Air pressure for the refraction, mbar.
     pub pressure_mbar: f64,
@@ -112,7 +112,8 @@ pub fn position(
     position_at(instant, delta_t_s, Site::standard(latitude_deg, longitude_deg, elevation_m))
 }
 
-/// Position of the sun by NREL's SPA with given `delta_t_s`, terrestrial less universal time in seconds.
+/// Position of the sun by NREL's SPA (Reda and Andreas 2004) with a given `delta_t_s`, terrestrial minus universal time
+/// in seconds.
 pub fn position_at(instant: UtcInstant, delta_t_s: f64, site: Site) -> Result<SunPosition, SunPositionError> {
     let UtcInstant { year, month, day, hour, minute, second } = instant;
     let julian = JulianDate::from_utc(year, month, day, hour, minute, second, delta_t_s)?;

@@ -141,7 +141,7 @@ struct Arc<'a> {
     rays: u64,
 }
 
-/// Where the light from one point of the arc came from.
+/// Origin outside of the light that a point of the arc sends to the sensor.
 #[derive(Clone, Copy)]
 struct Outside {
     angle: f64,

@@ -15,14 +15,14 @@ use crate::sky::sampler::SkySampler;
 use crate::sky::sun::HALF_ANGLE;
 use crate::sky::{Sky, Sun};
 
-/// What the light comes from.
+/// Source of the light that is followed.
 #[derive(Clone, Copy)]
 pub enum Source<'a> {
     Sky(&'a Sky, &'a SkySampler),
     Sun(&'a Sun),
 }
 
-/// Where the light of one source through one tube goes, in lm.
+/// Light of one source through one tube, in lm, by the places where it ends.
 #[derive(Clone, Debug)]
 pub struct Beam {
     pub emitted: f64,
@@ -33,9 +33,9 @@ pub struct Beam {
     pub cells: Vec<f64>,
     /// Onto the clear zone, from above.
     pub clear: f64,
-    /// Through the clear zone onto the patches of the room.
+    /// Flux through the clear zone onto each patch of the room.
     pub patches: Vec<f64>,
-    /// Through the clear zone onto the cells of each grid of averages, in lux.
+    /// Illuminance through the clear zone onto the cells of each grid of averages, in lux.
     pub grids: Vec<Vec<f64>>,
 }
 

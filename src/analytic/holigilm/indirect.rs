@@ -11,9 +11,9 @@ use crate::scene::{EstimateKind, Face, Grid};
 
 /// Direct illuminance averaged over the patches of the room, in lux.
 pub struct PatchLight {
-    /// By randomisation.
+    /// Illuminances by randomisation, then by patch.
     pub replicas: Vec<Vec<f64>>,
-    /// Whether the randomisations differ by more than the profile of a diffuser.
+    /// True if the randomisations differ by more than the profile of a diffuser.
     pub varies: bool,
     /// Share of the Lambertian zones' flux that the rule over the patches misses.
     pub closure: f64,
@@ -30,7 +30,7 @@ impl PatchLight {
 pub struct Indirect<'a> {
     room: &'a Interreflection,
     exitances: Exitances,
-    /// On the coarse mesh, by randomisation; empty when they do not differ.
+    /// Exitances on the coarse mesh, by randomisation; empty when the randomisations do not differ.
     coarse: Vec<Vec<f64>>,
     closure: f64,
 }

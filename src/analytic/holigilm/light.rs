@@ -27,11 +27,11 @@ const RETURN_RAYS: u64 = 1 << 14;
 /// Nodes over the solar disc for its flux through a straight tube.
 const SUN_FLUX_NODES: usize = 256;
 
-/// What of one tube does not depend on the level.
+/// Properties of one tube that do not depend on the level of accuracy.
 #[derive(Debug)]
 pub struct TubeLight {
     sampler: Option<SkySampler>,
-    /// Through a straight tube.
+    /// Sky's flux through a straight tube; `None` for other tubes.
     sky: Option<Through>,
     sun: Option<Through>,
     /// Share of uniform diffuse light, sent up into the guide, that comes back down; 0 where it is not to be followed.
@@ -47,11 +47,11 @@ struct Through {
 
 /// One randomisation of one tube's light.
 pub struct Replica {
-    /// What leaves the Lambertian zone.
+    /// Exitance of the Lambertian zone.
     pub profile: Option<Profile>,
-    /// Through the clear zone onto the room's patches, in lm.
+    /// Flux through the clear zone onto the room's patches, in lm.
     patches: Vec<f64>,
-    /// Through the clear zone onto the cells of each grid of averages, in lux.
+    /// Illuminance through the clear zone onto the cells of each grid of averages, in lux.
     pub grids: Vec<Vec<f64>>,
     at_diffuser: f64,
     into_room: f64,
@@ -61,7 +61,7 @@ pub struct Replica {
 
 /// The light of all tubes at one level.
 pub struct Light {
-    /// By tube, then by randomisation.
+    /// Replicas by tube, then by randomisation.
     pub replicas: Vec<Vec<Replica>>,
     /// Mean over the randomisations, by tube.
     pub profiles: Vec<Option<Profile>>,
@@ -132,7 +132,7 @@ fn sky_shape(tube: &Tube, sky: &Sky, cells: Cells, stream: Key, count: u64) -> V
 }
 
 impl Light {
-    /// `None` when cancelled.
+    /// Computes the light of all tubes at a level of accuracy on the current rayon pool; `None` when cancelled.
     pub fn new(method: &Holigilm, level: u32, mesh: &Mesh, cancel: &AtomicBool) -> Option<Self> {
         let count = FIRST_RAYS << (2 * level);
         let tubes = method.room.tubes.len();
@@ -170,7 +170,7 @@ impl Light {
         self.replicas.iter().map(tube).collect()
     }
 
-    /// Where the light went before it entered the room.
+    /// Light that ended before it entered the room, by its place.
     pub fn balance(&self) -> Balance {
         let mut sum = Balance::default();
         for replica in self.replicas.iter().flatten() {
@@ -286,7 +286,7 @@ impl Replica {
         replica
     }
 
-    /// What passes a straight tube onto a diffuser without clear zone.
+    /// Adds light that passes a straight tube onto a diffuser without clear zone.
     fn add_through(&mut self, tube: &Tube, through: Through) {
         let Guide::Straight(guide) = &tube.guide else { return };
         let Through { emitted, at_diffuser } = through;

@@ -43,7 +43,7 @@ const REPLICATES: u64 = 8;
 /// Rays per source, tube and randomisation at the first level; four times as many at each next one.
 const FIRST_RAYS: u64 = 1 << 13;
 
-/// The same per point sensor and tube with a clear zone.
+/// Rays per point sensor and tube with a clear zone at the first level; four times as many at each next one.
 const FIRST_SENSOR_RAYS: u64 = 1 << 8;
 
 /// Nodes over the solar disc, and steps along the arc of each, at the first level; twice as many at each next one.
@@ -56,7 +56,7 @@ const LEVELS: u32 = 5;
 /// No level is begun that would take more rays than this.
 const MOST_RAYS: u64 = 2_000_000_000;
 
-/// How much larger the errors that more rays do not reduce must be for no level to follow.
+/// Ratio of the errors that more rays do not reduce to those that they do, from which on no level follows.
 const FIXED_SHARE: f64 = 3.0;
 
 /// Values below this share of a grid's mean are judged as if they were as large: as when a job stops.
@@ -217,7 +217,7 @@ fn relative_error(values: &[Value], part: fn(&Value) -> f64) -> f64 {
     (values.iter().map(square).sum::<f64>() / values.len() as f64).sqrt()
 }
 
-/// Where a sensor is, or the centre of its cell.
+/// Position of a sensor, or of the centre of its cell.
 fn centre(grid: &Grid, sensor: usize) -> DVec3 {
     DVec3::new(grid.x_m[sensor % grid.cells[0]], grid.y_m[sensor / grid.cells[0]], grid.height_m)
 }

@@ -69,7 +69,7 @@ impl Profile {
         })
     }
 
-    /// The same light in rings and sectors of twice the size.
+    /// Returns the profile with rings and sectors of twice the size, and the same flux.
     pub fn coarse(&self) -> Self {
         let (rings, sectors) = (self.rings / 2, self.sectors / 2);
         let mut exitance = vec![0.0; rings * sectors];
@@ -117,7 +117,7 @@ impl Profile {
         sum
     }
 
-    /// Flux that leaves, in lm.
+    /// Flux that leaves the zone, in lm.
     pub fn flux(&self) -> f64 {
         let area = PI * (self.outer - self.inner) * (self.outer + self.inner);
         self.exitance.iter().sum::<f64>() * area / self.exitance.len() as f64
