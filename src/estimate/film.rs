@@ -118,7 +118,7 @@ impl FilmEstimate {
         sampling_variance(contrasts_of(&self.contrasts, self.m2.len(), pixel))
     }
 
-    /// The same of a block's mean: pixels choose theirs independently.
+    /// Variance of a block's mean by the choice of fixed rays: pixels choose theirs independently.
     fn block_sampling_variance(&self, block: usize) -> f64 {
         let count = self.pixels_of(block).count() as f64;
         self.pixels_of(block).map(|pixel| self.pixel_sampling_variance(pixel)).sum::<f64>() / (count * count)

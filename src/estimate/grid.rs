@@ -93,14 +93,14 @@ pub fn merge_each(moments: &mut Vec<Moments>, later: &[Moments]) {
     moments.iter_mut().zip(later).for_each(|(moments, later)| moments.merge(later));
 }
 
-/// Those of sensor or pixel `index` among the contrasts of `count`.
+/// Contrasts of sensor or pixel `index`, where `contrasts` holds those of `count` sensors or pixels.
 pub fn contrasts_of(contrasts: &[Moments], count: usize, index: usize) -> &[Moments] {
     let each = contrasts.len() / count.max(1);
     &contrasts[index * each..(index + 1) * each]
 }
 
-/// Variance by the choice of fixed points: the sum of squared contrasts, less what the noise of passes adds to them; may
-/// come out negative. 0 before the second pass.
+/// Variance by the choice of fixed points: the sum of squared contrasts minus what the noise of passes adds to them. It
+/// may come out negative; it is 0 before the second pass.
 pub fn sampling_variance(contrasts: &[Moments]) -> f64 {
     contrasts.iter().filter(|contrast| contrast.count >= 2.0).map(square_without_noise).sum()
 }
@@ -117,7 +117,7 @@ pub fn push_with_error(moments: &mut Moments, value: f64, error: Option<f64>) {
     }
 }
 
-/// Root of the variance of the mean plus the squared bias, the latter less its own sampling variance.
+/// Root of the variance of the mean plus the squared bias, from which the bias' own sampling variance is subtracted.
 pub fn error_with_bias(value: &Moments, bias: Option<&Moments>) -> f64 {
     let bias = bias.filter(|bias| bias.count >= 2.0);
     let bias_squared = bias.map_or(0.0, |bias| square_without_noise(bias).max(0.0));

@@ -23,7 +23,7 @@ pub struct Statistic {
     pub standard_error: f64,
 }
 
-/// Of the illuminances of a grid in lux.
+/// Statistics of the illuminances of a grid, in lux.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GridStatistics {
     pub mean: Statistic,
@@ -35,7 +35,7 @@ pub struct GridStatistics {
 }
 
 impl GridStatistics {
-    /// `None` without sensors.
+    /// Computes the statistics of a grid with their errors; `None` without sensors.
     pub fn new(estimate: &GridEstimate) -> Option<Self> {
         let sensors = 0..estimate.sensors.len();
         let values: Vec<f64> = sensors.clone().map(|sensor| estimate.illuminance_lux(sensor)).collect();
@@ -62,8 +62,8 @@ impl GridStatistics {
     }
 }
 
-/// Of the grid's mean: the spread of the passes' means, the mean of the sensors' biases (signed: they may cancel), and the
-/// choice of fixed points, which is another one for every sensor.
+/// Standard error of the grid's mean: the spread of the passes' means, the mean of the sensors' biases (signed: they
+/// may cancel), and the choice of fixed points, which is another one for every sensor.
 fn error_of_mean(estimate: &GridEstimate) -> f64 {
     let sensors = estimate.sensors.len().max(1) as f64;
     let known = estimate.bias.iter().filter(|bias| bias.count >= 2.0);
@@ -113,7 +113,7 @@ fn order_statistic(
 /// Replicates from which on Student's quantiles are the normal ones, to a thousandth at any confidence that is used here.
 const MANY: f64 = 10_000.0;
 
-/// Of an even number the mean of the two in the middle.
+/// Median of the values; of an even number, the mean of the two in the middle.
 fn median(values: &mut [f64]) -> f64 {
     let middle = values.len() / 2;
     let (below, upper, _) = values.select_nth_unstable_by(middle, f64::total_cmp);

@@ -29,7 +29,7 @@ pub struct Estimate {
     pub views: Vec<FilmEstimate>,
     pub tubes: Vec<TubeEstimate>,
     pub ledger: Ledger,
-    /// What the last pass left to the next one; empty where passes are independent.
+    /// Statistics of points that the last pass left to the next one; empty where passes are independent.
     pub carried: Carried,
 }
 
@@ -158,7 +158,7 @@ impl Estimate {
         self.carried.for_each_value(f);
     }
 
-    /// Where the first value is that is not finite: a fault of ours, never to be hidden.
+    /// Place of the first value that is not finite, if there is one: a fault of the program, never to be hidden.
     pub fn first_not_finite(&self) -> Option<String> {
         let grid = self.grids.iter().enumerate().find_map(|(number, grid)| {
             let sensor = grid.sensors.iter().position(|sensor| !(sensor.mean.is_finite() && sensor.m2.is_finite()))?;

@@ -8,7 +8,7 @@ use crate::statistics::interval::two_sided_normal_quantile;
 pub struct StopRule {
     pub relative_error: f64,
     pub view_relative_error: f64,
-    /// 0..1
+    /// Confidence of the errors, 0..1.
     pub confidence: f64,
     pub max_passes: u64,
     pub max_seconds: f64,
@@ -25,7 +25,7 @@ pub struct Accuracy {
 /// Passes below which the standard error of a grid is too uncertain to stop by: with 32, its own error is 13 %.
 pub const LEAST_PASSES: u64 = 32;
 
-/// The same for views, whose accuracy is judged over thousands of blocks.
+/// Passes below which a view is not judged; few are enough, because its accuracy is judged over thousands of blocks.
 pub const LEAST_VIEW_PASSES: u64 = 8;
 
 /// Values below this share of the mean are judged as if they were as large.
@@ -45,7 +45,7 @@ impl StopRule {
         }
     }
 
-    /// Whether every output is as accurate as asked.
+    /// True if every output is as accurate as asked.
     pub fn accurate_enough(&self, estimate: &Estimate) -> bool {
         let accuracy = self.accuracy(estimate);
         let least = if estimate.grids.is_empty() { LEAST_VIEW_PASSES } else { LEAST_PASSES };

@@ -6,7 +6,7 @@ use super::{Image, OutputError, Raster, percentile};
 
 const PAPER: [u8; 3] = [255, 255, 255];
 const INK: [u8; 3] = [20, 20, 20];
-/// What is not a number.
+/// Colour of what is not a number.
 const INVALID: [u8; 3] = [255, 0, 255];
 
 const MARGIN_PX: usize = 12;
@@ -40,7 +40,7 @@ pub fn illuminance(cells: [usize; 2], illuminance_lux: &[f64]) -> Result<Raster,
 #[derive(Clone, Copy, Debug)]
 pub struct FalseColours {
     scale: Scale,
-    /// Of a position 0..1.
+    /// Colour of a position 0..1.
     gradient: fn(f64) -> [u8; 3],
     unit: &'static str,
 }
@@ -61,7 +61,7 @@ impl FalseColours {
         Self { scale: Scale::over(values, trim), gradient: turbo, unit }
     }
 
-    /// From blue for what is below zero over white to red, as far as all but the `trim` largest magnitudes.
+    /// Map from blue (below zero) over white to red (above); the share `trim` of the largest magnitudes is clipped.
     pub fn differences(values: &[f64], trim: f64, unit: &'static str) -> Self {
         let magnitudes = values.iter().map(|value| value.abs());
         let highest = percentile(magnitudes, 1.0 - trim).filter(|highest| *highest > 0.0).unwrap_or(1.0);

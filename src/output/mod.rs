@@ -16,7 +16,7 @@ pub use raster::Raster;
 
 use crate::optics::spectrum::REC709_LUMINANCE;
 
-/// Why a picture could not be written: never its numbers, only its size or the encoder.
+/// Reason why a picture could not be written: its size or the encoder, never its numbers.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum OutputError {
     #[error("EXR: {0}")]
@@ -33,7 +33,7 @@ pub enum OutputError {
 #[derive(Clone, Copy, Debug)]
 pub struct Image<'a> {
     pub size_px: [usize; 2],
-    /// 1 or 3.
+    /// Number of channels, 1 or 3.
     pub channels: usize,
     /// Top row first, channels interleaved.
     pub values: &'a [f64],

@@ -6,7 +6,7 @@ use super::raster::LETTER_PX;
 const PAPER: [u8; 3] = [255, 255, 255];
 const INK: [u8; 3] = [20, 20, 20];
 
-/// Between pictures and around them.
+/// Gap between pictures and around them.
 const GAP_PX: usize = 12;
 
 /// Rows of at most `columns` titled pictures; titles longer than their picture make its column wider.

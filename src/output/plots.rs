@@ -10,7 +10,7 @@ use super::OutputError;
 
 const SIZE_PX: (u32, u32) = (800, 500);
 
-/// What has two series: blue and vermilion of Okabe and Ito, apart for every eye.
+/// Colours of two series: blue and vermilion of Okabe and Ito, which every eye tells apart.
 const GRIDS: RGBColor = RGBColor(0, 114, 178);
 const VIEWS: RGBColor = RGBColor(213, 94, 0);
 const GUIDE: RGBColor = RGBColor(120, 120, 120);
@@ -99,7 +99,7 @@ pub struct Series {
     pub marks: Vec<(f64, f64)>,
 }
 
-/// What an axis shows, and from where to where.
+/// Title and range of an axis.
 #[derive(Clone, Copy, Debug)]
 pub struct Axis<'a> {
     pub title: &'a str,

@@ -2,7 +2,7 @@
 
 use super::{Image, OutputError, Raster, percentile};
 
-/// Where the log-average luminance comes to lie on the display (Reinhard et al. 2002, "key").
+/// Value on the display of the log-average luminance (Reinhard et al. 2002, "key").
 const KEY: f64 = 0.18;
 
 /// The least exposed luminance that is shown white.
@@ -37,7 +37,7 @@ pub fn tone_mapped(image: Image) -> Result<Raster, OutputError> {
 /// of the channels stay. Black stays black, infinite is white, and what is not a number is magenta.
 #[derive(Clone, Copy, Debug)]
 pub struct ToneMapping {
-    /// Per cd/m2.
+    /// Factor per cd/m2.
     exposure: f64,
     /// Exposed luminance that is shown white.
     white: f64,
@@ -57,7 +57,7 @@ impl ToneMapping {
         Ok(Self { exposure, white: (exposure * brightest).max(LEAST_WHITE) })
     }
 
-    /// This or another image as the eye adapted to the first one sees it.
+    /// Renders this or another image as the eye sees it that adapted to the first one.
     pub fn apply(&self, image: Image) -> Result<Raster, OutputError> {
         image.check()?;
         let Self { exposure, white } = self;

@@ -2,13 +2,13 @@
 
 use super::percentile;
 
-/// Beyond this ratio of the highest to the lowest value a scale is logarithmic.
+/// Ratio of the highest to the lowest value beyond which a scale is logarithmic.
 const LOGARITHMIC_BEYOND: f64 = 100.0;
 
-/// Most decades of a logarithmic scale.
+/// Largest number of decades of a logarithmic scale.
 const MOST_DECADES: i32 = 4;
 
-/// From values to positions 0..1.
+/// Map from values to positions 0..1.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Scale {
     pub lowest: f64,
@@ -36,7 +36,7 @@ impl Scale {
         Self { lowest, highest, logarithmic: false }
     }
 
-    /// Where a value lies, 0..1; clipped, and 0 for what is not a number.
+    /// Position of a value, 0..1; clipped, and 0 for what is not a number.
     pub fn position(&self, value: f64) -> f64 {
         let position = if self.logarithmic {
             (value / self.lowest).ln() / (self.highest / self.lowest).ln()

@@ -113,7 +113,7 @@ impl Methods {
         Ok(Self { grids: grids.filter(|_| !scene.grids.is_empty()), views: views.filter(|_| !scene.views.is_empty()) })
     }
 
-    /// Whether one pass of one method gives both grids and views.
+    /// True if one pass of one method gives both grids and views.
     pub fn share_passes(&self) -> bool {
         match (&self.grids, &self.views) {
             (Some(grids), Some(views)) => grids.method == views.method,

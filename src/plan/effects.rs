@@ -61,13 +61,13 @@ impl EffectKind {
         Self::ALL.into_iter().find(|kind| kind.name() == name)
     }
 
-    /// Whether a document may switch it off: closures and colours are what the scene is made of.
+    /// True if a document may switch the effect off; closures and colours are what the scene is made of.
     pub fn can_be_left_out(self) -> bool {
         !matches!(self, Self::SpecularClosure | Self::Colour)
     }
 }
 
-/// What the document asks of an effect.
+/// Wish of a document about an effect.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum EffectRequest {
     On,
@@ -76,7 +76,7 @@ pub enum EffectRequest {
     Auto,
 }
 
-/// One effect of the plan.
+/// One effect of the plan, on or off, with its reason.
 #[derive(Clone, Debug, PartialEq)]
 pub struct EffectPlan {
     pub kind: EffectKind,
@@ -97,7 +97,7 @@ pub struct Effects {
 pub type EffectRequests = BTreeMap<EffectKind, EffectRequest>;
 
 impl Effects {
-    /// What a scene calls for, and what the requests make of it.
+    /// Decides every effect from what the scene calls for and what the document wishes.
     pub fn of(scene: &Scene, requests: &EffectRequests) -> Self {
         let list = EffectKind::ALL
             .into_iter()
@@ -135,7 +135,7 @@ fn surfaces(scene: &Scene) -> impl Iterator<Item = &Surface> {
     scene.room.surfaces.iter().flatten().chain(of_boxes).chain(of_meshes)
 }
 
-/// Why an effect is needed, or why it is exactly zero.
+/// Reason why an effect is needed, or (as an error) why it is exactly zero.
 fn called_for(scene: &Scene, kind: EffectKind) -> Result<String, &'static str> {
     let below_horizon = "the sun is at or below the horizon";
     let no_tube = "no tube leads daylight into the room";

@@ -15,13 +15,13 @@ use crate::traceable::TraceableScene;
 /// Bytes that a job needs at its peak, beside the program itself.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct MemoryEstimate {
-    /// Of the sensors of all grids.
+    /// Bytes of the sensors of all grids.
     pub grids: f64,
-    /// Of the pixels of all views.
+    /// Bytes of the pixels of all views.
     pub views: f64,
-    /// Of what a pass works with: photons and their vertices, or the factors between the patches of a room.
+    /// Bytes of what a pass works with: photons and their vertices, or the factors between the patches of a room.
     pub working: f64,
-    /// Of the triangles of tubes and objects.
+    /// Bytes of the triangles of tubes and objects.
     pub meshes: f64,
 }
 
@@ -38,7 +38,7 @@ const COPIES: f64 = 5.0;
 /// One running mean with its variance: three numbers.
 const MOMENTS: f64 = 24.0;
 
-/// Of one triangle: as read, in the frame of the room, in the tree over all, with its facet.
+/// Bytes of one triangle: as read, in the frame of the room, in the tree over all, with its facet.
 const TRIANGLE: f64 = 640.0;
 
 /// Cells of a sorted set of photons, at most: two numbers each.
@@ -47,16 +47,17 @@ const PHOTON_CELLS: f64 = 2.0 * 4.0 * grid::MAX_CELLS;
 /// Copies of photons and vertices: in one growing list, and sorted.
 const PHOTON_COPIES: f64 = 2.5;
 
-/// Of the surfaces that a photon meets, one in so many lies beyond the plane of a grid on its way down.
+/// Share of the surfaces that a photon meets which lie beyond the plane of a grid on its way down.
 const DOWNWARD: f64 = 0.6;
 
-/// Of a factor between two patches: as computed, and as balanced.
+/// Bytes of a factor between two patches: as computed, and as balanced.
 const FACTOR: f64 = 16.0;
 
-/// What a solver needs for tables of the light that leaves the openings.
+/// Bytes of a solver's tables of the light that leaves the openings.
 const TABLES: f64 = 48e6;
 
-/// Most events of a photon that are counted on: scenes that absorb nearly nothing are refused by what that many take.
+/// Largest number of events of a photon that is counted on: scenes that absorb nearly nothing are refused by the memory
+/// that these take.
 const MOST_EVENTS: f64 = 1e6;
 
 /// The peak of a planned job.
@@ -80,7 +81,7 @@ pub fn estimate(scene: &Scene, traceable: &TraceableScene, plan: &Plan) -> Memor
     bytes
 }
 
-/// Of one grid: its sums, a pass of it, and its files.
+/// Bytes of one grid: its sums, a pass of it, and its files.
 fn of_grid(grid: &Grid, method: &Method) -> f64 {
     let sensors = grid.len() as f64;
     let points = match method {
@@ -102,7 +103,7 @@ fn of_grid(grid: &Grid, method: &Method) -> f64 {
     sensors * (COPIES * sums + pass + files)
 }
 
-/// Of one view: its sums, a pass of it, and its files.
+/// Bytes of one view: its sums, a pass of it, and its files.
 fn of_view(view: &View, channels: f64, method: &Method) -> f64 {
     let pixels = (view.size_px[0] * view.size_px[1]) as f64;
     let points = match method {
@@ -119,7 +120,7 @@ fn of_view(view: &View, channels: f64, method: &Method) -> f64 {
     pixels * (COPIES * sums + f64::max(pass, files))
 }
 
-/// Of what fixed points and statistics per point add to the sums of one sensor or pixel.
+/// Bytes that fixed points and statistics per point add to the sums of one sensor or pixel.
 fn of_points(method: &Method, points: f64) -> f64 {
     let per_point = |radius: Radius| if radius == Radius::PerPoint { 16.0 * points } else { 0.0 };
     match method {
@@ -130,7 +131,7 @@ fn of_points(method: &Method, points: f64) -> f64 {
     }
 }
 
-/// Of the photons of a pass and the vertices that are kept of them.
+/// Bytes of the photons of a pass and of the vertices that are kept of them.
 fn of_pass(scene: &Scene, channels: f64, method: &Method, with_views: bool) -> f64 {
     let photon = 32.0 + 8.0 * channels;
     let events = events(scene);

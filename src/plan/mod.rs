@@ -17,12 +17,12 @@ use crate::scene::Scene;
 use crate::traceable::TraceableTube;
 use crate::traceable::{TraceableScene, TubeError};
 
-/// What will be simulated; part of every result.
+/// Everything that will be simulated, with reasons; part of every result.
 #[derive(Clone, Debug)]
 pub struct Plan {
     pub effects: Effects,
     pub methods: Methods,
-    /// How each tube's guide is computed, with the reason.
+    /// Computation of each tube's guide, with the reason.
     pub guides: Vec<GuidePlan>,
 }
 
@@ -74,7 +74,7 @@ fn recognised(tube: &TraceableTube) -> GuidePlan {
     GuidePlan { kind: "closed_form_straight", reason }
 }
 
-/// Why facets are traced, and what they do to a pipe that is meant to be round.
+/// Sentence that says why facets are traced, and what they do to a pipe that is meant to be round.
 fn facets(triangles: usize, section: Option<&Section>) -> String {
     let mut reason = format!("mesh of {triangles} triangles: rays are traced facet by facet");
     if let Some(Section::Facets { sides, reason: why }) = section {
@@ -91,7 +91,7 @@ fn facets(triangles: usize, section: Option<&Section>) -> String {
     reason
 }
 
-/// What a measured diffuser passes, as its table has it.
+/// Sentence on the shares of light that a measured diffuser passes, as its table has them.
 fn measured(diffuser: &Diffuser) -> String {
     let Diffuser::Measured(table) = diffuser else { return String::new() };
     let at = |degrees: f64| {
@@ -115,7 +115,7 @@ fn domed(guide: &DomedGuide) -> GuidePlan {
     GuidePlan { kind, reason }
 }
 
-/// How the guides of a compiled scene are computed.
+/// Says how the guides of a compiled scene are computed, and why.
 pub fn guides(traceable: &TraceableScene) -> Vec<GuidePlan> {
     traceable
         .tubes

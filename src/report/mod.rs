@@ -15,7 +15,7 @@ pub struct Report {
     /// Name of the page without `.md`, and of the folder of its figures.
     pub name: &'static str,
     pub title: &'static str,
-    /// One or more paragraphs.
+    /// Introduction of one or more paragraphs.
     pub introduction: String,
     pub sections: Vec<Section>,
 }
@@ -24,12 +24,12 @@ pub struct Report {
 #[derive(Clone, Debug, Default)]
 pub struct Section {
     pub title: String,
-    /// What is compared with what.
+    /// Text that says what is compared with what.
     pub text: String,
     pub checks: Vec<Check>,
     pub tables: Vec<Table>,
     pub figures: Vec<Figure>,
-    /// What follows from it; may be empty.
+    /// Text that says what follows from the section; may be empty.
     pub conclusion: String,
 }
 
@@ -64,7 +64,7 @@ pub struct Figure {
     /// Name of the file, without folder.
     pub file: &'static str,
     pub caption: String,
-    /// An SVG or PNG file.
+    /// Content of an SVG or PNG file.
     pub bytes: Vec<u8>,
 }
 

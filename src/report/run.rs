@@ -64,7 +64,7 @@ pub fn render(document: &Value, meshes: &Path) -> Result<(Prepared, Estimate), R
 }
 
 /// All `max_passes` of a job, however accurate it is and whatever the time: the result is the same on every machine.
-/// `hear` gets everything so far after each pass.
+/// Renders a job to its end; `hear` gets the merged estimate after each pass.
 pub fn render_all(prepared: &Prepared, hear: impl FnMut(&Estimate) + Send) -> Result<Estimate, ReportError> {
     let mut merged = prepared.empty_estimate();
     let listener = Listener(Mutex::new(hear));

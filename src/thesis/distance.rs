@@ -6,7 +6,7 @@ pub fn euclidean(image: &[f64], reference: &[f64]) -> Vec<f64> {
     pixels.map(|(a, b)| a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum::<f64>().sqrt()).collect()
 }
 
-/// Difference of one channel (0..3) of each pixel, image less reference.
+/// Difference of one channel (0..3) of each pixel: image minus reference.
 pub fn difference(image: &[f64], reference: &[f64], channel: usize) -> Vec<f64> {
     let of = |image: &[f64]| image.iter().skip(channel).step_by(3).copied().collect::<Vec<_>>();
     of(image).into_iter().zip(of(reference)).map(|(a, b)| a - b).collect()
@@ -26,7 +26,7 @@ pub struct Spread {
 }
 
 impl Spread {
-    /// Of the values that `counts` says; a mean of nothing is not a number.
+    /// Lowest, highest and mean of the values whose index `counts` accepts; the mean of none is not a number.
     pub fn of(values: &[f64], counts: impl Fn(usize) -> bool) -> Self {
         let (mut lowest, mut highest, mut sum, mut number) = (f64::INFINITY, f64::NEG_INFINITY, 0.0, 0.0);
         for (_, value) in values.iter().enumerate().filter(|(index, _)| counts(*index)) {

@@ -29,16 +29,16 @@ const EXPECTED: [f64; 6] = [0.44, 0.2, 0.1, 0.05, 0.02, 0.01];
 const RULES: [(&str, Faults); 3] =
     [("as printed", Faults::PRINTED), ("as printed, whole counts", Faults::PRINTED_WHOLE), ("right", Faults::NONE)];
 
-/// How near to a factor of the thesis a cause counts as fitting.
+/// Relative distance to a factor of the thesis within which a cause counts as fitting.
 const NEAR: f64 = 0.02;
 
 /// Uniform reflectances tried.
 const REFLECTANCES: [f64; 3] = [0.1, 0.2, 0.3];
 
-/// Of [`EXPECTED`], how many are tried on the floor under the pipe.
+/// Number of the cases of [`EXPECTED`] that are tried on the floor under the pipe.
 const ON_FLOOR: usize = 3;
 
-/// Area of the first disc.
+/// Area of the first gather disc.
 const FIRST_AREA_M2: f64 = PI * INITIAL_RADIUS_M * INITIAL_RADIUS_M;
 
 /// Passes over which the photons on the floor are counted.
@@ -66,7 +66,7 @@ pub fn sections(settings: &Settings, progress: Progress) -> Result<Vec<Section>,
 struct Cause {
     name: String,
     mean_lux: f64,
-    /// Of the case before the change.
+    /// Mean illuminance of the case before the change.
     before_lux: f64,
 }
 
@@ -178,7 +178,7 @@ fn interpolated(points: &[(f64, f64)], x: f64) -> Option<f64> {
     Some(pair[0].1 + share * (pair[1].1 - pair[0].1))
 }
 
-/// By photons per first disc and pass, and by rule.
+/// Simulates every rule for each number of photons per first disc and pass.
 fn simulate(settings: &Settings) -> Vec<(f64, Vec<Uniform>)> {
     let key = Key::new(24);
     let cases: Vec<(usize, f64)> = EXPECTED.into_iter().enumerate().collect();
@@ -205,17 +205,17 @@ struct Floor {
     document: Value,
     /// Photons per first disc and pass with all photons of a pass in the collector.
     expected_at_full: f64,
-    /// True mean.
+    /// True mean illuminance.
     true_lux: f64,
 }
 
-/// What the rules make of the photons on it.
+/// Illuminances that the rules make of the photons on one floor.
 struct Live {
     photons: u64,
-    /// Per first disc and pass.
+    /// Photons expected per first disc and pass.
     expected: f64,
     points: usize,
-    /// By rule: illuminance of every point in lx.
+    /// Illuminance of every point in lx, by rule.
     rules: Vec<Vec<f64>>,
 }
 
@@ -231,7 +231,7 @@ impl Floor {
         Ok(Self { document, expected_at_full, true_lux: mean_of(&truth)? })
     }
 
-    /// All rules on the same photons, of which a first disc gets `expected` in a pass.
+    /// Applies all rules to the same photons; a first disc gets `expected` of them in a pass.
     fn update(&self, settings: &Settings, expected: f64) -> Result<Live, ReportError> {
         let share = expected / self.expected_at_full;
         let photons = ((settings.photons_per_pass as f64 * share).round() as u64).max(1);
@@ -452,7 +452,7 @@ fn floor_table(floor: &Floor, live: &[Live]) -> Table {
     }
 }
 
-/// How much of the excess the update can be: by the mean, and by the hottest pixel.
+/// Says how much of the excess the update can explain, by the mean and by the hottest pixel.
 fn judgement(
     settings: &Settings,
     simulated: &[(f64, Vec<Uniform>)],

@@ -196,7 +196,7 @@ fn maps(floors: &[Floor], interreflection: bool) -> Result<Figure, ReportError> 
     })
 }
 
-/// A title that fits a map.
+/// Title short enough for a map.
 fn short(name: &str) -> String {
     name.replace("Jenkins, Muneer and Kubie", "Jenkins")
         .replace("bidirectional path tracing", "bidirectional")
@@ -205,7 +205,7 @@ fn short(name: &str) -> String {
         .replace(", own settings", " own")
 }
 
-/// Along the row of cells through the middle.
+/// Series of illuminances along the row of cells through the middle.
 fn profile(floors: &[Floor], interreflection: bool) -> Vec<Series> {
     let light = if interreflection { "total" } else { "direct" };
     let along = |floor: &Floor| {

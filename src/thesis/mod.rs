@@ -26,15 +26,15 @@ use crate::job::run::Prepared;
 use crate::report::run::prepare;
 use crate::report::{Report, ReportError, Section};
 
-/// How much is computed.
+/// Amount of computation of the report.
 #[derive(Clone, Copy, Debug)]
 pub struct Settings {
-    /// Of the longest series; all other numbers of passes are shares of it.
+    /// Passes of the longest series; all other numbers of passes are shares of it.
     pub passes: u64,
     pub photons_per_pass: u64,
     /// Side of the pictures.
     pub size_px: usize,
-    /// Along each side of the floor's grid; odd, so that one is under the pipe.
+    /// Cells along each side of the floor's grid; an odd number, so that one is under the pipe.
     pub cells: usize,
     /// Hit points along each side of the floor for the printed update.
     pub points: usize,
@@ -134,7 +134,7 @@ impl Case {
     }
 }
 
-/// What became of some cases: results in their order, and a sentence for each that this program refuses.
+/// Results of some cases in their order, and a sentence for each case that this program refuses.
 struct Tried<T> {
     results: Vec<T>,
     left_out: String,

@@ -35,7 +35,7 @@ impl FloorPhotons {
         Ok(Self { emission: Emission::new(&kernel, photons_per_pass), key: Key::new(seed), kernel })
     }
 
-    /// What arrives on the floor in a pass; the flux of a pass is that of the scene.
+    /// Photons that arrive on the floor in a pass; the flux of a pass is that of the scene.
     pub fn pass(&self, number: u64) -> Vec<Photon<1>> {
         let (photons, key) = (self.emission.photons(), self.key.child(number));
         let chunks: Vec<Vec<Photon<1>>> = (0..photons.div_ceil(CHUNK))

@@ -6,7 +6,7 @@ pub struct CornellBox {
     pub iterations: u64,
     pub distance_lowest: f64,
     pub distance_highest: f64,
-    /// With the lamp, which its photon mapping did not show, and without.
+    /// Mean distance with the lamp, which the thesis' photon mapping did not show, and without it.
     pub distance_mean_with_lamp: f64,
     pub distance_mean: f64,
     /// Mean difference of the red channel, the largest of the three.
@@ -38,7 +38,7 @@ pub const CORNELL_BOX: [CornellBox; 2] = [
 /// Illuminance of the floor under the light pipe in lx (section 6.2).
 pub struct Illuminance {
     pub method: &'static str,
-    /// Of 100 000 photons; none for HOLIGILM.
+    /// Number of passes of 100 000 photons; none for HOLIGILM.
     pub iterations: Option<u64>,
     pub mean_lux: f64,
     pub highest_lux: f64,

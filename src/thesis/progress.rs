@@ -85,7 +85,7 @@ pub fn sections(settings: &Settings, progress: Progress) -> Result<Vec<Section>,
     }])
 }
 
-/// Root mean square over `pixels` of the luminance's error, less the variance of the reference, over their mean; zero
+/// Root mean square over `pixels` of the luminance's error, minus the variance of the reference, over their mean; zero
 /// where the reference's noise is all there is.
 fn relative_error(mean: &[f64], reference: &FilmEstimate, pixels: &[usize]) -> f64 {
     let luminance = |pixel: usize| {

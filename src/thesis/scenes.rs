@@ -20,7 +20,7 @@ pub const POINTS_PER_PIXEL: u32 = 2;
 const CORNELL_BOX: &str = include_str!("../../examples/cornell_box.json");
 const HOLIGILM: &str = include_str!("../../examples/holigilm_thesis.json");
 
-/// A job of so many passes; the accuracy is for solvers, which have none.
+/// Gives a document a number of passes; the accuracy is for solvers, which have none.
 pub fn passes(mut document: Value, passes: u64) -> Value {
     document["stop"] = json!({
         "relative_error": 1e-4, "view_relative_error": 1e-4, "max_passes": passes, "max_seconds": 1e9,

@@ -22,7 +22,7 @@ impl Faults {
     pub const PRINTED_WHOLE: Self = Self { old_radius: true, stale: true, whole_counts: true };
 }
 
-/// What progressive photon mapping keeps of one point (Hachisuka, Ogaki and Jensen 2008).
+/// State that progressive photon mapping keeps of one point (Hachisuka, Ogaki and Jensen 2008).
 #[derive(Clone, Copy, Debug)]
 pub struct HitPoint {
     /// Search radius over the first one, squared.
@@ -31,7 +31,7 @@ pub struct HitPoint {
     count: f64,
     /// Accumulated flux tau.
     flux: f64,
-    /// What is shown: flux per area of the first disc and emitted photon.
+    /// Value that is shown: flux per area of the first disc and emitted photon.
     shown: f64,
 }
 
@@ -71,10 +71,10 @@ impl HitPoint {
     }
 }
 
-/// What an update makes of a uniform irradiance, over the right value.
+/// Ratio of an update's result to the right value, for a uniform irradiance.
 #[derive(Clone, Copy, Debug)]
 pub struct Uniform {
-    /// Over the discs.
+    /// Ratio over the discs.
     pub ratio: Moments,
     pub highest: f64,
     /// Mean radius over the first one.

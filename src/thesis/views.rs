@@ -17,7 +17,7 @@ use crate::statistics::Moments;
 use crate::traceable::TraceableScene;
 use crate::traceable::{NO_SURFACE, Place, RoomHit};
 
-/// What the centres of a view's pixels see.
+/// Surfaces that the centres of a view's pixels see.
 pub struct Sight {
     kernel: TraceableScene,
     pub size_px: [usize; 2],
@@ -25,7 +25,7 @@ pub struct Sight {
 }
 
 impl Sight {
-    /// Of the first view of a document.
+    /// Sight of the first view of a document.
     pub fn of(document: &Value) -> Result<Self, ReportError> {
         let (scene, kernel) = compile(document, Path::new(""))?;
         let view = scene.views.first().ok_or_else(|| ReportError::Case("a document without a view".to_owned()))?;
@@ -43,17 +43,17 @@ impl Sight {
         self.hits[pixel].as_ref()
     }
 
-    /// Whether a pixel looks into the scene.
+    /// True if a pixel looks into the scene.
     pub fn inside(&self, pixel: usize) -> bool {
         self.hits[pixel].is_some()
     }
 
-    /// Whether a pixel and its eight neighbours see surfaces of the room and its objects: no lamp, opening or outside.
+    /// True if a pixel and its eight neighbours see surfaces of the room and its objects: no lamp, opening or outside.
     pub fn off_sources(&self, pixel: usize) -> bool {
         self.around(pixel).all(|pixel| self.surface(pixel).is_some())
     }
 
-    /// Whether a pixel and its eight neighbours see one surface.
+    /// True if a pixel and its eight neighbours see one surface.
     pub fn on_one_surface(&self, pixel: usize) -> bool {
         let own = self.surface(pixel);
         own.is_some() && self.around(pixel).all(|pixel| self.surface(pixel) == own)
@@ -90,7 +90,7 @@ pub struct Recording {
     pub film: FilmEstimate,
     /// Passes so far, and the mean of every channel.
     pub earlier: Vec<(u64, Vec<f64>)>,
-    /// One replicate per pass.
+    /// Moments of each zone, one replicate per pass.
     pub zones: Vec<Moments>,
     pub estimate: Estimate,
 }

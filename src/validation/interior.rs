@@ -88,7 +88,7 @@ fn room(size_m: [f64; 3], reflectance: f64, luminaire: Value, grids: Value, rela
     })
 }
 
-/// A rectangle of 10 000 lm.
+/// Rectangular luminaire of 10 000 lm.
 fn luminaire(corner: [f64; 3], u: [f64; 3], v: [f64; 3]) -> Value {
     let area = DVec3::from(u).cross(DVec3::from(v)).length();
     json!({
