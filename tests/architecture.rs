@@ -29,7 +29,7 @@ const APART: &[(&str, &str)] = &[("http", "db"), ("db", "http"), ("http", "cli")
 /// Physics: everything left of `document`.
 const PHYSICS_LEVELS: usize = 9;
 
-/// What physics does not know: HTTP, SQL, serde, tokio, files, clocks.
+/// Names that physics does not know: HTTP, SQL, serde, tokio, files, clocks.
 const NOT_IN_PHYSICS: &[&str] = &[
     "serde",
     "serde_json",
@@ -159,7 +159,7 @@ fn imported_names(code: &str) -> BTreeSet<String> {
     own.flat_map(|statement| statement.split(|c: char| !(c.is_alphanumeric() || c == '_'))).map(str::to_owned).collect()
 }
 
-/// Whether `code` uses the external crate `name` (and not a module of ours that has the same name).
+/// True if `code` uses the external crate `name` (and not a module of ours that has the same name).
 fn uses_crate(code: &str, name: &str) -> bool {
     let prefix = format!("{name}::");
     let path = code
@@ -169,7 +169,7 @@ fn uses_crate(code: &str, name: &str) -> bool {
     code.contains(&format!("use {prefix}")) || (path && !declared && !imported_names(code).contains(name))
 }
 
-/// What is wrong with one file; `path` is relative to `src`.
+/// Violations of the walls in one file; `path` is relative to `src`.
 fn violations(path: &str, text: &str) -> Vec<String> {
     let room = path.split('/').next().unwrap_or(path).trim_end_matches(".rs");
     if room == "lib" {

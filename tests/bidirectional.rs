@@ -32,7 +32,8 @@ fn both_ways(scene: &Scene, photons_per_pass: u64, samples: u32, seed: u64) -> B
     Bidirectional::new(kernel(scene), &scene.grids, &scene.views, &settings, seed)
 }
 
-/// Within 4.5 combined standard errors of an independent light tracer at 81 sensors, plus `systematic`.
+/// Compares a scene with an independent light tracer at 81 sensors, within 4.5 combined standard errors plus
+/// `systematic`.
 fn compare(scene: &str, truth: &str, systematic: f64, estimate: &str) {
     let truth = reference::json(&format!("scenes/{truth}.reference.json"));
     let values = |key: &str| {

@@ -85,7 +85,7 @@ fn anchors(text: &str) -> Vec<String> {
     headings.map(anchor).collect()
 }
 
-/// What is wrong with a link from the folder `from`; `None` when it leads somewhere.
+/// Fault of a link from the folder `from`; `None` when it leads somewhere.
 fn broken(from: &Path, link: &str) -> Option<String> {
     let (file, anchor) = link.split_once('#').unwrap_or((link, ""));
     let path = if file.is_empty() { from.to_owned() } else { from.join(file) };

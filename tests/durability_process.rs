@@ -40,7 +40,7 @@ impl Server {
         Self::start_after("", data)
     }
 
-    /// Whether it has ended by itself.
+    /// True if the process has ended by itself.
     fn is_gone(&mut self) -> bool {
         self.child.try_wait().unwrap().is_some()
     }

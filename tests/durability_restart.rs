@@ -65,7 +65,7 @@ fn job() -> Value {
     job
 }
 
-/// The same whose passes depend on those before.
+/// A job whose passes depend on those before.
 fn job_with_statistics() -> Value {
     let mut job = job();
     job["method"] = json!({ "kind": "ppm", "photons_per_pass": 20_000, "radius": "per_point" });

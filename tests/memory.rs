@@ -52,7 +52,7 @@ fn write(folder: &Path, job: &Value) -> std::path::PathBuf {
     file
 }
 
-/// `skyduct render` where no more than so many bytes of memory can be had.
+/// Runs `skyduct render` with a limit of `bytes` to the memory that it can get.
 fn render_within(bytes: f64, folder: &Path) -> Output {
     let script = format!("ulimit -d {} && exec \"$@\"", (bytes / 1024.0).ceil());
     Command::new("sh")

@@ -40,7 +40,8 @@ fn cell_averages(document: &mut Value) {
     document["grids"][0]["estimate"] = "cell_average".into();
 }
 
-/// Within 4.5 combined standard errors of an independent light tracer at 81 sensors, plus `systematic`.
+/// Compares a scene with an independent light tracer at 81 sensors, within 4.5 combined standard errors plus
+/// `systematic`.
 fn compare(scene: &str, truth: &str, systematic: f64, edit: impl FnOnce(&mut Value)) {
     let truth = reference::json(&format!("scenes/{truth}.reference.json"));
     let values = |key: &str| {

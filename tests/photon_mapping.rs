@@ -46,7 +46,7 @@ fn paths(scene: &Scene, samples: u32, seed: u64) -> PathTracing<1> {
     PathTracing::new(kernel(scene), &scene.grids, &scene.views, &settings, seed)
 }
 
-/// What light tracing finds.
+/// Illuminances and standard errors by light tracing.
 fn traced(scene: &Scene, kernel: Arc<TraceableScene>, seed: u64) -> (Vec<f64>, Vec<f64>) {
     let settings = light_tracing::Settings { photons_per_pass: 32_768 };
     values(&run(scene, &LightTracing::<1>::new(kernel, &scene.grids, &settings, seed), 32))

@@ -32,7 +32,7 @@ const FIXED: Case = ("ppm", Radius::Schedule);
 const FIXED_PER_POINT: Case = ("ppm", Radius::PerPoint);
 const MOVING_PER_POINT: Case = ("sppm", Radius::PerPoint);
 
-/// What this file is about: all but `sppm` by the schedule.
+/// Cases of this file: all settings but `sppm` by the schedule.
 const CASES: [Case; 3] = [FIXED, FIXED_PER_POINT, MOVING_PER_POINT];
 
 fn method((name, radius): Case, scene: &Scene, photons_per_pass: u64, radius_m: f64, seed: u64) -> Box<dyn Integrator> {

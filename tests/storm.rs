@@ -59,7 +59,7 @@ impl Server {
         events.map(|event| event.unwrap()).map(|event| (event.id.parse().unwrap(), event.event)).collect().await
     }
 
-    /// Resident memory in bytes.
+    /// Resident memory of the process in bytes.
     fn resident(&self) -> u64 {
         let status = std::fs::read_to_string(format!("/proc/{}/status", self.child.id())).unwrap();
         let line = status.lines().find(|line| line.starts_with("VmRSS:")).unwrap();

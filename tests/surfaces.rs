@@ -24,7 +24,7 @@ use skyduct::scene::{BoxObject, Channels, EstimateKind, Face, Grid, Luminaire, R
 use skyduct::statistics::Moments;
 use skyduct::traceable::SurfaceId;
 
-/// So close to 1 that a wall counts as a perfect mirror.
+/// Reflectance so close to 1 that a wall counts as a perfect mirror.
 const PERFECT: f64 = 1.0 - 1e-7;
 
 fn specular(diffuse: f64, specular: f64, roughness: f64) -> Surface {
@@ -170,7 +170,7 @@ fn mirrored(diffuser: Diffuser, image: bool, estimate: EstimateKind) -> Scene {
     scene
 }
 
-/// The same with a panel in the ceiling (and its image) in place of tubes.
+/// A mirrored room with a panel in the ceiling (and its image) in place of tubes.
 fn mirrored_panel(image: bool, estimate: EstimateKind) -> Scene {
     let mut scene = mirrored(lambertian(0.6, 0.3), image, estimate);
     (scene.tubes, scene.daylight) = (Vec::new(), None);

@@ -38,7 +38,8 @@ fn by_stages(document: &mut Value) {
     document["method"] = "two_stage".into();
 }
 
-/// Within 4.5 combined standard errors of an independent light tracer at 81 sensors, plus `systematic`.
+/// Compares a scene with an independent light tracer at 81 sensors, within 4.5 combined standard errors plus
+/// `systematic`.
 fn compare(scene: &str, truth: &str, systematic: f64, edit: impl FnOnce(&mut Value)) {
     let truth = reference::json(&format!("scenes/{truth}.reference.json"));
     let values = |key: &str| {

@@ -44,7 +44,7 @@ pub enum Role {
     Worker,
 }
 
-/// What the command line says; absent flags change nothing.
+/// Values of the command line; absent flags change nothing.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct Flags {
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -55,7 +55,7 @@ pub struct Flags {
     pub database: Option<String>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub role: Option<Role>,
-    /// Only `true` says something.
+    /// Flag of the same name; only `true` replaces the configuration.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub insecure: bool,
 }

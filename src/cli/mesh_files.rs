@@ -19,7 +19,7 @@ impl MeshFiles {
         Self::below(job.parent().unwrap_or(Path::new("")))
     }
 
-    /// At or below `folder`; an empty path is the working directory.
+    /// Looks for files at or below `folder`; an empty path is the working directory.
     pub fn below(folder: &Path) -> Self {
         let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
         Self { folder: folder.to_owned(), limits: ObjLimits::default() }

@@ -8,7 +8,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use crate::estimate::StopRule;
 use crate::job::run::PassReport;
 
-/// Steps of the bar.
+/// Number of steps of the progress bar.
 const STEPS: u64 = 1000;
 
 /// Shows the passes of one job on standard error.

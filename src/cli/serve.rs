@@ -27,7 +27,7 @@ use crate::job::ownership;
 use crate::job::store::Store;
 use crate::job::worker::Worker;
 
-/// A stopping service has so long: open requests end, the running pass ends, the lease is given back.
+/// Time within which a stopping service ends: open requests end, the running pass ends, the lease is given back.
 const STOP_TIME: Duration = Duration::from_secs(8);
 
 #[derive(Debug, clap::Args)]

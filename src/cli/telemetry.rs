@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use tracing_subscriber::EnvFilter;
 use tracing_subscriber::util::SubscriberInitExt as _;
 
-/// What is logged, and how it is written.
+/// Level and format of the log.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Log {
@@ -30,15 +30,15 @@ pub enum LogLevel {
 #[serde(rename_all = "snake_case")]
 pub enum LogFormat {
     Text,
-    /// One JSON object a line.
+    /// One JSON object per line.
     Json,
 }
 
-/// Of commands that end by themselves: their results are on standard output, the log is for what went wrong.
+/// Log of commands that end by themselves: their results are on standard output, the log is for what went wrong.
 pub const OF_COMMANDS: Log = Log { level: LogLevel::Warn, format: LogFormat::Text };
 
 impl LogLevel {
-    /// In the syntax of `RUST_LOG`. Of the libraries only what matters at `info`: below, their lines would bury ours.
+    /// Filter in the syntax of `RUST_LOG`. Libraries log at `info` at most: their lines below that would bury ours.
     fn directives(self) -> &'static str {
         match self {
             Self::Error => "error",

@@ -56,7 +56,7 @@ pub struct SqliteStore {
     most_pages: AtomicU32,
 }
 
-/// What a commit must survive. Either survives the end of the process.
+/// Events that a commit must survive. Either kind survives the end of the process.
 #[derive(Clone, Copy)]
 enum Durability {
     /// The power's end, at the price of waiting for the disk.
@@ -142,7 +142,7 @@ impl SqliteStore {
         Ok(tx)
     }
 
-    /// From now on the database may not grow past so many pages: what a full disk looks like. 0 takes the limit away.
+    /// Limits the database to a number of pages from now on, as a full disk would; 0 takes the limit away.
     pub fn limit_pages(&self, most_pages: u32) {
         let unlimited = 4_294_967_294;
         self.most_pages.store(if most_pages == 0 { unlimited } else { most_pages }, Ordering::Relaxed);

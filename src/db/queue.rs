@@ -22,7 +22,8 @@ macro_rules! lock_clause {
     };
 }
 
-/// Whether a chunk is free: given back, left by a lease that is over, or by this owner itself, who renders one at a time.
+/// Condition under which a chunk is free: given back, left by a lease that is over, or held by this owner itself, who
+/// renders one at a time.
 macro_rules! free {
     () => {
         concat!("c.deaths <= $3 AND (c.state = 'ready' OR c.owner = $1 OR c.lease_until < ", now_ms!(), ")")

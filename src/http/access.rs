@@ -20,7 +20,7 @@ use crate::http::problem_kind::ProblemKind;
 /// Names and origins that the service knows.
 #[derive(Clone, Debug)]
 pub struct Access {
-    /// Where the service listens.
+    /// Address on which the service listens.
     pub listen: SocketAddr,
     /// Names, with or without a port, by which it may be called beside its address and localhost.
     pub allowed_hosts: Vec<String>,
@@ -29,7 +29,7 @@ pub struct Access {
 }
 
 impl Access {
-    /// Whether a client may call the service by this name; without a port, its scheme's port is meant.
+    /// True if a client may call the service by this name; without a port, its scheme's port is meant.
     fn knows_host(&self, host: &Authority) -> bool {
         // on all addresses of a machine there is no telling what it is called
         if self.listen.ip().is_unspecified() && self.allowed_hosts.is_empty() {
@@ -44,7 +44,7 @@ impl Access {
         (own_name && own_port) || self.allowed_hosts.iter().any(|allowed| is_allowed(allowed, name, host.port_u16()))
     }
 
-    /// Whether a page of this origin may call the service.
+    /// True if a page of this origin may call the service.
     fn knows_origin(&self, origin: &str) -> bool {
         self.cors_origins.iter().any(|known| known == "*" || known.eq_ignore_ascii_case(origin))
     }

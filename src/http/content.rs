@@ -103,7 +103,7 @@ impl Answer {
     }
 }
 
-/// Whether `If-None-Match` names `tag` (quotes included); weak tags compare like strong ones here.
+/// True if `If-None-Match` names `tag` (quotes included); weak tags compare like strong ones here.
 pub fn none_match(headers: &HeaderMap, tag: &str) -> bool {
     let strong = |tag: &str| tag.trim().trim_start_matches("W/").to_owned();
     headers

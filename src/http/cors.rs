@@ -42,7 +42,7 @@ pub fn around(router: Router, origins: &[String]) -> Router {
     router.layer(layer)
 }
 
-/// Why `origin` is not one: a browser compares it letter by letter.
+/// Says why `origin` is no origin, if it is none: a browser compares it letter by letter.
 pub fn check_origin(origin: &str) -> Result<(), String> {
     let uri: Option<Uri> = origin.parse().ok();
     let rebuilt = uri.and_then(|uri| Some(format!("{}://{}", uri.scheme_str()?, uri.authority()?)));

@@ -22,7 +22,7 @@ use crate::http::{App, Service};
 use crate::job::store::StoreError;
 
 const HEARTBEAT: Duration = Duration::from_secs(15);
-/// A client that lost the connection waits so long before it comes back.
+/// Pause of a client that lost the connection before it comes back.
 const RETRY: Duration = Duration::from_secs(3);
 
 #[derive(Deserialize, IntoParams)]
@@ -102,7 +102,7 @@ struct Feed {
     /// There may be events in the store after `last` that nobody will tell.
     missed: bool,
     ended: bool,
-    /// Of the streams that may be open.
+    /// Permit for one of the streams that may be open.
     _permit: OwnedSemaphorePermit,
 }
 

@@ -18,9 +18,9 @@ pub async fn livez() -> &'static str {
     "ok\n"
 }
 
-/// A look at whether the service can write is good for so long.
+/// Time for which a look at whether the service can write is good.
 const LOOK_AGAIN: Duration = Duration::from_secs(5);
-/// The same after a look that found that it cannot.
+/// Time for which a look is good that found that the service cannot write.
 const LOOK_AGAIN_AFTER_TROUBLE: Duration = Duration::from_secs(1);
 
 /// The last look at whether the service can write; whoever asks at the same time shares it.

@@ -30,7 +30,7 @@ const DEFAULT_PAGE: u32 = 50;
 const MAX_PAGE: u32 = 500;
 /// Longest `Idempotency-Key`.
 const MAX_KEY_LENGTH: usize = 255;
-/// What a client that polls should wait.
+/// Pause in seconds that a polling client is asked for.
 const POLL_SECONDS: u32 = 1;
 
 /// A job: what was asked for, how far it is, what came out.

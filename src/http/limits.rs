@@ -17,7 +17,7 @@ pub struct Limits {
     pub document_bytes: usize,
     /// Longest uploaded mesh, bytes.
     pub mesh_bytes: usize,
-    /// Most that a document may ask for in `stop.max_seconds`.
+    /// Largest `stop.max_seconds` that a document may ask for.
     pub max_seconds: f64,
     /// Jobs that may wait; one more is answered 503.
     pub queued_jobs: u64,
@@ -32,13 +32,13 @@ pub struct Limits {
     /// Bytes that one job may take at its peak; a job that would take more is refused. Absent: three quarters of the memory
     /// that this process may have.
     pub memory_bytes: Option<u64>,
-    /// With less free space for artifacts the service is not ready.
+    /// Free space for artifacts below which the service is not ready.
     pub free_bytes: u64,
-    /// A request's head must have arrived after so many seconds.
+    /// Seconds within which a request's head must arrive.
     pub header_seconds: u64,
-    /// A request must be answered after so many seconds (event streams must have begun).
+    /// Seconds within which a request must be answered (event streams must have begun).
     pub request_seconds: u64,
-    /// A client must take some of its answer within so many seconds; one that does not is cut off.
+    /// Seconds within which a client must take some of its answer; one that does not is cut off.
     pub write_seconds: u64,
 }
 
@@ -49,7 +49,7 @@ impl Limits {
     }
 }
 
-/// How much is done at the same time.
+/// Permits for work that is done at the same time.
 pub struct Permits {
     /// Documents that are prepared: each can hold meshes.
     pub preparing: Arc<Semaphore>,
@@ -57,7 +57,7 @@ pub struct Permits {
     pub reading: Arc<Semaphore>,
     /// Meshes that are received and read.
     pub uploads: Arc<Semaphore>,
-    /// Event streams.
+    /// Permits for open event streams.
     pub streams: Arc<Semaphore>,
 }
 

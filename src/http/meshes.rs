@@ -19,7 +19,7 @@ use crate::http::problem_kind::ProblemKind;
 use crate::job::meshes::UploadError;
 use crate::job::store::{Mesh, MeshDeletion};
 
-/// An upload waits so long for others to be read.
+/// Time that an upload waits for others to be read.
 const WAIT_FOR_OTHERS: Duration = Duration::from_secs(10);
 
 /// An uploaded mesh.

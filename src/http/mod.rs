@@ -36,7 +36,7 @@ pub use limits::{Limits, Permits};
 pub use router::router;
 pub use watched::WatchedJobs;
 
-/// What every handler may need.
+/// State that every handler may need.
 pub struct Service {
     pub store: Arc<dyn Store>,
     pub artifacts: Artifacts,

@@ -179,7 +179,7 @@ pub async fn docs_index() -> Result<Response, Problem> {
     docs_file(Path(String::new())).await
 }
 
-/// What the page may do: run its own scripts, draw, and call this service.
+/// Content security policy of the page: it may run its own scripts, draw, and call this service.
 const CONTENT_SECURITY_POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self' 'unsafe-inline'; \
     img-src 'self' data: blob:; font-src 'self' data:; connect-src 'self'; frame-ancestors 'none'; base-uri 'none'; form-action 'none'";
 

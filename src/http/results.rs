@@ -23,7 +23,7 @@ use crate::job::run::{self, PassReport, ResultFile};
 use crate::job::worker::PREVIEW_PASSES;
 use crate::output::plots::{self, ConvergencePoint};
 
-/// A reader of a running job waits so long for its pass to end.
+/// Time that a reader of a running job waits for its pass to end.
 const WAIT_FOR_PASS: Duration = Duration::from_secs(20);
 
 /// Rows of the convergence table in one answer, unless asked for otherwise.
@@ -371,7 +371,7 @@ struct Rows {
     limit: u32,
 }
 
-/// What a file of the table has.
+/// Rows that a file of the table has.
 const ROWS_OF_FILES: Rows = Rows { after: 0, limit: MOST_ROWS };
 
 /// The convergence table in a representation; the picture shows all of it.

@@ -100,7 +100,8 @@ pub fn router(service: Arc<Service>) -> Router {
     Router::new().fallback_service(routes).layer(around_all)
 }
 
-/// What a browser may do with an answer that it shows as a page: nothing but draw it (SVG has styles).
+/// Content security policy of answers that a browser shows as a page: they may be drawn, and nothing else (SVG has
+/// styles).
 const CONTENT_SECURITY_POLICY: &str = "default-src 'none'; style-src 'unsafe-inline'; frame-ancestors 'none'; base-uri 'none'; \
                                        form-action 'none'";
 

@@ -22,7 +22,7 @@ use crate::http::Limits;
 use crate::http::outlive::Outliving;
 use crate::http::problem::Problem;
 
-/// Open requests have so long to end after a shutdown began.
+/// Grace period for open requests after a shutdown begins.
 const GRACE: Duration = Duration::from_secs(5);
 
 /// Connections beyond the limit that are answered: health as always, everything else that the service is busy.

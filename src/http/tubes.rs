@@ -16,7 +16,7 @@ use crate::sky::{CieType, Sky, SkyDistribution, direction};
 /// Longest tube, in diameters.
 const LONGEST: f64 = 100.0;
 
-/// Altitudes in one request.
+/// Largest number of altitudes in one request.
 const MOST_ALTITUDES: usize = 1000;
 
 /// A straight tube with an open top, and the light on it. Every field is text, so that a bad value is named.
@@ -186,7 +186,7 @@ impl Request {
     }
 }
 
-/// What is wrong with the parameters, by name.
+/// Faults of the parameters, by name.
 struct Errors(Vec<FieldError>);
 
 impl Errors {

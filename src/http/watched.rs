@@ -17,7 +17,7 @@ pub const EVENTS_AT_ONCE: u32 = 64;
 /// Events that a stream may be behind the reader, before it reads the store by itself.
 const BEHIND: usize = 128;
 
-/// What the reader of a job tells its streams.
+/// News that the reader of a job sends to its streams.
 pub struct News {
     /// Id of the last event before this one: who has that has missed nothing.
     pub previous: i64,
@@ -25,11 +25,11 @@ pub struct News {
     pub event: Option<SentEvent>,
 }
 
-/// An event as it is sent.
+/// An event in the form in which it is sent.
 #[derive(Clone)]
 pub struct SentEvent {
     pub seq: i64,
-    /// Nothing comes after it.
+    /// True if no event comes after it.
     pub is_final: bool,
     pub text: SseEvent,
 }
@@ -59,7 +59,7 @@ impl WatchedJobs {
         receiver
     }
 
-    /// Jobs that have a reader.
+    /// Number of jobs that have a reader.
     pub fn count(&self) -> usize {
         self.lock().len()
     }

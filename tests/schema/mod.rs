@@ -24,7 +24,7 @@ pub fn schema(mut schema: Value) -> Validator {
     jsonschema::draft202012::options().should_validate_formats(true).build(&schema).unwrap()
 }
 
-/// What the schema of job documents says against `document`.
+/// Faults that the schema of job documents finds in `document`.
 pub fn faults(document: &Value) -> Vec<String> {
     faults_of(&JOB_DOCUMENT, document)
 }
@@ -78,7 +78,7 @@ fn has_null(value: &Value) -> bool {
     }
 }
 
-/// What the service refuses and the schema does not: part of the detail, and why a schema cannot say it.
+/// Faults that the service refuses and the schema does not: part of the detail, and why a schema cannot say it.
 pub const BEYOND_A_SCHEMA: &[(&str, &str)] = &[
     ("must be inside the room", "compares with the size of the room"),
     ("must lie wholly inside the ceiling", "compares with the size of the room"),
