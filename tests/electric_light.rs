@@ -10,11 +10,13 @@ use scenes::{assert_grid, cube, daylight, kernel, lambertian, light_tracing, run
 use skyduct::estimate::Estimate;
 use skyduct::geometry::lambert::quadrilateral_irradiance;
 use skyduct::integrator::Integrator;
-use skyduct::integrator::photon::emission::{Emission, PathSamples};
-use skyduct::integrator::photon::path::{Account, Flight, Origin, Scattering, Visitor, trace};
+use skyduct::integrator::photon::emission::Emission;
+use skyduct::integrator::photon::ledger::Account;
+use skyduct::integrator::photon::path::{Flight, Origin, Scattering, Visitor, trace};
 use skyduct::integrator::sppm::Settings;
 use skyduct::optics::{Spectrum, Surface};
 use skyduct::sampling::Key;
+use skyduct::sampling::PathSamples;
 use skyduct::scene::{BoxObject, Channels, EstimateKind, Grid, Luminaire, Room, Scene};
 use skyduct::traceable::TraceableScene;
 

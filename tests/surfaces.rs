@@ -13,12 +13,14 @@ use scenes::{RADIUS, assert_grid, cube, daylight, disc_room, kernel, lambertian,
 use serde_json::{Value, json};
 use skyduct::document::{DocumentErrors, JobDocument, to_scene};
 use skyduct::estimate::{Estimate, GridEstimate};
-use skyduct::integrator::photon::emission::{Emission, PathSamples};
-use skyduct::integrator::photon::path::{Account, Flight, Origin, Scattering, Visitor, trace};
+use skyduct::integrator::photon::emission::Emission;
+use skyduct::integrator::photon::ledger::Account;
+use skyduct::integrator::photon::path::{Flight, Origin, Scattering, Visitor, trace};
 use skyduct::integrator::sppm::Settings;
 use skyduct::job::run::{Prepared, prepare_document};
 use skyduct::optics::{Diffuser, Glossy, MeasuredDiffuser, Spectrum, Specular, Surface};
 use skyduct::plan::EffectKind;
+use skyduct::sampling::PathSamples;
 use skyduct::sampling::{Key, warp};
 use skyduct::scene::{BoxObject, Channels, EstimateKind, Face, Grid, Luminaire, Room, Scene, Tube, View};
 use skyduct::statistics::Moments;

@@ -11,13 +11,13 @@ pub use stopping::{Accuracy, StopRule};
 
 use self::grid::push_with_error;
 use crate::analytic::{Balance, Quantity, Solution};
-use crate::integrator::photon::path::{Account, TubeFlux};
+use crate::integrator::photon::ledger::{Account, TubeFlux};
 use crate::integrator::photon_map::progressive::Carried;
 use crate::integrator::{GridPass, Pass, ViewPass};
 use crate::scene::Scene;
 use crate::statistics::Moments;
 
-pub use crate::integrator::photon::path::Ledger;
+pub use crate::integrator::photon::ledger::Ledger;
 
 /// The state of a job: everything that its passes have added up to. Merged in chunk order only.
 #[derive(Clone, Debug, Default)]

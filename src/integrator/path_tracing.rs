@@ -13,10 +13,12 @@ use super::{GridPass, Integrator, Pass, ViewPass};
 use crate::integrator::backward;
 use crate::integrator::backward::daylight::Followed;
 use crate::integrator::backward::pass::{EYE_STREAM, SENSOR_STREAM, Sampling, each};
-use crate::integrator::backward::walk::{NARROW_ROUGHNESS, Path};
-use crate::integrator::photon::emission::{PathSamples, SOBOL_PAIRS};
-use crate::integrator::photon::path::Account;
+use crate::integrator::backward::vertex::NARROW_ROUGHNESS;
+use crate::integrator::backward::walk::Path;
+use crate::integrator::photon::ledger::Account;
 use crate::sampling::Key;
+use crate::sampling::PathSamples;
+use crate::sampling::path_samples::SOBOL_PAIRS;
 use crate::scene::{Grid, View};
 use crate::traceable::{TraceableScene, TraceableTube};
 

@@ -21,7 +21,7 @@ use rayon::prelude::*;
 
 use super::{GridPass, Integrator, Pass, ViewPass};
 use crate::integrator::photon_map::maps::{Gathered, Mapper, Maps};
-use crate::integrator::photon_map::progressive::{Carried, PointStatistics, Radii, Radius, carrying};
+use crate::integrator::photon_map::progressive::{Carried, PointStatistics, Radii, Radius};
 use crate::integrator::photon_map::visible_point;
 use crate::optics::Spectrum;
 use crate::sampling::{Key, PathRandom};
@@ -303,7 +303,7 @@ impl<const C: usize> Integrator for Ppm<C> {
         let grids = (0..self.mapper.grids.len()).map(|number| self.grid(number, &maps, before.grid(number), key));
         let view = |number: usize| self.view(number, &maps, before.view(number), key, cancel);
         let views: Option<Vec<_>> = (0..self.views.len()).map(view).collect();
-        Some(Pass { account, photons: self.mapper.photons(), ..carrying(grids.collect(), views?) })
+        Some(Pass { account, photons: self.mapper.photons(), ..Pass::carrying(grids.collect(), views?) })
     }
 }
 

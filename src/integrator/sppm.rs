@@ -18,7 +18,7 @@ use rayon::prelude::*;
 
 use super::{GridPass, Integrator, Pass, ViewPass};
 use crate::integrator::photon_map::maps::{Mapper, Maps};
-use crate::integrator::photon_map::progressive::{Carried, PointStatistics, Radii, Radius, carrying};
+use crate::integrator::photon_map::progressive::{Carried, PointStatistics, Radii, Radius};
 use crate::integrator::photon_map::visible_point;
 use crate::sampling::{Key, PathRandom};
 use crate::scene::{EstimateKind, Grid, View};
@@ -150,6 +150,6 @@ impl<const C: usize> Integrator for Sppm<C> {
         let grids = (0..self.mapper.grids.len()).map(|number| self.grid(number, &maps, before.grid(number), key));
         let view = |number: usize| self.view(number, &maps, before.view(number), key, cancel);
         let views: Option<Vec<_>> = (0..self.views.len()).map(view).collect();
-        Some(Pass { account, photons: self.mapper.photons(), ..carrying(grids.collect(), views?) })
+        Some(Pass { account, photons: self.mapper.photons(), ..Pass::carrying(grids.collect(), views?) })
     }
 }

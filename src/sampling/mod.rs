@@ -1,8 +1,10 @@
 //! Random and low-discrepancy numbers by counter, and warps to the domains that light needs.
 
+pub mod path_samples;
 pub mod random;
 pub mod sobol;
 pub mod warp;
 
+pub use path_samples::PathSamples;
 pub use random::{Key, PathRandom};
 pub use sobol::Replicate;

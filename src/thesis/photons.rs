@@ -6,13 +6,15 @@ use glam::DVec3;
 use rayon::prelude::*;
 use serde_json::Value;
 
-use crate::integrator::photon::emission::{Emission, PathSamples};
-use crate::integrator::photon::path::{Account, Flight, Origin, Scattering, Visitor, trace};
+use crate::integrator::photon::emission::Emission;
+use crate::integrator::photon::ledger::Account;
+use crate::integrator::photon::path::{Flight, Origin, Scattering, Visitor, trace};
 use crate::integrator::photon_map::grid::Photon;
 use crate::optics::Spectrum;
 use crate::report::ReportError;
 use crate::report::run::compile;
 use crate::sampling::Key;
+use crate::sampling::PathSamples;
 use crate::scene::Face;
 use crate::traceable::SurfaceId;
 use crate::traceable::TraceableScene;

@@ -7,8 +7,8 @@ use serde_json::Value;
 
 use super::{Case, Settings, scenes};
 use crate::estimate::{Estimate, FilmEstimate};
+use crate::integrator::backward::room_entry::enter_room;
 use crate::integrator::photon_map::domain::Domain;
-use crate::integrator::photon_map::visible_point::enter_room;
 use crate::job::run::Prepared;
 use crate::output::{Image, OutputError, Raster, png};
 use crate::report::ReportError;

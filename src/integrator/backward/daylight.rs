@@ -11,9 +11,11 @@ use std::f64::consts::PI;
 
 use glam::DVec3;
 
-use super::walk::{Daylight, MAX_EVENTS, Path, Ray, Scatter, Vertex, above_closure, share, shares};
+use super::opening::{above_closure, shares};
+use super::vertex::{Ray, Scatter, Vertex, share};
+use super::walk::{Daylight, MAX_EVENTS, Path};
 use crate::guide::{End, Transit};
-use crate::integrator::photon_map::visible_point::enter_room;
+use crate::integrator::backward::room_entry::enter_room;
 use crate::optics::{Closure, Spectrum};
 use crate::sampling::warp;
 use crate::scene::View;

@@ -1,6 +1,9 @@
 //! Light that is followed backward: paths from sensors and eyes to luminaires, sky and sun.
 
 pub(super) mod daylight;
+pub(super) mod opening;
 pub(super) mod pass;
+pub mod room_entry;
 pub mod unscattered;
+pub(super) mod vertex;
 pub(super) mod walk;

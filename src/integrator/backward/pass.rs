@@ -6,10 +6,10 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::walk::{Daylight, Path};
-use crate::integrator::photon::emission::PathSamples;
-use crate::integrator::photon_map::visible_point::enter_room;
+use crate::integrator::backward::room_entry::enter_room;
 use crate::optics::Spectrum;
 use crate::sampling::Key;
+use crate::sampling::PathSamples;
 use crate::scene::{EstimateKind, Grid, View};
 use crate::traceable::TraceableScene;
 

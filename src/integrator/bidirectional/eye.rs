@@ -7,11 +7,11 @@ use glam::DVec3;
 use super::light::LightVertex;
 use super::weight::{Edge, Share, surface_density};
 use crate::guide::{End, Transit};
-use crate::integrator::backward::walk::{
-    LEAST_MEASURED_SHARE, MAX_EVENTS, ROULETTE_BELOW, Scatter, above_closure, diffuse_share, shares,
-};
-use crate::integrator::photon::emission::PathSamples;
+use crate::integrator::backward::opening::{LEAST_MEASURED_SHARE, above_closure, shares};
+use crate::integrator::backward::vertex::{Scatter, diffuse_share};
+use crate::integrator::backward::walk::{MAX_EVENTS, ROULETTE_BELOW};
 use crate::optics::{Closure, Spectrum};
+use crate::sampling::PathSamples;
 use crate::sampling::warp;
 use crate::traceable::{NO_SURFACE, Place, SurfaceId, SurfaceOptics, TraceableScene};
 

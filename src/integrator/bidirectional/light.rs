@@ -5,9 +5,10 @@ use std::f64::consts::PI;
 use glam::DVec3;
 
 use super::weight::{Edge, Share, surface_density};
-use crate::integrator::photon::emission::{EmittedPhoton, PathSamples};
+use crate::integrator::photon::emission::EmittedPhoton;
 use crate::integrator::photon::path::{Flight, Origin, Scattering, Visitor};
 use crate::optics::{Diffuser, FiniteBsdf, Spectrum};
+use crate::sampling::PathSamples;
 use crate::traceable::{SurfaceId, TraceableScene};
 
 /// A point where light leaves a source or a surface of the room.

@@ -25,12 +25,14 @@ use self::eye::{EyePath, From, Starts};
 use self::light::{LightPaths, LightVertex, Recorder};
 use super::{GridPass, Integrator, Pass, ViewPass};
 use crate::guide::Guide;
+use crate::integrator::backward::room_entry::enter_room;
 use crate::integrator::backward::unscattered::unscattered;
 use crate::integrator::photon::chunks::fold_chunks;
-use crate::integrator::photon::emission::{Emission, PathSamples};
-use crate::integrator::photon::path::{Account, Flight, trace};
-use crate::integrator::photon_map::visible_point::enter_room;
+use crate::integrator::photon::emission::{Emission, EmittedPhoton, Start};
+use crate::integrator::photon::ledger::Account;
+use crate::integrator::photon::path::{Flight, trace};
 use crate::optics::Spectrum;
+use crate::sampling::PathSamples;
 use crate::sampling::{Key, PathRandom};
 use crate::scene::{EstimateKind, Grid, View};
 use crate::traceable::{NO_SURFACE, TraceableScene, TraceableTube};
@@ -143,14 +145,10 @@ impl<const C: usize> Bidirectional<C> {
     }
 
     /// Density per m2 of a photon's start on its opening or luminaire, as even.
-    fn start_density(&self, photon: &crate::integrator::photon::emission::EmittedPhoton) -> f64 {
+    fn start_density(&self, photon: &EmittedPhoton) -> f64 {
         let area = match photon.start {
-            crate::integrator::photon::emission::Start::Tube(tube) => {
-                PI * self.scene.tubes[tube].opening_radius.powi(2)
-            }
-            crate::integrator::photon::emission::Start::Luminaire(luminaire) => {
-                self.scene.luminaires[luminaire].area_m2
-            }
+            Start::Tube(tube) => PI * self.scene.tubes[tube].opening_radius.powi(2),
+            Start::Luminaire(luminaire) => self.scene.luminaires[luminaire].area_m2,
         };
         photon.of as f64 / (self.emission.photons() as f64 * area)
     }

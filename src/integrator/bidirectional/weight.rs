@@ -15,7 +15,7 @@ use std::f64::consts::PI;
 
 use glam::DVec3;
 
-use crate::integrator::backward::walk::diffuse_share;
+use crate::integrator::backward::vertex::diffuse_share;
 use crate::traceable::SurfaceOptics;
 
 /// What a subpath remembers of its strategies at a vertex.

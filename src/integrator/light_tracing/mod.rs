@@ -11,6 +11,9 @@
 //! * light straight from a luminaire has Lambert's closed form where nothing can stand between, at the sensor or at a
 //!   random point of its cell; otherwise it is treated like light that a diffuser scatters.
 
+mod connect;
+mod refusals;
+
 use std::f64::consts::PI;
 use std::ops::Range;
 use std::sync::Arc;
@@ -19,17 +22,21 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
-use crate::guide::Guide;
 use crate::integrator::backward::unscattered::unscattered;
 use crate::integrator::photon::chunks::fold_chunks;
-use crate::integrator::photon::emission::{Emission, PathSamples};
-use crate::integrator::photon::path::{Account, Flight, Lobe, Origin, Scattering, Visitor, trace};
+use crate::integrator::photon::emission::Emission;
+use crate::integrator::photon::ledger::Account;
+use crate::integrator::photon::path::{Flight, Origin, Scattering, Visitor, trace};
 use crate::integrator::{GridPass, Integrator, Pass};
 use crate::optics::Spectrum;
+use crate::sampling::PathSamples;
 use crate::sampling::{Key, PathRandom};
-use crate::scene::{EstimateKind, Grid};
+use crate::scene::Grid;
 use crate::traceable::luminaire::TraceableLuminaire;
 use crate::traceable::{NO_SURFACE, TraceableScene};
+use connect::{Connection, SensorPlane};
+
+pub use refusals::{dishonest_points, noisy_points, refuses_points};
 
 /// Settings of the method.
 #[derive(Clone, Debug, PartialEq)]
@@ -44,19 +51,9 @@ impl Default for Settings {
     }
 }
 
-/// Sensors that one vertex is connected to; larger sets are connected to a random subset of about this size.
-const CONNECTIONS: usize = 1024;
-
 /// Of how many photons one is connected to the sensors from its diffuser: direct light is smooth and needs few of them,
 /// the others go on for the interreflection.
 const DIFFUSER_CONNECTIONS: u64 = 4;
-
-/// Below this roughness photon mapping is the better method for points: it takes half the time to the same error at 0.15,
-/// twice the time at 0.2 (in a room of 2 m with two glossy faces).
-const NARROW_ROUGHNESS: f64 = 0.2;
-
-/// Share of the room's shortest edge within which a surface is too near to a point sensor.
-const NEAR_SURFACE: f64 = 0.01;
 
 /// Streams of random numbers within a pass.
 const BACKWARD_STREAM: u64 = 1 << 32;
@@ -75,26 +72,6 @@ pub struct LightTracing<const C: usize> {
     direct: Vec<f64>,
     /// The widest vectors of this machine; the same bits as without, as nothing is contracted.
     vectors: pulp::Arch,
-}
-
-/// A grid's sensors, row by row.
-#[derive(Debug)]
-struct SensorPlane {
-    /// Of every sensor, so that the inner loop runs over plain arrays.
-    x: Vec<f64>,
-    y: Vec<f64>,
-    height: f64,
-    /// Corner of the first cell, and numbers of cells.
-    corner: DVec2,
-    cells: [usize; 2],
-    cell: [f64; 2],
-    average: bool,
-    /// Squared distance within which cell averages count crossings.
-    near_squared: f64,
-    /// Number of its first sensor among all grids.
-    first: usize,
-    /// Every how many-th row-major sensor a vertex is connected to.
-    stride: usize,
 }
 
 impl<const C: usize> LightTracing<C> {
@@ -227,36 +204,6 @@ impl<const C: usize> Integrator for LightTracing<C> {
     }
 }
 
-impl SensorPlane {
-    fn new(grid: &Grid, first: usize) -> Self {
-        let near = 0.5 * grid.cell_size_m[0].max(grid.cell_size_m[1]);
-        Self {
-            x: (0..grid.len()).map(|sensor| grid.x_m[sensor % grid.cells[0]]).collect(),
-            y: (0..grid.len()).map(|sensor| grid.y_m[sensor / grid.cells[0]]).collect(),
-            corner: DVec2::new(grid.x_m[0], grid.y_m[0]) - 0.5 * DVec2::from(grid.cell_size_m),
-            cells: grid.cells,
-            height: grid.height_m,
-            cell: grid.cell_size_m,
-            average: grid.estimate == EstimateKind::CellAverage,
-            near_squared: near * near,
-            first,
-            stride: grid.len().div_ceil(CONNECTIONS),
-        }
-    }
-
-    fn len(&self) -> usize {
-        self.x.len()
-    }
-
-    /// The cell that holds a point of the plane.
-    fn cell_at(&self, point: DVec2) -> Option<usize> {
-        let position = (point - self.corner) / DVec2::from(self.cell);
-        let axis = |k: usize| (position[k] >= 0.0).then_some(position[k] as usize).filter(|n| *n < self.cells[k]);
-        let (i, j) = (axis(0)?, axis(1)?);
-        Some(j * self.cells[0] + i)
-    }
-}
-
 /// Illuminance of all sensors in lux, from some photons.
 struct Tally<'a, const C: usize> {
     method: &'a LightTracing<C>,
@@ -355,103 +302,12 @@ impl<const C: usize> Tally<'_, C> {
     }
 }
 
-/// A Lambertian vertex seen from the sensors of one plane below it.
-struct Connection {
-    vertex: DVec3,
-    normal: DVec3,
-    depth: f64,
-    /// Intensity along the normal in cd.
-    per_sr: f64,
-    near_squared: f64,
-}
-
-impl Connection {
-    /// Adds the illuminance of all sensors at (`x`, `y`).
-    fn add_to(&self, vectors: pulp::Arch, lux: &mut [f64], x: &[f64], y: &[f64]) {
-        vectors.dispatch(
-            #[inline(always)]
-            || {
-                for ((sum, x), y) in lux.iter_mut().zip(x).zip(y) {
-                    *sum += self.illuminance(*x, *y);
-                }
-            },
-        );
-    }
-
-    /// Illuminance at a horizontal sensor: I cos(theta) cos(theta') / d^2; branchless, for the inner loop.
-    #[inline(always)]
-    fn illuminance(&self, x: f64, y: f64) -> f64 {
-        let (dx, dy) = (x - self.vertex.x, y - self.vertex.y);
-        let distance_squared = dx * dx + dy * dy + self.depth * self.depth;
-        let out = (self.normal.x * dx + self.normal.y * dy - self.normal.z * self.depth).max(0.0);
-        let factor = if distance_squared < self.near_squared { 0.0 } else { self.per_sr * self.depth };
-        factor * out / (distance_squared * distance_squared)
-    }
-
-    /// The same of light in a lobe: I cos(theta') / d^2.
-    fn lobe_illuminance<const C: usize>(&self, lobe: &Lobe<'_, C>, x: f64, y: f64) -> f64 {
-        let way = DVec3::new(x - self.vertex.x, y - self.vertex.y, -self.depth);
-        let distance_squared = way.length_squared();
-        if distance_squared < self.near_squared {
-            return 0.0;
-        }
-        let distance = distance_squared.sqrt();
-        lobe.intensity(way / distance).luminance() * self.depth / (distance_squared * distance)
-    }
-}
-
-/// Why another method serves point sensors of a scene better, if one does.
-pub fn noisy_points(scene: &TraceableScene) -> Option<&'static str> {
-    let narrow = scene.interreflection && scene.specular().any(|specular| specular.roughness < NARROW_ROUGHNESS);
-    narrow.then_some("connections of point sensors to glossy surfaces of roughness below 0.2 are rare and bright")
-}
-
-/// Why the standard error of point sensors would not tell the truth, if so: near a reflecting surface connections are rare
-/// and bright, the square of the distance over the area per photon being small. Meshes are not looked at.
-pub fn dishonest_points(scene: &TraceableScene, grids: &[Grid]) -> Option<&'static str> {
-    let near = NEAR_SURFACE * scene.size.min_element();
-    let close = |point: DVec3| {
-        let to_walls = point.truncate().min(scene.size.truncate() - point.truncate()).min_element();
-        let outside = || scene.boxes.iter().filter(|object| !object.contains(point));
-        to_walls.min(scene.size.z - point.z) < near || outside().any(|object| object.distance_beside(point) < near)
-    };
-    let points = grids.iter().filter(|grid| grid.estimate == EstimateKind::Point).flat_map(|grid| {
-        (0..grid.len()).map(|k| DVec3::new(grid.x_m[k % grid.cells[0]], grid.y_m[k / grid.cells[0]], grid.height_m))
-    });
-    let found = scene.interreflection && points.into_iter().any(close);
-    found.then_some(
-        "connections to point sensors nearer to a wall, the ceiling or a box than 1 % of the room's shortest edge are rare \
-         and bright",
-    )
-}
-
-/// Why this method cannot compute point sensors of a scene, if it cannot: no vertex of a mirror can be connected; in a tube
-/// that is not straight or has a dielectric dome, light that passes the closure unscattered is followed backward into the
-/// sky only.
-pub fn refuses_points(scene: &TraceableScene) -> Option<&'static str> {
-    let bent_and_clear = scene.tubes.iter().any(|tube| {
-        !matches!(tube.guide, Guide::Straight(_)) && tube.diffuser.specular_zone(tube.opening_radius).is_some()
-    });
-    if scene.interreflection && scene.specular().any(|specular| specular.lobe.is_none()) {
-        Some("point sensors cannot find light that a mirror reflects")
-    } else if !bent_and_clear {
-        None
-    } else if scene.sun.is_some() {
-        Some("point sensors cannot find the sun's beam through a clear closure of a bent, domed or meshed tube")
-    } else if scene.guide_return {
-        Some(
-            "point sensors cannot find light that a bent, domed or meshed tube with a clear closure sends back into the room",
-        )
-    } else {
-        None
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::integrator::photon::path::Lobe;
     use crate::optics::FiniteBsdf;
-    use crate::scene::{Channels, Daylight, Room, Scene};
+    use crate::scene::{Channels, Daylight, EstimateKind, Room, Scene};
     use crate::sky::zenith::ZenithFormula;
 
     /// BRDF 1 / pi by way of a lobe.

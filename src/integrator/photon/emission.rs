@@ -6,7 +6,7 @@ use glam::DVec3;
 
 use crate::guide::{Guide, StraightGuide, dome::Pipe, transmittance::zastrow_wittwer_transmission};
 use crate::optics::Spectrum;
-use crate::sampling::{Key, PathRandom, Replicate, warp};
+use crate::sampling::{Key, PathRandom, PathSamples, warp};
 use crate::sky::sampler::SkySampler;
 use crate::sky::sun::HALF_ANGLE;
 use crate::sky::{Sky, Sun};
@@ -65,48 +65,6 @@ pub struct EmittedPhoton {
     /// Number of this photon among the `of` photons of its source.
     pub index: u64,
     pub of: u64,
-}
-
-/// The numbers of one path: Sobol points for its first dimensions, then counter-based random numbers.
-#[derive(Clone, Debug)]
-pub struct PathSamples {
-    replicate: Replicate,
-    index: u16,
-    /// Next pair of Sobol coordinates.
-    pair: u32,
-    /// Of which there are so many.
-    pairs: u32,
-    buffer: [f64; 4],
-    pub random: PathRandom,
-}
-
-/// Pairs of Sobol coordinates per path: direction and entry point, then two directions after scattering.
-pub const SOBOL_PAIRS: u32 = 4;
-
-impl PathSamples {
-    pub fn new(stream: Key, index: u64) -> Self {
-        Self::with_pairs(stream, index, SOBOL_PAIRS)
-    }
-
-    /// `pairs` <= 128 of Sobol coordinates before counter-based random numbers.
-    pub fn with_pairs(stream: Key, index: u64, pairs: u32) -> Self {
-        let (replicate, number) = Replicate::of(stream, index);
-        let random = PathRandom::new(stream.child(1 << 40).child(index));
-        Self { replicate, index: number, pair: 0, pairs, buffer: [0.0; 4], random }
-    }
-
-    #[inline]
-    pub fn pair(&mut self) -> [f64; 2] {
-        if self.pair >= self.pairs {
-            return self.random.uniform2();
-        }
-        if self.pair.is_multiple_of(2) {
-            self.buffer = self.replicate.point(self.index, self.pair / 2);
-        }
-        let half = 2 * (self.pair % 2) as usize;
-        self.pair += 1;
-        [self.buffer[half], self.buffer[half + 1]]
-    }
 }
 
 impl Emission {

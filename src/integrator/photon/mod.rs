@@ -2,4 +2,5 @@
 
 pub mod chunks;
 pub mod emission;
+pub mod ledger;
 pub mod path;

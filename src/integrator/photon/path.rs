@@ -3,9 +3,11 @@
 
 use glam::DVec3;
 
-use super::emission::{EmittedPhoton, PathSamples, Start};
+use super::emission::{EmittedPhoton, Start};
+use super::ledger::{Account, Ledger};
 use crate::guide::{End, Transit};
 use crate::optics::{Closure, FiniteBsdf, Spectrum};
+use crate::sampling::PathSamples;
 use crate::sampling::warp;
 use crate::traceable::{NO_SURFACE, Place, RoomHit, SpecularOptics, SurfaceId, TraceableScene};
 
@@ -84,83 +86,6 @@ pub trait Visitor<const C: usize> {
     fn flew(&mut self, flight: &Flight<C>);
     /// Light arrives at a room surface, before its reflectance is applied.
     fn arrived(&mut self, surface: SurfaceId, position: DVec3, flux: Spectrum<C>, origin: Origin);
-}
-
-/// Where the emitted flux went, in lm; an estimate holds the sum over its passes.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Ledger {
-    /// Reaches the collectors from outside.
-    pub emitted: f64,
-    /// Leaves the luminaires.
-    pub luminaires: f64,
-    /// Reflected or absorbed by collectors on the way in, or through a dome and out again on its far side.
-    pub collector: f64,
-    /// Absorbed by mirrors, on the way down or up.
-    pub guide: f64,
-    /// Leaves through the upper end of a guide, or is sent up into one from which nothing returns.
-    pub guide_top: f64,
-    /// Absorbed by diffusers.
-    pub diffuser: f64,
-    /// Absorbed by the surfaces of the room, its objects and luminaires.
-    pub room: f64,
-    /// Leaves through open surfaces of the room.
-    pub open_surfaces: f64,
-    /// What paths carried that were ended for their length, and the differences, zero in the mean, that roulette leaves
-    /// where it chooses between two branches.
-    pub cut: f64,
-}
-
-impl Ledger {
-    pub fn add(&mut self, other: &Self) {
-        let mut other = *other;
-        self.values_mut().into_iter().zip(other.values_mut()).for_each(|(sum, value)| *sum += *value);
-    }
-
-    /// Every entry, the two sources first.
-    pub fn values_mut(&mut self) -> [&mut f64; 9] {
-        let Self { emitted, luminaires, collector, guide, guide_top, diffuser, room, open_surfaces, cut } = self;
-        [emitted, luminaires, collector, guide, guide_top, diffuser, room, open_surfaces, cut]
-    }
-
-    /// What came in less everything booked, relative to what came in: the rounding error of the books; 0 without light.
-    pub fn relative_closure_error(&self) -> f64 {
-        let mut copy = *self;
-        let booked: f64 = copy.values_mut()[2..].iter().map(|value| **value).sum();
-        let sources = self.emitted + self.luminaires;
-        if sources == 0.0 { 0.0 } else { (sources - booked) / sources }
-    }
-}
-
-/// Flux of one tube in lm.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct TubeFlux {
-    pub at_collector: f64,
-    pub at_diffuser: f64,
-    pub into_room: f64,
-}
-
-/// What a set of photons adds up to beside the visitor's own tallies.
-#[derive(Clone, Debug, Default)]
-pub struct Account {
-    pub ledger: Ledger,
-    pub tubes: Vec<TubeFlux>,
-    pub rays: u64,
-}
-
-impl Account {
-    pub fn new(tubes: usize) -> Self {
-        Self { tubes: vec![TubeFlux::default(); tubes], ..Self::default() }
-    }
-
-    pub fn add(&mut self, other: &Self) {
-        self.ledger.add(&other.ledger);
-        for (sum, tube) in self.tubes.iter_mut().zip(&other.tubes) {
-            sum.at_collector += tube.at_collector;
-            sum.at_diffuser += tube.at_diffuser;
-            sum.into_room += tube.into_room;
-        }
-        self.rays += other.rays;
-    }
 }
 
 /// Where light is after it has met a closure.

@@ -28,8 +28,6 @@ use std::borrow::Cow;
 
 use glam::DVec3;
 
-use crate::integrator::{GridPass, Pass, ViewPass};
-
 /// Share of the shortest edge of the room that is the default first radius.
 pub const DEFAULT_RADIUS_SHARE: f64 = 0.05;
 
@@ -171,14 +169,6 @@ impl Radii {
 /// `count` photons in a kernel of which `area` is left of `full`, scaled to the full disc.
 pub fn scaled_count(count: u64, full: f64, area: f64) -> f64 {
     count as f64 * full / area.max(LEAST_COUNTED_SHARE * full)
-}
-
-/// A pass of grids and views, and what their points leave for the next: nothing where passes are independent.
-pub fn carrying(grids: Vec<(GridPass, Vec<PointStatistics>)>, views: Vec<(ViewPass, Vec<PointStatistics>)>) -> Pass {
-    let (grids, of_grids): (Vec<_>, Vec<_>) = grids.into_iter().unzip();
-    let (views, of_views): (Vec<_>, Vec<_>) = views.into_iter().unzip();
-    let kept = |points: Vec<Vec<PointStatistics>>| points.into_iter().filter(|points| !points.is_empty()).collect();
-    Pass { grids, views, carried: Carried { grids: kept(of_grids), views: kept(of_views) }, ..Pass::default() }
 }
 
 #[cfg(test)]

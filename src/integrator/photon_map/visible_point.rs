@@ -14,10 +14,11 @@ use super::maps::{Gathered, Mapper, Maps};
 use super::near_light::share_of;
 use crate::guide::{End, Transit};
 use crate::integrator::ViewPass;
+use crate::integrator::backward::room_entry::enter_room;
 use crate::optics::{Closure, Spectrum};
 use crate::sampling::{Key, PathRandom};
 use crate::scene::View;
-use crate::traceable::{NO_SURFACE, Place, RoomHit, SurfaceId, TraceableScene};
+use crate::traceable::{NO_SURFACE, Place, RoomHit, SurfaceId};
 
 /// Ways of one eye ray up into tubes.
 const MAX_EYE_TRANSITS: u32 = 64;
@@ -27,33 +28,6 @@ const SURE_REFLECTIONS: u32 = 8;
 
 /// Specular reflections of one eye ray; roulette lets a share of at most albedo^10000 come so far, 5e-5 for albedo 0.999.
 const MAX_REFLECTIONS: u32 = 10_000;
-
-/// Where an eye ray is inside the room: at once, or behind an open surface; `None` when something opaque closes the room
-/// where it would enter.
-pub fn enter_room(scene: &TraceableScene, eye: DVec3, direction: DVec3) -> Option<DVec3> {
-    let size = scene.size;
-    if eye.cmpge(DVec3::ZERO).all() && eye.cmple(size).all() {
-        return Some(eye);
-    }
-    let (mut enter, mut leave, mut face) = (f64::NEG_INFINITY, f64::INFINITY, 0);
-    for axis in 0..3 {
-        if direction[axis] == 0.0 {
-            if eye[axis] < 0.0 || eye[axis] > size[axis] {
-                return None;
-            }
-            continue;
-        }
-        let (a, b) = (-eye[axis] / direction[axis], (size[axis] - eye[axis]) / direction[axis]);
-        if a.min(b) > enter {
-            enter = a.min(b);
-            face = 2 * axis + usize::from(direction[axis] < 0.0);
-        }
-        leave = leave.min(a.max(b));
-    }
-    let through = enter > 0.0 && enter < leave && scene.surfaces[face].is_none();
-    let entry = through.then(|| (eye + direction * enter).clamp(DVec3::ZERO, size));
-    entry.filter(|entry| *entry == eye || !hidden_by_luminaire(scene, eye, direction, *entry))
-}
 
 /// What `of` gives for every pixel of a view, of its number and its column and row; `None` when cancelled.
 pub fn pixels<T: Send>(view: &View, cancel: &AtomicBool, of: impl Fn(usize, [usize; 2]) -> T + Sync) -> Option<Vec<T>> {
@@ -211,11 +185,4 @@ pub fn luminance<const C: usize>(
         }
     }
     seen
-}
-
-/// Whether the dark side of a luminaire closes an open surface at the point where an eye ray enters.
-fn hidden_by_luminaire(scene: &TraceableScene, eye: DVec3, direction: DVec3, entry: DVec3) -> bool {
-    let distance = (entry - eye).length();
-    let at_entry = |t: f64| (t - distance).abs() <= scene.coinciding();
-    scene.luminaires.iter().any(|luminaire| luminaire.intersect(eye, direction).is_some_and(at_entry))
 }

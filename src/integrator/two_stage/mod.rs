@@ -1,6 +1,6 @@
 //! Two stages: the path is cut at Lambertian diffusers. Unbiased; one pass is one replicate.
 //!
-//! In each pass photons first find what leaves the diffusers (`diffuser_light`). Then paths go backward from the sensors and
+//! In each pass photons first find what leaves the diffusers (`photons`). Then paths go backward from the sensors and
 //! the eye (`backward::walk`), and every vertex counts that light in closed form, or nearly so. A sensor that sees all
 //! diffusers is connected to every photon; the eye is connected to them too. The two stages are independent, and what the
 //! second finds is linear in what the first gives, so that their product is unbiased.
@@ -8,7 +8,8 @@
 //! Light that the room sends up through a diffuser and that comes back down is part of what the second stage finds; the
 //! fluxes of the tubes are those of the first.
 
-mod diffuser_light;
+mod cells;
+mod photons;
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -25,7 +26,7 @@ use crate::optics::{Closure, Diffuser, Spectrum};
 use crate::sampling::Key;
 use crate::scene::{EstimateKind, Grid, View};
 use crate::traceable::{NO_SURFACE, TraceableScene, TraceableTube};
-use diffuser_light::{CountedElsewhere, DiffuserLight};
+use photons::{CountedElsewhere, DiffuserLight};
 
 /// Settings of the method.
 #[derive(Clone, Debug, PartialEq)]

@@ -1,0 +1,39 @@
+//! Where rays of an eye enter the room.
+
+use glam::DVec3;
+
+use crate::traceable::TraceableScene;
+
+/// Where an eye ray is inside the room: at once, or behind an open surface; `None` when something opaque closes the room
+/// where it would enter.
+pub fn enter_room(scene: &TraceableScene, eye: DVec3, direction: DVec3) -> Option<DVec3> {
+    let size = scene.size;
+    if eye.cmpge(DVec3::ZERO).all() && eye.cmple(size).all() {
+        return Some(eye);
+    }
+    let (mut enter, mut leave, mut face) = (f64::NEG_INFINITY, f64::INFINITY, 0);
+    for axis in 0..3 {
+        if direction[axis] == 0.0 {
+            if eye[axis] < 0.0 || eye[axis] > size[axis] {
+                return None;
+            }
+            continue;
+        }
+        let (a, b) = (-eye[axis] / direction[axis], (size[axis] - eye[axis]) / direction[axis]);
+        if a.min(b) > enter {
+            enter = a.min(b);
+            face = 2 * axis + usize::from(direction[axis] < 0.0);
+        }
+        leave = leave.min(a.max(b));
+    }
+    let through = enter > 0.0 && enter < leave && scene.surfaces[face].is_none();
+    let entry = through.then(|| (eye + direction * enter).clamp(DVec3::ZERO, size));
+    entry.filter(|entry| *entry == eye || !hidden_by_luminaire(scene, eye, direction, *entry))
+}
+
+/// Whether the dark side of a luminaire closes an open surface at the point where an eye ray enters.
+fn hidden_by_luminaire(scene: &TraceableScene, eye: DVec3, direction: DVec3, entry: DVec3) -> bool {
+    let distance = (entry - eye).length();
+    let at_entry = |t: f64| (t - distance).abs() <= scene.coinciding();
+    scene.luminaires.iter().any(|luminaire| luminaire.intersect(eye, direction).is_some_and(at_entry))
+}

@@ -1,0 +1,70 @@
+//! One pass of one method, and what it gives.
+
+use std::sync::atomic::AtomicBool;
+
+use super::photon::ledger::Account;
+use super::photon_map::progressive::{Carried, PointStatistics};
+
+/// One pass of one method.
+pub trait Integrator: Send + Sync {
+    /// Computes pass `pass` (0, 1, ...) on the current rayon pool, with statistics per point as if none had been before;
+    /// `None` when `cancel` was raised meanwhile.
+    fn pass(&self, pass: u64, cancel: &AtomicBool) -> Option<Pass>;
+
+    /// What there is before the first pass, in the shape of one: what it starts from, and zeros where points tell their
+    /// sampling error; the rest is empty.
+    fn start(&self) -> Pass {
+        Pass::default()
+    }
+
+    /// Computes pass `pass` after those that left `before`, nothing before the first.
+    fn pass_after(&self, pass: u64, _before: &Carried, cancel: &AtomicBool) -> Option<Pass> {
+        self.pass(pass, cancel)
+    }
+}
+
+/// What one pass gives: a replicate of every output.
+#[derive(Clone, Debug, Default)]
+pub struct Pass {
+    pub grids: Vec<GridPass>,
+    pub views: Vec<ViewPass>,
+    pub account: Account,
+    pub photons: u64,
+    /// For the next pass; empty where passes are independent.
+    pub carried: Carried,
+}
+
+impl Pass {
+    /// A pass of grids and views, and what their points leave for the next: nothing where passes are independent.
+    pub fn carrying(
+        grids: Vec<(GridPass, Vec<PointStatistics>)>,
+        views: Vec<(ViewPass, Vec<PointStatistics>)>,
+    ) -> Self {
+        let (grids, of_grids): (Vec<_>, Vec<_>) = grids.into_iter().unzip();
+        let (views, of_views): (Vec<_>, Vec<_>) = views.into_iter().unzip();
+        let kept = |points: Vec<Vec<PointStatistics>>| points.into_iter().filter(|points| !points.is_empty()).collect();
+        Self { grids, views, carried: Carried { grids: kept(of_grids), views: kept(of_views) }, ..Self::default() }
+    }
+}
+
+/// Illuminance in lux per sensor.
+#[derive(Clone, Debug, Default)]
+pub struct GridPass {
+    pub illuminance: Vec<f64>,
+    /// Estimated bias per sensor; empty when the method has none.
+    pub bias: Vec<f64>,
+    /// Where points are the same in every pass: contrasts among those of each sensor, equally many for each, whose squares
+    /// add up to the variance of their choice; else empty.
+    pub contrasts: Vec<f64>,
+}
+
+/// Luminance in cd/m2 per pixel, top row first.
+#[derive(Clone, Debug, Default)]
+pub struct ViewPass {
+    /// Channels interleaved.
+    pub luminance: Vec<f64>,
+    /// Estimated bias of the luminance Y per pixel; empty when the method has none.
+    pub bias: Vec<f64>,
+    /// As [`GridPass::contrasts`], of the luminance Y of pixels.
+    pub contrasts: Vec<f64>,
+}
