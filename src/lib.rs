@@ -2,7 +2,7 @@
 //!
 //! A job document comes in, becomes a **scene**, the scene calls for **effects** (the plan), the plan picks an
 //! **integrator**, the integrator runs **passes**, passes add up to **estimates** with errors, estimates become **files
-//! and events**. Nothing goes back up: `tests/architecture.rs` fails when an import climbs.
+//! and events**. Nothing goes back up: `tests/house/architecture.rs` fails when an import climbs.
 //!
 //! ```text
 //! http ─┐                                                             ┌─> db (jobs, chunks, events)

@@ -1,6 +1,6 @@
 //! What memory a job takes at its peak, before it has run.
 //!
-//! Upper bounds rather than best guesses: a job that is let in must fit. `tests/memory.rs` renders jobs of every method and
+//! Upper bounds rather than best guesses: a job that is let in must fit. `tests/service/memory.rs` renders jobs of every method and
 //! compares the peak of the process with what stands here.
 
 use super::{Methods, Plan};

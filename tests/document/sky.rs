@@ -1,0 +1,101 @@
+//! Skies of job documents: presets, levels, and what results say of them.
+
+use crate::schema::parse;
+use serde_json::{Value, json};
+use skyduct::document::{DocumentErrors, MeshSource, to_scene};
+use skyduct::scene::Daylight;
+
+struct NoMeshes;
+
+impl MeshSource for NoMeshes {
+    fn load(&self, id: &str) -> Result<std::sync::Arc<skyduct::geometry::TriangleMesh>, String> {
+        Err(format!("no mesh has the id {id:?}"))
+    }
+}
+
+/// Daylight and its provenance under a sky, the sun at an altitude of 30 degrees unless `sky` says otherwise.
+fn under(sky: Value) -> Result<(Daylight, Value), DocumentErrors> {
+    let mut sky = sky;
+    if sky.get("sun_position").is_none() {
+        sky["sun_position"] = json!({ "altitude_deg": 30, "azimuth_deg": 180 });
+    }
+    let document = json!({
+        "sky": sky,
+        "room": { "size_m": [3, 3, 3] },
+        "tubes": [{
+            "centre_m": [1.5, 1.5], "diameter_m": 0.25, "reflectance": 0.98, "segments": [{ "length_m": 1 }],
+            "collector": { "kind": "open" }, "diffuser": { "kind": "open" }
+        }],
+        "grids": [{ "name": "floor", "height_m": 0, "cells": [1, 1] }]
+    });
+    let document = parse(&document)?;
+    let (scene, _, provenance) = to_scene(&document, &NoMeshes)?;
+    Ok((scene.daylight.unwrap(), serde_json::to_value(provenance).unwrap()))
+}
+
+#[track_caller]
+fn refused(sky: Value, pointer: &str, part: &str) {
+    let errors = under(sky).unwrap_err().0;
+    assert!(
+        errors.iter().any(|error| error.pointer == pointer && error.detail.contains(part)),
+        "{pointer} {part}: {errors:?}"
+    );
+}
+
+fn close(value: &Value, expected: f64) -> bool {
+    (value.as_f64().unwrap() / expected - 1.0).abs() < 1e-11
+}
+
+/// The formulae of the IES at 30 degrees, where the sine is one half.
+#[test]
+fn presets_have_their_own_level_and_beam() {
+    let (daylight, result) = under(json!({ "preset": "ies_clear" })).unwrap();
+    assert_eq!(result["zenith"]["formula"], "ies_horizontal_illuminance");
+    assert!(close(&result["zenith"]["horizontal_illuminance_lux"], 800.0 + 15_500.0 * 0.5f64.sqrt()));
+    assert!(close(&result["sun"]["normal_illuminance_lux"], 127_500.0 * (-0.42f64).exp()));
+    assert_eq!(result["sun"]["source"], json!({ "kind": "ies", "extinction": 0.21 }));
+    assert!(daylight.sun.is_some());
+
+    let (_, partly) = under(json!({ "preset": "ies_partly_cloudy" })).unwrap();
+    assert!(close(&partly["zenith"]["horizontal_illuminance_lux"], 22_800.0));
+
+    let (overcast, result) = under(json!({ "preset": "ies_overcast" })).unwrap();
+    assert!(overcast.sun.is_none());
+    assert_eq!(result["sun"]["source"], json!({ "kind": "sunless_type" }));
+}
+
+/// A given illuminance sets the level of a preset as of any sky.
+#[test]
+fn a_given_level_wins_over_the_presets() {
+    let sky = json!({ "preset": "ies_overcast", "diffuse_horizontal_illuminance_lux": 5000 });
+    let (_, result) = under(sky).unwrap();
+    assert_eq!(result["zenith"]["formula"], "given_horizontal_illuminance");
+    assert!(close(&result["zenith"]["horizontal_illuminance_lux"], 5000.0));
+}
+
+/// The two published formulae of types 7 to 15 differ (for type 12 at 60 degrees by a factor of 1.41); a
+/// document chooses, and the result names the choice.
+#[test]
+fn both_zenith_formulae_are_available_and_named() {
+    let sun = json!({ "altitude_deg": 60, "azimuth_deg": 180 });
+    let (_, ratio) = under(json!({ "cie_type": 12, "dv_ev": 0.1, "sun_position": sun })).unwrap();
+    let (_, turbidity) = under(json!({ "cie_type": 12, "sun_position": sun })).unwrap();
+    assert_eq!(ratio["zenith"]["formula"], "dv_ev");
+    assert_eq!(ratio["zenith"]["dv_ev"], 0.1);
+    assert_eq!(turbidity["zenith"]["formula"], "luminous_turbidity");
+    assert_eq!(turbidity["zenith"]["luminous_turbidity"], 2.5);
+    let lux = |result: &Value| result["zenith"]["horizontal_illuminance_lux"].as_f64().unwrap();
+    // the table prints two decimals
+    assert!((lux(&turbidity) / lux(&ratio) - 1.41).abs() < 0.005, "{} {}", lux(&turbidity), lux(&ratio));
+}
+
+#[test]
+fn bad_skies_name_their_field() {
+    refused(json!({}), "/sky/cie_type", "required");
+    refused(json!({ "cie_type": 12, "preset": "ies_clear" }), "/sky/preset", "exactly one");
+    refused(json!({ "cie_type": 17 }), "/sky/cie_type", "16");
+    refused(json!({ "preset": "ies_clear", "luminous_turbidity": 3 }), "/sky/luminous_turbidity", "preset");
+    refused(json!({ "preset": "ies_clear", "dv_ev": 0.3 }), "/sky/dv_ev", "preset");
+    refused(json!({ "cie_type": 12, "dv_ev": 0 }), "/sky/dv_ev", "0");
+    refused(json!({ "cie_type": 12, "dv_ev": 0.2, "zenith_luminance_cd_m2": 100 }), "/sky/dv_ev", "at most one");
+}

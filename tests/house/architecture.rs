@@ -1,0 +1,308 @@
+//! The walls between the rooms of `src`: imports run one way (see `docs/architecture.md`).
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// Rooms by how far right they stand: a room may import its own level and what is left of it.
+const LEVELS: &[&[&str]] = &[
+    &["sampling", "statistics"],
+    &["sky", "optics", "geometry"],
+    &["guide"],
+    &["scene"],
+    &["traceable"],
+    &["analytic"],
+    &["plan", "integrator"],
+    &["estimate"],
+    &["output"],
+    &["document"],
+    &["job", "study"],
+    &["report"],
+    &["validation", "thesis"],
+    &["db", "http", "cli"],
+    &["main"],
+];
+
+/// Rooms of one level that must not see each other.
+const APART: &[(&str, &str)] = &[("http", "db"), ("db", "http"), ("http", "cli"), ("db", "cli")];
+
+/// Physics: everything left of `document`.
+const PHYSICS_LEVELS: usize = 9;
+
+/// Names that physics does not know: HTTP, SQL, serde, tokio, files, clocks.
+const NOT_IN_PHYSICS: &[&str] = &[
+    "serde",
+    "serde_json",
+    "utoipa",
+    "tokio",
+    "axum",
+    "hyper",
+    "tower",
+    "sqlx",
+    "reqwest",
+    "object_store",
+    "jiff",
+    "std::fs",
+    "std::net",
+    "std::env",
+];
+
+/// A duration is a number; what asks for the time is a clock.
+const CLOCKS: &[&str] = &["Instant::now", "SystemTime::now"];
+
+const TOKIO_ROOMS: &[&str] = &["http", "db", "cli", "job", "main"];
+
+/// Crates with one user each.
+const SINGLE_USERS: &[(&str, &str)] = &[("obvhs", "geometry/bvh.rs"), ("exr", "output/exr.rs")];
+
+fn level(room: &str) -> Option<usize> {
+    LEVELS.iter().position(|rooms| rooms.contains(&room))
+}
+
+/// Rust code without comments, and with empty strings.
+fn code_only(text: &str) -> String {
+    let mut code = String::with_capacity(text.len());
+    let mut rest = text;
+    while let Some(first) = rest.chars().next() {
+        let skipped = if rest.starts_with("//") {
+            rest.find('\n').unwrap_or(rest.len())
+        } else if rest.starts_with("/*") {
+            rest.find("*/").map_or(rest.len(), |end| end + 2)
+        } else if first == 'r' && !code.ends_with(|c: char| c.is_alphanumeric() || c == '_') {
+            raw_string(rest).unwrap_or(0)
+        } else if first == '"' {
+            string(rest)
+        } else if rest.starts_with("'\"'") || rest.starts_with("'\\\"'") {
+            // a quotation mark as a character begins no string
+            rest[1..].find('\'').map_or(1, |end| end + 2)
+        } else {
+            0
+        };
+        if skipped == 0 {
+            code.push(first);
+            rest = &rest[first.len_utf8()..];
+        } else {
+            code.push(' ');
+            rest = &rest[skipped..];
+        }
+    }
+    code
+}
+
+/// Length of the raw string that `text` begins with.
+fn raw_string(text: &str) -> Option<usize> {
+    let hashes = text[1..].bytes().take_while(|byte| *byte == b'#').count();
+    let open = 1 + hashes;
+    text[open..].starts_with('"').then(|| {
+        let close = format!("\"{}", "#".repeat(hashes));
+        text[open + 1..].find(&close).map_or(text.len(), |end| open + 1 + end + close.len())
+    })
+}
+
+/// Length of the string that `text` begins with.
+fn string(text: &str) -> usize {
+    let mut escaped = false;
+    for (index, byte) in text.bytes().enumerate().skip(1) {
+        match byte {
+            _ if escaped => escaped = false,
+            b'\\' => escaped = true,
+            b'"' => return index + 1,
+            _ => {}
+        }
+    }
+    text.len()
+}
+
+/// The heads of all paths below `prefix` in `code`: the name, or the names in braces, after each `prefix`.
+fn heads(code: &str, prefix: &str) -> Vec<String> {
+    let mut found = Vec::new();
+    for (at, _) in code.match_indices(prefix) {
+        if code[..at].ends_with(|c: char| c.is_alphanumeric() || c == '_' || c == ':') {
+            continue;
+        }
+        let rest = code[at + prefix.len()..].trim_start();
+        let names = match rest.strip_prefix('{') {
+            Some(group) => top_level_names(group),
+            None => vec![name_at(rest)],
+        };
+        found.extend(names.into_iter().filter(|name| !name.is_empty()));
+    }
+    found
+}
+
+fn name_at(text: &str) -> String {
+    text.trim_start().chars().take_while(|c| c.is_alphanumeric() || *c == '_').collect()
+}
+
+/// First names of the comma-separated paths up to the brace that closes the group.
+fn top_level_names(group: &str) -> Vec<String> {
+    let mut depth = 0;
+    let mut names = vec![name_at(group)];
+    for (index, c) in group.char_indices() {
+        match c {
+            '{' => depth += 1,
+            '}' if depth == 0 => break,
+            '}' => depth -= 1,
+            ',' if depth == 0 => names.push(name_at(&group[index + 1..])),
+            _ => {}
+        }
+    }
+    names
+}
+
+/// All names that the `use` statements on `code`'s own crate bring in.
+fn imported_names(code: &str) -> BTreeSet<String> {
+    let statements = code.split("use ").skip(1).filter_map(|rest| rest.split(';').next());
+    let own = statements.filter(|statement| {
+        ["crate::", "super::", "self::"].iter().any(|prefix| statement.trim_start().starts_with(prefix))
+    });
+    own.flat_map(|statement| statement.split(|c: char| !(c.is_alphanumeric() || c == '_'))).map(str::to_owned).collect()
+}
+
+/// True if `code` uses the external crate `name` (and not a module of ours that has the same name).
+fn uses_crate(code: &str, name: &str) -> bool {
+    let prefix = format!("{name}::");
+    let path = code
+        .match_indices(&prefix)
+        .any(|(at, _)| !code[..at].ends_with(|c: char| c.is_alphanumeric() || c == '_') && !code[..at].ends_with(':'));
+    let declared = code.contains(&format!("mod {name};"));
+    code.contains(&format!("use {prefix}")) || (path && !declared && !imported_names(code).contains(name))
+}
+
+/// Violations of the walls in one file; `path` is relative to `src`.
+fn violations(path: &str, text: &str) -> Vec<String> {
+    let room = path.split('/').next().unwrap_or(path).trim_end_matches(".rs");
+    if room == "lib" {
+        return Vec::new();
+    }
+    let Some(own_level) = level(room) else {
+        return vec![format!("{path}: no level for the room {room}")];
+    };
+    let code = code_only(text);
+    let mut found = Vec::new();
+    let mut imported = heads(&code, "crate::");
+    imported.extend(heads(&code, "skyduct::"));
+    // `super` leads out of a room only where it climbs to the crate
+    let depth = path.trim_end_matches("/mod.rs").split('/').count();
+    imported.extend(heads(&code, &"super::".repeat(depth)));
+    for other in imported.iter().filter(|other| *other != room) {
+        match level(other) {
+            Some(level) if level > own_level => found.push(format!("{path}: {room} imports {other}, which climbs")),
+            Some(_) if APART.contains(&(room, other.as_str())) => {
+                found.push(format!("{path}: {room} must not see {other}"));
+            }
+            _ => {}
+        }
+    }
+    if own_level < PHYSICS_LEVELS {
+        // tests may read reference files
+        let physics = code.split("#[cfg(test)]\nmod tests").next().unwrap_or(&code);
+        let known = NOT_IN_PHYSICS.iter().filter(|name| uses_crate(physics, name));
+        found.extend(known.map(|name| format!("{path}: physics knows no {name}")));
+        let clocks = CLOCKS.iter().filter(|clock| physics.contains(*clock));
+        found.extend(clocks.map(|clock| format!("{path}: physics knows no clock, but calls {clock}")));
+    }
+    if uses_crate(&code, "tokio") && !TOKIO_ROOMS.contains(&room) {
+        found.push(format!("{path}: no tokio in {room}"));
+    }
+    for (name, user) in SINGLE_USERS {
+        if path != *user && uses_crate(&code, name) {
+            found.push(format!("{path}: {name} is for {user} alone"));
+        }
+    }
+    found
+}
+
+fn source_files(folder: &Path, files: &mut Vec<PathBuf>) {
+    for entry in fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        if path.is_dir() {
+            source_files(&path, files);
+        } else if path.extension().is_some_and(|extension| extension == "rs") {
+            files.push(path);
+        }
+    }
+}
+
+#[test]
+fn imports_run_one_way() {
+    let src = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+    let mut files = Vec::new();
+    source_files(&src, &mut files);
+    assert!(files.len() > 30, "the source was not found: {} files", files.len());
+    let found: Vec<String> = files
+        .iter()
+        .flat_map(|file| {
+            let path = file.strip_prefix(&src).unwrap().to_str().unwrap().replace('\\', "/");
+            violations(&path, &fs::read_to_string(file).unwrap())
+        })
+        .collect();
+    assert!(found.is_empty(), "{}", found.join("\n"));
+}
+
+#[test]
+fn climbing_imports_are_seen() {
+    let bad = [
+        ("sky/cie.rs", "use crate::document::Warning;"),
+        ("sky/mod.rs", "use crate::{geometry::obj, job::run::{Chunk, merge}};"),
+        ("sky/cie.rs", "fn f() -> crate::http::State { todo!() }"),
+        ("sky/cie.rs", "use super::super::estimate::Estimate;"),
+        ("scene/mod.rs", "use super::plan::Plan;"),
+        ("http/jobs.rs", "use crate::db::Store;"),
+        ("db/jobs.rs", "use crate::{http};"),
+        ("guide/mesh.rs", "let x = \"//\"; use crate::plan::Plan;"),
+        ("guide/mesh.rs", "let x = '\"'; use crate::plan::Plan; let y = '\"';"),
+        ("output/csv.rs", "#[derive(serde::Serialize)] struct S;"),
+        ("estimate/mod.rs", "let now = std::time::Instant::now();"),
+        ("integrator/mod.rs", "use serde::{Serialize};"),
+        ("document/parse.rs", "tokio::spawn(f)"),
+        ("guide/mesh.rs", "use obvhs::bvh2::Bvh2;"),
+        ("document/mesh.rs", "obvhs::Bvh2::new(path)"),
+        ("job/results.rs", "use exr::prelude::*;"),
+        ("nowhere/mod.rs", ""),
+    ];
+    for (path, text) in bad {
+        assert_eq!(violations(path, text).len(), 1, "{path}: {text}: {:?}", violations(path, text));
+    }
+}
+
+#[test]
+fn falling_imports_are_not() {
+    let good = [
+        ("sky/cie.rs", "use crate::sampling::warp; use super::zenith; use crate::sky::Sky;"),
+        ("http/jobs.rs", "use crate::job::run::Prepared; use tokio::sync::Mutex;"),
+        ("guide/mesh.rs", "// use crate::document::X;\n/* crate::http::Y */ let s = \"crate::db::Z\";"),
+        ("guide/mesh.rs", "let s = r#\"use crate::db::\"Z\"; \"#; let r = 1;"),
+        ("job/results.rs", "use crate::output::{csv, exr}; fn f() { exr::encode() }"),
+        ("output/mod.rs", "pub mod exr; fn f() { exr::encode() }"),
+        ("geometry/bvh.rs", "use obvhs::bvh2::Bvh2;"),
+        ("cli/serve.rs", "use crate::{db, http};"),
+        ("main.rs", "use skyduct::cli::Arguments;"),
+        ("estimate/mod.rs", "fn f() {}\n#[cfg(test)]\nmod tests { use std::fs; }"),
+    ];
+    for (path, text) in good {
+        assert_eq!(violations(path, text), Vec::<String>::new(), "{path}: {text}");
+    }
+}
+
+/// A page that lists tests is worth something only as long as they are there.
+#[test]
+fn tests_that_the_page_on_reliability_names_exist() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let page = fs::read_to_string(root.join("docs/reliability.md")).unwrap();
+    let named: Vec<(&str, &str)> =
+        page.split('`').skip(1).step_by(2).filter_map(|code| code.split_once("::")).collect();
+    assert!(named.len() > 30, "{named:?}");
+    let mut files = Vec::new();
+    // a test of a module stands beside its code
+    source_files(&root.join("src"), &mut files);
+    source_files(&root.join("tests"), &mut files);
+    for (file, test) in named {
+        let text: String = files
+            .iter()
+            .filter(|path| path.with_extension("").ends_with(file) || path.ends_with(format!("{file}/mod.rs")))
+            .map(|path| fs::read_to_string(path).unwrap())
+            .collect();
+        assert!(text.contains(&format!("fn {test}(")), "docs/reliability.md names {file}::{test}, which is not there");
+    }
+}

@@ -1,0 +1,210 @@
+//! The deterministic solver against closed forms and independent references.
+
+use crate::scenes;
+use std::f64::consts::PI;
+use std::sync::atomic::AtomicBool;
+
+use crate::reference::{json, number, rows};
+use crate::scenes::{RADIUS, SIDE, cube, daylight, kernel, lambertian, straight};
+use glam::{DVec2, DVec3};
+use skyduct::analytic::holigilm::Holigilm;
+use skyduct::analytic::holigilm::aperture::illuminance_above;
+use skyduct::analytic::{Solution, Solver};
+use skyduct::geometry::disc::disc_irradiance;
+use skyduct::guide::{Guide, StraightGuide};
+use skyduct::integrator::deterministic::installation;
+use skyduct::optics::{Diffuser, DiffuserZone};
+use skyduct::sampling::Key;
+use skyduct::scene::{EstimateKind, Grid, Scene, Segment, TubeShape};
+use skyduct::sky::Sun;
+use skyduct::sky::zenith::{default_formula, zenith_luminance_cd_m2};
+use skyduct::statistics::Moments;
+
+fn solve(scene: &Scene, target: f64) -> Solution {
+    let method = Holigilm::new(installation(&kernel(scene), &scene.grids), target, 0);
+    method.solve(&AtomicBool::new(false)).unwrap()
+}
+
+/// A grid of one point on the floor.
+fn point(x: f64, y: f64, size: f64) -> Grid {
+    let mut grid = Grid::new("point".into(), 0.0, [1, 1], 0.0, [size, size], EstimateKind::Point);
+    (grid.x_m[0], grid.y_m[0]) = (x, y);
+    grid
+}
+
+/// Under a black ceiling the clear aperture's floor illuminance, every row: sky types 1, 5 and 12 with the sun 35 degrees
+/// high in the south, to the row's error and the own estimate.
+#[test]
+fn clear_aperture() {
+    let table = rows("clear_aperture_floor.csv");
+    let size = 4.0;
+    for cie_type in [1u8, 5, 12] {
+        for reflectance in [0.98, 1.0] {
+            let mut day = daylight(cie_type, 1.0, 35.0, 180.0);
+            if let Some(sky) = &mut day.sky {
+                let formula = default_formula(sky.distribution.sky_type(), None);
+                sky.zenith_luminance_cd_m2 = zenith_luminance_cd_m2(&sky.distribution, formula, 35f64.to_radians());
+            }
+            let rows: Vec<_> = table
+                .iter()
+                .filter(|row| number(&row[0]) == f64::from(cie_type) && number(&row[4]) == reflectance)
+                .collect();
+            assert!(rows.len() >= 8);
+            let mut tube = straight(1.0, reflectance, Diffuser::Open);
+            tube.centre = DVec2::splat(0.5 * size);
+            let mut scene = cube(0.0, 0.0, 0.0, vec![tube], day, EstimateKind::Point);
+            scene.room.size = DVec3::new(size, size, SIDE);
+            scene.grids = rows
+                .iter()
+                .map(|row| point(0.5 * size + number(&row[2]), 0.5 * size + number(&row[3]), size))
+                .collect();
+            let solution = solve(&scene, 2e-5);
+            let mut worst = 0f64;
+            for (row, grid) in rows.iter().zip(&solution.grids) {
+                let (truth, stated) = (number(&row[5]), number(&row[6]));
+                let (value, error) = (grid.illuminance[0], grid.error[0]);
+                // four of the own standard errors; the table's error is a bound
+                let tolerance = stated + 4.0 * error + 0.5e-8;
+                assert!((value - truth).abs() <= tolerance, "{row:?}: {value} +- {error}");
+                assert!(error < 1e-4 * value, "{row:?}: own error {error}");
+                worst = worst.max((value - truth).abs() / tolerance);
+            }
+            println!("type {cie_type} R {reflectance}: worst {worst:.2} of the tolerance");
+        }
+    }
+}
+
+/// Without loss the aperture under a uniform sky is a Lambertian disc of the sky's luminance: E = pi L F to rounding.
+#[test]
+fn roof_opening() {
+    for (x, y) in [(0.5 * SIDE, 0.5 * SIDE), (0.1, 0.3), (1.9, 1.0)] {
+        let tube = straight(1.7, 1.0, Diffuser::Open);
+        let mut scene = cube(0.0, 0.0, 0.0, vec![tube], daylight(5, 3000.0, 35.0, 0.0), EstimateKind::Point);
+        scene.grids = vec![point(x, y, SIDE)];
+        let offset = (DVec2::new(x, y) - DVec2::splat(0.5 * SIDE)).length();
+        let exact = PI * 3000.0 * disc_irradiance(RADIUS, SIDE, offset).vertical;
+        let value = solve(&scene, 1e-3).grids[0].illuminance[0];
+        assert!((value / exact - 1.0).abs() < 1e-10, "{value} {exact}");
+    }
+}
+
+/// The illuminance over the lower end under a uniform sky, every key, to its error and four of the own standard errors.
+#[test]
+fn profile_under_a_uniform_sky() {
+    let table = json("diffuser_profile_uniform_sky.json");
+    let guide = Guide::Straight(StraightGuide {
+        radius: RADIUS,
+        length: 1.0,
+        reflectance: [0.98; 3].into(),
+        collector_transmittance: [1.0; 3],
+    });
+    let sky = daylight(5, 1.0, 35.0, 0.0).sky.unwrap();
+    let keys = table["E_over_L_at_rho_over_r"].as_object().unwrap();
+    assert_eq!(keys.len(), 6);
+    for (key, truth) in keys {
+        let point = DVec2::new(number(key) * RADIUS, 0.0);
+        let mut moments = Moments::default();
+        for replicate in 0..16 {
+            moments.push(illuminance_above(&guide, &sky, point, Key::new(replicate), 1 << 14));
+        }
+        let (truth, stated) = (truth.as_f64().unwrap(), table["err"][key].as_f64().unwrap());
+        let error = moments.standard_error();
+        println!("{key}: {} +- {error:.1e}, {truth} +- {stated:.1e}", moments.mean);
+        assert!((moments.mean - truth).abs() <= stated + 4.0 * error, "{key}: {}", moments.mean);
+        assert!(error < 1e-4 * truth);
+    }
+}
+
+/// A dim and a bright sun, mixed closures, two tubes, a bend, a reflecting sheet: agreement with light tracing, sensor by
+/// sensor, within 4.5 combined standard errors; and the light is booked to 0.2 %.
+#[test]
+fn agrees_with_light_tracing() {
+    let mixed = |inner| Diffuser::Mixed {
+        lambertian_radius_m: 0.07,
+        inner,
+        lambertian_transmittance: [0.6; 3],
+        lambertian_reflectance: [0.2; 3],
+        clear_transmittance: [0.9; 3],
+    };
+    let sun = |scene: &mut Scene, lux: f64| {
+        let direction = scene.daylight.as_ref().unwrap().sky.as_ref().unwrap().distribution.sun();
+        scene.daylight.as_mut().unwrap().sun = Some(Sun { direction, normal_illuminance_lux: lux });
+    };
+    let bend = |scene: &mut Scene| {
+        if let TubeShape::Cylinders(tube) = &mut scene.tubes[0].shape {
+            tube.segments.push(Segment { length_m: 0.5, tilt: 0.8, azimuth: 1.0 });
+        }
+    };
+    let day = daylight(12, 4000.0, 50.0, 200.0);
+    let room = |tubes, estimate| {
+        let mut scene = cube(0.3, 0.5, 0.7, tubes, day.clone(), estimate);
+        scene.grids = vec![Grid::new("plane".into(), 0.8, [4, 3], 0.1, [SIDE, SIDE], estimate)];
+        scene
+    };
+    let (points, averages) = (EstimateKind::Point, EstimateKind::CellAverage);
+    let mut two = straight(0.4, 0.95, mixed(DiffuserZone::Clear));
+    two.centre = DVec2::new(0.4, 1.4);
+    let mut scenes = [
+        room(vec![straight(0.8, 0.97, mixed(DiffuserZone::Lambertian)), two.clone()], points),
+        room(vec![straight(0.8, 0.97, mixed(DiffuserZone::Lambertian)), two], averages),
+        room(vec![straight(0.6, 0.98, lambertian(0.6, 0.3))], points),
+        room(vec![straight(0.6, 0.98, lambertian(0.6, 0.3))], averages),
+        room(vec![straight(0.3, 0.98, lambertian(0.6, 0.3))], points),
+    ];
+    sun(&mut scenes[0], 5_000.0);
+    sun(&mut scenes[1], 5_000.0);
+    bend(&mut scenes[2]);
+    bend(&mut scenes[3]);
+    sun(&mut scenes[3], 40_000.0);
+    sun(&mut scenes[4], 80_000.0);
+    for (number, scene) in scenes.iter().enumerate() {
+        let solution = solve(scene, 2e-3);
+        let method = scenes::light_tracing(scene, 1 << 14, 5);
+        let traced = scenes::run(scene, &method, 64);
+        let (mut worst, mut squares) = (0f64, 0.0);
+        for sensor in 0..scene.grids[0].len() {
+            let (value, own) = (solution.grids[0].illuminance[sensor], solution.grids[0].error[sensor]);
+            let (other, error) = (traced.grids[0].illuminance_lux(sensor), traced.grids[0].standard_error_lux(sensor));
+            let z = (value - other) / own.hypot(error);
+            worst = worst.max(z.abs());
+            squares += z * z;
+            assert!(z.abs() < 4.5, "scene {number}, sensor {sensor}: {value} +- {own}, {other} +- {error}");
+            assert!(own < 0.02 * value);
+        }
+        println!("scene {number}: worst z {worst:.2}, rms {:.2}", (squares / 12.0f64).sqrt());
+        let balance = solution.balance;
+        let gone = balance.collector
+            + balance.guide
+            + balance.guide_top
+            + balance.diffuser
+            + balance.room
+            + balance.open_surfaces;
+        assert!((gone / balance.emitted - 1.0).abs() < 2e-3, "scene {number}: {balance:?}");
+        for (flux, traced) in solution.tubes.iter().zip(&traced.tubes) {
+            let z = (flux.into_room.value - traced.into_room.mean)
+                / flux.into_room.error.unwrap().hypot(traced.into_room.standard_error());
+            assert!(z.abs() < 4.5, "scene {number}: {flux:?} {traced:?}");
+        }
+    }
+}
+
+/// The same scene and seed give the same bits on one thread and on several.
+#[test]
+fn same_bits_on_any_number_of_threads() {
+    let tube = straight(0.6, 0.97, Diffuser::Clear { transmittance: [0.9; 3] });
+    let scene = cube(0.2, 0.5, 0.7, vec![tube], daylight(12, 5000.0, 35.0, 225.0), EstimateKind::Point);
+    let on = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| solve(&scene, 0.01)).grids[0].illuminance.clone()
+    };
+    assert_eq!(on(1), on(3));
+}
+
+/// A raised flag ends the computation without a result.
+#[test]
+fn a_cancelled_computation_gives_nothing() {
+    let tube = straight(0.6, 0.97, lambertian(0.6, 0.0));
+    let scene = cube(0.2, 0.5, 0.7, vec![tube], daylight(12, 5000.0, 35.0, 225.0), EstimateKind::Point);
+    let method = Holigilm::new(installation(&kernel(&scene), &scene.grids), 0.01, 0);
+    assert!(method.solve(&AtomicBool::new(true)).is_none());
+}

@@ -1,0 +1,208 @@
+//! Jobs of the deterministic methods: their results, their errors, and what they refuse.
+
+use crate::documents;
+use crate::reference;
+use std::f64::consts::PI;
+
+use crate::documents::{Folder, Quiet};
+use crate::scenes::assert_grid;
+use serde_json::{Value, json};
+use skyduct::document::JobDocument;
+use skyduct::estimate::Estimate;
+use skyduct::guide::transmittance::sky_exitance;
+use skyduct::job::run::{Prepared, StoppedBy, merge, prepare_document};
+use skyduct::sky::zenith::{default_formula, zenith_luminance_cd_m2};
+use skyduct::sky::{CieType, Sky, SkyDistribution, direction};
+
+/// A change to a document.
+type Edit = Box<dyn Fn(&mut Value)>;
+
+fn prepared(document: &Value) -> Prepared {
+    let document = JobDocument::parse(document.to_string().as_bytes()).unwrap();
+    prepare_document(&document, &Folder).unwrap()
+}
+
+/// The one error that refuses a document.
+fn refusal(document: &Value) -> (String, String) {
+    let document = JobDocument::parse(document.to_string().as_bytes());
+    let errors = match document.and_then(|document| prepare_document(&document, &Folder)) {
+        Ok(_) => panic!("not refused"),
+        Err(errors) => errors.0,
+    };
+    assert_eq!(errors.len(), 1, "{errors:?}");
+    (errors[0].pointer.clone(), errors[0].detail.clone())
+}
+
+/// Renders the only chunk, which ends the job.
+fn solve(prepared: &Prepared) -> Estimate {
+    let mut merged = prepared.empty_estimate();
+    let chunk = prepared.render_chunk(0, &merged, 0.0, &Quiet).unwrap();
+    assert_eq!(chunk.ended, None);
+    merge(&mut merged, &chunk.estimate);
+    assert_eq!(prepared.stop_after(0, &merged), Some(StoppedBy::Exact));
+    assert_eq!((merged.passes, prepared.chunk(1)), (1, None));
+    merged
+}
+
+/// A document of `examples`, or of the reference scenes.
+fn example(name: &str) -> Value {
+    let file = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("examples").join(name);
+    match std::fs::read(file) {
+        Ok(bytes) => serde_json::from_slice(&bytes).unwrap(),
+        Err(_) => reference::json(&format!("scenes/{name}")),
+    }
+}
+
+/// HOLIGILM's published case: mean 29.80 lx and maximum 40.2 lx, which means 515 to 524 lm of direct light.
+#[test]
+fn thesis_case() {
+    let prepared = prepared(&example("holigilm_thesis.json"));
+    let merged = solve(&prepared);
+    let flux = merged.tubes[0].into_room.mean;
+    assert!((flux - 519.0).abs() < 5.0, "{flux} lm");
+    let maximum = (0..81).map(|sensor| merged.grids[0].illuminance_lux(sensor)).fold(0.0, f64::max);
+    let mean = merged.grids[1].mean.mean;
+    println!("{flux} lm: mean {mean} lx, maximum {maximum} lx");
+    // 1 %: the spread of the two published numbers around one flux
+    assert!((mean / 29.80 - 1.0).abs() < 0.01, "{mean}");
+    assert!((maximum / 40.2 - 1.0).abs() < 0.01, "{maximum}");
+    // the disc's closed form per lumen; its profile changes 2e-4
+    assert!((mean / flux * 1000.0 / 57.8644 - 1.0).abs() < 5e-4);
+    assert!((maximum / flux * 1000.0 / 76.7909 - 1.0).abs() < 5e-4);
+    let accuracy = prepared.accuracy(&merged).grids.unwrap();
+    assert!(accuracy > 0.0 && accuracy < 1e-3, "{accuracy}");
+}
+
+/// The peer scenes with the room's interreflection, against an independent light tracer: points and cell averages, a
+/// straight tube under a sky, the sun through a clear closure, two bends (its reference has facets: 0.3 %).
+#[test]
+fn reference_scenes() {
+    let cases = [
+        ("S1", "S1.exact.point", 0.0, "point"),
+        ("S1", "S1.exact.cell_average", 0.0, "cell_average"),
+        ("S2", "S2.exact.point", 0.0, "point"),
+        ("S2", "S2.exact.cell_average", 0.0, "cell_average"),
+        ("S3", "S3.mesh.point", 0.003, "point"),
+        ("S3", "S3.mesh.cell_average", 0.003, "cell_average"),
+    ];
+    for (scene, truth, systematic, estimate) in cases {
+        let truth = reference::json(&format!("scenes/{truth}.reference.json"));
+        let values = |key: &str| {
+            let rows = truth[key].as_array().unwrap().iter().flat_map(|row| row.as_array().unwrap());
+            rows.map(|value| value.as_f64().unwrap()).collect::<Vec<_>>()
+        };
+        let prepared = documents::prepare(scene, |document| {
+            document["grids"][0]["estimate"] = estimate.into();
+            document["method"] = "holigilm".into();
+        });
+        let merged = solve(&prepared);
+        let what = format!("{scene} {estimate}");
+        assert_grid(&merged, &values("illuminance_lux"), &values("standard_error_lux"), 4.5, systematic, &what);
+        assert!(prepared.accuracy(&merged).grids.unwrap() < 0.0098, "{what}");
+        assert!(merged.ledger.relative_closure_error().abs() < 2e-3, "{what}: {:?}", merged.ledger);
+    }
+}
+
+/// E = c Phi cos^4 / V^2 by hand; without an error; with the excess of flux in a warning.
+#[test]
+fn jenkins_by_hand() {
+    let document = example("jenkins.json");
+    let prepared = prepared(&document);
+    let merged = solve(&prepared);
+    let distribution = SkyDistribution::new(CieType::new(1).unwrap(), direction(35f64.to_radians(), PI));
+    let formula = default_formula(distribution.sky_type(), None);
+    let zenith_luminance_cd_m2 = zenith_luminance_cd_m2(&distribution, formula, 35f64.to_radians());
+    let sky = Sky { distribution, zenith_luminance_cd_m2 };
+    let external = sky.horizontal_illuminance_lux();
+    let pipe = (sky_exitance(&sky, 1.0, 0.95) / external).powf(1.2 / 0.33);
+    let flux = 0.92 * 0.6 * pipe * external * PI * 0.165 * 0.165 * 0.8;
+    let below = 0.494 * flux / (2.15 * 2.15);
+    let grid = &merged.grids[0];
+    assert!((grid.illuminance_lux(40) / below - 1.0).abs() < 1e-12, "{} {below}", grid.illuminance_lux(40));
+    // cos^2 = V^2 / d^2 in the corner cell, 16/9 m away along both axes
+    let cosine_squared = 2.15 * 2.15 / (2.15 * 2.15 + 2.0 * (16.0f64 / 9.0).powi(2));
+    assert!((grid.illuminance_lux(0) / (below * cosine_squared * cosine_squared) - 1.0).abs() < 1e-12);
+    assert!((merged.tubes[0].into_room.mean / flux - 1.0).abs() < 1e-12);
+    assert!(grid.standard_error_lux(0).is_infinite());
+    assert_eq!(prepared.accuracy(&merged).grids, None);
+    let warning = prepared.warnings.iter().find(|warning| warning.code == "jenkins_flux_excess").unwrap();
+    assert!(warning.detail.contains("1.552"), "{}", warning.detail);
+    // a given transmission and coefficient replace the defaults
+    let mut other = document.clone();
+    other["method"] =
+        json!({ "kind": "jenkins", "bend_factor": 1, "pipe_transmittance": 0.9, "coefficient": 1.0 / PI });
+    let merged = solve(&self::prepared(&other));
+    let given = 0.92 * 0.6 * 0.9f64.powf(1.2 / 0.33) * external * 0.165 * 0.165 / (2.15 * 2.15);
+    assert!((merged.grids[0].illuminance_lux(40) / given - 1.0).abs() < 1e-12);
+}
+
+/// Over a plane that is wide enough the formula gives coefficient times pi the flux put in: 1.552 times for 0.494.
+#[test]
+fn jenkins_returns_more_than_it_gets() {
+    let mut document = example("jenkins.json");
+    let side = 3000.0f64;
+    document["room"]["size_m"] = json!([side, side, 3]);
+    document["tubes"][0]["centre_m"] = json!([0.5 * side, 0.5 * side]);
+    document["grids"][0] = json!({ "name": "plane", "height_m": 0, "cells": [3, 3], "estimate": "cell_average" });
+    let merged = solve(&prepared(&document));
+    let flux: f64 = (0..9).map(|cell| merged.grids[0].illuminance_lux(cell) * (side / 3.0).powi(2)).sum();
+    let share = flux / merged.tubes[0].into_room.mean;
+    // what lies beyond the plane: at most V^2 / (half side)^2 of it
+    assert!((share / (0.494 * PI) - 1.0).abs() < 1e-5, "{share}");
+    assert!((0.494 * PI - 1.552f64).abs() < 5e-4);
+}
+
+#[test]
+fn what_cannot_be_done_is_refused() {
+    let with = |name: &str, edit: &dyn Fn(&mut Value)| {
+        let mut document = example(name);
+        edit(&mut document);
+        refusal(&document)
+    };
+    let view = json!({ "name": "v", "eye_m": [1, 1, 1], "look_at_m": [1.5, 1, 1], "size_px": [8, 8] });
+    let object = json!({ "kind": "box", "size_m": [0.1, 0.1, 0.1], "position_m": [0.5, 0.5, 0],
+                         "surface": { "reflectance": 0.5 } });
+    let cases: Vec<(&str, Edit, &str)> = vec![
+        ("holigilm_thesis.json", Box::new(move |d| d["views"] = json!([view])), "grids only"),
+        ("holigilm_thesis.json", Box::new(|d| d["tubes"][0]["reflectance"] = json!([0.9, 0.8, 0.7])), "colours"),
+        ("holigilm_thesis.json", Box::new(move |d| d["room"]["objects"] = json!([object])), "objects"),
+        (
+            "S3_mesh.json",
+            Box::new(|d| {
+                d["method"] = json!("holigilm");
+                d["views"] = json!([]);
+            }),
+            "meshes",
+        ),
+        ("jenkins.json", Box::new(|d| d["method"] = json!("jenkins")), "bend_factor"),
+        ("jenkins.json", Box::new(|d| d["effects"] = json!({ "interreflection": "off" })), "switched off"),
+        (
+            "jenkins.json",
+            Box::new(|d| {
+                d["method"] = json!("holigilm");
+                d["tubes"][0]["diffuser"] = json!({ "kind": "clear", "transmittance": 0.9 });
+            }),
+            "guide_return",
+        ),
+        (
+            "jenkins.json",
+            Box::new(|d| {
+                d["method"] = json!("holigilm");
+                d["sky"]["direct_normal_illuminance_lux"] = json!(1000);
+                d["tubes"][0]["diffuser"] = json!({ "kind": "open" });
+            }),
+            "cell_average",
+        ),
+    ];
+    for (name, edit, reason) in cases {
+        let (pointer, detail) = with(name, &*edit);
+        assert!(pointer == "/method" && detail.contains(reason), "{reason}: {pointer}: {detail}");
+    }
+    let bad = [("coefficient", json!(0)), ("pipe_transmittance", json!(1.5)), ("bend_factor", json!(-0.1))];
+    for (field, value) in bad {
+        let (pointer, _) = with("jenkins.json", &|d| d["method"][field] = value.clone());
+        assert_eq!(pointer, format!("/method/{field}"));
+    }
+    let (pointer, _) = with("holigilm_thesis.json", &|d| d["method"] = json!({ "kind": "holigilm", "alpha": 0.5 }));
+    assert!(pointer.starts_with("/method"), "{pointer}");
+}

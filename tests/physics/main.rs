@@ -1,0 +1,33 @@
+//! Light: every estimator against closed forms, tables, references and the other methods.
+
+mod documents;
+mod reference;
+mod scenes;
+#[path = "../shared/schema.rs"]
+mod schema;
+
+mod agreement;
+mod analytic_holigilm;
+mod analytic_jobs;
+mod analytic_radiosity;
+mod bidirectional;
+mod cornell_box;
+mod determinism;
+mod dome;
+mod electric_light;
+mod invariance;
+mod many_tubes;
+mod measured;
+mod mesh_objects;
+mod meshes;
+mod mirrors;
+mod path_tracing;
+mod photon_mapping;
+mod progressive;
+mod results;
+mod rooms;
+mod scenes_reference;
+mod surfaces;
+mod tables;
+mod thesis;
+mod two_stage;

@@ -1,0 +1,70 @@
+//! The files of a job: each by its name, reports on tubes by their content.
+
+use crate::documents::{Quiet, prepare};
+use serde_json::{Value, json};
+use skyduct::estimate::Estimate;
+use skyduct::job::run::{Prepared, merge};
+
+/// Two equal tubes, a longer one, a grid and a small view.
+fn three_tubes() -> Prepared {
+    prepare("S1", |document| {
+        let tube = |x: f64, length_m: f64| {
+            let mut tube = document["tubes"][0].clone();
+            tube["centre_m"][0] = json!(x);
+            tube["segments"][0]["length_m"] = json!(length_m);
+            tube
+        };
+        document["tubes"] = json!([tube(0.4, 1.0), tube(1.0, 1.0), tube(1.6, 2.0)]);
+        document["views"] = json!([{ "name": "room", "eye_m": [1.9, 0.1, 0.3], "look_at_m": [0.9, 1.2, 1.3],
+                                     "up": [0, 0, 1], "vertical_fov_deg": 90, "size_px": [16, 8] }]);
+        document["method"] = json!({ "kind": "sppm", "photons_per_pass": 2000 });
+    })
+}
+
+fn first_chunk(prepared: &Prepared) -> Estimate {
+    let mut merged = prepared.empty_estimate();
+    let chunk = prepared.render_chunk(0, &merged, 0.0, &Quiet).unwrap();
+    merge(&mut merged, &chunk.estimate);
+    merged
+}
+
+#[test]
+fn a_file_that_is_asked_for_by_name_is_the_one_among_all() {
+    let prepared = three_tubes();
+    let merged = first_chunk(&prepared);
+    let all = prepared.result_files(&merged).unwrap();
+    let names: Vec<_> = all.iter().map(|file| file.name.clone()).collect();
+    assert_eq!(names, prepared.result_names());
+    assert_eq!(names.len(), 3 + 3 + 6);
+    for file in &all {
+        let alone = prepared.result_file(&file.name, &merged).unwrap().unwrap();
+        assert!(!alone.bytes.is_empty() && alone.bytes == file.bytes, "{}", file.name);
+        assert_eq!(alone.media_type, file.media_type);
+    }
+    for name in ["grids/none.json", "views/room.gif", "tubes/3.json", "tubes/-1.json", "tubes/00.json", "", "room"] {
+        assert!(prepared.result_file(name, &merged).unwrap().is_none(), "{name}");
+    }
+}
+
+/// But for its number and the fluxes, which are the job's.
+#[test]
+fn equal_tubes_have_equal_reports_and_others_do_not() {
+    let prepared = three_tubes();
+    let merged = first_chunk(&prepared);
+    let reports = [0, 1, 2].map(|tube| {
+        let file = prepared.result_file(&format!("tubes/{tube}.json"), &merged).unwrap().unwrap();
+        let mut report: Value = serde_json::from_slice(&file.bytes).unwrap();
+        assert_eq!(report["tube"], tube);
+        report["tube"] = Value::Null;
+        assert!(report["flux"].take()["into_room"]["flux_lm"].as_f64().unwrap() > 0.0);
+        report
+    });
+    assert_eq!(reports[0], reports[1]);
+    for part in ["beam", "uniform_sky", "sky"] {
+        assert_ne!(reports[0][part], reports[2][part], "{part}");
+    }
+    let other_sky = prepare("S1", |document| document["sky"]["cie_type"] = json!(5));
+    let file = other_sky.result_file("tubes/0.json", &first_chunk(&other_sky)).unwrap().unwrap();
+    let report: Value = serde_json::from_slice(&file.bytes).unwrap();
+    assert_ne!(report["sky"], reports[0]["sky"]);
+}

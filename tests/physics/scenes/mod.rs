@@ -1,0 +1,199 @@
+//! Scenes and runs that several tests share.
+
+use std::f64::consts::{FRAC_PI_2, PI};
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+use glam::{DVec2, DVec3};
+use skyduct::estimate::{Estimate, FilmEstimate};
+use skyduct::integrator::Integrator;
+use skyduct::integrator::light_tracing::{self, LightTracing};
+use skyduct::integrator::sppm::{self, Sppm};
+use skyduct::optics::{Collector, Diffuser, MeasuredDiffuser, Specular, Surface};
+use skyduct::plan::{self, EffectRequests, Effects};
+use skyduct::scene::{
+    BoxObject, Channels, Daylight, EstimateKind, Face, Grid, Luminaire, Room, Scene, Segment, StraightOrBent, Tube,
+    TubeShape,
+};
+use skyduct::sky::zenith::ZenithFormula;
+use skyduct::sky::{CieType, Sky, SkyDistribution, Sun, direction};
+use skyduct::traceable::TraceableScene;
+
+pub const SIDE: f64 = 2.032;
+pub const RADIUS: f64 = 0.127;
+
+/// A CIE sky of given zenith luminance, the sun (without a beam) at an altitude and azimuth in degrees.
+pub fn daylight(cie_type: u8, zenith_luminance_cd_m2: f64, altitude_deg: f64, azimuth_deg: f64) -> Daylight {
+    let sun = direction(altitude_deg.to_radians(), azimuth_deg.to_radians());
+    let distribution = SkyDistribution::new(CieType::new(cie_type).unwrap(), sun);
+    let sky = Some(Sky { distribution, zenith_luminance_cd_m2 });
+    Daylight { sky, sun: None, formula: ZenithFormula::GivenZenithLuminance }
+}
+
+/// A vertical straight tube.
+pub fn straight(length_m: f64, reflectance: f64, diffuser: Diffuser) -> Tube {
+    let segments = vec![Segment { length_m, tilt: 0.0, azimuth: 0.0 }];
+    Tube {
+        centre: DVec2::splat(0.5 * SIDE),
+        opening_radius: RADIUS,
+        shape: TubeShape::Cylinders(StraightOrBent {
+            reflectance: [reflectance; 3].into(),
+            segments,
+            collector: Collector::Open,
+        }),
+        diffuser,
+    }
+}
+
+pub fn lambertian(transmittance: f64, reflectance: f64) -> Diffuser {
+    Diffuser::Lambertian { transmittance: [transmittance; 3], reflectance: [reflectance; 3] }
+}
+
+/// The 2.032 m cube with a 9 x 9 grid on the floor.
+pub fn cube(
+    floor: f64,
+    walls: f64,
+    ceiling: f64,
+    tubes: Vec<Tube>,
+    daylight: Daylight,
+    estimate: EstimateKind,
+) -> Scene {
+    let surface = |reflectance| Some(Surface::diffuse([reflectance; 3]));
+    let surfaces = [surface(walls), surface(walls), surface(walls), surface(walls), surface(floor), surface(ceiling)];
+    Scene {
+        daylight: Some(daylight),
+        room: Room {
+            size: DVec3::splat(SIDE),
+            surfaces,
+            boxes: Vec::new(),
+            meshes: Vec::new(),
+            luminaires: Vec::new(),
+        },
+        tubes,
+        grids: vec![Grid::new("floor".into(), 0.0, [9, 9], 0.0, [SIDE, SIDE], estimate)],
+        views: Vec::new(),
+        channels: Channels::Photopic,
+    }
+}
+
+/// The cube under a uniform Lambertian disc of 1000 lm: a uniform sky over an aperture of no length.
+pub fn disc_room(floor: f64, walls: f64, ceiling: f64, disc: f64, estimate: EstimateKind) -> Scene {
+    let transmittance = 0.1;
+    let horizontal_lux = 1000.0 / (transmittance * PI * RADIUS * RADIUS);
+    let tube = straight(1e-9, 1.0, lambertian(transmittance, disc));
+    cube(floor, walls, ceiling, vec![tube], daylight(5, horizontal_lux / PI, 35.0, 0.0), estimate)
+}
+
+pub fn kernel(scene: &Scene) -> Arc<TraceableScene> {
+    Arc::new(plan::compile(scene, &Effects::of(scene, &EffectRequests::new())).unwrap())
+}
+
+pub fn light_tracing(scene: &Scene, photons_per_pass: u64, seed: u64) -> LightTracing<1> {
+    LightTracing::new(kernel(scene), &scene.grids, &light_tracing::Settings { photons_per_pass }, seed)
+}
+
+pub fn sppm(scene: &Scene, settings: &sppm::Settings, seed: u64) -> Sppm<1> {
+    Sppm::new(kernel(scene), &scene.grids, &scene.views, settings, seed)
+}
+
+/// Adds up passes 0..`passes` of one method.
+pub fn run(scene: &Scene, method: &dyn Integrator, passes: u64) -> Estimate {
+    let mut estimate = Estimate::empty(scene);
+    for pass in 0..passes {
+        let pass = method.pass_after(pass, &estimate.carried, &AtomicBool::new(false)).unwrap();
+        estimate.push(Some(&pass), Some(&pass));
+    }
+    assert_eq!(estimate.first_not_finite(), None);
+    estimate
+}
+
+/// Fails unless every sensor agrees with its reference within `sigmas` combined standard errors plus `systematic` times
+/// the reference; prints the worst.
+#[track_caller]
+pub fn assert_grid(estimate: &Estimate, truth: &[f64], truth_error: &[f64], sigmas: f64, systematic: f64, what: &str) {
+    let grid = &estimate.grids[0];
+    assert_eq!(grid.sensors.len(), truth.len());
+    let z = |sensor: usize| {
+        let error = grid.standard_error_lux(sensor).hypot(truth_error[sensor]);
+        let excess = ((grid.illuminance_lux(sensor) - truth[sensor]).abs() - systematic * truth[sensor]).max(0.0);
+        // where no light is, nothing is random
+        if excess == 0.0 { 0.0 } else { excess / error }
+    };
+    let worst = (0..truth.len()).max_by(|a, b| z(*a).total_cmp(&z(*b))).unwrap();
+    let rms = ((0..truth.len()).map(|s| z(s).powi(2)).sum::<f64>() / truth.len() as f64).sqrt();
+    println!("{what}: worst z {:.2} at sensor {worst}, rms z {rms:.2}", z(worst));
+    assert!(
+        z(worst) < sigmas,
+        "{what}: sensor {worst}: {} +- {} is not {} +- {}",
+        grid.illuminance_lux(worst),
+        grid.standard_error_lux(worst),
+        truth[worst],
+        truth_error[worst]
+    );
+}
+
+pub fn values(estimate: &Estimate) -> (Vec<f64>, Vec<f64>) {
+    let grid = &estimate.grids[0];
+    (0..grid.sensors.len()).map(|sensor| (grid.illuminance_lux(sensor), grid.standard_error_lux(sensor))).unzip()
+}
+
+pub fn bent(diffuser: Diffuser) -> Tube {
+    let segment = |tilt: f64| Segment { length_m: 0.4, tilt, azimuth: 1.0 };
+    Tube {
+        shape: TubeShape::Cylinders(StraightOrBent {
+            reflectance: [0.9; 3].into(),
+            segments: vec![segment(0.0), segment(0.8), segment(0.0)],
+            collector: Collector::Dome { transmittance: [0.9; 3] },
+        }),
+        ..straight(1.0, 0.9, diffuser)
+    }
+}
+
+pub fn peaked() -> Diffuser {
+    let angles = [0.0, 0.4, 0.9, FRAC_PI_2];
+    let btdf = [vec![0.9, 0.3, 0.1, 0.0], vec![0.6, 0.4, 0.1, 0.0], vec![0.2, 0.2, 0.2, 0.1], vec![0.05; 4]];
+    let brdf = vec![vec![0.06; 4]; 4];
+    Diffuser::Measured(Arc::new(MeasuredDiffuser::new(&angles, &angles, &btdf, Some(&brdf)).unwrap()))
+}
+
+pub fn with_sun(scene: &mut Scene, lux: f64, altitude_deg: f64) {
+    let sun = Sun { direction: direction(altitude_deg.to_radians(), 2.0), normal_illuminance_lux: lux };
+    scene.daylight.as_mut().unwrap().sun = Some(sun);
+}
+
+/// Sky and sun through two tubes whose closures scatter, a box, a glossy wall, a luminaire that hangs in the room: cell
+/// averages on a plane that cuts the box.
+pub fn furnished(tubes: [Tube; 2], estimate: EstimateKind) -> Scene {
+    let [a, b] = tubes;
+    let tubes = vec![Tube { centre: DVec2::new(0.6, 0.7), ..a }, Tube { centre: DVec2::new(1.5, 1.3), ..b }];
+    let mut scene = cube(0.3, 0.5, 0.7, tubes, daylight(12, 5000.0, 40.0, 120.0), estimate);
+    let glossy = Specular { reflectance: [0.5; 3], roughness: 0.4 };
+    scene.room.surfaces[Face::East as usize] = Some(Surface { reflectance: [0.2; 3], specular: Some(glossy) });
+    scene.room.boxes.push(BoxObject {
+        size: DVec3::new(0.4, 0.5, 0.9),
+        base: DVec3::new(1.2, 0.6, 0.0),
+        rotation: 0.3,
+        surface: Surface::diffuse([0.6; 3]),
+    });
+    scene.room.luminaires.push(Luminaire {
+        corner: DVec3::new(0.3, 1.4, 1.6),
+        edge_u: DVec3::new(0.0, 0.3, 0.0),
+        edge_v: DVec3::new(0.2, 0.0, 0.05),
+        luminance: [2000.0; 3],
+    });
+    scene.grids = vec![Grid::new("grid".into(), 0.5, [4, 4], 0.1, [SIDE, SIDE], estimate)];
+    scene
+}
+
+#[track_caller]
+pub fn assert_films(found: &FilmEstimate, truth: &FilmEstimate, what: &str) {
+    let mut squares = 0.0;
+    for block in 0..truth.blocks.len() {
+        let [(a, a_error), (b, b_error)] =
+            [found, truth].map(|film| (film.blocks[block].mean, film.block_standard_error_cd_m2(block)));
+        let z = (a - b).abs() / a_error.hypot(b_error).max(1e-300);
+        squares += z * z;
+        assert!(z < 5.0, "{what}: block {block}: {a} +- {a_error} is not {b} +- {b_error}");
+    }
+    println!("{what}: rms z {:.2} over {} blocks", (squares / truth.blocks.len() as f64).sqrt(), truth.blocks.len());
+}

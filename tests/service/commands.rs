@@ -1,0 +1,147 @@
+//! `render` and `submit`: the same files, the same table, and what `submit` says while the service is away.
+
+use std::io::{BufRead, BufReader, Read};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+
+use crate::common::small_job;
+use serde_json::json;
+
+/// Killed when dropped, so that a failed test leaves nothing behind.
+struct Server {
+    child: Child,
+    url: String,
+}
+
+impl Server {
+    fn start(data: &Path, listen: &str) -> Self {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_skyduct"));
+        command.args(["serve", "--listen", listen, "--data"]).arg(data);
+        let mut child = command.stdout(Stdio::piped()).stderr(Stdio::null()).spawn().unwrap();
+        let mut line = String::new();
+        BufReader::new(child.stdout.take().unwrap()).read_line(&mut line).unwrap();
+        let url = line.trim().strip_prefix("listening on ").expect("the address").to_owned();
+        Self { child, url }
+    }
+
+    fn kill(&mut self) {
+        self.child.kill().unwrap();
+        self.child.wait().unwrap();
+    }
+}
+
+impl Drop for Server {
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+/// All files below `folder`, by their names relative to `root`, sorted.
+fn files(root: &Path, folder: &Path) -> Vec<PathBuf> {
+    let entries = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
+    let mut found: Vec<_> = entries
+        .flat_map(|path| if path.is_dir() { files(root, &path) } else { vec![path.strip_prefix(root).unwrap().into()] })
+        .collect();
+    found.sort();
+    found
+}
+
+/// Runs a command that succeeds; answers its standard output.
+fn run(command: &mut Command) -> String {
+    let output = command.output().unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    String::from_utf8(output.stdout).unwrap()
+}
+
+/// But for times: those of passes, and the job's own.
+#[test]
+fn render_and_submit_write_the_same_files_and_print_the_same_table() {
+    let folder = tempfile::tempdir().unwrap();
+    let (rendered, submitted) = (folder.path().join("rendered"), folder.path().join("submitted"));
+    let job = folder.path().join("job.json");
+    let mut document = small_job();
+    // a factor of daylight, too
+    document["sky"]["cie_type"] = json!(16);
+    std::fs::write(&job, document.to_string()).unwrap();
+    let skyduct = || Command::new(env!("CARGO_BIN_EXE_skyduct"));
+    let table = run(skyduct().arg("render").arg(&job).arg("--out").arg(&rendered));
+    let server = Server::start(&folder.path().join("data"), "127.0.0.1:0");
+    let by_submit = run(skyduct().arg("submit").arg(&job).args(["--server", &server.url, "--out"]).arg(&submitted));
+    assert_eq!(table, by_submit);
+    for piece in ["grid", "workplane", "median", "daylight factor", "tube", " +- "] {
+        assert!(table.contains(piece), "{table}");
+    }
+    let names = files(&rendered, &rendered);
+    assert_eq!(names, files(&submitted, &submitted));
+    let expected = [
+        "convergence.csv",
+        "convergence.svg",
+        "grids/workplane.csv",
+        "grids/workplane.json",
+        "grids/workplane.png",
+        "result.json",
+        "tubes/0.json",
+        "tubes/0.svg",
+        "views/room.exr",
+        "views/room.false_colour.png",
+        "views/room.png",
+    ];
+    assert_eq!(names, expected.map(PathBuf::from));
+    let read = |folder: &Path, name: &Path| std::fs::read(folder.join(name)).unwrap();
+    for name in names.iter().filter(|name| name.parent() != Some(Path::new(""))) {
+        assert!(read(&rendered, name) == read(&submitted, name), "{}", name.display());
+    }
+    let [ours, theirs] = [&rendered, &submitted].map(|folder| {
+        let result = read(folder, Path::new("result.json"));
+        serde_json::from_slice::<serde_json::Value>(&result).unwrap()
+    });
+    for field in
+        ["document", "status", "stopped_by", "plan", "warnings", "accuracy", "grids", "views", "tubes", "energy"]
+    {
+        assert!(ours[field] == theirs[field], "{field}: {} {}", ours[field], theirs[field]);
+    }
+    let lines = |folder: &Path| String::from_utf8(read(folder, Path::new("convergence.csv"))).unwrap();
+    let without_seconds = |text: String| {
+        let cells = |line: &str| {
+            line.split(',')
+                .enumerate()
+                .filter(|(column, _)| *column != 1)
+                .map(|(_, cell)| cell.to_owned())
+                .collect::<Vec<_>>()
+        };
+        text.lines().map(cells).collect::<Vec<_>>()
+    };
+    assert_eq!(without_seconds(lines(&rendered)), without_seconds(lines(&submitted)));
+}
+
+#[test]
+fn submit_says_when_the_connection_is_lost_and_when_it_is_back() {
+    let folder = tempfile::tempdir().unwrap();
+    let data = folder.path().join("data");
+    let job = folder.path().join("job.json");
+    let mut document = small_job();
+    document["method"] = json!({ "kind": "sppm", "photons_per_pass": 20_000 });
+    document["stop"]["max_passes"] = json!(120);
+    std::fs::write(&job, document.to_string()).unwrap();
+    let mut server = Server::start(&data, "127.0.0.1:0");
+    let mut command = Command::new(env!("CARGO_BIN_EXE_skyduct"));
+    command.arg("submit").arg(&job).args(["--server", &server.url, "--out"]).arg(folder.path().join("out"));
+    let mut submit = command.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap();
+    let mut told = BufReader::new(submit.stderr.take().unwrap());
+    let mut lines = String::new();
+    let mut until = |text: &str| {
+        while !lines.contains(text) {
+            assert!(told.read_line(&mut lines).unwrap() > 0, "no {text:?} in {lines}");
+        }
+    };
+    until("pass 8 ");
+    server.kill();
+    until("connection lost, waiting\n");
+    let address = server.url.trim_start_matches("http://").to_owned();
+    let _server = Server::start(&data, &address);
+    until("back at pass ");
+    told.read_to_string(&mut lines).unwrap();
+    assert!(submit.wait().unwrap().success(), "{lines}");
+    assert_eq!(lines.matches("connection lost").count(), 1, "{lines}");
+}

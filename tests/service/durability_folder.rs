@@ -1,0 +1,386 @@
+//! The data folder: whose artifacts are in it, what is swept, what is served of damaged files, whether it can be written to.
+
+use crate::common;
+use std::os::unix::fs::PermissionsExt;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, SystemTime};
+
+use crate::common::{TestService, client, config, endless_job, problem, small_job};
+use reqwest::{Method, StatusCode};
+use skyduct::cli::serve::RunningService;
+use tempfile::TempDir;
+
+const DAY: Duration = Duration::from_secs(24 * 3600);
+
+/// All files below a folder, in order.
+fn files(folder: &Path) -> Vec<PathBuf> {
+    let mut found = Vec::new();
+    for entry in std::fs::read_dir(folder).into_iter().flatten() {
+        let path = entry.unwrap().path();
+        if path.is_dir() {
+            found.extend(files(&path));
+        } else {
+            found.push(path);
+        }
+    }
+    found.sort();
+    found
+}
+
+fn make_older(file: &Path, by: Duration) {
+    let file = std::fs::File::options().write(true).open(file).unwrap();
+    file.set_modified(SystemTime::now() - by).unwrap();
+}
+
+/// A data folder with the results of two jobs, and a copy of its database from between them.
+async fn folder_with_results() -> (TempDir, PathBuf) {
+    let service = TestService::start().await;
+    let first = service.submit(&small_job()).await;
+    service.finished(&first).await;
+    let TestService { running, data, .. } = service;
+    running.stop().await;
+    let backup = data.path().join("backup.db");
+    std::fs::copy(data.path().join("skyduct.db"), &backup).unwrap();
+    let running = RunningService::start(config(data.path())).await.unwrap();
+    let service = TestService { running, http: client(), data };
+    let second = service.submit(&small_job()).await;
+    service.finished(&second).await;
+    let TestService { running, data, .. } = service;
+    running.stop().await;
+    (data, backup)
+}
+
+async fn refused(data: &Path, database: Option<&Path>) -> String {
+    let mut config = config(data);
+    config.database = database.map(|file| format!("sqlite:{}", file.display()));
+    format!("{:#}", RunningService::start(config).await.err().expect("it starts"))
+}
+
+/// Starts and stops, with time for the sweep.
+async fn start_and_stop(data: &Path) {
+    let running = RunningService::start(config(data)).await.unwrap();
+    tokio::time::sleep(Duration::from_millis(300)).await;
+    running.stop().await;
+}
+
+#[tokio::test]
+async fn no_other_database_deletes_an_artifact() {
+    let (data, backup) = folder_with_results().await;
+    let artifacts = data.path().join("artifacts");
+    let before = files(&artifacts);
+    assert!(before.len() > 10);
+    for file in &before {
+        make_older(file, 3 * DAY);
+    }
+    // another one, and an empty one
+    let other = tempfile::tempdir().unwrap();
+    let refusal = refused(data.path(), Some(&other.path().join("new.db"))).await;
+    assert!(refusal.contains("put back the database") || refusal.contains("newest database"), "{refusal}");
+    let service = TestService::start().await;
+    let path = service.submit(&small_job()).await;
+    service.finished(&path).await;
+    let TestService { running, data: third, .. } = service;
+    running.stop().await;
+    let refusal = refused(data.path(), Some(&third.path().join("skyduct.db"))).await;
+    assert!(refusal.contains("belong to another database"), "{refusal}");
+    assert_eq!(files(&artifacts), before);
+
+    let database = data.path().join("skyduct.db");
+    let newest = data.path().join("newest.db");
+    std::fs::rename(&database, &newest).unwrap();
+    std::fs::write(&database, b"").unwrap();
+    refused(data.path(), None).await;
+    assert_eq!(files(&artifacts), before);
+
+    // a backup of the right one: it starts, and keeps what it does not know, this time and later
+    std::fs::copy(&backup, &database).unwrap();
+    // made five days ago, before the second job's files
+    set_written_at(&database, SystemTime::now() - 5 * DAY).await;
+    for file in &before {
+        make_older(file, 2 * DAY);
+    }
+    for _ in 0..3 {
+        start_and_stop(data.path()).await;
+        assert_eq!(files(&artifacts), before);
+    }
+}
+
+/// Makes the database look as if nothing had been written to it since then.
+async fn set_written_at(database: &Path, time: SystemTime) {
+    use sqlx::{ConnectOptions, Connection};
+    let options = sqlx::sqlite::SqliteConnectOptions::new().filename(database);
+    let mut connection = options.connect().await.unwrap();
+    let milliseconds = time.duration_since(SystemTime::UNIX_EPOCH).unwrap().as_millis() as i64;
+    for statement in
+        ["UPDATE store SET written_at = $1", "UPDATE jobs SET created_at = $1, started_at = $1, finished_at = $1"]
+    {
+        sqlx::query(statement).bind(milliseconds).execute(&mut connection).await.unwrap();
+    }
+    connection.close().await.unwrap();
+}
+
+#[tokio::test]
+async fn files_that_nothing_points_to_are_swept_after_a_day() {
+    let (data, _) = folder_with_results().await;
+    let artifacts = data.path().join("artifacts");
+    let before = files(&artifacts);
+    let job = before.iter().find(|file| file.to_string_lossy().contains("/jobs/")).unwrap().parent().unwrap();
+    let [old, young] = ["old-state", "young-state"].map(|name| job.join(name));
+    for file in [&old, &young] {
+        std::fs::write(file, b"x").unwrap();
+    }
+    make_older(&old, 2 * DAY);
+    for file in &before {
+        make_older(file, 2 * DAY);
+    }
+    start_and_stop(data.path()).await;
+    assert!(!old.exists() && young.exists());
+    let mut after = files(&artifacts);
+    after.retain(|file| *file != young);
+    assert_eq!(after, before);
+}
+
+/// What a service from before there were identities left behind.
+#[tokio::test]
+async fn an_older_data_folder_opens_and_gets_an_identity() {
+    let (data, _) = folder_with_results().await;
+    let note = data.path().join("artifacts/identity");
+    let identity = std::fs::read_to_string(&note).unwrap();
+    std::fs::remove_file(&note).unwrap();
+    forget_identity(&data.path().join("skyduct.db")).await;
+    let before = files(&data.path().join("artifacts"));
+    start_and_stop(data.path()).await;
+    let new = std::fs::read_to_string(&note).unwrap();
+    assert!(!new.trim().is_empty() && new != identity);
+    std::fs::remove_file(&note).unwrap();
+    assert_eq!(files(&data.path().join("artifacts")), before);
+    // the note alone is lost: it is written anew
+    start_and_stop(data.path()).await;
+    assert_eq!(std::fs::read_to_string(&note).unwrap(), new);
+    // the artifacts are lost: nobody takes an empty folder for theirs
+    let moved = data.path().join("moved");
+    std::fs::rename(data.path().join("artifacts"), &moved).unwrap();
+    let refusal = refused(data.path(), None).await;
+    assert!(refusal.contains("none of them is there") && refusal.contains(new.trim()), "{refusal}");
+    std::fs::write(&note, &new).unwrap();
+    start_and_stop(data.path()).await;
+}
+
+async fn forget_identity(database: &Path) {
+    use sqlx::{ConnectOptions, Connection};
+    let mut connection = sqlx::sqlite::SqliteConnectOptions::new().filename(database).connect().await.unwrap();
+    sqlx::query("DELETE FROM store").execute(&mut connection).await.unwrap();
+    connection.close().await.unwrap();
+}
+
+#[tokio::test]
+async fn two_services_on_one_database_are_refused() {
+    let service = TestService::start().await;
+    let other = tempfile::tempdir().unwrap();
+    let refusal = refused(other.path(), Some(&service.data.path().join("skyduct.db"))).await;
+    assert!(refusal.contains("another process serves the database"), "{refusal}");
+    let link = other.path().join("link.db");
+    std::os::unix::fs::symlink(service.data.path().join("skyduct.db"), &link).unwrap();
+    let refusal = refused(other.path(), Some(&link)).await;
+    assert!(refusal.contains("another process serves the database"), "{refusal}");
+}
+
+#[tokio::test]
+async fn the_data_folder_is_its_owners_alone() {
+    let parent = tempfile::tempdir().unwrap();
+    let data = parent.path().join("a").join("data");
+    let running = RunningService::start(config(&data)).await.unwrap();
+    let mode = |path: &Path| std::fs::metadata(path).unwrap().permissions().mode() & 0o777;
+    assert_eq!(mode(&data), 0o700);
+    assert_eq!(mode(&data.join("artifacts")), 0o700);
+    for file in ["skyduct.db", "skyduct.db-wal", "lock"] {
+        assert_eq!(mode(&data.join(file)), 0o600, "{file}");
+    }
+    running.stop().await;
+}
+
+#[tokio::test]
+async fn damaged_and_missing_results_are_told_and_never_served() {
+    let service = TestService::start().await;
+    let path = service.submit(&small_job()).await;
+    service.finished(&path).await;
+    let stored = |name: &str| {
+        let found: Vec<PathBuf> = files(&service.data.path().join("artifacts"))
+            .into_iter()
+            .filter(|file| file.to_string_lossy().ends_with(name))
+            .collect();
+        assert_eq!(found.len(), 1, "{name}");
+        found[0].clone()
+    };
+    let grid = stored("grids_workplane.json");
+    let mut bytes = std::fs::read(&grid).unwrap();
+    let at = bytes.iter().position(|byte| *byte == b'1').unwrap();
+    bytes[at] = b'2';
+    std::fs::write(&grid, &bytes).unwrap();
+    let exr = stored("views_room.exr");
+    let short = std::fs::read(&exr).unwrap();
+    std::fs::write(&exr, &short[..short.len() / 2]).unwrap();
+    std::fs::remove_file(stored("views_room.png")).unwrap();
+    for (url, what) in [
+        ("grids/workplane", "not what was written"),
+        ("views/room.exr", "not what was written"),
+        ("views/room.png", "missing"),
+    ] {
+        for range in [None, Some("bytes=0-3")] {
+            let mut request = service.get(&format!("{path}/{url}"));
+            if let Some(range) = range {
+                request = request.header("range", range);
+            }
+            let problem = problem(request.send().await.unwrap(), 500).await;
+            assert_eq!(problem["type"], "/problems/damaged-artifact", "{url}");
+            let text = problem.to_string();
+            assert!(text.contains(what), "{text}");
+            assert!(!text.contains(&*service.data.path().to_string_lossy()), "{text}");
+        }
+    }
+    // what is made from a damaged file is damaged, too
+    let table = problem(service.get(&format!("{path}/grids/workplane?format=csv")).send().await.unwrap(), 500).await;
+    assert_eq!(table["type"], "/problems/damaged-artifact");
+    let sound = service.get(&format!("{path}/views/room.png?pass=16")).send().await.unwrap();
+    assert_eq!(sound.status(), StatusCode::OK);
+}
+
+/// The same bits as without the damage, and each pass told once.
+#[tokio::test]
+async fn a_job_whose_state_is_damaged_or_missing_is_rendered_again() {
+    let mut document = small_job();
+    document["method"]["photons_per_pass"] = 20_000.into();
+    document["stop"]["max_passes"] = 60.into();
+    let undisturbed = {
+        let service = TestService::start().await;
+        let path = service.submit(&document).await;
+        service.finished(&path).await;
+        service.get(&format!("{path}/grids/workplane")).send().await.unwrap().bytes().await.unwrap()
+    };
+    type Harm = fn(&Path);
+    let flip: Harm = |file| {
+        let mut bytes = std::fs::read(file).unwrap();
+        let at = bytes.len() / 2;
+        bytes[at] ^= 4;
+        std::fs::write(file, bytes).unwrap();
+    };
+    let remove: Harm = |file| std::fs::remove_file(file).unwrap();
+    // the newest state, and all of them
+    for (harm, all) in [(flip, false), (remove, true)] {
+        let service = TestService::start().await;
+        let path = service.submit(&document).await;
+        service.events_until(&path, 0, |event| event.data["passes"].as_u64() >= Some(20)).await;
+        let TestService { running, data, .. } = service;
+        running.stop().await;
+        let mut states: Vec<PathBuf> = files(&data.path().join("artifacts"));
+        states.retain(|file| file.to_string_lossy().ends_with("-state"));
+        assert_eq!(states.len(), 2, "the newest and the one before");
+        let newest = |file: &PathBuf| std::fs::metadata(file).unwrap().modified().unwrap();
+        states.sort_by_key(newest);
+        for state in &states[usize::from(!all)..] {
+            harm(state);
+        }
+        let running = RunningService::start(config(data.path())).await.unwrap();
+        let service = TestService { running, http: client(), data };
+        let events = service.events_after(&path, 0).await;
+        let ids: Vec<i64> = events.iter().map(|event| event.id).collect();
+        assert_eq!(ids, (1..=events.len() as i64).collect::<Vec<_>>());
+        assert_eq!(events.last().unwrap().name, "succeeded");
+        let passes: Vec<u64> = events
+            .iter()
+            .filter(|event| event.name == "pass")
+            .map(|event| event.data["passes"].as_u64().unwrap())
+            .collect();
+        assert_eq!(passes, (1..=60).collect::<Vec<_>>());
+        let restarts: Vec<_> = events.iter().filter(|event| event.name == "restarted").collect();
+        assert_eq!(restarts.len(), if all { 2 } else { 1 });
+        assert_eq!(restarts.last().unwrap().data["from_pass"], if all { 1 } else { 9 });
+        let table = service.json(&format!("{path}/convergence")).await;
+        assert_eq!(table["passes"].as_array().unwrap().len(), 60);
+        let grid = service.get(&format!("{path}/grids/workplane")).send().await.unwrap().bytes().await.unwrap();
+        assert_eq!(grid, undisturbed);
+    }
+}
+
+#[tokio::test]
+async fn a_service_without_space_is_not_ready_and_says_why() {
+    let service = TestService::start_with(|config| config.limits.free_bytes = u64::MAX).await;
+    let answer = service.get("/readyz").send().await.unwrap();
+    assert!(answer.headers().contains_key("retry-after"));
+    let problem = problem(answer, 503).await;
+    assert!(problem["detail"].as_str().unwrap().contains("nearly full"), "{problem}");
+    assert!(!problem.to_string().contains(&*service.data.path().to_string_lossy()));
+    assert_eq!(service.get("/livez").send().await.unwrap().status(), StatusCode::OK);
+}
+
+#[tokio::test]
+async fn a_service_that_cannot_write_artifacts_is_not_ready() {
+    let service = TestService::start().await;
+    assert_eq!(service.get("/readyz").send().await.unwrap().status(), StatusCode::OK);
+    let artifacts = service.data.path().join("artifacts");
+    let moved = service.data.path().join("moved");
+    std::fs::rename(&artifacts, &moved).unwrap();
+    // a file where the folder was, so that nobody can make it anew
+    std::fs::write(&artifacts, b"").unwrap();
+    let deadline = SystemTime::now() + common::PATIENCE;
+    let not_ready = loop {
+        let answer = service.get("/readyz").send().await.unwrap();
+        if answer.status() != StatusCode::OK {
+            break answer;
+        }
+        assert!(SystemTime::now() < deadline, "it still says that it is ready");
+        tokio::time::sleep(Duration::from_millis(200)).await;
+    };
+    let problem = problem(not_ready, 503).await;
+    assert_eq!(problem["detail"], "artifacts cannot be written");
+    std::fs::remove_file(&artifacts).unwrap();
+    std::fs::rename(&moved, &artifacts).unwrap();
+    while service.get("/readyz").send().await.unwrap().status() != StatusCode::OK {
+        assert!(SystemTime::now() < deadline, "it never gets ready again");
+        tokio::time::sleep(Duration::from_millis(200)).await;
+    }
+}
+
+#[tokio::test]
+async fn a_short_job_need_not_wait_for_long_ones() {
+    let service = TestService::start().await;
+    let long = [service.submit(&endless_job()).await, service.submit(&endless_job()).await];
+    for job in &long {
+        service.events_until(job, 0, |event| event.name == "pass").await;
+    }
+    let short = service.submit(&small_job()).await;
+    assert_eq!(service.finished(&short).await["status"], "succeeded");
+    for job in &long {
+        assert_eq!(service.json(job).await["status"], "running");
+        service.request(Method::DELETE, job).send().await.unwrap();
+    }
+}
+
+/// Each connection is closed as soon as its request is written.
+#[tokio::test]
+async fn a_job_exists_though_its_client_went_away() {
+    use tokio::io::AsyncWriteExt;
+    const POSTS: usize = 20;
+    let service = TestService::start().await;
+    let mut document = small_job();
+    document["stop"]["max_passes"] = 1.into();
+    let body = document.to_string();
+    for _ in 0..POSTS {
+        let mut connection = tokio::net::TcpStream::connect(service.running.address).await.unwrap();
+        let host = service.running.address;
+        let head = format!(
+            "POST /v1/jobs HTTP/1.1\r\nhost: {host}\r\ncontent-type: application/json\r\ncontent-length: {}\r\n\r\n",
+            body.len()
+        );
+        connection.write_all((head + &body).as_bytes()).await.unwrap();
+    }
+    let deadline = SystemTime::now() + common::PATIENCE;
+    loop {
+        let jobs = service.json("/v1/jobs").await["jobs"].as_array().unwrap().len();
+        if jobs == POSTS {
+            break;
+        }
+        assert!(SystemTime::now() < deadline, "{jobs} of {POSTS} jobs");
+        tokio::time::sleep(Duration::from_millis(100)).await;
+    }
+}

@@ -1,0 +1,152 @@
+//! Processes that die of a job, that are killed all the time, and whose disk is full.
+
+use std::process::Command;
+use std::time::{Duration, Instant};
+
+use crate::common::{PATIENCE, client, small_job};
+use crate::process::Server;
+use reqwest::StatusCode;
+use serde_json::json;
+
+/// Killed when dropped, so that a failed test leaves nothing behind.
+const TWO_THREADS: [(&str, &str); 1] = [("RAYON_NUM_THREADS", "2")];
+
+/// Views whose estimate does not fit into the memory that the process may take: it aborts. Every start takes it up again.
+#[tokio::test]
+async fn a_job_that_kills_its_process_fails_after_three_deaths_and_the_next_one_is_done() {
+    let data = tempfile::tempdir().unwrap();
+    // One arena: threads then take little of the address space. The service is told that it has more than enough.
+    let little_memory = "export MALLOC_ARENA_MAX=1 SKYDUCT_LIMITS__MEMORY_BYTES=100000000000; ulimit -v 900000";
+    let mut poison = small_job();
+    poison["method"] = json!("path_tracing");
+    poison["views"] = (0..16)
+        .map(|number| {
+            let mut view = small_job()["views"][0].clone();
+            view["name"] = json!(format!("v{number}"));
+            view["size_px"] = json!([4096, 4096]);
+            view
+        })
+        .collect();
+    let mut server = Server::start_after(little_memory, data.path(), &TWO_THREADS);
+    let path = server.submit(&poison).await;
+    let mut next = None;
+    let mut deaths = 0;
+    let begin = Instant::now();
+    let job = loop {
+        assert!(begin.elapsed() < PATIENCE, "{deaths} deaths");
+        if server.is_gone() {
+            deaths += 1;
+            server = Server::start_after(little_memory, data.path(), &TWO_THREADS);
+        }
+        if next.is_none() && deaths > 0 {
+            let posted = client().post(format!("{}/v1/jobs", server.url)).json(&small_job()).send().await;
+            next = posted.ok().map(|answer| answer.headers()["location"].to_str().unwrap().to_owned());
+        }
+        if let Ok(job) = server.job(&path).await
+            && job["status"] == "failed"
+        {
+            break job;
+        }
+        tokio::time::sleep(Duration::from_millis(50)).await;
+    };
+    assert_eq!(deaths, 3);
+    assert_eq!(job["problem"]["detail"], "the process died 3 times while rendering it");
+    let next = next.unwrap();
+    loop {
+        assert!(begin.elapsed() < PATIENCE);
+        if server.job(&next).await.unwrap()["status"] == "succeeded" {
+            break;
+        }
+        tokio::time::sleep(Duration::from_millis(50)).await;
+    }
+    assert!(!server.is_gone());
+}
+
+/// Kills far faster than a chunk takes, most of them before a pass is done.
+#[tokio::test]
+async fn a_sound_job_survives_a_storm_of_kills_with_the_same_bits() {
+    let mut document = small_job();
+    document["method"]["photons_per_pass"] = 20_000.into();
+    document["stop"]["max_passes"] = 40.into();
+    let result = async |server: &Server, path: &str| {
+        let begin = Instant::now();
+        loop {
+            assert!(begin.elapsed() < PATIENCE);
+            let job = server.job(path).await.unwrap();
+            assert_ne!(job["status"], "failed", "{job}");
+            if job["status"] == "succeeded" {
+                break;
+            }
+            tokio::time::sleep(Duration::from_millis(50)).await;
+        }
+        let answer = client().get(format!("{}{path}/grids/workplane", server.url)).send().await.unwrap();
+        assert_eq!(answer.status(), StatusCode::OK);
+        answer.bytes().await.unwrap()
+    };
+    let calm = tempfile::tempdir().unwrap();
+    let server = Server::start(calm.path(), &TWO_THREADS);
+    let path = server.submit(&document).await;
+    let expected = result(&server, &path).await;
+    drop(server);
+
+    let data = tempfile::tempdir().unwrap();
+    let mut server = Server::start(data.path(), &TWO_THREADS);
+    let path = server.submit(&document).await;
+    for kill in 0..25_u64 {
+        tokio::time::sleep(Duration::from_millis(10 + 37 * kill % 200)).await;
+        drop(server);
+        server = Server::start(data.path(), &TWO_THREADS);
+    }
+    assert_eq!(result(&server, &path).await, expected);
+    let table = server.job(&format!("{path}/convergence")).await.unwrap();
+    let passes: Vec<u64> =
+        table["passes"].as_array().unwrap().iter().map(|row| row["passes"].as_u64().unwrap()).collect();
+    assert_eq!(passes, (1..=40).collect::<Vec<_>>());
+}
+
+/// The limit on the size of files stands for a full disk: writes fail, and later they do not.
+#[tokio::test]
+async fn a_service_whose_disk_was_full_goes_on_by_itself() {
+    let data = tempfile::tempdir().unwrap();
+    // a soft limit, which can be taken away again; the signal would end the process
+    let server = Server::start_after("trap '' XFSZ; ulimit -S -f 700", data.path(), &TWO_THREADS);
+    let mut document = small_job();
+    document["stop"]["max_passes"] = 2.into();
+    let begin = Instant::now();
+    let url = format!("{}/v1/jobs", server.url);
+    let mut accepted = Vec::new();
+    loop {
+        assert!(begin.elapsed() < PATIENCE, "the limit has no effect");
+        let answer = client().post(&url).json(&document).send().await.unwrap();
+        match answer.status() {
+            StatusCode::ACCEPTED => accepted.push(answer.headers()["location"].to_str().unwrap().to_owned()),
+            StatusCode::SERVICE_UNAVAILABLE => break,
+            status => panic!("{status} {}", answer.text().await.unwrap()),
+        }
+    }
+    for _ in 0..3 {
+        let answer = client().post(&url).json(&document).send().await.unwrap();
+        assert_eq!(answer.status(), StatusCode::SERVICE_UNAVAILABLE);
+        assert_eq!(answer.headers()["content-type"], "application/problem+json");
+    }
+    let ready = || async { client().get(format!("{}/readyz", server.url)).send().await.unwrap().status() };
+    while ready().await != StatusCode::SERVICE_UNAVAILABLE {
+        assert!(begin.elapsed() < PATIENCE, "it says that it is ready");
+        tokio::time::sleep(Duration::from_millis(200)).await;
+    }
+    let freed = Command::new("prlimit").args(["--fsize=unlimited:", "--pid", &server.child.id().to_string()]).status();
+    assert!(freed.expect("prlimit of util-linux").success());
+    let answer = client().post(&url).json(&document).send().await.unwrap();
+    assert_eq!(answer.status(), StatusCode::ACCEPTED);
+    accepted.push(answer.headers()["location"].to_str().unwrap().to_owned());
+    for path in &accepted {
+        while server.job(path).await.unwrap()["status"] != "succeeded" {
+            assert!(begin.elapsed() < PATIENCE, "a job does not go on");
+            tokio::time::sleep(Duration::from_millis(100)).await;
+        }
+    }
+    while ready().await != StatusCode::OK {
+        assert!(begin.elapsed() < PATIENCE, "it never gets ready again");
+        tokio::time::sleep(Duration::from_millis(200)).await;
+    }
+}

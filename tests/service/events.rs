@@ -1,0 +1,68 @@
+//! Event streams: replay, live events, their end.
+
+use std::time::Instant;
+
+use crate::common::{PATIENCE, TestService, endless_job, problem, small_job};
+use reqwest::StatusCode;
+
+#[tokio::test]
+async fn missed_events_are_replayed_exactly_once() {
+    let service = TestService::start().await;
+    let path = service.submit(&small_job()).await;
+    let all = service.events_after(&path, 0).await;
+    let last = all.last().unwrap().id;
+    for after in [0, 1, 5, last - 1] {
+        let rest = service.events_after(&path, after).await;
+        let ids: Vec<i64> = rest.iter().map(|event| event.id).collect();
+        assert_eq!(ids, (after + 1..=last).collect::<Vec<_>>());
+        for (event, first_time) in rest.iter().zip(&all[after as usize..]) {
+            assert_eq!((&event.name, &event.data), (&first_time.name, &first_time.data));
+        }
+    }
+    let response = service.get(&format!("{path}/events?after={}", last - 1)).send().await.unwrap();
+    let text = response.text().await.unwrap();
+    assert!(text.contains("retry: 3000\n"), "{text}");
+    assert!(text.contains(&format!("id: {last}\n")) && text.contains("event: succeeded\n"), "{text}");
+    // nothing more will come: a client that reconnects by itself is told to stop
+    let done = service.get(&format!("{path}/events")).header("last-event-id", last).send().await.unwrap();
+    assert_eq!(done.status(), StatusCode::NO_CONTENT);
+    for id in ["x", "-1", "1.5", "", "99999999999999999999", &(last + 1).to_string()] {
+        problem(service.get(&format!("{path}/events")).header("last-event-id", id).send().await.unwrap(), 400).await;
+    }
+    problem(service.get(&format!("{path}/events?after=-1")).send().await.unwrap(), 422).await;
+}
+
+#[tokio::test]
+async fn a_broken_stream_goes_on_where_it_was() {
+    let service = TestService::start().await;
+    let path = service.submit(&endless_job()).await;
+    let mut ids = Vec::new();
+    for _ in 0..5 {
+        let after = ids.last().copied().unwrap_or(0);
+        // the connection is dropped after the tenth event
+        let events = service.events_until(&path, after, |event| event.id == after + 10).await;
+        ids.extend(events.iter().map(|event| event.id));
+    }
+    assert_eq!(ids, (1..=50).collect::<Vec<_>>());
+}
+
+#[tokio::test]
+async fn stopping_ends_streams_and_gives_the_chunk_back() {
+    let service = TestService::start().await;
+    let path = service.submit(&endless_job()).await;
+    service.events_until(&path, 0, |event| event.name == "pass").await;
+    let stream = service.get(&format!("{path}/events")).send().await.unwrap();
+    let TestService { running, data, .. } = service;
+    let start = Instant::now();
+    let (stopped, body) =
+        tokio::join!(tokio::time::timeout(PATIENCE, running.stop()), tokio::time::timeout(PATIENCE, stream.bytes()));
+    stopped.unwrap();
+    body.unwrap().unwrap();
+    assert!(start.elapsed().as_secs() < 10);
+
+    let store = skyduct::db::SqliteStore::open(&data.path().join("skyduct.db")).await.unwrap();
+    use skyduct::job::store::{Store, Turn};
+    let lease = store.claim("test", PATIENCE, Turn::default()).await.unwrap().expect("the chunk is ready again");
+    assert!(path.ends_with(&lease.job.to_string()));
+    assert_eq!(lease.failures, 0);
+}

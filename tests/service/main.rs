@@ -1,0 +1,25 @@
+//! The service as its users meet it: the API, the command line, what faults and crashes may do.
+
+mod common;
+mod process;
+#[path = "../shared/schema.rs"]
+mod schema;
+
+mod commands;
+mod contract_answers;
+mod durability_folder;
+mod durability_panic;
+mod durability_process;
+mod durability_queue;
+mod durability_restart;
+mod durability_store;
+mod events;
+mod jobs;
+mod limits;
+mod memory;
+mod meshes;
+mod operation;
+mod operation_log;
+mod result_files;
+mod security;
+mod storm;

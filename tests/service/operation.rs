@@ -1,0 +1,221 @@
+//! Health, numbers, the description, connections.
+
+use crate::common;
+use std::path::Path;
+use std::time::Duration;
+
+use crate::common::{PATIENCE, TestService, config, small_job};
+use reqwest::{Method, StatusCode};
+use serde_json::json;
+use skyduct::cli::serve::RunningService;
+use tokio::io::{AsyncReadExt, AsyncWriteExt};
+
+#[test]
+fn openapi_file_is_current() {
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("openapi.yaml");
+    let Ok(generated) = skyduct::http::openapi::yaml() else { panic!("the description cannot be written") };
+    if std::env::var_os("UPDATE_OPENAPI").is_some() {
+        std::fs::write(&file, &generated).unwrap();
+    }
+    let committed = std::fs::read_to_string(&file).unwrap_or_default();
+    assert!(
+        committed == generated,
+        "openapi.yaml is not what the code says: UPDATE_OPENAPI=1 cargo test --test service openapi_file"
+    );
+}
+
+#[test]
+fn the_description_refers_to_what_is_there() {
+    let description = serde_json::to_value(skyduct::http::openapi::description()).unwrap();
+    let schemas = description["components"]["schemas"].as_object().unwrap();
+    let text = description.to_string();
+    let references: Vec<&str> =
+        text.split("\"#/components/schemas/").skip(1).map(|rest| rest.split('"').next().unwrap()).collect();
+    assert!(references.len() > 50);
+    for name in references {
+        assert!(schemas.contains_key(name), "{name}");
+    }
+    let operations = description["paths"].as_object().unwrap().values();
+    let mut ids: Vec<&str> = operations
+        .flat_map(|path| path.as_object().unwrap().values())
+        .map(|operation| operation["operationId"].as_str().unwrap())
+        .collect();
+    let count = ids.len();
+    ids.sort();
+    ids.dedup();
+    assert_eq!(ids.len(), count);
+}
+
+#[tokio::test]
+async fn the_service_tells_how_it_is() {
+    let service = TestService::start().await;
+    for path in ["/livez", "/readyz"] {
+        assert_eq!(service.get(path).send().await.unwrap().status(), StatusCode::OK);
+    }
+    let skies = service.json("/v1/skies").await;
+    let skies = skies["skies"].as_array().unwrap();
+    assert_eq!(skies.len(), 16);
+    assert_eq!(skies[11]["cie_type"], 12);
+    assert_eq!(skies[11]["parameters"], json!({ "a": -1.0, "b": -0.32, "c": 10.0, "d": -3.0, "e": 0.45 }));
+    assert!(skies[15]["parameters"].is_null());
+
+    let path = service.submit(&small_job()).await;
+    service.finished(&path).await;
+    let metrics = service.get("/metrics").send().await.unwrap().text().await.unwrap();
+    for name in [
+        "skyduct_jobs{status=\"queued\"} 0",
+        "skyduct_passes_total",
+        "skyduct_http_requests_total{method=\"POST\",route=\"/v1/jobs\",status=\"202\"}",
+        "skyduct_http_request_seconds_bucket",
+    ] {
+        assert!(metrics.contains(name), "{name} in {metrics}");
+    }
+
+    let yaml = service.get("/openapi.yaml").send().await.unwrap();
+    assert_eq!(yaml.headers()["content-type"], "application/yaml");
+    assert!(yaml.text().await.unwrap().contains("/v1/jobs/{id}/events"));
+    // follows the redirect to /docs/
+    let docs = service.get("/docs").send().await.unwrap();
+    assert_eq!(docs.status(), StatusCode::OK);
+    assert!(docs.text().await.unwrap().contains("swagger-ui"));
+    let script = service.get("/docs/swagger-initializer.js").send().await.unwrap().text().await.unwrap();
+    assert!(script.contains("/openapi.yaml"), "{script}");
+    for text in ["/v1/skies", "/openapi.yaml"] {
+        let zipped = service.get(text).header("accept-encoding", "gzip").send().await.unwrap();
+        assert_eq!(zipped.headers()["content-encoding"], "gzip", "{text}");
+    }
+}
+
+/// A tube of 4 diameters and R = 0.98: the reference tables' values at 30 degrees and under skies; bad values by name.
+#[tokio::test]
+async fn the_transmission_of_a_tube() {
+    let service = TestService::start().await;
+    let near = |value: &serde_json::Value, truth: f64, tolerance: f64| {
+        assert!((value.as_f64().unwrap() - truth).abs() <= tolerance, "{value} {truth}");
+    };
+    let path = "/v1/tubes/transmission?reflectance=0.98";
+    let tube =
+        service.json(&format!("{path}&aspect_ratio=4&altitude_deg=30,90,0&cie_type=1&sun_altitude_deg=20")).await;
+    near(&tube["uniform_sky_transmission"], 0.869927, 5e-7);
+    near(&tube["beams"][0]["transmission"], 0.83912, 5e-6);
+    let mean = 4.0 / std::f64::consts::FRAC_PI_4 * 3f64.sqrt();
+    near(&tube["beams"][0]["mean_reflections"], mean, 1e-12);
+    near(&tube["beams"][0]["zastrow_wittwer_transmission"], 0.98f64.powf(mean), 1e-12);
+    near(&tube["beams"][1]["transmission"], 1.0, 0.0);
+    near(&tube["beams"][2]["transmission"], 0.0, 0.0);
+    assert!(tube["beams"][2]["mean_reflections"].is_null());
+    near(&tube["sky"]["transmission"], 0.895085, 1.5e-6);
+    let measured = service.json(&format!("{path}&length_m=1.2&diameter_m=0.3")).await;
+    near(&measured["aspect_ratio"], 4.0, 1e-12);
+    assert!(measured["sky"].is_null() && measured["beams"].as_array().unwrap().is_empty());
+    for (query, parameter) in [
+        ("reflectance=1.1&aspect_ratio=4", "reflectance"),
+        ("aspect_ratio=4", "reflectance"),
+        ("reflectance=0.98&aspect_ratio=-1", "aspect_ratio"),
+        ("reflectance=0.98&aspect_ratio=NaN", "aspect_ratio"),
+        ("reflectance=0.98", "aspect_ratio"),
+        ("reflectance=0.98&length_m=1&diameter_m=0", "diameter_m"),
+        ("reflectance=0.98&length_m=1000&diameter_m=0.1", "length_m"),
+        ("reflectance=0.98&aspect_ratio=4&altitude_deg=30,91", "altitude_deg"),
+        ("reflectance=0.98&aspect_ratio=4&altitude_deg=high", "altitude_deg"),
+        ("reflectance=0.98&aspect_ratio=4&cie_type=17&sun_altitude_deg=20", "cie_type"),
+        ("reflectance=0.98&aspect_ratio=4&cie_type=1", "sun_altitude_deg"),
+        ("reflectance=0.98&aspect_ratio=4&cie_type=1&sun_altitude_deg=0", "sun_altitude_deg"),
+    ] {
+        let answer = service.get(&format!("/v1/tubes/transmission?{query}")).send().await.unwrap();
+        assert_eq!(answer.status(), StatusCode::UNPROCESSABLE_ENTITY, "{query}");
+        assert_eq!(answer.headers()["content-type"], "application/problem+json");
+        let problem: serde_json::Value = answer.json().await.unwrap();
+        assert_eq!(problem["errors"][0]["pointer"], parameter, "{query}: {problem}");
+    }
+    let unknown = service.get(&format!("{path}&aspect_ratio=4&length=2")).send().await.unwrap();
+    assert_eq!(common::problem(unknown, 422).await["errors"][0]["pointer"], "length");
+}
+
+#[tokio::test]
+async fn a_request_that_never_ends_is_ended() {
+    let service = TestService::start_with(|config| {
+        config.limits.header_seconds = 1;
+        config.limits.request_seconds = 1;
+    })
+    .await;
+    let mut half_head = tokio::net::TcpStream::connect(service.running.address).await.unwrap();
+    half_head.write_all(b"GET /livez HTTP/1.1\r\nhost: x\r\n").await.unwrap();
+    let mut answer = Vec::new();
+    tokio::time::timeout(PATIENCE, half_head.read_to_end(&mut answer)).await.unwrap().unwrap();
+
+    let mut half_body = tokio::net::TcpStream::connect(service.running.address).await.unwrap();
+    let address = service.running.address;
+    let head = format!(
+        "POST /v1/jobs HTTP/1.1\r\nhost: {address}\r\ncontent-type: application/json\r\ncontent-length: 100\r\n\r\n{{"
+    );
+    half_body.write_all(head.as_bytes()).await.unwrap();
+    let mut answer = vec![0; 4096];
+    let length = tokio::time::timeout(PATIENCE, half_body.read(&mut answer)).await.unwrap().unwrap();
+    let answer = String::from_utf8_lossy(&answer[..length]).into_owned();
+    assert!(answer.starts_with("HTTP/1.1 408"), "{answer}");
+    assert!(answer.contains("application/problem+json"), "{answer}");
+}
+
+/// `skyduct healthcheck` is what a container's health check runs.
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn the_health_check_tells_a_ready_service_from_none() {
+    let service = TestService::start().await;
+    let check = |address: String| {
+        let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_skyduct"));
+        command.args(["healthcheck", "--server", &format!("http://{address}")]);
+        command.stderr(std::process::Stdio::null()).status().unwrap().code()
+    };
+    assert_eq!(check(service.running.address.to_string()), Some(0));
+    // a port that was free a moment ago
+    let free = tokio::net::TcpListener::bind("127.0.0.1:0").await.unwrap().local_addr().unwrap();
+    assert_eq!(check(free.to_string()), Some(1));
+}
+
+#[tokio::test]
+async fn a_data_folder_has_one_service() {
+    let service = TestService::start().await;
+    let second = RunningService::start(config(service.data.path())).await;
+    assert!(second.err().expect("the folder is taken").to_string().contains("another process"));
+    let TestService { running, data, http } = service;
+    running.stop().await;
+    // connections may linger, the lock must not
+    let third = RunningService::start(config(data.path())).await.unwrap();
+    let live = http.request(Method::GET, format!("{}/livez", third.url())).timeout(Duration::from_secs(10));
+    assert_eq!(live.send().await.unwrap().status(), StatusCode::OK);
+}
+
+/// Pages of listed origins are told that they may call and what they may read; others are told nothing.
+#[tokio::test]
+async fn only_listed_origins_may_call_from_a_page() {
+    let listed = "https://design.example";
+    let preflight = |service: &TestService, origin: &str| {
+        let request = service.request(Method::OPTIONS, "/v1/jobs").header("origin", origin);
+        let asked = "content-type,idempotency-key,last-event-id";
+        request.header("access-control-request-method", "POST").header("access-control-request-headers", asked).send()
+    };
+    let service = TestService::start_with(|config| config.cors_origins = vec![listed.to_owned()]).await;
+    let answer = preflight(&service, listed).await.unwrap();
+    let header = |name: &str| answer.headers().get(name).map_or("", |value| value.to_str().unwrap()).to_owned();
+    assert_eq!(header("access-control-allow-origin"), listed);
+    assert!(header("access-control-allow-methods").contains("POST"));
+    for name in ["content-type", "idempotency-key", "last-event-id"] {
+        assert!(header("access-control-allow-headers").contains(name), "{name}");
+    }
+    let other = preflight(&service, "https://other.example").await.unwrap();
+    assert!(other.headers().get("access-control-allow-origin").is_none());
+
+    // an answer that refuses can be read, too
+    let bad = service.post_job(&json!({})).header("origin", listed).send().await.unwrap();
+    assert_eq!(bad.status(), StatusCode::UNPROCESSABLE_ENTITY);
+    assert_eq!(bad.headers()["access-control-allow-origin"], listed);
+    let exposed = bad.headers()["access-control-expose-headers"].to_str().unwrap().to_owned();
+    for name in ["location", "retry-after", "etag", "preference-applied", "x-request-id"] {
+        assert!(exposed.contains(name), "{name} in {exposed}");
+    }
+
+    let closed = TestService::start().await;
+    let refused = preflight(&closed, listed).await.unwrap();
+    assert_eq!(refused.status(), StatusCode::METHOD_NOT_ALLOWED);
+    assert!(refused.headers().get("access-control-allow-origin").is_none());
+}
