@@ -38,7 +38,7 @@ pub struct Artifacts {
     checked: Arc<Mutex<HashMap<String, Seen>>>,
 }
 
-/// What changes when somebody writes to a file.
+/// Properties of a file that change when somebody writes to it.
 #[derive(Clone, PartialEq)]
 struct Seen {
     size: u64,
@@ -55,8 +55,8 @@ pub struct Orphan {
 /// Folders of the files that rows point to; beside them the folder holds its own notes.
 const FOLDERS: [&str; 2] = ["jobs", "meshes"];
 
-/// Up to this size a file is hashed each time it is served; a larger one once, and again when its size or time of change is
-/// another. A flip of a bit that leaves both as they were is found in the smaller files only.
+/// Size up to which a file is hashed each time it is served. A larger one is hashed once, and again when its size or
+/// time of change is another: a flip of a bit that leaves both as they were is found in the smaller files only.
 const ALWAYS_CHECKED_BYTES: u64 = 1 << 20;
 
 /// Large files that are remembered as checked; then all are forgotten.
@@ -160,7 +160,8 @@ impl Artifacts {
         self.store.get(&path(key)?).await.map_err(failed)?.bytes().await.map_err(failed)
     }
 
-    /// Whether the file is what was stored. A small one is read anew each time, a large one when it may have changed since.
+    /// True if the file is what was stored. A small one is read anew each time, a large one when it may have changed
+    /// since.
     pub async fn check(&self, artifact: &Artifact) -> Result<(), ArtifactError> {
         let key = &artifact.key;
         let meta = self.store.head(&path(key)?).await.map_err(|error| failed(key, error))?;
@@ -235,7 +236,7 @@ impl Artifacts {
         Ok(orphans)
     }
 
-    /// Whether any of these files is there, and whether there is any file at all.
+    /// Looks for any of these files, and for any file at all.
     pub async fn presence(&self, keys: &HashSet<String>) -> Result<Presence, ArtifactError> {
         let mut presence = Presence::default();
         for folder in FOLDERS {
@@ -278,11 +279,11 @@ impl Artifacts {
     }
 }
 
-/// What there is of a set of files.
+/// Result of a look for a set of files.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Presence {
     pub any: bool,
-    /// At least one of those that were asked for.
+    /// True if at least one of those that were asked for is there.
     pub known: bool,
 }
 

@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 pub struct CancelOnDrop(Arc<AtomicBool>);
 
 impl CancelOnDrop {
-    /// What the work looks at.
+    /// Flag that the work looks at.
     pub fn flag(&self) -> Arc<AtomicBool> {
         self.0.clone()
     }

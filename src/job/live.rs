@@ -18,7 +18,7 @@ const MOST_WAITING_BYTES: usize = 64 << 20;
 #[derive(Default)]
 pub struct LiveJobs {
     jobs: Mutex<HashMap<Uuid, Arc<LiveJob>>>,
-    /// By id, and so by age.
+    /// Prepared jobs by id, and so by age.
     prepared: Mutex<BTreeMap<Uuid, Arc<Prepared>>>,
 }
 
@@ -30,7 +30,7 @@ pub struct LiveJob {
 
 #[derive(Default)]
 struct Shown {
-    /// Nothing comes any more.
+    /// True once nothing comes any more.
     ended: bool,
     waiting: Vec<oneshot::Sender<Arc<Estimate>>>,
     /// Everything up to the last pass, if somebody waited for that one.
@@ -39,7 +39,7 @@ struct Shown {
 
 struct Newest {
     estimate: Arc<Estimate>,
-    /// What was made of it, by name.
+    /// Files that were made of the pass, by name.
     files: HashMap<String, MadeFile>,
 }
 
@@ -78,7 +78,7 @@ impl LiveJobs {
         }
     }
 
-    /// What was prepared when the job was posted, if it is still there.
+    /// Takes what was prepared when the job was posted, if it is still there.
     pub fn take_prepared(&self, id: Uuid) -> Option<Arc<Prepared>> {
         let mut waiting = lock(&self.prepared);
         let prepared = waiting.remove(&id);

@@ -28,7 +28,7 @@ fn available_bytes() -> u64 {
 }
 
 impl Prepared {
-    /// What the job takes at its peak, beside the program itself.
+    /// Memory that the job takes at its peak, beside the program itself.
     pub fn memory(&self) -> MemoryEstimate {
         crate::plan::memory::estimate(&self.scene, &self.kernel, &self.plan)
     }

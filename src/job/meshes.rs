@@ -149,7 +149,7 @@ fn unreadable(error: impl std::fmt::Display) -> String {
 /// The meshes that were used last, as many as fit.
 struct KeptMeshes {
     most_bytes: usize,
-    /// Most recently used first.
+    /// Meshes, the most recently used one first.
     meshes: VecDeque<(String, Arc<TriangleMesh>)>,
 }
 

@@ -79,7 +79,7 @@ pub async fn check(store: &dyn Store, artifacts: &Artifacts, record: &StoreRecor
     Ok(artifacts.set_note(NOTE, &new).await?)
 }
 
-/// Whether a folder of files is of a job in the store, though no row names the files.
+/// True if a folder of files is of a job in the store, though no row names the files.
 async fn knows_a_job(store: &dyn Store, artifacts: &Artifacts) -> Result<bool, OwnershipError> {
     let files = artifacts.orphans(&HashSet::new()).await?;
     let jobs: HashSet<Uuid> = files.iter().filter_map(|file| file.key.split('/').nth(1)?.parse().ok()).collect();

@@ -134,7 +134,8 @@ impl Prepared {
         Value::Object(self.known_json().into_iter().chain(computed).collect())
     }
 
-    /// Whether the method that keeps the books, that of the grids or else of the views, follows light from its sources to its end.
+    /// True if the method that keeps the books (that of the grids, or else of the views) follows light from its sources
+    /// to its end.
     fn knows_energy(&self) -> bool {
         let methods = &self.plan.methods;
         self.is_dark()

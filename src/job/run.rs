@@ -38,7 +38,7 @@ pub struct Prepared {
     pub(super) provenance: Provenance,
     pub(super) kernel: Arc<TraceableScene>,
     engine: Engine,
-    /// Most passes that one chunk may have.
+    /// Largest number of passes that one chunk may have.
     chunk_passes: u64,
 }
 
@@ -90,13 +90,13 @@ pub struct PassReport {
     pub rays: u64,
     /// Relative error of the grids at the asked confidence, by which the job stops; null before the second pass.
     pub relative_error: Option<f64>,
-    /// The same of the views.
+    /// Relative error of the views at the asked confidence; null before the second pass.
     pub view_relative_error: Option<f64>,
     /// Mean illuminance of the first grid.
     pub mean_lux: Option<f64>,
 }
 
-/// What the caller of a chunk hears and says while it runs.
+/// Listener to a running chunk, which may also tell it to stop.
 pub trait Observer: Sync {
     /// Looked at every few milliseconds; true ends the chunk within a pass, whose partial work is dropped, as does the end of
     /// the job's `max_seconds`.
@@ -107,7 +107,7 @@ pub trait Observer: Sync {
 
 /// A rendered range of passes.
 pub struct Chunk {
-    /// Of these passes alone, but for what passes hand on: merge onto the estimate of all earlier chunks.
+    /// Estimate of these passes alone (and what passes hand on): merge it onto the estimate of all earlier chunks.
     pub estimate: Estimate,
     pub seconds: f64,
     /// The chunk was cut short: cancelled, or out of seconds. The job ends with it.
@@ -143,7 +143,7 @@ const BYTES_PER_TUBE: usize = 1 << 19;
 const BYTES_PER_TRIANGLE: usize = 512;
 const BYTES_PER_SENSOR: usize = 64;
 
-/// How often somebody looks whether a running pass is cancelled, or has used up the job's seconds.
+/// Interval between looks whether a running pass is cancelled, or has used up the job's seconds.
 const STOP_POLL: Duration = Duration::from_millis(20);
 
 /// Validates a document (JSON text), loads its meshes, builds the scene and the plan.
@@ -151,7 +151,7 @@ pub fn prepare(document: &[u8], meshes: &dyn MeshSource) -> Result<Prepared, Doc
     prepare_document(&JobDocument::parse(document)?, meshes)
 }
 
-/// The same for a parsed document.
+/// Prepares a parsed document: builds and plans its scene, and refuses what the plan cannot do.
 pub fn prepare_document(document: &JobDocument, meshes: &dyn MeshSource) -> Result<Prepared, DocumentErrors> {
     let refused = |pointer: &str, detail: String| DocumentErrors(vec![FieldError { pointer: pointer.into(), detail }]);
     let still_wanted = || match meshes.is_cancelled() {
@@ -329,7 +329,7 @@ impl Prepared {
         })
     }
 
-    /// Why the running pass must end at once.
+    /// Reason why the running pass must end at once, if there is one.
     fn must_stop(&self, clock: &Clock, observer: &dyn Observer) -> Option<StoppedBy> {
         if observer.cancelled() {
             return Some(StoppedBy::Cancelled);
@@ -417,7 +417,7 @@ impl Prepared {
         estimate
     }
 
-    /// Whether the job is done after chunk `index` with everything merged into `merged`.
+    /// Reason why the job is done after chunk `index` with everything merged into `merged`; `None` when it is not.
     pub fn stop_after(&self, index: u64, merged: &Estimate) -> Option<StoppedBy> {
         if matches!(self.engine, Engine::Dark | Engine::Solver(_)) {
             Some(StoppedBy::Exact)
@@ -430,7 +430,7 @@ impl Prepared {
         }
     }
 
-    /// Why a job has no results that ended before its first pass did: `None` for a cancelled one.
+    /// Reason why a job has no results that ended before its first pass did; `None` for a cancelled one.
     pub fn no_results(&self, stopped_by: StoppedBy, merged: &Estimate) -> Option<String> {
         (stopped_by == StoppedBy::MaxSeconds && merged.passes == 0).then(|| {
             format!(
@@ -441,7 +441,7 @@ impl Prepared {
         })
     }
 
-    /// Whether every value is exactly zero.
+    /// True if every value is exactly zero.
     pub(super) fn is_dark(&self) -> bool {
         matches!(self.engine, Engine::Dark)
     }
@@ -451,10 +451,10 @@ impl Prepared {
     }
 }
 
-/// Render time of the job.
+/// Clock of the job's render time.
 struct Clock {
     start: Instant,
-    /// Of earlier chunks.
+    /// Render seconds of earlier chunks.
     before: f64,
 }
 
@@ -468,7 +468,7 @@ impl Clock {
 #[derive(Default)]
 struct PassStop {
     now: AtomicBool,
-    /// Written before `now`.
+    /// True once the time is used up; written before `now`.
     out_of_time: AtomicBool,
 }
 

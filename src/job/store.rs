@@ -45,17 +45,17 @@ impl JobStatus {
     }
 }
 
-/// How far a job is.
+/// Progress of a job.
 #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize, utoipa::ToSchema)]
 pub struct Progress {
     pub passes: u64,
     pub photons: u64,
     pub rays: u64,
-    /// Render seconds so far.
+    /// Render seconds up to now.
     pub seconds: f64,
     /// Relative error of the grids at the asked confidence; null before the second pass.
     pub relative_error: Option<f64>,
-    /// The same of the views.
+    /// Relative error of the views at the asked confidence; null before the second pass.
     pub view_relative_error: Option<f64>,
     /// Finished chunks of passes: what a restart continues from.
     pub chunks: u64,
@@ -91,7 +91,7 @@ pub struct Job {
     pub problem: Option<JobProblem>,
 }
 
-/// What rendering a job goes on from.
+/// State from which rendering a job goes on.
 #[derive(Clone, Debug)]
 pub struct JobSource {
     /// The document as it was posted: what [`crate::job::run::prepare`] takes.
@@ -168,7 +168,7 @@ pub fn is_final_event(name: &str) -> bool {
 pub struct Artifact {
     /// E.g. `grids/workplane.json`.
     pub name: String,
-    /// Where the object store has it.
+    /// Key of the file in the object store.
     pub key: String,
     /// blake3 of the content, hexadecimal.
     pub hash: String,
@@ -178,7 +178,7 @@ pub struct Artifact {
 
 #[derive(Clone, Debug, PartialEq)]
 pub struct Mesh {
-    /// Of the content: equal files have equal ids.
+    /// Id of the content: equal files have equal ids.
     pub id: String,
     pub key: String,
     pub size: u64,
@@ -223,7 +223,7 @@ impl Default for Turn {
     }
 }
 
-/// What a start found of the process before.
+/// What a start took back from the process before.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct TakenBack {
     /// Chunks that were leased and are ready again.
@@ -232,7 +232,7 @@ pub struct TakenBack {
     pub failed: Vec<Uuid>,
 }
 
-/// What the store knows about itself.
+/// Record that the store keeps of itself.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct StoreRecord {
     /// Shared with the folder of the artifacts; `None` in a new store, and in one from before there were identities.
@@ -252,7 +252,7 @@ pub struct Lease {
     pub chunk: u64,
     pub owner: String,
     pub attempt: i64,
-    /// How often this chunk has failed before.
+    /// Number of times that this chunk has failed before.
     pub failures: u64,
 }
 
@@ -263,7 +263,7 @@ pub enum Beat {
     Lost,
 }
 
-/// What a running chunk tells, in order.
+/// Reports of a running chunk, in order.
 #[derive(Clone, Debug)]
 pub enum Report {
     Pass(PassReport),
@@ -275,14 +275,14 @@ pub enum Report {
     },
 }
 
-/// How a chunk ends.
+/// Ways in which a chunk ends.
 pub enum Completion {
     Continue { state: StateFile, progress: Progress, next_index: u64, next: Range<u64> },
     Finish(Finish),
 }
 
 pub struct Finish {
-    /// One of the final ones.
+    /// Status of the ended job, one of the final ones.
     pub status: JobStatus,
     pub stopped_by: Option<StoppedBy>,
     /// `None` leaves the progress as it was.
@@ -309,7 +309,7 @@ pub enum Committed {
 pub enum Change {
     /// There is a chunk to claim.
     Queue,
-    /// New events of a job.
+    /// A job has new events.
     Job(Uuid),
     /// A job shall stop: cancelled or deleted.
     Stop(Uuid),
@@ -333,7 +333,7 @@ pub trait Store: Send + Sync + 'static {
     async fn ready(&self) -> Result<(), StoreError>;
 
     async fn record(&self) -> Result<StoreRecord, StoreError>;
-    /// From now on the store is this one.
+    /// Gives the store its identity from now on.
     async fn set_identity(&self, identity: &str) -> Result<(), StoreError>;
     /// Files that were written before `milliseconds` since 1970 are never swept.
     async fn set_sweep_from(&self, milliseconds: i64) -> Result<(), StoreError>;
@@ -349,14 +349,14 @@ pub trait Store: Send + Sync + 'static {
     async fn job(&self, id: Uuid) -> Result<Option<Job>, StoreError>;
     async fn job_source(&self, id: Uuid) -> Result<Option<JobSource>, StoreError>;
     async fn job_head(&self, id: Uuid) -> Result<Option<JobHead>, StoreError>;
-    /// Newest first.
+    /// Jobs that pass the filter, newest first.
     async fn jobs(&self, filter: JobFilter) -> Result<Vec<JobHead>, StoreError>;
     async fn count(&self, status: JobStatus) -> Result<u64, StoreError>;
-    /// Jobs that have not ended.
+    /// Number of jobs that have not ended.
     async fn unfinished(&self) -> Result<u64, StoreError>;
     /// A job that was never claimed is cancelled at once, any other one by its worker.
     async fn cancel(&self, id: Uuid) -> Result<CancelOutcome, StoreError>;
-    /// Whether there was such a job.
+    /// Deletes a job; true if there was one.
     async fn delete(&self, id: Uuid) -> Result<bool, StoreError>;
     /// Events after sequence number `after`, in order.
     async fn events(&self, id: Uuid, after: i64, limit: u32) -> Result<Vec<Event>, StoreError>;

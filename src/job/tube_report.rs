@@ -24,7 +24,7 @@ use crate::traceable::cylinder_guide;
 /// Rays per replicate and beam, and under a sky.
 const BEAM_RAYS: u64 = 128;
 const SKY_RAYS: u64 = 2048;
-/// Of each of 145 patches.
+/// Rays for each of the 145 patches.
 const PATCH_RAYS: u64 = 32;
 
 /// Degrees between the altitudes of the curve.
@@ -36,7 +36,7 @@ const AZIMUTHS: u32 = 8;
 /// Performances that the process keeps: of the last tubes and skies that were asked for.
 const KEPT: usize = 256;
 
-/// What does not depend on the passes of a job.
+/// Figures of a tube that do not depend on the passes of a job.
 struct TubePerformance {
     beam: BeamReport,
     uniform_sky: TransmissionResult,

@@ -13,7 +13,7 @@ use crate::job::live::LiveJob;
 use crate::job::run::{self, Observer, PassReport, Prepared, RenderError, ResultFile, StoppedBy};
 use crate::job::store::Progress;
 
-/// What the async side asks of a running chunk.
+/// Go on: the async side wants nothing of the chunk.
 pub(super) const RUN: u8 = 0;
 /// Stop within a pass; what was computed counts.
 pub(super) const CANCEL: u8 = 1;

@@ -9,9 +9,9 @@ use crate::estimate::Estimate;
 use crate::job::live::LiveJob;
 use crate::job::run::Prepared;
 
-/// Most jobs that are kept.
+/// Largest number of jobs that are kept.
 const MOST_JOBS: usize = 4;
-/// Most bytes of estimates that are kept, but for the job that was rendered last.
+/// Largest number of bytes of estimates that are kept, not counting the job that was rendered last.
 const MOST_BYTES: u64 = 256 << 20;
 
 /// A job with everything that was computed before its next chunk.
@@ -21,7 +21,7 @@ pub(super) struct Current {
     pub live: Arc<LiveJob>,
     /// Everything of chunks before `next_chunk`.
     pub merged: Estimate,
-    /// Size of `merged`.
+    /// Size of `merged` in bytes.
     pub bytes: u64,
     /// Render seconds of `merged`.
     pub seconds: f64,

@@ -34,12 +34,12 @@ use crate::job::meshes::Meshes;
 use crate::job::run::{self, StoppedBy};
 use crate::job::store::*;
 
-/// A worker that is not heard of for so long has lost its chunk.
+/// Time without a heartbeat after which a worker has lost its chunk.
 const LEASE: Duration = Duration::from_secs(60);
 const HEARTBEAT: Duration = Duration::from_secs(15);
 /// Hints wake an idle worker; this is for a lease that ran out, or a hint that was lost.
 const IDLE_POLL: Duration = Duration::from_secs(60);
-/// A job that has been rendered for so long lets the next one go on, after its chunk.
+/// Render time of a job after which it lets the next one go on, at the end of its chunk.
 const TURN: Duration = Duration::from_secs(2);
 /// Age of a process before it takes a chunk over which one process, or two in a row, have died.
 const STEADY_AFTER: [Duration; MAX_DEATHS as usize - 1] = [Duration::from_secs(2), Duration::from_secs(10)];
@@ -47,7 +47,7 @@ const STEADY_AFTER: [Duration; MAX_DEATHS as usize - 1] = [Duration::from_secs(2
 const FILES_AT_ONCE: usize = 8;
 /// Pause after the store failed.
 const RETRY_PAUSE: Duration = Duration::from_secs(5);
-/// A chunk that panicked so often fails its job.
+/// Number of panics of one chunk that fail its job.
 const MAX_FAILURES: u64 = 3;
 /// After these passes a progress image is kept.
 pub const PREVIEW_PASSES: [u64; 6] = [1, 4, 16, 64, 256, 1024];
@@ -69,7 +69,7 @@ pub struct Worker {
     shown: Option<Uuid>,
 }
 
-/// Why a chunk was not committed.
+/// Reason why a chunk was not committed.
 enum Interrupted {
     /// Somebody else has it, or the job is gone.
     LeaseLost,
@@ -111,7 +111,7 @@ impl Worker {
         Ok(Self { store, artifacts, meshes, live, pool, owner, shutdown, started, turn: None, kept, shown: None })
     }
 
-    /// Until shut down.
+    /// Renders chunks until shut down.
     pub async fn run(mut self) {
         tracing::info!(owner = self.owner, threads = self.pool.current_num_threads(), "worker started");
         let mut changes = self.store.changes();
@@ -238,7 +238,7 @@ impl Worker {
         Ok(())
     }
 
-    /// What was stored after the job's files had been deleted with it.
+    /// Deletes what was stored after the job's files had been deleted with it.
     async fn delete_files_of_deleted(&self, job: Uuid) -> Result<(), StoreError> {
         if self.store.job_head(job).await?.is_none()
             && let Err(error) = self.artifacts.delete_job(job).await
@@ -541,7 +541,7 @@ impl Worker {
     }
 }
 
-/// Some at a time.
+/// Stores files, some at a time.
 async fn put_files(
     artifacts: Artifacts,
     lease: Lease,
@@ -555,7 +555,7 @@ async fn put_files(
     futures::stream::iter(puts).buffered(FILES_AT_ONCE).try_collect().await
 }
 
-/// Up to five times, with growing pauses: what fails is a busy or full disk, and a chunk is worth waiting for.
+/// Tries up to five times, with growing pauses: what fails is a busy or full disk, and a chunk is worth waiting for.
 async fn retry<T, E: std::fmt::Display, F: Future<Output = Result<T, E>>>(
     mut action: impl FnMut() -> F,
 ) -> Result<T, E> {
