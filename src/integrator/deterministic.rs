@@ -54,7 +54,7 @@ pub fn installation(traceable: &TraceableScene, grids: &[Grid]) -> Installation 
     }
 }
 
-/// Why a deterministic method cannot compute a scene, if it cannot.
+/// Reason why a deterministic method cannot compute a scene, if it cannot.
 pub fn refuses(method: &Method, scene: &Scene, traceable: &TraceableScene) -> Option<String> {
     let name = method.name();
     if !scene.views.is_empty() {

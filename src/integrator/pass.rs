@@ -11,8 +11,8 @@ pub trait Integrator: Send + Sync {
     /// `None` when `cancel` was raised meanwhile.
     fn pass(&self, pass: u64, cancel: &AtomicBool) -> Option<Pass>;
 
-    /// What there is before the first pass, in the shape of one: what it starts from, and zeros where points tell their
-    /// sampling error; the rest is empty.
+    /// State before the first pass, in the shape of a pass: what the first one starts from, and zeros where points tell
+    /// their sampling error; the rest is empty.
     fn start(&self) -> Pass {
         Pass::default()
     }
@@ -23,7 +23,7 @@ pub trait Integrator: Send + Sync {
     }
 }
 
-/// What one pass gives: a replicate of every output.
+/// Result of one pass: a replicate of every output.
 #[derive(Clone, Debug, Default)]
 pub struct Pass {
     pub grids: Vec<GridPass>,
@@ -53,18 +53,18 @@ pub struct GridPass {
     pub illuminance: Vec<f64>,
     /// Estimated bias per sensor; empty when the method has none.
     pub bias: Vec<f64>,
-    /// Where points are the same in every pass: contrasts among those of each sensor, equally many for each, whose squares
-    /// add up to the variance of their choice; else empty.
+    /// Contrasts among the points of each sensor, where points are the same in every pass: equally many for each
+    /// sensor, and their squares add up to the variance of the choice of points. Else empty.
     pub contrasts: Vec<f64>,
 }
 
 /// Luminance in cd/m2 per pixel, top row first.
 #[derive(Clone, Debug, Default)]
 pub struct ViewPass {
-    /// Channels interleaved.
+    /// Luminances of the pixels, channels interleaved.
     pub luminance: Vec<f64>,
     /// Estimated bias of the luminance Y per pixel; empty when the method has none.
     pub bias: Vec<f64>,
-    /// As [`GridPass::contrasts`], of the luminance Y of pixels.
+    /// Contrasts as of [`GridPass::contrasts`], of the luminance Y of pixels.
     pub contrasts: Vec<f64>,
 }

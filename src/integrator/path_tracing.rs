@@ -22,7 +22,7 @@ use crate::sampling::path_samples::SOBOL_PAIRS;
 use crate::scene::{Grid, View};
 use crate::traceable::{TraceableScene, TraceableTube};
 
-/// Settings of the method.
+/// Settings of path tracing.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
     /// Paths per sensor and pass; 1..=65_536.
@@ -143,8 +143,8 @@ fn sampling(paths: u32) -> Sampling {
     Sampling { paths, certain: 0, pairs: SOBOL_PAIRS }
 }
 
-/// Why this method cannot compute a scene, if it cannot: the sun's disc would be found by chance only, and its part of the
-/// error would stay unseen.
+/// Reason why this method cannot compute a scene, if it cannot: the sun's disc would be found by chance only, and its
+/// part of the error would stay unseen.
 pub fn refuses(scene: &TraceableScene) -> Option<&'static str> {
     scene.sun?;
     let clear = |tube: &TraceableTube| tube.diffuser.specular_zone(tube.opening_radius).is_some();

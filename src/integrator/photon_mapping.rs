@@ -37,7 +37,7 @@ use crate::sampling::{Key, PathRandom, Replicate, warp};
 use crate::scene::{EstimateKind, Grid, View};
 use crate::traceable::{NO_SURFACE, Place, RoomHit, SurfaceId, TraceableScene, TraceableTube};
 
-/// Settings of the method.
+/// Settings of photon mapping.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
     /// Photons emitted per pass, all tubes and sources together; 64..=16_777_216.
@@ -58,7 +58,7 @@ impl Default for Settings {
 /// Share of the shortest edge of the room that is the default radius.
 const DEFAULT_RADIUS_SHARE: f64 = 0.025;
 
-/// Gather rays per pass.
+/// Default numbers of gather rays per pass, of a sensor and of a point that a pixel's ray meets.
 pub const SENSOR_GATHER_RAYS: u32 = 256;
 pub const POINT_GATHER_RAYS: u32 = 16;
 
@@ -95,7 +95,7 @@ pub struct PhotonMapping<const C: usize> {
 struct Gathering<'a, const C: usize> {
     mapper: &'a Mapper<C>,
     maps: &'a Maps<C>,
-    /// Counted for the account.
+    /// Number of rays, counted for the account.
     rays: AtomicU64,
 }
 
@@ -141,7 +141,7 @@ impl<const C: usize> PhotonMapping<C> {
         Some(GridPass { illuminance, bias, ..GridPass::default() })
     }
 
-    /// Whether a box stands over a point.
+    /// True if a box stands over a point.
     fn covered(&self, point: DVec3) -> bool {
         self.mapper.scene.boxes.iter().any(|object| object.contains(point))
     }
@@ -229,7 +229,7 @@ impl<const C: usize> Integrator for PhotonMapping<C> {
     }
 }
 
-/// What gather rays leave.
+/// Surface element that gather rays leave.
 struct Receiver {
     normal: DVec3,
     surface: SurfaceId,
@@ -350,8 +350,9 @@ fn cell_at(grid: &Grid, point: DVec3) -> Option<usize> {
     Some(j * grid.cells[0] + i)
 }
 
-/// What rays backward find: the sun's beam is aimed at in straight tubes only. Behind a closure that scatters in part, light
-/// may come through its clear part that was scattered above it, but in a straight tube, which returns nothing.
+/// Light that rays backward find completely: the sun's beam is aimed at in straight tubes only. Behind a closure that
+/// scatters in part, light may come through its clear part that was scattered above it, but in a straight tube, which
+/// returns nothing.
 fn followed_backward(tube: &TraceableTube) -> FollowedBackward {
     let straight = matches!(tube.guide, Guide::Straight(_));
     FollowedBackward { sky: straight || !tube.diffuser.scatters(tube.opening_radius), sun: straight }

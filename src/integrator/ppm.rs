@@ -28,14 +28,14 @@ use crate::sampling::{Key, PathRandom};
 use crate::scene::{EstimateKind, Grid, View};
 use crate::traceable::{NO_SURFACE, TraceableScene};
 
-/// Settings of the method.
+/// Settings of progressive photon mapping.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
     /// Photons emitted per pass, all tubes and sources together; 64..=16_777_216.
     pub photons_per_pass: u64,
     /// Gather radius of the first pass in metres; `None`: a twentieth of the room's shortest edge.
     pub initial_radius_m: Option<f64>,
-    /// As of `sppm`.
+    /// Share of the photons of a pass that is kept, 0 < `alpha` < 1, as of [`super::sppm::Settings::alpha`].
     pub alpha: f64,
     pub radius: Radius,
     /// Fixed points of each cell of cell averages, 2..=65_536.
@@ -57,8 +57,8 @@ impl Default for Settings {
     }
 }
 
-/// Photons at each diffuser, and points of each luminaire along the side of a square of strata, to which the points of a
-/// sensor are connected: shared by them, but at least so many each.
+/// Photons at each diffuser, and points of each luminaire along the side of a square of strata, to which a sensor is
+/// connected; its points share them, but each gets at least the numbers below.
 const SENSOR_CONNECTIONS: usize = 256;
 const SENSOR_STRATA: usize = 8;
 const LEAST_CONNECTIONS: usize = 16;
@@ -90,7 +90,7 @@ struct Strata {
 impl Strata {
     const ONE: Self = Self { columns: 1, rows: 1 };
 
-    /// As square as `count` allows.
+    /// Strata as square as `count` allows.
     fn new(count: u32) -> Self {
         let count = count as usize;
         let rows = (1..=count.isqrt()).rev().find(|rows| count.is_multiple_of(*rows)).unwrap_or(1);
@@ -140,11 +140,11 @@ impl Strata {
     }
 }
 
-/// What the points of a sensor or a pixel found.
+/// Mean over the points of a sensor or a pixel.
 struct Mean<const C: usize> {
     value: Gathered<C>,
     contrasts: Vec<f64>,
-    /// Photons, per point.
+    /// Number of photons that each point found.
     found: Vec<f64>,
 }
 

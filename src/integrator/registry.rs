@@ -13,9 +13,9 @@ pub enum Method {
     Bidirectional(bidirectional::Settings),
     PhotonMapping(photon_mapping::Settings),
     TwoStage(two_stage::Settings),
-    /// At once.
+    /// The method of HOLIGILM: solved in one computation, without passes.
     Holigilm,
-    /// At once.
+    /// The formula of Jenkins, Muneer and Kubie: solved in one computation, without passes.
     Jenkins(jenkins::Settings),
 }
 
@@ -35,12 +35,12 @@ impl Method {
         }
     }
 
-    /// Whether light is followed from its sources to its end, so that the balance of energy is known.
+    /// True if light is followed from its sources to its end, so that the balance of energy is known.
     pub fn knows_energy(&self) -> bool {
         !matches!(self, Self::PathTracing(_) | Self::TwoStage(_))
     }
 
-    /// Whether one computation gives the result, without passes.
+    /// True if one computation gives the result, without passes.
     pub fn is_deterministic(&self) -> bool {
         matches!(self, Self::Holigilm | Self::Jenkins(_))
     }

@@ -24,7 +24,7 @@ use crate::sampling::{Key, PathRandom};
 use crate::scene::{EstimateKind, Grid, View};
 use crate::traceable::{NO_SURFACE, TraceableScene};
 
-/// Settings of the method.
+/// Settings of stochastic progressive photon mapping.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
     /// Photons emitted per pass, all tubes and sources together; 64..=16_777_216.

@@ -10,7 +10,7 @@ pub struct TraceableBox {
     base: DVec3,
     half: DVec2,
     height: f64,
-    /// Room to box frame.
+    /// Rotation from the room's frame to the box'.
     turn: DMat2,
 }
 
@@ -25,7 +25,7 @@ impl TraceableBox {
         }
     }
 
-    /// Where `origin + t direction` enters the box (t >= 0), the face and its outward normal.
+    /// First point at which `origin + t direction` enters the box: t >= 0, the face, and its outward normal.
     #[inline]
     pub(super) fn intersect(&self, origin: DVec3, direction: DVec3) -> Option<(f64, usize, DVec3)> {
         let to_local = |v: DVec3| (self.turn * v.truncate()).extend(v.z);
@@ -64,7 +64,7 @@ impl TraceableBox {
             .map(|(x, y)| self.base.truncate() + back * DVec2::new(x * self.half.x, y * self.half.y))
     }
 
-    /// Whether a point is inside, or on the lower side: a box covers what it stands on.
+    /// True if a point is inside, or on the lower side: a box covers what it stands on.
     pub fn contains(&self, point: DVec3) -> bool {
         let local = self.turn * (point - self.base).truncate();
         let (low, high) = self.span();

@@ -18,7 +18,7 @@ pub struct TraceableLuminaire {
     /// Unit vector of the side that emits.
     pub normal: DVec3,
     pub area_m2: f64,
-    /// Linear Rec.709 in cd/m2; zero when switched off.
+    /// Luminance in cd/m2, linear Rec.709; zero when switched off.
     pub luminance: [f64; 3],
     pub surface: SurfaceId,
     /// Gradients of the coordinates along the edges, each 0..1 on the rectangle.
@@ -91,7 +91,8 @@ impl TraceableLuminaire {
         Spectrum::from_rgb(self.luminance) * per_luminance
     }
 
-    /// What the point `source` of the rectangle adds to that irradiance per area: L cos(theta) cos(theta') A / d^2.
+    /// Irradiance in lux if the whole rectangle were at its point `source`, L cos(theta) cos(theta') A / d^2: its mean
+    /// over even points is the irradiance where nothing stands between.
     #[inline]
     pub fn connection<const C: usize>(&self, source: DVec3, position: DVec3, normal: DVec3) -> Spectrum<C> {
         let way = source - position;

@@ -31,13 +31,13 @@ pub struct TraceableMeshes {
     pub clearance: f64,
 }
 
-/// Where a ray meets a mesh.
+/// Place where a ray meets a mesh.
 #[derive(Clone, Copy, Debug)]
 pub struct MeshHit {
     pub distance: f64,
     /// A hair's breadth before the triangle.
     pub position: DVec3,
-    /// On the ray's side.
+    /// Unit normal on the ray's side.
     pub normal: DVec3,
     pub surface: SurfaceId,
 }
@@ -77,7 +77,7 @@ impl TraceableMeshes {
         Some((meshes, of_surfaces))
     }
 
-    /// The facet of a surface.
+    /// Number of the facet that a surface belongs to; `None` for surfaces that are no facets.
     pub fn facet(&self, surface: SurfaceId) -> Option<usize> {
         let facet = surface.checked_sub(self.first)? as usize / 2;
         (facet < self.facets.len()).then_some(facet)
@@ -105,7 +105,7 @@ impl TraceableMeshes {
         Some(MeshHit { distance: hit.distance, position, normal, surface: self.first + 2 * facet + back })
     }
 
-    /// Whether a triangle is met before the share `until` of the way from `a` to `b`.
+    /// True if a triangle is met before the share `until` of the way from `a` to `b`.
     #[inline]
     pub fn blocks(&self, a: DVec3, b: DVec3, until: f64) -> bool {
         let length = (b - a).length();

@@ -34,27 +34,27 @@ pub struct TraceableScene {
     pub sky: Option<Sky>,
     pub sun: Option<Sun>,
     pub size: DVec3,
-    /// By number; `None` is open.
+    /// Optics of the surfaces by number; `None` is open.
     pub surfaces: Vec<Option<SurfaceOptics>>,
     pub boxes: Vec<TraceableBox>,
     pub meshes: Option<TraceableMeshes>,
     pub luminaires: Vec<TraceableLuminaire>,
     pub tubes: Vec<TraceableTube>,
-    /// Whether reflected light is followed.
+    /// True if reflected light is followed.
     pub interreflection: bool,
-    /// Whether light that goes up into a guide is followed for its return.
+    /// True if light that goes up into a guide is followed for its return.
     pub guide_return: bool,
-    /// Whether anything but its faces is in the room.
+    /// True if anything but its faces is in the room.
     furnished: bool,
-    /// Whether anything can stand between two points of the room; luminaires on its faces cannot.
+    /// True if anything can stand between two points of the room; luminaires on its faces cannot.
     pub obstructed: bool,
-    /// Whether anything can stand between a luminaire and a point before it.
+    /// True if anything can stand between a luminaire and a point before it.
     pub luminaires_obstructed: bool,
-    /// Where that is.
+    /// Bounding volumes of everything that can stand in the way of light from an opening.
     pub obstacles: Obstacles,
 }
 
-/// What a ray in the room meets.
+/// Place where a ray in the room ends.
 #[derive(Clone, Copy, Debug)]
 pub struct RoomHit {
     pub position: DVec3,
@@ -175,7 +175,7 @@ impl TraceableScene {
         RoomHit { position, normal, place }
     }
 
-    /// Whether nothing stands between two points of the room; the surfaces that they lie on do not count.
+    /// True if nothing stands between two points of the room; the surfaces that they lie on do not count.
     #[inline]
     pub fn visible(&self, a: DVec3, from: SurfaceId, b: DVec3, to: SurfaceId) -> bool {
         if !self.obstructed {
@@ -287,7 +287,7 @@ impl TraceableScene {
     }
 }
 
-/// Whether a luminaire lies in the plane of a face of the room, where it can stand between nothing.
+/// True if a luminaire lies in the plane of a face of the room, where it can stand between nothing.
 fn lies_on_a_face(luminaire: &TraceableLuminaire, size: DVec3) -> bool {
     let corners = luminaire.corners();
     (0..3).any(|axis| {

@@ -40,8 +40,9 @@ impl Obstacles {
         Self(blocks)
     }
 
-    /// Whether certainly nothing stands between any point within `reach` of `position`, at its height, and any point of a
-    /// disc of `radius` around `centre` in the ceiling; `from`: the surface of `position`, whose horizon hides nothing.
+    /// True if certainly nothing stands between any point within `reach` of `position`, at its height, and any point of
+    /// a disc of `radius` around `centre` in the ceiling; `from` is the surface of `position`, whose horizon hides
+    /// nothing.
     pub fn leave_clear(&self, position: DVec3, reach: f64, from: SurfaceId, centre: DVec3, radius: f64) -> bool {
         self.0.iter().all(|block| {
             let own = block.first.is_some_and(|first| reach == 0.0 && (first..first + 6).contains(&from));
@@ -51,7 +52,7 @@ impl Obstacles {
 }
 
 impl Block {
-    /// Along the axes; `None` without points.
+    /// Smallest block along the axes around some points; `None` without points.
     fn around(points: &[DVec3]) -> Option<Self> {
         let low = points.iter().copied().reduce(DVec3::min)?;
         let high = points.iter().copied().reduce(DVec3::max)?;

@@ -7,25 +7,25 @@ use glam::DVec3;
 use crate::optics::{Glossy, Surface};
 use crate::sampling::PathRandom;
 
-/// From this roughness on a ray in a direction of a lobe meets the sun's disc in less than one of a hundred cases.
+/// Roughness from which on a ray in a direction of a lobe meets the sun's disc in less than one of a hundred cases.
 const WIDE_ROUGHNESS: f64 = 0.15;
 
 /// The optics of a surface.
 #[derive(Clone, Debug)]
 pub struct SurfaceOptics {
-    /// Diffuse.
+    /// Diffuse reflectance.
     pub reflectance: [f64; 3],
     pub specular: Option<SpecularOptics>,
 }
 
 impl SurfaceOptics {
-    /// Whether any light is reflected diffusely, so that photons are worth gathering.
+    /// True if any light is reflected diffusely, so that photons are worth gathering.
     #[inline]
     pub fn gathers(&self) -> bool {
         self.reflectance.iter().any(|reflectance| *reflectance > 0.0)
     }
 
-    /// Whether photons are worth gathering for sunbeams in its lobe: a ray in a wide lobe finds the sun's disc rarely.
+    /// True if photons are worth gathering for sunbeams in its lobe: a ray in a wide lobe finds the sun's disc rarely.
     #[inline]
     pub fn gathers_beams(&self) -> bool {
         self.specular.as_ref().is_some_and(|specular| specular.lobe.is_some() && specular.roughness >= WIDE_ROUGHNESS)
@@ -37,12 +37,13 @@ impl SurfaceOptics {
 pub struct SpecularOptics {
     pub reflectance: [f64; 3],
     pub roughness: f64,
-    /// `None`: an ideal mirror.
+    /// The glossy lobe; `None` for an ideal mirror.
     pub lobe: Option<Arc<Glossy>>,
 }
 
 impl SpecularOptics {
-    /// Where light goes on that comes from `from`, a unit vector away from the surface; the weight is `reflectance`.
+    /// Direction into which light goes on that comes from `from`, a unit vector away from the surface; the weight is
+    /// `reflectance`.
     #[inline]
     pub fn reflect(&self, normal: DVec3, from: DVec3, point: [f64; 2], random: &mut PathRandom) -> DVec3 {
         match &self.lobe {

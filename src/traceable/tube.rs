@@ -13,7 +13,7 @@ pub struct TraceableTube {
     pub origin: DVec3,
     pub opening_radius: f64,
     pub guide: Guide,
-    /// What a mesh was found to be; `None` for tubes that are no meshes.
+    /// Shape that a mesh was found to have; `None` for tubes that are no meshes.
     pub section: Option<Section>,
     pub diffuser: Diffuser,
 }

@@ -140,9 +140,9 @@ impl Path<'_> {
 pub struct Exit<'a, const C: usize> {
     pub position: DVec3,
     pub closure: Closure<'a>,
-    /// Of the angle of incidence.
+    /// Cosine of the angle of incidence.
     pub cosine: f64,
-    /// In lm, of what arrives.
+    /// Flux that arrives, in lm.
     pub flux: Spectrum<C>,
 }
 

@@ -17,10 +17,10 @@ use crate::traceable::TraceableScene;
 pub const SENSOR_STREAM: u64 = 1 << 32;
 pub const EYE_STREAM: u64 = 1 << 33;
 
-/// How backward paths are drawn.
+/// Numbers by which backward paths are drawn.
 #[derive(Clone, Copy)]
 pub struct Sampling {
-    /// Per sensor or pixel.
+    /// Number of paths per sensor or pixel.
     pub paths: u32,
     /// First reflections of each that no roulette decides.
     pub certain: u32,
@@ -35,7 +35,7 @@ impl Sampling {
     }
 }
 
-/// What `of` gives for every index below `count`; `None` when cancelled.
+/// Results of `of` for every index below `count`; `None` when cancelled.
 pub fn each<T: Send>(count: usize, cancel: &AtomicBool, of: impl Fn(usize) -> T + Sync) -> Option<Vec<T>> {
     let going_on = |index: usize| (!cancel.load(Ordering::Relaxed)).then(|| of(index));
     (0..count).into_par_iter().map(going_on).collect()

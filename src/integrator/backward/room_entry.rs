@@ -4,8 +4,8 @@ use glam::DVec3;
 
 use crate::traceable::TraceableScene;
 
-/// Where an eye ray is inside the room: at once, or behind an open surface; `None` when something opaque closes the room
-/// where it would enter.
+/// Point at which an eye ray is inside the room: the eye itself, or a point of an open surface; `None` when something
+/// opaque closes the room where the ray would enter.
 pub fn enter_room(scene: &TraceableScene, eye: DVec3, direction: DVec3) -> Option<DVec3> {
     let size = scene.size;
     if eye.cmpge(DVec3::ZERO).all() && eye.cmple(size).all() {
@@ -31,7 +31,7 @@ pub fn enter_room(scene: &TraceableScene, eye: DVec3, direction: DVec3) -> Optio
     entry.filter(|entry| *entry == eye || !hidden_by_luminaire(scene, eye, direction, *entry))
 }
 
-/// Whether the dark side of a luminaire closes an open surface at the point where an eye ray enters.
+/// True if the dark side of a luminaire closes an open surface at the point where an eye ray enters.
 fn hidden_by_luminaire(scene: &TraceableScene, eye: DVec3, direction: DVec3, entry: DVec3) -> bool {
     let distance = (entry - eye).length();
     let at_entry = |t: f64| (t - distance).abs() <= scene.coinciding();

@@ -124,7 +124,8 @@ impl Backward<'_> {
         (sum * sun.luminance_cd_m2() / count as f64, rays)
     }
 
-    /// From the sensor through `point` of the opening: geometry factor times transmittances, and the direction outside.
+    /// Follows a ray from the sensor through `point` of the opening: geometry factor times transmittances, and the
+    /// direction outside.
     fn through(&self, point: DVec3, random: &mut PathRandom, rays: &mut u64) -> Option<(f64, DVec3)> {
         let Closure::Specular { transmittance } = self.tube.closure_at(point) else { return None };
         let way = point - self.sensor;

@@ -8,7 +8,7 @@ use crate::optics::{Glossy, MeasuredDiffuser, Spectrum};
 use crate::traceable::luminaire::TraceableLuminaire;
 use crate::traceable::{SurfaceId, SurfaceOptics, TraceableScene};
 
-/// Below this roughness a connection meets the lobe so rarely that its sunlight is a mirror's.
+/// Roughness below which a connection meets the lobe so rarely that its sunlight is treated as a mirror's.
 pub const NARROW_ROUGHNESS: f64 = 0.2;
 
 /// A point that scatters light toward the eye with a finite distribution, or a sensor.
@@ -28,7 +28,7 @@ pub struct Vertex<'a, const C: usize> {
     pub table: Option<(&'a MeasuredDiffuser, Scatter)>,
 }
 
-/// On which side of a closure, seen from the light, the eye is, and the cosine of its direction.
+/// Side of a closure, seen from the light, on which the eye is, and the cosine of the eye's direction.
 #[derive(Clone, Copy)]
 pub struct Scatter {
     pub transmitted: bool,
@@ -56,17 +56,17 @@ impl<const C: usize> Vertex<'_, C> {
         (response, density)
     }
 
-    /// Whether light straight from luminaires has a closed form.
+    /// True if light straight from luminaires has a closed form.
     pub(super) fn lambert(&self, scene: &TraceableScene) -> bool {
         !scene.luminaires_obstructed && self.lobe.is_none() && self.table.is_none()
     }
 
-    /// Whether it has a lobe that connections rarely meet.
+    /// True if the vertex has a lobe that connections rarely meet.
     pub fn is_narrow(&self) -> bool {
         self.lobe.is_some_and(|(lobe, _)| lobe.roughness() < NARROW_ROUGHNESS)
     }
 
-    /// This vertex, left in a direction of `density`.
+    /// Describes this vertex to a ray that leaves it in a direction of `density`.
     pub(super) fn last(&self, scene: &TraceableScene, density: f64) -> Last {
         Last { position: self.position, density, lambert: self.lambert(scene), narrow: self.is_narrow() }
     }
@@ -76,7 +76,7 @@ impl<const C: usize> Vertex<'_, C> {
 #[derive(Clone, Copy)]
 pub struct Last {
     pub position: DVec3,
-    /// Of the ray's direction, per sr.
+    /// Density of the ray's direction, per sr.
     pub density: f64,
     /// Light straight from luminaires is counted there in closed form.
     lambert: bool,
@@ -93,7 +93,7 @@ pub struct Ray<const C: usize> {
     pub(super) weight: Spectrum<C>,
     /// `None`: no vertex counted what the ray finds.
     pub last: Option<Last>,
-    /// Straight from the eye.
+    /// True for a ray straight from the eye.
     pub from_eye: bool,
 }
 
@@ -114,7 +114,7 @@ pub fn diffuse_share(optics: &SurfaceOptics) -> f64 {
     }
 }
 
-/// The same of a luminaire; zero from behind it.
+/// Density per sr of connecting to an even point of a luminaire along `way`; zero from behind it.
 pub(super) fn luminaire_density(luminaire: &TraceableLuminaire, way: DVec3) -> f64 {
     let leaving = -way.dot(luminaire.normal);
     let distance_squared = way.length_squared();

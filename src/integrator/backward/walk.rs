@@ -16,7 +16,7 @@ use crate::sampling::PathSamples;
 use crate::sampling::warp;
 use crate::traceable::{NO_SURFACE, Place, SpecularOptics, SurfaceId, TraceableScene};
 
-/// Below this share of its first weight a path goes on by roulette even where nothing absorbs.
+/// Share of its first weight below which a path goes on by roulette even where nothing absorbs.
 pub const ROULETTE_BELOW: f64 = 1e-3;
 
 /// A path goes on for certain above this share of its first weight, if its method asks for it.
@@ -25,7 +25,7 @@ const CERTAIN_ABOVE: f64 = 0.05;
 /// Events of one path after which it is cut off; reached only by scenes that absorb nothing.
 pub const MAX_EVENTS: u32 = 1_000_000;
 
-/// How a method counts the daylight of openings.
+/// Treatment of the daylight of openings by a method.
 pub trait Daylight<const C: usize>: Sync {
     /// Adds what tube `tube` sends straight to a vertex below its opening, and by it toward the eye.
     fn connect(&self, path: &mut Path, vertex: &Vertex<C>, tube: usize, sum: &mut Spectrum<C>);
@@ -35,11 +35,11 @@ pub trait Daylight<const C: usize>: Sync {
     fn found_share(&self, scene: &TraceableScene, tube: usize, ray: &Ray<C>, position: DVec3) -> Option<f64>;
 }
 
-/// One path.
+/// One path that is followed backward, with its random numbers.
 pub struct Path<'a> {
     pub scene: &'a TraceableScene,
     pub samples: PathSamples,
-    /// Traced so far.
+    /// Number of rays traced up to now.
     pub rays: u64,
     /// Reflections still to come that no roulette decides, as long as the path's weight is worth it.
     pub certain: u32,
@@ -199,7 +199,7 @@ impl Path<'_> {
         Some(Ray { origin: position, direction, from: surface, weight, last, from_eye: false })
     }
 
-    /// What openings and luminaires send straight to a vertex, and by it toward the eye.
+    /// Light that openings and luminaires send straight to a vertex, and by it toward the eye.
     pub(super) fn connect<const C: usize>(&mut self, daylight: &impl Daylight<C>, vertex: &Vertex<C>) -> Spectrum<C> {
         let scene = self.scene;
         let mut sum = Spectrum::ZERO;

@@ -18,9 +18,9 @@ use crate::traceable::{NO_SURFACE, Place, SurfaceId, SurfaceOptics, TraceableSce
 /// Densities with which photons start, of the sources that eye paths can find.
 #[derive(Debug)]
 pub struct Starts {
-    /// Of sky light on each tube's opening, per m2.
+    /// Density of sky light on each tube's opening, per m2.
     pub sky: Vec<f64>,
-    /// On each luminaire, per m2.
+    /// Density on each luminaire, per m2.
     pub luminaires: Vec<f64>,
 }
 
@@ -30,15 +30,15 @@ pub struct EyePath<'a, const C: usize> {
     pub starts: &'a Starts,
     /// The vertices of the photon that it is connected to.
     pub photon: &'a [LightVertex<C>],
-    /// Photons of the pass.
+    /// Number of photons of the pass.
     pub photons: f64,
     pub samples: PathSamples,
     pub rays: u64,
-    /// What it finds: illuminance in lux or luminance in cd/m2.
+    /// Light that the path has found: illuminance in lux or luminance in cd/m2.
     pub sum: Spectrum<C>,
 }
 
-/// Where an eye ray starts.
+/// Place where an eye ray starts.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum From {
     /// A sensor: light that comes to it straight through a clear closure is counted otherwise, by one rule for points and
@@ -60,7 +60,7 @@ struct Ray<const C: usize> {
     from: SurfaceId,
     weight: Spectrum<C>,
     start: From,
-    /// Whether a surface that it meets reflects for the second time, or lights a sensor.
+    /// True if a surface that the ray meets reflects for the second time, or lights a sensor.
     reflected: bool,
     edge: Edge,
 }
@@ -72,7 +72,7 @@ struct EyeVertex<'a, const C: usize> {
     surface: SurfaceId,
     /// Unit vector toward the eye.
     eye: DVec3,
-    /// Of the path that arrives.
+    /// Weight of the path that arrives.
     weight: Spectrum<C>,
     scatters: Scatters<'a>,
     share: Share,
@@ -422,7 +422,7 @@ fn crossings<const C: usize>(ray: &Ray<C>, share: &Share, start: f64) -> f64 {
     }
 }
 
-/// Whether any of a surface's light goes into more than one direction.
+/// True if any of a surface's light goes into more than one direction.
 fn finite(optics: &SurfaceOptics) -> bool {
     optics.gathers() || optics.specular.as_ref().is_some_and(|specular| specular.lobe.is_some())
 }

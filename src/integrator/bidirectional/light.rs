@@ -15,14 +15,14 @@ use crate::traceable::{SurfaceId, TraceableScene};
 #[derive(Clone, Copy, Debug)]
 pub struct LightVertex<const C: usize> {
     pub position: DVec3,
-    /// Toward the side on which the light leaves.
+    /// Unit normal toward the side on which the light leaves.
     pub normal: DVec3,
     /// Unit direction of travel of the light that arrives.
     incident: DVec3,
     pub surface: SurfaceId,
     /// The tube at whose diffuser this is.
     diffuser: Option<usize>,
-    /// Whether the path starts here: at a diffuser or a luminaire.
+    /// True if the path starts here: at a diffuser or a luminaire.
     source: bool,
     /// Lambertian flux that leaves, in lm.
     leaving: Spectrum<C>,
@@ -32,7 +32,7 @@ pub struct LightVertex<const C: usize> {
 }
 
 impl<const C: usize> LightVertex<C> {
-    /// Whether no eye path comes upon this vertex' light: connections to near sensors would have an infinite variance.
+    /// True if no eye path comes upon this vertex' light: connections to near sensors would have an infinite variance.
     pub fn alone(&self) -> bool {
         self.share.cut == 0.0 && self.share.behind == 0.0
     }
@@ -119,7 +119,7 @@ pub struct Recorder<'a, const C: usize> {
     start: f64,
     found: f64,
     edge: Edge,
-    /// Whether the edge starts at the source.
+    /// True if the edge starts at the source.
     from_source: bool,
     incident: DVec3,
     flights: u32,

@@ -37,7 +37,7 @@ use crate::sampling::{Key, PathRandom};
 use crate::scene::{EstimateKind, Grid, View};
 use crate::traceable::{NO_SURFACE, TraceableScene, TraceableTube};
 
-/// Settings of the method.
+/// Settings of bidirectional path tracing.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
     /// Photons emitted per pass, all tubes and sources together; 64..=1_048_576: a pass keeps their vertices.
@@ -54,7 +54,7 @@ impl Default for Settings {
     }
 }
 
-/// Bytes of one vertex of a photon, of light in so many channels.
+/// Bytes of one vertex of a photon, for a number of channels of light.
 pub const fn vertex_bytes(channels: usize) -> usize {
     if channels == 1 { size_of::<LightVertex<1>>() } else { size_of::<LightVertex<3>>() }
 }
@@ -62,7 +62,7 @@ pub const fn vertex_bytes(channels: usize) -> usize {
 /// Sensors that one vertex is connected to; larger grids are connected to a random subset of about this size.
 const CONNECTIONS: usize = 1024;
 
-/// Below this roughness the sun by way of a lobe is a mirror's: connections meet it rarely.
+/// Roughness below which the sun by way of a lobe is treated as by way of a mirror: connections meet it rarely.
 const NARROW_ROUGHNESS: f64 = 0.2;
 
 /// Backward rays per point sensor and pass to a clear closure, at most.
@@ -86,7 +86,7 @@ pub struct Bidirectional<const C: usize> {
     seed: Key,
 }
 
-/// What the connections of some photons bring.
+/// Light that the connections of some photons bring.
 struct Connected<const C: usize> {
     paths: LightPaths<C>,
     /// Illuminance in lux, per grid.
@@ -384,8 +384,8 @@ fn place(grid: &Grid, index: usize, offset: [f64; 2], height: f64) -> DVec3 {
     DVec3::new(grid.x_m[i] + offset[0] * grid.cell_size_m[0], grid.y_m[j] + offset[1] * grid.cell_size_m[1], height)
 }
 
-/// Why this method cannot compute a scene, if it cannot: the sun's disc is found by photons alone, and these end where only
-/// one direction goes on to the sensor or the eye.
+/// Reason why this method cannot compute a scene, if it cannot: the sun's disc is found by photons alone, and these end
+/// where only one direction goes on to the sensor or the eye.
 pub fn refuses(scene: &TraceableScene, grids: &[Grid], views: &[View]) -> Option<&'static str> {
     let clear_and_not_straight = || {
         let mut tubes = scene.tubes.iter();

@@ -18,7 +18,7 @@ use glam::DVec3;
 use crate::integrator::backward::vertex::diffuse_share;
 use crate::traceable::SurfaceOptics;
 
-/// What a subpath remembers of its strategies at a vertex.
+/// State of a subpath's strategies at a vertex.
 #[derive(Clone, Copy, Debug)]
 pub struct Share {
     /// Density per m2 with which the subpath came here.
@@ -46,9 +46,9 @@ impl Share {
 /// The way from one vertex of a subpath to the next, past mirrors.
 #[derive(Clone, Copy, Debug)]
 pub struct Edge {
-    /// Per sr of its direction.
+    /// Density per sr of the edge's direction.
     density: f64,
-    /// Of its angle with the normal where it starts.
+    /// Cosine of the angle between the edge and the normal where it starts.
     cosine: f64,
     /// Strategies that end before its start, over the start's density.
     back: f64,
@@ -58,12 +58,12 @@ pub struct Edge {
 }
 
 impl Edge {
-    /// From a vertex into a direction of `density` per sr; `back` per sr as in [`Share::others`].
+    /// Edge from a vertex into a direction of `density` per sr; `back` per sr as in [`Share::others`].
     pub fn leaving(share: &Share, density: f64, cosine: f64, back: f64, cut: f64) -> Self {
         Self { density, cosine, back: (share.cut + back * share.behind) / share.density, cut, length: 0.0 }
     }
 
-    /// From where nothing can be cut.
+    /// Edge from where nothing can be cut.
     pub fn uncut() -> Self {
         Self { density: 1.0, cosine: 1.0, back: 0.0, cut: 0.0, length: 0.0 }
     }

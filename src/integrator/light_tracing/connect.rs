@@ -11,7 +11,7 @@ const CONNECTIONS: usize = 1024;
 /// A grid's sensors, row by row.
 #[derive(Debug)]
 pub(super) struct SensorPlane {
-    /// Of every sensor, so that the inner loop runs over plain arrays.
+    /// Coordinates of every sensor, so that the inner loop runs over plain arrays.
     pub x: Vec<f64>,
     pub y: Vec<f64>,
     pub height: f64,
@@ -91,7 +91,7 @@ impl Connection {
         factor * out / (distance_squared * distance_squared)
     }
 
-    /// The same of light in a lobe: I cos(theta') / d^2.
+    /// Illuminance at a horizontal sensor by light in a lobe: I cos(theta') / d^2.
     pub fn lobe_illuminance<const C: usize>(&self, lobe: &Lobe<'_, C>, x: f64, y: f64) -> f64 {
         let way = DVec3::new(x - self.vertex.x, y - self.vertex.y, -self.depth);
         let distance_squared = way.length_squared();

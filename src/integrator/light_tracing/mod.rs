@@ -38,7 +38,7 @@ use connect::{Connection, SensorPlane};
 
 pub use refusals::{dishonest_points, noisy_points, refuses_points};
 
-/// Settings of the method.
+/// Settings of light tracing.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
     /// Photons emitted per pass, all tubes and sources together; 64..=16_777_216.
@@ -51,8 +51,8 @@ impl Default for Settings {
     }
 }
 
-/// Of how many photons one is connected to the sensors from its diffuser: direct light is smooth and needs few of them,
-/// the others go on for the interreflection.
+/// Number of photons of which one is connected to the sensors from its diffuser: direct light is smooth and needs few
+/// of them, the others go on for the interreflection.
 const DIFFUSER_CONNECTIONS: u64 = 4;
 
 /// Streams of random numbers within a pass.
@@ -133,7 +133,7 @@ impl<const C: usize> LightTracing<C> {
         (tally.lux, account)
     }
 
-    /// Whether light straight from luminaires is added in closed form.
+    /// True if light straight from luminaires is added in closed form.
     fn lambert(&self) -> bool {
         !self.scene.luminaires.is_empty() && !self.scene.luminaires_obstructed
     }

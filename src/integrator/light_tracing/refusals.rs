@@ -6,21 +6,22 @@ use crate::guide::Guide;
 use crate::scene::{EstimateKind, Grid};
 use crate::traceable::TraceableScene;
 
-/// Below this roughness photon mapping is the better method for points: it takes half the time to the same error at 0.15,
-/// twice the time at 0.2 (in a room of 2 m with two glossy faces).
+/// Roughness below which photon mapping is the better method for points: it takes half the time to the same error at
+/// 0.15, twice the time at 0.2 (in a room of 2 m with two glossy faces).
 const NARROW_ROUGHNESS: f64 = 0.2;
 
 /// Share of the room's shortest edge within which a surface is too near to a point sensor.
 const NEAR_SURFACE: f64 = 0.01;
 
-/// Why another method serves point sensors of a scene better, if one does.
+/// Reason why another method serves point sensors of a scene better, if one does.
 pub fn noisy_points(scene: &TraceableScene) -> Option<&'static str> {
     let narrow = scene.interreflection && scene.specular().any(|specular| specular.roughness < NARROW_ROUGHNESS);
     narrow.then_some("connections of point sensors to glossy surfaces of roughness below 0.2 are rare and bright")
 }
 
-/// Why the standard error of point sensors would not tell the truth, if so: near a reflecting surface connections are rare
-/// and bright, the square of the distance over the area per photon being small. Meshes are not looked at.
+/// Reason why the standard error of point sensors would not tell the truth, if so: near a reflecting surface
+/// connections are rare and bright, the square of the distance over the area per photon being small. Meshes are not
+/// looked at.
 pub fn dishonest_points(scene: &TraceableScene, grids: &[Grid]) -> Option<&'static str> {
     let near = NEAR_SURFACE * scene.size.min_element();
     let close = |point: DVec3| {
@@ -38,9 +39,9 @@ pub fn dishonest_points(scene: &TraceableScene, grids: &[Grid]) -> Option<&'stat
     )
 }
 
-/// Why this method cannot compute point sensors of a scene, if it cannot: no vertex of a mirror can be connected; in a tube
-/// that is not straight or has a dielectric dome, light that passes the closure unscattered is followed backward into the
-/// sky only.
+/// Reason why this method cannot compute point sensors of a scene, if it cannot: no vertex of a mirror can be
+/// connected; in a tube that is not straight or has a dielectric dome, light that passes the closure unscattered is
+/// followed backward into the sky only.
 pub fn refuses_points(scene: &TraceableScene) -> Option<&'static str> {
     let bent_and_clear = scene.tubes.iter().any(|tube| {
         !matches!(tube.guide, Guide::Straight(_)) && tube.diffuser.specular_zone(tube.opening_radius).is_some()

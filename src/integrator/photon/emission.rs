@@ -41,7 +41,7 @@ enum Source {
     Luminaire(usize),
 }
 
-/// Where a photon's way begins.
+/// Place where a photon starts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Start {
     /// On the way to the collector of this tube.
@@ -58,9 +58,9 @@ pub struct EmittedPhoton {
     pub position: DVec3,
     /// Unit direction of travel.
     pub direction: DVec3,
-    /// Whether it comes from the sun.
+    /// True if the photon comes from the sun.
     pub sun: bool,
-    /// In lm, or for a luminaire in lm per cd/m2 of its luminance; the pass' photons add up to the flux.
+    /// Flux in lm, or for a luminaire in lm per cd/m2 of its luminance; the pass' photons add up to the flux.
     pub flux: f64,
     /// Number of this photon among the `of` photons of its source.
     pub index: u64,
@@ -73,7 +73,7 @@ impl Emission {
         Self::of(scene, &scene.luminaires, photons)
     }
 
-    /// The same of sky and sun alone.
+    /// Divides `photons` among sky and sun alone, in proportion to the flux that each is likely to bring.
     pub fn of_daylight(scene: &TraceableScene, photons: u64) -> Self {
         Self::of(scene, &[], photons)
     }
@@ -192,7 +192,7 @@ impl Emission {
     }
 }
 
-/// How much of the light from a direction a tube is likely to pass: only the choice of samples depends on it.
+/// Share of the light from a direction that a tube is likely to pass: only the choice of samples depends on it.
 fn likely_transmission(tube: &TraceableTube, toward: DVec3) -> f64 {
     let straight = |guide: &StraightGuide| {
         let reflectance = guide.reflectance.brightest();

@@ -1,25 +1,25 @@
-//! Where the energy of photons goes.
+//! Books of the energy of photons: the places where it ends.
 
-/// Where the emitted flux went, in lm; an estimate holds the sum over its passes.
+/// Flux by the places where it ended, in lm; an estimate holds the sum over its passes.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Ledger {
-    /// Reaches the collectors from outside.
+    /// Flux that reaches the collectors from outside.
     pub emitted: f64,
-    /// Leaves the luminaires.
+    /// Flux that leaves the luminaires.
     pub luminaires: f64,
-    /// Reflected or absorbed by collectors on the way in, or through a dome and out again on its far side.
+    /// Flux reflected or absorbed by collectors on the way in, or through a dome and out again on its far side.
     pub collector: f64,
-    /// Absorbed by mirrors, on the way down or up.
+    /// Flux absorbed by mirrors, on the way down or up.
     pub guide: f64,
-    /// Leaves through the upper end of a guide, or is sent up into one from which nothing returns.
+    /// Flux that leaves through the upper end of a guide, or is sent up into one from which nothing returns.
     pub guide_top: f64,
-    /// Absorbed by diffusers.
+    /// Flux absorbed by diffusers.
     pub diffuser: f64,
-    /// Absorbed by the surfaces of the room, its objects and luminaires.
+    /// Flux absorbed by the surfaces of the room, its objects and luminaires.
     pub room: f64,
-    /// Leaves through open surfaces of the room.
+    /// Flux that leaves through open surfaces of the room.
     pub open_surfaces: f64,
-    /// What paths carried that were ended for their length, and the differences, zero in the mean, that roulette leaves
+    /// Flux of paths that were ended for their length, and the differences, zero in the mean, that roulette leaves
     /// where it chooses between two branches.
     pub cut: f64,
 }
@@ -36,7 +36,8 @@ impl Ledger {
         [emitted, luminaires, collector, guide, guide_top, diffuser, room, open_surfaces, cut]
     }
 
-    /// What came in less everything booked, relative to what came in: the rounding error of the books; 0 without light.
+    /// Emitted flux minus everything booked, relative to the emitted flux: the rounding error of the books; 0 without
+    /// light.
     pub fn relative_closure_error(&self) -> f64 {
         let mut copy = *self;
         let booked: f64 = copy.values_mut()[2..].iter().map(|value| **value).sum();
@@ -53,7 +54,7 @@ pub struct TubeFlux {
     pub into_room: f64,
 }
 
-/// What a set of photons adds up to beside the visitor's own tallies.
+/// Sums of a set of photons beside the visitor's own tallies.
 #[derive(Clone, Debug, Default)]
 pub struct Account {
     pub ledger: Ledger,

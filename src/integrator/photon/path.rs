@@ -11,7 +11,7 @@ use crate::sampling::PathSamples;
 use crate::sampling::warp;
 use crate::traceable::{NO_SURFACE, Place, RoomHit, SpecularOptics, SurfaceId, TraceableScene};
 
-/// Below this share of its first flux a photon goes on by roulette even where nothing absorbs.
+/// Share of its first flux below which a photon goes on by roulette even where nothing absorbs.
 const ROULETTE_BELOW: f64 = 1e-3;
 
 /// Events of one photon after which it is cut off; reached only by scenes that absorb nothing.
@@ -21,11 +21,11 @@ const MAX_EVENTS: u32 = 1_000_000;
 #[derive(Clone, Copy, Debug)]
 pub struct Scattering<'a, const C: usize> {
     pub position: DVec3,
-    /// Toward the side on which the light leaves.
+    /// Unit normal toward the side on which the light leaves.
     pub normal: DVec3,
     /// Lambertian flux that leaves, in lm: an intensity of leaving cos / pi.
     pub leaving: Spectrum<C>,
-    /// What leaves beside it, finite in every direction but not Lambertian.
+    /// Light that leaves beside the Lambertian flux, finite in every direction but not Lambertian.
     pub lobe: Option<Lobe<'a, C>>,
     /// The surface; `NO_SURFACE` at a diffuser.
     pub surface: SurfaceId,
@@ -37,11 +37,11 @@ pub struct Scattering<'a, const C: usize> {
 #[derive(Clone, Copy, Debug)]
 pub struct Lobe<'a, const C: usize> {
     pub scatterer: &'a dyn FiniteBsdf,
-    /// Toward the side on which the light leaves.
+    /// Unit normal toward the side on which the light leaves.
     pub normal: DVec3,
     /// Unit direction of travel of the light that arrives.
     pub incident: DVec3,
-    /// In lm, of the light that arrives.
+    /// Flux that arrives, in lm.
     pub flux: Spectrum<C>,
 }
 
@@ -62,7 +62,7 @@ pub struct Flight<const C: usize> {
     pub origin: Origin,
 }
 
-/// Where a flight starts.
+/// Place where a flight starts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Origin {
     /// A diffuser that scattered the light: its direct part has a better estimator than this photon.
@@ -78,7 +78,7 @@ pub enum Origin {
     Luminaire(SurfaceId),
 }
 
-/// What an integrator hears of a photon.
+/// Listener to the events of a photon's path.
 pub trait Visitor<const C: usize> {
     fn scattered(&mut self, scattering: &Scattering<'_, C>, samples: &mut PathSamples);
     /// Light leaves a luminaire, as if scattered by it.
@@ -88,7 +88,7 @@ pub trait Visitor<const C: usize> {
     fn arrived(&mut self, surface: SurfaceId, position: DVec3, flux: Spectrum<C>, origin: Origin);
 }
 
-/// Where light is after it has met a closure.
+/// State of light after it has met a closure.
 enum Step<const C: usize> {
     /// Into the room: position, direction, flux, what it left.
     Room(DVec3, DVec3, Spectrum<C>, Origin),
@@ -379,7 +379,7 @@ struct Arrival<const C: usize> {
     first: f64,
 }
 
-/// What happens at a surface with a specular part; `diffuse` is what it reflects diffusely.
+/// Reflects light at a surface with a specular part; `diffuse` is the flux that it reflects diffusely.
 #[inline(never)]
 fn reflect<const C: usize>(
     specular: &SpecularOptics,

@@ -9,7 +9,7 @@ use crate::geometry::section::contains;
 use crate::scene::Face;
 use crate::traceable::TraceableScene;
 
-/// A polygon less polygons and discs, all in one plane.
+/// A polygon minus polygons and discs, all in one plane.
 #[derive(Clone, Debug)]
 pub struct Domain {
     origin: DVec3,
@@ -19,7 +19,7 @@ pub struct Domain {
     size: DVec2,
     holes: Vec<Vec<DVec2>>,
     discs: Vec<(DVec2, f64)>,
-    /// What meshes take away.
+    /// Parts that meshes take away.
     regions: Vec<Region>,
 }
 
@@ -45,7 +45,7 @@ impl Domain {
         domains
     }
 
-    /// The horizontal plane at `height` inside the room, less the boxes and closed meshes that it cuts.
+    /// The horizontal plane at `height` inside the room, minus the boxes and closed meshes that it cuts.
     pub fn horizontal_plane(scene: &TraceableScene, height: f64) -> Self {
         let mut domain =
             Self::rectangle(DVec3::new(0.0, 0.0, height), DVec3::X * scene.size.x, DVec3::Y * scene.size.y);

@@ -13,7 +13,7 @@ pub const MAX_CELLS: f64 = 2_097_152.0;
 pub struct Photon<const C: usize> {
     pub position: DVec3,
     pub surface: SurfaceId,
-    /// In lm.
+    /// Flux in lm.
     pub flux: Spectrum<C>,
 }
 

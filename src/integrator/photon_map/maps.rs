@@ -44,7 +44,7 @@ pub struct Mapper<const C: usize> {
     pub grids: Vec<Grid>,
     grid_domains: Vec<Domain>,
     domains: Vec<Domain>,
-    /// Whether photons on surfaces, and at points of diffusers, are looked for.
+    /// True if photons on surfaces, and at points of diffusers, are looked for.
     keeps_surfaces: bool,
     /// `None`: caustics are not set apart.
     caustics: Option<Caustics>,
@@ -53,11 +53,12 @@ pub struct Mapper<const C: usize> {
 /// Which photons final gathering counts on planes.
 #[derive(Debug)]
 struct Caustics {
-    /// By tube: what sensors of points follow backward, and count no photons of.
+    /// Light that sensors of points follow backward, and count no photons of, by tube.
     backward: Vec<FollowedBackward>,
 }
 
-/// Light that comes from outside straight through a clear closure, of which sensors of points find all backward.
+/// Light from outside straight through a clear closure that point sensors follow backward completely, so that photons
+/// must not count it.
 #[derive(Clone, Copy, Debug)]
 pub struct FollowedBackward {
     pub sky: bool,
@@ -66,7 +67,7 @@ pub struct FollowedBackward {
 
 /// Photons of one pass.
 pub struct Maps<const C: usize> {
-    /// On surfaces, but for light straight from a diffuser.
+    /// Photons on surfaces, without light straight from a diffuser.
     pub surfaces: PhotonGrid<C>,
     /// Caustics on surfaces, where they are set apart; they are among `surfaces` too.
     pub caustics: PhotonGrid<C>,
@@ -76,7 +77,7 @@ pub struct Maps<const C: usize> {
     /// Scattered downward at each tube's diffuser.
     pub exits: Vec<Vec<Photon<C>>>,
     pub exit_grid: PhotonGrid<C>,
-    /// Of measured diffusers: `surface` counts a tube's exits.
+    /// Exits of measured diffusers: `surface` counts a tube's exits.
     pub measured_exits: Vec<Option<PhotonGrid<C>>>,
     /// Directions of the light that arrived at a tube's exits, where it is measured; flux is then what arrived.
     pub incidents: Vec<Vec<DVec3>>,
@@ -84,7 +85,8 @@ pub struct Maps<const C: usize> {
     beams: PhotonGrid<C>,
     /// The surface of each, and its direction of travel.
     beam_arrivals: Vec<(SurfaceId, DVec3)>,
-    /// In metres, for which they are sorted: gathering within any other is right, too, and as fast within one of this order.
+    /// Radius in metres for which the photons are sorted: gathering within any other is right, too, and as fast within
+    /// one of this order.
     pub radius: f64,
 }
 
@@ -299,7 +301,7 @@ fn density<const C: usize>(
     Gathered { irradiance, bias, found: scaled_count(count, PI * radius * radius, whole_area) }
 }
 
-/// Whether light comes straight from where it is computed without density estimation.
+/// True if light comes straight from where it is computed without density estimation.
 fn is_direct(origin: Origin) -> bool {
     matches!(origin, Origin::Diffuser | Origin::Luminaire(_))
 }
@@ -313,18 +315,18 @@ struct Store<'a, const C: usize> {
     contact: f64,
     keeps_surfaces: bool,
     set_apart: Option<&'a Caustics>,
-    /// Whether the present photon was scattered diffusely since it left a luminaire, a diffuser or a clear closure.
+    /// True if the present photon was scattered diffusely since it left a luminaire, a diffuser or a clear closure.
     diffuse: bool,
-    /// Whether it was not in the room yet, nor met a diffuser.
+    /// True if the present photon was not in the room yet, nor met a diffuser.
     fresh: bool,
-    /// Whether it comes from the sun.
+    /// True if the present photon comes from the sun.
     sun: bool,
     surfaces: Vec<Photon<C>>,
     caustics: Vec<Photon<C>>,
     planes: Vec<Vec<Photon<C>>>,
     exits: Vec<Vec<Photon<C>>>,
     incidents: Vec<Vec<DVec3>>,
-    /// With their directions of travel.
+    /// Sunbeams at glossy surfaces, with their directions of travel.
     beams: Vec<(Photon<C>, DVec3)>,
     /// Direction of the present flight when it is a sunbeam that comes straight through a clear closure.
     beam: Option<DVec3>,
@@ -423,7 +425,7 @@ impl<const C: usize> Visitor<C> for Store<'_, C> {
 }
 
 impl Caustics {
-    /// What is followed backward of the tube whose clear closure a flight comes through.
+    /// Light that is followed backward of the tube whose clear closure a flight comes through.
     fn at<const C: usize>(&self, scene: &TraceableScene, flight: &Flight<C>) -> Option<FollowedBackward> {
         let apart = |tube: &TraceableTube| (flight.from - tube.origin).truncate().length() / tube.opening_radius;
         let tubes = scene.tubes.iter().map(apart).zip(&self.backward).filter(|_| flight.origin == Origin::Specular);

@@ -34,18 +34,18 @@ pub const DEFAULT_RADIUS_SHARE: f64 = 0.05;
 /// Least share of the full disc that a clipped kernel is taken to have where its photons are counted.
 const LEAST_COUNTED_SHARE: f64 = 0.25;
 
-/// What the gather radius of a pass depends on.
+/// Rule for the gather radius of a pass.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Radius {
-    /// The pass' number.
+    /// A function of the pass' number.
     #[default]
     Schedule,
-    /// The photons that the point has found in the passes before.
+    /// A function of the photons that the point has found in the passes before.
     PerPoint,
 }
 
 impl Radius {
-    /// For the plan.
+    /// Sentence on the rule, for the plan.
     pub fn reason(self) -> &'static str {
         match self {
             Self::Schedule => "the gather radius follows a schedule, so that passes are independent",
@@ -54,17 +54,17 @@ impl Radius {
     }
 }
 
-/// What a point keeps from pass to pass.
+/// State that a point keeps from pass to pass.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PointStatistics {
-    /// R^2 in m2.
+    /// Squared radius R^2 in m2.
     pub radius_squared: f64,
-    /// N: not a whole number.
+    /// Number N of photons, which is not a whole number.
     pub photons: f64,
 }
 
 impl PointStatistics {
-    /// Before the first pass.
+    /// State before the first pass.
     pub fn new(radius_m: f64) -> Self {
         Self { radius_squared: radius_m * radius_m, photons: 0.0 }
     }
@@ -83,7 +83,7 @@ impl PointStatistics {
     }
 }
 
-/// What passes leave to the next one at the points of each grid and view; empty where passes are independent.
+/// State that passes leave to the next one at the points of each grid and view; empty where passes are independent.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Carried {
     pub grids: Vec<Vec<PointStatistics>>,
@@ -91,17 +91,17 @@ pub struct Carried {
 }
 
 impl Carried {
-    /// This, or what the first pass starts from where no pass was before.
+    /// Returns this state, or where no pass was before, the one that the first pass starts from.
     pub fn or(&self, start: impl FnOnce() -> Self) -> Cow<'_, Self> {
         if self.grids.is_empty() && self.views.is_empty() { Cow::Owned(start()) } else { Cow::Borrowed(self) }
     }
 
-    /// Empty when there are none.
+    /// Points of a grid; empty when there are none.
     pub fn grid(&self, number: usize) -> &[PointStatistics] {
         self.grids.get(number).map_or(&[], Vec::as_slice)
     }
 
-    /// Empty when there are none.
+    /// Points of a view; empty when there are none.
     pub fn view(&self, number: usize) -> &[PointStatistics] {
         self.views.get(number).map_or(&[], Vec::as_slice)
     }
@@ -149,7 +149,7 @@ impl Radii {
         self.initial_m * (0.5 * log).exp()
     }
 
-    /// What `points` points carry into the first pass, for each grid and view.
+    /// State that the points of each grid and view carry into the first pass; the arguments are numbers of points.
     pub fn start(&self, grids: impl Iterator<Item = usize>, views: impl Iterator<Item = usize>) -> Carried {
         let new = |points: usize| vec![PointStatistics::new(self.initial_m); points];
         match self.rule {
@@ -158,7 +158,7 @@ impl Radii {
         }
     }
 
-    /// The statistics of an output's points after a pass that found so many photons at each; empty as `before`.
+    /// Statistics of an output's points after a pass that found the given numbers of photons; empty as `before`.
     pub fn after(&self, before: &[PointStatistics], found: impl Iterator<Item = f64>) -> Vec<PointStatistics> {
         let mut after = before.to_vec();
         after.iter_mut().zip(found).for_each(|(point, found)| point.update(found, self.alpha));
@@ -166,7 +166,8 @@ impl Radii {
     }
 }
 
-/// `count` photons in a kernel of which `area` is left of `full`, scaled to the full disc.
+/// Number of photons of a clipped kernel scaled to the full disc: `count` of them lie on the `area` that is left of
+/// `full`.
 pub fn scaled_count(count: u64, full: f64, area: f64) -> f64 {
     count as f64 * full / area.max(LEAST_COUNTED_SHARE * full)
 }

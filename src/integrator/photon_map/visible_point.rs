@@ -29,7 +29,7 @@ const SURE_REFLECTIONS: u32 = 8;
 /// Specular reflections of one eye ray; roulette lets a share of at most albedo^10000 come so far, 5e-5 for albedo 0.999.
 const MAX_REFLECTIONS: u32 = 10_000;
 
-/// What `of` gives for every pixel of a view, of its number and its column and row; `None` when cancelled.
+/// Results of `of` for every pixel of a view, of its number and its column and row; `None` when cancelled.
 pub fn pixels<T: Send>(view: &View, cancel: &AtomicBool, of: impl Fn(usize, [usize; 2]) -> T + Sync) -> Option<Vec<T>> {
     let [width, height] = view.size_px;
     let rows: Option<Vec<_>> = (0..height)
@@ -67,7 +67,7 @@ pub fn direction(view: &View, [column, row]: [usize; 2], [x, y]: [f64; 2]) -> DV
 }
 
 impl ViewPass {
-    /// Of what is seen in each pixel.
+    /// Pass of a view made of what is seen in each pixel.
     pub fn of<const C: usize>(pixels: &[Gathered<C>]) -> Self {
         Self {
             luminance: pixels.iter().flat_map(|pixel| pixel.irradiance.0).collect(),

@@ -17,7 +17,7 @@ const CELLS: usize = RINGS * SECTORS;
 /// Distance from a disc, in its radii, below which light is followed, not connected to photons.
 const NEAR: f64 = 1.0;
 
-/// Most photons of a tube among which a vertex chooses.
+/// Largest number of photons of a tube among which a vertex chooses.
 const MOST_CHOICES: usize = 1 << 16;
 
 /// The light that leaves one diffuser.
@@ -28,11 +28,11 @@ pub(super) struct TubeLight<const C: usize> {
     pub radius: f64,
     /// Every photon that leaves, by cells.
     pub photons: Vec<Leaving<C>>,
-    /// What the exitance of a ring (lm/m2) exceeds that of the next one outward by.
+    /// Differences of the exitance of each ring (lm/m2) to that of the next one outward.
     steps: [Spectrum<C>; RINGS],
     /// The points that carry the differences of the cells, the sectors of rings.
     middles: [DVec2; CELLS],
-    /// What the flux of a cell exceeds the mean of its ring by, in lm.
+    /// Differences of the flux of each cell to the mean of its ring, in lm.
     differences: [Spectrum<C>; CELLS],
     /// Photons with their cells, each as often as its flux demands, standing for all of it in the mean.
     pub choices: Vec<(Leaving<C>, usize)>,
@@ -41,9 +41,9 @@ pub(super) struct TubeLight<const C: usize> {
 /// Light that leaves a diffuser at a point, as from a Lambertian surface.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Leaving<const C: usize> {
-    /// In the ceiling plane.
+    /// Position in the ceiling plane.
     pub position: DVec2,
-    /// In lm.
+    /// Flux that leaves, in lm.
     pub flux: Spectrum<C>,
 }
 
@@ -84,7 +84,7 @@ impl<const C: usize> TubeLight<C> {
         self.photons.iter().map(|photon| (photon.position.extend(self.origin.z), photon.flux))
     }
 
-    /// Whether no point within `reach` of `position`, at its height, is near the disc.
+    /// True if no point within `reach` of `position`, at its height, is near the disc.
     pub fn is_far(&self, position: DVec3, reach: f64) -> bool {
         let depth = self.origin.z - position.z;
         let beside = ((position - self.origin).truncate().length() - self.radius - reach).max(0.0);
@@ -164,9 +164,9 @@ fn middle(cell: usize) -> DVec2 {
 struct Receiver {
     position: DVec3,
     normal: DVec3,
-    /// Of the disc above it.
+    /// Height of the disc above the receiver.
     depth: f64,
-    /// Of the disc's axis.
+    /// Horizontal distance of the disc's axis.
     offset: f64,
     /// Component of the normal toward the axis.
     toward_axis: f64,

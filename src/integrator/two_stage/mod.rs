@@ -28,7 +28,7 @@ use crate::scene::{EstimateKind, Grid, View};
 use crate::traceable::{NO_SURFACE, TraceableScene, TraceableTube};
 use photons::{CountedElsewhere, DiffuserLight};
 
-/// Settings of the method.
+/// Settings of two stages.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
     /// Photons from sky and sun per pass, all tubes together; 64..=16_777_216.
@@ -144,8 +144,8 @@ fn sampling(paths: u32) -> Sampling {
     Sampling { paths, certain: CERTAIN_REFLECTIONS, pairs: SOBOL_PAIRS }
 }
 
-/// Why this method cannot compute a scene, if it cannot: a closure that does not forget directions, or sun that only chance
-/// would find by way of mirrors.
+/// Reason why this method cannot compute a scene, if it cannot: a closure that does not forget directions, or sun that
+/// only chance would find by way of mirrors.
 pub fn refuses(scene: &TraceableScene) -> Option<&'static str> {
     let measured = |tube: &TraceableTube| matches!(tube.diffuser, Diffuser::Measured(_));
     let unscattered = |tube: &TraceableTube| tube.diffuser.specular_zone(tube.opening_radius).is_some();

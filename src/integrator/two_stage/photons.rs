@@ -83,7 +83,7 @@ impl<const C: usize> DiffuserLight<C> {
         &self.tubes
     }
 
-    /// Whether no point within `reach` of `position`, at its height, is near a diffuser.
+    /// True if no point within `reach` of `position`, at its height, is near a diffuser.
     pub fn is_far(&self, position: DVec3, reach: f64) -> bool {
         self.tubes.iter().all(|tube| tube.is_far(position, reach))
     }
