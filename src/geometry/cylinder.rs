@@ -22,6 +22,17 @@ pub struct Passage {
 ///
 /// In the grazing limit |b| -> radius the bounces go to infinity while their turn stays finite; below h < 1e-9 radius the
 /// ray follows the wall and `bounces` is infinite.
+///
+/// A ray from the axis at 45 degrees comes back to it after five bounces and ten radii:
+///
+/// ```
+/// use glam::DVec3;
+///
+/// let direction = DVec3::new(1.0, 0.0, 1.0).normalize();
+/// let passage = skyduct::geometry::cylinder::traverse(0.1, DVec3::ZERO, direction, 1.0);
+/// assert_eq!(passage.bounces, 5.0);
+/// assert!((passage.position - DVec3::Z).length() < 1e-15);
+/// ```
 #[inline]
 pub fn traverse(radius: f64, position: DVec3, direction: DVec3, axial: f64) -> Passage {
     let p0 = position.truncate();
@@ -90,6 +101,14 @@ fn turns(half_turn: DVec2, bounces: f64) -> DVec2 {
 /// Cosine of the angle between a ray inside a cylinder and the wall's normal: the same at every bounce.
 ///
 /// s h / r with the transverse speed s = sin(theta), theta from the axis, and half the chord h.
+///
+/// ```
+/// use glam::DVec3;
+///
+/// let (sin, cos) = 60f64.to_radians().sin_cos();
+/// let meridional = skyduct::geometry::cylinder::cosine_of_incidence(0.1, DVec3::ZERO, DVec3::new(sin, 0.0, cos));
+/// assert!((meridional - sin).abs() < 1e-15);
+/// ```
 #[inline]
 pub fn cosine_of_incidence(radius: f64, position: DVec3, direction: DVec3) -> f64 {
     let (p, d) = (position.truncate() / radius, direction.truncate());

@@ -11,6 +11,17 @@ const MOST_CORNERS: usize = 5;
 /// E = 1/2 sum over edges of Gamma_i n . (r_i x r_i+1) / |r_i x r_i+1| with Gamma_i the angle of the edge (Lambert 1760;
 /// Baum, Rushmeier and Winget 1989, eq. 10), after cutting at the horizon of the receiver. Exact; a quadrilateral
 /// that is wound the other way gives the negative value.
+///
+/// A panel of 1 m x 1 m and 10 000 lm, 3 m above, gives 341.07 lx (docs/physics/rooms.md#lambertian-rectangles-and-polygons):
+///
+/// ```
+/// use glam::DVec3;
+/// use skyduct::geometry::lambert::quadrilateral_irradiance;
+///
+/// let corners = [(-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5)].map(|(x, y)| DVec3::new(x, y, 3.0));
+/// let lux = 10_000.0 / std::f64::consts::PI * quadrilateral_irradiance(&corners, DVec3::ZERO, DVec3::Z);
+/// assert!((lux - 341.07).abs() < 0.005);
+/// ```
 #[inline]
 pub fn quadrilateral_irradiance(corners: &[DVec3; 4], point: DVec3, normal: DVec3) -> f64 {
     let relative = corners.map(|corner| corner - point);

@@ -7,6 +7,13 @@ use std::f64::consts::TAU;
 ///
 /// Sum over the corners of 1/(2 pi) [X/sqrt(1+X^2) atan(Y/sqrt(1+X^2)) + Y/sqrt(1+Y^2) atan(X/sqrt(1+Y^2))] (Howell,
 /// Catalog of Radiation Heat Transfer Configuration Factors, B-3).
+///
+/// A very large rectangle fills the hemisphere:
+///
+/// ```
+/// let factor = skyduct::geometry::rectangle::parallel_factor(1.0, [-1e9, 1e9], [-1e9, 1e9]);
+/// assert!((factor - 1.0).abs() < 1e-8);
+/// ```
 pub fn parallel_factor(distance: f64, u: [f64; 2], v: [f64; 2]) -> f64 {
     let corner = |u: f64, v: f64| {
         let (x, y) = (u / distance, v / distance);
@@ -21,6 +28,13 @@ pub fn parallel_factor(distance: f64, u: [f64; 2], v: [f64; 2]) -> f64 {
 /// `across`: its extent at right angles to the normal, `along`: its extent along the normal, both measured from the
 /// element in metres; what lies below the element's horizon (`along` < 0) does not count. Each corner gives
 /// 1/(2 pi) d/sqrt(d^2+v^2) atan(u/sqrt(d^2+v^2)) (Howell, B-4).
+///
+/// A very large wall fills half of the hemisphere:
+///
+/// ```
+/// let factor = skyduct::geometry::rectangle::perpendicular_factor(1.0, [-1e9, 1e9], [0.0, 1e9]);
+/// assert!((factor - 0.5).abs() < 1e-8);
+/// ```
 pub fn perpendicular_factor(distance: f64, across: [f64; 2], along: [f64; 2]) -> f64 {
     let along = along.map(|v| v.max(0.0));
     if along[1] <= along[0] {

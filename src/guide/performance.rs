@@ -140,6 +140,14 @@ pub struct SkyPatch {
 }
 
 /// The 145 patches of Tregenza (1987): seven bands of 12 degrees and the zenith.
+///
+/// ```
+/// use skyduct::guide::performance::tregenza_patches;
+///
+/// assert_eq!(tregenza_patches().count(), 145);
+/// let whole: f64 = tregenza_patches().map(|patch| patch.solid_angle_sr).sum();
+/// assert!((whole - std::f64::consts::TAU).abs() < 1e-12);
+/// ```
 pub fn tregenza_patches() -> impl Iterator<Item = SkyPatch> {
     let bands = [30u32, 30, 24, 24, 18, 12, 6];
     let half_band = 6f64.to_radians();

@@ -46,12 +46,21 @@ pub struct RecognisedCylinder {
 
 /// Area of a regular polygon of `sides` >= 3 sides with its vertices on a circle, over the circle's area:
 /// (n / 2 pi) sin(2 pi / n).
+///
+/// ```
+/// // a square in the unit circle has an area of 2
+/// assert!((skyduct::guide::recognise::area_factor(4) - 2.0 / std::f64::consts::PI).abs() < 1e-15);
+/// ```
 pub fn area_factor(sides: usize) -> f64 {
     let n = sides as f64;
     n / TAU * (TAU / n).sin()
 }
 
 /// Mean number of reflections in a prism of that base, over those in the cylinder around it: as circumference over area.
+///
+/// ```
+/// assert!((skyduct::guide::recognise::bounce_factor(4) - 2f64.sqrt()).abs() < 1e-15);
+/// ```
 pub fn bounce_factor(sides: usize) -> f64 {
     1.0 / (PI / sides as f64).cos()
 }

@@ -13,6 +13,18 @@ use crate::sky::{Sky, direction};
 /// in 0..=1. The integral of Swift and Smith (1995), T = (4/pi) int s^2/sqrt(1-s^2) R^N (1 - (1-R)(A/s - N)) ds with
 /// A = aspect tan(theta) and N = floor(A/s), summed exactly between its kinks
 /// (docs/physics/tubes.md#transmission-of-parallel-light); absolute error below 1e-14.
+///
+/// A black wall passes (2/pi)(acos A - A sqrt(1 - A^2)) of the light; a mirror of 98 % and an aspect ratio of 4 passes 0.83912
+/// at 60 degrees from the axis:
+///
+/// ```
+/// use skyduct::guide::transmittance::beam_transmission;
+///
+/// let a: f64 = 0.5;
+/// let black = 2.0 / std::f64::consts::PI * (a.acos() - a * (1.0 - a * a).sqrt());
+/// assert!((beam_transmission(1.0, a, 0.0) - black).abs() < 1e-14);
+/// assert!((beam_transmission(4.0, 3f64.sqrt(), 0.98) - 0.83912).abs() < 5e-6);
+/// ```
 pub fn beam_transmission(aspect: f64, tan_theta: f64, reflectance: f64) -> f64 {
     let a = aspect * tan_theta;
     if a == 0.0 || reflectance == 1.0 {
@@ -81,6 +93,14 @@ fn primitive(s: f64, root: f64) -> f64 {
 }
 
 /// The approximation of Zastrow and Wittwer, R^(A 4/pi): always below [`beam_transmission`].
+///
+/// ```
+/// use skyduct::guide::transmittance::{beam_transmission, zastrow_wittwer_transmission};
+///
+/// let tangent = 75f64.to_radians().tan();
+/// let approximate = zastrow_wittwer_transmission(8.0, tangent, 0.98);
+/// assert!((approximate - 0.4639).abs() < 5e-5 && approximate < beam_transmission(8.0, tangent, 0.98));
+/// ```
 pub fn zastrow_wittwer_transmission(aspect: f64, tan_theta: f64, reflectance: f64) -> f64 {
     reflectance.powf(aspect * tan_theta / FRAC_PI_4)
 }
@@ -95,6 +115,19 @@ const NODES: [(f64, usize); 4] = [(1e-3, 6), (1e-2, 8), (0.03, 16), (f64::INFINI
 ///
 /// E = integral of L cos Z T(Z) over the sky; divided by the horizontal illuminance it is the diffuse transmission.
 /// Relative error below 1e-9 for aspect ratios up to 32 and reflectances from 0.9.
+///
+/// A uniform sky through an aspect ratio of 4 and a mirror of 98 % keeps 0.869927 of its light:
+///
+/// ```
+/// use glam::DVec3;
+/// use skyduct::guide::transmittance::sky_exitance;
+/// use skyduct::sky::{CieType, Sky, SkyDistribution};
+///
+/// let distribution = SkyDistribution::new(CieType::UNIFORM, DVec3::Z);
+/// let sky = Sky { distribution, zenith_luminance_cd_m2: 1.0 };
+/// let transmission = sky_exitance(&sky, 4.0, 0.98) / sky.horizontal_illuminance_lux();
+/// assert!((transmission - 0.869927).abs() < 5e-7);
+/// ```
 pub fn sky_exitance(sky: &Sky, aspect: f64, reflectance: f64) -> f64 {
     let sun = sky.distribution.sun();
     let sun_zenith_angle = sun.truncate().length().atan2(sun.z).clamp(0.0, FRAC_PI_2);

@@ -72,6 +72,18 @@ impl MeasuredDiffuser {
     }
 
     /// Directional-hemispherical transmittance and reflectance at an angle of incidence with the given cosine.
+    ///
+    /// A BTDF of t / pi is a Lambertian sheet of transmittance t:
+    ///
+    /// ```
+    /// use std::f64::consts::{FRAC_PI_2, PI};
+    ///
+    /// let angles = [0.0, FRAC_PI_2];
+    /// let btdf = vec![vec![0.6 / PI; 2]; 2];
+    /// let sheet = skyduct::optics::MeasuredDiffuser::new(&angles, &angles, &btdf, None).unwrap();
+    /// let [through, back] = sheet.shares(0.3);
+    /// assert!((through - 0.6).abs() < 1e-15 && back == 0.0);
+    /// ```
     pub fn shares(&self, cosine: f64) -> [f64; 2] {
         let angle = cosine.clamp(0.0, 1.0).acos();
         [self.transmission.share(angle), self.reflection.as_ref().map_or(0.0, |reflection| reflection.share(angle))]

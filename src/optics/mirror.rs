@@ -54,6 +54,12 @@ impl Mirror {
 
     /// Share R^n of the light that is left after n bounces at one angle of incidence; `bounces` is a whole number or
     /// infinite, and 0^0 = 1.
+    ///
+    /// ```
+    /// let mirror = skyduct::optics::Mirror::from([0.5, 0.0, 1.0]);
+    /// assert_eq!(mirror.power::<3>(|| 1.0, 3.0).0, [0.125, 0.0, 1.0]);
+    /// assert_eq!(mirror.power::<3>(|| 1.0, 0.0).0, [1.0; 3]);
+    /// ```
     #[inline]
     pub fn power<const C: usize>(&self, cosine: impl FnOnce() -> f64, bounces: f64) -> Spectrum<C> {
         let reflectance = Spectrum::from_rgb(self.reflectance(cosine));

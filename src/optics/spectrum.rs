@@ -22,6 +22,13 @@ impl<const C: usize> Spectrum<C> {
     }
 
     /// Luminance Y of this spectrum (Rec.709 weights; the value itself in one channel).
+    ///
+    /// ```
+    /// use skyduct::optics::Spectrum;
+    ///
+    /// assert!((Spectrum([1.0; 3]).luminance() - 1.0).abs() < 1e-15);
+    /// assert_eq!(Spectrum([0.0, 1.0, 0.0]).luminance(), 0.7152);
+    /// ```
     #[inline]
     pub fn luminance(&self) -> f64 {
         if C == 1 { self.0[0] } else { (0..C).map(|c| REC709_LUMINANCE[c] * self.0[c]).sum() }

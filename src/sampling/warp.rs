@@ -5,6 +5,14 @@ use std::f64::consts::{FRAC_PI_4, TAU};
 use glam::{DVec2, DVec3};
 
 /// Uniform point on the unit disc (concentric map of Shirley and Chiu 1997); density 1/pi.
+///
+/// ```
+/// use glam::DVec2;
+/// use skyduct::sampling::warp;
+///
+/// assert_eq!(warp::disc([0.5, 0.5]), DVec2::ZERO);
+/// assert_eq!(warp::disc([1.0, 0.5]), DVec2::X);
+/// ```
 #[inline]
 pub fn disc([u, v]: [f64; 2]) -> DVec2 {
     let (a, b) = (2.0 * u - 1.0, 2.0 * v - 1.0);
@@ -48,6 +56,10 @@ pub fn annulus([u, v]: [f64; 2], inner: f64, outer: f64) -> DVec2 {
 }
 
 /// Cosine-distributed direction around +z; density cos(theta) / pi per sr.
+///
+/// ```
+/// assert_eq!(skyduct::sampling::warp::cosine_hemisphere([0.5, 0.5]), glam::DVec3::Z);
+/// ```
 #[inline]
 pub fn cosine_hemisphere(point: [f64; 2]) -> DVec3 {
     let p = disc(point);
@@ -58,6 +70,13 @@ pub fn cosine_hemisphere(point: [f64; 2]) -> DVec3 {
 ///
 /// The polar angle comes from chord lengths, sin(theta/2) = r sin(half_angle/2), which has no cancellation for a cone as
 /// small as the sun.
+///
+/// The square's edge goes to the cone's:
+///
+/// ```
+/// let edge = skyduct::sampling::warp::cone([1.0, 0.5], 0.3);
+/// assert!((edge.z - 0.3f64.cos()).abs() < 1e-15 && (edge.x - 0.3f64.sin()).abs() < 1e-15);
+/// ```
 #[inline]
 pub fn cone(point: [f64; 2], half_angle: f64) -> DVec3 {
     let p = disc(point);

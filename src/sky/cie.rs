@@ -142,6 +142,18 @@ impl SkyDistribution {
     }
 
     /// L/Lz toward the unit vector `direction`; zero below the horizon.
+    ///
+    /// Type 12 with the sun 60 degrees high in the north, seen 45 degrees high in the south, as the library colour-science prints
+    /// it:
+    ///
+    /// ```
+    /// use skyduct::sky::{CieType, SkyDistribution, direction};
+    ///
+    /// let degrees = f64::to_radians;
+    /// let sky = SkyDistribution::new(CieType::new(12).unwrap(), direction(degrees(60.0), 0.0));
+    /// let seen = sky.relative_luminance(direction(degrees(45.0), degrees(180.0)));
+    /// assert!((seen - 0.4544524).abs() < 1e-7);
+    /// ```
     #[inline]
     pub fn relative_luminance(&self, direction: DVec3) -> f64 {
         if direction.z < 0.0 {
@@ -161,6 +173,17 @@ impl SkyDistribution {
     /// Integrated in polar coordinates around the sun, where the cusp of f(chi) is at the origin. The rings chi =
     /// constant touch the horizon at chi = gamma and pi - gamma (gamma: solar altitude); a substitution flat at both
     /// ends of each interval removes the root singularities there.
+    ///
+    /// A uniform sky has pi, the traditional overcast one 7 pi / 9:
+    ///
+    /// ```
+    /// use std::f64::consts::PI;
+    /// use skyduct::sky::{CieType, SkyDistribution, direction};
+    ///
+    /// let ratio = |cie_type| SkyDistribution::new(cie_type, direction(0.6, 0.0)).horizontal_ratio();
+    /// assert!((ratio(CieType::UNIFORM) - PI).abs() < 1e-11);
+    /// assert_eq!(ratio(CieType::TRADITIONAL_OVERCAST), 7.0 * PI / 9.0);
+    /// ```
     pub fn horizontal_ratio(&self) -> f64 {
         if self.sky_type == SkyType::Cie(CieType::TRADITIONAL_OVERCAST) {
             return 7.0 * PI / 9.0;

@@ -47,6 +47,14 @@ impl IesSky {
 
     /// Unobstructed horizontal illuminance of the sky alone in lux, A + B sin^C(altitude); altitude in radians, zero at
     /// and below the horizon.
+    ///
+    /// ```
+    /// use skyduct::sky::IesSky;
+    ///
+    /// let zenith_sun = std::f64::consts::FRAC_PI_2;
+    /// assert_eq!(IesSky::Overcast.diffuse_horizontal_illuminance_lux(zenith_sun), 21_300.0);
+    /// assert_eq!(IesSky::Clear.diffuse_horizontal_illuminance_lux(zenith_sun), 16_300.0);
+    /// ```
     pub fn diffuse_horizontal_illuminance_lux(self, altitude: f64) -> f64 {
         if altitude <= 0.0 {
             return 0.0;
@@ -70,6 +78,14 @@ impl IesSky {
 
     /// Normal illuminance of the beam in lux, 127.5 klx exp(-c / sin(altitude)); altitude in radians, zero at and below
     /// the horizon and for the overcast sky.
+    ///
+    /// ```
+    /// use skyduct::sky::IesSky;
+    ///
+    /// let zenith_sun = std::f64::consts::FRAC_PI_2;
+    /// let beam = IesSky::Clear.beam_normal_illuminance_lux(zenith_sun);
+    /// assert!((beam - 127_500.0 * (-0.21f64).exp()).abs() < 1e-9);
+    /// ```
     pub fn beam_normal_illuminance_lux(self, altitude: f64) -> f64 {
         match self.extinction() {
             Some(extinction) if altitude > 0.0 => IES_EXTRATERRESTRIAL_LUX * (-extinction / altitude.sin()).exp(),

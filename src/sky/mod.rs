@@ -78,6 +78,11 @@ impl Sky {
 }
 
 /// Unit vector toward `altitude` above the horizon and `azimuth` clockwise from +y (both radians), z up.
+///
+/// ```
+/// let east = skyduct::sky::direction(0.0, 90f64.to_radians());
+/// assert!((east - glam::DVec3::X).length() < 1e-15);
+/// ```
 pub fn direction(altitude: f64, azimuth: f64) -> DVec3 {
     let (sin_altitude, cos_altitude) = altitude.sin_cos();
     let (sin_azimuth, cos_azimuth) = azimuth.sin_cos();

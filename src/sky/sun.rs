@@ -21,6 +21,10 @@ pub struct Sun {
 
 impl Sun {
     /// Solid angle of the disc in sr: 4 pi sin^2(half-angle / 2), free of the cancellation of 1 - cos.
+    ///
+    /// ```
+    /// assert!((skyduct::sky::Sun::solid_angle_sr() - 6.79996e-5).abs() < 1e-10);
+    /// ```
     pub fn solid_angle_sr() -> f64 {
         let s = (0.5 * HALF_ANGLE).sin();
         4.0 * PI * s * s
@@ -114,6 +118,25 @@ pub fn position(
 
 /// Position of the sun by NREL's SPA (Reda and Andreas 2004) with a given `delta_t_s`, terrestrial minus universal time
 /// in seconds.
+///
+/// The example that Reda and Andreas (2004) print, zenith angle 50.11162 and azimuth 194.34024 degrees:
+///
+/// ```
+/// use skyduct::sky::sun::{Site, UtcInstant, position_at};
+///
+/// let instant = UtcInstant { year: 2003, month: 10, day: 17, hour: 19, minute: 30, second: 30.0 };
+/// let site = Site {
+///     latitude_deg: 39.742476,
+///     longitude_deg: -105.1786,
+///     elevation_m: 1830.14,
+///     pressure_mbar: 820.0,
+///     temperature_c: 11.0,
+/// };
+/// let sun = position_at(instant, 67.0, site)?;
+/// assert!((90.0 - sun.altitude.to_degrees() - 50.11162).abs() < 1e-5);
+/// assert!((sun.azimuth.to_degrees() - 194.34024).abs() < 1e-5);
+/// # Ok::<(), skyduct::sky::sun::SunPositionError>(())
+/// ```
 pub fn position_at(instant: UtcInstant, delta_t_s: f64, site: Site) -> Result<SunPosition, SunPositionError> {
     let UtcInstant { year, month, day, hour, minute, second } = instant;
     let julian = JulianDate::from_utc(year, month, day, hour, minute, second, delta_t_s)?;
@@ -130,6 +153,15 @@ pub fn position_at(instant: UtcInstant, delta_t_s: f64, site: Site) -> Result<Su
 }
 
 /// Relative optical air mass (Kasten and Young 1989) at an apparent solar altitude in radians, >= 0.
+///
+/// Their table has 37.92 at the horizon and 0.9997 at the zenith:
+///
+/// ```
+/// use skyduct::sky::sun::air_mass;
+///
+/// assert!((air_mass(0.0) - 37.92).abs() < 0.005);
+/// assert!((air_mass(std::f64::consts::FRAC_PI_2) - 0.9997).abs() < 1e-4);
+/// ```
 pub fn air_mass(altitude: f64) -> f64 {
     1.0 / (altitude.sin() + 0.50572 * (altitude.to_degrees() + 6.07995).powf(-1.6364))
 }

@@ -86,6 +86,19 @@ pub fn default_formula(sky_type: impl Into<SkyType>, luminous_turbidity: Option<
 /// Above 75 degrees the published formulae diverge: there the horizontal illuminance continues as
 /// D(75 deg) sin g / sin 75 deg and Lz = D / I, which is continuous and finite. Zero for a sun at or below the horizon, for the two `Given` variants, which carry their level themselves, and for a formula that is not of
 /// the sky's kind.
+///
+/// Under the uniform sky D = pi Lz is Dv/Ev of the 133.8 klx sin g from outside the atmosphere, to the digits of B = 42.59:
+///
+/// ```
+/// use skyduct::sky::zenith::{EXTRATERRESTRIAL_LUX, ZenithFormula, zenith_luminance_cd_m2};
+/// use skyduct::sky::{CieType, SkyDistribution, direction};
+///
+/// let altitude = 30f64.to_radians();
+/// let sky = SkyDistribution::new(CieType::UNIFORM, direction(altitude, 0.0));
+/// let zenith = zenith_luminance_cd_m2(&sky, ZenithFormula::DiffuseRatio { dv_ev: 0.2 }, altitude);
+/// let horizontal = std::f64::consts::PI * zenith;
+/// assert!((horizontal / (0.2 * EXTRATERRESTRIAL_LUX * 0.5) - 1.0).abs() < 1e-4);
+/// ```
 pub fn zenith_luminance_cd_m2(distribution: &SkyDistribution, formula: ZenithFormula, altitude: f64) -> f64 {
     if altitude <= 0.0 {
         return 0.0;

@@ -3,12 +3,24 @@
 use statrs::distribution::{ContinuousCDF, Normal, StudentsT};
 
 /// Two-sided normal quantile z of a `confidence` in 0..1, e.g. 1.95996 for 0.95.
+///
+/// ```
+/// let quantile = skyduct::statistics::interval::two_sided_normal_quantile(0.95);
+/// assert!((quantile - 1.959964).abs() < 1e-6);
+/// ```
 pub fn two_sided_normal_quantile(confidence: f64) -> f64 {
     Normal::standard().inverse_cdf(0.5 * (1.0 + confidence))
 }
 
 /// Two-sided quantile of Student's t of a `confidence` in 0..1 with `degrees` >= 1 degrees of freedom, e.g. 2.20099 for
 /// 0.95 and 11; infinite without any.
+///
+/// Abramowitz and Stegun 1964, table 26.10:
+///
+/// ```
+/// let quantile = skyduct::statistics::interval::two_sided_student_quantile(0.95, 11.0);
+/// assert!((quantile - 2.201).abs() < 5e-4);
+/// ```
 pub fn two_sided_student_quantile(confidence: f64, degrees: f64) -> f64 {
     match StudentsT::new(0.0, 1.0, degrees) {
         Ok(distribution) => distribution.inverse_cdf(0.5 * (1.0 + confidence)),

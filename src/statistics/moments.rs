@@ -20,6 +20,22 @@ impl Moments {
         self.m2 += delta * (value - self.mean);
     }
 
+    /// Adds the replicates of `other` as if they had been pushed after those that are here (Chan, Golub and LeVeque 1979).
+    ///
+    /// Two halves of 2, 4, 4, 4 and 5, 5, 7, 9, whose mean is 5 and whose squared deviations add up to 32:
+    ///
+    /// ```
+    /// use skyduct::statistics::Moments;
+    ///
+    /// let of = |values: [f64; 4]| {
+    ///     let mut moments = Moments::default();
+    ///     values.into_iter().for_each(|value| moments.push(value));
+    ///     moments
+    /// };
+    /// let mut all = of([2.0, 4.0, 4.0, 4.0]);
+    /// all.merge(&of([5.0, 5.0, 7.0, 9.0]));
+    /// assert!(all.count == 8.0 && (all.mean - 5.0).abs() < 1e-14 && (all.m2 - 32.0).abs() < 1e-13);
+    /// ```
     #[inline]
     pub fn merge(&mut self, other: &Self) {
         if other.count == 0.0 {
