@@ -2,6 +2,8 @@
 //!
 //! Faces are divided into rectangular patches; the exitance is constant on a patch, the illuminance is taken at its centre
 //! with exact form factors from there to every patch. Every row of form factors adds up to one, so no light is lost.
+//!
+//! Exact checks and the sources: docs/physics/rooms.md#diffuse-interreflection.
 
 use glam::DVec3;
 use rayon::prelude::*;

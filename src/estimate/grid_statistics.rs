@@ -7,6 +7,8 @@
 //! the asked confidence when each holds with 1 - alpha / k (Bonferroni), k the number of sensors that the statistic could
 //! be of. With one such sensor the error is that sensor's own; with many it is larger, which covers the selection: the
 //! least of many noisy values is too low.
+//!
+//! See also docs/physics/statistics.md#minimum-median-maximum-uniformity.
 
 use super::GridEstimate;
 use crate::statistics::interval::{two_sided_normal_quantile, two_sided_student_quantile};

@@ -1,4 +1,6 @@
 //! Dielectric domes: hemispherical shells over the top of a straight or bent guide.
+//!
+//! See docs/physics/tubes.md#thin-covers-and-dielectric-domes.
 
 use std::f64::consts::PI;
 

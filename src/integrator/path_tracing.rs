@@ -3,6 +3,8 @@
 //! `backward::walk` has the walk and what luminaires send, `backward::daylight` the sky and the sun. What chance alone
 //! would find is refused: the sun through clear closures, where only one direction in hundreds meets the disc even at its
 //! own zenith angle, and by way of mirrors.
+//!
+//! Which estimator counts which paths: docs/physics/measurement_equation.md#path-tracing.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};

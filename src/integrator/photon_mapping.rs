@@ -19,6 +19,8 @@
 //! (`photon_map::maps`) and carried to the receiver with the rays' weights, of colours by their luminance. The radius is
 //! the same in all passes: the bias does not shrink with them, but gathering averages it over the room. What an eye ray
 //! sees of openings, mirrors and lobes is as in SPPM (`photon_map::visible_point`).
+//!
+//! The same as a table: docs/physics/measurement_equation.md#photon-mapping-with-final-gathering.
 
 use std::f64::consts::PI;
 use std::sync::Arc;

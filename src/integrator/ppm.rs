@@ -12,6 +12,9 @@
 //! diagonal less that on the other is zero in the mean where light changes linearly, and half of it has the variance of the
 //! block's mean, or more. Like the bias, a contrast is averaged over passes, and its square, less what the noise of the
 //! passes adds to it, is part of the squared error.
+//!
+//! Which estimator counts which paths:
+//! docs/physics/measurement_equation.md#progressive-photon-mapping-fixed-and-stochastic.
 
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;

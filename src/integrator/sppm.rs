@@ -9,6 +9,9 @@
 //!
 //! Photons are gathered for the diffuse part of a surface alone. The specular part, mirror or glossy lobe, is followed
 //! (`photon_map::visible_point`).
+//!
+//! Which estimator counts which paths:
+//! docs/physics/measurement_equation.md#progressive-photon-mapping-fixed-and-stochastic.
 
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;

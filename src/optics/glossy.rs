@@ -1,4 +1,6 @@
 //! Glossy reflection: a microfacet lobe that loses nothing.
+//!
+//! Why nothing is lost: docs/physics/diffusers.md#the-glossy-lobe.
 
 use std::f64::consts::{PI, TAU};
 

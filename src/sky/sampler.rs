@@ -1,4 +1,6 @@
 //! Importance sampling of directions toward a sky.
+//!
+//! How a photon of a sky at infinity gets its flux: docs/physics/sky_and_sun.md#sampling-the-sky.
 
 use std::f64::consts::TAU;
 

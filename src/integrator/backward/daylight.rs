@@ -6,6 +6,8 @@
 //!
 //! The sun's disc is too small to be found by chance: it is counted by connections only, of vertices and of the eye to rays
 //! of the sun that go from the collector down to a closure that scatters.
+//!
+//! The weights are derived in docs/physics/measurement_equation.md#daylight-at-a-vertex.
 
 use std::f64::consts::PI;
 

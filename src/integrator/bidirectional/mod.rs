@@ -8,6 +8,8 @@
 //! from a clear closure to a sensor has rules of its own: points follow it backward, cells count what crosses them. Cells
 //! count in this way also the sun that a surface scatters within half a cell, where connections would be too bright, and
 //! share with eye paths what a mirror shows them of a source.
+//!
+//! Which estimator counts which paths: docs/physics/measurement_equation.md#bidirectional-path-tracing.
 
 mod eye;
 mod light;

@@ -10,6 +10,8 @@
 //! with p' the density from the other side, and cut the number of samples of a strategy, 0 where it cannot be. The weights
 //! of all strategies add up to 1 whatever is put for the densities, as long as all strategies put the same; so a photon's
 //! density on an opening is taken as even, and roulette is left out.
+//!
+//! Where the recursion comes from: docs/physics/measurement_equation.md#bidirectional-weights.
 
 use std::f64::consts::PI;
 

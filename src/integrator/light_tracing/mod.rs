@@ -10,6 +10,8 @@
 //!   sensor through the opening and up the guide into sky and sun;
 //! * light straight from a luminaire has Lambert's closed form where nothing can stand between, at the sensor or at a
 //!   random point of its cell; otherwise it is treated like light that a diffuser scatters.
+//!
+//! Which estimator counts which paths: docs/physics/measurement_equation.md#light-tracing.
 
 mod connect;
 mod refusals;

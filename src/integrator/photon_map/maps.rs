@@ -8,6 +8,8 @@
 //! kernel is estimated from the same photons at two radii: on a whole disc it grows with the squared radius, so bias(r) =
 //! 2 (E(r) - E(r / sqrt 2)); on a clipped one, which lies to one side of its centre, with the radius: bias(r) = (E(r) -
 //! E(r / sqrt 2)) / (1 - 1 / sqrt 2).
+//!
+//! Both factors are derived in docs/physics/rooms.md#the-bias-of-a-clipped-disc.
 
 use std::f64::consts::PI;
 use std::ops::Range;

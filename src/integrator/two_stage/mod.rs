@@ -7,6 +7,8 @@
 //!
 //! Light that the room sends up through a diffuser and that comes back down is part of what the second stage finds; the
 //! fluxes of the tubes are those of the first.
+//!
+//! Which estimator counts which paths: docs/physics/measurement_equation.md#two-stages.
 
 mod cells;
 mod photons;
