@@ -74,6 +74,23 @@ fn citations(text: &str) -> Vec<String> {
     found
 }
 
+/// Authors and years that a text cites, e.g. `Zwicker` and `2011`: a name, or a name and `et al.`, before a year.
+fn papers(text: &str) -> Vec<(&str, &str)> {
+    let words: Vec<&str> = text.split_whitespace().collect();
+    let letters = |word: &str| word.starts_with(|c: char| c.is_uppercase()) && word.chars().all(char::is_alphabetic);
+    let mut found = Vec::new();
+    for (k, word) in words.iter().enumerate().skip(1) {
+        let year = word.trim_matches(|c: char| !c.is_ascii_digit());
+        let recent = year.len() == 4 && ["17", "18", "19", "20"].iter().any(|century| year.starts_with(century));
+        let before = if words[k - 1] == "al." && k >= 3 { words[k - 3] } else { words[k - 1] };
+        let name = before.trim_matches(|c: char| "(,;\"".contains(c));
+        if recent && !word.contains(['-', '/', '%', '=']) && letters(name) {
+            found.push((name, year));
+        }
+    }
+    found
+}
+
 /// The anchors of a page's headings, as GitHub makes them.
 fn anchors(text: &str) -> Vec<String> {
     let headings = text.lines().filter(|line| line.starts_with('#')).map(|line| line.trim_start_matches('#').trim());
@@ -146,6 +163,25 @@ fn links_of_pages_lead_somewhere() {
 }
 
 #[test]
+fn papers_that_comments_cite_are_in_the_bibliography() {
+    let bibliography = fs::read_to_string(root().join("docs/physics/README.md")).unwrap();
+    let listed: Vec<&str> = bibliography.split("\n- ").collect();
+    let mut cited = 0;
+    let mut found = Vec::new();
+    for (path, text) in comments() {
+        let of_file = papers(&text);
+        cited += of_file.len();
+        let missing = of_file.iter().filter(|(name, year)| {
+            // in this order: its entry begins with the names
+            !listed.iter().any(|entry| entry.find(name).is_some_and(|at| entry[at..].contains(year)))
+        });
+        found.extend(missing.map(|(name, year)| format!("{}: {name} {year}", path.display())));
+    }
+    assert!(cited > 30, "{cited}");
+    assert!(found.is_empty(), "{}", found.join("\n"));
+}
+
+#[test]
 fn citations_are_seen() {
     for bad in [
         "by the rule (PAPER 3.2)",
@@ -162,6 +198,10 @@ fn citations_are_seen() {
     {
         assert_eq!(citations(good), Vec::<String>::new(), "{good}");
     }
+    assert_eq!(
+        papers("(Knaus and Zwicker 2011; Walter et al. 2007, eq. 33)"),
+        [("Zwicker", "2011"), ("Walter", "2007")]
+    );
     assert_eq!(named_paths("see docs/style.md, or `src/sky/cie.rs`."), ["docs/style.md", "src/sky/cie.rs"]);
     assert!(broken(root(), "docs/architecture.md#rooms").is_none());
     assert!(broken(root(), "docs/architecture.md#cellar").is_some() && broken(root(), "docs/nowhere.md").is_some());
