@@ -1,12 +1,32 @@
-//! JSON pointers and the list of what is wrong.
+//! What is wrong with a document, and what a reader of its results must know.
 
 use std::fmt::Display;
+use std::ops::RangeInclusive;
 
-use super::{FieldError, hints};
+use super::hints;
+use super::limits::Range;
 
-/// `token` escaped for a JSON pointer (RFC 6901, section 3).
-pub fn escape(token: &str) -> String {
-    token.replace('~', "~0").replace('/', "~1")
+/// One thing wrong with a document.
+#[derive(Clone, Debug, PartialEq, serde::Serialize, utoipa::ToSchema, thiserror::Error)]
+#[error("{}: {detail}", if .pointer.is_empty() { "the document" } else { .pointer })]
+pub struct FieldError {
+    /// JSON pointer (RFC 6901) of the field; "" is the whole document.
+    pub pointer: String,
+    /// What is wrong, and the bound that was broken.
+    pub detail: String,
+}
+
+/// Everything wrong with a document; never empty.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error("{}", .0.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n"))]
+pub struct DocumentErrors(pub Vec<FieldError>);
+
+/// A note to the user: the result is valid, but not what a reader may expect.
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize, utoipa::ToSchema)]
+pub struct Warning {
+    /// E.g. `sun_below_horizon`.
+    pub code: String,
+    pub detail: String,
 }
 
 /// Collects everything that is wrong with a document.
@@ -25,37 +45,66 @@ impl Checks {
         self.refuse(pointer, format!("{what}: not supported yet"));
     }
 
-    /// Refuses unless `lowest <= value <= highest`.
-    pub fn within<T: PartialOrd + Display>(&mut self, pointer: &str, value: T, lowest: T, highest: T) -> bool {
-        let ok = value >= lowest && value <= highest;
-        if !ok {
-            let [number, from, to] = [&value, &lowest, &highest].map(number);
-            let hint = hints::of_number(pointer, number, |meant| meant >= from && meant <= to);
-            self.refuse(pointer, format!("must be within {lowest}..{highest}, but is {value}{hint}"));
+    /// Refuses a number outside its range, with a hint when it would do in another unit; whether it is good.
+    pub fn number(&mut self, pointer: &str, value: impl Number, range: Range) -> bool {
+        let number = value.as_f64();
+        let good = range.contains(number);
+        if !good {
+            let hint = hints::of_number(pointer, number, |meant| range.contains(meant));
+            self.refuse(pointer, format!("must be {range}, but is {value}{hint}"));
         }
-        ok
+        good
     }
 
-    /// Refuses unless `bound < value <= highest`.
-    pub fn above(&mut self, pointer: &str, value: f64, bound: f64, highest: f64) -> bool {
-        let ok = value > bound && value <= highest;
-        if !ok {
-            let hint = hints::of_number(pointer, value, |meant| meant > bound && meant <= highest);
-            self.refuse(pointer, format!("must be > {bound} and <= {highest}, but is {value}{hint}"));
+    /// Refuses every number of `values` that is outside their range; their pointers end with their index. Whether all are
+    /// good.
+    pub fn numbers<T: Number>(&mut self, pointer: &str, values: &[T], range: Range) -> bool {
+        let each = values.iter().enumerate();
+        each.fold(true, |good, (index, value)| self.number(&format!("{pointer}/{index}"), *value, range) && good)
+    }
+
+    /// Refuses more `things` than there may be; whether their number is good.
+    pub fn at_most(&mut self, pointer: &str, number: usize, bounds: &RangeInclusive<usize>, things: &str) -> bool {
+        let good = number <= *bounds.end();
+        if !good {
+            self.refuse(pointer, format!("at most {}{things}, but there are {number}", bounds.end()));
         }
-        ok
+        good
     }
 }
 
-/// A number of any type, read back from its digits; NaN of what is no number.
-fn number(printed: &impl Display) -> f64 {
-    printed.to_string().parse().unwrap_or(f64::NAN)
+/// A number of a document.
+pub trait Number: Copy + Display {
+    fn as_f64(self) -> f64;
 }
 
-#[cfg(test)]
-mod tests {
-    #[test]
-    fn escapes_of_rfc_6901() {
-        assert_eq!(super::escape("a/b~c"), "a~1b~0c");
+impl Number for f64 {
+    fn as_f64(self) -> f64 {
+        self
+    }
+}
+
+impl Number for u64 {
+    /// Beyond 2^53 the nearest one, which is beyond every bound, too.
+    fn as_f64(self) -> f64 {
+        self as f64
+    }
+}
+
+impl Number for u32 {
+    fn as_f64(self) -> f64 {
+        self.into()
+    }
+}
+
+impl Number for i32 {
+    fn as_f64(self) -> f64 {
+        self.into()
+    }
+}
+
+impl Number for u8 {
+    fn as_f64(self) -> f64 {
+        self.into()
     }
 }

@@ -1,18 +1,28 @@
-//! The whole job document.
+//! The whole job document: read, checked, and what concerns several of its parts.
 
-use std::collections::BTreeMap;
+use std::ops::Deref;
 
+use glam::DVec2;
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
+use super::effects::{self, EffectSwitches, Effects, check_effects};
+use super::errors::{Checks, DocumentErrors};
+use super::hints;
+use super::limits::{JOB_NAME, SIZE_M, TOUCHING_M};
 use super::method::MethodDocument;
-use super::outputs::{GridDocument, ViewDocument};
+use super::outputs::{GridDocument, ViewDocument, check_outputs};
+use super::read::{json, shape};
 use super::room::RoomDocument;
-use super::schema::EffectSwitches;
+use super::room::check::check_room;
+use super::room::luminaire::{Sheet, covers};
+use super::sky::check::{check_location, check_sky, check_time};
 use super::sky::{LocationDocument, SkyDocument};
-use super::tube::TubeDocument;
+use super::stop::StopDocument;
+use super::tube::check::check_tubes;
+use super::tube::{Opening, TubeDocument};
 use crate::estimate::StopRule;
-use crate::plan::effects::{EffectKind, EffectRequest, EffectRequests};
+use crate::plan::effects::EffectRequests;
 
 /// A job: what is simulated, what is asked of it and when it stops.
 ///
@@ -23,7 +33,6 @@ use crate::plan::effects::{EffectKind, EffectRequest, EffectRequests};
 pub struct JobDocument {
     /// Free text, at most 1000 characters.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[schema(max_length = 1000)]
     pub name: Option<String>,
     /// Where on Earth; together with `time`, or else `sky.sun_position`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -38,15 +47,12 @@ pub struct JobDocument {
     pub room: RoomDocument,
     /// Tubular daylight devices, at most 64.
     #[serde(default)]
-    #[schema(max_items = 64)]
     pub tubes: Vec<TubeDocument>,
     /// Illuminance grids, at most 64; `grids` and `views` together name at least one output.
     #[serde(default)]
-    #[schema(max_items = 64)]
     pub grids: Vec<GridDocument>,
     /// Camera views, at most 64.
     #[serde(default)]
-    #[schema(max_items = 64)]
     pub views: Vec<ViewDocument>,
     #[serde(default)]
     pub method: MethodDocument,
@@ -56,64 +62,173 @@ pub struct JobDocument {
     /// `specular` share.
     #[serde(default)]
     #[schema(value_type = EffectSwitches)]
-    pub effects: BTreeMap<String, EffectSwitch>,
+    pub effects: Effects,
     /// Selects the random numbers; equal documents with equal seeds give equal bits.
     #[serde(default)]
     #[schema(maximum = 18_446_744_073_709_551_615u64)]
     pub seed: u64,
 }
 
-/// When a job is accurate enough, and its limits; the first one reached ends the job.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
-#[serde(deny_unknown_fields, default)]
-pub struct StopDocument {
-    /// Relative error of the grids at the asked confidence, 0..1.
-    #[schema(exclusive_minimum = 0, maximum = 1)]
-    pub relative_error: f64,
-    /// The same of the views, over blocks of 8 x 8 pixels.
-    #[schema(exclusive_minimum = 0, maximum = 1)]
-    pub view_relative_error: f64,
-    /// Of the two-sided normal interval.
-    #[schema(minimum = 0.5, exclusive_maximum = 1)]
-    pub confidence: f64,
-    #[schema(minimum = 1, maximum = 1_000_000_000u64)]
-    pub max_passes: u64,
-    /// Render time in seconds; the pass that runs when they are used up is dropped. A service may allow less (one hour by default).
-    #[schema(exclusive_minimum = 0, maximum = 1_000_000_000)]
-    pub max_seconds: f64,
-}
+/// A job document that is read and checked; nothing but [`JobDocument::parse`] makes one.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(transparent)]
+pub struct ValidJob(JobDocument);
 
-impl Default for StopDocument {
-    fn default() -> Self {
-        Self { relative_error: 0.02, view_relative_error: 0.05, confidence: 0.95, max_passes: 4096, max_seconds: 600.0 }
+impl Deref for ValidJob {
+    type Target = JobDocument;
+
+    fn deref(&self) -> &JobDocument {
+        &self.0
     }
-}
-
-/// What is asked of an effect.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum EffectSwitch {
-    On,
-    Off,
-    #[default]
-    Auto,
 }
 
 impl JobDocument {
-    pub fn stop_rule(&self) -> StopRule {
-        let StopDocument { relative_error, view_relative_error, confidence, max_passes, max_seconds } = self.stop;
-        StopRule { relative_error, view_relative_error, confidence, max_passes, max_seconds }
+    /// Parses and checks JSON text (UTF-8), and fills in the defaults.
+    ///
+    /// Errors name everything that is wrong: with the text (line and column), with its shape, and with the values.
+    pub fn parse(text: &[u8]) -> Result<ValidJob, DocumentErrors> {
+        let value = json::value(text).map_err(|error| DocumentErrors(vec![error]))?;
+        let mut checks = Checks::default();
+        let Some((document, made_up)) = shape::read::<Self>(value, &mut checks) else {
+            return Err(DocumentErrors(checks.errors));
+        };
+        let mut of_values = Checks::default();
+        document.check(&mut of_values);
+        checks.errors.extend(of_values.errors.into_iter().filter(|error| !made_up.concerns(error)));
+        if checks.errors.is_empty() { Ok(ValidJob(document)) } else { Err(DocumentErrors(checks.errors)) }
     }
 
-    /// What is asked of the effects; names that are not of an effect are left to the validation.
+    pub fn stop_rule(&self) -> StopRule {
+        self.stop.rule()
+    }
+
+    /// What is asked of the effects.
     pub fn effect_requests(&self) -> EffectRequests {
-        let request = |switch: &EffectSwitch| match switch {
-            EffectSwitch::On => EffectRequest::On,
-            EffectSwitch::Off => EffectRequest::Off,
-            EffectSwitch::Auto => EffectRequest::Auto,
-        };
-        let known =
-            self.effects.iter().filter_map(|(name, switch)| Some((EffectKind::from_name(name)?, request(switch))));
-        known.collect()
+        effects::requests(&self.effects)
+    }
+
+    /// Adds everything that is wrong with the values to `checks`: each part's own faults, then what concerns several.
+    fn check(&self, checks: &mut Checks) {
+        if self.name.as_ref().is_some_and(|name| name.chars().count() > *JOB_NAME.end()) {
+            checks.refuse("/name", format!("must have at most {} characters", JOB_NAME.end()));
+        }
+        if let Some(location) = &self.location {
+            check_location(location, checks);
+        }
+        if let Some(time) = &self.time {
+            check_time(time, checks);
+        }
+        if let Some(sky) = &self.sky {
+            check_sky(sky, checks);
+        }
+        let luminaires = check_room(&self.room, checks);
+        let judged = check_tubes(&self.tubes, checks);
+        check_outputs(&self.grids, &self.views, self.room.valid_size_m(), checks);
+        self.method.check(checks);
+        self.stop.check(checks);
+        check_effects(&self.effects, checks);
+
+        self.check_light(checks);
+        self.check_sun(checks);
+        if judged {
+            self.check_openings(checks);
+        }
+        self.check_luminaires(&luminaires, checks);
+        self.method.check_outputs(&self.grids, &self.views, checks);
+    }
+
+    /// There is light, and what it needs.
+    fn check_light(&self, checks: &mut Checks) {
+        if self.tubes.is_empty() {
+            if self.room.luminaires.is_empty() {
+                checks.refuse("/tubes", "at least one tube or luminaire is needed: without them there is no light");
+            }
+            return;
+        }
+        if self.sky.is_none() {
+            checks.refuse("/sky", "required unless `tubes` is empty");
+        }
+        if self.room.surfaces.ceiling.open {
+            checks.refuse("/room/surfaces/ceiling/open", "a tube's opening needs a closed ceiling");
+        }
+    }
+
+    /// Either the sky, or place and time say where the sun is.
+    fn check_sun(&self, checks: &mut Checks) {
+        let Some(sky) = &self.sky else { return };
+        match (sky.sun_position, &self.location, &self.time) {
+            (Some(_), None, None) | (None, Some(_), Some(_)) => {}
+            (Some(_), _, _) => {
+                let detail = "given beside `location` or `time`: exactly one of `sky.sun_position` and (`location` and `time`) says where the sun is";
+                checks.refuse("/sky/sun_position", detail);
+            }
+            (None, None, None) => {
+                checks.refuse("/sky/sun_position", "required unless `location` and `time` are given");
+            }
+            (None, None, Some(_)) => {
+                checks.refuse("/location", "required with `time`, unless `sky.sun_position` is given");
+            }
+            (None, Some(_), None) => {
+                checks.refuse("/time", "required with `location`, unless `sky.sun_position` is given");
+            }
+        }
+    }
+
+    /// Openings lie in the ceiling and beside each other.
+    fn check_openings(&self, checks: &mut Checks) {
+        let Some([width, depth, _]) = self.room.valid_size_m() else { return };
+        let widest = width.min(depth);
+        let mut openings: Vec<(usize, DVec2, f64)> = Vec::new();
+        for (index, tube) in self.tubes.iter().enumerate() {
+            let pointer = format!("/tubes/{index}");
+            let Opening { centre, diameter_m, diameter } = tube.opening();
+            if !SIZE_M.contains(diameter_m) {
+                continue;
+            }
+            if diameter_m > widest + TOUCHING_M {
+                let pointer = format!("{pointer}/{diameter}");
+                let hint = hints::of_number(&pointer, diameter_m, |meant| meant <= widest);
+                let detail = format!("must be <= {widest}, the ceiling's shorter edge, but is {diameter_m}{hint}");
+                checks.refuse(pointer, detail);
+                continue;
+            }
+            let radius = 0.5 * diameter_m;
+            let mut inside = true;
+            for (axis, size) in [width, depth].into_iter().enumerate() {
+                let at = centre[axis];
+                if !(at - radius >= -TOUCHING_M && at + radius <= size + TOUCHING_M) {
+                    let pointer = format!("{pointer}/centre_m/{axis}");
+                    let hint = hints::of_number(&pointer, at, |meant| meant >= radius && meant + radius <= size);
+                    let detail = format!(
+                        "the opening must lie wholly inside the ceiling (0..{size} m), but reaches from {} m to {} m{hint}",
+                        at - radius,
+                        at + radius
+                    );
+                    checks.refuse(pointer, detail);
+                    inside = false;
+                }
+            }
+            let overlaps = |(_, other, other_radius): &&(usize, DVec2, f64)| {
+                other.distance(centre) < radius + other_radius - TOUCHING_M
+            };
+            if inside && let Some((other, ..)) = openings.iter().find(overlaps) {
+                checks.refuse(format!("{pointer}/centre_m"), format!("the opening overlaps that of /tubes/{other}"));
+            }
+            openings.push((index, centre, radius));
+        }
+    }
+
+    /// Luminaires, which lie in the room, cover no opening.
+    fn check_luminaires(&self, luminaires: &[(usize, Sheet)], checks: &mut Checks) {
+        let [_, _, ceiling] = self.room.size_m;
+        for (number, sheet) in luminaires {
+            for (index, tube) in self.tubes.iter().enumerate() {
+                let Opening { centre, diameter_m, .. } = tube.opening();
+                if covers(sheet, ceiling, centre, 0.5 * diameter_m) {
+                    checks
+                        .refuse(format!("/room/luminaires/{number}"), format!("covers the opening of /tubes/{index}"));
+                }
+            }
+        }
     }
 }

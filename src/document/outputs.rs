@@ -1,10 +1,20 @@
 //! Grids and views of a job document.
 
+use std::collections::BTreeSet;
+use std::ops::RangeInclusive;
+
+use glam::DVec3;
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use super::schema::{CellCounts, PixelCounts, Vector};
-use crate::scene::EstimateKind;
+use super::errors::Checks;
+use super::hints;
+use super::limits::{
+    CELLS, COORDINATE_M, FIELD_OF_VIEW_DEG, MOST_GRID_CELLS, MOST_PIXELS, OUTPUT_NAME, OUTPUTS, PIXELS_OF_AN_EDGE,
+    Range, below, within,
+};
+use super::schema::shapes::{CellCounts, PixelCounts, Vector};
+use crate::scene::{EstimateKind, Grid, View};
 
 /// A grid of horizontal sensors that look up.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
@@ -14,14 +24,12 @@ pub struct GridDocument {
     #[schema(pattern = "^[A-Za-z0-9][A-Za-z0-9._-]{0,63}$")]
     pub name: String,
     /// Above the floor, >= 0 and below the ceiling.
-    #[schema(minimum = 0, maximum = 10_000)]
     pub height_m: f64,
     /// Number of cells along x and y, each 1..1000, at most 100000 together.
     #[schema(value_type = CellCounts)]
     pub cells: [u32; 2],
     /// Distance of the outer cells' edges from the walls.
     #[serde(default)]
-    #[schema(minimum = 0, maximum = 5_000)]
     pub margin_m: f64,
     #[serde(default)]
     pub estimate: EstimateDocument,
@@ -73,7 +81,6 @@ pub struct ViewDocument {
     #[schema(value_type = Vector)]
     pub up: [f64; 3],
     #[serde(default = "default_fov")]
-    #[schema(exclusive_minimum = 0, exclusive_maximum = 179)]
     pub vertical_fov_deg: f64,
     /// Width and height, each 1..8192, at most 16777216 pixels.
     #[serde(default = "default_size")]
@@ -91,4 +98,120 @@ fn default_fov() -> f64 {
 
 fn default_size() -> [u32; 2] {
     [512, 512]
+}
+
+impl GridDocument {
+    /// The grid above a floor of `width` times `depth` metres.
+    pub fn grid(&self, [width, depth]: [f64; 2]) -> Grid {
+        let cells = self.cells.map(|cells| cells as usize);
+        Grid::new(self.name.clone(), self.height_m, cells, self.margin_m, [width, depth], self.estimate.into())
+    }
+}
+
+impl ViewDocument {
+    /// The camera; `None` where its vectors do not span a picture.
+    pub fn view(&self) -> Option<View> {
+        View::new(
+            self.name.clone(),
+            DVec3::from(self.eye_m),
+            DVec3::from(self.look_at_m),
+            DVec3::from(self.up),
+            self.vertical_fov_deg.to_radians(),
+            self.size_px.map(|size| size as usize),
+        )
+    }
+}
+
+/// `room_size_m`: `None` when it is refused.
+pub fn check_outputs(
+    grids: &[GridDocument],
+    views: &[ViewDocument],
+    room_size_m: Option<[f64; 3]>,
+    checks: &mut Checks,
+) {
+    if grids.is_empty() && views.is_empty() {
+        checks.refuse("/grids", "`grids` or `views` must name at least one output");
+    }
+    let judged = *OUTPUTS.end();
+    let mut names = BTreeSet::new();
+    for (index, grid) in grids.iter().enumerate().take(judged) {
+        let pointer = format!("/grids/{index}");
+        check_name(&pointer, &grid.name, &mut names, checks);
+        check_grid(&pointer, grid, room_size_m, checks);
+    }
+    names.clear();
+    for (index, view) in views.iter().enumerate().take(judged) {
+        let pointer = format!("/views/{index}");
+        check_name(&pointer, &view.name, &mut names, checks);
+        check_view(&pointer, view, checks);
+    }
+    checks.at_most("/grids", grids.len(), &OUTPUTS, "");
+    checks.at_most("/views", views.len(), &OUTPUTS, "");
+}
+
+/// Whole numbers as a range.
+fn whole(bounds: &RangeInclusive<u32>) -> Range {
+    within((*bounds.start()).into(), (*bounds.end()).into())
+}
+
+/// Names become file names: none may leave its folder, hide, or fall together with another.
+fn check_name<'a>(pointer: &str, name: &'a str, names: &mut BTreeSet<&'a str>, checks: &mut Checks) {
+    let pointer = format!("{pointer}/name");
+    let starts_well = name.starts_with(|c: char| c.is_ascii_alphanumeric());
+    let all_well = name.chars().all(|c| c.is_ascii_alphanumeric() || "._-".contains(c));
+    if !starts_well || !all_well || name.len() > *OUTPUT_NAME.end() {
+        let (least, most) = (OUTPUT_NAME.start(), OUTPUT_NAME.end());
+        let letters = "letters, digits, `.`, `_` or `-`, and begin with a letter or digit";
+        checks.refuse(pointer, format!("must have {least}..{most} {letters}, but is {name:?}"));
+    } else if !names.insert(name) {
+        checks.refuse(pointer, format!("must be unique, but {name:?} stands before"));
+    }
+}
+
+fn check_grid(pointer: &str, grid: &GridDocument, room_size_m: Option<[f64; 3]>, checks: &mut Checks) {
+    let ok = checks.numbers(&format!("{pointer}/cells"), &grid.cells, whole(&CELLS));
+    let cells = u64::from(grid.cells[0]) * u64::from(grid.cells[1]);
+    if ok && cells > MOST_GRID_CELLS {
+        checks.refuse(format!("{pointer}/cells"), format!("at most {MOST_GRID_CELLS} cells, but there are {cells}"));
+    }
+    let [width, depth, ceiling] = room_size_m.unwrap_or([f64::MAX; 3]);
+    let heights = below(0.0, ceiling);
+    if !heights.contains(grid.height_m) {
+        let pointer = format!("{pointer}/height_m");
+        let hint = hints::of_number(&pointer, grid.height_m, |meant| heights.contains(meant));
+        let detail = format!("must be >= 0 and below the ceiling ({ceiling} m), but is {}{hint}", grid.height_m);
+        checks.refuse(pointer, detail);
+    }
+    let widest = 0.5 * width.min(depth);
+    let margins = below(0.0, widest);
+    if !margins.contains(grid.margin_m) {
+        let pointer = format!("{pointer}/margin_m");
+        let hint = hints::of_number(&pointer, grid.margin_m, |meant| margins.contains(meant));
+        let detail = format!("must be >= 0 and < {widest} m (half the room), but is {}{hint}", grid.margin_m);
+        checks.refuse(pointer, detail);
+    }
+}
+
+fn check_view(pointer: &str, view: &ViewDocument, checks: &mut Checks) {
+    let mut ok = checks.numbers(&format!("{pointer}/size_px"), &view.size_px, whole(&PIXELS_OF_AN_EDGE));
+    let pixels = u64::from(view.size_px[0]) * u64::from(view.size_px[1]);
+    if ok && pixels > MOST_PIXELS {
+        checks.refuse(format!("{pointer}/size_px"), format!("at most {MOST_PIXELS} pixels, but there are {pixels}"));
+    }
+    let fov = view.vertical_fov_deg;
+    ok &= checks.number(&format!("{pointer}/vertical_fov_deg"), fov, FIELD_OF_VIEW_DEG);
+    for (name, vector) in [("eye_m", view.eye_m), ("look_at_m", view.look_at_m), ("up", view.up)] {
+        ok &= checks.numbers(&format!("{pointer}/{name}"), &vector, COORDINATE_M);
+    }
+    if !ok {
+        return;
+    }
+    let (eye, look_at, up) = (DVec3::from(view.eye_m), DVec3::from(view.look_at_m), DVec3::from(view.up));
+    if (look_at - eye).try_normalize().is_none() {
+        checks.refuse(format!("{pointer}/look_at_m"), "must differ from `eye_m`");
+    } else if up.try_normalize().is_none() {
+        checks.refuse(format!("{pointer}/up"), "must not be zero");
+    } else if view.view().is_none() {
+        checks.refuse(format!("{pointer}/up"), "must not be parallel to the viewing direction");
+    }
 }

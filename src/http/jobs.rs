@@ -17,7 +17,7 @@ use uuid::Uuid;
 use crate::document::result::{
     AccuracyResult, EnergyResult, ExternalIlluminance, GridStatistics, PlanResult, TimingResult, TubeResult,
 };
-use crate::document::schema::PixelCounts;
+use crate::document::schema::shapes::PixelCounts;
 use crate::document::{DocumentErrors, FieldError, JobDocument, Provenance, Warning, read};
 use crate::http::limits::{off_thread, permit};
 use crate::http::problem::{Path, Problem, Query};
@@ -380,7 +380,7 @@ impl Posted {
             return Err(not_json("it begins with a byte order mark (U+FEFF): save it as UTF-8 without one".into()));
         }
         // a field that is given twice is refused before a key can compare its last value
-        let value = read::value(text.as_bytes()).map_err(|error| match error.pointer.as_str() {
+        let value = read::json::value(text.as_bytes()).map_err(|error| match error.pointer.as_str() {
             "" => not_json(error.detail),
             _ => DocumentErrors(vec![error]).into(),
         })?;
@@ -541,7 +541,7 @@ mod tests {
 
     fn hash(text: &str) -> String {
         let mut hasher = blake3::Hasher::new();
-        hash_canonical(&read::value(text.as_bytes()).unwrap(), &mut hasher);
+        hash_canonical(&read::json::value(text.as_bytes()).unwrap(), &mut hasher);
         hasher.finalize().to_hex().to_string()
     }
 

@@ -10,7 +10,7 @@ use utoipa::ToSchema;
 
 use super::checkpoint;
 use crate::analytic::Solver;
-use crate::document::{self, DocumentErrors, FieldError, JobDocument, MeshSource, Provenance, Warning};
+use crate::document::{self, DocumentErrors, FieldError, JobDocument, MeshSource, Provenance, ValidJob, Warning};
 use crate::estimate::{Accuracy, Estimate, StopRule};
 use crate::integrator::bidirectional::Bidirectional;
 use crate::integrator::light_tracing::LightTracing;
@@ -152,7 +152,7 @@ pub fn prepare(document: &[u8], meshes: &dyn MeshSource) -> Result<Prepared, Doc
 }
 
 /// Prepares a parsed document: builds and plans its scene, and refuses what the plan cannot do.
-pub fn prepare_document(document: &JobDocument, meshes: &dyn MeshSource) -> Result<Prepared, DocumentErrors> {
+pub fn prepare_document(document: &ValidJob, meshes: &dyn MeshSource) -> Result<Prepared, DocumentErrors> {
     let refused = |pointer: &str, detail: String| DocumentErrors(vec![FieldError { pointer: pointer.into(), detail }]);
     let still_wanted = || match meshes.is_cancelled() {
         true => Err(refused("", "nobody waits for this document any more".into())),

@@ -13,7 +13,7 @@ use crate::scenes::{
 };
 use glam::{DVec2, DVec3};
 use serde_json::{Value, json};
-use skyduct::document::{DocumentErrors, JobDocument, to_scene};
+use skyduct::document::{DocumentErrors, JobDocument, ValidJob, to_scene};
 use skyduct::estimate::Estimate;
 use skyduct::estimate::grid::error_with_bias;
 use skyduct::integrator::light_tracing::{self, LightTracing};
@@ -450,7 +450,7 @@ fn agrees_on_the_cornell_box() {
     }
 }
 
-fn job(scene: &str, method: Value) -> Result<JobDocument, DocumentErrors> {
+fn job(scene: &str, method: Value) -> Result<ValidJob, DocumentErrors> {
     let mut document = reference::json(&format!("scenes/{scene}.json"));
     document["method"] = method;
     JobDocument::parse(document.to_string().as_bytes())

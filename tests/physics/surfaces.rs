@@ -10,7 +10,7 @@ use crate::scenes::{
 };
 use glam::{DVec2, DVec3};
 use serde_json::{Value, json};
-use skyduct::document::{DocumentErrors, JobDocument, to_scene};
+use skyduct::document::{DocumentErrors, JobDocument, ValidJob, to_scene};
 use skyduct::estimate::{Estimate, GridEstimate};
 use skyduct::integrator::photon::emission::Emission;
 use skyduct::integrator::photon::ledger::Account;
@@ -339,10 +339,15 @@ fn a_turned_mirror_box_reflects() {
 }
 
 /// Scene S1 with a floor, a grid of points and perhaps effects.
-fn document(floor: Value, effects: Value) -> Result<JobDocument, DocumentErrors> {
+fn document(floor: Value, effects: Value) -> Result<ValidJob, DocumentErrors> {
+    document_by("auto", floor, effects)
+}
+
+fn document_by(method: &str, floor: Value, effects: Value) -> Result<ValidJob, DocumentErrors> {
     let mut document = reference::json("scenes/S1.json");
     document["room"]["surfaces"]["floor"] = floor;
     document["effects"] = effects;
+    document["method"] = method.into();
     document["grids"][0]["estimate"] = "point".into();
     JobDocument::parse(document.to_string().as_bytes())
 }
@@ -415,17 +420,12 @@ fn the_plan_names_what_is_glossy() {
     let diffuse = glossy(&plan(json!({ "reflectance": 0.1 }), json!({}))).unwrap();
     assert!(!diffuse.on && diffuse.bound == Some(0.0));
     // the solvers without passes know diffuse faces only
-    let holigilm = |effects: Value| {
-        let mut document = document(floor(0.5), effects).unwrap();
-        document.method = serde_json::from_value(json!("holigilm")).unwrap();
-        prepare_document(&document, &Folder)
-    };
+    let holigilm = |effects: Value| prepare_document(&document_by("holigilm", floor(0.5), effects).unwrap(), &Folder);
     let errors = holigilm(json!({})).err().unwrap().0;
     assert!(errors[0].detail.contains("no glossy and mirror surfaces"), "{errors:?}");
     assert!(holigilm(json!({ "glossy": "off" })).is_ok());
     // light tracing alone cannot
-    let mut refused = document(floor(0.0), json!({})).unwrap();
-    refused.method = serde_json::from_value(json!("light_tracing")).unwrap();
+    let refused = document_by("light_tracing", floor(0.0), json!({})).unwrap();
     let errors = prepare_document(&refused, &Folder).err().unwrap().0;
     assert!(errors[0].pointer == "/method" && errors[0].detail.contains("mirror"), "{errors:?}");
 }

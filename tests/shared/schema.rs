@@ -5,7 +5,7 @@ use std::sync::LazyLock;
 
 use jsonschema::Validator;
 use serde_json::{Value, json};
-use skyduct::document::{DocumentErrors, JobDocument};
+use skyduct::document::{DocumentErrors, JobDocument, ValidJob};
 
 pub static DESCRIPTION: LazyLock<Value> =
     LazyLock::new(|| serde_json::to_value(skyduct::http::openapi::description()).unwrap());
@@ -42,7 +42,7 @@ pub fn assert_valid(validator: &Validator, value: &Value, what: &str) {
 /// Parses a document as the service does, and holds the schema to the verdict: what is accepted is valid, and what is refused
 /// is invalid unless a schema cannot say why.
 #[track_caller]
-pub fn parse(document: &Value) -> Result<JobDocument, DocumentErrors> {
+pub fn parse(document: &Value) -> Result<ValidJob, DocumentErrors> {
     let parsed = JobDocument::parse(document.to_string().as_bytes());
     let faults = faults(document);
     match &parsed {
@@ -60,7 +60,7 @@ pub fn parse(document: &Value) -> Result<JobDocument, DocumentErrors> {
 
 /// Parses any JSON as the service does: what is accepted is valid.
 #[track_caller]
-pub fn parse_any(document: &Value) -> Result<JobDocument, DocumentErrors> {
+pub fn parse_any(document: &Value) -> Result<ValidJob, DocumentErrors> {
     let parsed = JobDocument::parse(document.to_string().as_bytes())?;
     // null counts as absent everywhere; the schema says so of fields without a default only
     if !has_null(document) {

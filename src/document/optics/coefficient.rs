@@ -3,7 +3,14 @@
 use std::fmt;
 
 use serde::Serialize;
-use serde::de::{Deserialize, Deserializer, Error, SeqAccess, Visitor};
+use serde::de::{Deserialize, Deserializer, Error, MapAccess, SeqAccess, Visitor};
+use utoipa::openapi::RefOr;
+use utoipa::openapi::schema::Schema;
+use utoipa::{PartialSchema, ToSchema};
+
+use crate::document::errors::Checks;
+use crate::document::limits::RATIO;
+use crate::document::schema::shapes::{number, one_or_rgb};
 
 /// One photopic number, or linear Rec.709 `[r, g, b]` with Y = 0.2126 R + 0.7152 G + 0.0722 B.
 ///
@@ -40,7 +47,45 @@ impl Coefficient {
             Self::Rgb([r, g, b]) => vec![("/0", r), ("/1", g), ("/2", b)],
         }
     }
+
+    /// Refuses channels outside 0..1; whether all are good.
+    pub fn check(self, pointer: &str, checks: &mut Checks) -> bool {
+        let channels = self.channels().into_iter();
+        channels
+            .fold(true, |good, (channel, value)| checks.number(&format!("{pointer}{channel}"), value, RATIO) && good)
+    }
 }
+
+/// Refuses a transmittance and a reflectance that share the light, or their sum where it is above 1 in a channel; each with
+/// the name of its field.
+pub fn check_scattering(
+    pointer: &str,
+    (transmittance_name, transmittance): (&str, Coefficient),
+    (reflectance_name, reflectance): (&str, Coefficient),
+    checks: &mut Checks,
+) {
+    let transmittance_pointer = format!("{pointer}/{transmittance_name}");
+    let transmittance_ok = transmittance.check(&transmittance_pointer, checks);
+    if !reflectance.check(&format!("{pointer}/{reflectance_name}"), checks) || !transmittance_ok {
+        return;
+    }
+    let sums = transmittance.rgb().into_iter().zip(reflectance.rgb()).map(|(t, r)| t + r);
+    let largest = sums.fold(0.0, f64::max);
+    // the slack is the rounding of decimal fractions
+    if largest > 1.0 + 4.0 * f64::EPSILON {
+        checks.refuse(transmittance_pointer, format!("transmittance + reflectance must be <= 1, but is {largest}"));
+    }
+}
+
+impl PartialSchema for Coefficient {
+    fn schema() -> RefOr<Schema> {
+        let description = "A reflectance or transmittance, 0..1: one photopic number, or linear Rec.709 `[r, g, b]` with Y = \
+                           0.2126 R + 0.7152 G + 0.0722 B. A scene with numbers only is computed in one photopic channel.";
+        one_or_rgb(|| number(RATIO)).description(Some(description)).into()
+    }
+}
+
+impl ToSchema for Coefficient {}
 
 impl Default for Coefficient {
     fn default() -> Self {
@@ -88,5 +133,10 @@ impl<'de> Visitor<'de> for CoefficientVisitor {
             return Err(A::Error::invalid_length(length, &self));
         }
         Ok(Coefficient::Rgb(rgb))
+    }
+
+    /// A mirror may have a table there; nothing else.
+    fn visit_map<A: MapAccess<'de>>(self, _: A) -> Result<Coefficient, A::Error> {
+        Err(A::Error::custom("must be a number or [r, g, b], not a table"))
     }
 }

@@ -3,14 +3,12 @@
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
+use super::table::check_angles;
 use crate::document::errors::Checks;
-use crate::document::optics::mirror::check_angles;
-use crate::document::schema::{ScatteringRow, TableAngle};
+use crate::document::limits::{EXITS, INCIDENCES, SCATTERING_PER_SR};
+use crate::document::schema::shapes::{ScatteringRow, TableAngle};
 use crate::optics::MeasuredDiffuser;
 use crate::optics::measured::TableError;
-
-pub const MOST_INCIDENCES: usize = 361;
-pub const MOST_EXITS: usize = 721;
 
 /// Scatters by a table, alike to all azimuths and from either side: bilinear in the angles of incidence and exit, both
 /// from the normal.
@@ -18,19 +16,20 @@ pub const MOST_EXITS: usize = 721;
 /// For each angle of incidence, 2 pi int f cos sin over the angles of exit, transmitted and reflected light together, is
 /// at most 1.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
 pub struct MeasuredDocument {
     /// Ascending from 0 to 90.
-    #[schema(value_type = Vec<TableAngle>, min_items = 2, max_items = 361)]
+    #[schema(value_type = Vec<TableAngle>)]
     pub incidence_deg: Vec<f64>,
     /// Ascending from 0 to 90; of transmitted light on the far side, of reflected light on the near side.
-    #[schema(value_type = Vec<TableAngle>, min_items = 2, max_items = 721)]
+    #[schema(value_type = Vec<TableAngle>)]
     pub exit_deg: Vec<f64>,
     /// A row for each angle of incidence, a column for each angle of exit, in 1/sr.
-    #[schema(value_type = Vec<ScatteringRow>, min_items = 2, max_items = 361)]
+    #[schema(value_type = Vec<ScatteringRow>)]
     pub btdf_per_sr: Vec<Vec<f64>>,
     /// The same of reflected light; nothing is reflected when absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[schema(value_type = Option<Vec<ScatteringRow>>, min_items = 2, max_items = 361)]
+    #[schema(value_type = Option<Vec<ScatteringRow>>)]
     pub brdf_per_sr: Option<Vec<Vec<f64>>>,
 }
 
@@ -41,10 +40,10 @@ impl MeasuredDocument {
         MeasuredDiffuser::new(&incidence, &exit, &self.btdf_per_sr, self.brdf_per_sr.as_deref())
     }
 
-    pub(in crate::document) fn check(&self, pointer: &str, checks: &mut Checks) {
+    pub fn check(&self, pointer: &str, checks: &mut Checks) {
         let before = checks.errors.len();
-        check_angles(&format!("{pointer}/incidence_deg"), &self.incidence_deg, MOST_INCIDENCES, checks);
-        check_angles(&format!("{pointer}/exit_deg"), &self.exit_deg, MOST_EXITS, checks);
+        check_angles(&format!("{pointer}/incidence_deg"), &self.incidence_deg, &INCIDENCES, checks);
+        check_angles(&format!("{pointer}/exit_deg"), &self.exit_deg, &EXITS, checks);
         self.check_table(&format!("{pointer}/btdf_per_sr"), &self.btdf_per_sr, checks);
         if let Some(table) = &self.brdf_per_sr {
             self.check_table(&format!("{pointer}/brdf_per_sr"), table, checks);
@@ -79,9 +78,7 @@ impl MeasuredDocument {
                     format!("must have one value for each of the {columns} angles of exit, but has {}", row.len());
                 checks.refuse(format!("{pointer}/{index}"), detail);
             }
-            for (column, value) in row.iter().enumerate() {
-                checks.within(&format!("{pointer}/{index}/{column}"), *value, 0.0, 1e9);
-            }
+            checks.numbers(&format!("{pointer}/{index}"), row, SCATTERING_PER_SR);
         }
     }
 }

@@ -7,15 +7,13 @@ use serde::de::{Deserializer, Error, MapAccess, SeqAccess, Visitor};
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
+use super::coefficient::Coefficient;
+use super::table::check_angles;
 use crate::document::errors::Checks;
-use crate::document::optics::coefficient::Coefficient;
-use crate::document::read::{Misfit, misfit};
-use crate::document::schema::TableAngle;
-use crate::document::validate::check_ratio;
+use crate::document::limits::MIRROR_ROWS;
+use crate::document::schema::shapes::TableAngle;
 use crate::optics::Mirror;
 use crate::optics::mirror::MirrorTable;
-
-const MOST_ROWS: usize = 1000;
 
 /// Specular reflectance per bounce: a number or `[r, g, b]` for all angles, or a table.
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
@@ -30,10 +28,9 @@ pub enum MirrorDocument {
 #[serde(deny_unknown_fields)]
 pub struct MirrorTableDocument {
     /// Ascending from 0 to 90.
-    #[schema(value_type = Vec<TableAngle>, min_items = 2, max_items = 1000)]
+    #[schema(value_type = Vec<TableAngle>)]
     pub incidence_deg: Vec<f64>,
     /// One for each angle.
-    #[schema(min_items = 2, max_items = 1000)]
     pub reflectance: Vec<Coefficient>,
 }
 
@@ -61,24 +58,16 @@ impl MirrorDocument {
         }
     }
 
-    /// The number or `[r, g, b]` of what has no table.
-    pub fn constant(self, field: &'static str, of: &str) -> Result<Coefficient, Misfit> {
-        match self {
-            Self::Constant(coefficient) => Ok(coefficient),
-            Self::ByAngle(_) => Err(misfit(field, format!("{of} has a number or [r, g, b], not a table"))),
-        }
-    }
-
     pub fn check(&self, pointer: &str, checks: &mut Checks) {
         let table = match self {
             Self::Constant(coefficient) => {
-                check_ratio(pointer, *coefficient, checks);
+                coefficient.check(pointer, checks);
                 return;
             }
             Self::ByAngle(table) => table,
         };
         for (index, coefficient) in table.reflectance.iter().enumerate() {
-            check_ratio(&format!("{pointer}/reflectance/{index}"), *coefficient, checks);
+            coefficient.check(&format!("{pointer}/reflectance/{index}"), checks);
         }
         let rows = table.incidence_deg.len();
         if table.reflectance.len() != rows {
@@ -86,29 +75,8 @@ impl MirrorDocument {
                 format!("must have one value for each of the {rows} angles, but has {}", table.reflectance.len());
             checks.refuse(format!("{pointer}/reflectance"), detail);
         }
-        check_angles(&format!("{pointer}/incidence_deg"), &table.incidence_deg, MOST_ROWS, checks);
+        check_angles(&format!("{pointer}/incidence_deg"), &table.incidence_deg, &MIRROR_ROWS, checks);
     }
-}
-
-/// Angles of a table: ascending from 0 to 90 degrees.
-pub(in crate::document) fn check_angles(pointer: &str, angles_deg: &[f64], most: usize, checks: &mut Checks) -> bool {
-    let rows = angles_deg.len();
-    if !(2..=most).contains(&rows) {
-        checks.refuse(pointer, format!("must have 2..{most} angles, but has {rows}"));
-        return false;
-    }
-    if let Some(index) = (1..rows).find(|index| angles_deg[*index - 1] >= angles_deg[*index]) {
-        checks.refuse(format!("{pointer}/{index}"), "must be larger than the angle before it");
-        return false;
-    }
-    for (index, end) in [(0, 0.0), (rows - 1, 90.0)] {
-        if angles_deg[index] != end {
-            let detail = format!("must be {end}: the angles run from 0 to 90; it is {}", angles_deg[index]);
-            checks.refuse(format!("{pointer}/{index}"), detail);
-            return false;
-        }
-    }
-    true
 }
 
 impl From<Coefficient> for MirrorDocument {

@@ -3,5 +3,6 @@
 pub mod coefficient;
 pub mod measured;
 pub mod mirror;
+pub mod table;
 
 pub use coefficient::Coefficient;

@@ -1,73 +1,66 @@
-//! The bounds of luminaires: rectangles that lie in the room, cover no opening and emit into free space.
+//! Luminaires: rectangles that lie in the room, cover no opening and emit into free space.
 
 use glam::{DVec2, DVec3};
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
 
+use super::object::BoxDocument;
 use crate::document::errors::Checks;
-use crate::document::job::JobDocument;
-use crate::document::room::{LuminaireDocument, ObjectDocument};
-use crate::document::tube::TubeDocument;
-use crate::document::validate::{FARTHEST_M, MOST_LIGHT, TOUCHING_M, valid_size};
+use crate::document::limits::{COORDINATE_M, LIGHT, TOUCHING_M};
+use crate::document::optics::Coefficient;
+use crate::document::schema::shapes::{Luminance, Vector};
 use crate::geometry::disc::disc_polygon_area;
 
-const MOST_LUMINAIRES: usize = 256;
+/// A Lambertian area light: a thin black sheet inside the room that emits on one side and stops light on both.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct LuminaireDocument {
+    pub kind: LuminaireKind,
+    #[schema(value_type = Vector)]
+    pub corner_m: [f64; 3],
+    #[schema(value_type = Vector)]
+    pub edge_u_m: [f64; 3],
+    /// At a right angle to `edge_u_m`; light leaves along u x v.
+    #[schema(value_type = Vector)]
+    pub edge_v_m: [f64; 3],
+    /// 0..1000000000, the same over the whole rectangle and in all directions.
+    #[schema(value_type = Luminance)]
+    pub luminance_cd_m2: Coefficient,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum LuminaireKind {
+    Rectangle,
+}
 
 /// Largest cosine between the edges: decimal fractions rarely make an exact right angle.
 const RIGHT_ANGLE: f64 = 1e-3;
 
-/// Edges are so long at least: one nanometre more than what touches.
+/// Shortest edge allowed: a thousand times what touches.
 const SHORTEST_EDGE_M: f64 = 1e-6;
 
 /// A half space of the points p with normal . p <= offset.
 type HalfSpace = (DVec3, f64);
 
 /// A luminaire as vectors.
-struct Sheet {
+#[derive(Clone, Debug)]
+pub struct Sheet {
     corner: DVec3,
     u: DVec3,
     v: DVec3,
     normal: DVec3,
 }
 
-pub fn check_luminaires(document: &JobDocument, checks: &mut Checks) {
-    let luminaires = &document.room.luminaires;
-    if luminaires.len() > MOST_LUMINAIRES {
-        let detail = format!("at most {MOST_LUMINAIRES} luminaires, but there are {}", luminaires.len());
-        checks.refuse("/room/luminaires", detail);
-        return;
-    }
-    let mut sheets: Vec<(usize, Sheet)> = Vec::new();
-    for (index, luminaire) in luminaires.iter().enumerate() {
-        let pointer = format!("/room/luminaires/{index}");
-        let Some(sheet) = check_luminaire(&pointer, luminaire, checks) else { continue };
-        if let Some(size) = valid_size(&document.room)
-            && check_place(&pointer, &sheet, size, checks)
-        {
-            check_openings(&pointer, &sheet, document, size, checks);
-            for (number, object) in document.room.objects.iter().enumerate() {
-                if reaches_into(&sheet, object) {
-                    let detail = format!("must neither reach into nor emit into /room/objects/{number}");
-                    checks.refuse(pointer.clone(), detail);
-                }
-            }
-            if let Some((other, _)) = sheets.iter().find(|(_, other)| overlap(&sheet, other)) {
-                checks.refuse(pointer.clone(), format!("overlaps /room/luminaires/{other} in the same plane"));
-            }
-        }
-        sheets.push((index, sheet));
-    }
-}
-
 /// Numbers and shape; `None` after an error.
-fn check_luminaire(pointer: &str, luminaire: &LuminaireDocument, checks: &mut Checks) -> Option<Sheet> {
+pub fn check_luminaire(pointer: &str, luminaire: &LuminaireDocument, checks: &mut Checks) -> Option<Sheet> {
     let LuminaireDocument { corner_m, edge_u_m, edge_v_m, luminance_cd_m2, .. } = *luminaire;
     let mut ok = true;
     for (channel, value) in luminance_cd_m2.channels() {
-        ok &= checks.within(&format!("{pointer}/luminance_cd_m2{channel}"), value, 0.0, MOST_LIGHT);
+        ok &= checks.number(&format!("{pointer}/luminance_cd_m2{channel}"), value, LIGHT);
     }
     for (name, vector) in [("corner_m", corner_m), ("edge_u_m", edge_u_m), ("edge_v_m", edge_v_m)] {
-        for (axis, value) in vector.iter().enumerate() {
-            ok &= checks.within(&format!("{pointer}/{name}/{axis}"), *value, -FARTHEST_M, FARTHEST_M);
-        }
+        ok &= checks.numbers(&format!("{pointer}/{name}"), &vector, COORDINATE_M);
     }
     if !ok {
         return None;
@@ -88,7 +81,7 @@ fn check_luminaire(pointer: &str, luminaire: &LuminaireDocument, checks: &mut Ch
 }
 
 /// Inside the room, emitting into it.
-fn check_place(pointer: &str, sheet: &Sheet, size: [f64; 3], checks: &mut Checks) -> bool {
+pub fn check_place(pointer: &str, sheet: &Sheet, size: [f64; 3], checks: &mut Checks) -> bool {
     let errors_before = checks.errors.len();
     for (axis, room) in size.into_iter().enumerate() {
         let reach = |f: fn(f64, f64) -> f64, start| sheet.corners().iter().map(|p| p[axis]).fold(start, f);
@@ -110,29 +103,21 @@ fn check_place(pointer: &str, sheet: &Sheet, size: [f64; 3], checks: &mut Checks
     checks.errors.len() == errors_before
 }
 
-/// Refuses a luminaire in the plane of the ceiling that covers a tube's opening.
-fn check_openings(pointer: &str, sheet: &Sheet, document: &JobDocument, size: [f64; 3], checks: &mut Checks) {
+/// Whether a luminaire in the plane of the ceiling, at `ceiling` metres, covers a part of a round opening there.
+pub fn covers(sheet: &Sheet, ceiling: f64, centre: DVec2, radius: f64) -> bool {
     let corners = sheet.corners();
-    if corners.iter().any(|corner| (corner.z - size[2]).abs() > TOUCHING_M) {
-        return;
+    if corners.iter().any(|corner| (corner.z - ceiling).abs() > TOUCHING_M) {
+        return false;
     }
     let outline = corners.map(|corner| corner.truncate());
-    for (index, tube) in document.tubes.iter().enumerate() {
-        let (centre, diameter) = match tube {
-            TubeDocument::Parametric(tube) => (tube.centre_m, tube.diameter_m),
-            TubeDocument::Mesh(tube) => (tube.centre_m, tube.opening_diameter_m),
-        };
-        let radius = 0.5 * diameter - TOUCHING_M;
-        // the outline is clockwise seen from above, for it emits downward
-        if radius > 0.0 && -disc_polygon_area(DVec2::from(centre), radius, &outline) > TOUCHING_M * radius {
-            checks.refuse(pointer, format!("covers the opening of /tubes/{index}"));
-        }
-    }
+    let radius = radius - TOUCHING_M;
+    // the outline is clockwise seen from above, for it emits downward
+    radius > 0.0 && -disc_polygon_area(centre, radius, &outline) > TOUCHING_M * radius
 }
 
 /// Whether the sheet, moved a hair's breadth to where it emits, has a part inside a box.
-fn reaches_into(sheet: &Sheet, object: &ObjectDocument) -> bool {
-    let ObjectDocument::Box { size_m, position_m, rotation_deg, .. } = object else { return false };
+pub fn reaches_into(sheet: &Sheet, object: &BoxDocument) -> bool {
+    let BoxDocument { size_m, position_m, rotation_deg, .. } = object;
     let (sin, cos) = rotation_deg.to_radians().sin_cos();
     let base = DVec3::from(*position_m);
     let axes = [DVec3::new(cos, -sin, 0.0), DVec3::new(sin, cos, 0.0), DVec3::Z];
@@ -146,7 +131,7 @@ fn reaches_into(sheet: &Sheet, object: &ObjectDocument) -> bool {
 }
 
 /// Whether two sheets that emit to the same side share a part of one plane.
-fn overlap(sheet: &Sheet, other: &Sheet) -> bool {
+pub fn overlap(sheet: &Sheet, other: &Sheet) -> bool {
     let apart = |corner: DVec3| (corner - other.corner).dot(other.normal).abs() > TOUCHING_M;
     if sheet.normal.dot(other.normal) < 0.0 || sheet.corners().into_iter().any(apart) {
         return false;

@@ -4,18 +4,17 @@ use std::collections::BTreeMap;
 
 use glam::{DVec2, DVec3};
 
-use crate::document::MeshSource;
-use crate::document::errors::{Checks, escape};
-use crate::document::room::{ObjectDocument, RoomDocument, SurfaceDocument};
-use crate::document::scene::surface;
-use crate::document::tube::Unit;
-use crate::document::validate::TOUCHING_M;
+use super::RoomDocument;
+use super::object::{MeshObjectDocument, ObjectDocument};
+use super::surface::SurfaceDocument;
+use crate::document::errors::Checks;
+use crate::document::limits::{MOST_TRIANGLES, TOUCHING_M};
+use crate::document::mesh_source::MeshSource;
+use crate::document::read::pointer::escape;
+use crate::document::unit::Unit;
 use crate::geometry::TriangleMesh;
 use crate::optics::Surface;
 use crate::scene::MeshObject;
-
-/// Triangles of all objects of a room together, each copy counted.
-const MOST_TRIANGLES: usize = 2_000_000;
 
 /// The meshes of a room, in its frame; those after an error may be missing.
 pub fn mesh_objects(room: &RoomDocument, meshes: &dyn MeshSource, checks: &mut Checks) -> Vec<MeshObject> {
@@ -23,6 +22,7 @@ pub fn mesh_objects(room: &RoomDocument, meshes: &dyn MeshSource, checks: &mut C
     let mut triangles = 0;
     for (index, object) in room.objects.iter().enumerate() {
         let pointer = format!("/room/objects/{index}");
+        let ObjectDocument::Mesh(object) = object else { continue };
         let Some(object) = mesh_object(&pointer, object, room.size_m, meshes, checks) else { continue };
         triangles += object.mesh.triangles.len();
         if triangles > MOST_TRIANGLES {
@@ -35,17 +35,15 @@ pub fn mesh_objects(room: &RoomDocument, meshes: &dyn MeshSource, checks: &mut C
     objects
 }
 
-/// The object at `pointer` in the frame of a room of `size_m`; `None` when it is no mesh, or after an error.
+/// The object at `pointer` in the frame of a room of `size_m`; `None` after an error.
 fn mesh_object(
     pointer: &str,
-    object: &ObjectDocument,
+    object: &MeshObjectDocument,
     size_m: [f64; 3],
     meshes: &dyn MeshSource,
     checks: &mut Checks,
 ) -> Option<MeshObject> {
-    let ObjectDocument::Mesh { mesh: id, unit, position_m, rotation_deg, surfaces: by_name } = object else {
-        return None;
-    };
+    let MeshObjectDocument { mesh: id, unit, position_m, rotation_deg, surfaces: by_name } = object;
     let in_file_units = match meshes.load(id) {
         Ok(mesh) => mesh,
         Err(detail) => {
@@ -82,7 +80,7 @@ fn surfaces(
     }
     let mut surfaces = Vec::with_capacity(mesh.materials.len());
     for name in &mesh.materials {
-        match by_name.get(name).and_then(surface) {
+        match by_name.get(name).and_then(SurfaceDocument::surface) {
             Some(surface) => surfaces.push(surface),
             None => {
                 let detail = format!("the mesh's material {name:?} has no surface; its materials are {}", names());
@@ -94,8 +92,7 @@ fn surfaces(
 }
 
 fn check_extent(pointer: &str, unit: Unit, mesh: &TriangleMesh, size_m: [f64; 3], checks: &mut Checks) {
-    let unit = serde_json::to_string(&unit).unwrap_or_default();
-    let unit = format!("with the unit `{}`", unit.trim_matches('"'));
+    let unit = format!("with the unit `{unit}`");
     if mesh.positions.iter().any(|position| !position.is_finite()) {
         checks.refuse(format!("{pointer}/mesh"), format!("{unit}, coordinates must be finite"));
         return;

@@ -1,89 +1,31 @@
 //! Sky and sun of a document: position, absolute level, beam.
 
-use std::str::FromStr;
-
-use crate::document::errors::Checks;
-use crate::document::job::JobDocument;
-use crate::document::scene::{Provenance, RefractionProvenance, SunProvenance, ZenithProvenance};
-use crate::document::sky::SkyDocument;
-use crate::document::{FieldError, Warning};
+use super::time::instant;
+use super::{LocationDocument, SkyDocument};
+use crate::document::errors::{Checks, FieldError, Warning};
+use crate::document::provenance::{BeamSource, RefractionProvenance, SunProvenance, ZenithProvenance};
 use crate::scene::Daylight;
-use crate::sky::sun::{self, UtcInstant};
+use crate::sky::sun;
 use crate::sky::zenith::{self, EXTRATERRESTRIAL_LUX, ZenithFormula};
 use crate::sky::{Sky, SkyDistribution, SkyType, Sun, direction};
 
-/// Years for which the solar position algorithm holds.
-pub fn year_range() -> (i32, i32) {
-    (-2000, 6000)
+/// What sky and sun depend on beside the sky's own fields.
+#[derive(Clone, Copy)]
+pub struct Surroundings<'a> {
+    pub location: Option<&'a LocationDocument>,
+    pub time: Option<&'a str>,
+    /// Azimuth of the room's +y axis.
+    pub rotation_deg: f64,
+    /// Number of luminaires, which give light at night, too.
+    pub luminaires: usize,
 }
 
-/// A time of RFC 3339 with an offset as an instant in UTC; years outside 0..9999 have a sign and six digits.
-///
-/// A leap second counts as the second before it. The error says what is wrong.
-pub fn instant(time: &str) -> Result<UtcInstant, String> {
-    let shape = "must be RFC 3339 with an offset, such as 2011-09-15T15:00:00+02:00";
-    match rfc_3339_shape(time) {
-        Shape::Complete => {}
-        Shape::NoOffset => {
-            return Err(format!("{shape}: the offset is missing (Z or +hh:mm), without it {time:?} is ambiguous"));
-        }
-        Shape::Other => return Err(format!("{shape}, but is {time:?}")),
-    }
-    let timestamp = jiff::Timestamp::from_str(time).map_err(|error| format!("{shape}: {error}"))?;
-    let civil = jiff::tz::Offset::UTC.to_datetime(timestamp);
-    let field = |value: i8| u32::try_from(value).unwrap_or(0);
-    Ok(UtcInstant {
-        year: i32::from(civil.year()),
-        month: field(civil.month()),
-        day: field(civil.day()),
-        hour: field(civil.hour()),
-        minute: field(civil.minute()),
-        second: f64::from(civil.second()) + 1e-9 * f64::from(civil.subsec_nanosecond()),
-    })
-}
-
-enum Shape {
-    Complete,
-    NoOffset,
-    Other,
-}
-
-/// The parser accepts more than RFC 3339 (time zone names, missing seconds): a document does not.
-fn rfc_3339_shape(time: &str) -> Shape {
-    let matches = |text: &str, pattern: &str| {
-        text.len() == pattern.len()
-            && text
-                .bytes()
-                .zip(pattern.bytes())
-                .all(|(c, p)| if p == b'0' { c.is_ascii_digit() } else { c.eq_ignore_ascii_case(&p) })
-    };
-    let unsigned = match time.strip_prefix(['+', '-']) {
-        // six digits of year: two go with the sign
-        Some(rest) => match rest.split_at_checked(2) {
-            Some((century, rest)) if century.bytes().all(|c| c.is_ascii_digit()) => rest,
-            _ => return Shape::Other,
-        },
-        None => time,
-    };
-    let pattern = "0000-00-00T00:00:00";
-    let Some((date_time, mut rest)) = unsigned.split_at_checked(pattern.len()) else {
-        return Shape::Other;
-    };
-    if !matches(date_time, pattern) {
-        return Shape::Other;
-    }
-    if let Some(fraction) = rest.strip_prefix('.') {
-        rest = fraction.trim_start_matches(|c: char| c.is_ascii_digit());
-        if rest.len() == fraction.len() {
-            return Shape::Other;
-        }
-    }
-    match rest {
-        "" => Shape::NoOffset,
-        "Z" | "z" => Shape::Complete,
-        offset if matches(offset, "+00:00") || matches(offset, "-00:00") => Shape::Complete,
-        _ => Shape::Other,
-    }
+/// Sky and sun of a document, and what explains them.
+pub struct Explained {
+    pub daylight: Daylight,
+    pub zenith: ZenithProvenance,
+    pub sun: SunProvenance,
+    pub refraction: RefractionProvenance,
 }
 
 /// Apparent position of the sun, radians, azimuth from true north.
@@ -93,7 +35,7 @@ struct Apparent {
     refraction: RefractionProvenance,
 }
 
-fn sun_position(document: &JobDocument, sky: &SkyDocument) -> Result<Apparent, FieldError> {
+fn sun_position(sky: &SkyDocument, around: Surroundings) -> Result<Apparent, FieldError> {
     if let Some(position) = &sky.sun_position {
         return Ok(Apparent {
             altitude: position.altitude_deg.to_radians(),
@@ -102,8 +44,8 @@ fn sun_position(document: &JobDocument, sky: &SkyDocument) -> Result<Apparent, F
         });
     }
     let at = |pointer: &str, detail: String| FieldError { pointer: pointer.to_owned(), detail };
-    let time = document.time.as_deref().ok_or_else(|| at("/time", "required, but missing".to_owned()))?;
-    let location = document.location.ok_or_else(|| at("/location", "required, but missing".to_owned()))?;
+    let time = around.time.ok_or_else(|| at("/time", "required, but missing".to_owned()))?;
+    let location = around.location.ok_or_else(|| at("/location", "required, but missing".to_owned()))?;
     let instant = instant(time).map_err(|detail| at("/time", detail))?;
     let position = sun::position(instant, location.latitude_deg, location.longitude_deg, location.elevation_m)
         .map_err(|error| at("/time", error.to_string()))?;
@@ -115,24 +57,18 @@ fn sun_position(document: &JobDocument, sky: &SkyDocument) -> Result<Apparent, F
     })
 }
 
-/// Sky and sun in the room frame, with what a reader must know of them; `None` without a sky, or after an error.
+/// Sky and sun in the room frame, with what a reader must know of them; `None` after an error.
 pub fn daylight(
-    document: &JobDocument,
+    sky: &SkyDocument,
+    around: Surroundings,
     checks: &mut Checks,
     warnings: &mut Vec<Warning>,
-) -> Option<(Daylight, Provenance)> {
-    let Some(sky) = &document.sky else {
-        if document.location.is_some() || document.time.is_some() {
-            let detail = "without `sky` there is no daylight: `location` and `time` change nothing".to_owned();
-            warnings.push(Warning { code: "place_without_sky".to_owned(), detail });
-        }
-        return None;
-    };
+) -> Option<Explained> {
     let Some(sky_type) = sky.sky_type() else {
         checks.refuse("/sky/cie_type", "must be 1..16, or absent beside a `preset`");
         return None;
     };
-    let apparent = match sun_position(document, sky) {
+    let apparent = match sun_position(sky, around) {
         Ok(apparent) => apparent,
         Err(FieldError { pointer, detail }) => {
             checks.refuse(pointer, detail);
@@ -140,7 +76,7 @@ pub fn daylight(
         }
     };
     let altitude = apparent.altitude;
-    let toward_sun = direction(altitude, apparent.azimuth - document.room.rotation_deg.to_radians());
+    let toward_sun = direction(altitude, apparent.azimuth - around.rotation_deg.to_radians());
     let distribution = SkyDistribution::new(sky_type, toward_sun);
     let (formula, zenith_luminance_cd_m2) = level(sky, sky_type, &distribution, altitude);
     let (beam, source) = beam(sky, sky_type, altitude);
@@ -159,7 +95,7 @@ pub fn daylight(
             detail: format!(
                 "the sun is at an altitude of {:.4} degrees: sky and sun give no light, {}",
                 altitude.to_degrees(),
-                if document.room.luminaires.is_empty() { "all results are zero" } else { "only luminaires do" }
+                if around.luminaires == 0 { "all results are zero" } else { "only luminaires do" }
             ),
         });
     }
@@ -171,27 +107,25 @@ pub fn daylight(
         | ZenithFormula::GivenHorizontalIlluminance
         | ZenithFormula::IesHorizontalIlluminance => (None, None),
     };
-    let provenance = Provenance {
-        zenith: Some(ZenithProvenance {
+    Some(Explained {
+        zenith: ZenithProvenance {
             formula: formula.into(),
             dv_ev,
             luminous_turbidity,
             zenith_luminance_cd_m2: if up { zenith_luminance_cd_m2 } else { 0.0 },
             horizontal_illuminance_lux: sky_lux,
-        }),
-        sun: Some(SunProvenance {
+        },
+        sun: SunProvenance {
             on: daylight.sun.is_some(),
             source,
             normal_illuminance_lux: daylight.sun.map_or(0.0, |sun| sun.normal_illuminance_lux),
             horizontal_illuminance_lux: sun_lux,
             altitude_deg: altitude.to_degrees(),
             azimuth_deg: apparent.azimuth.to_degrees().rem_euclid(360.0),
-        }),
-        refraction: Some(apparent.refraction),
-        interreflection: true,
-        guides: Vec::new(),
-    };
-    Some((daylight, provenance))
+        },
+        refraction: apparent.refraction,
+        daylight,
+    })
 }
 
 /// The formula of the absolute level and the zenith luminance in cd/m2 (docs/physics/sky_and_sun.md#absolute-level).
@@ -210,8 +144,7 @@ fn level(sky: &SkyDocument, sky_type: SkyType, distribution: &SkyDistribution, a
 }
 
 /// Normal illuminance of the beam in lux and where it comes from (docs/physics/sky_and_sun.md#the-sun).
-fn beam(sky: &SkyDocument, sky_type: SkyType, altitude: f64) -> (f64, crate::document::scene::BeamSource) {
-    use crate::document::scene::BeamSource;
+fn beam(sky: &SkyDocument, sky_type: SkyType, altitude: f64) -> (f64, BeamSource) {
     if let Some(illuminance) = sky.direct_normal_illuminance_lux {
         return (illuminance, BeamSource::Given);
     }
@@ -245,46 +178,5 @@ fn warn_of_implausible(daylight: &Daylight, altitude: f64, warnings: &mut Vec<Wa
         warn(format!(
             "the beam has {beam:.0} lx, more than the sun outside the atmosphere ({EXTRATERRESTRIAL_LUX:.0} lx)"
         ));
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn offset_and_utc_are_the_same_instant() {
-        let here = instant("2011-09-15T15:00:00+02:00").unwrap();
-        assert_eq!(here, instant("2011-09-15T13:00:00Z").unwrap());
-        assert_eq!((here.year, here.month, here.day, here.hour), (2011, 9, 15, 13));
-    }
-
-    #[test]
-    fn refuses_what_is_not_an_instant() {
-        assert!(instant("2011-09-15T15:00:00").unwrap_err().contains("offset is missing"));
-        for time in [
-            "",
-            "2011-02-30T12:00:00Z",
-            "2011-09-15",
-            "2011-09-15T15:00:00[Europe/Copenhagen]",
-            "2011-09-15T15:00:00+02:00[Europe/Copenhagen]",
-            "2011-09-15T15:00+02:00",
-            "2011-09-15T25:00:00Z",
-            "2011-09-15T15:00:00.Z",
-            "2011-09-15T15:00:00+25:99",
-            "20110915T150000Z",
-            "ää11-09-15T15:00:00Z",
-            "+é011-09-15T15:00:00Z",
-        ] {
-            assert!(instant(time).is_err(), "{time:?}");
-        }
-        // refused or taken as the second before it, never a panic
-        let _ = instant("2016-12-31T23:59:60Z");
-    }
-
-    #[test]
-    fn years_of_six_digits() {
-        assert_eq!(instant("-001999-06-01T12:00:00Z").unwrap().year, -1999);
-        assert_eq!(instant("+006001-06-01T12:00:00Z").unwrap().year, 6001);
     }
 }

@@ -1,6 +1,8 @@
-//! Place and sky of a job document.
+//! Place and sky of a job document: where the sun is ([`time`]), how bright all is ([`daylight`]).
 
-pub(in crate::document) mod daylight;
+pub mod check;
+pub mod daylight;
+pub mod time;
 
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
@@ -12,14 +14,11 @@ use crate::sky::{CieType, IesSky, SkyType};
 #[serde(deny_unknown_fields)]
 pub struct LocationDocument {
     /// North positive.
-    #[schema(minimum = -90, maximum = 90)]
     pub latitude_deg: f64,
     /// East positive.
-    #[schema(minimum = -180, maximum = 180)]
     pub longitude_deg: f64,
     /// Above sea level.
     #[serde(default)]
-    #[schema(minimum = -500, maximum = 9000)]
     pub elevation_m: f64,
 }
 
@@ -33,7 +32,6 @@ pub struct LocationDocument {
 pub struct SkyDocument {
     /// 1..15: the CIE general sky; 16: the traditional overcast sky.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[schema(minimum = 1, maximum = 16)]
     pub cie_type: Option<u8>,
     /// A sky of the IES instead of a CIE type.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -42,24 +40,19 @@ pub struct SkyDocument {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sun_position: Option<SunPositionDocument>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[schema(minimum = 0, maximum = 1_000_000_000)]
     pub zenith_luminance_cd_m2: Option<f64>,
     /// Unobstructed, of the sky without the sun.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[schema(minimum = 0, maximum = 1_000_000_000)]
     pub diffuse_horizontal_illuminance_lux: Option<f64>,
     /// Diffuse horizontal over extraterrestrial horizontal illuminance; only for CIE types.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[schema(exclusive_minimum = 0, maximum = 1)]
     pub dv_ev: Option<f64>,
     /// Only for types 7 to 15.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[schema(exclusive_minimum = 0, maximum = 12)]
     pub luminous_turbidity: Option<f64>,
     /// Of the sun's beam (a disc of half-angle 0.26656 degrees). Absent: by the turbidity, none for types 1 to 6, 9 and
     /// 16, by the extinction of the IES for its presets; 0: no sun.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[schema(minimum = 0, maximum = 1_000_000_000)]
     pub direct_normal_illuminance_lux: Option<f64>,
 }
 
@@ -97,9 +90,7 @@ impl SkyDocument {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SunPositionDocument {
-    #[schema(minimum = -90, maximum = 90)]
     pub altitude_deg: f64,
     /// Clockwise from north.
-    #[schema(minimum = -360, maximum = 360)]
     pub azimuth_deg: f64,
 }

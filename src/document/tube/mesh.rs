@@ -2,10 +2,12 @@
 
 use std::sync::Arc;
 
-use crate::document::MeshSource;
-use crate::document::errors::{Checks, escape};
-use crate::document::scene::diffuser;
-use crate::document::tube::{MeshTubeDocument, PartDocument};
+use super::MeshTubeDocument;
+use super::part::{CollectorPart, PartDocument};
+use crate::document::errors::Checks;
+use crate::document::limits::COORDINATE_M;
+use crate::document::mesh_source::MeshSource;
+use crate::document::read::pointer::escape;
 use crate::geometry::TriangleMesh;
 use crate::guide::mesh::Part;
 use crate::guide::recognise;
@@ -14,9 +16,6 @@ use crate::scene::MeshTube;
 
 /// How far a diffuser may be from the plane of the ceiling, and a pipe below it, in diameters of the opening.
 const PLANE_TOLERANCE: f64 = 1e-3;
-
-/// Coordinates beyond this are not metres.
-const FARTHEST_M: f64 = 1e6;
 
 /// The tube at `pointer`, scaled to metres, and its closure; `None` after an error.
 pub fn mesh_tube(
@@ -37,7 +36,7 @@ pub fn mesh_tube(
     let parts = parts(pointer, document, &mesh, checks);
     check_extent(pointer, document, &mesh, &parts, checks);
     let closure = document.parts.values().find_map(|part| match part {
-        PartDocument::Diffuser(document) => Some(diffuser(document)),
+        PartDocument::Diffuser(document) => Some(document.diffuser()),
         _ => None,
     });
     (checks.errors.len() == errors_before).then(|| {
@@ -59,10 +58,10 @@ fn parts(pointer: &str, document: &MeshTubeDocument, mesh: &TriangleMesh, checks
     let mut parts = Vec::with_capacity(mesh.materials.len());
     for name in &mesh.materials {
         let part = match document.parts.get(name) {
-            Some(PartDocument::Collector { transmittance, reflectance }) => {
+            Some(PartDocument::Collector(CollectorPart { transmittance, reflectance })) => {
                 Part::Collector { transmittance: transmittance.rgb(), reflectance: reflectance.rgb() }
             }
-            Some(PartDocument::Pipe { reflectance }) => Part::Pipe { reflectance: reflectance.mirror() },
+            Some(PartDocument::Pipe(part)) => Part::Pipe { reflectance: part.reflectance.mirror() },
             Some(PartDocument::Diffuser(_)) => Part::Diffuser,
             None => {
                 let detail = format!("the mesh's material {name:?} has no part; its materials are {}", names());
@@ -76,11 +75,10 @@ fn parts(pointer: &str, document: &MeshTubeDocument, mesh: &TriangleMesh, checks
 }
 
 fn check_extent(pointer: &str, document: &MeshTubeDocument, mesh: &TriangleMesh, parts: &[Part], checks: &mut Checks) {
-    let unit =
-        format!("with the unit `{}`", serde_json::to_string(&document.unit).unwrap_or_default().trim_matches('"'));
-    if mesh.positions.iter().any(|p| !(p.is_finite() && p.abs().max_element() <= FARTHEST_M)) {
-        checks
-            .refuse(format!("{pointer}/mesh"), format!("{unit}, coordinates must be finite and within {FARTHEST_M} m"));
+    let unit = format!("with the unit `{}`", document.unit);
+    if mesh.positions.iter().flat_map(|p| p.to_array()).any(|coordinate| !COORDINATE_M.contains(coordinate)) {
+        // beyond are no metres
+        checks.refuse(format!("{pointer}/mesh"), format!("{unit}, coordinates must be {COORDINATE_M} m"));
         return;
     }
     let tolerance = PLANE_TOLERANCE * document.opening_diameter_m;

@@ -1,0 +1,65 @@
+//! What is asked of the plan's effects.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+use utoipa::openapi::RefOr;
+use utoipa::openapi::schema::{AdditionalProperties, ObjectBuilder, Ref, Schema};
+use utoipa::{PartialSchema, ToSchema};
+
+use super::errors::Checks;
+use super::hints;
+use super::read::pointer::escape;
+use crate::plan::effects::{EffectKind, EffectRequest, EffectRequests};
+
+/// What is asked of an effect.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum EffectSwitch {
+    On,
+    Off,
+    #[default]
+    Auto,
+}
+
+/// Effects of the plan by name.
+pub type Effects = BTreeMap<String, EffectSwitch>;
+
+/// What is asked of the effects; names that are not of an effect are left to the check.
+pub fn requests(effects: &Effects) -> EffectRequests {
+    let request = |switch: &EffectSwitch| match switch {
+        EffectSwitch::On => EffectRequest::On,
+        EffectSwitch::Off => EffectRequest::Off,
+        EffectSwitch::Auto => EffectRequest::Auto,
+    };
+    effects.iter().filter_map(|(name, switch)| Some((EffectKind::from_name(name)?, request(switch)))).collect()
+}
+
+/// Refuses names that are not of an effect.
+pub fn check_effects(effects: &Effects, checks: &mut Checks) {
+    for name in effects.keys().filter(|name| EffectKind::from_name(name).is_none()) {
+        let known = EffectKind::ALL.map(EffectKind::name);
+        let hint = hints::did_you_mean(name, known).map_or(String::new(), |name| format!("; did you mean `{name}`?"));
+        let detail = format!("no effect has this name; there are {}{hint}", known.join(", "));
+        checks.refuse(format!("/effects/{}", escape(name)), detail);
+    }
+}
+
+/// The schema of [`Effects`].
+pub struct EffectSwitches;
+
+impl PartialSchema for EffectSwitches {
+    fn schema() -> RefOr<Schema> {
+        let description = "Effects of the plan by name; those that are absent are `auto`. With `glossy` off, surfaces absorb \
+                           the light of their `specular` share.";
+        let switch = || Ref::from_schema_name(EffectSwitch::name());
+        EffectKind::ALL
+            .iter()
+            .fold(ObjectBuilder::new(), |object, kind| object.property(kind.name(), switch()))
+            .additional_properties(Some(AdditionalProperties::FreeForm(false)))
+            .description(Some(description))
+            .into()
+    }
+}
+
+impl ToSchema for EffectSwitches {}

@@ -1,0 +1,25 @@
+//! `auto` in documents.
+
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+use super::settings::MethodSettings;
+use crate::integrator::Method;
+use crate::plan::MethodRequest;
+
+/// The plan picks and says why.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct AutoMethod {}
+
+impl MethodSettings for AutoMethod {
+    const NAME: &'static str = "auto";
+
+    fn request(&self) -> MethodRequest {
+        MethodRequest::Auto
+    }
+
+    fn of(_: &Method) -> Option<Self> {
+        None
+    }
+}

@@ -1,0 +1,69 @@
+//! The settings of `bidirectional_path_tracing` in documents.
+
+use std::ops::Bound;
+
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+use super::bounds::{PHOTONS_PER_PASS, SAMPLES_PER_PIXEL, SAMPLES_PER_SENSOR, Setting, photons, setting};
+use super::settings::MethodSettings;
+use crate::document::limits::Range;
+use crate::integrator::Method;
+use crate::integrator::bidirectional::Settings;
+use crate::plan::MethodRequest;
+
+/// Paths from both sides, connected everywhere; unbiased.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct BidirectionalPathTracingMethod {
+    /// Photons emitted per pass, all tubes and sources together; a pass keeps their vertices.
+    pub photons_per_pass: u64,
+    /// Eye paths per sensor and pass.
+    pub samples_per_sensor: u32,
+    /// Eye paths per pixel and pass.
+    pub samples_per_pixel: u32,
+}
+
+impl From<&Settings> for BidirectionalPathTracingMethod {
+    fn from(settings: &Settings) -> Self {
+        let Settings { photons_per_pass, samples_per_sensor, samples_per_pixel } = *settings;
+        Self { photons_per_pass, samples_per_sensor, samples_per_pixel }
+    }
+}
+
+impl Default for BidirectionalPathTracingMethod {
+    fn default() -> Self {
+        Self::from(&Settings::default())
+    }
+}
+
+impl MethodSettings for BidirectionalPathTracingMethod {
+    const NAME: &'static str = "bidirectional_path_tracing";
+
+    fn request(&self) -> MethodRequest {
+        let Self { photons_per_pass, samples_per_sensor, samples_per_pixel } = *self;
+        MethodRequest::Method(Method::Bidirectional(Settings {
+            photons_per_pass,
+            samples_per_sensor,
+            samples_per_pixel,
+        }))
+    }
+
+    fn of(method: &Method) -> Option<Self> {
+        match method {
+            Method::Bidirectional(settings) => Some(settings.into()),
+            _ => None,
+        }
+    }
+
+    fn numbers(&self) -> Vec<Setting> {
+        vec![
+            photons(self.photons_per_pass, KEPT_PHOTONS_PER_PASS),
+            setting("samples_per_sensor", self.samples_per_sensor, SAMPLES_PER_SENSOR),
+            setting("samples_per_pixel", self.samples_per_pixel, SAMPLES_PER_PIXEL),
+        ]
+    }
+}
+
+/// Photons of a pass, which keeps their vertices.
+const KEPT_PHOTONS_PER_PASS: Range = Range { highest: Bound::Included(1_048_576.0), ..PHOTONS_PER_PASS };

@@ -1,0 +1,59 @@
+//! The settings of `light_tracing` in documents.
+
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+use super::bounds::{PHOTONS_PER_PASS, Setting, photons};
+use super::settings::MethodSettings;
+use crate::document::errors::Checks;
+use crate::document::outputs::{GridDocument, ViewDocument};
+use crate::integrator::Method;
+use crate::integrator::light_tracing::Settings;
+use crate::plan::MethodRequest;
+
+/// Photons from the light to the sensors; grids only.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct LightTracingMethod {
+    /// Photons emitted per pass, all tubes and sources together.
+    pub photons_per_pass: u64,
+}
+
+impl From<&Settings> for LightTracingMethod {
+    fn from(settings: &Settings) -> Self {
+        let Settings { photons_per_pass } = *settings;
+        Self { photons_per_pass }
+    }
+}
+
+impl Default for LightTracingMethod {
+    fn default() -> Self {
+        Self::from(&Settings::default())
+    }
+}
+
+impl MethodSettings for LightTracingMethod {
+    const NAME: &'static str = "light_tracing";
+
+    fn request(&self) -> MethodRequest {
+        let Self { photons_per_pass } = *self;
+        MethodRequest::Method(Method::LightTracing(Settings { photons_per_pass }))
+    }
+
+    fn of(method: &Method) -> Option<Self> {
+        match method {
+            Method::LightTracing(settings) => Some(settings.into()),
+            _ => None,
+        }
+    }
+
+    fn numbers(&self) -> Vec<Setting> {
+        vec![photons(self.photons_per_pass, PHOTONS_PER_PASS)]
+    }
+
+    fn check_outputs(&self, _: &[GridDocument], views: &[ViewDocument], checks: &mut Checks) {
+        if !views.is_empty() {
+            checks.refuse("/method", "light_tracing computes grids only: use auto or sppm");
+        }
+    }
+}

@@ -1,0 +1,46 @@
+//! What the gather radius of progressive photon mapping depends on.
+
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+use super::bounds::MOST_POINTS;
+use crate::document::errors::Checks;
+use crate::integrator::photon_map::progressive::Radius;
+
+/// What the gather radius of a pass depends on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum RadiusKind {
+    /// The pass' number alone: passes are independent.
+    Schedule,
+    /// The photons that the sensor or pixel has found in the passes before.
+    PerPoint,
+}
+
+impl From<RadiusKind> for Radius {
+    fn from(kind: RadiusKind) -> Self {
+        match kind {
+            RadiusKind::Schedule => Self::Schedule,
+            RadiusKind::PerPoint => Self::PerPoint,
+        }
+    }
+}
+
+impl From<Radius> for RadiusKind {
+    fn from(radius: Radius) -> Self {
+        match radius {
+            Radius::Schedule => Self::Schedule,
+            Radius::PerPoint => Self::PerPoint,
+        }
+    }
+}
+
+impl RadiusKind {
+    /// Refuses more points than statistics can be kept of.
+    pub fn check_points(self, points: u64, checks: &mut Checks) {
+        if self == Self::PerPoint && points > MOST_POINTS {
+            let detail = format!("per_point keeps the radii of at most {MOST_POINTS} points, but there are {points}");
+            checks.refuse("/method/radius", detail);
+        }
+    }
+}

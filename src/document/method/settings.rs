@@ -1,0 +1,68 @@
+//! What this room knows of a method by its settings.
+
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+use serde_json::Value;
+use utoipa::ToSchema;
+
+use super::bounds::Setting;
+use crate::document::errors::Checks;
+use crate::document::outputs::{GridDocument, ViewDocument};
+use crate::integrator::Method;
+use crate::plan::MethodRequest;
+
+/// The settings of one method as documents write them. Implemented in the method's file, one line of which registers it.
+pub trait MethodSettings: Default + Serialize + DeserializeOwned + ToSchema + Send + Sync + 'static {
+    /// Name of the method in documents and results.
+    const NAME: &'static str;
+
+    /// What the plan gets.
+    fn request(&self) -> MethodRequest;
+
+    /// The settings of `method`, if it is this one.
+    fn of(method: &Method) -> Option<Self>;
+
+    /// All settings that are numbers, for the check and the schema.
+    fn numbers(&self) -> Vec<Setting> {
+        Vec::new()
+    }
+
+    /// Refuses outputs that the method cannot compute, or that are too many for it.
+    fn check_outputs(&self, _grids: &[GridDocument], _views: &[ViewDocument], _checks: &mut Checks) {}
+}
+
+/// Any settings; what [`MethodSettings`] offers without its type.
+pub trait AnySettings: Send + Sync {
+    fn name(&self) -> &'static str;
+    fn request(&self) -> MethodRequest;
+    fn check(&self, checks: &mut Checks);
+    fn check_outputs(&self, grids: &[GridDocument], views: &[ViewDocument], checks: &mut Checks);
+    fn json(&self) -> Value;
+}
+
+impl<S: MethodSettings> AnySettings for S {
+    fn name(&self) -> &'static str {
+        S::NAME
+    }
+
+    fn request(&self) -> MethodRequest {
+        MethodSettings::request(self)
+    }
+
+    fn check(&self, checks: &mut Checks) {
+        for Setting { name, value, range } in self.numbers() {
+            if let Some(value) = value {
+                checks.number(&format!("/method/{name}"), value, range);
+            }
+        }
+    }
+
+    fn check_outputs(&self, grids: &[GridDocument], views: &[ViewDocument], checks: &mut Checks) {
+        MethodSettings::check_outputs(self, grids, views, checks);
+    }
+
+    fn json(&self) -> Value {
+        // numbers and names always serialise
+        serde_json::to_value(self).unwrap_or_default()
+    }
+}

@@ -1,0 +1,117 @@
+//! From a JSON value to typed data, all errors of shape at once.
+
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+use serde_json::Value;
+
+use super::fault::{self, Fault, quoted};
+use super::pointer::{self, escape};
+use super::stand_in::{spoils, stand_in};
+use crate::document::errors::{Checks, FieldError};
+use crate::document::hints;
+
+/// Errors of shape that are reported at most.
+const MOST_ERRORS: usize = 100;
+
+const MISSING: &str = "required, but missing";
+
+/// What was made up so that the rest could be read, as pointers.
+#[derive(Default)]
+pub struct MadeUp(Vec<String>);
+
+impl MadeUp {
+    /// Whether an error of values is about what was made up, or about its object beside others.
+    pub fn concerns(&self, error: &FieldError) -> bool {
+        self.0.iter().any(|made_up| {
+            let below = error.pointer.strip_prefix(made_up.as_str());
+            let below = below.is_some_and(|rest| rest.is_empty() || rest.starts_with('/'));
+            let object = made_up.rsplit_once('/').map_or("", |(parent, _)| parent);
+            below || (!object.is_empty() && error.detail.contains(object))
+        })
+    }
+
+    /// Lets a good value stand in for the one at `pointer`, which is missing or of a wrong type; false where none is known,
+    /// or where one stands in already.
+    fn replace(&mut self, value: &mut Value, pointer: &str) -> bool {
+        let Some((place, stands_in)) = stand_in(pointer) else { return false };
+        if self.0.iter().any(|made_up| made_up == place) || !pointer::insert(value, place, stands_in) {
+            return false;
+        }
+        self.0.push(place.to_owned());
+        let together = spoils(place);
+        if together != place {
+            self.0.push(together.to_owned());
+        }
+        true
+    }
+}
+
+/// Reads `value`; what is wrong with it is added to `checks`. `None` where so much is wrong that nothing can stand in for it.
+pub fn read<T: DeserializeOwned + Serialize>(mut value: Value, checks: &mut Checks) -> Option<(T, MadeUp)> {
+    let mut made_up = MadeUp::default();
+    let data = loop {
+        match serde_path_to_error::deserialize::<_, T>(&value) {
+            Ok(data) => break data,
+            Err(error) => {
+                let (error, cure) = field_error(fault::of_error(&error));
+                // what one error hides is seen once that error is out of the way
+                let cured = match cure {
+                    Cure::Remove => pointer::remove(&mut value, &error.pointer),
+                    Cure::Replace => made_up.replace(&mut value, &error.pointer),
+                };
+                checks.errors.push(error);
+                if !cured || checks.errors.len() >= MOST_ERRORS {
+                    return None;
+                }
+            }
+        }
+    };
+    refuse_unnamed(&value, &serde_json::to_value(&data).unwrap_or_default(), "", checks);
+    Some((data, made_up))
+}
+
+/// How an error of shape is taken out of the way of the next one.
+enum Cure {
+    /// Without the field.
+    Remove,
+    /// With another value.
+    Replace,
+}
+
+/// What a user reads of a fault.
+fn field_error(Fault { mut pointer, message }: Fault) -> (FieldError, Cure) {
+    if let Some((field, _)) = quoted(&message, "missing field ") {
+        pointer = format!("{pointer}/{}", escape(field));
+        return (FieldError { pointer, detail: MISSING.to_owned() }, Cure::Replace);
+    }
+    let unknown = |prefix| quoted(&message, prefix).map(|(name, rest)| (name, hints::of_known_names(name, rest)));
+    if let Some((field, hint)) = unknown("unknown field ") {
+        let token = format!("/{}", escape(field));
+        if !pointer.ends_with(&token) {
+            pointer.push_str(&token);
+        }
+        return (FieldError { pointer, detail: format!("{message}{hint}") }, Cure::Remove);
+    }
+    let hint = unknown("unknown variant ").map_or(String::new(), |(_, hint)| hint);
+    (FieldError { pointer, detail: format!("{message}{hint}") }, Cure::Replace)
+}
+
+/// Refuses lists where the data has objects: the types would take a list as the values of their fields in order.
+fn refuse_unnamed(given: &Value, understood: &Value, pointer: &str, checks: &mut Checks) {
+    match (given, understood) {
+        (Value::Array(_), Value::Object(_)) => checks.refuse(pointer, "invalid type: sequence, expected an object"),
+        (Value::Array(given), Value::Array(understood)) => {
+            for (index, (given, understood)) in given.iter().zip(understood).enumerate() {
+                refuse_unnamed(given, understood, &format!("{pointer}/{index}"), checks);
+            }
+        }
+        (Value::Object(given), Value::Object(understood)) => {
+            for (name, given) in given {
+                if let Some(understood) = understood.get(name) {
+                    refuse_unnamed(given, understood, &format!("{pointer}/{}", escape(name)), checks);
+                }
+            }
+        }
+        _ => {}
+    }
+}

@@ -1,0 +1,134 @@
+//! Objects in the room: boxes and meshes.
+
+use std::collections::BTreeMap;
+
+use glam::DVec3;
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+use super::surface::{Owner, SurfaceDocument, check_surface};
+use crate::document::errors::Checks;
+use crate::document::hints;
+use crate::document::limits::{COORDINATE_M, SIZE_M, TOUCHING_M, TURN_DEG};
+use crate::document::read::pointer::escape;
+use crate::document::read::tagged::{self, Reader, Tagged};
+use crate::document::schema::shapes::{BoxSize, Vector};
+use crate::document::unit::Unit;
+
+/// An object in the room.
+#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+#[serde(tag = "kind", rename_all = "snake_case")]
+pub enum ObjectDocument {
+    Box(BoxDocument),
+    Mesh(MeshObjectDocument),
+}
+
+impl Tagged for ObjectDocument {
+    const TAG: &'static str = "kind";
+    const WHAT: &'static str = "an object";
+    const KINDS: &'static [(&'static str, Reader<Self>)] =
+        &[("box", |fields, of| fields.read(of).map(Self::Box)), ("mesh", |fields, of| fields.read(of).map(Self::Mesh))];
+}
+
+impl<'de> Deserialize<'de> for ObjectDocument {
+    fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        tagged::deserialize(deserializer)
+    }
+}
+
+/// A box with vertical sides.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct BoxDocument {
+    /// Extent along its own x, y and z, each > 0.
+    #[schema(value_type = BoxSize)]
+    pub size_m: [f64; 3],
+    /// Centre of its base.
+    #[schema(value_type = Vector)]
+    pub position_m: [f64; 3],
+    /// Clockwise seen from above.
+    #[serde(default)]
+    #[schema(default = 0.0)]
+    pub rotation_deg: f64,
+    pub surface: SurfaceDocument,
+}
+
+/// A triangle mesh.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct MeshObjectDocument {
+    /// Id of an uploaded mesh, or a file beside the job file.
+    pub mesh: String,
+    pub unit: Unit,
+    /// Where the mesh's origin goes.
+    #[schema(value_type = Vector)]
+    pub position_m: [f64; 3],
+    /// Clockwise seen from above.
+    #[serde(default)]
+    #[schema(default = 0.0)]
+    pub rotation_deg: f64,
+    /// By the name of the material in the file.
+    pub surfaces: BTreeMap<String, SurfaceDocument>,
+}
+
+impl ObjectDocument {
+    /// `room_size_m`: `None` when it is refused.
+    pub fn check(&self, pointer: &str, room_size_m: Option<[f64; 3]>, checks: &mut Checks) {
+        match self {
+            Self::Box(object) => object.check(pointer, room_size_m, checks),
+            Self::Mesh(object) => object.check(pointer, checks),
+        }
+    }
+
+    pub fn surfaces(&self) -> Vec<&SurfaceDocument> {
+        match self {
+            Self::Box(object) => vec![&object.surface],
+            Self::Mesh(object) => object.surfaces.values().collect(),
+        }
+    }
+}
+
+impl MeshObjectDocument {
+    fn check(&self, pointer: &str, checks: &mut Checks) {
+        checks.numbers(&format!("{pointer}/position_m"), &self.position_m, COORDINATE_M);
+        checks.number(&format!("{pointer}/rotation_deg"), self.rotation_deg, TURN_DEG);
+        for (name, surface) in &self.surfaces {
+            check_surface(&format!("{pointer}/surfaces/{}", escape(name)), surface, Owner::Object, checks);
+        }
+    }
+}
+
+impl BoxDocument {
+    fn check(&self, pointer: &str, room_size_m: Option<[f64; 3]>, checks: &mut Checks) {
+        check_surface(&format!("{pointer}/surface"), &self.surface, Owner::Object, checks);
+        let turn_ok = checks.number(&format!("{pointer}/rotation_deg"), self.rotation_deg, TURN_DEG);
+        let size_ok = checks.numbers(&format!("{pointer}/size_m"), &self.size_m, SIZE_M);
+        let position_ok = checks.numbers(&format!("{pointer}/position_m"), &self.position_m, COORDINATE_M);
+        if let Some(room_size_m) = room_size_m.filter(|_| turn_ok && size_ok && position_ok) {
+            self.check_place(pointer, room_size_m, checks);
+        }
+    }
+
+    /// Refuses a box that reaches out of the room.
+    fn check_place(&self, pointer: &str, room_size_m: [f64; 3], checks: &mut Checks) {
+        let (base, size) = (DVec3::from(self.position_m), DVec3::from(self.size_m));
+        let (sin, cos) = self.rotation_deg.to_radians().sin_cos();
+        // half-widths of the rotated footprint along the room's axes
+        let reach_x = 0.5 * (size.x * cos.abs() + size.y * sin.abs());
+        let reach_y = 0.5 * (size.x * sin.abs() + size.y * cos.abs());
+        let spans =
+            [(base.x - reach_x, base.x + reach_x), (base.y - reach_y, base.y + reach_y), (base.z, base.z + size.z)];
+        for (axis, ((from, to), room)) in spans.into_iter().zip(room_size_m).enumerate() {
+            if from < -TOUCHING_M || to > room + TOUCHING_M {
+                let pointer = format!("{pointer}/position_m/{axis}");
+                let position = self.position_m[axis];
+                // moved to where it may have been meant to be
+                let fits = |meant: f64| meant - position + to <= room && meant - position + from >= 0.0;
+                let hint = hints::of_number(&pointer, position, fits);
+                let detail =
+                    format!("the box must be inside the room (0..{room} m), but reaches from {from} m to {to} m{hint}");
+                checks.refuse(pointer, detail);
+            }
+        }
+    }
+}

@@ -1,0 +1,75 @@
+//! Rules between fields, which the checks of a document hold to as well, written as `not`: what must not be.
+
+use serde_json::{Value, json};
+
+use crate::document::limits::TURBID_TYPES;
+
+/// What the checks of a document refuse about several fields at once, where a schema can say it: component, rule.
+pub fn rules() -> Vec<(&'static str, Value)> {
+    let sun_position = |kind: &str| json!({ "properties": { "sun_position": { "type": kind } } });
+    let with_sky = |rule: Value| json!({ "required": ["sky"], "properties": { "sky": { "allOf": [{ "type": "object" }, rule] } } });
+    let tubes = || json!({ "required": ["tubes"], "properties": { "tubes": { "minItems": 1 } } });
+    let light_tracing = json!({ "anyOf": [
+        { "const": "light_tracing" },
+        { "type": "object", "required": ["kind"], "properties": { "kind": { "const": "light_tracing" } } },
+    ] });
+    let open_ceiling = json!({ "properties": { "surfaces": { "required": ["ceiling"], "properties": { "ceiling": {
+        "required": ["open"], "properties": { "open": { "const": true } } } } } }, "required": ["surfaces"] });
+    let job = [
+        // at least one output
+        json!({ "properties": { "grids": { "maxItems": 0 }, "views": { "maxItems": 0 } } }),
+        // at least one source of light
+        json!({ "properties": {
+            "tubes": { "maxItems": 0 }, "room": { "properties": { "luminaires": { "maxItems": 0 } } } } }),
+        // tubes need a sky
+        all([tubes(), absent("sky")]),
+        // tubes need a closed ceiling
+        all([tubes(), json!({ "properties": { "room": open_ceiling } })]),
+        // the sun stands where the sky says, or where place and time say, and not both
+        all([
+            with_sky(all([json!({ "required": ["sun_position"] }), sun_position("object")])),
+            any([given("location"), given("time")]),
+        ]),
+        all([with_sky(sun_position("null")), any([absent("location"), absent("time")])]),
+        // light tracing makes no pictures
+        json!({ "required": ["method", "views"],
+                "properties": { "method": light_tracing, "views": { "minItems": 1 } } }),
+    ];
+    let levels = ["zenith_luminance_cd_m2", "diffuse_horizontal_illuminance_lux", "dv_ev", "luminous_turbidity"];
+    let mut sky = vec![
+        all([given("cie_type"), given("preset")]),
+        all([absent("cie_type"), absent("preset")]),
+        all([
+            given("luminous_turbidity"),
+            given("cie_type"),
+            json!({ "properties": { "cie_type": {
+            "not": { "minimum": TURBID_TYPES.start(), "maximum": TURBID_TYPES.end() } } } }),
+        ]),
+        all([given("preset"), any([given("dv_ev"), given("luminous_turbidity")])]),
+    ];
+    for (index, one) in levels.iter().enumerate() {
+        sky.extend(levels[..index].iter().map(|other| all([given(one), given(other)])));
+    }
+    let open = json!({ "required": ["open"], "properties": { "open": { "const": true } } });
+    let surface = [
+        all([open, given("reflectance")]),
+        all([json!({ "properties": { "open": { "const": false } } }), absent("reflectance")]),
+    ];
+    vec![("JobDocument", any(job)), ("SkyDocument", any(sky)), ("SurfaceDocument", any(surface))]
+}
+
+fn given(field: &str) -> Value {
+    json!({ "required": [field], "properties": { field: { "not": { "type": "null" } } } })
+}
+
+fn absent(field: &str) -> Value {
+    json!({ "properties": { field: { "type": "null" } } })
+}
+
+fn all(rules: impl IntoIterator<Item = Value>) -> Value {
+    json!({ "allOf": rules.into_iter().collect::<Vec<_>>() })
+}
+
+fn any(rules: impl IntoIterator<Item = Value>) -> Value {
+    json!({ "anyOf": rules.into_iter().collect::<Vec<_>>() })
+}

@@ -1,0 +1,76 @@
+//! Named shapes of numbers, which `#[schema(value_type = ...)]` refers to.
+
+use std::ops::{Bound, RangeInclusive};
+
+use utoipa::openapi::RefOr;
+use utoipa::openapi::schema::{ArrayBuilder, KnownFormat, ObjectBuilder, OneOfBuilder, Schema, SchemaFormat, Type};
+use utoipa::{PartialSchema, ToSchema};
+
+use crate::document::limits::{
+    ALBEDO, CELLS, COORDINATE_M, EXITS, IN_PLANE_M, LIGHT, PIXELS_OF_AN_EDGE, ROOM_EDGE_M, Range, SCATTERING_PER_SR,
+    SIZE_M, TABLE_ANGLE_DEG,
+};
+
+/// Unit-like types that stand for a schema in `#[schema(value_type = ...)]`.
+macro_rules! named {
+    ($($name:ident: $schema:expr;)*) => {$(
+        pub struct $name;
+
+        impl PartialSchema for $name {
+            fn schema() -> RefOr<Schema> {
+                RefOr::from($schema)
+            }
+        }
+
+        impl ToSchema for $name {}
+    )*};
+}
+
+named! {
+    Vector: array(3, number(COORDINATE_M)).description(Some("x, y and z."));
+    PlanePoint: array(2, number(IN_PLANE_M)).description(Some("x and y in metres."));
+    RoomSize: array(3, number(ROOM_EDGE_M)).description(Some("Extent along x, y and z in metres."));
+    BoxSize: array(3, number(SIZE_M)).description(Some("Extent along x, y and z in metres."));
+    CellCounts: array(2, integer(CELLS)).description(Some("Number of cells along x and y."));
+    PixelCounts: array(2, integer(PIXELS_OF_AN_EDGE)).description(Some("Width and height in pixels."));
+    TableAngle: number(TABLE_ANGLE_DEG).description(Some("In degrees from the normal."));
+    ScatteringRow: ArrayBuilder::new()
+        .items(number(SCATTERING_PER_SR))
+        .min_items(Some(*EXITS.start()))
+        .max_items(Some(*EXITS.end()))
+        .description(Some("A value for each angle of exit, in 1/sr."));
+    Albedo: one_or_rgb(|| number(ALBEDO))
+        .description(Some("A reflectance below 1: one photopic number, or linear Rec.709 `[r, g, b]`."));
+    Luminance: one_or_rgb(|| number(LIGHT))
+        .description(Some("In cd/m2: one photopic number, or linear Rec.709 `[r, g, b]`."));
+}
+
+/// A number within its range.
+pub fn number(range: Range) -> ObjectBuilder {
+    let number =
+        ObjectBuilder::new().schema_type(Type::Number).format(Some(SchemaFormat::KnownFormat(KnownFormat::Double)));
+    let number = match range.lowest {
+        Bound::Included(lowest) => number.minimum(Some(lowest)),
+        Bound::Excluded(lowest) => number.exclusive_minimum(Some(lowest)),
+        Bound::Unbounded => number,
+    };
+    match range.highest {
+        Bound::Included(highest) => number.maximum(Some(highest)),
+        Bound::Excluded(highest) => number.exclusive_maximum(Some(highest)),
+        Bound::Unbounded => number,
+    }
+}
+
+fn integer(bounds: RangeInclusive<u32>) -> ObjectBuilder {
+    ObjectBuilder::new().schema_type(Type::Integer).minimum(Some(*bounds.start())).maximum(Some(*bounds.end()))
+}
+
+fn array(length: usize, item: ObjectBuilder) -> ArrayBuilder {
+    ArrayBuilder::new().items(item).min_items(Some(length)).max_items(Some(length))
+}
+
+/// One number for all light, or one for each channel.
+pub fn one_or_rgb(channel: impl Fn() -> ObjectBuilder) -> OneOfBuilder {
+    let rgb = array(3, channel()).description(Some("Linear Rec.709 red, green, blue."));
+    OneOfBuilder::new().item(channel().description(Some("The same for all light."))).item(rgb)
+}

@@ -1,0 +1,74 @@
+//! The bounds of place, time and sky.
+
+use super::time::instant;
+use super::{LocationDocument, SkyDocument};
+use crate::document::errors::Checks;
+use crate::document::limits::{
+    ALTITUDE_DEG, CIE_TYPE, DIFFUSE_RATIO, ELEVATION_M, LATITUDE_DEG, LIGHT, LONGITUDE_DEG, TURBID_TYPES, TURBIDITY,
+    TURN_DEG, YEAR,
+};
+
+pub fn check_location(location: &LocationDocument, checks: &mut Checks) {
+    checks.number("/location/latitude_deg", location.latitude_deg, LATITUDE_DEG);
+    checks.number("/location/longitude_deg", location.longitude_deg, LONGITUDE_DEG);
+    checks.number("/location/elevation_m", location.elevation_m, ELEVATION_M);
+}
+
+pub fn check_time(time: &str, checks: &mut Checks) {
+    match instant(time) {
+        Err(detail) => checks.refuse("/time", detail),
+        Ok(instant) => {
+            checks.number("/time", instant.year, YEAR);
+        }
+    }
+}
+
+pub fn check_sky(sky: &SkyDocument, checks: &mut Checks) {
+    match (sky.cie_type, sky.preset) {
+        (Some(cie_type), None) => {
+            checks.number("/sky/cie_type", cie_type, CIE_TYPE);
+        }
+        (None, Some(_)) => {}
+        (None, None) => checks.refuse("/sky/cie_type", "required, unless `preset` is given"),
+        (Some(_), Some(_)) => {
+            checks.refuse("/sky/preset", "given beside `cie_type`: exactly one of them names the sky")
+        }
+    }
+    if let Some(position) = &sky.sun_position {
+        checks.number("/sky/sun_position/altitude_deg", position.altitude_deg, ALTITUDE_DEG);
+        checks.number("/sky/sun_position/azimuth_deg", position.azimuth_deg, TURN_DEG);
+    }
+    check_level(sky, checks);
+    if let Some(beam) = sky.direct_normal_illuminance_lux {
+        checks.number("/sky/direct_normal_illuminance_lux", beam, LIGHT);
+    }
+}
+
+/// At most one field sets the level, and only of a sky that has it.
+fn check_level(sky: &SkyDocument, checks: &mut Checks) {
+    let levels = [
+        ("/sky/zenith_luminance_cd_m2", sky.zenith_luminance_cd_m2, LIGHT),
+        ("/sky/diffuse_horizontal_illuminance_lux", sky.diffuse_horizontal_illuminance_lux, LIGHT),
+        ("/sky/dv_ev", sky.dv_ev, DIFFUSE_RATIO),
+        ("/sky/luminous_turbidity", sky.luminous_turbidity, TURBIDITY),
+    ];
+    let given = levels.iter().filter_map(|(pointer, level, range)| Some((*pointer, (*level)?, *range)));
+    for (index, (pointer, level, range)) in given.enumerate() {
+        if index > 0 {
+            let detail = "at most one of `zenith_luminance_cd_m2`, `diffuse_horizontal_illuminance_lux`, `dv_ev` and `luminous_turbidity` sets the level";
+            checks.refuse(pointer, detail);
+        }
+        checks.number(pointer, level, range);
+    }
+    let not_turbid = sky.cie_type.filter(|cie_type| !TURBID_TYPES.contains(cie_type));
+    if let Some(cie_type) = not_turbid.filter(|_| sky.luminous_turbidity.is_some()) {
+        let (least, most) = (TURBID_TYPES.start(), TURBID_TYPES.end());
+        let detail = format!("only of the CIE types {least}..{most}, but the type is {cie_type}");
+        checks.refuse("/sky/luminous_turbidity", detail);
+    }
+    for (pointer, level) in [("/sky/dv_ev", sky.dv_ev), ("/sky/luminous_turbidity", sky.luminous_turbidity)] {
+        if level.is_some() && sky.preset.is_some() {
+            checks.refuse(pointer, "only of CIE types: a preset has its own level");
+        }
+    }
+}

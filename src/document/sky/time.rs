@@ -1,0 +1,115 @@
+//! Instants of RFC 3339.
+
+use std::str::FromStr;
+
+use crate::sky::sun::UtcInstant;
+
+/// A time of RFC 3339 with an offset as an instant in UTC; years outside 0..9999 have a sign and six digits.
+///
+/// A leap second counts as the second before it. The error says what is wrong.
+pub fn instant(time: &str) -> Result<UtcInstant, String> {
+    let shape = "must be RFC 3339 with an offset, such as 2011-09-15T15:00:00+02:00";
+    match rfc_3339_shape(time) {
+        Shape::Complete => {}
+        Shape::NoOffset => {
+            return Err(format!("{shape}: the offset is missing (Z or +hh:mm), without it {time:?} is ambiguous"));
+        }
+        Shape::Other => return Err(format!("{shape}, but is {time:?}")),
+    }
+    let timestamp = jiff::Timestamp::from_str(time).map_err(|error| format!("{shape}: {error}"))?;
+    let civil = jiff::tz::Offset::UTC.to_datetime(timestamp);
+    let field = |value: i8| u32::try_from(value).unwrap_or(0);
+    Ok(UtcInstant {
+        year: i32::from(civil.year()),
+        month: field(civil.month()),
+        day: field(civil.day()),
+        hour: field(civil.hour()),
+        minute: field(civil.minute()),
+        second: f64::from(civil.second()) + 1e-9 * f64::from(civil.subsec_nanosecond()),
+    })
+}
+
+enum Shape {
+    Complete,
+    NoOffset,
+    Other,
+}
+
+/// The parser accepts more than RFC 3339 (time zone names, missing seconds): a document does not.
+fn rfc_3339_shape(time: &str) -> Shape {
+    let matches = |text: &str, pattern: &str| {
+        text.len() == pattern.len()
+            && text
+                .bytes()
+                .zip(pattern.bytes())
+                .all(|(c, p)| if p == b'0' { c.is_ascii_digit() } else { c.eq_ignore_ascii_case(&p) })
+    };
+    let unsigned = match time.strip_prefix(['+', '-']) {
+        // six digits of year: two go with the sign
+        Some(rest) => match rest.split_at_checked(2) {
+            Some((century, rest)) if century.bytes().all(|c| c.is_ascii_digit()) => rest,
+            _ => return Shape::Other,
+        },
+        None => time,
+    };
+    let pattern = "0000-00-00T00:00:00";
+    let Some((date_time, mut rest)) = unsigned.split_at_checked(pattern.len()) else {
+        return Shape::Other;
+    };
+    if !matches(date_time, pattern) {
+        return Shape::Other;
+    }
+    if let Some(fraction) = rest.strip_prefix('.') {
+        rest = fraction.trim_start_matches(|c: char| c.is_ascii_digit());
+        if rest.len() == fraction.len() {
+            return Shape::Other;
+        }
+    }
+    match rest {
+        "" => Shape::NoOffset,
+        "Z" | "z" => Shape::Complete,
+        offset if matches(offset, "+00:00") || matches(offset, "-00:00") => Shape::Complete,
+        _ => Shape::Other,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn offset_and_utc_are_the_same_instant() {
+        let here = instant("2011-09-15T15:00:00+02:00").unwrap();
+        assert_eq!(here, instant("2011-09-15T13:00:00Z").unwrap());
+        assert_eq!((here.year, here.month, here.day, here.hour), (2011, 9, 15, 13));
+    }
+
+    #[test]
+    fn refuses_what_is_not_an_instant() {
+        assert!(instant("2011-09-15T15:00:00").unwrap_err().contains("offset is missing"));
+        for time in [
+            "",
+            "2011-02-30T12:00:00Z",
+            "2011-09-15",
+            "2011-09-15T15:00:00[Europe/Copenhagen]",
+            "2011-09-15T15:00:00+02:00[Europe/Copenhagen]",
+            "2011-09-15T15:00+02:00",
+            "2011-09-15T25:00:00Z",
+            "2011-09-15T15:00:00.Z",
+            "2011-09-15T15:00:00+25:99",
+            "20110915T150000Z",
+            "ää11-09-15T15:00:00Z",
+            "+é011-09-15T15:00:00Z",
+        ] {
+            assert!(instant(time).is_err(), "{time:?}");
+        }
+        // refused or taken as the second before it, never a panic
+        let _ = instant("2016-12-31T23:59:60Z");
+    }
+
+    #[test]
+    fn years_of_six_digits() {
+        assert_eq!(instant("-001999-06-01T12:00:00Z").unwrap().year, -1999);
+        assert_eq!(instant("+006001-06-01T12:00:00Z").unwrap().year, 6001);
+    }
+}

@@ -1,0 +1,102 @@
+//! What covers the upper end of a tube.
+
+use serde::{Deserialize, Deserializer, Serialize};
+use utoipa::ToSchema;
+
+use crate::document::errors::Checks;
+use crate::document::limits::{ABSORPTION_PER_M, REFRACTIVE_INDEX, THICKNESS_M};
+use crate::document::optics::Coefficient;
+use crate::document::read::tagged::{self, Reader, Tagged};
+use crate::optics::Collector;
+
+/// What covers the upper end of a tube; directions are unchanged except by `dielectric_dome`.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, ToSchema)]
+#[serde(tag = "kind", rename_all = "snake_case")]
+pub enum CollectorDocument {
+    Open,
+    Flat(FlatCollector),
+    Dome(DomeCollector),
+    DielectricDome(DielectricDomeCollector),
+}
+
+/// A pane across the end of the tube.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct FlatCollector {
+    pub transmittance: Coefficient,
+}
+
+/// A thin hemisphere.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct DomeCollector {
+    pub transmittance: Coefficient,
+}
+
+/// A hemispherical shell that reflects and refracts by Fresnel; its inner radius is the tube's, its rim is black.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct DielectricDomeCollector {
+    /// 1..4.
+    pub refractive_index: f64,
+    /// Up to 1.
+    pub thickness_m: f64,
+    /// Napierian absorption coefficient of its material: s metres leave exp(-absorption s); 0 when absent.
+    #[serde(default)]
+    #[schema(default = 0.0)]
+    pub absorption_per_m: f64,
+}
+
+impl Tagged for CollectorDocument {
+    const TAG: &'static str = "kind";
+    const WHAT: &'static str = "a collector";
+    const KINDS: &'static [(&'static str, Reader<Self>)] = &[
+        ("open", |fields, of| fields.none(of).map(|()| Self::Open)),
+        ("flat", |fields, of| fields.read(of).map(Self::Flat)),
+        ("dome", |fields, of| fields.read(of).map(Self::Dome)),
+        ("dielectric_dome", |fields, of| fields.read(of).map(Self::DielectricDome)),
+    ];
+}
+
+impl<'de> Deserialize<'de> for CollectorDocument {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        tagged::deserialize(deserializer)
+    }
+}
+
+impl CollectorDocument {
+    pub fn check(&self, pointer: &str, checks: &mut Checks) {
+        match self {
+            Self::Open => {}
+            Self::Flat(FlatCollector { transmittance }) | Self::Dome(DomeCollector { transmittance }) => {
+                transmittance.check(&format!("{pointer}/transmittance"), checks);
+            }
+            Self::DielectricDome(dome) => {
+                checks.number(&format!("{pointer}/refractive_index"), dome.refractive_index, REFRACTIVE_INDEX);
+                checks.number(&format!("{pointer}/thickness_m"), dome.thickness_m, THICKNESS_M);
+                checks.number(&format!("{pointer}/absorption_per_m"), dome.absorption_per_m, ABSORPTION_PER_M);
+            }
+        }
+    }
+
+    pub fn collector(&self) -> Collector {
+        match *self {
+            Self::Open => Collector::Open,
+            Self::Flat(FlatCollector { transmittance }) => Collector::Flat { transmittance: transmittance.rgb() },
+            Self::Dome(DomeCollector { transmittance }) => Collector::Dome { transmittance: transmittance.rgb() },
+            Self::DielectricDome(DielectricDomeCollector { refractive_index, thickness_m, absorption_per_m }) => {
+                Collector::DielectricDome { refractive_index, thickness_m, absorption_per_m }
+            }
+        }
+    }
+
+    /// Everything that may have a colour.
+    pub fn coefficients(&self) -> Option<Coefficient> {
+        match *self {
+            Self::Open | Self::DielectricDome(_) => None,
+            Self::Flat(FlatCollector { transmittance }) | Self::Dome(DomeCollector { transmittance }) => {
+                Some(transmittance)
+            }
+        }
+    }
+}

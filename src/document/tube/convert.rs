@@ -1,0 +1,59 @@
+//! From the tubes of a document to those of a scene.
+
+use glam::DVec2;
+
+use super::mesh::mesh_tube;
+use super::{ParametricTube, TubeDocument};
+use crate::document::errors::Checks;
+use crate::document::mesh_source::MeshSource;
+use crate::document::provenance::GuideProvenance;
+use crate::guide::Section;
+use crate::scene::{Segment, StraightOrBent, Tube, TubeShape};
+
+/// The tube at `pointer` and how its guide is computed; `None` after an error.
+pub fn tube(
+    pointer: &str,
+    tube: &TubeDocument,
+    meshes: &dyn MeshSource,
+    checks: &mut Checks,
+) -> Option<(Tube, GuideProvenance)> {
+    match tube {
+        TubeDocument::Parametric(tube) => Some(cylinders(tube)),
+        TubeDocument::Mesh(document) => {
+            let (mesh, diffuser) = mesh_tube(pointer, document, meshes, checks)?;
+            let guide = match mesh.section {
+                Section::Cylinder(_) => GuideProvenance::ClosedFormStraightRecognised,
+                Section::Facets { .. } => GuideProvenance::Mesh,
+            };
+            let tube = Tube {
+                centre: DVec2::from(document.centre_m),
+                opening_radius: 0.5 * document.opening_diameter_m,
+                shape: TubeShape::Mesh(mesh),
+                diffuser,
+            };
+            Some((tube, guide))
+        }
+    }
+}
+
+fn cylinders(tube: &ParametricTube) -> (Tube, GuideProvenance) {
+    let segments = tube.segments.iter().map(|segment| Segment {
+        length_m: segment.length_m,
+        tilt: segment.tilt_deg.to_radians(),
+        azimuth: segment.azimuth_deg.to_radians(),
+    });
+    let shape = StraightOrBent {
+        reflectance: tube.reflectance.mirror(),
+        segments: segments.collect(),
+        collector: tube.collector.collector(),
+    };
+    // as many vertical segments as one likes make one straight tube
+    let straight = shape.segments.iter().all(|segment| segment.tilt == 0.0);
+    let tube = Tube {
+        centre: DVec2::from(tube.centre_m),
+        opening_radius: 0.5 * tube.diameter_m,
+        shape: TubeShape::Cylinders(shape),
+        diffuser: tube.diffuser.diffuser(),
+    };
+    (tube, if straight { GuideProvenance::ClosedFormStraight } else { GuideProvenance::ClosedFormBent })
+}

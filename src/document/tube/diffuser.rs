@@ -1,0 +1,153 @@
+//! What closes a tube in the plane of the ceiling.
+
+use serde::{Deserialize, Deserializer, Serialize};
+use utoipa::ToSchema;
+
+use crate::document::errors::Checks;
+use crate::document::limits::within;
+use crate::document::optics::coefficient::{Coefficient, check_scattering};
+use crate::document::optics::measured::MeasuredDocument;
+use crate::document::read::tagged::{self, Reader, Tagged};
+use crate::optics::{Diffuser, DiffuserZone};
+
+/// What closes a tube in the plane of the ceiling; `transmittance + reflectance <= 1`.
+#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+#[serde(tag = "kind", rename_all = "snake_case")]
+pub enum DiffuserDocument {
+    Open,
+    Clear(ClearDiffuser),
+    Lambertian(LambertianDiffuser),
+    Mixed(MixedDiffuser),
+    Measured(MeasuredDocument),
+}
+
+/// Specular: the direction is unchanged.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ClearDiffuser {
+    pub transmittance: Coefficient,
+}
+
+/// Scatters to the far side and back by Lambert's law.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct LambertianDiffuser {
+    pub transmittance: Coefficient,
+    #[serde(default)]
+    pub reflectance: Coefficient,
+}
+
+/// A Lambertian and a clear zone, divided by a circle.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct MixedDiffuser {
+    /// Radius of the dividing circle, within the opening.
+    pub lambertian_radius_m: f64,
+    /// Which zone is inside.
+    pub inner: ZoneDocument,
+    pub lambertian_transmittance: Coefficient,
+    #[serde(default)]
+    pub lambertian_reflectance: Coefficient,
+    pub clear_transmittance: Coefficient,
+}
+
+/// A zone of a mixed diffuser.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum ZoneDocument {
+    Lambertian,
+    Clear,
+}
+
+impl Tagged for DiffuserDocument {
+    const TAG: &'static str = "kind";
+    const WHAT: &'static str = "a diffuser";
+    const KINDS: &'static [(&'static str, Reader<Self>)] = &[
+        ("open", |fields, of| fields.none(of).map(|()| Self::Open)),
+        ("clear", |fields, of| fields.read(of).map(Self::Clear)),
+        ("lambertian", |fields, of| fields.read(of).map(Self::Lambertian)),
+        ("mixed", |fields, of| fields.read(of).map(Self::Mixed)),
+        ("measured", |fields, of| fields.read(of).map(Self::Measured)),
+    ];
+}
+
+impl<'de> Deserialize<'de> for DiffuserDocument {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        tagged::deserialize(deserializer)
+    }
+}
+
+impl DiffuserDocument {
+    /// `radius_m` of the opening; not positive when it was refused already.
+    pub fn check(&self, pointer: &str, radius_m: f64, checks: &mut Checks) {
+        match self {
+            Self::Open => {}
+            Self::Clear(diffuser) => {
+                diffuser.transmittance.check(&format!("{pointer}/transmittance"), checks);
+            }
+            Self::Lambertian(LambertianDiffuser { transmittance, reflectance }) => {
+                check_scattering(pointer, ("transmittance", *transmittance), ("reflectance", *reflectance), checks);
+            }
+            Self::Mixed(diffuser) => diffuser.check(pointer, radius_m, checks),
+            Self::Measured(table) => table.check(pointer, checks),
+        }
+    }
+
+    pub fn diffuser(&self) -> Diffuser {
+        match self {
+            Self::Open => Diffuser::Open,
+            Self::Clear(ClearDiffuser { transmittance }) => Diffuser::Clear { transmittance: transmittance.rgb() },
+            Self::Lambertian(LambertianDiffuser { transmittance, reflectance }) => {
+                Diffuser::Lambertian { transmittance: transmittance.rgb(), reflectance: reflectance.rgb() }
+            }
+            Self::Mixed(diffuser) => Diffuser::Mixed {
+                lambertian_radius_m: diffuser.lambertian_radius_m,
+                inner: match diffuser.inner {
+                    ZoneDocument::Lambertian => DiffuserZone::Lambertian,
+                    ZoneDocument::Clear => DiffuserZone::Clear,
+                },
+                lambertian_transmittance: diffuser.lambertian_transmittance.rgb(),
+                lambertian_reflectance: diffuser.lambertian_reflectance.rgb(),
+                clear_transmittance: diffuser.clear_transmittance.rgb(),
+            },
+            // a checked document's table is good; a bad one would let nothing pass
+            Self::Measured(table) => table
+                .diffuser()
+                .map_or(Diffuser::Lambertian { transmittance: [0.0; 3], reflectance: [0.0; 3] }, |table| {
+                    Diffuser::Measured(table.into())
+                }),
+        }
+    }
+
+    /// Everything that may have a colour.
+    pub fn coefficients(&self) -> Vec<Coefficient> {
+        match *self {
+            Self::Open | Self::Measured(_) => vec![],
+            Self::Clear(ClearDiffuser { transmittance }) => vec![transmittance],
+            Self::Lambertian(LambertianDiffuser { transmittance, reflectance }) => vec![transmittance, reflectance],
+            Self::Mixed(MixedDiffuser {
+                lambertian_transmittance,
+                lambertian_reflectance,
+                clear_transmittance,
+                ..
+            }) => {
+                vec![lambertian_transmittance, lambertian_reflectance, clear_transmittance]
+            }
+        }
+    }
+}
+
+impl MixedDiffuser {
+    fn check(&self, pointer: &str, radius_m: f64, checks: &mut Checks) {
+        // of an opening that is refused nothing can be said
+        let range = if radius_m > 0.0 { within(0.0, radius_m) } else { within(0.0, f64::MAX) };
+        checks.number(&format!("{pointer}/lambertian_radius_m"), self.lambertian_radius_m, range);
+        check_scattering(
+            pointer,
+            ("lambertian_transmittance", self.lambertian_transmittance),
+            ("lambertian_reflectance", self.lambertian_reflectance),
+            checks,
+        );
+        self.clear_transmittance.check(&format!("{pointer}/clear_transmittance"), checks);
+    }
+}

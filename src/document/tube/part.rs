@@ -1,0 +1,74 @@
+//! What the materials of a mesh tube are.
+
+use serde::{Deserialize, Deserializer, Serialize};
+use utoipa::ToSchema;
+
+use super::diffuser::DiffuserDocument;
+use crate::document::errors::Checks;
+use crate::document::optics::coefficient::{Coefficient, check_scattering};
+use crate::document::optics::mirror::MirrorDocument;
+use crate::document::read::tagged::{self, Reader, Tagged};
+
+/// What a material of a mesh tube is.
+#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+#[serde(tag = "role", rename_all = "snake_case")]
+pub enum PartDocument {
+    Collector(CollectorPart),
+    Pipe(PipePart),
+    /// The closure, in the plane z = 0.
+    Diffuser(DiffuserDocument),
+}
+
+/// A thin cover; the direction is unchanged. `transmittance + reflectance <= 1`.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct CollectorPart {
+    pub transmittance: Coefficient,
+    #[serde(default)]
+    pub reflectance: Coefficient,
+}
+
+/// A specular mirror.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct PipePart {
+    pub reflectance: MirrorDocument,
+}
+
+impl Tagged for PartDocument {
+    const TAG: &'static str = "role";
+    const WHAT: &'static str = "a part";
+    const KINDS: &'static [(&'static str, Reader<Self>)] = &[
+        ("collector", |fields, of| fields.read(of).map(Self::Collector)),
+        ("pipe", |fields, of| fields.read(of).map(Self::Pipe)),
+        ("diffuser", |fields, of| fields.read(of).map(Self::Diffuser)),
+    ];
+}
+
+impl<'de> Deserialize<'de> for PartDocument {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        tagged::deserialize(deserializer)
+    }
+}
+
+impl PartDocument {
+    /// `radius_m` of the opening; not positive when it was refused already.
+    pub fn check(&self, pointer: &str, radius_m: f64, checks: &mut Checks) {
+        match self {
+            Self::Collector(CollectorPart { transmittance, reflectance }) => {
+                check_scattering(pointer, ("transmittance", *transmittance), ("reflectance", *reflectance), checks);
+            }
+            Self::Pipe(PipePart { reflectance }) => reflectance.check(&format!("{pointer}/reflectance"), checks),
+            Self::Diffuser(diffuser) => diffuser.check(pointer, radius_m, checks),
+        }
+    }
+
+    /// Everything that may have a colour.
+    pub fn coefficients(&self) -> Vec<Coefficient> {
+        match self {
+            Self::Collector(part) => vec![part.transmittance, part.reflectance],
+            Self::Pipe(part) => part.reflectance.coefficients(),
+            Self::Diffuser(diffuser) => diffuser.coefficients(),
+        }
+    }
+}
