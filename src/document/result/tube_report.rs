@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use crate::document::result::{FluxResult, TubeResult};
+use super::tube::{FluxResult, TubeResult};
 use crate::guide::performance::{Throughput, Transmission};
 
 /// A tube in numbers of the trade. The fluxes are the job's own; all else is ray-traced apart, without the diffuser.

@@ -1,0 +1,63 @@
+//! Where the emitted flux went.
+
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+use crate::estimate::Ledger;
+
+/// Where the emitted flux went, in lm: the mean over passes.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct EnergyResult {
+    /// Reaches the collectors from outside.
+    pub emitted_lm: f64,
+    /// Leaves the luminaires.
+    #[serde(default)]
+    pub luminaires_lm: f64,
+    /// Reflected or absorbed by collectors on the way in, or through a dome and out again on its far side.
+    pub collector_lm: f64,
+    /// Absorbed by mirrors.
+    pub guide_lm: f64,
+    /// Leaves through the upper end of a guide.
+    pub guide_top_lm: f64,
+    /// Absorbed by diffusers, or sent up by them into a guide from which nothing returns.
+    pub diffuser_lm: f64,
+    /// Absorbed by the surfaces of the room, its objects and luminaires.
+    pub room_lm: f64,
+    /// Leaves through open surfaces of the room.
+    pub open_surfaces_lm: f64,
+    /// The rest of paths that were ended for length.
+    pub cut_lm: f64,
+    /// (emitted + luminaires - all others) / (emitted + luminaires); zero without light.
+    pub relative_closure_error: f64,
+}
+
+impl EnergyResult {
+    pub fn new(ledger: &Ledger, passes: u64) -> Self {
+        let Ledger { emitted, luminaires, collector, guide, guide_top, diffuser, room, open_surfaces, cut } = *ledger;
+        let per_pass = |sum: f64| {
+            if passes == 0 { 0.0 } else { sum / passes as f64 }
+        };
+        Self {
+            emitted_lm: per_pass(emitted),
+            luminaires_lm: per_pass(luminaires),
+            collector_lm: per_pass(collector),
+            guide_lm: per_pass(guide),
+            guide_top_lm: per_pass(guide_top),
+            diffuser_lm: per_pass(diffuser),
+            room_lm: per_pass(room),
+            open_surfaces_lm: per_pass(open_surfaces),
+            cut_lm: per_pass(cut),
+            relative_closure_error: ledger.relative_closure_error(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn without_light_nothing_is_missing() {
+        assert_eq!(EnergyResult::new(&Ledger::default(), 0).relative_closure_error, 0.0);
+    }
+}

@@ -1,0 +1,261 @@
+//! The illuminance of a grid.
+
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+use super::number::finite;
+use crate::document::outputs::EstimateDocument;
+use crate::estimate::GridEstimate;
+use crate::estimate::grid_statistics::{self, Statistic};
+use crate::scene::{Daylight, Grid};
+use crate::sky::Sky;
+
+/// The illuminance of one grid: row j is `y_m[j]` (south to north), column i is `x_m[i]` (west to east).
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct GridResult {
+    pub name: String,
+    pub height_m: f64,
+    /// Number of cells along x and y.
+    pub cells: [usize; 2],
+    pub estimate: EstimateDocument,
+    /// Always `lux`.
+    pub unit: String,
+    pub x_m: Vec<f64>,
+    pub y_m: Vec<f64>,
+    pub illuminance_lux: Vec<Vec<f64>>,
+    /// Null before the second pass, and where a method knows nothing of its error; of a deterministic method its
+    /// estimated numerical error.
+    pub standard_error_lux: Vec<Vec<Option<f64>>>,
+    /// Percent of the unobstructed horizontal illuminance of sky and sun, electric light included; null without daylight.
+    pub illuminance_ratio_percent: Vec<Vec<Option<f64>>>,
+    /// The same, only under an overcast sky (types 1 and 16) without sun and without electric light.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub daylight_factor_percent: Option<Vec<Vec<Option<f64>>>>,
+    pub external_horizontal_illuminance_lux: ExternalIlluminance,
+    pub statistics: GridStatistics,
+}
+
+/// Unobstructed horizontal illuminance in lux; zero without a sky.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct ExternalIlluminance {
+    pub sky: f64,
+    pub sun: f64,
+}
+
+/// Of the values of a grid. Errors are null before the second pass, and where nothing is known of them.
+///
+/// The true value lies within `1.96 .._standard_error` of the printed one with a confidence of 95 % at least (after fewer
+/// than some 30 passes, with Student's quantile for one less than the passes in place of 1.96). Bias and the choice of
+/// fixed points are in the errors. Those of minimum, median and maximum cover the selection, too: the least of many noisy
+/// values is too low on average.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct GridStatistics {
+    pub mean_lux: f64,
+    #[serde(default)]
+    pub mean_lux_standard_error: Option<f64>,
+    #[serde(default)]
+    pub median_lux: f64,
+    #[serde(default)]
+    pub median_lux_standard_error: Option<f64>,
+    pub min_lux: f64,
+    #[serde(default)]
+    pub min_lux_standard_error: Option<f64>,
+    pub max_lux: f64,
+    #[serde(default)]
+    pub max_lux_standard_error: Option<f64>,
+    /// Minimum over mean; null when all is dark.
+    pub uniformity: Option<f64>,
+    #[serde(default)]
+    pub uniformity_standard_error: Option<f64>,
+    /// Shares of the grid's area at or above 100, 200, 300, 500 and 750 lux.
+    #[serde(default)]
+    pub area_above: Vec<AreaAbove>,
+    /// Only under an overcast sky (types 1 and 16) without sun and without electric light.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub daylight_factor_percent: Option<DaylightFactors>,
+}
+
+/// The share of a grid's area that has an illuminance, or more.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct AreaAbove {
+    pub lux: f64,
+    pub percent: f64,
+}
+
+/// Daylight factors of a grid in percent; null when all is dark outside.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct DaylightFactors {
+    pub mean: Option<f64>,
+    pub median: Option<f64>,
+    pub minimum: Option<f64>,
+}
+
+/// Illuminances in lux whose shares of the area are told: what standards ask of rooms, from corridors to precise work.
+const LEVELS_LUX: [f64; 5] = [100.0, 200.0, 300.0, 500.0, 750.0];
+
+impl GridResult {
+    /// `estimate` has one sensor per cell of `grid`.
+    /// `electric`: whether luminaires take part.
+    pub fn new(grid: &Grid, estimate: &GridEstimate, daylight: Option<&Daylight>, electric: bool) -> Self {
+        let [columns, _] = grid.cells;
+        let sensors = estimate.sensors.len().min(grid.len());
+        let values: Vec<f64> = (0..sensors).map(|sensor| estimate.illuminance_lux(sensor)).collect();
+        let errors: Vec<Option<f64>> = (0..sensors).map(|sensor| finite(estimate.standard_error_lux(sensor))).collect();
+        let (sky, sun) = daylight.map_or((0.0, 0.0), Daylight::horizontal_illuminance_lux);
+        let ratios: Vec<Option<f64>> = values.iter().map(|value| finite(100.0 * value / (sky + sun))).collect();
+        let ratios = rows(&ratios, columns);
+        Self {
+            name: grid.name.clone(),
+            height_m: grid.height_m,
+            cells: grid.cells,
+            estimate: grid.estimate.into(),
+            unit: "lux".to_owned(),
+            x_m: grid.x_m.clone(),
+            y_m: grid.y_m.clone(),
+            illuminance_lux: rows(&values, columns),
+            standard_error_lux: rows(&errors, columns),
+            daylight_factor_percent: has_daylight_factor(daylight, electric).then(|| ratios.clone()),
+            illuminance_ratio_percent: ratios,
+            external_horizontal_illuminance_lux: ExternalIlluminance { sky, sun },
+            statistics: GridStatistics::new(estimate, daylight, electric),
+        }
+    }
+}
+
+/// Whether ratios to the unobstructed illuminance are daylight factors.
+fn has_daylight_factor(daylight: Option<&Daylight>, electric: bool) -> bool {
+    let overcast = |sky: &Sky| sky.distribution.sky_type().is_standard_overcast();
+    let overcast = |daylight: &Daylight| daylight.sun.is_none() && daylight.sky.as_ref().is_some_and(overcast);
+    !electric && daylight.is_some_and(overcast)
+}
+
+impl GridStatistics {
+    /// `electric`: whether luminaires take part.
+    pub fn new(estimate: &GridEstimate, daylight: Option<&Daylight>, electric: bool) -> Self {
+        let none = Statistic { value: 0.0, standard_error: f64::INFINITY };
+        let statistics = grid_statistics::GridStatistics::new(estimate);
+        let [mean, median, min, max] = statistics.map_or([none; 4], |of| [of.mean, of.median, of.min, of.max]);
+        let uniformity = statistics.map(|of| of.uniformity);
+        let sensors = estimate.sensors.len();
+        let area_above = LEVELS_LUX.map(|lux| {
+            let above = estimate.sensors.iter().filter(|sensor| sensor.mean >= lux).count();
+            AreaAbove { lux, percent: 100.0 * above as f64 / sensors.max(1) as f64 }
+        });
+        let (sky, sun) = daylight.map_or((0.0, 0.0), Daylight::horizontal_illuminance_lux);
+        let factor = |statistic: Statistic| finite(100.0 * statistic.value / (sky + sun));
+        Self {
+            mean_lux: mean.value,
+            mean_lux_standard_error: finite(mean.standard_error),
+            median_lux: median.value,
+            median_lux_standard_error: finite(median.standard_error),
+            min_lux: min.value,
+            min_lux_standard_error: finite(min.standard_error),
+            max_lux: max.value,
+            max_lux_standard_error: finite(max.standard_error),
+            uniformity: uniformity.and_then(|uniformity| finite(uniformity.value)),
+            uniformity_standard_error: uniformity.and_then(|uniformity| finite(uniformity.standard_error)),
+            area_above: area_above.to_vec(),
+            daylight_factor_percent: has_daylight_factor(daylight, electric).then(|| DaylightFactors {
+                mean: factor(mean),
+                median: factor(median),
+                minimum: factor(min),
+            }),
+        }
+    }
+}
+
+fn rows<T: Clone>(values: &[T], columns: usize) -> Vec<Vec<T>> {
+    values.chunks(columns.max(1)).map(<[T]>::to_vec).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::EstimateKind;
+    use crate::sky::zenith::ZenithFormula;
+    use crate::sky::{CieType, Sky, SkyDistribution, Sun, direction};
+    use crate::statistics::Moments;
+
+    fn grid() -> Grid {
+        Grid::new("floor".to_owned(), 0.0, [3, 2], 0.0, [3.0, 2.0], EstimateKind::Point)
+    }
+
+    fn under(cie_type: u8, with_sun: bool) -> Daylight {
+        let toward_sun = direction(0.6, 0.0);
+        let distribution = SkyDistribution::new(CieType::new(cie_type).unwrap(), toward_sun);
+        let sun = Sun { direction: toward_sun, normal_illuminance_lux: 1000.0 };
+        Daylight {
+            sky: Some(Sky { distribution, zenith_luminance_cd_m2: 1000.0 }),
+            sun: with_sun.then_some(sun),
+            formula: ZenithFormula::GivenZenithLuminance,
+        }
+    }
+
+    fn estimate(passes: &[f64]) -> GridEstimate {
+        let mut sensors = vec![Moments::default(); 6];
+        for (index, sensor) in sensors.iter_mut().enumerate() {
+            passes.iter().for_each(|pass| sensor.push(pass * index as f64));
+        }
+        GridEstimate { sensors, ..GridEstimate::default() }
+    }
+
+    #[test]
+    fn rows_run_south_to_north() {
+        let result = GridResult::new(&grid(), &estimate(&[10.0, 10.0]), Some(&under(12, false)), false);
+        assert_eq!(result.illuminance_lux, [[0.0, 10.0, 20.0], [30.0, 40.0, 50.0]]);
+        assert_eq!((result.x_m.len(), result.y_m.len()), (3, 2));
+        let GridStatistics { mean_lux, median_lux, min_lux, max_lux, uniformity, .. } = result.statistics;
+        assert_eq!((mean_lux, median_lux, min_lux, max_lux, uniformity), (25.0, 25.0, 0.0, 50.0, Some(0.0)));
+        assert_eq!(result.daylight_factor_percent, None);
+        assert_eq!(result.statistics.daylight_factor_percent, None);
+    }
+
+    #[test]
+    fn one_pass_has_no_error_and_the_text_no_infinity() {
+        let result = GridResult::new(&grid(), &estimate(&[10.0]), Some(&under(16, false)), false);
+        assert_eq!(result.standard_error_lux[0][0], None);
+        let text = serde_json::to_value(&result).unwrap();
+        assert!(text["standard_error_lux"][1][2].is_null());
+        // 1 klx zenith of the traditional overcast sky: D = 7 pi / 9 klx
+        let ratio = text["daylight_factor_percent"][0][1].as_f64().unwrap();
+        assert!((ratio - 100.0 * 10.0 / (7.0 * std::f64::consts::PI / 9.0 * 1000.0)).abs() < 1e-12);
+        for (daylight, electric) in [(Some(&under(16, true)), false), (Some(&under(16, false)), true), (None, true)] {
+            assert!(GridResult::new(&grid(), &estimate(&[1.0]), daylight, electric).daylight_factor_percent.is_none());
+        }
+    }
+
+    /// 0, 90, ... 450 lux under an overcast sky of 7 pi / 9 klx.
+    #[test]
+    fn shares_of_the_area_and_daylight_factors() {
+        let result = GridResult::new(&grid(), &estimate(&[90.0, 90.0]), Some(&under(16, false)), false);
+        let shares: Vec<_> = result.statistics.area_above.iter().map(|above| (above.lux, above.percent)).collect();
+        let sixth = 100.0 / 6.0;
+        assert_eq!(
+            shares,
+            [(100.0, 4.0 * sixth), (200.0, 3.0 * sixth), (300.0, 2.0 * sixth), (500.0, 0.0), (750.0, 0.0)]
+        );
+        let outside = 7000.0 * std::f64::consts::PI / 9.0;
+        let factors = result.statistics.daylight_factor_percent.unwrap();
+        assert!((factors.mean.unwrap() - 100.0 * 225.0 / outside).abs() < 1e-12);
+        assert!((factors.median.unwrap() - 100.0 * 225.0 / outside).abs() < 1e-12);
+        assert_eq!(factors.minimum, Some(0.0));
+        for (daylight, electric) in [(Some(&under(16, true)), false), (Some(&under(16, false)), true), (None, true)] {
+            let result = GridResult::new(&grid(), &estimate(&[1.0, 1.0]), daylight, electric);
+            assert_eq!(result.statistics.daylight_factor_percent, None);
+        }
+    }
+
+    #[test]
+    fn darkness_is_null_and_not_nan() {
+        let dark = Daylight { sky: None, sun: None, formula: ZenithFormula::GivenZenithLuminance };
+        for daylight in [Some(&dark), None] {
+            let result = GridResult::new(&grid(), &estimate(&[0.0, 0.0]), daylight, false);
+            assert_eq!(result.illuminance_ratio_percent[0][0], None);
+            let GridStatistics { uniformity, uniformity_standard_error, min_lux_standard_error, .. } =
+                result.statistics;
+            assert_eq!((uniformity, uniformity_standard_error, min_lux_standard_error), (None, None, Some(0.0)));
+        }
+        let electric = GridResult::new(&grid(), &estimate(&[1.0, 1.0]), None, true);
+        assert!(electric.illuminance_ratio_percent.iter().flatten().all(Option::is_none));
+    }
+}

@@ -1,0 +1,91 @@
+//! What is simulated and what is not, and why.
+
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+use super::number::finite;
+use crate::document::method::settings_json;
+use crate::plan::{EffectPlan, GuidePlan, MethodChoice, Plan};
+
+/// What is simulated and what is not, and why.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct PlanResult {
+    pub effects: Vec<EffectResult>,
+    /// One per tube.
+    pub guides: Vec<GuideResult>,
+    pub methods: MethodsResult,
+}
+
+/// An effect of the plan.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct EffectResult {
+    pub name: String,
+    pub on: bool,
+    pub reason: String,
+    /// Largest share of any illuminance that is left out; null when that is nothing, or was asked for.
+    pub bound: Option<f64>,
+}
+
+/// How a tube's guide is computed.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct GuideResult {
+    /// `closed_form_straight`, `closed_form_bent` or `mesh`.
+    pub kind: String,
+    pub reason: String,
+}
+
+/// Which method computes what; null where the job has no such output.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct MethodsResult {
+    pub grids: Option<MethodResult>,
+    pub views: Option<MethodResult>,
+}
+
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct MethodResult {
+    pub name: String,
+    /// The method's own settings.
+    #[schema(value_type = Object)]
+    pub settings: serde_json::Value,
+    pub reason: String,
+}
+
+impl From<&Plan> for PlanResult {
+    fn from(plan: &Plan) -> Self {
+        Self {
+            effects: plan.effects.list.iter().map(EffectResult::from).collect(),
+            guides: plan.guides.iter().map(GuideResult::from).collect(),
+            methods: MethodsResult {
+                grids: plan.methods.grids.as_ref().map(MethodResult::from),
+                views: plan.methods.views.as_ref().map(MethodResult::from),
+            },
+        }
+    }
+}
+
+impl From<&EffectPlan> for EffectResult {
+    fn from(effect: &EffectPlan) -> Self {
+        Self {
+            name: effect.kind.name().to_owned(),
+            on: effect.on,
+            reason: effect.reason.clone(),
+            bound: effect.bound.and_then(finite),
+        }
+    }
+}
+
+impl From<&GuidePlan> for GuideResult {
+    fn from(guide: &GuidePlan) -> Self {
+        Self { kind: guide.kind.to_owned(), reason: guide.reason.clone() }
+    }
+}
+
+impl From<&MethodChoice> for MethodResult {
+    fn from(choice: &MethodChoice) -> Self {
+        Self {
+            name: choice.method.name().to_owned(),
+            settings: settings_json(&choice.method),
+            reason: choice.reason.clone(),
+        }
+    }
+}

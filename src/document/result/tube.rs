@@ -1,0 +1,76 @@
+//! The fluxes through a tube.
+
+use std::f64::consts::PI;
+
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+use super::number::finite;
+use crate::estimate::TubeEstimate;
+use crate::scene::Daylight;
+use crate::statistics::Moments;
+
+/// A mean with its standard error (null before the second pass, and where nothing is known of it), in lm.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct FluxResult {
+    pub flux_lm: f64,
+    pub standard_error_lm: Option<f64>,
+}
+
+impl From<&Moments> for FluxResult {
+    fn from(moments: &Moments) -> Self {
+        Self { flux_lm: moments.mean, standard_error_lm: finite(moments.standard_error()) }
+    }
+}
+
+/// Flux through one tube.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct TubeResult {
+    /// Arrives at the collector from outside: at the end of the tube, at the outer face of a `dielectric_dome`, which
+    /// is larger, or at a mesh's collector.
+    /// Null, as every flux, before the first pass and by methods that do not follow light from its sources.
+    pub at_collector: Option<FluxResult>,
+    /// Arrives at the diffuser's top.
+    pub at_diffuser: Option<FluxResult>,
+    pub into_room: Option<FluxResult>,
+    /// Flux into the room over flux at the collector; null without light.
+    pub transmission_efficiency: Option<f64>,
+    /// Unobstructed horizontal illuminance times the area of the opening in the ceiling: what a level aperture of that
+    /// size would receive without tube and collector.
+    #[serde(default)]
+    pub level_aperture_flux_lm: f64,
+    /// Flux into the room over that: comparable between collectors; null without light.
+    #[serde(default)]
+    pub level_aperture_efficiency: Option<f64>,
+}
+
+impl TubeResult {
+    /// `opening_radius` in metres.
+    pub fn new(tube: &TubeEstimate, opening_radius: f64, daylight: Option<&Daylight>) -> Self {
+        let (sky, sun) = daylight.map_or((0.0, 0.0), Daylight::horizontal_illuminance_lux);
+        let flux = |moments: &Moments| (moments.count > 0.0).then(|| FluxResult::from(moments));
+        let level_aperture_flux_lm = (sky + sun) * PI * opening_radius * opening_radius;
+        Self {
+            at_collector: flux(&tube.at_collector),
+            at_diffuser: flux(&tube.at_diffuser),
+            into_room: flux(&tube.into_room),
+            transmission_efficiency: finite(tube.into_room.mean / tube.at_collector.mean),
+            level_aperture_flux_lm,
+            level_aperture_efficiency: flux(&tube.into_room)
+                .and_then(|flux| finite(flux.flux_lm / level_aperture_flux_lm)),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sky::zenith::ZenithFormula;
+
+    #[test]
+    fn darkness_is_null_and_not_nan() {
+        let dark = Daylight { sky: None, sun: None, formula: ZenithFormula::GivenZenithLuminance };
+        let tube = TubeResult::new(&TubeEstimate::default(), 0.1, Some(&dark));
+        assert_eq!((tube.transmission_efficiency, tube.level_aperture_efficiency), (None, None));
+    }
+}
