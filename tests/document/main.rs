@@ -3,7 +3,13 @@
 #[path = "../shared/schema.rs"]
 mod schema;
 
+mod given;
+
+mod any;
+mod bounds;
 mod contract;
-mod document;
 mod hints;
+mod room;
 mod sky;
+mod text;
+mod tubes;

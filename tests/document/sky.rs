@@ -1,17 +1,10 @@
 //! Skies of job documents: presets, levels, and what results say of them.
 
+use crate::given::{self, SquarePipe, base, with};
 use crate::schema::parse;
 use serde_json::{Value, json};
-use skyduct::document::{DocumentErrors, MeshSource, to_scene};
+use skyduct::document::{DocumentErrors, to_scene};
 use skyduct::scene::Daylight;
-
-struct NoMeshes;
-
-impl MeshSource for NoMeshes {
-    fn load(&self, id: &str) -> Result<std::sync::Arc<skyduct::geometry::TriangleMesh>, String> {
-        Err(format!("no mesh has the id {id:?}"))
-    }
-}
 
 /// Daylight and its provenance under a sky, the sun at an altitude of 30 degrees unless `sky` says otherwise.
 fn under(sky: Value) -> Result<(Daylight, Value), DocumentErrors> {
@@ -29,7 +22,7 @@ fn under(sky: Value) -> Result<(Daylight, Value), DocumentErrors> {
         "grids": [{ "name": "floor", "height_m": 0, "cells": [1, 1] }]
     });
     let document = parse(&document)?;
-    let (scene, _, provenance) = to_scene(&document, &NoMeshes)?;
+    let (scene, _, provenance) = to_scene(&document, &SquarePipe)?;
     Ok((scene.daylight.unwrap(), serde_json::to_value(provenance).unwrap()))
 }
 
@@ -98,4 +91,83 @@ fn bad_skies_name_their_field() {
     refused(json!({ "preset": "ies_clear", "dv_ev": 0.3 }), "/sky/dv_ev", "preset");
     refused(json!({ "cie_type": 12, "dv_ev": 0 }), "/sky/dv_ev", "0");
     refused(json!({ "cie_type": 12, "dv_ev": 0.2, "zenith_luminance_cd_m2": 100 }), "/sky/dv_ev", "at most one");
+}
+
+#[test]
+fn place_and_time() {
+    let located = |time: Value| {
+        let mut document = with(base(), "/sky/sun_position", Value::Null);
+        document["location"] = json!({ "latitude_deg": 55.7667, "longitude_deg": 12.5 });
+        document["time"] = time;
+        document
+    };
+    given::refused(&located(json!("2011-09-15T15:00:00")), "/time", "offset");
+    given::refused(&located(json!("2011-02-30T15:00:00Z")), "/time", "RFC 3339");
+    given::refused(&located(json!("+006001-01-01T12:00:00Z")), "/time", "6001");
+    given::refused(&located(json!("-002001-06-01T12:00:00Z")), "/time", "-2001");
+    given::refused(
+        &with(located(json!("2011-09-15T15:00:00Z")), "/location/latitude_deg", json!(90.0001)),
+        "/location/latitude_deg",
+        "90.0001",
+    );
+    given::refused(
+        &with(located(json!("2011-09-15T15:00:00Z")), "/location/longitude_deg", json!(181)),
+        "/location/longitude_deg",
+        "181",
+    );
+    given::refused(
+        &with(located(json!("2011-09-15T15:00:00Z")), "/location/elevation_m", json!(1e5)),
+        "/location/elevation_m",
+        "9000",
+    );
+    given::refused(&with(base(), "/time", json!("2011-09-15T15:00:00Z")), "/sky/sun_position", "exactly one");
+    let mut no_place = with(base(), "/sky/sun_position", Value::Null);
+    no_place["time"] = json!("2011-09-15T15:00:00Z");
+    given::refused(&no_place, "/location", "required");
+
+    // the apparent altitude, as in tests/reference/sun_positions.csv
+    let document = parse(&located(json!("2011-09-15T15:00:00+02:00"))).unwrap();
+    let (_, _, provenance) = to_scene(&document, &SquarePipe).unwrap();
+    assert!((provenance.sun.unwrap().altitude_deg - 32.4806).abs() < 1e-3);
+    assert!((provenance.sun.unwrap().azimuth_deg - 214.6021).abs() < 1e-3);
+    // a leap second is not a panic
+    let _ = parse(&located(json!("2016-12-31T23:59:60Z")));
+}
+
+#[test]
+fn sun_levels_and_warnings() {
+    let scene = |document: &Value| to_scene(&parse(document).unwrap(), &SquarePipe).unwrap();
+    let night = with(base(), "/sky/sun_position/altitude_deg", json!(-5));
+    let (dark, warnings, _) = scene(&night);
+    let dark = dark.daylight.unwrap();
+    assert!(dark.sky.is_none() && dark.sun.is_none());
+    assert_eq!(warnings[0].code, "sun_below_horizon");
+
+    // D is given: the sky integrates back to it
+    let mut diffuse = with(base(), "/sky/zenith_luminance_cd_m2", Value::Null);
+    diffuse["sky"]["diffuse_horizontal_illuminance_lux"] = json!(12000);
+    let (given, warnings, _) = scene(&diffuse);
+    assert!((given.daylight.unwrap().horizontal_illuminance_lux().0 - 12000.0).abs() < 1e-8);
+    assert!(warnings.is_empty());
+    let bright = with(diffuse.clone(), "/sky/diffuse_horizontal_illuminance_lux", json!(80000));
+    assert_eq!(scene(&bright).1[0].code, "implausible_illuminance");
+
+    // type 12 at 35 degrees has 86.510 klx at its typical turbidity (docs/physics/sky_and_sun.md#the-sun); types 1, 9 and 16
+    // have no beam
+    let free = with(base(), "/sky/direct_normal_illuminance_lux", Value::Null);
+    assert!((scene(&free).0.daylight.unwrap().sun.unwrap().normal_illuminance_lux - 86_510.0).abs() < 0.5);
+    for number in [1, 6, 9, 16] {
+        assert!(
+            scene(&with(free.clone(), "/sky/cie_type", json!(number))).0.daylight.unwrap().sun.is_none(),
+            "type {number}"
+        );
+    }
+
+    // the room turns, so the sun turns the other way
+    let turned = scene(&with(free.clone(), "/room/rotation_deg", json!(225))).0;
+    assert!(turned.daylight.unwrap().sun.unwrap().direction.x.abs() < 1e-12);
+    let mut overcast = with(base(), "/sky/cie_type", json!(3));
+    overcast = with(overcast, "/sky/zenith_luminance_cd_m2", Value::Null);
+    overcast["sky"]["luminous_turbidity"] = json!(4);
+    given::refused(&overcast, "/sky/luminous_turbidity", "7..15");
 }

@@ -1,0 +1,89 @@
+//! From text to a document: what is no document, numbers at their limits, and defaults.
+
+use crate::given::{base, with};
+use crate::schema::parse;
+use serde_json::{Value, json};
+use skyduct::cli::mesh_files::MeshFiles;
+use skyduct::document::{JobDocument, to_scene};
+
+#[test]
+fn text_that_is_no_document() {
+    let error = |text: &str| JobDocument::parse(text.as_bytes()).unwrap_err().0.remove(0);
+    let syntax = error("{\n  \"name\": }");
+    assert_eq!(syntax.pointer, "");
+    assert!(syntax.detail.contains("line 2"), "{}", syntax.detail);
+    assert_eq!(error("").pointer, "");
+    assert_eq!(error("{} {}").pointer, "");
+    assert_eq!(error("[]").pointer, "");
+    assert_eq!(error(&"[".repeat(100_000)).pointer, "");
+    assert!(error("{\"room\": {\"size_m\": [NaN, 1, 1]}}").detail.contains("line 1"));
+    let overflow = error("{\"room\": {\"size_m\": [1, 1e999, 1]}}");
+    assert_eq!((overflow.pointer.as_str(), overflow.detail.contains("out of range")), ("/room/size_m/1", true));
+    let twice = error("{\"room\": {\"size_m\": [1, 1, 1], \"size_m\": [2, 2, 2]}}");
+    assert_eq!((twice.pointer.as_str(), twice.detail.contains("given twice")), ("/room/size_m", true));
+    assert_eq!(error("\u{feff}{}").pointer, "");
+    assert!(JobDocument::parse(b"\xff\xfe{}").is_err());
+}
+
+#[test]
+fn denormals_are_zero() {
+    let text = base().to_string().replace("\"margin_m\":0.0", "\"margin_m\":1e-320");
+    let document = JobDocument::parse(text.as_bytes()).unwrap();
+    assert_eq!(document.grids[0].margin_m, 0.0);
+    let text = text.replace("\"length_m\":1.0", "\"length_m\":1e-320");
+    let errors = JobDocument::parse(text.as_bytes()).unwrap_err();
+    assert_eq!(errors.0[0].pointer, "/tubes/0/segments/0/length_m");
+}
+
+#[test]
+fn defaults_are_filled_in() {
+    let minimal = json!({
+        "sky": { "cie_type": 1, "sun_position": { "altitude_deg": 35, "azimuth_deg": 0 } },
+        "room": { "size_m": [3, 3, 3] },
+        "tubes": [{ "centre_m": [1, 1], "diameter_m": 0.3, "reflectance": 0.98, "segments": [{ "length_m": 1 }],
+                    "collector": { "kind": "open" }, "diffuser": { "kind": "lambertian", "transmittance": 0.6 } }],
+        "grids": [{ "name": "floor", "height_m": 0, "cells": [3, 3] }]
+    });
+    let understood = serde_json::to_value(parse(&minimal).unwrap()).unwrap();
+    let expect = |pointer: &str, value: Value| assert_eq!(understood.pointer(pointer), Some(&value), "{pointer}");
+    expect("/room/surfaces/floor", json!({ "reflectance": 0.2 }));
+    expect("/room/surfaces/walls", json!({ "reflectance": 0.5 }));
+    expect("/room/surfaces/ceiling", json!({ "reflectance": 0.7 }));
+    expect("/method", json!("auto"));
+    expect("/grids/0/estimate", json!("point"));
+    expect("/tubes/0/diffuser/reflectance", json!(0.0));
+    expect("/tubes/0/collector", json!({ "kind": "open" }));
+    expect(
+        "/stop",
+        json!({ "relative_error": 0.02, "view_relative_error": 0.05, "confidence": 0.95,
+                            "max_passes": 4096, "max_seconds": 600.0 }),
+    );
+    expect("/seed", json!(0));
+    expect("/views", json!([]));
+}
+
+#[test]
+fn the_largest_seed_survives() {
+    let text = with(base(), "/seed", json!(u64::MAX)).to_string();
+    let document = JobDocument::parse(text.as_bytes()).unwrap();
+    assert_eq!(document.seed, u64::MAX);
+    assert_eq!(serde_json::to_value(&document).unwrap()["seed"], json!(u64::MAX));
+    assert!(JobDocument::parse(text.replace("18446744073709551615", "18446744073709551616").as_bytes()).is_err());
+}
+
+#[test]
+fn every_example_is_a_good_document() {
+    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("examples");
+    let files = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
+    let documents: Vec<_> =
+        files.filter(|file| file.extension().is_some_and(|extension| extension == "json")).collect();
+    assert!(documents.len() >= 4, "{documents:?}");
+    for file in documents {
+        let document = JobDocument::parse(&std::fs::read(&file).unwrap())
+            .unwrap_or_else(|errors| panic!("{}: {errors}", file.display()));
+        let (scene, warnings, _) = to_scene(&document, &MeshFiles::beside(&file))
+            .unwrap_or_else(|errors| panic!("{}: {errors}", file.display()));
+        let empty = scene.grids.is_empty() && scene.views.is_empty();
+        assert!(!empty && warnings.is_empty(), "{}: {warnings:?}", file.display());
+    }
+}

@@ -1,0 +1,185 @@
+//! Tubes of job documents: their shape, their mirrors, collectors and diffusers.
+
+use std::sync::Arc;
+
+use crate::given::{SquarePipe, base, mesh_tube, refused, with};
+use crate::schema::parse;
+use serde_json::{Value, json};
+use skyduct::document::{MeshSource, to_scene};
+use skyduct::geometry::TriangleMesh;
+use skyduct::optics::{Collector, Diffuser};
+use skyduct::scene::{Channels, TubeShape};
+
+#[test]
+fn tubes_bend_touch_and_overlap() {
+    let folded = json!([{ "length_m": 1 }, { "length_m": 1, "tilt_deg": 90, "azimuth_deg": 0 },
+                        { "length_m": 1, "tilt_deg": 90, "azimuth_deg": 180 }]);
+    refused(&with(base(), "/tubes/0/segments", folded), "/tubes/0/segments/2/tilt_deg", "a bend of 180 degrees");
+    let down = json!([{ "length_m": 0.5 }, { "length_m": 1, "tilt_deg": 90 }, { "length_m": 1, "tilt_deg": 135 }]);
+    refused(&with(base(), "/tubes/0/segments", down), "/tubes/0/segments/2/tilt_deg", "above the ceiling");
+    refused(
+        &with(base(), "/tubes/0/segments", json!(vec![json!({ "length_m": 1 }); 17])),
+        "/tubes/0/segments",
+        "but has 17",
+    );
+    let tiny = with(base(), "/tubes/0/segments", json!([{ "length_m": 1e-9 }]));
+    assert!(parse(&tiny).is_ok());
+
+    let tube = base()["tubes"][0].clone();
+    let beside = |x: f64| {
+        let mut second = tube.clone();
+        second["centre_m"] = json!([x, 1.016]);
+        with(base(), "/tubes/-", second)
+    };
+    refused(&beside(1.2), "/tubes/1/centre_m", "overlaps");
+    assert!(parse(&beside(1.016 + 0.254)).is_ok());
+    let many: Vec<_> = vec![tube.clone(); 65];
+    refused(&with(base(), "/tubes", json!(many)), "/tubes", "but there are 65");
+    refused(&with(base(), "/room/surfaces/ceiling", json!({ "open": true })), "/room/surfaces/ceiling/open", "closed");
+
+    let lambertian = json!({ "kind": "lambertian", "transmittance": [0.6, 0.6, 0.6], "reflectance": 0.5 });
+    refused(&with(base(), "/tubes/0/diffuser", lambertian), "/tubes/0/diffuser/transmittance", "<= 1");
+    let mixed = |radius: f64| {
+        json!({ "kind": "mixed", "lambertian_radius_m": radius, "inner": "lambertian",
+                "lambertian_transmittance": 0.6, "clear_transmittance": 0.9 })
+    };
+    refused(&with(base(), "/tubes/0/diffuser", mixed(0.2)), "/tubes/0/diffuser/lambertian_radius_m", "0..0.127");
+    assert!(parse(&with(base(), "/tubes/0/diffuser", mixed(0.06))).is_ok());
+    // a perfect mirror is a bound, not an error
+    assert!(parse(&with(base(), "/tubes/0/reflectance", json!(1))).is_ok());
+}
+
+#[test]
+fn mesh_tubes() {
+    let document = with(base(), "/tubes/0", mesh_tube());
+    let parsed = parse(&document).unwrap();
+    let (scene, ..) = to_scene(&parsed, &SquarePipe).unwrap();
+    let TubeShape::Mesh(mesh) = &scene.tubes[0].shape else { panic!("a mesh") };
+    assert_eq!(mesh.parts.len(), 3);
+
+    let bad = |pointer: &str, value: Value| with(document.clone(), pointer, value);
+    refused(&bad("/tubes/0/mesh", json!("nothing")), "/tubes/0/mesh", "no mesh");
+    refused(&bad("/tubes/0/unit", Value::Null), "/tubes/0/unit", "missing");
+    refused(&bad("/tubes/0/unit", json!("inch")), "/tubes/0/unit", "unknown variant");
+    refused(&bad("/tubes/0/parts/a~1b", Value::Null), "/tubes/0/parts", "\"a/b\"");
+    refused(
+        &bad("/tubes/0/parts/glue", json!({ "role": "pipe", "reflectance": 0.9 })),
+        "/tubes/0/parts/glue",
+        "\"cover\"",
+    );
+    refused(&bad("/tubes/0/parts/a~1b/reflectance", json!(2)), "/tubes/0/parts/a~1b/reflectance", "0..1");
+    refused(&bad("/tubes/0/parts/cover/reflectance", json!(0.5)), "/tubes/0/parts/cover/transmittance", "<= 1");
+    refused(&bad("/tubes/0/parts/diffuser/kind", Value::Null), "/tubes/0/parts/diffuser/kind", "missing");
+    refused(&bad("/tubes/0/parts/a~1b/role", json!("diffuser")), "/tubes/0/parts/a~1b/kind", "missing");
+    let second = json!({ "role": "diffuser", "kind": "clear", "transmittance": 0.9 });
+    refused(&bad("/tubes/0/parts/cover", second), "/tubes/0/parts/diffuser", "not supported yet");
+    let high = json!({ "role": "diffuser", "kind": "lambertian", "transmittance": 0.6 });
+    refused(&bad("/tubes/0/parts/cover", high), "/tubes/0/parts/cover", "not supported yet");
+    // millimetres given as metres: out of every bound of a building
+    let far = SquarePipe.load("pipe").unwrap().scaled(1e8);
+    struct Far(Arc<TriangleMesh>);
+    impl MeshSource for Far {
+        fn load(&self, _: &str) -> Result<Arc<TriangleMesh>, String> {
+            Ok(self.0.clone())
+        }
+    }
+    let errors = to_scene(&parsed, &Far(Arc::new(far))).unwrap_err();
+    assert_eq!(errors.0[0].pointer, "/tubes/0/mesh");
+}
+
+#[test]
+fn dielectric_domes_are_read() {
+    let read = |dome: Value| {
+        let document = with(base(), "/tubes/0/collector", dome);
+        let (scene, ..) = to_scene(&parse(&document).unwrap(), &SquarePipe).unwrap();
+        let TubeShape::Cylinders(cylinders) = &scene.tubes[0].shape else { panic!("a mesh") };
+        cylinders.collector
+    };
+    let mut dome = json!({ "kind": "dielectric_dome", "refractive_index": 1.49, "thickness_m": 0.003 });
+    let clear = Collector::DielectricDome { refractive_index: 1.49, thickness_m: 0.003, absorption_per_m: 0.0 };
+    assert_eq!(read(dome.clone()), clear);
+    dome["absorption_per_m"] = json!(2);
+    let grey = Collector::DielectricDome { refractive_index: 1.49, thickness_m: 0.003, absorption_per_m: 2.0 };
+    assert_eq!(read(dome), grey);
+}
+
+#[test]
+fn mirrors_may_depend_on_the_angle() {
+    let read = |reflectance: Value| {
+        let document = with(base(), "/tubes/0/reflectance", reflectance);
+        parse(&document).map(|document| to_scene(&document, &SquarePipe).unwrap().0)
+    };
+    let table = json!({ "incidence_deg": [0, 60, 90], "reflectance": [0.9, [0.8, 0.7, 0.6], 1] });
+    let scene = read(table.clone()).unwrap();
+    assert_eq!(scene.channels, Channels::Rgb);
+    let TubeShape::Cylinders(cylinders) = &scene.tubes[0].shape else { panic!("a mesh") };
+    let middle = cylinders.reflectance.reflectance(|| 30f64.to_radians().cos());
+    for (value, truth) in middle.iter().zip([0.85, 0.8, 0.75]) {
+        assert!((value - truth).abs() < 1e-12, "{middle:?}");
+    }
+    let at = |field: &str, value: Value| with(base(), "/tubes/0/reflectance", with(table.clone(), field, value));
+    let cases = [
+        ("/incidence_deg", json!([0, 90, 60]), "/incidence_deg/2", "larger"),
+        ("/incidence_deg", json!([0, 60, 89]), "/incidence_deg/2", "must be 90"),
+        ("/incidence_deg", json!([1, 60, 90]), "/incidence_deg/0", "must be 0"),
+        ("/reflectance", json!([0.9, 1]), "/reflectance", "one value for each of the 3 angles"),
+        ("/reflectance/1", json!(1.2), "/reflectance/1", "0..1"),
+        ("/reflectance", Value::Null, "/reflectance", "missing"),
+        ("/angle", json!(1), "/angle", "unknown field"),
+    ];
+    for (field, value, pointer, detail) in cases {
+        refused(&at(field, value), &format!("/tubes/0/reflectance{pointer}"), detail);
+    }
+    // what does not depend on the angle says so
+    let document = with(base(), "/tubes/0", mesh_tube());
+    let on_cover = with(document, "/tubes/0/parts/cover/reflectance", table);
+    refused(&on_cover, "/tubes/0/parts/cover/reflectance", "not a table");
+}
+
+#[test]
+fn measured_diffusers_are_read_and_judged() {
+    let table = json!({
+        "kind": "measured", "incidence_deg": [0, 60, 90], "exit_deg": [0, 30, 90],
+        "btdf_per_sr": [[0.3, 0.2, 0.1], [0.2, 0.2, 0.1], [0, 0, 0]], "brdf_per_sr": [[0.1, 0.1, 0.1], [0.1, 0.1, 0.1], [0.3, 0.3, 0.3]]
+    });
+    let document = |table: Value| with(base(), "/tubes/0/diffuser", table);
+    let parsed = parse(&document(table.clone())).unwrap();
+    let (scene, ..) = to_scene(&parsed, &SquarePipe).unwrap();
+    let Diffuser::Measured(measured) = &scene.tubes[0].diffuser else { panic!("not measured") };
+    assert_eq!(measured.per_sr(true, 1.0, 1.0), 0.3);
+    let [_, back] = measured.shares(1.0);
+    assert!((back - 0.1 * std::f64::consts::PI).abs() < 1e-12);
+    let mut on_mesh = mesh_tube();
+    on_mesh["parts"]["diffuser"] = table.clone();
+    on_mesh["parts"]["diffuser"]["role"] = json!("diffuser");
+    let (on_mesh, ..) = {
+        let document = with(base(), "/tubes/0", on_mesh);
+        to_scene(&parse(&document).unwrap(), &SquarePipe).unwrap()
+    };
+    assert_eq!(on_mesh.tubes[0].diffuser, scene.tubes[0].diffuser);
+    let cases = [
+        // 2 pi int 0.35 cos sin = 1.0996, which with the reflected tenth of pi is more
+        (
+            "/btdf_per_sr/1",
+            json!([0.35, 0.35, 0.35]),
+            "/btdf_per_sr/1",
+            "at incidence 60 degrees the diffuser sends out 1.41",
+        ),
+        ("/btdf_per_sr", json!([[0, 0, 0], [0, 0, 0]]), "/btdf_per_sr", "one row for each of the 3"),
+        ("/brdf_per_sr/2", json!([0, 0]), "/brdf_per_sr/2", "one value for each of the 3"),
+        ("/btdf_per_sr/0/1", json!(-0.1), "/btdf_per_sr/0/1", "0..1000000000"),
+        ("/exit_deg/2", json!(80), "/exit_deg/2", "must be 90"),
+        ("/incidence_deg/1", json!(0), "/incidence_deg/1", "larger"),
+        ("/exit_deg", Value::Null, "/exit_deg", "missing"),
+        ("/transmittance", json!(0.5), "/transmittance", "not a field of"),
+    ];
+    for (field, value, pointer, detail) in cases {
+        let bad = document(with(table.clone(), field, value));
+        refused(&bad, &format!("/tubes/0/diffuser{pointer}"), detail);
+    }
+    refused(
+        &with(base(), "/tubes/0/diffuser/exit_deg", json!([0, 90])),
+        "/tubes/0/diffuser/exit_deg",
+        "not a field of",
+    );
+}
