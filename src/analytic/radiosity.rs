@@ -237,6 +237,19 @@ impl Radiosity {
     ///
     /// Gauss-Seidel sweeps; after each, the balance of all light is restored by adding a multiple of the reflectances,
     /// which takes away the slow decay in rooms that absorb little.
+    ///
+    /// In a closed room of one reflectance rho under even direct light E every exitance is rho E / (1 - rho):
+    ///
+    /// ```
+    /// use skyduct::analytic::radiosity::{Mesh, Radiosity};
+    ///
+    /// let mesh = Mesh::new(glam::DVec3::new(2.0, 3.0, 2.5), [2, 2, 2]);
+    /// let patches = mesh.patches.len();
+    /// let room = Radiosity::new(mesh, vec![0.75; patches]);
+    /// let exitance = room.exitance(&vec![100.0; patches])?;
+    /// assert!(exitance.iter().all(|value| (value - 300.0).abs() < 1e-8));
+    /// # Ok::<(), skyduct::analytic::radiosity::NoLimit>(())
+    /// ```
     pub fn exitance(&self, direct: &[f64]) -> Result<Vec<f64>, NoLimit> {
         let count = self.mesh.patches.len();
         let areas: Vec<f64> = self.mesh.patches.iter().map(Patch::area).collect();

@@ -117,6 +117,13 @@ pub fn cosine_of_incidence(radius: f64, position: DVec3, direction: DVec3) -> f6
 }
 
 /// Distance along a unit `direction` from inside the cylinder to its wall; infinite for an axial ray.
+///
+/// ```
+/// use glam::DVec3;
+///
+/// let distance = skyduct::geometry::cylinder::distance_to_wall(0.1, DVec3::new(0.06, 0.0, 0.0), DVec3::Y);
+/// assert!((distance - 0.08).abs() < 1e-16);
+/// ```
 #[inline]
 pub fn distance_to_wall(radius: f64, position: DVec3, direction: DVec3) -> f64 {
     let p = position.truncate();

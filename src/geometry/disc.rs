@@ -77,6 +77,17 @@ pub fn disc_polygon_area(centre: DVec2, radius: f64, polygon: &[DVec2]) -> f64 {
 }
 
 /// Signed area of a disc around the origin inside the triangle (origin, `a`, `b`): what one directed edge of an outline adds.
+///
+/// An edge far beyond the disc cuts a sector, one that the disc reaches beyond a triangle:
+///
+/// ```
+/// use glam::DVec2;
+/// use skyduct::geometry::disc::disc_edge_area;
+///
+/// let sector = disc_edge_area(1.0, DVec2::new(9.0, 0.0), DVec2::new(0.0, 9.0));
+/// assert!((sector - std::f64::consts::FRAC_PI_4).abs() < 1e-15);
+/// assert_eq!(disc_edge_area(9.0, DVec2::X, DVec2::Y), 0.5);
+/// ```
 pub fn disc_edge_area(radius: f64, a: DVec2, b: DVec2) -> f64 {
     let sector = |from: DVec2, to: DVec2| 0.5 * radius * radius * from.perp_dot(to).atan2(from.dot(to));
     let triangle = |from: DVec2, to: DVec2| 0.5 * from.perp_dot(to);

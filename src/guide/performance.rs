@@ -170,6 +170,12 @@ pub fn tregenza_patches() -> impl Iterator<Item = SkyPatch> {
 /// Length of the straight tube that passes as much light as `target`, in metres, to 1e-4 of it; `transmission_of` the
 /// transmission of a straight tube of a length. `None` when not even a tube of `longest_m` loses as much, or a tube
 /// without length loses more.
+///
+/// ```
+/// let halved_every_metre = |length: f64| 0.5f64.powf(length);
+/// let length = skyduct::guide::performance::equivalent_length_m(0.125, 100.0, halved_every_metre).unwrap();
+/// assert!((length - 3.0).abs() < 1e-3);
+/// ```
 pub fn equivalent_length_m(target: f64, longest_m: f64, transmission_of: impl Fn(f64) -> f64) -> Option<f64> {
     let (mut short, mut long) = (0.0, longest_m);
     if transmission_of(longest_m) > target || transmission_of(longest_m * 1e-9) < target {

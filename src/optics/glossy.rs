@@ -66,6 +66,17 @@ impl Glossy {
     /// BRDF times the cosine of `toward`, per sr: also the density with which [`Self::sample`] chooses `toward`.
     ///
     /// `from` and `toward` are unit vectors that point away from the surface; zero unless both are above it.
+    ///
+    /// At normal incidence a lobe of roughness 1 has D / 4 = 1 / (4 pi) by single scattering, and the rest by compensation:
+    ///
+    /// ```
+    /// use glam::DVec3;
+    /// use skyduct::optics::Glossy;
+    ///
+    /// let density = Glossy::new(1.0).density(DVec3::Z, DVec3::Z, DVec3::Z);
+    /// let once = 0.25 / std::f64::consts::PI;
+    /// assert!(density > once && density < 1.2 / std::f64::consts::PI);
+    /// ```
     #[inline]
     pub fn density(&self, normal: DVec3, from: DVec3, toward: DVec3) -> f64 {
         let (cos_i, cos_o) = (normal.dot(from), normal.dot(toward));

@@ -30,6 +30,14 @@ impl MirrorTable {
     }
 
     /// Reflectance at the angle of incidence whose cosine, 0..=1, is given.
+    ///
+    /// ```
+    /// use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
+    /// use skyduct::optics::mirror::MirrorTable;
+    ///
+    /// let table = MirrorTable::new(&[(0.0, [0.9; 3]), (FRAC_PI_2, [0.5; 3])]).unwrap();
+    /// assert!((table.at(FRAC_PI_4.cos())[0] - 0.7).abs() < 1e-15);
+    /// ```
     #[inline]
     pub fn at(&self, cosine: f64) -> [f64; 3] {
         let angle = cosine.clamp(0.0, 1.0).acos();

@@ -45,6 +45,11 @@ fn small_sin_cos(x: f64) -> (f64, f64) {
 }
 
 /// Uniform point between two circles around the origin, 0 <= `inner` < `outer`; density 1 / (pi (outer^2 - inner^2)).
+///
+/// ```
+/// let middle = skyduct::sampling::warp::annulus([0.5, 0.0], 0.6, 0.8);
+/// assert!((middle.length_squared() - 0.5).abs() < 1e-15);
+/// ```
 #[inline]
 pub fn annulus([u, v]: [f64; 2], inner: f64, outer: f64) -> DVec2 {
     if inner == 0.0 {
@@ -88,6 +93,13 @@ pub fn cone(point: [f64; 2], half_angle: f64) -> DVec3 {
 }
 
 /// `local` (z along the unit vector `axis`) in the frame of `axis`.
+///
+/// ```
+/// use glam::DVec3;
+/// use skyduct::sampling::warp;
+///
+/// assert_eq!(warp::around(DVec3::X, DVec3::Z), DVec3::X);
+/// ```
 #[inline]
 pub fn around(axis: DVec3, local: DVec3) -> DVec3 {
     // Duff et al. 2017, "Building an Orthonormal Basis, Revisited": branchless and accurate at both poles

@@ -31,6 +31,15 @@ impl Sun {
     }
 
     /// Luminance of the disc in cd/m2: the normal illuminance over the disc's projected solid angle pi sin^2.
+    ///
+    /// The extraterrestrial sun of 133.8 klx has 1.97e9 cd/m2:
+    ///
+    /// ```
+    /// use skyduct::sky::Sun;
+    ///
+    /// let sun = Sun { direction: glam::DVec3::Z, normal_illuminance_lux: 133_800.0 };
+    /// assert!((sun.luminance_cd_m2() / 1.9677e9 - 1.0).abs() < 1e-4);
+    /// ```
     pub fn luminance_cd_m2(&self) -> f64 {
         let s = HALF_ANGLE.sin();
         self.normal_illuminance_lux / (PI * s * s)
@@ -170,6 +179,16 @@ pub fn air_mass(altitude: f64) -> f64 {
 ///
 /// `altitude` in radians, the apparent one; zero for a sun at or below the horizon. Source: Kittler, Perez and Darula 1998
 /// (docs/physics/sky_and_sun.md#the-sun).
+///
+/// Air without turbidity takes nothing; type 12 at its typical turbidity has 86.510 klx at 35 degrees:
+///
+/// ```
+/// use skyduct::sky::sun::beam_normal_illuminance_lux;
+///
+/// let altitude = 35f64.to_radians();
+/// assert_eq!(beam_normal_illuminance_lux(altitude, 0.0), 133_800.0);
+/// assert!((beam_normal_illuminance_lux(altitude, 2.5) - 86_510.0).abs() < 0.5);
+/// ```
 pub fn beam_normal_illuminance_lux(altitude: f64, luminous_turbidity: f64) -> f64 {
     if altitude <= 0.0 {
         return 0.0;

@@ -60,6 +60,14 @@ impl Moments {
     }
 
     /// Standard error of the mean; infinite with fewer than two replicates.
+    ///
+    /// Of 1, 2, 3 it is sqrt(1 / 3):
+    ///
+    /// ```
+    /// let mut moments = skyduct::statistics::Moments::default();
+    /// [1.0, 2.0, 3.0].into_iter().for_each(|value| moments.push(value));
+    /// assert!((moments.standard_error() - (1.0f64 / 3.0).sqrt()).abs() < 1e-15);
+    /// ```
     pub fn standard_error(&self) -> f64 {
         self.variance_of_mean().sqrt()
     }
