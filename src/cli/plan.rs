@@ -9,7 +9,7 @@ use super::render::read_job;
 use crate::document::Warning;
 use crate::document::result::{MethodResult, PlanResult};
 use crate::job::memory::default_limit_bytes;
-use crate::job::run::prepare;
+use crate::job::prepare::prepare;
 
 #[derive(Debug, clap::Args)]
 pub struct PlanArgs {

@@ -6,7 +6,7 @@ use std::time::Duration;
 use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::estimate::StopRule;
-use crate::job::run::PassReport;
+use crate::job::progress::PassReport;
 
 /// Number of steps of the progress bar.
 const STEPS: u64 = 1000;

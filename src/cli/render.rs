@@ -1,8 +1,6 @@
 //! `skyduct render`: the engine without a server.
 
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, PoisonError};
 
 use anyhow::{Context, bail};
 use serde_json::{Value, json};
@@ -11,11 +9,13 @@ use super::mesh_files::MeshFiles;
 use super::progress::Progress;
 use super::results_table::print_results;
 use crate::document::{DocumentErrors, FieldError};
-use crate::estimate::Estimate;
+use crate::job::cancel::{Stop, StopReason};
+use crate::job::chunk::Rendered;
 use crate::job::convergence::is_kept;
 use crate::job::memory::default_limit_bytes;
+use crate::job::prepare::{Prepared, prepare};
+use crate::job::progress::{PassReport, StoppedBy};
 use crate::job::results::{convergence_csv, convergence_svg};
-use crate::job::run::{Observer, PassReport, Prepared, StoppedBy, merge, prepare};
 
 #[derive(Debug, clap::Args)]
 pub struct RenderArgs {
@@ -40,10 +40,9 @@ pub fn run(args: RenderArgs) -> anyhow::Result<()> {
     }
     std::fs::create_dir_all(&args.out).with_context(|| format!("{} cannot be made", args.out.display()))?;
 
-    let cancelled = cancel_on_interrupt()?;
-    let rendered = render(&prepared, &cancelled)?;
-    let result = write_results(&args.out, &prepared, &rendered)?;
-    let Rendered { estimate, seconds, stopped_by, .. } = &rendered;
+    let (rendered, passes) = render(&prepared, &cancel_on_interrupt()?)?;
+    let result = write_results(&args.out, &prepared, &rendered, &passes)?;
+    let Rendered { estimate, seconds, stopped_by } = &rendered;
     if *stopped_by == StoppedBy::Cancelled {
         bail!("cancelled after {} passes; the results so far are in {}", estimate.passes, args.out.display());
     }
@@ -79,70 +78,38 @@ fn with_method(document: Vec<u8>, method: Option<&str>) -> Vec<u8> {
     }
 }
 
-/// Everything that the passes of a job have given.
-struct Rendered {
-    estimate: Estimate,
-    seconds: f64,
-    stopped_by: StoppedBy,
-    reports: Vec<PassReport>,
-}
-
-/// Renders chunk after chunk until the job is done or cancelled.
-fn render(prepared: &Prepared, cancelled: &AtomicBool) -> anyhow::Result<Rendered> {
-    let observer = Watcher { cancelled, progress: Progress::new(prepared.stop), reports: Mutex::new(Vec::new()) };
-    let mut estimate = prepared.empty_estimate();
-    let mut seconds = 0.0;
-    let mut index = 0;
-    let stopped_by = loop {
-        let chunk = prepared.render_chunk(index, &estimate, seconds, &observer)?;
-        merge(&mut estimate, &chunk.estimate);
-        seconds += chunk.seconds;
-        if let Some(stopped_by) = chunk.ended.or_else(|| prepared.stop_after(index, &estimate)) {
-            break stopped_by;
-        }
-        index += 1;
-    };
-    observer.progress.finish();
-    if let Some(reason) = prepared.no_results(stopped_by, &estimate) {
-        anyhow::bail!(reason);
+/// Renders chunk after chunk until the job is done or cancelled; all its passes are in the list.
+fn render(prepared: &Prepared, stop: &Stop) -> anyhow::Result<(Rendered, Vec<PassReport>)> {
+    let progress = Progress::new(prepared.stop);
+    let mut passes = Vec::new();
+    let rendered = prepared.render(stop, &mut |report, _| {
+        progress.pass_done(report);
+        passes.push(*report);
+    })?;
+    progress.finish();
+    if let Some(reason) = prepared.no_results(rendered.stopped_by, &rendered.estimate) {
+        bail!(reason);
     }
-    let reports = observer.reports.into_inner().unwrap_or_else(PoisonError::into_inner);
-    Ok(Rendered { estimate, seconds, stopped_by, reports })
+    Ok((rendered, passes))
 }
 
-struct Watcher<'a> {
-    cancelled: &'a AtomicBool,
-    progress: Progress,
-    reports: Mutex<Vec<PassReport>>,
-}
-
-impl Observer for Watcher<'_> {
-    fn cancelled(&self) -> bool {
-        self.cancelled.load(Ordering::Relaxed)
-    }
-
-    fn pass_done(&self, report: &PassReport, _: &Estimate) {
-        self.progress.pass_done(report);
-        self.reports.lock().unwrap_or_else(PoisonError::into_inner).push(*report);
-    }
-}
-
-/// A flag that the first interrupt (or termination) sets; the second ends the process.
-fn cancel_on_interrupt() -> anyhow::Result<Arc<AtomicBool>> {
-    let cancelled = Arc::new(AtomicBool::new(false));
-    let flag = cancelled.clone();
+/// A token by which the first interrupt (or termination) cancels; the second ends the process.
+fn cancel_on_interrupt() -> anyhow::Result<Stop> {
+    let stop = Stop::default();
+    let interrupted = stop.clone();
     let runtime =
         tokio::runtime::Builder::new_current_thread().enable_all().build().context("signals cannot be listened to")?;
     std::thread::spawn(move || {
         runtime.block_on(async {
             while next_interrupt().await.is_ok() {
-                if flag.swap(true, Ordering::Relaxed) {
+                if interrupted.reason() == Some(StopReason::Cancelled) {
                     std::process::exit(1);
                 }
+                interrupted.raise(StopReason::Cancelled);
             }
         });
     });
-    Ok(cancelled)
+    Ok(stop)
 }
 
 #[cfg(unix)]
@@ -161,8 +128,8 @@ async fn next_interrupt() -> std::io::Result<()> {
 }
 
 /// Writes the result files, the convergence, and `result.json` last: where it stands, all is there. Answers the latter.
-fn write_results(out: &Path, prepared: &Prepared, rendered: &Rendered) -> anyhow::Result<Value> {
-    let Rendered { estimate, seconds, stopped_by, reports } = rendered;
+fn write_results(out: &Path, prepared: &Prepared, rendered: &Rendered, passes: &[PassReport]) -> anyhow::Result<Value> {
+    let Rendered { estimate, seconds, stopped_by } = rendered;
     // a job that was cancelled before its first pass has no results
     if estimate.passes > 0 {
         for file in prepared.result_files(estimate)? {
@@ -170,7 +137,7 @@ fn write_results(out: &Path, prepared: &Prepared, rendered: &Rendered) -> anyhow
         }
         // what the service keeps of the same job, too
         let is_last = |pass: &PassReport| pass.passes == estimate.passes;
-        let kept: Vec<_> = reports.iter().filter(|pass| is_kept(pass.passes) || is_last(pass)).copied().collect();
+        let kept: Vec<_> = passes.iter().filter(|pass| is_kept(pass.passes) || is_last(pass)).copied().collect();
         write(out, "convergence.csv", convergence_csv(&kept).as_bytes())?;
         write(out, "convergence.svg", convergence_svg(&kept)?.as_bytes())?;
     }

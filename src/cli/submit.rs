@@ -13,8 +13,8 @@ use crate::cli::progress::Progress;
 use crate::cli::results_table::print_results;
 use crate::document::{DocumentErrors, FieldError};
 use crate::estimate::StopRule;
+use crate::job::progress::PassReport;
 use crate::job::results::{GridFormat, Output, ViewFormat, result_outputs};
-use crate::job::run::PassReport;
 
 #[derive(Debug, clap::Args)]
 pub struct SubmitArgs {

@@ -6,7 +6,7 @@
 use serde_json::Value;
 use sqlx::{Encode, QueryBuilder, Sqlite, SqliteConnection, Type};
 
-use crate::job::run::PassReport;
+use crate::job::progress::{PassReport, Progress};
 use crate::job::store::*;
 
 use super::rows::{signed, to_json};

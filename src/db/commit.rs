@@ -6,7 +6,7 @@ use serde_json::json;
 use sqlx::{QueryBuilder, Row, SqliteConnection};
 
 use crate::job::convergence::is_kept;
-use crate::job::run::PassReport;
+use crate::job::progress::PassReport;
 use crate::job::store::*;
 
 use super::change::{JobChange, ROWS_OF_A_STATEMENT};

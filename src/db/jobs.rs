@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 use sqlx::{SqliteConnection, SqlitePool};
 use uuid::Uuid;
 
-use crate::job::run::PassReport;
+use crate::job::progress::{PassReport, Progress};
 use crate::job::store::*;
 
 use super::change::{JobChange, insert_events};

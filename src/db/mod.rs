@@ -25,7 +25,7 @@ use sqlx::{AssertSqlSafe, ConnectOptions, Connection, Executor, Sqlite, SqlitePo
 use tokio::sync::broadcast;
 use uuid::Uuid;
 
-use crate::job::run::PassReport;
+use crate::job::progress::PassReport;
 use crate::job::store::*;
 
 /// Milliseconds since 1970 by the database's clock: only this clock is ever compared with a lease.

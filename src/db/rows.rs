@@ -7,7 +7,7 @@ use sqlx::Row;
 use sqlx::sqlite::SqliteRow;
 use uuid::Uuid;
 
-use crate::job::run::{PassReport, StoppedBy};
+use crate::job::progress::{PassReport, Progress, StoppedBy};
 use crate::job::store::*;
 
 use super::store_error;

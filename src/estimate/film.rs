@@ -43,6 +43,14 @@ impl FilmEstimate {
         }
     }
 
+    /// A copy with blocks and contrasts, but no pixels.
+    pub fn without_pixels(&self) -> Self {
+        let Self { size_px, channels, passes, .. } = *self;
+        let Self { blocks, block_bias, contrasts, .. } = self;
+        let [blocks, block_bias, contrasts] = [blocks, block_bias, contrasts].map(Vec::clone);
+        Self { size_px, channels, passes, mean: Vec::new(), m2: Vec::new(), blocks, block_bias, contrasts }
+    }
+
     pub fn push(&mut self, pass: &ViewPass) {
         self.passes += 1.0;
         let luminances: Vec<f64> = pass.luminance.chunks_exact(self.channels).map(luminance).collect();
@@ -115,7 +123,7 @@ impl FilmEstimate {
 
     /// Variance by the choice of a pixel's fixed rays.
     fn pixel_sampling_variance(&self, pixel: usize) -> f64 {
-        sampling_variance(contrasts_of(&self.contrasts, self.m2.len(), pixel))
+        sampling_variance(contrasts_of(&self.contrasts, self.size_px[0] * self.size_px[1], pixel))
     }
 
     /// Variance of a block's mean by the choice of fixed rays: pixels choose theirs independently.

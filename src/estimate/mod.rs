@@ -131,6 +131,25 @@ impl Estimate {
 
     /// Adds a later range of passes of the same scene.
     pub fn merge(&mut self, later: &Self) {
+        self.merge_values(later);
+        self.carried.replace(&later.carried);
+    }
+
+    /// A copy of everything that accuracy is judged by, `later` passes added: views are judged by their blocks and by the
+    /// contrasts among fixed rays, so that neither their pixels nor the statistics of points are copied.
+    pub fn judged_with(&self, later: &Self) -> Self {
+        let mut judged = Self {
+            grids: self.grids.clone(),
+            views: self.views.iter().map(FilmEstimate::without_pixels).collect(),
+            tubes: self.tubes.clone(),
+            carried: Carried::default(),
+            ..*self
+        };
+        judged.merge_values(later);
+        judged
+    }
+
+    fn merge_values(&mut self, later: &Self) {
         self.passes += later.passes;
         self.photons += later.photons;
         self.rays += later.rays;
@@ -142,7 +161,6 @@ impl Estimate {
             all.into_room.merge(&part.into_room);
         }
         self.ledger.add(&later.ledger);
-        self.carried.replace(&later.carried);
     }
 
     /// Calls `f` on every floating-point value in a fixed order: for checkpoints and for checks.

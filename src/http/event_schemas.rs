@@ -6,8 +6,8 @@ use uuid::Uuid;
 
 use crate::document::result::{ExternalIlluminance, PlanResult};
 use crate::document::{Provenance, Warning};
-use crate::job::run::{PassReport, StoppedBy};
-use crate::job::store::{JobProblem, Progress};
+use crate::job::progress::{PassReport, Progress, StoppedBy};
+use crate::job::store::JobProblem;
 
 /// An event of a job's stream.
 #[derive(ToSchema)]

@@ -23,7 +23,8 @@ use crate::http::limits::{off_thread, permit};
 use crate::http::problem::{Path, Problem, Query};
 use crate::http::problem_kind::ProblemKind;
 use crate::http::{App, Service, content};
-use crate::job::run::{self, Prepared, StoppedBy};
+use crate::job::prepare::{self, Prepared};
+use crate::job::progress::{Progress, StoppedBy};
 use crate::job::store::*;
 
 const DEFAULT_PAGE: u32 = 50;
@@ -422,7 +423,7 @@ async fn prepare(app: &Service, document: String) -> Result<(Prepared, Vec<Strin
     let memory_limit = app.limits.memory_limit_bytes();
     let prepared = off_thread(permit(&app.permits.preparing).await?, move |cancel| {
         let meshes = meshes.for_document(runtime, cancel);
-        let prepared = run::prepare(document.as_bytes(), &meshes)?;
+        let prepared = prepare::prepare(document.as_bytes(), &meshes)?;
         prepared.check_memory(memory_limit)?;
         Ok::<_, DocumentErrors>((prepared, meshes.loaded()))
     });

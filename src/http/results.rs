@@ -17,10 +17,13 @@ use crate::http::jobs::no_such_job;
 use crate::http::limits::{off_thread, permit};
 use crate::http::problem::{Path, Problem, Query};
 use crate::http::{App, Service, content};
+use crate::job::checkpoint;
+use crate::job::convergence::PREVIEW_PASSES;
 use crate::job::live::{LiveJob, MadeFile};
+use crate::job::prepare::prepare;
+use crate::job::progress::PassReport;
 use crate::job::results;
-use crate::job::run::{self, PassReport, ResultFile};
-use crate::job::worker::PREVIEW_PASSES;
+use crate::job::results::ResultFile;
 use crate::output::plots::{self, ConvergencePoint};
 
 /// Time that a reader of a running job waits for its pass to end.
@@ -287,7 +290,7 @@ async fn report_on_tube(app: &Service, id: Uuid, name: &str) -> Result<Option<Re
     let (meshes, runtime, name) = (app.meshes.clone(), tokio::runtime::Handle::current(), name.to_owned());
     let made = off_thread(permit(&app.permits.reading).await?, move |cancel| {
         let meshes = meshes.for_document(runtime, cancel);
-        let prepared = run::prepare(source.submitted.as_bytes(), &meshes).map_err(|errors| errors.to_string())?;
+        let prepared = prepare(source.submitted.as_bytes(), &meshes).map_err(|errors| errors.to_string())?;
         prepared.tube_file_of(&name, &tubes).map_err(|error| error.to_string())
     });
     made.await?.map_err(|error| internal("reporting on a tube failed", &error))
@@ -328,8 +331,8 @@ async fn file_so_far(app: &Service, id: Uuid, name: &str) -> Result<Option<MadeF
     let (meshes, runtime, name) = (app.meshes.clone(), tokio::runtime::Handle::current(), name.to_owned());
     let made = off_thread(permit, move |cancel| {
         let meshes = meshes.for_document(runtime, cancel);
-        let prepared = run::prepare(source.submitted.as_bytes(), &meshes).map_err(|errors| errors.to_string())?;
-        let estimate = run::decode(&prepared, &bytes)?;
+        let prepared = prepare(source.submitted.as_bytes(), &meshes).map_err(|errors| errors.to_string())?;
+        let estimate = checkpoint::decode(prepared.empty_estimate(), &bytes)?;
         prepared.result_file(&name, &estimate).map_err(|error| error.to_string())
     })
     .await?;

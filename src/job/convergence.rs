@@ -6,9 +6,12 @@ const EVERY_PASS: u64 = 64;
 /// Kept passes while the number of passes doubles, after [`EVERY_PASS`].
 const PER_DOUBLING: f64 = 8.0;
 
-/// True if pass number `passes` (the first is 1) has a row in the convergence table and an event: passes 1 to 64, then
-/// those nearest to powers of 2^(1/8), about 9 % apart. A job of a million passes has 176 of them; `passes` of each
-/// says how many were done, and the last pass of a job is kept, too.
+/// After these passes a progress image of every view is kept.
+pub const PREVIEW_PASSES: [u64; 6] = [1, 4, 16, 64, 256, 1024];
+
+/// Whether pass number `passes` (the first is 1) has a row in the convergence table and an event: passes 1 to 64, then those
+/// nearest to powers of 2^(1/8), about 9 % apart. A job of a million passes has 176 of them; `passes` of each says how many
+/// were done, and the last pass of a job is kept, too.
 pub fn is_kept(passes: u64) -> bool {
     if passes <= EVERY_PASS {
         return true;

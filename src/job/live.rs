@@ -8,7 +8,8 @@ use tokio::sync::oneshot;
 use uuid::Uuid;
 
 use crate::estimate::Estimate;
-use crate::job::run::Prepared;
+use crate::job::chunk::SoFar;
+use crate::job::prepare::Prepared;
 
 /// Prepared jobs that wait for the worker in memory: at most this many, of at most this many bytes together (estimated).
 const MOST_WAITING: usize = 64;
@@ -107,8 +108,8 @@ impl LiveJob {
         receiver.await.ok()
     }
 
-    /// Hands `merged` to everybody who waits for it; what was shown before is old.
-    pub fn publish(&self, merged: &Estimate) {
+    /// Hands everything so far to everybody who waits for it; what was shown before is old.
+    pub fn publish(&self, so_far: SoFar<'_>) {
         let waiting = {
             let mut shown = lock(&self.shown);
             shown.newest = None;
@@ -117,7 +118,7 @@ impl LiveJob {
         if waiting.iter().all(oneshot::Sender::is_closed) {
             return;
         }
-        let estimate = Arc::new(merged.clone());
+        let estimate = Arc::new(so_far.merged());
         lock(&self.shown).newest = Some(Newest { estimate: estimate.clone(), files: HashMap::new() });
         for sender in waiting {
             // an error means that the reader has gone away
@@ -151,7 +152,7 @@ mod tests {
     use super::*;
     use crate::document::MeshSource;
     use crate::geometry::TriangleMesh;
-    use crate::job::run::prepare;
+    use crate::job::prepare::prepare;
 
     struct NoMeshes;
 

@@ -2,7 +2,7 @@
 
 use std::sync::OnceLock;
 
-use super::run::Prepared;
+use super::prepare::Prepared;
 use crate::document::{DocumentErrors, FieldError};
 use crate::plan::MemoryEstimate;
 

@@ -3,13 +3,16 @@
 pub mod artifacts;
 pub mod cancel;
 pub mod checkpoint;
+pub mod chunk;
 pub mod convergence;
+mod engine;
 pub mod live;
 pub mod memory;
 pub mod meshes;
 pub mod ownership;
+pub mod prepare;
+pub mod progress;
 pub mod results;
-pub mod run;
 pub mod store;
 mod tube_report;
 pub mod worker;

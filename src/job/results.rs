@@ -2,7 +2,9 @@
 
 use serde_json::{Map, Value, json};
 
-use super::run::{PassReport, Prepared, RenderError, ResultFile};
+use super::chunk::RenderError;
+use super::prepare::Prepared;
+use super::progress::PassReport;
 use crate::document::result::{
     AccuracyResult, EnergyResult, ExternalIlluminance, GridResult, GridStatistics, PlanResult, TimingResult, TubeResult,
 };
@@ -11,6 +13,13 @@ use crate::output::plots::{self, ConvergencePoint};
 use crate::output::{Image, OutputError, csv, exr, false_colour, png};
 use crate::plan::EffectKind;
 use crate::scene::{Daylight, TubeShape};
+
+/// A file of the results, e.g. `grids/workplane.json`.
+pub struct ResultFile {
+    pub name: String,
+    pub media_type: &'static str,
+    pub bytes: Vec<u8>,
+}
 
 /// A file of the results: of which grid, view or tube, and how it is written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -10,7 +10,7 @@ use tokio::sync::broadcast;
 use uuid::Uuid;
 
 use crate::document::Warning;
-use crate::job::run::{PassReport, StoppedBy};
+use crate::job::progress::{PassReport, Progress, StoppedBy};
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize, utoipa::ToSchema)]
 #[serde(rename_all = "snake_case")]
@@ -43,22 +43,6 @@ impl JobStatus {
     pub fn is_final(self) -> bool {
         matches!(self, Self::Succeeded | Self::Failed | Self::Cancelled)
     }
-}
-
-/// Progress of a job.
-#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize, utoipa::ToSchema)]
-pub struct Progress {
-    pub passes: u64,
-    pub photons: u64,
-    pub rays: u64,
-    /// Render seconds up to now.
-    pub seconds: f64,
-    /// Relative error of the grids at the asked confidence; null before the second pass.
-    pub relative_error: Option<f64>,
-    /// Relative error of the views at the asked confidence; null before the second pass.
-    pub view_relative_error: Option<f64>,
-    /// Finished chunks of passes: what a restart continues from.
-    pub chunks: u64,
 }
 
 /// A job without its long fields. Times are milliseconds since 1970.
@@ -94,7 +78,7 @@ pub struct Job {
 /// State from which rendering a job goes on.
 #[derive(Clone, Debug)]
 pub struct JobSource {
-    /// The document as it was posted: what [`crate::job::run::prepare`] takes.
+    /// The document as it was posted: what [`crate::job::prepare::prepare`] takes.
     pub submitted: String,
     pub cancel_requested: bool,
     pub state: Option<StateFile>,

@@ -6,8 +6,9 @@ use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use glam::DVec3;
 
+use super::chunk::RenderError;
+use super::prepare::Prepared;
 use super::results::{TubeFormat, failed};
-use super::run::{Prepared, RenderError};
 use crate::document::result::TubeResult;
 use crate::document::result::tube_report::{
     BeamReport, SkyReport, StraightReport, ThroughputResult, TransmissionResult, TubeReport,

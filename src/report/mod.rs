@@ -4,7 +4,7 @@ mod markdown;
 pub mod run;
 
 use crate::document::DocumentErrors;
-use crate::job::run::RenderError;
+use crate::job::chunk::RenderError;
 use crate::output::OutputError;
 
 pub use markdown::write;

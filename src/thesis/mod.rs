@@ -22,7 +22,7 @@ use std::sync::PoisonError;
 
 use serde_json::Value;
 
-use crate::job::run::Prepared;
+use crate::job::prepare::Prepared;
 use crate::report::run::prepare;
 use crate::report::{Report, ReportError, Section};
 

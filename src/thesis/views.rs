@@ -9,7 +9,7 @@ use super::{Case, Settings, scenes};
 use crate::estimate::{Estimate, FilmEstimate};
 use crate::integrator::backward::room_entry::enter_room;
 use crate::integrator::photon_map::domain::Domain;
-use crate::job::run::Prepared;
+use crate::job::prepare::Prepared;
 use crate::output::{Image, OutputError, Raster, png};
 use crate::report::ReportError;
 use crate::report::run::{compile, render_all};

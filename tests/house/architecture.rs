@@ -244,7 +244,7 @@ fn imports_run_one_way() {
 fn climbing_imports_are_seen() {
     let bad = [
         ("sky/cie.rs", "use crate::document::Warning;"),
-        ("sky/mod.rs", "use crate::{geometry::obj, job::run::{Chunk, merge}};"),
+        ("sky/mod.rs", "use crate::{geometry::obj, job::chunk::{Chunk, Rendered}};"),
         ("sky/cie.rs", "fn f() -> crate::http::State { todo!() }"),
         ("sky/cie.rs", "use super::super::estimate::Estimate;"),
         ("scene/mod.rs", "use super::plan::Plan;"),
@@ -270,7 +270,7 @@ fn climbing_imports_are_seen() {
 fn falling_imports_are_not() {
     let good = [
         ("sky/cie.rs", "use crate::sampling::warp; use super::zenith; use crate::sky::Sky;"),
-        ("http/jobs.rs", "use crate::job::run::Prepared; use tokio::sync::Mutex;"),
+        ("http/jobs.rs", "use crate::job::prepare::Prepared; use tokio::sync::Mutex;"),
         ("guide/mesh.rs", "// use crate::document::X;\n/* crate::http::Y */ let s = \"crate::db::Z\";"),
         ("guide/mesh.rs", "let s = r#\"use crate::db::\"Z\"; \"#; let r = 1;"),
         ("job/results.rs", "use crate::output::{csv, exr}; fn f() { exr::encode() }"),

@@ -7,11 +7,11 @@
 use crate::reference;
 use std::collections::BTreeMap;
 
-use crate::documents::{Folder, Quiet};
+use crate::documents::{Folder, render_chunk};
 use serde_json::{Value, json};
 use skyduct::document::JobDocument;
 use skyduct::estimate::Estimate;
-use skyduct::job::run::{merge, prepare_document};
+use skyduct::job::prepare::prepare_document;
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
 /// False alarms of one scene.
@@ -62,8 +62,8 @@ fn agree_with(eye_paths: u32, what: &str, document: &Value, refused: &[(&str, &s
             Ok(prepared) => {
                 let mut merged = prepared.empty_estimate();
                 for index in 0.. {
-                    let chunk = prepared.render_chunk(index, &merged, 0.0, &Quiet).unwrap();
-                    merge(&mut merged, &chunk.estimate);
+                    let chunk = render_chunk(&prepared, index, &merged);
+                    merged.merge(&chunk.estimate);
                     if prepared.stop_after(index, &merged).is_some() {
                         break;
                     }

@@ -4,13 +4,14 @@ use crate::documents;
 use crate::reference;
 use std::f64::consts::PI;
 
-use crate::documents::{Folder, Quiet};
+use crate::documents::{Folder, render_chunk};
 use crate::scenes::assert_grid;
 use serde_json::{Value, json};
 use skyduct::document::JobDocument;
 use skyduct::estimate::Estimate;
 use skyduct::guide::transmittance::sky_exitance;
-use skyduct::job::run::{Prepared, StoppedBy, merge, prepare_document};
+use skyduct::job::prepare::{Prepared, prepare_document};
+use skyduct::job::progress::StoppedBy;
 use skyduct::sky::zenith::{default_formula, zenith_luminance_cd_m2};
 use skyduct::sky::{CieType, Sky, SkyDistribution, direction};
 
@@ -36,9 +37,9 @@ fn refusal(document: &Value) -> (String, String) {
 /// Renders the only chunk, which ends the job.
 fn solve(prepared: &Prepared) -> Estimate {
     let mut merged = prepared.empty_estimate();
-    let chunk = prepared.render_chunk(0, &merged, 0.0, &Quiet).unwrap();
+    let chunk = render_chunk(prepared, 0, &merged);
     assert_eq!(chunk.ended, None);
-    merge(&mut merged, &chunk.estimate);
+    merged.merge(&chunk.estimate);
     assert_eq!(prepared.stop_after(0, &merged), Some(StoppedBy::Exact));
     assert_eq!((merged.passes, prepared.chunk(1)), (1, None));
     merged

@@ -305,7 +305,7 @@ fn refusals() {
         document["sky"]["direct_normal_illuminance_lux"] = json!(60_000);
         edit(&mut document);
         let document = JobDocument::parse(document.to_string().as_bytes())?;
-        skyduct::job::run::prepare_document(&document, &Folder)
+        skyduct::job::prepare::prepare_document(&document, &Folder)
     };
     assert!(job(&|_| {}).is_ok());
     let mirror = json!({ "reflectance": 0.1, "specular": 0.8 });

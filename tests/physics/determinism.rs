@@ -1,19 +1,20 @@
 //! Same input, same bits: on any number of threads, and across a checkpoint.
 
-use crate::documents::{Quiet, prepare};
+use crate::documents::{prepare, render_chunk};
 use serde_json::json;
 use skyduct::integrator::photon_map::progressive::Carried;
-use skyduct::job::run::{Prepared, decode, encode, merge};
+use skyduct::job::checkpoint::{decode, encode};
+use skyduct::job::prepare::Prepared;
 
 /// Chunks 0..`chunks` on a pool of `threads`; through a checkpoint after every chunk when `interrupted`.
 fn bits(prepared: &Prepared, chunks: u64, threads: usize, interrupted: bool) -> Vec<u8> {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
     let mut merged = prepared.empty_estimate();
     for index in 0..chunks {
-        let chunk = pool.install(|| prepared.render_chunk(index, &merged, 0.0, &Quiet)).unwrap();
-        merge(&mut merged, &chunk.estimate);
+        let chunk = pool.install(|| render_chunk(prepared, index, &merged));
+        merged.merge(&chunk.estimate);
         if interrupted {
-            merged = decode(prepared, &encode(&merged)).unwrap();
+            merged = decode(prepared.empty_estimate(), &encode(&merged)).unwrap();
         }
     }
     encode(&merged)
@@ -110,9 +111,9 @@ fn statistics_go_on_over_chunks() {
         let start = merged.carried.clone();
         let mut half = None;
         for index in 0..2 {
-            let chunk = prepared.render_chunk(index, &merged, 0.0, &Quiet).unwrap();
-            merge(&mut merged, &chunk.estimate);
-            merged = decode(&prepared, &encode(&merged)).unwrap();
+            let chunk = render_chunk(&prepared, index, &merged);
+            merged.merge(&chunk.estimate);
+            merged = decode(prepared.empty_estimate(), &encode(&merged)).unwrap();
             half.get_or_insert_with(|| merged.carried.clone());
         }
         let points =

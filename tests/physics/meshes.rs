@@ -1,16 +1,17 @@
 //! Meshes that are cylinders are computed as cylinders; others are traced, and no ray leaks.
 
+use crate::documents::render_chunk;
 use std::f64::consts::{FRAC_PI_2, TAU};
 use std::sync::Arc;
 
 use glam::{DVec2, DVec3};
 use serde_json::{Value, json};
 use skyduct::document::{JobDocument, MeshSource};
-use skyduct::estimate::Estimate;
 use skyduct::geometry::TriangleMesh;
 use skyduct::guide::mesh::Part;
 use skyduct::guide::{End, Guide, MeshGuide};
-use skyduct::job::run::{Observer, PassReport, Prepared, encode, prepare_document};
+use skyduct::job::checkpoint::encode;
+use skyduct::job::prepare::{Prepared, prepare_document};
 use skyduct::sampling::{Key, PathRandom, warp};
 
 const RADIUS: f64 = 0.127;
@@ -84,15 +85,6 @@ impl MeshSource for One {
     }
 }
 
-struct Quiet;
-
-impl Observer for Quiet {
-    fn cancelled(&self) -> bool {
-        false
-    }
-    fn pass_done(&self, _: &PassReport, _: &Estimate) {}
-}
-
 fn job(tube: Value) -> Value {
     json!({
         "sky": { "cie_type": 12, "sun_position": { "altitude_deg": 35, "azimuth_deg": 225 },
@@ -125,7 +117,7 @@ fn prepare(tube: Value, mesh: TriangleMesh) -> Prepared {
 }
 
 fn bits(prepared: &Prepared) -> Vec<u8> {
-    encode(&prepared.render_chunk(0, &prepared.empty_estimate(), 0.0, &Quiet).unwrap().estimate)
+    encode(&render_chunk(prepared, 0, &prepared.empty_estimate()).estimate)
 }
 
 fn reason(prepared: &Prepared) -> String {

@@ -1,6 +1,6 @@
 //! Path tracing against references, exact form factors and the methods that follow light from its sources.
 
-use crate::documents;
+use crate::documents::render_chunk;
 use crate::reference;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -247,7 +247,7 @@ fn refuses_what_chance_alone_finds() {
         document["sky"]["direct_normal_illuminance_lux"] = json!(60_000);
         edit(&mut document);
         let document = JobDocument::parse(document.to_string().as_bytes()).unwrap();
-        skyduct::job::run::prepare_document(&document, &Folder)
+        skyduct::job::prepare::prepare_document(&document, &Folder)
     };
     assert!(job(&|_| {}).is_ok());
     let clear =
@@ -296,7 +296,7 @@ fn unknown_fluxes_are_null() {
         document["method"] = json!({ "kind": "path_tracing", "samples_per_sensor": 4 });
         document["stop"] = json!({ "relative_error": 1e-3, "max_passes": 4 });
     });
-    let chunk = prepared.render_chunk(0, &prepared.empty_estimate(), 0.0, &documents::Quiet).unwrap();
+    let chunk = render_chunk(&prepared, 0, &prepared.empty_estimate());
     let summary = prepared.summary_json(&chunk.estimate, 1.0);
     let tube = &summary["tubes"][0];
     for field in ["at_collector", "at_diffuser", "into_room", "transmission_efficiency", "level_aperture_efficiency"] {
@@ -307,7 +307,7 @@ fn unknown_fluxes_are_null() {
         summary["timing"]["rays"].as_u64().unwrap() > 4 * 4 * 81 && tube["level_aperture_flux_lm"].as_f64() > Some(0.0)
     );
     let light = prepare("S1", |document| document["stop"] = json!({ "relative_error": 1e-3, "max_passes": 4 }));
-    let chunk = light.render_chunk(0, &light.empty_estimate(), 0.0, &documents::Quiet).unwrap();
+    let chunk = render_chunk(&light, 0, &light.empty_estimate());
     let summary = light.summary_json(&chunk.estimate, 1.0);
     assert!(
         summary["energy"]["emitted_lm"].as_f64() > Some(0.0)

@@ -5,7 +5,7 @@ use crate::scenes;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-use crate::documents::{Folder, Quiet, prepare, render};
+use crate::documents::{Folder, prepare, render, render_chunk};
 use crate::reference::{number, rows};
 use crate::scenes::{
     RADIUS, SIDE, assert_films, assert_grid, bent, cube, daylight, disc_room, furnished, kernel, lambertian, peaked,
@@ -486,7 +486,7 @@ fn results_name_bias_and_fluxes() {
     });
     let choice = prepared.plan.methods.grids.clone().unwrap();
     assert!(choice.method.name() == "photon_mapping" && choice.reason.contains("does not shrink"), "{choice:?}");
-    let chunk = prepared.render_chunk(0, &prepared.empty_estimate(), 0.0, &Quiet).unwrap();
+    let chunk = render_chunk(&prepared, 0, &prepared.empty_estimate());
     let summary = prepared.summary_json(&chunk.estimate, 1.0);
     assert!(summary["energy"]["emitted_lm"].as_f64() > Some(0.0));
     assert!(summary["tubes"][0]["into_room"]["flux_lm"].as_f64() > Some(0.0));

@@ -19,7 +19,7 @@ use skyduct::integrator::path_tracing::{self, PathTracing};
 use skyduct::integrator::photon_map::progressive::Radius;
 use skyduct::integrator::ppm::{self, Ppm};
 use skyduct::integrator::sppm::{self, Sppm};
-use skyduct::job::run::prepare_document;
+use skyduct::job::prepare::prepare_document;
 use skyduct::optics::{Diffuser, MeasuredDiffuser, Specular, Surface};
 use skyduct::scene::{BoxObject, EstimateKind, Face, Grid, Luminaire, Scene, Tube, View};
 use skyduct::statistics::Moments;

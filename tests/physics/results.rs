@@ -1,9 +1,9 @@
 //! The files of a job: each by its name, reports on tubes by their content.
 
-use crate::documents::{Quiet, prepare};
+use crate::documents::{prepare, render_chunk};
 use serde_json::{Value, json};
 use skyduct::estimate::Estimate;
-use skyduct::job::run::{Prepared, merge};
+use skyduct::job::prepare::Prepared;
 
 /// Two equal tubes, a longer one, a grid and a small view.
 fn three_tubes() -> Prepared {
@@ -23,8 +23,8 @@ fn three_tubes() -> Prepared {
 
 fn first_chunk(prepared: &Prepared) -> Estimate {
     let mut merged = prepared.empty_estimate();
-    let chunk = prepared.render_chunk(0, &merged, 0.0, &Quiet).unwrap();
-    merge(&mut merged, &chunk.estimate);
+    let chunk = render_chunk(prepared, 0, &merged);
+    merged.merge(&chunk.estimate);
     merged
 }
 

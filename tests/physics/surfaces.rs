@@ -16,7 +16,7 @@ use skyduct::integrator::photon::emission::Emission;
 use skyduct::integrator::photon::ledger::Account;
 use skyduct::integrator::photon::path::{Flight, Origin, Scattering, Visitor, trace};
 use skyduct::integrator::sppm::Settings;
-use skyduct::job::run::{Prepared, prepare_document};
+use skyduct::job::prepare::{Prepared, prepare_document};
 use skyduct::optics::{Diffuser, Glossy, MeasuredDiffuser, Spectrum, Specular, Surface};
 use skyduct::plan::EffectKind;
 use skyduct::sampling::PathSamples;

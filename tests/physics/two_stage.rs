@@ -4,7 +4,7 @@ use crate::reference;
 use std::f64::consts::PI;
 use std::sync::Arc;
 
-use crate::documents::{Folder, Quiet, prepare, render};
+use crate::documents::{Folder, prepare, render, render_chunk};
 use crate::reference::{number, rows};
 use crate::scenes::{
     RADIUS, SIDE, assert_films, assert_grid, bent, cube, daylight, disc_room, furnished, kernel, lambertian,
@@ -302,12 +302,12 @@ fn electric_light_alone() {
     assert!(found.photons == 0);
 }
 
-fn job(edit: impl FnOnce(&mut Value)) -> Result<skyduct::job::run::Prepared, skyduct::document::DocumentErrors> {
+fn job(edit: impl FnOnce(&mut Value)) -> Result<skyduct::job::prepare::Prepared, skyduct::document::DocumentErrors> {
     let mut document = reference::json("scenes/S3.json");
     by_stages(&mut document);
     edit(&mut document);
     let document = JobDocument::parse(document.to_string().as_bytes())?;
-    skyduct::job::run::prepare_document(&document, &Folder)
+    skyduct::job::prepare::prepare_document(&document, &Folder)
 }
 
 /// Closures that are not wholly Lambertian are refused with what can compute them, and sun by way of mirrors.
@@ -364,8 +364,8 @@ fn fluxes_are_known_and_the_balance_is_not() {
         let prepared = prepared.unwrap();
         let mut merged = prepared.empty_estimate();
         for index in 0..3 {
-            let chunk = prepared.render_chunk(index, &merged, 0.0, &Quiet).unwrap();
-            skyduct::job::run::merge(&mut merged, &chunk.estimate);
+            let chunk = render_chunk(&prepared, index, &merged);
+            merged.merge(&chunk.estimate);
         }
         prepared.summary_json(&merged, 1.0)
     };

@@ -5,9 +5,11 @@ use std::sync::mpsc;
 
 use crate::common::{PATIENCE, small_job};
 use skyduct::document::MeshSource;
-use skyduct::estimate::Estimate;
 use skyduct::geometry::TriangleMesh;
-use skyduct::job::run::{Observer, PassReport, prepare};
+use skyduct::job::cancel::Stop;
+use skyduct::job::chunk::SoFar;
+use skyduct::job::prepare::prepare;
+use skyduct::job::progress::PassReport;
 
 struct NoMeshes;
 
@@ -17,25 +19,17 @@ impl MeshSource for NoMeshes {
     }
 }
 
-struct Panics;
-
-impl Observer for Panics {
-    fn cancelled(&self) -> bool {
-        false
-    }
-
-    fn pass_done(&self, _: &PassReport, _: &Estimate) {
-        panic!("in the middle of a chunk");
-    }
-}
-
 #[test]
 fn a_panic_in_a_chunk_does_not_hang_it() {
     let (sender, receiver) = mpsc::channel();
     std::thread::spawn(move || {
         let prepared = prepare(small_job().to_string().as_bytes(), &NoMeshes).unwrap();
         let before = prepared.empty_estimate();
-        let chunk = std::panic::AssertUnwindSafe(|| prepared.render_chunk(0, &before, 0.0, &Panics));
+        let chunk = std::panic::AssertUnwindSafe(|| {
+            let mut heard = |_: &PassReport, _: SoFar<'_>| panic!("in the middle of a chunk");
+            let stop = Stop::default();
+            stop.within(60.0, || prepared.render_chunk(0, &before, 0.0, &stop, &mut heard))
+        });
         sender.send(std::panic::catch_unwind(chunk).is_err()).unwrap();
     });
     assert_eq!(receiver.recv_timeout(PATIENCE), Ok(true), "the panic comes out");

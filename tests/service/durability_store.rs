@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use serde_json::json;
 use skyduct::db::SqliteStore;
-use skyduct::job::run::{PassReport, StoppedBy};
+use skyduct::job::progress::{PassReport, Progress, StoppedBy};
 use skyduct::job::store::*;
 use sqlx::{ConnectOptions, Connection, Row, sqlite::SqliteConnectOptions};
 use tempfile::TempDir;

@@ -1,39 +1,32 @@
 //! A chunk on the render pool: its passes, and what comes of them.
 
-use std::sync::Arc;
-use std::sync::atomic::{AtomicU8, Ordering};
-
 use bytes::Bytes;
 use tokio::sync::mpsc;
 
-use super::PREVIEW_PASSES;
 use super::kept::Current;
-use crate::estimate::Estimate;
-use crate::job::live::LiveJob;
-use crate::job::run::{self, Observer, PassReport, Prepared, RenderError, ResultFile, StoppedBy};
-use crate::job::store::Progress;
-
-/// Go on: the async side wants nothing of the chunk.
-pub(super) const RUN: u8 = 0;
-/// Stop within a pass; what was computed counts.
-pub(super) const CANCEL: u8 = 1;
-/// Stop within a pass; what was computed is dropped.
-pub(super) const ABANDON: u8 = 2;
+use crate::job::cancel::{Stop, StopReason};
+use crate::job::checkpoint;
+use crate::job::chunk::{RenderError, SoFar};
+use crate::job::convergence::PREVIEW_PASSES;
+use crate::job::progress::{PassReport, Progress, StoppedBy};
+use crate::job::results::ResultFile;
 
 /// A chunk on the render pool.
 pub(super) struct ChunkRun {
     pub current: Current,
-    pub stop: Arc<AtomicU8>,
+    pub stop: Stop,
     pub tell: mpsc::UnboundedSender<News>,
     pub chunk: u64,
 }
 
+/// What the pool tells while it renders.
 pub(super) enum News {
     Pass(PassReport),
     Images { passes: u64, images: Vec<(String, Vec<u8>)> },
 }
 
-pub(super) enum Outcome {
+/// How a chunk ends.
+pub(super) enum Ended {
     Continue {
         state: Bytes,
         next: std::ops::Range<u64>,
@@ -47,84 +40,62 @@ pub(super) enum Outcome {
     },
 }
 
-struct PassObserver<'a> {
-    prepared: &'a Prepared,
-    live: &'a LiveJob,
-    stop: &'a AtomicU8,
-    tell: &'a mpsc::UnboundedSender<News>,
-}
-
-impl Observer for PassObserver<'_> {
-    fn cancelled(&self) -> bool {
-        self.stop.load(Ordering::Relaxed) != RUN
-    }
-
-    fn pass_done(&self, report: &PassReport, merged: &Estimate) {
-        self.live.publish(merged);
-        // the receiver outlives the render
-        let _ = self.tell.send(News::Pass(*report));
-        if PREVIEW_PASSES.contains(&report.passes) {
-            let images = self.prepared.preview_images(merged);
-            if !images.is_empty() {
-                let _ = self.tell.send(News::Images { passes: report.passes, images });
-            }
-        }
-    }
-}
-
 impl ChunkRun {
-    pub fn run(self, cancel_requested: bool) -> (Current, Result<Outcome, RenderError>) {
+    /// The job after the chunk, and how the chunk ended: `None` when nothing of it counts.
+    pub fn run(self) -> (Current, Result<Option<Ended>, RenderError>) {
         let Self { mut current, stop, tell, chunk } = self;
-        let outcome = render_chunk(&mut current, &stop, &tell, chunk, cancel_requested);
-        current.live.publish(&current.merged);
-        (current, outcome)
+        let ended = render_chunk(&mut current, &stop, &tell, chunk);
+        current.live.publish(SoFar::ended(&current.merged));
+        (current, ended)
     }
 }
 
 fn render_chunk(
     current: &mut Current,
-    stop: &AtomicU8,
+    stop: &Stop,
     tell: &mpsc::UnboundedSender<News>,
     chunk: u64,
-    cancel_requested: bool,
-) -> Result<Outcome, RenderError> {
-    let prepared = current.prepared.clone();
-    if cancel_requested {
-        return finish(current, StoppedBy::Cancelled);
+) -> Result<Option<Ended>, RenderError> {
+    if stop.reason() == Some(StopReason::Cancelled) {
+        return finish(current, StoppedBy::Cancelled).map(Some);
     }
-    let observer = PassObserver { prepared: &prepared, live: &current.live, stop, tell };
-    let rendered = prepared.render_chunk(chunk, &current.merged, current.seconds, &observer)?;
-    if stop.load(Ordering::Relaxed) == ABANDON {
-        // not committed: an outcome is not needed
-        return Ok(Outcome::Finish {
-            stopped_by: StoppedBy::Cancelled,
-            summary: None,
-            files: Vec::new(),
-            last_pass: None,
-        });
+    let (prepared, live) = (current.prepared.clone(), current.live.clone());
+    let mut heard = |report: &PassReport, so_far: SoFar<'_>| {
+        live.publish(so_far);
+        // the receiver outlives the render
+        let _ = tell.send(News::Pass(*report));
+        if PREVIEW_PASSES.contains(&report.passes) && prepared.has_views() {
+            let images = prepared.preview_images(&so_far.merged());
+            let _ = tell.send(News::Images { passes: report.passes, images });
+        }
+    };
+    let rendered = prepared.render_chunk(chunk, &current.merged, current.seconds, stop, &mut heard)?;
+    if stop.reason() == Some(StopReason::Abandoned) {
+        return Ok(None);
     }
-    run::merge(&mut current.merged, &rendered.estimate);
+    current.merged.merge(&rendered.estimate);
     current.seconds += rendered.seconds;
     current.next_chunk = chunk + 1;
-    let stopped = rendered.ended.or_else(|| prepared.stop_after(chunk, &current.merged));
+    let ended = rendered.ended.map(StoppedBy::from);
+    let stopped = ended.or_else(|| prepared.stop_after(chunk, &current.merged));
     match (stopped, prepared.chunk(chunk + 1)) {
         (None, Some(next)) => {
-            let state = Bytes::from(run::encode(&current.merged));
+            let state = Bytes::from(checkpoint::encode(&current.merged));
             current.bytes = state.len() as u64;
-            Ok(Outcome::Continue { state, next })
+            Ok(Some(Ended::Continue { state, next }))
         }
-        (stopped, _) => finish(current, stopped.unwrap_or(StoppedBy::MaxPasses)),
+        (stopped, _) => finish(current, stopped.unwrap_or(StoppedBy::MaxPasses)).map(Some),
     }
 }
 
-fn finish(current: &Current, stopped_by: StoppedBy) -> Result<Outcome, RenderError> {
+fn finish(current: &Current, stopped_by: StoppedBy) -> Result<Ended, RenderError> {
     if current.merged.passes == 0 {
-        return Ok(Outcome::Finish { stopped_by, summary: None, files: Vec::new(), last_pass: None });
+        return Ok(Ended::Finish { stopped_by, summary: None, files: Vec::new(), last_pass: None });
     }
     let files = current.prepared.kept_files(&current.merged)?;
     let summary = current.prepared.summary_json(&current.merged, current.seconds);
     let last_pass = Some(current.prepared.report(&current.merged, current.seconds));
-    Ok(Outcome::Finish { stopped_by, summary: Some(summary), files, last_pass })
+    Ok(Ended::Finish { stopped_by, summary: Some(summary), files, last_pass })
 }
 
 pub(super) fn progress_of(current: &Current) -> Progress {

@@ -7,7 +7,7 @@ use uuid::Uuid;
 
 use crate::estimate::Estimate;
 use crate::job::live::LiveJob;
-use crate::job::run::Prepared;
+use crate::job::prepare::Prepared;
 
 /// Largest number of jobs that are kept.
 const MOST_JOBS: usize = 4;

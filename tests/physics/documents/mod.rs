@@ -7,7 +7,10 @@ use skyduct::document::{JobDocument, MeshSource};
 use skyduct::estimate::Estimate;
 use skyduct::geometry::TriangleMesh;
 use skyduct::geometry::obj::{ObjLimits, parse_obj};
-use skyduct::job::run::{Observer, PassReport, Prepared, StoppedBy, merge, prepare_document};
+use skyduct::job::cancel::Stop;
+use skyduct::job::chunk::Chunk;
+use skyduct::job::prepare::{Prepared, prepare_document};
+use skyduct::job::progress::StoppedBy;
 
 /// Meshes beside the reference scenes.
 pub struct Folder;
@@ -20,13 +23,9 @@ impl MeshSource for Folder {
     }
 }
 
-pub struct Quiet;
-
-impl Observer for Quiet {
-    fn cancelled(&self) -> bool {
-        false
-    }
-    fn pass_done(&self, _: &PassReport, _: &Estimate) {}
+/// Renders one chunk after `before`.
+pub fn render_chunk(prepared: &Prepared, index: u64, before: &Estimate) -> Chunk {
+    prepared.render_chunk(index, before, 0.0, &Stop::default(), &mut |_, _| {}).unwrap()
 }
 
 /// A reference scene, changed by `edit`.
@@ -43,9 +42,9 @@ pub fn prepare(scene: &str, edit: impl FnOnce(&mut serde_json::Value)) -> Prepar
 pub fn render(prepared: &Prepared) -> Estimate {
     let mut merged = prepared.empty_estimate();
     for index in 0.. {
-        let chunk = prepared.render_chunk(index, &merged, 0.0, &Quiet).unwrap();
+        let chunk = render_chunk(prepared, index, &merged);
         assert_eq!(chunk.ended, None);
-        merge(&mut merged, &chunk.estimate);
+        merged.merge(&chunk.estimate);
         if let Some(reason) = prepared.stop_after(index, &merged) {
             assert_eq!(reason, StoppedBy::RelativeError);
             break;

@@ -1,0 +1,171 @@
+//! Passes in order: rendered in chunks, until a rule, the clock or somebody ends the job.
+
+use std::ops::Range;
+use std::time::Instant;
+
+use super::cancel::{Stop, StopReason};
+use super::prepare::Prepared;
+use super::progress::{PassReport, StoppedBy};
+use crate::estimate::Estimate;
+
+/// A rendered range of passes.
+pub struct Chunk {
+    /// Estimate of these passes alone (and what passes hand on): merge it onto the estimate of all earlier chunks.
+    pub estimate: Estimate,
+    pub seconds: f64,
+    /// The chunk was cut short, and the job ends with it.
+    pub ended: Option<StopReason>,
+}
+
+/// A job rendered to its end.
+pub struct Rendered {
+    pub estimate: Estimate,
+    pub seconds: f64,
+    pub stopped_by: StoppedBy,
+}
+
+/// A failure that is ours: a non-finite tally, with the pass and the sensor.
+#[derive(Debug, thiserror::Error)]
+pub enum RenderError {
+    #[error("pass {pass}: {place} is not finite")]
+    NotFinite { pass: u64, place: String },
+    #[error("{file}: {reason}")]
+    Output { file: String, reason: String },
+}
+
+/// Everything up to a pass: passes of earlier chunks, and those of the running one.
+#[derive(Clone, Copy)]
+pub struct SoFar<'a> {
+    earlier: &'a Estimate,
+    chunk: Option<&'a Estimate>,
+}
+
+impl<'a> SoFar<'a> {
+    /// Nothing but passes of chunks that have ended.
+    pub fn ended(estimate: &'a Estimate) -> Self {
+        Self { earlier: estimate, chunk: None }
+    }
+
+    /// Both in one. This copies every pixel of every view: ask for it only when somebody waits for it.
+    pub fn merged(&self) -> Estimate {
+        let mut merged = self.earlier.clone();
+        if let Some(chunk) = self.chunk {
+            merged.merge(chunk);
+        }
+        merged
+    }
+}
+
+/// Passes of a first chunk; later ones double the job until they reach the longest that the job allows.
+const FIRST_CHUNK: u64 = 8;
+
+/// Chunks of passes 0..`most`: the first of 8, then each as long as all before it, never longer than `longest`.
+pub(super) fn chunk_range(index: u64, longest: u64, most: u64) -> Option<Range<u64>> {
+    let mut range = 0..FIRST_CHUNK.min(longest).min(most);
+    for _ in 0..index {
+        let length = range.end.min(longest);
+        range = range.end..(range.end + length).min(most);
+        if range.is_empty() {
+            return None;
+        }
+    }
+    (!range.is_empty()).then_some(range)
+}
+
+impl Prepared {
+    /// Renders chunk `index` on the current rayon pool; `before` is the merged estimate of all earlier chunks and
+    /// `seconds_before` their render time. `heard` is called after every pass, in order. The caller raises `stop` when the
+    /// job's seconds are over.
+    pub fn render_chunk(
+        &self,
+        index: u64,
+        before: &Estimate,
+        seconds_before: f64,
+        stop: &Stop,
+        heard: &mut dyn FnMut(&PassReport, SoFar<'_>),
+    ) -> Result<Chunk, RenderError> {
+        let start = Instant::now();
+        let mut estimate = self.empty_estimate();
+        estimate.carried.clone_from(&before.carried);
+        let mut ended = None;
+        for pass in self.chunk(index).unwrap_or(0..0) {
+            if stop.reason().is_some() || !self.engine.add_pass(pass, &mut estimate, stop.flag()) {
+                ended = stop.reason();
+                break;
+            }
+            if let Some(place) = estimate.first_not_finite() {
+                return Err(RenderError::NotFinite { pass, place });
+            }
+            let seconds = seconds_before + start.elapsed().as_secs_f64();
+            let report = self.report(&before.judged_with(&estimate), seconds);
+            heard(&report, SoFar { earlier: before, chunk: Some(&estimate) });
+            if self.is_complete(report.passes) {
+                break;
+            }
+        }
+        Ok(Chunk { estimate, seconds: start.elapsed().as_secs_f64(), ended })
+    }
+
+    /// Renders chunk after chunk on the current rayon pool until the job's own rule, its seconds or `stop` ends it.
+    pub fn render(&self, stop: &Stop, heard: &mut dyn FnMut(&PassReport, SoFar<'_>)) -> Result<Rendered, RenderError> {
+        stop.within(self.stop.max_seconds, || {
+            self.render_while(stop, heard, |index, estimate| self.stop_after(index, estimate))
+        })
+    }
+
+    /// Renders all `max_passes`, however accurate the job is and whatever the time: the same on every machine.
+    pub fn render_all_passes(&self, heard: &mut dyn FnMut(&PassReport, SoFar<'_>)) -> Result<Estimate, RenderError> {
+        let past_the_last = |index, _: &Estimate| self.chunk(index + 1).is_none().then_some(StoppedBy::MaxPasses);
+        let rendered = self.render_while(&Stop::default(), heard, past_the_last)?;
+        Ok(rendered.estimate)
+    }
+
+    fn render_while(
+        &self,
+        stop: &Stop,
+        heard: &mut dyn FnMut(&PassReport, SoFar<'_>),
+        rule: impl Fn(u64, &Estimate) -> Option<StoppedBy>,
+    ) -> Result<Rendered, RenderError> {
+        let mut estimate = self.empty_estimate();
+        let mut seconds = 0.0;
+        let mut index = 0;
+        loop {
+            let chunk = self.render_chunk(index, &estimate, seconds, stop, heard)?;
+            estimate.merge(&chunk.estimate);
+            seconds += chunk.seconds;
+            let ended = chunk.ended.map(StoppedBy::from);
+            if let Some(stopped_by) = ended.or_else(|| rule(index, &estimate)) {
+                return Ok(Rendered { estimate, seconds, stopped_by });
+            }
+            index += 1;
+        }
+    }
+}
+
+impl From<StopReason> for StoppedBy {
+    fn from(reason: StopReason) -> Self {
+        match reason {
+            StopReason::OutOfTime => Self::MaxSeconds,
+            StopReason::Cancelled | StopReason::Abandoned => Self::Cancelled,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn chunks_cover_all_passes_once() {
+        for (longest, most) in [(1, 5), (8, 8), (64, 1000), (4096, 4096), (3, 1), (7, 20)] {
+            let mut next = 0;
+            for index in 0.. {
+                let Some(range) = chunk_range(index, longest, most) else { break };
+                assert_eq!(range.start, next);
+                assert!(range.end - range.start <= longest);
+                next = range.end;
+            }
+            assert_eq!(next, most);
+        }
+    }
+}

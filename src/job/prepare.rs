@@ -1,0 +1,186 @@
+//! From a document to a job that is ready to render.
+
+use std::ops::Range;
+use std::sync::Arc;
+
+use super::chunk::chunk_range;
+use super::engine::Engine;
+use super::progress::{PassReport, StoppedBy};
+use crate::document::{self, DocumentErrors, FieldError, JobDocument, MeshSource, Provenance, ValidJob, Warning};
+use crate::estimate::{Accuracy, Estimate, StopRule};
+use crate::plan::{self, Effects, Methods, Plan};
+use crate::scene::{Grid, Scene, TubeShape};
+use crate::traceable::TraceableScene;
+
+/// A job ready to render: immutable, shared by threads.
+pub struct Prepared {
+    /// The document as understood, all defaults filled in.
+    pub document: serde_json::Value,
+    pub plan: Plan,
+    pub warnings: Vec<Warning>,
+    pub stop: StopRule,
+    pub name: Option<String>,
+    pub(super) scene: Scene,
+    pub(super) provenance: Provenance,
+    pub(super) kernel: Arc<TraceableScene>,
+    pub(super) engine: Engine,
+    /// Largest number of passes that one chunk may have.
+    chunk_passes: u64,
+}
+
+/// About how long one chunk takes on the machine that the plan's costs were measured on: what a crash can lose.
+const CHUNK_SECONDS: f64 = 2.0;
+
+/// Estimates of the memory that a prepared job holds, beside which are a tube's tables of the sky, a triangle in the scene
+/// and in the trees of rays, and a sensor's place.
+const BYTES: usize = 64 << 10;
+const BYTES_PER_TUBE: usize = 1 << 19;
+const BYTES_PER_TRIANGLE: usize = 512;
+const BYTES_PER_SENSOR: usize = 64;
+
+/// Validates a document (JSON text), loads its meshes, builds the scene and the plan.
+pub fn prepare(document: &[u8], meshes: &dyn MeshSource) -> Result<Prepared, DocumentErrors> {
+    prepare_document(&JobDocument::parse(document)?, meshes)
+}
+
+/// Prepares a parsed document: builds and plans its scene, and refuses what the plan cannot do.
+pub fn prepare_document(document: &ValidJob, meshes: &dyn MeshSource) -> Result<Prepared, DocumentErrors> {
+    let refused = |pointer: &str, detail: String| DocumentErrors(vec![FieldError { pointer: pointer.into(), detail }]);
+    let still_wanted = || match meshes.is_cancelled() {
+        true => Err(refused("", "nobody waits for this document any more".into())),
+        false => Ok(()),
+    };
+    let (scene, mut warnings, mut provenance) = document::to_scene(document, meshes)?;
+    still_wanted()?;
+    let effects = Effects::of(&scene, &document.effect_requests());
+    let kernel = plan::compile(&scene, &effects)
+        .map_err(|error| refused(&format!("/tubes/{}/parts", error.tube), error.error.to_string()))?;
+    still_wanted()?;
+    let request = document.method.request();
+    let methods =
+        Methods::choose(&scene, &kernel, &request).map_err(|refusal| refused("/method", refusal.to_string()))?;
+    let plan = Plan { guides: plan::guides(&kernel), effects, methods };
+    provenance.interreflection = kernel.interreflection;
+    if let Some(sun) = &mut provenance.sun {
+        sun.on = kernel.sun.is_some();
+    }
+    warnings.extend(
+        plan.methods.grids.iter().filter_map(|choice| document::method_warning(&choice.method, &kernel, &scene.grids)),
+    );
+    let stop = document.stop_rule();
+    let kernel = Arc::new(kernel);
+    let engine = Engine::new(kernel.clone(), &scene, &plan.methods, &stop, document.seed);
+    let per_chunk = CHUNK_SECONDS / plan::cost::seconds_per_pass(&scene, &plan).max(1e-9);
+    Ok(Prepared {
+        document: serde_json::to_value(document).unwrap_or_default(),
+        warnings,
+        stop,
+        name: document.name.clone(),
+        chunk_passes: (per_chunk as u64).clamp(1, 4096),
+        plan,
+        scene,
+        provenance,
+        kernel,
+        engine,
+    })
+}
+
+impl Prepared {
+    /// The passes of chunk `index`, fixed by the job alone; `None` past the last.
+    pub fn chunk(&self, index: u64) -> Option<Range<u64>> {
+        if matches!(self.engine, Engine::Solver(_)) {
+            return (index == 0).then_some(0..1);
+        }
+        chunk_range(index, self.chunk_passes, self.stop.max_passes)
+    }
+
+    /// The row of the convergence table after the last pass of `merged`.
+    pub(super) fn report(&self, merged: &Estimate, seconds: f64) -> PassReport {
+        let accuracy = self.accuracy(merged);
+        PassReport {
+            passes: merged.passes,
+            seconds,
+            photons: merged.photons,
+            rays: merged.rays,
+            relative_error: accuracy.grids.filter(|error| error.is_finite()),
+            view_relative_error: accuracy.views.filter(|error| error.is_finite()),
+            mean_lux: merged.grids.first().map(|grid| grid.mean.mean),
+        }
+    }
+
+    /// The methods of the plan: that of the grids, and that of the views where it is another one.
+    pub fn method_names(&self) -> String {
+        let Methods { grids, views } = &self.plan.methods;
+        let mut names: Vec<_> = grids.iter().chain(views).map(|choice| choice.method.name()).collect();
+        names.dedup();
+        names.join(", ")
+    }
+
+    /// About how many bytes of memory it holds, rather too many than too few.
+    pub fn bytes(&self) -> usize {
+        let Scene { room, tubes, grids, .. } = &self.scene;
+        let triangles: usize = room.meshes.iter().map(|object| object.mesh.triangles.len()).sum();
+        let of_tubes: usize = tubes
+            .iter()
+            .map(|tube| match &tube.shape {
+                TubeShape::Cylinders(_) => 0,
+                TubeShape::Mesh(mesh) => mesh.mesh.triangles.len(),
+            })
+            .sum();
+        let sensors: usize = grids.iter().map(Grid::len).sum();
+        BYTES + tubes.len() * BYTES_PER_TUBE + (triangles + of_tubes) * BYTES_PER_TRIANGLE + sensors * BYTES_PER_SENSOR
+    }
+
+    pub fn has_views(&self) -> bool {
+        !self.scene.views.is_empty()
+    }
+
+    pub fn grids(&self) -> &[Grid] {
+        &self.scene.grids
+    }
+
+    /// An estimate of no passes.
+    pub fn empty_estimate(&self) -> Estimate {
+        let mut estimate = Estimate::empty(&self.scene);
+        self.engine.begin(&mut estimate);
+        estimate
+    }
+
+    /// True after the last pass that a job can have.
+    pub(super) fn is_complete(&self, passes: u64) -> bool {
+        passes >= self.stop.max_passes || matches!(self.engine, Engine::Solver(_))
+    }
+
+    /// Reason why the job is done after chunk `index` with everything merged into `merged`; `None` when it is not.
+    pub fn stop_after(&self, index: u64, merged: &Estimate) -> Option<StoppedBy> {
+        if matches!(self.engine, Engine::Dark | Engine::Solver(_)) {
+            Some(StoppedBy::Exact)
+        } else if self.stop.accurate_enough(merged) {
+            Some(StoppedBy::RelativeError)
+        } else if self.chunk(index + 1).is_none() {
+            Some(StoppedBy::MaxPasses)
+        } else {
+            None
+        }
+    }
+
+    /// Reason why a job has no results that ended before its first pass did; `None` for a cancelled one.
+    pub fn no_results(&self, stopped_by: StoppedBy, merged: &Estimate) -> Option<String> {
+        (stopped_by == StoppedBy::MaxSeconds && merged.passes == 0).then(|| {
+            format!(
+                "/stop/max_seconds: not one pass ended within {} s; allow more seconds, or ask for smaller passes: fewer pixels, \
+                 cells, samples or photons",
+                self.stop.max_seconds
+            )
+        })
+    }
+
+    /// True if every value is exactly zero.
+    pub(super) fn is_dark(&self) -> bool {
+        matches!(self.engine, Engine::Dark)
+    }
+
+    pub fn accuracy(&self, merged: &Estimate) -> Accuracy {
+        self.stop.accuracy(merged)
+    }
+}

@@ -1,0 +1,60 @@
+//! How far a job is, and why it ended.
+
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+/// Why a job ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum StoppedBy {
+    RelativeError,
+    MaxPasses,
+    MaxSeconds,
+    Exact,
+    Cancelled,
+}
+
+impl StoppedBy {
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::RelativeError => "relative_error",
+            Self::MaxPasses => "max_passes",
+            Self::MaxSeconds => "max_seconds",
+            Self::Exact => "exact",
+            Self::Cancelled => "cancelled",
+        }
+    }
+}
+
+/// One row of the convergence table.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct PassReport {
+    /// Passes done so far, this one included.
+    pub passes: u64,
+    /// Render seconds of the job so far, earlier chunks included.
+    pub seconds: f64,
+    pub photons: u64,
+    pub rays: u64,
+    /// Relative error of the grids at the asked confidence, as `stop.relative_error` asks for it; null before the second pass.
+    pub relative_error: Option<f64>,
+    /// Relative error of the views at the asked confidence; null before the second pass.
+    pub view_relative_error: Option<f64>,
+    /// Mean illuminance of the first grid.
+    pub mean_lux: Option<f64>,
+}
+
+/// How far a job is.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct Progress {
+    pub passes: u64,
+    pub photons: u64,
+    pub rays: u64,
+    /// Render seconds so far.
+    pub seconds: f64,
+    /// Relative error of the grids at the asked confidence; null before the second pass.
+    pub relative_error: Option<f64>,
+    /// Relative error of the views at the asked confidence; null before the second pass.
+    pub view_relative_error: Option<f64>,
+    /// Finished chunks of passes: what a restart continues from.
+    pub chunks: u64,
+}

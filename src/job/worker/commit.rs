@@ -1,0 +1,142 @@
+//! The end of a chunk: its files and its rows, which survive the end of the power.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use bytes::Bytes;
+use futures::{FutureExt, StreamExt, TryStreamExt};
+use tokio::time::sleep;
+
+use super::chunk::{Ended, progress_of};
+use super::interrupted::Interrupted;
+use super::kept::Current;
+use super::reports::Reports;
+use crate::job::artifacts::{ArtifactError, Artifacts};
+use crate::job::progress::StoppedBy;
+use crate::job::store::*;
+
+/// Pause after the store failed.
+pub(super) const RETRY_PAUSE: Duration = Duration::from_secs(5);
+/// Files of one job that are written at the same time.
+const FILES_AT_ONCE: usize = 8;
+
+/// Where a chunk's end is written.
+pub(super) struct Commits {
+    pub store: Arc<dyn Store>,
+    pub artifacts: Artifacts,
+}
+
+impl Commits {
+    /// Files first, all at once, then the row that points to them: the disk is waited for twice.
+    pub async fn commit(
+        &self,
+        lease: &Lease,
+        current: &Current,
+        ended: Ended,
+        mut reports: Reports,
+    ) -> Result<(), Interrupted> {
+        let progress = progress_of(current);
+        let completion = match ended {
+            Ended::Continue { state, next } => {
+                let files = [("state".to_owned(), "application/octet-stream", state)];
+                let state = self.put_all(lease, &files, &mut reports).await?.pop();
+                let state = state.map(|file| StateFile { key: file.key, hash: file.hash });
+                let state = state.ok_or_else(|| ArtifactError::NotFound("the new state".into()))?;
+                Completion::Continue { state, progress, next_index: current.next_chunk, next }
+            }
+            Ended::Finish { stopped_by, summary, files, last_pass } => {
+                let reason = current.prepared.no_results(stopped_by, &current.merged);
+                let problem = reason.map(|detail| JobProblem { title: "The job ran out of time".into(), detail });
+                let files: Vec<_> =
+                    files.into_iter().map(|file| (file.name, file.media_type, Bytes::from(file.bytes))).collect();
+                let artifacts = self.put_all(lease, &files, &mut reports).await?;
+                let status = match (stopped_by, &problem) {
+                    (StoppedBy::Cancelled, _) => JobStatus::Cancelled,
+                    (_, Some(_)) => JobStatus::Failed,
+                    (_, None) => JobStatus::Succeeded,
+                };
+                Completion::Finish(Finish {
+                    status,
+                    stopped_by: Some(stopped_by),
+                    progress: Some(progress),
+                    summary,
+                    problem,
+                    artifacts,
+                    last_pass,
+                })
+            }
+        };
+        match retry(|| self.store.complete(lease, &reports.waiting, &completion)).await? {
+            Committed::LeaseLost => return Err(Interrupted::LeaseLost),
+            committed => self.delete_obsolete(committed).await,
+        }
+        if let Completion::Finish(finish) = &completion {
+            tracing::info!(
+                name = current.prepared.name,
+                method = current.prepared.method_names(),
+                status = finish.status.name(),
+                stopped_by = finish.stopped_by.map(StoppedBy::name),
+                passes = progress.passes,
+                seconds = progress.seconds,
+                "job finished"
+            );
+            metrics::counter!("skyduct_jobs_finished_total", "status" => finish.status.name()).increment(1);
+        }
+        metrics::gauge!("skyduct_job_photons").set(progress.photons as f64);
+        Ok(())
+    }
+
+    /// Stores files (name, media type, content) and waits until they and the chunk's progress images are on the disk.
+    async fn put_all(
+        &self,
+        lease: &Lease,
+        files: &[(String, &'static str, Bytes)],
+        reports: &mut Reports,
+    ) -> Result<Vec<Artifact>, ArtifactError> {
+        let artifacts = retry(|| put_files(self.artifacts.clone(), lease.clone(), files.to_vec())).await?;
+        let keys: Vec<String> = artifacts.iter().map(|file| &file.key).chain(&reports.files).cloned().collect();
+        retry(|| self.artifacts.make_durable(&keys)).await?;
+        reports.files.clear();
+        Ok(artifacts)
+    }
+
+    /// Deletes files that nothing points to any more; a failure costs only space, until a later start sweeps.
+    pub async fn delete_obsolete(&self, committed: Committed) {
+        let Committed::Yes { obsolete } = committed else { return };
+        for key in obsolete {
+            if let Err(error) = self.artifacts.delete(&key).await {
+                tracing::warn!(%error, key, "deleting a file failed");
+            }
+        }
+    }
+}
+
+/// Some at a time.
+async fn put_files(
+    artifacts: Artifacts,
+    lease: Lease,
+    files: Vec<(String, &'static str, Bytes)>,
+) -> Result<Vec<Artifact>, ArtifactError> {
+    let mut puts = Vec::with_capacity(files.len());
+    for (name, media_type, bytes) in files {
+        let (artifacts, lease) = (artifacts.clone(), lease.clone());
+        puts.push(async move { artifacts.put_of_chunk(&lease, &name, media_type, bytes).await }.boxed());
+    }
+    futures::stream::iter(puts).buffered(FILES_AT_ONCE).try_collect().await
+}
+
+/// Up to five times, with growing pauses: what fails is a busy or full disk, and a chunk is worth waiting for.
+pub(super) async fn retry<T, E: std::fmt::Display, F: Future<Output = Result<T, E>>>(
+    mut action: impl FnMut() -> F,
+) -> Result<T, E> {
+    let mut pause = Duration::from_millis(100);
+    for _ in 0..4 {
+        match action().await {
+            Ok(value) => return Ok(value),
+            Err(error) => tracing::warn!(%error, "trying again"),
+        }
+        sleep(pause).await;
+        pause *= 3;
+    }
+    action().await
+}

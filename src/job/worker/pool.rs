@@ -1,0 +1,43 @@
+//! The threads that render.
+
+use tokio::sync::oneshot;
+
+use super::interrupted::Interrupted;
+
+/// A rayon pool for work that the async side waits for.
+pub(super) struct RenderPool(rayon::ThreadPool);
+
+impl RenderPool {
+    /// `RAYON_NUM_THREADS` threads, or as many as there are processors.
+    pub fn new() -> Result<Self, rayon::ThreadPoolBuildError> {
+        rayon::ThreadPoolBuilder::new().thread_name(|index| format!("render-{index}")).build().map(Self)
+    }
+
+    pub fn threads(&self) -> usize {
+        self.0.current_num_threads()
+    }
+
+    /// Runs on the render pool; a panic there comes back as an error.
+    pub async fn run<T: Send + 'static>(&self, work: impl FnOnce() -> T + Send + 'static) -> Result<T, Interrupted> {
+        let (sender, receiver) = oneshot::channel();
+        self.0.spawn(move || {
+            // what a panic leaves half done is dropped with it
+            let result = std::panic::catch_unwind(std::panic::AssertUnwindSafe(work));
+            let _ = sender.send(result.map_err(|panic| panic_message(panic.as_ref())));
+        });
+        match receiver.await {
+            Ok(result) => result.map_err(Interrupted::Panicked),
+            Err(_) => Err(Interrupted::Panicked("the render thread is gone".into())),
+        }
+    }
+}
+
+fn panic_message(panic: &(dyn std::any::Any + Send)) -> String {
+    if let Some(text) = panic.downcast_ref::<&str>() {
+        (*text).to_owned()
+    } else if let Some(text) = panic.downcast_ref::<String>() {
+        text.clone()
+    } else {
+        "no message".to_owned()
+    }
+}

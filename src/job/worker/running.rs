@@ -1,0 +1,134 @@
+//! A chunk while the pool renders it: its lease is kept, and what the pool tells is passed on.
+
+use std::time::Duration;
+
+use tokio::sync::{broadcast, mpsc};
+use tokio::time::{Instant, MissedTickBehavior, interval_at, sleep_until};
+use tokio_util::sync::CancellationToken;
+
+use super::chunk::{ChunkRun, Ended, News};
+use super::commit::{Commits, RETRY_PAUSE, retry};
+use super::interrupted::{Interrupted, hopeless};
+use super::kept::Current;
+use super::pool::RenderPool;
+use super::reports::Reports;
+use crate::job::cancel::{Stop, StopReason, deadline};
+use crate::job::store::*;
+
+/// A worker loses its chunk after this long without a heartbeat.
+pub(super) const LEASE: Duration = Duration::from_secs(60);
+const HEARTBEAT: Duration = Duration::from_secs(15);
+
+/// A leased chunk that is being rendered.
+pub(super) struct RunningChunk<'a> {
+    pub lease: &'a Lease,
+    pub commits: &'a Commits,
+    pub shutdown: &'a CancellationToken,
+    pub stop: Stop,
+    pub reports: Reports,
+}
+
+impl RunningChunk<'_> {
+    /// Renders the chunk on the pool. Answers the job after it, how it ended, and what it has told that is not written yet.
+    pub async fn render(
+        mut self,
+        pool: &RenderPool,
+        current: Current,
+        mut changes: broadcast::Receiver<Change>,
+    ) -> Result<(Current, Ended, Reports), Interrupted> {
+        let (tell, mut told) = mpsc::unbounded_channel();
+        let seconds = current.prepared.stop.max_seconds - current.seconds;
+        // a deadline that no clock reaches never comes
+        let deadline = deadline(seconds).map(Instant::from_std);
+        if deadline.is_some_and(|deadline| deadline <= Instant::now()) {
+            self.stop.raise(StopReason::OutOfTime);
+        }
+        let run = ChunkRun { current, stop: self.stop.clone(), tell, chunk: self.lease.chunk };
+        let mut rendering = Box::pin(pool.run(move || run.run()));
+        // the lease is fresh
+        let mut beat = interval_at(Instant::now() + HEARTBEAT, HEARTBEAT);
+        beat.set_missed_tick_behavior(MissedTickBehavior::Delay);
+        let result = loop {
+            let in_time = self.stop.reason().is_none();
+            tokio::select! {
+                biased;
+                result = &mut rendering => break result,
+                () = self.shutdown.cancelled(), if self.stop.reason() != Some(StopReason::Abandoned) => {
+                    self.stop.raise(StopReason::Abandoned);
+                }
+                () = sleep_until(deadline.unwrap_or_else(Instant::now)), if in_time && deadline.is_some() => {
+                    self.stop.raise(StopReason::OutOfTime);
+                }
+                _ = beat.tick() => self.heartbeat().await,
+                change = changes.recv() => match change {
+                    Ok(Change::Stop(id)) if id == self.lease.job => self.heartbeat().await,
+                    Err(broadcast::error::RecvError::Lagged(_)) => self.heartbeat().await,
+                    _ => {}
+                },
+                () = sleep_until(self.reports.due()), if self.reports.is_waiting() => self.send().await,
+                Some(news) = told.recv() => self.collect(news).await,
+            }
+        };
+        while let Ok(news) = told.try_recv() {
+            self.collect(news).await;
+        }
+        let interrupted = || if self.shutdown.is_cancelled() { Interrupted::Shutdown } else { Interrupted::LeaseLost };
+        if self.stop.reason() == Some(StopReason::Abandoned) {
+            return Err(interrupted());
+        }
+        let (current, ended) = result?;
+        match ended {
+            Ok(Some(ended)) => Ok((current, ended, self.reports)),
+            Ok(None) => Err(interrupted()),
+            Err(error) => {
+                retry(|| self.commits.store.report(self.lease, &self.reports.waiting)).await?;
+                Err(hopeless("The render failed", error.to_string()))
+            }
+        }
+    }
+
+    async fn heartbeat(&self) {
+        match self.commits.store.heartbeat(self.lease, LEASE).await {
+            Ok(Beat::Keep) => {}
+            Ok(Beat::Cancel) => self.stop.raise(StopReason::Cancelled),
+            Ok(Beat::Lost) => self.stop.raise(StopReason::Abandoned),
+            Err(error) => tracing::warn!(%error, "heartbeat failed"),
+        }
+    }
+
+    async fn collect(&mut self, news: News) {
+        match news {
+            News::Pass(report) => {
+                metrics::counter!("skyduct_passes_total").increment(1);
+                self.reports.push(Report::Pass(report));
+            }
+            News::Images { passes, images } => {
+                for (view, png) in images {
+                    let name = format!("views/{view}.pass{passes}.png");
+                    match self.commits.artifacts.put_of_chunk(self.lease, &name, "image/png", png.into()).await {
+                        Ok(artifact) => {
+                            self.reports.files.push(artifact.key.clone());
+                            self.reports.push(Report::Image { view, passes, artifact });
+                        }
+                        // the job is worth more than a progress image
+                        Err(error) => tracing::warn!(%error, name, "storing a progress image failed"),
+                    }
+                }
+            }
+        }
+    }
+
+    async fn send(&mut self) {
+        match self.commits.store.report(self.lease, &self.reports.waiting).await {
+            Ok(true) => self.reports.clear(),
+            Ok(false) => {
+                self.stop.raise(StopReason::Abandoned);
+                self.reports.clear();
+            }
+            Err(error) => {
+                tracing::warn!(%error, "reporting passes failed");
+                self.reports.postpone(RETRY_PAUSE);
+            }
+        }
+    }
+}
