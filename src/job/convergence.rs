@@ -9,7 +9,7 @@ const PER_DOUBLING: f64 = 8.0;
 /// After these passes a progress image of every view is kept.
 pub const PREVIEW_PASSES: [u64; 6] = [1, 4, 16, 64, 256, 1024];
 
-/// Whether pass number `passes` (the first is 1) has a row in the convergence table and an event: passes 1 to 64, then those
+/// True if pass number `passes` (the first is 1) has a row in the convergence table and an event: passes 1 to 64, then those
 /// nearest to powers of 2^(1/8), about 9 % apart. A job of a million passes has 176 of them; `passes` of each says how many
 /// were done, and the last pass of a job is kept, too.
 pub fn is_kept(passes: u64) -> bool {

@@ -211,7 +211,7 @@ impl Worker {
         Ok(())
     }
 
-    /// What was stored after the job's files had been deleted with it.
+    /// Deletes what was stored after the files of a deleted job were deleted with it.
     async fn delete_files_of_deleted(&self, job: Uuid) -> Result<(), StoreError> {
         if self.store.job_head(job).await?.is_none()
             && let Err(error) = self.commits.artifacts.delete_job(job).await
