@@ -40,10 +40,7 @@ pub mod document;
 
 pub mod job;
 
-pub mod report;
-
-pub mod thesis;
-pub mod validation;
+pub mod reports;
 
 pub mod cli;
 pub mod db;

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use anyhow::{Context, bail};
 
-use crate::{report, thesis};
+use crate::reports::{markdown, thesis};
 
 #[derive(Debug, clap::Args)]
 pub struct ThesisArgs {
@@ -19,7 +19,7 @@ pub struct ThesisArgs {
 pub fn run(args: ThesisArgs) -> anyhow::Result<()> {
     let settings = thesis::Settings::new(args.passes);
     let report = thesis::run(&settings, |part| eprintln!("{part} ..."))?;
-    report::write(&report, &args.out)
+    markdown::write(&report, &args.out)
         .with_context(|| format!("the report cannot be written to {}", args.out.display()))?;
     eprintln!("the report is {}", args.out.join("thesis.md").display());
     let failed: Vec<_> = report.checks().filter(|check| !check.passed()).map(|check| check.name.as_str()).collect();

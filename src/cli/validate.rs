@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use anyhow::{Context, bail};
 
-use crate::{report, validation};
+use crate::reports::{markdown, validation};
 
 #[derive(Debug, clap::Args)]
 pub struct ValidateArgs {
@@ -18,7 +18,7 @@ pub struct ValidateArgs {
 
 pub fn run(args: ValidateArgs) -> anyhow::Result<()> {
     let report = validation::run(&args.reference, |title| eprintln!("{title} ..."))?;
-    report::write(&report, &args.out)
+    markdown::write(&report, &args.out)
         .with_context(|| format!("the report cannot be written to {}", args.out.display()))?;
     let failed: Vec<_> = report.checks().filter(|check| !check.passed()).map(|check| check.name.as_str()).collect();
     eprintln!(

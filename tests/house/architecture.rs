@@ -16,15 +16,15 @@ const LEVELS: &[&[&str]] = &[
     &["estimate"],
     &["output"],
     &["document"],
-    &["job", "study"],
-    &["report"],
-    &["validation", "thesis"],
+    &["job"],
+    &["reports"],
     &["db", "http", "cli"],
     &["main"],
 ];
 
 /// Rooms of one level that must not see each other.
-const APART: &[(&str, &str)] = &[("http", "db"), ("db", "http"), ("http", "cli"), ("db", "cli")];
+const APART: &[(&str, &str)] =
+    &[("http", "db"), ("db", "http"), ("http", "cli"), ("db", "cli"), ("http", "reports"), ("db", "reports")];
 
 /// Physics: everything left of `document`.
 const PHYSICS_LEVELS: usize = 9;

@@ -1,10 +1,10 @@
 //! The pieces of the report on the thesis: the printed update and its faults, distances of images, the page itself.
 
-use skyduct::report;
+use skyduct::reports::markdown;
+use skyduct::reports::thesis::distance::{Spread, difference, euclidean, lengths, logarithmic_slope};
+use skyduct::reports::thesis::update::{Faults, HitPoint, uniform};
+use skyduct::reports::thesis::{Settings, run};
 use skyduct::sampling::Key;
-use skyduct::thesis::distance::{Spread, difference, euclidean, lengths, logarithmic_slope};
-use skyduct::thesis::update::{Faults, HitPoint, uniform};
-use skyduct::thesis::{Settings, run};
 
 const ALPHA: f64 = 0.8;
 const DISCS: u64 = 32_768;
@@ -87,7 +87,7 @@ fn a_tiny_report_is_the_same_every_time() {
     let folders = ["first", "second"].map(folder);
     for folder in &folders {
         let report = run(&settings, |_| {}).unwrap();
-        report::write(&report, folder).unwrap();
+        markdown::write(&report, folder).unwrap();
     }
     let read = |file: &str| folders.each_ref().map(|folder| std::fs::read(folder.join(file)).unwrap());
     let [page, again] = read("thesis.md");

@@ -8,8 +8,8 @@ use crate::output::false_colour::FalseColours;
 use crate::output::montage::montage;
 use crate::output::plots::{Axis, Series, lines};
 use crate::output::png;
-use crate::report::run::render_all;
-use crate::report::{Figure, ReportError, Section, Table};
+use crate::reports::page::{Figure, ReportError, Section, Table};
+use crate::reports::run::render_all;
 use crate::scene::Grid;
 
 /// Passes of the full report, where a method has any.

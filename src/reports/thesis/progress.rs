@@ -10,7 +10,7 @@ use crate::optics::spectrum::REC709_LUMINANCE;
 use crate::output::montage::montage;
 use crate::output::plots::{Series, logarithmic};
 use crate::output::png;
-use crate::report::{Figure, ReportError, Section, Table};
+use crate::reports::page::{Figure, ReportError, Section, Table};
 
 /// Passes and paths per pixel of the reference in the full report.
 const REFERENCE_PASSES: u64 = 1024;

@@ -10,8 +10,8 @@ use super::{Case, Progress, Settings, scenes};
 use crate::integrator::photon_map::domain::Domain;
 use crate::integrator::photon_map::grid::PhotonGrid;
 use crate::output::plots::{Axis, Series, lines};
-use crate::report::run::render_all;
-use crate::report::{Check, Figure, ReportError, Section, Table};
+use crate::reports::page::{Check, Figure, ReportError, Section, Table};
+use crate::reports::run::render_all;
 use crate::scene::Face;
 use crate::statistics::Moments;
 

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use serde_json::Value;
 
-use super::ReportError;
+use super::page::ReportError;
 use crate::document::{DocumentErrors, JobDocument, MeshSource, to_scene};
 use crate::estimate::Estimate;
 use crate::geometry::TriangleMesh;

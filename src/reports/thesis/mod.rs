@@ -23,8 +23,8 @@ use std::sync::PoisonError;
 use serde_json::Value;
 
 use crate::job::prepare::Prepared;
-use crate::report::run::prepare;
-use crate::report::{Report, ReportError, Section};
+use crate::reports::page::{Report, ReportError, Section};
+use crate::reports::run::prepare;
 
 /// Amount of computation of the report.
 #[derive(Clone, Copy, Debug)]

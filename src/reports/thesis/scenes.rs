@@ -3,7 +3,7 @@
 use serde_json::{Value, json};
 
 use super::{Settings, printed};
-use crate::report::ReportError;
+use crate::reports::page::ReportError;
 
 /// Side of the room, 80 inches, in metres.
 pub const ROOM_M: f64 = 80.0 * printed::INCH_M;
@@ -17,8 +17,8 @@ pub const CEILING_REFLECTANCE: f64 = 0.7;
 /// Fixed points of each pixel in PPM, the fewest that tell what a pixel's other points add; the thesis has one.
 pub const POINTS_PER_PIXEL: u32 = 2;
 
-const CORNELL_BOX: &str = include_str!("../../examples/cornell_box.json");
-const HOLIGILM: &str = include_str!("../../examples/holigilm_thesis.json");
+const CORNELL_BOX: &str = include_str!("../../../examples/cornell_box.json");
+const HOLIGILM: &str = include_str!("../../../examples/holigilm_thesis.json");
 
 /// Gives a document a number of passes; the accuracy is for solvers, which have none.
 pub fn passes(mut document: Value, passes: u64) -> Value {

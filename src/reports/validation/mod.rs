@@ -12,7 +12,7 @@ mod tubes;
 use std::path::Path;
 
 use crate::output::OutputError;
-use crate::report::{Check, Figure, Report, ReportError, Section, Table};
+use crate::reports::page::{Check, Figure, Report, ReportError, Section, Table};
 
 #[derive(Debug, thiserror::Error)]
 pub enum ValidationError {

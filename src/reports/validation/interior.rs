@@ -11,7 +11,7 @@ use super::{Deviations, Figure, Section, Table, ValidationError};
 use crate::estimate::Estimate;
 use crate::optics::fresnel::slab_transmittance;
 use crate::output::plots::{Axis, Series, lines};
-use crate::report::run::render;
+use crate::reports::run::render;
 use crate::sky::opening::illuminance_through_rectangle;
 use crate::sky::{Sky, SkyDistribution, direction};
 

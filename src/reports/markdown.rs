@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
-use super::{Check, Figure, Report, Section, Table};
+use super::page::{Check, Figure, Report, Section, Table};
 
 /// Writes the page `name.md` and the figures in the folder `name` into `out`, which is made when it is not there.
 pub fn write(report: &Report, out: &Path) -> std::io::Result<()> {

@@ -12,7 +12,7 @@ use crate::geometry::disc::disc_disc_area;
 use crate::output::false_colour::FalseColours;
 use crate::output::montage::montage;
 use crate::output::png;
-use crate::report::{Check, Figure, ReportError, Section, Table};
+use crate::reports::page::{Check, Figure, ReportError, Section, Table};
 use crate::statistics::Moments;
 
 /// Passes of the full report, and paths per pixel of path tracing.

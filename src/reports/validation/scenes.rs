@@ -6,10 +6,10 @@ use serde_json::{Value, json};
 
 use super::reference::{failed, json as read_json, numbers};
 use super::{Deviations, Section, Table, ValidationError};
-use crate::report::run::render;
+use crate::reports::run::render;
 
 /// The room of the thesis, as an example to run.
-const THESIS: &str = include_str!("../../examples/holigilm_thesis.json");
+const THESIS: &str = include_str!("../../../examples/holigilm_thesis.json");
 
 /// Scene, reference, whether cells are averaged, the share of systematic difference that facets explain.
 const SCENES: [(&str, &str, bool, f64); 8] = [

@@ -8,7 +8,7 @@ use crate::estimate::film::BLOCK_PX;
 use crate::output::false_colour::FalseColours;
 use crate::output::montage::montage;
 use crate::output::png;
-use crate::report::{Check, Figure, ReportError, Section, Table};
+use crate::reports::page::{Check, Figure, ReportError, Section, Table};
 use crate::statistics::Moments;
 
 /// Shortest edge of the box in metres.

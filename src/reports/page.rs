@@ -1,13 +1,8 @@
-//! Reports of live runs: sections with checks, tables and figures, written as Markdown.
-
-mod markdown;
-pub mod run;
+//! A page of a report: sections with checks, tables and figures.
 
 use crate::document::DocumentErrors;
 use crate::job::chunk::RenderError;
 use crate::output::OutputError;
-
-pub use markdown::write;
 
 /// A page and its figures.
 #[derive(Clone, Debug, Default)]

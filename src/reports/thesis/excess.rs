@@ -17,8 +17,8 @@ use crate::integrator::photon_map::grid::PhotonGrid;
 use crate::output::false_colour::FalseColours;
 use crate::output::montage::montage;
 use crate::output::png;
-use crate::report::run::render;
-use crate::report::{Figure, ReportError, Section, Table};
+use crate::reports::page::{Figure, ReportError, Section, Table};
+use crate::reports::run::render;
 use crate::sampling::Key;
 use crate::scene::Face;
 

@@ -1,0 +1,12 @@
+//! Reports of live runs, written as Markdown: studies with the product, off the service's path.
+//!
+//! - [`validation`]: closed forms, tables and references against live runs; its checks must pass.
+//! - [`thesis`]: the experiments of A. Schou's thesis repeated, its update rule with and without its faults.
+//!
+//! The rest is what they share: a page and its parts, jobs run in this process, and how a page is written.
+
+pub mod markdown;
+pub mod page;
+pub mod run;
+pub mod thesis;
+pub mod validation;
