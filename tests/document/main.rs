@@ -1,5 +1,7 @@
 //! Job documents: what is accepted, what is refused and with which words.
 
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a failure is what tests are for")]
+
 #[path = "../shared/schema.rs"]
 mod schema;
 

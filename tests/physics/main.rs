@@ -1,5 +1,7 @@
 //! Light: every estimator against closed forms, tables, references and the other methods.
 
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a failure is what tests are for")]
+
 mod documents;
 mod reference;
 mod scenes;
