@@ -12,7 +12,7 @@ use super::hints;
 use super::read::pointer::escape;
 use crate::plan::effects::{EffectKind, EffectRequest, EffectRequests};
 
-/// What is asked of an effect.
+/// Wish of a document about an effect.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum EffectSwitch {
@@ -25,7 +25,7 @@ pub enum EffectSwitch {
 /// Effects of the plan by name.
 pub type Effects = BTreeMap<String, EffectSwitch>;
 
-/// What is asked of the effects; names that are not of an effect are left to the check.
+/// Wishes of a document about the effects; names that are not of an effect are left to the check.
 pub fn requests(effects: &Effects) -> EffectRequests {
     let request = |switch: &EffectSwitch| match switch {
         EffectSwitch::On => EffectRequest::On,

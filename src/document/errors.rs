@@ -12,7 +12,7 @@ use super::limits::Range;
 pub struct FieldError {
     /// JSON pointer (RFC 6901) of the field; "" is the whole document.
     pub pointer: String,
-    /// What is wrong, and the bound that was broken.
+    /// Sentence that says what is wrong, and the bound that was broken.
     pub detail: String,
 }
 
@@ -24,7 +24,7 @@ pub struct DocumentErrors(pub Vec<FieldError>);
 /// A note to the user: the result is valid, but not what a reader may expect.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize, utoipa::ToSchema)]
 pub struct Warning {
-    /// E.g. `sun_below_horizon`.
+    /// Code of the warning, e.g. `sun_below_horizon`.
     pub code: String,
     pub detail: String,
 }
@@ -73,7 +73,7 @@ impl Checks {
     }
 }
 
-/// A number of a document.
+/// A number of a document, of any type.
 pub trait Number: Copy + Display {
     fn as_f64(self) -> f64;
 }
@@ -85,7 +85,7 @@ impl Number for f64 {
 }
 
 impl Number for u64 {
-    /// Beyond 2^53 the nearest one, which is beyond every bound, too.
+    /// The number as f64; beyond 2^53 the nearest one, which is beyond every bound, too.
     fn as_f64(self) -> f64 {
         self as f64
     }

@@ -34,7 +34,7 @@ pub struct JobDocument {
     /// Free text, at most 1000 characters.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub name: Option<String>,
-    /// Where on Earth; together with `time`, or else `sky.sun_position`.
+    /// Place on Earth, together with `time`; or else `sky.sun_position` is given.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub location: Option<LocationDocument>,
     /// RFC 3339 with an offset, years -2000..6000.
@@ -102,7 +102,7 @@ impl JobDocument {
         self.stop.rule()
     }
 
-    /// What is asked of the effects.
+    /// Wishes of the document about the effects.
     pub fn effect_requests(&self) -> EffectRequests {
         effects::requests(&self.effects)
     }

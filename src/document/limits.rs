@@ -13,7 +13,7 @@ pub struct Range {
     pub highest: Bound<f64>,
 }
 
-/// Both ends included.
+/// Range with both ends included.
 pub const fn within(lowest: f64, highest: f64) -> Range {
     Range { lowest: Bound::Included(lowest), highest: Bound::Included(highest) }
 }
@@ -28,19 +28,19 @@ pub const fn below(lowest: f64, bound: f64) -> Range {
     Range { lowest: Bound::Included(lowest), highest: Bound::Excluded(bound) }
 }
 
-/// Both ends excluded.
+/// Range with both ends excluded.
 pub const fn between(lowest: f64, highest: f64) -> Range {
     Range { lowest: Bound::Excluded(lowest), highest: Bound::Excluded(highest) }
 }
 
 impl Range {
-    /// Whether the range has the number; no range has NaN.
+    /// True if the range has the number; no range has NaN.
     pub fn contains(self, value: f64) -> bool {
         (self.lowest, self.highest).contains(&value)
     }
 }
 
-/// As an error says it after "must be".
+/// Words for the range after "must be" in an error.
 impl fmt::Display for Range {
     fn fmt(&self, formatter: &mut fmt::Formatter) -> fmt::Result {
         if let (Bound::Included(lowest), Bound::Included(highest)) = (self.lowest, self.highest) {
@@ -65,11 +65,11 @@ impl fmt::Display for Range {
 /// A bound of a field, as a schema tells it.
 #[derive(Clone, Debug)]
 pub enum Limit {
-    /// Of a number.
+    /// Range of a number.
     Number(Range),
     /// Number of items of a list.
     Items(RangeInclusive<usize>),
-    /// Number of characters.
+    /// Number of characters of a text.
     Length(RangeInclusive<usize>),
     /// Number of fields of an object whose names are free.
     Fields(RangeInclusive<usize>),
@@ -82,9 +82,9 @@ pub const ALBEDO: Range = below(0.0, 1.0);
 /// Luminances in cd/m2 and illuminances in lux. Nothing is brighter: the disc of the sun has 2e9 cd/m2, and no illuminance on
 /// Earth comes near.
 pub const LIGHT: Range = within(0.0, 1e9);
-/// A turn, in degrees.
+/// Angle of a turn, in degrees.
 pub const TURN_DEG: Range = within(-360.0, 360.0);
-/// Along one axis in metres: farther than any camera or object.
+/// Coordinate along one axis in metres: farther than any camera or object.
 pub const COORDINATE_M: Range = within(-1e6, 1e6);
 /// Slack for corners that are meant to touch a wall, in metres.
 pub const TOUCHING_M: f64 = 1e-9;
@@ -95,7 +95,7 @@ pub const JOB_NAME: RangeInclusive<usize> = 0..=1000;
 pub const OUTPUTS: RangeInclusive<usize> = 0..=64;
 pub const TUBES: RangeInclusive<usize> = 0..=64;
 
-/// Asked relative errors.
+/// Relative errors that a document may ask for.
 pub const RELATIVE_ERROR: Range = above(0.0, 1.0);
 pub const CONFIDENCE: Range = below(0.5, 1.0);
 pub const PASSES: Range = within(1.0, 1e9);
@@ -103,7 +103,7 @@ pub const SECONDS: Range = above(0.0, 1e9);
 
 pub const LATITUDE_DEG: Range = within(-90.0, 90.0);
 pub const LONGITUDE_DEG: Range = within(-180.0, 180.0);
-/// Above sea level: from below the shore of the Dead Sea to above Mount Everest.
+/// Height above sea level in metres: from below the shore of the Dead Sea to above Mount Everest.
 pub const ELEVATION_M: Range = within(-500.0, 9000.0);
 /// Years for which the solar position algorithm holds.
 pub const YEAR: Range = within(-2000.0, 6000.0);
@@ -115,11 +115,11 @@ pub const DIFFUSE_RATIO: Range = above(0.0, 1.0);
 pub const TURBIDITY: Range = above(0.0, 12.0);
 pub const ALTITUDE_DEG: Range = within(-90.0, 90.0);
 
-/// An edge of a room.
+/// Length of an edge of a room in metres.
 pub const ROOM_EDGE_M: Range = within(0.01, 10_000.0);
 /// An edge of a box, or the diameter of a tube: what fits into the largest room.
 pub const SIZE_M: Range = above(0.0, 10_000.0);
-/// Of a point in the plane of the ceiling.
+/// Coordinate of a point in the plane of the ceiling, in metres.
 pub const IN_PLANE_M: Range = within(0.0, 10_000.0);
 pub const OBJECTS: RangeInclusive<usize> = 0..=1000;
 pub const LUMINAIRES: RangeInclusive<usize> = 0..=256;
@@ -155,15 +155,15 @@ pub const OUTPUT_NAME: RangeInclusive<usize> = 1..=64;
 pub const GRID_HEIGHT_M: Range = within(0.0, 10_000.0);
 /// Margin of a grid, where the room's size is not known.
 pub const MARGIN_M: Range = within(0.0, 5_000.0);
-/// Along one axis of a grid.
+/// Number of cells along one axis of a grid.
 pub const CELLS: RangeInclusive<u32> = 1..=1000;
 pub const MOST_GRID_CELLS: u64 = 100_000;
-/// Along one edge of a picture.
+/// Number of pixels along one edge of a picture.
 pub const PIXELS_OF_AN_EDGE: RangeInclusive<u32> = 1..=8192;
 pub const MOST_PIXELS: u64 = 16_777_216;
 pub const FIELD_OF_VIEW_DEG: Range = between(0.0, 179.0);
 
-/// Where the schema tells them: component, field, bound.
+/// Bounds of the fields by component and field, for the schema.
 pub const FIELDS: &[(&str, &str, Limit)] = &[
     ("JobDocument", "name", Limit::Length(JOB_NAME)),
     ("JobDocument", "tubes", Limit::Items(TUBES)),

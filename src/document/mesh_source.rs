@@ -4,12 +4,12 @@ use std::sync::Arc;
 
 use crate::geometry::TriangleMesh;
 
-/// Where a document's meshes come from: uploads by id, or files beside the job file.
+/// Source of a document's meshes: uploads by id, or files beside the job file.
 pub trait MeshSource {
     /// The mesh in file units, or one sentence (with the line where it can be named) of why there is none.
     fn load(&self, id: &str) -> Result<Arc<TriangleMesh>, String>;
 
-    /// Whether nobody waits for the document any more; then preparing it ends soon.
+    /// True if nobody waits for the document any more; then preparing it ends soon.
     fn is_cancelled(&self) -> bool {
         false
     }

@@ -23,7 +23,7 @@ pub struct GridDocument {
     /// Unique among the grids; names the files of the result.
     #[schema(pattern = "^[A-Za-z0-9][A-Za-z0-9._-]{0,63}$")]
     pub name: String,
-    /// Above the floor, >= 0 and below the ceiling.
+    /// Height above the floor in metres, >= 0 and below the ceiling.
     pub height_m: f64,
     /// Number of cells along x and y, each 1..1000, at most 100000 together.
     #[schema(value_type = CellCounts)]
@@ -35,7 +35,7 @@ pub struct GridDocument {
     pub estimate: EstimateDocument,
 }
 
-/// What the value of a cell means.
+/// Meaning of a sensor's value.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum EstimateDocument {
@@ -73,10 +73,10 @@ pub struct ViewDocument {
     pub name: String,
     #[schema(value_type = Vector)]
     pub eye_m: [f64; 3],
-    /// Differs from `eye_m`.
+    /// Point that the camera looks at; differs from `eye_m`.
     #[schema(value_type = Vector)]
     pub look_at_m: [f64; 3],
-    /// Not parallel to the viewing direction.
+    /// Upward direction of the picture, not parallel to the viewing direction.
     #[serde(default = "default_up")]
     #[schema(value_type = Vector)]
     pub up: [f64; 3],
@@ -149,7 +149,7 @@ pub fn check_outputs(
     checks.at_most("/views", views.len(), &OUTPUTS, "");
 }
 
-/// Whole numbers as a range.
+/// Range of the whole numbers within some bounds.
 fn whole(bounds: &RangeInclusive<u32>) -> Range {
     within((*bounds.start()).into(), (*bounds.end()).into())
 }

@@ -13,9 +13,9 @@ use crate::estimate::StopRule;
 pub struct StopDocument {
     /// Relative error of the grids at the asked confidence, 0..1.
     pub relative_error: f64,
-    /// The same of the views, over blocks of 8 x 8 pixels.
+    /// Relative error of the views at the asked confidence, over blocks of 8 x 8 pixels.
     pub view_relative_error: f64,
-    /// Of the two-sided normal interval.
+    /// Confidence of the two-sided normal interval.
     pub confidence: f64,
     pub max_passes: u64,
     /// Render time in seconds; the pass that runs when they are used up is dropped. A service may allow less (one hour by default).

@@ -25,7 +25,7 @@ const WAIT_FOR_OTHERS: Duration = Duration::from_secs(10);
 /// An uploaded mesh.
 #[derive(Serialize, ToSchema)]
 pub struct MeshResource {
-    /// Of the content; `mesh` in a job document.
+    /// Id of the content; the value of `mesh` in a job document.
     pub id: String,
     pub bytes: u64,
     pub triangles: u64,
@@ -89,7 +89,7 @@ impl From<UploadError> for Problem {
     }
 }
 
-/// What is known of a mesh.
+/// Describes an uploaded mesh.
 #[utoipa::path(get, path = "/v1/meshes/{id}", operation_id = "get_mesh", tag = "meshes", params(("id" = String, Path)),
     responses(
         (status = 200, description = "The mesh", body = MeshResource),

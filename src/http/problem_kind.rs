@@ -120,7 +120,7 @@ impl ProblemKind {
     }
 }
 
-/// What a kind of problem means.
+/// Explanation of a kind of problem.
 #[derive(Serialize, ToSchema)]
 pub struct ProblemPage {
     #[serde(rename = "type")]
@@ -129,13 +129,13 @@ pub struct ProblemPage {
     pub title: &'static str,
     /// The usual status of an answer with this problem.
     pub status: u16,
-    /// What it means and what to do.
+    /// Meaning of the kind, and what to do.
     pub meaning: &'static str,
     /// A `detail` as it may read.
     pub example: &'static str,
 }
 
-/// What a kind of problem means: the page that `type` of a problem document leads to.
+/// Explains a kind of problem: the page that `type` of a problem document leads to.
 #[utoipa::path(get, path = "/problems/{name}", operation_id = "get_problem", tag = "operation",
     params(("name" = String, Path, description = "The last part of a problem's `type`", example = "invalid-document")),
     responses(

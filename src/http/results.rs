@@ -72,10 +72,10 @@ pub enum PictureStyle {
 #[into_params(parameter_in = Query)]
 #[serde(deny_unknown_fields)]
 pub struct PictureQuery {
-    /// Of a PNG: tone-mapped (the default), or luminance in false colours with a scale.
+    /// Style of a PNG: tone-mapped (the default), or luminance in false colours with a scale.
     #[param(inline)]
     style: Option<PictureStyle>,
-    /// Of a tone-mapped PNG: the progress image kept after this pass.
+    /// Pass after which a progress image was kept; of a tone-mapped PNG only.
     #[param(schema_with = kept_passes)]
     pass: Option<u64>,
 }
@@ -91,7 +91,7 @@ pub struct ConvergenceQuery {
     /// Instead of the header `Accept`.
     #[param(inline)]
     format: Option<TableFormat>,
-    /// Most rows of the answer; 1000 when absent.
+    /// Largest number of rows of the answer; 1000 when absent.
     #[param(minimum = 1, maximum = 10000)]
     limit: Option<u32>,
     /// Only passes after this one.

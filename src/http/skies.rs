@@ -18,7 +18,7 @@ pub struct PresetSky {
     /// `sky.preset` of a document.
     pub preset: &'static str,
     pub parameters: SkyParameters,
-    /// Of the beam per unit of air mass; null without a beam.
+    /// Extinction of the beam per unit of air mass; null without a beam.
     pub extinction: Option<f64>,
 }
 

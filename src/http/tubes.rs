@@ -52,15 +52,15 @@ pub struct TransmissionQuery {
 pub struct TubeTransmission {
     pub aspect_ratio: f64,
     pub reflectance: f64,
-    /// Of the light of a uniform sky.
+    /// Transmission of the light of a uniform sky.
     pub uniform_sky_transmission: f64,
-    /// One for each altitude.
+    /// Transmissions of beams, one for each altitude.
     pub beams: Vec<BeamTransmission>,
     /// Null unless a sky was asked for.
     pub sky: Option<SkyTransmission>,
 }
 
-/// Of parallel light that fills the tube's upper end.
+/// Transmission of parallel light that fills the tube's upper end.
 #[derive(Debug, Serialize, ToSchema)]
 pub struct BeamTransmission {
     pub altitude_deg: f64,
@@ -72,7 +72,7 @@ pub struct BeamTransmission {
     pub mean_reflections: Option<f64>,
 }
 
-/// Of the diffuse light of a CIE sky: flux out of the tube over flux into it.
+/// Transmission of the diffuse light of a CIE sky: flux out of the tube over flux into it.
 #[derive(Debug, Serialize, ToSchema)]
 pub struct SkyTransmission {
     pub cie_type: u8,

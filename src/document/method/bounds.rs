@@ -3,18 +3,18 @@
 use crate::document::limits::{Range, above, between, within};
 use crate::document::outputs::{EstimateDocument, GridDocument, ViewDocument};
 
-/// Photons emitted per pass.
+/// Number of photons emitted per pass.
 pub const PHOTONS_PER_PASS: Range = within(64.0, 16_777_216.0);
 /// Paths per sensor and pass, or rays.
 pub const SAMPLES_PER_SENSOR: Range = within(1.0, 65_536.0);
-/// Paths per pixel and pass.
+/// Number of paths per pixel and pass.
 pub const SAMPLES_PER_PIXEL: Range = within(1.0, 4_096.0);
 /// Gather radius of the first pass.
 pub const INITIAL_RADIUS_M: Range = above(0.0, 10_000.0);
 /// Rate at which squared radii shrink.
 pub const ALPHA: Range = between(0.0, 1.0);
 
-/// Points of which a method keeps statistics from pass to pass: 16 bytes each, in a few copies.
+/// Largest number of points of which a method keeps statistics from pass to pass: 16 bytes each, in a few copies.
 pub const MOST_POINTS: u64 = 4_194_304;
 
 /// A setting that is a number: its name, its value, which may be left to the scene, and its bounds.

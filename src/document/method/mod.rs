@@ -56,7 +56,7 @@ const METHODS: &[Entry] = &[
     Entry::of::<jenkins::JenkinsMethod>(),
 ];
 
-/// What this room can do with a method of which it has but the name.
+/// Functions of this room for a method of which it has but the name.
 struct Entry {
     name: &'static str,
     read: Reader<Arc<dyn AnySettings>>,

@@ -30,7 +30,7 @@ pub struct PpmMethod {
     /// The squared radius shrinks by (i + alpha) / (i + 1) from pass to pass, or with the radius `per_point` by (N + alpha M)
     /// / (N + M) where N photons were kept and M are found.
     pub alpha: f64,
-    /// What the gather radius of a pass depends on.
+    /// Rule for the gather radius of a pass.
     pub radius: RadiusKind,
     /// Fixed points of each cell of cell averages.
     pub samples_per_sensor: u32,

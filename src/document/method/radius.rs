@@ -7,7 +7,7 @@ use super::bounds::MOST_POINTS;
 use crate::document::errors::Checks;
 use crate::integrator::photon_map::progressive::Radius;
 
-/// What the gather radius of a pass depends on.
+/// Rule for the gather radius of a pass.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum RadiusKind {

@@ -16,7 +16,7 @@ pub trait MethodSettings: Default + Serialize + DeserializeOwned + ToSchema + Se
     /// Name of the method in documents and results.
     const NAME: &'static str;
 
-    /// What the plan gets.
+    /// Request that the plan gets.
     fn request(&self) -> MethodRequest;
 
     /// The settings of `method`, if it is this one.

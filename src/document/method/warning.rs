@@ -5,7 +5,7 @@ use crate::integrator::Method;
 use crate::scene::{EstimateKind, Grid};
 use crate::traceable::TraceableScene;
 
-/// What a reader of a method's results must know of its grids.
+/// Warning that a reader of a method's results must know of, if there is one.
 pub fn method_warning(method: &Method, scene: &TraceableScene, grids: &[Grid]) -> Option<Warning> {
     let mirrors = scene.interreflection && scene.specular().any(|specular| specular.lobe.is_none());
     let points = grids.iter().any(|grid| grid.estimate == EstimateKind::Point);

@@ -19,16 +19,16 @@ use crate::document::schema::shapes::{number, one_or_rgb};
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(untagged)]
 pub enum Coefficient {
-    /// The same for all light.
+    /// One number for all light.
     Photopic(f64),
-    /// Linear Rec.709 red, green, blue.
+    /// Linear Rec.709 red, green and blue.
     Rgb([f64; 3]),
 }
 
 impl Coefficient {
     pub const ZERO: Self = Self::Photopic(0.0);
 
-    /// As linear Rec.709: one number counts for all three.
+    /// The coefficient as linear Rec.709: one number counts for all three.
     pub fn rgb(self) -> [f64; 3] {
         match self {
             Self::Photopic(value) => [value; 3],

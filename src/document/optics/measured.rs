@@ -18,7 +18,7 @@ use crate::optics::measured::TableError;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MeasuredDocument {
-    /// Ascending from 0 to 90.
+    /// Angles of incidence in degrees, ascending from 0 to 90.
     #[schema(value_type = Vec<TableAngle>)]
     pub incidence_deg: Vec<f64>,
     /// Ascending from 0 to 90; of transmitted light on the far side, of reflected light on the near side.
@@ -27,7 +27,7 @@ pub struct MeasuredDocument {
     /// A row for each angle of incidence, a column for each angle of exit, in 1/sr.
     #[schema(value_type = Vec<ScatteringRow>)]
     pub btdf_per_sr: Vec<Vec<f64>>,
-    /// The same of reflected light; nothing is reflected when absent.
+    /// Values of the BRDF per sr in rows and columns like those of the BTDF; nothing is reflected when absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<Vec<ScatteringRow>>)]
     pub brdf_per_sr: Option<Vec<Vec<f64>>>,

@@ -27,10 +27,10 @@ pub enum MirrorDocument {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MirrorTableDocument {
-    /// Ascending from 0 to 90.
+    /// Angles of incidence in degrees, ascending from 0 to 90.
     #[schema(value_type = Vec<TableAngle>)]
     pub incidence_deg: Vec<f64>,
-    /// One for each angle.
+    /// Reflectances, one for each angle.
     pub reflectance: Vec<Coefficient>,
 }
 

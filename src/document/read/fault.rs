@@ -9,7 +9,7 @@ use super::pointer;
 /// A message of serde and the place that it is about.
 #[derive(Debug)]
 pub struct Fault {
-    /// Below the value that was read.
+    /// Place of the fault as a JSON pointer below the value that was read.
     pub pointer: String,
     pub message: String,
 }
@@ -24,7 +24,7 @@ impl fmt::Display for Fault {
 /// Begins the text of a fault; no message of serde begins so.
 const PLACE: &str = "at ";
 
-/// What stopped a deserializer, inner places and messages taken apart.
+/// Fault that stopped a deserializer, inner places and messages taken apart.
 pub fn of_error<E: fmt::Display>(error: &serde_path_to_error::Error<E>) -> Fault {
     of_path(error.path(), &error.inner().to_string())
 }

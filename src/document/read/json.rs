@@ -13,7 +13,7 @@ use crate::document::errors::FieldError;
 /// Numbers closer to zero count as zero: a denormal is never meant, and slows every product that it enters.
 const SMALLEST: f64 = 1e-300;
 
-/// Up to here every whole number is a number of its own: 2^53.
+/// Number up to which every whole number is a number of its own, 2^53.
 const MOST_EXACT: f64 = 9_007_199_254_740_992.0;
 
 /// Parses JSON text; refuses duplicate keys and numbers that overflow, and takes denormals as zero.

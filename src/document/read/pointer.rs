@@ -14,7 +14,7 @@ pub fn split(pointer: &str) -> Option<(&str, String)> {
     Some((parent, token.replace("~1", "/").replace("~0", "~")))
 }
 
-/// Where a deserializer stopped.
+/// JSON pointer of the place where a deserializer stopped.
 pub fn of_path(path: &Path) -> String {
     let mut pointer = String::new();
     for segment in path {

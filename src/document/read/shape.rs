@@ -15,12 +15,12 @@ const MOST_ERRORS: usize = 100;
 
 const MISSING: &str = "required, but missing";
 
-/// What was made up so that the rest could be read, as pointers.
+/// Pointers of the values that were made up so that the rest could be read.
 #[derive(Default)]
 pub struct MadeUp(Vec<String>);
 
 impl MadeUp {
-    /// Whether an error of values is about what was made up, or about its object beside others.
+    /// True if an error of values is about what was made up, or about its object beside others.
     pub fn concerns(&self, error: &FieldError) -> bool {
         self.0.iter().any(|made_up| {
             let below = error.pointer.strip_prefix(made_up.as_str());
@@ -46,7 +46,8 @@ impl MadeUp {
     }
 }
 
-/// Reads `value`; what is wrong with it is added to `checks`. `None` where so much is wrong that nothing can stand in for it.
+/// Reads `value` and adds what is wrong with it to `checks`; `None` where so much is wrong that nothing can stand in
+/// for it.
 pub fn read<T: DeserializeOwned + Serialize>(mut value: Value, checks: &mut Checks) -> Option<(T, MadeUp)> {
     let mut made_up = MadeUp::default();
     let data = loop {
@@ -70,15 +71,15 @@ pub fn read<T: DeserializeOwned + Serialize>(mut value: Value, checks: &mut Chec
     Some((data, made_up))
 }
 
-/// How an error of shape is taken out of the way of the next one.
+/// Ways to take an error of shape out of the way of the next one.
 enum Cure {
-    /// Without the field.
+    /// Take the field away.
     Remove,
-    /// With another value.
+    /// Put another value in its place.
     Replace,
 }
 
-/// What a user reads of a fault.
+/// Error that a user reads of a fault, and its cure.
 fn field_error(Fault { mut pointer, message }: Fault) -> (FieldError, Cure) {
     if let Some((field, _)) = quoted(&message, "missing field ") {
         pointer = format!("{pointer}/{}", escape(field));

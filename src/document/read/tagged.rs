@@ -16,7 +16,7 @@ use super::pointer::escape;
 pub trait Tagged: Sized + 'static {
     /// Name of the field that tells the kinds apart.
     const TAG: &'static str;
-    /// What such an object is, e.g. "a diffuser".
+    /// Words for such an object, e.g. "a diffuser".
     const WHAT: &'static str;
     /// Each kind's name, and how the rest of its object is read.
     const KINDS: &'static [(&'static str, Reader<Self>)];
@@ -86,7 +86,7 @@ impl Fields {
     }
 }
 
-/// No fields.
+/// A variant without fields.
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Empty {}

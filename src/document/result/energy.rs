@@ -5,25 +5,25 @@ use utoipa::ToSchema;
 
 use crate::estimate::Ledger;
 
-/// Where the emitted flux went, in lm: the mean over passes.
+/// Flux by the places where it ended, in lm: the mean over passes.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct EnergyResult {
     /// Reaches the collectors from outside.
     pub emitted_lm: f64,
-    /// Leaves the luminaires.
+    /// Flux that leaves the luminaires.
     #[serde(default)]
     pub luminaires_lm: f64,
     /// Reflected or absorbed by collectors on the way in, or through a dome and out again on its far side.
     pub collector_lm: f64,
-    /// Absorbed by mirrors.
+    /// Flux absorbed by mirrors.
     pub guide_lm: f64,
-    /// Leaves through the upper end of a guide.
+    /// Flux that leaves through the upper end of a guide.
     pub guide_top_lm: f64,
-    /// Absorbed by diffusers, or sent up by them into a guide from which nothing returns.
+    /// Flux absorbed by diffusers, or sent up by them into a guide from which nothing returns.
     pub diffuser_lm: f64,
-    /// Absorbed by the surfaces of the room, its objects and luminaires.
+    /// Flux absorbed by the surfaces of the room, its objects and luminaires.
     pub room_lm: f64,
-    /// Leaves through open surfaces of the room.
+    /// Flux that leaves through open surfaces of the room.
     pub open_surfaces_lm: f64,
     /// The rest of paths that were ended for length.
     pub cut_lm: f64,

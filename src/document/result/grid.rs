@@ -18,7 +18,7 @@ pub struct GridResult {
     /// Number of cells along x and y.
     pub cells: [usize; 2],
     pub estimate: EstimateDocument,
-    /// Always `lux`.
+    /// Unit of the values, always `lux`.
     pub unit: String,
     pub x_m: Vec<f64>,
     pub y_m: Vec<f64>,
@@ -28,7 +28,8 @@ pub struct GridResult {
     pub standard_error_lux: Vec<Vec<Option<f64>>>,
     /// Percent of the unobstructed horizontal illuminance of sky and sun, electric light included; null without daylight.
     pub illuminance_ratio_percent: Vec<Vec<Option<f64>>>,
-    /// The same, only under an overcast sky (types 1 and 16) without sun and without electric light.
+    /// Illuminances in percent of the unobstructed horizontal illuminance, only under an overcast sky (types 1 and 16)
+    /// without sun and without electric light.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub daylight_factor_percent: Option<Vec<Vec<Option<f64>>>>,
     pub external_horizontal_illuminance_lux: ExternalIlluminance,
@@ -70,7 +71,8 @@ pub struct GridStatistics {
     /// Shares of the grid's area at or above 100, 200, 300, 500 and 750 lux.
     #[serde(default)]
     pub area_above: Vec<AreaAbove>,
-    /// Only under an overcast sky (types 1 and 16) without sun and without electric light.
+    /// Daylight factors of the statistics in percent, only under an overcast sky (types 1 and 16) without sun and
+    /// without electric light.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub daylight_factor_percent: Option<DaylightFactors>,
 }
@@ -122,7 +124,7 @@ impl GridResult {
     }
 }
 
-/// Whether ratios to the unobstructed illuminance are daylight factors.
+/// True if ratios to the unobstructed illuminance are daylight factors.
 fn has_daylight_factor(daylight: Option<&Daylight>, electric: bool) -> bool {
     let overcast = |sky: &Sky| sky.distribution.sky_type().is_standard_overcast();
     let overcast = |daylight: &Daylight| daylight.sun.is_none() && daylight.sky.as_ref().is_some_and(overcast);

@@ -7,11 +7,11 @@ use super::number::finite;
 use crate::document::method::settings_json;
 use crate::plan::{EffectPlan, GuidePlan, MethodChoice, Plan};
 
-/// What is simulated and what is not, and why.
+/// Effects, guides and methods of a job, with their reasons.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct PlanResult {
     pub effects: Vec<EffectResult>,
-    /// One per tube.
+    /// Computation of the guides, one per tube.
     pub guides: Vec<GuideResult>,
     pub methods: MethodsResult,
 }
@@ -26,7 +26,7 @@ pub struct EffectResult {
     pub bound: Option<f64>,
 }
 
-/// How a tube's guide is computed.
+/// Computation of a tube's guide.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct GuideResult {
     /// `closed_form_straight`, `closed_form_bent` or `mesh`.

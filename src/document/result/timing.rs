@@ -24,10 +24,10 @@ impl AccuracyResult {
     }
 }
 
-/// What the computation cost.
+/// Cost of the computation.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct TimingResult {
-    /// Render time.
+    /// Render time in seconds.
     pub seconds: f64,
     pub passes: u64,
     pub photons: u64,

@@ -11,9 +11,9 @@ use crate::guide::performance::{Throughput, Transmission};
 pub struct TubeReport {
     /// Number of the tube in the document.
     pub tube: usize,
-    /// How its guide is computed: `closed_form_straight`, `closed_form_bent` or `mesh`.
+    /// Computation of the guide: `closed_form_straight`, `closed_form_bent` or `mesh`.
     pub guide: String,
-    /// Of the job: at the collector, at the diffuser's top, into the room.
+    /// Fluxes of the job: at the collector, at the diffuser's top, into the room.
     pub flux: TubeResult,
     pub beam: BeamReport,
     /// Collector and guide under a uniform sky.
@@ -21,14 +21,14 @@ pub struct TubeReport {
     /// Under the job's sky and sun; null when there is none.
     pub sky: Option<SkyReport>,
     pub sun: Option<ThroughputResult>,
-    /// Only of a bent tube.
+    /// Straight tube that passes as much light; only of a bent tube.
     pub equivalent_straight: Option<StraightReport>,
 }
 
 /// Transmission of collector and guide for parallel light against the altitude of the sun.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct BeamReport {
-    /// Of the sun that the curve is for, clockwise from the room's +y axis: the job's, or 180 without one.
+    /// Azimuth of the sun that the curve is for, clockwise from the room's +y axis: the job's, or 180 without one.
     pub azimuth_deg: f64,
     pub altitude_deg: Vec<f64>,
     /// Flux at the diffuser's top over flux at the collector.

@@ -20,7 +20,7 @@ pub struct LuminaireDocument {
     pub corner_m: [f64; 3],
     #[schema(value_type = Vector)]
     pub edge_u_m: [f64; 3],
-    /// At a right angle to `edge_u_m`; light leaves along u x v.
+    /// Second edge in metres, at a right angle to `edge_u_m`; light leaves along u x v.
     #[schema(value_type = Vector)]
     pub edge_v_m: [f64; 3],
     /// 0..1000000000, the same over the whole rectangle and in all directions.
@@ -103,7 +103,7 @@ pub fn check_place(pointer: &str, sheet: &Sheet, size: [f64; 3], checks: &mut Ch
     checks.errors.len() == errors_before
 }
 
-/// Whether a luminaire in the plane of the ceiling, at `ceiling` metres, covers a part of a round opening there.
+/// True if a luminaire in the plane of the ceiling, at `ceiling` metres, covers a part of a round opening there.
 pub fn covers(sheet: &Sheet, ceiling: f64, centre: DVec2, radius: f64) -> bool {
     let corners = sheet.corners();
     if corners.iter().any(|corner| (corner.z - ceiling).abs() > TOUCHING_M) {
@@ -115,7 +115,7 @@ pub fn covers(sheet: &Sheet, ceiling: f64, centre: DVec2, radius: f64) -> bool {
     radius > 0.0 && -disc_polygon_area(centre, radius, &outline) > TOUCHING_M * radius
 }
 
-/// Whether the sheet, moved a hair's breadth to where it emits, has a part inside a box.
+/// True if the sheet, moved a hair's breadth to where it emits, has a part inside a box.
 pub fn reaches_into(sheet: &Sheet, object: &BoxDocument) -> bool {
     let BoxDocument { size_m, position_m, rotation_deg, .. } = object;
     let (sin, cos) = rotation_deg.to_radians().sin_cos();
@@ -130,7 +130,7 @@ pub fn reaches_into(sheet: &Sheet, object: &BoxDocument) -> bool {
     has_area(clip(polygon.to_vec(), inside))
 }
 
-/// Whether two sheets that emit to the same side share a part of one plane.
+/// True if two sheets that emit to the same side share a part of one plane.
 pub fn overlap(sheet: &Sheet, other: &Sheet) -> bool {
     let apart = |corner: DVec3| (corner - other.corner).dot(other.normal).abs() > TOUCHING_M;
     if sheet.normal.dot(other.normal) < 0.0 || sheet.corners().into_iter().any(apart) {

@@ -29,10 +29,10 @@ pub struct RoomDocument {
     pub rotation_deg: f64,
     #[serde(default)]
     pub surfaces: SurfacesDocument,
-    /// At most 1000.
+    /// Objects in the room, at most 1000.
     #[serde(default)]
     pub objects: Vec<ObjectDocument>,
-    /// At most 256.
+    /// Luminaires in the room, at most 256.
     #[serde(default)]
     pub luminaires: Vec<LuminaireDocument>,
 }
@@ -41,10 +41,10 @@ pub struct RoomDocument {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SurfacesDocument {
-    /// Default: reflectance 0.2.
+    /// Surface of the floor; default: reflectance 0.2.
     #[serde(default = "default_floor")]
     pub floor: SurfaceDocument,
-    /// Default: reflectance 0.5.
+    /// Surface of the walls; default: reflectance 0.5.
     #[serde(default = "default_walls")]
     pub walls: SurfaceDocument,
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -55,7 +55,7 @@ pub struct SurfacesDocument {
     pub wall_south: Option<SurfaceDocument>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub wall_west: Option<SurfaceDocument>,
-    /// Default: reflectance 0.7.
+    /// Surface of the ceiling; default: reflectance 0.7.
     #[serde(default = "default_ceiling")]
     pub ceiling: SurfaceDocument,
 }

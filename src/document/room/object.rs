@@ -43,7 +43,7 @@ pub struct BoxDocument {
     /// Extent along its own x, y and z, each > 0.
     #[schema(value_type = BoxSize)]
     pub size_m: [f64; 3],
-    /// Centre of its base.
+    /// Centre of the box' base in metres.
     #[schema(value_type = Vector)]
     pub position_m: [f64; 3],
     /// Clockwise seen from above.
@@ -60,14 +60,14 @@ pub struct MeshObjectDocument {
     /// Id of an uploaded mesh, or a file beside the job file.
     pub mesh: String,
     pub unit: Unit,
-    /// Where the mesh's origin goes.
+    /// Place of the mesh's origin in metres.
     #[schema(value_type = Vector)]
     pub position_m: [f64; 3],
     /// Clockwise seen from above.
     #[serde(default)]
     #[schema(default = 0.0)]
     pub rotation_deg: f64,
-    /// By the name of the material in the file.
+    /// Surfaces by the name of the material in the file.
     pub surfaces: BTreeMap<String, SurfaceDocument>,
 }
 

@@ -23,9 +23,9 @@ pub struct SurfaceDocument {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<Albedo>)]
     pub specular: Option<Coefficient>,
-    /// Of the specular part. 0, the default: an ideal mirror. From 0.02 to 1: a glossy lobe of GGX microfacets with alpha =
-    /// roughness^2, height-correlated masking and shadowing, and compensation for multiple scattering, so that `specular`
-    /// is its reflectance at every angle. Between 0 and 0.02 it is refused.
+    /// Roughness of the specular part. 0, the default: an ideal mirror. From 0.02 to 1: a glossy lobe of GGX
+    /// microfacets with alpha = roughness^2, height-correlated masking and shadowing, and compensation for multiple
+    /// scattering, so that `specular` is its reflectance at every angle. Between 0 and 0.02 it is refused.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub roughness: Option<f64>,
     /// The face is missing: light leaves, a camera may look in.
@@ -52,10 +52,10 @@ impl SurfaceDocument {
     }
 }
 
-/// What a surface is of.
+/// Owner of a surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Owner {
-    /// It may be open.
+    /// A face of the room, which may be open.
     Room,
     Object,
 }

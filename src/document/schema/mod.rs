@@ -93,7 +93,7 @@ fn ends(bounds: &RangeInclusive<usize>) -> (Option<usize>, Option<usize>) {
     (Some(*bounds.start()).filter(|least| *least > 0), Some(*bounds.end()).filter(|most| *most < usize::MAX))
 }
 
-/// What must not be, in the words of a schema.
+/// Adds a rule for what must not be, in the words of a schema.
 fn forbid(extensions: &mut Option<Extensions>, rule: Value) {
     extensions.get_or_insert_default().insert("not".to_owned(), rule);
 }

@@ -4,7 +4,7 @@ use serde_json::{Value, json};
 
 use crate::document::limits::TURBID_TYPES;
 
-/// What the checks of a document refuse about several fields at once, where a schema can say it: component, rule.
+/// Rules on several fields at once that the checks of a document have and a schema can say: component, rule.
 pub fn rules() -> Vec<(&'static str, Value)> {
     let sun_position = |kind: &str| json!({ "properties": { "sun_position": { "type": kind } } });
     let with_sky = |rule: Value| json!({ "required": ["sky"], "properties": { "sky": { "allOf": [{ "type": "object" }, rule] } } });

@@ -105,7 +105,7 @@ pub fn diffuser_parts(schemas: &mut Schemas) {
     schemas.insert("DiffuserPart".to_owned(), Schema::OneOf(one_of).into());
 }
 
-/// `a_name` as `AName`.
+/// Turns `a_name` into `AName`.
 pub fn camel_case(snake_case: &str) -> String {
     let capitalised = |word: &str| {
         let mut letters = word.chars();

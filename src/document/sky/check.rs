@@ -44,7 +44,7 @@ pub fn check_sky(sky: &SkyDocument, checks: &mut Checks) {
     }
 }
 
-/// At most one field sets the level, and only of a sky that has it.
+/// Checks that at most one field sets the level, and only of a sky that has it.
 fn check_level(sky: &SkyDocument, checks: &mut Checks) {
     let levels = [
         ("/sky/zenith_luminance_cd_m2", sky.zenith_luminance_cd_m2, LIGHT),

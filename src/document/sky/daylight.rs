@@ -9,7 +9,7 @@ use crate::sky::sun;
 use crate::sky::zenith::{self, EXTRATERRESTRIAL_LUX, ZenithFormula};
 use crate::sky::{Sky, SkyDistribution, SkyType, Sun, direction};
 
-/// What sky and sun depend on beside the sky's own fields.
+/// Properties of a document that sky and sun depend on beside the sky's own fields.
 #[derive(Clone, Copy)]
 pub struct Surroundings<'a> {
     pub location: Option<&'a LocationDocument>,

@@ -13,11 +13,11 @@ use crate::sky::{CieType, IesSky, SkyType};
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct LocationDocument {
-    /// North positive.
+    /// Latitude in degrees, north positive.
     pub latitude_deg: f64,
-    /// East positive.
+    /// Longitude in degrees, east positive.
     pub longitude_deg: f64,
-    /// Above sea level.
+    /// Height above sea level in metres.
     #[serde(default)]
     pub elevation_m: f64,
 }
@@ -36,7 +36,7 @@ pub struct SkyDocument {
     /// A sky of the IES instead of a CIE type.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub preset: Option<SkyPreset>,
-    /// Where the sun is, instead of `location` and `time`.
+    /// Position of the sun, instead of `location` and `time`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sun_position: Option<SunPositionDocument>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -47,11 +47,11 @@ pub struct SkyDocument {
     /// Diffuse horizontal over extraterrestrial horizontal illuminance; only for CIE types.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub dv_ev: Option<f64>,
-    /// Only for types 7 to 15.
+    /// Luminous turbidity, only for types 7 to 15.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub luminous_turbidity: Option<f64>,
-    /// Of the sun's beam (a disc of half-angle 0.26656 degrees). Absent: by the turbidity, none for types 1 to 6, 9 and
-    /// 16, by the extinction of the IES for its presets; 0: no sun.
+    /// Normal illuminance of the sun's beam (a disc of half-angle 0.26656 degrees) in lux. Absent: by the turbidity,
+    /// none for types 1 to 6, 9 and 16, by the extinction of the IES for its presets; 0: no sun.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub direct_normal_illuminance_lux: Option<f64>,
 }
@@ -91,6 +91,6 @@ impl SkyDocument {
 #[serde(deny_unknown_fields)]
 pub struct SunPositionDocument {
     pub altitude_deg: f64,
-    /// Clockwise from north.
+    /// Azimuth in degrees, clockwise from north.
     pub azimuth_deg: f64,
 }

@@ -12,7 +12,7 @@ use crate::document::limits::{MESH_ID, SEGMENT_LENGTH_M, SEGMENTS, SIZE_M, TILT_
 use crate::document::read::pointer::escape;
 use crate::sky::direction;
 
-/// Beyond this the mitre's ellipse grows without bound; 180 degrees would fold the guide onto itself.
+/// Bend in degrees beyond which the mitre's ellipse grows without bound; 180 degrees would fold the guide onto itself.
 const STEEPEST_BEND_DEG: f64 = 175.0;
 
 /// Refuses what is wrong with tubes by themselves; whether there are few enough to be judged at all.

@@ -9,7 +9,7 @@ use crate::document::optics::Coefficient;
 use crate::document::read::tagged::{self, Reader, Tagged};
 use crate::optics::Collector;
 
-/// What covers the upper end of a tube; directions are unchanged except by `dielectric_dome`.
+/// Cover of the upper end of a tube; directions are unchanged except by `dielectric_dome`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, ToSchema)]
 #[serde(tag = "kind", rename_all = "snake_case")]
 pub enum CollectorDocument {
@@ -37,9 +37,9 @@ pub struct DomeCollector {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct DielectricDomeCollector {
-    /// 1..4.
+    /// Refractive index of the shell, 1..4.
     pub refractive_index: f64,
-    /// Up to 1.
+    /// Thickness of the shell in metres, up to 1.
     pub thickness_m: f64,
     /// Napierian absorption coefficient of its material: s metres leave exp(-absorption s); 0 when absent.
     #[serde(default)]

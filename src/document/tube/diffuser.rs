@@ -10,7 +10,7 @@ use crate::document::optics::measured::MeasuredDocument;
 use crate::document::read::tagged::{self, Reader, Tagged};
 use crate::optics::{Diffuser, DiffuserZone};
 
-/// What closes a tube in the plane of the ceiling; `transmittance + reflectance <= 1`.
+/// Closure of a tube in the plane of the ceiling; `transmittance + reflectance <= 1`.
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
 #[serde(tag = "kind", rename_all = "snake_case")]
 pub enum DiffuserDocument {
@@ -43,7 +43,7 @@ pub struct LambertianDiffuser {
 pub struct MixedDiffuser {
     /// Radius of the dividing circle, within the opening.
     pub lambertian_radius_m: f64,
-    /// Which zone is inside.
+    /// The zone that is inside.
     pub inner: ZoneDocument,
     pub lambertian_transmittance: Coefficient,
     #[serde(default)]

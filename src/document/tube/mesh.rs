@@ -14,7 +14,7 @@ use crate::guide::recognise;
 use crate::optics::Diffuser;
 use crate::scene::MeshTube;
 
-/// How far a diffuser may be from the plane of the ceiling, and a pipe below it, in diameters of the opening.
+/// Largest distance of a diffuser from the plane of the ceiling, and of a pipe below it, in diameters of the opening.
 const PLANE_TOLERANCE: f64 = 1e-3;
 
 /// The tube at `pointer`, scaled to metres, and its closure; `None` after an error.

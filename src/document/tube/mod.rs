@@ -40,9 +40,9 @@ pub struct ParametricTube {
     pub centre_m: [f64; 2],
     /// Inner diameter; the opening lies wholly inside the ceiling.
     pub diameter_m: f64,
-    /// Specular, per bounce.
+    /// Specular reflectance of the wall, per bounce.
     pub reflectance: MirrorDocument,
-    /// From the ceiling upward, 1..16; the first is vertical.
+    /// Straight pieces of the guide from the ceiling upward, 1..16; the first is vertical.
     pub segments: Vec<SegmentDocument>,
     pub collector: CollectorDocument,
     pub diffuser: DiffuserDocument,
@@ -52,12 +52,12 @@ pub struct ParametricTube {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SegmentDocument {
-    /// Along the axis between mitre centres.
+    /// Length along the axis between mitre centres, in metres.
     pub length_m: f64,
     /// Lean of the axis from the vertical.
     #[serde(default)]
     pub tilt_deg: f64,
-    /// Toward which side it leans, clockwise from the room's +y axis.
+    /// Azimuth in degrees toward which the segment leans, clockwise from the room's +y axis.
     #[serde(default)]
     pub azimuth_deg: f64,
 }
@@ -68,7 +68,7 @@ pub struct SegmentDocument {
 pub struct MeshTubeDocument {
     /// Id of an uploaded mesh, or a file beside the job file.
     pub mesh: String,
-    /// Of the mesh's coordinates: OBJ has no units.
+    /// Unit of the mesh's coordinates; OBJ has none.
     pub unit: Unit,
     /// Centre of the opening in the ceiling plane.
     #[schema(value_type = PlanePoint)]
@@ -78,11 +78,12 @@ pub struct MeshTubeDocument {
     #[serde(default)]
     #[schema(default = 0.0)]
     pub rotation_deg: f64,
-    /// Whether a mesh that is a straight round tube is computed as the cylinder around its facets, in closed form.
+    /// True, the default: a mesh that is a straight round tube is computed as the cylinder around its facets, in closed
+    /// form.
     #[serde(default = "recognise")]
     #[schema(default = true)]
     pub recognise: bool,
-    /// What each material of the mesh is, by its name.
+    /// Roles of the mesh's materials, by their names.
     pub parts: BTreeMap<String, PartDocument>,
 }
 
@@ -103,11 +104,11 @@ impl<'de> Deserialize<'de> for TubeDocument {
     }
 }
 
-/// Where a tube comes through the ceiling.
+/// Place where a tube comes through the ceiling.
 pub struct Opening {
     pub centre: DVec2,
     pub diameter_m: f64,
-    /// Field of the diameter.
+    /// Name of the field of the diameter.
     pub diameter: &'static str,
 }
 

@@ -9,7 +9,7 @@ use crate::document::optics::coefficient::{Coefficient, check_scattering};
 use crate::document::optics::mirror::MirrorDocument;
 use crate::document::read::tagged::{self, Reader, Tagged};
 
-/// What a material of a mesh tube is.
+/// Role of a material of a mesh tube.
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
 #[serde(tag = "role", rename_all = "snake_case")]
 pub enum PartDocument {
