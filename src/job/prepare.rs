@@ -59,7 +59,7 @@ pub fn prepare_document(document: &ValidJob, meshes: &dyn MeshSource) -> Result<
     let request = document.method.request();
     let methods =
         Methods::choose(&scene, &kernel, &request).map_err(|refusal| refused("/method", refusal.to_string()))?;
-    let plan = Plan { guides: plan::guides(&kernel), effects, methods };
+    let plan = Plan { guides: plan::guides::guides(&kernel), effects, methods };
     provenance.interreflection = kernel.interreflection;
     if let Some(sun) = &mut provenance.sun {
         sun.on = kernel.sun.is_some();

@@ -16,6 +16,7 @@ use crate::document::result::tube_report::{
 use crate::guide::Guide;
 use crate::guide::performance::{self, Throughput};
 use crate::output::plots::{self, Series};
+use crate::plan::GuideKind;
 use crate::sampling::Key;
 use crate::scene::{Segment, StraightOrBent, Tube, TubeShape};
 use crate::sky::{CieType, Sky, SkyDistribution, direction};
@@ -79,7 +80,7 @@ impl Prepared {
         let performance = slot.get_or_init(|| performance(&self.kernel, tube, shape, *opening_radius));
         TubeReport {
             tube,
-            guide: self.plan.guides[tube].kind.to_owned(),
+            guide: self.plan.guides[tube].kind.code().to_owned(),
             flux,
             beam: performance.beam.clone(),
             uniform_sky: performance.uniform_sky,
@@ -210,7 +211,7 @@ fn curves(report: &TubeReport) -> Vec<Series> {
         Series { name, marks: line.clone(), line }
     };
     let mut curves = vec![series(format!("sun at azimuth {:.1} degrees", beam.azimuth_deg), &beam.transmission)];
-    if report.guide != "closed_form_straight" {
+    if report.guide != GuideKind::ClosedFormStraight.code() {
         curves.push(series("mean over azimuths".to_owned(), &beam.azimuth_mean_transmission));
     }
     curves

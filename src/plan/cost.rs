@@ -2,15 +2,18 @@
 
 use super::{Methods, Plan};
 use crate::integrator::{Method, photon_mapping};
-use crate::plan::EffectKind;
+use crate::plan::{EffectKind, GuideKind};
 use crate::scene::Scene;
 
 /// Rough seconds per pass on one core of the machine that the constants were measured on.
 ///
 /// A function of the job alone, never of the machine or of a clock, so that every worker divides a job alike.
 pub fn seconds_per_pass(scene: &Scene, plan: &Plan) -> f64 {
-    let per_path =
-        plan.guides.iter().map(|guide| if guide.kind == "mesh" { 8e-6 } else { 0.5e-6 }).fold(0.5e-6, f64::max);
+    let per_path = plan
+        .guides
+        .iter()
+        .map(|guide| if guide.kind == GuideKind::Mesh { 8e-6 } else { 0.5e-6 })
+        .fold(0.5e-6, f64::max);
     // rays among the triangles of objects, along paths and from each vertex to each sensor
     let (per_path, per_connection) =
         if scene.room.meshes.is_empty() { (per_path, 10e-9) } else { (per_path + 4e-6, 500e-9) };

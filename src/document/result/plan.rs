@@ -76,7 +76,7 @@ impl From<&EffectPlan> for EffectResult {
 
 impl From<&GuidePlan> for GuideResult {
     fn from(guide: &GuidePlan) -> Self {
-        Self { kind: guide.kind.to_owned(), reason: guide.reason.clone() }
+        Self { kind: guide.kind.code().to_owned(), reason: guide.reason.clone() }
     }
 }
 

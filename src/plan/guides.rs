@@ -1,0 +1,120 @@
+//! How the guide of each tube is computed, and why.
+
+use crate::guide::dome::{Dome, DomedGuide, Pipe};
+use crate::guide::{Guide, Section, recognise};
+use crate::optics::Diffuser;
+use crate::optics::fresnel::slab_transmittance;
+use crate::traceable::{TraceableScene, TraceableTube};
+
+/// The computation of a guide, with the reason in one sentence.
+#[derive(Clone, Debug)]
+pub struct GuidePlan {
+    pub kind: GuideKind,
+    pub reason: String,
+}
+
+/// A way to follow light through a guide.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum GuideKind {
+    /// A straight cylinder: one closed form from end to end.
+    ClosedFormStraight,
+    /// Cylinders with mitred elbows: a closed form between elbows.
+    ClosedFormBent,
+    /// Facets of a mesh, met one by one.
+    Mesh,
+}
+
+impl GuideKind {
+    /// Name of the kind in plans and reports.
+    pub fn code(self) -> &'static str {
+        match self {
+            Self::ClosedFormStraight => "closed_form_straight",
+            Self::ClosedFormBent => "closed_form_bent",
+            Self::Mesh => "mesh",
+        }
+    }
+}
+
+const STRAIGHT: &str = "straight cylinder: exit point, direction and number of reflections in closed form";
+const BENT: &str = "cylinders with mitred elbows: closed form between elbows, stepped through them";
+
+fn recognised(tube: &TraceableTube) -> GuidePlan {
+    let reason = match &tube.section {
+        Some(Section::Cylinder(cylinder)) => format!(
+            "mesh recognised as a cylinder of radius {} m and length {} m within {:.4} mm; the {} vertices of its rim lie \
+             on the cylinder; {STRAIGHT}",
+            cylinder.radius,
+            cylinder.length,
+            1e3 * cylinder.deviation,
+            cylinder.sides
+        ),
+        _ => STRAIGHT.into(),
+    };
+    GuidePlan { kind: GuideKind::ClosedFormStraight, reason }
+}
+
+/// Sentence that says why facets are traced, and what they do to a pipe that is meant to be round.
+fn facets(triangles: usize, section: Option<&Section>) -> String {
+    let mut reason = format!("mesh of {triangles} triangles: rays are traced facet by facet");
+    if let Some(Section::Facets { sides, reason: why }) = section {
+        reason.push_str(&format!("; not replaced by a cylinder: {why}"));
+        if let Some(sides) = sides {
+            reason.push_str(&format!(
+                "; a regular prism of {sides} sides has {:.5} times the area of the cylinder through its vertices and \
+                 {:.5} times its reflections",
+                recognise::area_factor(*sides),
+                recognise::bounce_factor(*sides)
+            ));
+        }
+    }
+    reason
+}
+
+/// Sentence on the shares of light that a measured diffuser passes, as its table has them.
+fn measured(diffuser: &Diffuser) -> String {
+    let Diffuser::Measured(table) = diffuser else { return String::new() };
+    let at = |degrees: f64| {
+        let [through, back] = table.shares(degrees.to_radians().cos());
+        format!("{through:.4} and {back:.4} at {degrees} degrees")
+    };
+    format!("; measured diffuser: transmits and reflects {}, {}, {}", at(0.0), at(30.0), at(60.0))
+}
+
+fn domed(guide: &DomedGuide) -> GuidePlan {
+    let Dome { inner, outer, index, absorption } = guide.dome;
+    let (kind, pipe) = match guide.pipe {
+        Pipe::Straight(_) => (GuideKind::ClosedFormStraight, STRAIGHT),
+        Pipe::Bent(_) => (GuideKind::ClosedFormBent, BENT),
+    };
+    let axial = slab_transmittance(1.0, index, absorption * (outer - inner));
+    let reason = format!(
+        "{pipe}; light is traced through the faces of the dome, refractive index {index}, which passes {axial:.4} of \
+         axial light"
+    );
+    GuidePlan { kind, reason }
+}
+
+/// Says how the guides of a compiled scene are computed, and why.
+pub fn guides(traceable: &TraceableScene) -> Vec<GuidePlan> {
+    traceable
+        .tubes
+        .iter()
+        .map(|tube| {
+            let mut plan = of_guide(tube);
+            plan.reason.push_str(&measured(&tube.diffuser));
+            plan
+        })
+        .collect()
+}
+
+fn of_guide(tube: &TraceableTube) -> GuidePlan {
+    match &tube.guide {
+        Guide::Straight(_) if tube.section.is_some() => recognised(tube),
+        Guide::Straight(_) => GuidePlan { kind: GuideKind::ClosedFormStraight, reason: STRAIGHT.into() },
+        Guide::Bent(_) => GuidePlan { kind: GuideKind::ClosedFormBent, reason: BENT.into() },
+        Guide::Domed(guide) => domed(guide),
+        Guide::Mesh(guide) => {
+            GuidePlan { kind: GuideKind::Mesh, reason: facets(guide.triangle_count(), tube.section.as_ref()) }
+        }
+    }
+}
