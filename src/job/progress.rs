@@ -1,4 +1,4 @@
-//! How far a job is, and why it ended.
+//! Progress of a job, and the reason why it ended.
 
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
@@ -43,13 +43,13 @@ pub struct PassReport {
     pub mean_lux: Option<f64>,
 }
 
-/// How far a job is.
+/// Progress of a job.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct Progress {
     pub passes: u64,
     pub photons: u64,
     pub rays: u64,
-    /// Render seconds so far.
+    /// Render seconds up to now.
     pub seconds: f64,
     /// Relative error of the grids at the asked confidence; null before the second pass.
     pub relative_error: Option<f64>,

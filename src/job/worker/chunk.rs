@@ -19,13 +19,13 @@ pub(super) struct ChunkRun {
     pub chunk: u64,
 }
 
-/// What the pool tells while it renders.
+/// News of the pool while it renders.
 pub(super) enum News {
     Pass(PassReport),
     Images { passes: u64, images: Vec<(String, Vec<u8>)> },
 }
 
-/// How a chunk ends.
+/// Ways in which a chunk ends.
 pub(super) enum Ended {
     Continue {
         state: Bytes,

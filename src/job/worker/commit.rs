@@ -20,7 +20,7 @@ pub(super) const RETRY_PAUSE: Duration = Duration::from_secs(5);
 /// Files of one job that are written at the same time.
 const FILES_AT_ONCE: usize = 8;
 
-/// Where a chunk's end is written.
+/// Places where a chunk's end is written.
 pub(super) struct Commits {
     pub store: Arc<dyn Store>,
     pub artifacts: Artifacts,
@@ -125,7 +125,7 @@ async fn put_files(
     futures::stream::iter(puts).buffered(FILES_AT_ONCE).try_collect().await
 }
 
-/// Up to five times, with growing pauses: what fails is a busy or full disk, and a chunk is worth waiting for.
+/// Tries up to five times, with growing pauses: what fails is a busy or full disk, and a chunk is worth waiting for.
 pub(super) async fn retry<T, E: std::fmt::Display, F: Future<Output = Result<T, E>>>(
     mut action: impl FnMut() -> F,
 ) -> Result<T, E> {

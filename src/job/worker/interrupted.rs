@@ -3,7 +3,7 @@
 use crate::job::artifacts::ArtifactError;
 use crate::job::store::{JobProblem, StoreError};
 
-/// Why a chunk was not committed.
+/// Reason why a chunk was not committed.
 pub(super) enum Interrupted {
     /// Somebody else has it, or the job is gone.
     LeaseLost,

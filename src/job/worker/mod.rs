@@ -43,7 +43,7 @@ use crate::job::store::*;
 
 /// Hints wake an idle worker; this is for a lease that ran out, or a hint that was lost.
 const IDLE_POLL: Duration = Duration::from_secs(60);
-/// A job that has been rendered for so long lets the next one go on, after its chunk.
+/// Render time of a job after which it lets the next one go on, at the end of its chunk.
 const TURN: Duration = Duration::from_secs(2);
 /// Age of a process before it takes a chunk over which one process, or two in a row, have died.
 const STEADY_AFTER: [Duration; MAX_DEATHS as usize - 1] = [Duration::from_secs(2), Duration::from_secs(10)];
