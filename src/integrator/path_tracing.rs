@@ -18,9 +18,8 @@ use crate::integrator::backward::pass::{EYE_STREAM, SENSOR_STREAM, Sampling, eac
 use crate::integrator::backward::vertex::NARROW_ROUGHNESS;
 use crate::integrator::backward::walk::Path;
 use crate::integrator::photon::ledger::Account;
-use crate::sampling::Key;
-use crate::sampling::PathSamples;
 use crate::sampling::path_samples::SOBOL_PAIRS;
+use crate::sampling::{Key, PathSamples};
 use crate::scene::{Grid, View};
 use crate::traceable::{TraceableScene, TraceableTube};
 

@@ -20,8 +20,7 @@ use crate::plan::GuideKind;
 use crate::sampling::Key;
 use crate::scene::{Segment, StraightOrBent, Tube, TubeShape};
 use crate::sky::{CieType, Sky, SkyDistribution, direction};
-use crate::traceable::TraceableScene;
-use crate::traceable::cylinder_guide;
+use crate::traceable::{TraceableScene, cylinder_guide};
 
 /// Rays per replicate and beam, and under a sky.
 const BEAM_RAYS: u64 = 128;

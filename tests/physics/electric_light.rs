@@ -13,8 +13,7 @@ use skyduct::integrator::photon::ledger::Account;
 use skyduct::integrator::photon::path::{Flight, Origin, Scattering, Visitor, trace};
 use skyduct::integrator::sppm::Settings;
 use skyduct::optics::{Spectrum, Surface};
-use skyduct::sampling::Key;
-use skyduct::sampling::PathSamples;
+use skyduct::sampling::{Key, PathSamples};
 use skyduct::scene::{BoxObject, Channels, EstimateKind, Grid, Luminaire, Room, Scene};
 use skyduct::traceable::TraceableScene;
 

@@ -13,8 +13,7 @@ use skyduct::optics::{Spectrum, Surface};
 use skyduct::plan::{self, EffectRequests, Effects};
 use skyduct::sampling::{Key, PathRandom, warp};
 use skyduct::scene::{Channels, MeshObject, Room, Scene};
-use skyduct::traceable::TraceableScene;
-use skyduct::traceable::{NO_SURFACE, Place};
+use skyduct::traceable::{NO_SURFACE, Place, TraceableScene};
 
 /// A room with a panel and one block, `object`.
 fn room(object: Value) -> Value {

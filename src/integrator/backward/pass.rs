@@ -8,8 +8,7 @@ use rayon::prelude::*;
 use super::walk::{Daylight, Path};
 use crate::integrator::backward::room_entry::enter_room;
 use crate::optics::Spectrum;
-use crate::sampling::Key;
-use crate::sampling::PathSamples;
+use crate::sampling::{Key, PathSamples};
 use crate::scene::{EstimateKind, Grid, View};
 use crate::traceable::TraceableScene;
 

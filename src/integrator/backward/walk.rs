@@ -12,8 +12,7 @@ use glam::DVec3;
 
 use super::vertex::{Ray, Vertex, diffuse_share, lobe, luminaire_density, luminaire_share, share};
 use crate::optics::Spectrum;
-use crate::sampling::PathSamples;
-use crate::sampling::warp;
+use crate::sampling::{PathSamples, warp};
 use crate::traceable::{NO_SURFACE, Place, SpecularOptics, SurfaceId, TraceableScene};
 
 /// Share of its first weight below which a path goes on by roulette even where nothing absorbs.

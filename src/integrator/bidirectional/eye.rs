@@ -11,8 +11,7 @@ use crate::integrator::backward::opening::{LEAST_MEASURED_SHARE, above_closure, 
 use crate::integrator::backward::vertex::{Scatter, diffuse_share};
 use crate::integrator::backward::walk::{MAX_EVENTS, ROULETTE_BELOW};
 use crate::optics::{Closure, Spectrum};
-use crate::sampling::PathSamples;
-use crate::sampling::warp;
+use crate::sampling::{PathSamples, warp};
 use crate::traceable::{NO_SURFACE, Place, SurfaceId, SurfaceOptics, TraceableScene};
 
 /// Densities with which photons start, of the sources that eye paths can find.

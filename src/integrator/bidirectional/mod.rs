@@ -34,8 +34,7 @@ use crate::integrator::photon::emission::{Emission, EmittedPhoton, Start};
 use crate::integrator::photon::ledger::Account;
 use crate::integrator::photon::path::{Flight, trace};
 use crate::optics::Spectrum;
-use crate::sampling::PathSamples;
-use crate::sampling::{Key, PathRandom};
+use crate::sampling::{Key, PathRandom, PathSamples};
 use crate::scene::{EstimateKind, Grid, View};
 use crate::traceable::{NO_SURFACE, TraceableScene, TraceableTube};
 

@@ -7,8 +7,7 @@ use super::emission::{EmittedPhoton, Start};
 use super::ledger::{Account, Ledger};
 use crate::guide::{End, Transit};
 use crate::optics::{Closure, FiniteBsdf, Spectrum};
-use crate::sampling::PathSamples;
-use crate::sampling::warp;
+use crate::sampling::{PathSamples, warp};
 use crate::traceable::{NO_SURFACE, Place, RoomHit, SpecularOptics, SurfaceId, TraceableScene};
 
 /// Share of its first flux below which a photon goes on by roulette even where nothing absorbs.

@@ -26,8 +26,7 @@ use crate::integrator::photon::emission::Emission;
 use crate::integrator::photon::ledger::Account;
 use crate::integrator::photon::path::{Flight, Origin, Scattering, Visitor, trace};
 use crate::optics::{Diffuser, Glossy, Spectrum};
-use crate::sampling::PathSamples;
-use crate::sampling::{Key, PathRandom};
+use crate::sampling::{Key, PathRandom, PathSamples};
 use crate::scene::{EstimateKind, Grid};
 use crate::traceable::{Place, RoomHit, SurfaceId, SurfaceOptics, TraceableScene, TraceableTube};
 

@@ -28,8 +28,7 @@ use crate::integrator::photon::chunks::fold_chunks;
 use crate::integrator::photon::emission::{Emission, EmittedPhoton, Start};
 use crate::integrator::photon::ledger::Account;
 use crate::optics::{Closure, Spectrum};
-use crate::sampling::PathSamples;
-use crate::sampling::{Key, PathRandom, Replicate, warp};
+use crate::sampling::{Key, PathRandom, PathSamples, Replicate, warp};
 use crate::traceable::{NO_SURFACE, TraceableScene, TraceableTube};
 
 /// Photons that a vertex is connected to where nothing has a closed form.

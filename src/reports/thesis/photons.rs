@@ -13,11 +13,9 @@ use crate::integrator::photon_map::grid::Photon;
 use crate::optics::Spectrum;
 use crate::reports::page::ReportError;
 use crate::reports::run::compile;
-use crate::sampling::Key;
-use crate::sampling::PathSamples;
+use crate::sampling::{Key, PathSamples};
 use crate::scene::Face;
-use crate::traceable::SurfaceId;
-use crate::traceable::TraceableScene;
+use crate::traceable::{SurfaceId, TraceableScene};
 
 /// Photons that one task traces: fixed, so that their order is that of any number of threads.
 const CHUNK: u64 = 1024;

@@ -14,8 +14,7 @@ use crate::output::{Image, OutputError, Raster, png};
 use crate::reports::page::ReportError;
 use crate::reports::run::{compile, render_all};
 use crate::statistics::Moments;
-use crate::traceable::TraceableScene;
-use crate::traceable::{NO_SURFACE, Place, RoomHit};
+use crate::traceable::{NO_SURFACE, Place, RoomHit, TraceableScene};
 
 /// Surfaces that the centres of a view's pixels see.
 pub struct Sight {
