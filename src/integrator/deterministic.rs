@@ -7,8 +7,8 @@ use crate::analytic::{Installation, Solver, Tube};
 use crate::guide::Guide;
 use crate::optics::mirror::Mirror;
 use crate::optics::{Collector, Diffuser};
-use crate::scene::{Channels, EstimateKind, Grid, Scene, StraightOrBent, TubeShape};
-use crate::traceable::{TraceableScene, TraceableTube};
+use crate::scene::{Channels, EstimateKind, Face, Grid, Scene, StraightOrBent, TubeShape};
+use crate::traceable::{SurfaceId, TraceableScene, TraceableTube};
 
 /// The solver of a deterministic method; `None` for the others, and for tubes given as meshes.
 ///
@@ -44,9 +44,8 @@ pub fn installation(traceable: &TraceableScene, grids: &[Grid]) -> Installation 
         sky: traceable.sky.clone(),
         sun: traceable.sun,
         size: traceable.size,
-        reflectance: std::array::from_fn(|face| {
-            traceable.surfaces[face].as_ref().map(|surface| surface.reflectance[0])
-        }),
+        reflectance: Face::ALL
+            .map(|face| traceable.optics(SurfaceId::of_face(face)).map(|surface| surface.reflectance[0])),
         tubes: traceable.tubes.iter().map(tube).collect(),
         grids: grids.to_vec(),
         interreflection: traceable.interreflection,

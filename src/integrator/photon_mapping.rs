@@ -37,7 +37,7 @@ use crate::integrator::photon_map::visible_point;
 use crate::optics::Spectrum;
 use crate::sampling::{Key, PathRandom, Replicate, warp};
 use crate::scene::{EstimateKind, Grid, View};
-use crate::traceable::{NO_SURFACE, Place, RoomHit, SurfaceId, TraceableScene, TraceableTube};
+use crate::traceable::{Place, RoomHit, SurfaceId, TraceableScene, TraceableTube};
 
 /// Settings of photon mapping.
 #[derive(Clone, Debug, PartialEq)]
@@ -165,14 +165,13 @@ impl<const C: usize> PhotonMapping<C> {
             }
             let (connections, points) = (SENSOR_CONNECTIONS / (strata * strata), SENSOR_STRATA / strata);
             let maps = gathering.maps;
-            direct += self.mapper.diffuser_irradiance(maps, point, DVec3::Z, NO_SURFACE, connections, &mut random)
+            direct += self.mapper.diffuser_irradiance(maps, point, DVec3::Z, None, connections, &mut random)
                 * (share * share);
-            direct +=
-                self.mapper.luminaire_irradiance(point, DVec3::Z, NO_SURFACE, points, &mut random) * (share * share);
+            direct += self.mapper.luminaire_irradiance(point, DVec3::Z, None, points, &mut random) * (share * share);
         }
         let start = |place: [f64; 2]| Some(sensor.point(place) + lift).filter(|point| !self.covered(*point));
         let count = self.gather_rays.unwrap_or(SENSOR_GATHER_RAYS);
-        let receiver = Receiver { normal: DVec3::Z, surface: NO_SURFACE, key: sensor.key.child(GATHER_STREAM) };
+        let receiver = Receiver { normal: DVec3::Z, surface: None, key: sensor.key.child(GATHER_STREAM) };
         let gathered = gathering.gather(&receiver, start, count, &mut random);
         ((direct + gathered.irradiance).luminance(), gathered.bias)
     }
@@ -203,7 +202,8 @@ impl<const C: usize> PhotonMapping<C> {
                     points += 1;
                     // what is reflected faintly needs fewer rays
                     let count = (rays * weight.max()).ceil().clamp(1.0, rays) as u32;
-                    let receiver = Receiver { normal: hit.normal, surface, key: key.child(GATHER_STREAM + points) };
+                    let receiver =
+                        Receiver { normal: hit.normal, surface: Some(surface), key: key.child(GATHER_STREAM + points) };
                     let mut light = gathering.gather(&receiver, |_| Some(hit.position), count, random);
                     let caustics = mapper.caustics(gathering.maps, self.radius, hit.position, surface);
                     light.irradiance += caustics.irradiance;
@@ -234,7 +234,7 @@ impl<const C: usize> Integrator for PhotonMapping<C> {
 /// Surface element that gather rays leave.
 struct Receiver {
     normal: DVec3,
-    surface: SurfaceId,
+    surface: Option<SurfaceId>,
     key: Key,
 }
 
@@ -270,7 +270,7 @@ impl<const C: usize> Gathering<'_, C> {
         &self,
         mut origin: DVec3,
         mut direction: DVec3,
-        mut from: SurfaceId,
+        mut from: Option<SurfaceId>,
         random: &mut PathRandom,
         sum: &mut Gathered<C>,
     ) -> u64 {
@@ -280,7 +280,7 @@ impl<const C: usize> Gathering<'_, C> {
             let hit = scene.intersect(origin, direction, from);
             let rays = u64::from(reflections) + 1;
             let Place::Surface(surface) = hit.place else { return rays };
-            let Some(optics) = &scene.surfaces[surface as usize] else { return rays };
+            let Some(optics) = scene.optics(surface) else { return rays };
             if optics.gathers() {
                 let brdf = Spectrum::from_rgb(optics.reflectance) * (1.0 / PI);
                 let light = self.mapper.indirect(self.maps, self.maps.radius, hit.position, surface);
@@ -297,7 +297,7 @@ impl<const C: usize> Gathering<'_, C> {
             weight = weight * reflectance * (1.0 / survival);
             let point = random.uniform2();
             direction = specular.reflect(hit.normal, -direction, point, random);
-            (origin, from) = (hit.position, surface);
+            (origin, from) = (hit.position, Some(surface));
         }
         u64::from(MAX_REFLECTIONS)
     }
@@ -312,8 +312,8 @@ impl<const C: usize> Gathering<'_, C> {
         random: &mut PathRandom,
     ) -> Spectrum<C> {
         let RoomHit { position, normal, .. } = *hit;
-        self.mapper.diffuser_irradiance(self.maps, position, normal, surface, connections, random)
-            + self.mapper.luminaire_irradiance(position, normal, surface, strata, random)
+        self.mapper.diffuser_irradiance(self.maps, position, normal, Some(surface), connections, random)
+            + self.mapper.luminaire_irradiance(position, normal, Some(surface), strata, random)
     }
 }
 

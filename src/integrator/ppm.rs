@@ -29,7 +29,7 @@ use crate::integrator::photon_map::visible_point;
 use crate::optics::Spectrum;
 use crate::sampling::{Key, PathRandom};
 use crate::scene::{EstimateKind, Grid, View};
-use crate::traceable::{NO_SURFACE, TraceableScene};
+use crate::traceable::TraceableScene;
 
 /// Settings of progressive photon mapping.
 #[derive(Clone, Debug, PartialEq)]
@@ -243,10 +243,9 @@ impl<const C: usize> Ppm<C> {
         let connections = (SENSOR_CONNECTIONS / strata.count()).max(LEAST_CONNECTIONS);
         let luminaire_strata = (SENSOR_STRATA / strata.rows).max(LEAST_STRATA);
         let mut gathered = self.mapper.plane_irradiance(maps, radius, number, sensor);
-        let direct: Spectrum<C> =
-            self.mapper.diffuser_irradiance(maps, sensor, DVec3::Z, NO_SURFACE, connections, random);
+        let direct: Spectrum<C> = self.mapper.diffuser_irradiance(maps, sensor, DVec3::Z, None, connections, random);
         gathered.irradiance += direct;
-        gathered.irradiance += self.mapper.luminaire_irradiance(sensor, DVec3::Z, NO_SURFACE, luminaire_strata, random);
+        gathered.irradiance += self.mapper.luminaire_irradiance(sensor, DVec3::Z, None, luminaire_strata, random);
         gathered
     }
 

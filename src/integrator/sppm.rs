@@ -25,7 +25,7 @@ use crate::integrator::photon_map::progressive::{Carried, PointStatistics, Radii
 use crate::integrator::photon_map::visible_point;
 use crate::sampling::{Key, PathRandom};
 use crate::scene::{EstimateKind, Grid, View};
-use crate::traceable::{NO_SURFACE, TraceableScene};
+use crate::traceable::TraceableScene;
 
 /// Settings of stochastic progressive photon mapping.
 #[derive(Clone, Debug, PartialEq)]
@@ -98,9 +98,8 @@ impl<const C: usize> Sppm<C> {
                 if mapper.scene.boxes.iter().any(|object| object.contains(sensor)) {
                     return [0.0; 3];
                 }
-                let direct =
-                    mapper.diffuser_irradiance(maps, sensor, DVec3::Z, NO_SURFACE, SENSOR_CONNECTIONS, &mut random);
-                let electric = mapper.luminaire_irradiance(sensor, DVec3::Z, NO_SURFACE, SENSOR_STRATA, &mut random);
+                let direct = mapper.diffuser_irradiance(maps, sensor, DVec3::Z, None, SENSOR_CONNECTIONS, &mut random);
+                let electric = mapper.luminaire_irradiance(sensor, DVec3::Z, None, SENSOR_STRATA, &mut random);
                 let radius = before.get(index).map_or(maps.radius, PointStatistics::radius_m);
                 let gathered = mapper.plane_irradiance(maps, radius, number, sensor);
                 let lux = direct.luminance() + electric.luminance() + gathered.irradiance.luminance();

@@ -12,7 +12,7 @@ pub use guides::{GuideKind, GuidePlan};
 pub use memory::MemoryEstimate;
 
 use crate::scene::Scene;
-use crate::traceable::{TraceableScene, TubeError};
+use crate::traceable::{Follow, TraceableScene, TubeError};
 
 /// Everything that will be simulated, with reasons; part of every result.
 #[derive(Clone, Debug)]
@@ -27,9 +27,11 @@ pub struct Plan {
 pub fn compile(scene: &Scene, effects: &Effects) -> Result<TraceableScene, TubeError> {
     let mut traceable = TraceableScene::new(
         scene,
-        effects.is_on(EffectKind::Interreflection),
-        effects.is_on(EffectKind::GuideReturn),
-        effects.is_on(EffectKind::Objects),
+        Follow {
+            interreflection: effects.is_on(EffectKind::Interreflection),
+            guide_return: effects.is_on(EffectKind::GuideReturn),
+            objects: effects.is_on(EffectKind::Objects),
+        },
     )?;
     if !effects.is_on(EffectKind::Sky) {
         traceable.sky = None;

@@ -86,7 +86,7 @@ impl TraceableBox {
         (self.base.z, self.base.z + self.height)
     }
 
-    /// A corner, two edges that span the face, in the room frame; the face's number as in [`crate::traceable::SurfaceId`].
+    /// A corner, two edges that span the face, in the room frame; `face` is numbered as [`Face`](crate::scene::Face) is.
     pub fn face(&self, face: usize) -> [DVec3; 3] {
         let back = self.turn.transpose();
         let world = |v: DVec3| (back * v.truncate()).extend(v.z);

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::surface_id::SurfaceId;
+use super::surface_id::Side;
 use crate::geometry::bvh::TriangleBvh;
 use crate::geometry::facets::Facets;
 use crate::geometry::section::section;
@@ -25,8 +25,6 @@ pub struct TraceableMeshes {
     positions: Vec<DVec3>,
     triangles: Vec<[u32; 3]>,
     pub facets: Facets,
-    /// Number of the first surface; each facet has two, its front and its back.
-    first: SurfaceId,
     /// Distance in metres by which light ends before a triangle.
     pub clearance: f64,
 }
@@ -39,12 +37,13 @@ pub struct MeshHit {
     pub position: DVec3,
     /// Unit normal on the ray's side.
     pub normal: DVec3,
-    pub surface: SurfaceId,
+    pub facet: usize,
+    pub side: Side,
 }
 
 impl TraceableMeshes {
-    /// All objects of a room of `size` and their surfaces, numbered from `first`; `None` without.
-    pub fn new(objects: &[MeshObject], size: DVec3, first: SurfaceId) -> Option<(Self, Vec<Surface>)> {
+    /// All objects of a room of `size`, and the surface of each facet; `None` without objects.
+    pub fn new(objects: &[MeshObject], size: DVec3) -> Option<(Self, Vec<Surface>)> {
         let (mut positions, mut triangles) = (Vec::new(), Vec::new());
         let (mut kinds, mut surfaces) = (Vec::new(), Vec::new());
         for object in objects {
@@ -64,23 +63,15 @@ impl TraceableMeshes {
         for (triangle, facet) in facets.of_triangle.iter().enumerate() {
             of_facets[*facet as usize] = surfaces[kinds[triangle] as usize];
         }
-        let of_surfaces = of_facets.iter().flat_map(|surface| [*surface; 2]).collect();
         let meshes = Self {
             bvh: TriangleBvh::new(&corners),
             normals: corners.iter().map(normal).collect(),
             positions,
             triangles,
             facets,
-            first,
             clearance: CLEARANCE * size.length(),
         };
-        Some((meshes, of_surfaces))
-    }
-
-    /// Number of the facet that a surface belongs to; `None` for surfaces that are no facets.
-    pub fn facet(&self, surface: SurfaceId) -> Option<usize> {
-        let facet = surface.checked_sub(self.first)? as usize / 2;
-        (facet < self.facets.len()).then_some(facet)
+        Some((meshes, of_facets))
     }
 
     /// A point inside a facet.
@@ -94,15 +85,15 @@ impl TraceableMeshes {
     pub fn intersect(&self, origin: DVec3, direction: DVec3) -> Option<MeshHit> {
         let hit = self.bvh.nearest(origin, direction, None)?;
         let triangle = hit.triangle as usize;
-        let facet = self.facets.of_triangle[triangle];
+        let facet = self.facets.of_triangle[triangle] as usize;
         let normal = self.normals[triangle];
         // no negative zeros: the frame around a normal must not depend on the winding
         let normal = (if normal.dot(direction) > 0.0 { -normal } else { normal }) + DVec3::ZERO;
-        let back = u32::from(self.facets.normals[facet as usize].dot(normal) < 0.0);
+        let side = if self.facets.normals[facet].dot(normal) < 0.0 { Side::Back } else { Side::Front };
         let on_plane = self.positions[self.triangles[triangle][0] as usize];
         let position = origin + direction * hit.distance;
         let position = position + normal * (self.clearance - normal.dot(position - on_plane));
-        Some(MeshHit { distance: hit.distance, position, normal, surface: self.first + 2 * facet + back })
+        Some(MeshHit { distance: hit.distance, position, normal, facet, side })
     }
 
     /// True if a triangle is met before the share `until` of the way from `a` to `b`.

@@ -19,7 +19,7 @@ use surface::Lobes;
 
 pub use box_object::TraceableBox;
 pub use surface::{SpecularOptics, SurfaceOptics};
-pub use surface_id::{NO_SURFACE, SurfaceId};
+pub use surface_id::{Numbering, Side, SurfaceId};
 pub use tube::{TraceableTube, TubeError, cylinder_guide};
 
 /// Share of a segment's end within which a box counts as touched, not as in between: a sensor on a table sees the room.
@@ -35,7 +35,8 @@ pub struct TraceableScene {
     pub sun: Option<Sun>,
     pub size: DVec3,
     /// Optics of the surfaces by number; `None` is open.
-    pub surfaces: Vec<Option<SurfaceOptics>>,
+    surfaces: Vec<Option<SurfaceOptics>>,
+    pub numbering: Numbering,
     pub boxes: Vec<TraceableBox>,
     pub meshes: Option<TraceableMeshes>,
     pub luminaires: Vec<TraceableLuminaire>,
@@ -51,7 +52,18 @@ pub struct TraceableScene {
     /// True if anything can stand between a luminaire and a point before it.
     pub luminaires_obstructed: bool,
     /// Bounding volumes of everything that can stand in the way of light from an opening.
-    pub obstacles: Obstacles,
+    obstacles: Obstacles,
+}
+
+/// What of a scene's light is followed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Follow {
+    /// Light that surfaces of the room reflect.
+    pub interreflection: bool,
+    /// Light that goes up into a guide, for its return.
+    pub guide_return: bool,
+    /// What boxes and meshes do to light; else they are left out.
+    pub objects: bool,
 }
 
 /// Place where a ray in the room ends.
@@ -71,8 +83,9 @@ pub enum Place {
 }
 
 impl TraceableScene {
-    /// `objects` false leaves boxes and meshes out.
-    pub fn new(scene: &Scene, interreflection: bool, guide_return: bool, objects: bool) -> Result<Self, TubeError> {
+    /// Builds guides and numbers surfaces; fails where a meshed tube has no guide.
+    pub fn new(scene: &Scene, follow: Follow) -> Result<Self, TubeError> {
+        let Follow { interreflection, guide_return, objects } = follow;
         let Room { size, surfaces, boxes, meshes, luminaires } = &scene.room;
         let (boxes, meshes): (&[BoxObject], &[MeshObject]) = if objects { (boxes, meshes) } else { (&[], &[]) };
         let mut lobes = Lobes::default();
@@ -82,13 +95,20 @@ impl TraceableScene {
             optics.extend(std::iter::repeat_n(Some(lobes.surface(&object.surface)), 6));
         }
         let mesh_objects = meshes;
-        let meshes = TraceableMeshes::new(meshes, *size, optics.len() as SurfaceId).map(|(meshes, of_surfaces)| {
-            optics.extend(of_surfaces.iter().map(|surface| Some(lobes.surface(surface))));
+        let meshes = TraceableMeshes::new(meshes, *size).map(|(meshes, of_facets)| {
+            for surface in &of_facets {
+                let both_sides = lobes.surface(surface);
+                optics.extend([Some(both_sides.clone()), Some(both_sides)]);
+            }
             meshes
         });
-        let first = optics.len() as SurfaceId;
-        let luminaires: Vec<_> =
-            (first..).zip(luminaires).map(|(surface, luminaire)| TraceableLuminaire::new(luminaire, surface)).collect();
+        let facets = meshes.as_ref().map_or(0, |meshes| meshes.facets.len());
+        let numbering = Numbering { boxes: boxes.len(), facets, luminaires: luminaires.len() };
+        let luminaires: Vec<_> = luminaires
+            .iter()
+            .enumerate()
+            .map(|(index, luminaire)| TraceableLuminaire::new(luminaire, numbering.luminaire(index)))
+            .collect();
         let black = SurfaceOptics { reflectance: [0.0; 3], specular: None };
         optics.extend(std::iter::repeat_n(Some(black), luminaires.len()));
         let tubes = scene
@@ -110,6 +130,7 @@ impl TraceableScene {
             sun: scene.daylight.as_ref().and_then(|daylight| daylight.sun),
             size: *size,
             surfaces: optics,
+            numbering,
             furnished: objects || !luminaires.is_empty(),
             obstructed: objects || hanging,
             luminaires_obstructed: objects || (hanging && luminaires.len() > 1),
@@ -123,15 +144,26 @@ impl TraceableScene {
         })
     }
 
+    /// Optics of a surface; `None` where the room is open.
+    #[inline]
+    pub fn optics(&self, surface: SurfaceId) -> Option<&SurfaceOptics> {
+        self.surfaces[surface.index()].as_ref()
+    }
+
+    /// Optics of all surfaces that are not open.
+    pub fn all_optics(&self) -> impl Iterator<Item = &SurfaceOptics> {
+        self.surfaces.iter().flatten()
+    }
+
     /// The luminaire with this surface number.
     #[inline]
     pub fn luminaire(&self, surface: SurfaceId) -> Option<&TraceableLuminaire> {
-        self.luminaires.get((surface as usize).checked_sub(self.surfaces.len() - self.luminaires.len())?)
+        self.luminaires.get(self.numbering.luminaire_of(surface)?)
     }
 
     /// Specular reflection where it is not left out.
     pub fn specular(&self) -> impl Iterator<Item = &SpecularOptics> {
-        self.surfaces.iter().flatten().filter_map(|surface| surface.specular.as_ref())
+        self.all_optics().filter_map(|surface| surface.specular.as_ref())
     }
 
     /// Leaves specular reflection out: surfaces absorb its share.
@@ -142,9 +174,9 @@ impl TraceableScene {
         self
     }
 
-    /// The first thing that a ray from inside the room meets; `from`: the surface it leaves.
+    /// The first thing that a ray from inside the room meets; `from`: the surface it leaves, if any.
     #[inline]
-    pub fn intersect(&self, origin: DVec3, direction: DVec3, from: SurfaceId) -> RoomHit {
+    pub fn intersect(&self, origin: DVec3, direction: DVec3, from: Option<SurfaceId>) -> RoomHit {
         let (mut distance, mut axis) = (f64::INFINITY, 2);
         for k in 0..3 {
             // without branches: which wall a ray heads for is as random as the ray
@@ -166,29 +198,30 @@ impl TraceableScene {
         position = position.clamp(DVec3::ZERO, self.size);
         let mut normal = DVec3::ZERO;
         normal[axis] = if far { -1.0 } else { 1.0 };
-        let face = 2 * axis + usize::from(far);
-        let place = if face == Face::Ceiling as usize {
-            self.opening_at(position.truncate()).map_or(Place::Surface(face as SurfaceId), Place::Opening)
+        let face = Face::ALL[2 * axis + usize::from(far)];
+        let surface = Place::Surface(SurfaceId::of_face(face));
+        let place = if face == Face::Ceiling {
+            self.opening_at(position.truncate()).map_or(surface, Place::Opening)
         } else {
-            Place::Surface(face as SurfaceId)
+            surface
         };
         RoomHit { position, normal, place }
     }
 
     /// True if nothing stands between two points of the room; the surfaces that they lie on do not count.
     #[inline]
-    pub fn visible(&self, a: DVec3, from: SurfaceId, b: DVec3, to: SurfaceId) -> bool {
+    pub fn visible(&self, a: DVec3, from: Option<SurfaceId>, b: DVec3, to: Option<SurfaceId>) -> bool {
         if !self.obstructed {
             return true;
         }
         if self.meshes.as_ref().is_some_and(|meshes| meshes.blocks(a, b, 1.0 - ON_TARGET)) {
             return false;
         }
-        let own = |surface: SurfaceId| (surface >= 6 && surface != NO_SURFACE).then(|| (surface as usize - 6) / 6);
+        let own = |surface: Option<SurfaceId>| surface.and_then(|surface| self.numbering.box_of(surface));
         let (own_a, own_b) = (own(from), own(to));
         self.luminaires.iter().all(|luminaire| {
-            luminaire.surface == from
-                || luminaire.surface == to
+            Some(luminaire.surface) == from
+                || Some(luminaire.surface) == to
                 || luminaire
                     .intersect(a, b - a)
                     .is_none_or(|t| t >= 1.0 - ON_TARGET || t * (b - a).length() <= self.coinciding())
@@ -197,6 +230,22 @@ impl TraceableScene {
                 || Some(index) == own_b
                 || object.intersect(a, b - a).is_none_or(|(t, ..)| t >= 1.0 - ON_TARGET)
         })
+    }
+
+    /// True if certainly nothing stands between any point within `reach` of `position`, at its height, and any point of
+    /// a disc of `radius` around `centre` in the ceiling; `from` is the surface of `position`, whose horizon hides
+    /// nothing.
+    pub fn leaves_clear(
+        &self,
+        position: DVec3,
+        reach: f64,
+        from: Option<SurfaceId>,
+        centre: DVec3,
+        radius: f64,
+    ) -> bool {
+        // a box is convex: none of its points hides what another sees
+        let own_box = from.filter(|_| reach == 0.0).and_then(|surface| self.numbering.box_of(surface));
+        self.obstacles.leave_clear(position, reach, own_box, centre, radius)
     }
 
     fn opening_at(&self, point: DVec2) -> Option<usize> {
@@ -216,14 +265,15 @@ impl TraceableScene {
         COINCIDING * self.size.length()
     }
 
-    fn nearest_object(&self, origin: DVec3, direction: DVec3, within: f64, from: SurfaceId) -> Option<RoomHit> {
+    fn nearest_object(&self, origin: DVec3, direction: DVec3, within: f64, from: Option<SurfaceId>) -> Option<RoomHit> {
         let mut hit = self.nearest_box(origin, direction, within, from);
         let mut within = hit.map_or(within, |hit| (hit.position - origin).dot(direction));
         // what coincides with a wall lies on it
         let on_mesh = self.meshes.as_ref().and_then(|meshes| meshes.intersect(origin, direction));
         if let Some(on_mesh) = on_mesh.filter(|hit| hit.distance <= within + self.coinciding()) {
             within = on_mesh.distance;
-            let MeshHit { position, normal, surface, .. } = on_mesh;
+            let MeshHit { position, normal, facet, side, .. } = on_mesh;
+            let surface = self.numbering.facet_side(facet, side);
             hit = Some(RoomHit { position, normal, place: Place::Surface(surface) });
         }
         if self.luminaires.is_empty() {
@@ -234,10 +284,16 @@ impl TraceableScene {
 
     /// The nearest luminaire; one that coincides with what is hit at distance `within` lies on it. Of two that lie back to
     /// back, the one that faces the ray.
-    fn nearest_luminaire(&self, origin: DVec3, direction: DVec3, within: f64, from: SurfaceId) -> Option<RoomHit> {
+    fn nearest_luminaire(
+        &self,
+        origin: DVec3,
+        direction: DVec3,
+        within: f64,
+        from: Option<SurfaceId>,
+    ) -> Option<RoomHit> {
         let near = self.coinciding();
         let mut nearest: Option<(f64, &TraceableLuminaire)> = None;
-        for luminaire in self.luminaires.iter().filter(|luminaire| luminaire.surface != from) {
+        for luminaire in self.luminaires.iter().filter(|luminaire| Some(luminaire.surface) != from) {
             let Some(distance) = luminaire.intersect(origin, direction) else { continue };
             if distance <= near || distance > within + near {
                 continue;
@@ -261,20 +317,20 @@ impl TraceableScene {
         })
     }
 
-    fn nearest_box(&self, origin: DVec3, direction: DVec3, within: f64, from: SurfaceId) -> Option<RoomHit> {
+    fn nearest_box(&self, origin: DVec3, direction: DVec3, within: f64, from: Option<SurfaceId>) -> Option<RoomHit> {
         let mut nearest = None;
         let mut distance = within;
+        let own = from.and_then(|surface| self.numbering.box_of(surface));
         for (index, object) in self.boxes.iter().enumerate() {
-            let first = 6 + 6 * index as SurfaceId;
             // a box is convex: no ray that leaves it meets it again
-            if (first..first + 6).contains(&from) {
+            if Some(index) == own {
                 continue;
             }
             if let Some((t, face, normal)) = object.intersect(origin, direction)
                 && t < distance
             {
                 distance = t;
-                let place = Place::Surface(first + face as SurfaceId);
+                let place = Place::Surface(self.numbering.box_face(index, face));
                 let mut position = origin + direction * t;
                 if face / 2 == 2 {
                     // on the plane exactly: a grid may lie in it

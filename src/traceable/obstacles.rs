@@ -4,7 +4,6 @@ use glam::{DVec2, DVec3};
 
 use super::box_object::TraceableBox;
 use super::luminaire::TraceableLuminaire;
-use super::surface_id::SurfaceId;
 use crate::scene::MeshObject;
 
 /// The blocks around boxes, meshes and hanging luminaires.
@@ -20,8 +19,8 @@ struct Block {
     along: DVec2,
     low: f64,
     high: f64,
-    /// The first of six surfaces when it is a box: convex, so that none of them hides what another sees.
-    first: Option<SurfaceId>,
+    /// The box that it is.
+    of_box: Option<usize>,
 }
 
 impl Obstacles {
@@ -32,8 +31,7 @@ impl Obstacles {
             let (low, high) = object.span();
             let sides = DVec2::new((b - a).length(), (d - a).length());
             let along = (b - a).normalize_or(DVec2::X);
-            let first = Some(6 + 6 * index as SurfaceId);
-            blocks.push(Block { centre: 0.5 * (b + d), half: 0.5 * sides, along, low, high, first });
+            blocks.push(Block { centre: 0.5 * (b + d), half: 0.5 * sides, along, low, high, of_box: Some(index) });
         }
         blocks.extend(meshes.iter().filter_map(|object| Block::around(&object.mesh.positions)));
         blocks.extend(luminaires.iter().filter_map(|luminaire| Block::around(&luminaire.corners())));
@@ -41,12 +39,11 @@ impl Obstacles {
     }
 
     /// True if certainly nothing stands between any point within `reach` of `position`, at its height, and any point of
-    /// a disc of `radius` around `centre` in the ceiling; `from` is the surface of `position`, whose horizon hides
-    /// nothing.
-    pub fn leave_clear(&self, position: DVec3, reach: f64, from: SurfaceId, centre: DVec3, radius: f64) -> bool {
+    /// a disc of `radius` around `centre` in the ceiling; box `but_for` is left out.
+    pub fn leave_clear(&self, position: DVec3, reach: f64, but_for: Option<usize>, centre: DVec3, radius: f64) -> bool {
         self.0.iter().all(|block| {
-            let own = block.first.is_some_and(|first| reach == 0.0 && (first..first + 6).contains(&from));
-            own || block.leaves_clear(position, reach, centre, radius)
+            let left_out = but_for.is_some() && block.of_box == but_for;
+            left_out || block.leaves_clear(position, reach, centre, radius)
         })
     }
 }
@@ -57,7 +54,7 @@ impl Block {
         let low = points.iter().copied().reduce(DVec3::min)?;
         let high = points.iter().copied().reduce(DVec3::max)?;
         let (centre, half) = (0.5 * (low + high).truncate(), 0.5 * (high - low).truncate());
-        Some(Self { centre, half, along: DVec2::X, low: low.z, high: high.z, first: None })
+        Some(Self { centre, half, along: DVec2::X, low: low.z, high: high.z, of_box: None })
     }
 
     /// Seen from above, what joins point and disc at the block's heights lies within some distance of a line.
@@ -111,7 +108,7 @@ mod tests {
                 along: DVec2::from_angle(turn),
                 low: uniform(0.0, 0.5),
                 high: uniform(0.5, 2.0),
-                first: None,
+                of_box: None,
             };
             let position = DVec3::new(uniform(0.0, 3.0), uniform(0.0, 3.0), uniform(0.0, 2.0));
             let (centre, radius) = (DVec3::new(uniform(0.5, 2.5), uniform(0.5, 2.5), 2.5), uniform(0.05, 0.4));

@@ -1,8 +1,148 @@
-//! Numbers of surfaces.
+//! Numbers of surfaces, and whose they are.
 
-/// Number of a surface: 0..6 the faces of the room, then six for each box, then two for each facet of a mesh (its front
-/// and its back), then one for each luminaire.
-pub type SurfaceId = u32;
+use std::num::NonZeroU32;
 
-/// Stands for no surface, e.g. where light comes out of an opening.
-pub const NO_SURFACE: SurfaceId = SurfaceId::MAX;
+use crate::scene::Face;
+
+/// Number of a surface of a compiled scene.
+///
+/// The six faces of the room come first, then six faces of each box, then front and back of each facet of a mesh, then
+/// the luminaires. [`Numbering`] knows where each kind begins.
+// one more than the number, so that an `Option` of it takes no more room
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct SurfaceId(NonZeroU32);
+
+/// Faces of a room, and of a box.
+const FACES: usize = Face::ALL.len();
+
+/// Sides of a facet.
+const SIDES: usize = 2;
+
+/// The side of a facet of a mesh.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Side {
+    /// The side toward which the facet's normal points.
+    Front,
+    Back,
+}
+
+impl SurfaceId {
+    #[inline]
+    const fn new(index: usize) -> Self {
+        Self(NonZeroU32::MIN.saturating_add(index as u32))
+    }
+
+    /// Number of a face of the room.
+    #[inline]
+    pub const fn of_face(face: Face) -> Self {
+        Self::new(face as usize)
+    }
+
+    /// The face of the room with this number; `None` for the surfaces of objects and luminaires.
+    pub fn face(self) -> Option<Face> {
+        Face::ALL.get(self.index()).copied()
+    }
+
+    /// Position of the surface in lists of all surfaces.
+    #[inline]
+    pub const fn index(self) -> usize {
+        self.0.get() as usize - 1
+    }
+}
+
+/// How the surfaces of one scene are numbered, by the numbers of its boxes, facets and luminaires.
+#[derive(Clone, Copy, Debug)]
+pub struct Numbering {
+    pub boxes: usize,
+    pub facets: usize,
+    pub luminaires: usize,
+}
+
+impl Numbering {
+    /// Number of the face `face` (0..6, as [`Face`] counts) of box `object`.
+    #[inline]
+    pub fn box_face(self, object: usize, face: usize) -> SurfaceId {
+        SurfaceId::new(FACES * (1 + object) + face)
+    }
+
+    /// Number of one side of a facet.
+    #[inline]
+    pub fn facet_side(self, facet: usize, side: Side) -> SurfaceId {
+        SurfaceId::new(self.first_facet() + SIDES * facet + side as usize)
+    }
+
+    /// Number of the surface of a luminaire.
+    #[inline]
+    pub fn luminaire(self, luminaire: usize) -> SurfaceId {
+        SurfaceId::new(self.first_luminaire() + luminaire)
+    }
+
+    /// The box that has this surface.
+    #[inline]
+    pub fn box_of(self, surface: SurfaceId) -> Option<usize> {
+        let index = surface.index();
+        (index >= FACES && index < self.first_facet()).then(|| index / FACES - 1)
+    }
+
+    /// The facet that has this surface.
+    #[inline]
+    pub fn facet_of(self, surface: SurfaceId) -> Option<usize> {
+        let facet = surface.index().checked_sub(self.first_facet())? / SIDES;
+        (facet < self.facets).then_some(facet)
+    }
+
+    /// The luminaire that has this surface.
+    #[inline]
+    pub fn luminaire_of(self, surface: SurfaceId) -> Option<usize> {
+        surface.index().checked_sub(self.first_luminaire())
+    }
+
+    fn first_facet(self) -> usize {
+        FACES * (1 + self.boxes)
+    }
+
+    fn first_luminaire(self) -> usize {
+        self.first_facet() + SIDES * self.facets
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_surface_has_one_owner_and_every_owner_its_surfaces() {
+        for (boxes, facets, luminaires) in [(0, 0, 0), (2, 0, 3), (0, 5, 0), (3, 4, 2)] {
+            let numbering = Numbering { boxes, facets, luminaires };
+            let mut surfaces: Vec<_> = Face::ALL.iter().map(|face| SurfaceId::of_face(*face)).collect();
+            for face in Face::ALL {
+                assert_eq!(SurfaceId::of_face(face).face(), Some(face));
+            }
+            for (object, face) in (0..boxes).flat_map(|object| (0..FACES).map(move |face| (object, face))) {
+                let surface = numbering.box_face(object, face);
+                assert_eq!(numbering.box_of(surface), Some(object));
+                surfaces.push(surface);
+            }
+            for (facet, side) in (0..facets).flat_map(|facet| [(facet, Side::Front), (facet, Side::Back)]) {
+                let surface = numbering.facet_side(facet, side);
+                assert_eq!(numbering.facet_of(surface), Some(facet));
+                surfaces.push(surface);
+            }
+            for luminaire in 0..luminaires {
+                let surface = numbering.luminaire(luminaire);
+                assert_eq!(numbering.luminaire_of(surface), Some(luminaire));
+                surfaces.push(surface);
+            }
+            for (index, surface) in surfaces.into_iter().enumerate() {
+                assert_eq!(surface.index(), index);
+                let owners = [
+                    surface.face().is_some(),
+                    numbering.box_of(surface).is_some(),
+                    numbering.facet_of(surface).is_some(),
+                    numbering.luminaire_of(surface).is_some(),
+                ];
+                assert_eq!(owners.iter().filter(|owner| **owner).count(), 1, "{surface:?}: {owners:?}");
+            }
+        }
+    }
+}

@@ -15,7 +15,7 @@ use skyduct::integrator::sppm::Settings;
 use skyduct::optics::{Spectrum, Surface};
 use skyduct::sampling::{Key, PathSamples};
 use skyduct::scene::{BoxObject, Channels, EstimateKind, Grid, Luminaire, Room, Scene};
-use skyduct::traceable::TraceableScene;
+use skyduct::traceable::{Place, SurfaceId, TraceableScene};
 
 /// A room of one reflectance with luminaires and a grid on the floor.
 fn room(size: DVec3, reflectance: f64, luminaires: Vec<Luminaire>, cells: [usize; 2], estimate: EstimateKind) -> Scene {
@@ -86,7 +86,7 @@ impl Visitor<1> for Arrivals {
     fn scattered(&mut self, _: &Scattering<1>, _: &mut PathSamples) {}
     fn emitted(&mut self, _: &Scattering<1>, _: &mut PathSamples) {}
     fn flew(&mut self, _: &Flight<1>) {}
-    fn arrived(&mut self, _: u32, _: DVec3, flux: Spectrum<1>, _: Origin) {
+    fn arrived(&mut self, _: SurfaceId, _: DVec3, flux: Spectrum<1>, _: Origin) {
         self.0 += flux.luminance();
     }
 }
@@ -233,12 +233,10 @@ fn back_to_back() {
     assert_grid(&both, &exact, &[0.0; 9], 4.5, 0.0, "back to back");
     let kernel = kernel(&black);
     for (from, toward, front) in [(0.1, DVec3::Z, down), (2.9, DVec3::NEG_Z, up)] {
-        let hit = kernel.intersect(DVec3::new(2.0, 1.5, from), toward, u32::MAX);
-        assert_eq!(hit.place, skyduct::traceable::Place::Surface(if front == down { 6 } else { 7 }));
-        assert_eq!(
-            kernel.luminaire(if front == down { 6 } else { 7 }).unwrap().seen::<1>(toward).0[0],
-            down.luminance[0]
-        );
+        let hit = kernel.intersect(DVec3::new(2.0, 1.5, from), toward, None);
+        let surface = kernel.numbering.luminaire(usize::from(front != down));
+        assert_eq!(hit.place, Place::Surface(surface));
+        assert_eq!(kernel.luminaire(surface).unwrap().seen::<1>(toward).0[0], down.luminance[0]);
     }
 }
 

@@ -329,8 +329,8 @@ fn a_turned_mirror_box_reflects() {
         surface: specular(0.0, PERFECT, 0.0),
     });
     let kernel = kernel(&scene);
-    let specular = kernel.surfaces[6].as_ref().unwrap().specular.as_ref().unwrap();
-    let hit = kernel.intersect(DVec3::new(1.9, 1.1, 0.5), DVec3::NEG_X, SurfaceId::MAX);
+    let hit = kernel.intersect(DVec3::new(1.9, 1.1, 0.5), DVec3::NEG_X, None);
+    let specular = kernel.optics(kernel.numbering.box_face(0, 0)).unwrap().specular.as_ref().unwrap();
     let onward = specular.reflect(hit.normal, DVec3::X, [0.0; 2], &mut skyduct::sampling::PathRandom::new(Key::new(0)));
     // the face toward north-east, seen from the east at 45 degrees, sends the ray north
     assert!((onward - DVec3::Y).length() < 1e-12, "{onward} {hit:?}");

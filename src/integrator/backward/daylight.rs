@@ -23,7 +23,7 @@ use crate::sampling::warp;
 use crate::scene::View;
 use crate::sky::Sun;
 use crate::sky::sun::HALF_ANGLE;
-use crate::traceable::{NO_SURFACE, TraceableScene, TraceableTube};
+use crate::traceable::{TraceableScene, TraceableTube};
 
 /// Daylight that the path itself follows to sky and sun.
 pub struct Followed;
@@ -57,7 +57,7 @@ impl Path<'_> {
         let point = tube.origin + (warp::disc(self.samples.pair()) * tube.opening_radius).extend(0.0);
         let up = self.samples.pair();
         let way = point - vertex.position;
-        let Some((response, density)) = self.respond(vertex, point, NO_SURFACE) else { return Spectrum::ZERO };
+        let Some((response, density)) = self.respond(vertex, point, None) else { return Spectrum::ZERO };
         let toward = way.normalize();
         let (direction, factor) = match tube.closure_at(point) {
             Closure::Specular { transmittance } => (toward, Spectrum::from_rgb(transmittance)),
@@ -87,7 +87,7 @@ impl Path<'_> {
             let distance_squared = way.length_squared();
             let intensity = exit.intensity(way.z / distance_squared.sqrt());
             if intensity.max() > 0.0
-                && let Some((response, _)) = path.respond(vertex, exit.position, NO_SURFACE)
+                && let Some((response, _)) = path.respond(vertex, exit.position, None)
             {
                 sum += response * intensity * (1.0 / distance_squared);
             }
@@ -173,7 +173,7 @@ impl<const C: usize> Exit<'_, C> {
             return None;
         }
         let entry = enter_room(scene, view.eye, direction)?;
-        let visible = scene.visible(self.position, NO_SURFACE, entry, NO_SURFACE);
+        let visible = scene.visible(self.position, None, entry, None);
         visible.then(|| (pixel, intensity * (1.0 / (distance_squared * solid_angle))))
     }
 }

@@ -9,7 +9,6 @@ use super::walk::{Daylight, MAX_EVENTS, Path};
 use crate::guide::{End, Transit};
 use crate::optics::{Closure, Spectrum};
 use crate::sampling::{PathRandom, warp};
-use crate::traceable::NO_SURFACE;
 
 /// Least share with which a path goes on from a measured diffuser.
 pub const LEAST_MEASURED_SHARE: f64 = 0.05;
@@ -37,8 +36,7 @@ impl Path<'_> {
             let (down, up, upward) = if let Closure::Specular { transmittance } = closure {
                 weight *= Spectrum::from_rgb(transmittance);
                 if !from_below {
-                    let from = NO_SURFACE;
-                    return Some(Ray { origin: position, direction, from, weight, last: None, from_eye: false });
+                    return Some(Ray { origin: position, direction, from: None, weight, last: None, from_eye: false });
                 }
                 (Spectrum::ZERO, weight, direction)
             } else {
@@ -109,7 +107,7 @@ impl Path<'_> {
         let vertex = Vertex {
             position,
             normal: DVec3::NEG_Z,
-            surface: NO_SURFACE,
+            surface: None,
             eye,
             diffuse,
             lobe: None,

@@ -2,7 +2,8 @@
 
 use glam::DVec3;
 
-use crate::traceable::TraceableScene;
+use crate::scene::Face;
+use crate::traceable::{SurfaceId, TraceableScene};
 
 /// Point at which an eye ray is inside the room: the eye itself, or a point of an open surface; `None` when something
 /// opaque closes the room where the ray would enter.
@@ -26,7 +27,7 @@ pub fn enter_room(scene: &TraceableScene, eye: DVec3, direction: DVec3) -> Optio
         }
         leave = leave.min(a.max(b));
     }
-    let through = enter > 0.0 && enter < leave && scene.surfaces[face].is_none();
+    let through = enter > 0.0 && enter < leave && scene.optics(SurfaceId::of_face(Face::ALL[face])).is_none();
     let entry = through.then(|| (eye + direction * enter).clamp(DVec3::ZERO, size));
     entry.filter(|entry| *entry == eye || !hidden_by_luminaire(scene, eye, direction, *entry))
 }

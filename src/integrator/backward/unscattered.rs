@@ -8,7 +8,7 @@ use crate::guide::{End, Guide, Transit};
 use crate::optics::{Closure, Spectrum};
 use crate::sampling::{Key, PathRandom, Replicate, warp};
 use crate::sky::sun::HALF_ANGLE;
-use crate::traceable::{NO_SURFACE, TraceableScene, TraceableTube};
+use crate::traceable::{TraceableScene, TraceableTube};
 
 /// Backward rays per sensor and pass, at most: toward the sky, and toward the sun.
 const SKY_RAYS: u64 = 256;
@@ -131,7 +131,7 @@ impl Backward<'_> {
         let way = point - self.sensor;
         let distance_squared = way.length_squared();
         let direction = way / distance_squared.sqrt();
-        if !self.scene.visible(self.sensor, NO_SURFACE, point, NO_SURFACE) {
+        if !self.scene.visible(self.sensor, None, point, None) {
             return None;
         }
         let transit: Transit<3> = self.tube.guide.up(point - self.tube.origin, direction, random);

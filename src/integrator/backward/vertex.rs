@@ -15,7 +15,7 @@ pub const NARROW_ROUGHNESS: f64 = 0.2;
 pub struct Vertex<'a, const C: usize> {
     pub position: DVec3,
     pub normal: DVec3,
-    pub surface: SurfaceId,
+    pub surface: Option<SurfaceId>,
     /// Unit vector toward the eye.
     pub eye: DVec3,
     /// The path's weight times the diffuse reflectance; for a sensor pi.
@@ -89,7 +89,7 @@ pub struct Last {
 pub struct Ray<const C: usize> {
     pub(super) origin: DVec3,
     pub(super) direction: DVec3,
-    pub(super) from: SurfaceId,
+    pub(super) from: Option<SurfaceId>,
     pub(super) weight: Spectrum<C>,
     /// `None`: no vertex counted what the ray finds.
     pub last: Option<Last>,

@@ -13,7 +13,7 @@ use glam::DVec3;
 use super::vertex::{Ray, Vertex, diffuse_share, lobe, luminaire_density, luminaire_share, share};
 use crate::optics::Spectrum;
 use crate::sampling::{PathSamples, warp};
-use crate::traceable::{NO_SURFACE, Place, SpecularOptics, SurfaceId, TraceableScene};
+use crate::traceable::{Place, SpecularOptics, SurfaceId, TraceableScene};
 
 /// Share of its first weight below which a path goes on by roulette even where nothing absorbs.
 pub const ROULETTE_BELOW: f64 = 1e-3;
@@ -56,7 +56,7 @@ impl Path<'_> {
         let vertex = Vertex {
             position,
             normal: DVec3::Z,
-            surface: NO_SURFACE,
+            surface: None,
             eye: DVec3::Z,
             diffuse: Spectrum([PI; C]),
             lobe: None,
@@ -80,7 +80,7 @@ impl Path<'_> {
         direction: DVec3,
     ) -> Spectrum<C> {
         let mut sum = Spectrum::ZERO;
-        let ray = Ray { origin, direction, from: NO_SURFACE, weight: Spectrum::ONE, last: None, from_eye: true };
+        let ray = Ray { origin, direction, from: None, weight: Spectrum::ONE, last: None, from_eye: true };
         self.follow(daylight, ray, false, &mut sum);
         sum
     }
@@ -106,7 +106,7 @@ impl Path<'_> {
                         *sum += ray.weight * luminaire.seen(ray.direction) * share;
                         return;
                     }
-                    let Some(optics) = &scene.surfaces[surface as usize] else { return };
+                    let Some(optics) = scene.optics(surface) else { return };
                     if reflected && !scene.interreflection {
                         return;
                     }
@@ -115,7 +115,7 @@ impl Path<'_> {
                     let vertex = Vertex {
                         position: hit.position,
                         normal: hit.normal,
-                        surface,
+                        surface: Some(surface),
                         eye: -ray.direction,
                         diffuse: ray.weight * Spectrum::from_rgb(optics.reflectance),
                         lobe: lobe(optics, ray.weight),
@@ -216,7 +216,7 @@ impl Path<'_> {
             let way = source - vertex.position;
             let connected = luminaire_density(luminaire, way);
             if connected > 0.0
-                && let Some((response, density)) = self.respond(vertex, source, luminaire.surface)
+                && let Some((response, density)) = self.respond(vertex, source, Some(luminaire.surface))
             {
                 let light: Spectrum<C> = luminaire.seen(way);
                 sum += response * light * (share(connected, density) / connected);
@@ -230,7 +230,7 @@ impl Path<'_> {
         &mut self,
         vertex: &Vertex<C>,
         source: DVec3,
-        surface: SurfaceId,
+        surface: Option<SurfaceId>,
     ) -> Option<(Spectrum<C>, f64)> {
         let (response, density) = vertex.response((source - vertex.position).normalize());
         if response.max() <= 0.0 {

@@ -12,7 +12,7 @@ use crate::integrator::backward::vertex::{Scatter, diffuse_share};
 use crate::integrator::backward::walk::{MAX_EVENTS, ROULETTE_BELOW};
 use crate::optics::{Closure, Spectrum};
 use crate::sampling::{PathSamples, warp};
-use crate::traceable::{NO_SURFACE, Place, SurfaceId, SurfaceOptics, TraceableScene};
+use crate::traceable::{Place, SurfaceId, SurfaceOptics, TraceableScene};
 
 /// Densities with which photons start, of the sources that eye paths can find.
 #[derive(Debug)]
@@ -56,7 +56,7 @@ pub enum From {
 struct Ray<const C: usize> {
     origin: DVec3,
     direction: DVec3,
-    from: SurfaceId,
+    from: Option<SurfaceId>,
     weight: Spectrum<C>,
     start: From,
     /// True if a surface that the ray meets reflects for the second time, or lights a sensor.
@@ -68,7 +68,7 @@ struct Ray<const C: usize> {
 struct EyeVertex<'a, const C: usize> {
     position: DVec3,
     normal: DVec3,
-    surface: SurfaceId,
+    surface: Option<SurfaceId>,
     /// Unit vector toward the eye.
     eye: DVec3,
     /// Weight of the path that arrives.
@@ -142,7 +142,7 @@ impl<'a, const C: usize> EyePath<'a, C> {
         self.follow(Ray {
             origin: position,
             direction,
-            from: NO_SURFACE,
+            from: None,
             weight: Spectrum([PI; C]),
             start,
             reflected: true,
@@ -157,7 +157,7 @@ impl<'a, const C: usize> EyePath<'a, C> {
         let mut edge = Edge::leaving(&share, 1.0 / pixel, 1.0, 0.0, cut);
         edge.extend(outside);
         let weight = Spectrum::ONE;
-        self.follow(Ray { origin, direction, from: NO_SURFACE, weight, start: From::Eye, reflected: false, edge });
+        self.follow(Ray { origin, direction, from: None, weight, start: From::Eye, reflected: false, edge });
     }
 
     fn follow(&mut self, mut ray: Ray<C>) {
@@ -174,14 +174,14 @@ impl<'a, const C: usize> EyePath<'a, C> {
                         self.find_luminaire(surface, &ray);
                         return;
                     }
-                    let Some(optics) = &scene.surfaces[surface as usize] else { return };
+                    let Some(optics) = scene.optics(surface) else { return };
                     if ray.reflected && !scene.interreflection {
                         return;
                     }
                     let vertex = EyeVertex {
                         position: hit.position,
                         normal: hit.normal,
-                        surface,
+                        surface: Some(surface),
                         eye: -ray.direction,
                         weight: ray.weight,
                         scatters: Scatters::Surface(optics),
@@ -202,9 +202,9 @@ impl<'a, const C: usize> EyePath<'a, C> {
 
     /// Adds what a ray sees of the luminaire that it meets.
     fn find_luminaire(&mut self, surface: SurfaceId, ray: &Ray<C>) {
-        let Some(luminaire) = self.scene.luminaire(surface) else { return };
+        let Some(number) = self.scene.numbering.luminaire_of(surface) else { return };
+        let luminaire = &self.scene.luminaires[number];
         let cosine = -ray.direction.dot(luminaire.normal);
-        let number = surface as usize - (self.scene.surfaces.len() - self.scene.luminaires.len());
         if cosine > 0.0 {
             let share = ray.edge.arrive(cosine);
             let start = self.starts.luminaires[number];
@@ -304,7 +304,7 @@ impl<'a, const C: usize> EyePath<'a, C> {
                     return Some(Ray {
                         origin: position,
                         direction,
-                        from: NO_SURFACE,
+                        from: None,
                         weight,
                         start: From::Inside,
                         reflected: ray.reflected,
@@ -373,7 +373,7 @@ impl<'a, const C: usize> EyePath<'a, C> {
         let vertex = EyeVertex {
             position,
             normal: DVec3::NEG_Z,
-            surface: NO_SURFACE,
+            surface: None,
             eye,
             weight,
             scatters: Scatters::Closure(closure, scatter),

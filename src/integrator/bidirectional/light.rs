@@ -19,7 +19,7 @@ pub struct LightVertex<const C: usize> {
     pub normal: DVec3,
     /// Unit direction of travel of the light that arrives.
     incident: DVec3,
-    pub surface: SurfaceId,
+    pub surface: Option<SurfaceId>,
     /// The tube at whose diffuser this is.
     diffuser: Option<usize>,
     /// True if the path starts here: at a diffuser or a luminaire.
@@ -55,16 +55,16 @@ impl<const C: usize> LightVertex<C> {
 
     /// Density per sr with which a photon goes on along `outward`.
     pub fn forward(&self, scene: &TraceableScene, outward: DVec3) -> f64 {
-        match &scene.surfaces.get(self.surface as usize) {
-            Some(Some(optics)) if !self.source => surface_density(optics, self.normal, -self.incident, outward),
+        match self.surface.and_then(|surface| scene.optics(surface)) {
+            Some(optics) if !self.source => surface_density(optics, self.normal, -self.incident, outward),
             _ => outward.dot(self.normal).max(0.0) / PI,
         }
     }
 
     /// Density per sr with which an eye path that arrives against `outward` goes on to the vertex before.
     pub fn back(&self, scene: &TraceableScene, outward: DVec3) -> f64 {
-        match &scene.surfaces.get(self.surface as usize) {
-            Some(Some(optics)) if !self.source => surface_density(optics, self.normal, outward, -self.incident),
+        match self.surface.and_then(|surface| scene.optics(surface)) {
+            Some(optics) if !self.source => surface_density(optics, self.normal, outward, -self.incident),
             _ => 0.0,
         }
     }
@@ -74,7 +74,7 @@ impl<const C: usize> LightVertex<C> {
             let Diffuser::Measured(table) = &scene.tubes[tube].diffuser else { return None };
             return Some(table.as_ref());
         }
-        let specular = scene.surfaces.get(self.surface as usize)?.as_ref()?.specular.as_ref()?;
+        let specular = scene.optics(self.surface?)?.specular.as_ref()?;
         specular.lobe.as_deref().map(|lobe| lobe as &dyn FiniteBsdf)
     }
 }
@@ -207,7 +207,7 @@ impl<const C: usize> Visitor<C> for Recorder<'_, C> {
         }
         let direction = way / length;
         let mirror = |surface: SurfaceId| {
-            let optics = self.scene.surfaces[surface as usize].as_ref();
+            let optics = self.scene.optics(surface);
             optics.and_then(|optics| optics.specular.as_ref()).is_some_and(|specular| specular.lobe.is_none())
         };
         match flight.origin {

@@ -36,7 +36,7 @@ use crate::integrator::photon::path::{Flight, trace};
 use crate::optics::Spectrum;
 use crate::sampling::{Key, PathRandom, PathSamples};
 use crate::scene::{EstimateKind, Grid, View};
-use crate::traceable::{NO_SURFACE, TraceableScene, TraceableTube};
+use crate::traceable::{TraceableScene, TraceableTube};
 
 /// Settings of bidirectional path tracing.
 #[derive(Clone, Debug, PartialEq)]
@@ -177,7 +177,7 @@ impl<const C: usize> Bidirectional<C> {
                 continue;
             }
             rays += 1;
-            if !self.scene.visible(vertex.position, vertex.surface, sensor, NO_SURFACE) {
+            if !self.scene.visible(vertex.position, vertex.surface, sensor, None) {
                 continue;
             }
             let by_eye = -outward.z / PI * outward.dot(vertex.normal) / distance_squared;
@@ -198,7 +198,7 @@ impl<const C: usize> Bidirectional<C> {
             return None;
         }
         let entry = enter_room(&self.scene, view.eye, direction)?;
-        if !self.scene.visible(vertex.position, vertex.surface, entry, NO_SURFACE) {
+        if !self.scene.visible(vertex.position, vertex.surface, entry, None) {
             return None;
         }
         let by_eye = -direction.dot(vertex.normal) / (solid_angle * distance_squared);
@@ -409,7 +409,7 @@ pub fn refuses(scene: &TraceableScene, grids: &[Grid], views: &[View]) -> Option
             );
         }
     }
-    let reflects = scene.surfaces.iter().flatten().any(|surface| surface.gathers() || surface.specular.is_some());
+    let reflects = scene.all_optics().any(|surface| surface.gathers() || surface.specular.is_some());
     if !views.is_empty() && !scene.interreflection && reflects {
         return Some("its photons end at the first surface where interreflection is off, before the eye can see them");
     }

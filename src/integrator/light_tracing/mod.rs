@@ -34,7 +34,7 @@ use crate::optics::Spectrum;
 use crate::sampling::{Key, PathRandom, PathSamples};
 use crate::scene::Grid;
 use crate::traceable::luminaire::TraceableLuminaire;
-use crate::traceable::{NO_SURFACE, TraceableScene};
+use crate::traceable::{SurfaceId, TraceableScene};
 use connect::{Connection, SensorPlane};
 
 pub use refusals::{dishonest_points, noisy_points, refuses_points};
@@ -245,7 +245,7 @@ impl<const C: usize> Visitor<C> for Tally<'_, C> {
         }
     }
 
-    fn arrived(&mut self, _: u32, _: DVec3, _: Spectrum<C>, _: Origin) {}
+    fn arrived(&mut self, _: SurfaceId, _: DVec3, _: Spectrum<C>, _: Origin) {}
 }
 
 impl<const C: usize> Tally<'_, C> {
@@ -290,9 +290,7 @@ impl<const C: usize> Tally<'_, C> {
                         value += weight * connection.lobe_illuminance(lobe, point.x, point.y);
                     }
                     let target = point + offset.extend(0.0);
-                    if value > 0.0
-                        && self.method.scene.visible(scattering.position, scattering.surface, target, NO_SURFACE)
-                    {
+                    if value > 0.0 && self.method.scene.visible(scattering.position, scattering.surface, target, None) {
                         lux[index] += value * plane.stride as f64;
                     }
                 }
@@ -308,8 +306,9 @@ mod tests {
     use super::*;
     use crate::integrator::photon::path::Lobe;
     use crate::optics::FiniteBsdf;
-    use crate::scene::{Channels, Daylight, EstimateKind, Room, Scene};
+    use crate::scene::{Channels, Daylight, EstimateKind, Face, Room, Scene};
     use crate::sky::zenith::ZenithFormula;
+    use crate::traceable::Follow;
 
     /// BRDF 1 / pi by way of a lobe.
     #[derive(Debug)]
@@ -334,7 +333,8 @@ mod tests {
             views: Vec::new(),
             channels: Channels::Rgb,
         };
-        let traceable = Arc::new(TraceableScene::new(&scene, true, true, true).unwrap());
+        let follow = Follow { interreflection: true, guide_return: true, objects: true };
+        let traceable = Arc::new(TraceableScene::new(&scene, follow).unwrap());
         let method = LightTracing::<3>::new(traceable, &scene.grids, &Settings::default(), 0);
         let flux = Spectrum([2.0, 3.0, 5.0]);
         let lux = |leaving: Spectrum<3>, lobed: bool, diffuser: Option<usize>| {
@@ -342,7 +342,8 @@ mod tests {
             let normal = DVec3::X;
             let lobe = lobed.then_some(Lobe { scatterer: &White, normal, incident, flux });
             let position = DVec3::new(0.0, 1.7, 1.9);
-            let scattering = Scattering { position, normal, leaving, lobe, surface: 0, diffuser };
+            let scattering =
+                Scattering { position, normal, leaving, lobe, surface: Some(SurfaceId::of_face(Face::West)), diffuser };
             let mut tally = Tally { method: &method, lux: vec![0.0; method.sensor_count()], diffuser_weight: 4.0 };
             tally.scattered(&scattering, &mut PathSamples::new(Key::new(1), 0));
             tally.lux

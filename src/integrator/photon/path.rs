@@ -8,7 +8,7 @@ use super::ledger::{Account, Ledger};
 use crate::guide::{End, Transit};
 use crate::optics::{Closure, FiniteBsdf, Spectrum};
 use crate::sampling::{PathSamples, warp};
-use crate::traceable::{NO_SURFACE, Place, RoomHit, SpecularOptics, SurfaceId, TraceableScene};
+use crate::traceable::{Place, RoomHit, SpecularOptics, SurfaceId, TraceableScene};
 
 /// Share of its first flux below which a photon goes on by roulette even where nothing absorbs.
 const ROULETTE_BELOW: f64 = 1e-3;
@@ -26,8 +26,8 @@ pub struct Scattering<'a, const C: usize> {
     pub leaving: Spectrum<C>,
     /// Light that leaves beside the Lambertian flux, finite in every direction but not Lambertian.
     pub lobe: Option<Lobe<'a, C>>,
-    /// The surface; `NO_SURFACE` at a diffuser.
-    pub surface: SurfaceId,
+    /// The surface; `None` at a diffuser.
+    pub surface: Option<SurfaceId>,
     /// The tube at whose diffuser this happens.
     pub diffuser: Option<usize>,
 }
@@ -179,7 +179,10 @@ fn from_luminaire<const C: usize>(
     account.ledger.luminaires += flux.luminance();
     let EmittedPhoton { position, direction, .. } = *photon;
     let (normal, surface) = (luminaire.normal, luminaire.surface);
-    visitor.emitted(&Scattering { position, normal, leaving: flux, lobe: None, surface, diffuser: None }, samples);
+    visitor.emitted(
+        &Scattering { position, normal, leaving: flux, lobe: None, surface: Some(surface), diffuser: None },
+        samples,
+    );
     (Step::Room(position, direction, flux, Origin::Luminaire(surface)), flux.max())
 }
 
@@ -267,7 +270,7 @@ fn meet_closure<const C: usize>(
                     normal: DVec3::NEG_Z,
                     leaving: if table.is_none() { down } else { Spectrum::ZERO },
                     lobe: table.map(|table| Lobe { scatterer: table, normal: DVec3::NEG_Z, incident: direction, flux }),
-                    surface: NO_SURFACE,
+                    surface: None,
                     diffuser: Some(index),
                 };
                 visitor.scattered(&scattering, samples);
@@ -315,8 +318,8 @@ fn cross_room<const C: usize>(
     account: &mut Account,
 ) -> Step<C> {
     let from = match origin {
-        Origin::Surface(surface) | Origin::Lobe(surface) | Origin::Luminaire(surface) => surface,
-        Origin::Diffuser | Origin::Specular => NO_SURFACE,
+        Origin::Surface(surface) | Origin::Lobe(surface) | Origin::Luminaire(surface) => Some(surface),
+        Origin::Diffuser | Origin::Specular => None,
     };
     let hit = scene.intersect(position, direction, from);
     account.rays += 1;
@@ -327,7 +330,7 @@ fn cross_room<const C: usize>(
         }
         Place::Surface(surface) => surface,
     };
-    let Some(optics) = &scene.surfaces[surface as usize] else {
+    let Some(optics) = scene.optics(surface) else {
         account.ledger.open_surfaces += flux.luminance();
         return Step::Ended;
     };
@@ -343,8 +346,14 @@ fn cross_room<const C: usize>(
         account.ledger.room += flux.luminance();
         return Step::Ended;
     }
-    let scattering =
-        Scattering { position: hit.position, normal: hit.normal, leaving, lobe: None, surface, diffuser: None };
+    let scattering = Scattering {
+        position: hit.position,
+        normal: hit.normal,
+        leaving,
+        lobe: None,
+        surface: Some(surface),
+        diffuser: None,
+    };
     visitor.scattered(&scattering, samples);
     // roulette keeps the flux of a survivor; colours change its balance, so the ledger books both
     let survival = survival(leaving, flux, first);
@@ -398,7 +407,10 @@ fn reflect<const C: usize>(
     let lobe =
         specular.lobe.as_deref().map(|scatterer| Lobe { scatterer, normal, incident: direction, flux: reflected });
     if lobe.is_some() || diffuse.max() > 0.0 {
-        visitor.scattered(&Scattering { position, normal, leaving: diffuse, lobe, surface, diffuser: None }, samples);
+        visitor.scattered(
+            &Scattering { position, normal, leaving: diffuse, lobe, surface: Some(surface), diffuser: None },
+            samples,
+        );
     }
     let survival = survival(leaving, flux, first);
     if samples.random.uniform() >= survival {

@@ -8,19 +8,19 @@ use crate::traceable::SurfaceId;
 /// Cells that a grid may have; photons are bounded by the room, so a dense grid fits.
 pub const MAX_CELLS: f64 = 2_097_152.0;
 
-/// Light that arrived at a point.
+/// Light that arrived at a point; `On` tells on what it lies.
 #[derive(Clone, Copy, Debug)]
-pub struct Photon<const C: usize> {
+pub struct Photon<const C: usize, On = SurfaceId> {
     pub position: DVec3,
-    pub surface: SurfaceId,
+    pub on: On,
     /// Flux in lm.
     pub flux: Spectrum<C>,
 }
 
 /// Photons in the order of their cells; within a cell in the order in which they were traced.
 #[derive(Debug)]
-pub struct PhotonGrid<const C: usize> {
-    photons: Vec<Photon<C>>,
+pub struct PhotonGrid<const C: usize, On = SurfaceId> {
+    photons: Vec<Photon<C, On>>,
     /// First photon of each cell, and the end.
     starts: Vec<u32>,
     origin: DVec3,
@@ -28,9 +28,9 @@ pub struct PhotonGrid<const C: usize> {
     dimensions: [usize; 3],
 }
 
-impl<const C: usize> PhotonGrid<C> {
+impl<const C: usize, On: Copy + PartialEq> PhotonGrid<C, On> {
     /// Sorts photons (by counting) into cells of about `radius` metres.
-    pub fn new(photons: &[Photon<C>], radius: f64) -> Self {
+    pub fn new(photons: &[Photon<C, On>], radius: f64) -> Self {
         let bounds = |f: fn(DVec3, DVec3) -> DVec3, start| photons.iter().map(|p| p.position).fold(start, f);
         let (low, high) = (bounds(DVec3::min, DVec3::INFINITY), bounds(DVec3::max, DVec3::NEG_INFINITY));
         if photons.is_empty() {
@@ -66,17 +66,17 @@ impl<const C: usize> PhotonGrid<C> {
     }
 
     /// All photons, in the order of their cells.
-    pub fn photons(&self) -> &[Photon<C>] {
+    pub fn photons(&self) -> &[Photon<C, On>] {
         &self.photons
     }
 
-    /// Flux on `surface` within `radius` of a point, and within the half of that area, in lm, and the number of photons in
+    /// Flux of what lies `on` something within `radius` of a point, and within the half of that area, in lm, and the number of photons in
     /// the whole.
-    pub fn gather(&self, centre: DVec3, radius: f64, surface: SurfaceId) -> (Spectrum<C>, Spectrum<C>, u64) {
+    pub fn gather(&self, centre: DVec3, radius: f64, on: On) -> (Spectrum<C>, Spectrum<C>, u64) {
         let (mut whole, mut half, mut count) = (Spectrum::ZERO, Spectrum::ZERO, 0);
         let half_squared = 0.5 * (radius * radius);
         self.for_each_within(centre, radius, |photon, distance_squared| {
-            if photon.surface == surface {
+            if photon.on == on {
                 whole += photon.flux;
                 count += 1;
                 if distance_squared < half_squared {
@@ -89,7 +89,7 @@ impl<const C: usize> PhotonGrid<C> {
 
     /// Calls `f` with every photon within `radius` of a point and its squared distance.
     #[inline]
-    pub fn for_each_within(&self, centre: DVec3, radius: f64, mut f: impl FnMut(&Photon<C>, f64)) {
+    pub fn for_each_within(&self, centre: DVec3, radius: f64, mut f: impl FnMut(&Photon<C, On>, f64)) {
         let radius_squared = radius * radius;
         let low = self.coordinates(centre - radius);
         let high = self.coordinates(centre + radius);
@@ -135,15 +135,15 @@ mod tests {
         let mut random = PathRandom::new(Key::new(4));
         let mut point = || DVec3::new(random.uniform() * 4.0, random.uniform() * 3.0, random.uniform());
         for count in [0, 1, 25, 3000] {
-            let photons: Vec<Photon<1>> =
-                (0..count).map(|k| Photon { position: point(), surface: k % 2, flux: Spectrum([1.0]) }).collect();
+            let photons: Vec<Photon<1, usize>> =
+                (0..count).map(|k| Photon { position: point(), on: k % 2, flux: Spectrum([1.0]) }).collect();
             for radius in [0.01, 0.3, 2.0, 10.0] {
                 let grid = PhotonGrid::new(&photons, radius);
                 for _ in 0..50 {
                     let centre = point() * 1.2 - 0.3;
                     let within = |r_squared: f64| {
                         let near =
-                            |p: &&Photon<1>| (p.position - centre).length_squared() < r_squared && p.surface == 1;
+                            |p: &&Photon<1, usize>| (p.position - centre).length_squared() < r_squared && p.on == 1;
                         photons.iter().filter(near).count() as f64
                     };
                     let (whole, half, count) = grid.gather(centre, radius, 1);

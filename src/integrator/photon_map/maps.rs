@@ -66,6 +66,14 @@ pub struct FollowedBackward {
     pub sun: bool,
 }
 
+/// The tube at whose diffuser a photon lies.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Tube(pub u32);
+
+/// Position of a photon in the list that it comes from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Numbered(pub u32);
+
 /// Photons of one pass.
 pub struct Maps<const C: usize> {
     /// Photons on surfaces, without light straight from a diffuser.
@@ -74,16 +82,16 @@ pub struct Maps<const C: usize> {
     pub caustics: PhotonGrid<C>,
     /// Crossings of each grid's plane, downward, but for light straight from a diffuser; caustics only where they are set
     /// apart.
-    pub planes: Vec<PhotonGrid<C>>,
+    pub planes: Vec<PhotonGrid<C, ()>>,
     /// Scattered downward at each tube's diffuser.
-    pub exits: Vec<Vec<Photon<C>>>,
-    pub exit_grid: PhotonGrid<C>,
-    /// Exits of measured diffusers: `surface` counts a tube's exits.
-    pub measured_exits: Vec<Option<PhotonGrid<C>>>,
+    pub exits: Vec<Vec<Photon<C, Tube>>>,
+    pub exit_grid: PhotonGrid<C, Tube>,
+    /// Exits of measured diffusers.
+    pub measured_exits: Vec<Option<PhotonGrid<C, Numbered>>>,
     /// Directions of the light that arrived at a tube's exits, where it is measured; flux is then what arrived.
     pub incidents: Vec<Vec<DVec3>>,
-    /// Sunbeams through clear closures that arrive at glossy surfaces: `surface` counts `beam_arrivals`.
-    beams: PhotonGrid<C>,
+    /// Sunbeams through clear closures that arrive at glossy surfaces, numbered as `beam_arrivals`.
+    beams: PhotonGrid<C, Numbered>,
     /// The surface of each, and its direction of travel.
     beam_arrivals: Vec<(SurfaceId, DVec3)>,
     /// Radius in metres for which the photons are sorted: gathering within any other is right, too, and as fast within
@@ -131,22 +139,18 @@ impl<const C: usize> Mapper<C> {
     pub fn maps(&self, key: Key, radius: f64, cancel: &AtomicBool) -> Option<(Maps<C>, Account)> {
         let (store, account) = self.trace_photons(key, cancel)?;
         let measured = |tube: usize| matches!(self.scene.tubes[tube].diffuser, Diffuser::Measured(_));
-        let all_exits: Vec<Photon<C>> =
+        let all_exits: Vec<Photon<C, Tube>> =
             (0..store.exits.len()).filter(|tube| !measured(*tube)).flat_map(|tube| store.exits[tube].clone()).collect();
         let measured_exits = (0..store.exits.len())
             .map(|tube| {
-                let exits = store.exits[tube].iter().enumerate();
-                let numbered: Vec<_> =
-                    exits.map(|(number, exit)| Photon { surface: number as SurfaceId, ..*exit }).collect();
+                let numbered = numbered(store.exits[tube].iter());
                 let cell = radius.min(0.25 * self.scene.tubes[tube].opening_radius);
                 (measured(tube) && self.keeps_surfaces).then(|| PhotonGrid::new(&numbered, cell))
             })
             .collect();
-        let beams: Vec<_> = store.beams.iter().map(|(photon, _)| *photon).collect();
-        let numbered = beams.iter().enumerate().map(|(number, photon)| Photon { surface: number as u32, ..*photon });
         let maps = Maps {
-            beams: PhotonGrid::new(&numbered.collect::<Vec<_>>(), radius),
-            beam_arrivals: store.beams.iter().map(|(photon, direction)| (photon.surface, *direction)).collect(),
+            beams: PhotonGrid::new(&numbered(store.beams.iter().map(|(photon, _)| photon)), radius),
+            beam_arrivals: store.beams.iter().map(|(photon, direction)| (photon.on, *direction)).collect(),
             surfaces: PhotonGrid::new(&store.surfaces, radius),
             caustics: PhotonGrid::new(&store.caustics, radius),
             planes: store.planes.iter().map(|photons| PhotonGrid::new(photons, radius)).collect(),
@@ -192,9 +196,9 @@ impl<const C: usize> Mapper<C> {
         random: &mut PathRandom,
     ) -> Gathered<C> {
         let mut gathered = self.indirect(maps, radius, position, surface);
-        let direct = self.diffuser_irradiance(maps, position, normal, surface, POINT_CONNECTIONS, random);
+        let direct = self.diffuser_irradiance(maps, position, normal, Some(surface), POINT_CONNECTIONS, random);
         gathered.irradiance += direct;
-        gathered.irradiance += self.luminaire_irradiance(position, normal, surface, POINT_STRATA, random);
+        gathered.irradiance += self.luminaire_irradiance(position, normal, Some(surface), POINT_STRATA, random);
         gathered
     }
 
@@ -222,7 +226,7 @@ impl<const C: usize> Mapper<C> {
         let half_squared = 0.5 * (radius * radius);
         let (mut whole, mut half) = (Spectrum::<C>::ZERO, Spectrum::<C>::ZERO);
         maps.beams.for_each_within(hit.position, radius, |photon, distance_squared| {
-            let (of, direction) = maps.beam_arrivals[photon.surface as usize];
+            let (of, direction) = maps.beam_arrivals[photon.on.0 as usize];
             if of == surface {
                 let brdf = lobe.density(hit.normal, -direction, eye) / eye.dot(hit.normal);
                 whole += photon.flux * brdf;
@@ -254,14 +258,14 @@ impl<const C: usize> Mapper<C> {
         count: u64,
     ) -> Gathered<C> {
         let sums = (whole, half, count);
-        match self.scene.meshes.as_ref().and_then(|meshes| Some((meshes, meshes.facet(surface)?))) {
+        match self.scene.meshes.as_ref().and_then(|meshes| Some((meshes, self.scene.numbering.facet_of(surface)?))) {
             Some((meshes, facet)) => {
                 let area = |radius| meshes.facets.area_within(facet, position, radius);
                 let full = meshes.facets.areas_m2[facet].min(PI * radius * radius);
                 density(sums, area, full, radius)
             }
             None => {
-                let domain = &self.domains[surface as usize];
+                let domain = &self.domains[surface.index()];
                 density(sums, |radius| domain.area(position, radius), PI * radius * radius, radius)
             }
         }
@@ -271,7 +275,7 @@ impl<const C: usize> Mapper<C> {
     /// metres.
     pub fn plane_irradiance(&self, maps: &Maps<C>, radius: f64, number: usize, sensor: DVec3) -> Gathered<C> {
         let domain = &self.grid_domains[number];
-        let sums = maps.planes[number].gather(sensor, radius, 0);
+        let sums = maps.planes[number].gather(sensor, radius, ());
         density(sums, |radius| domain.area(sensor, radius), PI * radius * radius, radius)
     }
 
@@ -302,6 +306,14 @@ fn density<const C: usize>(
     Gathered { irradiance, bias, found: scaled_count(count, PI * radius * radius, whole_area) }
 }
 
+/// The same light with its positions in the list.
+fn numbered<'a, const C: usize, On: Copy + 'a>(
+    photons: impl Iterator<Item = &'a Photon<C, On>>,
+) -> Vec<Photon<C, Numbered>> {
+    let numbers = (0..).map(Numbered);
+    photons.zip(numbers).map(|(photon, on)| Photon { position: photon.position, on, flux: photon.flux }).collect()
+}
+
 /// True if light comes straight from where it is computed without density estimation.
 fn is_direct(origin: Origin) -> bool {
     matches!(origin, Origin::Diffuser | Origin::Luminaire(_))
@@ -324,8 +336,8 @@ struct Store<'a, const C: usize> {
     sun: bool,
     surfaces: Vec<Photon<C>>,
     caustics: Vec<Photon<C>>,
-    planes: Vec<Vec<Photon<C>>>,
-    exits: Vec<Vec<Photon<C>>>,
+    planes: Vec<Vec<Photon<C, ()>>>,
+    exits: Vec<Vec<Photon<C, Tube>>>,
     incidents: Vec<Vec<DVec3>>,
     /// Sunbeams at glossy surfaces, with their directions of travel.
     beams: Vec<(Photon<C>, DVec3)>,
@@ -378,7 +390,7 @@ impl<const C: usize> Visitor<C> for Store<'_, C> {
             // of a lobe what arrives counts, with its direction
             let flux = scattering.lobe.map_or(scattering.leaving, |lobe| lobe.flux);
             self.incidents[tube].extend(scattering.lobe.map(|lobe| lobe.incident));
-            let photon = Photon { position: scattering.position, surface: tube as SurfaceId, flux };
+            let photon = Photon { position: scattering.position, on: Tube(tube as u32), flux };
             self.exits[tube].push(photon);
         }
     }
@@ -404,22 +416,22 @@ impl<const C: usize> Visitor<C> for Store<'_, C> {
             if flight.from.z > level && flight.to.z <= level && !(backward && *points) {
                 let share = (flight.from.z - height) / (flight.from.z - flight.to.z);
                 let crossing: DVec2 = flight.from.truncate().lerp(flight.to.truncate(), share);
-                photons.push(Photon { position: crossing.extend(*height), surface: 0, flux: flight.flux });
+                photons.push(Photon { position: crossing.extend(*height), on: (), flux: flight.flux });
             }
         }
     }
 
     fn arrived(&mut self, surface: SurfaceId, position: DVec3, flux: Spectrum<C>, origin: Origin) {
         if let Some(direction) = self.beam.filter(|_| self.keeps_surfaces)
-            && self.scene.surfaces[surface as usize].as_ref().is_some_and(SurfaceOptics::gathers_beams)
+            && self.scene.optics(surface).is_some_and(SurfaceOptics::gathers_beams)
         {
-            self.beams.push((Photon { position, surface, flux }, direction));
+            self.beams.push((Photon { position, on: surface, flux }, direction));
         }
-        let gathers = || self.scene.surfaces[surface as usize].as_ref().is_some_and(SurfaceOptics::gathers);
+        let gathers = || self.scene.optics(surface).is_some_and(SurfaceOptics::gathers);
         if self.keeps_surfaces && !is_direct(origin) && gathers() {
-            self.surfaces.push(Photon { position, surface, flux });
+            self.surfaces.push(Photon { position, on: surface, flux });
             if self.set_apart.is_some() && !self.diffuse {
-                self.caustics.push(Photon { position, surface, flux });
+                self.caustics.push(Photon { position, on: surface, flux });
             }
         }
     }

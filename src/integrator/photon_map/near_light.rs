@@ -5,11 +5,11 @@ use std::f64::consts::PI;
 
 use glam::DVec3;
 
-use super::maps::{LEAST_KERNEL, Mapper, Maps, POINT_CONNECTIONS};
+use super::maps::{LEAST_KERNEL, Mapper, Maps, POINT_CONNECTIONS, Tube};
 use crate::geometry::disc::disc_disc_area;
 use crate::optics::{Diffuser, Glossy, MeasuredDiffuser, Spectrum};
 use crate::sampling::PathRandom;
-use crate::traceable::{NO_SURFACE, RoomHit, SurfaceId, TraceableTube};
+use crate::traceable::{RoomHit, SurfaceId, TraceableTube};
 
 impl<const C: usize> Mapper<C> {
     /// Irradiance straight from the diffusers, by connections to some of the photons that they scattered.
@@ -18,7 +18,7 @@ impl<const C: usize> Mapper<C> {
         maps: &Maps<C>,
         position: DVec3,
         normal: DVec3,
-        surface: SurfaceId,
+        surface: Option<SurfaceId>,
         connections: usize,
         random: &mut PathRandom,
     ) -> Spectrum<C> {
@@ -33,7 +33,7 @@ impl<const C: usize> Mapper<C> {
                 let way = exit.position - position;
                 let distance_squared = way.length_squared();
                 let cosines = way.dot(normal) * way.z;
-                if cosines > 0.0 && way.z > 0.0 && self.scene.visible(position, surface, exit.position, NO_SURFACE) {
+                if cosines > 0.0 && way.z > 0.0 && self.scene.visible(position, surface, exit.position, None) {
                     let mut geometry = cosines / (distance_squared * distance_squared) / PI;
                     if let Diffuser::Measured(table) = diffuser {
                         let down = way.z / distance_squared.sqrt();
@@ -51,7 +51,7 @@ impl<const C: usize> Mapper<C> {
         &self,
         position: DVec3,
         normal: DVec3,
-        surface: SurfaceId,
+        surface: Option<SurfaceId>,
         strata: usize,
         random: &mut PathRandom,
     ) -> Spectrum<C> {
@@ -68,7 +68,7 @@ impl<const C: usize> Mapper<C> {
                     .point([((stratum % strata) as f64 + u) * share, ((stratum / strata) as f64 + v) * share])
                     .clamp(DVec3::ZERO, self.scene.size);
                 let arriving: Spectrum<C> = luminaire.connection(source, position, normal);
-                if arriving.max() > 0.0 && self.scene.visible(position, surface, source, luminaire.surface) {
+                if arriving.max() > 0.0 && self.scene.visible(position, surface, source, Some(luminaire.surface)) {
                     sum += arriving * (share * share);
                 }
             }
@@ -90,7 +90,7 @@ impl<const C: usize> Mapper<C> {
         let mut sum = Spectrum::ZERO;
         if let Some(grid) = &maps.measured_exits[index] {
             grid.for_each_within(position, radius, |photon, _| {
-                let incident = maps.incidents[index][photon.surface as usize];
+                let incident = maps.incidents[index][photon.on.0 as usize];
                 sum += photon.flux * measured_per_sr(table, incident, direction.z);
             });
         }
@@ -104,7 +104,7 @@ impl<const C: usize> Mapper<C> {
         maps: &Maps<C>,
         lobe: &Glossy,
         hit: &RoomHit,
-        surface: SurfaceId,
+        surface: Option<SurfaceId>,
         eye: DVec3,
         random: &mut PathRandom,
     ) -> Spectrum<C> {
@@ -120,7 +120,7 @@ impl<const C: usize> Mapper<C> {
                 let distance_squared = way.length_squared();
                 let toward = way / distance_squared.sqrt();
                 let density = if toward.z > 0.0 { lobe.density(hit.normal, eye, toward) } else { 0.0 };
-                if density > 0.0 && self.scene.visible(hit.position, surface, exit.position, NO_SURFACE) {
+                if density > 0.0 && self.scene.visible(hit.position, surface, exit.position, None) {
                     let connected = connection_density(tube, way);
                     let share = connected / (density + connected);
                     let per_sr = match &tube.diffuser {
@@ -141,7 +141,7 @@ impl<const C: usize> Mapper<C> {
     pub fn exitance(&self, maps: &Maps<C>, index: usize, position: DVec3) -> Spectrum<C> {
         let tube = &self.scene.tubes[index];
         let radius = maps.radius.min(0.25 * tube.opening_radius);
-        let (flux, ..) = maps.exit_grid.gather(position, radius, index as SurfaceId);
+        let (flux, ..) = maps.exit_grid.gather(position, radius, Tube(index as u32));
         let distance = (position - tube.origin).truncate().length();
         let mut area = disc_disc_area(radius, tube.opening_radius, distance);
         if let Some((inner, outer)) = tube.diffuser.specular_zone(tube.opening_radius) {

@@ -18,7 +18,7 @@ use crate::integrator::backward::room_entry::enter_room;
 use crate::optics::{Closure, Spectrum};
 use crate::sampling::{Key, PathRandom};
 use crate::scene::View;
-use crate::traceable::{NO_SURFACE, Place, RoomHit, SurfaceId};
+use crate::traceable::{Place, RoomHit, SurfaceId};
 
 /// Ways of one eye ray up into tubes.
 const MAX_EYE_TRANSITS: u32 = 64;
@@ -93,7 +93,7 @@ pub fn luminance<const C: usize>(
     let scene = &*mapper.scene;
     let Some(mut origin) = enter_room(scene, eye, direction) else { return seen };
     let mut direction = direction;
-    let mut from = NO_SURFACE;
+    let mut from = None;
     let mut weight = Spectrum::<C>::ONE;
     // density per sr of the ray's direction when a glossy lobe chose it
     let mut chosen = None;
@@ -108,7 +108,7 @@ pub fn luminance<const C: usize>(
                     seen.irradiance += weight * luminaire.seen(direction);
                     return seen;
                 }
-                let Some(optics) = &scene.surfaces[surface as usize] else { return seen };
+                let Some(optics) = scene.optics(surface) else { return seen };
                 if optics.gathers() {
                     let brdf = Spectrum::from_rgb(optics.reflectance) * (1.0 / PI);
                     let part = irradiance(&hit, surface, weight, random);
@@ -119,7 +119,7 @@ pub fn luminance<const C: usize>(
                 let Some(specular) = &optics.specular else { return seen };
                 let reflectance = Spectrum::from_rgb(specular.reflectance);
                 if let Some(lobe) = &specular.lobe {
-                    let reflected = mapper.diffusers_in_lobe(maps, lobe, &hit, surface, -direction, random);
+                    let reflected = mapper.diffusers_in_lobe(maps, lobe, &hit, Some(surface), -direction, random);
                     seen.irradiance += reflected * weight * reflectance;
                     if optics.gathers_beams() {
                         let (beams, bias) = mapper.beams_in_lobe(maps, maps.radius, lobe, &hit, -direction);
@@ -134,7 +134,7 @@ pub fn luminance<const C: usize>(
                 }
                 weight = weight * reflectance * (1.0 / survival);
                 let point = random.uniform2();
-                (origin, from) = (hit.position, surface);
+                (origin, from) = (hit.position, Some(surface));
                 let toward = specular.reflect(hit.normal, -direction, point, random);
                 chosen = specular.lobe.as_ref().map(|lobe| lobe.density(hit.normal, -direction, toward));
                 beams_gathered = optics.gathers_beams();
@@ -144,7 +144,7 @@ pub fn luminance<const C: usize>(
             Place::Opening(index) => index,
         };
         transits += 1;
-        from = NO_SURFACE;
+        from = None;
         let tube = &scene.tubes[index];
         let transmittance = match tube.closure_at(hit.position) {
             Closure::Lambertian { .. } => {

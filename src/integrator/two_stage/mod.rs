@@ -27,7 +27,7 @@ use crate::integrator::{GridPass, Integrator, Pass, ViewPass, path_tracing};
 use crate::optics::{Closure, Diffuser, Spectrum};
 use crate::sampling::Key;
 use crate::scene::{EstimateKind, Grid, View};
-use crate::traceable::{NO_SURFACE, TraceableScene, TraceableTube};
+use crate::traceable::{TraceableScene, TraceableTube};
 use photons::{CountedElsewhere, DiffuserLight};
 
 /// Settings of two stages.
@@ -81,9 +81,8 @@ impl<const C: usize> TwoStage<C> {
         let sensors = each(grid.len(), cancel, |index| {
             let position = centre(scene, grid, index);
             let stream = stream.child(index as u64);
-            let clear = |tube: &TraceableTube| {
-                scene.obstacles.leave_clear(position, reach, NO_SURFACE, tube.origin, tube.opening_radius)
-            };
+            let clear =
+                |tube: &TraceableTube| scene.leaves_clear(position, reach, None, tube.origin, tube.opening_radius);
             if !light.is_far(position, reach) || !scene.tubes.iter().all(clear) {
                 return backward::pass::sensor::<C>(scene, grid, index, sampling, stream, light, light);
             }

@@ -29,7 +29,7 @@ use crate::integrator::photon::emission::{Emission, EmittedPhoton, Start};
 use crate::integrator::photon::ledger::Account;
 use crate::optics::{Closure, Spectrum};
 use crate::sampling::{Key, PathRandom, PathSamples, Replicate, warp};
-use crate::traceable::{NO_SURFACE, TraceableScene, TraceableTube};
+use crate::traceable::{TraceableScene, TraceableTube};
 
 /// Photons that a vertex is connected to where nothing has a closed form.
 const CONNECTIONS: usize = 2;
@@ -175,10 +175,7 @@ impl<const C: usize> Daylight<C> for DiffuserLight<C> {
         }
         // a wall that the disc touches is not cut by it
         let above = height >= reach - HORIZON * light.radius;
-        let clear = || {
-            let obstacles = &path.scene.obstacles;
-            obstacles.leave_clear(vertex.position, 0.0, vertex.surface, light.origin, light.radius)
-        };
+        let clear = || path.scene.leaves_clear(vertex.position, 0.0, vertex.surface, light.origin, light.radius);
         if above && vertex.lobe.is_none() && clear() {
             let number = path.samples.random.uniform();
             *sum += vertex.diffuse * light.irradiance(vertex.position, vertex.normal, number) * (1.0 / PI);
@@ -190,7 +187,7 @@ impl<const C: usize> Daylight<C> for DiffuserLight<C> {
             let source = photon.position.extend(light.origin.z);
             let way = source - vertex.position;
             let distance_squared = way.length_squared();
-            if let Some((response, _)) = path.respond(vertex, source, NO_SURFACE) {
+            if let Some((response, _)) = path.respond(vertex, source, None) {
                 let per_area = way.z / (PI * distance_squared * distance_squared.sqrt());
                 *sum += response * photon.flux * (per_area / CONNECTIONS as f64);
             }

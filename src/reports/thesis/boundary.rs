@@ -14,6 +14,7 @@ use crate::reports::page::{Check, Figure, ReportError, Section, Table};
 use crate::reports::run::render_all;
 use crate::scene::Face;
 use crate::statistics::Moments;
+use crate::traceable::SurfaceId;
 
 /// Passes of the full report.
 const PASSES: u64 = 128;
@@ -79,7 +80,7 @@ pub fn sections(settings: &Settings, progress: Progress) -> Result<Vec<Section>,
             let (mut by_whole, mut by_clipped) = (0.0, 0.0);
             for j in 0..CELLS[1] {
                 let point = DVec3::new(grid.x_m[i], grid.y_m[j], 0.0);
-                let flux = map.gather(point, radius, Face::Floor as u32).0;
+                let flux = map.gather(point, radius, SurfaceId::of_face(Face::Floor)).0;
                 let lux = truth.illuminance_lux(j * CELLS[0] + i);
                 by_whole += flux.0[0] / whole_area / lux / CELLS[1] as f64;
                 by_clipped += flux.0[0] / domain.area(point, radius) / lux / CELLS[1] as f64;

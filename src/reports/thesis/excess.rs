@@ -21,6 +21,7 @@ use crate::reports::page::{Figure, ReportError, Section, Table};
 use crate::reports::run::render;
 use crate::sampling::Key;
 use crate::scene::Face;
+use crate::traceable::SurfaceId;
 
 /// Photons per first disc and pass for which updates are simulated, descending.
 const EXPECTED: [f64; 6] = [0.44, 0.2, 0.1, 0.05, 0.02, 0.01];
@@ -245,7 +246,7 @@ impl Floor {
                 let centre = DVec3::new(at(index % points), at(index / points), 0.0);
                 let mut near = Vec::new();
                 map.for_each_within(centre, INITIAL_RADIUS_M, |photon, distance_squared| {
-                    if photon.surface == Face::Floor as u32 {
+                    if photon.on == SurfaceId::of_face(Face::Floor) {
                         near.push((distance_squared, photon.flux.0[0]));
                     }
                 });

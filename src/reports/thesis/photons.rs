@@ -20,7 +20,7 @@ use crate::traceable::{SurfaceId, TraceableScene};
 /// Photons that one task traces: fixed, so that their order is that of any number of threads.
 const CHUNK: u64 = 1024;
 
-const FLOOR: SurfaceId = Face::Floor as SurfaceId;
+const FLOOR: SurfaceId = SurfaceId::of_face(Face::Floor);
 
 /// A room whose floor is watched.
 pub struct FloorPhotons {
@@ -67,7 +67,7 @@ impl Visitor<1> for Floor {
 
     fn arrived(&mut self, surface: SurfaceId, position: DVec3, flux: Spectrum<1>, _: Origin) {
         if surface == FLOOR {
-            self.0.push(Photon { position, surface, flux });
+            self.0.push(Photon { position, on: surface, flux });
         }
     }
 }

@@ -14,7 +14,7 @@ use crate::output::{Image, OutputError, Raster, png};
 use crate::reports::page::ReportError;
 use crate::reports::run::{compile, render_all};
 use crate::statistics::Moments;
-use crate::traceable::{NO_SURFACE, Place, RoomHit, TraceableScene};
+use crate::traceable::{Place, RoomHit, SurfaceId, TraceableScene};
 
 /// Surfaces that the centres of a view's pixels see.
 pub struct Sight {
@@ -32,7 +32,7 @@ impl Sight {
         let hits = (0..width * height)
             .map(|pixel| {
                 let direction = view.ray_direction((pixel % width) as f64 + 0.5, (pixel / width) as f64 + 0.5);
-                Some(kernel.intersect(enter_room(&kernel, view.eye, direction)?, direction, NO_SURFACE))
+                Some(kernel.intersect(enter_room(&kernel, view.eye, direction)?, direction, None))
             })
             .collect();
         Ok(Self { kernel, size_px: [width, height], hits })
@@ -63,12 +63,12 @@ impl Sight {
         let domains = Domain::of_surfaces(&self.kernel);
         let share = |pixel: usize| {
             let (surface, hit) = (self.surface(pixel)?, self.hit(pixel)?);
-            Some(domains.get(surface as usize)?.area(hit.position, radius) / (PI * radius * radius))
+            Some(domains.get(surface.index())?.area(hit.position, radius) / (PI * radius * radius))
         };
         (0..self.hits.len()).map(|pixel| share(pixel).unwrap_or(1.0)).collect()
     }
 
-    fn surface(&self, pixel: usize) -> Option<u32> {
+    fn surface(&self, pixel: usize) -> Option<SurfaceId> {
         match self.hit(pixel)?.place {
             Place::Surface(surface) => Some(surface).filter(|surface| self.kernel.luminaire(*surface).is_none()),
             Place::Opening(_) => None,
