@@ -14,12 +14,12 @@ use rayon::prelude::*;
 use super::{GridPass, Integrator, Pass, ViewPass};
 use crate::integrator::backward;
 use crate::integrator::backward::daylight::Followed;
-use crate::integrator::backward::pass::{EYE_STREAM, SENSOR_STREAM, Sampling, each};
+use crate::integrator::backward::pass::{Sampling, each};
 use crate::integrator::backward::vertex::NARROW_ROUGHNESS;
 use crate::integrator::backward::walk::Path;
 use crate::integrator::photon::ledger::Account;
 use crate::sampling::path_samples::SOBOL_PAIRS;
-use crate::sampling::{Key, PathSamples};
+use crate::sampling::{Key, PathSamples, Stream};
 use crate::scene::{Grid, View};
 use crate::traceable::{TraceableScene, TraceableTube};
 
@@ -44,9 +44,6 @@ const LEAST_SUN_RAYS: u64 = 1024;
 
 /// Rays of the sun that one task traces: fixed, so that sums fold in the same order on any number of threads.
 const SUN_CHUNK: u64 = 1024;
-
-/// Stream of random numbers within a pass.
-const SUN_STREAM: u64 = 1 << 34;
 
 /// The method on one scene; `C` channels of light.
 #[derive(Debug)]
@@ -104,12 +101,12 @@ impl<const C: usize> PathTracing<C> {
 
 impl<const C: usize> Integrator for PathTracing<C> {
     fn pass(&self, pass: u64, cancel: &AtomicBool) -> Option<Pass> {
-        let key = self.seed.child(pass);
+        let key = self.seed.stream(Stream::Pass, pass);
         let scene = &*self.scene;
         let mut result = Pass::default();
         let mut rays = 0;
         for (number, grid) in self.grids.iter().enumerate() {
-            let stream = key.child(SENSOR_STREAM + number as u64);
+            let stream = key.stream(Stream::Grid, number as u64);
             let sampling = sampling(self.settings.samples_per_sensor);
             let sensors = each(grid.len(), cancel, |index| {
                 backward::pass::sensor::<C>(
@@ -127,10 +124,10 @@ impl<const C: usize> Integrator for PathTracing<C> {
             result.grids.push(GridPass { illuminance, ..GridPass::default() });
         }
         for (number, view) in self.views.iter().enumerate() {
-            let stream = key.child(EYE_STREAM + number as u64);
+            let stream = key.stream(Stream::View, number as u64);
             let sampling = sampling(self.settings.samples_per_pixel);
             let (mut luminance, of_view) = backward::pass::view::<C>(scene, view, sampling, stream, &Followed, cancel)?;
-            let stream = key.child(SUN_STREAM + number as u64);
+            let stream = key.stream(Stream::SunToEye, number as u64);
             rays += of_view + self.add_sun(view, stream, &mut luminance, cancel)?;
             result.views.push(ViewPass { luminance, ..ViewPass::default() });
         }

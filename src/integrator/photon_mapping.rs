@@ -35,7 +35,7 @@ use crate::integrator::backward::unscattered::unscattered;
 use crate::integrator::photon_map::maps::{FollowedBackward, Gathered, Mapper, Maps, POINT_CONNECTIONS, POINT_STRATA};
 use crate::integrator::photon_map::visible_point;
 use crate::optics::Spectrum;
-use crate::sampling::{Key, PathRandom, Replicate, warp};
+use crate::sampling::{Key, PathRandom, Replicate, Stream, warp};
 use crate::scene::{EstimateKind, Grid, View};
 use crate::traceable::{Place, RoomHit, SurfaceId, TraceableScene, TraceableTube};
 
@@ -77,12 +77,6 @@ const BACKWARD_RAYS: u64 = 1024;
 /// Specular reflections of one gather ray; roulette lets a share of at most albedo^10000 come so far.
 const MAX_REFLECTIONS: u32 = 10_000;
 
-/// Streams of random numbers within a pass, and within a receiver.
-const EYE_STREAM: u64 = 1 << 32;
-const SENSOR_STREAM: u64 = 1 << 33;
-const GATHER_STREAM: u64 = 1;
-const BACKWARD_STREAM: u64 = 1 << 32;
-
 /// The method on one scene; `C` channels of light.
 #[derive(Debug)]
 pub struct PhotonMapping<const C: usize> {
@@ -113,7 +107,7 @@ impl<const C: usize> PhotonMapping<C> {
     /// One grid of one pass; `None` when cancelled.
     fn grid(&self, number: usize, gathering: &Gathering<C>, key: Key, cancel: &AtomicBool) -> Option<GridPass> {
         let grid = &self.mapper.grids[number];
-        let stream = key.child(SENSOR_STREAM + number as u64);
+        let stream = key.stream(Stream::GatheringGrid, number as u64);
         let average = grid.estimate == EstimateKind::CellAverage;
         let values: Option<Vec<(f64, f64)>> = (0..grid.len())
             .into_par_iter()
@@ -171,7 +165,7 @@ impl<const C: usize> PhotonMapping<C> {
         }
         let start = |place: [f64; 2]| Some(sensor.point(place) + lift).filter(|point| !self.covered(*point));
         let count = self.gather_rays.unwrap_or(SENSOR_GATHER_RAYS);
-        let receiver = Receiver { normal: DVec3::Z, surface: None, key: sensor.key.child(GATHER_STREAM) };
+        let receiver = Receiver { normal: DVec3::Z, surface: None, key: sensor.key.stream(Stream::Gather, 0) };
         let gathered = gathering.gather(&receiver, start, count, &mut random);
         ((direct + gathered.irradiance).luminance(), gathered.bias)
     }
@@ -180,7 +174,7 @@ impl<const C: usize> PhotonMapping<C> {
     fn caustics(&self, number: usize, sensor: &Sensor<'_>, gathering: &Gathering<C>) -> (f64, f64) {
         let (scene, centre) = (&*self.mapper.scene, sensor.centre());
         let gathered = self.mapper.plane_irradiance(gathering.maps, self.radius, number, centre);
-        let key = sensor.key.child(BACKWARD_STREAM);
+        let key = sensor.key.stream(Stream::Unscattered, 0);
         let (unscattered, rays) = unscattered(scene, centre, key, BACKWARD_RAYS, |tube| followed_backward(tube).sky);
         gathering.rays.fetch_add(rays, Ordering::Relaxed);
         (gathered.irradiance.luminance() + unscattered, gathered.bias)
@@ -190,7 +184,7 @@ impl<const C: usize> PhotonMapping<C> {
     fn view(&self, number: usize, gathering: &Gathering<C>, key: Key, cancel: &AtomicBool) -> Option<ViewPass> {
         let (mapper, view) = (&self.mapper, &self.views[number]);
         let rays = f64::from(self.gather_rays.unwrap_or(POINT_GATHER_RAYS));
-        visible_point::view(view, key.child(EYE_STREAM + number as u64), cancel, |direction, key, random| {
+        visible_point::view(view, key.stream(Stream::GatheringView, number as u64), cancel, |direction, key, random| {
             let mut points = 0;
             visible_point::luminance(
                 mapper,
@@ -202,8 +196,11 @@ impl<const C: usize> PhotonMapping<C> {
                     points += 1;
                     // what is reflected faintly needs fewer rays
                     let count = (rays * weight.max()).ceil().clamp(1.0, rays) as u32;
-                    let receiver =
-                        Receiver { normal: hit.normal, surface: Some(surface), key: key.child(GATHER_STREAM + points) };
+                    let receiver = Receiver {
+                        normal: hit.normal,
+                        surface: Some(surface),
+                        key: key.stream(Stream::Gather, points),
+                    };
                     let mut light = gathering.gather(&receiver, |_| Some(hit.position), count, random);
                     let caustics = mapper.caustics(gathering.maps, self.radius, hit.position, surface);
                     light.irradiance += caustics.irradiance;
@@ -218,7 +215,7 @@ impl<const C: usize> PhotonMapping<C> {
 
 impl<const C: usize> Integrator for PhotonMapping<C> {
     fn pass(&self, pass: u64, cancel: &AtomicBool) -> Option<Pass> {
-        let key = self.seed.child(pass);
+        let key = self.seed.stream(Stream::Pass, pass);
         let (maps, mut account) = self.mapper.maps(key, self.radius, cancel)?;
         let gathering = Gathering { mapper: &self.mapper, maps: &maps, rays: AtomicU64::new(0) };
         let grids = (0..self.mapper.grids.len())

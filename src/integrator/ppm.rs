@@ -27,7 +27,7 @@ use crate::integrator::photon_map::maps::{Gathered, Mapper, Maps};
 use crate::integrator::photon_map::progressive::{Carried, PointStatistics, Radii, Radius};
 use crate::integrator::photon_map::visible_point;
 use crate::optics::Spectrum;
-use crate::sampling::{Key, PathRandom};
+use crate::sampling::{Key, PathRandom, Stream};
 use crate::scene::{EstimateKind, Grid, View};
 use crate::traceable::TraceableScene;
 
@@ -66,11 +66,6 @@ const SENSOR_CONNECTIONS: usize = 256;
 const SENSOR_STRATA: usize = 8;
 const LEAST_CONNECTIONS: usize = 16;
 const LEAST_STRATA: usize = 2;
-
-/// Streams of random numbers within a pass, and of what is the same in all of them.
-const EYE_STREAM: u64 = 1 << 32;
-const SENSOR_STREAM: u64 = 1 << 33;
-const FIXED: u64 = u64::MAX;
 
 /// The method on one scene; `C` channels of light.
 #[derive(Debug)]
@@ -198,7 +193,8 @@ impl<const C: usize> Ppm<C> {
     ) -> (GridPass, Vec<PointStatistics>) {
         let grid = &self.mapper.grids[number];
         let strata = self.strata_of(grid);
-        let [fixed, key] = [self.seed.child(FIXED), key].map(|key| key.child(SENSOR_STREAM + number as u64));
+        let [fixed, key] =
+            [self.seed.stream(Stream::FixedPoints, 0), key].map(|key| key.stream(Stream::GatheringGrid, number as u64));
         let sensors: Vec<Mean<C>> = (0..grid.len())
             .into_par_iter()
             .map(|index| {
@@ -259,7 +255,8 @@ impl<const C: usize> Ppm<C> {
         cancel: &AtomicBool,
     ) -> Option<(ViewPass, Vec<PointStatistics>)> {
         let (mapper, view, strata) = (&self.mapper, &self.views[number], self.per_pixel);
-        let [fixed, key] = [self.seed.child(FIXED), key].map(|key| key.child(EYE_STREAM + number as u64));
+        let [fixed, key] =
+            [self.seed.stream(Stream::FixedPoints, 0), key].map(|key| key.stream(Stream::GatheringView, number as u64));
         let pixels = visible_point::pixels(view, cancel, |pixel, place| {
             let rays = pixel * strata.count()..(pixel + 1) * strata.count();
             let seen = rays.enumerate().map(|(stratum, ray)| {
@@ -299,7 +296,7 @@ impl<const C: usize> Integrator for Ppm<C> {
     }
 
     fn pass_after(&self, pass: u64, before: &Carried, cancel: &AtomicBool) -> Option<Pass> {
-        let key = self.seed.child(pass);
+        let key = self.seed.stream(Stream::Pass, pass);
         let before = before.or(|| self.start().carried);
         let (maps, account) = self.mapper.maps(key, self.radii.scheduled(pass), cancel)?;
         let grids = (0..self.mapper.grids.len()).map(|number| self.grid(number, &maps, before.grid(number), key));

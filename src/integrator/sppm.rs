@@ -23,7 +23,7 @@ use super::{GridPass, Integrator, Pass, ViewPass};
 use crate::integrator::photon_map::maps::{Mapper, Maps};
 use crate::integrator::photon_map::progressive::{Carried, PointStatistics, Radii, Radius};
 use crate::integrator::photon_map::visible_point;
-use crate::sampling::{Key, PathRandom};
+use crate::sampling::{Key, PathRandom, Stream};
 use crate::scene::{EstimateKind, Grid, View};
 use crate::traceable::TraceableScene;
 
@@ -49,10 +49,6 @@ impl Default for Settings {
 /// Photons at each diffuser, and points of each luminaire in a square of strata, to which a sensor is connected.
 const SENSOR_CONNECTIONS: usize = 256;
 const SENSOR_STRATA: usize = 8;
-
-/// Streams of random numbers within a pass.
-const EYE_STREAM: u64 = 1 << 32;
-const SENSOR_STREAM: u64 = 1 << 33;
 
 /// The method on one scene; `C` channels of light.
 #[derive(Debug)]
@@ -83,7 +79,7 @@ impl<const C: usize> Sppm<C> {
     ) -> (GridPass, Vec<PointStatistics>) {
         let mapper = &self.mapper;
         let grid = &mapper.grids[number];
-        let stream = key.child(SENSOR_STREAM + number as u64);
+        let stream = key.stream(Stream::GatheringGrid, number as u64);
         let values: Vec<[f64; 3]> = (0..grid.len())
             .into_par_iter()
             .map(|index| {
@@ -122,7 +118,7 @@ impl<const C: usize> Sppm<C> {
     ) -> Option<(ViewPass, Vec<PointStatistics>)> {
         let (mapper, view) = (&self.mapper, &self.views[number]);
         let seen = visible_point::pixels(view, cancel, |pixel, place| {
-            let mut random = PathRandom::new(key.child(EYE_STREAM + number as u64).child(pixel as u64));
+            let mut random = PathRandom::new(key.stream(Stream::GatheringView, number as u64).child(pixel as u64));
             let direction = visible_point::direction(view, place, random.uniform2());
             let radius = before.get(pixel).map_or(maps.radius, PointStatistics::radius_m);
             visible_point::luminance(mapper, maps, view.eye, direction, &mut random, |hit, surface, _, random| {
@@ -146,7 +142,7 @@ impl<const C: usize> Integrator for Sppm<C> {
     }
 
     fn pass_after(&self, pass: u64, before: &Carried, cancel: &AtomicBool) -> Option<Pass> {
-        let key = self.seed.child(pass);
+        let key = self.seed.stream(Stream::Pass, pass);
         let before = before.or(|| self.start().carried);
         let (maps, account) = self.mapper.maps(key, self.radii.scheduled(pass), cancel)?;
         let grids = (0..self.mapper.grids.len()).map(|number| self.grid(number, &maps, before.grid(number), key));

@@ -3,8 +3,10 @@
 pub mod path_samples;
 pub mod random;
 pub mod sobol;
+pub mod streams;
 pub mod warp;
 
 pub use path_samples::PathSamples;
 pub use random::{Key, PathRandom};
 pub use sobol::Replicate;
+pub use streams::Stream;

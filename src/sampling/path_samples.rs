@@ -2,6 +2,7 @@
 
 use super::random::{Key, PathRandom};
 use super::sobol::Replicate;
+use super::streams::Stream;
 
 /// The numbers of one path: Sobol points for its first dimensions, then counter-based random numbers.
 #[derive(Clone, Debug)]
@@ -27,7 +28,7 @@ impl PathSamples {
     /// `pairs` <= 128 of Sobol coordinates before counter-based random numbers.
     pub fn with_pairs(stream: Key, index: u64, pairs: u32) -> Self {
         let (replicate, number) = Replicate::of(stream, index);
-        let random = PathRandom::new(stream.child(1 << 40).child(index));
+        let random = PathRandom::new(stream.stream(Stream::PseudoRandom, 0).child(index));
         Self { replicate, index: number, pair: 0, pairs, buffer: [0.0; 4], random }
     }
 

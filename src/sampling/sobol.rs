@@ -1,6 +1,7 @@
 //! Owen-scrambled Sobol points in replicates of at most 2^16 points (Burley 2020, the sobol_burley crate).
 
 use super::random::Key;
+use super::streams::Stream;
 
 /// Points in one replicate: the crate's sequences end there.
 pub const REPLICATE_LEN: u64 = 1 << 16;
@@ -15,7 +16,7 @@ impl Replicate {
     /// The replicate that holds point number `index` of the stream `key`, and the point's number within it.
     #[inline]
     pub fn of(key: Key, index: u64) -> (Self, u16) {
-        let replicate = Self { seed: key.child(index / REPLICATE_LEN).seed32() };
+        let replicate = Self { seed: key.stream(Stream::Replicate, index / REPLICATE_LEN).seed32() };
         (replicate, (index % REPLICATE_LEN) as u16)
     }
 

@@ -12,10 +12,6 @@ use crate::sampling::{Key, PathSamples};
 use crate::scene::{EstimateKind, Grid, View};
 use crate::traceable::TraceableScene;
 
-/// Streams of random numbers within a pass.
-pub const SENSOR_STREAM: u64 = 1 << 32;
-pub const EYE_STREAM: u64 = 1 << 33;
-
 /// Numbers by which backward paths are drawn.
 #[derive(Clone, Copy)]
 pub struct Sampling {

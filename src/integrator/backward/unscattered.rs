@@ -6,7 +6,7 @@ use glam::{DVec2, DVec3};
 
 use crate::guide::{End, Guide, Transit};
 use crate::optics::{Closure, Spectrum};
-use crate::sampling::{Key, PathRandom, Replicate, warp};
+use crate::sampling::{Key, PathRandom, Replicate, Stream, warp};
 use crate::sky::sun::HALF_ANGLE;
 use crate::traceable::{TraceableScene, TraceableTube};
 
@@ -34,8 +34,8 @@ pub fn unscattered(
         }
         let backward = Backward { scene, tube, sensor, zone };
         let stream = stream.child(number as u64);
-        let (sky, sky_rays) = backward.sky(stream.child(0), rays.min(SKY_RAYS));
-        let (sun, sun_rays) = backward.sun(stream.child(1), rays.min(SUN_RAYS));
+        let (sky, sky_rays) = backward.sky(stream.stream(Stream::SkyFromBelow, 0), rays.min(SKY_RAYS));
+        let (sun, sun_rays) = backward.sun(stream.stream(Stream::SunFromBelow, 0), rays.min(SUN_RAYS));
         lux += sky + sun;
         taken += sky_rays + sun_rays;
     }

@@ -34,7 +34,7 @@ use crate::integrator::photon::emission::{Emission, EmittedPhoton, Start};
 use crate::integrator::photon::ledger::Account;
 use crate::integrator::photon::path::{Flight, trace};
 use crate::optics::Spectrum;
-use crate::sampling::{Key, PathRandom, PathSamples};
+use crate::sampling::{Key, PathRandom, PathSamples, Stream};
 use crate::scene::{EstimateKind, Grid, View};
 use crate::traceable::{TraceableScene, TraceableTube};
 
@@ -68,12 +68,6 @@ const NARROW_ROUGHNESS: f64 = 0.2;
 
 /// Backward rays per point sensor and pass to a clear closure, at most.
 const MOST_BACKWARD_RAYS: u64 = 1024;
-
-/// Streams of random numbers within a pass.
-const SENSOR_STREAM: u64 = 1 << 32;
-const EYE_STREAM: u64 = 1 << 33;
-const BACKWARD_STREAM: u64 = 1 << 34;
-const CONNECTION_STREAM: u64 = 1 << 35;
 
 /// The method on one scene; `C` channels of light.
 #[derive(Debug)]
@@ -123,7 +117,7 @@ impl<const C: usize> Bidirectional<C> {
                 recorder.begin(photon, self.start_density(photon));
                 trace::<C>(&self.scene, photon, &mut samples, &mut recorder, &mut account);
             }
-            let mut random = PathRandom::new(key.child(CONNECTION_STREAM).child(number));
+            let mut random = PathRandom::new(key.stream(Stream::Connections, 0).child(number));
             for vertex in recorder.end() {
                 for (grid, lux) in self.grids.iter().zip(&mut grids) {
                     account.rays += self.connect_sensors(vertex, grid, lux, &mut random);
@@ -285,8 +279,13 @@ impl<const C: usize> Bidirectional<C> {
             let per_sensor = (self.emission.photons() / grid.len() as u64).next_power_of_two();
             let backward_rays = per_sensor.clamp(16, MOST_BACKWARD_RAYS);
             let sensor = place(grid, index, [0.0; 2], grid.height_m);
-            let (straight, backward) =
-                unscattered(&self.scene, sensor, stream.child(BACKWARD_STREAM), backward_rays, |_| true);
+            let (straight, backward) = unscattered(
+                &self.scene,
+                sensor,
+                stream.stream(Stream::UnscatteredBesidePaths, 0),
+                backward_rays,
+                |_| true,
+            );
             lux += straight;
             rays += backward;
         }
@@ -315,7 +314,7 @@ impl<const C: usize> Bidirectional<C> {
 
 impl<const C: usize> Integrator for Bidirectional<C> {
     fn pass(&self, pass: u64, cancel: &AtomicBool) -> Option<Pass> {
-        let key = self.seed.child(pass);
+        let key = self.seed.stream(Stream::Pass, pass);
         let going_on = || !cancel.load(Ordering::Relaxed);
         let mut paths = LightPaths::new();
         let mut account = Account::new(self.scene.tubes.len());
@@ -337,7 +336,7 @@ impl<const C: usize> Integrator for Bidirectional<C> {
             }
         })?;
         for (number, (grid, lux)) in self.grids.iter().zip(&mut grids).enumerate() {
-            let stream = key.child(SENSOR_STREAM + number as u64);
+            let stream = key.stream(Stream::Grid, number as u64);
             let sensor =
                 |index: usize| going_on().then(|| self.sensor(grid, index, &paths, stream.child(index as u64)));
             let sensors: Option<Vec<_>> = (0..grid.len()).into_par_iter().map(sensor).collect();
@@ -347,7 +346,7 @@ impl<const C: usize> Integrator for Bidirectional<C> {
             }
         }
         for (number, (view, image)) in self.views.iter().zip(&mut views).enumerate() {
-            let stream = key.child(EYE_STREAM + number as u64);
+            let stream = key.stream(Stream::View, number as u64);
             let pixel = |index: usize| going_on().then(|| self.pixel(view, index, &paths, stream.child(index as u64)));
             let pixels: Option<Vec<_>> = (0..image.len() / C).into_par_iter().map(pixel).collect();
             for (sum, (luminance, rays)) in image.chunks_exact_mut(C).zip(pixels?) {

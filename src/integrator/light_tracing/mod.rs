@@ -31,7 +31,7 @@ use crate::integrator::photon::ledger::Account;
 use crate::integrator::photon::path::{Flight, Origin, Scattering, Visitor, trace};
 use crate::integrator::{GridPass, Integrator, Pass};
 use crate::optics::Spectrum;
-use crate::sampling::{Key, PathRandom, PathSamples};
+use crate::sampling::{Key, PathRandom, PathSamples, Stream};
 use crate::scene::Grid;
 use crate::traceable::luminaire::TraceableLuminaire;
 use crate::traceable::{SurfaceId, TraceableScene};
@@ -55,10 +55,6 @@ impl Default for Settings {
 /// Number of photons of which one is connected to the sensors from its diffuser: direct light is smooth and needs few
 /// of them, the others go on for the interreflection.
 const DIFFUSER_CONNECTIONS: u64 = 4;
-
-/// Streams of random numbers within a pass.
-const BACKWARD_STREAM: u64 = 1 << 32;
-const CELL_STREAM: u64 = 1 << 33;
 
 /// The method on one scene; `C` channels of light.
 #[derive(Debug)]
@@ -142,7 +138,7 @@ impl<const C: usize> LightTracing<C> {
     /// Light straight from luminaires at a random point of each cell of an average, in lux.
     fn add_to_cells(&self, plane: &SensorPlane, pass: Key, lux: &mut [f64]) {
         lux.par_iter_mut().enumerate().for_each(|(index, lux)| {
-            let [u, v] = PathRandom::new(pass.child(CELL_STREAM + (plane.first + index) as u64)).uniform2();
+            let [u, v] = PathRandom::new(pass.stream(Stream::CellPoint, (plane.first + index) as u64)).uniform2();
             let centre = DVec3::new(plane.x[index], plane.y[index], plane.height);
             let offset = DVec3::new((u - 0.5) * plane.cell[0], (v - 0.5) * plane.cell[1], 0.0);
             *lux += self.luminaire_illuminance(centre + offset);
@@ -158,14 +154,14 @@ impl<const C: usize> LightTracing<C> {
     /// Direct unscattered light at sensor `index` of a point grid, in lux, and the rays it took.
     fn unscattered(&self, plane: &SensorPlane, index: usize, pass: Key, rays_per_sensor: u64) -> (f64, u64) {
         let sensor = DVec3::new(plane.x[index], plane.y[index], plane.height);
-        let stream = pass.child(BACKWARD_STREAM + (plane.first + index) as u64);
+        let stream = pass.stream(Stream::Unscattered, (plane.first + index) as u64);
         unscattered(&self.scene, sensor, stream, rays_per_sensor, |_| true)
     }
 }
 
 impl<const C: usize> Integrator for LightTracing<C> {
     fn pass(&self, pass: u64, cancel: &AtomicBool) -> Option<Pass> {
-        let key = self.seed.child(pass);
+        let key = self.seed.stream(Stream::Pass, pass);
         let photons = self.emission.photons();
         let mut lux = vec![0.0; self.sensor_count()];
         let mut account = Account::new(self.scene.tubes.len());

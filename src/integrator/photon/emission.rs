@@ -6,7 +6,7 @@ use glam::DVec3;
 
 use crate::guide::{Guide, StraightGuide, dome::Pipe, transmittance::zastrow_wittwer_transmission};
 use crate::optics::Spectrum;
-use crate::sampling::{Key, PathRandom, PathSamples, warp};
+use crate::sampling::{Key, PathRandom, PathSamples, Stream, warp};
 use crate::sky::sampler::SkySampler;
 use crate::sky::sun::HALF_ANGLE;
 use crate::sky::{Sky, Sun};
@@ -151,7 +151,7 @@ impl Emission {
     pub fn photon(&self, scene: &TraceableScene, pass: Key, number: u64) -> (Option<EmittedPhoton>, PathSamples) {
         let index = self.emitters.partition_point(|emitter| emitter.first <= number) - 1;
         let emitter = &self.emitters[index];
-        let mut samples = PathSamples::new(pass.child(index as u64), number - emitter.first);
+        let mut samples = PathSamples::new(pass.stream(Stream::Emission, index as u64), number - emitter.first);
         let point = samples.pair();
         let (tube, toward, luminance_per_density) = match &emitter.source {
             Source::Sky { tube, sky, sampler } => {

@@ -20,12 +20,12 @@ use rayon::prelude::*;
 
 use crate::integrator::backward;
 use crate::integrator::backward::daylight::Exit;
-use crate::integrator::backward::pass::{EYE_STREAM, SENSOR_STREAM, Sampling, centre, each};
+use crate::integrator::backward::pass::{Sampling, centre, each};
 use crate::integrator::photon::chunks::PHOTON_CHUNK;
 use crate::integrator::photon::emission::Emission;
 use crate::integrator::{GridPass, Integrator, Pass, ViewPass, path_tracing};
 use crate::optics::{Closure, Diffuser, Spectrum};
-use crate::sampling::Key;
+use crate::sampling::{Key, Stream};
 use crate::scene::{EstimateKind, Grid, View};
 use crate::traceable::{TraceableScene, TraceableTube};
 use photons::{CountedElsewhere, DiffuserLight};
@@ -80,7 +80,7 @@ impl<const C: usize> TwoStage<C> {
         let reach = if average { 0.5 * grid.cell_size_m[0].hypot(grid.cell_size_m[1]) } else { 0.0 };
         let sensors = each(grid.len(), cancel, |index| {
             let position = centre(scene, grid, index);
-            let stream = stream.child(index as u64);
+            let stream = stream.stream(Stream::Sensor, index as u64);
             let clear =
                 |tube: &TraceableTube| scene.leaves_clear(position, reach, None, tube.origin, tube.opening_radius);
             if !light.is_far(position, reach) || !scene.tubes.iter().all(clear) {
@@ -116,18 +116,18 @@ impl<const C: usize> TwoStage<C> {
 
 impl<const C: usize> Integrator for TwoStage<C> {
     fn pass(&self, pass: u64, cancel: &AtomicBool) -> Option<Pass> {
-        let key = self.seed.child(pass);
+        let key = self.seed.stream(Stream::Pass, pass);
         let scene = &*self.scene;
         let (light, account) = DiffuserLight::<C>::trace(scene, &self.emission, key, cancel)?;
         let mut result = Pass { account, photons: self.emission.photons(), ..Pass::default() };
         for (number, grid) in self.grids.iter().enumerate() {
-            let stream = key.child(SENSOR_STREAM + number as u64);
+            let stream = key.stream(Stream::Grid, number as u64);
             let (illuminance, rays) = self.grid(&light, grid, stream, cancel)?;
             result.account.rays += rays;
             result.grids.push(GridPass { illuminance, ..GridPass::default() });
         }
         for (number, view) in self.views.iter().enumerate() {
-            let stream = key.child(EYE_STREAM + number as u64);
+            let stream = key.stream(Stream::View, number as u64);
             let sampling = sampling(self.settings.samples_per_pixel);
             let (mut luminance, rays) = backward::pass::view::<C>(scene, view, sampling, stream, &light, cancel)?;
             if cancel.load(Ordering::Relaxed) {

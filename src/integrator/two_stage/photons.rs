@@ -28,15 +28,11 @@ use crate::integrator::photon::chunks::fold_chunks;
 use crate::integrator::photon::emission::{Emission, EmittedPhoton, Start};
 use crate::integrator::photon::ledger::Account;
 use crate::optics::{Closure, Spectrum};
-use crate::sampling::{Key, PathRandom, PathSamples, Replicate, warp};
+use crate::sampling::{Key, PathRandom, PathSamples, Replicate, Stream, warp};
 use crate::traceable::{TraceableScene, TraceableTube};
 
 /// Photons that a vertex is connected to where nothing has a closed form.
 const CONNECTIONS: usize = 2;
-
-/// Streams of random numbers within a pass.
-const CHOICE_STREAM: u64 = 1 << 35;
-const CELL_STREAM: u64 = 1 << 36;
 
 /// The light that leaves the diffusers in one pass.
 #[derive(Debug)]
@@ -72,7 +68,7 @@ impl<const C: usize> DiffuserLight<C> {
             all.iter_mut().zip(leaving).for_each(|(all, leaving)| all.extend(leaving));
         })?;
         let light = |(index, (tube, photons)): (usize, (&TraceableTube, Vec<Leaving<C>>))| {
-            TubeLight::new(tube, photons, PathRandom::new(pass.child(CHOICE_STREAM + index as u64)).uniform())
+            TubeLight::new(tube, photons, PathRandom::new(pass.stream(Stream::DiffuserChoice, index as u64)).uniform())
         };
         let tubes = scene.tubes.iter().zip(all).enumerate().map(light).collect();
         Some((Self { tubes }, account))
@@ -95,7 +91,7 @@ impl<const C: usize> DiffuserLight<C> {
             DVec2::new((u - 0.5) * size[0], (v - 0.5) * size[1])
         };
         let of_tube = |(index, tube): (usize, &TubeLight<C>)| {
-            let stream = stream.child(CELL_STREAM + index as u64);
+            let stream = stream.stream(Stream::CellOffsets, index as u64);
             (0..tube.photons.len()).map(|number| offset(stream, number)).collect()
         };
         self.tubes.iter().enumerate().map(of_tube).collect()

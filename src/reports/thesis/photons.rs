@@ -13,7 +13,7 @@ use crate::integrator::photon_map::grid::Photon;
 use crate::optics::Spectrum;
 use crate::reports::page::ReportError;
 use crate::reports::run::compile;
-use crate::sampling::{Key, PathSamples};
+use crate::sampling::{Key, PathSamples, Stream};
 use crate::scene::Face;
 use crate::traceable::{SurfaceId, TraceableScene};
 
@@ -37,7 +37,7 @@ impl FloorPhotons {
 
     /// Photons that arrive on the floor in a pass; the flux of a pass is that of the scene.
     pub fn pass(&self, number: u64) -> Vec<Photon<1>> {
-        let (photons, key) = (self.emission.photons(), self.key.child(number));
+        let (photons, key) = (self.emission.photons(), self.key.stream(Stream::Pass, number));
         let chunks: Vec<Vec<Photon<1>>> = (0..photons.div_ceil(CHUNK))
             .into_par_iter()
             .map(|chunk| {

@@ -1,0 +1,160 @@
+//! What random numbers are drawn for: one name for each purpose.
+//!
+//! Keys form a tree: seed, pass, purpose, index, and so on to the single path. A key whose children serve several purposes
+//! gives each of them numbers of its own, from `first` on and as many as its `room`; the table below says under which
+//! keys a purpose stands, and a test that no two of them share a number there. The same numbers under different parents
+//! are different keys.
+
+use super::random::Key;
+
+/// A kind of key whose children serve several purposes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Parent {
+    /// The seed of a job.
+    Seed,
+    /// A pass of light tracing.
+    LightTracingPass,
+    /// A pass of path tracing.
+    PathTracingPass,
+    /// A pass of two stages.
+    TwoStagePass,
+    /// A pass of bidirectional path tracing.
+    BidirectionalPass,
+    /// A pass of a method that gathers photons.
+    GatheringPass,
+    /// A grid in a pass of two stages.
+    TwoStageGrid,
+    /// A sensor in a pass of bidirectional path tracing: its paths' numbers stand under the same key.
+    BidirectionalSensor,
+    /// A sensor in a pass of photon mapping.
+    GatheringSensor,
+    /// The paths of one sensor, pixel or source.
+    Paths,
+    /// A tube, seen from a sensor.
+    TubeFromBelow,
+}
+
+macro_rules! streams {
+    ($($(#[$doc:meta])+ $name:ident = $first:expr, $room:expr, below [$($parent:ident),+];)+) => {
+        /// A purpose that random numbers are drawn for.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+        pub enum Stream {
+            $($(#[$doc])+ $name,)+
+        }
+
+        impl Stream {
+            pub const ALL: &[Self] = &[$(Self::$name),+];
+
+            /// Number of its first child.
+            #[inline]
+            pub const fn first(self) -> u64 {
+                match self {
+                    $(Self::$name => $first,)+
+                }
+            }
+
+            /// Most children that it may have under one key.
+            #[inline]
+            pub const fn room(self) -> u64 {
+                match self {
+                    $(Self::$name => $room,)+
+                }
+            }
+
+            /// The keys that it stands under.
+            pub const fn parents(self) -> &'static [Parent] {
+                match self {
+                    $(Self::$name => &[$(Parent::$parent),+],)+
+                }
+            }
+        }
+    };
+}
+
+/// Most tubes, grids, views, sensors, pixels or points under one key.
+const MANY: u64 = 1 << 31;
+
+streams! {
+    /// One pass; the index is its number.
+    Pass = 0, 1 << 62, below [Seed];
+    /// Points that are the same in every pass.
+    FixedPoints = u64::MAX, 1, below [Seed];
+
+    /// The photons of one source; the index is the source's.
+    Emission = 0, MANY, below [LightTracingPass, TwoStagePass, BidirectionalPass, GatheringPass];
+    /// A choice among the photons of a diffuser; the index is the tube's.
+    DiffuserChoice = 1 << 35, MANY, below [TwoStagePass];
+    /// Connections of photons to sensors, numbered by photons below it.
+    Connections = 1 << 35, 1, below [BidirectionalPass];
+
+    /// The paths from one grid; the index is the grid's.
+    Grid = 1 << 32, MANY, below [PathTracingPass, TwoStagePass, BidirectionalPass];
+    /// The paths from one view; the index is the view's.
+    View = 1 << 33, MANY, below [PathTracingPass, TwoStagePass, BidirectionalPass];
+    /// Rays of the sun that are connected to the eye of a view; the index is the view's.
+    SunToEye = 1 << 34, MANY, below [PathTracingPass];
+
+    /// What one view gathers; the index is the view's.
+    GatheringView = 1 << 32, MANY, below [GatheringPass];
+    /// What one grid gathers; the index is the grid's.
+    GatheringGrid = 1 << 33, MANY, below [GatheringPass];
+    /// The gather rays of one receiver; the index tells the receivers of a path apart.
+    Gather = 1, MANY, below [GatheringSensor];
+
+    /// Light that reaches a sensor through clear closures; the index is the sensor's where one key has several.
+    Unscattered = 1 << 32, MANY, below [LightTracingPass, GatheringSensor];
+    /// Light that reaches a sensor of bidirectional path tracing through clear closures.
+    UnscatteredBesidePaths = 1 << 34, 1, below [BidirectionalSensor];
+    /// A random point of a cell for the closed form of luminaires; the index is the sensor's.
+    CellPoint = 1 << 33, MANY, below [LightTracingPass];
+    /// Sky light through a tube.
+    SkyFromBelow = 0, 1, below [TubeFromBelow];
+    /// Sunlight through a tube.
+    SunFromBelow = 1, 1, below [TubeFromBelow];
+
+    /// The paths of one sensor; the index is the sensor's.
+    Sensor = 0, MANY, below [TwoStageGrid];
+    /// Offsets within cells for the photons of a diffuser; the index is the tube's.
+    CellOffsets = 1 << 36, MANY, below [TwoStageGrid];
+
+    /// A randomisation of the Sobol sequence for a block of paths; the index is the block's.
+    Replicate = 0, MANY, below [Paths, BidirectionalSensor];
+    /// Pseudo-random numbers of paths, numbered by paths below it.
+    PseudoRandom = 1 << 40, 1, below [Paths, BidirectionalSensor];
+}
+
+impl Key {
+    /// The key for a purpose under this one; `index` is less than the purpose's room.
+    #[inline]
+    pub fn stream(self, stream: Stream, index: u64) -> Self {
+        debug_assert!(index < stream.room(), "{stream:?} has no room for {index}");
+        self.child(stream.first() + index)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_two_purposes_under_one_key_share_a_number() {
+        for (index, one) in Stream::ALL.iter().enumerate() {
+            let last = one.first().checked_add(one.room() - 1);
+            assert!(last.is_some(), "{one:?} runs over");
+            for other in &Stream::ALL[index + 1..] {
+                if one.parents().iter().any(|parent| other.parents().contains(parent)) {
+                    let (low, high) = if one.first() < other.first() { (one, other) } else { (other, one) };
+                    assert!(high.first() - low.first() >= low.room(), "{one:?} and {other:?} share numbers");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_stream_is_the_child_with_its_number() {
+        let key = Key::new(5);
+        assert_eq!(key.stream(Stream::Grid, 3), key.child((1 << 32) + 3));
+        assert_eq!(key.stream(Stream::FixedPoints, 0), key.child(u64::MAX));
+        assert_eq!(key.stream(Stream::PseudoRandom, 0), key.child(1 << 40));
+    }
+}
