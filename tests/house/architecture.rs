@@ -60,7 +60,7 @@ fn level(room: &str) -> Option<usize> {
 }
 
 /// Rust code without comments, and with empty strings.
-fn code_only(text: &str) -> String {
+pub fn code_only(text: &str) -> String {
     let mut code = String::with_capacity(text.len());
     let mut rest = text;
     while let Some(first) = rest.chars().next() {
@@ -213,7 +213,7 @@ fn violations(path: &str, text: &str) -> Vec<String> {
     found
 }
 
-fn source_files(folder: &Path, files: &mut Vec<PathBuf>) {
+pub fn source_files(folder: &Path, files: &mut Vec<PathBuf>) {
     for entry in fs::read_dir(folder).unwrap() {
         let path = entry.unwrap().path();
         if path.is_dir() {
