@@ -5,7 +5,7 @@ use utoipa::ToSchema;
 
 use crate::sky::zenith::ZenithFormula;
 
-/// The five switches that explain factors of two between "correct" answers; part of every result.
+/// The choices that explain factors of two between "correct" answers; part of every result.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct Provenance {
     /// Null without a sky.

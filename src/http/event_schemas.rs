@@ -47,6 +47,8 @@ pub struct QueuedEvent {
 pub struct PlannedEvent {
     pub plan: PlanResult,
     pub warnings: Vec<Warning>,
+    pub provenance: Provenance,
+    /// The same as `provenance` under its former name, which is deprecated.
     pub switches: Provenance,
     pub external_horizontal_illuminance_lux: ExternalIlluminance,
 }

@@ -14,11 +14,8 @@ use serde_json::{Map, Value};
 use utoipa::{IntoParams, ToSchema};
 use uuid::Uuid;
 
-use crate::document::result::{
-    AccuracyResult, EnergyResult, ExternalIlluminance, GridStatistics, PlanResult, TimingResult, TubeResult,
-};
-use crate::document::schema::shapes::PixelCounts;
-use crate::document::{DocumentErrors, FieldError, JobDocument, Provenance, Warning, read};
+use crate::document::result::{JobResults, Known, PlanResult};
+use crate::document::{DocumentErrors, FieldError, JobDocument, Warning, read};
 use crate::http::limits::{off_thread, permit};
 use crate::http::problem::{Path, Problem, Query};
 use crate::http::problem_kind::ProblemKind;
@@ -49,45 +46,11 @@ pub struct JobResource {
     /// Why the job failed.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub problem: Option<JobProblem>,
-    /// The switches and the outdoor illuminance from the beginning; the rest of a job that has finished with at least one
+    /// The provenance and the outdoor illuminance from the beginning; the rest of a job that has finished with at least one
     /// pass.
     #[serde(flatten)]
     #[schema(value_type = JobResults)]
     pub results: Map<String, Value>,
-}
-
-/// What a job computed, in short; the grids and views have paths of their own. All but `switches` and
-/// `external_horizontal_illuminance_lux` are absent until the job has finished.
-#[derive(ToSchema)]
-pub struct JobResults {
-    pub accuracy: Option<AccuracyResult>,
-    pub timing: Option<TimingResult>,
-    /// The five switches that explain factors of two between correct answers.
-    pub switches: Option<Provenance>,
-    pub external_horizontal_illuminance_lux: Option<ExternalIlluminance>,
-    pub grids: Option<Vec<GridInShort>>,
-    pub views: Option<Vec<ViewInShort>>,
-    /// One per tube.
-    pub tubes: Option<Vec<TubeResult>>,
-    pub energy: Option<EnergyResult>,
-}
-
-/// A view and its size.
-#[derive(ToSchema)]
-pub struct ViewInShort {
-    pub name: String,
-    /// Width and height.
-    #[schema(value_type = PixelCounts)]
-    pub size_px: [u32; 2],
-}
-
-/// A grid's statistics.
-#[derive(ToSchema)]
-pub struct GridInShort {
-    pub name: String,
-    pub statistics: GridStatistics,
-    /// Of the mean over the grid; null before the second pass.
-    pub mean_standard_error_lux: Option<f64>,
 }
 
 /// A job in a list.
@@ -170,20 +133,10 @@ pub struct PlanResource {
     #[schema(value_type = JobDocument)]
     pub document: Value,
     /// What would be simulated and what would not, and why.
-    #[schema(value_type = PlanResult)]
-    pub plan: Value,
+    pub plan: PlanResult,
     pub warnings: Vec<Warning>,
     #[serde(flatten)]
-    #[schema(value_type = Known)]
-    pub known: Map<String, Value>,
-}
-
-/// What is known of the results before the first pass.
-#[derive(ToSchema)]
-pub struct Known {
-    /// The five switches that explain factors of two between correct answers; where the sun is stands among them.
-    pub switches: Provenance,
-    pub external_horizontal_illuminance_lux: ExternalIlluminance,
+    pub known: Known,
 }
 
 #[derive(Deserialize, IntoParams)]
@@ -455,7 +408,7 @@ pub async fn plan(
 ) -> Result<Json<PlanResource>, Problem> {
     let posted = Posted::read(&headers, body)?;
     let (prepared, _) = prepare(&app, posted.text).await?;
-    let (plan, known) = (prepared.plan_json(), prepared.known_json());
+    let (plan, known) = (PlanResult::from(&prepared.plan), prepared.known());
     Ok(Json(PlanResource { document: prepared.document, plan, warnings: prepared.warnings, known }))
 }
 

@@ -1,12 +1,13 @@
 //! What a job gives: summaries as JSON, grids and views as files.
 
-use serde_json::{Map, Value, json};
+use serde_json::{Map, Value};
 
 use super::chunk::RenderError;
 use super::prepare::Prepared;
 use super::progress::PassReport;
 use crate::document::result::{
-    AccuracyResult, EnergyResult, ExternalIlluminance, GridResult, GridStatistics, PlanResult, TimingResult, TubeResult,
+    AccuracyResult, EnergyResult, ExternalIlluminance, GridInShort, GridResult, GridStatistics, JobResults, Known,
+    PlanResult, TimingResult, TubeResult, ViewInShort,
 };
 use crate::estimate::{Estimate, FilmEstimate, GridEstimate};
 use crate::output::plots::{self, ConvergencePoint};
@@ -103,44 +104,48 @@ impl Prepared {
         to_value(&PlanResult::from(&self.plan))
     }
 
-    /// What is known of the results when a job is planned, under the names that it has in the summary: `switches` (where the
-    /// sun is among them) and the outdoor illuminance.
-    pub fn known_json(&self) -> Map<String, Value> {
+    /// What is known of the results when a job is planned, under the names that it has in the summary.
+    pub fn known(&self) -> Known {
         let daylight = self.scene.daylight.as_ref();
         let (sky, sun) = daylight.map_or((0.0, 0.0), Daylight::horizontal_illuminance_lux);
-        Map::from_iter([
-            ("switches".to_owned(), to_value(&self.provenance)),
-            ("external_horizontal_illuminance_lux".to_owned(), to_value(&ExternalIlluminance { sky, sun })),
-        ])
+        Known::new(self.provenance.clone(), ExternalIlluminance { sky, sun })
     }
 
-    /// Summary for the job resource and `result.json`: `accuracy`, `timing`, `tubes`, `energy`, `switches`, `grids`
-    /// (statistics) and `views`; merged into the job's JSON object.
-    pub fn summary_json(&self, merged: &Estimate, seconds: f64) -> Value {
+    /// [`Self::known`] as the fields of an object.
+    pub fn known_json(&self) -> Map<String, Value> {
+        fields(&self.known())
+    }
+
+    /// Summary for the job resource and `result.json`; merged into the job's JSON object.
+    pub fn summary(&self, merged: &Estimate, seconds: f64) -> JobResults {
         let daylight = self.scene.daylight.as_ref();
         let electric = self.plan.effects.is_on(EffectKind::Luminaires);
-        let grids = self.scene.grids.iter().zip(&merged.grids).map(|(grid, estimate)| {
-            let mean_error = Some(estimate.mean.standard_error()).filter(|error| error.is_finite());
-            let mut summary = Map::new();
-            summary.insert("name".into(), json!(grid.name));
-            summary.insert("statistics".into(), to_value(&GridStatistics::new(estimate, daylight, electric)));
-            summary.insert("mean_standard_error_lux".into(), json!(mean_error));
-            Value::Object(summary)
+        let grids = self.scene.grids.iter().zip(&merged.grids).map(|(grid, estimate)| GridInShort {
+            name: grid.name.clone(),
+            statistics: GridStatistics::new(estimate, daylight, electric),
+            mean_standard_error_lux: Some(estimate.mean.standard_error()).filter(|error| error.is_finite()),
         });
-        let tubes = self.scene.tubes.iter().zip(&merged.tubes).map(|(tube, estimate)| {
-            to_value(&TubeResult::new(estimate, tube.opening_radius, self.scene.daylight.as_ref()))
-        });
-        let views = self.scene.views.iter().map(|view| json!({ "name": view.name, "size_px": view.size_px }));
-        let computed = [
-            ("accuracy", to_value(&AccuracyResult::new(self.accuracy(merged), self.stop.confidence))),
-            ("timing", to_value(&TimingResult::new(merged, seconds))),
-            ("grids", grids.collect()),
-            ("views", views.collect()),
-            ("tubes", tubes.collect()),
-            ("energy", to_value(&self.knows_energy().then(|| EnergyResult::new(&merged.ledger, merged.passes)))),
-        ];
-        let computed = computed.map(|(name, value)| (name.to_owned(), value));
-        Value::Object(self.known_json().into_iter().chain(computed).collect())
+        let tubes = self.scene.tubes.iter().zip(&merged.tubes);
+        let tubes = tubes.map(|(tube, estimate)| TubeResult::new(estimate, tube.opening_radius, daylight));
+        let views = self.scene.views.iter();
+        let views = views.map(|view| ViewInShort { name: view.name.clone(), size_px: view.size_px });
+        let Known { provenance, switches, external_horizontal_illuminance_lux } = self.known();
+        JobResults {
+            accuracy: Some(AccuracyResult::new(self.accuracy(merged), self.stop.confidence)),
+            timing: Some(TimingResult::new(merged, seconds)),
+            provenance: Some(provenance),
+            switches: Some(switches),
+            external_horizontal_illuminance_lux: Some(external_horizontal_illuminance_lux),
+            grids: Some(grids.collect()),
+            views: Some(views.collect()),
+            tubes: Some(tubes.collect()),
+            energy: self.knows_energy().then(|| EnergyResult::new(&merged.ledger, merged.passes)),
+        }
+    }
+
+    /// [`Self::summary`] as a JSON object.
+    pub fn summary_json(&self, merged: &Estimate, seconds: f64) -> Value {
+        to_value(&self.summary(merged, seconds))
     }
 
     /// True if the method that keeps the books (that of the grids, or else of the views) follows light from its sources
@@ -301,4 +306,11 @@ pub(super) fn failed(file: &str, reason: impl ToString) -> RenderError {
 /// Our own result types always serialise: their keys are strings and their numbers finite or null.
 fn to_value(result: &impl serde::Serialize) -> Value {
     serde_json::to_value(result).unwrap_or(Value::Null)
+}
+
+fn fields(result: &impl serde::Serialize) -> Map<String, Value> {
+    match to_value(result) {
+        Value::Object(fields) => fields,
+        _ => Map::new(),
+    }
 }

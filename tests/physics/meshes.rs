@@ -125,7 +125,7 @@ fn reason(prepared: &Prepared) -> String {
 }
 
 fn switch(prepared: &Prepared) -> Value {
-    prepared.summary_json(&prepared.empty_estimate(), 0.0)["switches"]["guides"][0].clone()
+    prepared.summary_json(&prepared.empty_estimate(), 0.0)["provenance"]["guides"][0].clone()
 }
 
 /// A round mesh gives the bits of the parametric tube, whatever thin cover it has.

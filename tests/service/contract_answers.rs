@@ -83,7 +83,7 @@ async fn answers_about_a_job_are_as_described() {
     for event in service.events_after(path, 0).await {
         is_a(component_of_event(&event.name), &event.data);
         if event.name == "planned" {
-            for field in ["switches", "external_horizontal_illuminance_lux"] {
+            for field in ["provenance", "switches", "external_horizontal_illuminance_lux"] {
                 assert_eq!(event.data[field], posted[field], "{field}");
             }
         }
@@ -96,10 +96,12 @@ async fn answers_about_a_job_are_as_described() {
     let job = service.json(path).await;
     is_a("JobResource", &job);
     // what is known when a job is planned is what the results say
-    for field in ["switches", "external_horizontal_illuminance_lux"] {
+    for field in ["provenance", "switches", "external_horizontal_illuminance_lux"] {
         assert!(!posted[field].is_null() && posted[field] == job[field] && planned[field] == job[field], "{field}");
     }
-    assert!(posted["switches"]["sun"]["altitude_deg"].as_f64().is_some());
+    assert!(posted["provenance"]["sun"]["altitude_deg"].as_f64().is_some());
+    // under its name of before, too
+    assert_eq!(posted["switches"], posted["provenance"]);
     assert_eq!(job["views"], json!([{ "name": "room", "size_px": [16, 8] }]));
 
     is_a("JobPage", &service.json("/v1/jobs").await);

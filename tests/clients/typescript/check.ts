@@ -60,7 +60,7 @@ async function check(name: string, document: Schemas["JobDocument"]) {
   assert(planned.data, JSON.stringify(planned.error));
   const posted = await client.POST("/v1/jobs", { body: document });
   assert(posted.data, JSON.stringify(posted.error));
-  assert.deepEqual(posted.data.switches, planned.data.switches);
+  assert.deepEqual(posted.data.provenance, planned.data.provenance);
   let passes = 0;
   let last: Event | undefined;
   for await (const event of events(posted.data.links.events)) {

@@ -1,0 +1,64 @@
+//! What a job computed, in short.
+
+use serde::Serialize;
+use utoipa::ToSchema;
+
+use super::energy::EnergyResult;
+use super::grid::{ExternalIlluminance, GridStatistics};
+use super::timing::{AccuracyResult, TimingResult};
+use super::tube::TubeResult;
+use crate::document::provenance::Provenance;
+use crate::document::schema::shapes::PixelCounts;
+
+/// What is known of the results before the first pass.
+#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+pub struct Known {
+    /// The choices that explain factors of two between correct answers; where the sun is stands among them.
+    pub provenance: Provenance,
+    /// The same as `provenance` under its former name, which is deprecated.
+    pub switches: Provenance,
+    pub external_horizontal_illuminance_lux: ExternalIlluminance,
+}
+
+impl Known {
+    pub fn new(provenance: Provenance, external_horizontal_illuminance_lux: ExternalIlluminance) -> Self {
+        Self { switches: provenance.clone(), provenance, external_horizontal_illuminance_lux }
+    }
+}
+
+/// What a job computed, in short; the grids and views have paths of their own. All but `provenance`, `switches` and
+/// `external_horizontal_illuminance_lux` are absent until the job has finished.
+#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+pub struct JobResults {
+    pub accuracy: Option<AccuracyResult>,
+    pub timing: Option<TimingResult>,
+    /// The choices that explain factors of two between correct answers.
+    pub provenance: Option<Provenance>,
+    /// The same as `provenance` under its former name, which is deprecated.
+    pub switches: Option<Provenance>,
+    pub external_horizontal_illuminance_lux: Option<ExternalIlluminance>,
+    pub grids: Option<Vec<GridInShort>>,
+    pub views: Option<Vec<ViewInShort>>,
+    /// One per tube.
+    pub tubes: Option<Vec<TubeResult>>,
+    /// Null where no method follows the light from its sources to its end.
+    pub energy: Option<EnergyResult>,
+}
+
+/// A view and its size.
+#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+pub struct ViewInShort {
+    pub name: String,
+    /// Width and height.
+    #[schema(value_type = PixelCounts)]
+    pub size_px: [usize; 2],
+}
+
+/// A grid's statistics.
+#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+pub struct GridInShort {
+    pub name: String,
+    pub statistics: GridStatistics,
+    /// Of the mean over the grid; null before the second pass.
+    pub mean_standard_error_lux: Option<f64>,
+}
