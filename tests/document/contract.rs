@@ -1,10 +1,12 @@
 //! The schema of job documents against documents that run: nothing that the service takes is invalid.
 
 use crate::schema;
+use std::collections::BTreeSet;
 use std::path::Path;
 
 use serde_json::Value;
 use skyduct::document::JobDocument;
+use skyduct::document::limits::{self, Limit};
 
 /// All JSON files of a folder that are job documents.
 fn documents_of(folder: &str) -> Vec<(String, Value)> {
@@ -88,4 +90,44 @@ fn required_fields_have_no_default() {
             assert!(component["properties"][field].get("default").is_none(), "{name}: {field}");
         }
     }
+}
+
+/// A bound of a field that does not exist would be told nowhere, and a number without bounds would be a bound forgotten.
+#[test]
+fn every_bound_is_told_and_every_number_of_a_document_has_bounds() {
+    let schemas = schema::DESCRIPTION["components"]["schemas"].as_object().unwrap();
+    let has = |schema: &Value, bounds: &[&str]| bounds.iter().any(|bound| !schema[bound].is_null());
+    for (component, field, limit) in limits::FIELDS {
+        let property = &schemas[*component]["properties"][field];
+        let bounds = match limit {
+            Limit::Number(_) => ["maximum", "exclusiveMaximum"],
+            Limit::Items(_) => ["minItems", "maxItems"],
+            Limit::Length(_) => ["minLength", "maxLength"],
+            Limit::Fields(_) => ["minProperties", "maxProperties"],
+        };
+        assert!(has(property, &bounds), "{component}: {field}: {property}");
+    }
+    let mut met = BTreeSet::from(["JobDocument".to_owned()]);
+    let mut waiting = vec![("JobDocument".to_owned(), &schemas["JobDocument"])];
+    while let Some((place, part)) = waiting.pop() {
+        if let Some(name) = part["$ref"].as_str().and_then(|reference| reference.rsplit('/').next()) {
+            if met.insert(name.to_owned()) {
+                waiting.push((name.to_owned(), &schemas[name]));
+            }
+            continue;
+        }
+        let of_type =
+            |name: &str| part["type"] == name || part["type"].as_array().is_some_and(|it| it.contains(&name.into()));
+        if of_type("number") || of_type("integer") {
+            let bounded = has(part, &["minimum", "exclusiveMinimum"]) && has(part, &["maximum", "exclusiveMaximum"]);
+            assert!(bounded, "{place}: {part}");
+        }
+        for (name, property) in part["properties"].as_object().into_iter().flatten() {
+            waiting.push((format!("{place}/{name}"), property));
+        }
+        let variants = ["oneOf", "allOf"].into_iter().filter_map(|name| part[name].as_array()).flatten();
+        let items = [&part["items"], &part["additionalProperties"]].into_iter().filter(|item| item.is_object());
+        waiting.extend(variants.chain(items).map(|inner| (place.clone(), inner)));
+    }
+    assert!(met.len() > 40, "{met:?}");
 }

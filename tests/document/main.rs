@@ -11,6 +11,7 @@ mod any;
 mod bounds;
 mod contract;
 mod hints;
+mod methods;
 mod room;
 mod sky;
 mod text;
