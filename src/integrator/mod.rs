@@ -22,6 +22,7 @@ pub mod photon_map;
 pub mod photon_mapping;
 pub mod ppm;
 mod registry;
+pub mod roulette;
 pub mod sppm;
 pub mod two_stage;
 

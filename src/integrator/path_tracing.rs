@@ -15,13 +15,12 @@ use super::{GridPass, Integrator, Pass, ViewPass};
 use crate::integrator::backward;
 use crate::integrator::backward::daylight::Followed;
 use crate::integrator::backward::pass::{Sampling, each};
-use crate::integrator::backward::vertex::NARROW_ROUGHNESS;
 use crate::integrator::backward::walk::Path;
 use crate::integrator::photon::ledger::Account;
 use crate::sampling::path_samples::SOBOL_PAIRS;
 use crate::sampling::{Key, PathSamples, Stream};
 use crate::scene::{Grid, View};
-use crate::traceable::{TraceableScene, TraceableTube};
+use crate::traceable::{SpecularOptics, TraceableScene, TraceableTube};
 
 /// Settings of path tracing.
 #[derive(Clone, Debug, PartialEq)]
@@ -148,7 +147,7 @@ pub fn refuses(scene: &TraceableScene) -> Option<&'static str> {
     let clear = |tube: &TraceableTube| tube.diffuser.specular_zone(tube.opening_radius).is_some();
     if scene.tubes.iter().any(clear) {
         Some("the sun's beam through a clear closure is found by chance only")
-    } else if scene.specular().any(|specular| specular.roughness < NARROW_ROUGHNESS) {
+    } else if scene.specular().any(SpecularOptics::is_narrow) {
         Some("the sun's beam by way of a mirror or of a glossy surface of roughness below 0.2 is found by chance only")
     } else {
         None

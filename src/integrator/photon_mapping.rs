@@ -33,7 +33,9 @@ use super::{GridPass, Integrator, Pass, ViewPass};
 use crate::guide::Guide;
 use crate::integrator::backward::unscattered::unscattered;
 use crate::integrator::photon_map::maps::{FollowedBackward, Gathered, Mapper, Maps, POINT_CONNECTIONS, POINT_STRATA};
+use crate::integrator::photon_map::near_light::{SENSOR_CONNECTIONS, SENSOR_STRATA};
 use crate::integrator::photon_map::visible_point;
+use crate::integrator::roulette::MAX_REFLECTIONS;
 use crate::optics::Spectrum;
 use crate::sampling::{Key, PathRandom, Replicate, Stream, warp};
 use crate::scene::{EstimateKind, Grid, View};
@@ -64,18 +66,11 @@ const DEFAULT_RADIUS_SHARE: f64 = 0.025;
 pub const SENSOR_GATHER_RAYS: u32 = 256;
 pub const POINT_GATHER_RAYS: u32 = 16;
 
-/// Photons at each diffuser, and points of each luminaire in a square of strata, to which a sensor is connected.
-const SENSOR_CONNECTIONS: usize = 256;
-const SENSOR_STRATA: usize = 8;
-
 /// Points of a cell, in a square of strata, that share the connections of its average.
 const CELL_STRATA: usize = 4;
 
 /// Backward rays per sensor and pass to each tube, at most.
 const BACKWARD_RAYS: u64 = 1024;
-
-/// Specular reflections of one gather ray; roulette lets a share of at most albedo^10000 come so far.
-const MAX_REFLECTIONS: u32 = 10_000;
 
 /// The method on one scene; `C` channels of light.
 #[derive(Debug)]

@@ -24,6 +24,7 @@ use rayon::prelude::*;
 
 use super::{GridPass, Integrator, Pass, ViewPass};
 use crate::integrator::photon_map::maps::{Gathered, Mapper, Maps};
+use crate::integrator::photon_map::near_light::{SENSOR_CONNECTIONS, SENSOR_STRATA};
 use crate::integrator::photon_map::progressive::{Carried, PointStatistics, Radii, Radius};
 use crate::integrator::photon_map::visible_point;
 use crate::optics::Spectrum;
@@ -60,10 +61,8 @@ impl Default for Settings {
     }
 }
 
-/// Photons at each diffuser, and points of each luminaire along the side of a square of strata, to which a sensor is
-/// connected; its points share them, but each gets at least the numbers below.
-const SENSOR_CONNECTIONS: usize = 256;
-const SENSOR_STRATA: usize = 8;
+/// Fewest photons at each diffuser, and points of each luminaire along the side of a square of strata, to which each of
+/// the points of a sensor is connected: they share those of the sensor.
 const LEAST_CONNECTIONS: usize = 16;
 const LEAST_STRATA: usize = 2;
 

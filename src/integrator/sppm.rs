@@ -21,6 +21,7 @@ use rayon::prelude::*;
 
 use super::{GridPass, Integrator, Pass, ViewPass};
 use crate::integrator::photon_map::maps::{Mapper, Maps};
+use crate::integrator::photon_map::near_light::{SENSOR_CONNECTIONS, SENSOR_STRATA};
 use crate::integrator::photon_map::progressive::{Carried, PointStatistics, Radii, Radius};
 use crate::integrator::photon_map::visible_point;
 use crate::sampling::{Key, PathRandom, Stream};
@@ -45,10 +46,6 @@ impl Default for Settings {
         Self { photons_per_pass: 65_536, initial_radius_m: None, alpha: 2.0 / 3.0, radius: Radius::Schedule }
     }
 }
-
-/// Photons at each diffuser, and points of each luminaire in a square of strata, to which a sensor is connected.
-const SENSOR_CONNECTIONS: usize = 256;
-const SENSOR_STRATA: usize = 8;
 
 /// The method on one scene; `C` channels of light.
 #[derive(Debug)]

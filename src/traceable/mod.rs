@@ -18,7 +18,7 @@ use obstacles::Obstacles;
 use surface::Lobes;
 
 pub use box_object::TraceableBox;
-pub use surface::{SpecularOptics, SurfaceOptics};
+pub use surface::{NARROW_ROUGHNESS, SpecularOptics, SurfaceOptics};
 pub use surface_id::{Numbering, Side, SurfaceId};
 pub use tube::{TraceableTube, TubeError, cylinder_guide};
 

@@ -10,6 +10,11 @@ use crate::sampling::PathRandom;
 /// Roughness from which on a ray in a direction of a lobe meets the sun's disc in less than one of a hundred cases.
 const WIDE_ROUGHNESS: f64 = 0.15;
 
+/// Roughness below which a connection meets a lobe so rarely that sunlight by way of it is treated as by way of a mirror.
+/// Below it photon mapping is also better than light tracing for points: it takes half the time to the same error at 0.15,
+/// twice the time at 0.2 (in a room of 2 m with two glossy faces).
+pub const NARROW_ROUGHNESS: f64 = 0.2;
+
 /// The optics of a surface.
 #[derive(Clone, Debug)]
 pub struct SurfaceOptics {
@@ -42,6 +47,11 @@ pub struct SpecularOptics {
 }
 
 impl SpecularOptics {
+    /// True if connections meet the lobe rarely, and for a mirror, which they never meet.
+    pub fn is_narrow(&self) -> bool {
+        self.roughness < NARROW_ROUGHNESS
+    }
+
     /// Direction into which light goes on that comes from `from`, a unit vector away from the surface; the weight is
     /// `reflectance`.
     #[inline]

@@ -15,9 +15,10 @@ use glam::DVec3;
 
 use super::opening::{above_closure, shares};
 use super::vertex::{Ray, Scatter, Vertex, share};
-use super::walk::{Daylight, MAX_EVENTS, Path};
+use super::walk::{Daylight, Path};
 use crate::guide::{End, Transit};
 use crate::integrator::backward::room_entry::enter_room;
+use crate::integrator::roulette::MAX_EVENTS;
 use crate::optics::{Closure, Spectrum};
 use crate::sampling::warp;
 use crate::scene::View;

@@ -5,8 +5,9 @@ use std::f64::consts::PI;
 use glam::DVec3;
 
 use super::vertex::{Ray, Scatter, Vertex};
-use super::walk::{Daylight, MAX_EVENTS, Path};
+use super::walk::{Daylight, Path};
 use crate::guide::{End, Transit};
+use crate::integrator::roulette::MAX_EVENTS;
 use crate::optics::{Closure, Spectrum};
 use crate::sampling::{PathRandom, warp};
 

@@ -6,10 +6,7 @@ use glam::DVec3;
 
 use crate::optics::{Glossy, MeasuredDiffuser, Spectrum};
 use crate::traceable::luminaire::TraceableLuminaire;
-use crate::traceable::{SurfaceId, SurfaceOptics, TraceableScene};
-
-/// Roughness below which a connection meets the lobe so rarely that its sunlight is treated as a mirror's.
-pub const NARROW_ROUGHNESS: f64 = 0.2;
+use crate::traceable::{NARROW_ROUGHNESS, SurfaceId, SurfaceOptics, TraceableScene};
 
 /// A point that scatters light toward the eye with a finite distribution, or a sensor.
 pub struct Vertex<'a, const C: usize> {

@@ -11,18 +11,13 @@ use std::f64::consts::PI;
 use glam::DVec3;
 
 use super::vertex::{Ray, Vertex, diffuse_share, lobe, luminaire_density, luminaire_share, share};
+use crate::integrator::roulette::{MAX_EVENTS, survival};
 use crate::optics::Spectrum;
 use crate::sampling::{PathSamples, warp};
 use crate::traceable::{Place, SpecularOptics, SurfaceId, TraceableScene};
 
-/// Share of its first weight below which a path goes on by roulette even where nothing absorbs.
-pub const ROULETTE_BELOW: f64 = 1e-3;
-
 /// A path goes on for certain above this share of its first weight, if its method asks for it.
 const CERTAIN_ABOVE: f64 = 0.05;
-
-/// Events of one path after which it is cut off; reached only by scenes that absorb nothing.
-pub const MAX_EVENTS: u32 = 1_000_000;
 
 /// Treatment of the daylight of openings by a method.
 pub trait Daylight<const C: usize>: Sync {
@@ -148,11 +143,7 @@ impl Path<'_> {
         if leaving <= 0.0 {
             return None;
         }
-        let mut survival = leaving / weight.max();
-        if weight.max() < ROULETTE_BELOW * first {
-            survival *= weight.max() / (ROULETTE_BELOW * first);
-        }
-        let mut survival = survival.min(1.0);
+        let mut survival = survival(leaving, weight.max(), first);
         if self.certain > 0 && leaving >= CERTAIN_ABOVE * first {
             self.certain -= 1;
             survival = 1.0;

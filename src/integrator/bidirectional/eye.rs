@@ -9,7 +9,7 @@ use super::weight::{Edge, Share, surface_density};
 use crate::guide::{End, Transit};
 use crate::integrator::backward::opening::{LEAST_MEASURED_SHARE, above_closure, shares};
 use crate::integrator::backward::vertex::{Scatter, diffuse_share};
-use crate::integrator::backward::walk::{MAX_EVENTS, ROULETTE_BELOW};
+use crate::integrator::roulette::{MAX_EVENTS, survival};
 use crate::optics::{Closure, Spectrum};
 use crate::sampling::{PathSamples, warp};
 use crate::traceable::{Place, SurfaceId, SurfaceOptics, TraceableScene};
@@ -229,11 +229,7 @@ impl<'a, const C: usize> EyePath<'a, C> {
         if leaving <= 0.0 {
             return None;
         }
-        let mut survival = leaving / ray.weight.max();
-        if ray.weight.max() < ROULETTE_BELOW * first {
-            survival *= ray.weight.max() / (ROULETTE_BELOW * first);
-        }
-        let survival = survival.min(1.0);
+        let survival = survival(leaving, ray.weight.max(), first);
         if self.samples.random.uniform() >= survival {
             return None;
         }

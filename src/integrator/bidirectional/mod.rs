@@ -63,9 +63,6 @@ pub const fn vertex_bytes(channels: usize) -> usize {
 /// Sensors that one vertex is connected to; larger grids are connected to a random subset of about this size.
 const CONNECTIONS: usize = 1024;
 
-/// Roughness below which the sun by way of a lobe is treated as by way of a mirror: connections meet it rarely.
-const NARROW_ROUGHNESS: f64 = 0.2;
-
 /// Backward rays per point sensor and pass to a clear closure, at most.
 const MOST_BACKWARD_RAYS: u64 = 1024;
 
@@ -397,7 +394,7 @@ pub fn refuses(scene: &TraceableScene, grids: &[Grid], views: &[View]) -> Option
     if scene.sun.is_some() {
         // cells see what crosses them
         let seen = |roughness: f64| roughness == 0.0 && views.is_empty() && !points;
-        if scene.specular().any(|specular| specular.roughness < NARROW_ROUGHNESS && !seen(specular.roughness)) {
+        if scene.specular().any(|specular| specular.is_narrow() && !seen(specular.roughness)) {
             return Some(
                 "the sun's light in a mirror or a glossy surface of roughness below 0.2 is found by chance only",
             );

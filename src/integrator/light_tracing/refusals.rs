@@ -4,18 +4,14 @@ use glam::DVec3;
 
 use crate::guide::Guide;
 use crate::scene::{EstimateKind, Grid};
-use crate::traceable::TraceableScene;
-
-/// Roughness below which photon mapping is the better method for points: it takes half the time to the same error at
-/// 0.15, twice the time at 0.2 (in a room of 2 m with two glossy faces).
-const NARROW_ROUGHNESS: f64 = 0.2;
+use crate::traceable::{SpecularOptics, TraceableScene};
 
 /// Share of the room's shortest edge within which a surface is too near to a point sensor.
 const NEAR_SURFACE: f64 = 0.01;
 
 /// Reason why another method serves point sensors of a scene better, if one does.
 pub fn noisy_points(scene: &TraceableScene) -> Option<&'static str> {
-    let narrow = scene.interreflection && scene.specular().any(|specular| specular.roughness < NARROW_ROUGHNESS);
+    let narrow = scene.interreflection && scene.specular().any(SpecularOptics::is_narrow);
     narrow.then_some("connections of point sensors to glossy surfaces of roughness below 0.2 are rare and bright")
 }
 

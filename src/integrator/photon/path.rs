@@ -6,15 +6,10 @@ use glam::DVec3;
 use super::emission::{EmittedPhoton, Start};
 use super::ledger::{Account, Ledger};
 use crate::guide::{End, Transit};
+use crate::integrator::roulette::{MAX_EVENTS, survival};
 use crate::optics::{Closure, FiniteBsdf, Spectrum};
 use crate::sampling::{PathSamples, warp};
 use crate::traceable::{Place, RoomHit, SpecularOptics, SurfaceId, TraceableScene};
-
-/// Share of its first flux below which a photon goes on by roulette even where nothing absorbs.
-const ROULETTE_BELOW: f64 = 1e-3;
-
-/// Events of one photon after which it is cut off; reached only by scenes that absorb nothing.
-const MAX_EVENTS: u32 = 1_000_000;
 
 /// A point where light is scattered into the room.
 #[derive(Clone, Copy, Debug)]
@@ -232,75 +227,69 @@ fn meet_closure<const C: usize>(
 ) -> Step<C> {
     let from_above = direction.z < 0.0;
     let tube = &scene.tubes[index];
-    let closure = tube.closure_at(position);
-    match closure {
+    let cosine = direction.z.abs();
+    let (through, back, table) = match tube.closure_at(position) {
         Closure::Specular { transmittance } => {
             let passing = flux * Spectrum::from_rgb(transmittance);
             account.ledger.diffuser += flux.luminance() - passing.luminance();
             if passing.max() <= 0.0 {
                 return Step::Ended;
             }
-            if from_above {
-                account.tubes[index].into_room += passing.luminance();
-                Step::Room(position, direction, passing, Origin::Specular)
-            } else {
-                Step::Guide(index, position, direction, passing)
+            if !from_above {
+                return Step::Guide(index, position, direction, passing);
             }
+            account.tubes[index].into_room += passing.luminance();
+            return Step::Room(position, direction, passing, Origin::Specular);
         }
-        Closure::Lambertian { .. } | Closure::Measured(_) => {
-            let cosine = direction.z.abs();
-            let (through, back, table) = match closure {
-                Closure::Measured(table) => {
-                    let [through, back] = table.shares(cosine);
-                    (flux * through, flux * back, Some(table))
-                }
-                Closure::Lambertian { transmittance, reflectance } => {
-                    (flux * Spectrum::from_rgb(transmittance), flux * Spectrum::from_rgb(reflectance), None)
-                }
-                Closure::Specular { .. } => return Step::Ended,
-            };
-            account.ledger.diffuser += flux.luminance() - through.luminance() - back.luminance();
-            let (down, up) = if from_above { (through, back) } else { (back, through) };
-            if from_above {
-                account.tubes[index].into_room += through.luminance();
-            }
-            if down.max() > 0.0 {
-                let scattering = Scattering {
-                    position,
-                    normal: DVec3::NEG_Z,
-                    leaving: if table.is_none() { down } else { Spectrum::ZERO },
-                    lobe: table.map(|table| Lobe { scatterer: table, normal: DVec3::NEG_Z, incident: direction, flux }),
-                    surface: None,
-                    diffuser: Some(index),
-                };
-                visitor.scattered(&scattering, samples);
-            }
-            // what goes up a guide that returns nothing needs no path
-            let follows_up = scene.guide_return && tube.guide.returns_light();
-            let up = if follows_up {
-                up
-            } else {
-                account.ledger.guide_top += up.luminance();
-                Spectrum::ZERO
-            };
-            let both = up.max() + down.max();
-            if both <= 0.0 {
-                return Step::Ended;
-            }
-            let up_share = up.max() / both;
-            let goes_up = up_share > 0.0 && samples.random.uniform() < up_share;
-            let onward = if goes_up { up * (1.0 / up_share) } else { down * (1.0 / (1.0 - up_share)) };
-            account.ledger.cut += down.luminance() + up.luminance() - onward.luminance();
-            let local = match table {
-                Some(table) => table.sample(goes_up != from_above, cosine, samples.pair()),
-                None => warp::cosine_hemisphere(samples.pair()),
-            };
-            if goes_up {
-                Step::Guide(index, position, local, onward)
-            } else {
-                Step::Room(position, DVec3::new(local.x, -local.y, -local.z), onward, Origin::Diffuser)
-            }
+        Closure::Measured(table) => {
+            let [through, back] = table.shares(cosine);
+            (flux * through, flux * back, Some(table))
         }
+        Closure::Lambertian { transmittance, reflectance } => {
+            (flux * Spectrum::from_rgb(transmittance), flux * Spectrum::from_rgb(reflectance), None)
+        }
+    };
+    account.ledger.diffuser += flux.luminance() - through.luminance() - back.luminance();
+    let (down, up) = if from_above { (through, back) } else { (back, through) };
+    if from_above {
+        account.tubes[index].into_room += through.luminance();
+    }
+    if down.max() > 0.0 {
+        let scattering = Scattering {
+            position,
+            normal: DVec3::NEG_Z,
+            leaving: if table.is_none() { down } else { Spectrum::ZERO },
+            lobe: table.map(|table| Lobe { scatterer: table, normal: DVec3::NEG_Z, incident: direction, flux }),
+            surface: None,
+            diffuser: Some(index),
+        };
+        visitor.scattered(&scattering, samples);
+    }
+    // what goes up a guide that returns nothing needs no path
+    let follows_up = scene.guide_return && tube.guide.returns_light();
+    let up = if follows_up {
+        up
+    } else {
+        account.ledger.guide_top += up.luminance();
+        Spectrum::ZERO
+    };
+    let both = up.max() + down.max();
+    if both <= 0.0 {
+        return Step::Ended;
+    }
+    // one of the two goes on, chosen by its flux
+    let up_share = up.max() / both;
+    let goes_up = up_share > 0.0 && samples.random.uniform() < up_share;
+    let onward = if goes_up { up * (1.0 / up_share) } else { down * (1.0 / (1.0 - up_share)) };
+    account.ledger.cut += down.luminance() + up.luminance() - onward.luminance();
+    let local = match table {
+        Some(table) => table.sample(goes_up != from_above, cosine, samples.pair()),
+        None => warp::cosine_hemisphere(samples.pair()),
+    };
+    if goes_up {
+        Step::Guide(index, position, local, onward)
+    } else {
+        Step::Room(position, DVec3::new(local.x, -local.y, -local.z), onward, Origin::Diffuser)
     }
 }
 
@@ -356,7 +345,7 @@ fn cross_room<const C: usize>(
     };
     visitor.scattered(&scattering, samples);
     // roulette keeps the flux of a survivor; colours change its balance, so the ledger books both
-    let survival = survival(leaving, flux, first);
+    let survival = survival(leaving.max(), flux.max(), first);
     if samples.random.uniform() >= survival {
         account.ledger.room += flux.luminance();
         return Step::Ended;
@@ -365,16 +354,6 @@ fn cross_room<const C: usize>(
     account.ledger.room += flux.luminance() - onward.luminance();
     let local = warp::cosine_hemisphere(samples.pair());
     Step::Room(hit.position, warp::around(hit.normal, local), onward, Origin::Surface(surface))
-}
-
-/// The probability with which light goes on that leaves a surface.
-#[inline]
-fn survival<const C: usize>(leaving: Spectrum<C>, flux: Spectrum<C>, first: f64) -> f64 {
-    let mut survival = leaving.max() / flux.max();
-    if flux.max() < ROULETTE_BELOW * first {
-        survival *= flux.max() / (ROULETTE_BELOW * first);
-    }
-    survival.min(1.0)
 }
 
 /// Light that arrives at a surface.
@@ -412,7 +391,7 @@ fn reflect<const C: usize>(
             samples,
         );
     }
-    let survival = survival(leaving, flux, first);
+    let survival = survival(leaving.max(), flux.max(), first);
     if samples.random.uniform() >= survival {
         account.ledger.room += flux.luminance();
         return Step::Ended;

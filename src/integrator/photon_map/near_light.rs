@@ -11,6 +11,11 @@ use crate::optics::{Diffuser, Glossy, MeasuredDiffuser, Spectrum};
 use crate::sampling::PathRandom;
 use crate::traceable::{RoomHit, SurfaceId, TraceableTube};
 
+/// Photons at each diffuser, and points of each luminaire along the side of a square of strata, to which a sensor is
+/// connected.
+pub const SENSOR_CONNECTIONS: usize = 256;
+pub const SENSOR_STRATA: usize = 8;
+
 impl<const C: usize> Mapper<C> {
     /// Irradiance straight from the diffusers, by connections to some of the photons that they scattered.
     pub fn diffuser_irradiance(

@@ -15,6 +15,7 @@ use super::near_light::share_of;
 use crate::guide::{End, Transit};
 use crate::integrator::ViewPass;
 use crate::integrator::backward::room_entry::enter_room;
+use crate::integrator::roulette::MAX_REFLECTIONS;
 use crate::optics::{Closure, Spectrum};
 use crate::sampling::{Key, PathRandom};
 use crate::scene::View;
@@ -25,9 +26,6 @@ const MAX_EYE_TRANSITS: u32 = 64;
 
 /// Specular reflections of one eye ray that are followed for sure; farther ones by roulette.
 const SURE_REFLECTIONS: u32 = 8;
-
-/// Specular reflections of one eye ray; roulette lets a share of at most albedo^10000 come so far, 5e-5 for albedo 0.999.
-const MAX_REFLECTIONS: u32 = 10_000;
 
 /// Results of `of` for every pixel of a view, of its number and its column and row; `None` when cancelled.
 pub fn pixels<T: Send>(view: &View, cancel: &AtomicBool, of: impl Fn(usize, [usize; 2]) -> T + Sync) -> Option<Vec<T>> {

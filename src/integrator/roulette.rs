@@ -1,0 +1,34 @@
+//! How paths end.
+
+/// Events of one path after which it is cut off; reached only by scenes that absorb nothing.
+pub const MAX_EVENTS: u32 = 1_000_000;
+
+/// Specular reflections of one ray in a row; roulette lets a share of at most albedo^10000 come so far, 5e-5 for albedo
+/// 0.999.
+pub const MAX_REFLECTIONS: u32 = 10_000;
+
+/// Share of what it carried first below which a path goes on by roulette even where nothing absorbs.
+const FAINT: f64 = 1e-3;
+
+/// Probability with which a path goes on that arrives with `arriving` > 0 and would leave with `leaving`; `first` is what
+/// it carried at its start. A survivor is divided by it, so that it goes on with what arrived.
+#[inline]
+pub fn survival(leaving: f64, arriving: f64, first: f64) -> f64 {
+    let mut survival = leaving / arriving;
+    if arriving < FAINT * first {
+        survival *= arriving / (FAINT * first);
+    }
+    survival.min(1.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bright_paths_go_on_by_what_is_reflected_and_faint_ones_by_less() {
+        assert_eq!(survival(0.4, 0.8, 1.0), 0.5);
+        assert_eq!(survival(2.0, 0.5, 1.0), 1.0);
+        assert!((survival(2e-4, 4e-4, 1.0) - 0.5 * 0.4).abs() < 1e-15);
+    }
+}
