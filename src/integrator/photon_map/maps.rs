@@ -16,19 +16,20 @@ use std::ops::Range;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-use glam::{DVec2, DVec3};
+use glam::DVec3;
 
 use super::domain::Domain;
 use super::grid::{Photon, PhotonGrid};
 use super::progressive::scaled_count;
+use super::store::{Caustics, FollowedBackward, PhotonStore, Tube};
 use crate::integrator::photon::chunks::fold_chunks;
 use crate::integrator::photon::emission::Emission;
 use crate::integrator::photon::ledger::Account;
-use crate::integrator::photon::path::{Flight, Origin, Scattering, Visitor, trace};
+use crate::integrator::photon::path::trace;
 use crate::optics::{Diffuser, Glossy, Spectrum};
-use crate::sampling::{Key, PathRandom, PathSamples};
-use crate::scene::{EstimateKind, Grid};
-use crate::traceable::{Place, RoomHit, SurfaceId, SurfaceOptics, TraceableScene, TraceableTube};
+use crate::sampling::{Key, PathRandom};
+use crate::scene::Grid;
+use crate::traceable::{Place, RoomHit, SurfaceId, TraceableScene};
 
 /// Points of each luminaire, in a square of strata, and photons at each diffuser, to which a visible point is connected.
 pub const POINT_STRATA: usize = 2;
@@ -50,25 +51,6 @@ pub struct Mapper<const C: usize> {
     /// `None`: caustics are not set apart.
     caustics: Option<Caustics>,
 }
-
-/// Which photons final gathering counts on planes.
-#[derive(Debug)]
-struct Caustics {
-    /// Light that sensors of points follow backward, and count no photons of, by tube.
-    backward: Vec<FollowedBackward>,
-}
-
-/// Light from outside straight through a clear closure that point sensors follow backward completely, so that photons
-/// must not count it.
-#[derive(Clone, Copy, Debug)]
-pub struct FollowedBackward {
-    pub sky: bool,
-    pub sun: bool,
-}
-
-/// The tube at whose diffuser a photon lies.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Tube(pub u32);
 
 /// Position of a photon in the list that it comes from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -163,22 +145,26 @@ impl<const C: usize> Mapper<C> {
         Some((maps, account))
     }
 
-    fn trace_photons(&self, key: Key, cancel: &AtomicBool) -> Option<(Store<'_, C>, Account)> {
+    fn store(&self) -> PhotonStore<'_, C> {
+        PhotonStore::new(&self.scene, &self.grids, self.keeps_surfaces, self.caustics.as_ref())
+    }
+
+    fn trace_photons(&self, key: Key, cancel: &AtomicBool) -> Option<(PhotonStore<'_, C>, Account)> {
         let chunk = |numbers: Range<u64>| {
-            let mut store = Store::new(self);
+            let mut store = self.store();
             let mut account = Account::new(self.scene.tubes.len());
             for number in numbers {
                 let (photon, mut samples) = self.emission.photon(&self.scene, key, number);
                 if let Some(photon) = photon {
-                    (store.fresh, store.sun) = (true, photon.sun);
+                    store.begin(&photon);
                     trace::<C>(&self.scene, &photon, &mut samples, &mut store, &mut account);
                 }
             }
             (store, account)
         };
-        let mut all = Store::new(self);
+        let mut all = self.store();
         let mut account = Account::new(self.scene.tubes.len());
-        fold_chunks(self.emission.photons(), 0, cancel, chunk, |(store, part): (Store<C>, Account)| {
+        fold_chunks(self.emission.photons(), 0, cancel, chunk, |(store, part): (PhotonStore<C>, Account)| {
             all.append(store);
             account.add(&part);
         })?;
@@ -312,136 +298,4 @@ fn numbered<'a, const C: usize, On: Copy + 'a>(
 ) -> Vec<Photon<C, Numbered>> {
     let numbers = (0..).map(Numbered);
     photons.zip(numbers).map(|(photon, on)| Photon { position: photon.position, on, flux: photon.flux }).collect()
-}
-
-/// True if light comes straight from where it is computed without density estimation.
-fn is_direct(origin: Origin) -> bool {
-    matches!(origin, Origin::Diffuser | Origin::Luminaire(_))
-}
-
-/// Photons that one pass keeps.
-struct Store<'a, const C: usize> {
-    scene: &'a TraceableScene,
-    /// Height of each plane, and whether its sensors are points.
-    levels: Vec<(f64, bool)>,
-    /// Height above a plane at which it counts as reached.
-    contact: f64,
-    keeps_surfaces: bool,
-    set_apart: Option<&'a Caustics>,
-    /// True if the present photon was scattered diffusely since it left a luminaire, a diffuser or a clear closure.
-    diffuse: bool,
-    /// True if the present photon was not in the room yet, nor met a diffuser.
-    fresh: bool,
-    /// True if the present photon comes from the sun.
-    sun: bool,
-    surfaces: Vec<Photon<C>>,
-    caustics: Vec<Photon<C>>,
-    planes: Vec<Vec<Photon<C, ()>>>,
-    exits: Vec<Vec<Photon<C, Tube>>>,
-    incidents: Vec<Vec<DVec3>>,
-    /// Sunbeams at glossy surfaces, with their directions of travel.
-    beams: Vec<(Photon<C>, DVec3)>,
-    /// Direction of the present flight when it is a sunbeam that comes straight through a clear closure.
-    beam: Option<DVec3>,
-}
-
-impl<'a, const C: usize> Store<'a, C> {
-    fn new(mapper: &'a Mapper<C>) -> Self {
-        let (scene, grids) = (&mapper.scene, &mapper.grids);
-        Self {
-            scene,
-            levels: grids.iter().map(|grid| (grid.height_m, grid.estimate == EstimateKind::Point)).collect(),
-            contact: scene.contact(),
-            keeps_surfaces: mapper.keeps_surfaces,
-            set_apart: mapper.caustics.as_ref(),
-            diffuse: false,
-            fresh: true,
-            sun: false,
-            surfaces: Vec::new(),
-            caustics: Vec::new(),
-            planes: vec![Vec::new(); grids.len()],
-            exits: vec![Vec::new(); scene.tubes.len()],
-            incidents: vec![Vec::new(); scene.tubes.len()],
-            beams: Vec::new(),
-            beam: None,
-        }
-    }
-
-    fn append(&mut self, mut other: Self) {
-        self.surfaces.append(&mut other.surfaces);
-        self.caustics.append(&mut other.caustics);
-        self.beams.append(&mut other.beams);
-        for (all, part) in self.planes.iter_mut().zip(&mut other.planes) {
-            all.append(part);
-        }
-        for (all, part) in self.exits.iter_mut().zip(&mut other.exits) {
-            all.append(part);
-        }
-        for (all, part) in self.incidents.iter_mut().zip(&mut other.incidents) {
-            all.append(part);
-        }
-    }
-}
-
-impl<const C: usize> Visitor<C> for Store<'_, C> {
-    fn scattered(&mut self, scattering: &Scattering<'_, C>, _: &mut PathSamples) {
-        if let Some(tube) = scattering.diffuser {
-            self.fresh = false;
-            // of a lobe what arrives counts, with its direction
-            let flux = scattering.lobe.map_or(scattering.leaving, |lobe| lobe.flux);
-            self.incidents[tube].extend(scattering.lobe.map(|lobe| lobe.incident));
-            let photon = Photon { position: scattering.position, on: Tube(tube as u32), flux };
-            self.exits[tube].push(photon);
-        }
-    }
-
-    fn emitted(&mut self, _: &Scattering<C>, _: &mut PathSamples) {}
-
-    fn flew(&mut self, flight: &Flight<C>) {
-        let fresh = std::mem::replace(&mut self.fresh, false);
-        let beam = fresh && self.sun && flight.origin == Origin::Specular;
-        self.beam = beam.then(|| (flight.to - flight.from).normalize_or_zero());
-        match flight.origin {
-            Origin::Surface(_) => self.diffuse = true,
-            Origin::Lobe(_) => {}
-            Origin::Diffuser | Origin::Luminaire(_) | Origin::Specular => self.diffuse = false,
-        }
-        if is_direct(flight.origin) || (self.set_apart.is_some() && self.diffuse) {
-            return;
-        }
-        let of = self.set_apart.filter(|_| fresh).and_then(|caustics| caustics.at(self.scene, flight));
-        let backward = of.is_some_and(|backward| if self.sun { backward.sun } else { backward.sky });
-        for ((height, points), photons) in self.levels.iter().zip(&mut self.planes) {
-            let level = height + self.contact;
-            if flight.from.z > level && flight.to.z <= level && !(backward && *points) {
-                let share = (flight.from.z - height) / (flight.from.z - flight.to.z);
-                let crossing: DVec2 = flight.from.truncate().lerp(flight.to.truncate(), share);
-                photons.push(Photon { position: crossing.extend(*height), on: (), flux: flight.flux });
-            }
-        }
-    }
-
-    fn arrived(&mut self, surface: SurfaceId, position: DVec3, flux: Spectrum<C>, origin: Origin) {
-        if let Some(direction) = self.beam.filter(|_| self.keeps_surfaces)
-            && self.scene.optics(surface).is_some_and(SurfaceOptics::gathers_beams)
-        {
-            self.beams.push((Photon { position, on: surface, flux }, direction));
-        }
-        let gathers = || self.scene.optics(surface).is_some_and(SurfaceOptics::gathers);
-        if self.keeps_surfaces && !is_direct(origin) && gathers() {
-            self.surfaces.push(Photon { position, on: surface, flux });
-            if self.set_apart.is_some() && !self.diffuse {
-                self.caustics.push(Photon { position, on: surface, flux });
-            }
-        }
-    }
-}
-
-impl Caustics {
-    /// Light that is followed backward of the tube whose clear closure a flight comes through.
-    fn at<const C: usize>(&self, scene: &TraceableScene, flight: &Flight<C>) -> Option<FollowedBackward> {
-        let apart = |tube: &TraceableTube| (flight.from - tube.origin).truncate().length() / tube.opening_radius;
-        let tubes = scene.tubes.iter().map(apart).zip(&self.backward).filter(|_| flight.origin == Origin::Specular);
-        tubes.min_by(|(a, _), (b, _)| a.total_cmp(b)).map(|(_, backward)| *backward)
-    }
 }

@@ -5,4 +5,5 @@ pub mod grid;
 pub mod maps;
 pub mod near_light;
 pub mod progressive;
+pub mod store;
 pub mod visible_point;

@@ -5,7 +5,8 @@ use std::f64::consts::PI;
 
 use glam::DVec3;
 
-use super::maps::{LEAST_KERNEL, Mapper, Maps, POINT_CONNECTIONS, Tube};
+use super::maps::{LEAST_KERNEL, Mapper, Maps, POINT_CONNECTIONS};
+use super::store::Tube;
 use crate::geometry::disc::disc_disc_area;
 use crate::optics::{Diffuser, Glossy, MeasuredDiffuser, Spectrum};
 use crate::sampling::PathRandom;
