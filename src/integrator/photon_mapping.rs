@@ -123,10 +123,9 @@ impl<const C: usize> PhotonMapping<C> {
             .collect();
         let (mut illuminance, bias): (Vec<f64>, Vec<f64>) = values?.into_iter().unzip();
         if average {
-            let area = grid.cell_size_m[0] * grid.cell_size_m[1];
             for photon in gathering.maps.planes[number].photons() {
-                if let Some(index) = cell_at(grid, photon.position) {
-                    illuminance[index] += photon.flux.luminance() / area;
+                if let Some(index) = grid.cell_at(photon.position.truncate()) {
+                    illuminance[index] += photon.flux.luminance() / grid.cell_area_m2();
                 }
             }
         }
@@ -135,7 +134,7 @@ impl<const C: usize> PhotonMapping<C> {
 
     /// True if a box stands over a point.
     fn covered(&self, point: DVec3) -> bool {
-        self.mapper.scene.boxes.iter().any(|object| object.contains(point))
+        self.mapper.scene.is_in_box(point)
     }
 
     /// Illuminance in lux of a sensor but for caustics, and its bias.
@@ -319,8 +318,7 @@ struct Sensor<'a> {
 
 impl Sensor<'_> {
     fn centre(&self) -> DVec3 {
-        let Grid { x_m, y_m, cells, height_m, .. } = self.grid;
-        DVec3::new(x_m[self.index % cells[0]], y_m[self.index / cells[0]], *height_m)
+        self.grid.centre(self.index)
     }
 
     /// The centre, or for a cell average the point of the cell at coordinates 0..1.
@@ -332,17 +330,6 @@ impl Sensor<'_> {
         }
         point
     }
-}
-
-/// The cell that holds a point of a grid's plane.
-fn cell_at(grid: &Grid, point: DVec3) -> Option<usize> {
-    let axis = |position: f64, centre: f64, size: f64, cells: usize| {
-        let place = (position - centre) / size + 0.5;
-        (place >= 0.0).then_some(place as usize).filter(|place| *place < cells)
-    };
-    let i = axis(point.x, grid.x_m[0], grid.cell_size_m[0], grid.cells[0])?;
-    let j = axis(point.y, grid.y_m[0], grid.cell_size_m[1], grid.cells[1])?;
-    Some(j * grid.cells[0] + i)
 }
 
 /// Light that rays backward find completely: the sun's beam is aimed at in straight tubes only. Behind a closure that

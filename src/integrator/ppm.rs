@@ -197,8 +197,7 @@ impl<const C: usize> Ppm<C> {
         let sensors: Vec<Mean<C>> = (0..grid.len())
             .into_par_iter()
             .map(|index| {
-                let (i, j) = (index % grid.cells[0], index / grid.cells[0]);
-                let centre = DVec3::new(grid.x_m[i], grid.y_m[j], grid.height_m);
+                let centre = grid.centre(index);
                 let points = index * strata.count()..(index + 1) * strata.count();
                 let found = points.enumerate().map(|(stratum, point)| {
                     let mut sensor = centre;
@@ -232,7 +231,7 @@ impl<const C: usize> Ppm<C> {
         strata: Strata,
         random: &mut PathRandom,
     ) -> Gathered<C> {
-        if self.mapper.scene.boxes.iter().any(|object| object.contains(sensor)) {
+        if self.mapper.scene.is_in_box(sensor) {
             return Gathered::NOTHING;
         }
         let connections = (SENSOR_CONNECTIONS / strata.count()).max(LEAST_CONNECTIONS);

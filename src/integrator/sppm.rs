@@ -81,14 +81,13 @@ impl<const C: usize> Sppm<C> {
             .into_par_iter()
             .map(|index| {
                 let mut random = PathRandom::new(stream.child(index as u64));
-                let (i, j) = (index % grid.cells[0], index / grid.cells[0]);
-                let mut sensor = DVec3::new(grid.x_m[i], grid.y_m[j], grid.height_m);
+                let mut sensor = grid.centre(index);
                 if grid.estimate == EstimateKind::CellAverage {
                     let [u, v] = random.uniform2();
                     sensor.x += (u - 0.5) * grid.cell_size_m[0];
                     sensor.y += (v - 0.5) * grid.cell_size_m[1];
                 }
-                if mapper.scene.boxes.iter().any(|object| object.contains(sensor)) {
+                if mapper.scene.is_in_box(sensor) {
                     return [0.0; 3];
                 }
                 let direct = mapper.diffuser_irradiance(maps, sensor, DVec3::Z, None, SENSOR_CONNECTIONS, &mut random);

@@ -1,5 +1,7 @@
 //! Illuminance grids: horizontal sensors that look up.
 
+use glam::{DVec2, DVec3};
+
 /// A grid of horizontal sensors.
 #[derive(Clone, Debug)]
 pub struct Grid {
@@ -47,5 +49,26 @@ impl Grid {
 
     pub fn is_empty(&self) -> bool {
         self.len() == 0
+    }
+
+    /// Centre of sensor `index` in the plane of the grid.
+    #[inline]
+    pub fn centre(&self, index: usize) -> DVec3 {
+        DVec3::new(self.x_m[index % self.cells[0]], self.y_m[index / self.cells[0]], self.height_m)
+    }
+
+    /// The sensor whose cell holds a point of the plane; `None` beside the grid.
+    #[inline]
+    pub fn cell_at(&self, point: DVec2) -> Option<usize> {
+        let position = (point - DVec2::new(self.x_m[0], self.y_m[0])) / DVec2::from(self.cell_size_m) + 0.5;
+        let axis = |k: usize| (position[k] >= 0.0).then_some(position[k] as usize).filter(|n| *n < self.cells[k]);
+        let (i, j) = (axis(0)?, axis(1)?);
+        Some(j * self.cells[0] + i)
+    }
+
+    /// Area of one cell in m2.
+    #[inline]
+    pub fn cell_area_m2(&self) -> f64 {
+        self.cell_size_m[0] * self.cell_size_m[1]
     }
 }

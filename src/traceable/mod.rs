@@ -248,6 +248,12 @@ impl TraceableScene {
         self.obstacles.leave_clear(position, reach, own_box, centre, radius)
     }
 
+    /// True if a point is inside a box, or on the lower side of one.
+    #[inline]
+    pub fn is_in_box(&self, point: DVec3) -> bool {
+        self.boxes.iter().any(|object| object.contains(point))
+    }
+
     fn opening_at(&self, point: DVec2) -> Option<usize> {
         self.tubes.iter().position(|tube| {
             (point - tube.origin.truncate()).length_squared() < tube.opening_radius * tube.opening_radius

@@ -1,5 +1,7 @@
 //! Tubes as rays meet them: the opening, its closure and the guide behind it.
 
+use std::f64::consts::PI;
+
 use glam::{DVec2, DVec3};
 
 use crate::guide::{BentGuide, DomedGuide, Guide, MeshGuide, MeshGuideError, Section, StraightGuide, dome::Pipe};
@@ -19,6 +21,12 @@ pub struct TraceableTube {
 }
 
 impl TraceableTube {
+    /// Area of the opening in m2.
+    #[inline]
+    pub fn opening_area_m2(&self) -> f64 {
+        PI * self.opening_radius * self.opening_radius
+    }
+
     pub(super) fn new(tube: &Tube, ceiling: f64) -> Result<Self, MeshGuideError> {
         let guide = match &tube.shape {
             TubeShape::Cylinders(description) => cylinder_guide(description, tube.opening_radius),

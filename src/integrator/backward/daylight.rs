@@ -182,6 +182,5 @@ impl<const C: usize> Exit<'_, C> {
 /// Density per sr, seen from the start of `way`, of an even point of a tube's opening.
 fn opening_density(tube: &TraceableTube, way: DVec3) -> f64 {
     let distance_squared = way.length_squared();
-    let area = PI * tube.opening_radius * tube.opening_radius;
-    distance_squared * distance_squared.sqrt() / (way.z.abs() * area)
+    distance_squared * distance_squared.sqrt() / (way.z.abs() * tube.opening_area_m2())
 }

@@ -38,8 +38,7 @@ pub fn each<T: Send>(count: usize, cancel: &AtomicBool, of: impl Fn(usize) -> T 
 
 /// Centre of sensor `index` of a grid.
 pub fn centre(scene: &TraceableScene, grid: &Grid, index: usize) -> DVec3 {
-    let (i, j) = (index % grid.cells[0], index / grid.cells[0]);
-    DVec3::new(grid.x_m[i], grid.y_m[j], grid.height_m + scene.contact())
+    grid.centre(index) + DVec3::Z * scene.contact()
 }
 
 /// Illuminance in lux of sensor `index` of a grid by backward paths, and the rays they took; `direct` counts the daylight
@@ -63,7 +62,7 @@ pub fn sensor<const C: usize>(
             position.x += (u - 0.5) * grid.cell_size_m[0];
             position.y += (v - 0.5) * grid.cell_size_m[1];
         }
-        if !scene.boxes.iter().any(|object| object.contains(position)) {
+        if !scene.is_in_box(position) {
             lux += path.illuminance(direct, daylight, position).luminance();
         }
         rays += path.rays;

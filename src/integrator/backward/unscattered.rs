@@ -24,7 +24,7 @@ pub fn unscattered(
     by: impl Fn(&TraceableTube) -> bool,
 ) -> (f64, u64) {
     let (mut lux, mut taken) = (0.0, 0);
-    if scene.boxes.iter().any(|object| object.contains(sensor)) {
+    if scene.is_in_box(sensor) {
         return (lux, taken);
     }
     for (number, tube) in scene.tubes.iter().enumerate().filter(|(_, tube)| by(tube)) {

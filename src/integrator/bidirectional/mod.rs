@@ -20,7 +20,7 @@ use std::ops::Range;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use glam::{DVec2, DVec3};
+use glam::DVec3;
 use rayon::prelude::*;
 
 use self::eye::{EyePath, From, Starts};
@@ -36,7 +36,7 @@ use crate::integrator::photon::path::{Flight, trace};
 use crate::optics::Spectrum;
 use crate::sampling::{Key, PathRandom, PathSamples, Stream};
 use crate::scene::{EstimateKind, Grid, View};
-use crate::traceable::{TraceableScene, TraceableTube};
+use crate::traceable::TraceableScene;
 
 /// Settings of bidirectional path tracing.
 #[derive(Clone, Debug, PartialEq)]
@@ -91,8 +91,8 @@ struct Connected<const C: usize> {
 impl<const C: usize> Bidirectional<C> {
     pub fn new(scene: Arc<TraceableScene>, grids: &[Grid], views: &[View], settings: &Settings, seed: u64) -> Self {
         let emission = Emission::new(&scene, settings.photons_per_pass);
-        let area = |tube: &TraceableTube| PI * tube.opening_radius * tube.opening_radius;
-        let sky = scene.tubes.iter().enumerate().map(|(number, tube)| emission.sky_share(number) / area(tube));
+        let sky =
+            scene.tubes.iter().enumerate().map(|(number, tube)| emission.sky_share(number) / tube.opening_area_m2());
         let luminaires = scene.luminaires.iter().enumerate();
         let starts = Starts {
             sky: sky.collect(),
@@ -208,11 +208,8 @@ impl<const C: usize> Bidirectional<C> {
         if (crossing - flight.from).length_squared() >= within * within {
             return;
         }
-        let cell = DVec2::from(grid.cell_size_m);
-        let position = (crossing.truncate() - DVec2::new(grid.x_m[0], grid.y_m[0])) / cell + 0.5;
-        let axis = |k: usize| (position[k] >= 0.0).then_some(position[k] as usize).filter(|n| *n < grid.cells[k]);
-        if let (Some(i), Some(j)) = (axis(0), axis(1)) {
-            lux[j * grid.cells[0] + i] += flight.flux.luminance() / (cell.x * cell.y);
+        if let Some(cell) = grid.cell_at(crossing.truncate()) {
+            lux[cell] += flight.flux.luminance() / grid.cell_area_m2();
         }
     }
 
@@ -224,8 +221,7 @@ impl<const C: usize> Bidirectional<C> {
 
     /// Photons times the area of a cell in m2 for each of its paths.
     fn crossings_per_path(&self, grid: &Grid) -> f64 {
-        let area = grid.cell_size_m[0] * grid.cell_size_m[1];
-        self.emission.photons() as f64 * area / f64::from(self.settings.samples_per_sensor)
+        self.emission.photons() as f64 * grid.cell_area_m2() / f64::from(self.settings.samples_per_sensor)
     }
 
     fn connections_per_ray(&self) -> f64 {
@@ -264,7 +260,7 @@ impl<const C: usize> Bidirectional<C> {
             let average = is_average(grid);
             let offset = if average { path.samples.pair().map(|u| u - 0.5) } else { [0.0; 2] };
             let sensor = place(grid, index, offset, grid.height_m + self.scene.contact());
-            if !self.scene.boxes.iter().any(|object| object.contains(sensor)) {
+            if !self.scene.is_in_box(sensor) {
                 let start = if average { From::Cell(self.crossings_per_path(grid)) } else { From::Point };
                 path.illuminance(sensor, start, self.connections_per_path(grid));
             }
@@ -377,8 +373,8 @@ fn near(grid: &Grid) -> f64 {
 
 /// A point of a sensor's cell; `offset` from its centre, in cells.
 fn place(grid: &Grid, index: usize, offset: [f64; 2], height: f64) -> DVec3 {
-    let (i, j) = (index % grid.cells[0], index / grid.cells[0]);
-    DVec3::new(grid.x_m[i] + offset[0] * grid.cell_size_m[0], grid.y_m[j] + offset[1] * grid.cell_size_m[1], height)
+    let centre = grid.centre(index);
+    DVec3::new(centre.x + offset[0] * grid.cell_size_m[0], centre.y + offset[1] * grid.cell_size_m[1], height)
 }
 
 /// Reason why this method cannot compute a scene, if it cannot: the sun's disc is found by photons alone, and these end

@@ -1,6 +1,6 @@
 //! Sensors of a plane, and what a vertex sends straight to them.
 
-use glam::{DVec2, DVec3};
+use glam::DVec3;
 
 use crate::integrator::photon::path::Lobe;
 use crate::scene::{EstimateKind, Grid};
@@ -15,10 +15,7 @@ pub(super) struct SensorPlane {
     pub x: Vec<f64>,
     pub y: Vec<f64>,
     pub height: f64,
-    /// Corner of the first cell, and numbers of cells.
-    pub corner: DVec2,
-    pub cells: [usize; 2],
-    pub cell: [f64; 2],
+    pub grid: Grid,
     pub average: bool,
     /// Squared distance within which cell averages count crossings.
     pub near_squared: f64,
@@ -34,10 +31,8 @@ impl SensorPlane {
         Self {
             x: (0..grid.len()).map(|sensor| grid.x_m[sensor % grid.cells[0]]).collect(),
             y: (0..grid.len()).map(|sensor| grid.y_m[sensor / grid.cells[0]]).collect(),
-            corner: DVec2::new(grid.x_m[0], grid.y_m[0]) - 0.5 * DVec2::from(grid.cell_size_m),
-            cells: grid.cells,
+            grid: grid.clone(),
             height: grid.height_m,
-            cell: grid.cell_size_m,
             average: grid.estimate == EstimateKind::CellAverage,
             near_squared: near * near,
             first,
@@ -47,14 +42,6 @@ impl SensorPlane {
 
     pub fn len(&self) -> usize {
         self.x.len()
-    }
-
-    /// The cell that holds a point of the plane.
-    pub fn cell_at(&self, point: DVec2) -> Option<usize> {
-        let position = (point - self.corner) / DVec2::from(self.cell);
-        let axis = |k: usize| (position[k] >= 0.0).then_some(position[k] as usize).filter(|n| *n < self.cells[k]);
-        let (i, j) = (axis(0)?, axis(1)?);
-        Some(j * self.cells[0] + i)
     }
 }
 

@@ -140,7 +140,7 @@ impl<const C: usize> LightTracing<C> {
         lux.par_iter_mut().enumerate().for_each(|(index, lux)| {
             let [u, v] = PathRandom::new(pass.stream(Stream::CellPoint, (plane.first + index) as u64)).uniform2();
             let centre = DVec3::new(plane.x[index], plane.y[index], plane.height);
-            let offset = DVec3::new((u - 0.5) * plane.cell[0], (v - 0.5) * plane.cell[1], 0.0);
+            let offset = DVec3::new((u - 0.5) * plane.grid.cell_size_m[0], (v - 0.5) * plane.grid.cell_size_m[1], 0.0);
             *lux += self.luminaire_illuminance(centre + offset);
         });
     }
@@ -234,9 +234,9 @@ impl<const C: usize> Visitor<C> for Tally<'_, C> {
             let crossing = flight.from.lerp(flight.to, share);
             let near = (crossing - flight.from).length_squared() < plane.near_squared;
             if (near || matches!(flight.origin, Origin::Specular | Origin::Lobe(_)))
-                && let Some(index) = plane.cell_at(crossing.truncate())
+                && let Some(index) = plane.grid.cell_at(crossing.truncate())
             {
-                self.lux[plane.first + index] += flight.flux.luminance() / (plane.cell[0] * plane.cell[1]);
+                self.lux[plane.first + index] += flight.flux.luminance() / plane.grid.cell_area_m2();
             }
         }
     }
@@ -259,7 +259,7 @@ impl<const C: usize> Tally<'_, C> {
             // one point in every cell, the same everywhere
             let offset = if plane.average {
                 let [u, v] = samples.random.uniform2();
-                DVec2::new((u - 0.5) * plane.cell[0], (v - 0.5) * plane.cell[1])
+                DVec2::new((u - 0.5) * plane.grid.cell_size_m[0], (v - 0.5) * plane.grid.cell_size_m[1])
             } else {
                 DVec2::ZERO
             };

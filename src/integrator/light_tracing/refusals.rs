@@ -25,9 +25,10 @@ pub fn dishonest_points(scene: &TraceableScene, grids: &[Grid]) -> Option<&'stat
         let outside = || scene.boxes.iter().filter(|object| !object.contains(point));
         to_walls.min(scene.size.z - point.z) < near || outside().any(|object| object.distance_beside(point) < near)
     };
-    let points = grids.iter().filter(|grid| grid.estimate == EstimateKind::Point).flat_map(|grid| {
-        (0..grid.len()).map(|k| DVec3::new(grid.x_m[k % grid.cells[0]], grid.y_m[k / grid.cells[0]], grid.height_m))
-    });
+    let points = grids
+        .iter()
+        .filter(|grid| grid.estimate == EstimateKind::Point)
+        .flat_map(|grid| (0..grid.len()).map(|sensor| grid.centre(sensor)));
     let found = scene.interreflection && points.into_iter().any(close);
     found.then_some(
         "connections to point sensors nearer to a wall, the ceiling or a box than 1 % of the room's shortest edge are rare \

@@ -172,6 +172,5 @@ pub fn share_of(chosen: Option<f64>, tube: &TraceableTube, way: DVec3) -> f64 {
 /// share its light by.
 fn connection_density(tube: &TraceableTube, way: DVec3) -> f64 {
     let distance_squared = way.length_squared();
-    let area = PI * tube.opening_radius * tube.opening_radius;
-    POINT_CONNECTIONS as f64 * distance_squared * distance_squared.sqrt() / (way.z * area)
+    POINT_CONNECTIONS as f64 * distance_squared * distance_squared.sqrt() / (way.z * tube.opening_area_m2())
 }
