@@ -6,17 +6,18 @@
 //!
 //! Which estimator counts which paths: docs/physics/measurement_equation.md#path-tracing.
 
+use std::ops::Range;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
-
-use rayon::prelude::*;
+use std::sync::atomic::AtomicBool;
 
 use super::{GridPass, Integrator, Pass, ViewPass};
 use crate::integrator::backward;
 use crate::integrator::backward::daylight::Followed;
 use crate::integrator::backward::pass::{Sampling, each};
 use crate::integrator::backward::walk::Path;
+use crate::integrator::photon::chunks::fold_chunks;
 use crate::integrator::photon::ledger::Account;
+use crate::optics::Spectrum;
 use crate::sampling::path_samples::SOBOL_PAIRS;
 use crate::sampling::{Key, PathSamples, Stream};
 use crate::scene::{Grid, View};
@@ -40,9 +41,6 @@ impl Default for Settings {
 /// Rays of the sun per tube and view that are connected to the eye, for each path of the view, and at least.
 const SUN_RAYS_PER_PATH: f64 = 0.0625;
 const LEAST_SUN_RAYS: u64 = 1024;
-
-/// Rays of the sun that one task traces: fixed, so that sums fold in the same order on any number of threads.
-const SUN_CHUNK: u64 = 1024;
 
 /// The method on one scene; `C` channels of light.
 #[derive(Debug)]
@@ -71,28 +69,24 @@ impl<const C: usize> PathTracing<C> {
                 continue;
             }
             let stream = stream.child(number as u64);
-            let chunk = |chunk: u64| {
-                let going_on = !cancel.load(Ordering::Relaxed);
-                going_on.then(|| {
-                    let (mut seen, mut rays) = (Vec::new(), 0);
-                    for index in chunk * SUN_CHUNK..((chunk + 1) * SUN_CHUNK).min(count) {
-                        let samples = PathSamples::new(stream, index);
-                        let mut path = Path { scene: &self.scene, samples, rays: 0, certain: 0 };
-                        path.sun_exits::<C>(tube, sun, |_, exit| seen.extend(exit.seen_by(&self.scene, view)));
-                        rays += path.rays;
-                    }
-                    (seen, rays)
-                })
+            let chunk = |numbers: Range<u64>| {
+                let (mut seen, mut rays) = (Vec::new(), 0);
+                for index in numbers {
+                    let samples = PathSamples::new(stream, index);
+                    let mut path = Path { scene: &self.scene, samples, rays: 0, certain: 0 };
+                    path.sun_exits::<C>(tube, sun, |_, exit| seen.extend(exit.seen_by(&self.scene, view)));
+                    rays += path.rays;
+                }
+                (seen, rays)
             };
-            let chunks: Option<Vec<_>> = (0..count.div_ceil(SUN_CHUNK)).into_par_iter().map(chunk).collect();
-            for (seen, of_chunk) in chunks? {
+            fold_chunks(count, 0, cancel, chunk, |(seen, of_chunk): (Vec<(usize, Spectrum<C>)>, u64)| {
                 rays += of_chunk;
                 for (pixel, value) in seen {
                     for (channel, value) in value.0.into_iter().enumerate() {
                         luminance[pixel * C + channel] += value / count as f64;
                     }
                 }
-            }
+            })?;
         }
         Some(rays)
     }
