@@ -31,7 +31,7 @@ pub use effects::EffectSwitch;
 pub use errors::{DocumentErrors, FieldError, Warning};
 pub use job::{JobDocument, ValidJob};
 pub use mesh_source::MeshSource;
-pub use method::{MethodDocument, MethodKind, RadiusKind, method_warning};
+pub use method::{MethodDocument, MethodKind, RadiusKind};
 pub use optics::Coefficient;
 pub use provenance::Provenance;
 pub use scene::to_scene;

@@ -4,8 +4,9 @@
 //! - `backward`: paths are followed from sensors and eyes.
 //! - `photon_map`: photons are kept, and their density is estimated.
 //!
-//! Every other entry is a method: its settings, its state and its pass; `deterministic` holds those without passes.
-//! `pass` says what a pass is, `registry` which methods there are.
+//! `method` says what the rest of the program has to know of a method, `pass` what a pass is, `registry` which methods
+//! there are, `deterministic` what those without passes share. Every other entry is a method: its settings, which say what
+//! it knows, refuses and costs, its state and its pass.
 //!
 //! A pass is a pure function of (scene, settings, seed, pass number): it can be computed anywhere, in any order, and has
 //! the same bits on any number of threads. Passes are independent replicates; `estimate` adds them up. With statistics per
@@ -14,7 +15,10 @@
 pub mod backward;
 pub mod bidirectional;
 pub mod deterministic;
+pub mod holigilm;
+pub mod jenkins;
 pub mod light_tracing;
+pub mod method;
 mod pass;
 pub mod path_tracing;
 pub mod photon;

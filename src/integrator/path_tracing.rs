@@ -12,16 +12,18 @@ use std::sync::atomic::AtomicBool;
 
 use super::{GridPass, Integrator, Pass, ViewPass};
 use crate::integrator::backward;
+use crate::integrator::backward::chance;
 use crate::integrator::backward::daylight::Followed;
 use crate::integrator::backward::pass::{Sampling, each};
 use crate::integrator::backward::walk::Path;
+use crate::integrator::method::{Caveat, Computation, Described, Knows, Refusal, Task, Work};
 use crate::integrator::photon::chunks::fold_chunks;
 use crate::integrator::photon::ledger::Account;
 use crate::optics::Spectrum;
 use crate::sampling::path_samples::SOBOL_PAIRS;
 use crate::sampling::{Key, PathSamples, Stream};
-use crate::scene::{Grid, View};
-use crate::traceable::{SpecularOptics, TraceableScene, TraceableTube};
+use crate::scene::{Channels, Grid, View};
+use crate::traceable::TraceableScene;
 
 /// Settings of path tracing.
 #[derive(Clone, Debug, PartialEq)]
@@ -35,6 +37,38 @@ pub struct Settings {
 impl Default for Settings {
     fn default() -> Self {
         Self { samples_per_sensor: 64, samples_per_pixel: 4 }
+    }
+}
+
+impl Described for Settings {
+    fn name(&self) -> &'static str {
+        "path_tracing"
+    }
+
+    fn knows(&self) -> Knows {
+        Knows { energy: false, tube_fluxes: false, ..Knows::ALL }
+    }
+
+    fn refuses(&self, task: &Task) -> Option<Refusal> {
+        chance::sun(task.traceable)
+    }
+
+    fn warns(&self, task: &Task) -> Option<Caveat> {
+        chance::mirrors(self.name(), task.traceable)
+    }
+
+    fn seconds_per_pass(&self, work: &Work) -> f64 {
+        let sensor_paths = f64::from(self.samples_per_sensor) * work.sensors;
+        let eye_paths = f64::from(self.samples_per_pixel) * work.pixels;
+        (sensor_paths + eye_paths) * (1e-6 + 2.0 * (work.seconds_per_path * work.tubes))
+    }
+
+    fn build(&self, task: &Task, seed: u64, _target: f64) -> Computation {
+        let scene = task.traceable.clone();
+        match task.scene.channels {
+            Channels::Photopic => Computation::passes(PathTracing::<1>::new(scene, task.grids, task.views, self, seed)),
+            Channels::Rgb => Computation::passes(PathTracing::<3>::new(scene, task.grids, task.views, self, seed)),
+        }
     }
 }
 
@@ -132,18 +166,4 @@ impl<const C: usize> Integrator for PathTracing<C> {
 
 fn sampling(paths: u32) -> Sampling {
     Sampling { paths, certain: 0, pairs: SOBOL_PAIRS }
-}
-
-/// Reason why this method cannot compute a scene, if it cannot: the sun's disc would be found by chance only, and its
-/// part of the error would stay unseen.
-pub fn refuses(scene: &TraceableScene) -> Option<&'static str> {
-    scene.sun?;
-    let clear = |tube: &TraceableTube| tube.diffuser.specular_zone(tube.opening_radius).is_some();
-    if scene.tubes.iter().any(clear) {
-        Some("the sun's beam through a clear closure is found by chance only")
-    } else if scene.specular().any(SpecularOptics::is_narrow) {
-        Some("the sun's beam by way of a mirror or of a glossy surface of roughness below 0.2 is found by chance only")
-    } else {
-        None
-    }
 }

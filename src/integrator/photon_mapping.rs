@@ -32,14 +32,15 @@ use rayon::prelude::*;
 use super::{GridPass, Integrator, Pass, ViewPass};
 use crate::guide::Guide;
 use crate::integrator::backward::unscattered::unscattered;
+use crate::integrator::method::{Computation, Described, Load, Task, Work};
 use crate::integrator::photon_map::maps::{Gathered, Mapper, Maps, POINT_CONNECTIONS, POINT_STRATA};
 use crate::integrator::photon_map::near_light::{SENSOR_CONNECTIONS, SENSOR_STRATA};
 use crate::integrator::photon_map::store::FollowedBackward;
-use crate::integrator::photon_map::visible_point;
+use crate::integrator::photon_map::{memory, visible_point};
 use crate::integrator::roulette::MAX_REFLECTIONS;
 use crate::optics::Spectrum;
 use crate::sampling::{Key, PathRandom, Replicate, Stream, warp};
-use crate::scene::{EstimateKind, Grid, View};
+use crate::scene::{Channels, EstimateKind, Grid, View};
 use crate::traceable::{Place, RoomHit, SurfaceId, TraceableScene, TraceableTube};
 
 /// Settings of photon mapping.
@@ -57,6 +58,40 @@ pub struct Settings {
 impl Default for Settings {
     fn default() -> Self {
         Self { photons_per_pass: 65_536, initial_radius_m: None, gather_rays: None }
+    }
+}
+
+impl Described for Settings {
+    fn name(&self) -> &'static str {
+        "photon_mapping"
+    }
+
+    fn remark(&self) -> Option<&'static str> {
+        Some("the bias of its gather radius does not shrink with passes: its estimate is part of every error")
+    }
+
+    fn seconds_per_pass(&self, work: &Work) -> f64 {
+        let rays = |default: u32| f64::from(self.gather_rays.unwrap_or(default));
+        let gather_rays = rays(SENSOR_GATHER_RAYS) * work.sensors + rays(POINT_GATHER_RAYS) * work.pixels;
+        self.photons_per_pass as f64 * (work.seconds_per_path + 0.5e-6)
+            + 2.5e-6 * work.pixels
+            + 30e-6 * work.sensors
+            + gather_rays * (2e-6 + 0.1e-6 * work.tubes + 10.0 * work.seconds_per_connection)
+    }
+
+    fn working_bytes(&self, load: &Load) -> f64 {
+        // on surfaces, and there again when it is a caustic
+        memory::bytes(self.photons_per_pass, 2.0, load)
+    }
+
+    fn build(&self, task: &Task, seed: u64, _target: f64) -> Computation {
+        let scene = task.traceable.clone();
+        match task.scene.channels {
+            Channels::Photopic => {
+                Computation::passes(PhotonMapping::<1>::new(scene, task.grids, task.views, self, seed))
+            }
+            Channels::Rgb => Computation::passes(PhotonMapping::<3>::new(scene, task.grids, task.views, self, seed)),
+        }
     }
 }
 

@@ -23,13 +23,14 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::{GridPass, Integrator, Pass, ViewPass};
+use crate::integrator::method::{Computation, Described, Kept, Load, Task, Work};
 use crate::integrator::photon_map::maps::{Gathered, Mapper, Maps};
 use crate::integrator::photon_map::near_light::{SENSOR_CONNECTIONS, SENSOR_STRATA};
 use crate::integrator::photon_map::progressive::{Carried, PointStatistics, Radii, Radius};
-use crate::integrator::photon_map::visible_point;
+use crate::integrator::photon_map::{memory, visible_point};
 use crate::optics::Spectrum;
 use crate::sampling::{Key, PathRandom, Stream};
-use crate::scene::{EstimateKind, Grid, View};
+use crate::scene::{Channels, EstimateKind, Grid, View};
 use crate::traceable::TraceableScene;
 
 /// Settings of progressive photon mapping.
@@ -58,6 +59,52 @@ impl Default for Settings {
             samples_per_sensor: 16,
             samples_per_pixel: 4,
         }
+    }
+}
+
+impl Described for Settings {
+    fn name(&self) -> &'static str {
+        "ppm"
+    }
+
+    fn remark(&self) -> Option<&'static str> {
+        Some(self.radius.reason())
+    }
+
+    fn seconds_per_pass(&self, work: &Work) -> f64 {
+        let rays = f64::from(self.samples_per_pixel) * work.pixels;
+        self.photons_per_pass as f64 * (work.seconds_per_path + 0.5e-6)
+            + 2.5e-6 * rays
+            + (30e-6 + 2e-6 * f64::from(self.samples_per_sensor)) * work.sensors
+    }
+
+    fn working_bytes(&self, load: &Load) -> f64 {
+        memory::bytes(self.photons_per_pass, if load.views > 0 { 1.0 } else { 0.0 }, load)
+    }
+
+    fn kept_of_sensor(&self, grid: &Grid) -> Kept {
+        self.kept_of(if grid.estimate == EstimateKind::CellAverage { self.samples_per_sensor } else { 1 })
+    }
+
+    fn kept_of_pixel(&self) -> Kept {
+        self.kept_of(self.samples_per_pixel)
+    }
+
+    fn build(&self, task: &Task, seed: u64, _target: f64) -> Computation {
+        let scene = task.traceable.clone();
+        match task.scene.channels {
+            Channels::Photopic => Computation::passes(Ppm::<1>::new(scene, task.grids, task.views, self, seed)),
+            Channels::Rgb => Computation::passes(Ppm::<3>::new(scene, task.grids, task.views, self, seed)),
+        }
+    }
+}
+
+impl Settings {
+    /// What is kept of fixed points: a contrast for every block of at least two, and the radius of each if it has its own.
+    fn kept_of(&self, points: u32) -> Kept {
+        let points = f64::from(points);
+        let radii = if self.radius == Radius::PerPoint { points } else { 0.0 };
+        Kept { points, contrasts: 0.5 * points, radii, ..Kept::MEANS }
     }
 }
 

@@ -1,9 +1,11 @@
-//! The methods that there are, with their settings.
+//! The methods that there are, with their settings: one line each in the list and in the match.
+//!
+//! What they can do is asked of their settings; nobody else matches on the set of methods.
 
-use super::{bidirectional, light_tracing, path_tracing, photon_mapping, ppm, sppm, two_stage};
-use crate::analytic::jenkins;
+use super::method::Described;
+use super::{bidirectional, holigilm, jenkins, light_tracing, path_tracing, photon_mapping, ppm, sppm, two_stage};
 
-/// The methods that compute passes, or the result at once, with their settings: the registry.
+/// A method with its settings.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Method {
     LightTracing(light_tracing::Settings),
@@ -13,35 +15,28 @@ pub enum Method {
     Bidirectional(bidirectional::Settings),
     PhotonMapping(photon_mapping::Settings),
     TwoStage(two_stage::Settings),
-    /// The method of HOLIGILM: solved in one computation, without passes.
-    Holigilm,
-    /// The formula of Jenkins, Muneer and Kubie: solved in one computation, without passes.
+    Holigilm(holigilm::Settings),
     Jenkins(jenkins::Settings),
 }
 
 impl Method {
-    /// The name in documents and results.
-    pub fn name(&self) -> &'static str {
+    /// What the rest of the program has to know of the method.
+    pub fn described(&self) -> &dyn Described {
         match self {
-            Self::LightTracing(_) => "light_tracing",
-            Self::Ppm(_) => "ppm",
-            Self::Sppm(_) => "sppm",
-            Self::PathTracing(_) => "path_tracing",
-            Self::Bidirectional(_) => "bidirectional_path_tracing",
-            Self::PhotonMapping(_) => "photon_mapping",
-            Self::TwoStage(_) => "two_stage",
-            Self::Holigilm => "holigilm",
-            Self::Jenkins(_) => "jenkins",
+            Self::LightTracing(settings) => settings,
+            Self::Ppm(settings) => settings,
+            Self::Sppm(settings) => settings,
+            Self::PathTracing(settings) => settings,
+            Self::Bidirectional(settings) => settings,
+            Self::PhotonMapping(settings) => settings,
+            Self::TwoStage(settings) => settings,
+            Self::Holigilm(settings) => settings,
+            Self::Jenkins(settings) => settings,
         }
     }
 
-    /// True if light is followed from its sources to its end, so that the balance of energy is known.
-    pub fn knows_energy(&self) -> bool {
-        !matches!(self, Self::PathTracing(_) | Self::TwoStage(_))
-    }
-
-    /// True if one computation gives the result, without passes.
-    pub fn is_deterministic(&self) -> bool {
-        matches!(self, Self::Holigilm | Self::Jenkins(_))
+    /// Name of the method in documents and results.
+    pub fn name(&self) -> &'static str {
+        self.described().name()
     }
 }

@@ -20,12 +20,13 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::{GridPass, Integrator, Pass, ViewPass};
+use crate::integrator::method::{Computation, Described, Kept, Load, Task, Work};
 use crate::integrator::photon_map::maps::{Mapper, Maps};
 use crate::integrator::photon_map::near_light::{SENSOR_CONNECTIONS, SENSOR_STRATA};
 use crate::integrator::photon_map::progressive::{Carried, PointStatistics, Radii, Radius};
-use crate::integrator::photon_map::visible_point;
+use crate::integrator::photon_map::{memory, visible_point};
 use crate::sampling::{Key, PathRandom, Stream};
-use crate::scene::{EstimateKind, Grid, View};
+use crate::scene::{Channels, EstimateKind, Grid, View};
 use crate::traceable::TraceableScene;
 
 /// Settings of stochastic progressive photon mapping.
@@ -44,6 +45,41 @@ pub struct Settings {
 impl Default for Settings {
     fn default() -> Self {
         Self { photons_per_pass: 65_536, initial_radius_m: None, alpha: 2.0 / 3.0, radius: Radius::Schedule }
+    }
+}
+
+impl Described for Settings {
+    fn name(&self) -> &'static str {
+        "sppm"
+    }
+
+    fn remark(&self) -> Option<&'static str> {
+        Some(self.radius.reason())
+    }
+
+    fn seconds_per_pass(&self, work: &Work) -> f64 {
+        self.photons_per_pass as f64 * (work.seconds_per_path + 0.5e-6) + 2.5e-6 * work.pixels + 30e-6 * work.sensors
+    }
+
+    fn working_bytes(&self, load: &Load) -> f64 {
+        memory::bytes(self.photons_per_pass, if load.views > 0 { 1.0 } else { 0.0 }, load)
+    }
+
+    fn kept_of_sensor(&self, _: &Grid) -> Kept {
+        self.kept_of_pixel()
+    }
+
+    fn kept_of_pixel(&self) -> Kept {
+        let radii = if self.radius == Radius::PerPoint { 1.0 } else { 0.0 };
+        Kept { radii, ..Kept::MEANS }
+    }
+
+    fn build(&self, task: &Task, seed: u64, _target: f64) -> Computation {
+        let scene = task.traceable.clone();
+        match task.scene.channels {
+            Channels::Photopic => Computation::passes(Sppm::<1>::new(scene, task.grids, task.views, self, seed)),
+            Channels::Rgb => Computation::passes(Sppm::<3>::new(scene, task.grids, task.views, self, seed)),
+        }
     }
 }
 

@@ -5,16 +5,10 @@ use std::sync::atomic::AtomicBool;
 
 use crate::analytic::Solver;
 use crate::estimate::{Estimate, StopRule};
-use crate::integrator::bidirectional::Bidirectional;
-use crate::integrator::light_tracing::LightTracing;
-use crate::integrator::path_tracing::PathTracing;
-use crate::integrator::photon_mapping::PhotonMapping;
-use crate::integrator::ppm::Ppm;
-use crate::integrator::sppm::Sppm;
-use crate::integrator::two_stage::TwoStage;
-use crate::integrator::{Integrator, Method, deterministic};
-use crate::plan::Methods;
-use crate::scene::{Channels, Grid, Scene, View};
+use crate::integrator::Integrator;
+use crate::integrator::method::{Computation, Task};
+use crate::plan::{MethodChoice, Methods};
+use crate::scene::Scene;
 use crate::statistics::interval::two_sided_normal_quantile;
 use crate::traceable::TraceableScene;
 use crate::traceable::luminaire::TraceableLuminaire;
@@ -35,7 +29,7 @@ pub(super) enum Engine {
 
 impl Engine {
     pub(super) fn new(
-        kernel: Arc<TraceableScene>,
+        kernel: &Arc<TraceableScene>,
         scene: &Scene,
         methods: &Methods,
         stop: &StopRule,
@@ -46,26 +40,23 @@ impl Engine {
             return Self::Dark;
         }
         let target = stop.relative_error / two_sided_normal_quantile(stop.confidence);
-        if let Some(choice) = &methods.grids
-            && let Some(solver) = deterministic::solver(&choice.method, &kernel, scene, target, seed)
-        {
-            return Self::Solver(solver);
-        }
-        let build = |method: &Method, grids: &[Grid], views: &[View]| -> Option<Box<dyn Integrator>> {
-            match scene.channels {
-                Channels::Photopic => integrator::<1>(method, kernel.clone(), grids, views, seed),
-                Channels::Rgb => integrator::<3>(method, kernel.clone(), grids, views, seed),
-            }
+        let task = Task::whole(scene, kernel);
+        let build = |choice: &MethodChoice, task: Task| choice.method.described().build(&task, seed, target);
+        let shared = methods.share_passes();
+        let of_grids = methods.grids.as_ref();
+        let grids = match of_grids.map(|choice| build(choice, if shared { task } else { task.without_views() })) {
+            Some(Computation::Solution(solver)) => return Self::Solver(solver),
+            Some(Computation::Passes(integrator)) if shared => return Self::Shared(integrator),
+            Some(Computation::Passes(integrator)) => Some(integrator),
+            None => None,
         };
-        let shared = methods.grids.as_ref().filter(|_| methods.share_passes());
-        if let Some(integrator) = shared.and_then(|choice| build(&choice.method, &scene.grids, &scene.views)) {
-            return Self::Shared(integrator);
-        }
-        let Methods { grids, views } = methods;
-        Self::Separate {
-            grids: grids.as_ref().and_then(|choice| build(&choice.method, &scene.grids, &[])),
-            views: views.as_ref().and_then(|choice| build(&choice.method, &[], &scene.views)),
-        }
+        let of_views = methods.views.as_ref();
+        let views = match of_views.map(|choice| build(choice, task.without_grids())) {
+            Some(Computation::Passes(integrator)) => Some(integrator),
+            // no method without passes computes views
+            Some(Computation::Solution(_)) | None => None,
+        };
+        Self::Separate { grids, views }
     }
 
     /// Prepares an estimate of no passes.
@@ -110,29 +101,5 @@ impl Engine {
             }
         }
         true
-    }
-}
-
-/// The integrator of a method that computes passes.
-fn integrator<const C: usize>(
-    method: &Method,
-    kernel: Arc<TraceableScene>,
-    grids: &[Grid],
-    views: &[View],
-    seed: u64,
-) -> Option<Box<dyn Integrator>> {
-    match method {
-        Method::LightTracing(settings) => Some(Box::new(LightTracing::<C>::new(kernel, grids, settings, seed))),
-        Method::Ppm(settings) => Some(Box::new(Ppm::<C>::new(kernel, grids, views, settings, seed))),
-        Method::Sppm(settings) => Some(Box::new(Sppm::<C>::new(kernel, grids, views, settings, seed))),
-        Method::PathTracing(settings) => Some(Box::new(PathTracing::<C>::new(kernel, grids, views, settings, seed))),
-        Method::Bidirectional(settings) => {
-            Some(Box::new(Bidirectional::<C>::new(kernel, grids, views, settings, seed)))
-        }
-        Method::PhotonMapping(settings) => {
-            Some(Box::new(PhotonMapping::<C>::new(kernel, grids, views, settings, seed)))
-        }
-        Method::TwoStage(settings) => Some(Box::new(TwoStage::<C>::new(kernel, grids, views, settings, seed))),
-        Method::Holigilm | Method::Jenkins(_) => None,
     }
 }

@@ -8,6 +8,7 @@ use super::engine::Engine;
 use super::progress::{PassReport, StoppedBy};
 use crate::document::{self, DocumentErrors, FieldError, JobDocument, MeshSource, Provenance, ValidJob, Warning};
 use crate::estimate::{Accuracy, Estimate, StopRule};
+use crate::integrator::method::Task;
 use crate::plan::{self, Effects, Methods, Plan};
 use crate::scene::{Grid, Scene, TubeShape};
 use crate::traceable::TraceableScene;
@@ -55,6 +56,7 @@ pub fn prepare_document(document: &ValidJob, meshes: &dyn MeshSource) -> Result<
     let effects = Effects::of(&scene, &document.effect_requests());
     let kernel = plan::compile(&scene, &effects)
         .map_err(|error| refused(&format!("/tubes/{}/parts", error.tube), error.error.to_string()))?;
+    let kernel = Arc::new(kernel);
     still_wanted()?;
     let request = document.method.request();
     let methods =
@@ -64,12 +66,11 @@ pub fn prepare_document(document: &ValidJob, meshes: &dyn MeshSource) -> Result<
     if let Some(sun) = &mut provenance.sun {
         sun.on = kernel.sun.is_some();
     }
-    warnings.extend(
-        plan.methods.grids.iter().filter_map(|choice| document::method_warning(&choice.method, &kernel, &scene.grids)),
-    );
+    let task = Task::whole(&scene, &kernel);
+    let caveats = plan.methods.grids.iter().filter_map(|choice| choice.method.described().warns(&task));
+    warnings.extend(caveats.map(|caveat| Warning { code: caveat.code.to_owned(), detail: caveat.detail }));
     let stop = document.stop_rule();
-    let kernel = Arc::new(kernel);
-    let engine = Engine::new(kernel.clone(), &scene, &plan.methods, &stop, document.seed);
+    let engine = Engine::new(&kernel, &scene, &plan.methods, &stop, document.seed);
     let per_chunk = CHUNK_SECONDS / plan::cost::seconds_per_pass(&scene, &plan).max(1e-9);
     Ok(Prepared {
         document: serde_json::to_value(document).unwrap_or_default(),
@@ -110,10 +111,7 @@ impl Prepared {
 
     /// The methods of the plan: that of the grids, and that of the views where it is another one.
     pub fn method_names(&self) -> String {
-        let Methods { grids, views } = &self.plan.methods;
-        let mut names: Vec<_> = grids.iter().chain(views).map(|choice| choice.method.name()).collect();
-        names.dedup();
-        names.join(", ")
+        self.plan.methods.names().join(", ")
     }
 
     /// About how many bytes of memory it holds, rather too many than too few.

@@ -153,7 +153,11 @@ impl Prepared {
     fn knows_energy(&self) -> bool {
         let methods = &self.plan.methods;
         self.is_dark()
-            || methods.grids.as_ref().or(methods.views.as_ref()).is_none_or(|choice| choice.method.knows_energy())
+            || methods
+                .grids
+                .as_ref()
+                .or(methods.views.as_ref())
+                .is_none_or(|choice| choice.method.described().knows().energy)
     }
 
     /// The names of all files of the results: grids as JSON, CSV and PNG, views as EXR, PNG and false-colour PNG, tubes as

@@ -1,10 +1,15 @@
-//! From effects to methods.
+//! From effects to methods: the requested one where it is able, or the best with its reason.
+//!
+//! The policy of `auto` is the subject of this file: `for_grids` and `for_views` alone weigh methods against each other.
 
-use crate::integrator::{Method, bidirectional, deterministic, light_tracing, path_tracing, ppm, sppm, two_stage};
-use crate::scene::{EstimateKind, Scene};
+use std::sync::Arc;
+
+use crate::integrator::method::{Described, Refusal, RefusalCode, Task};
+use crate::integrator::{Method, bidirectional, light_tracing, sppm};
+use crate::scene::Scene;
 use crate::traceable::TraceableScene;
 
-/// Which method computes the grids and which the views; `None` where the job has no such output.
+/// Methods of the grids and of the views; `None` where the job has no such output.
 #[derive(Clone, Debug)]
 pub struct Methods {
     pub grids: Option<MethodChoice>,
@@ -24,93 +29,37 @@ pub enum MethodRequest {
     Method(Method),
 }
 
-/// A method that cannot compute what the job asks for.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[error("{0}")]
-pub struct PlanRefusal(pub String);
-
 impl Methods {
-    /// The methods for a compiled scene: the requested one where it is able, or the best with its reason.
-    pub fn choose(scene: &Scene, traceable: &TraceableScene, request: &MethodRequest) -> Result<Self, PlanRefusal> {
-        let has_points = scene.grids.iter().any(|grid| grid.estimate == EstimateKind::Point);
-        let refusal = has_points.then(|| light_tracing::refuses_points(traceable)).flatten();
-        let choice = |method: Method, reason: &str| Some(MethodChoice { method, reason: reason.into() });
-        let requested = "asked for in the document";
-        let (grids, views) = match request {
-            MethodRequest::Auto => {
-                let noise = || has_points.then(|| light_tracing::noisy_points(traceable)).flatten();
-                let close = light_tracing::dishonest_points(traceable, &scene.grids);
-                let both_ways = close.filter(|_| bidirectional::refuses(traceable, &scene.grids, &[]).is_none());
-                let grids = match refusal.or_else(noise) {
-                    None if let Some(reason) = both_ways => {
-                        choice(Method::Bidirectional(bidirectional::Settings::default()), reason)
-                    }
-                    None if let Some(reason) = close => choice(Method::Sppm(sppm::Settings::default()), reason),
-                    None => choice(
-                        Method::LightTracing(light_tracing::Settings::default()),
-                        "unbiased, and connects every scattering to every sensor in closed form",
-                    ),
-                    Some(reason) => choice(Method::Sppm(sppm::Settings::default()), reason),
-                };
-                let views = choice(
-                    Method::Sppm(sppm::Settings::default()),
-                    "sees light through clear closures and mirrors, which no eye ray finds by chance",
-                );
-                (grids, views)
-            }
-            MethodRequest::Method(method @ Method::LightTracing(_)) => {
-                if !scene.views.is_empty() {
-                    return Err(PlanRefusal("light_tracing computes grids only: use auto or sppm for views".into()));
-                }
-                if let Some(reason) = refusal.or_else(|| light_tracing::dishonest_points(traceable, &scene.grids)) {
-                    let advice = "use auto, sppm, or the estimate cell_average";
-                    return Err(PlanRefusal(format!("not supported yet: {reason}; {advice}")));
-                }
-                (choice(method.clone(), requested), None)
-            }
-            MethodRequest::Method(
-                method @ (Method::Ppm(ppm::Settings { radius, .. }) | Method::Sppm(sppm::Settings { radius, .. })),
-            ) => {
-                let reason = format!("{requested}; {}", radius.reason());
-                (choice(method.clone(), &reason), choice(method.clone(), &reason))
-            }
-            MethodRequest::Method(method @ Method::PathTracing(_)) => {
-                if let Some(reason) = path_tracing::refuses(traceable) {
-                    let advice =
-                        if scene.views.is_empty() { "use auto, light_tracing or sppm" } else { "use auto or sppm" };
-                    return Err(PlanRefusal(format!("not supported by path_tracing: {reason}; {advice}")));
-                }
-                (choice(method.clone(), requested), choice(method.clone(), requested))
-            }
-            MethodRequest::Method(method @ Method::Bidirectional(_)) => {
-                if let Some(reason) = bidirectional::refuses(traceable, &scene.grids, &scene.views) {
-                    let advice = "use auto or sppm";
-                    return Err(PlanRefusal(format!("not supported by {}: {reason}; {advice}", method.name())));
-                }
-                (choice(method.clone(), requested), choice(method.clone(), requested))
-            }
-            MethodRequest::Method(method @ Method::PhotonMapping(_)) => {
-                let reason = "asked for in the document; the bias of its gather radius does not shrink with passes: its \
-                              estimate is part of every error";
-                (choice(method.clone(), reason), choice(method.clone(), reason))
-            }
-            MethodRequest::Method(method @ Method::TwoStage(_)) => {
-                if let Some(reason) = two_stage::refuses(traceable) {
-                    let advice =
-                        if scene.views.is_empty() { "use auto, light_tracing or sppm" } else { "use auto or sppm" };
-                    return Err(PlanRefusal(format!("not supported by two_stage: {reason}; {advice}")));
-                }
-                let reason = "asked for in the document; photons to the diffusers, then backward paths in the room";
-                (choice(method.clone(), reason), choice(method.clone(), reason))
-            }
-            MethodRequest::Method(method @ (Method::Holigilm | Method::Jenkins(_))) => {
-                if let Some(reason) = deterministic::refuses(method, scene, traceable) {
-                    return Err(PlanRefusal(reason));
-                }
-                (choice(method.clone(), requested), None)
-            }
-        };
-        Ok(Self { grids: grids.filter(|_| !scene.grids.is_empty()), views: views.filter(|_| !scene.views.is_empty()) })
+    /// The methods for a compiled scene; a refusal says what the requested method cannot compute, and what can.
+    pub fn choose(scene: &Scene, traceable: &Arc<TraceableScene>, request: &MethodRequest) -> Result<Self, Refusal> {
+        let task = Task::whole(scene, traceable);
+        match request {
+            MethodRequest::Auto => Ok(Self::best(&task)),
+            MethodRequest::Method(method) => match refuses(method, &task) {
+                None => Ok(Self::requested(method, &task)),
+                Some(refusal) => Err(with_advice(refusal, method, &Self::best(&task))),
+            },
+        }
+    }
+
+    /// The methods that `auto` picks; they refuse nothing.
+    fn best(task: &Task) -> Self {
+        Self {
+            grids: (!task.grids.is_empty()).then(|| for_grids(&task.without_views())),
+            views: (!task.views.is_empty()).then(for_views),
+        }
+    }
+
+    fn requested(method: &Method, task: &Task) -> Self {
+        let mut reason = "asked for in the document".to_owned();
+        if let Some(remark) = method.described().remark() {
+            reason = format!("{reason}; {remark}");
+        }
+        let choice = MethodChoice { method: method.clone(), reason };
+        Self {
+            grids: (!task.grids.is_empty()).then(|| choice.clone()),
+            views: (!task.views.is_empty()).then_some(choice),
+        }
     }
 
     /// True if one pass of one method gives both grids and views.
@@ -120,4 +69,53 @@ impl Methods {
             _ => false,
         }
     }
+
+    /// The name of the method of the grids, and that of the views where it is another one.
+    pub fn names(&self) -> Vec<&'static str> {
+        let mut names: Vec<_> = self.grids.iter().chain(&self.views).map(|choice| choice.method.name()).collect();
+        names.dedup();
+        names
+    }
+}
+
+/// The best method for grids: the first candidate that fits.
+fn for_grids(task: &Task) -> MethodChoice {
+    let unseen = || light_tracing::refuses_points(task.traceable).map(|refusal| refusal.detail);
+    let noisy = || light_tracing::noisy_points(task.traceable).map(str::to_owned);
+    // obstacles of connections from photons to points
+    let rare = task.has_points().then(|| unseen().or_else(noisy)).flatten();
+    let close = light_tracing::dishonest_points(task.traceable, task.grids).map(|refusal| refusal.detail);
+    let both_ways = bidirectional::Settings::default();
+    let (method, reason) = match (rare, close) {
+        (None, None) => (
+            Method::LightTracing(light_tracing::Settings::default()),
+            "unbiased, and connects every scattering to every sensor in closed form".to_owned(),
+        ),
+        (None, Some(close)) if both_ways.refuses(task).is_none() => (Method::Bidirectional(both_ways), close),
+        (Some(reason), _) | (None, Some(reason)) => (Method::Sppm(sppm::Settings::default()), reason),
+    };
+    MethodChoice { method, reason }
+}
+
+/// The best method for views.
+fn for_views() -> MethodChoice {
+    let reason = "sees light through clear closures and mirrors, which no eye ray finds by chance".to_owned();
+    MethodChoice { method: Method::Sppm(sppm::Settings::default()), reason }
+}
+
+/// Reason why a method cannot compute a task, if it cannot.
+fn refuses(method: &Method, task: &Task) -> Option<Refusal> {
+    let described = method.described();
+    if !described.knows().views && !task.views.is_empty() {
+        return Some(Refusal::new(RefusalCode::GridsOnly, "it computes grids only"));
+    }
+    described.refuses(task)
+}
+
+/// A refusal for the user, with the name of the method and what to ask for instead.
+fn with_advice(refusal: Refusal, method: &Method, best: &Methods) -> Refusal {
+    let instead = refusal.instead.map_or(String::new(), |instead| format!("{instead}, or "));
+    let (name, best) = (method.name(), best.names().join(" and "));
+    let detail = format!("not supported by {name}: {}; use {instead}auto, which takes {best} here", refusal.detail);
+    Refusal { detail, ..refusal }
 }

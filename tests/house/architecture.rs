@@ -306,3 +306,54 @@ fn tests_that_the_page_on_reliability_names_exist() {
         assert!(text.contains(&format!("fn {test}(")), "docs/reliability.md names {file}::{test}, which is not there");
     }
 }
+
+/// Files that may name several methods: the two registries, the policy of `auto`, and reports that compare methods.
+const MAY_NAME_METHODS: &[&str] = &["integrator/registry.rs", "document/method/mod.rs", "plan/choose.rs", "reports/"];
+
+/// Module and variant of every method in the registry: `(two_stage, TwoStage)`.
+fn methods(registry: &str) -> Vec<(String, String)> {
+    let variants = registry.split_once("pub enum Method {").unwrap().1.split_once("\n}").unwrap().0;
+    let lines = variants.lines().filter_map(|line| line.trim().strip_suffix("::Settings),")?.split_once('('));
+    lines.map(|(variant, module)| (module.to_owned(), variant.to_owned())).collect()
+}
+
+/// Methods that the code of a file names: by their module, their type or variant, or their name as a whole string.
+/// Comments and longer texts may name any, and so may the list of modules that a folder consists of.
+fn named_methods<'a>(text: &str, methods: &'a [(String, String)]) -> Vec<&'a str> {
+    let text = text.split("#[cfg(test)]\nmod tests").next().unwrap_or(text);
+    let is_list = |line: &&str| line.ends_with(';') && (line.starts_with("mod ") || line.starts_with("pub mod "));
+    let code: String = code_only(text).lines().filter(|line| !is_list(line)).collect::<Vec<_>>().join("\n");
+    let words: BTreeSet<&str> = code.split(|c: char| !(c.is_alphanumeric() || c == '_')).collect();
+    let named = methods.iter().filter(|(module, variant)| {
+        words.contains(module.as_str()) || words.contains(variant.as_str()) || text.contains(&format!("\"{module}\""))
+    });
+    named.map(|(module, _)| module.as_str()).collect()
+}
+
+#[test]
+fn no_file_outside_the_registries_names_two_methods() {
+    let src = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+    let methods = methods(&fs::read_to_string(src.join("integrator/registry.rs")).unwrap());
+    assert!(methods.len() > 5, "{methods:?}");
+    let mut files = Vec::new();
+    source_files(&src, &mut files);
+    let mut found = Vec::new();
+    for file in files {
+        let path = file.strip_prefix(&src).unwrap().to_str().unwrap().replace('\\', "/");
+        let named = named_methods(&fs::read_to_string(&file).unwrap(), &methods);
+        if named.len() > 1 && !MAY_NAME_METHODS.iter().any(|may| path.starts_with(may)) {
+            found.push(format!("{path}: {}", named.join(", ")));
+        }
+    }
+    assert!(found.is_empty(), "files that name several methods:\n{}", found.join("\n"));
+}
+
+#[test]
+fn methods_are_found_by_their_names() {
+    let methods = methods("pub enum Method {\n    Sppm(sppm::Settings),\n    TwoStage(two_stage::Settings),\n}\n");
+    let named = |text: &str| named_methods(text, &methods).len();
+    assert_eq!(named("use super::sppm; match method { Method::TwoStage(_) => {} }"), 2);
+    assert_eq!(named("if name == \"sppm\" { two_stage::refuses() }"), 2);
+    assert_eq!(named("pub mod sppm;\nmod two_stage;"), 0);
+    assert_eq!(named("// as in sppm\nlet text = \"use sppm or two_stage\";"), 0);
+}

@@ -5,6 +5,7 @@ use utoipa::ToSchema;
 
 use super::settings::MethodSettings;
 use crate::integrator::Method;
+use crate::integrator::holigilm::Settings;
 use crate::plan::MethodRequest;
 
 /// Deterministic, after Kocifaj, Darula and Kittler: tubes without meshes in an empty room, grids only.
@@ -16,10 +17,10 @@ impl MethodSettings for HoligilmMethod {
     const NAME: &'static str = "holigilm";
 
     fn request(&self) -> MethodRequest {
-        MethodRequest::Method(Method::Holigilm)
+        MethodRequest::Method(Method::Holigilm(Settings {}))
     }
 
     fn of(method: &Method) -> Option<Self> {
-        matches!(method, Method::Holigilm).then_some(Self {})
+        matches!(method, Method::Holigilm(_)).then_some(Self {})
     }
 }

@@ -15,7 +15,6 @@ mod radius;
 mod settings;
 mod sppm;
 mod two_stage;
-mod warning;
 
 use std::fmt;
 use std::sync::Arc;
@@ -40,7 +39,6 @@ use crate::plan::MethodRequest;
 use settings::{AnySettings, MethodSettings};
 
 pub use radius::RadiusKind;
-pub use warning::method_warning;
 
 /// All methods, one line each, in the order in which they are offered.
 const METHODS: &[Entry] = &[

@@ -1,5 +1,6 @@
 //! Light that is followed backward: paths from sensors and eyes to luminaires, sky and sun.
 
+pub(super) mod chance;
 pub(super) mod daylight;
 pub(super) mod opening;
 pub(super) mod pass;

@@ -13,6 +13,7 @@
 
 mod eye;
 mod light;
+mod refusals;
 mod weight;
 
 use std::f64::consts::PI;
@@ -26,16 +27,17 @@ use rayon::prelude::*;
 use self::eye::{EyePath, From, Starts};
 use self::light::{LightPaths, LightVertex, Recorder};
 use super::{GridPass, Integrator, Pass, ViewPass};
-use crate::guide::Guide;
+use crate::integrator::backward::chance;
 use crate::integrator::backward::room_entry::enter_room;
 use crate::integrator::backward::unscattered::unscattered;
-use crate::integrator::photon::chunks::fold_chunks;
+use crate::integrator::method::{Caveat, Computation, Described, Kept, Load, Refusal, Task, Work};
+use crate::integrator::photon::chunks::{fold_chunks, sums_at_once};
 use crate::integrator::photon::emission::{Emission, EmittedPhoton, Start};
 use crate::integrator::photon::ledger::Account;
 use crate::integrator::photon::path::{Flight, trace};
 use crate::optics::Spectrum;
 use crate::sampling::{Key, PathRandom, PathSamples, Stream};
-use crate::scene::{EstimateKind, Grid, View};
+use crate::scene::{Channels, EstimateKind, Grid, View};
 use crate::traceable::TraceableScene;
 
 /// Settings of bidirectional path tracing.
@@ -55,9 +57,46 @@ impl Default for Settings {
     }
 }
 
-/// Bytes of one vertex of a photon, for a number of channels of light.
-pub const fn vertex_bytes(channels: usize) -> usize {
-    if channels == 1 { size_of::<LightVertex<1>>() } else { size_of::<LightVertex<3>>() }
+impl Described for Settings {
+    fn name(&self) -> &'static str {
+        "bidirectional_path_tracing"
+    }
+
+    fn refuses(&self, task: &Task) -> Option<Refusal> {
+        refusals::refuses(task)
+    }
+
+    fn warns(&self, task: &Task) -> Option<Caveat> {
+        // cells count what a mirror shows them as it crosses them
+        task.has_points().then(|| chance::mirrors(self.name(), task.traceable)).flatten()
+    }
+
+    fn seconds_per_pass(&self, work: &Work) -> f64 {
+        let per_photon = work.seconds_per_path + 5.0 * work.seconds_per_connection * work.connected_sensors();
+        let sensor_paths = f64::from(self.samples_per_sensor) * work.sensors;
+        let eye_paths = f64::from(self.samples_per_pixel) * work.pixels;
+        self.photons_per_pass as f64 * per_photon
+            + (sensor_paths + eye_paths) * (3e-6 + work.seconds_per_path * work.tubes)
+    }
+
+    fn working_bytes(&self, load: &Load) -> f64 {
+        let vertex = if load.channels == 1 { size_of::<LightVertex<1>>() } else { size_of::<LightVertex<3>>() };
+        self.photons_per_pass as f64 * (1.0 + load.events) * vertex as f64 * Load::COPIES
+    }
+
+    fn kept_of_sensor(&self, grid: &Grid) -> Kept {
+        Kept { sums_at_once: sums_at_once(grid.len(), self.photons_per_pass) as f64, ..Kept::MEANS }
+    }
+
+    fn build(&self, task: &Task, seed: u64, _target: f64) -> Computation {
+        let scene = task.traceable.clone();
+        match task.scene.channels {
+            Channels::Photopic => {
+                Computation::passes(Bidirectional::<1>::new(scene, task.grids, task.views, self, seed))
+            }
+            Channels::Rgb => Computation::passes(Bidirectional::<3>::new(scene, task.grids, task.views, self, seed)),
+        }
+    }
 }
 
 /// Sensors that one vertex is connected to; larger grids are connected to a random subset of about this size.
@@ -375,35 +414,4 @@ fn near(grid: &Grid) -> f64 {
 fn place(grid: &Grid, index: usize, offset: [f64; 2], height: f64) -> DVec3 {
     let centre = grid.centre(index);
     DVec3::new(centre.x + offset[0] * grid.cell_size_m[0], centre.y + offset[1] * grid.cell_size_m[1], height)
-}
-
-/// Reason why this method cannot compute a scene, if it cannot: the sun's disc is found by photons alone, and these end
-/// where only one direction goes on to the sensor or the eye.
-pub fn refuses(scene: &TraceableScene, grids: &[Grid], views: &[View]) -> Option<&'static str> {
-    let clear_and_not_straight = || {
-        let mut tubes = scene.tubes.iter();
-        tubes.any(|tube| {
-            !matches!(tube.guide, Guide::Straight(_)) && tube.diffuser.specular_zone(tube.opening_radius).is_some()
-        })
-    };
-    let points = grids.iter().any(|grid| !is_average(grid));
-    if scene.sun.is_some() {
-        // cells see what crosses them
-        let seen = |roughness: f64| roughness == 0.0 && views.is_empty() && !points;
-        if scene.specular().any(|specular| specular.is_narrow() && !seen(specular.roughness)) {
-            return Some(
-                "the sun's light in a mirror or a glossy surface of roughness below 0.2 is found by chance only",
-            );
-        }
-        if clear_and_not_straight() && (scene.guide_return || points) {
-            return Some(
-                "the sun's light through a clear closure of a tube that is not straight is found by chance only",
-            );
-        }
-    }
-    let reflects = scene.all_optics().any(|surface| surface.gathers() || surface.specular.is_some());
-    if !views.is_empty() && !scene.interreflection && reflects {
-        return Some("its photons end at the first surface where interreflection is off, before the eye can see them");
-    }
-    None
 }

@@ -25,14 +25,15 @@ use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
 use crate::integrator::backward::unscattered::unscattered;
-use crate::integrator::photon::chunks::fold_chunks;
+use crate::integrator::method::{Computation, Described, Kept, Knows, Refusal, Task, Work};
+use crate::integrator::photon::chunks::{fold_chunks, sums_at_once};
 use crate::integrator::photon::emission::Emission;
 use crate::integrator::photon::ledger::Account;
 use crate::integrator::photon::path::{Flight, Origin, Scattering, Visitor, trace};
 use crate::integrator::{GridPass, Integrator, Pass};
 use crate::optics::Spectrum;
 use crate::sampling::{Key, PathRandom, PathSamples, Stream};
-use crate::scene::Grid;
+use crate::scene::{Channels, Grid};
 use crate::traceable::luminaire::TraceableLuminaire;
 use crate::traceable::{SurfaceId, TraceableScene};
 use connect::{Connection, SensorPlane};
@@ -49,6 +50,39 @@ pub struct Settings {
 impl Default for Settings {
     fn default() -> Self {
         Self { photons_per_pass: 8_192 }
+    }
+}
+
+impl Described for Settings {
+    fn name(&self) -> &'static str {
+        "light_tracing"
+    }
+
+    fn knows(&self) -> Knows {
+        Knows { views: false, ..Knows::ALL }
+    }
+
+    fn refuses(&self, task: &Task) -> Option<Refusal> {
+        let unseen = || task.has_points().then(|| refuses_points(task.traceable)).flatten();
+        let refusal = unseen().or_else(|| dishonest_points(task.traceable, task.grids));
+        refusal.map(|refusal| refusal.or("the estimate cell_average"))
+    }
+
+    fn seconds_per_pass(&self, work: &Work) -> f64 {
+        let per_photon = work.seconds_per_path + work.seconds_per_connection * work.connected_sensors();
+        self.photons_per_pass as f64 * per_photon
+    }
+
+    fn kept_of_sensor(&self, grid: &Grid) -> Kept {
+        Kept { sums_at_once: sums_at_once(grid.len(), self.photons_per_pass) as f64, ..Kept::MEANS }
+    }
+
+    fn build(&self, task: &Task, seed: u64, _target: f64) -> Computation {
+        let scene = task.traceable.clone();
+        match task.scene.channels {
+            Channels::Photopic => Computation::passes(LightTracing::<1>::new(scene, task.grids, self, seed)),
+            Channels::Rgb => Computation::passes(LightTracing::<3>::new(scene, task.grids, self, seed)),
+        }
     }
 }
 

@@ -3,6 +3,7 @@
 use glam::DVec3;
 
 use crate::guide::Guide;
+use crate::integrator::method::{Refusal, RefusalCode};
 use crate::scene::{EstimateKind, Grid};
 use crate::traceable::{SpecularOptics, TraceableScene};
 
@@ -18,7 +19,7 @@ pub fn noisy_points(scene: &TraceableScene) -> Option<&'static str> {
 /// Reason why the standard error of point sensors would not tell the truth, if so: near a reflecting surface
 /// connections are rare and bright, the square of the distance over the area per photon being small. Meshes are not
 /// looked at.
-pub fn dishonest_points(scene: &TraceableScene, grids: &[Grid]) -> Option<&'static str> {
+pub fn dishonest_points(scene: &TraceableScene, grids: &[Grid]) -> Option<Refusal> {
     let near = NEAR_SURFACE * scene.size.min_element();
     let close = |point: DVec3| {
         let to_walls = point.truncate().min(scene.size.truncate() - point.truncate()).min_element();
@@ -30,30 +31,28 @@ pub fn dishonest_points(scene: &TraceableScene, grids: &[Grid]) -> Option<&'stat
         .filter(|grid| grid.estimate == EstimateKind::Point)
         .flat_map(|grid| (0..grid.len()).map(|sensor| grid.centre(sensor)));
     let found = scene.interreflection && points.into_iter().any(close);
-    found.then_some(
-        "connections to point sensors nearer to a wall, the ceiling or a box than 1 % of the room's shortest edge are rare \
-         and bright",
-    )
+    let detail = "connections to point sensors nearer to a wall, the ceiling or a box than 1 % of the room's shortest edge \
+                  are rare and bright";
+    found.then(|| Refusal::new(RefusalCode::PointsNearSurfaces, detail))
 }
 
 /// Reason why this method cannot compute point sensors of a scene, if it cannot: no vertex of a mirror can be
 /// connected; in a tube that is not straight or has a dielectric dome, light that passes the closure unscattered is
 /// followed backward into the sky only.
-pub fn refuses_points(scene: &TraceableScene) -> Option<&'static str> {
+pub fn refuses_points(scene: &TraceableScene) -> Option<Refusal> {
     let bent_and_clear = scene.tubes.iter().any(|tube| {
         !matches!(tube.guide, Guide::Straight(_)) && tube.diffuser.specular_zone(tube.opening_radius).is_some()
     });
-    if scene.interreflection && scene.specular().any(|specular| specular.lobe.is_none()) {
-        Some("point sensors cannot find light that a mirror reflects")
-    } else if !bent_and_clear {
-        None
-    } else if scene.sun.is_some() {
-        Some("point sensors cannot find the sun's beam through a clear closure of a bent, domed or meshed tube")
-    } else if scene.guide_return {
-        Some(
-            "point sensors cannot find light that a bent, domed or meshed tube with a clear closure sends back into the room",
-        )
+    let (code, detail) = if scene.interreflection && scene.specular().any(|specular| specular.lobe.is_none()) {
+        (RefusalCode::MirrorsAtPoints, "point sensors cannot find light that a mirror reflects")
+    } else if bent_and_clear && scene.sun.is_some() {
+        let detail = "point sensors cannot find the sun's beam through a clear closure of a bent, domed or meshed tube";
+        (RefusalCode::ClearClosuresOfBentTubes, detail)
+    } else if bent_and_clear && scene.guide_return {
+        let detail = "point sensors cannot find light that a bent, domed or meshed tube with a clear closure sends back into the room";
+        (RefusalCode::ClearClosuresOfBentTubes, detail)
     } else {
-        None
-    }
+        return None;
+    };
+    Some(Refusal::new(code, detail))
 }

@@ -22,6 +22,11 @@ pub fn chunks_at_once(chunk_bytes: u64) -> u64 {
     (BYTES_AT_ONCE / chunk_bytes.max(1)).clamp(LEAST_AT_ONCE, MOST_AT_ONCE)
 }
 
+/// Number of sums over `sensors` sensors that chunks of a pass of `photons` hold at the same time.
+pub fn sums_at_once(sensors: usize, photons: u64) -> u64 {
+    chunks_at_once(8 * sensors as u64).min(photons.div_ceil(PHOTON_CHUNK))
+}
+
 /// Computes `of` for every chunk of the photons 0..`photons` on the current rayon pool, and gives the results to `fold` in
 /// the order of the photons; `None` when `cancel` was raised meanwhile.
 ///

@@ -3,6 +3,7 @@
 pub mod domain;
 pub mod grid;
 pub mod maps;
+pub mod memory;
 pub mod near_light;
 pub mod progressive;
 pub mod store;

@@ -19,14 +19,16 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use rayon::prelude::*;
 
 use crate::integrator::backward;
+use crate::integrator::backward::chance;
 use crate::integrator::backward::daylight::Exit;
 use crate::integrator::backward::pass::{Sampling, centre, each};
+use crate::integrator::method::{Caveat, Computation, Described, Knows, Load, Refusal, RefusalCode, Task, Work};
 use crate::integrator::photon::chunks::PHOTON_CHUNK;
 use crate::integrator::photon::emission::Emission;
-use crate::integrator::{GridPass, Integrator, Pass, ViewPass, path_tracing};
+use crate::integrator::{GridPass, Integrator, Pass, ViewPass};
 use crate::optics::{Closure, Diffuser, Spectrum};
 use crate::sampling::{Key, Stream};
-use crate::scene::{EstimateKind, Grid, View};
+use crate::scene::{Channels, EstimateKind, Grid, View};
 use crate::traceable::{TraceableScene, TraceableTube};
 use photons::{CountedElsewhere, DiffuserLight};
 
@@ -44,6 +46,60 @@ pub struct Settings {
 impl Default for Settings {
     fn default() -> Self {
         Self { photons_per_pass: 8_192, samples_per_sensor: 256, samples_per_pixel: 8 }
+    }
+}
+
+impl Described for Settings {
+    fn name(&self) -> &'static str {
+        "two_stage"
+    }
+
+    fn knows(&self) -> Knows {
+        Knows { energy: false, ..Knows::ALL }
+    }
+
+    fn remark(&self) -> Option<&'static str> {
+        Some("photons to the diffusers, then backward paths in the room")
+    }
+
+    /// Refuses closures that do not forget directions, and sun that only chance would find by way of mirrors.
+    fn refuses(&self, task: &Task) -> Option<Refusal> {
+        let tubes = &task.traceable.tubes;
+        let measured = |tube: &TraceableTube| matches!(tube.diffuser, Diffuser::Measured(_));
+        let unscattered = |tube: &TraceableTube| tube.diffuser.specular_zone(tube.opening_radius).is_some();
+        if tubes.iter().any(unscattered) {
+            let detail = "the path is cut at Lambertian diffusers, but a closure lets light pass unscattered";
+            Some(Refusal::new(RefusalCode::ClearClosures, detail))
+        } else if tubes.iter().any(measured) {
+            let detail = "the path is cut at Lambertian diffusers, but light leaves a measured one by its direction of incidence";
+            Some(Refusal::new(RefusalCode::MeasuredDiffusers, detail))
+        } else {
+            chance::sun(task.traceable)
+        }
+    }
+
+    fn warns(&self, task: &Task) -> Option<Caveat> {
+        chance::mirrors(self.name(), task.traceable)
+    }
+
+    fn seconds_per_pass(&self, work: &Work) -> f64 {
+        let sensor_paths = f64::from(self.samples_per_sensor) * work.sensors;
+        let eye_paths = f64::from(self.samples_per_pixel) * work.pixels;
+        self.photons_per_pass as f64 * (work.seconds_per_path + 2e-9 * work.sensors)
+            + (sensor_paths + eye_paths) * (1e-6 + 0.5e-6 * work.tubes)
+    }
+
+    fn working_bytes(&self, load: &Load) -> f64 {
+        // a place on the diffuser, the flux, and an offset for cells
+        self.photons_per_pass as f64 * load.photon_bytes() * Load::COPIES
+    }
+
+    fn build(&self, task: &Task, seed: u64, _target: f64) -> Computation {
+        let scene = task.traceable.clone();
+        match task.scene.channels {
+            Channels::Photopic => Computation::passes(TwoStage::<1>::new(scene, task.grids, task.views, self, seed)),
+            Channels::Rgb => Computation::passes(TwoStage::<3>::new(scene, task.grids, task.views, self, seed)),
+        }
     }
 }
 
@@ -143,18 +199,4 @@ impl<const C: usize> Integrator for TwoStage<C> {
 
 fn sampling(paths: u32) -> Sampling {
     Sampling { paths, certain: CERTAIN_REFLECTIONS, pairs: SOBOL_PAIRS }
-}
-
-/// Reason why this method cannot compute a scene, if it cannot: a closure that does not forget directions, or sun that
-/// only chance would find by way of mirrors.
-pub fn refuses(scene: &TraceableScene) -> Option<&'static str> {
-    let measured = |tube: &TraceableTube| matches!(tube.diffuser, Diffuser::Measured(_));
-    let unscattered = |tube: &TraceableTube| tube.diffuser.specular_zone(tube.opening_radius).is_some();
-    if scene.tubes.iter().any(unscattered) {
-        Some("the path is cut at Lambertian diffusers, but a closure lets light pass unscattered")
-    } else if scene.tubes.iter().any(measured) {
-        Some("the path is cut at Lambertian diffusers, but light leaves a measured one by its direction of incidence")
-    } else {
-        path_tracing::refuses(scene)
-    }
 }

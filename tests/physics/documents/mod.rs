@@ -3,14 +3,16 @@
 use crate::schema;
 use std::sync::Arc;
 
-use skyduct::document::{JobDocument, MeshSource};
+use skyduct::document::{JobDocument, MeshSource, ValidJob, to_scene};
 use skyduct::estimate::Estimate;
 use skyduct::geometry::TriangleMesh;
 use skyduct::geometry::obj::{ObjLimits, parse_obj};
+use skyduct::integrator::method::Refusal;
 use skyduct::job::cancel::Stop;
 use skyduct::job::chunk::Chunk;
 use skyduct::job::prepare::{Prepared, prepare_document};
 use skyduct::job::progress::StoppedBy;
+use skyduct::plan::{self, Effects, Methods};
 
 /// Meshes beside the reference scenes.
 pub struct Folder;
@@ -37,6 +39,14 @@ pub fn prepare(scene: &str, edit: impl FnOnce(&mut serde_json::Value)) -> Prepar
     assert_eq!(schema::faults(&document), [""; 0]);
     let document = JobDocument::parse(document.to_string().as_bytes()).unwrap();
     prepare_document(&document, &Folder).unwrap()
+}
+
+/// Reason why the method of a document refuses it, if it does.
+pub fn refusal(document: &ValidJob) -> Option<Refusal> {
+    let (scene, ..) = to_scene(document, &Folder).unwrap();
+    let effects = Effects::of(&scene, &document.effect_requests());
+    let traceable = Arc::new(plan::compile(&scene, &effects).unwrap());
+    Methods::choose(&scene, &traceable, &document.method.request()).err()
 }
 
 pub fn render(prepared: &Prepared) -> Estimate {

@@ -1,0 +1,37 @@
+//! What bidirectional path tracing cannot compute.
+
+use crate::guide::Guide;
+use crate::integrator::method::{Refusal, RefusalCode, Task};
+
+/// Reason why the method cannot compute a task, if it cannot: the sun's disc is found by photons alone, and these end
+/// where only one direction goes on to the sensor or the eye.
+pub fn refuses(task: &Task) -> Option<Refusal> {
+    let scene = task.traceable;
+    let clear_and_not_straight = || {
+        let mut tubes = scene.tubes.iter();
+        tubes.any(|tube| {
+            !matches!(tube.guide, Guide::Straight(_)) && tube.diffuser.specular_zone(tube.opening_radius).is_some()
+        })
+    };
+    let points = task.has_points();
+    if scene.sun.is_some() {
+        // cells see what crosses them
+        let seen = |roughness: f64| roughness == 0.0 && task.views.is_empty() && !points;
+        if scene.specular().any(|specular| specular.is_narrow() && !seen(specular.roughness)) {
+            let detail =
+                "the sun's light in a mirror or a glossy surface of roughness below 0.2 is found by chance only";
+            return Some(Refusal::new(RefusalCode::SunByMirrors, detail));
+        }
+        if clear_and_not_straight() && (scene.guide_return || points) {
+            let detail =
+                "the sun's light through a clear closure of a tube that is not straight is found by chance only";
+            return Some(Refusal::new(RefusalCode::SunThroughClearClosures, detail));
+        }
+    }
+    let reflects = scene.all_optics().any(|surface| surface.gathers() || surface.specular.is_some());
+    if !task.views.is_empty() && !scene.interreflection && reflects {
+        let detail = "its photons end at the first surface where interreflection is off, before the eye can see them";
+        return Some(Refusal::new(RefusalCode::InterreflectionOff, detail));
+    }
+    None
+}

@@ -1,0 +1,64 @@
+//! The method of HOLIGILM on a compiled scene: `analytic::holigilm` solves it.
+
+use super::deterministic::{installation, refuses};
+use super::method::{Computation, Described, Knows, Load, Refusal, RefusalCode, Task, Work};
+use crate::analytic::holigilm::Holigilm;
+use crate::analytic::radiosity::Mesh;
+use crate::guide::Guide;
+
+/// Settings of the method: it has none.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Settings {}
+
+/// Bytes of the tables of the light that leaves the openings.
+const TABLES: f64 = 48e6;
+
+/// Bytes of a factor between two patches of the room: as computed, and as balanced.
+const FACTOR: f64 = 16.0;
+
+impl Described for Settings {
+    fn name(&self) -> &'static str {
+        "holigilm"
+    }
+
+    fn knows(&self) -> Knows {
+        Knows { views: false, ..Knows::ALL }
+    }
+
+    fn refuses(&self, task: &Task) -> Option<Refusal> {
+        refuses(task).or_else(|| refuses_bent_or_lossless(task))
+    }
+
+    fn seconds_per_pass(&self, work: &Work) -> f64 {
+        1.0 + 1e-3 * work.sensors
+    }
+
+    fn working_bytes(&self, load: &Load) -> f64 {
+        TABLES + FACTOR * (Mesh::fine_count(load.size) as f64).powi(2)
+    }
+
+    fn build(&self, task: &Task, seed: u64, target: f64) -> Computation {
+        Computation::solution(Holigilm::new(installation(task.traceable, task.grids), target, seed))
+    }
+}
+
+/// Reason of the method's own: light through clear closures of bent tubes, and rooms that keep all light.
+fn refuses_bent_or_lossless(task: &Task) -> Option<Refusal> {
+    let Task { scene, traceable, .. } = task;
+    let bent_and_clear = traceable.tubes.iter().any(|tube| {
+        !matches!(tube.guide, Guide::Straight(_)) && tube.diffuser.specular_zone(tube.opening_radius).is_some()
+    });
+    let lossless = scene.room.surfaces.iter().all(|face| face.is_some_and(|face| face.reflectance[0] >= 1.0));
+    if bent_and_clear && task.has_points() && traceable.sun.is_some() {
+        let detail = "it finds no sunlight at points through a clear closure of a bent tube";
+        Some(Refusal::new(RefusalCode::ClearClosuresOfBentTubes, detail).or("the estimate cell_average"))
+    } else if bent_and_clear && traceable.guide_return && traceable.interreflection {
+        let detail = "it does not follow light from the room that a bent tube with a clear closure sends back";
+        Some(Refusal::new(RefusalCode::ClearClosuresOfBentTubes, detail).or("the effect guide_return switched off"))
+    } else if traceable.interreflection && lossless {
+        let detail = "a room whose surfaces absorb nothing has no limit of its interreflection";
+        Some(Refusal::new(RefusalCode::LosslessRoom, detail))
+    } else {
+        None
+    }
+}

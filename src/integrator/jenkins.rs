@@ -1,0 +1,82 @@
+//! The formula of Jenkins, Muneer and Kubie on a compiled scene: `analytic::jenkins` computes it.
+
+use std::f64::consts::PI;
+
+use super::deterministic::{cylinders, installation, refuses};
+use super::method::{Caveat, Computation, Described, Knows, Refusal, RefusalCode, Task, Work};
+use crate::analytic::jenkins::{Jenkins, Pipe};
+use crate::scene::{Scene, StraightOrBent};
+
+pub use crate::analytic::jenkins::Settings;
+
+impl Described for Settings {
+    fn name(&self) -> &'static str {
+        "jenkins"
+    }
+
+    fn knows(&self) -> Knows {
+        Knows { views: false, ..Knows::ALL }
+    }
+
+    fn refuses(&self, task: &Task) -> Option<Refusal> {
+        refuses(task).or_else(|| {
+            let bent = task.scene.tubes.iter().filter_map(|tube| cylinders(&tube.shape)).any(|tube| bends(tube) > 0);
+            if bent && self.bend_factor.is_none() {
+                let detail = "no published value of what a bend loses holds for all tubes";
+                Some(Refusal::new(RefusalCode::SettingMissing, detail).or("the setting `bend_factor`"))
+            } else if !task.traceable.interreflection && reflects(task.scene) {
+                let detail = "its coefficient holds the reflections of a room: they cannot be switched off";
+                Some(Refusal::new(RefusalCode::InterreflectionOff, detail))
+            } else {
+                None
+            }
+        })
+    }
+
+    fn warns(&self, _: &Task) -> Option<Caveat> {
+        let (coefficient, excess) = (self.coefficient, self.coefficient * PI);
+        Some(Caveat {
+            code: "jenkins_flux_excess",
+            detail: format!(
+                "semi-empirical: over the whole plane the formula gives {excess:.3} times the flux that the tube puts into \
+                 the room; its coefficient {coefficient} was fitted with the reflections of a room in it, and the \
+                 reflectances of this room do not enter; no estimate of the error exists"
+            ),
+        })
+    }
+
+    fn seconds_per_pass(&self, work: &Work) -> f64 {
+        0.1e-6 * work.sensors
+    }
+
+    fn build(&self, task: &Task, _seed: u64, _target: f64) -> Computation {
+        let tubes = task.scene.tubes.iter();
+        // tubes given as meshes are refused
+        let pipes = tubes.filter_map(|tube| Some(pipe(cylinders(&tube.shape)?, tube.opening_radius)));
+        let room = installation(task.traceable, task.grids);
+        Computation::solution(Jenkins::new(room, pipes.collect(), self.clone()))
+    }
+}
+
+/// True if a face of the room reflects light.
+fn reflects(scene: &Scene) -> bool {
+    scene.room.surfaces.iter().flatten().any(|face| face.reflectance[0] > 0.0)
+}
+
+/// Number of elbows of a tube: places where the axis changes its direction.
+fn bends(tube: &StraightOrBent) -> u32 {
+    let turned = tube
+        .segments
+        .windows(2)
+        .filter(|pair| pair[0].tilt != pair[1].tilt || (pair[0].tilt != 0.0 && pair[0].azimuth != pair[1].azimuth));
+    turned.count() as u32
+}
+
+fn pipe(tube: &StraightOrBent, radius: f64) -> Pipe {
+    Pipe {
+        aspect: tube.segments.iter().map(|segment| segment.length_m).sum::<f64>() / (2.0 * radius),
+        bends: bends(tube),
+        reflectance: tube.reflectance.reflectance(|| 1.0)[0],
+        collector_transmittance: tube.collector.transmittance()[0],
+    }
+}

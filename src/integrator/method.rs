@@ -1,0 +1,299 @@
+//! What the rest of the program has to know of a method, and what it gives back.
+//!
+//! Every method's own settings implement [`Described`]; `registry` has the one list of methods. The plan asks what a
+//! method knows, what it refuses and what it costs; a job lets it be built. Nobody else asks which method it is.
+
+use std::fmt;
+use std::sync::Arc;
+
+use glam::DVec3;
+
+use super::Integrator;
+use crate::analytic::Solver;
+use crate::scene::{EstimateKind, Grid, Scene, View};
+use crate::traceable::TraceableScene;
+
+/// A method with its settings, as the plan and a job see it; implemented by the `Settings` of every method.
+pub trait Described: Send + Sync {
+    /// Name of the method in documents and results.
+    fn name(&self) -> &'static str;
+
+    /// What its results contain.
+    fn knows(&self) -> Knows {
+        Knows::ALL
+    }
+
+    /// Sentence of the plan about the method, where its name and its settings do not say all.
+    fn remark(&self) -> Option<&'static str> {
+        None
+    }
+
+    /// Why it cannot compute a task, if it cannot. Outputs that it does not know need not be looked at.
+    fn refuses(&self, _task: &Task) -> Option<Refusal> {
+        None
+    }
+
+    /// What a reader of its results of a task must know.
+    fn warns(&self, _task: &Task) -> Option<Caveat> {
+        None
+    }
+
+    /// Rough seconds of a pass on one core: a function of the job alone, since the division into chunks depends on it.
+    fn seconds_per_pass(&self, work: &Work) -> f64;
+
+    /// Bytes that a pass works with beside its outputs, from above.
+    fn working_bytes(&self, _load: &Load) -> f64 {
+        0.0
+    }
+
+    /// What it keeps of each sensor of a grid.
+    fn kept_of_sensor(&self, _grid: &Grid) -> Kept {
+        Kept::MEANS
+    }
+
+    /// What it keeps of each pixel of a view.
+    fn kept_of_pixel(&self) -> Kept {
+        Kept::MEANS
+    }
+
+    /// The method on a task that it does not refuse.
+    ///
+    /// `target` is the relative standard error asked for: passes end by it, a solver stops refining at it.
+    fn build(&self, task: &Task, seed: u64, target: f64) -> Computation;
+}
+
+/// What is asked of a method.
+#[derive(Clone, Copy, Debug)]
+pub struct Task<'a> {
+    /// The scene as its document describes it.
+    pub scene: &'a Scene,
+    /// The same scene as rays need it, with the effects that are on.
+    pub traceable: &'a Arc<TraceableScene>,
+    /// Grids of the scene that the method has to compute.
+    pub grids: &'a [Grid],
+    /// Views of the scene that the method has to compute.
+    pub views: &'a [View],
+}
+
+impl<'a> Task<'a> {
+    /// All outputs of a scene.
+    pub fn whole(scene: &'a Scene, traceable: &'a Arc<TraceableScene>) -> Self {
+        Self { scene, traceable, grids: &scene.grids, views: &scene.views }
+    }
+
+    /// The grids of this task alone.
+    pub fn without_views(self) -> Self {
+        Self { views: &[], ..self }
+    }
+
+    /// The views of this task alone.
+    pub fn without_grids(self) -> Self {
+        Self { grids: &[], ..self }
+    }
+
+    /// True if a grid asks for the illuminance at points, not for averages over cells.
+    pub fn has_points(&self) -> bool {
+        self.grids.iter().any(|grid| grid.estimate == EstimateKind::Point)
+    }
+}
+
+/// A method on a scene, ready to compute.
+pub enum Computation {
+    /// Independent passes, or passes in order, that an estimate adds up.
+    Passes(Box<dyn Integrator>),
+    /// Everything in one computation.
+    Solution(Box<dyn Solver>),
+}
+
+impl Computation {
+    pub fn passes(integrator: impl Integrator + 'static) -> Self {
+        Self::Passes(Box::new(integrator))
+    }
+
+    pub fn solution(solver: impl Solver + 'static) -> Self {
+        Self::Solution(Box::new(solver))
+    }
+}
+
+/// What the results of a method contain beside the illuminance of grids, which every method computes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Knows {
+    /// The luminance of views.
+    pub views: bool,
+    /// The balance of energy: light is followed from its sources to its end.
+    pub energy: bool,
+    /// The fluxes of tubes.
+    pub tube_fluxes: bool,
+}
+
+impl Knows {
+    pub const ALL: Self = Self { views: true, energy: true, tube_fluxes: true };
+}
+
+/// Why a method cannot compute what is asked.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error("{detail}")]
+pub struct Refusal {
+    pub code: RefusalCode,
+    /// Reason for people; a sentence without a full stop.
+    pub detail: String,
+    /// What the document could ask for instead, beside another method.
+    pub instead: Option<&'static str>,
+}
+
+impl Refusal {
+    pub fn new(code: RefusalCode, detail: impl Into<String>) -> Self {
+        Self { code, detail: detail.into(), instead: None }
+    }
+
+    /// The same refusal with something else that the document could ask for.
+    pub fn or(self, instead: &'static str) -> Self {
+        Self { instead: Some(instead), ..self }
+    }
+}
+
+/// Kinds of reasons for which methods refuse a task.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum RefusalCode {
+    /// Views are asked of a method that computes grids.
+    GridsOnly,
+    /// Sunlight through clear closures would be found by chance only.
+    SunThroughClearClosures,
+    /// Sunlight by way of mirrors or of nearly smooth surfaces would be found by chance only.
+    SunByMirrors,
+    /// Points cannot find light that a mirror reflects.
+    MirrorsAtPoints,
+    /// Points lie so near to a surface that their standard error would not tell the truth.
+    PointsNearSurfaces,
+    /// Light passes the closure of a tube unscattered.
+    ClearClosures,
+    /// Light passes the closure of a tube that is not straight unscattered.
+    ClearClosuresOfBentTubes,
+    /// A diffuser is a measured table.
+    MeasuredDiffusers,
+    /// Coefficients are colours.
+    Colours,
+    /// A tube is given as a mesh.
+    MeshTubes,
+    /// A collector bends light.
+    RefractingCollectors,
+    /// The reflectance of a tube's mirror depends on the angle.
+    MirrorsByAngle,
+    /// The room contains objects.
+    Objects,
+    /// The room contains luminaires.
+    Luminaires,
+    /// Surfaces are glossy or mirrors.
+    SpecularSurfaces,
+    /// Nothing in the room absorbs light.
+    LosslessRoom,
+    /// Interreflection is switched off.
+    InterreflectionOff,
+    /// A setting of the method that has no default is missing.
+    SettingMissing,
+}
+
+impl RefusalCode {
+    /// The code as text, for machines.
+    pub fn code(self) -> &'static str {
+        match self {
+            Self::GridsOnly => "grids_only",
+            Self::SunThroughClearClosures => "sun_through_clear_closures",
+            Self::SunByMirrors => "sun_by_mirrors",
+            Self::MirrorsAtPoints => "mirrors_at_points",
+            Self::PointsNearSurfaces => "points_near_surfaces",
+            Self::ClearClosures => "clear_closures",
+            Self::ClearClosuresOfBentTubes => "clear_closures_of_bent_tubes",
+            Self::MeasuredDiffusers => "measured_diffusers",
+            Self::Colours => "colours",
+            Self::MeshTubes => "mesh_tubes",
+            Self::RefractingCollectors => "refracting_collectors",
+            Self::MirrorsByAngle => "mirrors_by_angle",
+            Self::Objects => "objects",
+            Self::Luminaires => "luminaires",
+            Self::SpecularSurfaces => "specular_surfaces",
+            Self::LosslessRoom => "lossless_room",
+            Self::InterreflectionOff => "interreflection_off",
+            Self::SettingMissing => "setting_missing",
+        }
+    }
+}
+
+impl fmt::Display for RefusalCode {
+    fn fmt(&self, formatter: &mut fmt::Formatter) -> fmt::Result {
+        formatter.write_str(self.code())
+    }
+}
+
+/// What a reader of a method's results must know.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Caveat {
+    /// Code for machines, e.g. `mirrors_by_chance`.
+    pub code: &'static str,
+    /// Sentence for people.
+    pub detail: String,
+}
+
+/// Size of a pass, and what its parts take.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Work {
+    /// Number of sensors of all grids.
+    pub sensors: f64,
+    /// Number of pixels of all views.
+    pub pixels: f64,
+    /// Number of tubes.
+    pub tubes: f64,
+    /// Seconds to follow one path through a tube and the room.
+    pub seconds_per_path: f64,
+    /// Seconds to connect one vertex to one sensor.
+    pub seconds_per_connection: f64,
+}
+
+impl Work {
+    /// Number of sensors that one vertex is connected to: of more a random subset of about 1024.
+    pub fn connected_sensors(&self) -> f64 {
+        self.sensors.min(1024.0)
+    }
+}
+
+/// What a pass has to hold in memory.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Load {
+    /// Edges of the room in metres.
+    pub size: DVec3,
+    pub channels: usize,
+    /// Number of grids of the job.
+    pub grids: usize,
+    /// Number of views of the pass.
+    pub views: usize,
+    /// Mean number of surfaces that a photon meets in the room, from above.
+    pub events: f64,
+}
+
+impl Load {
+    /// Copies of kept photons and vertices that are alive together: in one growing list, and sorted.
+    pub const COPIES: f64 = 2.5;
+
+    /// Bytes of one photon: place, direction or normal, and its flux in every channel.
+    pub fn photon_bytes(&self) -> f64 {
+        32.0 + 8.0 * self.channels as f64
+    }
+}
+
+/// What a method keeps of a sensor or pixel.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Kept {
+    /// Number of points of a sensor or pixel whose values a pass holds.
+    pub points: f64,
+    /// Number of contrasts among fixed points, each with a running mean.
+    pub contrasts: f64,
+    /// Number of points whose gather radius goes from pass to pass.
+    pub radii: f64,
+    /// Number of sums that chunks of photons hold at the same time.
+    pub sums_at_once: f64,
+}
+
+impl Kept {
+    /// The running means alone.
+    pub const MEANS: Self = Self { points: 1.0, contrasts: 0.0, radii: 0.0, sums_at_once: 1.0 };
+}
