@@ -15,7 +15,8 @@ impl Described for Settings {
     }
 
     fn knows(&self) -> Knows {
-        Knows { views: false, ..Knows::ALL }
+        // the formula follows no light to its end
+        Knows { views: false, energy: false, ..Knows::ALL }
     }
 
     fn refuses(&self, task: &Task) -> Option<Refusal> {

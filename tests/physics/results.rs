@@ -1,6 +1,7 @@
 //! The files of a job: each by its name, reports on tubes by their content.
 
 use crate::documents::{prepare, render_chunk};
+use crate::schema::DESCRIPTION;
 use serde_json::{Value, json};
 use skyduct::estimate::Estimate;
 use skyduct::job::prepare::Prepared;
@@ -26,6 +27,23 @@ fn first_chunk(prepared: &Prepared) -> Estimate {
     let chunk = render_chunk(prepared, 0, &merged);
     merged.merge(&chunk.estimate);
     merged
+}
+
+/// Nothing is zero because nobody has counted it.
+#[test]
+fn results_have_what_their_method_says_that_it_knows() {
+    for name in DESCRIPTION["components"]["schemas"]["MethodKind"]["enum"].as_array().unwrap() {
+        let prepared = prepare("S1", |document| {
+            document["method"] = name.clone();
+            document["grids"] = json!([{ "name": "floor", "height_m": 0, "cells": [2, 2] }]);
+            document["stop"] = json!({ "max_passes": 2 });
+        });
+        let knows = prepared.plan.methods.grids.as_ref().unwrap().method.described().knows();
+        let results = prepared.summary_json(&first_chunk(&prepared), 0.0);
+        let emitted = results["energy"]["emitted_lm"].as_f64();
+        assert_eq!(emitted.is_some_and(|flux| flux > 0.0), knows.energy, "{name}: {results}");
+        assert_eq!(results["tubes"][0]["into_room"].is_object(), knows.tube_fluxes, "{name}: {results}");
+    }
 }
 
 #[test]
