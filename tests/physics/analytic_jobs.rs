@@ -5,14 +5,15 @@ use crate::reference;
 use std::f64::consts::PI;
 
 use crate::documents::{Folder, refusal, render_chunk};
-use crate::scenes::assert_grid;
+use crate::scenes::{assert_grid, kernel};
 use serde_json::{Value, json};
-use skyduct::document::JobDocument;
+use skyduct::document::{JobDocument, MethodDocument, to_scene};
 use skyduct::estimate::Estimate;
 use skyduct::guide::transmittance::sky_exitance;
 use skyduct::integrator::method::RefusalCode;
 use skyduct::job::prepare::{Prepared, prepare_document};
 use skyduct::job::progress::StoppedBy;
+use skyduct::plan::Methods;
 use skyduct::sky::zenith::{default_formula, zenith_luminance_cd_m2};
 use skyduct::sky::{CieType, Sky, SkyDistribution, direction};
 
@@ -165,7 +166,6 @@ fn what_cannot_be_done_is_refused() {
     let object = json!({ "kind": "box", "size_m": [0.1, 0.1, 0.1], "position_m": [0.5, 0.5, 0],
                          "surface": { "reflectance": 0.5 } });
     let cases: Vec<(&str, Edit, RefusalCode)> = vec![
-        ("holigilm_thesis.json", Box::new(move |d| d["views"] = json!([view])), RefusalCode::GridsOnly),
         (
             "holigilm_thesis.json",
             Box::new(|d| d["tubes"][0]["reflectance"] = json!([0.9, 0.8, 0.7])),
@@ -209,6 +209,16 @@ fn what_cannot_be_done_is_refused() {
         assert_eq!(faulty(&document), "/method", "{code}");
         let document = JobDocument::parse(document.to_string().as_bytes()).unwrap();
         assert_eq!(refusal(&document).map(|refusal| refusal.code), Some(code));
+    }
+    for (name, method) in [("holigilm_thesis.json", "holigilm"), ("jenkins.json", "jenkins")] {
+        let with_view = with(name, &|d| d["views"] = json!([view]));
+        assert_eq!(faulty(&with_view), "/method", "{method}");
+        // by the plan too, should nobody have looked at the document
+        let by_auto = with(name, &|d| (d["views"], d["method"]) = (json!([view]), json!("auto")));
+        let (scene, ..) = to_scene(&JobDocument::parse(by_auto.to_string().as_bytes()).unwrap(), &Folder).unwrap();
+        let request = serde_json::from_value::<MethodDocument>(json!(method)).unwrap().request();
+        let refusal = Methods::choose(&scene, &kernel(&scene), &request).unwrap_err();
+        assert_eq!(refusal.code, RefusalCode::GridsOnly);
     }
     let bad = [("coefficient", json!(0)), ("pipe_transmittance", json!(1.5)), ("bend_factor", json!(-0.1))];
     for (field, value) in bad {

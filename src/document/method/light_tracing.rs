@@ -5,8 +5,6 @@ use utoipa::ToSchema;
 
 use super::bounds::{PHOTONS_PER_PASS, Setting, photons};
 use super::settings::MethodSettings;
-use crate::document::errors::Checks;
-use crate::document::outputs::{GridDocument, ViewDocument};
 use crate::integrator::Method;
 use crate::integrator::light_tracing::Settings;
 use crate::plan::MethodRequest;
@@ -49,11 +47,5 @@ impl MethodSettings for LightTracingMethod {
 
     fn numbers(&self) -> Vec<Setting> {
         vec![photons(self.photons_per_pass, PHOTONS_PER_PASS)]
-    }
-
-    fn check_outputs(&self, _: &[GridDocument], views: &[ViewDocument], checks: &mut Checks) {
-        if !views.is_empty() {
-            checks.refuse("/method", "light_tracing computes grids only: use auto or sppm");
-        }
     }
 }

@@ -125,6 +125,9 @@ impl MethodDocument {
 
     /// Refuses outputs that the method cannot compute, or that are too many for it.
     pub fn check_outputs(&self, grids: &[GridDocument], views: &[ViewDocument], checks: &mut Checks) {
+        if !views.is_empty() && computes_grids_only(&self.request()) {
+            checks.refuse("/method", format!("{} computes grids only: use auto for views", self.settings.name()));
+        }
         self.settings.check_outputs(grids, views, checks);
     }
 }
@@ -176,6 +179,16 @@ impl<'de> Visitor<'de> for MethodVisitor {
             read_kind(fields, "kind", "a method", |name| entry(name).map(|it| it.read), names());
         Ok(MethodDocument { settings: read.map_err(A::Error::custom)?, by_name: false })
     }
+}
+
+fn computes_grids_only(request: &MethodRequest) -> bool {
+    matches!(request, MethodRequest::Method(method) if !method.described().knows().views)
+}
+
+/// The names of methods that compute grids only.
+pub fn grids_only() -> Vec<&'static str> {
+    let methods = METHODS.iter().filter(|entry| computes_grids_only(&(entry.by_default)().request()));
+    methods.map(|entry| entry.name).collect()
 }
 
 fn names() -> impl Iterator<Item = &'static str> {

@@ -3,15 +3,16 @@
 use serde_json::{Value, json};
 
 use crate::document::limits::TURBID_TYPES;
+use crate::document::method;
 
 /// Rules on several fields at once that the checks of a document have and a schema can say: component, rule.
 pub fn rules() -> Vec<(&'static str, Value)> {
     let sun_position = |kind: &str| json!({ "properties": { "sun_position": { "type": kind } } });
     let with_sky = |rule: Value| json!({ "required": ["sky"], "properties": { "sky": { "allOf": [{ "type": "object" }, rule] } } });
     let tubes = || json!({ "required": ["tubes"], "properties": { "tubes": { "minItems": 1 } } });
-    let light_tracing = json!({ "anyOf": [
-        { "const": "light_tracing" },
-        { "type": "object", "required": ["kind"], "properties": { "kind": { "const": "light_tracing" } } },
+    let grids_only = json!({ "anyOf": [
+        { "enum": method::grids_only() },
+        { "type": "object", "required": ["kind"], "properties": { "kind": { "enum": method::grids_only() } } },
     ] });
     let open_ceiling = json!({ "properties": { "surfaces": { "required": ["ceiling"], "properties": { "ceiling": {
         "required": ["open"], "properties": { "open": { "const": true } } } } } }, "required": ["surfaces"] });
@@ -31,9 +32,9 @@ pub fn rules() -> Vec<(&'static str, Value)> {
             any([given("location"), given("time")]),
         ]),
         all([with_sky(sun_position("null")), any([absent("location"), absent("time")])]),
-        // light tracing makes no pictures
+        // some methods make no pictures
         json!({ "required": ["method", "views"],
-                "properties": { "method": light_tracing, "views": { "minItems": 1 } } }),
+                "properties": { "method": grids_only, "views": { "minItems": 1 } } }),
     ];
     let levels = ["zenith_luminance_cd_m2", "diffuse_horizontal_illuminance_lux", "dv_ev", "luminous_turbidity"];
     let mut sky = vec![
