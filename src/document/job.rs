@@ -4,6 +4,7 @@ use std::ops::Deref;
 
 use glam::DVec2;
 use serde::{Deserialize, Serialize};
+use serde_json::Value;
 use utoipa::ToSchema;
 
 use super::effects::{self, EffectSwitches, Effects, check_effects};
@@ -87,7 +88,13 @@ impl JobDocument {
     ///
     /// Errors name everything that is wrong: with the text (line and column), with its shape, and with the values.
     pub fn parse(text: &[u8]) -> Result<ValidJob, DocumentErrors> {
-        let value = json::value(text).map_err(|error| DocumentErrors(vec![error]))?;
+        Self::from_value(json::value(text).map_err(|error| DocumentErrors(vec![error]))?)
+    }
+
+    /// Checks a document that was read by [`json::value`], and fills in the defaults.
+    ///
+    /// Errors name everything that is wrong with its shape and its values.
+    pub fn from_value(value: Value) -> Result<ValidJob, DocumentErrors> {
         let mut checks = Checks::default();
         let Some((document, made_up)) = shape::read::<Self>(value, &mut checks) else {
             return Err(DocumentErrors(checks.errors));

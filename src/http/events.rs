@@ -74,7 +74,7 @@ pub async fn events(
     };
     // heard of from before the look at the job, so that nothing falls between
     let changes = app.store.changes();
-    let head = app.store.job_head(id).await?.ok_or_else(|| Problem::not_found("there is no such job"))?;
+    let head = app.store.job_head(id).await?.ok_or_else(Problem::no_such_job)?;
     if !(0..=head.last_seq).contains(&last) {
         let detail = format!("the job's event ids are 1 to {}, but it is {last}", head.last_seq);
         return Err(match headers.get("last-event-id") {

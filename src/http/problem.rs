@@ -58,6 +58,10 @@ impl Problem {
         Self::new(ProblemKind::BadRequest, detail)
     }
 
+    pub fn no_such_job() -> Self {
+        Self::not_found("there is no such job")
+    }
+
     pub fn not_found(detail: impl Into<String>) -> Self {
         Self::new(ProblemKind::NotFound, detail)
     }

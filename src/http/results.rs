@@ -13,7 +13,6 @@ use crate::document::result::tube_report::TubeReport;
 use crate::document::result::{GridResult, TubeResult};
 use crate::http::content::Binary;
 use crate::http::formats::{self, Format};
-use crate::http::jobs::no_such_job;
 use crate::http::limits::{off_thread, permit};
 use crate::http::problem::{Path, Problem, Query};
 use crate::http::{App, Service, content};
@@ -238,7 +237,7 @@ async fn result_file(app: &Service, id: Uuid, headers: &HeaderMap, name: String)
         return content::stored(headers, &app.artifacts, &artifact).await;
     }
     if app.store.job_head(id).await?.is_none() {
-        return Err(no_such_job());
+        return Err(Problem::no_such_job());
     }
     if let Some(file) = made_again(app, id, &name).await? {
         return content::made(headers, file.bytes, file.media_type);
@@ -280,11 +279,11 @@ async fn made_again(app: &Service, id: Uuid, name: &str) -> Result<Option<Result
 /// The report on a tube of a finished job, made again from its document and the fluxes in its summary: the same bytes as
 /// before a restart. `None` where the job goes on, or has computed nothing.
 async fn report_on_tube(app: &Service, id: Uuid, name: &str) -> Result<Option<ResultFile>, Problem> {
-    let Some(job) = app.store.job(id).await? else { return Err(no_such_job()) };
+    let Some(job) = app.store.job(id).await? else { return Err(Problem::no_such_job()) };
     let Some(summary) = job.summary.filter(|known| job.head.status.is_final() && known["tubes"].is_array()) else {
         return Ok(None);
     };
-    let source = app.store.job_source(id).await?.ok_or_else(no_such_job)?;
+    let source = app.store.job_source(id).await?.ok_or_else(Problem::no_such_job)?;
     let tubes: Vec<TubeResult> = Vec::deserialize(&summary["tubes"])
         .map_err(|error| internal("reading the fluxes of a finished job failed", &error))?;
     let (meshes, runtime, name) = (app.meshes.clone(), tokio::runtime::Handle::current(), name.to_owned());
@@ -324,7 +323,7 @@ async fn file_so_far(app: &Service, id: Uuid, name: &str) -> Result<Option<MadeF
             return Ok(Some(file));
         }
     }
-    let source = app.store.job_source(id).await?.ok_or_else(no_such_job)?;
+    let source = app.store.job_source(id).await?.ok_or_else(Problem::no_such_job)?;
     let Some(state) = source.state else { return Ok(None) };
     let permit = permit(&app.permits.reading).await?;
     let bytes = app.artifacts.read_checked(&state.key, &state.hash).await?;
@@ -380,7 +379,7 @@ const ROWS_OF_FILES: Rows = Rows { after: 0, limit: MOST_ROWS };
 /// The convergence table in a representation; the picture shows all of it.
 async fn table(app: &Service, id: Uuid, headers: &HeaderMap, format: Format, rows: Rows) -> Result<Response, Problem> {
     if app.store.job_head(id).await?.is_none() {
-        return Err(no_such_job());
+        return Err(Problem::no_such_job());
     }
     let mut next_after = None;
     let passes = if format == Format::Svg {

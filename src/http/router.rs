@@ -37,10 +37,10 @@ pub fn api() -> OpenApiRouter<Arc<Service>> {
 fn api_with_limits(document_bytes: usize, mesh_bytes: usize) -> OpenApiRouter<Arc<Service>> {
     // made anew for each request and worth compressing; results and event streams are not
     let texts = OpenApiRouter::new()
-        .routes(routes!(jobs::list, jobs::create))
-        .routes(routes!(jobs::plan))
-        .routes(routes!(jobs::get, jobs::delete))
-        .routes(routes!(jobs::cancel))
+        .routes(routes!(jobs::show::list, jobs::submit::create))
+        .routes(routes!(jobs::plan::plan))
+        .routes(routes!(jobs::show::get, jobs::change::delete))
+        .routes(routes!(jobs::change::cancel))
         .routes(routes!(meshes::get, meshes::delete))
         .routes(routes!(skies::skies))
         .routes(routes!(tubes::transmission))

@@ -1,0 +1,8 @@
+//! Jobs: posted, planned, listed, looked at, cancelled, deleted.
+
+pub mod change;
+pub mod plan;
+mod posted;
+pub mod resource;
+pub mod show;
+pub mod submit;

@@ -1,0 +1,174 @@
+//! Jobs as they are answered.
+
+use std::collections::BTreeMap;
+
+use jiff::Timestamp;
+use serde::Serialize;
+use serde_json::{Map, Value};
+use utoipa::ToSchema;
+use uuid::Uuid;
+
+use crate::document::result::{JobResults, PlanResult};
+use crate::document::{JobDocument, Warning};
+use crate::job::progress::{Progress, StoppedBy};
+use crate::job::store::*;
+
+/// A job: what was asked for, how far it is, what came out.
+#[derive(Serialize, ToSchema)]
+pub struct JobResource {
+    #[serde(flatten)]
+    pub summary: JobSummary,
+    /// The document as understood, all defaults filled in.
+    #[schema(value_type = JobDocument)]
+    pub document: Value,
+    /// What is simulated and what is not, and why.
+    #[schema(value_type = PlanResult)]
+    pub plan: Value,
+    pub warnings: Vec<Warning>,
+    /// Why the job failed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub problem: Option<JobProblem>,
+    /// The provenance and the outdoor illuminance from the beginning; the rest of a job that has finished with at least one
+    /// pass.
+    #[serde(flatten)]
+    #[schema(value_type = JobResults)]
+    pub results: Map<String, Value>,
+}
+
+/// A job in a list.
+#[derive(Serialize, ToSchema)]
+pub struct JobSummary {
+    pub id: Uuid,
+    pub name: Option<String>,
+    pub status: JobStatus,
+    /// The job was asked to stop and will, within a pass.
+    pub cancel_requested: bool,
+    #[schema(value_type = String, format = DateTime)]
+    pub created_at: Option<Timestamp>,
+    #[schema(value_type = Option<String>, format = DateTime)]
+    pub started_at: Option<Timestamp>,
+    #[schema(value_type = Option<String>, format = DateTime)]
+    pub finished_at: Option<Timestamp>,
+    pub progress: Progress,
+    /// Why a finished job ended.
+    pub stopped_by: Option<StoppedBy>,
+    pub links: Links,
+}
+
+/// Paths of what belongs to a job.
+#[derive(Serialize, ToSchema)]
+pub struct Links {
+    #[serde(rename = "self")]
+    pub this: String,
+    pub events: String,
+    pub convergence: String,
+    pub convergence_csv: String,
+    pub convergence_svg: String,
+    pub cancel: String,
+    /// Paths of the grids by name (JSON, or what `Accept` or `?format=` asks for). Not in lists.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub grids: Option<BTreeMap<String, String>>,
+    /// Paths of the grids' files by name. Not in lists.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub grid_files: Option<BTreeMap<String, GridLinks>>,
+    /// Paths of the views by name. Not in lists.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub views: Option<BTreeMap<String, ViewLinks>>,
+    /// Reports on the tubes, in the order of the document. Not in lists.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tubes: Option<Vec<TubeLinks>>,
+}
+
+#[derive(Serialize, ToSchema)]
+pub struct GridLinks {
+    pub json: String,
+    pub csv: String,
+    /// False colours with a scale.
+    pub png: String,
+}
+
+#[derive(Serialize, ToSchema)]
+pub struct TubeLinks {
+    pub json: String,
+    pub svg: String,
+}
+
+#[derive(Serialize, ToSchema)]
+pub struct ViewLinks {
+    pub exr: String,
+    pub png: String,
+    pub false_colour_png: String,
+}
+
+impl JobSummary {
+    pub fn new(head: &JobHead) -> Self {
+        let this = format!("/v1/jobs/{}", head.id);
+        Self {
+            id: head.id,
+            name: head.name.clone(),
+            status: head.status,
+            cancel_requested: head.cancel_requested,
+            created_at: timestamp(head.created_at),
+            started_at: head.started_at.and_then(timestamp),
+            finished_at: head.finished_at.and_then(timestamp),
+            progress: head.progress,
+            stopped_by: head.stopped_by,
+            links: Links {
+                events: format!("{this}/events"),
+                convergence: format!("{this}/convergence"),
+                convergence_csv: format!("{this}/convergence.csv"),
+                convergence_svg: format!("{this}/convergence.svg"),
+                cancel: format!("{this}/cancel"),
+                this,
+                grids: None,
+                grid_files: None,
+                views: None,
+                tubes: None,
+            },
+        }
+    }
+}
+
+impl JobResource {
+    pub fn new(job: Job) -> Self {
+        let mut summary = JobSummary::new(&job.head);
+        let this = &summary.links.this;
+        let grids = names(&job.document, "grids").map(|name| (name.to_owned(), format!("{this}/grids/{name}")));
+        let grid_files = names(&job.document, "grids").map(|name| {
+            let [json, csv, png] = ["json", "csv", "png"].map(|suffix| format!("{this}/grids/{name}.{suffix}"));
+            (name.to_owned(), GridLinks { json, csv, png })
+        });
+        let views = names(&job.document, "views").map(|name| {
+            let links = ViewLinks {
+                exr: format!("{this}/views/{name}.exr"),
+                png: format!("{this}/views/{name}.png"),
+                false_colour_png: format!("{this}/views/{name}.png?style=false_colour"),
+            };
+            (name.to_owned(), links)
+        });
+        let (grids, grid_files, views) = (grids.collect(), grid_files.collect(), views.collect());
+        let count = job.document["tubes"].as_array().map_or(0, Vec::len);
+        let tubes = (0..count).map(|tube| TubeLinks {
+            json: format!("{this}/tubes/{tube}.json"),
+            svg: format!("{this}/tubes/{tube}.svg"),
+        });
+        let tubes = tubes.collect();
+        summary.links.grids = Some(grids);
+        summary.links.grid_files = Some(grid_files);
+        summary.links.views = Some(views);
+        summary.links.tubes = Some(tubes);
+        let results = match job.summary {
+            Some(Value::Object(results)) => results,
+            _ => Map::new(),
+        };
+        Self { summary, document: job.document, plan: job.plan, warnings: job.warnings, problem: job.problem, results }
+    }
+}
+
+fn names<'a>(document: &'a Value, outputs: &str) -> impl Iterator<Item = &'a str> {
+    document[outputs].as_array().into_iter().flatten().filter_map(|output| output["name"].as_str())
+}
+
+fn timestamp(milliseconds: i64) -> Option<Timestamp> {
+    Timestamp::from_millisecond(milliseconds).ok()
+}

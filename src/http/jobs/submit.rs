@@ -1,0 +1,111 @@
+//! A job is queued.
+
+use std::sync::Arc;
+
+use axum::Json;
+use axum::extract::rejection::BytesRejection;
+use axum::http::{HeaderMap, StatusCode, header};
+use axum::response::{IntoResponse, Response};
+use bytes::Bytes;
+
+use super::posted::{Posted, prepare};
+use super::resource::JobResource;
+use crate::document::JobDocument;
+use crate::http::problem::Problem;
+use crate::http::problem_kind::ProblemKind;
+use crate::http::{App, Service};
+use crate::job::store::*;
+
+/// Longest `Idempotency-Key`.
+const MAX_KEY_LENGTH: usize = 255;
+/// Pause in seconds that a polling client is asked for.
+const POLL_SECONDS: u32 = 1;
+
+/// Queues a job.
+///
+/// `Idempotency-Key` makes a repeated post answer with the first job.
+#[utoipa::path(post, path = "/v1/jobs", operation_id = "create_job", tag = "jobs",
+    params(("Idempotency-Key" = Option<String>, Header, description = "Unique to this job: 1 to 255 printable ASCII characters",
+        min_length = 1, max_length = 255, pattern = "^[ -~]+$")),
+    request_body(content = JobDocument, description = "The job document", content_type = "application/json"),
+    responses(
+        (status = 202, description = "Queued; the body is the job", body = JobResource,
+            headers(("Location" = String, description = "Path of the job"), ("Retry-After" = u32, description = "Seconds to wait before a look at it"))),
+        (status = 400, description = "Not JSON", body = Problem, content_type = "application/problem+json"),
+        (status = 413, description = "Too long", body = Problem, content_type = "application/problem+json"),
+        (status = 415, description = "Not application/json", body = Problem, content_type = "application/problem+json"),
+        (status = 422, description = "Not a valid document, or the key was used for another one", body = Problem, content_type = "application/problem+json"),
+        (status = 503, description = "The queue is full", body = Problem, content_type = "application/problem+json")))]
+pub async fn create(app: App, headers: HeaderMap, body: Result<Bytes, BytesRejection>) -> Result<Response, Problem> {
+    let idempotency_key = idempotency_key(&headers)?;
+    let posted = Posted::read(&headers, body)?;
+    if app.shutdown.is_cancelled() {
+        return Err(Problem::unavailable("the service is shutting down"));
+    }
+    // a repeated post is answered even when its meshes were deleted meanwhile
+    if let Some(key) = &idempotency_key
+        && let Some(job) = app.store.job_of_key(key).await?
+    {
+        return if job.body_hash == posted.hash { Ok(accepted(job)) } else { Err(key_reused()) };
+    }
+    // preparing costs more than a look
+    if app.store.unfinished().await? > app.limits.queued_jobs {
+        return Err(queue_full(&app));
+    }
+    let (prepared, meshes) = prepare(&app, posted.value).await?;
+    let prepared = Arc::new(prepared);
+    let first_chunk = prepared.chunk(0).ok_or_else(Problem::internal)?;
+    let new = NewJob {
+        name: prepared.name.clone(),
+        submitted: posted.text,
+        document: prepared.document.clone(),
+        plan: prepared.plan_json(),
+        known: prepared.known_json(),
+        warnings: prepared.warnings.clone(),
+        idempotency_key,
+        body_hash: posted.hash,
+        meshes,
+        first_chunk,
+    };
+    match app.store.submit(new, app.limits.queued_jobs).await? {
+        Submission::New(job) => {
+            app.live.hand_over(job.head.id, prepared);
+            tracing::debug!(job = %job.head.id, "job queued");
+            metrics::counter!("skyduct_jobs_submitted_total").increment(1);
+            Ok(accepted(job))
+        }
+        Submission::Repeated(job) => Ok(accepted(job)),
+        Submission::KeyReused => Err(key_reused()),
+        Submission::QueueFull => Err(queue_full(&app)),
+        Submission::MeshGone(mesh) => {
+            Err(Problem::new(ProblemKind::InvalidDocument, format!("the mesh {mesh} was deleted")))
+        }
+    }
+}
+
+fn accepted(job: Job) -> Response {
+    let location = format!("/v1/jobs/{}", job.head.id);
+    let headers = [(header::LOCATION, location), (header::RETRY_AFTER, POLL_SECONDS.to_string())];
+    (StatusCode::ACCEPTED, headers, Json(JobResource::new(job))).into_response()
+}
+
+fn queue_full(app: &Service) -> Problem {
+    Problem::new(ProblemKind::QueueFull, format!("{} jobs are waiting; try again later", app.limits.queued_jobs))
+        .retry_after(30)
+}
+
+fn key_reused() -> Problem {
+    Problem::new(ProblemKind::KeyReused, "it belongs to a job with another document; take a new key")
+}
+
+fn idempotency_key(headers: &HeaderMap) -> Result<Option<String>, Problem> {
+    let Some(value) = headers.get("idempotency-key") else { return Ok(None) };
+    let key = value.to_str().unwrap_or_default();
+    let printable = key.bytes().all(|byte| (0x20..0x7f).contains(&byte));
+    if key.is_empty() || key.len() > MAX_KEY_LENGTH || !printable {
+        return Err(Problem::bad_request(format!(
+            "Idempotency-Key must be 1 to {MAX_KEY_LENGTH} printable ASCII characters"
+        )));
+    }
+    Ok(Some(key.to_owned()))
+}
