@@ -86,6 +86,10 @@ impl Described for Settings {
     }
 }
 
+/// Sensors of which one thread computes Lambert's closed form at least: fewer (some tens of ns each) are not worth waking
+/// another thread.
+const SENSORS_AT_ONCE: usize = 64;
+
 /// Number of photons of which one is connected to the sensors from its diffuser: direct light is smooth and needs few
 /// of them, the others go on for the interreflection.
 const DIFFUSER_CONNECTIONS: u64 = 4;
@@ -137,7 +141,7 @@ impl<const C: usize> LightTracing<C> {
         let mut direct = vec![0.0; self.sensor_count()];
         for plane in self.sensors.iter().filter(|plane| !plane.average) {
             let of_plane = &mut direct[plane.first..plane.first + plane.len()];
-            of_plane.par_iter_mut().enumerate().for_each(|(index, lux)| {
+            of_plane.par_iter_mut().with_min_len(SENSORS_AT_ONCE).enumerate().for_each(|(index, lux)| {
                 *lux = self.luminaire_illuminance(DVec3::new(plane.x[index], plane.y[index], plane.height));
             });
         }
@@ -171,7 +175,7 @@ impl<const C: usize> LightTracing<C> {
 
     /// Light straight from luminaires at a random point of each cell of an average, in lux.
     fn add_to_cells(&self, plane: &SensorPlane, pass: Key, lux: &mut [f64]) {
-        lux.par_iter_mut().enumerate().for_each(|(index, lux)| {
+        lux.par_iter_mut().with_min_len(SENSORS_AT_ONCE).enumerate().for_each(|(index, lux)| {
             let [u, v] = PathRandom::new(pass.stream(Stream::CellPoint, (plane.first + index) as u64)).uniform2();
             let centre = DVec3::new(plane.x[index], plane.y[index], plane.height);
             let offset = DVec3::new((u - 0.5) * plane.grid.cell_size_m[0], (v - 0.5) * plane.grid.cell_size_m[1], 0.0);
