@@ -10,7 +10,7 @@ use crate::job::progress::{PassReport, Progress};
 use crate::job::store::*;
 
 use super::rows::{signed, to_json};
-use super::{now_ms, store_error};
+use super::sql::{now_ms, store_error};
 
 /// Rows that one statement writes.
 pub(super) const ROWS_OF_A_STATEMENT: usize = 500;

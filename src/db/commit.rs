@@ -13,7 +13,7 @@ use super::change::{JobChange, ROWS_OF_A_STATEMENT};
 use super::jobs::insert_chunk;
 use super::record::written_now;
 use super::rows::{self, name_of, signed, to_json};
-use super::{now_ms, store_error};
+use super::sql::{now_ms, store_error};
 
 /// Rows and events of a running chunk; false when the lease is lost.
 pub(super) async fn report(tx: &mut SqliteConnection, lease: &Lease, reports: &[Report]) -> Result<bool, StoreError> {

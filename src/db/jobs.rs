@@ -11,7 +11,7 @@ use crate::job::store::*;
 
 use super::change::{JobChange, insert_events};
 use super::rows::{self, head_columns, job_columns, signed, to_json};
-use super::{now_ms, store_error};
+use super::sql::{now_ms, store_error};
 
 pub(super) async fn submit(tx: &mut SqliteConnection, new: NewJob, max_queued: u64) -> Result<Submission, StoreError> {
     if let Some(key) = &new.idempotency_key

@@ -5,7 +5,7 @@ use sqlx::SqliteConnection;
 use crate::job::store::*;
 
 use super::rows::{self, signed, to_json};
-use super::{now_ms, store_error};
+use super::sql::{now_ms, store_error};
 
 pub(super) async fn add(tx: &mut SqliteConnection, mesh: Mesh) -> Result<Mesh, StoreError> {
     sqlx::query(concat!(

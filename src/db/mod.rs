@@ -1,7 +1,7 @@
 //! The store in SQL; the only place with queries.
 //!
 //! The SQL keeps to what SQLite and PostgreSQL share: `$n` placeholders, `UPDATE ... FROM`, `RETURNING`, `ON CONFLICT`.
-//! Only the clock expression ([`now_ms`]) and the lock clause of the claim differ between the two.
+//! Only the clock expression (`sql::now_ms`) and the lock clause of the claim differ between the two.
 
 mod change;
 mod commit;
@@ -10,6 +10,7 @@ mod meshes;
 mod queue;
 mod record;
 mod rows;
+mod sql;
 
 use std::collections::HashSet;
 use std::fs::{File, TryLockError};
@@ -25,16 +26,9 @@ use sqlx::{AssertSqlSafe, ConnectOptions, Connection, Executor, Sqlite, SqlitePo
 use tokio::sync::broadcast;
 use uuid::Uuid;
 
+use self::sql::store_error;
 use crate::job::progress::PassReport;
 use crate::job::store::*;
-
-/// Milliseconds since 1970 by the database's clock: only this clock is ever compared with a lease.
-macro_rules! now_ms {
-    () => {
-        "CAST(unixepoch('subsec') * 1000 AS INTEGER)"
-    };
-}
-pub(crate) use now_ms;
 
 /// Hints that a slow listener may miss; it is then told that it lagged, and reads the store.
 const CHANGES_KEPT: usize = 1024;
@@ -187,22 +181,6 @@ fn check_version(version: &str) -> Result<(), StoreError> {
         )));
     }
     Ok(())
-}
-
-fn store_error(error: sqlx::Error) -> StoreError {
-    let unavailable = match &error {
-        sqlx::Error::PoolTimedOut | sqlx::Error::PoolClosed | sqlx::Error::Io(_) => true,
-        // the connection is of no use, the next one may be
-        sqlx::Error::WorkerCrashed | sqlx::Error::InvalidSavePointStatement | sqlx::Error::BeginFailed => true,
-        // SQLITE_BUSY, SQLITE_LOCKED, SQLITE_NOMEM, SQLITE_READONLY, SQLITE_IOERR, SQLITE_FULL, SQLITE_CANTOPEN; the low
-        // byte is the primary code
-        sqlx::Error::Database(database) => database
-            .code()
-            .and_then(|code| code.parse::<u32>().ok())
-            .is_some_and(|code| matches!(code & 0xff, 5..=8 | 10 | 13 | 14)),
-        _ => false,
-    };
-    if unavailable { StoreError::Unavailable(error.to_string()) } else { StoreError::Failed(error.to_string()) }
 }
 
 #[async_trait]

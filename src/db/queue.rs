@@ -13,7 +13,7 @@ use crate::job::store::*;
 use super::change::{JobChange, insert_events};
 use super::commit::finish_job;
 use super::rows::{self, signed};
-use super::{now_ms, store_error};
+use super::sql::{now_ms, store_error};
 
 /// Appended to the claim's inner query on PostgreSQL: `FOR UPDATE OF c SKIP LOCKED`.
 macro_rules! lock_clause {

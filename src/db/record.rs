@@ -4,7 +4,7 @@ use sqlx::{Row, SqliteConnection};
 
 use crate::job::store::*;
 
-use super::{now_ms, store_error};
+use super::sql::{now_ms, store_error};
 
 pub(super) async fn record(connection: &mut SqliteConnection) -> Result<StoreRecord, StoreError> {
     let newest: i64 = sqlx::query_scalar(

@@ -10,7 +10,7 @@ use uuid::Uuid;
 use crate::job::progress::{PassReport, Progress, StoppedBy};
 use crate::job::store::*;
 
-use super::store_error;
+use super::sql::store_error;
 
 /// Columns of a [`JobHead`].
 macro_rules! head_columns {

@@ -12,6 +12,7 @@ pub mod meshes;
 pub mod ownership;
 pub mod prepare;
 pub mod progress;
+mod ranges;
 pub mod results;
 pub mod store;
 mod tube_report;

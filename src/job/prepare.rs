@@ -3,9 +3,9 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use super::chunk::chunk_range;
 use super::engine::Engine;
 use super::progress::{PassReport, StoppedBy};
+use super::ranges::chunk_range;
 use crate::document::{self, DocumentErrors, FieldError, JobDocument, MeshSource, Provenance, ValidJob, Warning};
 use crate::estimate::{Accuracy, Estimate, StopRule};
 use crate::integrator::method::Task;

@@ -1,0 +1,28 @@
+//! What every statement needs: the database's clock, and the meaning of its errors.
+
+use crate::job::store::StoreError;
+
+/// Milliseconds since 1970 by the database's clock: only this clock is ever compared with a lease.
+macro_rules! now_ms {
+    () => {
+        "CAST(unixepoch('subsec') * 1000 AS INTEGER)"
+    };
+}
+pub(crate) use now_ms;
+
+/// Tells what can be tried again from what cannot.
+pub(super) fn store_error(error: sqlx::Error) -> StoreError {
+    let unavailable = match &error {
+        sqlx::Error::PoolTimedOut | sqlx::Error::PoolClosed | sqlx::Error::Io(_) => true,
+        // the connection is of no use, the next one may be
+        sqlx::Error::WorkerCrashed | sqlx::Error::InvalidSavePointStatement | sqlx::Error::BeginFailed => true,
+        // SQLITE_BUSY, SQLITE_LOCKED, SQLITE_NOMEM, SQLITE_READONLY, SQLITE_IOERR, SQLITE_FULL, SQLITE_CANTOPEN; the low
+        // byte is the primary code
+        sqlx::Error::Database(database) => database
+            .code()
+            .and_then(|code| code.parse::<u32>().ok())
+            .is_some_and(|code| matches!(code & 0xff, 5..=8 | 10 | 13 | 14)),
+        _ => false,
+    };
+    if unavailable { StoreError::Unavailable(error.to_string()) } else { StoreError::Failed(error.to_string()) }
+}
