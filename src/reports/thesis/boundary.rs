@@ -4,9 +4,11 @@ use std::f64::consts::PI;
 
 use glam::DVec3;
 
+use super::case::Case;
 use super::photons::FloorPhotons;
+use super::scenes;
+use super::settings::{Progress, Settings};
 use super::views::first_radius_m;
-use super::{Case, Progress, Settings, scenes};
 use crate::integrator::photon_map::domain::Domain;
 use crate::integrator::photon_map::grid::PhotonGrid;
 use crate::output::plots::{Axis, Series, lines};

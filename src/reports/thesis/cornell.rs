@@ -1,8 +1,10 @@
 //! The Cornell box: photon mapping against path tracing (the thesis' section 6.1).
 
+use super::case::{Case, Tried, try_all};
 use super::distance::{Spread, difference, euclidean, lengths};
+use super::settings::{Progress, Settings};
 use super::views::{Recording, Sight, contenders, first_radius_m, record, tone_mapped_like};
-use super::{Case, Progress, Settings, Tried, printed, scenes, try_all};
+use super::{printed, scenes};
 use crate::estimate::FilmEstimate;
 use crate::estimate::film::BLOCK_PX;
 use crate::output::false_colour::FalseColours;

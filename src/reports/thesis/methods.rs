@@ -2,7 +2,9 @@
 
 use serde_json::{Value, json};
 
-use super::{Case, Progress, Settings, Tried, printed, scenes, try_all};
+use super::case::{Case, Tried, try_all};
+use super::settings::{Progress, Settings};
+use super::{printed, scenes};
 use crate::estimate::GridEstimate;
 use crate::output::false_colour::FalseColours;
 use crate::output::montage::montage;

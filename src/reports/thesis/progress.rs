@@ -1,10 +1,12 @@
 //! Progress with the passes (the thesis' section 6.3, figures 6.7 and 6.8).
 
+use super::case::{Case, Tried, try_all};
 use super::distance::logarithmic_slope;
+use super::settings::{Progress, Settings};
 use super::views::{
     PPM_OWN, PPM_THESIS, Recording, SPPM_OWN, SPPM_THESIS, Sight, contenders, record, tone_mapped_like,
 };
-use super::{Case, Progress, Settings, Tried, printed, scenes, try_all};
+use super::{printed, scenes};
 use crate::estimate::FilmEstimate;
 use crate::optics::spectrum::REC709_LUMINANCE;
 use crate::output::montage::montage;

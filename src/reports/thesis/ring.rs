@@ -5,8 +5,10 @@ use std::f64::consts::PI;
 use glam::DVec3;
 use serde_json::{Value, json};
 
+use super::case::{Case, Tried, try_all};
+use super::settings::{Progress, Settings};
 use super::views::{Sight, record};
-use super::{Case, Progress, Settings, Tried, printed, scenes, try_all};
+use super::{printed, scenes};
 use crate::estimate::FilmEstimate;
 use crate::geometry::disc::disc_disc_area;
 use crate::output::false_colour::FalseColours;

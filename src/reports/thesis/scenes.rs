@@ -2,7 +2,8 @@
 
 use serde_json::{Value, json};
 
-use super::{Settings, printed};
+use super::printed;
+use super::settings::Settings;
 use crate::reports::page::ReportError;
 
 /// Side of the room, 80 inches, in metres.

@@ -5,7 +5,9 @@ use std::path::Path;
 
 use serde_json::Value;
 
-use super::{Case, Settings, scenes};
+use super::case::Case;
+use super::scenes;
+use super::settings::Settings;
 use crate::estimate::{Estimate, FilmEstimate};
 use crate::integrator::backward::room_entry::enter_room;
 use crate::integrator::photon_map::domain::Domain;

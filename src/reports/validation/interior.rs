@@ -5,12 +5,13 @@ use std::path::Path;
 use glam::{DVec2, DVec3};
 use serde_json::{Value, json};
 
-use super::reference::{Row, failed};
-use super::skies::cie_type;
-use super::{Deviations, Figure, Section, Table, ValidationError};
+use super::deviations::Deviations;
+use super::error::ValidationError;
+use super::reference::{Row, cie_type, failed};
 use crate::estimate::Estimate;
 use crate::optics::fresnel::slab_transmittance;
 use crate::output::plots::{Axis, Series, lines};
+use crate::reports::page::{Check, Figure, Section, Table};
 use crate::reports::run::render;
 use crate::sky::opening::illuminance_through_rectangle;
 use crate::sky::{Sky, SkyDistribution, direction};
@@ -98,7 +99,7 @@ fn luminaire(corner: [f64; 3], u: [f64; 3], v: [f64; 3]) -> Value {
 }
 
 /// Illuminance along a line under a small and under a 1 x 1 m source in the ceiling of a black 4 x 4 x 3 m room.
-fn sources(reference: &Path) -> Result<(Vec<super::Check>, Table), ValidationError> {
+fn sources(reference: &Path) -> Result<(Vec<Check>, Table), ValidationError> {
     // 17 cells of 0.25 m from -2.125 to 2.125 would leave the room: the line x = 0, 0.5, 1, 1.5 of 8 x 8 cells
     let grid = json!([{ "name": "floor", "height_m": 0.0, "cells": [8, 8], "estimate": "point" }]);
     let mut rows = Vec::new();

@@ -3,6 +3,8 @@
 //! "Validated against" a case means: the values agree within their stated errors (deterministic ones), or within four
 //! combined standard errors (random ones). The cases modelled on CIE 171 have references recomputed from closed forms.
 
+mod deviations;
+mod error;
 mod interior;
 mod reference;
 mod scenes;
@@ -11,42 +13,9 @@ mod tubes;
 
 use std::path::Path;
 
-use crate::output::OutputError;
-use crate::reports::page::{Check, Figure, Report, ReportError, Section, Table};
+use crate::reports::page::{Report, Section};
 
-#[derive(Debug, thiserror::Error)]
-pub enum ValidationError {
-    #[error("{file}: {reason}")]
-    Reference { file: String, reason: String },
-    #[error(transparent)]
-    Run(#[from] ReportError),
-    #[error(transparent)]
-    Plot(#[from] OutputError),
-}
-
-/// Deviations collected into one check.
-struct Deviations {
-    name: String,
-    compared: usize,
-    worst: f64,
-}
-
-impl Deviations {
-    fn new(name: impl Into<String>) -> Self {
-        Self { name: name.into(), compared: 0, worst: 0.0 }
-    }
-
-    /// `deviation` of any sign; one that is not a number counts as infinite.
-    fn add(&mut self, deviation: f64) {
-        self.compared += 1;
-        self.worst = if deviation.is_nan() { f64::INFINITY } else { self.worst.max(deviation.abs()) };
-    }
-
-    fn check(self, limit: f64, unit: &'static str) -> Check {
-        let Self { name, compared, worst } = self;
-        Check { name, compared, worst, limit, unit }
-    }
-}
+pub use error::ValidationError;
 
 /// Runs all cases with the references in the folder `reference`; `progress` hears the title of each section before it
 /// runs.

@@ -4,7 +4,8 @@ use std::path::Path;
 
 use serde_json::Value;
 
-use super::ValidationError;
+use super::error::ValidationError;
+use crate::sky::CieType;
 
 /// Rows of a CSV file by the names in its header.
 pub struct CsvTable {
@@ -80,4 +81,10 @@ pub fn numbers(value: &Value) -> Vec<f64> {
 
 pub fn failed(file: &str, reason: impl ToString) -> ValidationError {
     ValidationError::Reference { file: file.to_owned(), reason: reason.to_string() }
+}
+
+/// The sky type whose number a reference has in `text`.
+pub fn cie_type(text: &str) -> Result<CieType, ValidationError> {
+    let number = text.parse().ok().and_then(CieType::new);
+    number.ok_or_else(|| failed("sky type", format!("{text:?} is not 1..16")))
 }

@@ -4,8 +4,10 @@ use std::path::Path;
 
 use serde_json::{Value, json};
 
+use super::deviations::Deviations;
+use super::error::ValidationError;
 use super::reference::{failed, json as read_json, numbers};
-use super::{Deviations, Section, Table, ValidationError};
+use crate::reports::page::{Section, Table};
 use crate::reports::run::render;
 
 /// The room of the thesis, as an example to run.

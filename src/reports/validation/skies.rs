@@ -2,9 +2,12 @@
 
 use std::path::Path;
 
-use super::reference::{CsvTable, failed};
-use super::{Deviations, Figure, Section, Table, ValidationError};
+use super::deviations::Deviations;
+use super::error::ValidationError;
+use super::interior::roof_opening_deviation;
+use super::reference::{CsvTable, cie_type};
 use crate::output::plots::{Axis, Series, lines};
+use crate::reports::page::{Figure, Section, Table};
 use crate::sky::sun::beam_normal_illuminance_lux;
 use crate::sky::zenith::{default_formula, typical_turbidity, zenith_luminance_cd_m2};
 use crate::sky::{CieType, SkyDistribution, direction};
@@ -51,7 +54,7 @@ pub fn section(reference: &Path) -> Result<Section, ValidationError> {
         "sky components under roof openings, 16 skies, floor and wall points (not: wall points at the edge of the wide opening under skies with a cusp, where the reference does not resolve it)",
     );
     for row in opening.rows() {
-        if let Some(deviation) = super::interior::roof_opening_deviation(&row)? {
+        if let Some(deviation) = roof_opening_deviation(&row)? {
             components.add(deviation);
         }
     }
@@ -100,9 +103,4 @@ pub fn section(reference: &Path) -> Result<Section, ValidationError> {
         }],
         ..Section::default()
     })
-}
-
-pub fn cie_type(text: &str) -> Result<CieType, ValidationError> {
-    let number = text.parse().ok().and_then(CieType::new);
-    number.ok_or_else(|| failed("sky type", format!("{text:?} is not 1..16")))
 }

@@ -4,14 +4,15 @@ use std::path::Path;
 
 use glam::DVec3;
 
-use super::reference::{CsvTable, failed, json};
-use super::skies::cie_type;
-use super::{Deviations, Figure, Section, Table, ValidationError};
+use super::deviations::Deviations;
+use super::error::ValidationError;
+use super::reference::{CsvTable, cie_type, failed, json};
 use crate::guide::performance;
 use crate::guide::transmittance::{beam_transmission, sky_exitance, zastrow_wittwer_transmission};
 use crate::guide::{BentGuide, End, Guide, StraightGuide};
 use crate::optics::mirror::Mirror;
 use crate::output::plots::{Axis, Series, lines};
+use crate::reports::page::{Figure, Section, Table};
 use crate::sampling::{Key, PathRandom, warp};
 use crate::sky::{CieType, Sky, SkyDistribution, direction};
 use crate::statistics::Moments;

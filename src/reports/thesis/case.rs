@@ -1,0 +1,53 @@
+//! Jobs of the report, and what becomes of those that this program refuses.
+
+use std::path::Path;
+
+use serde_json::Value;
+
+use super::side_by_side::side_by_side;
+use crate::job::prepare::Prepared;
+use crate::reports::page::ReportError;
+use crate::reports::run::prepare;
+
+/// A job of the report: what it is called, and its document.
+pub struct Case {
+    pub name: String,
+    pub document: Value,
+}
+
+impl Case {
+    pub fn new(name: &str, mut document: Value, method: Value) -> Self {
+        document["method"] = method;
+        Self { name: name.to_owned(), document }
+    }
+
+    /// Ready to render, or why this program does not compute it.
+    pub fn prepare(&self) -> Result<Prepared, String> {
+        prepare(&self.document, Path::new("")).map_err(|errors| errors.to_string().replace('\n', "; "))
+    }
+}
+
+/// Results of some cases in their order, and a sentence for each case that this program refuses.
+pub struct Tried<T> {
+    pub results: Vec<T>,
+    pub left_out: String,
+}
+
+/// Runs the cases that this program computes.
+pub fn try_all<T: Send>(
+    cases: Vec<Case>,
+    work: impl Fn(Case, &Prepared) -> Result<T, ReportError> + Sync,
+) -> Result<Tried<T>, ReportError> {
+    let outcomes = side_by_side(cases, |case| match case.prepare() {
+        Ok(prepared) => work(case, &prepared).map(Ok),
+        Err(reason) => Ok(Err(format!(" {} is left out: {reason}.", case.name))),
+    });
+    let mut tried = Tried { results: Vec::new(), left_out: String::new() };
+    for outcome in outcomes {
+        match outcome? {
+            Ok(result) => tried.results.push(result),
+            Err(reason) => tried.left_out += &reason,
+        }
+    }
+    if tried.results.is_empty() { Err(ReportError::Case(tried.left_out)) } else { Ok(tried) }
+}

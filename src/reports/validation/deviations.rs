@@ -1,0 +1,28 @@
+//! Deviations from a reference, collected into one check.
+
+use crate::reports::page::Check;
+
+/// Deviations collected into one check.
+pub struct Deviations {
+    name: String,
+    compared: usize,
+    /// The largest deviation so far, without its sign.
+    pub worst: f64,
+}
+
+impl Deviations {
+    pub fn new(name: impl Into<String>) -> Self {
+        Self { name: name.into(), compared: 0, worst: 0.0 }
+    }
+
+    /// `deviation` of any sign; one that is not a number counts as infinite.
+    pub fn add(&mut self, deviation: f64) {
+        self.compared += 1;
+        self.worst = if deviation.is_nan() { f64::INFINITY } else { self.worst.max(deviation.abs()) };
+    }
+
+    pub fn check(self, limit: f64, unit: &'static str) -> Check {
+        let Self { name, compared, worst } = self;
+        Check { name, compared, worst, limit, unit }
+    }
+}
