@@ -6,7 +6,9 @@ use std::f64::consts::PI;
 
 use glam::{DMat3, DVec3};
 
-use super::{BentGuide, End, Entry, StraightGuide, Transit};
+use super::bent::BentGuide;
+use super::straight::StraightGuide;
+use super::transit::{End, Entry, Transit};
 use crate::optics::Spectrum;
 use crate::optics::fresnel::{fresnel, refract};
 use crate::sampling::{PathRandom, warp};

@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 
 use glam::DVec3;
 
-use super::{End, Entry, Transit};
+use super::transit::{End, Entry, Transit};
 use crate::geometry::TriangleMesh;
 use crate::geometry::bvh::{TriangleBvh, TriangleHit};
 use crate::optics::{Mirror, Spectrum};

@@ -9,6 +9,7 @@ pub mod mesh;
 pub mod performance;
 pub mod recognise;
 pub mod straight;
+mod transit;
 pub mod transmittance;
 
 use glam::DVec3;
@@ -18,8 +19,8 @@ pub use dome::{Dome, DomedGuide};
 pub use mesh::{MeshGuide, MeshGuideError};
 pub use recognise::{RecognisedCylinder, Section};
 pub use straight::StraightGuide;
+pub use transit::{End, Entry, Transit};
 
-use crate::optics::Spectrum;
 use crate::sampling::PathRandom;
 
 /// One tube's guide and collector.
@@ -31,50 +32,6 @@ pub enum Guide {
     /// Boxed: other guides need not be as large.
     Domed(Box<DomedGuide>),
     Mesh(MeshGuide),
-}
-
-/// Place where a ray through a guide ends.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum End {
-    /// In the opening (the plane z = 0), on its way down.
-    Opening,
-    /// Outside, through the collector.
-    Top,
-    /// Nowhere: absorbed, or outside without ever having passed the collector.
-    Lost,
-    /// The path was ended for its length.
-    Cut,
-}
-
-/// A ray's way through a guide.
-#[derive(Clone, Copy, Debug)]
-pub struct Transit<const C: usize> {
-    pub end: End,
-    pub position: DVec3,
-    pub direction: DVec3,
-    /// Share that passes the collector, of the light that reached it.
-    pub collector: Spectrum<C>,
-    /// Share that the mirrors leave.
-    pub mirrors: Spectrum<C>,
-    /// True if the ray reached the collector from outside; light that passes by a mesh never does.
-    pub entered: bool,
-    /// Ray segments computed; a closed form counts as one.
-    pub rays: u32,
-}
-
-impl<const C: usize> Transit<C> {
-    /// Share of the light that arrives at the end.
-    #[inline]
-    pub fn weight(&self) -> Spectrum<C> {
-        self.collector * self.mirrors
-    }
-}
-
-/// A point where parallel light may enter, and the area it stands for perpendicular to the light.
-#[derive(Clone, Copy, Debug)]
-pub struct Entry {
-    pub position: DVec3,
-    pub projected_area_m2: f64,
 }
 
 impl Guide {

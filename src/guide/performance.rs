@@ -7,7 +7,8 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 
 use glam::DVec3;
 
-use super::{End, Guide};
+use super::Guide;
+use super::transit::End;
 use crate::optics::Spectrum;
 use crate::sampling::{Key, PathRandom, Replicate};
 use crate::sky::sampler::SkySampler;

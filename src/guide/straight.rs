@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use glam::DVec3;
 
-use super::{End, Entry, Transit};
+use super::transit::{End, Entry, Transit};
 use crate::geometry::cylinder::{cosine_of_incidence, traverse};
 use crate::optics::{Mirror, Spectrum};
 use crate::sampling::warp;

@@ -2,8 +2,8 @@
 
 use glam::DVec3;
 
+use super::coefficients::reflectance;
 use super::profile::{Cells, RINGS, SECTORS};
-use super::reflectance;
 use crate::analytic::radiosity::Mesh;
 use crate::analytic::{Installation, Tube};
 use crate::guide::transmittance::zastrow_wittwer_transmission;

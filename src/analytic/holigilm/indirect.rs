@@ -2,29 +2,13 @@
 
 use glam::DVec2;
 
-use super::light::TubeLight;
-use super::{REPLICATES, cell_mean, centre, clear_transmittance, gauss, lambertian_coefficients};
+use super::coefficients::{clear_transmittance, lambertian_coefficients};
+use super::light::{PatchLight, TubeLight};
+use super::quadrature::{cell_mean, centre, gauss};
 use crate::analytic::radiosity::{Exitances, Interreflection, Mesh, Patch};
 use crate::analytic::{Balance, Installation, Tube};
 use crate::geometry::disc::disc_polygon_area;
 use crate::scene::{EstimateKind, Face, Grid};
-
-/// Direct illuminance averaged over the patches of the room, in lux.
-pub struct PatchLight {
-    /// Illuminances by randomisation, then by patch.
-    pub replicas: Vec<Vec<f64>>,
-    /// True if the randomisations differ by more than the profile of a diffuser.
-    pub varies: bool,
-    /// Share of the Lambertian zones' flux that the rule over the patches misses.
-    pub closure: f64,
-}
-
-impl PatchLight {
-    pub fn mean(&self) -> Vec<f64> {
-        let sum = |patch: usize| self.replicas.iter().map(|values| values[patch]).sum::<f64>();
-        (0..self.replicas[0].len()).map(|patch| sum(patch) / REPLICATES as f64).collect()
-    }
-}
 
 /// The interreflected light at one level.
 pub struct Indirect<'a> {

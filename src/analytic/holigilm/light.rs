@@ -7,10 +7,10 @@ use rayon::prelude::*;
 
 use super::aperture::{luminance_from, sun_nodes};
 use super::beam::{Beam, Source, follow, lambertian_cells, sky_sampler};
-use super::indirect::PatchLight;
+use super::coefficients::{lambertian_coefficients, reflectance};
+use super::levels::{FIRST_RAYS, REPLICATES};
 use super::profile::{Cells, Profile, RINGS, SECTORS};
-use super::reflectance;
-use super::{FIRST_RAYS, Holigilm, REPLICATES, gauss, lambertian_coefficients, patch_mean};
+use super::quadrature::{gauss, patch_mean};
 use crate::analytic::radiosity::Mesh;
 use crate::analytic::{Balance, Installation, Quantity, Tube, TubeSolution};
 use crate::guide::transmittance::{beam_transmission, sky_exitance};
@@ -65,6 +65,23 @@ pub struct Light {
     pub replicas: Vec<Vec<Replica>>,
     /// Mean over the randomisations, by tube.
     pub profiles: Vec<Option<Profile>>,
+}
+
+/// Direct illuminance averaged over the patches of the room, in lux.
+pub struct PatchLight {
+    /// Illuminances by randomisation, then by patch.
+    pub replicas: Vec<Vec<f64>>,
+    /// True if the randomisations differ by more than the profile of a diffuser.
+    pub varies: bool,
+    /// Share of the Lambertian zones' flux that the rule over the patches misses.
+    pub closure: f64,
+}
+
+impl PatchLight {
+    pub fn mean(&self) -> Vec<f64> {
+        let sum = |patch: usize| self.replicas.iter().map(|values| values[patch]).sum::<f64>();
+        (0..self.replicas[0].len()).map(|patch| sum(patch) / REPLICATES as f64).collect()
+    }
 }
 
 impl TubeLight {
@@ -133,15 +150,23 @@ fn sky_shape(tube: &Tube, sky: &Sky, cells: Cells, stream: Key, count: u64) -> V
 
 impl Light {
     /// Computes the light of all tubes at a level of accuracy on the current rayon pool; `None` when cancelled.
-    pub fn new(method: &Holigilm, level: u32, mesh: &Mesh, cancel: &AtomicBool) -> Option<Self> {
+    pub fn new(
+        room: &Installation,
+        lights: &[TubeLight],
+        seed: Key,
+        level: u32,
+        mesh: &Mesh,
+        cancel: &AtomicBool,
+    ) -> Option<Self> {
         let count = FIRST_RAYS << (2 * level);
-        let tubes = method.room.tubes.len();
+        let tubes = room.tubes.len();
         let replicas: Option<Vec<Replica>> = (0..tubes * REPLICATES as usize)
             .into_par_iter()
             .map(|index| {
                 let (tube, replicate) = (index / REPLICATES as usize, index as u64 % REPLICATES);
-                let stream = method.seed.child(tube as u64).child(replicate);
-                (!cancel.load(Ordering::Relaxed)).then(|| Replica::new(method, mesh, tube, stream, count))
+                let stream = seed.child(tube as u64).child(replicate);
+                (!cancel.load(Ordering::Relaxed))
+                    .then(|| Replica::new(room, mesh, &room.tubes[tube], &lights[tube], stream, count))
             })
             .collect();
         let mut rest = replicas?.into_iter();
@@ -186,12 +211,12 @@ impl Light {
     }
 
     /// Direct illuminance averaged over the patches.
-    pub fn on_patches(&self, method: &Holigilm, mesh: &Mesh) -> PatchLight {
+    pub fn on_patches(&self, tubes: &[Tube], mesh: &Mesh) -> PatchLight {
         let rule = gauss(3);
         let (mut missed, mut total) = (0.0, 0.0);
         // of each Lambertian zone, for 1 lm: from the mean profile
         let mut shapes: Vec<Option<Vec<f64>>> = Vec::new();
-        for (tube, profile) in method.room.tubes.iter().zip(&self.profiles) {
+        for (tube, profile) in tubes.iter().zip(&self.profiles) {
             let Some(profile) = profile.as_ref().filter(|profile| profile.flux() > 0.0) else {
                 shapes.push(None);
                 continue;
@@ -227,7 +252,7 @@ impl Light {
             lux
         };
         // flux through a straight tube onto a diffuser that scatters everything is the same in all
-        let varies = method.room.tubes.iter().any(|tube| {
+        let varies = tubes.iter().any(|tube| {
             !matches!(tube.guide, Guide::Straight(_)) || tube.diffuser.specular_zone(tube.radius).is_some()
         });
         let replicas = (0..REPLICATES as usize).map(replica).collect();
@@ -236,8 +261,7 @@ impl Light {
 }
 
 impl Replica {
-    fn new(method: &Holigilm, mesh: &Mesh, number: usize, stream: Key, count: u64) -> Self {
-        let (room, tube, light) = (&method.room, &method.room.tubes[number], &method.lights[number]);
+    fn new(room: &Installation, mesh: &Mesh, tube: &Tube, light: &TubeLight, stream: Key, count: u64) -> Self {
         let cells = lambertian_cells(tube);
         let mut flux = vec![0.0; if cells.is_some() { RINGS * SECTORS } else { 0 }];
         let mut replica = Self {

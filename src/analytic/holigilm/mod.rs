@@ -14,47 +14,31 @@
 
 pub mod aperture;
 pub mod beam;
+mod coefficients;
 mod indirect;
+mod levels;
 mod light;
 pub mod profile;
+mod quadrature;
 
-use std::num::NonZeroUsize;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use gauss_quad::GaussLegendre;
 use glam::DVec3;
 use rayon::prelude::*;
 
 use self::aperture::{Aperture, sun_nodes};
+use self::coefficients::clear_transmittance;
 use self::indirect::Indirect;
+use self::levels::{FIRST_SENSOR_RAYS, FIRST_SUN_NODES, FIRST_SUN_STEPS, LEVELS, MOST_RAYS, REPLICATES};
 use self::light::{Light, TubeLight};
 use self::profile::Profile;
-use super::radiosity::{Interreflection, Mesh, Patch};
+use self::quadrature::{cell_mean, centre, gauss};
+use super::radiosity::{Interreflection, Mesh};
 use super::{GridSolution, Installation, Solution, Solver, Tube};
-use crate::guide::{Guide, StraightGuide};
-use crate::optics::Diffuser;
+use crate::guide::Guide;
 use crate::sampling::Key;
 use crate::scene::{EstimateKind, Grid};
 use crate::statistics::Moments;
-
-/// Independent randomisations.
-const REPLICATES: u64 = 8;
-
-/// Rays per source, tube and randomisation at the first level; four times as many at each next one.
-const FIRST_RAYS: u64 = 1 << 13;
-
-/// Rays per point sensor and tube with a clear zone at the first level; four times as many at each next one.
-const FIRST_SENSOR_RAYS: u64 = 1 << 8;
-
-/// Nodes over the solar disc, and steps along the arc of each, at the first level; twice as many at each next one.
-const FIRST_SUN_NODES: usize = 16;
-const FIRST_SUN_STEPS: usize = 64;
-
-/// Levels at most: 2^21 rays per source, tube and randomisation.
-const LEVELS: u32 = 5;
-
-/// No level is begun that would take more rays than this.
-const MOST_RAYS: u64 = 2_000_000_000;
 
 /// Ratio of the errors that more rays do not reduce to those that they do, from which on no level follows.
 const FIXED_SHARE: f64 = 3.0;
@@ -100,8 +84,8 @@ impl Holigilm {
 
     fn at_level(&self, level: u32, room: Result<&Interreflection, &Mesh>, cancel: &AtomicBool) -> Option<Level> {
         let mesh = room.map_or_else(|mesh| mesh, Interreflection::mesh);
-        let light = Light::new(self, level, mesh, cancel)?;
-        let direct = light.on_patches(self, mesh);
+        let light = Light::new(&self.room, &self.lights, self.seed, level, mesh, cancel)?;
+        let direct = light.on_patches(&self.room.tubes, mesh);
         let indirect = room.ok().map(|room| Indirect::new(room, &direct));
         let mut balance = light.balance();
         indirect::book(&self.room, mesh, &direct.mean(), indirect.as_ref(), &mut balance);
@@ -217,11 +201,6 @@ fn relative_error(values: &[Value], part: fn(&Value) -> f64) -> f64 {
     (values.iter().map(square).sum::<f64>() / values.len() as f64).sqrt()
 }
 
-/// Position of a sensor, or of the centre of its cell.
-fn centre(grid: &Grid, sensor: usize) -> DVec3 {
-    DVec3::new(grid.x_m[sensor % grid.cells[0]], grid.y_m[sensor / grid.cells[0]], grid.height_m)
-}
-
 /// Light of a Lambertian zone at a point, or averaged over a cell by Gauss' rule; `fewer` points per edge than usual.
 fn lambertian(tube: &Tube, profile: &Profile, grid: &Grid, sensor: usize, fewer: usize) -> f64 {
     let centre = centre(grid, sensor);
@@ -234,63 +213,4 @@ fn lambertian(tube: &Tube, profile: &Profile, grid: &Grid, sensor: usize, fewer:
     let cells = grid.cell_size_m[0].max(grid.cell_size_m[1]) / depth;
     let points = (3 + (4.0 * cells) as usize).min(24) - fewer;
     cell_mean(grid, centre, &gauss(points), at)
-}
-
-/// Mean over the cell around `centre` by a product of two rules.
-fn cell_mean(grid: &Grid, centre: DVec3, rule: &[(f64, f64)], at: impl Fn(DVec3) -> f64) -> f64 {
-    let mut sum = 0.0;
-    for (x, weight_x) in rule {
-        for (y, weight_y) in rule {
-            let offset = DVec3::new(x * grid.cell_size_m[0], y * grid.cell_size_m[1], 0.0);
-            sum += weight_x * weight_y * at(centre + offset);
-        }
-    }
-    sum
-}
-
-/// Gauss-Legendre nodes in -0.5..0.5 and weights that add up to one.
-fn gauss(points: usize) -> Vec<(f64, f64)> {
-    let rule = GaussLegendre::new(NonZeroUsize::new(points).unwrap_or(NonZeroUsize::MIN));
-    rule.as_node_weight_pairs().iter().map(|(node, weight)| (0.5 * node, 0.5 * weight)).collect()
-}
-
-/// Mean over a patch of what `at` gives for a point and the patch's normal.
-fn patch_mean(patch: &Patch, rule: &[(f64, f64)], at: impl Fn(DVec3, DVec3) -> f64) -> f64 {
-    let (u, v) = ((patch.axis() + 1) % 3, (patch.axis() + 2) % 3);
-    let extent = patch.high - patch.low;
-    let mut sum = 0.0;
-    for (a, weight_a) in rule {
-        for (b, weight_b) in rule {
-            let mut point = patch.centre();
-            point[u] += a * extent[u];
-            point[v] += b * extent[v];
-            sum += weight_a * weight_b * at(point, patch.normal());
-        }
-    }
-    sum
-}
-
-/// Reflectance of a guide; mirrors whose reflectance depends on the angle are refused.
-fn reflectance(guide: &StraightGuide) -> f64 {
-    guide.reflectance.reflectance(|| 1.0)[0]
-}
-
-/// Transmittance of a diffuser's clear zone.
-fn clear_transmittance(diffuser: &Diffuser) -> f64 {
-    match *diffuser {
-        Diffuser::Clear { transmittance } => transmittance[0],
-        Diffuser::Mixed { clear_transmittance, .. } => clear_transmittance[0],
-        _ => 1.0,
-    }
-}
-
-/// Transmittance and reflectance of a diffuser's Lambertian zone.
-fn lambertian_coefficients(diffuser: &Diffuser) -> (f64, f64) {
-    match *diffuser {
-        Diffuser::Lambertian { transmittance, reflectance } => (transmittance[0], reflectance[0]),
-        Diffuser::Mixed { lambertian_transmittance, lambertian_reflectance, .. } => {
-            (lambertian_transmittance[0], lambertian_reflectance[0])
-        }
-        _ => (0.0, 0.0),
-    }
 }
