@@ -32,6 +32,10 @@ pub enum Parent {
     Paths,
     /// A tube, seen from a sensor.
     TubeFromBelow,
+    /// The seed of HOLIGILM, which has no passes.
+    HoligilmSeed,
+    /// A randomisation of one tube's light in HOLIGILM.
+    HoligilmReplica,
 }
 
 macro_rules! streams {
@@ -116,6 +120,17 @@ streams! {
     Sensor = 0, MANY, below [TwoStageGrid];
     /// Offsets within cells for the photons of a diffuser; the index is the tube's.
     CellOffsets = 1 << 36, MANY, below [TwoStageGrid];
+
+    /// The light that one tube lets in, numbered by randomisations below it; the index is the tube's.
+    TubeLight = 0, MANY, below [HoligilmSeed];
+    /// Sky light that sensors see through clear zones, numbered by grids, sensors, tubes and randomisations below it.
+    SkyThroughApertures = 1 << 32, 1, below [HoligilmSeed];
+    /// Sky light followed down through a tube.
+    SkyBeam = 0, 1, below [HoligilmReplica];
+    /// The shape of the sky light's profile on a Lambertian zone.
+    SkyProfile = 1, 1, below [HoligilmReplica];
+    /// Sunlight followed down through a tube.
+    SunBeam = 2, 1, below [HoligilmReplica];
 
     /// A randomisation of the Sobol sequence for a block of paths; the index is the block's.
     Replicate = 0, MANY, below [Paths, BidirectionalSensor];

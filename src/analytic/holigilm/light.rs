@@ -16,7 +16,7 @@ use crate::analytic::{Balance, Installation, Quantity, Tube, TubeSolution};
 use crate::guide::transmittance::{beam_transmission, sky_exitance};
 use crate::guide::{End, Guide, Transit};
 use crate::optics::Closure;
-use crate::sampling::{Key, PathRandom, Replicate, warp};
+use crate::sampling::{Key, PathRandom, Replicate, Stream, warp};
 use crate::sky::Sky;
 use crate::sky::sampler::SkySampler;
 use crate::statistics::Moments;
@@ -164,7 +164,7 @@ impl Light {
             .into_par_iter()
             .map(|index| {
                 let (tube, replicate) = (index / REPLICATES as usize, index as u64 % REPLICATES);
-                let stream = seed.child(tube as u64).child(replicate);
+                let stream = seed.stream(Stream::TubeLight, tube as u64).child(replicate);
                 (!cancel.load(Ordering::Relaxed))
                     .then(|| Replica::new(room, mesh, &room.tubes[tube], &lights[tube], stream, count))
             })
@@ -282,12 +282,13 @@ impl Replica {
                     through.at_diffuser
                 }
                 through => {
-                    let beam = follow(room, mesh, tube, Source::Sky(sky, sampler), stream.child(0), count);
+                    let beam =
+                        follow(room, mesh, tube, Source::Sky(sky, sampler), stream.stream(Stream::SkyBeam, 0), count);
                     replica.add(tube, beam, through, count)
                 }
             };
             if let Some(cells) = cells {
-                let shape = sky_shape(tube, sky, cells, stream.child(1), count);
+                let shape = sky_shape(tube, sky, cells, stream.stream(Stream::SkyProfile, 0), count);
                 replica.rays += count;
                 let sum: f64 = shape.iter().sum();
                 if sum > 0.0 {
@@ -296,7 +297,7 @@ impl Replica {
             }
         }
         if let Some(sun) = &room.sun {
-            let mut beam = follow(room, mesh, tube, Source::Sun(sun), stream.child(2), count);
+            let mut beam = follow(room, mesh, tube, Source::Sun(sun), stream.stream(Stream::SunBeam, 0), count);
             let on_cells = std::mem::take(&mut beam.cells);
             let arrived: f64 = on_cells.iter().sum();
             beam.cells = vec![arrived];

@@ -36,7 +36,7 @@ use self::quadrature::{cell_mean, centre, gauss};
 use super::radiosity::{Interreflection, Mesh};
 use super::{GridSolution, Installation, Solution, Solver, Tube};
 use crate::guide::Guide;
-use crate::sampling::Key;
+use crate::sampling::{Key, Stream};
 use crate::scene::{EstimateKind, Grid};
 use crate::statistics::Moments;
 
@@ -116,7 +116,7 @@ impl Holigilm {
     fn sensor(&self, level: u32, number: usize, sensor: usize, light: &Light, indirect: Option<&Indirect>) -> Value {
         let grid = &self.room.grids[number];
         let average = grid.estimate == EstimateKind::CellAverage;
-        let stream = self.seed.child(1 << 32).child(number as u64).child(sensor as u64);
+        let stream = self.seed.stream(Stream::SkyThroughApertures, 0).child(number as u64).child(sensor as u64);
         let mut replicas = vec![0.0; REPLICATES as usize];
         let mut value = Value::default();
         for (index, tube) in self.room.tubes.iter().enumerate() {
