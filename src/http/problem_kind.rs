@@ -1,13 +1,6 @@
-//! The kinds of problems: a code, a status and words for each, and a page that explains it.
+//! The kinds of problems: a code, a status and words for each.
 
-use axum::Json;
-use axum::http::{HeaderMap, StatusCode, header};
-use axum::response::{Html, IntoResponse, Response};
-use serde::Serialize;
-use utoipa::ToSchema;
-
-use crate::http::formats::{self, Format};
-use crate::http::problem::{Path, Problem};
+use axum::http::StatusCode;
 
 /// One row for each kind: variant, name, status, title, what it means and what to do, and an example of `detail`.
 macro_rules! kinds {
@@ -34,11 +27,13 @@ macro_rules! kinds {
                 match self { $(Self::$kind => $title),* }
             }
 
-            fn meaning(self) -> &'static str {
+            /// What it means, and what to do.
+            pub fn meaning(self) -> &'static str {
                 match self { $(Self::$kind => $meaning),* }
             }
 
-            fn example(self) -> &'static str {
+            /// An example of `detail`.
+            pub fn example(self) -> &'static str {
                 match self { $(Self::$kind => $example),* }
             }
         }
@@ -117,56 +112,5 @@ impl ProblemKind {
     /// The last part of the code.
     pub fn name(self) -> &'static str {
         self.code().trim_start_matches("/problems/")
-    }
-}
-
-/// Explanation of a kind of problem.
-#[derive(Serialize, ToSchema)]
-pub struct ProblemPage {
-    #[serde(rename = "type")]
-    #[schema(format = "uri-reference", example = "/problems/invalid-document")]
-    pub code: &'static str,
-    pub title: &'static str,
-    /// The usual status of an answer with this problem.
-    pub status: u16,
-    /// Meaning of the kind, and what to do.
-    pub meaning: &'static str,
-    /// A `detail` as it may read.
-    pub example: &'static str,
-}
-
-/// Explains a kind of problem: the page that `type` of a problem document leads to.
-#[utoipa::path(get, path = "/problems/{name}", operation_id = "get_problem", tag = "operation",
-    params(("name" = String, Path, description = "The last part of a problem's `type`", example = "invalid-document")),
-    responses(
-        (status = 200, description = "The explanation", content((String = "text/html"), (ProblemPage = "application/json"))),
-        (status = 404, description = "No such kind of problem", body = Problem, content_type = "application/problem+json")))]
-pub async fn problem_page(Path(name): Path<String>, headers: HeaderMap) -> Result<Response, Problem> {
-    let kind = ProblemKind::ALL.iter().find(|kind| kind.name() == name);
-    let kind = kind.ok_or_else(|| Problem::not_found("there is no such kind of problem"))?;
-    let page = ProblemPage {
-        code: kind.code(),
-        title: kind.title(),
-        status: kind.status().as_u16(),
-        meaning: kind.meaning(),
-        example: kind.example(),
-    };
-    let answer = match formats::accepted(&headers, &[Format::Html, Format::Json]) {
-        Format::Json => Json(page).into_response(),
-        _ => Html(page.html()).into_response(),
-    };
-    Ok(([(header::VARY, "accept")], answer).into_response())
-}
-
-impl ProblemPage {
-    fn html(&self) -> String {
-        let Self { code, title, status, meaning, example } = self;
-        let [meaning, example] = [meaning, example].map(|text| text.replace('&', "&amp;").replace('<', "&lt;"));
-        format!(
-            "<!doctype html>\n<html lang=\"en\">\n<meta charset=\"utf-8\">\n<title>{title}</title>\n<h1>{title}</h1>\n\
-             <p>{meaning}</p>\n<p>Status {status}, <code>\"type\": \"{code}\"</code>. For example:</p>\n\
-             <pre>{{\n  \"type\": \"{code}\",\n  \"title\": \"{title}\",\n  \"status\": {status},\n  \"detail\": \"{example}\"\n}}</pre>\n\
-             <p><a href=\"/docs/\">The interface of this service</a></p>\n</html>\n"
-        )
     }
 }

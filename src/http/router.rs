@@ -25,7 +25,7 @@ use utoipa_axum::routes;
 use crate::http::access::check_access;
 use crate::http::problem::as_problem_documents;
 use crate::http::server::answer_health_only_beyond;
-use crate::http::{Limits, Service, events, health, jobs, meshes, openapi, problem_kind, results, skies, tubes};
+use crate::http::{Limits, Service, events, health, jobs, meshes, openapi, problem_page, results, skies, tubes};
 
 const REQUEST_ID: HeaderName = HeaderName::from_static("x-request-id");
 
@@ -57,7 +57,7 @@ fn api_with_limits(document_bytes: usize, mesh_bytes: usize) -> OpenApiRouter<Ar
         .routes(routes!(results::convergence_json))
         .routes(routes!(results::convergence_csv))
         .routes(routes!(results::convergence_svg))
-        .routes(routes!(problem_kind::problem_page))
+        .routes(routes!(problem_page::problem_page))
         .routes(routes!(health::livez))
         .routes(routes!(health::readyz))
         .routes(routes!(health::metrics))

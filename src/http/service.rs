@@ -1,0 +1,36 @@
+//! The service that all handlers share.
+
+use std::sync::Arc;
+
+use axum::extract::State;
+use metrics_exporter_prometheus::PrometheusHandle;
+use tokio_util::sync::CancellationToken;
+
+use crate::http::access::Access;
+use crate::http::health::Readiness;
+use crate::http::limits::{Limits, Permits};
+use crate::http::watched::WatchedJobs;
+use crate::job::artifacts::Artifacts;
+use crate::job::live::LiveJobs;
+use crate::job::meshes::Meshes;
+use crate::job::store::Store;
+
+/// State that every handler may need.
+pub struct Service {
+    pub store: Arc<dyn Store>,
+    pub artifacts: Artifacts,
+    pub meshes: Meshes,
+    pub live: Arc<LiveJobs>,
+    pub limits: Limits,
+    pub access: Access,
+    pub metrics: PrometheusHandle,
+    /// Ends event streams and makes the service not ready.
+    pub shutdown: CancellationToken,
+    pub permits: Permits,
+    pub watched: WatchedJobs,
+    /// The last look at whether the service can write.
+    pub readiness: Readiness,
+}
+
+/// The service, as a handler is given it.
+pub type App = State<Arc<Service>>;
