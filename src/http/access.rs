@@ -13,7 +13,6 @@ use axum::http::{HeaderMap, Method, Uri, Version, header};
 use axum::middleware::Next;
 use axum::response::{IntoResponse, Response};
 
-use crate::http::Service;
 use crate::http::problem::Problem;
 use crate::http::problem_kind::ProblemKind;
 
@@ -57,9 +56,9 @@ fn is_allowed(allowed: &str, name: &str, port: Option<u16>) -> bool {
 }
 
 /// Refuses requests for other hosts, and from pages elsewhere that would change something.
-pub async fn check_access(State(service): State<Arc<Service>>, request: Request, next: Next) -> Response {
-    let checked = check_host(&service.access, request.version(), request.uri(), request.headers())
-        .and_then(|host| check_site(&service.access, request.method(), request.headers(), host.as_ref()));
+pub async fn check_access(State(access): State<Arc<Access>>, request: Request, next: Next) -> Response {
+    let checked = check_host(&access, request.version(), request.uri(), request.headers())
+        .and_then(|host| check_site(&access, request.method(), request.headers(), host.as_ref()));
     match checked {
         Ok(()) => next.run(request).await,
         Err(problem) => problem.into_response(),

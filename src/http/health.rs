@@ -1,14 +1,11 @@
 //! Whether the service lives, whether it is ready, and its numbers.
 
-use std::time::{Duration, Instant};
-
 use axum::http::{StatusCode, header};
 use axum::response::IntoResponse;
 use metrics::gauge;
-use tokio::sync::Mutex;
 
+use crate::http::App;
 use crate::http::problem::Problem;
-use crate::http::{App, Service};
 use crate::job::store::JobStatus;
 
 /// The process lives; asks nothing else.
@@ -16,53 +13,6 @@ use crate::job::store::JobStatus;
     responses((status = 200, description = "It lives", body = String, content_type = "text/plain")))]
 pub async fn livez() -> &'static str {
     "ok\n"
-}
-
-/// Time for which a look at whether the service can write is good.
-const LOOK_AGAIN: Duration = Duration::from_secs(5);
-/// Time for which a look is good that found that the service cannot write.
-const LOOK_AGAIN_AFTER_TROUBLE: Duration = Duration::from_secs(1);
-
-/// The last look at whether the service can write; whoever asks at the same time shares it.
-#[derive(Default)]
-pub struct Readiness {
-    last: Mutex<Option<(Instant, Result<(), String>)>>,
-}
-
-impl Readiness {
-    async fn look(&self, app: &Service) -> Result<(), String> {
-        let mut last = self.last.lock().await;
-        if let Some((when, found)) = last.as_ref() {
-            let good_for = if found.is_ok() { LOOK_AGAIN } else { LOOK_AGAIN_AFTER_TROUBLE };
-            if when.elapsed() < good_for {
-                return found.clone();
-            }
-        }
-        let found = try_to_write(app).await;
-        *last = Some((Instant::now(), found.clone()));
-        found
-    }
-}
-
-/// Writes to both stores; the reason why that does not work, without the machine's paths.
-async fn try_to_write(app: &Service) -> Result<(), String> {
-    let (free, least) = (app.artifacts.free_bytes(), app.limits.free_bytes);
-    match free {
-        Ok(free) if free < least => {
-            tracing::error!(free, least, "not ready: the disk is nearly full");
-            return Err(format!("the disk is nearly full: {} MB are free, {} MB are needed", free >> 20, least >> 20));
-        }
-        Ok(_) => {}
-        Err(error) => tracing::warn!(%error, "the free space of the disk is not known"),
-    }
-    app.store.ready().await.map_err(|error| {
-        tracing::error!(%error, "not ready");
-        "the database cannot be written to".to_owned()
-    })?;
-    app.artifacts.ready().await.map_err(|error| {
-        tracing::error!(%error, "not ready");
-        "artifacts cannot be written".to_owned()
-    })
 }
 
 /// The service can take jobs: it can write to its stores, there is space on the disk, and it is not shutting down.
@@ -76,7 +26,8 @@ pub async fn readyz(app: App) -> Result<&'static str, Problem> {
     if app.shutdown.is_cancelled() {
         return Err(Problem::unavailable("the service is shutting down"));
     }
-    app.readiness.look(&app).await.map_err(Problem::unavailable)?;
+    let looked = app.readiness.look(app.store.as_ref(), &app.artifacts, app.limits.free_bytes);
+    looked.await.map_err(Problem::unavailable)?;
     Ok("ready\n")
 }
 

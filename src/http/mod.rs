@@ -3,6 +3,8 @@
 pub mod access;
 pub mod content;
 pub mod cors;
+pub mod description;
+pub mod docs;
 pub mod event_schemas;
 pub mod events;
 pub mod formats;
@@ -16,6 +18,7 @@ pub mod problem;
 pub mod problem_kind;
 pub mod problem_page;
 mod reader;
+pub mod readiness;
 pub mod results;
 pub mod router;
 pub mod server;
@@ -26,6 +29,7 @@ pub mod watched;
 
 pub use access::Access;
 pub use limits::{Limits, Permits};
+pub use readiness::Readiness;
 pub use router::router;
 pub use service::{App, Service};
 pub use watched::WatchedJobs;

@@ -3,12 +3,12 @@
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use axum::Router;
 use axum::extract::{DefaultBodyLimit, MatchedPath, Request};
 use axum::http::{HeaderName, HeaderValue, Method, StatusCode, header};
 use axum::middleware::{self, Next};
 use axum::response::Response;
 use axum::routing::get;
+use axum::{Extension, Router};
 use metrics::{counter, histogram};
 use tower::ServiceBuilder;
 use tower_http::catch_panic::CatchPanicLayer;
@@ -23,9 +23,10 @@ use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
 
 use crate::http::access::check_access;
+use crate::http::description::{Description, completed};
 use crate::http::problem::as_problem_documents;
 use crate::http::server::answer_health_only_beyond;
-use crate::http::{Limits, Service, events, health, jobs, meshes, openapi, problem_page, results, skies, tubes};
+use crate::http::{Limits, Service, docs, events, health, jobs, meshes, problem_page, results, skies, tubes};
 
 const REQUEST_ID: HeaderName = HeaderName::from_static("x-request-id");
 
@@ -44,7 +45,7 @@ fn api_with_limits(document_bytes: usize, mesh_bytes: usize) -> OpenApiRouter<Ar
         .routes(routes!(meshes::get, meshes::delete))
         .routes(routes!(skies::skies))
         .routes(routes!(tubes::transmission))
-        .routes(routes!(openapi::openapi_yaml))
+        .routes(routes!(docs::openapi_yaml))
         .layer(CompressionLayer::new());
     let uploads = OpenApiRouter::new().routes(routes!(meshes::create)).layer(RequestBodyLimitLayer::new(mesh_bytes));
     let others = OpenApiRouter::new()
@@ -62,13 +63,14 @@ fn api_with_limits(document_bytes: usize, mesh_bytes: usize) -> OpenApiRouter<Ar
         .routes(routes!(health::readyz))
         .routes(routes!(health::metrics))
         .layer(RequestBodyLimitLayer::new(document_bytes));
-    OpenApiRouter::with_openapi(openapi::Description::openapi()).merge(others).merge(uploads)
+    OpenApiRouter::with_openapi(Description::openapi()).merge(others).merge(uploads)
 }
 
 /// The whole service.
 pub fn router(service: Arc<Service>) -> Router {
     let Limits { document_bytes, mesh_bytes, request_seconds, .. } = service.limits;
-    let (api, _) = api_with_limits(document_bytes, mesh_bytes).split_for_parts();
+    let (api, description) = api_with_limits(document_bytes, mesh_bytes).split_for_parts();
+    let access = Arc::new(service.access.clone());
     let always = |name: HeaderName, value: &'static str| {
         SetResponseHeaderLayer::if_not_present(name, HeaderValue::from_static(value))
     };
@@ -84,14 +86,16 @@ pub fn router(service: Arc<Service>) -> Router {
         .layer(always(header::CACHE_CONTROL, "no-cache"))
         .layer(middleware::from_fn(as_problem_documents))
         .layer(CatchPanicLayer::new())
-        .layer(middleware::from_fn_with_state(service.clone(), check_access))
+        .layer(middleware::from_fn_with_state(access, check_access))
         .layer(middleware::from_fn(answer_health_only_beyond))
         // of event streams this is the time until they begin
         .layer(TimeoutLayer::with_status_code(StatusCode::REQUEST_TIMEOUT, Duration::from_secs(request_seconds)));
     let routes = api
-        .route("/docs", get(openapi::docs))
-        .route("/docs/", get(openapi::docs_index))
-        .route("/docs/{*file}", get(openapi::docs_file))
+        .route("/docs", get(docs::docs))
+        .route("/docs/", get(docs::docs_index))
+        .route("/docs/{*file}", get(docs::docs_file))
+        // for the handler of the description, which cannot ask the router that it is a part of
+        .layer(Extension(Arc::new(completed(description))))
         // bodies have limits of their own, above
         .layer(DefaultBodyLimit::disable())
         .layer(middleware::from_fn(measure))

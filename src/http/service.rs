@@ -7,8 +7,8 @@ use metrics_exporter_prometheus::PrometheusHandle;
 use tokio_util::sync::CancellationToken;
 
 use crate::http::access::Access;
-use crate::http::health::Readiness;
 use crate::http::limits::{Limits, Permits};
+use crate::http::readiness::Readiness;
 use crate::http::watched::WatchedJobs;
 use crate::job::artifacts::Artifacts;
 use crate::job::live::LiveJobs;

@@ -11,9 +11,6 @@ use std::path::Path;
 
 use crate::architecture::{code_only, source_files};
 
-/// Rooms whose files still import in circles. A room that is mended leaves this list.
-const NOT_YET: &[&str] = &["http"];
-
 /// Rooms where no file takes anything from a `mod.rs` above it.
 const NO_CLIMBING: &[&str] = &["integrator", "traceable"];
 
@@ -243,11 +240,7 @@ fn files_of_a_room_import_in_no_circle() {
     let imports: usize = house.keys().map(|module| made_use_of(&house, module).len()).sum();
     assert!(imports > 300, "imports were not read: {imports}");
     let (circles, climbs) = circles_and_climbs(&house);
-    let found: Vec<_> = circles.iter().filter(|(room, _)| !NOT_YET.contains(&room.as_str())).collect();
-    assert!(found.is_empty(), "these files import in circles: {found:#?}");
-    for room in NOT_YET {
-        assert!(circles.contains_key(*room), "{room} has no circle any more: take it off the list");
-    }
+    assert!(circles.is_empty(), "these files import in circles: {circles:#?}");
     let climbs: Vec<_> = climbs
         .into_iter()
         .filter(|climb| NO_CLIMBING.iter().any(|room| climb.starts_with(&format!("{room}/"))))

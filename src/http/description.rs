@@ -1,0 +1,158 @@
+//! What the interface's description says beside the handlers, and how it is written.
+
+use std::collections::BTreeMap;
+
+use serde_json::Value;
+use utoipa::openapi::example::{Example, ExampleBuilder};
+use utoipa::openapi::header::{Header, HeaderBuilder};
+use utoipa::openapi::link::LinkBuilder;
+use utoipa::openapi::path::{Operation, Parameter};
+use utoipa::openapi::response::{Response as OpenApiResponse, ResponseBuilder};
+use utoipa::openapi::schema::{Schema, SchemaType, Type};
+use utoipa::openapi::{Content, ObjectBuilder, Ref, RefOr};
+use utoipa::{IntoResponses, OpenApi};
+
+use crate::document::{EffectSwitch, MethodKind, RadiusKind, schema};
+use crate::http::event_schemas::{
+    CancelledEvent, FailedEvent, ImageEvent, PassEvent, PlannedEvent, QueuedEvent, RestartedEvent, StartedEvent,
+    SucceededEvent,
+};
+use crate::http::problem::Problem;
+
+#[derive(OpenApi)]
+#[openapi(
+    info(
+        title = "skyduct",
+        description = "Daylight through tubular daylight devices: job documents go in, illuminance grids with standard errors \
+                       and luminance pictures come out.",
+        license(name = "MIT OR Apache-2.0", identifier = "MIT OR Apache-2.0")
+    ),
+    servers((url = "/", description = "This service")),
+    // named by hand-written schemas only, where the derived ones do not see them
+    components(schemas(
+        MethodKind, RadiusKind, EffectSwitch, QueuedEvent, PlannedEvent, StartedEvent, PassEvent, ImageEvent, RestartedEvent, SucceededEvent,
+        FailedEvent, CancelledEvent
+    )),
+    tags(
+        (name = "jobs", description = "Job documents and what becomes of them"),
+        (name = "results", description = "Grids, pictures and convergence; of a running job, what there is so far"),
+        (name = "meshes", description = "Uploaded OBJ files"),
+        (name = "skies", description = "The sky types of CIE S 011"),
+        (name = "tubes", description = "Closed forms of straight tubes"),
+        (name = "operation", description = "Health, numbers, this description"),
+    )
+)]
+pub struct Description;
+
+/// A description that is made from the handlers, with what they do not say.
+pub fn completed(mut description: utoipa::openapi::OpenApi) -> utoipa::openapi::OpenApi {
+    schema::complete(&mut description.components.get_or_insert_default().schemas);
+    for path in description.paths.paths.values_mut() {
+        [&mut path.get, &mut path.post, &mut path.delete].into_iter().flatten().for_each(complete);
+    }
+    description
+}
+
+/// A description as YAML.
+pub fn to_yaml(description: &utoipa::openapi::OpenApi) -> Result<String, Problem> {
+    let yaml = description.to_yaml().map_err(|error| {
+        tracing::error!(%error, "the description cannot be written");
+        Problem::internal()
+    })?;
+    Ok(yaml.lines().map(|line| quoted(line) + "\n").collect())
+}
+
+/// Adds what all operations have alike.
+fn complete(operation: &mut Operation) {
+    let responses = &mut operation.responses.responses;
+    for (status, response) in CommonProblems::responses() {
+        responses.entry(status).or_insert(response);
+    }
+    if let Some(RefOr::T(unavailable)) = responses.get_mut("503") {
+        unavailable.headers.entry("Retry-After".to_owned()).or_insert_with(retry_after);
+    }
+    let id_of = operation.operation_id.as_deref().and_then(|id| LINKS.iter().find(|(from, ..)| *from == id));
+    if let Some((_, status, linked)) = id_of
+        && let Some(RefOr::T(made)) = responses.get_mut(*status)
+    {
+        let link = |to: &&str| {
+            let link = LinkBuilder::new().operation_id(*to).parameter("id", "$response.body#/id").build();
+            ((*to).to_owned(), link.into())
+        };
+        made.links = linked.iter().map(link).collect();
+    }
+    for parameter in operation.parameters.iter_mut().flatten() {
+        // a parameter is there or not: none is null
+        if let RefOr::T(Parameter { schema: Some(RefOr::T(Schema::Object(schema))), .. }) = parameter
+            && let SchemaType::Array(types) = &schema.schema_type
+            && let Some(only) = types.iter().find(|kind| **kind != Type::Null)
+        {
+            schema.schema_type = only.clone().into();
+        }
+    }
+    if let Some(RefOr::T(body)) = &mut operation.request_body
+        && let Some(RefOr::T(document)) = body.content.get_mut("application/json")
+    {
+        let examples = EXAMPLES.iter().filter_map(|(name, text)| Some(((*name).to_owned(), example(text)?)));
+        document.examples = examples.collect();
+    }
+}
+
+/// Operations whose answer has an id: the operation, the status of the answer, and where the id leads.
+const LINKS: [(&str, &str, &[&str]); 2] = [
+    ("create_job", "202", &["get_job", "cancel_job", "delete_job", "get_convergence", "get_convergence_csv"]),
+    ("create_mesh", "201", &["get_mesh", "delete_mesh"]),
+];
+
+/// Problems that any request may be answered with.
+struct CommonProblems;
+
+impl IntoResponses for CommonProblems {
+    fn responses() -> BTreeMap<String, RefOr<OpenApiResponse>> {
+        let problem = |description: &str| {
+            let body = Content::new(Some(Ref::from_schema_name("Problem")));
+            ResponseBuilder::new().description(description).content("application/problem+json", body)
+        };
+        BTreeMap::from([
+            ("408".to_owned(), problem("The request did not arrive, or was not answered, in time").into()),
+            ("500".to_owned(), problem("A fault of the service").into()),
+            ("503".to_owned(), problem("The service is shutting down, busy, or cannot reach its stores").into()),
+        ])
+    }
+}
+
+fn retry_after() -> RefOr<Header> {
+    let seconds = ObjectBuilder::new().schema_type(Type::Integer).minimum(Some(0));
+    HeaderBuilder::new().schema(Some(seconds)).description(Some("Seconds to wait before the next try")).build().into()
+}
+
+/// Documents that run as they are: those of `examples` without meshes.
+const EXAMPLES: [(&str, &str); 8] = [
+    ("bent_tube", include_str!("../../examples/bent_tube.json")),
+    ("cornell_box", include_str!("../../examples/cornell_box.json")),
+    ("dome_tube", include_str!("../../examples/dome_tube.json")),
+    ("glossy_room", include_str!("../../examples/glossy_room.json")),
+    ("holigilm_thesis", include_str!("../../examples/holigilm_thesis.json")),
+    ("jenkins", include_str!("../../examples/jenkins.json")),
+    ("thesis_room", include_str!("../../examples/thesis_room.json")),
+    ("two_tubes", include_str!("../../examples/two_tubes.json")),
+];
+
+fn example(text: &str) -> Option<RefOr<Example>> {
+    let document: Value = serde_json::from_str(text).ok()?;
+    let name = document["name"].as_str().unwrap_or_default().to_owned();
+    Some(ExampleBuilder::new().summary(name).value(Some(document)).build().into())
+}
+
+/// A line of YAML with the names quoted that are truth values to readers of YAML 1.1, as many still are.
+fn quoted(line: &str) -> String {
+    let text = line.trim_start();
+    let indent = &line[..line.len() - text.len()];
+    match text.strip_prefix("- ").map_or(("", text), |item| ("- ", item)) {
+        (dash, word @ ("on" | "off" | "yes" | "no" | "y" | "n")) => format!("{indent}{dash}'{word}'"),
+        (dash, word @ ("on:" | "off:" | "yes:" | "no:" | "y:" | "n:")) => {
+            format!("{indent}{dash}'{}':", word.trim_end_matches(':'))
+        }
+        _ => line.to_owned(),
+    }
+}
