@@ -60,7 +60,8 @@ pub(super) async fn claim(
         ") UPDATE chunks SET state = 'leased', attempt = attempt + 1, progressed = 0, owner = $1, lease_until = ",
         now_ms!(),
         " + $2 FROM pick WHERE chunks.job_id = pick.job_id AND chunks.idx = pick.idx \
-         RETURNING chunks.job_id, chunks.idx, chunks.attempt, chunks.failures"
+         RETURNING chunks.job_id, chunks.idx, chunks.attempt, chunks.failures, EXISTS (SELECT 1 FROM chunks o \
+         WHERE o.state <> 'done' AND (o.job_id <> chunks.job_id OR o.idx <> chunks.idx))"
     ))
     .bind(owner)
     .bind(milliseconds(lease))
@@ -77,6 +78,7 @@ pub(super) async fn claim(
         owner: owner.to_owned(),
         attempt: row.try_get(2).map_err(store_error)?,
         failures: row.try_get::<i64, _>(3).map_err(store_error)?.unsigned_abs(),
+        others_wait: row.try_get::<i64, _>(4).map_err(store_error)? != 0,
     };
     let job = lease.job.to_string();
     let next: Option<i64> = sqlx::query_scalar(concat!(

@@ -136,7 +136,7 @@ impl Feed {
             if self.missed {
                 let events = self.app.store.events(self.id, self.last, EVENTS_AT_ONCE).await?;
                 counter!("skyduct_event_reads_total", "by" => "stream").increment(1);
-                self.missed = !events.is_empty();
+                self.missed = events.len() >= EVENTS_AT_ONCE as usize;
                 self.read = events.iter().map(|event| SentEvent::new(self.id, event)).collect();
                 continue;
             }

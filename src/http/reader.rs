@@ -88,9 +88,7 @@ impl Reader<'_> {
         loop {
             let events = self.service.store.events(self.job, self.last, EVENTS_AT_ONCE).await?;
             counter!("skyduct_event_reads_total", "by" => "reader").increment(1);
-            if events.is_empty() {
-                return Ok(false);
-            }
+            let may_be_more = events.len() >= EVENTS_AT_ONCE as usize;
             for event in events {
                 let event = SentEvent::new(self.job, &event);
                 let (seq, is_final) = (event.seq, event.is_final);
@@ -99,6 +97,9 @@ impl Reader<'_> {
                 if is_final {
                     return Ok(true);
                 }
+            }
+            if !may_be_more {
+                return Ok(false);
             }
         }
     }

@@ -238,6 +238,8 @@ pub struct Lease {
     pub attempt: i64,
     /// Number of times that this chunk has failed before.
     pub failures: u64,
+    /// True if there were other chunks to be done when this one was claimed.
+    pub others_wait: bool,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -67,6 +67,14 @@ pub struct Worker {
     shown: Option<Uuid>,
 }
 
+/// What work on a chunk has come to.
+#[derive(Clone, Copy, PartialEq)]
+enum Worked {
+    FinishedJob,
+    /// The job goes on, or its chunk was given back.
+    MoreToDo,
+}
+
 impl Worker {
     /// A worker with `RAYON_NUM_THREADS` threads, or as many as there are processors.
     pub fn new(
@@ -87,20 +95,19 @@ impl Worker {
     /// Until shut down.
     pub async fn run(mut self) {
         tracing::info!(owner = self.owner, threads = self.pool.threads(), "worker started");
-        let mut changes = self.store.changes();
         while !self.shutdown.is_cancelled() {
+            // listened to before the claim: what comes after it is heard of
+            let mut changes = self.store.changes();
             match self.store.claim(&self.owner, LEASE, self.next_turn()).await {
                 Ok(Some(lease)) => {
                     if self.next_turn().stay_with != Some(lease.job) {
                         self.turn = Some((lease.job, Instant::now()));
                     }
-                    self.work(&lease).await;
+                    if self.work(&lease).await == Worked::FinishedJob && !lease.others_wait {
+                        self.idle(&mut changes).await;
+                    }
                 }
-                Ok(None) => {
-                    self.show(None);
-                    self.kept.clear();
-                    self.idle(&mut changes).await;
-                }
+                Ok(None) => self.idle(&mut changes).await,
                 Err(error) => {
                     tracing::warn!(%error, "claim failed");
                     self.pause(RETRY_PAUSE).await;
@@ -125,7 +132,9 @@ impl Worker {
         self.shown = job;
     }
 
-    async fn idle(&self, changes: &mut broadcast::Receiver<Change>) {
+    async fn idle(&mut self, changes: &mut broadcast::Receiver<Change>) {
+        self.show(None);
+        self.kept.clear();
         let age = self.started.elapsed();
         let steady = STEADY_AFTER.iter().find_map(|after| after.checked_sub(age));
         let poll = sleep(steady.unwrap_or(IDLE_POLL));
@@ -155,8 +164,11 @@ impl Worker {
     }
 
     #[tracing::instrument(skip_all, fields(job = %lease.job, chunk = lease.chunk, attempt = lease.attempt))]
-    async fn work(&mut self, lease: &Lease) {
-        let Err(interrupted) = self.render_and_commit(lease).await else { return };
+    async fn work(&mut self, lease: &Lease) -> Worked {
+        let interrupted = match self.render_and_commit(lease).await {
+            Ok(worked) => return worked,
+            Err(interrupted) => interrupted,
+        };
         self.show(None);
         let after = match interrupted {
             Interrupted::LeaseLost => {
@@ -183,6 +195,7 @@ impl Worker {
             tracing::error!(%error, "giving the chunk back failed");
             self.pause(RETRY_PAUSE).await;
         }
+        Worked::MoreToDo
     }
 
     async fn give_back_and_pause(
@@ -228,7 +241,7 @@ impl Worker {
         Ok(())
     }
 
-    async fn render_and_commit(&mut self, lease: &Lease) -> Result<(), Interrupted> {
+    async fn render_and_commit(&mut self, lease: &Lease) -> Result<Worked, Interrupted> {
         // listened to before the look: a cancel is seen by one or the other
         let changes = self.store.changes();
         let job = lease.job;
@@ -256,10 +269,10 @@ impl Worker {
         self.commits.commit(lease, &current, ended, reports).await?;
         if finished {
             self.show(None);
-        } else {
-            self.kept.keep(current);
+            return Ok(Worked::FinishedJob);
         }
-        Ok(())
+        self.kept.keep(current);
+        Ok(Worked::MoreToDo)
     }
 
     /// The job of a lease with everything that was computed before, and whether it was asked to stop.
