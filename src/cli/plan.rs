@@ -59,7 +59,7 @@ fn describe(plan: &PlanResult, warnings: &[Warning]) -> String {
         }
     }
     for warning in warnings {
-        let _ = writeln!(text, "warning: {}: {}", warning.code, warning.detail);
+        let _ = writeln!(text, "warning: {}: {}", warning.code.code(), warning.detail);
     }
     text
 }

@@ -36,7 +36,7 @@ pub fn run(args: RenderArgs) -> anyhow::Result<()> {
     let prepared = prepare(&document, &MeshFiles::beside(&args.job))?;
     prepared.check_memory(default_limit_bytes())?;
     for warning in &prepared.warnings {
-        eprintln!("warning: {}: {}", warning.code, warning.detail);
+        eprintln!("warning: {}: {}", warning.code.code(), warning.detail);
     }
     std::fs::create_dir_all(&args.out).with_context(|| format!("{} cannot be made", args.out.display()))?;
 

@@ -5,6 +5,7 @@ use std::ops::RangeInclusive;
 
 use super::hints;
 use super::limits::Range;
+use crate::integrator::method::CaveatCode;
 
 /// One thing wrong with a document.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, utoipa::ToSchema, thiserror::Error)]
@@ -24,9 +25,47 @@ pub struct DocumentErrors(pub Vec<FieldError>);
 /// A note to the user: the result is valid, but not what a reader may expect.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize, utoipa::ToSchema)]
 pub struct Warning {
-    /// Code of the warning, e.g. `sun_below_horizon`.
-    pub code: String,
+    pub code: WarningCode,
+    /// Sentence for people, with the numbers of the case.
     pub detail: String,
+}
+
+/// Kind of a warning; its code never changes, the words of its detail may.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize, utoipa::ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum WarningCode {
+    /// The sun is below the horizon: neither sky nor sun give light.
+    SunBelowHorizon,
+    /// An illuminance of sky or sun is outside of what nature gives.
+    ImplausibleIlluminance,
+    /// A place is given, but nothing needs it: there is no sky.
+    PlaceWithoutSky,
+    /// The method finds light by way of mirrors by chance only: expect noise.
+    MirrorsByChance,
+    /// The formula of Jenkins, Muneer and Kubie returns more flux than it is given.
+    JenkinsFluxExcess,
+}
+
+impl WarningCode {
+    /// The code as it stands in answers.
+    pub fn code(self) -> &'static str {
+        match self {
+            Self::SunBelowHorizon => "sun_below_horizon",
+            Self::ImplausibleIlluminance => "implausible_illuminance",
+            Self::PlaceWithoutSky => "place_without_sky",
+            Self::MirrorsByChance => "mirrors_by_chance",
+            Self::JenkinsFluxExcess => "jenkins_flux_excess",
+        }
+    }
+}
+
+impl From<CaveatCode> for WarningCode {
+    fn from(code: CaveatCode) -> Self {
+        match code {
+            CaveatCode::MirrorsByChance => Self::MirrorsByChance,
+            CaveatCode::FluxExcess => Self::JenkinsFluxExcess,
+        }
+    }
 }
 
 /// Collects everything that is wrong with a document.

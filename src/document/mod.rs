@@ -28,7 +28,7 @@ pub mod tube;
 mod unit;
 
 pub use effects::EffectSwitch;
-pub use errors::{DocumentErrors, FieldError, Warning};
+pub use errors::{DocumentErrors, FieldError, Warning, WarningCode};
 pub use job::{JobDocument, ValidJob};
 pub use mesh_source::MeshSource;
 pub use method::{MethodDocument, MethodKind, RadiusKind};

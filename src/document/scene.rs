@@ -1,7 +1,7 @@
 //! From a document to a scene, with notes to its reader and what explains its results.
 
 use super::effects::EffectSwitch;
-use super::errors::{Checks, DocumentErrors, Warning};
+use super::errors::{Checks, DocumentErrors, Warning, WarningCode};
 use super::job::{JobDocument, ValidJob};
 use super::mesh_source::MeshSource;
 use super::optics::Coefficient;
@@ -63,7 +63,7 @@ fn explained_daylight(document: &JobDocument, checks: &mut Checks, warnings: &mu
         None => {
             if around.location.is_some() || around.time.is_some() {
                 let detail = "without `sky` there is no daylight: `location` and `time` change nothing".to_owned();
-                warnings.push(Warning { code: "place_without_sky".to_owned(), detail });
+                warnings.push(Warning { code: WarningCode::PlaceWithoutSky, detail });
             }
             None
         }

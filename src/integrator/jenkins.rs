@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use super::deterministic::{cylinders, installation, refuses};
-use super::method::{Caveat, Computation, Described, Knows, Refusal, RefusalCode, Task, Work};
+use super::method::{Caveat, CaveatCode, Computation, Described, Knows, Refusal, RefusalCode, Task, Work};
 use crate::analytic::jenkins::{Jenkins, Pipe};
 use crate::scene::{Scene, StraightOrBent};
 
@@ -37,7 +37,7 @@ impl Described for Settings {
     fn warns(&self, _: &Task) -> Option<Caveat> {
         let (coefficient, excess) = (self.coefficient, self.coefficient * PI);
         Some(Caveat {
-            code: "jenkins_flux_excess",
+            code: CaveatCode::FluxExcess,
             detail: format!(
                 "semi-empirical: over the whole plane the formula gives {excess:.3} times the flux that the tube puts into \
                  the room; its coefficient {coefficient} was fitted with the reflections of a room in it, and the \

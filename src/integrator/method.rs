@@ -228,10 +228,18 @@ impl fmt::Display for RefusalCode {
 /// What a reader of a method's results must know.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Caveat {
-    /// Code for machines, e.g. `mirrors_by_chance`.
-    pub code: &'static str,
+    pub code: CaveatCode,
     /// Sentence for people.
     pub detail: String,
+}
+
+/// Kinds of caveats.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum CaveatCode {
+    /// Light by way of mirrors is found by chance only.
+    MirrorsByChance,
+    /// A formula returns more flux than it is given.
+    FluxExcess,
 }
 
 /// Size of a pass, and what its parts take.

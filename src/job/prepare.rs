@@ -68,7 +68,7 @@ pub fn prepare_document(document: &ValidJob, meshes: &dyn MeshSource) -> Result<
     }
     let task = Task::whole(&scene, &kernel);
     let caveats = plan.methods.grids.iter().filter_map(|choice| choice.method.described().warns(&task));
-    warnings.extend(caveats.map(|caveat| Warning { code: caveat.code.to_owned(), detail: caveat.detail }));
+    warnings.extend(caveats.map(|caveat| Warning { code: caveat.code.into(), detail: caveat.detail }));
     let stop = document.stop_rule();
     let engine = Engine::new(&kernel, &scene, &plan.methods, &stop, document.seed);
     let per_chunk = CHUNK_SECONDS / plan::cost::seconds_per_pass(&scene, &plan).max(1e-9);

@@ -3,7 +3,7 @@
 use crate::given::{SquarePipe, base, refused, with};
 use crate::schema::parse;
 use serde_json::{Value, json};
-use skyduct::document::to_scene;
+use skyduct::document::{WarningCode, to_scene};
 use skyduct::scene::{Channels, Face};
 
 /// The base room with one panel of 0.2 m x 0.1 m in the ceiling.
@@ -82,7 +82,7 @@ fn rooms_without_tubes() {
     document["location"] = json!({ "latitude_deg": 55.77, "longitude_deg": 12.5 });
     document["time"] = json!("2011-09-15T15:00:00+02:00");
     let parsed = parse(&document).unwrap();
-    assert_eq!(to_scene(&parsed, &SquarePipe).unwrap().1[0].code, "place_without_sky");
+    assert_eq!(to_scene(&parsed, &SquarePipe).unwrap().1[0].code, WarningCode::PlaceWithoutSky);
     refused(&with(electric(), "/sky", Value::Null), "/sky", "required unless `tubes` is empty");
 }
 

@@ -3,7 +3,7 @@
 use crate::given::{self, SquarePipe, base, with};
 use crate::schema::parse;
 use serde_json::{Value, json};
-use skyduct::document::{DocumentErrors, to_scene};
+use skyduct::document::{DocumentErrors, WarningCode, to_scene};
 use skyduct::scene::Daylight;
 
 /// Daylight and its provenance under a sky, the sun at an altitude of 30 degrees unless `sky` says otherwise.
@@ -141,7 +141,7 @@ fn sun_levels_and_warnings() {
     let (dark, warnings, _) = scene(&night);
     let dark = dark.daylight.unwrap();
     assert!(dark.sky.is_none() && dark.sun.is_none());
-    assert_eq!(warnings[0].code, "sun_below_horizon");
+    assert_eq!(warnings[0].code, WarningCode::SunBelowHorizon);
 
     // D is given: the sky integrates back to it
     let mut diffuse = with(base(), "/sky/zenith_luminance_cd_m2", Value::Null);
@@ -150,7 +150,7 @@ fn sun_levels_and_warnings() {
     assert!((given.daylight.unwrap().horizontal_illuminance_lux().0 - 12000.0).abs() < 1e-8);
     assert!(warnings.is_empty());
     let bright = with(diffuse.clone(), "/sky/diffuse_horizontal_illuminance_lux", json!(80000));
-    assert_eq!(scene(&bright).1[0].code, "implausible_illuminance");
+    assert_eq!(scene(&bright).1[0].code, WarningCode::ImplausibleIlluminance);
 
     // type 12 at 35 degrees has 86.510 klx at its typical turbidity (docs/physics/sky_and_sun.md#the-sun); types 1, 9 and 16
     // have no beam

@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 
 use crate::documents::{Folder, refusal, render_chunk};
 use serde_json::{Value, json};
-use skyduct::document::JobDocument;
+use skyduct::document::{JobDocument, WarningCode};
 use skyduct::estimate::Estimate;
 use skyduct::integrator::method::RefusalCode;
 use skyduct::job::prepare::prepare_document;
@@ -186,7 +186,11 @@ fn mirror_object() {
     document["method"] = "path_tracing".into();
     let parsed = JobDocument::parse(document.to_string().as_bytes()).unwrap();
     assert!(
-        prepare_document(&parsed, &Folder).unwrap().warnings.iter().any(|warning| warning.code == "mirrors_by_chance")
+        prepare_document(&parsed, &Folder)
+            .unwrap()
+            .warnings
+            .iter()
+            .any(|warning| warning.code == WarningCode::MirrorsByChance)
     );
 }
 

@@ -7,7 +7,7 @@ use std::f64::consts::PI;
 use crate::documents::{Folder, refusal, render_chunk};
 use crate::scenes::{assert_grid, kernel};
 use serde_json::{Value, json};
-use skyduct::document::{JobDocument, MethodDocument, to_scene};
+use skyduct::document::{JobDocument, MethodDocument, WarningCode, to_scene};
 use skyduct::estimate::Estimate;
 use skyduct::guide::transmittance::sky_exitance;
 use skyduct::integrator::method::RefusalCode;
@@ -128,7 +128,7 @@ fn jenkins_by_hand() {
     assert!((merged.tubes[0].into_room.mean / flux - 1.0).abs() < 1e-12);
     assert!(grid.standard_error_lux(0).is_infinite());
     assert_eq!(prepared.accuracy(&merged).grids, None);
-    let warning = prepared.warnings.iter().find(|warning| warning.code == "jenkins_flux_excess").unwrap();
+    let warning = prepared.warnings.iter().find(|warning| warning.code == WarningCode::JenkinsFluxExcess).unwrap();
     assert!(warning.detail.contains("1.552"), "{}", warning.detail);
     // a given transmission and coefficient replace the defaults
     let mut other = document.clone();

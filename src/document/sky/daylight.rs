@@ -2,7 +2,7 @@
 
 use super::time::instant;
 use super::{LocationDocument, SkyDocument};
-use crate::document::errors::{Checks, FieldError, Warning};
+use crate::document::errors::{Checks, FieldError, Warning, WarningCode};
 use crate::document::provenance::{BeamSource, RefractionProvenance, SunProvenance, ZenithProvenance};
 use crate::scene::Daylight;
 use crate::sky::sun;
@@ -91,7 +91,7 @@ pub fn daylight(
         warn_of_implausible(&daylight, altitude, warnings);
     } else {
         warnings.push(Warning {
-            code: "sun_below_horizon".to_owned(),
+            code: WarningCode::SunBelowHorizon,
             detail: format!(
                 "the sun is at an altitude of {:.4} degrees: sky and sun give no light, {}",
                 altitude.to_degrees(),
@@ -166,7 +166,7 @@ fn beam(sky: &SkyDocument, sky_type: SkyType, altitude: f64) -> (f64, BeamSource
 /// More light than arrives outside the atmosphere is possible to ask for, but hardly meant.
 fn warn_of_implausible(daylight: &Daylight, altitude: f64, warnings: &mut Vec<Warning>) {
     let (diffuse, _) = daylight.horizontal_illuminance_lux();
-    let mut warn = |detail| warnings.push(Warning { code: "implausible_illuminance".to_owned(), detail });
+    let mut warn = |detail| warnings.push(Warning { code: WarningCode::ImplausibleIlluminance, detail });
     let outside = EXTRATERRESTRIAL_LUX * altitude.sin();
     if diffuse > outside {
         warn(format!(

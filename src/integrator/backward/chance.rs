@@ -1,6 +1,6 @@
 //! Light that paths from sensors and eyes find by chance only: its part of the error stays unseen.
 
-use crate::integrator::method::{Caveat, Refusal, RefusalCode};
+use crate::integrator::method::{Caveat, CaveatCode, Refusal, RefusalCode};
 use crate::traceable::{SpecularOptics, TraceableScene, TraceableTube};
 
 /// Reason why paths that are followed backward cannot compute a scene, if they cannot: the sun's disc would be found by
@@ -24,7 +24,7 @@ pub fn sun(scene: &TraceableScene) -> Option<Refusal> {
 pub fn mirrors(method: &str, scene: &TraceableScene) -> Option<Caveat> {
     let mirrors = scene.interreflection && scene.specular().any(|specular| specular.lobe.is_none());
     mirrors.then(|| Caveat {
-        code: "mirrors_by_chance",
+        code: CaveatCode::MirrorsByChance,
         detail: format!(
             "{method} finds a diffuser or luminaire that a mirror shows to a sensor by chance: as long as few paths have, the \
              standard error is too small; cell averages by light_tracing or bidirectional_path_tracing do not have \
