@@ -147,6 +147,8 @@ fn view(settings: &Settings) -> Result<Value, ReportError> {
     let middle = 0.5 * scenes::ROOM_M;
     let side = (ENLARGED * settings.size_px as f64) as usize;
     let fov = 2.0 * (HALF_SIDE_M / (scenes::ROOM_M - EYE_M)).atan();
+    // the example's method computes grids only
+    scenes::remove(&mut document, "method");
     document["views"] = json!([{
         "name": "ceiling", "eye_m": [middle, middle, EYE_M], "look_at_m": [middle, middle, scenes::ROOM_M],
         "up": [0, 1, 0], "vertical_fov_deg": fov.to_degrees(), "size_px": [side, side],
