@@ -25,7 +25,9 @@ use serde::ser::Serializer;
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 use utoipa::openapi::RefOr;
-use utoipa::openapi::schema::{AdditionalProperties, Discriminator, ObjectBuilder, OneOfBuilder, Ref, Schema, Type};
+use utoipa::openapi::schema::{
+    AdditionalProperties, Discriminator, ObjectBuilder, OneOfBuilder, Ref, Schema, SchemaType, Type,
+};
 use utoipa::{PartialSchema, ToSchema};
 
 use crate::document::errors::Checks;
@@ -230,12 +232,7 @@ pub fn complete_schema(schemas: &mut Schemas) {
         let kind = ObjectBuilder::new().schema_type(Type::String).enum_values(Some([entry.name]));
         object.required = vec!["kind".to_owned()];
         object.additional_properties = Some(Box::new(AdditionalProperties::FreeForm(false)));
-        for property in object.properties.values_mut() {
-            // a setting that is left to the scene has none
-            if let RefOr::T(Schema::Object(setting)) = property {
-                setting.default.take_if(|default| default.is_null());
-            }
-        }
+        object.properties.values_mut().for_each(allow_null);
         object.properties.insert("kind".to_owned(), kind.into());
         let reference = Ref::from_schema_name(entry.component());
         discriminator.mapping.insert(entry.name.to_owned(), reference.ref_location.clone());
@@ -243,6 +240,21 @@ pub fn complete_schema(schemas: &mut Schemas) {
         schemas.insert(entry.component(), Schema::Object(object).into());
     }
     schemas.insert(WITH_SETTINGS.to_owned(), one_of.discriminator(Some(discriminator)).into());
+}
+
+/// Lets a setting be null, which counts as left out; a setting that is left to the scene has no default.
+fn allow_null(setting: &mut RefOr<Schema>) {
+    let null = || ObjectBuilder::new().schema_type(Type::Null);
+    match setting {
+        RefOr::T(Schema::Object(setting)) => {
+            setting.default.take_if(|default| default.is_null());
+            if let SchemaType::Type(kind) = &setting.schema_type {
+                setting.schema_type = SchemaType::from_iter([kind.clone(), Type::Null]);
+            }
+        }
+        RefOr::T(_) => {}
+        RefOr::Ref(reference) => *setting = OneOfBuilder::new().item(null()).item(reference.clone()).into(),
+    }
 }
 
 /// Bounds of all settings: component, setting, bound.
