@@ -8,7 +8,7 @@ use anyhow::Context;
 use crate::cli::client::Client;
 use crate::cli::config::{Config, Flags};
 use crate::cli::results_table::print_results;
-use crate::cli::serve::{RunningService, wait_for_signal};
+use crate::cli::serve::{RunningService, runtime, wait_for_signal};
 use crate::cli::submit::submit_and_download;
 
 /// Built in, so that it runs anywhere.
@@ -24,7 +24,7 @@ pub struct DemoArgs {
 
 /// Starts a service on a free port, submits the built-in job and saves its results.
 pub fn run(args: DemoArgs) -> anyhow::Result<()> {
-    let runtime = tokio::runtime::Runtime::new().context("the runtime cannot start")?;
+    let runtime = runtime()?;
     let result = runtime.block_on(async {
         let temporary = TemporaryFolder::new()?;
         let flags =

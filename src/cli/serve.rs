@@ -3,6 +3,7 @@
 use std::fs::{File, TryLockError};
 use std::io::Write as _;
 use std::net::SocketAddr;
+use std::num::NonZero;
 use std::os::unix::fs::OpenOptionsExt;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, OnceLock};
@@ -11,6 +12,7 @@ use std::time::Duration;
 use anyhow::{Context, bail};
 use metrics_exporter_prometheus::{Matcher, PrometheusBuilder, PrometheusHandle};
 use tokio::net::TcpListener;
+use tokio::runtime::{Builder, Runtime};
 use tokio::signal::unix::{SignalKind, signal};
 use tokio::task::JoinHandle;
 use tokio_util::sync::CancellationToken;
@@ -58,7 +60,7 @@ pub fn run(args: ServeArgs) -> anyhow::Result<()> {
     let config = Config::load(file.as_deref(), &flags)?;
     telemetry::start(&config.log);
     let data = config.data.clone();
-    let runtime = tokio::runtime::Runtime::new().context("the runtime cannot start")?;
+    let runtime = runtime()?;
     let result = runtime.block_on(async {
         let service = RunningService::start(config).await?;
         let mut stdout = std::io::stdout();
@@ -73,6 +75,14 @@ pub fn run(args: ServeArgs) -> anyhow::Result<()> {
     // a blocking task that still runs must not hold up the exit
     runtime.shutdown_timeout(Duration::from_secs(1));
     result
+}
+
+/// The threads of a service beside those that render, which are as many as there are processors: requests, streams and
+/// rows cost little, and each further thread is woken for nothing while another one has the work.
+pub fn runtime() -> anyhow::Result<Runtime> {
+    let processors = std::thread::available_parallelism().map_or(1, NonZero::get);
+    let threads = (processors / 4).max(1);
+    Builder::new_multi_thread().worker_threads(threads).enable_all().build().context("the runtime cannot start")
 }
 
 /// Until SIGTERM or SIGINT; a second one ends the process at once.

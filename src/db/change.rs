@@ -1,7 +1,7 @@
-//! A change of a job's row together with the events that tell of it.
+//! A change of a job's row together with everything that is written with it: events, passes, files.
 //!
-//! Every statement is a journey to the database's thread and back, which costs more than most statements do: what changes
-//! one row is one statement, and events are written together.
+//! Every statement is a journey to the database's thread and back, which costs more than most statements do: all of a change
+//! is one string of statements.
 
 use serde_json::Value;
 use sqlx::{Encode, QueryBuilder, Sqlite, SqliteConnection, Type};
@@ -13,23 +13,53 @@ use super::rows::{signed, to_json};
 use super::sql::{now_ms, store_error};
 
 /// Rows that one statement writes.
-pub(super) const ROWS_OF_A_STATEMENT: usize = 500;
+const ROWS_OF_A_STATEMENT: usize = 500;
 
-/// New values of columns of one job, and its next events in order.
+/// New values of columns of one job, its next events in order, and other rows of it.
 pub(super) struct JobChange<'a> {
     job: &'a str,
     update: QueryBuilder<Sqlite>,
     events: Vec<(&'static str, Value)>,
+    passes: Vec<&'a PassReport>,
+    artifacts: Vec<&'a Artifact>,
+    next_chunk: Option<(u64, &'a std::ops::Range<u64>)>,
+    written_now: bool,
 }
 
 impl<'a> JobChange<'a> {
     pub fn new(job: &'a str) -> Self {
         // begins with an assignment that changes nothing, so that every other one follows a comma
-        Self { job, update: QueryBuilder::new("UPDATE jobs SET id = id"), events: Vec::new() }
+        let update = QueryBuilder::new("UPDATE jobs SET id = id");
+        let (events, passes, artifacts) = (Vec::new(), Vec::new(), Vec::new());
+        Self { job, update, events, passes, artifacts, next_chunk: None, written_now: false }
     }
 
     pub fn event(&mut self, name: &'static str, data: Value) -> &mut Self {
         self.events.push((name, data));
+        self
+    }
+
+    /// A row of the convergence table; one that is there already is written anew.
+    pub fn pass(&mut self, pass: &'a PassReport) -> &mut Self {
+        self.passes.push(pass);
+        self
+    }
+
+    /// The row of a file; one of the same name is replaced.
+    pub fn artifact(&mut self, artifact: &'a Artifact) -> &mut Self {
+        self.artifacts.push(artifact);
+        self
+    }
+
+    /// A chunk that waits: its index and passes.
+    pub fn chunk(&mut self, index: u64, passes: &'a std::ops::Range<u64>) -> &mut Self {
+        self.next_chunk = Some((index, passes));
+        self
+    }
+
+    /// Says how new this database is.
+    pub fn written_now(&mut self) -> &mut Self {
+        self.written_now = true;
         self
     }
 
@@ -67,34 +97,94 @@ impl<'a> JobChange<'a> {
             .set("chunks_done", signed(progress.chunks))
     }
 
-    /// Writes everything; nothing when the job is gone.
+    /// Writes everything. Rows of passes and files fail when the job is gone; the rest changes nothing then.
     pub async fn write(mut self, tx: &mut SqliteConnection) -> Result<(), StoreError> {
         self.set_sql("next_seq = next_seq + ");
-        self.update.push_bind(self.events.len() as i64).push(" WHERE id = ").push_bind(self.job);
-        self.update.push(" RETURNING next_seq");
-        let next: Option<i64> = self.update.build_query_scalar().fetch_optional(&mut *tx).await.map_err(store_error)?;
-        let Some(next) = next else { return Ok(()) };
-        insert_events(tx, self.job, next - self.events.len() as i64, &self.events).await
+        let mut sql = self.update;
+        sql.push_bind(self.events.len() as i64).push(" WHERE id = ").push_bind(self.job);
+        push_events(&mut sql, self.job, &self.events)?;
+        push_passes(&mut sql, self.job, &self.passes);
+        push_artifacts(&mut sql, self.job, &self.artifacts);
+        if let Some((index, passes)) = self.next_chunk {
+            push_chunk(&mut sql, self.job, index, passes);
+        }
+        if self.written_now {
+            sql.push(concat!("; UPDATE store SET written_at = ", now_ms!()));
+        }
+        sql.build().execute(tx).await.map_err(store_error)?;
+        Ok(())
     }
 }
 
-/// Writes events whose sequence numbers begin with `first`.
-pub(super) async fn insert_events(
-    tx: &mut SqliteConnection,
-    job: &str,
-    first: i64,
-    events: &[(&str, Value)],
-) -> Result<(), StoreError> {
+/// Events that take the numbers before the job's `next_seq`.
+fn push_events(sql: &mut QueryBuilder<Sqlite>, job: &str, events: &[(&'static str, Value)]) -> Result<(), StoreError> {
     let mut rows = Vec::with_capacity(events.len());
-    for (seq, (name, data)) in (first..).zip(events) {
-        rows.push((seq, *name, to_json(data)?));
+    for (index, (name, data)) in events.iter().enumerate() {
+        rows.push((index as i64 - events.len() as i64, *name, to_json(data)?));
     }
     for rows in rows.chunks(ROWS_OF_A_STATEMENT) {
-        let mut insert = QueryBuilder::new("INSERT INTO events (job_id, seq, name, data, at) ");
-        insert.push_values(rows, |mut row, (seq, name, data)| {
-            row.push_bind(job).push_bind(*seq).push_bind(*name).push_bind(data).push(now_ms!());
+        sql.push("; WITH told (place, name, data) AS (");
+        sql.push_values(rows, |mut row, (place, name, data)| {
+            row.push_bind(*place).push_bind(*name).push_bind(data.clone());
         });
-        insert.build().execute(&mut *tx).await.map_err(store_error)?;
+        sql.push(concat!(
+            ") INSERT INTO events (job_id, seq, name, data, at) SELECT jobs.id, jobs.next_seq + told.place, told.name, \
+             told.data, ",
+            now_ms!(),
+            " FROM told, jobs WHERE jobs.id = "
+        ));
+        sql.push_bind(job.to_owned());
     }
     Ok(())
+}
+
+fn push_passes(sql: &mut QueryBuilder<Sqlite>, job: &str, passes: &[&PassReport]) {
+    for passes in passes.chunks(ROWS_OF_A_STATEMENT) {
+        sql.push(
+            "; INSERT INTO passes (job_id, pass, seconds, photons, rays, relative_error, view_relative_error, mean_lux) ",
+        );
+        sql.push_values(passes, |mut row, pass| {
+            row.push_bind(job.to_owned())
+                .push_bind(signed(pass.passes))
+                .push_bind(pass.seconds)
+                .push_bind(signed(pass.photons))
+                .push_bind(signed(pass.rays))
+                .push_bind(pass.relative_error)
+                .push_bind(pass.view_relative_error)
+                .push_bind(pass.mean_lux);
+        });
+        sql.push(
+            " ON CONFLICT (job_id, pass) DO UPDATE SET seconds = excluded.seconds, photons = excluded.photons, \
+             rays = excluded.rays, relative_error = excluded.relative_error, \
+             view_relative_error = excluded.view_relative_error, mean_lux = excluded.mean_lux",
+        );
+    }
+}
+
+fn push_artifacts(sql: &mut QueryBuilder<Sqlite>, job: &str, artifacts: &[&Artifact]) {
+    for artifacts in artifacts.chunks(ROWS_OF_A_STATEMENT) {
+        sql.push("; INSERT INTO artifacts (job_id, name, key, hash, size, media_type) ");
+        sql.push_values(artifacts, |mut row, artifact| {
+            row.push_bind(job.to_owned())
+                .push_bind(artifact.name.clone())
+                .push_bind(artifact.key.clone())
+                .push_bind(artifact.hash.clone())
+                .push_bind(signed(artifact.size))
+                .push_bind(artifact.media_type.clone());
+        });
+        sql.push(
+            " ON CONFLICT (job_id, name) DO UPDATE SET key = excluded.key, hash = excluded.hash, size = excluded.size, \
+             media_type = excluded.media_type",
+        );
+    }
+}
+
+/// The first chunk of a job waits in front of later ones of others.
+fn push_chunk(sql: &mut QueryBuilder<Sqlite>, job: &str, index: u64, passes: &std::ops::Range<u64>) {
+    let line = if index == 0 { 1 } else { 2 };
+    sql.push("; INSERT INTO chunks (job_id, idx, pass_from, pass_to, state, line, turn) VALUES (");
+    sql.push_bind(job.to_owned()).push(", ").push_bind(signed(index));
+    sql.push(", ").push_bind(signed(passes.start)).push(", ").push_bind(signed(passes.end));
+    sql.push(", 'ready', ").push_bind(line);
+    sql.push(", (SELECT coalesce(max(turn), 0) + 1 FROM chunks WHERE state <> 'done'))");
 }

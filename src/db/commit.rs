@@ -3,15 +3,13 @@
 //! The first statement of each names the lease's owner and attempt: whoever lost the lease changes no row.
 
 use serde_json::json;
-use sqlx::{QueryBuilder, Row, SqliteConnection};
+use sqlx::{Row, SqliteConnection};
 
 use crate::job::convergence::is_kept;
 use crate::job::progress::PassReport;
 use crate::job::store::*;
 
-use super::change::{JobChange, ROWS_OF_A_STATEMENT};
-use super::jobs::insert_chunk;
-use super::record::written_now;
+use super::change::JobChange;
 use super::rows::{self, name_of, signed, to_json};
 use super::sql::{now_ms, store_error};
 
@@ -50,21 +48,20 @@ fn last_pass(reports: &[Report]) -> Option<&PassReport> {
     })
 }
 
-/// Writes the rows of reports, and of the last pass of a job that ends, and adds their events to the change. `newest` is the
-/// newest pass that has a row: a pass that is rendered again after a restart is the same pass, whose event was sent.
-async fn take_reports(
+/// Adds the rows and events of reports to the change, and those of the last pass of a job that ends. `newest` is the newest
+/// pass that has a row: a pass that is rendered again after a restart is the same pass, whose event was sent.
+async fn take_reports<'a>(
     tx: &mut SqliteConnection,
     job: &str,
-    change: &mut JobChange<'_>,
+    change: &mut JobChange<'a>,
     mut newest: i64,
-    reports: &[Report],
-    last: Option<&PassReport>,
+    reports: &'a [Report],
+    last: Option<&'a PassReport>,
 ) -> Result<(), StoreError> {
-    let (mut passes, mut images) = (Vec::new(), Vec::new());
     for report in reports {
         match report {
             Report::Pass(pass) if is_kept(pass.passes) => {
-                passes.push(pass);
+                change.pass(pass);
                 if signed(pass.passes) > newest {
                     newest = signed(pass.passes);
                     change.event("pass", json!(pass));
@@ -78,7 +75,7 @@ async fn take_reports(
                     .fetch_optional(&mut *tx)
                     .await
                     .map_err(store_error)?;
-                images.push(artifact);
+                change.artifact(artifact);
                 if known.is_none() {
                     change.event("image", json!({ "view": view, "passes": passes }));
                 }
@@ -87,56 +84,7 @@ async fn take_reports(
     }
     // the last pass has its row and event, whether or not passes are thinned there
     if let Some(pass) = last.filter(|pass| signed(pass.passes) > newest) {
-        passes.push(pass);
-        change.event("pass", json!(pass));
-    }
-    add_passes(tx, job, &passes).await?;
-    add_artifacts(tx, job, &images).await
-}
-
-/// Rows of the convergence table; one that is there already is written anew.
-async fn add_passes(tx: &mut SqliteConnection, job: &str, passes: &[&PassReport]) -> Result<(), StoreError> {
-    for passes in passes.chunks(ROWS_OF_A_STATEMENT) {
-        let mut insert = QueryBuilder::new(
-            "INSERT INTO passes (job_id, pass, seconds, photons, rays, relative_error, view_relative_error, mean_lux) ",
-        );
-        insert.push_values(passes, |mut row, pass| {
-            row.push_bind(job)
-                .push_bind(signed(pass.passes))
-                .push_bind(pass.seconds)
-                .push_bind(signed(pass.photons))
-                .push_bind(signed(pass.rays))
-                .push_bind(pass.relative_error)
-                .push_bind(pass.view_relative_error)
-                .push_bind(pass.mean_lux);
-        });
-        insert.push(
-            " ON CONFLICT (job_id, pass) DO UPDATE SET seconds = excluded.seconds, photons = excluded.photons, \
-             rays = excluded.rays, relative_error = excluded.relative_error, \
-             view_relative_error = excluded.view_relative_error, mean_lux = excluded.mean_lux",
-        );
-        insert.build().execute(&mut *tx).await.map_err(store_error)?;
-    }
-    Ok(())
-}
-
-/// Rows of files; one of the same name is replaced.
-async fn add_artifacts(tx: &mut SqliteConnection, job: &str, artifacts: &[&Artifact]) -> Result<(), StoreError> {
-    for artifacts in artifacts.chunks(ROWS_OF_A_STATEMENT) {
-        let mut insert = QueryBuilder::new("INSERT INTO artifacts (job_id, name, key, hash, size, media_type) ");
-        insert.push_values(artifacts, |mut row, artifact| {
-            row.push_bind(job)
-                .push_bind(&artifact.name)
-                .push_bind(&artifact.key)
-                .push_bind(&artifact.hash)
-                .push_bind(signed(artifact.size))
-                .push_bind(&artifact.media_type);
-        });
-        insert.push(
-            " ON CONFLICT (job_id, name) DO UPDATE SET key = excluded.key, hash = excluded.hash, size = excluded.size, \
-             media_type = excluded.media_type",
-        );
-        insert.build().execute(&mut *tx).await.map_err(store_error)?;
+        change.pass(pass).event("pass", json!(pass));
     }
     Ok(())
 }
@@ -169,11 +117,12 @@ pub(super) async fn complete(
 
     let job = lease.job.to_string();
     let mut change = JobChange::new(&job);
+    change.written_now();
     let obsolete = match completion {
         Completion::Continue { state, progress, next_index, next } => {
             take_reports(tx, &job, &mut change, newest, reports, None).await?;
-            insert_chunk(tx, &job, *next_index, next).await?;
             change
+                .chunk(*next_index, next)
                 .set_progress(progress)
                 .set_sql("previous_state_key = state_key, previous_state_hash = state_hash")
                 .set_sql("previous_seconds = merged_seconds")
@@ -188,22 +137,22 @@ pub(super) async fn complete(
                 change.set_pass(pass);
             }
             take_reports(tx, &job, &mut change, newest, reports, finish.last_pass.as_ref()).await?;
-            finish_job(tx, &job, change, finish).await?;
+            finish_job(tx, change, finish).await?;
             state.into_iter().chain(previous).collect()
         }
     };
-    written_now(tx).await?;
     Ok(Committed::Yes { obsolete })
 }
 
 /// Ends a job, with everything else that changes in its row.
-pub(super) async fn finish_job(
+pub(super) async fn finish_job<'a>(
     tx: &mut SqliteConnection,
-    job: &str,
-    mut change: JobChange<'_>,
-    finish: &Finish,
+    mut change: JobChange<'a>,
+    finish: &'a Finish,
 ) -> Result<(), StoreError> {
-    add_artifacts(tx, job, &finish.artifacts.iter().collect::<Vec<_>>()).await?;
+    for artifact in &finish.artifacts {
+        change.artifact(artifact);
+    }
     if let Some(progress) = &finish.progress {
         change.set_progress(progress);
     }

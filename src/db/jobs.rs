@@ -9,7 +9,7 @@ use uuid::Uuid;
 use crate::job::progress::{PassReport, Progress};
 use crate::job::store::*;
 
-use super::change::{JobChange, insert_events};
+use super::change::JobChange;
 use super::rows::{self, head_columns, job_columns, signed, to_json};
 use super::sql::{now_ms, store_error};
 
@@ -22,8 +22,8 @@ pub(super) async fn submit(tx: &mut SqliteConnection, new: NewJob, max_queued: u
     let id = Uuid::now_v7();
     let id_text = id.to_string();
     let created_at: Option<i64> = sqlx::query_scalar(concat!(
-        "INSERT INTO jobs (id, name, status, submitted, document, plan, warnings, idempotency_key, body_hash, summary, next_seq, \
-         created_at) SELECT $1, $2, 'queued', $3, $4, $5, $6, $7, $8, $9, 3, ",
+        "INSERT INTO jobs (id, name, status, submitted, document, plan, warnings, idempotency_key, body_hash, summary, created_at) \
+         SELECT $1, $2, 'queued', $3, $4, $5, $6, $7, $8, $9, ",
         now_ms!(),
         // one of them is rendered, or will be at once
         " WHERE (SELECT count(*) FROM chunks WHERE state <> 'done') <= $10 RETURNING created_at"
@@ -58,12 +58,13 @@ pub(super) async fn submit(tx: &mut SqliteConnection, new: NewJob, max_queued: u
             .await
             .map_err(store_error)?;
     }
-    insert_chunk(tx, &id_text, 0, &new.first_chunk).await?;
     let planned = json!({ "plan": new.plan, "warnings": new.warnings });
     let planned = planned.as_object().into_iter().flatten().chain(&new.known);
     let planned = planned.map(|(name, value)| (name.clone(), value.clone())).collect();
     let queued = json!({ "job": id, "name": new.name });
-    insert_events(tx, &id_text, 1, &[("queued", queued), ("planned", planned)]).await?;
+    let mut change = JobChange::new(&id_text);
+    change.chunk(0, &new.first_chunk).event("queued", queued).event("planned", planned);
+    change.write(tx).await?;
     Ok(Submission::New(Job {
         head: JobHead {
             id,
@@ -84,27 +85,6 @@ pub(super) async fn submit(tx: &mut SqliteConnection, new: NewJob, max_queued: u
         summary: Some(Value::Object(new.known)),
         problem: None,
     }))
-}
-
-pub(super) async fn insert_chunk(
-    tx: &mut SqliteConnection,
-    job: &str,
-    index: u64,
-    passes: &std::ops::Range<u64>,
-) -> Result<(), StoreError> {
-    sqlx::query(
-        "INSERT INTO chunks (job_id, idx, pass_from, pass_to, state, line, turn) \
-         VALUES ($1, $2, $3, $4, 'ready', CASE WHEN $2 = 0 THEN 1 ELSE 2 END, \
-         (SELECT coalesce(max(turn), 0) + 1 FROM chunks WHERE state <> 'done'))",
-    )
-    .bind(job)
-    .bind(signed(index))
-    .bind(signed(passes.start))
-    .bind(signed(passes.end))
-    .execute(tx)
-    .await
-    .map_err(store_error)?;
-    Ok(())
 }
 
 pub(super) async fn job_of_key(connection: &mut SqliteConnection, key: &str) -> Result<Option<Job>, StoreError> {

@@ -87,6 +87,8 @@ impl SqliteStore {
         }
         let writer = SqlitePoolOptions::new()
             .max_connections(1)
+            // sqlx looks at each connection when it comes back, which is enough
+            .test_before_acquire(false)
             .acquire_timeout(Duration::from_secs(10))
             .idle_timeout(None)
             .max_lifetime(None)
@@ -106,6 +108,7 @@ impl SqliteStore {
             .map_err(|error| StoreError::Failed(format!("{}: {error}", file.display())))?;
         let readers = SqlitePoolOptions::new()
             .max_connections(4)
+            .test_before_acquire(false)
             .acquire_timeout(Duration::from_secs(10))
             .idle_timeout(None)
             .max_lifetime(None)

@@ -4,13 +4,12 @@
 
 use std::time::Duration;
 
-use serde_json::json;
 use sqlx::{Row, SqliteConnection};
 use uuid::Uuid;
 
 use crate::job::store::*;
 
-use super::change::{JobChange, insert_events};
+use super::change::JobChange;
 use super::commit::finish_job;
 use super::rows::{self, signed};
 use super::sql::{now_ms, store_error};
@@ -81,18 +80,18 @@ pub(super) async fn claim(
         others_wait: row.try_get::<i64, _>(4).map_err(store_error)? != 0,
     };
     let job = lease.job.to_string();
-    let next: Option<i64> = sqlx::query_scalar(concat!(
-        "UPDATE jobs SET status = 'running', started_at = ",
+    // two statements in one journey: the event of a job that is queued still, and its new status
+    sqlx::query(concat!(
+        "INSERT INTO events (job_id, seq, name, data, at) SELECT id, next_seq, 'started', '{}', ",
         now_ms!(),
-        ", next_seq = next_seq + 1 WHERE id = $1 AND status = 'queued' RETURNING next_seq"
+        " FROM jobs WHERE id = $1 AND status = 'queued'; UPDATE jobs SET status = 'running', started_at = ",
+        now_ms!(),
+        ", next_seq = next_seq + 1 WHERE id = $1 AND status = 'queued'"
     ))
     .bind(&job)
-    .fetch_optional(&mut *tx)
+    .execute(&mut *tx)
     .await
     .map_err(store_error)?;
-    if let Some(next) = next {
-        insert_events(tx, &job, next - 1, &[("started", json!({}))]).await?;
-    }
     Ok(Some(lease))
 }
 
@@ -182,7 +181,7 @@ pub(super) async fn take_back(tx: &mut SqliteConnection, died: bool) -> Result<T
             artifacts: Vec::new(),
             last_pass: None,
         };
-        finish_job(tx, &job, JobChange::new(&job), &finish).await?;
+        finish_job(tx, JobChange::new(&job), &finish).await?;
         failed.extend(Uuid::parse_str(&job));
     }
     Ok(TakenBack { ready: ready - failed.len() as u64, failed })

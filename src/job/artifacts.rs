@@ -36,6 +36,8 @@ pub struct Artifacts {
     root: PathBuf,
     /// Large files whose content was found to be what was stored, as they were then.
     checked: Arc<Mutex<HashMap<String, Seen>>>,
+    /// Those of [`FOLDERS`] whose place in the top folder is on the disk for certain.
+    top_folders: Arc<Mutex<HashSet<String>>>,
 }
 
 /// Properties of a file that change when somebody writes to it.
@@ -77,7 +79,7 @@ impl Artifacts {
             .map_err(|error| unusable(&error))?
             .with_fsync(false)
             .with_automatic_cleanup(true);
-        Ok(Self { store: Arc::new(store), root, checked: Arc::default() })
+        Ok(Self { store: Arc::new(store), root, checked: Arc::default(), top_folders: Arc::default() })
     }
 
     /// Stores a file of a claimed chunk; its key says whose attempt it is from. It survives the end of the process, and after
@@ -123,14 +125,20 @@ impl Artifacts {
     }
 
     /// Waits until these files are on the disk, with the folders that lead to them: all at the same time, which costs the disk
-    /// little more than one.
+    /// little more than one. The top folder changes only when one of [`FOLDERS`] comes into it, and is waited for once.
     pub async fn make_durable(&self, keys: &[impl AsRef<str>]) -> Result<(), ArtifactError> {
         let mut paths = BTreeSet::new();
+        let mut top_folders = HashSet::new();
         for key in keys {
             let file = self.root.join(key.as_ref());
-            let folders = file.ancestors().skip(1).take_while(|folder| folder.starts_with(&self.root));
+            let folders = file.ancestors().skip(1).take_while(|folder| *folder != self.root);
             paths.extend(folders.map(FilePath::to_owned));
             paths.insert(file);
+            top_folders.extend(key.as_ref().split_once('/').map(|(folder, _)| folder.to_owned()));
+        }
+        let known = self.top_folders.lock().unwrap_or_else(PoisonError::into_inner).is_superset(&top_folders);
+        if !known || keys.iter().any(|key| !key.as_ref().contains('/')) {
+            paths.insert(self.root.clone());
         }
         let synced = paths.into_iter().map(|path| {
             tokio::task::spawn_blocking(move || std::fs::File::open(path).and_then(|file| file.sync_all()))
@@ -139,6 +147,9 @@ impl Artifacts {
             synced
                 .map_err(|error| ArtifactError::Failed(error.to_string()))?
                 .map_err(|error| ArtifactError::Failed(format!("a file cannot be written out: {error}")))?;
+        }
+        if !known {
+            self.top_folders.lock().unwrap_or_else(PoisonError::into_inner).extend(top_folders);
         }
         Ok(())
     }
