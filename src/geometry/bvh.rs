@@ -33,7 +33,9 @@ pub struct TriangleBvh {
 /// The nearest triangle along a ray.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TriangleHit {
+    /// Number of the triangle in the list that the set was built from.
     pub triangle: u32,
+    /// Distance from the ray's origin in m, > 0.
     pub distance: f64,
 }
 

@@ -7,7 +7,9 @@ use glam::{DVec2, DVec3};
 /// Position and direction of a ray after its way through a cylinder, with the number of reflections.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Passage {
+    /// Where the ray is after its way, in m, inside or on the cylinder.
     pub position: DVec3,
+    /// Unit direction after the last reflection; its z is that of the direction at the start.
     pub direction: DVec3,
     /// Mirror reflections on the way; up to 2^53 exactly.
     pub bounces: f64,

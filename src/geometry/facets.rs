@@ -17,6 +17,7 @@ pub struct Facets {
     pub of_triangle: Vec<u32>,
     /// Unit normal of each facet, by the winding of its largest triangle.
     pub normals: Vec<DVec3>,
+    /// Area of each facet in m2, projected on its plane.
     pub areas_m2: Vec<f64>,
     /// The largest triangle of each facet.
     pub largest: Vec<u32>,
@@ -85,10 +86,12 @@ impl Facets {
         facets
     }
 
+    /// Number of facets.
     pub fn len(&self) -> usize {
         self.normals.len()
     }
 
+    /// True if there is no facet: the mesh had no triangle.
     pub fn is_empty(&self) -> bool {
         self.normals.is_empty()
     }

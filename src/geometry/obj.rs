@@ -15,6 +15,7 @@ use super::polygon::{self, Effort, Untriangulated};
 /// Triangles with material names; coordinates in metres after [`TriangleMesh::scaled`], in file units before.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TriangleMesh {
+    /// Corners of the triangles; [`parse_obj`] makes equal ones one.
     pub positions: Vec<DVec3>,
     /// Corner indices into `positions`.
     pub triangles: Vec<[u32; 3]>,
@@ -42,9 +43,13 @@ impl TriangleMesh {
 /// Limits to the time and memory that one file may take.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ObjLimits {
+    /// Length of the file.
     pub bytes: usize,
+    /// Length of the longest line.
     pub line_bytes: usize,
+    /// Number of `v` lines, also of those that no face uses.
     pub vertices: usize,
+    /// Number of triangles that faces are split into.
     pub triangles: usize,
     /// Objects, groups and material switches together.
     pub objects: usize,
@@ -75,7 +80,9 @@ impl Default for ObjLimits {
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("line {line}: {detail}")]
 pub struct ObjError {
+    /// Number of the line, from 1; the last one for faults of the whole file.
     pub line: usize,
+    /// What is wrong with it, in words for the author of the file.
     pub detail: String,
 }
 

@@ -18,6 +18,7 @@ pub struct Effort<'a> {
 pub enum Untriangulated {
     /// The [`Effort`] was used up.
     TooCostly,
+    /// The flag [`Effort::cancel`] was set.
     Cancelled,
 }
 

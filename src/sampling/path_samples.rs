@@ -14,6 +14,7 @@ pub struct PathSamples {
     /// Number of pairs of Sobol coordinates; later draws are pseudo-random.
     pairs: u32,
     buffer: [f64; 4],
+    /// Counter-based numbers of the same path, for draws without a place among the Sobol coordinates.
     pub random: PathRandom,
 }
 
@@ -21,6 +22,7 @@ pub struct PathSamples {
 pub const SOBOL_PAIRS: u32 = 4;
 
 impl PathSamples {
+    /// The numbers of path `index` of the stream `stream`, with [`SOBOL_PAIRS`] pairs of Sobol coordinates.
     pub fn new(stream: Key, index: u64) -> Self {
         Self::with_pairs(stream, index, SOBOL_PAIRS)
     }
@@ -32,6 +34,8 @@ impl PathSamples {
         Self { replicate, index: number, pair: 0, pairs, buffer: [0.0; 4], random }
     }
 
+    /// Next point of the unit square, both coordinates in [0, 1): a Sobol pair as long as there are any, then a random
+    /// one.
     #[inline]
     pub fn pair(&mut self) -> [f64; 2] {
         if self.pair >= self.pairs {

@@ -8,6 +8,7 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 pub struct Key(u64);
 
 impl Key {
+    /// The root of a tree of keys; jobs take their `seed` here.
     pub fn new(seed: u64) -> Self {
         Self(mix(seed))
     }
@@ -39,6 +40,7 @@ fn mix(mut z: u64) -> u64 {
 pub struct PathRandom(Xoshiro256PlusPlus);
 
 impl PathRandom {
+    /// The stream of `key`, from its first number on.
     #[inline]
     pub fn new(key: Key) -> Self {
         Self(Xoshiro256PlusPlus::seed_from_u64(key.0))
@@ -50,6 +52,7 @@ impl PathRandom {
         (self.0.next_u64() >> 11) as f64 * (1.0 / (1u64 << 53) as f64)
     }
 
+    /// Next two numbers of the stream, each uniform in [0, 1).
     #[inline]
     pub fn uniform2(&mut self) -> [f64; 2] {
         [self.uniform(), self.uniform()]

@@ -47,6 +47,7 @@ macro_rules! streams {
         }
 
         impl Stream {
+            /// All purposes, in the order of the table; tests compare each with every other.
             pub const ALL: &[Self] = &[$(Self::$name),+];
 
             /// Number of its first child.

@@ -33,7 +33,9 @@ const PARAMETERS: [([f64; 5], &str); 15] = [
 ];
 
 impl CieType {
+    /// Type 5: the same luminance in every direction.
     pub const UNIFORM: Self = Self(5);
+    /// Type 16: L/Lz = (1 + 2 cos Z) / 3 at the zenith angle Z, three times as bright at the zenith as at the horizon.
     pub const TRADITIONAL_OVERCAST: Self = Self(16);
 
     /// `None` unless `number` is 1..=16.
@@ -46,6 +48,7 @@ impl CieType {
         (1..=16).map(Self)
     }
 
+    /// Number of the type in the standard, 1..=15, or 16 for the traditional overcast sky.
     pub fn number(self) -> u8 {
         self.0
     }
@@ -55,6 +58,7 @@ impl CieType {
         PARAMETERS.get(usize::from(self.0) - 1).map(|(parameters, _)| *parameters)
     }
 
+    /// The standard's description of the sky, in short English words without a full stop.
     pub fn description(self) -> &'static str {
         PARAMETERS
             .get(usize::from(self.0) - 1)
@@ -127,6 +131,7 @@ impl SkyDistribution {
         Self { sky_type, sun, a, b, indicatrix, per_zenith }
     }
 
+    /// The set of parameters that the distribution was built from.
     pub fn sky_type(&self) -> SkyType {
         self.sky_type
     }

@@ -7,8 +7,11 @@
 /// A sky condition of the IES.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum IesSky {
+    /// 2.98 times as bright at the zenith as at the horizon, the same at all azimuths, without a beam.
     Overcast,
+    /// Bright around the sun, with a weak beam (extinction 0.80).
     PartlyCloudy,
+    /// The CIE clear sky of low turbidity (type 12), with a strong beam (extinction 0.21).
     Clear,
 }
 
@@ -16,6 +19,7 @@ pub enum IesSky {
 pub const IES_EXTRATERRESTRIAL_LUX: f64 = 127_500.0;
 
 impl IesSky {
+    /// The three conditions, from overcast to clear.
     pub const ALL: [Self; 3] = [Self::Overcast, Self::PartlyCloudy, Self::Clear];
 
     /// The name in documents and results.

@@ -16,6 +16,7 @@ pub use sun::Sun;
 /// Which distribution a sky has.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SkyType {
+    /// A type of the CIE general sky, or the traditional overcast sky.
     Cie(CieType),
     /// A named set of parameters of the same general formula.
     Ies(IesSky),
@@ -60,7 +61,9 @@ impl std::fmt::Display for SkyType {
 /// A CIE general sky of absolute luminance.
 #[derive(Clone, Debug)]
 pub struct Sky {
+    /// Luminance in every direction relative to that of the zenith.
     pub distribution: SkyDistribution,
+    /// Luminance of the zenith in cd/m2, >= 0; the sky's luminance is this times the distribution.
     pub zenith_luminance_cd_m2: f64,
 }
 

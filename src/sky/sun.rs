@@ -16,6 +16,7 @@ pub const HALF_ANGLE: f64 = 959.63 / 3600.0 * PI / 180.0;
 pub struct Sun {
     /// Unit vector toward the centre of the disc, z up.
     pub direction: DVec3,
+    /// Illuminance of a surface that faces the sun, by the beam alone, in lux.
     pub normal_illuminance_lux: f64,
 }
 
@@ -62,18 +63,26 @@ impl Sun {
 /// A moment of civil time in UTC; `second` may have a fraction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct UtcInstant {
+    /// Year of the Gregorian calendar, also before 1582.
     pub year: i32,
+    /// Month, 1..=12.
     pub month: u32,
+    /// Day, from 1 to the length of the month.
     pub day: u32,
+    /// Hour, 0..=23.
     pub hour: u32,
+    /// Minute, 0..=59.
     pub minute: u32,
+    /// Second, 0 <= second < 60: leap seconds are not known.
     pub second: f64,
 }
 
 /// Solar position, angles in radians: azimuth clockwise from north, altitude above the horizon.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SunPosition {
+    /// Apparent altitude in radians, -pi/2..=pi/2, raised by the refraction of the air.
     pub altitude: f64,
+    /// Azimuth in radians, 0..=2 pi, clockwise from north.
     pub azimuth: f64,
     /// Altitude without atmosphere.
     pub airless_altitude: f64,
@@ -114,7 +123,9 @@ impl Site {
 
 /// Position of the sun by NREL's SPA (Reda and Andreas 2004) in the standard atmosphere.
 ///
-/// `latitude_deg` -90..=90, `longitude_deg` -180..=180 (east positive), `elevation_m` above sea level; years -2000..=6000.
+/// `latitude_deg` -90..=90, `longitude_deg` -180..=180 (east positive), `elevation_m` above sea level. Terrestrial minus
+/// universal time is estimated from the date, for years -500..=2999. An error for a year beyond these, a date that the
+/// calendar does not have, and a place out of range.
 pub fn position(
     instant: UtcInstant,
     latitude_deg: f64,
@@ -126,7 +137,7 @@ pub fn position(
 }
 
 /// Position of the sun by NREL's SPA (Reda and Andreas 2004) with a given `delta_t_s`, terrestrial minus universal time
-/// in seconds.
+/// in seconds, for years -2000..=6000; the errors are those of [`position`].
 ///
 /// The example that Reda and Andreas (2004) print, zenith angle 50.11162 and azimuth 194.34024 degrees:
 ///

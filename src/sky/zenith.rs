@@ -55,9 +55,15 @@ pub enum ZenithFormula {
     /// The diffuse horizontal illuminance was given.
     GivenHorizontalIlluminance,
     /// Lz = (Dv/Ev) (B sin^C g / cos^D g + E sin g), with the given or the typical Dv/Ev of a CIE type.
-    DiffuseRatio { dv_ev: f64 },
+    DiffuseRatio {
+        /// Diffuse over extraterrestrial horizontal illuminance, > 0.
+        dv_ev: f64,
+    },
     /// Lz = A sin g + 0.7 (Tv + 1) sin^C g / cos^D g + 0.04 Tv, A = A1 Tv + A2, types 7 to 15, Tv <= 12.
-    Turbidity { luminous_turbidity: f64 },
+    Turbidity {
+        /// Tv, without unit: 1 is air that nothing but its molecules dims.
+        luminous_turbidity: f64,
+    },
     /// Lz = D / I with the diffuse horizontal illuminance D of an IES sky.
     IesHorizontalIlluminance,
 }

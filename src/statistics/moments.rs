@@ -5,13 +5,16 @@
 /// Equal sequences of pushes and merges give equal bits.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Moments {
+    /// Number of replicates, as a float so that checkpoints are one list of numbers.
     pub count: f64,
+    /// Mean of the replicates, in their unit; zero without any.
     pub mean: f64,
     /// Sum of squared deviations from the mean.
     pub m2: f64,
 }
 
 impl Moments {
+    /// Adds one replicate in Welford's update (1962). NaN and infinity are taken as they are and stay.
     #[inline]
     pub fn push(&mut self, value: f64) {
         self.count += 1.0;
@@ -48,6 +51,7 @@ impl Moments {
         self.count = count;
     }
 
+    /// Gives `f` count, mean and squared deviations in this order, to read or to replace: checkpoints store them so.
     pub fn for_each_value(&mut self, f: &mut impl FnMut(&mut f64)) {
         let Self { count, mean, m2 } = self;
         [count, mean, m2].into_iter().for_each(f);
