@@ -11,9 +11,11 @@ pub const BLOCK_PX: usize = 8;
 /// Luminance of one view in cd/m2, top row first: one replicate a pass.
 #[derive(Clone, Debug, Default)]
 pub struct FilmEstimate {
+    /// Width and height of the image.
     pub size_px: [usize; 2],
     /// 1 (luminance) or 3 (linear Rec.709).
     pub channels: usize,
+    /// Number of passes so far, as a float so that checkpoints are one list of numbers.
     pub passes: f64,
     /// Mean per pixel and channel, channels interleaved.
     pub mean: Vec<f64>,
@@ -28,6 +30,7 @@ pub struct FilmEstimate {
 }
 
 impl FilmEstimate {
+    /// The estimate of no passes, for an image of `channels` 1 or 3.
     pub fn empty(size_px: [usize; 2], channels: usize) -> Self {
         let pixels = size_px[0] * size_px[1];
         let blocks = vec![Moments::default(); size_px[0].div_ceil(BLOCK_PX) * size_px[1].div_ceil(BLOCK_PX)];
@@ -51,6 +54,7 @@ impl FilmEstimate {
         Self { size_px, channels, passes, mean: Vec::new(), m2: Vec::new(), blocks, block_bias, contrasts }
     }
 
+    /// Adds one pass of the same size and channels.
     pub fn push(&mut self, pass: &ViewPass) {
         self.passes += 1.0;
         let luminances: Vec<f64> = pass.luminance.chunks_exact(self.channels).map(luminance).collect();
@@ -77,6 +81,8 @@ impl FilmEstimate {
         }
     }
 
+    /// Adds a later range of passes as if they had been pushed after those that are here (Chan, Golub and LeVeque
+    /// 1979).
     pub fn merge(&mut self, later: &Self) {
         if later.passes == 0.0 {
             return;
@@ -132,6 +138,7 @@ impl FilmEstimate {
         self.pixels_of(block).map(|pixel| self.pixel_sampling_variance(pixel)).sum::<f64>() / (count * count)
     }
 
+    /// Gives `f` every number in a fixed order, to read or to replace: checkpoints store them so.
     pub fn for_each_value(&mut self, f: &mut impl FnMut(&mut f64)) {
         f(&mut self.passes);
         self.mean.iter_mut().chain(&mut self.m2).for_each(&mut *f);

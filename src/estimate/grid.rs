@@ -20,11 +20,13 @@ pub struct GridEstimate {
 }
 
 impl GridEstimate {
+    /// The estimate of no passes, for a number of sensors.
     pub fn empty(sensors: usize) -> Self {
         let none = vec![Moments::default(); sensors];
         Self { sensors: none.clone(), bias: none, contrasts: Vec::new(), mean: Moments::default(), numerical: false }
     }
 
+    /// Adds one pass of the same grid.
     pub fn push(&mut self, pass: &GridPass) {
         self.sensors.iter_mut().zip(&pass.illuminance).for_each(|(sensor, value)| sensor.push(*value));
         self.bias.iter_mut().zip(&pass.bias).for_each(|(sensor, value)| sensor.push(*value));
@@ -47,6 +49,7 @@ impl GridEstimate {
         push_with_error(&mut self.mean, mean(&solution.illuminance), error);
     }
 
+    /// Adds a later range of passes as if they had been pushed after those that are here.
     pub fn merge(&mut self, later: &Self) {
         self.sensors.iter_mut().zip(&later.sensors).for_each(|(all, part)| all.merge(part));
         self.bias.iter_mut().zip(&later.bias).for_each(|(all, part)| all.merge(part));
@@ -55,6 +58,7 @@ impl GridEstimate {
         self.numerical |= later.numerical;
     }
 
+    /// Illuminance of a sensor in lux: the mean over the passes, zero without any.
     pub fn illuminance_lux(&self, sensor: usize) -> f64 {
         self.sensors[sensor].mean
     }
@@ -71,6 +75,7 @@ impl GridEstimate {
         sampling_variance(contrasts_of(&self.contrasts, self.sensors.len(), sensor)).max(0.0)
     }
 
+    /// Gives `f` every number in a fixed order, to read or to replace: checkpoints store them so.
     pub fn for_each_value(&mut self, f: &mut impl FnMut(&mut f64)) {
         let Self { sensors, bias, contrasts, mean, numerical: _ } = self;
         sensors.iter_mut().chain(bias).chain(contrasts).chain([mean]).for_each(|moments| moments.for_each_value(f));

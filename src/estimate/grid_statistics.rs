@@ -20,6 +20,7 @@ pub const CONFIDENCE: f64 = 0.95;
 /// of freedom less than passes (1.96 after many), at least for an order statistic.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Statistic {
+    /// Estimate, in lux, or without unit for the uniformity.
     pub value: f64,
     /// Infinite before the second pass, and where nothing is known of it.
     pub standard_error: f64,
@@ -28,9 +29,13 @@ pub struct Statistic {
 /// Statistics of the illuminances of a grid, in lux.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GridStatistics {
+    /// Mean over the sensors.
     pub mean: Statistic,
+    /// Median over the sensors; of an even number, the mean of the two in the middle.
     pub median: Statistic,
+    /// Least of the sensors.
     pub min: Statistic,
+    /// Greatest of the sensors.
     pub max: Statistic,
     /// Minimum over mean, 0..1; not finite when all is dark.
     pub uniformity: Statistic,

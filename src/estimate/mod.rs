@@ -22,12 +22,19 @@ pub use crate::integrator::photon::ledger::Ledger;
 /// The state of a job: everything that its passes have added up to. Merged in chunk order only.
 #[derive(Clone, Debug, Default)]
 pub struct Estimate {
+    /// Number of passes; a solution counts as one.
     pub passes: u64,
+    /// Number of photons that set out in all passes.
     pub photons: u64,
+    /// Number of ray segments of all passes; a closed form through a guide counts as one.
     pub rays: u64,
+    /// Illuminances, in the order of the scene's grids.
     pub grids: Vec<GridEstimate>,
+    /// Luminances, in the order of the scene's views.
     pub views: Vec<FilmEstimate>,
+    /// Fluxes, in the order of the scene's tubes.
     pub tubes: Vec<TubeEstimate>,
+    /// Where the flux went, in lm: the sum over the passes.
     pub ledger: Ledger,
     /// Statistics of points that the last pass left to the next one; empty where passes are independent.
     pub carried: Carried,
@@ -36,8 +43,11 @@ pub struct Estimate {
 /// Flux through one tube in lm, per pass.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct TubeEstimate {
+    /// Flux that reaches the collector from outside.
     pub at_collector: Moments,
+    /// Flux that arrives at the closure from above.
     pub at_diffuser: Moments,
+    /// Flux that leaves the closure downward.
     pub into_room: Moments,
 }
 

@@ -6,11 +6,15 @@ use crate::statistics::interval::two_sided_normal_quantile;
 /// The document's `stop`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StopRule {
+    /// Largest relative error of the grids at `confidence`, > 0.
     pub relative_error: f64,
+    /// Largest relative error of the views at `confidence`, > 0, over blocks of pixels.
     pub view_relative_error: f64,
     /// Confidence of the errors, 0..1.
     pub confidence: f64,
+    /// Passes after which the job ends in any case.
     pub max_passes: u64,
+    /// Seconds of rendering after which the job ends in any case.
     pub max_seconds: f64,
 }
 
@@ -18,7 +22,9 @@ pub struct StopRule {
 /// error: before the second pass, or by a formula.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Accuracy {
+    /// Relative error of the worst grid.
     pub grids: Option<f64>,
+    /// Relative error of the worst view.
     pub views: Option<f64>,
 }
 

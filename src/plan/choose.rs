@@ -12,20 +12,27 @@ use crate::traceable::TraceableScene;
 /// Methods of the grids and of the views; `None` where the job has no such output.
 #[derive(Clone, Debug)]
 pub struct Methods {
+    /// The method that computes all grids.
     pub grids: Option<MethodChoice>,
+    /// The method that computes all views.
     pub views: Option<MethodChoice>,
 }
 
+/// A method with its settings, and why it was taken.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MethodChoice {
+    /// The method, its settings complete with defaults.
     pub method: Method,
+    /// One sentence for the reader of a plan.
     pub reason: String,
 }
 
 /// The document's `method`.
 #[derive(Clone, Debug, PartialEq)]
 pub enum MethodRequest {
+    /// The program chooses; it takes a method that refuses nothing.
     Auto,
+    /// This method, or a refusal.
     Method(Method),
 }
 

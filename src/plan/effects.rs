@@ -30,6 +30,7 @@ pub enum EffectKind {
 }
 
 impl EffectKind {
+    /// All effects, in the order of plans and results.
     pub const ALL: [Self; 9] = [
         Self::Sky,
         Self::Sun,
@@ -57,6 +58,7 @@ impl EffectKind {
         }
     }
 
+    /// The effect of a name in documents; `None` for any other word.
     pub fn from_name(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|kind| kind.name() == name)
     }
@@ -70,8 +72,11 @@ impl EffectKind {
 /// Wish of a document about an effect.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum EffectRequest {
+    /// Simulate the effect where the scene calls for it, like `Auto`.
     On,
+    /// Leave the effect out, where that is allowed; the plan then bounds no error.
     Off,
+    /// Simulate the effect where the scene calls for it.
     #[default]
     Auto,
 }
@@ -79,8 +84,11 @@ pub enum EffectRequest {
 /// One effect of the plan, on or off, with its reason.
 #[derive(Clone, Debug, PartialEq)]
 pub struct EffectPlan {
+    /// The effect that is meant.
     pub kind: EffectKind,
+    /// True if the effect is simulated.
     pub on: bool,
+    /// One sentence for the reader of a plan.
     pub reason: String,
     /// When off: the largest share of any illuminance that is left out, 0 where the effect is exactly zero by physics;
     /// `None` when on, or when switched off by request at an unknown cost.
@@ -90,6 +98,7 @@ pub struct EffectPlan {
 /// All effects, in the order of [`EffectKind::ALL`].
 #[derive(Clone, Debug, Default)]
 pub struct Effects {
+    /// One entry per effect; empty before effects were decided.
     pub list: Vec<EffectPlan>,
 }
 
@@ -115,6 +124,7 @@ impl Effects {
         Self { list }
     }
 
+    /// True if the effect is simulated.
     pub fn is_on(&self, kind: EffectKind) -> bool {
         self.list.iter().any(|effect| effect.kind == kind && effect.on)
     }

@@ -9,7 +9,9 @@ use crate::traceable::{TraceableScene, TraceableTube};
 /// The computation of a guide, with the reason in one sentence.
 #[derive(Clone, Debug)]
 pub struct GuidePlan {
+    /// The way in which rays pass the guide.
     pub kind: GuideKind,
+    /// One sentence for the reader of a plan.
     pub reason: String,
 }
 

@@ -22,6 +22,7 @@ pub struct MemoryEstimate {
 }
 
 impl MemoryEstimate {
+    /// Sum of all parts, in bytes.
     pub fn total(&self) -> f64 {
         self.grids + self.views + self.working + self.meshes
     }

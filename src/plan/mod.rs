@@ -17,7 +17,9 @@ use crate::traceable::{Follow, TraceableScene, TubeError};
 /// Everything that will be simulated, with reasons; part of every result.
 #[derive(Clone, Debug)]
 pub struct Plan {
+    /// Effects that are simulated or left out.
     pub effects: Effects,
+    /// Methods of the grids and of the views.
     pub methods: Methods,
     /// Computation of each tube's guide, with the reason.
     pub guides: Vec<GuidePlan>,

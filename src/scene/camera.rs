@@ -5,8 +5,11 @@ use glam::DVec3;
 /// A perspective view in the room frame.
 #[derive(Clone, Debug)]
 pub struct View {
+    /// Name in the document, unique among the views of a job; files of results carry it.
     pub name: String,
+    /// Place of the eye in m, inside the room or outside.
     pub eye: DVec3,
+    /// Width and height of the image.
     pub size_px: [usize; 2],
     /// Unit vector along the optical axis.
     forward: DVec3,

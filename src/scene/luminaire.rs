@@ -7,7 +7,9 @@ use glam::DVec3;
 /// It occludes and absorbs what meets it from either side.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Luminaire {
+    /// Corner from which both edges start, in m.
     pub corner: DVec3,
+    /// First edge in m.
     pub edge_u: DVec3,
     /// Second edge, at a right angle to `edge_u`.
     pub edge_v: DVec3,

@@ -25,10 +25,15 @@ pub use tube::{MeshTube, Segment, StraightOrBent, Tube, TubeShape};
 pub struct Scene {
     /// `None` without a sky: electric light alone.
     pub daylight: Option<Daylight>,
+    /// The room, with everything that stands or hangs in it.
     pub room: Room,
+    /// Tubes above the room, in the document's order; results name them by their index.
     pub tubes: Vec<Tube>,
+    /// Illuminance grids, in the document's order.
     pub grids: Vec<Grid>,
+    /// Luminance images, in the document's order.
     pub views: Vec<View>,
+    /// Three where a coefficient of the document is given per channel, else one.
     pub channels: Channels,
 }
 
@@ -42,6 +47,7 @@ pub enum Channels {
 }
 
 impl Channels {
+    /// Number of channels, 1 or 3.
     pub fn count(self) -> usize {
         match self {
             Self::Photopic => 1,
@@ -53,7 +59,9 @@ impl Channels {
 /// Sky and sun above the scene, in the room frame; both absent when the sun is at or below the horizon.
 #[derive(Clone, Debug)]
 pub struct Daylight {
+    /// The sky; `None` where it gives no light.
     pub sky: Option<Sky>,
+    /// The sun; `None` where there is no beam, as under overcast skies.
     pub sun: Option<Sun>,
     /// Formula by which the absolute level of the sky was found.
     pub formula: ZenithFormula,

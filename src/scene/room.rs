@@ -8,11 +8,15 @@ use crate::optics::Surface;
 /// A box room from (0, 0, 0) to `size` in metres.
 #[derive(Clone, Debug)]
 pub struct Room {
+    /// Extent along x, y and z in m, each > 0.
     pub size: DVec3,
     /// Surfaces indexed by [`Face`]; `None` is open: light leaves, a camera may look in.
     pub surfaces: [Option<Surface>; 6],
+    /// Boxes, in the document's order.
     pub boxes: Vec<BoxObject>,
+    /// Objects of triangles, in the document's order.
     pub meshes: Vec<MeshObject>,
+    /// Electric light, in the document's order.
     pub luminaires: Vec<Luminaire>,
 }
 
@@ -35,6 +39,7 @@ pub enum Face {
 }
 
 impl Face {
+    /// All faces, each at the index of its discriminant.
     pub const ALL: [Self; 6] = [Self::West, Self::East, Self::South, Self::North, Self::Floor, Self::Ceiling];
 }
 
@@ -47,5 +52,6 @@ pub struct BoxObject {
     pub base: DVec3,
     /// Rotation about the vertical, clockwise seen from above, in radians.
     pub rotation: f64,
+    /// Optics of all six faces.
     pub surface: Surface,
 }

@@ -5,14 +5,19 @@ use glam::{DVec2, DVec3};
 /// A grid of horizontal sensors.
 #[derive(Clone, Debug)]
 pub struct Grid {
+    /// Name in the document, unique among the grids of a job; files of results carry it.
     pub name: String,
+    /// Height of the sensors above the floor.
     pub height_m: f64,
     /// Number of cells along x and y.
     pub cells: [usize; 2],
+    /// Centres of the columns, ascending, from the room's west wall.
     pub x_m: Vec<f64>,
+    /// Centres of the rows, ascending, from the room's south wall.
     pub y_m: Vec<f64>,
     /// Size of a cell along x and y in metres.
     pub cell_size_m: [f64; 2],
+    /// Whether sensors are points or whole cells.
     pub estimate: EstimateKind,
 }
 
@@ -47,6 +52,7 @@ impl Grid {
         self.cells[0] * self.cells[1]
     }
 
+    /// True if there is no sensor; documents have at least one.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }

@@ -16,6 +16,7 @@ pub struct Tube {
     pub centre: DVec2,
     /// Radius of the opening, metres.
     pub opening_radius: f64,
+    /// What stands above the opening.
     pub shape: TubeShape,
     /// The closure in the plane of the ceiling.
     pub diffuser: Diffuser,
@@ -24,7 +25,9 @@ pub struct Tube {
 /// The guide and its collector.
 #[derive(Clone, Debug)]
 pub enum TubeShape {
+    /// Mirror cylinders, whose ways have a closed form.
     Cylinders(StraightOrBent),
+    /// Triangles, or the cylinder that was recognised in them.
     Mesh(MeshTube),
 }
 
@@ -35,12 +38,14 @@ pub struct StraightOrBent {
     pub reflectance: Mirror,
     /// Straight pieces from the ceiling upward; the first is vertical.
     pub segments: Vec<Segment>,
+    /// Cover of the upper end.
     pub collector: Collector,
 }
 
 /// A segment's length runs along the axis between mitre centres.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Segment {
+    /// Length along the axis, > 0.
     pub length_m: f64,
     /// Lean of the axis from the vertical, radians, 0 <= tilt < pi.
     pub tilt: f64,
@@ -51,6 +56,7 @@ pub struct Segment {
 /// A tube given as a triangle mesh; the mesh is in metres with its origin in the centre of the opening, z up.
 #[derive(Clone, Debug)]
 pub struct MeshTube {
+    /// The triangles as they were uploaded, scaled to metres, before `rotation`.
     pub mesh: Arc<TriangleMesh>,
     /// One per material of the mesh, in the mesh's order; the optics of diffusers are the tube's `diffuser`.
     pub parts: Vec<Part>,
