@@ -51,6 +51,7 @@ pub struct Pipe {
     pub bends: u32,
     /// Reflectance of the wall, per bounce.
     pub reflectance: f64,
+    /// tau_collector of the formula, 0..=1.
     pub collector_transmittance: f64,
 }
 

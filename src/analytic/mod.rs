@@ -20,19 +20,26 @@ pub struct Tube {
     pub origin: DVec3,
     /// Radius of the opening and of the guide, in metres.
     pub radius: f64,
+    /// Mirrors and collector, as the integrators trace them.
     pub guide: Guide,
+    /// The closure in the plane of the ceiling.
     pub diffuser: Diffuser,
 }
 
 /// An empty box room under tubes, in one photopic channel.
 #[derive(Clone, Debug)]
 pub struct Installation {
+    /// The sky; `None` where it gives no light.
     pub sky: Option<Sky>,
+    /// The sun; `None` where there is no beam.
     pub sun: Option<Sun>,
+    /// Extent of the room along x, y and z in m.
     pub size: DVec3,
     /// Diffuse reflectance per face, in the order of [`crate::scene::Face`]; `None` where a face is open.
     pub reflectance: [Option<f64>; 6],
+    /// Tubes above the ceiling, in the scene's order.
     pub tubes: Vec<Tube>,
+    /// Grids to be computed, in the scene's order.
     pub grids: Vec<Grid>,
     /// True if light that is reflected between the faces counts.
     pub interreflection: bool,
@@ -49,16 +56,20 @@ pub trait Solver: Send + Sync {
 /// Result of a solver.
 #[derive(Clone, Debug, Default)]
 pub struct Solution {
+    /// Illuminances, in the order of the installation's grids.
     pub grids: Vec<GridSolution>,
+    /// Fluxes, in the order of the installation's tubes.
     pub tubes: Vec<TubeSolution>,
     /// Places where the light ended; all zero when the solver does not follow it.
     pub balance: Balance,
+    /// Number of rays that the rules of integration followed; zero for pure formulae.
     pub rays: u64,
 }
 
 /// Illuminance of one grid in lux, one value per sensor.
 #[derive(Clone, Debug, Default)]
 pub struct GridSolution {
+    /// Illuminance per sensor, in the order of [`Grid::centre`].
     pub illuminance: Vec<f64>,
     /// Estimated numerical error per sensor; empty when nothing is known of it.
     pub error: Vec<f64>,
@@ -67,15 +78,20 @@ pub struct GridSolution {
 /// Flux through one tube in lm.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct TubeSolution {
+    /// Flux that reaches the collector from outside.
     pub at_collector: Quantity,
+    /// Flux that arrives at the closure from above.
     pub at_diffuser: Quantity,
+    /// Flux that leaves the closure downward.
     pub into_room: Quantity,
 }
 
 /// A value and its estimated numerical error; `None` when nothing is known of it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Quantity {
+    /// The value, in the unit of what it stands for.
     pub value: f64,
+    /// Estimated numerical error in the same unit, >= 0.
     pub error: Option<f64>,
 }
 

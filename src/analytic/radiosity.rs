@@ -32,15 +32,18 @@ const BALANCINGS: usize = 30;
 /// A rectangle on a face of the room; faces are numbered as in [`crate::scene::Face`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Patch {
+    /// Number of the face, 0..=5.
     pub face: usize,
     /// Corners with the smallest and largest coordinates; equal along the face's axis.
     pub low: DVec3,
+    /// Corner with the largest coordinates, in m.
     pub high: DVec3,
 }
 
 /// Division of a room's faces into patches.
 #[derive(Clone, Debug)]
 pub struct Mesh {
+    /// Extent of the room along x, y and z in m.
     pub size: DVec3,
     /// Numbers of patches along x, y and z.
     pub divisions: [usize; 3],
@@ -72,10 +75,12 @@ struct Element {
 }
 
 impl Patch {
+    /// The axis that the patch is perpendicular to: 0 for x, 1 for y, 2 for z.
     pub fn axis(&self) -> usize {
         self.face / 2
     }
 
+    /// Middle of the patch, in m.
     pub fn centre(&self) -> DVec3 {
         0.5 * (self.low + self.high)
     }
@@ -229,6 +234,7 @@ impl Radiosity {
         }
     }
 
+    /// The patches that factors and exitances are numbered by.
     pub fn mesh(&self) -> &Mesh {
         &self.mesh
     }
@@ -364,7 +370,9 @@ pub struct Interreflection {
 /// Exitances of the fine and the coarse mesh.
 #[derive(Clone, Debug)]
 pub struct Exitances {
+    /// Exitances in lm/m2 by patch of the fine mesh.
     pub fine: Vec<f64>,
+    /// Exitances in lm/m2 by patch of the coarse mesh, whose patches are twice as long and wide.
     pub coarse: Vec<f64>,
     /// Root mean square, over the room, of the correction by extrapolation relative to the interreflected illuminance.
     pub correction: f64,

@@ -22,8 +22,11 @@ const NEGLIGIBLE: f64 = 1e-18;
 /// (docs/physics/tubes.md#mitred-elbows).
 #[derive(Clone, Debug)]
 pub struct BentGuide {
+    /// Radius of all cylinders in m.
     pub radius: f64,
+    /// Reflectance of the wall, per bounce.
     pub reflectance: Mirror,
+    /// Share that the collector passes at every angle, linear Rec.709, 0..=1.
     pub collector_transmittance: [f64; 3],
     segments: Vec<Cylinder>,
 }

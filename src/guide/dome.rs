@@ -26,6 +26,7 @@ const MAX_STEPS: u32 = 100_000;
 pub struct Dome {
     /// Radii of the faces in metres.
     pub inner: f64,
+    /// Radius of the outer face in metres, above that of the inner one.
     pub outer: f64,
     /// Refractive index of the shell, >= 1.
     pub index: f64,
@@ -36,7 +37,9 @@ pub struct Dome {
 /// A straight or bent guide under a dome of the guide's radius.
 #[derive(Clone, Debug)]
 pub struct DomedGuide {
+    /// The guide below; its own collector passes everything.
     pub pipe: Pipe,
+    /// The shell above the pipe's upper end.
     pub dome: Dome,
     /// The dome's frame: origin in the centre of the pipe's upper end, z along its axis.
     centre: DVec3,
@@ -46,7 +49,9 @@ pub struct DomedGuide {
 /// The guide that a dome stands on.
 #[derive(Clone, Debug)]
 pub enum Pipe {
+    /// One vertical cylinder.
     Straight(StraightGuide),
+    /// Cylinders with elbows; the dome leans with the last of them.
     Bent(BentGuide),
 }
 

@@ -24,9 +24,17 @@ const CLEARANCE: f64 = 1e-10;
 #[derive(Clone, Debug, PartialEq)]
 pub enum Part {
     /// Thin: direction unchanged.
-    Collector { transmittance: [f64; 3], reflectance: [f64; 3] },
+    Collector {
+        /// Share that passes, from either side, 0..=1.
+        transmittance: [f64; 3],
+        /// Share that is reflected, from either side; both together are at most 1.
+        reflectance: [f64; 3],
+    },
     /// Specular mirror inside, opaque outside.
-    Pipe { reflectance: Mirror },
+    Pipe {
+        /// Reflectance of the inner side, per bounce.
+        reflectance: Mirror,
+    },
     /// The opening's plane z = 0, where every ray ends anyway: not traced.
     Diffuser,
 }
@@ -34,8 +42,10 @@ pub enum Part {
 /// A mesh that cannot be a tube.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum MeshGuideError {
+    /// Diffusers alone, or nothing at all: there is no mirror and no cover to be traced.
     #[error("the mesh has no triangles with the role pipe or collector")]
     Empty,
+    /// The pipe has no collector, and its upper end no single loop of edges that a cap could close.
     #[error("without a collector the pipe's upper end must be a closed loop of edges, which was not found")]
     NoUpperEnd,
 }
@@ -102,6 +112,7 @@ impl MeshGuide {
         })
     }
 
+    /// Number of triangles that rays are tested against, the cap of an open upper end included.
     pub fn triangle_count(&self) -> usize {
         self.parts.len()
     }

@@ -27,10 +27,13 @@ use crate::sampling::PathRandom;
 #[derive(Clone, Debug)]
 #[expect(clippy::large_enum_variant, reason = "one per tube, never moved while light is traced")]
 pub enum Guide {
+    /// One vertical cylinder, in closed form.
     Straight(StraightGuide),
+    /// Cylinders with mitred elbows, in closed form between the elbows.
     Bent(BentGuide),
     /// Boxed: other guides need not be as large.
     Domed(Box<DomedGuide>),
+    /// Triangles, met one by one.
     Mesh(MeshGuide),
 }
 

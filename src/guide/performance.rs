@@ -137,6 +137,7 @@ fn follow(guide: &Guide, point: [f64; 2], toward: DVec3, random: &mut PathRandom
 pub struct SkyPatch {
     /// Unit vector toward its middle.
     pub toward: DVec3,
+    /// Solid angle of the patch in sr.
     pub solid_angle_sr: f64,
 }
 

@@ -18,6 +18,7 @@ const MOST_TURN: f64 = TAU / 16.0 * (1.0 + 1e-9);
 /// Result of the search for a cylinder in a mesh.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Section {
+    /// A cylinder that takes the mesh's place.
     Cylinder(RecognisedCylinder),
     /// A mesh that is traced facet by facet.
     Facets {
@@ -34,13 +35,17 @@ pub enum Section {
 /// that is meant is the one around the facets.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RecognisedCylinder {
+    /// Radius in m: that of the circle around the vertices.
     pub radius: f64,
+    /// Length in m, from the opening to the upper end.
     pub length: f64,
     /// Number of sides of the mesh's lower end.
     pub sides: usize,
     /// Largest distance of a vertex from where the cylinder has it, in metres.
     pub deviation: f64,
+    /// Reflectance of the wall, per bounce.
     pub reflectance: Mirror,
+    /// Share that the cover passes, linear Rec.709; 1 where the upper end is open.
     pub collector_transmittance: [f64; 3],
 }
 

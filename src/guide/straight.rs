@@ -12,9 +12,13 @@ use crate::sampling::warp;
 /// A vertical mirror cylinder from z = 0 to z = `length`.
 #[derive(Clone, Debug)]
 pub struct StraightGuide {
+    /// Radius in m.
     pub radius: f64,
+    /// Length in m, > 0.
     pub length: f64,
+    /// Reflectance of the wall, per bounce.
     pub reflectance: Mirror,
+    /// Share that the collector passes at every angle, linear Rec.709, 0..=1.
     pub collector_transmittance: [f64; 3],
 }
 

@@ -20,8 +20,11 @@ pub enum End {
 /// A ray's way through a guide.
 #[derive(Clone, Copy, Debug)]
 pub struct Transit<const C: usize> {
+    /// Where the way ended.
     pub end: End,
+    /// Point of the end in the tube's frame, in m.
     pub position: DVec3,
+    /// Unit direction in which the ray goes on from there.
     pub direction: DVec3,
     /// Share that passes the collector, of the light that reached it.
     pub collector: Spectrum<C>,
@@ -44,6 +47,8 @@ impl<const C: usize> Transit<C> {
 /// A point where parallel light may enter, and the area it stands for perpendicular to the light.
 #[derive(Clone, Copy, Debug)]
 pub struct Entry {
+    /// Start of the ray in the tube's frame, in m.
     pub position: DVec3,
+    /// Area perpendicular to the light over which entry points are spread evenly, in m2.
     pub projected_area_m2: f64,
 }

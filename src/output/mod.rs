@@ -19,19 +19,33 @@ use crate::optics::spectrum::REC709_LUMINANCE;
 /// Reason why a picture could not be written: its size or the encoder, never its numbers.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum OutputError {
+    /// The EXR encoder failed, with its own words.
     #[error("EXR: {0}")]
     Exr(String),
+    /// The PNG encoder failed, with its own words.
     #[error("PNG: {0}")]
     Png(String),
+    /// The plot could not be drawn, with the words of the library.
     #[error("plot: {0}")]
     Plot(String),
+    /// The numbers are not as many as the pixels ask for, or there are no pixels.
     #[error("{values} values do not fill {width} x {height} pixels of {channels} channels")]
-    Size { values: usize, width: usize, height: usize, channels: usize },
+    Size {
+        /// Numbers that were given.
+        values: usize,
+        /// Pixels in a row.
+        width: usize,
+        /// Number of rows.
+        height: usize,
+        /// Numbers per pixel.
+        channels: usize,
+    },
 }
 
 /// An image to be written.
 #[derive(Clone, Copy, Debug)]
 pub struct Image<'a> {
+    /// Width and height, each > 0.
     pub size_px: [usize; 2],
     /// Number of channels, 1 or 3.
     pub channels: usize,

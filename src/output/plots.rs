@@ -18,9 +18,11 @@ const GUIDE: RGBColor = RGBColor(120, 120, 120);
 /// One pass of a job.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ConvergencePoint {
+    /// Seconds of rendering until the end of the pass.
     pub seconds: f64,
     /// Relative error of the grids at the asked confidence.
     pub grids: Option<f64>,
+    /// Relative error of the views at the asked confidence.
     pub views: Option<f64>,
 }
 
@@ -94,16 +96,22 @@ pub fn convergence(points: &[ConvergencePoint]) -> Result<String, OutputError> {
 /// A named set of points of a plot, joined by a line, marked, or both.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Series {
+    /// Name in the legend.
     pub name: String,
+    /// Points (x, y) to be joined, in their order; none: no line.
     pub line: Vec<(f64, f64)>,
+    /// Points (x, y) to be marked by circles.
     pub marks: Vec<(f64, f64)>,
 }
 
 /// Title and range of an axis.
 #[derive(Clone, Copy, Debug)]
 pub struct Axis<'a> {
+    /// Name of the quantity with its unit.
     pub title: &'a str,
+    /// Value at the axis' lower or left end.
     pub from: f64,
+    /// Value at the other end.
     pub to: f64,
 }
 

@@ -44,6 +44,7 @@ pub struct ToneMapping {
 }
 
 impl ToneMapping {
+    /// Adapts to an image. An error if its numbers do not fill its pixels.
     pub fn of(image: Image) -> Result<Self, OutputError> {
         image.check()?;
         let luminances = image.luminances();

@@ -8,13 +8,16 @@ pub const LETTER_PX: usize = 16;
 /// 8-bit sRGB, top row first.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Raster {
+    /// Pixels in a row.
     pub width: usize,
+    /// Number of rows.
     pub height: usize,
     /// Red, green, blue of every pixel.
     pub pixels: Vec<u8>,
 }
 
 impl Raster {
+    /// A picture of one colour.
     pub fn filled(width: usize, height: usize, colour: [u8; 3]) -> Self {
         Self { width, height, pixels: colour.repeat(width * height) }
     }
@@ -27,6 +30,7 @@ impl Raster {
         }
     }
 
+    /// Colour of a pixel of the picture, `x` from the left and `y` from the top.
     pub fn get(&self, x: usize, y: usize) -> [u8; 3] {
         let at = 3 * (y * self.width + x);
         [self.pixels[at], self.pixels[at + 1], self.pixels[at + 2]]

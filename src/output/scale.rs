@@ -11,8 +11,11 @@ const MOST_DECADES: i32 = 4;
 /// Map from values to positions 0..1.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Scale {
+    /// Value at position 0; positive on a logarithmic scale.
     pub lowest: f64,
+    /// Value at position 1, above the lowest.
     pub highest: f64,
+    /// True if positions go by the logarithm of the values.
     pub logarithmic: bool,
 }
 

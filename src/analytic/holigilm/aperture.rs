@@ -20,7 +20,7 @@ const MOST_HALVINGS: u32 = 12;
 const LARGEST_TURN: f64 = 0.3;
 
 /// A sensor that looks up, below the clear zone of a tube.
-pub struct Aperture<'a> {
+pub(super) struct Aperture<'a> {
     pub tube: &'a Tube,
     pub sensor: DVec3,
     /// Inner and outer radius of the clear zone.
@@ -29,7 +29,7 @@ pub struct Aperture<'a> {
 
 /// Zenith angles over the solar disc.
 #[derive(Clone, Copy, Debug)]
-pub struct SunNode {
+pub(super) struct SunNode {
     pub zenith_angle: f64,
     /// Step of the zenith angle, radians.
     pub step: f64,
@@ -38,7 +38,7 @@ pub struct SunNode {
 }
 
 /// Midpoints of `count` intervals that crowd toward the disc's upper and lower rim; none below the horizon.
-pub fn sun_nodes(sun: &Sun, count: usize) -> Vec<SunNode> {
+pub(super) fn sun_nodes(sun: &Sun, count: usize) -> Vec<SunNode> {
     let centre = sun.direction.truncate().length().atan2(sun.direction.z);
     let half_squared = (0.5 * HALF_ANGLE).sin().powi(2);
     (0..count)

@@ -13,12 +13,12 @@
 //! error; rules without points run at two resolutions. Rays are added until the asked accuracy is reached or a cap.
 
 pub mod aperture;
-pub mod beam;
+mod beam;
 mod coefficients;
 mod indirect;
 mod levels;
 mod light;
-pub mod profile;
+mod profile;
 mod quadrature;
 
 use std::sync::atomic::{AtomicBool, Ordering};
