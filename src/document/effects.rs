@@ -16,8 +16,11 @@ use crate::plan::effects::{EffectKind, EffectRequest, EffectRequests};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum EffectSwitch {
+    /// Simulated where the scene calls for it.
     On,
+    /// Left out, where the effect can be left out.
     Off,
+    /// The plan decides.
     #[default]
     Auto,
 }
@@ -36,7 +39,7 @@ pub fn requests(effects: &Effects) -> EffectRequests {
 }
 
 /// Refuses names that are not of an effect.
-pub fn check_effects(effects: &Effects, checks: &mut Checks) {
+pub(crate) fn check_effects(effects: &Effects, checks: &mut Checks) {
     for name in effects.keys().filter(|name| EffectKind::from_name(name).is_none()) {
         let known = EffectKind::ALL.map(EffectKind::name);
         let hint = hints::did_you_mean(name, known).map_or(String::new(), |name| format!("; did you mean `{name}`?"));

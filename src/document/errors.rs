@@ -25,6 +25,7 @@ pub struct DocumentErrors(pub Vec<FieldError>);
 /// A note to the user: the result is valid, but not what a reader may expect.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize, utoipa::ToSchema)]
 pub struct Warning {
+    /// Kind of the warning, for programs.
     pub code: WarningCode,
     /// Sentence for people, with the numbers of the case.
     pub detail: String,
@@ -70,11 +71,13 @@ impl From<CaveatCode> for WarningCode {
 
 /// Collects everything that is wrong with a document.
 #[derive(Default)]
-pub struct Checks {
+pub(crate) struct Checks {
+    /// What was found so far, in the order of the checks.
     pub errors: Vec<FieldError>,
 }
 
 impl Checks {
+    /// Adds one fault.
     pub fn refuse(&mut self, pointer: impl Into<String>, detail: impl Into<String>) {
         self.errors.push(FieldError { pointer: pointer.into(), detail: detail.into() });
     }
@@ -113,7 +116,8 @@ impl Checks {
 }
 
 /// A number of a document, of any type.
-pub trait Number: Copy + Display {
+pub(crate) trait Number: Copy + Display {
+    /// The number as f64.
     fn as_f64(self) -> f64;
 }
 

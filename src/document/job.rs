@@ -45,6 +45,7 @@ pub struct JobDocument {
     /// Required unless `tubes` is empty.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sky: Option<SkyDocument>,
+    /// The room, its surfaces, objects and luminaires.
     pub room: RoomDocument,
     /// Tubular daylight devices, at most 64.
     #[serde(default)]
@@ -55,8 +56,10 @@ pub struct JobDocument {
     /// Camera views, at most 64.
     #[serde(default)]
     pub views: Vec<ViewDocument>,
+    /// Method of the computation: `auto`, a name, or an object with a `kind` and its settings.
     #[serde(default)]
     pub method: MethodDocument,
+    /// Accuracy and limits at which the job ends.
     #[serde(default)]
     pub stop: StopDocument,
     /// Effects of the plan by name; those that are absent are `auto`. With `glossy` off, surfaces absorb the light of their
@@ -105,6 +108,7 @@ impl JobDocument {
         if checks.errors.is_empty() { Ok(ValidJob(document)) } else { Err(DocumentErrors(checks.errors)) }
     }
 
+    /// Rule that ends the job.
     pub fn stop_rule(&self) -> StopRule {
         self.stop.rule()
     }

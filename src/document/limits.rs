@@ -9,7 +9,9 @@ use std::ops::{Bound, RangeBounds, RangeInclusive};
 /// Numbers from one to another; either end may be left out.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Range {
+    /// Lower end.
     pub lowest: Bound<f64>,
+    /// Upper end.
     pub highest: Bound<f64>,
 }
 
@@ -93,15 +95,21 @@ pub const TOUCHING_M: f64 = 1e-9;
 pub const JOB_NAME: RangeInclusive<usize> = 0..=1000;
 /// Number of grids, and of views.
 pub const OUTPUTS: RangeInclusive<usize> = 0..=64;
+/// Number of tubes.
 pub const TUBES: RangeInclusive<usize> = 0..=64;
 
 /// Relative errors that a document may ask for.
 pub const RELATIVE_ERROR: Range = above(0.0, 1.0);
+/// Confidence of errors: below a half an interval would say less than its middle.
 pub const CONFIDENCE: Range = below(0.5, 1.0);
+/// Number of passes of one job.
 pub const PASSES: Range = within(1.0, 1e9);
+/// Seconds of rendering that a document may ask for; a service may allow less.
 pub const SECONDS: Range = above(0.0, 1e9);
 
+/// Latitude, north positive.
 pub const LATITUDE_DEG: Range = within(-90.0, 90.0);
+/// Longitude, east positive.
 pub const LONGITUDE_DEG: Range = within(-180.0, 180.0);
 /// Height above sea level in metres: from below the shore of the Dead Sea to above Mount Everest.
 pub const ELEVATION_M: Range = within(-500.0, 9000.0);
@@ -111,8 +119,11 @@ pub const YEAR: Range = within(-2000.0, 6000.0);
 pub const CIE_TYPE: Range = within(1.0, 16.0);
 /// CIE types that have a turbidity.
 pub const TURBID_TYPES: RangeInclusive<u8> = 7..=15;
+/// Diffuse over extraterrestrial horizontal illuminance: more cannot come down than comes in.
 pub const DIFFUSE_RATIO: Range = above(0.0, 1.0);
+/// Luminous turbidity: the published fits end at 12.
 pub const TURBIDITY: Range = above(0.0, 12.0);
+/// Altitude of the sun; below the horizon it gives no light.
 pub const ALTITUDE_DEG: Range = within(-90.0, 90.0);
 
 /// Length of an edge of a room in metres.
@@ -121,22 +132,30 @@ pub const ROOM_EDGE_M: Range = within(0.01, 10_000.0);
 pub const SIZE_M: Range = above(0.0, 10_000.0);
 /// Coordinate of a point in the plane of the ceiling, in metres.
 pub const IN_PLANE_M: Range = within(0.0, 10_000.0);
+/// Number of objects in a room.
 pub const OBJECTS: RangeInclusive<usize> = 0..=1000;
+/// Number of luminaires in a room.
 pub const LUMINAIRES: RangeInclusive<usize> = 0..=256;
 /// Triangles of all objects of a room together, each copy counted.
 pub const MOST_TRIANGLES: usize = 2_000_000;
 /// Roughness of a surface; between 0 and [`crate::optics::glossy::LEAST_ROUGHNESS`] it is refused, too.
 pub const ROUGHNESS: Range = within(0.0, 1.0);
 
+/// Number of segments of a tube.
 pub const SEGMENTS: RangeInclusive<usize> = 1..=16;
+/// Length of one segment of a tube.
 pub const SEGMENT_LENGTH_M: Range = above(0.0, 1000.0);
+/// Lean of a segment from the vertical: a guide may turn back up, not far.
 pub const TILT_DEG: Range = within(0.0, 135.0);
 /// Number of characters of a mesh's id.
 pub const MESH_ID: RangeInclusive<usize> = 1..=1024;
 /// Number of materials of a mesh tube.
 pub const PARTS: RangeInclusive<usize> = 1..=usize::MAX;
+/// Refractive index of a dome: from air to beyond diamond.
 pub const REFRACTIVE_INDEX: Range = within(1.0, 4.0);
+/// Thickness of a dome's shell.
 pub const THICKNESS_M: Range = above(0.0, 1.0);
+/// Napierian absorption coefficient of a dome's material.
 pub const ABSORPTION_PER_M: Range = within(0.0, 1e6);
 /// Radius of a zone of a diffuser, where the tube's is not known.
 pub const ZONE_RADIUS_M: Range = within(0.0, 5_000.0);
@@ -145,8 +164,11 @@ pub const ZONE_RADIUS_M: Range = within(0.0, 5_000.0);
 pub const TABLE_ANGLE_DEG: Range = within(0.0, 90.0);
 /// Value of a table of scattering, in 1/sr.
 pub const SCATTERING_PER_SR: Range = within(0.0, 1e9);
+/// Number of angles of a mirror's table.
 pub const MIRROR_ROWS: RangeInclusive<usize> = 2..=1000;
+/// Number of angles of incidence of a measured diffuser: every quarter of a degree.
 pub const INCIDENCES: RangeInclusive<usize> = 2..=361;
+/// Number of angles of exit of a measured diffuser: every eighth of a degree.
 pub const EXITS: RangeInclusive<usize> = 2..=721;
 
 /// Number of characters of a grid's or a view's name.
@@ -157,10 +179,13 @@ pub const GRID_HEIGHT_M: Range = within(0.0, 10_000.0);
 pub const MARGIN_M: Range = within(0.0, 5_000.0);
 /// Number of cells along one axis of a grid.
 pub const CELLS: RangeInclusive<u32> = 1..=1000;
+/// Largest number of cells of one grid.
 pub const MOST_GRID_CELLS: u64 = 100_000;
 /// Number of pixels along one edge of a picture.
 pub const PIXELS_OF_AN_EDGE: RangeInclusive<u32> = 1..=8192;
+/// Largest number of pixels of one picture, 4096 x 4096.
 pub const MOST_PIXELS: u64 = 16_777_216;
+/// Angle between the edges of a picture: at 180 degrees its plane would be infinite.
 pub const FIELD_OF_VIEW_DEG: Range = between(0.0, 179.0);
 
 /// Bounds of the fields by component and field, for the schema.

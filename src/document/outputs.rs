@@ -31,6 +31,7 @@ pub struct GridDocument {
     /// Distance of the outer cells' edges from the walls.
     #[serde(default)]
     pub margin_m: f64,
+    /// Points or averages over the cells; default: points.
     #[serde(default)]
     pub estimate: EstimateDocument,
 }
@@ -71,6 +72,7 @@ pub struct ViewDocument {
     /// Unique among the views; names the files of the result.
     #[schema(pattern = "^[A-Za-z0-9][A-Za-z0-9._-]{0,63}$")]
     pub name: String,
+    /// Place of the camera in metres.
     #[schema(value_type = Vector)]
     pub eye_m: [f64; 3],
     /// Point that the camera looks at; differs from `eye_m`.
@@ -80,6 +82,7 @@ pub struct ViewDocument {
     #[serde(default = "default_up")]
     #[schema(value_type = Vector)]
     pub up: [f64; 3],
+    /// Angle between the lower and the upper edge of the picture, above 0 and below 179; default: 60.
     #[serde(default = "default_fov")]
     pub vertical_fov_deg: f64,
     /// Width and height, each 1..8192, at most 16777216 pixels.
@@ -123,7 +126,7 @@ impl ViewDocument {
 }
 
 /// `room_size_m`: `None` when it is refused.
-pub fn check_outputs(
+pub(crate) fn check_outputs(
     grids: &[GridDocument],
     views: &[ViewDocument],
     room_size_m: Option<[f64; 3]>,

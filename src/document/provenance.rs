@@ -23,6 +23,7 @@ pub struct Provenance {
 /// How the absolute level of the sky was found.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct ZenithProvenance {
+    /// Formula, or the given number, that the level comes from.
     pub formula: ZenithFormulaName,
     /// Of the formula `dv_ev`: the ratio of diffuse to extraterrestrial illuminance, given or typical of the type.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -30,18 +31,25 @@ pub struct ZenithProvenance {
     /// Of the formula `luminous_turbidity`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub luminous_turbidity: Option<f64>,
+    /// Luminance of the zenith.
     pub zenith_luminance_cd_m2: f64,
     /// Unobstructed, of the sky alone.
     pub horizontal_illuminance_lux: f64,
 }
 
+/// Source of a sky's absolute level.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum ZenithFormulaName {
+    /// The document gives the luminance of the zenith.
     GivenZenithLuminance,
+    /// The document gives the diffuse horizontal illuminance.
     GivenHorizontalIlluminance,
+    /// Kittler and Darula's fit by the ratio of diffuse to extraterrestrial illuminance.
     DvEv,
+    /// Kittler and Darula's fit by the luminous turbidity.
     LuminousTurbidity,
+    /// The diffuse horizontal illuminance of a sky of the IES.
     IesHorizontalIlluminance,
 }
 
@@ -60,8 +68,11 @@ impl From<ZenithFormula> for ZenithFormulaName {
 /// The sun's beam.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct SunProvenance {
+    /// True if the beam is in the result.
     pub on: bool,
+    /// What the beam's illuminance comes from.
     pub source: BeamSource,
+    /// Illuminance of a surface that faces the sun, by the beam alone.
     pub normal_illuminance_lux: f64,
     /// Unobstructed, of the beam alone.
     pub horizontal_illuminance_lux: f64,
@@ -80,9 +91,15 @@ pub enum BeamSource {
     /// The type of the sky has no sun.
     SunlessType,
     /// 133.8 klx exp(-a m Tv).
-    Turbidity { luminous_turbidity: f64 },
+    Turbidity {
+        /// Luminous turbidity Tv, given or typical of the type.
+        luminous_turbidity: f64,
+    },
     /// 127.5 klx exp(-c / sin(altitude)).
-    Ies { extinction: f64 },
+    Ies {
+        /// Extinction c per unit of air mass.
+        extinction: f64,
+    },
 }
 
 /// Refraction of the solar altitude.
@@ -90,7 +107,10 @@ pub enum BeamSource {
 #[serde(tag = "kind", rename_all = "snake_case")]
 pub enum RefractionProvenance {
     /// The altitude comes from place and time, with refraction at 1013.25 mbar and 15 C.
-    Applied { airless_altitude_deg: f64 },
+    Applied {
+        /// Altitude without refraction.
+        airless_altitude_deg: f64,
+    },
     /// The document gives the sun's position, which counts as apparent.
     Given,
 }
@@ -99,7 +119,9 @@ pub enum RefractionProvenance {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum GuideProvenance {
+    /// A straight cylinder, in closed form from end to end.
     ClosedFormStraight,
+    /// Cylinders with elbows, in closed form between the elbows.
     ClosedFormBent,
     /// A mesh that was recognised as a cylinder and is computed in closed form.
     ClosedFormStraightRecognised,

@@ -17,6 +17,7 @@ pub struct StopDocument {
     pub view_relative_error: f64,
     /// Confidence of the two-sided normal interval.
     pub confidence: f64,
+    /// Passes after which the job ends, 1..1e9.
     pub max_passes: u64,
     /// Render time in seconds; the pass that runs when they are used up is dropped. A service may allow less (one hour by default).
     pub max_seconds: f64,
@@ -29,12 +30,14 @@ impl Default for StopDocument {
 }
 
 impl StopDocument {
+    /// The rule that a job is judged by.
     pub fn rule(self) -> StopRule {
         let Self { relative_error, view_relative_error, confidence, max_passes, max_seconds } = self;
         StopRule { relative_error, view_relative_error, confidence, max_passes, max_seconds }
     }
 
-    pub fn check(&self, checks: &mut Checks) {
+    /// Refuses numbers out of their bounds.
+    pub(crate) fn check(&self, checks: &mut Checks) {
         checks.number("/stop/relative_error", self.relative_error, RELATIVE_ERROR);
         checks.number("/stop/view_relative_error", self.view_relative_error, RELATIVE_ERROR);
         checks.number("/stop/confidence", self.confidence, CONFIDENCE);

@@ -52,6 +52,7 @@ impl Stop {
         self.0.raised.store(true, Ordering::Release);
     }
 
+    /// Why the render shall end; `None` while it may go on.
     pub fn reason(&self) -> Option<StopReason> {
         if !self.0.raised.load(Ordering::Acquire) {
             return None;

@@ -11,6 +11,7 @@ use crate::estimate::Estimate;
 pub struct Chunk {
     /// Estimate of these passes alone (and what passes hand on): merge it onto the estimate of all earlier chunks.
     pub estimate: Estimate,
+    /// Seconds that these passes took to render.
     pub seconds: f64,
     /// The chunk was cut short, and the job ends with it.
     pub ended: Option<StopReason>,
@@ -18,18 +19,33 @@ pub struct Chunk {
 
 /// A job rendered to its end.
 pub struct Rendered {
+    /// Everything that the passes have added up to.
     pub estimate: Estimate,
+    /// Seconds that all passes took to render.
     pub seconds: f64,
+    /// What ended the job.
     pub stopped_by: StoppedBy,
 }
 
-/// A failure that is ours: a non-finite tally, with the pass and the sensor.
+/// A failure of the program, not of the document: a sum that is not finite, or a result that cannot be written.
 #[derive(Debug, thiserror::Error)]
 pub enum RenderError {
+    /// A sum became infinite or no number.
     #[error("pass {pass}: {place} is not finite")]
-    NotFinite { pass: u64, place: String },
+    NotFinite {
+        /// Number of the pass, from 0.
+        pass: u64,
+        /// Sensor or pixel, in words.
+        place: String,
+    },
+    /// A result could not be written.
     #[error("{file}: {reason}")]
-    Output { file: String, reason: String },
+    Output {
+        /// Name of the result.
+        file: String,
+        /// Words of the encoder.
+        reason: String,
+    },
 }
 
 /// Everything up to a pass: passes of earlier chunks, and those of the running one.

@@ -17,9 +17,13 @@ use crate::traceable::TraceableScene;
 pub struct Prepared {
     /// The document as understood, all defaults filled in.
     pub document: serde_json::Value,
+    /// What is simulated and by which methods, with reasons.
     pub plan: Plan,
+    /// Notes on the document and on its methods.
     pub warnings: Vec<Warning>,
+    /// Rule that ends the job.
     pub stop: StopRule,
+    /// Free text that the document has as its name.
     pub name: Option<String>,
     pub(super) scene: Scene,
     pub(super) provenance: Provenance,
@@ -129,10 +133,12 @@ impl Prepared {
         BYTES + tubes.len() * BYTES_PER_TUBE + (triangles + of_tubes) * BYTES_PER_TRIANGLE + sensors * BYTES_PER_SENSOR
     }
 
+    /// True if the job has images to render.
     pub fn has_views(&self) -> bool {
         !self.scene.views.is_empty()
     }
 
+    /// Illuminance grids, in the document's order.
     pub fn grids(&self) -> &[Grid] {
         &self.scene.grids
     }
@@ -178,6 +184,7 @@ impl Prepared {
         matches!(self.engine, Engine::Dark)
     }
 
+    /// Relative errors of `merged` at the confidence of the job's rule.
     pub fn accuracy(&self, merged: &Estimate) -> Accuracy {
         self.stop.accuracy(merged)
     }

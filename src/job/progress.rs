@@ -7,14 +7,20 @@ use utoipa::ToSchema;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum StoppedBy {
+    /// Every output is as accurate as asked.
     RelativeError,
+    /// The document allows no more passes.
     MaxPasses,
+    /// The document or the service allows no more seconds.
     MaxSeconds,
+    /// A deterministic method has solved it.
     Exact,
+    /// Somebody cancelled it; passes that were done count.
     Cancelled,
 }
 
 impl StoppedBy {
+    /// The name in JSON.
     pub fn name(self) -> &'static str {
         match self {
             Self::RelativeError => "relative_error",
@@ -33,7 +39,9 @@ pub struct PassReport {
     pub passes: u64,
     /// Render seconds of the job so far, earlier chunks included.
     pub seconds: f64,
+    /// Photons that set out so far.
     pub photons: u64,
+    /// Ray segments so far; a closed form through a guide counts as one.
     pub rays: u64,
     /// Relative error of the grids at the asked confidence, as `stop.relative_error` asks for it; null before the second pass.
     pub relative_error: Option<f64>,
@@ -46,8 +54,11 @@ pub struct PassReport {
 /// Progress of a job.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct Progress {
+    /// Passes done.
     pub passes: u64,
+    /// Photons that set out.
     pub photons: u64,
+    /// Ray segments; a closed form through a guide counts as one.
     pub rays: u64,
     /// Render seconds up to now.
     pub seconds: f64,

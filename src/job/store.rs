@@ -12,19 +12,27 @@ use uuid::Uuid;
 use crate::document::Warning;
 use crate::job::progress::{PassReport, Progress, StoppedBy};
 
+/// State of a job, from `queued` to one of the three final ones.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize, utoipa::ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum JobStatus {
+    /// No chunk of it was claimed yet.
     Queued,
+    /// A worker has claimed a chunk of it; between two chunks it stays so.
     Running,
+    /// Its rule ended it, and results are there.
     Succeeded,
+    /// It ended by a failure, which its problem tells.
     Failed,
+    /// Somebody ended it.
     Cancelled,
 }
 
 impl JobStatus {
+    /// All states, the final ones last.
     pub const ALL: [Self; 5] = [Self::Queued, Self::Running, Self::Succeeded, Self::Failed, Self::Cancelled];
 
+    /// The name in JSON and in the database.
     pub fn name(self) -> &'static str {
         match self {
             Self::Queued => "queued",
@@ -35,6 +43,7 @@ impl JobStatus {
         }
     }
 
+    /// The state of a name; `None` for any other word.
     pub fn from_name(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|status| status.name() == name)
     }
@@ -48,30 +57,44 @@ impl JobStatus {
 /// A job without its long fields. Times are milliseconds since 1970.
 #[derive(Clone, Debug)]
 pub struct JobHead {
+    /// Version 7, so that ids ascend with the time of creation.
     pub id: Uuid,
+    /// Free text of the document.
     pub name: Option<String>,
+    /// State of the job.
     pub status: JobStatus,
+    /// True once somebody asked to cancel it; the worker may not have heard yet.
     pub cancel_requested: bool,
+    /// Passes done, and their cost and accuracy.
     pub progress: Progress,
+    /// What ended the job; `None` before its end, and where its passes failed.
     pub stopped_by: Option<StoppedBy>,
     /// Sequence number of the newest event.
     pub last_seq: i64,
+    /// When it was posted.
     pub created_at: i64,
+    /// When its first chunk was claimed.
     pub started_at: Option<i64>,
+    /// When it came to a final state.
     pub finished_at: Option<i64>,
 }
 
+/// A job with everything that one who asks for it is told.
 #[derive(Clone, Debug)]
 pub struct Job {
+    /// State, progress and times.
     pub head: JobHead,
     /// The document as understood.
     pub document: Value,
+    /// The plan, as JSON.
     pub plan: Value,
+    /// Notes on the document and on its methods.
     pub warnings: Vec<Warning>,
     /// Hash of the canonical body.
     pub body_hash: String,
     /// What is known of the results; of a job that ended with passes, all of them in short.
     pub summary: Option<Value>,
+    /// Why it failed; `None` unless it did.
     pub problem: Option<JobProblem>,
 }
 
@@ -80,7 +103,9 @@ pub struct Job {
 pub struct JobSource {
     /// The document as it was posted: what [`crate::job::prepare::prepare`] takes.
     pub submitted: String,
+    /// True once somebody asked to cancel it.
     pub cancel_requested: bool,
+    /// Merged state of all ended chunks; `None` before the first one has ended.
     pub state: Option<StateFile>,
     /// Render seconds of the merged chunks.
     pub merged_seconds: f64,
@@ -89,27 +114,38 @@ pub struct JobSource {
 /// Why a job failed.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize, utoipa::ToSchema)]
 pub struct JobProblem {
+    /// Short words, the same for all failures of a kind.
     pub title: String,
+    /// What happened to this job.
     pub detail: String,
 }
 
 /// The merged state of a job as a stored file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StateFile {
+    /// Key of the file in the object store.
     pub key: String,
+    /// blake3 of the content, hexadecimal.
     pub hash: String,
 }
 
 /// A job to be queued.
 pub struct NewJob {
+    /// Free text of the document.
     pub name: Option<String>,
+    /// The document as it was posted.
     pub submitted: String,
+    /// The document as understood, defaults filled in.
     pub document: Value,
+    /// The plan, as JSON.
     pub plan: Value,
     /// What is known of the results before the first pass.
     pub known: Map<String, Value>,
+    /// Notes on the document and on its methods.
     pub warnings: Vec<Warning>,
+    /// Header `Idempotency-Key` of the request; a key names one body.
     pub idempotency_key: Option<String>,
+    /// Hash of the canonical body, which tells a repetition from a reuse of the key.
     pub body_hash: String,
     /// Uploaded meshes that the document names.
     pub meshes: Vec<String>,
@@ -117,29 +153,39 @@ pub struct NewJob {
     pub first_chunk: Range<u64>,
 }
 
+/// What became of a job that was to be queued.
 pub enum Submission {
+    /// It waits.
     New(Job),
     /// The key was used before with the same body.
     Repeated(Job),
     /// The key was used before with another body.
     KeyReused,
+    /// As many jobs wait as may.
     QueueFull,
     /// A mesh of the document was deleted meanwhile.
     MeshGone(String),
 }
 
+/// Jobs that a list has.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct JobFilter {
+    /// Only jobs in this state.
     pub status: Option<JobStatus>,
     /// Only jobs older than this one.
     pub before: Option<Uuid>,
+    /// Largest number of jobs.
     pub limit: u32,
 }
 
+/// Something that happened to a job; a job's events are never changed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Event {
+    /// Number within the job, from 1 without gaps.
     pub seq: i64,
+    /// Kind of the event, e.g. `pass`.
     pub name: String,
+    /// JSON of the kind's schema.
     pub data: Value,
 }
 
@@ -148,6 +194,7 @@ pub fn is_final_event(name: &str) -> bool {
     JobStatus::from_name(name).is_some_and(JobStatus::is_final)
 }
 
+/// A stored file of a job.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Artifact {
     /// E.g. `grids/workplane.json`.
@@ -156,31 +203,44 @@ pub struct Artifact {
     pub key: String,
     /// blake3 of the content, hexadecimal.
     pub hash: String,
+    /// Length in bytes.
     pub size: u64,
+    /// Type that the file is served as.
     pub media_type: String,
 }
 
+/// An uploaded mesh.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Mesh {
     /// Id of the content: equal files have equal ids.
     pub id: String,
+    /// Key of the file in the object store.
     pub key: String,
+    /// Length of the file in bytes.
     pub size: u64,
+    /// Number of triangles, faces with more corners divided.
     pub triangles: u64,
+    /// Names of its materials, in the order of first use.
     pub materials: Vec<String>,
+    /// When it was uploaded first, in milliseconds since 1970.
     pub created_at: i64,
 }
 
+/// What became of a wish to cancel a job.
 #[derive(Clone, Debug, PartialEq)]
 pub enum CancelOutcome {
+    /// There is no such job.
     NotFound,
     /// Finished before: nothing to cancel.
     Finished(JobStatus),
+    /// It ends, or has ended by this.
     Accepted,
 }
 
+/// What became of a wish to delete a mesh.
 #[derive(Clone, Debug, PartialEq)]
 pub enum MeshDeletion {
+    /// There is no such mesh.
     NotFound,
     /// A queued or running job uses it.
     InUse,
@@ -232,9 +292,13 @@ pub struct StoreRecord {
 /// A claimed chunk of passes. `owner` and `attempt` fence it: once the lease is lost, nothing can be written with it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Lease {
+    /// Job that the chunk belongs to.
     pub job: Uuid,
+    /// Number of the chunk within its job, from 0.
     pub chunk: u64,
+    /// Name of the worker that has it.
     pub owner: String,
+    /// Number of times that the chunk was claimed, this one included.
     pub attempt: i64,
     /// Number of times that this chunk has failed before.
     pub failures: u64,
@@ -242,51 +306,77 @@ pub struct Lease {
     pub others_wait: bool,
 }
 
+/// Answer to a heartbeat.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Beat {
+    /// The lease is extended: go on.
     Keep,
+    /// The lease is extended, but the job shall end.
     Cancel,
+    /// Somebody else has the chunk, or it is gone: nothing more can be written.
     Lost,
 }
 
 /// Reports of a running chunk, in order.
 #[derive(Clone, Debug)]
 pub enum Report {
+    /// A row of the convergence table.
     Pass(PassReport),
     /// A kept progress image.
     Image {
+        /// Name of the view.
         view: String,
+        /// Passes that the image has.
         passes: u64,
+        /// File of the image.
         artifact: Artifact,
     },
 }
 
 /// Ways in which a chunk ends.
 pub enum Completion {
-    Continue { state: StateFile, progress: Progress, next_index: u64, next: Range<u64> },
+    /// Another chunk follows.
+    Continue {
+        /// Merged state of all chunks up to this one.
+        state: StateFile,
+        /// Progress of the job after it.
+        progress: Progress,
+        /// Number of the next chunk.
+        next_index: u64,
+        /// Passes of the next chunk.
+        next: Range<u64>,
+    },
+    /// The job ends with this chunk.
     Finish(Finish),
 }
 
+/// The end of a job.
 pub struct Finish {
     /// Status of the ended job, one of the final ones.
     pub status: JobStatus,
+    /// What ended it; `None` where its passes failed.
     pub stopped_by: Option<StoppedBy>,
     /// `None` leaves the progress as it was.
     pub progress: Option<Progress>,
     /// `None` leaves what was known before.
     pub summary: Option<Value>,
+    /// Why it failed; `None` unless it did.
     pub problem: Option<JobProblem>,
+    /// Files of the results.
     pub artifacts: Vec<Artifact>,
     /// The last pass that counts: its row and event are there at the end, however few of the passes before are.
     pub last_pass: Option<PassReport>,
 }
 
+/// What became of the end of a chunk.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Committed {
     /// `obsolete` are the keys of state files that are no longer needed.
     Yes {
+        /// Keys of the files, whose rows are gone with the commit.
         obsolete: Vec<String>,
     },
+    /// Somebody else has the chunk: nothing was written.
     LeaseLost,
 }
 
@@ -301,10 +391,13 @@ pub enum Change {
     Stop(Uuid),
 }
 
+/// Failure of the store, split by what a caller can do.
 #[derive(Debug, thiserror::Error)]
 pub enum StoreError {
+    /// It may work when it is tried again.
     #[error("the store cannot be reached or is busy: {0}")]
     Unavailable(String),
+    /// Trying again will not help: a row cannot be read, or a query is refused.
     #[error("the store failed: {0}")]
     Failed(String),
 }
@@ -318,6 +411,7 @@ pub trait Store: Send + Sync + 'static {
     /// Proves that the store can be written to, by a write.
     async fn ready(&self) -> Result<(), StoreError>;
 
+    /// What the store knows of itself.
     async fn record(&self) -> Result<StoreRecord, StoreError>;
     /// Gives the store its identity from now on.
     async fn set_identity(&self, identity: &str) -> Result<(), StoreError>;
@@ -331,12 +425,17 @@ pub trait Store: Send + Sync + 'static {
     /// Queues a job: its row, its first chunk and the events `queued` and `planned`. At most `max_queued` jobs may wait
     /// behind the one that is rendered.
     async fn submit(&self, job: NewJob, max_queued: u64) -> Result<Submission, StoreError>;
+    /// The job that was posted with this key; `None` if there is none, or no more.
     async fn job_of_key(&self, idempotency_key: &str) -> Result<Option<Job>, StoreError>;
+    /// A job by its id; `None` if there is none.
     async fn job(&self, id: Uuid) -> Result<Option<Job>, StoreError>;
+    /// What rendering a job goes on from; `None` if there is no such job.
     async fn job_source(&self, id: Uuid) -> Result<Option<JobSource>, StoreError>;
+    /// A job without its long fields; `None` if there is none.
     async fn job_head(&self, id: Uuid) -> Result<Option<JobHead>, StoreError>;
     /// Jobs that pass the filter, newest first.
     async fn jobs(&self, filter: JobFilter) -> Result<Vec<JobHead>, StoreError>;
+    /// Number of jobs in a state.
     async fn count(&self, status: JobStatus) -> Result<u64, StoreError>;
     /// Number of jobs that have not ended.
     async fn unfinished(&self) -> Result<u64, StoreError>;
@@ -350,15 +449,19 @@ pub trait Store: Send + Sync + 'static {
     async fn convergence(&self, id: Uuid, after: u64, limit: u32) -> Result<Vec<PassReport>, StoreError>;
     /// About `points` rows of it from the first to the last, evenly spread.
     async fn convergence_outline(&self, id: Uuid, points: u32) -> Result<Vec<PassReport>, StoreError>;
+    /// A file of a job by its name; `None` if the job has none of this name.
     async fn artifact(&self, id: Uuid, name: &str) -> Result<Option<Artifact>, StoreError>;
 
     /// Keeps the mesh that is there already when the content was uploaded before.
     async fn add_mesh(&self, mesh: Mesh) -> Result<Mesh, StoreError>;
+    /// A mesh by its id; `None` if there is none.
     async fn mesh(&self, id: &str) -> Result<Option<Mesh>, StoreError>;
+    /// Deletes a mesh that no job needs which has not ended.
     async fn delete_mesh(&self, id: &str) -> Result<MeshDeletion, StoreError>;
 
     /// A chunk that is ready, whose lease is over, or that this owner had before and did not end.
     async fn claim(&self, owner: &str, lease: Duration, turn: Turn) -> Result<Option<Lease>, StoreError>;
+    /// Extends a lease by `extend` from now, and hears whether the job shall end.
     async fn heartbeat(&self, lease: &Lease, extend: Duration) -> Result<Beat, StoreError>;
     /// Convergence rows, progress and events of a running chunk; `false` when the lease is lost.
     async fn report(&self, lease: &Lease, reports: &[Report]) -> Result<bool, StoreError>;

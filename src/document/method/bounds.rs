@@ -19,15 +19,20 @@ pub const MOST_POINTS: u64 = 4_194_304;
 
 /// A setting that is a number: its name, its value, which may be left to the scene, and its bounds.
 pub struct Setting {
+    /// Name of the field in the document.
     pub name: &'static str,
+    /// What the document asks for; `None`: the method takes it from the scene.
     pub value: Option<f64>,
+    /// Values that are good.
     pub range: Range,
 }
 
+/// A setting with a value.
 pub fn setting(name: &'static str, value: impl Into<f64>, range: Range) -> Setting {
     Setting { name, value: Some(value.into()), range }
 }
 
+/// The number of photons per pass, with the bounds of a method.
 pub fn photons(value: u64, range: Range) -> Setting {
     // beyond 2^53 the nearest number, which is beyond every bound, too
     Setting { name: "photons_per_pass", value: Some(value as f64), range }

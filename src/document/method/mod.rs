@@ -121,12 +121,12 @@ impl MethodDocument {
     }
 
     /// Refuses settings that are out of bounds.
-    pub fn check(&self, checks: &mut Checks) {
+    pub(crate) fn check(&self, checks: &mut Checks) {
         self.settings.check(checks);
     }
 
     /// Refuses outputs that the method cannot compute, or that are too many for it.
-    pub fn check_outputs(&self, grids: &[GridDocument], views: &[ViewDocument], checks: &mut Checks) {
+    pub(crate) fn check_outputs(&self, grids: &[GridDocument], views: &[ViewDocument], checks: &mut Checks) {
         if !views.is_empty() && computes_grids_only(&self.request()) {
             checks.refuse("/method", format!("{} computes grids only: use auto for views", self.settings.name()));
         }

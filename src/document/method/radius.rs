@@ -37,7 +37,7 @@ impl From<Radius> for RadiusKind {
 
 impl RadiusKind {
     /// Refuses more points than statistics can be kept of.
-    pub fn check_points(self, points: u64, checks: &mut Checks) {
+    pub(crate) fn check_points(self, points: u64, checks: &mut Checks) {
         if self == Self::PerPoint && points > MOST_POINTS {
             let detail = format!("per_point keeps the radii of at most {MOST_POINTS} points, but there are {points}");
             checks.refuse("/method/radius", detail);

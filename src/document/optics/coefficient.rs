@@ -26,6 +26,7 @@ pub enum Coefficient {
 }
 
 impl Coefficient {
+    /// No light in any channel.
     pub const ZERO: Self = Self::Photopic(0.0);
 
     /// The coefficient as linear Rec.709: one number counts for all three.
@@ -36,6 +37,7 @@ impl Coefficient {
         }
     }
 
+    /// True if the document gives three channels, be they equal or not.
     pub fn is_coloured(self) -> bool {
         matches!(self, Self::Rgb(_))
     }
@@ -49,7 +51,7 @@ impl Coefficient {
     }
 
     /// Refuses channels outside 0..1; whether all are good.
-    pub fn check(self, pointer: &str, checks: &mut Checks) -> bool {
+    pub(crate) fn check(self, pointer: &str, checks: &mut Checks) -> bool {
         let channels = self.channels().into_iter();
         channels
             .fold(true, |good, (channel, value)| checks.number(&format!("{pointer}{channel}"), value, RATIO) && good)
@@ -58,7 +60,7 @@ impl Coefficient {
 
 /// Refuses a transmittance and a reflectance that share the light, or their sum where it is above 1 in a channel; each with
 /// the name of its field.
-pub fn check_scattering(
+pub(crate) fn check_scattering(
     pointer: &str,
     (transmittance_name, transmittance): (&str, Coefficient),
     (reflectance_name, reflectance): (&str, Coefficient),

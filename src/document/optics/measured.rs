@@ -10,11 +10,7 @@ use crate::document::schema::shapes::{ScatteringRow, TableAngle};
 use crate::optics::MeasuredDiffuser;
 use crate::optics::measured::TableError;
 
-/// Scatters by a table, alike to all azimuths and from either side: bilinear in the angles of incidence and exit, both
-/// from the normal.
-///
-/// For each angle of incidence, 2 pi int f cos sin over the angles of exit, transmitted and reflected light together, is
-/// at most 1.
+/// Fields of a measured diffuser: tables over the angles of incidence and of exit.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MeasuredDocument {
@@ -34,13 +30,16 @@ pub struct MeasuredDocument {
 }
 
 impl MeasuredDocument {
+    /// The table as the engine takes it. An error if its shape is wrong, or a row gives more light than it gets.
     pub fn diffuser(&self) -> Result<MeasuredDiffuser, TableError> {
         let radians = |angles: &[f64]| angles.iter().map(|angle| angle.to_radians()).collect::<Vec<_>>();
         let (incidence, exit) = (radians(&self.incidence_deg), radians(&self.exit_deg));
         MeasuredDiffuser::new(&incidence, &exit, &self.btdf_per_sr, self.brdf_per_sr.as_deref())
     }
 
-    pub fn check(&self, pointer: &str, checks: &mut Checks) {
+    /// Refuses angles and values out of their bounds, tables of another shape, and rows that give more light than they
+    /// get.
+    pub(crate) fn check(&self, pointer: &str, checks: &mut Checks) {
         let before = checks.errors.len();
         check_angles(&format!("{pointer}/incidence_deg"), &self.incidence_deg, &INCIDENCES, checks);
         check_angles(&format!("{pointer}/exit_deg"), &self.exit_deg, &EXITS, checks);

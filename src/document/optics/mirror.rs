@@ -19,7 +19,9 @@ use crate::optics::mirror::MirrorTable;
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
 #[serde(untagged)]
 pub enum MirrorDocument {
+    /// The same at every angle of incidence.
     Constant(Coefficient),
+    /// A table over the angle of incidence.
     ByAngle(MirrorTableDocument),
 }
 
@@ -51,6 +53,7 @@ impl MirrorDocument {
         }
     }
 
+    /// All reflectances: one, or one for each row of the table.
     pub fn coefficients(&self) -> Vec<Coefficient> {
         match self {
             Self::Constant(coefficient) => vec![*coefficient],
@@ -58,7 +61,8 @@ impl MirrorDocument {
         }
     }
 
-    pub fn check(&self, pointer: &str, checks: &mut Checks) {
+    /// Refuses reflectances outside 0..1 and tables of another shape.
+    pub(crate) fn check(&self, pointer: &str, checks: &mut Checks) {
         let table = match self {
             Self::Constant(coefficient) => {
                 coefficient.check(pointer, checks);

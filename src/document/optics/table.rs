@@ -5,7 +5,12 @@ use std::ops::RangeInclusive;
 use crate::document::errors::Checks;
 
 /// Angles of a table: ascending from 0 to 90 degrees.
-pub fn check_angles(pointer: &str, angles_deg: &[f64], bounds: &RangeInclusive<usize>, checks: &mut Checks) -> bool {
+pub(crate) fn check_angles(
+    pointer: &str,
+    angles_deg: &[f64],
+    bounds: &RangeInclusive<usize>,
+    checks: &mut Checks,
+) -> bool {
     let rows = angles_deg.len();
     if !bounds.contains(&rows) {
         let (least, most) = (bounds.start(), bounds.end());

@@ -11,6 +11,7 @@ use super::pointer;
 pub struct Fault {
     /// Place of the fault as a JSON pointer below the value that was read.
     pub pointer: String,
+    /// What is wrong there, in the words of the deserializer.
     pub message: String,
 }
 

@@ -48,7 +48,7 @@ impl MadeUp {
 
 /// Reads `value` and adds what is wrong with it to `checks`; `None` where so much is wrong that nothing can stand in
 /// for it.
-pub fn read<T: DeserializeOwned + Serialize>(mut value: Value, checks: &mut Checks) -> Option<(T, MadeUp)> {
+pub(crate) fn read<T: DeserializeOwned + Serialize>(mut value: Value, checks: &mut Checks) -> Option<(T, MadeUp)> {
     let mut made_up = MadeUp::default();
     let data = loop {
         match serde_path_to_error::deserialize::<_, T>(&value) {

@@ -61,6 +61,7 @@ pub fn unknown_kind(name: &str, names: impl Iterator<Item = &'static str>) -> St
 pub struct Fields(Map<String, Value>);
 
 impl Fields {
+    /// True if the object has the field with a value.
     pub fn has(&self, name: &str) -> bool {
         self.0.contains_key(name)
     }

@@ -32,6 +32,7 @@ pub struct EnergyResult {
 }
 
 impl EnergyResult {
+    /// The mean over `passes` of the sums in `ledger`; zeros before the first pass.
     pub fn new(ledger: &Ledger, passes: u64) -> Self {
         let Ledger { emitted, luminaires, collector, guide, guide_top, diffuser, room, open_surfaces, cut } = *ledger;
         let per_pass = |sum: f64| {

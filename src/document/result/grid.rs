@@ -13,15 +13,21 @@ use crate::sky::Sky;
 /// The illuminance of one grid: row j is `y_m[j]` (south to north), column i is `x_m[i]` (west to east).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct GridResult {
+    /// Name of the grid in the document.
     pub name: String,
+    /// Height of the sensors above the floor.
     pub height_m: f64,
     /// Number of cells along x and y.
     pub cells: [usize; 2],
+    /// Points or averages over the cells.
     pub estimate: EstimateDocument,
     /// Unit of the values, always `lux`.
     pub unit: String,
+    /// Centres of the columns, from west to east.
     pub x_m: Vec<f64>,
+    /// Centres of the rows, from south to north.
     pub y_m: Vec<f64>,
+    /// Illuminance of each sensor, row by row.
     pub illuminance_lux: Vec<Vec<f64>>,
     /// Null before the second pass, and where a method knows nothing of its error; of a deterministic method its
     /// estimated numerical error.
@@ -32,14 +38,18 @@ pub struct GridResult {
     /// without sun and without electric light.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub daylight_factor_percent: Option<Vec<Vec<Option<f64>>>>,
+    /// Unobstructed horizontal illuminance, which ratios refer to.
     pub external_horizontal_illuminance_lux: ExternalIlluminance,
+    /// Statistics over the sensors.
     pub statistics: GridStatistics,
 }
 
 /// Unobstructed horizontal illuminance in lux; zero without a sky.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct ExternalIlluminance {
+    /// Illuminance of the sky alone.
     pub sky: f64,
+    /// Illuminance of the beam alone.
     pub sun: f64,
 }
 
@@ -51,21 +61,30 @@ pub struct ExternalIlluminance {
 /// values is too low on average.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct GridStatistics {
+    /// Mean over the sensors.
     pub mean_lux: f64,
+    /// Standard error of the mean.
     #[serde(default)]
     pub mean_lux_standard_error: Option<f64>,
+    /// Median over the sensors.
     #[serde(default)]
     pub median_lux: f64,
+    /// Standard error of the median.
     #[serde(default)]
     pub median_lux_standard_error: Option<f64>,
+    /// Least of the sensors.
     pub min_lux: f64,
+    /// Standard error of the least of the sensors.
     #[serde(default)]
     pub min_lux_standard_error: Option<f64>,
+    /// Greatest of the sensors.
     pub max_lux: f64,
+    /// Standard error of the greatest of the sensors.
     #[serde(default)]
     pub max_lux_standard_error: Option<f64>,
     /// Minimum over mean; null when all is dark.
     pub uniformity: Option<f64>,
+    /// Standard error of the uniformity: at least what minimum and mean together can be wrong.
     #[serde(default)]
     pub uniformity_standard_error: Option<f64>,
     /// Shares of the grid's area at or above 100, 200, 300, 500 and 750 lux.
@@ -80,15 +99,20 @@ pub struct GridStatistics {
 /// The share of a grid's area that has an illuminance, or more.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct AreaAbove {
+    /// Illuminance that counts as reached.
     pub lux: f64,
+    /// Share of the grid's area that reaches it, 0..100.
     pub percent: f64,
 }
 
 /// Daylight factors of a grid in percent; null when all is dark outside.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct DaylightFactors {
+    /// Factor of the grid's mean.
     pub mean: Option<f64>,
+    /// Factor of the grid's median.
     pub median: Option<f64>,
+    /// Factor of the grid's minimum.
     pub minimum: Option<f64>,
 }
 

@@ -10,17 +10,22 @@ use crate::plan::{EffectPlan, GuidePlan, MethodChoice, Plan};
 /// Effects, guides and methods of a job, with their reasons.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct PlanResult {
+    /// Every effect that there is, on or off.
     pub effects: Vec<EffectResult>,
     /// Computation of the guides, one per tube.
     pub guides: Vec<GuideResult>,
+    /// Methods that compute grids and views.
     pub methods: MethodsResult,
 }
 
 /// An effect of the plan.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct EffectResult {
+    /// Name of the effect, as `effects` of a document has it.
     pub name: String,
+    /// True if the effect is simulated.
     pub on: bool,
+    /// Why it is on or off, for people.
     pub reason: String,
     /// Largest share of any illuminance that is left out; null when that is nothing, or was asked for.
     pub bound: Option<f64>,
@@ -31,22 +36,28 @@ pub struct EffectResult {
 pub struct GuideResult {
     /// `closed_form_straight`, `closed_form_bent` or `mesh`.
     pub kind: String,
+    /// Why it is computed so, for people.
     pub reason: String,
 }
 
 /// Which method computes what; null where the job has no such output.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct MethodsResult {
+    /// Method of all grids.
     pub grids: Option<MethodResult>,
+    /// Method of all views.
     pub views: Option<MethodResult>,
 }
 
+/// A method with the settings that it runs with.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct MethodResult {
+    /// Name of the method, as `method.kind` of a document has it.
     pub name: String,
     /// The method's own settings.
     #[schema(value_type = Object)]
     pub settings: serde_json::Value,
+    /// Why this method was taken, for people.
     pub reason: String,
 }
 

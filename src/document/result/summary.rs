@@ -17,10 +17,12 @@ pub struct Known {
     pub provenance: Provenance,
     /// The same as `provenance` under its former name, which is deprecated.
     pub switches: Provenance,
+    /// Unobstructed horizontal illuminance of sky and sun.
     pub external_horizontal_illuminance_lux: ExternalIlluminance,
 }
 
 impl Known {
+    /// What is known, `provenance` under both of its names.
     pub fn new(provenance: Provenance, external_horizontal_illuminance_lux: ExternalIlluminance) -> Self {
         Self { switches: provenance.clone(), provenance, external_horizontal_illuminance_lux }
     }
@@ -30,14 +32,19 @@ impl Known {
 /// `external_horizontal_illuminance_lux` are absent until the job has finished.
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
 pub struct JobResults {
+    /// Relative errors that were reached.
     pub accuracy: Option<AccuracyResult>,
+    /// Passes, photons, rays and seconds.
     pub timing: Option<TimingResult>,
     /// The choices that explain factors of two between correct answers.
     pub provenance: Option<Provenance>,
     /// The same as `provenance` under its former name, which is deprecated.
     pub switches: Option<Provenance>,
+    /// Unobstructed horizontal illuminance of sky and sun.
     pub external_horizontal_illuminance_lux: Option<ExternalIlluminance>,
+    /// One per grid.
     pub grids: Option<Vec<GridInShort>>,
+    /// One per view.
     pub views: Option<Vec<ViewInShort>>,
     /// One per tube.
     pub tubes: Option<Vec<TubeResult>>,
@@ -48,6 +55,7 @@ pub struct JobResults {
 /// A view and its size.
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
 pub struct ViewInShort {
+    /// Name of the view in the document.
     pub name: String,
     /// Width and height.
     #[schema(value_type = PixelCounts)]
@@ -57,7 +65,9 @@ pub struct ViewInShort {
 /// A grid's statistics.
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
 pub struct GridInShort {
+    /// Name of the grid in the document.
     pub name: String,
+    /// Statistics over the sensors.
     pub statistics: GridStatistics,
     /// Of the mean over the grid; null before the second pass.
     pub mean_standard_error_lux: Option<f64>,

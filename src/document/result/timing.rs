@@ -9,12 +9,16 @@ use crate::estimate::{Accuracy, Estimate};
 /// Achieved relative errors at the asked confidence; null before the second pass, or without such output.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct AccuracyResult {
+    /// Error of the worst grid, root mean square over its sensors.
     pub relative_error: Option<f64>,
+    /// Error of the worst view, root mean square over its blocks of 8 x 8 pixels.
     pub view_relative_error: Option<f64>,
+    /// Confidence that both errors hold with, as the document asks.
     pub confidence: f64,
 }
 
 impl AccuracyResult {
+    /// Accuracy as JSON has it: what is not finite is null.
     pub fn new(accuracy: Accuracy, confidence: f64) -> Self {
         Self {
             relative_error: accuracy.grids.and_then(finite),
@@ -29,15 +33,20 @@ impl AccuracyResult {
 pub struct TimingResult {
     /// Render time in seconds.
     pub seconds: f64,
+    /// Number of passes; 1 for a deterministic method.
     pub passes: u64,
+    /// Number of photons that set out in all passes.
     pub photons: u64,
+    /// Number of ray segments of all passes; a closed form through a guide counts as one.
     pub rays: u64,
     /// Null when no time was measured.
     pub photons_per_second: Option<f64>,
+    /// Null when no time was measured.
     pub rays_per_second: Option<f64>,
 }
 
 impl TimingResult {
+    /// Cost of an estimate that took `seconds` to render.
     pub fn new(estimate: &Estimate, seconds: f64) -> Self {
         let Estimate { passes, photons, rays, .. } = *estimate;
         Self {

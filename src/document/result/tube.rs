@@ -13,7 +13,9 @@ use crate::statistics::Moments;
 /// A mean with its standard error (null before the second pass, and where nothing is known of it), in lm.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct FluxResult {
+    /// Mean flux.
     pub flux_lm: f64,
+    /// Standard error of the mean flux.
     pub standard_error_lm: Option<f64>,
 }
 
@@ -32,6 +34,7 @@ pub struct TubeResult {
     pub at_collector: Option<FluxResult>,
     /// Arrives at the diffuser's top.
     pub at_diffuser: Option<FluxResult>,
+    /// Leaves the closure downward.
     pub into_room: Option<FluxResult>,
     /// Flux into the room over flux at the collector; null without light.
     pub transmission_efficiency: Option<f64>,

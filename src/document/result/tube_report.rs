@@ -15,11 +15,13 @@ pub struct TubeReport {
     pub guide: String,
     /// Fluxes of the job: at the collector, at the diffuser's top, into the room.
     pub flux: TubeResult,
+    /// Collector and guide under parallel light, over its altitude.
     pub beam: BeamReport,
     /// Collector and guide under a uniform sky.
     pub uniform_sky: TransmissionResult,
     /// Under the job's sky and sun; null when there is none.
     pub sky: Option<SkyReport>,
+    /// The job's beam through collector and guide; null when there is none.
     pub sun: Option<ThroughputResult>,
     /// Straight tube that passes as much light; only of a bent tube.
     pub equivalent_straight: Option<StraightReport>,
@@ -30,21 +32,26 @@ pub struct TubeReport {
 pub struct BeamReport {
     /// Azimuth of the sun that the curve is for, clockwise from the room's +y axis: the job's, or 180 without one.
     pub azimuth_deg: f64,
+    /// Altitudes of the sun, ascending; the other lists have one value for each.
     pub altitude_deg: Vec<f64>,
     /// Flux at the diffuser's top over flux at the collector.
     pub transmission: Vec<f64>,
+    /// Standard errors of `transmission`.
     pub standard_error: Vec<f64>,
     /// Flux at the diffuser's top in lm per lux of the beam's normal illuminance.
     pub effective_area_m2: Vec<f64>,
     /// The transmission averaged over eight azimuths.
     pub azimuth_mean_transmission: Vec<f64>,
+    /// Standard errors of `azimuth_mean_transmission`.
     pub azimuth_mean_standard_error: Vec<f64>,
 }
 
 /// A transmission of collector and guide.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct TransmissionResult {
+    /// Flux at the diffuser's top over flux at the collector, 0..1.
     pub transmission: f64,
+    /// Standard error of the transmission.
     pub standard_error: f64,
 }
 
@@ -57,9 +64,13 @@ impl From<Transmission> for TransmissionResult {
 /// Light of one kind through collector and guide.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct ThroughputResult {
+    /// Flux that reaches the collector from outside.
     pub at_collector: FluxResult,
+    /// Flux that arrives at the diffuser's top.
     pub at_diffuser: FluxResult,
+    /// The second flux over the first, 0..1.
     pub transmission: f64,
+    /// Standard error of the transmission.
     pub standard_error: f64,
 }
 

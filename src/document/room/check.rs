@@ -8,7 +8,7 @@ use crate::document::errors::Checks;
 use crate::document::limits::{LUMINAIRES, OBJECTS, ROOM_EDGE_M, TURN_DEG};
 
 /// Refuses what is wrong with the room; gives the luminaires that lie in it, by their numbers.
-pub fn check_room(room: &RoomDocument, checks: &mut Checks) -> Vec<(usize, Sheet)> {
+pub(crate) fn check_room(room: &RoomDocument, checks: &mut Checks) -> Vec<(usize, Sheet)> {
     checks.numbers("/room/size_m", &room.size_m, ROOM_EDGE_M);
     checks.number("/room/rotation_deg", room.rotation_deg, TURN_DEG);
     let surfaces = &room.surfaces;

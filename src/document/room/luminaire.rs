@@ -15,9 +15,12 @@ use crate::geometry::disc::disc_polygon_area;
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct LuminaireDocument {
+    /// Shape of the luminaire.
     pub kind: LuminaireKind,
+    /// Corner from which both edges start, in metres.
     #[schema(value_type = Vector)]
     pub corner_m: [f64; 3],
+    /// First edge in metres.
     #[schema(value_type = Vector)]
     pub edge_u_m: [f64; 3],
     /// Second edge in metres, at a right angle to `edge_u_m`; light leaves along u x v.
@@ -28,9 +31,11 @@ pub struct LuminaireDocument {
     pub luminance_cd_m2: Coefficient,
 }
 
+/// Shape of a luminaire.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum LuminaireKind {
+    /// A rectangle, given by a corner and two edges.
     Rectangle,
 }
 
@@ -53,7 +58,7 @@ pub struct Sheet {
 }
 
 /// Numbers and shape; `None` after an error.
-pub fn check_luminaire(pointer: &str, luminaire: &LuminaireDocument, checks: &mut Checks) -> Option<Sheet> {
+pub(crate) fn check_luminaire(pointer: &str, luminaire: &LuminaireDocument, checks: &mut Checks) -> Option<Sheet> {
     let LuminaireDocument { corner_m, edge_u_m, edge_v_m, luminance_cd_m2, .. } = *luminaire;
     let mut ok = true;
     for (channel, value) in luminance_cd_m2.channels() {
@@ -81,7 +86,7 @@ pub fn check_luminaire(pointer: &str, luminaire: &LuminaireDocument, checks: &mu
 }
 
 /// Inside the room, emitting into it.
-pub fn check_place(pointer: &str, sheet: &Sheet, size: [f64; 3], checks: &mut Checks) -> bool {
+pub(crate) fn check_place(pointer: &str, sheet: &Sheet, size: [f64; 3], checks: &mut Checks) -> bool {
     let errors_before = checks.errors.len();
     for (axis, room) in size.into_iter().enumerate() {
         let reach = |f: fn(f64, f64) -> f64, start| sheet.corners().iter().map(|p| p[axis]).fold(start, f);

@@ -17,7 +17,7 @@ use crate::optics::Surface;
 use crate::scene::MeshObject;
 
 /// The meshes of a room, in its frame; those after an error may be missing.
-pub fn mesh_objects(room: &RoomDocument, meshes: &dyn MeshSource, checks: &mut Checks) -> Vec<MeshObject> {
+pub(crate) fn mesh_objects(room: &RoomDocument, meshes: &dyn MeshSource, checks: &mut Checks) -> Vec<MeshObject> {
     let mut objects = Vec::new();
     let mut triangles = 0;
     for (index, object) in room.objects.iter().enumerate() {

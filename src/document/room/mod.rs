@@ -1,7 +1,7 @@
 //! The room of a job document: its surfaces, the objects in it and its electric light.
 
-pub mod check;
-pub mod convert;
+pub(super) mod check;
+pub(super) mod convert;
 pub mod luminaire;
 pub mod mesh_object;
 pub mod object;
@@ -27,6 +27,7 @@ pub struct RoomDocument {
     /// Azimuth of the room's +y axis, clockwise from north.
     #[serde(default)]
     pub rotation_deg: f64,
+    /// Surfaces of the six faces.
     #[serde(default)]
     pub surfaces: SurfacesDocument,
     /// Objects in the room, at most 1000.
@@ -47,12 +48,16 @@ pub struct SurfacesDocument {
     /// Surface of the walls; default: reflectance 0.5.
     #[serde(default = "default_walls")]
     pub walls: SurfaceDocument,
+    /// Surface of the wall y = size_y, in place of `walls`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub wall_north: Option<SurfaceDocument>,
+    /// Surface of the wall x = size_x, in place of `walls`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub wall_east: Option<SurfaceDocument>,
+    /// Surface of the wall y = 0, in place of `walls`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub wall_south: Option<SurfaceDocument>,
+    /// Surface of the wall x = 0, in place of `walls`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub wall_west: Option<SurfaceDocument>,
     /// Surface of the ceiling; default: reflectance 0.7.

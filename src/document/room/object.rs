@@ -19,7 +19,9 @@ use crate::document::unit::Unit;
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
 #[serde(tag = "kind", rename_all = "snake_case")]
 pub enum ObjectDocument {
+    /// A box with vertical sides.
     Box(BoxDocument),
+    /// A triangle mesh.
     Mesh(MeshObjectDocument),
 }
 
@@ -36,7 +38,7 @@ impl<'de> Deserialize<'de> for ObjectDocument {
     }
 }
 
-/// A box with vertical sides.
+/// Fields of a box.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct BoxDocument {
@@ -50,15 +52,17 @@ pub struct BoxDocument {
     #[serde(default)]
     #[schema(default = 0.0)]
     pub rotation_deg: f64,
+    /// Surface of all six faces; not `open`.
     pub surface: SurfaceDocument,
 }
 
-/// A triangle mesh.
+/// Fields of a mesh in the room.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MeshObjectDocument {
     /// Id of an uploaded mesh, or a file beside the job file.
     pub mesh: String,
+    /// Unit of the mesh's coordinates; OBJ has none.
     pub unit: Unit,
     /// Place of the mesh's origin in metres.
     #[schema(value_type = Vector)]
@@ -73,13 +77,14 @@ pub struct MeshObjectDocument {
 
 impl ObjectDocument {
     /// `room_size_m`: `None` when it is refused.
-    pub fn check(&self, pointer: &str, room_size_m: Option<[f64; 3]>, checks: &mut Checks) {
+    pub(crate) fn check(&self, pointer: &str, room_size_m: Option<[f64; 3]>, checks: &mut Checks) {
         match self {
             Self::Box(object) => object.check(pointer, room_size_m, checks),
             Self::Mesh(object) => object.check(pointer, checks),
         }
     }
 
+    /// Surfaces of the object: one of a box, one for each material of a mesh.
     pub fn surfaces(&self) -> Vec<&SurfaceDocument> {
         match self {
             Self::Box(object) => vec![&object.surface],

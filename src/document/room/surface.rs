@@ -34,6 +34,7 @@ pub struct SurfaceDocument {
 }
 
 impl SurfaceDocument {
+    /// A Lambertian surface of a photopic reflectance.
     pub fn diffuse(reflectance: f64) -> Self {
         Self { reflectance: Some(Coefficient::Photopic(reflectance)), ..Self::default() }
     }
@@ -57,10 +58,12 @@ impl SurfaceDocument {
 pub enum Owner {
     /// A face of the room, which may be open.
     Room,
+    /// An object in the room, none of whose surfaces may be open.
     Object,
 }
 
-pub fn check_surface(pointer: &str, surface: &SurfaceDocument, of: Owner, checks: &mut Checks) {
+/// Refuses coefficients out of their bounds, and an open surface of an object.
+pub(crate) fn check_surface(pointer: &str, surface: &SurfaceDocument, of: Owner, checks: &mut Checks) {
     if surface.open && of == Owner::Object {
         checks.refuse(format!("{pointer}/open"), "only a face of the room can be open");
     }

@@ -8,13 +8,15 @@ use crate::document::limits::{
     TURN_DEG, YEAR,
 };
 
-pub fn check_location(location: &LocationDocument, checks: &mut Checks) {
+/// Refuses a place that is not on Earth.
+pub(crate) fn check_location(location: &LocationDocument, checks: &mut Checks) {
     checks.number("/location/latitude_deg", location.latitude_deg, LATITUDE_DEG);
     checks.number("/location/longitude_deg", location.longitude_deg, LONGITUDE_DEG);
     checks.number("/location/elevation_m", location.elevation_m, ELEVATION_M);
 }
 
-pub fn check_time(time: &str, checks: &mut Checks) {
+/// Refuses a text that is no time with an offset, and years out of range.
+pub(crate) fn check_time(time: &str, checks: &mut Checks) {
     match instant(time) {
         Err(detail) => checks.refuse("/time", detail),
         Ok(instant) => {
@@ -23,7 +25,8 @@ pub fn check_time(time: &str, checks: &mut Checks) {
     }
 }
 
-pub fn check_sky(sky: &SkyDocument, checks: &mut Checks) {
+/// Refuses numbers out of their bounds, no or two skies, and a level that is said twice or not of the sky's kind.
+pub(crate) fn check_sky(sky: &SkyDocument, checks: &mut Checks) {
     match (sky.cie_type, sky.preset) {
         (Some(cie_type), None) => {
             checks.number("/sky/cie_type", cie_type, CIE_TYPE);

@@ -12,7 +12,9 @@ use crate::sky::{Sky, SkyDistribution, SkyType, Sun, direction};
 /// Properties of a document that sky and sun depend on beside the sky's own fields.
 #[derive(Clone, Copy)]
 pub struct Surroundings<'a> {
+    /// Place on Earth; `None` where the document gives the sun's position.
     pub location: Option<&'a LocationDocument>,
+    /// Time of RFC 3339; given together with the place.
     pub time: Option<&'a str>,
     /// Azimuth of the room's +y axis.
     pub rotation_deg: f64,
@@ -22,9 +24,13 @@ pub struct Surroundings<'a> {
 
 /// Sky and sun of a document, and what explains them.
 pub struct Explained {
+    /// Sky and sun in the room frame.
     pub daylight: Daylight,
+    /// How the absolute level was found.
     pub zenith: ZenithProvenance,
+    /// Where the sun stands and how bright its beam is.
     pub sun: SunProvenance,
+    /// Whether refraction raised the sun.
     pub refraction: RefractionProvenance,
 }
 
@@ -58,7 +64,7 @@ fn sun_position(sky: &SkyDocument, around: Surroundings) -> Result<Apparent, Fie
 }
 
 /// Sky and sun in the room frame, with what a reader must know of them; `None` after an error.
-pub fn daylight(
+pub(crate) fn daylight(
     sky: &SkyDocument,
     around: Surroundings,
     checks: &mut Checks,

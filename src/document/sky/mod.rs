@@ -1,6 +1,6 @@
 //! Place and sky of a job document: where the sun is ([`time`]), how bright all is ([`daylight`]).
 
-pub mod check;
+pub(super) mod check;
 pub mod daylight;
 pub mod time;
 
@@ -39,6 +39,7 @@ pub struct SkyDocument {
     /// Position of the sun, instead of `location` and `time`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sun_position: Option<SunPositionDocument>,
+    /// Luminance of the zenith, 0..1e9.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub zenith_luminance_cd_m2: Option<f64>,
     /// Unobstructed, of the sky without the sun.
@@ -60,12 +61,16 @@ pub struct SkyDocument {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum SkyPreset {
+    /// Overcast: nearly three times as bright at the zenith as at the horizon, without sun.
     IesOvercast,
+    /// Partly cloudy, with a weak sun.
     IesPartlyCloudy,
+    /// Clear, with a strong sun.
     IesClear,
 }
 
 impl SkyPreset {
+    /// The sky that the preset names.
     pub fn sky(self) -> IesSky {
         match self {
             Self::IesOvercast => IesSky::Overcast,
@@ -90,6 +95,7 @@ impl SkyDocument {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SunPositionDocument {
+    /// Altitude in degrees above the horizon, -90..90.
     pub altitude_deg: f64,
     /// Azimuth in degrees, clockwise from north.
     pub azimuth_deg: f64,

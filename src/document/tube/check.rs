@@ -16,7 +16,7 @@ use crate::sky::direction;
 const STEEPEST_BEND_DEG: f64 = 175.0;
 
 /// Refuses what is wrong with tubes by themselves; whether there are few enough to be judged at all.
-pub fn check_tubes(tubes: &[TubeDocument], checks: &mut Checks) -> bool {
+pub(crate) fn check_tubes(tubes: &[TubeDocument], checks: &mut Checks) -> bool {
     if !checks.at_most("/tubes", tubes.len(), &TUBES, " tubes") {
         return false;
     }

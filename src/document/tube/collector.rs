@@ -13,27 +13,33 @@ use crate::optics::Collector;
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, ToSchema)]
 #[serde(tag = "kind", rename_all = "snake_case")]
 pub enum CollectorDocument {
+    /// Nothing: light enters unchanged.
     Open,
+    /// A pane across the end of the tube.
     Flat(FlatCollector),
+    /// A thin hemisphere.
     Dome(DomeCollector),
+    /// A hemispherical shell that reflects and refracts by Fresnel; its inner radius is the tube's, its rim is black.
     DielectricDome(DielectricDomeCollector),
 }
 
-/// A pane across the end of the tube.
+/// Fields of a flat collector.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct FlatCollector {
+    /// Share of the light that passes, at every angle.
     pub transmittance: Coefficient,
 }
 
-/// A thin hemisphere.
+/// Fields of a thin dome.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct DomeCollector {
+    /// Share of the light that passes, at every angle.
     pub transmittance: Coefficient,
 }
 
-/// A hemispherical shell that reflects and refracts by Fresnel; its inner radius is the tube's, its rim is black.
+/// Fields of a dielectric dome.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct DielectricDomeCollector {
@@ -65,7 +71,8 @@ impl<'de> Deserialize<'de> for CollectorDocument {
 }
 
 impl CollectorDocument {
-    pub fn check(&self, pointer: &str, checks: &mut Checks) {
+    /// Refuses coefficients and numbers out of their bounds.
+    pub(crate) fn check(&self, pointer: &str, checks: &mut Checks) {
         match self {
             Self::Open => {}
             Self::Flat(FlatCollector { transmittance }) | Self::Dome(DomeCollector { transmittance }) => {
@@ -79,6 +86,7 @@ impl CollectorDocument {
         }
     }
 
+    /// The collector as a scene has it.
     pub fn collector(&self) -> Collector {
         match *self {
             Self::Open => Collector::Open,

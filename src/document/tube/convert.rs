@@ -11,7 +11,7 @@ use crate::guide::Section;
 use crate::scene::{Segment, StraightOrBent, Tube, TubeShape};
 
 /// The tube at `pointer` and how its guide is computed; `None` after an error.
-pub fn tube(
+pub(crate) fn tube(
     pointer: &str,
     tube: &TubeDocument,
     meshes: &dyn MeshSource,

@@ -14,30 +14,42 @@ use crate::optics::{Diffuser, DiffuserZone};
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
 #[serde(tag = "kind", rename_all = "snake_case")]
 pub enum DiffuserDocument {
+    /// Nothing: light enters the room unscattered.
     Open,
+    /// Specular: the direction is unchanged.
     Clear(ClearDiffuser),
+    /// Scatters to the far side and back by Lambert's law.
     Lambertian(LambertianDiffuser),
+    /// A Lambertian and a clear zone, divided by a circle.
     Mixed(MixedDiffuser),
+    /// Scatters by a table, alike to all azimuths and from either side: bilinear in the angles of incidence and exit, both
+    /// from the normal.
+    ///
+    /// For each angle of incidence, 2 pi int f cos sin over the angles of exit, transmitted and reflected light together, is
+    /// at most 1.
     Measured(MeasuredDocument),
 }
 
-/// Specular: the direction is unchanged.
+/// Fields of a clear closure.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ClearDiffuser {
+    /// Share of the light that passes, at every angle.
     pub transmittance: Coefficient,
 }
 
-/// Scatters to the far side and back by Lambert's law.
+/// Fields of a Lambertian diffuser.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct LambertianDiffuser {
+    /// Share of the light that is scattered to the far side.
     pub transmittance: Coefficient,
+    /// Share of the light that is scattered back; default: 0.
     #[serde(default)]
     pub reflectance: Coefficient,
 }
 
-/// A Lambertian and a clear zone, divided by a circle.
+/// Fields of a mixed diffuser.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MixedDiffuser {
@@ -45,9 +57,12 @@ pub struct MixedDiffuser {
     pub lambertian_radius_m: f64,
     /// The zone that is inside.
     pub inner: ZoneDocument,
+    /// Share of the light that the Lambertian zone scatters to the far side.
     pub lambertian_transmittance: Coefficient,
+    /// Share of the light that the Lambertian zone scatters back; default: 0.
     #[serde(default)]
     pub lambertian_reflectance: Coefficient,
+    /// Share of the light that passes the clear zone.
     pub clear_transmittance: Coefficient,
 }
 
@@ -55,7 +70,9 @@ pub struct MixedDiffuser {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum ZoneDocument {
+    /// The zone that scatters.
     Lambertian,
+    /// The zone that light passes unscattered.
     Clear,
 }
 
@@ -79,7 +96,7 @@ impl<'de> Deserialize<'de> for DiffuserDocument {
 
 impl DiffuserDocument {
     /// `radius_m` of the opening; not positive when it was refused already.
-    pub fn check(&self, pointer: &str, radius_m: f64, checks: &mut Checks) {
+    pub(crate) fn check(&self, pointer: &str, radius_m: f64, checks: &mut Checks) {
         match self {
             Self::Open => {}
             Self::Clear(diffuser) => {
@@ -93,6 +110,7 @@ impl DiffuserDocument {
         }
     }
 
+    /// The closure as a scene has it; a measured table without a good shape, which the check refuses, is black.
     pub fn diffuser(&self) -> Diffuser {
         match self {
             Self::Open => Diffuser::Open,

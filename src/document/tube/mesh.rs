@@ -18,7 +18,7 @@ use crate::scene::MeshTube;
 const PLANE_TOLERANCE: f64 = 1e-3;
 
 /// The tube at `pointer`, scaled to metres, and its closure; `None` after an error.
-pub fn mesh_tube(
+pub(crate) fn mesh_tube(
     pointer: &str,
     document: &MeshTubeDocument,
     meshes: &dyn MeshSource,

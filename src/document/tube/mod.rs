@@ -1,8 +1,8 @@
 //! The tubes of a job document: cylinders or meshes, their collectors and diffusers.
 
-pub mod check;
+pub(super) mod check;
 pub mod collector;
-pub mod convert;
+pub(super) mod convert;
 pub mod diffuser;
 pub mod mesh;
 pub mod part;
@@ -27,7 +27,9 @@ use part::PartDocument;
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
 #[serde(untagged)]
 pub enum TubeDocument {
+    /// Cylinders, given by diameter and segments.
     Parametric(ParametricTube),
+    /// Triangles of an uploaded mesh, or of a file.
     Mesh(MeshTubeDocument),
 }
 
@@ -44,7 +46,9 @@ pub struct ParametricTube {
     pub reflectance: MirrorDocument,
     /// Straight pieces of the guide from the ceiling upward, 1..16; the first is vertical.
     pub segments: Vec<SegmentDocument>,
+    /// Cover of the upper end.
     pub collector: CollectorDocument,
+    /// Closure in the plane of the ceiling.
     pub diffuser: DiffuserDocument,
 }
 
@@ -73,6 +77,7 @@ pub struct MeshTubeDocument {
     /// Centre of the opening in the ceiling plane.
     #[schema(value_type = PlanePoint)]
     pub centre_m: [f64; 2],
+    /// Diameter of the opening, which lies wholly inside the ceiling.
     pub opening_diameter_m: f64,
     /// Clockwise seen from above.
     #[serde(default)]
@@ -106,13 +111,16 @@ impl<'de> Deserialize<'de> for TubeDocument {
 
 /// Place where a tube comes through the ceiling.
 pub struct Opening {
+    /// Centre of the opening in the ceiling plane, in metres.
     pub centre: DVec2,
+    /// Diameter of the opening.
     pub diameter_m: f64,
     /// Name of the field of the diameter.
     pub diameter: &'static str,
 }
 
 impl TubeDocument {
+    /// The opening, and the field that says its diameter.
     pub fn opening(&self) -> Opening {
         let (centre_m, diameter_m, diameter) = match self {
             Self::Parametric(tube) => (tube.centre_m, tube.diameter_m, "diameter_m"),

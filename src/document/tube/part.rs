@@ -13,25 +13,30 @@ use crate::document::read::tagged::{self, Reader, Tagged};
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
 #[serde(tag = "role", rename_all = "snake_case")]
 pub enum PartDocument {
+    /// A thin cover; the direction is unchanged. `transmittance + reflectance <= 1`.
     Collector(CollectorPart),
+    /// A specular mirror.
     Pipe(PipePart),
     /// The closure, in the plane z = 0.
     Diffuser(DiffuserDocument),
 }
 
-/// A thin cover; the direction is unchanged. `transmittance + reflectance <= 1`.
+/// Fields of a mesh's collector.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CollectorPart {
+    /// Share of the light that passes, from either side.
     pub transmittance: Coefficient,
+    /// Share of the light that is reflected, from either side; default: 0.
     #[serde(default)]
     pub reflectance: Coefficient,
 }
 
-/// A specular mirror.
+/// Fields of a mesh's pipe.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PipePart {
+    /// Specular reflectance, per bounce.
     pub reflectance: MirrorDocument,
 }
 
@@ -53,7 +58,7 @@ impl<'de> Deserialize<'de> for PartDocument {
 
 impl PartDocument {
     /// `radius_m` of the opening; not positive when it was refused already.
-    pub fn check(&self, pointer: &str, radius_m: f64, checks: &mut Checks) {
+    pub(crate) fn check(&self, pointer: &str, radius_m: f64, checks: &mut Checks) {
         match self {
             Self::Collector(CollectorPart { transmittance, reflectance }) => {
                 check_scattering(pointer, ("transmittance", *transmittance), ("reflectance", *reflectance), checks);
