@@ -12,7 +12,7 @@ use skyduct::document::DocumentErrors;
 fn main() -> ExitCode {
     std::panic::set_hook(Box::new(log_in_one_line));
     let arguments = Arguments::parse();
-    match catch_unwind(AssertUnwindSafe(|| arguments.command.run())) {
+    match catch_unwind(AssertUnwindSafe(|| arguments.run())) {
         Ok(Ok(())) => ExitCode::SUCCESS,
         Ok(Err(error)) => {
             let Some(DocumentErrors(errors)) = error.downcast_ref() else {

@@ -14,14 +14,17 @@ use crate::http::{self, Limits};
 const DEFAULTS: &str = include_str!("../../config/default.toml");
 const ENVIRONMENT_PREFIX: &str = "SKYDUCT_";
 
+/// Everything that an operator may set; `config/default.toml` has each field with its default.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Config {
+    /// Address and port of the interface; port 0: any that is free.
     pub listen: SocketAddr,
     /// Folder of the database, the artifacts and the lock file.
     pub data: PathBuf,
     /// `sqlite:FILE`; absent: `skyduct.db` in the data folder.
     pub database: Option<String>,
+    /// Parts of the service that run in this process; `all` alone is supported.
     pub role: Role,
     /// Origins of web pages elsewhere that may call the service, e.g. `https://design.example`.
     pub cors_origins: Vec<String>,
@@ -29,10 +32,13 @@ pub struct Config {
     pub allowed_hosts: Vec<String>,
     /// Agrees to serve everybody who can reach an address that is not a loopback one.
     pub insecure: bool,
+    /// What is logged, and how.
     pub log: Log,
+    /// Limits to what one client can use up.
     pub limits: Limits,
 }
 
+/// Parts of the service that one process runs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
 #[serde(rename_all = "snake_case")]
 pub enum Role {
@@ -47,12 +53,16 @@ pub enum Role {
 /// Values of the command line; absent flags change nothing.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct Flags {
+    /// Value of [`Config::listen`].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub listen: Option<SocketAddr>,
+    /// Value of [`Config::data`].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub data: Option<PathBuf>,
+    /// Value of [`Config::database`].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub database: Option<String>,
+    /// Value of [`Config::role`].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub role: Option<Role>,
     /// Flag of the same name; only `true` replaces the configuration.
@@ -61,6 +71,8 @@ pub struct Flags {
 }
 
 impl Config {
+    /// Defaults, then `file`, then environment, then `flags`; later ones win. An error if a value is not valid, a field
+    /// not known, or the address open to everybody without [`Config::insecure`].
     pub fn load(file: Option<&Path>, flags: &Flags) -> anyhow::Result<Self> {
         let mut layers = Figment::from(Toml::string(DEFAULTS));
         if let Some(file) = file {

@@ -1,30 +1,30 @@
 //! The commands.
 
-pub mod client;
+mod client;
 pub mod config;
-pub mod demo;
-pub mod healthcheck;
+mod demo;
+mod healthcheck;
 pub mod mesh_files;
-pub mod plan;
-pub mod progress;
-pub mod render;
+mod plan;
+mod progress;
+mod render;
 mod results_table;
 pub mod serve;
-pub mod submit;
-pub mod telemetry;
-pub mod thesis;
-pub mod validate;
+mod submit;
+mod telemetry;
+mod thesis;
+mod validate;
 
 /// Daylight through tubular daylight devices: illuminance grids and views with their errors.
 #[derive(Debug, clap::Parser)]
 #[command(name = "skyduct", version)]
 pub struct Arguments {
     #[command(subcommand)]
-    pub command: Command,
+    command: Command,
 }
 
 #[derive(Debug, clap::Subcommand)]
-pub enum Command {
+enum Command {
     /// Do the main job in one go: start the service, submit the example room, save its grid and pictures
     Demo(demo::DemoArgs),
     /// Run the service: HTTP interface, job queue and renderer
@@ -43,21 +43,22 @@ pub enum Command {
     Healthcheck(healthcheck::HealthcheckArgs),
 }
 
-impl Command {
+impl Arguments {
+    /// Runs the command that was asked for, to its end; of the service, to its shutdown.
     pub fn run(self) -> anyhow::Result<()> {
         // the service is configured, all others only tell what went wrong
-        if !matches!(self, Self::Serve(_)) {
+        if !matches!(self.command, Command::Serve(_)) {
             telemetry::start(&telemetry::OF_COMMANDS);
         }
-        match self {
-            Self::Demo(args) => demo::run(args),
-            Self::Serve(args) => serve::run(args),
-            Self::Render(args) => render::run(args),
-            Self::Plan(args) => plan::run(args),
-            Self::Validate(args) => validate::run(args),
-            Self::Thesis(args) => thesis::run(args),
-            Self::Submit(args) => submit::run(args),
-            Self::Healthcheck(args) => healthcheck::run(args),
+        match self.command {
+            Command::Demo(args) => demo::run(args),
+            Command::Serve(args) => serve::run(args),
+            Command::Render(args) => render::run(args),
+            Command::Plan(args) => plan::run(args),
+            Command::Validate(args) => validate::run(args),
+            Command::Thesis(args) => thesis::run(args),
+            Command::Submit(args) => submit::run(args),
+            Command::Healthcheck(args) => healthcheck::run(args),
         }
     }
 }

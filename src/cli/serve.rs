@@ -32,7 +32,7 @@ use crate::job::worker::Worker;
 const STOP_TIME: Duration = Duration::from_secs(8);
 
 #[derive(Debug, clap::Args)]
-pub struct ServeArgs {
+pub(super) struct ServeArgs {
     /// Address to listen on [default: 127.0.0.1:8080]; port 0 takes a free one
     #[arg(long, value_name = "ADDRESS")]
     pub listen: Option<SocketAddr>,
@@ -54,7 +54,7 @@ pub struct ServeArgs {
 }
 
 /// Serves until SIGTERM or SIGINT.
-pub fn run(args: ServeArgs) -> anyhow::Result<()> {
+pub(super) fn run(args: ServeArgs) -> anyhow::Result<()> {
     let ServeArgs { listen, data, database, config: file, role, insecure } = args;
     let flags = Flags { listen, data, database, role, insecure };
     let config = Config::load(file.as_deref(), &flags)?;
@@ -105,6 +105,7 @@ pub async fn wait_for_signal() -> anyhow::Result<()> {
 
 /// A service that runs in this process.
 pub struct RunningService {
+    /// Address that the interface listens on, its port a real one.
     pub address: SocketAddr,
     shutdown: CancellationToken,
     worker: JoinHandle<()>,
@@ -115,6 +116,8 @@ pub struct RunningService {
 }
 
 impl RunningService {
+    /// Opens folder and database, and starts worker and interface. An error if another process has the folder, the
+    /// database belongs to another one, or the address is taken.
     pub async fn start(config: Config) -> anyhow::Result<Self> {
         create_private_folder(&config.data)
             .with_context(|| format!("the data folder {} cannot be made", config.data.display()))?;
@@ -192,6 +195,7 @@ impl RunningService {
         Ok(Self { address, shutdown, worker, server, store, _lock: lock })
     }
 
+    /// Address of the interface as `http://...`, without a slash at its end.
     pub fn url(&self) -> String {
         format!("http://{}", self.address)
     }

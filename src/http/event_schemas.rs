@@ -1,5 +1,7 @@
 //! What the events of a job carry, as components of the description: the store keeps them as JSON.
 
+#![expect(dead_code, reason = "only the schemas of these types are used")]
+
 use serde_json::{Value, json};
 use utoipa::ToSchema;
 use uuid::Uuid;

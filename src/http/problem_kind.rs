@@ -12,6 +12,7 @@ macro_rules! kinds {
         }
 
         impl ProblemKind {
+            /// All kinds, in the order of the page that lists them.
             pub const ALL: &[Self] = &[$(Self::$kind),*];
 
             /// `type` of the problem document: the path of the page that explains it.
@@ -19,10 +20,12 @@ macro_rules! kinds {
                 match self { $(Self::$kind => concat!("/problems/", $name)),* }
             }
 
+            /// HTTP status that goes with the kind.
             pub fn status(self) -> StatusCode {
                 match self { $(Self::$kind => StatusCode::$status),* }
             }
 
+            /// Short words for people, the same for all problems of the kind.
             pub fn title(self) -> &'static str {
                 match self { $(Self::$kind => $title),* }
             }

@@ -6,7 +6,7 @@
 //! The rest is what they share: a page and its parts, jobs run in this process, and how a page is written.
 
 pub mod markdown;
-pub mod page;
-pub mod run;
+pub(crate) mod page;
+pub(crate) mod run;
 pub mod thesis;
-pub mod validation;
+pub(crate) mod validation;

@@ -29,7 +29,7 @@ pub fn two_sided_student_quantile(confidence: f64, degrees: f64) -> f64 {
 }
 
 #[cfg(test)]
-pub mod tests {
+pub(crate) mod tests {
     use super::*;
 
     /// A standard normal number of a uniform one in 0..1.

@@ -20,8 +20,11 @@ pub fn lengths(image: &[f64]) -> Vec<f64> {
 /// Lowest, highest and mean of a set of values.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Spread {
+    /// Least value; infinite of none.
     pub lowest: f64,
+    /// Greatest value; minus infinity of none.
     pub highest: f64,
+    /// Mean value; not a number of none.
     pub mean: f64,
 }
 

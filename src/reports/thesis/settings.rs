@@ -7,6 +7,7 @@ use super::printed;
 pub struct Settings {
     /// Passes of the longest series; all other numbers of passes are shares of it.
     pub passes: u64,
+    /// Photons of each pass of the methods that follow light from its sources.
     pub photons_per_pass: u64,
     /// Side of the pictures.
     pub size_px: usize,

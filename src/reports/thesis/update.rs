@@ -15,6 +15,7 @@ pub struct Faults {
 }
 
 impl Faults {
+    /// The right update.
     pub const NONE: Self = Self { old_radius: false, stale: false, whole_counts: false };
     /// The printed code with counts that keep their fraction.
     pub const PRINTED: Self = Self { old_radius: true, stale: true, whole_counts: false };
@@ -76,6 +77,7 @@ impl HitPoint {
 pub struct Uniform {
     /// Ratio over the discs.
     pub ratio: Moments,
+    /// Largest ratio of a disc.
     pub highest: f64,
     /// Mean radius over the first one.
     pub radius: f64,
