@@ -1,4 +1,25 @@
-//! The method of HOLIGILM on a compiled scene: `analytic::holigilm` solves it.
+//! HOLIGILM on a compiled scene: hollow light guides without random walks (`analytic::holigilm` solves it).
+//!
+//! **Idea.** Flux at the diffuser by a series or a low-discrepancy rule, the diffuser's exitance in rings and sectors,
+//! the room by radiosity. One computation, with its numerical error.
+//!
+//! **Which paths** (docs/physics/measurement_equation.md#holigilm):
+//!
+//! | paths | estimator |
+//! | --- | --- |
+//! | `(K\|N) t F` flux | straight tubes: exact series; bent ones: a Sobol rule |
+//! | `.. F E` | rings in closed form, sectors as points |
+//! | `K t C E` | points: integral over the clear zone, backward; cells: rays forward |
+//! | `N t C E` | points: the arcs of the opening that show the disc; cells: rays forward |
+//! | `.. D+ E` | radiosity |
+//!
+//! **Settings.** None: it adds rays until the job's accuracy is reached, or a cap.
+//!
+//! **Refuses** views; what no solver computes (`deterministic`): colours, mesh tubes, objects, luminaires, specular
+//! surfaces, measured diffusers, mirrors by angle, collectors that bend light; of its own: the sun at points through
+//! clear closures of bent tubes, what these return where the room interreflects, and rooms that absorb nothing.
+//!
+//! **Sources.** Kocifaj, Darula and Kittler 2008, formulated from the physics; Swift and Smith 1995 for the series.
 
 use super::deterministic::{installation, refuses};
 use super::method::{Computation, Described, Knows, Load, Refusal, RefusalCode, Task, Work};

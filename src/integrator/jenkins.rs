@@ -1,4 +1,19 @@
-//! The formula of Jenkins, Muneer and Kubie on a compiled scene: `analytic::jenkins` computes it.
+//! The formula of Jenkins, Muneer and Kubie on a compiled scene (`analytic::jenkins` computes it).
+//!
+//! **Idea.** E = c Phi cos^4(theta) / V^2 for each tube: a point source of the tube's flux, with a coefficient that was
+//! fitted in a room.
+//!
+//! **Which paths.** None one by one: `(K|N) t .. E` and the reflections of an unknown room are in c
+//! (docs/physics/tubes.md#empirical-formula-of-jenkins-muneer-and-kubie).
+//!
+//! **Settings.** `coefficient` (0.494; above 0, at most 10), `pipe_transmittance` (0 to 1; by default exact, of a pipe
+//! as long as wide under the job's daylight), `bend_factor` (0 to 1; no default, needed for bends).
+//!
+//! **Refuses** views; what no solver computes (`deterministic`), bends without a factor, and reflecting rooms whose
+//! interreflection is switched off. Bad at every room but the one of the fit: it warns that it returns c pi = 1.55
+//! times the flux. It tells neither error nor balance of energy.
+//!
+//! **Sources.** Jenkins, Muneer and Kubie 2005.
 
 use std::f64::consts::PI;
 

@@ -1,10 +1,30 @@
-//! Path tracing: from the sensors and the eye backward to sky, sun and luminaires. Unbiased; one pass is one replicate.
+//! Path tracing: from the sensors and the eye backward to sky, sun and luminaires.
 //!
-//! `backward::walk` has the walk and what luminaires send, `backward::daylight` the sky and the sun. What chance alone
-//! would find is refused: the sun through clear closures, where only one direction in hundreds meets the disc even at its
-//! own zenith angle, and by way of mirrors.
+//! **Idea.** A path starts at a sensor or pixel and is scattered from surface to surface. At every vertex it is
+//! connected to the openings of the tubes and to the luminaires (`backward::walk`, `backward::daylight`), and where the
+//! ray that goes on meets such a light by chance, both share it. Unbiased; one pass is one replicate.
 //!
-//! Which estimator counts which paths: docs/physics/measurement_equation.md#path-tracing.
+//! **Which paths** (docs/physics/measurement_equation.md#path-tracing), V: the sensor or a finite vertex `D`, `G`, `F`.
+//!
+//! | paths | estimator |
+//! | --- | --- |
+//! | `K t (C\|F) V` | connection to the opening, and chance, weighed by the power heuristic |
+//! | `K t (C\|F) S+ V`, `K t (C\|F) S* E` of an eye | chance |
+//! | `K .. t (C\|F) ..` after a return of the guide | chance |
+//! | `N t F V`, `N t F E` of an eye | rays from the sun's disc, connected |
+//! | `M V` | closed form, or connection and chance |
+//! | `M S+ V`, `M S* E` of an eye | chance |
+//! | `.. V V E`, `F` from below and `F t F` included | the ray that goes on |
+//!
+//! **Settings.** `samples_per_sensor` (64; 1 to 65 536) and `samples_per_pixel` (4; 1 to 4096) paths a pass trade the
+//! number of replicates against the noise of each.
+//!
+//! **Refuses** the sun through clear closures, where only one direction in hundreds meets the disc even at its own
+//! zenith angle, and the sun by way of mirrors and of lobes below a roughness of 0.2. Bad at diffusers and luminaires
+//! that mirrors show to a sensor (it warns), and at many tubes: each path looks at all of them. Tells neither fluxes of
+//! tubes nor the balance of energy.
+//!
+//! **Sources.** Kajiya 1986; Veach and Guibas 1995 for the weights.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -87,6 +107,7 @@ pub struct PathTracing<const C: usize> {
 }
 
 impl<const C: usize> PathTracing<C> {
+    /// The method on the outputs of a scene; equal seeds give equal bits.
     pub fn new(scene: Arc<TraceableScene>, grids: &[Grid], views: &[View], settings: &Settings, seed: u64) -> Self {
         let (grids, views) = (grids.to_vec(), views.to_vec());
         Self { scene, grids, views, settings: settings.clone(), seed: Key::new(seed) }

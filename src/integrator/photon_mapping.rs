@@ -1,26 +1,29 @@
-//! Photon mapping in two passes with final gathering (Jensen 1996, 2001).
+//! Photon mapping in two passes with final gathering.
 //!
-//! Every pass of the engine traces its own photons and gathers them within one fixed radius, so that passes are independent
-//! replicates. At a receiver, a sensor or a point of a surface with a diffuse part that an eye ray meets, light is divided by
-//! what happened to it last, chains of mirrors and glossy lobes on its way to the receiver left out:
-//! * straight from a diffuser or a luminaire, without such a chain: connections and closed forms
-//!   (`photon_map::near_light`). What a diffuser sends down counts as its light wherever it came from: from above, from
-//!   the room by reflection at its lower side, or back from a bent guide;
-//! * by such a chain from a diffuser or a luminaire, and with or without one through a clear closure, from outside or back
-//!   from a guide: caustics, whose photons are gathered at the receiver. Cell averages count the photons that cross the cell,
-//!   which has no bias. Sensors of points follow what comes from outside straight through a clear closure backward instead
-//!   where that finds all of it (`followed_backward`);
-//! * scattered by the diffuse part of a surface: gather rays, distributed by the cosine. They are followed by mirrors and
-//!   lobes, and add, at every surface that they meet, what its diffuse part sends of all light there: direct light as above,
-//!   and every photon that is not direct. They count nothing else: what they find at openings, at luminaires and behind open
-//!   faces is in the first two parts.
+//! **Idea.** Photons are kept where they meet surfaces. At a receiver (a sensor, or a point with a diffuse part that an
+//! eye ray meets) direct light is connected, caustics are gathered from the photons there, and the rest comes by
+//! *gather rays* over the cosine that gather where they end: the density's bias is averaged over the room. Every pass
+//! of the engine traces its own photons and gathers them within one fixed radius: one pass is one replicate.
 //!
-//! So each path is counted once. The kernel's bias at the surfaces that gather rays find is estimated from two radii
-//! (`photon_map::maps`) and carried to the receiver with the rays' weights, of colours by their luminance. The radius is
-//! the same in all passes: the bias does not shrink with them, but gathering averages it over the room. What an eye ray
-//! sees of openings, mirrors and lobes is as in SPPM (`photon_map::visible_point`).
+//! **Which paths** (docs/physics/measurement_equation.md#photon-mapping-with-final-gathering). A chain `(S|G)*` on the
+//! way to the receiver is looked through; what was before it decides, so that each path is counted once.
 //!
-//! The same as a table: docs/physics/measurement_equation.md#photon-mapping-with-final-gathering.
+//! | paths | estimator |
+//! | --- | --- |
+//! | `.. F E`, `M E`, wherever the light of `F` came from | connection to photons at the diffuser; closed form or points of the luminaire (`photon_map::near_light`) |
+//! | `.. (F\|M) (S\|G)+ E`, `.. t C (S\|G)* E` | caustics: gathered; cells: crossing, which has no bias |
+//! | `(K\|N) t C E` at points | backward instead, where that finds all of it (`followed_backward`) |
+//! | `.. D (S\|G)* E` | gather rays: at every `D` that they meet, direct light as above and all other photons, gathered; nothing at openings, luminaires and open faces |
+//!
+//! **Settings.** `photons_per_pass` (65 536; 64 to 16 777 216). `initial_radius_m` (a fortieth of the room's shortest
+//! edge) trades noise against bias, which no pass brings down; its estimate from two radii (`photon_map::maps`) goes
+//! with the rays' weights to the receiver, of colours by their luminance. `gather_rays` (256 of a sensor, 16 of a
+//! point; 1 to 65 536).
+//!
+//! **Refuses** nothing. Bad at high accuracy: the bias of the radius stays. What an eye ray sees of openings, mirrors
+//! and lobes is as in SPPM (`photon_map::visible_point`).
+//!
+//! **Sources.** Jensen 1996 and 2001.
 
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -98,8 +101,9 @@ impl Described for Settings {
 /// Share of the shortest edge of the room that is the default radius.
 const DEFAULT_RADIUS_SHARE: f64 = 0.025;
 
-/// Default numbers of gather rays per pass, of a sensor and of a point that a pixel's ray meets.
+/// Default number of gather rays per pass of a sensor.
 pub const SENSOR_GATHER_RAYS: u32 = 256;
+/// Default number of gather rays per pass of a point that a pixel's ray meets.
 pub const POINT_GATHER_RAYS: u32 = 16;
 
 /// Points of a cell, in a square of strata, that share the connections of its average.
@@ -127,6 +131,7 @@ struct Gathering<'a, const C: usize> {
 }
 
 impl<const C: usize> PhotonMapping<C> {
+    /// Divides the photons of a pass among the sources; equal seeds give equal bits.
     pub fn new(scene: Arc<TraceableScene>, grids: &[Grid], views: &[View], settings: &Settings, seed: u64) -> Self {
         let radius = settings.initial_radius_m.unwrap_or(DEFAULT_RADIUS_SHARE * scene.size.min_element());
         let backward = scene.tubes.iter().map(followed_backward).collect();

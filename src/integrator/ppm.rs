@@ -1,20 +1,36 @@
-//! Progressive photon mapping (Hachisuka, Ogaki and Jensen 2008).
+//! Progressive photon mapping: visible points stay the same, radii shrink from pass to pass.
 //!
-//! Visible points are the same in every pass: those of a fixed set of eye rays of each pixel, one in each of its strata,
-//! and sensors, or of cell averages fixed points of each cell. They are not stored: their random numbers do not depend on
-//! the pass, so that they are found again. Mirrors keep a ray's way; a glossy lobe, and a guide where it divides light,
-//! send it on into a new direction in every pass: what they reflect is an integral that a few fixed directions do not
-//! give. Photons and connections to them are new in every pass. Radii shrink as `photon_map::progressive` says, photons
-//! are gathered as in `sppm`.
+//! **Idea.** Visible points are those of a fixed set of eye rays, one in each stratum of a pixel, and the sensors, or
+//! fixed points of each cell. They are not stored: their random numbers do not depend on the pass, so that they are
+//! found again. Photons and connections to them are new in every pass; radii shrink as `photon_map::progressive` says.
+//! Mirrors keep a ray's way; a lobe, and a guide where it divides light, send it into a new direction in every pass,
+//! because a few fixed ones would not give that integral.
 //!
-//! What converges is the mean over the fixed points of a pixel or a cell, which differs from the mean over all of it by a
-//! sampling error that no pass brings down. Contrasts tell it: in a block of 2 x 2 strata the mean of the points on one
-//! diagonal less that on the other is zero in the mean where light changes linearly, and half of it has the variance of the
-//! block's mean, or more. Like the bias, a contrast is averaged over passes, and its square, less what the noise of the
-//! passes adds to it, is part of the squared error.
+//! What converges is the mean over the fixed points, which differs from the pixel's or cell's by a sampling error that
+//! no pass brings down. Contrasts tell it: in a block of 2 x 2 strata the mean of the points on one diagonal minus that
+//! on the other is zero where light changes linearly, and half of it has the variance of the block's mean, or more.
+//! Averaged over passes, its square, less what their noise adds, is part of the squared error
+//! (docs/physics/statistics.md#points-that-are-the-same-in-every-pass).
 //!
-//! Which estimator counts which paths:
-//! docs/physics/measurement_equation.md#progressive-photon-mapping-fixed-and-stochastic.
+//! **Which paths**, the same as `sppm`
+//! (docs/physics/measurement_equation.md#progressive-photon-mapping-fixed-and-stochastic):
+//!
+//! | paths | estimator |
+//! | --- | --- |
+//! | `.. F` and `M` straight to a sensor or the eye's `D` | connections to the pass' photons at the diffuser; closed form or points |
+//! | all else that arrives there | gather |
+//! | `.. (F\|M) S* E` of an eye | exitance gathered on the diffuser; the luminaire's luminance |
+//! | `G E` of an eye | connections and the reflected ray, or sunbeams gathered in the lobe |
+//!
+//! **Settings.** `photons_per_pass` (65 536; 64 to 16 777 216); `initial_radius_m` (a twentieth of the room's shortest
+//! edge) and `alpha` (2/3; between 0 and 1) trade noise against bias; `radius` (by schedule, or per point: by the
+//! photons found); `samples_per_sensor` (16; 2 to 65 536) and `samples_per_pixel` (4; 2 to 4096) fixed points, whose
+//! number bounds the accuracy that can be reached.
+//!
+//! **Refuses** nothing. Bad where light changes abruptly within a cell or a pixel: few fixed points do not tell its
+//! mean.
+//!
+//! **Sources.** Hachisuka, Ogaki and Jensen 2008; Knaus and Zwicker 2011 for the schedule.
 
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -42,6 +58,7 @@ pub struct Settings {
     pub initial_radius_m: Option<f64>,
     /// Share of the photons of a pass that is kept, 0 < `alpha` < 1, as of [`super::sppm::Settings::alpha`].
     pub alpha: f64,
+    /// Rule by which radii shrink.
     pub radius: Radius,
     /// Fixed points of each cell of cell averages, 2..=65_536.
     pub samples_per_sensor: u32,
@@ -211,6 +228,7 @@ impl<const C: usize> Mean<C> {
 }
 
 impl<const C: usize> Ppm<C> {
+    /// Divides the photons of a pass among the sources, and points into strata; equal seeds give equal bits.
     pub fn new(scene: Arc<TraceableScene>, grids: &[Grid], views: &[View], settings: &Settings, seed: u64) -> Self {
         Self {
             radii: Radii::new(settings.radius, settings.initial_radius_m, settings.alpha, scene.size),

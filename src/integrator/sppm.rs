@@ -1,17 +1,30 @@
-//! Stochastic progressive photon mapping.
+//! Stochastic progressive photon mapping: photons and eye rays are new in every pass, radii shrink.
 //!
-//! Every pass traces its own photons and eye rays and gathers with a radius that shrinks from pass to pass
-//! (`photon_map::progressive`): by a schedule (Knaus and Zwicker 2011), so that passes are independent replicates, or by
-//! statistics that the rays of a pixel, or the points of a cell, share (Hachisuka and Jensen 2009). Light that a diffuser
-//! or a tube's scattering sends straight to a point is computed from the pass' own photons at the diffuser, light
-//! straight from a luminaire in closed form or from points of its area, not by density estimation
-//! (`photon_map::near_light`); kernels and their bias are those of `photon_map::maps`.
+//! **Idea.** Every pass traces its own photons and eye rays and gathers with a radius that shrinks from pass to pass
+//! (`photon_map::progressive`): by a schedule, so that passes are independent replicates, or by statistics that the
+//! rays of a pixel, or the points of a cell, share. Photons are gathered for the diffuse part of a surface alone; its
+//! mirror or lobe is followed (`photon_map::visible_point`). Light that comes straight from a diffuser or luminaire is
+//! connected, not gathered (`photon_map::near_light`).
 //!
-//! Photons are gathered for the diffuse part of a surface alone. The specular part, mirror or glossy lobe, is followed
-//! (`photon_map::visible_point`).
+//! **Which paths** (docs/physics/measurement_equation.md#progressive-photon-mapping-fixed-and-stochastic):
 //!
-//! Which estimator counts which paths:
-//! docs/physics/measurement_equation.md#progressive-photon-mapping-fixed-and-stochastic.
+//! | paths | estimator |
+//! | --- | --- |
+//! | `.. F` and `M` straight to a sensor or the eye's `D` | connections to the pass' photons at the diffuser; closed form or points |
+//! | all else that arrives there | gather |
+//! | `.. (F\|M) S* E` of an eye | exitance gathered on the diffuser; the luminaire's luminance |
+//! | `.. F G E`, `M G E` of an eye | connection to photons and the reflected ray, sharing; the reflected ray |
+//! | `N t C G E`, roughness of at least 0.15 | sunbeams gathered in the lobe |
+//! | `(K\|N) t C (S\|G)* E` of an eye, else | the ray, up the guide |
+//!
+//! **Settings.** `photons_per_pass` (65 536; 64 to 16 777 216); `initial_radius_m` (a twentieth of the room's shortest
+//! edge) and `alpha` (2/3; between 0 and 1: the squared radius shrinks by (i + alpha) / (i + 1)) trade noise against
+//! bias, whose estimate is part of every error; `radius`: by schedule, or per point.
+//!
+//! **Refuses** nothing: it is the method that `auto` falls back on. Bad at high accuracy: half the error costs eight
+//! times the passes, where an unbiased method needs four times.
+//!
+//! **Sources.** Hachisuka and Jensen 2009; Knaus and Zwicker 2011 for the schedule.
 
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -39,6 +52,7 @@ pub struct Settings {
     /// The squared radius shrinks by (i + alpha) / (i + 1) from pass i to i + 1, per point by (N + alpha M) / (N + M);
     /// 0 < alpha < 1.
     pub alpha: f64,
+    /// Rule by which radii shrink.
     pub radius: Radius,
 }
 
@@ -93,6 +107,7 @@ pub struct Sppm<const C: usize> {
 }
 
 impl<const C: usize> Sppm<C> {
+    /// Divides the photons of a pass among the sources; equal seeds give equal bits.
     pub fn new(scene: Arc<TraceableScene>, grids: &[Grid], views: &[View], settings: &Settings, seed: u64) -> Self {
         Self {
             radii: Radii::new(settings.radius, settings.initial_radius_m, settings.alpha, scene.size),

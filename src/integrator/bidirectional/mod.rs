@@ -1,15 +1,31 @@
-//! Bidirectional path tracing (Lafortune and Willems 1993, Veach and Guibas 1994): photons from the sources and paths from
-//! sensors and the eye, connected at every pair of vertices. Unbiased; one pass is one replicate.
+//! Bidirectional path tracing: photons from the sources and paths from sensors and the eye, connected at every pair of
+//! vertices.
 //!
-//! The photons of a pass are shared: each of their vertices is connected to every sensor and to the eye, and every eye path
-//! to the vertices of one photon. A path that eye rays find by chance, by sky or luminaires, is one more strategy. All
-//! strategies of a path share it by the balance heuristic (`weight`). Paths that only one strategy finds are counted by
-//! that: the sun by photons, what a guide sends back and the lower sides of closures by eye paths. Light that goes straight
-//! from a clear closure to a sensor has rules of its own: points follow it backward, cells count what crosses them. Cells
-//! count in this way also the sun that a surface scatters within half a cell, where connections would be too bright, and
-//! share with eye paths what a mirror shows them of a source.
+//! **Idea.** The photons of a pass are shared: each of their vertices is connected to every sensor (of many, to a
+//! random subset) and to the eye, and every eye path to the vertices of one photon. All strategies that find a path
+//! share it by the balance heuristic (`weight`). Unbiased; one pass is one replicate.
 //!
-//! Which estimator counts which paths: docs/physics/measurement_equation.md#bidirectional-path-tracing.
+//! **Which paths** (docs/physics/measurement_equation.md#bidirectional-path-tracing). Photons end where they meet an
+//! opening from below; eye paths go on there.
+//!
+//! | paths | estimator |
+//! | --- | --- |
+//! | with a `D`, `G` or `F` to connect at | every cut: photon to sensor or eye, photon to eye path, an eye ray that meets sky or luminaire |
+//! | the same of the sun | photons only |
+//! | `(K\|N) t C E` | points: backward; cells: crossing; an eye: chance |
+//! | `N t C V E` | connection; cells within half their longer edge: crossing |
+//! | `(K\|M) .. S+ E` | points, eye: chance; cells: crossing and chance, sharing |
+//! | `F` from below, and what a guide sends back | eye paths only |
+//!
+//! **Settings.** `photons_per_pass` (16 384; 64 to 1 048 576: their vertices are kept) against `samples_per_sensor`
+//! (64; 1 to 65 536) and `samples_per_pixel` (1; 1 to 4096): photons find light behind closures, eye paths what mirrors
+//! show.
+//!
+//! **Refuses** the sun in mirrors and in lobes below a roughness of 0.2, unless cells alone see a mirror; the sun
+//! through clear closures of tubes that are not straight, at points or with returns; views without interreflection. Bad
+//! at mirrors that show diffusers to points (it warns).
+//!
+//! **Sources.** Lafortune and Willems 1993; Veach and Guibas 1994 and 1995; Veach 1997.
 
 mod eye;
 mod light;
@@ -128,6 +144,7 @@ struct Connected<const C: usize> {
 }
 
 impl<const C: usize> Bidirectional<C> {
+    /// Divides the photons of a pass among the sources; equal seeds give equal bits.
     pub fn new(scene: Arc<TraceableScene>, grids: &[Grid], views: &[View], settings: &Settings, seed: u64) -> Self {
         let emission = Emission::new(&scene, settings.photons_per_pass);
         let sky =

@@ -1,17 +1,29 @@
-//! Light tracing: photons from sky and sun, every diffuse vertex connected to the sensors. Unbiased.
+//! Light tracing: photons from sky, sun and luminaires, whose vertices are connected to all sensors.
 //!
-//! The flux that reaches a sensor splits into parts, each with the estimator that suits it:
-//! * light that was scattered anywhere, at a diffuser or a surface, is connected from that vertex to the sensor in closed
-//!   form. Cell averages are connected only beyond a distance of about a cell; nearer light, whose connections would have
-//!   an infinite variance at edges where cells touch walls, is counted as it crosses the cell;
-//! * light in a lobe of a surface that is not Lambertian is connected to points; cell averages count it as it crosses the
-//!   cell, because connections to a narrow lobe would be rare and bright;
-//! * light that passes a diffuser unscattered is counted as it crosses a cell; for points it is followed backward, from the
-//!   sensor through the opening and up the guide into sky and sun;
-//! * light straight from a luminaire has Lambert's closed form where nothing can stand between, at the sensor or at a
-//!   random point of its cell; otherwise it is treated like light that a diffuser scatters.
+//! **Idea.** A photon carries its flux from a source through tube and room. At every vertex the intensity that it sends
+//! to a sensor is known in closed form, so that one photon serves every sensor (of many, a random subset). What a
+//! connection would find rare and bright, or not at all, is counted where photons cross a cell, or followed backward.
+//! Unbiased; one pass is one replicate.
 //!
-//! Which estimator counts which paths: docs/physics/measurement_equation.md#light-tracing.
+//! **Which paths** (docs/physics/measurement_equation.md#light-tracing). Cells are connected by a random point of each;
+//! *near* is within half the longer edge of a cell, where connections would have an infinite variance at walls.
+//!
+//! | paths | points | cells |
+//! | --- | --- | --- |
+//! | `L .. D E`, `L .. F E` | connection | connection; near: crossing |
+//! | `L .. G E` | connection | crossing |
+//! | `L .. S E` | refused | crossing |
+//! | `K t C E`, `N t C E` | backward through the opening, up the guide | crossing |
+//! | `M E` | Lambert's closed form, or connection where something may stand between | the same at a random point |
+//!
+//! **Settings.** `photons_per_pass` (8192; 64 to 16 777 216) trades the number of replicates against the noise of each;
+//! the time to an accuracy hardly depends on it.
+//!
+//! **Refuses** views, and at points: mirrors that interreflect, the sun or returned light through clear closures of
+//! tubes that are not straight, and sensors nearer to a wall, the ceiling or a box than 1 % of the room's shortest
+//! edge. Bad at points that see narrow lobes (roughness below 0.2): `auto` takes another method there.
+//!
+//! **Sources.** Kajiya 1986 and Veach 1997 (chapter 8) for the integral that is sampled; Lambert 1760 for luminaires.
 
 mod connect;
 mod refusals;
@@ -110,6 +122,8 @@ pub struct LightTracing<const C: usize> {
 }
 
 impl<const C: usize> LightTracing<C> {
+    /// Divides the photons of a pass among the sources, and computes closed forms of luminaires once; equal seeds give
+    /// equal bits.
     pub fn new(scene: Arc<TraceableScene>, grids: &[Grid], settings: &Settings, seed: u64) -> Self {
         let emission = Emission::new(&scene, settings.photons_per_pass);
         let mut first = 0;

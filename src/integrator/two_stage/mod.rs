@@ -1,14 +1,32 @@
-//! Two stages: the path is cut at Lambertian diffusers. Unbiased; one pass is one replicate.
+//! Two stages: the path is cut at Lambertian diffusers, which forget where light came from.
 //!
-//! In each pass photons first find what leaves the diffusers (`photons`). Then paths go backward from the sensors and
-//! the eye (`backward::walk`), and every vertex counts that light in closed form, or nearly so. A sensor that sees all
-//! diffusers is connected to every photon; the eye is connected to them too. The two stages are independent, and what the
-//! second finds is linear in what the first gives, so that their product is unbiased.
+//! **Idea.** In each pass photons first find what leaves the diffusers (`photons`). Then paths go backward from the
+//! sensors and the eye (`backward::walk`), and every vertex counts that light in closed form, or nearly so (`cells`).
+//! The stages are independent, and what the second finds is linear in what the first gives: their product is unbiased.
+//! One pass is one replicate.
 //!
-//! Light that the room sends up through a diffuser and that comes back down is part of what the second stage finds; the
-//! fluxes of the tubes are those of the first.
+//! **Which paths** (docs/physics/measurement_equation.md#two-stages). A vertex V is *far* beyond one radius from a
+//! disc.
 //!
-//! Which estimator counts which paths: docs/physics/measurement_equation.md#two-stages.
+//! | paths | estimator |
+//! | --- | --- |
+//! | `(K\|N) t F E`, far sensors that see all discs, and the eye | every photon, connected |
+//! | `(K\|N) t F V`, far, disc above the horizon, nothing between, no lobe | rings and sectors in closed form, and one photon for what they leave out |
+//! | `(K\|N) t F V`, far, else | two photons, connected |
+//! | `(K\|N) t F V`, near, or a lobe below a roughness of 0.2 | as path tracing |
+//! | `K t F S+ (V\|E)` | chance |
+//! | `M ..` and interreflection, light sent up and back included | as path tracing |
+//!
+//! **Settings.** `photons_per_pass` (8192; 64 to 16 777 216) against `samples_per_sensor` (256; 1 to 65 536) and
+//! `samples_per_pixel` (8; 1 to 4096): noise of the first stage is common to all sensors of a pass, that of the second
+//! is each sensor's own.
+//!
+//! **Refuses** closures that pass light unscattered, measured diffusers, and the sun by way of mirrors and of lobes
+//! below a roughness of 0.2. Bad at diffusers that mirrors show (it warns). Tells no balance of energy; the fluxes of
+//! tubes are those of the first stage.
+//!
+//! **Sources.** The cut is derived here (docs/physics/measurement_equation.md#two-stages); Kajiya 1986, Veach and
+//! Guibas 1995.
 
 mod cells;
 mod photons;
@@ -121,6 +139,7 @@ pub struct TwoStage<const C: usize> {
 }
 
 impl<const C: usize> TwoStage<C> {
+    /// Divides the photons of a pass among sky and sun of the tubes; equal seeds give equal bits.
     pub fn new(scene: Arc<TraceableScene>, grids: &[Grid], views: &[View], settings: &Settings, seed: u64) -> Self {
         let emission = Emission::of_daylight(&scene, settings.photons_per_pass);
         let (grids, views) = (grids.to_vec(), views.to_vec());
