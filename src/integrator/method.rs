@@ -106,10 +106,12 @@ pub enum Computation {
 }
 
 impl Computation {
+    /// A method that is computed pass by pass.
     pub fn passes(integrator: impl Integrator + 'static) -> Self {
         Self::Passes(Box::new(integrator))
     }
 
+    /// A method that is solved at once.
     pub fn solution(solver: impl Solver + 'static) -> Self {
         Self::Solution(Box::new(solver))
     }
@@ -127,6 +129,7 @@ pub struct Knows {
 }
 
 impl Knows {
+    /// Everything that a result can have.
     pub const ALL: Self = Self { views: true, energy: true, tube_fluxes: true };
 }
 
@@ -134,6 +137,7 @@ impl Knows {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("{detail}")]
 pub struct Refusal {
+    /// Kind of the reason, for programs.
     pub code: RefusalCode,
     /// Reason for people; a sentence without a full stop.
     pub detail: String,
@@ -142,6 +146,7 @@ pub struct Refusal {
 }
 
 impl Refusal {
+    /// A refusal without a hint what to ask for instead.
     pub fn new(code: RefusalCode, detail: impl Into<String>) -> Self {
         Self { code, detail: detail.into(), instead: None }
     }
@@ -228,6 +233,7 @@ impl fmt::Display for RefusalCode {
 /// What a reader of a method's results must know.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Caveat {
+    /// Kind of the caveat, for programs.
     pub code: CaveatCode,
     /// Sentence for people.
     pub detail: String,
@@ -269,6 +275,7 @@ impl Work {
 pub struct Load {
     /// Edges of the room in metres.
     pub size: DVec3,
+    /// Number of channels of light, 1 or 3.
     pub channels: usize,
     /// Number of grids of the job.
     pub grids: usize,

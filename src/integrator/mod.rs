@@ -12,7 +12,7 @@
 //! the same bits on any number of threads. Passes are independent replicates; `estimate` adds them up. With statistics per
 //! point (`photon_map::progressive`) a pass also depends on the state left by earlier passes, so passes run in order.
 
-pub mod backward;
+pub(crate) mod backward;
 pub mod bidirectional;
 pub mod deterministic;
 pub mod holigilm;
@@ -26,7 +26,7 @@ pub mod photon_map;
 pub mod photon_mapping;
 pub mod ppm;
 mod registry;
-pub mod roulette;
+pub(crate) mod roulette;
 pub mod sppm;
 pub mod two_stage;
 

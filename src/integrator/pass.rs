@@ -26,9 +26,13 @@ pub trait Integrator: Send + Sync {
 /// Result of one pass: a replicate of every output.
 #[derive(Clone, Debug, Default)]
 pub struct Pass {
+    /// Illuminances, in the order of the grids that the method was built for.
     pub grids: Vec<GridPass>,
+    /// Luminances, in the order of the views that the method was built for.
     pub views: Vec<ViewPass>,
+    /// Where the pass' flux went, and its rays.
     pub account: Account,
+    /// Number of photons that set out.
     pub photons: u64,
     /// For the next pass; empty where passes are independent.
     pub carried: Carried,
@@ -50,6 +54,7 @@ impl Pass {
 /// Illuminance in lux per sensor.
 #[derive(Clone, Debug, Default)]
 pub struct GridPass {
+    /// Illuminance per sensor, in the order of [`crate::scene::Grid::centre`].
     pub illuminance: Vec<f64>,
     /// Estimated bias per sensor; empty when the method has none.
     pub bias: Vec<f64>,

@@ -8,14 +8,23 @@ use super::{bidirectional, holigilm, jenkins, light_tracing, path_tracing, photo
 /// A method with its settings.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Method {
+    /// Photons, connected to sensors.
     LightTracing(light_tracing::Settings),
+    /// Progressive photon mapping with points that stay.
     Ppm(ppm::Settings),
+    /// Progressive photon mapping with points that are new in every pass.
     Sppm(sppm::Settings),
+    /// Paths from sensors and the eye.
     PathTracing(path_tracing::Settings),
+    /// Paths from both sides.
     Bidirectional(bidirectional::Settings),
+    /// Photon maps of one radius, with final gathering.
     PhotonMapping(photon_mapping::Settings),
+    /// Photons to the diffusers, paths from there on.
     TwoStage(two_stage::Settings),
+    /// The solver after HOLIGILM.
     Holigilm(holigilm::Settings),
+    /// The formula of Jenkins, Muneer and Kubie.
     Jenkins(jenkins::Settings),
 }
 

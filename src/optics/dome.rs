@@ -8,17 +8,24 @@ pub enum Collector {
     /// Nothing: light enters unchanged.
     Open,
     /// A flat pane across the end of the tube; direction unchanged.
-    Flat { transmittance: [f64; 3] },
+    Flat {
+        /// Share that passes, at every angle.
+        transmittance: [f64; 3],
+    },
     /// A thin hemisphere over the end of the tube; direction unchanged.
     ///
     /// Rays are not bent, so a dome concentric with the aperture gathers exactly the light that a flat pane would: each
     /// ray that reaches the aperture from outside crosses the shell once.
-    Dome { transmittance: [f64; 3] },
+    Dome {
+        /// Share that passes, at every angle.
+        transmittance: [f64; 3],
+    },
     /// A hemispherical shell, concentric with the end of the tube, whose inner radius is the tube's; light is traced
     /// through it (see [`crate::guide::dome`]).
     DielectricDome {
         /// Refractive index of the shell, at least 1.
         refractive_index: f64,
+        /// Thickness of the shell, > 0.
         thickness_m: f64,
         /// Napierian absorption coefficient: a path of s metres leaves exp(-absorption s).
         absorption_per_m: f64,

@@ -9,6 +9,7 @@ use super::Spectrum;
 pub enum Mirror {
     /// The same reflectance at all angles.
     Constant([f64; 3]),
+    /// A table over the angle of incidence.
     ByAngle(Arc<MirrorTable>),
 }
 

@@ -12,7 +12,9 @@ pub const REC709_LUMINANCE: [f64; 3] = [0.2126, 0.7152, 0.0722];
 pub struct Spectrum<const C: usize>(pub [f64; C]);
 
 impl<const C: usize> Spectrum<C> {
+    /// No light.
     pub const ZERO: Self = Self([0.0; C]);
+    /// One in every channel: the weight of a path at its start.
     pub const ONE: Self = Self([1.0; C]);
 
     /// Spectrum of a coefficient that is stored as linear Rec.709; a photopic scene stores the same number three times.
@@ -40,6 +42,7 @@ impl<const C: usize> Spectrum<C> {
         self.0.iter().copied().fold(f64::NEG_INFINITY, f64::max)
     }
 
+    /// The spectrum with `f` of each channel.
     #[inline]
     pub fn map(self, f: impl FnMut(f64) -> f64) -> Self {
         Self(self.0.map(f))

@@ -7,10 +7,12 @@
 pub struct Surface {
     /// Diffuse reflectance.
     pub reflectance: [f64; 3],
+    /// Mirror or lobe; `None` where all reflection is diffuse.
     pub specular: Option<Specular>,
 }
 
 impl Surface {
+    /// A Lambertian surface.
     pub fn diffuse(reflectance: [f64; 3]) -> Self {
         Self { reflectance, specular: None }
     }

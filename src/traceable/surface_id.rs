@@ -23,6 +23,7 @@ const SIDES: usize = 2;
 pub enum Side {
     /// The side toward which the facet's normal points.
     Front,
+    /// The other side.
     Back,
 }
 
@@ -53,8 +54,11 @@ impl SurfaceId {
 /// How the surfaces of one scene are numbered, by the numbers of its boxes, facets and luminaires.
 #[derive(Clone, Copy, Debug)]
 pub struct Numbering {
+    /// Number of boxes.
     pub boxes: usize,
+    /// Number of facets of all meshes.
     pub facets: usize,
+    /// Number of luminaires.
     pub luminaires: usize,
 }
 

@@ -9,14 +9,18 @@ use crate::optics::{Closure, Collector, Diffuser};
 use crate::scene::{MeshTube, StraightOrBent, Tube, TubeShape};
 use crate::sky::direction;
 
+/// A tube with its guide built, in the room's frame.
 #[derive(Debug)]
 pub struct TraceableTube {
     /// Centre of the opening, in the ceiling plane.
     pub origin: DVec3,
+    /// Radius of the opening in m.
     pub opening_radius: f64,
+    /// Way from the opening to the collector, in the tube's own frame.
     pub guide: Guide,
     /// Shape that a mesh was found to have; `None` for tubes that are no meshes.
     pub section: Option<Section>,
+    /// The closure in the plane of the ceiling.
     pub diffuser: Diffuser,
 }
 
@@ -98,6 +102,8 @@ fn mesh(tube: &MeshTube, opening_radius: f64) -> Result<MeshGuide, MeshGuideErro
 #[derive(Clone, Debug, thiserror::Error)]
 #[error("tube {tube}: {error}")]
 pub struct TubeError {
+    /// Number of the tube in the scene.
     pub tube: usize,
+    /// Why its mesh is no guide.
     pub error: MeshGuideError,
 }

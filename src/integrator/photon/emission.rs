@@ -53,6 +53,7 @@ pub enum Start {
 /// Light on its way to a tube's collector, or leaving a luminaire.
 #[derive(Clone, Copy, Debug)]
 pub struct EmittedPhoton {
+    /// Tube or luminaire that the photon starts at.
     pub start: Start,
     /// Entry point in the tube's frame, or a point of the luminaire in the room's.
     pub position: DVec3,
@@ -64,6 +65,7 @@ pub struct EmittedPhoton {
     pub flux: f64,
     /// Number of this photon among the `of` photons of its source.
     pub index: u64,
+    /// Number of photons of its source in this pass.
     pub of: u64,
 }
 

@@ -25,6 +25,7 @@ pub struct Ledger {
 }
 
 impl Ledger {
+    /// Adds the entries of other photons.
     pub fn add(&mut self, other: &Self) {
         let mut other = *other;
         self.values_mut().into_iter().zip(other.values_mut()).for_each(|(sum, value)| *sum += *value);
@@ -49,24 +50,32 @@ impl Ledger {
 /// Flux of one tube in lm.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct TubeFlux {
+    /// Flux that reaches the collector from outside.
     pub at_collector: f64,
+    /// Flux that arrives at the closure from above.
     pub at_diffuser: f64,
+    /// Flux that leaves the closure downward.
     pub into_room: f64,
 }
 
 /// Sums of a set of photons beside the visitor's own tallies.
 #[derive(Clone, Debug, Default)]
 pub struct Account {
+    /// Where the flux went, in lm.
     pub ledger: Ledger,
+    /// Fluxes of each tube, in the scene's order.
     pub tubes: Vec<TubeFlux>,
+    /// Number of ray segments; a closed form through a guide counts as one.
     pub rays: u64,
 }
 
 impl Account {
+    /// An account of no photons.
     pub fn new(tubes: usize) -> Self {
         Self { tubes: vec![TubeFlux::default(); tubes], ..Self::default() }
     }
 
+    /// Adds the account of other photons. Sums depend on the order: it must be the same in every run.
     pub fn add(&mut self, other: &Self) {
         self.ledger.add(&other.ledger);
         for (sum, tube) in self.tubes.iter_mut().zip(&other.tubes) {

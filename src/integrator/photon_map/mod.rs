@@ -1,10 +1,10 @@
 //! Estimates of density from photons that are kept: what sensors and eyes gather from them.
 
-pub mod domain;
-pub mod grid;
-pub mod maps;
-pub mod memory;
-pub mod near_light;
+pub(crate) mod domain;
+pub(crate) mod grid;
+pub(crate) mod maps;
+pub(crate) mod memory;
+pub(crate) mod near_light;
 pub mod progressive;
-pub mod store;
-pub mod visible_point;
+pub(crate) mod store;
+pub(crate) mod visible_point;

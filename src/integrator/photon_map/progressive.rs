@@ -69,6 +69,7 @@ impl PointStatistics {
         Self { radius_squared: radius_m * radius_m, photons: 0.0 }
     }
 
+    /// Radius R in m.
     pub fn radius_m(&self) -> f64 {
         self.radius_squared.sqrt()
     }
@@ -86,7 +87,9 @@ impl PointStatistics {
 /// State that passes leave to the next one at the points of each grid and view; empty where passes are independent.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Carried {
+    /// States of each grid's points; empty where none are kept.
     pub grids: Vec<Vec<PointStatistics>>,
+    /// States of each view's points; empty where none are kept.
     pub views: Vec<Vec<PointStatistics>>,
 }
 
@@ -128,6 +131,7 @@ impl Carried {
 /// The radii of one method in one scene.
 #[derive(Clone, Debug)]
 pub struct Radii {
+    /// Rule by which radii shrink.
     pub rule: Radius,
     initial_m: f64,
     alpha: f64,
