@@ -38,7 +38,7 @@ pub struct JobDocument {
     /// Place on Earth, together with `time`; or else `sky.sun_position` is given.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub location: Option<LocationDocument>,
-    /// RFC 3339 with an offset, years -2000..6000.
+    /// RFC 3339 with an offset, years -500..2999.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(example = "2011-09-15T15:00:00+02:00", format = DateTime)]
     pub time: Option<String>,

@@ -113,8 +113,8 @@ pub const LATITUDE_DEG: Range = within(-90.0, 90.0);
 pub const LONGITUDE_DEG: Range = within(-180.0, 180.0);
 /// Height above sea level in metres: from below the shore of the Dead Sea to above Mount Everest.
 pub const ELEVATION_M: Range = within(-500.0, 9000.0);
-/// Years for which the solar position algorithm holds.
-pub const YEAR: Range = within(-2000.0, 6000.0);
+/// Years for which the difference of terrestrial and universal time is known: it is needed for the sun's position.
+pub const YEAR: Range = within(-500.0, 2999.0);
 /// The 15 skies of CIE S 011 and the traditional overcast one.
 pub const CIE_TYPE: Range = within(1.0, 16.0);
 /// CIE types that have a turbidity.
