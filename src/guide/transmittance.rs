@@ -92,7 +92,8 @@ fn primitive(s: f64, root: f64) -> f64 {
     0.5 * (s.asin() - s * root)
 }
 
-/// The approximation of Zastrow and Wittwer, R^(A 4/pi): always below [`beam_transmission`].
+/// Approximate transmission of parallel light by the mean number of reflections, R^(4 A / pi) with A = `aspect` `tan_theta`
+/// (Zastrow and Wittwer 1986): never above [`beam_transmission`], whose arguments it takes.
 ///
 /// ```
 /// use skyduct::guide::transmittance::{beam_transmission, zastrow_wittwer_transmission};
@@ -113,7 +114,8 @@ const NODES: [(f64, usize); 4] = [(1e-3, 6), (1e-2, 8), (0.03, 16), (f64::INFINI
 
 /// Luminous flux of a sky through a vertical straight tube, per area of its cross-section, in lm/m2.
 ///
-/// E = integral of L cos Z T(Z) over the sky; divided by the horizontal illuminance it is the diffuse transmission.
+/// E = integral of L cos Z T(Z) over the sky, with T of [`beam_transmission`] for the tube's `aspect` (length over diameter)
+/// and `reflectance`; divided by the horizontal illuminance it is the diffuse transmission.
 /// Relative error below 1e-9 for aspect ratios up to 32 and reflectances from 0.9.
 ///
 /// A uniform sky through an aspect ratio of 4 and a mirror of 98 % keeps 0.869927 of its light:

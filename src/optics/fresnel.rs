@@ -51,11 +51,13 @@ pub fn slab_transmittance(cosine: f64, index: f64, optical_depth: f64) -> f64 {
     0.5 * (one(s) + one(p))
 }
 
-/// Direction beyond a face; `normal`: unit, on the light's side; `index_ratio` as in [`fresnel`].
+/// Unit direction in which light goes on beyond a face, by Snell's law, if it arrives along the unit vector `direction`.
 ///
-/// Beyond the critical angle: along the face, where [`fresnel`] lets nothing pass.
+/// `normal`: unit, on the side that the light comes from; `index_ratio` as in [`fresnel`].
 ///
-/// Snell: from 30 degrees in air the sine becomes 1/3 in glass of index 1.5.
+/// Beyond the critical angle, where [`fresnel`] lets nothing pass, it is no unit vector, and lies in the face.
+///
+/// From 30 degrees in air the sine becomes 1/3 in glass of index 1.5.
 ///
 /// ```
 /// use glam::DVec3;

@@ -206,8 +206,8 @@ impl Arc<'_> {
 /// Illuminance in lux at a point of the opening's upper side, from the sky through the guide: `count` points of one
 /// replicate.
 ///
-/// `point` is measured from the centre of the opening. E = integral of L R^n cos(theta), L the luminance of the sky where
-/// the ray that goes up leaves the guide after n mirrors of reflectance R.
+/// `point` is measured in m from the centre of the opening. E = integral of L R^n cos(theta), L the luminance of the sky
+/// where the ray that goes up leaves the guide after n mirrors of reflectance R; `stream` has its random numbers.
 pub fn illuminance_above(guide: &Guide, sky: &Sky, point: DVec2, stream: Key, count: u64) -> f64 {
     let mut random = PathRandom::new(stream);
     let sum: f64 = (0..count)
@@ -220,8 +220,9 @@ pub fn illuminance_above(guide: &Guide, sky: &Sky, point: DVec2, stream: Key, co
     PI * sum / count as f64
 }
 
-/// Luminance in cd/m2 that arrives at a point of the opening's upper side from a cosine-distributed direction.
-pub fn luminance_from(guide: &Guide, sky: &Sky, point: DVec2, [u, v]: [f64; 2], random: &mut PathRandom) -> f64 {
+/// Luminance in cd/m2 that arrives at a point of the opening's upper side from a cosine-distributed direction, a point of the
+/// unit square; zero from where the guide sends the ray back.
+pub(super) fn luminance_from(guide: &Guide, sky: &Sky, point: DVec2, [u, v]: [f64; 2], random: &mut PathRandom) -> f64 {
     let transit: Transit<1> = guide.up(point.extend(0.0), warp::cosine_hemisphere([u, v]), random);
     if transit.end == End::Top { transit.weight().luminance() * sky.luminance(transit.direction) } else { 0.0 }
 }
