@@ -11,29 +11,43 @@ use super::MeasuredDiffuser;
 /// `transmittance / pi` and back with BRDF `reflectance / pi`, from either side.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Diffuser {
+    /// Nothing: light passes unchanged.
     Open,
+    /// A pane that light passes unscattered.
     Clear {
+        /// Share that passes, at every angle.
         transmittance: [f64; 3],
     },
+    /// A sheet that scatters evenly.
     Lambertian {
+        /// Share that is scattered to the far side.
         transmittance: [f64; 3],
+        /// Share that is scattered back.
         reflectance: [f64; 3],
     },
     /// A Lambertian and a clear zone, divided by a circle (HOLIGILM's annular kinds).
     Mixed {
+        /// Radius of the dividing circle around the centre of the opening.
         lambertian_radius_m: f64,
+        /// The zone within that circle.
         inner: DiffuserZone,
+        /// Share that the Lambertian zone scatters to the far side.
         lambertian_transmittance: [f64; 3],
+        /// Share that the Lambertian zone scatters back.
         lambertian_reflectance: [f64; 3],
+        /// Share that passes the clear zone.
         clear_transmittance: [f64; 3],
     },
+    /// A sheet that scatters by a table.
     Measured(Arc<MeasuredDiffuser>),
 }
 
 /// Which of its two zones lies inside the dividing circle of a mixed diffuser.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum DiffuserZone {
+    /// The zone that scatters.
     Lambertian,
+    /// The zone that light passes unscattered.
     Clear,
 }
 

@@ -38,10 +38,17 @@ struct Row {
 /// A table is not one value >= 0 per pair of angles that ascend from 0 to pi/2, or gives more light than it gets.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum TableError {
+    /// Angles or values are not those of a table.
     #[error("the table has no value >= 0 for each pair of angles from 0 to 90 degrees")]
     Shape,
+    /// A row gives more light than it gets, by more than rounding.
     #[error("row {row} sends out {share} of the light that it gets")]
-    Gain { row: usize, share: f64 },
+    Gain {
+        /// Number of the row, from 0, counted by angles of incidence.
+        row: usize,
+        /// Light that the row sends out, over what it gets: above 1.
+        share: f64,
+    },
 }
 
 /// Slack of the energy check: the rounding of decimal fractions.

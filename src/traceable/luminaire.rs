@@ -17,9 +17,11 @@ pub struct TraceableLuminaire {
     edge_v: DVec3,
     /// Unit vector of the side that emits.
     pub normal: DVec3,
+    /// Area of the rectangle.
     pub area_m2: f64,
     /// Luminance in cd/m2, linear Rec.709; zero when switched off.
     pub luminance: [f64; 3],
+    /// Number of its surface.
     pub surface: SurfaceId,
     /// Gradients of the coordinates along the edges, each 0..1 on the rectangle.
     to_u: DVec3,
@@ -38,6 +40,7 @@ impl TraceableLuminaire {
         Self { corner, edge_u, edge_v, normal, area_m2, luminance, surface, to_u, to_v }
     }
 
+    /// True if it sends out light in any channel.
     pub fn emits(&self) -> bool {
         self.luminance.iter().any(|luminance| *luminance > 0.0)
     }

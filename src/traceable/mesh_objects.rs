@@ -24,6 +24,7 @@ pub struct TraceableMeshes {
     normals: Vec<DVec3>,
     positions: Vec<DVec3>,
     triangles: Vec<[u32; 3]>,
+    /// Plane pieces of all meshes, numbered through.
     pub facets: Facets,
     /// Distance in metres by which light ends before a triangle.
     pub clearance: f64,
@@ -32,12 +33,15 @@ pub struct TraceableMeshes {
 /// Place where a ray meets a mesh.
 #[derive(Clone, Copy, Debug)]
 pub struct MeshHit {
+    /// Distance from the ray's origin in m, > 0.
     pub distance: f64,
     /// A hair's breadth before the triangle.
     pub position: DVec3,
     /// Unit normal on the ray's side.
     pub normal: DVec3,
+    /// Number of the facet.
     pub facet: usize,
+    /// Side of the facet that the ray meets.
     pub side: Side,
 }
 

@@ -31,15 +31,23 @@ const COINCIDING: f64 = 1e-9;
 /// A scene compiled for tracing.
 #[derive(Debug)]
 pub struct TraceableScene {
+    /// The sky, if its light is followed.
     pub sky: Option<Sky>,
+    /// The sun, if its beam is followed.
     pub sun: Option<Sun>,
+    /// Extent of the room along x, y and z in m.
     pub size: DVec3,
     /// Optics of the surfaces by number; `None` is open.
     surfaces: Vec<Option<SurfaceOptics>>,
+    /// Where the numbers of boxes, facets and luminaires begin.
     pub numbering: Numbering,
+    /// Boxes in their own frames, in the scene's order.
     pub boxes: Vec<TraceableBox>,
+    /// Triangles of all objects together; `None` without any.
     pub meshes: Option<TraceableMeshes>,
+    /// Luminaires, in the scene's order.
     pub luminaires: Vec<TraceableLuminaire>,
+    /// Tubes, in the scene's order.
     pub tubes: Vec<TraceableTube>,
     /// True if reflected light is followed.
     pub interreflection: bool,
@@ -69,14 +77,18 @@ pub struct Follow {
 /// Place where a ray in the room ends.
 #[derive(Clone, Copy, Debug)]
 pub struct RoomHit {
+    /// Point that the ray meets, in m.
     pub position: DVec3,
     /// Unit normal on the ray's side.
     pub normal: DVec3,
+    /// What the ray meets there.
     pub place: Place,
 }
 
+/// What a ray through the room meets.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Place {
+    /// A face of the room, an object or a luminaire.
     Surface(SurfaceId),
     /// The opening of a tube.
     Opening(usize),

@@ -24,6 +24,7 @@ struct Block {
 }
 
 impl Obstacles {
+    /// Bounding volumes of all boxes, meshes and luminaires.
     pub fn new(boxes: &[TraceableBox], meshes: &[MeshObject], luminaires: &[TraceableLuminaire]) -> Self {
         let mut blocks = Vec::new();
         for (index, object) in boxes.iter().enumerate() {
