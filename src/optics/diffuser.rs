@@ -56,12 +56,17 @@ pub enum DiffuserZone {
 pub enum Closure<'a> {
     /// The direction stays; the weight is multiplied by the transmittance, the rest is absorbed.
     Specular {
+        /// Share that passes, linear Rec.709, 0..=1.
         transmittance: [f64; 3],
     },
+    /// Scatters evenly to both sides, from either side.
     Lambertian {
+        /// Share that is scattered to the far side, linear Rec.709.
         transmittance: [f64; 3],
+        /// Share that is scattered back, linear Rec.709.
         reflectance: [f64; 3],
     },
+    /// Scatters by a table.
     Measured(&'a MeasuredDiffuser),
 }
 

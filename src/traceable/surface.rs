@@ -20,6 +20,7 @@ pub const NARROW_ROUGHNESS: f64 = 0.2;
 pub struct SurfaceOptics {
     /// Diffuse reflectance.
     pub reflectance: [f64; 3],
+    /// Mirror or lobe; `None` where all reflection is diffuse.
     pub specular: Option<SpecularOptics>,
 }
 
@@ -40,7 +41,9 @@ impl SurfaceOptics {
 /// Reflection about the mirror direction.
 #[derive(Clone, Debug)]
 pub struct SpecularOptics {
+    /// Directional-hemispherical, the same at every angle, linear Rec.709.
     pub reflectance: [f64; 3],
+    /// 0: an ideal mirror; else that of the lobe.
     pub roughness: f64,
     /// The glossy lobe; `None` for an ideal mirror.
     pub lobe: Option<Arc<Glossy>>,

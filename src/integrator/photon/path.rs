@@ -14,6 +14,7 @@ use crate::traceable::{Place, RoomHit, SpecularOptics, SurfaceId, TraceableScene
 /// A point where light is scattered into the room.
 #[derive(Clone, Copy, Debug)]
 pub struct Scattering<'a, const C: usize> {
+    /// The point in the room's frame, in m.
     pub position: DVec3,
     /// Unit normal toward the side on which the light leaves.
     pub normal: DVec3,
@@ -30,6 +31,7 @@ pub struct Scattering<'a, const C: usize> {
 /// Light that leaves a vertex with a finite, non-Lambertian distribution.
 #[derive(Clone, Copy, Debug)]
 pub struct Lobe<'a, const C: usize> {
+    /// What sends the light on.
     pub scatterer: &'a dyn FiniteBsdf,
     /// Unit normal toward the side on which the light leaves.
     pub normal: DVec3,
@@ -50,9 +52,13 @@ impl<const C: usize> Lobe<'_, C> {
 /// Light on a straight line through the room.
 #[derive(Clone, Copy, Debug)]
 pub struct Flight<const C: usize> {
+    /// Point where the flight starts, in m.
     pub from: DVec3,
+    /// Point where the flight ends, in m.
     pub to: DVec3,
+    /// Flux on the way, in lm.
     pub flux: Spectrum<C>,
+    /// What happened to the light last.
     pub origin: Origin,
 }
 
@@ -74,9 +80,11 @@ pub enum Origin {
 
 /// Listener to the events of a photon's path.
 pub trait Visitor<const C: usize> {
+    /// Light is scattered at a surface or a closure, before the photon chooses how it goes on.
     fn scattered(&mut self, scattering: &Scattering<'_, C>, samples: &mut PathSamples);
     /// Light leaves a luminaire, as if scattered by it.
     fn emitted(&mut self, scattering: &Scattering<'_, C>, samples: &mut PathSamples);
+    /// Light has crossed the room from one point to another, with nothing between.
     fn flew(&mut self, flight: &Flight<C>);
     /// Light arrives at a room surface, before its reflectance is applied.
     fn arrived(&mut self, surface: SurfaceId, position: DVec3, flux: Spectrum<C>, origin: Origin);
