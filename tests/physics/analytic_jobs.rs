@@ -1,11 +1,10 @@
 //! Jobs of the deterministic methods: their results, their errors, and what they refuse.
 
-use crate::documents;
 use crate::reference;
 use std::f64::consts::PI;
 
 use crate::documents::{Folder, refusal, render_chunk};
-use crate::scenes::{assert_grid, kernel};
+use crate::scenes::kernel;
 use serde_json::{Value, json};
 use skyduct::document::{JobDocument, MethodDocument, WarningCode, to_scene};
 use skyduct::estimate::Estimate;
@@ -74,36 +73,6 @@ fn thesis_case() {
     assert!((maximum / flux * 1000.0 / 76.7909 - 1.0).abs() < 5e-4);
     let accuracy = prepared.accuracy(&merged).grids.unwrap();
     assert!(accuracy > 0.0 && accuracy < 1e-3, "{accuracy}");
-}
-
-/// The peer scenes with the room's interreflection, against an independent light tracer: points and cell averages, a
-/// straight tube under a sky, the sun through a clear closure, two bends (its reference has facets: 0.3 %).
-#[test]
-fn reference_scenes() {
-    let cases = [
-        ("S1", "S1.exact.point", 0.0, "point"),
-        ("S1", "S1.exact.cell_average", 0.0, "cell_average"),
-        ("S2", "S2.exact.point", 0.0, "point"),
-        ("S2", "S2.exact.cell_average", 0.0, "cell_average"),
-        ("S3", "S3.mesh.point", 0.003, "point"),
-        ("S3", "S3.mesh.cell_average", 0.003, "cell_average"),
-    ];
-    for (scene, truth, systematic, estimate) in cases {
-        let truth = reference::json(&format!("scenes/{truth}.reference.json"));
-        let values = |key: &str| {
-            let rows = truth[key].as_array().unwrap().iter().flat_map(|row| row.as_array().unwrap());
-            rows.map(|value| value.as_f64().unwrap()).collect::<Vec<_>>()
-        };
-        let prepared = documents::prepare(scene, |document| {
-            document["grids"][0]["estimate"] = estimate.into();
-            document["method"] = "holigilm".into();
-        });
-        let merged = solve(&prepared);
-        let what = format!("{scene} {estimate}");
-        assert_grid(&merged, &values("illuminance_lux"), &values("standard_error_lux"), 4.5, systematic, &what);
-        assert!(prepared.accuracy(&merged).grids.unwrap() < 0.0098, "{what}");
-        assert!(merged.ledger.relative_closure_error().abs() < 2e-3, "{what}: {:?}", merged.ledger);
-    }
 }
 
 /// E = c Phi cos^4 / V^2 by hand; without an error; with the excess of flux in a warning.

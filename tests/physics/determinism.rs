@@ -55,7 +55,7 @@ fn scenes() -> Vec<(&'static str, Prepared)> {
             let prepared = prepare(scene, |document| {
                 document["views"] = view.clone();
                 document["grids"] = grids.clone();
-                document["stop"] = json!({ "relative_error": 1e-6, "max_passes": 20 });
+                document["stop"] = json!({ "relative_error": 1e-6, "max_passes": 12 });
                 if kind == "paths" || kind == "stages" {
                     let kind = if kind == "paths" { "path_tracing" } else { "two_stage" };
                     document["room"]["objects"] = objects.clone();

@@ -8,17 +8,16 @@ mod scenes;
 #[path = "../shared/schema.rs"]
 mod schema;
 
-mod agreement;
 mod analytic_holigilm;
 mod analytic_jobs;
 mod analytic_radiosity;
 mod bidirectional;
-mod cornell_box;
 mod determinism;
 mod dome;
 mod electric_light;
 mod invariance;
 mod many_tubes;
+mod matrix;
 mod measured;
 mod mesh_objects;
 mod meshes;
@@ -27,8 +26,6 @@ mod path_tracing;
 mod photon_mapping;
 mod progressive;
 mod results;
-mod rooms;
-mod scenes_reference;
 mod surfaces;
 mod tables;
 mod thesis;

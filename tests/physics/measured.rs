@@ -9,17 +9,10 @@ use glam::DVec3;
 use skyduct::estimate::Estimate;
 use skyduct::integrator::{Integrator, sppm};
 use skyduct::optics::{Diffuser, MeasuredDiffuser};
-use skyduct::scene::{EstimateKind, Scene, Segment, TubeShape, View};
+use skyduct::scene::{EstimateKind, Scene, View};
 use skyduct::statistics::Moments;
 
 const ENDS: [f64; 2] = [0.0, FRAC_PI_2];
-
-/// BTDF and BRDF of Lambert's law as a table.
-fn lambertian_table(transmittance: f64, reflectance: f64) -> Diffuser {
-    let table = |share: f64| vec![vec![share / PI; 2]; 2];
-    let brdf = table(reflectance);
-    Diffuser::Measured(Arc::new(MeasuredDiffuser::new(&ENDS, &ENDS, &table(transmittance), Some(&brdf)).unwrap()))
-}
 
 /// A forward peak of 25 degrees over a faint veil, the same at all angles of incidence but fainter at grazing ones.
 fn peaked() -> MeasuredDiffuser {
@@ -30,40 +23,6 @@ fn peaked() -> MeasuredDiffuser {
 
 fn settings() -> sppm::Settings {
     sppm::Settings { photons_per_pass: 8192, ..sppm::Settings::default() }
-}
-
-/// A table of Lambert's law is a Lambertian diffuser: in a straight tube and in a bent one, whose light from below comes
-/// back, for points and cell averages, with both methods.
-#[test]
-fn a_lambertian_table_is_lambertian() {
-    for bend_deg in [0.0f64, 60.0] {
-        for estimate in [EstimateKind::Point, EstimateKind::CellAverage] {
-            let scene = |diffuser: Diffuser| -> Scene {
-                let mut tube = straight(0.5, 0.95, diffuser);
-                if bend_deg > 0.0
-                    && let TubeShape::Cylinders(cylinders) = &mut tube.shape
-                {
-                    cylinders.segments.push(Segment { length_m: 0.4, tilt: bend_deg.to_radians(), azimuth: 0.3 });
-                }
-                cube(0.4, 0.5, 0.7, vec![tube], daylight(12, 5000.0, 50.0, 225.0), estimate)
-            };
-            let (measured, truth) = (scene(lambertian_table(0.5, 0.3)), scene(lambertian(0.5, 0.3)));
-            let both = |methods: [&dyn Integrator; 2], passes: u64| {
-                let estimate = run(&measured, methods[0], passes);
-                let truth = run(&truth, methods[1], passes);
-                let values: Vec<f64> = (0..81).map(|sensor| truth.grids[0].illuminance_lux(sensor)).collect();
-                let errors: Vec<f64> = (0..81).map(|sensor| truth.grids[0].standard_error_lux(sensor)).collect();
-                // 81 comparisons in each of 8 cases, of 32 passes or more: 5 standard errors
-                assert_grid(&estimate, &values, &errors, 5.0, 0.0, &format!("bend {bend_deg}"));
-                let flux = |estimate: &Estimate| estimate.tubes[0].into_room;
-                let error = flux(&estimate).standard_error().hypot(flux(&truth).standard_error());
-                assert!((flux(&estimate).mean - flux(&truth).mean).abs() < 4.0 * error);
-                assert!(estimate.ledger.relative_closure_error().abs() < 1e-9, "{:?}", estimate.ledger);
-            };
-            both([&light_tracing(&measured, 8192, 1), &light_tracing(&truth, 8192, 2)], 48);
-            both([&sppm(&measured, &settings(), 3), &sppm(&truth, &settings(), 4)], 48);
-        }
-    }
 }
 
 /// Radiance below a table under isotropic light of luminance 1: 2 pi int f cos sin over the angles of incidence.

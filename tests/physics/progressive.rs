@@ -2,12 +2,11 @@
 
 use crate::reference;
 use std::f64::consts::PI;
-use std::sync::Arc;
 
-use crate::documents::{Folder, prepare, render};
-use crate::reference::{number, rows};
+use crate::documents::Folder;
 use crate::scenes::{
-    RADIUS, SIDE, assert_grid, cube, daylight, disc_room, kernel, lambertian, light_tracing, run, straight,
+    RADIUS, SIDE, assert_grid, disc_room, furnished, kernel, lambertian, light_tracing, radiosity, run, straight,
+    values,
 };
 use glam::{DVec2, DVec3};
 use serde_json::{Value, json};
@@ -20,19 +19,15 @@ use skyduct::integrator::photon_map::progressive::Radius;
 use skyduct::integrator::ppm::{self, Ppm};
 use skyduct::integrator::sppm::{self, Sppm};
 use skyduct::job::prepare::prepare_document;
-use skyduct::optics::{Diffuser, MeasuredDiffuser, Specular, Surface};
-use skyduct::scene::{BoxObject, EstimateKind, Face, Grid, Luminaire, Scene, Tube, View};
+use skyduct::optics::{Diffuser, Surface};
+use skyduct::scene::{EstimateKind, Face, Grid, Luminaire, Scene, View};
 use skyduct::statistics::Moments;
 
-/// A method of this file: `sppm` or `ppm`, and its radii.
+/// A method of this file: `sppm` or `ppm`, and its radii. At points both are one method (`points_are_points`).
 type Case = (&'static str, Radius);
 
 const FIXED: Case = ("ppm", Radius::Schedule);
 const FIXED_PER_POINT: Case = ("ppm", Radius::PerPoint);
-const MOVING_PER_POINT: Case = ("sppm", Radius::PerPoint);
-
-/// Cases of this file: all settings but `sppm` by the schedule.
-const CASES: [Case; 3] = [FIXED, FIXED_PER_POINT, MOVING_PER_POINT];
 
 fn method((name, radius): Case, scene: &Scene, photons_per_pass: u64, radius_m: f64, seed: u64) -> Box<dyn Integrator> {
     let initial_radius_m = Some(radius_m);
@@ -43,11 +38,6 @@ fn method((name, radius): Case, scene: &Scene, photons_per_pass: u64, radius_m: 
     }
     let settings = sppm::Settings { photons_per_pass, initial_radius_m, radius, ..Default::default() };
     Box::new(Sppm::<1>::new(kernel(scene), grids, views, &settings, seed))
-}
-
-fn values(estimate: &Estimate) -> (Vec<f64>, Vec<f64>) {
-    let grid = &estimate.grids[0];
-    (0..grid.sensors.len()).map(|sensor| (grid.illuminance_lux(sensor), grid.standard_error_lux(sensor))).unzip()
 }
 
 /// Sensors 0.4 m below an open aperture under a uniform sky, in a black room: every photon is gathered, the illuminance is
@@ -129,10 +119,7 @@ fn points_are_points() {
 /// photons, so that some 100 are independent and 93 % lie one of their standard errors below).
 #[test]
 fn error_bars_cover() {
-    let mut truth = vec![f64::NAN; 81];
-    for row in rows("room_radiosity.csv").iter().filter(|row| row[0].starts_with("S1r")) {
-        truth[number(&row[2]) as usize * 9 + number(&row[1]) as usize] = number(&row[6]);
-    }
+    let truth = radiosity("S1r", EstimateKind::Point).0;
     let scene = disc_room(0.2, 0.5, 0.7, 0.7, EstimateKind::Point);
     for case in [FIXED, FIXED_PER_POINT] {
         let (mut covered, mut squares, mut error_sum) = (0, 0.0, 0.0);
@@ -178,86 +165,6 @@ fn corners_are_not_dark() {
     }
 }
 
-fn compare(scene: &str, truth: &str, systematic: f64, settings: &Value, edit: impl Fn(&mut Value)) {
-    let truth = reference::json(&format!("scenes/{truth}.reference.json"));
-    let values = |key: &str| {
-        let rows = truth[key].as_array().unwrap().iter().flat_map(|row| row.as_array().unwrap());
-        rows.map(|value| value.as_f64().unwrap()).collect::<Vec<_>>()
-    };
-    let merged = render(&prepare(scene, |document| {
-        document["method"] = settings.clone();
-        document["stop"]["relative_error"] = json!(0.03);
-        edit(document);
-    }));
-    let what = format!("{scene} {settings}");
-    assert_grid(&merged, &values("illuminance_lux"), &values("standard_error_lux"), 4.5, systematic, &what);
-    assert!(merged.ledger.relative_closure_error().abs() < 1e-9);
-}
-
-/// Documents S1, S2 and S3 against an independent light tracer; S3's reference has facets: 0.3 % are allowed.
-#[test]
-fn documents_agree_with_references() {
-    let statistics = json!({ "kind": "ppm", "radius": "per_point" });
-    for settings in [&json!("ppm"), &statistics] {
-        compare("S1", "S1.exact.point", 0.0, settings, |_| {});
-    }
-    // points are the same in both methods
-    compare("S2", "S2.exact.point", 0.0, &statistics, |_| {});
-    compare("S3", "S3.mesh.point", 0.003, &statistics, |_| {});
-    let cells = |document: &mut Value| document["grids"][0]["estimate"] = "cell_average".into();
-    compare("S1", "S1.exact.cell_average", 0.0, &statistics, cells);
-    compare("S1", "S1.exact.cell_average", 0.0, &json!("ppm"), cells);
-}
-
-/// A measured diffuser that throws more light straight down than a Lambertian one.
-fn measured() -> Diffuser {
-    let angles = [0.0, 30f64.to_radians(), 60f64.to_radians(), 0.5 * PI];
-    let brdf = [0.25, 0.12, 0.05, 0.02].to_vec();
-    Diffuser::Measured(Arc::new(MeasuredDiffuser::new(&angles, &angles, &vec![brdf; 4], None).unwrap()))
-}
-
-/// Two tubes, Lambertian and measured, a box of which one side is a mirror's, a glossy wall, a luminaire that hangs in the room.
-fn furnished(estimate: EstimateKind) -> Scene {
-    let at = |x: f64, y: f64, diffuser| Tube { centre: DVec2::new(x, y), ..straight(1.0, 0.95, diffuser) };
-    let tubes = vec![at(0.6, 0.7, lambertian(0.5, 0.4)), at(1.5, 1.3, measured())];
-    let mut scene = cube(0.3, 0.5, 0.7, tubes, daylight(12, 5000.0, 40.0, 120.0), estimate);
-    let specular = |reflectance: f64, roughness: f64| Some(Specular { reflectance: [reflectance; 3], roughness });
-    scene.room.surfaces[Face::East as usize] = Some(Surface { reflectance: [0.2; 3], specular: specular(0.5, 0.4) });
-    let boxed = |size, base, surface| BoxObject { size, base, rotation: 0.3, surface };
-    scene.room.boxes = vec![
-        boxed(DVec3::new(0.4, 0.5, 0.9), DVec3::new(1.2, 0.6, 0.0), Surface::diffuse([0.6; 3])),
-        boxed(
-            DVec3::new(0.3, 0.3, 0.6),
-            DVec3::new(0.5, 1.5, 0.0),
-            Surface { reflectance: [0.1; 3], specular: specular(0.8, 0.0) },
-        ),
-    ];
-    scene.room.luminaires.push(Luminaire {
-        corner: DVec3::new(0.3, 1.4, 1.6),
-        edge_u: DVec3::new(0.0, 0.3, 0.0),
-        edge_v: DVec3::new(0.2, 0.0, 0.05),
-        luminance: [2000.0; 3],
-    });
-    scene.grids = vec![Grid::new("grid".into(), 0.7, [4, 4], 0.1, [SIDE, SIDE], estimate)];
-    scene
-}
-
-/// Cell averages among furniture against light tracing: above it, and for fixed points on a plane that cuts a box.
-#[test]
-fn agrees_with_light_tracing_among_furniture() {
-    for (height, cases) in [(0.95, &CASES[1..]), (0.7, &CASES[..2])] {
-        let mut scene = furnished(EstimateKind::CellAverage);
-        scene.grids[0].height_m = height;
-        let (truth, error) = values(&run(&scene, &light_tracing(&scene, 16_384, 1), 48));
-        for case in cases {
-            let found = run(&scene, method(*case, &scene, 16_384, 0.1, 2).as_ref(), 64);
-            assert_grid(&found, &truth, &error, 4.5, 0.0, &format!("{case:?}"));
-            let mean = &found.grids[0].mean;
-            println!("{} +- {}", mean.mean, mean.standard_error());
-        }
-    }
-}
-
 fn z_of_blocks(found: &FilmEstimate, truth: &FilmEstimate) -> Vec<f64> {
     let of = |film: &FilmEstimate, block: usize| (film.blocks[block].mean, film.block_standard_error_cd_m2(block));
     (0..truth.blocks.len())
@@ -273,34 +180,13 @@ fn by_paths(scene: &Scene, samples_per_pixel: u32, passes: u64) -> Estimate {
     run(scene, &PathTracing::<1>::new(kernel(scene), &[], &scene.views, &settings, 7), passes)
 }
 
-/// Views of furniture, mirror, glossy wall and both diffusers, against path tracing: every block of 8 x 8 pixels within 5
-/// standard errors, bias and the error of fixed rays included (40 blocks: a false alarm of 1e-3 with 63 degrees of freedom).
-#[test]
-fn views_agree_with_path_tracing() {
-    for (eye, target) in
-        [(DVec3::new(0.3, 0.2, 0.9), DVec3::new(1.9, 1.5, 0.8)), (DVec3::new(1.8, 0.2, 0.9), DVec3::new(0.9, 1.0, 1.9))]
-    {
-        let mut scene = furnished(EstimateKind::Point);
-        scene.grids = Vec::new();
-        scene.views = vec![View::new("view".into(), eye, target, DVec3::Z, 1.2, [64, 40]).unwrap()];
-        let truth = by_paths(&scene, 16, 48);
-        for case in CASES {
-            let found = run(&scene, method(case, &scene, 16_384, 0.06, 6).as_ref(), 64);
-            let z = z_of_blocks(&found.views[0], &truth.views[0]);
-            let rms = (z.iter().map(|z| z * z).sum::<f64>() / z.len() as f64).sqrt();
-            let worst = z.iter().copied().fold(0.0, f64::max);
-            println!("{case:?}: worst z {worst:.2}, rms z {rms:.2} over {} blocks", z.len());
-            assert!(worst < 5.0, "{case:?}: {worst}");
-        }
-    }
-}
-
 /// Each pixel of a small, wide view sees dark floor and bright edges; four fixed rays of it are not the pixel. With the
 /// error that their spread tells at least 85 % of 40 fixed sets are within 2 standard errors of path tracing, without it
 /// less than 60 %.
 #[test]
 fn fixed_rays_have_an_error() {
-    let mut scene = furnished(EstimateKind::Point);
+    let tube = || straight(1.0, 0.95, lambertian(0.5, 0.4));
+    let mut scene = furnished([tube(), tube()], EstimateKind::Point);
     scene.grids = Vec::new();
     scene.room.luminaires.clear();
     scene.room.surfaces[Face::Floor as usize] = Some(Surface::diffuse([0.02; 3]));

@@ -5,13 +5,10 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use std::sync::Arc;
 
 use crate::documents::{Folder, refusal};
-use crate::scenes::{
-    RADIUS, assert_grid, cube, daylight, disc_room, kernel, lambertian, light_tracing, run, sppm, straight,
-};
+use crate::scenes::{RADIUS, assert_grid, disc_room, kernel, light_tracing, run, specular, sppm, values};
 use glam::{DVec2, DVec3};
 use serde_json::{Value, json};
 use skyduct::document::{DocumentErrors, JobDocument, ValidJob, to_scene};
-use skyduct::estimate::{Estimate, GridEstimate};
 use skyduct::integrator::method::RefusalCode;
 use skyduct::integrator::photon::emission::Emission;
 use skyduct::integrator::photon::ledger::Account;
@@ -21,17 +18,12 @@ use skyduct::job::prepare::{Prepared, prepare_document};
 use skyduct::optics::{Diffuser, Glossy, MeasuredDiffuser, Spectrum, Specular, Surface};
 use skyduct::plan::EffectKind;
 use skyduct::sampling::{Key, PathSamples, warp};
-use skyduct::scene::{BoxObject, Channels, EstimateKind, Face, Grid, Luminaire, Room, Scene, Tube, View};
+use skyduct::scene::{BoxObject, Channels, EstimateKind, Face, Grid, Scene, View};
 use skyduct::statistics::Moments;
 use skyduct::traceable::SurfaceId;
 
 /// Reflectance so close to 1 that a wall counts as a perfect mirror.
 const PERFECT: f64 = 1.0 - 1e-7;
-
-fn specular(diffuse: f64, specular: f64, roughness: f64) -> Surface {
-    let specular = Specular { reflectance: [specular; 3], roughness };
-    Surface { reflectance: [diffuse; 3], specular: Some(specular) }
-}
 
 /// Flux of all flights in lm.
 #[derive(Default)]
@@ -84,25 +76,6 @@ fn white_furnace() {
     assert!(arrived.standard_error() < 0.01);
 }
 
-/// Means of blocks of `per_side` x `per_side` sensors of the first grid, with their standard errors from the passes of
-/// the whole, which are those of the sensors when errors of neighbours are one.
-fn blocks(estimate: &Estimate, cells: usize, per_side: usize) -> (Vec<f64>, Vec<f64>) {
-    let grid = &estimate.grids[0];
-    let fine = cells * per_side;
-    (0..cells * cells)
-        .map(|block| {
-            let (x, y) = (block % cells * per_side, block / cells * per_side);
-            let sensors = || (0..per_side * per_side).map(|k| (y + k / per_side) * fine + x + k % per_side);
-            let mean = |f: &dyn Fn(usize) -> f64| sensors().map(f).sum::<f64>() / (per_side * per_side) as f64;
-            (mean(&|sensor| grid.illuminance_lux(sensor)), mean(&|sensor| grid.standard_error_lux(sensor)))
-        })
-        .unzip()
-}
-
-fn values(grid: &GridEstimate) -> (Vec<f64>, Vec<f64>) {
-    (0..grid.sensors.len()).map(|sensor| (grid.illuminance_lux(sensor), grid.standard_error_lux(sensor))).unzip()
-}
-
 /// The disc room with one special wall and a grid of `cells` x `cells` at 0.4 m, 0.2 m away from the walls.
 fn room_with(east: Surface, cells: usize, estimate: EstimateKind) -> Scene {
     let mut scene = disc_room(0.3, 0.4, 0.6, 0.3, estimate);
@@ -110,126 +83,6 @@ fn room_with(east: Surface, cells: usize, estimate: EstimateKind) -> Scene {
     let side = scene.room.size.x;
     scene.grids = vec![Grid::new("grid".into(), 0.4, [cells, cells], 0.2, [side, side], estimate)];
     scene
-}
-
-fn quick_sppm() -> Settings {
-    Settings { photons_per_pass: 16_384, initial_radius_m: Some(0.1), ..Settings::default() }
-}
-
-/// Connections to a glossy wall, flights from it and photon mapping give the same illuminance: 4.5 combined standard
-/// errors, and 0.2 % for the midpoint rule of points in cells.
-#[test]
-fn methods_agree_on_a_glossy_wall() {
-    for (wall, seed) in [(specular(0.2, 0.6, 0.5), 1), (specular(0.0, 0.8, 0.8), 2)] {
-        let averages = room_with(wall, 3, EstimateKind::CellAverage);
-        let (truth, error) = values(&run(&averages, &light_tracing(&averages, 16_384, seed), 32).grids[0]);
-        let points = room_with(wall, 12, EstimateKind::Point);
-        let connected = run(&points, &light_tracing(&points, 4_096, seed + 10), 24);
-        let (lux, lux_error) = blocks(&connected, 3, 4);
-        for cell in 0..9 {
-            let tolerance = 4.5 * error[cell].hypot(lux_error[cell]) + 0.002 * truth[cell];
-            println!("{} +- {}, {} +- {}", lux[cell], lux_error[cell], truth[cell], error[cell]);
-            assert!((lux[cell] - truth[cell]).abs() < tolerance, "{cell}");
-        }
-        let mapped = run(&averages, &sppm(&averages, &quick_sppm(), seed + 20), 48);
-        assert_grid(&mapped, &truth, &error, 4.5, 0.0, "sppm");
-        // the wall matters: without its lobe the cells beside it are darker by far more than the tolerance
-        let dull = room_with(Surface::diffuse(wall.reflectance), 3, EstimateKind::CellAverage);
-        let (dull, _) = values(&run(&dull, &light_tracing(&dull, 16_384, seed), 8).grids[0]);
-        assert!(dull[5] < 0.97 * truth[5], "{} {}", dull[5], truth[5]);
-    }
-}
-
-#[test]
-fn methods_agree_on_a_mirror() {
-    let averages = room_with(specular(0.1, 0.8, 0.0), 4, EstimateKind::CellAverage);
-    let (truth, error) = values(&run(&averages, &light_tracing(&averages, 16_384, 4), 32).grids[0]);
-    let mapped = run(&averages, &sppm(&averages, &quick_sppm(), 5), 48);
-    assert_grid(&mapped, &truth, &error, 4.5, 0.0, "sppm");
-}
-
-const HALF: DVec3 = DVec3::new(2.0, 2.4, 2.2);
-
-fn tube_at(x: f64, y: f64, diffuser: Diffuser) -> Tube {
-    Tube { centre: DVec2::new(x, y), opening_radius: RADIUS, ..straight(0.5, 0.95, diffuser) }
-}
-
-/// A room with a perfect mirror in the east, or the room of twice the length with the image of the tube; one 4 x 4 grid
-/// over the (western) half.
-fn mirrored(diffuser: Diffuser, image: bool, estimate: EstimateKind) -> Scene {
-    let mut tubes = vec![tube_at(1.2, 0.9, diffuser.clone())];
-    if image {
-        tubes.push(tube_at(2.0 * HALF.x - 1.2, 0.9, diffuser));
-    }
-    // an overcast sky looks the same from both sides
-    let mut scene = cube(0.3, 0.5, 0.7, tubes, daylight(1, 9000.0, 40.0, 0.0), estimate);
-    let east = if image { scene.room.surfaces[Face::West as usize] } else { Some(specular(0.0, PERFECT, 0.0)) };
-    let size = if image { DVec3::new(2.0 * HALF.x, HALF.y, HALF.z) } else { HALF };
-    scene.room = Room { size, ..scene.room };
-    scene.room.surfaces[Face::East as usize] = east;
-    scene.grids = vec![Grid::new("grid".into(), 0.5, [4, 4], 0.0, [HALF.x, HALF.y], estimate)];
-    scene
-}
-
-/// A mirrored room with a panel in the ceiling (and its image) in place of tubes.
-fn mirrored_panel(image: bool, estimate: EstimateKind) -> Scene {
-    let mut scene = mirrored(lambertian(0.6, 0.3), image, estimate);
-    (scene.tubes, scene.daylight) = (Vec::new(), None);
-    let panel = |x: f64| Luminaire {
-        corner: DVec3::new(x - 0.2, 0.8, HALF.z),
-        edge_u: DVec3::Y * 0.6,
-        edge_v: DVec3::X * 0.4,
-        luminance: [3000.0; 3],
-    };
-    scene.room.luminaires.push(panel(1.2));
-    if image {
-        scene.room.luminaires.push(panel(2.0 * HALF.x - 1.2));
-    }
-    scene
-}
-
-/// A mirror shows the other half of a symmetric room twice as long: cells and points, scattering and clear closures.
-#[test]
-fn a_mirror_doubles_the_room() {
-    let clear = Diffuser::Clear { transmittance: [0.8; 3] };
-    for (diffuser, what) in [(lambertian(0.6, 0.3), "lambertian"), (clear, "clear")] {
-        let [mirror, image] = [false, true].map(|image| mirrored(diffuser.clone(), image, EstimateKind::CellAverage));
-        let (truth, error) = values(&run(&image, &light_tracing(&image, 16_384, 1), 32).grids[0]);
-        assert_grid(&run(&mirror, &light_tracing(&mirror, 16_384, 2), 32), &truth, &error, 4.5, 0.0, what);
-        // one half alone is darker: the image is worth seeing
-        let mut half = image.clone();
-        half.tubes.pop();
-        let (dark, _) = values(&run(&half, &light_tracing(&half, 16_384, 1), 8).grids[0]);
-        assert!(dark[3] < 0.9 * truth[3], "{} {}", dark[3], truth[3]);
-    }
-    let [mirror, image] = [false, true].map(|image| mirrored_panel(image, EstimateKind::CellAverage));
-    let (truth, error) = values(&run(&image, &light_tracing(&image, 16_384, 5), 32).grids[0]);
-    assert_grid(&run(&mirror, &light_tracing(&mirror, 16_384, 6), 32), &truth, &error, 4.5, 0.0, "panel");
-    let [mirror, image] = [false, true].map(|image| mirrored(lambertian(0.6, 0.3), image, EstimateKind::Point));
-    let (truth, error) = values(&run(&image, &light_tracing(&image, 8_192, 3), 24).grids[0]);
-    assert_grid(&run(&mirror, &sppm(&mirror, &quick_sppm(), 4), 48), &truth, &error, 4.5, 0.0, "points");
-}
-
-/// An eye that looks into the mirror sees what it would see in the room of twice the length.
-#[test]
-fn an_eye_sees_the_image_in_a_mirror() {
-    let tubes = |image| mirrored(lambertian(0.6, 0.3), image, EstimateKind::Point);
-    let panels = |image| mirrored_panel(image, EstimateKind::Point);
-    for scene in [&tubes as &dyn Fn(bool) -> Scene, &panels] {
-        let films = [false, true].map(|image| {
-            let mut scene = scene(image);
-            scene.grids = Vec::new();
-            let (eye, target) = (DVec3::new(0.3, 0.4, 1.1), DVec3::new(2.0, 1.2, 1.2));
-            scene.views = vec![View::new("view".into(), eye, target, DVec3::Z, 1.0, [24, 16]).unwrap()];
-            run(&scene, &sppm(&scene, &quick_sppm(), 6 + u64::from(image)), 64).views.remove(0)
-        });
-        for block in 0..films[0].blocks.len() {
-            let [(a, error_a), (b, error_b)] =
-                films.each_ref().map(|film| (film.blocks[block].mean, film.block_standard_error_cd_m2(block)));
-            println!("{a} +- {error_a}, {b} +- {error_b}");
-            assert!((a - b).abs() < 4.5 * error_a.hypot(error_b) && error_a < 0.15 * a, "block {block}");
-        }
-    }
 }
 
 /// The disc alone in a black room, seen in a glossy wall: L = integral of L_disc times BRDF times cosine over the disc; the
@@ -265,7 +118,8 @@ fn an_eye_sees_the_disc_in_a_glossy_wall() {
         }
         truth *= 0.7 * disc_luminance / (64 * n * n) as f64;
         scene.views = vec![view];
-        let estimate = run(&scene, &sppm(&scene, &Settings { photons_per_pass: 4096, ..quick_sppm() }, 3), 512);
+        let settings = Settings { photons_per_pass: 4096, initial_radius_m: Some(0.1), ..Settings::default() };
+        let estimate = run(&scene, &sppm(&scene, &settings, 3), 512);
         let film = &estimate.views[0];
         let error = film.block_standard_error_cd_m2(0);
         println!("{roughness}: {} +- {error}, {truth}", film.blocks[0].mean);
@@ -292,11 +146,11 @@ fn colours_are_independent() {
     let method = skyduct::integrator::light_tracing::LightTracing::<3>::new(kernel, &scene.grids, &settings, 1);
     let all = run(&scene, &method, 32);
     assert!(all.ledger.relative_closure_error().abs() < 1e-9, "{:?}", all.ledger);
-    let (lux, error) = values(&all.grids[0]);
+    let (lux, error) = values(&all);
     let (mut truth, mut truth_error) = (vec![0.0; 4], vec![0.0f64; 4]);
     for (weight, diffuse, reflectance) in [(0.2126, 0.5, 0.1), (0.7152, 0.1, 0.6), (0.0722, 0.3, 0.3)] {
         let channel = coloured([diffuse; 3], [reflectance; 3]);
-        let (lux, error) = values(&run(&channel, &light_tracing(&channel, 16_384, 2), 32).grids[0]);
+        let (lux, error) = values(&run(&channel, &light_tracing(&channel, 16_384, 2), 32));
         for cell in 0..4 {
             truth[cell] += weight * lux[cell];
             truth_error[cell] += weight * error[cell];
@@ -315,7 +169,7 @@ fn a_narrow_lobe_is_a_mirror() {
         let scene = room_with(specular(0.0, 0.8, roughness), 4, EstimateKind::CellAverage);
         run(&scene, &light_tracing(&scene, 16_384, 7 + u64::from(roughness > 0.0)), 24)
     });
-    let (lux, error) = values(&truth.grids[0]);
+    let (lux, error) = values(&truth);
     assert_grid(&narrow, &lux, &error, 4.5, 0.0, "narrow");
 }
 

@@ -4,12 +4,13 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
+use crate::reference::{self, number};
 use glam::{DVec2, DVec3};
-use skyduct::estimate::{Estimate, FilmEstimate};
+use skyduct::estimate::Estimate;
 use skyduct::integrator::Integrator;
 use skyduct::integrator::light_tracing::{self, LightTracing};
 use skyduct::integrator::sppm::{self, Sppm};
-use skyduct::optics::{Collector, Diffuser, MeasuredDiffuser, Specular, Surface};
+use skyduct::optics::{Collector, Diffuser, DiffuserZone, MeasuredDiffuser, Specular, Surface};
 use skyduct::plan::{self, EffectRequests, Effects};
 use skyduct::scene::{
     BoxObject, Channels, Daylight, EstimateKind, Face, Grid, Luminaire, Room, Scene, Segment, StraightOrBent, Tube,
@@ -84,6 +85,21 @@ pub fn disc_room(floor: f64, walls: f64, ceiling: f64, disc: f64, estimate: Esti
     cube(floor, walls, ceiling, vec![tube], daylight(5, horizontal_lux / PI, 35.0, 0.0), estimate)
 }
 
+/// Illuminances of the floor of such a room by radiosity with exact form factors (`reference/room_radiosity.csv`), and the
+/// largest relative error of each (`reference/README.md`).
+pub fn radiosity(case: &str, estimate: EstimateKind) -> (Vec<f64>, f64) {
+    let (column, error) = match (estimate, case) {
+        (EstimateKind::CellAverage, _) => (7, 4e-5),
+        (EstimateKind::Point, "S3r") => (6, 2.5e-6),
+        (EstimateKind::Point, _) => (6, 4.4e-7),
+    };
+    let mut truth = vec![f64::NAN; 81];
+    for row in reference::rows("room_radiosity.csv").iter().filter(|row| row[0].starts_with(case)) {
+        truth[number(&row[2]) as usize * 9 + number(&row[1]) as usize] = number(&row[column]);
+    }
+    (truth, error)
+}
+
 pub fn kernel(scene: &Scene) -> Arc<TraceableScene> {
     Arc::new(plan::compile(scene, &Effects::of(scene, &EffectRequests::new())).unwrap())
 }
@@ -149,6 +165,35 @@ pub fn bent(diffuser: Diffuser) -> Tube {
     }
 }
 
+/// A straight tube under a dome that refracts: some light from below comes back.
+pub fn domed(diffuser: Diffuser) -> Tube {
+    let collector = Collector::DielectricDome { refractive_index: 1.49, thickness_m: 0.003, absorption_per_m: 0.0 };
+    let segments = vec![Segment { length_m: 0.6, tilt: 0.0, azimuth: 0.0 }];
+    let shape = StraightOrBent { reflectance: [0.95; 3].into(), segments, collector };
+    Tube { shape: TubeShape::Cylinders(shape), ..straight(1.0, 0.9, diffuser) }
+}
+
+pub fn clear() -> Diffuser {
+    Diffuser::Clear { transmittance: [0.8; 3] }
+}
+
+/// A closure with a clear and a Lambertian zone.
+pub fn mixed(inner: DiffuserZone) -> Diffuser {
+    Diffuser::Mixed {
+        lambertian_radius_m: 0.6 * RADIUS,
+        inner,
+        lambertian_transmittance: [0.5; 3],
+        lambertian_reflectance: [0.3; 3],
+        clear_transmittance: [0.8; 3],
+    }
+}
+
+/// A mirror (`roughness` 0) or glossy surface over a diffuse one.
+pub fn specular(diffuse: f64, specular: f64, roughness: f64) -> Surface {
+    let specular = Specular { reflectance: [specular; 3], roughness };
+    Surface { reflectance: [diffuse; 3], specular: Some(specular) }
+}
+
 pub fn peaked() -> Diffuser {
     let angles = [0.0, 0.4, 0.9, FRAC_PI_2];
     let btdf = [vec![0.9, 0.3, 0.1, 0.0], vec![0.6, 0.4, 0.1, 0.0], vec![0.2, 0.2, 0.2, 0.1], vec![0.05; 4]];
@@ -185,15 +230,69 @@ pub fn furnished(tubes: [Tube; 2], estimate: EstimateKind) -> Scene {
     scene
 }
 
-#[track_caller]
-pub fn assert_films(found: &FilmEstimate, truth: &FilmEstimate, what: &str) {
-    let mut squares = 0.0;
-    for block in 0..truth.blocks.len() {
-        let [(a, a_error), (b, b_error)] =
-            [found, truth].map(|film| (film.blocks[block].mean, film.block_standard_error_cd_m2(block)));
-        let z = (a - b).abs() / a_error.hypot(b_error).max(1e-300);
-        squares += z * z;
-        assert!(z < 5.0, "{what}: block {block}: {a} +- {a_error} is not {b} +- {b_error}");
+/// A room without a window, of one reflectance, with luminaires and a grid on the floor.
+pub fn electric_room(
+    size: DVec3,
+    reflectance: f64,
+    luminaires: Vec<Luminaire>,
+    cells: [usize; 2],
+    estimate: EstimateKind,
+) -> Scene {
+    let surfaces = [Some(Surface::diffuse([reflectance; 3])); 6];
+    Scene {
+        daylight: None,
+        room: Room { size, surfaces, boxes: Vec::new(), meshes: Vec::new(), luminaires },
+        tubes: Vec::new(),
+        grids: vec![Grid::new("floor".into(), 0.0, cells, 0.0, [size.x, size.y], estimate)],
+        views: Vec::new(),
+        channels: Channels::Photopic,
     }
-    println!("{what}: rms z {:.2} over {} blocks", (squares / truth.blocks.len() as f64).sqrt(), truth.blocks.len());
+}
+
+/// A horizontal panel that emits `flux` lm downward.
+pub fn panel(centre: DVec3, width: f64, depth: f64, flux: f64) -> Luminaire {
+    Luminaire {
+        corner: centre - DVec3::new(0.5 * width, 0.5 * depth, 0.0),
+        edge_u: DVec3::Y * depth,
+        edge_v: DVec3::X * width,
+        luminance: [flux / (PI * width * depth); 3],
+    }
+}
+
+/// Half of a symmetric room.
+const HALF: DVec3 = DVec3::new(2.0, 2.4, 2.2);
+
+/// A room with a mirror in the east that loses nothing that is seen, or the room of twice the length with the image of its
+/// tube; one 4 x 4 grid over the western half.
+pub fn mirrored(diffuser: Diffuser, image: bool, estimate: EstimateKind) -> Scene {
+    let tube = |x: f64| Tube { centre: DVec2::new(x, 0.9), ..straight(0.5, 0.95, diffuser.clone()) };
+    let mut tubes = vec![tube(1.2)];
+    if image {
+        tubes.push(tube(2.0 * HALF.x - 1.2));
+    }
+    // an overcast sky looks the same from both sides
+    let mut scene = cube(0.3, 0.5, 0.7, tubes, daylight(1, 9000.0, 40.0, 0.0), estimate);
+    scene.room.size = if image { DVec3::new(2.0 * HALF.x, HALF.y, HALF.z) } else { HALF };
+    if !image {
+        scene.room.surfaces[Face::East as usize] = Some(specular(0.0, 1.0 - 1e-7, 0.0));
+    }
+    scene.grids = vec![Grid::new("grid".into(), 0.5, [4, 4], 0.0, [HALF.x, HALF.y], estimate)];
+    scene
+}
+
+/// A mirrored room with a panel in the ceiling (and its image) in place of tubes.
+pub fn mirrored_panel(image: bool, estimate: EstimateKind) -> Scene {
+    let mut scene = mirrored(lambertian(0.6, 0.3), image, estimate);
+    (scene.tubes, scene.daylight) = (Vec::new(), None);
+    let panel = |x: f64| Luminaire {
+        corner: DVec3::new(x - 0.2, 0.8, HALF.z),
+        edge_u: DVec3::Y * 0.6,
+        edge_v: DVec3::X * 0.4,
+        luminance: [3000.0; 3],
+    };
+    scene.room.luminaires.push(panel(1.2));
+    if image {
+        scene.room.luminaires.push(panel(2.0 * HALF.x - 1.2));
+    }
+    scene
 }

@@ -1,0 +1,148 @@
+//! A method on a row: all its values with errors, or its refusal.
+
+use std::sync::atomic::AtomicBool;
+
+use skyduct::estimate::grid::error_with_bias;
+use skyduct::estimate::{Estimate, FilmEstimate, GridEstimate};
+use skyduct::integrator::Method;
+use skyduct::integrator::method::{CaveatCode, Computation, RefusalCode, Task};
+use skyduct::plan::{MethodRequest, Methods};
+use skyduct::scene::Scene;
+use skyduct::statistics::Moments;
+
+use super::columns::{Column, Work};
+use super::judge::{KNOWN, Measured, Whole};
+use super::row::{Mirrors, Row, Values};
+
+/// Relative error that a solver is asked for; its own errors are what it is judged by.
+const SOLVER_TARGET: f64 = 2e-3;
+
+/// Passes, and size of each.
+#[derive(Clone, Copy)]
+pub struct Effort {
+    pub passes: u64,
+    pub factor: f64,
+    /// The passes are so many that light which is found by chance is found often.
+    pub long: bool,
+}
+
+/// Random numbers of their own for every place in the matrix: comparisons are independent.
+pub fn seed(place: &[&str]) -> u64 {
+    let hash = blake3::hash(place.join(" ").as_bytes());
+    u64::from_le_bytes(*hash.as_bytes().first_chunk().unwrap()) >> 11
+}
+
+/// Why a cell has no values.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Left {
+    /// The method refuses.
+    Refused(RefusalCode),
+    /// The row leaves it out, by name or because it warns ([`Mirrors::LeftOut`]).
+    ByChance,
+}
+
+/// Everything that a method finds in a scene, under the effects of a row.
+pub fn render(row: &Row, scene: &Scene, column: &Column, effort: Effort, seed: u64) -> Result<(Method, Values), Left> {
+    let traceable = row.traceable(scene);
+    let paths = match row.mirrors {
+        Mirrors::Paths(paths) if !effort.long => paths,
+        _ => 1.0,
+    };
+    let method = column.method(&Work::of(scene, effort.factor, paths));
+    Methods::choose(scene, &traceable, &MethodRequest::Method(method.clone()))
+        .map_err(|refusal| Left::Refused(refusal.code))?;
+    if row.left_out.contains(&column.name) {
+        return Err(Left::ByChance);
+    }
+    let task = Task::whole(scene, &traceable);
+    if method.described().warns(&task).is_some_and(|caveat| caveat.code == CaveatCode::MirrorsByChance) {
+        assert!(row.mirrors != Mirrors::None, "{} finds by chance what a mirror shows", column.name);
+        if row.mirrors == Mirrors::LeftOut && !effort.long {
+            return Err(Left::ByChance);
+        }
+    }
+    let mut estimate = Estimate::empty(scene);
+    let mut images = vec![Moments::default(); scene.views.len()];
+    match method.described().build(&task, seed, SOLVER_TARGET) {
+        Computation::Passes(integrator) => {
+            let start = integrator.start();
+            estimate.begin(Some(&start), Some(&start));
+            for number in 0..effort.passes {
+                let pass = integrator.pass_after(number, &estimate.carried, &AtomicBool::new(false)).unwrap();
+                estimate.push(Some(&pass), Some(&pass));
+                for (mean, film) in images.iter_mut().zip(&estimate.views) {
+                    let blocks = film.blocks.iter().map(|block| block.mean).sum::<f64>() / film.blocks.len() as f64;
+                    // the mean so far of so many passes: the pass' own part of it
+                    mean.push(blocks * film.passes - mean.mean * mean.count);
+                }
+            }
+        }
+        Computation::Solution(solver) => estimate.push_solution(&solver.solve(&AtomicBool::new(false)).unwrap()),
+    }
+    assert_eq!(estimate.first_not_finite(), None);
+    let knows = method.described().knows();
+    if knows.energy {
+        // a solver's books are numerical
+        let most = if matches!(method, Method::Holigilm(_)) { 2e-3 } else { 1e-9 };
+        assert!(estimate.ledger.relative_closure_error().abs() < most, "{}: {:?}", column.name, estimate.ledger);
+    }
+    let grids = estimate.grids.iter().map(grid);
+    let views = estimate.views.iter().zip(&images).map(|(film, image)| view(film, image));
+    let outputs = grids.chain(views).collect();
+    let flux = |moments: &Moments| Measured {
+        value: moments.mean,
+        error: moments.standard_error(),
+        degrees: degrees(moments, estimate.grids.iter().any(|grid| grid.numerical)),
+    };
+    let tubes = if knows.tube_fluxes { &estimate.tubes[..] } else { &[] };
+    Ok((method, Values { outputs, tubes: tubes.iter().map(|tube| flux(&tube.into_room)).collect() }))
+}
+
+/// Degrees of freedom of an error that passes tell; a solver gives its error as a spread of two values.
+fn degrees(moments: &Moments, numerical: bool) -> f64 {
+    if numerical { KNOWN } else { moments.count - 1.0 }
+}
+
+fn grid(grid: &GridEstimate) -> (Vec<Measured>, Whole) {
+    let sensors = (0..grid.sensors.len()).map(|sensor| Measured {
+        value: grid.illuminance_lux(sensor),
+        error: grid.standard_error_lux(sensor),
+        degrees: degrees(&grid.sensors[sensor], grid.numerical),
+    });
+    let n = grid.sensors.len() as f64;
+    // every sensor chooses fixed points of its own
+    let fixed: f64 = (0..grid.sensors.len()).map(|sensor| grid.fixed_point_variance(sensor)).sum();
+    let whole = Whole {
+        value: grid.mean.mean,
+        noise: (grid.mean.variance_of_mean() + fixed / (n * n)).sqrt(),
+        bias: mean_bias(&grid.bias),
+        degrees: degrees(&grid.mean, grid.numerical),
+    };
+    (sensors.collect(), whole)
+}
+
+fn view(film: &FilmEstimate, image: &Moments) -> (Vec<Measured>, Whole) {
+    let blocks = film.blocks.iter().enumerate().map(|(block, moments)| Measured {
+        value: moments.mean,
+        error: film.block_standard_error_cd_m2(block),
+        degrees: moments.count - 1.0,
+    });
+    let blocks: Vec<_> = blocks.collect();
+    let n = blocks.len() as f64;
+    // what the choice of fixed rays adds to a block's error
+    let without = |block: usize| error_with_bias(&film.blocks[block], film.block_bias.get(block));
+    let fixed: f64 = blocks.iter().enumerate().map(|(k, block)| block.error.powi(2) - without(k).powi(2)).sum();
+    let whole = Whole {
+        value: image.mean,
+        noise: (image.variance_of_mean() + fixed.max(0.0) / (n * n)).sqrt(),
+        bias: mean_bias(&film.block_bias),
+        degrees: image.count - 1.0,
+    };
+    (blocks, whole)
+}
+
+/// Biases of neighbours have a sign and may cancel.
+fn mean_bias(bias: &[Moments]) -> f64 {
+    let known = bias.iter().filter(|bias| bias.count >= 2.0).map(|bias| bias.mean);
+    known.sum::<f64>() / bias.len().max(1) as f64
+}
