@@ -2,6 +2,7 @@
 
 pub mod holigilm;
 pub mod jenkins;
+pub mod patches;
 pub mod radiosity;
 
 use std::sync::atomic::AtomicBool;

@@ -8,13 +8,7 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use crate::geometry::rectangle::{parallel_factor, perpendicular_factor};
-
-/// Patches that a room gets at most, about: 16 x 16 on every face of a cube.
-const PATCHES: f64 = 1536.0;
-
-/// Fewest patches along an edge of the room.
-const LEAST_DIVISIONS: usize = 4;
+use super::patches::{Element, Mesh, Patch};
 
 /// Sweeps after which the solution is given up; with the balance of all light restored after every sweep, ten to forty do.
 const MOST_SWEEPS: usize = 1000;
@@ -29,28 +23,6 @@ const DIVIDED: usize = 4;
 /// Rounds of scaling after which the factors are reciprocal to rounding.
 const BALANCINGS: usize = 30;
 
-/// A rectangle on a face of the room; faces are numbered as in [`crate::scene::Face`].
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Patch {
-    /// Number of the face, 0..=5.
-    pub face: usize,
-    /// Corners with the smallest and largest coordinates; equal along the face's axis.
-    pub low: DVec3,
-    /// Corner with the largest coordinates, in m.
-    pub high: DVec3,
-}
-
-/// Division of a room's faces into patches.
-#[derive(Clone, Debug)]
-pub struct Mesh {
-    /// Extent of the room along x, y and z in m.
-    pub size: DVec3,
-    /// Numbers of patches along x, y and z.
-    pub divisions: [usize; 3],
-    /// Face by face; on a face, the second of its two axes (in the order x, y, z, x, y) runs fastest.
-    pub patches: Vec<Patch>,
-}
-
 /// The patches' form factors and reflectances.
 #[derive(Clone, Debug)]
 pub struct Radiosity {
@@ -64,133 +36,6 @@ pub struct Radiosity {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("the room absorbs nothing: its interreflection has no limit")]
 pub struct NoLimit;
-
-/// A horizontal or face-parallel element that receives light.
-#[derive(Clone, Copy, Debug)]
-struct Element {
-    position: DVec3,
-    axis: usize,
-    /// Side to which the element looks along the axis, +1 or -1.
-    sign: f64,
-}
-
-impl Patch {
-    /// The axis that the patch is perpendicular to: 0 for x, 1 for y, 2 for z.
-    pub fn axis(&self) -> usize {
-        self.face / 2
-    }
-
-    /// Middle of the patch, in m.
-    pub fn centre(&self) -> DVec3 {
-        0.5 * (self.low + self.high)
-    }
-
-    /// Area in m2.
-    pub fn area(&self) -> f64 {
-        let extent = self.high - self.low;
-        let axis = self.axis();
-        extent[(axis + 1) % 3] * extent[(axis + 2) % 3]
-    }
-
-    /// Unit normal into the room.
-    pub fn normal(&self) -> DVec3 {
-        DVec3::AXES[self.axis()] * self.sign()
-    }
-
-    /// +1 on the faces at 0, -1 on the others.
-    fn sign(&self) -> f64 {
-        if self.face % 2 == 1 { -1.0 } else { 1.0 }
-    }
-
-    /// Form factor from an element to this patch; nothing stands in between.
-    fn factor_from(&self, element: Element) -> f64 {
-        let Element { position, axis, sign } = element;
-        let own = self.axis();
-        let reach = |k: usize| [self.low[k] - position[k], self.high[k] - position[k]];
-        let distance = (self.low[own] - position[own]).abs();
-        // an element in the patch's plane, or one that looks the same way, sees nothing of it
-        if distance == 0.0 || (own == axis && sign == self.sign()) {
-            return 0.0;
-        }
-        if own == axis {
-            return parallel_factor(distance, reach((own + 1) % 3), reach((own + 2) % 3));
-        }
-        let along = reach(axis);
-        let along = if sign > 0.0 { along } else { [-along[1], -along[0]] };
-        perpendicular_factor(distance, reach(3 - own - axis), along)
-    }
-}
-
-impl Mesh {
-    /// `divisions`: patches along x, y and z, each >= 1.
-    pub fn new(size: DVec3, divisions: [usize; 3]) -> Self {
-        let mut patches = Vec::new();
-        for face in 0..6 {
-            let axis = face / 2;
-            let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
-            for i in 0..divisions[u] {
-                for j in 0..divisions[v] {
-                    let mut low = DVec3::ZERO;
-                    low[axis] = if face % 2 == 1 { size[axis] } else { 0.0 };
-                    let mut high = low;
-                    for (k, index) in [(u, i), (v, j)] {
-                        let at = |n: usize| size[k] * n as f64 / divisions[k] as f64;
-                        (low[k], high[k]) = (at(index), at(index + 1));
-                    }
-                    patches.push(Patch { face, low, high });
-                }
-            }
-        }
-        Self { size, divisions, patches }
-    }
-
-    /// Nearly square patches, about 1500 of them, more in a long room; an even number along every edge.
-    pub fn fine(size: DVec3) -> Self {
-        Self::new(size, Self::fine_divisions(size))
-    }
-
-    /// Number of patches of [`Self::fine`].
-    pub fn fine_count(size: DVec3) -> usize {
-        let [x, y, z] = Self::fine_divisions(size);
-        2 * (x * y + y * z + z * x)
-    }
-
-    fn fine_divisions(size: DVec3) -> [usize; 3] {
-        let area = 2.0 * (size.x * size.y + size.y * size.z + size.z * size.x);
-        let side = (area / PATCHES).sqrt();
-        [0, 1, 2].map(|axis| 2 * ((0.5 * size[axis] / side).round() as usize).max(LEAST_DIVISIONS / 2))
-    }
-
-    /// Patches of twice the size.
-    pub fn coarse(&self) -> Self {
-        Self::new(self.size, self.divisions.map(|n| (n / 2).max(1)))
-    }
-
-    /// The patch that holds a point of a face.
-    pub fn patch_at(&self, face: usize, position: DVec3) -> usize {
-        let first: usize = (0..face).map(|face| self.on_face(face)).sum();
-        let axis = face / 2;
-        let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
-        let index = |k: usize| {
-            ((position[k] / self.size[k] * self.divisions[k] as f64).max(0.0) as usize).min(self.divisions[k] - 1)
-        };
-        first + index(u) * self.divisions[v] + index(v)
-    }
-
-    fn on_face(&self, face: usize) -> usize {
-        let axis = face / 2;
-        self.divisions[(axis + 1) % 3] * self.divisions[(axis + 2) % 3]
-    }
-
-    /// Area means of `values` over the patches of `coarse`, whose divisions are half of these.
-    pub fn merged(&self, values: &[f64], coarse: &Self) -> Vec<f64> {
-        let mut sums = vec![0.0; coarse.patches.len()];
-        for (patch, value) in self.patches.iter().zip(values) {
-            sums[coarse.patch_at(patch.face, patch.centre())] += value * patch.area();
-        }
-        sums.iter().zip(&coarse.patches).map(|(sum, patch)| sum / patch.area()).collect()
-    }
-}
 
 impl Radiosity {
     /// `reflectance`: of each patch of `mesh`, 0..=1; 0 where a face is open.
@@ -247,7 +92,8 @@ impl Radiosity {
     /// In a closed room of one reflectance rho under even direct light E every exitance is rho E / (1 - rho):
     ///
     /// ```
-    /// use skyduct::analytic::radiosity::{Mesh, Radiosity};
+    /// use skyduct::analytic::patches::Mesh;
+    /// use skyduct::analytic::radiosity::Radiosity;
     ///
     /// let mesh = Mesh::new(glam::DVec3::new(2.0, 3.0, 2.5), [2, 2, 2]);
     /// let patches = mesh.patches.len();

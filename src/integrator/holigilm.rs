@@ -24,7 +24,7 @@
 use super::deterministic::{installation, refuses};
 use super::method::{Computation, Described, Knows, Load, Refusal, RefusalCode, Task, Work};
 use crate::analytic::holigilm::Holigilm;
-use crate::analytic::radiosity::Mesh;
+use crate::analytic::patches::Mesh;
 use crate::guide::Guide;
 
 /// Settings of the method: it has none.

@@ -4,7 +4,8 @@ use std::f64::consts::PI;
 
 use crate::reference::{number, rows};
 use glam::DVec3;
-use skyduct::analytic::radiosity::{Interreflection, Patch};
+use skyduct::analytic::patches::Patch;
+use skyduct::analytic::radiosity::Interreflection;
 use skyduct::geometry::disc::{disc_irradiance, disc_polygon_area};
 
 const SIDE: f64 = 2.032;

@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::coefficients::reflectance;
 use super::profile::{Cells, RINGS, SECTORS};
-use crate::analytic::radiosity::Mesh;
+use crate::analytic::patches::Mesh;
 use crate::analytic::{Installation, Tube};
 use crate::guide::transmittance::zastrow_wittwer_transmission;
 use crate::guide::{End, Guide, Transit};

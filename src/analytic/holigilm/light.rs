@@ -11,7 +11,7 @@ use super::coefficients::{lambertian_coefficients, reflectance};
 use super::levels::{FIRST_RAYS, REPLICATES};
 use super::profile::{Cells, Profile, RINGS, SECTORS};
 use super::quadrature::{gauss, patch_mean};
-use crate::analytic::radiosity::Mesh;
+use crate::analytic::patches::{Mesh, Patch};
 use crate::analytic::{Balance, Installation, Quantity, Tube, TubeSolution};
 use crate::guide::transmittance::{beam_transmission, sky_exitance};
 use crate::guide::{End, Guide, Transit};
@@ -221,7 +221,7 @@ impl Light {
                 shapes.push(None);
                 continue;
             };
-            let mean = |patch: &crate::analytic::radiosity::Patch| {
+            let mean = |patch: &Patch| {
                 if patch.face == crate::scene::Face::Ceiling as usize {
                     return 0.0;
                 }

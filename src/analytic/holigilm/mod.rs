@@ -33,7 +33,8 @@ use self::levels::{FIRST_SENSOR_RAYS, FIRST_SUN_NODES, FIRST_SUN_STEPS, LEVELS, 
 use self::light::{Light, TubeLight};
 use self::profile::Profile;
 use self::quadrature::{cell_mean, centre, gauss};
-use super::radiosity::{Interreflection, Mesh};
+use super::patches::Mesh;
+use super::radiosity::Interreflection;
 use super::{GridSolution, Installation, Solution, Solver, Tube};
 use crate::guide::Guide;
 use crate::sampling::{Key, Stream};

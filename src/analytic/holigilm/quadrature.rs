@@ -5,7 +5,7 @@ use std::num::NonZeroUsize;
 use gauss_quad::GaussLegendre;
 use glam::DVec3;
 
-use crate::analytic::radiosity::Patch;
+use crate::analytic::patches::Patch;
 use crate::scene::Grid;
 
 /// Position of a sensor, or of the centre of its cell.
