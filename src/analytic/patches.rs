@@ -4,6 +4,12 @@ use glam::DVec3;
 
 use crate::geometry::rectangle::{parallel_factor, perpendicular_factor};
 
+/// Number of parts along the edges of a patch that is divided.
+const DIVIDED: usize = 4;
+
+/// Values of the parts of a divided patch; the second of its two axes runs fastest.
+pub type Parts = [f64; DIVIDED * DIVIDED];
+
 /// Patches that a room gets at most, about: 16 x 16 on every face of a cube.
 const PATCHES: f64 = 1536.0;
 
@@ -15,9 +21,9 @@ const LEAST_DIVISIONS: usize = 4;
 pub struct Patch {
     /// Number of the face, 0..=5.
     pub face: usize,
-    /// Corners with the smallest and largest coordinates; equal along the face's axis.
+    /// Corner with the smallest coordinates, in m.
     pub low: DVec3,
-    /// Corner with the largest coordinates, in m.
+    /// Corner with the largest coordinates, in m; along the face's axis it is where the other is.
     pub high: DVec3,
 }
 
@@ -37,10 +43,31 @@ pub struct Mesh {
 pub struct Element {
     /// Place in the room, in m.
     pub position: DVec3,
-    /// Axis along which the element looks: 0 for x, 1 for y, 2 for z.
-    pub axis: usize,
+    axis: usize,
     /// Side to which the element looks along the axis, +1 or -1.
-    pub sign: f64,
+    sign: f64,
+}
+
+impl Element {
+    /// An element that looks up.
+    pub fn looking_up(position: DVec3) -> Self {
+        Self { position, axis: 2, sign: 1.0 }
+    }
+
+    /// Unit normal.
+    pub fn normal(&self) -> DVec3 {
+        DVec3::AXES[self.axis] * self.sign
+    }
+
+    /// True if a point is on the side to which the element looks.
+    pub fn is_before(&self, point: DVec3) -> bool {
+        (point - self.position)[self.axis] * self.sign > 0.0
+    }
+
+    /// An element on the face of a patch.
+    pub fn on(patch: &Patch, position: DVec3) -> Self {
+        Self { position, axis: patch.axis(), sign: patch.sign() }
+    }
 }
 
 impl Patch {
@@ -67,8 +94,29 @@ impl Patch {
     }
 
     /// +1 on the faces at 0, -1 on the others.
-    pub fn sign(&self) -> f64 {
+    fn sign(&self) -> f64 {
         if self.face % 2 == 1 { -1.0 } else { 1.0 }
+    }
+
+    /// One part of the patch when it is divided.
+    pub fn part(&self, k: usize) -> Self {
+        let (u, v) = ((self.axis() + 1) % 3, (self.axis() + 2) % 3);
+        let extent = self.high - self.low;
+        let (mut low, mut high) = (self.low, self.low);
+        for (axis, n) in [(u, k / DIVIDED), (v, k % DIVIDED)] {
+            low[axis] += extent[axis] * n as f64 / DIVIDED as f64;
+            high[axis] += extent[axis] * (n + 1) as f64 / DIVIDED as f64;
+        }
+        Self { face: self.face, low, high }
+    }
+
+    /// Number of the part that holds a point of the patch.
+    fn part_at(&self, position: DVec3) -> usize {
+        let index = |k: usize| {
+            let share = (position[k] - self.low[k]) / (self.high[k] - self.low[k]);
+            ((share * DIVIDED as f64).max(0.0) as usize).min(DIVIDED - 1)
+        };
+        index((self.axis() + 1) % 3) * DIVIDED + index((self.axis() + 2) % 3)
     }
 
     /// Form factor from an element to this patch; nothing stands in between.
@@ -158,5 +206,34 @@ impl Mesh {
             sums[coarse.patch_at(patch.face, patch.centre())] += value * patch.area();
         }
         sums.iter().zip(&coarse.patches).map(|(sum, patch)| sum / patch.area()).collect()
+    }
+
+    /// Values in the parts of a patch when those of the patches run linearly between neighbours.
+    pub fn linear(&self, values: &[f64], index: usize) -> Parts {
+        let patch = &self.patches[index];
+        let slope = |k: usize| {
+            let step = DVec3::AXES[k] * (patch.high[k] - patch.low[k]);
+            let at = |to: DVec3| self.patch_at(patch.face, to);
+            // beyond the face's edge this is the patch itself
+            let (before, after) = (at(patch.centre() - step), at(patch.centre() + step));
+            let steps = f64::from(u8::from(before != index) + u8::from(after != index));
+            if steps == 0.0 { 0.0 } else { (values[after] - values[before]) / steps }
+        };
+        let slopes = [slope((patch.axis() + 1) % 3), slope((patch.axis() + 2) % 3)];
+        let part = |k: usize| (k as f64 + 0.5) / DIVIDED as f64 - 0.5;
+        std::array::from_fn(|k| values[index] + slopes[0] * part(k / DIVIDED) + slopes[1] * part(k % DIVIDED))
+    }
+
+    /// Means over the parts of the patches of `coarse`, whose divisions are half of these.
+    pub fn merged_parts(&self, parts: &[Parts], coarse: &Self) -> Vec<Parts> {
+        let mut means = vec![[0.0; DIVIDED * DIVIDED]; coarse.patches.len()];
+        for (patch, parts) in self.patches.iter().zip(parts) {
+            let whole = coarse.patch_at(patch.face, patch.centre());
+            for (k, value) in parts.iter().enumerate() {
+                let of = coarse.patches[whole].part_at(patch.part(k).centre());
+                means[whole][of] += 0.25 * value;
+            }
+        }
+        means
     }
 }

@@ -8,7 +8,7 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::patches::{Element, Mesh, Patch};
+use super::patches::{Element, Mesh, Parts, Patch};
 
 /// Sweeps after which the solution is given up; with the balance of all light restored after every sweep, ten to forty do.
 const MOST_SWEEPS: usize = 1000;
@@ -16,9 +16,8 @@ const MOST_SWEEPS: usize = 1000;
 /// Largest change of a sweep relative to the largest exitance at which the solution stands.
 const CONVERGED: f64 = 1e-12;
 
-/// Distance in diagonals of a patch within which an element sees it divided, and into how many parts per edge.
+/// Distance in diagonals of a patch within which an element sees it divided.
 const NEAR: f64 = 2.5;
-const DIVIDED: usize = 4;
 
 /// Rounds of scaling after which the factors are reciprocal to rounding.
 const BALANCINGS: usize = 30;
@@ -41,7 +40,7 @@ impl Radiosity {
     /// `reflectance`: of each patch of `mesh`, 0..=1; 0 where a face is open.
     pub fn new(mesh: Mesh, reflectance: Vec<f64>) -> Self {
         let row = |patch: &Patch| {
-            let element = Element { position: patch.centre(), axis: patch.axis(), sign: patch.sign() };
+            let element = Element::on(patch, patch.centre());
             mesh.patches.iter().map(|other| other.factor_from(element)).collect::<Vec<_>>()
         };
         let rows: Vec<Vec<f64>> = mesh.patches.par_iter().map(row).collect();
@@ -140,12 +139,17 @@ impl Radiosity {
     ///
     /// Patches near the element are divided, with an exitance that runs linearly between their neighbours.
     pub fn illuminance(&self, exitance: &[f64], position: DVec3) -> f64 {
-        let element = Element { position, axis: 2, sign: 1.0 };
+        self.detailed_illuminance(exitance, &[], position)
+    }
+
+    /// The same with `details`: what the exitances in the parts of every patch differ from a linear run, or none.
+    fn detailed_illuminance(&self, exitance: &[f64], details: &[Parts], position: DVec3) -> f64 {
+        let element = Element::looking_up(position);
         let of_patch = |(index, patch): (usize, &Patch)| {
             let extent = patch.high - patch.low;
             let near = (patch.centre() - position).length_squared() < NEAR * NEAR * extent.length_squared();
             if near && patch.face != 4 {
-                self.divided(exitance, index, element)
+                self.divided(exitance, details, index, element)
             } else {
                 exitance[index] * patch.factor_from(element)
             }
@@ -153,31 +157,13 @@ impl Radiosity {
         self.mesh.patches.iter().enumerate().map(of_patch).sum()
     }
 
-    /// Light of a patch whose exitance is linear, in `DIVIDED` x `DIVIDED` parts.
-    fn divided(&self, exitance: &[f64], index: usize, element: Element) -> f64 {
-        let patch = &self.mesh.patches[index];
-        let (u, v) = ((patch.axis() + 1) % 3, (patch.axis() + 2) % 3);
-        let slope = |k: usize| {
-            let step = DVec3::AXES[k] * (patch.high[k] - patch.low[k]);
-            let at = |to: DVec3| self.mesh.patch_at(patch.face, to);
-            // beyond the face's edge this is the patch itself
-            let (before, after) = (at(patch.centre() - step), at(patch.centre() + step));
-            let steps = f64::from(u8::from(before != index) + u8::from(after != index));
-            if steps == 0.0 { 0.0 } else { (exitance[after] - exitance[before]) / steps }
-        };
-        let slopes = [slope(u), slope(v)];
-        let extent = patch.high - patch.low;
-        let part = |k: usize| (k as f64 + 0.5) / DIVIDED as f64 - 0.5;
+    /// Light of a patch whose exitance is linear but for details, in `DIVIDED` x `DIVIDED` parts.
+    fn divided(&self, exitance: &[f64], details: &[Parts], index: usize, element: Element) -> f64 {
+        let linear = self.mesh.linear(exitance, index);
         let mut sum = 0.0;
-        for k in 0..DIVIDED * DIVIDED {
-            let (i, j) = (k / DIVIDED, k % DIVIDED);
-            let (mut low, mut high) = (patch.low, patch.low);
-            for (axis, n) in [(u, i), (v, j)] {
-                low[axis] += extent[axis] * n as f64 / DIVIDED as f64;
-                high[axis] += extent[axis] * (n + 1) as f64 / DIVIDED as f64;
-            }
-            let value = exitance[index] + slopes[0] * part(i) + slopes[1] * part(j);
-            sum += value * Patch { face: patch.face, low, high }.factor_from(element);
+        for (k, linear) in linear.into_iter().enumerate() {
+            let value = linear + details.get(index).map_or(0.0, |detail| detail[k]);
+            sum += value * self.mesh.patches[index].part(k).factor_from(element);
         }
         sum
     }
@@ -222,6 +208,16 @@ pub struct Exitances {
     pub coarse: Vec<f64>,
     /// Root mean square, over the room, of the correction by extrapolation relative to the interreflected illuminance.
     pub correction: f64,
+    /// Differences of exitances within patches of both meshes from a linear run; empty where these are not known.
+    details: [Vec<Parts>; 2],
+}
+
+impl Exitances {
+    /// Exitances of no room: every value is not a number.
+    pub fn unknown(mesh: &Mesh) -> Self {
+        let nothing = vec![f64::NAN; mesh.patches.len()];
+        Self { fine: nothing.clone(), coarse: nothing, correction: f64::NAN, details: [Vec::new(), Vec::new()] }
+    }
 }
 
 impl Interreflection {
@@ -250,7 +246,42 @@ impl Interreflection {
             if mean > 0.0 { ((fine - coarse) / (3.0 * mean)).powi(2) } else { 0.0 }
         });
         let correction = (squares.sum::<f64>() / seen.len() as f64).sqrt();
-        Ok(Exitances { fine, coarse, correction })
+        Ok(Exitances { fine, coarse, correction, details: [Vec::new(), Vec::new()] })
+    }
+
+    /// Lets sensors near a patch see how a known part of the light on it runs within it, in place of a linear run between
+    /// patches.
+    ///
+    /// `means`: that part of the illuminance of the patches of [`Interreflection::mesh`], in lux; `at`: the same at a point.
+    pub fn add_details(&self, exitances: &mut Exitances, means: &[f64], at: impl Fn(Element) -> f64 + Sync) {
+        let mesh = self.mesh();
+        let reflected = |lux: &[f64]| -> Vec<f64> {
+            lux.iter().zip(&self.fine.reflectance).map(|(lux, reflectance)| lux * reflectance).collect()
+        };
+        let means = reflected(means);
+        let part = |index: usize, k: usize| {
+            let patch = &mesh.patches[index];
+            self.fine.reflectance[index] * at(Element::on(patch, patch.part(k).centre()))
+        };
+        let fine: Vec<Parts> = (0..means.len())
+            .into_par_iter()
+            .map(|index| {
+                let parts: Parts = std::array::from_fn(|k| part(index, k));
+                let excess = parts.iter().sum::<f64>() / parts.len() as f64 - means[index];
+                parts.map(|part| part - excess)
+            })
+            .collect();
+        let coarse_mesh = self.coarse.mesh();
+        let coarse = mesh.merged_parts(&fine, coarse_mesh);
+        let less_linear = |mesh: &Mesh, parts: Vec<Parts>, means: &[f64]| {
+            let of = |(index, parts): (usize, Parts)| {
+                let linear = mesh.linear(means, index);
+                std::array::from_fn(|k| parts[k] - linear[k])
+            };
+            parts.into_iter().enumerate().map(of).collect()
+        };
+        let coarse_means = mesh.merged(&means, coarse_mesh);
+        exitances.details = [less_linear(mesh, fine, &means), less_linear(coarse_mesh, coarse, &coarse_means)];
     }
 
     /// Exitances on the coarse mesh alone, for the spread between replicates of the direct illuminance.
@@ -264,8 +295,9 @@ impl Interreflection {
     /// correction may pass through zero where the error does not, so the error is put at half of the correction here and
     /// half of its root mean square over the room together.
     pub fn illuminance(&self, exitances: &Exitances, position: DVec3) -> (f64, f64) {
-        let fine = self.fine.illuminance(&exitances.fine, position);
-        let coarse = self.coarse.illuminance(&exitances.coarse, position);
+        let [fine_details, coarse_details] = &exitances.details;
+        let fine = self.fine.detailed_illuminance(&exitances.fine, fine_details, position);
+        let coarse = self.coarse.detailed_illuminance(&exitances.coarse, coarse_details, position);
         let correction = (fine - coarse) / 3.0;
         let value = fine + correction;
         (value, 0.5 * (correction.abs() + exitances.correction * value))

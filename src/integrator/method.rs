@@ -283,6 +283,8 @@ pub struct Load {
     pub views: usize,
     /// Mean number of surfaces that a photon meets in the room, from above.
     pub events: f64,
+    /// True if sunlight enters the room unscattered.
+    pub sunbeams: bool,
 }
 
 impl Load {

@@ -6,7 +6,7 @@
 use super::{Methods, Plan};
 use crate::integrator::method::{Described, Kept, Load};
 use crate::scene::{Grid, Scene, View};
-use crate::traceable::TraceableScene;
+use crate::traceable::{TraceableScene, TraceableTube};
 
 /// Bytes that a job needs at its peak, beside the program itself.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -55,6 +55,7 @@ pub fn estimate(scene: &Scene, traceable: &TraceableScene, plan: &Plan) -> Memor
         grids: scene.grids.len(),
         views,
         events: events(scene),
+        sunbeams: traceable.sun.is_some() && traceable.tubes.iter().any(lets_beams_in),
     };
     if let Some(choice) = grids {
         let method = choice.method.described();
@@ -111,6 +112,11 @@ fn events(scene: &Scene) -> f64 {
         faces.map(|(surface, area)| area * surface.map_or(0.0, |surface| most(surface.albedo()))).sum();
     let rho = reflected / areas.iter().sum::<f64>();
     (1.0 / (1.0 - rho)).clamp(1.0, MOST_EVENTS)
+}
+
+/// True if light passes a part of a tube's closure unscattered.
+fn lets_beams_in(tube: &TraceableTube) -> bool {
+    tube.diffuser.specular_zone(tube.opening_radius).is_some()
 }
 
 fn triangles(scene: &Scene, traceable: &TraceableScene) -> f64 {

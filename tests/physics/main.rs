@@ -8,6 +8,7 @@ mod scenes;
 #[path = "../shared/schema.rs"]
 mod schema;
 
+mod analytic_beams;
 mod analytic_holigilm;
 mod analytic_jobs;
 mod analytic_radiosity;

@@ -3,6 +3,7 @@
 use glam::DVec3;
 
 use super::coefficients::reflectance;
+use super::landing::Landed;
 use super::profile::{Cells, RINGS, SECTORS};
 use crate::analytic::patches::Mesh;
 use crate::analytic::{Installation, Tube};
@@ -33,10 +34,19 @@ pub struct Beam {
     pub cells: Vec<f64>,
     /// Onto the clear zone, from above.
     pub clear: f64,
-    /// Flux through the clear zone onto each patch of the room.
+    /// Flux through the clear zone onto each patch of the room, but for light that has landed in cells.
     pub patches: Vec<f64>,
+    /// Sunlight through the clear zone onto the cells of the patches, where its reflection counts.
+    pub landed: Option<Landed>,
     /// Illuminance through the clear zone onto the cells of each grid of averages, in lux.
     pub grids: Vec<Vec<f64>>,
+}
+
+impl Source<'_> {
+    /// True if its light through clear zones is counted where it lands, for its reflection.
+    fn lands_in_cells(&self, room: &Installation) -> bool {
+        matches!(self, Self::Sun(_)) && room.interreflection
+    }
 }
 
 impl Beam {
@@ -55,6 +65,7 @@ impl Beam {
         self.clear *= factor;
         let values = self.cells.iter_mut().chain(&mut self.patches).chain(self.grids.iter_mut().flatten());
         values.for_each(|value| *value *= factor);
+        self.landed.iter_mut().for_each(|landed| landed.scale(factor));
     }
 }
 
@@ -85,6 +96,7 @@ pub fn follow(room: &Installation, mesh: &Mesh, tube: &Tube, source: Source, str
         cells: vec![0.0; if cells.is_some() { RINGS * SECTORS } else { 0 }],
         clear: 0.0,
         patches: vec![0.0; mesh.patches.len()],
+        landed: source.lands_in_cells(room).then(|| Landed::nowhere(mesh)),
         grids: room.grids.iter().map(|grid| vec![0.0; averages(grid.estimate, grid.len())]).collect(),
     };
     let mut random = PathRandom::new(stream);
@@ -160,7 +172,10 @@ fn land(room: &Installation, mesh: &Mesh, start: DVec3, direction: DVec3, flux: 
         }
     }
     let end = start + direction * distance;
-    beam.patches[mesh.patch_at(face, end)] += flux;
+    match &mut beam.landed {
+        Some(landed) => landed.add(mesh, face, end, flux),
+        None => beam.patches[mesh.patch_at(face, end)] += flux,
+    }
     for (grid, cells) in room.grids.iter().zip(&mut beam.grids).filter(|(_, cells)| !cells.is_empty()) {
         if end.z > grid.height_m {
             continue;

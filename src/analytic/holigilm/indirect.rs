@@ -1,11 +1,14 @@
 //! The room's interreflection, and where its light ends.
 
+use std::borrow::Cow;
+
 use glam::DVec2;
 
 use super::coefficients::{clear_transmittance, lambertian_coefficients};
-use super::light::{PatchLight, TubeLight};
+use super::first_reflection::{FirstReflection, Receiver, Reflected};
+use super::light::{PatchLight, TubeLight, mean};
 use super::quadrature::{cell_mean, centre, gauss};
-use crate::analytic::patches::{Mesh, Patch};
+use crate::analytic::patches::{Element, Mesh, Patch};
 use crate::analytic::radiosity::{Exitances, Interreflection};
 use crate::analytic::{Balance, Installation, Tube};
 use crate::geometry::disc::disc_polygon_area;
@@ -18,22 +21,41 @@ pub struct Indirect<'a> {
     /// Exitances on the coarse mesh, by randomisation; empty when the randomisations do not differ.
     coarse: Vec<Vec<f64>>,
     closure: f64,
+    /// First reflection of sunbeams, and what it gives to the patches; none where no clear zone lets sunlight in.
+    beams: Option<(FirstReflection, Vec<Reflected>)>,
 }
 
 impl<'a> Indirect<'a> {
-    pub fn new(room: &'a Interreflection, direct: &PatchLight) -> Self {
-        let nothing = |count: usize| vec![f64::NAN; count];
-        // rooms without limit are refused before; should one slip through, the result is not finite and the job fails
-        let exitances = room.exitances(&direct.mean()).unwrap_or_else(|_| {
-            let count = room.mesh().patches.len();
-            Exitances { fine: nothing(count), coarse: nothing(count), correction: f64::NAN }
+    /// Starts from the light on the patches, and for sunbeams from their first reflection.
+    pub fn new(room: &'a Interreflection, direct: &PatchLight, beams: Option<FirstReflection>) -> Self {
+        let beams = beams.map(|beams| {
+            let on_patches = beams.on_patches(room.mesh());
+            (beams, on_patches)
         });
-        let varying: &[Vec<f64>] = if direct.varies { &direct.replicas } else { &[] };
+        let mut replicas = Cow::Borrowed(&direct.replicas);
+        if let Some((_, on_patches)) = &beams {
+            for (number, values) in replicas.to_mut().iter_mut().enumerate() {
+                values.iter_mut().zip(on_patches).for_each(|(lux, beams)| *lux += beams.replicas[number]);
+            }
+        }
+        // rooms without limit are refused before; should one slip through, the result is not finite and the job fails
+        let mut exitances = room.exitances(&mean(&replicas)).unwrap_or_else(|_| Exitances::unknown(room.mesh()));
+        if let Some((beams, on_patches)) = &beams {
+            let means: Vec<f64> = on_patches.iter().map(Reflected::lux).collect();
+            let at = |element: Element| beams.at(&Receiver::Point(element)).lux();
+            room.add_details(&mut exitances, &means, at);
+        }
+        let varying: &[Vec<f64>] = if direct.varies { &replicas } else { &[] };
         let coarse = varying.iter().filter_map(|values| room.coarse_exitance(values).ok()).collect();
-        Self { room, exitances, coarse, closure: direct.closure }
+        Self { room, exitances, coarse, closure: direct.closure, beams }
     }
 
-    /// Illuminance at a point or averaged over a cell, and its error, in lux.
+    /// First reflection of sunbeams at a point or averaged over a cell.
+    pub fn first(&self, grid: &Grid, sensor: usize) -> Option<Reflected> {
+        self.beams.as_ref().map(|(beams, _)| beams.at(&Receiver::sensor(grid, centre(grid, sensor))))
+    }
+
+    /// Illuminance at a point or averaged over a cell but for [`Self::first`], and its error, in lux.
     pub fn at(&self, grid: &Grid, sensor: usize) -> (f64, f64) {
         let centre = centre(grid, sensor);
         let (middle, mut error) = self.room.illuminance(&self.exitances, centre);
@@ -48,7 +70,16 @@ impl<'a> Indirect<'a> {
         (mean, error + (coarse(3) - coarse(2)).abs())
     }
 
-    /// Illuminance in each randomisation, on the coarse mesh; nothing when they do not differ.
+    /// Interreflected illuminance of the patches in lux.
+    fn on_patches(&self) -> Vec<f64> {
+        let mut lux = self.room.patch_illuminance(&self.exitances);
+        if let Some((_, beams)) = &self.beams {
+            lux.iter_mut().zip(beams).for_each(|(lux, beams)| *lux += beams.lux());
+        }
+        lux
+    }
+
+    /// Illuminance in each randomisation but for [`Self::first`], on the coarse mesh; nothing when they do not differ.
     pub fn spread(&self, grid: &Grid, sensor: usize) -> impl Iterator<Item = f64> {
         let centre = centre(grid, sensor);
         self.coarse.iter().map(move |exitance| self.room.coarse_illuminance(exitance, centre))
@@ -94,7 +125,7 @@ pub fn book(
     indirect: Option<&Indirect>,
     balance: &mut Balance,
 ) {
-    let reflected = indirect.map(|indirect| indirect.room.patch_illuminance(&indirect.exitances));
+    let reflected = indirect.map(Indirect::on_patches);
     for (index, patch) in mesh.patches.iter().enumerate() {
         let flux = patch.area() * (direct[index] + reflected.as_ref().map_or(0.0, |values| values[index]));
         let mut covered = 0.0;

@@ -8,6 +8,7 @@ use rayon::prelude::*;
 use super::aperture::{luminance_from, sun_nodes};
 use super::beam::{Beam, Source, follow, lambertian_cells, sky_sampler};
 use super::coefficients::{lambertian_coefficients, reflectance};
+use super::landing::Landed;
 use super::levels::{FIRST_RAYS, REPLICATES};
 use super::profile::{Cells, Profile, RINGS, SECTORS};
 use super::quadrature::{gauss, patch_mean};
@@ -49,8 +50,10 @@ struct Through {
 pub struct Replica {
     /// Exitance of the Lambertian zone.
     pub profile: Option<Profile>,
-    /// Flux through the clear zone onto the room's patches, in lm.
+    /// Flux through the clear zone onto the room's patches in lm, but for what has landed in cells.
     patches: Vec<f64>,
+    /// Sunlight through the clear zone, where it lands; goes to [`Light::landed`].
+    landed: Option<Landed>,
     /// Illuminance through the clear zone onto the cells of each grid of averages, in lux.
     pub grids: Vec<Vec<f64>>,
     at_diffuser: f64,
@@ -65,12 +68,16 @@ pub struct Light {
     pub replicas: Vec<Vec<Replica>>,
     /// Mean over the randomisations, by tube.
     pub profiles: Vec<Option<Profile>>,
+    /// Sunlight through the clear zones of all tubes by randomisation, where it lands; empty where there is none.
+    pub landed: Vec<Landed>,
 }
 
 /// Direct illuminance averaged over the patches of the room, in lux.
 pub struct PatchLight {
-    /// Illuminances by randomisation, then by patch.
+    /// Illuminances by randomisation, then by patch, without those of sunlight that landed in cells.
     pub replicas: Vec<Vec<f64>>,
+    /// Illuminances by patch of sunlight that landed in cells, averaged over the randomisations; empty where there is none.
+    pub beams: Vec<f64>,
     /// True if the randomisations differ by more than the profile of a diffuser.
     pub varies: bool,
     /// Share of the Lambertian zones' flux that the rule over the patches misses.
@@ -78,10 +85,18 @@ pub struct PatchLight {
 }
 
 impl PatchLight {
+    /// Mean over the randomisations of all light.
     pub fn mean(&self) -> Vec<f64> {
-        let sum = |patch: usize| self.replicas.iter().map(|values| values[patch]).sum::<f64>();
-        (0..self.replicas[0].len()).map(|patch| sum(patch) / REPLICATES as f64).collect()
+        let mut lux = mean(&self.replicas);
+        lux.iter_mut().zip(&self.beams).for_each(|(lux, beams)| *lux += beams);
+        lux
     }
+}
+
+/// Mean over the randomisations by patch.
+pub fn mean(replicas: &[Vec<f64>]) -> Vec<f64> {
+    let sum = |patch: usize| replicas.iter().map(|values| values[patch]).sum::<f64>();
+    (0..replicas[0].len()).map(|patch| sum(patch) / REPLICATES as f64).collect()
 }
 
 impl TubeLight {
@@ -148,6 +163,15 @@ fn sky_shape(tube: &Tube, sky: &Sky, cells: Cells, stream: Key, count: u64) -> V
     shape
 }
 
+/// Adds what lands of one more tube; nothing where its light does not land in cells.
+fn merge(sums: &mut Vec<Landed>, of_tube: Vec<Landed>) {
+    if sums.is_empty() {
+        *sums = of_tube;
+    } else {
+        sums.iter_mut().zip(of_tube).for_each(|(sum, landed)| sum.merge(landed));
+    }
+}
+
 impl Light {
     /// Computes the light of all tubes at a level of accuracy on the current rayon pool; `None` when cancelled.
     pub fn new(
@@ -160,21 +184,28 @@ impl Light {
     ) -> Option<Self> {
         let count = FIRST_RAYS << (2 * level);
         let tubes = room.tubes.len();
-        let replicas: Option<Vec<Replica>> = (0..tubes * REPLICATES as usize)
-            .into_par_iter()
-            .map(|index| {
-                let (tube, replicate) = (index / REPLICATES as usize, index as u64 % REPLICATES);
-                let stream = seed.stream(Stream::TubeLight, tube as u64).child(replicate);
-                (!cancel.load(Ordering::Relaxed))
-                    .then(|| Replica::new(room, mesh, &room.tubes[tube], &lights[tube], stream, count))
-            })
-            .collect();
-        let mut rest = replicas?.into_iter();
-        let replicas: Vec<Vec<Replica>> =
-            (0..tubes).map(|_| rest.by_ref().take(REPLICATES as usize).collect()).collect();
+        let of_tube = |tube: usize, replicate: u64| {
+            let stream = seed.stream(Stream::TubeLight, tube as u64).child(replicate);
+            (!cancel.load(Ordering::Relaxed))
+                .then(|| Replica::new(room, mesh, &room.tubes[tube], &lights[tube], stream, count))
+        };
+        let mut replicas: Vec<Vec<Replica>> = Vec::with_capacity(tubes);
+        let mut landed = Vec::new();
+        // a few tubes at once: what lands of each fills many cells until all are summed up
+        let at_once = rayon::current_num_threads().div_ceil(REPLICATES as usize);
+        for first in (0..tubes).step_by(at_once) {
+            let few = (first..tubes.min(first + at_once)).into_par_iter();
+            let few: Option<Vec<Vec<Replica>>> = few
+                .map(|tube| (0..REPLICATES).into_par_iter().map(|replicate| of_tube(tube, replicate)).collect())
+                .collect();
+            for mut of_tube in few? {
+                merge(&mut landed, of_tube.iter_mut().filter_map(|replica| replica.landed.take()).collect());
+                replicas.push(of_tube);
+            }
+        }
         let mean =
             |of_tube: &Vec<Replica>| Profile::mean(of_tube.iter().filter_map(|replica| replica.profile.as_ref()));
-        Some(Self { profiles: replicas.iter().map(mean).collect(), replicas })
+        Some(Self { profiles: replicas.iter().map(mean).collect(), replicas, landed })
     }
 
     pub fn rays(&self) -> u64 {
@@ -256,7 +287,13 @@ impl Light {
             !matches!(tube.guide, Guide::Straight(_)) || tube.diffuser.specular_zone(tube.radius).is_some()
         });
         let replicas = (0..REPLICATES as usize).map(replica).collect();
-        PatchLight { replicas, varies, closure: if total > 0.0 { missed / total } else { 0.0 } }
+        let mut beams = vec![0.0; if self.landed.is_empty() { 0 } else { mesh.patches.len() }];
+        for landed in &self.landed {
+            for ((lux, flux), patch) in beams.iter_mut().zip(landed.by_patch()).zip(&mesh.patches) {
+                *lux += flux / patch.area() / REPLICATES as f64;
+            }
+        }
+        PatchLight { replicas, beams, varies, closure: if total > 0.0 { missed / total } else { 0.0 } }
     }
 }
 
@@ -267,6 +304,7 @@ impl Replica {
         let mut replica = Self {
             profile: None,
             patches: vec![0.0; mesh.patches.len()],
+            landed: None,
             grids: room.grids.iter().map(|grid| vec![0.0; grid.len()]).collect(),
             at_diffuser: 0.0,
             into_room: 0.0,
@@ -341,6 +379,7 @@ impl Replica {
         self.into_room += transmittance * beam.clear;
         self.balance.diffuser += (1.0 - transmittance) * beam.clear;
         self.patches.iter_mut().zip(&beam.patches).for_each(|(sum, flux)| *sum += flux);
+        self.landed = beam.landed.take().or(self.landed.take());
         for (sums, cells) in self.grids.iter_mut().zip(&beam.grids) {
             sums.iter_mut().zip(cells).for_each(|(sum, lux)| *sum += lux);
         }

@@ -15,7 +15,9 @@
 pub mod aperture;
 mod beam;
 mod coefficients;
+mod first_reflection;
 mod indirect;
+mod landing;
 mod levels;
 mod light;
 mod profile;
@@ -28,6 +30,7 @@ use rayon::prelude::*;
 
 use self::aperture::{Aperture, sun_nodes};
 use self::coefficients::clear_transmittance;
+use self::first_reflection::FirstReflection;
 use self::indirect::Indirect;
 use self::levels::{FIRST_SENSOR_RAYS, FIRST_SUN_NODES, FIRST_SUN_STEPS, LEVELS, MOST_RAYS, REPLICATES};
 use self::light::{Light, TubeLight};
@@ -87,7 +90,9 @@ impl Holigilm {
         let mesh = room.map_or_else(|mesh| mesh, Interreflection::mesh);
         let light = Light::new(&self.room, &self.lights, self.seed, level, mesh, cancel)?;
         let direct = light.on_patches(&self.room.tubes, mesh);
-        let indirect = room.ok().map(|room| Indirect::new(room, &direct));
+        let beams =
+            (!light.landed.is_empty()).then(|| FirstReflection::new(&light.landed, mesh, self.room.reflectance));
+        let indirect = room.ok().map(|room| Indirect::new(room, &direct, beams));
         let mut balance = light.balance();
         indirect::book(&self.room, mesh, &direct.mean(), indirect.as_ref(), &mut balance);
         let mut rays = light.rays();
@@ -157,6 +162,10 @@ impl Holigilm {
                 value.noise += transmittance * (fine - coarse).abs();
                 value.rays += rays + coarse_rays;
             }
+        }
+        if let Some(first) = indirect.and_then(|indirect| indirect.first(grid, sensor)) {
+            replicas.iter_mut().zip(first.replicas).for_each(|(sum, lux)| *sum += lux);
+            value.fixed += first.error();
         }
         value.lux += replicas.iter().sum::<f64>() / REPLICATES as f64;
         if let Some(indirect) = indirect {
