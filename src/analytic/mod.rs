@@ -5,7 +5,7 @@ pub mod jenkins;
 pub mod patches;
 pub mod radiosity;
 
-use std::sync::atomic::AtomicBool;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use glam::DVec3;
 
@@ -50,8 +50,24 @@ pub struct Installation {
 
 /// A computation that gives its result at once.
 pub trait Solver: Send + Sync {
-    /// Computes on the current rayon pool; `None` when `cancel` was raised meanwhile.
+    /// Computes on the current rayon pool, until it is done or `cancel` is raised: then it ends soon and gives what it has
+    /// found by then, [`Ending::CutShort`]; `None` if that is nothing.
     fn solve(&self, cancel: &AtomicBool) -> Option<Solution>;
+}
+
+/// How a solver came to its end.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Ending {
+    /// It is as accurate as asked, or can do no more.
+    #[default]
+    Done,
+    /// It was told to end before, and refines no more.
+    CutShort,
+}
+
+/// True once a computation is to end.
+fn is_raised(cancel: &AtomicBool) -> bool {
+    cancel.load(Ordering::Relaxed)
 }
 
 /// Result of a solver.
@@ -65,6 +81,8 @@ pub struct Solution {
     pub balance: Balance,
     /// Number of rays that the rules of integration followed; zero for pure formulae.
     pub rays: u64,
+    /// How it came to its end.
+    pub ending: Ending,
 }
 
 /// Illuminance of one grid in lux, one value per sensor.

@@ -5,9 +5,12 @@
 //!
 //! Exact checks and the sources: docs/physics/rooms.md#diffuse-interreflection.
 
+use std::sync::atomic::AtomicBool;
+
 use glam::DVec3;
 use rayon::prelude::*;
 
+use super::is_raised;
 use super::patches::{Element, Mesh, Parts, Patch};
 
 /// Sweeps after which the solution is given up; with the balance of all light restored after every sweep, ten to forty do.
@@ -31,29 +34,36 @@ pub struct Radiosity {
     factors: Vec<f64>,
 }
 
-/// The exitance could not be found: a closed room that absorbs nothing, or next to nothing.
+/// Reasons why the interreflection of a room was not found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("the room absorbs nothing: its interreflection has no limit")]
-pub struct NoLimit;
+pub enum Unsolved {
+    /// A closed room absorbs nothing, or next to nothing.
+    #[error("the room absorbs nothing: its interreflection has no limit")]
+    NoLimit,
+    /// The computation was told to end.
+    #[error("the computation was cancelled")]
+    Cancelled,
+}
 
 impl Radiosity {
     /// `reflectance`: of each patch of `mesh`, 0..=1; 0 where a face is open.
-    pub fn new(mesh: Mesh, reflectance: Vec<f64>) -> Self {
+    pub fn new(mesh: Mesh, reflectance: Vec<f64>, cancel: &AtomicBool) -> Result<Self, Unsolved> {
         let row = |patch: &Patch| {
             let element = Element::on(patch, patch.centre());
-            mesh.patches.iter().map(|other| other.factor_from(element)).collect::<Vec<_>>()
+            let row = || mesh.patches.iter().map(|other| other.factor_from(element)).collect::<Vec<_>>();
+            unless(cancel).map(|()| row())
         };
-        let rows: Vec<Vec<f64>> = mesh.patches.par_iter().map(row).collect();
+        let rows: Vec<Vec<f64>> = mesh.patches.par_iter().map(row).collect::<Result<_, _>>()?;
         let mut radiosity = Self { factors: rows.concat(), mesh, reflectance };
-        radiosity.balance();
-        radiosity
+        radiosity.balance(cancel)?;
+        Ok(radiosity)
     }
 
     /// Makes the factors reciprocal, A_i F_ij = A_j F_ji, with rows that add up to one: no light is made or lost.
     ///
     /// From a point the factor differs from the mean over the patch; its symmetric part is nearer to the mean. Scaling
     /// rows and columns alike (Sinkhorn and Knopp 1967) restores the sums.
-    fn balance(&mut self) {
+    fn balance(&mut self, cancel: &AtomicBool) -> Result<(), Unsolved> {
         let areas: Vec<f64> = self.mesh.patches.iter().map(Patch::area).collect();
         let count = areas.len();
         for i in 0..count {
@@ -66,6 +76,7 @@ impl Radiosity {
         }
         let mut scale = vec![1.0; count];
         for _ in 0..BALANCINGS {
+            unless(cancel)?;
             let sums = self.seen(&scale);
             for i in 0..count {
                 scale[i] = (scale[i] * areas[i] / sums[i]).sqrt();
@@ -76,6 +87,7 @@ impl Radiosity {
             row.iter_mut().zip(&scale).for_each(|(factor, scale)| *factor *= scale / sum);
             debug_assert!((sum * scale[i] / areas[i] - 1.0).abs() < 1e-6);
         }
+        Ok(())
     }
 
     /// The patches that factors and exitances are numbered by.
@@ -93,15 +105,17 @@ impl Radiosity {
     /// ```
     /// use skyduct::analytic::patches::Mesh;
     /// use skyduct::analytic::radiosity::Radiosity;
+    /// use std::sync::atomic::AtomicBool;
     ///
+    /// let goes_on = AtomicBool::new(false);
     /// let mesh = Mesh::new(glam::DVec3::new(2.0, 3.0, 2.5), [2, 2, 2]);
     /// let patches = mesh.patches.len();
-    /// let room = Radiosity::new(mesh, vec![0.75; patches]);
-    /// let exitance = room.exitance(&vec![100.0; patches])?;
+    /// let room = Radiosity::new(mesh, vec![0.75; patches], &goes_on)?;
+    /// let exitance = room.exitance(&vec![100.0; patches], &goes_on)?;
     /// assert!(exitance.iter().all(|value| (value - 300.0).abs() < 1e-8));
-    /// # Ok::<(), skyduct::analytic::radiosity::NoLimit>(())
+    /// # Ok::<(), skyduct::analytic::radiosity::Unsolved>(())
     /// ```
-    pub fn exitance(&self, direct: &[f64]) -> Result<Vec<f64>, NoLimit> {
+    pub fn exitance(&self, direct: &[f64], cancel: &AtomicBool) -> Result<Vec<f64>, Unsolved> {
         let count = self.mesh.patches.len();
         let areas: Vec<f64> = self.mesh.patches.iter().map(Patch::area).collect();
         let residual_of = |values: &[f64], source: &[f64]| -> f64 {
@@ -114,11 +128,12 @@ impl Radiosity {
             return Ok(exitance);
         }
         if balance <= 1e-12 * areas.iter().sum::<f64>() {
-            return Err(NoLimit);
+            return Err(Unsolved::NoLimit);
         }
         for _ in 0..MOST_SWEEPS {
             let mut change = 0f64;
             for i in 0..count {
+                unless(cancel)?;
                 let value = self.reflectance[i] * (direct[i] + dot(self.row(i), &exitance));
                 change = change.max((value - exitance[i]).abs());
                 exitance[i] = value;
@@ -132,7 +147,7 @@ impl Radiosity {
                 return Ok(exitance);
             }
         }
-        Err(NoLimit)
+        Err(Unsolved::NoLimit)
     }
 
     /// Interreflected illuminance of a horizontal element that looks up, in lux.
@@ -179,6 +194,11 @@ impl Radiosity {
     }
 }
 
+/// Tells if a computation is to go on.
+fn unless(cancel: &AtomicBool) -> Result<(), Unsolved> {
+    if is_raised(cancel) { Err(Unsolved::Cancelled) } else { Ok(()) }
+}
+
 /// Scalar product in eight partial sums of fixed order, so that the compiler may use vectors.
 fn dot(a: &[f64], b: &[f64]) -> f64 {
     let mut sums = [0.0; 8];
@@ -221,15 +241,15 @@ impl Exitances {
 }
 
 impl Interreflection {
-    /// `reflectance`: of a patch; the mean over the patch where it varies.
-    pub fn new(size: DVec3, reflectance: impl Fn(&Patch) -> f64) -> Self {
+    /// `reflectance`: of a patch; the mean over the patch where it varies. `None` when `cancel` was raised meanwhile.
+    pub fn new(size: DVec3, reflectance: impl Fn(&Patch) -> f64, cancel: &AtomicBool) -> Option<Self> {
         let fine = Mesh::fine(size);
         let coarse = fine.coarse();
         let of = |mesh: Mesh| {
             let values = mesh.patches.iter().map(&reflectance).collect();
-            Radiosity::new(mesh, values)
+            Radiosity::new(mesh, values, cancel).ok()
         };
-        Self { fine: of(fine), coarse: of(coarse) }
+        Some(Self { fine: of(fine)?, coarse: of(coarse)? })
     }
 
     /// The mesh whose patches the direct illuminance is averaged over.
@@ -238,8 +258,8 @@ impl Interreflection {
     }
 
     /// Exitances on both meshes for direct illuminances averaged over the patches of [`Interreflection::mesh`], in lux.
-    pub fn exitances(&self, direct: &[f64]) -> Result<Exitances, NoLimit> {
-        let (fine, coarse) = (self.fine.exitance(direct)?, self.coarse_exitance(direct)?);
+    pub fn exitances(&self, direct: &[f64], cancel: &AtomicBool) -> Result<Exitances, Unsolved> {
+        let (fine, coarse) = (self.fine.exitance(direct, cancel)?, self.coarse_exitance(direct, cancel)?);
         let seen = self.mesh().merged(&self.fine.seen(&fine), self.coarse.mesh());
         let squares = self.coarse.seen(&coarse).into_iter().zip(&seen).map(|(coarse, fine)| {
             let mean = 0.5 * (coarse + fine);
@@ -253,7 +273,13 @@ impl Interreflection {
     /// patches.
     ///
     /// `means`: that part of the illuminance of the patches of [`Interreflection::mesh`], in lux; `at`: the same at a point.
-    pub fn add_details(&self, exitances: &mut Exitances, means: &[f64], at: impl Fn(Element) -> f64 + Sync) {
+    pub fn add_details(
+        &self,
+        exitances: &mut Exitances,
+        means: &[f64],
+        at: impl Fn(Element) -> f64 + Sync,
+        cancel: &AtomicBool,
+    ) {
         let mesh = self.mesh();
         let reflected = |lux: &[f64]| -> Vec<f64> {
             lux.iter().zip(&self.fine.reflectance).map(|(lux, reflectance)| lux * reflectance).collect()
@@ -261,7 +287,9 @@ impl Interreflection {
         let means = reflected(means);
         let part = |index: usize, k: usize| {
             let patch = &mesh.patches[index];
-            self.fine.reflectance[index] * at(Element::on(patch, patch.part(k).centre()))
+            // cancelled: the details are not looked at any more
+            let lux = if is_raised(cancel) { 0.0 } else { at(Element::on(patch, patch.part(k).centre())) };
+            self.fine.reflectance[index] * lux
         };
         let fine: Vec<Parts> = (0..means.len())
             .into_par_iter()
@@ -285,8 +313,8 @@ impl Interreflection {
     }
 
     /// Exitances on the coarse mesh alone, for the spread between replicates of the direct illuminance.
-    pub fn coarse_exitance(&self, direct: &[f64]) -> Result<Vec<f64>, NoLimit> {
-        self.coarse.exitance(&self.mesh().merged(direct, self.coarse.mesh()))
+    pub fn coarse_exitance(&self, direct: &[f64], cancel: &AtomicBool) -> Result<Vec<f64>, Unsolved> {
+        self.coarse.exitance(&self.mesh().merged(direct, self.coarse.mesh()), cancel)
     }
 
     /// Interreflected illuminance of a horizontal element that looks up, and the estimated error, in lux.

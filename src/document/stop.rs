@@ -19,7 +19,8 @@ pub struct StopDocument {
     pub confidence: f64,
     /// Passes after which the job ends, 1..1e9.
     pub max_passes: u64,
-    /// Render time in seconds; the pass that runs when they are used up is dropped. A service may allow less (one hour by default).
+    /// Render time in seconds; the pass that runs when they are used up is dropped, a method without passes gives what it has
+    /// reached by then. A service may allow less (one hour by default).
     pub max_seconds: f64,
 }
 

@@ -3,6 +3,7 @@
 use std::time::Instant;
 
 use super::cancel::{Stop, StopReason};
+use super::engine::Added;
 use super::prepare::Prepared;
 use super::progress::{PassReport, StoppedBy};
 use crate::estimate::Estimate;
@@ -88,8 +89,14 @@ impl Prepared {
         estimate.carried.clone_from(&before.carried);
         let mut ended = None;
         for pass in self.chunk(index).unwrap_or(0..0) {
-            if stop.reason().is_some() || !self.engine.add_pass(pass, &mut estimate, stop.flag()) {
+            let added = match stop.reason() {
+                None => self.engine.add_pass(pass, &mut estimate, stop.flag()),
+                Some(_) => Added::Nothing,
+            };
+            if added != Added::Pass {
                 ended = stop.reason();
+            }
+            if added == Added::Nothing || ended == Some(StopReason::Abandoned) {
                 break;
             }
             if let Some(place) = estimate.first_not_finite() {
@@ -98,7 +105,7 @@ impl Prepared {
             let seconds = seconds_before + start.elapsed().as_secs_f64();
             let report = self.report(&before.judged_with(&estimate), seconds);
             heard(&report, SoFar { earlier: before, chunk: Some(&estimate) });
-            if self.is_complete(report.passes) {
+            if ended.is_some() || self.is_complete(report.passes) {
                 break;
             }
         }
@@ -146,6 +153,73 @@ impl From<StopReason> for StoppedBy {
         match reason {
             StopReason::OutOfTime => Self::MaxSeconds,
             StopReason::Cancelled | StopReason::Abandoned => Self::Cancelled,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+    use std::sync::atomic::{AtomicBool, Ordering};
+
+    use super::*;
+    use crate::analytic::{Ending, GridSolution, Solution, Solver};
+    use crate::document::MeshSource;
+    use crate::geometry::TriangleMesh;
+    use crate::job::engine::Engine;
+    use crate::job::prepare::prepare;
+
+    struct NoMeshes;
+
+    impl MeshSource for NoMeshes {
+        fn load(&self, _: &str) -> Result<Arc<TriangleMesh>, String> {
+            Err("none".to_owned())
+        }
+    }
+
+    /// A solver whose job ends within it, for a reason, when it has found 7 lx +- 1.
+    struct EndsWithin(Stop, StopReason);
+
+    impl Solver for EndsWithin {
+        fn solve(&self, cancel: &AtomicBool) -> Option<Solution> {
+            self.0.raise(self.1);
+            assert!(cancel.load(Ordering::Relaxed));
+            let grid = GridSolution { illuminance: vec![7.0], error: vec![1.0] };
+            Some(Solution { grids: vec![grid], ending: Ending::CutShort, ..Solution::default() })
+        }
+    }
+
+    /// What a solver has found when its job ends counts, and the job ends by the reason it was given; who has lost the job
+    /// hears of nothing.
+    #[test]
+    fn a_solver_that_is_cut_short_gives_what_it_has() {
+        let ends = [
+            (StopReason::OutOfTime, StoppedBy::MaxSeconds, true),
+            (StopReason::Cancelled, StoppedBy::Cancelled, true),
+            (StopReason::Abandoned, StoppedBy::Cancelled, false),
+        ];
+        for (reason, stopped_by, is_heard) in ends {
+            let document = r#"{
+                "sky": { "cie_type": 5, "sun_position": { "altitude_deg": 40, "azimuth_deg": 200 } },
+                "room": { "size_m": [3, 3, 3] },
+                "tubes": [{ "centre_m": [1.5, 1.5], "diameter_m": 0.3, "reflectance": 0.98,
+                            "segments": [{ "length_m": 1 }], "collector": { "kind": "open" },
+                            "diffuser": { "kind": "lambertian", "transmittance": 0.6 } }],
+                "grids": [{ "name": "g", "height_m": 0.8, "cells": [1, 1] }],
+                "method": "holigilm"
+            }"#;
+            let stop = Stop::default();
+            let mut prepared = prepare(document.as_bytes(), &NoMeshes).unwrap();
+            prepared.engine = Engine::Solver(Box::new(EndsWithin(stop.clone(), reason)));
+            let mut heard = 0;
+            let rendered = prepared.render(&stop, &mut |_, _| heard += 1).unwrap();
+            assert_eq!((rendered.stopped_by, heard > 0), (stopped_by, is_heard), "{reason:?}");
+            if is_heard {
+                let grid = &rendered.estimate.grids[0];
+                assert_eq!(grid.illuminance_lux(0), 7.0);
+                assert!((grid.standard_error_lux(0) - 1.0).abs() < 1e-12);
+                assert_eq!(prepared.no_results(rendered.stopped_by, &rendered.estimate), None);
+            }
         }
     }
 }

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-use crate::analytic::Solver;
+use crate::analytic::{Ending, Solver};
 use crate::estimate::{Estimate, StopRule};
 use crate::integrator::Integrator;
 use crate::integrator::method::{Computation, Task};
@@ -25,6 +25,17 @@ pub(super) enum Engine {
         grids: Option<Box<dyn Integrator>>,
         views: Option<Box<dyn Integrator>>,
     },
+}
+
+/// What was added to an estimate.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Added {
+    /// One whole pass.
+    Pass,
+    /// What a solver had found when it was cancelled: it counts as a pass, and none follows.
+    CutShort,
+    /// Nothing: the pass was cancelled.
+    Nothing,
 }
 
 impl Engine {
@@ -74,8 +85,8 @@ impl Engine {
         }
     }
 
-    /// Adds pass `number` to an estimate of those before it; false when cancelled.
-    pub(super) fn add_pass(&self, number: u64, estimate: &mut Estimate, cancel: &AtomicBool) -> bool {
+    /// Adds pass `number` to an estimate of those before it.
+    pub(super) fn add_pass(&self, number: u64, estimate: &mut Estimate, cancel: &AtomicBool) -> Added {
         let run =
             |integrator: &dyn Integrator, estimate: &Estimate| integrator.pass_after(number, &estimate.carried, cancel);
         match self {
@@ -84,22 +95,25 @@ impl Engine {
                 estimate.push(Some(&dark), Some(&dark));
             }
             Self::Solver(solver) => {
-                let Some(solution) = solver.solve(cancel) else { return false };
+                let Some(solution) = solver.solve(cancel) else { return Added::Nothing };
                 estimate.push_solution(&solution);
+                if solution.ending == Ending::CutShort {
+                    return Added::CutShort;
+                }
             }
             Self::Shared(integrator) => {
-                let Some(pass) = run(integrator.as_ref(), estimate) else { return false };
+                let Some(pass) = run(integrator.as_ref(), estimate) else { return Added::Nothing };
                 estimate.push(Some(&pass), Some(&pass));
             }
             Self::Separate { grids, views } => {
                 let grid_pass = grids.as_ref().map(|integrator| run(integrator.as_ref(), estimate));
                 let view_pass = views.as_ref().map(|integrator| run(integrator.as_ref(), estimate));
                 if matches!(grid_pass, Some(None)) || matches!(view_pass, Some(None)) {
-                    return false;
+                    return Added::Nothing;
                 }
                 estimate.push(grid_pass.flatten().as_ref(), view_pass.flatten().as_ref());
             }
         }
-        true
+        Added::Pass
     }
 }

@@ -157,7 +157,11 @@ impl Prepared {
 
     /// Reason why the job is done after chunk `index` with everything merged into `merged`; `None` when it is not.
     pub fn stop_after(&self, index: u64, merged: &Estimate) -> Option<StoppedBy> {
-        if matches!(self.engine, Engine::Dark | Engine::Solver(_)) {
+        if matches!(self.engine, Engine::Solver(_)) {
+            // of a formula no error is known
+            let within = self.accuracy(merged).grids.is_none_or(|error| error <= self.stop.relative_error);
+            Some(if within { StoppedBy::Exact } else { StoppedBy::MaxPasses })
+        } else if self.is_dark() {
             Some(StoppedBy::Exact)
         } else if self.stop.accurate_enough(merged) {
             Some(StoppedBy::RelativeError)

@@ -3,17 +3,20 @@
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-/// Why a job ended.
+/// Why a job ended: it is as accurate as asked (`relative_error`); its passes or its seconds are used up (`max_passes`,
+/// `max_seconds`); one computation gave everything, as accurately as asked, or by a formula of which no error is known
+/// (`exact`); somebody cancelled it (`cancelled`). A method without passes that has done all it can and is less accurate
+/// than asked ends by `max_passes`, and tells its error.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum StoppedBy {
     /// Every output is as accurate as asked.
     RelativeError,
-    /// The document allows no more passes.
+    /// The document allows no more passes, or a method without passes can do no more.
     MaxPasses,
     /// The document or the service allows no more seconds.
     MaxSeconds,
-    /// A deterministic method has solved it.
+    /// One computation gave everything, within the error asked for, or by a formula of which no error is known.
     Exact,
     /// Somebody cancelled it; passes that were done count.
     Cancelled,

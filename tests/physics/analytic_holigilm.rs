@@ -1,14 +1,14 @@
 //! The deterministic solver against closed forms and independent references.
 
 use std::f64::consts::PI;
-use std::sync::atomic::AtomicBool;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use crate::reference::{json, number, rows};
 use crate::scenes::{RADIUS, SIDE, cube, daylight, kernel, lambertian, straight};
 use glam::{DVec2, DVec3};
 use skyduct::analytic::holigilm::Holigilm;
 use skyduct::analytic::holigilm::aperture::illuminance_above;
-use skyduct::analytic::{Solution, Solver};
+use skyduct::analytic::{Ending, Solution, Solver};
 use skyduct::geometry::disc::disc_irradiance;
 use skyduct::guide::{Guide, StraightGuide};
 use skyduct::integrator::deterministic::installation;
@@ -132,4 +132,31 @@ fn a_cancelled_computation_gives_nothing() {
     let scene = cube(0.2, 0.5, 0.7, vec![tube], daylight(12, 5000.0, 35.0, 225.0), EstimateKind::Point);
     let method = Holigilm::new(installation(&kernel(&scene), &scene.grids), 0.01, 0);
     assert!(method.solve(&AtomicBool::new(true)).is_none());
+}
+
+/// A flag that is raised within a level gives the level before, bit by bit with its error, and says so; the error is larger
+/// than asked.
+#[test]
+fn levels_that_were_done_count() {
+    let tube = straight(0.6, 0.97, Diffuser::Clear { transmittance: [0.9; 3] });
+    let mut scene = cube(0.2, 0.5, 0.7, vec![tube], daylight(12, 5000.0, 35.0, 225.0), EstimateKind::Point);
+    scene.grids = vec![Grid::new("plane".into(), 0.8, [2, 2], 0.1, [SIDE, SIDE], EstimateKind::Point)];
+    // without the error of patches every level is better than the one before
+    let mut room = installation(&kernel(&scene), &scene.grids);
+    room.interreflection = false;
+    let method = Holigilm::new(room, 1e-9, 0);
+    let cancel = AtomicBool::new(false);
+    let mut levels = Vec::new();
+    let cut_short = method.refine(&cancel, &mut |level| {
+        levels.push(level.clone());
+        cancel.store(levels.len() == 2, Ordering::Relaxed);
+    });
+    let cut_short = cut_short.unwrap();
+    assert_eq!((levels.len(), cut_short.ending), (2, Ending::CutShort));
+    let values = |solution: &Solution| solution.grids[0].illuminance.clone();
+    let errors = |solution: &Solution| solution.grids[0].error.clone();
+    assert_eq!((values(&cut_short), errors(&cut_short)), (values(&levels[1]), errors(&levels[1])));
+    assert_ne!(values(&levels[0]), values(&levels[1]));
+    assert!(values(&cut_short).iter().zip(errors(&cut_short)).all(|(value, error)| error > 1e-9 * value));
+    assert_eq!(cut_short.rays, levels[1].rays);
 }

@@ -10,6 +10,7 @@ use skyduct::document::{JobDocument, MethodDocument, WarningCode, to_scene};
 use skyduct::estimate::Estimate;
 use skyduct::guide::transmittance::sky_exitance;
 use skyduct::integrator::method::RefusalCode;
+use skyduct::job::cancel::Stop;
 use skyduct::job::prepare::{Prepared, prepare_document};
 use skyduct::job::progress::StoppedBy;
 use skyduct::plan::Methods;
@@ -196,4 +197,58 @@ fn what_cannot_be_done_is_refused() {
     }
     let document = with("holigilm_thesis.json", &|d| d["method"] = json!({ "kind": "holigilm", "alpha": 0.5 }));
     assert!(faulty(&document).starts_with("/method"));
+}
+
+/// A room of 3 x 3 m below one wide tube that scatters all light.
+fn wide(tube: Value, height: f64, grid: Value, stop: Value) -> Value {
+    json!({
+        "sky": { "cie_type": 12, "sun_position": { "altitude_deg": 40, "azimuth_deg": 200 } },
+        "room": { "size_m": [3, 3, height] },
+        "tubes": [tube],
+        "grids": [grid],
+        "stop": stop,
+        "method": "holigilm"
+    })
+}
+
+fn wide_tube(diameter_m: f64) -> Value {
+    json!({
+        "centre_m": [1.5, 1.5],
+        "diameter_m": diameter_m,
+        "reflectance": 0.98,
+        "segments": [{ "length_m": 1 }],
+        "collector": { "kind": "open" },
+        "diffuser": { "kind": "lambertian", "transmittance": 0.6 }
+    })
+}
+
+/// Seconds end a solver within its first level: by a flag that is looked at within a sensor, before which this took minutes.
+/// There is no result then, and the job says which limit to raise.
+#[test]
+fn seconds_end_a_solver() {
+    let cells = json!({ "name": "g", "height_m": 2.95, "cells": [21, 21], "estimate": "cell_average" });
+    let points = json!({ "name": "g", "height_m": 0.8, "cells": [300, 300], "estimate": "point" });
+    for grid in [cells, points] {
+        let document = wide(wide_tube(1.0), 3.0, grid, json!({ "max_seconds": 0.3 }));
+        let prepared = prepared(&document);
+        let rendered = prepared.render(&Stop::default(), &mut |_, _| panic!("a pass is done")).unwrap();
+        assert_eq!((rendered.stopped_by, rendered.estimate.passes), (StoppedBy::MaxSeconds, 0));
+        let reason = prepared.no_results(rendered.stopped_by, &rendered.estimate).unwrap();
+        assert!(reason.starts_with("/stop/max_seconds"), "{reason}");
+    }
+}
+
+/// A solver that has done all it can and is less accurate than asked is not exact: a tube of 2 m in a room of 0.3 m.
+#[test]
+fn a_missed_target_is_not_exact() {
+    let grid = json!({ "name": "g", "height_m": 0.1, "cells": [3, 3], "estimate": "point" });
+    for (asked, stopped_by) in [(0.001, StoppedBy::MaxPasses), (0.9, StoppedBy::Exact)] {
+        let document = wide(wide_tube(2.0), 0.3, grid.clone(), json!({ "relative_error": asked }));
+        let prepared = prepared(&document);
+        let rendered = prepared.render(&Stop::default(), &mut |_, _| {}).unwrap();
+        let reached = prepared.accuracy(&rendered.estimate).grids.unwrap();
+        println!("asked {asked}, reached {reached}");
+        assert_eq!(rendered.stopped_by, stopped_by);
+        assert_eq!(reached <= asked, stopped_by == StoppedBy::Exact);
+    }
 }

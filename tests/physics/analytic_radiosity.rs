@@ -1,15 +1,17 @@
 //! The interreflection of a box room against `room_radiosity.csv`.
 
 use std::f64::consts::PI;
+use std::sync::atomic::AtomicBool;
 
 use crate::reference::{number, rows};
 use glam::DVec3;
 use skyduct::analytic::patches::Patch;
-use skyduct::analytic::radiosity::Interreflection;
+use skyduct::analytic::radiosity::{Interreflection, Unsolved};
 use skyduct::geometry::disc::{disc_irradiance, disc_polygon_area};
 
 const SIDE: f64 = 2.032;
 const RADIUS: f64 = 0.127;
+static GOES_ON: AtomicBool = AtomicBool::new(false);
 
 /// Exitance of the disc of 1000 lm.
 fn exitance() -> f64 {
@@ -68,7 +70,7 @@ fn reference_rooms() {
     for name in names {
         let [floor, ceiling, walls, disc] = case(name);
         let centre = DVec3::new(0.5 * SIDE, 0.5 * SIDE, SIDE);
-        let room = Interreflection::new(DVec3::splat(SIDE), |patch| {
+        let reflectance = |patch: &Patch| {
             let corners = [(0, 0), (1, 0), (1, 1), (0, 1)].map(|(i, j)| {
                 let pick = |k: usize, high: i32| if high == 1 { patch.high[k] } else { patch.low[k] };
                 glam::DVec2::new(pick(0, i), pick(1, j))
@@ -81,9 +83,10 @@ fn reference_rooms() {
                 }
                 _ => walls,
             }
-        });
+        };
+        let room = Interreflection::new(DVec3::splat(SIDE), reflectance, &GOES_ON).unwrap();
         let on_patches: Vec<f64> = room.mesh().patches.iter().map(direct_mean).collect();
-        let exitances = room.exitances(&on_patches).unwrap();
+        let exitances = room.exitances(&on_patches, &GOES_ON).unwrap();
         let (mut worst, mut largest, mut least_margin) = (0f64, 0f64, f64::INFINITY);
         for row in table.iter().filter(|row| row[0] == name) {
             let point = DVec3::new(number(&row[3]) + 0.5 * SIDE, number(&row[4]) + 0.5 * SIDE, 0.0);
@@ -109,15 +112,16 @@ fn reference_rooms() {
 #[test]
 fn white_furnace() {
     for rho in [0.5, 0.9, 0.999, 0.999_99] {
-        let room = Interreflection::new(DVec3::new(2.0, 3.0, 2.5), |_| rho);
+        let room = Interreflection::new(DVec3::new(2.0, 3.0, 2.5), |_| rho, &GOES_ON).unwrap();
         let patches = &room.mesh().patches;
         let direct: Vec<f64> = patches.iter().map(|patch| if patch.face == 4 { 100.0 } else { 0.0 }).collect();
-        let exitances = room.exitances(&direct).unwrap();
+        let exitances = room.exitances(&direct, &GOES_ON).unwrap();
         let area: f64 = patches.iter().map(Patch::area).sum();
         let flux: f64 = patches.iter().zip(&exitances.fine).map(|(patch, m)| patch.area() * m).sum::<f64>() / rho;
         let exact = 100.0 * 6.0 / (1.0 - rho);
         assert!((flux / exact - 1.0).abs() < 1e-6, "{rho}: {flux} of {exact} in {area} m2");
     }
-    let mirror = Interreflection::new(DVec3::ONE, |_| 1.0);
-    assert!(mirror.exitances(&vec![1.0; mirror.mesh().patches.len()]).is_err());
+    let mirror = Interreflection::new(DVec3::ONE, |_| 1.0, &GOES_ON).unwrap();
+    let no_limit = mirror.exitances(&vec![1.0; mirror.mesh().patches.len()], &GOES_ON);
+    assert_eq!(no_limit.unwrap_err(), Unsolved::NoLimit);
 }

@@ -1,12 +1,14 @@
 //! Light of sky and sun followed down through one tube to its opening and, where the closure is clear, into the room.
 
+use std::sync::atomic::AtomicBool;
+
 use glam::DVec3;
 
 use super::coefficients::reflectance;
 use super::landing::Landed;
 use super::profile::{Cells, RINGS, SECTORS};
 use crate::analytic::patches::Mesh;
-use crate::analytic::{Installation, Tube};
+use crate::analytic::{Installation, Tube, is_raised};
 use crate::guide::transmittance::zastrow_wittwer_transmission;
 use crate::guide::{End, Guide, Transit};
 use crate::optics::Closure;
@@ -22,6 +24,19 @@ pub enum Source<'a> {
     Sky(&'a Sky, &'a SkySampler),
     Sun(&'a Sun),
 }
+
+/// What the light of one tube passes.
+#[derive(Clone, Copy)]
+pub struct Way<'a> {
+    pub room: &'a Installation,
+    pub mesh: &'a Mesh,
+    pub tube: &'a Tube,
+    /// Raised when the light is not wanted any more.
+    pub cancel: &'a AtomicBool,
+}
+
+/// Rays that are followed without a look at [`Way::cancel`]: a few milliseconds.
+pub const RAYS_AT_ONCE: u64 = 1 << 12;
 
 /// Light of one source through one tube, in lm, by the places where it ends.
 #[derive(Clone, Debug)]
@@ -84,8 +99,9 @@ pub fn sky_sampler(sky: &Sky, tube: &Tube) -> Option<SkySampler> {
     })
 }
 
-/// Follows `count` rays of one replicate.
-pub fn follow(room: &Installation, mesh: &Mesh, tube: &Tube, source: Source, stream: Key, count: u64) -> Beam {
+/// Follows `count` rays of one replicate; fewer when cancelled.
+pub fn follow(way: &Way, source: Source, stream: Key, count: u64) -> Beam {
+    let Way { room, mesh, tube, cancel } = *way;
     let cells = lambertian_cells(tube);
     let averages = |kind: EstimateKind, len: usize| if kind == EstimateKind::CellAverage { len } else { 0 };
     let mut beam = Beam {
@@ -101,6 +117,9 @@ pub fn follow(room: &Installation, mesh: &Mesh, tube: &Tube, source: Source, str
     };
     let mut random = PathRandom::new(stream);
     for number in 0..count {
+        if number % RAYS_AT_ONCE == 0 && is_raised(cancel) {
+            break;
+        }
         let (replicate, index) = Replicate::of(stream, number);
         let [u, v, s, t] = replicate.point(index, 0);
         let (toward, luminance_per_density) = match source {

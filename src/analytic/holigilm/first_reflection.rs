@@ -12,12 +12,14 @@
 
 use std::f64::consts::{FRAC_1_PI, SQRT_2};
 use std::ops::Range;
+use std::sync::atomic::AtomicBool;
 
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
 use super::landing::{HALVINGS, Landed, axes};
 use super::levels::REPLICATES;
+use crate::analytic::is_raised;
 use crate::analytic::patches::{Element, Mesh, Patch};
 use crate::scene::{EstimateKind, Face, Grid};
 
@@ -139,9 +141,13 @@ impl FirstReflection {
         sum
     }
 
-    /// Illuminance of every patch.
-    pub fn on_patches(&self, mesh: &Mesh) -> Vec<Reflected> {
-        mesh.patches.par_iter().map(|patch| self.at(&Receiver::Area(*patch))).collect()
+    /// Illuminance of every patch; meaningless when cancelled.
+    pub fn on_patches(&self, mesh: &Mesh, cancel: &AtomicBool) -> Vec<Reflected> {
+        let at = |patch: &Patch| match is_raised(cancel) {
+            true => Reflected::default(),
+            false => self.at(&Receiver::Area(*patch)),
+        };
+        mesh.patches.par_iter().map(at).collect()
     }
 }
 
@@ -428,7 +434,7 @@ mod tests {
             (Face::Floor, DVec3::new(1.99, 2.3, 0.0)),
         ];
         let beams = FirstReflection::new(&landed(&mesh, &places), &mesh, [Some(0.5); 6]);
-        let on_patches = beams.on_patches(&mesh);
+        let on_patches = beams.on_patches(&mesh, &AtomicBool::new(false));
         let sum: f64 = on_patches.iter().zip(&mesh.patches).map(|(found, patch)| found.lux() * patch.area()).sum();
         assert!((sum / 1.5 - 1.0).abs() < 2e-3, "{sum}");
     }

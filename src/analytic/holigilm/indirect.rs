@@ -1,6 +1,7 @@
 //! The room's interreflection, and where its light ends.
 
 use std::borrow::Cow;
+use std::sync::atomic::AtomicBool;
 
 use glam::DVec2;
 
@@ -9,7 +10,7 @@ use super::first_reflection::{FirstReflection, Receiver, Reflected};
 use super::light::{PatchLight, TubeLight, mean};
 use super::quadrature::{cell_mean, centre, gauss};
 use crate::analytic::patches::{Element, Mesh, Patch};
-use crate::analytic::radiosity::{Exitances, Interreflection};
+use crate::analytic::radiosity::{Exitances, Interreflection, Unsolved};
 use crate::analytic::{Balance, Installation, Tube};
 use crate::geometry::disc::disc_polygon_area;
 use crate::scene::{EstimateKind, Face, Grid};
@@ -27,9 +28,16 @@ pub struct Indirect<'a> {
 
 impl<'a> Indirect<'a> {
     /// Starts from the light on the patches, and for sunbeams from their first reflection.
-    pub fn new(room: &'a Interreflection, direct: &PatchLight, beams: Option<FirstReflection>) -> Self {
+    ///
+    /// `None` when cancelled.
+    pub fn new(
+        room: &'a Interreflection,
+        direct: &PatchLight,
+        beams: Option<FirstReflection>,
+        cancel: &AtomicBool,
+    ) -> Option<Self> {
         let beams = beams.map(|beams| {
-            let on_patches = beams.on_patches(room.mesh());
+            let on_patches = beams.on_patches(room.mesh(), cancel);
             (beams, on_patches)
         });
         let mut replicas = Cow::Borrowed(&direct.replicas);
@@ -38,16 +46,20 @@ impl<'a> Indirect<'a> {
                 values.iter_mut().zip(on_patches).for_each(|(lux, beams)| *lux += beams.replicas[number]);
             }
         }
-        // rooms without limit are refused before; should one slip through, the result is not finite and the job fails
-        let mut exitances = room.exitances(&mean(&replicas)).unwrap_or_else(|_| Exitances::unknown(room.mesh()));
+        let mut exitances = match room.exitances(&mean(&replicas), cancel) {
+            Ok(exitances) => exitances,
+            Err(Unsolved::Cancelled) => return None,
+            // rooms without limit are refused before; should one slip through, the result is not finite and the job fails
+            Err(Unsolved::NoLimit) => Exitances::unknown(room.mesh()),
+        };
         if let Some((beams, on_patches)) = &beams {
             let means: Vec<f64> = on_patches.iter().map(Reflected::lux).collect();
             let at = |element: Element| beams.at(&Receiver::Point(element)).lux();
-            room.add_details(&mut exitances, &means, at);
+            room.add_details(&mut exitances, &means, at, cancel);
         }
         let varying: &[Vec<f64>] = if direct.varies { &replicas } else { &[] };
-        let coarse = varying.iter().filter_map(|values| room.coarse_exitance(values).ok()).collect();
-        Self { room, exitances, coarse, closure: direct.closure, beams }
+        let coarse = varying.iter().filter_map(|values| room.coarse_exitance(values, cancel).ok()).collect();
+        Some(Self { room, exitances, coarse, closure: direct.closure, beams })
     }
 
     /// First reflection of sunbeams at a point or averaged over a cell.
@@ -86,15 +98,16 @@ impl<'a> Indirect<'a> {
     }
 }
 
-/// The room with the openings in its ceiling.
-pub fn room(installation: &Installation, lights: &[TubeLight]) -> Interreflection {
+/// The room with the openings in its ceiling; `None` when cancelled.
+pub fn room(installation: &Installation, lights: &[TubeLight], cancel: &AtomicBool) -> Option<Interreflection> {
     let underside = |(tube, light): (&Tube, &TubeLight)| underside(tube, light.returned);
     let openings: Vec<f64> = installation.tubes.iter().zip(lights).map(underside).collect();
-    Interreflection::new(installation.size, |patch| {
+    let reflectance = |patch: &Patch| {
         let face = installation.reflectance[patch.face].unwrap_or(0.0);
         let shares = installation.tubes.iter().zip(&openings).map(|(tube, opening)| (share(patch, tube), opening));
         shares.fold(face, |sum, (share, opening)| sum + share * (opening - face))
-    })
+    };
+    Interreflection::new(installation.size, reflectance, cancel)
 }
 
 /// Reflectance of an opening seen from the room, its zones weighted by their areas.

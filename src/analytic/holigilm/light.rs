@@ -1,19 +1,19 @@
 //! The light that comes out of the tubes, in independent randomisations.
 
 use std::f64::consts::PI;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::AtomicBool;
 
 use rayon::prelude::*;
 
 use super::aperture::{luminance_from, sun_nodes};
-use super::beam::{Beam, Source, follow, lambertian_cells, sky_sampler};
+use super::beam::{Beam, RAYS_AT_ONCE, Source, Way, follow, lambertian_cells, sky_sampler};
 use super::coefficients::{lambertian_coefficients, reflectance};
 use super::landing::Landed;
 use super::levels::{FIRST_RAYS, REPLICATES};
 use super::profile::{Cells, Profile, RINGS, SECTORS};
 use super::quadrature::{gauss, patch_mean};
 use crate::analytic::patches::{Mesh, Patch};
-use crate::analytic::{Balance, Installation, Quantity, Tube, TubeSolution};
+use crate::analytic::{Balance, Installation, Quantity, Tube, TubeSolution, is_raised};
 use crate::guide::transmittance::{beam_transmission, sky_exitance};
 use crate::guide::{End, Guide, Transit};
 use crate::optics::Closure;
@@ -151,14 +151,17 @@ fn returned(tube: &Tube) -> f64 {
 }
 
 /// Luminances that arrive on the upper side of the cells from the sky, added up over `count` rays: the profile's shape.
-fn sky_shape(tube: &Tube, sky: &Sky, cells: Cells, stream: Key, count: u64) -> Vec<f64> {
+fn sky_shape(way: &Way, sky: &Sky, cells: Cells, stream: Key, count: u64) -> Vec<f64> {
     let mut shape = vec![0.0; RINGS * SECTORS];
     let mut random = PathRandom::new(stream);
     for number in 0..count {
+        if number % RAYS_AT_ONCE == 0 && is_raised(way.cancel) {
+            break;
+        }
         let (replicate, index) = Replicate::of(stream, number);
         let [u, v, s, t] = replicate.point(index, 0);
         let point = warp::annulus([u, v], cells.inner, cells.outer);
-        shape[cells.at(point)] += luminance_from(&tube.guide, sky, point, [s, t], &mut random);
+        shape[cells.at(point)] += luminance_from(&way.tube.guide, sky, point, [s, t], &mut random);
     }
     shape
 }
@@ -186,8 +189,8 @@ impl Light {
         let tubes = room.tubes.len();
         let of_tube = |tube: usize, replicate: u64| {
             let stream = seed.stream(Stream::TubeLight, tube as u64).child(replicate);
-            (!cancel.load(Ordering::Relaxed))
-                .then(|| Replica::new(room, mesh, &room.tubes[tube], &lights[tube], stream, count))
+            let way = Way { room, mesh, tube: &room.tubes[tube], cancel };
+            (!is_raised(cancel)).then(|| Replica::new(&way, &lights[tube], stream, count))
         };
         let mut replicas: Vec<Vec<Replica>> = Vec::with_capacity(tubes);
         let mut landed = Vec::new();
@@ -241,8 +244,8 @@ impl Light {
         sum
     }
 
-    /// Direct illuminance averaged over the patches.
-    pub fn on_patches(&self, tubes: &[Tube], mesh: &Mesh) -> PatchLight {
+    /// Direct illuminance averaged over the patches; meaningless when cancelled.
+    pub fn on_patches(&self, tubes: &[Tube], mesh: &Mesh, cancel: &AtomicBool) -> PatchLight {
         let rule = gauss(3);
         let (mut missed, mut total) = (0.0, 0.0);
         // of each Lambertian zone, for 1 lm: from the mean profile
@@ -253,7 +256,7 @@ impl Light {
                 continue;
             };
             let mean = |patch: &Patch| {
-                if patch.face == crate::scene::Face::Ceiling as usize {
+                if patch.face == crate::scene::Face::Ceiling as usize || is_raised(cancel) {
                     return 0.0;
                 }
                 patch_mean(patch, &rule, |point, normal| {
@@ -298,7 +301,8 @@ impl Light {
 }
 
 impl Replica {
-    fn new(room: &Installation, mesh: &Mesh, tube: &Tube, light: &TubeLight, stream: Key, count: u64) -> Self {
+    fn new(way: &Way, light: &TubeLight, stream: Key, count: u64) -> Self {
+        let Way { room, mesh, tube, .. } = *way;
         let cells = lambertian_cells(tube);
         let mut flux = vec![0.0; if cells.is_some() { RINGS * SECTORS } else { 0 }];
         let mut replica = Self {
@@ -320,13 +324,12 @@ impl Replica {
                     through.at_diffuser
                 }
                 through => {
-                    let beam =
-                        follow(room, mesh, tube, Source::Sky(sky, sampler), stream.stream(Stream::SkyBeam, 0), count);
+                    let beam = follow(way, Source::Sky(sky, sampler), stream.stream(Stream::SkyBeam, 0), count);
                     replica.add(tube, beam, through, count)
                 }
             };
             if let Some(cells) = cells {
-                let shape = sky_shape(tube, sky, cells, stream.stream(Stream::SkyProfile, 0), count);
+                let shape = sky_shape(way, sky, cells, stream.stream(Stream::SkyProfile, 0), count);
                 replica.rays += count;
                 let sum: f64 = shape.iter().sum();
                 if sum > 0.0 {
@@ -335,7 +338,7 @@ impl Replica {
             }
         }
         if let Some(sun) = &room.sun {
-            let mut beam = follow(room, mesh, tube, Source::Sun(sun), stream.stream(Stream::SunBeam, 0), count);
+            let mut beam = follow(way, Source::Sun(sun), stream.stream(Stream::SunBeam, 0), count);
             let on_cells = std::mem::take(&mut beam.cells);
             let arrived: f64 = on_cells.iter().sum();
             beam.cells = vec![arrived];

@@ -23,7 +23,7 @@ mod light;
 mod profile;
 mod quadrature;
 
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::AtomicBool;
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -38,7 +38,7 @@ use self::profile::Profile;
 use self::quadrature::{cell_mean, centre, gauss};
 use super::patches::Mesh;
 use super::radiosity::Interreflection;
-use super::{GridSolution, Installation, Solution, Solver, Tube};
+use super::{Ending, GridSolution, Installation, Solution, Solver, Tube, is_raised};
 use crate::guide::Guide;
 use crate::sampling::{Key, Stream};
 use crate::scene::{EstimateKind, Grid};
@@ -86,13 +86,49 @@ impl Holigilm {
         Self { room, lights, target, seed: Key::new(seed) }
     }
 
+    /// Computes level after level, until one is as accurate as asked, none would be better, or `cancel` is raised.
+    ///
+    /// `after_level` hears of every level that is done. When `cancel` is raised within a level, the one before it is the
+    /// result; `None` when there is none.
+    pub fn refine(&self, cancel: &AtomicBool, after_level: &mut dyn FnMut(&Solution)) -> Option<Solution> {
+        let reflects = self.room.reflectance.iter().flatten().any(|reflectance| *reflectance > 0.0);
+        let room = match self.room.interreflection && reflects {
+            true => Some(indirect::room(&self.room, &self.lights, cancel)?),
+            false => None,
+        };
+        let mesh = Mesh::fine(self.room.size);
+        let mut done: Option<Solution> = None;
+        let mut level = 0;
+        let mut rays = 0;
+        loop {
+            let room = room.as_ref().ok_or(&mesh);
+            let Some(Level { mut solution, noise, fixed }) = self.at_level(level, room, cancel) else {
+                return done.map(|solution| Solution { ending: Ending::CutShort, ..solution });
+            };
+            let rays_of_level = solution.rays;
+            rays += rays_of_level;
+            solution.rays = rays;
+            after_level(&solution);
+            level += 1;
+            let accurate = noise.hypot(fixed) <= self.target || noise * FIXED_SHARE <= fixed;
+            if accurate || level == LEVELS || 4 * rays_of_level > MOST_RAYS {
+                return Some(solution);
+            }
+            done = Some(solution);
+        }
+    }
+
+    /// Computes one level; `None` when cancelled.
     fn at_level(&self, level: u32, room: Result<&Interreflection, &Mesh>, cancel: &AtomicBool) -> Option<Level> {
         let mesh = room.map_or_else(|mesh| mesh, Interreflection::mesh);
         let light = Light::new(&self.room, &self.lights, self.seed, level, mesh, cancel)?;
-        let direct = light.on_patches(&self.room.tubes, mesh);
+        let direct = light.on_patches(&self.room.tubes, mesh, cancel);
         let beams =
             (!light.landed.is_empty()).then(|| FirstReflection::new(&light.landed, mesh, self.room.reflectance));
-        let indirect = room.ok().map(|room| Indirect::new(room, &direct, beams));
+        let indirect = match room {
+            Ok(room) => Some(Indirect::new(room, &direct, beams, cancel)?),
+            Err(_) => None,
+        };
         let mut balance = light.balance();
         indirect::book(&self.room, mesh, &direct.mean(), indirect.as_ref(), &mut balance);
         let mut rays = light.rays();
@@ -101,13 +137,16 @@ impl Holigilm {
             let values: Option<Vec<Value>> = (0..grid.len())
                 .into_par_iter()
                 .map(|sensor| {
-                    (!cancel.load(Ordering::Relaxed))
-                        .then(|| self.sensor(level, number, sensor, &light, indirect.as_ref()))
+                    (!is_raised(cancel)).then(|| self.sensor(level, number, sensor, &light, indirect.as_ref(), cancel))
                 })
                 .collect();
             let values = values?;
             rays += values.iter().map(|value| value.rays).sum::<u64>();
             grids.push(values);
+        }
+        // parts that were cut short are in the values
+        if is_raised(cancel) {
+            return None;
         }
         let worst = |part: fn(&Value) -> f64| grids.iter().map(|grid| relative_error(grid, part)).fold(0.0, f64::max);
         let (noise, fixed) = (worst(|value| value.noise), worst(|value| value.fixed));
@@ -116,25 +155,36 @@ impl Holigilm {
             error: grid.iter().map(|value| value.noise.hypot(value.fixed)).collect(),
         };
         let grids = grids.iter().map(solution_of).collect();
-        Some(Level { solution: Solution { grids, tubes: light.tubes(), balance, rays }, noise, fixed })
+        let solution = Solution { grids, tubes: light.tubes(), balance, rays, ending: Ending::Done };
+        Some(Level { solution, noise, fixed })
     }
 
-    fn sensor(&self, level: u32, number: usize, sensor: usize, light: &Light, indirect: Option<&Indirect>) -> Value {
+    /// Light at one sensor of a grid; meaningless when cancelled.
+    fn sensor(
+        &self,
+        level: u32,
+        number: usize,
+        sensor: usize,
+        light: &Light,
+        indirect: Option<&Indirect>,
+        cancel: &AtomicBool,
+    ) -> Value {
         let grid = &self.room.grids[number];
         let average = grid.estimate == EstimateKind::CellAverage;
         let stream = self.seed.stream(Stream::SkyThroughApertures, 0).child(number as u64).child(sensor as u64);
         let mut replicas = vec![0.0; REPLICATES as usize];
         let mut value = Value::default();
-        for (index, tube) in self.room.tubes.iter().enumerate() {
+        for (index, tube) in self.room.tubes.iter().enumerate().take_while(|_| !is_raised(cancel)) {
             if let Some(mean) = &light.profiles[index] {
+                let at = |profile: &Profile, fewer| lambertian(tube, profile, grid, sensor, fewer, cancel);
                 for (sum, replica) in replicas.iter_mut().zip(&light.replicas[index]) {
                     let profile = replica.profile.as_ref().unwrap_or(mean);
-                    *sum += lambertian(tube, profile, grid, sensor, 0);
+                    *sum += at(profile, 0);
                 }
-                let fine = lambertian(tube, mean, grid, sensor, 0);
-                value.fixed += (fine - lambertian(tube, &mean.coarse(), grid, sensor, 0)).abs();
+                let fine = at(mean, 0);
+                value.fixed += (fine - at(&mean.coarse(), 0)).abs();
                 if average {
-                    value.fixed += (fine - lambertian(tube, mean, grid, sensor, 1)).abs();
+                    value.fixed += (fine - at(mean, 1)).abs();
                 }
             }
             let Some(zone) = tube.diffuser.specular_zone(tube.radius) else { continue };
@@ -148,7 +198,7 @@ impl Holigilm {
             let transmittance = clear_transmittance(&tube.diffuser);
             if let Some(sky) = &self.room.sky {
                 let count = FIRST_SENSOR_RAYS << (2 * level);
-                for (replicate, sum) in replicas.iter_mut().enumerate() {
+                for (replicate, sum) in replicas.iter_mut().enumerate().take_while(|_| !is_raised(cancel)) {
                     let stream = stream.child(index as u64).child(replicate as u64);
                     *sum += transmittance * aperture.sky(sky, stream, count);
                 }
@@ -183,21 +233,7 @@ impl Holigilm {
 
 impl Solver for Holigilm {
     fn solve(&self, cancel: &AtomicBool) -> Option<Solution> {
-        let reflects = self.room.reflectance.iter().flatten().any(|reflectance| *reflectance > 0.0);
-        let room = (self.room.interreflection && reflects).then(|| indirect::room(&self.room, &self.lights));
-        let mesh = Mesh::fine(self.room.size);
-        let mut level = 0;
-        let mut rays = 0;
-        loop {
-            let Level { mut solution, noise, fixed } = self.at_level(level, room.as_ref().ok_or(&mesh), cancel)?;
-            rays += solution.rays;
-            level += 1;
-            let accurate = noise.hypot(fixed) <= self.target || noise * FIXED_SHARE <= fixed;
-            if accurate || level == LEVELS || 4 * solution.rays > MOST_RAYS {
-                solution.rays = rays;
-                return Some(solution);
-            }
-        }
+        self.refine(cancel, &mut |_| {})
     }
 }
 
@@ -212,10 +248,15 @@ fn relative_error(values: &[Value], part: fn(&Value) -> f64) -> f64 {
 }
 
 /// Light of a Lambertian zone at a point, or averaged over a cell by Gauss' rule; `fewer` points per edge than usual.
-fn lambertian(tube: &Tube, profile: &Profile, grid: &Grid, sensor: usize, fewer: usize) -> f64 {
+/// Meaningless when cancelled.
+fn lambertian(tube: &Tube, profile: &Profile, grid: &Grid, sensor: usize, fewer: usize, cancel: &AtomicBool) -> f64 {
     let centre = centre(grid, sensor);
     let depth = tube.origin.z - centre.z;
-    let at = |point: DVec3| profile.illuminance((point - tube.origin).truncate(), depth, DVec3::Z);
+    // one point of a cell just below a wide opening takes a millisecond
+    let at = |point: DVec3| match is_raised(cancel) {
+        true => 0.0,
+        false => profile.illuminance((point - tube.origin).truncate(), depth, DVec3::Z),
+    };
     if grid.estimate == EstimateKind::Point {
         return at(centre);
     }
