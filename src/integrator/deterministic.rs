@@ -44,7 +44,7 @@ pub(super) fn refuses(task: &Task) -> Option<Refusal> {
         (RefusalCode::Objects, "objects in the room")
     } else if !traceable.luminaires.is_empty() {
         (RefusalCode::Luminaires, "luminaires")
-    } else if traceable.specular().next().is_some() {
+    } else if traceable.specular_surfaces().next().is_some() {
         (RefusalCode::SpecularSurfaces, "glossy and mirror surfaces")
     } else if scene.tubes.iter().any(|tube| matches!(tube.diffuser, Diffuser::Measured(_))) {
         (RefusalCode::MeasuredDiffusers, "measured diffusers")

@@ -35,9 +35,10 @@ use crate::integrator::backward;
 use crate::integrator::backward::chance;
 use crate::integrator::backward::daylight::Followed;
 use crate::integrator::backward::pass::{Sampling, each};
-use crate::integrator::backward::walk::Path;
+use crate::integrator::backward::room_entry::exit_seen_by;
 use crate::integrator::method::{Caveat, Computation, Described, Knows, Refusal, Task, Work};
 use crate::integrator::photon::chunks::fold_chunks;
+use crate::integrator::photon::descent::sun_exits;
 use crate::integrator::photon::ledger::Account;
 use crate::optics::Spectrum;
 use crate::sampling::path_samples::SOBOL_PAIRS;
@@ -127,10 +128,10 @@ impl<const C: usize> PathTracing<C> {
             let chunk = |numbers: Range<u64>| {
                 let (mut seen, mut rays) = (Vec::new(), 0);
                 for index in numbers {
-                    let samples = PathSamples::new(stream, index);
-                    let mut path = Path { scene: &self.scene, samples, rays: 0, certain: 0 };
-                    path.sun_exits::<C>(tube, sun, |_, exit| seen.extend(exit.seen_by(&self.scene, view)));
-                    rays += path.rays;
+                    let mut samples = PathSamples::new(stream, index);
+                    sun_exits(&self.scene, tube, sun, &mut samples, &mut rays, |exit| {
+                        seen.extend(exit_seen_by(&self.scene, exit, view));
+                    });
                 }
                 (seen, rays)
             };
@@ -157,15 +158,7 @@ impl<const C: usize> Integrator for PathTracing<C> {
             let stream = key.stream(Stream::Grid, number as u64);
             let sampling = sampling(self.settings.samples_per_sensor);
             let sensors = each(grid.len(), cancel, |index| {
-                backward::pass::sensor::<C>(
-                    scene,
-                    grid,
-                    index,
-                    sampling,
-                    stream.child(index as u64),
-                    &Followed,
-                    &Followed,
-                )
+                backward::pass::sensor::<C>(scene, grid, index, sampling, stream.child(index as u64), &Followed)
             })?;
             let (illuminance, of_sensors): (Vec<f64>, Vec<u64>) = sensors.into_iter().unzip();
             rays += of_sensors.iter().sum::<u64>();

@@ -25,6 +25,7 @@
 //!
 //! **Sources.** Jensen 1996 and 2001.
 
+use std::cell::Cell;
 use std::f64::consts::PI;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -34,15 +35,17 @@ use rayon::prelude::*;
 
 use super::{GridPass, Integrator, Pass, ViewPass};
 use crate::guide::Guide;
+use crate::integrator::backward::opening::DaylightShare;
 use crate::integrator::backward::unscattered::unscattered;
+use crate::integrator::backward::vertex::Vertex;
+use crate::integrator::backward::walk::{Meeting, Ray, Walk};
 use crate::integrator::method::{Computation, Described, Load, Task, Work};
 use crate::integrator::photon_map::maps::{Gathered, Mapper, Maps, POINT_CONNECTIONS, POINT_STRATA};
 use crate::integrator::photon_map::near_light::{SENSOR_CONNECTIONS, SENSOR_STRATA};
 use crate::integrator::photon_map::store::FollowedBackward;
 use crate::integrator::photon_map::{memory, visible_point};
-use crate::integrator::roulette::MAX_REFLECTIONS;
 use crate::optics::Spectrum;
-use crate::sampling::{Key, PathRandom, Replicate, Stream, warp};
+use crate::sampling::{Key, PathRandom, PathSamples, Replicate, Stream, warp};
 use crate::scene::{Channels, EstimateKind, Grid, View};
 use crate::traceable::{Place, RoomHit, SurfaceId, TraceableScene, TraceableTube};
 
@@ -201,7 +204,7 @@ impl<const C: usize> PhotonMapping<C> {
         let start = |place: [f64; 2]| Some(sensor.point(place) + lift).filter(|point| !self.covered(*point));
         let count = self.gather_rays.unwrap_or(SENSOR_GATHER_RAYS);
         let receiver = Receiver { normal: DVec3::Z, surface: None, key: sensor.key.stream(Stream::Gather, 0) };
-        let gathered = gathering.gather(&receiver, start, count, &mut random);
+        let gathered = gathering.gather(&receiver, start, count);
         ((direct + gathered.irradiance).luminance(), gathered.bias)
     }
 
@@ -219,32 +222,37 @@ impl<const C: usize> PhotonMapping<C> {
     fn view(&self, number: usize, gathering: &Gathering<C>, key: Key, cancel: &AtomicBool) -> Option<ViewPass> {
         let (mapper, view) = (&self.mapper, &self.views[number]);
         let rays = f64::from(self.gather_rays.unwrap_or(POINT_GATHER_RAYS));
-        visible_point::view(view, key.stream(Stream::GatheringView, number as u64), cancel, |direction, key, random| {
-            let mut points = 0;
-            visible_point::luminance(
-                mapper,
-                gathering.maps,
-                view.eye,
-                direction,
-                random,
-                |hit, surface, weight, random| {
-                    points += 1;
-                    // what is reflected faintly needs fewer rays
-                    let count = (rays * weight.max()).ceil().clamp(1.0, rays) as u32;
-                    let receiver = Receiver {
-                        normal: hit.normal,
-                        surface: Some(surface),
-                        key: key.stream(Stream::Gather, points),
-                    };
-                    let mut light = gathering.gather(&receiver, |_| Some(hit.position), count, random);
-                    let caustics = mapper.caustics(gathering.maps, self.radius, hit.position, surface);
-                    light.irradiance += caustics.irradiance;
-                    light.irradiance += gathering.direct(hit, surface, POINT_CONNECTIONS, POINT_STRATA, random);
-                    light.bias += caustics.bias;
-                    light
-                },
-            )
-        })
+        visible_point::view(
+            view,
+            key.stream(Stream::GatheringView, number as u64),
+            cancel,
+            |direction, key, samples| {
+                let points = Cell::new(0);
+                visible_point::luminance(
+                    mapper,
+                    gathering.maps,
+                    view.eye,
+                    direction,
+                    samples,
+                    |hit, surface, weight, random| {
+                        points.set(points.get() + 1);
+                        // what is reflected faintly needs fewer rays
+                        let count = (rays * weight.max()).ceil().clamp(1.0, rays) as u32;
+                        let receiver = Receiver {
+                            normal: hit.normal,
+                            surface: Some(surface),
+                            key: key.stream(Stream::Gather, points.get()),
+                        };
+                        let mut light = gathering.gather(&receiver, |_| Some(hit.position), count);
+                        let caustics = mapper.caustics(gathering.maps, self.radius, hit.position, surface);
+                        light.irradiance += caustics.irradiance;
+                        light.irradiance += gathering.direct(hit, surface, POINT_CONNECTIONS, POINT_STRATA, random);
+                        light.bias += caustics.bias;
+                        light
+                    },
+                )
+            },
+        )
     }
 }
 
@@ -273,13 +281,7 @@ struct Receiver {
 impl<const C: usize> Gathering<'_, C> {
     /// Irradiance of a receiver by light that diffuse parts of surfaces send. Rays start where `start` says for a point of
     /// the unit square; `None`: where no light arrives.
-    fn gather(
-        &self,
-        receiver: &Receiver,
-        start: impl Fn([f64; 2]) -> Option<DVec3>,
-        count: u32,
-        random: &mut PathRandom,
-    ) -> Gathered<C> {
+    fn gather(&self, receiver: &Receiver, start: impl Fn([f64; 2]) -> Option<DVec3>, count: u32) -> Gathered<C> {
         let mut sum = Gathered::NOTHING;
         if !self.mapper.scene.interreflection {
             return sum;
@@ -290,48 +292,17 @@ impl<const C: usize> Gathering<'_, C> {
             let [u, v, x, y] = replicate.point(index, 0);
             let Some(origin) = start([x, y]) else { continue };
             let direction = warp::around(receiver.normal, warp::cosine_hemisphere([u, v]));
-            rays += self.follow(origin, direction, receiver.surface, random, &mut sum);
+            let (from, weight) = (receiver.surface, Spectrum::ONE);
+            let gathered = GatherRay { gathering: self, bias: Cell::new(0.0) };
+            let mut walk = Walk::new(&self.mapper.scene, PathSamples::with_pairs(receiver.key, number, 0), 0);
+            walk.follow(&gathered, Ray { origin, direction, from, weight, reflected: true, trace: () });
+            sum.irradiance += walk.sum;
+            sum.bias += gathered.bias.get();
+            rays += walk.rays;
         }
         self.rays.fetch_add(rays, Ordering::Relaxed);
         let per_ray = PI / f64::from(count);
         Gathered { irradiance: sum.irradiance * per_ray, bias: sum.bias * per_ray, ..Gathered::NOTHING }
-    }
-
-    /// Adds the luminance in cd/m2 that diffuse parts send along a gather ray; returns the rays it took.
-    fn follow(
-        &self,
-        mut origin: DVec3,
-        mut direction: DVec3,
-        mut from: Option<SurfaceId>,
-        random: &mut PathRandom,
-        sum: &mut Gathered<C>,
-    ) -> u64 {
-        let scene = &*self.mapper.scene;
-        let mut weight = Spectrum::<C>::ONE;
-        for reflections in 0..MAX_REFLECTIONS {
-            let hit = scene.intersect(origin, direction, from);
-            let rays = u64::from(reflections) + 1;
-            let Place::Surface(surface) = hit.place else { return rays };
-            let Some(optics) = scene.optics(surface) else { return rays };
-            if optics.gathers() {
-                let brdf = Spectrum::from_rgb(optics.reflectance) * (1.0 / PI);
-                let light = self.mapper.indirect(self.maps, self.maps.radius, hit.position, surface);
-                let direct = self.direct(&hit, surface, 1, 1, random);
-                sum.irradiance += (light.irradiance + direct) * weight * brdf;
-                sum.bias += light.bias * (weight * brdf).luminance();
-            }
-            let Some(specular) = &optics.specular else { return rays };
-            let reflectance = Spectrum::from_rgb(specular.reflectance);
-            let survival = reflectance.max();
-            if random.uniform() >= survival {
-                return rays;
-            }
-            weight = weight * reflectance * (1.0 / survival);
-            let point = random.uniform2();
-            direction = specular.reflect(hit.normal, -direction, point, random);
-            (origin, from) = (hit.position, Some(surface));
-        }
-        u64::from(MAX_REFLECTIONS)
     }
 
     /// Irradiance of a surface point straight from diffusers and luminaires.
@@ -346,6 +317,57 @@ impl<const C: usize> Gathering<'_, C> {
         let RoomHit { position, normal, .. } = *hit;
         self.mapper.diffuser_irradiance(self.maps, position, normal, Some(surface), connections, random)
             + self.mapper.luminaire_irradiance(position, normal, Some(surface), strata, random)
+    }
+}
+
+/// A gather ray: adds the luminance in cd/m2 that diffuse parts of surfaces send along it. What diffusers and luminaires send,
+/// and what comes through openings, is counted otherwise.
+struct GatherRay<'a, const C: usize> {
+    gathering: &'a Gathering<'a, C>,
+    /// Estimated bias in cd/m2.
+    bias: Cell<f64>,
+}
+
+impl<const C: usize> Meeting<C> for GatherRay<'_, C> {
+    const FOLLOWS_DIFFUSE: bool = false;
+    type Trace = ();
+    type Arrival = ();
+
+    fn arrives(&self, (): &(), _: f64) {}
+
+    fn arrives_at_closure(&self) {}
+
+    fn arrives_at_sensor(&self) {}
+
+    fn connect(&self, walk: &mut Walk<'_, C>, vertex: &Vertex<'_, C>, (): &()) {
+        let Some((surface, optics)) = vertex.surface.and_then(|surface| Some((surface, walk.scene.optics(surface)?)))
+        else {
+            return;
+        };
+        if optics.gathers() {
+            let Self { gathering, bias } = self;
+            let Vertex { position, normal, weight, .. } = *vertex;
+            let hit = RoomHit { position, normal, place: Place::Surface(surface) };
+            let weight = weight * optics.diffuse() * (1.0 / PI);
+            let light = gathering.mapper.indirect(gathering.maps, gathering.maps.radius, position, surface);
+            let direct = gathering.direct(&hit, surface, 1, 1, &mut walk.samples.random);
+            walk.sum += (light.irradiance + direct) * weight;
+            bias.set(bias.get() + light.bias * weight.luminance());
+        }
+    }
+
+    fn leaves(&self, _: &TraceableScene, _: &Vertex<'_, C>, (): &(), _: DVec3, _: f64) {}
+
+    fn turns(&self, (): &()) {}
+
+    fn passes(&self, (): &()) {}
+
+    fn luminaire_share(&self, _: &TraceableScene, _: usize, _: &Ray<C, ()>, _: DVec3) -> f64 {
+        0.0
+    }
+
+    fn meets_opening(&self, _: &mut Walk<'_, C>, _: usize, _: &Ray<C, ()>, _: DVec3) -> Option<DaylightShare> {
+        None
     }
 }
 

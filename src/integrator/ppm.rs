@@ -326,8 +326,8 @@ impl<const C: usize> Ppm<C> {
                 let jitter = PathRandom::new(fixed.child(ray as u64)).uniform2();
                 let direction = visible_point::direction(view, place, strata.point(stratum, jitter));
                 let radius = before.get(ray).map_or(maps.radius, PointStatistics::radius_m);
-                let mut random = PathRandom::new(key.child(ray as u64));
-                visible_point::luminance(mapper, maps, view.eye, direction, &mut random, |hit, surface, _, random| {
+                let samples = visible_point::independent(key.child(ray as u64));
+                visible_point::luminance(mapper, maps, view.eye, direction, samples, |hit, surface, _, random| {
                     mapper.irradiance(maps, radius, hit.position, hit.normal, surface, random)
                 })
             });

@@ -165,10 +165,11 @@ impl<const C: usize> Sppm<C> {
     ) -> Option<(ViewPass, Vec<PointStatistics>)> {
         let (mapper, view) = (&self.mapper, &self.views[number]);
         let seen = visible_point::pixels(view, cancel, |pixel, place| {
-            let mut random = PathRandom::new(key.stream(Stream::GatheringView, number as u64).child(pixel as u64));
-            let direction = visible_point::direction(view, place, random.uniform2());
+            let stream = key.stream(Stream::GatheringView, number as u64).child(pixel as u64);
+            let mut samples = visible_point::independent(stream);
+            let direction = visible_point::direction(view, place, samples.pair());
             let radius = before.get(pixel).map_or(maps.radius, PointStatistics::radius_m);
-            visible_point::luminance(mapper, maps, view.eye, direction, &mut random, |hit, surface, _, random| {
+            visible_point::luminance(mapper, maps, view.eye, direction, samples, |hit, surface, _, random| {
                 mapper.irradiance(maps, radius, hit.position, hit.normal, surface, random)
             })
         })?;

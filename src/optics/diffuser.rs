@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::MeasuredDiffuser;
+use super::{Closure, MeasuredDiffuser};
 
 /// The closure of a tube's lower end.
 ///
@@ -51,25 +51,6 @@ pub enum DiffuserZone {
     Clear,
 }
 
-/// What a ray meets at one point of a diffuser.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Closure<'a> {
-    /// The direction stays; the weight is multiplied by the transmittance, the rest is absorbed.
-    Specular {
-        /// Share that passes, linear Rec.709, 0..=1.
-        transmittance: [f64; 3],
-    },
-    /// Scatters evenly to both sides, from either side.
-    Lambertian {
-        /// Share that is scattered to the far side, linear Rec.709.
-        transmittance: [f64; 3],
-        /// Share that is scattered back, linear Rec.709.
-        reflectance: [f64; 3],
-    },
-    /// Scatters by a table.
-    Measured(&'a MeasuredDiffuser),
-}
-
 impl Diffuser {
     /// The closure at `distance_m` from the centre of the opening.
     #[inline]
@@ -110,6 +91,14 @@ impl Diffuser {
             }
         };
         (zone.1 > zone.0).then_some(zone)
+    }
+
+    /// The table of a measured diffuser.
+    pub fn measured(&self) -> Option<&MeasuredDiffuser> {
+        match self {
+            Self::Measured(table) => Some(table),
+            Self::Open | Self::Clear { .. } | Self::Lambertian { .. } | Self::Mixed { .. } => None,
+        }
     }
 
     /// True if a part of an opening of radius `opening_radius_m` scatters.

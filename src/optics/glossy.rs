@@ -6,8 +6,9 @@ use std::f64::consts::{PI, TAU};
 
 use glam::DVec3;
 
-use super::bsdf::FiniteBsdf;
-use crate::sampling::{PathRandom, warp};
+use super::Spectrum;
+use super::scatter::{Kind, Oriented, Scatter, Scattered, SheetSide, Travel};
+use crate::sampling::{PathRandom, PathSamples, warp};
 
 /// Least roughness of a lobe. Documents must choose between a mirror (roughness 0) and a lobe of at least this
 /// roughness.
@@ -63,7 +64,7 @@ impl Glossy {
         self.alpha.sqrt()
     }
 
-    /// BRDF times the cosine of `toward`, per sr: also the density with which [`Self::sample`] chooses `toward`.
+    /// BRDF times the cosine of `toward`, per sr: also the density with which [`Self::reflect`] chooses `toward`.
     ///
     /// `from` and `toward` are unit vectors that point away from the surface; zero unless both are above it.
     ///
@@ -100,7 +101,7 @@ impl Glossy {
     /// Benyoub 2023) whose reflection is kept with the probability that it is not shadowed, G2 / G1; what is not kept goes
     /// into the compensation lobe.
     #[inline]
-    pub fn sample(&self, normal: DVec3, from: DVec3, point: [f64; 2], random: &mut PathRandom) -> DVec3 {
+    pub fn reflect(&self, normal: DVec3, from: DVec3, point: [f64; 2], random: &mut PathRandom) -> DVec3 {
         let (x, y) = frame(normal, from);
         let local = DVec3::new(from.dot(x), 0.0, from.dot(normal).max(f64::MIN_POSITIVE));
         let (reflected, kept) = visible_reflection(self.alpha, local, point);
@@ -142,10 +143,30 @@ impl Glossy {
     }
 }
 
-impl FiniteBsdf for Glossy {
+impl<const C: usize> Scatter<C> for Oriented<'_, Glossy> {
     #[inline]
-    fn bsdf_cosine(&self, normal: DVec3, incident: DVec3, outward: DVec3) -> [f64; 3] {
-        [self.density(normal, -incident, outward); 3]
+    fn value(&self, travel: Travel, from: DVec3, toward: DVec3) -> Spectrum<C> {
+        Spectrum([Scatter::<C>::pdf(self, travel, from, toward); C])
+    }
+
+    #[inline]
+    fn pdf(&self, _: Travel, from: DVec3, toward: DVec3) -> f64 {
+        self.optics.density(self.normal, from, toward)
+    }
+
+    fn sample(&self, travel: Travel, from: DVec3, side: SheetSide, samples: &mut PathSamples) -> Option<Scattered<C>> {
+        if side == SheetSide::Other {
+            return None;
+        }
+        let point = samples.pair();
+        let toward = self.optics.reflect(self.normal, from, point, &mut samples.random);
+        let pdf = Scatter::<C>::pdf(self, travel, from, toward);
+        let weight = Spectrum::ONE;
+        (pdf > 0.0).then_some(Scattered { toward, kind: Kind::Glossy, pdf, weight, weight_of_kind: weight })
+    }
+
+    fn albedo(&self, _: DVec3, side: SheetSide) -> Spectrum<C> {
+        if side == SheetSide::Same { Spectrum::ONE } else { Spectrum::ZERO }
     }
 }
 
@@ -313,7 +334,7 @@ mod tests {
             let mut random = PathRandom::new(Key::new(11));
             for _ in 0..count {
                 let point = random.uniform2();
-                let half = (from + lobe.sample(DVec3::Z, from, point, &mut random)).normalize();
+                let half = (from + lobe.reflect(DVec3::Z, from, point, &mut random)).normalize();
                 let tan_squared = half.truncate().length_squared() / (half.z * half.z);
                 let u = tan_squared / (alpha * alpha + tan_squared);
                 let v = half.y.atan2(half.x).rem_euclid(TAU) / TAU;
@@ -350,7 +371,7 @@ mod tests {
             let mut random = PathRandom::new(Key::new(2));
             let outside = (0..10_000).filter(|_| {
                 let point = random.uniform2();
-                let toward = lobe.sample(DVec3::Z, from, point, &mut random);
+                let toward = lobe.reflect(DVec3::Z, from, point, &mut random);
                 (toward - mirrored).length() > 0.02
             });
             let share = outside.count() as f64 / 1e4;
@@ -367,7 +388,7 @@ mod tests {
             for cosine in [1.0, 1.0 - 1e-15, 0.5, 1e-6, 1e-12, 0.0] {
                 for point in [[0.0, 0.0], [0.5, 0.0], [0.0, 1.0 - 1e-16], [0.25, 0.999], [0.7, 0.3]] {
                     let from = direction(cosine, 0.0);
-                    let toward = lobe.sample(DVec3::Z, from, point, &mut random);
+                    let toward = lobe.reflect(DVec3::Z, from, point, &mut random);
                     assert!(toward.is_normalized() && toward.z >= 0.0, "{roughness} {cosine} {point:?}: {toward}");
                     let density = lobe.density(DVec3::Z, from, toward);
                     assert!(density.is_finite() && density >= 0.0, "{roughness} {cosine} {point:?}: {density}");

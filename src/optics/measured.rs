@@ -1,10 +1,12 @@
 //! Measured diffusers: tables of BTDF and BRDF over the angles of incidence and exit.
 
-use std::f64::consts::{FRAC_PI_2, TAU};
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use glam::DVec3;
 
-use super::FiniteBsdf;
+use super::Spectrum;
+use super::scatter::{Kind, Scatter, Scattered, SheetSide, Travel, toward_side};
+use crate::sampling::{PathSamples, warp};
 
 /// A sheet that scatters alike to all azimuths and from either side.
 ///
@@ -104,7 +106,7 @@ impl MeasuredDiffuser {
 
     /// A direction around +z of light that leaves, transmitted or reflected, at an angle of incidence with the given
     /// cosine; density [`MeasuredDiffuser::per_sr`] cos(exit) over the share that leaves on this side.
-    pub fn sample(&self, transmitted: bool, incident_cosine: f64, [u, v]: [f64; 2]) -> DVec3 {
+    pub fn exit_direction(&self, transmitted: bool, incident_cosine: f64, [u, v]: [f64; 2]) -> DVec3 {
         let incidence = incident_cosine.clamp(0.0, 1.0).acos();
         let exit = self.of(transmitted).map_or(0.0, |distribution| distribution.sample(incidence, u));
         let (sin, cos) = exit.sin_cos();
@@ -117,13 +119,82 @@ impl MeasuredDiffuser {
     }
 }
 
-impl FiniteBsdf for MeasuredDiffuser {
-    fn bsdf_cosine(&self, normal: DVec3, incident: DVec3, outward: DVec3) -> [f64; 3] {
-        let (arrives, leaves) = (incident.dot(normal), outward.dot(normal));
-        if leaves <= 0.0 {
-            return [0.0; 3];
+/// Share of the directions against the light that are chosen by the table, as if it were reciprocal, which is likely; the
+/// others are chosen by the cosine, which covers what the table leaves out.
+const BY_TABLE: f64 = 0.5;
+
+/// Least albedo of a table for a path against the light: where it is not reciprocal, an eye may see light on a side to which
+/// it would send none.
+const LEAST_ALBEDO: f64 = 0.05;
+
+impl MeasuredDiffuser {
+    /// Density per sr of directions of `exit_cosine` that [`Self::exit_direction`] chooses; 0 where nothing leaves.
+    fn density(&self, transmitted: bool, incident_cosine: f64, exit_cosine: f64) -> f64 {
+        let share = self.shares(incident_cosine)[usize::from(!transmitted)];
+        if share > 0.0 { self.per_sr(transmitted, incident_cosine, exit_cosine) * exit_cosine / share } else { 0.0 }
+    }
+
+    /// Share of the directions against the light that are chosen by the table.
+    fn by_table(&self, transmitted: bool, eye_cosine: f64) -> f64 {
+        if self.shares(eye_cosine)[usize::from(!transmitted)] > 0.0 { BY_TABLE } else { 0.0 }
+    }
+}
+
+/// A sheet in a plane z = const.
+impl<const C: usize> Scatter<C> for MeasuredDiffuser {
+    fn value(&self, travel: Travel, from: DVec3, toward: DVec3) -> Spectrum<C> {
+        let (transmitted, from, toward) = (from.z * toward.z < 0.0, from.z.abs(), toward.z.abs());
+        let per_sr = match travel {
+            Travel::WithLight => self.per_sr(transmitted, from, toward),
+            Travel::AgainstLight => self.per_sr(transmitted, toward, from),
+        };
+        Spectrum([per_sr * toward; C])
+    }
+
+    fn pdf(&self, travel: Travel, from: DVec3, toward: DVec3) -> f64 {
+        let (transmitted, from, toward) = (from.z * toward.z < 0.0, from.z.abs(), toward.z.abs());
+        let of_table = self.density(transmitted, from, toward);
+        match travel {
+            Travel::WithLight => of_table,
+            Travel::AgainstLight => {
+                let by_table = self.by_table(transmitted, from);
+                by_table * of_table + (1.0 - by_table) * toward / PI
+            }
         }
-        [self.per_sr(arrives > 0.0, arrives.abs(), leaves) * leaves; 3]
+    }
+
+    fn sample(&self, travel: Travel, from: DVec3, side: SheetSide, samples: &mut PathSamples) -> Option<Scattered<C>> {
+        let transmitted = side == SheetSide::Other;
+        let cosine = from.z.abs();
+        let point = samples.pair();
+        let by_table = match travel {
+            Travel::WithLight => true,
+            Travel::AgainstLight => {
+                let by_table = self.by_table(transmitted, cosine);
+                by_table > 0.0 && samples.random.uniform() < by_table
+            }
+        };
+        let local =
+            if by_table { self.exit_direction(transmitted, cosine, point) } else { warp::cosine_hemisphere(point) };
+        let toward = toward_side(local, from, side);
+        let (value, pdf): (Spectrum<C>, f64) = self.value_and_pdf(travel, from, toward);
+        if pdf <= 0.0 {
+            return None;
+        }
+        let weight = match travel {
+            // the table is sampled as it is
+            Travel::WithLight => self.albedo(from, side),
+            Travel::AgainstLight => value * (1.0 / pdf),
+        };
+        Some(Scattered { toward, kind: Kind::Diffuse, pdf, weight, weight_of_kind: weight })
+    }
+
+    fn albedo(&self, from: DVec3, side: SheetSide) -> Spectrum<C> {
+        Spectrum([self.shares(from.z.abs())[usize::from(side == SheetSide::Same)]; C])
+    }
+
+    fn likely_albedo(&self, from: DVec3, side: SheetSide) -> Spectrum<C> {
+        Scatter::<C>::albedo(self, from, side).map(|share| share.max(LEAST_ALBEDO))
     }
 }
 
@@ -313,7 +384,7 @@ mod tests {
                 let cosine = incidence.to_radians().cos();
                 let mut counts = [[0.0; 8]; 24];
                 for _ in 0..n {
-                    let d = diffuser.sample(transmitted, cosine, random.uniform2());
+                    let d = diffuser.exit_direction(transmitted, cosine, random.uniform2());
                     let angle = d.truncate().length().atan2(d.z) / FRAC_PI_2;
                     let azimuth = (d.y.atan2(d.x) / TAU).rem_euclid(1.0);
                     counts[((angle * 24.0) as usize).min(23)][((azimuth * 8.0) as usize).min(7)] += 1.0;

@@ -4,21 +4,20 @@ mod box_object;
 pub mod luminaire;
 pub mod mesh_objects;
 pub mod obstacles;
-mod surface;
 mod surface_id;
 mod tube;
 
 use glam::{DVec2, DVec3};
 
+use crate::optics::SurfaceOptics;
+use crate::optics::reflection::Lobes;
 use crate::scene::{BoxObject, Face, MeshObject, Room, Scene};
 use crate::sky::{Sky, Sun};
 use luminaire::TraceableLuminaire;
 use mesh_objects::{MeshHit, TraceableMeshes};
 use obstacles::Obstacles;
-use surface::Lobes;
 
 pub use box_object::TraceableBox;
-pub use surface::{NARROW_ROUGHNESS, SpecularOptics, SurfaceOptics};
 pub use surface_id::{Numbering, Side, SurfaceId};
 pub use tube::{TraceableTube, TubeError, cylinder_guide};
 
@@ -102,14 +101,14 @@ impl TraceableScene {
         let (boxes, meshes): (&[BoxObject], &[MeshObject]) = if objects { (boxes, meshes) } else { (&[], &[]) };
         let mut lobes = Lobes::default();
         let mut optics: Vec<_> =
-            surfaces.iter().map(|surface| surface.map(|surface| lobes.surface(&surface))).collect();
+            surfaces.iter().map(|surface| surface.map(|surface| lobes.compile(&surface))).collect();
         for object in boxes {
-            optics.extend(std::iter::repeat_n(Some(lobes.surface(&object.surface)), 6));
+            optics.extend(std::iter::repeat_n(Some(lobes.compile(&object.surface)), 6));
         }
         let mesh_objects = meshes;
         let meshes = TraceableMeshes::new(meshes, *size).map(|(meshes, of_facets)| {
             for surface in &of_facets {
-                let both_sides = lobes.surface(surface);
+                let both_sides = lobes.compile(surface);
                 optics.extend([Some(both_sides.clone()), Some(both_sides)]);
             }
             meshes
@@ -121,7 +120,7 @@ impl TraceableScene {
             .enumerate()
             .map(|(index, luminaire)| TraceableLuminaire::new(luminaire, numbering.luminaire(index)))
             .collect();
-        let black = SurfaceOptics { reflectance: [0.0; 3], specular: None };
+        let black = SurfaceOptics::BLACK;
         optics.extend(std::iter::repeat_n(Some(black), luminaires.len()));
         let tubes = scene
             .tubes
@@ -173,15 +172,15 @@ impl TraceableScene {
         self.luminaires.get(self.numbering.luminaire_of(surface)?)
     }
 
-    /// Specular reflection where it is not left out.
-    pub fn specular(&self) -> impl Iterator<Item = &SpecularOptics> {
-        self.all_optics().filter_map(|surface| surface.specular.as_ref())
+    /// Surfaces that reflect beside their diffuse part, where that is not left out.
+    pub fn specular_surfaces(&self) -> impl Iterator<Item = &SurfaceOptics> {
+        self.all_optics().filter(|surface| surface.is_specular())
     }
 
     /// Leaves specular reflection out: surfaces absorb its share.
     pub fn without_specular(mut self) -> Self {
-        for surface in self.surfaces.iter_mut().flatten() {
-            surface.specular = None;
+        for surface in &mut self.surfaces {
+            *surface = surface.take().map(SurfaceOptics::without_specular);
         }
         self
     }

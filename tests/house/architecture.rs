@@ -348,6 +348,33 @@ fn no_file_outside_the_registries_names_two_methods() {
     assert!(found.is_empty(), "files that name several methods:\n{}", found.join("\n"));
 }
 
+/// Kinds of closures that a file tells apart by their names.
+fn closures_told_apart(text: &str) -> Vec<&'static str> {
+    let code = code_only(text);
+    ["Closure::Specular", "Closure::Lambertian", "Closure::Measured"]
+        .into_iter()
+        .filter(|name| code.contains(name))
+        .collect()
+}
+
+/// What scatters how is known in `optics/` alone; everybody else asks for values, densities, samples and albedos. (Lobes are
+/// private there.)
+#[test]
+fn closures_are_told_apart_in_optics_only() {
+    let src = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+    let mut files = Vec::new();
+    source_files(&src, &mut files);
+    let told_apart = |file: &Path| closures_told_apart(&fs::read_to_string(file).unwrap());
+    let found: Vec<String> = files
+        .iter()
+        .filter(|file| !file.starts_with(src.join("optics")) && !told_apart(file).is_empty())
+        .map(|file| format!("{}: {}", file.display(), told_apart(file).join(", ")))
+        .collect();
+    assert!(found.is_empty(), "files that ask what a closure is:\n{}", found.join("\n"));
+    let example = "match closure { Closure::Measured(table) => table.shares(1.0), _ => todo!() } // Closure::Specular";
+    assert_eq!(closures_told_apart(example), ["Closure::Measured"]);
+}
+
 #[test]
 fn methods_are_found_by_their_names() {
     let methods = methods("pub enum Method {\n    Sppm(sppm::Settings),\n    TwoStage(two_stage::Settings),\n}\n");

@@ -27,6 +27,7 @@ mod path_tracing;
 mod photon_mapping;
 mod progressive;
 mod results;
+mod scattering;
 mod surfaces;
 mod tables;
 mod thesis;

@@ -185,8 +185,9 @@ fn a_turned_mirror_box_reflects() {
     });
     let kernel = kernel(&scene);
     let hit = kernel.intersect(DVec3::new(1.9, 1.1, 0.5), DVec3::NEG_X, None);
-    let specular = kernel.optics(kernel.numbering.box_face(0, 0)).unwrap().specular.as_ref().unwrap();
-    let onward = specular.reflect(hit.normal, DVec3::X, [0.0; 2], &mut skyduct::sampling::PathRandom::new(Key::new(0)));
+    let optics = kernel.optics(kernel.numbering.box_face(0, 0)).unwrap();
+    let mut random = skyduct::sampling::PathRandom::new(Key::new(0));
+    let onward = optics.reflect(hit.normal, DVec3::X, [0.0; 2], &mut random).unwrap();
     // the face toward north-east, seen from the east at 45 degrees, sends the ray north
     assert!((onward - DVec3::Y).length() < 1e-12, "{onward} {hit:?}");
     assert!((hit.normal.truncate().angle_to(onward.truncate()).abs() - 0.5 * FRAC_PI_2).abs() < 1e-12);

@@ -11,7 +11,6 @@ use crate::analytic::patches::Mesh;
 use crate::analytic::{Installation, Tube, is_raised};
 use crate::guide::transmittance::zastrow_wittwer_transmission;
 use crate::guide::{End, Guide, Transit};
-use crate::optics::Closure;
 use crate::sampling::{Key, PathRandom, Replicate, warp};
 use crate::scene::EstimateKind;
 use crate::sky::sampler::SkySampler;
@@ -152,15 +151,16 @@ pub fn follow(way: &Way, source: Source, stream: Key, count: u64) -> Beam {
             }
         }
         let arriving = flux * weight;
-        match (tube.diffuser.at(transit.position.truncate().length()), cells) {
-            (Closure::Specular { transmittance }, _) => {
+        let place = transit.position.truncate();
+        match (tube.diffuser.at(place.length()).unscattered::<1>(), cells) {
+            (Some(transmittance), _) => {
                 beam.clear += arriving;
                 let start = tube.origin + transit.position.with_z(0.0);
-                land(room, mesh, start, transit.direction, arriving * transmittance[0], &mut beam);
+                land(room, mesh, start, transit.direction, arriving * transmittance.luminance(), &mut beam);
             }
-            (Closure::Lambertian { .. }, Some(cells)) => beam.cells[cells.at(transit.position.truncate())] += arriving,
+            (None, Some(cells)) => beam.cells[cells.at(place)] += arriving,
             // measured diffusers are refused
-            (Closure::Lambertian { .. }, None) | (Closure::Measured(_), _) => beam.guide += arriving,
+            (None, None) => beam.guide += arriving,
         }
     }
     beam

@@ -16,7 +16,6 @@ use crate::analytic::patches::{Mesh, Patch};
 use crate::analytic::{Balance, Installation, Quantity, Tube, TubeSolution, is_raised};
 use crate::guide::transmittance::{beam_transmission, sky_exitance};
 use crate::guide::{End, Guide, Transit};
-use crate::optics::Closure;
 use crate::sampling::{Key, PathRandom, Replicate, Stream, warp};
 use crate::sky::Sky;
 use crate::sky::sampler::SkySampler;
@@ -374,10 +373,8 @@ impl Replica {
             self.balance.guide += beam.guide;
             self.balance.guide_top += beam.guide_top;
         }
-        let transmittance = match tube.diffuser.at(zone_radius(tube)) {
-            Closure::Specular { transmittance } => transmittance[0],
-            Closure::Lambertian { .. } | Closure::Measured(_) => 0.0,
-        };
+        let transmittance =
+            tube.diffuser.at(zone_radius(tube)).unscattered::<1>().map_or(0.0, |share| share.luminance());
         self.at_diffuser += beam.clear;
         self.into_room += transmittance * beam.clear;
         self.balance.diffuser += (1.0 - transmittance) * beam.clear;

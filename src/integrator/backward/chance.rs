@@ -1,7 +1,8 @@
 //! Light that paths from sensors and eyes find by chance only: its part of the error stays unseen.
 
 use crate::integrator::method::{Caveat, CaveatCode, Refusal, RefusalCode};
-use crate::traceable::{SpecularOptics, TraceableScene, TraceableTube};
+use crate::optics::SurfaceOptics;
+use crate::traceable::{TraceableScene, TraceableTube};
 
 /// Reason why paths that are followed backward cannot compute a scene, if they cannot: the sun's disc would be found by
 /// chance only.
@@ -11,7 +12,7 @@ pub fn sun(scene: &TraceableScene) -> Option<Refusal> {
     if scene.tubes.iter().any(clear) {
         let detail = "the sun's beam through a clear closure is found by chance only";
         Some(Refusal::new(RefusalCode::SunThroughClearClosures, detail))
-    } else if scene.specular().any(SpecularOptics::is_narrow) {
+    } else if scene.specular_surfaces().any(SurfaceOptics::is_narrow) {
         let detail =
             "the sun's beam by way of a mirror or of a glossy surface of roughness below 0.2 is found by chance only";
         Some(Refusal::new(RefusalCode::SunByMirrors, detail))
@@ -22,7 +23,7 @@ pub fn sun(scene: &TraceableScene) -> Option<Refusal> {
 
 /// What a reader must know of the results of `method` where the room has mirrors.
 pub fn mirrors(method: &str, scene: &TraceableScene) -> Option<Caveat> {
-    let mirrors = scene.interreflection && scene.specular().any(|specular| specular.lobe.is_none());
+    let mirrors = scene.interreflection && scene.specular_surfaces().any(SurfaceOptics::is_mirror);
     mirrors.then(|| Caveat {
         code: CaveatCode::MirrorsByChance,
         detail: format!(

@@ -2,6 +2,7 @@
 
 pub(super) mod chance;
 pub(super) mod daylight;
+pub(super) mod next_event;
 pub(super) mod opening;
 pub(super) mod pass;
 pub mod room_entry;

@@ -5,7 +5,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::walk::{Daylight, Path};
+use super::next_event::{Daylight, NextEvent, Way};
+use super::walk::Walk;
 use crate::integrator::backward::room_entry::enter_room;
 use crate::optics::Spectrum;
 use crate::sampling::{Key, PathSamples};
@@ -24,9 +25,8 @@ pub struct Sampling {
 }
 
 impl Sampling {
-    fn path(self, scene: &TraceableScene, stream: Key, number: u64) -> Path<'_> {
-        let samples = PathSamples::with_pairs(stream, number, self.pairs);
-        Path { scene, samples, rays: 0, certain: self.certain }
+    fn walk<const C: usize>(self, scene: &TraceableScene, stream: Key, number: u64) -> Walk<'_, C> {
+        Walk::new(scene, PathSamples::with_pairs(stream, number, self.pairs), self.certain)
     }
 }
 
@@ -41,31 +41,30 @@ pub fn centre(scene: &TraceableScene, grid: &Grid, index: usize) -> DVec3 {
     grid.centre(index) + DVec3::Z * scene.contact()
 }
 
-/// Illuminance in lux of sensor `index` of a grid by backward paths, and the rays they took; `direct` counts the daylight
-/// that comes straight from the openings.
+/// Illuminance in lux of sensor `index` of a grid by backward paths, and the rays they took.
 pub fn sensor<const C: usize>(
     scene: &TraceableScene,
     grid: &Grid,
     index: usize,
     sampling: Sampling,
     stream: Key,
-    direct: &impl Daylight<C>,
     daylight: &impl Daylight<C>,
 ) -> (f64, u64) {
     let centre = centre(scene, grid, index);
     let (mut lux, mut rays) = (0.0, 0);
     for number in 0..u64::from(sampling.paths) {
-        let mut path = sampling.path(scene, stream, number);
+        let mut walk: Walk<'_, C> = sampling.walk(scene, stream, number);
         let mut position = centre;
         if grid.estimate == EstimateKind::CellAverage {
-            let [u, v] = path.samples.pair();
+            let [u, v] = walk.samples.pair();
             position.x += (u - 0.5) * grid.cell_size_m[0];
             position.y += (v - 0.5) * grid.cell_size_m[1];
         }
         if !scene.is_in_box(position) {
-            lux += path.illuminance(direct, daylight, position).luminance();
+            walk.illuminance(&NextEvent(daylight), position);
         }
-        rays += path.rays;
+        lux += walk.sum.luminance();
+        rays += walk.rays;
     }
     (lux / f64::from(sampling.paths), rays)
 }
@@ -104,13 +103,14 @@ fn pixel<const C: usize>(
     let (column, row) = (pixel % view.size_px[0], pixel / view.size_px[0]);
     let (mut luminance, mut rays) = (Spectrum::ZERO, 0);
     for number in 0..u64::from(sampling.paths) {
-        let mut path = sampling.path(scene, stream, number);
-        let [x, y] = path.samples.pair();
+        let mut walk: Walk<'_, C> = sampling.walk(scene, stream, number);
+        let [x, y] = walk.samples.pair();
         let direction = view.ray_direction(column as f64 + x, row as f64 + y);
         if let Some(origin) = enter_room(scene, view.eye, direction) {
-            luminance += path.luminance(daylight, origin, direction);
+            walk.luminance(&NextEvent(daylight), origin, direction, Way::FROM_EYE);
         }
-        rays += path.rays;
+        luminance += walk.sum;
+        rays += walk.rays;
     }
     (luminance * (1.0 / f64::from(sampling.paths)), rays)
 }

@@ -1,8 +1,10 @@
-//! Where rays of an eye enter the room.
+//! Where rays of an eye enter the room, and light of closures that an eye sees straight.
 
 use glam::DVec3;
 
-use crate::scene::Face;
+use crate::integrator::photon::descent::Exit;
+use crate::optics::Spectrum;
+use crate::scene::{Face, View};
 use crate::traceable::{SurfaceId, TraceableScene};
 
 /// Point at which an eye ray is inside the room: the eye itself, or a point of an open surface; `None` when something
@@ -37,4 +39,23 @@ fn hidden_by_luminaire(scene: &TraceableScene, eye: DVec3, direction: DVec3, ent
     let distance = (entry - eye).length();
     let at_entry = |t: f64| (t - distance).abs() <= scene.coinciding();
     scene.luminaires.iter().any(|luminaire| luminaire.intersect(eye, direction).is_some_and(at_entry))
+}
+
+/// The pixel of a view that light lights which leaves a closure, and by how much, in cd/m2.
+pub fn exit_seen_by<const C: usize>(
+    scene: &TraceableScene,
+    exit: &Exit<'_, C>,
+    view: &View,
+) -> Option<(usize, Spectrum<C>)> {
+    let (pixel, solid_angle) = view.pixel_of(exit.position)?;
+    let way = exit.position - view.eye;
+    let distance_squared = way.length_squared();
+    let direction = way / distance_squared.sqrt();
+    let intensity = exit.intensity(-direction);
+    if intensity.max() <= 0.0 {
+        return None;
+    }
+    let entry = enter_room(scene, view.eye, direction)?;
+    let visible = scene.visible(exit.position, None, entry, None);
+    visible.then(|| (pixel, intensity * (1.0 / (distance_squared * solid_angle))))
 }

@@ -5,7 +5,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use glam::{DVec2, DVec3};
 
 use crate::guide::{End, Guide, Transit};
-use crate::optics::{Closure, Spectrum};
+use crate::optics::Spectrum;
 use crate::sampling::{Key, PathRandom, Replicate, Stream, warp};
 use crate::sky::sun::HALF_ANGLE;
 use crate::traceable::{TraceableScene, TraceableTube};
@@ -127,7 +127,7 @@ impl Backward<'_> {
     /// Follows a ray from the sensor through `point` of the opening: geometry factor times transmittances, and the
     /// direction outside.
     fn through(&self, point: DVec3, random: &mut PathRandom, rays: &mut u64) -> Option<(f64, DVec3)> {
-        let Closure::Specular { transmittance } = self.tube.closure_at(point) else { return None };
+        let transmittance: Spectrum<3> = self.tube.closure_at(point).unscattered()?;
         let way = point - self.sensor;
         let distance_squared = way.length_squared();
         let direction = way / distance_squared.sqrt();
@@ -139,7 +139,7 @@ impl Backward<'_> {
         if transit.end != End::Top {
             return None;
         }
-        let weight = (transit.weight() * Spectrum(transmittance)).luminance();
+        let weight = (transit.weight() * transmittance).luminance();
         Some((weight * direction.z * direction.z / distance_squared, transit.direction))
     }
 }

@@ -1,132 +1,84 @@
-//! Vertices of paths that are followed backward, and the rays that go on from them.
-
-use std::f64::consts::PI;
+//! Vertices of paths that are followed backward.
 
 use glam::DVec3;
 
-use crate::optics::{Glossy, MeasuredDiffuser, Spectrum};
-use crate::traceable::luminaire::TraceableLuminaire;
-use crate::traceable::{NARROW_ROUGHNESS, SurfaceId, SurfaceOptics, TraceableScene};
+use crate::optics::{Closure, Oriented, Scatter, Scatterer, SheetSide, Spectrum, SurfaceOptics, Travel};
+use crate::traceable::{RoomHit, SurfaceId};
 
-/// A point that scatters light toward the eye with a finite distribution, or a sensor.
+/// A point that scatters light toward the eye, or a sensor.
+#[derive(Clone, Copy, Debug)]
 pub struct Vertex<'a, const C: usize> {
     pub position: DVec3,
+    /// Unit normal toward the room.
     pub normal: DVec3,
     pub surface: Option<SurfaceId>,
-    /// Unit vector toward the eye.
+    /// Unit vector toward the eye; at a closure it may be above, in the tube.
     pub eye: DVec3,
-    /// The path's weight times the diffuse reflectance; for a sensor pi.
-    pub diffuse: Spectrum<C>,
-    /// The path's weight times its reflectance.
-    pub lobe: Option<(&'a Glossy, Spectrum<C>)>,
-    /// The probability with which the ray that goes on is one of the diffuse part.
-    pub diffuse_share: f64,
-    /// The lower side of a measured diffuser: pi times its distribution stands for the diffuse reflectance.
-    pub table: Option<(&'a MeasuredDiffuser, Scatter)>,
+    /// What the path carries that arrives.
+    pub weight: Spectrum<C>,
+    pub scatterer: Scatterer<'a>,
 }
 
-/// Side of a closure, seen from the light, on which the eye is, and the cosine of the eye's direction.
-#[derive(Clone, Copy)]
-pub struct Scatter {
-    pub transmitted: bool,
-    pub eye_cosine: f64,
-}
+impl<'a, const C: usize> Vertex<'a, C> {
+    /// A horizontal sensor that looks up.
+    pub fn sensor(position: DVec3) -> Self {
+        let scatterer = Scatterer::Sensor;
+        Self { position, normal: DVec3::Z, surface: None, eye: DVec3::Z, weight: Spectrum::ONE, scatterer }
+    }
 
-impl<const C: usize> Vertex<'_, C> {
+    /// A surface of the room.
+    pub fn surface(
+        hit: &RoomHit,
+        surface: SurfaceId,
+        optics: &'a SurfaceOptics,
+        eye: DVec3,
+        weight: Spectrum<C>,
+    ) -> Self {
+        let RoomHit { position, normal, .. } = *hit;
+        let scatterer = Scatterer::Surface(Oriented { optics, normal });
+        Self { position, normal, surface: Some(surface), eye, weight, scatterer }
+    }
+
+    /// The lower side of a tube's closure.
+    pub fn closure(position: DVec3, closure: Closure<'a>, eye: DVec3, weight: Spectrum<C>) -> Self {
+        let scatterer = Scatterer::Closure(closure);
+        Self { position, normal: DVec3::NEG_Z, surface: None, eye, weight, scatterer }
+    }
+
+    /// The side of the room, seen from the eye.
+    pub fn side(&self) -> SheetSide {
+        if self.eye.dot(self.normal) < 0.0 { SheetSide::Other } else { SheetSide::Same }
+    }
+
+    pub fn is_sensor(&self) -> bool {
+        self.scatterer.is_sensor()
+    }
+
     /// The path's weight times BSDF times cosine per sr for light from `toward`, and the density of the ray that goes on.
     #[inline]
     pub fn response(&self, toward: DVec3) -> (Spectrum<C>, f64) {
-        let cosine = toward.dot(self.normal);
-        if cosine <= 0.0 {
+        if toward.dot(self.normal) <= 0.0 {
             return (Spectrum::ZERO, 0.0);
         }
-        let scatters = self.table.map_or(1.0 / PI, |(table, Scatter { transmitted, eye_cosine })| {
-            table.per_sr(transmitted, cosine, eye_cosine)
-        });
-        let mut response = self.diffuse * (scatters * cosine);
-        let mut density = self.diffuse_share * cosine / PI;
-        if let Some((lobe, weight)) = &self.lobe {
-            let per_sr = lobe.density(self.normal, self.eye, toward);
-            response += *weight * per_sr;
-            density += (1.0 - self.diffuse_share) * per_sr;
-        }
-        (response, density)
+        let (value, pdf): (Spectrum<C>, f64) = self.scatterer.value_and_pdf(Travel::AgainstLight, self.eye, toward);
+        (self.weight * value, pdf)
     }
 
-    /// True if light straight from luminaires has a closed form.
-    pub(super) fn lambert(&self, scene: &TraceableScene) -> bool {
-        !scene.luminaires_obstructed && self.lobe.is_none() && self.table.is_none()
+    /// Density per sr with which light from `toward` goes on to the eye; 0 where no photon does.
+    pub fn back(&self, toward: DVec3) -> f64 {
+        match self.surface {
+            Some(_) => Scatter::<C>::pdf(&self.scatterer, Travel::WithLight, toward, self.eye),
+            None => 0.0,
+        }
+    }
+
+    /// The path's weight times pi times BSDF, if it is Lambertian: light from extended sources then has closed forms.
+    pub fn lambertian(&self) -> Option<Spectrum<C>> {
+        self.scatterer.lambertian(self.side()).map(|albedo| self.weight * albedo)
     }
 
     /// True if the vertex has a lobe that connections rarely meet.
     pub fn is_narrow(&self) -> bool {
-        self.lobe.is_some_and(|(lobe, _)| lobe.roughness() < NARROW_ROUGHNESS)
+        self.scatterer.has_narrow_lobe()
     }
-
-    /// Describes this vertex to a ray that leaves it in a direction of `density`.
-    pub(super) fn last(&self, scene: &TraceableScene, density: f64) -> Last {
-        Last { position: self.position, density, lambert: self.lambert(scene), narrow: self.is_narrow() }
-    }
-}
-
-/// The vertex that a ray comes from, where it is connected.
-#[derive(Clone, Copy)]
-pub struct Last {
-    pub position: DVec3,
-    /// Density of the ray's direction, per sr.
-    pub density: f64,
-    /// Light straight from luminaires is counted there in closed form.
-    lambert: bool,
-    /// The vertex has a lobe that connections rarely meet.
-    pub narrow: bool,
-}
-
-/// A ray on its way through the room.
-#[derive(Clone, Copy)]
-pub struct Ray<const C: usize> {
-    pub(super) origin: DVec3,
-    pub(super) direction: DVec3,
-    pub(super) from: Option<SurfaceId>,
-    pub(super) weight: Spectrum<C>,
-    /// `None`: no vertex counted what the ray finds.
-    pub last: Option<Last>,
-    /// True for a ray straight from the eye.
-    pub from_eye: bool,
-}
-
-pub(super) fn lobe<const C: usize>(optics: &SurfaceOptics, weight: Spectrum<C>) -> Option<(&Glossy, Spectrum<C>)> {
-    let specular = optics.specular.as_ref()?;
-    Some((specular.lobe.as_deref()?, weight * Spectrum::from_rgb(specular.reflectance)))
-}
-
-/// The probability with which a surface sends a path on diffusely.
-pub fn diffuse_share(optics: &SurfaceOptics) -> f64 {
-    let brightest = |rgb: [f64; 3]| rgb.into_iter().fold(0.0, f64::max);
-    let diffuse = brightest(optics.reflectance);
-    match &optics.specular {
-        Some(specular) if brightest(specular.reflectance) > 0.0 => {
-            diffuse / (diffuse + brightest(specular.reflectance))
-        }
-        _ => 1.0,
-    }
-}
-
-/// Density per sr of connecting to an even point of a luminaire along `way`; zero from behind it.
-pub(super) fn luminaire_density(luminaire: &TraceableLuminaire, way: DVec3) -> f64 {
-    let leaving = -way.dot(luminaire.normal);
-    let distance_squared = way.length_squared();
-    if leaving > 0.0 { distance_squared * distance_squared.sqrt() / (leaving * luminaire.area_m2) } else { 0.0 }
-}
-
-/// The share of a luminaire's light that a ray counts which finds it.
-pub(super) fn luminaire_share(last: Last, luminaire: &TraceableLuminaire, position: DVec3) -> f64 {
-    if last.lambert {
-        return 0.0;
-    }
-    share(last.density, luminaire_density(luminaire, position - last.position))
-}
-
-/// The share of light that is counted where it was found with `density`, and not with `other`: the power heuristic.
-pub fn share(density: f64, other: f64) -> f64 {
-    if other == 0.0 { 1.0 } else { 1.0 / (1.0 + (other / density).powi(2)) }
 }

@@ -1,126 +1,152 @@
-//! One path followed backward, from a sensor or the eye: how it goes on and what light it meets.
+//! One path followed backward, from a sensor or the eye, until it ends: the only loop that does so.
 //!
-//! At every vertex that scatters with a finite distribution the path is connected to each luminaire, in closed form or at a
-//! random point, and the ray that goes on finds luminaires too: where there is no closed form the two share the light by the
-//! power heuristic (Veach and Guibas 1995, beta = 2). Daylight is the method's own: [`Daylight`] says what an opening sends
-//! to a vertex, and which share of the sky a ray counts that finds its way up a guide. Light of the room that a closure
-//! reflects, or that comes back down a guide, is found by the rays that go on alone.
-
-use std::f64::consts::PI;
+//! The walk knows how a path goes on: what it meets, by which part of a surface it is reflected, how it passes an opening,
+//! and where roulette ends it. What light it counts where is its method's: a [`Meeting`] connects vertices to light, and says
+//! which share of the light counts that a ray comes upon.
 
 use glam::DVec3;
 
-use super::vertex::{Ray, Vertex, diffuse_share, lobe, luminaire_density, luminaire_share, share};
+use super::opening::{Arriving, DaylightShare, Onward, enter_tube};
+use super::vertex::Vertex;
 use crate::integrator::roulette::{MAX_EVENTS, survival};
-use crate::optics::Spectrum;
-use crate::sampling::{PathSamples, warp};
-use crate::traceable::{Place, SpecularOptics, SurfaceId, TraceableScene};
+use crate::optics::{Kind, Oriented, Scatter, SheetSide, Spectrum, SurfaceOptics, Travel};
+use crate::sampling::PathSamples;
+use crate::traceable::{Place, RoomHit, SurfaceId, TraceableScene};
 
 /// A path goes on for certain above this share of its first weight, if its method asks for it.
 const CERTAIN_ABOVE: f64 = 0.05;
 
-/// Treatment of the daylight of openings by a method.
-pub trait Daylight<const C: usize>: Sync {
-    /// Adds what tube `tube` sends straight to a vertex below its opening, and by it toward the eye.
-    fn connect(&self, path: &mut Path, vertex: &Vertex<C>, tube: usize, sum: &mut Spectrum<C>);
+/// A method's part in a walk.
+pub trait Meeting<const C: usize> {
+    /// False if the path goes on by mirrors, lobes and clear closures only: the method counts what is scattered diffusely at
+    /// the vertex where it is.
+    const FOLLOWS_DIFFUSE: bool = true;
 
-    /// The share of the sky that a ray counts which meets the opening of tube `tube` at `position` and finds the sky at
-    /// once; what it finds after it came back down the guide it counts whole. `None`: it counts neither.
-    fn found_share(&self, scene: &TraceableScene, tube: usize, ray: &Ray<C>, position: DVec3) -> Option<f64>;
+    /// What a ray remembers of its way.
+    type Trace: Copy;
+    /// What is known of the way to a vertex.
+    type Arrival: Copy;
+
+    /// A ray has gone on by `length` metres.
+    fn flew(&self, _trace: &mut Self::Trace, _length: f64) {}
+
+    /// A ray reaches a surface at this cosine of the angle of incidence.
+    fn arrives(&self, trace: &Self::Trace, cosine: f64) -> Self::Arrival;
+
+    /// The path has come to the lower side of a closure that scatters, by way of its tube or not.
+    fn arrives_at_closure(&self) -> Self::Arrival;
+
+    /// The path begins at a sensor.
+    fn arrives_at_sensor(&self) -> Self::Arrival;
+
+    /// Adds light that is connected to a vertex to the walk's sum.
+    fn connect(&self, walk: &mut Walk<'_, C>, vertex: &Vertex<'_, C>, arrival: &Self::Arrival);
+
+    /// A ray leaves a vertex, its direction chosen with density `pdf` per sr.
+    fn leaves(
+        &self,
+        scene: &TraceableScene,
+        vertex: &Vertex<'_, C>,
+        arrival: &Self::Arrival,
+        toward: DVec3,
+        pdf: f64,
+    ) -> Self::Trace;
+
+    /// A ray turns at a mirror.
+    fn turns(&self, trace: &Self::Trace) -> Self::Trace;
+
+    /// A ray comes back down through a clear closure.
+    fn passes(&self, trace: &Self::Trace) -> Self::Trace;
+
+    /// Share of the light of luminaire `number` that a ray counts which finds it at `position`.
+    fn luminaire_share(&self, scene: &TraceableScene, number: usize, ray: &Ray<C, Self::Trace>, position: DVec3)
+    -> f64;
+
+    /// Shares of the daylight that a ray counts which meets the opening of a tube at `position`; `None` where the path ends
+    /// there.
+    fn meets_opening(
+        &self,
+        walk: &mut Walk<'_, C>,
+        tube: usize,
+        ray: &Ray<C, Self::Trace>,
+        position: DVec3,
+    ) -> Option<DaylightShare>;
 }
 
-/// One path that is followed backward, with its random numbers.
-pub struct Path<'a> {
+/// A ray on its way through the room.
+#[derive(Clone, Copy, Debug)]
+pub struct Ray<const C: usize, Trace> {
+    pub origin: DVec3,
+    /// Unit vector.
+    pub direction: DVec3,
+    pub from: Option<SurfaceId>,
+    pub weight: Spectrum<C>,
+    /// True if what a surface sends along it was reflected twice, or lights a sensor: interreflection.
+    pub reflected: bool,
+    pub trace: Trace,
+}
+
+/// One path that is followed backward, with its random numbers and what it found.
+#[derive(Debug)]
+pub struct Walk<'a, const C: usize> {
     pub scene: &'a TraceableScene,
     pub samples: PathSamples,
     /// Number of rays traced up to now.
     pub rays: u64,
     /// Reflections still to come that no roulette decides, as long as the path's weight is worth it.
     pub certain: u32,
+    /// Illuminance in lux, or luminance in cd/m2.
+    pub sum: Spectrum<C>,
 }
 
-impl Path<'_> {
-    /// One sample of the illuminance in lux of a point that looks up; `direct` is what counts the daylight straight from the
-    /// openings to it.
-    pub fn illuminance<const C: usize>(
-        &mut self,
-        direct: &impl Daylight<C>,
-        daylight: &impl Daylight<C>,
-        position: DVec3,
-    ) -> Spectrum<C> {
-        let vertex = Vertex {
-            position,
-            normal: DVec3::Z,
-            surface: None,
-            eye: DVec3::Z,
-            diffuse: Spectrum([PI; C]),
-            lobe: None,
-            diffuse_share: 1.0,
-            table: None,
-        };
-        let mut sum = Spectrum::ZERO;
-        let point = self.samples.pair();
-        sum += self.connect(direct, &vertex);
-        if let Some(ray) = self.scatter(&vertex, point) {
-            self.follow(daylight, ray, true, &mut sum);
+impl<'a, const C: usize> Walk<'a, C> {
+    /// A path by these random numbers, its first `certain` reflections decided by no roulette.
+    pub fn new(scene: &'a TraceableScene, samples: PathSamples, certain: u32) -> Self {
+        Self { scene, samples, rays: 0, certain, sum: Spectrum::ZERO }
+    }
+
+    /// Adds one sample of the illuminance in lux of a point that looks up.
+    pub fn illuminance<M: Meeting<C>>(&mut self, meeting: &M, position: DVec3) {
+        let vertex = Vertex::sensor(position);
+        let arrival = meeting.arrives_at_sensor();
+        // the first numbers are the best
+        let ray = self.scatter(meeting, &vertex, &arrival);
+        meeting.connect(self, &vertex, &arrival);
+        if let Some(ray) = ray {
+            self.follow(meeting, ray);
         }
-        sum
     }
 
-    /// One sample of the luminance in cd/m2 that an eye in the room sees.
-    pub fn luminance<const C: usize>(
-        &mut self,
-        daylight: &impl Daylight<C>,
-        origin: DVec3,
-        direction: DVec3,
-    ) -> Spectrum<C> {
-        let mut sum = Spectrum::ZERO;
-        let ray = Ray { origin, direction, from: None, weight: Spectrum::ONE, last: None, from_eye: true };
-        self.follow(daylight, ray, false, &mut sum);
-        sum
+    /// Adds one sample of the luminance in cd/m2 that an eye sees along a ray, which enters the room at `origin`.
+    pub fn luminance<M: Meeting<C>>(&mut self, meeting: &M, origin: DVec3, direction: DVec3, trace: M::Trace) {
+        let ray = Ray { origin, direction, from: None, weight: Spectrum::ONE, reflected: false, trace };
+        self.follow(meeting, ray);
     }
 
-    /// Follows a ray to its end; `reflected`: a surface that it meets reflects once more.
-    fn follow<const C: usize>(
-        &mut self,
-        daylight: &impl Daylight<C>,
-        mut ray: Ray<C>,
-        mut reflected: bool,
-        sum: &mut Spectrum<C>,
-    ) {
+    /// Follows a ray until the path ends.
+    pub fn follow<M: Meeting<C>>(&mut self, meeting: &M, mut ray: Ray<C, M::Trace>) {
         let scene = self.scene;
         let first = ray.weight.max();
         for _ in 0..MAX_EVENTS {
             let hit = scene.intersect(ray.origin, ray.direction, ray.from);
             self.rays += 1;
+            meeting.flew(&mut ray.trace, (hit.position - ray.origin).length());
             let next = match hit.place {
-                Place::Opening(index) => self.enter_tube(daylight, index, hit.position, &ray, sum),
+                Place::Opening(index) => self.meet_opening(meeting, index, hit.position, &ray),
                 Place::Surface(surface) => {
-                    if let Some(luminaire) = scene.luminaire(surface) {
-                        let share = ray.last.map_or(1.0, |last| luminaire_share(last, luminaire, hit.position));
-                        *sum += ray.weight * luminaire.seen(ray.direction) * share;
+                    if let Some(number) = scene.numbering.luminaire_of(surface) {
+                        let seen: Spectrum<C> = scene.luminaires[number].seen(ray.direction);
+                        if seen.max() > 0.0 {
+                            let share = meeting.luminaire_share(scene, number, &ray, hit.position);
+                            self.sum += ray.weight * seen * share;
+                        }
                         return;
                     }
                     let Some(optics) = scene.optics(surface) else { return };
-                    if reflected && !scene.interreflection {
+                    if ray.reflected && !scene.interreflection {
                         return;
                     }
-                    let finite = optics.gathers() || optics.specular.as_ref().is_some_and(|s| s.lobe.is_some());
-                    reflected |= finite;
-                    let vertex = Vertex {
-                        position: hit.position,
-                        normal: hit.normal,
-                        surface: Some(surface),
-                        eye: -ray.direction,
-                        diffuse: ray.weight * Spectrum::from_rgb(optics.reflectance),
-                        lobe: lobe(optics, ray.weight),
-                        diffuse_share: diffuse_share(optics),
-                        table: None,
-                    };
-                    if finite {
-                        *sum += self.connect(daylight, &vertex);
-                    }
-                    self.reflect(&vertex, optics.specular.as_ref(), ray.weight, first)
+                    self.meet_surface(meeting, (surface, optics), &hit, &ray, first)
                 }
             };
             match next {
@@ -130,96 +156,101 @@ impl Path<'_> {
         }
     }
 
-    /// The ray that goes on from a surface, by roulette.
-    fn reflect<const C: usize>(
+    /// A ray meets a surface: counts the light that is connected to it, and returns how the path goes on, by roulette.
+    fn meet_surface<M: Meeting<C>>(
         &mut self,
-        vertex: &Vertex<C>,
-        specular: Option<&SpecularOptics>,
-        weight: Spectrum<C>,
+        meeting: &M,
+        (surface, optics): (SurfaceId, &SurfaceOptics),
+        hit: &RoomHit,
+        ray: &Ray<C, M::Trace>,
         first: f64,
-    ) -> Option<Ray<C>> {
-        let reflected = specular.map_or(Spectrum::ZERO, |s| weight * Spectrum::from_rgb(s.reflectance));
-        let leaving = (vertex.diffuse + reflected).max();
+    ) -> Option<Ray<C, M::Trace>> {
+        let vertex = Vertex::surface(hit, surface, optics, -ray.direction, ray.weight);
+        let arrival = meeting.arrives(&ray.trace, -ray.direction.dot(hit.normal));
+        if optics.is_finite() {
+            meeting.connect(self, &vertex, &arrival);
+        }
+        let specular = ray.weight * optics.specular();
+        let leaving = if M::FOLLOWS_DIFFUSE { ray.weight * optics.diffuse() + specular } else { specular }.max();
         if leaving <= 0.0 {
             return None;
         }
-        let mut survival = survival(leaving, weight.max(), first);
+        let mut survival = survival(leaving, ray.weight.max(), first);
         if self.certain > 0 && leaving >= CERTAIN_ABOVE * first {
             self.certain -= 1;
             survival = 1.0;
         } else if self.samples.random.uniform() >= survival {
             return None;
         }
-        let point = self.samples.pair();
-        let mut ray = match specular {
-            None => self.scatter(vertex, point)?,
-            Some(_) if self.samples.random.uniform() < vertex.diffuse_share => self.scatter(vertex, point)?,
-            Some(specular) => {
-                let toward = specular.reflect(vertex.normal, vertex.eye, point, &mut self.samples.random);
-                let (position, from) = (vertex.position, vertex.surface);
-                let ray =
-                    |weight, last| Ray { origin: position, direction: toward, from, weight, last, from_eye: false };
-                match specular.lobe {
-                    None => ray(reflected * (1.0 / (1.0 - vertex.diffuse_share)), None),
-                    Some(_) => {
-                        let (response, density) = vertex.response(toward);
-                        if density <= 0.0 {
-                            return None;
-                        }
-                        let last = vertex.last(self.scene, density);
-                        ray(response * (1.0 / density), Some(last))
-                    }
-                }
-            }
-        };
-        ray.weight = ray.weight * (1.0 / survival);
-        Some(ray)
-    }
-
-    /// A ray in a direction of the diffuse part of a vertex.
-    pub(super) fn scatter<const C: usize>(&self, vertex: &Vertex<C>, point: [f64; 2]) -> Option<Ray<C>> {
-        let direction = warp::around(vertex.normal, warp::cosine_hemisphere(point));
-        let (response, density) = vertex.response(direction);
-        if density <= 0.0 || response.max() <= 0.0 {
+        let scattered = if M::FOLLOWS_DIFFUSE {
+            vertex.scatterer.sample(Travel::AgainstLight, vertex.eye, SheetSide::Same, &mut self.samples)
+        } else {
+            Oriented { optics, normal: hit.normal }.sample_specular(vertex.eye, &mut self.samples)
+        }?;
+        let weight = ray.weight * scattered.weight * (1.0 / survival);
+        if weight.max() <= 0.0 {
             return None;
         }
-        let Vertex { position, surface, .. } = *vertex;
-        let last = Some(vertex.last(self.scene, density));
-        let weight = response * (1.0 / density);
-        Some(Ray { origin: position, direction, from: surface, weight, last, from_eye: false })
+        let (origin, direction, from) = (hit.position, scattered.toward, Some(surface));
+        let (reflected, trace) = if scattered.kind == Kind::Mirror {
+            (ray.reflected || optics.is_finite(), meeting.turns(&ray.trace))
+        } else {
+            (true, meeting.leaves(self.scene, &vertex, &arrival, direction, scattered.pdf))
+        };
+        Some(Ray { origin, direction, from, weight, reflected, trace })
     }
 
-    /// Light that openings and luminaires send straight to a vertex, and by it toward the eye.
-    pub(super) fn connect<const C: usize>(&mut self, daylight: &impl Daylight<C>, vertex: &Vertex<C>) -> Spectrum<C> {
+    /// A ray meets an opening from below: counts the daylight that it finds, and returns how it comes back into the room.
+    fn meet_opening<M: Meeting<C>>(
+        &mut self,
+        meeting: &M,
+        index: usize,
+        position: DVec3,
+        ray: &Ray<C, M::Trace>,
+    ) -> Option<Ray<C, M::Trace>> {
         let scene = self.scene;
-        let mut sum = Spectrum::ZERO;
-        for (index, tube) in scene.tubes.iter().enumerate() {
-            if tube.origin.z > vertex.position.z {
-                daylight.connect(self, vertex, index, &mut sum);
+        let shares = meeting.meets_opening(self, index, ray, position)?;
+        let arriving = Arriving { position, direction: ray.direction, weight: ray.weight };
+        let tube = &scene.tubes[index];
+        let (found, onward) = enter_tube(scene, tube, arriving, shares, &mut self.samples, &mut self.rays);
+        self.sum += found;
+        match onward {
+            Onward::Ends => None,
+            Onward::Passes(Arriving { position, direction, weight }) => {
+                let (origin, from, trace) = (position, None, meeting.passes(&ray.trace));
+                Some(Ray { origin, direction, from, weight, reflected: ray.reflected, trace })
+            }
+            Onward::Scatters(..) if !M::FOLLOWS_DIFFUSE => None,
+            Onward::Scatters(Arriving { position, direction, weight }, closure) => {
+                let vertex = Vertex::closure(position, closure, -direction, weight);
+                let arrival = meeting.arrives_at_closure();
+                meeting.connect(self, &vertex, &arrival);
+                self.scatter(meeting, &vertex, &arrival)
             }
         }
-        for luminaire in scene.luminaires.iter().filter(|luminaire| luminaire.emits()) {
-            if vertex.lambert(scene) {
-                sum += vertex.diffuse * luminaire.irradiance(vertex.position, vertex.normal) * (1.0 / PI);
-                continue;
-            }
-            let source = luminaire.point(self.samples.pair()).clamp(DVec3::ZERO, scene.size);
-            let way = source - vertex.position;
-            let connected = luminaire_density(luminaire, way);
-            if connected > 0.0
-                && let Some((response, density)) = self.respond(vertex, source, Some(luminaire.surface))
-            {
-                let light: Spectrum<C> = luminaire.seen(way);
-                sum += response * light * (share(connected, density) / connected);
-            }
+    }
+
+    /// A ray that a sensor or a closure sends on into the room.
+    fn scatter<M: Meeting<C>>(
+        &mut self,
+        meeting: &M,
+        vertex: &Vertex<'_, C>,
+        arrival: &M::Arrival,
+    ) -> Option<Ray<C, M::Trace>> {
+        let scattered = vertex.scatterer.sample(Travel::AgainstLight, vertex.eye, vertex.side(), &mut self.samples)?;
+        let weight = vertex.weight * scattered.weight;
+        if weight.max() <= 0.0 {
+            return None;
         }
-        sum
+        let (origin, direction, from) = (vertex.position, scattered.toward, vertex.surface);
+        let trace = meeting.leaves(self.scene, vertex, arrival, direction, scattered.pdf);
+        Some(Ray { origin, direction, from, weight, reflected: true, trace })
     }
 
     /// The response of a vertex to light from a point that it sees, and the density of the ray that goes on.
-    pub fn respond<const C: usize>(
+    pub fn respond(
         &mut self,
-        vertex: &Vertex<C>,
+        vertex: &Vertex<'_, C>,
         source: DVec3,
         surface: Option<SurfaceId>,
     ) -> Option<(Spectrum<C>, f64)> {

@@ -4,10 +4,10 @@ use std::f64::consts::PI;
 
 use glam::DVec3;
 
-use super::weight::{Edge, Share, surface_density};
+use super::weight::{Edge, Share};
 use crate::integrator::photon::emission::EmittedPhoton;
 use crate::integrator::photon::path::{Flight, Origin, Scattering, Visitor};
-use crate::optics::{Diffuser, FiniteBsdf, Spectrum};
+use crate::optics::{Closure, Oriented, Scatter, Scatterer, Spectrum, SurfaceOptics, Travel};
 use crate::sampling::PathSamples;
 use crate::traceable::{SurfaceId, TraceableScene};
 
@@ -46,8 +46,7 @@ impl<const C: usize> LightVertex<C> {
         let lambertian = self.leaving * (cosine / PI);
         match self.scatterer(scene) {
             Some(scatterer) if self.lobe.max() > 0.0 => {
-                let per_sr = scatterer.bsdf_cosine(self.normal, self.incident, outward);
-                lambertian + self.lobe * Spectrum::from_rgb(per_sr)
+                lambertian + self.lobe * scatterer.value(Travel::WithLight, -self.incident, outward)
             }
             _ => lambertian,
         }
@@ -55,27 +54,32 @@ impl<const C: usize> LightVertex<C> {
 
     /// Density per sr with which a photon goes on along `outward`.
     pub fn forward(&self, scene: &TraceableScene, outward: DVec3) -> f64 {
-        match self.surface.and_then(|surface| scene.optics(surface)) {
-            Some(optics) if !self.source => surface_density(optics, self.normal, -self.incident, outward),
-            _ => outward.dot(self.normal).max(0.0) / PI,
+        match self.reflects(scene) {
+            Some(surface) => Scatter::<C>::pdf(&surface, Travel::WithLight, -self.incident, outward),
+            None => outward.dot(self.normal).max(0.0) / PI,
         }
     }
 
     /// Density per sr with which an eye path that arrives against `outward` goes on to the vertex before.
     pub fn back(&self, scene: &TraceableScene, outward: DVec3) -> f64 {
-        match self.surface.and_then(|surface| scene.optics(surface)) {
-            Some(optics) if !self.source => surface_density(optics, self.normal, outward, -self.incident),
-            _ => 0.0,
-        }
+        let surface = self.reflects(scene);
+        surface.map_or(0.0, |surface| Scatter::<C>::pdf(&surface, Travel::AgainstLight, outward, -self.incident))
     }
 
-    fn scatterer<'a>(&self, scene: &'a TraceableScene) -> Option<&'a dyn FiniteBsdf> {
+    /// The surface that reflected the light; `None` where it comes from a source.
+    fn reflects<'a>(&self, scene: &'a TraceableScene) -> Option<Oriented<'a, SurfaceOptics>> {
+        let optics = self.surface.filter(|_| !self.source).and_then(|surface| scene.optics(surface))?;
+        Some(Oriented { optics, normal: self.normal })
+    }
+
+    /// What scatters beside the Lambertian flux.
+    fn scatterer<'a>(&self, scene: &'a TraceableScene) -> Option<Scatterer<'a>> {
         if let Some(tube) = self.diffuser {
-            let Diffuser::Measured(table) = &scene.tubes[tube].diffuser else { return None };
-            return Some(table.as_ref());
+            let table = scene.tubes[tube].diffuser.measured()?;
+            return Some(Scatterer::Closure(Closure::from(table)));
         }
-        let specular = scene.optics(self.surface?)?.specular.as_ref()?;
-        specular.lobe.as_deref().map(|lobe| lobe as &dyn FiniteBsdf)
+        let lobe = scene.optics(self.surface?)?.lobe()?;
+        Some(Scatterer::Lobe(Oriented { optics: lobe, normal: self.normal }))
     }
 }
 
@@ -206,10 +210,7 @@ impl<const C: usize> Visitor<C> for Recorder<'_, C> {
             return;
         }
         let direction = way / length;
-        let mirror = |surface: SurfaceId| {
-            let optics = self.scene.optics(surface);
-            optics.and_then(|optics| optics.specular.as_ref()).is_some_and(|specular| specular.lobe.is_none())
-        };
+        let mirror = |surface: SurfaceId| self.scene.optics(surface).is_some_and(SurfaceOptics::is_mirror);
         match flight.origin {
             Origin::Specular => {
                 self.unscattered.push(*flight);

@@ -40,12 +40,13 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use glam::DVec3;
 use rayon::prelude::*;
 
-use self::eye::{EyePath, From, Starts};
+use self::eye::{EyeSide, From, Starts};
 use self::light::{LightPaths, LightVertex, Recorder};
 use super::{GridPass, Integrator, Pass, ViewPass};
 use crate::integrator::backward::chance;
 use crate::integrator::backward::room_entry::enter_room;
 use crate::integrator::backward::unscattered::unscattered;
+use crate::integrator::backward::walk::Walk;
 use crate::integrator::method::{Caveat, Computation, Described, Kept, Load, Refusal, Task, Work};
 use crate::integrator::photon::chunks::{fold_chunks, sums_at_once};
 use crate::integrator::photon::emission::{Emission, EmittedPhoton, Start};
@@ -284,44 +285,38 @@ impl<const C: usize> Bidirectional<C> {
         self.emission.photons() as f64 / f64::from(self.settings.samples_per_pixel)
     }
 
+    /// Eye path `number` of a sensor or pixel, and the photon that it is connected to.
     fn eye_path<'a>(
         &'a self,
         paths: &'a LightPaths<C>,
         stream: Key,
         number: u32,
         samples_per_pass: u32,
-    ) -> EyePath<'a, C> {
+    ) -> (Walk<'a, C>, &'a [LightVertex<C>]) {
         let mut samples = PathSamples::new(stream, u64::from(number));
         let photons = self.emission.photons();
         // photons stand in the order of their sources
         let stratum = (f64::from(number) + samples.random.uniform()) / f64::from(samples_per_pass);
         let photon = ((stratum * photons as f64) as u64).min(photons - 1);
-        EyePath {
-            scene: &self.scene,
-            starts: &self.starts,
-            photon: paths.of(photon as usize),
-            photons: photons as f64,
-            samples,
-            rays: 0,
-            sum: Spectrum::ZERO,
-        }
+        (Walk::new(&self.scene, samples, 0), paths.of(photon as usize))
     }
 
     /// Illuminance of one sensor in lux but for the photons' connections, and the rays it took.
     fn sensor(&self, grid: &Grid, index: usize, paths: &LightPaths<C>, stream: Key) -> (f64, u64) {
         let count = self.settings.samples_per_sensor;
+        let average = is_average(grid);
+        let from = if average { From::Cell(self.crossings_per_path(grid)) } else { From::Point };
+        let (photons, cut) = (self.emission.photons() as f64, self.connections_per_path(grid));
         let (mut lux, mut rays) = (0.0, 0);
         for number in 0..count {
-            let mut path = self.eye_path(paths, stream, number, count);
-            let average = is_average(grid);
-            let offset = if average { path.samples.pair().map(|u| u - 0.5) } else { [0.0; 2] };
+            let (mut walk, photon) = self.eye_path(paths, stream, number, count);
+            let offset = if average { walk.samples.pair().map(|u| u - 0.5) } else { [0.0; 2] };
             let sensor = place(grid, index, offset, grid.height_m + self.scene.contact());
             if !self.scene.is_in_box(sensor) {
-                let start = if average { From::Cell(self.crossings_per_path(grid)) } else { From::Point };
-                path.illuminance(sensor, start, self.connections_per_path(grid));
+                walk.illuminance(&EyeSide { starts: &self.starts, photon, photons, from, cut }, sensor);
             }
-            lux += path.sum.luminance();
-            rays += path.rays;
+            lux += walk.sum.luminance();
+            rays += walk.rays;
         }
         lux /= f64::from(count);
         if !is_average(grid) {
@@ -345,17 +340,20 @@ impl<const C: usize> Bidirectional<C> {
     fn pixel(&self, view: &View, pixel: usize, paths: &LightPaths<C>, stream: Key) -> (Spectrum<C>, u64) {
         let (column, row) = (pixel % view.size_px[0], pixel / view.size_px[0]);
         let count = self.settings.samples_per_pixel;
+        let (photons, cut) = (self.emission.photons() as f64, self.connections_per_ray());
         let (mut luminance, mut rays) = (Spectrum::ZERO, 0);
         for number in 0..count {
-            let mut path = self.eye_path(paths, stream, number, count);
-            let [x, y] = path.samples.pair();
+            let (mut walk, photon) = self.eye_path(paths, stream, number, count);
+            let [x, y] = walk.samples.pair();
             let direction = view.ray_direction(column as f64 + x, row as f64 + y);
             if let Some(origin) = enter_room(&self.scene, view.eye, direction) {
                 let outside = (origin - view.eye).length();
-                path.luminance(origin, direction, outside, view.pixel_sr(direction), self.connections_per_ray());
+                let side = EyeSide { starts: &self.starts, photon, photons, from: From::Eye, cut };
+                let trace = side.start_at_eye(outside, view.pixel_sr(direction));
+                walk.luminance(&side, origin, direction, trace);
             }
-            luminance += path.sum;
-            rays += path.rays;
+            luminance += walk.sum;
+            rays += walk.rays;
         }
         (luminance * (1.0 / f64::from(count)), rays)
     }

@@ -2,6 +2,7 @@
 
 use crate::guide::Guide;
 use crate::integrator::method::{Refusal, RefusalCode, Task};
+use crate::optics::SurfaceOptics;
 
 /// Reason why the method cannot compute a task, if it cannot: the sun's disc is found by photons alone, and these end
 /// where only one direction goes on to the sensor or the eye.
@@ -16,8 +17,8 @@ pub fn refuses(task: &Task) -> Option<Refusal> {
     let points = task.has_points();
     if scene.sun.is_some() {
         // cells see what crosses them
-        let seen = |roughness: f64| roughness == 0.0 && task.views.is_empty() && !points;
-        if scene.specular().any(|specular| specular.is_narrow() && !seen(specular.roughness)) {
+        let seen = |surface: &SurfaceOptics| surface.is_mirror() && task.views.is_empty() && !points;
+        if scene.specular_surfaces().any(|surface| surface.is_narrow() && !seen(surface)) {
             let detail =
                 "the sun's light in a mirror or a glossy surface of roughness below 0.2 is found by chance only";
             return Some(Refusal::new(RefusalCode::SunByMirrors, detail));
@@ -28,7 +29,7 @@ pub fn refuses(task: &Task) -> Option<Refusal> {
             return Some(Refusal::new(RefusalCode::SunThroughClearClosures, detail));
         }
     }
-    let reflects = scene.all_optics().any(|surface| surface.gathers() || surface.specular.is_some());
+    let reflects = scene.all_optics().any(|surface| surface.gathers() || surface.is_specular());
     if !task.views.is_empty() && !scene.interreflection && reflects {
         let detail = "its photons end at the first surface where interreflection is off, before the eye can see them";
         return Some(Refusal::new(RefusalCode::InterreflectionOff, detail));

@@ -13,13 +13,6 @@
 //!
 //! Where the recursion comes from: docs/physics/measurement_equation.md#bidirectional-weights.
 
-use std::f64::consts::PI;
-
-use glam::DVec3;
-
-use crate::integrator::backward::vertex::diffuse_share;
-use crate::traceable::SurfaceOptics;
-
 /// State of a subpath's strategies at a vertex.
 #[derive(Clone, Copy, Debug)]
 pub struct Share {
@@ -89,16 +82,4 @@ impl Edge {
             behind: self.back * self.cosine * per_squared,
         }
     }
-}
-
-/// Density per sr with which a path that comes from `from` goes on `toward` at a surface, both away from it.
-pub fn surface_density(optics: &SurfaceOptics, normal: DVec3, from: DVec3, toward: DVec3) -> f64 {
-    let cosine = toward.dot(normal);
-    if cosine <= 0.0 {
-        return 0.0;
-    }
-    let diffuse_share = diffuse_share(optics);
-    let lobe = optics.specular.as_ref().and_then(|specular| specular.lobe.as_deref());
-    let of_lobe = lobe.map_or(0.0, |lobe| (1.0 - diffuse_share) * lobe.density(normal, from, toward));
-    diffuse_share * cosine / PI + of_lobe
 }

@@ -353,20 +353,11 @@ impl<const C: usize> Tally<'_, C> {
 mod tests {
     use super::*;
     use crate::integrator::photon::path::Lobe;
-    use crate::optics::FiniteBsdf;
+    use crate::optics::reflection::Lobes;
+    use crate::optics::{Oriented, Scatterer, Surface};
     use crate::scene::{Channels, Daylight, EstimateKind, Face, Room, Scene};
     use crate::sky::zenith::ZenithFormula;
     use crate::traceable::Follow;
-
-    /// BRDF 1 / pi by way of a lobe.
-    #[derive(Debug)]
-    struct White;
-
-    impl FiniteBsdf for White {
-        fn bsdf_cosine(&self, normal: DVec3, _: DVec3, outward: DVec3) -> [f64; 3] {
-            [normal.dot(outward).max(0.0) / PI; 3]
-        }
-    }
 
     /// A Lambertian lobe of some flux lights sensors like Lambertian flux, to rounding; on cells only from a diffuser.
     #[test]
@@ -385,10 +376,12 @@ mod tests {
         let traceable = Arc::new(TraceableScene::new(&scene, follow).unwrap());
         let method = LightTracing::<3>::new(traceable, &scene.grids, &Settings::default(), 0);
         let flux = Spectrum([2.0, 3.0, 5.0]);
+        let white = Lobes::default().compile(&Surface::diffuse([1.0; 3]));
         let lux = |leaving: Spectrum<3>, lobed: bool, diffuser: Option<usize>| {
             let incident = DVec3::new(-1.0, 0.2, -0.3).normalize();
             let normal = DVec3::X;
-            let lobe = lobed.then_some(Lobe { scatterer: &White, normal, incident, flux });
+            let scatterer = Scatterer::Surface(Oriented { optics: &white, normal });
+            let lobe = lobed.then_some(Lobe { scatterer, incident, flux });
             let position = DVec3::new(0.0, 1.7, 1.9);
             let scattering =
                 Scattering { position, normal, leaving, lobe, surface: Some(SurfaceId::of_face(Face::West)), diffuser };

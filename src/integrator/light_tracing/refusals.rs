@@ -4,15 +4,16 @@ use glam::DVec3;
 
 use crate::guide::Guide;
 use crate::integrator::method::{Refusal, RefusalCode};
+use crate::optics::SurfaceOptics;
 use crate::scene::{EstimateKind, Grid};
-use crate::traceable::{SpecularOptics, TraceableScene};
+use crate::traceable::TraceableScene;
 
 /// Share of the room's shortest edge within which a surface is too near to a point sensor.
 const NEAR_SURFACE: f64 = 0.01;
 
 /// Reason why another method serves point sensors of a scene better, if one does.
 pub fn noisy_points(scene: &TraceableScene) -> Option<&'static str> {
-    let narrow = scene.interreflection && scene.specular().any(SpecularOptics::is_narrow);
+    let narrow = scene.interreflection && scene.specular_surfaces().any(SurfaceOptics::is_narrow);
     narrow.then_some("connections of point sensors to glossy surfaces of roughness below 0.2 are rare and bright")
 }
 
@@ -43,7 +44,7 @@ pub fn refuses_points(scene: &TraceableScene) -> Option<Refusal> {
     let bent_and_clear = scene.tubes.iter().any(|tube| {
         !matches!(tube.guide, Guide::Straight(_)) && tube.diffuser.specular_zone(tube.opening_radius).is_some()
     });
-    let (code, detail) = if scene.interreflection && scene.specular().any(|specular| specular.lobe.is_none()) {
+    let (code, detail) = if scene.interreflection && scene.specular_surfaces().any(SurfaceOptics::is_mirror) {
         (RefusalCode::MirrorsAtPoints, "point sensors cannot find light that a mirror reflects")
     } else if bent_and_clear && scene.sun.is_some() {
         let detail = "point sensors cannot find the sun's beam through a clear closure of a bent, domed or meshed tube";

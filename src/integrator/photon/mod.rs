@@ -1,6 +1,7 @@
 //! Light that is followed from its sources: photons from sky, sun and luminaires.
 
 pub mod chunks;
+pub mod descent;
 pub mod emission;
 pub mod ledger;
 pub mod path;

@@ -7,9 +7,9 @@ use super::emission::{EmittedPhoton, Start};
 use super::ledger::{Account, Ledger};
 use crate::guide::{End, Transit};
 use crate::integrator::roulette::{MAX_EVENTS, survival};
-use crate::optics::{Closure, FiniteBsdf, Spectrum};
-use crate::sampling::{PathSamples, warp};
-use crate::traceable::{Place, RoomHit, SpecularOptics, SurfaceId, TraceableScene};
+use crate::optics::{Kind, Oriented, Scatter, Scatterer, SheetSide, Spectrum, SurfaceOptics, Travel};
+use crate::sampling::PathSamples;
+use crate::traceable::{Place, RoomHit, SurfaceId, TraceableScene};
 
 /// A point where light is scattered into the room.
 #[derive(Clone, Copy, Debug)]
@@ -32,9 +32,7 @@ pub struct Scattering<'a, const C: usize> {
 #[derive(Clone, Copy, Debug)]
 pub struct Lobe<'a, const C: usize> {
     /// What sends the light on.
-    pub scatterer: &'a dyn FiniteBsdf,
-    /// Unit normal toward the side on which the light leaves.
-    pub normal: DVec3,
+    pub scatterer: Scatterer<'a>,
     /// Unit direction of travel of the light that arrives.
     pub incident: DVec3,
     /// Flux that arrives, in lm.
@@ -45,7 +43,7 @@ impl<const C: usize> Lobe<'_, C> {
     /// Intensity in lm/sr (flux times BSDF times |cosine|) along the unit vector `outward`.
     #[inline]
     pub fn intensity(&self, outward: DVec3) -> Spectrum<C> {
-        self.flux * Spectrum::from_rgb(self.scatterer.bsdf_cosine(self.normal, self.incident, outward))
+        self.flux * self.scatterer.value(Travel::WithLight, -self.incident, outward)
     }
 }
 
@@ -90,15 +88,6 @@ pub trait Visitor<const C: usize> {
     fn arrived(&mut self, surface: SurfaceId, position: DVec3, flux: Spectrum<C>, origin: Origin);
 }
 
-/// State of light after it has met a closure.
-enum Step<const C: usize> {
-    /// Into the room: position, direction, flux, what it left.
-    Room(DVec3, DVec3, Spectrum<C>, Origin),
-    /// Up into the guide of a tube: position in the ceiling plane, direction, flux.
-    Guide(usize, DVec3, DVec3, Spectrum<C>),
-    Ended,
-}
-
 /// Follows one photon to its end.
 pub fn trace<const C: usize>(
     scene: &TraceableScene,
@@ -107,95 +96,278 @@ pub fn trace<const C: usize>(
     visitor: &mut impl Visitor<C>,
     account: &mut Account,
 ) {
-    let (mut step, first) = match photon.start {
-        Start::Tube(tube) => through_tube(scene, tube, photon, samples, visitor, account),
-        Start::Luminaire(luminaire) => from_luminaire(scene, luminaire, photon, samples, visitor, account),
-    };
-    let mut events = 0;
-    loop {
-        events += 1;
-        step = match step {
-            Step::Ended => return,
-            Step::Room(position, direction, flux, origin) => {
-                if events > MAX_EVENTS {
-                    account.ledger.cut += flux.luminance();
-                    return;
-                }
-                cross_room(scene, position, direction, flux, origin, first, samples, visitor, account)
-            }
-            Step::Guide(index, position, direction, flux) => {
-                if !scene.guide_return || !scene.tubes[index].guide.returns_light() {
-                    account.ledger.guide_top += flux.luminance();
-                    return;
-                }
-                let tube = &scene.tubes[index];
-                let transit: Transit<C> = tube.guide.up(position - tube.origin, direction, &mut samples.random);
-                account.rays += u64::from(transit.rays);
-                match settle(&transit, flux, tube.origin, &mut account.ledger) {
-                    None => return,
-                    Some((position, direction, flux)) => {
-                        meet_closure(scene, index, position, direction, flux, samples, visitor, account)
-                    }
-                }
-            }
+    Tracer { scene, samples, visitor, account, first: 0.0 }.trace(photon);
+}
+
+/// State of light after it has met something.
+enum Step<const C: usize> {
+    /// Into the room.
+    Room(Beam<C>, Origin),
+    /// Up into the guide of a tube, from the ceiling plane.
+    Guide(usize, Beam<C>),
+    Ended,
+}
+
+/// Light on its way.
+#[derive(Clone, Copy)]
+struct Beam<const C: usize> {
+    position: DVec3,
+    /// Unit vector.
+    direction: DVec3,
+    /// In lm.
+    flux: Spectrum<C>,
+}
+
+/// One photon with all that it writes to.
+struct Tracer<'a, V> {
+    scene: &'a TraceableScene,
+    samples: &'a mut PathSamples,
+    visitor: &'a mut V,
+    account: &'a mut Account,
+    /// Largest channel of its first flux.
+    first: f64,
+}
+
+impl<V> Tracer<'_, V> {
+    fn trace<const C: usize>(&mut self, photon: &EmittedPhoton)
+    where
+        V: Visitor<C>,
+    {
+        let mut step = match photon.start {
+            Start::Tube(tube) => self.through_tube(tube, photon),
+            Start::Luminaire(luminaire) => self.leave_luminaire(luminaire, photon),
         };
+        let mut events = 0;
+        loop {
+            events += 1;
+            step = match step {
+                Step::Ended => return,
+                Step::Room(beam, origin) => {
+                    if events > MAX_EVENTS {
+                        self.account.ledger.cut += beam.flux.luminance();
+                        return;
+                    }
+                    self.cross_room(beam, origin)
+                }
+                Step::Guide(index, beam) => self.back_up(index, beam),
+            };
+        }
+    }
+
+    /// Light on its way to the collector of a tube.
+    fn through_tube<const C: usize>(&mut self, index: usize, photon: &EmittedPhoton) -> Step<C>
+    where
+        V: Visitor<C>,
+    {
+        let tube = &self.scene.tubes[index];
+        let transit: Transit<C> = tube.guide.down(photon.position, photon.direction, &mut self.samples.random);
+        self.account.rays += u64::from(transit.rays);
+        let flux = Spectrum([photon.flux; C]);
+        self.first = flux.max();
+        if !transit.entered {
+            return Step::Ended;
+        }
+        self.account.ledger.emitted += flux.luminance();
+        self.account.tubes[index].at_collector += flux.luminance();
+        let Some(beam) = settle(&transit, flux, tube.origin, &mut self.account.ledger) else { return Step::Ended };
+        self.account.tubes[index].at_diffuser += beam.flux.luminance();
+        self.meet_closure(index, beam)
+    }
+
+    /// Light leaves a luminaire.
+    fn leave_luminaire<const C: usize>(&mut self, index: usize, photon: &EmittedPhoton) -> Step<C>
+    where
+        V: Visitor<C>,
+    {
+        let luminaire = &self.scene.luminaires[index];
+        let flux = Spectrum::from_rgb(luminaire.luminance) * photon.flux;
+        self.first = flux.max();
+        self.account.ledger.luminaires += flux.luminance();
+        let EmittedPhoton { position, direction, .. } = *photon;
+        let (normal, surface) = (luminaire.normal, luminaire.surface);
+        self.visitor.emitted(
+            &Scattering { position, normal, leaving: flux, lobe: None, surface: Some(surface), diffuser: None },
+            self.samples,
+        );
+        Step::Room(Beam { position, direction, flux }, Origin::Luminaire(surface))
+    }
+
+    /// Light goes up a guide from its lower end.
+    fn back_up<const C: usize>(&mut self, index: usize, beam: Beam<C>) -> Step<C>
+    where
+        V: Visitor<C>,
+    {
+        let tube = &self.scene.tubes[index];
+        if !self.scene.guide_return || !tube.guide.returns_light() {
+            self.account.ledger.guide_top += beam.flux.luminance();
+            return Step::Ended;
+        }
+        let transit: Transit<C> = tube.guide.up(beam.position - tube.origin, beam.direction, &mut self.samples.random);
+        self.account.rays += u64::from(transit.rays);
+        match settle(&transit, beam.flux, tube.origin, &mut self.account.ledger) {
+            None => Step::Ended,
+            Some(beam) => self.meet_closure(index, beam),
+        }
+    }
+
+    /// Light meets the closure of a tube, from above or below.
+    fn meet_closure<const C: usize>(&mut self, index: usize, beam: Beam<C>) -> Step<C>
+    where
+        V: Visitor<C>,
+    {
+        let Beam { position, direction, flux } = beam;
+        let from_above = direction.z < 0.0;
+        let tube = &self.scene.tubes[index];
+        let closure = tube.closure_at(position);
+        let (ledger, fluxes) = (&mut self.account.ledger, &mut self.account.tubes[index]);
+        if let Some(transmittance) = closure.unscattered() {
+            let passing = flux * transmittance;
+            ledger.diffuser += flux.luminance() - passing.luminance();
+            if passing.max() <= 0.0 {
+                return Step::Ended;
+            }
+            let beam = Beam { flux: passing, ..beam };
+            if !from_above {
+                return Step::Guide(index, beam);
+            }
+            fluxes.into_room += passing.luminance();
+            return Step::Room(beam, Origin::Specular);
+        }
+        let [through, back]: [Spectrum<C>; 2] =
+            [SheetSide::Other, SheetSide::Same].map(|side| flux * closure.albedo(-direction, side));
+        ledger.diffuser += flux.luminance() - through.luminance() - back.luminance();
+        let (down, up) = if from_above { (through, back) } else { (back, through) };
+        if from_above {
+            fluxes.into_room += through.luminance();
+        }
+        if down.max() > 0.0 {
+            // of a table the flux that arrives counts, with its direction
+            let lobe =
+                closure.table().map(|_| Lobe { scatterer: Scatterer::Closure(closure), incident: direction, flux });
+            let leaving = if lobe.is_none() { down } else { Spectrum::ZERO };
+            let normal = DVec3::NEG_Z;
+            self.visitor.scattered(
+                &Scattering { position, normal, leaving, lobe, surface: None, diffuser: Some(index) },
+                self.samples,
+            );
+        }
+        // what goes up a guide that returns nothing needs no path
+        let up = if self.scene.guide_return && tube.guide.returns_light() {
+            up
+        } else {
+            ledger.guide_top += up.luminance();
+            Spectrum::ZERO
+        };
+        let both = up.max() + down.max();
+        if both <= 0.0 {
+            return Step::Ended;
+        }
+        // one of the two goes on, chosen by its flux
+        let up_share = up.max() / both;
+        let goes_up = up_share > 0.0 && self.samples.random.uniform() < up_share;
+        let onward = if goes_up { up * (1.0 / up_share) } else { down * (1.0 / (1.0 - up_share)) };
+        ledger.cut += down.luminance() + up.luminance() - onward.luminance();
+        let side = if goes_up == from_above { SheetSide::Same } else { SheetSide::Other };
+        let Some(scattered) = Scatter::<C>::sample(&closure, Travel::WithLight, -direction, side, self.samples) else {
+            ledger.cut += onward.luminance();
+            return Step::Ended;
+        };
+        let beam = Beam { position, direction: scattered.toward, flux: onward };
+        if goes_up { Step::Guide(index, beam) } else { Step::Room(beam, Origin::Diffuser) }
+    }
+
+    /// One flight through the room and what happens at its end.
+    fn cross_room<const C: usize>(&mut self, beam: Beam<C>, origin: Origin) -> Step<C>
+    where
+        V: Visitor<C>,
+    {
+        let Beam { position, direction, flux } = beam;
+        let from = match origin {
+            Origin::Surface(surface) | Origin::Lobe(surface) | Origin::Luminaire(surface) => Some(surface),
+            Origin::Diffuser | Origin::Specular => None,
+        };
+        let hit = self.scene.intersect(position, direction, from);
+        self.account.rays += 1;
+        self.visitor.flew(&Flight { from: position, to: hit.position, flux, origin });
+        let surface = match hit.place {
+            Place::Opening(index) => return self.meet_closure(index, Beam { position: hit.position, ..beam }),
+            Place::Surface(surface) => surface,
+        };
+        let Some(optics) = self.scene.optics(surface) else {
+            self.account.ledger.open_surfaces += flux.luminance();
+            return Step::Ended;
+        };
+        self.visitor.arrived(surface, hit.position, flux, origin);
+        if !self.scene.interreflection {
+            self.account.ledger.room += flux.luminance();
+            return Step::Ended;
+        }
+        self.reflect(surface, optics, &hit, Beam { position: hit.position, ..beam })
+    }
+
+    /// Reflects light that arrives at a surface.
+    fn reflect<const C: usize>(
+        &mut self,
+        surface: SurfaceId,
+        optics: &SurfaceOptics,
+        hit: &RoomHit,
+        beam: Beam<C>,
+    ) -> Step<C>
+    where
+        V: Visitor<C>,
+    {
+        let Beam { position, direction, flux } = beam;
+        let (normal, ledger) = (hit.normal, &mut self.account.ledger);
+        let diffuse = flux * optics.diffuse();
+        let leaving = diffuse + flux * optics.specular();
+        if leaving.max() <= 0.0 {
+            ledger.room += flux.luminance();
+            return Step::Ended;
+        }
+        let lobe = optics.lobe().map(|lobe| Lobe {
+            scatterer: Scatterer::Lobe(Oriented { optics: lobe, normal }),
+            incident: direction,
+            flux: flux * optics.specular(),
+        });
+        if lobe.is_some() || diffuse.max() > 0.0 {
+            self.visitor.scattered(
+                &Scattering { position, normal, leaving: diffuse, lobe, surface: Some(surface), diffuser: None },
+                self.samples,
+            );
+        }
+        // roulette keeps the flux of a survivor; colours change its balance, so the ledger books both
+        let survival = survival(leaving.max(), flux.max(), self.first);
+        if self.samples.random.uniform() >= survival {
+            ledger.room += flux.luminance();
+            return Step::Ended;
+        }
+        let expected = leaving * (1.0 / survival);
+        ledger.room += flux.luminance() - expected.luminance();
+        let scatterer = Oriented { optics, normal };
+        let Some(scattered) =
+            Scatter::<C>::sample(&scatterer, Travel::WithLight, -direction, SheetSide::Same, self.samples)
+        else {
+            ledger.cut += expected.luminance();
+            return Step::Ended;
+        };
+        // what is diffuse and what is not is counted apart
+        let onward = flux * scattered.weight_of_kind * (1.0 / survival);
+        ledger.cut += expected.luminance() - onward.luminance();
+        let origin = match scattered.kind {
+            Kind::Diffuse | Kind::Through => Origin::Surface(surface),
+            Kind::Glossy | Kind::Mirror => Origin::Lobe(surface),
+        };
+        Step::Room(Beam { position, direction: scattered.toward, flux: onward }, origin)
     }
 }
 
-/// Light on its way to the collector of `index`; where it is then, and its first flux.
-fn through_tube<const C: usize>(
-    scene: &TraceableScene,
-    index: usize,
-    photon: &EmittedPhoton,
-    samples: &mut PathSamples,
-    visitor: &mut impl Visitor<C>,
-    account: &mut Account,
-) -> (Step<C>, f64) {
-    let tube = &scene.tubes[index];
-    let transit: Transit<C> = tube.guide.down(photon.position, photon.direction, &mut samples.random);
-    account.rays += u64::from(transit.rays);
-    let flux = Spectrum([photon.flux; C]);
-    let first = flux.max();
-    if !transit.entered {
-        return (Step::Ended, first);
-    }
-    account.ledger.emitted += flux.luminance();
-    account.tubes[index].at_collector += flux.luminance();
-    let Some((position, direction, flux)) = settle(&transit, flux, tube.origin, &mut account.ledger) else {
-        return (Step::Ended, first);
-    };
-    account.tubes[index].at_diffuser += flux.luminance();
-    (meet_closure(scene, index, position, direction, flux, samples, visitor, account), first)
-}
-
-/// Light leaves luminaire `index`; where it is then, and its first flux.
-fn from_luminaire<const C: usize>(
-    scene: &TraceableScene,
-    index: usize,
-    photon: &EmittedPhoton,
-    samples: &mut PathSamples,
-    visitor: &mut impl Visitor<C>,
-    account: &mut Account,
-) -> (Step<C>, f64) {
-    let luminaire = &scene.luminaires[index];
-    let flux = Spectrum::from_rgb(luminaire.luminance) * photon.flux;
-    account.ledger.luminaires += flux.luminance();
-    let EmittedPhoton { position, direction, .. } = *photon;
-    let (normal, surface) = (luminaire.normal, luminaire.surface);
-    visitor.emitted(
-        &Scattering { position, normal, leaving: flux, lobe: None, surface: Some(surface), diffuser: None },
-        samples,
-    );
-    (Step::Room(position, direction, flux, Origin::Luminaire(surface)), flux.max())
-}
-
-/// Books what a guide took, and returns what arrives in the opening: position in the room, direction, flux.
+/// Books what a guide took, and returns what arrives in the opening.
 fn settle<const C: usize>(
     transit: &Transit<C>,
     flux: Spectrum<C>,
     origin: DVec3,
     ledger: &mut Ledger,
-) -> Option<(DVec3, DVec3, Spectrum<C>)> {
+) -> Option<Beam<C>> {
     let collected = flux * transit.collector;
     let arriving = collected * transit.mirrors;
     ledger.collector += flux.luminance() - collected.luminance();
@@ -204,7 +376,7 @@ fn settle<const C: usize>(
         End::Opening => {
             let mut position = origin + transit.position;
             position.z = origin.z;
-            Some((position, transit.direction, arriving))
+            Some(Beam { position, direction: transit.direction, flux: arriving })
         }
         End::Top => {
             ledger.guide_top += arriving.luminance();
@@ -219,201 +391,4 @@ fn settle<const C: usize>(
             None
         }
     }
-}
-
-/// Light meets the closure of tube `index`, from above or below.
-#[allow(clippy::too_many_arguments)]
-fn meet_closure<const C: usize>(
-    scene: &TraceableScene,
-    index: usize,
-    position: DVec3,
-    direction: DVec3,
-    flux: Spectrum<C>,
-    samples: &mut PathSamples,
-    visitor: &mut impl Visitor<C>,
-    account: &mut Account,
-) -> Step<C> {
-    let from_above = direction.z < 0.0;
-    let tube = &scene.tubes[index];
-    let cosine = direction.z.abs();
-    let (through, back, table) = match tube.closure_at(position) {
-        Closure::Specular { transmittance } => {
-            let passing = flux * Spectrum::from_rgb(transmittance);
-            account.ledger.diffuser += flux.luminance() - passing.luminance();
-            if passing.max() <= 0.0 {
-                return Step::Ended;
-            }
-            if !from_above {
-                return Step::Guide(index, position, direction, passing);
-            }
-            account.tubes[index].into_room += passing.luminance();
-            return Step::Room(position, direction, passing, Origin::Specular);
-        }
-        Closure::Measured(table) => {
-            let [through, back] = table.shares(cosine);
-            (flux * through, flux * back, Some(table))
-        }
-        Closure::Lambertian { transmittance, reflectance } => {
-            (flux * Spectrum::from_rgb(transmittance), flux * Spectrum::from_rgb(reflectance), None)
-        }
-    };
-    account.ledger.diffuser += flux.luminance() - through.luminance() - back.luminance();
-    let (down, up) = if from_above { (through, back) } else { (back, through) };
-    if from_above {
-        account.tubes[index].into_room += through.luminance();
-    }
-    if down.max() > 0.0 {
-        let scattering = Scattering {
-            position,
-            normal: DVec3::NEG_Z,
-            leaving: if table.is_none() { down } else { Spectrum::ZERO },
-            lobe: table.map(|table| Lobe { scatterer: table, normal: DVec3::NEG_Z, incident: direction, flux }),
-            surface: None,
-            diffuser: Some(index),
-        };
-        visitor.scattered(&scattering, samples);
-    }
-    // what goes up a guide that returns nothing needs no path
-    let follows_up = scene.guide_return && tube.guide.returns_light();
-    let up = if follows_up {
-        up
-    } else {
-        account.ledger.guide_top += up.luminance();
-        Spectrum::ZERO
-    };
-    let both = up.max() + down.max();
-    if both <= 0.0 {
-        return Step::Ended;
-    }
-    // one of the two goes on, chosen by its flux
-    let up_share = up.max() / both;
-    let goes_up = up_share > 0.0 && samples.random.uniform() < up_share;
-    let onward = if goes_up { up * (1.0 / up_share) } else { down * (1.0 / (1.0 - up_share)) };
-    account.ledger.cut += down.luminance() + up.luminance() - onward.luminance();
-    let local = match table {
-        Some(table) => table.sample(goes_up != from_above, cosine, samples.pair()),
-        None => warp::cosine_hemisphere(samples.pair()),
-    };
-    if goes_up {
-        Step::Guide(index, position, local, onward)
-    } else {
-        Step::Room(position, DVec3::new(local.x, -local.y, -local.z), onward, Origin::Diffuser)
-    }
-}
-
-/// One flight through the room and what happens at its end.
-#[allow(clippy::too_many_arguments)]
-fn cross_room<const C: usize>(
-    scene: &TraceableScene,
-    position: DVec3,
-    direction: DVec3,
-    flux: Spectrum<C>,
-    origin: Origin,
-    first: f64,
-    samples: &mut PathSamples,
-    visitor: &mut impl Visitor<C>,
-    account: &mut Account,
-) -> Step<C> {
-    let from = match origin {
-        Origin::Surface(surface) | Origin::Lobe(surface) | Origin::Luminaire(surface) => Some(surface),
-        Origin::Diffuser | Origin::Specular => None,
-    };
-    let hit = scene.intersect(position, direction, from);
-    account.rays += 1;
-    visitor.flew(&Flight { from: position, to: hit.position, flux, origin });
-    let surface = match hit.place {
-        Place::Opening(index) => {
-            return meet_closure(scene, index, hit.position, direction, flux, samples, visitor, account);
-        }
-        Place::Surface(surface) => surface,
-    };
-    let Some(optics) = scene.optics(surface) else {
-        account.ledger.open_surfaces += flux.luminance();
-        return Step::Ended;
-    };
-    visitor.arrived(surface, hit.position, flux, origin);
-    let leaving = flux * Spectrum::from_rgb(optics.reflectance);
-    if let Some(specular) = &optics.specular
-        && scene.interreflection
-    {
-        let arrival = Arrival { surface, hit, direction, flux, first };
-        return reflect(specular, &arrival, leaving, samples, visitor, account);
-    }
-    if !scene.interreflection || leaving.max() <= 0.0 {
-        account.ledger.room += flux.luminance();
-        return Step::Ended;
-    }
-    let scattering = Scattering {
-        position: hit.position,
-        normal: hit.normal,
-        leaving,
-        lobe: None,
-        surface: Some(surface),
-        diffuser: None,
-    };
-    visitor.scattered(&scattering, samples);
-    // roulette keeps the flux of a survivor; colours change its balance, so the ledger books both
-    let survival = survival(leaving.max(), flux.max(), first);
-    if samples.random.uniform() >= survival {
-        account.ledger.room += flux.luminance();
-        return Step::Ended;
-    }
-    let onward = leaving * (1.0 / survival);
-    account.ledger.room += flux.luminance() - onward.luminance();
-    let local = warp::cosine_hemisphere(samples.pair());
-    Step::Room(hit.position, warp::around(hit.normal, local), onward, Origin::Surface(surface))
-}
-
-/// Light that arrives at a surface.
-struct Arrival<const C: usize> {
-    surface: SurfaceId,
-    hit: RoomHit,
-    direction: DVec3,
-    flux: Spectrum<C>,
-    /// Flux of the photon at its start.
-    first: f64,
-}
-
-/// Reflects light at a surface with a specular part; `diffuse` is the flux that it reflects diffusely.
-#[inline(never)]
-fn reflect<const C: usize>(
-    specular: &SpecularOptics,
-    arrival: &Arrival<C>,
-    diffuse: Spectrum<C>,
-    samples: &mut PathSamples,
-    visitor: &mut impl Visitor<C>,
-    account: &mut Account,
-) -> Step<C> {
-    let Arrival { surface, hit: RoomHit { position, normal, .. }, direction, flux, first } = *arrival;
-    let reflected = flux * Spectrum::from_rgb(specular.reflectance);
-    let leaving = diffuse + reflected;
-    if leaving.max() <= 0.0 {
-        account.ledger.room += flux.luminance();
-        return Step::Ended;
-    }
-    let lobe =
-        specular.lobe.as_deref().map(|scatterer| Lobe { scatterer, normal, incident: direction, flux: reflected });
-    if lobe.is_some() || diffuse.max() > 0.0 {
-        visitor.scattered(
-            &Scattering { position, normal, leaving: diffuse, lobe, surface: Some(surface), diffuser: None },
-            samples,
-        );
-    }
-    let survival = survival(leaving.max(), flux.max(), first);
-    if samples.random.uniform() >= survival {
-        account.ledger.room += flux.luminance();
-        return Step::Ended;
-    }
-    account.ledger.room += flux.luminance() - leaving.luminance() / survival;
-    // one of the two parts, by flux
-    let diffuse_share = diffuse.max() / (diffuse.max() + reflected.max());
-    let (onward, toward, origin) = if samples.random.uniform() < diffuse_share {
-        let toward = warp::around(normal, warp::cosine_hemisphere(samples.pair()));
-        (diffuse * (1.0 / (diffuse_share * survival)), toward, Origin::Surface(surface))
-    } else {
-        let toward = specular.reflect(normal, -direction, samples.pair(), &mut samples.random);
-        (reflected * (1.0 / ((1.0 - diffuse_share) * survival)), toward, Origin::Lobe(surface))
-    };
-    account.ledger.cut += leaving.luminance() / survival - onward.luminance();
-    Step::Room(position, toward, onward, origin)
 }

@@ -8,7 +8,7 @@ use glam::DVec3;
 use super::maps::{LEAST_KERNEL, Mapper, Maps, POINT_CONNECTIONS};
 use super::store::Tube;
 use crate::geometry::disc::disc_disc_area;
-use crate::optics::{Diffuser, Glossy, MeasuredDiffuser, Spectrum};
+use crate::optics::{Closure, Glossy, MeasuredDiffuser, Spectrum};
 use crate::sampling::PathRandom;
 use crate::traceable::{RoomHit, SurfaceId, TraceableTube};
 
@@ -41,7 +41,7 @@ impl<const C: usize> Mapper<C> {
                 let cosines = way.dot(normal) * way.z;
                 if cosines > 0.0 && way.z > 0.0 && self.scene.visible(position, surface, exit.position, None) {
                     let mut geometry = cosines / (distance_squared * distance_squared) / PI;
-                    if let Diffuser::Measured(table) = diffuser {
+                    if let Some(table) = diffuser.measured() {
                         let down = way.z / distance_squared.sqrt();
                         geometry *= PI * measured_per_sr(table, maps.incidents[index][number], down);
                     }
@@ -82,8 +82,22 @@ impl<const C: usize> Mapper<C> {
         sum
     }
 
-    /// Luminance in cd/m2 of a measured diffuser along the eye ray's `direction` to a point of its lower side.
-    pub fn measured_luminance(
+    /// Luminance in cd/m2 of a diffuser that scatters along the eye ray's `direction` to a point of its lower side.
+    pub fn luminance(
+        &self,
+        maps: &Maps<C>,
+        index: usize,
+        closure: Closure<'_>,
+        position: DVec3,
+        direction: DVec3,
+    ) -> Spectrum<C> {
+        match closure.table() {
+            Some(table) => self.measured_luminance(maps, index, table, position, direction),
+            None => self.exitance(maps, index, position) * (1.0 / PI),
+        }
+    }
+
+    fn measured_luminance(
         &self,
         maps: &Maps<C>,
         index: usize,
@@ -129,11 +143,9 @@ impl<const C: usize> Mapper<C> {
                 if density > 0.0 && self.scene.visible(hit.position, surface, exit.position, None) {
                     let connected = connection_density(tube, way);
                     let share = connected / (density + connected);
-                    let per_sr = match &tube.diffuser {
-                        Diffuser::Measured(table) => {
-                            toward.z * measured_per_sr(table, maps.incidents[index][number], toward.z)
-                        }
-                        _ => toward.z / PI,
+                    let per_sr = match tube.diffuser.measured() {
+                        Some(table) => toward.z * measured_per_sr(table, maps.incidents[index][number], toward.z),
+                        None => toward.z / PI,
                     };
                     let geometry = density * per_sr / distance_squared;
                     sum += exit.flux * (share * geometry * exits.len() as f64 / count as f64);
@@ -144,7 +156,7 @@ impl<const C: usize> Mapper<C> {
     }
 
     /// Luminous exitance in lm/m2 of a diffuser at a point of its lower side.
-    pub fn exitance(&self, maps: &Maps<C>, index: usize, position: DVec3) -> Spectrum<C> {
+    fn exitance(&self, maps: &Maps<C>, index: usize, position: DVec3) -> Spectrum<C> {
         let tube = &self.scene.tubes[index];
         let radius = maps.radius.min(0.25 * tube.opening_radius);
         let (flux, ..) = maps.exit_grid.gather(position, radius, Tube(index as u32));

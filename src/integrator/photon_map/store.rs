@@ -5,10 +5,10 @@ use glam::{DVec2, DVec3};
 use super::grid::Photon;
 use crate::integrator::photon::emission::EmittedPhoton;
 use crate::integrator::photon::path::{Flight, Origin, Scattering, Visitor};
-use crate::optics::Spectrum;
+use crate::optics::{Spectrum, SurfaceOptics};
 use crate::sampling::PathSamples;
 use crate::scene::{EstimateKind, Grid};
-use crate::traceable::{SurfaceId, SurfaceOptics, TraceableScene, TraceableTube};
+use crate::traceable::{SurfaceId, TraceableScene, TraceableTube};
 
 /// Which photons final gathering counts on planes.
 #[derive(Debug)]

@@ -4,6 +4,7 @@
 //! part. A diffuser that a glossy lobe reflects is found in two ways, by connections to its photons and by the direction
 //! that the ray takes; they share it by the balance heuristic (Veach and Guibas 1995).
 
+use std::cell::Cell;
 use std::f64::consts::PI;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -12,19 +13,17 @@ use rayon::prelude::*;
 
 use super::maps::{Gathered, Mapper, Maps};
 use super::near_light::share_of;
-use crate::guide::{End, Transit};
 use crate::integrator::ViewPass;
+use crate::integrator::backward::opening::DaylightShare;
 use crate::integrator::backward::room_entry::enter_room;
-use crate::integrator::roulette::MAX_REFLECTIONS;
-use crate::optics::{Closure, Spectrum};
-use crate::sampling::{Key, PathRandom};
+use crate::integrator::backward::vertex::Vertex;
+use crate::integrator::backward::walk::{Meeting, Ray, Walk};
+use crate::optics::{Spectrum, SurfaceOptics};
+use crate::sampling::{Key, PathRandom, PathSamples};
 use crate::scene::View;
-use crate::traceable::{Place, RoomHit, SurfaceId};
+use crate::traceable::{Place, RoomHit, SurfaceId, TraceableScene};
 
-/// Ways of one eye ray up into tubes.
-const MAX_EYE_TRANSITS: u32 = 64;
-
-/// Specular reflections of one eye ray that are followed for sure; farther ones by roulette.
+/// Specular reflections of one eye ray that no roulette decides, as long as they are worth it.
 const SURE_REFLECTIONS: u32 = 8;
 
 /// Results of `of` for every pixel of a view, of its number and its column and row; `None` when cancelled.
@@ -48,15 +47,19 @@ pub fn view<const C: usize>(
     view: &View,
     stream: Key,
     cancel: &AtomicBool,
-    luminance: impl Fn(DVec3, Key, &mut PathRandom) -> Gathered<C> + Sync,
+    luminance: impl Fn(DVec3, Key, PathSamples) -> Gathered<C> + Sync,
 ) -> Option<ViewPass> {
     let seen = pixels(view, cancel, |pixel, place| {
         let key = stream.child(pixel as u64);
-        let mut random = PathRandom::new(key);
-        let direction = direction(view, place, random.uniform2());
-        luminance(direction, key, &mut random)
+        let mut samples = independent(key);
+        luminance(direction(view, place, samples.pair()), key, samples)
     })?;
     Some(ViewPass::of(&seen))
+}
+
+/// Numbers of an eye ray that is the only one of its key.
+pub fn independent(key: Key) -> PathSamples {
+    PathSamples::with_pairs(key, 0, 0)
 }
 
 /// Unit direction through the point at coordinates 0..1 of the pixel in a column and row.
@@ -83,104 +86,115 @@ pub fn luminance<const C: usize>(
     maps: &Maps<C>,
     eye: DVec3,
     direction: DVec3,
-    random: &mut PathRandom,
-    mut irradiance: impl FnMut(&RoomHit, SurfaceId, Spectrum<C>, &mut PathRandom) -> Gathered<C>,
+    samples: PathSamples,
+    irradiance: impl Fn(&RoomHit, SurfaceId, Spectrum<C>, &mut PathRandom) -> Gathered<C>,
 ) -> Gathered<C> {
-    // the sum of what diffuse parts send along the path
-    let mut seen = Gathered::NOTHING;
     let scene = &*mapper.scene;
-    let Some(mut origin) = enter_room(scene, eye, direction) else { return seen };
-    let mut direction = direction;
-    let mut from = None;
-    let mut weight = Spectrum::<C>::ONE;
-    // density per sr of the ray's direction when a glossy lobe chose it
-    let mut chosen = None;
-    // whether the beams at a glossy surface were gathered that the ray comes from
-    let mut beams_gathered = false;
-    let (mut transits, mut reflections) = (0, 0);
-    while transits < MAX_EYE_TRANSITS && reflections < MAX_REFLECTIONS {
-        let hit = scene.intersect(origin, direction, from);
-        let index = match hit.place {
-            Place::Surface(surface) => {
-                if let Some(luminaire) = scene.luminaire(surface) {
-                    seen.irradiance += weight * luminaire.seen(direction);
-                    return seen;
-                }
-                let Some(optics) = scene.optics(surface) else { return seen };
-                if optics.gathers() {
-                    let brdf = Spectrum::from_rgb(optics.reflectance) * (1.0 / PI);
-                    let part = irradiance(&hit, surface, weight, random);
-                    seen.found += part.found;
-                    seen.bias += part.bias * (weight * brdf).luminance();
-                    seen.irradiance += part.irradiance * weight * brdf;
-                }
-                let Some(specular) = &optics.specular else { return seen };
-                let reflectance = Spectrum::from_rgb(specular.reflectance);
-                if let Some(lobe) = &specular.lobe {
-                    let reflected = mapper.diffusers_in_lobe(maps, lobe, &hit, Some(surface), -direction, random);
-                    seen.irradiance += reflected * weight * reflectance;
-                    if optics.gathers_beams() {
-                        let (beams, bias) = mapper.beams_in_lobe(maps, maps.radius, lobe, &hit, -direction);
-                        seen.irradiance += beams * weight * reflectance;
-                        seen.bias += bias * (weight * reflectance).luminance();
-                    }
-                }
-                reflections += 1;
-                let survival = if reflections > SURE_REFLECTIONS { reflectance.max() } else { 1.0 };
-                if survival < 1.0 && random.uniform() >= survival {
-                    return seen;
-                }
-                weight = weight * reflectance * (1.0 / survival);
-                let point = random.uniform2();
-                (origin, from) = (hit.position, Some(surface));
-                let toward = specular.reflect(hit.normal, -direction, point, random);
-                chosen = specular.lobe.as_ref().map(|lobe| lobe.density(hit.normal, -direction, toward));
-                beams_gathered = optics.gathers_beams();
-                direction = toward;
-                continue;
-            }
-            Place::Opening(index) => index,
+    let Some(origin) = enter_room(scene, eye, direction) else { return Gathered::NOTHING };
+    let gathering = Gathering { mapper, maps, irradiance, found: Cell::new(0.0), bias: Cell::new(0.0) };
+    let mut walk = Walk::new(scene, samples, SURE_REFLECTIONS);
+    let trace = EyeWay { origin, lobe: None, beams_gathered: false };
+    walk.luminance(&gathering, origin, direction, trace);
+    Gathered { irradiance: walk.sum, found: gathering.found.get(), bias: gathering.bias.get() }
+}
+
+/// Light that is gathered from photon maps along the way of an eye ray.
+struct Gathering<'a, const C: usize, F> {
+    mapper: &'a Mapper<C>,
+    maps: &'a Maps<C>,
+    irradiance: F,
+    /// Photons found.
+    found: Cell<f64>,
+    /// Estimated bias in cd/m2.
+    bias: Cell<f64>,
+}
+
+/// What an eye ray remembers of its way.
+#[derive(Clone, Copy)]
+struct EyeWay {
+    /// Where it left the last vertex.
+    origin: DVec3,
+    /// Density per sr of its direction when a glossy lobe chose it.
+    lobe: Option<f64>,
+    /// True if the sun's beams were gathered at the glossy surface that it comes from.
+    beams_gathered: bool,
+}
+
+impl<const C: usize, F> Meeting<C> for Gathering<'_, C, F>
+where
+    F: Fn(&RoomHit, SurfaceId, Spectrum<C>, &mut PathRandom) -> Gathered<C>,
+{
+    const FOLLOWS_DIFFUSE: bool = false;
+    type Trace = EyeWay;
+    type Arrival = ();
+
+    fn arrives(&self, _: &EyeWay, _: f64) {}
+
+    fn arrives_at_closure(&self) {}
+
+    fn arrives_at_sensor(&self) {}
+
+    fn connect(&self, walk: &mut Walk<'_, C>, vertex: &Vertex<'_, C>, (): &()) {
+        let Some((surface, optics)) = vertex.surface.and_then(|surface| Some((surface, walk.scene.optics(surface)?)))
+        else {
+            return;
         };
-        transits += 1;
-        from = None;
-        let tube = &scene.tubes[index];
-        let transmittance = match tube.closure_at(hit.position) {
-            Closure::Lambertian { .. } => {
-                let exitance = mapper.exitance(maps, index, hit.position);
-                seen.irradiance += exitance * weight * (share_of(chosen, tube, hit.position - origin) / PI);
-                return seen;
+        let Vertex { position, normal, eye, weight, .. } = *vertex;
+        let hit = RoomHit { position, normal, place: Place::Surface(surface) };
+        if optics.gathers() {
+            let brdf = optics.diffuse() * (1.0 / PI);
+            let part = (self.irradiance)(&hit, surface, weight, &mut walk.samples.random);
+            self.found.set(self.found.get() + part.found);
+            self.bias.set(self.bias.get() + part.bias * (weight * brdf).luminance());
+            walk.sum += part.irradiance * weight * brdf;
+        }
+        if let Some(lobe) = optics.lobe() {
+            let (mapper, maps) = (self.mapper, self.maps);
+            let weight = weight * optics.specular();
+            let random = &mut walk.samples.random;
+            walk.sum += mapper.diffusers_in_lobe(maps, lobe, &hit, Some(surface), eye, random) * weight;
+            if optics.gathers_beams() {
+                let (beams, bias) = mapper.beams_in_lobe(maps, maps.radius, lobe, &hit, eye);
+                walk.sum += beams * weight;
+                self.bias.set(self.bias.get() + bias * weight.luminance());
             }
-            Closure::Measured(table) => {
-                let luminance = mapper.measured_luminance(maps, index, table, hit.position, direction);
-                seen.irradiance += luminance * weight * share_of(chosen, tube, hit.position - origin);
-                return seen;
-            }
-            Closure::Specular { transmittance } => transmittance,
-        };
-        let transit: Transit<C> = tube.guide.up(hit.position - tube.origin, direction, random);
-        weight = weight * transit.weight() * Spectrum::from_rgb(transmittance);
-        match transit.end {
-            End::Top => {
-                let toward = transit.direction;
-                let sky = scene.sky.as_ref().map_or(0.0, |sky| sky.luminance(toward));
-                let sun = scene.sun.filter(|sun| !beams_gathered && sun.covers(toward) && toward.z > 0.0);
-                let outside = sky + sun.map_or(0.0, |sun| sun.luminance_cd_m2());
-                seen.irradiance += weight * outside;
-                return seen;
-            }
-            // back into the room, through the closure again
-            End::Opening if scene.guide_return => {
-                (chosen, beams_gathered) = (None, false);
-                origin = tube.origin + transit.position;
-                origin.z = tube.origin.z;
-                direction = transit.direction;
-                match tube.closure_at(origin) {
-                    Closure::Specular { transmittance } => weight *= Spectrum::from_rgb(transmittance),
-                    Closure::Lambertian { .. } | Closure::Measured(_) => return seen,
-                }
-            }
-            End::Opening | End::Lost | End::Cut => return seen,
         }
     }
-    seen
+
+    fn leaves(&self, scene: &TraceableScene, vertex: &Vertex<'_, C>, (): &(), _: DVec3, pdf: f64) -> EyeWay {
+        let gathered =
+            vertex.surface.and_then(|surface| scene.optics(surface)).is_some_and(SurfaceOptics::gathers_beams);
+        EyeWay { origin: vertex.position, lobe: Some(pdf), beams_gathered: gathered }
+    }
+
+    fn turns(&self, way: &EyeWay) -> EyeWay {
+        EyeWay { lobe: None, beams_gathered: false, ..*way }
+    }
+
+    fn passes(&self, way: &EyeWay) -> EyeWay {
+        EyeWay { lobe: None, beams_gathered: false, ..*way }
+    }
+
+    /// Luminaires are found by eye rays alone, but for what diffuse parts gather.
+    fn luminaire_share(&self, _: &TraceableScene, _: usize, _: &Ray<C, EyeWay>, _: DVec3) -> f64 {
+        1.0
+    }
+
+    /// A diffuser ends the path: what it sends is known from the photons that it scattered.
+    fn meets_opening(
+        &self,
+        walk: &mut Walk<'_, C>,
+        tube: usize,
+        ray: &Ray<C, EyeWay>,
+        position: DVec3,
+    ) -> Option<DaylightShare> {
+        let of_tube = &walk.scene.tubes[tube];
+        let closure = of_tube.closure_at(position);
+        if closure.unscattered::<C>().is_some() {
+            return Some(DaylightShare { sky: 1.0, sky_later: 1.0, sun: !ray.trace.beams_gathered });
+        }
+        let luminance = self.mapper.luminance(self.maps, tube, closure, position, ray.direction);
+        walk.sum += luminance * ray.weight * share_of(ray.trace.lobe, of_tube, position - ray.trace.origin);
+        None
+    }
 }

@@ -34,21 +34,23 @@ mod photons;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::integrator::backward;
 use crate::integrator::backward::chance;
-use crate::integrator::backward::daylight::Exit;
 use crate::integrator::backward::pass::{Sampling, centre, each};
+use crate::integrator::backward::room_entry::exit_seen_by;
 use crate::integrator::method::{Caveat, Computation, Described, Knows, Load, Refusal, RefusalCode, Task, Work};
 use crate::integrator::photon::chunks::PHOTON_CHUNK;
+use crate::integrator::photon::descent::Exit;
 use crate::integrator::photon::emission::Emission;
 use crate::integrator::{GridPass, Integrator, Pass, ViewPass};
 use crate::optics::{Closure, Diffuser, Spectrum};
 use crate::sampling::{Key, Stream};
 use crate::scene::{Channels, EstimateKind, Grid, View};
 use crate::traceable::{TraceableScene, TraceableTube};
-use photons::{CountedElsewhere, DiffuserLight};
+use photons::{DiffuserLight, SensorsLit};
 
 /// Settings of two stages.
 #[derive(Clone, Debug, PartialEq)]
@@ -159,11 +161,10 @@ impl<const C: usize> TwoStage<C> {
             let clear =
                 |tube: &TraceableTube| scene.leaves_clear(position, reach, None, tube.origin, tube.opening_radius);
             if !light.is_far(position, reach) || !scene.tubes.iter().all(clear) {
-                return backward::pass::sensor::<C>(scene, grid, index, sampling, stream, light, light);
+                return backward::pass::sensor::<C>(scene, grid, index, sampling, stream, light);
             }
             let direct = light.at_sensor(position, offsets.as_deref());
-            let (lux, rays) =
-                backward::pass::sensor::<C>(scene, grid, index, sampling, stream, &CountedElsewhere, light);
+            let (lux, rays) = backward::pass::sensor::<C>(scene, grid, index, sampling, stream, &SensorsLit(light));
             (direct + lux, rays)
         })?;
         let (illuminance, rays): (Vec<f64>, Vec<u64>) = sensors.into_iter().unzip();
@@ -172,12 +173,13 @@ impl<const C: usize> TwoStage<C> {
 
     /// Adds the light of the diffusers that the eye sees straight.
     fn add_diffusers(&self, light: &DiffuserLight<C>, view: &View, luminance: &mut [f64]) {
-        let whole = Closure::Lambertian { transmittance: [1.0; 3], reflectance: [0.0; 3] };
         for tube in light.tubes() {
-            let exits: Vec<_> =
-                tube.photons().map(|(position, flux)| Exit { position, closure: whole, cosine: 1.0, flux }).collect();
+            let exits: Vec<_> = tube
+                .photons()
+                .map(|(position, flux)| Exit { position, closure: Closure::EVEN, from: DVec3::Z, flux })
+                .collect();
             let seen = |exits: &[Exit<C>]| -> Vec<(usize, Spectrum<C>)> {
-                exits.iter().filter_map(|exit| exit.seen_by(&self.scene, view)).collect()
+                exits.iter().filter_map(|exit| exit_seen_by(&self.scene, exit, view)).collect()
             };
             let chunks: Vec<_> = exits.par_chunks(PHOTON_CHUNK as usize).map(seen).collect();
             for (pixel, value) in chunks.into_iter().flatten() {

@@ -20,16 +20,15 @@ use std::sync::atomic::AtomicBool;
 use glam::{DVec2, DVec3};
 
 use super::cells::{Leaving, TubeLight};
-use crate::guide::{End, Transit};
 use crate::integrator::backward::daylight::Followed;
-use crate::integrator::backward::vertex::{Ray, Vertex};
-use crate::integrator::backward::walk::{Daylight, Path};
+use crate::integrator::backward::next_event::{Daylight, Way};
+use crate::integrator::backward::vertex::Vertex;
+use crate::integrator::backward::walk::Walk;
 use crate::integrator::photon::chunks::fold_chunks;
+use crate::integrator::photon::descent::{Entering, Exit, descend};
 use crate::integrator::photon::emission::{Emission, EmittedPhoton, Start};
 use crate::integrator::photon::ledger::Account;
-use crate::integrator::roulette::MAX_EVENTS;
-use crate::optics::{Closure, Spectrum};
-use crate::sampling::{Key, PathRandom, PathSamples, Replicate, Stream, warp};
+use crate::sampling::{Key, PathRandom, Replicate, Stream};
 use crate::traceable::{TraceableScene, TraceableTube};
 
 /// Photons that a vertex is connected to where nothing has a closed form.
@@ -57,7 +56,18 @@ impl<const C: usize> DiffuserLight<C> {
                 if let Some(photon) = photon
                     && let Start::Tube(tube) = photon.start
                 {
-                    descend(scene, tube, &photon, &mut samples, &mut leaving[tube], &mut account);
+                    let EmittedPhoton { position, direction, flux, .. } = photon;
+                    let entering = Entering { position, direction, flux };
+                    let (leaving, fluxes) = (&mut leaving[tube], &mut account.tubes[tube]);
+                    let at_diffuser = |exit: &Exit<'_, C>| {
+                        let through = exit.into_room();
+                        fluxes.into_room += through.luminance();
+                        leaving.push(Leaving { position: exit.position.truncate(), flux: through });
+                    };
+                    let (tubes, rays) = (&scene.tubes[tube], &mut account.rays);
+                    let [entered, arrived] = descend(scene, tubes, entering, &mut samples, rays, at_diffuser);
+                    account.tubes[tube].at_collector += entered.luminance();
+                    account.tubes[tube].at_diffuser += arrived.luminance();
                 }
             }
             (leaving, account)
@@ -118,52 +128,11 @@ impl<const C: usize> DiffuserLight<C> {
     }
 }
 
-/// Follows light on its way to a collector down to the closure, and on as often as the tube returns it there; adds what
-/// leaves into the room.
-fn descend<const C: usize>(
-    scene: &TraceableScene,
-    index: usize,
-    photon: &EmittedPhoton,
-    samples: &mut PathSamples,
-    leaving: &mut Vec<Leaving<C>>,
-    account: &mut Account,
-) {
-    let tube = &scene.tubes[index];
-    let mut transit: Transit<C> = tube.guide.down(photon.position, photon.direction, &mut samples.random);
-    let mut flux = if transit.entered { Spectrum([photon.flux; C]) } else { Spectrum::ZERO };
-    let returns = scene.guide_return && tube.guide.returns_light();
-    account.tubes[index].at_collector += flux.luminance();
-    for event in 0..MAX_EVENTS {
-        account.rays += u64::from(transit.rays);
-        flux *= transit.weight();
-        if transit.end != End::Opening || flux.max() <= 0.0 {
-            return;
-        }
-        if event == 0 {
-            account.tubes[index].at_diffuser += flux.luminance();
-        }
-        let mut position = tube.origin + transit.position;
-        position.z = tube.origin.z;
-        let Closure::Lambertian { transmittance, reflectance } = tube.closure_at(position) else { return };
-        let through = flux * Spectrum::from_rgb(transmittance);
-        account.tubes[index].into_room += through.luminance();
-        leaving.push(Leaving { position: position.truncate(), flux: through });
-        let back = flux * Spectrum::from_rgb(reflectance);
-        let survival = (back.max() / flux.max()).min(1.0);
-        if !returns || samples.random.uniform() >= survival {
-            return;
-        }
-        flux = back * (1.0 / survival);
-        let direction = warp::cosine_hemisphere(samples.pair());
-        transit = tube.guide.up(position - tube.origin, direction, &mut samples.random);
-    }
-}
-
 impl<const C: usize> Daylight<C> for DiffuserLight<C> {
-    fn connect(&self, path: &mut Path, vertex: &Vertex<C>, tube: usize, sum: &mut Spectrum<C>) {
+    fn connect(&self, walk: &mut Walk<'_, C>, vertex: &Vertex<'_, C>, tube: usize) {
         let light = &self.tubes[tube];
         if vertex.is_narrow() || !light.is_far(vertex.position, 0.0) {
-            return Followed.connect(path, vertex, tube, sum);
+            return Followed.connect(walk, vertex, tube);
         }
         let height = (light.origin - vertex.position).dot(vertex.normal);
         let reach = light.radius * vertex.normal.truncate().length();
@@ -172,33 +141,33 @@ impl<const C: usize> Daylight<C> for DiffuserLight<C> {
         }
         // a wall that the disc touches is not cut by it
         let above = height >= reach - HORIZON * light.radius;
-        let clear = || path.scene.leaves_clear(vertex.position, 0.0, vertex.surface, light.origin, light.radius);
-        if above && vertex.lobe.is_none() && clear() {
-            let number = path.samples.random.uniform();
-            *sum += vertex.diffuse * light.irradiance(vertex.position, vertex.normal, number) * (1.0 / PI);
+        let clear = || walk.scene.leaves_clear(vertex.position, 0.0, vertex.surface, light.origin, light.radius);
+        if let Some(albedo) = vertex.lambertian().filter(|_| above && clear()) {
+            let number = walk.samples.random.uniform();
+            walk.sum += albedo * light.irradiance(vertex.position, vertex.normal, number) * (1.0 / PI);
             return;
         }
-        let numbers: [f64; CONNECTIONS] = path.samples.pair();
+        let numbers: [f64; CONNECTIONS] = walk.samples.pair();
         for number in numbers {
             let Some((photon, _)) = light.choice(number) else { continue };
             let source = photon.position.extend(light.origin.z);
             let way = source - vertex.position;
             let distance_squared = way.length_squared();
-            if let Some((response, _)) = path.respond(vertex, source, None) {
+            if let Some((response, _)) = walk.respond(vertex, source, None) {
                 let per_area = way.z / (PI * distance_squared * distance_squared.sqrt());
-                *sum += response * photon.flux * (per_area / CONNECTIONS as f64);
+                walk.sum += response * photon.flux * (per_area / CONNECTIONS as f64);
             }
         }
     }
 
-    fn found_share(&self, scene: &TraceableScene, tube: usize, ray: &Ray<C>, position: DVec3) -> Option<f64> {
-        match ray.last {
+    fn found_share(&self, scene: &TraceableScene, tube: usize, way: &Way, position: DVec3) -> Option<f64> {
+        match way.last {
             Some(last) if last.narrow || !self.tubes[tube].is_far(last.position, 0.0) => {
-                Followed.found_share(scene, tube, ray, position)
+                Daylight::<C>::found_share(&Followed, scene, tube, way, position)
             }
             Some(_) => None,
             // photons are connected to the eye, but by way of mirrors to nothing
-            None => (!ray.from_eye).then_some(1.0),
+            None => (!way.from_eye).then_some(1.0),
         }
     }
 }
@@ -206,13 +175,19 @@ impl<const C: usize> Daylight<C> for DiffuserLight<C> {
 /// Share of the radius by which a horizon may cut a disc from rounding alone.
 const HORIZON: f64 = 1e-9;
 
-/// Daylight that is counted by other means.
-pub(super) struct CountedElsewhere;
+/// The same light at sensors to which every photon was connected.
+pub(super) struct SensorsLit<'a, const C: usize>(pub &'a DiffuserLight<C>);
 
-impl<const C: usize> Daylight<C> for CountedElsewhere {
-    fn connect(&self, _: &mut Path, _: &Vertex<C>, _: usize, _: &mut Spectrum<C>) {}
+impl<const C: usize> Daylight<C> for SensorsLit<'_, C> {
+    fn connect(&self, walk: &mut Walk<'_, C>, vertex: &Vertex<'_, C>, tube: usize) {
+        self.0.connect(walk, vertex, tube);
+    }
 
-    fn found_share(&self, _: &TraceableScene, _: usize, _: &Ray<C>, _: DVec3) -> Option<f64> {
-        None
+    fn lights_sensors(&self) -> bool {
+        false
+    }
+
+    fn found_share(&self, scene: &TraceableScene, tube: usize, way: &Way, position: DVec3) -> Option<f64> {
+        self.0.found_share(scene, tube, way, position)
     }
 }

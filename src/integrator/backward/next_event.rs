@@ -1,0 +1,149 @@
+//! Light that is connected to every vertex of a backward path, and found by its rays too.
+//!
+//! At every vertex that scatters with a finite distribution the path is connected to each luminaire, in closed form or at a
+//! random point, and the ray that goes on finds luminaires too: where there is no closed form the two share the light by the
+//! power heuristic (Veach and Guibas 1995, beta = 2). Daylight is the method's own: [`Daylight`] says what an opening sends
+//! to a vertex, and which share of the sky a ray counts that finds its way up a guide. Light of the room that a closure
+//! reflects, or that comes back down a guide, is found by the rays that go on alone.
+
+use std::f64::consts::PI;
+
+use glam::DVec3;
+
+use super::opening::DaylightShare;
+use super::vertex::Vertex;
+use super::walk::{Meeting, Ray, Walk};
+use crate::traceable::TraceableScene;
+use crate::traceable::luminaire::TraceableLuminaire;
+
+/// Treatment of the daylight of openings by a method.
+pub trait Daylight<const C: usize>: Sync {
+    /// Adds what tube `tube` sends straight to a vertex below its opening, and by it toward the eye.
+    fn connect(&self, walk: &mut Walk<'_, C>, vertex: &Vertex<'_, C>, tube: usize);
+
+    /// True if it counts what comes straight to sensors; false where other means do.
+    fn lights_sensors(&self) -> bool {
+        true
+    }
+
+    /// The share of the sky that a ray counts which meets the opening of tube `tube` at `position` and finds the sky at
+    /// once; what it finds after it came back down the guide it counts whole. `None`: it counts neither.
+    fn found_share(&self, scene: &TraceableScene, tube: usize, way: &Way, position: DVec3) -> Option<f64>;
+}
+
+/// Connections to luminaires, and to openings by `Daylight`.
+#[derive(Debug)]
+pub struct NextEvent<'a, D>(pub &'a D);
+
+/// What a ray remembers of the vertex that it comes from.
+#[derive(Clone, Copy, Debug)]
+pub struct Way {
+    /// `None`: no vertex counted what the ray finds.
+    pub last: Option<Last>,
+    /// True for a ray straight from the eye.
+    pub from_eye: bool,
+}
+
+impl Way {
+    /// Straight from the eye.
+    pub const FROM_EYE: Self = Self { last: None, from_eye: true };
+    /// From where nothing is connected.
+    const UNCONNECTED: Self = Self { last: None, from_eye: false };
+}
+
+/// The vertex that a ray comes from, where it is connected.
+#[derive(Clone, Copy, Debug)]
+pub struct Last {
+    pub position: DVec3,
+    /// Density of the ray's direction, per sr.
+    pub density: f64,
+    /// Light straight from luminaires is counted there in closed form.
+    closed_form: bool,
+    /// The vertex has a lobe that connections rarely meet.
+    pub narrow: bool,
+}
+
+impl<const C: usize, D: Daylight<C>> Meeting<C> for NextEvent<'_, D> {
+    type Trace = Way;
+    type Arrival = ();
+
+    fn arrives(&self, _: &Way, _: f64) {}
+
+    fn arrives_at_closure(&self) {}
+
+    fn arrives_at_sensor(&self) {}
+
+    fn connect(&self, walk: &mut Walk<'_, C>, vertex: &Vertex<'_, C>, (): &()) {
+        let scene = walk.scene;
+        if self.0.lights_sensors() || !vertex.is_sensor() {
+            for (index, tube) in scene.tubes.iter().enumerate() {
+                if tube.origin.z > vertex.position.z {
+                    self.0.connect(walk, vertex, index);
+                }
+            }
+        }
+        let lambertian = vertex.lambertian().filter(|_| !scene.luminaires_obstructed);
+        for luminaire in scene.luminaires.iter().filter(|luminaire| luminaire.emits()) {
+            if let Some(albedo) = lambertian {
+                walk.sum += albedo * luminaire.irradiance(vertex.position, vertex.normal) * (1.0 / PI);
+                continue;
+            }
+            let source = luminaire.point(walk.samples.pair()).clamp(DVec3::ZERO, scene.size);
+            let way = source - vertex.position;
+            let connected = luminaire_density(luminaire, way);
+            if connected > 0.0
+                && let Some((response, density)) = walk.respond(vertex, source, Some(luminaire.surface))
+            {
+                walk.sum += response * luminaire.seen(way) * (share(connected, density) / connected);
+            }
+        }
+    }
+
+    fn leaves(&self, scene: &TraceableScene, vertex: &Vertex<'_, C>, (): &(), _: DVec3, pdf: f64) -> Way {
+        let closed_form = !scene.luminaires_obstructed && vertex.lambertian().is_some();
+        let last = Last { position: vertex.position, density: pdf, closed_form, narrow: vertex.is_narrow() };
+        Way { last: Some(last), from_eye: false }
+    }
+
+    fn turns(&self, _: &Way) -> Way {
+        Way::UNCONNECTED
+    }
+
+    fn passes(&self, _: &Way) -> Way {
+        Way::UNCONNECTED
+    }
+
+    fn luminaire_share(&self, scene: &TraceableScene, number: usize, ray: &Ray<C, Way>, position: DVec3) -> f64 {
+        let luminaire = &scene.luminaires[number];
+        match ray.trace.last {
+            None => 1.0,
+            Some(last) if last.closed_form => 0.0,
+            Some(last) => share(last.density, luminaire_density(luminaire, position - last.position)),
+        }
+    }
+
+    fn meets_opening(
+        &self,
+        walk: &mut Walk<'_, C>,
+        tube: usize,
+        ray: &Ray<C, Way>,
+        position: DVec3,
+    ) -> Option<DaylightShare> {
+        Some(match self.0.found_share(walk.scene, tube, &ray.trace, position) {
+            None => DaylightShare::NONE,
+            Some(sky) => DaylightShare { sky, sky_later: 1.0, sun: false },
+        })
+    }
+}
+
+/// Density per sr of connecting to an even point of a luminaire along `way`; zero from behind it.
+fn luminaire_density(luminaire: &TraceableLuminaire, way: DVec3) -> f64 {
+    let leaving = -way.dot(luminaire.normal);
+    let distance_squared = way.length_squared();
+    if leaving > 0.0 { distance_squared * distance_squared.sqrt() / (leaving * luminaire.area_m2) } else { 0.0 }
+}
+
+/// The share of light that is counted where it was found with `density`, and not with `other`: the power heuristic.
+pub fn share(density: f64, other: f64) -> f64 {
+    if other == 0.0 { 1.0 } else { 1.0 / (1.0 + (other / density).powi(2)) }
+}

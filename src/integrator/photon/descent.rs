@@ -1,0 +1,110 @@
+//! Light on its way down a tube, as far as its closure: the first of the two stages in which light comes into a room.
+
+use glam::DVec3;
+
+use crate::guide::{End, Transit};
+use crate::integrator::roulette::MAX_EVENTS;
+use crate::optics::{Closure, Scatter, SheetSide, Spectrum, Travel};
+use crate::sampling::{PathSamples, warp};
+use crate::sky::Sun;
+use crate::sky::sun::HALF_ANGLE;
+use crate::traceable::{TraceableScene, TraceableTube};
+
+/// Light that arrives at a closure that scatters, from above.
+#[derive(Clone, Copy, Debug)]
+pub struct Exit<'a, const C: usize> {
+    /// In the ceiling plane, in m.
+    pub position: DVec3,
+    /// What it meets there.
+    pub closure: Closure<'a>,
+    /// Unit vector toward where it comes from.
+    pub from: DVec3,
+    /// Flux that arrives, in lm.
+    pub flux: Spectrum<C>,
+}
+
+impl<const C: usize> Exit<'_, C> {
+    /// Intensity in lm/sr into the room along the unit vector `toward`.
+    pub fn intensity(&self, toward: DVec3) -> Spectrum<C> {
+        if toward.z >= 0.0 {
+            return Spectrum::ZERO;
+        }
+        self.flux * self.closure.value(Travel::WithLight, self.from, toward)
+    }
+
+    /// Flux that leaves into the room, in lm.
+    pub fn into_room(&self) -> Spectrum<C> {
+        self.flux * self.closure.albedo(self.from, SheetSide::Other)
+    }
+}
+
+/// Light on its way to a collector.
+#[derive(Clone, Copy, Debug)]
+pub struct Entering {
+    /// In the tube's frame, in m.
+    pub position: DVec3,
+    /// Unit vector of travel.
+    pub direction: DVec3,
+    /// In lm.
+    pub flux: f64,
+}
+
+/// Follows light down to the closure, and on as often as the tube returns it there; `at` hears of every arrival at a closure
+/// that scatters, `rays` counts the rays. What passes a clear closure ends there. Answers the flux that entered the tube, and that
+/// which arrived at the closure first, in lm.
+pub fn descend<'a, const C: usize>(
+    scene: &TraceableScene,
+    tube: &'a TraceableTube,
+    entering: Entering,
+    samples: &mut PathSamples,
+    rays: &mut u64,
+    mut at: impl FnMut(&Exit<'a, C>),
+) -> [Spectrum<C>; 2] {
+    let mut transit: Transit<C> = tube.guide.down(entering.position, entering.direction, &mut samples.random);
+    let entered = if transit.entered { Spectrum([entering.flux; C]) } else { Spectrum::ZERO };
+    let (mut flux, mut arrived) = (entered, Spectrum::ZERO);
+    let returns = scene.guide_return && tube.guide.returns_light();
+    for event in 0..MAX_EVENTS {
+        *rays += u64::from(transit.rays);
+        flux *= transit.weight();
+        if transit.end != End::Opening || flux.max() <= 0.0 {
+            break;
+        }
+        if event == 0 {
+            arrived = flux;
+        }
+        let mut position = tube.origin + transit.position;
+        position.z = tube.origin.z;
+        let closure = tube.closure_at(position);
+        if closure.unscattered::<C>().is_some() {
+            break;
+        }
+        let from = -transit.direction;
+        at(&Exit { position, closure, from, flux });
+        let back = flux * closure.albedo(from, SheetSide::Same);
+        let survival = (back.max() / flux.max()).min(1.0);
+        if !returns || samples.random.uniform() >= survival {
+            break;
+        }
+        let sample = Scatter::<C>::sample(&closure, Travel::WithLight, from, SheetSide::Same, samples);
+        let Some(scattered) = sample else { break };
+        flux = back * (1.0 / survival);
+        transit = tube.guide.up(position - tube.origin, scattered.toward, &mut samples.random);
+    }
+    [entered, arrived]
+}
+
+/// A ray of the sun from the collector down: every point where it arrives at a closure that scatters.
+pub fn sun_exits<'a, const C: usize>(
+    scene: &TraceableScene,
+    tube: &'a TraceableTube,
+    sun: &Sun,
+    samples: &mut PathSamples,
+    rays: &mut u64,
+    at: impl FnMut(&Exit<'a, C>),
+) {
+    let toward = warp::around(sun.direction, warp::cone(samples.pair(), HALF_ANGLE));
+    let Some(entry) = tube.guide.entry(samples.pair(), -toward).filter(|_| toward.z > 0.0) else { return };
+    let flux = sun.luminance_cd_m2() * Sun::solid_angle_sr() * entry.projected_area_m2;
+    descend(scene, tube, Entering { position: entry.position, direction: -toward, flux }, samples, rays, at);
+}

@@ -1,0 +1,128 @@
+//! What a ray meets at one point of a tube's lower end.
+
+use std::f64::consts::PI;
+
+use glam::DVec3;
+
+use super::scatter::{Kind, Scatter, Scattered, SheetSide, Travel, toward_side};
+use super::{MeasuredDiffuser, Spectrum};
+use crate::sampling::{PathSamples, warp};
+
+/// A point of a diffuser: a sheet in a plane z = const.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Closure<'a> {
+    /// The direction stays; the weight is multiplied by the transmittance, the rest is absorbed.
+    Specular {
+        /// Share that passes, linear Rec.709, 0..=1.
+        transmittance: [f64; 3],
+    },
+    /// Scatters evenly to both sides, from either side.
+    Lambertian {
+        /// Share that is scattered to the far side, linear Rec.709.
+        transmittance: [f64; 3],
+        /// Share that is scattered back, linear Rec.709.
+        reflectance: [f64; 3],
+    },
+    /// Scatters by a table.
+    Measured(&'a MeasuredDiffuser),
+}
+
+impl<'a> Closure<'a> {
+    /// A sheet that sends all its light on, evenly in all directions.
+    pub const EVEN: Self = Self::Lambertian { transmittance: [1.0; 3], reflectance: [0.0; 3] };
+
+    /// Transmittance of what passes with its direction; `None` for a closure that scatters.
+    #[inline]
+    pub fn unscattered<const C: usize>(&self) -> Option<Spectrum<C>> {
+        match self {
+            Self::Specular { transmittance } => Some(Spectrum::from_rgb(*transmittance)),
+            Self::Lambertian { .. } | Self::Measured(_) => None,
+        }
+    }
+
+    /// The table by which it scatters; `None` where directions are forgotten, or kept.
+    #[inline]
+    pub fn table(&self) -> Option<&'a MeasuredDiffuser> {
+        match self {
+            Self::Measured(table) => Some(table),
+            Self::Specular { .. } | Self::Lambertian { .. } => None,
+        }
+    }
+
+    /// Transmittance or reflectance of one that scatters evenly.
+    #[inline]
+    pub fn lambertian<const C: usize>(&self, side: SheetSide) -> Option<Spectrum<C>> {
+        match self {
+            Self::Lambertian { transmittance, reflectance } => Some(Spectrum::from_rgb(match side {
+                SheetSide::Same => *reflectance,
+                SheetSide::Other => *transmittance,
+            })),
+            Self::Specular { .. } | Self::Measured(_) => None,
+        }
+    }
+}
+
+impl<'a> From<&'a MeasuredDiffuser> for Closure<'a> {
+    fn from(table: &'a MeasuredDiffuser) -> Self {
+        Self::Measured(table)
+    }
+}
+
+/// The side of a sheet on which `toward` is, seen from `from`.
+fn side_of(from: DVec3, toward: DVec3) -> SheetSide {
+    if from.z * toward.z < 0.0 { SheetSide::Other } else { SheetSide::Same }
+}
+
+impl<const C: usize> Scatter<C> for Closure<'_> {
+    #[inline]
+    fn value(&self, travel: Travel, from: DVec3, toward: DVec3) -> Spectrum<C> {
+        match self {
+            Self::Measured(table) => table.value(travel, from, toward),
+            _ => self.lambertian(side_of(from, toward)).map_or(Spectrum::ZERO, |share| share * (toward.z.abs() / PI)),
+        }
+    }
+
+    #[inline]
+    fn pdf(&self, travel: Travel, from: DVec3, toward: DVec3) -> f64 {
+        match self {
+            Self::Specular { .. } => 0.0,
+            Self::Lambertian { .. } => toward.z.abs() / PI,
+            Self::Measured(table) => Scatter::<C>::pdf(*table, travel, from, toward),
+        }
+    }
+
+    #[inline]
+    fn sample(&self, travel: Travel, from: DVec3, side: SheetSide, samples: &mut PathSamples) -> Option<Scattered<C>> {
+        match self {
+            Self::Specular { .. } if side == SheetSide::Same => None,
+            Self::Specular { transmittance } => {
+                let weight = Spectrum::from_rgb(*transmittance);
+                Some(Scattered { toward: -from, kind: Kind::Through, pdf: 1.0, weight, weight_of_kind: weight })
+            }
+            Self::Lambertian { .. } => {
+                let toward = toward_side(warp::cosine_hemisphere(samples.pair()), from, side);
+                let (weight, pdf) = (self.albedo(from, side), toward.z.abs() / PI);
+                (pdf > 0.0).then_some(Scattered { toward, kind: Kind::Diffuse, pdf, weight, weight_of_kind: weight })
+            }
+            Self::Measured(table) => Scatter::<C>::sample(*table, travel, from, side, samples),
+        }
+    }
+
+    #[inline]
+    fn albedo(&self, from: DVec3, side: SheetSide) -> Spectrum<C> {
+        match self {
+            Self::Specular { .. } if side == SheetSide::Same => Spectrum::ZERO,
+            Self::Specular { transmittance } => Spectrum::from_rgb(*transmittance),
+            Self::Lambertian { .. } => self.lambertian(side).unwrap_or(Spectrum::ZERO),
+            Self::Measured(table) => table.albedo(from, side),
+        }
+    }
+
+    #[inline]
+    fn likely_albedo(&self, from: DVec3, side: SheetSide) -> Spectrum<C> {
+        match self {
+            Self::Measured(table) => table.likely_albedo(from, side),
+            Self::Specular { .. } | Self::Lambertian { .. } => self.albedo(from, side),
+        }
+    }
+}
