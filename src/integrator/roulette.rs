@@ -3,10 +3,6 @@
 /// Events of one path after which it is cut off; reached only by scenes that absorb nothing.
 pub const MAX_EVENTS: u32 = 1_000_000;
 
-/// Specular reflections of one ray in a row; roulette lets a share of at most albedo^10000 come so far, 5e-5 for albedo
-/// 0.999.
-pub const MAX_REFLECTIONS: u32 = 10_000;
-
 /// Share of what it carried first below which a path goes on by roulette even where nothing absorbs.
 const FAINT: f64 = 1e-3;
 

@@ -9,9 +9,6 @@ use super::scatter::{Kind, Oriented, Scatter, Scattered, SheetSide, Travel};
 use super::{Glossy, Spectrum, Surface};
 use crate::sampling::{PathRandom, PathSamples, warp};
 
-/// Roughness from which on a ray in a direction of a lobe meets the sun's disc in less than one of a hundred cases.
-const WIDE_ROUGHNESS: f64 = 0.15;
-
 /// Roughness below which a connection meets a lobe so rarely that sunlight by way of it is treated as by way of a mirror.
 /// Below it photon mapping is also better than light tracing for points: it takes half the time to the same error at 0.15,
 /// twice the time at 0.2 (in a room of 2 m with two glossy faces).
@@ -43,12 +40,6 @@ impl SurfaceOptics {
     #[inline]
     pub fn gathers(&self) -> bool {
         self.reflectance.iter().any(|reflectance| *reflectance > 0.0)
-    }
-
-    /// True if photons are worth gathering for sunbeams in its lobe: a ray in a wide lobe finds the sun's disc rarely.
-    #[inline]
-    pub fn gathers_beams(&self) -> bool {
-        self.specular.as_ref().is_some_and(|specular| specular.lobe.is_some() && specular.roughness >= WIDE_ROUGHNESS)
     }
 
     /// True if it reflects beside the diffuse part.

@@ -28,6 +28,7 @@ mod photon_mapping;
 mod progressive;
 mod results;
 mod scattering;
+mod sun_on_gloss;
 mod surfaces;
 mod tables;
 mod thesis;

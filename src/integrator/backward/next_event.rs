@@ -131,7 +131,7 @@ impl<const C: usize, D: Daylight<C>> Meeting<C> for NextEvent<'_, D> {
     ) -> Option<DaylightShare> {
         Some(match self.0.found_share(walk.scene, tube, &ray.trace, position) {
             None => DaylightShare::NONE,
-            Some(sky) => DaylightShare { sky, sky_later: 1.0, sun: false },
+            Some(sky) => DaylightShare { sky, sky_later: 1.0, sun: 0.0 },
         })
     }
 }

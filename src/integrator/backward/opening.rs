@@ -15,16 +15,16 @@ pub struct DaylightShare {
     pub sky: f64,
     /// Of the sky that it finds after it came back down the guide.
     pub sky_later: f64,
-    /// True if it sees the sun's disc.
-    pub sun: bool,
+    /// Of the sun's disc.
+    pub sun: f64,
 }
 
 impl DaylightShare {
     /// All daylight is counted otherwise.
-    pub const NONE: Self = Self { sky: 0.0, sky_later: 0.0, sun: false };
+    pub const NONE: Self = Self { sky: 0.0, sky_later: 0.0, sun: 0.0 };
 
     fn is_none(self) -> bool {
-        self.sky == 0.0 && self.sky_later == 0.0 && !self.sun
+        self.sky == 0.0 && self.sky_later == 0.0 && self.sun == 0.0
     }
 }
 
@@ -87,8 +87,8 @@ pub fn enter_tube<'a, const C: usize>(
             if transit.end == End::Top {
                 let toward = transit.direction;
                 let sky = scene.sky.as_ref().map_or(0.0, |sky| share_of_sky * sky.luminance(toward));
-                let sun = scene.sun.filter(|sun| shares.sun && toward.z > 0.0 && sun.covers(toward));
-                found += out * (sky + sun.map_or(0.0, |sun| sun.luminance_cd_m2()));
+                let sun = scene.sun.filter(|sun| shares.sun > 0.0 && toward.z > 0.0 && sun.covers(toward));
+                found += out * (sky + sun.map_or(0.0, |sun| shares.sun * sun.luminance_cd_m2()));
             } else if transit.end == End::Opening && scene.guide_return {
                 returning = out;
                 place = (tube.origin + transit.position, transit.direction);

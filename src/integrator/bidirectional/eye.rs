@@ -170,7 +170,7 @@ impl<const C: usize> Meeting<C> for EyeSide<'_, C> {
         if clear {
             share.cut = 0.0;
         }
-        let sun = clear && from == From::Eye;
+        let sun = if clear && from == From::Eye { 1.0 } else { 0.0 };
         let sky = 1.0 / (1.0 + share.others(start, ray.direction.z / PI) + crossing);
         Some(match from {
             // photons reach points by their last way through the closure alone, cells by any

@@ -137,6 +137,14 @@ impl Emission {
         self.share(|source| matches!(source, Source::Sky { tube, .. } if *tube == number))
     }
 
+    /// Photons of the sun per sr and per m2 across its direction that go to a tube's collector; 0 where there are none.
+    pub fn sun_density(&self, scene: &TraceableScene, number: usize) -> f64 {
+        let of_sun = |emitter: &&Emitter| matches!(emitter.source, Source::Sun { tube, .. } if tube == number);
+        let Some((emitter, sun)) = self.emitters.iter().find(of_sun).zip(scene.sun) else { return 0.0 };
+        let area = scene.tubes[number].guide.projected_area_m2(-sun.direction);
+        emitter.photons as f64 / (area * Sun::solid_angle_sr())
+    }
+
     /// Share of the photons that leave a luminaire.
     pub fn luminaire_share(&self, number: usize) -> f64 {
         self.share(|source| matches!(source, Source::Luminaire(luminaire) if *luminaire == number))

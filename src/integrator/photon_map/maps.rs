@@ -21,7 +21,7 @@ use glam::DVec3;
 use super::domain::Domain;
 use super::grid::{Photon, PhotonGrid};
 use super::progressive::scaled_count;
-use super::store::{Caustics, FollowedBackward, PhotonStore, Tube};
+use super::store::{Caustics, FollowedBackward, PhotonStore, Sunbeam, Tube};
 use crate::integrator::photon::chunks::fold_chunks;
 use crate::integrator::photon::emission::Emission;
 use crate::integrator::photon::ledger::Account;
@@ -38,11 +38,16 @@ pub const POINT_CONNECTIONS: usize = 4;
 /// A clipped kernel below this share of the full disc has no room for photons.
 pub const LEAST_KERNEL: f64 = 1e-6;
 
+/// Largest radius within which sunbeams are gathered, in radii of the smallest opening.
+const BEAM_RADIUS: f64 = 0.2;
+
 /// A scene as its photons are mapped.
 #[derive(Debug)]
 pub struct Mapper<const C: usize> {
     pub scene: Arc<TraceableScene>,
     emission: Emission,
+    /// Photons of the sun per sr and per m2 across its direction, by tube.
+    sun_densities: Vec<f64>,
     pub grids: Vec<Grid>,
     grid_domains: Vec<Domain>,
     domains: Vec<Domain>,
@@ -72,10 +77,10 @@ pub struct Maps<const C: usize> {
     pub measured_exits: Vec<Option<PhotonGrid<C, Numbered>>>,
     /// Directions of the light that arrived at a tube's exits, where it is measured; flux is then what arrived.
     pub incidents: Vec<Vec<DVec3>>,
-    /// Sunbeams through clear closures that arrive at glossy surfaces, numbered as `beam_arrivals`.
+    /// Sunbeams through clear closures that arrive at glossy surfaces, also by mirrors and lobes, numbered as `beam_arrivals`.
     beams: PhotonGrid<C, Numbered>,
-    /// The surface of each, and its direction of travel.
-    beam_arrivals: Vec<(SurfaceId, DVec3)>,
+    /// The surface of each, and where it comes from.
+    beam_arrivals: Vec<(SurfaceId, Sunbeam)>,
     /// Radius in metres for which the photons are sorted: gathering within any other is right, too, and as fast within
     /// one of this order.
     pub radius: f64,
@@ -96,8 +101,11 @@ impl<const C: usize> Gathered<C> {
 
 impl<const C: usize> Mapper<C> {
     pub fn new(scene: Arc<TraceableScene>, grids: &[Grid], keeps_surfaces: bool, photons_per_pass: u64) -> Self {
+        let emission = Emission::new(&scene, photons_per_pass);
+        let sun_densities = (0..scene.tubes.len()).map(|tube| emission.sun_density(&scene, tube)).collect();
         Self {
-            emission: Emission::new(&scene, photons_per_pass),
+            emission,
+            sun_densities,
             grids: grids.to_vec(),
             grid_domains: grids.iter().map(|grid| Domain::horizontal_plane(&scene, grid.height_m)).collect(),
             domains: Domain::of_surfaces(&scene),
@@ -132,7 +140,7 @@ impl<const C: usize> Mapper<C> {
             .collect();
         let maps = Maps {
             beams: PhotonGrid::new(&numbered(store.beams.iter().map(|(photon, _)| photon)), radius),
-            beam_arrivals: store.beams.iter().map(|(photon, direction)| (photon.on, *direction)).collect(),
+            beam_arrivals: store.beams.iter().map(|(photon, beam)| (photon.on, *beam)).collect(),
             surfaces: PhotonGrid::new(&store.surfaces, radius),
             caustics: PhotonGrid::new(&store.caustics, radius),
             planes: store.planes.iter().map(|photons| PhotonGrid::new(photons, radius)).collect(),
@@ -198,26 +206,24 @@ impl<const C: usize> Mapper<C> {
         self.on_surface(&maps.caustics, radius, position, surface)
     }
 
-    /// Luminance in cd/m2 toward `eye` (a unit vector) of a glossy lobe of reflectance 1 in sunbeams through clear closures,
-    /// photons gathered within `radius` metres; its estimated bias.
-    pub fn beams_in_lobe(
-        &self,
-        maps: &Maps<C>,
-        radius: f64,
-        lobe: &Glossy,
-        hit: &RoomHit,
-        eye: DVec3,
-    ) -> (Spectrum<C>, f64) {
+    /// Luminance in cd/m2 toward `eye` (a unit vector) of a glossy lobe of reflectance 1 in sunbeams through clear closures, and
+    /// its estimated bias: the share of it that photons count, by the balance heuristic between them and the eye's ray, which
+    /// goes on in a direction of the lobe and may meet the sun (Veach and Guibas 1995).
+    pub fn beams_in_lobe(&self, maps: &Maps<C>, lobe: &Glossy, hit: &RoomHit, eye: DVec3) -> (Spectrum<C>, f64) {
         let Place::Surface(surface) = hit.place else { return (Spectrum::ZERO, 0.0) };
+        let radius = self.beam_radius(maps);
         let half_squared = 0.5 * (radius * radius);
         let (mut whole, mut half) = (Spectrum::<C>::ZERO, Spectrum::<C>::ZERO);
         maps.beams.for_each_within(hit.position, radius, |photon, distance_squared| {
-            let (of, direction) = maps.beam_arrivals[photon.on.0 as usize];
+            let (of, beam) = maps.beam_arrivals[photon.on.0 as usize];
             if of == surface {
-                let brdf = lobe.density(hit.normal, -direction, eye) / eye.dot(hit.normal);
-                whole += photon.flux * brdf;
+                let brdf = lobe.density(hit.normal, -beam.direction, eye) / eye.dot(hit.normal);
+                let chosen = lobe.density(hit.normal, eye, -beam.direction);
+                let gathered = self.beams_gathered(maps, beam.tube, -beam.direction.dot(hit.normal));
+                let share = gathered / (gathered + chosen);
+                whole += photon.flux * (brdf * share);
                 if distance_squared < half_squared {
-                    half += photon.flux * brdf;
+                    half += photon.flux * (brdf * share);
                 }
             }
         });
@@ -226,6 +232,18 @@ impl<const C: usize> Mapper<C> {
         }
         let seen = self.per_area(radius, hit.position, surface, whole, half, 0);
         (seen.irradiance, seen.bias)
+    }
+
+    /// Photons per sr, about a direction in which the sun is seen through a tube, that are gathered on a surface on which its
+    /// light arrives at this cosine: what the balance heuristic compares with the density of an eye ray.
+    pub fn beams_gathered(&self, maps: &Maps<C>, tube: usize, cosine: f64) -> f64 {
+        let radius = self.beam_radius(maps);
+        self.sun_densities[tube] * PI * radius * radius * cosine.max(0.0)
+    }
+
+    /// Radius in metres within which sunbeams are gathered: a beam is as wide as an opening.
+    fn beam_radius(&self, maps: &Maps<C>) -> f64 {
+        maps.radius.min(BEAM_RADIUS * self.smallest_opening())
     }
 
     fn on_surface(&self, photons: &PhotonGrid<C>, radius: f64, position: DVec3, surface: SurfaceId) -> Gathered<C> {

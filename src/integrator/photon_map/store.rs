@@ -3,7 +3,7 @@
 use glam::{DVec2, DVec3};
 
 use super::grid::Photon;
-use crate::integrator::photon::emission::EmittedPhoton;
+use crate::integrator::photon::emission::{EmittedPhoton, Start};
 use crate::integrator::photon::path::{Flight, Origin, Scattering, Visitor};
 use crate::optics::{Spectrum, SurfaceOptics};
 use crate::sampling::PathSamples;
@@ -32,14 +32,23 @@ pub struct Tube(pub u32);
 /// What has happened to a photon so far.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum History {
-    /// It was not in the room yet, nor met a diffuser.
-    New { sun: bool },
-    /// It comes from the sun and straight through a clear closure; its direction.
-    Sunbeam(DVec3),
+    /// It was not in the room yet, nor met a diffuser; the tube by which it comes from the sun, if it does.
+    New { sun: Option<usize> },
+    /// It comes from the sun through the clear closure of a tube, and met nothing but mirrors and lobes since.
+    Sunbeam(Sunbeam),
     /// No surface has scattered it diffusely since it left a luminaire, a diffuser or a clear closure.
     Caustic,
     /// A surface has scattered it diffusely since then.
     Diffuse,
+}
+
+/// Sunlight that nothing has scattered diffusely.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sunbeam {
+    /// The tube by which it came in.
+    pub tube: usize,
+    /// Unit vector of travel.
+    pub direction: DVec3,
 }
 
 impl History {
@@ -47,7 +56,10 @@ impl History {
     fn after<const C: usize>(self, flight: &Flight<C>) -> Self {
         match (flight.origin, self) {
             (Origin::Surface(_), _) | (Origin::Lobe(_), Self::Diffuse) => Self::Diffuse,
-            (Origin::Specular, Self::New { sun: true }) => Self::Sunbeam((flight.to - flight.from).normalize_or_zero()),
+            (Origin::Specular, Self::New { sun: Some(tube) })
+            | (Origin::Lobe(_) | Origin::Specular, Self::Sunbeam(Sunbeam { tube, .. })) => {
+                Self::Sunbeam(Sunbeam { tube, direction: (flight.to - flight.from).normalize_or_zero() })
+            }
             _ => Self::Caustic,
         }
     }
@@ -74,8 +86,8 @@ pub struct PhotonStore<'a, const C: usize> {
     pub planes: Vec<Vec<Photon<C, ()>>>,
     pub exits: Vec<Vec<Photon<C, Tube>>>,
     pub incidents: Vec<Vec<DVec3>>,
-    /// Sunbeams at glossy surfaces, with their directions of travel.
-    pub beams: Vec<(Photon<C>, DVec3)>,
+    /// Sunbeams at glossy surfaces.
+    pub beams: Vec<(Photon<C>, Sunbeam)>,
 }
 
 impl<'a, const C: usize> PhotonStore<'a, C> {
@@ -91,7 +103,7 @@ impl<'a, const C: usize> PhotonStore<'a, C> {
             contact: scene.contact(),
             keeps_surfaces,
             set_apart,
-            history: History::New { sun: false },
+            history: History::New { sun: None },
             surfaces: Vec::new(),
             caustics: Vec::new(),
             planes: vec![Vec::new(); grids.len()],
@@ -103,7 +115,11 @@ impl<'a, const C: usize> PhotonStore<'a, C> {
 
     /// Begins a photon.
     pub fn begin(&mut self, photon: &EmittedPhoton) {
-        self.history = History::New { sun: photon.sun };
+        let tube = match photon.start {
+            Start::Tube(tube) if photon.sun => Some(tube),
+            Start::Tube(_) | Start::Luminaire(_) => None,
+        };
+        self.history = History::New { sun: tube };
     }
 
     /// Adds the photons of `other` after the own ones.
@@ -139,7 +155,7 @@ impl<const C: usize> Visitor<C> for PhotonStore<'_, C> {
 
     fn flew(&mut self, flight: &Flight<C>) {
         let sun_alone = match self.history {
-            History::New { sun } => Some(sun),
+            History::New { sun } => Some(sun.is_some()),
             _ => None,
         };
         self.history = self.history.after(flight);
@@ -161,11 +177,11 @@ impl<const C: usize> Visitor<C> for PhotonStore<'_, C> {
     }
 
     fn arrived(&mut self, surface: SurfaceId, position: DVec3, flux: Spectrum<C>, origin: Origin) {
-        if let History::Sunbeam(direction) = self.history
+        if let History::Sunbeam(beam) = self.history
             && self.keeps_surfaces
-            && self.scene.optics(surface).is_some_and(SurfaceOptics::gathers_beams)
+            && self.scene.optics(surface).is_some_and(|optics| optics.lobe().is_some())
         {
-            self.beams.push((Photon { position, on: surface, flux }, direction));
+            self.beams.push((Photon { position, on: surface, flux }, beam));
         }
         let gathers = || self.scene.optics(surface).is_some_and(SurfaceOptics::gathers);
         if self.keeps_surfaces && !is_direct(origin) && gathers() {

@@ -18,7 +18,7 @@ use crate::integrator::backward::opening::DaylightShare;
 use crate::integrator::backward::room_entry::enter_room;
 use crate::integrator::backward::vertex::Vertex;
 use crate::integrator::backward::walk::{Meeting, Ray, Walk};
-use crate::optics::{Spectrum, SurfaceOptics};
+use crate::optics::Spectrum;
 use crate::sampling::{Key, PathRandom, PathSamples};
 use crate::scene::View;
 use crate::traceable::{Place, RoomHit, SurfaceId, TraceableScene};
@@ -93,7 +93,7 @@ pub fn luminance<const C: usize>(
     let Some(origin) = enter_room(scene, eye, direction) else { return Gathered::NOTHING };
     let gathering = Gathering { mapper, maps, irradiance, found: Cell::new(0.0), bias: Cell::new(0.0) };
     let mut walk = Walk::new(scene, samples, SURE_REFLECTIONS);
-    let trace = EyeWay { origin, lobe: None, beams_gathered: false };
+    let trace = EyeWay { origin, lobe: None, beams: None };
     walk.luminance(&gathering, origin, direction, trace);
     Gathered { irradiance: walk.sum, found: gathering.found.get(), bias: gathering.bias.get() }
 }
@@ -109,6 +109,15 @@ struct Gathering<'a, const C: usize, F> {
     bias: Cell<f64>,
 }
 
+/// A glossy surface where sunbeams were gathered.
+#[derive(Clone, Copy)]
+struct BeamsGathered {
+    /// Density per sr of the direction in which the eye ray left it.
+    density: f64,
+    /// Cosine of that direction.
+    cosine: f64,
+}
+
 /// What an eye ray remembers of its way.
 #[derive(Clone, Copy)]
 struct EyeWay {
@@ -116,8 +125,8 @@ struct EyeWay {
     origin: DVec3,
     /// Density per sr of its direction when a glossy lobe chose it.
     lobe: Option<f64>,
-    /// True if the sun's beams were gathered at the glossy surface that it comes from.
-    beams_gathered: bool,
+    /// What the sun's light is shared by since beams were gathered at a glossy surface; the first one of the way counts all.
+    beams: Option<BeamsGathered>,
 }
 
 impl<const C: usize, F> Meeting<C> for Gathering<'_, C, F>
@@ -126,15 +135,22 @@ where
 {
     const FOLLOWS_DIFFUSE: bool = false;
     type Trace = EyeWay;
-    type Arrival = ();
+    /// Where beams were gathered before.
+    type Arrival = Option<BeamsGathered>;
 
-    fn arrives(&self, _: &EyeWay, _: f64) {}
+    fn arrives(&self, way: &EyeWay, _: f64) -> Self::Arrival {
+        way.beams
+    }
 
-    fn arrives_at_closure(&self) {}
+    fn arrives_at_closure(&self) -> Self::Arrival {
+        None
+    }
 
-    fn arrives_at_sensor(&self) {}
+    fn arrives_at_sensor(&self) -> Self::Arrival {
+        None
+    }
 
-    fn connect(&self, walk: &mut Walk<'_, C>, vertex: &Vertex<'_, C>, (): &()) {
+    fn connect(&self, walk: &mut Walk<'_, C>, vertex: &Vertex<'_, C>, beams: &Self::Arrival) {
         let Some((surface, optics)) = vertex.surface.and_then(|surface| Some((surface, walk.scene.optics(surface)?)))
         else {
             return;
@@ -153,26 +169,32 @@ where
             let weight = weight * optics.specular();
             let random = &mut walk.samples.random;
             walk.sum += mapper.diffusers_in_lobe(maps, lobe, &hit, Some(surface), eye, random) * weight;
-            if optics.gathers_beams() {
-                let (beams, bias) = mapper.beams_in_lobe(maps, maps.radius, lobe, &hit, eye);
+            if beams.is_none() {
+                let (beams, bias) = mapper.beams_in_lobe(maps, lobe, &hit, eye);
                 walk.sum += beams * weight;
                 self.bias.set(self.bias.get() + bias * weight.luminance());
             }
         }
     }
 
-    fn leaves(&self, scene: &TraceableScene, vertex: &Vertex<'_, C>, (): &(), _: DVec3, pdf: f64) -> EyeWay {
-        let gathered =
-            vertex.surface.and_then(|surface| scene.optics(surface)).is_some_and(SurfaceOptics::gathers_beams);
-        EyeWay { origin: vertex.position, lobe: Some(pdf), beams_gathered: gathered }
+    fn leaves(
+        &self,
+        _: &TraceableScene,
+        vertex: &Vertex<'_, C>,
+        beams: &Self::Arrival,
+        toward: DVec3,
+        density: f64,
+    ) -> EyeWay {
+        let here = BeamsGathered { density, cosine: toward.dot(vertex.normal) };
+        EyeWay { origin: vertex.position, lobe: Some(density), beams: Some(beams.unwrap_or(here)) }
     }
 
     fn turns(&self, way: &EyeWay) -> EyeWay {
-        EyeWay { lobe: None, beams_gathered: false, ..*way }
+        EyeWay { lobe: None, ..*way }
     }
 
     fn passes(&self, way: &EyeWay) -> EyeWay {
-        EyeWay { lobe: None, beams_gathered: false, ..*way }
+        EyeWay { lobe: None, ..*way }
     }
 
     /// Luminaires are found by eye rays alone, but for what diffuse parts gather.
@@ -191,7 +213,10 @@ where
         let of_tube = &walk.scene.tubes[tube];
         let closure = of_tube.closure_at(position);
         if closure.unscattered::<C>().is_some() {
-            return Some(DaylightShare { sky: 1.0, sky_later: 1.0, sun: !ray.trace.beams_gathered });
+            let sun = ray.trace.beams.map_or(1.0, |BeamsGathered { density, cosine }| {
+                density / (density + self.mapper.beams_gathered(self.maps, tube, cosine))
+            });
+            return Some(DaylightShare { sky: 1.0, sky_later: 1.0, sun });
         }
         let luminance = self.mapper.luminance(self.maps, tube, closure, position, ray.direction);
         walk.sum += luminance * ray.weight * share_of(ray.trace.lobe, of_tube, position - ray.trace.origin);
