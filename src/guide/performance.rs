@@ -10,7 +10,8 @@ use glam::DVec3;
 use super::Guide;
 use super::transit::End;
 use crate::optics::Spectrum;
-use crate::sampling::{Key, PathRandom, Replicate};
+use crate::sampling::sobol::REPLICATE_LEN;
+use crate::sampling::{Key, PathRandom, Replicate, Stream};
 use crate::sky::sampler::SkySampler;
 use crate::sky::{Sky, direction};
 use crate::statistics::Moments;
@@ -106,9 +107,10 @@ pub fn patch_sky(guide: &Guide, sky: &Sky, key: Key, rays: u64) -> Throughput {
 
 /// Means over `rays` Sobol points of what `one` says enters and arrives, in each replicate.
 fn replicated(key: Key, rays: u64, one: impl Fn([f64; 4], &mut PathRandom) -> (f64, f64)) -> Throughput {
+    debug_assert!(rays <= REPLICATE_LEN, "{rays} rays are more than one randomisation has");
     let replicates = (0..REPLICATES).map(|number| {
         let stream = key.child(number);
-        let mut random = PathRandom::new(stream.child(1));
+        let mut random = PathRandom::new(stream.stream(Stream::ThroughputChoices, 0));
         let (mut entering, mut arriving) = (0.0, 0.0);
         for ray in 0..rays {
             let (replicate, index) = Replicate::of(stream, ray);

@@ -17,7 +17,7 @@ use crate::guide::Guide;
 use crate::guide::performance::{self, Throughput};
 use crate::output::plots::{self, Series};
 use crate::plan::GuideKind;
-use crate::sampling::Key;
+use crate::sampling::{Key, Stream};
 use crate::scene::{Segment, StraightOrBent, Tube, TubeShape};
 use crate::sky::{CieType, Sky, SkyDistribution, direction};
 use crate::traceable::{TraceableScene, cylinder_guide};
@@ -125,13 +125,18 @@ fn performance(kernel: &TraceableScene, tube: usize, shape: &TubeShape, radius: 
     let key = Key::new(0);
     let distribution = SkyDistribution::new(CieType::UNIFORM, DVec3::Z);
     let uniform = Sky { distribution, zenith_luminance_cd_m2: 1.0 };
-    let under_uniform = |guide: &Guide| performance::sky(guide, &uniform, key.child(1), SKY_RAYS).transmission();
+    let under_uniform = |guide: &Guide| {
+        performance::sky(guide, &uniform, key.stream(Stream::ReportUniformSky, 0), SKY_RAYS).transmission()
+    };
     let sky = kernel.sky.as_ref().map(|sky| SkyReport {
-        direct: ThroughputResult::new(&performance::sky(guide, sky, key.child(2), SKY_RAYS), 1.0),
-        patches: ThroughputResult::new(&performance::patch_sky(guide, sky, key.child(3), PATCH_RAYS), 1.0),
+        direct: ThroughputResult::new(&performance::sky(guide, sky, key.stream(Stream::ReportSky, 0), SKY_RAYS), 1.0),
+        patches: ThroughputResult::new(
+            &performance::patch_sky(guide, sky, key.stream(Stream::ReportSkyPatches, 0), PATCH_RAYS),
+            1.0,
+        ),
     });
     let sun = kernel.sun.as_ref().map(|sun| {
-        let through = performance::beam(guide, sun.direction, key.child(4), SKY_RAYS);
+        let through = performance::beam(guide, sun.direction, key.stream(Stream::ReportSun, 0), SKY_RAYS);
         ThroughputResult::new(&through, sun.normal_illuminance_lux)
     });
     let uniform_sky = under_uniform(guide);
@@ -156,7 +161,7 @@ fn performance(kernel: &TraceableScene, tube: usize, shape: &TubeShape, radius: 
     let toward_sun = toward_sun.or(kernel.sky.as_ref().map(|sky| sky.distribution.sun()));
     let azimuth = toward_sun.map_or(std::f64::consts::PI, |sun| sun.x.atan2(sun.y).rem_euclid(std::f64::consts::TAU));
     TubePerformance {
-        beam: beam_report(guide, azimuth, key.child(5)),
+        beam: beam_report(guide, azimuth, key.stream(Stream::ReportBeams, 0)),
         uniform_sky: uniform_sky.into(),
         sky,
         sun,

@@ -36,6 +36,10 @@ pub enum Parent {
     HoligilmSeed,
     /// A randomisation of one tube's light in HOLIGILM.
     HoligilmReplica,
+    /// The report on a tube's performance.
+    TubeReport,
+    /// A replicate of light through a tube: its rays fit into the first block of [`Stream::Replicate`], number 0.
+    ThroughputReplicate,
 }
 
 macro_rules! streams {
@@ -132,6 +136,19 @@ streams! {
     SkyProfile = 1, 1, below [HoligilmReplica];
     /// Sunlight followed down through a tube.
     SunBeam = 2, 1, below [HoligilmReplica];
+
+    /// The transmission of a tube under a uniform sky.
+    ReportUniformSky = 1, 1, below [TubeReport];
+    /// The transmission of a tube under the job's sky.
+    ReportSky = 2, 1, below [TubeReport];
+    /// The transmission of a tube under the job's sky as beams of its patches, numbered by patches below it.
+    ReportSkyPatches = 3, 1, below [TubeReport];
+    /// The transmission of a tube under the job's sun.
+    ReportSun = 4, 1, below [TubeReport];
+    /// The transmission of beams, numbered by altitudes and azimuths below it.
+    ReportBeams = 5, 1, below [TubeReport];
+    /// Choices at covers that reflect, one after the other for all rays of a replicate.
+    ThroughputChoices = 1, 1, below [ThroughputReplicate];
 
     /// A randomisation of the Sobol sequence for a block of paths; the index is the block's.
     Replicate = 0, MANY, below [Paths, BidirectionalSensor];
