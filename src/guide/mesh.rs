@@ -9,13 +9,11 @@ use super::transit::{End, Entry, Transit};
 use crate::geometry::TriangleMesh;
 use crate::geometry::bvh::{TriangleBvh, TriangleHit};
 use crate::optics::{Mirror, Spectrum};
+use crate::sampling::roulette::faint_survival;
 use crate::sampling::{PathRandom, warp};
 
 /// Ray segments that one path may have.
 const MAX_RAYS: u32 = 100_000;
-
-/// Share of the light below which a path goes on by roulette.
-const ROULETTE_BELOW: f64 = 1e-3;
 
 /// Distance from a mirror at which its reflected rays start, in sizes of the mesh: far more than the rounding of a hit.
 const CLEARANCE: f64 = 1e-10;
@@ -201,9 +199,8 @@ impl MeshGuide {
                 }
                 Part::Diffuser => {}
             }
-            let share = transit.weight().max();
-            if share < ROULETTE_BELOW {
-                let survival = share / ROULETTE_BELOW;
+            let survival = faint_survival(transit.weight().max(), 1.0);
+            if survival < 1.0 {
                 if survival == 0.0 || random.uniform() >= survival {
                     transit.mirrors = Spectrum::ZERO;
                     return transit;

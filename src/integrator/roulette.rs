@@ -1,20 +1,15 @@
 //! How paths end.
 
+use crate::sampling::roulette::faint_survival;
+
 /// Events of one path after which it is cut off; reached only by scenes that absorb nothing.
 pub const MAX_EVENTS: u32 = 1_000_000;
-
-/// Share of what it carried first below which a path goes on by roulette even where nothing absorbs.
-const FAINT: f64 = 1e-3;
 
 /// Probability with which a path goes on that arrives with `arriving` > 0 and would leave with `leaving`; `first` is what
 /// it carried at its start. A survivor is divided by it, so that it goes on with what arrived.
 #[inline]
 pub fn survival(leaving: f64, arriving: f64, first: f64) -> f64 {
-    let mut survival = leaving / arriving;
-    if arriving < FAINT * first {
-        survival *= arriving / (FAINT * first);
-    }
-    survival.min(1.0)
+    (leaving / arriving * faint_survival(arriving, first)).min(1.0)
 }
 
 #[cfg(test)]

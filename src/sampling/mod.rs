@@ -1,7 +1,8 @@
-//! Random and low-discrepancy numbers by counter, and warps to the domains that light needs.
+//! Random and low-discrepancy numbers by counter, warps to the domains that light needs, and the roulette of faint paths.
 
 pub mod path_samples;
 pub mod random;
+pub mod roulette;
 pub mod sobol;
 pub mod streams;
 pub mod warp;
