@@ -58,7 +58,7 @@ pub async fn events(
     Query(query): Query<EventsQuery>,
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
-    let last = match headers.get("last-event-id") {
+    let by_header: Option<i64> = match headers.get("last-event-id") {
         Some(value) => Some(
             value
                 .to_str()
@@ -66,22 +66,24 @@ pub async fn events(
                 .and_then(|text| text.parse().ok())
                 .ok_or_else(|| Problem::bad_request("Last-Event-ID must be the id of an event"))?,
         ),
-        None => query.after,
+        None => None,
     };
-    let last = last.unwrap_or(0);
     let Ok(permit) = app.permits.streams.clone().try_acquire_owned() else {
         return Err(Problem::unavailable("all event streams that the service allows are open; try again later"));
     };
     // heard of from before the look at the job, so that nothing falls between
     let changes = app.store.changes();
     let head = app.store.job_head(id).await?.ok_or_else(Problem::no_such_job)?;
-    if !(0..=head.last_seq).contains(&last) {
-        let detail = format!("the job's event ids are 1 to {}, but it is {last}", head.last_seq);
-        return Err(match headers.get("last-event-id") {
-            Some(_) => Problem::bad_request(format!("Last-Event-ID: {detail}")),
-            None => Problem::invalid_parameter("after", detail),
-        });
+    let is_wrong = |id: &i64| !(0..=head.last_seq).contains(id);
+    let detail = |id: i64| format!("the job's event ids are 1 to {}, but it is {id}", head.last_seq);
+    if let Some(id) = by_header.filter(is_wrong) {
+        return Err(Problem::bad_request(format!("Last-Event-ID: {}", detail(id))));
     }
+    // also where the header comes first: what is asked for and cannot be is an error
+    if let Some(id) = query.after.filter(is_wrong) {
+        return Err(Problem::invalid_parameter("after", detail(id)));
+    }
+    let last = by_header.or(query.after).unwrap_or(0);
     if head.status.is_final() && last == head.last_seq {
         return Ok(StatusCode::NO_CONTENT.into_response());
     }

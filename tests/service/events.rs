@@ -30,6 +30,8 @@ async fn missed_events_are_replayed_exactly_once() {
         problem(service.get(&format!("{path}/events")).header("last-event-id", id).send().await.unwrap(), 400).await;
     }
     problem(service.get(&format!("{path}/events?after=-1")).send().await.unwrap(), 422).await;
+    let both = service.get(&format!("{path}/events?after=-1")).header("Last-Event-ID", "1");
+    problem(both.send().await.unwrap(), 422).await;
 }
 
 #[tokio::test]
