@@ -123,6 +123,29 @@ impl SurfaceOptics {
 }
 
 impl Oriented<'_, SurfaceOptics> {
+    /// A direction in which a path goes on that comes from `from`, its kind, and the weight of this kind: all that those need
+    /// who count the kinds apart.
+    #[inline]
+    pub fn sample_apart<const C: usize>(
+        &self,
+        from: DVec3,
+        samples: &mut PathSamples,
+    ) -> Option<(DVec3, Kind, Spectrum<C>)> {
+        let Self { optics, normal } = *self;
+        let point = samples.pair();
+        if !optics.is_specular() {
+            return Some((warp::around(normal, warp::cosine_hemisphere(point)), Kind::Diffuse, optics.diffuse()));
+        }
+        let share = optics.diffuse_share();
+        if samples.random.uniform() < share {
+            let toward = warp::around(normal, warp::cosine_hemisphere(point));
+            return Some((toward, Kind::Diffuse, optics.diffuse() * (1.0 / share)));
+        }
+        let toward = optics.reflect(normal, from, point, &mut samples.random)?;
+        let kind = if optics.is_mirror() { Kind::Mirror } else { Kind::Glossy };
+        Some((toward, kind, optics.specular() * (1.0 / (1.0 - share))))
+    }
+
     /// A direction of the lobe or mirror alone, in which a path goes on that comes from `from`; `None` where there is neither.
     #[inline]
     pub fn sample_specular<const C: usize>(&self, from: DVec3, samples: &mut PathSamples) -> Option<Scattered<C>> {
@@ -167,30 +190,14 @@ impl<const C: usize> Scatter<C> for Oriented<'_, SurfaceOptics> {
 
     #[inline]
     fn sample(&self, travel: Travel, from: DVec3, side: SheetSide, samples: &mut PathSamples) -> Option<Scattered<C>> {
-        let Self { optics, normal } = *self;
         if side == SheetSide::Other {
             return None;
         }
-        let point = samples.pair();
-        let share = optics.diffuse_share();
-        let diffusely = !optics.is_specular() || samples.random.uniform() < share;
-        let (toward, kind, weight_of_kind) = if diffusely {
-            let toward = warp::around(normal, warp::cosine_hemisphere(point));
-            (toward, Kind::Diffuse, optics.diffuse() * (1.0 / share))
-        } else {
-            let toward = optics.reflect(normal, from, point, &mut samples.random)?;
-            let weight = optics.specular() * (1.0 / (1.0 - share));
-            if optics.is_mirror() {
-                return Some(Scattered {
-                    toward,
-                    kind: Kind::Mirror,
-                    pdf: 1.0 - share,
-                    weight,
-                    weight_of_kind: weight,
-                });
-            }
-            (toward, Kind::Glossy, weight)
-        };
+        let (toward, kind, weight_of_kind) = self.sample_apart(from, samples)?;
+        if kind == Kind::Mirror {
+            let pdf = 1.0 - self.optics.diffuse_share();
+            return Some(Scattered { toward, kind, pdf, weight: weight_of_kind, weight_of_kind });
+        }
         let (value, pdf) = self.value_and_pdf(travel, from, toward);
         (pdf > 0.0).then(|| Scattered { toward, kind, pdf, weight: value * (1.0 / pdf), weight_of_kind })
     }

@@ -343,21 +343,19 @@ impl<V> Tracer<'_, V> {
         }
         let expected = leaving * (1.0 / survival);
         ledger.room += flux.luminance() - expected.luminance();
-        let scatterer = Oriented { optics, normal };
-        let Some(scattered) =
-            Scatter::<C>::sample(&scatterer, Travel::WithLight, -direction, SheetSide::Same, self.samples)
-        else {
+        let sample = Oriented { optics, normal }.sample_apart(-direction, self.samples);
+        let Some((toward, kind, weight)) = sample else {
             ledger.cut += expected.luminance();
             return Step::Ended;
         };
         // what is diffuse and what is not is counted apart
-        let onward = flux * scattered.weight_of_kind * (1.0 / survival);
+        let onward = flux * weight * (1.0 / survival);
         ledger.cut += expected.luminance() - onward.luminance();
-        let origin = match scattered.kind {
+        let origin = match kind {
             Kind::Diffuse | Kind::Through => Origin::Surface(surface),
             Kind::Glossy | Kind::Mirror => Origin::Lobe(surface),
         };
-        Step::Room(Beam { position, direction: scattered.toward, flux: onward }, origin)
+        Step::Room(Beam { position, direction: toward, flux: onward }, origin)
     }
 }
 
