@@ -97,12 +97,12 @@ impl<const C: usize> Scatter<C> for Closure<'_> {
             Self::Specular { .. } if side == SheetSide::Same => None,
             Self::Specular { transmittance } => {
                 let weight = Spectrum::from_rgb(*transmittance);
-                Some(Scattered { toward: -from, kind: Kind::Through, pdf: 1.0, weight, weight_of_kind: weight })
+                Some(Scattered { toward: -from, kind: Kind::Through, pdf: 1.0, weight })
             }
             Self::Lambertian { .. } => {
                 let toward = toward_side(warp::cosine_hemisphere(samples.pair()), from, side);
                 let (weight, pdf) = (self.albedo(from, side), toward.z.abs() / PI);
-                (pdf > 0.0).then_some(Scattered { toward, kind: Kind::Diffuse, pdf, weight, weight_of_kind: weight })
+                (pdf > 0.0).then_some(Scattered { toward, kind: Kind::Diffuse, pdf, weight })
             }
             Self::Measured(table) => Scatter::<C>::sample(*table, travel, from, side, samples),
         }

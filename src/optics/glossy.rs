@@ -59,11 +59,6 @@ impl Glossy {
         Self { alpha, cosines, losses, cumulative }
     }
 
-    /// Roughness of the lobe: the square root of alpha.
-    pub fn roughness(&self) -> f64 {
-        self.alpha.sqrt()
-    }
-
     /// BRDF times the cosine of `toward`, per sr: also the density with which [`Self::reflect`] chooses `toward`.
     ///
     /// `from` and `toward` are unit vectors that point away from the surface; zero unless both are above it.
@@ -162,7 +157,7 @@ impl<const C: usize> Scatter<C> for Oriented<'_, Glossy> {
         let toward = self.optics.reflect(self.normal, from, point, &mut samples.random);
         let pdf = Scatter::<C>::pdf(self, travel, from, toward);
         let weight = Spectrum::ONE;
-        (pdf > 0.0).then_some(Scattered { toward, kind: Kind::Glossy, pdf, weight, weight_of_kind: weight })
+        (pdf > 0.0).then_some(Scattered { toward, kind: Kind::Glossy, pdf, weight })
     }
 
     fn albedo(&self, _: DVec3, side: SheetSide) -> Spectrum<C> {

@@ -186,7 +186,7 @@ impl<const C: usize> Scatter<C> for MeasuredDiffuser {
             Travel::WithLight => self.albedo(from, side),
             Travel::AgainstLight => value * (1.0 / pdf),
         };
-        Some(Scattered { toward, kind: Kind::Diffuse, pdf, weight, weight_of_kind: weight })
+        Some(Scattered { toward, kind: Kind::Diffuse, pdf, weight })
     }
 
     fn albedo(&self, from: DVec3, side: SheetSide) -> Spectrum<C> {

@@ -61,17 +61,12 @@ impl SurfaceOptics {
 
     /// True if it has a lobe that connections meet rarely.
     pub fn has_narrow_lobe(&self) -> bool {
-        self.lobe().is_some() && self.roughness().is_some_and(|roughness| roughness < NARROW_ROUGHNESS)
+        self.specular.as_ref().is_some_and(|specular| specular.lobe.is_some() && specular.roughness < NARROW_ROUGHNESS)
     }
 
     /// True if connections meet what it reflects about the mirror direction rarely, or never.
     pub fn is_narrow(&self) -> bool {
         self.is_mirror() || self.has_narrow_lobe()
-    }
-
-    /// Roughness of what it reflects about the mirror direction, 0 of a mirror.
-    pub fn roughness(&self) -> Option<f64> {
-        self.specular.as_ref().map(|specular| specular.roughness)
     }
 
     /// Its lobe, whose reflectance is [`Self::specular`].
@@ -156,7 +151,7 @@ impl Oriented<'_, SurfaceOptics> {
             None => (Kind::Mirror, 1.0),
             Some(lobe) => (Kind::Glossy, lobe.density(self.normal, from, toward)),
         };
-        (pdf > 0.0).then_some(Scattered { toward, kind, pdf, weight, weight_of_kind: weight })
+        (pdf > 0.0).then_some(Scattered { toward, kind, pdf, weight })
     }
 }
 
@@ -196,10 +191,10 @@ impl<const C: usize> Scatter<C> for Oriented<'_, SurfaceOptics> {
         let (toward, kind, weight_of_kind) = self.sample_apart(from, samples)?;
         if kind == Kind::Mirror {
             let pdf = 1.0 - self.optics.diffuse_share();
-            return Some(Scattered { toward, kind, pdf, weight: weight_of_kind, weight_of_kind });
+            return Some(Scattered { toward, kind, pdf, weight: weight_of_kind });
         }
         let (value, pdf) = self.value_and_pdf(travel, from, toward);
-        (pdf > 0.0).then(|| Scattered { toward, kind, pdf, weight: value * (1.0 / pdf), weight_of_kind })
+        (pdf > 0.0).then(|| Scattered { toward, kind, pdf, weight: value * (1.0 / pdf) })
     }
 
     #[inline]

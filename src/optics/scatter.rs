@@ -52,9 +52,6 @@ pub struct Scattered<const C: usize> {
     pub pdf: f64,
     /// Value of all finite kinds over `pdf`: what a path carries on that counts them together.
     pub weight: Spectrum<C>,
-    /// Value of this kind alone over its own density and the probability of its choice: what a path carries on that counts the
-    /// kinds apart.
-    pub weight_of_kind: Spectrum<C>,
 }
 
 /// Something that scatters above one side of a surface with this unit normal.

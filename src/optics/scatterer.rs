@@ -117,7 +117,7 @@ impl<const C: usize> Scatter<C> for Sensor {
             return None;
         }
         let weight = Spectrum([PI; C]);
-        Some(Scattered { toward, kind: Kind::Diffuse, pdf: toward.z / PI, weight, weight_of_kind: weight })
+        Some(Scattered { toward, kind: Kind::Diffuse, pdf: toward.z / PI, weight })
     }
 
     fn albedo(&self, _: DVec3, side: SheetSide) -> Spectrum<C> {

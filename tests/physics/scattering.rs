@@ -140,24 +140,28 @@ fn white_furnaces_stay_white() {
                     let from = thing.from(*angle);
                     let key = Key::new(5).child(number as u64).child(at as u64);
                     let count = 20_000;
+                    // of the samples, and of those of surfaces that count the kinds apart
                     let mut sums = [[[0.0; 2]; 3]; 2];
                     for index in 0..count {
                         // pseudo-random, so that a standard error is known
                         let mut samples = PathSamples::with_pairs(key, index, 0);
                         let sample: Option<skyduct::optics::Scattered<3>> =
                             thing.scatterer.sample(travel, from, *side, &mut samples);
+                        if let Scatterer::Surface(surface) = &thing.scatterer {
+                            let mut apart = PathSamples::with_pairs(key.child(1), index, 0);
+                            if let Some((_, _, weight)) = surface.sample_apart::<3>(from, &mut apart) {
+                                add(&mut sums[1], weight);
+                            }
+                        }
                         let Some(sample) = sample else { continue };
                         assert!(sample.pdf > 0.0 && (sample.toward.length() - 1.0).abs() < 1e-9, "{}", thing.name);
                         assert!(sample.toward.dot(thing.axis(*side)) > 0.0, "{}", thing.name);
-                        for (sums, weight) in sums.iter_mut().zip([sample.weight, sample.weight_of_kind]) {
-                            for (sum, value) in sums.iter_mut().zip(weight.0) {
-                                *sum = [sum[0] + value, sum[1] + value * value];
-                            }
-                        }
+                        add(&mut sums[0], sample.weight);
                     }
                     let albedo: Spectrum<3> = thing.scatterer.albedo(from, *side);
-                    for sums in sums {
-                        for ([sum, squares], truth) in sums.into_iter().zip(albedo.0) {
+                    let counted = if matches!(thing.scatterer, Scatterer::Surface(_)) { 2 } else { 1 };
+                    for sums in &sums[..counted] {
+                        for ([sum, squares], truth) in sums.iter().copied().zip(albedo.0) {
                             let n = count as f64;
                             let mean = sum / n;
                             let error = ((squares / n - mean * mean).max(0.0) / n).sqrt();
@@ -173,6 +177,13 @@ fn white_furnaces_stay_white() {
                 }
             }
         }
+    }
+}
+
+/// Adds a weight and its square to the sums of each channel.
+fn add(sums: &mut [[f64; 2]; 3], weight: Spectrum<3>) {
+    for (sum, value) in sums.iter_mut().zip(weight.0) {
+        *sum = [sum[0] + value, sum[1] + value * value];
     }
 }
 
