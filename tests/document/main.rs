@@ -5,6 +5,7 @@
 #[path = "../shared/schema.rs"]
 mod schema;
 
+#[path = "../shared/given.rs"]
 mod given;
 
 mod any;

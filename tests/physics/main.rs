@@ -2,8 +2,11 @@
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a failure is what tests are for")]
 
+#[path = "../shared/documents.rs"]
 mod documents;
+#[path = "../shared/reference.rs"]
 mod reference;
+#[path = "../shared/scenes.rs"]
 mod scenes;
 #[path = "../shared/schema.rs"]
 mod schema;
