@@ -154,7 +154,10 @@ pub fn sky_exitance(sky: &Sky, aspect: f64, reflectance: f64) -> f64 {
     };
     // T has kinks where A is a whole number; the sky has one at the sun
     let mut edges: Vec<f64> = (0..=KINKS).map(|k| (f64::from(k) / aspect).atan()).collect();
-    edges.extend([sun_zenith_angle, FRAC_PI_2]);
+    edges.push(FRAC_PI_2);
+    if !sky.distribution.is_azimuthally_uniform() {
+        edges.push(sun_zenith_angle);
+    }
     edges.extend((1..24).map(|k| FRAC_PI_2 * f64::from(k) / 24.0));
     edges.sort_by(f64::total_cmp);
     let between = |from: f64, to: f64| {

@@ -177,7 +177,8 @@ impl SkyDistribution {
     ///
     /// Integrated in polar coordinates around the sun, where the cusp of f(chi) is at the origin. The rings chi =
     /// constant touch the horizon at chi = gamma and pi - gamma (gamma: solar altitude); a substitution flat at both
-    /// ends of each interval removes the root singularities there.
+    /// ends of each interval removes the root singularities there. Where the luminance depends on the zenith angle alone,
+    /// along the zenith angle: then the same bits under any sun.
     ///
     /// A uniform sky has pi, the traditional overcast one 7 pi / 9:
     ///
@@ -193,10 +194,16 @@ impl SkyDistribution {
         if self.sky_type == SkyType::Cie(CieType::TRADITIONAL_OVERCAST) {
             return 7.0 * PI / 9.0;
         }
+        let rule = Flattened::new(96);
+        if self.is_azimuthally_uniform() {
+            // the sun has no part in it, not even in the rounding: 2 pi int phi cos Z sin Z dZ
+            let above_uniform =
+                rule.integrate(0.0, 1.0, |cos_zenith| self.a * (self.b / cos_zenith).exp() * cos_zenith);
+            return PI * (1.0 + 2.0 * above_uniform) * self.per_zenith;
+        }
         let sin_gamma = self.sun.z.clamp(-1.0, 1.0);
         let cos_gamma = self.sun.truncate().length();
         let gamma = sin_gamma.atan2(cos_gamma);
-        let rule = Flattened::new(96);
         let ring = |chi: f64| {
             let (sin_chi, cos_chi) = chi.sin_cos();
             // cos Z = p + q cos psi on the ring; psi_end: where the ring goes below the horizon

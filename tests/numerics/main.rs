@@ -1,0 +1,21 @@
+//! Numerically hard cases: inputs at which what is right on paper goes wrong in floating point, or at a bound.
+//!
+//! Cases that tests elsewhere show are not repeated here.
+
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a failure is what tests are for")]
+
+#[expect(dead_code, reason = "each test binary uses its part")]
+#[path = "../shared/given.rs"]
+mod given;
+#[expect(dead_code, reason = "each test binary uses its part")]
+#[path = "../shared/reference.rs"]
+mod reference;
+#[expect(dead_code, reason = "each test binary uses its part")]
+#[path = "../shared/scenes.rs"]
+mod scenes;
+#[path = "../shared/schema.rs"]
+mod schema;
+
+mod jobs;
+
+mod sky_and_sun;
