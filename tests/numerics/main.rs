@@ -19,3 +19,4 @@ mod schema;
 mod jobs;
 
 mod sky_and_sun;
+mod tube;
