@@ -25,7 +25,8 @@ pub struct Provenance {
 pub struct ZenithProvenance {
     /// Formula, or the given number, that the level comes from.
     pub formula: ZenithFormulaName,
-    /// Of the formula `dv_ev`: the ratio of diffuse to extraterrestrial illuminance, given or typical of the type.
+    /// Of the formulas `given_dv_ev` and `dv_ev`: the ratio of diffuse to extraterrestrial horizontal illuminance, given or
+    /// typical of the type.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub dv_ev: Option<f64>,
     /// Of the formula `luminous_turbidity`.
@@ -45,7 +46,9 @@ pub enum ZenithFormulaName {
     GivenZenithLuminance,
     /// The document gives the diffuse horizontal illuminance.
     GivenHorizontalIlluminance,
-    /// Kittler and Darula's fit by the ratio of diffuse to extraterrestrial illuminance.
+    /// The document gives the ratio of diffuse to extraterrestrial horizontal illuminance, which holds exactly.
+    GivenDvEv,
+    /// Kittler and Darula's fit by the ratio of diffuse to extraterrestrial illuminance that is typical of the type.
     DvEv,
     /// Kittler and Darula's fit by the luminous turbidity.
     LuminousTurbidity,
@@ -58,7 +61,8 @@ impl From<ZenithFormula> for ZenithFormulaName {
         match formula {
             ZenithFormula::GivenZenithLuminance => Self::GivenZenithLuminance,
             ZenithFormula::GivenHorizontalIlluminance => Self::GivenHorizontalIlluminance,
-            ZenithFormula::DiffuseRatio { .. } => Self::DvEv,
+            ZenithFormula::GivenDiffuseRatio { .. } => Self::GivenDvEv,
+            ZenithFormula::TypicalDiffuseRatio { .. } => Self::DvEv,
             ZenithFormula::Turbidity { .. } => Self::LuminousTurbidity,
             ZenithFormula::IesHorizontalIlluminance => Self::IesHorizontalIlluminance,
         }

@@ -55,7 +55,7 @@ fn sun_on_the_horizon_gives_a_defined_sky() {
             let sky = SkyDistribution::new(cie_type, direction(altitude, 1.0));
             assert!(sky.horizontal_ratio().is_finite() && sky.relative_luminance(DVec3::X).is_finite());
             let turbid = ZenithFormula::Turbidity { luminous_turbidity: 12.0 };
-            for formula in [default_formula(cie_type, None), ZenithFormula::DiffuseRatio { dv_ev: 0.4 }, turbid] {
+            for formula in [default_formula(cie_type, None), ZenithFormula::GivenDiffuseRatio { dv_ev: 0.4 }, turbid] {
                 assert_eq!(zenith_luminance_cd_m2(&sky, formula, altitude), 0.0, "type {}", cie_type.number());
             }
             assert_eq!(beam_normal_illuminance_lux(altitude, 2.5), 0.0);

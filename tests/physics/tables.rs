@@ -39,7 +39,7 @@ fn sky_horizontal() {
             let luminance = zenith_luminance_cd_m2(&distribution, default, altitude);
             assert_close(luminance / 1000.0, number(&row[3]), 1e-12, 0.5e-10, &what);
             assert_close(luminance * ratio, number(&row[5]), 1e-11, 0.5e-6, &what);
-            assert_eq!(matches!(default, ZenithFormula::DiffuseRatio { .. }), row[4] == "DvEv");
+            assert_eq!(matches!(default, ZenithFormula::TypicalDiffuseRatio { .. }), row[4] == "DvEv");
         }
         let beam = beam_normal_illuminance_lux(altitude, zenith::typical_turbidity(cie_type));
         assert_close(beam, number(&row[10]), 1e-12, 0.5e-6, &what);

@@ -107,7 +107,9 @@ pub(crate) fn daylight(
     }
     let (sky_lux, sun_lux) = daylight.horizontal_illuminance_lux();
     let (dv_ev, luminous_turbidity) = match formula {
-        ZenithFormula::DiffuseRatio { dv_ev } => (Some(dv_ev), None),
+        ZenithFormula::GivenDiffuseRatio { dv_ev } | ZenithFormula::TypicalDiffuseRatio { dv_ev } => {
+            (Some(dv_ev), None)
+        }
         ZenithFormula::Turbidity { luminous_turbidity } => (None, Some(luminous_turbidity)),
         ZenithFormula::GivenZenithLuminance
         | ZenithFormula::GivenHorizontalIlluminance
@@ -143,7 +145,7 @@ fn level(sky: &SkyDocument, sky_type: SkyType, distribution: &SkyDistribution, a
         return (ZenithFormula::GivenHorizontalIlluminance, illuminance / distribution.horizontal_ratio());
     }
     let formula = match sky.dv_ev {
-        Some(dv_ev) => ZenithFormula::DiffuseRatio { dv_ev },
+        Some(dv_ev) => ZenithFormula::GivenDiffuseRatio { dv_ev },
         None => zenith::default_formula(sky_type, sky.luminous_turbidity),
     };
     (formula, zenith::zenith_luminance_cd_m2(distribution, formula, altitude))

@@ -45,7 +45,8 @@ pub struct SkyDocument {
     /// Unobstructed, of the sky without the sun.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub diffuse_horizontal_illuminance_lux: Option<f64>,
-    /// Diffuse horizontal over extraterrestrial horizontal illuminance; only for CIE types.
+    /// Diffuse horizontal over extraterrestrial horizontal illuminance (133.8 klx times the sine of the sun's altitude);
+    /// only for CIE types.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub dv_ev: Option<f64>,
     /// Luminous turbidity, only for types 7 to 15.

@@ -113,7 +113,7 @@ fn causes(settings: &Settings) -> Result<Causes, ReportError> {
         Ok::<_, ReportError>(Cause { name: name.to_owned(), mean_lux: mean_of(&document)?, before_lux: before })
     };
     let mut list = vec![
-        changed("zenith luminance by the typical Dv/Ev of type 12, 0.10, instead of equation 3.5", &|document| {
+        changed("diffuse illuminance by the typical Dv/Ev of type 12, 0.10, instead of equation 3.5", &|document| {
             document["sky"]["dv_ev"] = 0.1.into();
         })?,
         changed("with the sun, which chapter 3 leaves out", &|document| {
