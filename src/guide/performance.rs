@@ -1,19 +1,20 @@
 //! How much light a tube passes: ray-traced transmission of any guide with its collector.
 //!
-//! Every figure comes from independent randomised Sobol replicates, so that it has a standard error. Luminances of RGB
-//! coefficients are weighted to Y.
+//! Every figure comes from independent randomised Sobol replicates, so that it has a standard error, or from a closed form.
+//! Luminances of RGB coefficients are weighted to Y.
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
 use glam::DVec3;
 
-use super::Guide;
 use super::transit::End;
-use crate::optics::Spectrum;
+use super::transmittance::sky_exitance;
+use super::{Guide, StraightGuide};
+use crate::optics::{Mirror, Spectrum};
 use crate::sampling::sobol::REPLICATE_LEN;
 use crate::sampling::{Key, PathRandom, Replicate, Stream};
 use crate::sky::sampler::SkySampler;
-use crate::sky::{Sky, direction};
+use crate::sky::{CieType, Sky, SkyDistribution, direction};
 use crate::statistics::Moments;
 
 /// Independent replicates of each figure.
@@ -89,6 +90,47 @@ pub fn sky(guide: &Guide, sky: &Sky, key: Key, rays: u64) -> Throughput {
         let luminance = sky.luminance(toward) / density;
         (luminance * enters, luminance * arrives)
     })
+}
+
+/// Transmission of collector and guide under a uniform sky: in closed form, with a standard error of 0, through a straight
+/// guide under a thin collector whose mirror reflects alike at all angles; else of [`sky`], whose arguments it takes.
+///
+/// Of a black pipe as long as 100 of its diameters the sky sees the lower end alone, by the form factor 1 / (4 100^2) to first
+/// order, which no ray out of ten thousand finds:
+///
+/// ```
+/// use skyduct::guide::performance::uniform_sky;
+/// use skyduct::guide::{Guide, StraightGuide};
+/// use skyduct::optics::Mirror;
+/// use skyduct::sampling::Key;
+///
+/// let (reflectance, collector_transmittance) = (Mirror::Constant([0.0; 3]), [1.0; 3]);
+/// let pipe = Guide::Straight(StraightGuide { radius: 0.1, length: 20.0, reflectance, collector_transmittance });
+/// assert!((uniform_sky(&pipe, Key::new(0), 16).value / 2.499_875e-5 - 1.0).abs() < 1e-6);
+/// ```
+pub fn uniform_sky(guide: &Guide, key: Key, rays: u64) -> Transmission {
+    let distribution = SkyDistribution::new(CieType::UNIFORM, DVec3::Z);
+    let uniform = Sky { distribution, zenith_luminance_cd_m2: 1.0 };
+    match guide {
+        Guide::Straight(StraightGuide {
+            radius,
+            length,
+            reflectance: Mirror::Constant(reflectance),
+            collector_transmittance,
+        }) => {
+            let of = |reflectance: f64| {
+                sky_exitance(&uniform, length / (2.0 * radius), reflectance) / uniform.horizontal_illuminance_lux()
+            };
+            let [red, green, blue] = *reflectance;
+            // some ten milliseconds each
+            let of_red = of(red);
+            let mirrors =
+                [of_red, if green == red { of_red } else { of(green) }, if blue == red { of_red } else { of(blue) }];
+            let passed: [f64; 3] = std::array::from_fn(|channel| collector_transmittance[channel] * mirrors[channel]);
+            Transmission { value: Spectrum::<3>::from_rgb(passed).luminance(), standard_error: 0.0 }
+        }
+        _ => sky(guide, &uniform, key, rays).transmission(),
+    }
 }
 
 /// The light of a sky that is made of parallel beams, one from the middle of each of the 145 patches of Tregenza (1987),
@@ -261,6 +303,42 @@ mod tests {
             (sky(&guide, &uniform, Key::new(5), 4096), patch_sky(&guide, &uniform, Key::new(6), 128));
         let (direct, patches) = (direct.transmission(), patches.transmission());
         assert!((direct.value - patches.value).abs() < 5e-3, "{direct:?} {patches:?}");
+    }
+
+    /// Very long pipes under a uniform sky, where next to all light is lost: rays near the axis alone count, for which
+    /// cos(theta) is 1, so that T = (3/4) / a^2 integral 2 x g(x) dx with the aspect ratio a and g(x) = R^N (1 - (1-R)(x-N)),
+    /// N = floor(x), but for 1 / a^2 of it (the integral of Swift and Smith, exchanged with that over the sky).
+    #[test]
+    fn uniform_skies_through_long_and_dull_pipes() {
+        for (aspect, reflectance) in [(100.0, 0.0), (1000.0, 0.0), (10_000.0, 0.5), (10_000.0, 0.9)] {
+            let loss: f64 = 1.0 - reflectance;
+            let powers = |n: i32| f64::powi(reflectance, n);
+            let moment: f64 =
+                (0..2000).map(|n| powers(n) * (2.0 * f64::from(n) * (1.0 - 0.5 * loss) + 1.0 - 2.0 / 3.0 * loss)).sum();
+            let expected = 0.75 * moment / (aspect * aspect);
+            let Transmission { value, standard_error } =
+                uniform_sky(&straight(2.0 * RADIUS * aspect, reflectance), Key::new(1), 2048);
+            // 1 / a^2, times twice the mean square of x: at most 1 without reflections, and 6 / ln(R)^2 by many
+            let tolerance = 1e-6 + 2.0 * (1.0 + 6.0 / reflectance.ln().powi(2)) / (aspect * aspect);
+            assert!((value / expected - 1.0).abs() < tolerance, "{aspect} {reflectance}: {value} {expected}");
+            assert_eq!(standard_error, 0.0);
+        }
+    }
+
+    /// The closed form with colours of mirror and collector against traced rays, within 4 standard errors.
+    #[test]
+    fn uniform_skies_in_colours_agree_with_traced_rays() {
+        let reflectance = Mirror::Constant([0.98, 0.95, 0.9]);
+        let pipe = Guide::Straight(StraightGuide {
+            radius: RADIUS,
+            length: 1.0,
+            reflectance,
+            collector_transmittance: [0.9, 0.8, 0.7],
+        });
+        let traced = sky(&pipe, &cie_sky(5), Key::new(7), 4096).transmission();
+        let exact = uniform_sky(&pipe, Key::new(7), 4096).value;
+        assert!((traced.value - exact).abs() < 4.0 * traced.standard_error, "{traced:?} {exact}");
+        assert!(traced.standard_error < 2e-3);
     }
 
     /// A tube loses what a straight tube of the same length loses when it does not bend, and more when it does.

@@ -109,6 +109,9 @@ pub fn zastrow_wittwer_transmission(aspect: f64, tan_theta: f64, reflectance: f6
 /// Kinks of T(Z) at which the quadrature over a sky is split; light beyond the last has met as many mirrors.
 const KINKS: u32 = 160;
 
+/// Kinks of T(Z) up to which each part of the quadrature has the most nodes.
+const BRIGHT_KINKS: f64 = 8.0;
+
 /// Nodes of a part of the quadrature, by its width in radians: the first that is wider.
 const NODES: [(f64, usize); 4] = [(1e-3, 6), (1e-2, 8), (0.03, 16), (f64::INFINITY, 20)];
 
@@ -152,6 +155,8 @@ pub fn sky_exitance(sky: &Sky, aspect: f64, reflectance: f64) -> f64 {
         let (sin, cos) = zenith_angle.sin_cos();
         ring(zenith_angle) * beam_transmission(aspect, sin / cos, reflectance) * sin * cos
     };
+    // what a dull pipe passes at all is in the first parts, however narrow they are
+    let bright = (BRIGHT_KINKS / aspect).atan();
     // T has kinks where A is a whole number; the sky has one at the sun
     let mut edges: Vec<f64> = (0..=KINKS).map(|k| (f64::from(k) / aspect).atan()).collect();
     edges.push(FRAC_PI_2);
@@ -162,7 +167,8 @@ pub fn sky_exitance(sky: &Sky, aspect: f64, reflectance: f64) -> f64 {
     edges.sort_by(f64::total_cmp);
     let between = |from: f64, to: f64| {
         // x = u^2 (3 - 2u) flattens both ends, where the integrand's derivatives are singular
-        let (_, along) = along.iter().find(|(width, _)| to - from < *width).unwrap_or(&along[3]);
+        let narrow = along.iter().find(|(width, _)| from >= bright && to - from < *width);
+        let (_, along) = narrow.unwrap_or(&along[3]);
         along
             .integrate(0.0, 1.0, |u: f64| integrand(from + (to - from) * u * u * (3.0 - 2.0 * u)) * 6.0 * u * (1.0 - u))
             * (to - from)

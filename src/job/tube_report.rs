@@ -139,11 +139,12 @@ fn performance(kernel: &TraceableScene, tube: usize, shape: &TubeShape, radius: 
         let through = performance::beam(guide, sun.direction, key.stream(Stream::ReportSun, 0), SKY_RAYS);
         ThroughputResult::new(&through, sun.normal_illuminance_lux)
     });
-    let uniform_sky = under_uniform(guide);
+    let uniform_sky = performance::uniform_sky(guide, key.stream(Stream::ReportUniformSky, 0), SKY_RAYS);
     let equivalent_straight = match shape {
         TubeShape::Cylinders(tube) if tube.segments.iter().any(|segment| segment.tilt != 0.0) => {
             let length_m = tube.segments.iter().map(|segment| segment.length_m).sum();
             let straight = |length_m: f64| under_uniform(&cylinder_guide(&straightened(tube, length_m), radius));
+            // by the same rays as the bent tube
             let transmission = straight(length_m);
             Some(StraightReport {
                 length_m,

@@ -17,7 +17,8 @@ pub struct TubeReport {
     pub flux: TubeResult,
     /// Collector and guide under parallel light, over its altitude.
     pub beam: BeamReport,
-    /// Collector and guide under a uniform sky.
+    /// Collector and guide under a uniform sky: in closed form, with an error of 0, where the guide is straight, its collector
+    /// thin and the reflectance of its mirror the same at all angles.
     pub uniform_sky: TransmissionResult,
     /// Under the job's sky and sun; null when there is none.
     pub sky: Option<SkyReport>,
