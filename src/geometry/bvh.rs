@@ -1,4 +1,4 @@
-//! Nearest hits among triangles (the only user of obvhs).
+//! Nearest hits and distances among triangles (the only user of obvhs).
 //!
 //! The tree is an f32 filter over padded boxes; every hit is confirmed in f64 by the watertight test. obvhs' binary tree
 //! is used, not its compressed wide one, which drops near hits and misses rays with a component of -0.0.
@@ -11,7 +11,7 @@ use obvhs::{
     ray::{Ray, RayHit},
 };
 
-use super::triangle::ShearedRay;
+use super::triangle::{ShearedRay, distance_above};
 
 /// Boxes grow by this share of the scene's diagonal on every side: more than the rounding of coordinates, ray origins,
 /// directions and slab distances to f32 (each below 2^-23 of the diagonal).
@@ -107,6 +107,25 @@ impl TriangleBvh {
             if hit.is_some_and(|distance| distance < reach) { 0.0 } else { f32::INFINITY }
         })
     }
+
+    /// Distance in metres from a point to the nearest point of the triangles that lies higher than `height` (z), where that is
+    /// below `reach`; `None` where it is not.
+    pub fn distance_above(&self, point: DVec3, height: f64, reach: f64) -> Option<f64> {
+        let to_f32 = |p: DVec3| ((p - self.centre) * self.scale).as_vec3a();
+        // a little wider, so that rounding cannot cull a triangle at the end
+        let padding = glam::Vec3A::splat(2.0 * PADDING as f32);
+        let around = Aabb::new(to_f32(point - reach) - padding, to_f32(point + reach) + padding);
+        let mut nearest = reach;
+        self.tree.aabb_traverse(around, |tree, node| {
+            let node = &tree.nodes[node as usize];
+            let first = node.first_index as usize;
+            let triangles = &self.triangles[first..first + node.prim_count as usize];
+            let distances = triangles.iter().filter_map(|triangle| distance_above(triangle, point, height));
+            nearest = distances.fold(nearest, f64::min);
+            true
+        });
+        (nearest < reach).then_some(nearest)
+    }
 }
 
 #[cfg(test)]
@@ -174,6 +193,31 @@ mod tests {
         assert!((near.distance - 1e-9).abs() < 1e-15);
         let far = bvh.nearest(DVec3::new(0.1, 0.2, 1.0 - 1e-9), DVec3::Z, Some(near.triangle));
         assert_eq!(far, None);
+    }
+
+    #[test]
+    fn distances_agree_with_brute_force() {
+        let mut random = PathRandom::new(Key::new(10));
+        let mut point = || DVec3::new(random.uniform(), random.uniform(), random.uniform());
+        let triangles: Vec<_> = (0..500)
+            .map(|_| {
+                let p = point() * 4.0 + 100.0;
+                [p, p + point() * 0.3, p + point() * 0.1]
+            })
+            .collect();
+        let bvh = TriangleBvh::new(&triangles);
+        let mut found = 0;
+        for _ in 0..2000 {
+            let (from, height, reach) = (point() * 5.0 + 99.5, 102.0, 0.02 + 0.3 * point().x);
+            let distances = triangles.iter().filter_map(|triangle| distance_above(triangle, from, height));
+            let brute = distances.reduce(f64::min).filter(|distance| *distance < reach);
+            assert_eq!(bvh.distance_above(from, height, reach), brute);
+            found += usize::from(brute.is_some());
+        }
+        assert!((200..1800).contains(&found), "{found}");
+        // one triangle alone is a tree of one leaf
+        let one = TriangleBvh::new(&triangles[..1]);
+        assert!(one.distance_above(triangles[0][0] + DVec3::Z * 1e-3, 0.0, 1.0).is_some());
     }
 
     #[test]

@@ -6,6 +6,7 @@ use glam::{DVec2, DVec3};
 
 use super::surface_id::SurfaceId;
 use crate::geometry::lambert::quadrilateral_irradiance;
+use crate::geometry::triangle::distance_above;
 use crate::optics::Spectrum;
 use crate::scene::Luminaire;
 
@@ -62,6 +63,17 @@ impl TraceableLuminaire {
     /// Corners, counter-clockwise seen from the side that emits.
     pub fn corners(&self) -> [DVec3; 4] {
         [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]].map(|point| self.point(point))
+    }
+
+    /// Distance in metres of a point on the side that emits to the nearest part that rises above the point; infinite on the
+    /// dark side, and where no part does.
+    pub fn distance_beside(&self, point: DVec3) -> f64 {
+        if (point - self.corner).dot(self.normal) <= 0.0 {
+            return f64::INFINITY;
+        }
+        let [a, b, c, d] = self.corners();
+        let halves = [[a, b, c], [a, c, d]];
+        halves.iter().filter_map(|half| distance_above(half, point, point.z)).fold(f64::INFINITY, f64::min)
     }
 
     /// The distance, in lengths of `direction`, at which a ray crosses the rectangle's plane inside its outline.

@@ -107,6 +107,12 @@ impl TraceableMeshes {
         length > 0.0 && self.bvh.any_within(a, (b - a) / length, until * length)
     }
 
+    /// Distance in metres of a point to the nearest part of the meshes that rises above the point by more than `level`, where
+    /// that distance is below `reach`.
+    pub fn distance_beside(&self, point: DVec3, level: f64, reach: f64) -> Option<f64> {
+        self.bvh.distance_above(point, point.z + level, reach)
+    }
+
     /// Outlines of the solid parts in the plane normal . p = `height`.
     pub fn section(&self, normal: DVec3, height: f64) -> Vec<Vec<DVec3>> {
         section(&self.positions, &self.triangles, normal, height)

@@ -2,16 +2,19 @@
 
 use crate::documents::Folder;
 use crate::scenes;
-use crate::scenes::values;
+use crate::scenes::{assert_grid, values};
 use glam::DVec3;
 use serde_json::{Value, json};
 use skyduct::document::{DocumentErrors, JobDocument, to_scene};
 use skyduct::geometry::TriangleMesh;
-use skyduct::integrator::{light_tracing, light_tracing::LightTracing};
+use skyduct::integrator::bidirectional::{self, Bidirectional};
+use skyduct::integrator::light_tracing::{self, LightTracing};
+use skyduct::integrator::method::RefusalCode;
+use skyduct::integrator::path_tracing::{self, PathTracing};
 use skyduct::optics::{Spectrum, Surface};
 use skyduct::plan::{self, EffectRequests, Effects};
 use skyduct::sampling::{Key, PathRandom, warp};
-use skyduct::scene::{Channels, MeshObject, Room, Scene};
+use skyduct::scene::{Channels, EstimateKind, Grid, MeshObject, Room, Scene};
 use skyduct::traceable::{Place, TraceableScene};
 
 /// A room with a panel and one block, `object`.
@@ -64,6 +67,72 @@ fn winding_does_not_count() {
     for (a, b) in run(&good).iter().zip(&run(&turned)) {
         assert!((a - b).abs() <= 1e-9 * a, "{a} {b}");
     }
+}
+
+/// A grid of one sensor.
+fn point(sensor: DVec3) -> Grid {
+    let mut grid = Grid::new("point".into(), sensor.z, [1, 1], 0.0, [3.0, 2.5], EstimateKind::Point);
+    (grid.x_m, grid.y_m) = (vec![sensor.x], vec![sensor.y]);
+    grid
+}
+
+/// The room of a block without its view, with one sensor beside the block: `beside` metres from its eastern side.
+fn beside(object: Value, beside: f64) -> Scene {
+    let mut object = object;
+    object["rotation_deg"] = 0.into();
+    let mut scene = scene(&room(object));
+    scene.views.clear();
+    scene.grids = vec![point(DVec3::new(1.2 + 0.3 + beside, 1.15, 0.2))];
+    scene
+}
+
+/// A sensor 2 mm beside a mesh: photons that are connected to it are rare and bright, so that light tracing says no, names the
+/// sensor and the surface, and the plan takes a method that gives what paths backward find beside a box of that shape. From
+/// 3 cm on, and on top of a mesh, light tracing is taken.
+#[test]
+fn points_beside_a_mesh_are_not_left_to_connections() {
+    let choose = |scene: &Scene, request: &str| {
+        let mut document = room(box_block());
+        document["method"] = request.into();
+        if request == "light_tracing" {
+            document.as_object_mut().unwrap().remove("views");
+        }
+        let document = JobDocument::parse(document.to_string().as_bytes()).unwrap();
+        plan::Methods::choose(scene, &kernel(scene), &document.method.request())
+    };
+    let mesh = beside(mesh_block(), 0.002);
+    let refusal = choose(&mesh, "light_tracing").unwrap_err();
+    assert_eq!(refusal.code, RefusalCode::PointsNearSurfaces);
+    assert!(refusal.detail.contains("row 0, column 0") && refusal.detail.contains("a mesh"), "{refusal}");
+    let chosen = choose(&mesh, "auto").unwrap().grids.unwrap();
+    assert_eq!(chosen.method.name(), "bidirectional_path_tracing");
+    let settings = bidirectional::Settings { photons_per_pass: 1024, ..Default::default() };
+    let found = Bidirectional::<1>::new(kernel(&mesh), &mesh.grids, &[], &settings, 3);
+    let found = scenes::run(&mesh, &found, 48);
+    let block = beside(box_block(), 0.002);
+    let settings = path_tracing::Settings { samples_per_sensor: 4096, ..Default::default() };
+    let paths = PathTracing::<1>::new(kernel(&block), &block.grids, &[], &settings, 2);
+    let (truth, error) = values(&scenes::run(&block, &paths, 48));
+    assert_grid(&found, &truth, &error, 4.0, 0.0, "beside a mesh");
+    assert!(found.grids[0].standard_error_lux(0) < 0.02 * truth[0] && error[0] < 0.02 * truth[0]);
+    for away in [0.03, -0.3] {
+        let mut scene = beside(mesh_block(), away);
+        if away < 0.0 {
+            scene.grids[0].height_m = 0.5;
+        }
+        assert_eq!(choose(&scene, "auto").unwrap().grids.unwrap().method.name(), "light_tracing", "{away}");
+    }
+}
+
+/// A sensor half a millimetre below the panel of a room with a block, which may hide it: nothing is left to connections.
+#[test]
+fn points_below_a_luminaire_are_not_left_to_connections() {
+    let mut below = beside(box_block(), 0.3);
+    below.grids = vec![point(DVec3::new(1.5, 1.15, 2.0995))];
+    let request = JobDocument::parse(room(box_block()).to_string().as_bytes()).unwrap().method.request();
+    let chosen = plan::Methods::choose(&below, &kernel(&below), &request).unwrap().grids.unwrap();
+    assert_eq!(chosen.method.name(), "bidirectional_path_tracing");
+    assert!(chosen.reason.contains("a luminaire"), "{}", chosen.reason);
 }
 
 /// A rug over the whole floor hides it, in its plane and just above.

@@ -17,24 +17,50 @@ pub fn noisy_points(scene: &TraceableScene) -> Option<&'static str> {
     narrow.then_some("connections of point sensors to glossy surfaces of roughness below 0.2 are rare and bright")
 }
 
-/// Reason why the standard error of point sensors would not tell the truth, if so: near a reflecting surface
-/// connections are rare and bright, the square of the distance over the area per photon being small. Meshes are not
-/// looked at.
+/// Reason why the standard error of point sensors would not tell the truth, if so: near a surface that rises above them
+/// connections are rare and bright, the square of the distance over the area per photon being small. The reason names the
+/// nearest of these sensors.
 pub fn dishonest_points(scene: &TraceableScene, grids: &[Grid]) -> Option<Refusal> {
     let near = NEAR_SURFACE * scene.size.min_element();
-    let close = |point: DVec3| {
-        let to_walls = point.truncate().min(scene.size.truncate() - point.truncate()).min_element();
-        let outside = || scene.boxes.iter().filter(|object| !object.contains(point));
-        to_walls.min(scene.size.z - point.z) < near || outside().any(|object| object.distance_beside(point) < near)
-    };
     let points = grids
         .iter()
         .filter(|grid| grid.estimate == EstimateKind::Point)
-        .flat_map(|grid| (0..grid.len()).map(|sensor| grid.centre(sensor)));
-    let found = scene.interreflection && points.into_iter().any(close);
-    let detail = "connections to point sensors nearer to a wall, the ceiling or a box than 1 % of the room's shortest edge \
-                  are rare and bright";
-    found.then(|| Refusal::new(RefusalCode::PointsNearSurfaces, detail))
+        .flat_map(|grid| (0..grid.len()).map(move |sensor| (grid, sensor)));
+    let close = points.filter_map(|(grid, sensor)| {
+        let (distance, surface) = nearest(scene, grid.centre(sensor), near)?;
+        Some((distance, surface, grid, sensor))
+    });
+    let (distance, surface, grid, sensor) = close.min_by(|a, b| a.0.total_cmp(&b.0))?;
+    let (row, column) = (sensor / grid.cells[0], sensor % grid.cells[0]);
+    let detail = format!(
+        "connections to point sensors nearer to a surface than 1 % of the room's shortest edge ({near:.3e} m) are rare and \
+         bright, and the sensor in row {row}, column {column} (from 0, south-west) of the grid {:?} is {distance:.3e} m \
+         from {surface}",
+        grid.name
+    );
+    Some(Refusal::new(RefusalCode::PointsNearSurfaces, detail))
+}
+
+/// Distance in metres of a point to the nearest surface that rises above it and that photons may be connected from, and what
+/// it is; `None` where that is farther than `near`.
+fn nearest(scene: &TraceableScene, point: DVec3, near: f64) -> Option<(f64, &'static str)> {
+    let mut found = Vec::new();
+    if scene.interreflection {
+        found.push((point.truncate().min(scene.size.truncate() - point.truncate()).min_element(), "a wall"));
+        found.push((scene.size.z - point.z, "the ceiling"));
+        let outside = scene.boxes.iter().filter(|object| !object.contains(point));
+        found.extend(outside.map(|object| (object.distance_beside(point), "a box")));
+        // a grid may lie on a mesh
+        let level = scene.coinciding();
+        let meshes = scene.meshes.as_ref().and_then(|meshes| meshes.distance_beside(point, level, near));
+        found.extend(meshes.map(|distance| (distance, "a mesh")));
+    }
+    // without anything in between their light has a closed form
+    if scene.luminaires_obstructed {
+        let luminaires = scene.luminaires.iter().filter(|luminaire| luminaire.emits());
+        found.extend(luminaires.map(|luminaire| (luminaire.distance_beside(point), "a luminaire")));
+    }
+    found.into_iter().filter(|(distance, _)| *distance < near).min_by(|a, b| a.0.total_cmp(&b.0))
 }
 
 /// Reason why this method cannot compute point sensors of a scene, if it cannot: no vertex of a mirror can be
