@@ -257,8 +257,8 @@ fn the_plan_names_what_is_glossy() {
         |prepared: &Prepared| prepared.plan.effects.list.iter().find(|e| e.kind == EffectKind::Glossy).cloned();
     let floor = |roughness: f64| json!({ "reflectance": 0.1, "specular": 0.5, "roughness": roughness });
     for (roughness, method, reason, effect) in [
-        (0.0, "sppm", "mirror", "mirrors among the surfaces"),
-        (0.1, "sppm", "rare and bright", "roughness 0.1"),
+        (0.0, "photon_mapping", "mirror", "mirrors among the surfaces"),
+        (0.1, "photon_mapping", "rare and bright", "roughness 0.1"),
         (0.5, "light_tracing", "unbiased", "up to 50 %"),
     ] {
         let prepared = plan(floor(roughness), json!({}));
