@@ -41,7 +41,8 @@ pub enum WarningCode {
     ImplausibleIlluminance,
     /// A place is given, but nothing needs it: there is no sky.
     PlaceWithoutSky,
-    /// The method finds light by way of mirrors by chance only: expect noise.
+    /// The method finds light by way of mirrors by chance, or some of it by rare paths: expect noise, and errors that are too
+    /// small.
     MirrorsByChance,
     /// The formula of Jenkins, Muneer and Kubie returns more flux than it is given.
     JenkinsFluxExcess,
@@ -63,7 +64,7 @@ impl WarningCode {
 impl From<CaveatCode> for WarningCode {
     fn from(code: CaveatCode) -> Self {
         match code {
-            CaveatCode::MirrorsByChance => Self::MirrorsByChance,
+            CaveatCode::MirrorsByChance | CaveatCode::MirrorsRarely => Self::MirrorsByChance,
             CaveatCode::FluxExcess => Self::JenkinsFluxExcess,
         }
     }

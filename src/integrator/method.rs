@@ -244,6 +244,8 @@ pub struct Caveat {
 pub enum CaveatCode {
     /// Light by way of mirrors is found by chance only.
     MirrorsByChance,
+    /// Some of the light by way of mirrors is found by rare and bright paths.
+    MirrorsRarely,
     /// A formula returns more flux than it is given.
     FluxExcess,
 }

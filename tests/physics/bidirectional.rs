@@ -2,12 +2,12 @@
 
 use std::sync::atomic::AtomicBool;
 
-use crate::documents::refusal;
+use crate::documents::{prepare, refusal};
 use crate::reference;
 use crate::scenes::{assert_grid, bent, clear, furnished, kernel, lambertian, run, straight, values};
 use glam::DVec3;
 use serde_json::{Value, json};
-use skyduct::document::{JobDocument, to_scene};
+use skyduct::document::{JobDocument, WarningCode, to_scene};
 use skyduct::integrator::Integrator;
 use skyduct::integrator::bidirectional::{Bidirectional, Settings};
 use skyduct::integrator::method::RefusalCode;
@@ -62,6 +62,22 @@ fn threads_do_not_matter() {
     };
     let one = pass(1);
     assert!(one == pass(2) && one == pass(5));
+}
+
+/// Cells between mirrors have errors that are too small, of which the reader is told; without mirrors there is no warning.
+#[test]
+fn warns_of_cells_between_mirrors() {
+    let warns = |specular: f64| {
+        let prepared = prepare("S1", |document| {
+            document["method"] = "bidirectional_path_tracing".into();
+            document["grids"][0]["estimate"] = "cell_average".into();
+            document["room"]["surfaces"]["wall_east"] = json!({ "reflectance": 0.05, "specular": specular });
+        });
+        let warning = prepared.warnings.iter().find(|warning| warning.code == WarningCode::MirrorsByChance);
+        warning.map(|warning| warning.detail.clone())
+    };
+    assert!(warns(0.85).is_some_and(|detail| detail.contains("light_tracing")));
+    assert_eq!(warns(0.0), None);
 }
 
 /// Where chance alone would find the sun the method is refused with the reason; so are numbers out of bounds.

@@ -23,13 +23,28 @@ pub fn sun(scene: &TraceableScene) -> Option<Refusal> {
 
 /// What a reader must know of the results of `method` where the room has mirrors.
 pub fn mirrors(method: &str, scene: &TraceableScene) -> Option<Caveat> {
-    let mirrors = scene.interreflection && scene.specular_surfaces().any(SurfaceOptics::is_mirror);
-    mirrors.then(|| Caveat {
+    has_mirrors(scene).then(|| Caveat {
         code: CaveatCode::MirrorsByChance,
         detail: format!(
             "{method} finds a diffuser or luminaire that a mirror shows to a sensor by chance: as long as few paths have, the \
-             standard error is too small; cell averages by light_tracing or bidirectional_path_tracing do not have \
-             this fault"
+             standard error is too small; cell averages by light_tracing do not have this fault"
         ),
     })
+}
+
+/// What a reader must know of cell averages by `method`, which joins paths of both ends, where the room has mirrors: some pairs
+/// of mirrors have no good strategy. Among three mirrors and a glossy wall 72 % of the intervals of 95 % held the truth.
+pub fn mirrors_at_cells(method: &str, scene: &TraceableScene) -> Option<Caveat> {
+    has_mirrors(scene).then(|| Caveat {
+        code: CaveatCode::MirrorsRarely,
+        detail: format!(
+            "{method} finds some of the light that mirrors send to cells by rare and bright paths: the standard errors of cells \
+             between mirrors, or between a mirror and a glossy surface, are too small; light_tracing does not have this \
+             fault"
+        ),
+    })
+}
+
+fn has_mirrors(scene: &TraceableScene) -> bool {
+    scene.interreflection && scene.specular_surfaces().any(SurfaceOptics::is_mirror)
 }

@@ -23,7 +23,7 @@
 //!
 //! **Refuses** the sun in mirrors and in lobes below a roughness of 0.2, unless cells alone see a mirror; the sun
 //! through clear closures of tubes that are not straight, at points or with returns; views without interreflection. Bad
-//! at mirrors that show diffusers to points (it warns).
+//! at mirrors that show diffusers to points, and at cells between mirrors (it warns).
 //!
 //! **Sources.** Lafortune and Willems 1993; Veach and Guibas 1994 and 1995; Veach 1997.
 
@@ -85,7 +85,8 @@ impl Described for Settings {
 
     fn warns(&self, task: &Task) -> Option<Caveat> {
         // cells count what a mirror shows them as it crosses them
-        task.has_points().then(|| chance::mirrors(self.name(), task.traceable)).flatten()
+        let mirrors = if task.has_points() { chance::mirrors } else { chance::mirrors_at_cells };
+        (!task.grids.is_empty()).then(|| mirrors(self.name(), task.traceable)).flatten()
     }
 
     fn seconds_per_pass(&self, work: &Work) -> f64 {
