@@ -120,10 +120,10 @@ impl Prepared {
     pub fn summary(&self, merged: &Estimate, seconds: f64) -> JobResults {
         let daylight = self.scene.daylight.as_ref();
         let electric = self.plan.effects.is_on(EffectKind::Luminaires);
-        let grids = self.scene.grids.iter().zip(&merged.grids).map(|(grid, estimate)| GridInShort {
-            name: grid.name.clone(),
-            statistics: GridStatistics::new(estimate, daylight, electric),
-            mean_standard_error_lux: Some(estimate.mean.standard_error()).filter(|error| error.is_finite()),
+        let grids = self.scene.grids.iter().zip(&merged.grids).map(|(grid, estimate)| {
+            let statistics = GridStatistics::new(estimate, daylight, electric);
+            let mean_standard_error_lux = statistics.mean_lux_standard_error;
+            GridInShort { name: grid.name.clone(), statistics, mean_standard_error_lux }
         });
         let tubes = self.scene.tubes.iter().zip(&merged.tubes);
         let tubes = tubes.map(|(tube, estimate)| TubeResult::new(estimate, tube.opening_radius, daylight));

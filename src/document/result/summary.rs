@@ -69,6 +69,7 @@ pub struct GridInShort {
     pub name: String,
     /// Statistics over the sensors.
     pub statistics: GridStatistics,
-    /// Of the mean over the grid; null before the second pass.
+    /// Of the mean over the grid, that of its statistics: bias and the choice of fixed points are in it. Null before the second
+    /// pass.
     pub mean_standard_error_lux: Option<f64>,
 }
