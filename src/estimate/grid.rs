@@ -1,7 +1,7 @@
 //! Illuminance grids.
 
 use crate::analytic::GridSolution;
-use crate::integrator::GridPass;
+use crate::integrator::{GridPass, PhotonCount};
 use crate::statistics::Moments;
 
 /// Illuminance of one grid in lux: one replicate a pass.
@@ -13,17 +13,29 @@ pub struct GridEstimate {
     pub bias: Vec<Moments>,
     /// Contrasts among the points of each sensor, equally many of each, where points are the same in every pass; else empty.
     pub contrasts: Vec<Moments>,
+    /// Photons that each sensor has found in all passes; zeros for methods that count none.
+    pub photons: Vec<PhotonCount>,
     /// The grid's mean illuminance.
     pub mean: Moments,
     /// The values come from a solver: errors are numerical, and alike at neighbours.
     pub numerical: bool,
 }
 
+/// Number of photons from which on the spread of the passes tells the error of what they add up to.
+const ENOUGH_PHOTONS: f64 = 10.0;
+
 impl GridEstimate {
     /// The estimate of no passes, for a number of sensors.
     pub fn empty(sensors: usize) -> Self {
         let none = vec![Moments::default(); sensors];
-        Self { sensors: none.clone(), bias: none, contrasts: Vec::new(), mean: Moments::default(), numerical: false }
+        Self {
+            sensors: none.clone(),
+            bias: none,
+            contrasts: Vec::new(),
+            photons: vec![PhotonCount::default(); sensors],
+            mean: Moments::default(),
+            numerical: false,
+        }
     }
 
     /// Adds one pass of the same grid.
@@ -31,6 +43,7 @@ impl GridEstimate {
         self.sensors.iter_mut().zip(&pass.illuminance).for_each(|(sensor, value)| sensor.push(*value));
         self.bias.iter_mut().zip(&pass.bias).for_each(|(sensor, value)| sensor.push(*value));
         push_each(&mut self.contrasts, &pass.contrasts);
+        self.photons.iter_mut().zip(&pass.photons).for_each(|(all, of_pass)| all.add(of_pass));
         self.mean.push(pass.illuminance.iter().sum::<f64>() / pass.illuminance.len() as f64);
     }
 
@@ -54,6 +67,7 @@ impl GridEstimate {
         self.sensors.iter_mut().zip(&later.sensors).for_each(|(all, part)| all.merge(part));
         self.bias.iter_mut().zip(&later.bias).for_each(|(all, part)| all.merge(part));
         merge_each(&mut self.contrasts, &later.contrasts);
+        self.photons.iter_mut().zip(&later.photons).for_each(|(all, part)| all.add(part));
         self.mean.merge(&later.mean);
         self.numerical |= later.numerical;
     }
@@ -63,11 +77,25 @@ impl GridEstimate {
         self.sensors[sensor].mean
     }
 
-    /// Standard error in lux, the estimated bias and the error of fixed points included; infinite with fewer than two
-    /// passes.
+    /// Standard error in lux, the estimated bias and the error of fixed points included, and not below that of few photons;
+    /// infinite with fewer than two passes.
     pub fn standard_error_lux(&self, sensor: usize) -> f64 {
         let error = error_with_bias(&self.sensors[sensor], self.bias.get(sensor));
-        error.hypot(self.fixed_point_variance(sensor).sqrt())
+        error.hypot(self.fixed_point_variance(sensor).sqrt()).max(self.error_of_few_photons_lux(sensor))
+    }
+
+    /// Standard error in lux by Poisson's distribution while a sensor has found few photons, and at least what one would add:
+    /// passes that find nothing agree to the last digit, whatever light they miss. 0 with enough photons, and where no light
+    /// can come.
+    pub fn error_of_few_photons_lux(&self, sensor: usize) -> f64 {
+        let passes = self.sensors[sensor].count;
+        match self.photons.get(sensor) {
+            Some(PhotonCount { found, one_lux }) if *found < ENOUGH_PHOTONS && passes > 0.0 => {
+                // the mean over the passes of one more in one of them
+                found.max(1.0).sqrt() * one_lux / (passes * passes)
+            }
+            _ => 0.0,
+        }
     }
 
     /// Variance of a sensor's value by the choice of its points, where they are the same in every pass.
@@ -77,8 +105,9 @@ impl GridEstimate {
 
     /// Gives `f` every number in a fixed order, to read or to replace: checkpoints store them so.
     pub fn for_each_value(&mut self, f: &mut impl FnMut(&mut f64)) {
-        let Self { sensors, bias, contrasts, mean, numerical: _ } = self;
+        let Self { sensors, bias, contrasts, photons, mean, numerical: _ } = self;
         sensors.iter_mut().chain(bias).chain(contrasts).chain([mean]).for_each(|moments| moments.for_each_value(f));
+        photons.iter_mut().flat_map(|count| [&mut count.found, &mut count.one_lux]).for_each(f);
     }
 }
 
@@ -127,4 +156,54 @@ pub fn error_with_bias(value: &Moments, bias: Option<&Moments>) -> f64 {
     let bias = bias.filter(|bias| bias.count >= 2.0);
     let bias_squared = bias.map_or(0.0, |bias| square_without_noise(bias).max(0.0));
     (value.variance_of_mean() + bias_squared).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Passes of one sensor that found photons of 4 lux each, in equal parts of 16 passes.
+    fn found(photons: &[f64]) -> GridEstimate {
+        let mut estimate = GridEstimate::empty(1);
+        for found in photons {
+            let count = PhotonCount { found: *found, one_lux: 4.0 };
+            let illuminance = vec![4.0 * found];
+            estimate.push(&GridPass { illuminance, photons: vec![count], ..GridPass::default() });
+        }
+        estimate
+    }
+
+    /// Nothing found in 16 passes: one photon more would add 4 lux to one of them, 0.25 lux to their mean. Four found, one in
+    /// every pass of the first four, are told by their spread and by Poisson's distribution, the larger of which counts;
+    /// enough of them by their spread alone.
+    #[test]
+    fn few_photons_have_the_error_of_their_number() {
+        assert!((found(&[0.0; 16]).standard_error_lux(0) - 0.25).abs() < 1e-12);
+        let even = found(&[0.5; 16]);
+        assert_eq!(even.sensors[0].variance_of_mean(), 0.0);
+        assert!((even.standard_error_lux(0) - 8f64.sqrt() * 0.25).abs() < 1e-12);
+        assert_eq!(found(&[1.0; 16]).standard_error_lux(0), 0.0);
+        let spread: Vec<f64> = (0..16).map(|pass| if pass == 0 { 4.0 } else { 0.0 }).collect();
+        let bunched = found(&spread);
+        assert_eq!(bunched.standard_error_lux(0), bunched.sensors[0].standard_error());
+        // merged in two parts it is the same
+        let mut parts = found(&spread[..5]);
+        parts.merge(&found(&spread[5..]));
+        assert!((parts.standard_error_lux(0) - bunched.standard_error_lux(0)).abs() < 1e-12);
+        assert!(found(&[0.0]).standard_error_lux(0).is_infinite());
+    }
+
+    /// Where it is known that no light can come, and where a method counts nothing, the spread is all.
+    #[test]
+    fn what_is_dark_stays_exact() {
+        let mut dark = GridEstimate::empty(2);
+        for _ in 0..4 {
+            let photons = vec![PhotonCount::default(); 2];
+            dark.push(&GridPass { illuminance: vec![0.0; 2], photons, ..GridPass::default() });
+        }
+        assert_eq!((dark.standard_error_lux(0), dark.standard_error_lux(1)), (0.0, 0.0));
+        let mut uncounted = GridEstimate::empty(1);
+        (0..4).for_each(|_| uncounted.push(&GridPass { illuminance: vec![3.0], ..GridPass::default() }));
+        assert_eq!(uncounted.standard_error_lux(0), 0.0);
+    }
 }

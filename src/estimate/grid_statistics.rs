@@ -70,13 +70,17 @@ impl GridStatistics {
 }
 
 /// Standard error of the grid's mean: the spread of the passes' means, the mean of the sensors' biases (signed: they
-/// may cancel), and the choice of fixed points, which is another one for every sensor.
+/// may cancel), the choice of fixed points, which is another one for every sensor, and where sensors found few photons, the
+/// mean of their errors by that, which sensors may share.
 fn error_of_mean(estimate: &GridEstimate) -> f64 {
     let sensors = estimate.sensors.len().max(1) as f64;
     let known = estimate.bias.iter().filter(|bias| bias.count >= 2.0);
     let bias = known.map(|bias| bias.mean).sum::<f64>() / sensors;
     let fixed_points: f64 = (0..estimate.sensors.len()).map(|sensor| estimate.fixed_point_variance(sensor)).sum();
-    (estimate.mean.variance_of_mean() + bias * bias + fixed_points / (sensors * sensors)).sqrt()
+    let few_photons: f64 = (0..estimate.sensors.len()).map(|sensor| estimate.error_of_few_photons_lux(sensor)).sum();
+    let few_photons = few_photons / sensors;
+    (estimate.mean.variance_of_mean() + bias * bias + fixed_points / (sensors * sensors) + few_photons * few_photons)
+        .sqrt()
 }
 
 /// `order` of the values, with an error that covers its interval; `count` replicates of each value.
@@ -194,6 +198,7 @@ mod tests {
                 illuminance: vec![10.0, 20.0, 30.0, 40.0],
                 bias: vec![0.5, 0.5, 0.5, -0.1],
                 contrasts: vec![0.3, 0.0, 0.0, 0.4],
+                photons: Vec::new(),
             });
         }
         let statistics = GridStatistics::new(&estimate).unwrap();

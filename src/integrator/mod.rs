@@ -30,5 +30,5 @@ pub(crate) mod roulette;
 pub mod sppm;
 pub mod two_stage;
 
-pub use pass::{GridPass, Integrator, Pass, ViewPass};
+pub use pass::{GridPass, Integrator, Pass, PhotonCount, ViewPass};
 pub use registry::Method;

@@ -61,6 +61,26 @@ pub struct GridPass {
     /// Contrasts among the points of each sensor, where points are the same in every pass: equally many for each
     /// sensor, and their squares add up to the variance of the choice of points. Else empty.
     pub contrasts: Vec<f64>,
+    /// Photons behind each sensor's value; empty where the method's errors need no count of them.
+    pub photons: Vec<PhotonCount>,
+}
+
+/// Photons that a sensor found in one pass, or in all.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct PhotonCount {
+    /// Number of photons, or a lower bound of it: what tells 0 from a few, and a few from many.
+    pub found: f64,
+    /// Lux by which one photon more would raise the pass' value, or in all the sum of these; 0 where it is known that no light
+    /// can come.
+    pub one_lux: f64,
+}
+
+impl PhotonCount {
+    /// Adds the photons of other passes, or of other points of the same sensor.
+    pub fn add(&mut self, other: &Self) {
+        self.found += other.found;
+        self.one_lux += other.one_lux;
+    }
 }
 
 /// Luminance in cd/m2 per pixel, top row first.

@@ -33,7 +33,7 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::{GridPass, Integrator, Pass, ViewPass};
+use super::{GridPass, Integrator, Pass, PhotonCount, ViewPass};
 use crate::guide::Guide;
 use crate::integrator::backward::opening::DaylightShare;
 use crate::integrator::backward::unscattered::unscattered;
@@ -44,7 +44,7 @@ use crate::integrator::photon_map::maps::{Gathered, Mapper, Maps, POINT_CONNECTI
 use crate::integrator::photon_map::near_light::{SENSOR_CONNECTIONS, SENSOR_STRATA};
 use crate::integrator::photon_map::store::FollowedBackward;
 use crate::integrator::photon_map::{memory, visible_point};
-use crate::optics::Spectrum;
+use crate::optics::{Spectrum, SurfaceOptics};
 use crate::sampling::{Key, PathRandom, PathSamples, Replicate, Stream, warp};
 use crate::scene::{Channels, EstimateKind, Grid, View};
 use crate::traceable::{Place, RoomHit, SurfaceId, TraceableScene, TraceableTube};
@@ -148,31 +148,45 @@ impl<const C: usize> PhotonMapping<C> {
         let grid = &self.mapper.grids[number];
         let stream = key.stream(Stream::GatheringGrid, number as u64);
         let average = grid.estimate == EstimateKind::CellAverage;
-        let values: Option<Vec<(f64, f64)>> = (0..grid.len())
+        let values: Option<Vec<(f64, f64, PhotonCount)>> = (0..grid.len())
             .into_par_iter()
             .map(|index| {
                 let sensor = Sensor { grid, index, key: stream.child(index as u64) };
                 let going_on = !cancel.load(Ordering::Relaxed);
                 going_on.then(|| {
-                    let (mut lux, mut bias) = self.sensor(&sensor, gathering);
+                    let (mut lux, mut bias, mut photons) = self.sensor(number, &sensor, gathering);
                     if !average && !self.covered(sensor.centre()) {
-                        let caustics = self.caustics(number, &sensor, gathering);
-                        lux += caustics.0;
-                        bias += caustics.1;
+                        let (caustics, unscattered) = self.caustics(number, &sensor, gathering);
+                        lux += caustics.0.irradiance.luminance() + unscattered;
+                        bias += caustics.0.bias;
+                        photons.found += caustics.1.found;
+                        if !self.gathers_rays() {
+                            photons.one_lux = caustics.1.one_lux;
+                        }
                     }
-                    (lux, bias)
+                    (lux, bias, photons)
                 })
             })
             .collect();
-        let (mut illuminance, bias): (Vec<f64>, Vec<f64>) = values?.into_iter().unzip();
+        let values = values?;
+        let mut illuminance: Vec<f64> = values.iter().map(|(lux, ..)| *lux).collect();
+        let bias = values.iter().map(|(_, bias, _)| *bias).collect();
+        let mut photons: Vec<PhotonCount> = values.iter().map(|(.., photons)| *photons).collect();
         if average {
             for photon in gathering.maps.planes[number].photons() {
                 if let Some(index) = grid.cell_at(photon.position.truncate()) {
                     illuminance[index] += photon.flux.luminance() / grid.cell_area_m2();
+                    photons[index].found += 1.0;
                 }
             }
         }
-        Some(GridPass { illuminance, bias, ..GridPass::default() })
+        Some(GridPass { illuminance, bias, photons, ..GridPass::default() })
+    }
+
+    /// True if gather rays can find photons.
+    fn gathers_rays(&self) -> bool {
+        let scene = &self.mapper.scene;
+        scene.interreflection && scene.all_optics().any(SurfaceOptics::gathers)
     }
 
     /// True if a box stands over a point.
@@ -180,8 +194,8 @@ impl<const C: usize> PhotonMapping<C> {
         self.mapper.scene.is_in_box(point)
     }
 
-    /// Illuminance in lux of a sensor but for caustics, and its bias.
-    fn sensor(&self, sensor: &Sensor<'_>, gathering: &Gathering<C>) -> (f64, f64) {
+    /// Illuminance in lux of a sensor but for caustics, its bias, and the photons that gather rays found.
+    fn sensor(&self, number: usize, sensor: &Sensor<'_>, gathering: &Gathering<C>) -> (f64, f64, PhotonCount) {
         let scene = &*self.mapper.scene;
         let mut random = PathRandom::new(sensor.key);
         let lift = DVec3::Z * scene.contact();
@@ -205,17 +219,28 @@ impl<const C: usize> PhotonMapping<C> {
         let count = self.gather_rays.unwrap_or(SENSOR_GATHER_RAYS);
         let receiver = Receiver { normal: DVec3::Z, surface: None, key: sensor.key.stream(Stream::Gather, 0) };
         let gathered = gathering.gather(&receiver, start, count);
-        ((direct + gathered.irradiance).luminance(), gathered.bias)
+        let reach = if strata > 1 { 0.5 * sensor.grid.cell_size_m[0].hypot(sensor.grid.cell_size_m[1]) } else { 0.0 };
+        let can_come = self.gathers_rays() && !self.mapper.is_covered(number, sensor.centre(), reach);
+        // of one photon on a white surface, in the disc of one ray
+        let kernel = PI * gathering.maps.radius * gathering.maps.radius;
+        let one_lux = gathering.maps.on_surfaces_lm / (kernel * f64::from(count));
+        let photons = PhotonCount { found: gathered.found, one_lux: if can_come { one_lux } else { 0.0 } };
+        ((direct + gathered.irradiance).luminance(), gathered.bias, photons)
     }
 
-    /// Illuminance in lux of a sensor of a grid of points by caustics, and its bias.
-    fn caustics(&self, number: usize, sensor: &Sensor<'_>, gathering: &Gathering<C>) -> (f64, f64) {
+    /// Caustics that photons bring to a sensor of a grid of points, and those that are followed backward, in lux.
+    fn caustics(
+        &self,
+        number: usize,
+        sensor: &Sensor<'_>,
+        gathering: &Gathering<C>,
+    ) -> ((Gathered<C>, PhotonCount), f64) {
         let (scene, centre) = (&*self.mapper.scene, sensor.centre());
         let gathered = self.mapper.plane_irradiance(gathering.maps, self.radius, number, centre);
         let key = sensor.key.stream(Stream::Unscattered, 0);
         let (unscattered, rays) = unscattered(scene, centre, key, BACKWARD_RAYS, |tube| followed_backward(tube).sky);
         gathering.rays.fetch_add(rays, Ordering::Relaxed);
-        (gathered.irradiance.luminance() + unscattered, gathered.bias)
+        (gathered, unscattered)
     }
 
     /// One view of one pass; `None` when cancelled.
@@ -293,16 +318,17 @@ impl<const C: usize> Gathering<'_, C> {
             let Some(origin) = start([x, y]) else { continue };
             let direction = warp::around(receiver.normal, warp::cosine_hemisphere([u, v]));
             let (from, weight) = (receiver.surface, Spectrum::ONE);
-            let gathered = GatherRay { gathering: self, bias: Cell::new(0.0) };
+            let gathered = GatherRay { gathering: self, bias: Cell::new(0.0), found: Cell::new(0.0) };
             let mut walk = Walk::new(&self.mapper.scene, PathSamples::with_pairs(receiver.key, number, 0), 0);
             walk.follow(&gathered, Ray { origin, direction, from, weight, reflected: true, trace: () });
             sum.irradiance += walk.sum;
             sum.bias += gathered.bias.get();
+            sum.found += gathered.found.get();
             rays += walk.rays;
         }
         self.rays.fetch_add(rays, Ordering::Relaxed);
         let per_ray = PI / f64::from(count);
-        Gathered { irradiance: sum.irradiance * per_ray, bias: sum.bias * per_ray, ..Gathered::NOTHING }
+        Gathered { irradiance: sum.irradiance * per_ray, bias: sum.bias * per_ray, found: sum.found }
     }
 
     /// Irradiance of a surface point straight from diffusers and luminaires.
@@ -326,6 +352,8 @@ struct GatherRay<'a, const C: usize> {
     gathering: &'a Gathering<'a, C>,
     /// Estimated bias in cd/m2.
     bias: Cell<f64>,
+    /// Photons found, scaled to full discs.
+    found: Cell<f64>,
 }
 
 impl<const C: usize> Meeting<C> for GatherRay<'_, C> {
@@ -345,7 +373,7 @@ impl<const C: usize> Meeting<C> for GatherRay<'_, C> {
             return;
         };
         if optics.gathers() {
-            let Self { gathering, bias } = self;
+            let Self { gathering, bias, found } = self;
             let Vertex { position, normal, weight, .. } = *vertex;
             let hit = RoomHit { position, normal, place: Place::Surface(surface) };
             let weight = weight * optics.diffuse() * (1.0 / PI);
@@ -353,6 +381,7 @@ impl<const C: usize> Meeting<C> for GatherRay<'_, C> {
             let direct = gathering.direct(&hit, surface, 1, 1, &mut walk.samples.random);
             walk.sum += (light.irradiance + direct) * weight;
             bias.set(bias.get() + light.bias * weight.luminance());
+            found.set(found.get() + light.found);
         }
     }
 

@@ -33,12 +33,12 @@
 //! **Sources.** Hachisuka, Ogaki and Jensen 2008; Knaus and Zwicker 2011 for the schedule.
 
 use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::{GridPass, Integrator, Pass, ViewPass};
+use super::{GridPass, Integrator, Pass, PhotonCount, ViewPass};
 use crate::integrator::method::{Computation, Described, Kept, Load, Task, Work};
 use crate::integrator::photon_map::maps::{Gathered, Mapper, Maps};
 use crate::integrator::photon_map::near_light::{SENSOR_CONNECTIONS, SENSOR_STRATA};
@@ -205,24 +205,31 @@ impl Strata {
 struct Mean<const C: usize> {
     value: Gathered<C>,
     contrasts: Vec<f64>,
-    /// Number of photons that each point found.
+    /// Number of photons that each point found, scaled to its full disc.
     found: Vec<f64>,
+    /// Photons of all points together.
+    photons: PhotonCount,
 }
 
 impl<const C: usize> Mean<C> {
-    fn new(strata: Strata, points: impl Iterator<Item = Gathered<C>>) -> Self {
-        let points: Vec<_> = points.collect();
+    fn new(strata: Strata, points: impl Iterator<Item = (Gathered<C>, PhotonCount)>) -> Self {
+        let (points, counts): (Vec<_>, Vec<_>) = points.unzip();
         let share = 1.0 / points.len() as f64;
         let mut value = Gathered::NOTHING;
         for point in &points {
             value.irradiance += point.irradiance * share;
             value.bias += point.bias * share;
         }
+        let mut photons = PhotonCount::default();
+        counts.iter().for_each(|count| photons.add(count));
+        // the mean over the points of what one photon adds to the mean over them
+        photons.one_lux *= share * share;
         let luminances: Vec<f64> = points.iter().map(|point| point.irradiance.luminance()).collect();
         Self {
             value,
             contrasts: strata.contrasts(&luminances),
             found: points.iter().map(|point| point.found).collect(),
+            photons,
         }
     }
 }
@@ -247,21 +254,25 @@ impl<const C: usize> Ppm<C> {
         }
     }
 
-    /// One grid of one pass, and what its points carry on.
+    /// One grid of one pass, and what its points carry on; `None` when cancelled.
     fn grid(
         &self,
         number: usize,
         maps: &Maps<C>,
         before: &[PointStatistics],
         key: Key,
-    ) -> (GridPass, Vec<PointStatistics>) {
+        cancel: &AtomicBool,
+    ) -> Option<(GridPass, Vec<PointStatistics>)> {
         let grid = &self.mapper.grids[number];
         let strata = self.strata_of(grid);
         let [fixed, key] =
             [self.seed.stream(Stream::FixedPoints, 0), key].map(|key| key.stream(Stream::GatheringGrid, number as u64));
-        let sensors: Vec<Mean<C>> = (0..grid.len())
+        let sensors: Option<Vec<Mean<C>>> = (0..grid.len())
             .into_par_iter()
             .map(|index| {
+                if cancel.load(Ordering::Relaxed) {
+                    return None;
+                }
                 let centre = grid.centre(index);
                 let points = index * strata.count()..(index + 1) * strata.count();
                 let found = points.enumerate().map(|(stratum, point)| {
@@ -275,15 +286,17 @@ impl<const C: usize> Ppm<C> {
                     let radius = before.get(point).map_or(maps.radius, PointStatistics::radius_m);
                     self.sensor(number, maps, sensor, radius, strata, &mut PathRandom::new(key.child(point as u64)))
                 });
-                Mean::new(strata, found)
+                Some(Mean::new(strata, found))
             })
             .collect();
+        let sensors = sensors?;
         let pass = GridPass {
             illuminance: sensors.iter().map(|sensor| sensor.value.irradiance.luminance()).collect(),
             bias: sensors.iter().map(|sensor| sensor.value.bias).collect(),
             contrasts: sensors.iter().flat_map(|sensor| &sensor.contrasts).copied().collect(),
+            photons: sensors.iter().map(|sensor| sensor.photons).collect(),
         };
-        (pass, self.radii.after(before, sensors.iter().flat_map(|sensor| &sensor.found).copied()))
+        Some((pass, self.radii.after(before, sensors.iter().flat_map(|sensor| &sensor.found).copied())))
     }
 
     /// Illuminance of one point of a grid.
@@ -295,17 +308,17 @@ impl<const C: usize> Ppm<C> {
         radius: f64,
         strata: Strata,
         random: &mut PathRandom,
-    ) -> Gathered<C> {
+    ) -> (Gathered<C>, PhotonCount) {
         if self.mapper.scene.is_in_box(sensor) {
-            return Gathered::NOTHING;
+            return (Gathered::NOTHING, PhotonCount::default());
         }
         let connections = (SENSOR_CONNECTIONS / strata.count()).max(LEAST_CONNECTIONS);
         let luminaire_strata = (SENSOR_STRATA / strata.rows).max(LEAST_STRATA);
-        let mut gathered = self.mapper.plane_irradiance(maps, radius, number, sensor);
+        let (mut gathered, photons) = self.mapper.plane_irradiance(maps, radius, number, sensor);
         let direct: Spectrum<C> = self.mapper.diffuser_irradiance(maps, sensor, DVec3::Z, None, connections, random);
         gathered.irradiance += direct;
         gathered.irradiance += self.mapper.luminaire_irradiance(sensor, DVec3::Z, None, luminaire_strata, random);
-        gathered
+        (gathered, photons)
     }
 
     /// One view of one pass, and what its points carry on; `None` when cancelled.
@@ -327,9 +340,11 @@ impl<const C: usize> Ppm<C> {
                 let direction = visible_point::direction(view, place, strata.point(stratum, jitter));
                 let radius = before.get(ray).map_or(maps.radius, PointStatistics::radius_m);
                 let samples = visible_point::independent(key.child(ray as u64));
-                visible_point::luminance(mapper, maps, view.eye, direction, samples, |hit, surface, _, random| {
-                    mapper.irradiance(maps, radius, hit.position, hit.normal, surface, random)
-                })
+                let seen =
+                    visible_point::luminance(mapper, maps, view.eye, direction, samples, |hit, surface, _, random| {
+                        mapper.irradiance(maps, radius, hit.position, hit.normal, surface, random)
+                    });
+                (seen, PhotonCount::default())
             });
             Mean::new(strata, seen)
         })?;
@@ -362,10 +377,11 @@ impl<const C: usize> Integrator for Ppm<C> {
         let key = self.seed.stream(Stream::Pass, pass);
         let before = before.or(|| self.start().carried);
         let (maps, account) = self.mapper.maps(key, self.radii.scheduled(pass), cancel)?;
-        let grids = (0..self.mapper.grids.len()).map(|number| self.grid(number, &maps, before.grid(number), key));
+        let grid = |number: usize| self.grid(number, &maps, before.grid(number), key, cancel);
+        let grids: Option<Vec<_>> = (0..self.mapper.grids.len()).map(grid).collect();
         let view = |number: usize| self.view(number, &maps, before.view(number), key, cancel);
         let views: Option<Vec<_>> = (0..self.views.len()).map(view).collect();
-        Some(Pass { account, photons: self.mapper.photons(), ..Pass::carrying(grids.collect(), views?) })
+        Some(Pass { account, photons: self.mapper.photons(), ..Pass::carrying(grids?, views?) })
     }
 }
 

@@ -27,14 +27,14 @@
 //! **Sources.** Hachisuka and Jensen 2009; Knaus and Zwicker 2011 for the schedule.
 
 use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::{GridPass, Integrator, Pass, ViewPass};
+use super::{GridPass, Integrator, Pass, PhotonCount, ViewPass};
 use crate::integrator::method::{Computation, Described, Kept, Load, Task, Work};
-use crate::integrator::photon_map::maps::{Mapper, Maps};
+use crate::integrator::photon_map::maps::{Gathered, Mapper, Maps};
 use crate::integrator::photon_map::near_light::{SENSOR_CONNECTIONS, SENSOR_STRATA};
 use crate::integrator::photon_map::progressive::{Carried, PointStatistics, Radii, Radius};
 use crate::integrator::photon_map::{memory, visible_point};
@@ -117,20 +117,24 @@ impl<const C: usize> Sppm<C> {
         }
     }
 
-    /// One grid of one pass, and what its sensors carry on.
+    /// One grid of one pass, and what its sensors carry on; `None` when cancelled.
     fn grid(
         &self,
         number: usize,
         maps: &Maps<C>,
         before: &[PointStatistics],
         key: Key,
-    ) -> (GridPass, Vec<PointStatistics>) {
+        cancel: &AtomicBool,
+    ) -> Option<(GridPass, Vec<PointStatistics>)> {
         let mapper = &self.mapper;
         let grid = &mapper.grids[number];
         let stream = key.stream(Stream::GatheringGrid, number as u64);
-        let values: Vec<[f64; 3]> = (0..grid.len())
+        let values: Option<Vec<(f64, Gathered<C>, PhotonCount)>> = (0..grid.len())
             .into_par_iter()
             .map(|index| {
+                if cancel.load(Ordering::Relaxed) {
+                    return None;
+                }
                 let mut random = PathRandom::new(stream.child(index as u64));
                 let mut sensor = grid.centre(index);
                 if grid.estimate == EstimateKind::CellAverage {
@@ -139,19 +143,25 @@ impl<const C: usize> Sppm<C> {
                     sensor.y += (v - 0.5) * grid.cell_size_m[1];
                 }
                 if mapper.scene.is_in_box(sensor) {
-                    return [0.0; 3];
+                    return Some((0.0, Gathered::NOTHING, PhotonCount::default()));
                 }
                 let direct = mapper.diffuser_irradiance(maps, sensor, DVec3::Z, None, SENSOR_CONNECTIONS, &mut random);
                 let electric = mapper.luminaire_irradiance(sensor, DVec3::Z, None, SENSOR_STRATA, &mut random);
                 let radius = before.get(index).map_or(maps.radius, PointStatistics::radius_m);
-                let gathered = mapper.plane_irradiance(maps, radius, number, sensor);
+                let (gathered, photons) = mapper.plane_irradiance(maps, radius, number, sensor);
                 let lux = direct.luminance() + electric.luminance() + gathered.irradiance.luminance();
-                [lux, gathered.bias, gathered.found]
+                Some((lux, gathered, photons))
             })
             .collect();
-        let (illuminance, bias) = values.iter().map(|[lux, bias, _]| (*lux, *bias)).unzip();
-        let after = self.radii.after(before, values.iter().map(|[.., found]| *found));
-        (GridPass { illuminance, bias, ..GridPass::default() }, after)
+        let values = values?;
+        let pass = GridPass {
+            illuminance: values.iter().map(|(lux, ..)| *lux).collect(),
+            bias: values.iter().map(|(_, gathered, _)| gathered.bias).collect(),
+            photons: values.iter().map(|(.., photons)| *photons).collect(),
+            ..GridPass::default()
+        };
+        let after = self.radii.after(before, values.iter().map(|(_, gathered, _)| gathered.found));
+        Some((pass, after))
     }
 
     /// One view of one pass, and what its pixels carry on; `None` when cancelled.
@@ -193,9 +203,10 @@ impl<const C: usize> Integrator for Sppm<C> {
         let key = self.seed.stream(Stream::Pass, pass);
         let before = before.or(|| self.start().carried);
         let (maps, account) = self.mapper.maps(key, self.radii.scheduled(pass), cancel)?;
-        let grids = (0..self.mapper.grids.len()).map(|number| self.grid(number, &maps, before.grid(number), key));
+        let grid = |number: usize| self.grid(number, &maps, before.grid(number), key, cancel);
+        let grids: Option<Vec<_>> = (0..self.mapper.grids.len()).map(grid).collect();
         let view = |number: usize| self.view(number, &maps, before.view(number), key, cancel);
         let views: Option<Vec<_>> = (0..self.views.len()).map(view).collect();
-        Some(Pass { account, photons: self.mapper.photons(), ..Pass::carrying(grids.collect(), views?) })
+        Some(Pass { account, photons: self.mapper.photons(), ..Pass::carrying(grids?, views?) })
     }
 }

@@ -38,6 +38,9 @@ const MOMENTS: f64 = 24.0;
 /// Bytes of the statistics of one point from pass to pass: its squared radius and its number of photons.
 const RADIUS: f64 = 16.0;
 
+/// Bytes of the photons that one sensor has found.
+const PHOTONS: f64 = 16.0;
+
 /// Bytes of one triangle: as read, in the frame of the room, in the tree over all, with its facet.
 const TRIANGLE: f64 = 640.0;
 
@@ -76,8 +79,8 @@ pub fn estimate(scene: &Scene, traceable: &TraceableScene, plan: &Plan) -> Memor
 fn of_grid(grid: &Grid, method: &dyn Described) -> f64 {
     let sensors = grid.len() as f64;
     let kept = method.kept_of_sensor(grid);
-    let sums = 2.0 * MOMENTS + of_points(kept);
-    let pass = 64.0 + 8.0 * kept.sums_at_once + 32.0 * kept.points;
+    let sums = 2.0 * MOMENTS + PHOTONS + of_points(kept);
+    let pass = 80.0 + 8.0 * kept.sums_at_once + 32.0 * kept.points;
     // as JSON and CSV, and as numbers on the way there
     let files = 640.0;
     sensors * (COPIES * sums + pass + files)

@@ -19,6 +19,7 @@ mod bidirectional;
 mod determinism;
 mod dome;
 mod electric_light;
+mod few_photons;
 mod invariance;
 mod many_tubes;
 mod matrix;

@@ -30,7 +30,8 @@ pub struct GridResult {
     /// Illuminance of each sensor, row by row.
     pub illuminance_lux: Vec<Vec<f64>>,
     /// Null before the second pass, and where a method knows nothing of its error; of a deterministic method its
-    /// estimated numerical error.
+    /// estimated numerical error. While a sensor has found fewer than ten photons it is not below Poisson's, and at
+    /// least what one photon more would add, also where none was found.
     pub standard_error_lux: Vec<Vec<Option<f64>>>,
     /// Percent of the unobstructed horizontal illuminance of sky and sun, electric light included; null without daylight.
     pub illuminance_ratio_percent: Vec<Vec<Option<f64>>>,

@@ -42,8 +42,10 @@ use crate::integrator::photon::chunks::{fold_chunks, sums_at_once};
 use crate::integrator::photon::emission::Emission;
 use crate::integrator::photon::ledger::Account;
 use crate::integrator::photon::path::{Flight, Origin, Scattering, Visitor, trace};
-use crate::integrator::{GridPass, Integrator, Pass};
-use crate::optics::Spectrum;
+use crate::integrator::photon_map::domain::Domain;
+use crate::integrator::photon_map::maps::LEAST_KERNEL;
+use crate::integrator::{GridPass, Integrator, Pass, PhotonCount};
+use crate::optics::{Spectrum, SurfaceOptics};
 use crate::sampling::{Key, PathRandom, PathSamples, Stream};
 use crate::scene::{Channels, Grid};
 use crate::traceable::luminaire::TraceableLuminaire;
@@ -117,6 +119,8 @@ pub struct LightTracing<const C: usize> {
     contact: f64,
     /// Light straight from luminaires at the sensors of point grids, in lux; empty unless it has a closed form.
     direct: Vec<f64>,
+    /// True for every sensor that photons can be connected to: it is not inside an object, and anything scatters light.
+    reachable: Vec<bool>,
     /// The widest vectors of this machine; the same bits as without, as nothing is contracted.
     vectors: pulp::Arch,
 }
@@ -142,12 +146,49 @@ impl<const C: usize> LightTracing<C> {
             sensors,
             seed: Key::new(seed),
             direct: Vec::new(),
+            reachable: Vec::new(),
             vectors: pulp::Arch::new(),
         };
         if method.lambert() {
             method.direct = method.at_points();
         }
+        method.reachable = method.reachable();
         method
+    }
+
+    /// True for every sensor to which photons can be connected.
+    fn reachable(&self) -> Vec<bool> {
+        let scene = &*self.scene;
+        let reflects = |surface: &SurfaceOptics| surface.gathers() || surface.is_specular();
+        let scatters = scene.tubes.iter().any(|tube| tube.diffuser.scatters(tube.opening_radius))
+            || (scene.interreflection && scene.all_optics().any(reflects))
+            || scene.luminaires_obstructed;
+        if !scatters || !scene.obstructed {
+            return vec![scatters; self.sensor_count()];
+        }
+        let mut reachable = Vec::with_capacity(self.sensor_count());
+        for SensorPlane { grid, average, .. } in &self.sensors {
+            let plane = Domain::horizontal_plane(scene, grid.height_m);
+            let reach =
+                if *average { 0.5 * grid.cell_size_m[0].hypot(grid.cell_size_m[1]) } else { scene.coinciding() };
+            let within = |sensor| plane.area(grid.centre(sensor), reach) > LEAST_KERNEL * PI * reach * reach;
+            reachable.extend((0..grid.len()).map(within));
+        }
+        reachable
+    }
+
+    /// What the photons of a pass say of each sensor, from its illuminance by them alone: a pass that brings it light found one
+    /// at least. One photon is taken to light a sensor as from half the room's shortest edge away.
+    fn counts(&self, lux: &[f64], account: &Account) -> Vec<PhotonCount> {
+        let into_room = account.tubes.iter().map(|tube| tube.into_room).sum::<f64>() + account.ledger.luminaires;
+        let flux = if into_room > 0.0 { into_room } else { account.ledger.emitted };
+        let distance = 0.5 * self.scene.size.min_element();
+        let one_lux = flux / self.emission.photons().max(1) as f64 / (PI * distance * distance);
+        let count = |(lux, reachable): (&f64, &bool)| PhotonCount {
+            found: if *lux > 0.0 { 1.0 } else { 0.0 },
+            one_lux: if *reachable { one_lux } else { 0.0 },
+        };
+        lux.iter().zip(&self.reachable).map(count).collect()
     }
 
     /// Light straight from luminaires at every sensor of a point grid.
@@ -223,6 +264,7 @@ impl<const C: usize> Integrator for LightTracing<C> {
             lux.iter_mut().zip(&chunk_lux).for_each(|(sum, value)| *sum += value);
             account.add(&chunk_account);
         })?;
+        let counts = self.counts(&lux, &account);
         if self.lambert() {
             lux.iter_mut().zip(&self.direct).for_each(|(sum, direct)| *sum += direct);
             for plane in self.sensors.iter().filter(|plane| plane.average) {
@@ -246,6 +288,7 @@ impl<const C: usize> Integrator for LightTracing<C> {
             .iter()
             .map(|plane| GridPass {
                 illuminance: lux[plane.first..plane.first + plane.len()].to_vec(),
+                photons: counts[plane.first..plane.first + plane.len()].to_vec(),
                 ..GridPass::default()
             })
             .collect();

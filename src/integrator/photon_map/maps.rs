@@ -22,14 +22,15 @@ use super::domain::Domain;
 use super::grid::{Photon, PhotonGrid};
 use super::progressive::scaled_count;
 use super::store::{Caustics, FollowedBackward, PhotonStore, Sunbeam, Tube};
+use crate::integrator::PhotonCount;
 use crate::integrator::photon::chunks::fold_chunks;
 use crate::integrator::photon::emission::Emission;
 use crate::integrator::photon::ledger::Account;
 use crate::integrator::photon::path::trace;
-use crate::optics::{Diffuser, Glossy, Spectrum};
+use crate::optics::{Diffuser, Glossy, Spectrum, SurfaceOptics};
 use crate::sampling::{Key, PathRandom};
 use crate::scene::Grid;
-use crate::traceable::{Place, RoomHit, SurfaceId, TraceableScene};
+use crate::traceable::{Place, RoomHit, SurfaceId, TraceableScene, TraceableTube};
 
 /// Points of each luminaire, in a square of strata, and photons at each diffuser, to which a visible point is connected.
 pub const POINT_STRATA: usize = 2;
@@ -55,6 +56,8 @@ pub struct Mapper<const C: usize> {
     keeps_surfaces: bool,
     /// `None`: caustics are not set apart.
     caustics: Option<Caustics>,
+    /// True if photons can cross the planes of grids that count there.
+    crosses_planes: bool,
 }
 
 /// Position of a photon in the list that it comes from.
@@ -81,6 +84,10 @@ pub struct Maps<const C: usize> {
     beams: PhotonGrid<C, Numbered>,
     /// The surface of each, and where it comes from.
     beam_arrivals: Vec<(SurfaceId, Sunbeam)>,
+    /// Mean flux in lm of the photons that cross each grid's plane, or where none does, of those nearest to doing so.
+    crossing_lm: Vec<f64>,
+    /// Mean flux in lm of the photons on surfaces, or where none lies there, of those nearest to doing so.
+    pub on_surfaces_lm: f64,
     /// Radius in metres for which the photons are sorted: gathering within any other is right, too, and as fast within
     /// one of this order.
     pub radius: f64,
@@ -111,13 +118,17 @@ impl<const C: usize> Mapper<C> {
             domains: Domain::of_surfaces(&scene),
             keeps_surfaces,
             caustics: None,
+            crosses_planes: scene.tubes.iter().any(passes_unscattered) || reflects(&scene, |_| true),
             scene,
         }
     }
 
     /// Sets caustics apart: planes then count nothing else. `backward`: by tube.
     pub fn with_caustics(self, backward: Vec<FollowedBackward>) -> Self {
-        Self { caustics: Some(Caustics { backward }), ..self }
+        let left = |(tube, by): (&TraceableTube, &FollowedBackward)| passes_unscattered(tube) && !(by.sky && by.sun);
+        let crosses_planes =
+            self.scene.tubes.iter().zip(&backward).any(left) || reflects(&self.scene, SurfaceOptics::is_specular);
+        Self { caustics: Some(Caustics { backward }), crosses_planes, ..self }
     }
 
     /// Photons per pass.
@@ -138,7 +149,15 @@ impl<const C: usize> Mapper<C> {
                 (measured(tube) && self.keeps_surfaces).then(|| PhotonGrid::new(&numbered, cell))
             })
             .collect();
+        let nearest_lm = {
+            let arrived = account.ledger.emitted + account.ledger.luminaires;
+            let exits = mean_lm(store.exits.iter().flatten());
+            exits.unwrap_or(arrived / self.photons().max(1) as f64)
+        };
+        let on_surfaces_lm = mean_lm(&store.surfaces).unwrap_or(nearest_lm);
         let maps = Maps {
+            crossing_lm: store.planes.iter().map(|plane| mean_lm(plane).unwrap_or(on_surfaces_lm)).collect(),
+            on_surfaces_lm,
             beams: PhotonGrid::new(&numbered(store.beams.iter().map(|(photon, _)| photon)), radius),
             beam_arrivals: store.beams.iter().map(|(photon, beam)| (photon.on, *beam)).collect(),
             surfaces: PhotonGrid::new(&store.surfaces, radius),
@@ -276,11 +295,30 @@ impl<const C: usize> Mapper<C> {
     }
 
     /// Illuminance of a point of the plane of grid `number` by all light that is not direct, or by caustics, within `radius`
-    /// metres.
-    pub fn plane_irradiance(&self, maps: &Maps<C>, radius: f64, number: usize, sensor: DVec3) -> Gathered<C> {
+    /// metres, and the photons that it comes from.
+    pub fn plane_irradiance(
+        &self,
+        maps: &Maps<C>,
+        radius: f64,
+        number: usize,
+        sensor: DVec3,
+    ) -> (Gathered<C>, PhotonCount) {
         let domain = &self.grid_domains[number];
         let sums = maps.planes[number].gather(sensor, radius, ());
-        density(sums, |radius| domain.area(sensor, radius), PI * radius * radius, radius)
+        let full = PI * radius * radius;
+        let area = domain.area(sensor, radius);
+        // under what stands on the plane no light comes
+        let can_come = self.crosses_planes && area >= LEAST_KERNEL * full;
+        let one_lux = if can_come { maps.crossing_lm[number] / area } else { 0.0 };
+        let count = PhotonCount { found: sums.2 as f64, one_lux };
+        (density(sums, |radius| domain.area(sensor, radius), full, radius), count)
+    }
+
+    /// True if a point of the plane of grid `number`, or all that is within `reach` metres of it there, is inside a box or a closed
+    /// mesh.
+    pub fn is_covered(&self, number: usize, sensor: DVec3, reach: f64) -> bool {
+        let reach = reach.max(self.scene.coinciding());
+        self.grid_domains[number].area(sensor, reach) < LEAST_KERNEL * PI * reach * reach
     }
 
     fn smallest_opening(&self) -> f64 {
@@ -308,6 +346,27 @@ fn density<const C: usize>(
     let factor = if clipped { 1.0 / (1.0 - std::f64::consts::FRAC_1_SQRT_2) } else { 2.0 };
     let bias = factor * (irradiance.luminance() - half.luminance() / half_area);
     Gathered { irradiance, bias, found: scaled_count(count, PI * radius * radius, whole_area) }
+}
+
+/// Mean flux in lm of some photons; `None` without any.
+fn mean_lm<'a, const C: usize, On: 'a>(photons: impl IntoIterator<Item = &'a Photon<C, On>>) -> Option<f64> {
+    let (mut sum, mut count) = (0.0, 0.0);
+    for photon in photons {
+        sum += photon.flux.luminance();
+        count += 1.0;
+    }
+    (count > 0.0).then(|| sum / count)
+}
+
+/// True if a tube lets light pass into the room unscattered.
+fn passes_unscattered(tube: &TraceableTube) -> bool {
+    tube.diffuser.specular_zone(tube.opening_radius).is_some()
+}
+
+/// True if a surface of which `part` is true reflects light that is followed.
+fn reflects(scene: &TraceableScene, part: impl Fn(&SurfaceOptics) -> bool) -> bool {
+    let bright = |surface: &&SurfaceOptics| surface.gathers() || surface.is_specular();
+    scene.interreflection && scene.all_optics().filter(bright).any(part)
 }
 
 /// The same light with its positions in the list.

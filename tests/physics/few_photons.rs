@@ -1,0 +1,113 @@
+//! Errors of sensors that few photons find, or none: one photon's worth at least, where light can come at all.
+
+use crate::scenes::{
+    RADIUS, assert_grid, bent, clear, cube, daylight, furnished, kernel, lambertian, light_tracing, run, sppm,
+    straight, values,
+};
+use glam::{DVec2, DVec3};
+use skyduct::geometry::TriangleMesh;
+use skyduct::integrator::photon_mapping::{self, PhotonMapping};
+use skyduct::integrator::ppm::{self, Ppm};
+use skyduct::integrator::{Integrator, sppm};
+use skyduct::optics::Surface;
+use skyduct::scene::{EstimateKind, Grid, MeshObject, Scene};
+
+/// Every method that counts the photons of its sensors, with few of them in a pass.
+fn methods(scene: &Scene, photons_per_pass: u64) -> Vec<(&'static str, Box<dyn Integrator>)> {
+    let (ppm, photon_mapping) = (ppm::Settings::default(), photon_mapping::Settings::default());
+    let ppm = ppm::Settings { photons_per_pass, samples_per_sensor: 4, ..ppm };
+    let photon_mapping = photon_mapping::Settings { photons_per_pass, gather_rays: Some(16), ..photon_mapping };
+    let settings = sppm::Settings { photons_per_pass, ..sppm::Settings::default() };
+    vec![
+        ("light_tracing", Box::new(light_tracing(scene, photons_per_pass, 1))),
+        ("sppm", Box::new(sppm(scene, &settings, 1))),
+        ("ppm", Box::new(Ppm::<1>::new(kernel(scene), &scene.grids, &[], &ppm, 1))),
+        ("photon_mapping", Box::new(PhotonMapping::<1>::new(kernel(scene), &scene.grids, &[], &photon_mapping, 1))),
+    ]
+}
+
+/// A slim and long room, dim at its far end, lit by a slender tube through a Lambertian diffuser; points below the ceiling.
+fn corridor() -> Scene {
+    let tube = straight(1.0, 0.98, lambertian(0.6, 0.3));
+    let mut scene = cube(0.9, 0.2, 0.1, vec![tube], daylight(15, 3000.0, 20.0, 160.0), EstimateKind::Point);
+    scene.room.size = DVec3::new(0.8, 11.7, 2.3);
+    scene.tubes[0].centre = DVec2::new(0.55, 6.6);
+    scene.tubes[0].opening_radius = 0.25 * RADIUS;
+    scene.grids = vec![Grid::new("far".into(), 2.2, [4, 3], 0.0, [0.8, 11.7], EstimateKind::Point)];
+    scene
+}
+
+/// Points that no photon found in any pass, but for the light that is connected, are within 4.5 of their errors of what light
+/// tracing finds there: 24 comparisons, of which one is beyond with a probability of 1.6e-4, Poisson's tail apart. Their spread
+/// alone tells nothing of the light that they miss.
+#[test]
+fn points_that_found_no_photon_have_the_error_of_one() {
+    let scene = corridor();
+    let (truth, error) = values(&run(&scene, &light_tracing(&scene, 8192, 7), 64));
+    for (name, method) in methods(&scene, 4096).iter().filter(|(name, _)| name.ends_with("ppm")) {
+        let estimate = run(&scene, method.as_ref(), 32);
+        let grid = &estimate.grids[0];
+        let too_few = (0..12).filter(|sensor| {
+            let missing = (grid.illuminance_lux(*sensor) - truth[*sensor]).abs();
+            grid.photons[*sensor].found == 0.0 && missing > 10.0 * grid.sensors[*sensor].standard_error()
+        });
+        assert!(too_few.count() > 0, "{name} found photons everywhere");
+        assert_grid(&estimate, &truth, &error, 4.5, 0.0, name);
+    }
+}
+
+/// Nothing comes through a black pipe of a thousand diameters but what few photons could tell: that is no exact 0.
+#[test]
+fn what_no_photon_told_is_not_exactly_zero() {
+    let pipe = straight(2000.0 * RADIUS, 0.0, lambertian(0.6, 0.3));
+    let mut scene = cube(0.3, 0.5, 0.7, vec![pipe], daylight(5, 3000.0, 35.0, 0.0), EstimateKind::Point);
+    scene.grids = vec![Grid::new("grid".into(), 0.5, [2, 1], 0.3, [2.0, 2.0], EstimateKind::Point)];
+    for (name, method) in methods(&scene, 64) {
+        let estimate = run(&scene, method.as_ref(), 2);
+        let grid = &estimate.grids[0];
+        for sensor in 0..2 {
+            assert!(grid.standard_error_lux(sensor) > 0.0, "{name}: {}", grid.illuminance_lux(sensor));
+        }
+    }
+}
+
+/// Inside a box or a closed mesh it is dark without an error; and without reflection nothing but direct light comes, which has
+/// its own error alone.
+#[test]
+fn what_is_known_to_be_dark_stays_exact() {
+    let mut scene = furnished([bent(lambertian(0.5, 0.4)), straight(0.5, 0.95, clear())], EstimateKind::Point);
+    let corner = |k: usize| {
+        let unit = DVec3::new((k & 1) as f64, (k >> 1 & 1) as f64, (k >> 2) as f64);
+        DVec3::new(0.3, 0.2, 0.1) + unit * 0.6
+    };
+    let faces = [[0, 1, 3, 2], [4, 5, 7, 6], [0, 1, 5, 4], [2, 3, 7, 6], [0, 2, 6, 4], [1, 3, 7, 5]];
+    let mesh = TriangleMesh {
+        positions: (0..8).map(corner).collect(),
+        triangles: faces.into_iter().flat_map(|[a, b, c, d]| [[a, b, c], [a, c, d]]).collect(),
+        triangle_materials: vec![0; 12],
+        materials: vec![String::new()],
+    };
+    scene.room.meshes = vec![MeshObject { mesh, surfaces: vec![Surface::diffuse([0.5; 3])] }];
+    let inside = [DVec2::new(1.2, 0.6), DVec2::new(0.6, 0.5)];
+    scene.grids = inside
+        .map(|place| {
+            let mut grid = Grid::new("inside".into(), 0.5, [1, 1], 0.0, [2.0, 2.0], EstimateKind::Point);
+            (grid.x_m, grid.y_m) = (vec![place.x], vec![place.y]);
+            grid
+        })
+        .to_vec();
+    for (name, method) in methods(&scene, 256) {
+        for grid in &run(&scene, method.as_ref(), 2).grids {
+            assert_eq!((grid.illuminance_lux(0), grid.standard_error_lux(0)), (0.0, 0.0), "{name}");
+        }
+    }
+    let pipe = straight(0.5, 0.95, lambertian(0.6, 0.3));
+    let mut black = cube(0.0, 0.0, 0.0, vec![pipe], daylight(5, 3000.0, 35.0, 0.0), EstimateKind::Point);
+    black.grids[0] = Grid::new("grid".into(), 0.5, [3, 1], 0.3, [2.0, 2.0], EstimateKind::Point);
+    for (name, method) in methods(&black, 256).iter().skip(1) {
+        let grid = &run(&black, method.as_ref(), 4).grids[0];
+        for sensor in 0..3 {
+            assert_eq!(grid.error_of_few_photons_lux(sensor), 0.0, "{name}");
+        }
+    }
+}
