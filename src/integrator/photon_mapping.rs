@@ -17,7 +17,7 @@
 //!
 //! **Settings.** `photons_per_pass` (65 536; 64 to 16 777 216). `initial_radius_m` (a fortieth of the room's shortest
 //! edge) trades noise against bias, which no pass brings down; its estimate from two radii (`photon_map::maps`) goes
-//! with the rays' weights to the receiver, of colours by their luminance. `gather_rays` (256 of a sensor, 16 of a
+//! with the rays' weights to the receiver, of colours by their luminance. `gather_rays` (256 of a sensor, fewer where sensors are many, 16 of a
 //! point; 1 to 65 536).
 //!
 //! **Refuses** nothing. Bad at high accuracy: the bias of the radius stays. What an eye ray sees of openings, mirrors
@@ -57,7 +57,7 @@ pub struct Settings {
     /// Gather radius of every pass in metres; `None`: a fortieth of the room's shortest edge.
     pub initial_radius_m: Option<f64>,
     /// Gather rays per pass of every sensor and of every point that a pixel's ray meets, 1..=65_536; `None`: 256 of a
-    /// sensor, 16 of a point.
+    /// sensor, of more than 4096 sensors as many as make a million in all, at least 16; 16 of a point.
     pub gather_rays: Option<u32>,
 }
 
@@ -78,7 +78,7 @@ impl Described for Settings {
 
     fn seconds_per_pass(&self, work: &Work) -> f64 {
         let rays = |default: u32| f64::from(self.gather_rays.unwrap_or(default));
-        let gather_rays = rays(SENSOR_GATHER_RAYS) * work.sensors + rays(POINT_GATHER_RAYS) * work.pixels;
+        let gather_rays = rays(sensor_rays(work.sensors)) * work.sensors + rays(POINT_GATHER_RAYS) * work.pixels;
         self.photons_per_pass as f64 * (work.seconds_per_path + 0.5e-6)
             + 2.5e-6 * work.pixels
             + 30e-6 * work.sensors
@@ -104,8 +104,13 @@ impl Described for Settings {
 /// Share of the shortest edge of the room that is the default radius.
 const DEFAULT_RADIUS_SHARE: f64 = 0.025;
 
-/// Default number of gather rays per pass of a sensor.
+/// Default number of gather rays per pass of a sensor: at most, and where sensors are many.
 pub const SENSOR_GATHER_RAYS: u32 = 256;
+const LEAST_SENSOR_RAYS: u32 = 16;
+
+/// Gather rays per pass of all sensors together above which the default takes fewer of each: some two seconds, so that a job of
+/// few seconds has several passes.
+const RAYS_OF_ALL_SENSORS: f64 = 1_048_576.0;
 /// Default number of gather rays per pass of a point that a pixel's ray meets.
 pub const POINT_GATHER_RAYS: u32 = 16;
 
@@ -114,6 +119,12 @@ const CELL_STRATA: usize = 4;
 
 /// Backward rays per sensor and pass to each tube, at most.
 const BACKWARD_RAYS: u64 = 1024;
+
+/// Default number of gather rays per pass of each of so many sensors.
+fn sensor_rays(sensors: f64) -> u32 {
+    let share = RAYS_OF_ALL_SENSORS / sensors.max(1.0);
+    share.clamp(f64::from(LEAST_SENSOR_RAYS), f64::from(SENSOR_GATHER_RAYS)) as u32
+}
 
 /// The method on one scene; `C` channels of light.
 #[derive(Debug)]
@@ -216,7 +227,10 @@ impl<const C: usize> PhotonMapping<C> {
             direct += self.mapper.luminaire_irradiance(point, DVec3::Z, None, points, &mut random) * (share * share);
         }
         let start = |place: [f64; 2]| Some(sensor.point(place) + lift).filter(|point| !self.covered(*point));
-        let count = self.gather_rays.unwrap_or(SENSOR_GATHER_RAYS);
+        let count = self.gather_rays.unwrap_or_else(|| {
+            let sensors: usize = self.mapper.grids.iter().map(Grid::len).sum();
+            sensor_rays(sensors as f64)
+        });
         let receiver = Receiver { normal: DVec3::Z, surface: None, key: sensor.key.stream(Stream::Gather, 0) };
         let gathered = gathering.gather(&receiver, start, count);
         let reach = if strata > 1 { 0.5 * sensor.grid.cell_size_m[0].hypot(sensor.grid.cell_size_m[1]) } else { 0.0 };
@@ -429,4 +443,16 @@ impl Sensor<'_> {
 fn followed_backward(tube: &TraceableTube) -> FollowedBackward {
     let straight = matches!(tube.guide, Guide::Straight(_));
     FollowedBackward { sky: straight || !tube.diffuser.scatters(tube.opening_radius), sun: straight }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A pass of as many sensors as a job may have does not take long, and few sensors keep their rays.
+    #[test]
+    fn many_sensors_gather_fewer_rays_each() {
+        assert_eq!([1.0, 81.0, 4096.0].map(sensor_rays), [SENSOR_GATHER_RAYS; 3]);
+        assert_eq!([8192.0, 90_000.0, 1e9].map(sensor_rays), [128, LEAST_SENSOR_RAYS, LEAST_SENSOR_RAYS]);
+    }
 }

@@ -32,7 +32,7 @@ use self::aperture::{Aperture, sun_nodes};
 use self::coefficients::clear_transmittance;
 use self::first_reflection::FirstReflection;
 use self::indirect::Indirect;
-use self::levels::{FIRST_SENSOR_RAYS, FIRST_SUN_NODES, FIRST_SUN_STEPS, LEVELS, MOST_RAYS, REPLICATES};
+use self::levels::{FIRST_SENSOR_RAYS, FIRST_SUN_NODES, FIRST_SUN_STEPS, LEVELS, MOST_RAYS, REPLICATES, quarterings};
 use self::light::{Light, TubeLight};
 use self::profile::Profile;
 use self::quadrature::{cell_mean, centre, gauss};
@@ -171,6 +171,7 @@ impl Holigilm {
     ) -> Value {
         let grid = &self.room.grids[number];
         let average = grid.estimate == EstimateKind::CellAverage;
+        let fewer = quarterings(self.room.grids.iter().map(Grid::len).sum());
         let stream = self.seed.stream(Stream::SkyThroughApertures, 0).child(number as u64).child(sensor as u64);
         let mut replicas = vec![0.0; REPLICATES as usize];
         let mut value = Value::default();
@@ -197,7 +198,7 @@ impl Holigilm {
             let aperture = Aperture { tube, sensor: centre(grid, sensor), zone };
             let transmittance = clear_transmittance(&tube.diffuser);
             if let Some(sky) = &self.room.sky {
-                let count = FIRST_SENSOR_RAYS << (2 * level);
+                let count = (FIRST_SENSOR_RAYS >> (2 * fewer)) << (2 * level);
                 for (replicate, sum) in replicas.iter_mut().enumerate().take_while(|_| !is_raised(cancel)) {
                     let stream = stream.child(index as u64).child(replicate as u64);
                     *sum += transmittance * aperture.sky(sky, stream, count);
@@ -205,7 +206,7 @@ impl Holigilm {
                 value.rays += count * REPLICATES;
             }
             if let (Some(sun), Guide::Straight(guide)) = (&self.room.sun, &tube.guide) {
-                let (nodes, steps) = (FIRST_SUN_NODES << level, FIRST_SUN_STEPS << level);
+                let (nodes, steps) = ((FIRST_SUN_NODES >> fewer) << level, (FIRST_SUN_STEPS >> fewer) << level);
                 let (fine, rays) = aperture.sun(guide, sun, &sun_nodes(sun, nodes), steps);
                 let (coarse, coarse_rays) = aperture.sun(guide, sun, &sun_nodes(sun, nodes / 2), steps / 2);
                 value.lux += transmittance * fine;

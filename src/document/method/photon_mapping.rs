@@ -18,8 +18,8 @@ pub struct PhotonMappingMethod {
     pub photons_per_pass: u64,
     /// Gather radius of every pass in metres; by default a fortieth of the room's shortest edge.
     pub initial_radius_m: Option<f64>,
-    /// Final gather rays per pass of each sensor and of each point that a pixel's ray meets; by default 256 of a sensor and
-    /// 16 of a point.
+    /// Final gather rays per pass of each sensor and of each point that a pixel's ray meets; by default 256 of a sensor (of
+    /// more than 4096 sensors as many as make a million in all, at least 16) and 16 of a point.
     pub gather_rays: Option<u32>,
 }
 
