@@ -63,6 +63,15 @@ impl Guide {
         self.entry([0.5, 0.5], direction).map_or(0.0, |entry| entry.projected_area_m2)
     }
 
+    /// Half-angle in radians of the cone about the zenith from which next to all light comes that passes the guide, where that
+    /// is narrow.
+    pub fn narrow_cone(&self) -> Option<f64> {
+        match self {
+            Self::Straight(guide) => guide.narrow_cone(),
+            Self::Bent(_) | Self::Domed(_) | Self::Mesh(_) => None,
+        }
+    }
+
     /// Follows light from an entry point down.
     #[inline]
     pub fn down<const C: usize>(&self, position: DVec3, direction: DVec3, random: &mut PathRandom) -> Transit<C> {

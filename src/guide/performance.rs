@@ -84,6 +84,7 @@ pub fn sky(guide: &Guide, sky: &Sky, key: Key, rays: u64) -> Throughput {
     let Some(sampler) = SkySampler::new(sky, |toward| guide.projected_area_m2(-toward)) else {
         return Throughput { replicates: vec![(0.0, 0.0); REPLICATES as usize] };
     };
+    let sampler = sampler.with_cone(guide.narrow_cone());
     replicated(key, rays, |[a, b, u, v], random| {
         let (toward, density) = sampler.sample([a, b]);
         let (enters, arrives) = follow(guide, [u, v], toward, random);

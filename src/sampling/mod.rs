@@ -1,5 +1,6 @@
 //! Random and low-discrepancy numbers by counter, warps to the domains that light needs, and the roulette of faint paths.
 
+pub mod cones;
 pub mod path_samples;
 pub mod random;
 pub mod roulette;
@@ -7,6 +8,7 @@ pub mod sobol;
 pub mod streams;
 pub mod warp;
 
+pub use cones::NestedCones;
 pub use path_samples::PathSamples;
 pub use random::{Key, PathRandom};
 pub use sobol::Replicate;

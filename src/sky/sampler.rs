@@ -7,6 +7,7 @@ use std::f64::consts::TAU;
 use glam::DVec3;
 
 use super::Sky;
+use crate::sampling::NestedCones;
 
 /// Bands of equal height z and sectors of equal azimuth: cells of equal solid angle.
 const BANDS: usize = 64;
@@ -15,12 +16,21 @@ const SECTORS: usize = 128;
 /// Share of the mean that every cell gets on top, so that no direction with light has a vanishing density.
 const FLOOR: f64 = 0.02;
 
+/// Share of the directions that are drawn from cones about the zenith, where there are any.
+const CONES_SHARE: f64 = 0.75;
+
+/// Half-angle in radians below which cones about the zenith lie within the uppermost band.
+const WITHIN_A_BAND: f64 = 0.17;
+
 /// A piecewise constant density over the upper hemisphere, proportional to luminance times a weight.
 ///
 /// Cells have equal solid angle. The density is exact: it is that of the sampled direction's own cell, and integrates to
-/// one; the luminance is evaluated by the caller at the sampled direction, not taken from the cell.
+/// one; the luminance is evaluated by the caller at the sampled direction, not taken from the cell. Where light counts in a
+/// cone about the zenith that is far narrower than a cell, most directions are drawn from there.
 #[derive(Clone, Debug)]
 pub struct SkySampler {
+    /// Cones about the zenith that get directions of their own.
+    cones: Option<NestedCones>,
     bands: Cumulative,
     /// Cumulative distribution over the sectors of each band.
     sectors: Vec<Cumulative>,
@@ -62,12 +72,30 @@ impl SkySampler {
         let bands: Vec<f64> = cells.chunks(SECTORS).map(|row| row.iter().sum()).collect();
         let sectors = cells.chunks(SECTORS).map(Cumulative::new).collect();
         let middles = std::array::from_fn(|sector| (TAU * (sector as f64 + 0.5) / SECTORS as f64).sin_cos());
-        Some(Self { bands: Cumulative::new(&bands), sectors, middles })
+        Some(Self { cones: None, bands: Cumulative::new(&bands), sectors, middles })
+    }
+
+    /// The sampler with directions of their own for a cone of this half-angle (radians, > 0) about the zenith, and for wider ones
+    /// up to the width of the cells there; `None`: as it is.
+    pub fn with_cone(self, half_angle: Option<f64>) -> Self {
+        Self { cones: half_angle.map(|half_angle| NestedCones::new(half_angle, WITHIN_A_BAND)), ..self }
     }
 
     /// A unit vector toward the sky and its density per sr; continuous in `point` within cells and along them.
     #[inline]
     pub fn sample(&self, [u, v]: [f64; 2]) -> (DVec3, f64) {
+        let Some(cones) = &self.cones else { return self.sample_cells([u, v]) };
+        let (toward, of_cells) = if u < CONES_SHARE {
+            let toward = cones.sample([u / CONES_SHARE, v]);
+            (toward, self.density_of_cells(toward))
+        } else {
+            self.sample_cells([(u - CONES_SHARE) / (1.0 - CONES_SHARE), v])
+        };
+        (toward, shared(toward, cones, of_cells))
+    }
+
+    #[inline]
+    fn sample_cells(&self, [u, v]: [f64; 2]) -> (DVec3, f64) {
         let (band, height, band_share) = self.bands.invert(u);
         let (sector, turn, sector_share) = self.sectors[band].invert(v);
         let z = (band as f64 + height) / BANDS as f64;
@@ -84,6 +112,11 @@ impl SkySampler {
 
     /// Density per sr at a unit vector toward the sky; zero below the horizon.
     pub fn density(&self, direction: DVec3) -> f64 {
+        let of_cells = self.density_of_cells(direction);
+        self.cones.as_ref().map_or(of_cells, |cones| shared(direction, cones, of_cells))
+    }
+
+    fn density_of_cells(&self, direction: DVec3) -> f64 {
         if direction.z < 0.0 {
             return 0.0;
         }
@@ -92,6 +125,11 @@ impl SkySampler {
         let sector = ((turn * SECTORS as f64) as usize).min(SECTORS - 1);
         density(self.bands.share(band), self.sectors[band].share(sector))
     }
+}
+
+/// Density per sr where cones and cells share the directions.
+fn shared(toward: DVec3, cones: &NestedCones, of_cells: f64) -> f64 {
+    CONES_SHARE * cones.density(toward) + (1.0 - CONES_SHARE) * of_cells
 }
 
 /// Unit vector at height `z` and azimuth `turn` of a full turn, clockwise from +y.
@@ -193,6 +231,32 @@ mod tests {
                 let limit = ChiSquared::new(pools - 1.0).unwrap().inverse_cdf(1.0 - 1e-6);
                 assert!(statistic < limit, "type {number} at {altitude}: {statistic} > {limit}");
             }
+        }
+    }
+
+    /// With a cone the density still integrates to one over the hemisphere (the mean of its inverse is 2 pi), the stated density
+    /// is that of the direction, and the cone has the directions that it should: 4 standard errors.
+    #[test]
+    fn a_narrow_cone_has_directions_of_its_own() {
+        for half_angle in [1e-5, 1e-3, 0.1] {
+            let sampler = SkySampler::new(&sky(5, 35.0), |d| d.z).unwrap().with_cone(Some(half_angle));
+            let mut random = PathRandom::new(Key::new(12));
+            let [mut inverse, mut inside, mut solid_angle] = [crate::statistics::Moments::default(); 3];
+            for _ in 0..200_000 {
+                let (toward, density) = sampler.sample(random.uniform2());
+                assert!((sampler.density(toward) / density - 1.0).abs() < 1e-9 || toward.z < 1e-12);
+                let within = toward.truncate().length() < half_angle.sin();
+                inverse.push(1.0 / density);
+                inside.push(if within { 1.0 } else { 0.0 });
+                solid_angle.push(if within { 1.0 / density } else { 0.0 });
+            }
+            assert!((inverse.mean - TAU).abs() < 4.0 * inverse.standard_error(), "{half_angle}: {inverse:?}");
+            // the narrowest has three quarters of the cones' directions, and some of the wider ones'
+            let least = 0.75 * CONES_SHARE;
+            assert!(inside.mean > least - 4.0 * inside.standard_error(), "{half_angle}: {inside:?}");
+            let expected = 2.0 * TAU * (0.5 * half_angle).sin().powi(2);
+            let error = solid_angle.standard_error();
+            assert!((solid_angle.mean - expected).abs() < 4.0 * error && error < 0.01 * expected, "{solid_angle:?}");
         }
     }
 

@@ -18,6 +18,7 @@ mod analytic_radiosity;
 mod bidirectional;
 mod determinism;
 mod dome;
+mod dull_pipes;
 mod electric_light;
 mod few_photons;
 mod invariance;

@@ -9,7 +9,7 @@ use crate::geometry::cylinder::traverse;
 use crate::geometry::disc::disc_irradiance;
 use crate::guide::{End, Guide, StraightGuide, Transit};
 use crate::optics::Spectrum;
-use crate::sampling::{Key, PathRandom, Replicate, warp};
+use crate::sampling::{Key, NestedCones, PathRandom, Replicate, warp};
 use crate::sky::sun::HALF_ANGLE;
 use crate::sky::{Sky, Sun};
 
@@ -210,19 +210,50 @@ impl Arc<'_> {
 /// where the ray that goes up leaves the guide after n mirrors of reflectance R; `stream` has its random numbers.
 pub fn illuminance_above(guide: &Guide, sky: &Sky, point: DVec2, stream: Key, count: u64) -> f64 {
     let mut random = PathRandom::new(stream);
+    let cones = cones(guide);
     let sum: f64 = (0..count)
         .map(|number| {
             let (replicate, index) = Replicate::of(stream, number);
             let [u, v, ..] = replicate.point(index, 0);
-            luminance_from(guide, sky, point, [u, v], &mut random)
+            luminance_from(guide, sky, point, upward([u, v], cones.as_ref()), &mut random)
         })
         .sum();
     PI * sum / count as f64
 }
 
-/// Luminance in cd/m2 that arrives at a point of the opening's upper side from a cosine-distributed direction, a point of the
-/// unit square; zero from where the guide sends the ray back.
-pub(super) fn luminance_from(guide: &Guide, sky: &Sky, point: DVec2, [u, v]: [f64; 2], random: &mut PathRandom) -> f64 {
-    let transit: Transit<1> = guide.up(point.extend(0.0), warp::cosine_hemisphere([u, v]), random);
-    if transit.end == End::Top { transit.weight().luminance() * sky.luminance(transit.direction) } else { 0.0 }
+/// Share of the directions that are drawn from the cones of a guide that passes next to nothing else.
+const CONES_SHARE: f64 = 0.75;
+
+/// Half-angle in radians up to which cones about the axis have directions of their own.
+const WIDEST_CONE: f64 = 0.5;
+
+/// Cones about the axis from which next to all light comes that passes a guide; `None` for guides that pass more.
+pub(super) fn cones(guide: &Guide) -> Option<NestedCones> {
+    guide.narrow_cone().map(|half_angle| NestedCones::new(half_angle, WIDEST_CONE))
+}
+
+/// Direction up by a point of the unit square, and its weight against cosine-distributed ones: these, or most of them from the
+/// cones of a guide that has any.
+pub(super) fn upward([u, v]: [f64; 2], cones: Option<&NestedCones>) -> (DVec3, f64) {
+    let Some(cones) = cones else { return (warp::cosine_hemisphere([u, v]), 1.0) };
+    let direction = if u < CONES_SHARE {
+        cones.sample([u / CONES_SHARE, v])
+    } else {
+        warp::cosine_hemisphere([(u - CONES_SHARE) / (1.0 - CONES_SHARE), v])
+    };
+    let by_cosine = direction.z / PI;
+    (direction, by_cosine / ((1.0 - CONES_SHARE) * by_cosine + CONES_SHARE * cones.density(direction)))
+}
+
+/// Luminance in cd/m2 that arrives at a point of the opening's upper side from a direction, times the direction's weight; zero
+/// from where the guide sends the ray back.
+pub(super) fn luminance_from(
+    guide: &Guide,
+    sky: &Sky,
+    point: DVec2,
+    (direction, weight): (DVec3, f64),
+    random: &mut PathRandom,
+) -> f64 {
+    let transit: Transit<1> = guide.up(point.extend(0.0), direction, random);
+    if transit.end == End::Top { weight * transit.weight().luminance() * sky.luminance(transit.direction) } else { 0.0 }
 }

@@ -85,7 +85,7 @@ impl Beam {
 
 /// A table of directions for the sky's light into a tube.
 pub fn sky_sampler(sky: &Sky, tube: &Tube) -> Option<SkySampler> {
-    SkySampler::new(sky, |toward| {
+    let sampler = SkySampler::new(sky, |toward| {
         let likely = match &tube.guide {
             Guide::Straight(guide) => {
                 let tangent = toward.truncate().length() / toward.z.max(1e-9);
@@ -95,7 +95,8 @@ pub fn sky_sampler(sky: &Sky, tube: &Tube) -> Option<SkySampler> {
             _ => 1.0,
         };
         likely * tube.guide.projected_area_m2(-toward)
-    })
+    });
+    sampler.map(|sampler| sampler.with_cone(tube.guide.narrow_cone()))
 }
 
 /// Follows `count` rays of one replicate; fewer when cancelled.

@@ -5,7 +5,7 @@ use std::sync::atomic::AtomicBool;
 
 use rayon::prelude::*;
 
-use super::aperture::{luminance_from, sun_nodes};
+use super::aperture::{cones, luminance_from, sun_nodes, upward};
 use super::beam::{Beam, RAYS_AT_ONCE, Source, Way, follow, lambertian_cells, sky_sampler};
 use super::coefficients::{lambertian_coefficients, reflectance};
 use super::landing::Landed;
@@ -153,6 +153,7 @@ fn returned(tube: &Tube) -> f64 {
 fn sky_shape(way: &Way, sky: &Sky, cells: Cells, stream: Key, count: u64) -> Vec<f64> {
     let mut shape = vec![0.0; RINGS * SECTORS];
     let mut random = PathRandom::new(stream);
+    let cones = cones(&way.tube.guide);
     for number in 0..count {
         if number % RAYS_AT_ONCE == 0 && is_raised(way.cancel) {
             break;
@@ -160,7 +161,8 @@ fn sky_shape(way: &Way, sky: &Sky, cells: Cells, stream: Key, count: u64) -> Vec
         let (replicate, index) = Replicate::of(stream, number);
         let [u, v, s, t] = replicate.point(index, 0);
         let point = warp::annulus([u, v], cells.inner, cells.outer);
-        shape[cells.at(point)] += luminance_from(&way.tube.guide, sky, point, [s, t], &mut random);
+        shape[cells.at(point)] +=
+            luminance_from(&way.tube.guide, sky, point, upward([s, t], cones.as_ref()), &mut random);
     }
     shape
 }

@@ -87,6 +87,7 @@ impl Emission {
             if let Some(sky) = &scene.sky
                 && let Some(sampler) = SkySampler::new(sky, expected)
             {
+                let sampler = sampler.with_cone(tube.guide.narrow_cone());
                 let source = Source::Sky { tube: index, sky: sky.clone(), sampler };
                 // a rough integral is enough to share photons
                 let flux = (0..256u64)
