@@ -5,7 +5,7 @@
 //! - `photon_map`: photons are kept, and their density is estimated.
 //!
 //! `method` says what the rest of the program has to know of a method, `pass` what a pass is, `registry` which methods
-//! there are, `deterministic` what those without passes share. Every other entry is a method: its settings, which say what
+//! there are, `deterministic` what those without passes share, `some_sensors` joins two methods. Every other entry is a method: its settings, which say what
 //! it knows, refuses and costs, its state and its pass.
 //!
 //! A pass is a pure function of (scene, settings, seed, pass number): it can be computed anywhere, in any order, and has
@@ -27,6 +27,7 @@ pub mod photon_mapping;
 pub mod ppm;
 mod registry;
 pub(crate) mod roulette;
+pub mod some_sensors;
 pub mod sppm;
 pub mod two_stage;
 

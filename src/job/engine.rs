@@ -7,6 +7,7 @@ use crate::analytic::{Ending, Solver};
 use crate::estimate::{Estimate, StopRule};
 use crate::integrator::Integrator;
 use crate::integrator::method::{Computation, Task};
+use crate::integrator::some_sensors::SomeSensors;
 use crate::plan::{MethodChoice, Methods};
 use crate::scene::Scene;
 use crate::statistics::interval::two_sided_normal_quantile;
@@ -58,7 +59,20 @@ impl Engine {
         let grids = match of_grids.map(|choice| build(choice, if shared { task } else { task.without_views() })) {
             Some(Computation::Solution(solver)) => return Self::Solver(solver),
             Some(Computation::Passes(integrator)) if shared => return Self::Shared(integrator),
-            Some(Computation::Passes(integrator)) => Some(integrator),
+            Some(Computation::Passes(all)) => Some(match &methods.beside_surfaces {
+                None => all,
+                Some(some) => {
+                    let few = some.as_grids(&scene.grids);
+                    let task = Task { grids: &few, ..task.without_views() };
+                    match build(&some.choice, task) {
+                        Computation::Passes(integrator) => {
+                            Box::new(SomeSensors { all, some: integrator, places: some.places.clone() })
+                        }
+                        // no solver computes some sensors
+                        Computation::Solution(_) => all,
+                    }
+                }
+            }),
             None => None,
         };
         let of_views = methods.views.as_ref();

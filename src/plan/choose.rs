@@ -5,8 +5,9 @@
 use std::sync::Arc;
 
 use crate::integrator::method::{Described, Refusal, RefusalCode, Task};
+use crate::integrator::some_sensors::SensorPlace;
 use crate::integrator::{Method, bidirectional, light_tracing, photon_mapping, sppm};
-use crate::scene::Scene;
+use crate::scene::{Grid, Scene};
 use crate::traceable::TraceableScene;
 
 /// Methods of the grids and of the views; `None` where the job has no such output.
@@ -14,6 +15,8 @@ use crate::traceable::TraceableScene;
 pub struct Methods {
     /// The method that computes all grids.
     pub grids: Option<MethodChoice>,
+    /// Point sensors for which another method takes its place; `None` where there are none.
+    pub beside_surfaces: Option<SomeChoice>,
     /// The method that computes all views.
     pub views: Option<MethodChoice>,
 }
@@ -26,6 +29,25 @@ pub struct MethodChoice {
     /// One sentence for the reader of a plan.
     pub reason: String,
 }
+
+/// A method for some of the sensors.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SomeChoice {
+    /// The method, and why it was taken.
+    pub choice: MethodChoice,
+    /// The sensors, at least one.
+    pub places: Vec<SensorPlace>,
+}
+
+impl SomeChoice {
+    /// A grid of one for each of the sensors, in their order; `grids` of the scene.
+    pub fn as_grids(&self, grids: &[Grid]) -> Vec<Grid> {
+        self.places.iter().filter_map(|place| place.as_grid(grids)).collect()
+    }
+}
+
+/// Share of all sensors up to which those that lie beside surfaces get a method of their own.
+const FEW: f64 = 0.25;
 
 /// The document's `method`.
 #[derive(Clone, Debug, PartialEq)]
@@ -51,10 +73,9 @@ impl Methods {
 
     /// The methods that `auto` picks; they refuse nothing.
     fn best(task: &Task) -> Self {
-        Self {
-            grids: (!task.grids.is_empty()).then(|| for_grids(&task.without_views())),
-            views: (!task.views.is_empty()).then(for_views),
-        }
+        let of_grids = (!task.grids.is_empty()).then(|| for_grids(&task.without_views()));
+        let (grids, beside_surfaces) = of_grids.map_or((None, None), |(grids, beside)| (Some(grids), beside));
+        Self { grids, beside_surfaces, views: (!task.views.is_empty()).then(for_views) }
     }
 
     fn requested(method: &Method, task: &Task) -> Self {
@@ -65,6 +86,7 @@ impl Methods {
         let choice = MethodChoice { method: method.clone(), reason };
         Self {
             grids: (!task.grids.is_empty()).then(|| choice.clone()),
+            beside_surfaces: None,
             views: (!task.views.is_empty()).then_some(choice),
         }
     }
@@ -77,34 +99,43 @@ impl Methods {
         }
     }
 
-    /// The name of the method of the grids, and that of the views where it is another one.
+    /// The names of the methods of the grids, of sensors beside surfaces, and of the views, where they are others.
     pub fn names(&self) -> Vec<&'static str> {
-        let mut names: Vec<_> = self.grids.iter().chain(&self.views).map(|choice| choice.method.name()).collect();
+        let beside = self.beside_surfaces.iter().map(|some| &some.choice);
+        let all = self.grids.iter().chain(beside).chain(&self.views);
+        let mut names: Vec<_> = all.map(|choice| choice.method.name()).collect();
         names.dedup();
         names
     }
 }
 
-/// The best method for grids: the first candidate that fits.
-fn for_grids(task: &Task) -> MethodChoice {
+/// The best method for grids, the first candidate that fits, and where few point sensors are bad for it, another one for these.
+fn for_grids(task: &Task) -> (MethodChoice, Option<SomeChoice>) {
     let unseen = || light_tracing::refuses_points(task.traceable).map(|refusal| refusal.detail);
     let noisy = || light_tracing::noisy_points(task.traceable).map(str::to_owned);
     // obstacles of connections from photons to points
     let rare = task.has_points().then(|| unseen().or_else(noisy)).flatten();
     let close = light_tracing::dishonest_points(task.traceable, task.grids).map(|refusal| refusal.detail);
     let both_ways = bidirectional::Settings::default();
+    let connects = || MethodChoice {
+        method: Method::LightTracing(light_tracing::Settings::default()),
+        reason: "unbiased, and connects every scattering to every sensor in closed form".to_owned(),
+    };
     let (method, reason) = match (rare, close) {
-        (None, None) => (
-            Method::LightTracing(light_tracing::Settings::default()),
-            "unbiased, and connects every scattering to every sensor in closed form".to_owned(),
-        ),
-        (None, Some(close)) if both_ways.refuses(task).is_none() => (Method::Bidirectional(both_ways), close),
+        (None, None) => return (connects(), None),
+        (None, Some(close)) if both_ways.refuses(task).is_none() => {
+            let choice = MethodChoice { method: Method::Bidirectional(both_ways), reason: close };
+            let places = light_tracing::near_surfaces(task.traceable, task.grids);
+            let sensors: usize = task.grids.iter().map(Grid::len).sum();
+            let few = places.len() as f64 <= FEW * sensors as f64;
+            return if few { (connects(), Some(SomeChoice { choice, places })) } else { (choice, None) };
+        }
         // it gathers over the room, not at the sensor: a tenth of the time that sppm takes to the same error
         (Some(reason), _) | (None, Some(reason)) => {
             (Method::PhotonMapping(photon_mapping::Settings::default()), reason)
         }
     };
-    MethodChoice { method, reason }
+    (MethodChoice { method, reason }, None)
 }
 
 /// The best method for views.

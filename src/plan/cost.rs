@@ -3,7 +3,7 @@
 //! Seconds here and in the methods' own files are rough, of one core; they were measured on 2026-11-21, while the methods
 //! were written, on a machine that was not recorded. They need not be true elsewhere: a chunk is then longer or shorter.
 
-use super::{GuidePlan, Methods, Plan};
+use super::{GuidePlan, Methods, Plan, SomeChoice};
 use crate::integrator::method::Work;
 use crate::plan::{EffectKind, GuideKind};
 use crate::scene::Scene;
@@ -52,7 +52,12 @@ pub fn seconds_per_pass(scene: &Scene, plan: &Plan) -> f64 {
     match (&methods.grids, &methods.views) {
         (Some(choice), Some(_)) if methods.share_passes() => choice.method.described().seconds_per_pass(&both),
         (of_grids, of_views) => {
+            let beside = |some: &SomeChoice| {
+                let sensors = some.places.len() as f64;
+                some.choice.method.described().seconds_per_pass(&Work { sensors, ..grids })
+            };
             of_grids.as_ref().map_or(0.0, |choice| choice.method.described().seconds_per_pass(&grids))
+                + methods.beside_surfaces.as_ref().map_or(0.0, beside)
                 + of_views.as_ref().map_or(0.0, |choice| choice.method.described().seconds_per_pass(&views))
         }
     }

@@ -50,7 +50,7 @@ const MOST_EVENTS: f64 = 1e6;
 
 /// The peak of a planned job.
 pub fn estimate(scene: &Scene, traceable: &TraceableScene, plan: &Plan) -> MemoryEstimate {
-    let Methods { grids, views } = &plan.methods;
+    let Methods { grids, beside_surfaces, views } = &plan.methods;
     let mut bytes = MemoryEstimate { meshes: TRIANGLE * triangles(scene, traceable), ..MemoryEstimate::default() };
     let load = |views: usize| Load {
         size: scene.room.size,
@@ -65,6 +65,13 @@ pub fn estimate(scene: &Scene, traceable: &TraceableScene, plan: &Plan) -> Memor
         bytes.grids = scene.grids.iter().map(|grid| of_grid(grid, method)).sum();
         let views = if plan.methods.share_passes() { scene.views.len() } else { 0 };
         bytes.working = method.working_bytes(&load(views));
+    }
+    if let Some(some) = beside_surfaces {
+        // all sensors and some are computed in turn, and a pass of the latter is kept beside
+        let method = some.choice.method.described();
+        let of_one = |grid: &Grid| of_grid(grid, method);
+        bytes.grids += some.as_grids(&scene.grids).iter().map(of_one).sum::<f64>();
+        bytes.working = bytes.working.max(method.working_bytes(&Load { grids: some.places.len(), ..load(0) }));
     }
     if let Some(choice) = views {
         let (method, channels) = (choice.method.described(), scene.channels.count() as f64);

@@ -6,7 +6,7 @@ pub mod effects;
 pub mod guides;
 pub mod memory;
 
-pub use choose::{MethodChoice, MethodRequest, Methods};
+pub use choose::{MethodChoice, MethodRequest, Methods, SomeChoice};
 pub use effects::{EffectKind, EffectPlan, EffectRequest, EffectRequests, Effects};
 pub use guides::{GuideKind, GuidePlan};
 pub use memory::MemoryEstimate;

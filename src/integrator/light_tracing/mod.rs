@@ -52,7 +52,7 @@ use crate::traceable::luminaire::TraceableLuminaire;
 use crate::traceable::{SurfaceId, TraceableScene};
 use connect::{Connection, SensorPlane};
 
-pub use refusals::{dishonest_points, noisy_points, refuses_points};
+pub use refusals::{dishonest_points, near_surfaces, noisy_points, refuses_points};
 
 /// Settings of light tracing.
 #[derive(Clone, Debug, PartialEq)]

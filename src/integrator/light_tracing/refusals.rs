@@ -4,6 +4,7 @@ use glam::DVec3;
 
 use crate::guide::Guide;
 use crate::integrator::method::{Refusal, RefusalCode};
+use crate::integrator::some_sensors::SensorPlace;
 use crate::optics::SurfaceOptics;
 use crate::scene::{EstimateKind, Grid};
 use crate::traceable::TraceableScene;
@@ -22,15 +23,9 @@ pub fn noisy_points(scene: &TraceableScene) -> Option<&'static str> {
 /// nearest of these sensors.
 pub fn dishonest_points(scene: &TraceableScene, grids: &[Grid]) -> Option<Refusal> {
     let near = NEAR_SURFACE * scene.size.min_element();
-    let points = grids
-        .iter()
-        .filter(|grid| grid.estimate == EstimateKind::Point)
-        .flat_map(|grid| (0..grid.len()).map(move |sensor| (grid, sensor)));
-    let close = points.filter_map(|(grid, sensor)| {
-        let (distance, surface) = nearest(scene, grid.centre(sensor), near)?;
-        Some((distance, surface, grid, sensor))
-    });
-    let (distance, surface, grid, sensor) = close.min_by(|a, b| a.0.total_cmp(&b.0))?;
+    let (distance, surface, place) = close_points(scene, grids).min_by(|a, b| a.0.total_cmp(&b.0))?;
+    let SensorPlace { grid, sensor } = place;
+    let grid = &grids[grid];
     let (row, column) = (sensor / grid.cells[0], sensor % grid.cells[0]);
     let detail = format!(
         "connections to point sensors nearer to a surface than 1 % of the room's shortest edge ({near:.3e} m) are rare and \
@@ -39,6 +34,26 @@ pub fn dishonest_points(scene: &TraceableScene, grids: &[Grid]) -> Option<Refusa
         grid.name
     );
     Some(Refusal::new(RefusalCode::PointsNearSurfaces, detail))
+}
+
+/// The point sensors for which [`dishonest_points`] gives a reason.
+pub fn near_surfaces(scene: &TraceableScene, grids: &[Grid]) -> Vec<SensorPlace> {
+    close_points(scene, grids).map(|(.., place)| place).collect()
+}
+
+/// Point sensors too near to a surface: the distance in metres, what it is near to, and the sensor.
+fn close_points<'a>(
+    scene: &'a TraceableScene,
+    grids: &'a [Grid],
+) -> impl Iterator<Item = (f64, &'static str, SensorPlace)> + 'a {
+    let near = NEAR_SURFACE * scene.size.min_element();
+    let points = grids.iter().enumerate().filter(|(_, grid)| grid.estimate == EstimateKind::Point);
+    points.flat_map(move |(number, grid)| {
+        (0..grid.len()).filter_map(move |sensor| {
+            let (distance, surface) = nearest(scene, grid.centre(sensor), near)?;
+            Some((distance, surface, SensorPlace { grid: number, sensor }))
+        })
+    })
 }
 
 /// Distance in metres of a point to the nearest surface that rises above it and that photons may be connected from, and what
