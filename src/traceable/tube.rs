@@ -6,6 +6,7 @@ use glam::{DVec2, DVec3};
 
 use crate::guide::{BentGuide, DomedGuide, Guide, MeshGuide, MeshGuideError, Section, StraightGuide, dome::Pipe};
 use crate::optics::{Closure, Collector, Diffuser};
+use crate::sampling::NestedCones;
 use crate::scene::{MeshTube, StraightOrBent, Tube, TubeShape};
 use crate::sky::direction;
 
@@ -20,9 +21,14 @@ pub struct TraceableTube {
     pub guide: Guide,
     /// Shape that a mesh was found to have; `None` for tubes that are no meshes.
     pub section: Option<Section>,
+    /// Cones about the axis from which next to all light comes that passes the guide; `None` for guides that pass more.
+    pub cones: Option<NestedCones>,
     /// The closure in the plane of the ceiling.
     pub diffuser: Diffuser,
 }
+
+/// Half-angle in radians up to which cones about the axis of a guide are set apart.
+const WIDEST_CONE: f64 = 0.5;
 
 impl TraceableTube {
     /// Area of the opening in m2.
@@ -48,10 +54,12 @@ impl TraceableTube {
             TubeShape::Cylinders(_) => None,
             TubeShape::Mesh(description) => Some(description.section.clone()),
         };
+        let cones = guide.narrow_cone().map(|half_angle| NestedCones::new(half_angle, WIDEST_CONE));
         Ok(Self {
             origin: tube.centre.extend(ceiling),
             opening_radius: tube.opening_radius,
             guide,
+            cones,
             section,
             diffuser: tube.diffuser.clone(),
         })

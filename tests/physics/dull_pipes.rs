@@ -3,9 +3,12 @@
 use std::f64::consts::PI;
 
 use crate::documents::prepare;
-use crate::scenes::{RADIUS, cube, daylight, lambertian, light_tracing, run, straight};
+use crate::scenes::{
+    RADIUS, SIDE, assert_grid, cube, daylight, kernel, lambertian, light_tracing, run, straight, values,
+};
 use serde_json::json;
-use skyduct::scene::{EstimateKind, Scene};
+use skyduct::integrator::path_tracing::{self, PathTracing};
+use skyduct::scene::{EstimateKind, Grid, Scene};
 
 const ZENITH_CD_M2: f64 = 3000.0;
 
@@ -36,6 +39,22 @@ fn photons_find_the_narrow_cone_that_passes() {
         // and so is the light below
         let grid = &estimate.grids[0];
         assert!((0..81).all(|sensor| grid.standard_error_lux(sensor) < 0.2 * grid.illuminance_lux(sensor)));
+    }
+}
+
+/// Paths backward find the same light as photons within 4 standard errors, which are below 5 % each.
+#[test]
+fn paths_backward_find_the_narrow_cone_that_passes() {
+    for (aspect, reflectance, _) in CASES {
+        let mut scene = scene(aspect, reflectance);
+        scene.grids = vec![Grid::new("grid".into(), 0.5, [2, 1], 0.3, [SIDE, SIDE], EstimateKind::Point)];
+        let (truth, error) = values(&run(&scene, &light_tracing(&scene, 8192, 1), 32));
+        let settings = path_tracing::Settings { samples_per_sensor: 1024, ..Default::default() };
+        let paths = PathTracing::<1>::new(kernel(&scene), &scene.grids, &[], &settings, 2);
+        let found = run(&scene, &paths, 32);
+        assert_grid(&found, &truth, &error, 4.0, 0.0, &format!("{aspect} {reflectance}"));
+        let (_, own) = values(&found);
+        assert!((0..2).all(|sensor| own[sensor].max(error[sensor]) < 0.05 * truth[sensor]), "{own:?} {truth:?}");
     }
 }
 

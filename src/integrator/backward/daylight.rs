@@ -12,11 +12,12 @@
 use glam::DVec3;
 
 use super::next_event::{Daylight, Way, share};
+use super::up_guide::upward;
 use super::vertex::Vertex;
 use super::walk::Walk;
 use crate::guide::{End, Transit};
 use crate::integrator::photon::descent::{Exit, sun_exits};
-use crate::optics::{Scatter, SheetSide, Travel};
+use crate::optics::SheetSide;
 use crate::sampling::warp;
 use crate::sky::Sun;
 use crate::traceable::{TraceableScene, TraceableTube};
@@ -54,18 +55,17 @@ fn connect_sky<const C: usize>(walk: &mut Walk<'_, C>, vertex: &Vertex<'_, C>, t
     let way = point - vertex.position;
     let from = -way.normalize();
     // drawn before the vertex answers, so that what is hidden uses as many numbers as what is seen
-    let upward =
-        Scatter::<C>::sample(&tube.closure_at(point), Travel::AgainstLight, from, SheetSide::Other, &mut walk.samples);
+    let upward = upward::<C>(tube, &tube.closure_at(point), from, SheetSide::Other, &mut walk.samples);
     let Some((response, density)) = walk.respond(vertex, point, None) else { return };
-    let Some(upward) = upward.filter(|upward| upward.weight.max() > 0.0) else { return };
-    let transit: Transit<C> = tube.guide.up(point - tube.origin, upward.toward, &mut walk.samples.random);
+    let Some((toward, weight)) = upward.filter(|(_, weight)| weight.max() > 0.0) else { return };
+    let transit: Transit<C> = tube.guide.up(point - tube.origin, toward, &mut walk.samples.random);
     walk.rays += u64::from(transit.rays);
     if transit.end != End::Top {
         return;
     }
     let sky = walk.scene.sky.as_ref().map_or(0.0, |sky| sky.luminance(transit.direction));
     let connected = opening_density(tube, way);
-    walk.sum += response * upward.weight * transit.weight() * (sky * share(connected, density) / connected);
+    walk.sum += response * weight * transit.weight() * (sky * share(connected, density) / connected);
 }
 
 /// Adds sun that a tube's closure scatters straight to a vertex.

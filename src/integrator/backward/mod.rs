@@ -7,5 +7,6 @@ pub(super) mod opening;
 pub(super) mod pass;
 pub mod room_entry;
 pub mod unscattered;
+pub mod up_guide;
 pub(super) mod vertex;
 pub(super) mod walk;

@@ -2,9 +2,10 @@
 
 use glam::DVec3;
 
+use super::up_guide::upward;
 use crate::guide::{End, Transit};
 use crate::integrator::roulette::MAX_EVENTS;
-use crate::optics::{Closure, Scatter, SheetSide, Spectrum, Travel};
+use crate::optics::{Closure, Scatter, SheetSide, Spectrum};
 use crate::sampling::PathSamples;
 use crate::traceable::{TraceableScene, TraceableTube};
 
@@ -74,8 +75,8 @@ pub fn enter_tube<'a, const C: usize>(
             let (above, below) =
                 if from_below { (SheetSide::Other, SheetSide::Same) } else { (SheetSide::Same, SheetSide::Other) };
             let down = weight * closure.likely_albedo(-direction, below);
-            match Scatter::<C>::sample(&closure, Travel::AgainstLight, -direction, above, samples) {
-                Some(scattered) => (down, weight * scattered.weight, scattered.toward),
+            match upward::<C>(tube, &closure, -direction, above, samples) {
+                Some((toward, share)) => (down, weight * share, toward),
                 None => (down, Spectrum::ZERO, direction),
             }
         };

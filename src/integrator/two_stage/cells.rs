@@ -296,6 +296,7 @@ mod tests {
             origin,
             opening_radius: RADIUS,
             guide: Guide::Straight(pipe),
+            cones: None,
             section: None,
             diffuser: Diffuser::Lambertian { transmittance: [0.6; 3], reflectance: [0.2; 3] },
         };
