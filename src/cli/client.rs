@@ -6,6 +6,7 @@ use anyhow::{Context, bail};
 use eventsource_stream::Eventsource;
 use futures::StreamExt;
 use reqwest::{RequestBuilder, Response, StatusCode};
+use serde::Deserialize;
 use serde_json::Value;
 
 use crate::document::{DocumentErrors, FieldError};
@@ -65,7 +66,7 @@ impl Client {
         let response = self.send(request).await?;
         if response.status() == StatusCode::UNPROCESSABLE_ENTITY {
             let detail = problem_detail(response).await;
-            return Err(DocumentErrors(vec![FieldError { pointer: pointer.to_owned(), detail }]).into());
+            return Err(DocumentErrors::from(FieldError::new(pointer, detail)).into());
         }
         let mesh: Value = success(response).await?.json().await?;
         Ok(mesh["id"].as_str().context("the service gave the mesh no id")?.to_owned())
@@ -165,15 +166,8 @@ async fn problem_detail(response: Response) -> String {
 
 async fn document_errors(response: Response) -> DocumentErrors {
     let problem = problem(response).await;
-    let text = |value: &Value| value.as_str().unwrap_or_default().to_owned();
-    let listed: Vec<FieldError> = problem["errors"]
-        .as_array()
-        .into_iter()
-        .flatten()
-        .map(|error| FieldError { pointer: text(&error["pointer"]), detail: text(&error["detail"]) })
-        .collect();
-    if listed.is_empty() {
-        return DocumentErrors(vec![FieldError { pointer: String::new(), detail: text(&problem["detail"]) }]);
+    match Vec::<FieldError>::deserialize(&problem["errors"]) {
+        Ok(listed) if !listed.is_empty() => DocumentErrors(listed),
+        _ => FieldError::new("", problem["detail"].as_str().unwrap_or_default()).into(),
     }
-    DocumentErrors(listed)
 }

@@ -60,7 +60,7 @@ pub fn run(args: RenderArgs) -> anyhow::Result<()> {
 pub fn read_job(job: &Path) -> Result<Vec<u8>, DocumentErrors> {
     std::fs::read(job).map_err(|error| {
         let detail = format!("{} cannot be read: {error}", job.display());
-        DocumentErrors(vec![FieldError { pointer: String::new(), detail }])
+        FieldError::new("", detail).into()
     })
 }
 

@@ -112,7 +112,7 @@ async fn with_uploaded_meshes(client: &Client, document: Vec<u8>, folder: &Path)
 }
 
 fn bad_document(pointer: &str, detail: String) -> DocumentErrors {
-    DocumentErrors(vec![FieldError { pointer: pointer.to_owned(), detail }])
+    FieldError::new(pointer, detail).into()
 }
 
 async fn download(client: &Client, job: &Value, out: &Path) -> anyhow::Result<()> {

@@ -3,9 +3,9 @@
 //! Every statement is a journey to the database's thread and back, which costs more than most statements do: all of a change
 //! is one string of statements.
 
-use serde_json::Value;
 use sqlx::{Encode, QueryBuilder, Sqlite, SqliteConnection, Type};
 
+use crate::job::events::EventData;
 use crate::job::progress::{PassReport, Progress};
 use crate::job::store::*;
 
@@ -19,7 +19,8 @@ const ROWS_OF_A_STATEMENT: usize = 500;
 pub(super) struct JobChange<'a> {
     job: &'a str,
     update: QueryBuilder<Sqlite>,
-    events: Vec<(&'static str, Value)>,
+    /// Names, and data as JSON text.
+    events: Vec<(&'static str, String)>,
     passes: Vec<&'a PassReport>,
     artifacts: Vec<&'a Artifact>,
     next_chunk: Option<(u64, &'a std::ops::Range<u64>)>,
@@ -34,9 +35,9 @@ impl<'a> JobChange<'a> {
         Self { job, update, events, passes, artifacts, next_chunk: None, written_now: false }
     }
 
-    pub fn event(&mut self, name: &'static str, data: Value) -> &mut Self {
-        self.events.push((name, data));
-        self
+    pub fn event<E: EventData>(&mut self, data: &E) -> Result<&mut Self, StoreError> {
+        self.events.push((E::NAME, to_json(data)?));
+        Ok(self)
     }
 
     /// A row of the convergence table; one that is there already is written anew.
@@ -102,7 +103,7 @@ impl<'a> JobChange<'a> {
         self.set_sql("next_seq = next_seq + ");
         let mut sql = self.update;
         sql.push_bind(self.events.len() as i64).push(" WHERE id = ").push_bind(self.job);
-        push_events(&mut sql, self.job, &self.events)?;
+        push_events(&mut sql, self.job, &self.events);
         push_passes(&mut sql, self.job, &self.passes);
         push_artifacts(&mut sql, self.job, &self.artifacts);
         if let Some((index, passes)) = self.next_chunk {
@@ -117,15 +118,12 @@ impl<'a> JobChange<'a> {
 }
 
 /// Events that take the numbers before the job's `next_seq`.
-fn push_events(sql: &mut QueryBuilder<Sqlite>, job: &str, events: &[(&'static str, Value)]) -> Result<(), StoreError> {
-    let mut rows = Vec::with_capacity(events.len());
-    for (index, (name, data)) in events.iter().enumerate() {
-        rows.push((index as i64 - events.len() as i64, *name, to_json(data)?));
-    }
-    for rows in rows.chunks(ROWS_OF_A_STATEMENT) {
+fn push_events(sql: &mut QueryBuilder<Sqlite>, job: &str, events: &[(&'static str, String)]) {
+    for (part, events_of_part) in events.chunks(ROWS_OF_A_STATEMENT).enumerate() {
+        let first = (part * ROWS_OF_A_STATEMENT) as i64 - events.len() as i64;
         sql.push("; WITH told (place, name, data) AS (");
-        sql.push_values(rows, |mut row, (place, name, data)| {
-            row.push_bind(*place).push_bind(*name).push_bind(data.clone());
+        sql.push_values(events_of_part.iter().enumerate(), |mut row, (index, (name, data))| {
+            row.push_bind(first + index as i64).push_bind(*name).push_bind(data.clone());
         });
         sql.push(concat!(
             ") INSERT INTO events (job_id, seq, name, data, at) SELECT jobs.id, jobs.next_seq + told.place, told.name, \
@@ -135,7 +133,6 @@ fn push_events(sql: &mut QueryBuilder<Sqlite>, job: &str, events: &[(&'static st
         ));
         sql.push_bind(job.to_owned());
     }
-    Ok(())
 }
 
 fn push_passes(sql: &mut QueryBuilder<Sqlite>, job: &str, passes: &[&PassReport]) {

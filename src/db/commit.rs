@@ -2,11 +2,11 @@
 //!
 //! The first statement of each names the lease's owner and attempt: whoever lost the lease changes no row.
 
-use serde_json::json;
 use sqlx::{Row, SqliteConnection};
 
 use crate::job::convergence::is_kept;
-use crate::job::progress::PassReport;
+use crate::job::events::{Cancelled, Failed, Image, Pass, Restarted, Succeeded};
+use crate::job::progress::{PassReport, StoppedBy};
 use crate::job::store::*;
 
 use super::change::JobChange;
@@ -64,7 +64,7 @@ async fn take_reports<'a>(
                 change.pass(pass);
                 if signed(pass.passes) > newest {
                     newest = signed(pass.passes);
-                    change.event("pass", json!(pass));
+                    change.event(&Pass { report: *pass })?;
                 }
             }
             Report::Pass(_) => {}
@@ -77,14 +77,14 @@ async fn take_reports<'a>(
                     .map_err(store_error)?;
                 change.artifact(artifact);
                 if known.is_none() {
-                    change.event("image", json!({ "view": view, "passes": passes }));
+                    change.event(&Image { view: view.clone(), passes: *passes })?;
                 }
             }
         }
     }
     // the last pass has its row and event, whether or not passes are thinned there
     if let Some(pass) = last.filter(|pass| signed(pass.passes) > newest) {
-        change.pass(pass).event("pass", json!(pass));
+        change.pass(pass).event(&Pass { report: *pass })?;
     }
     Ok(())
 }
@@ -133,7 +133,7 @@ pub(super) async fn complete(
             previous.into_iter().collect()
         }
         Completion::Finish(finish) => {
-            if let (None, Some(pass)) = (&finish.progress, last_pass(reports)) {
+            if let (None, Some(pass)) = (finish.end.progress(), last_pass(reports)) {
                 change.set_pass(pass);
             }
             take_reports(tx, &job, &mut change, newest, reports, finish.last_pass.as_ref()).await?;
@@ -153,23 +153,23 @@ pub(super) async fn finish_job<'a>(
     for artifact in &finish.artifacts {
         change.artifact(artifact);
     }
-    if let Some(progress) = &finish.progress {
+    if let Some(progress) = finish.end.progress() {
         change.set_progress(progress);
     }
     if let Some(summary) = &finish.summary {
         change.set("summary", to_json(summary)?);
     }
     change
-        .set("status", finish.status.name())
-        .set("stopped_by", finish.stopped_by.as_ref().map(name_of).transpose()?)
-        .set("problem", finish.problem.as_ref().map(to_json).transpose()?)
+        .set("status", finish.end.status().name())
+        .set("stopped_by", finish.end.stopped_by().as_ref().map(name_of).transpose()?)
+        .set("problem", finish.end.problem().map(to_json).transpose()?)
         .set_sql("state_key = NULL, state_hash = NULL, previous_state_key = NULL, previous_state_hash = NULL")
         .set_sql(concat!("finished_at = ", now_ms!()));
-    let data = match &finish.problem {
-        Some(problem) => json!({ "problem": problem }),
-        None => json!({ "stopped_by": finish.stopped_by, "progress": finish.progress }),
+    match finish.end.clone() {
+        JobEnd::Succeeded { stopped_by, progress } => change.event(&Succeeded { stopped_by, progress })?,
+        JobEnd::Cancelled { progress } => change.event(&Cancelled { stopped_by: StoppedBy::Cancelled, progress })?,
+        JobEnd::Failed { problem, .. } => change.event(&Failed { problem })?,
     };
-    change.event(finish.status.name(), data);
     change.write(tx).await
 }
 
@@ -246,7 +246,7 @@ pub(super) async fn rewind(tx: &mut SqliteConnection, lease: &Lease, reason: &st
         .set("chunks_done", signed(chunk))
         .set("passes", kept_passes)
         .set_sql("previous_state_key = NULL, previous_state_hash = NULL, previous_seconds = 0")
-        .event("restarted", json!({ "from_pass": kept_passes + 1, "reason": reason }));
+        .event(&Restarted { from_pass: kept_passes.unsigned_abs() + 1, reason: reason.to_owned() })?;
     change.write(tx).await?;
     Ok(Committed::Yes { obsolete: states.keys() })
 }

@@ -2,15 +2,15 @@
 
 use std::collections::HashSet;
 
-use serde_json::{Value, json};
 use sqlx::{SqliteConnection, SqlitePool};
 use uuid::Uuid;
 
-use crate::job::progress::{PassReport, Progress};
+use crate::job::events::{Cancelled, Planned, Queued};
+use crate::job::progress::{PassReport, Progress, StoppedBy};
 use crate::job::store::*;
 
 use super::change::JobChange;
-use super::rows::{self, head_columns, job_columns, signed, to_json};
+use super::rows::{self, head_columns, job_columns, signed, to_json, to_value};
 use super::sql::{now_ms, store_error};
 
 pub(super) async fn submit(tx: &mut SqliteConnection, new: NewJob, max_queued: u64) -> Result<Submission, StoreError> {
@@ -58,12 +58,11 @@ pub(super) async fn submit(tx: &mut SqliteConnection, new: NewJob, max_queued: u
             .await
             .map_err(store_error)?;
     }
-    let planned = json!({ "plan": new.plan, "warnings": new.warnings });
-    let planned = planned.as_object().into_iter().flatten().chain(&new.known);
-    let planned = planned.map(|(name, value)| (name.clone(), value.clone())).collect();
-    let queued = json!({ "job": id, "name": new.name });
+    let (plan, known) = (to_value(&new.plan)?, to_value(&new.known)?);
+    let queued = Queued { job: id, name: new.name.clone() };
+    let planned = Planned { plan: new.plan, warnings: new.warnings.clone(), known: new.known };
     let mut change = JobChange::new(&id_text);
-    change.chunk(0, &new.first_chunk).event("queued", queued).event("planned", planned);
+    change.chunk(0, &new.first_chunk).event(&queued)?.event(&planned)?;
     change.write(tx).await?;
     Ok(Submission::New(Job {
         head: JobHead {
@@ -79,10 +78,10 @@ pub(super) async fn submit(tx: &mut SqliteConnection, new: NewJob, max_queued: u
             finished_at: None,
         },
         document: new.document,
-        plan: new.plan,
+        plan,
         warnings: new.warnings,
         body_hash: new.body_hash,
-        summary: Some(Value::Object(new.known)),
+        summary: Some(known),
         problem: None,
     }))
 }
@@ -205,7 +204,7 @@ pub(super) async fn cancel(tx: &mut SqliteConnection, id: Uuid) -> Result<Cancel
     .map_err(store_error)?;
     sqlx::query("DELETE FROM chunks WHERE job_id = $1").bind(&id).execute(&mut *tx).await.map_err(store_error)?;
     let mut change = JobChange::new(&id);
-    change.event("cancelled", json!({ "stopped_by": "cancelled", "progress": Progress::default() }));
+    change.event(&Cancelled { stopped_by: StoppedBy::Cancelled, progress: Progress::default() })?;
     change.write(tx).await?;
     Ok(CancelOutcome::Accepted)
 }

@@ -169,18 +169,8 @@ pub(super) async fn take_back(tx: &mut SqliteConnection, died: bool) -> Result<T
             .map_err(store_error)?;
     let mut failed = Vec::new();
     for job in given_up {
-        let finish = Finish {
-            status: JobStatus::Failed,
-            stopped_by: None,
-            progress: None,
-            summary: None,
-            problem: Some(JobProblem {
-                title: "The process died".into(),
-                detail: format!("the process died {MAX_DEATHS} times while rendering it"),
-            }),
-            artifacts: Vec::new(),
-            last_pass: None,
-        };
+        let detail = format!("the process died {MAX_DEATHS} times while rendering it");
+        let finish = Finish::failed("The process died", detail);
         finish_job(tx, JobChange::new(&job), &finish).await?;
         failed.extend(Uuid::parse_str(&job));
     }

@@ -5,16 +5,72 @@ use std::ops::RangeInclusive;
 
 use super::hints;
 use super::limits::Range;
-use crate::integrator::method::CaveatCode;
+use super::refusal_name::RefusalName;
+use crate::integrator::method::{CaveatCode, Refusal};
 
 /// One thing wrong with a document.
-#[derive(Clone, Debug, PartialEq, serde::Serialize, utoipa::ToSchema, thiserror::Error)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize, utoipa::ToSchema, thiserror::Error)]
 #[error("{}: {detail}", if .pointer.is_empty() { "the document" } else { .pointer })]
 pub struct FieldError {
     /// JSON pointer (RFC 6901) of the field; "" is the whole document.
     pub pointer: String,
+    /// Kind of the fault, for programs.
+    pub code: FieldErrorCode,
     /// Sentence that says what is wrong, and the bound that was broken.
     pub detail: String,
+    /// Where the method that was asked for refuses: its kind of reason.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub refusal: Option<RefusalName>,
+}
+
+/// Kind of what is wrong with a field; its code never changes, the words of its detail may.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize, utoipa::ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum FieldErrorCode {
+    /// The field is required.
+    Missing,
+    /// There is no field of this name.
+    UnknownField,
+    /// A number is out of its range.
+    OutOfRange,
+    /// There is more of it than there may be.
+    TooMany,
+    /// The engine does not simulate it.
+    NotSupported,
+    /// The method that was asked for cannot compute it; `refusal` says why, and `detail` what can.
+    MethodRefuses,
+    /// Anything else: of a wrong type, not among the known values, or at odds with another field.
+    #[default]
+    Invalid,
+}
+
+impl FieldError {
+    /// A fault of a kind without a code of its own.
+    pub fn new(pointer: impl Into<String>, detail: impl Into<String>) -> Self {
+        Self { pointer: pointer.into(), code: FieldErrorCode::Invalid, detail: detail.into(), refusal: None }
+    }
+
+    /// A field that is required, but missing.
+    pub fn missing(pointer: impl Into<String>) -> Self {
+        Self::new(pointer, "required, but missing").coded(FieldErrorCode::Missing)
+    }
+
+    /// A method that refuses the document.
+    pub fn refused(pointer: impl Into<String>, refusal: Refusal) -> Self {
+        let error = Self::new(pointer, refusal.detail).coded(FieldErrorCode::MethodRefuses);
+        Self { refusal: Some(RefusalName(refusal.code)), ..error }
+    }
+
+    /// The same fault, of another kind.
+    pub fn coded(self, code: FieldErrorCode) -> Self {
+        Self { code, ..self }
+    }
+}
+
+impl From<FieldError> for DocumentErrors {
+    fn from(error: FieldError) -> Self {
+        Self(vec![error])
+    }
 }
 
 /// Everything wrong with a document; never empty.
@@ -80,12 +136,17 @@ pub(crate) struct Checks {
 impl Checks {
     /// Adds one fault.
     pub fn refuse(&mut self, pointer: impl Into<String>, detail: impl Into<String>) {
-        self.errors.push(FieldError { pointer: pointer.into(), detail: detail.into() });
+        self.refuse_as(FieldErrorCode::Invalid, pointer, detail);
+    }
+
+    /// Adds one fault of a known kind.
+    pub fn refuse_as(&mut self, code: FieldErrorCode, pointer: impl Into<String>, detail: impl Into<String>) {
+        self.errors.push(FieldError::new(pointer, detail).coded(code));
     }
 
     /// Refuses what the engine cannot compute yet.
     pub fn not_supported(&mut self, pointer: impl Into<String>, what: impl Display) {
-        self.refuse(pointer, format!("{what}: not supported yet"));
+        self.refuse_as(FieldErrorCode::NotSupported, pointer, format!("{what}: not supported yet"));
     }
 
     /// Refuses a number outside its range, with a hint when it would do in another unit; whether it is good.
@@ -94,7 +155,7 @@ impl Checks {
         let good = range.contains(number);
         if !good {
             let hint = hints::of_number(pointer, number, |meant| range.contains(meant));
-            self.refuse(pointer, format!("must be {range}, but is {value}{hint}"));
+            self.refuse_as(FieldErrorCode::OutOfRange, pointer, format!("must be {range}, but is {value}{hint}"));
         }
         good
     }
@@ -110,7 +171,8 @@ impl Checks {
     pub fn at_most(&mut self, pointer: &str, number: usize, bounds: &RangeInclusive<usize>, things: &str) -> bool {
         let good = number <= *bounds.end();
         if !good {
-            self.refuse(pointer, format!("at most {}{things}, but there are {number}", bounds.end()));
+            let detail = format!("at most {}{things}, but there are {number}", bounds.end());
+            self.refuse_as(FieldErrorCode::TooMany, pointer, detail);
         }
         good
     }

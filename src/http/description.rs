@@ -13,11 +13,9 @@ use utoipa::openapi::{Content, ObjectBuilder, Ref, RefOr};
 use utoipa::{IntoResponses, OpenApi};
 
 use crate::document::{EffectSwitch, MethodKind, RadiusKind, schema};
-use crate::http::event_schemas::{
-    CancelledEvent, FailedEvent, ImageEvent, PassEvent, PlannedEvent, QueuedEvent, RestartedEvent, StartedEvent,
-    SucceededEvent,
-};
+use crate::http::event_schemas::ImageEvent;
 use crate::http::problem::Problem;
+use crate::job::events::{Cancelled, Failed, Pass, Planned, Queued, Restarted, Started, Succeeded};
 
 #[derive(OpenApi)]
 #[openapi(
@@ -30,8 +28,7 @@ use crate::http::problem::Problem;
     servers((url = "/", description = "This service")),
     // named by hand-written schemas only, where the derived ones do not see them
     components(schemas(
-        MethodKind, RadiusKind, EffectSwitch, QueuedEvent, PlannedEvent, StartedEvent, PassEvent, ImageEvent, RestartedEvent, SucceededEvent,
-        FailedEvent, CancelledEvent
+        MethodKind, RadiusKind, EffectSwitch, Queued, Planned, Started, Pass, ImageEvent, Restarted, Succeeded, Failed, Cancelled
     )),
     tags(
         (name = "jobs", description = "Job documents and what becomes of them"),

@@ -82,7 +82,7 @@ impl Problem {
 
     /// One query parameter with a bad value.
     pub fn invalid_parameter(name: &str, detail: impl Into<String>) -> Self {
-        Self::invalid_parameters(vec![FieldError { pointer: name.to_owned(), detail: detail.into() }])
+        Self::invalid_parameters(vec![FieldError::new(name, detail)])
     }
 
     pub fn unavailable(detail: impl Into<String>) -> Self {

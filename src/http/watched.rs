@@ -4,9 +4,12 @@ use std::collections::HashMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use axum::response::sse::Event as SseEvent;
+use serde::Deserialize;
 use tokio::sync::broadcast;
 use uuid::Uuid;
 
+use crate::http::event_schemas::ImageEvent;
+use crate::job::events::{EventData, Image};
 use crate::job::store::{Event, is_final_event};
 
 /// Events read at once: what one stream costs in memory while it catches up.
@@ -50,10 +53,11 @@ impl WatchedJobs {
 impl SentEvent {
     pub fn new(job: Uuid, event: &Event) -> Self {
         let mut data = event.data.clone();
-        if event.name == "image"
-            && let (Some(view), Some(passes)) = (data["view"].as_str(), data["passes"].as_u64())
+        if event.name == Image::NAME
+            && let Ok(image) = Image::deserialize(&event.data)
+            && let Ok(told) = serde_json::to_value(ImageEvent::new(job, image))
         {
-            data["url"] = format!("/v1/jobs/{job}/views/{view}.png?pass={passes}").into();
+            data = told;
         }
         let text = SseEvent::default().id(event.seq.to_string()).event(&event.name).data(data.to_string());
         Self { seq: event.seq, is_final: is_final_event(&event.name), text }

@@ -157,71 +157,66 @@ impl Refusal {
     }
 }
 
-/// Kinds of reasons for which methods refuse a task.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum RefusalCode {
-    /// Views are asked of a method that computes grids.
-    GridsOnly,
-    /// Sunlight through clear closures would be found by chance only.
-    SunThroughClearClosures,
-    /// Sunlight by way of mirrors or of nearly smooth surfaces would be found by chance only.
-    SunByMirrors,
-    /// Points cannot find light that a mirror reflects.
-    MirrorsAtPoints,
-    /// Points lie so near to a surface that their standard error would not tell the truth.
-    PointsNearSurfaces,
-    /// Light passes the closure of a tube unscattered.
-    ClearClosures,
-    /// Light passes the closure of a tube that is not straight unscattered.
-    ClearClosuresOfBentTubes,
-    /// A diffuser is a measured table.
-    MeasuredDiffusers,
-    /// Coefficients are colours.
-    Colours,
-    /// A tube is given as a mesh.
-    MeshTubes,
-    /// A collector bends light.
-    RefractingCollectors,
-    /// The reflectance of a tube's mirror depends on the angle.
-    MirrorsByAngle,
-    /// The room contains objects.
-    Objects,
-    /// The room contains luminaires.
-    Luminaires,
-    /// Surfaces are glossy or mirrors.
-    SpecularSurfaces,
-    /// Nothing in the room absorbs light.
-    LosslessRoom,
-    /// Interreflection is switched off.
-    InterreflectionOff,
-    /// A setting of the method that has no default is missing.
-    SettingMissing,
+/// Declares the kinds of refusals with their codes.
+macro_rules! refusal_codes {
+    ($($(#[doc = $doc:literal])* $code:ident = $text:literal,)*) => {
+        /// Kinds of reasons for which methods refuse a task.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+        pub enum RefusalCode {
+            $($(#[doc = $doc])* $code,)*
+        }
+
+        impl RefusalCode {
+            /// Every kind that there is.
+            pub const ALL: &[Self] = &[$(Self::$code),*];
+
+            /// The code as text, for machines.
+            pub fn code(self) -> &'static str {
+                match self {
+                    $(Self::$code => $text,)*
+                }
+            }
+        }
+    };
 }
 
-impl RefusalCode {
-    /// The code as text, for machines.
-    pub fn code(self) -> &'static str {
-        match self {
-            Self::GridsOnly => "grids_only",
-            Self::SunThroughClearClosures => "sun_through_clear_closures",
-            Self::SunByMirrors => "sun_by_mirrors",
-            Self::MirrorsAtPoints => "mirrors_at_points",
-            Self::PointsNearSurfaces => "points_near_surfaces",
-            Self::ClearClosures => "clear_closures",
-            Self::ClearClosuresOfBentTubes => "clear_closures_of_bent_tubes",
-            Self::MeasuredDiffusers => "measured_diffusers",
-            Self::Colours => "colours",
-            Self::MeshTubes => "mesh_tubes",
-            Self::RefractingCollectors => "refracting_collectors",
-            Self::MirrorsByAngle => "mirrors_by_angle",
-            Self::Objects => "objects",
-            Self::Luminaires => "luminaires",
-            Self::SpecularSurfaces => "specular_surfaces",
-            Self::LosslessRoom => "lossless_room",
-            Self::InterreflectionOff => "interreflection_off",
-            Self::SettingMissing => "setting_missing",
-        }
-    }
+refusal_codes! {
+    /// Views are asked of a method that computes grids.
+    GridsOnly = "grids_only",
+    /// Sunlight through clear closures would be found by chance only.
+    SunThroughClearClosures = "sun_through_clear_closures",
+    /// Sunlight by way of mirrors or of nearly smooth surfaces would be found by chance only.
+    SunByMirrors = "sun_by_mirrors",
+    /// Points cannot find light that a mirror reflects.
+    MirrorsAtPoints = "mirrors_at_points",
+    /// Points lie so near to a surface that their standard error would not tell the truth.
+    PointsNearSurfaces = "points_near_surfaces",
+    /// Light passes the closure of a tube unscattered.
+    ClearClosures = "clear_closures",
+    /// Light passes the closure of a tube that is not straight unscattered.
+    ClearClosuresOfBentTubes = "clear_closures_of_bent_tubes",
+    /// A diffuser is a measured table.
+    MeasuredDiffusers = "measured_diffusers",
+    /// Coefficients are colours.
+    Colours = "colours",
+    /// A tube is given as a mesh.
+    MeshTubes = "mesh_tubes",
+    /// A collector bends light.
+    RefractingCollectors = "refracting_collectors",
+    /// The reflectance of a tube's mirror depends on the angle.
+    MirrorsByAngle = "mirrors_by_angle",
+    /// The room contains objects.
+    Objects = "objects",
+    /// The room contains luminaires.
+    Luminaires = "luminaires",
+    /// Surfaces are glossy or mirrors.
+    SpecularSurfaces = "specular_surfaces",
+    /// Nothing in the room absorbs light.
+    LosslessRoom = "lossless_room",
+    /// Interreflection is switched off.
+    InterreflectionOff = "interreflection_off",
+    /// A setting of the method that has no default is missing.
+    SettingMissing = "setting_missing",
 }
 
 impl fmt::Display for RefusalCode {

@@ -53,7 +53,7 @@ impl Prepared {
             gigabytes(memory.total()),
             gigabytes(limit_bytes as f64)
         );
-        Err(DocumentErrors(vec![FieldError { pointer: pointer.into(), detail }]))
+        Err(FieldError::new(pointer, detail).into())
     }
 }
 

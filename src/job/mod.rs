@@ -6,6 +6,7 @@ pub mod checkpoint;
 pub mod chunk;
 pub mod convergence;
 mod engine;
+pub mod events;
 pub(crate) mod live;
 pub(crate) mod memory;
 pub(crate) mod meshes;

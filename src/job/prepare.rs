@@ -50,21 +50,20 @@ pub fn prepare(document: &[u8], meshes: &dyn MeshSource) -> Result<Prepared, Doc
 
 /// Prepares a parsed document: builds and plans its scene, and refuses what the plan cannot do.
 pub fn prepare_document(document: &ValidJob, meshes: &dyn MeshSource) -> Result<Prepared, DocumentErrors> {
-    let refused = |pointer: &str, detail: String| DocumentErrors(vec![FieldError { pointer: pointer.into(), detail }]);
     let still_wanted = || match meshes.is_cancelled() {
-        true => Err(refused("", "nobody waits for this document any more".into())),
+        true => Err(DocumentErrors::from(FieldError::new("", "nobody waits for this document any more"))),
         false => Ok(()),
     };
     let (scene, mut warnings, mut provenance) = document::to_scene(document, meshes)?;
     still_wanted()?;
     let effects = Effects::of(&scene, &document.effect_requests());
     let kernel = plan::compile(&scene, &effects)
-        .map_err(|error| refused(&format!("/tubes/{}/parts", error.tube), error.error.to_string()))?;
+        .map_err(|error| FieldError::new(format!("/tubes/{}/parts", error.tube), error.error.to_string()))?;
     let kernel = Arc::new(kernel);
     still_wanted()?;
     let request = document.method.request();
     let methods =
-        Methods::choose(&scene, &kernel, &request).map_err(|refusal| refused("/method", refusal.to_string()))?;
+        Methods::choose(&scene, &kernel, &request).map_err(|refusal| FieldError::refused("/method", refusal))?;
     let plan = Plan { guides: plan::guides::guides(&kernel), effects, methods };
     provenance.interreflection = kernel.interreflection;
     if let Some(sun) = &mut provenance.sun {

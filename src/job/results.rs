@@ -1,6 +1,6 @@
 //! What a job gives: summaries as JSON, grids and views as files.
 
-use serde_json::{Map, Value};
+use serde_json::Value;
 
 use super::chunk::RenderError;
 use super::prepare::Prepared;
@@ -109,11 +109,6 @@ impl Prepared {
         let daylight = self.scene.daylight.as_ref();
         let (sky, sun) = daylight.map_or((0.0, 0.0), Daylight::horizontal_illuminance_lux);
         Known::new(self.provenance.clone(), ExternalIlluminance { sky, sun })
-    }
-
-    /// [`Self::known`] as the fields of an object.
-    pub fn known_json(&self) -> Map<String, Value> {
-        fields(&self.known())
     }
 
     /// Summary for the job resource and `result.json`; merged into the job's JSON object.
@@ -310,11 +305,4 @@ pub(super) fn failed(file: &str, reason: impl ToString) -> RenderError {
 /// Our own result types always serialise: their keys are strings and their numbers finite or null.
 fn to_value(result: &impl serde::Serialize) -> Value {
     serde_json::to_value(result).unwrap_or(Value::Null)
-}
-
-fn fields(result: &impl serde::Serialize) -> Map<String, Value> {
-    match to_value(result) {
-        Value::Object(fields) => fields,
-        _ => Map::new(),
-    }
 }

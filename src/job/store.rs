@@ -5,11 +5,12 @@ use std::ops::Range;
 use std::time::Duration;
 
 use async_trait::async_trait;
-use serde_json::{Map, Value};
+use serde_json::Value;
 use tokio::sync::broadcast;
 use uuid::Uuid;
 
 use crate::document::Warning;
+use crate::document::result::{Known, PlanResult};
 use crate::job::progress::{PassReport, Progress, StoppedBy};
 
 /// State of a job, from `queued` to one of the three final ones.
@@ -137,10 +138,10 @@ pub struct NewJob {
     pub submitted: String,
     /// The document as understood, defaults filled in.
     pub document: Value,
-    /// The plan, as JSON.
-    pub plan: Value,
+    /// What is simulated and what is not, and why.
+    pub plan: PlanResult,
     /// What is known of the results before the first pass.
-    pub known: Map<String, Value>,
+    pub known: Known,
     /// Notes on the document and on its methods.
     pub warnings: Vec<Warning>,
     /// Header `Idempotency-Key` of the request; a key names one body.
@@ -352,20 +353,85 @@ pub enum Completion {
 
 /// The end of a job.
 pub struct Finish {
-    /// Status of the ended job, one of the final ones.
-    pub status: JobStatus,
-    /// What ended it; `None` where its passes failed.
-    pub stopped_by: Option<StoppedBy>,
-    /// `None` leaves the progress as it was.
-    pub progress: Option<Progress>,
+    /// How it ended.
+    pub end: JobEnd,
     /// `None` leaves what was known before.
     pub summary: Option<Value>,
-    /// Why it failed; `None` unless it did.
-    pub problem: Option<JobProblem>,
     /// Files of the results.
     pub artifacts: Vec<Artifact>,
     /// The last pass that counts: its row and event are there at the end, however few of the passes before are.
     pub last_pass: Option<PassReport>,
+}
+
+impl Finish {
+    /// A job that failed for a reason of its own, without results.
+    pub fn failed(title: impl Into<String>, detail: impl Into<String>) -> Self {
+        let problem = JobProblem { title: title.into(), detail: detail.into() };
+        let end = JobEnd::Failed { problem, stopped_by: None, progress: None };
+        Self { end, summary: None, artifacts: Vec::new(), last_pass: None }
+    }
+}
+
+/// Ways in which a job ends.
+#[derive(Clone, Debug, PartialEq)]
+pub enum JobEnd {
+    /// It has all results.
+    Succeeded {
+        /// The limit that it reached.
+        stopped_by: StoppedBy,
+        /// Everything up to the last pass.
+        progress: Progress,
+    },
+    /// Somebody stopped it.
+    Cancelled {
+        /// Everything up to the last pass.
+        progress: Progress,
+    },
+    /// It has no results.
+    Failed {
+        /// Why.
+        problem: JobProblem,
+        /// The limit that it reached, where it did not fail before.
+        stopped_by: Option<StoppedBy>,
+        /// `None` leaves the progress as it was.
+        progress: Option<Progress>,
+    },
+}
+
+impl JobEnd {
+    /// Status of the ended job.
+    pub fn status(&self) -> JobStatus {
+        match self {
+            Self::Succeeded { .. } => JobStatus::Succeeded,
+            Self::Cancelled { .. } => JobStatus::Cancelled,
+            Self::Failed { .. } => JobStatus::Failed,
+        }
+    }
+
+    /// What ended it; `None` where its passes failed.
+    pub fn stopped_by(&self) -> Option<StoppedBy> {
+        match self {
+            Self::Succeeded { stopped_by, .. } => Some(*stopped_by),
+            Self::Cancelled { .. } => Some(StoppedBy::Cancelled),
+            Self::Failed { stopped_by, .. } => *stopped_by,
+        }
+    }
+
+    /// Everything up to the last pass; `None` where that stays as it was.
+    pub fn progress(&self) -> Option<&Progress> {
+        match self {
+            Self::Succeeded { progress, .. } | Self::Cancelled { progress } => Some(progress),
+            Self::Failed { progress, .. } => progress.as_ref(),
+        }
+    }
+
+    /// Why it failed, if it did.
+    pub fn problem(&self) -> Option<&JobProblem> {
+        match self {
+            Self::Failed { problem, .. } => Some(problem),
+            _ => None,
+        }
+    }
 }
 
 /// What became of the end of a chunk.

@@ -3,7 +3,7 @@
 use crate::given::{SquarePipe, base, errors, refused, with};
 use crate::schema::parse;
 use serde_json::{Value, json};
-use skyduct::document::to_scene;
+use skyduct::document::{FieldErrorCode, to_scene};
 use skyduct::scene::Channels;
 
 #[test]
@@ -141,4 +141,15 @@ fn all_errors_are_collected() {
         "/tubes/0/segments/0/lenght_m",
     ];
     assert_eq!(pointers, expected);
+}
+
+#[test]
+fn faults_have_codes() {
+    let code = |pointer: &str, value: Value| errors(&with(base(), pointer, value)).0[0].code;
+    assert_eq!(code("/room/size_m", Value::Null), FieldErrorCode::Missing);
+    assert_eq!(code("/room/siez_m", json!(1)), FieldErrorCode::UnknownField);
+    assert_eq!(code("/tubes/0/reflectance", json!(1.5)), FieldErrorCode::OutOfRange);
+    assert_eq!(code("/grids/0/cells", json!("nine")), FieldErrorCode::Invalid);
+    assert_eq!(code("/tubes", json!(vec![base()["tubes"][0].clone(); 1000])), FieldErrorCode::TooMany);
+    assert_eq!(code("/tubes/0/segments/0/tilt_deg", json!(10)), FieldErrorCode::NotSupported);
 }

@@ -1,9 +1,12 @@
 //! Methods in documents: every one is read, understood and written by its name.
 
+use crate::given::{SquarePipe, base, with};
 use crate::schema::DESCRIPTION;
 use serde_json::{Value, json};
-use skyduct::document::MethodDocument;
 use skyduct::document::method::settings_json;
+use skyduct::document::{FieldErrorCode, MethodDocument, RefusalName};
+use skyduct::integrator::method::RefusalCode;
+use skyduct::job::prepare::prepare;
 use skyduct::plan::MethodRequest;
 
 fn read(value: &Value) -> MethodDocument {
@@ -31,4 +34,17 @@ fn every_method_has_its_name_and_its_settings_in_documents_and_results() {
         let shown = settings.as_object().unwrap_or_else(|| panic!("{name}: {settings}"));
         assert!(shown.iter().all(|(setting, value)| value.is_null() || written[setting] == *value), "{written}");
     }
+}
+
+#[test]
+fn a_method_that_refuses_says_so_in_codes() {
+    // views of a method that computes grids only
+    let document = with(base(), "/method", json!("holigilm"));
+    let Err(errors) = prepare(document.to_string().as_bytes(), &SquarePipe) else { panic!("not refused") };
+    let [error] = errors.0.as_slice() else { panic!("{errors:?}") };
+    assert_eq!((error.pointer.as_str(), error.code), ("/method", FieldErrorCode::MethodRefuses));
+    assert_eq!(error.refusal, Some(RefusalName(RefusalCode::GridsOnly)));
+    // answers have the codes as texts
+    let told = serde_json::to_value(error).unwrap();
+    assert_eq!((&told["code"], &told["refusal"]), (&json!("method_refuses"), &json!("grids_only")));
 }

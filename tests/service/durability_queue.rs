@@ -11,27 +11,14 @@ use skyduct::job::store::*;
 use tempfile::TempDir;
 use uuid::Uuid;
 
+use crate::common::new_job;
+
 const LEASE: Duration = Duration::from_secs(600);
 const ANY: Turn = Turn { stay_with: None, most_deaths: MAX_DEATHS };
 
 async fn store() -> (SqliteStore, TempDir) {
     let folder = tempfile::tempdir().unwrap();
     (SqliteStore::open(&folder.path().join("test.db")).await.unwrap(), folder)
-}
-
-fn new_job() -> NewJob {
-    NewJob {
-        name: Some("test".into()),
-        submitted: "{}".into(),
-        document: json!({ "grids": [] }),
-        plan: json!({}),
-        known: serde_json::Map::new(),
-        warnings: Vec::new(),
-        idempotency_key: None,
-        body_hash: "hash".into(),
-        meshes: Vec::new(),
-        first_chunk: 0..8,
-    }
 }
 
 async fn submit(store: &SqliteStore) -> Uuid {
@@ -63,12 +50,16 @@ fn go_on(chunk: u64) -> Completion {
 }
 
 fn end(status: JobStatus) -> Completion {
+    let progress = Progress { passes: 16, chunks: 2, ..Progress::default() };
+    let stopped_by = StoppedBy::RelativeError;
+    let problem = JobProblem { title: "It failed".into(), detail: "for the test".into() };
     Completion::Finish(Finish {
-        status,
-        stopped_by: Some(StoppedBy::RelativeError),
-        progress: Some(Progress { passes: 16, chunks: 2, ..Progress::default() }),
+        end: match status {
+            JobStatus::Cancelled => JobEnd::Cancelled { progress },
+            JobStatus::Failed => JobEnd::Failed { problem, stopped_by: Some(stopped_by), progress: Some(progress) },
+            _ => JobEnd::Succeeded { stopped_by, progress },
+        },
         summary: Some(json!({ "timing": 1 })),
-        problem: None,
         artifacts: vec![Artifact {
             name: "grids/a.json".into(),
             key: "key".into(),

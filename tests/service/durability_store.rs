@@ -4,7 +4,6 @@ use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
 use std::time::Duration;
 
-use serde_json::json;
 use skyduct::db::SqliteStore;
 use skyduct::job::progress::{PassReport, Progress, StoppedBy};
 use skyduct::job::store::*;
@@ -12,26 +11,13 @@ use sqlx::{ConnectOptions, Connection, Row, sqlite::SqliteConnectOptions};
 use tempfile::TempDir;
 use uuid::Uuid;
 
+use crate::common::new_job;
+
 const LEASE: Duration = Duration::from_secs(600);
 
 async fn store() -> (SqliteStore, TempDir) {
     let folder = tempfile::tempdir().unwrap();
     (SqliteStore::open(&folder.path().join("test.db")).await.unwrap(), folder)
-}
-
-fn new_job() -> NewJob {
-    NewJob {
-        name: Some("test".into()),
-        submitted: "{}".into(),
-        document: json!({ "grids": [] }),
-        plan: json!({}),
-        warnings: Vec::new(),
-        idempotency_key: None,
-        body_hash: "hash".into(),
-        meshes: Vec::new(),
-        known: Default::default(),
-        first_chunk: 0..8,
-    }
 }
 
 async fn submit(store: &SqliteStore) -> Uuid {
@@ -78,11 +64,11 @@ fn go_on(chunk: u64) -> Completion {
 
 fn end(last: u64) -> Completion {
     Completion::Finish(Finish {
-        status: JobStatus::Succeeded,
-        stopped_by: Some(StoppedBy::MaxPasses),
-        progress: Some(Progress { passes: last, ..Progress::default() }),
+        end: JobEnd::Succeeded {
+            stopped_by: StoppedBy::MaxPasses,
+            progress: Progress { passes: last, ..Progress::default() },
+        },
         summary: None,
-        problem: None,
         artifacts: Vec::new(),
         last_pass: Some(pass(last)),
     })

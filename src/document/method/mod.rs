@@ -30,13 +30,14 @@ use utoipa::openapi::schema::{
 };
 use utoipa::{PartialSchema, ToSchema};
 
-use crate::document::errors::Checks;
+use crate::document::errors::{Checks, FieldError};
 use crate::document::limits::Limit;
 use crate::document::outputs::{GridDocument, ViewDocument};
 use crate::document::read::fault::Fault;
 use crate::document::read::tagged::{Fields, Reader, read_kind, unknown_kind};
 use crate::document::schema::variants::{Schemas, camel_case};
 use crate::integrator::Method;
+use crate::integrator::method::{Refusal, RefusalCode};
 use crate::plan::MethodRequest;
 use settings::{AnySettings, MethodSettings};
 
@@ -128,7 +129,8 @@ impl MethodDocument {
     /// Refuses outputs that the method cannot compute, or that are too many for it.
     pub(crate) fn check_outputs(&self, grids: &[GridDocument], views: &[ViewDocument], checks: &mut Checks) {
         if !views.is_empty() && computes_grids_only(&self.request()) {
-            checks.refuse("/method", format!("{} computes grids only: use auto for views", self.settings.name()));
+            let detail = format!("{} computes grids only: use auto for views", self.settings.name());
+            checks.errors.push(FieldError::refused("/method", Refusal::new(RefusalCode::GridsOnly, detail)));
         }
         self.settings.check_outputs(grids, views, checks);
     }

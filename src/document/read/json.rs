@@ -24,12 +24,12 @@ pub fn value(text: &[u8]) -> Result<Value, FieldError> {
         let syntax = inner.is_syntax() || inner.is_eof();
         let overflow = inner.to_string().starts_with("number out of range");
         if syntax && !overflow {
-            return FieldError { pointer: String::new(), detail: inner.to_string() };
+            return FieldError::new("", inner.to_string());
         }
         let error = fault::of_error(&error);
-        FieldError { pointer: error.pointer, detail: error.message }
+        FieldError::new(error.pointer, error.message)
     })?;
-    deserializer.end().map_err(|error| FieldError { pointer: String::new(), detail: error.to_string() })?;
+    deserializer.end().map_err(|error| FieldError::new("", error.to_string()))?;
     Ok(strict.0)
 }
 

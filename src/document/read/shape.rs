@@ -7,13 +7,11 @@ use serde_json::Value;
 use super::fault::{self, Fault, quoted};
 use super::pointer::{self, escape};
 use super::stand_in::{spoils, stand_in};
-use crate::document::errors::{Checks, FieldError};
+use crate::document::errors::{Checks, FieldError, FieldErrorCode};
 use crate::document::hints;
 
 /// Errors of shape that are reported at most.
 const MOST_ERRORS: usize = 100;
-
-const MISSING: &str = "required, but missing";
 
 /// Pointers of the values that were made up so that the rest could be read.
 #[derive(Default)]
@@ -83,7 +81,7 @@ enum Cure {
 fn field_error(Fault { mut pointer, message }: Fault) -> (FieldError, Cure) {
     if let Some((field, _)) = quoted(&message, "missing field ") {
         pointer = format!("{pointer}/{}", escape(field));
-        return (FieldError { pointer, detail: MISSING.to_owned() }, Cure::Replace);
+        return (FieldError::missing(pointer), Cure::Replace);
     }
     let unknown = |prefix| quoted(&message, prefix).map(|(name, rest)| (name, hints::of_known_names(name, rest)));
     if let Some((field, hint)) = unknown("unknown field ") {
@@ -91,10 +89,11 @@ fn field_error(Fault { mut pointer, message }: Fault) -> (FieldError, Cure) {
         if !pointer.ends_with(&token) {
             pointer.push_str(&token);
         }
-        return (FieldError { pointer, detail: format!("{message}{hint}") }, Cure::Remove);
+        let error = FieldError::new(pointer, format!("{message}{hint}"));
+        return (error.coded(FieldErrorCode::UnknownField), Cure::Remove);
     }
     let hint = unknown("unknown variant ").map_or(String::new(), |(_, hint)| hint);
-    (FieldError { pointer, detail: format!("{message}{hint}") }, Cure::Replace)
+    (FieldError::new(pointer, format!("{message}{hint}")), Cure::Replace)
 }
 
 /// Refuses lists where the data has objects: the types would take a list as the values of their fields in order.

@@ -49,12 +49,11 @@ fn sun_position(sky: &SkyDocument, around: Surroundings) -> Result<Apparent, Fie
             refraction: RefractionProvenance::Given,
         });
     }
-    let at = |pointer: &str, detail: String| FieldError { pointer: pointer.to_owned(), detail };
-    let time = around.time.ok_or_else(|| at("/time", "required, but missing".to_owned()))?;
-    let location = around.location.ok_or_else(|| at("/location", "required, but missing".to_owned()))?;
-    let instant = instant(time).map_err(|detail| at("/time", detail))?;
+    let time = around.time.ok_or_else(|| FieldError::missing("/time"))?;
+    let location = around.location.ok_or_else(|| FieldError::missing("/location"))?;
+    let instant = instant(time).map_err(|detail| FieldError::new("/time", detail))?;
     let position = sun::position(instant, location.latitude_deg, location.longitude_deg, location.elevation_m)
-        .map_err(|error| at("/time", error.to_string()))?;
+        .map_err(|error| FieldError::new("/time", error.to_string()))?;
     let airless_altitude_deg = position.airless_altitude.to_degrees();
     Ok(Apparent {
         altitude: position.altitude,
@@ -76,8 +75,8 @@ pub(crate) fn daylight(
     };
     let apparent = match sun_position(sky, around) {
         Ok(apparent) => apparent,
-        Err(FieldError { pointer, detail }) => {
-            checks.refuse(pointer, detail);
+        Err(error) => {
+            checks.errors.push(error);
             return None;
         }
     };

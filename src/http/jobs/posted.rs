@@ -5,7 +5,7 @@ use axum::http::{HeaderMap, header};
 use bytes::Bytes;
 use serde_json::Value;
 
-use crate::document::{DocumentErrors, FieldError, JobDocument, read};
+use crate::document::{DocumentErrors, FieldError, FieldErrorCode, JobDocument, read};
 use crate::http::Service;
 use crate::http::limits::{off_thread, permit};
 use crate::http::problem::Problem;
@@ -81,11 +81,9 @@ pub async fn prepare(app: &Service, document: Value) -> Result<(Prepared, Vec<St
     let (prepared, meshes) = prepared.await??;
     let (asked, most) = (prepared.stop.max_seconds, app.limits.max_seconds);
     if asked > most {
-        return Err(DocumentErrors(vec![FieldError {
-            pointer: "/stop/max_seconds".into(),
-            detail: format!("must be <= {most} on this service, but is {asked}"),
-        }])
-        .into());
+        let detail = format!("must be <= {most} on this service, but is {asked}");
+        let error = FieldError::new("/stop/max_seconds", detail).coded(FieldErrorCode::OutOfRange);
+        return Err(DocumentErrors::from(error).into());
     }
     Ok((prepared, meshes))
 }

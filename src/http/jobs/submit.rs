@@ -11,6 +11,7 @@ use bytes::Bytes;
 use super::posted::{Posted, prepare};
 use super::resource::JobResource;
 use crate::document::JobDocument;
+use crate::document::result::PlanResult;
 use crate::http::problem::Problem;
 use crate::http::problem_kind::ProblemKind;
 use crate::http::{App, Service};
@@ -59,8 +60,8 @@ pub async fn create(app: App, headers: HeaderMap, body: Result<Bytes, BytesRejec
         name: prepared.name.clone(),
         submitted: posted.text,
         document: prepared.document.clone(),
-        plan: prepared.plan_json(),
-        known: prepared.known_json(),
+        plan: PlanResult::from(&prepared.plan),
+        known: prepared.known(),
         warnings: prepared.warnings.clone(),
         idempotency_key,
         body_hash: posted.hash,

@@ -50,20 +50,14 @@ impl Commits {
                 let files: Vec<_> =
                     files.into_iter().map(|file| (file.name, file.media_type, Bytes::from(file.bytes))).collect();
                 let artifacts = self.put_all(lease, &files, &mut reports).await?;
-                let status = match (stopped_by, &problem) {
-                    (StoppedBy::Cancelled, _) => JobStatus::Cancelled,
-                    (_, Some(_)) => JobStatus::Failed,
-                    (_, None) => JobStatus::Succeeded,
+                let end = match (stopped_by, problem) {
+                    (StoppedBy::Cancelled, _) => JobEnd::Cancelled { progress },
+                    (_, Some(problem)) => {
+                        JobEnd::Failed { problem, stopped_by: Some(stopped_by), progress: Some(progress) }
+                    }
+                    (_, None) => JobEnd::Succeeded { stopped_by, progress },
                 };
-                Completion::Finish(Finish {
-                    status,
-                    stopped_by: Some(stopped_by),
-                    progress: Some(progress),
-                    summary,
-                    problem,
-                    artifacts,
-                    last_pass,
-                })
+                Completion::Finish(Finish { end, summary, artifacts, last_pass })
             }
         };
         match retry(|| self.store.complete(lease, &reports.waiting, &completion)).await? {
@@ -74,13 +68,13 @@ impl Commits {
             tracing::info!(
                 name = current.prepared.name,
                 method = current.prepared.method_names(),
-                status = finish.status.name(),
-                stopped_by = finish.stopped_by.map(StoppedBy::name),
+                status = finish.end.status().name(),
+                stopped_by = finish.end.stopped_by().map(StoppedBy::name),
                 passes = progress.passes,
                 seconds = progress.seconds,
                 "job finished"
             );
-            metrics::counter!("skyduct_jobs_finished_total", "status" => finish.status.name()).increment(1);
+            metrics::counter!("skyduct_jobs_finished_total", "status" => finish.end.status().name()).increment(1);
         }
         metrics::gauge!("skyduct_job_photons").set(progress.photons as f64);
         Ok(())

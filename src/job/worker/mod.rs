@@ -210,15 +210,7 @@ impl Worker {
 
     async fn fail_job(&self, lease: &Lease, problem: JobProblem) -> Result<(), StoreError> {
         tracing::error!(status = "failed", problem.detail, "job finished");
-        let finish = Finish {
-            status: JobStatus::Failed,
-            stopped_by: None,
-            progress: None,
-            summary: None,
-            problem: Some(problem),
-            artifacts: Vec::new(),
-            last_pass: None,
-        };
+        let finish = Finish::failed(problem.title, problem.detail);
         self.commits.delete_obsolete(self.store.complete(lease, &[], &Completion::Finish(finish)).await?).await;
         metrics::counter!("skyduct_jobs_finished_total", "status" => "failed").increment(1);
         Ok(())

@@ -1,5 +1,6 @@
 //! A service on a free port with a data folder of its own, and a client.
 
+use std::sync::Arc;
 use std::time::Duration;
 
 use eventsource_stream::Eventsource;
@@ -8,6 +9,11 @@ use reqwest::{Method, RequestBuilder, Response, StatusCode};
 use serde_json::{Value, json};
 use skyduct::cli::config::{Config, Flags};
 use skyduct::cli::serve::RunningService;
+use skyduct::document::MeshSource;
+use skyduct::document::result::PlanResult;
+use skyduct::geometry::TriangleMesh;
+use skyduct::job::prepare::prepare;
+use skyduct::job::store::NewJob;
 use tempfile::TempDir;
 
 /// Far longer than anything here takes: a test that waits for it has failed.
@@ -168,4 +174,27 @@ pub fn endless_job() -> Value {
     job["stop"] =
         json!({ "relative_error": 1e-9, "view_relative_error": 1e-9, "max_passes": 100_000_000, "max_seconds": 3600 });
     job
+}
+
+/// A small job as a store takes it.
+pub fn new_job() -> NewJob {
+    struct NoMeshes;
+    impl MeshSource for NoMeshes {
+        fn load(&self, name: &str) -> Result<Arc<TriangleMesh>, String> {
+            Err(format!("there is no {name}"))
+        }
+    }
+    let prepared = prepare(small_job().to_string().as_bytes(), &NoMeshes).unwrap();
+    NewJob {
+        name: Some("test".into()),
+        submitted: "{}".into(),
+        document: prepared.document.clone(),
+        plan: PlanResult::from(&prepared.plan),
+        known: prepared.known(),
+        warnings: Vec::new(),
+        idempotency_key: None,
+        body_hash: "hash".into(),
+        meshes: Vec::new(),
+        first_chunk: 0..8,
+    }
 }
