@@ -7,6 +7,7 @@ mod change;
 mod commit;
 mod jobs;
 mod meshes;
+mod migrations;
 mod queue;
 mod record;
 mod rows;
@@ -26,6 +27,7 @@ use sqlx::{AssertSqlSafe, ConnectOptions, Connection, Executor, Sqlite, SqlitePo
 use tokio::sync::broadcast;
 use uuid::Uuid;
 
+use self::migrations::migrations;
 use self::sql::store_error;
 use crate::job::progress::PassReport;
 use crate::job::store::*;
@@ -102,10 +104,7 @@ impl SqliteStore {
         let version: String =
             sqlx::query_scalar("SELECT sqlite_version()").fetch_one(&writer).await.map_err(store_error)?;
         check_version(&version)?;
-        sqlx::migrate!("migrations/sqlite")
-            .run(&writer)
-            .await
-            .map_err(|error| StoreError::Failed(format!("{}: {error}", file.display())))?;
+        migrations().run(&writer).await.map_err(|error| StoreError::Failed(format!("{}: {error}", file.display())))?;
         let readers = SqlitePoolOptions::new()
             .max_connections(4)
             .test_before_acquire(false)

@@ -1,0 +1,36 @@
+//! The steps that bring a database to today's tables: `migrations/sqlite`, in the order of their numbers.
+
+use sqlx::SqlSafeStr;
+use sqlx::migrate::{Migration, MigrationType, Migrator};
+
+/// Name and SQL of every step; a step that was ever run is never changed, its hash is kept in the database.
+const STEPS: [(&str, &str); 2] = [
+    ("0001_jobs", include_str!("../../migrations/sqlite/0001_jobs.sql")),
+    ("0002_reliability", include_str!("../../migrations/sqlite/0002_reliability.sql")),
+];
+
+/// All steps; a database tells which of them it has had.
+pub(super) fn migrations() -> Migrator {
+    let step = |(version, (name, sql)): (i64, (&'static str, &'static str))| {
+        let description = name.split_once('_').map_or(name, |(_, words)| words).replace('_', " ");
+        Migration::new(version, description.into(), MigrationType::Simple, sql.into_sql_str(), false)
+    };
+    Migrator::with_migrations((1..).zip(STEPS).map(step).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_file_of_the_folder_is_a_step() {
+        let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/migrations/sqlite");
+        let mut files: Vec<_> = std::fs::read_dir(folder).unwrap().map(|file| file.unwrap().file_name()).collect();
+        files.sort();
+        let steps: Vec<_> = STEPS.iter().map(|(name, _)| std::ffi::OsString::from(format!("{name}.sql"))).collect();
+        assert_eq!(files, steps);
+        for (number, name) in (1..).zip(&files) {
+            assert!(name.to_str().unwrap().starts_with(&format!("{number:04}_")), "{name:?}");
+        }
+    }
+}
