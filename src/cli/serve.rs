@@ -6,6 +6,7 @@ use std::net::SocketAddr;
 use std::num::NonZero;
 use std::os::unix::fs::OpenOptionsExt;
 use std::path::{Path, PathBuf};
+use std::sync::atomic::AtomicBool;
 use std::sync::{Arc, OnceLock};
 use std::time::Duration;
 
@@ -180,6 +181,7 @@ impl RunningService {
             meshes,
             permits: Permits::new(&config.limits),
             watched: WatchedJobs::default(),
+            queue_was_full: AtomicBool::default(),
             readiness: Readiness::default(),
             limits: config.limits.clone(),
             access: Access {

@@ -109,7 +109,7 @@ pub(super) async fn job(connection: &mut SqliteConnection, id: Uuid) -> Result<O
 }
 
 pub(super) async fn source(pool: &SqlitePool, id: Uuid) -> Result<Option<JobSource>, StoreError> {
-    sqlx::query("SELECT submitted, cancel, state_key, state_hash, merged_seconds FROM jobs WHERE id = $1")
+    sqlx::query("SELECT submitted, state_key, state_hash, merged_seconds FROM jobs WHERE id = $1")
         .bind(id.to_string())
         .fetch_optional(pool)
         .await

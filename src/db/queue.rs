@@ -60,7 +60,8 @@ pub(super) async fn claim(
         now_ms!(),
         " + $2 FROM pick WHERE chunks.job_id = pick.job_id AND chunks.idx = pick.idx \
          RETURNING chunks.job_id, chunks.idx, chunks.attempt, chunks.failures, EXISTS (SELECT 1 FROM chunks o \
-         WHERE o.state <> 'done' AND (o.job_id <> chunks.job_id OR o.idx <> chunks.idx))"
+         WHERE o.state <> 'done' AND (o.job_id <> chunks.job_id OR o.idx <> chunks.idx)), \
+         coalesce((SELECT cancel FROM jobs WHERE jobs.id = chunks.job_id), 0)"
     ))
     .bind(owner)
     .bind(milliseconds(lease))
@@ -78,6 +79,7 @@ pub(super) async fn claim(
         attempt: row.try_get(2).map_err(store_error)?,
         failures: row.try_get::<i64, _>(3).map_err(store_error)?.unsigned_abs(),
         others_wait: row.try_get::<i64, _>(4).map_err(store_error)? != 0,
+        cancel_requested: row.try_get::<i64, _>(5).map_err(store_error)? != 0,
     };
     let job = lease.job.to_string();
     // two statements in one journey: the event of a job that is queued still, and its new status
@@ -100,7 +102,7 @@ pub(super) async fn heartbeat(tx: &mut SqliteConnection, lease: &Lease, extend: 
         "UPDATE chunks SET lease_until = ",
         now_ms!(),
         " + $5 WHERE job_id = $1 AND idx = $2 AND owner = $3 AND attempt = $4 AND state = 'leased' \
-         RETURNING (SELECT cancel FROM jobs WHERE jobs.id = chunks.job_id)"
+         RETURNING coalesce((SELECT cancel FROM jobs WHERE jobs.id = chunks.job_id), 0)"
     ))
     .bind(lease.job.to_string())
     .bind(signed(lease.chunk))

@@ -73,7 +73,6 @@ pub(super) fn job_source(row: &SqliteRow) -> Result<JobSource, StoreError> {
     let state_hash: Option<String> = get(row, "state_hash")?;
     Ok(JobSource {
         submitted: get(row, "submitted")?,
-        cancel_requested: get::<i64>(row, "cancel")? != 0,
         state: state_key.zip(state_hash).map(|(key, hash)| StateFile { key, hash }),
         merged_seconds: get(row, "merged_seconds")?,
     })

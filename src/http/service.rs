@@ -1,6 +1,7 @@
 //! The service that all handlers share.
 
 use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 
 use axum::extract::State;
 use metrics_exporter_prometheus::PrometheusHandle;
@@ -28,6 +29,8 @@ pub struct Service {
     pub shutdown: CancellationToken,
     pub permits: Permits,
     pub watched: WatchedJobs,
+    /// True if the last job that came found no place in the queue.
+    pub queue_was_full: AtomicBool,
     /// The last look at whether the service can write.
     pub readiness: Readiness,
 }

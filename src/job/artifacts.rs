@@ -319,7 +319,15 @@ mod tests {
     use super::*;
 
     fn lease() -> Lease {
-        Lease { job: Uuid::now_v7(), chunk: 3, owner: "me".into(), attempt: 2, failures: 0, others_wait: false }
+        Lease {
+            job: Uuid::now_v7(),
+            chunk: 3,
+            owner: "me".into(),
+            attempt: 2,
+            failures: 0,
+            others_wait: false,
+            cancel_requested: false,
+        }
     }
 
     #[tokio::test]

@@ -104,8 +104,6 @@ pub struct Job {
 pub struct JobSource {
     /// The document as it was posted: what [`crate::job::prepare::prepare`] takes.
     pub submitted: String,
-    /// True once somebody asked to cancel it.
-    pub cancel_requested: bool,
     /// Merged state of all ended chunks; `None` before the first one has ended.
     pub state: Option<StateFile>,
     /// Render seconds of the merged chunks.
@@ -305,6 +303,8 @@ pub struct Lease {
     pub failures: u64,
     /// True if there were other chunks to be done when this one was claimed.
     pub others_wait: bool,
+    /// True if somebody had asked the job to stop by then.
+    pub cancel_requested: bool,
 }
 
 /// Answer to a heartbeat.

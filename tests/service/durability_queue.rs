@@ -189,12 +189,13 @@ async fn cancelling_in_every_state() {
 
     let running = submit(&store).await;
     let lease = store.claim("w", LEASE, ANY).await.unwrap().unwrap();
+    assert!(!lease.cancel_requested);
     assert_eq!(store.cancel(running).await.unwrap(), CancelOutcome::Accepted);
     assert_eq!(store.heartbeat(&lease, LEASE).await.unwrap(), Beat::Cancel);
     // the worker died: its successor is told
     store.take_back(false).await.unwrap();
     let lease = store.claim("w", LEASE, ANY).await.unwrap().unwrap();
-    assert!(store.job_head(running).await.unwrap().unwrap().cancel_requested);
+    assert!(lease.cancel_requested && store.job_head(running).await.unwrap().unwrap().cancel_requested);
     store.complete(&lease, &[], &end(JobStatus::Cancelled)).await.unwrap();
     assert_eq!(store.cancel(running).await.unwrap(), CancelOutcome::Accepted, "again is no error");
     assert_eq!(event_names(&store, running).await.iter().filter(|name| *name == "cancelled").count(), 1);

@@ -1,6 +1,7 @@
 //! A job is queued.
 
 use std::sync::Arc;
+use std::sync::atomic::Ordering;
 
 use axum::Json;
 use axum::extract::rejection::BytesRejection;
@@ -49,8 +50,8 @@ pub async fn create(app: App, headers: HeaderMap, body: Result<Bytes, BytesRejec
     {
         return if job.body_hash == posted.hash { Ok(accepted(job)) } else { Err(key_reused()) };
     }
-    // preparing costs more than a look
-    if app.store.unfinished().await? > app.limits.queued_jobs {
+    // preparing costs more than a look, which costs something, too: it pays when the last job found no place
+    if app.queue_was_full.load(Ordering::Relaxed) && app.store.unfinished().await? > app.limits.queued_jobs {
         return Err(queue_full(&app));
     }
     let (prepared, meshes) = prepare(&app, posted.value).await?;
@@ -68,7 +69,9 @@ pub async fn create(app: App, headers: HeaderMap, body: Result<Bytes, BytesRejec
         meshes,
         first_chunk,
     };
-    match app.store.submit(new, app.limits.queued_jobs).await? {
+    let submission = app.store.submit(new, app.limits.queued_jobs).await?;
+    app.queue_was_full.store(matches!(submission, Submission::QueueFull), Ordering::Relaxed);
+    match submission {
         Submission::New(job) => {
             app.live.hand_over(job.head.id, prepared);
             tracing::debug!(job = %job.head.id, "job queued");

@@ -33,12 +33,13 @@ use self::kept::{Current, KeptJobs};
 use self::pool::RenderPool;
 use self::reports::Reports;
 use self::running::{LEASE, RunningChunk};
+use crate::estimate::Estimate;
 use crate::job::artifacts::{ArtifactError, Artifacts};
 use crate::job::cancel::{Stop, StopReason};
 use crate::job::checkpoint;
 use crate::job::live::LiveJobs;
 use crate::job::meshes::Meshes;
-use crate::job::prepare::prepare;
+use crate::job::prepare::{Prepared, prepare};
 use crate::job::store::*;
 
 /// Hints wake an idle worker; this is for a lease that ran out, or a hint that was lost.
@@ -96,14 +97,14 @@ impl Worker {
     pub async fn run(mut self) {
         tracing::info!(owner = self.owner, threads = self.pool.threads(), "worker started");
         while !self.shutdown.is_cancelled() {
-            // listened to before the claim: what comes after it is heard of
-            let mut changes = self.store.changes();
+            // both listen from before the claim: what comes after it is heard of
+            let (mut changes, stops) = (self.store.changes(), self.store.changes());
             match self.store.claim(&self.owner, LEASE, self.next_turn()).await {
                 Ok(Some(lease)) => {
                     if self.next_turn().stay_with != Some(lease.job) {
                         self.turn = Some((lease.job, Instant::now()));
                     }
-                    if self.work(&lease).await == Worked::FinishedJob && !lease.others_wait {
+                    if self.work(&lease, stops).await == Worked::FinishedJob && !lease.others_wait {
                         self.idle(&mut changes).await;
                     }
                 }
@@ -164,8 +165,8 @@ impl Worker {
     }
 
     #[tracing::instrument(skip_all, fields(job = %lease.job, chunk = lease.chunk, attempt = lease.attempt))]
-    async fn work(&mut self, lease: &Lease) -> Worked {
-        let interrupted = match self.render_and_commit(lease).await {
+    async fn work(&mut self, lease: &Lease, stops: broadcast::Receiver<Change>) -> Worked {
+        let interrupted = match self.render_and_commit(lease, stops).await {
             Ok(worked) => return worked,
             Err(interrupted) => interrupted,
         };
@@ -233,30 +234,31 @@ impl Worker {
         Ok(())
     }
 
-    async fn render_and_commit(&mut self, lease: &Lease) -> Result<Worked, Interrupted> {
-        // listened to before the look: a cancel is seen by one or the other
-        let changes = self.store.changes();
+    async fn render_and_commit(
+        &mut self,
+        lease: &Lease,
+        stops: broadcast::Receiver<Change>,
+    ) -> Result<Worked, Interrupted> {
         let job = lease.job;
         let shown = self.shown == Some(job);
         if !shown {
             self.show(None);
         }
-        let (current, cancel_requested) = match self.kept.take(job, lease.chunk) {
+        let current = match self.kept.take(job, lease.chunk) {
             Some(current) => {
-                let head = self.store.job_head(job).await?.ok_or(Interrupted::LeaseLost)?;
                 let live = if shown { current.live } else { self.live.start(job, current.prepared.clone()) };
-                (Current { live, ..current }, head.cancel_requested)
+                Current { live, ..current }
             }
             None => self.load(lease).await?,
         };
         self.shown = Some(job);
         let stop = Stop::default();
-        if cancel_requested {
+        if lease.cancel_requested {
             stop.raise(StopReason::Cancelled);
         }
         let (commits, shutdown, reports) = (&self.commits, &self.shutdown, Reports::default());
         let running = RunningChunk { lease, commits, shutdown, stop, reports };
-        let (current, ended, reports) = running.render(&self.pool, current, changes).await?;
+        let (current, ended, reports) = running.render(&self.pool, current, stops).await?;
         let finished = matches!(ended, Ended::Finish { .. });
         self.commits.commit(lease, &current, ended, reports).await?;
         if finished {
@@ -267,8 +269,15 @@ impl Worker {
         Ok(Worked::MoreToDo)
     }
 
-    /// The job of a lease with everything that was computed before, and whether it was asked to stop.
-    async fn load(&self, lease: &Lease) -> Result<(Current, bool), Interrupted> {
+    /// The job of a lease with everything that was computed before.
+    async fn load(&self, lease: &Lease) -> Result<Current, Interrupted> {
+        // of a new job that is prepared already the store knows nothing more
+        if lease.chunk == 0
+            && let Some(prepared) = self.live.take_prepared(lease.job)
+        {
+            let merged = prepared.empty_estimate();
+            return Ok(self.begin(lease, prepared, merged, 0, 0.0));
+        }
         let source = self.store.job_source(lease.job).await?.ok_or(Interrupted::LeaseLost)?;
         let state = match &source.state {
             Some(state) => match self.commits.artifacts.read_checked(&state.key, &state.hash).await {
@@ -282,40 +291,32 @@ impl Worker {
         let bytes = state.as_ref().map_or(0, |state| state.len() as u64);
         let meshes = self.meshes.for_document(tokio::runtime::Handle::current(), Arc::default());
         let submitted = source.submitted;
-        let loaded = match (self.live.take_prepared(lease.job), state) {
-            (Some(prepared), None) => {
-                let merged = Ok(prepared.empty_estimate());
-                Ok((prepared, merged))
-            }
-            (handed_over, state) => {
-                self.pool
-                    .run(move || {
-                        let prepared = match handed_over {
-                            Some(prepared) => prepared,
-                            None => {
-                                Arc::new(prepare(submitted.as_bytes(), &meshes).map_err(|errors| errors.to_string())?)
-                            }
-                        };
-                        let merged = match state {
-                            Some(bytes) => checkpoint::decode(prepared.empty_estimate(), &bytes),
-                            None => Ok(prepared.empty_estimate()),
-                        };
-                        Ok::<_, String>((prepared, merged))
-                    })
-                    .await?
-            }
-        };
-        let (prepared, merged) = loaded.map_err(|detail| hopeless("The job cannot be prepared", detail))?;
+        let handed_over = self.live.take_prepared(lease.job);
+        let loaded = self.pool.run(move || {
+            let prepared = match handed_over {
+                Some(prepared) => prepared,
+                None => Arc::new(prepare(submitted.as_bytes(), &meshes).map_err(|errors| errors.to_string())?),
+            };
+            let merged = match state {
+                Some(bytes) => checkpoint::decode(prepared.empty_estimate(), &bytes),
+                None => Ok(prepared.empty_estimate()),
+            };
+            Ok::<_, String>((prepared, merged))
+        });
+        let (prepared, merged) = loaded.await?.map_err(|detail| hopeless("The job cannot be prepared", detail))?;
         let merged = merged.map_err(|error| {
             tracing::warn!(error, "the stored state cannot be read");
             Interrupted::Damaged("the stored state is of another version")
         })?;
+        Ok(self.begin(lease, prepared, merged, bytes, source.merged_seconds))
+    }
+
+    /// A job that was not rendered lately, with the estimate of its earlier chunks, its size and its seconds.
+    fn begin(&self, lease: &Lease, prepared: Arc<Prepared>, merged: Estimate, bytes: u64, seconds: f64) -> Current {
         if lease.chunk == 0 {
             tracing::info!(name = prepared.name, method = prepared.method_names(), "job started");
         }
         let live = self.live.start(lease.job, prepared.clone());
-        let seconds = source.merged_seconds;
-        let current = Current { job: lease.job, prepared, live, merged, bytes, seconds, next_chunk: lease.chunk };
-        Ok((current, source.cancel_requested))
+        Current { job: lease.job, prepared, live, merged, bytes, seconds, next_chunk: lease.chunk }
     }
 }
