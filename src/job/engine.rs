@@ -41,18 +41,18 @@ pub(super) enum Added {
 
 impl Engine {
     pub(super) fn new(
-        kernel: &Arc<TraceableScene>,
+        traceable: &Arc<TraceableScene>,
         scene: &Scene,
         methods: &Methods,
         stop: &StopRule,
         seed: u64,
     ) -> Self {
-        let electric = kernel.luminaires.iter().any(TraceableLuminaire::emits);
-        if kernel.sky.is_none() && kernel.sun.is_none() && !electric {
+        let electric = traceable.luminaires.iter().any(TraceableLuminaire::emits);
+        if traceable.sky.is_none() && traceable.sun.is_none() && !electric {
             return Self::Dark;
         }
         let target = stop.relative_error / two_sided_normal_quantile(stop.confidence);
-        let task = Task::whole(scene, kernel);
+        let task = Task::whole(scene, traceable);
         let build = |choice: &MethodChoice, task: Task| choice.method.described().build(&task, seed, target);
         let shared = methods.share_passes();
         let of_grids = methods.grids.as_ref();

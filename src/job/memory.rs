@@ -30,7 +30,7 @@ fn available_bytes() -> u64 {
 impl Prepared {
     /// Memory that the job takes at its peak, beside the program itself.
     pub fn memory(&self) -> MemoryEstimate {
-        crate::plan::memory::estimate(&self.scene, &self.kernel, &self.plan)
+        crate::plan::memory::estimate(&self.scene, &self.traceable, &self.plan)
     }
 
     /// Refuses a job that would take more than `limit_bytes`; the error names the part that takes most.

@@ -27,7 +27,7 @@ pub struct Prepared {
     pub name: Option<String>,
     pub(super) scene: Scene,
     pub(super) provenance: Provenance,
-    pub(super) kernel: Arc<TraceableScene>,
+    pub(super) traceable: Arc<TraceableScene>,
     pub(super) engine: Engine,
     /// Largest number of passes that one chunk may have.
     chunk_passes: u64,
@@ -57,23 +57,23 @@ pub fn prepare_document(document: &ValidJob, meshes: &dyn MeshSource) -> Result<
     let (scene, mut warnings, mut provenance) = document::to_scene(document, meshes)?;
     still_wanted()?;
     let effects = Effects::of(&scene, &document.effect_requests());
-    let kernel = plan::compile(&scene, &effects)
+    let traceable = plan::compile(&scene, &effects)
         .map_err(|error| FieldError::new(format!("/tubes/{}/parts", error.tube), error.error.to_string()))?;
-    let kernel = Arc::new(kernel);
+    let traceable = Arc::new(traceable);
     still_wanted()?;
     let request = document.method.request();
     let methods =
-        Methods::choose(&scene, &kernel, &request).map_err(|refusal| FieldError::refused("/method", refusal))?;
-    let plan = Plan { guides: plan::guides::guides(&kernel), effects, methods };
-    provenance.interreflection = kernel.interreflection;
+        Methods::choose(&scene, &traceable, &request).map_err(|refusal| FieldError::refused("/method", refusal))?;
+    let plan = Plan { guides: plan::guides::guides(&traceable), effects, methods };
+    provenance.interreflection = traceable.interreflection;
     if let Some(sun) = &mut provenance.sun {
-        sun.on = kernel.sun.is_some();
+        sun.on = traceable.sun.is_some();
     }
-    let task = Task::whole(&scene, &kernel);
+    let task = Task::whole(&scene, &traceable);
     let caveats = plan.methods.grids.iter().filter_map(|choice| choice.method.described().warns(&task));
     warnings.extend(caveats.map(|caveat| Warning { code: caveat.code.into(), detail: caveat.detail }));
     let stop = document.stop_rule();
-    let engine = Engine::new(&kernel, &scene, &plan.methods, &stop, document.seed);
+    let engine = Engine::new(&traceable, &scene, &plan.methods, &stop, document.seed);
     let per_chunk = CHUNK_SECONDS / plan::cost::seconds_per_pass(&scene, &plan).max(1e-9);
     Ok(Prepared {
         document: serde_json::to_value(document).unwrap_or_default(),
@@ -84,7 +84,7 @@ pub fn prepare_document(document: &ValidJob, meshes: &dyn MeshSource) -> Result<
         plan,
         scene,
         provenance,
-        kernel,
+        traceable,
         engine,
     })
 }

@@ -75,8 +75,8 @@ impl Prepared {
 
     fn tube_report(&self, tube: usize, flux: TubeResult) -> TubeReport {
         let Tube { shape, opening_radius, .. } = &self.scene.tubes[tube];
-        let slot = slot(content(shape, *opening_radius, &self.kernel));
-        let performance = slot.get_or_init(|| performance(&self.kernel, tube, shape, *opening_radius));
+        let slot = slot(content(shape, *opening_radius, &self.traceable));
+        let performance = slot.get_or_init(|| performance(&self.traceable, tube, shape, *opening_radius));
         TubeReport {
             tube,
             guide: self.plan.guides[tube].kind.code().to_owned(),
@@ -91,7 +91,7 @@ impl Prepared {
 }
 
 /// Hash of everything that a performance depends on: the tube's shape and optics above its diffuser, sky and sun.
-fn content(shape: &TubeShape, opening_radius: f64, kernel: &TraceableScene) -> blake3::Hash {
+fn content(shape: &TubeShape, opening_radius: f64, traceable: &TraceableScene) -> blake3::Hash {
     struct Hashing(blake3::Hasher);
     impl fmt::Write for Hashing {
         fn write_str(&mut self, text: &str) -> fmt::Result {
@@ -101,7 +101,7 @@ fn content(shape: &TubeShape, opening_radius: f64, kernel: &TraceableScene) -> b
     }
     let mut hashing = Hashing(blake3::Hasher::new());
     // derived, so that no field is forgotten, and numbers are written in digits that read back exactly
-    let written = write!(hashing, "{shape:?} {opening_radius:?} {:?} {:?}", kernel.sky, kernel.sun);
+    let written = write!(hashing, "{shape:?} {opening_radius:?} {:?} {:?}", traceable.sky, traceable.sun);
     debug_assert!(written.is_ok(), "hashing cannot fail");
     hashing.0.finalize()
 }
@@ -119,8 +119,8 @@ fn slot(content: blake3::Hash) -> Slot {
     slot
 }
 
-fn performance(kernel: &TraceableScene, tube: usize, shape: &TubeShape, radius: f64) -> TubePerformance {
-    let guide = &kernel.tubes[tube].guide;
+fn performance(traceable: &TraceableScene, tube: usize, shape: &TubeShape, radius: f64) -> TubePerformance {
+    let guide = &traceable.tubes[tube].guide;
     // the same numbers for every tube: equal tubes have equal reports, and what differs between two is not noise alone
     let key = Key::new(0);
     let distribution = SkyDistribution::new(CieType::UNIFORM, DVec3::Z);
@@ -128,14 +128,14 @@ fn performance(kernel: &TraceableScene, tube: usize, shape: &TubeShape, radius: 
     let under_uniform = |guide: &Guide| {
         performance::sky(guide, &uniform, key.stream(Stream::ReportUniformSky, 0), SKY_RAYS).transmission()
     };
-    let sky = kernel.sky.as_ref().map(|sky| SkyReport {
+    let sky = traceable.sky.as_ref().map(|sky| SkyReport {
         direct: ThroughputResult::new(&performance::sky(guide, sky, key.stream(Stream::ReportSky, 0), SKY_RAYS), 1.0),
         patches: ThroughputResult::new(
             &performance::patch_sky(guide, sky, key.stream(Stream::ReportSkyPatches, 0), PATCH_RAYS),
             1.0,
         ),
     });
-    let sun = kernel.sun.as_ref().map(|sun| {
+    let sun = traceable.sun.as_ref().map(|sun| {
         let through = performance::beam(guide, sun.direction, key.stream(Stream::ReportSun, 0), SKY_RAYS);
         ThroughputResult::new(&through, sun.normal_illuminance_lux)
     });
@@ -158,8 +158,8 @@ fn performance(kernel: &TraceableScene, tube: usize, shape: &TubeShape, radius: 
         }
         _ => None,
     };
-    let toward_sun = kernel.sun.as_ref().map(|sun| sun.direction);
-    let toward_sun = toward_sun.or(kernel.sky.as_ref().map(|sky| sky.distribution.sun()));
+    let toward_sun = traceable.sun.as_ref().map(|sun| sun.direction);
+    let toward_sun = toward_sun.or(traceable.sky.as_ref().map(|sky| sky.distribution.sun()));
     let azimuth = toward_sun.map_or(std::f64::consts::PI, |sun| sun.x.atan2(sun.y).rem_euclid(std::f64::consts::TAU));
     TubePerformance {
         beam: beam_report(guide, azimuth, key.stream(Stream::ReportBeams, 0)),

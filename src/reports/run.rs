@@ -52,6 +52,6 @@ pub fn compile(document: &Value, meshes: &Path) -> Result<(Scene, TraceableScene
     let document = JobDocument::parse(document.to_string().as_bytes())?;
     let (scene, ..) = to_scene(&document, &Folder(meshes.to_owned()))?;
     let effects = Effects::of(&scene, &document.effect_requests());
-    let kernel = plan::compile(&scene, &effects).map_err(|error| ReportError::Case(error.error.to_string()))?;
-    Ok((scene, kernel))
+    let traceable = plan::compile(&scene, &effects).map_err(|error| ReportError::Case(error.error.to_string()))?;
+    Ok((scene, traceable))
 }

@@ -72,7 +72,7 @@ pub fn sections(settings: &Settings, progress: Progress) -> Result<Vec<Section>,
         return Err(ReportError::Case("a job without a grid".to_owned()));
     };
     let photons = FloorPhotons::new(&document, settings.photons_per_pass, 1)?;
-    let domain = Domain::horizontal_plane(&photons.kernel, 0.0);
+    let domain = Domain::horizontal_plane(&photons.traceable, 0.0);
     let whole_area = PI * radius * radius;
     let mut whole = vec![Moments::default(); COMPARED];
     let mut clipped = whole.clone();

@@ -24,15 +24,15 @@ const FLOOR: SurfaceId = SurfaceId::of_face(Face::Floor);
 
 /// A room whose floor is watched.
 pub struct FloorPhotons {
-    pub kernel: TraceableScene,
+    pub traceable: TraceableScene,
     emission: Emission,
     key: Key,
 }
 
 impl FloorPhotons {
     pub fn new(document: &Value, photons_per_pass: u64, seed: u64) -> Result<Self, ReportError> {
-        let (_, kernel) = compile(document, Path::new(""))?;
-        Ok(Self { emission: Emission::new(&kernel, photons_per_pass), key: Key::new(seed), kernel })
+        let (_, traceable) = compile(document, Path::new(""))?;
+        Ok(Self { emission: Emission::new(&traceable, photons_per_pass), key: Key::new(seed), traceable })
     }
 
     /// Photons that arrive on the floor in a pass; the flux of a pass is that of the scene.
@@ -42,11 +42,11 @@ impl FloorPhotons {
             .into_par_iter()
             .map(|chunk| {
                 let mut floor = Floor(Vec::new());
-                let mut account = Account::new(self.kernel.tubes.len());
+                let mut account = Account::new(self.traceable.tubes.len());
                 for number in chunk * CHUNK..((chunk + 1) * CHUNK).min(photons) {
-                    let (photon, mut samples) = self.emission.photon(&self.kernel, key, number);
+                    let (photon, mut samples) = self.emission.photon(&self.traceable, key, number);
                     if let Some(photon) = photon {
-                        trace::<1>(&self.kernel, &photon, &mut samples, &mut floor, &mut account);
+                        trace::<1>(&self.traceable, &photon, &mut samples, &mut floor, &mut account);
                     }
                 }
                 floor.0

@@ -20,7 +20,7 @@ use crate::traceable::{Place, RoomHit, SurfaceId, TraceableScene};
 
 /// Surfaces that the centres of a view's pixels see.
 pub struct Sight {
-    kernel: TraceableScene,
+    traceable: TraceableScene,
     pub size_px: [usize; 2],
     hits: Vec<Option<RoomHit>>,
 }
@@ -28,16 +28,16 @@ pub struct Sight {
 impl Sight {
     /// Sight of the first view of a document.
     pub fn of(document: &Value) -> Result<Self, ReportError> {
-        let (scene, kernel) = compile(document, Path::new(""))?;
+        let (scene, traceable) = compile(document, Path::new(""))?;
         let view = scene.views.first().ok_or_else(|| ReportError::Case("a document without a view".to_owned()))?;
         let [width, height] = view.size_px;
         let hits = (0..width * height)
             .map(|pixel| {
                 let direction = view.ray_direction((pixel % width) as f64 + 0.5, (pixel / width) as f64 + 0.5);
-                Some(kernel.intersect(enter_room(&kernel, view.eye, direction)?, direction, None))
+                Some(traceable.intersect(enter_room(&traceable, view.eye, direction)?, direction, None))
             })
             .collect();
-        Ok(Self { kernel, size_px: [width, height], hits })
+        Ok(Self { traceable, size_px: [width, height], hits })
     }
 
     pub fn hit(&self, pixel: usize) -> Option<&RoomHit> {
@@ -62,7 +62,7 @@ impl Sight {
 
     /// The share of a disc around the point that each pixel sees that lies on the surface there; 1 where no disc is.
     pub fn disc_shares(&self, radius: f64) -> Vec<f64> {
-        let domains = Domain::of_surfaces(&self.kernel);
+        let domains = Domain::of_surfaces(&self.traceable);
         let share = |pixel: usize| {
             let (surface, hit) = (self.surface(pixel)?, self.hit(pixel)?);
             Some(domains.get(surface.index())?.area(hit.position, radius) / (PI * radius * radius))
@@ -72,7 +72,7 @@ impl Sight {
 
     fn surface(&self, pixel: usize) -> Option<SurfaceId> {
         match self.hit(pixel)?.place {
-            Place::Surface(surface) => Some(surface).filter(|surface| self.kernel.luminaire(*surface).is_none()),
+            Place::Surface(surface) => Some(surface).filter(|surface| self.traceable.luminaire(*surface).is_none()),
             Place::Opening(_) => None,
         }
     }
