@@ -317,7 +317,6 @@ mod tests {
     use std::f64::consts::PI;
 
     use super::*;
-    use crate::sampling::{Key, PathRandom};
 
     fn angles(degrees: &[f64]) -> Vec<f64> {
         degrees.iter().map(|angle| angle.to_radians()).collect()
@@ -369,48 +368,6 @@ mod tests {
         assert!(MeasuredDiffuser::new(&ends, &ends, &one(0.7), Some(&one(0.4))).is_err());
         for bad in [vec![vec![0.1; 2]], vec![vec![0.1; 3]; 2], vec![vec![-0.1; 2]; 2], vec![vec![f64::NAN; 2]; 2]] {
             assert_eq!(MeasuredDiffuser::new(&ends, &ends, &bad, None), Err(TableError::Shape));
-        }
-    }
-
-    /// Chi-squared of the exit angles in 24 cells of equal width and of the azimuths in 8, at 5 angles of incidence, for
-    /// both sides: 10 tests, each with a false alarm rate of 1e-5.
-    #[test]
-    fn samples_follow_the_distribution() {
-        let diffuser = prism();
-        let mut random = PathRandom::new(Key::new(12));
-        let n = 200_000;
-        for transmitted in [true, false] {
-            for incidence in [0.0, 20.0, 50.0, 80.0, 90.0f64] {
-                let cosine = incidence.to_radians().cos();
-                let mut counts = [[0.0; 8]; 24];
-                for _ in 0..n {
-                    let d = diffuser.exit_direction(transmitted, cosine, random.uniform2());
-                    let angle = d.truncate().length().atan2(d.z) / FRAC_PI_2;
-                    let azimuth = (d.y.atan2(d.x) / TAU).rem_euclid(1.0);
-                    counts[((angle * 24.0) as usize).min(23)][((azimuth * 8.0) as usize).min(7)] += 1.0;
-                }
-                let total = diffuser.shares(cosine)[usize::from(!transmitted)];
-                let (mut chi_squared, mut cells, mut below) = (0.0, 0, 0.0);
-                for (k, row) in counts.iter().enumerate() {
-                    let within = quadrature(&diffuser, transmitted, cosine, FRAC_PI_2 * (k as f64 + 1.0) / 24.0);
-                    // where the table is zero the quadrature's rounding may be below it
-                    let expected = (f64::from(n) * (within - below) / total / 8.0).max(0.0);
-                    below = within;
-                    for count in row {
-                        if expected < 5.0 {
-                            // too few for the approximation: at least not far more
-                            assert!(*count < expected + 6.0 * expected.sqrt() + 6.0);
-                            continue;
-                        }
-                        chi_squared += (count - expected) * (count - expected) / expected;
-                        cells += 1;
-                    }
-                }
-                // Wilson and Hilferty's approximation of the quantile at 4.27 standard deviations
-                let degrees = f64::from(cells - 1);
-                let limit = degrees * (1.0 - 2.0 / (9.0 * degrees) + 4.27 * (2.0 / (9.0 * degrees)).sqrt()).powi(3);
-                assert!(chi_squared < limit, "{incidence} {transmitted}: {chi_squared} of {degrees}");
-            }
         }
     }
 }
