@@ -5,6 +5,7 @@ use std::f64::consts::PI;
 
 use glam::DVec3;
 
+use super::inner_side;
 use super::transit::{End, Entry, Transit};
 use crate::geometry::TriangleMesh;
 use crate::geometry::bvh::{TriangleBvh, TriangleHit};
@@ -21,7 +22,7 @@ const CLEARANCE: f64 = 1e-10;
 /// Role of a triangle of the mesh; coefficients are linear Rec.709.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Part {
-    /// Thin: direction unchanged.
+    /// Thin: direction unchanged. Of covers within covers each takes its share.
     Collector {
         /// Share that passes, from either side, 0..=1.
         transmittance: [f64; 3],
@@ -55,6 +56,8 @@ pub struct MeshGuide {
     /// Unit normal and part of each triangle.
     normals: Vec<DVec3>,
     parts: Vec<Part>,
+    /// Whether each normal points into the pipe: 1, -1, or 0 where this is not known.
+    inward: Vec<f64>,
     opening_radius: f64,
     /// Sphere around the collector, and the distance from its centre beyond which the whole mesh lies.
     collector_centre: DVec3,
@@ -85,7 +88,7 @@ impl MeshGuide {
             triangle_parts.extend(std::iter::repeat_n(clear, cap.len()));
             triangles.extend(cap);
         }
-        let normals =
+        let normals: Vec<DVec3> =
             triangles.iter().map(|[a, b, c]| (*b - *a).cross(*c - *a).try_normalize().unwrap_or(DVec3::Z)).collect();
         let collector: Vec<DVec3> = triangles
             .iter()
@@ -99,8 +102,11 @@ impl MeshGuide {
         let distance = |p: &DVec3| (*p - collector_centre).length();
         let collector_radius = collector.iter().map(distance).fold(0.0, f64::max);
         let far = 1.01 * triangles.iter().flatten().map(distance).fold(0.0, f64::max);
+        let bvh = TriangleBvh::new(&triangles);
+        let is_mirror = |triangle: usize| matches!(triangle_parts[triangle], Part::Pipe { .. });
         Ok(Self {
-            bvh: TriangleBvh::new(&triangles),
+            inward: inner_side::inward(&triangles, &normals, is_mirror, &bvh),
+            bvh,
             normals,
             parts: triangle_parts,
             opening_radius,
@@ -153,26 +159,44 @@ impl MeshGuide {
             rays: 0,
         };
         let mut left = None;
+        // light that has passed a collector from within is outside, unless it meets the inner side of the pipe
+        let mut beyond = false;
         loop {
             transit.rays += 1;
             let hit = self.bvh.nearest(transit.position, transit.direction, left);
             if inside && transit.direction.z < 0.0 {
                 let to_opening = (-transit.position.z / transit.direction.z).max(0.0);
                 if hit.is_none_or(|hit| to_opening <= hit.distance) {
-                    transit.position += transit.direction * to_opening;
-                    transit.position.z = 0.0;
-                    let reached = transit.position.truncate().length() <= self.opening_radius * (1.0 + 1e-9);
+                    let mut below = transit.position + transit.direction * to_opening;
+                    below.z = 0.0;
+                    let reached = below.truncate().length() <= self.opening_radius * (1.0 + 1e-9);
+                    if beyond && !reached {
+                        transit.end = End::Top;
+                        return transit;
+                    }
+                    transit.position = below;
                     transit.end = if reached { End::Opening } else { End::Lost };
                     return transit;
                 }
             }
             let Some(hit) = hit else {
-                // a leak through the mesh, or light that passed by it
+                // else a leak through the mesh, or light that passed by it
+                if beyond {
+                    transit.end = End::Top;
+                }
                 return transit;
             };
+            let triangle = hit.triangle as usize;
+            let cosine = transit.direction.dot(self.normals[triangle]);
+            let mirror = matches!(self.parts[triangle], Part::Pipe { .. });
+            if beyond && mirror && self.inward[triangle] * cosine >= 0.0 {
+                transit.end = End::Top;
+                return transit;
+            }
+            beyond &= !mirror;
             left = Some(hit.triangle);
             transit.position += transit.direction * hit.distance;
-            match &self.parts[hit.triangle as usize] {
+            match &self.parts[triangle] {
                 Part::Collector { transmittance, .. } if !inside => {
                     inside = true;
                     transit.entered = true;
@@ -183,23 +207,25 @@ impl MeshGuide {
                     let share = if back.max() > 0.0 { back.max() / (back.max() + out.max()) } else { 0.0 };
                     if share == 0.0 || random.uniform() >= share {
                         transit.collector *= out * (1.0 / (1.0 - share));
-                        transit.end = End::Top;
-                        return transit;
+                        beyond = true;
+                        // past the neighbours of an edge, and past the pipe at its rim
+                        transit.position += transit.direction * (CLEARANCE * self.far);
+                    } else {
+                        transit.collector *= back * (1.0 / share);
+                        self.reflect(&mut transit, hit);
                     }
-                    transit.collector *= back * (1.0 / share);
-                    self.reflect(&mut transit, hit);
                 }
                 Part::Pipe { reflectance } => {
                     if !inside {
                         return transit;
                     }
-                    let cosine = || transit.direction.dot(self.normals[hit.triangle as usize]).abs();
-                    transit.mirrors *= Spectrum::from_rgb(reflectance.reflectance(cosine));
+                    transit.mirrors *= Spectrum::from_rgb(reflectance.reflectance(|| cosine.abs()));
                     self.reflect(&mut transit, hit);
                 }
                 Part::Diffuser => {}
             }
-            let survival = faint_survival(transit.weight().max(), 1.0);
+            // what leaves needs few rays more
+            let survival = if beyond { 1.0 } else { faint_survival(transit.weight().max(), 1.0) };
             if survival < 1.0 {
                 if survival == 0.0 || random.uniform() >= survival {
                     transit.mirrors = Spectrum::ZERO;

@@ -5,6 +5,7 @@
 
 pub mod bent;
 pub mod dome;
+mod inner_side;
 pub mod mesh;
 pub mod performance;
 pub mod recognise;
