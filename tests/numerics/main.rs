@@ -1,6 +1,6 @@
 //! Numerically hard cases: inputs at which what is right on paper goes wrong in floating point, or at a bound.
 //!
-//! Cases that tests elsewhere show are not repeated here.
+//! docs/numerics.md lists them, each with the tests that show it; cases that tests elsewhere show are not repeated here.
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a failure is what tests are for")]
 
@@ -16,7 +16,12 @@ mod scenes;
 #[path = "../shared/schema.rs"]
 mod schema;
 
+mod forms;
 mod jobs;
 
+mod dielectrics_and_diffusers;
+mod geometry;
+mod page;
+mod room_and_estimators;
 mod sky_and_sun;
 mod tube;
