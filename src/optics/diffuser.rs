@@ -101,6 +101,19 @@ impl Diffuser {
         }
     }
 
+    /// True if no light passes, whatever its direction.
+    pub fn is_opaque(&self) -> bool {
+        let nothing = [0.0; 3];
+        match *self {
+            Self::Open => false,
+            Self::Clear { transmittance } | Self::Lambertian { transmittance, .. } => transmittance == nothing,
+            Self::Mixed { lambertian_transmittance, clear_transmittance, .. } => {
+                lambertian_transmittance == nothing && clear_transmittance == nothing
+            }
+            Self::Measured(ref table) => table.is_opaque(),
+        }
+    }
+
     /// True if a part of an opening of radius `opening_radius_m` scatters.
     pub fn scatters(&self, opening_radius_m: f64) -> bool {
         match *self {

@@ -114,6 +114,11 @@ impl MeasuredDiffuser {
         DVec3::new(sin * x, sin * y, cos.max(0.0))
     }
 
+    /// True if no light passes, at any angle.
+    pub fn is_opaque(&self) -> bool {
+        self.transmission.rows.iter().all(|row| row.per_sr.iter().all(|value| *value == 0.0))
+    }
+
     fn of(&self, transmitted: bool) -> Option<&Distribution> {
         if transmitted { Some(&self.transmission) } else { self.reflection.as_ref() }
     }

@@ -172,6 +172,12 @@ impl TraceableScene {
         self.luminaires.get(self.numbering.luminaire_of(surface)?)
     }
 
+    /// True if no light can come into the room: no tube lets any pass, and nothing in the room shines.
+    pub fn is_dark(&self) -> bool {
+        self.tubes.iter().all(|tube| tube.diffuser.is_opaque())
+            && !self.luminaires.iter().any(TraceableLuminaire::emits)
+    }
+
     /// Surfaces that reflect beside their diffuse part, where that is not left out.
     pub fn specular_surfaces(&self) -> impl Iterator<Item = &SurfaceOptics> {
         self.all_optics().filter(|surface| surface.is_specular())

@@ -119,7 +119,8 @@ pub struct LightTracing<const C: usize> {
     contact: f64,
     /// Light straight from luminaires at the sensors of point grids, in lux; empty unless it has a closed form.
     direct: Vec<f64>,
-    /// True for every sensor that photons can be connected to: it is not inside an object, and anything scatters light.
+    /// True for every sensor that photons can be connected to: it is not inside an object, and light comes that anything
+    /// scatters.
     reachable: Vec<bool>,
     /// The widest vectors of this machine; the same bits as without, as nothing is contracted.
     vectors: pulp::Arch,
@@ -160,9 +161,10 @@ impl<const C: usize> LightTracing<C> {
     fn reachable(&self) -> Vec<bool> {
         let scene = &*self.scene;
         let reflects = |surface: &SurfaceOptics| surface.gathers() || surface.is_specular();
-        let scatters = scene.tubes.iter().any(|tube| tube.diffuser.scatters(tube.opening_radius))
-            || (scene.interreflection && scene.all_optics().any(reflects))
-            || scene.luminaires_obstructed;
+        let scatters = !scene.is_dark()
+            && (scene.tubes.iter().any(|tube| tube.diffuser.scatters(tube.opening_radius))
+                || (scene.interreflection && scene.all_optics().any(reflects))
+                || scene.luminaires_obstructed);
         if !scatters || !scene.obstructed {
             return vec![scatters; self.sensor_count()];
         }

@@ -149,7 +149,9 @@ impl<const C: usize> Mapper<C> {
                 (measured(tube) && self.keeps_surfaces).then(|| PhotonGrid::new(&numbered, cell))
             })
             .collect();
-        let nearest_lm = {
+        let nearest_lm = if self.scene.is_dark() {
+            0.0
+        } else {
             let arrived = account.ledger.emitted + account.ledger.luminaires;
             let exits = mean_lm(store.exits.iter().flatten());
             exits.unwrap_or(arrived / self.photons().max(1) as f64)
