@@ -5,7 +5,7 @@ use utoipa::ToSchema;
 use uuid::Uuid;
 
 use super::progress::{PassReport, Progress, StoppedBy};
-use super::store::JobProblem;
+use super::records::JobProblem;
 use crate::document::Warning;
 use crate::document::result::{Known, PlanResult};
 

@@ -14,6 +14,7 @@ pub(crate) mod ownership;
 pub mod prepare;
 pub mod progress;
 mod ranges;
+pub mod records;
 pub(crate) mod results;
 pub mod store;
 mod tube_report;

@@ -48,7 +48,7 @@ pub fn render(row: &Row, scene: &Scene, column: &Column, effort: Effort, seed: u
         Mirrors::Paths(paths) if !effort.long => paths,
         _ => 1.0,
     };
-    let method = column.method(&Work::of(scene, row.share * effort.factor, paths));
+    let method = column.method(&Work::of(scene, effort.factor, paths));
     Methods::choose(scene, &traceable, &MethodRequest::Method(method.clone()))
         .map_err(|refusal| Left::Refused(refusal.code))?;
     if row.left_out.contains(&column.name) {

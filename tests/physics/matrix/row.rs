@@ -18,8 +18,6 @@ pub struct Row {
     pub mirrors: Mirrors,
     /// Columns whose error is known not to know of light that their few samples miss here.
     pub left_out: &'static [&'static str],
-    /// Size of a pass beside that of other rows: where a path costs many times more than elsewhere, fewer are followed.
-    pub share: f64,
 }
 
 /// What is done with methods that warn that they find by chance what a mirror shows: while it has been found a few times
@@ -56,15 +54,11 @@ impl Row {
     /// A row that is judged by long renders by light tracing, and light tracing by path tracing.
     pub fn new(scene: Scene) -> Self {
         let oracle = Oracle::Stored(&["light_tracing", "path_tracing"]);
-        Self { scene, effects: EffectRequests::new(), oracle, mirrors: Mirrors::None, left_out: &[], share: 1.0 }
+        Self { scene, effects: EffectRequests::new(), oracle, mirrors: Mirrors::None, left_out: &[] }
     }
 
     pub fn left_out(self, left_out: &'static [&'static str]) -> Self {
         Self { left_out, ..self }
-    }
-
-    pub fn share(self, share: f64) -> Self {
-        Self { share, ..self }
     }
 
     pub fn mirrors(self, mirrors: Mirrors) -> Self {
