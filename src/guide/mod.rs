@@ -22,7 +22,7 @@ pub use recognise::{RecognisedCylinder, Section};
 pub use straight::StraightGuide;
 pub use transit::{End, Entry, Transit};
 
-use crate::sampling::PathRandom;
+use crate::sampling::{NestedCones, PathRandom};
 
 /// One tube's guide and collector.
 #[derive(Clone, Debug)]
@@ -37,6 +37,9 @@ pub enum Guide {
     /// Triangles, met one by one.
     Mesh(MeshGuide),
 }
+
+/// Half-angle in radians up to which cones about the axis of a guide are set apart.
+const WIDEST_CONE: f64 = 0.5;
 
 impl Guide {
     /// Facets that rays are tested against; none where the way through is in closed form.
@@ -71,6 +74,11 @@ impl Guide {
             Self::Straight(guide) => guide.narrow_cone(),
             Self::Bent(_) | Self::Domed(_) | Self::Mesh(_) => None,
         }
+    }
+
+    /// That cone and wider ones about it, for rays up; `None` for guides that pass more.
+    pub fn cones(&self) -> Option<NestedCones> {
+        self.narrow_cone().map(|half_angle| NestedCones::new(half_angle, WIDEST_CONE))
     }
 
     /// Follows light from an entry point down.

@@ -9,6 +9,9 @@ use super::warp;
 /// Ratio of the half-angles of a cone and the next wider one.
 const STEP: f64 = 4.0;
 
+/// Share of all directions that are drawn from cones, where light is looked for in others, too.
+pub const CONES_SHARE: f64 = 0.75;
+
 /// Share of the directions that are drawn from the narrowest cone, where there are wider ones.
 const NARROWEST_SHARE: f64 = 0.75;
 

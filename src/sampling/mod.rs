@@ -8,7 +8,7 @@ pub mod sobol;
 pub mod streams;
 pub mod warp;
 
-pub use cones::NestedCones;
+pub use cones::{CONES_SHARE, NestedCones};
 pub use path_samples::PathSamples;
 pub use random::{Key, PathRandom};
 pub use sobol::Replicate;

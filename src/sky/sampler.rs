@@ -7,7 +7,7 @@ use std::f64::consts::TAU;
 use glam::DVec3;
 
 use super::Sky;
-use crate::sampling::NestedCones;
+use crate::sampling::{CONES_SHARE, NestedCones};
 
 /// Bands of equal height z and sectors of equal azimuth: cells of equal solid angle.
 const BANDS: usize = 64;
@@ -15,9 +15,6 @@ const SECTORS: usize = 128;
 
 /// Share of the mean that every cell gets on top, so that no direction with light has a vanishing density.
 const FLOOR: f64 = 0.02;
-
-/// Share of the directions that are drawn from cones about the zenith, where there are any.
-const CONES_SHARE: f64 = 0.75;
 
 /// Half-angle in radians below which cones about the zenith lie within the uppermost band.
 const WITHIN_A_BAND: f64 = 0.17;

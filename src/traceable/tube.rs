@@ -27,9 +27,6 @@ pub struct TraceableTube {
     pub diffuser: Diffuser,
 }
 
-/// Half-angle in radians up to which cones about the axis of a guide are set apart.
-const WIDEST_CONE: f64 = 0.5;
-
 impl TraceableTube {
     /// Area of the opening in m2.
     #[inline]
@@ -54,7 +51,7 @@ impl TraceableTube {
             TubeShape::Cylinders(_) => None,
             TubeShape::Mesh(description) => Some(description.section.clone()),
         };
-        let cones = guide.narrow_cone().map(|half_angle| NestedCones::new(half_angle, WIDEST_CONE));
+        let cones = guide.cones();
         Ok(Self {
             origin: tube.centre.extend(ceiling),
             opening_radius: tube.opening_radius,

@@ -9,7 +9,7 @@ use crate::geometry::cylinder::traverse;
 use crate::geometry::disc::disc_irradiance;
 use crate::guide::{End, Guide, StraightGuide, Transit};
 use crate::optics::Spectrum;
-use crate::sampling::{Key, NestedCones, PathRandom, Replicate, warp};
+use crate::sampling::{CONES_SHARE, Key, NestedCones, PathRandom, Replicate, warp};
 use crate::sky::sun::HALF_ANGLE;
 use crate::sky::{Sky, Sun};
 
@@ -210,7 +210,7 @@ impl Arc<'_> {
 /// where the ray that goes up leaves the guide after n mirrors of reflectance R; `stream` has its random numbers.
 pub fn illuminance_above(guide: &Guide, sky: &Sky, point: DVec2, stream: Key, count: u64) -> f64 {
     let mut random = PathRandom::new(stream);
-    let cones = cones(guide);
+    let cones = guide.cones();
     let sum: f64 = (0..count)
         .map(|number| {
             let (replicate, index) = Replicate::of(stream, number);
@@ -219,17 +219,6 @@ pub fn illuminance_above(guide: &Guide, sky: &Sky, point: DVec2, stream: Key, co
         })
         .sum();
     PI * sum / count as f64
-}
-
-/// Share of the directions that are drawn from the cones of a guide that passes next to nothing else.
-const CONES_SHARE: f64 = 0.75;
-
-/// Half-angle in radians up to which cones about the axis have directions of their own.
-const WIDEST_CONE: f64 = 0.5;
-
-/// Cones about the axis from which next to all light comes that passes a guide; `None` for guides that pass more.
-pub(super) fn cones(guide: &Guide) -> Option<NestedCones> {
-    guide.narrow_cone().map(|half_angle| NestedCones::new(half_angle, WIDEST_CONE))
 }
 
 /// Direction up by a point of the unit square, and its weight against cosine-distributed ones: these, or most of them from the

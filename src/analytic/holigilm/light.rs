@@ -5,7 +5,7 @@ use std::sync::atomic::AtomicBool;
 
 use rayon::prelude::*;
 
-use super::aperture::{cones, luminance_from, sun_nodes, upward};
+use super::aperture::{luminance_from, sun_nodes, upward};
 use super::beam::{Beam, RAYS_AT_ONCE, Source, Way, follow, lambertian_cells, sky_sampler};
 use super::coefficients::{lambertian_coefficients, reflectance};
 use super::landing::Landed;
@@ -153,7 +153,7 @@ fn returned(tube: &Tube) -> f64 {
 fn sky_shape(way: &Way, sky: &Sky, cells: Cells, stream: Key, count: u64) -> Vec<f64> {
     let mut shape = vec![0.0; RINGS * SECTORS];
     let mut random = PathRandom::new(stream);
-    let cones = cones(&way.tube.guide);
+    let cones = way.tube.guide.cones();
     for number in 0..count {
         if number % RAYS_AT_ONCE == 0 && is_raised(way.cancel) {
             break;

@@ -4,11 +4,8 @@ use glam::DVec3;
 
 use crate::optics::scatter::Kind;
 use crate::optics::{Closure, Scatter, SheetSide, Spectrum, Travel};
-use crate::sampling::PathSamples;
+use crate::sampling::{CONES_SHARE, PathSamples};
 use crate::traceable::TraceableTube;
-
-/// Share of the directions that are drawn from the cones of a guide that passes next to nothing else.
-const CONES_SHARE: f64 = 0.75;
 
 /// Direction in which a path against the light that comes from `from` leaves a point of a tube's closure on the upper `side`, and
 /// its weight; `None` where nothing is scattered there.
