@@ -2,7 +2,9 @@
 
 use std::collections::BTreeSet;
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
+
+use crate::source_files::source_files;
 
 /// Rooms by how far right they stand: a room may import its own level and what is left of it.
 const LEVELS: &[&[&str]] = &[
@@ -211,17 +213,6 @@ fn violations(path: &str, text: &str) -> Vec<String> {
         }
     }
     found
-}
-
-pub fn source_files(folder: &Path, files: &mut Vec<PathBuf>) {
-    for entry in fs::read_dir(folder).unwrap() {
-        let path = entry.unwrap().path();
-        if path.is_dir() {
-            source_files(&path, files);
-        } else if path.extension().is_some_and(|extension| extension == "rs") {
-            files.push(path);
-        }
-    }
 }
 
 #[test]

@@ -9,7 +9,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::Path;
 
-use crate::architecture::{code_only, source_files};
+use crate::architecture::code_only;
+use crate::source_files::source_files;
 
 /// Rooms where no file takes anything from a `mod.rs` above it.
 const NO_CLIMBING: &[&str] = &["integrator", "traceable"];

@@ -2,6 +2,9 @@
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a failure is what tests are for")]
 
+#[path = "../shared/source_files.rs"]
+mod source_files;
+
 mod architecture;
 mod circles;
 mod citations;

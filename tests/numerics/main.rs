@@ -15,6 +15,8 @@ mod reference;
 mod scenes;
 #[path = "../shared/schema.rs"]
 mod schema;
+#[path = "../shared/source_files.rs"]
+mod source_files;
 
 mod forms;
 mod jobs;

@@ -1,16 +1,15 @@
 //! Errors of sensors that few photons find, or none: one photon's worth at least, where light can come at all.
 
+use crate::mesh_objects::closed_cube;
 use crate::scenes::{
     RADIUS, assert_grid, bent, clear, cube, daylight, furnished, kernel, lambertian, light_tracing, run, sppm,
     straight, values,
 };
 use glam::{DVec2, DVec3};
-use skyduct::geometry::TriangleMesh;
 use skyduct::integrator::photon_mapping::{self, PhotonMapping};
 use skyduct::integrator::ppm::{self, Ppm};
 use skyduct::integrator::{Integrator, sppm};
-use skyduct::optics::Surface;
-use skyduct::scene::{EstimateKind, Grid, MeshObject, Scene};
+use skyduct::scene::{EstimateKind, Grid, Scene};
 
 /// Every method that counts the photons of its sensors, with few of them in a pass.
 fn methods(scene: &Scene, photons_per_pass: u64) -> Vec<(&'static str, Box<dyn Integrator>)> {
@@ -76,18 +75,7 @@ fn what_no_photon_told_is_not_exactly_zero() {
 #[test]
 fn what_is_known_to_be_dark_stays_exact() {
     let mut scene = furnished([bent(lambertian(0.5, 0.4)), straight(0.5, 0.95, clear())], EstimateKind::Point);
-    let corner = |k: usize| {
-        let unit = DVec3::new((k & 1) as f64, (k >> 1 & 1) as f64, (k >> 2) as f64);
-        DVec3::new(0.3, 0.2, 0.1) + unit * 0.6
-    };
-    let faces = [[0, 1, 3, 2], [4, 5, 7, 6], [0, 1, 5, 4], [2, 3, 7, 6], [0, 2, 6, 4], [1, 3, 7, 5]];
-    let mesh = TriangleMesh {
-        positions: (0..8).map(corner).collect(),
-        triangles: faces.into_iter().flat_map(|[a, b, c, d]| [[a, b, c], [a, c, d]]).collect(),
-        triangle_materials: vec![0; 12],
-        materials: vec![String::new()],
-    };
-    scene.room.meshes = vec![MeshObject { mesh, surfaces: vec![Surface::diffuse([0.5; 3])] }];
+    scene.room.meshes = vec![closed_cube(DVec3::new(0.3, 0.2, 0.1), 0.6)];
     let inside = [DVec2::new(1.2, 0.6), DVec2::new(0.6, 0.5)];
     scene.grids = inside
         .map(|place| {

@@ -200,10 +200,9 @@ fn a_rug_hides_the_floor() {
     }
 }
 
-/// A closed cube of 12 triangles in a room with a clear space of `gap` around.
-fn cell(side: f64, gap: f64) -> Scene {
-    let mut scene = scene(&room(mesh_block()));
-    let corner = |k: usize| DVec3::new((k & 1) as f64, (k >> 1 & 1) as f64, (k >> 2) as f64) * side + DVec3::splat(gap);
+/// A closed cube of 12 triangles from its lowest corner on.
+pub fn closed_cube(from: DVec3, side: f64) -> MeshObject {
+    let corner = |k: usize| from + DVec3::new((k & 1) as f64, (k >> 1 & 1) as f64, (k >> 2) as f64) * side;
     let faces = [[0, 1, 3, 2], [4, 5, 7, 6], [0, 1, 5, 4], [2, 3, 7, 6], [0, 2, 6, 4], [1, 3, 7, 5]];
     let mesh = TriangleMesh {
         positions: (0..8).map(corner).collect(),
@@ -211,7 +210,13 @@ fn cell(side: f64, gap: f64) -> Scene {
         triangle_materials: vec![0; 12],
         materials: vec![String::new()],
     };
-    scene.room.meshes = vec![MeshObject { mesh, surfaces: vec![Surface::diffuse([0.5; 3])] }];
+    MeshObject { mesh, surfaces: vec![Surface::diffuse([0.5; 3])] }
+}
+
+/// A closed cube of 12 triangles in a room with a clear space of `gap` around.
+fn cell(side: f64, gap: f64) -> Scene {
+    let mut scene = scene(&room(mesh_block()));
+    scene.room.meshes = vec![closed_cube(DVec3::splat(gap), side)];
     scene.room.size = DVec3::splat(side + 2.0 * gap);
     scene.room.luminaires.clear();
     scene.views.clear();
