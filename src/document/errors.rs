@@ -95,6 +95,9 @@ pub enum WarningCode {
     SunBelowHorizon,
     /// An illuminance of sky or sun is outside of what nature gives.
     ImplausibleIlluminance,
+    /// The level of an overcast sky is the typical one of its type, as the document gives none, and that is less than three
+    /// quarters or more than four thirds of the mean of measured overcast skies.
+    TypicalOvercastLevel,
     /// A place is given, but nothing needs it: there is no sky.
     PlaceWithoutSky,
     /// The method finds light by way of mirrors by chance, or some of it by rare paths: expect noise, and errors that are too
@@ -110,6 +113,7 @@ impl WarningCode {
         match self {
             Self::SunBelowHorizon => "sun_below_horizon",
             Self::ImplausibleIlluminance => "implausible_illuminance",
+            Self::TypicalOvercastLevel => "typical_overcast_level",
             Self::PlaceWithoutSky => "place_without_sky",
             Self::MirrorsByChance => "mirrors_by_chance",
             Self::JenkinsFluxExcess => "jenkins_flux_excess",

@@ -36,6 +36,11 @@ pub struct ZenithProvenance {
     pub zenith_luminance_cd_m2: f64,
     /// Unobstructed, of the sky alone.
     pub horizontal_illuminance_lux: f64,
+    /// Of the formula `dv_ev` under an overcast sky (types 1 to 5 and 16): `horizontal_illuminance_lux` over the mean of
+    /// measured overcast skies at the sun's altitude h, 300 + 21 000 sin h lux (IES 1984). Types 1 and 16 have 0.61 to 0.63
+    /// above 20 degrees. Absent when the sun is down.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub ratio_to_mean_overcast: Option<f64>,
 }
 
 /// Source of a sky's absolute level.

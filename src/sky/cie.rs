@@ -71,6 +71,11 @@ impl CieType {
         self.0 == 1 || self.0 == 16
     }
 
+    /// True for the overcast skies, whose level can be compared with the mean of measured ones: types 1 to 5 and 16.
+    pub fn is_overcast(self) -> bool {
+        self.0 <= 5 || self.0 == 16
+    }
+
     /// Types 1 to 6 and the traditional overcast sky have no direct beam.
     pub fn is_sunless(self) -> bool {
         self.0 <= 6 || self.0 == 16

@@ -3,11 +3,17 @@
 use crate::given::{self, SquarePipe, base, with};
 use crate::schema::parse;
 use serde_json::{Value, json};
-use skyduct::document::{DocumentErrors, WarningCode, to_scene};
+use skyduct::document::{DocumentErrors, Warning, WarningCode, to_scene};
 use skyduct::scene::Daylight;
 
 /// Daylight and its provenance under a sky, the sun at an altitude of 30 degrees unless `sky` says otherwise.
 fn under(sky: Value) -> Result<(Daylight, Value), DocumentErrors> {
+    let (daylight, _, provenance) = with_warnings(sky)?;
+    Ok((daylight, provenance))
+}
+
+/// The same with the warnings between them.
+fn with_warnings(sky: Value) -> Result<(Daylight, Vec<Warning>, Value), DocumentErrors> {
     let mut sky = sky;
     if sky.get("sun_position").is_none() {
         sky["sun_position"] = json!({ "altitude_deg": 30, "azimuth_deg": 180 });
@@ -22,8 +28,8 @@ fn under(sky: Value) -> Result<(Daylight, Value), DocumentErrors> {
         "grids": [{ "name": "floor", "height_m": 0, "cells": [1, 1] }]
     });
     let document = parse(&document)?;
-    let (scene, _, provenance) = to_scene(&document, &SquarePipe)?;
-    Ok((scene.daylight.unwrap(), serde_json::to_value(provenance).unwrap()))
+    let (scene, warnings, provenance) = to_scene(&document, &SquarePipe)?;
+    Ok((scene.daylight.unwrap(), warnings, serde_json::to_value(provenance).unwrap()))
 }
 
 #[track_caller]
@@ -80,6 +86,51 @@ fn a_given_ratio_is_that_of_the_result() {
     let lux = ratio["zenith"]["horizontal_illuminance_lux"].as_f64().unwrap();
     let outside = 133_800.0 * 60f64.to_radians().sin();
     assert!((lux / (0.1 * outside) - 1.0).abs() < 1e-12, "{lux}");
+}
+
+/// The mean of measured overcast skies is 300 + 21 000 sin h lux (IES 1984): 10 800 at 30 degrees. The typical level of type
+/// 16 is a tenth of 133.8 sin h klx exactly, that of type 1 by Kittler and Darula's fit, 54.63 times D/Lz = 2.449540874
+/// (docs/physics/sky_and_sun.md#absolute-level).
+#[test]
+fn an_overcast_sky_without_a_level_tells_its_ratio_to_the_mean() {
+    for (number, dv_ev, lux) in [(1, 0.10, 54.63 * 2.449_540_874), (16, 0.10, 133.8)] {
+        let (_, warnings, result) = with_warnings(json!({ "cie_type": number })).unwrap();
+        let [warning] = &warnings[..] else { panic!("{warnings:?}") };
+        assert_eq!(warning.code, WarningCode::TypicalOvercastLevel);
+        assert!(warning.detail.contains("Dv/Ev = 0.1:") && warning.detail.contains(" 0.62 of"), "{}", warning.detail);
+        assert_eq!(result["zenith"]["dv_ev"], dv_ev);
+        let ratio = result["zenith"]["ratio_to_mean_overcast"].as_f64().unwrap();
+        assert!((ratio / (dv_ev * 1000.0 * 0.5 * lux / 10_800.0) - 1.0).abs() < 1e-8, "{ratio}");
+    }
+    // type 3 has 0.93 of the mean, type 4 is 1.37 times as bright; the partly cloudy types are not compared
+    let (_, warnings, result) = with_warnings(json!({ "cie_type": 3 })).unwrap();
+    assert!(warnings.is_empty() && (result["zenith"]["ratio_to_mean_overcast"].as_f64().unwrap() - 0.92).abs() < 0.02);
+    assert_eq!(with_warnings(json!({ "cie_type": 4 })).unwrap().1[0].code, WarningCode::TypicalOvercastLevel);
+    for number in [6, 7, 12] {
+        let (_, warnings, result) = with_warnings(json!({ "cie_type": number })).unwrap();
+        assert!(warnings.is_empty() && result["zenith"].get("ratio_to_mean_overcast").is_none(), "{number}");
+    }
+}
+
+#[test]
+fn an_overcast_sky_with_a_level_is_not_warned_of() {
+    let levels = [
+        ("diffuse_horizontal_illuminance_lux", json!(5000)),
+        ("dv_ev", json!(0.1)),
+        ("zenith_luminance_cd_m2", json!(3000)),
+    ];
+    for number in [1, 16] {
+        for (field, value) in &levels {
+            let (_, warnings, result) = with_warnings(json!({ "cie_type": number, *field: value })).unwrap();
+            assert!(warnings.is_empty(), "{number} {field}: {warnings:?}");
+            assert!(result["zenith"].get("ratio_to_mean_overcast").is_none());
+        }
+    }
+    assert!(with_warnings(json!({ "preset": "ies_overcast" })).unwrap().1.is_empty());
+    let (_, warnings, result) =
+        with_warnings(json!({ "cie_type": 1, "sun_position": { "altitude_deg": -1, "azimuth_deg": 0 } })).unwrap();
+    assert_eq!(warnings[0].code, WarningCode::SunBelowHorizon);
+    assert!(warnings.len() == 1 && result["zenith"].get("ratio_to_mean_overcast").is_none());
 }
 
 #[test]

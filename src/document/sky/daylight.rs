@@ -1,5 +1,7 @@
 //! Sky and sun of a document: position, absolute level, beam.
 
+use std::ops::RangeInclusive;
+
 use super::time::instant;
 use super::{LocationDocument, SkyDocument};
 use crate::document::errors::{Checks, FieldError, Warning, WarningCode};
@@ -7,7 +9,10 @@ use crate::document::provenance::{BeamSource, RefractionProvenance, SunProvenanc
 use crate::scene::Daylight;
 use crate::sky::sun;
 use crate::sky::zenith::{self, EXTRATERRESTRIAL_LUX, ZenithFormula};
-use crate::sky::{Sky, SkyDistribution, SkyType, Sun, direction};
+use crate::sky::{IesSky, Sky, SkyDistribution, SkyType, Sun, direction};
+
+/// Ratios of a level to the mean of measured overcast skies within which nobody is warned: a third up or down.
+const NEAR_THE_MEAN: RangeInclusive<f64> = 3.0 / 4.0..=4.0 / 3.0;
 
 /// Properties of a document that sky and sun depend on beside the sky's own fields.
 #[derive(Clone, Copy)]
@@ -105,6 +110,10 @@ pub(crate) fn daylight(
         });
     }
     let (sky_lux, sun_lux) = daylight.horizontal_illuminance_lux();
+    let overcast = up.then(|| typical_overcast(sky_type, formula, sky_lux, altitude)).flatten();
+    if let Some(overcast) = &overcast {
+        overcast.warn(sky_type, warnings);
+    }
     let (dv_ev, luminous_turbidity) = match formula {
         ZenithFormula::GivenDiffuseRatio { dv_ev } | ZenithFormula::TypicalDiffuseRatio { dv_ev } => {
             (Some(dv_ev), None)
@@ -121,6 +130,7 @@ pub(crate) fn daylight(
             luminous_turbidity,
             zenith_luminance_cd_m2: if up { zenith_luminance_cd_m2 } else { 0.0 },
             horizontal_illuminance_lux: sky_lux,
+            ratio_to_mean_overcast: overcast.map(|overcast| overcast.ratio()),
         },
         sun: SunProvenance {
             on: daylight.sun.is_some(),
@@ -168,6 +178,51 @@ fn beam(sky: &SkyDocument, sky_type: SkyType, altitude: f64) -> (f64, BeamSource
     }
     let luminous_turbidity = sky.luminous_turbidity.unwrap_or_else(|| zenith::typical_turbidity(cie_type));
     (sun::beam_normal_illuminance_lux(altitude, luminous_turbidity), BeamSource::Turbidity { luminous_turbidity })
+}
+
+/// The level of an overcast sky for which the document gives none, beside the mean of measured ones.
+struct TypicalOvercast {
+    dv_ev: f64,
+    /// Unobstructed horizontal illuminance in lux, of this sky and in the mean of measured ones.
+    lux: f64,
+    mean_lux: f64,
+}
+
+/// The level of an overcast sky that follows from nothing but its type; `altitude`: of the sun, in radians, above 0.
+fn typical_overcast(sky_type: SkyType, formula: ZenithFormula, lux: f64, altitude: f64) -> Option<TypicalOvercast> {
+    match (sky_type, formula) {
+        (SkyType::Cie(cie_type), ZenithFormula::TypicalDiffuseRatio { dv_ev }) if cie_type.is_overcast() => {
+            Some(TypicalOvercast {
+                dv_ev,
+                lux,
+                mean_lux: IesSky::Overcast.diffuse_horizontal_illuminance_lux(altitude),
+            })
+        }
+        _ => None,
+    }
+}
+
+impl TypicalOvercast {
+    fn ratio(&self) -> f64 {
+        self.lux / self.mean_lux
+    }
+
+    /// A level far from the mean is right for its type, but not what "an overcast day" says to most people.
+    fn warn(&self, sky_type: SkyType, warnings: &mut Vec<Warning>) {
+        if NEAR_THE_MEAN.contains(&self.ratio()) {
+            return;
+        }
+        let detail = format!(
+            "the level is the typical one of {sky_type}, Dv/Ev = {}: {:.0} lx on the horizontal, {:.2} of the mean of measured \
+             overcast skies ({:.0} lx for this sun, IES 1984); all lux are in proportion to it, daylight factors are not; \
+             `diffuse_horizontal_illuminance_lux` or `dv_ev` set another level, and the preset `ies_overcast` has the mean",
+            self.dv_ev,
+            self.lux,
+            self.ratio(),
+            self.mean_lux,
+        );
+        warnings.push(Warning { code: WarningCode::TypicalOvercastLevel, detail });
+    }
 }
 
 /// More light than arrives outside the atmosphere is possible to ask for, but hardly meant.
