@@ -4,6 +4,10 @@
 
 #[path = "../shared/documents.rs"]
 mod documents;
+#[path = "../shared/judge.rs"]
+mod judge;
+#[path = "../shared/measured_values.rs"]
+mod measured_values;
 #[path = "../shared/reference.rs"]
 mod reference;
 #[path = "../shared/scenes.rs"]

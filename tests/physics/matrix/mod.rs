@@ -15,7 +15,7 @@
 //! Each row is a test, so that one row can be run alone; it is judged as strictly as in the whole.
 
 mod columns;
-mod judge;
+
 mod oracles;
 mod render;
 mod row;
@@ -28,9 +28,9 @@ use std::time::Instant;
 use skyduct::integrator::method::RefusalCode;
 
 use self::columns::{COLUMNS, Column};
-use self::judge::{Deviation, Measured, Verdict, compare, deviation, sigmas};
 use self::render::{Effort, Left, render, seed};
 use self::row::{Row, Values};
+use crate::judge::{self, Deviation, Measured, Verdict, compare, deviation, sigmas};
 
 /// Probability that a change of the random numbers alone lets any comparison of the matrix fail.
 const FALSE_ALARM: f64 = 0.01;

@@ -7,9 +7,9 @@ use skyduct::integrator::Method;
 
 use super::columns::{Family, column};
 use super::compare_all;
-use super::judge::{Measured, Verdict, Whole};
 use super::render::{Effort, render, seed};
 use super::row::{Oracle, Row, Values};
+use crate::judge::{Measured, Verdict, Whole};
 use crate::reference;
 
 /// About twelve times what a cell of the matrix takes: less than a third of its error.

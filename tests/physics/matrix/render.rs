@@ -3,7 +3,7 @@
 use std::sync::atomic::AtomicBool;
 
 use skyduct::estimate::grid::error_with_bias;
-use skyduct::estimate::{Estimate, FilmEstimate, GridEstimate};
+use skyduct::estimate::{Estimate, FilmEstimate};
 use skyduct::integrator::Method;
 use skyduct::integrator::method::{CaveatCode, Computation, RefusalCode, Task};
 use skyduct::plan::{MethodRequest, Methods};
@@ -11,8 +11,9 @@ use skyduct::scene::Scene;
 use skyduct::statistics::Moments;
 
 use super::columns::{Column, Work};
-use super::judge::{KNOWN, Measured, Whole};
 use super::row::{Mirrors, Row, Values};
+use crate::judge::{Measured, Whole};
+use crate::measured_values::{degrees, grid, mean_bias};
 
 /// Relative error that a solver is asked for; its own errors are what it is judged by.
 const SOLVER_TARGET: f64 = 2e-3;
@@ -98,29 +99,6 @@ pub fn render(row: &Row, scene: &Scene, column: &Column, effort: Effort, seed: u
     Ok((method, Values { outputs, tubes: tubes.iter().map(|tube| flux(&tube.into_room)).collect() }))
 }
 
-/// Degrees of freedom of an error that passes tell; a solver gives its error as a spread of two values.
-fn degrees(moments: &Moments, numerical: bool) -> f64 {
-    if numerical { KNOWN } else { moments.count - 1.0 }
-}
-
-fn grid(grid: &GridEstimate) -> (Vec<Measured>, Whole) {
-    let sensors = (0..grid.sensors.len()).map(|sensor| Measured {
-        value: grid.illuminance_lux(sensor),
-        error: grid.standard_error_lux(sensor),
-        degrees: degrees(&grid.sensors[sensor], grid.numerical),
-    });
-    let n = grid.sensors.len() as f64;
-    // every sensor chooses fixed points of its own
-    let fixed: f64 = (0..grid.sensors.len()).map(|sensor| grid.fixed_point_variance(sensor)).sum();
-    let whole = Whole {
-        value: grid.mean.mean,
-        noise: (grid.mean.variance_of_mean() + fixed / (n * n)).sqrt(),
-        bias: mean_bias(&grid.bias),
-        degrees: degrees(&grid.mean, grid.numerical),
-    };
-    (sensors.collect(), whole)
-}
-
 fn view(film: &FilmEstimate, image: &Moments) -> (Vec<Measured>, Whole) {
     let blocks = film.blocks.iter().enumerate().map(|(block, moments)| Measured {
         value: moments.mean,
@@ -139,10 +117,4 @@ fn view(film: &FilmEstimate, image: &Moments) -> (Vec<Measured>, Whole) {
         degrees: image.count - 1.0,
     };
     (blocks, whole)
-}
-
-/// Biases of neighbours have a sign and may cancel.
-fn mean_bias(bias: &[Moments]) -> f64 {
-    let known = bias.iter().filter(|bias| bias.count >= 2.0).map(|bias| bias.mean);
-    known.sum::<f64>() / bias.len().max(1) as f64
 }

@@ -7,7 +7,7 @@ use skyduct::plan::{self, EffectKind, EffectRequest, EffectRequests, Effects};
 use skyduct::scene::Scene;
 use skyduct::traceable::TraceableScene;
 
-use super::judge::{KNOWN, Measured, Whole};
+use crate::judge::{KNOWN, Measured, Whole};
 use crate::reference;
 
 /// A scene, all of whose outputs are compared.

@@ -1,4 +1,5 @@
 //! Two independent numbers with errors, and the probability that they differ by chance as much as they do.
+#![allow(dead_code)] // each test binary uses its part
 
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
