@@ -16,6 +16,7 @@ use utoipa::IntoParams;
 use uuid::Uuid;
 
 use crate::http::event_schemas::{JobEvent, events as events_of_a_job};
+use crate::http::last_event_id::last_event_id;
 use crate::http::problem::{Path, Problem, Query};
 use crate::http::watched::{EVENTS_AT_ONCE, News, SentEvent, WatchedJobs};
 use crate::http::{App, Service};
@@ -58,16 +59,7 @@ pub async fn events(
     Query(query): Query<EventsQuery>,
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
-    let by_header: Option<i64> = match headers.get("last-event-id") {
-        Some(value) => Some(
-            value
-                .to_str()
-                .ok()
-                .and_then(|text| text.parse().ok())
-                .ok_or_else(|| Problem::bad_request("Last-Event-ID must be the id of an event"))?,
-        ),
-        None => None,
-    };
+    let by_header = last_event_id(&headers).map_err(|error| Problem::bad_request(error.to_string()))?;
     let Ok(permit) = app.permits.streams.clone().try_acquire_owned() else {
         return Err(Problem::unavailable("all event streams that the service allows are open; try again later"));
     };

@@ -10,6 +10,7 @@ mod events;
 mod formats;
 mod health;
 mod jobs;
+pub mod last_event_id;
 mod limits;
 mod meshes;
 pub mod openapi;
