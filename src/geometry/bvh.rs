@@ -3,7 +3,7 @@
 //! The tree is an f32 filter over padded boxes; every hit is confirmed in f64 by the watertight test. obvhs' binary tree
 //! is used, not its compressed wide one, which drops near hits and misses rays with a component of -0.0.
 
-use glam::DVec3;
+use glam::{DVec3, Vec3A};
 use obvhs::{
     BvhBuildParams,
     aabb::Aabb,
@@ -13,8 +13,9 @@ use obvhs::{
 
 use super::triangle::{ShearedRay, distance_above};
 
-/// Boxes grow by this share of the scene's diagonal on every side: more than the rounding of coordinates, ray origins,
-/// directions and slab distances to f32 (each below 2^-23 of the diagonal).
+/// Boxes grow by this share of the scene's diagonal on every side: more than the rounding of coordinates, ray origins (within
+/// a diagonal of the middle, see [`TriangleBvh::skipped`]), directions and slab distances to f32 (each below 2^-23 of the
+/// diagonal).
 const PADDING: f64 = 1e-6;
 
 /// A set of triangles that answers nearest-hit queries.
@@ -54,8 +55,8 @@ impl TriangleBvh {
         let centre = 0.5 * (low + high);
         let diagonal = (high - low).length();
         let scale = if diagonal > 0.0 { 1.0 / diagonal } else { 1.0 };
-        let to_f32 = |p: DVec3| ((p - centre) * scale).as_vec3a();
-        let padding = glam::Vec3A::splat(PADDING as f32);
+        let to_f32 = |point: DVec3| ((point - centre) * scale).as_vec3a();
+        let padding = Vec3A::splat(PADDING as f32);
         let boxes: Vec<Aabb> = triangles
             .iter()
             .map(|triangle| {
@@ -75,7 +76,8 @@ impl TriangleBvh {
     /// that the ray has just left); among equals the one with the lowest number.
     pub fn nearest(&self, origin: DVec3, direction: DVec3, skip: Option<u32>) -> Option<TriangleHit> {
         let sheared = ShearedRay::new(origin, direction);
-        let ray = Ray::new_inf(((origin - self.centre) * self.scale).as_vec3a(), direction.as_vec3a());
+        let skipped = self.skipped(origin, direction);
+        let ray = Ray::new_inf(self.to_f32(origin + skipped * direction), direction.as_vec3a());
         let mut nearest: Option<TriangleHit> = None;
         self.tree.ray_traverse(ray, &mut RayHit::none(), |_, index| {
             let number = self.numbers[index];
@@ -90,7 +92,7 @@ impl TriangleBvh {
             }
             nearest = Some(TriangleHit { triangle: number, distance });
             // a little beyond the hit, so that rounding cannot cull a nearer one
-            (distance * self.scale) as f32 * (1.0 + 4.0 * f32::EPSILON) + f32::MIN_POSITIVE
+            ((distance - skipped) * self.scale) as f32 * (1.0 + 4.0 * f32::EPSILON) + f32::MIN_POSITIVE
         });
         nearest
     }
@@ -98,23 +100,36 @@ impl TriangleBvh {
     /// True if a triangle lies at a positive distance below `reach` along the unit vector `direction`.
     pub fn any_within(&self, origin: DVec3, direction: DVec3, reach: f64) -> bool {
         let sheared = ShearedRay::new(origin, direction);
+        let skipped = self.skipped(origin, direction);
+        if reach < skipped {
+            return false;
+        }
         // a little longer, so that rounding cannot cull a triangle at the end
-        let reach_f32 = (reach * self.scale) as f32 * (1.0 + 4.0 * f32::EPSILON) + 2.0 * PADDING as f32;
-        let from = ((origin - self.centre) * self.scale).as_vec3a();
-        let ray = Ray::new(from, direction.as_vec3a(), 0.0, reach_f32);
+        let reach_f32 = ((reach - skipped) * self.scale) as f32 * (1.0 + 4.0 * f32::EPSILON) + 2.0 * PADDING as f32;
+        let ray = Ray::new(self.to_f32(origin + skipped * direction), direction.as_vec3a(), 0.0, reach_f32);
         !self.tree.ray_traverse_miss(ray, |_, index| {
             let hit = sheared.intersect(&self.triangles[index]);
             if hit.is_some_and(|distance| distance < reach) { 0.0 } else { f32::INFINITY }
         })
     }
 
+    /// A point in the coordinates of the tree.
+    fn to_f32(&self, point: DVec3) -> Vec3A {
+        ((point - self.centre) * self.scale).as_vec3a()
+    }
+
+    /// Distance in metres along a ray up to which nothing can be hit: the ray enters the tree one diagonal before the middle,
+    /// since f32 would move an origin that is many diagonals away by more than boxes are padded.
+    fn skipped(&self, origin: DVec3, direction: DVec3) -> f64 {
+        ((self.centre - origin).dot(direction) - self.scale.recip()).max(0.0)
+    }
+
     /// Distance in metres from a point to the nearest point of the triangles that lies higher than `height` (z), where that is
     /// below `reach`; `None` where it is not.
     pub fn distance_above(&self, point: DVec3, height: f64, reach: f64) -> Option<f64> {
-        let to_f32 = |p: DVec3| ((p - self.centre) * self.scale).as_vec3a();
         // a little wider, so that rounding cannot cull a triangle at the end
-        let padding = glam::Vec3A::splat(2.0 * PADDING as f32);
-        let around = Aabb::new(to_f32(point - reach) - padding, to_f32(point + reach) + padding);
+        let padding = Vec3A::splat(2.0 * PADDING as f32);
+        let around = Aabb::new(self.to_f32(point - reach) - padding, self.to_f32(point + reach) + padding);
         let mut nearest = reach;
         self.tree.aabb_traverse(around, |tree, node| {
             let node = &tree.nodes[node as usize];
