@@ -8,12 +8,16 @@ mod schema;
 #[path = "../shared/given.rs"]
 mod given;
 
+#[path = "../../fuzz/src/lib.rs"]
+mod fuzzed;
+
 mod any;
 mod bounds;
 mod contract;
 mod hints;
 mod methods;
 mod room;
+mod seeds;
 mod sky;
 mod text;
 mod tubes;
