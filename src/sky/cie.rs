@@ -39,8 +39,11 @@ impl CieType {
     pub const TRADITIONAL_OVERCAST: Self = Self(16);
 
     /// `None` unless `number` is 1..=16.
-    pub fn new(number: u8) -> Option<Self> {
-        (1..=16).contains(&number).then_some(Self(number))
+    pub const fn new(number: u8) -> Option<Self> {
+        match number {
+            1..=16 => Some(Self(number)),
+            _ => None,
+        }
     }
 
     /// All sixteen types, in order.

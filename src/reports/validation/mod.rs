@@ -1,4 +1,4 @@
-//! The validation report: closed forms, published tables and independent references against live runs.
+//! The validation report: closed forms, published formulae and independent references against live runs.
 //!
 //! "Validated against" a case means: the values agree within their stated errors (deterministic ones), or within four
 //! combined standard errors (random ones). The cases modelled on CIE 171 have references recomputed from closed forms.
@@ -6,6 +6,7 @@
 mod deviations;
 mod error;
 mod interior;
+mod published;
 mod reference;
 mod scenes;
 mod skies;
@@ -21,12 +22,13 @@ pub use error::ValidationError;
 /// runs.
 pub fn run(reference: &Path, progress: impl Fn(&str)) -> Result<Report, ValidationError> {
     type Run = fn(&Path) -> Result<Section, ValidationError>;
-    let sections: [(&str, Run); 5] = [
+    let sections: [(&str, Run); 6] = [
         ("Skies and sun", skies::section),
         ("Tubes", tubes::section),
         ("Interiors: cases modelled on CIE 171", interior::section),
         ("The thesis' room", scenes::thesis),
         ("Whole scenes", scenes::section),
+        ("Published and measured numbers", published::section),
     ];
     let sections = sections.into_iter().map(|(title, run)| {
         progress(title);
@@ -42,7 +44,7 @@ fn introduction(sections: &[Section]) -> String {
     let compared: usize = checks().map(|check| check.compared).sum();
     let failed = checks().filter(|check| !check.passed()).count();
     format!(
-        "skyduct {} validated against closed forms, published tables and independent programs. `skyduct validate` runs\n\
+        "skyduct {} validated against closed forms, published formulae and independent programs. `skyduct validate` runs\n\
          every case anew and writes this page; nothing in it is typed by hand. {compared} comparisons in {} checks, of\n\
          which {failed} failed. \"Validated against\" means: deterministic values agree within the stated error of the\n\
          reference, random ones within the stated number of standard errors.",
