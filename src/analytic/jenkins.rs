@@ -84,7 +84,7 @@ impl Jenkins {
         }
         let through_sky = self.room.sky.as_ref().map_or(0.0, |sky| sky_exitance(sky, 1.0, reflectance));
         let through_sun = self.room.sun.as_ref().filter(|_| sun > 0.0).map_or(0.0, |beam| {
-            let tangent = (FRAC_PI_2 - beam.direction.z.asin()).tan();
+            let tangent = libm::tan(FRAC_PI_2 - libm::asin(beam.direction.z));
             sun * beam_transmission(1.0, tangent, reflectance)
         });
         if sky + sun > 0.0 { (through_sky + through_sun) / (sky + sun) } else { 0.0 }
@@ -94,7 +94,7 @@ impl Jenkins {
         let (sky, sun) = self.external();
         let at_collector = (sky + sun) * PI * tube.radius * tube.radius;
         let bends = self.settings.bend_factor.unwrap_or(1.0).powi(pipe.bends as i32);
-        let transmission = self.pipe_transmittance(pipe.reflectance).powf(pipe.aspect) * bends;
+        let transmission = libm::pow(self.pipe_transmittance(pipe.reflectance), pipe.aspect) * bends;
         let at_diffuser = at_collector * pipe.collector_transmittance * transmission;
         let quantity = |value| Quantity { value, error: None };
         TubeSolution {

@@ -78,7 +78,7 @@ fn with_error(value: &Value, error: &Value) -> String {
 
 /// Decimals that show `digits` significant digits of `value`, at most 6.
 fn decimals(value: f64, digits: i32) -> usize {
-    let first = if value == 0.0 { 0 } else { value.abs().log10().floor() as i32 };
+    let first = if value == 0.0 { 0 } else { libm::log10(value.abs()).floor() as i32 };
     (digits - 1 - first).clamp(0, 6) as usize
 }
 

@@ -118,13 +118,17 @@ impl FilmEstimate {
         }
         let pixels = self.pixels_of(block).count() as f64;
         let sampling = self.pixel_sampling_variance(pixel).max(self.block_sampling_variance(block) * pixels);
-        error.hypot(sampling.max(0.0).sqrt())
+        libm::hypot(error, sampling.max(0.0).sqrt())
     }
 
     /// Standard error of a block's luminance in cd/m2, the estimated bias and the error of fixed rays included.
     pub fn block_standard_error_cd_m2(&self, block: usize) -> f64 {
         let error = error_with_bias(&self.blocks[block], self.block_bias.get(block));
-        if self.contrasts.is_empty() { error } else { error.hypot(self.block_sampling_variance(block).max(0.0).sqrt()) }
+        if self.contrasts.is_empty() {
+            error
+        } else {
+            libm::hypot(error, self.block_sampling_variance(block).max(0.0).sqrt())
+        }
     }
 
     /// Variance by the choice of a pixel's fixed rays.

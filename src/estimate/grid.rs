@@ -81,7 +81,7 @@ impl GridEstimate {
     /// infinite with fewer than two passes.
     pub fn standard_error_lux(&self, sensor: usize) -> f64 {
         let error = error_with_bias(&self.sensors[sensor], self.bias.get(sensor));
-        error.hypot(self.fixed_point_variance(sensor).sqrt()).max(self.error_of_few_photons_lux(sensor))
+        libm::hypot(error, self.fixed_point_variance(sensor).sqrt()).max(self.error_of_few_photons_lux(sensor))
     }
 
     /// Standard error in lux by Poisson's distribution while a sensor has found few photons, and at least what one would add:

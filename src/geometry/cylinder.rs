@@ -4,6 +4,8 @@ use std::f64::consts::TAU;
 
 use glam::{DVec2, DVec3};
 
+use super::turn::unit_vector;
+
 /// Position and direction of a ray after its way through a cylinder, with the number of reflections.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Passage {
@@ -50,7 +52,7 @@ pub fn traverse(radius: f64, position: DVec3, direction: DVec3, axial: f64) -> P
     let b = p0.x * along.y - p0.y * along.x;
     let half_chord = ((radius - b.abs()).max(0.0) * (radius + b.abs())).sqrt();
     if half_chord < 1e-9 * radius {
-        let turn = DVec2::from_angle(path / radius * if b < 0.0 { -1.0 } else { 1.0 });
+        let turn = unit_vector(path / radius * if b < 0.0 { -1.0 } else { 1.0 });
         let direction = turn.rotate(transverse).extend(direction.z);
         return Passage { position: turn.rotate(p0).extend(end_z), direction, bounces: f64::INFINITY };
     }
@@ -83,8 +85,8 @@ const MOST_SQUARED: f64 = 256.0;
 fn turns(half_turn: DVec2, bounces: f64) -> DVec2 {
     if bounces > MOST_SQUARED {
         // reduced to one turn before its sine and cosine are taken
-        let turns = bounces * 2.0 * half_turn.y.atan2(half_turn.x) * (1.0 / TAU);
-        let (sin, cos) = ((turns - turns.floor()) * TAU).sin_cos();
+        let turns = bounces * 2.0 * libm::atan2(half_turn.y, half_turn.x) * (1.0 / TAU);
+        let (sin, cos) = libm::sincos((turns - turns.floor()) * TAU);
         return DVec2::new(cos, sin);
     }
     let mut power = half_turn.rotate(half_turn);

@@ -89,7 +89,7 @@ pub fn disc_polygon_area(centre: DVec2, radius: f64, polygon: &[DVec2]) -> f64 {
 /// assert_eq!(disc_edge_area(9.0, DVec2::X, DVec2::Y), 0.5);
 /// ```
 pub fn disc_edge_area(radius: f64, a: DVec2, b: DVec2) -> f64 {
-    let sector = |from: DVec2, to: DVec2| 0.5 * radius * radius * from.perp_dot(to).atan2(from.dot(to));
+    let sector = |from: DVec2, to: DVec2| 0.5 * radius * radius * libm::atan2(from.perp_dot(to), from.dot(to));
     let triangle = |from: DVec2, to: DVec2| 0.5 * from.perp_dot(to);
     let edge = b - a;
     let length_squared = edge.length_squared();
@@ -130,10 +130,11 @@ pub fn disc_disc_area(r1: f64, r2: f64, distance: f64) -> f64 {
         return PI * r1.min(r2).powi(2);
     }
     let half_angle = |r: f64, other: f64| {
-        ((distance * distance + r * r - other * other) / (2.0 * distance * r)).clamp(-1.0, 1.0).acos()
+        libm::acos(((distance * distance + r * r - other * other) / (2.0 * distance * r)).clamp(-1.0, 1.0))
     };
     let (angle1, angle2) = (half_angle(r1, r2), half_angle(r2, r1));
-    r1 * r1 * (angle1 - angle1.sin() * angle1.cos()) + r2 * r2 * (angle2 - angle2.sin() * angle2.cos())
+    r1 * r1 * (angle1 - libm::sin(angle1) * libm::cos(angle1))
+        + r2 * r2 * (angle2 - libm::sin(angle2) * libm::cos(angle2))
 }
 
 #[cfg(test)]

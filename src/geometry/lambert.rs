@@ -53,7 +53,7 @@ fn edge_sum(relative: &[DVec3], normal: DVec3) -> f64 {
         let cross = from.cross(to - *from);
         let length = cross.length();
         if length > 0.0 {
-            sum += length.atan2(from.dot(to)) * cross.dot(normal) / length;
+            sum += libm::atan2(length, from.dot(to)) * cross.dot(normal) / length;
         }
     }
     0.5 * sum

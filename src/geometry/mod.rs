@@ -10,5 +10,6 @@ pub mod polygon;
 pub mod rectangle;
 pub mod section;
 pub mod triangle;
+pub mod turn;
 
 pub use obj::TriangleMesh;

@@ -18,7 +18,7 @@ pub fn parallel_factor(distance: f64, u: [f64; 2], v: [f64; 2]) -> f64 {
     let corner = |u: f64, v: f64| {
         let (x, y) = (u / distance, v / distance);
         let (root_x, root_y) = ((1.0 + x * x).sqrt(), (1.0 + y * y).sqrt());
-        x / root_x * (y / root_x).atan() + y / root_y * (x / root_y).atan()
+        x / root_x * libm::atan(y / root_x) + y / root_y * libm::atan(x / root_y)
     };
     (corner(u[1], v[1]) - corner(u[0], v[1]) - corner(u[1], v[0]) + corner(u[0], v[0])) / TAU
 }
@@ -41,8 +41,8 @@ pub fn perpendicular_factor(distance: f64, across: [f64; 2], along: [f64; 2]) ->
         return 0.0;
     }
     let edge = |v: f64| {
-        let slant = distance.hypot(v);
-        distance / slant * ((across[1] / slant).atan() - (across[0] / slant).atan())
+        let slant = libm::hypot(distance, v);
+        distance / slant * (libm::atan(across[1] / slant) - libm::atan(across[0] / slant))
     };
     (edge(along[0]) - edge(along[1])) / TAU
 }

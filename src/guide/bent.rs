@@ -113,7 +113,7 @@ impl BentGuide {
         let by_angle = matches!(self.reflectance, Mirror::ByAngle(_));
         let brightest = self.reflectance.brightest();
         // beyond these bounces nothing is left; infinite for a perfect mirror
-        let most_bounces = if brightest < 1.0 { NEGLIGIBLE.ln() / brightest.ln() } else { f64::INFINITY };
+        let most_bounces = if brightest < 1.0 { libm::log(NEGLIGIBLE) / libm::log(brightest) } else { f64::INFINITY };
         let mut rays = 0;
         let end = loop {
             rays += 1;

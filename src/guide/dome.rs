@@ -191,7 +191,7 @@ impl Dome {
         };
         let foot = |radius: f64| ((radius - impact / index) * (radius + impact / index)).max(0.0).sqrt();
         let chord = (outer - inner) * (outer + inner) / (foot(outer) + foot(inner));
-        let passes = (-absorption * chord).exp();
+        let passes = libm::exp(-absorption * chord);
         Ray { position, direction, shares: [0.5; 2], at_outer: at(outer), at_inner: at(inner), chord, passes, rays: 1 }
     }
 }

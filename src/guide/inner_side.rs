@@ -34,7 +34,7 @@ pub(super) fn inward(
     for ray in 0..RAYS {
         // even over the projected hemisphere, each a golden angle on
         let share = (f64::from(ray) + 0.5) / f64::from(RAYS);
-        let (sin, cos) = (2.399_963_229_728_653 * f64::from(ray)).sin_cos();
+        let (sin, cos) = libm::sincos(2.399_963_229_728_653 * f64::from(ray));
         let mut direction = DVec3::new(share.sqrt() * cos, share.sqrt() * sin, (1.0 - share).sqrt());
         let (mut position, mut left) = (DVec3::ZERO, None);
         for _ in 0..REFLECTIONS {

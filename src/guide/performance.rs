@@ -199,13 +199,14 @@ pub fn tregenza_patches() -> impl Iterator<Item = SkyPatch> {
     let bands = [30u32, 30, 24, 24, 18, 12, 6];
     let half_band = 6f64.to_radians();
     let last = FRAC_PI_2 - half_band;
-    let zenith = SkyPatch { toward: DVec3::Z, solid_angle_sr: TAU * (1.0 - last.sin()) };
+    let zenith = SkyPatch { toward: DVec3::Z, solid_angle_sr: TAU * (1.0 - libm::sin(last)) };
     bands
         .into_iter()
         .enumerate()
         .flat_map(move |(band, count)| {
             let altitude = half_band * (2.0 * band as f64 + 1.0);
-            let solid_angle_sr = TAU * ((altitude + half_band).sin() - (altitude - half_band).sin()) / f64::from(count);
+            let solid_angle_sr =
+                TAU * (libm::sin(altitude + half_band) - libm::sin(altitude - half_band)) / f64::from(count);
             (0..count).map(move |patch| SkyPatch {
                 toward: direction(altitude, TAU * f64::from(patch) / f64::from(count)),
                 solid_angle_sr,

@@ -7,6 +7,7 @@ use glam::DVec3;
 
 use super::mesh::Part;
 use crate::geometry::TriangleMesh;
+use crate::geometry::turn::angle_between;
 use crate::optics::Mirror;
 
 /// Largest distance of a vertex from the cylinder that it should lie on, in radii.
@@ -58,7 +59,7 @@ pub struct RecognisedCylinder {
 /// ```
 pub fn area_factor(sides: usize) -> f64 {
     let n = sides as f64;
-    n / TAU * (TAU / n).sin()
+    n / TAU * libm::sin(TAU / n)
 }
 
 /// Mean number of reflections in a prism of that base, over those in the cylinder around it: as circumference over area.
@@ -67,7 +68,7 @@ pub fn area_factor(sides: usize) -> f64 {
 /// assert!((skyduct::guide::recognise::bounce_factor(4) - 2f64.sqrt()).abs() < 1e-15);
 /// ```
 pub fn bounce_factor(sides: usize) -> f64 {
-    1.0 / (PI / sides as f64).cos()
+    1.0 / libm::cos(PI / sides as f64)
 }
 
 /// Judges a mesh in metres in the tube's frame; `parts`: one per material; `radius` of the opening in metres.
@@ -129,7 +130,7 @@ impl Surface {
 }
 
 fn turn_between(a: DVec3, b: DVec3) -> f64 {
-    a.truncate().angle_to(b.truncate()).abs()
+    angle_between(a.truncate(), b.truncate()).abs()
 }
 
 /// Sides of the border at z = 0, when its vertices are at one distance from the axis and it goes round once.

@@ -33,9 +33,9 @@ impl StraightGuide {
     /// A black guide passes what lies within an angle of tangent D / L; of light at k times that, R^k is left: within a tangent
     /// of (1 + 5 / ln(1/R)) D / L lies 98 % of the light of a uniform sky.
     pub fn narrow_cone(&self) -> Option<f64> {
-        let decades = -self.reflectance.brightest().ln();
+        let decades = -libm::log(self.reflectance.brightest());
         let tangent = (1.0 + 5.0 / decades) * 2.0 * self.radius / self.length;
-        (decades > 0.0 && tangent < NARROW).then(|| tangent.atan())
+        (decades > 0.0 && tangent < NARROW).then(|| libm::atan(tangent))
     }
 
     #[inline]

@@ -35,7 +35,7 @@ pub fn beam_transmission(aspect: f64, tan_theta: f64, reflectance: f64) -> f64 {
     }
     let loss = 1.0 - reflectance;
     let first = a.floor();
-    let mut power = if first == 0.0 { 1.0 } else { reflectance.powf(first) };
+    let mut power = if first == 0.0 { 1.0 } else { libm::pow(reflectance, first) };
     let mut upper = 1.0;
     let mut sum = 0.0;
     let mut n = first;
@@ -67,12 +67,12 @@ const MOST_TERMS: f64 = 4096.0;
 /// The integral over s from 0 to `upper`, with R^(A/s) (1 + (ln R)^2 / 12) for the broken line through its whole powers,
 /// which lies above it by that much in the mean; s = sin(phi).
 fn remainder(a: f64, reflectance: f64, upper: f64) -> f64 {
-    let lambda = -reflectance.ln();
-    let end = upper.asin();
+    let lambda = -libm::log(reflectance);
+    let end = libm::asin(upper);
     let rule = GaussLegendre::new(NonZeroUsize::new(32).unwrap_or(NonZeroUsize::MIN));
     let curve = |phi: f64| {
-        let s = phi.sin();
-        s * s * (-lambda * a / s).exp()
+        let s = libm::sin(phi);
+        s * s * libm::exp(-lambda * a / s)
     };
     // in halves toward zero, where the curve leaves it ever so slowly
     let halves: f64 = (0..24).map(|k| rule.integrate(end * 0.5f64.powi(k + 1), end * 0.5f64.powi(k), curve)).sum();
@@ -89,7 +89,7 @@ fn primitive(s: f64, root: f64) -> f64 {
         let s2 = s * s;
         return s * s2 * (1.0 / 3.0 + s2 * (1.0 / 10.0 + s2 * (3.0 / 56.0 + s2 * (5.0 / 144.0))));
     }
-    0.5 * (s.asin() - s * root)
+    0.5 * (libm::asin(s) - s * root)
 }
 
 /// Approximate transmission of parallel light by the mean number of reflections, R^(4 A / pi) with A = `aspect` `tan_theta`
@@ -103,7 +103,7 @@ fn primitive(s: f64, root: f64) -> f64 {
 /// assert!((approximate - 0.4639).abs() < 5e-5 && approximate < beam_transmission(8.0, tangent, 0.98));
 /// ```
 pub fn zastrow_wittwer_transmission(aspect: f64, tan_theta: f64, reflectance: f64) -> f64 {
-    reflectance.powf(aspect * tan_theta / FRAC_PI_4)
+    libm::pow(reflectance, aspect * tan_theta / FRAC_PI_4)
 }
 
 /// Kinks of T(Z) at which the quadrature over a sky is split; light beyond the last has met as many mirrors.
@@ -135,8 +135,8 @@ const NODES: [(f64, usize); 4] = [(1e-3, 6), (1e-2, 8), (0.03, 16), (f64::INFINI
 /// ```
 pub fn sky_exitance(sky: &Sky, aspect: f64, reflectance: f64) -> f64 {
     let sun = sky.distribution.sun();
-    let sun_zenith_angle = sun.truncate().length().atan2(sun.z).clamp(0.0, FRAC_PI_2);
-    let sun_azimuth = sun.x.atan2(sun.y);
+    let sun_zenith_angle = libm::atan2(sun.truncate().length(), sun.z).clamp(0.0, FRAC_PI_2);
+    let sun_azimuth = libm::atan2(sun.x, sun.y);
     let rule = |degree| GaussLegendre::new(NonZeroUsize::new(degree).unwrap_or(NonZeroUsize::MIN));
     let around = rule(48);
     let along = NODES.map(|(width, nodes)| (width, rule(nodes)));
@@ -152,13 +152,13 @@ pub fn sky_exitance(sky: &Sky, aspect: f64, reflectance: f64) -> f64 {
         })
     };
     let integrand = |zenith_angle: f64| {
-        let (sin, cos) = zenith_angle.sin_cos();
+        let (sin, cos) = libm::sincos(zenith_angle);
         ring(zenith_angle) * beam_transmission(aspect, sin / cos, reflectance) * sin * cos
     };
     // what a dull pipe passes at all is in the first parts, however narrow they are
-    let bright = (BRIGHT_KINKS / aspect).atan();
+    let bright = libm::atan(BRIGHT_KINKS / aspect);
     // T has kinks where A is a whole number; the sky has one at the sun
-    let mut edges: Vec<f64> = (0..=KINKS).map(|k| (f64::from(k) / aspect).atan()).collect();
+    let mut edges: Vec<f64> = (0..=KINKS).map(|k| libm::atan(f64::from(k) / aspect)).collect();
     edges.push(FRAC_PI_2);
     if !sky.distribution.is_azimuthally_uniform() {
         edges.push(sun_zenith_angle);

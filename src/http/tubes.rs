@@ -158,7 +158,7 @@ impl Request {
         };
         let beam = |altitude_deg: &f64| {
             let altitude = altitude_deg.to_radians();
-            let tangent = if *altitude_deg == 90.0 { 0.0 } else { altitude.cos() / altitude.sin() };
+            let tangent = if *altitude_deg == 90.0 { 0.0 } else { libm::cos(altitude) / libm::sin(altitude) };
             let reflections = aspect_ratio * tangent / FRAC_PI_4;
             BeamTransmission {
                 altitude_deg: *altitude_deg,

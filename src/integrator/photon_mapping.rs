@@ -233,7 +233,8 @@ impl<const C: usize> PhotonMapping<C> {
         });
         let receiver = Receiver { normal: DVec3::Z, surface: None, key: sensor.key.stream(Stream::Gather, 0) };
         let gathered = gathering.gather(&receiver, start, count);
-        let reach = if strata > 1 { 0.5 * sensor.grid.cell_size_m[0].hypot(sensor.grid.cell_size_m[1]) } else { 0.0 };
+        let reach =
+            if strata > 1 { 0.5 * libm::hypot(sensor.grid.cell_size_m[0], sensor.grid.cell_size_m[1]) } else { 0.0 };
         let can_come = self.gathers_rays() && !self.mapper.is_covered(number, sensor.centre(), reach);
         // of one photon on a white surface, in the disc of one ray
         let kernel = PI * gathering.maps.radius * gathering.maps.radius;

@@ -16,8 +16,8 @@ pub fn is_kept(passes: u64) -> bool {
     if passes <= EVERY_PASS {
         return true;
     }
-    let step = ((passes as f64).log2() * PER_DOUBLING).round();
-    (step / PER_DOUBLING).exp2().round() as u64 == passes
+    let step = (libm::log2(passes as f64) * PER_DOUBLING).round();
+    libm::exp2(step / PER_DOUBLING).round() as u64 == passes
 }
 
 #[cfg(test)]

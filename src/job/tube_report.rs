@@ -160,7 +160,8 @@ fn performance(traceable: &TraceableScene, tube: usize, shape: &TubeShape, radiu
     };
     let toward_sun = traceable.sun.as_ref().map(|sun| sun.direction);
     let toward_sun = toward_sun.or(traceable.sky.as_ref().map(|sky| sky.distribution.sun()));
-    let azimuth = toward_sun.map_or(std::f64::consts::PI, |sun| sun.x.atan2(sun.y).rem_euclid(std::f64::consts::TAU));
+    let azimuth =
+        toward_sun.map_or(std::f64::consts::PI, |sun| libm::atan2(sun.x, sun.y).rem_euclid(std::f64::consts::TAU));
     TubePerformance {
         beam: beam_report(guide, azimuth, key.stream(Stream::ReportBeams, 0)),
         uniform_sky: uniform_sky.into(),

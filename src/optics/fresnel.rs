@@ -43,7 +43,7 @@ pub fn fresnel(cosine: f64, index_ratio: f64) -> [f64; 2] {
 /// ```
 pub fn slab_transmittance(cosine: f64, index: f64, optical_depth: f64) -> f64 {
     let inside = (1.0 - (1.0 - cosine) * (1.0 + cosine) / (index * index)).max(0.0).sqrt();
-    let passes = if optical_depth == 0.0 { 1.0 } else { (-optical_depth / inside).exp() };
+    let passes = if optical_depth == 0.0 { 1.0 } else { libm::exp(-optical_depth / inside) };
     let one = |r: f64| {
         if r >= 1.0 { 0.0 } else { (1.0 - r) * (1.0 - r) * passes / ((1.0 - r * passes) * (1.0 + r * passes)) }
     };

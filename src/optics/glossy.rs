@@ -119,7 +119,7 @@ impl Glossy {
                 break cosine;
             }
         };
-        let (sin_phi, cos_phi) = (TAU * random.uniform()).sin_cos();
+        let (sin_phi, cos_phi) = libm::sincos(TAU * random.uniform());
         let sine = (1.0 - cosine * cosine).max(0.0).sqrt();
         DVec3::new(sine * cos_phi, sine * sin_phi, cosine)
     }
@@ -179,7 +179,7 @@ fn lambda(alpha: f64, cosine: f64) -> f64 {
 fn visible_reflection(alpha: f64, from: DVec3, [u, v]: [f64; 2]) -> (DVec3, f64) {
     let stretched = DVec3::new(alpha * from.x, alpha * from.y, from.z).normalize();
     let z = (1.0 - v) * (1.0 + stretched.z) - stretched.z;
-    let (sin_phi, cos_phi) = (TAU * u).sin_cos();
+    let (sin_phi, cos_phi) = libm::sincos(TAU * u);
     let sine = (1.0 - z * z).max(0.0).sqrt();
     let half = DVec3::new(sine * cos_phi, sine * sin_phi, z) + stretched;
     let normal = DVec3::new(alpha * half.x, alpha * half.y, half.z.max(0.0)).try_normalize().unwrap_or(DVec3::Z);

@@ -96,23 +96,23 @@ impl MeasuredDiffuser {
     /// assert!((through - 0.6).abs() < 1e-15 && back == 0.0);
     /// ```
     pub fn shares(&self, cosine: f64) -> [f64; 2] {
-        let angle = cosine.clamp(0.0, 1.0).acos();
+        let angle = libm::acos(cosine.clamp(0.0, 1.0));
         [self.transmission.share(angle), self.reflection.as_ref().map_or(0.0, |reflection| reflection.share(angle))]
     }
 
     /// BTDF, or BRDF where not `transmitted`, per sr; cosines of the angles of incidence and exit in 0..=1.
     pub fn per_sr(&self, transmitted: bool, incident_cosine: f64, exit_cosine: f64) -> f64 {
-        let angles = [incident_cosine, exit_cosine].map(|cosine| cosine.clamp(0.0, 1.0).acos());
+        let angles = [incident_cosine, exit_cosine].map(|cosine| libm::acos(cosine.clamp(0.0, 1.0)));
         self.of(transmitted).map_or(0.0, |distribution| distribution.per_sr(angles))
     }
 
     /// A direction around +z of light that leaves, transmitted or reflected, at an angle of incidence with the given
     /// cosine; density [`MeasuredDiffuser::per_sr`] cos(exit) over the share that leaves on this side.
     pub fn exit_direction(&self, transmitted: bool, incident_cosine: f64, [u, v]: [f64; 2]) -> DVec3 {
-        let incidence = incident_cosine.clamp(0.0, 1.0).acos();
+        let incidence = libm::acos(incident_cosine.clamp(0.0, 1.0));
         let exit = self.of(transmitted).map_or(0.0, |distribution| distribution.sample(incidence, u));
-        let (sin, cos) = exit.sin_cos();
-        let (y, x) = (TAU * v).sin_cos();
+        let (sin, cos) = libm::sincos(exit);
+        let (y, x) = libm::sincos(TAU * v);
         DVec3::new(sin * x, sin * y, cos.max(0.0))
     }
 
@@ -272,9 +272,9 @@ impl Row {
         let width = to - from;
         // int sin cos and int (x - from) sin cos without differences of nearly equal numbers: of a peak a millionth of a degree
         // wide they would leave nothing
-        let even = 0.5 * (from + to).sin() * width.sin();
-        let rising = 0.5 * width * (0.5 * from + 1.5 * to).sin() * (0.5 * width).sin()
-            - 0.25 * (from + to).cos() * less_sine(width);
+        let even = 0.5 * libm::sin(from + to) * libm::sin(width);
+        let rising = 0.5 * width * libm::sin(0.5 * from + 1.5 * to) * libm::sin(0.5 * width)
+            - 0.25 * libm::cos(from + to) * less_sine(width);
         TAU * (self.per_sr[segment] * even + slope * rising)
     }
 
@@ -293,7 +293,7 @@ impl Row {
             } else {
                 low = angle
             }
-            let (sin, cos) = angle.sin_cos();
+            let (sin, cos) = libm::sincos(angle);
             let next = angle - excess / (TAU * self.at(angle) * sin * cos);
             let next = if next > low && next < high { next } else { 0.5 * (low + high) };
             if (next - angle).abs() < 1e-14 {
@@ -308,7 +308,7 @@ impl Row {
 /// x - sin x for x within 0..=pi/2.
 fn less_sine(x: f64) -> f64 {
     if x > 0.25 {
-        return x - x.sin();
+        return x - libm::sin(x);
     }
     let square = x * x;
     let series = [110.0, 72.0, 42.0, 20.0].into_iter().fold(1.0, |sum, divisor| 1.0 - square / divisor * sum);

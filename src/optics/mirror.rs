@@ -41,7 +41,7 @@ impl MirrorTable {
     /// ```
     #[inline]
     pub fn at(&self, cosine: f64) -> [f64; 3] {
-        let angle = cosine.clamp(0.0, 1.0).acos();
+        let angle = libm::acos(cosine.clamp(0.0, 1.0));
         let next = self.angles.partition_point(|row| *row <= angle).clamp(1, self.angles.len() - 1);
         let (from, to) = (self.angles[next - 1], self.angles[next]);
         let share = (angle - from) / (to - from);
@@ -72,7 +72,11 @@ impl Mirror {
     #[inline]
     pub fn power<const C: usize>(&self, cosine: impl FnOnce() -> f64, bounces: f64) -> Spectrum<C> {
         let reflectance = Spectrum::from_rgb(self.reflectance(cosine));
-        if bounces <= 64.0 { reflectance.map(|r| r.powi(bounces as i32)) } else { reflectance.map(|r| r.powf(bounces)) }
+        if bounces <= 64.0 {
+            reflectance.map(|r| r.powi(bounces as i32))
+        } else {
+            reflectance.map(|r| libm::pow(r, bounces))
+        }
     }
 
     /// Largest reflectance of any channel at any angle.

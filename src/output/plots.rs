@@ -214,9 +214,9 @@ fn decades(values: impl Iterator<Item = f64>, otherwise: f64) -> (f64, f64) {
     let (low, high) = values.fold((f64::INFINITY, 0.0f64), |(low, high), value| (low.min(value), high.max(value)));
     let (low, high) = if high > 0.0 { (low, high) } else { (otherwise, otherwise) };
     // beyond these exponents the scale itself would overflow
-    let from = low.log10().floor().clamp(-100.0, 99.0);
-    let to = high.log10().ceil().clamp(from + 1.0, 100.0);
-    (10f64.powf(from), 10f64.powf(to))
+    let from = libm::log10(low).floor().clamp(-100.0, 99.0);
+    let to = libm::log10(high).ceil().clamp(from + 1.0, 100.0);
+    (libm::pow(10f64, from), libm::pow(10f64, to))
 }
 
 #[cfg(test)]

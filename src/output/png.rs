@@ -52,7 +52,7 @@ impl ToneMapping {
         let brightest = percentile(lit(), 0.995).unwrap_or(1.0);
         let counted = || lit().filter(|y| *y >= DARKEST_COUNTED * brightest);
         let number = counted().count().max(1) as f64;
-        let log_average = (counted().map(f64::ln).sum::<f64>() / number).exp();
+        let log_average = libm::exp(counted().map(libm::log).sum::<f64>() / number);
         let exposure = KEY / log_average;
         // never below about three times the average, so that an even image is not stretched to white
         Ok(Self { exposure, white: (exposure * brightest).max(LEAST_WHITE) })
@@ -89,7 +89,7 @@ impl ToneMapping {
 /// Linear light as an sRGB byte (IEC 61966-2-1); clipped to 0..1.
 pub fn srgb_byte(linear: f64) -> u8 {
     let linear = linear.clamp(0.0, 1.0);
-    let encoded = if linear <= 0.003_130_8 { 12.92 * linear } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 };
+    let encoded = if linear <= 0.003_130_8 { 12.92 * linear } else { 1.055 * libm::pow(linear, 1.0 / 2.4) - 0.055 };
     (255.0 * encoded).round() as u8
 }
 

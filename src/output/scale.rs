@@ -42,7 +42,7 @@ impl Scale {
     /// Position of a value, 0..1; clipped, and 0 for what is not a number.
     pub fn position(&self, value: f64) -> f64 {
         let position = if self.logarithmic {
-            (value / self.lowest).ln() / (self.highest / self.lowest).ln()
+            libm::log(value / self.lowest) / libm::log(self.highest / self.lowest)
         } else {
             (value - self.lowest) / (self.highest - self.lowest)
         };
@@ -57,7 +57,7 @@ impl Scale {
 
     fn linear_ticks(&self) -> Vec<f64> {
         let rough = (self.highest - self.lowest) / 5.0;
-        let decade = 10f64.powi(rough.log10().floor() as i32);
+        let decade = 10f64.powi(libm::log10(rough).floor() as i32);
         let step = [1.0, 2.0, 5.0, 10.0].into_iter().map(|m| m * decade).find(|step| *step >= rough).unwrap_or(rough);
         let slack = 1e-9 * step;
         let first = ((self.lowest - slack) / step).ceil();
@@ -65,8 +65,8 @@ impl Scale {
     }
 
     fn logarithmic_ticks(&self) -> Vec<f64> {
-        let decades = self.lowest.log10().floor() as i32..=self.highest.log10().ceil() as i32;
-        let many = (self.highest / self.lowest).log10() > 3.0;
+        let decades = libm::log10(self.lowest).floor() as i32..=libm::log10(self.highest).ceil() as i32;
+        let many = libm::log10(self.highest / self.lowest) > 3.0;
         let within = |tick: &f64| *tick >= self.lowest * (1.0 - 1e-9) && *tick <= self.highest * (1.0 + 1e-9);
         let multiples: &[f64] = if many { &[1.0] } else { &[1.0, 2.0, 5.0] };
         decades.flat_map(|decade| multiples.iter().map(move |m| m * 10f64.powi(decade))).filter(within).collect()
@@ -84,7 +84,7 @@ pub fn label(value: f64) -> String {
         return text.replace(".0e", "e");
     }
     // three digits tell ticks apart
-    let decimals = (2 - magnitude.log10().floor() as i32).max(0) as usize;
+    let decimals = (2 - libm::log10(magnitude).floor() as i32).max(0) as usize;
     let text = format!("{value:.decimals$}");
     if decimals == 0 { text } else { text.trim_end_matches('0').trim_end_matches('.').to_owned() }
 }

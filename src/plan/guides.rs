@@ -76,7 +76,7 @@ fn facets(triangles: usize, section: Option<&Section>) -> String {
 fn measured(diffuser: &Diffuser) -> String {
     let Diffuser::Measured(table) = diffuser else { return String::new() };
     let at = |degrees: f64| {
-        let [through, back] = table.shares(degrees.to_radians().cos());
+        let [through, back] = table.shares(libm::cos(degrees.to_radians()));
         format!("{through:.4} and {back:.4} at {degrees} degrees")
     };
     format!("; measured diffuser: transmits and reflects {}, {}, {}", at(0.0), at(30.0), at(60.0))

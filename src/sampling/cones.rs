@@ -60,8 +60,8 @@ impl NestedCones {
         }
         let sine = direction.truncate().length();
         let of_cone = |(half_angle, share): &(f64, f64)| {
-            let solid_angle = 2.0 * TAU * (0.5 * half_angle).sin().powi(2);
-            if sine < half_angle.sin() { share / solid_angle } else { 0.0 }
+            let solid_angle = 2.0 * TAU * libm::sin(0.5 * half_angle).powi(2);
+            if sine < libm::sin(*half_angle) { share / solid_angle } else { 0.0 }
         };
         self.cones.iter().map(of_cone).sum()
     }

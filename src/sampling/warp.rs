@@ -56,7 +56,7 @@ pub fn annulus([u, v]: [f64; 2], inner: f64, outer: f64) -> DVec2 {
         return disc([u, v]) * outer;
     }
     let radius = (inner * inner + u * (outer * outer - inner * inner)).sqrt();
-    let (sin, cos) = (TAU * v).sin_cos();
+    let (sin, cos) = libm::sincos(TAU * v);
     DVec2::new(radius * cos, radius * sin)
 }
 
@@ -85,7 +85,7 @@ pub fn cosine_hemisphere(point: [f64; 2]) -> DVec3 {
 #[inline]
 pub fn cone(point: [f64; 2], half_angle: f64) -> DVec3 {
     let p = disc(point);
-    let chord = (0.5 * half_angle).sin();
+    let chord = libm::sin(0.5 * half_angle);
     let half_sine_squared = p.length_squared() * chord * chord;
     // sin(theta) = 2 sin(theta/2) cos(theta/2), along p
     let transverse = p * (2.0 * chord * (1.0 - half_sine_squared).sqrt());

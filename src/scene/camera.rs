@@ -33,7 +33,7 @@ impl View {
         if forward.cross(up.try_normalize()?).length() < 1e-9 {
             return None;
         }
-        let half_height = (0.5 * vertical_fov).tan();
+        let half_height = libm::tan(0.5 * vertical_fov);
         let half_width = half_height * size_px[0] as f64 / size_px[1] as f64;
         Some(Self { name, eye, size_px, forward, right: right * half_width, up: right.cross(forward) * half_height })
     }

@@ -107,7 +107,7 @@ struct Indicatrix {
 
 impl Indicatrix {
     fn new(c: f64, d: f64, e: f64) -> Self {
-        Self { c, d, e, at_right_angle: (d * FRAC_PI_2).exp() }
+        Self { c, d, e, at_right_angle: libm::exp(d * FRAC_PI_2) }
     }
 
     #[inline]
@@ -115,14 +115,14 @@ impl Indicatrix {
         if self.c == 0.0 && self.e == 0.0 {
             return 1.0;
         }
-        1.0 + self.c * ((self.d * chi).exp() - self.at_right_angle) + self.e * cos_chi * cos_chi
+        1.0 + self.c * (libm::exp(self.d * chi) - self.at_right_angle) + self.e * cos_chi * cos_chi
     }
 }
 
 /// Gradation phi = 1 + a exp(b / cos Z), with phi = 1 at the horizon and below.
 #[inline]
 fn gradation(a: f64, b: f64, cos_zenith: f64) -> f64 {
-    if cos_zenith <= 0.0 || a == 0.0 { 1.0 } else { 1.0 + a * (b / cos_zenith).exp() }
+    if cos_zenith <= 0.0 || a == 0.0 { 1.0 } else { 1.0 + a * libm::exp(b / cos_zenith) }
 }
 
 impl SkyDistribution {
@@ -134,7 +134,7 @@ impl SkyDistribution {
             return Self { sky_type, sun, a: 0.0, b: -1.0, indicatrix, per_zenith: 1.0 };
         };
         let indicatrix = Indicatrix::new(c, d, e);
-        let sun_zenith_angle = sun.truncate().length().atan2(sun.z);
+        let sun_zenith_angle = libm::atan2(sun.truncate().length(), sun.z);
         let per_zenith = 1.0 / (indicatrix.at(sun_zenith_angle, sun.z) * gradation(a, b, 1.0));
         Self { sky_type, sun, a, b, indicatrix, per_zenith }
     }
@@ -177,7 +177,7 @@ impl SkyDistribution {
         }
         let cos_chi = self.sun.dot(direction);
         // acos loses half the digits near the sun, where the indicatrix has its cusp
-        let chi = self.sun.cross(direction).length().atan2(cos_chi);
+        let chi = libm::atan2(self.sun.cross(direction).length(), cos_chi);
         self.indicatrix.at(chi, cos_chi) * gradation(self.a, self.b, direction.z) * self.per_zenith
     }
 
@@ -206,14 +206,14 @@ impl SkyDistribution {
         if self.is_azimuthally_uniform() {
             // the sun has no part in it, not even in the rounding: 2 pi int phi cos Z sin Z dZ
             let above_uniform =
-                rule.integrate(0.0, 1.0, |cos_zenith| self.a * (self.b / cos_zenith).exp() * cos_zenith);
+                rule.integrate(0.0, 1.0, |cos_zenith| self.a * libm::exp(self.b / cos_zenith) * cos_zenith);
             return PI * (1.0 + 2.0 * above_uniform) * self.per_zenith;
         }
         let sin_gamma = self.sun.z.clamp(-1.0, 1.0);
         let cos_gamma = self.sun.truncate().length();
-        let gamma = sin_gamma.atan2(cos_gamma);
+        let gamma = libm::atan2(sin_gamma, cos_gamma);
         let ring = |chi: f64| {
-            let (sin_chi, cos_chi) = chi.sin_cos();
+            let (sin_chi, cos_chi) = libm::sincos(chi);
             // cos Z = p + q cos psi on the ring; psi_end: where the ring goes below the horizon
             let (p, q) = (cos_chi * sin_gamma, sin_chi * cos_gamma);
             let psi_end = if p >= q {
@@ -221,10 +221,10 @@ impl SkyDistribution {
             } else if p <= -q {
                 0.0
             } else {
-                (-p / q).acos()
+                libm::acos(-p / q)
             };
             let along = rule.integrate(0.0, psi_end, |psi| {
-                let cos_zenith = (p + q * psi.cos()).max(0.0);
+                let cos_zenith = (p + q * libm::cos(psi)).max(0.0);
                 gradation(self.a, self.b, cos_zenith) * cos_zenith
             });
             2.0 * along * sin_chi * self.indicatrix.at(chi, cos_chi)

@@ -40,7 +40,7 @@ impl IesSky {
     pub fn parameters(self) -> [f64; 5] {
         match self {
             Self::Overcast => {
-                let at_zenith = (-0.52f64).exp();
+                let at_zenith = libm::exp(-0.52f64);
                 let horizon = 0.136 / (1.0 - at_zenith);
                 [(0.864 / at_zenith - horizon) / horizon, -0.52, 0.0, -1.0, 0.0]
             }
@@ -63,7 +63,7 @@ impl IesSky {
         if altitude <= 0.0 {
             return 0.0;
         }
-        let sin = altitude.sin();
+        let sin = libm::sin(altitude);
         match self {
             Self::Overcast => 300.0 + 21_000.0 * sin,
             Self::PartlyCloudy => 300.0 + 45_000.0 * sin,
@@ -92,7 +92,9 @@ impl IesSky {
     /// ```
     pub fn beam_normal_illuminance_lux(self, altitude: f64) -> f64 {
         match self.extinction() {
-            Some(extinction) if altitude > 0.0 => IES_EXTRATERRESTRIAL_LUX * (-extinction / altitude.sin()).exp(),
+            Some(extinction) if altitude > 0.0 => {
+                IES_EXTRATERRESTRIAL_LUX * libm::exp(-extinction / libm::sin(altitude))
+            }
             _ => 0.0,
         }
     }

@@ -87,7 +87,7 @@ impl Sky {
 /// assert!((east - glam::DVec3::X).length() < 1e-15);
 /// ```
 pub fn direction(altitude: f64, azimuth: f64) -> DVec3 {
-    let (sin_altitude, cos_altitude) = altitude.sin_cos();
-    let (sin_azimuth, cos_azimuth) = azimuth.sin_cos();
+    let (sin_altitude, cos_altitude) = libm::sincos(altitude);
+    let (sin_azimuth, cos_azimuth) = libm::sincos(azimuth);
     DVec3::new(sin_azimuth * cos_altitude, cos_azimuth * cos_altitude, sin_altitude)
 }

@@ -68,7 +68,7 @@ impl SkySampler {
         cells.iter_mut().for_each(|cell| *cell += FLOOR * mean);
         let bands: Vec<f64> = cells.chunks(SECTORS).map(|row| row.iter().sum()).collect();
         let sectors = cells.chunks(SECTORS).map(Cumulative::new).collect();
-        let middles = std::array::from_fn(|sector| (TAU * (sector as f64 + 0.5) / SECTORS as f64).sin_cos());
+        let middles = std::array::from_fn(|sector| libm::sincos(TAU * (sector as f64 + 0.5) / SECTORS as f64));
         Some(Self { cones: None, bands: Cumulative::new(&bands), sectors, middles })
     }
 
@@ -118,7 +118,7 @@ impl SkySampler {
             return 0.0;
         }
         let band = ((direction.z * BANDS as f64) as usize).min(BANDS - 1);
-        let turn = direction.x.atan2(direction.y).rem_euclid(TAU) / TAU;
+        let turn = libm::atan2(direction.x, direction.y).rem_euclid(TAU) / TAU;
         let sector = ((turn * SECTORS as f64) as usize).min(SECTORS - 1);
         density(self.bands.share(band), self.sectors[band].share(sector))
     }
@@ -133,7 +133,7 @@ fn shared(toward: DVec3, cones: &NestedCones, of_cells: f64) -> f64 {
 #[inline]
 fn toward(z: f64, turn: f64) -> DVec3 {
     let radius = ((1.0 - z) * (1.0 + z)).max(0.0).sqrt();
-    let (sin, cos) = (TAU * turn).sin_cos();
+    let (sin, cos) = libm::sincos(TAU * turn);
     DVec3::new(radius * sin, radius * cos, z)
 }
 

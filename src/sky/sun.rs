@@ -27,7 +27,7 @@ impl Sun {
     /// assert!((skyduct::sky::Sun::solid_angle_sr() - 6.79996e-5).abs() < 1e-10);
     /// ```
     pub fn solid_angle_sr() -> f64 {
-        let s = (0.5 * HALF_ANGLE).sin();
+        let s = libm::sin(0.5 * HALF_ANGLE);
         4.0 * PI * s * s
     }
 
@@ -42,7 +42,7 @@ impl Sun {
     /// assert!((sun.luminance_cd_m2() / 1.9677e9 - 1.0).abs() < 1e-4);
     /// ```
     pub fn luminance_cd_m2(&self) -> f64 {
-        let s = HALF_ANGLE.sin();
+        let s = libm::sin(HALF_ANGLE);
         self.normal_illuminance_lux / (PI * s * s)
     }
 
@@ -50,7 +50,7 @@ impl Sun {
     #[inline]
     pub fn covers(&self, direction: DVec3) -> bool {
         // |direction - centre| = 2 sin(angle / 2): exact where 1 - cos would cancel
-        let chord = 2.0 * (0.5 * HALF_ANGLE).sin();
+        let chord = 2.0 * libm::sin(0.5 * HALF_ANGLE);
         (direction - self.direction).length_squared() <= chord * chord
     }
 
@@ -183,7 +183,7 @@ pub fn position_at(instant: UtcInstant, delta_t_s: f64, site: Site) -> Result<Su
 /// assert!((air_mass(std::f64::consts::FRAC_PI_2) - 0.9997).abs() < 1e-4);
 /// ```
 pub fn air_mass(altitude: f64) -> f64 {
-    1.0 / (altitude.sin() + 0.50572 * (altitude.to_degrees() + 6.07995).powf(-1.6364))
+    1.0 / (libm::sin(altitude) + 0.50572 * libm::pow(altitude.to_degrees() + 6.07995, -1.6364))
 }
 
 /// Normal illuminance of the beam in lux: 133.8 klx exp(-a_v m Tv), a_v = 1 / (9.9 + 0.043 m) with the air mass m.
@@ -206,5 +206,5 @@ pub fn beam_normal_illuminance_lux(altitude: f64, luminous_turbidity: f64) -> f6
     }
     let mass = air_mass(altitude);
     let extinction = 1.0 / (9.9 + 0.043 * mass);
-    EXTRATERRESTRIAL_LUX * (-extinction * mass * luminous_turbidity).exp()
+    EXTRATERRESTRIAL_LUX * libm::exp(-extinction * mass * luminous_turbidity)
 }

@@ -124,22 +124,22 @@ pub fn zenith_luminance_cd_m2(distribution: &SkyDistribution, formula: ZenithFor
         SkyType::Ies(_) => return 0.0,
     };
     if let ZenithFormula::GivenDiffuseRatio { dv_ev } = formula {
-        return dv_ev * EXTRATERRESTRIAL_LUX * altitude.sin() / distribution.horizontal_ratio();
+        return dv_ev * EXTRATERRESTRIAL_LUX * libm::sin(altitude) / distribution.horizontal_ratio();
     }
     let joint = LAST_FITTED_ALTITUDE_DEG.to_radians();
     if altitude <= joint {
         return fitted(cie_type, formula, altitude, distribution);
     }
     let sun = distribution.sun();
-    let at_joint = SkyDistribution::new(cie_type, direction(joint, sun.x.atan2(sun.y)));
+    let at_joint = SkyDistribution::new(cie_type, direction(joint, libm::atan2(sun.x, sun.y)));
     let horizontal_lux = fitted(cie_type, formula, joint, &at_joint) * at_joint.horizontal_ratio();
-    horizontal_lux * altitude.sin() / joint.sin() / distribution.horizontal_ratio()
+    horizontal_lux * libm::sin(altitude) / libm::sin(joint) / distribution.horizontal_ratio()
 }
 
 fn fitted(cie_type: CieType, formula: ZenithFormula, altitude: f64, distribution: &SkyDistribution) -> f64 {
     let row = table(cie_type);
-    let (sin, cos) = altitude.sin_cos();
-    let power = sin.powf(row.c) / cos.powf(row.d);
+    let (sin, cos) = libm::sincos(altitude);
+    let power = libm::pow(sin, row.c) / libm::pow(cos, row.d);
     let thousand_cd_m2 = match formula {
         ZenithFormula::TypicalDiffuseRatio { dv_ev } if cie_type == CieType::TRADITIONAL_OVERCAST => {
             // no published fit: the same diffuse illuminance ratio as type 1, through this sky's own D/Lz

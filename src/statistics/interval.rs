@@ -9,7 +9,7 @@ use statrs::distribution::{ContinuousCDF, Normal, StudentsT};
 /// assert!((quantile - 1.959964).abs() < 1e-6);
 /// ```
 pub fn two_sided_normal_quantile(confidence: f64) -> f64 {
-    Normal::standard().inverse_cdf(0.5 * (1.0 + confidence))
+    on_every_machine(Normal::standard().inverse_cdf(0.5 * (1.0 + confidence)))
 }
 
 /// Two-sided quantile of Student's t of a `confidence` in 0..1 with `degrees` >= 1 degrees of freedom, e.g. 2.20099 for
@@ -23,9 +23,16 @@ pub fn two_sided_normal_quantile(confidence: f64) -> f64 {
 /// ```
 pub fn two_sided_student_quantile(confidence: f64, degrees: f64) -> f64 {
     match StudentsT::new(0.0, 1.0, degrees) {
-        Ok(distribution) => distribution.inverse_cdf(0.5 * (1.0 + confidence)),
+        Ok(distribution) => on_every_machine(distribution.inverse_cdf(0.5 * (1.0 + confidence))),
         Err(_) => f64::INFINITY,
     }
+}
+
+/// A quantile rounded to 2^-36, 1.5e-11. statrs takes the system's logarithm and exponential function, whose last bits differ
+/// from machine to machine; the bits of results must not.
+fn on_every_machine(quantile: f64) -> f64 {
+    const STEPS: f64 = (1u64 << 36) as f64;
+    (quantile * STEPS).round() / STEPS
 }
 
 #[cfg(test)]

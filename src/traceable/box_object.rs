@@ -2,6 +2,7 @@
 
 use glam::{DMat2, DVec2, DVec3};
 
+use crate::geometry::turn::rotation;
 use crate::scene::BoxObject;
 
 /// A box in its own frame: rotated about its base's centre.
@@ -21,7 +22,7 @@ impl TraceableBox {
             half: 0.5 * object.size.truncate(),
             height: object.size.z,
             // clockwise seen from above turns the box by -rotation in x-y
-            turn: DMat2::from_angle(object.rotation),
+            turn: rotation(object.rotation),
         }
     }
 

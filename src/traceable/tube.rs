@@ -2,8 +2,9 @@
 
 use std::f64::consts::PI;
 
-use glam::{DVec2, DVec3};
+use glam::DVec3;
 
+use crate::geometry::turn::unit_vector;
 use crate::guide::{BentGuide, DomedGuide, Guide, MeshGuide, MeshGuideError, Section, StraightGuide, dome::Pipe};
 use crate::optics::{Closure, Collector, Diffuser};
 use crate::sampling::NestedCones;
@@ -96,7 +97,7 @@ fn pipe(tube: &StraightOrBent, radius: f64) -> Pipe {
 
 fn mesh(tube: &MeshTube, opening_radius: f64) -> Result<MeshGuide, MeshGuideError> {
     let mut mesh = tube.mesh.as_ref().clone();
-    let turn = DVec2::from_angle(-tube.rotation);
+    let turn = unit_vector(-tube.rotation);
     for position in &mut mesh.positions {
         *position = turn.rotate(position.truncate()).extend(position.z);
     }

@@ -7,6 +7,7 @@ use glam::{DVec2, DVec3};
 use crate::analytic::Tube;
 use crate::geometry::cylinder::traverse;
 use crate::geometry::disc::disc_irradiance;
+use crate::geometry::turn::unit_vector;
 use crate::guide::{End, Guide, StraightGuide, Transit};
 use crate::optics::Spectrum;
 use crate::sampling::{CONES_SHARE, Key, NestedCones, PathRandom, Replicate, warp};
@@ -39,20 +40,20 @@ pub(super) struct SunNode {
 
 /// Midpoints of `count` intervals that crowd toward the disc's upper and lower rim; none below the horizon.
 pub(super) fn sun_nodes(sun: &Sun, count: usize) -> Vec<SunNode> {
-    let centre = sun.direction.truncate().length().atan2(sun.direction.z);
-    let half_squared = (0.5 * HALF_ANGLE).sin().powi(2);
+    let centre = libm::atan2(sun.direction.truncate().length(), sun.direction.z);
+    let half_squared = libm::sin(0.5 * HALF_ANGLE).powi(2);
     (0..count)
         .filter_map(|k| {
             let t = PI * ((k as f64 + 0.5) / count as f64 - 0.5);
-            let zenith_angle = centre + HALF_ANGLE * t.sin();
+            let zenith_angle = centre + HALF_ANGLE * libm::sin(t);
             if !(zenith_angle > 0.0 && zenith_angle < FRAC_PI_2) {
                 return None;
             }
             // sin^2 of half the azimuth at which the disc ends, free of cancellation
-            let across = half_squared - (0.5 * (zenith_angle - centre)).sin().powi(2);
-            let share = across / (zenith_angle.sin() * centre.sin());
-            let half_azimuth = if share >= 1.0 { PI } else { 2.0 * share.max(0.0).sqrt().asin() };
-            Some(SunNode { zenith_angle, step: HALF_ANGLE * t.cos() * PI / count as f64, half_azimuth })
+            let across = half_squared - libm::sin(0.5 * (zenith_angle - centre)).powi(2);
+            let share = across / (libm::sin(zenith_angle) * libm::sin(centre));
+            let half_azimuth = if share >= 1.0 { PI } else { 2.0 * libm::asin(share.max(0.0).sqrt()) };
+            Some(SunNode { zenith_angle, step: HALF_ANGLE * libm::cos(t) * PI / count as f64, half_azimuth })
         })
         .collect()
 }
@@ -96,10 +97,10 @@ impl Aperture<'_> {
         let foot = (self.sensor - self.tube.origin).truncate();
         let distance = foot.length();
         let inward = if distance > 0.0 { -foot / distance } else { DVec2::X };
-        let sun_azimuth = sun.direction.y.atan2(sun.direction.x);
+        let sun_azimuth = libm::atan2(sun.direction.y, sun.direction.x);
         let (mut lux, mut rays) = (0.0, 0);
         for node in nodes {
-            let reach = depth * node.zenith_angle.tan();
+            let reach = depth * libm::tan(node.zenith_angle);
             // half the arc of this radius around the sensor's foot that lies within a circle around the tube's axis
             let half_arc = |radius: f64| {
                 if reach + distance <= radius {
@@ -108,14 +109,14 @@ impl Aperture<'_> {
                     0.0
                 } else {
                     let cosine = (reach * reach + distance * distance - radius * radius) / (2.0 * reach * distance);
-                    cosine.clamp(-1.0, 1.0).acos()
+                    libm::acos(cosine.clamp(-1.0, 1.0))
                 }
             };
             let (near, far) = (if self.zone.0 > 0.0 { half_arc(self.zone.0) } else { 0.0 }, half_arc(self.zone.1));
             if far <= near {
                 continue;
             }
-            let (sin, cos) = node.zenith_angle.sin_cos();
+            let (sin, cos) = libm::sincos(node.zenith_angle);
             let mut arc =
                 Arc { guide, reach, foot, inward, sin, cos, sun_azimuth, half_azimuth: node.half_azimuth, rays: 0 };
             let pieces = if near > 0.0 { vec![(-far, -near), (near, far)] } else { vec![(-far, far)] };
@@ -165,11 +166,11 @@ impl Arc<'_> {
 
     fn outside(&mut self, angle: f64) -> Outside {
         self.rays += 1;
-        let along = DVec2::from_angle(angle).rotate(self.inward);
+        let along = unit_vector(angle).rotate(self.inward);
         let local = (self.foot + along * self.reach).extend(0.0);
         let direction = (along * self.sin).extend(self.cos);
         let passage = traverse(self.guide.radius, local, direction, self.guide.length);
-        let azimuth = passage.direction.y.atan2(passage.direction.x) - self.sun_azimuth;
+        let azimuth = libm::atan2(passage.direction.y, passage.direction.x) - self.sun_azimuth;
         Outside { angle, azimuth: (azimuth + PI).rem_euclid(TAU) - PI, bounces: passage.bounces }
     }
 

@@ -112,7 +112,7 @@ impl TubeLight {
             let horizontal = |transmission: &dyn Fn(f64) -> f64| -> f64 {
                 let nodes = sun_nodes(sun, SUN_FLUX_NODES);
                 let integral = nodes.iter().map(|node| {
-                    let (sin, cos) = node.zenith_angle.sin_cos();
+                    let (sin, cos) = libm::sincos(node.zenith_angle);
                     sin * cos * 2.0 * node.half_azimuth * node.step * transmission(sin / cos)
                 });
                 sun.luminance_cd_m2() * integral.sum::<f64>()

@@ -110,7 +110,7 @@ impl Holigilm {
             solution.rays = rays;
             after_level(&solution);
             level += 1;
-            let accurate = noise.hypot(fixed) <= self.target || noise * FIXED_SHARE <= fixed;
+            let accurate = libm::hypot(noise, fixed) <= self.target || noise * FIXED_SHARE <= fixed;
             if accurate || level == LEVELS || 4 * rays_of_level > MOST_RAYS {
                 return Some(solution);
             }
@@ -152,7 +152,7 @@ impl Holigilm {
         let (noise, fixed) = (worst(|value| value.noise), worst(|value| value.fixed));
         let solution_of = |grid: &Vec<Value>| GridSolution {
             illuminance: grid.iter().map(|value| value.lux).collect(),
-            error: grid.iter().map(|value| value.noise.hypot(value.fixed)).collect(),
+            error: grid.iter().map(|value| libm::hypot(value.noise, value.fixed)).collect(),
         };
         let grids = grids.iter().map(solution_of).collect();
         let solution = Solution { grids, tubes: light.tubes(), balance, rays, ending: Ending::Done };
@@ -227,7 +227,7 @@ impl Holigilm {
         }
         let mut moments = Moments::default();
         replicas.iter().for_each(|replica| moments.push(*replica));
-        value.noise = value.noise.hypot(moments.standard_error());
+        value.noise = libm::hypot(value.noise, moments.standard_error());
         value
     }
 }

@@ -5,6 +5,7 @@ use std::f64::consts::{PI, TAU};
 use glam::{DVec2, DVec3};
 
 use crate::geometry::disc::disc_irradiance;
+use crate::geometry::turn::unit_vector;
 
 /// Rings of equal area and sectors of equal angle that a profile has.
 pub const RINGS: usize = 16;
@@ -36,7 +37,7 @@ impl Cells {
     pub fn at(&self, point: DVec2) -> usize {
         let (from, to) = (self.inner * self.inner, self.outer * self.outer);
         let share = ((point.length_squared() - from) / (to - from)).clamp(0.0, 1.0);
-        let turn = point.y.atan2(point.x).rem_euclid(TAU) / TAU;
+        let turn = libm::atan2(point.y, point.x).rem_euclid(TAU) / TAU;
         let index = |share: f64, count: usize| ((share * count as f64) as usize).min(count - 1);
         index(share, RINGS) * SECTORS + index(turn, SECTORS)
     }
@@ -107,7 +108,7 @@ impl Profile {
                     let part = |k: usize| (k as f64 + 0.5) / split as f64;
                     let radius = self.radius(ring as f64 + part(k / split));
                     let angle = TAU * (sector as f64 + part(k % split)) / self.sectors as f64;
-                    let way = (DVec2::from_angle(angle) * radius - offset).extend(depth);
+                    let way = (unit_vector(angle) * radius - offset).extend(depth);
                     let squared = way.length_squared();
                     seen += depth * way.dot(normal).max(0.0) / (squared * squared);
                 }

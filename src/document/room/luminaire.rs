@@ -123,7 +123,7 @@ pub fn covers(sheet: &Sheet, ceiling: f64, centre: DVec2, radius: f64) -> bool {
 /// True if the sheet, moved a hair's breadth to where it emits, has a part inside a box.
 pub fn reaches_into(sheet: &Sheet, object: &BoxDocument) -> bool {
     let BoxDocument { size_m, position_m, rotation_deg, .. } = object;
-    let (sin, cos) = rotation_deg.to_radians().sin_cos();
+    let (sin, cos) = libm::sincos(rotation_deg.to_radians());
     let base = DVec3::from(*position_m);
     let axes = [DVec3::new(cos, -sin, 0.0), DVec3::new(sin, cos, 0.0), DVec3::Z];
     let centre = base + DVec3::Z * (0.5 * size_m[2]);

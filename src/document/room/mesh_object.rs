@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use glam::{DVec2, DVec3};
+use glam::DVec3;
 
 use super::RoomDocument;
 use super::object::{MeshObjectDocument, ObjectDocument};
@@ -13,6 +13,7 @@ use crate::document::mesh_source::MeshSource;
 use crate::document::read::pointer::escape;
 use crate::document::unit::Unit;
 use crate::geometry::TriangleMesh;
+use crate::geometry::turn::unit_vector;
 use crate::optics::Surface;
 use crate::scene::MeshObject;
 
@@ -53,7 +54,7 @@ fn mesh_object(
     };
     let errors_before = checks.errors.len();
     let mut mesh = in_file_units.scaled(unit.metres());
-    let turn = DVec2::from_angle(-rotation_deg.to_radians());
+    let turn = unit_vector(-rotation_deg.to_radians());
     for position in &mut mesh.positions {
         *position = turn.rotate(position.truncate()).extend(position.z) + DVec3::from(*position_m);
     }

@@ -117,7 +117,7 @@ impl BoxDocument {
     /// Refuses a box that reaches out of the room.
     fn check_place(&self, pointer: &str, room_size_m: [f64; 3], checks: &mut Checks) {
         let (base, size) = (DVec3::from(self.position_m), DVec3::from(self.size_m));
-        let (sin, cos) = self.rotation_deg.to_radians().sin_cos();
+        let (sin, cos) = libm::sincos(self.rotation_deg.to_radians());
         // half-widths of the rotated footprint along the room's axes
         let reach_x = 0.5 * (size.x * cos.abs() + size.y * sin.abs());
         let reach_y = 0.5 * (size.x * sin.abs() + size.y * cos.abs());

@@ -229,7 +229,7 @@ impl TypicalOvercast {
 fn warn_of_implausible(daylight: &Daylight, altitude: f64, warnings: &mut Vec<Warning>) {
     let (diffuse, _) = daylight.horizontal_illuminance_lux();
     let mut warn = |detail| warnings.push(Warning { code: WarningCode::ImplausibleIlluminance, detail });
-    let outside = EXTRATERRESTRIAL_LUX * altitude.sin();
+    let outside = EXTRATERRESTRIAL_LUX * libm::sin(altitude);
     if diffuse > outside {
         warn(format!(
             "the sky gives {diffuse:.0} lx on the horizontal, more than the sun outside the atmosphere ({outside:.0} lx)"

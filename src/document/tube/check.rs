@@ -66,7 +66,7 @@ fn check_segments(pointer: &str, tube: &ParametricTube, diameter_ok: bool, check
         .map(|segment| direction(0.5 * PI - segment.tilt_deg.to_radians(), segment.azimuth_deg.to_radians()))
         .collect();
     let bends: Vec<f64> =
-        axes.windows(2).map(|pair| pair[0].cross(pair[1]).length().atan2(pair[0].dot(pair[1]))).collect();
+        axes.windows(2).map(|pair| libm::atan2(pair[0].cross(pair[1]).length(), pair[0].dot(pair[1]))).collect();
     for (index, bend) in bends.iter().enumerate() {
         if bend.to_degrees() >= STEEPEST_BEND_DEG {
             let detail = format!(
@@ -83,7 +83,7 @@ fn check_segments(pointer: &str, tube: &ParametricTube, diameter_ok: bool, check
     }
     let radius = 0.5 * tube.diameter_m;
     // the ellipse of a mitre between axes that turn by b reaches r tan(b / 2) along each of them
-    let reach = |bend: Option<&f64>| bend.map_or(0.0, |bend| radius * (0.5 * bend).tan());
+    let reach = |bend: Option<&f64>| bend.map_or(0.0, |bend| radius * libm::tan(0.5 * bend));
     let mut end = DVec3::ZERO;
     for (index, segment) in segments.iter().enumerate() {
         let pointer = format!("{pointer}/segments/{index}");

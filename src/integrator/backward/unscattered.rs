@@ -78,12 +78,12 @@ impl Backward<'_> {
             return (0.0, 0);
         }
         let height = self.tube.origin.z - self.sensor.z;
-        let zenith_angle = sun.direction.truncate().length().atan2(sun.direction.z);
+        let zenith_angle = libm::atan2(sun.direction.truncate().length(), sun.direction.z);
         let foot = self.sensor.truncate() - self.tube.origin.truncate();
         let distance = foot.length();
         let (inner, outer) = self.zone;
         // radii around the sensor's foot: the sun's band, cut by the opening
-        let reach = |angle: f64| height * angle.clamp(0.0, FRAC_PI_2 - 1e-6).tan();
+        let reach = |angle: f64| height * libm::tan(angle.clamp(0.0, FRAC_PI_2 - 1e-6));
         let from = reach(zenith_angle - HALF_ANGLE).max(distance - outer).max(0.0);
         let to = reach(zenith_angle + HALF_ANGLE).min(distance + outer);
         if to <= from {
@@ -102,7 +102,7 @@ impl Backward<'_> {
             } else {
                 (radius * radius + distance * distance - outer * outer) / (2.0 * radius * distance)
             };
-            let half_arc = cosine.clamp(-1.0, 1.0).acos();
+            let half_arc = libm::acos(cosine.clamp(-1.0, 1.0));
             if half_arc == 0.0 {
                 continue;
             }

@@ -172,7 +172,7 @@ impl<const C: usize> LightTracing<C> {
         for SensorPlane { grid, average, .. } in &self.sensors {
             let plane = Domain::horizontal_plane(scene, grid.height_m);
             let reach =
-                if *average { 0.5 * grid.cell_size_m[0].hypot(grid.cell_size_m[1]) } else { scene.coinciding() };
+                if *average { 0.5 * libm::hypot(grid.cell_size_m[0], grid.cell_size_m[1]) } else { scene.coinciding() };
             let within = |sensor| plane.area(grid.centre(sensor), reach) > LEAST_KERNEL * PI * reach * reach;
             reachable.extend((0..grid.len()).map(within));
         }

@@ -148,9 +148,8 @@ impl Radii {
     pub fn scheduled(&self, pass: u64) -> f64 {
         // the product is Gamma(i + 1 + alpha) / (Gamma(1 + alpha) Gamma(i + 2)) with i passes before
         let i = pass as f64;
-        let ln_gamma = statrs::function::gamma::ln_gamma;
-        let log = ln_gamma(i + 1.0 + self.alpha) - ln_gamma(1.0 + self.alpha) - ln_gamma(i + 2.0);
-        self.initial_m * (0.5 * log).exp()
+        let log = libm::lgamma(i + 1.0 + self.alpha) - libm::lgamma(1.0 + self.alpha) - libm::lgamma(i + 2.0);
+        self.initial_m * libm::exp(0.5 * log)
     }
 
     /// State that the points of each grid and view carry into the first pass; the arguments are numbers of points.

@@ -5,6 +5,7 @@ use std::f64::consts::{FRAC_1_SQRT_2, PI, TAU};
 use glam::{DVec2, DVec3};
 
 use crate::geometry::disc::far_disc_illuminance;
+use crate::geometry::turn::unit_vector;
 use crate::optics::Spectrum;
 use crate::traceable::TraceableTube;
 
@@ -147,7 +148,7 @@ const RADII: [f64; RINGS] = [0.5, FRAC_1_SQRT_2, 0.866_025_403_784_438_6, 1.0];
 fn cell(away: DVec2, radius: f64) -> usize {
     let fraction = away.length_squared() / (radius * radius);
     let ring = ((fraction * RINGS as f64) as usize).min(RINGS - 1);
-    let turn = away.y.atan2(away.x) / TAU + 0.5;
+    let turn = libm::atan2(away.y, away.x) / TAU + 0.5;
     let sector = ((turn * SECTORS as f64) as usize).min(SECTORS - 1);
     ring * SECTORS + if ring.is_multiple_of(2) { sector } else { SECTORS - 1 - sector }
 }
@@ -157,7 +158,7 @@ fn middle(cell: usize) -> DVec2 {
     let (ring, sector) = (cell / SECTORS, cell % SECTORS);
     let sector = if ring.is_multiple_of(2) { sector } else { SECTORS - 1 - sector };
     let angle = ((sector as f64 + 0.5) / SECTORS as f64 - 0.5) * TAU;
-    DVec2::from_angle(angle) * ((ring as f64 + 0.5) / RINGS as f64).sqrt()
+    unit_vector(angle) * ((ring as f64 + 0.5) / RINGS as f64).sqrt()
 }
 
 /// A surface seen from a disc in the ceiling.

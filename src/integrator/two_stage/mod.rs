@@ -154,7 +154,7 @@ impl<const C: usize> TwoStage<C> {
         let sampling = sampling(self.settings.samples_per_sensor);
         let average = grid.estimate == EstimateKind::CellAverage;
         let offsets = average.then(|| light.offsets(grid.cell_size_m, stream));
-        let reach = if average { 0.5 * grid.cell_size_m[0].hypot(grid.cell_size_m[1]) } else { 0.0 };
+        let reach = if average { 0.5 * libm::hypot(grid.cell_size_m[0], grid.cell_size_m[1]) } else { 0.0 };
         let sensors = each(grid.len(), cancel, |index| {
             let position = centre(scene, grid, index);
             let stream = stream.stream(Stream::Sensor, index as u64);

@@ -37,7 +37,7 @@ const STRIPS: usize = 400;
 
 /// Share of a disc that lies on a surface when its centre is `x` radii from a straight edge.
 fn inside_share(x: f64) -> f64 {
-    if x >= 1.0 { 1.0 } else { 1.0 - (x.acos() - x * (1.0 - x * x).sqrt()) / PI }
+    if x >= 1.0 { 1.0 } else { 1.0 - (libm::acos(x) - x * (1.0 - x * x).sqrt()) / PI }
 }
 
 /// Mean of a function of x, in radii from the edge, over the part of a disc around `x` that lies on the surface.

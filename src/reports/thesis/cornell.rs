@@ -261,7 +261,7 @@ fn block_z(sight: &Sight, rendered: &Rendered, reference: &FilmEstimate, at_edge
         {
             continue;
         }
-        let error = film.block_standard_error_cd_m2(block).hypot(reference.block_standard_error_cd_m2(block));
+        let error = libm::hypot(film.block_standard_error_cd_m2(block), reference.block_standard_error_cd_m2(block));
         squares += ((film.blocks[block].mean - reference.blocks[block].mean) / error).powi(2);
         count += 1;
     }
@@ -270,7 +270,7 @@ fn block_z(sight: &Sight, rendered: &Rendered, reference: &FilmEstimate, at_edge
 
 fn relative_difference(value: &Moments, reference: &Moments) -> String {
     let relative = |of: f64| 100.0 * of / reference.mean;
-    let error = value.standard_error().hypot(reference.standard_error());
+    let error = libm::hypot(value.standard_error(), reference.standard_error());
     format!("{:+.2} +- {:.2} %", relative(value.mean - reference.mean), relative(error))
 }
 

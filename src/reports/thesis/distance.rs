@@ -44,7 +44,7 @@ impl Spread {
 
 /// Slope of ln y over ln x by least squares; not a number with fewer than two points.
 pub fn logarithmic_slope(points: &[(f64, f64)]) -> f64 {
-    let logs: Vec<(f64, f64)> = points.iter().map(|(x, y)| (x.ln(), y.ln())).collect();
+    let logs: Vec<(f64, f64)> = points.iter().map(|(x, y)| (libm::log(*x), libm::log(*y))).collect();
     let number = logs.len() as f64;
     let (mean_x, mean_y) =
         (logs.iter().map(|p| p.0).sum::<f64>() / number, logs.iter().map(|p| p.1).sum::<f64>() / number);

@@ -198,9 +198,9 @@ fn needed_photons(simulated: &[(f64, Vec<Uniform>)], factor: f64) -> Option<f64>
     let points: Vec<(f64, f64)> = simulated
         .iter()
         .filter(|(_, rules)| rules[0].ratio.mean > 1.0)
-        .map(|(expected, rules)| ((rules[0].ratio.mean - 1.0).ln(), expected.ln()))
+        .map(|(expected, rules)| (libm::log(rules[0].ratio.mean - 1.0), libm::log(*expected)))
         .collect();
-    interpolated(&points, (factor - 1.0).ln()).map(f64::exp)
+    interpolated(&points, libm::log(factor - 1.0)).map(libm::exp)
 }
 
 /// The floor of the room, direct light alone.
@@ -487,12 +487,12 @@ fn judgement(
     let mut shares = vec![excess(&PPM) - 1.0];
     for (rule, (name, _)) in RULES.into_iter().enumerate().take(2) {
         let by_hottest: Vec<(f64, f64)> =
-            live.iter().map(|live| (hottest(live, rule).ln(), live.expected.ln())).collect();
+            live.iter().map(|live| (libm::log(hottest(live, rule)), libm::log(live.expected))).collect();
         let by_number: Vec<(f64, f64)> =
-            simulated.iter().rev().map(|(expected, rules)| (expected.ln(), rules[rule].ratio.mean)).collect();
-        let photons = interpolated(&by_hottest, of_thesis.ln());
+            simulated.iter().rev().map(|(expected, rules)| (libm::log(*expected), rules[rule].ratio.mean)).collect();
+        let photons = interpolated(&by_hottest, libm::log(of_thesis));
         let Some((photons, factor)) =
-            photons.and_then(|photons| Some((photons.exp(), interpolated(&by_number, photons)?)))
+            photons.and_then(|photons| Some((libm::exp(photons), interpolated(&by_number, photons)?)))
         else {
             continue;
         };

@@ -169,8 +169,8 @@ fn figures(rendered: &[Rendered], reference: &FilmEstimate) -> Result<Vec<Figure
 /// The ends of the line of this slope through the middle of the points.
 fn fit(points: &[(f64, f64)], slope: f64) -> Vec<(f64, f64)> {
     let number = points.len() as f64;
-    let middle = |of: fn(&(f64, f64)) -> f64| points.iter().map(|point| of(point).ln()).sum::<f64>() / number;
+    let middle = |of: fn(&(f64, f64)) -> f64| points.iter().map(|point| libm::log(of(point))).sum::<f64>() / number;
     let (x, y) = (middle(|point| point.0), middle(|point| point.1));
     let ends = points.first().into_iter().chain(points.last());
-    ends.map(|(end, _)| (*end, (y + slope * (end.ln() - x)).exp())).collect()
+    ends.map(|(end, _)| (*end, libm::exp(y + slope * (libm::log(*end) - x)))).collect()
 }

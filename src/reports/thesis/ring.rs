@@ -73,7 +73,7 @@ pub fn sections(settings: &Settings, progress: Progress) -> Result<Vec<Section>,
     let mut checks = Vec::new();
     for (name, recording) in all.iter().skip(1) {
         let z = |(value, reference): (&Moments, &Moments)| {
-            (value.mean - reference.mean).abs() / value.standard_error().hypot(reference.standard_error())
+            (value.mean - reference.mean).abs() / libm::hypot(value.standard_error(), reference.standard_error())
         };
         checks.push(Check {
             name: format!("{name}: luminance of the two rings against path tracing"),
@@ -146,7 +146,7 @@ fn view(settings: &Settings) -> Result<Value, ReportError> {
     let mut document = scenes::room()?;
     let middle = 0.5 * scenes::ROOM_M;
     let side = (ENLARGED * settings.size_px as f64) as usize;
-    let fov = 2.0 * (HALF_SIDE_M / (scenes::ROOM_M - EYE_M)).atan();
+    let fov = 2.0 * libm::atan(HALF_SIDE_M / (scenes::ROOM_M - EYE_M));
     // the example's method computes grids only
     scenes::remove(&mut document, "method");
     document["views"] = json!([{

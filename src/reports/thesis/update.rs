@@ -103,7 +103,7 @@ pub fn uniform(expected: f64, passes: u64, alpha: f64, faults: Faults, discs: u6
 
 /// A Poisson variable of a small mean: exponential waiting times, as products of uniform numbers (Knuth).
 fn poisson(mean: f64, random: &mut PathRandom) -> f64 {
-    let end = (-mean).exp();
+    let end = libm::exp(-mean);
     let (mut product, mut count) = (random.uniform(), 0.0);
     while product > end {
         product *= random.uniform();

@@ -140,7 +140,7 @@ fn source_closed_form(side: f64, point: DVec2) -> f64 {
     let factor = |a: f64, b: f64| {
         let (x, y) = (a / 3.0, b / 3.0);
         let (p, q) = ((1.0 + x * x).sqrt(), (1.0 + y * y).sqrt());
-        (x / p * (y / p).atan() + y / q * (x / q).atan()) / std::f64::consts::TAU
+        (x / p * libm::atan(y / p) + y / q * libm::atan(x / q)) / std::f64::consts::TAU
     };
     let edges = |centre: f64| [0.5 * side - centre, -0.5 * side - centre];
     let ([right, left], [far, near]) = (edges(point.x), edges(point.y));
@@ -160,7 +160,7 @@ fn glass() -> (Deviations, Table) {
     for (index, values) in printed {
         let mut row = vec![index.to_string()];
         for (angle, value) in angles.into_iter().zip(values) {
-            let transmittance = slab_transmittance(angle.to_radians().cos(), index, 0.0);
+            let transmittance = slab_transmittance(libm::cos(angle.to_radians()), index, 0.0);
             deviations.add(transmittance - value);
             row.push(format!("{transmittance:.4}"));
         }
@@ -256,9 +256,9 @@ fn interreflection(reference: &Path) -> Result<(Deviations, Deviations, Table, F
             format!("{value:.2} +- {:.2}", variance.sqrt()),
             format!("{:.2}", indirect(reflectance)),
         ]);
-        marks.push((reflectance, value.max(1.0).log10()));
+        marks.push((reflectance, libm::log10(value.max(1.0))));
     }
-    let line = (1..=96).map(|k| f64::from(k) * 0.01).map(|r| (r, indirect(r).max(1.0).log10())).collect();
+    let line = (1..=96).map(|k| f64::from(k) * 0.01).map(|r| (r, libm::log10(indirect(r).max(1.0)))).collect();
     let series = Series { name: "line: closed form, marks: this program".to_owned(), line, marks };
     let svg = lines(
         &[series],

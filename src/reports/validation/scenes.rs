@@ -44,7 +44,7 @@ pub fn section(reference: &Path) -> Result<Section, ValidationError> {
         let mut deviations = Deviations::new(format!("{scene}, {kind}"));
         let mut squares = 0.0;
         for (sensor, (truth, error)) in values.iter().zip(&errors).enumerate() {
-            let combined = grid.standard_error_lux(sensor).hypot(*error).hypot(systematic * truth);
+            let combined = libm::hypot(libm::hypot(grid.standard_error_lux(sensor), *error), systematic * truth);
             let z = (grid.illuminance_lux(sensor) - truth) / combined;
             squares += z * z;
             deviations.add(z);

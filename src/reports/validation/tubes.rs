@@ -37,7 +37,7 @@ pub fn section(reference: &Path) -> Result<Section, ValidationError> {
         let [elevation_deg, aspect, reflectance] =
             [row.number("elevation_deg")?, row.number("L_over_D")?, row.number("R")?];
         let truth = row.number("T_exact")?;
-        let tangent = (90.0 - elevation_deg).to_radians().tan();
+        let tangent = libm::tan((90.0 - elevation_deg).to_radians());
         exact.add(beam_transmission(aspect, tangent, reflectance) - truth);
         let guide = straight(2.0 * RADIUS * aspect, reflectance);
         let toward = direction(elevation_deg.to_radians(), 0.7);
@@ -73,7 +73,7 @@ pub fn section(reference: &Path) -> Result<Section, ValidationError> {
     let (elbows, elbow_table) = elbows(reference)?;
     let curve = |reflectance: f64| {
         let at = |degrees: u32| {
-            let tangent = f64::from(90 - degrees).to_radians().tan();
+            let tangent = libm::tan(f64::from(90 - degrees).to_radians());
             (f64::from(degrees), beam_transmission(DRAWN_ASPECT, tangent, reflectance))
         };
         let marks = marks.iter().filter(|mark| mark.0 == reflectance).map(|mark| (mark.1, mark.2));
@@ -81,7 +81,7 @@ pub fn section(reference: &Path) -> Result<Section, ValidationError> {
     };
     let mut series: Vec<Series> = [0.995, 0.98, 0.95, 0.9].into_iter().map(curve).collect();
     let approximate = |degrees: u32| {
-        let tangent = f64::from(90 - degrees).to_radians().tan();
+        let tangent = libm::tan(f64::from(90 - degrees).to_radians());
         (f64::from(degrees), zastrow_wittwer_transmission(DRAWN_ASPECT, tangent, 0.9))
     };
     let line = (5..=90).map(approximate).collect();
@@ -125,9 +125,10 @@ fn elbows(reference: &Path) -> Result<(Deviations, Table), ValidationError> {
         let [bend, reflectance] = [row.number("bend_deg")?, row.number("R")?];
         let [through, back] = elbow(bend, reflectance, isotropic, Key::new(number as u64));
         // the reference ends paths after 400 bounces, and prints six digits
-        let reference_error = row.number("stderr")?.hypot(row.number("fraction_cut_at_400_bounces")?).hypot(0.5e-6);
+        let reference_error =
+            libm::hypot(libm::hypot(row.number("stderr")?, row.number("fraction_cut_at_400_bounces")?), 0.5e-6);
         for (value, truth) in [(through, row.number("T_forward")?), (back, row.number("back_reflected_out_of_top")?)] {
-            deviations.add((value.mean - truth) / value.standard_error().hypot(reference_error));
+            deviations.add((value.mean - truth) / libm::hypot(value.standard_error(), reference_error));
         }
         if isotropic {
             let cells = [bend, reflectance].map(|value| value.to_string()).into_iter();
@@ -145,7 +146,7 @@ fn elbows(reference: &Path) -> Result<(Deviations, Table), ValidationError> {
 
 /// Forward and back-reflected shares of isotropic or axial light that enters an elbow of two equal pieces.
 fn elbow(bend_deg: f64, reflectance: f64, isotropic: bool, key: Key) -> [Moments; 2] {
-    let (sin, cos) = bend_deg.to_radians().sin_cos();
+    let (sin, cos) = libm::sincos(bend_deg.to_radians());
     let axis = DVec3::new(sin, 0.0, cos);
     let mirror = Mirror::Constant([reflectance; 3]);
     let guide = Guide::Bent(BentGuide::new(RADIUS, &[(0.5, DVec3::Z), (0.5, axis)], mirror, [1.0; 3]));

@@ -15,7 +15,7 @@ use crate::reports::run::render;
 pub fn beams() -> (Deviations, Table) {
     let mut deviations = Deviations::new("beam transmittance of two tubes, their ratio, against EnergyPlus");
     let rows = ENERGYPLUS_BEAMS.map(|(altitude_deg, upper, lower, theirs)| {
-        let tangent = (90.0 - altitude_deg).to_radians().tan();
+        let tangent = libm::tan((90.0 - altitude_deg).to_radians());
         let of = |(aspect, reflectance)| beam_transmission(aspect, tangent, reflectance);
         let ours = of(upper) / of(lower);
         let percent = 100.0 * (ours / theirs - 1.0);

@@ -55,7 +55,7 @@ pub fn table() -> Table {
         let [ies_clear, ies_overcast] =
             [IesSky::Clear, IesSky::Overcast].map(|sky| sky.diffuse_horizontal_illuminance_lux(altitude));
         let clear = level(CIE_CLEAR);
-        let sin = altitude.sin();
+        let sin = libm::sin(altitude);
         [
             ("beam, normal", ies_beam, beam),
             ("clear sky, type 12", ies_clear, clear),

@@ -85,7 +85,7 @@ fn loss(sky: &Sky, sun: Option<(DVec3, f64)>, reflectance: f64, bend_deg: f64) -
         let of_beam = performance::beam(&guide, toward, Key::new(2), RAYS).arriving();
         bent += lux * of_beam.mean;
         variance += lux * lux * of_beam.variance_of_mean();
-        let tangent = toward.x.hypot(toward.y) / toward.z;
+        let tangent = libm::hypot(toward.x, toward.y) / toward.z;
         straight += area * lux * toward.z * beam_transmission(aspect, tangent, reflectance);
     }
     let kept = (bent / straight).sqrt();
@@ -104,7 +104,7 @@ pub fn metres() -> Table {
     let per_metre = |one: f64, three: f64| format!("{:.1} %", 100.0 * (1.0 - (three / one).sqrt()));
     for reflectance in [0.92, 0.95, 0.96, 0.98, 0.99, 0.995, 0.997] {
         let sky = |length: f64| sky_exitance(&overcast, length / DIAMETER_M, reflectance);
-        let beam = |length: f64| beam_transmission(length / DIAMETER_M, 30f64.to_radians().tan(), reflectance);
+        let beam = |length: f64| beam_transmission(length / DIAMETER_M, libm::tan(30f64.to_radians()), reflectance);
         rows.push(vec![
             "this program".to_owned(),
             format!("mirror {reflectance}"),

@@ -45,9 +45,9 @@ fn flux(figure: &MakersFlux, tube: [f64; 3], cie_type: CieType, altitude_deg: f6
     let aspect = length_m / figure.diameter_m;
     let area = 0.25 * std::f64::consts::PI * figure.diameter_m * figure.diameter_m;
     let altitude = altitude_deg.to_radians();
-    let beam = beam_lux(cie_type, altitude_deg) * altitude.sin();
+    let beam = beam_lux(cie_type, altitude_deg) * libm::sin(altitude);
     let exitance = sky_exitance(&sky(cie_type, altitude_deg), aspect, reflectance)
-        + beam * beam_transmission(aspect, 1.0 / altitude.tan(), reflectance);
+        + beam * beam_transmission(aspect, 1.0 / libm::tan(altitude), reflectance);
     exitance * area * DOME_TRANSMITTANCE * diffuser
 }
 

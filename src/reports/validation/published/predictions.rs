@@ -37,7 +37,7 @@ pub fn beams() -> Table {
         for &diameter_m in tube.diameters_m {
             for &reflectance in tube.reflectances {
                 let of = |altitude_deg: f64| {
-                    let tangent = (90.0 - altitude_deg).to_radians().tan();
+                    let tangent = libm::tan((90.0 - altitude_deg).to_radians());
                     format!("{:.4}", beam_transmission(tube.length_m / diameter_m, tangent, reflectance))
                 };
                 let tube =
