@@ -52,6 +52,9 @@ pub fn run(args: RenderArgs) -> anyhow::Result<()> {
         stopped_by.name(),
         args.out.display()
     );
+    for warning in prepared.render_warnings(estimate) {
+        eprintln!("warning: {}: {}", warning.code.code(), warning.detail);
+    }
     print_results(&result);
     Ok(())
 }

@@ -105,6 +105,10 @@ pub enum WarningCode {
     MirrorsByChance,
     /// The formula of Jenkins, Muneer and Kubie returns more flux than it is given.
     JenkinsFluxExcess,
+    /// Triangles of a mesh have no area or stand there twice, and were left out.
+    DroppedTriangles,
+    /// More than a millionth of the rays left a tube through gaps in its mesh; their light is missing in the room.
+    LostRays,
 }
 
 impl WarningCode {
@@ -117,6 +121,8 @@ impl WarningCode {
             Self::PlaceWithoutSky => "place_without_sky",
             Self::MirrorsByChance => "mirrors_by_chance",
             Self::JenkinsFluxExcess => "jenkins_flux_excess",
+            Self::DroppedTriangles => "dropped_triangles",
+            Self::LostRays => "lost_rays",
         }
     }
 }

@@ -8,10 +8,12 @@ use super::optics::Coefficient;
 use super::provenance::{GuideProvenance, Provenance};
 use super::room::convert::room;
 use super::room::mesh_object::mesh_objects;
+use super::room::object::ObjectDocument;
 use super::sky::daylight::{Explained, Surroundings, daylight};
 use super::tube::convert::tube;
+use crate::geometry::Dropped;
 use crate::plan::effects::EffectKind;
-use crate::scene::{Channels, Grid, Room, Scene, Tube, View};
+use crate::scene::{Channels, Grid, Room, Scene, Tube, TubeShape, View};
 
 /// The scene of a checked document, with notes to its reader and what explains its results.
 ///
@@ -48,7 +50,30 @@ pub fn to_scene(
         views,
         channels: channels(document),
     };
+    warnings.extend(dropped_triangles(document, &scene));
     Ok((scene, warnings, provenance))
+}
+
+/// One warning for each mesh of which triangles were left out.
+fn dropped_triangles(document: &JobDocument, scene: &Scene) -> Vec<Warning> {
+    let tubes = scene.tubes.iter().enumerate().filter_map(|(index, tube)| match &tube.shape {
+        TubeShape::Mesh(tube) => Some((format!("/tubes/{index}/mesh"), tube.mesh.dropped)),
+        _ => None,
+    });
+    let is_mesh = |(_, object): &(usize, &ObjectDocument)| matches!(object, ObjectDocument::Mesh(_));
+    let objects = document.room.objects.iter().enumerate().filter(is_mesh).zip(&scene.room.meshes);
+    let objects = objects.map(|((index, _), object)| (format!("/room/objects/{index}/mesh"), object.mesh.dropped));
+    tubes
+        .chain(objects)
+        .filter(|(_, dropped)| *dropped != Dropped::default())
+        .map(|(pointer, Dropped { without_area, repeated })| {
+            let detail = format!(
+                "{pointer}: of the file's triangles {without_area} have no area and {repeated} stand there already; they \
+                 were left out"
+            );
+            Warning { code: WarningCode::DroppedTriangles, detail }
+        })
+        .collect()
 }
 
 fn explained_daylight(document: &JobDocument, checks: &mut Checks, warnings: &mut Vec<Warning>) -> Option<Explained> {

@@ -11,6 +11,7 @@ pub use stopping::{Accuracy, StopRule};
 
 use self::grid::push_with_error;
 use crate::analytic::{Balance, Quantity, Solution};
+use crate::guide::RayCount;
 use crate::integrator::photon::ledger::{Account, TubeFlux};
 use crate::integrator::photon_map::progressive::Carried;
 use crate::integrator::{GridPass, Pass, ViewPass};
@@ -28,6 +29,8 @@ pub struct Estimate {
     pub photons: u64,
     /// Number of ray segments of all passes; a closed form through a guide counts as one.
     pub rays: u64,
+    /// Rays that left guides through gaps in their meshes.
+    pub lost_rays: u64,
     /// Illuminances, in the order of the scene's grids.
     pub grids: Vec<GridEstimate>,
     /// Luminances, in the order of the scene's views.
@@ -36,6 +39,9 @@ pub struct Estimate {
     pub tubes: Vec<TubeEstimate>,
     /// Where the flux went, in lm: the sum over the passes.
     pub ledger: Ledger,
+    /// Number of the first photon of the last pass that gave something infinite or no number: a fault of the program, which
+    /// ends the job.
+    pub not_finite: Option<u64>,
     /// Statistics of points that the last pass left to the next one; empty where passes are independent.
     pub carried: Carried,
 }
@@ -95,7 +101,10 @@ impl Estimate {
         self.passes += 1;
         for pass in [grids, views.filter(|views| !grids.is_some_and(|grids| std::ptr::eq(*views, grids)))] {
             self.photons += pass.map_or(0, |pass| pass.photons);
-            self.rays += pass.map_or(0, |pass| pass.account.rays);
+            let rays = pass.map_or_else(RayCount::default, |pass| pass.account.rays);
+            self.rays += rays.followed;
+            self.lost_rays += rays.lost;
+            self.not_finite = self.not_finite.or(pass.and_then(|pass| pass.account.not_finite));
         }
         if let Some(pass) = grids {
             self.grids.iter_mut().zip(&pass.grids).for_each(|(estimate, grid)| estimate.push(grid));
@@ -136,6 +145,7 @@ impl Estimate {
             room,
             open_surfaces,
             cut: 0.0,
+            lost: 0.0,
         });
     }
 
@@ -163,6 +173,7 @@ impl Estimate {
         self.passes += later.passes;
         self.photons += later.photons;
         self.rays += later.rays;
+        self.lost_rays += later.lost_rays;
         self.grids.iter_mut().zip(&later.grids).for_each(|(all, part)| all.merge(part));
         self.views.iter_mut().zip(&later.views).for_each(|(all, part)| all.merge(part));
         for (all, part) in self.tubes.iter_mut().zip(&later.tubes) {
@@ -192,12 +203,20 @@ impl Estimate {
             let sensor = grid.sensors.iter().position(|sensor| !(sensor.mean.is_finite() && sensor.m2.is_finite()))?;
             Some(format!("sensor {sensor} of grid {number}"))
         });
-        grid.or_else(|| {
+        let grid_or_view = grid.or_else(|| {
             self.views.iter().enumerate().find_map(|(number, view)| {
                 let pixel = view.mean.iter().position(|value| !value.is_finite())? / view.channels.max(1);
                 Some(format!("pixel {pixel} of view {number}"))
             })
-        })
+        });
+        let mut ledger = self.ledger;
+        let tubes = self.tubes.iter().position(|tube| {
+            [tube.at_collector, tube.at_diffuser, tube.into_room].iter().any(|flux| !flux.mean.is_finite())
+        });
+        let books = ledger.values_mut().into_iter().any(|value| !value.is_finite());
+        grid_or_view
+            .or_else(|| tubes.map(|number| format!("the flux through tube {number}")))
+            .or_else(|| books.then(|| "the balance of energy".to_owned()))
     }
 }
 

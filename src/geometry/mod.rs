@@ -12,4 +12,4 @@ pub mod section;
 pub mod triangle;
 pub mod turn;
 
-pub use obj::TriangleMesh;
+pub use obj::{Dropped, TriangleMesh};

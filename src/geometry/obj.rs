@@ -13,7 +13,7 @@ use glam::DVec3;
 use super::polygon::{self, Effort, Untriangulated};
 
 /// Triangles with material names; coordinates in metres after [`TriangleMesh::scaled`], in file units before.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct TriangleMesh {
     /// Corners of the triangles; [`parse_obj`] makes equal ones one.
     pub positions: Vec<DVec3>,
@@ -23,6 +23,17 @@ pub struct TriangleMesh {
     pub triangle_materials: Vec<u32>,
     /// Material names in order of first use; faces without one have the name "".
     pub materials: Vec<String>,
+    /// Triangles of the file that are not among these.
+    pub dropped: Dropped,
+}
+
+/// Numbers of triangles that a mesh was given and has not kept.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Dropped {
+    /// Their corners lie on one line, or on one point.
+    pub without_area: usize,
+    /// A triangle with the same corners stands there already.
+    pub repeated: usize,
 }
 
 impl TriangleMesh {
@@ -122,22 +133,11 @@ pub fn parse_obj_until(bytes: &[u8], limits: ObjLimits, cancel: &AtomicBool) -> 
 const STOPPED: &str = "reading was stopped at this line: it took too long, or nobody waits for it any more";
 
 /// A mesh while its lines are being read.
+#[derive(Default)]
 struct Assembly {
     mesh: TriangleMesh,
     index_of: HashMap<[u64; 3], u32>,
     seen: HashSet<[u32; 3]>,
-}
-
-impl Default for Assembly {
-    fn default() -> Self {
-        let mesh = TriangleMesh {
-            positions: Vec::new(),
-            triangles: Vec::new(),
-            triangle_materials: Vec::new(),
-            materials: Vec::new(),
-        };
-        Self { mesh, index_of: HashMap::new(), seen: HashSet::new() }
-    }
 }
 
 impl Assembly {
@@ -167,6 +167,7 @@ impl Assembly {
         // below the rounding of the cross product of corners on one line
         let doubled_area = (b - a).cross(c - a).length();
         if doubled_area.is_nan() || doubled_area <= 1e-14 * longest {
+            self.mesh.dropped.without_area += 1;
             return;
         }
         let triangle = corners.map(|corner| self.position(corner));
@@ -175,6 +176,8 @@ impl Assembly {
         if self.seen.insert(key) {
             self.mesh.triangles.push(triangle);
             self.mesh.triangle_materials.push(material);
+        } else {
+            self.mesh.dropped.repeated += 1;
         }
     }
 }
@@ -393,7 +396,9 @@ mod tests {
         let text = format!(
             "{SQUARE}v 1 0 0\nv 0.5 0 0\nf 1 1 2\nf 1 6 2\nf 1 2 3 4\nf 3 2 1\nf 4 3 1\nf 1 5 3\nl 1 2 3\np 1\n"
         );
-        assert_eq!(parse(&text).unwrap(), clean);
+        let mesh = parse(&text).unwrap();
+        assert_eq!(mesh.dropped, Dropped { without_area: 2, repeated: 3 });
+        assert_eq!(TriangleMesh { dropped: Dropped::default(), ..mesh }, clean);
         // a sliver of aspect 1e6 is a triangle
         assert_eq!(parse("v 0 0 0\nv 1 0 0\nv 0.5 1e-6 0\nf 1 2 3\n").unwrap().triangles.len(), 1);
         // concave: an L of area 3

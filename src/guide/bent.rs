@@ -118,7 +118,7 @@ impl BentGuide {
         let end = loop {
             rays += 1;
             if bounces > most_bounces || (by_angle && left.max() < NEGLIGIBLE) {
-                break End::Lost;
+                break End::Absorbed;
             }
             if rays > MAX_STEPS {
                 break End::Cut;
@@ -183,7 +183,7 @@ impl BentGuide {
             direction: cylinder.to_local.transpose() * d,
             collector: Spectrum::from_rgb(self.collector_transmittance).map(|t| t.powi(crossings)),
             mirrors: match (end, by_angle) {
-                (End::Lost, _) => Spectrum::ZERO,
+                (End::Absorbed, _) => Spectrum::ZERO,
                 (_, true) => left,
                 (_, false) => self.reflectance.power(|| 1.0, bounces),
             },

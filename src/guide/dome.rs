@@ -305,7 +305,7 @@ impl DomedGuide {
         let d = self.to_local * direction;
         let crossing = self.dome.enter(self.to_local * (position - self.centre), d, random);
         let mut transit = Transit {
-            end: End::Lost,
+            end: End::Absorbed,
             position,
             direction,
             collector: Spectrum::ONE * crossing.share,
@@ -365,7 +365,7 @@ impl DomedGuide {
                             continue;
                         }
                         Exit::Outside => End::Top,
-                        Exit::Absorbed => End::Lost,
+                        Exit::Absorbed => End::Absorbed,
                         Exit::Cut => End::Cut,
                     };
                     return;

@@ -150,7 +150,7 @@ impl MeshGuide {
         random: &mut PathRandom,
     ) -> Transit<C> {
         let mut transit = Transit {
-            end: End::Lost,
+            end: End::Absorbed,
             position,
             direction,
             collector: Spectrum::ONE,
@@ -158,6 +158,7 @@ impl MeshGuide {
             entered: inside,
             rays: 0,
         };
+        let from_below = inside;
         let mut left = None;
         // light that has passed a collector from within is outside, unless it meets the inner side of the pipe
         let mut beyond = false;
@@ -179,10 +180,21 @@ impl MeshGuide {
                     return transit;
                 }
             }
+            let is_outer_side = |hit: TriangleHit| {
+                let triangle = hit.triangle as usize;
+                let is_mirror = matches!(self.parts[triangle], Part::Pipe { .. });
+                is_mirror && self.inward[triangle] * transit.direction.dot(self.normals[triangle]) > 0.0
+            };
+            if from_below && transit.rays == 1 && hit.is_none_or(is_outer_side) {
+                // between the round opening and a pipe with corners there is no pipe
+                return transit;
+            }
             let Some(hit) = hit else {
-                // else a leak through the mesh, or light that passed by it
+                // else light that passed by the mesh
                 if beyond {
                     transit.end = End::Top;
+                } else if inside {
+                    transit.end = End::Lost;
                 }
                 return transit;
             };

@@ -20,7 +20,7 @@ pub use dome::{Dome, DomedGuide};
 pub use mesh::{MeshGuide, MeshGuideError};
 pub use recognise::{RecognisedCylinder, Section};
 pub use straight::StraightGuide;
-pub use transit::{End, Entry, Transit};
+pub use transit::{End, Entry, RayCount, Transit};
 
 use crate::sampling::{NestedCones, PathRandom};
 

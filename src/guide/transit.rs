@@ -1,5 +1,8 @@
 //! One ray's way through a guide: where it enters, where it ends, and the share of its light that is left.
 
+use std::iter::Sum;
+use std::ops::{Add, AddAssign};
+
 use glam::DVec3;
 
 use crate::optics::Spectrum;
@@ -12,6 +15,8 @@ pub enum End {
     /// Outside, through the collector.
     Top,
     /// Nowhere: absorbed, or outside without ever having passed the collector.
+    Absorbed,
+    /// Outside, through a gap in the mesh.
     Lost,
     /// The path was ended for its length.
     Cut,
@@ -41,6 +46,49 @@ impl<const C: usize> Transit<C> {
     #[inline]
     pub fn weight(&self) -> Spectrum<C> {
         self.collector * self.mirrors
+    }
+}
+
+impl<const C: usize> Transit<C> {
+    /// The ray segments of this way.
+    pub fn ray_count(&self) -> RayCount {
+        RayCount { followed: u64::from(self.rays), lost: u64::from(self.end == End::Lost) }
+    }
+}
+
+/// Ray segments that were followed, and the rays that were lost on the way.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct RayCount {
+    /// Number of ray segments; a closed form through a guide counts as one.
+    pub followed: u64,
+    /// Rays that left a guide through a gap in its mesh ([`End::Lost`]).
+    pub lost: u64,
+}
+
+impl Add for RayCount {
+    type Output = Self;
+
+    fn add(self, other: Self) -> Self {
+        Self { followed: self.followed + other.followed, lost: self.lost + other.lost }
+    }
+}
+
+impl AddAssign for RayCount {
+    fn add_assign(&mut self, other: Self) {
+        *self = *self + other;
+    }
+}
+
+/// Adds segments of which none was lost.
+impl AddAssign<u64> for RayCount {
+    fn add_assign(&mut self, followed: u64) {
+        self.followed += followed;
+    }
+}
+
+impl Sum for RayCount {
+    fn sum<I: Iterator<Item = Self>>(counts: I) -> Self {
+        counts.fold(Self::default(), Add::add)
     }
 }
 

@@ -31,13 +31,14 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use super::{GridPass, Integrator, Pass, ViewPass};
+use crate::guide::RayCount;
 use crate::integrator::backward;
 use crate::integrator::backward::chance;
 use crate::integrator::backward::daylight::Followed;
 use crate::integrator::backward::pass::{Sampling, each};
 use crate::integrator::backward::room_entry::exit_seen_by;
 use crate::integrator::method::{Caveat, Computation, Described, Knows, Refusal, Task, Work};
-use crate::integrator::photon::chunks::fold_chunks;
+use crate::integrator::photon::chunks::{Tally, fold_chunks};
 use crate::integrator::photon::descent::sun_exits;
 use crate::integrator::photon::ledger::Account;
 use crate::optics::Spectrum;
@@ -115,18 +116,18 @@ impl<const C: usize> PathTracing<C> {
     }
 
     /// Adds the sun that closures scatter straight to the eye; returns the rays it took.
-    fn add_sun(&self, view: &View, stream: Key, luminance: &mut [f64], cancel: &AtomicBool) -> Option<u64> {
-        let Some(sun) = &self.scene.sun else { return Some(0) };
+    fn add_sun(&self, view: &View, stream: Key, luminance: &mut [f64], cancel: &AtomicBool) -> Option<RayCount> {
+        let Some(sun) = &self.scene.sun else { return Some(RayCount::default()) };
         let paths = (view.size_px[0] * view.size_px[1]) as f64 * f64::from(self.settings.samples_per_pixel);
         let count = ((paths * SUN_RAYS_PER_PATH) as u64).max(LEAST_SUN_RAYS);
-        let mut rays = 0;
+        let mut rays = RayCount::default();
         for (number, tube) in self.scene.tubes.iter().enumerate() {
             if !tube.diffuser.scatters(tube.opening_radius) {
                 continue;
             }
             let stream = stream.child(number as u64);
             let chunk = |numbers: Range<u64>| {
-                let (mut seen, mut rays) = (Vec::new(), 0);
+                let (mut seen, mut rays) = (Vec::new(), RayCount::default());
                 for index in numbers {
                     let mut samples = PathSamples::new(stream, index);
                     sun_exits(&self.scene, tube, sun, &mut samples, &mut rays, |exit| {
@@ -135,7 +136,7 @@ impl<const C: usize> PathTracing<C> {
                 }
                 (seen, rays)
             };
-            fold_chunks(count, 0, cancel, chunk, |(seen, of_chunk): (Vec<(usize, Spectrum<C>)>, u64)| {
+            fold_chunks(count, 0, cancel, chunk, |(seen, of_chunk): Seen<C>| {
                 rays += of_chunk;
                 for (pixel, value) in seen {
                     for (channel, value) in value.0.into_iter().enumerate() {
@@ -148,20 +149,29 @@ impl<const C: usize> PathTracing<C> {
     }
 }
 
+/// Pixels that see some rays of the sun, with the luminance that these bring, and the rays it took.
+type Seen<const C: usize> = (Vec<(usize, Spectrum<C>)>, RayCount);
+
+impl<const C: usize> Tally for Seen<C> {
+    fn is_finite(&self) -> bool {
+        self.0.iter().all(|(_, luminance)| luminance.is_finite())
+    }
+}
+
 impl<const C: usize> Integrator for PathTracing<C> {
     fn pass(&self, pass: u64, cancel: &AtomicBool) -> Option<Pass> {
         let key = self.seed.stream(Stream::Pass, pass);
         let scene = &*self.scene;
         let mut result = Pass::default();
-        let mut rays = 0;
+        let mut rays = RayCount::default();
         for (number, grid) in self.grids.iter().enumerate() {
             let stream = key.stream(Stream::Grid, number as u64);
             let sampling = sampling(self.settings.samples_per_sensor);
             let sensors = each(grid.len(), cancel, |index| {
                 backward::pass::sensor::<C>(scene, grid, index, sampling, stream.child(index as u64), &Followed)
             })?;
-            let (illuminance, of_sensors): (Vec<f64>, Vec<u64>) = sensors.into_iter().unzip();
-            rays += of_sensors.iter().sum::<u64>();
+            let (illuminance, of_sensors): (Vec<f64>, Vec<RayCount>) = sensors.into_iter().unzip();
+            rays += of_sensors.into_iter().sum::<RayCount>();
             result.grids.push(GridPass { illuminance, ..GridPass::default() });
         }
         for (number, view) in self.views.iter().enumerate() {

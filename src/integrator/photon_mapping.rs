@@ -35,6 +35,7 @@ use rayon::prelude::*;
 
 use super::{GridPass, Integrator, Pass, PhotonCount, ViewPass};
 use crate::guide::Guide;
+use crate::guide::RayCount;
 use crate::integrator::backward::opening::DaylightShare;
 use crate::integrator::backward::unscattered::unscattered;
 use crate::integrator::backward::vertex::Vertex;
@@ -141,7 +142,7 @@ struct Gathering<'a, const C: usize> {
     mapper: &'a Mapper<C>,
     maps: &'a Maps<C>,
     /// Number of rays, counted for the account.
-    rays: AtomicU64,
+    rays: RayCounter,
 }
 
 impl<const C: usize> PhotonMapping<C> {
@@ -254,7 +255,7 @@ impl<const C: usize> PhotonMapping<C> {
         let gathered = self.mapper.plane_irradiance(gathering.maps, self.radius, number, centre);
         let key = sensor.key.stream(Stream::Unscattered, 0);
         let (unscattered, rays) = unscattered(scene, centre, key, BACKWARD_RAYS, |tube| followed_backward(tube).sky);
-        gathering.rays.fetch_add(rays, Ordering::Relaxed);
+        gathering.rays.add(rays);
         (gathered, unscattered)
     }
 
@@ -300,7 +301,7 @@ impl<const C: usize> Integrator for PhotonMapping<C> {
     fn pass(&self, pass: u64, cancel: &AtomicBool) -> Option<Pass> {
         let key = self.seed.stream(Stream::Pass, pass);
         let (maps, mut account) = self.mapper.maps(key, self.radius, cancel)?;
-        let gathering = Gathering { mapper: &self.mapper, maps: &maps, rays: AtomicU64::new(0) };
+        let gathering = Gathering { mapper: &self.mapper, maps: &maps, rays: RayCounter::default() };
         let grids = (0..self.mapper.grids.len())
             .map(|number| self.grid(number, &gathering, key, cancel))
             .collect::<Option<_>>()?;
@@ -318,6 +319,26 @@ struct Receiver {
     key: Key,
 }
 
+/// Rays that many threads count; sums of integers do not depend on the order.
+#[derive(Default)]
+struct RayCounter {
+    followed: AtomicU64,
+    lost: AtomicU64,
+}
+
+impl RayCounter {
+    fn add(&self, rays: RayCount) {
+        self.followed.fetch_add(rays.followed, Ordering::Relaxed);
+        if rays.lost > 0 {
+            self.lost.fetch_add(rays.lost, Ordering::Relaxed);
+        }
+    }
+
+    fn into_inner(self) -> RayCount {
+        RayCount { followed: self.followed.into_inner(), lost: self.lost.into_inner() }
+    }
+}
+
 impl<const C: usize> Gathering<'_, C> {
     /// Irradiance of a receiver by light that diffuse parts of surfaces send. Rays start where `start` says for a point of
     /// the unit square; `None`: where no light arrives.
@@ -326,7 +347,7 @@ impl<const C: usize> Gathering<'_, C> {
         if !self.mapper.scene.interreflection {
             return sum;
         }
-        let mut rays = 0;
+        let mut rays = RayCount::default();
         for number in 0..u64::from(count) {
             let (replicate, index) = Replicate::of(receiver.key, number);
             let [u, v, x, y] = replicate.point(index, 0);
@@ -341,7 +362,7 @@ impl<const C: usize> Gathering<'_, C> {
             sum.found += gathered.found.get();
             rays += walk.rays;
         }
-        self.rays.fetch_add(rays, Ordering::Relaxed);
+        self.rays.add(rays);
         let per_ray = PI / f64::from(count);
         Gathered { irradiance: sum.irradiance * per_ray, bias: sum.bias * per_ray, found: sum.found }
     }

@@ -3,18 +3,18 @@
 use crate::estimate::Estimate;
 
 /// First bytes of a checkpoint; the last one counts its layouts.
-const MAGIC: [u8; 8] = *b"skyduct\x03";
+const MAGIC: [u8; 8] = *b"skyduct\x04";
 
-/// Bytes before the values: magic, passes, photons, rays, number of values, hash of all that.
+/// Bytes before the values: magic, passes, photons, rays, lost rays, number of values, hash of all that.
 const HASH_LEN: usize = 32;
 
 /// The estimate as little-endian words behind a header, and the BLAKE3 hash of both.
 pub fn encode(estimate: &Estimate) -> Vec<u8> {
     let mut values = Vec::new();
     estimate.clone().for_each_value(&mut |value| values.push(*value));
-    let mut bytes = Vec::with_capacity(MAGIC.len() + 32 + 8 * values.len() + HASH_LEN);
+    let mut bytes = Vec::with_capacity(MAGIC.len() + 40 + 8 * values.len() + HASH_LEN);
     bytes.extend(MAGIC);
-    for word in [estimate.passes, estimate.photons, estimate.rays, values.len() as u64] {
+    for word in [estimate.passes, estimate.photons, estimate.rays, estimate.lost_rays, values.len() as u64] {
         bytes.extend(word.to_le_bytes());
     }
     for value in values {
@@ -35,8 +35,8 @@ pub fn decode(empty: Estimate, bytes: &[u8]) -> Result<Estimate, String> {
     let content = content.strip_prefix(&MAGIC).ok_or("not a checkpoint of this version")?;
     let mut words = content.chunks_exact(8).map(|word| word.try_into().map(u64::from_le_bytes).unwrap_or_default());
     let mut next = || words.next().ok_or_else(|| "the checkpoint is cut short".to_string());
-    let (passes, photons, rays, count) = (next()?, next()?, next()?, next()?);
-    let mut estimate = Estimate { passes, photons, rays, ..empty };
+    let (passes, photons, rays, lost_rays, count) = (next()?, next()?, next()?, next()?, next()?);
+    let mut estimate = Estimate { passes, photons, rays, lost_rays, ..empty };
     let mut values = Vec::with_capacity(count as usize);
     for _ in 0..count {
         values.push(f64::from_bits(next()?));

@@ -32,10 +32,12 @@ pub struct Rendered {
 #[derive(Debug, thiserror::Error)]
 pub enum RenderError {
     /// A sum became infinite or no number.
-    #[error("pass {pass}: {place} is not finite")]
+    #[error("pass {pass}{}: {place} is not finite", photon.map(|photon| format!(", photon {photon}")).unwrap_or_default())]
     NotFinite {
         /// Number of the pass, from 0.
         pass: u64,
+        /// Number of the first photon at fault, from 0; `None` where it was a path from a sensor or pixel.
+        photon: Option<u64>,
         /// Sensor or pixel, in words.
         place: String,
     },
@@ -100,7 +102,7 @@ impl Prepared {
                 break;
             }
             if let Some(place) = estimate.first_not_finite() {
-                return Err(RenderError::NotFinite { pass, place });
+                return Err(RenderError::NotFinite { pass, photon: estimate.not_finite, place });
             }
             let seconds = seconds_before + start.elapsed().as_secs_f64();
             let report = self.report(&before.judged_with(&estimate), seconds);

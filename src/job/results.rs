@@ -5,6 +5,7 @@ use serde_json::Value;
 use super::chunk::RenderError;
 use super::prepare::Prepared;
 use super::progress::PassReport;
+use crate::document::errors::{Warning, WarningCode};
 use crate::document::result::{
     AccuracyResult, EnergyResult, ExternalIlluminance, GridInShort, GridResult, GridStatistics, JobResults, Known,
     PlanResult, TimingResult, TubeResult, ViewInShort,
@@ -14,6 +15,9 @@ use crate::output::plots::{self, ConvergencePoint};
 use crate::output::{Image, OutputError, csv, exr, false_colour, png};
 use crate::plan::EffectKind;
 use crate::scene::{Daylight, TubeShape};
+
+/// Share of the rays that may leave tubes through gaps in their meshes without a warning: rounding loses fewer.
+const MOST_LOST: f64 = 1e-6;
 
 /// A file of the results, e.g. `grids/workplane.json`.
 pub struct ResultFile {
@@ -135,7 +139,25 @@ impl Prepared {
             views: Some(views.collect()),
             tubes: Some(tubes.collect()),
             energy: self.knows_energy().then(|| EnergyResult::new(&merged.ledger, merged.passes)),
+            render_warnings: Some(self.render_warnings(merged)),
         }
+    }
+
+    /// What came up while an estimate was made.
+    pub fn render_warnings(&self, merged: &Estimate) -> Vec<Warning> {
+        let Estimate { rays, lost_rays, ledger, passes, .. } = merged;
+        if *lost_rays as f64 <= MOST_LOST * *rays as f64 {
+            return Vec::new();
+        }
+        let flux = match self.knows_energy() {
+            true => format!(", with {} lm", ledger.lost / *passes as f64),
+            false => String::new(),
+        };
+        let detail = format!(
+            "{lost_rays} of {rays} rays{flux} left a tube elsewhere than through its opening or collector: its mesh has gaps \
+             between pipe, collector and ceiling; close them, or weld its vertices"
+        );
+        vec![Warning { code: WarningCode::LostRays, detail }]
     }
 
     /// [`Self::summary`] as a JSON object.

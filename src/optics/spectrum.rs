@@ -42,6 +42,11 @@ impl<const C: usize> Spectrum<C> {
         self.0.iter().copied().fold(f64::NEG_INFINITY, f64::max)
     }
 
+    /// True if every channel is finite.
+    pub fn is_finite(&self) -> bool {
+        self.0.iter().all(|value| value.is_finite())
+    }
+
     /// The spectrum with `f` of each channel.
     #[inline]
     pub fn map(self, f: impl FnMut(f64) -> f64) -> Self {

@@ -1,6 +1,12 @@
 //! Job documents: what is accepted, what is refused and with which words.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a failure is what tests are for")]
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    clippy::disallowed_methods,
+    reason = "a failure is what tests are for"
+)]
 
 #[path = "../shared/schema.rs"]
 mod schema;

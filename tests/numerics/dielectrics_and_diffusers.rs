@@ -30,7 +30,7 @@ const SIDES: u32 = 32;
 impl Turned {
     fn new(materials: &[&str]) -> Self {
         let materials = materials.iter().map(|name| (*name).to_owned()).collect();
-        Self(TriangleMesh { positions: vec![], triangles: vec![], triangle_materials: vec![], materials })
+        Self(TriangleMesh { materials, ..TriangleMesh::default() })
     }
 
     /// Rings of the given radii and heights, joined from the first to the last; a radius of 0 is a pole.

@@ -109,6 +109,7 @@ fn sheet(corners: [DVec3; 4]) -> TriangleMesh {
         triangles: vec![[0, 1, 2], [0, 2, 3]],
         triangle_materials: vec![0, 0],
         materials: vec![String::new()],
+        ..TriangleMesh::default()
     }
 }
 

@@ -2,7 +2,13 @@
 //!
 //! docs/numerics.md lists them, each with the tests that show it; cases that tests elsewhere show are not repeated here.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a failure is what tests are for")]
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    clippy::disallowed_methods,
+    reason = "a failure is what tests are for"
+)]
 
 #[expect(dead_code, reason = "each test binary uses its part")]
 #[path = "../shared/given.rs"]

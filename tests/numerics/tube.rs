@@ -408,7 +408,7 @@ fn a_mitre_of_ninety_degrees_sends_an_axial_beam_back() {
             End::Opening => forward += 1,
             End::Top => back += 1,
             End::Cut => cut += 1,
-            End::Lost => panic!("a perfect mirror absorbs nothing: {entry:?}"),
+            End::Absorbed | End::Lost => panic!("a perfect mirror absorbs nothing: {entry:?}"),
         }
         assert_eq!(transit.mirrors.0, [1.0]);
     }

@@ -1,6 +1,12 @@
 //! Light: every estimator against closed forms, tables, references and the other methods.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a failure is what tests are for")]
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    clippy::disallowed_methods,
+    reason = "a failure is what tests are for"
+)]
 
 #[path = "../shared/documents.rs"]
 mod documents;

@@ -188,6 +188,7 @@ fn a_rug_hides_the_floor() {
             triangles: vec![[0, 1, 2], [0, 3, 2]],
             triangle_materials: vec![0, 0],
             materials: vec!["rug".into()],
+            ..TriangleMesh::default()
         };
         covered.room.meshes.push(MeshObject { mesh, surfaces: vec![Surface::diffuse([0.8; 3])] });
         let room = kernel(&covered);
@@ -209,6 +210,7 @@ pub fn closed_cube(from: DVec3, side: f64) -> MeshObject {
         triangles: faces.into_iter().flat_map(|[a, b, c, d]| [[a, b, c], [a, c, d]]).collect(),
         triangle_materials: vec![0; 12],
         materials: vec![String::new()],
+        ..TriangleMesh::default()
     };
     MeshObject { mesh, surfaces: vec![Surface::diffuse([0.5; 3])] }
 }

@@ -6,8 +6,8 @@ use std::sync::Arc;
 
 use glam::{DVec2, DVec3};
 use serde_json::{Value, json};
-use skyduct::document::{JobDocument, MeshSource};
-use skyduct::geometry::TriangleMesh;
+use skyduct::document::{JobDocument, MeshSource, WarningCode};
+use skyduct::geometry::{Dropped, TriangleMesh};
 use skyduct::guide::mesh::Part;
 use skyduct::guide::{End, Guide, MeshGuide};
 use skyduct::job::checkpoint::encode;
@@ -33,6 +33,7 @@ fn tube(sides: u32, cover: Cover) -> TriangleMesh {
         triangles: Vec::new(),
         triangle_materials: Vec::new(),
         materials: ["pipe", "diffuser", "cover"].map(str::to_owned).to_vec(),
+        ..TriangleMesh::default()
     };
     let storey = |mesh: &mut TriangleMesh, material: u32, lower: u32, upper: u32| {
         for k in 0..sides {
@@ -224,4 +225,48 @@ fn rays_at_vertices_and_edges_do_not_leak() {
             }
         }
     }
+}
+
+/// Light through a hole in a pipe is booked as lost and its rays are counted, by methods that follow light and by those that
+/// follow paths backward, with a warning; a whole pipe loses none.
+#[test]
+fn rays_through_a_hole_are_counted() {
+    let whole = tube(12, Cover::Flat);
+    let mut holed = whole.clone();
+    holed.triangles.remove(29);
+    holed.triangle_materials.remove(29);
+    for method in ["light_tracing", "sppm", "two_stage", "path_tracing", "bidirectional_path_tracing", "photon_mapping"]
+    {
+        for (mesh, leaks) in [(&whole, false), (&holed, true)] {
+            let mut document = job(mesh_tube(Cover::Flat));
+            document["method"] = json!(method);
+            document["stop"] = json!({ "max_passes": 2 });
+            if method == "light_tracing" {
+                document["views"] = json!([]);
+            }
+            let document = JobDocument::parse(document.to_string().as_bytes()).unwrap();
+            let prepared = prepare_document(&document, &One(mesh.clone())).unwrap();
+            let estimate = render_chunk(&prepared, 0, &prepared.empty_estimate()).estimate;
+            assert_eq!(estimate.lost_rays > 0, leaks, "{method}: {} of {}", estimate.lost_rays, estimate.rays);
+            let warnings: Vec<_> = prepared.render_warnings(&estimate).iter().map(|warning| warning.code).collect();
+            assert_eq!(warnings, if leaks { vec![WarningCode::LostRays] } else { vec![] }, "{method}");
+            let ledger = estimate.ledger;
+            assert!(ledger.relative_closure_error().abs() < 1e-9, "{method}: {ledger:?}");
+            if ledger.emitted > 0.0 {
+                assert_eq!(ledger.lost > 0.0, leaks, "{method}: {ledger:?}");
+            }
+        }
+    }
+}
+
+/// Triangles that the reader of a file left out are told by number.
+#[test]
+fn dropped_triangles_are_told() {
+    let mut mesh = tube(96, Cover::Flat);
+    assert_eq!(prepare(mesh_tube(Cover::Flat), mesh.clone()).warnings, []);
+    mesh.dropped = Dropped { without_area: 2, repeated: 3 };
+    let warnings = prepare(mesh_tube(Cover::Flat), mesh).warnings;
+    assert_eq!(warnings.len(), 1);
+    assert_eq!(warnings[0].code, WarningCode::DroppedTriangles);
+    assert!(warnings[0].detail.starts_with("/tubes/0/mesh: of the file's triangles 2 have no area and 3 "));
 }

@@ -41,6 +41,7 @@ fn prism(reflectance: Mirror) -> Guide {
         triangle_materials: vec![0; triangles.len()],
         triangles,
         materials: vec!["pipe".into()],
+        ..TriangleMesh::default()
     };
     Guide::Mesh(MeshGuide::new(&mesh, &[Part::Pipe { reflectance }], RADIUS).unwrap())
 }

@@ -220,7 +220,7 @@ fn elbows() {
                 match transit.end {
                     End::Opening => down += transit.weight().luminance() / count as f64,
                     End::Top => up += transit.weight().luminance() / count as f64,
-                    End::Lost | End::Cut => {}
+                    End::Absorbed | End::Lost | End::Cut => {}
                 }
             }
             forward.push(down);

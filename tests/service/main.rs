@@ -1,6 +1,12 @@
 //! The service as its users meet it: the API, the command line, what faults and crashes may do.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a failure is what tests are for")]
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    clippy::disallowed_methods,
+    reason = "a failure is what tests are for"
+)]
 
 mod common;
 mod process;

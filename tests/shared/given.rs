@@ -67,7 +67,7 @@ impl MeshSource for SquarePipe {
             triangle_materials.extend([2, 2]);
         }
         let materials = ["diffuser", "cover", "a/b"].map(str::to_owned).to_vec();
-        Ok(Arc::new(TriangleMesh { positions, triangles, triangle_materials, materials }))
+        Ok(Arc::new(TriangleMesh { positions, triangles, triangle_materials, materials, ..TriangleMesh::default() }))
     }
 }
 

@@ -146,7 +146,7 @@ pub fn follow(way: &Way, source: Source, stream: Key, count: u64) -> Beam {
                 beam.guide_top += flux * weight;
                 continue;
             }
-            End::Lost | End::Cut => {
+            End::Absorbed | End::Lost | End::Cut => {
                 beam.guide += flux * weight;
                 continue;
             }

@@ -27,6 +27,9 @@ pub struct EnergyResult {
     pub open_surfaces_lm: f64,
     /// The rest of paths that were ended for length.
     pub cut_lm: f64,
+    /// Flux that left guides through gaps in their meshes.
+    #[serde(default)]
+    pub lost_lm: f64,
     /// (emitted + luminaires - all others) / (emitted + luminaires); zero without light.
     pub relative_closure_error: f64,
 }
@@ -34,7 +37,8 @@ pub struct EnergyResult {
 impl EnergyResult {
     /// The mean over `passes` of the sums in `ledger`; zeros before the first pass.
     pub fn new(ledger: &Ledger, passes: u64) -> Self {
-        let Ledger { emitted, luminaires, collector, guide, guide_top, diffuser, room, open_surfaces, cut } = *ledger;
+        let Ledger { emitted, luminaires, collector, guide, guide_top, diffuser, room, open_surfaces, cut, lost } =
+            *ledger;
         let per_pass = |sum: f64| {
             if passes == 0 { 0.0 } else { sum / passes as f64 }
         };
@@ -48,6 +52,7 @@ impl EnergyResult {
             room_lm: per_pass(room),
             open_surfaces_lm: per_pass(open_surfaces),
             cut_lm: per_pass(cut),
+            lost_lm: per_pass(lost),
             relative_closure_error: ledger.relative_closure_error(),
         }
     }

@@ -7,6 +7,7 @@ use super::energy::EnergyResult;
 use super::grid::{ExternalIlluminance, GridStatistics};
 use super::timing::{AccuracyResult, TimingResult};
 use super::tube::TubeResult;
+use crate::document::errors::Warning;
 use crate::document::provenance::Provenance;
 use crate::document::schema::shapes::PixelCounts;
 
@@ -50,6 +51,8 @@ pub struct JobResults {
     pub tubes: Option<Vec<TubeResult>>,
     /// Null where no method follows the light from its sources to its end.
     pub energy: Option<EnergyResult>,
+    /// What came up while the job was rendered, beside the `warnings` of its document.
+    pub render_warnings: Option<Vec<Warning>>,
 }
 
 /// A view and its size.

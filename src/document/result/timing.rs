@@ -39,6 +39,9 @@ pub struct TimingResult {
     pub photons: u64,
     /// Number of ray segments of all passes; a closed form through a guide counts as one.
     pub rays: u64,
+    /// Rays that left tubes through gaps in their meshes.
+    #[serde(default)]
+    pub lost_rays: u64,
     /// Null when no time was measured.
     pub photons_per_second: Option<f64>,
     /// Null when no time was measured.
@@ -48,12 +51,13 @@ pub struct TimingResult {
 impl TimingResult {
     /// Cost of an estimate that took `seconds` to render.
     pub fn new(estimate: &Estimate, seconds: f64) -> Self {
-        let Estimate { passes, photons, rays, .. } = *estimate;
+        let Estimate { passes, photons, rays, lost_rays, .. } = *estimate;
         Self {
             seconds,
             passes,
             photons,
             rays,
+            lost_rays,
             photons_per_second: finite(photons as f64 / seconds),
             rays_per_second: finite(rays as f64 / seconds),
         }

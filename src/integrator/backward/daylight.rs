@@ -59,7 +59,7 @@ fn connect_sky<const C: usize>(walk: &mut Walk<'_, C>, vertex: &Vertex<'_, C>, t
     let Some((response, density)) = walk.respond(vertex, point, None) else { return };
     let Some((toward, weight)) = upward.filter(|(_, weight)| weight.max() > 0.0) else { return };
     let transit: Transit<C> = tube.guide.up(point - tube.origin, toward, &mut walk.samples.random);
-    walk.rays += u64::from(transit.rays);
+    walk.rays += transit.ray_count();
     if transit.end != End::Top {
         return;
     }

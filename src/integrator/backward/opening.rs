@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::up_guide::upward;
-use crate::guide::{End, Transit};
+use crate::guide::{End, RayCount, Transit};
 use crate::integrator::roulette::MAX_EVENTS;
 use crate::optics::{Closure, Scatter, SheetSide, Spectrum};
 use crate::sampling::PathSamples;
@@ -55,7 +55,7 @@ pub fn enter_tube<'a, const C: usize>(
     mut arriving: Arriving<C>,
     shares: DaylightShare,
     samples: &mut PathSamples,
-    rays: &mut u64,
+    rays: &mut RayCount,
 ) -> (Spectrum<C>, Onward<'a, C>) {
     let mut found = Spectrum::ZERO;
     let mut share_of_sky = shares.sky;
@@ -83,7 +83,7 @@ pub fn enter_tube<'a, const C: usize>(
         let (mut returning, mut place) = (Spectrum::ZERO, (position, direction));
         if climbs && up.max() > 0.0 {
             let transit: Transit<C> = tube.guide.up(position - tube.origin, upward, &mut samples.random);
-            *rays += u64::from(transit.rays);
+            *rays += transit.ray_count();
             let out = up * transit.weight();
             if transit.end == End::Top {
                 let toward = transit.direction;

@@ -7,6 +7,7 @@ use rayon::prelude::*;
 
 use super::next_event::{Daylight, NextEvent, Way};
 use super::walk::Walk;
+use crate::guide::RayCount;
 use crate::integrator::backward::room_entry::enter_room;
 use crate::optics::Spectrum;
 use crate::sampling::{Key, PathSamples};
@@ -49,9 +50,9 @@ pub fn sensor<const C: usize>(
     sampling: Sampling,
     stream: Key,
     daylight: &impl Daylight<C>,
-) -> (f64, u64) {
+) -> (f64, RayCount) {
     let centre = centre(scene, grid, index);
-    let (mut lux, mut rays) = (0.0, 0);
+    let (mut lux, mut rays) = (0.0, RayCount::default());
     for number in 0..u64::from(sampling.paths) {
         let mut walk: Walk<'_, C> = sampling.walk(scene, stream, number);
         let mut position = centre;
@@ -78,12 +79,12 @@ pub fn view<const C: usize>(
     stream: Key,
     daylight: &impl Daylight<C>,
     cancel: &AtomicBool,
-) -> Option<(Vec<f64>, u64)> {
+) -> Option<(Vec<f64>, RayCount)> {
     let pixels = each(view.size_px[0] * view.size_px[1], cancel, |index| {
         pixel(scene, view, index, sampling, stream.child(index as u64), daylight)
     })?;
     let mut luminance = Vec::new();
-    let mut rays = 0;
+    let mut rays = RayCount::default();
     for (seen, of_pixel) in pixels {
         luminance.extend(seen.0);
         rays += of_pixel;
@@ -99,9 +100,9 @@ fn pixel<const C: usize>(
     sampling: Sampling,
     stream: Key,
     daylight: &impl Daylight<C>,
-) -> (Spectrum<C>, u64) {
+) -> (Spectrum<C>, RayCount) {
     let (column, row) = (pixel % view.size_px[0], pixel / view.size_px[0]);
-    let (mut luminance, mut rays) = (Spectrum::ZERO, 0);
+    let (mut luminance, mut rays) = (Spectrum::ZERO, RayCount::default());
     for number in 0..u64::from(sampling.paths) {
         let mut walk: Walk<'_, C> = sampling.walk(scene, stream, number);
         let [x, y] = walk.samples.pair();

@@ -4,7 +4,8 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 use glam::{DVec2, DVec3};
 
-use crate::guide::{End, Guide, Transit};
+use crate::geometry::turn::unit_vector;
+use crate::guide::{End, Guide, RayCount, Transit};
 use crate::optics::Spectrum;
 use crate::sampling::{Key, PathRandom, Replicate, Stream, warp};
 use crate::sky::sun::HALF_ANGLE;
@@ -22,8 +23,8 @@ pub fn unscattered(
     stream: Key,
     rays: u64,
     by: impl Fn(&TraceableTube) -> bool,
-) -> (f64, u64) {
-    let (mut lux, mut taken) = (0.0, 0);
+) -> (f64, RayCount) {
+    let (mut lux, mut taken) = (0.0, RayCount::default());
     if scene.is_in_box(sensor) {
         return (lux, taken);
     }
@@ -53,13 +54,13 @@ struct Backward<'a> {
 
 impl Backward<'_> {
     /// Sky light: uniform points of the clear zone.
-    fn sky(&self, stream: Key, count: u64) -> (f64, u64) {
-        let Some(sky) = &self.scene.sky else { return (0.0, 0) };
+    fn sky(&self, stream: Key, count: u64) -> (f64, RayCount) {
+        let Some(sky) = &self.scene.sky else { return (0.0, RayCount::default()) };
         let (inner, outer) = self.zone;
         let area = PI * (outer * outer - inner * inner);
         let mut random = PathRandom::new(stream);
         let mut sum = 0.0;
-        let mut rays = 0;
+        let mut rays = RayCount::default();
         for number in 0..count {
             let (replicate, index) = Replicate::of(stream, number);
             let [u, v, ..] = replicate.point(index, 0);
@@ -72,10 +73,10 @@ impl Backward<'_> {
     }
 
     /// Sunlight: only points from which the zenith angle is the sun's, which a straight tube conserves.
-    fn sun(&self, stream: Key, count: u64) -> (f64, u64) {
-        let Some(sun) = &self.scene.sun else { return (0.0, 0) };
+    fn sun(&self, stream: Key, count: u64) -> (f64, RayCount) {
+        let Some(sun) = &self.scene.sun else { return (0.0, RayCount::default()) };
         if !matches!(self.tube.guide, Guide::Straight(_)) {
-            return (0.0, 0);
+            return (0.0, RayCount::default());
         }
         let height = self.tube.origin.z - self.sensor.z;
         let zenith_angle = libm::atan2(sun.direction.truncate().length(), sun.direction.z);
@@ -87,11 +88,11 @@ impl Backward<'_> {
         let from = reach(zenith_angle - HALF_ANGLE).max(distance - outer).max(0.0);
         let to = reach(zenith_angle + HALF_ANGLE).min(distance + outer);
         if to <= from {
-            return (0.0, 0);
+            return (0.0, RayCount::default());
         }
         let mut random = PathRandom::new(stream);
         let mut sum = 0.0;
-        let mut rays = 0;
+        let mut rays = RayCount::default();
         for number in 0..count {
             let (replicate, index) = Replicate::of(stream, number);
             let [u, v, ..] = replicate.point(index, 0);
@@ -108,7 +109,7 @@ impl Backward<'_> {
             }
             let angle = (2.0 * v - 1.0) * half_arc;
             let inward = if distance > 0.0 { -foot / distance } else { DVec2::X };
-            let offset = foot + DVec2::from_angle(angle).rotate(inward) * radius;
+            let offset = foot + unit_vector(angle).rotate(inward) * radius;
             if offset.length_squared() < inner * inner {
                 continue;
             }
@@ -126,7 +127,7 @@ impl Backward<'_> {
 
     /// Follows a ray from the sensor through `point` of the opening: geometry factor times transmittances, and the
     /// direction outside.
-    fn through(&self, point: DVec3, random: &mut PathRandom, rays: &mut u64) -> Option<(f64, DVec3)> {
+    fn through(&self, point: DVec3, random: &mut PathRandom, rays: &mut RayCount) -> Option<(f64, DVec3)> {
         let transmittance: Spectrum<3> = self.tube.closure_at(point).unscattered()?;
         let way = point - self.sensor;
         let distance_squared = way.length_squared();
@@ -135,7 +136,8 @@ impl Backward<'_> {
             return None;
         }
         let transit: Transit<3> = self.tube.guide.up(point - self.tube.origin, direction, random);
-        *rays += 1 + u64::from(transit.rays);
+        *rays += 1;
+        *rays += transit.ray_count();
         if transit.end != End::Top {
             return None;
         }

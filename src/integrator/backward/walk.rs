@@ -8,6 +8,7 @@ use glam::DVec3;
 
 use super::opening::{Arriving, DaylightShare, Onward, enter_tube};
 use super::vertex::Vertex;
+use crate::guide::RayCount;
 use crate::integrator::roulette::{MAX_EVENTS, survival};
 use crate::optics::{Kind, Oriented, Scatter, SheetSide, Spectrum, SurfaceOptics, Travel};
 use crate::sampling::PathSamples;
@@ -92,7 +93,7 @@ pub struct Walk<'a, const C: usize> {
     pub scene: &'a TraceableScene,
     pub samples: PathSamples,
     /// Number of rays traced up to now.
-    pub rays: u64,
+    pub rays: RayCount,
     /// Reflections still to come that no roulette decides, as long as the path's weight is worth it.
     pub certain: u32,
     /// Illuminance in lux, or luminance in cd/m2.
@@ -102,7 +103,7 @@ pub struct Walk<'a, const C: usize> {
 impl<'a, const C: usize> Walk<'a, C> {
     /// A path by these random numbers, its first `certain` reflections decided by no roulette.
     pub fn new(scene: &'a TraceableScene, samples: PathSamples, certain: u32) -> Self {
-        Self { scene, samples, rays: 0, certain, sum: Spectrum::ZERO }
+        Self { scene, samples, rays: RayCount::default(), certain, sum: Spectrum::ZERO }
     }
 
     /// Adds one sample of the illuminance in lux of a point that looks up.

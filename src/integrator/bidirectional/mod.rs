@@ -43,12 +43,13 @@ use rayon::prelude::*;
 use self::eye::{EyeSide, From, Starts};
 use self::light::{LightPaths, LightVertex, Recorder};
 use super::{GridPass, Integrator, Pass, ViewPass};
+use crate::guide::RayCount;
 use crate::integrator::backward::chance;
 use crate::integrator::backward::room_entry::enter_room;
 use crate::integrator::backward::unscattered::unscattered;
 use crate::integrator::backward::walk::Walk;
 use crate::integrator::method::{Caveat, Computation, Described, Kept, Load, Refusal, Task, Work};
-use crate::integrator::photon::chunks::{fold_chunks, sums_at_once};
+use crate::integrator::photon::chunks::{Tally, fold_chunks, sums_at_once};
 use crate::integrator::photon::emission::{Emission, EmittedPhoton, Start};
 use crate::integrator::photon::ledger::Account;
 use crate::integrator::photon::path::{Flight, trace};
@@ -143,6 +144,14 @@ struct Connected<const C: usize> {
     /// Pixels and their luminance in cd/m2, per view.
     views: Vec<Vec<(usize, Spectrum<C>)>>,
     account: Account,
+}
+
+impl<const C: usize> Tally for Connected<C> {
+    fn is_finite(&self) -> bool {
+        self.account.is_finite()
+            && self.grids.iter().flatten().all(|lux| lux.is_finite())
+            && self.views.iter().flatten().all(|(_, luminance)| luminance.is_finite())
+    }
 }
 
 impl<const C: usize> Bidirectional<C> {
@@ -303,12 +312,12 @@ impl<const C: usize> Bidirectional<C> {
     }
 
     /// Illuminance of one sensor in lux but for the photons' connections, and the rays it took.
-    fn sensor(&self, grid: &Grid, index: usize, paths: &LightPaths<C>, stream: Key) -> (f64, u64) {
+    fn sensor(&self, grid: &Grid, index: usize, paths: &LightPaths<C>, stream: Key) -> (f64, RayCount) {
         let count = self.settings.samples_per_sensor;
         let average = is_average(grid);
         let from = if average { From::Cell(self.crossings_per_path(grid)) } else { From::Point };
         let (photons, cut) = (self.emission.photons() as f64, self.connections_per_path(grid));
-        let (mut lux, mut rays) = (0.0, 0);
+        let (mut lux, mut rays) = (0.0, RayCount::default());
         for number in 0..count {
             let (mut walk, photon) = self.eye_path(paths, stream, number, count);
             let offset = if average { walk.samples.pair().map(|u| u - 0.5) } else { [0.0; 2] };
@@ -338,11 +347,11 @@ impl<const C: usize> Bidirectional<C> {
     }
 
     /// Luminance of one pixel in cd/m2 but for the photons' connections, and the rays it took.
-    fn pixel(&self, view: &View, pixel: usize, paths: &LightPaths<C>, stream: Key) -> (Spectrum<C>, u64) {
+    fn pixel(&self, view: &View, pixel: usize, paths: &LightPaths<C>, stream: Key) -> (Spectrum<C>, RayCount) {
         let (column, row) = (pixel % view.size_px[0], pixel / view.size_px[0]);
         let count = self.settings.samples_per_pixel;
         let (photons, cut) = (self.emission.photons() as f64, self.connections_per_ray());
-        let (mut luminance, mut rays) = (Spectrum::ZERO, 0);
+        let (mut luminance, mut rays) = (Spectrum::ZERO, RayCount::default());
         for number in 0..count {
             let (mut walk, photon) = self.eye_path(paths, stream, number, count);
             let [x, y] = walk.samples.pair();
@@ -371,7 +380,7 @@ impl<const C: usize> Integrator for Bidirectional<C> {
             self.views.iter().map(|view| vec![0.0; C * view.size_px[0] * view.size_px[1]]).collect();
         let sensors: usize = grids.iter().map(Vec::len).sum();
         let chunk = |numbers: Range<u64>| self.photons(key, numbers);
-        fold_chunks(self.emission.photons(), 8 * sensors as u64, cancel, chunk, |chunk: Connected<C>| {
+        let folded = fold_chunks(self.emission.photons(), 8 * sensors as u64, cancel, chunk, |chunk: Connected<C>| {
             paths.append(&chunk.paths);
             account.add(&chunk.account);
             for (sum, lux) in grids.iter_mut().zip(&chunk.grids) {
@@ -383,6 +392,7 @@ impl<const C: usize> Integrator for Bidirectional<C> {
                 }
             }
         })?;
+        account.not_finite = folded.not_finite;
         for (number, (grid, lux)) in self.grids.iter().zip(&mut grids).enumerate() {
             let stream = key.stream(Stream::Grid, number as u64);
             let sensor =

@@ -36,9 +36,10 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
+use crate::guide::RayCount;
 use crate::integrator::backward::unscattered::unscattered;
 use crate::integrator::method::{Computation, Described, Kept, Knows, Refusal, Task, Work};
-use crate::integrator::photon::chunks::{fold_chunks, sums_at_once};
+use crate::integrator::photon::chunks::{self, fold_chunks, sums_at_once};
 use crate::integrator::photon::emission::Emission;
 use crate::integrator::photon::ledger::Account;
 use crate::integrator::photon::path::{Flight, Origin, Scattering, Visitor, trace};
@@ -210,7 +211,7 @@ impl<const C: usize> LightTracing<C> {
     }
 
     /// Photons of these numbers of a pass.
-    fn photons(&self, pass: Key, numbers: Range<u64>) -> (Vec<f64>, Account) {
+    fn photons(&self, pass: Key, numbers: Range<u64>) -> Sums {
         let mut tally = Tally { method: self, lux: vec![0.0; self.sensor_count()], diffuser_weight: 1.0 };
         let mut account = Account::new(self.scene.tubes.len());
         for number in numbers {
@@ -247,10 +248,19 @@ impl<const C: usize> LightTracing<C> {
     }
 
     /// Direct unscattered light at sensor `index` of a point grid, in lux, and the rays it took.
-    fn unscattered(&self, plane: &SensorPlane, index: usize, pass: Key, rays_per_sensor: u64) -> (f64, u64) {
+    fn unscattered(&self, plane: &SensorPlane, index: usize, pass: Key, rays_per_sensor: u64) -> (f64, RayCount) {
         let sensor = DVec3::new(plane.x[index], plane.y[index], plane.height);
         let stream = pass.stream(Stream::Unscattered, (plane.first + index) as u64);
         unscattered(&self.scene, sensor, stream, rays_per_sensor, |_| true)
+    }
+}
+
+/// Illuminance per sensor in lux by some photons, and their account.
+type Sums = (Vec<f64>, Account);
+
+impl chunks::Tally for Sums {
+    fn is_finite(&self) -> bool {
+        self.0.iter().all(|lux| lux.is_finite()) && self.1.is_finite()
     }
 }
 
@@ -262,10 +272,11 @@ impl<const C: usize> Integrator for LightTracing<C> {
         let mut account = Account::new(self.scene.tubes.len());
         let chunk_bytes = 8 * lux.len() as u64;
         let chunk = |numbers: Range<u64>| self.photons(key, numbers);
-        fold_chunks(photons, chunk_bytes, cancel, chunk, |(chunk_lux, chunk_account): (Vec<f64>, Account)| {
+        let folded = fold_chunks(photons, chunk_bytes, cancel, chunk, |(chunk_lux, chunk_account): Sums| {
             lux.iter_mut().zip(&chunk_lux).for_each(|(sum, value)| *sum += value);
             account.add(&chunk_account);
         })?;
+        account.not_finite = folded.not_finite;
         let counts = self.counts(&lux, &account);
         if self.lambert() {
             lux.iter_mut().zip(&self.direct).for_each(|(sum, direct)| *sum += direct);

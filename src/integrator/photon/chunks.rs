@@ -27,37 +27,83 @@ pub fn sums_at_once(sensors: usize, photons: u64) -> u64 {
     chunks_at_once(8 * sensors as u64).min(photons.div_ceil(PHOTON_CHUNK))
 }
 
+/// What some photons of a pass give.
+pub trait Tally: Send {
+    /// False if a number in it is infinite or no number.
+    fn is_finite(&self) -> bool;
+}
+
+/// What was noticed while photons were folded.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Folded {
+    /// Number of the first photon that gave something infinite or no number.
+    pub not_finite: Option<u64>,
+}
+
 /// Computes `of` for every chunk of the photons 0..`photons` on the current rayon pool, and gives the results to `fold` in
 /// the order of the photons; `None` when `cancel` was raised meanwhile.
 ///
 /// A result takes about `chunk_bytes`. Few are held at a time, so that a pass of many photons needs no more memory than one
-/// of few. How many are held changes no bit: `fold` sees the same results in the same order.
-pub fn fold_chunks<T: Send>(
+/// of few. How many are held changes no bit: `fold` sees the same results in the same order. Where a result is not finite, the
+/// chunk's photons are computed again one by one, to name the first at fault.
+pub fn fold_chunks<T: Tally>(
     photons: u64,
     chunk_bytes: u64,
     cancel: &AtomicBool,
     of: impl Fn(Range<u64>) -> T + Sync,
     mut fold: impl FnMut(T),
-) -> Option<()> {
+) -> Option<Folded> {
     let chunks = photons.div_ceil(PHOTON_CHUNK);
     let one = |chunk: u64| {
         let from = chunk * PHOTON_CHUNK;
         (!cancel.load(Ordering::Relaxed)).then(|| of(from..(from + PHOTON_CHUNK).min(photons)))
     };
     let at_once = chunks_at_once(chunk_bytes);
-    let mut first = 0;
+    let (mut first, mut not_finite) = (0, None);
     while first < chunks {
         let end = (first + at_once).min(chunks);
         let results: Option<Vec<T>> = (first..end).into_par_iter().map(one).collect();
-        results?.into_iter().for_each(&mut fold);
+        for (chunk, result) in (first..end).zip(results?) {
+            if not_finite.is_none() && !result.is_finite() {
+                let from = chunk * PHOTON_CHUNK;
+                let mut numbers = from..(from + PHOTON_CHUNK).min(photons);
+                // where none is at fault alone, their sum has overflowed
+                not_finite = numbers.find(|number| !of(*number..number + 1).is_finite()).or(Some(from));
+            }
+            fold(result);
+        }
         first = end;
     }
-    Some(())
+    Some(Folded { not_finite })
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    impl Tally for Range<u64> {
+        fn is_finite(&self) -> bool {
+            true
+        }
+    }
+
+    /// The numbers of photons of which one gives an infinity.
+    struct Faulty(Range<u64>, u64);
+
+    impl Tally for Faulty {
+        fn is_finite(&self) -> bool {
+            !self.0.contains(&self.1)
+        }
+    }
+
+    #[test]
+    fn the_first_photon_at_fault_is_named() {
+        for (at_fault, named) in [(0, Some(0)), (1023, Some(1023)), (4321, Some(4321)), (5000, None)] {
+            let of = |range| Faulty(range, at_fault);
+            let folded = fold_chunks(5000, 8, &AtomicBool::new(false), of, |_| {});
+            assert_eq!(folded, Some(Folded { not_finite: named }));
+        }
+    }
 
     #[test]
     fn every_photon_is_folded_once_and_in_order_whatever_is_held() {
@@ -74,7 +120,7 @@ mod tests {
                         next = range.end;
                     },
                 );
-                assert_eq!(folded, Some(()));
+                assert_eq!(folded, Some(Folded { not_finite: None }));
                 assert_eq!(next, photons);
             }
         }

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use crate::guide::{End, Transit};
+use crate::guide::{End, RayCount, Transit};
 use crate::integrator::roulette::MAX_EVENTS;
 use crate::optics::{Closure, Scatter, SheetSide, Spectrum, Travel};
 use crate::sampling::{PathSamples, warp};
@@ -57,7 +57,7 @@ pub fn descend<'a, const C: usize>(
     tube: &'a TraceableTube,
     entering: Entering,
     samples: &mut PathSamples,
-    rays: &mut u64,
+    rays: &mut RayCount,
     mut at: impl FnMut(&Exit<'a, C>),
 ) -> [Spectrum<C>; 2] {
     let mut transit: Transit<C> = tube.guide.down(entering.position, entering.direction, &mut samples.random);
@@ -65,7 +65,7 @@ pub fn descend<'a, const C: usize>(
     let (mut flux, mut arrived) = (entered, Spectrum::ZERO);
     let returns = scene.guide_return && tube.guide.returns_light();
     for event in 0..MAX_EVENTS {
-        *rays += u64::from(transit.rays);
+        *rays += transit.ray_count();
         flux *= transit.weight();
         if transit.end != End::Opening || flux.max() <= 0.0 {
             break;
@@ -100,7 +100,7 @@ pub fn sun_exits<'a, const C: usize>(
     tube: &'a TraceableTube,
     sun: &Sun,
     samples: &mut PathSamples,
-    rays: &mut u64,
+    rays: &mut RayCount,
     at: impl FnMut(&Exit<'a, C>),
 ) {
     let toward = warp::around(sun.direction, warp::cone(samples.pair(), HALF_ANGLE));

@@ -1,5 +1,7 @@
 //! Books of the energy of photons: the places where it ends.
 
+use crate::guide::RayCount;
+
 /// Flux by the places where it ended, in lm; an estimate holds the sum over its passes.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Ledger {
@@ -22,6 +24,8 @@ pub struct Ledger {
     /// Flux of paths that were ended for their length, and the differences, zero in the mean, that roulette leaves
     /// where it chooses between two branches.
     pub cut: f64,
+    /// Flux that left a guide through gaps in its mesh.
+    pub lost: f64,
 }
 
 impl Ledger {
@@ -32,9 +36,9 @@ impl Ledger {
     }
 
     /// Every entry, the two sources first.
-    pub fn values_mut(&mut self) -> [&mut f64; 9] {
-        let Self { emitted, luminaires, collector, guide, guide_top, diffuser, room, open_surfaces, cut } = self;
-        [emitted, luminaires, collector, guide, guide_top, diffuser, room, open_surfaces, cut]
+    pub fn values_mut(&mut self) -> [&mut f64; 10] {
+        let Self { emitted, luminaires, collector, guide, guide_top, diffuser, room, open_surfaces, cut, lost } = self;
+        [emitted, luminaires, collector, guide, guide_top, diffuser, room, open_surfaces, cut, lost]
     }
 
     /// Emitted flux minus everything booked, relative to the emitted flux: the rounding error of the books; 0 without
@@ -65,14 +69,23 @@ pub struct Account {
     pub ledger: Ledger,
     /// Fluxes of each tube, in the scene's order.
     pub tubes: Vec<TubeFlux>,
-    /// Number of ray segments; a closed form through a guide counts as one.
-    pub rays: u64,
+    /// Ray segments that were followed.
+    pub rays: RayCount,
+    /// Number of the first photon of the pass that gave something infinite or no number: a fault of the program.
+    pub not_finite: Option<u64>,
 }
 
 impl Account {
     /// An account of no photons.
     pub fn new(tubes: usize) -> Self {
         Self { tubes: vec![TubeFlux::default(); tubes], ..Self::default() }
+    }
+
+    /// True if all fluxes are finite.
+    pub fn is_finite(&self) -> bool {
+        let mut ledger = self.ledger;
+        let tubes = self.tubes.iter().all(|tube| (tube.at_collector + tube.at_diffuser + tube.into_room).is_finite());
+        tubes && ledger.values_mut().into_iter().all(|value| value.is_finite())
     }
 
     /// Adds the account of other photons. Sums depend on the order: it must be the same in every run.
@@ -84,5 +97,6 @@ impl Account {
             sum.into_room += tube.into_room;
         }
         self.rays += other.rays;
+        self.not_finite = self.not_finite.or(other.not_finite);
     }
 }

@@ -161,7 +161,7 @@ impl<V> Tracer<'_, V> {
     {
         let tube = &self.scene.tubes[index];
         let transit: Transit<C> = tube.guide.down(photon.position, photon.direction, &mut self.samples.random);
-        self.account.rays += u64::from(transit.rays);
+        self.account.rays += transit.ray_count();
         let flux = Spectrum([photon.flux; C]);
         self.first = flux.max();
         if !transit.entered {
@@ -203,7 +203,7 @@ impl<V> Tracer<'_, V> {
             return Step::Ended;
         }
         let transit: Transit<C> = tube.guide.up(beam.position - tube.origin, beam.direction, &mut self.samples.random);
-        self.account.rays += u64::from(transit.rays);
+        self.account.rays += transit.ray_count();
         match settle(&transit, beam.flux, tube.origin, &mut self.account.ledger) {
             None => Step::Ended,
             Some(beam) => self.meet_closure(index, beam),
@@ -380,8 +380,12 @@ fn settle<const C: usize>(
             ledger.guide_top += arriving.luminance();
             None
         }
-        End::Lost => {
+        End::Absorbed => {
             ledger.guide += arriving.luminance();
+            None
+        }
+        End::Lost => {
+            ledger.lost += arriving.luminance();
             None
         }
         End::Cut => {

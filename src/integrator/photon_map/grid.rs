@@ -17,6 +17,13 @@ pub struct Photon<const C: usize, On = SurfaceId> {
     pub flux: Spectrum<C>,
 }
 
+impl<const C: usize, On> Photon<C, On> {
+    /// True if place and flux are finite.
+    pub fn is_finite(&self) -> bool {
+        self.position.is_finite() && self.flux.is_finite()
+    }
+}
+
 /// Photons in the order of their cells; within a cell in the order in which they were traced.
 #[derive(Debug)]
 pub struct PhotonGrid<const C: usize, On = SurfaceId> {

@@ -23,7 +23,7 @@ use super::grid::{Photon, PhotonGrid};
 use super::progressive::scaled_count;
 use super::store::{Caustics, FollowedBackward, PhotonStore, Sunbeam, Tube};
 use crate::integrator::PhotonCount;
-use crate::integrator::photon::chunks::fold_chunks;
+use crate::integrator::photon::chunks::{Tally, fold_chunks};
 use crate::integrator::photon::emission::Emission;
 use crate::integrator::photon::ledger::Account;
 use crate::integrator::photon::path::trace;
@@ -193,10 +193,12 @@ impl<const C: usize> Mapper<C> {
         };
         let mut all = self.store();
         let mut account = Account::new(self.scene.tubes.len());
-        fold_chunks(self.emission.photons(), 0, cancel, chunk, |(store, part): (PhotonStore<C>, Account)| {
-            all.append(store);
-            account.add(&part);
-        })?;
+        let folded =
+            fold_chunks(self.emission.photons(), 0, cancel, chunk, |(store, part): (PhotonStore<C>, Account)| {
+                all.append(store);
+                account.add(&part);
+            })?;
+        account.not_finite = folded.not_finite;
         Some((all, account))
     }
 
@@ -325,6 +327,12 @@ impl<const C: usize> Mapper<C> {
 
     fn smallest_opening(&self) -> f64 {
         self.scene.tubes.iter().map(|tube| tube.opening_radius).fold(f64::INFINITY, f64::min)
+    }
+}
+
+impl<const C: usize> Tally for (PhotonStore<'_, C>, Account) {
+    fn is_finite(&self) -> bool {
+        self.0.is_finite() && self.1.is_finite()
     }
 }
 

@@ -122,6 +122,14 @@ impl<'a, const C: usize> PhotonStore<'a, C> {
         self.history = History::New { sun: tube };
     }
 
+    /// True if place and flux of every photon are finite.
+    pub fn is_finite(&self) -> bool {
+        self.surfaces.iter().chain(&self.caustics).all(Photon::is_finite)
+            && self.planes.iter().flatten().all(Photon::is_finite)
+            && self.exits.iter().flatten().all(Photon::is_finite)
+            && self.beams.iter().all(|(photon, _)| photon.is_finite())
+    }
+
     /// Adds the photons of `other` after the own ones.
     pub fn append(&mut self, mut other: Self) {
         self.surfaces.append(&mut other.surfaces);

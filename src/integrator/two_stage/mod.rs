@@ -37,6 +37,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use glam::DVec3;
 use rayon::prelude::*;
 
+use crate::guide::RayCount;
 use crate::integrator::backward;
 use crate::integrator::backward::chance;
 use crate::integrator::backward::pass::{Sampling, centre, each};
@@ -149,7 +150,13 @@ impl<const C: usize> TwoStage<C> {
     }
 
     /// Illuminance of a grid in lux, and the rays it took; `None` when cancelled.
-    fn grid(&self, light: &DiffuserLight<C>, grid: &Grid, stream: Key, cancel: &AtomicBool) -> Option<(Vec<f64>, u64)> {
+    fn grid(
+        &self,
+        light: &DiffuserLight<C>,
+        grid: &Grid,
+        stream: Key,
+        cancel: &AtomicBool,
+    ) -> Option<(Vec<f64>, RayCount)> {
         let scene = &*self.scene;
         let sampling = sampling(self.settings.samples_per_sensor);
         let average = grid.estimate == EstimateKind::CellAverage;
@@ -167,8 +174,8 @@ impl<const C: usize> TwoStage<C> {
             let (lux, rays) = backward::pass::sensor::<C>(scene, grid, index, sampling, stream, &SensorsLit(light));
             (direct + lux, rays)
         })?;
-        let (illuminance, rays): (Vec<f64>, Vec<u64>) = sensors.into_iter().unzip();
-        Some((illuminance, rays.iter().sum()))
+        let (illuminance, rays): (Vec<f64>, Vec<RayCount>) = sensors.into_iter().unzip();
+        Some((illuminance, rays.into_iter().sum()))
     }
 
     /// Adds the light of the diffusers that the eye sees straight.

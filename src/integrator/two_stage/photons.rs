@@ -24,7 +24,7 @@ use crate::integrator::backward::daylight::Followed;
 use crate::integrator::backward::next_event::{Daylight, Way};
 use crate::integrator::backward::vertex::Vertex;
 use crate::integrator::backward::walk::Walk;
-use crate::integrator::photon::chunks::fold_chunks;
+use crate::integrator::photon::chunks::{Tally, fold_chunks};
 use crate::integrator::photon::descent::{Entering, Exit, descend};
 use crate::integrator::photon::emission::{Emission, EmittedPhoton, Start};
 use crate::integrator::photon::ledger::Account;
@@ -33,6 +33,16 @@ use crate::traceable::{TraceableScene, TraceableTube};
 
 /// Photons that a vertex is connected to where nothing has a closed form.
 const CONNECTIONS: usize = 2;
+
+/// What some photons send from the diffuser of each tube, and their account.
+type Sums<const C: usize> = (Vec<Vec<Leaving<C>>>, Account);
+
+impl<const C: usize> Tally for Sums<C> {
+    fn is_finite(&self) -> bool {
+        let is_finite = |photon: &Leaving<C>| photon.position.is_finite() && photon.flux.is_finite();
+        self.0.iter().flatten().all(is_finite) && self.1.is_finite()
+    }
+}
 
 /// The light that leaves the diffusers in one pass.
 #[derive(Debug)]
@@ -74,10 +84,11 @@ impl<const C: usize> DiffuserLight<C> {
         };
         let mut account = Account::new(scene.tubes.len());
         let mut all: Vec<Vec<Leaving<C>>> = vec![Vec::new(); scene.tubes.len()];
-        fold_chunks(emission.photons(), 0, cancel, chunk, |(leaving, of_chunk): (Vec<Vec<Leaving<C>>>, Account)| {
+        let folded = fold_chunks(emission.photons(), 0, cancel, chunk, |(leaving, of_chunk): Sums<C>| {
             account.add(&of_chunk);
             all.iter_mut().zip(leaving).for_each(|(all, leaving)| all.extend(leaving));
         })?;
+        account.not_finite = folded.not_finite;
         let light = |(index, (tube, photons)): (usize, (&TraceableTube, Vec<Leaving<C>>))| {
             TubeLight::new(tube, photons, PathRandom::new(pass.stream(Stream::DiffuserChoice, index as u64)).uniform())
         };

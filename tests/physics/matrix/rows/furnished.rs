@@ -204,6 +204,7 @@ pub fn leaning_board_sun_points() -> Row {
         triangles: vec![[0, 1, 2], [0, 2, 3]],
         triangle_materials: vec![0, 0],
         materials: vec!["board".into()],
+        ..TriangleMesh::default()
     };
     let tube = Tube { centre: DVec2::new(1.3, 1.0), ..straight(0.5, 0.95, lambertian(0.6, 0.2)) };
     let mut scene = cube(0.3, 0.5, 0.7, vec![tube], daylight(12, 5000.0, 40.0, 120.0), Point);

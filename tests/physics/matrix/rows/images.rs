@@ -112,6 +112,7 @@ pub fn rug_points() -> Row {
         triangles: vec![[0, 1, 2], [0, 3, 2]],
         triangle_materials: vec![0, 0],
         materials: vec!["rug".into()],
+        ..TriangleMesh::default()
     };
     covered.room.meshes.push(MeshObject { mesh, surfaces: vec![Surface::diffuse([0.8; 3])] });
     Row::new(covered).same(room(0.8), LIGHT)
