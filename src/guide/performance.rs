@@ -8,7 +8,7 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 use glam::DVec3;
 
 use super::transit::End;
-use super::transmittance::sky_exitance;
+use super::transmittance::{beam_transmission, sky_exitance};
 use super::{Guide, StraightGuide};
 use crate::optics::{Mirror, Spectrum};
 use crate::sampling::sobol::REPLICATE_LEN;
@@ -73,9 +73,54 @@ impl Throughput {
     }
 }
 
-/// Parallel light of 1 lx (normal to itself) from the unit vector `toward`, by `rays` rays in each of 8 replicates.
+/// Parallel light of 1 lx (normal to itself) from the unit vector `toward`: in closed form, with a standard error of 0, through a
+/// straight guide under a thin collector whose mirror reflects alike at all angles; else of [`traced_beam`], whose arguments
+/// it takes.
+///
+/// ```
+/// use skyduct::guide::performance::beam;
+/// use skyduct::guide::{Guide, StraightGuide};
+/// use skyduct::optics::Mirror;
+/// use skyduct::sampling::Key;
+/// use skyduct::sky::direction;
+///
+/// // 0.98 per reflection, four diameters long, at 60 degrees from the axis (docs/physics/tubes.md)
+/// let (reflectance, collector_transmittance) = (Mirror::Constant([0.98; 3]), [0.9; 3]);
+/// let pipe = Guide::Straight(StraightGuide { radius: 0.1, length: 0.8, reflectance, collector_transmittance });
+/// let through = beam(&pipe, direction(30f64.to_radians(), 2.0), Key::new(0), 16).transmission();
+/// assert!((through.value - 0.9 * 0.83912).abs() < 5e-6 && through.standard_error == 0.0);
+/// ```
 pub fn beam(guide: &Guide, toward: DVec3, key: Key, rays: u64) -> Throughput {
+    let Guide::Straight(StraightGuide {
+        radius,
+        length,
+        reflectance: Mirror::Constant(reflectance),
+        collector_transmittance,
+    }) = guide
+    else {
+        return traced_beam(guide, toward, key, rays);
+    };
+    let tangent = toward.truncate().length() / toward.z;
+    let entering = guide.projected_area_m2(-toward);
+    if entering <= 0.0 {
+        return Throughput { replicates: vec![(0.0, 0.0); REPLICATES as usize] };
+    }
+    let passed =
+        by_channel(*reflectance, |reflectance| beam_transmission(length / (2.0 * radius), tangent, reflectance));
+    let share = Spectrum::<3>(passed) * Spectrum::from_rgb(*collector_transmittance);
+    Throughput { replicates: vec![(entering, entering * share.luminance()); REPLICATES as usize] }
+}
+
+/// Parallel light of 1 lx (normal to itself) from the unit vector `toward`, by `rays` rays in each of 8 replicates.
+pub fn traced_beam(guide: &Guide, toward: DVec3, key: Key, rays: u64) -> Throughput {
     replicated(key, rays, |[u, v, ..], random| follow(guide, [u, v], toward, random))
+}
+
+/// A function of each channel's value, computed once for equal ones.
+fn by_channel([red, green, blue]: [f64; 3], of: impl Fn(f64) -> f64) -> [f64; 3] {
+    let of_red = of(red);
+    let other = |value: f64| if value == red { of_red } else { of(value) };
+    [of_red, other(green), other(blue)]
 }
 
 /// The light of a sky, integrated directly: directions by importance, `rays` rays in each of 8 replicates. Empty without
@@ -122,13 +167,9 @@ pub fn uniform_sky(guide: &Guide, key: Key, rays: u64) -> Transmission {
             let of = |reflectance: f64| {
                 sky_exitance(&uniform, length / (2.0 * radius), reflectance) / uniform.horizontal_illuminance_lux()
             };
-            let [red, green, blue] = *reflectance;
             // some ten milliseconds each
-            let of_red = of(red);
-            let mirrors =
-                [of_red, if green == red { of_red } else { of(green) }, if blue == red { of_red } else { of(blue) }];
-            let passed: [f64; 3] = std::array::from_fn(|channel| collector_transmittance[channel] * mirrors[channel]);
-            Transmission { value: Spectrum::<3>::from_rgb(passed).luminance(), standard_error: 0.0 }
+            let passed = Spectrum::<3>(by_channel(*reflectance, of)) * Spectrum::from_rgb(*collector_transmittance);
+            Transmission { value: passed.luminance(), standard_error: 0.0 }
         }
         _ => sky(guide, &uniform, key, rays).transmission(),
     }
@@ -241,7 +282,6 @@ mod tests {
     use std::f64::consts::PI;
 
     use super::*;
-    use crate::guide::transmittance::{beam_transmission, sky_exitance};
     use crate::guide::{BentGuide, StraightGuide};
     use crate::optics::mirror::Mirror;
     use crate::sky::{CieType, SkyDistribution};
@@ -276,7 +316,7 @@ mod tests {
     fn beams_agree_with_the_exact_series() {
         for (altitude_deg, reflectance) in [(15.0f64, 0.98), (35.0, 0.95), (60.0, 0.98), (85.0, 0.9)] {
             let altitude = altitude_deg.to_radians();
-            let through = beam(&straight(1.0, reflectance), direction(altitude, 0.4), Key::new(3), 512);
+            let through = traced_beam(&straight(1.0, reflectance), direction(altitude, 0.4), Key::new(3), 512);
             let traced = through.transmission();
             let exact = beam_transmission(1.0 / (2.0 * RADIUS), 1.0 / altitude.tan(), reflectance);
             assert!((traced.value - exact).abs() < 4.0 * traced.standard_error, "{altitude_deg}: {traced:?} {exact}");

@@ -41,7 +41,7 @@ pub fn section(reference: &Path) -> Result<Section, ValidationError> {
         exact.add(beam_transmission(aspect, tangent, reflectance) - truth);
         let guide = straight(2.0 * RADIUS * aspect, reflectance);
         let toward = direction(elevation_deg.to_radians(), 0.7);
-        let transmission = performance::beam(&guide, toward, Key::new(number as u64), RAYS).transmission();
+        let transmission = performance::traced_beam(&guide, toward, Key::new(number as u64), RAYS).transmission();
         if transmission.standard_error > 0.0 {
             traced.add((transmission.value - truth) / transmission.standard_error);
         }
