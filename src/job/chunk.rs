@@ -7,6 +7,7 @@ use super::engine::Added;
 use super::prepare::Prepared;
 use super::progress::{PassReport, StoppedBy};
 use crate::estimate::Estimate;
+use crate::estimate::stopping::is_judged_after;
 
 /// A rendered range of passes.
 pub struct Chunk {
@@ -77,7 +78,7 @@ impl<'a> SoFar<'a> {
 impl Prepared {
     /// Renders chunk `index` on the current rayon pool; `before` is the merged estimate of all earlier chunks and
     /// `seconds_before` their render time. `heard` is called after every pass, in order. The caller raises `stop` when the
-    /// job's seconds are over.
+    /// job's seconds are over. The chunk ends early where the job is accurate enough ([`is_judged_after`]).
     pub fn render_chunk(
         &self,
         index: u64,
@@ -85,6 +86,19 @@ impl Prepared {
         seconds_before: f64,
         stop: &Stop,
         heard: &mut dyn FnMut(&PassReport, SoFar<'_>),
+    ) -> Result<Chunk, RenderError> {
+        let enough = |judged: &Estimate| is_judged_after(judged.passes) && self.stop.accurate_enough(judged);
+        self.render_passes(index, (before, seconds_before), stop, heard, &enough)
+    }
+
+    /// Renders a chunk, after an estimate that took some seconds, until its end or until everything so far is `enough`.
+    fn render_passes(
+        &self,
+        index: u64,
+        (before, seconds_before): (&Estimate, f64),
+        stop: &Stop,
+        heard: &mut dyn FnMut(&PassReport, SoFar<'_>),
+        enough: &dyn Fn(&Estimate) -> bool,
     ) -> Result<Chunk, RenderError> {
         let start = Instant::now();
         let mut estimate = self.empty_estimate();
@@ -105,9 +119,10 @@ impl Prepared {
                 return Err(RenderError::NotFinite { pass, photon: estimate.not_finite, place });
             }
             let seconds = seconds_before + start.elapsed().as_secs_f64();
-            let report = self.report(&before.judged_with(&estimate), seconds);
+            let judged = before.judged_with(&estimate);
+            let report = self.report(&judged, seconds);
             heard(&report, SoFar { earlier: before, chunk: Some(&estimate) });
-            if ended.is_some() || self.is_complete(report.passes) {
+            if ended.is_some() || self.is_complete(report.passes) || enough(&judged) {
                 break;
             }
         }
@@ -117,20 +132,27 @@ impl Prepared {
     /// Renders chunk after chunk on the current rayon pool until the job's own rule, its seconds or `stop` ends it.
     pub fn render(&self, stop: &Stop, heard: &mut dyn FnMut(&PassReport, SoFar<'_>)) -> Result<Rendered, RenderError> {
         stop.within(self.stop.max_seconds, || {
-            self.render_while(stop, heard, |index, estimate| self.stop_after(index, estimate))
+            let chunk = |index, before: &Estimate, seconds, heard: &mut dyn FnMut(&PassReport, SoFar<'_>)| {
+                self.render_chunk(index, before, seconds, stop, heard)
+            };
+            self.render_while(chunk, heard, |index, estimate| self.stop_after(index, estimate))
         })
     }
 
     /// Renders all `max_passes`, however accurate the job is and whatever the time: the same on every machine.
     pub fn render_all_passes(&self, heard: &mut dyn FnMut(&PassReport, SoFar<'_>)) -> Result<Estimate, RenderError> {
         let past_the_last = |index, _: &Estimate| self.chunk(index + 1).is_none().then_some(StoppedBy::MaxPasses);
-        let rendered = self.render_while(&Stop::default(), heard, past_the_last)?;
+        let chunk = |index, before: &Estimate, seconds, heard: &mut dyn FnMut(&PassReport, SoFar<'_>)| {
+            self.render_passes(index, (before, seconds), &Stop::default(), heard, &|_| false)
+        };
+        let rendered = self.render_while(chunk, heard, past_the_last)?;
         Ok(rendered.estimate)
     }
 
+    /// Renders chunk after chunk by `render`, which is given the chunk's number, the estimate before it and its seconds.
     fn render_while(
         &self,
-        stop: &Stop,
+        render: impl Fn(u64, &Estimate, f64, &mut dyn FnMut(&PassReport, SoFar<'_>)) -> Result<Chunk, RenderError>,
         heard: &mut dyn FnMut(&PassReport, SoFar<'_>),
         rule: impl Fn(u64, &Estimate) -> Option<StoppedBy>,
     ) -> Result<Rendered, RenderError> {
@@ -138,7 +160,7 @@ impl Prepared {
         let mut seconds = 0.0;
         let mut index = 0;
         loop {
-            let chunk = self.render_chunk(index, &estimate, seconds, stop, heard)?;
+            let chunk = render(index, &estimate, seconds, heard)?;
             estimate.merge(&chunk.estimate);
             seconds += chunk.seconds;
             let ended = chunk.ended.map(StoppedBy::from);
