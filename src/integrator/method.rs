@@ -197,6 +197,8 @@ refusal_codes! {
     ClearClosuresOfBentTubes = "clear_closures_of_bent_tubes",
     /// A diffuser is a measured table.
     MeasuredDiffusers = "measured_diffusers",
+    /// A grid asks for averages over cells.
+    CellAverages = "cell_averages",
     /// Coefficients are colours.
     Colours = "colours",
     /// A tube is given as a mesh.

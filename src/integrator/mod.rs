@@ -4,6 +4,8 @@
 //! - `backward`: paths are followed from sensors and eyes.
 //! - `photon_map`: photons are kept, and their density is estimated.
 //!
+//! `lamp` cuts paths at Lambertian diffusers: what leaves them is found once for all of the room.
+//!
 //! `method` says what the rest of the program has to know of a method, `pass` what a pass is, `registry` which methods
 //! there are, `deterministic` what those without passes share, `some_sensors` joins two methods. Every other entry is a method: its settings, which say what
 //! it knows, refuses and costs, its state and its pass.
@@ -17,6 +19,7 @@ pub mod bidirectional;
 pub mod deterministic;
 pub mod holigilm;
 pub mod jenkins;
+pub(crate) mod lamp;
 pub mod light_tracing;
 pub mod method;
 mod pass;
@@ -24,6 +27,7 @@ pub mod path_tracing;
 pub mod photon;
 pub mod photon_map;
 pub mod photon_mapping;
+pub mod placed_vertices;
 pub mod ppm;
 mod registry;
 pub(crate) mod roulette;

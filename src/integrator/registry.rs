@@ -3,7 +3,10 @@
 //! What they can do is asked of their settings; nobody else matches on the set of methods.
 
 use super::method::Described;
-use super::{bidirectional, holigilm, jenkins, light_tracing, path_tracing, photon_mapping, ppm, sppm, two_stage};
+use super::{
+    bidirectional, holigilm, jenkins, light_tracing, path_tracing, photon_mapping, placed_vertices, ppm, sppm,
+    two_stage,
+};
 
 /// A method with its settings.
 #[derive(Clone, Debug, PartialEq)]
@@ -22,6 +25,8 @@ pub enum Method {
     PhotonMapping(photon_mapping::Settings),
     /// Photons to the diffusers, paths from there on.
     TwoStage(two_stage::Settings),
+    /// Photons to the diffusers, points placed in the room.
+    PlacedVertices(placed_vertices::Settings),
     /// The solver after HOLIGILM.
     Holigilm(holigilm::Settings),
     /// The formula of Jenkins, Muneer and Kubie.
@@ -39,6 +44,7 @@ impl Method {
             Self::Bidirectional(settings) => settings,
             Self::PhotonMapping(settings) => settings,
             Self::TwoStage(settings) => settings,
+            Self::PlacedVertices(settings) => settings,
             Self::Holigilm(settings) => settings,
             Self::Jenkins(settings) => settings,
         }

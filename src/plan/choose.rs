@@ -5,8 +5,9 @@
 use std::sync::Arc;
 
 use crate::integrator::method::{Described, Refusal, RefusalCode, Task};
+use crate::integrator::photon::close_points::{dishonest_points, near_surfaces};
 use crate::integrator::some_sensors::SensorPlace;
-use crate::integrator::{Method, bidirectional, light_tracing, photon_mapping, sppm};
+use crate::integrator::{Method, bidirectional, light_tracing, photon_mapping, placed_vertices, sppm};
 use crate::scene::{Grid, Scene};
 use crate::traceable::TraceableScene;
 
@@ -115,17 +116,27 @@ fn for_grids(task: &Task) -> (MethodChoice, Option<SomeChoice>) {
     let noisy = || light_tracing::noisy_points(task.traceable).map(str::to_owned);
     // obstacles of connections from photons to points
     let rare = task.has_points().then(|| unseen().or_else(noisy)).flatten();
-    let close = light_tracing::dishonest_points(task.traceable, task.grids).map(|refusal| refusal.detail);
+    let close = dishonest_points(task.traceable, task.grids).map(|refusal| refusal.detail);
     let both_ways = bidirectional::Settings::default();
-    let connects = || MethodChoice {
-        method: Method::LightTracing(light_tracing::Settings::default()),
-        reason: "unbiased, and connects every scattering to every sensor in closed form".to_owned(),
+    let connects = || {
+        match placed_vertices::refuses_scene(task) {
+        None => MethodChoice {
+            method: Method::PlacedVertices(placed_vertices::Settings::default()),
+            reason: "unbiased, and all tubes are lamps: what leaves their diffusers is found once, and lights points placed where \
+                     sensors need them"
+                .to_owned(),
+        },
+        Some(_) => MethodChoice {
+            method: Method::LightTracing(light_tracing::Settings::default()),
+            reason: "unbiased, and connects every scattering to every sensor in closed form".to_owned(),
+        },
+    }
     };
     let (method, reason) = match (rare, close) {
         (None, None) => return (connects(), None),
         (None, Some(close)) if both_ways.refuses(task).is_none() => {
             let choice = MethodChoice { method: Method::Bidirectional(both_ways), reason: close };
-            let places = light_tracing::near_surfaces(task.traceable, task.grids);
+            let places = near_surfaces(task.traceable, task.grids);
             let sensors: usize = task.grids.iter().map(Grid::len).sum();
             let few = places.len() as f64 <= FEW * sensors as f64;
             return if few { (connects(), Some(SomeChoice { choice, places })) } else { (choice, None) };

@@ -91,6 +91,8 @@ streams! {
 
     /// The photons of one source; the index is the source's.
     Emission = 0, MANY, below [LightTracingPass, TwoStagePass, BidirectionalPass, GatheringPass];
+    /// Vertices placed on the surfaces of the room, numbered below it.
+    PlacedVertices = 1 << 36, 1, below [TwoStagePass];
     /// A choice among the photons of a diffuser; the index is the tube's.
     DiffuserChoice = 1 << 35, MANY, below [TwoStagePass];
     /// Connections of photons to sensors, numbered by photons below it.

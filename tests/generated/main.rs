@@ -2,7 +2,13 @@
 //!
 //! `GENERATED_CASES` is the number of cases of each property; tests that are ignored take minutes, the others seconds.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::disallowed_methods, reason = "a failure is what tests are for")]
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    clippy::disallowed_methods,
+    reason = "a failure is what tests are for"
+)]
 
 #[path = "../shared/judge.rs"]
 mod judge;

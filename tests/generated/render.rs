@@ -43,8 +43,9 @@ pub fn config(cases: u32) -> ProptestConfig {
 }
 
 /// Methods that are compared, with their variants.
-pub const METHODS: [&str; 10] = [
+pub const METHODS: [&str; 11] = [
     "light_tracing",
+    "placed_vertices",
     "path_tracing",
     "bidirectional_path_tracing",
     "two_stage",
@@ -96,6 +97,9 @@ fn method(document: &Value, name: &str, Effort { size, fixed, .. }: Effort) -> V
     let (kind, radius) = name.split_once(' ').unwrap_or((name, "schedule"));
     match kind {
         "light_tracing" => json!({ "kind": kind, "photons_per_pass": photons(4096.0) }),
+        "placed_vertices" => {
+            json!({ "kind": kind, "photons_per_pass": photons(512.0), "vertices_per_pass": photons(1024.0) })
+        }
         "path_tracing" => json!({ "kind": kind, "samples_per_sensor": each(1024.0, sensors),
             "samples_per_pixel": each(1024.0, pixels) }),
         "bidirectional_path_tracing" => json!({ "kind": kind, "photons_per_pass": photons(1024.0),
@@ -116,7 +120,7 @@ fn method(document: &Value, name: &str, Effort { size, fixed, .. }: Effort) -> V
 /// The document with a method, which ends after its passes.
 pub fn job(document: &Value, name: &str, effort: Effort, seed: u64) -> Value {
     let mut job = document.clone();
-    if ["light_tracing", "holigilm"].contains(&name) {
+    if ["light_tracing", "placed_vertices", "holigilm"].contains(&name) {
         // they compute grids only, and are compared on these
         job["views"] = json!([]);
     }

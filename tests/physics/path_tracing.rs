@@ -114,7 +114,10 @@ fn unknown_fluxes_are_null() {
     assert!(
         summary["timing"]["rays"].as_u64().unwrap() > 4 * 4 * 81 && tube["level_aperture_flux_lm"].as_f64() > Some(0.0)
     );
-    let light = prepare("S1", |document| document["stop"] = json!({ "relative_error": 1e-3, "max_passes": 4 }));
+    let light = prepare("S1", |document| {
+        document["method"] = json!("light_tracing");
+        document["stop"] = json!({ "relative_error": 1e-3, "max_passes": 4 });
+    });
     let chunk = render_chunk(&light, 0, &light.empty_estimate());
     let summary = light.summary_json(&chunk.estimate, 1.0);
     assert!(

@@ -269,7 +269,7 @@ fn the_plan_names_what_is_glossy() {
         assert!(glossy.on && glossy.reason.contains(effect), "{glossy:?}");
     }
     let off = plan(floor(0.0), json!({ "glossy": "off" }));
-    assert_eq!(off.plan.methods.grids.as_ref().unwrap().method.name(), "light_tracing");
+    assert_eq!(off.plan.methods.grids.as_ref().unwrap().method.name(), "placed_vertices");
     let effect = glossy(&off).unwrap();
     assert!(!effect.on && effect.bound.is_none() && effect.reason.contains("absorb"), "{effect:?}");
     let diffuse = glossy(&plan(json!({ "reflectance": 0.1 }), json!({}))).unwrap();

@@ -10,6 +10,7 @@ mod jenkins;
 mod light_tracing;
 mod path_tracing;
 mod photon_mapping;
+mod placed_vertices;
 mod ppm;
 mod radius;
 mod settings;
@@ -53,6 +54,7 @@ const METHODS: &[Entry] = &[
     Entry::of::<sppm::SppmMethod>(),
     Entry::of::<light_tracing::LightTracingMethod>(),
     Entry::of::<two_stage::TwoStageMethod>(),
+    Entry::of::<placed_vertices::PlacedVerticesMethod>(),
     Entry::of::<holigilm::HoligilmMethod>(),
     Entry::of::<jenkins::JenkinsMethod>(),
 ];

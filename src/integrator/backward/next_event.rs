@@ -47,6 +47,11 @@ pub struct Way {
 impl Way {
     /// Straight from the eye.
     pub const FROM_EYE: Self = Self { last: None, from_eye: true };
+    /// From where all light straight from sources is counted by other means.
+    pub const COUNTED: Self = Self {
+        last: Some(Last { position: DVec3::INFINITY, density: 1.0, closed_form: true, narrow: false }),
+        from_eye: false,
+    };
     /// From where nothing is connected.
     const UNCONNECTED: Self = Self { last: None, from_eye: false };
 }

@@ -25,7 +25,6 @@
 //!
 //! **Sources.** Kajiya 1986 and Veach 1997 (chapter 8) for the integral that is sampled; Lambert 1760 for luminaires.
 
-mod connect;
 mod refusals;
 
 use std::f64::consts::PI;
@@ -40,6 +39,8 @@ use crate::guide::RayCount;
 use crate::integrator::backward::unscattered::unscattered;
 use crate::integrator::method::{Computation, Described, Kept, Knows, Refusal, Task, Work};
 use crate::integrator::photon::chunks::{self, fold_chunks, sums_at_once};
+use crate::integrator::photon::close_points::dishonest_points;
+use crate::integrator::photon::connect::{Connection, SensorPlane};
 use crate::integrator::photon::emission::Emission;
 use crate::integrator::photon::ledger::Account;
 use crate::integrator::photon::path::{Flight, Origin, Scattering, Visitor, trace};
@@ -51,9 +52,8 @@ use crate::sampling::{Key, PathRandom, PathSamples, Stream};
 use crate::scene::{Channels, Grid};
 use crate::traceable::luminaire::TraceableLuminaire;
 use crate::traceable::{SurfaceId, TraceableScene};
-use connect::{Connection, SensorPlane};
 
-pub use refusals::{dishonest_points, near_surfaces, noisy_points, refuses_points};
+pub use refusals::{noisy_points, refuses_points};
 
 /// Settings of light tracing.
 #[derive(Clone, Debug, PartialEq)]

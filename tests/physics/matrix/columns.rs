@@ -4,7 +4,7 @@
 
 use skyduct::integrator::photon_map::progressive::Radius;
 use skyduct::integrator::{
-    Method, bidirectional, holigilm, light_tracing, path_tracing, photon_mapping, ppm, sppm, two_stage,
+    Method, bidirectional, holigilm, light_tracing, path_tracing, photon_mapping, placed_vertices, ppm, sppm, two_stage,
 };
 use skyduct::scene::Scene;
 
@@ -26,6 +26,8 @@ pub enum Family {
     Bidirectional,
     /// Patterns of light at diffusers, and paths that find them.
     TwoStage,
+    /// Patterns of light at diffusers, and points placed where sensors need them.
+    PlacedVertices,
     /// Final gathering over a density estimate.
     Gathering,
     /// Density estimates at what is seen.
@@ -110,6 +112,16 @@ pub const COLUMNS: &[Column] = &[
                 photons_per_pass: work.photons(2048.0),
                 samples_per_sensor: work.per_sensor(512.0 * work.paths),
                 samples_per_pixel: work.per_pixel(2560.0),
+            })
+        },
+    },
+    Column {
+        name: "placed_vertices",
+        family: Family::PlacedVertices,
+        method: |work| {
+            Method::PlacedVertices(placed_vertices::Settings {
+                photons_per_pass: Some(work.photons(512.0)),
+                vertices_per_pass: Some(work.photons(1024.0)),
             })
         },
     },

@@ -1,7 +1,7 @@
 //! Two stages: the path is cut at Lambertian diffusers, which forget where light came from.
 //!
-//! **Idea.** In each pass photons first find what leaves the diffusers (`photons`). Then paths go backward from the
-//! sensors and the eye (`backward::walk`), and every vertex counts that light in closed form, or nearly so (`cells`).
+//! **Idea.** In each pass photons first find what leaves the diffusers ([`lamp`](super::lamp)). Then paths go backward from the
+//! sensors and the eye (`backward::walk`), and every vertex counts that light in closed form, or nearly so.
 //! The stages are independent, and what the second finds is linear in what the first gives: their product is unbiased.
 //! One pass is one replicate.
 //!
@@ -28,9 +28,6 @@
 //! **Sources.** The cut is derived here (docs/physics/measurement_equation.md#two-stages); Kajiya 1986, Veach and
 //! Guibas 1995.
 
-mod cells;
-mod photons;
-
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -42,6 +39,7 @@ use crate::integrator::backward;
 use crate::integrator::backward::chance;
 use crate::integrator::backward::pass::{Sampling, centre, each};
 use crate::integrator::backward::room_entry::exit_seen_by;
+use crate::integrator::lamp::light::{DiffuserLight, SensorsLit};
 use crate::integrator::method::{Caveat, Computation, Described, Knows, Load, Refusal, RefusalCode, Task, Work};
 use crate::integrator::photon::chunks::PHOTON_CHUNK;
 use crate::integrator::photon::descent::Exit;
@@ -51,7 +49,6 @@ use crate::optics::{Closure, Diffuser, Spectrum};
 use crate::sampling::{Key, Stream};
 use crate::scene::{Channels, EstimateKind, Grid, View};
 use crate::traceable::{TraceableScene, TraceableTube};
-use photons::{DiffuserLight, SensorsLit};
 
 /// Settings of two stages.
 #[derive(Clone, Debug, PartialEq)]

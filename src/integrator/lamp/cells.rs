@@ -23,7 +23,7 @@ const MOST_CHOICES: usize = 1 << 16;
 
 /// The light that leaves one diffuser.
 #[derive(Debug)]
-pub(super) struct TubeLight<const C: usize> {
+pub struct TubeLight<const C: usize> {
     /// Centre of the opening.
     pub origin: DVec3,
     pub radius: f64,
@@ -41,7 +41,7 @@ pub(super) struct TubeLight<const C: usize> {
 
 /// Light that leaves a diffuser at a point, as from a Lambertian surface.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Leaving<const C: usize> {
+pub struct Leaving<const C: usize> {
     /// Position in the ceiling plane.
     pub position: DVec2,
     /// Flux that leaves, in lm.

@@ -10,7 +10,7 @@ const CONNECTIONS: usize = 1024;
 
 /// A grid's sensors, row by row.
 #[derive(Debug)]
-pub(super) struct SensorPlane {
+pub struct SensorPlane {
     /// Coordinates of every sensor, so that the inner loop runs over plain arrays.
     pub x: Vec<f64>,
     pub y: Vec<f64>,
@@ -46,7 +46,7 @@ impl SensorPlane {
 }
 
 /// A Lambertian vertex seen from the sensors of one plane below it.
-pub(super) struct Connection {
+pub struct Connection {
     pub vertex: DVec3,
     pub normal: DVec3,
     pub depth: f64,

@@ -46,7 +46,7 @@ impl<const C: usize> Tally for Sums<C> {
 
 /// The light that leaves the diffusers in one pass.
 #[derive(Debug)]
-pub(super) struct DiffuserLight<const C: usize> {
+pub struct DiffuserLight<const C: usize> {
     tubes: Vec<TubeLight<C>>,
 }
 
@@ -187,7 +187,7 @@ impl<const C: usize> Daylight<C> for DiffuserLight<C> {
 const HORIZON: f64 = 1e-9;
 
 /// The same light at sensors to which every photon was connected.
-pub(super) struct SensorsLit<'a, const C: usize>(pub &'a DiffuserLight<C>);
+pub struct SensorsLit<'a, const C: usize>(pub &'a DiffuserLight<C>);
 
 impl<const C: usize> Daylight<C> for SensorsLit<'_, C> {
     fn connect(&self, walk: &mut Walk<'_, C>, vertex: &Vertex<'_, C>, tube: usize) {

@@ -1,0 +1,4 @@
+//! A tube as a lamp: what leaves its Lambertian diffuser, found once a pass and used by all of the room.
+
+pub mod cells;
+pub mod light;

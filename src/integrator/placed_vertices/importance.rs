@@ -1,0 +1,356 @@
+//! Where vertices are placed: on surfaces that are bright and near to sensors.
+//!
+//! Every face is divided into cells. A cell's probability is its reflected flux, roughly, times the root mean square of what it
+//! sends to the sensors relative to what they get in all. That is the density that gives the least sum of squared relative
+//! errors for light that is known (Veach 1997, section 2.2); here both factors are estimates, so that a share is even.
+
+use std::f64::consts::PI;
+
+use glam::DVec3;
+
+use crate::geometry::disc::far_disc_illuminance;
+use crate::scene::{Face, Grid};
+use crate::traceable::{SurfaceId, TraceableScene, TraceableTube};
+
+/// Cells along either edge of a face of the room, and of a box.
+const CELLS_OF_ROOM: usize = 16;
+const CELLS_OF_BOX: usize = 4;
+
+/// Points along either edge of a cell at which its importance is looked at.
+const POINTS: usize = 2;
+
+/// Share of the mean probability that every cell has at least from which any sensor can be reached.
+const EVEN_SHARE: f64 = 0.02;
+
+/// Sensors that stand for all where there are more.
+const MOST_SENSORS: usize = 256;
+
+/// Share of the light at the collectors that may reach the room: it weighs daylight against luminaires only.
+const LIKELY_TRANSMISSION: f64 = 0.3;
+
+/// A rectangle that reflects.
+#[derive(Clone, Copy, Debug)]
+struct Panel {
+    corner: DVec3,
+    u: DVec3,
+    v: DVec3,
+    /// Unit normal toward the room.
+    normal: DVec3,
+    /// Luminous reflectance.
+    reflectance: f64,
+    /// Cells along either edge.
+    cells: usize,
+}
+
+/// A place for a vertex.
+#[derive(Clone, Copy, Debug)]
+pub struct Placed {
+    /// Point of a surface, in m.
+    pub position: DVec3,
+    /// Unit normal toward the room.
+    pub normal: DVec3,
+    /// Area in m2 that the point stands for: one over its density.
+    pub area_m2: f64,
+}
+
+/// The distribution of vertices over the surfaces of a room.
+#[derive(Debug)]
+pub struct Importance {
+    panels: Vec<Panel>,
+    /// Every row of cells of every panel.
+    rows: Vec<Row>,
+    /// Bounds of the rows in 0..=1, by their probabilities; one more than rows.
+    bounds: Vec<f64>,
+}
+
+#[derive(Debug)]
+struct Row {
+    panel: usize,
+    /// Number of the row on its panel.
+    number: usize,
+    /// Bounds of its cells in 0..=1; one more than cells.
+    bounds: Vec<f64>,
+}
+
+impl Importance {
+    /// The distribution for the sensors of some grids; `None` where nothing that reflects can reach any of them.
+    pub fn new(scene: &TraceableScene, grids: &[Grid]) -> Option<Self> {
+        let panels = panels(scene);
+        let light = Light::new(scene, &panels);
+        let sensors = sensors(grids);
+        let needs: Vec<f64> =
+            sensors.iter().map(|sensor| 1.0 / (light.direct(*sensor, DVec3::Z) + light.ambient)).collect();
+        let lowest = grids.iter().map(|grid| grid.height_m).reduce(f64::min)?;
+        let mut weights: Vec<(usize, usize, Vec<f64>)> = Vec::new();
+        for (index, panel) in panels.iter().enumerate() {
+            for row in 0..panel.cells {
+                let weigh = |column| panel.weight([row, column], &light, &sensors, &needs);
+                weights.push((index, row, (0..panel.cells).map(weigh).collect()));
+            }
+        }
+        let count: usize = weights.iter().map(|(.., cells)| cells.len()).sum();
+        let mean = weights.iter().flat_map(|(.., cells)| cells).sum::<f64>() / count.max(1) as f64;
+        for (panel, _, cells) in &mut weights {
+            if panels[*panel].can_reach(lowest) {
+                cells.iter_mut().for_each(|weight| *weight += EVEN_SHARE * mean);
+            }
+        }
+        let total: f64 = weights.iter().flat_map(|(.., cells)| cells).sum();
+        if total.is_nan() || total <= 0.0 {
+            return None;
+        }
+        let bounds = cumulative(weights.iter().map(|(.., cells)| cells.iter().sum::<f64>()));
+        let row = |(panel, number, cells): (usize, usize, Vec<f64>)| Row { panel, number, bounds: cumulative(cells) };
+        Some(Self { panels, rows: weights.into_iter().map(row).collect(), bounds })
+    }
+
+    /// A place by two numbers in 0..1; even points stay even within a row, and rows among each other.
+    pub fn place(&self, [s, t]: [f64; 2]) -> Placed {
+        let (row, row_share, along) = find(&self.bounds, s);
+        let Row { panel, number, bounds } = &self.rows[row];
+        let (column, column_share, across) = find(bounds, t);
+        let panel = &self.panels[*panel];
+        let cells = panel.cells as f64;
+        let (u, v) = ((*number as f64 + along) / cells, (column as f64 + across) / cells);
+        Placed {
+            position: panel.corner + panel.u * u + panel.v * v,
+            normal: panel.normal,
+            area_m2: panel.area_m2() / (cells * cells * row_share * column_share),
+        }
+    }
+}
+
+impl Panel {
+    fn area_m2(&self) -> f64 {
+        self.u.cross(self.v).length()
+    }
+
+    /// True if a point of it can send light down to a sensor at this height.
+    fn can_reach(&self, height: f64) -> bool {
+        let highest = [DVec3::ZERO, self.u, self.v, self.u + self.v];
+        let highest = highest.iter().map(|edge| (self.corner + *edge).z).fold(f64::NEG_INFINITY, f64::max);
+        self.reflectance > 0.0 && highest > height
+    }
+
+    /// Reflected flux of a cell, times what a lumen of it means to the sensors, on one scale for all cells.
+    fn weight(&self, [row, column]: [usize; 2], light: &Light<'_>, sensors: &[DVec3], needs: &[f64]) -> f64 {
+        if self.reflectance == 0.0 {
+            return 0.0;
+        }
+        let at = |cell: usize, point: usize| (cell as f64 + (point as f64 + 0.5) / POINTS as f64) / self.cells as f64;
+        let mut sum = 0.0;
+        for number in 0..POINTS * POINTS {
+            let (u, v) = (at(row, number / POINTS), at(column, number % POINTS));
+            let point = self.corner + self.u * u + self.v * v;
+            let squares: f64 = sensors
+                .iter()
+                .zip(needs)
+                .map(|(sensor, need)| {
+                    let way = *sensor - point;
+                    let cosines = way.dot(self.normal).max(0.0) * (-way.z).max(0.0);
+                    let distance_squared = way.length_squared();
+                    let share =
+                        if cosines > 0.0 { cosines / (distance_squared * distance_squared) * need } else { 0.0 };
+                    share * share
+                })
+                .sum();
+            sum += (light.direct(point, self.normal) + light.ambient) * squares.sqrt();
+        }
+        let share = self.area_m2() / (self.cells * self.cells * POINTS * POINTS) as f64;
+        self.reflectance * sum * share
+    }
+}
+
+/// Rough light in the room.
+struct Light<'a> {
+    scene: &'a TraceableScene,
+    /// Flux that leaves each square metre of an opening, in lm/m2.
+    of_openings: f64,
+    /// Illuminance of every surface by light that was reflected, in lx.
+    ambient: f64,
+}
+
+impl<'a> Light<'a> {
+    fn new(scene: &'a TraceableScene, panels: &[Panel]) -> Self {
+        let sky = scene.sky.as_ref().map_or(0.0, |sky| sky.horizontal_illuminance_lux());
+        let sun = scene.sun.map_or(0.0, |sun| sun.horizontal_illuminance_lux());
+        let of_openings = LIKELY_TRANSMISSION * (sky + sun);
+        let of_luminaires: f64 = scene.luminaires.iter().map(|luminaire| luminaire.flux::<3>().luminance()).sum();
+        let openings: f64 = scene.tubes.iter().map(|tube| PI * tube.opening_radius * tube.opening_radius).sum();
+        let area: f64 = panels.iter().map(Panel::area_m2).sum();
+        let absorbed: f64 = panels.iter().map(|panel| panel.area_m2() * (1.0 - panel.reflectance)).sum();
+        let mean = 1.0 - absorbed / area;
+        let flux = of_openings * openings + of_luminaires;
+        // a room that absorbs nothing is taken as one that absorbs a hundredth
+        let ambient = flux * mean / absorbed.max(0.01 * area);
+        Self { scene, of_openings, ambient: if scene.interreflection { ambient } else { 0.0 } }
+    }
+
+    /// Illuminance straight from openings and luminaires, in lx.
+    fn direct(&self, point: DVec3, normal: DVec3) -> f64 {
+        let of_tube = |tube: &TraceableTube| {
+            let way = tube.origin - point;
+            let offset = way.truncate().length();
+            // nearer the form does not hold
+            let near = way.length_squared() < tube.opening_radius * tube.opening_radius;
+            if way.z <= 0.0 || near {
+                return 0.0;
+            }
+            let toward_axis = if offset > 0.0 { way.truncate().dot(normal.truncate()) / offset } else { 0.0 };
+            far_disc_illuminance(tube.opening_radius, way.z, offset, [normal.z, toward_axis]).max(0.0)
+        };
+        let openings: f64 = self.scene.tubes.iter().map(of_tube).sum();
+        let luminaires = self.scene.luminaires.iter();
+        let of_luminaires: f64 = luminaires.map(|luminaire| luminaire.irradiance::<3>(point, normal).luminance()).sum();
+        self.of_openings * openings + of_luminaires
+    }
+}
+
+/// The faces of the room and of its boxes, openings included: they reflect, too, and may send light back.
+fn panels(scene: &TraceableScene) -> Vec<Panel> {
+    let luminous = |surface: SurfaceId| {
+        scene.optics(surface).map_or(0.0, |optics| optics.diffuse::<3>().luminance().clamp(0.0, 1.0))
+    };
+    let of_face = |face: &Face| {
+        let axis = *face as usize / 2;
+        let far = *face as usize % 2 == 1;
+        let edge = |axis: usize| DVec3::AXES[axis % 3] * scene.size[axis % 3];
+        let normal = DVec3::AXES[axis] * if far { -1.0 } else { 1.0 };
+        let corner = if far { edge(axis) } else { DVec3::ZERO };
+        let reflectance = luminous(SurfaceId::of_face(*face));
+        Panel { corner, u: edge(axis + 1), v: edge(axis + 2), normal, reflectance, cells: CELLS_OF_ROOM }
+    };
+    let of_box = |index: usize| {
+        let object = &scene.boxes[index];
+        let (low, high) = object.span();
+        let outline = object.outline();
+        let centre = (0.5 * (outline[0] + outline[2])).extend(0.5 * (low + high));
+        (0..6).map(move |face| {
+            let [corner, u, v] = object.face(face);
+            let across = u.cross(v).normalize_or(DVec3::Z);
+            let normal = if across.dot(corner - centre) < 0.0 { -across } else { across };
+            let reflectance = luminous(scene.numbering.box_face(index, face));
+            Panel { corner, u, v, normal, reflectance, cells: CELLS_OF_BOX }
+        })
+    };
+    Face::ALL.iter().map(of_face).chain((0..scene.boxes.len()).flat_map(of_box)).collect()
+}
+
+/// At most [`MOST_SENSORS`] of the sensors, evenly.
+fn sensors(grids: &[Grid]) -> Vec<DVec3> {
+    let all: usize = grids.iter().map(Grid::len).sum();
+    let step = all.div_ceil(MOST_SENSORS).max(1);
+    // no divisor of a row's length, so that every column has its turn
+    let step = if step > 1 { step | 1 } else { 1 };
+    grids.iter().flat_map(|grid| (0..grid.len()).map(|sensor| grid.centre(sensor))).step_by(step).collect()
+}
+
+/// Bounds in 0..=1 by weights, of which not all are zero; even ones where they are.
+fn cumulative(weights: impl IntoIterator<Item = f64>) -> Vec<f64> {
+    let mut bounds = vec![0.0];
+    let mut sum = 0.0;
+    for weight in weights {
+        sum += weight;
+        bounds.push(sum);
+    }
+    let count = (bounds.len() - 1) as f64;
+    if sum > 0.0 {
+        bounds.iter_mut().for_each(|bound| *bound /= sum);
+    } else {
+        bounds.iter_mut().enumerate().for_each(|(index, bound)| *bound = index as f64 / count);
+    }
+    bounds
+}
+
+/// The interval of `bounds` in which a number in 0..1 lies, its length, and where in it the number lies.
+fn find(bounds: &[f64], number: f64) -> (usize, f64, f64) {
+    let after = bounds.partition_point(|bound| *bound <= number);
+    let index = after.saturating_sub(1).min(bounds.len() - 2);
+    let length = bounds[index + 1] - bounds[index];
+    (index, length, ((number - bounds[index]) / length).clamp(0.0, 1.0))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::optics::Surface;
+    use crate::sampling::{Key, PathRandom};
+    use crate::scene::{BoxObject, Channels, EstimateKind, Luminaire, Room, Scene};
+    use crate::statistics::Moments;
+    use crate::traceable::Follow;
+
+    /// The mean of f / p over placed vertices is the integral of f over all faces of the room and of a turned box, within four
+    /// standard errors, for f that tells faces and places on them apart; places lie on their faces.
+    #[test]
+    fn densities_are_those_of_the_places() {
+        let size = DVec3::new(4.0, 3.0, 2.5);
+        let grey = |reflectance| Surface::diffuse([reflectance; 3]);
+        let stool = BoxObject {
+            base: DVec3::new(2.5, 1.5, 0.0),
+            size: DVec3::new(0.8, 0.5, 0.6),
+            rotation: 0.4,
+            surface: grey(0.6),
+        };
+        let panel =
+            Luminaire { corner: DVec3::new(1.0, 1.0, 2.5), edge_u: DVec3::Y, edge_v: DVec3::X, luminance: [1000.0; 3] };
+        let scene = Scene {
+            daylight: None,
+            room: Room {
+                size,
+                surfaces: [0.5, 0.4, 0.6, 0.3, 0.2, 0.8].map(|reflectance| Some(grey(reflectance))),
+                boxes: vec![stool],
+                meshes: Vec::new(),
+                luminaires: vec![panel],
+            },
+            tubes: Vec::new(),
+            grids: vec![Grid::new("floor".into(), 0.0, [6, 5], 0.1, [size.x, size.y], EstimateKind::Point)],
+            views: Vec::new(),
+            channels: Channels::Photopic,
+        };
+        let follow = Follow { interreflection: true, guide_return: true, objects: true };
+        let traceable = TraceableScene::new(&scene, follow).unwrap();
+        let importance = Importance::new(&traceable, &scene.grids).unwrap();
+        // but for the floor, which sends nothing to a grid that lies on it, and the underside of the box
+        let faces: Vec<Panel> = panels(&traceable).into_iter().filter(|panel| panel.can_reach(0.0)).collect();
+        assert_eq!(faces.len(), 10);
+        let at = |point: DVec3| 1.0 + point.x * point.y + point.z * point.z;
+        // the integral of a polynomial of second degree over a rectangle, by Gauss' rule of two points
+        let gauss = [0.5 - 0.5 / 3f64.sqrt(), 0.5 + 0.5 / 3f64.sqrt()];
+        let integral = |panel: &Panel| {
+            let points = gauss.iter().flat_map(|u| gauss.map(|v| panel.corner + panel.u * *u + panel.v * v));
+            0.25 * panel.area_m2() * points.map(at).sum::<f64>()
+        };
+        let mut sums = vec![Moments::default(); faces.len()];
+        let mut random = PathRandom::new(Key::new(11));
+        for _ in 0..100_000 {
+            let placed = importance.place(random.uniform2());
+            let on = |panel: &Panel| {
+                let away = placed.position - panel.corner;
+                let [u, v] = [panel.u, panel.v].map(|edge| away.dot(edge) / edge.length_squared());
+                placed.normal == panel.normal
+                    && away.dot(panel.normal).abs() < 1e-12
+                    && (-1e-12..=1.0 + 1e-12).contains(&u)
+                    && (-1e-12..=1.0 + 1e-12).contains(&v)
+            };
+            let face = faces.iter().position(on).expect("a place on a face that can reach the grid");
+            for (number, sum) in sums.iter_mut().enumerate() {
+                sum.push(if number == face { at(placed.position) * placed.area_m2 } else { 0.0 });
+            }
+        }
+        for (sum, panel) in sums.iter().zip(&faces) {
+            let difference = sum.mean - integral(panel);
+            assert!(difference.abs() <= 4.0 * sum.standard_error(), "{panel:?}: {difference} {sum:?}");
+        }
+    }
+
+    #[test]
+    fn numbers_find_their_intervals() {
+        let bounds = cumulative([1.0, 0.0, 3.0]);
+        assert_eq!(bounds, [0.0, 0.25, 0.25, 1.0]);
+        assert_eq!(find(&bounds, 0.0), (0, 0.25, 0.0));
+        // an empty interval is never found
+        assert_eq!(find(&bounds, 0.25), (2, 0.75, 0.0));
+        assert_eq!(find(&bounds, 0.625), (2, 0.75, 0.5));
+        assert_eq!(cumulative([0.0, 0.0]), [0.0, 0.5, 1.0]);
+    }
+}
