@@ -1,9 +1,10 @@
 //! Placed vertices: a tube is a lamp, and the room is lit by points placed where sensors need them.
 //!
-//! **Idea.** In each pass photons first find what leaves the diffusers ([`lamp`](super::lamp)), and each is connected to every sensor.
-//! Then points are placed on the surfaces of the room, where these are bright and near to sensors (`importance`). One backward
-//! path from each tells the luminance that it sends into the room, counting at every surface the light of the diffusers in closed
-//! form, or nearly so; the point is connected to every sensor. One pass is one replicate.
+//! **Idea.** In each pass photons first find what leaves the diffusers ([`lamp`](super::lamp)), and each is connected to
+//! every sensor. Then points are placed on the surfaces of the room, where these are bright and near to sensors
+//! (`importance`). One backward path from each tells the luminance that it sends into the room, counting at every surface
+//! the light of the diffusers in closed form, or nearly so; the point is connected to every sensor. One pass is one
+//! replicate.
 //!
 //! **Which paths** (docs/physics/measurement_equation.md#placed-vertices).
 //!
@@ -13,15 +14,15 @@
 //! | `M E` | Lambert's closed form |
 //! | `.. V E` | placed vertices, openings that send light back included; what lights them as in two stages |
 //!
-//! **Settings.** `photons_per_pass` and `vertices_per_pass` (by default as many as reach the accuracy asked for in about 8 passes;
-//! 16 to 16 777 216): noise of the first stage is common to all sensors of a pass.
+//! **Settings.** `photons_per_pass` and `vertices_per_pass` (64 to 16 777 216; by default chosen for the accuracy asked
+//! for, so that 8 to some tens of passes reach it): noise of the first stage is common to all sensors of a pass.
 //!
-//! **Refuses** views, cell averages, closures that pass light unscattered, measured diffusers, glossy surfaces and mirrors, mesh
-//! objects, and luminaires that something may hide. Bad at sensors very near to surfaces; `auto` gives these another
+//! **Refuses** views, cell averages, closures that pass light unscattered, measured diffusers, glossy surfaces and mirrors,
+//! objects, luminaires that something may hide, and sensors very near to surfaces, which `auto` gives another
 //! method. Tells no balance of energy; the fluxes of tubes are those of the first stage.
 //!
-//! **Sources.** Importance for a sum of squared relative errors is derived here from Veach 1997, section 2.2; the cut at diffusers as of
-//! two stages.
+//! **Sources.** Importance for a sum of squared relative errors is derived from Veach 1997, section 2.2
+//! (docs/physics/measurement_equation.md#placed-vertices); the cut at diffusers is that of two stages.
 
 mod importance;
 
@@ -145,7 +146,7 @@ pub fn refuses_scene(task: &Task) -> Option<Refusal> {
     } else if scene.meshes.is_some() {
         refusal(RefusalCode::Objects, "vertices are placed on faces of the room and of boxes, not on meshes")
     } else if scene.luminaires_obstructed {
-        refusal(RefusalCode::Luminaires, "the closed form of luminaires holds where nothing can hide them")
+        refusal(RefusalCode::Luminaires, "direct light has a closed form only where no object or luminaire can hide it")
     } else if task.grids.iter().any(|grid| grid.estimate == EstimateKind::CellAverage) {
         let detail = "connections to random points of cells beside walls have no bounded variance";
         refusal(RefusalCode::CellAverages, detail)
