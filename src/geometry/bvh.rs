@@ -1,17 +1,12 @@
-//! Nearest hits and distances among triangles (the only user of obvhs).
+//! Nearest hits and distances among triangles.
 //!
-//! The tree is an f32 filter over padded boxes; every hit is confirmed in f64 by the watertight test. obvhs' binary tree
-//! is used, not its compressed wide one, which drops near hits and misses rays with a component of -0.0.
+//! A tree of boxes in f32 ([`WideTree`]) is the filter; every hit is decided in f64 by the watertight test of [`ShearedRay`].
 
 use glam::{DVec3, Vec3A};
-use obvhs::{
-    BvhBuildParams,
-    aabb::Aabb,
-    bvh2::{Bvh2, builder::build_bvh2},
-    ray::{Ray, RayHit},
-};
 
+use super::lanes::{FOUR, Lanes, Query, TreeRay, answer};
 use super::triangle::{ShearedRay, distance_above};
+use super::wide_tree::{Aabb, WideTree};
 
 /// Boxes grow by this share of the scene's diagonal on every side: more than the rounding of coordinates, ray origins (within
 /// a diagonal of the middle, see [`TriangleBvh::skipped`]), directions and slab distances to f32 (each below 2^-23 of the
@@ -21,11 +16,7 @@ const PADDING: f64 = 1e-6;
 /// A set of triangles that answers nearest-hit queries.
 #[derive(Clone)]
 pub struct TriangleBvh {
-    tree: Bvh2,
-    /// Corners of the triangles, in the tree's order.
-    triangles: Vec<[DVec3; 3]>,
-    /// Number that each triangle had in the list that the set was built from.
-    numbers: Vec<u32>,
+    tree: WideTree,
     centre: DVec3,
     /// f32 coordinates are (p - centre) * scale, so that the scene has a diagonal of one.
     scale: f64,
@@ -42,7 +33,7 @@ pub struct TriangleHit {
 
 impl std::fmt::Debug for TriangleBvh {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("TriangleBvh").field("triangles", &self.triangles.len()).finish_non_exhaustive()
+        f.debug_struct("TriangleBvh").field("triangles", &self.tree.len()).finish_non_exhaustive()
     }
 }
 
@@ -64,53 +55,18 @@ impl TriangleBvh {
                 Aabb::new(bounds.min - padding, bounds.max + padding)
             })
             .collect();
-        let mut tree = build_bvh2(&boxes, BvhBuildParams::medium_build(), &mut Default::default());
-        // traversal takes its stack from this number
-        tree.max_depth = tree.depth(0) + 2;
-        let numbers = tree.primitive_indices.clone();
-        let triangles = numbers.iter().map(|number| triangles[*number as usize]).collect();
-        Self { tree, triangles, numbers, centre, scale }
+        Self { tree: WideTree::new(&boxes, triangles), centre, scale }
     }
 
     /// The nearest triangle at a positive distance along the unit vector `direction`, `skip` left out (the planar triangle
     /// that the ray has just left); among equals the one with the lowest number.
     pub fn nearest(&self, origin: DVec3, direction: DVec3, skip: Option<u32>) -> Option<TriangleHit> {
-        let sheared = ShearedRay::new(origin, direction);
-        let skipped = self.skipped(origin, direction);
-        let ray = Ray::new_inf(self.to_f32(origin + skipped * direction), direction.as_vec3a());
-        let mut nearest: Option<TriangleHit> = None;
-        self.tree.ray_traverse(ray, &mut RayHit::none(), |_, index| {
-            let number = self.numbers[index];
-            if Some(number) == skip {
-                return f32::INFINITY;
-            }
-            let Some(distance) = sheared.intersect(&self.triangles[index]) else { return f32::INFINITY };
-            let closer = nearest
-                .is_none_or(|hit| distance < hit.distance || (distance == hit.distance && number < hit.triangle));
-            if !closer {
-                return f32::INFINITY;
-            }
-            nearest = Some(TriangleHit { triangle: number, distance });
-            // a little beyond the hit, so that rounding cannot cull a nearer one
-            ((distance - skipped) * self.scale) as f32 * (1.0 + 4.0 * f32::EPSILON) + f32::MIN_POSITIVE
-        });
-        nearest
+        answer(Nearest { set: self, origin, direction, skip })
     }
 
     /// True if a triangle lies at a positive distance below `reach` along the unit vector `direction`.
     pub fn any_within(&self, origin: DVec3, direction: DVec3, reach: f64) -> bool {
-        let sheared = ShearedRay::new(origin, direction);
-        let skipped = self.skipped(origin, direction);
-        if reach < skipped {
-            return false;
-        }
-        // a little longer, so that rounding cannot cull a triangle at the end
-        let reach_f32 = ((reach - skipped) * self.scale) as f32 * (1.0 + 4.0 * f32::EPSILON) + 2.0 * PADDING as f32;
-        let ray = Ray::new(self.to_f32(origin + skipped * direction), direction.as_vec3a(), 0.0, reach_f32);
-        !self.tree.ray_traverse_miss(ray, |_, index| {
-            let hit = sheared.intersect(&self.triangles[index]);
-            if hit.is_some_and(|distance| distance < reach) { 0.0 } else { f32::INFINITY }
-        })
+        answer(AnyWithin { set: self, origin, direction, reach })
     }
 
     /// A point in the coordinates of the tree.
@@ -131,15 +87,97 @@ impl TriangleBvh {
         let padding = Vec3A::splat(2.0 * PADDING as f32);
         let around = Aabb::new(self.to_f32(point - reach) - padding, self.to_f32(point + reach) + padding);
         let mut nearest = reach;
-        self.tree.aabb_traverse(around, |tree, node| {
-            let node = &tree.nodes[node as usize];
-            let first = node.first_index as usize;
-            let triangles = &self.triangles[first..first + node.prim_count as usize];
-            let distances = triangles.iter().filter_map(|triangle| distance_above(triangle, point, height));
+        self.tree.around(&around, |four| {
+            let distances = four.triangles().filter_map(|(_, triangle)| distance_above(&triangle, point, height));
             nearest = distances.fold(nearest, f64::min);
-            true
         });
         (nearest < reach).then_some(nearest)
+    }
+}
+
+/// Asks for the nearest triangle along a ray.
+struct Nearest<'a> {
+    set: &'a TriangleBvh,
+    origin: DVec3,
+    direction: DVec3,
+    skip: Option<u32>,
+}
+
+impl Query for Nearest<'_> {
+    type Answer = Option<TriangleHit>;
+
+    #[inline(always)]
+    fn answer<L: Lanes>(self, lanes: L) -> Option<TriangleHit> {
+        let Self { set, origin, direction, skip } = self;
+        let sheared = ShearedRay::new(origin, direction);
+        let skipped = set.skipped(origin, direction);
+        let ray = TreeRay::new(set.to_f32(origin + skipped * direction), direction.as_vec3a());
+        let mut nearest: Option<TriangleHit> = None;
+        let mut reach = f32::INFINITY;
+        set.tree.follow(
+            lanes,
+            &ray,
+            reach,
+            #[inline(always)]
+            |four| {
+                let (distances, mut met) = lanes.intersect(&sheared, &four.corners);
+                while met != 0 {
+                    let lane = met.trailing_zeros() as usize;
+                    met &= met - 1;
+                    let (distance, number) = (distances[lane], four.numbers[lane]);
+                    let closer = nearest.is_none_or(|hit| {
+                        distance < hit.distance || (distance == hit.distance && number < hit.triangle)
+                    });
+                    if closer && Some(number) != skip {
+                        nearest = Some(TriangleHit { triangle: number, distance });
+                        // a little beyond the hit, so that rounding cannot cull a nearer one
+                        let on_ray = ((distance - skipped) * set.scale) as f32;
+                        reach = on_ray * (1.0 + 4.0 * f32::EPSILON) + f32::MIN_POSITIVE;
+                    }
+                }
+                reach
+            },
+        );
+        nearest
+    }
+}
+
+/// Asks whether there is any triangle along a ray.
+struct AnyWithin<'a> {
+    set: &'a TriangleBvh,
+    origin: DVec3,
+    direction: DVec3,
+    reach: f64,
+}
+
+impl Query for AnyWithin<'_> {
+    type Answer = bool;
+
+    #[inline(always)]
+    fn answer<L: Lanes>(self, lanes: L) -> bool {
+        let Self { set, origin, direction, reach } = self;
+        let skipped = set.skipped(origin, direction);
+        if reach < skipped {
+            return false;
+        }
+        let sheared = ShearedRay::new(origin, direction);
+        // a little longer, so that rounding cannot cull a triangle at the end
+        let on_ray = ((reach - skipped) * set.scale) as f32 * (1.0 + 4.0 * f32::EPSILON) + 2.0 * PADDING as f32;
+        let ray = TreeRay::new(set.to_f32(origin + skipped * direction), direction.as_vec3a());
+        let mut any = false;
+        set.tree.follow(
+            lanes,
+            &ray,
+            on_ray,
+            #[inline(always)]
+            |four| {
+                let (distances, met) = lanes.intersect(&sheared, &four.corners);
+                any |= (0..FOUR).any(|lane| met >> lane & 1 == 1 && distances[lane] < reach);
+                // nothing is nearer than what lies behind
+                if any { f32::NEG_INFINITY } else { on_ray }
+            },
+        );
+        any
     }
 }
 

@@ -5,11 +5,13 @@ pub mod cylinder;
 pub mod disc;
 pub mod facets;
 pub mod lambert;
+mod lanes;
 pub mod obj;
 pub mod polygon;
 pub mod rectangle;
 pub mod section;
 pub mod triangle;
 pub mod turn;
+mod wide_tree;
 
 pub use obj::{Dropped, TriangleMesh};

@@ -5,10 +5,10 @@ use glam::DVec3;
 /// A ray prepared for many triangles: the shear that takes its direction to +z (Woop, Benthin and Wald 2013).
 #[derive(Clone, Copy, Debug)]
 pub struct ShearedRay {
-    origin: DVec3,
+    pub(super) origin: DVec3,
     /// Axis permutation, the dominant axis of the direction last.
-    axes: [usize; 3],
-    shear: DVec3,
+    pub(super) axes: [usize; 3],
+    pub(super) shear: DVec3,
 }
 
 impl ShearedRay {

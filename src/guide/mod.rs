@@ -26,7 +26,6 @@ use crate::sampling::{NestedCones, PathRandom};
 
 /// One tube's guide and collector.
 #[derive(Clone, Debug)]
-#[expect(clippy::large_enum_variant, reason = "one per tube, never moved while light is traced")]
 pub enum Guide {
     /// One vertical cylinder, in closed form.
     Straight(StraightGuide),

@@ -55,7 +55,7 @@ const CLOCKS: &[&str] = &["Instant::now", "SystemTime::now"];
 const TOKIO_ROOMS: &[&str] = &["http", "db", "cli", "job", "main"];
 
 /// Crates with one user each.
-const SINGLE_USERS: &[(&str, &str)] = &[("obvhs", "geometry/bvh.rs"), ("exr", "output/exr.rs")];
+const SINGLE_USERS: &[(&str, &str)] = &[("obvhs", "geometry/wide_tree.rs"), ("exr", "output/exr.rs")];
 
 fn level(room: &str) -> Option<usize> {
     LEVELS.iter().position(|rooms| rooms.contains(&room))
@@ -266,7 +266,7 @@ fn falling_imports_are_not() {
         ("guide/mesh.rs", "let s = r#\"use crate::db::\"Z\"; \"#; let r = 1;"),
         ("job/results.rs", "use crate::output::{csv, exr}; fn f() { exr::encode() }"),
         ("output/mod.rs", "pub mod exr; fn f() { exr::encode() }"),
-        ("geometry/bvh.rs", "use obvhs::bvh2::Bvh2;"),
+        ("geometry/wide_tree.rs", "use obvhs::bvh2::Bvh2;"),
         ("cli/serve.rs", "use crate::{db, http};"),
         ("main.rs", "use skyduct::cli::Arguments;"),
         ("estimate/mod.rs", "fn f() {}\n#[cfg(test)]\nmod tests { use std::fs; }"),
