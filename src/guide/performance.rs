@@ -8,7 +8,7 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 use glam::DVec3;
 
 use super::transit::End;
-use super::transmittance::{beam_transmission, sky_exitance};
+use super::transmittance::{beam_transmission, uniform_sky_transmission};
 use super::{Guide, StraightGuide};
 use crate::optics::{Mirror, Spectrum};
 use crate::sampling::sobol::REPLICATE_LEN;
@@ -91,6 +91,11 @@ impl Throughput {
 /// assert!((through.value - 0.9 * 0.83912).abs() < 5e-6 && through.standard_error == 0.0);
 /// ```
 pub fn beam(guide: &Guide, toward: DVec3, key: Key, rays: u64) -> Throughput {
+    closed_beam(guide, toward).unwrap_or_else(|| traced_beam(guide, toward, key, rays))
+}
+
+/// [`beam`] where it has a closed form, which is the same at all azimuths.
+fn closed_beam(guide: &Guide, toward: DVec3) -> Option<Throughput> {
     let Guide::Straight(StraightGuide {
         radius,
         length,
@@ -98,17 +103,29 @@ pub fn beam(guide: &Guide, toward: DVec3, key: Key, rays: u64) -> Throughput {
         collector_transmittance,
     }) = guide
     else {
-        return traced_beam(guide, toward, key, rays);
+        return None;
     };
     let tangent = toward.truncate().length() / toward.z;
     let entering = guide.projected_area_m2(-toward);
     if entering <= 0.0 {
-        return Throughput { replicates: vec![(0.0, 0.0); REPLICATES as usize] };
+        return Some(Throughput { replicates: vec![(0.0, 0.0); REPLICATES as usize] });
     }
     let passed =
         by_channel(*reflectance, |reflectance| beam_transmission(length / (2.0 * radius), tangent, reflectance));
     let share = Spectrum::<3>(passed) * Spectrum::from_rgb(*collector_transmittance);
-    Throughput { replicates: vec![(entering, entering * share.luminance()); REPLICATES as usize] }
+    Some(Throughput { replicates: vec![(entering, entering * share.luminance()); REPLICATES as usize] })
+}
+
+/// Beams of 1 lx from one altitude and `azimuths` of them, evenly from `azimuth` on (rad): [`beam`] of each.
+pub fn beams_around(guide: &Guide, altitude: f64, azimuth: f64, azimuths: u32, key: Key, rays: u64) -> Vec<Throughput> {
+    if let Some(closed) = closed_beam(guide, direction(altitude, azimuth)) {
+        return vec![closed; azimuths as usize];
+    }
+    let at = |turn: u32| {
+        let toward = direction(altitude, azimuth + TAU * f64::from(turn) / f64::from(azimuths));
+        traced_beam(guide, toward, key.child(u64::from(turn)), rays)
+    };
+    (0..azimuths).map(at).collect()
 }
 
 /// Parallel light of 1 lx (normal to itself) from the unit vector `toward`, by `rays` rays in each of 8 replicates.
@@ -164,10 +181,7 @@ pub fn uniform_sky(guide: &Guide, key: Key, rays: u64) -> Transmission {
             reflectance: Mirror::Constant(reflectance),
             collector_transmittance,
         }) => {
-            let of = |reflectance: f64| {
-                sky_exitance(&uniform, length / (2.0 * radius), reflectance) / uniform.horizontal_illuminance_lux()
-            };
-            // some ten milliseconds each
+            let of = |reflectance: f64| uniform_sky_transmission(length / (2.0 * radius), reflectance);
             let passed = Spectrum::<3>(by_channel(*reflectance, of)) * Spectrum::from_rgb(*collector_transmittance);
             Transmission { value: passed.luminance(), standard_error: 0.0 }
         }
@@ -182,9 +196,17 @@ pub fn uniform_sky(guide: &Guide, key: Key, rays: u64) -> Transmission {
 /// that of the patch.
 pub fn patch_sky(guide: &Guide, sky: &Sky, key: Key, rays: u64) -> Throughput {
     let mut sum = Throughput { replicates: vec![(0.0, 0.0); REPLICATES as usize] };
+    // patches of a band follow each other
+    let mut closed: Option<(f64, Throughput)> = None;
     for (number, patch) in tregenza_patches().enumerate() {
-        let through = beam(guide, patch.toward, key.child(number as u64), rays);
-        sum.add(&through, sky.luminance(patch.toward) * patch.solid_angle_sr);
+        let luminous = sky.luminance(patch.toward) * patch.solid_angle_sr;
+        if closed.as_ref().is_none_or(|(height, _)| *height != patch.toward.z) {
+            closed = closed_beam(guide, patch.toward).map(|beam| (patch.toward.z, beam));
+        }
+        match &closed {
+            Some((_, beam)) => sum.add(beam, luminous),
+            None => sum.add(&traced_beam(guide, patch.toward, key.child(number as u64), rays), luminous),
+        }
     }
     sum
 }
@@ -282,6 +304,7 @@ mod tests {
     use std::f64::consts::PI;
 
     use super::*;
+    use crate::guide::transmittance::sky_exitance;
     use crate::guide::{BentGuide, StraightGuide};
     use crate::optics::mirror::Mirror;
     use crate::sky::{CieType, SkyDistribution};

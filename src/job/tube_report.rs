@@ -19,7 +19,7 @@ use crate::output::plots::{self, Series};
 use crate::plan::GuideKind;
 use crate::sampling::{Key, Stream};
 use crate::scene::{Segment, StraightOrBent, Tube, TubeShape};
-use crate::sky::{CieType, Sky, SkyDistribution, direction};
+use crate::sky::{CieType, Sky, SkyDistribution};
 use crate::traceable::{TraceableScene, cylinder_guide};
 
 /// Rays per replicate and beam, and under a sky.
@@ -189,14 +189,8 @@ fn beam_report(guide: &Guide, azimuth: f64, key: Key) -> BeamReport {
     };
     for (number, altitude_deg) in altitudes.iter().enumerate() {
         let key = key.child(number as u64);
-        let at = |turn: u32| {
-            let toward = direction(
-                altitude_deg.to_radians(),
-                azimuth + std::f64::consts::TAU * f64::from(turn) / f64::from(AZIMUTHS),
-            );
-            performance::beam(guide, toward, key.child(u64::from(turn)), BEAM_RAYS)
-        };
-        let all: Vec<Throughput> = (0..AZIMUTHS).map(at).collect();
+        let altitude = altitude_deg.to_radians();
+        let all = performance::beams_around(guide, altitude, azimuth, AZIMUTHS, key, BEAM_RAYS);
         let transmission = all[0].transmission();
         report.transmission.push(transmission.value);
         report.standard_error.push(transmission.standard_error);
