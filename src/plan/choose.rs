@@ -112,25 +112,21 @@ impl Methods {
 
 /// The best method for grids, the first candidate that fits, and where few point sensors are bad for it, another one for these.
 fn for_grids(task: &Task) -> (MethodChoice, Option<SomeChoice>) {
+    let placed = placed_vertices::Settings::default();
+    if placed.refuses(task).is_none() {
+        let reason = "unbiased, and all tubes are lamps: what leaves their diffusers is found once, and lights points placed \
+                      where sensors need them";
+        return (MethodChoice { method: Method::PlacedVertices(placed), reason: reason.to_owned() }, None);
+    }
     let unseen = || light_tracing::refuses_points(task.traceable).map(|refusal| refusal.detail);
     let noisy = || light_tracing::noisy_points(task.traceable).map(str::to_owned);
     // obstacles of connections from photons to points
     let rare = task.has_points().then(|| unseen().or_else(noisy)).flatten();
     let close = dishonest_points(task.traceable, task.grids).map(|refusal| refusal.detail);
     let both_ways = bidirectional::Settings::default();
-    let connects = || {
-        match placed_vertices::refuses_scene(task) {
-        None => MethodChoice {
-            method: Method::PlacedVertices(placed_vertices::Settings::default()),
-            reason: "unbiased, and all tubes are lamps: what leaves their diffusers is found once, and lights points placed where \
-                     sensors need them"
-                .to_owned(),
-        },
-        Some(_) => MethodChoice {
-            method: Method::LightTracing(light_tracing::Settings::default()),
-            reason: "unbiased, and connects every scattering to every sensor in closed form".to_owned(),
-        },
-    }
+    let connects = || MethodChoice {
+        method: Method::LightTracing(light_tracing::Settings::default()),
+        reason: "unbiased, and connects every scattering to every sensor in closed form".to_owned(),
     };
     let (method, reason) = match (rare, close) {
         (None, None) => return (connects(), None),

@@ -93,6 +93,8 @@ streams! {
     Emission = 0, MANY, below [LightTracingPass, TwoStagePass, BidirectionalPass, GatheringPass];
     /// Vertices placed on the surfaces of the room, numbered below it.
     PlacedVertices = 1 << 36, 1, below [TwoStagePass];
+    /// Paths that are followed from a sensor to which vertices are connected; the index is the sensor's among these.
+    FollowedSensor = 1 << 37, MANY, below [TwoStagePass];
     /// A choice among the photons of a diffuser; the index is the tube's.
     DiffuserChoice = 1 << 35, MANY, below [TwoStagePass];
     /// Connections of photons to sensors, numbered by photons below it.

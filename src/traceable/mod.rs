@@ -15,14 +15,11 @@ use crate::scene::{BoxObject, Face, MeshObject, Room, Scene};
 use crate::sky::{Sky, Sun};
 use luminaire::TraceableLuminaire;
 use mesh_objects::{MeshHit, TraceableMeshes};
-use obstacles::Obstacles;
+use obstacles::{ON_TARGET, Obstacles, Shadow};
 
 pub use box_object::TraceableBox;
 pub use surface_id::{Numbering, Side, SurfaceId};
 pub use tube::{TraceableTube, TubeError, cylinder_guide};
-
-/// Share of a segment's end within which a box counts as touched, not as in between: a sensor on a table sees the room.
-const ON_TARGET: f64 = 1e-9;
 
 /// Share of the room's diagonal within which surfaces coincide: a luminaire so near to a surface lies on it and hides it.
 const COINCIDING: f64 = 1e-9;
@@ -263,6 +260,11 @@ impl TraceableScene {
         // a box is convex: none of its points hides what another sees
         let own_box = from.filter(|_| reach == 0.0).and_then(|surface| self.numbering.box_of(surface));
         self.obstacles.leave_clear(position, reach, own_box, centre, radius)
+    }
+
+    /// The shadows that light from `position` throws on the horizontal plane at `height`; box `but_for` throws none.
+    pub fn shadows(&self, position: DVec3, height: f64, but_for: Option<usize>) -> impl Iterator<Item = Shadow> {
+        self.obstacles.shadows(position, height, but_for)
     }
 
     /// True if a point is inside a box, or on the lower side of one.

@@ -1,10 +1,14 @@
-//! What stands or hangs in a room, each thing in an upright block around it: to tell where nothing can stand in between.
+//! What stands or hangs in a room, each thing in an upright block around it: to tell where nothing can stand in between, and
+//! which points of a plane are in the shadow.
 
 use glam::{DVec2, DVec3};
 
 use super::box_object::TraceableBox;
 use super::luminaire::TraceableLuminaire;
 use crate::scene::MeshObject;
+
+/// Share of a segment's end within which a box counts as touched, not as in between: a sensor on a table sees the room.
+pub(super) const ON_TARGET: f64 = 1e-9;
 
 /// The blocks around boxes, meshes and hanging luminaires.
 #[derive(Debug, Default)]
@@ -49,7 +53,69 @@ impl Obstacles {
     }
 }
 
+/// The shadow of a block on a horizontal plane, by light from one point.
+///
+/// On the way to any point of the plane the light is at the block's heights over the same share of the way. That part of it is
+/// a segment, seen from above, and is met by the block unless one of three axes separates them (Ericson 2005, section 5.3.3,
+/// without the vertical one).
+#[derive(Clone, Copy, Debug)]
+pub struct Shadow {
+    /// Where the light comes from, in the frame of the block.
+    start: DVec2,
+    half: DVec2,
+    along: DVec2,
+    /// Middle of the share of the way, and half of its length.
+    middle: f64,
+    reach: f64,
+    /// The block is no more than the bounds of what throws the shadow.
+    pub is_bound: bool,
+}
+
+impl Shadow {
+    /// True if it hides the light from the point of the plane at this distance to the east and north, in m.
+    #[inline(always)]
+    pub fn hides(&self, dx: f64, dy: f64) -> bool {
+        let (u, v) = (self.along.x * dx + self.along.y * dy, self.along.x * dy - self.along.y * dx);
+        let (mx, my) = (self.start.x + self.middle * u, self.start.y + self.middle * v);
+        let (hx, hy) = (self.reach * u, self.reach * v);
+        let (ax, ay) = (hx.abs(), hy.abs());
+        // no short circuits: sensors go through it side by side
+        (mx.abs() < self.half.x + ax)
+            & (my.abs() < self.half.y + ay)
+            & ((mx * hy - my * hx).abs() < self.half.x * ay + self.half.y * ax)
+    }
+}
+
+impl Obstacles {
+    /// The shadows that light from `position` throws on a plane below it; box `but_for`, which it comes from, throws none.
+    pub fn shadows(&self, position: DVec3, height: f64, but_for: Option<usize>) -> impl Iterator<Item = Shadow> {
+        let others = self.0.iter().filter(move |block| but_for.is_none() || block.of_box != but_for);
+        others.filter_map(move |block| block.shadow(position, height))
+    }
+}
+
 impl Block {
+    fn shadow(&self, position: DVec3, height: f64) -> Option<Shadow> {
+        let depth = position.z - height;
+        let is_bound = self.of_box.is_none();
+        // what a bound is drawn around may be flat
+        let hair = if is_bound { ON_TARGET * (depth + self.half.length()) } else { 0.0 };
+        let share = |z: f64| ((position.z - z) / depth).clamp(0.0, 1.0 - ON_TARGET);
+        let (enters, leaves) = (share(self.high + hair), share(self.low - hair));
+        if depth <= 0.0 || leaves <= enters {
+            return None;
+        }
+        let away = position.truncate() - self.centre;
+        Some(Shadow {
+            start: DVec2::new(away.dot(self.along), self.along.perp_dot(away)),
+            half: self.half + hair,
+            along: self.along,
+            middle: 0.5 * (enters + leaves),
+            reach: 0.5 * (leaves - enters),
+            is_bound,
+        })
+    }
+
     /// Smallest block along the axes around some points; `None` without points.
     fn around(points: &[DVec3]) -> Option<Self> {
         let low = points.iter().copied().reduce(DVec3::min)?;
@@ -94,6 +160,36 @@ impl Block {
 mod tests {
     use super::*;
     use crate::sampling::{Key, PathRandom, warp};
+    use crate::scene::BoxObject;
+
+    /// Points of a plane are in the shadow where a ray from them meets the box.
+    #[test]
+    fn shadows_are_those_of_rays() {
+        let mut random = PathRandom::new(Key::new(4));
+        let mut hidden = 0;
+        for _ in 0..3000 {
+            let mut uniform = |low: f64, high: f64| low + (high - low) * random.uniform();
+            let base = DVec3::new(uniform(0.5, 2.5), uniform(0.5, 2.5), uniform(0.0, 0.5));
+            let size = DVec3::new(uniform(0.1, 0.8), uniform(0.1, 0.8), uniform(0.1, 1.0));
+            let surface = crate::optics::Surface::diffuse([0.5; 3]);
+            let object = BoxObject { size, base, rotation: uniform(0.0, 7.0), surface };
+            let object = TraceableBox::new(&object);
+            let position = DVec3::new(uniform(0.0, 3.0), uniform(0.0, 3.0), uniform(0.2, 2.0));
+            let height = uniform(0.0, 0.8);
+            let sensor = DVec3::new(uniform(0.0, 3.0), uniform(0.0, 3.0), height);
+            if position.z <= height || object.contains(sensor) || object.contains(position) {
+                continue;
+            }
+            let met = object.intersect(sensor, position - sensor).is_some_and(|(share, ..)| share < 1.0);
+            let (dx, dy) = (sensor.x - position.x, sensor.y - position.y);
+            let all = Obstacles::new(&[object], &[], &[]);
+            let in_shadow = all.shadows(position, height, None).any(|shadow| shadow.hides(dx, dy));
+            assert_eq!(in_shadow, met, "{:?} {position} {sensor}", all.0[0]);
+            assert!(all.shadows(position, height, Some(0)).next().is_none());
+            hidden += usize::from(met);
+        }
+        assert!(hidden > 100, "{hidden}");
+    }
 
     /// Wherever a way is called clear, no line from the point to the disc meets the block; and much is called clear.
     #[test]

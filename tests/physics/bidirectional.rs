@@ -12,6 +12,7 @@ use skyduct::integrator::Integrator;
 use skyduct::integrator::bidirectional::{Bidirectional, Settings};
 use skyduct::integrator::method::RefusalCode;
 use skyduct::integrator::path_tracing::{self, PathTracing};
+use skyduct::integrator::placed_vertices::PlacedVertices;
 use skyduct::plan;
 use skyduct::scene::{EstimateKind, Scene, View};
 
@@ -20,13 +21,16 @@ fn both_ways(scene: &Scene, photons_per_pass: u64, samples: u32, seed: u64) -> B
     Bidirectional::new(kernel(scene), &scene.grids, &scene.views, &settings, seed)
 }
 
-/// Points 2 mm from two walls: photons that are connected to them are rare and bright, so light tracing says no and the plan
-/// picks this method, which agrees with path tracing.
+/// Points 2 mm from two walls: photons that are connected to them are rare and bright, so light tracing says no. In a glossy room
+/// the plan picks this method, in a diffuse one placed vertices, which finds what comes from so near by paths from the sensor.
+/// Both agree with path tracing.
 #[test]
 fn points_in_a_corner() {
-    let document = |method: &str| {
+    let document = |method: &str, gloss: f64| {
         let mut document = reference::json("scenes/S1.json");
         document["method"] = method.into();
+        let surface = json!({ "reflectance": 0.5, "specular": gloss, "roughness": 0.5 });
+        document["room"]["surfaces"]["wall_east"] = surface;
         document["grids"][0] = json!({ "name": "corner", "height_m": 0.5, "cells": [1, 1], "margin_m": 0.5 });
         let document = JobDocument::parse(document.to_string().as_bytes()).unwrap();
         let mut scene = to_scene(&document, &crate::documents::Folder).unwrap().0;
@@ -34,18 +38,23 @@ fn points_in_a_corner() {
         scene.grids[0].y_m = vec![0.002];
         (scene, document.method.request())
     };
-    let (scene, request) = document("light_tracing");
+    let (scene, request) = document("light_tracing", 0.0);
     let refusal = plan::Methods::choose(&scene, &kernel(&scene), &request).unwrap_err();
     assert_eq!(refusal.code, RefusalCode::PointsNearSurfaces, "{refusal}");
-    let (scene, request) = document("auto");
-    let chosen = plan::Methods::choose(&scene, &kernel(&scene), &request).unwrap().grids.unwrap();
-    assert_eq!(chosen.method.name(), "bidirectional_path_tracing");
+    let chosen = |gloss: f64| {
+        let (scene, request) = document("auto", gloss);
+        plan::Methods::choose(&scene, &kernel(&scene), &request).unwrap().grids.unwrap().method
+    };
+    assert_eq!(chosen(0.2).name(), "bidirectional_path_tracing");
+    assert_eq!(chosen(0.0).name(), "placed_vertices");
     let settings = path_tracing::Settings { samples_per_sensor: 4096, ..Default::default() };
     let paths = PathTracing::<1>::new(kernel(&scene), &scene.grids, &[], &settings, 2);
     let (truth, error) = values(&run(&scene, &paths, 48));
-    let found = run(&scene, &both_ways(&scene, 4_096, 1024, 2), 48);
-    assert_grid(&found, &truth, &error, 4.0, 0.0, "corner");
-    assert!(found.grids[0].standard_error_lux(0) < 0.01 * truth[0] && error[0] < 0.01 * truth[0]);
+    let placed = PlacedVertices::<1>::new(kernel(&scene), &scene.grids, [4096, 16_384], 3);
+    for found in [run(&scene, &both_ways(&scene, 4_096, 1024, 2), 48), run(&scene, &placed, 48)] {
+        assert_grid(&found, &truth, &error, 4.0, 0.0, "corner");
+        assert!(found.grids[0].standard_error_lux(0) < 0.01 * truth[0] && error[0] < 0.01 * truth[0]);
+    }
 }
 
 /// The same bits on any number of threads.

@@ -102,8 +102,14 @@ impl<const C: usize> TubeLight<C> {
     pub fn irradiance(&self, position: DVec3, normal: DVec3, number: f64) -> Spectrum<C> {
         let Some((photon, cell)) = self.choice(number) else { return Spectrum::ZERO };
         let receiver = Receiver::new(position, normal, self.origin);
-        let discs: [f64; RINGS] = std::array::from_fn(|ring| receiver.disc(self.radius * RADII[ring]));
-        let points: [f64; CELLS] = std::array::from_fn(|cell| receiver.point(self.middles[cell]));
+        // plain loops, which are taken several at once
+        let (mut discs, mut points) = ([0.0; RINGS], [0.0; CELLS]);
+        for (disc, radius) in discs.iter_mut().zip(&RADII) {
+            *disc = receiver.disc(self.radius * *radius);
+        }
+        for (point, middle) in points.iter_mut().zip(&self.middles) {
+            *point = receiver.point(*middle);
+        }
         let mut sum = Spectrum::ZERO;
         for (step, disc) in self.steps.iter().zip(&discs) {
             sum += *step * *disc;

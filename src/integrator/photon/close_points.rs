@@ -42,7 +42,7 @@ fn close_points<'a>(
     let points = grids.iter().enumerate().filter(|(_, grid)| grid.estimate == EstimateKind::Point);
     points.flat_map(move |(number, grid)| {
         (0..grid.len()).filter_map(move |sensor| {
-            let (distance, surface) = nearest(scene, grid.centre(sensor), near)?;
+            let (distance, surface) = distance_to_surface(scene, grid.centre(sensor), near)?;
             Some((distance, surface, SensorPlace { grid: number, sensor }))
         })
     })
@@ -50,7 +50,7 @@ fn close_points<'a>(
 
 /// Distance in metres of a point to the nearest surface that rises above it and that photons may be connected from, and what
 /// it is; `None` where that is farther than `near`.
-fn nearest(scene: &TraceableScene, point: DVec3, near: f64) -> Option<(f64, &'static str)> {
+pub fn distance_to_surface(scene: &TraceableScene, point: DVec3, near: f64) -> Option<(f64, &'static str)> {
     let mut found = Vec::new();
     if scene.interreflection {
         found.push((point.truncate().min(scene.size.truncate() - point.truncate()).min_element(), "a wall"));

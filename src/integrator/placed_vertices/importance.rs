@@ -9,7 +9,7 @@ use std::f64::consts::PI;
 use glam::DVec3;
 
 use crate::geometry::disc::far_disc_illuminance;
-use crate::scene::{Face, Grid};
+use crate::scene::Face;
 use crate::traceable::{SurfaceId, TraceableScene, TraceableTube};
 
 /// Cells along either edge of a face of the room, and of a box.
@@ -21,6 +21,9 @@ const POINTS: usize = 2;
 
 /// Share of the mean probability that every cell has at least from which any sensor can be reached.
 const EVEN_SHARE: f64 = 0.02;
+
+/// Distance from a panel, in shares of its size, from where it is looked at what it sees.
+const HAIR: f64 = 1e-6;
 
 /// Sensors that stand for all where there are more.
 const MOST_SENSORS: usize = 256;
@@ -40,6 +43,8 @@ struct Panel {
     reflectance: f64,
     /// Cells along either edge.
     cells: usize,
+    /// The box whose face it is.
+    of_box: Option<usize>,
 }
 
 /// A place for a vertex.
@@ -51,6 +56,17 @@ pub struct Placed {
     pub normal: DVec3,
     /// Area in m2 that the point stands for: one over its density.
     pub area_m2: f64,
+    /// The box on which it is.
+    pub of_box: Option<usize>,
+}
+
+/// A sensor as importance sees it.
+#[derive(Clone, Copy, Debug)]
+pub struct Target {
+    /// Position in m.
+    pub position: DVec3,
+    /// Squared distance in m2 below which no vertex is connected to it.
+    pub near_squared: f64,
 }
 
 /// The distribution of vertices over the surfaces of a room.
@@ -73,14 +89,22 @@ struct Row {
 }
 
 impl Importance {
-    /// The distribution for the sensors of some grids; `None` where nothing that reflects can reach any of them.
-    pub fn new(scene: &TraceableScene, grids: &[Grid]) -> Option<Self> {
+    /// The distribution for some sensors; `None` where nothing that reflects can reach any of them.
+    pub fn new(scene: &TraceableScene, sensors: &[Target]) -> Option<Self> {
         let panels = panels(scene);
         let light = Light::new(scene, &panels);
-        let sensors = sensors(grids);
-        let needs: Vec<f64> =
-            sensors.iter().map(|sensor| 1.0 / (light.direct(*sensor, DVec3::Z) + light.ambient)).collect();
-        let lowest = grids.iter().map(|grid| grid.height_m).reduce(f64::min)?;
+        let lowest = sensors.iter().map(|sensor| sensor.position.z).reduce(f64::min)?;
+        // no divisor of a row's length, so that every column has its turn
+        let step = match sensors.len().div_ceil(MOST_SENSORS) {
+            0 | 1 => 1,
+            step => step | 1,
+        };
+        let sensors: Vec<Target> = sensors.iter().copied().step_by(step).collect();
+        let need = |sensor: &Target| {
+            let seen = light.seen_from(sensor.position);
+            1.0 / (light.direct(sensor.position, DVec3::Z, &seen) + light.ambient)
+        };
+        let needs: Vec<f64> = sensors.iter().map(need).collect();
         let mut weights: Vec<(usize, usize, Vec<f64>)> = Vec::new();
         for (index, panel) in panels.iter().enumerate() {
             for row in 0..panel.cells {
@@ -116,6 +140,7 @@ impl Importance {
             position: panel.corner + panel.u * u + panel.v * v,
             normal: panel.normal,
             area_m2: panel.area_m2() / (cells * cells * row_share * column_share),
+            of_box: panel.of_box,
         }
     }
 }
@@ -133,11 +158,14 @@ impl Panel {
     }
 
     /// Reflected flux of a cell, times what a lumen of it means to the sensors, on one scale for all cells.
-    fn weight(&self, [row, column]: [usize; 2], light: &Light<'_>, sensors: &[DVec3], needs: &[f64]) -> f64 {
+    fn weight(&self, [row, column]: [usize; 2], light: &Light<'_>, sensors: &[Target], needs: &[f64]) -> f64 {
         if self.reflectance == 0.0 {
             return 0.0;
         }
         let at = |cell: usize, point: usize| (cell as f64 + (point as f64 + 0.5) / POINTS as f64) / self.cells as f64;
+        let middle = |cell: usize| (cell as f64 + 0.5) / self.cells as f64;
+        let middle = self.corner + self.u * middle(row) + self.v * middle(column);
+        let seen = light.seen_from(middle + self.normal * HAIR * self.area_m2().sqrt());
         let mut sum = 0.0;
         for number in 0..POINTS * POINTS {
             let (u, v) = (at(row, number / POINTS), at(column, number % POINTS));
@@ -146,15 +174,15 @@ impl Panel {
                 .iter()
                 .zip(needs)
                 .map(|(sensor, need)| {
-                    let way = *sensor - point;
+                    let way = sensor.position - point;
                     let cosines = way.dot(self.normal).max(0.0) * (-way.z).max(0.0);
                     let distance_squared = way.length_squared();
-                    let share =
-                        if cosines > 0.0 { cosines / (distance_squared * distance_squared) * need } else { 0.0 };
+                    let connected = cosines > 0.0 && distance_squared >= sensor.near_squared;
+                    let share = if connected { cosines / (distance_squared * distance_squared) * need } else { 0.0 };
                     share * share
                 })
                 .sum();
-            sum += (light.direct(point, self.normal) + light.ambient) * squares.sqrt();
+            sum += (light.direct(point, self.normal, &seen) + light.ambient) * squares.sqrt();
         }
         let share = self.area_m2() / (self.cells * self.cells * POINTS * POINTS) as f64;
         self.reflectance * sum * share
@@ -186,9 +214,17 @@ impl<'a> Light<'a> {
         Self { scene, of_openings, ambient: if scene.interreflection { ambient } else { 0.0 } }
     }
 
-    /// Illuminance straight from openings and luminaires, in lx.
-    fn direct(&self, point: DVec3, normal: DVec3) -> f64 {
-        let of_tube = |tube: &TraceableTube| {
+    /// For each tube, whether the middle of its opening is seen from a point.
+    fn seen_from(&self, point: DVec3) -> Vec<bool> {
+        self.scene.tubes.iter().map(|tube| self.scene.visible(point, None, tube.origin, None)).collect()
+    }
+
+    /// Illuminance straight from luminaires and from the openings that are seen, in lx.
+    fn direct(&self, point: DVec3, normal: DVec3, seen: &[bool]) -> f64 {
+        let of_tube = |(tube, seen): (&TraceableTube, &bool)| {
+            if !seen {
+                return 0.0;
+            }
             let way = tube.origin - point;
             let offset = way.truncate().length();
             // nearer the form does not hold
@@ -199,7 +235,7 @@ impl<'a> Light<'a> {
             let toward_axis = if offset > 0.0 { way.truncate().dot(normal.truncate()) / offset } else { 0.0 };
             far_disc_illuminance(tube.opening_radius, way.z, offset, [normal.z, toward_axis]).max(0.0)
         };
-        let openings: f64 = self.scene.tubes.iter().map(of_tube).sum();
+        let openings: f64 = self.scene.tubes.iter().zip(seen).map(of_tube).sum();
         let luminaires = self.scene.luminaires.iter();
         let of_luminaires: f64 = luminaires.map(|luminaire| luminaire.irradiance::<3>(point, normal).luminance()).sum();
         self.of_openings * openings + of_luminaires
@@ -218,7 +254,8 @@ fn panels(scene: &TraceableScene) -> Vec<Panel> {
         let normal = DVec3::AXES[axis] * if far { -1.0 } else { 1.0 };
         let corner = if far { edge(axis) } else { DVec3::ZERO };
         let reflectance = luminous(SurfaceId::of_face(*face));
-        Panel { corner, u: edge(axis + 1), v: edge(axis + 2), normal, reflectance, cells: CELLS_OF_ROOM }
+        let cells = CELLS_OF_ROOM;
+        Panel { corner, u: edge(axis + 1), v: edge(axis + 2), normal, reflectance, cells, of_box: None }
     };
     let of_box = |index: usize| {
         let object = &scene.boxes[index];
@@ -230,19 +267,10 @@ fn panels(scene: &TraceableScene) -> Vec<Panel> {
             let across = u.cross(v).normalize_or(DVec3::Z);
             let normal = if across.dot(corner - centre) < 0.0 { -across } else { across };
             let reflectance = luminous(scene.numbering.box_face(index, face));
-            Panel { corner, u, v, normal, reflectance, cells: CELLS_OF_BOX }
+            Panel { corner, u, v, normal, reflectance, cells: CELLS_OF_BOX, of_box: Some(index) }
         })
     };
     Face::ALL.iter().map(of_face).chain((0..scene.boxes.len()).flat_map(of_box)).collect()
-}
-
-/// At most [`MOST_SENSORS`] of the sensors, evenly.
-fn sensors(grids: &[Grid]) -> Vec<DVec3> {
-    let all: usize = grids.iter().map(Grid::len).sum();
-    let step = all.div_ceil(MOST_SENSORS).max(1);
-    // no divisor of a row's length, so that every column has its turn
-    let step = if step > 1 { step | 1 } else { 1 };
-    grids.iter().flat_map(|grid| (0..grid.len()).map(|sensor| grid.centre(sensor))).step_by(step).collect()
 }
 
 /// Bounds in 0..=1 by weights, of which not all are zero; even ones where they are.
@@ -275,7 +303,7 @@ mod tests {
     use super::*;
     use crate::optics::Surface;
     use crate::sampling::{Key, PathRandom};
-    use crate::scene::{BoxObject, Channels, EstimateKind, Luminaire, Room, Scene};
+    use crate::scene::{BoxObject, Channels, EstimateKind, Grid, Luminaire, Room, Scene};
     use crate::statistics::Moments;
     use crate::traceable::Follow;
 
@@ -309,7 +337,9 @@ mod tests {
         };
         let follow = Follow { interreflection: true, guide_return: true, objects: true };
         let traceable = TraceableScene::new(&scene, follow).unwrap();
-        let importance = Importance::new(&traceable, &scene.grids).unwrap();
+        let target = |sensor: usize| Target { position: scene.grids[0].centre(sensor), near_squared: 0.01 };
+        let targets: Vec<Target> = (0..scene.grids[0].len()).map(target).collect();
+        let importance = Importance::new(&traceable, &targets).unwrap();
         // but for the floor, which sends nothing to a grid that lies on it, and the underside of the box
         let faces: Vec<Panel> = panels(&traceable).into_iter().filter(|panel| panel.can_reach(0.0)).collect();
         assert_eq!(faces.len(), 10);

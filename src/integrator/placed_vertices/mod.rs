@@ -3,8 +3,9 @@
 //! **Idea.** In each pass photons first find what leaves the diffusers ([`lamp`](super::lamp)), and each is connected to
 //! every sensor. Then points are placed on the surfaces of the room, where these are bright and near to sensors
 //! (`importance`). One backward path from each tells the luminance that it sends into the room, counting at every surface
-//! the light of the diffusers in closed form, or nearly so; the point is connected to every sensor. One pass is one
-//! replicate.
+//! the light of the diffusers in closed form, or nearly so; the point is connected to every sensor that sees it. Sensors
+//! beside surfaces find what comes from very near by themselves, and all do so with light from meshes (`targets`). One pass is
+//! one replicate.
 //!
 //! **Which paths** (docs/physics/measurement_equation.md#placed-vertices).
 //!
@@ -12,25 +13,29 @@
 //! | --- | --- |
 //! | `(K\|N) t F E` | every photon, connected |
 //! | `M E` | Lambert's closed form |
-//! | `.. V E` | placed vertices, openings that send light back included; what lights them as in two stages |
+//! | `.. V E`, V not on a mesh, and not beside E | placed vertices, openings that send light back included; what lights them as in two stages |
+//! | `.. V E`, V on a mesh, or beside E | paths followed from the sensor |
 //!
 //! **Settings.** `photons_per_pass` and `vertices_per_pass` (64 to 16 777 216; by default chosen for the accuracy asked
-//! for, so that 8 to some tens of passes reach it): noise of the first stage is common to all sensors of a pass.
+//! for, so that 8 to some tens of passes reach it): noise of the first stage is common to all sensors of a pass. A sixteenth
+//! as many paths as vertices are followed from a sensor.
 //!
 //! **Refuses** views, cell averages, closures that pass light unscattered, measured diffusers, glossy surfaces and mirrors,
-//! objects, luminaires that something may hide, and sensors very near to surfaces, which `auto` gives another
-//! method. Tells no balance of energy; the fluxes of tubes are those of the first stage.
+//! luminaires that something may hide, and sensors very near to openings. Tells no balance of energy; the fluxes of tubes
+//! are those of the first stage.
 //!
 //! **Sources.** Importance for a sum of squared relative errors is derived from Veach 1997, section 2.2
 //! (docs/physics/measurement_equation.md#placed-vertices); the cut at diffusers is that of two stages.
 
 mod importance;
+mod targets;
 
+use std::f64::consts::PI;
 use std::ops::Range;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
 use crate::guide::{Guide, RayCount};
 use crate::integrator::backward::next_event::{NextEvent, Way};
@@ -38,15 +43,14 @@ use crate::integrator::backward::walk::{Ray, Walk};
 use crate::integrator::lamp::light::DiffuserLight;
 use crate::integrator::method::{Computation, Described, Kept, Knows, Load, Refusal, RefusalCode, Task, Work};
 use crate::integrator::photon::chunks::{Tally, fold_chunks, sums_at_once};
-use crate::integrator::photon::close_points::dishonest_points;
-use crate::integrator::photon::connect::{Connection, SensorPlane};
 use crate::integrator::photon::emission::Emission;
 use crate::integrator::{GridPass, Integrator, Pass};
 use crate::optics::{Diffuser, Spectrum};
-use crate::sampling::{Key, PathSamples, Stream};
+use crate::sampling::{Key, PathSamples, Stream, warp};
 use crate::scene::{Channels, EstimateKind, Grid};
 use crate::traceable::{TraceableScene, TraceableTube};
 use importance::Importance;
+use targets::{Following, Reach, Sender, Targets, is_on_mesh};
 
 /// Settings of placed vertices.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -101,7 +105,25 @@ impl Described for Settings {
     }
 
     fn refuses(&self, task: &Task) -> Option<Refusal> {
-        refuses_scene(task).or_else(|| dishonest_points(task.traceable, task.grids))
+        let scene = task.traceable;
+        let refusal = |code, detail: &str| Some(Refusal::new(code, detail));
+        let measured = |tube: &TraceableTube| matches!(tube.diffuser, Diffuser::Measured(_));
+        let unscattered = |tube: &TraceableTube| tube.diffuser.specular_zone(tube.opening_radius).is_some();
+        if scene.tubes.iter().any(unscattered) {
+            refusal(RefusalCode::ClearClosures, "a closure lets light pass unscattered")
+        } else if scene.tubes.iter().any(measured) {
+            refusal(RefusalCode::MeasuredDiffusers, "light leaves a measured diffuser by its direction of incidence")
+        } else if scene.specular_surfaces().next().is_some() {
+            refusal(RefusalCode::SpecularSurfaces, "the room's surfaces are not all diffuse")
+        } else if scene.luminaires_obstructed && scene.luminaires.iter().any(|luminaire| luminaire.emits()) {
+            let detail = "light of luminaires has a closed form only where no object or luminaire can hide it";
+            refusal(RefusalCode::Luminaires, detail)
+        } else if task.grids.iter().any(|grid| grid.estimate == EstimateKind::CellAverage) {
+            let detail = "connections to random points of cells beside walls have no bounded variance";
+            refusal(RefusalCode::CellAverages, detail)
+        } else {
+            beside_openings(task)
+        }
     }
 
     fn seconds_per_pass(&self, work: &Work) -> f64 {
@@ -131,28 +153,27 @@ impl Described for Settings {
     }
 }
 
-/// Reason why the method cannot compute a task wherever its sensors are, if it cannot.
-pub fn refuses_scene(task: &Task) -> Option<Refusal> {
+/// Share of the room's shortest edge within which an opening is too near to a sensor.
+const NEAR_OPENING: f64 = 0.01;
+
+/// Reason why the standard errors of sensors beside openings would not tell the truth: photons that leave very near to one are
+/// rare and bright.
+fn beside_openings(task: &Task) -> Option<Refusal> {
     let scene = task.traceable;
-    let refusal = |code, detail: &str| Some(Refusal::new(code, detail));
-    let measured = |tube: &TraceableTube| matches!(tube.diffuser, Diffuser::Measured(_));
-    let unscattered = |tube: &TraceableTube| tube.diffuser.specular_zone(tube.opening_radius).is_some();
-    if scene.tubes.iter().any(unscattered) {
-        refusal(RefusalCode::ClearClosures, "a closure lets light pass unscattered")
-    } else if scene.tubes.iter().any(measured) {
-        refusal(RefusalCode::MeasuredDiffusers, "light leaves a measured diffuser by its direction of incidence")
-    } else if scene.specular_surfaces().next().is_some() {
-        refusal(RefusalCode::SpecularSurfaces, "the room's surfaces are not all diffuse")
-    } else if scene.meshes.is_some() {
-        refusal(RefusalCode::Objects, "vertices are placed on faces of the room and of boxes, not on meshes")
-    } else if scene.luminaires_obstructed {
-        refusal(RefusalCode::Luminaires, "direct light has a closed form only where no object or luminaire can hide it")
-    } else if task.grids.iter().any(|grid| grid.estimate == EstimateKind::CellAverage) {
-        let detail = "connections to random points of cells beside walls have no bounded variance";
-        refusal(RefusalCode::CellAverages, detail)
-    } else {
-        None
-    }
+    let near = NEAR_OPENING * scene.size.min_element();
+    let distance = |sensor: DVec3, tube: &TraceableTube| {
+        let away = sensor - tube.origin;
+        let beside = (away.truncate().length() - tube.opening_radius).max(0.0);
+        DVec2::new(beside, away.z).length()
+    };
+    let is_near = |sensor: DVec3| scene.tubes.iter().any(|tube| distance(sensor, tube) < near);
+    let grid = task.grids.iter().find(|grid| (0..grid.len()).any(|sensor| is_near(grid.centre(sensor))))?;
+    let detail = format!(
+        "light of an opening nearer to a sensor than 1 % of the room's shortest edge ({near:.3e} m) is rare and bright, and a \
+         sensor of the grid {:?} lies so near",
+        grid.name
+    );
+    Some(Refusal::new(RefusalCode::PointsNearSurfaces, detail))
 }
 
 /// Reflections of a path that no roulette decides: it would throw away what even points gain.
@@ -161,6 +182,9 @@ const CERTAIN_REFLECTIONS: u32 = 3;
 /// Pairs of Sobol coordinates of a vertex and its path.
 const SOBOL_PAIRS: u32 = 4;
 
+/// Vertices of a pass for every path that is followed from a sensor.
+const VERTICES_PER_PATH: u64 = 16;
+
 /// The method on one scene; `C` channels of light.
 #[derive(Debug)]
 pub struct PlacedVertices<const C: usize> {
@@ -168,17 +192,18 @@ pub struct PlacedVertices<const C: usize> {
     emission: Emission,
     /// `None` where no surface sends light to a sensor.
     importance: Option<Importance>,
-    planes: Vec<SensorPlane>,
-    /// Light straight from luminaires in lx, per sensor.
+    targets: Targets,
+    /// Numbers of sensors of the grids.
+    lengths: Vec<usize>,
+    /// Light straight from luminaires in lx, per target.
     direct: Vec<f64>,
-    /// True for sensors inside boxes, which are dark.
+    /// True for targets inside boxes, which are dark.
     buried: Vec<bool>,
     vertices: u64,
-    vectors: pulp::Arch,
     seed: Key,
 }
 
-/// Illuminance in lx per sensor by some vertices, and the rays that they took.
+/// Illuminance in lx per target by some vertices, and the rays that they took.
 type Sums = (Vec<f64>, RayCount);
 
 impl Tally for Sums {
@@ -191,48 +216,20 @@ impl<const C: usize> PlacedVertices<C> {
     /// `photons` and `vertices` per pass; equal seeds give equal bits.
     pub fn new(scene: Arc<TraceableScene>, grids: &[Grid], [photons, vertices]: [u64; 2], seed: u64) -> Self {
         let emission = Emission::of_daylight(&scene, photons);
-        let importance = Some(()).filter(|()| scene.interreflection).and_then(|()| Importance::new(&scene, grids));
-        let mut planes = Vec::new();
-        let mut first = 0;
-        for grid in grids {
-            planes.push(SensorPlane::new(grid, first));
-            first += grid.len();
-        }
-        let centres = || grids.iter().flat_map(|grid| (0..grid.len()).map(|sensor| grid.centre(sensor)));
-        let direct = centres().map(|sensor| {
+        let targets = Targets::new(&scene, grids);
+        let all: Vec<_> = targets.all().collect();
+        let importance = Some(()).filter(|()| scene.interreflection).and_then(|()| Importance::new(&scene, &all));
+        let direct = |sensor: DVec3| {
             let luminaires = scene.luminaires.iter();
             luminaires.map(|luminaire| luminaire.irradiance::<C>(sensor, DVec3::Z).luminance()).sum()
-        });
-        let (direct, buried) = (direct.collect(), centres().map(|sensor| scene.is_in_box(sensor)).collect());
-        let (vectors, seed) = (pulp::Arch::new(), Key::new(seed));
-        Self { emission, importance, planes, direct, buried, vertices, vectors, seed, scene }
+        };
+        let direct = all.iter().map(|target| direct(target.position)).collect();
+        let buried = all.iter().map(|target| scene.is_in_box(target.position)).collect();
+        let lengths = grids.iter().map(Grid::len).collect();
+        Self { emission, importance, targets, lengths, direct, buried, vertices, seed: Key::new(seed), scene }
     }
 
-    /// Adds what a Lambertian point of this intensity along its normal, in cd, sends straight to all sensors.
-    fn connect(&self, position: DVec3, normal: DVec3, intensity: f64, lux: &mut [f64]) {
-        for plane in &self.planes {
-            let depth = position.z - plane.height;
-            if depth <= 0.0 {
-                continue;
-            }
-            let lux = &mut lux[plane.first..plane.first + plane.len()];
-            let connection = Connection { vertex: position, normal, depth, per_sr: intensity, near_squared: 0.0 };
-            if !self.scene.obstructed {
-                connection.add_to(self.vectors, lux, &plane.x, &plane.y);
-                continue;
-            }
-            for (index, lux) in lux.iter_mut().enumerate() {
-                let (x, y) = (plane.x[index], plane.y[index]);
-                let value = connection.illuminance(x, y);
-                let sensor = DVec3::new(x, y, plane.height);
-                if value > 0.0 && self.scene.visible(position, None, sensor, None) {
-                    *lux += value;
-                }
-            }
-        }
-    }
-
-    /// What vertices of these numbers of a pass send to the sensors.
+    /// What vertices of these numbers of a pass send to the targets.
     fn vertices(&self, light: &DiffuserLight<C>, importance: &Importance, stream: Key, numbers: Range<u64>) -> Sums {
         let mut lux = vec![0.0; self.direct.len()];
         let mut rays = RayCount::default();
@@ -241,17 +238,53 @@ impl<const C: usize> PlacedVertices<C> {
         for number in numbers {
             let mut samples = PathSamples::with_pairs(stream, number, SOBOL_PAIRS);
             let placed = importance.place(samples.pair());
-            let mut walk = Walk::<C>::new(&self.scene, samples, CERTAIN_REFLECTIONS);
             // seen from just before it, it may be an opening, or hidden
-            let origin = placed.position + placed.normal * clearance;
-            let (direction, weight, trace) = (-placed.normal, Spectrum::ONE, Way::COUNTED);
+            let (origin, direction) = (placed.position + placed.normal * clearance, -placed.normal);
+            if self.scene.meshes.is_some() && is_on_mesh(&self.scene, &self.scene.intersect(origin, direction, None)) {
+                continue;
+            }
+            let mut walk = Walk::<C>::new(&self.scene, samples, CERTAIN_REFLECTIONS);
+            let (weight, trace) = (Spectrum::ONE, Way::COUNTED);
             walk.follow(&meeting, Ray { origin, direction, from: None, weight, reflected: true, trace });
             rays += walk.rays;
             let intensity = walk.sum.luminance() * placed.area_m2 / self.vertices as f64;
             if intensity > 0.0 {
-                self.connect(origin, placed.normal, intensity, &mut lux);
+                let (position, normal, of_box) = (origin, placed.normal, placed.of_box);
+                let sender = Sender { position, normal, intensity, of_box };
+                self.targets.connect(&self.scene, &sender, Reach::BeyondNear, &mut lux);
             }
         }
+        (lux, rays)
+    }
+
+    /// What paths from some of the followed targets find, in lx, and the rays that they took.
+    fn follow(&self, light: &DiffuserLight<C>, pass: Key, followed: Range<u64>) -> Sums {
+        let paths = (self.vertices / VERTICES_PER_PATH).max(1);
+        let meeting = NextEvent(light);
+        let mut rays = RayCount::default();
+        let mut of_target = |following: &Following, stream: Key| {
+            let position = following.position;
+            let mut found = 0.0;
+            for number in 0..paths {
+                let mut samples = PathSamples::with_pairs(stream, number, SOBOL_PAIRS);
+                let direction = warp::cosine_hemisphere(samples.pair());
+                rays += 1;
+                if following.counts(&self.scene, &self.scene.intersect(position, direction, None)) {
+                    let mut walk = Walk::<C>::new(&self.scene, samples, CERTAIN_REFLECTIONS);
+                    let (weight, trace) = (Spectrum::ONE, Way::COUNTED);
+                    walk.follow(
+                        &meeting,
+                        Ray { origin: position, direction, from: None, weight, reflected: true, trace },
+                    );
+                    rays += walk.rays;
+                    found += walk.sum.luminance();
+                }
+            }
+            found * PI / paths as f64
+        };
+        let mut of =
+            |index: u64| of_target(&self.targets.followed[index as usize], pass.stream(Stream::FollowedSensor, index));
+        let lux = followed.map(&mut of).collect();
         (lux, rays)
     }
 }
@@ -266,7 +299,9 @@ impl<const C: usize> Integrator for PlacedVertices<C> {
         let mut lux = self.direct.clone();
         for tube in light.tubes() {
             for (position, flux) in tube.photons() {
-                self.connect(position, DVec3::NEG_Z, flux.luminance() / std::f64::consts::PI, &mut lux);
+                let (normal, intensity) = (DVec3::NEG_Z, flux.luminance() / PI);
+                let sender = Sender { position, normal, intensity, of_box: None };
+                self.targets.connect(&self.scene, &sender, Reach::All, &mut lux);
             }
         }
         if let Some(importance) = &self.importance {
@@ -279,12 +314,21 @@ impl<const C: usize> Integrator for PlacedVertices<C> {
             })?;
             account.not_finite = account.not_finite.or(folded.not_finite);
         }
+        if self.scene.interreflection {
+            let mut places = self.targets.followed.iter().map(|following| following.place);
+            let chunk = |numbers: Range<u64>| self.follow(&light, key, numbers);
+            let count = self.targets.followed.len() as u64;
+            let folded = fold_chunks(count, 0, cancel, chunk, |(of_chunk, rays): Sums| {
+                places.by_ref().zip(&of_chunk).for_each(|(place, value)| lux[place] += value);
+                account.rays += rays;
+            })?;
+            account.not_finite = account.not_finite.or(folded.not_finite);
+        }
         lux.iter_mut().zip(&self.buried).filter(|(_, buried)| **buried).for_each(|(lux, _)| *lux = 0.0);
-        let of_plane = |plane: &SensorPlane| GridPass {
-            illuminance: lux[plane.first..plane.first + plane.len()].to_vec(),
-            ..GridPass::default()
-        };
-        let grids = self.planes.iter().map(of_plane).collect();
+        let mut lux = self.targets.in_order_of_grids(&lux).into_iter();
+        let of_grid =
+            |length: &usize| GridPass { illuminance: lux.by_ref().take(*length).collect(), ..GridPass::default() };
+        let grids = self.lengths.iter().map(of_grid).collect();
         Some(Pass { grids, account, photons: self.emission.photons(), ..Pass::default() })
     }
 }

@@ -83,7 +83,7 @@ rows! {
     documents::mirror_in_the_sun [
         path_tracing: SunByMirrors, two_stage: SunByMirrors, placed_vertices: SpecularSurfaces, holigilm: Objects
     ],
-    documents::furniture [placed_vertices: Objects, holigilm: Objects],
+    documents::furniture [placed_vertices: CellAverages, holigilm: Objects],
     documents::two_tubes [],
     documents::measured_diffuser [
         two_stage: MeasuredDiffusers, placed_vertices: MeasuredDiffusers, holigilm: MeasuredDiffusers
@@ -167,11 +167,12 @@ rows! {
         holigilm: Objects
     ],
     furnished::twenty_tubes_points [],
-    furnished::leaning_board_sun_points [placed_vertices: Objects, holigilm: Objects],
+    furnished::beside_boxes_and_walls_points [light_tracing: PointsNearSurfaces, holigilm: Colours],
+    furnished::leaning_board_sun_points [holigilm: Objects],
     sun::patterns_of_a_low_sun_points [],
     sun::patterns_of_the_sun_cells [placed_vertices: CellAverages],
     sun::patterns_of_a_high_sun_points [],
-    sun::interreflection_of_the_sun_points [light_tracing: PointsNearSurfaces, placed_vertices: PointsNearSurfaces],
+    sun::interreflection_of_the_sun_points [light_tracing: PointsNearSurfaces],
     sun::beside_walls_points [],
     sun::beside_walls_cells [placed_vertices: CellAverages],
     effects::no_interreflection_cells [placed_vertices: SpecularSurfaces, holigilm: Objects],
@@ -196,12 +197,12 @@ rows! {
     images::mirrored_panel_cells [placed_vertices: SpecularSurfaces, holigilm: Luminaires],
     images::view_of_a_mirrored_tube [light_tracing: GridsOnly, placed_vertices: GridsOnly, holigilm: GridsOnly],
     images::view_of_a_mirrored_panel [light_tracing: GridsOnly, placed_vertices: GridsOnly, holigilm: GridsOnly],
-    images::mesh_block_on_the_floor [placed_vertices: Objects, holigilm: Objects],
+    images::mesh_block_on_the_floor [placed_vertices: Luminaires, holigilm: Objects],
     images::view_of_a_mesh_block [light_tracing: GridsOnly, placed_vertices: GridsOnly, holigilm: GridsOnly],
-    images::mesh_block_at_its_top [placed_vertices: Objects, holigilm: Objects],
-    images::mesh_block_at_its_top_cells [placed_vertices: Objects, holigilm: Objects],
-    images::mesh_block_cut_by_cells [placed_vertices: Objects, holigilm: Objects],
-    images::rug_points [placed_vertices: Objects, holigilm: Objects],
+    images::mesh_block_at_its_top [placed_vertices: Luminaires, holigilm: Objects],
+    images::mesh_block_at_its_top_cells [placed_vertices: Luminaires, holigilm: Objects],
+    images::mesh_block_cut_by_cells [placed_vertices: Luminaires, holigilm: Objects],
+    images::rug_points [placed_vertices: Luminaires, holigilm: Objects],
     images::lambertian_table_points [
         two_stage: MeasuredDiffusers, placed_vertices: MeasuredDiffusers, holigilm: MeasuredDiffusers
     ],

@@ -3,7 +3,7 @@
 use glam::{DVec2, DVec3};
 use skyduct::optics::{Collector, Diffuser, DiffuserZone, Specular, Surface};
 use skyduct::scene::EstimateKind::{CellAverage, Point};
-use skyduct::scene::{Channels, Face, Grid, Scene, Segment, StraightOrBent, Tube, TubeShape};
+use skyduct::scene::{BoxObject, Channels, Face, Grid, Scene, Segment, StraightOrBent, Tube, TubeShape};
 
 use super::super::row::{Mirrors, Row};
 use crate::scenes::{
@@ -193,6 +193,28 @@ pub fn twenty_tubes_points() -> Row {
     let mut scene = cube(0.3, 0.5, 0.7, tubes.collect(), daylight(12, 5000.0, 40.0, 120.0), Point);
     scene.grids = vec![Grid::new("grid".into(), 0.3, [4, 4], 0.1, [SIDE, SIDE], Point)];
     Row::new(scene)
+}
+
+/// Boxes on and beside each other, one below a tube, in colours, and sensors up to the walls and to the boxes.
+pub fn beside_boxes_and_walls_points() -> Row {
+    let mut scene = furnished([bent(lambertian(0.5, 0.4)), straight(1.0, 0.95, lambertian(0.6, 0.2))], Point);
+    scene.channels = Channels::Rgb;
+    scene.room.luminaires.clear();
+    scene.room.surfaces[Face::East as usize] = Some(Surface::diffuse([0.7, 0.3, 0.1]));
+    let below = &scene.room.boxes[0];
+    let box_at = |base: DVec3, size: DVec3, rotation: f64| BoxObject {
+        size,
+        base,
+        rotation,
+        surface: Surface::diffuse([0.2, 0.8, 0.5]),
+    };
+    let above = box_at(below.base + DVec3::Z * below.size.z, DVec3::new(0.2, 0.2, 0.4), 1.0);
+    scene.room.boxes.extend([above, box_at(DVec3::new(0.55, 1.5, 0.2), DVec3::new(0.5, 0.3, 0.2), 0.0)]);
+    scene.grids = vec![
+        Grid::new("over the floor".into(), 0.02, [7, 7], 0.012, [SIDE, SIDE], Point),
+        Grid::new("on the box".into(), 0.9, [5, 3], 0.015, [SIDE, SIDE], Point),
+    ];
+    Row::new(scene).stored(&["path_tracing", "bidirectional_path_tracing"])
 }
 
 /// A board that leans: its own horizon cuts off part of the diffuser.
