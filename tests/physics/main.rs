@@ -38,6 +38,7 @@ mod measured;
 mod mesh_objects;
 mod meshes;
 mod mirrors;
+mod outside;
 mod path_tracing;
 mod photon_mapping;
 mod progressive;

@@ -19,8 +19,17 @@ pub struct Folder;
 
 impl MeshSource for Folder {
     fn load(&self, id: &str) -> Result<Arc<TriangleMesh>, String> {
+        Beside("scenes").load(id)
+    }
+}
+
+/// Meshes in a folder of `tests/reference`.
+pub struct Beside(pub &'static str);
+
+impl MeshSource for Beside {
+    fn load(&self, id: &str) -> Result<Arc<TriangleMesh>, String> {
         let bytes =
-            std::fs::read(super::reference::folder().join("scenes").join(id)).map_err(|error| error.to_string())?;
+            std::fs::read(super::reference::folder().join(self.0).join(id)).map_err(|error| error.to_string())?;
         parse_obj(&bytes, ObjLimits::default()).map(Arc::new).map_err(|error| error.to_string())
     }
 }

@@ -14,11 +14,11 @@
 //!
 //! Each row is a test, so that one row can be run alone; it is judged as strictly as in the whole.
 
-mod columns;
+pub mod columns;
 
 mod oracles;
-mod render;
-mod row;
+pub mod render;
+pub mod row;
 mod rows;
 
 use std::collections::BTreeMap;
@@ -301,7 +301,7 @@ fn judge_cell(name: &str, row: &Row, column: &Column, judged: &mut Judged) -> Re
 }
 
 /// Compares all values, each with a sentence for the case that they differ.
-fn compare_all(found: &Values, oracle: &Values, bound: f64) -> Vec<(String, Verdict)> {
+pub fn compare_all(found: &Values, oracle: &Values, bound: f64) -> Vec<(String, Verdict)> {
     let mut verdicts = Vec::new();
     let mut judge = |what: &str, found: &[Measured], oracle: &[Measured], bound: f64| {
         assert_eq!(found.len(), oracle.len());
