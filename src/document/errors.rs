@@ -109,6 +109,9 @@ pub enum WarningCode {
     DroppedTriangles,
     /// More than a millionth of the rays left a tube through gaps in its mesh; their light is missing in the room.
     LostRays,
+    /// Kernels of photon maps are not clipped everywhere where meshes stand on things: a mesh is not closed, or there are too
+    /// many facets.
+    KernelsNotCut,
 }
 
 impl WarningCode {
@@ -123,6 +126,7 @@ impl WarningCode {
             Self::JenkinsFluxExcess => "jenkins_flux_excess",
             Self::DroppedTriangles => "dropped_triangles",
             Self::LostRays => "lost_rays",
+            Self::KernelsNotCut => "kernels_not_cut",
         }
     }
 }
@@ -132,6 +136,7 @@ impl From<CaveatCode> for WarningCode {
         match code {
             CaveatCode::MirrorsByChance | CaveatCode::MirrorsRarely => Self::MirrorsByChance,
             CaveatCode::FluxExcess => Self::JenkinsFluxExcess,
+            CaveatCode::KernelsNotCut => Self::KernelsNotCut,
         }
     }
 }

@@ -110,6 +110,43 @@ impl Facets {
     }
 }
 
+/// Number of the piece that each triangle belongs to: triangles that share corners, directly or by others. Pieces are numbered
+/// in the order of their first triangles.
+///
+/// ```
+/// use skyduct::geometry::facets::pieces;
+///
+/// assert_eq!(pieces(8, &[[0, 1, 2], [3, 4, 5], [2, 6, 7]]), [0, 1, 0]);
+/// ```
+pub fn pieces(corners: usize, triangles: &[[u32; 3]]) -> Vec<u32> {
+    // each corner points to another of its piece, at last to itself
+    let mut toward: Vec<u32> = (0..corners as u32).collect();
+    let root = |toward: &mut Vec<u32>, mut corner: u32| {
+        while toward[corner as usize] != corner {
+            let next = toward[toward[corner as usize] as usize];
+            toward[corner as usize] = next;
+            corner = next;
+        }
+        corner
+    };
+    for [a, b, c] in triangles {
+        let joined = [*a, *b, *c].map(|corner| root(&mut toward, corner));
+        let lowest = joined[0].min(joined[1]).min(joined[2]);
+        joined.iter().for_each(|corner| toward[*corner as usize] = lowest);
+    }
+    let mut numbers = vec![u32::MAX; corners];
+    let mut count = 0;
+    let number = |[corner, ..]: &[u32; 3]| {
+        let number = &mut numbers[root(&mut toward, *corner) as usize];
+        if *number == u32::MAX {
+            *number = count;
+            count += 1;
+        }
+        *number
+    };
+    triangles.iter().map(number).collect()
+}
+
 fn sides([a, b, c]: [u32; 3]) -> [[u32; 2]; 3] {
     [[a, b], [b, c], [c, a]]
 }

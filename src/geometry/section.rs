@@ -6,12 +6,22 @@ use glam::DVec3;
 
 use crate::sampling::warp;
 
+/// Where a plane cuts a mesh.
+#[derive(Clone, Debug, Default)]
+pub struct Section {
+    /// Outlines of the part of the plane that is inside closed surfaces: counter-clockwise about the plane's normal around
+    /// solid parts, clockwise around hollow ones.
+    pub rings: Vec<Vec<DVec3>>,
+    /// True if the plane cuts a surface that is not closed there: it has no inside.
+    pub open: bool,
+}
+
 /// Outlines of the part of the plane normal . p = `height` that lies inside closed surfaces: rings counter-clockwise about
 /// the unit vector `normal` around solid parts, clockwise around hollow ones.
 ///
 /// The winding of the triangles does not count; surfaces that are not closed where the plane cuts them have no inside.
 /// Closed surfaces that cross each other are taken as if they did not. A corner in the plane counts as below it.
-pub fn section(positions: &[DVec3], triangles: &[[u32; 3]], normal: DVec3, height: f64) -> Vec<Vec<DVec3>> {
+pub fn section(positions: &[DVec3], triangles: &[[u32; 3]], normal: DVec3, height: f64) -> Section {
     let above: Vec<bool> = positions.iter().map(|p| normal.dot(*p) > height).collect();
     // every cut triangle joins two cut edges
     let mut joined: BTreeMap<[u32; 2], Vec<[u32; 2]>> = BTreeMap::new();
@@ -29,6 +39,7 @@ pub fn section(positions: &[DVec3], triangles: &[[u32; 3]], normal: DVec3, heigh
         p.lerp(q, low / (low - high))
     };
     let mut rings = Vec::new();
+    let mut open = false;
     while let Some((start, _)) = joined.first_key_value() {
         let start = *start;
         let mut ring = Vec::new();
@@ -44,9 +55,11 @@ pub fn section(positions: &[DVec3], triangles: &[[u32; 3]], normal: DVec3, heigh
         };
         if closed {
             rings.push(ring);
+        } else {
+            open = true;
         }
     }
-    orient(rings, normal)
+    Section { rings: orient(rings, normal), open }
 }
 
 /// Turns rings so that those inside an even number of others run counter-clockwise.
@@ -102,10 +115,10 @@ mod tests {
     fn a_box_standing_on_the_plane() {
         let (positions, triangles) = prism(0.5, 2.0, 0);
         for (height, expected) in [(0.0, 1.0), (1.0, 1.0), (2.0, 0.0), (-0.1, 0.0)] {
-            let rings = section(&positions, &triangles, DVec3::Z, height);
+            let rings = section(&positions, &triangles, DVec3::Z, height).rings;
             assert!((area(&rings, DVec3::Z) - expected).abs() < 1e-14, "{height}");
         }
-        let upright = section(&positions, &triangles, DVec3::NEG_X, 0.2);
+        let upright = section(&positions, &triangles, DVec3::NEG_X, 0.2).rings;
         assert!((area(&upright, DVec3::NEG_X) - 2.0).abs() < 1e-14);
     }
 
@@ -115,10 +128,13 @@ mod tests {
         let (inner, inner_triangles) = prism(0.5, 2.0, 8);
         positions.extend(inner);
         triangles.extend(inner_triangles);
-        assert!((area(&section(&positions, &triangles, DVec3::Z, 1.0), DVec3::Z) - 3.0).abs() < 1e-14);
+        let cut = |triangles: &[[u32; 3]]| section(&positions, triangles, DVec3::Z, 1.0);
+        assert!((area(&cut(&triangles).rings, DVec3::Z) - 3.0).abs() < 1e-14);
+        assert!(!cut(&triangles).open);
         // without one side the outer one has no inside; without top and bottom it still has
         let open: Vec<_> = triangles.iter().enumerate().filter(|(k, _)| *k != 4).map(|(_, t)| *t).collect();
-        assert!((area(&section(&positions, &open, DVec3::Z, 1.0), DVec3::Z) - 1.0).abs() < 1e-14);
-        assert!((area(&section(&positions, &triangles[4..12], DVec3::Z, 1.0), DVec3::Z) - 4.0).abs() < 1e-14);
+        assert!((area(&cut(&open).rings, DVec3::Z) - 1.0).abs() < 1e-14);
+        assert!(cut(&open).open);
+        assert!((area(&cut(&triangles[4..12]).rings, DVec3::Z) - 4.0).abs() < 1e-14);
     }
 }

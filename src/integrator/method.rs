@@ -245,6 +245,8 @@ pub enum CaveatCode {
     MirrorsRarely,
     /// A formula returns more flux than it is given.
     FluxExcess,
+    /// Kernels are not clipped everywhere where things stand on things.
+    KernelsNotCut,
 }
 
 /// Size of a pass, and what its parts take.

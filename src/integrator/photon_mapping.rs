@@ -40,10 +40,11 @@ use crate::integrator::backward::opening::DaylightShare;
 use crate::integrator::backward::unscattered::unscattered;
 use crate::integrator::backward::vertex::Vertex;
 use crate::integrator::backward::walk::{Meeting, Ray, Walk};
-use crate::integrator::method::{Computation, Described, Load, Task, Work};
+use crate::integrator::method::{Caveat, Computation, Described, Load, Task, Work};
 use crate::integrator::photon_map::maps::{Gathered, Mapper, Maps, POINT_CONNECTIONS, POINT_STRATA};
 use crate::integrator::photon_map::near_light::{SENSOR_CONNECTIONS, SENSOR_STRATA};
 use crate::integrator::photon_map::store::FollowedBackward;
+use crate::integrator::photon_map::surfaces::Surfaces;
 use crate::integrator::photon_map::{memory, visible_point};
 use crate::optics::{Spectrum, SurfaceOptics};
 use crate::sampling::{Key, PathRandom, PathSamples, Replicate, Stream, warp};
@@ -75,6 +76,10 @@ impl Described for Settings {
 
     fn remark(&self) -> Option<&'static str> {
         Some("the bias of its gather radius does not shrink with passes: its estimate is part of every error")
+    }
+
+    fn warns(&self, task: &Task) -> Option<Caveat> {
+        Surfaces::new(task.traceable).uncut.map(|uncut| uncut.caveat(self.name()))
     }
 
     fn seconds_per_pass(&self, work: &Work) -> f64 {

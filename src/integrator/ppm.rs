@@ -39,10 +39,11 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::{GridPass, Integrator, Pass, PhotonCount, ViewPass};
-use crate::integrator::method::{Computation, Described, Kept, Load, Task, Work};
+use crate::integrator::method::{Caveat, Computation, Described, Kept, Load, Task, Work};
 use crate::integrator::photon_map::maps::{Gathered, Mapper, Maps};
 use crate::integrator::photon_map::near_light::{SENSOR_CONNECTIONS, SENSOR_STRATA};
 use crate::integrator::photon_map::progressive::{Carried, PointStatistics, Radii, Radius};
+use crate::integrator::photon_map::surfaces::Surfaces;
 use crate::integrator::photon_map::{memory, visible_point};
 use crate::optics::Spectrum;
 use crate::sampling::{Key, PathRandom, Stream};
@@ -86,6 +87,14 @@ impl Described for Settings {
 
     fn remark(&self) -> Option<&'static str> {
         Some(self.radius.reason())
+    }
+
+    fn warns(&self, task: &Task) -> Option<Caveat> {
+        // grids gather on their planes
+        (!task.views.is_empty())
+            .then(|| Surfaces::new(task.traceable).uncut)
+            .flatten()
+            .map(|uncut| uncut.caveat(self.name()))
     }
 
     fn seconds_per_pass(&self, work: &Work) -> f64 {

@@ -4,8 +4,7 @@ use glam::DVec3;
 
 use super::surface_id::Side;
 use crate::geometry::bvh::TriangleBvh;
-use crate::geometry::facets::Facets;
-use crate::geometry::section::section;
+use crate::geometry::facets::{Facets, pieces};
 use crate::optics::Surface;
 use crate::scene::MeshObject;
 
@@ -22,8 +21,12 @@ pub struct TraceableMeshes {
     bvh: TriangleBvh,
     /// Unit normal of each triangle.
     normals: Vec<DVec3>,
-    positions: Vec<DVec3>,
-    triangles: Vec<[u32; 3]>,
+    /// Corners of all meshes.
+    pub positions: Vec<DVec3>,
+    /// Numbers of the corners of each triangle.
+    pub triangles: Vec<[u32; 3]>,
+    /// Number of the piece that each triangle belongs to: triangles joined by corners.
+    pub pieces: Vec<u32>,
     /// Plane pieces of all meshes, numbered through.
     pub facets: Facets,
     /// Distance in metres by which light ends before a triangle.
@@ -70,6 +73,7 @@ impl TraceableMeshes {
         let meshes = Self {
             bvh: TriangleBvh::new(&corners),
             normals: corners.iter().map(normal).collect(),
+            pieces: pieces(positions.len(), &triangles),
             positions,
             triangles,
             facets,
@@ -111,10 +115,5 @@ impl TraceableMeshes {
     /// that distance is below `reach`.
     pub fn distance_beside(&self, point: DVec3, level: f64, reach: f64) -> Option<f64> {
         self.bvh.distance_above(point, point.z + level, reach)
-    }
-
-    /// Outlines of the solid parts in the plane normal . p = `height`.
-    pub fn section(&self, normal: DVec3, height: f64) -> Vec<Vec<DVec3>> {
-        section(&self.positions, &self.triangles, normal, height)
     }
 }

@@ -26,6 +26,7 @@ mod analytic_holigilm;
 mod analytic_jobs;
 mod analytic_radiosity;
 mod bidirectional;
+mod contacts;
 mod determinism;
 mod dome;
 mod dull_pipes;

@@ -22,6 +22,7 @@ use super::domain::Domain;
 use super::grid::{Photon, PhotonGrid};
 use super::progressive::scaled_count;
 use super::store::{Caustics, FollowedBackward, PhotonStore, Sunbeam, Tube};
+use super::surfaces::Surfaces;
 use crate::integrator::PhotonCount;
 use crate::integrator::photon::chunks::{Tally, fold_chunks};
 use crate::integrator::photon::emission::Emission;
@@ -51,7 +52,7 @@ pub struct Mapper<const C: usize> {
     sun_densities: Vec<f64>,
     pub grids: Vec<Grid>,
     grid_domains: Vec<Domain>,
-    domains: Vec<Domain>,
+    surfaces: Surfaces,
     /// True if photons on surfaces, and at points of diffusers, are looked for.
     keeps_surfaces: bool,
     /// `None`: caustics are not set apart.
@@ -115,7 +116,7 @@ impl<const C: usize> Mapper<C> {
             sun_densities,
             grids: grids.to_vec(),
             grid_domains: grids.iter().map(|grid| Domain::horizontal_plane(&scene, grid.height_m)).collect(),
-            domains: Domain::of_surfaces(&scene),
+            surfaces: Surfaces::new(&scene),
             keeps_surfaces,
             caustics: None,
             crosses_planes: scene.tubes.iter().any(passes_unscattered) || reflects(&scene, |_| true),
@@ -285,17 +286,8 @@ impl<const C: usize> Mapper<C> {
         count: u64,
     ) -> Gathered<C> {
         let sums = (whole, half, count);
-        match self.scene.meshes.as_ref().and_then(|meshes| Some((meshes, self.scene.numbering.facet_of(surface)?))) {
-            Some((meshes, facet)) => {
-                let area = |radius| meshes.facets.area_within(facet, position, radius);
-                let full = meshes.facets.areas_m2[facet].min(PI * radius * radius);
-                density(sums, area, full, radius)
-            }
-            None => {
-                let domain = &self.domains[surface.index()];
-                density(sums, |radius| domain.area(position, radius), PI * radius * radius, radius)
-            }
-        }
+        let area = |radius| self.surfaces.area(&self.scene, surface, position, radius);
+        density(sums, area, self.surfaces.full(&self.scene, surface, radius), radius)
     }
 
     /// Illuminance of a point of the plane of grid `number` by all light that is not direct, or by caustics, within `radius`

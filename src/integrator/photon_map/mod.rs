@@ -6,5 +6,7 @@ pub(crate) mod maps;
 pub(crate) mod memory;
 pub(crate) mod near_light;
 pub mod progressive;
+mod solids;
 pub(crate) mod store;
+pub(crate) mod surfaces;
 pub(crate) mod visible_point;

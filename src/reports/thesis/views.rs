@@ -10,7 +10,7 @@ use super::scenes;
 use super::settings::Settings;
 use crate::estimate::{Estimate, FilmEstimate};
 use crate::integrator::backward::room_entry::enter_room;
-use crate::integrator::photon_map::domain::Domain;
+use crate::integrator::photon_map::surfaces::Surfaces;
 use crate::job::prepare::Prepared;
 use crate::output::{Image, OutputError, Raster, png};
 use crate::reports::page::ReportError;
@@ -62,7 +62,7 @@ impl Sight {
 
     /// The share of a disc around the point that each pixel sees that lies on the surface there; 1 where no disc is.
     pub fn disc_shares(&self, radius: f64) -> Vec<f64> {
-        let domains = Domain::of_surfaces(&self.traceable);
+        let domains = Surfaces::new(&self.traceable).faces;
         let share = |pixel: usize| {
             let (surface, hit) = (self.surface(pixel)?, self.hit(pixel)?);
             Some(domains.get(surface.index())?.area(hit.position, radius) / (PI * radius * radius))

@@ -1,0 +1,157 @@
+//! What stands in a room and can cover parts of its surfaces: boxes, and the pieces that its meshes consist of.
+
+use glam::{DVec2, DVec3};
+
+use crate::geometry::covered::{Edge, contains, cross};
+use crate::geometry::section::section;
+use crate::traceable::{TraceableBox, TraceableScene};
+
+/// Something whose inside no light reaches.
+pub struct Solid {
+    pub of: Owner,
+    pub low: DVec3,
+    pub high: DVec3,
+    positions: Vec<DVec3>,
+    triangles: Vec<[u32; 3]>,
+}
+
+/// What a solid is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Owner {
+    /// Number of a box.
+    Box(usize),
+    /// Number of a piece: triangles of the meshes that are joined by corners.
+    Piece(u32),
+}
+
+/// A plane with a frame, seen from one side.
+#[derive(Clone, Copy, Debug)]
+pub struct Sheet {
+    pub origin: DVec3,
+    /// Unit vectors in the plane, and across it to the side that is seen.
+    pub u: DVec3,
+    pub v: DVec3,
+    pub seen: DVec3,
+    /// Bounds of the part of the plane that counts.
+    pub low: DVec3,
+    pub high: DVec3,
+    /// Distance in metres before the plane at which solids are cut.
+    pub hair: f64,
+}
+
+impl Sheet {
+    /// Coordinates along u and v.
+    pub fn flat(&self, p: DVec3) -> DVec2 {
+        DVec2::new((p - self.origin).dot(self.u), (p - self.origin).dot(self.v))
+    }
+}
+
+/// What solids cover of a plane.
+#[derive(Default)]
+pub struct Sections {
+    /// Outlines, one per solid or nest of pieces, in the frame of the sheet.
+    pub covers: Vec<Vec<Edge>>,
+    /// True if the plane cuts a mesh there that is not closed: it covers nothing.
+    pub open: bool,
+}
+
+impl Solid {
+    /// All boxes and pieces of meshes.
+    pub fn all(scene: &TraceableScene) -> Vec<Self> {
+        let boxes = scene.boxes.iter().enumerate().map(|(number, object)| Self::of_box(number, object));
+        let mut solids: Vec<Self> = boxes.collect();
+        let Some(meshes) = &scene.meshes else { return solids };
+        let mut members: Vec<Vec<u32>> = Vec::new();
+        for (triangle, piece) in (0..).zip(&meshes.pieces) {
+            if *piece as usize == members.len() {
+                members.push(Vec::new());
+            }
+            members[*piece as usize].push(triangle);
+        }
+        solids.extend((0..).zip(members).map(|(piece, triangles)| {
+            let corners: Vec<[u32; 3]> =
+                triangles.iter().map(|triangle| meshes.triangles[*triangle as usize]).collect();
+            let mut used: Vec<u32> = corners.iter().flatten().copied().collect();
+            used.sort_unstable();
+            used.dedup();
+            let own = |corner: u32| used.binary_search(&corner).map_or(0, |place| place as u32);
+            let triangles = corners.iter().map(|triangle| triangle.map(own)).collect();
+            let positions = used.iter().map(|corner| meshes.positions[*corner as usize]).collect();
+            Self::new(Owner::Piece(piece), positions, triangles)
+        }));
+        solids
+    }
+
+    fn of_box(number: usize, object: &TraceableBox) -> Self {
+        let (bottom, top) = object.span();
+        let outline = object.outline();
+        let positions = [bottom, top].iter().flat_map(|z| outline.map(|corner| corner.extend(*z))).collect();
+        let mut triangles = vec![[0, 1, 2], [0, 2, 3], [4, 5, 6], [4, 6, 7]];
+        for k in 0..4 {
+            let next = (k + 1) % 4;
+            triangles.extend([[k, next, next + 4], [k, next + 4, k + 4]]);
+        }
+        Self::new(Owner::Box(number), positions, triangles)
+    }
+
+    fn new(of: Owner, positions: Vec<DVec3>, triangles: Vec<[u32; 3]>) -> Self {
+        let low = positions.iter().fold(DVec3::INFINITY, |low, p| low.min(*p));
+        let high = positions.iter().fold(DVec3::NEG_INFINITY, |high, p| high.max(*p));
+        Self { of, low, high, positions, triangles }
+    }
+
+    /// Triangles that a section goes through.
+    pub fn work(&self) -> usize {
+        self.triangles.len()
+    }
+
+    /// False where bounds show that nothing of the solid is in a sheet.
+    pub fn may_cut(&self, sheet: &Sheet) -> bool {
+        let near = self.low.cmple(sheet.high + sheet.hair) & self.high.cmpge(sheet.low - sheet.hair);
+        if !near.all() {
+            return false;
+        }
+        let (middle, half) = (0.5 * (self.low + self.high), 0.5 * (self.high - self.low));
+        let height = (sheet.origin - middle).dot(sheet.seen) + sheet.hair;
+        height.abs() <= half.dot(sheet.seen.abs()) + sheet.hair
+    }
+}
+
+/// What some solids cover of a sheet. A piece within another one, whose outlines do not cross, is its cavity.
+pub fn sections<'a>(solids: impl Iterator<Item = &'a Solid>, sheet: &Sheet) -> Sections {
+    let mut found = Sections::default();
+    let mut cut: Vec<(&Solid, Vec<Edge>)> = Vec::new();
+    for solid in solids {
+        let outlines =
+            section(&solid.positions, &solid.triangles, sheet.seen, sheet.seen.dot(sheet.origin) + sheet.hair);
+        found.open |= outlines.open;
+        let ring = |ring: &Vec<DVec3>| -> Vec<Edge> {
+            (0..ring.len()).map(|k| [ring[k], ring[(k + 1) % ring.len()]].map(|p| sheet.flat(p))).collect()
+        };
+        let edges: Vec<Edge> = outlines.rings.iter().flat_map(ring).collect();
+        if !edges.is_empty() {
+            cut.push((solid, edges));
+        }
+    }
+    // cavities go to the largest piece around them
+    let around = |inner: usize, outer: usize| {
+        let ((small, edges), (large, rings)) = (&cut[inner], &cut[outer]);
+        inner != outer
+            && matches!((small.of, large.of), (Owner::Piece(_), Owner::Piece(_)))
+            && small.low.cmpgt(large.low).all()
+            && small.high.cmplt(large.high).all()
+            && contains(rings, edges[0][0])
+            && !cross(edges, rings)
+    };
+    let extent = |k: usize| (cut[k].0.high - cut[k].0.low).length_squared();
+    let nest = |inner: usize| {
+        let outer = (0..cut.len()).filter(|outer| around(inner, *outer));
+        outer.max_by(|a, b| extent(*a).total_cmp(&extent(*b))).unwrap_or(inner)
+    };
+    let nests: Vec<usize> = (0..cut.len()).map(nest).collect();
+    for outer in (0..cut.len()).filter(|k| nests[*k] == *k) {
+        let members = (0..cut.len()).filter(|inner| nests[*inner] == outer);
+        found.covers.push(members.flat_map(|inner| cut[inner].1.iter().copied()).collect());
+    }
+    found
+}

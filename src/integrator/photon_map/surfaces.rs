@@ -1,0 +1,309 @@
+//! The parts of a scene's surfaces on which photons can lie: [`Domain`]s of the faces of the room and its boxes, and what is
+//! taken from the facets of its meshes.
+
+use std::collections::BTreeMap;
+use std::f64::consts::PI;
+
+use glam::DVec3;
+
+use super::domain::{Domain, Flat, Region, regions};
+use super::solids::{Owner, Sheet, Solid, sections};
+use crate::geometry::covered::Edge;
+use crate::integrator::method::{Caveat, CaveatCode};
+use crate::sampling::warp;
+use crate::scene::Face;
+use crate::traceable::{Side, SurfaceId, TraceableScene};
+
+/// Steps of work (a bound that is compared, a quarter of a triangle that is cut) after which no more facets are looked at: some
+/// tenths of a second. A mesh of 30 000 facets among 20 boxes takes a tenth of it, two such meshes that cross take more.
+const MOST_WORK: usize = 25_000_000;
+
+/// Steps of work for a triangle that is cut.
+const WORK_PER_TRIANGLE: usize = 4;
+
+/// Domains of all surfaces of a scene.
+#[derive(Debug)]
+pub struct Surfaces {
+    /// One per face of the room and its boxes, in the order of their numbers.
+    pub faces: Vec<Domain>,
+    /// Covered sides of facets, by the index of the surface.
+    facets: BTreeMap<usize, Patch>,
+    /// What is not taken away; `None` if nothing is left.
+    pub uncut: Option<Uncut>,
+}
+
+/// What covers one side of a facet.
+#[derive(Debug)]
+struct Patch {
+    sheet: Sheet,
+    regions: Vec<Region>,
+}
+
+/// Why kernels are not clipped everywhere.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Uncut {
+    /// A mesh that is not closed stands on a face, or goes through it: it covers nothing, and kernels reach to its other side.
+    OpenMesh,
+    /// There are too many facets beside too large meshes: the smaller ones are left as they are.
+    TooManyFacets,
+}
+
+impl Uncut {
+    /// What a reader of a method's results must know of it.
+    pub fn caveat(self, method: &str) -> Caveat {
+        let what = match self {
+            Self::OpenMesh => {
+                "a mesh that is not closed stands on a face or goes through it: kernels within one radius of it also find the \
+                 photons on its other side"
+            }
+            Self::TooManyFacets => {
+                "meshes of too many facets touch each other: of the smaller facets nothing is taken away where others stand \
+                 on them, and kernels there find too few photons"
+            }
+        };
+        Caveat {
+            code: CaveatCode::KernelsNotCut,
+            detail: format!("{method}: {what}; the methods that trace paths have no kernels"),
+        }
+    }
+}
+
+impl Surfaces {
+    /// The surfaces of a scene with what covers them.
+    pub fn new(scene: &TraceableScene) -> Self {
+        let solids = Solid::all(scene);
+        let mut open = false;
+        let mut faces: Vec<Domain> = Face::ALL.iter().map(|face| Domain::room_face(scene, *face)).collect();
+        // facets are looked at for every face
+        let facets = scene.meshes.as_ref().map_or(0, |meshes| meshes.facets.len());
+        let many = 6 * scene.boxes.len() * facets > MOST_WORK;
+        for domain in &mut faces {
+            open |= domain.cut(scene, &solids, None, Flat::Covers);
+        }
+        for (number, object) in scene.boxes.iter().enumerate() {
+            for face in 0..6 {
+                let [corner, u, v] = object.face(face);
+                // u x v points along the positive axis, the lower of two faces looks the other way
+                let looks = if face % 2 == 0 { -1.0 } else { 1.0 };
+                let mut domain = Domain::rectangle(corner, u, v, looks);
+                open |= domain.cut(
+                    scene,
+                    &solids,
+                    Some(Owner::Box(number)),
+                    if many { Flat::Passes } else { Flat::Covers },
+                );
+                faces.push(domain);
+            }
+        }
+        let mut surfaces = Self { faces, facets: BTreeMap::new(), uncut: open.then_some(Uncut::OpenMesh) };
+        if !surfaces.cut_facets(scene, &solids) || many {
+            surfaces.uncut = surfaces.uncut.or(Some(Uncut::TooManyFacets));
+        }
+        surfaces
+    }
+
+    /// Takes solids away from facets, the largest first; false if the work was too much.
+    fn cut_facets(&mut self, scene: &TraceableScene, solids: &[Solid]) -> bool {
+        let Some(meshes) = &scene.meshes else { return true };
+        if solids.len() < 2 {
+            return true;
+        }
+        let mut order: Vec<usize> = (0..meshes.facets.len()).collect();
+        order.sort_by(|a, b| meshes.facets.areas_m2[*b].total_cmp(&meshes.facets.areas_m2[*a]).then(a.cmp(b)));
+        let mut work = 0;
+        for facet in order {
+            let own = Owner::Piece(meshes.pieces[meshes.facets.largest[facet] as usize]);
+            work += solids.len();
+            if work > MOST_WORK {
+                return false;
+            }
+            let corners = || meshes.facets.edges(facet).iter().flatten();
+            let normal = meshes.facets.normals[facet];
+            let origin = meshes.point_of(facet);
+            // corners of a facet may leave its plane, and what stands on it with them
+            let uneven = corners().map(|p| normal.dot(*p - origin).abs()).fold(0.0, f64::max);
+            let (u, v) = (warp::around(normal, DVec3::X), warp::around(normal, DVec3::Y));
+            let low = corners().fold(DVec3::INFINITY, |low, p| low.min(*p));
+            let high = corners().fold(DVec3::NEG_INFINITY, |high, p| high.max(*p));
+            let hair = scene.coinciding() + uneven;
+            for (side, seen) in [(Side::Front, normal), (Side::Back, -normal)] {
+                let sheet = Sheet { origin, u, v, seen, low, high, hair };
+                let near: Vec<&Solid> =
+                    solids.iter().filter(|solid| solid.of != own && solid.may_cut(&sheet)).collect();
+                if near.is_empty() {
+                    continue;
+                }
+                work += WORK_PER_TRIANGLE * near.iter().map(|solid| solid.work()).sum::<usize>();
+                if work > MOST_WORK {
+                    return false;
+                }
+                let outline: Vec<Edge> =
+                    meshes.facets.edges(facet).iter().map(|edge| edge.map(|p| sheet.flat(p))).collect();
+                let regions = regions(&outline, sections(near.into_iter(), &sheet).covers, scene);
+                if !regions.is_empty() {
+                    self.facets.insert(scene.numbering.facet_side(facet, side).index(), Patch { sheet, regions });
+                }
+            }
+        }
+        true
+    }
+
+    /// Area in m2 of a surface that light can reach within `radius` of a point on it.
+    #[inline]
+    pub fn area(&self, scene: &TraceableScene, surface: SurfaceId, centre: DVec3, radius: f64) -> f64 {
+        match scene.meshes.as_ref().and_then(|meshes| Some((meshes, scene.numbering.facet_of(surface)?))) {
+            Some((meshes, facet)) => {
+                let area = meshes.facets.area_within(facet, centre, radius);
+                match self.facets.get(&surface.index()) {
+                    Some(Patch { sheet, regions }) => {
+                        let p = sheet.flat(centre);
+                        (area - regions.iter().map(|region| region.area(p, radius)).sum::<f64>()).max(0.0)
+                    }
+                    None => area,
+                }
+            }
+            None => self.faces[surface.index()].area(centre, radius),
+        }
+    }
+
+    /// Area in m2 of the disc of `radius` on a surface that nothing clips.
+    pub fn full(&self, scene: &TraceableScene, surface: SurfaceId, radius: f64) -> f64 {
+        let disc = PI * radius * radius;
+        let facet = scene.meshes.as_ref().and_then(|meshes| Some((meshes, scene.numbering.facet_of(surface)?)));
+        facet.map_or(disc, |(meshes, facet)| meshes.facets.areas_m2[facet].min(disc))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::TriangleMesh;
+    use crate::optics::Surface;
+    use crate::scene::{BoxObject, Channels, MeshObject, Room, Scene};
+    use crate::traceable::Follow;
+
+    const GREY: Surface = Surface { reflectance: [0.5; 3], specular: None };
+
+    fn cuboid(base: [f64; 3], size: [f64; 3]) -> BoxObject {
+        BoxObject { size: size.into(), base: base.into(), rotation: 0.0, surface: GREY }
+    }
+
+    /// The same as a closed mesh of 12 triangles: the lower face is the first two.
+    fn mesh(base: [f64; 3], size: [f64; 3]) -> MeshObject {
+        let corner = |k: usize| {
+            let share = DVec3::new((k & 1) as f64 - 0.5, (k >> 1 & 1) as f64 - 0.5, (k >> 2) as f64);
+            DVec3::from(base) + share * DVec3::from(size)
+        };
+        let faces = [[0, 1, 3, 2], [4, 5, 7, 6], [0, 1, 5, 4], [2, 3, 7, 6], [0, 2, 6, 4], [1, 3, 7, 5]];
+        let mesh = TriangleMesh {
+            positions: (0..8).map(corner).collect(),
+            triangles: faces.into_iter().flat_map(|[a, b, c, d]| [[a, b, c], [a, c, d]]).collect(),
+            triangle_materials: vec![0; 12],
+            materials: vec![String::new()],
+            ..TriangleMesh::default()
+        };
+        MeshObject { mesh, surfaces: vec![GREY] }
+    }
+
+    /// A cube of 4 m with some objects.
+    fn room(boxes: Vec<BoxObject>, meshes: Vec<MeshObject>) -> TraceableScene {
+        let room = Room { size: DVec3::splat(4.0), surfaces: [Some(GREY); 6], boxes, meshes, luminaires: Vec::new() };
+        let scene = Scene {
+            daylight: None,
+            room,
+            tubes: Vec::new(),
+            grids: Vec::new(),
+            views: Vec::new(),
+            channels: Channels::Photopic,
+        };
+        TraceableScene::new(&scene, Follow { interreflection: true, guide_return: false, objects: true }).unwrap()
+    }
+
+    /// Area within a radius of a point that is seen from above, or from a side, over that of the disc.
+    fn share(scene: &TraceableScene, from: DVec3, toward: DVec3, radius: f64) -> f64 {
+        let hit = scene.intersect(from, toward, None);
+        let crate::traceable::Place::Surface(surface) = hit.place else { panic!("{:?}", hit.place) };
+        let surfaces = Surfaces::new(scene);
+        assert_eq!(surfaces.uncut, None);
+        surfaces.area(scene, surface, hit.position, radius) / (PI * radius * radius)
+    }
+
+    fn close(found: f64, expected: f64) {
+        assert!((found - expected).abs() < 1e-6, "{found}, {expected}");
+    }
+
+    /// A cuboid, 0.4 m wide, in the middle of the top of one of 1 m, either of them a box or a mesh, and two that cross: beside
+    /// its side half of a disc is left, beside its corner three quarters, away from it all, and of the whole top what it does
+    /// not cover.
+    #[test]
+    fn what_stands_on_a_top_is_taken_away() {
+        let (below, above) = (([2.0, 2.0, 0.0], [1.0, 1.0, 0.5]), ([2.0, 2.0, 0.5], [0.4, 0.4, 0.4]));
+        let through = ([2.0, 2.0, 0.25], [0.4, 0.4, 0.6]);
+        let scenes = [
+            room(vec![cuboid(below.0, below.1), cuboid(above.0, above.1)], vec![]),
+            room(vec![cuboid(below.0, below.1)], vec![mesh(above.0, above.1)]),
+            room(vec![cuboid(above.0, above.1)], vec![mesh(below.0, below.1)]),
+            room(vec![], vec![mesh(below.0, below.1), mesh(above.0, above.1)]),
+            room(vec![], vec![mesh(below.0, below.1), mesh(through.0, through.1)]),
+            room(vec![cuboid(below.0, below.1)], vec![mesh(through.0, through.1)]),
+        ];
+        for scene in &scenes {
+            let top = |x: f64, y: f64, radius: f64| share(scene, DVec3::new(x, y, 0.7), DVec3::NEG_Z, radius);
+            close(top(2.2 + 1e-7, 2.0, 0.1), 0.5);
+            close(top(2.2 + 1e-7, 2.2 + 1e-7, 0.1), 0.75);
+            close(top(2.4, 2.0, 0.05), 1.0);
+            close(top(2.3, 2.0, 9.0) * PI * 81.0, 1.0 - 0.16);
+        }
+    }
+
+    /// What overhangs covers as much as is there, and what two cover counts once.
+    #[test]
+    fn covers_are_clipped_and_joined() {
+        let low = cuboid([2.0, 2.0, 0.0], [1.0, 1.0, 0.5]);
+        let over = cuboid([2.5, 2.0, 0.5], [0.4, 0.4, 0.4]);
+        let top = |scene: &TraceableScene| share(scene, DVec3::new(1.6, 2.0, 3.0), DVec3::NEG_Z, 9.0) * PI * 81.0;
+        close(top(&room(vec![low, over], vec![])), 1.0 - 0.08);
+        close(top(&room(vec![low, over], vec![mesh([2.5, 2.1, 0.5], [0.4, 0.4, 0.3])])), 1.0 - 0.10);
+        // on the floor, too
+        let floor = room(vec![low, cuboid([2.5, 2.5, 0.0], [1.0, 1.0, 0.3])], vec![]);
+        close(top_of_floor(&floor), 16.0 - 1.75);
+    }
+
+    fn top_of_floor(scene: &TraceableScene) -> f64 {
+        share(scene, DVec3::new(0.2, 0.2, 3.0), DVec3::NEG_Z, 99.0) * PI * 99.0 * 99.0
+    }
+
+    /// Cuboids side by side: of the taller one's side half of a disc is left at the height of the lower one.
+    #[test]
+    fn what_stands_beside_is_taken_away() {
+        let (tall, low) = (([1.5, 2.0, 0.0], [1.0, 1.0, 1.0]), ([2.5, 2.0, 0.0], [1.0, 0.6, 0.4]));
+        for scene in [
+            room(vec![cuboid(tall.0, tall.1), cuboid(low.0, low.1)], vec![]),
+            room(vec![cuboid(tall.0, tall.1)], vec![mesh(low.0, low.1)]),
+            room(vec![cuboid(low.0, low.1)], vec![mesh(tall.0, tall.1)]),
+            room(vec![], vec![mesh(tall.0, tall.1), mesh(low.0, low.1)]),
+        ] {
+            let side = |y: f64, z: f64, radius: f64| share(&scene, DVec3::new(3.5, y, z), DVec3::NEG_X, radius);
+            close(side(2.0, 0.4 + 1e-7, 0.1), 0.5);
+            close(side(2.3 + 1e-7, 0.4 + 1e-7, 0.1), 0.75);
+            close(side(2.0, 0.7, 9.0) * PI * 81.0, 1.0 - 0.24);
+        }
+    }
+
+    /// A cube in a larger one is its cavity: no light comes from one to the other, and the cavity is part of the plane.
+    #[test]
+    fn cavities_stay() {
+        let nested = room(vec![], vec![mesh([2.0, 2.0, 0.5], [2.0, 2.0, 2.0]), mesh([2.0, 2.0, 1.0], [1.0, 1.0, 1.0])]);
+        let plane = Domain::horizontal_plane(&nested, 1.5);
+        close(plane.area(DVec3::new(2.0, 2.0, 1.5), 99.0), 16.0 - 3.0);
+    }
+
+    /// A cube without one of its sides has no inside: that is told.
+    #[test]
+    fn open_meshes_are_told() {
+        let mut open = mesh([2.0, 2.0, 0.0], [1.0, 1.0, 1.0]);
+        open.mesh.triangles.truncate(11);
+        open.mesh.triangle_materials.truncate(11);
+        assert_eq!(Surfaces::new(&room(vec![], vec![open])).uncut, Some(Uncut::OpenMesh));
+    }
+}
