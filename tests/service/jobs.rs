@@ -4,6 +4,39 @@ use crate::common::{PATIENCE, TestService, endless_job, problem, small_job};
 use reqwest::{Method, StatusCode};
 use serde_json::{Value, json};
 
+/// `Prefer: wait` answers with the finished job and its grids, as their links have them; a repeated post, too. What takes longer, or
+/// is not to be waited for, is answered at once.
+#[tokio::test]
+async fn a_job_that_is_waited_for() {
+    let service = TestService::start().await;
+    let post = |job: &Value, prefer: &'static str| {
+        service.post_job(job).header("prefer", prefer).header("idempotency-key", prefer).send()
+    };
+    let response = post(&small_job(), "respond-async, wait=25").await.unwrap();
+    assert_eq!(response.status(), StatusCode::OK);
+    assert_eq!(response.headers()["preference-applied"], "wait=25");
+    let path = response.headers()["location"].to_str().unwrap().to_owned();
+    let job: Value = response.json().await.unwrap();
+    assert_eq!((&job["status"], &job["links"]["self"]), (&json!("succeeded"), &json!(path)));
+    let mut grids = job.clone();
+    let grids = grids["grid_results"].take();
+    assert_eq!(grids.as_object().unwrap().len(), 1);
+    assert_eq!(grids["workplane"], service.json(&format!("{path}/grids/workplane")).await);
+    let mut without = job.clone();
+    without.as_object_mut().unwrap().remove("grid_results");
+    assert_eq!(without, service.json(&path).await);
+
+    let again: Value = post(&small_job(), "respond-async, wait=25").await.unwrap().json().await.unwrap();
+    assert_eq!(again, job);
+    for (job, prefer) in [(endless_job(), "wait=1"), (small_job(), "wait=0"), (small_job(), "wait=soon")] {
+        let response = post(&job, prefer).await.unwrap();
+        assert_eq!(response.status(), StatusCode::ACCEPTED, "{prefer}");
+        assert!(!response.headers().contains_key("preference-applied"));
+        let path = response.headers()["location"].to_str().unwrap().to_owned();
+        service.request(Method::DELETE, &path).send().await.unwrap();
+    }
+}
+
 #[tokio::test]
 async fn a_job_from_post_to_delete() {
     let service = TestService::start().await;

@@ -6,3 +6,4 @@ mod posted;
 pub mod resource;
 pub mod show;
 pub mod submit;
+mod waited;

@@ -11,11 +11,12 @@ use bytes::Bytes;
 
 use super::posted::{Posted, prepare};
 use super::resource::JobResource;
+use super::waited::{FinishedJob, Waiting};
 use crate::document::JobDocument;
 use crate::document::result::PlanResult;
 use crate::http::problem::Problem;
 use crate::http::problem_kind::ProblemKind;
-use crate::http::{App, Service};
+use crate::http::{App, Service, prefer};
 use crate::job::store::*;
 
 /// Longest `Idempotency-Key`.
@@ -25,12 +26,17 @@ const POLL_SECONDS: u32 = 1;
 
 /// Queues a job.
 ///
-/// `Idempotency-Key` makes a repeated post answer with the first job.
+/// `Idempotency-Key` makes a repeated post answer with the first job. With `Prefer: wait=N` (RFC 7240) a job that ends within N
+/// seconds is answered as it is then, with its grids; a longer one as without it. N counts up to 60, or to 2 s less than a request
+/// may take here (`request_seconds` of the configuration).
 #[utoipa::path(post, path = "/v1/jobs", operation_id = "create_job", tag = "jobs",
     params(("Idempotency-Key" = Option<String>, Header, description = "Unique to this job: 1 to 255 printable ASCII characters",
-        min_length = 1, max_length = 255, pattern = "^[ -~]+$")),
+        min_length = 1, max_length = 255, pattern = "^[ -~]+$"),
+        ("Prefer" = Option<String>, Header, description = "`wait=N`: wait up to N seconds for the job's end", example = "wait=20")),
     request_body(content = JobDocument, description = "The job document", content_type = "application/json"),
     responses(
+        (status = 200, description = "Ended within the time of `Prefer: wait`; the body is the job with its grids", body = FinishedJob,
+            headers(("Location" = String, description = "Path of the job"), ("Preference-Applied" = String, description = "`wait=N`, the longest wait"))),
         (status = 202, description = "Queued; the body is the job", body = JobResource,
             headers(("Location" = String, description = "Path of the job"), ("Retry-After" = u32, description = "Seconds to wait before a look at it"))),
         (status = 400, description = "Not JSON", body = Problem, content_type = "application/problem+json"),
@@ -40,6 +46,7 @@ const POLL_SECONDS: u32 = 1;
         (status = 503, description = "The queue is full", body = Problem, content_type = "application/problem+json")))]
 pub async fn create(app: App, headers: HeaderMap, body: Result<Bytes, BytesRejection>) -> Result<Response, Problem> {
     let idempotency_key = idempotency_key(&headers)?;
+    let waiting = Waiting::new(&app, prefer::wait(&headers));
     let posted = Posted::read(&headers, body)?;
     if app.shutdown.is_cancelled() {
         return Err(Problem::unavailable("the service is shutting down"));
@@ -48,7 +55,7 @@ pub async fn create(app: App, headers: HeaderMap, body: Result<Bytes, BytesRejec
     if let Some(key) = &idempotency_key
         && let Some(job) = app.store.job_of_key(key).await?
     {
-        return if job.body_hash == posted.hash { Ok(accepted(job)) } else { Err(key_reused()) };
+        return if job.body_hash == posted.hash { answer(job, waiting).await } else { Err(key_reused()) };
     }
     // preparing costs more than a look, which costs something, too: it pays when the last job found no place
     if app.queue_was_full.load(Ordering::Relaxed) && app.store.unfinished().await? > app.limits.queued_jobs {
@@ -76,15 +83,25 @@ pub async fn create(app: App, headers: HeaderMap, body: Result<Bytes, BytesRejec
             app.live.hand_over(job.head.id, prepared);
             tracing::debug!(job = %job.head.id, "job queued");
             metrics::counter!("skyduct_jobs_submitted_total").increment(1);
-            Ok(accepted(job))
+            answer(job, waiting).await
         }
-        Submission::Repeated(job) => Ok(accepted(job)),
+        Submission::Repeated(job) => answer(job, waiting).await,
         Submission::KeyReused => Err(key_reused()),
         Submission::QueueFull => Err(queue_full(&app)),
         Submission::MeshGone(mesh) => {
             Err(Problem::new(ProblemKind::InvalidDocument, format!("the mesh {mesh} was deleted")))
         }
     }
+}
+
+/// The job as it is at its end, where that comes in time, else as it is now.
+async fn answer(job: Job, waiting: Option<Waiting<'_>>) -> Result<Response, Problem> {
+    if let Some(waiting) = waiting
+        && let Some(finished) = waiting.answer(job.head.id).await?
+    {
+        return Ok(finished);
+    }
+    Ok(accepted(job))
 }
 
 fn accepted(job: Job) -> Response {
