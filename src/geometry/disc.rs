@@ -50,7 +50,7 @@ pub fn disc_irradiance(radius: f64, depth: f64, offset: f64) -> DiscIrradiance {
 /// let factor = skyduct::geometry::disc::far_disc_illuminance(1.0, 3.0, 0.0, [1.0, 0.0]);
 /// assert!((factor - 0.1).abs() < 1e-15);
 /// ```
-#[inline]
+#[inline(always)]
 pub fn far_disc_illuminance(radius: f64, depth: f64, offset: f64, [upward, toward_axis]: [f64; 2]) -> f64 {
     let (h2, l2, r2) = (depth * depth, offset * offset, radius * radius);
     let (near, far) = (offset - radius, offset + radius);

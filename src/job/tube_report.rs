@@ -4,8 +4,6 @@ use std::collections::VecDeque;
 use std::fmt::{self, Write as _};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
-use glam::DVec3;
-
 use super::chunk::RenderError;
 use super::prepare::Prepared;
 use super::results::{TubeFormat, failed};
@@ -19,7 +17,6 @@ use crate::output::plots::{self, Series};
 use crate::plan::GuideKind;
 use crate::sampling::{Key, Stream};
 use crate::scene::{Segment, StraightOrBent, Tube, TubeShape};
-use crate::sky::{CieType, Sky, SkyDistribution};
 use crate::traceable::{TraceableScene, cylinder_guide};
 
 /// Rays per replicate and beam, and under a sky.
@@ -123,11 +120,9 @@ fn performance(traceable: &TraceableScene, tube: usize, shape: &TubeShape, radiu
     let guide = &traceable.tubes[tube].guide;
     // the same numbers for every tube: equal tubes have equal reports, and what differs between two is not noise alone
     let key = Key::new(0);
-    let distribution = SkyDistribution::new(CieType::UNIFORM, DVec3::Z);
-    let uniform = Sky { distribution, zenith_luminance_cd_m2: 1.0 };
-    let under_uniform = |guide: &Guide| {
-        performance::sky(guide, &uniform, key.stream(Stream::ReportUniformSky, 0), SKY_RAYS).transmission()
-    };
+    // in closed form, or by the same rays for all
+    let under_uniform =
+        |guide: &Guide| performance::uniform_sky(guide, key.stream(Stream::ReportUniformSky, 0), SKY_RAYS);
     let sky = traceable.sky.as_ref().map(|sky| SkyReport {
         direct: ThroughputResult::new(&performance::sky(guide, sky, key.stream(Stream::ReportSky, 0), SKY_RAYS), 1.0),
         patches: ThroughputResult::new(
@@ -139,12 +134,11 @@ fn performance(traceable: &TraceableScene, tube: usize, shape: &TubeShape, radiu
         let through = performance::beam(guide, sun.direction, key.stream(Stream::ReportSun, 0), SKY_RAYS);
         ThroughputResult::new(&through, sun.normal_illuminance_lux)
     });
-    let uniform_sky = performance::uniform_sky(guide, key.stream(Stream::ReportUniformSky, 0), SKY_RAYS);
+    let uniform_sky = under_uniform(guide);
     let equivalent_straight = match shape {
         TubeShape::Cylinders(tube) if tube.segments.iter().any(|segment| segment.tilt != 0.0) => {
             let length_m = tube.segments.iter().map(|segment| segment.length_m).sum();
             let straight = |length_m: f64| under_uniform(&cylinder_guide(&straightened(tube, length_m), radius));
-            // by the same rays as the bent tube
             let transmission = straight(length_m);
             Some(StraightReport {
                 length_m,

@@ -3,6 +3,7 @@
 //! Source: CIE S 011/E:2003 / ISO 15469:2004; docs/physics/sky_and_sun.md#relative-luminance.
 
 use std::f64::consts::{FRAC_PI_2, PI};
+use std::sync::{Arc, OnceLock};
 
 use gauss_quad::GaussLegendre;
 use glam::DVec3;
@@ -94,6 +95,18 @@ pub struct SkyDistribution {
     b: f64,
     indicatrix: Indicatrix,
     per_zenith: f64,
+    horizontal_ratio: Remembered,
+}
+
+/// A number that is computed when it is first asked for, by one of all clones. It follows from what it stands beside, which alone
+/// is shown.
+#[derive(Clone, Default)]
+struct Remembered(Arc<OnceLock<f64>>);
+
+impl std::fmt::Debug for Remembered {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str("_")
+    }
 }
 
 /// f(chi) = 1 + c (exp(d chi) - exp(d pi/2)) + e cos^2 chi, chi in radians.
@@ -131,12 +144,13 @@ impl SkyDistribution {
         let sky_type = sky_type.into();
         let Some([a, b, c, d, e]) = sky_type.parameters() else {
             let indicatrix = Indicatrix::new(0.0, -1.0, 0.0);
-            return Self { sky_type, sun, a: 0.0, b: -1.0, indicatrix, per_zenith: 1.0 };
+            let horizontal_ratio = Remembered::default();
+            return Self { sky_type, sun, a: 0.0, b: -1.0, indicatrix, per_zenith: 1.0, horizontal_ratio };
         };
         let indicatrix = Indicatrix::new(c, d, e);
         let sun_zenith_angle = libm::atan2(sun.truncate().length(), sun.z);
         let per_zenith = 1.0 / (indicatrix.at(sun_zenith_angle, sun.z) * gradation(a, b, 1.0));
-        Self { sky_type, sun, a, b, indicatrix, per_zenith }
+        Self { sky_type, sun, a, b, indicatrix, per_zenith, horizontal_ratio: Remembered::default() }
     }
 
     /// The set of parameters that the distribution was built from.
@@ -199,6 +213,10 @@ impl SkyDistribution {
     /// assert_eq!(ratio(CieType::TRADITIONAL_OVERCAST), 7.0 * PI / 9.0);
     /// ```
     pub fn horizontal_ratio(&self) -> f64 {
+        *self.horizontal_ratio.0.get_or_init(|| self.integrated_horizontal_ratio())
+    }
+
+    fn integrated_horizontal_ratio(&self) -> f64 {
         if self.sky_type == SkyType::Cie(CieType::TRADITIONAL_OVERCAST) {
             return 7.0 * PI / 9.0;
         }

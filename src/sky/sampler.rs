@@ -47,18 +47,68 @@ struct Cumulative {
 /// Entries of the search table.
 const LOOKUP: usize = 128;
 
+/// The luminance of a sky at points of the cells of samplers: what tubes under the same sky share.
+#[derive(Clone, Debug)]
+pub struct SkyTable {
+    /// Two rows a band, of two points a sector, in cd/m2.
+    luminances: Vec<f64>,
+    /// Sine and cosine of the azimuth of the points of a row.
+    azimuths: Vec<(f64, f64)>,
+}
+
+impl SkyTable {
+    /// Looks the luminance of a sky up, at some ten thousand points.
+    pub fn new(sky: &Sky) -> Self {
+        let azimuth = |place: usize| libm::sincos(TAU * (place as f64 + 0.5) / (2 * SECTORS) as f64);
+        let azimuths = (0..2 * SECTORS).map(azimuth).collect();
+        let mut table = Self { luminances: Vec::with_capacity(4 * BANDS * SECTORS), azimuths };
+        for place in 0..2 * BANDS {
+            for turn in 0..2 * SECTORS {
+                table.luminances.push(sky.luminance(table.turned(place, turn)));
+            }
+        }
+        table
+    }
+
+    /// Unit vector toward a point.
+    fn turned(&self, place: usize, turn: usize) -> DVec3 {
+        let z = height(place);
+        let radius = ((1.0 - z) * (1.0 + z)).max(0.0).sqrt();
+        let (sin, cos) = self.azimuths[turn];
+        DVec3::new(radius * sin, radius * cos, z)
+    }
+}
+
+/// Height z of a row of points.
+fn height(place: usize) -> f64 {
+    (place as f64 + 0.5) / (2 * BANDS) as f64
+}
+
 impl SkySampler {
     /// `weight`: how much light from the unit vector toward the sky is worth (>= 0, finite), e.g. the projected area times
     /// the transmission of what it enters. `None` when sky times weight vanishes everywhere.
     pub fn new(sky: &Sky, weight: impl Fn(DVec3) -> f64) -> Option<Self> {
+        Self::of_table(&SkyTable::new(sky), weight)
+    }
+
+    /// [`SkySampler::new`] by luminances that were looked up before.
+    pub fn of_table(table: &SkyTable, weight: impl Fn(DVec3) -> f64) -> Option<Self> {
+        Self::weighted(table, |_, toward| weight(toward))
+    }
+
+    /// [`SkySampler::of_table`] for a weight that is the same at all azimuths; it is asked for azimuth 0.
+    pub fn of_table_and_heights(table: &SkyTable, weight: impl Fn(DVec3) -> f64) -> Option<Self> {
+        let heights: Vec<f64> = (0..2 * BANDS).map(|place| weight(toward(height(place), 0.0))).collect();
+        Self::weighted(table, |place, _| heights[place])
+    }
+
+    /// `weight` by the number of a height and the unit vector.
+    fn weighted(table: &SkyTable, weight: impl Fn(usize, DVec3) -> f64) -> Option<Self> {
         let mut cells = vec![0.0; BANDS * SECTORS];
-        for (index, cell) in cells.iter_mut().enumerate() {
-            let (band, sector) = (index / SECTORS, index % SECTORS);
-            for k in 0..4u8 {
-                let z = (band as f64 + 0.25 + 0.5 * f64::from(k & 1)) / BANDS as f64;
-                let turn = (sector as f64 + 0.25 + 0.5 * f64::from(k >> 1)) / SECTORS as f64;
-                let toward = toward(z, turn);
-                *cell += sky.luminance(toward) * weight(toward);
+        for (place, row) in table.luminances.chunks(2 * SECTORS).enumerate() {
+            for (turn, luminance) in row.iter().enumerate() {
+                let cell = &mut cells[place / 2 * SECTORS + turn / 2];
+                *cell += luminance * weight(place, table.turned(place, turn));
             }
         }
         let mean = cells.iter().sum::<f64>() / cells.len() as f64;

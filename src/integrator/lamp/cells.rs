@@ -37,6 +37,7 @@ pub struct TubeLight<const C: usize> {
     differences: [Spectrum<C>; CELLS],
     /// Photons with their cells, each as often as its flux demands, standing for all of it in the mean.
     pub choices: Vec<(Leaving<C>, usize)>,
+    vectors: pulp::Arch,
 }
 
 /// Light that leaves a diffuser at a point, as from a Lambertian surface.
@@ -77,6 +78,7 @@ impl<const C: usize> TubeLight<C> {
             middles: std::array::from_fn(|cell| origin.truncate() + middle(cell) * radius),
             differences,
             choices: choose(&cells, start),
+            vectors: pulp::Arch::new(),
         }
     }
 
@@ -102,14 +104,7 @@ impl<const C: usize> TubeLight<C> {
     pub fn irradiance(&self, position: DVec3, normal: DVec3, number: f64) -> Spectrum<C> {
         let Some((photon, cell)) = self.choice(number) else { return Spectrum::ZERO };
         let receiver = Receiver::new(position, normal, self.origin);
-        // plain loops, which are taken several at once
-        let (mut discs, mut points) = ([0.0; RINGS], [0.0; CELLS]);
-        for (disc, radius) in discs.iter_mut().zip(&RADII) {
-            *disc = receiver.disc(self.radius * *radius);
-        }
-        for (point, middle) in points.iter_mut().zip(&self.middles) {
-            *point = receiver.point(*middle);
-        }
+        let (discs, points) = self.vectors.dispatch(Parts { light: self, receiver: &receiver });
         let mut sum = Spectrum::ZERO;
         for (step, disc) in self.steps.iter().zip(&discs) {
             sum += *step * *disc;
@@ -124,6 +119,30 @@ impl<const C: usize> TubeLight<C> {
         let counted = (discs[ring] - inner) * RINGS as f64 / (PI * self.radius * self.radius) + points[*cell]
             - of_ring / SECTORS as f64;
         sum + photon.flux * (receiver.point(photon.position) - counted)
+    }
+}
+
+/// Asks for what a receiver gets of every ring's disc and of every cell's point, several at once.
+struct Parts<'a, const C: usize> {
+    light: &'a TubeLight<C>,
+    receiver: &'a Receiver,
+}
+
+impl<const C: usize> pulp::NullaryFnOnce for Parts<'_, C> {
+    /// Illuminance of the discs per unit exitance, and of the points per lumen.
+    type Output = ([f64; RINGS], [f64; CELLS]);
+
+    #[inline(always)]
+    fn call(self) -> Self::Output {
+        let Self { light, receiver } = self;
+        let (mut discs, mut points) = ([0.0; RINGS], [0.0; CELLS]);
+        for (disc, radius) in discs.iter_mut().zip(&RADII) {
+            *disc = receiver.disc(light.radius * *radius);
+        }
+        for (point, middle) in points.iter_mut().zip(&light.middles) {
+            *point = receiver.point(*middle);
+        }
+        (discs, points)
     }
 }
 
@@ -188,13 +207,13 @@ impl Receiver {
     }
 
     /// Illuminance per unit exitance of a disc of `radius` that is above the horizon, from beyond the sphere around it.
-    #[inline]
+    #[inline(always)]
     fn disc(&self, radius: f64) -> f64 {
         far_disc_illuminance(radius, self.depth, self.offset, [self.normal.z, self.toward_axis])
     }
 
     /// Illuminance per lumen that leaves a point of the ceiling plane above the horizon: cos(theta) cos(theta') / (pi d^2).
-    #[inline]
+    #[inline(always)]
     fn point(&self, source: DVec2) -> f64 {
         let way = (source - self.position.truncate()).extend(self.depth);
         let distance_squared = way.length_squared();

@@ -7,7 +7,7 @@ use glam::DVec3;
 use crate::guide::{Guide, StraightGuide, dome::Pipe, transmittance::zastrow_wittwer_transmission};
 use crate::optics::Spectrum;
 use crate::sampling::{Key, PathRandom, PathSamples, Stream, warp};
-use crate::sky::sampler::SkySampler;
+use crate::sky::sampler::{SkySampler, SkyTable};
 use crate::sky::sun::HALF_ANGLE;
 use crate::sky::{Sky, Sun};
 use crate::traceable::luminaire::TraceableLuminaire;
@@ -82,10 +82,16 @@ impl Emission {
 
     fn of(scene: &TraceableScene, luminaires: &[TraceableLuminaire], photons: u64) -> Self {
         let mut sources = Vec::new();
+        let table = scene.sky.as_ref().filter(|_| !scene.tubes.is_empty()).map(SkyTable::new);
         for (index, tube) in scene.tubes.iter().enumerate() {
             let expected = |toward: DVec3| tube.guide.projected_area_m2(-toward) * likely_transmission(tube, toward);
+            let sampler = table.as_ref().and_then(|table| match tube.guide {
+                // round and upright: no azimuth is before another
+                Guide::Straight(_) => SkySampler::of_table_and_heights(table, expected),
+                _ => SkySampler::of_table(table, expected),
+            });
             if let Some(sky) = &scene.sky
-                && let Some(sampler) = SkySampler::new(sky, expected)
+                && let Some(sampler) = sampler
             {
                 let sampler = sampler.with_cone(tube.guide.narrow_cone());
                 let source = Source::Sky { tube: index, sky: sky.clone(), sampler };
