@@ -330,7 +330,7 @@ impl<const C: usize> Tally for (PhotonStore<'_, C>, Account) {
 
 /// Irradiance by density estimation on a clipped disc, with its bias estimated from the half of the disc's area; the sums of
 /// whole and half and the number of photons, `area` of the disc of a radius, at most `full`.
-fn density<const C: usize>(
+pub fn density<const C: usize>(
     (whole, half, count): (Spectrum<C>, Spectrum<C>, u64),
     area: impl Fn(f64) -> f64,
     full: f64,

@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 
 use glam::DVec3;
 
-use super::maps::{LEAST_KERNEL, Mapper, Maps, POINT_CONNECTIONS};
+use super::maps::{Gathered, Mapper, Maps, POINT_CONNECTIONS, density};
 use super::store::Tube;
 use crate::geometry::disc::disc_disc_area;
 use crate::optics::{Closure, Glossy, MeasuredDiffuser, Spectrum};
@@ -82,7 +82,8 @@ impl<const C: usize> Mapper<C> {
         sum
     }
 
-    /// Luminance in cd/m2 of a diffuser that scatters along the eye ray's `direction` to a point of its lower side.
+    /// Luminance in cd/m2 of a diffuser that scatters along the eye ray's `direction` to a point of its lower side, and its
+    /// estimated bias.
     pub fn luminance(
         &self,
         maps: &Maps<C>,
@@ -90,32 +91,27 @@ impl<const C: usize> Mapper<C> {
         closure: Closure<'_>,
         position: DVec3,
         direction: DVec3,
-    ) -> Spectrum<C> {
-        match closure.table() {
-            Some(table) => self.measured_luminance(maps, index, table, position, direction),
-            None => self.exitance(maps, index, position) * (1.0 / PI),
-        }
-    }
-
-    fn measured_luminance(
-        &self,
-        maps: &Maps<C>,
-        index: usize,
-        table: &MeasuredDiffuser,
-        position: DVec3,
-        direction: DVec3,
-    ) -> Spectrum<C> {
+    ) -> Gathered<C> {
         let tube = &self.scene.tubes[index];
         let radius = maps.radius.min(0.25 * tube.opening_radius);
-        let mut sum = Spectrum::ZERO;
-        if let Some(grid) = &maps.measured_exits[index] {
-            grid.for_each_within(position, radius, |photon, _| {
-                let incident = maps.incidents[index][photon.on.0 as usize];
-                sum += photon.flux * measured_per_sr(table, incident, direction.z);
-            });
-        }
-        let area = disc_disc_area(radius, tube.opening_radius, (position - tube.origin).truncate().length());
-        if area < LEAST_KERNEL * PI * radius * radius { Spectrum::ZERO } else { sum * (1.0 / area) }
+        let sums = match closure.table() {
+            Some(table) => measured_within(maps, index, table, position, radius, direction),
+            None => {
+                let (whole, half, count) = maps.exit_grid.gather(position, radius, Tube(index as u32));
+                (whole * (1.0 / PI), half * (1.0 / PI), count)
+            }
+        };
+        let distance = (position - tube.origin).truncate().length();
+        let area = |radius: f64| {
+            let opening = disc_disc_area(radius, tube.opening_radius, distance);
+            match tube.diffuser.specular_zone(tube.opening_radius) {
+                Some((inner, outer)) => {
+                    opening - (disc_disc_area(radius, outer, distance) - disc_disc_area(radius, inner, distance))
+                }
+                None => opening,
+            }
+        };
+        density(sums, area, PI * radius * radius, radius)
     }
 
     /// Luminance toward `eye` (a unit vector) of the diffusers in a glossy lobe of reflectance 1, the share of connections.
@@ -154,19 +150,32 @@ impl<const C: usize> Mapper<C> {
         }
         sum
     }
+}
 
-    /// Luminous exitance in lm/m2 of a diffuser at a point of its lower side.
-    fn exitance(&self, maps: &Maps<C>, index: usize, position: DVec3) -> Spectrum<C> {
-        let tube = &self.scene.tubes[index];
-        let radius = maps.radius.min(0.25 * tube.opening_radius);
-        let (flux, ..) = maps.exit_grid.gather(position, radius, Tube(index as u32));
-        let distance = (position - tube.origin).truncate().length();
-        let mut area = disc_disc_area(radius, tube.opening_radius, distance);
-        if let Some((inner, outer)) = tube.diffuser.specular_zone(tube.opening_radius) {
-            area -= disc_disc_area(radius, outer, distance) - disc_disc_area(radius, inner, distance);
-        }
-        if area < LEAST_KERNEL * PI * radius * radius { Spectrum::ZERO } else { flux * (1.0 / area) }
+/// Intensity per projected area, in cd, toward an eye ray's `direction` of the photons at a measured diffuser within
+/// `radius` of a point, and within the half of that area, and the number of photons in the whole.
+fn measured_within<const C: usize>(
+    maps: &Maps<C>,
+    index: usize,
+    table: &MeasuredDiffuser,
+    position: DVec3,
+    radius: f64,
+    direction: DVec3,
+) -> (Spectrum<C>, Spectrum<C>, u64) {
+    let (mut whole, mut half, mut count) = (Spectrum::ZERO, Spectrum::ZERO, 0);
+    let half_squared = 0.5 * (radius * radius);
+    if let Some(grid) = &maps.measured_exits[index] {
+        grid.for_each_within(position, radius, |photon, distance_squared| {
+            let incident = maps.incidents[index][photon.on.0 as usize];
+            let sent = photon.flux * measured_per_sr(table, incident, direction.z);
+            whole += sent;
+            count += 1;
+            if distance_squared < half_squared {
+                half += sent;
+            }
+        });
     }
+    (whole, half, count)
 }
 
 /// BTDF or BRDF per sr of a measured diffuser for light that leaves downward with the given cosine.

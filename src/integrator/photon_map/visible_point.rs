@@ -218,8 +218,10 @@ where
             });
             return Some(DaylightShare { sky: 1.0, sky_later: 1.0, sun });
         }
-        let luminance = self.mapper.luminance(self.maps, tube, closure, position, ray.direction);
-        walk.sum += luminance * ray.weight * share_of(ray.trace.lobe, of_tube, position - ray.trace.origin);
+        let seen = self.mapper.luminance(self.maps, tube, closure, position, ray.direction);
+        let weight = ray.weight * share_of(ray.trace.lobe, of_tube, position - ray.trace.origin);
+        walk.sum += seen.irradiance * weight;
+        self.bias.set(self.bias.get() + seen.bias * weight.luminance());
         None
     }
 }
