@@ -6,13 +6,14 @@ use std::sync::atomic::AtomicBool;
 use crate::scenes::{
     assert_grid, cube, daylight, electric_room, kernel, lambertian, light_tracing, panel, run, sppm, straight,
 };
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use skyduct::estimate::Estimate;
 use skyduct::geometry::lambert::quadrilateral_irradiance;
 use skyduct::integrator::Integrator;
 use skyduct::integrator::photon::emission::Emission;
 use skyduct::integrator::photon::ledger::Account;
 use skyduct::integrator::photon::path::{Flight, Origin, Scattering, Visitor, trace};
+use skyduct::integrator::placed_vertices::PlacedVertices;
 use skyduct::integrator::sppm::Settings;
 use skyduct::optics::Spectrum;
 use skyduct::sampling::{Key, PathSamples};
@@ -21,6 +22,29 @@ use skyduct::traceable::{Place, SurfaceId, TraceableScene};
 
 fn values(estimate: &Estimate) -> Vec<f64> {
     (0..estimate.grids[0].sensors.len()).map(|sensor| estimate.grids[0].illuminance_lux(sensor)).collect()
+}
+
+/// What goes up a tube from the room and comes back is no flux of the tube: under a panel that sends a hundred times more into the
+/// pipe than the sky does, light tracing finds the flux of placed vertices, which follow daylight alone there.
+#[test]
+fn light_of_the_room_is_no_flux_of_a_tube() {
+    let tube = straight(0.3, 0.95, lambertian(0.6, 0.2));
+    let mut scene = cube(0.5, 0.5, 0.5, vec![tube], daylight(12, 100.0, 40.0, 120.0), EstimateKind::Point);
+    let up = Luminaire {
+        corner: DVec3::new(0.9, 0.9, 1.0),
+        edge_u: DVec3::X * 0.2,
+        edge_v: DVec3::Y * 0.2,
+        luminance: [1e5; 3],
+    };
+    scene.room.luminaires = vec![up];
+    let traced = run(&scene, &light_tracing(&scene, 65_536, 1), 32);
+    scene.room.luminaires.clear();
+    let placed = PlacedVertices::<1>::new(kernel(&scene), &scene.grids, [65_536, 64], 2);
+    let placed = run(&scene, &placed, 32);
+    let [traced, placed] = [traced, placed].map(|estimate| estimate.tubes[0].into_room);
+    let error = DVec2::new(traced.standard_error(), placed.standard_error()).length();
+    assert!((traced.mean - placed.mean).abs() < 4.0 * error, "{traced:?} {placed:?}");
+    assert!(error < 0.01 * placed.mean);
 }
 
 /// A panel of 1 m x 1 m and 10 000 lm in the ceiling of a black room of 4 m x 4 m x 3 m, the geometry of case 5.3 of

@@ -34,7 +34,7 @@ pub struct TubeResult {
     pub at_collector: Option<FluxResult>,
     /// Arrives at the diffuser's top.
     pub at_diffuser: Option<FluxResult>,
-    /// Leaves the closure downward.
+    /// Leaves the closure downward for the first time: light of the room that comes back does not count.
     pub into_room: Option<FluxResult>,
     /// Flux into the room over flux at the collector; null without light.
     pub transmission_efficiency: Option<f64>,

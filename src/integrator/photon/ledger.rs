@@ -58,7 +58,7 @@ pub struct TubeFlux {
     pub at_collector: f64,
     /// Flux that arrives at the closure from above.
     pub at_diffuser: f64,
-    /// Flux that leaves the closure downward.
+    /// Flux that leaves the closure downward for the first time.
     pub into_room: f64,
 }
 

@@ -96,7 +96,7 @@ pub fn trace<const C: usize>(
     visitor: &mut impl Visitor<C>,
     account: &mut Account,
 ) {
-    Tracer { scene, samples, visitor, account, first: 0.0 }.trace(photon);
+    Tracer { scene, samples, visitor, account, first: 0.0, in_room: false }.trace(photon);
 }
 
 /// State of light after it has met something.
@@ -126,6 +126,8 @@ struct Tracer<'a, V> {
     account: &'a mut Account,
     /// Largest channel of its first flux.
     first: f64,
+    /// True once the light has been in the room: what comes back through a closure then is no flux of its tube.
+    in_room: bool,
 }
 
 impl<V> Tracer<'_, V> {
@@ -143,6 +145,7 @@ impl<V> Tracer<'_, V> {
             step = match step {
                 Step::Ended => return,
                 Step::Room(beam, origin) => {
+                    self.in_room = true;
                     if events > MAX_EVENTS {
                         self.account.ledger.cut += beam.flux.luminance();
                         return;
@@ -230,14 +233,16 @@ impl<V> Tracer<'_, V> {
             if !from_above {
                 return Step::Guide(index, beam);
             }
-            fluxes.into_room += passing.luminance();
+            if !self.in_room {
+                fluxes.into_room += passing.luminance();
+            }
             return Step::Room(beam, Origin::Specular);
         }
         let [through, back]: [Spectrum<C>; 2] =
             [SheetSide::Other, SheetSide::Same].map(|side| flux * closure.albedo(-direction, side));
         ledger.diffuser += flux.luminance() - through.luminance() - back.luminance();
         let (down, up) = if from_above { (through, back) } else { (back, through) };
-        if from_above {
+        if from_above && !self.in_room {
             fluxes.into_room += through.luminance();
         }
         if down.max() > 0.0 {
