@@ -68,12 +68,27 @@ impl TraceableLuminaire {
     /// Distance in metres of a point on the side that emits to the nearest part that rises above the point; infinite on the
     /// dark side, and where no part does.
     pub fn distance_beside(&self, point: DVec3) -> f64 {
+        self.distance_of_part_above(point, point.z)
+    }
+
+    /// Distance in metres of a point on the side that emits; infinite on the dark side.
+    pub fn distance(&self, point: DVec3) -> f64 {
+        self.distance_of_part_above(point, f64::NEG_INFINITY)
+    }
+
+    fn distance_of_part_above(&self, point: DVec3, height: f64) -> f64 {
         if (point - self.corner).dot(self.normal) <= 0.0 {
             return f64::INFINITY;
         }
         let [a, b, c, d] = self.corners();
         let halves = [[a, b, c], [a, c, d]];
-        halves.iter().filter_map(|half| distance_above(half, point, point.z)).fold(f64::INFINITY, f64::min)
+        halves.iter().filter_map(|half| distance_above(half, point, height)).fold(f64::INFINITY, f64::min)
+    }
+
+    /// Longer edge in m.
+    pub fn longer_edge_m(&self) -> f64 {
+        let [a, b, _, d] = self.corners();
+        (b - a).length().max((d - a).length())
     }
 
     /// The distance, in lengths of `direction`, at which a ray crosses the rectangle's plane inside its outline.

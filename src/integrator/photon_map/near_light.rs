@@ -52,7 +52,8 @@ impl<const C: usize> Mapper<C> {
         sum
     }
 
-    /// Irradiance straight from the luminaires: in closed form, or from `strata` x `strata` points of each.
+    /// Irradiance straight from the luminaires: in closed form, or from `strata` x `strata` points of each. Points of a luminaire
+    /// nearer than its strata are wide are rare and bright: from there it is the closed form less what points are hidden.
     pub fn luminaire_irradiance(
         &self,
         position: DVec3,
@@ -68,14 +69,20 @@ impl<const C: usize> Mapper<C> {
                 continue;
             }
             let share = 1.0 / strata as f64;
+            let near = luminaire.distance(position) < share * luminaire.longer_edge_m();
+            if near {
+                sum += luminaire.irradiance(position, normal);
+            }
+            let weight = share * share * if near { -1.0 } else { 1.0 };
             for stratum in 0..strata * strata {
                 let [u, v] = random.uniform2();
                 let source = luminaire
                     .point([((stratum % strata) as f64 + u) * share, ((stratum / strata) as f64 + v) * share])
                     .clamp(DVec3::ZERO, self.scene.size);
                 let arriving: Spectrum<C> = luminaire.connection(source, position, normal);
-                if arriving.max() > 0.0 && self.scene.visible(position, surface, source, Some(luminaire.surface)) {
-                    sum += arriving * (share * share);
+                let seen = || self.scene.visible(position, surface, source, Some(luminaire.surface));
+                if arriving.max() > 0.0 && seen() != near {
+                    sum += arriving * weight;
                 }
             }
         }

@@ -182,6 +182,7 @@ rows! {
     ],
     effects::no_objects_cells [two_stage: ClearClosures, placed_vertices: ClearClosures, holigilm: Luminaires],
     electric::panels_points [placed_vertices: Luminaires, holigilm: Objects],
+    electric::below_a_panel_cells [placed_vertices: Luminaires, holigilm: Objects],
     electric::panels_cells [placed_vertices: Luminaires, holigilm: Objects],
     images::mirrored_lambertian_points [
         light_tracing: MirrorsAtPoints, placed_vertices: SpecularSurfaces, holigilm: SpecularSurfaces

@@ -40,3 +40,11 @@ pub fn panels_points() -> Row {
 pub fn panels_cells() -> Row {
     Row::new(furnished(CellAverage))
 }
+
+/// A millimetre below the panel that hangs, where points of it are rare and bright.
+pub fn below_a_panel_cells() -> Row {
+    let mut scene = furnished(CellAverage);
+    scene.grids[0].height_m = 2.199;
+    // few fixed points of a cell do not tell how much of it the panel covers
+    Row::new(scene).left_out(&["ppm_per_point", "sppm_per_point"])
+}
