@@ -94,7 +94,7 @@ try {
   await operation.locator(".try-out__btn").click();
   await operation.locator(".execute").click();
   const status = await operation.locator(".live-responses-table .response-col_status").last().innerText();
-  assert.match(status, /^202/, await operation.locator(".live-responses-table").innerText());
+  assert.match(status, /^20[02]/, await operation.locator(".live-responses-table").innerText());
   console.log("  /docs/: Execute is accepted");
 } finally {
   await browser.close();
