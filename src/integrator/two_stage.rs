@@ -39,13 +39,13 @@ use crate::integrator::backward;
 use crate::integrator::backward::chance;
 use crate::integrator::backward::pass::{Sampling, centre, each};
 use crate::integrator::backward::room_entry::exit_seen_by;
-use crate::integrator::lamp::light::{DiffuserLight, SensorsLit};
-use crate::integrator::method::{Caveat, Computation, Described, Knows, Load, Refusal, RefusalCode, Task, Work};
+use crate::integrator::lamp::light::{DiffuserLight, SensorsLit, refuses_closures};
+use crate::integrator::method::{Caveat, Computation, Described, Knows, Load, Refusal, Task, Work};
 use crate::integrator::photon::chunks::PHOTON_CHUNK;
 use crate::integrator::photon::descent::Exit;
 use crate::integrator::photon::emission::Emission;
 use crate::integrator::{GridPass, Integrator, Pass, ViewPass};
-use crate::optics::{Closure, Diffuser, Spectrum};
+use crate::optics::{Closure, Spectrum};
 use crate::sampling::{Key, Stream};
 use crate::scene::{Channels, EstimateKind, Grid, View};
 use crate::traceable::{TraceableScene, TraceableTube};
@@ -82,18 +82,7 @@ impl Described for Settings {
 
     /// Refuses closures that do not forget directions, and sun that only chance would find by way of mirrors.
     fn refuses(&self, task: &Task) -> Option<Refusal> {
-        let tubes = &task.traceable.tubes;
-        let measured = |tube: &TraceableTube| matches!(tube.diffuser, Diffuser::Measured(_));
-        let unscattered = |tube: &TraceableTube| tube.diffuser.specular_zone(tube.opening_radius).is_some();
-        if tubes.iter().any(unscattered) {
-            let detail = "the path is cut at Lambertian diffusers, but a closure lets light pass unscattered";
-            Some(Refusal::new(RefusalCode::ClearClosures, detail))
-        } else if tubes.iter().any(measured) {
-            let detail = "the path is cut at Lambertian diffusers, but light leaves a measured one by its direction of incidence";
-            Some(Refusal::new(RefusalCode::MeasuredDiffusers, detail))
-        } else {
-            chance::sun(task.traceable)
-        }
+        refuses_closures(&task.traceable.tubes).or_else(|| chance::sun(task.traceable))
     }
 
     fn warns(&self, task: &Task) -> Option<Caveat> {

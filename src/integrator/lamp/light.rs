@@ -24,15 +24,32 @@ use crate::integrator::backward::daylight::Followed;
 use crate::integrator::backward::next_event::{Daylight, Way};
 use crate::integrator::backward::vertex::Vertex;
 use crate::integrator::backward::walk::Walk;
+use crate::integrator::method::{Refusal, RefusalCode};
 use crate::integrator::photon::chunks::{Tally, fold_chunks};
 use crate::integrator::photon::descent::{Entering, Exit, descend};
 use crate::integrator::photon::emission::{Emission, EmittedPhoton, Start};
 use crate::integrator::photon::ledger::Account;
+use crate::optics::Diffuser;
 use crate::sampling::{Key, PathRandom, Replicate, Stream};
 use crate::traceable::{TraceableScene, TraceableTube};
 
 /// Photons that a vertex is connected to where nothing has a closed form.
 const CONNECTIONS: usize = 2;
+
+/// Reason why the light of some tubes is not that of lamps, if it is not: their closures do not forget where it came from.
+pub fn refuses_closures(tubes: &[TraceableTube]) -> Option<Refusal> {
+    let cut = "the path is cut at Lambertian diffusers, but";
+    let measured = |tube: &TraceableTube| matches!(tube.diffuser, Diffuser::Measured(_));
+    let unscattered = |tube: &TraceableTube| tube.diffuser.specular_zone(tube.opening_radius).is_some();
+    if tubes.iter().any(unscattered) {
+        Some(Refusal::new(RefusalCode::ClearClosures, format!("{cut} a closure lets light pass unscattered")))
+    } else if tubes.iter().any(measured) {
+        let detail = format!("{cut} light leaves a measured one by its direction of incidence");
+        Some(Refusal::new(RefusalCode::MeasuredDiffusers, detail))
+    } else {
+        None
+    }
+}
 
 /// What some photons send from the diffuser of each tube, and their account.
 type Sums<const C: usize> = (Vec<Vec<Leaving<C>>>, Account);

@@ -40,12 +40,12 @@ use glam::{DVec2, DVec3};
 use crate::guide::{Guide, RayCount};
 use crate::integrator::backward::next_event::{NextEvent, Way};
 use crate::integrator::backward::walk::{Ray, Walk};
-use crate::integrator::lamp::light::DiffuserLight;
+use crate::integrator::lamp::light::{DiffuserLight, refuses_closures};
 use crate::integrator::method::{Computation, Described, Kept, Knows, Load, Refusal, RefusalCode, Task, Work};
 use crate::integrator::photon::chunks::{Tally, fold_chunks, sums_at_once};
 use crate::integrator::photon::emission::Emission;
 use crate::integrator::{GridPass, Integrator, Pass};
-use crate::optics::{Diffuser, Spectrum};
+use crate::optics::Spectrum;
 use crate::sampling::{Key, PathSamples, Stream, warp};
 use crate::scene::{Channels, EstimateKind, Grid};
 use crate::traceable::{TraceableScene, TraceableTube};
@@ -107,12 +107,9 @@ impl Described for Settings {
     fn refuses(&self, task: &Task) -> Option<Refusal> {
         let scene = task.traceable;
         let refusal = |code, detail: &str| Some(Refusal::new(code, detail));
-        let measured = |tube: &TraceableTube| matches!(tube.diffuser, Diffuser::Measured(_));
-        let unscattered = |tube: &TraceableTube| tube.diffuser.specular_zone(tube.opening_radius).is_some();
-        if scene.tubes.iter().any(unscattered) {
-            refusal(RefusalCode::ClearClosures, "a closure lets light pass unscattered")
-        } else if scene.tubes.iter().any(measured) {
-            refusal(RefusalCode::MeasuredDiffusers, "light leaves a measured diffuser by its direction of incidence")
+        let closures = refuses_closures(&scene.tubes);
+        if closures.is_some() {
+            closures
         } else if scene.specular_surfaces().next().is_some() {
             refusal(RefusalCode::SpecularSurfaces, "the room's surfaces are not all diffuse")
         } else if scene.luminaires_obstructed && scene.luminaires.iter().any(|luminaire| luminaire.emits()) {
