@@ -15,6 +15,7 @@ mod limits;
 mod meshes;
 pub mod openapi;
 mod outlive;
+mod page;
 mod prefer;
 mod problem;
 pub mod problem_kind;

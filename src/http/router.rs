@@ -26,7 +26,7 @@ use crate::http::access::check_access;
 use crate::http::description::{Description, completed};
 use crate::http::problem::as_problem_documents;
 use crate::http::server::answer_health_only_beyond;
-use crate::http::{Limits, Service, docs, events, health, jobs, meshes, problem_page, results, skies, tubes};
+use crate::http::{Limits, Service, docs, events, health, jobs, meshes, page, problem_page, results, skies, tubes};
 
 const REQUEST_ID: HeaderName = HeaderName::from_static("x-request-id");
 
@@ -91,6 +91,9 @@ pub fn router(service: Arc<Service>) -> Router {
         // of event streams this is the time until they begin
         .layer(TimeoutLayer::with_status_code(StatusCode::REQUEST_TIMEOUT, Duration::from_secs(request_seconds)));
     let routes = api
+        .route("/", get(page::index))
+        .route("/jobs/{id}", get(page::index))
+        .route("/web/{*file}", get(page::file))
         .route("/docs", get(docs::docs))
         .route("/docs/", get(docs::docs_index))
         .route("/docs/{*file}", get(docs::docs_file))

@@ -269,7 +269,7 @@ async fn bad_requests_are_problem_documents() {
     }
     let missing = uuid::Uuid::now_v7();
     for path in [
-        "/".to_owned(),
+        "/web/none.js".to_owned(),
         "/v1".to_owned(),
         "/v1/job".to_owned(),
         "/v1/jobs/".to_owned(),

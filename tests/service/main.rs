@@ -28,6 +28,7 @@ mod memory;
 mod meshes;
 mod operation;
 mod operation_log;
+mod page;
 mod result_files;
 mod security;
 mod storm;

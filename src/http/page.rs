@@ -1,0 +1,53 @@
+//! The page at `/` for people: files of `web/`, which are in the binary.
+
+use axum::extract::Path;
+use axum::http::{HeaderMap, HeaderValue, header};
+use axum::response::Response;
+use rust_embed::RustEmbed;
+
+use crate::http::content;
+use crate::http::problem::Problem;
+
+/// The files of the page. A release build has them inside, a debug build reads them from the source.
+#[derive(RustEmbed)]
+#[folder = "web/"]
+struct Files;
+
+/// Content security policy of the page: it runs its own files only, without inline scripts and styles, and calls this service.
+/// Pictures may be made by it.
+const CONTENT_SECURITY_POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data: blob:; \
+    connect-src 'self'; frame-ancestors 'none'; base-uri 'none'; form-action 'none'";
+
+/// `/`, and `/jobs/ID` for one job: the same document, whose script reads the address.
+pub async fn index(headers: HeaderMap) -> Result<Response, Problem> {
+    answer(&headers, "index.html")
+}
+
+/// `/web/FILE`: what the document loads.
+pub async fn file(headers: HeaderMap, Path(file): Path<String>) -> Result<Response, Problem> {
+    answer(&headers, &file)
+}
+
+fn answer(headers: &HeaderMap, file: &str) -> Result<Response, Problem> {
+    let nothing = || Problem::not_found("there is nothing at this path");
+    let media_type = media_type(file).ok_or_else(nothing)?;
+    let found = Files::get(file).ok_or_else(nothing)?;
+    let mut response = content::made(headers, found.data.into_owned(), media_type)?;
+    let policy = HeaderValue::from_static(CONTENT_SECURITY_POLICY);
+    response.headers_mut().insert(header::CONTENT_SECURITY_POLICY, policy);
+    Ok(response)
+}
+
+/// Of the suffixes that files of the page have.
+fn media_type(file: &str) -> Option<&'static str> {
+    let (_, suffix) = file.rsplit_once('.')?;
+    Some(match suffix {
+        "html" => "text/html; charset=utf-8",
+        "css" => "text/css; charset=utf-8",
+        "js" => "text/javascript; charset=utf-8",
+        "json" => "application/json",
+        "svg" => "image/svg+xml",
+        "LICENSE" => "text/plain; charset=utf-8",
+        _ => return None,
+    })
+}

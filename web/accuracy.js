@@ -1,0 +1,74 @@
+// Error against time as it falls, the accuracies to choose from, and the time to each.
+import { cancel, sharpen } from "./live.js";
+import { set, state } from "./state.js";
+import { html, nothing, svg } from "./vendor/lit-html.js";
+
+const TARGETS = [0.05, 0.02, 0.01, 0.005, 0.001];
+const CHART = { width: 300, height: 150, left: 40, right: 24, top: 10, bottom: 26 };
+
+/** @param {number} share */
+export const percent = (share) => `${Number((100 * share).toPrecision(2))}\u202f%`;
+
+/** @param {number} seconds */
+export function duration(seconds) {
+  if (seconds < 1) return `${Math.max(10, Math.round(seconds * 100) * 10)}\u202fms`;
+  return seconds < 90 ? `${seconds.toFixed(seconds < 10 ? 1 : 0)}\u202fs` : `${Math.round(seconds / 60)}\u202fmin`;
+}
+
+/** Seconds to an error, as errors of random passes fall; null where nothing is known. @param {Pass[]} passes @param {number} to */
+export function secondsTo(passes, to) {
+  const last = passes.findLast((pass) => (pass.relative_error ?? 0) > 0);
+  return last?.relative_error ? last.seconds * (last.relative_error / to) ** 2 : null;
+}
+
+/** The chart of both logarithms. @param {Pass[]} passes @param {number | null} target */
+export function chart(passes, target) {
+  const points = passes.flatMap(({ seconds, relative_error: error }) =>
+    error && error > 0 && seconds > 0 ? [{ seconds, error }] : [],
+  );
+  if (!points.length) return nothing;
+  const { width, height, left, right, top, bottom } = CHART;
+  const decades = (/** @type {number[]} */ values) => [
+    Math.floor(Math.log10(Math.min(...values)) + 1e-9),
+    Math.max(Math.ceil(Math.log10(Math.max(...values)) - 1e-9), Math.floor(Math.log10(Math.min(...values)) + 1e-9) + 1),
+  ];
+  const [t0 = 0, t1 = 1] = decades(points.map(({ seconds }) => seconds));
+  const [e0 = -3, e1 = 0] = decades([...points.map(({ error }) => error), target ?? 0.01]);
+  const x = (/** @type {number} */ seconds) => left + ((width - left - right) * (Math.log10(seconds) - t0)) / (t1 - t0);
+  const y = (/** @type {number} */ error) => height - bottom - ((height - top - bottom) * (Math.log10(error) - e0)) / (e1 - e0);
+  const powers = (/** @type {number} */ from, /** @type {number} */ to) =>
+    Array.from({ length: to - from + 1 }, (_, i) => 10 ** (from + i));
+  const last = points.at(-1);
+  return svg`<svg class="chart" viewBox=${`0 0 ${width} ${height}`} role="img" aria-label=${`Error against time: ${percent(last?.error ?? 0)} after ${duration(last?.seconds ?? 0)}`}>
+    ${powers(t0, t1).map((power) => svg`<line class="rule" x1=${x(power)} x2=${x(power)} y1=${top} y2=${height - bottom}></line><text class="middle" x=${x(power)} y=${height - 10}>${power < 1 ? `${Number((1000 * power).toPrecision(1))}\u202fms` : `${power}\u202fs`}</text>`)}
+    ${powers(e0, e1).map((power) => svg`<line class="rule" x1=${left} x2=${width - right} y1=${y(power)} y2=${y(power)}></line><text class="end" x=${left - 5} y=${y(power) + 4}>${percent(power)}</text>`)}
+    ${target ? svg`<line class="target" x1=${left} x2=${width - right} y1=${y(target)} y2=${y(target)}></line>` : nothing}
+    <polyline class="curve" points=${points.map(({ seconds, error }) => `${x(seconds).toFixed(1)},${y(error).toFixed(1)}`).join(" ")}></polyline>
+    ${last ? svg`<circle class="now" cx=${x(last.seconds)} cy=${y(last.error)} r="3.5"></circle>` : nothing}</svg>`;
+}
+
+/** The part of the page about accuracy. */
+export function accuracy() {
+  const { passes, running, answer, target } = state;
+  const last = passes.findLast((pass) => pass.relative_error !== null);
+  const now = last?.relative_error ?? answer?.job.progress.relative_error ?? null;
+  const button = (/** @type {number} */ error) => {
+    const seconds = secondsTo(passes, error);
+    const left =
+      now !== null && now <= error
+        ? "reached"
+        : seconds === null
+          ? ""
+          : `≈\u202f${duration(Math.max(0, seconds - (last?.seconds ?? 0)))} more`;
+    const go = () => {
+      set({ target: error });
+      if (now === null || now > error || !state.current) void sharpen();
+    };
+    return html`<button type="button" aria-pressed=${target === error} @click=${go}>${percent(error)} <small>${left}</small></button>`;
+  };
+  return html`<h2>Accuracy</h2>
+    <p aria-live="off">${now === null ? "No error is known yet." : html`<strong id="error">${percent(now)}</strong> after ${duration(last?.seconds ?? answer?.job.progress.seconds ?? 0)}, ${last?.passes ?? answer?.job.progress.passes} passes`}${running ? html` <span class="busy">sharpening to ${percent(running.asked)}</span>` : nothing}</p>
+    ${chart(passes, target)}
+    <div class="targets" role="group" aria-label="Accuracy to sharpen to">${TARGETS.map(button)}</div>
+    <button type="button" class="cancel" ?disabled=${!running?.id} @click=${cancel}>Stop</button>`;
+}

@@ -1,0 +1,92 @@
+// Calls of the service. What it refuses is thrown as its problem document.
+
+/** A refusal of the service. */
+export class Refused extends Error {
+  /** @param {Problem} problem */
+  constructor(problem) {
+    super(problem.detail);
+    this.problem = problem;
+  }
+}
+
+/** @param {string} path @param {RequestInit} [init] @returns {Promise<Response>} */
+async function call(path, init) {
+  const response = await fetch(path, init);
+  if (response.ok) return response;
+  /** @type {Problem} */
+  const nothing = {
+    type: "about:blank",
+    title: response.statusText,
+    status: response.status,
+    detail: response.statusText,
+    instance: path,
+  };
+  throw new Refused(await response.json().catch(() => nothing));
+}
+
+/** @template T @param {string} path @returns {Promise<T>} */
+export const get = async (path) => (await call(path)).json();
+
+/**
+ * Posts a job. With seconds to wait, the answer may be the finished job with its grids.
+ * @param {JobDocument} draft @param {{ wait?: number, key?: string, signal?: AbortSignal }} [how]
+ * @returns {Promise<FinishedJob>}
+ */
+export async function postJob(draft, { wait, key, signal } = {}) {
+  const headers = new Headers({ "Content-Type": "application/json" });
+  if (wait !== undefined) headers.set("Prefer", `wait=${wait}`);
+  if (key !== undefined) headers.set("Idempotency-Key", key);
+  return (await call("/v1/jobs", { method: "POST", headers, body: JSON.stringify(draft), signal: signal ?? null })).json();
+}
+
+/** @param {string} id */
+export const job = (id) => /** @type {Promise<Job>} */ (get(`/v1/jobs/${id}`));
+
+/** The job's first grid, as far as it is computed; null where it has none yet. @param {Job} job @returns {Promise<Grid | null>} */
+export async function firstGrid(job) {
+  const path = Object.values(job.links.grids ?? {})[0];
+  if (!path) return null;
+  return get(path).catch(() => null);
+}
+
+/** Stops a job; what was computed stays. @param {string} id */
+export const cancelJob = (id) =>
+  call(`/v1/jobs/${id}/cancel`, { method: "POST" }).then(
+    () => {},
+    () => {},
+  );
+
+/** Deletes a job that nobody looks at any more, also while the page closes. @param {string} id */
+export const deleteJob = (id) =>
+  call(`/v1/jobs/${id}`, { method: "DELETE", keepalive: true }).then(
+    () => {},
+    () => {},
+  );
+
+/** @param {File} file @returns {Promise<Mesh>} */
+export const postMesh = async (file) =>
+  (await call("/v1/meshes", { method: "POST", headers: { "Content-Type": "model/obj" }, body: file })).json();
+
+/**
+ * Follows a job until it ends.
+ * @param {string} id @param {(name: string, data: any) => void} heard @param {AbortSignal} signal
+ * @returns {Promise<string>} the name of the last event; rejects when the stream is refused or nobody listens any more
+ */
+export function follow(id, heard, signal) {
+  const last = ["succeeded", "failed", "cancelled"];
+  return new Promise((resolve, reject) => {
+    const source = new EventSource(`/v1/jobs/${id}/events`);
+    const end = () => source.close();
+    signal.addEventListener("abort", () => (end(), reject(signal.reason)));
+    for (const name of ["planned", "pass", "image", ...last]) {
+      source.addEventListener(name, (event) => {
+        heard(name, JSON.parse(event.data));
+        if (last.includes(name)) (end(), resolve(name));
+      });
+    }
+    source.addEventListener(
+      "error",
+      () => source.readyState === EventSource.CLOSED && reject(new Error("the stream of events is refused")),
+    );
+  });
+}

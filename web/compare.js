@@ -1,0 +1,63 @@
+// Two variants side by side on one scale, and their difference.
+import { across, cells, down, largest, legend, lux, values } from "./map.js";
+import { layout } from "./plan.js";
+import { diverging, halfWidth, rising, scale, standardErrors } from "./scale.js";
+import { set, state } from "./state.js";
+import { html, nothing, svg } from "./vendor/lit-html.js";
+
+/** Keeps the result that is shown as variant A. */
+export function keepAsA() {
+  if (state.answer) set({ kept: { draft: state.draft, answer: state.answer } });
+}
+
+/** @param {Answer} answer @param {(at: import("./map.js").Layout) => Drawn} map @param {string} label */
+function small(answer, map, label) {
+  const [width, depth, height] = answer.job.document.room.size_m;
+  const natural = layout([width, depth, height], true);
+  const at = { ...natural, left: 4, top: 4 };
+  return html`<figure><figcaption>${label}</figcaption>${svg`<svg viewBox=${`0 0 ${at.k * width + 8} ${at.k * depth + 8}`} role="img" aria-label=${label}>
+    ${map(at)}<rect class="frame" x="4" y="4" width=${at.k * width} height=${at.k * depth}></rect>
+    ${(answer.job.document.tubes ?? []).map(({ centre_m }) => svg`<circle class="ring" cx=${across(at, centre_m[0])} cy=${down(at, centre_m[1])} r="5"></circle>`)}</svg>`}</figure>`;
+}
+
+/** The comparison, once a variant is kept. */
+export function compare() {
+  const { kept, answer } = state;
+  if (!kept || !answer?.grid || !kept.answer.grid) return nothing;
+  const [a, b] = [kept.answer, answer];
+  const [gridA, gridB] = [kept.answer.grid, answer.grid];
+  const layer = gridA.daylight_factor_percent && gridB.daylight_factor_percent ? state.layer : "lux";
+  const [ofA, ofB] = [values(gridA, layer), values(gridB, layer)];
+  const { end } = scale(Math.max(largest(ofA.rows), largest(ofB.rows)), 4);
+  const alike = gridA.x_m.join() === gridB.x_m.join() && gridA.y_m.join() === gridB.y_m.join();
+  return html`<section class="panel compare" aria-label="Comparison"><div class="head"><h2>A and B</h2>
+      <button type="button" @click=${keepAsA}>B becomes A</button><button type="button" @click=${() => set({ kept: null })}>Close</button></div>
+    <div class="three">
+      ${small(a, (at) => lux(gridA, ofA.rows, at, end), `A: ${mean(a)}`)}
+      ${small(b, (at) => lux(gridB, ofB.rows, at, end), `B: ${mean(b)}`)}
+      ${alike ? difference(b, gridB, ofA.rows, ofB.rows, ofB.unit, between(a, b)) : html`<p class="note">${between(a, b)}. The rooms differ, so that their maps have no difference.</p>`}
+      <div class="both">${legend(0, end, ofB.unit, (value) => rising(value / end), 240)}</div>
+    </div></section>`;
+}
+
+/** @param {Answer} answer */
+const mean = ({ grid }) => `${grid?.statistics.mean_lux.toFixed(0)}\u202flx`;
+
+/** The difference of the means with its interval. @param {Answer} a @param {Answer} b */
+function between(a, b) {
+  const [ofA, ofB] = [a.grid?.statistics, b.grid?.statistics];
+  if (!ofA || !ofB) return "";
+  const change = ofB.mean_lux - ofA.mean_lux;
+  const half =
+    standardErrors(Math.min(a.job.progress.passes, b.job.progress.passes)) *
+    Math.hypot(ofA.mean_lux_standard_error ?? 0, ofB.mean_lux_standard_error ?? 0);
+  return `B − A: ${change < 0 ? "−" : "+"}${Math.abs(change).toFixed(half < 1 ? 1 : 0)} ±\u202f${halfWidth(half)}\u202flx`;
+}
+
+/** @param {Answer} answer @param {Grid} grid @param {number[][]} rowsA @param {number[][]} rowsB @param {string} unit @param {string} label */
+function difference(answer, grid, rowsA, rowsB, unit, label) {
+  const rows = rowsB.map((row, j) => row.map((value, i) => value - (rowsA[j]?.[i] ?? 0)));
+  const { end } = scale(Math.max(...rows.flat().map(Math.abs)), 4);
+  const colour = (/** @type {number} */ value) => diverging(value / end);
+  return html`<div>${small(answer, (at) => cells(grid, rows, at, `difference ${end}`, colour), label)}${legend(-end, end, unit, colour, 130)}</div>`;
+}

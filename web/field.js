@@ -1,0 +1,89 @@
+// Fields of the form. What the service says of a field of the document stands below it.
+import { state } from "./state.js";
+import { html, nothing } from "./vendor/lit-html.js";
+
+/** Pointers of the fields that are drawn: what is said of others stands above the form. @type {Set<string>} */
+const drawn = new Set();
+
+/** Begins a drawing of the form. */
+export const begin = () => drawn.clear();
+
+/** What is wrong with a field. @param {string} pointer */
+function faults(pointer) {
+  drawn.add(pointer);
+  return (state.problem?.errors ?? []).filter((error) => error.pointer === pointer || error.pointer.startsWith(`${pointer}/`));
+}
+
+/** What is wrong and belongs to no field. */
+export function otherFaults() {
+  const { problem } = state;
+  if (!problem) return nothing;
+  const known = (/** @type {string} */ pointer) =>
+    [...drawn].some((field) => pointer === field || pointer.startsWith(`${field}/`));
+  const others = (problem.errors ?? []).filter(({ pointer }) => !known(pointer));
+  if (problem.errors?.length && !others.length)
+    return html`<p class="fault" role="alert">This room cannot be computed: see the fields that are marked.</p>`;
+  return html`<div class="fault" role="alert">${others.length ? others.map(({ pointer, detail }) => html`<p><code>${pointer}</code> ${detail}</p>`) : html`<p>${problem.title}: ${problem.detail}</p>`}</div>`;
+}
+
+/** @param {string} pointer */
+const idOf = (pointer) => `field${pointer.replaceAll("/", "-")}`;
+
+/** @param {string} pointer @param {string} label @param {(attributes: { id: string, invalid: "true" | "false", described: string }) => Drawn} control */
+function around(pointer, label, control) {
+  const id = idOf(pointer);
+  const wrong = faults(pointer);
+  return html`<div class="field ${wrong.length ? "wrong" : ""}"><label for=${id}>${label}</label>
+    ${control({ id, invalid: wrong.length ? "true" : "false", described: wrong.length ? `${id}-fault` : "" })}
+    ${wrong.length ? html`<p class="fault" id=${`${id}-fault`}>${wrong.map(({ detail }) => detail).join("; ")}</p>` : nothing}</div>`;
+}
+
+/**
+ * A number, taken over when it is entered.
+ * @param {{ pointer: string, label: string, value: number | null | undefined, step?: number, min?: number, max?: number, unit?: string, set: (value: number) => void }} of
+ */
+export function number({ pointer, label, value, step = 0.01, min, max, unit = "", set }) {
+  const take = (/** @type {Event} */ event) => {
+    const { valueAsNumber } = /** @type {HTMLInputElement} */ (event.target);
+    if (Number.isFinite(valueAsNumber)) set(valueAsNumber);
+  };
+  return around(
+    pointer,
+    unit ? `${label}, ${unit}` : label,
+    ({ id, invalid, described }) => html`<input id=${id} type="number" step=${step} min=${min ?? nothing} max=${max ?? nothing}
+    .value=${value === null || value === undefined ? "" : String(value)} aria-invalid=${invalid} aria-describedby=${described || nothing} @change=${take}>`,
+  );
+}
+
+/**
+ * A slider, taken over while it moves.
+ * @param {{ pointer: string, label: string, value: number, shown: string, step: number, min: number, max: number, set: (value: number) => void, held?: (now: boolean) => void }} of
+ */
+export function slider({ pointer, label, value, shown, step, min, max, set, held }) {
+  const take = (/** @type {Event} */ event) => set(Number(/** @type {HTMLInputElement} */ (event.target).value));
+  return around(
+    pointer,
+    label,
+    ({
+      id,
+      invalid,
+      described,
+    }) => html`<output for=${id}>${shown}</output><input id=${id} type="range" min=${min} max=${max} step=${step} .value=${String(value)}
+    aria-valuetext=${shown} aria-invalid=${invalid} aria-describedby=${described || nothing} @input=${take} @pointerdown=${() => held?.(true)} @pointerup=${() => held?.(false)}>`,
+  );
+}
+
+/** @template {string} T @param {{ pointer: string, label: string, value: T | "", options: [T, string][], set: (value: T) => void }} of */
+export function choice({ pointer, label, value, options, set }) {
+  const take = (/** @type {Event} */ event) => set(/** @type {T} */ (/** @type {HTMLSelectElement} */ (event.target).value));
+  return around(
+    pointer,
+    label,
+    ({
+      id,
+      invalid,
+      described,
+    }) => html`<select id=${id} aria-invalid=${invalid} aria-describedby=${described || nothing} @change=${take}>
+    ${options.map(([key, words]) => html`<option value=${key} ?selected=${key === value} .selected=${key === value}>${words}</option>`)}</select>`,
+  );
+}

@@ -1,0 +1,64 @@
+// Place and time, or where the sun is.
+import { dayName, hourName, read, time } from "./clock.js";
+import { number, slider } from "./field.js";
+import { edit, hold } from "./live.js";
+import { cities, cityAt, cityNamed } from "./places.js";
+import { set, state } from "./state.js";
+import { html, nothing } from "./vendor/lit-html.js";
+
+/** Sets coordinates and clock of the place. @param {JobDocument} draft @param {{ latitude?: number, longitude?: number, year?: number, day?: number, hour?: number }} to */
+function at(draft, to) {
+  const { year, day, hour } = { ...read(draft.time), ...to };
+  const location = (draft.location ??= { latitude_deg: 55.68, longitude_deg: 12.57 });
+  location.latitude_deg = to.latitude ?? location.latitude_deg;
+  location.longitude_deg = to.longitude ?? location.longitude_deg;
+  const zone = cityAt(location.latitude_deg, location.longitude_deg)?.[3];
+  draft.time = time(year, day, hour, zone, location.longitude_deg);
+}
+
+/** @param {Event} event */
+function takeCity(event) {
+  const input = /** @type {HTMLInputElement} */ (event.target);
+  const city = cityNamed(input.value);
+  if (!city) return void set({ said: `No city called ${input.value} is listed: give its coordinates.` });
+  edit((draft) => at(draft, { latitude: city[1], longitude: city[2] }));
+}
+
+/** The part of the form about place and time. */
+export function place() {
+  const { draft } = state;
+  if (draft.sky?.sun_position) return sun(draft.sky.sun_position);
+  const { year, day, hour } = read(draft.time);
+  const { latitude_deg, longitude_deg } = draft.location ?? { latitude_deg: 0, longitude_deg: 0 };
+  const sunNow = state.answer?.job.provenance?.sun;
+  const altitude = Number(sunNow?.altitude_deg);
+  return html`
+    <div class="field"><label for="city">City</label><input id="city" list="cities" autocomplete="off" .value=${cityAt(latitude_deg, longitude_deg)?.[0] ?? ""} placeholder="coordinates below" @change=${takeCity}>
+      <datalist id="cities">${cities.map(([name]) => html`<option value=${name}></option>`)}</datalist></div>
+    <div class="pair">
+      ${number({ pointer: "/location/latitude_deg", label: "Latitude", unit: "°N", value: latitude_deg, set: (latitude) => edit((next) => at(next, { latitude })) })}
+      ${number({ pointer: "/location/longitude_deg", label: "Longitude", unit: "°E", value: longitude_deg, set: (longitude) => edit((next) => at(next, { longitude })) })}
+    </div>
+    ${slider({ pointer: "/time/day", label: "Day", value: day, shown: dayName(year, day), step: 1, min: 1, max: 365, held: hold, set: (to) => edit((next) => at(next, { day: to })) })}
+    ${slider({ pointer: "/time", label: "Hour", value: hour, shown: hourName(hour), step: 0.25, min: 0, max: 23.75, held: hold, set: (to) => edit((next) => at(next, { hour: to })) })}
+    <p class="note">${state.current && Number.isFinite(altitude) ? (altitude > 0 ? `The sun stands ${altitude.toFixed(1)}° high, ${compass(Number(sunNow?.azimuth_deg))}.` : `The sun is ${(-altitude).toFixed(1)}° below the horizon.`) : nothing}</p>`;
+}
+
+/** @param {number} azimuth */
+const compass = (azimuth) =>
+  `in the ${["north", "north-east", "east", "south-east", "south", "south-west", "west", "north-west"][Math.round(azimuth / 45) % 8]}`;
+
+/** @param {{ altitude_deg: number, azimuth_deg: number }} position */
+function sun(position) {
+  const change = (/** @type {(position: { altitude_deg: number, azimuth_deg: number }) => void} */ to) =>
+    edit((next) => next.sky?.sun_position && to(next.sky.sun_position));
+  const free = () =>
+    edit((next) => {
+      if (next.sky) delete next.sky.sun_position;
+      at(next, {});
+    });
+  return html`
+    ${slider({ pointer: "/sky/sun_position/altitude_deg", label: "Height of the sun", value: position.altitude_deg, shown: `${position.altitude_deg}°`, step: 1, min: 0, max: 90, held: hold, set: (to) => change((it) => (it.altitude_deg = to)) })}
+    ${slider({ pointer: "/sky/sun_position/azimuth_deg", label: "Azimuth of the sun", value: position.azimuth_deg, shown: `${position.azimuth_deg}°`, step: 1, min: 0, max: 359, held: hold, set: (to) => change((it) => (it.azimuth_deg = to)) })}
+    <button type="button" @click=${free}>Set place and time instead</button>`;
+}

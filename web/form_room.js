@@ -1,0 +1,41 @@
+// The room: its size, its surfaces, its work plane.
+import { moveEdge } from "./draft.js";
+import { number } from "./field.js";
+import { edit } from "./live.js";
+import { state } from "./state.js";
+import { html, nothing } from "./vendor/lit-html.js";
+
+/** What surfaces reflect where a document says nothing. */
+const USUAL = /** @type {const} */ ({ floor: 0.2, walls: 0.5, ceiling: 0.7 });
+
+/** The part of the form about the room. */
+export function room() {
+  const { draft } = state;
+  const [width, depth, height] = draft.room.size_m;
+  const grid = draft.grids?.[0];
+  const reflectance = (/** @type {keyof typeof USUAL} */ name) => {
+    const value = draft.room.surfaces?.[name] ? draft.room.surfaces[name].reflectance : USUAL[name];
+    const pointer = `/room/surfaces/${name}/reflectance`;
+    if (typeof value !== "number")
+      return html`<p class="note">${name}: ${value === null || value === undefined ? "open" : `in colours (${value.join(", ")})`}</p>`;
+    const set = (/** @type {number} */ to) =>
+      edit((next) => {
+        const surfaces = (next.room.surfaces ??= {});
+        surfaces[name] = { ...surfaces[name], reflectance: to };
+      });
+    return number({ pointer, label: name[0]?.toUpperCase() + name.slice(1), value, step: 0.05, min: 0, max: 1, set });
+  };
+  return html`
+    <div class="triple">
+      ${number({ pointer: "/room/size_m/0", label: "Width", unit: "m", value: width, step: 0.05, set: (to) => edit((next) => moveEdge(next, "east", to - width)) })}
+      ${number({ pointer: "/room/size_m/1", label: "Depth", unit: "m", value: depth, step: 0.05, set: (to) => edit((next) => moveEdge(next, "north", to - depth)) })}
+      ${number({ pointer: "/room/size_m/2", label: "Height", unit: "m", value: height, step: 0.05, set: (to) => edit((next) => (next.room.size_m[2] = to)) })}
+    </div>
+    <h3>Reflectances</h3>
+    <div class="triple">${reflectance("floor")}${reflectance("walls")}${reflectance("ceiling")}</div>
+    <div class="pair">
+      ${grid ? number({ pointer: "/grids/0/height_m", label: "Work plane", unit: "m", value: grid.height_m, step: 0.05, min: 0, set: (to) => edit((next) => next.grids?.[0] && (next.grids[0].height_m = to)) }) : nothing}
+      ${number({ pointer: "/room/rotation_deg", label: "Turned by", unit: "°", value: draft.room.rotation_deg ?? 0, step: 5, min: -360, max: 360, set: (to) => edit((next) => (next.room.rotation_deg = to)) })}
+    </div>
+    ${draft.room.objects?.length || draft.room.luminaires?.length ? html`<p class="note">The room also has ${draft.room.objects?.length ?? 0} objects and ${draft.room.luminaires?.length ?? 0} luminaires, which the document describes.</p>` : nothing}`;
+}

@@ -1,0 +1,218 @@
+// The tubes: kinds, sizes, closures; models in OBJ files.
+import * as api from "./api.js";
+import { diameter, isMesh, removeTube, usualTube } from "./draft.js";
+import { choice, number, slider } from "./field.js";
+import { edit, hold, problemOf } from "./live.js";
+import { add } from "./plan_hand.js";
+import { set, state } from "./state.js";
+import { html, nothing } from "./vendor/lit-html.js";
+
+/** @typedef {ParametricTube["collector"]} Collector */
+/** @typedef {ParametricTube["diffuser"]} Diffuser */
+
+/** Usual optics by kind. @type {Record<Exclude<Collector["kind"], never>, Collector>} */
+const COLLECTORS = {
+  dome: { kind: "dome", transmittance: 0.92 },
+  dielectric_dome: { kind: "dielectric_dome", refractive_index: 1.49, thickness_m: 0.003 },
+  flat: { kind: "flat", transmittance: 0.92 },
+  open: { kind: "open" },
+};
+/** @type {[Collector["kind"], string][]} */
+const COLLECTOR_WORDS = [
+  ["dome", "clear dome"],
+  ["dielectric_dome", "acrylic dome, refracting"],
+  ["flat", "flat glass"],
+  ["open", "open"],
+];
+/** @type {[Diffuser["kind"], string][]} */
+const DIFFUSER_WORDS = [
+  ["lambertian", "opal"],
+  ["clear", "clear"],
+  ["mixed", "opal with a clear ring"],
+  ["open", "open"],
+];
+
+/** @param {Diffuser["kind"]} kind @param {number} diameter @returns {Diffuser} */
+function usualDiffuser(kind, diameter) {
+  if (kind === "clear") return { kind, transmittance: 0.9 };
+  if (kind === "open") return { kind };
+  if (kind === "mixed")
+    return {
+      kind,
+      lambertian_radius_m: Math.round(350 * diameter) / 1000,
+      inner: "lambertian",
+      lambertian_transmittance: 0.6,
+      clear_transmittance: 0.9,
+    };
+  return { kind: "lambertian", transmittance: 0.6 };
+}
+
+/** The part of the form about tubes. */
+export function tubes() {
+  const of = state.draft.tubes ?? [];
+  return html`${of.map(
+    (
+      tube,
+      index,
+    ) => html`<details class="card" ?open=${of.length <= 2}><summary>Tube ${index + 1} <small>${words(tube)}</small></summary>
+      <button type="button" class="remove" aria-label=${`Remove tube ${index + 1}`} @click=${() => edit((draft) => removeTube(draft, index))}>×</button>
+      ${isMesh(tube) ? mesh(tube, index) : pipe(tube, index)}</details>`,
+  )}
+    <button type="button" class="wide" @click=${add}>Add a tube</button>
+    ${drop()}`;
+}
+
+/** @param {Tube} tube */
+const words = (tube) =>
+  isMesh(tube)
+    ? "model"
+    : `${tube.diameter_m} m wide, ${Number(tube.segments.reduce((sum, { length_m }) => sum + length_m, 0).toFixed(2))} m long`;
+
+/** Changes a tube of pipes. @param {number} index @param {(tube: ParametricTube) => void} change */
+const change = (index, change) =>
+  edit((draft) => {
+    const tube = draft.tubes?.[index];
+    if (tube && !isMesh(tube)) change(tube);
+  });
+
+/** @param {ParametricTube} tube @param {number} index */
+function pipe(tube, index) {
+  const at = `/tubes/${index}`;
+  const bent = tube.segments.length > 1;
+  const lengths = tube.segments.map((segment, piece) =>
+    slider({
+      pointer: `${at}/segments/${piece}/length_m`,
+      label: bent ? (piece ? "Above the bend" : "Below the bend") : "Length",
+      value: segment.length_m,
+      shown: `${segment.length_m} m`,
+      step: 0.05,
+      min: 0.1,
+      max: 6,
+      held: hold,
+      set: (to) => change(index, ({ segments }) => segments[piece] && (segments[piece].length_m = to)),
+    }),
+  );
+  const lean = (/** @type {number} */ piece, /** @type {Partial<ParametricTube["segments"][number]>} */ to) =>
+    change(index, ({ segments }) => Object.assign(segments[piece] ?? {}, to));
+  const leans = tube.segments.slice(1).map(
+    (segment, piece) => html`<div class="pair">
+    ${number({ pointer: `${at}/segments/${piece + 1}/tilt_deg`, label: "Leans by", unit: "°", value: segment.tilt_deg ?? 0, step: 5, min: 0, max: 135, set: (to) => lean(piece + 1, { tilt_deg: to }) })}
+    ${number({ pointer: `${at}/segments/${piece + 1}/azimuth_deg`, label: "Toward", unit: "°", value: segment.azimuth_deg ?? 0, step: 15, min: -360, max: 360, set: (to) => lean(piece + 1, { azimuth_deg: to }) })}</div>`,
+  );
+  return html`
+    ${choice({
+      pointer: `${at}/segments`,
+      label: "Kind",
+      value: bent ? "bent" : "straight",
+      options: [
+        ["straight", "straight"],
+        ["bent", "with a bend"],
+      ],
+      set: (kind) => change(index, (next) => (next.segments = usualTube(kind, [0, 0]).segments)),
+    })}
+    ${slider({ pointer: `${at}/diameter_m`, label: "Diameter", value: tube.diameter_m, shown: `${tube.diameter_m} m`, step: 0.01, min: 0.1, max: 1, held: hold, set: (to) => change(index, (next) => (next.diameter_m = to)) })}
+    ${lengths}${leans}
+    ${typeof tube.reflectance === "number" ? number({ pointer: `${at}/reflectance`, label: "Mirror reflects", value: tube.reflectance, step: 0.005, min: 0, max: 1, set: (to) => change(index, (next) => (next.reflectance = to)) }) : html`<p class="note">The mirror is a table in the document.</p>`}
+    <div class="pair">
+      ${choice({ pointer: `${at}/collector`, label: "Collector", value: tube.collector.kind, options: COLLECTOR_WORDS, set: (kind) => change(index, (next) => (next.collector = structuredClone(COLLECTORS[kind]))) })}
+      ${choice({ pointer: `${at}/diffuser`, label: "Diffuser", value: tube.diffuser.kind, options: tube.diffuser.kind === "measured" ? [...DIFFUSER_WORDS, ["measured", "measured table"]] : DIFFUSER_WORDS, set: (kind) => kind !== "measured" && change(index, (next) => (next.diffuser = usualDiffuser(kind, next.diameter_m))) })}
+      ${share(`${at}/collector/transmittance`, "passes", tube.collector, (to) => change(index, (next) => "transmittance" in next.collector && (next.collector.transmittance = to)))}
+      ${share(`${at}/diffuser/transmittance`, "passes", tube.diffuser, (to) => change(index, (next) => "transmittance" in next.diffuser && (next.diffuser.transmittance = to)))}
+    </div>`;
+}
+
+/** @param {string} pointer @param {string} label @param {Collector | Diffuser} closure @param {(to: number) => void} set */
+function share(pointer, label, closure, set) {
+  const what = pointer.includes("collector") ? "Collector" : "Diffuser";
+  if (!("transmittance" in closure) || typeof closure.transmittance !== "number") return html`<span></span>`;
+  return number({ pointer, label: `${what} ${label}`, value: closure.transmittance, step: 0.01, min: 0, max: 1, set });
+}
+
+/** @param {MeshTube} tube @param {number} index */
+function mesh(tube, index) {
+  const at = `/tubes/${index}`;
+  /** @param {(tube: MeshTube) => void} change */
+  const alter = (change) =>
+    edit((draft) => {
+      const next = draft.tubes?.[index];
+      if (next && isMesh(next)) change(next);
+    });
+  return html`<p class="note">A model with ${Object.keys(tube.parts).length} materials.</p>
+    <div class="pair">
+      ${choice({
+        pointer: `${at}/unit`,
+        label: "Unit of the model",
+        value: tube.unit,
+        options: [
+          ["m", "metres"],
+          ["cm", "centimetres"],
+          ["mm", "millimetres"],
+          ["in", "inches"],
+          ["ft", "feet"],
+        ],
+        set: (unit) => alter((next) => (next.unit = unit)),
+      })}
+      ${number({ pointer: `${at}/opening_diameter_m`, label: "Opening", unit: "m", value: tube.opening_diameter_m, step: 0.001, min: 0.01, set: (to) => alter((next) => (next.opening_diameter_m = to)) })}
+    </div>
+    ${Object.entries(tube.parts).map(([name, part]) =>
+      choice({
+        pointer: `${at}/parts/${name}`,
+        label: name || "(no material)",
+        value: part.role,
+        options: [
+          ["collector", "collector"],
+          ["pipe", "mirror pipe"],
+          ["diffuser", "diffuser"],
+        ],
+        set: (role) => alter((next) => (next.parts[name] = usualPart(role))),
+      }),
+    )}`;
+}
+
+/** @param {"collector" | "pipe" | "diffuser"} role @returns {MeshTube["parts"][string]} */
+function usualPart(role) {
+  if (role === "collector") return { role, transmittance: 0.92 };
+  if (role === "pipe") return { role, reflectance: 0.98 };
+  return { role: "diffuser", kind: "lambertian", transmittance: 0.6 };
+}
+
+/** What a material is, by its name. @param {string} name */
+const guessed = (name) =>
+  usualPart(/dome|cover|collector|glass|lens/i.test(name) ? "collector" : /diffus|opal/i.test(name) ? "diffuser" : "pipe");
+
+/** Takes a model for a new tube in the middle of the room. @param {File | undefined} file */
+async function take(file) {
+  if (!file) return;
+  try {
+    const { id, materials, triangles } = await api.postMesh(file);
+    const last = state.draft.tubes?.at(-1);
+    const opening = last ? diameter(last) : 0.25;
+    edit((draft) =>
+      (draft.tubes ??= []).push({
+        mesh: id,
+        unit: "m",
+        opening_diameter_m: opening,
+        centre_m: [draft.room.size_m[0] / 2, draft.room.size_m[1] / 2],
+        parts: Object.fromEntries(materials.map((name) => [name, guessed(name)])),
+      }),
+    );
+    set({ said: `${file.name}: ${triangles} triangles. Check the unit, the opening and what each material is.` });
+  } catch (error) {
+    set({ problem: problemOf(error) });
+  }
+}
+
+function drop() {
+  const dropped = (/** @type {DragEvent} */ event) => {
+    event.preventDefault();
+    void take(event.dataTransfer?.files[0]);
+  };
+  const chosen = (/** @type {Event} */ event) => {
+    const input = /** @type {HTMLInputElement} */ (event.target);
+    void take(input.files?.[0]);
+    input.value = "";
+  };
+  return html`<label class="drop" @dragover=${(/** @type {DragEvent} */ event) => event.preventDefault()} @drop=${dropped}>
+    <input type="file" accept=".obj,model/obj" @change=${chosen}><span>Model of a tube: drop an OBJ file here, or choose one</span></label>
+    ${state.said ? html`<p class="note" role="status">${state.said}</p>` : nothing}`;
+}

@@ -1,0 +1,117 @@
+// One job, at an address of its own: what was asked for, how far it is, what came out.
+import { chart, duration, percent } from "./accuracy.js";
+import * as api from "./api.js";
+import { across, bar, down, isolines, largest, lux, values } from "./map.js";
+import { jobs } from "./jobs.js";
+import { layout, north } from "./plan.js";
+import { reasons } from "./reasons.js";
+import { headline, numbers } from "./results.js";
+import { scale } from "./scale.js";
+import { files, packed } from "./share.js";
+import { skyNames } from "./sky.js";
+import { drawnBy, set, state } from "./state.js";
+import { html, nothing, render, svg } from "./vendor/lit-html.js";
+
+/** Shows a job, and follows it until it ends. @param {string} id @param {HTMLElement} app @param {() => Drawn} header @param {MediaQueryList} narrow */
+export async function jobPage(id, app, header, narrow) {
+  /** @type {{ job: Job | null, grid: Grid | null, passes: Pass[], fault: string, edit: string }} */
+  const seen = { job: null, grid: null, passes: [], fault: "", edit: "/" };
+  const look = async () => {
+    seen.job = await api.job(id);
+    seen.grid = await api.firstGrid(seen.job);
+    seen.passes = (await api.get(`/v1/jobs/${id}/convergence`).catch(() => ({ passes: [] }))).passes;
+    seen.edit = `/#d=${await packed(seen.job.document)}`;
+    set();
+  };
+  drawnBy(() =>
+    render(
+      html`${header()}<main class="job">${jobs()}${page(seen, narrow.matches)}</main><p class="unseen" role="status">${state.said}</p>`,
+      app,
+    ),
+  );
+  narrow.addEventListener("change", () => set());
+  try {
+    await look();
+    const ended = () => seen.job?.status !== "queued" && seen.job?.status !== "running";
+    let looked = performance.now();
+    if (!ended()) {
+      await api.follow(
+        id,
+        (name, data) => {
+          if (name === "pass") seen.passes = [...seen.passes, data];
+          set();
+          if (performance.now() - looked > 2000) {
+            looked = performance.now();
+            void look();
+          }
+        },
+        new AbortController().signal,
+      );
+      await look();
+    }
+  } catch (error) {
+    seen.fault = error instanceof api.Refused ? error.problem.detail : String(error);
+    set();
+  }
+}
+
+/** @param {{ job: Job | null, grid: Grid | null, passes: Pass[], fault: string, edit: string }} seen @param {boolean} narrow */
+function page({ job, grid, passes, fault, edit }, narrow) {
+  if (!job)
+    return html`<section class="panel"><h2>${fault ? "This job is not here" : "Job"}</h2><p>${fault || "…"}</p><p><a href="/">To the editor</a></p></section>`;
+  document.title = `${job.name ?? "Job"}, skyduct`;
+  const runs = job.status === "queued" || job.status === "running";
+  const views = Object.entries(job.links.views ?? {});
+  return html`<section class="panel about" aria-label="Job"><h2>${job.name || "Job"}</h2>
+      <p>${job.status}${job.stopped_by && job.stopped_by !== job.status ? `, stopped by ${job.stopped_by.replaceAll("_", " ")}` : ""}; ${job.progress.passes} ${job.progress.passes === 1 ? "pass" : "passes"} in ${duration(job.progress.seconds)}</p>
+      <dl class="numbers">${asked(job.document).map(([name, value]) => html`<div><dt>${name}</dt><dd>${value}</dd></div>`)}</dl>
+      <p class="links"><a href=${edit}>Edit a copy</a>${runs ? html`<button type="button" @click=${() => void api.cancelJob(job.id)}>Stop</button>` : nothing}</p>
+      ${job.problem ? html`<p class="fault">${job.problem.detail}</p>` : nothing}</section>
+    ${grid ? html`<section class="panel map" aria-label="Map"><h2>${grid.name}</h2>${map(job, grid, narrow)}</section><section class="panel result" aria-label="Result">${headline({ job, grid })}${numbers({ job, grid })}</section>` : nothing}
+    ${views.map(([name, { png }]) => html`<section class="panel view" aria-label=${`Picture ${name}`}><h2>${name}</h2><img class="rendered" src=${`${png}${runs ? `?${job.progress.passes}` : ""}`} alt=${`The view ${name} of the room`}></section>`)}
+    <section class="panel accurate" aria-label="Accuracy"><h2>Error against time</h2>${chart(
+      passes.map((pass) => ({ ...pass, relative_error: pass.relative_error ?? /** @type {any} */ (pass).view_relative_error })),
+      null,
+    )}
+      <p>${job.progress.relative_error ? `${percent(job.progress.relative_error)} of the map at the end` : ""}</p></section>
+    <section class="panel why" aria-label="Reasons">${reasons(job)}</section>
+    <section class="panel take" aria-label="Files"><h2>Files</h2><p class="links">${files(job)}</p></section>`;
+}
+
+/** What was asked for, in words. @param {JobDocument} document @returns {[string, string][]} */
+function asked({ room, sky, time, location, tubes }) {
+  const type = sky?.cie_type;
+  return [
+    ["room", `${room.size_m.join(" × ")} m`],
+    ["tubes", String(tubes?.length ?? 0)],
+    ...(type ? [/** @type {[string, string]} */ (["sky", `${skyNames[type]} (${type})`])] : []),
+    ...(time ? [/** @type {[string, string]} */ (["time", time.replace("T", " ")])] : []),
+    ...(location ? [/** @type {[string, string]} */ (["place", coordinates(location)])] : []),
+  ];
+}
+
+/** @param {{ latitude_deg: number, longitude_deg: number }} place */
+const coordinates = ({ latitude_deg: north, longitude_deg: east }) =>
+  `${Math.abs(north)}° ${north < 0 ? "S" : "N"}, ${Math.abs(east)}° ${east < 0 ? "W" : "E"}`;
+
+/** @param {Job} job @param {Grid} grid @param {boolean} narrow */
+function map(job, grid, narrow) {
+  const { rows, unit } = values(grid, "lux");
+  const size = job.document.room.size_m;
+  const [width, depth] = size;
+  const at = layout(size, narrow);
+  const { end, ticks } = scale(largest(rows));
+  return svg`<svg class="plan" viewBox=${`0 0 ${at.box.join(" ")}`} role="img" aria-label=${`Illuminance of ${grid.name}`}>
+    ${lux(grid, rows, at, end)}${isolines(
+      grid,
+      rows,
+      at,
+      [width, depth],
+      (job.document.tubes ?? []).map(({ centre_m }) => centre_m),
+    )}
+    <rect class="frame" x=${across(at, 0)} y=${down(at, depth)} width=${at.k * width} height=${at.k * depth}></rect>
+    ${(job.document.tubes ?? []).map((tube) => svg`<circle class="ring" cx=${across(at, tube.centre_m[0])} cy=${down(at, tube.centre_m[1])} r=${(at.k * ("mesh" in tube ? tube.opening_diameter_m : tube.diameter_m)) / 2}></circle>`)}
+    <text class="measure" x=${across(at, width / 2)} y=${down(at, 0) + 22}>${width} m</text>
+    <text class="measure" x=${at.left - 14} y=${down(at, depth / 2)} transform=${`rotate(-90 ${at.left - 14} ${down(at, depth / 2)})`}>${depth} m</text>
+    ${bar(end, ticks, unit, across(at, width) + 18, at.top, at.k * depth)}${north(job.document.room.rotation_deg ?? 0)}</svg>`;
+}

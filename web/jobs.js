@@ -1,0 +1,28 @@
+// The list of the service's jobs.
+import * as api from "./api.js";
+import { percent } from "./accuracy.js";
+import { set, state } from "./state.js";
+import { html, nothing } from "./vendor/lit-html.js";
+
+/** How many jobs are listed. */
+const MOST = 30;
+
+/** Opens the list, or closes it. */
+export async function toggle() {
+  if (state.jobs) return void set({ jobs: null });
+  set({ jobs: (await api.get(`/v1/jobs?limit=${MOST}`)).jobs });
+}
+
+const again = async () => set({ jobs: (await api.get(`/v1/jobs?limit=${MOST}`)).jobs });
+
+/** The list, while it is open. */
+export function jobs() {
+  const { jobs } = state;
+  if (!jobs) return nothing;
+  const row = (/** @type {JobSummary} */ { id, name, status, created_at, progress }) => html`<tr>
+    <td><a href=${`/jobs/${id}`}>${name || id.slice(-8)}</a></td><td>${status}</td><td>${created_at ? new Date(created_at).toLocaleTimeString([], { hour: "2-digit", minute: "2-digit", second: "2-digit" }) : ""}</td>
+    <td>${progress.relative_error ? percent(progress.relative_error) : progress.view_relative_error ? percent(progress.view_relative_error) : "–"}</td>
+    <td>${status === "queued" || status === "running" ? html`<button type="button" aria-label=${`Stop ${name || id}`} @click=${() => void api.cancelJob(id).then(again)}>Stop</button>` : html`<button type="button" aria-label=${`Delete ${name || id}`} @click=${() => void api.deleteJob(id).then(again)}>Delete</button>`}</td></tr>`;
+  return html`<section class="panel row" aria-label="Jobs"><div class="head"><h2>Jobs</h2><button type="button" @click=${() => void again()}>Look again</button><button type="button" @click=${() => set({ jobs: null })}>Close</button></div>
+    ${jobs.length ? html`<div class="wide-table" tabindex="0" role="region" aria-label="Table of jobs"><table class="jobs"><thead><tr><th scope="col">name</th><th scope="col">status</th><th scope="col">posted</th><th scope="col">error</th><th scope="col"><span class="unseen">end</span></th></tr></thead><tbody>${jobs.map(row)}</tbody></table></div>` : html`<p class="note">There are none.</p>`}</section>`;
+}

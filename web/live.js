@@ -1,0 +1,216 @@
+// Keeps the result up with the draft: a short job at every change, one at a time, and a sharper one when the hand rests.
+import * as api from "./api.js";
+import { changed } from "./draft.js";
+import { set, state } from "./state.js";
+
+/** Error and time after which the first answer comes. */
+const FIRST = { relative_error: 0.05, max_seconds: 1 };
+/** Longest time to sharpen by itself, and when asked to. */
+const BY_ITSELF_SECONDS = 20;
+const ASKED_SECONDS = 600;
+/** Rest of the hand before the result is sharpened, and before a first answer that is late is given up. */
+const REST_MS = 350;
+const LATE_MS = 1500;
+/** Pause between looks at the grid of a job that sharpens. */
+const LOOK_MS = 700;
+
+/** Counts changes: an answer to an older one never replaces a newer one's. */
+let sequence = 0;
+let shown = 0;
+/** @type {{ abort: AbortController, since: number } | null} */
+let first = null;
+let again = false;
+/** @type {AbortController | null} */
+let sharpening = null;
+/** @type {ReturnType<typeof setTimeout> | undefined} */
+let rest;
+/** Jobs that the page made for itself: deleted once nothing shows them. @type {Set<string>} */
+const own = new Set();
+let held = false;
+
+/** Changes the draft, and computes it. @param {(draft: JobDocument) => void} change */
+export function edit(change) {
+  use(changed(state.draft, change));
+}
+
+/** Takes a draft over, and computes it. @param {JobDocument} draft */
+export function use(draft) {
+  set({ draft, current: false, problem: null });
+  compute();
+}
+
+/** Computes the draft: at once, or after the answer that is on its way. */
+export function compute() {
+  sequence++;
+  clearTimeout(rest);
+  stopSharpening();
+  if (!first) void answerFirst();
+  else {
+    again = true;
+    if (performance.now() - first.since > LATE_MS) first.abort.abort();
+  }
+}
+
+/** While a hand holds something, nothing is sharpened. @param {boolean} now */
+export function hold(now) {
+  held = now;
+  if (!now) restSoon();
+}
+
+function restSoon() {
+  clearTimeout(rest);
+  if (held || first || again || !state.current) return;
+  rest = setTimeout(() => {
+    if ((state.answer?.job.accuracy?.relative_error ?? 1) > state.target) void sharpen(BY_ITSELF_SECONDS);
+  }, REST_MS);
+}
+
+async function answerFirst() {
+  const mine = sequence;
+  const abort = new AbortController();
+  const key = crypto.randomUUID();
+  const draft = { ...state.draft, views: [], stop: { ...state.draft.stop, ...FIRST } };
+  first = { abort, since: performance.now() };
+  const late = setTimeout(() => again && abort.abort(), LATE_MS);
+  try {
+    const job = await api.postJob(draft, { wait: 10, key, signal: abort.signal });
+    own.add(job.id);
+    if (job.status === "failed") throw new Error(job.problem?.detail ?? "the job failed");
+    const grid = job.grid_results ? (Object.values(job.grid_results)[0] ?? null) : await ended(job.id, abort.signal);
+    show(mine, { job: grid && !job.grid_results ? await api.job(job.id) : job, grid });
+  } catch (error) {
+    if (abort.signal.aborted) void forget(draft, key);
+    else if (mine === sequence) set({ problem: problemOf(error) });
+  } finally {
+    clearTimeout(late);
+    first = null;
+    if (again) {
+      again = false;
+      void answerFirst();
+    } else restSoon();
+  }
+}
+
+/** The grid of a job that took longer than the answer. @param {string} id @param {AbortSignal} signal */
+async function ended(id, signal) {
+  await api.follow(id, () => {}, signal);
+  return api.firstGrid(await api.job(id));
+}
+
+/** Deletes the job of a post whose answer nobody waited for: the same post with its key names it. @param {JobDocument} draft @param {string} key */
+async function forget(draft, key) {
+  const job = await api.postJob(draft, { key }).catch(() => null);
+  if (job) await api.deleteJob(job.id);
+}
+
+/** @param {unknown} error @returns {Problem} */
+export function problemOf(error) {
+  if (error instanceof api.Refused) return error.problem;
+  const detail =
+    error instanceof TypeError ? "the service does not answer" : String(error instanceof Error ? error.message : error);
+  return { type: "about:blank", title: "No answer", status: 0, detail, instance: "" };
+}
+
+/** @param {number} of @param {Answer} answer */
+function show(of, answer) {
+  if (of < shown) return void api.deleteJob(answer.job.id);
+  shown = of;
+  const before = state.answer?.job.id;
+  if (before !== answer.job.id) release(before);
+  const { passes, seconds, relative_error = null } = answer.job.progress;
+  const points =
+    state.running?.id === answer.job.id ? state.passes : [{ passes, seconds, relative_error: relative_error ?? null }];
+  set({ answer, current: of === sequence, passes: points, problem: of === sequence ? null : state.problem });
+}
+
+/** Deletes a job of the page's own. @param {string | undefined} id */
+function release(id) {
+  if (id && own.delete(id)) void api.deleteJob(id);
+}
+
+/** Keeps the job that is shown, because somebody refers to it. @returns {string | undefined} */
+export function keep() {
+  const id = state.answer?.job.id;
+  if (id) own.delete(id);
+  return id;
+}
+
+function stopSharpening() {
+  if (!sharpening) return;
+  sharpening.abort();
+  sharpening = null;
+  const id = state.running?.id ?? undefined;
+  set({ running: null });
+  if (id !== state.answer?.job.id) release(id);
+}
+
+/** Computes the draft to the target, with the errors told as they fall. @param {number} [seconds] @param {number} [target] */
+export async function sharpen(seconds = ASKED_SECONDS, target = state.target) {
+  stopSharpening();
+  clearTimeout(rest);
+  const mine = sequence;
+  const abort = new AbortController();
+  sharpening = abort;
+  const draft = { ...state.draft, views: [], stop: { ...state.draft.stop, relative_error: target, max_seconds: seconds } };
+  set({ running: { id: null, since: performance.now(), asked: target } });
+  try {
+    const posted = await api.postJob(draft);
+    if (seconds < ASKED_SECONDS) own.add(posted.id);
+    if (abort.signal.aborted) return void (own.delete(posted.id), api.deleteJob(posted.id));
+    set({ running: { id: posted.id, since: performance.now(), asked: target }, passes: [] });
+    let looked = performance.now();
+    const look = async () => {
+      looked = performance.now();
+      const grid = await api.firstGrid(posted);
+      const job = await api.job(posted.id).catch(() => null);
+      if (job && grid && !abort.signal.aborted) show(mine, { job, grid });
+    };
+    await api.follow(
+      posted.id,
+      (name, data) => {
+        if (name !== "pass") return;
+        set({ passes: [...state.passes, data] });
+        if (performance.now() - looked > LOOK_MS) void look();
+      },
+      abort.signal,
+    );
+    const job = await api.job(posted.id);
+    const grid = await api.firstGrid(job);
+    if (abort.signal.aborted) return;
+    if (grid) show(mine, { job, grid });
+    if (job.problem) set({ problem: problemOf(new Error(job.problem.detail)) });
+  } catch (error) {
+    if (!abort.signal.aborted) set({ problem: problemOf(error) });
+  } finally {
+    if (sharpening === abort) {
+      sharpening = null;
+      set({ running: null });
+    }
+  }
+}
+
+/**
+ * Shows a draft with its stored result, which has no files in this service: a job of its own takes its place.
+ * @param {JobDocument} draft @param {Answer} answer
+ */
+export function present(draft, answer) {
+  shown = ++sequence;
+  again = false;
+  first?.abort.abort();
+  release(state.answer?.job.id);
+  const { passes, seconds, relative_error = null } = answer.job.progress;
+  set({ draft, answer, current: true, problem: null, passes: [{ passes, seconds, relative_error }] });
+  void sharpen(BY_ITSELF_SECONDS, Math.max(relative_error ?? state.target, 1e-3));
+}
+
+/** Stops the job that sharpens; its result so far is shown. */
+export function cancel() {
+  const id = state.running?.id;
+  if (id) {
+    own.delete(id);
+    void api.cancelJob(id);
+  }
+}
+
+// what nobody sees any more takes no place in the service
+addEventListener("pagehide", () => own.forEach((id) => void api.deleteJob(id)));

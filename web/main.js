@@ -1,0 +1,111 @@
+// The page: the editor at /, one job at /jobs/ID.
+import { accuracy } from "./accuracy.js";
+import * as api from "./api.js";
+import { compare, keepAsA } from "./compare.js";
+import { begin, otherFaults } from "./field.js";
+import { place } from "./form_place.js";
+import { room } from "./form_room.js";
+import { tubes } from "./form_tubes.js";
+import { jobPage } from "./job_page.js";
+import { jobs, toggle } from "./jobs.js";
+import { present, use } from "./live.js";
+import { picture } from "./picture.js";
+import { plan } from "./plan.js";
+import { preset, presets } from "./presets.js";
+import { reasons } from "./reasons.js";
+import { headline, numbers, readOut } from "./results.js";
+import { section } from "./section.js";
+import { known, remember, share, take, unpacked } from "./share.js";
+import { sky } from "./sky.js";
+import { drawnBy, set, state } from "./state.js";
+import { html, nothing, render } from "./vendor/lit-html.js";
+
+const app = /** @type {HTMLElement} */ (document.querySelector("#app"));
+const narrow = matchMedia("(max-width: 700px)");
+/** @type {SkyType[]} */
+let skies = [];
+/** Name of the preset that was chosen last. */
+let chosen = "";
+
+/** Shows a room with its stored result. @param {string} name */
+async function open(name) {
+  chosen = name;
+  const { draft, answer } = await preset(name);
+  known(draft);
+  history.replaceState(null, "", location.pathname);
+  present(draft, answer);
+}
+
+/** @param {boolean} edits whether the page edits a room */
+function header(edits) {
+  const choose = (/** @type {Event} */ event) => {
+    const { value } = /** @type {HTMLSelectElement} */ (event.target);
+    if (value) void open(value);
+  };
+  return html`<header><h1><a href="/">skyduct</a></h1><p>How much daylight do these tubes bring into this room?</p>
+    <nav aria-label="Page">${edits ? html`<label class="inline">Room <select id="preset" @change=${choose}><option value="" ?selected=${!chosen}>your own</option>${presets.map(([name, words]) => html`<option value=${name} .selected=${name === chosen}>${words}</option>`)}</select></label>` : nothing}
+      <button type="button" aria-expanded=${state.jobs ? "true" : "false"} @click=${() => void toggle()}>Jobs</button>${edits ? html`<button type="button" @click=${() => void share()}>Share</button>` : nothing}<a href="/docs/">Interface</a></nav></header>`;
+}
+
+/** @param {string} title @param {unknown} content @param {boolean} opened */
+const drawer = (title, content, opened) =>
+  html`<details class="drawer" ?open=${opened}><summary><h2>${title}</h2></summary>${content}</details>`;
+
+function editor() {
+  begin();
+  const { answer } = state;
+  const factor = answer?.grid?.daylight_factor_percent ? "daylight_factor" : null;
+  if (!factor) state.layer = "lux";
+  const layer = (/** @type {"lux" | "daylight_factor"} */ of, /** @type {string} */ words) =>
+    html`<button type="button" aria-pressed=${state.layer === of} ?disabled=${of !== "lux" && !factor} title=${of !== "lux" && !factor ? "Under an overcast sky only" : ""} @click=${() => set({ layer: of })}>${words}</button>`;
+  const open = !narrow.matches;
+  const form = html`<form class="panel form" aria-label="The room and its tubes" @submit=${(/** @type {Event} */ event) => event.preventDefault()}>
+    ${drawer("Place and time", place(), open)}${drawer("Sky", sky(skies), open)}${drawer("Room", room(), open)}${drawer("Tubes", tubes(), open)}</form>`;
+  // the form is drawn before what is said of fields that it does not have
+  return html`${header(true)}<main>${jobs()}
+    <div class="column left">${form}</div>
+    <div class="column middle">
+      <section class="panel map" aria-label="Plan"><div class="head"><h2>Plan</h2><div class="group">${layer("lux", "Lux")}${layer("daylight_factor", "Daylight factor")}</div><button type="button" ?disabled=${!answer || !state.current} @click=${keepAsA}>Keep as A</button></div>
+        ${otherFaults()}${plan(narrow.matches)}${readOut()}</section>
+      ${compare()}
+      <section class="panel cut" aria-label="Section">${section(narrow.matches)}</section>
+      <section class="panel view" aria-label="Picture">${picture()}</section>
+    </div>
+    <div class="column right">
+      <section class="panel result" aria-label="Result"><div class=${state.current ? "" : "old"}>${answer ? html`${headline(answer)}${numbers(answer)}` : html`<p class="note">Computing …</p>`}</div></section>
+      <section class="panel accurate" aria-label="Accuracy">${accuracy()}</section>
+      <section class="panel why" aria-label="Reasons">${answer ? reasons(answer.job) : nothing}</section>
+      <section class="panel take" aria-label="Files">${take()}</section>
+    </div></main><p class="unseen" role="status">${state.said}</p>`;
+}
+
+/** @type {ReturnType<typeof setTimeout> | undefined} */
+let soon;
+
+async function start() {
+  const id = /^\/jobs\/([0-9a-f-]{36})$/.exec(location.pathname)?.[1];
+  if (id) return jobPage(id, app, () => header(false), narrow);
+  drawnBy(() => {
+    render(editor(), app);
+    clearTimeout(soon);
+    soon = setTimeout(() => void remember(), 400);
+  });
+  narrow.addEventListener("change", () => set());
+  addEventListener(
+    "hashchange",
+    () => void unpacked(location.hash).then((draft) => draft && ((chosen = ""), known(draft), use(draft))),
+  );
+  const shared = await unpacked(location.hash);
+  const listed = api.get("/v1/skies").then((answer) => {
+    skies = /** @type {{ skies: SkyType[] }} */ (answer).skies;
+    set();
+  });
+  if (shared) {
+    known(shared);
+    use(shared);
+  } else await open("bathroom");
+  if (location.hash && !shared) set({ said: "The link holds no document that can be read." });
+  await listed;
+}
+
+void start();

@@ -1,0 +1,98 @@
+// The picture of the room as it clears up.
+import * as api from "./api.js";
+import { problemOf } from "./live.js";
+import { percent } from "./accuracy.js";
+import { set, state } from "./state.js";
+import { html, nothing } from "./vendor/lit-html.js";
+
+/** @typedef {{ draft: JobDocument, id: string | null, shown: string | null, passes: number, error: number | null, ended: boolean, abort: AbortController }} Picture */
+
+/** Where the camera stands, by what people would say. */
+const CAMERAS = /** @type {const} */ ({ corner: "from a corner", door: "from the south wall", above: "from above" });
+/** @type {keyof typeof CAMERAS} */
+let camera = "corner";
+
+/** @param {[number, number, number]} size @returns {View} */
+function view([width, depth, height]) {
+  const eye = Math.min(1.6, 0.8 * height);
+  const common = { name: "room", size_px: /** @type {[number, number]} */ ([480, 360]) };
+  if (camera === "above")
+    return {
+      ...common,
+      eye_m: [width / 2, depth / 2, 0.98 * height],
+      look_at_m: [width / 2, depth / 2, 0],
+      up: [0, 1, 0],
+      vertical_fov_deg: 110,
+    };
+  if (camera === "door")
+    return {
+      ...common,
+      eye_m: [width / 2, 0.05 * depth, eye],
+      look_at_m: [width / 2, depth, 0.5 * height],
+      vertical_fov_deg: 75,
+    };
+  return {
+    ...common,
+    eye_m: [0.95 * width, 0.05 * depth, eye],
+    look_at_m: [0.3 * width, 0.75 * depth, 0.4 * height],
+    vertical_fov_deg: 70,
+  };
+}
+
+async function start() {
+  stop();
+  const abort = new AbortController();
+  const draft = {
+    ...state.draft,
+    grids: [],
+    views: [view(state.draft.room.size_m)],
+    stop: { view_relative_error: 0.03, max_seconds: 60 },
+  };
+  /** @type {Picture} */
+  const picture = { draft: state.draft, id: null, shown: null, passes: 0, error: null, ended: false, abort };
+  const change = (/** @type {Partial<Picture>} */ to) => {
+    Object.assign(picture, to);
+    if (state.picture === picture) set({ picture });
+  };
+  set({ picture });
+  try {
+    const { id } = await api.postJob(draft);
+    change({ id });
+    await api.follow(
+      id,
+      (name, data) => {
+        if (name === "image") change({ shown: data.url });
+        if (name === "pass") change({ passes: data.passes, error: data.view_relative_error });
+      },
+      abort.signal,
+    );
+    change({ shown: `/v1/jobs/${id}/views/room.png`, ended: true });
+  } catch (error) {
+    if (!abort.signal.aborted) set({ picture: null, problem: problemOf(error) });
+  }
+}
+
+/** Stops the picture; what is there stays. */
+function stop() {
+  const { picture } = state;
+  if (picture?.id && !picture.ended) void api.cancelJob(picture.id);
+}
+
+/** The part of the page with the picture. */
+export function picture() {
+  const { picture, draft } = state;
+  const choose = (/** @type {Event} */ event) =>
+    (camera = /** @type {keyof typeof CAMERAS} */ (/** @type {HTMLSelectElement} */ (event.target).value));
+  const files = picture?.id ? `/v1/jobs/${picture.id}/views/room` : null;
+  return html`<div class="head"><h2>Picture</h2>
+      <label class="inline">Camera <select @change=${choose}>${Object.entries(CAMERAS).map(([key, words]) => html`<option value=${key} ?selected=${key === camera}>${words}</option>`)}</select></label>
+      <button type="button" @click=${() => void start()}>Render the picture</button>
+      ${picture && !picture.ended ? html`<button type="button" @click=${stop}>Stop</button>` : nothing}</div>
+    ${
+      picture
+        ? html`<div class="canvas">${picture.shown ? html`<img src=${picture.shown} width="480" height="360" alt="The room as the camera sees it">` : html`<p class="note">The first pass is on its way …</p>`}</div>
+      <p class="note">${picture.passes} passes${picture.error ? `, error ${percent(picture.error)}` : ""}${picture.draft === draft ? "" : "; of the room before the last change"}</p>
+      ${files && picture.ended ? html`<p class="links"><a href=${`${files}.exr`} download>EXR</a><a href=${`${files}.png`} download>PNG</a><a href=${`${files}.png?style=false_colour`} download>false colours</a><a href=${`/jobs/${picture.id}`}>job</a></p>` : nothing}`
+        : nothing
+    }`;
+}

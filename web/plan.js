@@ -1,0 +1,144 @@
+// The plan of the room from above: the map, the tubes and the room's edges, which are moved by hand.
+import { diameter, isMesh } from "./draft.js";
+import { bar, across, down, isolines, largest, lux, values } from "./map.js";
+import { drag, edgeDrag, keys, moveCursor } from "./plan_hand.js";
+import { scale } from "./scale.js";
+import { set, state } from "./state.js";
+import { nothing, svg } from "./vendor/lit-html.js";
+
+/** Space around the room for words, in units of the drawing. */
+const AROUND = { left: 40, right: 74, top: 34, bottom: 34 };
+
+/** @param {[number, number, number]} size @param {boolean} narrow @returns {import("./map.js").Layout} */
+export function layout([width, depth], narrow) {
+  const [across, down] = narrow ? [250, 330] : [430, 420];
+  const k = Math.min(across / width, down / depth);
+  // a drawing of one width has letters of one size
+  const free = Math.max(0, across - k * width);
+  return {
+    k,
+    left: AROUND.left + free / 2,
+    top: AROUND.top,
+    depth,
+    box: [AROUND.left + k * width + free + AROUND.right, AROUND.top + k * depth + AROUND.bottom],
+  };
+}
+
+/** The end of the scale: that of the larger of both variants, where there are two. @param {Grid} grid @param {"lux" | "daylight_factor"} layer */
+export function sharedScale(grid, layer) {
+  const others = [grid, state.kept?.answer.grid].filter((other) => !!other);
+  return scale(Math.max(...others.map((other) => largest(values(other, layer).rows))));
+}
+
+/** The plan as an editor. @param {boolean} narrow */
+export function plan(narrow) {
+  const { draft, answer } = state;
+  const size = draft.room.size_m;
+  const at = drag.layout ?? layout(size, narrow);
+  const seen = { ...at, depth: size[1] };
+  const grid = answer?.grid ?? null;
+  const { box } = at;
+  return svg`<svg class="plan" viewBox=${`0 0 ${box[0]} ${box[1]}`} role="application" aria-label="Plan of the room: tubes and walls are moved by the arrow keys, with Shift in small steps"
+      @pointermove=${drag.move} @pointerup=${drag.end} @pointercancel=${drag.end} @pointerleave=${() => set({ cursor: null })}>
+    <g class=${state.current ? "" : "old"} @pointermove=${(/** @type {PointerEvent} */ event) => grid && moveCursor(event, grid, seen)}>
+      <rect class="floor" x=${across(seen, 0)} y=${down(seen, size[1])} width=${seen.k * size[0]} height=${seen.k * size[1]}></rect>
+      ${grid ? map(grid, seen) : nothing}
+    </g>
+    ${(draft.room.objects ?? []).map((object) => (object.kind === "box" ? furniture(object, seen) : nothing))}
+    ${walls(seen)}
+    ${(draft.tubes ?? []).map((tube, index) => opening(tube, index, seen))}
+    ${measures(seen)}
+    ${north(draft.room.rotation_deg ?? 0)}
+  </svg>`;
+}
+
+/** @param {Grid} grid @param {import("./map.js").Layout} at */
+function map(grid, at) {
+  const { rows, unit } = values(grid, state.layer);
+  const { end, ticks } = sharedScale(grid, state.layer);
+  const of = /** @type {JobDocument} */ (state.answer?.job.document).room.size_m;
+  const here = { ...at, depth: at.depth };
+  const tubes = (state.draft.tubes ?? []).map((tube) => tube.centre_m);
+  const size = /** @type {[number, number]} */ ([of[0], of[1]]);
+  const [column, row] = state.cursor ?? [-1, -1];
+  const [x, y] = [grid.x_m[column], grid.y_m[row]];
+  return [
+    lux(grid, rows, here, end),
+    isolines(grid, rows, here, size, tubes),
+    x !== undefined && y !== undefined
+      ? svg`<circle class="spot" cx=${across(here, x)} cy=${down(here, y)} r="4"></circle>`
+      : nothing,
+    bar(end, ticks, unit, at.left + at.k * state.draft.room.size_m[0] + 18, at.top, at.k * at.depth),
+  ];
+}
+
+/** @param {Extract<Schemas["ObjectDocument"], { kind: "box" }>} object @param {import("./map.js").Layout} at */
+function furniture(object, at) {
+  const [x, y] = [across(at, object.position_m[0] ?? 0), down(at, object.position_m[1] ?? 0)];
+  const [width, depth] = [at.k * (object.size_m[0] ?? 0), at.k * (object.size_m[1] ?? 0)];
+  return svg`<rect class="object" x=${x - width / 2} y=${y - depth / 2} width=${width} height=${depth} transform=${`rotate(${object.rotation_deg ?? 0} ${x} ${y})`}></rect>`;
+}
+
+/** @param {import("./map.js").Layout} at */
+function walls(at) {
+  const [width, depth] = state.draft.room.size_m;
+  const [west, east, north, south] = [across(at, 0), across(at, width), down(at, depth), down(at, 0)];
+  const sides = /** @type {const} */ ([
+    ["west", west, north, west, south, width],
+    ["east", east, north, east, south, width],
+    ["north", west, north, east, north, depth],
+    ["south", west, south, east, south, depth],
+  ]);
+  return sides.map(
+    ([
+      edge,
+      x1,
+      y1,
+      x2,
+      y2,
+      metres,
+    ]) => svg`<g class=${`wall ${edge}`} tabindex="0" role="slider" aria-label=${`${edge} wall: ${edge === "west" || edge === "east" ? "width" : "depth"} of the room in metres`}
+      aria-orientation=${edge === "west" || edge === "east" ? "horizontal" : "vertical"} aria-valuemin="0.8" aria-valuemax="50" aria-valuenow=${metres} aria-valuetext=${`${metres} m`}
+      @pointerdown=${(/** @type {PointerEvent} */ event) => edgeDrag(event, edge, at)} @keydown=${(/** @type {KeyboardEvent} */ event) => keys(event, { edge })}>
+      <line class="hold" x1=${x1} y1=${y1} x2=${x2} y2=${y2}></line><line class="seen" x1=${x1} y1=${y1} x2=${x2} y2=${y2}></line></g>`,
+  );
+}
+
+/** @param {Tube} tube @param {number} index @param {import("./map.js").Layout} at */
+function opening(tube, index, at) {
+  const [x, y] = [across(at, tube.centre_m[0]), down(at, tube.centre_m[1])];
+  const radius = (at.k * diameter(tube)) / 2;
+  return svg`<g class="tube" tabindex="0" role="button" aria-label=${`Tube ${index + 1} at ${tube.centre_m[0]} m from the west wall, ${tube.centre_m[1]} m from the south wall`}
+      @pointerdown=${(/** @type {PointerEvent} */ event) => drag.tube(event, index, at)} @keydown=${(/** @type {KeyboardEvent} */ event) => keys(event, { tube: index })}>
+      ${isMesh(tube) ? nothing : axis(tube, at)}
+      <circle class="hold" cx=${x} cy=${y} r=${Math.max(radius, 16)}></circle>
+      <circle class="ring" cx=${x} cy=${y} r=${radius}></circle>
+      ${radius > 9 ? svg`<text x=${x} y=${y + 4}>${index + 1}</text>` : nothing}</g>`;
+}
+
+/** Where a bent tube goes, seen from above. @param {ParametricTube} tube @param {import("./map.js").Layout} at */
+function axis(tube, at) {
+  let [x, y] = tube.centre_m;
+  const points = [`${across(at, x)},${down(at, y)}`];
+  for (const { length_m, tilt_deg = 0, azimuth_deg = 0 } of tube.segments) {
+    const lean = length_m * Math.sin((tilt_deg * Math.PI) / 180);
+    x += lean * Math.sin((azimuth_deg * Math.PI) / 180);
+    y += lean * Math.cos((azimuth_deg * Math.PI) / 180);
+    points.push(`${across(at, x)},${down(at, y)}`);
+  }
+  return tube.segments.some(({ tilt_deg }) => tilt_deg)
+    ? svg`<polyline class="axis" points=${points.join(" ")}></polyline>`
+    : nothing;
+}
+
+/** @param {import("./map.js").Layout} at */
+function measures(at) {
+  const [width, depth] = state.draft.room.size_m;
+  const [x, y] = [across(at, 0) - 14, down(at, depth / 2)];
+  return svg`<text class="measure" x=${across(at, width / 2)} y=${down(at, 0) + 22}>${width} m</text>
+    <text class="measure" x=${x} y=${y} transform=${`rotate(-90 ${x} ${y})`}>${depth} m</text>`;
+}
+
+/** An arrow to the north. @param {number} turned azimuth of the room's y axis */
+export const north = (turned) =>
+  svg`<g class="north" transform="translate(20 18)" role="img" aria-label=${`North; the room is turned by ${turned} degrees`}><g transform=${`rotate(${-turned})`}><path d="M0 -13 L5 5 L0 2 L-5 5 Z"></path></g><text x="0" y="20">N</text></g>`;

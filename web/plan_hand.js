@@ -1,0 +1,122 @@
+// Moving tubes and walls on the plan, by pointer and by keys.
+import { addTube, moveEdge, moveTube, removeTube } from "./draft.js";
+import { edit, hold } from "./live.js";
+import { set, state } from "./state.js";
+
+/** Steps of the arrow keys in metres, without and with Shift. */
+const STEP_M = 0.05;
+const SMALL_STEP_M = 0.01;
+
+/** @typedef {import("./map.js").Layout} Layout */
+/** @typedef {import("./draft.js").Edge} Edge */
+
+/** Metres per CSS pixel, and the place of a pointer in the drawing's units. @param {SVGSVGElement} drawing @param {PointerEvent} event */
+function place(drawing, event) {
+  const matrix = drawing.getScreenCTM();
+  return matrix ? new DOMPoint(event.clientX, event.clientY).matrixTransform(matrix.inverse()) : new DOMPoint();
+}
+
+/** What the hand holds. */
+export const drag = {
+  /** The layout stays while a wall is moved, so that it stays under the hand. @type {Layout | null} */
+  layout: null,
+  /** @type {((x: number, y: number) => void) | null} */
+  moved: null,
+
+  /** Takes a tube. @param {PointerEvent} event @param {number} index @param {Layout} at */
+  tube(event, index, at) {
+    const drawing = taken(event);
+    const tube = state.draft.tubes?.[index];
+    if (!drawing || !tube) return;
+    const start = place(drawing, event);
+    const [x, y] = tube.centre_m;
+    drag.moved = (nowX, nowY) =>
+      edit((draft) => moveTube(draft, index, x + (nowX - start.x) / at.k, y - (nowY - start.y) / at.k));
+  },
+
+  /** @param {PointerEvent} event */
+  move: (event) => {
+    if (!drag.moved) return;
+    const { x, y } = place(/** @type {SVGSVGElement} */ (event.currentTarget), event);
+    drag.moved(x, y);
+  },
+
+  end: () => {
+    if (!drag.moved) return;
+    drag.moved = null;
+    drag.layout = null;
+    hold(false);
+    set();
+  },
+};
+
+/** The drawing, which hears of the pointer from now on. @param {PointerEvent} event */
+function taken(event) {
+  const held = /** @type {SVGElement} */ (event.currentTarget);
+  const drawing = held.ownerSVGElement;
+  if (event.button !== 0 || !drawing) return null;
+  event.preventDefault();
+  held.focus({ preventScroll: true });
+  drawing.setPointerCapture(event.pointerId);
+  hold(true);
+  return drawing;
+}
+
+/** Takes a wall; the one opposite stays where it is. @param {PointerEvent} event @param {Edge} edge @param {Layout} at */
+export function edgeDrag(event, edge, at) {
+  const drawing = taken(event);
+  if (!drawing) return;
+  const start = place(drawing, event);
+  const before = state.draft;
+  drag.layout = { ...at };
+  drag.moved = (x, y) => {
+    const out = { east: x - start.x, west: start.x - x, south: y - start.y, north: start.y - y }[edge] / at.k;
+    edit((draft) => {
+      Object.assign(draft, structuredClone(before));
+      moveEdge(draft, edge, out);
+    });
+    const grown = (/** @type {0 | 1} */ axis) => at.k * ((state.draft.room.size_m[axis] ?? 0) - (before.room.size_m[axis] ?? 0));
+    drag.layout = { ...at, left: at.left - (edge === "west" ? grown(0) : 0), top: at.top - (edge === "north" ? grown(1) : 0) };
+  };
+}
+
+/** Moves what has the focus by the arrow keys. @param {KeyboardEvent} event @param {{ tube: number } | { edge: Edge }} what */
+export function keys(event, what) {
+  const step = event.shiftKey ? SMALL_STEP_M : STEP_M;
+  const moves = /** @type {Record<string, [number, number]>} */ ({
+    ArrowLeft: [-step, 0],
+    ArrowRight: [step, 0],
+    ArrowUp: [0, step],
+    ArrowDown: [0, -step],
+  });
+  const move = moves[event.key];
+  const remove = event.key === "Delete" || event.key === "Backspace";
+  if (!move && !remove) return;
+  event.preventDefault();
+  if ("tube" in what) {
+    const { tube: index } = what;
+    if (remove) edit((draft) => removeTube(draft, index));
+    else if (move)
+      edit((draft) => {
+        const [x, y] = draft.tubes?.[index]?.centre_m ?? [0, 0];
+        moveTube(draft, index, x + move[0], y + move[1]);
+      });
+  } else if (move) {
+    const { edge } = what;
+    const out = { east: move[0], west: -move[0], north: move[1], south: -move[1] }[edge];
+    if (out) edit((draft) => moveEdge(draft, edge, out));
+  }
+}
+
+/** @param {PointerEvent} event @param {Grid} grid @param {Layout} at */
+export function moveCursor(event, grid, at) {
+  const drawing = /** @type {SVGElement} */ (event.currentTarget).ownerSVGElement;
+  if (!drawing || drag.moved) return;
+  const { x, y } = place(drawing, event);
+  const nearest = (/** @type {number[]} */ centres, /** @type {number} */ value) =>
+    centres.reduce((best, centre, i) => (Math.abs(centre - value) < Math.abs((centres[best] ?? 0) - value) ? i : best), 0);
+  set({ cursor: [nearest(grid.x_m, (x - at.left) / at.k), nearest(grid.y_m, at.depth - (y - at.top) / at.k)] });
+}
+
+/** Adds a tube. */
+export const add = () => edit(addTube);

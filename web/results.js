@@ -1,0 +1,95 @@
+// The numbers of a result, each with its interval.
+import { values } from "./map.js";
+import { digits, halfWidth, standardErrors, thousands } from "./scale.js";
+import { state } from "./state.js";
+import { html, nothing } from "./vendor/lit-html.js";
+
+/** @typedef {{ of: number, error: number | null | undefined }} Estimate */
+
+/** A value with the half of its interval of 95 %. @param {Estimate} estimate @param {number} passes @param {string} unit */
+export function interval({ of, error }, passes, unit) {
+  if (error === null || error === undefined) return html`${digits(of, 0.5)}\u202f${unit}`;
+  const half = standardErrors(passes) * error;
+  // an error as large as the value tells nothing but that it is not known yet
+  if (half > Math.abs(of)) return html`≈\u202f${digits(of, half)}\u202f${unit}`;
+  return html`${digits(of, half)} ±\u202f${halfWidth(half)}\u202f${unit}`;
+}
+
+/** The large number. @param {Answer} answer */
+export function headline({ job, grid }) {
+  const statistics = grid?.statistics;
+  if (!statistics) return html`<p class="number">no grid</p>`;
+  const half =
+    statistics.mean_lux_standard_error === null || statistics.mean_lux_standard_error === undefined
+      ? null
+      : standardErrors(job.progress.passes) * statistics.mean_lux_standard_error;
+  return html`<p class="number"><strong id="mean">${digits(statistics.mean_lux, half ?? 0.5)}\u202flx</strong>
+    <span>${half === null ? "" : `±\u202f${halfWidth(half)}`}</span></p>
+    <p class="note">mean illuminance of the work plane, ${grid.height_m} m above the floor${half === null ? "" : "; the true value lies within ± with 95 %"}</p>`;
+}
+
+/** All numbers of the grid. @param {Answer} answer */
+export function numbers({ job, grid }) {
+  if (!grid) return nothing;
+  const { statistics: of, external_horizontal_illuminance_lux: outside } = grid;
+  const { passes } = job.progress;
+  const rows = [
+    ["median", interval({ of: of.median_lux ?? 0, error: of.median_lux_standard_error }, passes, "lx")],
+    ["minimum", interval({ of: of.min_lux, error: of.min_lux_standard_error }, passes, "lx")],
+    ["maximum", interval({ of: of.max_lux, error: of.max_lux_standard_error }, passes, "lx")],
+    [
+      "uniformity",
+      of.uniformity === null || of.uniformity === undefined
+        ? "–"
+        : interval({ of: of.uniformity, error: of.uniformity_standard_error }, passes, ""),
+    ],
+    [
+      "outside",
+      html`${thousands(outside.sky + outside.sun)}\u202flx${outside.sun > 0 ? html` <small>(sun ${thousands(outside.sun)})</small>` : nothing}`,
+    ],
+  ];
+  const factor = of.daylight_factor_percent;
+  if (factor) {
+    const percent = (/** @type {number | null | undefined} */ value) =>
+      value === null || value === undefined ? "–" : `${value.toPrecision(2)}\u202f%`;
+    rows.push([
+      "daylight factor",
+      html`${percent(factor.mean)} <small>median ${percent(factor.median)}, least ${percent(factor.minimum)}</small>`,
+    ]);
+  } else if (outside.sky + outside.sun > 0) {
+    rows.push(["inside / outside", `${((100 * of.mean_lux) / (outside.sky + outside.sun)).toPrecision(2)}\u202f%`]);
+  }
+  const above = (of.area_above ?? []).map(
+    ({ lux, percent }) =>
+      html`<tr><th scope="row">${lux} lx</th><td><meter min="0" max="100" value=${percent} aria-label=${`area with ${lux} lx or more`}></meter></td><td>${percent.toFixed(0)}\u202f%</td></tr>`,
+  );
+  return html`<dl class="numbers">${rows.map(([name, value]) => html`<div><dt>${name}</dt><dd>${value}</dd></div>`)}</dl>
+    <details><summary>Area that has at least …</summary><table class="above"><caption class="unseen">Share of the work plane at or above a level</caption><tbody>${above}</tbody></table></details>
+    ${tubes(job)}`;
+}
+
+/** Fluxes of the tubes. @param {Job} job */
+function tubes(job) {
+  const of = job.tubes ?? [];
+  if (!of.length) return nothing;
+  const lumens = (/** @type {Schemas["FluxResult"] | null | undefined} */ flux) =>
+    flux?.flux_lm === undefined || flux.flux_lm === null ? "–" : `${thousands(flux.flux_lm)}`;
+  const percent = (/** @type {number | null | undefined} */ share) =>
+    share === null || share === undefined ? "–" : `${(100 * share).toFixed(1)}\u202f%`;
+  return html`<table class="fluxes"><caption>Light through the tubes, in lumens</caption>
+    <thead><tr><th scope="col">tube</th><th scope="col">arrives</th><th scope="col">leaves the pipe</th><th scope="col">enters</th><th scope="col">share</th></tr></thead>
+    <tbody>${of.map((tube, index) => html`<tr><th scope="row">${index + 1}</th><td>${lumens(tube.at_collector)}</td><td>${lumens(tube.at_diffuser)}</td><td>${lumens(tube.into_room)}</td><td>${percent(tube.transmission_efficiency)}</td></tr>`)}</tbody></table>`;
+}
+
+/** The value under the pointer. */
+export function readOut() {
+  const { answer, cursor } = state;
+  const grid = answer?.grid;
+  if (!grid || !cursor) return html`<p class="readout note">Point at the plan to read a value.</p>`;
+  const [column, row] = cursor;
+  const [value, error] = [grid.illuminance_lux[row]?.[column], grid.standard_error_lux[row]?.[column]];
+  if (value === undefined) return html`<p class="readout note"></p>`;
+  const { rows, unit } = values(grid, state.layer);
+  const shown = unit === "%" ? html`, ${rows[row]?.[column]?.toPrecision(2)}\u202f%` : nothing;
+  return html`<p class="readout">${interval({ of: value, error }, answer.job.progress.passes, "lx")}${shown} <small>at ${grid.x_m[column]?.toFixed(2)} m from west, ${grid.y_m[row]?.toFixed(2)} m from south</small></p>`;
+}

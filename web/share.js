@@ -1,0 +1,103 @@
+// The document in the page's address, as a program, and as files.
+import { complete } from "./draft.js";
+import { keep } from "./live.js";
+import { set, state } from "./state.js";
+import { html, nothing } from "./vendor/lit-html.js";
+
+/** @param {ReadableStream<Uint8Array<ArrayBuffer>>} stream */
+const bytesOf = async (stream) => new Uint8Array(await new Response(stream).arrayBuffer());
+
+/** The document as a part of an address. @param {JobDocument} draft */
+export async function packed(draft) {
+  const bytes = await bytesOf(new Blob([JSON.stringify(draft)]).stream().pipeThrough(new CompressionStream("deflate-raw")));
+  return btoa(String.fromCharCode(...bytes))
+    .replaceAll("+", "-")
+    .replaceAll("/", "_")
+    .replaceAll("=", "");
+}
+
+/** The document of an address; null where it has none, or one that cannot be read. @param {string} hash @returns {Promise<JobDocument | null>} */
+export async function unpacked(hash) {
+  const text = /^#d=([\w-]+)$/.exec(hash)?.[1];
+  if (!text) return null;
+  try {
+    const bytes = Uint8Array.from(atob(text.replaceAll("-", "+").replaceAll("_", "/")), (letter) => letter.charCodeAt(0));
+    return complete(
+      JSON.parse(
+        new TextDecoder().decode(await bytesOf(new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate-raw")))),
+      ),
+    );
+  } catch {
+    return null;
+  }
+}
+
+/** The document that the address has. @type {JobDocument | null} */
+let written = null;
+
+/** Writes the document into the address when the hand rests. */
+export async function remember() {
+  const { draft } = state;
+  if (draft === written) return;
+  written = draft;
+  const hash = `#d=${await packed(draft)}`;
+  if (draft === written) history.replaceState(null, "", hash);
+}
+
+/** The address is the document's already. @param {JobDocument} draft */
+export const known = (draft) => (written = draft);
+
+/** Copies the address of the page. */
+export async function share() {
+  written = null;
+  await remember();
+  const copied = await navigator.clipboard?.writeText(location.href).then(
+    () => true,
+    () => false,
+  );
+  set({
+    said: copied
+      ? "The link is copied: it holds the whole document."
+      : "The address of this page holds the whole document: copy it.",
+  });
+}
+
+/** @param {JobDocument} draft @param {"curl" | "Python"} language */
+function program(draft, language) {
+  const json = JSON.stringify(draft, null, 2);
+  if (language === "curl")
+    return `curl -s -X POST ${location.origin}/v1/jobs -H 'Content-Type: application/json' -H 'Prefer: wait=20' --data @- <<'END'\n${json}\nEND\n`;
+  return `import json\nimport urllib.request\n\ndocument = json.loads(r"""\n${json}\n""")\nrequest = urllib.request.Request(\n    "${location.origin}/v1/jobs",\n    json.dumps(document).encode(),\n    {"Content-Type": "application/json", "Prefer": "wait=20"},\n)\njob = json.load(urllib.request.urlopen(request))\nfor name, grid in job["grid_results"].items():\n    print(name, grid["statistics"]["mean_lux"], "lx")\n`;
+}
+
+/** Links of a job's files. @param {Job} job */
+export function files(job) {
+  const { links } = job;
+  const grids = Object.entries(links.grid_files ?? {}).flatMap(([name, { csv, json, png }]) => [
+    [`${name}.csv`, csv],
+    [`${name}.json`, json],
+    [`${name}.png`, png],
+  ]);
+  const views = Object.entries(links.views ?? {}).flatMap(([name, { exr, png }]) => [
+    [`${name}.exr`, exr],
+    [`${name}.png`, png],
+  ]);
+  const tubes = (links.tubes ?? []).map(({ svg }, index) => [`tube ${index + 1}`, svg]);
+  return [...grids, ...views, ["convergence.csv", links.convergence_csv], ["job.json", links.self], ...tubes].map(
+    ([name = "", path = ""]) => html`<a href=${path} download=${name.startsWith("tube") ? nothing : name}>${name}</a>`,
+  );
+}
+
+/** The part of the page about taking it away. */
+export function take() {
+  const { answer, draft, code } = state;
+  const button = (/** @type {"curl" | "Python"} */ language) =>
+    html`<button type="button" aria-pressed=${code === language} @click=${() => set({ code: code === language ? null : language })}>${language}</button>`;
+  const keeping = () => {
+    keep();
+  };
+  return html`<h2>Take it away</h2>
+    ${answer && state.current ? html`<p class="links" @click=${keeping}>${files(answer.job)}<a href=${`/jobs/${answer.job.id}`}>page of this job</a></p>` : html`<p class="note">Files are there once the result is.</p>`}
+    <div class="group"><button type="button" @click=${() => void share()}>Copy the link</button>${button("curl")}${button("Python")}</div>
+    ${code ? html`<pre tabindex="0" aria-label=${`${code} program with the document`}>${program(draft, code)}</pre>` : nothing}`;
+}

@@ -1,0 +1,87 @@
+// The skies to choose from, in words, with a small picture of each.
+import { edit } from "./live.js";
+import { state } from "./state.js";
+import { html, nothing } from "./vendor/lit-html.js";
+
+/** @type {Record<number, string>} */
+export const skyNames = {
+  1: "overcast",
+  2: "overcast, bright to the sun",
+  3: "light overcast",
+  4: "light overcast, bright to the sun",
+  5: "even white",
+  6: "veiled, bright to the sun",
+  7: "veiled with sun",
+  8: "veiled, sun with corona",
+  9: "cloudy, sun hidden",
+  10: "cloudy with sun",
+  11: "bright haze",
+  12: "clear with sun",
+  13: "clear, polluted air",
+  14: "cloudless, turbid",
+  15: "turbid, wide corona",
+  16: "overcast, traditional",
+};
+
+/** Sun of the small pictures: so high, to the right. */
+const ALTITUDE = (40 * Math.PI) / 180;
+const PIXELS = 48;
+
+/** @type {Map<number, string>} */
+const pictures = new Map();
+
+/** The sky as a disc seen from below, its luminances by the formula of the CIE. @param {SkyType} sky */
+function thumbnail(sky) {
+  const { a, b, c, d, e } = sky.parameters ?? { a: 4, b: -0.7, c: 0, d: -1, e: 0 };
+  const luminance = (/** @type {number} */ zenith, /** @type {number} */ azimuth) => {
+    const toSun = Math.acos(
+      Math.min(1, Math.sin(zenith) * Math.cos(azimuth) * Math.cos(ALTITUDE) + Math.cos(zenith) * Math.sin(ALTITUDE)),
+    );
+    const indicatrix = 1 + c * (Math.exp(d * toSun) - Math.exp((d * Math.PI) / 2)) + e * Math.cos(toSun) ** 2;
+    return { value: (1 + a * Math.exp(b / Math.max(Math.cos(zenith), 0.01))) * indicatrix, toSun };
+  };
+  const canvas = document.createElement("canvas");
+  canvas.width = canvas.height = PIXELS;
+  const context = canvas.getContext("2d");
+  if (!context) return "";
+  const pixels = context.createImageData(PIXELS, PIXELS);
+  const white = luminance(Math.PI / 2 - ALTITUDE, 0).value;
+  const clear = sky.cie_type >= 11 && sky.cie_type <= 15;
+  for (let i = 0; i < PIXELS * PIXELS; i++) {
+    const [x, y] = [(((i % PIXELS) + 0.5) / PIXELS) * 2 - 1, ((Math.floor(i / PIXELS) + 0.5) / PIXELS) * 2 - 1];
+    const radius = Math.hypot(x, y);
+    if (radius > 1) continue;
+    const { value, toSun } = luminance((radius * Math.PI) / 2, Math.atan2(y, x));
+    const light = Math.min(1, value / white) ** 0.45;
+    // by eye: clear skies are blue where they are dark
+    const blue = clear ? 1 - light : 0.12 * (1 - light);
+    const sun = !sky.sunless && sky.cie_type !== 9 && toSun < 0.1;
+    const colour = sun
+      ? [255, 236, 150]
+      : [255 * (light - 0.35 * blue), 255 * (light - 0.1 * blue), 255 * Math.min(1, light + 0.35 * blue)];
+    pixels.data.set([...colour.map((channel) => Math.max(0, channel)), 255], 4 * i);
+  }
+  context.putImageData(pixels, 0, 0);
+  return canvas.toDataURL();
+}
+
+/** The part of the form about the sky. @param {SkyType[]} skies */
+export function sky(skies) {
+  const chosen = state.draft.sky?.cie_type ?? null;
+  const shown = skies.filter(({ cie_type }) => cie_type <= 15 || cie_type === chosen);
+  /** @param {number} type */
+  const take = (type) =>
+    edit((draft) => {
+      // a level that was given belongs to the sky that was given
+      draft.sky = { cie_type: type, ...(draft.sky?.sun_position ? { sun_position: draft.sky.sun_position } : {}) };
+      draft.location ??= { latitude_deg: 55.68, longitude_deg: 12.57 };
+      draft.time ??= "2026-03-21T12:00:00+01:00";
+    });
+  return html`<fieldset class="skies"><legend class="unseen">Sky</legend>${shown.map((it) => {
+    const picture = pictures.get(it.cie_type) ?? thumbnail(it);
+    pictures.set(it.cie_type, picture);
+    return html`<label title=${it.description}><input type="radio" name="sky" value=${it.cie_type} .checked=${it.cie_type === chosen} @change=${() => take(it.cie_type)}>
+      <img src=${picture} alt="" width="40" height="40"><span>${skyNames[it.cie_type]} <small>(${it.cie_type})</small></span></label>`;
+  })}</fieldset>
+  ${chosen === null && state.draft.sky?.preset ? html`<p class="note">The sky of the document is ${state.draft.sky.preset}.</p>` : nothing}`;
+}

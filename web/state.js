@@ -1,0 +1,61 @@
+// What the page shows, and who draws it anew when it changes.
+
+/**
+ * @typedef {object} State
+ * @property {JobDocument} draft what is being edited
+ * @property {string} place name of the place, "" of coordinates that no city has
+ * @property {Answer | null} answer the newest result; older drafts' while a new one is on its way
+ * @property {boolean} current whether the answer is the draft's
+ * @property {Pass[]} passes error against time of the answer's job
+ * @property {{ id: string | null, since: number, asked: number } | null} running the job that sharpens
+ * @property {number} target relative error that is sharpened to
+ * @property {Problem | null} problem what is wrong with the draft
+ * @property {"lux" | "daylight_factor"} layer what the map shows
+ * @property {[number, number] | null} cursor column and row of the cell under the pointer
+ * @property {{ draft: JobDocument, answer: Answer } | null} kept variant A
+ * @property {JobSummary[] | null} jobs the list, while it is open
+ * @property {import("./picture.js").Picture | null} picture the picture of the room
+ * @property {"north" | "west"} look where the section looks
+ * @property {"curl" | "Python" | null} code which program shows the document
+ * @property {string} said what was just done
+ */
+
+/** @type {State} */
+export const state = {
+  draft: { room: { size_m: [4, 6, 2.7] }, tubes: [] },
+  place: "",
+  answer: null,
+  current: false,
+  passes: [],
+  running: null,
+  target: 0.01,
+  problem: null,
+  layer: "lux",
+  cursor: null,
+  kept: null,
+  jobs: null,
+  picture: null,
+  look: "north",
+  code: null,
+  said: "",
+};
+
+/** @type {() => void} */
+let draw = () => {};
+let waiting = false;
+
+/** @param {() => void} drawn draws the page from the state */
+export function drawnBy(drawn) {
+  draw = drawn;
+}
+
+/** Takes new values over; the page is drawn once before the next frame. @param {Partial<State>} values */
+export function set(values = {}) {
+  Object.assign(state, values);
+  if (waiting) return;
+  waiting = true;
+  requestAnimationFrame(() => {
+    waiting = false;
+    draw();
+  });
+}
