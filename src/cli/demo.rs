@@ -48,7 +48,7 @@ async fn show(service: &RunningService, exit: bool) -> anyhow::Result<()> {
     let job = submit_and_download(&client, JOB.into(), None, out).await?;
     println!("results: {}", out.display());
     print_results(&job);
-    println!("page:    {}/docs/", service.url());
+    println!("page:    {}{}", service.url(), job["links"]["page"].as_str().unwrap_or("/"));
     if !exit {
         println!("serving on; Ctrl-C ends it");
         std::future::pending::<()>().await;

@@ -60,6 +60,8 @@ pub struct JobSummary {
 pub struct Links {
     #[serde(rename = "self")]
     pub this: String,
+    /// Path of the page that shows the job to people.
+    pub page: String,
     pub events: String,
     pub convergence: String,
     pub convergence_csv: String,
@@ -114,6 +116,7 @@ impl JobSummary {
             progress: head.progress,
             stopped_by: head.stopped_by,
             links: Links {
+                page: format!("/jobs/{}", head.id),
                 events: format!("{this}/events"),
                 convergence: format!("{this}/convergence"),
                 convergence_csv: format!("{this}/convergence.csv"),
