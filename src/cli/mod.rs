@@ -15,19 +15,24 @@ mod telemetry;
 mod thesis;
 mod validate;
 
+use std::io::IsTerminal;
+
+use clap::CommandFactory;
+use clap::error::ErrorKind;
+
 /// Daylight through tubular daylight devices: illuminance grids and views with their errors.
 #[derive(Debug, clap::Parser)]
 #[command(name = "skyduct", version)]
 pub struct Arguments {
     #[command(subcommand)]
-    command: Command,
+    command: Option<Command>,
 }
 
 #[derive(Debug, clap::Subcommand)]
 enum Command {
     /// Do the main job in one go: start the service, submit the example room, save its grid and pictures
     Demo(demo::DemoArgs),
-    /// Run the service: HTTP interface, job queue and renderer
+    /// Run the service: page, HTTP interface, job queue and renderer; what happens without a command, on a terminal
     Serve(serve::ServeArgs),
     /// Render a job document without a server
     Render(render::RenderArgs),
@@ -44,13 +49,22 @@ enum Command {
 }
 
 impl Arguments {
-    /// Runs the command that was asked for, to its end; of the service, to its shutdown.
+    /// Runs the command that was asked for, to its end; of the service, to its shutdown. On a terminal, none means the
+    /// service, which prints the address of its page.
     pub fn run(self) -> anyhow::Result<()> {
+        let command = match self.command {
+            Some(command) => command,
+            None if std::io::stdout().is_terminal() => Command::Serve(serve::ServeArgs::default()),
+            None => {
+                let why = "without a command, the service starts on a terminal only";
+                Self::command().error(ErrorKind::MissingSubcommand, why).exit()
+            }
+        };
         // the service is configured, all others only tell what went wrong
-        if !matches!(self.command, Command::Serve(_)) {
+        if !matches!(command, Command::Serve(_)) {
             telemetry::start(&telemetry::OF_COMMANDS);
         }
-        match self.command {
+        match command {
             Command::Demo(args) => demo::run(args),
             Command::Serve(args) => serve::run(args),
             Command::Render(args) => render::run(args),

@@ -32,7 +32,7 @@ use crate::job::worker::Worker;
 /// Time within which a stopping service ends: open requests end, the running pass ends, the lease is given back.
 const STOP_TIME: Duration = Duration::from_secs(8);
 
-#[derive(Debug, clap::Args)]
+#[derive(Debug, Default, clap::Args)]
 pub(super) struct ServeArgs {
     /// Address to listen on [default: 127.0.0.1:8080]; port 0 takes a free one
     #[arg(long, value_name = "ADDRESS")]
@@ -67,7 +67,7 @@ pub(super) fn run(args: ServeArgs) -> anyhow::Result<()> {
         let mut stdout = std::io::stdout();
         // who started us may have closed our standard output
         let url = service.url();
-        let _ = writeln!(stdout, "listening on {url}\ndata in {}\ndescription at {url}/docs/", data.display())
+        let _ = writeln!(stdout, "listening on {url}\ndata in {}\npage at {url}/", data.display())
             .and_then(|()| stdout.flush());
         wait_for_signal().await?;
         service.stop().await;

@@ -37,7 +37,7 @@ async fn serve(data: &std::path::Path, environment: &[(&str, &str)]) -> (String,
 async fn the_log_has_one_line_when_a_job_starts_and_one_when_it_ends() {
     let data = tempfile::tempdir().unwrap();
     let (told, log) = serve(data.path(), &[("SKYDUCT_LOG__FORMAT", "json")]).await;
-    assert_eq!(told, format!("listening on URL\ndata in {}\ndescription at URL/docs/\n", data.path().display()));
+    assert_eq!(told, format!("listening on URL\ndata in {}\npage at URL/\n", data.path().display()));
     let lines: Vec<Value> =
         log.lines().map(|line| serde_json::from_str(line).unwrap_or_else(|error| panic!("{error}: {line}"))).collect();
     let of = |message: &str| lines.iter().filter(|line| line["message"] == message).cloned().collect::<Vec<_>>();
