@@ -1,0 +1,253 @@
+// What visitors do on the page, in headless Chromium. Usage: check.mjs URL FOLDER, the folder for what is to be looked at.
+import assert from "node:assert/strict";
+import { readFileSync } from "node:fs";
+import { join } from "node:path";
+import { Visitor, browser } from "./visit.mjs";
+
+const [, , url, folder] = process.argv;
+const shot = (name) => join(folder, `${name}.png`);
+const chromium = await browser();
+
+/** The middle of what a locator finds. */
+async function middle(locator) {
+  const { x, y, width, height } = await locator.boundingBox();
+  return [x + width / 2, y + height / 2];
+}
+
+/** A room that is there from the start; a tube that follows the hand; a last number that a fresh job gives, too. */
+async function drags(visitor) {
+  const { page } = visitor;
+  await visitor.open("/");
+  await page.locator("#mean").waitFor();
+  const stored = JSON.parse(readFileSync("web/presets/bathroom.json", "utf8")).grid.statistics;
+  await visitor.rests();
+  const { grid: fresh } = await visitor.state();
+  const apart = Math.abs(fresh.statistics.mean_lux - stored.mean_lux);
+  const error = Math.hypot(fresh.statistics.mean_lux_standard_error, stored.mean_lux_standard_error);
+  assert(apart <= 4 * error, `the stored room has ${stored.mean_lux} lx, a fresh job ${fresh.statistics.mean_lux}`);
+
+  const jobs = async () => (await visitor.get("/v1/jobs?limit=500")).body.jobs.length;
+  const held = (await jobs()) - 1;
+  const before = await visitor.state();
+  const [x, y] = await middle(page.locator(".tube .ring").first());
+  await page.mouse.move(x, y);
+  await page.mouse.down();
+  const times = [];
+  let last = before.draft.tubes[0].centre_m.join();
+  for (let step = 1; step <= 20; step++) {
+    const start = performance.now();
+    await page.mouse.move(x + 4 * step, y - 3 * step);
+    await page.waitForFunction((of) => seen.draft.tubes[0].centre_m.join() !== of, last, { polling: "raf" });
+    await visitor.current();
+    last = (await visitor.state()).draft.tubes[0].centre_m.join();
+    times.push(performance.now() - start);
+  }
+  await page.mouse.up();
+  await visitor.rests();
+  const { draft, job, grid } = await visitor.state();
+  assert.notDeepEqual(draft.tubes[0].centre_m, before.draft.tubes[0].centre_m);
+  assert(
+    draft.tubes[0].centre_m.every((metres) => Number.isInteger(Math.round(metres * 1e6) / 1e4)),
+    "whole centimetres",
+  );
+  assert.deepEqual(job.document.tubes[0].centre_m, draft.tubes[0].centre_m);
+  const posted = { ...draft, stop: { relative_error: 0.01 } };
+  const answer = await fetch(`${url}/v1/jobs`, {
+    method: "POST",
+    headers: { "Content-Type": "application/json", Prefer: "wait=20" },
+    body: JSON.stringify(posted),
+  });
+  const own = (await answer.json()).grid_results.workplane.statistics;
+  const of = grid.statistics.mean_lux;
+  assert.equal(of, own.mean_lux, "the same document gives the same bits");
+  assert(Math.abs((await visitor.mean()) - of) <= 0.5, "the page shows the mean of its grid");
+  // one of the page, one of ours
+  const left = (await jobs()) - held;
+  assert(left <= 2, `${left} jobs are left of a drag`);
+  times.sort((a, b) => a - b);
+  console.log(`  dragged a tube over 20 steps: ${Math.round(times[10])} ms in the median, ${of.toFixed(1)} lx in the end`);
+}
+
+/** Keys move tubes and walls. */
+async function types(visitor) {
+  const { page } = visitor;
+  const tube = page.locator(".tube").nth(1);
+  await tube.focus();
+  const [x, y] = (await visitor.state()).draft.tubes[1].centre_m;
+  await page.keyboard.press("ArrowRight");
+  await page.keyboard.press("Shift+ArrowUp");
+  let { draft } = await visitor.state();
+  assert.deepEqual(
+    draft.tubes[1].centre_m.map((metres) => Math.round(100 * metres)),
+    [Math.round(100 * x) + 5, Math.round(100 * y) + 1],
+  );
+  await page.locator(".wall.east").focus();
+  await page.keyboard.press("ArrowLeft");
+  ({ draft } = await visitor.state());
+  assert.equal(draft.room.size_m[0], 3.95);
+  const [wallX, wallY] = await middle(page.locator(".wall.north .seen"));
+  await page.mouse.move(wallX + 60, wallY);
+  await page.mouse.down();
+  await page.mouse.move(wallX + 60, wallY + 35, { steps: 4 });
+  await page.mouse.up();
+  ({ draft } = await visitor.state());
+  assert(draft.room.size_m[1] < 5.8 && draft.room.size_m[1] > 5, `the room is ${draft.room.size_m[1]} m deep`);
+  await page.getByRole("button", { name: "Add a tube" }).click();
+  await page.locator(".tube").nth(2).focus();
+  await page.keyboard.press("Delete");
+  assert.equal((await visitor.state()).draft.tubes.length, 2);
+  await visitor.rests();
+}
+
+/** Another sky: another number, and daylight factors under an overcast one. */
+async function changesTheSky(visitor) {
+  const { page } = visitor;
+  const before = await visitor.mean();
+  await page.getByRole("radio", { name: "overcast (1)", exact: true }).check();
+  await visitor.rests();
+  const after = await visitor.mean();
+  assert(after < before / 3, `${before} lx under a clear sky with sun, ${after} under an overcast one`);
+  await page.getByRole("button", { name: "Daylight factor" }).click();
+  await page.locator(".scale text", { hasText: "%" }).waitFor();
+  await page.locator("#city").fill("Nairobi");
+  await page.locator("#city").press("Enter");
+  await visitor.rests();
+  assert.match((await visitor.state()).draft.time, /\+03:00$/);
+}
+
+/** What the service refuses stands at the field. */
+async function errs(visitor) {
+  const { page } = visitor;
+  await page.getByLabel("Mirror reflects").first().fill("1.5");
+  await page.getByLabel("Mirror reflects").first().press("Enter");
+  const fault = page.locator(".field", { hasText: "Mirror reflects" }).first().locator(".fault");
+  await fault.waitFor();
+  assert.match(await fault.innerText(), /1\.5/);
+  await visitor.isAccessible("a fault");
+  await page.getByLabel("Mirror reflects").first().fill("0.98");
+  await page.getByLabel("Mirror reflects").first().press("Enter");
+  await fault.waitFor({ state: "detached" });
+  await visitor.rests();
+  // the refusals are what the console has of it
+  visitor.faults = visitor.faults.filter((text) => !text.includes("422"));
+}
+
+/** Sharper, until the error is there; a picture, its files; two variants. */
+async function sharpens(visitor) {
+  const { page } = visitor;
+  await page.getByRole("button", { name: /^1\s%/ }).click();
+  await page.getByRole("button", { name: /^0\.5\s%/ }).click();
+  await page.waitForFunction(
+    () => document.querySelector("#error")?.textContent && Number.parseFloat(document.querySelector("#error").textContent) <= 0.5,
+  );
+  await visitor.rests();
+  const { job } = await visitor.state();
+  assert(job.accuracy.relative_error <= 0.005 && job.stopped_by === "relative_error", JSON.stringify(job.accuracy));
+  await page.getByRole("button", { name: "Keep as A" }).click();
+  await page.getByRole("radio", { name: /^bright haze/ }).check();
+  await visitor.rests();
+  await page.locator(".compare figure").nth(2).waitFor();
+  assert.match(await page.locator(".compare figcaption").nth(2).innerText(), /B − A: \+/);
+}
+
+async function takesAPicture(visitor) {
+  const { page } = visitor;
+  await page.getByRole("button", { name: "Render the picture" }).click();
+  await page.locator(".view img").waitFor();
+  await page.locator(".view").getByRole("button", { name: "Stop" }).click();
+  const link = page.locator(".view").getByRole("link", { name: "EXR" });
+  await link.waitFor();
+  const [download] = await Promise.all([page.waitForEvent("download"), link.click()]);
+  assert.equal(download.suggestedFilename(), "room.exr");
+  assert.deepEqual([...readFileSync(await download.path()).subarray(0, 4)], [0x76, 0x2f, 0x31, 0x01]);
+  const size = await page
+    .locator(".view img")
+    .evaluate(async (image) => (await image.decode(), [image.naturalWidth, image.naturalHeight]));
+  assert.deepEqual(size, [480, 360]);
+}
+
+/** A long job ends when it is asked to, with what it has. */
+async function cancels(visitor) {
+  const { page } = visitor;
+  await page.getByRole("button", { name: /^0\.1\s%/ }).click();
+  const id = await page.waitForFunction(() => seen.running?.id).then((handle) => handle.jsonValue());
+  await page.locator(".accurate").getByRole("button", { name: "Stop" }).click();
+  await page.waitForFunction(() => !seen.running);
+  const { body } = await visitor.get(`/v1/jobs/${id}`);
+  assert.equal(body.status, "cancelled");
+  assert.equal((await visitor.state()).job.id, id, "its result is shown");
+}
+
+/** A link holds the document; programs show it; the job has a page. */
+async function shares(visitor) {
+  const { page } = visitor;
+  await page.getByRole("button", { name: "Python" }).click();
+  assert.match(await page.locator("pre").innerText(), /"cie_type": 11/);
+  await page.getByRole("button", { name: "Jobs" }).click();
+  await page.locator(".jobs tbody tr").first().waitFor();
+  await visitor.looksAsIn(shot("editor-wide-light"));
+  await visitor.isAccessible("editor, wide, light");
+  await page.getByRole("button", { name: "Share" }).click();
+  await page.waitForURL(/#d=/);
+  const { draft } = await visitor.state();
+  const second = await Visitor.of(chromium, url, { viewport: { width: 390, height: 844 }, colorScheme: "dark", hasTouch: true });
+  await second.open(new URL(page.url()).hash.padStart(1, "/").replace(/^/, "/"));
+  await second.rests();
+  assert.deepEqual((await second.state()).draft, draft);
+  for (const drawer of await second.page.locator(".drawer > summary").all()) await drawer.click();
+  await second.looksAsIn(shot("editor-narrow-dark"));
+  await second.isAccessible("editor, narrow, dark");
+  await second.page.emulateMedia({ colorScheme: "light" });
+  await second.isAccessible("editor, narrow, light");
+  const path = await second.page.getByRole("link", { name: "page of this job" }).getAttribute("href");
+  await second.page.goto("about:blank");
+  let status;
+  for (let look = 0; look < 50 && status !== 404; look++) {
+    ({ status } = await visitor.get(`/v1${path}`));
+    await new Promise((resolve) => setTimeout(resolve, 100));
+  }
+  assert.equal(status, 404, "a job that nobody refers to is deleted when its page is left");
+  await second.close();
+}
+
+async function readsAJob(visitor) {
+  const { page } = visitor;
+  const link = page.getByRole("link", { name: "page of this job" });
+  const path = await link.getAttribute("href");
+  await link.click();
+  await page.locator(".about").waitFor();
+  const { body } = await visitor.get(`/v1${path}`);
+  assert.equal(body.links.page, path);
+  for (const colorScheme of ["light", "dark"]) {
+    for (const width of [1280, 390]) {
+      await page.setViewportSize({ width, height: 900 });
+      await page.emulateMedia({ colorScheme });
+      await visitor.isAccessible(`job, ${width} px, ${colorScheme}`);
+      await visitor.looksAsIn(shot(`job-${width}-${colorScheme}`));
+    }
+  }
+  await page.setViewportSize({ width: 1280, height: 900 });
+  await page.getByRole("link", { name: "Edit a copy" }).click();
+  await page.waitForURL(/#d=/);
+  await visitor.arrived();
+  await page.locator(".tube").first().waitFor();
+  await visitor.rests();
+  await visitor.looksAsIn(shot("editor-wide-dark"));
+  await visitor.isAccessible("editor, wide, dark");
+}
+
+try {
+  const visitor = await Visitor.of(chromium, url);
+  for (const does of [drags, types, changesTheSky, errs, sharpens, takesAPicture, cancels, shares, readsAJob]) {
+    const start = performance.now();
+    await does(visitor).catch(async (error) => {
+      await visitor.page.screenshot({ path: shot("failed"), fullPage: true });
+      console.error(visitor.faults);
+      throw error;
+    });
+    console.log(`  ${does.name}: ${((performance.now() - start) / 1000).toFixed(1)} s`);
+  }
+  await visitor.close();
+} finally {
+  await chromium.close();
+}
