@@ -4,7 +4,7 @@ import { set, state } from "./state.js";
 import { html, nothing, svg } from "./vendor/lit-html.js";
 
 const TARGETS = [0.05, 0.02, 0.01, 0.005, 0.001];
-const CHART = { width: 300, height: 150, left: 40, right: 24, top: 10, bottom: 26 };
+const CHART = { width: 300, height: 150, left: 46, right: 24, top: 10, bottom: 26 };
 
 /** @param {number} share */
 export const percent = (share) => `${Number((100 * share).toPrecision(2))}\u202f%`;

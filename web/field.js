@@ -69,7 +69,7 @@ export function slider({ pointer, label, value, shown, step, min, max, set, held
       invalid,
       described,
     }) => html`<output for=${id}>${shown}</output><input id=${id} type="range" min=${min} max=${max} step=${step} .value=${String(value)}
-    aria-valuetext=${shown} aria-invalid=${invalid} aria-describedby=${described || nothing} @input=${take} @pointerdown=${() => held?.(true)} @pointerup=${() => held?.(false)}>`,
+    aria-valuetext=${shown} aria-invalid=${invalid} aria-describedby=${described || nothing} @input=${take} @pointerdown=${() => held?.(true)} @pointerup=${() => held?.(false)} @pointercancel=${() => held?.(false)} @change=${() => held?.(false)}>`,
   );
 }
 
@@ -85,5 +85,16 @@ export function choice({ pointer, label, value, options, set }) {
       described,
     }) => html`<select id=${id} aria-invalid=${invalid} aria-describedby=${described || nothing} @change=${take}>
     ${options.map(([key, words]) => html`<option value=${key} ?selected=${key === value} .selected=${key === value}>${words}</option>`)}</select>`,
+  );
+}
+
+/** A line of text, taken over when it is entered. @param {{ pointer: string, label: string, value: string, set: (value: string) => void }} of */
+export function words({ pointer, label, value, set }) {
+  const take = (/** @type {Event} */ event) => set(/** @type {HTMLInputElement} */ (event.target).value);
+  return around(
+    pointer,
+    label,
+    ({ id, invalid, described }) =>
+      html`<input id=${id} .value=${value} aria-invalid=${invalid} aria-describedby=${described || nothing} @change=${take}>`,
   );
 }

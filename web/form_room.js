@@ -1,6 +1,6 @@
 // The room: its size, its surfaces, its work plane.
 import { moveEdge } from "./draft.js";
-import { number } from "./field.js";
+import { number, words } from "./field.js";
 import { edit } from "./live.js";
 import { state } from "./state.js";
 import { html, nothing } from "./vendor/lit-html.js";
@@ -26,6 +26,7 @@ export function room() {
     return number({ pointer, label: name[0]?.toUpperCase() + name.slice(1), value, step: 0.05, min: 0, max: 1, set });
   };
   return html`
+    ${words({ pointer: "/name", label: "Name", value: draft.name ?? "", set: (to) => edit((next) => (next.name = to)) })}
     <div class="triple">
       ${number({ pointer: "/room/size_m/0", label: "Width", unit: "m", value: width, step: 0.05, set: (to) => edit((next) => moveEdge(next, "east", to - width)) })}
       ${number({ pointer: "/room/size_m/1", label: "Depth", unit: "m", value: depth, step: 0.05, set: (to) => edit((next) => moveEdge(next, "north", to - depth)) })}

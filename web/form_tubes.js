@@ -54,7 +54,7 @@ export function tubes() {
     (
       tube,
       index,
-    ) => html`<details class="card" ?open=${of.length <= 2}><summary>Tube ${index + 1} <small>${words(tube)}</small></summary>
+    ) => html`<details class="card" ?open=${index < 2 || isMesh(tube)}><summary>Tube ${index + 1} <small>${words(tube)}</small></summary>
       <button type="button" class="remove" aria-label=${`Remove tube ${index + 1}`} @click=${() => edit((draft) => removeTube(draft, index))}>×</button>
       ${isMesh(tube) ? mesh(tube, index) : pipe(tube, index)}</details>`,
   )}

@@ -12,8 +12,8 @@ import { skyNames } from "./sky.js";
 import { drawnBy, set, state } from "./state.js";
 import { html, nothing, render, svg } from "./vendor/lit-html.js";
 
-/** Shows a job, and follows it until it ends. @param {string} id @param {HTMLElement} app @param {() => Drawn} header @param {MediaQueryList} narrow */
-export async function jobPage(id, app, header, narrow) {
+/** Shows a job, and follows it until it ends. @param {string} id @param {HTMLElement} app @param {() => Drawn} header */
+export async function jobPage(id, app, header) {
   /** @type {{ job: Job | null, grid: Grid | null, passes: Pass[], fault: string, edit: string }} */
   const seen = { job: null, grid: null, passes: [], fault: "", edit: "/" };
   const look = async () => {
@@ -25,11 +25,10 @@ export async function jobPage(id, app, header, narrow) {
   };
   drawnBy(() =>
     render(
-      html`${header()}<main class="job">${jobs()}${page(seen, narrow.matches)}</main><p class="unseen" role="status">${state.said}</p>`,
+      html`${header()}<main class="job">${jobs()}${page(seen)}</main><p class="unseen" role="status">${state.said}</p>`,
       app,
     ),
   );
-  narrow.addEventListener("change", () => set());
   try {
     await look();
     const ended = () => seen.job?.status !== "queued" && seen.job?.status !== "running";
@@ -55,8 +54,8 @@ export async function jobPage(id, app, header, narrow) {
   }
 }
 
-/** @param {{ job: Job | null, grid: Grid | null, passes: Pass[], fault: string, edit: string }} seen @param {boolean} narrow */
-function page({ job, grid, passes, fault, edit }, narrow) {
+/** @param {{ job: Job | null, grid: Grid | null, passes: Pass[], fault: string, edit: string }} seen */
+function page({ job, grid, passes, fault, edit }) {
   if (!job)
     return html`<section class="panel"><h2>${fault ? "This job is not here" : "Job"}</h2><p>${fault || "…"}</p><p><a href="/">To the editor</a></p></section>`;
   document.title = `${job.name ?? "Job"}, skyduct`;
@@ -67,13 +66,13 @@ function page({ job, grid, passes, fault, edit }, narrow) {
       <dl class="numbers">${asked(job.document).map(([name, value]) => html`<div><dt>${name}</dt><dd>${value}</dd></div>`)}</dl>
       <p class="links"><a href=${edit}>Edit a copy</a>${runs ? html`<button type="button" @click=${() => void api.cancelJob(job.id)}>Stop</button>` : nothing}</p>
       ${job.problem ? html`<p class="fault">${job.problem.detail}</p>` : nothing}</section>
-    ${grid ? html`<section class="panel map" aria-label="Map"><h2>${grid.name}</h2>${map(job, grid, narrow)}</section><section class="panel result" aria-label="Result">${headline({ job, grid })}${numbers({ job, grid })}</section>` : nothing}
+    ${grid ? html`<section class="panel map" aria-label="Map"><h2>${grid.name}</h2>${map(job, grid)}</section><section class="panel result" aria-label="Result">${headline({ job, grid })}${numbers({ job, grid })}</section>` : nothing}
     ${views.map(([name, { png }]) => html`<section class="panel view" aria-label=${`Picture ${name}`}><h2>${name}</h2><img class="rendered" src=${`${png}${runs ? `?${job.progress.passes}` : ""}`} alt=${`The view ${name} of the room`}></section>`)}
     <section class="panel accurate" aria-label="Accuracy"><h2>Error against time</h2>${chart(
       passes.map((pass) => ({ ...pass, relative_error: pass.relative_error ?? /** @type {any} */ (pass).view_relative_error })),
       null,
     )}
-      <p>${job.progress.relative_error ? `${percent(job.progress.relative_error)} of the map at the end` : ""}</p></section>
+      <p>${job.progress.relative_error ? `${percent(job.progress.relative_error)} of the map at the end` : passes.length < 2 ? "One pass tells no error." : ""}</p></section>
     <section class="panel why" aria-label="Reasons">${reasons(job)}</section>
     <section class="panel take" aria-label="Files"><h2>Files</h2><p class="links">${files(job)}</p></section>`;
 }
@@ -94,12 +93,12 @@ function asked({ room, sky, time, location, tubes }) {
 const coordinates = ({ latitude_deg: north, longitude_deg: east }) =>
   `${Math.abs(north)}° ${north < 0 ? "S" : "N"}, ${Math.abs(east)}° ${east < 0 ? "W" : "E"}`;
 
-/** @param {Job} job @param {Grid} grid @param {boolean} narrow */
-function map(job, grid, narrow) {
+/** @param {Job} job @param {Grid} grid */
+function map(job, grid) {
   const { rows, unit } = values(grid, "lux");
   const size = job.document.room.size_m;
   const [width, depth] = size;
-  const at = layout(size, narrow);
+  const at = layout(size, true);
   const { end, ticks } = scale(largest(rows));
   return svg`<svg class="plan" viewBox=${`0 0 ${at.box.join(" ")}`} role="img" aria-label=${`Illuminance of ${grid.name}`}>
     ${lux(grid, rows, at, end)}${isolines(

@@ -111,15 +111,17 @@ export function problemOf(error) {
   return { type: "about:blank", title: "No answer", status: 0, detail, instance: "" };
 }
 
-/** @param {number} of @param {Answer} answer */
+/** Shows an answer, unless a newer draft's or a better one is shown. @param {number} of the change that it answers @param {Answer} answer */
 function show(of, answer) {
-  if (of < shown) return void api.deleteJob(answer.job.id);
+  const before = state.answer?.job;
+  const error = (/** @type {Job | undefined} */ job) => job?.progress.relative_error ?? Infinity;
+  const worse =
+    of === shown && before && before.id !== answer.job.id && !state.answer?.stored && error(before) < error(answer.job);
+  if (of < shown || worse) return release(answer.job.id);
   shown = of;
-  const before = state.answer?.job.id;
-  if (before !== answer.job.id) release(before);
+  if (before?.id !== answer.job.id) release(before?.id);
   const { passes, seconds, relative_error = null } = answer.job.progress;
-  const points =
-    state.running?.id === answer.job.id ? state.passes : [{ passes, seconds, relative_error: relative_error ?? null }];
+  const points = state.running?.id === answer.job.id ? state.passes : [{ passes, seconds, relative_error }];
   set({ answer, current: of === sequence, passes: points, problem: of === sequence ? null : state.problem });
 }
 
@@ -151,6 +153,7 @@ export async function sharpen(seconds = ASKED_SECONDS, target = state.target) {
   const mine = sequence;
   const abort = new AbortController();
   sharpening = abort;
+  const before = state.passes;
   const draft = { ...state.draft, views: [], stop: { ...state.draft.stop, relative_error: target, max_seconds: seconds } };
   set({ running: { id: null, since: performance.now(), asked: target } });
   try {
@@ -163,7 +166,7 @@ export async function sharpen(seconds = ASKED_SECONDS, target = state.target) {
       looked = performance.now();
       const grid = await api.firstGrid(posted);
       const job = await api.job(posted.id).catch(() => null);
-      if (job && grid && !abort.signal.aborted) show(mine, { job, grid });
+      if (job && grid && !abort.signal.aborted && !state.answer?.stored) show(mine, { job, grid });
     };
     await api.follow(
       posted.id,
@@ -178,6 +181,7 @@ export async function sharpen(seconds = ASKED_SECONDS, target = state.target) {
     const grid = await api.firstGrid(job);
     if (abort.signal.aborted) return;
     if (grid) show(mine, { job, grid });
+    if (state.answer?.job.id !== job.id) set({ passes: before });
     if (job.problem) set({ problem: problemOf(new Error(job.problem.detail)) });
   } catch (error) {
     if (!abort.signal.aborted) set({ problem: problemOf(error) });
@@ -199,11 +203,17 @@ export function present(draft, answer) {
   first?.abort.abort();
   release(state.answer?.job.id);
   const { passes, seconds, relative_error = null } = answer.job.progress;
-  set({ draft, answer, current: true, problem: null, passes: [{ passes, seconds, relative_error }] });
+  set({
+    draft,
+    answer: { ...answer, stored: true },
+    current: true,
+    problem: null,
+    passes: [{ passes, seconds, relative_error }],
+  });
   void sharpen(BY_ITSELF_SECONDS, Math.max(relative_error ?? state.target, 1e-3));
 }
 
-/** Stops the job that sharpens; its result so far is shown. */
+/** Stops the job that sharpens; its result so far is shown where it is better. */
 export function cancel() {
   const id = state.running?.id;
   if (id) {

@@ -24,13 +24,13 @@ const app = /** @type {HTMLElement} */ (document.querySelector("#app"));
 const narrow = matchMedia("(max-width: 700px)");
 /** @type {SkyType[]} */
 let skies = [];
-/** Name of the preset that was chosen last. */
-let chosen = "";
+/** The preset that was opened last. @type {{ name: string, draft: JobDocument | null }} */
+let opened = { name: "", draft: null };
 
 /** Shows a room with its stored result. @param {string} name */
 async function open(name) {
-  chosen = name;
   const { draft, answer } = await preset(name);
+  opened = { name, draft };
   known(draft);
   history.replaceState(null, "", location.pathname);
   present(draft, answer);
@@ -42,8 +42,9 @@ function header(edits) {
     const { value } = /** @type {HTMLSelectElement} */ (event.target);
     if (value) void open(value);
   };
+  const chosen = opened.draft === state.draft ? opened.name : "";
   return html`<header><h1><a href="/">skyduct</a></h1><p>How much daylight do these tubes bring into this room?</p>
-    <nav aria-label="Page">${edits ? html`<label class="inline">Room <select id="preset" @change=${choose}><option value="" ?selected=${!chosen}>your own</option>${presets.map(([name, words]) => html`<option value=${name} .selected=${name === chosen}>${words}</option>`)}</select></label>` : nothing}
+    <nav aria-label="Page">${edits ? html`<label class="inline">Room <select id="preset" @change=${choose}><option value="" .selected=${!chosen}>your own</option>${presets.map(([name, words]) => html`<option value=${name} .selected=${name === chosen}>${words}</option>`)}</select></label>` : nothing}
       <button type="button" aria-expanded=${state.jobs ? "true" : "false"} @click=${() => void toggle()}>Jobs</button>${edits ? html`<button type="button" @click=${() => void share()}>Share</button>` : nothing}<a href="/docs/">Interface</a></nav></header>`;
 }
 
@@ -84,17 +85,14 @@ let soon;
 
 async function start() {
   const id = /^\/jobs\/([0-9a-f-]{36})$/.exec(location.pathname)?.[1];
-  if (id) return jobPage(id, app, () => header(false), narrow);
+  if (id) return jobPage(id, app, () => header(false));
   drawnBy(() => {
     render(editor(), app);
     clearTimeout(soon);
     soon = setTimeout(() => void remember(), 400);
   });
   narrow.addEventListener("change", () => set());
-  addEventListener(
-    "hashchange",
-    () => void unpacked(location.hash).then((draft) => draft && ((chosen = ""), known(draft), use(draft))),
-  );
+  addEventListener("hashchange", () => void unpacked(location.hash).then((draft) => draft && (known(draft), use(draft))));
   const shared = await unpacked(location.hash);
   const listed = api.get("/v1/skies").then((answer) => {
     skies = /** @type {{ skies: SkyType[] }} */ (answer).skies;

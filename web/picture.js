@@ -91,7 +91,7 @@ export function picture() {
     ${
       picture
         ? html`<div class="canvas">${picture.shown ? html`<img src=${picture.shown} width="480" height="360" alt="The room as the camera sees it">` : html`<p class="note">The first pass is on its way …</p>`}</div>
-      <p class="note">${picture.passes} passes${picture.error ? `, error ${percent(picture.error)}` : ""}${picture.draft === draft ? "" : "; of the room before the last change"}</p>
+      <p class="note">${picture.passes} ${picture.passes === 1 ? "pass" : "passes"}${picture.error ? `, error ${percent(picture.error)}` : ""}${picture.draft === draft ? "" : "; of the room before the last change"}</p>
       ${files && picture.ended ? html`<p class="links"><a href=${`${files}.exr`} download>EXR</a><a href=${`${files}.png`} download>PNG</a><a href=${`${files}.png?style=false_colour`} download>false colours</a><a href=${`/jobs/${picture.id}`}>job</a></p>` : nothing}`
         : nothing
     }`;

@@ -1,7 +1,7 @@
 // The plan of the room from above: the map, the tubes and the room's edges, which are moved by hand.
 import { diameter, isMesh } from "./draft.js";
 import { bar, across, down, isolines, largest, lux, values } from "./map.js";
-import { drag, edgeDrag, keys, moveCursor } from "./plan_hand.js";
+import { drag, edgeDrag, keys, moveCursor, still } from "./plan_hand.js";
 import { scale } from "./scale.js";
 import { set, state } from "./state.js";
 import { nothing, svg } from "./vendor/lit-html.js";
@@ -99,7 +99,7 @@ function walls(at) {
       metres,
     ]) => svg`<g class=${`wall ${edge}`} tabindex="0" role="slider" aria-label=${`${edge} wall: ${edge === "west" || edge === "east" ? "width" : "depth"} of the room in metres`}
       aria-orientation=${edge === "west" || edge === "east" ? "horizontal" : "vertical"} aria-valuemin="0.8" aria-valuemax="50" aria-valuenow=${metres} aria-valuetext=${`${metres} m`}
-      @pointerdown=${(/** @type {PointerEvent} */ event) => edgeDrag(event, edge, at)} @keydown=${(/** @type {KeyboardEvent} */ event) => keys(event, { edge })}>
+      @touchstart=${still} @pointerdown=${(/** @type {PointerEvent} */ event) => edgeDrag(event, edge, at)} @keydown=${(/** @type {KeyboardEvent} */ event) => keys(event, { edge })}>
       <line class="hold" x1=${x1} y1=${y1} x2=${x2} y2=${y2}></line><line class="seen" x1=${x1} y1=${y1} x2=${x2} y2=${y2}></line></g>`,
   );
 }
@@ -109,7 +109,7 @@ function opening(tube, index, at) {
   const [x, y] = [across(at, tube.centre_m[0]), down(at, tube.centre_m[1])];
   const radius = (at.k * diameter(tube)) / 2;
   return svg`<g class="tube" tabindex="0" role="button" aria-label=${`Tube ${index + 1} at ${tube.centre_m[0]} m from the west wall, ${tube.centre_m[1]} m from the south wall`}
-      @pointerdown=${(/** @type {PointerEvent} */ event) => drag.tube(event, index, at)} @keydown=${(/** @type {KeyboardEvent} */ event) => keys(event, { tube: index })}>
+      @touchstart=${still} @pointerdown=${(/** @type {PointerEvent} */ event) => drag.tube(event, index, at)} @keydown=${(/** @type {KeyboardEvent} */ event) => keys(event, { tube: index })}>
       ${isMesh(tube) ? nothing : axis(tube, at)}
       <circle class="hold" cx=${x} cy=${y} r=${Math.max(radius, 16)}></circle>
       <circle class="ring" cx=${x} cy=${y} r=${radius}></circle>

@@ -62,6 +62,9 @@ function taken(event) {
   return drawing;
 }
 
+/** The page does not scroll under a finger that moves something: `touch-action` of parts of a drawing does nothing. @param {Event} event */
+export const still = (event) => event.preventDefault();
+
 /** Takes a wall; the one opposite stays where it is. @param {PointerEvent} event @param {Edge} edge @param {Layout} at */
 export function edgeDrag(event, edge, at) {
   const drawing = taken(event);
@@ -95,8 +98,17 @@ export function keys(event, what) {
   event.preventDefault();
   if ("tube" in what) {
     const { tube: index } = what;
-    if (remove) edit((draft) => removeTube(draft, index));
-    else if (move)
+    if (remove) {
+      const plan = /** @type {SVGElement} */ (event.currentTarget).ownerSVGElement;
+      edit((draft) => removeTube(draft, index));
+      // the focus goes to the next tube, or it would go to the page's beginning
+      requestAnimationFrame(() =>
+        requestAnimationFrame(() => {
+          const others = plan?.querySelectorAll(".tube, .wall");
+          /** @type {SVGElement | undefined} */ (others?.[Math.min(4 + index, others.length - 1)])?.focus();
+        }),
+      );
+    } else if (move)
       edit((draft) => {
         const [x, y] = draft.tubes?.[index]?.centre_m ?? [0, 0];
         moveTube(draft, index, x + move[0], y + move[1]);

@@ -8,7 +8,7 @@ import { html, nothing } from "./vendor/lit-html.js";
 
 /** A value with the half of its interval of 95 %. @param {Estimate} estimate @param {number} passes @param {string} unit */
 export function interval({ of, error }, passes, unit) {
-  if (error === null || error === undefined) return html`${digits(of, 0.5)}\u202f${unit}`;
+  if (error === null || error === undefined) return html`${digits(of, unit ? 0.5 : 0.05)}\u202f${unit}`;
   const half = standardErrors(passes) * error;
   // an error as large as the value tells nothing but that it is not known yet
   if (half > Math.abs(of)) return html`≈\u202f${digits(of, half)}\u202f${unit}`;

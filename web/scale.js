@@ -61,7 +61,8 @@ export function picture(rows) {
 const places = (half) => (half > 0 ? Math.max(0, Math.min(4, Math.ceil(Math.log10(1.95 / half)))) : 1);
 
 /** A value with the digits that half its interval leaves it. @param {number} value @param {number} half */
-export const digits = (value, half) => (Math.abs(value) >= 10_000 ? thousands(value) : value.toFixed(places(half)));
+export const digits = (value, half) =>
+  value === 0 ? "0" : Math.abs(value) >= 10_000 ? thousands(value) : value.toFixed(places(half));
 
 /** @param {number} half */
 export const halfWidth = (half) => (half >= 1.95 ? thousands(half) : half.toFixed(places(half)));

@@ -97,7 +97,7 @@ export function take() {
     keep();
   };
   return html`<h2>Take it away</h2>
-    ${answer && state.current ? html`<p class="links" @click=${keeping}>${files(answer.job)}<a href=${`/jobs/${answer.job.id}`}>page of this job</a></p>` : html`<p class="note">Files are there once the result is.</p>`}
+    ${answer && state.current && !answer.stored ? html`<p class="links" @click=${keeping}>${files(answer.job)}<a href=${`/jobs/${answer.job.id}`}>page of this job</a></p>` : html`<p class="note">Files are there once the result is.</p>`}
     <div class="group"><button type="button" @click=${() => void share()}>Copy the link</button>${button("curl")}${button("Python")}</div>
     ${code ? html`<pre tabindex="0" aria-label=${`${code} program with the document`}>${program(draft, code)}</pre>` : nothing}`;
 }

@@ -55,7 +55,7 @@ function thumbnail(sky) {
     const light = Math.min(1, value / white) ** 0.45;
     // by eye: clear skies are blue where they are dark
     const blue = clear ? 1 - light : 0.12 * (1 - light);
-    const sun = !sky.sunless && sky.cie_type !== 9 && toSun < 0.1;
+    const sun = !sky.sunless && sky.cie_type !== 9 && toSun < 0.13;
     const colour = sun
       ? [255, 236, 150]
       : [255 * (light - 0.35 * blue), 255 * (light - 0.1 * blue), 255 * Math.min(1, light + 0.35 * blue)];

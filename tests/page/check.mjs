@@ -1,7 +1,9 @@
 // What visitors do on the page, in headless Chromium. Usage: check.mjs URL FOLDER, the folder for what is to be looked at.
 import assert from "node:assert/strict";
+import { spawnSync } from "node:child_process";
 import { readFileSync } from "node:fs";
 import { join } from "node:path";
+import { drawsIsoluxLines, knowsPlaces, writesNumbers } from "./modules.mjs";
 import { Visitor, browser } from "./visit.mjs";
 
 const [, , url, folder] = process.argv;
@@ -115,6 +117,28 @@ async function changesTheSky(visitor) {
   assert.match((await visitor.state()).draft.time, /\+03:00$/);
 }
 
+/** A finger moves a tube; a slider the hour. */
+async function touches(visitor) {
+  const { page, context } = visitor;
+  const session = await context.newCDPSession(page);
+  const [x, y] = await middle(page.locator(".tube .ring").nth(1));
+  const touch = (type, touchPoints) => session.send("Input.dispatchTouchEvent", { type, touchPoints });
+  const before = (await visitor.state()).draft.tubes[1].centre_m;
+  await touch("touchStart", [{ x, y }]);
+  for (let step = 1; step <= 5; step++) await touch("touchMove", [{ x: x - 8 * step, y: y + 8 * step }]);
+  await touch("touchEnd", []);
+  await page.waitForFunction(([x, y]) => {
+    const [nowX, nowY] = seen.draft.tubes[1].centre_m;
+    return nowX < x - 0.3 && nowY < y - 0.3;
+  }, before);
+  const high = async () => Number(/stands ([\d.]+)°/.exec(await page.locator(".note", { hasText: "The sun" }).innerText())?.[1]);
+  await visitor.rests();
+  const noon = await high();
+  await page.getByRole("slider", { name: "Hour" }).fill("16");
+  await visitor.rests();
+  assert((await high()) < noon - 10, "the sun sinks in the afternoon");
+}
+
 /** What the service refuses stands at the field. */
 async function errs(visitor) {
   const { page } = visitor;
@@ -175,14 +199,45 @@ async function cancels(visitor) {
   await page.waitForFunction(() => !seen.running);
   const { body } = await visitor.get(`/v1/jobs/${id}`);
   assert.equal(body.status, "cancelled");
-  assert.equal((await visitor.state()).job.id, id, "its result is shown");
+  assert((await visitor.state()).job.accuracy.relative_error <= 0.01, "the better result of before is shown");
+}
+
+/** A model of a tube becomes one. */
+async function bringsAModel(visitor) {
+  const { page } = visitor;
+  await page.locator(".drop input").setInputFiles("examples/mesh_tube.obj");
+  await page.locator(".card", { hasText: "A model with 3 materials" }).waitFor();
+  const { draft } = await visitor.state();
+  const model = draft.tubes.at(-1);
+  assert.deepEqual(
+    Object.entries(model.parts)
+      .map(([name, { role }]) => [name, role])
+      .sort(),
+    [
+      ["diffuser", "diffuser"],
+      ["dome", "collector"],
+      ["pipe", "pipe"],
+    ],
+  );
+  await page.getByLabel("Opening, m").fill("0.2544");
+  await page.getByLabel("Opening, m").press("Enter");
+  await page.waitForFunction(() => seen.current && seen.answer?.job.tubes.length === seen.draft.tubes.length);
+  await page.getByRole("button", { name: `Remove tube ${draft.tubes.length}` }).click();
+  await visitor.current();
 }
 
 /** A link holds the document; programs show it; the job has a page. */
 async function shares(visitor) {
   const { page } = visitor;
-  await page.getByRole("button", { name: "Python" }).click();
-  assert.match(await page.locator("pre").innerText(), /"cie_type": 11/);
+  const programs = { Python: ["python3", "-c"], curl: ["bash", "-c"] };
+  for (const [language, [command, flag]] of Object.entries(programs)) {
+    await page.getByRole("button", { name: language }).click();
+    const text = await page.getByLabel(`${language} program`).innerText();
+    assert.match(text, /"cie_type": 11/);
+    const { status, stdout, stderr } = spawnSync(command, [flag, text], { encoding: "utf8" });
+    assert.equal(status, 0, stderr);
+    assert.match(stdout, language === "Python" ? /^workplane [\d.]+ lx/ : /"grid_results":\{"workplane"/);
+  }
   await page.getByRole("button", { name: "Jobs" }).click();
   await page.locator(".jobs tbody tr").first().waitFor();
   await visitor.looksAsIn(shot("editor-wide-light"));
@@ -238,7 +293,22 @@ async function readsAJob(visitor) {
 
 try {
   const visitor = await Visitor.of(chromium, url);
-  for (const does of [drags, types, changesTheSky, errs, sharpens, takesAPicture, cancels, shares, readsAJob]) {
+  for (const does of [
+    drags,
+    drawsIsoluxLines,
+    writesNumbers,
+    knowsPlaces,
+    types,
+    touches,
+    changesTheSky,
+    errs,
+    sharpens,
+    takesAPicture,
+    cancels,
+    bringsAModel,
+    shares,
+    readsAJob,
+  ]) {
     const start = performance.now();
     await does(visitor).catch(async (error) => {
       await visitor.page.screenshot({ path: shot("failed"), fullPage: true });

@@ -1,0 +1,87 @@
+// What the page's modules compute, asked of them in the browser.
+import assert from "node:assert/strict";
+
+/** Isolux lines of a paraboloid are circles; of a plane, straight lines to the walls. */
+export async function drawsIsoluxLines({ page }) {
+  const [circles, straight] = await page.evaluate(async () => {
+    const { lines } = await import("/web/isolux.js");
+    const centres = Array.from({ length: 40 }, (_, i) => (i + 0.5) / 10);
+    const grid = { x_m: centres, y_m: centres };
+    const bowl = centres.map((y) => centres.map((x) => (x - 2) ** 2 + (y - 2) ** 2));
+    const slope = centres.map((y) => centres.map((x) => x + 2 * y));
+    return [[0.5, 1, 2].map((level) => lines(grid, bowl, level)), lines(grid, slope, 6)];
+  });
+  for (const [index, level] of [0.5, 1, 2].entries()) {
+    const [line, ...others] = circles[index];
+    assert.equal(others.length, 0, "one line");
+    assert.deepEqual(line[0], line.at(-1), "a ring");
+    // a chord of a parabola over h is wrong by up to h * h / 4 in the level: by half of that over the radius in the radius
+    const bound = 0.1 ** 2 / 4 / (2 * Math.sqrt(level));
+    for (const [x, y] of line)
+      assert(Math.abs(Math.hypot(x - 2, y - 2) - Math.sqrt(level)) <= bound + 1e-12, `${level} at ${x}, ${y}`);
+  }
+  assert.equal(straight.length, 1);
+  for (const [x, y] of straight[0]) assert(Math.abs(x + 2 * y - 6) < 1e-9);
+  const ends = [straight[0][0], straight[0].at(-1)].map(([, y]) => y).sort();
+  assert.deepEqual(
+    ends.map((y) => Math.round(y * 1e9) / 1e9),
+    [1, 3],
+    "from wall to wall",
+  );
+}
+
+/** Scales have ticks that people would write, and values the digits that their intervals leave. */
+export async function writesNumbers({ page }) {
+  const of = await page.evaluate(async () => {
+    const { scale, digits, halfWidth } = await import("/web/scale.js");
+    return {
+      scales: [600, 484, 31, 1114, 0.968].map((value) => scale(value).ticks),
+      numbers: [
+        [210.68, 0.34],
+        [210.68, 14],
+        [0.6394, 0.011],
+        [43210.9, 120],
+        [0, 3],
+      ].map(([value, half]) => `${digits(value, half)} ± ${halfWidth(half)}`),
+    };
+  });
+  assert.deepEqual(of.scales, [
+    [0, 100, 200, 300, 400, 500, 600],
+    [0, 100, 200, 300, 400, 500],
+    [0, 5, 10, 15, 20, 25, 30, 35],
+    [0, 200, 400, 600, 800, 1000, 1200],
+    [0, 0.2, 0.4, 0.6, 0.8, 1],
+  ]);
+  assert.deepEqual(of.numbers, ["210.7 ± 0.3", "211 ± 14", "0.639 ± 0.011", "43\u202f211 ± 120", "0 ± 3"]);
+}
+
+/** The clocks of the cities are those of their zones, which lie near their longitudes. */
+export async function knowsPlaces({ page }) {
+  const { cities, odd, times } = await page.evaluate(async () => {
+    const [{ cities, cityNamed }, { time, read }] = [await import("/web/places.js"), await import("/web/clock.js")];
+    const hours = (text) => Number(text.slice(19, 22)) + Number(text.slice(19, 20) + text.slice(23)) / 60;
+    const odd = cities.filter(([, north, east, zone]) => {
+      const winter = hours(time(2026, 15, 12, zone, east));
+      return Math.abs(north) > 72 || Math.abs(winter - east / 15) > 3.2;
+    });
+    const at = (name, day, hour) => time(2026, day, hour, cityNamed(name)[3], cityNamed(name)[2]);
+    const times = [
+      at("Copenhagen", 80, 12),
+      at("Copenhagen", 172, 12.5),
+      at("Kathmandu", 1, 0),
+      at("New York", 365, 23.75),
+      time(2026, 80, 12, undefined, -40),
+    ];
+    return { cities: cities.map(([name]) => name), odd, times: [...times, read(times[1])] };
+  });
+  assert(cities.length >= 150 && new Set(cities).size === cities.length, `${cities.length} cities`);
+  assert.deepEqual(odd, []);
+  assert.deepEqual(times, [
+    "2026-03-21T12:00:00+01:00",
+    "2026-06-21T12:30:00+02:00",
+    "2026-01-01T00:00:00+05:45",
+    "2026-12-31T23:45:00-05:00",
+    "2026-03-21T12:00:00-03:00",
+    { year: 2026, day: 172, hour: 12.5 },
+  ]);
+}
