@@ -40,18 +40,19 @@ function around(pointer, label, control) {
 
 /**
  * A number, taken over when it is entered.
- * @param {{ pointer: string, label: string, value: number | null | undefined, step?: number, min?: number, max?: number, unit?: string, set: (value: number) => void }} of
+ * @param {{ pointer: string, label: string, value: number | null | undefined, step?: number, min?: number, max?: number, unit?: string, set: (value: number) => void, clear?: () => void }} of
  */
-export function number({ pointer, label, value, step = 0.01, min, max, unit = "", set }) {
+export function number({ pointer, label, value, step = 0.01, min, max, unit = "", set, clear }) {
   const take = (/** @type {Event} */ event) => {
-    const { valueAsNumber } = /** @type {HTMLInputElement} */ (event.target);
+    const { value, valueAsNumber } = /** @type {HTMLInputElement} */ (event.target);
     if (Number.isFinite(valueAsNumber)) set(valueAsNumber);
+    else if (value === "") clear?.();
   };
   return around(
     pointer,
     unit ? `${label}, ${unit}` : label,
     ({ id, invalid, described }) => html`<input id=${id} type="number" step=${step} min=${min ?? nothing} max=${max ?? nothing}
-    .value=${value === null || value === undefined ? "" : String(value)} aria-invalid=${invalid} aria-describedby=${described || nothing} @change=${take}>`,
+    .value=${value === null || value === undefined ? "" : String(value)} aria-invalid=${invalid} aria-describedby=${described || nothing} placeholder=${clear ? "usual" : nothing} @change=${take}>`,
   );
 }
 

@@ -50,7 +50,8 @@ function usualDiffuser(kind, diameter) {
 /** The part of the form about tubes. */
 export function tubes() {
   const of = state.draft.tubes ?? [];
-  return html`${of.map(
+  const together = html`<label class="check"><input type="checkbox" .checked=${state.together} @change=${() => set({ together: !state.together })}> Change all tubes together</label>`;
+  return html`${of.length > 1 ? together : nothing}${of.map(
     (
       tube,
       index,
@@ -71,8 +72,9 @@ const words = (tube) =>
 /** Changes a tube of pipes. @param {number} index @param {(tube: ParametricTube) => void} change */
 const change = (index, change) =>
   edit((draft) => {
-    const tube = draft.tubes?.[index];
-    if (tube && !isMesh(tube)) change(tube);
+    for (const [at, tube] of (draft.tubes ?? []).entries()) {
+      if ((state.together || at === index) && !isMesh(tube)) change(tube);
+    }
   });
 
 /** @param {ParametricTube} tube @param {number} index */
@@ -213,6 +215,5 @@ function drop() {
     input.value = "";
   };
   return html`<label class="drop" @dragover=${(/** @type {DragEvent} */ event) => event.preventDefault()} @drop=${dropped}>
-    <input type="file" accept=".obj,model/obj" @change=${chosen}><span>Model of a tube: drop an OBJ file here, or choose one</span></label>
-    ${state.said ? html`<p class="note" role="status">${state.said}</p>` : nothing}`;
+    <input type="file" accept=".obj,model/obj" @change=${chosen}><span>Model of a tube: drop an OBJ file here, or choose one</span></label>`;
 }

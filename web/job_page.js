@@ -24,10 +24,7 @@ export async function jobPage(id, app, header) {
     set();
   };
   drawnBy(() =>
-    render(
-      html`${header()}<main class="job">${jobs()}${page(seen)}</main><p class="unseen" role="status">${state.said}</p>`,
-      app,
-    ),
+    render(html`${header()}<main class="job">${jobs()}${page(seen)}</main><p class="said" role="status">${state.said}</p>`, app),
   );
   try {
     await look();

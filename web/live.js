@@ -27,10 +27,24 @@ let rest;
 /** Jobs that the page made for itself: deleted once nothing shows them. @type {Set<string>} */
 const own = new Set();
 let held = false;
+/** A movement of the hand is one step to go back. */
+let begun = false;
+/** How many steps back are kept. */
+const STEPS = 200;
 
 /** Changes the draft, and computes it. @param {(draft: JobDocument) => void} change */
 export function edit(change) {
+  if (!begun) set({ past: [...state.past.slice(1 - STEPS), state.draft] });
+  begun = held;
   use(changed(state.draft, change));
+}
+
+/** Goes back before the last change. */
+export function undo() {
+  const draft = state.past.at(-1);
+  if (!draft || held) return;
+  set({ past: state.past.slice(0, -1) });
+  use(draft);
 }
 
 /** Takes a draft over, and computes it. @param {JobDocument} draft */
@@ -54,6 +68,7 @@ export function compute() {
 /** While a hand holds something, nothing is sharpened. @param {boolean} now */
 export function hold(now) {
   held = now;
+  begun = false;
   if (!now) restSoon();
 }
 

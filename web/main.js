@@ -8,7 +8,7 @@ import { room } from "./form_room.js";
 import { tubes } from "./form_tubes.js";
 import { jobPage } from "./job_page.js";
 import { jobs, toggle } from "./jobs.js";
-import { present, use } from "./live.js";
+import { present, undo, use } from "./live.js";
 import { picture } from "./picture.js";
 import { plan } from "./plan.js";
 import { preset, presets } from "./presets.js";
@@ -22,6 +22,7 @@ import { html, nothing, render } from "./vendor/lit-html.js";
 
 const app = /** @type {HTMLElement} */ (document.querySelector("#app"));
 const narrow = matchMedia("(max-width: 700px)");
+const stacked = matchMedia("(max-width: 1100px)");
 /** @type {SkyType[]} */
 let skies = [];
 /** The preset that was opened last. @type {{ name: string, draft: JobDocument | null }} */
@@ -59,14 +60,14 @@ function editor() {
   if (!factor) state.layer = "lux";
   const layer = (/** @type {"lux" | "daylight_factor"} */ of, /** @type {string} */ words) =>
     html`<button type="button" aria-pressed=${state.layer === of} ?disabled=${of !== "lux" && !factor} title=${of !== "lux" && !factor ? "Under an overcast sky only" : ""} @click=${() => set({ layer: of })}>${words}</button>`;
-  const open = !narrow.matches;
+  const open = !stacked.matches;
   const form = html`<form class="panel form" aria-label="The room and its tubes" @submit=${(/** @type {Event} */ event) => event.preventDefault()}>
     ${drawer("Place and time", place(), open)}${drawer("Sky", sky(skies), open)}${drawer("Room", room(), open)}${drawer("Tubes", tubes(), open)}</form>`;
   // the form is drawn before what is said of fields that it does not have
   return html`${header(true)}<main>${jobs()}
     <div class="column left">${form}</div>
     <div class="column middle">
-      <section class="panel map" aria-label="Plan"><div class="head"><h2>Plan</h2><div class="group">${layer("lux", "Lux")}${layer("daylight_factor", "Daylight factor")}</div><button type="button" ?disabled=${!answer || !state.current} @click=${keepAsA}>Keep as A</button></div>
+      <section class="panel map" aria-label="Plan"><div class="head"><h2>Plan</h2><div class="group">${layer("lux", "Lux")}${layer("daylight_factor", "Daylight factor")}</div><button type="button" ?disabled=${!state.past.length} @click=${undo} title="Ctrl+Z">Undo</button><button type="button" ?disabled=${!answer || !state.current} @click=${keepAsA}>Keep as A</button></div>
         ${otherFaults()}${plan(narrow.matches)}${readOut()}</section>
       ${compare()}
       <section class="panel cut" aria-label="Section">${section(narrow.matches)}</section>
@@ -77,7 +78,14 @@ function editor() {
       <section class="panel accurate" aria-label="Accuracy">${accuracy()}</section>
       <section class="panel why" aria-label="Reasons">${answer ? reasons(answer.job) : nothing}</section>
       <section class="panel take" aria-label="Files">${take()}</section>
-    </div></main><p class="unseen" role="status">${state.said}</p>`;
+    </div></main><p class="unseen" role="status">${heard()}</p>
+    <p class="said" role="status">${state.said}</p>`;
+}
+
+/** What people who do not see the page hear of a result, once it rests. */
+function heard() {
+  const { answer, current, running } = state;
+  return answer?.grid && current && !running ? `${answer.grid.statistics.mean_lux.toPrecision(3)} lux in the mean` : "";
 }
 
 /** @type {ReturnType<typeof setTimeout> | undefined} */
@@ -92,6 +100,12 @@ async function start() {
     soon = setTimeout(() => void remember(), 400);
   });
   narrow.addEventListener("change", () => set());
+  addEventListener("keydown", (event) => {
+    const types = event.target instanceof HTMLInputElement && !["range", "radio", "checkbox"].includes(event.target.type);
+    if (event.key !== "z" || !(event.ctrlKey || event.metaKey) || event.shiftKey || types) return;
+    event.preventDefault();
+    undo();
+  });
   addEventListener("hashchange", () => void unpacked(location.hash).then((draft) => draft && (known(draft), use(draft))));
   const shared = await unpacked(location.hash);
   const listed = api.get("/v1/skies").then((answer) => {

@@ -85,7 +85,8 @@ function tubes(job) {
 export function readOut() {
   const { answer, cursor } = state;
   const grid = answer?.grid;
-  if (!grid || !cursor) return html`<p class="readout note">Point at the plan to read a value.</p>`;
+  if (!grid || !cursor)
+    return html`<p class="readout note">Drag tubes and walls, or move them by the arrow keys. Point at the plan to read a value.</p>`;
   const [column, row] = cursor;
   const [value, error] = [grid.illuminance_lux[row]?.[column], grid.standard_error_lux[row]?.[column]];
   if (value === undefined) return html`<p class="readout note"></p>`;

@@ -1,4 +1,5 @@
 // The skies to choose from, in words, with a small picture of each.
+import { number } from "./field.js";
 import { edit } from "./live.js";
 import { state } from "./state.js";
 import { html, nothing } from "./vendor/lit-html.js";
@@ -65,6 +66,30 @@ function thumbnail(sky) {
   return canvas.toDataURL();
 }
 
+/** How bright the sky is where somebody says so. */
+function level() {
+  return number({
+    pointer: "/sky/diffuse_horizontal_illuminance_lux",
+    label: "Light of the sky outside",
+    unit: "lx",
+    value: state.draft.sky?.diffuse_horizontal_illuminance_lux,
+    step: 100,
+    min: 0,
+    set: (lux) =>
+      edit(
+        ({ sky }) =>
+          sky &&
+          Object.assign(sky, {
+            diffuse_horizontal_illuminance_lux: lux,
+            zenith_luminance_cd_m2: null,
+            luminous_turbidity: null,
+            dv_ev: null,
+          }),
+      ),
+    clear: () => edit(({ sky }) => sky && delete sky.diffuse_horizontal_illuminance_lux),
+  });
+}
+
 /** The part of the form about the sky. @param {SkyType[]} skies */
 export function sky(skies) {
   const chosen = state.draft.sky?.cie_type ?? null;
@@ -83,5 +108,5 @@ export function sky(skies) {
     return html`<label title=${it.description}><input type="radio" name="sky" value=${it.cie_type} .checked=${it.cie_type === chosen} @change=${() => take(it.cie_type)}>
       <img src=${picture} alt="" width="40" height="40"><span>${skyNames[it.cie_type]} <small>(${it.cie_type})</small></span></label>`;
   })}</fieldset>
-  ${chosen === null && state.draft.sky?.preset ? html`<p class="note">The sky of the document is ${state.draft.sky.preset}.</p>` : nothing}`;
+  ${level()}${chosen === null && state.draft.sky?.preset ? html`<p class="note">The sky of the document is ${state.draft.sky.preset}.</p>` : nothing}`;
 }

@@ -17,6 +17,8 @@
  * @property {import("./picture.js").Picture | null} picture the picture of the room
  * @property {"north" | "west"} look where the section looks
  * @property {"curl" | "Python" | null} code which program shows the document
+ * @property {JobDocument[]} past drafts to go back to, the last one last
+ * @property {boolean} together whether all tubes are changed with one
  * @property {string} said what was just done
  */
 
@@ -37,12 +39,18 @@ export const state = {
   picture: null,
   look: "north",
   code: null,
+  past: [],
+  together: false,
   said: "",
 };
 
 /** @type {() => void} */
 let draw = () => {};
 let waiting = false;
+/** Time for which a notice is shown. */
+const NOTICE_MS = 8000;
+/** @type {ReturnType<typeof setTimeout> | undefined} */
+let notice;
 
 /** @param {() => void} drawn draws the page from the state */
 export function drawnBy(drawn) {
@@ -52,6 +60,10 @@ export function drawnBy(drawn) {
 /** Takes new values over; the page is drawn once before the next frame. @param {Partial<State>} values */
 export function set(values = {}) {
   Object.assign(state, values);
+  if (values.said) {
+    clearTimeout(notice);
+    notice = setTimeout(() => set({ said: "" }), NOTICE_MS);
+  }
   if (waiting) return;
   waiting = true;
   requestAnimationFrame(() => {

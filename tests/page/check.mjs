@@ -12,6 +12,7 @@ const chromium = await browser();
 
 /** The middle of what a locator finds. */
 async function middle(locator) {
+  await locator.scrollIntoViewIfNeeded();
   const { x, y, width, height } = await locator.boundingBox();
   return [x + width / 2, y + height / 2];
 }
@@ -98,6 +99,17 @@ async function types(visitor) {
   await page.locator(".tube").nth(2).focus();
   await page.keyboard.press("Delete");
   assert.equal((await visitor.state()).draft.tubes.length, 2);
+  await page.keyboard.press("Control+z");
+  assert.equal((await visitor.state()).draft.tubes.length, 3, "a step back");
+  await page.getByRole("button", { name: "Undo" }).click();
+  await page.getByLabel("Change all tubes together").check();
+  await page.getByRole("slider", { name: "Diameter" }).first().fill("0.3");
+  ({ draft } = await visitor.state());
+  assert.deepEqual(
+    draft.tubes.map(({ diameter_m }) => diameter_m),
+    [0.3, 0.3],
+  );
+  await page.getByLabel("Change all tubes together").uncheck();
   await visitor.rests();
 }
 
@@ -111,6 +123,14 @@ async function changesTheSky(visitor) {
   assert(after < before / 3, `${before} lx under a clear sky with sun, ${after} under an overcast one`);
   await page.getByRole("button", { name: "Daylight factor" }).click();
   await page.locator(".scale text", { hasText: "%" }).waitFor();
+  const level = page.getByLabel("Light of the sky outside");
+  await level.fill("10000");
+  await level.press("Enter");
+  await visitor.rests();
+  assert.equal((await visitor.state()).grid.external_horizontal_illuminance_lux.sky, 10000);
+  await level.fill("");
+  await level.press("Enter");
+  assert(!("diffuse_horizontal_illuminance_lux" in (await visitor.state()).draft.sky));
   await page.locator("#city").fill("Nairobi");
   await page.locator("#city").press("Enter");
   await visitor.rests();
