@@ -39,6 +39,8 @@ pub mod estimate;
 
 pub mod output;
 
+pub mod figure;
+
 pub mod document;
 
 pub mod job;

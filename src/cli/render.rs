@@ -12,10 +12,11 @@ use crate::document::{DocumentErrors, FieldError};
 use crate::job::cancel::{Stop, StopReason};
 use crate::job::chunk::Rendered;
 use crate::job::convergence::is_kept;
+use crate::job::convergence_files::convergence_files;
 use crate::job::memory::default_limit_bytes;
 use crate::job::prepare::{Prepared, prepare};
 use crate::job::progress::{PassReport, StoppedBy};
-use crate::job::results::{convergence_csv, convergence_svg};
+use crate::job::subject::Subject;
 
 #[derive(Debug, clap::Args)]
 pub struct RenderArgs {
@@ -141,8 +142,10 @@ fn write_results(out: &Path, prepared: &Prepared, rendered: &Rendered, passes: &
         // what the service keeps of the same job, too
         let is_last = |pass: &PassReport| pass.passes == estimate.passes;
         let kept: Vec<_> = passes.iter().filter(|pass| is_kept(pass.passes) || is_last(pass)).copied().collect();
-        write(out, "convergence.csv", convergence_csv(&kept).as_bytes())?;
-        write(out, "convergence.svg", convergence_svg(&kept)?.as_bytes())?;
+        let subject = Subject::new(&prepared.document, &prepared.plan_json());
+        for (name, bytes) in convergence_files(&subject, &kept)? {
+            write(out, name, &bytes)?;
+        }
     }
     let status = if *stopped_by == StoppedBy::Cancelled { "cancelled" } else { "succeeded" };
     let mut result = json!({

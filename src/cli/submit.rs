@@ -13,6 +13,7 @@ use crate::cli::progress::Progress;
 use crate::cli::results_table::print_results;
 use crate::document::{DocumentErrors, FieldError};
 use crate::estimate::StopRule;
+use crate::job::convergence_files::CONVERGENCE_FILES;
 use crate::job::progress::PassReport;
 use crate::job::results::{GridFormat, Output, ViewFormat, result_outputs};
 
@@ -137,8 +138,9 @@ async fn download(client: &Client, job: &Value, out: &Path) -> anyhow::Result<()
         };
         write(out, &file, &client.bytes(&format!("{this}/{path}")).await?)?;
     }
-    write(out, "convergence.csv", &client.bytes(&format!("{this}/convergence?format=csv")).await?)?;
-    write(out, "convergence.svg", &client.bytes(&format!("{this}/convergence.svg")).await?)?;
+    for file in CONVERGENCE_FILES {
+        write(out, file, &client.bytes(&format!("{this}/{file}")).await?)?;
+    }
     // last, as by `render`: where it stands, all is there
     write(out, "result.json", &serde_json::to_vec_pretty(job)?)
 }

@@ -2,6 +2,7 @@
 
 mod access;
 mod content;
+mod convergence;
 pub(crate) mod cors;
 mod description;
 mod docs;

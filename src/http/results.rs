@@ -1,10 +1,10 @@
-//! What a job computed: grids, views, the convergence table. Of a running job, what there is so far.
+//! What a job computed: grids, views, reports on tubes. Of a running job, what there is so far.
 
 use std::time::Duration;
 
 use axum::http::{HeaderMap, StatusCode};
 use axum::response::Response;
-use serde::{Deserialize, Serialize};
+use serde::Deserialize;
 use utoipa::openapi::schema::{Object, ObjectBuilder, Type};
 use utoipa::{IntoParams, ToSchema};
 use uuid::Uuid;
@@ -20,19 +20,11 @@ use crate::job::checkpoint;
 use crate::job::convergence::PREVIEW_PASSES;
 use crate::job::live::{LiveJob, MadeFile};
 use crate::job::prepare::prepare;
-use crate::job::progress::PassReport;
 use crate::job::results;
 use crate::job::results::ResultFile;
-use crate::output::plots::{self, ConvergencePoint};
 
 /// Time that a reader of a running job waits for its pass to end.
 const WAIT_FOR_PASS: Duration = Duration::from_secs(20);
-
-/// Rows of the convergence table in one answer, unless asked for otherwise.
-const DEFAULT_ROWS: u32 = 1000;
-const MOST_ROWS: u32 = 10_000;
-/// Points of a convergence plot.
-const MOST_POINTS: u32 = 2000;
 
 #[derive(Clone, Copy, PartialEq, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
@@ -50,13 +42,6 @@ pub struct GridQuery {
     /// Instead of the header `Accept`.
     #[param(inline)]
     format: Option<GridFormat>,
-}
-
-#[derive(Clone, Copy, PartialEq, Deserialize, ToSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum TableFormat {
-    Json,
-    Csv,
 }
 
 #[derive(Clone, Copy, Default, Deserialize, ToSchema)]
@@ -83,30 +68,6 @@ fn kept_passes() -> Object {
     ObjectBuilder::new().schema_type(Type::Integer).enum_values(Some(PREVIEW_PASSES)).build()
 }
 
-#[derive(Deserialize, IntoParams)]
-#[into_params(parameter_in = Query)]
-#[serde(deny_unknown_fields)]
-pub struct ConvergenceQuery {
-    /// Instead of the header `Accept`.
-    #[param(inline)]
-    format: Option<TableFormat>,
-    /// Largest number of rows of the answer; 1000 when absent.
-    #[param(minimum = 1, maximum = 10000)]
-    limit: Option<u32>,
-    /// Only passes after this one.
-    #[param(minimum = 0, maximum = 18_446_744_073_709_551_615u64)]
-    after: Option<u64>,
-}
-
-/// Passes of a job, in order: passes 1 to 64, then those nearest to powers of 2^(1/8), and the last one of a job that ended.
-#[derive(Serialize, ToSchema)]
-pub struct Convergence {
-    pub job: Uuid,
-    pub passes: Vec<PassReport>,
-    /// `after` of the next page; null when this is the last one.
-    pub next_after: Option<u64>,
-}
-
 impl From<GridFormat> for Format {
     fn from(format: GridFormat) -> Self {
         match format {
@@ -117,17 +78,7 @@ impl From<GridFormat> for Format {
     }
 }
 
-impl From<TableFormat> for Format {
-    fn from(format: TableFormat) -> Self {
-        match format {
-            TableFormat::Json => Self::Json,
-            TableFormat::Csv => Self::Csv,
-        }
-    }
-}
-
 const GRID_FORMATS: [Format; 3] = [Format::Json, Format::Csv, Format::Png];
-const TABLE_FORMATS: [Format; 3] = [Format::Json, Format::Csv, Format::Svg];
 const TUBE_FORMATS: [Format; 2] = [Format::Json, Format::Svg];
 const VIEW_FORMATS: [Format; 2] = [Format::Png, Format::Exr];
 
@@ -295,7 +246,7 @@ async fn report_on_tube(app: &Service, id: Uuid, name: &str) -> Result<Option<Re
     made.await?.map_err(|error| internal("reporting on a tube failed", &error))
 }
 
-fn internal(what: &str, error: &dyn std::fmt::Display) -> Problem {
+pub(super) fn internal(what: &str, error: &dyn std::fmt::Display) -> Problem {
     tracing::error!(%error, what);
     Problem::internal()
 }
@@ -341,120 +292,4 @@ async fn file_so_far(app: &Service, id: Uuid, name: &str) -> Result<Option<MadeF
 fn made_file(file: Option<ResultFile>) -> Result<MadeFile, Problem> {
     let file = file.ok_or_else(|| Problem::not_found("the job has no such output"))?;
     Ok(MadeFile { media_type: file.media_type, bytes: file.bytes.into() })
-}
-
-/// Passes: their time, photons, rays and error estimate.
-///
-/// The first 64 passes, then ever fewer, about 9 % apart; `passes` of each row says how many were done.
-#[utoipa::path(get, path = "/v1/jobs/{id}/convergence", operation_id = "get_convergence", tag = "results",
-    params(("id" = Uuid, Path), ConvergenceQuery),
-    responses(
-        (status = 200, description = "The passes so far", content((Convergence = "application/json"), (String = "text/csv"), (String = "image/svg+xml"))),
-        (status = 422, description = "A parameter is not valid", body = Problem, content_type = "application/problem+json"),
-        (status = 404, description = "No such job", body = Problem, content_type = "application/problem+json")))]
-pub async fn convergence(
-    app: App,
-    Path(id): Path<Uuid>,
-    Query(query): Query<ConvergenceQuery>,
-    headers: HeaderMap,
-) -> Result<Response, Problem> {
-    let format = query.format.map_or_else(|| formats::accepted(&headers, &TABLE_FORMATS), Format::from);
-    let limit = query.limit.unwrap_or(DEFAULT_ROWS);
-    if !(1..=MOST_ROWS).contains(&limit) {
-        return Err(Problem::invalid_parameter("limit", format!("must be 1 to {MOST_ROWS}, but is {limit}")));
-    }
-    let rows = Rows { after: query.after.unwrap_or(0), limit };
-    Ok(formats::vary_by_accept(table(&app, id, &headers, format, rows).await?))
-}
-
-/// A page of the convergence table.
-struct Rows {
-    after: u64,
-    limit: u32,
-}
-
-/// Rows that a file of the table has.
-const ROWS_OF_FILES: Rows = Rows { after: 0, limit: MOST_ROWS };
-
-/// The convergence table in a representation; the picture shows all of it.
-async fn table(app: &Service, id: Uuid, headers: &HeaderMap, format: Format, rows: Rows) -> Result<Response, Problem> {
-    if app.store.job_head(id).await?.is_none() {
-        return Err(Problem::no_such_job());
-    }
-    let mut next_after = None;
-    let passes = if format == Format::Svg {
-        app.store.convergence_outline(id, MOST_POINTS).await?
-    } else {
-        // one more tells whether there is a next page
-        let mut passes = app.store.convergence(id, rows.after, rows.limit + 1).await?;
-        let more = passes.len() > rows.limit as usize;
-        passes.truncate(rows.limit as usize);
-        next_after = passes.last().filter(|_| more).map(|pass| pass.passes);
-        passes
-    };
-    let answer = match format {
-        Format::Csv => content::made(headers, csv(&passes).into_bytes(), "text/csv; charset=utf-8"),
-        Format::Svg => content::made(headers, plot(app, &passes).await?, "image/svg+xml"),
-        _ => {
-            let bytes = serde_json::to_vec(&Convergence { job: id, passes, next_after })
-                .map_err(|error| internal("writing the convergence table failed", &error))?;
-            content::made(headers, bytes, "application/json")
-        }
-    };
-    Ok(formats::named(answer?, &format!("convergence.{}", format.suffix())))
-}
-
-/// The passes as a file: `convergence.json`.
-#[utoipa::path(get, path = "/v1/jobs/{id}/convergence.json", operation_id = "get_convergence_json", tag = "results", params(("id" = Uuid, Path)),
-    responses(
-        (status = 200, description = "The passes so far", body = Convergence),
-        (status = 304, description = "It is what If-None-Match names"),
-        (status = 404, description = "No such job", body = Problem, content_type = "application/problem+json")))]
-pub async fn convergence_json(app: App, Path(id): Path<Uuid>, headers: HeaderMap) -> Result<Response, Problem> {
-    table(&app, id, &headers, Format::Json, ROWS_OF_FILES).await
-}
-
-/// The passes as a table: `convergence.csv`.
-#[utoipa::path(get, path = "/v1/jobs/{id}/convergence.csv", operation_id = "get_convergence_csv", tag = "results", params(("id" = Uuid, Path)),
-    responses(
-        (status = 200, description = "The passes so far", body = String, content_type = "text/csv"),
-        (status = 304, description = "It is what If-None-Match names"),
-        (status = 404, description = "No such job", body = Problem, content_type = "application/problem+json")))]
-pub async fn convergence_csv(app: App, Path(id): Path<Uuid>, headers: HeaderMap) -> Result<Response, Problem> {
-    table(&app, id, &headers, Format::Csv, ROWS_OF_FILES).await
-}
-
-/// Relative error against render seconds, as a picture.
-#[utoipa::path(get, path = "/v1/jobs/{id}/convergence.svg", operation_id = "get_convergence_svg", tag = "results", params(("id" = Uuid, Path)),
-    responses(
-        (status = 200, description = "Both axes logarithmic", body = String, content_type = "image/svg+xml"),
-        (status = 404, description = "No such job", body = Problem, content_type = "application/problem+json")))]
-pub async fn convergence_svg(app: App, Path(id): Path<Uuid>, headers: HeaderMap) -> Result<Response, Problem> {
-    table(&app, id, &headers, Format::Svg, ROWS_OF_FILES).await
-}
-
-/// The plot of the convergence, as SVG.
-async fn plot(app: &Service, passes: &[PassReport]) -> Result<Vec<u8>, Problem> {
-    let points: Vec<ConvergencePoint> = passes
-        .iter()
-        .map(|pass| ConvergencePoint {
-            seconds: pass.seconds,
-            grids: pass.relative_error,
-            views: pass.view_relative_error,
-        })
-        .collect();
-    let drawn = off_thread(permit(&app.permits.reading).await?, move |_| plots::convergence(&points)).await?;
-    let svg = drawn.map_err(|error| internal("drawing failed", &error))?;
-    Ok(svg.into_bytes())
-}
-
-fn csv(passes: &[PassReport]) -> String {
-    let number = |value: Option<f64>| value.map(|value| value.to_string()).unwrap_or_default();
-    let mut text = String::from("passes,seconds,photons,rays,relative_error,view_relative_error,mean_lux\n");
-    for pass in passes {
-        let PassReport { passes, seconds, photons, rays, .. } = pass;
-        let (grids, views) = (number(pass.relative_error), number(pass.view_relative_error));
-        text += &format!("{passes},{seconds},{photons},{rays},{grids},{views},{}\n", number(pass.mean_lux));
-    }
-    text
 }

@@ -26,7 +26,9 @@ use crate::http::access::check_access;
 use crate::http::description::{Description, completed};
 use crate::http::problem::as_problem_documents;
 use crate::http::server::answer_health_only_beyond;
-use crate::http::{Limits, Service, docs, events, health, jobs, meshes, page, problem_page, results, skies, tubes};
+use crate::http::{
+    Limits, Service, convergence, docs, events, health, jobs, meshes, page, problem_page, results, skies, tubes,
+};
 
 const REQUEST_ID: HeaderName = HeaderName::from_static("x-request-id");
 
@@ -54,10 +56,11 @@ fn api_with_limits(document_bytes: usize, mesh_bytes: usize) -> OpenApiRouter<Ar
         .routes(routes!(results::grid))
         .routes(routes!(results::view))
         .routes(routes!(results::tube))
-        .routes(routes!(results::convergence))
-        .routes(routes!(results::convergence_json))
-        .routes(routes!(results::convergence_csv))
-        .routes(routes!(results::convergence_svg))
+        .routes(routes!(convergence::convergence))
+        .routes(routes!(convergence::convergence_json))
+        .routes(routes!(convergence::convergence_csv))
+        .routes(routes!(convergence::convergence_svg))
+        .routes(routes!(convergence::convergence_png))
         .routes(routes!(problem_page::problem_page))
         .routes(routes!(health::livez))
         .routes(routes!(health::readyz))
@@ -107,9 +110,9 @@ pub fn router(service: Arc<Service>) -> Router {
     Router::new().fallback_service(routes).layer(around_all)
 }
 
-/// Content security policy of answers that a browser shows as a page: they may be drawn, and nothing else (SVG has
-/// styles).
-const CONTENT_SECURITY_POLICY: &str = "default-src 'none'; style-src 'unsafe-inline'; frame-ancestors 'none'; base-uri 'none'; \
+/// Content security policy of answers that a browser shows as a page: they may be drawn, and nothing else (figures have
+/// styles, and pictures within them).
+const CONTENT_SECURITY_POLICY: &str = "default-src 'none'; style-src 'unsafe-inline'; img-src data:; frame-ancestors 'none'; base-uri 'none'; \
                                        form-action 'none'";
 
 /// Longest `X-Request-Id` of a client that is taken over.

@@ -4,14 +4,12 @@ use serde_json::Value;
 
 use super::chunk::RenderError;
 use super::prepare::Prepared;
-use super::progress::PassReport;
 use crate::document::errors::{Warning, WarningCode};
 use crate::document::result::{
     AccuracyResult, EnergyResult, ExternalIlluminance, GridInShort, GridResult, GridStatistics, JobResults, Known,
     PlanResult, TimingResult, TubeResult, ViewInShort,
 };
 use crate::estimate::{Estimate, FilmEstimate, GridEstimate};
-use crate::output::plots::{self, ConvergencePoint};
 use crate::output::{Image, OutputError, csv, exr, false_colour, png};
 use crate::plan::EffectKind;
 use crate::scene::{Daylight, TubeShape};
@@ -77,29 +75,6 @@ pub fn result_outputs<'a>(
         formats.map(|(suffix, format)| (format!("tubes/{index}.{suffix}"), Output::Tube(index, format)))
     });
     grids.chain(views).chain(tubes).collect()
-}
-
-/// Every pass of a job as CSV, one line each; an error that is not known yet is left empty.
-pub fn convergence_csv(passes: &[PassReport]) -> String {
-    let mut text = "passes,seconds,photons,rays,relative_error,view_relative_error,mean_lux\n".to_owned();
-    let field = |value: Option<f64>| value.map(|value| value.to_string()).unwrap_or_default();
-    for pass in passes {
-        let PassReport { passes, seconds, photons, rays, relative_error, view_relative_error, mean_lux } = *pass;
-        let [relative_error, view_relative_error, mean_lux] =
-            [relative_error, view_relative_error, mean_lux].map(field);
-        text += &format!("{passes},{seconds},{photons},{rays},{relative_error},{view_relative_error},{mean_lux}\n");
-    }
-    text
-}
-
-/// The relative error of the passes against their seconds, as SVG.
-pub fn convergence_svg(passes: &[PassReport]) -> Result<String, OutputError> {
-    let point = |pass: &PassReport| ConvergencePoint {
-        seconds: pass.seconds,
-        grids: pass.relative_error,
-        views: pass.view_relative_error,
-    };
-    plots::convergence(&passes.iter().map(point).collect::<Vec<_>>())
 }
 
 impl Prepared {

@@ -17,6 +17,7 @@ const LEVELS: &[&[&str]] = &[
     &["plan", "integrator"],
     &["estimate"],
     &["output"],
+    &["figure"],
     &["document"],
     &["job"],
     &["reports"],
@@ -29,7 +30,7 @@ const APART: &[(&str, &str)] =
     &[("http", "db"), ("db", "http"), ("http", "cli"), ("db", "cli"), ("http", "reports"), ("db", "reports")];
 
 /// Physics: everything left of `document`.
-const PHYSICS_LEVELS: usize = 9;
+const PHYSICS_LEVELS: usize = 10;
 
 /// Names that physics does not know: HTTP, SQL, serde, tokio, files, clocks.
 const NOT_IN_PHYSICS: &[&str] = &[
@@ -55,7 +56,8 @@ const CLOCKS: &[&str] = &["Instant::now", "SystemTime::now"];
 const TOKIO_ROOMS: &[&str] = &["http", "db", "cli", "job", "main"];
 
 /// Crates with one user each.
-const SINGLE_USERS: &[(&str, &str)] = &[("obvhs", "geometry/wide_tree.rs"), ("exr", "output/exr.rs")];
+const SINGLE_USERS: &[(&str, &str)] =
+    &[("obvhs", "geometry/wide_tree.rs"), ("exr", "output/exr.rs"), ("tiny_skia", "figure/paint.rs")];
 
 fn level(room: &str) -> Option<usize> {
     LEVELS.iter().position(|rooms| rooms.contains(&room))

@@ -76,6 +76,8 @@ fn render_and_submit_write_the_same_files_and_print_the_same_table() {
     assert_eq!(names, files(&submitted, &submitted));
     let expected = [
         "convergence.csv",
+        "convergence.json",
+        "convergence.png",
         "convergence.svg",
         "grids/workplane.csv",
         "grids/workplane.json",

@@ -176,7 +176,7 @@ async fn a_suffix_is_another_way_to_ask_for_a_format() {
         ("grids/workplane", "workplane", &["application/json", "text/csv", "image/png"][..]),
         ("tubes/0", "tube-0", &["application/json", "image/svg+xml"]),
         ("views/room", "room", &["image/png", "image/x-exr"]),
-        ("convergence", "convergence", &["application/json", "text/csv", "image/svg+xml"]),
+        ("convergence", "convergence", &["application/json", "text/csv", "image/svg+xml", "image/png"]),
     ] {
         for media_type in media_types {
             let suffix = media_type.split(['/', '+']).nth(1).unwrap().trim_start_matches("x-");

@@ -66,6 +66,7 @@ pub struct Links {
     pub convergence: String,
     pub convergence_csv: String,
     pub convergence_svg: String,
+    pub convergence_png: String,
     pub cancel: String,
     /// Paths of the grids by name (JSON, or what `Accept` or `?format=` asks for). Not in lists.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -121,6 +122,7 @@ impl JobSummary {
                 convergence: format!("{this}/convergence"),
                 convergence_csv: format!("{this}/convergence.csv"),
                 convergence_svg: format!("{this}/convergence.svg"),
+                convergence_png: format!("{this}/convergence.png"),
                 cancel: format!("{this}/cancel"),
                 this,
                 grids: None,

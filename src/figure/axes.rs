@@ -1,0 +1,181 @@
+//! Two axes with ticks, titles and a grid of lines, and the map from values to places in a figure.
+
+use glam::DVec2;
+
+use super::colour::Colour;
+use super::drawing::{Anchor, Drawing, Line, Type};
+use super::outline::{Outline, Rectangle};
+use super::ticks::{self, Steps, Tick};
+
+const LABEL_SIZE: f64 = 12.0;
+const TITLE_SIZE: f64 = 13.0;
+
+/// Room that labels and title need left of the axes.
+pub const LEFT: f64 = 76.0;
+
+/// Room that labels and title need below the axes.
+pub const BELOW: f64 = 46.0;
+
+/// How values are spread along an axis.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Spacing {
+    /// Equal differences are equally long.
+    Linear,
+    /// Equal ratios are equally long; both ends are above zero.
+    Logarithmic,
+}
+
+/// An axis.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Axis {
+    /// Name of the quantity with its unit.
+    pub title: String,
+    /// Value at the left or lower end.
+    pub from: f64,
+    /// Value at the other end.
+    pub to: f64,
+    /// How values are spread.
+    pub spacing: Spacing,
+    /// Places with lines and labels.
+    pub ticks: Vec<Tick>,
+}
+
+impl Axis {
+    /// A linear axis with at most `most` intervals between its ticks.
+    pub fn linear(title: impl Into<String>, [from, to]: [f64; 2], most: usize, steps: Steps) -> Self {
+        let ticks = ticks::linear(from, to, most, steps);
+        Self { title: title.into(), from, to, spacing: Spacing::Linear, ticks }
+    }
+
+    /// A logarithmic axis; `unit` follows each number.
+    pub fn logarithmic(title: impl Into<String>, [from, to]: [f64; 2], unit: &str) -> Self {
+        let ticks = ticks::logarithmic(from, to, unit);
+        Self { title: title.into(), from, to, spacing: Spacing::Logarithmic, ticks }
+    }
+
+    /// Place of a value: 0 at the left or lower end, 1 at the other.
+    fn share(&self, value: f64) -> f64 {
+        match self.spacing {
+            Spacing::Linear => (value - self.from) / (self.to - self.from),
+            Spacing::Logarithmic => libm::log(value / self.from) / libm::log(self.to / self.from),
+        }
+    }
+}
+
+/// The ends of a logarithmic axis around values: 1, 2 or 5 times a power of ten, at least half a decade apart. Values that no
+/// logarithm takes do not count; without others, a decade around `otherwise`.
+pub fn logarithmic_ends(values: impl Iterator<Item = f64>, otherwise: f64) -> [f64; 2] {
+    // beyond these the axis itself would overflow
+    let usable = values.filter(|value| (1e-100..1e100).contains(value));
+    let [low, high] = usable.fold([f64::INFINITY, 0.0f64], |[low, high], value| [low.min(value), high.max(value)]);
+    let [low, high] = if high > 0.0 { [low, high] } else { [otherwise, otherwise] };
+    let round = |value: f64, multiples: [f64; 4], fits: fn(f64, f64) -> bool| {
+        let decade = libm::pow(10.0, libm::log10(value).floor());
+        multiples.into_iter().map(|multiple| multiple * decade).find(|end| fits(*end, value)).unwrap_or(value)
+    };
+    let mut from = round(low, [5.0, 2.0, 1.0, 0.5], |end, value| end <= value * (1.0 + 1e-9));
+    let mut to = round(high, [1.0, 2.0, 5.0, 10.0], |end, value| end >= value * (1.0 - 1e-9));
+    while to / from < 4.0 {
+        from = round(0.7 * from, [5.0, 2.0, 1.0, 0.5], |end, value| end <= value * (1.0 + 1e-9));
+        to = round(1.4 * to, [1.0, 2.0, 5.0, 10.0], |end, value| end >= value * (1.0 - 1e-9));
+    }
+    [from, to]
+}
+
+/// Two axes around a rectangle of a figure.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Axes {
+    /// The rectangle that the values fill.
+    pub within: Rectangle,
+    /// The lower axis.
+    pub x: Axis,
+    /// The left axis.
+    pub y: Axis,
+}
+
+impl Axes {
+    /// Place of a pair of values, which may lie outside of the axes; not finite where a logarithm does not exist.
+    pub fn at(&self, x: f64, y: f64) -> DVec2 {
+        let Rectangle { from, to } = self.within;
+        DVec2::new(from.x + self.x.share(x) * (to.x - from.x), to.y + self.y.share(y) * (from.y - to.y))
+    }
+
+    /// A line through pairs of values, as far as it is within the axes.
+    pub fn line(&self, points: impl IntoIterator<Item = (f64, f64)>) -> Outline {
+        let mut outline = Outline::default();
+        outline.add_clipped(points.into_iter().map(|(x, y)| self.at(x, y)), &self.within);
+        outline
+    }
+
+    /// The pairs of values that are within the axes, as places.
+    pub fn places(&self, points: impl IntoIterator<Item = (f64, f64)>) -> Vec<DVec2> {
+        points.into_iter().map(|(x, y)| self.at(x, y)).filter(|place| self.within.contains(*place)).collect()
+    }
+
+    /// Draws the grid, the ends, labels and titles; what is drawn later lies above.
+    pub fn draw(&self, drawing: &mut Drawing) {
+        let Rectangle { from, to } = self.within;
+        let mut faint = Outline::default();
+        let mut grid = Outline::default();
+        for tick in &self.x.ticks {
+            let x = self.at(tick.value, self.y.from).x;
+            let line = if tick.label.is_some() { &mut grid } else { &mut faint };
+            line.add_polyline([DVec2::new(x, from.y), DVec2::new(x, to.y)]);
+        }
+        for tick in &self.y.ticks {
+            let y = self.at(self.x.from, tick.value).y;
+            let line = if tick.label.is_some() { &mut grid } else { &mut faint };
+            line.add_polyline([DVec2::new(from.x, y), DVec2::new(to.x, y)]);
+        }
+        drawing.line(faint, Line::new(Colour::Faint, 0.5));
+        drawing.line(grid, Line::new(Colour::Faint, 1.0));
+        drawing.line(Outline::rectangle(from, to), Line::new(Colour::Muted, 1.0));
+        let label = Type::new(LABEL_SIZE, Colour::Ink);
+        for tick in &self.x.ticks {
+            let at = DVec2::new(self.at(tick.value, self.y.from).x, to.y + 18.0);
+            if let Some(text) = &tick.label {
+                drawing.text(at, text.as_str(), label.anchored(Anchor::Middle));
+            }
+        }
+        for tick in &self.y.ticks {
+            let at = DVec2::new(from.x - 8.0, self.at(self.x.from, tick.value).y);
+            if let Some(text) = &tick.label {
+                drawing.text_centred(at, text.as_str(), label.anchored(Anchor::End));
+            }
+        }
+        let title = Type::new(TITLE_SIZE, Colour::Ink).anchored(Anchor::Middle);
+        let middle = from.midpoint(to);
+        drawing.text(DVec2::new(middle.x, to.y + 39.0), self.x.title.as_str(), title);
+        drawing.text(DVec2::new(from.x - 58.0, middle.y), self.y.title.as_str(), title.upwards());
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ends_of_logarithmic_axes_are_round() {
+        for (values, ends) in [
+            (vec![0.013, 4.1], [0.01, 5.0]),
+            (vec![1.0, 1.0], [0.5, 2.0]),
+            (vec![2.0, 2.0, f64::NAN, -1.0], [1.0, 5.0]),
+            (vec![], [0.05, 0.2]),
+            (vec![0.0, f64::INFINITY], [0.05, 0.2]),
+        ] {
+            let found = logarithmic_ends(values.iter().copied(), 0.1);
+            assert!(found.iter().zip(ends).all(|(a, b)| (a / b - 1.0).abs() < 1e-9), "{values:?}: {found:?}");
+        }
+    }
+
+    #[test]
+    fn values_have_their_places() {
+        let x = Axis::linear("x", [0.0, 10.0], 5, Steps::Decimal);
+        let y = Axis::logarithmic("y", [0.01, 1.0], "");
+        let axes = Axes { within: Rectangle::new(100.0, 50.0, 200.0, 150.0), x, y };
+        assert!(axes.at(5.0, 0.1).distance(DVec2::new(150.0, 100.0)) < 1e-9);
+        assert!(axes.at(0.0, 1.0).distance(DVec2::new(100.0, 50.0)) < 1e-9);
+        assert_eq!(axes.places([(5.0, 0.1), (11.0, 0.1), (5.0, 0.0)]).len(), 1);
+        assert_eq!(axes.line([(0.0, 0.0), (1.0, 0.0)]).0, []);
+    }
+}

@@ -1,0 +1,243 @@
+//! The figure of a job's convergence: relative error against time, the law that it follows, and when which accuracy is reached.
+
+use glam::DVec2;
+
+use super::axes::{self, Axes, Axis, logarithmic_ends};
+use super::colour::{Colour, SERIES};
+use super::drawing::{Anchor, Drawing, Line, Type};
+use super::heading::{Heading, MARGIN};
+use super::legend::{self, Entry, MARK_RADIUS};
+use super::outline::{Outline, Rectangle};
+use super::ticks::{duration, short};
+use crate::statistics::power_law::PowerLaw;
+
+const SIZE: DVec2 = DVec2::new(800.0, 560.0);
+const ROW_HEIGHT: f64 = 20.0;
+const TABLE_SIZE: f64 = 12.0;
+
+/// Factor beyond the last pass up to which the law is drawn.
+const FORETOLD: f64 = 8.0;
+
+/// Passes from which on a law is drawn.
+const SETTLED: f64 = 8.0;
+
+/// Confidence of the band around a law.
+const CONFIDENCE: f64 = 0.95;
+
+/// The errors of one kind of output.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ErrorSeries {
+    /// What the errors are of: grids, or views.
+    pub name: &'static str,
+    /// Seconds and relative error after each pass; what no logarithm takes is left out.
+    pub points: Vec<(f64, f64)>,
+    /// The law that they follow, where there are enough of them.
+    pub law: Option<PowerLaw>,
+    /// The relative error at which the job is to end.
+    pub asked: Option<f64>,
+    /// Relative errors, and when each is reached.
+    pub times: Vec<TimeTo>,
+}
+
+/// When an accuracy is reached.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TimeTo {
+    /// Relative error.
+    pub error: f64,
+    /// Seconds; `None` where nobody knows.
+    pub seconds: Option<f64>,
+    /// How the time is known.
+    pub known: Known,
+}
+
+/// How a time is known.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Known {
+    /// A pass had this error, or less.
+    Met,
+    /// The law has it at this time.
+    Extrapolated,
+}
+
+/// Error against time, both logarithmic, one colour for each series; without any point there are axes only.
+pub fn convergence(heading: &Heading, series: &[ErrorSeries]) -> Drawing {
+    let mut drawing = Drawing::new(SIZE, heading.title.as_str());
+    heading.draw(&mut drawing);
+    let is_drawn =
+        |(seconds, error): &(f64, f64)| *seconds > 0.0 && *error > 0.0 && seconds.is_finite() && error.is_finite();
+    let series: Vec<ErrorSeries> = series
+        .iter()
+        .map(|one| ErrorSeries { points: one.points.iter().copied().filter(is_drawn).collect(), ..one.clone() })
+        .filter(|one| !one.points.is_empty())
+        .collect();
+    let entries = legend_of(&series);
+    let below = axes::BELOW + ROW_HEIGHT * (series.len() + 1) as f64 + MARGIN;
+    let top = heading.height() + 8.0;
+    let legend_height = legend::height(&entries, SIZE.x - axes::LEFT - MARGIN);
+    let within = Rectangle::new(axes::LEFT, top + legend_height + 6.0, SIZE.x - MARGIN - 8.0, SIZE.y - below);
+    legend::draw(&mut drawing, &entries, DVec2::new(axes::LEFT, top), within.size().x);
+    let axes = axes_of(&series, within);
+    axes.draw(&mut drawing);
+    if let Some(last) = series.first().and_then(|first| first.points.last()) {
+        let guide = |seconds: f64| (seconds, 100.0 * last.1 * (last.0 / seconds).sqrt());
+        drawing
+            .line(axes.line([guide(axes.x.from), guide(axes.x.to)]), Line::new(Colour::Muted, 1.0).dashed(&[2.0, 4.0]));
+    }
+    for (one, colour) in series.iter().zip(SERIES) {
+        draw_series(&mut drawing, &axes, one, colour);
+    }
+    draw_table(&mut drawing, &series, within);
+    drawing
+}
+
+fn axes_of(series: &[ErrorSeries], within: Rectangle) -> Axes {
+    let points = || series.iter().flat_map(|one| one.points.iter().copied());
+    // room for the law beyond the last pass
+    let beyond = series.iter().filter_map(|one| Some(one.law?.last.seconds * FORETOLD.sqrt()));
+    let times = logarithmic_ends(points().map(|point| point.0).chain(beyond), 1.0);
+    let asked = series.iter().filter_map(|one| one.asked);
+    let errors = logarithmic_ends(points().map(|point| point.1).chain(asked), 0.01);
+    let x = Axis::logarithmic("render time in seconds", times, "");
+    let y = Axis::logarithmic("relative error in percent", errors.map(|error| 100.0 * error), "");
+    Axes { within, x, y }
+}
+
+fn legend_of(series: &[ErrorSeries]) -> Vec<Entry> {
+    let mut entries = Vec::new();
+    for (one, colour) in series.iter().zip(SERIES) {
+        let line = Some(Line::new(colour, 2.0));
+        entries.push(Entry { name: one.name.to_owned(), line, mark: Some(colour), area: None });
+        if let Some(law) = &one.law {
+            let [exponent, error] =
+                [law.exponent, law.standard_error].map(|number| format!("{number:.2}").replace('-', "−"));
+            let line = Some(Line::new(colour, 1.0).dashed(&[6.0, 3.0]));
+            let name = format!("slope {exponent} ± {error}, 95 % band");
+            entries.push(Entry { name, line, mark: None, area: Some((colour, 0.15)) });
+        }
+    }
+    if !entries.is_empty() {
+        let line = Some(Line::new(Colour::Muted, 1.0).dashed(&[2.0, 4.0]));
+        entries.push(Entry { name: "slope −1/2".to_owned(), line, mark: None, area: None });
+    }
+    entries
+}
+
+fn draw_series(drawing: &mut Drawing, axes: &Axes, series: &ErrorSeries, colour: Colour) {
+    let percent = |&(seconds, error): &(f64, f64)| (seconds, 100.0 * error);
+    if let Some(law) = &series.law {
+        // before that the told errors are wider than their law by Student's quantiles
+        let begin = law.last.seconds * (SETTLED / law.last.passes).min(0.5);
+        let times = steps(begin, FORETOLD * law.last.seconds);
+        let lower = times.iter().map(|time| (*time, 100.0 * law.band_at(*time, CONFIDENCE)[0]));
+        let upper = times.iter().rev().map(|time| (*time, 100.0 * law.band_at(*time, CONFIDENCE)[1]));
+        let around = lower.chain(upper).map(|(time, error)| axes.at(time, error));
+        let around: Vec<DVec2> = around.map(|place| place.clamp(axes.within.from, axes.within.to)).collect();
+        drawing.fill(Outline::polygon(around), colour, 0.15);
+        let line = times.iter().map(|time| (*time, 100.0 * law.error_at(*time)));
+        drawing.line(axes.line(line), Line::new(colour, 1.0).dashed(&[6.0, 3.0]));
+    }
+    if let Some(asked) = series.asked {
+        let line = axes.line([(axes.x.from, 100.0 * asked), (axes.x.to, 100.0 * asked)]);
+        drawing.line(line, Line::new(colour, 1.0).dashed(&[10.0, 4.0]));
+        let at = axes.at(axes.x.to, 100.0 * asked) + DVec2::new(-6.0, -5.0);
+        let text = format!("asked of {}: {} %", series.name, short(rounded(100.0 * asked)));
+        drawing.text(at, text, Type::new(11.0, colour).anchored(Anchor::End).rimmed(Colour::Paper));
+    }
+    drawing.line(axes.line(series.points.iter().map(percent)), Line::new(colour, 2.0));
+    let mut marks = Outline::default();
+    for place in axes.places(thinned(&series.points).iter().map(percent)) {
+        marks.add_circle(place, MARK_RADIUS);
+    }
+    drawing.fill(marks, colour, 1.0);
+}
+
+/// Below the plot: the time to every accuracy.
+fn draw_table(drawing: &mut Drawing, series: &[ErrorSeries], within: Rectangle) {
+    let Some(first) = series.first() else { return };
+    let mut y = within.to.y + axes::BELOW + 0.5 * ROW_HEIGHT + 4.0;
+    let column = |index: usize| within.from.x + 120.0 + 110.0 * index as f64;
+    let head = Type::new(TABLE_SIZE, Colour::Muted);
+    drawing.text_centred(DVec2::new(MARGIN, y), "time to a relative error of", head);
+    for (index, time) in first.times.iter().enumerate() {
+        let text = format!("{} %", short(rounded(100.0 * time.error)));
+        drawing.text_centred(DVec2::new(column(index) + 70.0, y), text, head.anchored(Anchor::End));
+    }
+    for (one, colour) in series.iter().zip(SERIES) {
+        y += ROW_HEIGHT;
+        drawing.text_centred(DVec2::new(MARGIN, y), one.name, Type::new(TABLE_SIZE, colour));
+        for (index, time) in one.times.iter().enumerate() {
+            let (text, ink) = match (time.seconds, time.known) {
+                (Some(seconds), Known::Met) => (duration(seconds, 3), Colour::Ink),
+                (Some(seconds), Known::Extrapolated) => (format!("about {}", duration(seconds, 2)), Colour::Muted),
+                (None, _) => ("?".to_owned(), Colour::Muted),
+            };
+            let look = Type::new(TABLE_SIZE, ink).anchored(Anchor::End);
+            drawing.text_centred(DVec2::new(column(index) + 70.0, y), text, look);
+        }
+    }
+}
+
+/// Without the digits that a product with 100 leaves behind.
+fn rounded(percent: f64) -> f64 {
+    (percent * 1e9).round() / 1e9
+}
+
+/// Times in equal ratios from one to another.
+fn steps(from: f64, to: f64) -> Vec<f64> {
+    let ratio = libm::log(to / from);
+    (0..=40).map(|step| from * libm::exp(ratio * f64::from(step) / 40.0)).collect()
+}
+
+/// The points of passes 1, 2, 4, 8 and so on, and the last.
+fn thinned(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
+    let chosen = |index: &usize| (index + 1).is_power_of_two() || index + 1 == points.len();
+    (0..points.len()).filter(chosen).map(|index| points[index]).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::figure::svg::svg;
+    use crate::statistics::power_law::ErrorPoint;
+
+    fn series(points: Vec<(f64, f64)>) -> ErrorSeries {
+        ErrorSeries { name: "grids", points, law: None, asked: None, times: Vec::new() }
+    }
+
+    #[test]
+    fn drawn_for_none_one_and_many() {
+        for points in [
+            vec![],
+            vec![(0.5, 0.1)],
+            vec![(0.0, f64::NAN), (1.0, 0.0)],
+            vec![(1e-300, 1e300), (1e300, 1e-300)],
+            (1..5000).map(|k| (0.01 * f64::from(k), 0.5 / f64::from(k).sqrt())).collect(),
+        ] {
+            let svg = svg(&convergence(&Heading::of("test"), &[series(points)])).unwrap();
+            assert!(svg.starts_with("<svg") && svg.ends_with("</svg>\n"));
+            assert!(!svg.contains("NaN") && !svg.contains("inf"), "{svg}");
+        }
+    }
+
+    #[test]
+    fn laws_and_times_are_told() {
+        let points: Vec<(f64, f64)> = (2..40).map(|k| (0.1 * f64::from(k), 0.1 / f64::from(k).sqrt())).collect();
+        let of_law = points.iter().enumerate();
+        let of_law = of_law.map(|(k, point)| ErrorPoint { passes: k as f64 + 2.0, seconds: point.0, error: point.1 });
+        let law = PowerLaw::fit(&of_law.collect::<Vec<_>>());
+        let times = vec![
+            TimeTo { error: 0.05, seconds: Some(0.4), known: Known::Met },
+            TimeTo { error: 0.001, seconds: Some(1000.0), known: Known::Extrapolated },
+            TimeTo { error: 0.0001, seconds: None, known: Known::Extrapolated },
+        ];
+        let one = ErrorSeries { law, asked: Some(0.02), times, ..series(points) };
+        let drawing = convergence(&Heading::of("Convergence"), &[one]);
+        let texts: Vec<&str> = drawing.texts().collect();
+        for text in
+            ["Convergence", "slope −1/2", "asked of grids: 2 %", "0.400 s", "about 17 min", "?", "0.1 %", "0.01 %"]
+        {
+            assert!(texts.contains(&text), "{text}: {texts:?}");
+        }
+        assert!(texts.iter().any(|text| text.starts_with("slope −0.50 ± 0.00")), "{texts:?}");
+    }
+}

@@ -1,0 +1,137 @@
+//! Text as outlines, so that it looks the same everywhere and nobody needs a font.
+//!
+//! The letters are those of Open Sans: Latin with accents, some Greek and signs. What else a name may have is drawn as a box.
+
+use std::collections::BTreeMap;
+use std::sync::LazyLock;
+
+use glam::DVec2;
+
+use super::outline::{Outline, Part};
+
+/// The outlines; the head of the file says how they were made.
+const OPEN_SANS: &str = include_str!("letters/open_sans.txt");
+
+/// Units of the outlines in the size of the type.
+const UNITS: f64 = 2048.0;
+
+/// Drawn for what has no letter: a box.
+const UNKNOWN: Letter<'static> =
+    Letter { advance: 1200.0, path: "M150 0L150 -1462L1050 -1462L1050 0ZM250 -100L950 -100L950 -1362L250 -1362Z" };
+
+/// Height of capital letters and digits, in sizes of the type.
+pub const CAPITAL_HEIGHT: f64 = 1462.0 / UNITS;
+
+/// A letter: how far the next one stands, and its outline as a path of SVG.
+#[derive(Clone, Copy)]
+struct Letter<'a> {
+    advance: f64,
+    path: &'a str,
+}
+
+static LETTERS: LazyLock<BTreeMap<char, Letter<'static>>> = LazyLock::new(|| {
+    let line = |line: &'static str| {
+        let mut fields = line.splitn(3, ' ');
+        let code = u32::from_str_radix(fields.next()?, 16).ok()?;
+        let advance = fields.next()?.parse().ok()?;
+        Some((char::from_u32(code)?, Letter { advance, path: fields.next().unwrap_or("") }))
+    };
+    OPEN_SANS.lines().filter(|line| !line.starts_with('#')).filter_map(line).collect()
+});
+
+fn letter(character: char) -> Letter<'static> {
+    // a tabulator or the end of a line in a name is a space in a figure
+    let character = if character.is_whitespace() { ' ' } else { character };
+    LETTERS.get(&character).copied().unwrap_or(UNKNOWN)
+}
+
+/// Width of a text in type of `size`.
+pub fn width(text: &str, size: f64) -> f64 {
+    text.chars().map(|character| letter(character).advance).sum::<f64>() * size / UNITS
+}
+
+/// The text, or as much of its beginning as fits into `width` in type of `size`, with three dots.
+pub fn fitted(text: &str, size: f64, most: f64) -> String {
+    if width(text, size) <= most {
+        return text.to_owned();
+    }
+    let mut fitted = String::new();
+    let mut taken = width("…", size);
+    for character in text.chars() {
+        taken += letter(character).advance * size / UNITS;
+        if taken > most {
+            break;
+        }
+        fitted.push(character);
+    }
+    format!("{}…", fitted.trim_end())
+}
+
+/// Outline of a text in type of `size` from `at` to the right; the letters stand on the height of `at`.
+pub fn outline(text: &str, size: f64, at: DVec2) -> Outline {
+    let mut outline = Outline::default();
+    let mut pen = at;
+    let scale = size / UNITS;
+    for character in text.chars() {
+        let letter = letter(character);
+        add_path(&mut outline, letter.path, |point| pen + scale * point);
+        pen.x += scale * letter.advance;
+    }
+    outline
+}
+
+/// Adds a path of absolute moves, lines and quadratic curves; what is not understood is left out.
+fn add_path(outline: &mut Outline, path: &str, place: impl Fn(DVec2) -> DVec2) {
+    let mut rest = path;
+    while let Some(command) = rest.chars().next() {
+        let end = rest[1..].find(|c: char| c.is_ascii_uppercase()).map_or(rest.len(), |end| end + 1);
+        let mut numbers = rest[1..end].split(' ').filter_map(|number| number.parse::<f64>().ok());
+        let mut point = || Some(place(DVec2::new(numbers.next()?, numbers.next()?)));
+        let part = match command {
+            'M' => point().map(Part::Move),
+            'L' => point().map(Part::Line),
+            'Q' => point().and_then(|control| Some(Part::Quadratic(control, point()?))),
+            'Z' => Some(Part::Close),
+            _ => None,
+        };
+        outline.0.extend(part);
+        rest = &rest[end..];
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_line_of_the_letters_is_read() {
+        let lines = OPEN_SANS.lines().filter(|line| !line.starts_with('#'));
+        assert_eq!(LETTERS.len(), lines.count());
+        for (character, letter) in LETTERS.iter() {
+            let mut outline = Outline::default();
+            add_path(&mut outline, letter.path, |point| point);
+            let commands = letter.path.chars().filter(char::is_ascii_uppercase).count();
+            assert_eq!(outline.0.len(), commands, "{character}");
+            assert!(letter.advance > 0.0 || outline.0.is_empty(), "{character}");
+        }
+        for character in "AZaz09°±×·²µ–−…æøåčďřßλθ∞≈≤".chars() {
+            assert!(LETTERS.contains_key(&character), "{character}");
+        }
+    }
+
+    #[test]
+    fn digits_are_equally_wide_so_that_columns_of_numbers_stand_in_line() {
+        let zero = width("0", 10.0);
+        assert!((1..10).all(|digit: i32| width(&digit.to_string(), 10.0) == zero));
+        assert!((width("00", 20.0) - 4.0 * zero).abs() < 1e-12);
+    }
+
+    #[test]
+    fn long_texts_are_cut() {
+        assert_eq!(fitted("bath", 10.0, 1000.0), "bath");
+        let short = fitted("a bathroom of four by six metres", 10.0, 60.0);
+        assert!(short.ends_with('…') && width(&short, 10.0) <= 60.0, "{short}");
+        assert_eq!(outline("中", 10.0, DVec2::ZERO), outline("文", 10.0, DVec2::ZERO), "both are a box");
+        assert!(!outline("中", 10.0, DVec2::ZERO).0.is_empty());
+    }
+}

@@ -1,0 +1,20 @@
+//! Figures: one builder of shapes and letters, from which SVG and PNG are made, and the figures that are built by it.
+//!
+//! Plain numbers in, a [`Drawing`] out; it knows no files, no documents and no clocks. Coordinates are pixels at single size,
+//! x to the right and y down, and may lie between pixels. Letters are outlines ([`letters`]), so that no reader needs a
+//! font; PNG files ([`paint`]) are painted from the same shapes as SVG ([`svg`]) is written from.
+
+pub mod axes;
+pub mod colour;
+pub mod convergence;
+pub mod drawing;
+pub mod heading;
+pub mod legend;
+pub mod letters;
+pub mod outline;
+pub mod paint;
+pub mod svg;
+pub mod ticks;
+
+pub use drawing::Drawing;
+pub use heading::Heading;

@@ -1,0 +1,249 @@
+//! How the errors of a job fall with time: as JSON, as a table, and as a figure.
+
+use axum::http::HeaderMap;
+use axum::response::Response;
+use serde::{Deserialize, Serialize};
+use utoipa::{IntoParams, ToSchema};
+use uuid::Uuid;
+
+use crate::figure::paint::{self, Scale};
+use crate::figure::svg::svg;
+use crate::http::content::Binary;
+use crate::http::formats::{self, Format};
+use crate::http::limits::{off_thread, permit};
+use crate::http::problem::{Path, Problem, Query};
+use crate::http::results::internal;
+use crate::http::{App, Service, content};
+use crate::job::convergence_files::{self, ErrorHistory};
+use crate::job::progress::PassReport;
+use crate::job::subject::Subject;
+
+/// Rows of the convergence table in one answer, unless asked for otherwise.
+const DEFAULT_ROWS: u32 = 1000;
+const MOST_ROWS: u32 = 10_000;
+/// Points of a convergence plot, and of the fit.
+const MOST_POINTS: u32 = 2000;
+
+/// Representations of the convergence.
+const FORMATS: [Format; 4] = [Format::Json, Format::Csv, Format::Svg, Format::Png];
+
+#[derive(Clone, Copy, PartialEq, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum ConvergenceFormat {
+    Json,
+    Csv,
+    /// Error against time, both logarithmic.
+    Svg,
+    /// The same figure in pixels.
+    Png,
+}
+
+#[derive(Deserialize, IntoParams)]
+#[into_params(parameter_in = Query)]
+#[serde(deny_unknown_fields)]
+pub struct ConvergenceQuery {
+    /// Instead of the header `Accept`.
+    #[param(inline)]
+    format: Option<ConvergenceFormat>,
+    /// Largest number of rows of the answer; 1000 when absent. Figures show all.
+    #[param(minimum = 1, maximum = 10000)]
+    limit: Option<u32>,
+    /// Only passes after this one. Figures show all.
+    #[param(minimum = 0, maximum = 18_446_744_073_709_551_615u64)]
+    after: Option<u64>,
+}
+
+#[derive(Deserialize, IntoParams)]
+#[into_params(parameter_in = Query)]
+#[serde(deny_unknown_fields)]
+pub struct ScaleQuery {
+    /// Pixels of a PNG per unit of its figure; 1 when absent.
+    #[param(minimum = 1, maximum = 2)]
+    scale: Option<u8>,
+}
+
+impl ScaleQuery {
+    /// The scale that is asked for.
+    pub fn scale(&self) -> Result<Scale, Problem> {
+        match self.scale {
+            None | Some(1) => Ok(Scale::Single),
+            Some(2) => Ok(Scale::Double),
+            Some(other) => Err(Problem::invalid_parameter("scale", format!("must be 1 or 2, but is {other}"))),
+        }
+    }
+}
+
+/// Passes of a job, in order: passes 1 to 64, then those nearest to powers of 2^(1/8), and the last one of a job that ended; and
+/// what they tell of its errors.
+#[derive(Serialize, ToSchema)]
+pub struct Convergence {
+    pub job: Uuid,
+    /// How the errors of the grids fall, of all passes; null without grids, and before a pass has told an error.
+    pub grids: Option<ErrorHistory>,
+    /// How the errors of the views fall, of all passes; null without views, and before a pass has told an error.
+    pub views: Option<ErrorHistory>,
+    pub passes: Vec<PassReport>,
+    /// `after` of the next page; null when this is the last one.
+    pub next_after: Option<u64>,
+}
+
+impl From<ConvergenceFormat> for Format {
+    fn from(format: ConvergenceFormat) -> Self {
+        match format {
+            ConvergenceFormat::Json => Self::Json,
+            ConvergenceFormat::Csv => Self::Csv,
+            ConvergenceFormat::Svg => Self::Svg,
+            ConvergenceFormat::Png => Self::Png,
+        }
+    }
+}
+
+/// Passes with their time, photons, rays and errors, and the law that the errors follow.
+///
+/// The first 64 passes, then ever fewer, about 9 % apart; `passes` of each row says how many were done.
+#[utoipa::path(get, path = "/v1/jobs/{id}/convergence", operation_id = "get_convergence", tag = "results",
+    params(("id" = Uuid, Path), ConvergenceQuery),
+    responses(
+        (status = 200, description = "The passes so far", content((Convergence = "application/json"), (String = "text/csv"),
+            (String = "image/svg+xml"), (inline(Binary) = "image/png"))),
+        (status = 422, description = "A parameter is not valid", body = Problem, content_type = "application/problem+json"),
+        (status = 404, description = "No such job", body = Problem, content_type = "application/problem+json")))]
+pub async fn convergence(
+    app: App,
+    Path(id): Path<Uuid>,
+    Query(query): Query<ConvergenceQuery>,
+    headers: HeaderMap,
+) -> Result<Response, Problem> {
+    let format = query.format.map_or_else(|| formats::accepted(&headers, &FORMATS), Format::from);
+    let limit = query.limit.unwrap_or(DEFAULT_ROWS);
+    if !(1..=MOST_ROWS).contains(&limit) {
+        return Err(Problem::invalid_parameter("limit", format!("must be 1 to {MOST_ROWS}, but is {limit}")));
+    }
+    let rows = Rows { after: query.after.unwrap_or(0), limit };
+    let answer = match format {
+        Format::Json => json(&app, id, &headers, rows).await?,
+        Format::Csv => csv(&app, id, &headers, rows).await?,
+        format => picture(&app, id, &headers, format, Scale::Single).await?,
+    };
+    Ok(formats::vary_by_accept(answer))
+}
+
+/// The passes as a file: `convergence.json`.
+#[utoipa::path(get, path = "/v1/jobs/{id}/convergence.json", operation_id = "get_convergence_json", tag = "results", params(("id" = Uuid, Path)),
+    responses(
+        (status = 200, description = "The passes so far", body = Convergence),
+        (status = 304, description = "It is what If-None-Match names"),
+        (status = 404, description = "No such job", body = Problem, content_type = "application/problem+json")))]
+pub async fn convergence_json(app: App, Path(id): Path<Uuid>, headers: HeaderMap) -> Result<Response, Problem> {
+    json(&app, id, &headers, ROWS_OF_FILES).await
+}
+
+/// The passes as a table: `convergence.csv`.
+#[utoipa::path(get, path = "/v1/jobs/{id}/convergence.csv", operation_id = "get_convergence_csv", tag = "results", params(("id" = Uuid, Path)),
+    responses(
+        (status = 200, description = "The passes so far", body = String, content_type = "text/csv"),
+        (status = 304, description = "It is what If-None-Match names"),
+        (status = 404, description = "No such job", body = Problem, content_type = "application/problem+json")))]
+pub async fn convergence_csv(app: App, Path(id): Path<Uuid>, headers: HeaderMap) -> Result<Response, Problem> {
+    csv(&app, id, &headers, ROWS_OF_FILES).await
+}
+
+/// Relative error against render seconds, both logarithmic, with the law that it follows: `convergence.svg`.
+#[utoipa::path(get, path = "/v1/jobs/{id}/convergence.svg", operation_id = "get_convergence_svg", tag = "results", params(("id" = Uuid, Path)),
+    responses(
+        (status = 200, description = "The figure", body = String, content_type = "image/svg+xml"),
+        (status = 304, description = "It is what If-None-Match names"),
+        (status = 404, description = "No such job", body = Problem, content_type = "application/problem+json")))]
+pub async fn convergence_svg(app: App, Path(id): Path<Uuid>, headers: HeaderMap) -> Result<Response, Problem> {
+    picture(&app, id, &headers, Format::Svg, Scale::Single).await
+}
+
+/// The figure of `convergence.svg` in pixels.
+#[utoipa::path(get, path = "/v1/jobs/{id}/convergence.png", operation_id = "get_convergence_png", tag = "results",
+    params(("id" = Uuid, Path), ScaleQuery),
+    responses(
+        (status = 200, description = "The figure", body = inline(Binary), content_type = "image/png"),
+        (status = 304, description = "It is what If-None-Match names"),
+        (status = 422, description = "A parameter is not valid", body = Problem, content_type = "application/problem+json"),
+        (status = 404, description = "No such job", body = Problem, content_type = "application/problem+json")))]
+pub async fn convergence_png(
+    app: App,
+    Path(id): Path<Uuid>,
+    Query(query): Query<ScaleQuery>,
+    headers: HeaderMap,
+) -> Result<Response, Problem> {
+    picture(&app, id, &headers, Format::Png, query.scale()?).await
+}
+
+/// A page of the convergence table.
+struct Rows {
+    after: u64,
+    limit: u32,
+}
+
+/// Rows that a file of the table has.
+const ROWS_OF_FILES: Rows = Rows { after: 0, limit: MOST_ROWS };
+
+/// The rows of a page, and the `after` of the next one.
+async fn page(app: &Service, id: Uuid, rows: Rows) -> Result<(Vec<PassReport>, Option<u64>), Problem> {
+    // one more tells whether there is a next page
+    let mut passes = app.store.convergence(id, rows.after, rows.limit + 1).await?;
+    let more = passes.len() > rows.limit as usize;
+    passes.truncate(rows.limit as usize);
+    let next_after = passes.last().filter(|_| more).map(|pass| pass.passes);
+    Ok((passes, next_after))
+}
+
+async fn json(app: &Service, id: Uuid, headers: &HeaderMap, rows: Rows) -> Result<Response, Problem> {
+    let (subject, outline) = told(app, id).await?;
+    let (passes, next_after) = page(app, id, rows).await?;
+    let grids = convergence_files::grids_history(&subject, &outline);
+    let views = convergence_files::views_history(&subject, &outline);
+    let bytes = serde_json::to_vec(&Convergence { job: id, grids, views, passes, next_after })
+        .map_err(|error| internal("writing the convergence table failed", &error))?;
+    answer(headers, bytes, Format::Json)
+}
+
+async fn csv(app: &Service, id: Uuid, headers: &HeaderMap, rows: Rows) -> Result<Response, Problem> {
+    if app.store.job_head(id).await?.is_none() {
+        return Err(Problem::no_such_job());
+    }
+    let (passes, _) = page(app, id, rows).await?;
+    answer(headers, convergence_files::convergence_csv(&passes).into_bytes(), Format::Csv)
+}
+
+async fn picture(
+    app: &Service,
+    id: Uuid,
+    headers: &HeaderMap,
+    format: Format,
+    scale: Scale,
+) -> Result<Response, Problem> {
+    let (subject, outline) = told(app, id).await?;
+    let drawn = off_thread(permit(&app.permits.reading).await?, move |_| {
+        let drawing = convergence_files::convergence_figure(&subject, &outline);
+        match format {
+            Format::Png => paint::png(&drawing, scale),
+            _ => svg(&drawing).map(String::into_bytes),
+        }
+    });
+    let bytes = drawn.await?.map_err(|error| internal("drawing failed", &error))?;
+    answer(headers, bytes, format)
+}
+
+/// What the job is about, and so many of its passes that a figure shows all there is to see.
+async fn told(app: &Service, id: Uuid) -> Result<(Subject, Vec<PassReport>), Problem> {
+    let job = app.store.job(id).await?.ok_or_else(Problem::no_such_job)?;
+    let outline = app.store.convergence_outline(id, MOST_POINTS).await?;
+    Ok((Subject::new(&job.document, &job.plan), outline))
+}
+
+fn answer(headers: &HeaderMap, bytes: Vec<u8>, format: Format) -> Result<Response, Problem> {
+    let media_type = match format {
+        Format::Csv => "text/csv; charset=utf-8",
+        Format::Svg => "image/svg+xml",
+        Format::Png => "image/png",
+        _ => "application/json",
+    };
+    Ok(formats::named(content::made(headers, bytes, media_type)?, &format!("convergence.{}", format.suffix())))
+}
