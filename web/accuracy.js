@@ -15,7 +15,11 @@ export function duration(seconds) {
   return seconds < 90 ? `${seconds.toFixed(seconds < 10 ? 1 : 0)}\u202fs` : `${Math.round(seconds / 60)}\u202fmin`;
 }
 
-/** Seconds to an error, as errors of random passes fall; null where nothing is known. @param {Pass[]} passes @param {number} to */
+/**
+ * Seconds to an error, as errors of random passes fall; null where nothing is known.
+ * @param {Pass[]} passes
+ * @param {number} to
+ */
 export function secondsTo(passes, to) {
   const last = passes.findLast((pass) => (pass.relative_error ?? 0) > 0);
   return last?.relative_error ? last.seconds * (last.relative_error / to) ** 2 : null;
@@ -39,9 +43,18 @@ export function chart(passes, target) {
   const powers = (/** @type {number} */ from, /** @type {number} */ to) =>
     Array.from({ length: to - from + 1 }, (_, i) => 10 ** (from + i));
   const last = points.at(-1);
-  return svg`<svg class="chart" viewBox=${`0 0 ${width} ${height}`} role="img" aria-label=${`Error against time: ${percent(last?.error ?? 0)} after ${duration(last?.seconds ?? 0)}`}>
-    ${powers(t0, t1).map((power) => svg`<line class="rule" x1=${x(power)} x2=${x(power)} y1=${top} y2=${height - bottom}></line><text class="middle" x=${x(power)} y=${height - 10}>${power < 1 ? `${Number((1000 * power).toPrecision(1))}\u202fms` : `${power}\u202fs`}</text>`)}
-    ${powers(e0, e1).map((power) => svg`<line class="rule" x1=${left} x2=${width - right} y1=${y(power)} y2=${y(power)}></line><text class="end" x=${left - 5} y=${y(power) + 4}>${percent(power)}</text>`)}
+  return svg`<svg class="chart" viewBox=${`0 0 ${width} ${height}`} role="img"
+    aria-label=${`Error against time: ${percent(last?.error ?? 0)} after ${duration(last?.seconds ?? 0)}`}>
+    ${powers(t0, t1).map(
+      (power) => svg`<line
+      class="rule" x1=${x(power)} x2=${x(power)} y1=${top} y2=${height - bottom}></line><text class="middle" x=${x(power)}
+      y=${height - 10}>${power < 1 ? `${Number((1000 * power).toPrecision(1))}\u202fms` : `${power}\u202fs`}</text>`,
+    )}
+    ${powers(e0, e1).map(
+      (power) => svg`<line
+      class="rule" x1=${left} x2=${width - right} y1=${y(power)} y2=${y(power)}></line><text class="end" x=${left - 5}
+      y=${y(power) + 4}>${percent(power)}</text>`,
+    )}
     ${target ? svg`<line class="target" x1=${left} x2=${width - right} y1=${y(target)} y2=${y(target)}></line>` : nothing}
     <polyline class="curve" points=${points.map(({ seconds, error }) => `${x(seconds).toFixed(1)},${y(error).toFixed(1)}`).join(" ")}></polyline>
     ${last ? svg`<circle class="now" cx=${x(last.seconds)} cy=${y(last.error)} r="3.5"></circle>` : nothing}</svg>`;
@@ -64,10 +77,16 @@ export function accuracy() {
       set({ target: error });
       if (now === null || now > error || !state.current) void sharpen();
     };
-    return html`<button type="button" aria-pressed=${target === error} @click=${go}>${percent(error)} <small>${left}</small></button>`;
+    return html`<button type="button" aria-pressed=${target === error}
+      @click=${go}>${percent(error)} <small>${left}</small></button>`;
   };
+  const seconds = duration(last?.seconds ?? answer?.job.progress.seconds ?? 0);
+  const told =
+    now === null
+      ? "No error is known yet."
+      : html`<strong id="error">${percent(now)}</strong> after ${seconds}, ${last?.passes ?? answer?.job.progress.passes} passes`;
   return html`<h2>Accuracy</h2>
-    <p aria-live="off">${now === null ? "No error is known yet." : html`<strong id="error">${percent(now)}</strong> after ${duration(last?.seconds ?? answer?.job.progress.seconds ?? 0)}, ${last?.passes ?? answer?.job.progress.passes} passes`}${running ? html` <span class="busy">sharpening to ${percent(running.asked)}</span>` : nothing}</p>
+    <p>${told}${running ? html` <span class="busy">sharpening to ${percent(running.asked)}</span>` : nothing}</p>
     ${chart(passes, target)}
     <div class="targets" role="group" aria-label="Accuracy to sharpen to">${TARGETS.map(button)}</div>
     <button type="button" class="cancel" ?disabled=${!running?.id} @click=${cancel}>Stop</button>`;

@@ -42,7 +42,11 @@ export async function postJob(draft, { wait, key, signal } = {}) {
 /** @param {string} id */
 export const job = (id) => /** @type {Promise<Job>} */ (get(`/v1/jobs/${id}`));
 
-/** The job's first grid, as far as it is computed; null where it has none yet. @param {Job} job @returns {Promise<Grid | null>} */
+/**
+ * The job's first grid, as far as it is computed; null where it has none yet.
+ * @param {Job} job
+ * @returns {Promise<Grid | null>}
+ */
 export async function firstGrid(job) {
   const path = Object.values(job.links.grids ?? {})[0];
   if (!path) return null;

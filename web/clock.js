@@ -2,7 +2,11 @@
 
 const DAY_MS = 86_400_000;
 
-/** Minutes by which clocks of a zone are ahead of UTC at a moment. @param {string} zone IANA name @param {number} at milliseconds of UTC */
+/**
+ * Minutes by which clocks of a zone are ahead of UTC at a moment.
+ * @param {string} zone IANA name
+ * @param {number} at milliseconds of UTC
+ */
 function ahead(zone, at) {
   const parts = new Intl.DateTimeFormat("en-US", { timeZone: zone, timeZoneName: "longOffset" }).formatToParts(at);
   const [, sign = "+", hours = "0", minutes = "0"] =

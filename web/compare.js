@@ -17,7 +17,10 @@ function small(answer, map, label) {
   const at = { ...natural, left: 4, top: 4 };
   return html`<figure><figcaption>${label}</figcaption>${svg`<svg viewBox=${`0 0 ${at.k * width + 8} ${at.k * depth + 8}`} role="img" aria-label=${label}>
     ${map(at)}<rect class="frame" x="4" y="4" width=${at.k * width} height=${at.k * depth}></rect>
-    ${(answer.job.document.tubes ?? []).map(({ centre_m }) => svg`<circle class="ring" cx=${across(at, centre_m[0])} cy=${down(at, centre_m[1])} r="5"></circle>`)}</svg>`}</figure>`;
+    ${(answer.job.document.tubes ?? []).map(
+      ({ centre_m }) => svg`<circle class="ring" cx=${across(at, centre_m[0])}
+      cy=${down(at, centre_m[1])} r="5"></circle>`,
+    )}</svg>`}</figure>`;
 }
 
 /** The comparison, once a variant is kept. */
@@ -31,11 +34,17 @@ export function compare() {
   const { end } = scale(Math.max(largest(ofA.rows), largest(ofB.rows)), 4);
   const alike = gridA.x_m.join() === gridB.x_m.join() && gridA.y_m.join() === gridB.y_m.join();
   return html`<section class="panel compare" aria-label="Comparison"><div class="head"><h2>A and B</h2>
-      <button type="button" @click=${keepAsA}>B becomes A</button><button type="button" @click=${() => set({ kept: null })}>Close</button></div>
+      <button type="button" @click=${keepAsA}>B becomes A</button><button type="button"
+        @click=${() => set({ kept: null })}>Close</button></div>
     <div class="three">
       ${small(a, (at) => lux(gridA, ofA.rows, at, end), `A: ${mean(a)}`)}
       ${small(b, (at) => lux(gridB, ofB.rows, at, end), `B: ${mean(b)}`)}
-      ${alike ? difference(b, gridB, ofA.rows, ofB.rows, ofB.unit, between(a, b)) : html`<p class="note">${between(a, b)}. The rooms differ, so that their maps have no difference.</p>`}
+      ${
+        alike
+          ? difference(b, gridB, ofA.rows, ofB.rows, ofB.unit, between(a, b))
+          : html`<p
+        class="note">${between(a, b)}. The rooms differ, so that their maps have no difference.</p>`
+      }
       <div class="both">${legend(0, end, ofB.unit, (value) => rising(value / end), 240)}</div>
     </div></section>`;
 }
@@ -54,7 +63,14 @@ function between(a, b) {
   return `B − A: ${change < 0 ? "−" : "+"}${Math.abs(change).toFixed(half < 1 ? 1 : 0)} ±\u202f${halfWidth(half)}\u202flx`;
 }
 
-/** @param {Answer} answer @param {Grid} grid @param {number[][]} rowsA @param {number[][]} rowsB @param {string} unit @param {string} label */
+/**
+ * @param {Answer} answer
+ * @param {Grid} grid
+ * @param {number[][]} rowsA
+ * @param {number[][]} rowsB
+ * @param {string} unit
+ * @param {string} label
+ */
 function difference(answer, grid, rowsA, rowsB, unit, label) {
   const rows = rowsB.map((row, j) => row.map((value, i) => value - (rowsA[j]?.[i] ?? 0)));
   const { end } = scale(Math.max(...rows.flat().map(Math.abs)), 4);

@@ -16,7 +16,12 @@ export const isMesh = (tube) => "mesh" in tube;
 /** @param {Tube} tube */
 export const diameter = (tube) => (isMesh(tube) ? tube.opening_diameter_m : tube.diameter_m);
 
-/** A usual tube of a kind: rigid, under a dome, over an opal diffuser. @param {"straight" | "bent"} kind @param {[number, number]} centre_m @returns {ParametricTube} */
+/**
+ * A usual tube of a kind: rigid, under a dome, over an opal diffuser.
+ * @param {"straight" | "bent"} kind
+ * @param {[number, number]} centre_m
+ * @returns {ParametricTube}
+ */
 export function usualTube(kind, centre_m) {
   return {
     centre_m,
@@ -41,7 +46,11 @@ export function complete(read) {
   return draft;
 }
 
-/** The document after a change; its work plane has cells of about 25 cm. @param {JobDocument} draft @param {(draft: JobDocument) => void} change */
+/**
+ * The document after a change; its work plane has cells of about 25 cm.
+ * @param {JobDocument} draft
+ * @param {(draft: JobDocument) => void} change
+ */
 export function changed(draft, change) {
   const next = structuredClone(draft);
   change(next);
@@ -54,7 +63,13 @@ export function changed(draft, change) {
   return next;
 }
 
-/** Moves a tube's centre, within the ceiling. @param {JobDocument} draft @param {number} index @param {number} x @param {number} y */
+/**
+ * Moves a tube's centre, within the ceiling.
+ * @param {JobDocument} draft
+ * @param {number} index
+ * @param {number} x
+ * @param {number} y
+ */
 export function moveTube(draft, index, x, y) {
   const tube = draft.tubes?.[index];
   if (!tube) return;
@@ -92,7 +107,12 @@ export function addTube(draft) {
 
 /** The edges of a room that can be moved. @typedef {"east" | "west" | "north" | "south"} Edge */
 
-/** Makes the room so many metres larger at an edge; what stands in it stays where it is. @param {JobDocument} draft @param {Edge} edge @param {number} metres */
+/**
+ * Makes the room so many metres larger at an edge; what stands in it stays where it is.
+ * @param {JobDocument} draft
+ * @param {Edge} edge
+ * @param {number} metres
+ */
 export function moveEdge(draft, edge, metres) {
   const axis = edge === "east" || edge === "west" ? 0 : 1;
   const size = draft.room.size_m;

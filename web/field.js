@@ -23,24 +23,35 @@ export function otherFaults() {
   const others = (problem.errors ?? []).filter(({ pointer }) => !known(pointer));
   if (problem.errors?.length && !others.length)
     return html`<p class="fault" role="alert">This room cannot be computed: see the fields that are marked.</p>`;
-  return html`<div class="fault" role="alert">${others.length ? others.map(({ pointer, detail }) => html`<p><code>${pointer}</code> ${detail}</p>`) : html`<p>${problem.title}: ${problem.detail}</p>`}</div>`;
+  const told = others.map(({ pointer, detail }) => html`<p><code>${pointer}</code> ${detail}</p>`);
+  return html`<div class="fault" role="alert">${told.length ? told : html`<p>${problem.title}: ${problem.detail}</p>`}</div>`;
 }
 
 /** @param {string} pointer */
 const idOf = (pointer) => `field${pointer.replaceAll("/", "-")}`;
 
-/** @param {string} pointer @param {string} label @param {(attributes: { id: string, invalid: "true" | "false", described: string }) => Drawn} control */
+/**
+ * @param {string} pointer
+ * @param {string} label
+ * @param {(attributes: { id: string, invalid: "true" | "false", described: string }) => Drawn} control
+ */
 function around(pointer, label, control) {
   const id = idOf(pointer);
   const wrong = faults(pointer);
   return html`<div class="field ${wrong.length ? "wrong" : ""}"><label for=${id}>${label}</label>
     ${control({ id, invalid: wrong.length ? "true" : "false", described: wrong.length ? `${id}-fault` : "" })}
-    ${wrong.length ? html`<p class="fault" id=${`${id}-fault`}>${wrong.map(({ detail }) => detail).join("; ")}</p>` : nothing}</div>`;
+    ${
+      wrong.length
+        ? html`<p class="fault"
+      id=${`${id}-fault`}>${wrong.map(({ detail }) => detail).join("; ")}</p>`
+        : nothing
+    }</div>`;
 }
 
 /**
  * A number, taken over when it is entered.
- * @param {{ pointer: string, label: string, value: number | null | undefined, step?: number, min?: number, max?: number, unit?: string, set: (value: number) => void, clear?: () => void }} of
+ * @param {{ pointer: string, label: string, value: number | null | undefined, step?: number, min?: number, max?: number,
+ *   unit?: string, set: (value: number) => void, clear?: () => void }} of
  */
 export function number({ pointer, label, value, step = 0.01, min, max, unit = "", set, clear }) {
   const take = (/** @type {Event} */ event) => {
@@ -52,7 +63,8 @@ export function number({ pointer, label, value, step = 0.01, min, max, unit = ""
     pointer,
     unit ? `${label}, ${unit}` : label,
     ({ id, invalid, described }) => html`<input id=${id} type="number" step=${step} min=${min ?? nothing} max=${max ?? nothing}
-    .value=${value === null || value === undefined ? "" : String(value)} aria-invalid=${invalid} aria-describedby=${described || nothing} placeholder=${clear ? "usual" : nothing} @change=${take}>`,
+    .value=${value === null || value === undefined ? "" : String(value)} aria-invalid=${invalid}
+      aria-describedby=${described || nothing} placeholder=${clear ? "usual" : nothing} @change=${take}>`,
   );
 }
 
@@ -69,12 +81,18 @@ export function slider({ pointer, label, value, shown, step, min, max, set, held
       id,
       invalid,
       described,
-    }) => html`<output for=${id}>${shown}</output><input id=${id} type="range" min=${min} max=${max} step=${step} .value=${String(value)}
-    aria-valuetext=${shown} aria-invalid=${invalid} aria-describedby=${described || nothing} @input=${take} @pointerdown=${() => held?.(true)} @pointerup=${() => held?.(false)} @pointercancel=${() => held?.(false)} @change=${() => held?.(false)}>`,
+    }) => html`<output for=${id}>${shown}</output><input id=${id} type="range" min=${min} max=${max} step=${step}
+      .value=${String(value)}
+    aria-valuetext=${shown} aria-invalid=${invalid} aria-describedby=${described || nothing} @input=${take}
+      @pointerdown=${() => held?.(true)} @pointerup=${() => held?.(false)} @pointercancel=${() => held?.(false)}
+      @change=${() => held?.(false)}>`,
   );
 }
 
-/** @template {string} T @param {{ pointer: string, label: string, value: T | "", options: [T, string][], set: (value: T) => void }} of */
+/**
+ * @template {string} T
+ * @param {{ pointer: string, label: string, value: T | "", options: [T, string][], set: (value: T) => void }} of
+ */
 export function choice({ pointer, label, value, options, set }) {
   const take = (/** @type {Event} */ event) => set(/** @type {T} */ (/** @type {HTMLSelectElement} */ (event.target).value));
   return around(
@@ -85,11 +103,17 @@ export function choice({ pointer, label, value, options, set }) {
       invalid,
       described,
     }) => html`<select id=${id} aria-invalid=${invalid} aria-describedby=${described || nothing} @change=${take}>
-    ${options.map(([key, words]) => html`<option value=${key} ?selected=${key === value} .selected=${key === value}>${words}</option>`)}</select>`,
+    ${options.map(
+      ([key, words]) => html`<option value=${key} ?selected=${key === value}
+      .selected=${key === value}>${words}</option>`,
+    )}</select>`,
   );
 }
 
-/** A line of text, taken over when it is entered. @param {{ pointer: string, label: string, value: string, set: (value: string) => void }} of */
+/**
+ * A line of text, taken over when it is entered.
+ * @param {{ pointer: string, label: string, value: string, set: (value: string) => void }} of
+ */
 export function words({ pointer, label, value, set }) {
   const take = (/** @type {Event} */ event) => set(/** @type {HTMLInputElement} */ (event.target).value);
   return around(

@@ -6,7 +6,11 @@ import { cities, cityAt, cityNamed } from "./places.js";
 import { set, state } from "./state.js";
 import { html, nothing } from "./vendor/lit-html.js";
 
-/** Sets coordinates and clock of the place. @param {JobDocument} draft @param {{ latitude?: number, longitude?: number, year?: number, day?: number, hour?: number }} to */
+/**
+ * Sets coordinates and clock of the place.
+ * @param {JobDocument} draft
+ * @param {{ latitude?: number, longitude?: number, year?: number, day?: number, hour?: number }} to
+ */
 function at(draft, to) {
   const { year, day, hour } = { ...read(draft.time), ...to };
   const location = (draft.location ??= { latitude_deg: 55.68, longitude_deg: 12.57 });
@@ -33,16 +37,55 @@ export function place() {
   const sunNow = state.answer?.job.provenance?.sun;
   const altitude = Number(sunNow?.altitude_deg);
   return html`
-    <div class="field"><label for="city">City</label><input id="city" list="cities" autocomplete="off" .value=${cityAt(latitude_deg, longitude_deg)?.[0] ?? ""} placeholder="coordinates below" @change=${takeCity}>
+    <div class="field"><label for="city">City</label><input id="city" list="cities" autocomplete="off"
+      .value=${cityAt(latitude_deg, longitude_deg)?.[0] ?? ""} placeholder="coordinates below" @change=${takeCity}>
       <datalist id="cities">${cities.map(([name]) => html`<option value=${name}></option>`)}</datalist></div>
     <div class="pair">
-      ${number({ pointer: "/location/latitude_deg", label: "Latitude", unit: "°N", value: latitude_deg, set: (latitude) => edit((next) => at(next, { latitude })) })}
-      ${number({ pointer: "/location/longitude_deg", label: "Longitude", unit: "°E", value: longitude_deg, set: (longitude) => edit((next) => at(next, { longitude })) })}
+      ${number({
+        pointer: "/location/latitude_deg",
+        label: "Latitude",
+        unit: "°N",
+        value: latitude_deg,
+        set: (latitude) => edit((next) => at(next, { latitude })),
+      })}
+      ${number({
+        pointer: "/location/longitude_deg",
+        label: "Longitude",
+        unit: "°E",
+        value: longitude_deg,
+        set: (longitude) => edit((next) => at(next, { longitude })),
+      })}
     </div>
-    ${slider({ pointer: "/time/day", label: "Day", value: day, shown: dayName(year, day), step: 1, min: 1, max: 365, held: hold, set: (to) => edit((next) => at(next, { day: to })) })}
-    ${slider({ pointer: "/time", label: "Hour", value: hour, shown: hourName(hour), step: 0.25, min: 0, max: 23.75, held: hold, set: (to) => edit((next) => at(next, { hour: to })) })}
-    <p class="note">${state.current && Number.isFinite(altitude) ? (altitude > 0 ? `The sun stands ${altitude.toFixed(1)}° high, ${compass(Number(sunNow?.azimuth_deg))}.` : `The sun is ${(-altitude).toFixed(1)}° below the horizon.`) : nothing}</p>`;
+    ${slider({
+      pointer: "/time/day",
+      label: "Day",
+      value: day,
+      shown: dayName(year, day),
+      step: 1,
+      min: 1,
+      max: 365,
+      held: hold,
+      set: (to) => edit((next) => at(next, { day: to })),
+    })}
+    ${slider({
+      pointer: "/time",
+      label: "Hour",
+      value: hour,
+      shown: hourName(hour),
+      step: 0.25,
+      min: 0,
+      max: 23.75,
+      held: hold,
+      set: (to) => edit((next) => at(next, { hour: to })),
+    })}
+    <p class="note">${state.current && Number.isFinite(altitude) ? where(altitude, Number(sunNow?.azimuth_deg)) : nothing}</p>`;
 }
+
+/** Where the sun is, in words. @param {number} altitude @param {number} azimuth */
+const where = (altitude, azimuth) =>
+  altitude > 0
+    ? `The sun stands ${altitude.toFixed(1)}° high, ${compass(azimuth)}.`
+    : `The sun is ${(-altitude).toFixed(1)}° below the horizon.`;
 
 /** @param {number} azimuth */
 const compass = (azimuth) =>
@@ -58,7 +101,27 @@ function sun(position) {
       at(next, {});
     });
   return html`
-    ${slider({ pointer: "/sky/sun_position/altitude_deg", label: "Height of the sun", value: position.altitude_deg, shown: `${position.altitude_deg}°`, step: 1, min: 0, max: 90, held: hold, set: (to) => change((it) => (it.altitude_deg = to)) })}
-    ${slider({ pointer: "/sky/sun_position/azimuth_deg", label: "Azimuth of the sun", value: position.azimuth_deg, shown: `${position.azimuth_deg}°`, step: 1, min: 0, max: 359, held: hold, set: (to) => change((it) => (it.azimuth_deg = to)) })}
+    ${slider({
+      pointer: "/sky/sun_position/altitude_deg",
+      label: "Height of the sun",
+      value: position.altitude_deg,
+      shown: `${position.altitude_deg}°`,
+      step: 1,
+      min: 0,
+      max: 90,
+      held: hold,
+      set: (to) => change((it) => (it.altitude_deg = to)),
+    })}
+    ${slider({
+      pointer: "/sky/sun_position/azimuth_deg",
+      label: "Azimuth of the sun",
+      value: position.azimuth_deg,
+      shown: `${position.azimuth_deg}°`,
+      step: 1,
+      min: 0,
+      max: 359,
+      held: hold,
+      set: (to) => change((it) => (it.azimuth_deg = to)),
+    })}
     <button type="button" @click=${free}>Set place and time instead</button>`;
 }

@@ -25,18 +25,66 @@ export function room() {
       });
     return number({ pointer, label: name[0]?.toUpperCase() + name.slice(1), value, step: 0.05, min: 0, max: 1, set });
   };
+  const raise = (/** @type {number} */ to) => edit((next) => next.grids?.[0] && (next.grids[0].height_m = to));
   return html`
     ${words({ pointer: "/name", label: "Name", value: draft.name ?? "", set: (to) => edit((next) => (next.name = to)) })}
     <div class="triple">
-      ${number({ pointer: "/room/size_m/0", label: "Width", unit: "m", value: width, step: 0.05, set: (to) => edit((next) => moveEdge(next, "east", to - width)) })}
-      ${number({ pointer: "/room/size_m/1", label: "Depth", unit: "m", value: depth, step: 0.05, set: (to) => edit((next) => moveEdge(next, "north", to - depth)) })}
-      ${number({ pointer: "/room/size_m/2", label: "Height", unit: "m", value: height, step: 0.05, set: (to) => edit((next) => (next.room.size_m[2] = to)) })}
+      ${number({
+        pointer: "/room/size_m/0",
+        label: "Width",
+        unit: "m",
+        value: width,
+        step: 0.05,
+        set: (to) => edit((next) => moveEdge(next, "east", to - width)),
+      })}
+      ${number({
+        pointer: "/room/size_m/1",
+        label: "Depth",
+        unit: "m",
+        value: depth,
+        step: 0.05,
+        set: (to) => edit((next) => moveEdge(next, "north", to - depth)),
+      })}
+      ${number({
+        pointer: "/room/size_m/2",
+        label: "Height",
+        unit: "m",
+        value: height,
+        step: 0.05,
+        set: (to) => edit((next) => (next.room.size_m[2] = to)),
+      })}
     </div>
     <h3>Reflectances</h3>
     <div class="triple">${reflectance("floor")}${reflectance("walls")}${reflectance("ceiling")}</div>
     <div class="pair">
-      ${grid ? number({ pointer: "/grids/0/height_m", label: "Work plane", unit: "m", value: grid.height_m, step: 0.05, min: 0, set: (to) => edit((next) => next.grids?.[0] && (next.grids[0].height_m = to)) }) : nothing}
-      ${number({ pointer: "/room/rotation_deg", label: "Turned by", unit: "°", value: draft.room.rotation_deg ?? 0, step: 5, min: -360, max: 360, set: (to) => edit((next) => (next.room.rotation_deg = to)) })}
+      ${
+        grid
+          ? number({
+              pointer: "/grids/0/height_m",
+              label: "Work plane",
+              unit: "m",
+              value: grid.height_m,
+              step: 0.05,
+              min: 0,
+              set: raise,
+            })
+          : nothing
+      }
+      ${number({
+        pointer: "/room/rotation_deg",
+        label: "Turned by",
+        unit: "°",
+        value: draft.room.rotation_deg ?? 0,
+        step: 5,
+        min: -360,
+        max: 360,
+        set: (to) => edit((next) => (next.room.rotation_deg = to)),
+      })}
     </div>
-    ${draft.room.objects?.length || draft.room.luminaires?.length ? html`<p class="note">The room also has ${draft.room.objects?.length ?? 0} objects and ${draft.room.luminaires?.length ?? 0} luminaires, which the document describes.</p>` : nothing}`;
+    ${
+      draft.room.objects?.length || draft.room.luminaires?.length
+        ? html`<p
+      class="note">The room also has ${draft.room.objects?.length ?? 0} objects and ${draft.room.luminaires?.length ?? 0} luminaires, which the document describes.</p>`
+        : nothing
+    }`;
 }

@@ -50,13 +50,13 @@ function usualDiffuser(kind, diameter) {
 /** The part of the form about tubes. */
 export function tubes() {
   const of = state.draft.tubes ?? [];
-  const together = html`<label class="check"><input type="checkbox" .checked=${state.together} @change=${() => set({ together: !state.together })}> Change all tubes together</label>`;
+  const together = html`<label class="check"><input type="checkbox" .checked=${state.together}
+    @change=${() => set({ together: !state.together })}> Change all tubes together</label>`;
   return html`${of.length > 1 ? together : nothing}${of.map(
-    (
-      tube,
-      index,
-    ) => html`<details class="card" ?open=${index < 2 || isMesh(tube)}><summary>Tube ${index + 1} <small>${words(tube)}</small></summary>
-      <button type="button" class="remove" aria-label=${`Remove tube ${index + 1}`} @click=${() => edit((draft) => removeTube(draft, index))}>×</button>
+    (tube, index) => html`<details class="card"
+      ?open=${index < 2 || isMesh(tube)}><summary>Tube ${index + 1} <small>${words(tube)}</small></summary>
+      <button type="button" class="remove" aria-label=${`Remove tube ${index + 1}`}
+        @click=${() => edit((draft) => removeTube(draft, index))}>×</button>
       ${isMesh(tube) ? mesh(tube, index) : pipe(tube, index)}</details>`,
   )}
     <button type="button" class="wide" @click=${add}>Add a tube</button>
@@ -98,8 +98,26 @@ function pipe(tube, index) {
     change(index, ({ segments }) => Object.assign(segments[piece] ?? {}, to));
   const leans = tube.segments.slice(1).map(
     (segment, piece) => html`<div class="pair">
-    ${number({ pointer: `${at}/segments/${piece + 1}/tilt_deg`, label: "Leans by", unit: "°", value: segment.tilt_deg ?? 0, step: 5, min: 0, max: 135, set: (to) => lean(piece + 1, { tilt_deg: to }) })}
-    ${number({ pointer: `${at}/segments/${piece + 1}/azimuth_deg`, label: "Toward", unit: "°", value: segment.azimuth_deg ?? 0, step: 15, min: -360, max: 360, set: (to) => lean(piece + 1, { azimuth_deg: to }) })}</div>`,
+    ${number({
+      pointer: `${at}/segments/${piece + 1}/tilt_deg`,
+      label: "Leans by",
+      unit: "°",
+      value: segment.tilt_deg ?? 0,
+      step: 5,
+      min: 0,
+      max: 135,
+      set: (to) => lean(piece + 1, { tilt_deg: to }),
+    })}
+    ${number({
+      pointer: `${at}/segments/${piece + 1}/azimuth_deg`,
+      label: "Toward",
+      unit: "°",
+      value: segment.azimuth_deg ?? 0,
+      step: 15,
+      min: -360,
+      max: 360,
+      set: (to) => lean(piece + 1, { azimuth_deg: to }),
+    })}</div>`,
   );
   return html`
     ${choice({
@@ -112,12 +130,34 @@ function pipe(tube, index) {
       ],
       set: (kind) => change(index, (next) => (next.segments = usualTube(kind, [0, 0]).segments)),
     })}
-    ${slider({ pointer: `${at}/diameter_m`, label: "Diameter", value: tube.diameter_m, shown: `${tube.diameter_m} m`, step: 0.01, min: 0.1, max: 1, held: hold, set: (to) => change(index, (next) => (next.diameter_m = to)) })}
+    ${slider({
+      pointer: `${at}/diameter_m`,
+      label: "Diameter",
+      value: tube.diameter_m,
+      shown: `${tube.diameter_m} m`,
+      step: 0.01,
+      min: 0.1,
+      max: 1,
+      held: hold,
+      set: (to) => change(index, (next) => (next.diameter_m = to)),
+    })}
     ${lengths}${leans}
-    ${typeof tube.reflectance === "number" ? number({ pointer: `${at}/reflectance`, label: "Mirror reflects", value: tube.reflectance, step: 0.005, min: 0, max: 1, set: (to) => change(index, (next) => (next.reflectance = to)) }) : html`<p class="note">The mirror is a table in the document.</p>`}
+    ${mirror(tube, index)}
     <div class="pair">
-      ${choice({ pointer: `${at}/collector`, label: "Collector", value: tube.collector.kind, options: COLLECTOR_WORDS, set: (kind) => change(index, (next) => (next.collector = structuredClone(COLLECTORS[kind]))) })}
-      ${choice({ pointer: `${at}/diffuser`, label: "Diffuser", value: tube.diffuser.kind, options: tube.diffuser.kind === "measured" ? [...DIFFUSER_WORDS, ["measured", "measured table"]] : DIFFUSER_WORDS, set: (kind) => kind !== "measured" && change(index, (next) => (next.diffuser = usualDiffuser(kind, next.diameter_m))) })}
+      ${choice({
+        pointer: `${at}/collector`,
+        label: "Collector",
+        value: tube.collector.kind,
+        options: COLLECTOR_WORDS,
+        set: (kind) => change(index, (next) => (next.collector = structuredClone(COLLECTORS[kind]))),
+      })}
+      ${choice({
+        pointer: `${at}/diffuser`,
+        label: "Diffuser",
+        value: tube.diffuser.kind,
+        options: tube.diffuser.kind === "measured" ? [...DIFFUSER_WORDS, ["measured", "measured table"]] : DIFFUSER_WORDS,
+        set: (kind) => kind !== "measured" && change(index, (next) => (next.diffuser = usualDiffuser(kind, next.diameter_m))),
+      })}
       ${share(`${at}/collector/transmittance`, "passes", tube.collector, (to) => change(index, (next) => "transmittance" in next.collector && (next.collector.transmittance = to)))}
       ${share(`${at}/diffuser/transmittance`, "passes", tube.diffuser, (to) => change(index, (next) => "transmittance" in next.diffuser && (next.diffuser.transmittance = to)))}
     </div>`;
@@ -128,6 +168,21 @@ function share(pointer, label, closure, set) {
   const what = pointer.includes("collector") ? "Collector" : "Diffuser";
   if (!("transmittance" in closure) || typeof closure.transmittance !== "number") return html`<span></span>`;
   return number({ pointer, label: `${what} ${label}`, value: closure.transmittance, step: 0.01, min: 0, max: 1, set });
+}
+
+/** @param {ParametricTube} tube @param {number} index */
+function mirror({ reflectance }, index) {
+  if (typeof reflectance !== "number") return html`<p class="note">The mirror is a table in the document.</p>`;
+  const set = (/** @type {number} */ to) => change(index, (next) => (next.reflectance = to));
+  return number({
+    pointer: `/tubes/${index}/reflectance`,
+    label: "Mirror reflects",
+    value: reflectance,
+    step: 0.005,
+    min: 0,
+    max: 1,
+    set,
+  });
 }
 
 /** @param {MeshTube} tube @param {number} index */
@@ -154,7 +209,15 @@ function mesh(tube, index) {
         ],
         set: (unit) => alter((next) => (next.unit = unit)),
       })}
-      ${number({ pointer: `${at}/opening_diameter_m`, label: "Opening", unit: "m", value: tube.opening_diameter_m, step: 0.001, min: 0.01, set: (to) => alter((next) => (next.opening_diameter_m = to)) })}
+      ${number({
+        pointer: `${at}/opening_diameter_m`,
+        label: "Opening",
+        unit: "m",
+        value: tube.opening_diameter_m,
+        step: 0.001,
+        min: 0.01,
+        set: (to) => alter((next) => (next.opening_diameter_m = to)),
+      })}
     </div>
     ${Object.entries(tube.parts).map(([name, part]) =>
       choice({
@@ -215,5 +278,6 @@ function drop() {
     input.value = "";
   };
   return html`<label class="drop" @dragover=${(/** @type {DragEvent} */ event) => event.preventDefault()} @drop=${dropped}>
-    <input type="file" accept=".obj,model/obj" @change=${chosen}><span>Model of a tube: drop an OBJ file here, or choose one</span></label>`;
+    <input type="file" accept=".obj,model/obj"
+      @change=${chosen}><span>Model of a tube: drop an OBJ file here, or choose one</span></label>`;
 }

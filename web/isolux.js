@@ -39,12 +39,25 @@ const JOINED = /** @type {const} */ ({
   14: ["ws"],
 });
 
-/** Lines on which the values are the level, in the unit of the places. @param {Grid} grid @param {number[][]} values @param {number} level @returns {Point[][]} */
+/**
+ * Lines on which the values are the level, in the unit of the places.
+ * @param {Grid} grid
+ * @param {number[][]} values
+ * @param {number} level
+ * @returns {Point[][]}
+ */
 export function lines(grid, values, level) {
   const rows = carriedOn(values);
   const [x, y] = [places(grid.x_m), places(grid.y_m)];
   const at = (/** @type {number} */ i, /** @type {number} */ j) => rows[j]?.[i] ?? 0;
-  /** Point where the level is met on the edge from one corner to another. @param {number} i @param {number} j @param {number} k @param {number} l @returns {Point} */
+  /**
+   * Point where the level is met on the edge from one corner to another.
+   * @param {number} i
+   * @param {number} j
+   * @param {number} k
+   * @param {number} l
+   * @returns {Point}
+   */
   const met = (i, j, k, l) => {
     const share = (level - at(i, j)) / (at(k, l) - at(i, j));
     const between = (/** @type {number[]} */ places, /** @type {number} */ a, /** @type {number} */ b) =>
@@ -106,7 +119,14 @@ function joined(pieces) {
   return found;
 }
 
-/** Where a line's label stands: on its point that is farthest from what is in the way, within the walls. @param {Point[][]} of @param {Point[]} taken @param {[number, number]} size @param {number} gap @returns {Point | null} */
+/**
+ * Where a line's label stands: on its point that is farthest from what is in the way, within the walls.
+ * @param {Point[][]} of
+ * @param {Point[]} taken
+ * @param {[number, number]} size
+ * @param {number} gap
+ * @returns {Point | null}
+ */
 export function labelled(of, taken, [width, depth], gap) {
   let best = { distance: gap, place: /** @type {Point | null} */ (null) };
   for (const [x, y] of of.flat()) {

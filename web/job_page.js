@@ -54,17 +54,27 @@ export async function jobPage(id, app, header) {
 /** @param {{ job: Job | null, grid: Grid | null, passes: Pass[], fault: string, edit: string }} seen */
 function page({ job, grid, passes, fault, edit }) {
   if (!job)
-    return html`<section class="panel"><h2>${fault ? "This job is not here" : "Job"}</h2><p>${fault || "…"}</p><p><a href="/">To the editor</a></p></section>`;
+    return html`<section class="panel"><h2>${fault ? "This job is not here" : "Job"}</h2><p>${fault || "…"}</p><p><a
+      href="/">To the editor</a></p></section>`;
   document.title = `${job.name ?? "Job"}, skyduct`;
+  const why = job.stopped_by && job.stopped_by !== job.status ? `, stopped by ${job.stopped_by.replaceAll("_", " ")}` : "";
   const runs = job.status === "queued" || job.status === "running";
   const views = Object.entries(job.links.views ?? {});
   return html`<section class="panel about" aria-label="Job"><h2>${job.name || "Job"}</h2>
-      <p>${job.status}${job.stopped_by && job.stopped_by !== job.status ? `, stopped by ${job.stopped_by.replaceAll("_", " ")}` : ""}; ${job.progress.passes} ${job.progress.passes === 1 ? "pass" : "passes"} in ${duration(job.progress.seconds)}</p>
+      <p>${job.status}${why}; ${job.progress.passes} ${job.progress.passes === 1 ? "pass" : "passes"} in ${duration(job.progress.seconds)}</p>
       <dl class="numbers">${asked(job.document).map(([name, value]) => html`<div><dt>${name}</dt><dd>${value}</dd></div>`)}</dl>
       <p class="links"><a href=${edit}>Edit a copy</a>${runs ? html`<button type="button" @click=${() => void api.cancelJob(job.id)}>Stop</button>` : nothing}</p>
       ${job.problem ? html`<p class="fault">${job.problem.detail}</p>` : nothing}</section>
-    ${grid ? html`<section class="panel map" aria-label="Map"><h2>${grid.name}</h2>${map(job, grid)}</section><section class="panel result" aria-label="Result">${headline({ job, grid })}${numbers({ job, grid })}</section>` : nothing}
-    ${views.map(([name, { png }]) => html`<section class="panel view" aria-label=${`Picture ${name}`}><h2>${name}</h2><img class="rendered" src=${`${png}${runs ? `?${job.progress.passes}` : ""}`} alt=${`The view ${name} of the room`}></section>`)}
+    ${
+      grid
+        ? html`<section class="panel map" aria-label="Map"><h2>${grid.name}</h2>${map(job, grid)}</section><section
+      class="panel result" aria-label="Result">${headline({ job, grid })}${numbers({ job, grid })}</section>`
+        : nothing
+    }
+    ${views.map(
+      ([name, { png }]) => html`<section class="panel view" aria-label=${`Picture ${name}`}><h2>${name}</h2><img
+      class="rendered" src=${`${png}${runs ? `?${job.progress.passes}` : ""}`} alt=${`The view ${name} of the room`}></section>`,
+    )}
     <section class="panel accurate" aria-label="Accuracy"><h2>Error against time</h2>${chart(
       passes.map((pass) => ({ ...pass, relative_error: pass.relative_error ?? /** @type {any} */ (pass).view_relative_error })),
       null,
@@ -106,8 +116,12 @@ function map(job, grid) {
       (job.document.tubes ?? []).map(({ centre_m }) => centre_m),
     )}
     <rect class="frame" x=${across(at, 0)} y=${down(at, depth)} width=${at.k * width} height=${at.k * depth}></rect>
-    ${(job.document.tubes ?? []).map((tube) => svg`<circle class="ring" cx=${across(at, tube.centre_m[0])} cy=${down(at, tube.centre_m[1])} r=${(at.k * ("mesh" in tube ? tube.opening_diameter_m : tube.diameter_m)) / 2}></circle>`)}
+    ${(job.document.tubes ?? []).map(
+      (tube) => svg`<circle class="ring" cx=${across(at, tube.centre_m[0])}
+      cy=${down(at, tube.centre_m[1])} r=${(at.k * ("mesh" in tube ? tube.opening_diameter_m : tube.diameter_m)) / 2}></circle>`,
+    )}
     <text class="measure" x=${across(at, width / 2)} y=${down(at, 0) + 22}>${width} m</text>
-    <text class="measure" x=${at.left - 14} y=${down(at, depth / 2)} transform=${`rotate(-90 ${at.left - 14} ${down(at, depth / 2)})`}>${depth} m</text>
+    <text class="measure" x=${at.left - 14} y=${down(at, depth / 2)}
+      transform=${`rotate(-90 ${at.left - 14} ${down(at, depth / 2)})`}>${depth} m</text>
     ${bar(end, ticks, unit, across(at, width) + 18, at.top, at.k * depth)}${north(job.document.room.rotation_deg ?? 0)}</svg>`;
 }

@@ -15,14 +15,30 @@ export async function toggle() {
 
 const again = async () => set({ jobs: (await api.get(`/v1/jobs?limit=${MOST}`)).jobs });
 
+/** @type {Intl.DateTimeFormatOptions} */
+const TIME = { hour: "2-digit", minute: "2-digit", second: "2-digit" };
+
+/** @param {string} does @param {string} what @param {() => Promise<void>} ends */
+const button = (does, what, ends) =>
+  html`<button type="button" aria-label=${`${does} ${what}`} @click=${() => void ends().then(again)}>${does}</button>`;
+
 /** The list, while it is open. */
 export function jobs() {
   const { jobs } = state;
   if (!jobs) return nothing;
   const row = (/** @type {JobSummary} */ { id, name, status, created_at, progress }) => html`<tr>
-    <td><a href=${`/jobs/${id}`}>${name || id.slice(-8)}</a></td><td>${status}</td><td>${created_at ? new Date(created_at).toLocaleTimeString([], { hour: "2-digit", minute: "2-digit", second: "2-digit" }) : ""}</td>
+    <td><a href=${`/jobs/${id}`}>${name || id.slice(-8)}</a></td><td>${status}</td><td>${created_at ? new Date(created_at).toLocaleTimeString([], TIME) : ""}</td>
     <td>${progress.relative_error ? percent(progress.relative_error) : progress.view_relative_error ? percent(progress.view_relative_error) : "–"}</td>
-    <td>${status === "queued" || status === "running" ? html`<button type="button" aria-label=${`Stop ${name || id}`} @click=${() => void api.cancelJob(id).then(again)}>Stop</button>` : html`<button type="button" aria-label=${`Delete ${name || id}`} @click=${() => void api.deleteJob(id).then(again)}>Delete</button>`}</td></tr>`;
-  return html`<section class="panel row" aria-label="Jobs"><div class="head"><h2>Jobs</h2><button type="button" @click=${() => void again()}>Look again</button><button type="button" @click=${() => set({ jobs: null })}>Close</button></div>
-    ${jobs.length ? html`<div class="wide-table" tabindex="0" role="region" aria-label="Table of jobs"><table class="jobs"><thead><tr><th scope="col">name</th><th scope="col">status</th><th scope="col">posted</th><th scope="col">error</th><th scope="col"><span class="unseen">end</span></th></tr></thead><tbody>${jobs.map(row)}</tbody></table></div>` : html`<p class="note">There are none.</p>`}</section>`;
+    <td>${status === "queued" || status === "running" ? button("Stop", name || id, () => api.cancelJob(id)) : button("Delete", name || id, () => api.deleteJob(id))}</td></tr>`;
+  return html`<section class="panel row" aria-label="Jobs"><div class="head"><h2>Jobs</h2><button type="button"
+    @click=${() => void again()}>Look again</button><button type="button" @click=${() => set({ jobs: null })}>Close</button></div>
+    ${
+      jobs.length
+        ? html`<div class="wide-table" tabindex="0" role="region" aria-label="Table of jobs"><table
+      class="jobs"><thead><tr><th scope="col">name</th><th scope="col">status</th><th scope="col">posted</th><th
+      scope="col">error</th><th scope="col"><span
+      class="unseen">end</span></th></tr></thead><tbody>${jobs.map(row)}</tbody></table></div>`
+        : html`<p
+      class="note">There are none.</p>`
+    }</section>`;
 }

@@ -112,7 +112,11 @@ async function ended(id, signal) {
   return api.firstGrid(await api.job(id));
 }
 
-/** Deletes the job of a post whose answer nobody waited for: the same post with its key names it. @param {JobDocument} draft @param {string} key */
+/**
+ * Deletes the job of a post whose answer nobody waited for: the same post with its key names it.
+ * @param {JobDocument} draft
+ * @param {string} key
+ */
 async function forget(draft, key) {
   const job = await api.postJob(draft, { key }).catch(() => null);
   if (job) await api.deleteJob(job.id);
@@ -126,7 +130,11 @@ export function problemOf(error) {
   return { type: "about:blank", title: "No answer", status: 0, detail, instance: "" };
 }
 
-/** Shows an answer, unless a newer draft's or a better one is shown. @param {number} of the change that it answers @param {Answer} answer */
+/**
+ * Shows an answer, unless a newer draft's or a better one is shown.
+ * @param {number} of the change that it answers
+ * @param {Answer} answer
+ */
 function show(of, answer) {
   const before = state.answer?.job;
   const error = (/** @type {Job | undefined} */ job) => job?.progress.relative_error ?? Infinity;
@@ -161,7 +169,11 @@ function stopSharpening() {
   if (id !== state.answer?.job.id) release(id);
 }
 
-/** Computes the draft to the target, with the errors told as they fall. @param {number} [seconds] @param {number} [target] */
+/**
+ * Computes the draft to the target, with the errors told as they fall.
+ * @param {number} [seconds]
+ * @param {number} [target]
+ */
 export async function sharpen(seconds = ASKED_SECONDS, target = state.target) {
   stopSharpening();
   clearTimeout(rest);

@@ -44,9 +44,14 @@ function header(edits) {
     if (value) void open(value);
   };
   const chosen = opened.draft === state.draft ? opened.name : "";
+  const options = presets.map(([name, words]) => html`<option value=${name} .selected=${name === chosen}>${words}</option>`);
+  const rooms = html`<label class="inline">Room
+    <select id="preset" @change=${choose}><option value="" .selected=${!chosen}>your own</option>${options}</select></label>`;
+  const sharing = html`<button type="button" @click=${() => void share()}>Share</button>`;
   return html`<header><h1><a href="/">skyduct</a></h1><p>How much daylight do these tubes bring into this room?</p>
-    <nav aria-label="Page">${edits ? html`<label class="inline">Room <select id="preset" @change=${choose}><option value="" .selected=${!chosen}>your own</option>${presets.map(([name, words]) => html`<option value=${name} .selected=${name === chosen}>${words}</option>`)}</select></label>` : nothing}
-      <button type="button" aria-expanded=${state.jobs ? "true" : "false"} @click=${() => void toggle()}>Jobs</button>${edits ? html`<button type="button" @click=${() => void share()}>Share</button>` : nothing}<a href="/docs/">Interface</a></nav></header>`;
+    <nav aria-label="Page">${edits ? rooms : nothing}
+      <button type="button" aria-expanded=${state.jobs ? "true" : "false"}
+        @click=${() => void toggle()}>Jobs</button>${edits ? sharing : nothing}<a href="/docs/">Interface</a></nav></header>`;
 }
 
 /** @param {string} title @param {unknown} content @param {boolean} opened */
@@ -59,22 +64,28 @@ function editor() {
   const factor = answer?.grid?.daylight_factor_percent ? "daylight_factor" : null;
   if (!factor) state.layer = "lux";
   const layer = (/** @type {"lux" | "daylight_factor"} */ of, /** @type {string} */ words) =>
-    html`<button type="button" aria-pressed=${state.layer === of} ?disabled=${of !== "lux" && !factor} title=${of !== "lux" && !factor ? "Under an overcast sky only" : ""} @click=${() => set({ layer: of })}>${words}</button>`;
+    html`<button type="button" aria-pressed=${state.layer === of} ?disabled=${of !== "lux" && !factor}
+      title=${of !== "lux" && !factor ? "Under an overcast sky only" : ""} @click=${() => set({ layer: of })}>${words}</button>`;
   const open = !stacked.matches;
-  const form = html`<form class="panel form" aria-label="The room and its tubes" @submit=${(/** @type {Event} */ event) => event.preventDefault()}>
+  const form = html`<form class="panel form" aria-label="The room and its tubes"
+    @submit=${(/** @type {Event} */ event) => event.preventDefault()}>
     ${drawer("Place and time", place(), open)}${drawer("Sky", sky(skies), open)}${drawer("Room", room(), open)}${drawer("Tubes", tubes(), open)}</form>`;
   // the form is drawn before what is said of fields that it does not have
   return html`${header(true)}<main>${jobs()}
     <div class="column left">${form}</div>
     <div class="column middle">
-      <section class="panel map" aria-label="Plan"><div class="head"><h2>Plan</h2><div class="group">${layer("lux", "Lux")}${layer("daylight_factor", "Daylight factor")}</div><button type="button" ?disabled=${!state.past.length} @click=${undo} title="Ctrl+Z">Undo</button><button type="button" ?disabled=${!answer || !state.current} @click=${keepAsA}>Keep as A</button></div>
+      <section class="panel map" aria-label="Plan"><div class="head"><h2>Plan</h2><div
+        class="group">${layer("lux", "Lux")}${layer("daylight_factor", "Daylight factor")}</div><button type="button"
+        ?disabled=${!state.past.length} @click=${undo} title="Ctrl+Z">Undo</button><button type="button"
+        ?disabled=${!answer || !state.current} @click=${keepAsA}>Keep as A</button></div>
         ${otherFaults()}${plan(narrow.matches)}${readOut()}</section>
       ${compare()}
       <section class="panel cut" aria-label="Section">${section(narrow.matches)}</section>
       <section class="panel view" aria-label="Picture">${picture()}</section>
     </div>
     <div class="column right">
-      <section class="panel result" aria-label="Result"><div class=${state.current ? "" : "old"}>${answer ? html`${headline(answer)}${numbers(answer)}` : html`<p class="note">Computing …</p>`}</div></section>
+      <section class="panel result" aria-label="Result"><div
+        class=${state.current ? "" : "old"}>${answer ? html`${headline(answer)}${numbers(answer)}` : html`<p class="note">Computing …</p>`}</div></section>
       <section class="panel accurate" aria-label="Accuracy">${accuracy()}</section>
       <section class="panel why" aria-label="Reasons">${answer ? reasons(answer.job) : nothing}</section>
       <section class="panel take" aria-label="Files">${take()}</section>

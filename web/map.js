@@ -3,7 +3,10 @@ import { labelled, lines } from "./isolux.js";
 import { picture, rising, scale, tidy } from "./scale.js";
 import { svg } from "./vendor/lit-html.js";
 
-/** How metres become units of the drawing, and the size of the drawing. @typedef {{ k: number, left: number, top: number, depth: number, box: [number, number] }} Layout */
+/**
+ * How metres become units of the drawing, and the size of the drawing.
+ * @typedef {{ k: number, left: number, top: number, depth: number, box: [number, number] }} Layout
+ */
 
 /** @param {Layout} at @param {number} x */
 export const across = (at, x) => at.left + at.k * x;
@@ -32,20 +35,41 @@ function edges(grid) {
 /** @type {WeakMap<number[][], Map<string, string>>} */
 const pictures = new WeakMap();
 
-/** The cells as a picture; made once for each grid and scale. @param {Grid} grid @param {number[][]} rows @param {Layout} at @param {string} key @param {(value: number) => [number, number, number]} colour */
+/**
+ * The cells as a picture; made once for each grid and scale.
+ * @param {Grid} grid
+ * @param {number[][]} rows
+ * @param {Layout} at
+ * @param {string} key
+ * @param {(value: number) => [number, number, number]} colour
+ */
 export function cells(grid, rows, at, key, colour) {
   const known = pictures.get(rows) ?? new Map();
   pictures.set(rows, known);
   const address = known.get(key) ?? picture(rows.map((row) => row.map(colour)));
   known.set(key, address);
   const [west = 0, south = 0, east = 0, north = 0] = edges(grid);
-  return svg`<image class="cells" href=${address} x=${across(at, west)} y=${down(at, north)} width=${at.k * (east - west)} height=${at.k * (north - south)} preserveAspectRatio="none"></image>`;
+  return svg`<image class="cells" href=${address} x=${across(at, west)} y=${down(at, north)} width=${at.k * (east - west)}
+    height=${at.k * (north - south)} preserveAspectRatio="none"></image>`;
 }
 
-/** The cells in colours from 0 to the end of a scale. @param {Grid} grid @param {number[][]} rows @param {Layout} at @param {number} end */
+/**
+ * The cells in colours from 0 to the end of a scale.
+ * @param {Grid} grid
+ * @param {number[][]} rows
+ * @param {Layout} at
+ * @param {number} end
+ */
 export const lux = (grid, rows, at, end) => cells(grid, rows, at, `lux ${end}`, (value) => rising(value / end));
 
-/** Lines at levels people would write, labelled. @param {Grid} grid @param {number[][]} rows @param {Layout} at @param {[number, number]} size @param {[number, number][]} taken */
+/**
+ * Lines at levels people would write, labelled.
+ * @param {Grid} grid
+ * @param {number[][]} rows
+ * @param {Layout} at
+ * @param {[number, number]} size
+ * @param {[number, number][]} taken
+ */
 export function isolines(grid, rows, at, size, taken) {
   const { ticks } = scale(largest(rows) * 0.98, 7);
   const inTheWay = [...taken];
@@ -63,20 +87,47 @@ export function isolines(grid, rows, at, size, taken) {
   return [paths, labels];
 }
 
-/** The scale beside the map. @param {number} end @param {number[]} ticks @param {string} unit @param {number} x @param {number} top @param {number} height */
+/**
+ * The scale beside the map.
+ * @param {number} end
+ * @param {number[]} ticks
+ * @param {string} unit
+ * @param {number} x
+ * @param {number} top
+ * @param {number} height
+ */
 export function bar(end, ticks, unit, x, top, height) {
   const steps = 64;
   const at = (/** @type {number} */ share) => top + height * (1 - share);
-  return svg`<g class="scale">${Array.from({ length: steps }, (_, i) => svg`<rect x=${x} y=${at((i + 1) / steps)} width="12" height=${height / steps + 0.5} fill=${`rgb(${rising((i + 0.5) / steps)})`}></rect>`)}
-    ${ticks.map((tick, i) => svg`<text x=${x + 18} y=${at(tick / end) + 4}>${tick}${i === ticks.length - 1 ? `\u202f${unit}` : ""}</text>`)}</g>`;
+  const rects = Array.from({ length: steps }, (_, i) => {
+    const colour = `rgb(${rising((i + 0.5) / steps)})`;
+    return svg`<rect x=${x} y=${at((i + 1) / steps)} width="12" height=${height / steps + 0.5} fill=${colour}></rect>`;
+  });
+  return svg`<g class="scale">${rects}
+    ${ticks.map(
+      (tick, i) => svg`<text x=${x + 18}
+      y=${at(tick / end) + 4}>${tick}${i === ticks.length - 1 ? `\u202f${unit}` : ""}</text>`,
+    )}</g>`;
 }
 
-/** A scale that lies below maps, from one value over the middle to the other. @param {number} from @param {number} to @param {string} unit @param {(value: number) => [number, number, number]} colour @param {number} width */
+/**
+ * A scale that lies below maps, from one value over the middle to the other.
+ * @param {number} from
+ * @param {number} to
+ * @param {string} unit
+ * @param {(value: number) => [number, number, number]} colour
+ * @param {number} width
+ */
 export function legend(from, to, unit, colour, width) {
   const steps = 64;
   const middle = (from + to) / 2;
   const label = (/** @type {number} */ value) => `${from < 0 && value > 0 ? "+" : ""}${tidy(value)}`.replace("-", "\u2212");
   return svg`<svg class="legend" viewBox=${`0 0 ${width} 30`} role="img" aria-label=${`Scale from ${from} to ${to} ${unit}`}>
-    ${Array.from({ length: steps }, (_, i) => svg`<rect x=${(width * i) / steps} y="0" width=${width / steps + 0.5} height="10" fill=${`rgb(${colour(from + ((to - from) * (i + 0.5)) / steps)})`}></rect>`)}
-    <text x="0" y="25">${label(from)}</text><text class="middle" x=${width / 2} y="25">${label(middle)}</text><text class="end" x=${width} y="25">${label(to)}\u202f${unit}</text></svg>`;
+    ${Array.from(
+      { length: steps },
+      (_, i) => svg`<rect x=${(width * i) / steps} y="0" width=${width / steps + 0.5} height="10"
+      fill=${`rgb(${colour(from + ((to - from) * (i + 0.5)) / steps)})`}></rect>`,
+    )}
+    <text x="0" y="25">${label(from)}</text><text class="middle" x=${width / 2} y="25">${label(middle)}</text><text class="end"
+      x=${width} y="25">${label(to)}\u202f${unit}</text></svg>`;
 }

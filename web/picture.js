@@ -5,7 +5,9 @@ import { percent } from "./accuracy.js";
 import { set, state } from "./state.js";
 import { html, nothing } from "./vendor/lit-html.js";
 
-/** @typedef {{ draft: JobDocument, id: string | null, shown: string | null, passes: number, error: number | null, ended: boolean, abort: AbortController }} Picture */
+/**
+ * @typedef {{ draft: JobDocument, id: string | null, shown: string | null, passes: number, error: number | null, ended: boolean, abort: AbortController }} Picture
+ */
 
 /** Where the camera stands, by what people would say. */
 const CAMERAS = /** @type {const} */ ({ corner: "from a corner", door: "from the south wall", above: "from above" });
@@ -78,6 +80,9 @@ function stop() {
   if (picture?.id && !picture.ended) void api.cancelJob(picture.id);
 }
 
+/** @param {string} address */
+const image = (address) => html`<img src=${address} width="480" height="360" alt="The room as the camera sees it">`;
+
 /** The part of the page with the picture. */
 export function picture() {
   const { picture, draft } = state;
@@ -85,14 +90,22 @@ export function picture() {
     (camera = /** @type {keyof typeof CAMERAS} */ (/** @type {HTMLSelectElement} */ (event.target).value));
   const files = picture?.id ? `/v1/jobs/${picture.id}/views/room` : null;
   return html`<div class="head"><h2>Picture</h2>
-      <label class="inline">Camera <select @change=${choose}>${Object.entries(CAMERAS).map(([key, words]) => html`<option value=${key} ?selected=${key === camera}>${words}</option>`)}</select></label>
+      <label class="inline">Camera <select
+        @change=${choose}>${Object.entries(CAMERAS).map(([key, words]) => html`<option value=${key} ?selected=${key === camera}>${words}</option>`)}</select></label>
       <button type="button" @click=${() => void start()}>Render the picture</button>
       ${picture && !picture.ended ? html`<button type="button" @click=${stop}>Stop</button>` : nothing}</div>
     ${
       picture
-        ? html`<div class="canvas">${picture.shown ? html`<img src=${picture.shown} width="480" height="360" alt="The room as the camera sees it">` : html`<p class="note">The first pass is on its way …</p>`}</div>
-      <p class="note">${picture.passes} ${picture.passes === 1 ? "pass" : "passes"}${picture.error ? `, error ${percent(picture.error)}` : ""}${picture.draft === draft ? "" : "; of the room before the last change"}</p>
-      ${files && picture.ended ? html`<p class="links"><a href=${`${files}.exr`} download>EXR</a><a href=${`${files}.png`} download>PNG</a><a href=${`${files}.png?style=false_colour`} download>false colours</a><a href=${`/jobs/${picture.id}`}>job</a></p>` : nothing}`
+        ? html`<div class="canvas">${picture.shown ? image(picture.shown) : html`<p class="note">The first pass is on its way …</p>`}</div>
+      <p class="note">${picture.passes} ${picture.passes === 1 ? "pass" : "passes"}${picture.error ? `, error ${percent(picture.error)}` : ""}
+        ${picture.draft === draft ? "" : " (the room before the last change)"}</p>
+      ${
+        files && picture.ended
+          ? html`<p class="links"><a href=${`${files}.exr`} download>EXR</a><a
+        href=${`${files}.png`} download>PNG</a><a href=${`${files}.png?style=false_colour`} download>false colours</a><a
+        href=${`/jobs/${picture.id}`}>job</a></p>`
+          : nothing
+      }`
         : nothing
     }`;
 }

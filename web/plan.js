@@ -24,7 +24,11 @@ export function layout([width, depth], narrow) {
   };
 }
 
-/** The end of the scale: that of the larger of both variants, where there are two. @param {Grid} grid @param {"lux" | "daylight_factor"} layer */
+/**
+ * The end of the scale: that of the larger of both variants, where there are two.
+ * @param {Grid} grid
+ * @param {"lux" | "daylight_factor"} layer
+ */
 export function sharedScale(grid, layer) {
   const others = [grid, state.kept?.answer.grid].filter((other) => !!other);
   return scale(Math.max(...others.map((other) => largest(values(other, layer).rows))));
@@ -38,10 +42,13 @@ export function plan(narrow) {
   const seen = { ...at, depth: size[1] };
   const grid = answer?.grid ?? null;
   const { box } = at;
-  return svg`<svg class="plan" viewBox=${`0 0 ${box[0]} ${box[1]}`} role="application" aria-label="Plan of the room: tubes and walls are moved by the arrow keys, with Shift in small steps"
+  return svg`<svg class="plan" viewBox=${`0 0 ${box[0]} ${box[1]}`} role="application"
+    aria-label="Plan of the room: tubes and walls are moved by the arrow keys, with Shift in small steps"
       @pointermove=${drag.move} @pointerup=${drag.end} @pointercancel=${drag.end} @pointerleave=${() => set({ cursor: null })}>
-    <g class=${state.current ? "" : "old"} @pointermove=${(/** @type {PointerEvent} */ event) => grid && moveCursor(event, grid, seen)}>
-      <rect class="floor" x=${across(seen, 0)} y=${down(seen, size[1])} width=${seen.k * size[0]} height=${seen.k * size[1]}></rect>
+    <g class=${state.current ? "" : "old"}
+      @pointermove=${(/** @type {PointerEvent} */ event) => grid && moveCursor(event, grid, seen)}>
+      <rect class="floor" x=${across(seen, 0)} y=${down(seen, size[1])} width=${seen.k * size[0]}
+        height=${seen.k * size[1]}></rect>
       ${grid ? map(grid, seen) : nothing}
     </g>
     ${(draft.room.objects ?? []).map((object) => (object.kind === "box" ? furniture(object, seen) : nothing))}
@@ -76,7 +83,8 @@ function map(grid, at) {
 function furniture(object, at) {
   const [x, y] = [across(at, object.position_m[0] ?? 0), down(at, object.position_m[1] ?? 0)];
   const [width, depth] = [at.k * (object.size_m[0] ?? 0), at.k * (object.size_m[1] ?? 0)];
-  return svg`<rect class="object" x=${x - width / 2} y=${y - depth / 2} width=${width} height=${depth} transform=${`rotate(${object.rotation_deg ?? 0} ${x} ${y})`}></rect>`;
+  return svg`<rect class="object" x=${x - width / 2} y=${y - depth / 2} width=${width} height=${depth}
+    transform=${`rotate(${object.rotation_deg ?? 0} ${x} ${y})`}></rect>`;
 }
 
 /** @param {import("./map.js").Layout} at */
@@ -90,17 +98,14 @@ function walls(at) {
     ["south", west, south, east, south, depth],
   ]);
   return sides.map(
-    ([
-      edge,
-      x1,
-      y1,
-      x2,
-      y2,
-      metres,
-    ]) => svg`<g class=${`wall ${edge}`} tabindex="0" role="slider" aria-label=${`${edge} wall: ${edge === "west" || edge === "east" ? "width" : "depth"} of the room in metres`}
-      aria-orientation=${edge === "west" || edge === "east" ? "horizontal" : "vertical"} aria-valuemin="0.8" aria-valuemax="50" aria-valuenow=${metres} aria-valuetext=${`${metres} m`}
-      @touchstart=${still} @pointerdown=${(/** @type {PointerEvent} */ event) => edgeDrag(event, edge, at)} @keydown=${(/** @type {KeyboardEvent} */ event) => keys(event, { edge })}>
-      <line class="hold" x1=${x1} y1=${y1} x2=${x2} y2=${y2}></line><line class="seen" x1=${x1} y1=${y1} x2=${x2} y2=${y2}></line></g>`,
+    ([edge, x1, y1, x2, y2, metres]) => svg`<g class=${`wall ${edge}`} tabindex="0" role="slider"
+      aria-label=${`${edge} wall: ${edge === "west" || edge === "east" ? "width" : "depth"} of the room in metres`}
+      aria-orientation=${edge === "west" || edge === "east" ? "horizontal" : "vertical"} aria-valuemin="0.8" aria-valuemax="50"
+        aria-valuenow=${metres} aria-valuetext=${`${metres} m`}
+      @touchstart=${still} @pointerdown=${(/** @type {PointerEvent} */ event) => edgeDrag(event, edge, at)}
+        @keydown=${(/** @type {KeyboardEvent} */ event) => keys(event, { edge })}>
+      <line class="hold" x1=${x1} y1=${y1} x2=${x2} y2=${y2}></line><line
+        class="seen" x1=${x1} y1=${y1} x2=${x2} y2=${y2}></line></g>`,
   );
 }
 
@@ -108,8 +113,10 @@ function walls(at) {
 function opening(tube, index, at) {
   const [x, y] = [across(at, tube.centre_m[0]), down(at, tube.centre_m[1])];
   const radius = (at.k * diameter(tube)) / 2;
-  return svg`<g class="tube" tabindex="0" role="button" aria-label=${`Tube ${index + 1} at ${tube.centre_m[0]} m from the west wall, ${tube.centre_m[1]} m from the south wall`}
-      @touchstart=${still} @pointerdown=${(/** @type {PointerEvent} */ event) => drag.tube(event, index, at)} @keydown=${(/** @type {KeyboardEvent} */ event) => keys(event, { tube: index })}>
+  return svg`<g class="tube" tabindex="0" role="button"
+    aria-label=${`Tube ${index + 1} at ${tube.centre_m[0]} m from the west wall, ${tube.centre_m[1]} m from the south wall`}
+      @touchstart=${still} @pointerdown=${(/** @type {PointerEvent} */ event) => drag.tube(event, index, at)}
+        @keydown=${(/** @type {KeyboardEvent} */ event) => keys(event, { tube: index })}>
       ${isMesh(tube) ? nothing : axis(tube, at)}
       <circle class="hold" cx=${x} cy=${y} r=${Math.max(radius, 16)}></circle>
       <circle class="ring" cx=${x} cy=${y} r=${radius}></circle>
@@ -141,4 +148,5 @@ function measures(at) {
 
 /** An arrow to the north. @param {number} turned azimuth of the room's y axis */
 export const north = (turned) =>
-  svg`<g class="north" transform="translate(20 18)" role="img" aria-label=${`North; the room is turned by ${turned} degrees`}><g transform=${`rotate(${-turned})`}><path d="M0 -13 L5 5 L0 2 L-5 5 Z"></path></g><text x="0" y="20">N</text></g>`;
+  svg`<g class="north" transform="translate(20 18)" role="img" aria-label=${`North; the room is turned by ${turned} degrees`}><g
+    transform=${`rotate(${-turned})`}><path d="M0 -13 L5 5 L0 2 L-5 5 Z"></path></g><text x="0" y="20">N</text></g>`;

@@ -10,7 +10,11 @@ const SMALL_STEP_M = 0.01;
 /** @typedef {import("./map.js").Layout} Layout */
 /** @typedef {import("./draft.js").Edge} Edge */
 
-/** Metres per CSS pixel, and the place of a pointer in the drawing's units. @param {SVGSVGElement} drawing @param {PointerEvent} event */
+/**
+ * Metres per CSS pixel, and the place of a pointer in the drawing's units.
+ * @param {SVGSVGElement} drawing
+ * @param {PointerEvent} event
+ */
 function place(drawing, event) {
   const matrix = drawing.getScreenCTM();
   return matrix ? new DOMPoint(event.clientX, event.clientY).matrixTransform(matrix.inverse()) : new DOMPoint();
@@ -62,7 +66,10 @@ function taken(event) {
   return drawing;
 }
 
-/** The page does not scroll under a finger that moves something: `touch-action` of parts of a drawing does nothing. @param {Event} event */
+/**
+ * The page does not scroll under a finger that moves something: `touch-action` of parts of a drawing does nothing.
+ * @param {Event} event
+ */
 export const still = (event) => event.preventDefault();
 
 /** Takes a wall; the one opposite stays where it is. @param {PointerEvent} event @param {Edge} edge @param {Layout} at */
@@ -83,7 +90,11 @@ export function edgeDrag(event, edge, at) {
   };
 }
 
-/** Moves what has the focus by the arrow keys. @param {KeyboardEvent} event @param {{ tube: number } | { edge: Edge }} what */
+/**
+ * Moves what has the focus by the arrow keys.
+ * @param {KeyboardEvent} event
+ * @param {{ tube: number } | { edge: Edge }} what
+ */
 export function keys(event, what) {
   const step = event.shiftKey ? SMALL_STEP_M : STEP_M;
   const moves = /** @type {Record<string, [number, number]>} */ ({

@@ -8,7 +8,8 @@ const words = (name) => name.replaceAll("_", " ");
 export function reasons(job) {
   const { effects, methods, guides } = job.plan;
   const effect = (/** @type {Schemas["EffectResult"]} */ { name, on, reason }) =>
-    html`<li class=${on ? "on" : "off"}><span class="mark">${on ? "on" : "off"}</span> <strong>${words(name)}</strong> ${reason}</li>`;
+    html`<li class=${on ? "on" : "off"}><span
+      class="mark">${on ? "on" : "off"}</span> <strong>${words(name)}</strong> ${reason}</li>`;
   const method = (/** @type {"grids" | "views"} */ of, /** @type {string} */ words_) =>
     methods[of] ? html`<p><strong>${words_}: ${words(methods[of].name)}</strong>, ${methods[of].reason}</p>` : nothing;
   const warnings = [...job.warnings, ...(job.render_warnings ?? [])];
@@ -16,6 +17,7 @@ export function reasons(job) {
     ${warnings.map((warning) => html`<p class="warning" role="note">${warning.detail}</p>`)}
     ${method("grids", "Map")}${method("views", "Picture")}
     <ul class="effects">${effects.filter(({ on }) => on).map(effect)}</ul>
-    <details><summary>Left out: ${effects.filter(({ on }) => !on).length} effects</summary><ul class="effects">${effects.filter(({ on }) => !on).map(effect)}</ul></details>
+    <details><summary>Left out: ${effects.filter(({ on }) => !on).length} effects</summary><ul
+      class="effects">${effects.filter(({ on }) => !on).map(effect)}</ul></details>
     ${guides.length ? html`<details><summary>How light is followed through the tubes</summary><ol>${guides.map(({ reason }) => html`<li>${reason}</li>`)}</ol></details>` : nothing}`;
 }

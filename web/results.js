@@ -61,10 +61,12 @@ export function numbers({ job, grid }) {
   }
   const above = (of.area_above ?? []).map(
     ({ lux, percent }) =>
-      html`<tr><th scope="row">${lux} lx</th><td><meter min="0" max="100" value=${percent} aria-label=${`area with ${lux} lx or more`}></meter></td><td>${percent.toFixed(0)}\u202f%</td></tr>`,
+      html`<tr><th scope="row">${lux} lx</th><td><meter min="0" max="100" value=${percent}
+        aria-label=${`area with ${lux} lx or more`}></meter></td><td>${percent.toFixed(0)}\u202f%</td></tr>`,
   );
   return html`<dl class="numbers">${rows.map(([name, value]) => html`<div><dt>${name}</dt><dd>${value}</dd></div>`)}</dl>
-    <details><summary>Area that has at least …</summary><table class="above"><caption class="unseen">Share of the work plane at or above a level</caption><tbody>${above}</tbody></table></details>
+    <details><summary>Area that has at least …</summary><table class="above"><caption
+      class="unseen">Share of the work plane at or above a level</caption><tbody>${above}</tbody></table></details>
     ${tubes(job)}`;
 }
 
@@ -77,8 +79,12 @@ function tubes(job) {
   const percent = (/** @type {number | null | undefined} */ share) =>
     share === null || share === undefined ? "–" : `${(100 * share).toFixed(1)}\u202f%`;
   return html`<table class="fluxes"><caption>Light through the tubes, in lumens</caption>
-    <thead><tr><th scope="col">tube</th><th scope="col">arrives</th><th scope="col">leaves the pipe</th><th scope="col">enters</th><th scope="col">share</th></tr></thead>
-    <tbody>${of.map((tube, index) => html`<tr><th scope="row">${index + 1}</th><td>${lumens(tube.at_collector)}</td><td>${lumens(tube.at_diffuser)}</td><td>${lumens(tube.into_room)}</td><td>${percent(tube.transmission_efficiency)}</td></tr>`)}</tbody></table>`;
+    <thead><tr><th scope="col">tube</th><th scope="col">arrives</th><th scope="col">leaves the pipe</th><th
+      scope="col">enters</th><th scope="col">share</th></tr></thead>
+    <tbody>${of.map(
+      (tube, index) => html`<tr><th scope="row">${index + 1}</th><td>${lumens(tube.at_collector)}</td>
+      <td>${lumens(tube.at_diffuser)}</td><td>${lumens(tube.into_room)}</td><td>${percent(tube.transmission_efficiency)}</td></tr>`,
+    )}</tbody></table>`;
 }
 
 /** The value under the pointer. */
@@ -92,5 +98,6 @@ export function readOut() {
   if (value === undefined) return html`<p class="readout note"></p>`;
   const { rows, unit } = values(grid, state.layer);
   const shown = unit === "%" ? html`, ${rows[row]?.[column]?.toPrecision(2)}\u202f%` : nothing;
-  return html`<p class="readout">${interval({ of: value, error }, answer.job.progress.passes, "lx")}${shown} <small>at ${grid.x_m[column]?.toFixed(2)} m from west, ${grid.y_m[row]?.toFixed(2)} m from south</small></p>`;
+  return html`<p class="readout">${interval({ of: value, error }, answer.job.progress.passes, "lx")}${shown}
+    <small>at ${grid.x_m[column]?.toFixed(2)} m from west, ${grid.y_m[row]?.toFixed(2)} m from south</small></p>`;
 }

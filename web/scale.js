@@ -1,6 +1,10 @@
 // Numbers people would write, colours of values, and intervals of means.
 
-/** Steps of an axis that people would write: 1, 2 or 5 times a power of ten, at most so many up to the end. @param {number} end @param {number} most */
+/**
+ * Steps of an axis that people would write: 1, 2 or 5 times a power of ten, at most so many up to the end.
+ * @param {number} end
+ * @param {number} most
+ */
 export function step(end, most) {
   const power = 10 ** Math.floor(Math.log10(Math.max(end, 1e-12) / most));
   return power * ([1, 2, 5, 10].find((times) => end / (power * times) <= most + 1e-9) ?? 10);
@@ -57,7 +61,10 @@ export function picture(rows) {
   return canvas.toDataURL();
 }
 
-/** Places behind the point that half an interval leaves: two digits of it from 1.0 to 1.9, one above. @param {number} half */
+/**
+ * Places behind the point that half an interval leaves: two digits of it from 1.0 to 1.9, one above.
+ * @param {number} half
+ */
 const places = (half) => (half > 0 ? Math.max(0, Math.min(4, Math.ceil(Math.log10(1.95 / half)))) : 1);
 
 /** A value with the digits that half its interval leaves it. @param {number} value @param {number} half */

@@ -7,7 +7,12 @@ const RADIANS = Math.PI / 180;
 /** How much of a tube stands out of the roof. */
 const ABOVE_ROOF_M = 0.15;
 
-/** Points of a tube's axis, along the section and up from the ceiling. @param {Tube} tube @param {0 | 1} axis @returns {[number, number][]} */
+/**
+ * Points of a tube's axis, along the section and up from the ceiling.
+ * @param {Tube} tube
+ * @param {0 | 1} axis
+ * @returns {[number, number][]}
+ */
 function course(tube, axis) {
   let [along, up] = [tube.centre_m[axis] ?? 0, 0];
   /** @type {[number, number][]} */
@@ -60,7 +65,8 @@ export function section(narrow) {
   const toggle = (/** @type {"north" | "west"} */ to) =>
     html`<button type="button" aria-pressed=${look === to} @click=${() => set({ look: to })}>looking ${to}</button>`;
   return html`<div class="head"><h2>Section</h2><div class="group">${toggle("north")}${toggle("west")}</div></div>
-    ${svg`<svg class="section" viewBox=${box} role="img" aria-label=${`Section through the room, looking ${look}: ${height} m high, ${tubes.length} tubes`}>
+    ${svg`<svg class="section" viewBox=${box} role="img"
+      aria-label=${`Section through the room, looking ${look}: ${height} m high, ${tubes.length} tubes`}>
       <rect class="roof" x=${x(0) - 14} y=${y(height + roof)} width=${k * extent + 28} height=${k * roof}></rect>
       <rect class="air" x=${x(0)} y=${y(height)} width=${k * extent} height=${k * height}></rect>
       ${courses.map((points, i) => guide(/** @type {Tube} */ (tubes[i]), points, height, x, y, k))}
@@ -73,7 +79,14 @@ export function section(narrow) {
     </svg>`}`;
 }
 
-/** @param {Tube} tube @param {[number, number][]} points @param {number} ceiling @param {(metres: number) => number} x @param {(metres: number) => number} y @param {number} k */
+/**
+ * @param {Tube} tube
+ * @param {[number, number][]} points
+ * @param {number} ceiling
+ * @param {(metres: number) => number} x
+ * @param {(metres: number) => number} y
+ * @param {number} k
+ */
 function guide(tube, points, ceiling, x, y, k) {
   const radius = diameter(tube) / 2;
   const [one = [], other = []] = sides(points, radius);
@@ -83,7 +96,8 @@ function guide(tube, points, ceiling, x, y, k) {
   const dome = !isMesh(tube) && (tube.collector.kind === "dome" || tube.collector.kind === "dielectric_dome");
   const cover = a && b ? (dome ? `M${of(a)}A${k * radius} ${k * radius} 0 0 0 ${of(b)}` : `M${of(a)}L${of(b)}`) : "";
   const [from, to] = [x((points[0]?.[0] ?? 0) - radius), x((points[0]?.[0] ?? 0) + radius)];
-  return svg`<path class="guide" d=${`M${outline}Z`}></path><path class="cover" d=${cover}></path><line class="diffuser" x1=${from} x2=${to} y1=${y(ceiling)} y2=${y(ceiling)}></line>`;
+  return svg`<path class="guide" d=${`M${outline}Z`}></path><path class="cover" d=${cover}></path><line
+    class="diffuser" x1=${from} x2=${to} y1=${y(ceiling)} y2=${y(ceiling)}></line>`;
 }
 
 /** The sun's beam in the plane of the section. @param {0 | 1} axis @param {number} x @param {number} y */
@@ -96,5 +110,6 @@ function beam(axis, x, y) {
   const up = Math.sin(altitude);
   const length = Math.hypot(along, up) || 1;
   const [dx, dy] = [(along / length) * 44, (-up / length) * 44];
-  return svg`<g class="sun"><line x1=${x + dx} y1=${y + dy} x2=${x} y2=${y}></line><circle cx=${x + dx} cy=${y + dy} r="6"></circle></g>`;
+  return svg`<g class="sun"><line x1=${x + dx} y1=${y + dy} x2=${x} y2=${y}></line><circle cx=${x + dx} cy=${y + dy}
+    r="6"></circle></g>`;
 }

@@ -16,7 +16,11 @@ export async function packed(draft) {
     .replaceAll("=", "");
 }
 
-/** The document of an address; null where it has none, or one that cannot be read. @param {string} hash @returns {Promise<JobDocument | null>} */
+/**
+ * The document of an address; null where it has none, or one that cannot be read.
+ * @param {string} hash
+ * @returns {Promise<JobDocument | null>}
+ */
 export async function unpacked(hash) {
   const text = /^#d=([\w-]+)$/.exec(hash)?.[1];
   if (!text) return null;
@@ -67,7 +71,18 @@ function program(draft, language) {
   const json = JSON.stringify(draft, null, 2);
   if (language === "curl")
     return `curl -s -X POST ${location.origin}/v1/jobs -H 'Content-Type: application/json' -H 'Prefer: wait=20' --data @- <<'END'\n${json}\nEND\n`;
-  return `import json\nimport urllib.request\n\ndocument = json.loads(r"""\n${json}\n""")\nrequest = urllib.request.Request(\n    "${location.origin}/v1/jobs",\n    json.dumps(document).encode(),\n    {"Content-Type": "application/json", "Prefer": "wait=20"},\n)\njob = json.load(urllib.request.urlopen(request))\nfor name, grid in job["grid_results"].items():\n    print(name, grid["statistics"]["mean_lux"], "lx")\n`;
+  return `import json
+import urllib.request
+
+document = json.loads(r"""
+${json}
+""")
+headers = {"Content-Type": "application/json", "Prefer": "wait=20"}
+request = urllib.request.Request("${location.origin}/v1/jobs", json.dumps(document).encode(), headers)
+job = json.load(urllib.request.urlopen(request))
+for name, grid in job["grid_results"].items():
+    print(name, grid["statistics"]["mean_lux"], "lx")
+`;
 }
 
 /** Links of a job's files. @param {Job} job */
@@ -92,12 +107,19 @@ export function files(job) {
 export function take() {
   const { answer, draft, code } = state;
   const button = (/** @type {"curl" | "Python"} */ language) =>
-    html`<button type="button" aria-pressed=${code === language} @click=${() => set({ code: code === language ? null : language })}>${language}</button>`;
+    html`<button type="button" aria-pressed=${code === language}
+      @click=${() => set({ code: code === language ? null : language })}>${language}</button>`;
   const keeping = () => {
     keep();
   };
   return html`<h2>Take it away</h2>
-    ${answer && state.current && !answer.stored ? html`<p class="links" @click=${keeping}>${files(answer.job)}<a href=${`/jobs/${answer.job.id}`}>page of this job</a></p>` : html`<p class="note">Files are there once the result is.</p>`}
-    <div class="group"><button type="button" @click=${() => void share()}>Copy the link</button>${button("curl")}${button("Python")}</div>
+    ${
+      answer && state.current && !answer.stored
+        ? html`<p class="links" @click=${keeping}>${files(answer.job)}<a
+      href=${`/jobs/${answer.job.id}`}>page of this job</a></p>`
+        : html`<p class="note">Files are there once the result is.</p>`
+    }
+    <div class="group"><button type="button"
+      @click=${() => void share()}>Copy the link</button>${button("curl")}${button("Python")}</div>
     ${code ? html`<pre tabindex="0" aria-label=${`${code} program with the document`}>${program(draft, code)}</pre>` : nothing}`;
 }

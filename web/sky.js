@@ -105,8 +105,15 @@ export function sky(skies) {
   return html`<fieldset class="skies"><legend class="unseen">Sky</legend>${shown.map((it) => {
     const picture = pictures.get(it.cie_type) ?? thumbnail(it);
     pictures.set(it.cie_type, picture);
-    return html`<label title=${it.description}><input type="radio" name="sky" value=${it.cie_type} .checked=${it.cie_type === chosen} @change=${() => take(it.cie_type)}>
-      <img src=${picture} alt="" width="40" height="40"><span>${skyNames[it.cie_type]} <small>(${it.cie_type})</small></span></label>`;
+    return html`<label title=${it.description}><input type="radio" name="sky" value=${it.cie_type}
+      .checked=${it.cie_type === chosen} @change=${() => take(it.cie_type)}>
+      <img src=${picture} alt="" width="40"
+        height="40"><span>${skyNames[it.cie_type]} <small>(${it.cie_type})</small></span></label>`;
   })}</fieldset>
-  ${level()}${chosen === null && state.draft.sky?.preset ? html`<p class="note">The sky of the document is ${state.draft.sky.preset}.</p>` : nothing}`;
+  ${level()}${
+    chosen === null && state.draft.sky?.preset
+      ? html`<p
+    class="note">The sky of the document is ${state.draft.sky.preset}.</p>`
+      : nothing
+  }`;
 }
