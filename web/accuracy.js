@@ -60,19 +60,28 @@ export function chart(passes, target) {
     ${last ? svg`<circle class="now" cx=${x(last.seconds)} cy=${y(last.error)} r="3.5"></circle>` : nothing}</svg>`;
 }
 
+/** What a job's errors tell of the time to others. @param {ErrorHistory} history */
+export function times({ fit, times }) {
+  const between = (/** @type {Schemas["TimeToAccuracy"]} */ { from_seconds, to_seconds }) =>
+    from_seconds ? ` (${duration(from_seconds)} to ${to_seconds ? duration(to_seconds) : "more"})` : "";
+  const row = (/** @type {Schemas["TimeToAccuracy"]} */ it) => html`<tr><th scope="row">${percent(it.relative_error)}</th>
+    <td>${it.seconds ? duration(it.seconds) : "–"}${between(it)}</td><td>${it.known}</td></tr>`;
+  return html`<table><caption>Time to an accuracy</caption><tbody>${times.map(row)}</tbody></table>
+    ${fit ? html`<p class="note">The error falls with the ${fit.exponent.toFixed(2)} ± ${(2 * fit.standard_error).toFixed(2)} power of the time.</p>` : nothing}`;
+}
+
 /** The part of the page about accuracy. */
 export function accuracy() {
   const { passes, running, answer, target } = state;
   const last = passes.findLast((pass) => pass.relative_error !== null);
   const now = last?.relative_error ?? answer?.job.progress.relative_error ?? null;
   const button = (/** @type {number} */ error) => {
-    const seconds = secondsTo(passes, error);
+    const told = state.history?.times.find(({ relative_error, known }) => relative_error === error && known === "extrapolated");
+    const seconds = told?.seconds ?? secondsTo(passes, error);
+    // a job that runs goes on, the next one begins anew
+    const spent = running ? (last?.seconds ?? 0) : 0;
     const left =
-      now !== null && now <= error
-        ? "reached"
-        : seconds === null
-          ? ""
-          : `≈\u202f${duration(Math.max(0, seconds - (last?.seconds ?? 0)))} more`;
+      now !== null && now <= error ? "reached" : seconds === null ? "" : `≈\u202f${duration(Math.max(0, seconds - spent))}`;
     const go = () => {
       set({ target: error });
       if (now === null || now > error || !state.current) void sharpen();

@@ -53,6 +53,13 @@ export async function firstGrid(job) {
   return get(path).catch(() => null);
 }
 
+/**
+ * The passes of a job that are told, and what they tell of the time to other errors.
+ * @param {string} id
+ * @returns {Promise<{ passes: Schemas["PassReport"][], grids?: ErrorHistory | null, views?: ErrorHistory | null }>}
+ */
+export const convergence = (id) => get(`/v1/jobs/${id}/convergence`);
+
 /** Stops a job; what was computed stays. @param {string} id */
 export const cancelJob = (id) =>
   call(`/v1/jobs/${id}/cancel`, { method: "POST" }).then(

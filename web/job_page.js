@@ -1,5 +1,5 @@
 // One job, at an address of its own: what was asked for, how far it is, what came out.
-import { chart, duration, percent } from "./accuracy.js";
+import { chart, duration, percent, times } from "./accuracy.js";
 import * as api from "./api.js";
 import { across, bar, down, isolines, largest, lux, values } from "./map.js";
 import { jobs } from "./jobs.js";
@@ -14,12 +14,13 @@ import { html, nothing, render, svg } from "./vendor/lit-html.js";
 
 /** Shows a job, and follows it until it ends. @param {string} id @param {HTMLElement} app @param {() => Drawn} header */
 export async function jobPage(id, app, header) {
-  /** @type {{ job: Job | null, grid: Grid | null, passes: Pass[], fault: string, edit: string }} */
-  const seen = { job: null, grid: null, passes: [], fault: "", edit: "/" };
+  /** @type {{ job: Job | null, grid: Grid | null, passes: Pass[], history: ErrorHistory | null, fault: string, edit: string }} */
+  const seen = { job: null, grid: null, passes: [], history: null, fault: "", edit: "/" };
   const look = async () => {
     seen.job = await api.job(id);
     seen.grid = await api.firstGrid(seen.job);
-    seen.passes = (await api.get(`/v1/jobs/${id}/convergence`).catch(() => ({ passes: [] }))).passes;
+    const { passes, grids, views } = await api.convergence(id);
+    Object.assign(seen, { passes, history: grids ?? views ?? null });
     seen.edit = `/#d=${await packed(seen.job.document)}`;
     set();
   };
@@ -51,8 +52,8 @@ export async function jobPage(id, app, header) {
   }
 }
 
-/** @param {{ job: Job | null, grid: Grid | null, passes: Pass[], fault: string, edit: string }} seen */
-function page({ job, grid, passes, fault, edit }) {
+/** @param {{ job: Job | null, grid: Grid | null, passes: Pass[], history: ErrorHistory | null, fault: string, edit: string }} seen */
+function page({ job, grid, passes, history, fault, edit }) {
   if (!job)
     return html`<section class="panel"><h2>${fault ? "This job is not here" : "Job"}</h2><p>${fault || "…"}</p><p><a
       href="/">To the editor</a></p></section>`;
@@ -79,7 +80,8 @@ function page({ job, grid, passes, fault, edit }) {
       passes.map((pass) => ({ ...pass, relative_error: pass.relative_error ?? /** @type {any} */ (pass).view_relative_error })),
       null,
     )}
-      <p>${job.progress.relative_error ? `${percent(job.progress.relative_error)} of the map at the end` : passes.length < 2 ? "One pass tells no error." : ""}</p></section>
+      <p>${job.progress.relative_error ? `${percent(job.progress.relative_error)} of the map at the end` : passes.length < 2 ? "One pass tells no error." : ""}</p>
+      ${history ? times(history) : nothing}</section>
     <section class="panel why" aria-label="Reasons">${reasons(job)}</section>
     <section class="panel take" aria-label="Files"><h2>Files</h2><p class="links">${files(job)}</p></section>`;
 }

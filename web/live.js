@@ -145,7 +145,7 @@ function show(of, answer) {
   if (before?.id !== answer.job.id) release(before?.id);
   const { passes, seconds, relative_error = null } = answer.job.progress;
   const points = state.running?.id === answer.job.id ? state.passes : [{ passes, seconds, relative_error }];
-  set({ answer, current: of === sequence, passes: points, problem: of === sequence ? null : state.problem });
+  set({ answer, current: of === sequence, passes: points, history: null, problem: of === sequence ? null : state.problem });
 }
 
 /** Deletes a job of the page's own. @param {string | undefined} id */
@@ -207,8 +207,11 @@ export async function sharpen(seconds = ASKED_SECONDS, target = state.target) {
     const job = await api.job(posted.id);
     const grid = await api.firstGrid(job);
     if (abort.signal.aborted) return;
+    const { grids: history = null } = await api.convergence(job.id);
+    if (abort.signal.aborted) return;
     if (grid) show(mine, { job, grid });
-    if (state.answer?.job.id !== job.id) set({ passes: before });
+    if (state.answer?.job.id === job.id) set({ history });
+    else set({ passes: before });
     if (job.problem) set({ problem: problemOf(new Error(job.problem.detail)) });
   } catch (error) {
     if (!abort.signal.aborted) set({ problem: problemOf(error) });
@@ -237,6 +240,7 @@ export function present(draft, answer) {
     problem: null,
     passes: [{ passes, seconds, relative_error }],
   });
+  set({ history: null });
   void sharpen(BY_ITSELF_SECONDS, Math.max(relative_error ?? state.target, 1e-3));
 }
 

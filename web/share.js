@@ -98,9 +98,14 @@ export function files(job) {
     [`${name}.png`, png],
   ]);
   const tubes = (links.tubes ?? []).map(({ svg }, index) => [`tube ${index + 1}`, svg]);
-  return [...grids, ...views, ["convergence.csv", links.convergence_csv], ["job.json", links.self], ...tubes].map(
-    ([name = "", path = ""]) => html`<a href=${path} download=${name.startsWith("tube") ? nothing : name}>${name}</a>`,
-  );
+  return [
+    ...grids,
+    ...views,
+    ["convergence.csv", links.convergence_csv],
+    ["convergence.png", links.convergence_png],
+    ["job.json", links.self],
+    ...tubes,
+  ].map(([name = "", path = ""]) => html`<a href=${path} download=${name.startsWith("tube") ? nothing : name}>${name}</a>`);
 }
 
 /** The part of the page about taking it away. */
@@ -115,7 +120,7 @@ export function take() {
   return html`<h2>Take it away</h2>
     ${
       answer && state.current && !answer.stored
-        ? html`<p class="links" @click=${keeping}>${files(answer.job)}<a
+        ? html`<p class="links" @click=${keeping} @auxclick=${keeping} @contextmenu=${keeping}>${files(answer.job)}<a
       href=${`/jobs/${answer.job.id}`}>page of this job</a></p>`
         : html`<p class="note">Files are there once the result is.</p>`
     }

@@ -7,6 +7,7 @@
  * @property {Answer | null} answer the newest result; older drafts' while a new one is on its way
  * @property {boolean} current whether the answer is the draft's
  * @property {Pass[]} passes error against time of the answer's job
+ * @property {ErrorHistory | null} history what these errors tell of the time to others
  * @property {{ id: string | null, since: number, asked: number } | null} running the job that sharpens
  * @property {number} target relative error that is sharpened to
  * @property {Problem | null} problem what is wrong with the draft
@@ -29,6 +30,7 @@ export const state = {
   answer: null,
   current: false,
   passes: [],
+  history: null,
   running: null,
   target: 0.01,
   problem: null,

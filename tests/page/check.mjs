@@ -293,6 +293,7 @@ async function readsAJob(visitor) {
   await page.locator(".about").waitFor();
   const { body } = await visitor.get(`/v1${path}`);
   assert.equal(body.links.page, path);
+  await page.getByRole("cell", { name: /^(met|extrapolated)$/ }).first().waitFor();
   for (const colorScheme of ["light", "dark"]) {
     for (const width of [1280, 390]) {
       await page.setViewportSize({ width, height: 900 });

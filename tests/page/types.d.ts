@@ -15,6 +15,7 @@ type SkyType = Schemas["SkyType"];
 type View = Schemas["ViewDocument"];
 /** A point of the curve of error against time. */
 type Pass = { passes: number; seconds: number; relative_error: number | null };
+type ErrorHistory = Schemas["ErrorHistory"];
 /** A computed document: the job, and its first grid. A stored one has no job in this service. */
 type Answer = { job: Job; grid: Grid | null; stored?: true };
 type Drawn = import("lit-html").TemplateResult<1> | import("lit-html").TemplateResult<2>;
