@@ -1,5 +1,6 @@
 // Error against time as it falls, the accuracies to choose from, and the time to each.
 import { cancel, sharpen } from "./live.js";
+import { thousands } from "./scale.js";
 import { set, state } from "./state.js";
 import { html, nothing, svg } from "./vendor/lit-html.js";
 
@@ -12,7 +13,8 @@ export const percent = (share) => `${Number((100 * share).toPrecision(2))}\u202f
 /** @param {number} seconds */
 export function duration(seconds) {
   if (seconds < 1) return `${Math.max(10, Math.round(seconds * 100) * 10)}\u202fms`;
-  return seconds < 90 ? `${seconds.toFixed(seconds < 10 ? 1 : 0)}\u202fs` : `${Math.round(seconds / 60)}\u202fmin`;
+  if (seconds < 90) return `${seconds.toFixed(seconds < 10 ? 1 : 0)}\u202fs`;
+  return seconds < 5400 ? `${Math.round(seconds / 60)}\u202fmin` : `${thousands(seconds / 3600)}\u202fh`;
 }
 
 /**

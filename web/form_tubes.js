@@ -67,7 +67,7 @@ export function tubes() {
 const words = (tube) =>
   isMesh(tube)
     ? "model"
-    : `${tube.diameter_m} m wide, ${Number(tube.segments.reduce((sum, { length_m }) => sum + length_m, 0).toFixed(2))} m long`;
+    : `${tube.diameter_m} × ${Number(tube.segments.reduce((sum, { length_m }) => sum + length_m, 0).toFixed(2))} m`;
 
 /** Changes a tube of pipes. @param {number} index @param {(tube: ParametricTube) => void} change */
 const change = (index, change) =>

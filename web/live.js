@@ -4,7 +4,7 @@ import { changed } from "./draft.js";
 import { set, state } from "./state.js";
 
 /** Error and time after which the first answer comes. */
-const FIRST = { relative_error: 0.05, max_seconds: 1 };
+const FIRST = { relative_error: 0.05, max_seconds: 0.2 };
 /** Longest time to sharpen by itself, and when asked to. */
 const BY_ITSELF_SECONDS = 20;
 const ASKED_SECONDS = 600;

@@ -17,6 +17,15 @@ async function middle(locator) {
   return [x + width / 2, y + height / 2];
 }
 
+/** Until what comes soon is there. */
+async function until(there, otherwise) {
+  for (let look = 0; look < 50; look++) {
+    if (await there()) return;
+    await new Promise((resolve) => setTimeout(resolve, 100));
+  }
+  assert.fail(otherwise);
+}
+
 /** A room that is there from the start; a tube that follows the hand; a last number that a fresh job gives, too. */
 async function drags(visitor) {
   const { page } = visitor;
@@ -64,9 +73,8 @@ async function drags(visitor) {
   const of = grid.statistics.mean_lux;
   assert.equal(of, own.mean_lux, "the same document gives the same bits");
   assert(Math.abs((await visitor.mean()) - of) <= 0.5, "the page shows the mean of its grid");
-  // one of the page, one of ours
-  const left = (await jobs()) - held;
-  assert(left <= 2, `${left} jobs are left of a drag`);
+  // one of the page, one of ours; the rest is deleted soon
+  await until(async () => (await jobs()) - held <= 2, "jobs are left of a drag");
   times.sort((a, b) => a - b);
   console.log(`  dragged a tube over 20 steps: ${Math.round(times[10])} ms in the median, ${of.toFixed(1)} lx in the end`);
 }
@@ -198,7 +206,12 @@ async function takesAPicture(visitor) {
   const { page } = visitor;
   await page.getByRole("button", { name: "Render the picture" }).click();
   await page.locator(".view img").waitFor();
-  await page.locator(".view").getByRole("button", { name: "Stop" }).click();
+  // who is fast has it all by now
+  await page
+    .locator(".view")
+    .getByRole("button", { name: "Stop" })
+    .click({ timeout: 500 })
+    .catch(() => {});
   const link = page.locator(".view").getByRole("link", { name: "EXR" });
   await link.waitFor();
   const [download] = await Promise.all([page.waitForEvent("download"), link.click()]);
@@ -210,16 +223,24 @@ async function takesAPicture(visitor) {
   assert.deepEqual(size, [480, 360]);
 }
 
-/** A long job ends when it is asked to, with what it has. */
+/** A long job ends when it is asked to; the better result stays. */
 async function cancels(visitor) {
   const { page } = visitor;
+  // the sun through a clear closure: hours to 0.1 %
+  await page.getByLabel("Diffuser", { exact: true }).first().selectOption("clear");
+  await visitor.current();
+  const before = (await visitor.state()).job.progress.relative_error ?? Infinity;
   await page.getByRole("button", { name: /^0\.1\s%/ }).click();
   const id = await page.waitForFunction(() => seen.running?.id).then((handle) => handle.jsonValue());
+  await page.waitForFunction(() => seen.passes.length > 3);
   await page.locator(".accurate").getByRole("button", { name: "Stop" }).click();
   await page.waitForFunction(() => !seen.running);
   const { body } = await visitor.get(`/v1/jobs/${id}`);
   assert.equal(body.status, "cancelled");
-  assert((await visitor.state()).job.accuracy.relative_error <= 0.01, "the better result of before is shown");
+  assert(((await visitor.state()).job.progress.relative_error ?? Infinity) <= before, "a worse result took a better one's place");
+  await page.getByRole("button", { name: "Undo" }).click();
+  await page.getByRole("button", { name: /^1\s%/ }).click();
+  await visitor.rests();
 }
 
 /** A model of a tube becomes one. */
@@ -276,12 +297,8 @@ async function shares(visitor) {
   await second.isAccessible("editor, narrow, light");
   const path = await second.page.getByRole("link", { name: "page of this job" }).getAttribute("href");
   await second.page.goto("about:blank");
-  let status;
-  for (let look = 0; look < 50 && status !== 404; look++) {
-    ({ status } = await visitor.get(`/v1${path}`));
-    await new Promise((resolve) => setTimeout(resolve, 100));
-  }
-  assert.equal(status, 404, "a job that nobody refers to is deleted when its page is left");
+  const gone = async () => (await visitor.get(`/v1${path}`)).status === 404;
+  await until(gone, "a job that nobody refers to is left with its page");
   await second.close();
 }
 
@@ -293,7 +310,10 @@ async function readsAJob(visitor) {
   await page.locator(".about").waitFor();
   const { body } = await visitor.get(`/v1${path}`);
   assert.equal(body.links.page, path);
-  await page.getByRole("cell", { name: /^(met|extrapolated)$/ }).first().waitFor();
+  await page
+    .getByRole("cell", { name: /^(met|extrapolated)$/ })
+    .first()
+    .waitFor();
   for (const colorScheme of ["light", "dark"]) {
     for (const width of [1280, 390]) {
       await page.setViewportSize({ width, height: 900 });
