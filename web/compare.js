@@ -46,7 +46,36 @@ export function compare() {
         class="note">${between(a, b)}. The rooms differ, so that their maps have no difference.</p>`
       }
       <div class="both">${legend(0, end, ofB.unit, (value) => rising(value / end), 240)}</div>
-    </div></section>`;
+    </div>
+    ${changed(kept.draft, state.draft)}</section>`;
+}
+
+/** Most changes that are listed. */
+const MOST = 8;
+
+/**
+ * What differs between two documents, field by field.
+ * @param {any} a
+ * @param {any} b
+ * @param {string} at
+ * @returns {string[]}
+ */
+function changes(a, b, at = "") {
+  const isList = (/** @type {unknown} */ value) => Array.isArray(value) && value.every((item) => typeof item !== "object");
+  const text = (/** @type {any} */ value) =>
+    value === undefined ? "none" : isList(value) ? value.join(", ") : typeof value === "string" ? value : JSON.stringify(value);
+  const nested = [a, b].every((value) => value !== null && typeof value === "object" && !isList(value));
+  if (!nested) return text(a) === text(b) ? [] : [`${at}: ${text(a)} → ${text(b)}`];
+  const keys = [...new Set([...Object.keys(a), ...Object.keys(b)])];
+  return keys.flatMap((key) => changes(a[key], b[key], at ? `${at} ${key}` : key));
+}
+
+/** The changes from A to B in words. @param {JobDocument} a @param {JobDocument} b */
+function changed(a, b) {
+  // tubes and all else are counted from 1, as on the plan
+  const found = changes(a, b).map((change) => change.replace(/ (\d+) /g, (_, index) => ` ${Number(index) + 1} `));
+  const more = found.length > MOST ? [`and ${found.length - MOST} more`] : [];
+  return html`<ul class="changes">${[...found.slice(0, MOST), ...more].map((change) => html`<li>${change}</li>`)}</ul>`;
 }
 
 /** @param {Answer} answer */

@@ -13,6 +13,8 @@ const REST_MS = 350;
 const LATE_MS = 1500;
 /** Pause between looks at the grid of a job that sharpens. */
 const LOOK_MS = 700;
+/** Pause before a service that does not answer is asked again. */
+const RETRY_MS = 2000;
 
 /** Counts changes: an answer to an older one never replaces a newer one's. */
 let sequence = 0;
@@ -95,7 +97,10 @@ async function answerFirst() {
     show(mine, { job: grid && !job.grid_results ? await api.job(job.id) : job, grid });
   } catch (error) {
     if (abort.signal.aborted) void forget(draft, key);
-    else if (mine === sequence) set({ problem: problemOf(error) });
+    else if (mine === sequence) {
+      set({ problem: problemOf(error) });
+      if (error instanceof TypeError) rest = setTimeout(compute, RETRY_MS);
+    }
   } finally {
     clearTimeout(late);
     first = null;
