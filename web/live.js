@@ -26,6 +26,8 @@ let again = false;
 let sharpening = null;
 /** @type {ReturnType<typeof setTimeout> | undefined} */
 let rest;
+/** @type {ReturnType<typeof setTimeout> | undefined} */
+let retry;
 /** Jobs that the page made for itself: deleted once nothing shows them. @type {Set<string>} */
 const own = new Set();
 let held = false;
@@ -59,6 +61,7 @@ export function use(draft) {
 export function compute() {
   sequence++;
   clearTimeout(rest);
+  clearTimeout(retry);
   stopSharpening();
   if (!first) void answerFirst();
   else {
@@ -82,10 +85,14 @@ function restSoon() {
   }, REST_MS);
 }
 
+/** A key of its own for a post; `randomUUID` is not there on pages of plain HTTP beyond loopback. */
+const randomKey = () =>
+  Array.from(crypto.getRandomValues(new Uint8Array(16)), (byte) => byte.toString(16).padStart(2, "0")).join("");
+
 async function answerFirst() {
   const mine = sequence;
   const abort = new AbortController();
-  const key = crypto.randomUUID();
+  const key = randomKey();
   const draft = { ...state.draft, views: [], stop: { ...state.draft.stop, ...FIRST } };
   first = { abort, since: performance.now() };
   const late = setTimeout(() => again && abort.abort(), LATE_MS);
@@ -99,7 +106,7 @@ async function answerFirst() {
     if (abort.signal.aborted) void forget(draft, key);
     else if (mine === sequence) {
       set({ problem: problemOf(error) });
-      if (error instanceof TypeError) rest = setTimeout(compute, RETRY_MS);
+      if (error instanceof TypeError) retry = setTimeout(compute, RETRY_MS);
     }
   } finally {
     clearTimeout(late);

@@ -194,8 +194,16 @@ async function errs(visitor) {
   await page.getByLabel("Mirror reflects").first().press("Enter");
   await fault.waitFor({ state: "detached" });
   await visitor.rests();
-  // the refusals are what the console has of it
-  visitor.faults = visitor.faults.filter((text) => !text.includes("422"));
+  // a service that is away is asked again
+  await visitor.context.setOffline(true);
+  await page.locator(".tube").first().focus();
+  await page.keyboard.press("ArrowUp");
+  await page.getByRole("alert").getByText("the service does not answer").waitFor();
+  await visitor.context.setOffline(false);
+  await visitor.rests();
+  await page.getByRole("alert").waitFor({ state: "detached" });
+  // what the console has of it
+  visitor.faults = visitor.faults.filter((text) => !text.includes("422") && !text.includes("ERR_INTERNET_DISCONNECTED"));
 }
 
 /** Sharper, until the error is there; a picture, its files; two variants. */
@@ -300,7 +308,11 @@ async function shares(visitor) {
   await page.getByRole("button", { name: "Share" }).click();
   await page.waitForURL(/#d=/);
   const { draft } = await visitor.state();
-  const second = await Visitor.of(chromium, url, { viewport: { width: 390, height: 844 }, colorScheme: "dark", hasTouch: true });
+  const second = await Visitor.of(chromium, url.replace("127.0.0.1", "page.test"), {
+    viewport: { width: 390, height: 844 },
+    colorScheme: "dark",
+    hasTouch: true,
+  });
   await second.open(new URL(page.url()).hash.padStart(1, "/").replace(/^/, "/"));
   await second.rests();
   assert.deepEqual((await second.state()).draft, draft);

@@ -12,6 +12,8 @@ export const browser = () =>
     executablePath: process.env.CHROMIUM ?? "/usr/bin/chromium",
     args: [
       "--no-sandbox",
+      // a name beyond loopback, over plain HTTP
+      "--host-resolver-rules=MAP page.test 127.0.0.1",
       "--disable-gpu",
       "--disable-quic",
       "--no-first-run",
