@@ -16,7 +16,6 @@ use crate::job::convergence_files::convergence_files;
 use crate::job::memory::default_limit_bytes;
 use crate::job::prepare::{Prepared, prepare};
 use crate::job::progress::{PassReport, StoppedBy};
-use crate::job::subject::Subject;
 
 #[derive(Debug, clap::Args)]
 pub struct RenderArgs {
@@ -142,7 +141,7 @@ fn write_results(out: &Path, prepared: &Prepared, rendered: &Rendered, passes: &
         // what the service keeps of the same job, too
         let is_last = |pass: &PassReport| pass.passes == estimate.passes;
         let kept: Vec<_> = passes.iter().filter(|pass| is_kept(pass.passes) || is_last(pass)).copied().collect();
-        let subject = Subject::new(&prepared.document, &prepared.plan_json());
+        let subject = prepared.subject();
         for (name, bytes) in convergence_files(&subject, &kept)? {
             write(out, name, &bytes)?;
         }

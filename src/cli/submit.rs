@@ -133,6 +133,7 @@ async fn download(client: &Client, job: &Value, out: &Path) -> anyhow::Result<()
             Output::Grid(grid, GridFormat::Json) => format!("grids/{}?format=json", grids[grid]),
             Output::Grid(grid, GridFormat::Csv) => format!("grids/{}?format=csv", grids[grid]),
             Output::Grid(grid, GridFormat::Png) => format!("grids/{}?format=png", grids[grid]),
+            Output::Grid(grid, GridFormat::Svg) => format!("grids/{}?format=svg", grids[grid]),
             Output::View(view, ViewFormat::FalseColour) => format!("views/{}.png?style=false_colour", views[view]),
             Output::View(..) | Output::Tube(..) => file.clone(),
         };

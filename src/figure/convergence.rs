@@ -72,7 +72,7 @@ pub fn convergence(heading: &Heading, series: &[ErrorSeries]) -> Drawing {
         .collect();
     let entries = legend_of(&series);
     let below = axes::BELOW + ROW_HEIGHT * (series.len() + 1) as f64 + MARGIN;
-    let top = heading.height() + 8.0;
+    let top = heading.height(SIZE.x) + 8.0;
     let legend_height = legend::height(&entries, SIZE.x - axes::LEFT - MARGIN);
     let within = Rectangle::new(axes::LEFT, top + legend_height + 6.0, SIZE.x - MARGIN - 8.0, SIZE.y - below);
     legend::draw(&mut drawing, &entries, DVec2::new(axes::LEFT, top), within.size().x);

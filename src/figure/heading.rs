@@ -13,6 +13,9 @@ const TITLE_SIZE: f64 = 17.0;
 const LINE_SIZE: f64 = 12.0;
 const LINE_HEIGHT: f64 = 17.0;
 
+/// What stands between the pieces of a line, and where it may be broken.
+pub const SEPARATOR: &str = " · ";
+
 /// Title and lines of a figure.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Heading {
@@ -28,14 +31,32 @@ impl Heading {
         Self { title: title.into(), lines: Vec::new() }
     }
 
-    /// Lower end of the heading.
-    pub fn height(&self) -> f64 {
-        let lines = self.lines.iter().filter(|line| !line.is_empty()).count() as f64;
+    /// Lower end of the heading in a figure of a width.
+    pub fn height(&self, width: f64) -> f64 {
         let title = if self.title.is_empty() { 0.0 } else { TITLE_SIZE + 4.0 };
-        MARGIN + title + LINE_HEIGHT * lines
+        MARGIN + title + LINE_HEIGHT * self.broken(width).len() as f64
     }
 
-    /// Writes the heading into the upper left of a figure; what is too long for it is cut.
+    /// The lines, those broken at their dots that are too long for a figure of a width.
+    fn broken(&self, width: f64) -> Vec<String> {
+        let most = width - 2.0 * MARGIN;
+        let mut lines: Vec<String> = Vec::new();
+        for line in self.lines.iter().filter(|line| !line.is_empty()) {
+            let mut begun = String::new();
+            for piece in line.split(SEPARATOR) {
+                let longer = if begun.is_empty() { piece.to_owned() } else { format!("{begun}{SEPARATOR}{piece}") };
+                if !begun.is_empty() && letters::width(&longer, LINE_SIZE) > most {
+                    lines.push(std::mem::replace(&mut begun, piece.to_owned()));
+                } else {
+                    begun = longer;
+                }
+            }
+            lines.push(begun);
+        }
+        lines
+    }
+
+    /// Writes the heading into the upper left of a figure; what is too long for it is broken at a dot, or cut.
     pub fn draw(&self, drawing: &mut Drawing) {
         let most = drawing.size.x - 2.0 * MARGIN;
         let mut at = DVec2::new(MARGIN, MARGIN);
@@ -44,10 +65,27 @@ impl Heading {
             drawing.text(at, letters::fitted(&self.title, TITLE_SIZE, most), Type::new(TITLE_SIZE, Colour::Ink));
             at.y += 4.0 + (1.0 - letters::CAPITAL_HEIGHT) * TITLE_SIZE;
         }
-        for line in self.lines.iter().filter(|line| !line.is_empty()) {
+        for line in self.broken(drawing.size.x) {
             let base = at + DVec2::new(0.0, letters::CAPITAL_HEIGHT * LINE_SIZE + 2.0);
-            drawing.text(base, letters::fitted(line, LINE_SIZE, most), Type::new(LINE_SIZE, Colour::Muted));
+            drawing.text(base, letters::fitted(&line, LINE_SIZE, most), Type::new(LINE_SIZE, Colour::Muted));
             at.y += LINE_HEIGHT;
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn long_lines_are_broken_at_their_dots() {
+        let line = ["55.68° N, 12.57° E", "2026-03-21 12:00 +01:00", "overcast"].join(SEPARATOR);
+        let heading = Heading { title: "a title".to_owned(), lines: vec![line, String::new()] };
+        assert_eq!(heading.height(800.0), heading.height(2000.0));
+        assert!(heading.height(200.0) > heading.height(800.0));
+        let mut narrow = Drawing::new(DVec2::new(200.0, 100.0), "");
+        heading.draw(&mut narrow);
+        let texts: Vec<&str> = narrow.texts().collect();
+        assert_eq!(texts, ["a title", "55.68° N, 12.57° E", "2026-03-21 12:00 +01:00", "overcast"]);
     }
 }

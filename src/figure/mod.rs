@@ -7,14 +7,19 @@
 pub mod axes;
 pub mod colour;
 pub mod convergence;
+pub mod curves;
 pub mod drawing;
 pub mod heading;
+pub mod isolines;
 pub mod legend;
 pub mod letters;
 pub mod outline;
 pub mod paint;
+pub mod plan_map;
+pub mod scale;
 pub mod svg;
 pub mod ticks;
+pub mod view_picture;
 
 pub use drawing::Drawing;
 pub use heading::Heading;

@@ -56,19 +56,19 @@ pub struct ConvergenceQuery {
 #[derive(Deserialize, IntoParams)]
 #[into_params(parameter_in = Query)]
 #[serde(deny_unknown_fields)]
-pub struct ScaleQuery {
+pub struct DensityQuery {
     /// Pixels of a PNG per unit of its figure; 1 when absent.
     #[param(minimum = 1, maximum = 2)]
-    scale: Option<u8>,
+    density: Option<u8>,
 }
 
-impl ScaleQuery {
+impl DensityQuery {
     /// The scale that is asked for.
     pub fn scale(&self) -> Result<Scale, Problem> {
-        match self.scale {
+        match self.density {
             None | Some(1) => Ok(Scale::Single),
             Some(2) => Ok(Scale::Double),
-            Some(other) => Err(Problem::invalid_parameter("scale", format!("must be 1 or 2, but is {other}"))),
+            Some(other) => Err(Problem::invalid_parameter("density", format!("must be 1 or 2, but is {other}"))),
         }
     }
 }
@@ -160,7 +160,7 @@ pub async fn convergence_svg(app: App, Path(id): Path<Uuid>, headers: HeaderMap)
 
 /// The figure of `convergence.svg` in pixels.
 #[utoipa::path(get, path = "/v1/jobs/{id}/convergence.png", operation_id = "get_convergence_png", tag = "results",
-    params(("id" = Uuid, Path), ScaleQuery),
+    params(("id" = Uuid, Path), DensityQuery),
     responses(
         (status = 200, description = "The figure", body = inline(Binary), content_type = "image/png"),
         (status = 304, description = "It is what If-None-Match names"),
@@ -169,7 +169,7 @@ pub async fn convergence_svg(app: App, Path(id): Path<Uuid>, headers: HeaderMap)
 pub async fn convergence_png(
     app: App,
     Path(id): Path<Uuid>,
-    Query(query): Query<ScaleQuery>,
+    Query(query): Query<DensityQuery>,
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
     picture(&app, id, &headers, Format::Png, query.scale()?).await

@@ -9,6 +9,7 @@ mod docs;
 mod event_schemas;
 mod events;
 mod formats;
+mod grids;
 mod health;
 mod jobs;
 pub mod last_event_id;
@@ -29,6 +30,7 @@ pub(crate) mod server;
 mod service;
 mod skies;
 mod tubes;
+mod views;
 mod watched;
 
 pub(crate) use access::Access;

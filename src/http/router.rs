@@ -27,7 +27,8 @@ use crate::http::description::{Description, completed};
 use crate::http::problem::as_problem_documents;
 use crate::http::server::answer_health_only_beyond;
 use crate::http::{
-    Limits, Service, convergence, docs, events, health, jobs, meshes, page, problem_page, results, skies, tubes,
+    Limits, Service, convergence, docs, events, grids, health, jobs, meshes, page, problem_page, results, skies, tubes,
+    views,
 };
 
 const REQUEST_ID: HeaderName = HeaderName::from_static("x-request-id");
@@ -53,8 +54,8 @@ fn api_with_limits(document_bytes: usize, mesh_bytes: usize) -> OpenApiRouter<Ar
     let others = OpenApiRouter::new()
         .merge(texts)
         .routes(routes!(events::events))
-        .routes(routes!(results::grid))
-        .routes(routes!(results::view))
+        .routes(routes!(grids::grid))
+        .routes(routes!(views::view))
         .routes(routes!(results::tube))
         .routes(routes!(convergence::convergence))
         .routes(routes!(convergence::convergence_json))

@@ -3,14 +3,20 @@
 use serde_json::Value;
 
 use super::chunk::RenderError;
+use super::grid_figure::{GridWishes, grid_figure};
 use super::prepare::Prepared;
+use super::subject::Subject;
+use super::view_figure::{ViewWishes, false_colour_figure};
 use crate::document::errors::{Warning, WarningCode};
 use crate::document::result::{
     AccuracyResult, EnergyResult, ExternalIlluminance, GridInShort, GridResult, GridStatistics, JobResults, Known,
     PlanResult, TimingResult, TubeResult, ViewInShort,
 };
 use crate::estimate::{Estimate, FilmEstimate, GridEstimate};
-use crate::output::{Image, OutputError, csv, exr, false_colour, png};
+use crate::figure::paint::{self, Scale};
+use crate::figure::svg::svg;
+use crate::output::seen::SeenView;
+use crate::output::{Image, OutputError, csv, exr, png};
 use crate::plan::EffectKind;
 use crate::scene::{Daylight, TubeShape};
 
@@ -36,8 +42,10 @@ pub enum Output {
 pub enum GridFormat {
     Json,
     Csv,
-    /// False colours with a scale.
+    /// Map over the plan of the room, in pixels.
     Png,
+    /// Map over the plan of the room, as outlines.
+    Svg,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -50,8 +58,16 @@ pub enum ViewFormat {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TubeFormat {
     Json,
-    /// Transmission against the sun's altitude.
+    /// Transmission against the sun's altitude, as outlines.
     Svg,
+    /// The same figure in pixels.
+    Png,
+}
+
+/// Name of the file that shows a view after some of its passes.
+pub fn progress_image(view: &str, passes: u64) -> String {
+    // a folder of its own: a view may be called `a.pass16`
+    format!("progress/{view}.pass{passes}.png")
 }
 
 /// The files of a job's results, each with its name: of its grids and views, by their names, and of `tubes` tubes. What the
@@ -62,16 +78,21 @@ pub fn result_outputs<'a>(
     tubes: usize,
 ) -> Vec<(String, Output)> {
     let grids = grids.into_iter().enumerate().flat_map(|(index, name)| {
-        let formats = [("json", GridFormat::Json), ("csv", GridFormat::Csv), ("png", GridFormat::Png)];
+        let formats =
+            [("json", GridFormat::Json), ("csv", GridFormat::Csv), ("png", GridFormat::Png), ("svg", GridFormat::Svg)];
         formats.map(|(suffix, format)| (format!("grids/{name}.{suffix}"), Output::Grid(index, format)))
     });
     let views = views.into_iter().enumerate().flat_map(|(index, name)| {
-        let formats =
-            [("exr", ViewFormat::Exr), ("png", ViewFormat::Tone), ("false_colour.png", ViewFormat::FalseColour)];
-        formats.map(|(suffix, format)| (format!("views/{name}.{suffix}"), Output::View(index, format)))
+        // a folder of its own: a view may be called `a.false_colour`
+        let files = [
+            (format!("views/{name}.exr"), ViewFormat::Exr),
+            (format!("views/{name}.png"), ViewFormat::Tone),
+            (format!("false_colours/{name}.png"), ViewFormat::FalseColour),
+        ];
+        files.map(|(file, format)| (file, Output::View(index, format)))
     });
     let tubes = (0..tubes).flat_map(|index| {
-        let formats = [("json", TubeFormat::Json), ("svg", TubeFormat::Svg)];
+        let formats = [("json", TubeFormat::Json), ("svg", TubeFormat::Svg), ("png", TubeFormat::Png)];
         formats.map(|(suffix, format)| (format!("tubes/{index}.{suffix}"), Output::Tube(index, format)))
     });
     grids.chain(views).chain(tubes).collect()
@@ -152,8 +173,8 @@ impl Prepared {
                 .is_none_or(|choice| choice.method.described().knows().energy)
     }
 
-    /// The names of all files of the results: grids as JSON, CSV and PNG, views as EXR, PNG and false-colour PNG, tubes as
-    /// JSON and SVG.
+    /// The names of all files of the results: grids as JSON, CSV, PNG and SVG, views as EXR, PNG and in false colours, tubes as
+    /// JSON, SVG and PNG.
     pub fn result_names(&self) -> Vec<String> {
         self.outputs().into_iter().map(|(name, _)| name).collect()
     }
@@ -163,13 +184,13 @@ impl Prepared {
         self.outputs().into_iter().map(|(name, output)| self.make(name, output, merged)).collect()
     }
 
-    /// The files that a job keeps when it has finished: those that cannot be made again. Tables and pictures of its grids
-    /// are made from what is kept of them, by [`grid_file_of`], and reports on its tubes from the document, by
+    /// The files that a job keeps when it has finished: those that cannot be made again. Tables and figures of its grids
+    /// are made from what is kept of them, by [`grid_csv_of`] and [`grid_figure`], and reports on its tubes from the document, by
     /// [`Self::tube_file_of`], unless it uses uploaded meshes, which can be deleted.
     pub fn kept_files(&self, merged: &Estimate) -> Result<Vec<ResultFile>, RenderError> {
         let kept = |output: &Output| match output {
             Output::Grid(_, format) => *format == GridFormat::Json,
-            Output::View(..) => true,
+            Output::View(_, format) => *format != ViewFormat::FalseColour,
             Output::Tube(..) => self.has_meshes(),
         };
         let kept = self.outputs().into_iter().filter(|(_, output)| kept(output));
@@ -208,7 +229,7 @@ impl Prepared {
     fn make(&self, name: String, output: Output, merged: &Estimate) -> Result<ResultFile, RenderError> {
         let (media_type, bytes) = match output {
             Output::Grid(grid, format) => self.grid_file(&name, grid, format, &merged.grids[grid])?,
-            Output::View(view, format) => self.view_file(&name, format, &merged.views[view])?,
+            Output::View(view, format) => self.view_file(&name, view, format, &merged.views[view])?,
             Output::Tube(tube, format) => {
                 let radius = self.scene.tubes[tube].opening_radius;
                 let flux = TubeResult::new(&merged.tubes[tube], radius, self.scene.daylight.as_ref());
@@ -227,23 +248,54 @@ impl Prepared {
     ) -> Result<(&'static str, Vec<u8>), RenderError> {
         let electric = self.plan.effects.is_on(EffectKind::Luminaires);
         let result = GridResult::new(&self.scene.grids[grid], estimate, self.scene.daylight.as_ref(), electric);
-        written_grid(name, format, &result)
+        let figure = || grid_figure(&self.subject(), &result, GridWishes::default());
+        let (media_type, bytes) = match format {
+            GridFormat::Json => {
+                ("application/json", serde_json::to_vec_pretty(&result).map_err(|error| failed(name, error))?)
+            }
+            GridFormat::Csv => ("text/csv", grid_csv(&result)),
+            GridFormat::Png => (
+                "image/png",
+                figure()
+                    .and_then(|drawing| paint::png(&drawing, Scale::Single))
+                    .map_err(|error| failed(name, error))?,
+            ),
+            GridFormat::Svg => (
+                "image/svg+xml",
+                figure().and_then(|drawing| svg(&drawing)).map_err(|error| failed(name, error))?.into_bytes(),
+            ),
+        };
+        Ok((media_type, bytes))
+    }
+
+    /// What figures say of the job.
+    pub fn subject(&self) -> Subject {
+        Subject::new(&self.document, &self.plan_json())
     }
 
     fn view_file(
         &self,
         name: &str,
+        view: usize,
         format: ViewFormat,
         film: &FilmEstimate,
     ) -> Result<(&'static str, Vec<u8>), RenderError> {
         let (media_type, picture) = match format {
             ViewFormat::Exr => {
                 let errors: Vec<f64> = (0..film.m2.len()).map(|pixel| film.standard_error_cd_m2(pixel)).collect();
-                ("image/x-exr", exr::encode(image(film), &errors, film.passes, &self.exr_comments()))
+                let sources = self.sources_seen(&self.scene.views[view]);
+                let layers = exr::Layers { standard_error: &errors, samples: film.passes, sources: &sources };
+                ("image/x-exr", exr::encode(image(film), layers, &self.exr_comments()))
             }
             ViewFormat::Tone => ("image/png", tone_mapped(film)),
             ViewFormat::FalseColour => {
-                ("image/png", false_colour::luminance(image(film)).and_then(|raster| png::encode(&raster)))
+                let view = &self.scene.views[view];
+                // by the numbers of the EXR file, from which it is made again
+                let values: Vec<f64> = film.mean.iter().map(|value| f64::from(*value as f32)).collect();
+                let luminances = Image { values: &values, ..image(film) }.luminances();
+                let seen = SeenView { size_px: film.size_px, luminances, sources: self.sources_seen(view) };
+                let drawing = false_colour_figure(&self.subject(), &view.name, &seen, ViewWishes::default());
+                ("image/png", drawing.and_then(|drawing| paint::png(&drawing, Scale::Single)))
             }
         };
         Ok((media_type, picture.map_err(|error| failed(name, error))?))
@@ -261,30 +313,17 @@ impl Prepared {
     }
 }
 
-/// The table or picture of a grid called `name`, from the JSON that is kept of it: the same bytes as at first.
-pub fn grid_file_of(name: &str, format: GridFormat, json: &[u8]) -> Result<ResultFile, RenderError> {
+/// The table of a grid called `name`, from the JSON that is kept of it: the same bytes as at first.
+pub fn grid_csv_of(name: &str, json: &[u8]) -> Result<ResultFile, RenderError> {
     let result: GridResult = serde_json::from_slice(json).map_err(|error| failed(name, error))?;
-    let (media_type, bytes) = written_grid(name, format, &result)?;
-    Ok(ResultFile { name: name.to_owned(), media_type, bytes })
+    Ok(ResultFile { name: name.to_owned(), media_type: "text/csv", bytes: grid_csv(&result) })
 }
 
-fn written_grid(name: &str, format: GridFormat, result: &GridResult) -> Result<(&'static str, Vec<u8>), RenderError> {
-    Ok(match format {
-        GridFormat::Json => {
-            ("application/json", serde_json::to_vec_pretty(result).map_err(|error| failed(name, error))?)
-        }
-        GridFormat::Csv => {
-            let errors = result.standard_error_lux.iter().flatten();
-            let errors: Vec<f64> = errors.map(|error| error.unwrap_or(f64::INFINITY)).collect();
-            let values = result.illuminance_lux.concat();
-            ("text/csv", csv::grid(&result.x_m, &result.y_m, result.height_m, &values, &errors).into_bytes())
-        }
-        GridFormat::Png => {
-            let map = false_colour::illuminance(result.cells, &result.illuminance_lux.concat());
-            let map = map.and_then(|raster| png::encode(&raster));
-            ("image/png", map.map_err(|error| failed(name, error))?)
-        }
-    })
+fn grid_csv(result: &GridResult) -> Vec<u8> {
+    let errors = result.standard_error_lux.iter().flatten();
+    let errors: Vec<f64> = errors.map(|error| error.unwrap_or(f64::INFINITY)).collect();
+    let values = result.illuminance_lux.concat();
+    csv::grid(&result.x_m, &result.y_m, result.height_m, &values, &errors).into_bytes()
 }
 
 fn image(film: &FilmEstimate) -> Image<'_> {
@@ -302,4 +341,25 @@ pub(super) fn failed(file: &str, reason: impl ToString) -> RenderError {
 /// Our own result types always serialise: their keys are strings and their numbers finite or null.
 fn to_value(result: &impl serde::Serialize) -> Value {
     serde_json::to_value(result).unwrap_or(Value::Null)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use super::*;
+
+    #[test]
+    fn no_two_outputs_have_one_file() {
+        let views = ["a", "a.false_colour", "a.pass16", "a.png", "false_colours"];
+        let outputs = result_outputs(["a", "a.json", "a.png"], views, 2);
+        let mut files: Vec<String> = outputs.into_iter().map(|(file, _)| file).collect();
+        files.extend(views.iter().flat_map(|view| [1, 16].map(|passes| progress_image(view, passes))));
+        let distinct: BTreeSet<&String> = files.iter().collect();
+        assert_eq!(distinct.len(), files.len(), "{files:?}");
+        // a file is no folder of another one
+        for file in &files {
+            assert!(!files.iter().any(|other| other.starts_with(&format!("{file}/"))), "{file}");
+        }
+    }
 }

@@ -7,6 +7,7 @@ use serde_json::Value;
 use crate::document::result::PlanResult;
 use crate::document::sky::LocationDocument;
 use crate::document::{JobDocument, ValidJob};
+use crate::figure::heading::SEPARATOR;
 use crate::sky::SkyType;
 
 /// A job as figures name it, from what is kept of every job.
@@ -43,7 +44,7 @@ impl Subject {
             sun,
             Some(sky.and_then(|sky| sky.sky_type()).map_or_else(|| "no sky".to_owned(), sky_in_words)),
         ];
-        pieces.into_iter().flatten().collect::<Vec<_>>().join(" · ")
+        pieces.into_iter().flatten().collect::<Vec<_>>().join(SEPARATOR)
     }
 
     /// Method of the grids, in words.

@@ -7,14 +7,15 @@ use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use super::chunk::RenderError;
 use super::prepare::Prepared;
 use super::results::{TubeFormat, failed};
+use super::tube_figure::tube_figure;
 use crate::document::result::TubeResult;
 use crate::document::result::tube_report::{
     BeamReport, SkyReport, StraightReport, ThroughputResult, TransmissionResult, TubeReport,
 };
+use crate::figure::paint::{self, Scale};
+use crate::figure::svg::svg;
 use crate::guide::Guide;
 use crate::guide::performance::{self, Throughput};
-use crate::output::plots::{self, Series};
-use crate::plan::GuideKind;
 use crate::sampling::{Key, Stream};
 use crate::scene::{Segment, StraightOrBent, Tube, TubeShape};
 use crate::traceable::{TraceableScene, cylinder_guide};
@@ -64,8 +65,12 @@ impl Prepared {
                 ("application/json", serde_json::to_vec_pretty(&report).map_err(|error| failed(name, error))?)
             }
             TubeFormat::Svg => {
-                let plot = plots::transmission(&curves(&report)).map_err(|error| failed(name, error))?;
-                ("image/svg+xml", plot.into_bytes())
+                let figure = svg(&tube_figure(&self.subject(), &report)).map_err(|error| failed(name, error))?;
+                ("image/svg+xml", figure.into_bytes())
+            }
+            TubeFormat::Png => {
+                let drawing = tube_figure(&self.subject(), &report);
+                ("image/png", paint::png(&drawing, Scale::Single).map_err(|error| failed(name, error))?)
             }
         })
     }
@@ -196,19 +201,6 @@ fn beam_report(guide: &Guide, azimuth: f64, key: Key) -> BeamReport {
         report.azimuth_mean_standard_error.push(variance.sqrt() / count);
     }
     report
-}
-
-fn curves(report: &TubeReport) -> Vec<Series> {
-    let beam = &report.beam;
-    let series = |name: String, values: &[f64]| {
-        let line: Vec<_> = beam.altitude_deg.iter().copied().zip(values.iter().copied()).collect();
-        Series { name, marks: line.clone(), line }
-    };
-    let mut curves = vec![series(format!("sun at azimuth {:.1} degrees", beam.azimuth_deg), &beam.transmission)];
-    if report.guide != GuideKind::ClosedFormStraight.code() {
-        curves.push(series("mean over azimuths".to_owned(), &beam.azimuth_mean_transmission));
-    }
-    curves
 }
 
 #[cfg(test)]

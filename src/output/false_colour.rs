@@ -1,8 +1,8 @@
-//! False-colour pictures of luminance and illuminance, with a labelled scale.
+//! False colours in pixels, with a labelled scale, for montages of pictures.
 
 use super::raster::LETTER_PX;
 use super::scale::{Scale, label};
-use super::{Image, OutputError, Raster, percentile};
+use super::{OutputError, Raster, percentile};
 
 const PAPER: [u8; 3] = [255, 255, 255];
 const INK: [u8; 3] = [20, 20, 20];
@@ -15,26 +15,6 @@ const TICK_PX: usize = 6;
 
 /// Height that a scale needs: its unit, and room for the labels of ten ticks.
 const LEAST_HEIGHT_PX: usize = 240;
-
-/// About the longer side of a heat map.
-const HEAT_MAP_PX: usize = 480;
-
-/// A luminance image in false colours (turbo) with a scale in cd/m2, logarithmic when it spans more than 100 : 1.
-///
-/// One pixel in two thousand at either end is beyond the scale, so that no single one stretches it.
-pub fn luminance(image: Image) -> Result<Raster, OutputError> {
-    image.check()?;
-    let luminances = image.luminances();
-    let colours = FalseColours { scale: Scale::over(&luminances, 0.0005), gradient: turbo, unit: "cd/m2" };
-    Ok(colours.with_scale(&colours.paint(image.size_px, &luminances)?))
-}
-
-/// A heat map (viridis) of the illuminance of a grid of `cells` along x and y, north up, with a scale in lux.
-pub fn illuminance(cells: [usize; 2], illuminance_lux: &[f64]) -> Result<Raster, OutputError> {
-    let colours = FalseColours::illuminance(illuminance_lux);
-    let map = colours.heat_map(cells, illuminance_lux)?;
-    Ok(colours.with_scale(&map.enlarged((HEAT_MAP_PX / map.width.max(map.height)).max(1))))
-}
 
 /// Colours on one scale, for one picture or several that are to be compared.
 #[derive(Clone, Copy, Debug)]
@@ -141,12 +121,10 @@ mod tests {
     #[test]
     fn north_is_up_and_west_is_left() {
         // 2 x 2 cells: south-west dark, north-east bright
-        let map = illuminance([2, 2], &[10.0, 20.0, 30.0, 40.0]).unwrap();
-        let at = |x: usize, y: usize| map.get(x, y);
+        let values = [0.0, 20.0, 30.0, 40.0];
+        let map = FalseColours::illuminance_up_to(40.0).heat_map([2, 2], &values).unwrap();
         let expected = |position: f64| colorous::VIRIDIS.eval_continuous(position).into_array();
-        assert_eq!(at(10, 470), expected(0.0));
-        assert_eq!(at(470, 10), expected(1.0));
-        assert_eq!(at(10, 10), expected(2.0 / 3.0));
+        assert_eq!([map.get(0, 1), map.get(1, 0), map.get(0, 0)], [0.0, 1.0, 0.75].map(expected));
     }
 
     #[test]
@@ -160,19 +138,14 @@ mod tests {
     }
 
     #[test]
-    fn drawn_for_every_size_and_number() {
-        for cells in [[1, 1], [1, 1000], [300, 1], [9, 9]] {
-            assert!(illuminance(cells, &vec![1.0; cells[0] * cells[1]]).is_ok());
-        }
-        assert!(illuminance([2, 2], &[0.0; 4]).is_ok());
-        assert!(illuminance([2, 2], &[f64::NAN, f64::INFINITY, -1.0, 1e300]).is_ok());
-        assert!(illuminance([2, 2], &[0.0; 3]).is_err());
+    fn a_scale_has_its_labels_beside_the_picture() {
         let values: Vec<f64> = (0..4096).map(|k| 1.01f64.powi(k / 2)).collect();
-        let image = Image { size_px: [64, 64], channels: 1, values: &values };
-        let picture = luminance(image).unwrap();
+        let colours = FalseColours::magnitudes(&values, 0.0005, "cd/m2");
+        let picture = colours.with_scale(&colours.paint([64, 64], &values).unwrap());
         assert!(picture.width > 64 && picture.height >= LEAST_HEIGHT_PX);
         // the labels are there: ink right of the bar
         let ink = (64..picture.width).filter(|x| (0..picture.height).any(|y| picture.get(*x, y) == INK)).count();
         assert!(ink > 3 * LETTER_PX / 2);
+        assert!(colours.paint([64, 63], &values).is_err());
     }
 }

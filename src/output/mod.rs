@@ -7,10 +7,10 @@ pub mod csv;
 pub mod exr;
 pub mod false_colour;
 pub mod montage;
-pub mod plots;
 pub mod png;
 mod raster;
 mod scale;
+pub mod seen;
 
 pub use raster::Raster;
 

@@ -8,6 +8,9 @@ const KEY: f64 = 0.18;
 /// The least exposed luminance that is shown white.
 const LEAST_WHITE: f64 = 0.5;
 
+/// The exposed luminance that is shown white where the exposure is given: 44 times that of middle grey.
+const FIXED_WHITE: f64 = 8.0;
+
 /// Pixels darker than this share of the brightest do not count in the log-average: a black frame would set the exposure.
 const DARKEST_COUNTED: f64 = 1e-4;
 
@@ -56,6 +59,17 @@ impl ToneMapping {
         let exposure = KEY / log_average;
         // never below about three times the average, so that an even image is not stretched to white
         Ok(Self { exposure, white: (exposure * brightest).max(LEAST_WHITE) })
+    }
+
+    /// Adapted to a luminance in cd/m2, above zero, which is shown as middle grey: images are exposed alike by it. White is
+    /// what is 44 times as bright.
+    pub fn adapted_to(adaptation_cd_m2: f64) -> Self {
+        Self { exposure: KEY / adaptation_cd_m2, white: FIXED_WHITE }
+    }
+
+    /// Luminance in cd/m2 that is shown as middle grey.
+    pub fn adaptation_cd_m2(&self) -> f64 {
+        KEY / self.exposure
     }
 
     /// Renders this or another image as the eye sees it that adapted to the first one.
@@ -113,6 +127,16 @@ mod tests {
         for level in [1e-9, 1.0, 2e9] {
             assert_eq!(map(&[level; 9]), [grey; 27], "{level}");
         }
+    }
+
+    #[test]
+    fn a_given_exposure_shows_equal_luminances_alike() {
+        let dark = Image { size_px: [2, 1], channels: 1, values: &[10.0, 20.0] };
+        let bright = Image { size_px: [2, 1], channels: 1, values: &[20.0, 5000.0] };
+        let tone = ToneMapping::adapted_to(20.0);
+        assert!((tone.adaptation_cd_m2() - 20.0).abs() < 1e-12);
+        assert_eq!(tone.apply(dark).unwrap().get(1, 0), tone.apply(bright).unwrap().get(0, 0));
+        assert!((ToneMapping::of(dark).unwrap().adaptation_cd_m2() - 200f64.sqrt()).abs() < 1e-9);
     }
 
     #[test]

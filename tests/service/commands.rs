@@ -79,14 +79,16 @@ fn render_and_submit_write_the_same_files_and_print_the_same_table() {
         "convergence.json",
         "convergence.png",
         "convergence.svg",
+        "false_colours/room.png",
         "grids/workplane.csv",
         "grids/workplane.json",
         "grids/workplane.png",
+        "grids/workplane.svg",
         "result.json",
         "tubes/0.json",
+        "tubes/0.png",
         "tubes/0.svg",
         "views/room.exr",
-        "views/room.false_colour.png",
         "views/room.png",
     ];
     assert_eq!(names, expected.map(PathBuf::from));

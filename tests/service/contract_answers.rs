@@ -173,8 +173,8 @@ async fn a_suffix_is_another_way_to_ask_for_a_format() {
         (media_type, file, answer.bytes().await.unwrap())
     };
     for (resource, name, media_types) in [
-        ("grids/workplane", "workplane", &["application/json", "text/csv", "image/png"][..]),
-        ("tubes/0", "tube-0", &["application/json", "image/svg+xml"]),
+        ("grids/workplane", "workplane", &["application/json", "text/csv", "image/png", "image/svg+xml"][..]),
+        ("tubes/0", "tube-0", &["application/json", "image/svg+xml", "image/png"]),
         ("views/room", "room", &["image/png", "image/x-exr"]),
         ("convergence", "convergence", &["application/json", "text/csv", "image/svg+xml", "image/png"]),
     ] {

@@ -13,7 +13,17 @@ fn files(folder: &Path) -> Vec<String> {
 }
 
 /// Files that are made when they are asked for.
-const FILES: [&str; 4] = ["tubes/0.json", "tubes/0.svg", "grids/workplane?format=csv", "grids/workplane?format=png"];
+const FILES: [&str; 9] = [
+    "tubes/0.json",
+    "tubes/0.svg",
+    "grids/workplane?format=csv",
+    "grids/workplane?format=png",
+    "tubes/0.png",
+    "grids/workplane.svg?quantity=ratio&max=5&numbers=true",
+    "views/room.png?style=false_colour",
+    "views/room.png?style=false_colour&max=50&scale=log&palette=viridis&density=2",
+    "views/room.png?exposure=20",
+];
 
 #[tokio::test]
 async fn what_is_not_kept_is_made_when_asked_for_and_the_same_after_a_restart() {
@@ -23,7 +33,7 @@ async fn what_is_not_kept_is_made_when_asked_for_and_the_same_after_a_restart() 
     assert_eq!(service.finished(&job).await["status"], "succeeded");
     let kept = files(&service.data.path().join("artifacts"));
     assert!(kept.iter().any(|name| name.contains("grids_workplane.json")), "{kept:?}");
-    for made_again in ["tubes_", ".csv", "workplane.png"] {
+    for made_again in ["tubes_", ".csv", "workplane.png", "false_colour"] {
         assert!(!kept.iter().any(|name| name.contains(made_again)), "{made_again}: {kept:?}");
     }
 
@@ -43,8 +53,22 @@ async fn what_is_not_kept_is_made_when_asked_for_and_the_same_after_a_restart() 
     assert!(before[2].1.starts_with(b"x_m,y_m,z_m,") && before[3].1.starts_with(b"\x89PNG"));
     let report: serde_json::Value = serde_json::from_slice(&before[0].1).unwrap();
     assert!(report["flux"]["into_room"]["flux_lm"].as_f64().unwrap() > 0.0);
-    for name in ["tubes/1.json", "tubes/room.json", "tubes/0.png", "grids/none?format=csv"] {
+    for name in ["tubes/1.json", "tubes/room.json", "tubes/0.exr", "grids/none?format=csv", "grids/none.svg"] {
         problem(service.get(&format!("{job}/{name}")).send().await.unwrap(), 404).await;
+    }
+    // a figure less itself; and what does not go together
+    let id = job.rsplit('/').next().unwrap();
+    let (_, map) = read(&service.http, format!("{}{job}/grids/workplane.svg?minus={id}", service.running.url())).await;
+    assert!(String::from_utf8(map.to_vec()).unwrap().contains(" less "));
+    for name in [
+        "grids/workplane.csv?max=5",
+        "grids/workplane.png?max=0",
+        "grids/workplane.svg?minus=01a204ed-307c-73db-9d17-956a594aff06",
+        "views/room.png?max=5",
+        "views/room.png?style=false_colour&exposure=5",
+        "views/room.exr?exposure=5",
+    ] {
+        problem(service.get(&format!("{job}/{name}")).send().await.unwrap(), 422).await;
     }
 
     let TestService { running, data, .. } = service;

@@ -86,14 +86,17 @@ pub struct Links {
 pub struct GridLinks {
     pub json: String,
     pub csv: String,
-    /// False colours with a scale.
+    /// Map over the plan of the room, in pixels.
     pub png: String,
+    /// Map over the plan of the room, as outlines.
+    pub svg: String,
 }
 
 #[derive(Serialize, ToSchema)]
 pub struct TubeLinks {
     pub json: String,
     pub svg: String,
+    pub png: String,
 }
 
 #[derive(Serialize, ToSchema)]
@@ -140,8 +143,9 @@ impl JobResource {
         let this = &summary.links.this;
         let grids = names(&job.document, "grids").map(|name| (name.to_owned(), format!("{this}/grids/{name}")));
         let grid_files = names(&job.document, "grids").map(|name| {
-            let [json, csv, png] = ["json", "csv", "png"].map(|suffix| format!("{this}/grids/{name}.{suffix}"));
-            (name.to_owned(), GridLinks { json, csv, png })
+            let [json, csv, png, svg] =
+                ["json", "csv", "png", "svg"].map(|suffix| format!("{this}/grids/{name}.{suffix}"));
+            (name.to_owned(), GridLinks { json, csv, png, svg })
         });
         let views = names(&job.document, "views").map(|name| {
             let links = ViewLinks {
@@ -156,6 +160,7 @@ impl JobResource {
         let tubes = (0..count).map(|tube| TubeLinks {
             json: format!("{this}/tubes/{tube}.json"),
             svg: format!("{this}/tubes/{tube}.svg"),
+            png: format!("{this}/tubes/{tube}.png"),
         });
         let tubes = tubes.collect();
         summary.links.grids = Some(grids);

@@ -13,6 +13,7 @@ use super::kept::Current;
 use super::pool::RenderPool;
 use super::reports::Reports;
 use crate::job::cancel::{Stop, StopReason, deadline};
+use crate::job::results::progress_image;
 use crate::job::store::*;
 
 /// A worker loses its chunk after this long without a heartbeat.
@@ -104,7 +105,7 @@ impl RunningChunk<'_> {
             }
             News::Images { passes, images } => {
                 for (view, png) in images {
-                    let name = format!("views/{view}.pass{passes}.png");
+                    let name = progress_image(&view, passes);
                     match self.commits.artifacts.put_of_chunk(self.lease, &name, "image/png", png.into()).await {
                         Ok(artifact) => {
                             self.reports.files.push(artifact.key.clone());

@@ -9,9 +9,13 @@ use super::photons::FloorPhotons;
 use super::scenes;
 use super::settings::{Progress, Settings};
 use super::views::first_radius_m;
+use crate::figure::Heading;
+use crate::figure::axes::Axis;
+use crate::figure::curves::{Series, curves};
+use crate::figure::svg::svg;
+use crate::figure::ticks::Steps;
 use crate::integrator::photon_map::domain::Domain;
 use crate::integrator::photon_map::grid::PhotonGrid;
-use crate::output::plots::{Axis, Series, lines};
 use crate::reports::page::{Check, Figure, ReportError, Section, Table};
 use crate::reports::run::render_all;
 use crate::scene::Face;
@@ -138,20 +142,28 @@ pub fn sections(settings: &Settings, progress: Progress) -> Result<Vec<Section>,
     let expected = |value: &dyn Fn(usize) -> f64| (0..COMPARED).map(|i| (x(i), value(i))).collect();
     let closed = |x: f64| (x, inside_share(x));
     let series = [
-        Series { name: "whole discs".to_owned(), line: expected(&expected_whole), marks: marks(&whole) },
-        Series { name: "clipped discs".to_owned(), line: expected(&one_sided), marks: marks(&clipped) },
+        Series {
+            name: "whole discs".to_owned(),
+            line: expected(&expected_whole),
+            marks: marks(&whole),
+            errors: Vec::new(),
+        },
+        Series {
+            name: "clipped discs".to_owned(),
+            line: expected(&one_sided),
+            marks: marks(&clipped),
+            errors: Vec::new(),
+        },
         Series {
             name: "share of the disc inside".to_owned(),
             line: (0..=130).map(|k| closed(f64::from(k) / 100.0)).collect(),
-            marks: Vec::new(),
+            ..Series::default()
         },
     ];
-    let svg = lines(
-        &series,
-        Axis { title: "distance from the wall in radii", from: 0.0, to: 1.3 },
-        Axis { title: "measured over true illuminance", from: 0.4, to: 1.1 },
-        false,
-    )?;
+    let distance = Axis::linear("distance from the wall in radii", [0.0, 1.3], 7, Steps::Decimal);
+    let ratio = Axis::linear("measured over true illuminance", [0.4, 1.1], 7, Steps::Decimal);
+    let heading = Heading::of("Discs of density estimation beside a wall");
+    let figure = svg(&curves(&heading, &series, distance, ratio))?;
     let printed_shares = [0.0, 0.1, 0.25, 0.5, 0.75].map(closed);
     Ok(vec![Section {
         title: "7. What was left open: energy at the boundaries".to_owned(),
@@ -187,7 +199,7 @@ pub fn sections(settings: &Settings, progress: Progress) -> Result<Vec<Section>,
             file: "boundary.svg",
             caption: "Illuminance near a wall, measured with whole and with clipped discs, over the true one."
                 .to_owned(),
-            bytes: svg.into_bytes(),
+            bytes: figure.into_bytes(),
         }],
         conclusion: format!(
             "The floor's mean loses {:.2} % by whole discs of 0.3 inch: the boundaries explain a dark rim in the pictures, \

@@ -6,9 +6,13 @@ use super::case::{Case, Tried, try_all};
 use super::settings::{Progress, Settings};
 use super::{printed, scenes};
 use crate::estimate::GridEstimate;
+use crate::figure::Heading;
+use crate::figure::axes::Axis;
+use crate::figure::curves::{Series, curves};
+use crate::figure::svg::svg;
+use crate::figure::ticks::Steps;
 use crate::output::false_colour::FalseColours;
 use crate::output::montage::montage;
-use crate::output::plots::{Axis, Series, lines};
 use crate::output::png;
 use crate::reports::page::{Figure, ReportError, Section, Table};
 use crate::reports::run::render_all;
@@ -70,12 +74,12 @@ pub fn sections(settings: &Settings, progress: Progress) -> Result<Vec<Section>,
         caption: "Illuminance along the floor's middle from west to east: lines HOLIGILM and the formula of Jenkins, \
                   Muneer and Kubie, marks PPM and SPPM with the thesis' settings, without and with interreflection."
             .to_owned(),
-        bytes: lines(
+        bytes: svg(&curves(
+            &Heading::of("Illuminance along the middle of the floor"),
             &profiles,
-            Axis { title: "x in m", from: 0.0, to: scenes::ROOM_M },
-            Axis { title: "illuminance in lx", from: 0.0, to: 80.0 },
-            false,
-        )?
+            Axis::linear("x in m", [0.0, scenes::ROOM_M], 10, Steps::Decimal),
+            Axis::linear("illuminance in lx", [0.0, 80.0], 8, Steps::Decimal),
+        ))?
         .into_bytes(),
     });
     Ok(vec![Section {
@@ -224,7 +228,7 @@ fn profile(floors: &[Floor], interreflection: bool) -> Vec<Series> {
         let floor = named(name)?;
         let points = along(floor);
         let (line, marks) = if line { (points, Vec::new()) } else { (Vec::new(), points) };
-        Some(Series { name: format!("{}, {light}", short(&floor.name)), line, marks })
+        Some(Series { name: format!("{}, {light}", short(&floor.name)), line, marks, errors: Vec::new() })
     };
     drawn.into_iter().filter_map(series).collect()
 }

@@ -8,9 +8,11 @@ use super::views::{
 };
 use super::{printed, scenes};
 use crate::estimate::FilmEstimate;
+use crate::figure::Heading;
+use crate::figure::curves::{Series, logarithmic};
+use crate::figure::svg::svg;
 use crate::optics::spectrum::REC709_LUMINANCE;
 use crate::output::montage::montage;
-use crate::output::plots::{Series, logarithmic};
 use crate::output::png;
 use crate::reports::page::{Figure, ReportError, Section, Table};
 
@@ -156,12 +158,18 @@ fn figures(rendered: &[Rendered], reference: &FilmEstimate) -> Result<Vec<Figure
         let points = fitted(&rendered.errors);
         let slope = logarithmic_slope(&points);
         let named = if slope.is_finite() { format!(", slope {slope:.2}") } else { String::new() };
-        Series { name: format!("{}{named}", rendered.name), line: fit(&points, slope), marks }
+        Series { name: format!("{}{named}", rendered.name), line: fit(&points, slope), marks, errors: Vec::new() }
     });
     figures.push(Figure {
         file: "progress.svg",
         caption: "Relative root mean square error against the number of passes, with the fitted slopes.".to_owned(),
-        bytes: logarithmic(&series.collect::<Vec<_>>(), "passes", "relative root mean square error")?.into_bytes(),
+        bytes: svg(&logarithmic(
+            &Heading::of("Error against passes"),
+            &series.collect::<Vec<_>>(),
+            "passes",
+            "relative root mean square error",
+        ))?
+        .into_bytes(),
     });
     Ok(figures)
 }

@@ -9,8 +9,12 @@ use super::deviations::Deviations;
 use super::error::ValidationError;
 use super::reference::{Row, cie_type, failed};
 use crate::estimate::Estimate;
+use crate::figure::Heading;
+use crate::figure::axes::Axis;
+use crate::figure::curves::{Series, curves};
+use crate::figure::svg::svg;
+use crate::figure::ticks::Steps;
 use crate::optics::fresnel::slab_transmittance;
-use crate::output::plots::{Axis, Series, lines};
 use crate::reports::page::{Check, Figure, Section, Table};
 use crate::reports::run::render;
 use crate::sky::opening::illuminance_through_rectangle;
@@ -256,16 +260,14 @@ fn interreflection(reference: &Path) -> Result<(Deviations, Deviations, Table, F
             format!("{value:.2} +- {:.2}", variance.sqrt()),
             format!("{:.2}", indirect(reflectance)),
         ]);
-        marks.push((reflectance, libm::log10(value.max(1.0))));
+        marks.push((reflectance, value));
     }
-    let line = (1..=96).map(|k| f64::from(k) * 0.01).map(|r| (r, libm::log10(indirect(r).max(1.0)))).collect();
-    let series = Series { name: "line: closed form, marks: this program".to_owned(), line, marks };
-    let svg = lines(
-        &[series],
-        Axis { title: "reflectance of all surfaces", from: 0.0, to: 1.0 },
-        Axis { title: "log10 of the mean indirect illuminance in lx", from: 0.0, to: 4.0 },
-        false,
-    )?;
+    let line = (1..=96).map(|k| f64::from(k) * 0.01).map(|r| (r, indirect(r))).collect();
+    let series = Series { name: "line: closed form, marks: this program".to_owned(), line, marks, errors: Vec::new() };
+    let reflectance = Axis::linear("reflectance of all surfaces", [0.0, 1.0], 10, Steps::Decimal);
+    let illuminance = Axis::logarithmic("mean indirect illuminance in lx", [1.0, 1e4], "");
+    let heading = Heading::of("Closed rooms: a cube of 4 m with 10 000 lm");
+    let drawn = svg(&curves(&heading, &[series], reflectance, illuminance))?;
     let table = Table {
         caption: "Mean indirect illuminance in lx of closed 4 m cubes with 10 000 lm".to_owned(),
         head: ["reflectance", "this program", "closed form"].map(str::to_owned).into(),
@@ -274,7 +276,7 @@ fn interreflection(reference: &Path) -> Result<(Deviations, Deviations, Table, F
     let figure = Figure {
         file: "interreflection.svg",
         caption: "Mean indirect illuminance of closed rooms against the reflectance of their surfaces.".to_owned(),
-        bytes: svg.into_bytes(),
+        bytes: drawn.into_bytes(),
     };
     Ok((deviations, closure, table, figure))
 }

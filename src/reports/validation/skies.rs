@@ -6,7 +6,11 @@ use super::deviations::Deviations;
 use super::error::ValidationError;
 use super::interior::roof_opening_deviation;
 use super::reference::{CsvTable, cie_type};
-use crate::output::plots::{Axis, Series, lines};
+use crate::figure::Heading;
+use crate::figure::axes::Axis;
+use crate::figure::curves::{Series, curves};
+use crate::figure::svg::svg;
+use crate::figure::ticks::Steps;
 use crate::reports::page::{Figure, Section, Table};
 use crate::sky::sun::beam_normal_illuminance_lux;
 use crate::sky::zenith::{default_formula, typical_turbidity, zenith_luminance_cd_m2};
@@ -66,11 +70,13 @@ pub fn section(reference: &Path) -> Result<Section, ValidationError> {
             (f64::from(degrees), distribution.horizontal_ratio())
         });
         let marks = points.iter().filter(move |point| point.0 == number).map(|point| (point.1, point.2));
-        Series { name: format!("type {number}"), line: curve.collect(), marks: marks.collect() }
+        Series { name: format!("type {number}"), line: curve.collect(), marks: marks.collect(), errors: Vec::new() }
     };
     let series: Vec<Series> = DRAWN.into_iter().map(drawn).collect();
-    let altitude = Axis { title: "altitude of the sun in degrees", from: 0.0, to: 90.0 };
-    let svg = lines(&series, altitude, Axis { title: "D / Lz in sr", from: 0.0, to: 12.0 }, true)?;
+    let altitude = Axis::linear("altitude of the sun in degrees", [0.0, 90.0], 6, Steps::Sexagesimal);
+    let ratio = Axis::linear("D / Lz in sr", [0.0, 12.0], 6, Steps::Decimal);
+    let heading = Heading::of("Horizontal illuminance of a sky over the luminance of its zenith");
+    let figure = svg(&curves(&heading, &series, altitude, ratio))?;
     let rows = DRAWN.into_iter().map(|number| {
         let at = |degrees: f64| {
             let found = points.iter().find(|point| point.0 == number && point.1 == degrees);
@@ -99,7 +105,7 @@ pub fn section(reference: &Path) -> Result<Section, ValidationError> {
         figures: vec![Figure {
             file: "skies.svg",
             caption: "D/Lz against the altitude of the sun: lines this program, marks the reference.".to_owned(),
-            bytes: svg.into_bytes(),
+            bytes: figure.into_bytes(),
         }],
         ..Section::default()
     })

@@ -7,11 +7,15 @@ use glam::DVec3;
 use super::deviations::Deviations;
 use super::error::ValidationError;
 use super::reference::{CsvTable, cie_type, failed, json};
+use crate::figure::Heading;
+use crate::figure::axes::Axis;
+use crate::figure::curves::{Series, curves};
+use crate::figure::svg::svg;
+use crate::figure::ticks::Steps;
 use crate::guide::performance;
 use crate::guide::transmittance::{beam_transmission, sky_exitance, zastrow_wittwer_transmission};
 use crate::guide::{BentGuide, End, Guide, StraightGuide};
 use crate::optics::mirror::Mirror;
-use crate::output::plots::{Axis, Series, lines};
 use crate::reports::page::{Figure, Section, Table};
 use crate::sampling::{Key, PathRandom, warp};
 use crate::sky::{CieType, Sky, SkyDistribution, direction};
@@ -77,7 +81,12 @@ pub fn section(reference: &Path) -> Result<Section, ValidationError> {
             (f64::from(degrees), beam_transmission(DRAWN_ASPECT, tangent, reflectance))
         };
         let marks = marks.iter().filter(|mark| mark.0 == reflectance).map(|mark| (mark.1, mark.2));
-        Series { name: format!("R = {reflectance}"), line: (5..=90).map(at).collect(), marks: marks.collect() }
+        Series {
+            name: format!("R = {reflectance}"),
+            line: (5..=90).map(at).collect(),
+            marks: marks.collect(),
+            errors: Vec::new(),
+        }
     };
     let mut series: Vec<Series> = [0.995, 0.98, 0.95, 0.9].into_iter().map(curve).collect();
     let approximate = |degrees: u32| {
@@ -85,9 +94,11 @@ pub fn section(reference: &Path) -> Result<Section, ValidationError> {
         (f64::from(degrees), zastrow_wittwer_transmission(DRAWN_ASPECT, tangent, 0.9))
     };
     let line = (5..=90).map(approximate).collect();
-    series.push(Series { name: "Zastrow-Wittwer, R = 0.9".to_owned(), line, marks: Vec::new() });
-    let elevation = Axis { title: "elevation of the light in degrees", from: 0.0, to: 90.0 };
-    let svg = lines(&series, elevation, Axis { title: "transmission, L/D = 4", from: 0.0, to: 1.0 }, false)?;
+    series.push(Series { name: "Zastrow-Wittwer, R = 0.9".to_owned(), line, ..Series::default() });
+    let elevation = Axis::linear("elevation of the light in degrees", [0.0, 90.0], 6, Steps::Sexagesimal);
+    let transmission = Axis::linear("transmission", [0.0, 1.0], 5, Steps::Decimal);
+    let heading = Heading::of("Straight tubes of four diameters: lines the exact series, marks traced rays");
+    let figure = svg(&curves(&heading, &series, elevation, transmission))?;
 
     Ok(Section {
         text: "The transmission of straight mirror tubes for parallel light has an exact series (Swift and Smith \
@@ -107,7 +118,7 @@ pub fn section(reference: &Path) -> Result<Section, ValidationError> {
             caption: "Transmission for parallel light, L/D = 4: lines the exact series, marks traced rays; the \
                       approximation of Zastrow and Wittwer lies below the exact transmission everywhere."
                 .to_owned(),
-            bytes: svg.into_bytes(),
+            bytes: figure.into_bytes(),
         }],
         ..Section::default()
     })

@@ -1,0 +1,138 @@
+//! Lines of equal value in a grid of cells.
+
+use contour::ContourBuilder;
+use glam::DVec2;
+
+use super::outline::{Outline, Part, Rectangle};
+use crate::output::OutputError;
+
+/// Illuminances in lux that standards and people name.
+const NAMED_LUX: [f64; 17] =
+    [1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 150.0, 200.0, 300.0, 500.0, 750.0, 1000.0, 1500.0, 2000.0, 3000.0, 5000.0];
+
+/// Fewest lines that a map has by named values; with fewer it has lines at round ones.
+const FEWEST: usize = 3;
+
+/// A value and the lines along which a grid has it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Isoline {
+    /// The value.
+    pub level: f64,
+    /// Lines, each a list of points. A cell is a unit of length: the first one reaches from 0 to 1, its centre is at 0.5.
+    pub pieces: Vec<Vec<DVec2>>,
+}
+
+/// Lines of equal value through a grid of `cells` columns and rows, whose values stand row by row in the centres of the cells;
+/// between them it is linear, beyond them it goes on. What is not finite counts as nothing.
+pub fn isolines(cells: [usize; 2], values: &[f64], levels: &[f64]) -> Result<Vec<Isoline>, OutputError> {
+    let [columns, rows] = cells;
+    if columns == 0 || rows == 0 || columns.checked_mul(rows) != Some(values.len()) {
+        return Err(OutputError::Size { values: values.len(), width: columns, height: rows, channels: 1 });
+    }
+    // the library ends lines half a cell beyond the outer centres, and not always in the right place: with a frame of values that
+    // go on as within, these ends lie outside
+    let inner = |index: usize, count: usize| index.saturating_sub(1).min(count - 1);
+    let finite = |row: usize, column: usize| Some(values[row * columns + column]).filter(|value| value.is_finite());
+    let at = |row: usize, column: usize| {
+        let (near_row, near_column) = (inner(row, rows), inner(column, columns));
+        let near = finite(near_row, near_column).unwrap_or(0.0);
+        // as far within as the frame is outside
+        let mirrored = |index: usize, near: usize, count: usize| (2 * near + 1).saturating_sub(index).min(count - 1);
+        let far = finite(mirrored(row, near_row, rows), mirrored(column, near_column, columns)).unwrap_or(near);
+        if (row, column) == (near_row + 1, near_column + 1) { near } else { 2.0 * near - far }
+    };
+    let framed: Vec<f64> = (0..rows + 2)
+        .flat_map(|row| (0..columns + 2).map(move |column| (row, column)))
+        .map(|(row, column)| at(row, column))
+        .collect();
+    let builder = ContourBuilder::new(columns + 2, rows + 2, true).x_origin(-1.0).y_origin(-1.0);
+    let lines = builder.lines(&framed, levels).map_err(|error| OutputError::Plot(error.to_string()))?;
+    let within = Rectangle { from: DVec2::ZERO, to: DVec2::new(columns as f64, rows as f64) };
+    let isolines = lines.iter().map(|line| {
+        let rings = line.geometry().iter();
+        let pieces = rings.flat_map(|ring| clipped(ring.0.iter().map(|point| DVec2::new(point.x, point.y)), &within));
+        Isoline { level: line.threshold(), pieces: pieces.collect() }
+    });
+    Ok(isolines.collect())
+}
+
+/// The pieces of a line that are within a rectangle.
+fn clipped(points: impl Iterator<Item = DVec2>, within: &Rectangle) -> Vec<Vec<DVec2>> {
+    let mut outline = Outline::default();
+    outline.add_clipped(points, within);
+    let mut pieces: Vec<Vec<DVec2>> = Vec::new();
+    for part in outline.0 {
+        match (part, pieces.last_mut()) {
+            (Part::Line(to), Some(piece)) => piece.push(to),
+            (Part::Move(to), _) => pieces.push(vec![to]),
+            _ => {}
+        }
+    }
+    pieces
+}
+
+/// Values at which a map of illuminance in lux has lines: named ones between its ends, or round ones where few of these are.
+pub fn levels_lux(least: f64, greatest: f64) -> Vec<f64> {
+    // in the dark end lines are close
+    let within = |level: &f64| *level > least.max(0.1 * greatest) && *level < greatest;
+    let named: Vec<f64> = NAMED_LUX.into_iter().filter(within).collect();
+    if named.len() >= FEWEST {
+        return named;
+    }
+    levels(least, greatest)
+}
+
+/// Round values between two ends.
+pub fn levels(least: f64, greatest: f64) -> Vec<f64> {
+    let ticks = super::ticks::linear(least, greatest, 6, super::ticks::Steps::Decimal);
+    ticks.into_iter().map(|tick| tick.value).filter(|level| *level > least && *level < greatest).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lines_of_a_paraboloid_are_circles() {
+        const CELLS: usize = 101;
+        let centre = DVec2::splat(50.5);
+        let value = |cell: usize| {
+            let point = DVec2::new((cell % CELLS) as f64 + 0.5, (cell / CELLS) as f64 + 0.5);
+            (point - centre).length_squared()
+        };
+        let values: Vec<f64> = (0..CELLS * CELLS).map(value).collect();
+        let radii = [20.0f64, 33.3, 45.0];
+        let lines = isolines([CELLS; 2], &values, &radii.map(|radius| radius * radius)).unwrap();
+        for (line, radius) in lines.iter().zip(radii) {
+            assert_eq!(line.pieces.len(), 1, "one circle");
+            let points = &line.pieces[0];
+            assert!(points.len() > 100 && points.first() == points.last());
+            for point in points {
+                let found = point.distance(centre);
+                assert!((found / radius - 1.0).abs() < 1e-3, "{found} instead of {radius}");
+            }
+        }
+    }
+
+    #[test]
+    fn lines_of_a_slope_end_at_the_edges() {
+        let values: Vec<f64> = (0..20).map(|cell| f64::from(cell % 5)).collect();
+        let lines = isolines([5, 4], &values, &[1.25, 9.0]).unwrap();
+        let mut ends = lines[0].pieces.concat();
+        ends.sort_by(|a, b| a.y.total_cmp(&b.y));
+        assert!(ends.iter().all(|point| (point.x - 1.75).abs() < 1e-12), "{ends:?}");
+        assert_eq!([ends[0].y, ends[ends.len() - 1].y], [0.0, 4.0]);
+        assert_eq!((lines[0].pieces.len(), lines[1].pieces.len()), (1, 0));
+        assert!(isolines([5, 4], &values[1..], &[1.0]).is_err());
+        assert!(isolines([1, 1], &[f64::NAN], &[1.0]).unwrap()[0].pieces.is_empty());
+    }
+
+    #[test]
+    fn levels_are_those_that_people_name() {
+        assert_eq!(levels_lux(51.0, 484.0), [100.0, 150.0, 200.0, 300.0]);
+        assert_eq!(levels_lux(200.0, 260.0), [210.0, 220.0, 230.0, 240.0, 250.0]);
+        assert_eq!(levels_lux(0.0, 342.0), [50.0, 100.0, 150.0, 200.0, 300.0]);
+        assert_eq!(levels_lux(0.0, 4000.0), [500.0, 750.0, 1000.0, 1500.0, 2000.0, 3000.0]);
+        assert_eq!(levels_lux(5.0, 5.0), [0.0; 0]);
+    }
+}

@@ -1,0 +1,357 @@
+//! The plan of a room with a map of a grid: colours, lines of equal value, the room's outline, tubes, north.
+
+use glam::DVec2;
+
+use super::axes::{self, Axes, Axis};
+use super::colour::{BLACK, Colour, WHITE};
+use super::drawing::{Anchor, Drawing, Line, Type};
+use super::heading::Heading;
+use super::isolines::{Isoline, isolines};
+use super::letters;
+use super::outline::{Outline, Part, Rectangle};
+use super::scale::{BAR_WIDTH, ColourScale, LABEL_WIDTH};
+use super::ticks::{Steps, short, significant};
+use crate::output::{OutputError, Raster};
+
+/// Largest width and height of the room in a figure.
+const MOST: DVec2 = DVec2::new(560.0, 620.0);
+
+/// Narrowest room in a figure: headings need some width.
+const LEAST_WIDTH: f64 = 330.0;
+
+/// Room for the arrow of north above the bar.
+const NORTH_HEIGHT: f64 = 64.0;
+
+/// Shortest line that has a label, in pixels.
+const LEAST_LABELLED: f64 = 70.0;
+
+/// Smallest cell that has its number, in pixels.
+const LEAST_NUMBERED: DVec2 = DVec2::new(20.0, 11.0);
+
+/// What a plan shows of a room.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RoomPlan {
+    /// Extent along x and y in metres.
+    pub size_m: DVec2,
+    /// Azimuth of the y axis, which is drawn upwards, clockwise from north in degrees.
+    pub rotation_deg: f64,
+    /// Openings in the ceiling: centre and radius in metres.
+    pub tubes: Vec<(DVec2, f64)>,
+    /// Outlines of objects in metres.
+    pub objects: Vec<Vec<DVec2>>,
+}
+
+/// Values in the cells of a grid, row by row from the south.
+#[derive(Clone, Debug, PartialEq)]
+pub struct GridValues {
+    /// Number of columns and rows.
+    pub cells: [usize; 2],
+    /// South-western corner of the first cell in metres.
+    pub from_m: DVec2,
+    /// North-eastern corner of the last cell in metres.
+    pub to_m: DVec2,
+    /// The values.
+    pub values: Vec<f64>,
+}
+
+/// Whether cells have their numbers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Numbers {
+    /// Colours and lines alone.
+    Hidden,
+    /// Each cell has its value, where there is room.
+    Shown,
+}
+
+/// A plan with a map.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PlanMap {
+    /// Title and lines above it.
+    pub heading: Heading,
+    /// The room.
+    pub room: RoomPlan,
+    /// The values.
+    pub grid: GridValues,
+    /// Their colours.
+    pub scale: ColourScale,
+    /// Their unit.
+    pub unit: &'static str,
+    /// Values with lines.
+    pub levels: Vec<f64>,
+    /// Whether cells have their numbers.
+    pub numbers: Numbers,
+}
+
+impl PlanMap {
+    /// The figure; an error if the values do not fill the cells.
+    pub fn draw(&self) -> Result<Drawing, OutputError> {
+        let room = self.room.size_m.max(DVec2::splat(1e-3));
+        let scale = (MOST / room).min_element();
+        let plan = room * scale;
+        let aside = 0.5 * (LEAST_WIDTH - plan.x).max(0.0);
+        let left = axes::LEFT + aside;
+        let bar_left = left + plan.x + 30.0 + aside;
+        let width = bar_left + BAR_WIDTH + LABEL_WIDTH;
+        let top = self.heading.height(width) + 14.0;
+        let within = Rectangle { from: DVec2::new(left, top), to: DVec2::new(left, top) + plan };
+        let size = DVec2::new(width, within.to.y.max(top + 240.0) + axes::BELOW + 4.0);
+        let mut drawing = Drawing::new(size, self.heading.title.as_str());
+        self.heading.draw(&mut drawing);
+        let axis =
+            |title: &str, metres: f64| Axis::linear(title, [0.0, metres], ticks_in(metres * scale), Steps::Decimal);
+        let axes = Axes { within, x: axis("x in metres", room.x), y: axis("y in metres", room.y) };
+        axes.draw(&mut drawing);
+        let cells = Cells::new(&axes, &self.grid);
+        drawing.picture(cells.place, self.colours()?);
+        self.draw_room(&mut drawing, &axes);
+        let lines = isolines(self.grid.cells, &self.grid.values, &self.levels)?;
+        let mut taken = Vec::new();
+        if self.numbers == Numbers::Shown && cells.size().cmpge(LEAST_NUMBERED).all() {
+            self.draw_lines(&mut drawing, &cells, &lines);
+            self.draw_numbers(&mut drawing, &cells);
+        } else {
+            self.draw_lines(&mut drawing, &cells, &lines);
+            self.draw_extremes(&mut drawing, &cells, &mut taken);
+            self.draw_tube_numbers(&mut drawing, &axes, &mut taken);
+            label_lines(&mut drawing, &cells, &lines, &mut taken);
+        }
+        drawing.line(Outline::rectangle(within.from, within.to), Line::new(Colour::Ink, 2.0));
+        let bar = Rectangle::new(
+            bar_left,
+            top + NORTH_HEIGHT + 24.0,
+            bar_left + BAR_WIDTH,
+            within.to.y.min(top + 460.0).max(top + 240.0),
+        );
+        self.scale.draw(&mut drawing, bar, self.unit);
+        draw_north(&mut drawing, DVec2::new(bar_left + 22.0, top + 0.5 * NORTH_HEIGHT), self.room.rotation_deg);
+        Ok(drawing)
+    }
+
+    /// One pixel for each cell, north up.
+    fn colours(&self) -> Result<Raster, OutputError> {
+        let [columns, rows] = self.grid.cells;
+        let values = &self.grid.values;
+        if columns == 0 || rows == 0 || columns.checked_mul(rows) != Some(values.len()) {
+            return Err(OutputError::Size { values: values.len(), width: columns, height: rows, channels: 1 });
+        }
+        let mut raster = Raster::filled(columns, rows, [0; 3]);
+        for (cell, value) in values.iter().enumerate() {
+            raster.set(cell % columns, rows - 1 - cell / columns, self.scale.colour(*value));
+        }
+        Ok(raster)
+    }
+
+    /// Objects and openings.
+    fn draw_room(&self, drawing: &mut Drawing, axes: &Axes) {
+        for object in &self.room.objects {
+            let outline = Outline::polygon(object.iter().map(|point| axes.at(point.x, point.y)));
+            drawing.line(outline.clone(), Line::new(WHITE, 3.0));
+            drawing.line(outline, Line::new(BLACK, 1.2).dashed(&[5.0, 3.0]));
+        }
+        let scale = axes.within.size().x / self.room.size_m.x;
+        for (centre, radius) in &self.room.tubes {
+            let outline = Outline::circle(axes.at(centre.x, centre.y), radius * scale);
+            drawing.line(outline.clone(), Line::new(WHITE, 4.0));
+            drawing.line(outline, Line::new(BLACK, 2.0));
+        }
+    }
+
+    fn draw_tube_numbers(&self, drawing: &mut Drawing, axes: &Axes, taken: &mut Vec<DVec2>) {
+        let scale = axes.within.size().x / self.room.size_m.x;
+        for (number, (centre, radius)) in self.room.tubes.iter().enumerate() {
+            let at = axes.at(centre.x, centre.y) + DVec2::new(0.0, radius * scale + 10.0);
+            let look = Type::new(12.0, BLACK).anchored(Anchor::Middle).rimmed(WHITE);
+            drawing.text_centred(at, format!("tube {number}"), look);
+            taken.push(at);
+        }
+    }
+
+    fn draw_lines(&self, drawing: &mut Drawing, cells: &Cells, lines: &[Isoline]) {
+        for line in lines {
+            let mut outline = Outline::default();
+            for piece in &line.pieces {
+                outline.add_polyline(piece.iter().map(|point| cells.at(*point)));
+            }
+            drawing.line(outline.clone(), Line::new(WHITE, 2.6));
+            drawing.line(outline, Line::new(BLACK, 1.1));
+        }
+    }
+
+    /// Crosses with their values at the least and the greatest value.
+    fn draw_extremes(&self, drawing: &mut Drawing, cells: &Cells, taken: &mut Vec<DVec2>) {
+        let finite = || self.grid.values.iter().copied().enumerate().filter(|(_, value)| value.is_finite());
+        let least = finite().min_by(|a, b| a.1.total_cmp(&b.1));
+        let greatest = finite().max_by(|a, b| a.1.total_cmp(&b.1));
+        let marked = [("least", least), ("greatest", greatest)];
+        for (name, (cell, value)) in marked.into_iter().filter_map(|(name, cell)| Some((name, cell?))) {
+            let columns = self.grid.cells[0];
+            let at = cells.at(DVec2::new((cell % columns) as f64 + 0.5, (cell / columns) as f64 + 0.5));
+            let arm = 5.0;
+            let mut cross = Outline::polyline([at + DVec2::new(-arm, -arm), at + DVec2::new(arm, arm)]);
+            cross.add_polyline([at + DVec2::new(-arm, arm), at + DVec2::new(arm, -arm)]);
+            drawing.line(cross.clone(), Line::new(WHITE, 4.0));
+            drawing.line(cross, Line::new(BLACK, 1.8));
+            // above, and within the grid
+            let text = format!("{name} {}", significant(value, 3));
+            let half = 0.5 * letters::width(&text, 12.0) + 3.0;
+            let (left, right) = (cells.place.from.x + half, cells.place.to.x - half);
+            let above = if at.y - 24.0 < cells.place.from.y { 15.0 } else { -15.0 };
+            let words = DVec2::new(at.x.min(right).max(left), at.y + above);
+            drawing.text_centred(words, text, Type::new(12.0, BLACK).anchored(Anchor::Middle).rimmed(WHITE));
+            taken.extend([at, words]);
+        }
+    }
+
+    fn draw_numbers(&self, drawing: &mut Drawing, cells: &Cells) {
+        let columns = self.grid.cells[0];
+        let size = (0.3 * cells.size().x).min(0.6 * cells.size().y).clamp(6.0, 11.0);
+        for (cell, value) in self.grid.values.iter().enumerate() {
+            let at = cells.at(DVec2::new((cell % columns) as f64 + 0.5, (cell / columns) as f64 + 0.5));
+            let [red, green, blue] = self.scale.colour(*value).map(f64::from);
+            // dark on light and light on dark
+            let ink = if 0.3 * red + 0.59 * green + 0.11 * blue > 140.0 { BLACK } else { WHITE };
+            let text = if value.is_finite() { significant(*value, 3) } else { "–".to_owned() };
+            drawing.text_centred(at, text, Type::new(size, ink).anchored(Anchor::Middle));
+        }
+    }
+}
+
+/// The cells of a grid in a figure.
+struct Cells {
+    place: Rectangle,
+    count: DVec2,
+}
+
+impl Cells {
+    fn new(axes: &Axes, grid: &GridValues) -> Self {
+        let (south_west, north_east) = (axes.at(grid.from_m.x, grid.from_m.y), axes.at(grid.to_m.x, grid.to_m.y));
+        let place = Rectangle::new(south_west.x, north_east.y, north_east.x, south_west.y);
+        Self { place, count: DVec2::new(grid.cells[0] as f64, grid.cells[1] as f64) }
+    }
+
+    fn size(&self) -> DVec2 {
+        self.place.size() / self.count
+    }
+
+    /// Place of a point in cells from the south-western corner.
+    fn at(&self, point: DVec2) -> DVec2 {
+        let share = point / self.count;
+        let size = self.place.size();
+        DVec2::new(self.place.from.x + share.x * size.x, self.place.to.y - share.y * size.y)
+    }
+}
+
+/// Writes values on their lines, away from what is written already.
+fn label_lines(drawing: &mut Drawing, cells: &Cells, lines: &[Isoline], taken: &mut Vec<DVec2>) {
+    let inner = Rectangle { from: cells.place.from + 14.0, to: cells.place.to - 14.0 };
+    for line in lines {
+        for piece in &line.pieces {
+            let points: Vec<DVec2> = piece.iter().map(|point| cells.at(*point)).collect();
+            let length: f64 = points.windows(2).map(|pair| pair[0].distance(pair[1])).sum();
+            if length < LEAST_LABELLED {
+                continue;
+            }
+            let clearance = |point: &DVec2| {
+                // words are wider than high
+                let distance = |other: &DVec2| ((*other - *point) * DVec2::new(0.6, 1.4)).length();
+                taken.iter().map(distance).fold(f64::INFINITY, f64::min)
+            };
+            let step = points.len().div_ceil(48).max(1);
+            let candidates = points.iter().step_by(step).filter(|point| inner.contains(**point));
+            let best = candidates.max_by(|a, b| clearance(a).total_cmp(&clearance(b))).copied();
+            let Some(best) = best.filter(|best| clearance(best) > 22.0) else { continue };
+            let look = Type::new(11.0, BLACK).anchored(Anchor::Middle).rimmed(WHITE);
+            drawing.text_centred(best, short((line.level * 1e6).round() / 1e6), look);
+            taken.push(best);
+        }
+    }
+}
+
+/// An arrow toward north; `rotation_deg`: azimuth of the direction that is drawn upwards.
+fn draw_north(drawing: &mut Drawing, centre: DVec2, rotation_deg: f64) {
+    let (sin, cos) = libm::sincos(-rotation_deg.to_radians());
+    // clockwise from above
+    let turned = |x: f64, y: f64| centre + DVec2::new(x * cos + y * sin, x * sin - y * cos);
+    let arrow = Outline(vec![
+        Part::Move(turned(0.0, 20.0)),
+        Part::Line(turned(7.0, -12.0)),
+        Part::Line(turned(0.0, -6.0)),
+        Part::Line(turned(-7.0, -12.0)),
+        Part::Close,
+    ]);
+    drawing.fill(arrow, Colour::Ink, 1.0);
+    let letter = Type::new(12.0, Colour::Ink).anchored(Anchor::Middle);
+    drawing.text_centred(turned(0.0, 29.0), "N", letter);
+}
+
+/// Intervals between ticks that a length in pixels has room for.
+fn ticks_in(pixels: f64) -> usize {
+    (pixels / 60.0).clamp(1.0, 10.0) as usize
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::figure::scale::Palette;
+    use crate::figure::svg::svg;
+
+    fn map(cells: [usize; 2], numbers: Numbers) -> PlanMap {
+        let [columns, rows] = cells;
+        let value = |cell: usize| {
+            let at = DVec2::new((cell % columns) as f64 + 0.5, (cell / columns) as f64 + 0.5);
+            let at = at / DVec2::new(columns as f64, rows as f64) - 0.5;
+            600.0 * libm::exp(-6.0 * at.length_squared())
+        };
+        let values: Vec<f64> = (0..columns * rows).map(value).collect();
+        PlanMap {
+            heading: Heading { title: "floor".to_owned(), lines: vec!["mean 211 lx".to_owned()] },
+            room: RoomPlan {
+                size_m: DVec2::new(4.0, 6.0),
+                rotation_deg: 20.0,
+                tubes: vec![(DVec2::new(2.0, 3.0), 0.175)],
+                objects: vec![[(0.2, 4.0), (1.8, 4.0), (1.8, 5.8), (0.2, 5.8)].map(DVec2::from).to_vec()],
+            },
+            grid: GridValues { cells, from_m: DVec2::ZERO, to_m: DVec2::new(4.0, 6.0), values },
+            scale: ColourScale::from_zero(600.0, Palette::Viridis),
+            unit: "lx",
+            levels: vec![100.0, 200.0, 300.0, 500.0],
+            numbers,
+        }
+    }
+
+    #[test]
+    fn a_plan_names_its_lines_ticks_and_marks() {
+        let drawing = map([16, 24], Numbers::Hidden).draw().unwrap();
+        let texts: Vec<&str> = drawing.texts().collect();
+        for text in ["floor", "mean 211 lx", "x in metres", "tube 0", "lx", "N", "0", "100", "200", "300", "500", "600"]
+        {
+            assert!(texts.contains(&text), "{text}: {texts:?}");
+        }
+        assert!(texts.iter().any(|text| text.starts_with("greatest 59")), "{texts:?}");
+        // on the bar, and on a line
+        assert_eq!(texts.iter().filter(|text| **text == "300").count(), 2, "{texts:?}");
+    }
+
+    #[test]
+    fn cells_have_their_numbers_where_there_is_room() {
+        let texts = |cells| map(cells, Numbers::Shown).draw().unwrap().texts().count();
+        assert!(texts([16, 24]) > 16 * 24);
+        assert!(texts([160, 240]) < 100);
+    }
+
+    #[test]
+    fn drawn_for_every_shape_and_number() {
+        for cells in [[1, 1], [1, 300], [300, 1]] {
+            let mut map = map(cells, Numbers::Hidden);
+            map.grid.values.iter_mut().step_by(3).for_each(|value| *value = f64::NAN);
+            let svg = svg(&map.draw().unwrap()).unwrap();
+            assert!(!svg.contains("NaN") && !svg.contains("inf"));
+        }
+        let mut short = map([2, 2], Numbers::Hidden);
+        short.grid.values.pop();
+        assert!(short.draw().is_err());
+        let mut narrow = map([2, 2], Numbers::Hidden);
+        narrow.room.size_m = DVec2::new(0.5, 80.0);
+        assert!(narrow.draw().unwrap().size.x < 700.0);
+    }
+}

@@ -1,0 +1,147 @@
+//! Colours of values: palettes, and the bar that says which colour is which value.
+
+use glam::DVec2;
+
+use super::axes::Spacing;
+use super::colour::Colour;
+use super::drawing::{Drawing, Line, Type};
+use super::outline::{Outline, Rectangle};
+use super::ticks::{self, Steps, Tick};
+use crate::output::Raster;
+
+/// Colour of what is no number.
+const INVALID: [u8; 3] = [255, 0, 255];
+
+/// Rows of pixels of a bar.
+const BAR_STEPS: usize = 256;
+
+const LABEL_SIZE: f64 = 12.0;
+
+/// Width of a bar, and room for its labels beside it.
+pub const BAR_WIDTH: f64 = 18.0;
+
+/// Room for the labels beside a bar.
+pub const LABEL_WIDTH: f64 = 62.0;
+
+/// Colours from the low to the high end of a scale.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Palette {
+    /// Dark blue over green to yellow: lightness rises evenly, and every eye tells it.
+    Viridis,
+    /// Blue over green and yellow to red: many colours, as lighting people know it.
+    Turbo,
+    /// Black over violet and orange to light yellow, as heat.
+    Inferno,
+    /// Black to white.
+    Grey,
+    /// Blue over white to red, for differences.
+    BlueRed,
+}
+
+impl Palette {
+    /// Colour of a position 0..1.
+    pub fn colour(self, position: f64) -> [u8; 3] {
+        let position = position.clamp(0.0, 1.0);
+        match self {
+            Self::Viridis => colorous::VIRIDIS.eval_continuous(position).into_array(),
+            Self::Turbo => colorous::TURBO.eval_continuous(position).into_array(),
+            Self::Inferno => colorous::INFERNO.eval_continuous(position).into_array(),
+            Self::Grey => [(255.0 * position).round() as u8; 3],
+            Self::BlueRed => colorous::RED_BLUE.eval_continuous(1.0 - position).into_array(),
+        }
+    }
+}
+
+/// Which colour a value has.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ColourScale {
+    /// Value of the low end; above zero on a logarithmic scale.
+    pub from: f64,
+    /// Value of the high end, above the low one.
+    pub to: f64,
+    /// How values are spread.
+    pub spacing: Spacing,
+    /// The colours.
+    pub palette: Palette,
+}
+
+impl ColourScale {
+    /// From zero to a value; to one where that is not above zero.
+    pub fn from_zero(to: f64, palette: Palette) -> Self {
+        let to = if to.is_finite() && to > 0.0 { to } else { 1.0 };
+        Self { from: 0.0, to, spacing: Spacing::Linear, palette }
+    }
+
+    /// As far below zero as above it, for differences up to a magnitude.
+    pub fn around_zero(magnitude: f64) -> Self {
+        let to = if magnitude.is_finite() && magnitude > 0.0 { magnitude } else { 1.0 };
+        Self { from: -to, to, spacing: Spacing::Linear, palette: Palette::BlueRed }
+    }
+
+    /// Position of a value, 0..1; what is beyond an end is at the end.
+    pub fn position(&self, value: f64) -> f64 {
+        let position = match self.spacing {
+            Spacing::Linear => (value - self.from) / (self.to - self.from),
+            Spacing::Logarithmic => libm::log(value / self.from) / libm::log(self.to / self.from),
+        };
+        if position.is_nan() { 0.0 } else { position.clamp(0.0, 1.0) }
+    }
+
+    /// Colour of a value; that of what is no number is in no palette.
+    pub fn colour(&self, value: f64) -> [u8; 3] {
+        if value.is_nan() { INVALID } else { self.palette.colour(self.position(value)) }
+    }
+
+    /// Values with labels along the scale.
+    pub fn ticks(&self) -> Vec<Tick> {
+        match self.spacing {
+            Spacing::Linear => ticks::linear(self.from, self.to, 6, Steps::Decimal),
+            Spacing::Logarithmic => ticks::logarithmic(self.from, self.to, ""),
+        }
+    }
+
+    /// Draws the scale as an upright bar with its unit above; `place` is the bar alone.
+    pub fn draw(&self, drawing: &mut Drawing, place: Rectangle, unit: &str) {
+        let mut raster = Raster::filled(1, BAR_STEPS, [0; 3]);
+        for row in 0..BAR_STEPS {
+            let position = 1.0 - (row as f64 + 0.5) / BAR_STEPS as f64;
+            raster.set(0, row, self.palette.colour(position));
+        }
+        drawing.picture(place, raster);
+        drawing.line(Outline::rectangle(place.from, place.to), Line::new(Colour::Muted, 1.0));
+        let label = Type::new(LABEL_SIZE, Colour::Ink);
+        for tick in self.ticks() {
+            let Some(text) = tick.label else { continue };
+            let y = place.to.y - self.position(tick.value) * place.size().y;
+            let at = DVec2::new(place.to.x, y);
+            drawing.line(Outline::polyline([at, at + DVec2::new(4.0, 0.0)]), Line::new(Colour::Muted, 1.0));
+            drawing.text_centred(at + DVec2::new(8.0, 0.0), text, label);
+        }
+        drawing.text(place.from - DVec2::new(0.0, 8.0), unit, label);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_scale_of_600_lux_has_the_ticks_that_people_write() {
+        let labels = |scale: ColourScale| {
+            let labels = scale.ticks().into_iter().filter_map(|tick| tick.label);
+            labels.collect::<Vec<_>>().join(" ")
+        };
+        assert_eq!(labels(ColourScale::from_zero(600.0, Palette::Viridis)), "0 100 200 300 400 500 600");
+        assert_eq!(labels(ColourScale::around_zero(2.3)), "−2 −1 0 1 2");
+    }
+
+    #[test]
+    fn differences_are_white_at_zero_and_red_above() {
+        let scale = ColourScale::around_zero(2.0);
+        let [below, zero, above] = [-2.0, 0.0, 2.0].map(|value| scale.colour(value));
+        assert!(zero.iter().all(|channel| *channel > 235), "{zero:?}");
+        assert!(below[2] > below[0] && above[0] > above[2]);
+        assert_eq!(scale.colour(f64::NAN), INVALID);
+        assert_eq!(scale.colour(9.0), above);
+    }
+}

@@ -1,0 +1,217 @@
+//! Grids of a job: as JSON, as a table, and as figures over the plan of the room.
+
+use axum::http::{HeaderMap, StatusCode};
+use axum::response::Response;
+use bytes::Bytes;
+use serde::Deserialize;
+use utoipa::{IntoParams, ToSchema};
+use uuid::Uuid;
+
+use crate::document::result::GridResult;
+use crate::figure::paint::{self, Scale};
+use crate::figure::plan_map::Numbers;
+use crate::figure::svg::svg;
+use crate::http::content::{self, Binary};
+use crate::http::formats::{self, Format};
+use crate::http::limits::{off_thread, permit};
+use crate::http::problem::{Path, Problem, Query};
+use crate::http::results::{file_so_far, found, internal, result_file};
+use crate::http::{App, Service};
+use crate::job::grid_figure::{GridWishes, Quantity, difference_figure, grid_figure};
+use crate::job::subject::Subject;
+
+/// Representations of a grid.
+const FORMATS: [Format; 4] = [Format::Json, Format::Csv, Format::Png, Format::Svg];
+
+#[derive(Clone, Copy, PartialEq, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum GridFormat {
+    Json,
+    Csv,
+    /// Plan of the room with colours and lines of equal value, in pixels.
+    Png,
+    /// The same figure as outlines.
+    Svg,
+}
+
+impl From<GridFormat> for Format {
+    fn from(format: GridFormat) -> Self {
+        match format {
+            GridFormat::Json => Self::Json,
+            GridFormat::Csv => Self::Csv,
+            GridFormat::Png => Self::Png,
+            GridFormat::Svg => Self::Svg,
+        }
+    }
+}
+
+#[derive(Clone, Copy, PartialEq, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum GridQuantity {
+    /// Illuminance in lux.
+    Illuminance,
+    /// Percent of the unobstructed horizontal illuminance: under an overcast sky the daylight factor.
+    Ratio,
+}
+
+#[derive(Deserialize, IntoParams)]
+#[into_params(parameter_in = Query)]
+#[serde(deny_unknown_fields)]
+pub struct GridQuery {
+    /// Instead of the header `Accept`.
+    #[param(inline)]
+    format: Option<GridFormat>,
+    /// Of a figure: what it shows; illuminance when absent.
+    #[param(inline)]
+    quantity: Option<GridQuantity>,
+    /// Of a figure: value of the scale's end, so that several have the same scale; the greatest of the grid when absent.
+    #[param(exclusive_minimum = 0)]
+    max: Option<f64>,
+    /// Of a figure: whether cells have their numbers, where there is room.
+    numbers: Option<bool>,
+    /// Of a figure: a job whose grid of this name is taken away.
+    minus: Option<Uuid>,
+    /// Of a PNG: pixels per unit of the figure; 1 when absent.
+    #[param(minimum = 1, maximum = 2)]
+    density: Option<u8>,
+}
+
+impl GridQuery {
+    /// What a figure shall show.
+    fn wishes(&self) -> Result<GridWishes, Problem> {
+        if let Some(max) = self.max.filter(|max| !(max.is_finite() && *max > 0.0)) {
+            return Err(Problem::invalid_parameter("max", format!("must be above 0, but is {max}")));
+        }
+        Ok(GridWishes {
+            quantity: if self.quantity == Some(GridQuantity::Ratio) { Quantity::Ratio } else { Quantity::Illuminance },
+            scale_end: self.max,
+            numbers: if self.numbers == Some(true) { Numbers::Shown } else { Numbers::Hidden },
+        })
+    }
+
+    fn scale(&self) -> Result<Scale, Problem> {
+        match self.density {
+            None | Some(1) => Ok(Scale::Single),
+            Some(2) => Ok(Scale::Double),
+            Some(other) => Err(Problem::invalid_parameter("density", format!("must be 1 or 2, but is {other}"))),
+        }
+    }
+
+    /// Refuses what a table has no use for.
+    fn check_of_table(&self) -> Result<(), Problem> {
+        let given = [
+            ("quantity", self.quantity.is_some()),
+            ("max", self.max.is_some()),
+            ("numbers", self.numbers.is_some()),
+            ("minus", self.minus.is_some()),
+            ("density", self.density.is_some()),
+        ];
+        match given.into_iter().find(|(_, given)| *given) {
+            Some((name, _)) => Err(Problem::invalid_parameter(name, "is of .png and .svg")),
+            None => Ok(()),
+        }
+    }
+}
+
+/// A grid.
+#[utoipa::path(get, path = "/v1/jobs/{id}/grids/{name}", operation_id = "get_grid", tag = "results",
+    params(("id" = Uuid, Path), ("name" = String, Path, description = "The grid's name; with `.json`, `.csv`, `.png` or `.svg` a file"), GridQuery),
+    responses(
+        (status = 200, description = "Illuminance and its standard error; as PNG and SVG a map over the plan of the room, with lines of equal value",
+            content((GridResult = "application/json"), (String = "text/csv"), (inline(Binary) = "image/png"), (String = "image/svg+xml"))),
+        (status = 206, description = "The range of it that was asked for"),
+        (status = 304, description = "It is what If-None-Match names"),
+        (status = 416, description = "The range is not in the file", body = Problem, content_type = "application/problem+json"),
+        (status = 422, description = "A parameter is not valid", body = Problem, content_type = "application/problem+json"),
+        (status = 404, description = "No such job or grid, or no pass is done yet", body = Problem, content_type = "application/problem+json")))]
+pub async fn grid(
+    app: App,
+    Path((id, name)): Path<(Uuid, String)>,
+    Query(query): Query<GridQuery>,
+    headers: HeaderMap,
+) -> Result<Response, Problem> {
+    if query.format.is_none()
+        && let Some((grid, format)) = formats::by_suffix(&name, &FORMATS)
+        && let Some(file) = found(represented(&app, id, &headers, grid, format, &query).await)?
+    {
+        return Ok(formats::named(file, &name));
+    }
+    // no such file: a grid may be called `a.csv` itself
+    let format = query.format.map_or_else(|| formats::accepted(&headers, &FORMATS), Format::from);
+    let answer = represented(&app, id, &headers, &name, format, &query).await?;
+    Ok(formats::vary_by_accept(formats::named(answer, &format!("{name}.{}", format.suffix()))))
+}
+
+async fn represented(
+    app: &Service,
+    id: Uuid,
+    headers: &HeaderMap,
+    name: &str,
+    format: Format,
+    query: &GridQuery,
+) -> Result<Response, Problem> {
+    if !matches!(format, Format::Png | Format::Svg) {
+        query.check_of_table()?;
+        return result_file(app, id, headers, format!("grids/{name}.{}", format.suffix())).await;
+    }
+    let (wishes, scale) = (query.wishes()?, query.scale()?);
+    let (subject, json) = grid_of(app, id, name).await?;
+    let other = match query.minus {
+        Some(other) => Some(grid_of(app, other, name).await.map_err(|problem| of_minus(problem, other))?),
+        None => None,
+    };
+    let drawn = off_thread(permit(&app.permits.reading).await?, move |_| {
+        let read = |json: &[u8]| serde_json::from_slice::<GridResult>(json);
+        let read = |json: &[u8]| read(json).map_err(|error| internal("reading a grid failed", &error));
+        let grid = read(&json)?;
+        let drawing = match other {
+            Some((other, less)) => {
+                let less = read(&less)?;
+                if less.cells != grid.cells {
+                    let detail = format!("that grid has {:?} cells, and this one {:?}", less.cells, grid.cells);
+                    return Err(Problem::invalid_parameter("minus", detail));
+                }
+                difference_figure(&subject, &grid, (&other, &less), wishes)
+            }
+            None => grid_figure(&subject, &grid, wishes),
+        };
+        let written = drawing.and_then(|drawing| match format {
+            Format::Png => paint::png(&drawing, scale),
+            _ => svg(&drawing).map(String::into_bytes),
+        });
+        written.map_err(|error| internal("drawing a grid failed", &error))
+    });
+    let media_type = if format == Format::Png { "image/png" } else { "image/svg+xml" };
+    content::made(headers, drawn.await??, media_type)
+}
+
+/// What a job is about, and the JSON of its grid: kept, or as it is now.
+async fn grid_of(app: &Service, id: Uuid, name: &str) -> Result<(Subject, Bytes), Problem> {
+    let job = app.store.job(id).await?.ok_or_else(Problem::no_such_job)?;
+    let subject = Subject::new(&job.document, &job.plan);
+    let file = format!("grids/{name}.json");
+    let kept = async || -> Result<Option<Bytes>, Problem> {
+        match app.store.artifact(id, &file).await? {
+            Some(kept) => Ok(Some(app.artifacts.read_checked(&kept.key, &kept.hash).await?)),
+            None => Ok(None),
+        }
+    };
+    if let Some(json) = kept().await? {
+        return Ok((subject, json));
+    }
+    if let Some(file) = file_so_far(app, id, &file).await? {
+        return Ok((subject, file.bytes));
+    }
+    // it may have finished between the first look and now
+    let json = kept().await?;
+    let json = json.ok_or_else(|| Problem::not_found("the job has no such output, or no pass is done yet"))?;
+    Ok((subject, json))
+}
+
+/// That the other job has nothing is a fault of the parameter.
+fn of_minus(problem: Problem, other: Uuid) -> Problem {
+    if problem.status == StatusCode::NOT_FOUND.as_u16() {
+        return Problem::invalid_parameter("minus", format!("the job {other} has no such grid"));
+    }
+    problem
+}

@@ -1,0 +1,226 @@
+//! Pictures of a job's views: as OpenEXR, tone-mapped, and in false colours.
+
+use axum::http::HeaderMap;
+use axum::response::Response;
+use bytes::Bytes;
+use serde::Deserialize;
+use utoipa::openapi::schema::{Object, ObjectBuilder, Type};
+use utoipa::{IntoParams, ToSchema};
+use uuid::Uuid;
+
+use crate::figure::axes::Spacing;
+use crate::figure::paint::{self, Scale};
+use crate::figure::scale::Palette;
+use crate::http::content::{self, Binary};
+use crate::http::formats::{self, Format};
+use crate::http::limits::{off_thread, permit};
+use crate::http::problem::{Path, Problem, Query};
+use crate::http::results::{file_so_far, internal, result_file};
+use crate::http::{App, Service};
+use crate::job::convergence::PREVIEW_PASSES;
+use crate::job::results::progress_image;
+use crate::job::subject::Subject;
+use crate::job::view_figure::{ViewWishes, captioned_figure, false_colour_figure};
+use crate::output::png::{self, ToneMapping};
+use crate::output::{OutputError, exr};
+
+/// Representations of a view.
+const FORMATS: [Format; 2] = [Format::Png, Format::Exr];
+
+#[derive(Clone, Copy, Default, PartialEq, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum PictureStyle {
+    /// As an eye sees it, the picture alone.
+    #[default]
+    Tone,
+    /// As an eye sees it, with job, place, time, sky, method and the exposure printed around it.
+    Captioned,
+    /// Luminance in false colours with a scale.
+    FalseColour,
+}
+
+#[derive(Clone, Copy, PartialEq, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum ScaleSpacing {
+    Linear,
+    /// Over three decades.
+    Log,
+}
+
+#[derive(Clone, Copy, PartialEq, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum PaletteName {
+    Viridis,
+    Turbo,
+    Inferno,
+    Grey,
+}
+
+#[derive(Deserialize, IntoParams)]
+#[into_params(parameter_in = Query)]
+#[serde(deny_unknown_fields)]
+pub struct PictureQuery {
+    /// Style of a PNG; tone when absent.
+    #[param(inline)]
+    style: Option<PictureStyle>,
+    /// Pass after which a progress image was kept; of the style tone only.
+    #[param(schema_with = kept_passes)]
+    pass: Option<u64>,
+    /// Luminance in cd/m2 that is shown as middle grey, so that several pictures are exposed alike; of the styles tone and
+    /// captioned. When absent, the picture's own average.
+    #[param(exclusive_minimum = 0)]
+    exposure: Option<f64>,
+    /// Luminance in cd/m2 at the scale's end; of false colours. When absent, what holds 99 % of the pixels that see no source.
+    #[param(exclusive_minimum = 0)]
+    max: Option<f64>,
+    /// How luminances are spread along the scale of false colours; linear when absent.
+    #[param(inline)]
+    scale: Option<ScaleSpacing>,
+    /// Colours of the scale of false colours; turbo when absent.
+    #[param(inline)]
+    palette: Option<PaletteName>,
+    /// Pixels per unit of a figure, of the styles captioned and false colour; 1 when absent.
+    #[param(minimum = 1, maximum = 2)]
+    density: Option<u8>,
+}
+
+fn kept_passes() -> Object {
+    ObjectBuilder::new().schema_type(Type::Integer).enum_values(Some(PREVIEW_PASSES)).build()
+}
+
+impl PictureQuery {
+    /// Refuses parameters that do not go together with the format or the style, and numbers out of their bounds.
+    fn check(&self, format: Format) -> Result<(), Problem> {
+        let style = self.style.unwrap_or_default();
+        let is_png = format == Format::Png;
+        let rules = [
+            ("style", self.style.is_some(), is_png, "is of .png"),
+            ("pass", self.pass.is_some(), is_png && style == PictureStyle::Tone, "is of .png with the style tone"),
+            (
+                "exposure",
+                self.exposure.is_some(),
+                is_png && style != PictureStyle::FalseColour && self.pass.is_none(),
+                "is of .png with the styles tone and captioned, without pass",
+            ),
+            ("max", self.max.is_some(), style == PictureStyle::FalseColour, "is of false colours"),
+            ("scale", self.scale.is_some(), style == PictureStyle::FalseColour, "is of false colours"),
+            ("palette", self.palette.is_some(), style == PictureStyle::FalseColour, "is of false colours"),
+            (
+                "density",
+                self.density.is_some(),
+                style != PictureStyle::Tone,
+                "is of the styles captioned and false_colour",
+            ),
+        ];
+        if let Some((name, _, _, detail)) = rules.into_iter().find(|(_, given, fits, _)| *given && !*fits) {
+            return Err(Problem::invalid_parameter(name, detail));
+        }
+        for (name, value) in [("exposure", self.exposure), ("max", self.max)] {
+            if let Some(value) = value.filter(|value| !(value.is_finite() && *value > 0.0)) {
+                return Err(Problem::invalid_parameter(name, format!("must be above 0, but is {value}")));
+            }
+        }
+        if let Some(pass) = self.pass.filter(|pass| !PREVIEW_PASSES.contains(pass)) {
+            let detail = format!("progress images are kept after passes {PREVIEW_PASSES:?}, but it is {pass}");
+            return Err(Problem::invalid_parameter("pass", detail));
+        }
+        Ok(())
+    }
+
+    fn wishes(&self) -> ViewWishes {
+        let palette = match self.palette {
+            None | Some(PaletteName::Turbo) => Palette::Turbo,
+            Some(PaletteName::Viridis) => Palette::Viridis,
+            Some(PaletteName::Inferno) => Palette::Inferno,
+            Some(PaletteName::Grey) => Palette::Grey,
+        };
+        let spacing = if self.scale == Some(ScaleSpacing::Log) { Spacing::Logarithmic } else { Spacing::Linear };
+        ViewWishes { scale_end_cd_m2: self.max, spacing, palette }
+    }
+}
+
+/// A picture of a view.
+#[utoipa::path(get, path = "/v1/jobs/{id}/views/{file}", operation_id = "get_view", tag = "results",
+    params(("id" = Uuid, Path), ("file" = String, Path, description = "The view's name; with `.exr` or `.png` a file"), PictureQuery),
+    responses(
+        (status = 200, description = "OpenEXR with float layers, or PNG", content((inline(Binary) = "image/x-exr"), (inline(Binary) = "image/png"))),
+        (status = 206, description = "The range of it that was asked for"),
+        (status = 304, description = "It is what If-None-Match names"),
+        (status = 416, description = "The range is not in the file", body = Problem, content_type = "application/problem+json"),
+        (status = 422, description = "A parameter is not valid, or these do not go together", body = Problem, content_type = "application/problem+json"),
+        (status = 404, description = "No such job or view, or no pass is done yet", body = Problem, content_type = "application/problem+json")))]
+pub async fn view(
+    app: App,
+    Path((id, file)): Path<(Uuid, String)>,
+    Query(query): Query<PictureQuery>,
+    headers: HeaderMap,
+) -> Result<Response, Problem> {
+    let by_suffix = formats::by_suffix(&file, &FORMATS);
+    let (name, format) = by_suffix.unwrap_or_else(|| (&file, formats::accepted(&headers, &FORMATS)));
+    query.check(format)?;
+    let style = query.style.unwrap_or_default();
+    let answer = match (format, style, query.pass) {
+        (Format::Png, _, Some(pass)) => {
+            let kept = app.store.artifact(id, &progress_image(name, pass)).await?;
+            let kept = kept.ok_or_else(|| Problem::not_found("there is no such progress image"))?;
+            content::stored(&headers, &app.artifacts, &kept).await?
+        }
+        (Format::Png, style, None) if style != PictureStyle::Tone || query.exposure.is_some() => {
+            drawn(&app, id, &headers, name, &query).await?
+        }
+        _ => result_file(&app, id, &headers, format!("views/{name}.{}", format.suffix())).await?,
+    };
+    let answer = formats::named(answer, &format!("{name}.{}", format.suffix()));
+    Ok(if by_suffix.is_some() { answer } else { formats::vary_by_accept(answer) })
+}
+
+/// A picture made of the view's EXR file: kept, or as it is now.
+async fn drawn(
+    app: &Service,
+    id: Uuid,
+    headers: &HeaderMap,
+    name: &str,
+    query: &PictureQuery,
+) -> Result<Response, Problem> {
+    let job = app.store.job(id).await?.ok_or_else(Problem::no_such_job)?;
+    let subject = Subject::new(&job.document, &job.plan);
+    let bytes = exr_of(app, id, name).await?;
+    let (wishes, exposure, style) = (query.wishes(), query.exposure, query.style.unwrap_or_default());
+    let density = if query.density == Some(2) { Scale::Double } else { Scale::Single };
+    let name = name.to_owned();
+    let made = off_thread(permit(&app.permits.reading).await?, move |_| -> Result<Vec<u8>, OutputError> {
+        let view = exr::decode(&bytes)?;
+        if style == PictureStyle::FalseColour {
+            return paint::png(&false_colour_figure(&subject, &name, &view.seen(), wishes)?, density);
+        }
+        let tone = match exposure {
+            Some(adaptation) => ToneMapping::adapted_to(adaptation),
+            None => ToneMapping::of(view.image())?,
+        };
+        match style {
+            PictureStyle::Captioned => paint::png(&captioned_figure(&subject, &name, view.image(), tone)?, density),
+            _ => png::encode(&tone.apply(view.image())?),
+        }
+    });
+    let bytes = made.await?.map_err(|error| internal("drawing a view failed", &error))?;
+    content::made(headers, bytes, "image/png")
+}
+
+async fn exr_of(app: &Service, id: Uuid, name: &str) -> Result<Bytes, Problem> {
+    let file = format!("views/{name}.exr");
+    let kept = async || -> Result<Option<Bytes>, Problem> {
+        match app.store.artifact(id, &file).await? {
+            Some(kept) => Ok(Some(app.artifacts.read_checked(&kept.key, &kept.hash).await?)),
+            None => Ok(None),
+        }
+    };
+    if let Some(bytes) = kept().await? {
+        return Ok(bytes);
+    }
+    if let Some(file) = file_so_far(app, id, &file).await? {
+        return Ok(file.bytes);
+    }
+    // it may have finished between the first look and now
+    let bytes = kept().await?;
+    bytes.ok_or_else(|| Problem::not_found("the job has no such output, or no pass is done yet"))
+}

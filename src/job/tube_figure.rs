@@ -1,0 +1,51 @@
+//! The figure of a tube: what collector and guide pass of the sun's light at every altitude.
+
+use super::subject::Subject;
+use crate::document::result::FluxResult;
+use crate::document::result::tube_report::TubeReport;
+use crate::figure::axes::Axis;
+use crate::figure::curves::{Series, curves};
+use crate::figure::ticks::{Steps, fixed, significant};
+use crate::figure::{Drawing, Heading};
+use crate::plan::GuideKind;
+
+/// Transmission of beams against the sun's altitude; above it the tube's fluxes.
+pub fn tube_figure(subject: &Subject, report: &TubeReport) -> Drawing {
+    let heading = Heading {
+        title: format!("Tube {}, {}", report.tube, subject.name()),
+        lines: vec![subject.circumstances(), fluxes(report)],
+    };
+    let beam = &report.beam;
+    let series = |name: String, values: &[f64], errors: &[f64]| {
+        let line: Vec<_> = beam.altitude_deg.iter().copied().zip(values.iter().copied()).collect();
+        Series { name, marks: line.clone(), line, errors: errors.to_vec() }
+    };
+    let azimuth = format!("sun at azimuth {}°", fixed(beam.azimuth_deg, 1));
+    let mut all = vec![series(azimuth, &beam.transmission, &beam.standard_error)];
+    if report.guide != GuideKind::ClosedFormStraight.code() {
+        let (mean, errors) = (&beam.azimuth_mean_transmission, &beam.azimuth_mean_standard_error);
+        all.push(series("mean over azimuths".to_owned(), mean, errors));
+    }
+    let altitude = Axis::linear("altitude of the sun in degrees", [0.0, 90.0], 6, Steps::Sexagesimal);
+    let transmission = Axis::linear("transmission of collector and guide", [0.0, 1.0], 5, Steps::Decimal);
+    curves(&heading, &all, altitude, transmission)
+}
+
+/// What arrives, what leaves, and the share of it, in one line.
+fn fluxes(report: &TubeReport) -> String {
+    let lumens = |name: &str, flux: Option<FluxResult>| {
+        let flux = flux?;
+        let error = flux.standard_error_lm.filter(|error| *error > 0.0);
+        let error = error.map_or_else(String::new, |error| format!(" ± {}", significant(error, 2)));
+        Some(format!("{name} {}{error} lm", significant(flux.flux_lm, 4)))
+    };
+    let flux = &report.flux;
+    let efficiency = flux.transmission_efficiency;
+    let pieces = [
+        lumens("at the collector", flux.at_collector),
+        lumens("at the diffuser", flux.at_diffuser),
+        lumens("into the room", flux.into_room),
+        efficiency.map(|efficiency| format!("efficiency {} %", significant(100.0 * efficiency, 3))),
+    ];
+    pieces.into_iter().flatten().collect::<Vec<_>>().join(" · ")
+}
