@@ -149,3 +149,22 @@ fn submit_says_when_the_connection_is_lost_and_when_it_is_back() {
     assert!(submit.wait().unwrap().success(), "{lines}");
     assert_eq!(lines.matches("connection lost").count(), 1, "{lines}");
 }
+
+/// Whoever types the name alone gets the page's address; a script that forgot the command gets an error, not a service.
+#[test]
+fn without_a_command_the_service_starts_on_a_terminal_only() {
+    let program = env!("CARGO_BIN_EXE_skyduct");
+    let piped = Command::new(program).output().unwrap();
+    assert_eq!(piped.status.code(), Some(2));
+    assert!(String::from_utf8_lossy(&piped.stderr).contains("terminal"));
+
+    let data = tempfile::tempdir().unwrap();
+    let mut command = Command::new("script");
+    command.args(["-qec", program, "/dev/null"]).env("SKYDUCT_LISTEN", "127.0.0.1:0").env("SKYDUCT_DATA", data.path());
+    let child = command.stdin(Stdio::null()).stdout(Stdio::piped()).spawn().unwrap();
+    // the terminal goes with it, and the service with the terminal
+    let mut server = Server { child, url: String::new() };
+    let lines = BufReader::new(server.child.stdout.take().unwrap()).lines().map_while(Result::ok);
+    let page = lines.filter_map(|line| line.trim().strip_prefix("page at ").map(str::to_owned)).next();
+    assert!(page.is_some_and(|page| page.starts_with("http://127.0.0.1:") && page.ends_with('/')));
+}
