@@ -6,8 +6,11 @@ import { set, state } from "./state.js";
 import { html, nothing } from "./vendor/lit-html.js";
 
 /**
- * @typedef {{ draft: JobDocument, id: string | null, shown: string | null, passes: number, error: number | null, ended: boolean, abort: AbortController }} Picture
+ * @typedef {{ draft: JobDocument, id: string | null, shown: string | null, passes: number, error: number | null, ended: boolean,
+ *   style: Style, abort: AbortController }} Picture
  */
+
+/** How luminances are shown. @typedef {"tone" | "false_colour"} Style */
 
 /** Where the camera stands, by what people would say. */
 const CAMERAS = /** @type {const} */ ({ corner: "from a corner", door: "from the south wall", above: "from above" });
@@ -51,7 +54,7 @@ async function start() {
     stop: { view_relative_error: 0.03, max_seconds: 60 },
   };
   /** @type {Picture} */
-  const picture = { draft: state.draft, id: null, shown: null, passes: 0, error: null, ended: false, abort };
+  const picture = { draft: state.draft, id: null, shown: null, passes: 0, error: null, ended: false, style: "tone", abort };
   const change = (/** @type {Partial<Picture>} */ to) => {
     Object.assign(picture, to);
     if (state.picture === picture) set({ picture });
@@ -83,29 +86,40 @@ function stop() {
 /** @param {string} address */
 const image = (address) => html`<img src=${address} width="480" height="360" alt="The room as the camera sees it">`;
 
+/** @param {string} files address of the picture's files, without a suffix */
+const falseColours = (files) =>
+  html`<img src=${`${files}.png?style=false_colour`} alt="Luminances of the room as the camera sees it, in colours with a scale">`;
+
+/** The picture, or what is there of it. @param {Picture} picture @param {string} files */
+function canvas({ shown, ended, style }, files) {
+  if (!shown) return html`<p class="note">The first pass is on its way …</p>`;
+  return ended && style === "false_colour" ? falseColours(files) : image(shown);
+}
+
+/** What can be done with a picture that is done. @param {Picture} picture @param {string} files */
+function done(picture, files) {
+  const style = (/** @type {Style} */ to, /** @type {string} */ words) => html`<button type="button"
+    aria-pressed=${picture.style === to} @click=${() => set({ picture: Object.assign(picture, { style: to }) })}>${words}</button>`;
+  return html`<div class="group">${style("tone", "As seen")}${style("false_colour", "Luminances")}</div>
+    <p class="links"><a href=${`${files}.exr`} download>EXR</a><a href=${`${files}.png`} download>PNG</a>
+      <a href=${`/jobs/${picture.id}`}>page of this job</a></p>`;
+}
+
 /** The part of the page with the picture. */
 export function picture() {
   const { picture, draft } = state;
   const choose = (/** @type {Event} */ event) =>
     (camera = /** @type {keyof typeof CAMERAS} */ (/** @type {HTMLSelectElement} */ (event.target).value));
-  const files = picture?.id ? `/v1/jobs/${picture.id}/views/room` : null;
-  return html`<div class="head"><h2>Picture</h2>
-      <label class="inline">Camera <select
-        @change=${choose}>${Object.entries(CAMERAS).map(([key, words]) => html`<option value=${key} ?selected=${key === camera}>${words}</option>`)}</select></label>
-      <button type="button" @click=${() => void start()}>Render the picture</button>
-      ${picture && !picture.ended ? html`<button type="button" @click=${stop}>Stop</button>` : nothing}</div>
-    ${
-      picture
-        ? html`<div class="canvas">${picture.shown ? image(picture.shown) : html`<p class="note">The first pass is on its way …</p>`}</div>
-      <p class="note">${picture.passes} ${picture.passes === 1 ? "pass" : "passes"}${picture.error ? `, error ${percent(picture.error)}` : ""}
-        ${picture.draft === draft ? "" : " (the room before the last change)"}</p>
-      ${
-        files && picture.ended
-          ? html`<p class="links"><a href=${`${files}.exr`} download>EXR</a><a
-        href=${`${files}.png`} download>PNG</a><a href=${`${files}.png?style=false_colour`} download>false colours</a><a
-        href=${`/jobs/${picture.id}`}>job</a></p>`
-          : nothing
-      }`
-        : nothing
-    }`;
+  const cameras = Object.entries(CAMERAS).map(
+    ([key, words]) => html`<option value=${key} ?selected=${key === camera}>${words}</option>`,
+  );
+  const head = html`<div class="head"><h2>Picture</h2><label class="inline">Camera <select @change=${choose}>${cameras}</select></label>
+    <button type="button" @click=${() => void start()}>Render the picture</button>
+    ${picture && !picture.ended ? html`<button type="button" @click=${stop}>Stop</button>` : nothing}</div>`;
+  if (!picture) return head;
+  const files = `/v1/jobs/${picture.id}/views/room`;
+  return html`${head}<div class="canvas">${canvas(picture, files)}</div>
+    <p class="note">${picture.passes} ${picture.passes === 1 ? "pass" : "passes"}${picture.error ? `, error ${percent(picture.error)}` : ""}
+      ${picture.draft === draft ? "" : " (the room before the last change)"}</p>
+    ${picture.ended ? done(picture, files) : nothing}`;
 }

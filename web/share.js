@@ -88,10 +88,11 @@ for name, grid in job["grid_results"].items():
 /** Links of a job's files. @param {Job} job */
 export function files(job) {
   const { links } = job;
-  const grids = Object.entries(links.grid_files ?? {}).flatMap(([name, { csv, json, png }]) => [
+  const grids = Object.entries(links.grid_files ?? {}).flatMap(([name, { csv, json, png, svg }]) => [
     [`${name}.csv`, csv],
     [`${name}.json`, json],
     [`${name}.png`, png],
+    [`${name}.svg`, svg],
   ]);
   const views = Object.entries(links.views ?? {}).flatMap(([name, { exr, png }]) => [
     [`${name}.exr`, exr],

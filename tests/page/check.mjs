@@ -243,6 +243,9 @@ async function takesAPicture(visitor) {
     .locator(".view img")
     .evaluate(async (image) => (await image.decode(), [image.naturalWidth, image.naturalHeight]));
   assert.deepEqual(size, [480, 360]);
+  await page.locator(".view").getByRole("button", { name: "Luminances" }).click();
+  const scale = page.getByAltText("Luminances of the room");
+  assert(await scale.evaluate(async (image) => (await image.decode(), image.naturalWidth > 300)));
 }
 
 /** A long job ends when it is asked to; the better result stays. */
@@ -321,7 +324,7 @@ async function shares(visitor) {
   await second.isAccessible("editor, narrow, dark");
   await second.page.emulateMedia({ colorScheme: "light" });
   await second.isAccessible("editor, narrow, light");
-  const path = await second.page.getByRole("link", { name: "page of this job" }).getAttribute("href");
+  const path = await second.page.locator(".take").getByRole("link", { name: "page of this job" }).getAttribute("href");
   await second.page.goto("about:blank");
   const gone = async () => (await visitor.get(`/v1${path}`)).status === 404;
   await until(gone, "a job that nobody refers to is left with its page");
@@ -330,7 +333,7 @@ async function shares(visitor) {
 
 async function readsAJob(visitor) {
   const { page } = visitor;
-  const link = page.getByRole("link", { name: "page of this job" });
+  const link = page.locator(".take").getByRole("link", { name: "page of this job" });
   const path = await link.getAttribute("href");
   await link.click();
   await page.locator(".about").waitFor();
