@@ -14,7 +14,7 @@ const LATE_MS = 1500;
 /** Pause between looks at the grid of a job that sharpens. */
 const LOOK_MS = 700;
 /** Pause before a service that does not answer is asked again. */
-const RETRY_MS = 2000;
+const RETRY_MS = 1000;
 
 /** Counts changes: an answer to an older one never replaces a newer one's. */
 let sequence = 0;

@@ -8,7 +8,7 @@ import { room } from "./form_room.js";
 import { tubes } from "./form_tubes.js";
 import { jobPage } from "./job_page.js";
 import { jobs, toggle } from "./jobs.js";
-import { present, undo, use } from "./live.js";
+import { present, problemOf, undo, use } from "./live.js";
 import { picture } from "./picture.js";
 import { plan } from "./plan.js";
 import { preset, presets } from "./presets.js";
@@ -120,7 +120,8 @@ async function start() {
     undo();
   });
   addEventListener("hashchange", () => void unpacked(location.hash).then((draft) => draft && (known(draft), use(draft))));
-  const shared = await unpacked(location.hash);
+  const linked = location.hash;
+  const shared = await unpacked(linked);
   const listed = api.get("/v1/skies").then((answer) => {
     skies = /** @type {{ skies: SkyType[] }} */ (answer).skies;
     set();
@@ -128,8 +129,8 @@ async function start() {
   if (shared) {
     known(shared);
     use(shared);
-  } else await open("bathroom");
-  if (location.hash && !shared) set({ said: "The link holds no document that can be read." });
+  } else await open("bathroom").catch((error) => set({ problem: problemOf(error) }));
+  if (linked && !shared) set({ said: "The link holds no document that can be read." });
   await listed;
 }
 

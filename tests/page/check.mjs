@@ -77,6 +77,8 @@ async function drags(visitor) {
 /** Every room to begin with has the result that a fresh job gives. */
 async function opensRooms(visitor) {
   const { page } = visitor;
+  await visitor.open("/#d=abc");
+  await page.getByText("The link holds no document that can be read").waitFor();
   await visitor.open("/");
   for (const name of ["corridor", "office", "attic", "thesis", "bathroom"]) {
     const { draft, grid } = JSON.parse(readFileSync(`web/presets/${name}.json`, "utf8"));
