@@ -16,6 +16,7 @@ use crate::job::convergence_files::convergence_files;
 use crate::job::memory::default_limit_bytes;
 use crate::job::prepare::{Prepared, prepare};
 use crate::job::progress::{PassReport, StoppedBy};
+use crate::job::site_figure::site_files;
 
 #[derive(Debug, clap::Args)]
 pub struct RenderArgs {
@@ -156,6 +157,11 @@ fn write_results(out: &Path, prepared: &Prepared, rendered: &Rendered, passes: &
     });
     if let (Value::Object(result), Value::Object(summary)) = (&mut result, prepared.summary_json(estimate, *seconds)) {
         result.extend(summary);
+    }
+    if estimate.passes > 0 {
+        for (name, bytes) in site_files(&prepared.subject(), &result)? {
+            write(out, &name, &bytes)?;
+        }
     }
     write(out, "result.json", &serde_json::to_vec_pretty(&result)?)?;
     Ok(result)

@@ -139,6 +139,12 @@ async fn download(client: &Client, job: &Value, out: &Path) -> anyhow::Result<()
         };
         write(out, &file, &client.bytes(&format!("{this}/{path}")).await?)?;
     }
+    for (name, links) in job["links"]["figures"].as_object().into_iter().flatten() {
+        for suffix in ["svg", "png"] {
+            let path = links[suffix].as_str().context("the service gave a figure no path")?;
+            write(out, &format!("figures/{name}.{suffix}"), &client.bytes(path).await?)?;
+        }
+    }
     for file in CONVERGENCE_FILES {
         write(out, file, &client.bytes(&format!("{this}/{file}")).await?)?;
     }

@@ -63,8 +63,8 @@ pub struct DensityQuery {
 }
 
 impl DensityQuery {
-    /// The scale that is asked for.
-    pub fn scale(&self) -> Result<Scale, Problem> {
+    /// The density that is asked for.
+    pub fn density(&self) -> Result<Scale, Problem> {
         match self.density {
             None | Some(1) => Ok(Scale::Single),
             Some(2) => Ok(Scale::Double),
@@ -172,7 +172,7 @@ pub async fn convergence_png(
     Query(query): Query<DensityQuery>,
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
-    picture(&app, id, &headers, Format::Png, query.scale()?).await
+    picture(&app, id, &headers, Format::Png, query.density()?).await
 }
 
 /// A page of the convergence table.

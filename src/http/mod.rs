@@ -8,6 +8,7 @@ mod description;
 mod docs;
 mod event_schemas;
 mod events;
+mod figures;
 mod formats;
 mod grids;
 mod health;

@@ -27,8 +27,8 @@ use crate::http::description::{Description, completed};
 use crate::http::problem::as_problem_documents;
 use crate::http::server::answer_health_only_beyond;
 use crate::http::{
-    Limits, Service, convergence, docs, events, grids, health, jobs, meshes, page, problem_page, results, skies, tubes,
-    views,
+    Limits, Service, convergence, docs, events, figures, grids, health, jobs, meshes, page, problem_page, results,
+    skies, tubes, views,
 };
 
 const REQUEST_ID: HeaderName = HeaderName::from_static("x-request-id");
@@ -55,6 +55,7 @@ fn api_with_limits(document_bytes: usize, mesh_bytes: usize) -> OpenApiRouter<Ar
         .merge(texts)
         .routes(routes!(events::events))
         .routes(routes!(grids::grid))
+        .routes(routes!(figures::figure))
         .routes(routes!(views::view))
         .routes(routes!(results::tube))
         .routes(routes!(convergence::convergence))

@@ -18,6 +18,7 @@ pub mod progress;
 mod ranges;
 pub mod records;
 pub(crate) mod results;
+pub(crate) mod site_figure;
 pub mod store;
 pub(crate) mod subject;
 mod tube_figure;

@@ -93,9 +93,21 @@ fn sky_in_words(sky: SkyType) -> String {
 
 #[cfg(test)]
 pub(crate) mod tests {
+    use std::sync::Arc;
+
     use serde_json::json;
 
     use super::*;
+    use crate::document::MeshSource;
+    use crate::geometry::TriangleMesh;
+
+    pub struct NoMeshes;
+
+    impl MeshSource for NoMeshes {
+        fn load(&self, _: &str) -> Result<Arc<TriangleMesh>, String> {
+            Err("none".to_owned())
+        }
+    }
 
     /// A room with a tube, a grid and a place.
     pub fn document() -> Value {

@@ -101,18 +101,8 @@ mod tests {
     use serde_json::json;
 
     use super::*;
-    use crate::document::MeshSource;
-    use crate::geometry::TriangleMesh;
     use crate::job::prepare::prepare;
-    use crate::job::subject::tests::document;
-
-    struct NoMeshes;
-
-    impl MeshSource for NoMeshes {
-        fn load(&self, _: &str) -> Result<std::sync::Arc<TriangleMesh>, String> {
-            Err("none".to_owned())
-        }
-    }
+    use crate::job::subject::tests::{NoMeshes, document};
 
     /// A grey room with a source 100 times as bright in its middle.
     fn seen() -> SeenView {

@@ -11,6 +11,7 @@ use uuid::Uuid;
 use crate::document::result::{JobResults, PlanResult};
 use crate::document::{JobDocument, Warning};
 use crate::job::progress::{Progress, StoppedBy};
+use crate::job::site_figure::SiteFigure;
 use crate::job::store::*;
 
 /// A job: what was asked for, how far it is, what came out.
@@ -80,6 +81,9 @@ pub struct Links {
     /// Reports on the tubes, in the order of the document. Not in lists.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tubes: Option<Vec<TubeLinks>>,
+    /// Other figures by name: sky, sections, and the lumens of tubes once they are known. Not in lists.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub figures: Option<BTreeMap<String, FigureLinks>>,
 }
 
 #[derive(Serialize, ToSchema)]
@@ -90,6 +94,13 @@ pub struct GridLinks {
     pub png: String,
     /// Map over the plan of the room, as outlines.
     pub svg: String,
+}
+
+/// A figure in its two representations.
+#[derive(Serialize, ToSchema)]
+pub struct FigureLinks {
+    pub svg: String,
+    pub png: String,
 }
 
 #[derive(Serialize, ToSchema)]
@@ -132,6 +143,7 @@ impl JobSummary {
                 grid_files: None,
                 views: None,
                 tubes: None,
+                figures: None,
             },
         }
     }
@@ -163,6 +175,13 @@ impl JobResource {
             png: format!("{this}/tubes/{tube}.png"),
         });
         let tubes = tubes.collect();
+        let known = job.summary.as_ref().unwrap_or(&Value::Null);
+        let figures = SiteFigure::of_job(&job.document, known).into_iter().map(|figure| {
+            let name = figure.name();
+            let [svg, png] = ["svg", "png"].map(|suffix| format!("{this}/figures/{name}.{suffix}"));
+            (name, FigureLinks { svg, png })
+        });
+        summary.links.figures = Some(figures.collect());
         summary.links.grids = Some(grids);
         summary.links.grid_files = Some(grid_files);
         summary.links.views = Some(views);

@@ -1,0 +1,223 @@
+//! A section through a room, its roof and its tubes, seen from the south or from the east.
+
+use glam::DVec2;
+
+use super::axes::{self, Axes, Axis};
+use super::colour::{Colour, SERIES};
+use super::drawing::{Anchor, Drawing, Line, Type};
+use super::heading::Heading;
+use super::outline::{Outline, Part, Rectangle};
+use super::ticks::Steps;
+
+/// Largest width and height of what is drawn.
+const MOST: DVec2 = DVec2::new(640.0, 560.0);
+
+/// A tube from the side, in metres: x to the right, y up from the floor.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SideTube {
+    /// Points of the axis, from the opening in the ceiling upwards.
+    pub axis: Vec<DVec2>,
+    /// Radius of the pipe.
+    pub radius: f64,
+    /// What covers the upper end.
+    pub cover: Cover,
+}
+
+/// What covers a tube.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Cover {
+    /// Nothing.
+    Open,
+    /// A pane.
+    Flat,
+    /// A hemisphere.
+    Dome,
+}
+
+/// A section.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Section {
+    /// Title and lines above it.
+    pub heading: Heading,
+    /// Name of the axis that runs to the right.
+    pub across: &'static str,
+    /// Width and height of the room in metres.
+    pub room: DVec2,
+    /// The tubes.
+    pub tubes: Vec<SideTube>,
+    /// Outlines of objects in metres.
+    pub objects: Vec<Vec<DVec2>>,
+    /// Heights of grids above the floor in metres, with their names.
+    pub grids: Vec<(String, f64)>,
+    /// Direction to the sun in the plane of the section (right, up); not of unit length where the sun is not in the plane.
+    pub sun: Option<DVec2>,
+}
+
+impl Section {
+    /// The figure.
+    pub fn draw(&self) -> Drawing {
+        let [low, high] = self.ends();
+        let extent = (high - low).max(DVec2::splat(1e-3));
+        let scale = (MOST / extent).min_element();
+        let width = (axes::LEFT + scale * extent.x + 110.0).max(520.0);
+        let from = DVec2::new(axes::LEFT, self.heading.height(width) + 16.0);
+        let within = Rectangle { from, to: from + scale * extent };
+        let size = DVec2::new(width, within.to.y + axes::BELOW + 4.0);
+        let mut drawing = Drawing::new(size, self.heading.title.as_str());
+        self.heading.draw(&mut drawing);
+        let most = |metres: f64| (metres * scale / 60.0).clamp(1.0, 10.0) as usize;
+        let axes = Axes {
+            within,
+            x: Axis::linear(format!("{} in metres", self.across), [low.x, high.x], most(extent.x), Steps::Decimal),
+            y: Axis::linear("height in metres", [low.y, high.y], most(extent.y), Steps::Decimal),
+        };
+        axes.draw(&mut drawing);
+        self.draw_room(&mut drawing, &axes);
+        for tube in &self.tubes {
+            draw_tube(&mut drawing, &axes, tube);
+        }
+        if let Some(sun) = self.sun {
+            self.draw_sun(&mut drawing, &axes, sun);
+        }
+        drawing
+    }
+
+    /// Lower left and upper right corner of all that is drawn, in metres.
+    fn ends(&self) -> [DVec2; 2] {
+        let mut low = DVec2::ZERO;
+        let mut high = self.room;
+        for tube in &self.tubes {
+            for point in &tube.axis {
+                low = low.min(*point - tube.radius);
+                high = high.max(*point + 2.0 * tube.radius);
+            }
+        }
+        let rim = 0.04 * (high - low).max_element();
+        [DVec2::new(low.x - rim, 0.0), high + rim]
+    }
+
+    fn draw_room(&self, drawing: &mut Drawing, axes: &Axes) {
+        let at = |point: DVec2| axes.at(point.x, point.y);
+        let corners = [DVec2::ZERO, DVec2::new(self.room.x, 0.0), self.room, DVec2::new(0.0, self.room.y)];
+        drawing.filled_line(Outline::polygon(corners.map(at)), Colour::Paper, Line::new(Colour::Ink, 2.5));
+        for object in &self.objects {
+            let outline = Outline::polygon(object.iter().map(|point| at(*point)));
+            drawing.filled_line(outline, Colour::Faint, Line::new(Colour::Muted, 1.0));
+        }
+        for (name, height) in &self.grids {
+            let [left, right] = [at(DVec2::new(0.0, *height)), at(DVec2::new(self.room.x, *height))];
+            drawing.line(Outline::polyline([left, right]), Line::new(SERIES[0], 1.2).dashed(&[6.0, 4.0]));
+            let look = Type::new(11.0, SERIES[0]).rimmed(Colour::Paper);
+            drawing.text(left + DVec2::new(8.0, -5.0), name.as_str(), look);
+        }
+    }
+
+    /// An arrow from the sun toward the roof.
+    fn draw_sun(&self, drawing: &mut Drawing, axes: &Axes, sun: DVec2) {
+        let Some(toward) = DVec2::new(sun.x, -sun.y).try_normalize() else { return };
+        let corner = DVec2::new(axes.within.to.x + 58.0, axes.within.from.y + 60.0);
+        let from = corner + 34.0 * toward;
+        let to = corner - 34.0 * toward;
+        let yellow = Colour::Fixed([230, 159, 0]);
+        drawing.line(Outline::polyline([from, to]), Line::new(yellow, 2.0));
+        let side = toward.perp();
+        let head = [to, to + 10.0 * toward + 5.0 * side, to + 10.0 * toward - 5.0 * side];
+        drawing.fill(Outline::polygon(head), yellow, 1.0);
+        drawing.filled_line(Outline::circle(from, 8.0), Colour::Fixed([255, 220, 60]), Line::new(yellow, 1.5));
+        let look = Type::new(11.0, Colour::Muted).anchored(Anchor::Middle);
+        drawing.text(corner + DVec2::new(0.0, 62.0), "sun", look);
+    }
+}
+
+/// Walls of the pipe, what covers it, and the diffuser in the ceiling.
+fn draw_tube(drawing: &mut Drawing, axes: &Axes, tube: &SideTube) {
+    let at = |point: DVec2| axes.at(point.x, point.y);
+    let normals = normals(&tube.axis);
+    let side = |sign: f64| -> Vec<DVec2> {
+        tube.axis.iter().zip(&normals).map(|(point, normal)| *point + sign * tube.radius * *normal).collect()
+    };
+    let (left, right) = (side(-1.0), side(1.0));
+    let (Some(first), Some(last)) = (left.first().zip(right.first()), left.last().zip(right.last())) else { return };
+    if tube.axis.len() > 1 {
+        let walls = left.iter().chain(right.iter().rev()).map(|point| at(*point));
+        drawing.fill(Outline::polygon(walls), SERIES[4], 0.25);
+        for wall in [&left, &right] {
+            drawing.line(Outline::polyline(wall.iter().map(|point| at(*point))), Line::new(Colour::Ink, 1.8));
+        }
+    }
+    let [a, b] = [at(*last.0), at(*last.1)];
+    match tube.cover {
+        Cover::Open => {}
+        Cover::Flat => drawing.line(Outline::polyline([a, b]), Line::new(SERIES[0], 2.5)),
+        Cover::Dome => drawing.line(half_circle(a, b), Line::new(SERIES[0], 2.0)),
+    }
+    drawing.line(Outline::polyline([at(*first.0), at(*first.1)]), Line::new(SERIES[1], 4.0));
+}
+
+/// Normals of a line at its points, to the right of its direction, so long that its sides are straight up to their mitres; of unit
+/// length at the ends, and upright where it has one point alone.
+fn normals(axis: &[DVec2]) -> Vec<DVec2> {
+    let along = |index: usize| -> DVec2 {
+        let before =
+            index.checked_sub(1).map_or(DVec2::ZERO, |before| (axis[index] - axis[before]).normalize_or_zero());
+        let after = axis.get(index + 1).map_or(DVec2::ZERO, |after| (*after - axis[index]).normalize_or_zero());
+        let middle = (before + after).try_normalize().unwrap_or(DVec2::Y);
+        // a turn by more than a right angle has no mitre that could be drawn
+        let lean = middle.dot(if before == DVec2::ZERO { middle } else { before }).max(0.5);
+        middle / lean
+    };
+    // ends of a pipe are level at the ceiling, and square at the top
+    (0..axis.len()).map(|index| if index == 0 { DVec2::X } else { -along(index).perp() }).collect()
+}
+
+/// The upper half of the circle over two points.
+fn half_circle(a: DVec2, b: DVec2) -> Outline {
+    let (centre, arm) = (a.midpoint(b), 0.5 * (b - a));
+    let up = DVec2::new(arm.y, -arm.x);
+    let quarter = 0.552_284_749_830_793_4;
+    Outline(vec![
+        Part::Move(a),
+        Part::Cubic(a + quarter * up, centre + up - quarter * arm, centre + up),
+        Part::Cubic(centre + up + quarter * arm, b + quarter * up, b),
+    ])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::figure::svg::svg;
+
+    #[test]
+    fn a_section_shows_room_roof_and_tubes() {
+        let straight =
+            SideTube { axis: vec![DVec2::new(1.0, 2.7), DVec2::new(1.0, 3.9)], radius: 0.175, cover: Cover::Dome };
+        let bent = SideTube {
+            axis: vec![DVec2::new(3.0, 2.7), DVec2::new(3.0, 3.2), DVec2::new(3.4, 3.9)],
+            radius: 0.175,
+            cover: Cover::Flat,
+        };
+        let section = Section {
+            heading: Heading::of("Section"),
+            across: "x",
+            room: DVec2::new(4.0, 2.7),
+            tubes: vec![straight, bent, SideTube { axis: vec![DVec2::new(2.0, 2.7)], radius: 0.1, cover: Cover::Open }],
+            objects: vec![vec![DVec2::ZERO, DVec2::X, DVec2::new(1.0, 0.6), DVec2::new(0.0, 0.6)]],
+            grids: vec![("workplane".to_owned(), 0.8)],
+            sun: Some(DVec2::new(-0.5, 0.6)),
+        };
+        let drawing = section.draw();
+        let texts: Vec<&str> = drawing.texts().collect();
+        for text in ["Section", "x in metres", "height in metres", "workplane", "sun", "2.0", "4.0"] {
+            assert!(texts.contains(&text), "{text}: {texts:?}");
+        }
+        assert!(!svg(&drawing).unwrap().contains("NaN"));
+    }
+
+    #[test]
+    fn walls_of_a_straight_pipe_are_upright_and_end_square() {
+        let normals = normals(&[DVec2::ZERO, DVec2::new(0.0, 1.0), DVec2::new(0.0, 2.0)]);
+        assert!(normals.iter().all(|normal| normal.distance(DVec2::X) < 1e-12), "{normals:?}");
+        let elbow = super::normals(&[DVec2::ZERO, DVec2::new(0.0, 1.0), DVec2::new(1.0, 2.0)]);
+        assert!((elbow[1].x - 1.0).abs() < 1e-12, "the wall below the elbow is upright: {elbow:?}");
+    }
+}

@@ -1,0 +1,175 @@
+//! The sky as a dome seen from above: its luminance, the sun, and the sun's path over the day.
+
+use glam::{DVec2, DVec3};
+
+use super::colour::{BLACK, Colour, WHITE};
+use super::drawing::{Anchor, Drawing, Line, Type};
+use super::heading::{Heading, MARGIN};
+use super::outline::{Outline, Part, Rectangle};
+use super::scale::{BAR_WIDTH, ColourScale, LABEL_WIDTH, Palette};
+use crate::output::Raster;
+use crate::sky::direction;
+
+/// Radius of the horizon in a figure.
+const RADIUS: f64 = 210.0;
+
+/// Pixels across the dome.
+const PIXELS: usize = 420;
+
+/// Share of the dome's pixels that the scale holds: the brightest lie around the sun.
+const HELD: f64 = 0.995;
+
+/// Altitudes in degrees that have circles.
+const CIRCLES_DEG: [f64; 2] = [30.0, 60.0];
+
+/// A place of the sun.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SunAt {
+    /// Altitude above the horizon in radians.
+    pub altitude: f64,
+    /// Azimuth clockwise from north in radians.
+    pub azimuth: f64,
+    /// Hour that is written beside it, if any.
+    pub label: Option<String>,
+}
+
+/// The figure of a sky. `luminance`: cd/m2 toward a unit vector (x east, y north, z up); `sun`: where it stands; `path`: its
+/// places over the day, in order.
+pub fn sky_dome(heading: &Heading, luminance: impl Fn(DVec3) -> f64, sun: Option<&SunAt>, path: &[SunAt]) -> Drawing {
+    let left = MARGIN + 24.0 + RADIUS;
+    let bar_left = left + RADIUS + 44.0;
+    let width = bar_left + BAR_WIDTH + LABEL_WIDTH + 8.0;
+    let centre = DVec2::new(left, heading.height(width) + 30.0 + RADIUS);
+    let size = DVec2::new(width, centre.y + RADIUS + 34.0);
+    let mut drawing = Drawing::new(size, heading.title.as_str());
+    heading.draw(&mut drawing);
+    let values = dome(luminance);
+    let scale = scale_of(&values);
+    let mut raster = Raster::filled(PIXELS, PIXELS, [0; 3]);
+    for (pixel, value) in values.iter().enumerate() {
+        raster.set(pixel % PIXELS, pixel / PIXELS, scale.colour(value.unwrap_or(0.0)));
+    }
+    let around = Rectangle { from: centre - RADIUS, to: centre + RADIUS };
+    drawing.picture(around, raster);
+    // what is below the horizon is paper
+    let mut below = Outline(vec![
+        Part::Move(around.from - 1.0),
+        Part::Line(DVec2::new(around.from.x - 1.0, around.to.y + 1.0)),
+        Part::Line(around.to + 1.0),
+        Part::Line(DVec2::new(around.to.x + 1.0, around.from.y - 1.0)),
+        Part::Close,
+    ]);
+    below.add_circle(centre, RADIUS);
+    drawing.fill(below, Colour::Paper, 1.0);
+    let place = |altitude: f64, azimuth: f64| {
+        let (sin, cos) = libm::sincos(azimuth);
+        centre + RADIUS * (1.0 - altitude.to_degrees() / 90.0) * DVec2::new(sin, -cos)
+    };
+    for degrees in CIRCLES_DEG {
+        let radius = RADIUS * (1.0 - degrees / 90.0);
+        drawing.line(Outline::circle(centre, radius), Line::new(WHITE, 0.8).dashed(&[4.0, 4.0]));
+        let look = Type::new(11.0, BLACK).anchored(Anchor::Middle).rimmed(WHITE);
+        drawing.text_centred(centre + DVec2::new(0.0, radius), format!("{degrees}°"), look);
+    }
+    drawing.line(Outline::circle(centre, RADIUS), Line::new(Colour::Ink, 1.5));
+    for (name, azimuth) in [("N", 0.0), ("E", 90.0), ("S", 180.0), ("W", 270.0f64)] {
+        let (sin, cos) = libm::sincos(azimuth.to_radians());
+        let at = centre + (RADIUS + 14.0) * DVec2::new(sin, -cos);
+        drawing.text_centred(at, name, Type::new(13.0, Colour::Ink).anchored(Anchor::Middle));
+    }
+    draw_path(&mut drawing, path, &place);
+    if let Some(sun) = sun.filter(|sun| sun.altitude > 0.0) {
+        let at = place(sun.altitude, sun.azimuth);
+        drawing.filled_line(Outline::circle(at, 8.0), Colour::Fixed([255, 220, 60]), Line::new(BLACK, 1.5));
+    }
+    let bar = Rectangle::new(bar_left, around.from.y + 20.0, bar_left + BAR_WIDTH, around.to.y);
+    scale.draw(&mut drawing, bar, "cd/m²");
+    drawing
+}
+
+/// Luminance of every pixel, top row first; `None` below the horizon.
+fn dome(luminance: impl Fn(DVec3) -> f64) -> Vec<Option<f64>> {
+    let half = 0.5 * PIXELS as f64;
+    let value = |pixel: usize| {
+        let east = ((pixel % PIXELS) as f64 + 0.5 - half) / half;
+        let north = (half - (pixel / PIXELS) as f64 - 0.5) / half;
+        let zenith_angle = libm::hypot(east, north);
+        let altitude = (90.0 * (1.0 - zenith_angle)).to_radians();
+        (zenith_angle <= 1.0).then(|| luminance(direction(altitude, libm::atan2(east, north))))
+    };
+    (0..PIXELS * PIXELS).map(value).collect()
+}
+
+fn scale_of(values: &[Option<f64>]) -> ColourScale {
+    let mut seen: Vec<f64> = values.iter().flatten().copied().filter(|value| value.is_finite()).collect();
+    seen.sort_by(f64::total_cmp);
+    let index = (HELD * seen.len().saturating_sub(1) as f64).round() as usize;
+    ColourScale::from_zero(seen.get(index).copied().unwrap_or(0.0), Palette::Viridis)
+}
+
+/// The sun's path above the horizon, with its hours.
+fn draw_path(drawing: &mut Drawing, path: &[SunAt], place: &impl Fn(f64, f64) -> DVec2) {
+    let mut outline = Outline::default();
+    for pair in path.windows(2) {
+        // up to the horizon, between two places of which one is below
+        let cut = |from: &SunAt, to: &SunAt| {
+            let share = from.altitude / (from.altitude - to.altitude);
+            place(0.0, from.azimuth + share * (to.azimuth - from.azimuth))
+        };
+        let at = |sun: &SunAt| place(sun.altitude, sun.azimuth);
+        let [a, b] = [&pair[0], &pair[1]];
+        match (a.altitude >= 0.0, b.altitude >= 0.0) {
+            (true, true) => outline.add_polyline([at(a), at(b)]),
+            (true, false) if a.altitude > 0.0 => outline.add_polyline([at(a), cut(a, b)]),
+            (false, true) if b.altitude > 0.0 => outline.add_polyline([cut(a, b), at(b)]),
+            _ => {}
+        }
+    }
+    drawing.line(outline.clone(), Line::new(WHITE, 3.5));
+    drawing.line(outline, Line::new(BLACK, 1.4));
+    for sun in path.iter().filter(|sun| sun.altitude > 0.0) {
+        let Some(label) = &sun.label else { continue };
+        let at = place(sun.altitude, sun.azimuth);
+        drawing.filled_line(Outline::circle(at, 2.5), BLACK, Line::new(WHITE, 1.0));
+        let look = Type::new(10.5, BLACK).anchored(Anchor::Middle).rimmed(WHITE);
+        drawing.text_centred(at + DVec2::new(0.0, -11.0), label.as_str(), look);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::figure::svg::svg;
+    use crate::sky::{CieType, Sky, SkyDistribution};
+
+    #[test]
+    fn a_dome_has_its_directions_hours_and_scale() {
+        let sun = SunAt { altitude: 0.6, azimuth: 3.0, label: None };
+        let cie = CieType::new(12).unwrap();
+        let distribution = SkyDistribution::new(cie, direction(sun.altitude, sun.azimuth));
+        let sky = Sky { distribution, zenith_luminance_cd_m2: 3000.0 };
+        let path: Vec<SunAt> = (0..24)
+            .map(|hour| {
+                let azimuth = (15.0 * f64::from(hour)).to_radians();
+                let altitude = -0.6 * azimuth.cos();
+                SunAt { altitude, azimuth, label: (hour % 3 == 0).then(|| hour.to_string()) }
+            })
+            .collect();
+        let drawing = sky_dome(&Heading::of("sky"), |direction| sky.luminance(direction), Some(&sun), &path);
+        let texts: Vec<&str> = drawing.texts().collect();
+        for text in ["sky", "N", "E", "S", "W", "30°", "60°", "9", "12", "15", "cd/m²"] {
+            assert!(texts.contains(&text), "{text}: {texts:?}");
+        }
+        assert!(!texts.contains(&"3"), "below the horizon");
+        assert!(!svg(&drawing).unwrap().contains("NaN"));
+        sky_dome(&Heading::default(), |_| 0.0, None, &[]);
+    }
+
+    #[test]
+    fn north_is_up_and_east_is_right() {
+        let values = dome(|direction| direction.x + 10.0 * direction.y);
+        let at = |x: usize, y: usize| values[y * PIXELS + x];
+        assert!(at(PIXELS / 2, 2).unwrap() > 9.9 && at(PIXELS - 3, PIXELS / 2).unwrap() > 0.9);
+        assert_eq!(at(0, 0), None);
+    }
+}
