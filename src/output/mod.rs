@@ -5,11 +5,8 @@
 
 pub mod csv;
 pub mod exr;
-pub mod false_colour;
-pub mod montage;
 pub mod png;
 mod raster;
-mod scale;
 pub mod seen;
 
 pub use raster::Raster;
@@ -77,7 +74,7 @@ impl Image<'_> {
 }
 
 /// The value below which lies `share` (0..1) of `values`; `None` without finite values.
-fn percentile(values: impl Iterator<Item = f64>, share: f64) -> Option<f64> {
+pub fn percentile(values: impl Iterator<Item = f64>, share: f64) -> Option<f64> {
     let mut values: Vec<f64> = values.filter(|value| value.is_finite()).collect();
     let index = (share * values.len().checked_sub(1)? as f64).round() as usize;
     let (_, value, _) = values.select_nth_unstable_by(index, f64::total_cmp);

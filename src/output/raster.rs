@@ -1,10 +1,5 @@
 //! A picture in sRGB that can be drawn on.
 
-use font8x8::UnicodeFonts;
-
-/// Side of a letter in pixels: the 8 x 8 font drawn at twice its size.
-pub const LETTER_PX: usize = 16;
-
 /// 8-bit sRGB, top row first.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Raster {
@@ -67,23 +62,6 @@ impl Raster {
             (1..times).for_each(|_| large.pixels.extend_from_within(start..end));
         }
         large
-    }
-
-    /// Writes ASCII with its upper left corner at (`x`, `y`).
-    pub fn write(&mut self, x: usize, y: usize, text: &str, colour: [u8; 3]) {
-        const SCALE: usize = LETTER_PX / 8;
-        for (index, letter) in text.chars().enumerate() {
-            let Some(glyph) = font8x8::BASIC_FONTS.get(letter) else {
-                continue;
-            };
-            for (row, bits) in glyph.into_iter().enumerate() {
-                for column in (0..8).filter(|column| bits >> column & 1 == 1) {
-                    let left = x + index * LETTER_PX + column * SCALE;
-                    let top = y + row * SCALE;
-                    self.fill(left..left + SCALE, top..top + SCALE, colour);
-                }
-            }
-        }
     }
 }
 

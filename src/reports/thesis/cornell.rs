@@ -7,8 +7,8 @@ use super::views::{Recording, Sight, contenders, first_radius_m, record, tone_ma
 use super::{printed, scenes};
 use crate::estimate::FilmEstimate;
 use crate::estimate::film::BLOCK_PX;
-use crate::output::false_colour::FalseColours;
-use crate::output::montage::montage;
+use crate::figure::false_colour::FalseColours;
+use crate::figure::montage::montage;
 use crate::output::png;
 use crate::reports::page::{Check, Figure, ReportError, Section, Table};
 use crate::statistics::Moments;
@@ -313,21 +313,21 @@ fn figures(sight: &Sight, all: &[Rendered], reference: &Rendered) -> Result<Vec<
         Figure {
             file: "cornell_box.png",
             caption: format!("The Cornell box (the thesis' figure 6.1): path tracing; {names}."),
-            bytes: png::encode(&montage(&pictures, 3))?,
+            bytes: png::encode(&montage(&pictures, 3)?)?,
         },
         Figure {
             file: "cornell_distance.png",
             caption: format!(
                 "Euclidean distance of RGB to path tracing in cd/m2 (figures 6.2 and 6.3, top left): {names}."
             ),
-            bytes: png::encode(&colours.with_scale(&montage(&maps, 2)))?,
+            bytes: png::encode(&colours.with_scale(&montage(&maps, 2)?)?)?,
         },
         Figure {
             file: "cornell_channels.png",
             caption: format!(
                 "Difference of red, green and blue, method less path tracing, in cd/m2 (figures 6.2 and 6.3): {names}."
             ),
-            bytes: png::encode(&signed.with_scale(&montage(&channels, 3)))?,
+            bytes: png::encode(&signed.with_scale(&montage(&channels, 3)?)?)?,
         },
     ])
 }

@@ -15,9 +15,9 @@ use super::side_by_side::side_by_side;
 use super::update::{Faults, HitPoint, Uniform, uniform};
 use super::{printed, scenes};
 use crate::estimate::{GridEstimate, TubeEstimate};
+use crate::figure::false_colour::FalseColours;
+use crate::figure::montage::montage;
 use crate::integrator::photon_map::grid::PhotonGrid;
-use crate::output::false_colour::FalseColours;
-use crate::output::montage::montage;
 use crate::output::png;
 use crate::reports::page::{Figure, ReportError, Section, Table};
 use crate::reports::run::render;
@@ -391,7 +391,7 @@ fn pixels_section(
                 live.last().map_or(f64::NAN, |live| live.expected),
                 printed::ILLUMINANCE_BOUND_LUX
             ),
-            bytes: png::encode(&colours.with_scale(&montage(&maps, 3)))?,
+            bytes: png::encode(&colours.with_scale(&montage(&maps, 3)?)?)?,
         }],
         conclusion: judgement(settings, simulated, needed, floor, live),
         ..Section::default()

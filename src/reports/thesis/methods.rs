@@ -9,10 +9,10 @@ use crate::estimate::GridEstimate;
 use crate::figure::Heading;
 use crate::figure::axes::Axis;
 use crate::figure::curves::{Series, curves};
+use crate::figure::false_colour::FalseColours;
+use crate::figure::montage::montage;
 use crate::figure::svg::svg;
 use crate::figure::ticks::Steps;
-use crate::output::false_colour::FalseColours;
-use crate::output::montage::montage;
 use crate::output::png;
 use crate::reports::page::{Figure, ReportError, Section, Table};
 use crate::reports::run::render_all;
@@ -198,7 +198,7 @@ fn maps(floors: &[Floor], interreflection: bool) -> Result<Figure, ReportError> 
             "Illuminance of the floor in lx, {light}, north up; all on the scale of HOLIGILM, what is beyond it has the \
              colour of its end: {names}."
         ),
-        bytes: png::encode(&colours.with_scale(&montage(&pictures, 4)))?,
+        bytes: png::encode(&colours.with_scale(&montage(&pictures, 4)?)?)?,
     })
 }
 

@@ -10,9 +10,9 @@ use super::{printed, scenes};
 use crate::estimate::FilmEstimate;
 use crate::figure::Heading;
 use crate::figure::curves::{Series, logarithmic};
+use crate::figure::montage::montage;
 use crate::figure::svg::svg;
 use crate::optics::spectrum::REC709_LUMINANCE;
-use crate::output::montage::montage;
 use crate::output::png;
 use crate::reports::page::{Figure, ReportError, Section, Table};
 
@@ -150,7 +150,7 @@ fn figures(rendered: &[Rendered], reference: &FilmEstimate) -> Result<Vec<Figure
         figures.push(Figure {
             file,
             caption: format!("{} after {} passes (figures 6.7 and 6.8).", rendered.name, last.join(", ")),
-            bytes: png::encode(&montage(&pictures, 3))?,
+            bytes: png::encode(&montage(&pictures, 3)?)?,
         });
     }
     let series = rendered.iter().map(|rendered| {

@@ -10,9 +10,9 @@ use super::settings::{Progress, Settings};
 use super::views::{Sight, record};
 use super::{printed, scenes};
 use crate::estimate::FilmEstimate;
+use crate::figure::false_colour::FalseColours;
+use crate::figure::montage::montage;
 use crate::geometry::disc::disc_disc_area;
-use crate::output::false_colour::FalseColours;
-use crate::output::montage::montage;
 use crate::output::png;
 use crate::reports::page::{Check, Figure, ReportError, Section, Table};
 use crate::statistics::Moments;
@@ -125,7 +125,7 @@ pub fn sections(settings: &Settings, progress: Progress) -> Result<Vec<Section>,
                 "The ceiling around the diffuser from below in cd/m2, scale of the ceiling: {}.",
                 all.iter().map(|(name, _)| name.as_str()).collect::<Vec<_>>().join("; ")
             ),
-            bytes: png::encode(&colours.with_scale(&montage(&pictures, 2)))?,
+            bytes: png::encode(&colours.with_scale(&montage(&pictures, 2)?)?)?,
         }],
         conclusion: format!(
             "No ring is there when photons belong to the surface they lie on. A ring of counted diffuser light would be \

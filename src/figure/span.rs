@@ -1,6 +1,6 @@
 //! Scales of false-colour pictures: the range, linear or logarithmic, and the ticks.
 
-use super::percentile;
+use crate::output::percentile;
 
 /// Ratio of the highest to the lowest value beyond which a scale is logarithmic.
 const LOGARITHMIC_BEYOND: f64 = 100.0;

@@ -1,8 +1,8 @@
 //! False colours in pixels, with a labelled scale, for montages of pictures.
 
-use super::raster::LETTER_PX;
-use super::scale::{Scale, label};
-use super::{OutputError, Raster, percentile};
+use super::span::{Scale, label};
+use super::words::{LINE_PX, width_px, write};
+use crate::output::{OutputError, Raster, percentile};
 
 const PAPER: [u8; 3] = [255, 255, 255];
 const INK: [u8; 3] = [20, 20, 20];
@@ -72,7 +72,7 @@ impl FalseColours {
     }
 
     /// The picture with the scale to its right.
-    pub fn with_scale(&self, picture: &Raster) -> Raster {
+    pub fn with_scale(&self, picture: &Raster) -> Result<Raster, OutputError> {
         with_scale(picture, &self.scale, self.gradient, self.unit)
     }
 }
@@ -90,18 +90,23 @@ fn blue_red(position: f64) -> [u8; 3] {
 }
 
 /// The picture with the scale to its right.
-fn with_scale(picture: &Raster, scale: &Scale, gradient: fn(f64) -> [u8; 3], unit: &str) -> Raster {
+fn with_scale(
+    picture: &Raster,
+    scale: &Scale,
+    gradient: fn(f64) -> [u8; 3],
+    unit: &str,
+) -> Result<Raster, OutputError> {
     let ticks = scale.ticks();
     let labels: Vec<String> = ticks.iter().map(|tick| label(*tick)).collect();
-    let letters = labels.iter().map(String::len).max().unwrap_or(0);
+    let widest = labels.iter().map(|label| width_px(label)).max().unwrap_or(0);
     let bar_left = picture.width + MARGIN_PX;
     let label_left = bar_left + BAR_PX + TICK_PX + 4;
-    let right = (label_left + letters * LETTER_PX).max(bar_left + unit.len() * LETTER_PX);
+    let right = (label_left + widest).max(bar_left + width_px(unit));
     let mut whole = Raster::filled(right + MARGIN_PX, picture.height.max(LEAST_HEIGHT_PX), PAPER);
     whole.draw(0, 0, picture);
-    whole.write(bar_left, MARGIN_PX, unit, INK);
-    let top = MARGIN_PX + 2 * LETTER_PX;
-    let bottom = whole.height - MARGIN_PX - LETTER_PX / 2;
+    write(&mut whole, bar_left, MARGIN_PX, unit)?;
+    let top = MARGIN_PX + 2 * LINE_PX;
+    let bottom = whole.height - MARGIN_PX - LINE_PX / 2;
     for y in top..bottom {
         let position = (bottom - 1 - y) as f64 / (bottom - 1 - top) as f64;
         whole.fill(bar_left..bar_left + BAR_PX, y..y + 1, gradient(position));
@@ -109,9 +114,9 @@ fn with_scale(picture: &Raster, scale: &Scale, gradient: fn(f64) -> [u8; 3], uni
     for (tick, label) in ticks.iter().zip(&labels) {
         let y = bottom - 1 - (scale.position(*tick) * (bottom - 1 - top) as f64).round() as usize;
         whole.fill(bar_left + BAR_PX..bar_left + BAR_PX + TICK_PX, y..y + 1, INK);
-        whole.write(label_left, y - LETTER_PX / 2, label, INK);
+        write(&mut whole, label_left, y - LINE_PX / 2, label)?;
     }
-    whole
+    Ok(whole)
 }
 
 #[cfg(test)]
@@ -141,11 +146,12 @@ mod tests {
     fn a_scale_has_its_labels_beside_the_picture() {
         let values: Vec<f64> = (0..4096).map(|k| 1.01f64.powi(k / 2)).collect();
         let colours = FalseColours::magnitudes(&values, 0.0005, "cd/m2");
-        let picture = colours.with_scale(&colours.paint([64, 64], &values).unwrap());
+        let picture = colours.with_scale(&colours.paint([64, 64], &values).unwrap()).unwrap();
         assert!(picture.width > 64 && picture.height >= LEAST_HEIGHT_PX);
-        // the labels are there: ink right of the bar
-        let ink = (64..picture.width).filter(|x| (0..picture.height).any(|y| picture.get(*x, y) == INK)).count();
-        assert!(ink > 3 * LETTER_PX / 2);
+        // the labels are there: dark columns right of the ticks
+        let begin = 64 + MARGIN_PX + BAR_PX + TICK_PX + 2;
+        let is_dark = |x: usize| (0..picture.height).any(|y| picture.get(x, y)[0] < 128);
+        assert!((begin..picture.width).filter(|x| is_dark(*x)).count() > 8);
         assert!(colours.paint([64, 63], &values).is_err());
     }
 }
