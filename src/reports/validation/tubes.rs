@@ -97,7 +97,7 @@ pub fn section(reference: &Path) -> Result<Section, ValidationError> {
     series.push(Series { name: "Zastrow-Wittwer, R = 0.9".to_owned(), line, ..Series::default() });
     let elevation = Axis::linear("elevation of the light in degrees", [0.0, 90.0], 6, Steps::Sexagesimal);
     let transmission = Axis::linear("transmission", [0.0, 1.0], 5, Steps::Decimal);
-    let heading = Heading::of("Straight tubes of four diameters: lines the exact series, marks traced rays");
+    let heading = Heading::of("Straight tubes, four diameters long: lines the exact series, marks traced rays");
     let figure = svg(&curves(&heading, &series, elevation, transmission))?;
 
     Ok(Section {
