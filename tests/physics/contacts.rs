@@ -140,3 +140,13 @@ fn light_on_a_side_above_what_stands_beside_it() {
         ("a mesh beside a mesh", room(vec![], vec![mesh(TALL.0, TALL.1), mesh(LOW.0, LOW.1)], ON_SIDE, OVER_LOW)),
     ]);
 }
+
+/// Four sides without ends, that hang around the sensor: its section is as closed as that of a block, but light comes in.
+#[test]
+fn light_inside_what_has_open_ends() {
+    let mut pipe = mesh([1.2, 1.0, 0.6], [0.5, 0.6, 0.3]);
+    // the first four of the 12 triangles are bottom and top
+    pipe.mesh.triangles.drain(..4);
+    pipe.mesh.triangle_materials.truncate(8);
+    agree(&[("a pipe", room(vec![], vec![pipe], ON_TOP, DVec3::new(1.2, 1.0, 0.7)))]);
+}

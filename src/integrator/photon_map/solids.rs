@@ -1,5 +1,7 @@
 //! What stands in a room and can cover parts of its surfaces: boxes, and the pieces that its meshes consist of.
 
+use std::collections::BTreeMap;
+
 use glam::{DVec2, DVec3};
 
 use crate::geometry::covered::{Edge, contains, cross};
@@ -13,6 +15,8 @@ pub struct Solid {
     pub high: DVec3,
     positions: Vec<DVec3>,
     triangles: Vec<[u32; 3]>,
+    /// False if light may get inside through an open end: it has no inside then, whatever its sections look like.
+    closed: bool,
 }
 
 /// What a solid is.
@@ -75,9 +79,10 @@ impl Solid {
             used.sort_unstable();
             used.dedup();
             let own = |corner: u32| used.binary_search(&corner).map_or(0, |place| place as u32);
-            let triangles = corners.iter().map(|triangle| triangle.map(own)).collect();
-            let positions = used.iter().map(|corner| meshes.positions[*corner as usize]).collect();
-            Self::new(Owner::Piece(piece), positions, triangles)
+            let triangles: Vec<[u32; 3]> = corners.iter().map(|triangle| triangle.map(own)).collect();
+            let positions: Vec<DVec3> = used.iter().map(|corner| meshes.positions[*corner as usize]).collect();
+            let closed = is_closed(&positions, &triangles, scene);
+            Self { closed, ..Self::new(Owner::Piece(piece), positions, triangles) }
         }));
         solids
     }
@@ -97,7 +102,7 @@ impl Solid {
     fn new(of: Owner, positions: Vec<DVec3>, triangles: Vec<[u32; 3]>) -> Self {
         let low = positions.iter().fold(DVec3::INFINITY, |low, p| low.min(*p));
         let high = positions.iter().fold(DVec3::NEG_INFINITY, |high, p| high.max(*p));
-        Self { of, low, high, positions, triangles }
+        Self { of, low, high, positions, triangles, closed: true }
     }
 
     /// Triangles that a section goes through.
@@ -117,6 +122,25 @@ impl Solid {
     }
 }
 
+/// True if every edge of some triangles has one on either side, or lies in a face of the room, which closes what stands on it.
+fn is_closed(positions: &[DVec3], triangles: &[[u32; 3]], scene: &TraceableScene) -> bool {
+    let mut uses: BTreeMap<[u32; 2], u32> = BTreeMap::new();
+    for [a, b, c] in triangles {
+        for [p, q] in [[*a, *b], [*b, *c], [*c, *a]] {
+            *uses.entry([p.min(q), p.max(q)]).or_default() += 1;
+        }
+    }
+    let hair = scene.coinciding();
+    let on_face = |edge: &[u32; 2]| {
+        let [p, q] = edge.map(|corner| positions[corner as usize]);
+        (0..3).any(|axis| {
+            let on = |plane: f64| (p[axis] - plane).abs() <= hair && (q[axis] - plane).abs() <= hair;
+            on(0.0) || on(scene.size[axis])
+        })
+    };
+    uses.iter().all(|(edge, count)| count.is_multiple_of(2) || on_face(edge))
+}
+
 /// What some solids cover of a sheet. A piece within another one, whose outlines do not cross, is its cavity.
 pub fn sections<'a>(solids: impl Iterator<Item = &'a Solid>, sheet: &Sheet) -> Sections {
     let mut found = Sections::default();
@@ -124,7 +148,10 @@ pub fn sections<'a>(solids: impl Iterator<Item = &'a Solid>, sheet: &Sheet) -> S
     for solid in solids {
         let outlines =
             section(&solid.positions, &solid.triangles, sheet.seen, sheet.seen.dot(sheet.origin) + sheet.hair);
-        found.open |= outlines.open;
+        found.open |= outlines.open || !solid.closed && !outlines.rings.is_empty();
+        if !solid.closed {
+            continue;
+        }
         let ring = |ring: &Vec<DVec3>| -> Vec<Edge> {
             (0..ring.len()).map(|k| [ring[k], ring[(k + 1) % ring.len()]].map(|p| sheet.flat(p))).collect()
         };
