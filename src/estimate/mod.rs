@@ -18,7 +18,7 @@ use crate::integrator::{GridPass, Pass, ViewPass};
 use crate::scene::Scene;
 use crate::statistics::Moments;
 
-pub use crate::integrator::photon::ledger::Ledger;
+pub use crate::integrator::photon::ledger::EnergyLedger;
 
 /// The state of a job: everything that its passes have added up to. Merged in chunk order only.
 #[derive(Clone, Debug, Default)]
@@ -38,7 +38,7 @@ pub struct Estimate {
     /// Fluxes, in the order of the scene's tubes.
     pub tubes: Vec<TubeEstimate>,
     /// Where the flux went, in lm: the sum over the passes.
-    pub ledger: Ledger,
+    pub ledger: EnergyLedger,
     /// Number of the first photon of the last pass that gave something infinite or no number: a fault of the program, which
     /// ends the job.
     pub not_finite: Option<u64>,
@@ -135,7 +135,7 @@ impl Estimate {
             of(&mut estimate.into_room, flux.into_room);
         }
         let Balance { emitted, collector, guide, guide_top, diffuser, room, open_surfaces } = solution.balance;
-        self.ledger.add(&Ledger {
+        self.ledger.add(&EnergyLedger {
             emitted,
             luminaires: 0.0,
             collector,

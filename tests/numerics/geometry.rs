@@ -22,7 +22,7 @@ use skyduct::traceable::Place;
 
 use crate::given::{base, refused, with};
 use crate::jobs::{Obj, cube, lux, prepared_with, rendered};
-use crate::scenes::{SIDE, disc_room, electric_room, kernel, light_tracing, panel, run, values};
+use crate::scenes::{SIDE, disc_room, electric_room, light_tracing, panel, run, traceable, values};
 
 /// A block of 0.6 x 0.4 x 0.5 m, a 16-sided pipe of 0.2 m and 1 m with a diffuser, in the file's units per metre.
 fn obj(per_metre: f64) -> String {
@@ -180,7 +180,7 @@ fn a_rug_in_the_floor_s_plane_is_seen() {
         assert!((raised / flush - 1.0).abs() < 1e-3, "{sensor}: {raised} {flush}");
         assert!(flush / bare[sensor] > 1.02, "{sensor}: {flush} {}", bare[sensor]);
     }
-    let room = kernel(&on(0.0));
+    let room = traceable(&on(0.0));
     let mut random = PathRandom::new(Key::new(1));
     for _ in 0..10_000 {
         let from = DVec3::new(2.0 * random.uniform(), 2.4 * random.uniform(), 0.5 + random.uniform());
@@ -337,7 +337,7 @@ fn illuminances_scale_with_the_inverse_square() {
         sky.zenith_luminance_cd_m2 /= scale * scale;
         scene.room.size = DVec3::splat(side);
         scene.grids = vec![Grid::new("floor".into(), 0.0, [3, 3], 0.0, [side; 2], EstimateKind::Point)];
-        let method = Holigilm::new(installation(&kernel(&scene), &scene.grids), 1e-3, 0);
+        let method = Holigilm::new(installation(&traceable(&scene), &scene.grids), 1e-3, 0);
         let lux = method.solve(&AtomicBool::new(false)).unwrap().grids[0].illuminance.clone();
         lux.into_iter().map(|lux| lux * scale * scale).collect::<Vec<_>>()
     };

@@ -11,7 +11,7 @@ use serde_json::json;
 use skyduct::analytic::holigilm::Holigilm;
 use skyduct::analytic::{Solution, Solver};
 use skyduct::document::JobDocument;
-use skyduct::estimate::{Estimate, Ledger};
+use skyduct::estimate::{EnergyLedger, Estimate};
 use skyduct::integrator::deterministic::installation;
 use skyduct::integrator::photon::chunks::PHOTON_CHUNK;
 use skyduct::integrator::photon_map::progressive::{Radii, Radius};
@@ -23,10 +23,10 @@ use skyduct::statistics::Moments;
 
 use crate::given::{base, refused, with};
 use crate::jobs::{cube, lux, prepared, rendered};
-use crate::scenes::{self, SIDE, assert_grid, disc_room, kernel, light_tracing, radiosity, run, straight, values};
+use crate::scenes::{self, SIDE, assert_grid, disc_room, light_tracing, radiosity, run, straight, traceable, values};
 
 fn solved(scene: &Scene) -> Solution {
-    let method = Holigilm::new(installation(&kernel(scene), &scene.grids), 1e-3, 0);
+    let method = Holigilm::new(installation(&traceable(scene), &scene.grids), 1e-3, 0);
     method.solve(&AtomicBool::new(false)).unwrap()
 }
 
@@ -57,7 +57,7 @@ fn traced(reflectance: f64, photons: u64, passes: u64) -> (f64, Moments) {
     assert!(estimate.ledger.relative_closure_error().abs() < 1e-9);
     let into_room = estimate.tubes[0].into_room.mean * passes as f64;
     // what is absorbed by all, and leaves through the disc as if it was absorbed, is the furnace's mean
-    let Ledger { emitted, collector, guide, guide_top, diffuser, room, .. } = estimate.ledger;
+    let EnergyLedger { emitted, collector, guide, guide_top, diffuser, room, .. } = estimate.ledger;
     let from_above = emitted - collector - guide - into_room;
     let mean = 1000.0 * (room + guide_top + diffuser - from_above) / into_room;
     let of_surfaces = mean / (6.0 * SIDE * SIDE * (1.0 - reflectance));
@@ -113,7 +113,7 @@ fn a_white_room_with_an_opening_is_in_balance() {
     let mean = estimate.grids[0].mean;
     assert!((mean.mean - PI * 1000.0).abs() < 4.0 * mean.standard_error(), "{mean:?}");
     assert!(mean.standard_error() < 0.05 * mean.mean);
-    let Ledger { emitted, guide_top, .. } = estimate.ledger;
+    let EnergyLedger { emitted, guide_top, .. } = estimate.ledger;
     assert!((guide_top / emitted - 1.0).abs() < 1e-9, "{guide_top} {emitted}");
     for surface in ["floor", "walls", "ceiling"] {
         let pointer = format!("/room/surfaces/{surface}/reflectance");
@@ -142,15 +142,15 @@ fn a_thousand_million_deposits_add_up() {
     let deposit = 1e-6;
     let deposits = 1_000_000_000u64;
     let per_pass = 1 << 20;
-    let (mut job, mut left) = (Ledger::default(), deposits);
+    let (mut job, mut left) = (EnergyLedger::default(), deposits);
     while left > 0 {
         let photons = per_pass.min(left);
         left -= photons;
-        let mut pass = Ledger::default();
+        let mut pass = EnergyLedger::default();
         for first in (0..photons).step_by(PHOTON_CHUNK as usize) {
             let mut room = 0.0;
             (first..(first + PHOTON_CHUNK).min(photons)).for_each(|_| room += deposit);
-            pass.add(&Ledger { room, ..Ledger::default() });
+            pass.add(&EnergyLedger { room, ..EnergyLedger::default() });
         }
         job.add(&pass);
     }

@@ -26,7 +26,7 @@ use statrs::distribution::{ChiSquared, ContinuousCDF};
 use crate::given::{refused, with};
 use crate::jobs::{cube, daylight, located, lux, prepared, rendered};
 use crate::reference::{number, rows};
-use crate::scenes::{self, kernel, lambertian, straight};
+use crate::scenes::{self, lambertian, straight, traceable};
 
 fn cie(number: u8) -> CieType {
     CieType::new(number).unwrap()
@@ -211,7 +211,7 @@ fn turning_the_sun_of_an_even_sky_changes_no_bit() {
         let tubes = tubes.into_iter().zip([0.6, 1.5]).map(|(tube, x)| Tube { centre: DVec2::new(x, 0.9), ..tube });
         let mut scene = scenes::cube(0.2, 0.5, 0.7, tubes.collect(), day, EstimateKind::Point);
         scene.grids = vec![Grid::new("floor".into(), 0.0, [2, 2], 0.0, [scenes::SIDE; 2], EstimateKind::Point)];
-        let solution = Holigilm::new(installation(&kernel(&scene), &scene.grids), 0.5, 0);
+        let solution = Holigilm::new(installation(&traceable(&scene), &scene.grids), 0.5, 0);
         let solution = solution.solve(&AtomicBool::new(false)).unwrap();
         solution.grids[0].illuminance.iter().map(|lux| lux.to_bits()).collect::<Vec<_>>()
     };

@@ -24,7 +24,7 @@ use skyduct::traceable::Place;
 use crate::given::{base, refused, with};
 use crate::jobs::{cube, lux, prepared, prepared_with, rendered};
 use crate::reference::{number, rows};
-use crate::scenes::{self, RADIUS, SIDE, daylight, kernel, lambertian, light_tracing, run, straight};
+use crate::scenes::{self, RADIUS, SIDE, daylight, lambertian, light_tracing, run, straight, traceable};
 
 /// Tangent of the angle from the axis of light that is `elevation_deg` above the horizon.
 fn tangent(elevation_deg: f64) -> f64 {
@@ -42,7 +42,7 @@ fn down(guide: StraightGuide, position: DVec3, direction: DVec3) -> skyduct::gui
 
 /// Illuminances of the only grid by the solver without random walks.
 fn solved(scene: &Scene) -> Vec<f64> {
-    let method = Holigilm::new(installation(&kernel(scene), &scene.grids), 1e-3, 0);
+    let method = Holigilm::new(installation(&traceable(scene), &scene.grids), 1e-3, 0);
     method.solve(&AtomicBool::new(false)).unwrap().grids[0].illuminance.clone()
 }
 
@@ -213,7 +213,7 @@ fn the_edge_circle_is_counted_once() {
     let inner = skyduct::optics::DiffuserZone::Lambertian;
     let tube = straight(1.0, 0.95, scenes::mixed(inner));
     let scene = scenes::cube(0.3, 0.5, 0.7, vec![tube], daylight(12, 5000.0, 40.0, 120.0), EstimateKind::Point);
-    let room = kernel(&scene);
+    let room = traceable(&scene);
     let centre = DVec2::splat(0.5 * SIDE);
     let up = |at: DVec2| room.intersect(at.extend(0.3), DVec3::Z, None).place;
     for k in 0..1000 {

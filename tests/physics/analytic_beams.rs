@@ -3,7 +3,7 @@
 use std::sync::atomic::AtomicBool;
 
 use crate::documents;
-use crate::scenes::{self, daylight, kernel, straight};
+use crate::scenes::{self, daylight, straight, traceable};
 use glam::{DVec2, DVec3};
 use serde_json::json;
 use skyduct::analytic::holigilm::Holigilm;
@@ -18,7 +18,7 @@ use skyduct::statistics::interval::two_sided_normal_quantile;
 const FALSE_ALARM: f64 = 6.3e-5;
 
 fn solve(scene: &Scene, seed: u64) -> Solution {
-    let method = Holigilm::new(installation(&kernel(scene), &scene.grids), 5e-3, seed);
+    let method = Holigilm::new(installation(&traceable(scene), &scene.grids), 5e-3, seed);
     method.solve(&AtomicBool::new(false)).unwrap()
 }
 

@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use crate::reference::{json, number, rows};
-use crate::scenes::{RADIUS, SIDE, cube, daylight, kernel, lambertian, straight};
+use crate::scenes::{RADIUS, SIDE, cube, daylight, lambertian, straight, traceable};
 use glam::{DVec2, DVec3};
 use skyduct::analytic::holigilm::Holigilm;
 use skyduct::analytic::holigilm::aperture::illuminance_above;
@@ -19,7 +19,7 @@ use skyduct::sky::zenith::{default_formula, zenith_luminance_cd_m2};
 use skyduct::statistics::Moments;
 
 fn solve(scene: &Scene, target: f64) -> Solution {
-    let method = Holigilm::new(installation(&kernel(scene), &scene.grids), target, 0);
+    let method = Holigilm::new(installation(&traceable(scene), &scene.grids), target, 0);
     method.solve(&AtomicBool::new(false)).unwrap()
 }
 
@@ -130,7 +130,7 @@ fn same_bits_on_any_number_of_threads() {
 fn a_cancelled_computation_gives_nothing() {
     let tube = straight(0.6, 0.97, lambertian(0.6, 0.0));
     let scene = cube(0.2, 0.5, 0.7, vec![tube], daylight(12, 5000.0, 35.0, 225.0), EstimateKind::Point);
-    let method = Holigilm::new(installation(&kernel(&scene), &scene.grids), 0.01, 0);
+    let method = Holigilm::new(installation(&traceable(&scene), &scene.grids), 0.01, 0);
     assert!(method.solve(&AtomicBool::new(true)).is_none());
 }
 
@@ -142,7 +142,7 @@ fn levels_that_were_done_count() {
     let mut scene = cube(0.2, 0.5, 0.7, vec![tube], daylight(12, 5000.0, 35.0, 225.0), EstimateKind::Point);
     scene.grids = vec![Grid::new("plane".into(), 0.8, [2, 2], 0.1, [SIDE, SIDE], EstimateKind::Point)];
     // without the error of patches every level is better than the one before
-    let mut room = installation(&kernel(&scene), &scene.grids);
+    let mut room = installation(&traceable(&scene), &scene.grids);
     room.interreflection = false;
     let method = Holigilm::new(room, 1e-9, 0);
     let cancel = AtomicBool::new(false);

@@ -4,7 +4,7 @@ use crate::reference;
 use std::f64::consts::PI;
 
 use crate::documents::{Folder, refusal, render_chunk};
-use crate::scenes::kernel;
+use crate::scenes::traceable;
 use serde_json::{Value, json};
 use skyduct::document::{JobDocument, MethodDocument, WarningCode, to_scene};
 use skyduct::estimate::Estimate;
@@ -185,7 +185,7 @@ fn what_cannot_be_done_is_refused() {
         let by_auto = with(name, &|d| (d["views"], d["method"]) = (json!([view]), json!("auto")));
         let (scene, ..) = to_scene(&JobDocument::parse(by_auto.to_string().as_bytes()).unwrap(), &Folder).unwrap();
         let request = serde_json::from_value::<MethodDocument>(json!(method)).unwrap().request();
-        let refusal = Methods::choose(&scene, &kernel(&scene), &request).unwrap_err();
+        let refusal = Methods::choose(&scene, &traceable(&scene), &request).unwrap_err();
         assert_eq!(refusal.code, RefusalCode::GridsOnly);
     }
     let bad = [("coefficient", json!(0)), ("pipe_transmittance", json!(1.5)), ("bend_factor", json!(-0.1))];

@@ -4,7 +4,7 @@ use std::sync::atomic::AtomicBool;
 
 use crate::documents::{prepare, refusal};
 use crate::reference;
-use crate::scenes::{assert_grid, bent, clear, furnished, kernel, lambertian, run, straight, values};
+use crate::scenes::{assert_grid, bent, clear, furnished, lambertian, run, straight, traceable, values};
 use glam::DVec3;
 use serde_json::{Value, json};
 use skyduct::document::{JobDocument, WarningCode, to_scene};
@@ -18,7 +18,7 @@ use skyduct::scene::{EstimateKind, Scene, View};
 
 fn both_ways(scene: &Scene, photons_per_pass: u64, samples: u32, seed: u64) -> Bidirectional<1> {
     let settings = Settings { photons_per_pass, samples_per_sensor: samples, samples_per_pixel: samples };
-    Bidirectional::new(kernel(scene), &scene.grids, &scene.views, &settings, seed)
+    Bidirectional::new(traceable(scene), &scene.grids, &scene.views, &settings, seed)
 }
 
 /// Points 2 mm from two walls: photons that are connected to them are rare and bright, so light tracing says no. In a glossy room
@@ -39,18 +39,18 @@ fn points_in_a_corner() {
         (scene, document.method.request())
     };
     let (scene, request) = document("light_tracing", 0.0);
-    let refusal = plan::Methods::choose(&scene, &kernel(&scene), &request).unwrap_err();
+    let refusal = plan::Methods::choose(&scene, &traceable(&scene), &request).unwrap_err();
     assert_eq!(refusal.code, RefusalCode::PointsNearSurfaces, "{refusal}");
     let chosen = |gloss: f64| {
         let (scene, request) = document("auto", gloss);
-        plan::Methods::choose(&scene, &kernel(&scene), &request).unwrap().grids.unwrap().method
+        plan::Methods::choose(&scene, &traceable(&scene), &request).unwrap().grids.unwrap().method
     };
     assert_eq!(chosen(0.2).name(), "bidirectional_path_tracing");
     assert_eq!(chosen(0.0).name(), "placed_vertices");
     let settings = path_tracing::Settings { samples_per_sensor: 4096, ..Default::default() };
-    let paths = PathTracing::<1>::new(kernel(&scene), &scene.grids, &[], &settings, 2);
+    let paths = PathTracing::<1>::new(traceable(&scene), &scene.grids, &[], &settings, 2);
     let (truth, error) = values(&run(&scene, &paths, 48));
-    let placed = PlacedVertices::<1>::new(kernel(&scene), &scene.grids, [4096, 16_384], 3);
+    let placed = PlacedVertices::<1>::new(traceable(&scene), &scene.grids, [4096, 16_384], 3);
     for found in [run(&scene, &both_ways(&scene, 4_096, 1024, 2), 48), run(&scene, &placed, 48)] {
         assert_grid(&found, &truth, &error, 4.0, 0.0, "corner");
         assert!(found.grids[0].standard_error_lux(0) < 0.01 * truth[0] && error[0] < 0.01 * truth[0]);

@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use crate::documents::prepare;
 use crate::scenes::{
-    RADIUS, SIDE, assert_grid, cube, daylight, kernel, lambertian, light_tracing, run, straight, values,
+    RADIUS, SIDE, assert_grid, cube, daylight, lambertian, light_tracing, run, straight, traceable, values,
 };
 use serde_json::json;
 use skyduct::integrator::path_tracing::{self, PathTracing};
@@ -50,7 +50,7 @@ fn paths_backward_find_the_narrow_cone_that_passes() {
         scene.grids = vec![Grid::new("grid".into(), 0.5, [2, 1], 0.3, [SIDE, SIDE], EstimateKind::Point)];
         let (truth, error) = values(&run(&scene, &light_tracing(&scene, 8192, 1), 32));
         let settings = path_tracing::Settings { samples_per_sensor: 1024, ..Default::default() };
-        let paths = PathTracing::<1>::new(kernel(&scene), &scene.grids, &[], &settings, 2);
+        let paths = PathTracing::<1>::new(traceable(&scene), &scene.grids, &[], &settings, 2);
         let found = run(&scene, &paths, 32);
         assert_grid(&found, &truth, &error, 4.0, 0.0, &format!("{aspect} {reflectance}"));
         let (_, own) = values(&found);

@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 use std::sync::atomic::AtomicBool;
 
 use crate::scenes::{
-    assert_grid, cube, daylight, electric_room, kernel, lambertian, light_tracing, panel, run, sppm, straight,
+    assert_grid, cube, daylight, electric_room, lambertian, light_tracing, panel, run, sppm, straight, traceable,
 };
 use glam::{DVec2, DVec3};
 use skyduct::estimate::Estimate;
@@ -39,7 +39,7 @@ fn light_of_the_room_is_no_flux_of_a_tube() {
     scene.room.luminaires = vec![up];
     let traced = run(&scene, &light_tracing(&scene, 65_536, 1), 32);
     scene.room.luminaires.clear();
-    let placed = PlacedVertices::<1>::new(kernel(&scene), &scene.grids, [65_536, 64], 2);
+    let placed = PlacedVertices::<1>::new(traceable(&scene), &scene.grids, [65_536, 64], 2);
     let placed = run(&scene, &placed, 32);
     let [traced, placed] = [traced, placed].map(|estimate| estimate.tubes[0].into_room);
     let error = DVec2::new(traced.standard_error(), placed.standard_error()).length();
@@ -123,7 +123,7 @@ fn white_furnace() {
         let source = panel(DVec3::new(1.0, 1.7, side), 1e-3, 1e-3, 1e4);
         let scene = electric_room(DVec3::splat(side), rho, vec![source], [1, 1], EstimateKind::Point);
         let area = 6.0 * side * side;
-        let (mean, error) = mean_illuminance(&kernel(&scene), area, 16, 4096);
+        let (mean, error) = mean_illuminance(&traceable(&scene), area, 16, 4096);
         let exact = 1e4 / (area * (1.0 - rho));
         assert!((mean - exact).abs() < 4.0 * error + 1e-6 * exact, "rho {rho}: {mean} +- {error}, {exact}");
         assert!(error < 0.01 * exact);
@@ -158,7 +158,7 @@ fn closed_form_equals_connections() {
     for estimate in [EstimateKind::Point, EstimateKind::CellAverage] {
         let free = electric_room(DVec3::new(4.0, 3.0, 3.0), 0.0, vec![lit], [5, 4], estimate);
         let obstructed = electric_room(DVec3::new(4.0, 3.0, 3.0), 0.0, vec![lit, dark], [5, 4], estimate);
-        assert!(!kernel(&free).luminaires_obstructed && kernel(&obstructed).luminaires_obstructed);
+        assert!(!traceable(&free).luminaires_obstructed && traceable(&obstructed).luminaires_obstructed);
         let exact = run(&free, &light_tracing(&free, 1024, 1), 64);
         let errors: Vec<f64> = (0..20).map(|sensor| exact.grids[0].standard_error_lux(sensor)).collect();
         if estimate == EstimateKind::Point {
@@ -191,7 +191,7 @@ fn back_to_back() {
     let exact = values(&run(&alone, &light_tracing(&alone, 1024, 1), 2));
     // nothing of the upper sheet's light reaches the floor of a black room
     assert_grid(&both, &exact, &[0.0; 9], 4.5, 0.0, "back to back");
-    let kernel = kernel(&black);
+    let kernel = traceable(&black);
     for (from, toward, front) in [(0.1, DVec3::Z, down), (2.9, DVec3::NEG_Z, up)] {
         let hit = kernel.intersect(DVec3::new(2.0, 1.5, from), toward, None);
         let surface = kernel.numbering.luminaire(usize::from(front != down));

@@ -2,8 +2,8 @@
 
 use crate::mesh_objects::closed_cube;
 use crate::scenes::{
-    RADIUS, assert_grid, bent, clear, cube, daylight, furnished, kernel, lambertian, light_tracing, run, sppm,
-    straight, values,
+    RADIUS, assert_grid, bent, clear, cube, daylight, furnished, lambertian, light_tracing, run, sppm, straight,
+    traceable, values,
 };
 use glam::{DVec2, DVec3};
 use skyduct::integrator::photon_mapping::{self, PhotonMapping};
@@ -20,8 +20,8 @@ fn methods(scene: &Scene, photons_per_pass: u64) -> Vec<(&'static str, Box<dyn I
     vec![
         ("light_tracing", Box::new(light_tracing(scene, photons_per_pass, 1))),
         ("sppm", Box::new(sppm(scene, &settings, 1))),
-        ("ppm", Box::new(Ppm::<1>::new(kernel(scene), &scene.grids, &[], &ppm, 1))),
-        ("photon_mapping", Box::new(PhotonMapping::<1>::new(kernel(scene), &scene.grids, &[], &photon_mapping, 1))),
+        ("ppm", Box::new(Ppm::<1>::new(traceable(scene), &scene.grids, &[], &ppm, 1))),
+        ("photon_mapping", Box::new(PhotonMapping::<1>::new(traceable(scene), &scene.grids, &[], &photon_mapping, 1))),
     ]
 }
 

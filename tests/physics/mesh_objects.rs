@@ -49,7 +49,7 @@ fn scene(document: &Value) -> Scene {
     to_scene(&JobDocument::parse(document.to_string().as_bytes()).unwrap(), &Folder).unwrap().0
 }
 
-fn kernel(scene: &Scene) -> std::sync::Arc<TraceableScene> {
+fn traceable(scene: &Scene) -> std::sync::Arc<TraceableScene> {
     plan::compile(scene, &Effects::of(scene, &EffectRequests::new())).map(Into::into).unwrap()
 }
 
@@ -64,7 +64,7 @@ fn winding_does_not_count() {
     let run = |scene: &Scene| {
         let settings = light_tracing::Settings { photons_per_pass: 2048 };
         let only_grids = Scene { views: Vec::new(), ..scene.clone() };
-        values(&scenes::run(&only_grids, &LightTracing::<1>::new(kernel(scene), &scene.grids, &settings, 1), 2)).0
+        values(&scenes::run(&only_grids, &LightTracing::<1>::new(traceable(scene), &scene.grids, &settings, 1), 2)).0
     };
     for (a, b) in run(&good).iter().zip(&run(&turned)) {
         assert!((a - b).abs() <= 1e-9 * a, "{a} {b}");
@@ -100,7 +100,7 @@ fn points_beside_a_mesh_are_not_left_to_connections() {
             document.as_object_mut().unwrap().remove("views");
         }
         let document = JobDocument::parse(document.to_string().as_bytes()).unwrap();
-        plan::Methods::choose(scene, &kernel(scene), &document.method.request())
+        plan::Methods::choose(scene, &traceable(scene), &document.method.request())
     };
     let mesh = beside(mesh_block(), 0.002);
     let refusal = choose(&mesh, "light_tracing").unwrap_err();
@@ -109,11 +109,11 @@ fn points_beside_a_mesh_are_not_left_to_connections() {
     let chosen = choose(&mesh, "auto").unwrap().grids.unwrap();
     assert_eq!(chosen.method.name(), "bidirectional_path_tracing");
     let settings = bidirectional::Settings { photons_per_pass: 1024, ..Default::default() };
-    let found = Bidirectional::<1>::new(kernel(&mesh), &mesh.grids, &[], &settings, 3);
+    let found = Bidirectional::<1>::new(traceable(&mesh), &mesh.grids, &[], &settings, 3);
     let found = scenes::run(&mesh, &found, 48);
     let block = beside(box_block(), 0.002);
     let settings = path_tracing::Settings { samples_per_sensor: 4096, ..Default::default() };
-    let paths = PathTracing::<1>::new(kernel(&block), &block.grids, &[], &settings, 2);
+    let paths = PathTracing::<1>::new(traceable(&block), &block.grids, &[], &settings, 2);
     let (truth, error) = values(&scenes::run(&block, &paths, 48));
     assert_grid(&found, &truth, &error, 4.0, 0.0, "beside a mesh");
     assert!(found.grids[0].standard_error_lux(0) < 0.02 * truth[0] && error[0] < 0.02 * truth[0]);
@@ -149,7 +149,7 @@ fn one_sensor_beside_a_mesh_gets_a_method_of_its_own() {
     assert_eq!(prepared.plan_json()["methods"]["sensors_beside_surfaces"]["name"], "bidirectional_path_tracing");
     let found = prepared.render_all_passes(&mut |_, _| {}).unwrap();
     let alone = scene(&mesh);
-    let tracing = LightTracing::<1>::new(kernel(&alone), &alone.grids, &light_tracing::Settings::default(), 0);
+    let tracing = LightTracing::<1>::new(traceable(&alone), &alone.grids, &light_tracing::Settings::default(), 0);
     let (tracing, _) = values(&scenes::run(&alone, &tracing, 32));
     for sensor in (0..30).filter(|sensor| *sensor != near) {
         let ratio = found.grids[0].illuminance_lux(sensor) / tracing[sensor];
@@ -159,7 +159,7 @@ fn one_sensor_beside_a_mesh_gets_a_method_of_its_own() {
     let mut block = scene(&document(box_block()));
     block.grids = vec![point(DVec3::new(1.25, 1.25, 0.2))];
     let settings = path_tracing::Settings { samples_per_sensor: 4096, ..Default::default() };
-    let paths = PathTracing::<1>::new(kernel(&block), &block.grids, &[], &settings, 2);
+    let paths = PathTracing::<1>::new(traceable(&block), &block.grids, &[], &settings, 2);
     let (truth, error) = values(&scenes::run(&block, &paths, 32));
     let (lux, own) = (found.grids[0].illuminance_lux(near), found.grids[0].standard_error_lux(near));
     println!("{lux} +- {own}, {} +- {}", truth[0], error[0]);
@@ -172,7 +172,7 @@ fn points_below_a_luminaire_are_not_left_to_connections() {
     let mut below = beside(box_block(), 0.3);
     below.grids = vec![point(DVec3::new(1.5, 1.15, 2.0995))];
     let request = JobDocument::parse(room(box_block()).to_string().as_bytes()).unwrap().method.request();
-    let chosen = plan::Methods::choose(&below, &kernel(&below), &request).unwrap().grids.unwrap();
+    let chosen = plan::Methods::choose(&below, &traceable(&below), &request).unwrap().grids.unwrap();
     assert_eq!(chosen.method.name(), "bidirectional_path_tracing");
     assert!(chosen.reason.contains("a luminaire"), "{}", chosen.reason);
 }
@@ -191,7 +191,7 @@ fn a_rug_hides_the_floor() {
             ..TriangleMesh::default()
         };
         covered.room.meshes.push(MeshObject { mesh, surfaces: vec![Surface::diffuse([0.8; 3])] });
-        let room = kernel(&covered);
+        let room = traceable(&covered);
         let floor = room.intersect(DVec3::new(0.3, 0.3, 1.0), DVec3::NEG_Z, None);
         assert!(
             matches!(floor.place, Place::Surface(surface) if room.numbering.facet_of(surface) == Some(0)),
@@ -231,7 +231,7 @@ fn cell(side: f64, gap: f64) -> Scene {
 fn closed_meshes_do_not_leak() {
     for (side, gap) in [(2.0, 0.1), (1e4 - 0.002, 0.001), (0.02, 1e-5)] {
         let scene = cell(side, gap);
-        let kernel = kernel(&scene);
+        let kernel = traceable(&scene);
         let mesh = &scene.room.meshes[0].mesh;
         let mut random = PathRandom::new(Key::new(8));
         let mut inside =

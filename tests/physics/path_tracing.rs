@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use crate::documents::{prepare, refusal, render_chunk};
 use crate::reference;
-use crate::scenes::{RADIUS, SIDE, disc_room, kernel, run, values};
+use crate::scenes::{RADIUS, SIDE, disc_room, run, traceable, values};
 use serde_json::{Value, json};
 use skyduct::document::{JobDocument, WarningCode};
 use skyduct::integrator::Integrator;
@@ -52,8 +52,8 @@ fn near_an_opening_the_error_stays_finite() {
     // nothing but the disc, of exitance 1000 lm over its area, is seen from there, up to reflections below 1 %
     let exitance = 1000.0 / (PI * RADIUS * RADIUS);
     for method in [
-        &PathTracing::<1>::new(kernel(&scene), &scene.grids, &[], &paths, 2) as &dyn Integrator,
-        &TwoStage::<1>::new(kernel(&scene), &scene.grids, &[], &stages, 2),
+        &PathTracing::<1>::new(traceable(&scene), &scene.grids, &[], &paths, 2) as &dyn Integrator,
+        &TwoStage::<1>::new(traceable(&scene), &scene.grids, &[], &stages, 2),
     ] {
         let (lux, error) = values(&run(&scene, method, 32));
         for (lux, error) in lux.iter().zip(&error) {

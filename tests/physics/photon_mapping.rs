@@ -3,7 +3,7 @@
 use crate::documents::{prepare, render_chunk};
 use crate::reference;
 use crate::scenes::{
-    SIDE, assert_grid, bent, clear, cube, daylight, disc_room, kernel, light_tracing, radiosity, run, with_sun,
+    SIDE, assert_grid, bent, clear, cube, daylight, disc_room, light_tracing, radiosity, run, traceable, with_sun,
 };
 use serde_json::{Value, json};
 use skyduct::document::{DocumentErrors, JobDocument, ValidJob};
@@ -15,7 +15,7 @@ fn quick() -> Settings {
 }
 
 fn gathering(scene: &Scene, settings: &Settings, seed: u64) -> PhotonMapping<1> {
-    PhotonMapping::new(kernel(scene), &scene.grids, &scene.views, settings, seed)
+    PhotonMapping::new(traceable(scene), &scene.grids, &scene.views, settings, seed)
 }
 
 /// What points see of the sun through a clear bent tube is found by density estimates alone: in the mean against cells by

@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 
 use crate::documents::Folder;
 use crate::scenes::{
-    RADIUS, SIDE, assert_grid, disc_room, furnished, kernel, lambertian, light_tracing, radiosity, run, straight,
+    RADIUS, SIDE, assert_grid, disc_room, furnished, lambertian, light_tracing, radiosity, run, straight, traceable,
     values,
 };
 use glam::{DVec2, DVec3};
@@ -34,10 +34,10 @@ fn method((name, radius): Case, scene: &Scene, photons_per_pass: u64, radius_m: 
     let Scene { grids, views, .. } = scene;
     if name == "ppm" {
         let settings = ppm::Settings { photons_per_pass, initial_radius_m, radius, ..Default::default() };
-        return Box::new(Ppm::<1>::new(kernel(scene), grids, views, &settings, seed));
+        return Box::new(Ppm::<1>::new(traceable(scene), grids, views, &settings, seed));
     }
     let settings = sppm::Settings { photons_per_pass, initial_radius_m, radius, ..Default::default() };
-    Box::new(Sppm::<1>::new(kernel(scene), grids, views, &settings, seed))
+    Box::new(Sppm::<1>::new(traceable(scene), grids, views, &settings, seed))
 }
 
 /// Sensors 0.4 m below an open aperture under a uniform sky, in a black room: every photon is gathered, the illuminance is
@@ -150,7 +150,7 @@ fn corners_are_not_dark() {
         // a path that starts so near to the walls has no fluctuation by them
         let paths = path_tracing::Settings { samples_per_sensor: 4096, ..Default::default() };
         let (lux, error) =
-            values(&run(&scene, &PathTracing::<1>::new(kernel(&scene), &scene.grids, &[], &paths, 1), 32));
+            values(&run(&scene, &PathTracing::<1>::new(traceable(&scene), &scene.grids, &[], &paths, 1), 32));
         let mut direct = scene.clone();
         direct.room.surfaces = [Some(Surface::diffuse([0.0; 3])); 6];
         let (direct, _) = values(&run(&direct, &light_tracing(&direct, 4096, 1), 8));
@@ -177,7 +177,7 @@ fn z_of_blocks(found: &FilmEstimate, truth: &FilmEstimate) -> Vec<f64> {
 
 fn by_paths(scene: &Scene, samples_per_pixel: u32, passes: u64) -> Estimate {
     let settings = path_tracing::Settings { samples_per_pixel, ..Default::default() };
-    run(scene, &PathTracing::<1>::new(kernel(scene), &[], &scene.views, &settings, 7), passes)
+    run(scene, &PathTracing::<1>::new(traceable(scene), &[], &scene.views, &settings, 7), passes)
 }
 
 /// Each pixel of a small, wide view sees dark floor and bright edges; four fixed rays of it are not the pixel. With the

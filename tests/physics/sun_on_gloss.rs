@@ -12,7 +12,7 @@ use statrs::distribution::{ContinuousCDF, StudentsT};
 
 use crate::documents::Folder;
 use crate::reference;
-use crate::scenes::{kernel, run};
+use crate::scenes::{run, traceable};
 
 const FALSE_ALARMS: f64 = 1e-3;
 const RUNS: usize = 8;
@@ -23,7 +23,7 @@ fn blocks(document: &Value, method: &str, first_seed: u64, passes: u64) -> Vec<[
     let (scene, ..) = to_scene(&document, &Folder).unwrap();
     let runs: Vec<_> = (0..RUNS as u64)
         .map(|number| {
-            let traceable = kernel(&scene);
+            let traceable = traceable(&scene);
             run(&scene, by(method, &Task::whole(&scene, &traceable), first_seed + number).as_ref(), passes)
         })
         .collect();

@@ -5,7 +5,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use std::sync::Arc;
 
 use crate::documents::{Folder, refusal};
-use crate::scenes::{RADIUS, assert_grid, disc_room, kernel, light_tracing, run, specular, sppm, values};
+use crate::scenes::{RADIUS, assert_grid, disc_room, light_tracing, run, specular, sppm, traceable, values};
 use glam::{DVec2, DVec3};
 use serde_json::{Value, json};
 use skyduct::document::{DocumentErrors, JobDocument, ValidJob, to_scene};
@@ -58,7 +58,7 @@ fn white_furnace() {
         rotation: 0.4,
         surface: glossy(0.0, 0.1),
     });
-    let kernel = kernel(&scene);
+    let kernel = traceable(&scene);
     let emission = Emission::new(&kernel, 4096);
     let mut arrived = Moments::default();
     for pass in 0..16 {
@@ -141,7 +141,7 @@ fn colours_are_independent() {
     };
     let mut scene = coloured([0.5, 0.1, 0.3], [0.1, 0.6, 0.3]);
     scene.channels = Channels::Rgb;
-    let kernel = kernel(&scene);
+    let kernel = traceable(&scene);
     let settings = skyduct::integrator::light_tracing::Settings { photons_per_pass: 16_384 };
     let method = skyduct::integrator::light_tracing::LightTracing::<3>::new(kernel, &scene.grids, &settings, 1);
     let all = run(&scene, &method, 32);
@@ -183,7 +183,7 @@ fn a_turned_mirror_box_reflects() {
         rotation: std::f64::consts::FRAC_PI_4,
         surface: specular(0.0, PERFECT, 0.0),
     });
-    let kernel = kernel(&scene);
+    let kernel = traceable(&scene);
     let hit = kernel.intersect(DVec3::new(1.9, 1.1, 0.5), DVec3::NEG_X, None);
     let optics = kernel.optics(kernel.numbering.box_face(0, 0)).unwrap();
     let mut random = skyduct::sampling::PathRandom::new(Key::new(0));

@@ -100,16 +100,16 @@ pub fn radiosity(case: &str, estimate: EstimateKind) -> (Vec<f64>, f64) {
     (truth, error)
 }
 
-pub fn kernel(scene: &Scene) -> Arc<TraceableScene> {
+pub fn traceable(scene: &Scene) -> Arc<TraceableScene> {
     Arc::new(plan::compile(scene, &Effects::of(scene, &EffectRequests::new())).unwrap())
 }
 
 pub fn light_tracing(scene: &Scene, photons_per_pass: u64, seed: u64) -> LightTracing<1> {
-    LightTracing::new(kernel(scene), &scene.grids, &light_tracing::Settings { photons_per_pass }, seed)
+    LightTracing::new(traceable(scene), &scene.grids, &light_tracing::Settings { photons_per_pass }, seed)
 }
 
 pub fn sppm(scene: &Scene, settings: &sppm::Settings, seed: u64) -> Sppm<1> {
-    Sppm::new(kernel(scene), &scene.grids, &scene.views, settings, seed)
+    Sppm::new(traceable(scene), &scene.grids, &scene.views, settings, seed)
 }
 
 /// Adds up passes 0..`passes` of one method.

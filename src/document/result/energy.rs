@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use crate::estimate::Ledger;
+use crate::estimate::EnergyLedger;
 
 /// Flux by the places where it ended, in lm: the mean over passes.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
@@ -36,8 +36,8 @@ pub struct EnergyResult {
 
 impl EnergyResult {
     /// The mean over `passes` of the sums in `ledger`; zeros before the first pass.
-    pub fn new(ledger: &Ledger, passes: u64) -> Self {
-        let Ledger { emitted, luminaires, collector, guide, guide_top, diffuser, room, open_surfaces, cut, lost } =
+    pub fn new(ledger: &EnergyLedger, passes: u64) -> Self {
+        let EnergyLedger { emitted, luminaires, collector, guide, guide_top, diffuser, room, open_surfaces, cut, lost } =
             *ledger;
         let per_pass = |sum: f64| {
             if passes == 0 { 0.0 } else { sum / passes as f64 }
@@ -64,6 +64,6 @@ mod tests {
 
     #[test]
     fn without_light_nothing_is_missing() {
-        assert_eq!(EnergyResult::new(&Ledger::default(), 0).relative_closure_error, 0.0);
+        assert_eq!(EnergyResult::new(&EnergyLedger::default(), 0).relative_closure_error, 0.0);
     }
 }

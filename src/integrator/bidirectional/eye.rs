@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use glam::DVec3;
 
 use super::light::LightVertex;
-use super::weight::{Edge, Share};
+use super::weight::{Edge, MisWeight};
 use crate::integrator::backward::opening::DaylightShare;
 use crate::integrator::backward::vertex::Vertex;
 use crate::integrator::backward::walk::{Meeting, Ray, Walk};
@@ -56,7 +56,7 @@ pub struct EyeTrace {
 /// What is known of the way to a vertex.
 #[derive(Clone, Copy, Debug)]
 pub struct EyeArrival {
-    share: Share,
+    weight: MisWeight,
     /// Samples of the strategy that cuts the edge that leaves the vertex.
     cut: f64,
     from: From,
@@ -66,7 +66,7 @@ impl<const C: usize> EyeSide<'_, C> {
     /// Trace of a ray straight from the eye through a pixel of solid angle `pixel` in sr; `outside` is the distance in m from
     /// the eye to where its ray enters the room.
     pub fn start_at_eye(&self, outside: f64, pixel: f64) -> EyeTrace {
-        let mut edge = Edge::leaving(&Share::start(1.0, 0.0), 1.0 / pixel, 1.0, 0.0, self.cut);
+        let mut edge = Edge::leaving(&MisWeight::start(1.0, 0.0), 1.0 / pixel, 1.0, 0.0, self.cut);
         edge.extend(outside);
         EyeTrace { edge, from: From::Eye }
     }
@@ -81,15 +81,15 @@ impl<const C: usize> Meeting<C> for EyeSide<'_, C> {
     }
 
     fn arrives(&self, trace: &EyeTrace, cosine: f64) -> EyeArrival {
-        EyeArrival { share: trace.edge.arrive(cosine), cut: 1.0, from: From::Inside }
+        EyeArrival { weight: trace.edge.arrive(cosine), cut: 1.0, from: From::Inside }
     }
 
     fn arrives_at_closure(&self) -> EyeArrival {
-        EyeArrival { share: Share::start(1.0, 0.0), cut: 1.0, from: From::Inside }
+        EyeArrival { weight: MisWeight::start(1.0, 0.0), cut: 1.0, from: From::Inside }
     }
 
     fn arrives_at_sensor(&self) -> EyeArrival {
-        EyeArrival { share: Share::start(1.0, 0.0), cut: self.cut, from: self.from }
+        EyeArrival { weight: MisWeight::start(1.0, 0.0), cut: self.cut, from: self.from }
     }
 
     /// Adds what the photon's vertices send straight to a vertex, and by it toward the eye; sensors have connections of their
@@ -117,8 +117,8 @@ impl<const C: usize> Meeting<C> for EyeSide<'_, C> {
             }
             let by_eye = forward * -toward.dot(light.normal) / distance_squared;
             let by_light = light.forward(scene, -toward) * toward.dot(vertex.normal) / distance_squared;
-            let others = light.share.others(by_eye, light.back(scene, -toward))
-                + arrival.share.others(by_light, vertex.back(toward));
+            let others = light.weight.others(by_eye, light.back(scene, -toward))
+                + arrival.weight.others(by_light, vertex.back(toward));
             walk.sum += arriving * (self.photons / (distance_squared * (1.0 + others)));
         }
     }
@@ -132,7 +132,7 @@ impl<const C: usize> Meeting<C> for EyeSide<'_, C> {
         pdf: f64,
     ) -> EyeTrace {
         let cosine = toward.dot(vertex.normal);
-        let edge = Edge::leaving(&arrival.share, pdf, cosine, vertex.back(toward), arrival.cut);
+        let edge = Edge::leaving(&arrival.weight, pdf, cosine, vertex.back(toward), arrival.cut);
         EyeTrace { edge, from: arrival.from }
     }
 
@@ -148,9 +148,9 @@ impl<const C: usize> Meeting<C> for EyeSide<'_, C> {
 
     fn luminaire_share(&self, scene: &TraceableScene, number: usize, ray: &Ray<C, EyeTrace>, _: DVec3) -> f64 {
         let cosine = -ray.direction.dot(scene.luminaires[number].normal);
-        let share = ray.trace.edge.arrive(cosine);
+        let weight = ray.trace.edge.arrive(cosine);
         let start = self.starts.luminaires[number];
-        let others = share.others(start, cosine / PI) + crossings(&ray.trace, &share, start);
+        let others = weight.others(start, cosine / PI) + crossings(&ray.trace, &weight, start);
         1.0 / (1.0 + others)
     }
 
@@ -162,16 +162,16 @@ impl<const C: usize> Meeting<C> for EyeSide<'_, C> {
         position: DVec3,
     ) -> Option<DaylightShare> {
         let EyeTrace { edge, from } = ray.trace;
-        let mut share = edge.arrive(ray.direction.z);
+        let mut weight = edge.arrive(ray.direction.z);
         let clear = walk.scene.tubes[tube].closure_at(position).unscattered::<C>().is_some();
-        let straight_to_sensor = clear && share.cut > 0.0;
+        let straight_to_sensor = clear && weight.cut > 0.0;
         let start = self.starts.sky[tube];
-        let crossing = crossings(&ray.trace, &share, start);
+        let crossing = crossings(&ray.trace, &weight, start);
         if clear {
-            share.cut = 0.0;
+            weight.cut = 0.0;
         }
         let sun = if clear && from == From::Eye { 1.0 } else { 0.0 };
-        let sky = 1.0 / (1.0 + share.others(start, ray.direction.z / PI) + crossing);
+        let sky = 1.0 / (1.0 + weight.others(start, ray.direction.z / PI) + crossing);
         Some(match from {
             // photons reach points by their last way through the closure alone, cells by any
             From::Point if straight_to_sensor => DaylightShare { sky: 0.0, sky_later: 1.0, sun },
@@ -183,9 +183,9 @@ impl<const C: usize> Meeting<C> for EyeSide<'_, C> {
 
 /// Photons that cross a cell from a mirror that shows it the source, relative to the ray that found it; `start` is the
 /// density of their start per m2.
-fn crossings(trace: &EyeTrace, share: &Share, start: f64) -> f64 {
+fn crossings(trace: &EyeTrace, weight: &MisWeight, start: f64) -> f64 {
     match trace.from {
-        From::Cell(crossings_per_path) if share.cut == 0.0 => crossings_per_path * start,
+        From::Cell(crossings_per_path) if weight.cut == 0.0 => crossings_per_path * start,
         _ => 0.0,
     }
 }

@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use glam::DVec3;
 
-use super::weight::{Edge, Share};
+use super::weight::{Edge, MisWeight};
 use crate::integrator::photon::emission::EmittedPhoton;
 use crate::integrator::photon::path::{Flight, Origin, Scattering, Visitor};
 use crate::optics::{Closure, Oriented, Scatter, Scatterer, Spectrum, SurfaceOptics, Travel};
@@ -28,13 +28,13 @@ pub struct LightVertex<const C: usize> {
     leaving: Spectrum<C>,
     /// Flux that leaves in a lobe, or of a measured diffuser the flux that arrives, in lm.
     lobe: Spectrum<C>,
-    pub share: Share,
+    pub weight: MisWeight,
 }
 
 impl<const C: usize> LightVertex<C> {
     /// True if no eye path comes upon this vertex' light: connections to near sensors would have an infinite variance.
     pub fn alone(&self) -> bool {
-        self.share.cut == 0.0 && self.share.behind == 0.0
+        self.weight.cut == 0.0 && self.weight.behind == 0.0
     }
 
     /// Intensity in lm/sr along the unit vector `outward`.
@@ -162,10 +162,10 @@ impl<'a, const C: usize> Recorder<'a, C> {
     }
 
     fn source(&mut self, scattering: &Scattering<'_, C>) {
-        self.push(scattering, true, Share::start(self.start, self.found));
+        self.push(scattering, true, MisWeight::start(self.start, self.found));
     }
 
-    fn push(&mut self, scattering: &Scattering<'_, C>, source: bool, share: Share) {
+    fn push(&mut self, scattering: &Scattering<'_, C>, source: bool, weight: MisWeight) {
         let Scattering { position, normal, leaving, lobe, surface, diffuser } = *scattering;
         self.paths.vertices.push(LightVertex {
             position,
@@ -176,7 +176,7 @@ impl<'a, const C: usize> Recorder<'a, C> {
             source,
             leaving,
             lobe: lobe.map_or(Spectrum::ZERO, |lobe| lobe.flux),
-            share,
+            weight,
         });
     }
 }
@@ -187,8 +187,8 @@ impl<const C: usize> Visitor<C> for Recorder<'_, C> {
             return;
         }
         if scattering.diffuser.is_none() {
-            let share = self.edge.arrive(-self.incident.dot(scattering.normal));
-            self.push(scattering, false, share);
+            let weight = self.edge.arrive(-self.incident.dot(scattering.normal));
+            self.push(scattering, false, weight);
         } else if self.flights == 0 {
             self.source(scattering);
         } else {
@@ -215,7 +215,7 @@ impl<const C: usize> Visitor<C> for Recorder<'_, C> {
             Origin::Specular => {
                 self.unscattered.push(*flight);
                 let cosine = direction.z.abs();
-                let start = Share::start(self.start, self.found);
+                let start = MisWeight::start(self.start, self.found);
                 self.edge = Edge::leaving(&start, cosine / PI, cosine, 0.0, 0.0);
                 self.from_source = true;
             }
@@ -230,7 +230,7 @@ impl<const C: usize> Visitor<C> for Recorder<'_, C> {
                     let cosine = direction.dot(vertex.normal);
                     let density = vertex.forward(self.scene, direction);
                     let back = vertex.back(self.scene, direction);
-                    self.edge = Edge::leaving(&vertex.share, density, cosine, back, 1.0);
+                    self.edge = Edge::leaving(&vertex.weight, density, cosine, back, 1.0);
                     self.from_source = vertex.source;
                     if vertex.alone() {
                         self.alone.push(*flight);

@@ -239,7 +239,7 @@ impl<const C: usize> Bidirectional<C> {
                 continue;
             }
             let by_eye = -outward.z / PI * outward.dot(vertex.normal) / distance_squared;
-            let others = per_path * vertex.share.others(by_eye, vertex.back(&self.scene, outward));
+            let others = per_path * vertex.weight.others(by_eye, vertex.back(&self.scene, outward));
             lux[index] += intensity * -outward.z * stride as f64 / (distance_squared * (1.0 + others));
         }
         rays
@@ -260,7 +260,7 @@ impl<const C: usize> Bidirectional<C> {
             return None;
         }
         let by_eye = -direction.dot(vertex.normal) / (solid_angle * distance_squared);
-        let others = vertex.share.others(by_eye, vertex.back(&self.scene, -direction)) / self.connections_per_ray();
+        let others = vertex.weight.others(by_eye, vertex.back(&self.scene, -direction)) / self.connections_per_ray();
         Some((pixel, intensity * (1.0 / (distance_squared * solid_angle * (1.0 + others)))))
     }
 

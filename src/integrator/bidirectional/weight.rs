@@ -15,7 +15,7 @@
 
 /// State of a subpath's strategies at a vertex.
 #[derive(Clone, Copy, Debug)]
-pub struct Share {
+pub struct MisWeight {
     /// Density per m2 with which the subpath came here.
     pub density: f64,
     /// Samples of the strategy that cuts the edge to the vertex before.
@@ -25,7 +25,7 @@ pub struct Share {
     pub behind: f64,
 }
 
-impl Share {
+impl MisWeight {
     /// The start of a subpath, or a vertex before which no cut can be.
     pub fn start(density: f64, cut: f64) -> Self {
         Self { density, cut, behind: 0.0 }
@@ -53,9 +53,9 @@ pub struct Edge {
 }
 
 impl Edge {
-    /// Edge from a vertex into a direction of `density` per sr; `back` per sr as in [`Share::others`].
-    pub fn leaving(share: &Share, density: f64, cosine: f64, back: f64, cut: f64) -> Self {
-        Self { density, cosine, back: (share.cut + back * share.behind) / share.density, cut, length: 0.0 }
+    /// Edge from a vertex into a direction of `density` per sr; `back` per sr as in [`MisWeight::others`].
+    pub fn leaving(weight: &MisWeight, density: f64, cosine: f64, back: f64, cut: f64) -> Self {
+        Self { density, cosine, back: (weight.cut + back * weight.behind) / weight.density, cut, length: 0.0 }
     }
 
     /// Edge from where nothing can be cut.
@@ -74,9 +74,9 @@ impl Edge {
     }
 
     /// The vertex at its end, where it arrives at this cosine.
-    pub fn arrive(&self, cosine: f64) -> Share {
+    pub fn arrive(&self, cosine: f64) -> MisWeight {
         let per_squared = 1.0 / (self.length * self.length).max(f64::MIN_POSITIVE);
-        Share {
+        MisWeight {
             density: (self.density * cosine * per_squared).max(f64::MIN_POSITIVE),
             cut: self.cut,
             behind: self.back * self.cosine * per_squared,

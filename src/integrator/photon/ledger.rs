@@ -4,7 +4,7 @@ use crate::guide::RayCount;
 
 /// Flux by the places where it ended, in lm; an estimate holds the sum over its passes.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Ledger {
+pub struct EnergyLedger {
     /// Flux that reaches the collectors from outside.
     pub emitted: f64,
     /// Flux that leaves the luminaires.
@@ -28,7 +28,7 @@ pub struct Ledger {
     pub lost: f64,
 }
 
-impl Ledger {
+impl EnergyLedger {
     /// Adds the entries of other photons.
     pub fn add(&mut self, other: &Self) {
         let mut other = *other;
@@ -66,7 +66,7 @@ pub struct TubeFlux {
 #[derive(Clone, Debug, Default)]
 pub struct Account {
     /// Where the flux went, in lm.
-    pub ledger: Ledger,
+    pub ledger: EnergyLedger,
     /// Fluxes of each tube, in the scene's order.
     pub tubes: Vec<TubeFlux>,
     /// Ray segments that were followed.

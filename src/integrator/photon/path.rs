@@ -4,7 +4,7 @@
 use glam::DVec3;
 
 use super::emission::{EmittedPhoton, Start};
-use super::ledger::{Account, Ledger};
+use super::ledger::{Account, EnergyLedger};
 use crate::guide::{End, Transit};
 use crate::integrator::roulette::{MAX_EVENTS, survival};
 use crate::optics::{Kind, Oriented, Scatter, Scatterer, SheetSide, Spectrum, SurfaceOptics, Travel};
@@ -369,7 +369,7 @@ fn settle<const C: usize>(
     transit: &Transit<C>,
     flux: Spectrum<C>,
     origin: DVec3,
-    ledger: &mut Ledger,
+    ledger: &mut EnergyLedger,
 ) -> Option<Beam<C>> {
     let collected = flux * transit.collector;
     let arriving = collected * transit.mirrors;

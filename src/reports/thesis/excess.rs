@@ -1,26 +1,23 @@
 //! The 17 % by which the thesis' photon mapping exceeds HOLIGILM, and its hot pixels (section 6.2).
 
 use std::f64::consts::PI;
-use std::path::Path;
 
 use glam::DVec3;
 use rayon::prelude::*;
-use serde_json::{Value, json};
+use serde_json::Value;
 
-use super::boundary::mean_loss;
+use super::causes::{Causes, causes, interpolated, mean_of};
 use super::photons::FloorPhotons;
-use super::printed::{ALPHA, HOLIGILM, ILLUMINANCE_PASSES, INITIAL_RADIUS_M, PPM, SPPM};
+use super::printed::{ALPHA, ILLUMINANCE_PASSES, INITIAL_RADIUS_M, PPM, SPPM};
 use super::settings::{Progress, Settings};
 use super::side_by_side::side_by_side;
 use super::update::{Faults, HitPoint, Uniform, uniform};
 use super::{printed, scenes};
-use crate::estimate::{GridEstimate, TubeEstimate};
 use crate::figure::false_colour::FalseColours;
 use crate::figure::montage::montage;
 use crate::integrator::photon_map::grid::PhotonGrid;
 use crate::output::png;
 use crate::reports::page::{Figure, ReportError, Section, Table};
-use crate::reports::run::render;
 use crate::sampling::Key;
 use crate::scene::Face;
 use crate::traceable::SurfaceId;
@@ -35,9 +32,6 @@ const RULES: [(&str, Faults); 3] =
 /// Relative distance to a factor of the thesis within which a cause counts as fitting.
 const NEAR: f64 = 0.02;
 
-/// Uniform reflectances tried.
-const REFLECTANCES: [f64; 3] = [0.1, 0.2, 0.3];
-
 /// Number of the cases of [`EXPECTED`] that are tried on the floor under the pipe.
 const ON_FLOOR: usize = 3;
 
@@ -47,138 +41,18 @@ const FIRST_AREA_M2: f64 = PI * INITIAL_RADIUS_M * INITIAL_RADIUS_M;
 /// Passes over which the photons on the floor are counted.
 const COUNTED_PASSES: u64 = 8;
 
-fn excess(of: &printed::Illuminance) -> f64 {
-    of.mean_lux / HOLIGILM.mean_lux
-}
-
 pub fn sections(settings: &Settings, progress: Progress) -> Result<Vec<Section>, ReportError> {
     progress("causes of the excess over HOLIGILM");
     let causes = causes(settings)?;
     progress("the printed update under uniform light");
     let simulated = simulate(settings);
-    let needed = [PPM, SPPM].map(|thesis| needed_photons(&simulated, excess(&thesis)));
+    let needed = [PPM, SPPM].map(|thesis| needed_photons(&simulated, thesis.excess()));
     progress("the printed update on the floor under the pipe");
     let floor = Floor::new(settings)?;
     let numbers = EXPECTED.into_iter().take(ON_FLOOR).chain(needed[0]);
     let live: Vec<Live> = numbers.map(|expected| floor.update(settings, expected)).collect::<Result<_, _>>()?;
     let excess = excess_section(&causes, &simulated, &floor);
     Ok(vec![excess, pixels_section(settings, &simulated, needed, &floor, &live)?])
-}
-
-/// A change of the scene and the mean illuminance of the floor by HOLIGILM.
-struct Cause {
-    name: String,
-    mean_lux: f64,
-    /// Mean illuminance of the case before the change.
-    before_lux: f64,
-}
-
-impl Cause {
-    fn factor(&self) -> f64 {
-        self.mean_lux / self.before_lux
-    }
-}
-
-struct Causes {
-    list: Vec<Cause>,
-    /// Share of the light at the collector an hour later that would have to come into the room for HOLIGILM's mean.
-    transmission_later: f64,
-    /// Uniform reflectance that gives the thesis' excess of PPM.
-    reflectance: Option<f64>,
-}
-
-fn estimate_of(document: &Value) -> Result<(GridEstimate, TubeEstimate), ReportError> {
-    let (_, mut estimate) = render(document, Path::new(""))?;
-    let outputs = estimate.grids.pop().zip(estimate.tubes.pop());
-    outputs.ok_or_else(|| ReportError::Case("a job without grid and tube".to_owned()))
-}
-
-fn mean_of(document: &Value) -> Result<f64, ReportError> {
-    Ok(estimate_of(document)?.0.mean.mean)
-}
-
-fn causes(settings: &Settings) -> Result<Causes, ReportError> {
-    let floor = |interreflection: bool| {
-        let mut document = scenes::floor([settings.cells; 2], interreflection)?;
-        document["method"] = "holigilm".into();
-        Ok::<_, ReportError>(document)
-    };
-    let direct = floor(false)?;
-    let (grid, tube) = estimate_of(&direct)?;
-    let before = grid.mean.mean;
-    let later = json!("2011-09-15T16:00:00+02:00");
-    let changed = |name: &str, change: &dyn Fn(&mut Value)| {
-        let mut document = direct.clone();
-        change(&mut document);
-        Ok::<_, ReportError>(Cause { name: name.to_owned(), mean_lux: mean_of(&document)?, before_lux: before })
-    };
-    let mut list = vec![
-        changed("diffuse illuminance by the typical Dv/Ev of type 12, 0.10, instead of equation 3.5", &|document| {
-            document["sky"]["dv_ev"] = 0.1.into();
-        })?,
-        changed("with the sun, which chapter 3 leaves out", &|document| {
-            if let Some(sky) = document["sky"].as_object_mut() {
-                sky.remove("direct_normal_illuminance_lux");
-            }
-        })?,
-        changed("photon mapping's sky one hour earlier, 12:00 UTC", &|document| {
-            document["time"] = "2011-09-15T14:00:00+02:00".into()
-        })?,
-        changed("photon mapping's sky one hour later, 14:00 UTC", &|document| document["time"] = later.clone())?,
-        changed("55.46 N 12.30 E in decimal degrees, not in degrees and minutes (chapter 3)", &|document| {
-            document["location"] = json!({ "latitude_deg": 55.46, "longitude_deg": 12.3 });
-        })?,
-    ];
-    let mut at_later = direct.clone();
-    at_later["time"] = later;
-    let (grid_later, tube_later) = estimate_of(&at_later)?;
-    list.push(Cause {
-        name: "HOLIGILM's sky alone one hour later, 14:00 UTC".to_owned(),
-        mean_lux: before,
-        before_lux: grid_later.mean.mean,
-    });
-    let transmission_later = tube.into_room.mean / tube_later.at_collector.mean;
-    let total = mean_of(&floor(true)?)?;
-    list.push(Cause {
-        name: "interreflection in photon mapping alone, floor 0.2, walls 0.5, ceiling 0.7".to_owned(),
-        mean_lux: total,
-        before_lux: before,
-    });
-    let mut returning = floor(true)?;
-    returning["tubes"][0]["diffuser"] = json!({ "kind": "lambertian", "transmittance": 0.5 });
-    let absorbing = mean_of(&returning)?;
-    returning["tubes"][0]["diffuser"]["reflectance"] = 0.5.into();
-    list.push(Cause {
-        name: "a diffuser that sends half of the room's light down again instead of up the pipe (section 4.2)"
-            .to_owned(),
-        mean_lux: mean_of(&returning)?,
-        before_lux: absorbing,
-    });
-    for (name, factor) in [
-        ("a cosine too many in the diffuser's BTDF, equation 4.1, closed form", 2.0 / 3.0),
-        ("a factor pi too few in the photons' flux, equation 5.9, closed form", 1.0 / PI),
-        (
-            "whole discs at the walls, 0.3 inch, equation 5.11, closed form",
-            1.0 - mean_loss(INITIAL_RADIUS_M / scenes::ROOM_M),
-        ),
-    ] {
-        list.push(Cause { name: name.to_owned(), mean_lux: factor * before, before_lux: before });
-    }
-    let mut factors = vec![(1.0, 0.0)];
-    for reflectance in REFLECTANCES {
-        let mut document = floor(true)?;
-        let surface = json!({ "reflectance": reflectance });
-        document["room"]["surfaces"] = json!({ "floor": surface, "walls": surface, "ceiling": surface });
-        factors.push((mean_of(&document)? / before, reflectance));
-    }
-    Ok(Causes { list, transmission_later, reflectance: interpolated(&factors, excess(&PPM)) })
-}
-
-/// y at `x` by straight lines between points of ascending x.
-fn interpolated(points: &[(f64, f64)], x: f64) -> Option<f64> {
-    let pair = points.windows(2).find(|pair| pair[0].0 <= x && x <= pair[1].0)?;
-    let share = (x - pair[0].0) / (pair[1].0 - pair[0].0);
-    Some(pair[0].1 + share * (pair[1].1 - pair[0].1))
 }
 
 /// Simulates every rule for each number of photons per first disc and pass.
@@ -286,7 +160,7 @@ impl Live {
 
 fn excess_section(causes: &Causes, simulated: &[(f64, Vec<Uniform>)], floor: &Floor) -> Section {
     let verdict = |factor: f64| {
-        let near = |thesis: &printed::Illuminance| (factor / excess(thesis) - 1.0).abs() <= NEAR;
+        let near = |thesis: &printed::Illuminance| (factor / thesis.excess() - 1.0).abs() <= NEAR;
         match (near(&PPM), near(&SPPM)) {
             (false, false) => "no",
             _ => "yes",
@@ -317,7 +191,7 @@ fn excess_section(causes: &Causes, simulated: &[(f64, Vec<Uniform>)], floor: &Fl
     let reflectance = causes.reflectance.map_or(String::new(), |reflectance| {
         format!(
             " Interreflection would give the {:.1} % of PPM in a room whose surfaces all reflect {reflectance:.2}.",
-            100.0 * (excess(&PPM) - 1.0)
+            100.0 * (PPM.excess() - 1.0)
         )
     });
     Section {
@@ -328,12 +202,12 @@ fn excess_section(causes: &Causes, simulated: &[(f64, Vec<Uniform>)], floor: &Fl
              changes of the scene by this program's HOLIGILM ({:.2} lx before, direct light alone), the update of Appendix A \
              by simulation under uniform light (next section). A cause fits when its factor is within {:.0} % of {:.3} or \
              {:.3}.",
-            100.0 * (excess(&PPM) - 1.0),
-            100.0 * (excess(&SPPM) - 1.0),
+            100.0 * (PPM.excess() - 1.0),
+            100.0 * (SPPM.excess() - 1.0),
             floor.true_lux,
             100.0 * NEAR,
-            excess(&PPM),
-            excess(&SPPM),
+            PPM.excess(),
+            SPPM.excess(),
         ),
         tables: vec![Table {
             caption: "Factor on the mean illuminance of the floor".to_owned(),
@@ -421,7 +295,7 @@ fn floor_table(floor: &Floor, live: &[Live]) -> Table {
             format!("the thesis, {}", thesis.method),
             String::new(),
             thesis.mean_lux.to_string(),
-            format!("{:.3}", excess(thesis)),
+            format!("{:.3}", thesis.excess()),
             thesis.highest_lux.to_string(),
             format!("{:.2}", thesis.highest_lux / thesis.mean_lux),
             thesis.highest_at.map_or(String::new(), |[x, y]| format!("pixel ({x}, {y})")),
@@ -484,7 +358,7 @@ fn judgement(
             live.mean(2) / floor.true_lux,
         );
     }
-    let mut shares = vec![excess(&PPM) - 1.0];
+    let mut shares = vec![PPM.excess() - 1.0];
     for (rule, (name, _)) in RULES.into_iter().enumerate().take(2) {
         let by_hottest: Vec<(f64, f64)> =
             live.iter().map(|live| (libm::log(hottest(live, rule)), libm::log(live.expected))).collect();
@@ -500,7 +374,7 @@ fn judgement(
             " By the hottest pixel, the update {name}: it has the thesis' {of_thesis:.2} at about {photons:.2} photons, where it \
              raises the mean by {:.1} % and leaves a factor of {:.3} to the scene.",
             100.0 * (factor - 1.0),
-            excess(&PPM) / factor,
+            PPM.excess() / factor,
         );
         shares.push(factor - 1.0);
     }

@@ -5,6 +5,7 @@
 
 mod boundary;
 mod case;
+mod causes;
 mod cornell;
 pub mod distance;
 mod excess;

@@ -46,6 +46,13 @@ pub struct Illuminance {
     pub highest_at: Option<[u32; 2]>,
 }
 
+impl Illuminance {
+    /// Mean illuminance as a multiple of HOLIGILM's.
+    pub fn excess(&self) -> f64 {
+        self.mean_lux / HOLIGILM.mean_lux
+    }
+}
+
 pub const PPM: Illuminance = Illuminance {
     method: "PPM",
     iterations: Some(200),
