@@ -22,6 +22,7 @@ pub use recognise::{RecognisedCylinder, Section};
 pub use straight::StraightGuide;
 pub use transit::{End, Entry, RayCount, Transit};
 
+use self::dome::Pipe;
 use crate::sampling::{NestedCones, PathRandom};
 
 /// One tube's guide and collector.
@@ -36,6 +37,11 @@ pub enum Guide {
     /// Triangles, met one by one.
     Mesh(MeshGuide),
 }
+
+/// Half-angle in radians below which light that a guide passes is drawn from a cone of its own: samplers of a sky have cells
+/// of some 10 degrees about the zenith, and of the rays that leave a closure upward, as the cosine says, fewer than 1 in 10
+/// have a way through the guide.
+const NARROW: f64 = 0.32;
 
 /// Half-angle in radians up to which cones about the axis of a guide are set apart.
 const WIDEST_CONE: f64 = 0.5;
@@ -69,15 +75,23 @@ impl Guide {
     /// Half-angle in radians of the cone about the zenith from which next to all light comes that passes the guide, where that
     /// is narrow.
     pub fn narrow_cone(&self) -> Option<f64> {
-        match self {
-            Self::Straight(guide) => guide.narrow_cone(),
-            Self::Bent(_) | Self::Domed(_) | Self::Mesh(_) => None,
-        }
+        self.cone().filter(|half_angle| *half_angle < NARROW)
     }
 
     /// That cone and wider ones about it, for rays up; `None` for guides that pass more.
     pub fn cones(&self) -> Option<NestedCones> {
         self.narrow_cone().map(|half_angle| NestedCones::new(half_angle, WIDEST_CONE))
+    }
+
+    fn cone(&self) -> Option<f64> {
+        match self {
+            Self::Straight(guide) => guide.cone(),
+            Self::Domed(guide) => match &guide.pipe {
+                Pipe::Straight(guide) => guide.cone(),
+                Pipe::Bent(_) => None,
+            },
+            Self::Bent(_) | Self::Mesh(_) => None,
+        }
     }
 
     /// Follows light from an entry point down.

@@ -22,20 +22,15 @@ pub struct StraightGuide {
     pub collector_transmittance: [f64; 3],
 }
 
-/// Half-angle in radians below which light that a guide passes is drawn from a cone of its own: samplers of a sky have cells
-/// of some 10 degrees about the zenith.
-const NARROW: f64 = 0.1;
-
 impl StraightGuide {
-    /// Half-angle in radians of the cone about the axis from which next to all light comes that passes the guide, where it is
-    /// narrower than 0.1; `None` for guides that pass more.
+    /// Half-angle in radians of the cone about the axis from which next to all light comes that passes the guide; `None` for a
+    /// perfect mirror.
     ///
     /// A black guide passes what lies within an angle of tangent D / L; of light at k times that, R^k is left: within a tangent
     /// of (1 + 5 / ln(1/R)) D / L lies 98 % of the light of a uniform sky.
-    pub fn narrow_cone(&self) -> Option<f64> {
+    pub fn cone(&self) -> Option<f64> {
         let decades = -libm::log(self.reflectance.brightest());
-        let tangent = (1.0 + 5.0 / decades) * 2.0 * self.radius / self.length;
-        (decades > 0.0 && tangent < NARROW).then(|| libm::atan(tangent))
+        (decades > 0.0).then(|| libm::atan((1.0 + 5.0 / decades) * 2.0 * self.radius / self.length))
     }
 
     #[inline]

@@ -8,7 +8,8 @@ use crate::scenes::{
 };
 use serde_json::json;
 use skyduct::integrator::path_tracing::{self, PathTracing};
-use skyduct::scene::{EstimateKind, Grid, Scene};
+use skyduct::optics::Collector;
+use skyduct::scene::{EstimateKind, Grid, Scene, TubeShape};
 
 const ZENITH_CD_M2: f64 = 3000.0;
 
@@ -45,8 +46,12 @@ fn photons_find_the_narrow_cone_that_passes() {
 /// Paths backward find the same light as photons within 4 standard errors, which are below 5 % each.
 #[test]
 fn paths_backward_find_the_narrow_cone_that_passes() {
-    for (aspect, reflectance, _) in CASES {
+    let dome = || Collector::DielectricDome { refractive_index: 1.5, thickness_m: 0.003, absorption_per_m: 0.0 };
+    let cases = CASES.iter().map(|(aspect, reflectance, _)| (*aspect, *reflectance, Collector::Open));
+    for (aspect, reflectance, collector) in cases.chain([(6.0, 0.0, dome())]) {
         let mut scene = scene(aspect, reflectance);
+        let TubeShape::Cylinders(tube) = &mut scene.tubes[0].shape else { panic!("a straight tube") };
+        tube.collector = collector;
         scene.grids = vec![Grid::new("grid".into(), 0.5, [2, 1], 0.3, [SIDE, SIDE], EstimateKind::Point)];
         let (truth, error) = values(&run(&scene, &light_tracing(&scene, 8192, 1), 32));
         let settings = path_tracing::Settings { samples_per_sensor: 1024, ..Default::default() };
