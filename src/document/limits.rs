@@ -188,12 +188,24 @@ pub const MOST_PIXELS: u64 = 16_777_216;
 /// Angle between the edges of a picture: at 180 degrees its plane would be infinite.
 pub const FIELD_OF_VIEW_DEG: Range = between(0.0, 179.0);
 
+/// Skies of a request for the fluxes of a tube, its times, and the pairs of both.
+pub const SKIES: RangeInclusive<usize> = 1..=100;
+/// Times of such a request.
+pub const TIMES: RangeInclusive<usize> = 0..=1000;
+/// Skies times times of such a request, at most.
+pub const SKIES_TIMES_TIMES: usize = 1000;
+/// Relative error that such a request may ask for: 512 passes of 1024 photons bring 0.1 % through most tubes.
+pub const RELATIVE_FLUX_ERROR: Range = within(0.001, 0.5);
+
 /// Bounds of the fields by component and field, for the schema.
 pub const FIELDS: &[(&str, &str, Limit)] = &[
     ("JobDocument", "name", Limit::Length(JOB_NAME)),
     ("JobDocument", "tubes", Limit::Items(TUBES)),
     ("JobDocument", "grids", Limit::Items(OUTPUTS)),
     ("JobDocument", "views", Limit::Items(OUTPUTS)),
+    ("TubeFluxDocument", "skies", Limit::Items(SKIES)),
+    ("TubeFluxDocument", "times", Limit::Items(TIMES)),
+    ("TubeFluxDocument", "relative_error", Limit::Number(RELATIVE_FLUX_ERROR)),
     ("StopDocument", "relative_error", Limit::Number(RELATIVE_ERROR)),
     ("StopDocument", "view_relative_error", Limit::Number(RELATIVE_ERROR)),
     ("StopDocument", "confidence", Limit::Number(CONFIDENCE)),

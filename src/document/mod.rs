@@ -26,6 +26,7 @@ pub(crate) mod schema;
 pub mod sky;
 pub mod stop;
 pub mod tube;
+pub mod tube_flux;
 mod unit;
 
 pub use effects::EffectSwitch;

@@ -89,6 +89,8 @@ fn complete(operation: &mut Operation) {
     }
     if let Some(RefOr::T(body)) = &mut operation.request_body
         && let Some(RefOr::T(document)) = body.content.get_mut("application/json")
+        && let Some(RefOr::Ref(schema)) = &document.schema
+        && schema.ref_location.ends_with("/JobDocument")
     {
         let examples = EXAMPLES.iter().filter_map(|(name, text)| Some(((*name).to_owned(), example(text)?)));
         document.examples = examples.collect();

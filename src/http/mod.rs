@@ -30,6 +30,7 @@ mod router;
 pub(crate) mod server;
 mod service;
 mod skies;
+mod tube_flux;
 mod tubes;
 mod views;
 mod watched;

@@ -28,7 +28,7 @@ use crate::http::problem::as_problem_documents;
 use crate::http::server::answer_health_only_beyond;
 use crate::http::{
     Limits, Service, convergence, docs, events, figures, grids, health, jobs, meshes, page, problem_page, results,
-    skies, tubes, views,
+    skies, tube_flux, tubes, views,
 };
 
 const REQUEST_ID: HeaderName = HeaderName::from_static("x-request-id");
@@ -48,6 +48,7 @@ fn api_with_limits(document_bytes: usize, mesh_bytes: usize) -> OpenApiRouter<Ar
         .routes(routes!(meshes::get, meshes::delete))
         .routes(routes!(skies::skies))
         .routes(routes!(tubes::transmission))
+        .routes(routes!(tube_flux::flux))
         .routes(routes!(docs::openapi_yaml))
         .layer(CompressionLayer::new());
     let uploads = OpenApiRouter::new().routes(routes!(meshes::create)).layer(RequestBodyLimitLayer::new(mesh_bytes));

@@ -22,6 +22,7 @@ pub(crate) mod site_figure;
 pub mod store;
 pub(crate) mod subject;
 mod tube_figure;
+pub(crate) mod tube_flux;
 mod tube_report;
 pub(crate) mod view_figure;
 pub(crate) mod worker;

@@ -32,3 +32,4 @@ mod page;
 mod result_files;
 mod security;
 mod storm;
+mod tube_flux;

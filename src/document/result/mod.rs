@@ -7,6 +7,7 @@ mod plan;
 mod summary;
 mod timing;
 mod tube;
+mod tube_flux;
 pub mod tube_report;
 
 pub use energy::EnergyResult;
@@ -15,3 +16,4 @@ pub use plan::{EffectResult, GuideResult, MethodResult, MethodsResult, PlanResul
 pub use summary::{GridInShort, JobResults, Known, ViewInShort};
 pub use timing::{AccuracyResult, TimingResult};
 pub use tube::{FluxResult, TubeResult};
+pub use tube_flux::{PatchesResult, SourceFlux, TubeFluxAt, TubeFluxResult};

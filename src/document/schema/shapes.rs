@@ -29,6 +29,7 @@ macro_rules! named {
 named! {
     Vector: array(3, number(COORDINATE_M)).description(Some("x, y and z."));
     PlanePoint: array(2, number(IN_PLANE_M)).description(Some("x and y in metres."));
+    PlaneOffset: array(2, number(COORDINATE_M)).description(Some("East and north in metres."));
     RoomSize: array(3, number(ROOM_EDGE_M)).description(Some("Extent along x, y and z in metres."));
     BoxSize: array(3, number(SIZE_M)).description(Some("Extent along x, y and z in metres."));
     CellCounts: array(2, integer(CELLS)).description(Some("Number of cells along x and y."));

@@ -2,7 +2,7 @@
 
 pub mod change;
 pub mod plan;
-mod posted;
+pub mod posted;
 pub mod resource;
 pub mod show;
 pub mod submit;

@@ -13,7 +13,7 @@ use crate::traceable::TraceableTube;
 /// photon that stands for the rest costs some percent of a vertex' light as noise; more of them would cost more time.
 const RINGS: usize = 4;
 const SECTORS: usize = 6;
-const CELLS: usize = RINGS * SECTORS;
+pub const CELLS: usize = RINGS * SECTORS;
 
 /// Distance from a disc, in its radii, below which light is followed, not connected to photons.
 const NEAR: f64 = 1.0;
@@ -170,7 +170,7 @@ const RADII: [f64; RINGS] = [0.5, FRAC_1_SQRT_2, 0.866_025_403_784_438_6, 1.0];
 
 /// The cell of a point away from the centre of a disc: rings from the middle out, around them there and back, so that cells
 /// that follow each other touch.
-fn cell(away: DVec2, radius: f64) -> usize {
+pub fn cell(away: DVec2, radius: f64) -> usize {
     let fraction = away.length_squared() / (radius * radius);
     let ring = ((fraction * RINGS as f64) as usize).min(RINGS - 1);
     let turn = libm::atan2(away.y, away.x) / TAU + 0.5;
@@ -179,7 +179,7 @@ fn cell(away: DVec2, radius: f64) -> usize {
 }
 
 /// The point that carries a cell's difference, in radii from the centre.
-fn middle(cell: usize) -> DVec2 {
+pub fn middle(cell: usize) -> DVec2 {
     let (ring, sector) = (cell / SECTORS, cell % SECTORS);
     let sector = if ring.is_multiple_of(2) { sector } else { SECTORS - 1 - sector };
     let angle = ((sector as f64 + 0.5) / SECTORS as f64 - 0.5) * TAU;

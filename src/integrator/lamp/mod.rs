@@ -1,4 +1,5 @@
 //! A tube as a lamp: what leaves its Lambertian diffuser, found once a pass and used by all of the room.
 
 pub mod cells;
+pub mod flux;
 pub mod light;

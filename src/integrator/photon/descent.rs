@@ -10,7 +10,7 @@ use crate::sky::Sun;
 use crate::sky::sun::HALF_ANGLE;
 use crate::traceable::{TraceableScene, TraceableTube};
 
-/// Light that arrives at a closure that scatters, from above.
+/// Light that arrives at a closure, from above.
 #[derive(Clone, Copy, Debug)]
 pub struct Exit<'a, const C: usize> {
     /// In the ceiling plane, in m.
@@ -49,9 +49,9 @@ pub struct Entering {
     pub flux: f64,
 }
 
-/// Follows light down to the closure, and on as often as the tube returns it there; `at` hears of every arrival at a closure
-/// that scatters, `rays` counts the rays. What passes a clear closure ends there. Answers the flux that entered the tube, and that
-/// which arrived at the closure first, in lm.
+/// Follows light down to the closure, and on as often as the tube returns it there; `at` hears of every arrival, `rays` counts
+/// the rays. What passes a clear closure ends there. Answers the flux that entered the tube, and that which arrived at the
+/// closure first, in lm.
 pub fn descend<'a, const C: usize>(
     scene: &TraceableScene,
     tube: &'a TraceableTube,
@@ -76,11 +76,11 @@ pub fn descend<'a, const C: usize>(
         let mut position = tube.origin + transit.position;
         position.z = tube.origin.z;
         let closure = tube.closure_at(position);
+        let from = -transit.direction;
+        at(&Exit { position, closure, from, flux });
         if closure.unscattered::<C>().is_some() {
             break;
         }
-        let from = -transit.direction;
-        at(&Exit { position, closure, from, flux });
         let back = flux * closure.albedo(from, SheetSide::Same);
         let survival = (back.max() / flux.max()).min(1.0);
         if !returns || samples.random.uniform() >= survival {
@@ -101,8 +101,13 @@ pub fn sun_exits<'a, const C: usize>(
     sun: &Sun,
     samples: &mut PathSamples,
     rays: &mut RayCount,
-    at: impl FnMut(&Exit<'a, C>),
+    mut at: impl FnMut(&Exit<'a, C>),
 ) {
+    let at = |exit: &Exit<'a, C>| {
+        if exit.closure.unscattered::<C>().is_none() {
+            at(exit);
+        }
+    };
     let toward = warp::around(sun.direction, warp::cone(samples.pair(), HALF_ANGLE));
     let Some(entry) = tube.guide.entry(samples.pair(), -toward).filter(|_| toward.z > 0.0) else { return };
     let flux = sun.luminance_cd_m2() * Sun::solid_angle_sr() * entry.projected_area_m2;

@@ -62,8 +62,12 @@ impl TestService {
         self.request(Method::GET, path)
     }
 
+    pub fn post(&self, path: &str, body: &Value) -> RequestBuilder {
+        self.request(Method::POST, path).json(body)
+    }
+
     pub fn post_job(&self, document: &Value) -> RequestBuilder {
-        self.request(Method::POST, "/v1/jobs").json(document)
+        self.post("/v1/jobs", document)
     }
 
     pub async fn json(&self, path: &str) -> Value {

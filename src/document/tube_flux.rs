@@ -1,0 +1,172 @@
+//! A tube without a room, under a list of skies at a list of times: the request for its fluxes.
+
+use serde::{Deserialize, Serialize};
+use serde_json::{Map, Value, json};
+use utoipa::ToSchema;
+
+use super::errors::{Checks, DocumentErrors, FieldError, FieldErrorCode};
+use super::limits::{RELATIVE_FLUX_ERROR, SKIES, SKIES_TIMES_TIMES, TIMES};
+use super::read::shape;
+use super::sky::{LocationDocument, SkyDocument};
+use super::tube::TubeDocument;
+use super::{JobDocument, ValidJob};
+
+/// Errors that are reported at most.
+const MOST_ERRORS: usize = 100;
+
+/// A tube, and the skies and times whose light it is to carry.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct TubeFluxDocument {
+    /// The tube, as in a job. `centre_m` may be missing: where it stands does not count.
+    pub tube: TubeDocument,
+    /// Place on Earth, as in a job; with `times`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub location: Option<LocationDocument>,
+    /// Skies as in a job, 1 to 100; `times` say where the sun is, or else each sky's own `sun_position`.
+    pub skies: Vec<SkyDocument>,
+    /// Times as in a job (RFC 3339 with an offset), at most 1000; every sky is taken at every time, at most 1000 pairs. Absent
+    /// or empty: every sky once, with its own `sun_position`.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub times: Vec<String>,
+    /// Relative error at 95 % confidence that the flux into the room may have, of sky and sun each.
+    #[serde(default = "one_percent")]
+    #[schema(default = 0.01)]
+    pub relative_error: f64,
+    /// Selects the random numbers; equal documents with equal seeds give equal bits.
+    #[serde(default)]
+    #[schema(maximum = 18_446_744_073_709_551_615u64)]
+    pub seed: u64,
+}
+
+fn one_percent() -> f64 {
+    0.01
+}
+
+/// A request that is read and checked, with a job for each pair of a sky and a time.
+#[derive(Debug)]
+pub struct ValidTubeFlux {
+    /// Relative error at 95 % confidence that was asked for.
+    pub relative_error: f64,
+    /// Selects the random numbers.
+    pub seed: u64,
+    /// All pairs, sky by sky; the first has the tube, the others stand for sky and sun alone.
+    pub pairs: Vec<Pair>,
+}
+
+/// A sky at a time.
+#[derive(Debug)]
+pub struct Pair {
+    /// Number of the sky in the request, from 0.
+    pub sky: usize,
+    /// Number of the time in the request, from 0; `None` where the sky says where the sun is.
+    pub time: Option<usize>,
+    /// A room that has it outside.
+    pub job: ValidJob,
+}
+
+impl TubeFluxDocument {
+    /// Checks a request that was read as JSON. Errors name everything that is wrong, with pointers into the request.
+    pub fn from_value(mut value: Value) -> Result<ValidTubeFlux, DocumentErrors> {
+        if let Some(tube) = value.get_mut("tube").and_then(Value::as_object_mut) {
+            tube.entry("centre_m").or_insert(json!([0.0, 0.0]));
+        }
+        let mut checks = Checks::default();
+        let Some((request, _)) = shape::read::<Self>(value.clone(), &mut checks) else {
+            return Err(DocumentErrors(checks.errors));
+        };
+        request.check(&mut checks);
+        if !checks.errors.is_empty() {
+            return Err(DocumentErrors(checks.errors));
+        }
+        let pairs = request.pairs(&value)?;
+        Ok(ValidTubeFlux { relative_error: request.relative_error, seed: request.seed, pairs })
+    }
+
+    fn check(&self, checks: &mut Checks) {
+        let mut count = |field: &str, count: usize, range: &std::ops::RangeInclusive<usize>| {
+            if !range.contains(&count) {
+                let detail = format!("must have {} to {} entries, but has {count}", range.start(), range.end());
+                let code = if count > *range.end() { FieldErrorCode::TooMany } else { FieldErrorCode::Invalid };
+                checks.refuse_as(code, field, detail);
+            }
+        };
+        count("/skies", self.skies.len(), &SKIES);
+        count("/times", self.times.len(), &TIMES);
+        let pairs = self.skies.len().saturating_mul(self.times.len());
+        if pairs > SKIES_TIMES_TIMES {
+            let detail = format!("skies times times must be <= {SKIES_TIMES_TIMES}, but are {pairs}");
+            checks.refuse_as(FieldErrorCode::TooMany, "/times", detail);
+        }
+        if !RELATIVE_FLUX_ERROR.contains(self.relative_error) {
+            let detail = format!("must be {RELATIVE_FLUX_ERROR}, but is {}", self.relative_error);
+            checks.refuse_as(FieldErrorCode::OutOfRange, "/relative_error", detail);
+        }
+    }
+
+    fn pairs(&self, value: &Value) -> Result<Vec<Pair>, DocumentErrors> {
+        let times: Vec<Option<usize>> = match self.times.len() {
+            0 => vec![None],
+            count => (0..count).map(Some).collect(),
+        };
+        let (mut pairs, mut errors): (_, Vec<FieldError>) = (Vec::new(), Vec::new());
+        for sky in 0..self.skies.len() {
+            for time in &times {
+                let tube = if pairs.is_empty() && errors.is_empty() { &value["tube"] } else { &Value::Null };
+                match JobDocument::from_value(job(value, tube, sky, *time)) {
+                    Ok(job) => pairs.push(Pair { sky, time: *time, job }),
+                    Err(DocumentErrors(found)) => {
+                        let found = found.into_iter().map(|error| in_request(error, sky, *time));
+                        errors.extend(found.filter(|error| !error.pointer.starts_with("/room")));
+                        errors.dedup();
+                    }
+                }
+                if errors.len() >= MOST_ERRORS {
+                    return Err(DocumentErrors(errors));
+                }
+            }
+        }
+        if errors.is_empty() { Ok(pairs) } else { Err(DocumentErrors(errors)) }
+    }
+}
+
+/// A job with a tube, or a plain one where it is null, in an empty room below one sky.
+fn job(request: &Value, tube: &Value, sky: usize, time: Option<usize>) -> Value {
+    let mut tube = tube.clone();
+    if tube.is_null() {
+        tube = json!({
+            "diameter_m": 0.3, "reflectance": 0.9, "segments": [{ "length_m": 1.0 }], "collector": { "kind": "open" },
+            "diffuser": { "kind": "lambertian", "transmittance": 0.5 }
+        });
+    }
+    let diameter = ["diameter_m", "opening_diameter_m"].iter().find_map(|field| tube[*field].as_f64());
+    // a room that any tube fits into which may be in one
+    let edge = (2.0 * diameter.unwrap_or(1.0)).clamp(0.1, 10_000.0);
+    tube["centre_m"] = json!([0.5 * edge, 0.5 * edge]);
+    let mut job = Map::new();
+    job.insert("room".into(), json!({ "size_m": [edge, edge, edge] }));
+    job.insert("tubes".into(), json!([tube]));
+    job.insert("grids".into(), json!([{ "name": "floor", "height_m": 0.0, "cells": [1, 1] }]));
+    job.insert("sky".into(), request["skies"][sky].clone());
+    if let Some(location) = request.get("location") {
+        job.insert("location".into(), location.clone());
+    }
+    if let Some(time) = time {
+        job.insert("time".into(), request["times"][time].clone());
+    }
+    Value::Object(job)
+}
+
+/// An error of the job as one of the request.
+fn in_request(error: FieldError, sky: usize, time: Option<usize>) -> FieldError {
+    let pointer = match (error.pointer.as_str(), time) {
+        ("/time", Some(time)) => format!("/times/{time}"),
+        ("/time", None) => "/times".to_owned(),
+        (pointer, _) => match (pointer.strip_prefix("/sky"), pointer.strip_prefix("/tubes/0")) {
+            (Some(rest), _) => format!("/skies/{sky}{rest}"),
+            (_, Some(rest)) => format!("/tube{rest}"),
+            _ => pointer.to_owned(),
+        },
+    };
+    FieldError { pointer, ..error }
+}

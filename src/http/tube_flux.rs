@@ -1,0 +1,48 @@
+//! How much light a tube sends into a room, under many skies at once and without a job.
+
+use axum::Json;
+use axum::extract::rejection::BytesRejection;
+use axum::http::HeaderMap;
+use bytes::Bytes;
+
+use crate::document::result::TubeFluxResult;
+use crate::document::tube_flux::TubeFluxDocument;
+use crate::http::App;
+use crate::http::jobs::posted::Posted;
+use crate::http::limits::{off_thread, permit};
+use crate::http::problem::Problem;
+use crate::job::tube_flux::tube_flux;
+
+/// Luminous flux of a tube into a room by patches of its opening, of sky and sun apart, for every sky and time.
+#[utoipa::path(post, path = "/v1/tubes/flux", operation_id = "get_tube_flux", tag = "tubes",
+    request_body(content = TubeFluxDocument, description = "The tube, the skies and the times",
+        content_type = "application/json", example = json!({
+            "tube": {
+                "diameter_m": 0.35, "reflectance": 0.98, "segments": [{ "length_m": 1.2 }],
+                "collector": { "kind": "dome", "transmittance": 0.92 },
+                "diffuser": { "kind": "lambertian", "transmittance": 0.7, "reflectance": 0.1 }
+            },
+            "location": { "latitude_deg": 55.77, "longitude_deg": 12.5 },
+            "skies": [{ "cie_type": 1 }, { "cie_type": 12 }],
+            "times": ["2026-06-21T09:00:00+02:00", "2026-06-21T13:00:00+02:00"]
+        })),
+    responses(
+        (status = 200, description = "The fluxes", body = TubeFluxResult),
+        (status = 400, description = "Not JSON", body = Problem, content_type = "application/problem+json"),
+        (status = 413, description = "Too long", body = Problem, content_type = "application/problem+json"),
+        (status = 415, description = "Not application/json", body = Problem, content_type = "application/problem+json"),
+        (status = 422, description = "Not a valid request; `errors` name what is wrong", body = Problem,
+            content_type = "application/problem+json")))]
+pub async fn flux(
+    app: App,
+    headers: HeaderMap,
+    body: Result<Bytes, BytesRejection>,
+) -> Result<Json<TubeFluxResult>, Problem> {
+    let posted = Posted::read(&headers, body)?;
+    let (meshes, runtime) = (app.meshes.clone(), tokio::runtime::Handle::current());
+    let found = off_thread(permit(&app.permits.preparing).await?, move |cancel| {
+        let meshes = meshes.for_document(runtime, cancel.clone());
+        tube_flux(&TubeFluxDocument::from_value(posted.value)?, &meshes, &cancel)
+    });
+    Ok(Json(found.await??))
+}

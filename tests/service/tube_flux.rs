@@ -1,0 +1,132 @@
+//! Fluxes of a tube under many skies, without a job.
+
+use std::f64::consts::PI;
+
+use serde_json::{Value, json};
+
+use crate::common::{self, TestService};
+
+const DIAMETER_M: f64 = 0.3;
+const TRANSMITTANCE: f64 = 0.6;
+
+fn tube() -> Value {
+    json!({ "diameter_m": DIAMETER_M, "reflectance": 0.98, "segments": [{ "length_m": 4.0 * DIAMETER_M }],
+            "collector": { "kind": "open" }, "diffuser": { "kind": "lambertian", "transmittance": TRANSMITTANCE } })
+}
+
+fn number(value: &Value) -> f64 {
+    value.as_f64().unwrap_or_else(|| panic!("{value} is no number"))
+}
+
+/// Sky and sun of a straight tube, and its patches, against the closed forms of its transmission within 4 standard errors.
+#[tokio::test]
+async fn fluxes_are_those_of_the_closed_forms() {
+    let service = TestService::start().await;
+    let sky = |altitude: f64| {
+        json!({ "cie_type": 1, "diffuse_horizontal_illuminance_lux": 10_000, "direct_normal_illuminance_lux": 50_000,
+                "sun_position": { "altitude_deg": altitude, "azimuth_deg": 140 } })
+    };
+    let request = json!({ "tube": tube(), "skies": [sky(20.0), sky(65.0)], "relative_error": 0.002 });
+    let found: Value = service.post("/v1/tubes/flux", &request).send().await.unwrap().json().await.unwrap();
+    let area = 0.25 * PI * DIAMETER_M * DIAMETER_M;
+    let patches = found["patches"]["centres_m"].as_array().unwrap();
+    assert!((patches.len() as f64 * number(&found["patches"]["area_m2"]) / area - 1.0).abs() < 1e-12);
+    for (index, altitude) in [20.0, 65.0].into_iter().enumerate() {
+        let path = format!(
+            "/v1/tubes/transmission?reflectance=0.98&aspect_ratio=4&altitude_deg={altitude}&cie_type=1&sun_altitude_deg={altitude}"
+        );
+        let closed = service.json(&path).await;
+        let at = &found["fluxes"][index];
+        assert_eq!(at["sky"], index);
+        assert!((number(&at["sun_altitude_deg"]) - altitude).abs() < 1e-9);
+        let outside = [("of_sky", 10_000.0), ("of_sun", 50_000.0 * altitude.to_radians().sin())];
+        let through = [number(&closed["sky"]["transmission"]), number(&closed["beams"][0]["transmission"])];
+        for ((source, lux), through) in outside.into_iter().zip(through) {
+            let flux = &at[source];
+            // the disc of the sun is half a degree wide, over which the transmission is all but straight
+            for (place, truth) in [
+                ("at_collector", lux * area),
+                ("at_diffuser", lux * area * through),
+                ("into_room", lux * area * through * TRANSMITTANCE),
+            ] {
+                let (mean, error) = (number(&flux[place]["flux_lm"]), number(&flux[place]["standard_error_lm"]));
+                assert!(
+                    (mean - truth).abs() < 4.0 * error + 1e-4 * truth,
+                    "{source} {place}: {mean} +- {error}, {truth}"
+                );
+                assert!(error < 0.002 * truth, "{source} {place}: {error} of {truth}");
+            }
+            let sum: f64 = flux["patches_lm"].as_array().unwrap().iter().map(number).sum();
+            assert!((sum / number(&flux["into_room"]["flux_lm"]) - 1.0).abs() < 1e-12);
+        }
+        // mirrors gather the sun's light in patches, an even sky lights all alike
+        let spread = |source: &str| {
+            let patches: Vec<f64> = at[source]["patches_lm"].as_array().unwrap().iter().map(number).collect();
+            let mean = patches.iter().sum::<f64>() / patches.len() as f64;
+            patches.iter().map(|flux| (flux / mean - 1.0).abs()).fold(0.0, f64::max)
+        };
+        println!("{altitude}: {:.3} {:.3}", spread("of_sky"), spread("of_sun"));
+        assert!(spread("of_sky") < 0.1 && spread("of_sun") > 0.2);
+    }
+}
+
+/// Times of a day at a place: none at night, and the same bits again.
+#[tokio::test]
+async fn a_day_of_fluxes() {
+    let service = TestService::start().await;
+    let times = ["2011-06-21T00:00:00+02:00", "2011-06-21T12:00:00+02:00", "2011-06-21T18:00:00+02:00"];
+    let request = json!({
+        "tube": tube(), "location": { "latitude_deg": 55.77, "longitude_deg": 12.5 }, "skies": [{ "cie_type": 12 }, { "cie_type": 5 }],
+        "times": times
+    });
+    let post =
+        async || -> Value { service.post("/v1/tubes/flux", &request).send().await.unwrap().json().await.unwrap() };
+    let found = post().await;
+    let fluxes = found["fluxes"].as_array().unwrap();
+    assert_eq!(fluxes.len(), 6);
+    for (index, at) in fluxes.iter().enumerate() {
+        assert_eq!((&at["sky"], &at["time"]), (&json!(index / 3), &json!(index % 3)));
+        let night = index % 3 == 0;
+        assert_eq!(at["of_sky"].is_null(), night);
+        // the fifth type has no beam
+        assert_eq!(at["of_sun"].is_null(), night || index > 3);
+        assert_eq!(night, at["warnings"][0]["code"] == "sun_below_horizon", "{at}");
+    }
+    assert_eq!(post().await, found);
+}
+
+/// Everything that is wrong is named by its place in the request.
+#[tokio::test]
+async fn what_is_wrong_is_named() {
+    let service = TestService::start().await;
+    let good = || {
+        json!({ "tube": tube(), "location": { "latitude_deg": 55.0, "longitude_deg": 12.5 }, "skies": [{ "cie_type": 12 }],
+                "times": ["2011-06-21T12:00:00Z"] })
+    };
+    let cases: [(&str, Value, &str); 9] = [
+        ("/tube/reflectance", json!(1.5), "/tube/reflectance"),
+        ("/tube/length", json!(1.5), "/tube/length"),
+        ("/skies/0/cie_type", json!(17), "/skies/0/cie_type"),
+        ("/skies", json!([]), "/skies"),
+        ("/times/0", json!("noon"), "/times/0"),
+        ("/times", json!(vec!["2011-06-21T12:00:00Z"; 1001]), "/times"),
+        ("/location/latitude_deg", json!(91), "/location/latitude_deg"),
+        ("/relative_error", json!(0), "/relative_error"),
+        ("/rooms", json!([]), "/rooms"),
+    ];
+    for (place, value, pointer) in cases {
+        let mut request = good();
+        let (parent, field) = place.rsplit_once('/').unwrap();
+        match request.pointer_mut(parent).unwrap() {
+            Value::Array(list) => list[field.parse::<usize>().unwrap()] = value,
+            object => object[field] = value,
+        }
+        let answer = service.post("/v1/tubes/flux", &request).send().await.unwrap();
+        let problem = common::problem(answer, 422).await;
+        assert_eq!(problem["errors"][0]["pointer"], pointer, "{problem}");
+    }
+    let mut request = good();
+    request["times"] = json!([]);
+    let answer = service.post("/v1/tubes/flux", &request).send().await.unwrap();
+    assert_eq!(common::problem(answer, 422).await["errors"][0]["pointer"], "/times");
+}
