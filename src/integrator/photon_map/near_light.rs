@@ -9,13 +9,17 @@ use super::maps::{Gathered, Mapper, Maps, POINT_CONNECTIONS, density};
 use super::store::Tube;
 use crate::geometry::disc::disc_disc_area;
 use crate::optics::{Closure, Glossy, MeasuredDiffuser, Spectrum};
-use crate::sampling::PathRandom;
+use crate::sampling::{PathRandom, warp};
+use crate::traceable::luminaire::TraceableLuminaire;
 use crate::traceable::{RoomHit, SurfaceId, TraceableTube};
 
 /// Photons at each diffuser, and points of each luminaire along the side of a square of strata, to which a sensor is
 /// connected.
 pub const SENSOR_CONNECTIONS: usize = 256;
 pub const SENSOR_STRATA: usize = 8;
+
+/// Rays that look for a very near luminaire, for each that is to find it.
+const TRIES: usize = 16;
 
 impl<const C: usize> Mapper<C> {
     /// Irradiance straight from the diffusers, by connections to some of the photons that they scattered.
@@ -53,7 +57,7 @@ impl<const C: usize> Mapper<C> {
     }
 
     /// Irradiance straight from the luminaires: in closed form, or from `strata` x `strata` points of each. Points of a luminaire
-    /// nearer than its strata are wide are rare and bright: from there it is the closed form less what points are hidden.
+    /// nearer than its strata are wide are rare and bright: of one so near it is the closed form times the share that is seen.
     pub fn luminaire_irradiance(
         &self,
         position: DVec3,
@@ -69,24 +73,50 @@ impl<const C: usize> Mapper<C> {
                 continue;
             }
             let share = 1.0 / strata as f64;
-            let near = luminaire.distance(position) < share * luminaire.longer_edge_m();
-            if near {
-                sum += luminaire.irradiance(position, normal);
+            if luminaire.distance(position) < share * luminaire.longer_edge_m()
+                && let Some(seen) = self.seen_share(luminaire, position, normal, surface, strata * strata, random)
+            {
+                sum += luminaire.irradiance(position, normal) * seen;
+                continue;
             }
-            let weight = share * share * if near { -1.0 } else { 1.0 };
             for stratum in 0..strata * strata {
                 let [u, v] = random.uniform2();
                 let source = luminaire
                     .point([((stratum % strata) as f64 + u) * share, ((stratum / strata) as f64 + v) * share])
                     .clamp(DVec3::ZERO, self.scene.size);
                 let arriving: Spectrum<C> = luminaire.connection(source, position, normal);
-                let seen = || self.scene.visible(position, surface, source, Some(luminaire.surface));
-                if arriving.max() > 0.0 && seen() != near {
-                    sum += arriving * weight;
+                if arriving.max() > 0.0 && self.scene.visible(position, surface, source, Some(luminaire.surface)) {
+                    sum += arriving * (share * share);
                 }
             }
         }
         sum
+    }
+
+    /// Share of a luminaire's light at a point that nothing hides, by up to `count` of the rays that find the luminaire among
+    /// those that the cosine demands; `None` where none does. A mean of any number of them has the right expectation.
+    fn seen_share(
+        &self,
+        luminaire: &TraceableLuminaire,
+        position: DVec3,
+        normal: DVec3,
+        surface: Option<SurfaceId>,
+        count: usize,
+        random: &mut PathRandom,
+    ) -> Option<f64> {
+        let (mut found, mut seen) = (0, 0);
+        for _ in 0..TRIES * count {
+            let direction = warp::around(normal, warp::cosine_hemisphere(random.uniform2()));
+            let distance = luminaire.intersect(position, direction).filter(|distance| *distance > 0.0);
+            let Some(distance) = distance.filter(|_| direction.dot(luminaire.normal) < 0.0) else { continue };
+            let source = (position + direction * distance).clamp(DVec3::ZERO, self.scene.size);
+            found += 1;
+            seen += usize::from(self.scene.visible(position, surface, source, Some(luminaire.surface)));
+            if found == count {
+                break;
+            }
+        }
+        (found > 0).then(|| seen as f64 / found as f64)
     }
 
     /// Luminance in cd/m2 of a diffuser that scatters along the eye ray's `direction` to a point of its lower side, and its
