@@ -94,9 +94,26 @@ impl Estimate {
         }
     }
 
-    /// Adds one pass. `grids` and `views` come from the methods that compute them; both may be the same pass.
+    /// Passes that computed the grids, or that would have if there were any; a solution counts as one.
+    pub fn passes_of_grids(&self) -> u64 {
+        let count = self.grids.first().and_then(|grid| grid.sensors.first()).map(|sensor| sensor.count as u64);
+        count.unwrap_or(self.passes).min(self.passes)
+    }
+
+    /// Passes that computed the views, or that would have if there were any.
+    pub fn passes_of_views(&self) -> u64 {
+        self.views.first().map_or(self.passes, |view| view.passes as u64)
+    }
+
+    /// Passes that computed the fluxes and the ledger: those of the grids, or else of the views.
+    pub fn passes_of_ledger(&self) -> u64 {
+        if self.grids.is_empty() { self.passes_of_views() } else { self.passes_of_grids() }
+    }
+
+    /// Adds one pass. `grids` and `views` come from the methods that compute them, as long as they are wanted; both may be the
+    /// same pass.
     ///
-    /// Fluxes and the ledger are those of the pass that computes the grids, or else the views.
+    /// Fluxes and the ledger are those of the passes that compute the grids, or of the views where there are no grids.
     pub fn push(&mut self, grids: Option<&Pass>, views: Option<&Pass>) {
         self.passes += 1;
         for pass in [grids, views.filter(|views| !grids.is_some_and(|grids| std::ptr::eq(*views, grids)))] {
@@ -112,7 +129,7 @@ impl Estimate {
         if let Some(pass) = views {
             self.views.iter_mut().zip(&pass.views).for_each(|(estimate, view)| estimate.push(view));
         }
-        if let Some(pass) = grids.or(views) {
+        if let Some(pass) = if self.grids.is_empty() { views } else { grids } {
             self.ledger.add(&pass.account.ledger);
             self.tubes.iter_mut().zip(&pass.account.tubes).for_each(|(estimate, flux)| estimate.push(flux));
         }

@@ -18,6 +18,30 @@ pub struct StopRule {
     pub max_seconds: f64,
 }
 
+/// The outputs that are less accurate than asked, and wanted in further passes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Wanted {
+    /// True for the grids.
+    pub grids: bool,
+    /// True for the views.
+    pub views: bool,
+}
+
+impl Wanted {
+    /// Grids and views.
+    pub const ALL: Self = Self { grids: true, views: true };
+
+    /// True if another pass is wanted.
+    pub fn any(self) -> bool {
+        self.grids || self.views
+    }
+
+    /// What is still wanted after a later judgement: what was accurate enough once is not computed again.
+    pub fn still(self, later: Self) -> Self {
+        Self { grids: self.grids && later.grids, views: self.views && later.views }
+    }
+}
+
 /// Achieved relative errors at the asked confidence; `None` where the job has no such output, or nothing is known of its
 /// error: before the second pass, or by a formula.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -72,31 +96,41 @@ const LEAST_SHARE_OF_MEAN: f64 = 0.01;
 
 impl StopRule {
     /// Root mean square over sensors of t se / max(E, 0.01 mean E), the worst grid and the worst view; t is Student's quantile for
-    /// the number of passes, and that of the normal distribution for a solution.
+    /// the passes that computed it, and that of the normal distribution for a solution.
     pub fn accuracy(&self, estimate: &Estimate) -> Accuracy {
-        let t = match estimate.passes {
+        let t = |passes: u64| match passes {
             0 | 1 => two_sided_normal_quantile(self.confidence),
             passes => two_sided_student_quantile(self.confidence, passes as f64 - 1.0),
         };
         // one pass tells no error, one solution does
         let known = |error: &f64| estimate.passes >= 2 || error.is_finite();
-        let worst =
-            |errors: &mut dyn Iterator<Item = f64>| errors.reduce(f64::max).filter(known).map(|error| t * error);
+        let worst = |passes: u64, errors: &mut dyn Iterator<Item = f64>| {
+            errors.reduce(f64::max).filter(known).map(|error| t(passes) * error)
+        };
         Accuracy {
-            grids: worst(&mut estimate.grids.iter().map(grid_error)),
-            views: worst(&mut estimate.views.iter().map(film_error)),
+            grids: worst(estimate.passes_of_grids(), &mut estimate.grids.iter().map(grid_error)),
+            views: worst(estimate.passes_of_views(), &mut estimate.views.iter().map(film_error)),
+        }
+    }
+
+    /// The outputs that are less accurate than asked, or whose accuracy is too uncertain after so few passes.
+    pub fn wanted(&self, estimate: &Estimate) -> Wanted {
+        let accuracy = self.accuracy(estimate);
+        let least = |values: &mut dyn Iterator<Item = usize>| values.map(least_passes).max();
+        let wanted = |least: Option<u64>, passes: u64, error: Option<f64>, limit: f64| {
+            least.is_some_and(|least| passes < least || error.is_some_and(|error| error > limit))
+        };
+        let of_grids = least(&mut estimate.grids.iter().map(|grid| grid.sensors.len()));
+        let of_views = least(&mut estimate.views.iter().map(|view| view.blocks.len()));
+        Wanted {
+            grids: wanted(of_grids, estimate.passes_of_grids(), accuracy.grids, self.relative_error),
+            views: wanted(of_views, estimate.passes_of_views(), accuracy.views, self.view_relative_error),
         }
     }
 
     /// True if every output is as accurate as asked.
     pub fn accurate_enough(&self, estimate: &Estimate) -> bool {
-        let accuracy = self.accuracy(estimate);
-        let grids = estimate.grids.iter().map(|grid| grid.sensors.len());
-        let views = estimate.views.iter().map(|view| view.blocks.len());
-        let least = grids.chain(views).map(least_passes).max().unwrap_or(LEAST_PASSES);
-        estimate.passes >= least
-            && accuracy.grids.is_none_or(|error| error <= self.relative_error)
-            && accuracy.views.is_none_or(|error| error <= self.view_relative_error)
+        !self.wanted(estimate).any()
     }
 }
 

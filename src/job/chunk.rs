@@ -7,7 +7,7 @@ use super::engine::Added;
 use super::prepare::Prepared;
 use super::progress::{PassReport, StoppedBy};
 use crate::estimate::Estimate;
-use crate::estimate::stopping::is_judged_after;
+use crate::estimate::stopping::{Wanted, is_judged_after};
 
 /// A rendered range of passes.
 pub struct Chunk {
@@ -27,6 +27,15 @@ pub struct Rendered {
     pub seconds: f64,
     /// What ended the job.
     pub stopped_by: StoppedBy,
+}
+
+/// When passes end by themselves.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Ends {
+    /// When all outputs are as accurate as asked; an output that is, is not computed any further.
+    WhenAccurate,
+    /// With the last pass that the document allows.
+    WithTheLast,
 }
 
 /// A failure of the program, not of the document: a sum that is not finite, or a result that cannot be written.
@@ -87,26 +96,29 @@ impl Prepared {
         stop: &Stop,
         heard: &mut dyn FnMut(&PassReport, SoFar<'_>),
     ) -> Result<Chunk, RenderError> {
-        let enough = |judged: &Estimate| is_judged_after(judged.passes) && self.stop.accurate_enough(judged);
-        self.render_passes(index, (before, seconds_before), stop, heard, &enough)
+        self.render_passes(index, (before, seconds_before), stop, heard, Ends::WhenAccurate)
     }
 
-    /// Renders a chunk, after an estimate that took some seconds, until its end or until everything so far is `enough`.
+    /// Renders a chunk, after an estimate that took some seconds, until its end or as it `ends` by itself.
     fn render_passes(
         &self,
         index: u64,
         (before, seconds_before): (&Estimate, f64),
         stop: &Stop,
         heard: &mut dyn FnMut(&PassReport, SoFar<'_>),
-        enough: &dyn Fn(&Estimate) -> bool,
+        ends: Ends,
     ) -> Result<Chunk, RenderError> {
         let start = Instant::now();
         let mut estimate = self.empty_estimate();
         estimate.carried.clone_from(&before.carried);
         let mut ended = None;
+        let mut wanted = match ends {
+            Ends::WhenAccurate => self.wanted_after(before),
+            Ends::WithTheLast => Wanted::ALL,
+        };
         for pass in self.chunk(index).unwrap_or(0..0) {
             let added = match stop.reason() {
-                None => self.engine.add_pass(pass, &mut estimate, stop.flag()),
+                None => self.engine.add_pass(pass, &mut estimate, wanted, stop.flag()),
                 Some(_) => Added::Nothing,
             };
             if added != Added::Pass {
@@ -122,11 +134,25 @@ impl Prepared {
             let judged = before.judged_with(&estimate);
             let report = self.report(&judged, seconds);
             heard(&report, SoFar { earlier: before, chunk: Some(&estimate) });
-            if ended.is_some() || self.is_complete(report.passes) || enough(&judged) {
+            let mut accurate = false;
+            if ends == Ends::WhenAccurate && is_judged_after(report.passes) {
+                let now = self.stop.wanted(&judged);
+                (wanted, accurate) = (wanted.still(now), !now.any());
+            }
+            if ended.is_some() || self.is_complete(report.passes) || accurate {
                 break;
             }
         }
         Ok(Chunk { estimate, seconds: start.elapsed().as_secs_f64(), ended })
+    }
+
+    /// What passes after these are to compute, whoever computed these, and in however many chunks.
+    fn wanted_after(&self, before: &Estimate) -> Wanted {
+        let computed = Wanted {
+            grids: before.passes_of_grids() == before.passes,
+            views: before.passes_of_views() == before.passes,
+        };
+        if is_judged_after(before.passes) { computed.still(self.stop.wanted(before)) } else { computed }
     }
 
     /// Renders chunk after chunk on the current rayon pool until the job's own rule, its seconds or `stop` ends it.
@@ -143,7 +169,7 @@ impl Prepared {
     pub fn render_all_passes(&self, heard: &mut dyn FnMut(&PassReport, SoFar<'_>)) -> Result<Estimate, RenderError> {
         let past_the_last = |index, _: &Estimate| self.chunk(index + 1).is_none().then_some(StoppedBy::MaxPasses);
         let chunk = |index, before: &Estimate, seconds, heard: &mut dyn FnMut(&PassReport, SoFar<'_>)| {
-            self.render_passes(index, (before, seconds), &Stop::default(), heard, &|_| false)
+            self.render_passes(index, (before, seconds), &Stop::default(), heard, Ends::WithTheLast)
         };
         let rendered = self.render_while(chunk, heard, past_the_last)?;
         Ok(rendered.estimate)

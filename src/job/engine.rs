@@ -4,6 +4,7 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use crate::analytic::{Ending, Solver};
+use crate::estimate::stopping::Wanted;
 use crate::estimate::{Estimate, StopRule};
 use crate::integrator::Integrator;
 use crate::integrator::method::{Computation, Task};
@@ -99,8 +100,9 @@ impl Engine {
         }
     }
 
-    /// Adds pass `number` to an estimate of those before it.
-    pub(super) fn add_pass(&self, number: u64, estimate: &mut Estimate, cancel: &AtomicBool) -> Added {
+    /// Adds pass `number` of what is wanted to an estimate of the passes before it; a method that computes grids and views
+    /// together computes both.
+    pub(super) fn add_pass(&self, number: u64, estimate: &mut Estimate, wanted: Wanted, cancel: &AtomicBool) -> Added {
         let run =
             |integrator: &dyn Integrator, estimate: &Estimate| integrator.pass_after(number, &estimate.carried, cancel);
         match self {
@@ -120,8 +122,9 @@ impl Engine {
                 estimate.push(Some(&pass), Some(&pass));
             }
             Self::Separate { grids, views } => {
-                let grid_pass = grids.as_ref().map(|integrator| run(integrator.as_ref(), estimate));
-                let view_pass = views.as_ref().map(|integrator| run(integrator.as_ref(), estimate));
+                let (grids, views) = (grids.iter().find(|_| wanted.grids), views.iter().find(|_| wanted.views));
+                let grid_pass = grids.map(|integrator| run(integrator.as_ref(), estimate));
+                let view_pass = views.map(|integrator| run(integrator.as_ref(), estimate));
                 if matches!(grid_pass, Some(None)) || matches!(view_pass, Some(None)) {
                     return Added::Nothing;
                 }

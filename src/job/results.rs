@@ -126,7 +126,7 @@ impl Prepared {
         let views = views.map(|view| ViewInShort { name: view.name.clone(), size_px: view.size_px });
         let Known { provenance, switches, external_horizontal_illuminance_lux } = self.known();
         JobResults {
-            accuracy: Some(AccuracyResult::new(self.accuracy(merged), self.stop.confidence)),
+            accuracy: Some(AccuracyResult::new(self.accuracy(merged), merged, self.stop.confidence)),
             timing: Some(TimingResult::new(merged, seconds)),
             provenance: Some(provenance),
             switches: Some(switches),
@@ -134,19 +134,20 @@ impl Prepared {
             grids: Some(grids.collect()),
             views: Some(views.collect()),
             tubes: Some(tubes.collect()),
-            energy: self.knows_energy().then(|| EnergyResult::new(&merged.ledger, merged.passes)),
+            energy: self.knows_energy().then(|| EnergyResult::new(&merged.ledger, merged.passes_of_ledger())),
             render_warnings: Some(self.render_warnings(merged)),
         }
     }
 
     /// What came up while an estimate was made.
     pub fn render_warnings(&self, merged: &Estimate) -> Vec<Warning> {
-        let Estimate { rays, lost_rays, ledger, passes, .. } = merged;
+        let Estimate { rays, lost_rays, ledger, .. } = merged;
+        let passes = merged.passes_of_ledger();
         if *lost_rays as f64 <= MOST_LOST * *rays as f64 {
             return Vec::new();
         }
         let flux = match self.knows_energy() {
-            true => format!(", with {} lm", ledger.lost / *passes as f64),
+            true => format!(", with {} lm", ledger.lost / passes as f64),
             false => String::new(),
         };
         let detail = format!(

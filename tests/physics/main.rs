@@ -45,6 +45,7 @@ mod photon_mapping;
 mod progressive;
 mod results;
 mod scattering;
+mod separate_ends;
 mod sun_on_gloss;
 mod surfaces;
 mod tables;

@@ -13,14 +13,23 @@ pub struct AccuracyResult {
     pub relative_error: Option<f64>,
     /// Error of the worst view, root mean square over its blocks of 8 x 8 pixels.
     pub view_relative_error: Option<f64>,
+    /// Passes that computed the grids: an output that is as accurate as asked is not computed any further. Null without
+    /// grids.
+    #[serde(default)]
+    pub passes: Option<u64>,
+    /// Passes that computed the views; null without views.
+    #[serde(default)]
+    pub view_passes: Option<u64>,
     /// Confidence that both errors hold with, as the document asks.
     pub confidence: f64,
 }
 
 impl AccuracyResult {
     /// Accuracy as JSON has it: what is not finite is null.
-    pub fn new(accuracy: Accuracy, confidence: f64) -> Self {
+    pub fn new(accuracy: Accuracy, estimate: &Estimate, confidence: f64) -> Self {
         Self {
+            passes: (!estimate.grids.is_empty()).then(|| estimate.passes_of_grids()),
+            view_passes: (!estimate.views.is_empty()).then(|| estimate.passes_of_views()),
             relative_error: accuracy.grids.and_then(finite),
             view_relative_error: accuracy.views.and_then(finite),
             confidence,
