@@ -1,6 +1,6 @@
 //! Quantiles for confidence intervals.
 
-use statrs::distribution::{ContinuousCDF, Normal, StudentsT};
+use statrs::distribution::{Continuous, ContinuousCDF, Normal, StudentsT};
 
 /// Two-sided normal quantile z of a `confidence` in 0..1, e.g. 1.95996 for 0.95.
 ///
@@ -22,10 +22,50 @@ pub fn two_sided_normal_quantile(confidence: f64) -> f64 {
 /// assert!((quantile - 2.201).abs() < 5e-4);
 /// ```
 pub fn two_sided_student_quantile(confidence: f64, degrees: f64) -> f64 {
-    match StudentsT::new(0.0, 1.0, degrees) {
-        Ok(distribution) => on_every_machine(distribution.inverse_cdf(0.5 * (1.0 + confidence))),
-        Err(_) => f64::INFINITY,
+    let Ok(distribution) = StudentsT::new(0.0, 1.0, degrees) else { return f64::INFINITY };
+    let z = two_sided_normal_quantile(confidence);
+    if degrees > MANY_DEGREES {
+        // Abramowitz and Stegun 1964, 26.7.5
+        let first = (z.powi(3) + z) / (4.0 * degrees);
+        let second = (5.0 * z.powi(5) + 16.0 * z.powi(3) + 3.0 * z) / (96.0 * degrees * degrees);
+        return on_every_machine(z + first + second);
     }
+    on_every_machine(upper_quantile(&distribution, 0.5 * (1.0 - confidence), z))
+}
+
+/// Degrees of freedom beyond which the asymptotic expansion is nearer than the library's distribution, which loses a digit with
+/// each power of ten.
+const MANY_DEGREES: f64 = 1e5;
+
+/// Steps after which a quantile is as near as it gets: bisection alone needs some 60 beyond its bracket.
+const MOST_STEPS: usize = 200;
+
+/// The value above which lies a `tail` of 0..0.5 of a distribution about 0, by Newton's steps from `start`, and by bisection where
+/// they leave the bracket.
+///
+/// The library's own inverse has no bound on its steps, and does not end for some degrees of freedom.
+fn upper_quantile(distribution: &StudentsT, tail: f64, start: f64) -> f64 {
+    let (mut low, mut high) = (0.0, f64::INFINITY);
+    let mut t = start;
+    for _ in 0..MOST_STEPS {
+        let excess = distribution.sf(t) - tail;
+        if excess > 0.0 {
+            low = t
+        } else {
+            high = t
+        }
+        let newton = t + excess / distribution.pdf(t);
+        let next = match newton > low && newton < high {
+            true => newton,
+            false if high.is_finite() => 0.5 * (low + high),
+            false => 2.0 * t,
+        };
+        if (next - t).abs() <= f64::EPSILON * t || next == low || next == high {
+            return next;
+        }
+        t = next;
+    }
+    t
 }
 
 /// A quantile rounded to 2^-36, 1.5e-11. statrs takes the system's logarithm and exponential function, whose last bits differ
@@ -51,6 +91,32 @@ pub(crate) mod tests {
             assert!((two_sided_student_quantile(confidence, degrees) - quantile).abs() < 6e-4);
         }
         assert_eq!(two_sided_student_quantile(0.95, 0.0), f64::INFINITY);
+    }
+
+    /// Of any degrees of freedom, whole or not, few or many, and at any confidence: the tail beyond it is that of the confidence.
+    #[test]
+    fn quantiles_of_student_end_and_are_right() {
+        let whole = (1..300).map(f64::from);
+        let parts = (0..600).map(|k| 1.0 + 0.37 * f64::from(k));
+        let many = (3..6).map(|power| 10f64.powi(power) - 0.123);
+        for degrees in whole.chain(parts).chain(many) {
+            for confidence in [0.5, 0.9, 0.95, 0.99, 0.999_999] {
+                let quantile = two_sided_student_quantile(confidence, degrees);
+                let tail = StudentsT::new(0.0, 1.0, degrees).unwrap().sf(quantile);
+                let wanted = 0.5 * (1.0 - confidence);
+                // the rounding of the quantile, and that of 1 - confidence
+                assert!((tail / wanted - 1.0).abs() < 1e-8, "{degrees} {confidence}: {quantile} {tail}");
+            }
+        }
+        // one degree has the closed form tan(pi p / 2)
+        assert!((two_sided_student_quantile(0.5, 1.0) - 1.0).abs() < 1e-10);
+        // the expansion goes on where the equation ends
+        for confidence in [0.5, 0.95, 0.999_999] {
+            let [below, above] =
+                [0.999_999, 1.000_001].map(|k| two_sided_student_quantile(confidence, k * MANY_DEGREES));
+            assert!((above / below - 1.0).abs() < 1e-9, "{confidence}: {below} {above}");
+        }
+        assert!((two_sided_student_quantile(0.95, 1e9) - 1.959_963_987).abs() < 2e-9);
     }
 
     #[test]

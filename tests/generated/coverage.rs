@@ -7,7 +7,7 @@
 use std::collections::BTreeMap;
 
 use serde_json::Value;
-use statrs::distribution::{ContinuousCDF, StudentsT};
+use skyduct::statistics::interval::two_sided_student_quantile;
 
 use crate::generator::{self, Kind};
 use crate::judge::Measured;
@@ -37,7 +37,7 @@ impl Held {
     fn add(&mut self, found: &[Measured], truth: &[Measured]) {
         for (found, truth) in found.iter().zip(truth) {
             let degrees = found.degrees.clamp(1.0, 1e9);
-            let quantile = StudentsT::new(0.0, 1.0, degrees).unwrap().inverse_cdf(0.975);
+            let quantile = two_sided_student_quantile(0.95, degrees);
             let difference = (found.value - truth.value).abs();
             // where no light can come nothing is random
             let holds = difference <= quantile * found.error.hypot(truth.error) + 1e-9 * truth.value.abs();
