@@ -80,7 +80,7 @@ kinds! {
     UnsupportedMediaType, "unsupported-media-type", UNSUPPORTED_MEDIA_TYPE, "The content type is not supported",
         "The header `Content-Type` is not one that this path takes: application/json for documents, model/obj, text/plain or \
          application/octet-stream for meshes.",
-        "a job document is sent as application/json";
+        "a document is sent as application/json";
     Range, "range", RANGE_NOT_SATISFIABLE, "The range is not in the file",
         "The header `Range` asks for bytes beyond the end of the file.",
         "the file has 1234 bytes";

@@ -11,7 +11,7 @@ use crate::http::App;
 use crate::http::jobs::posted::Posted;
 use crate::http::limits::{off_thread, permit};
 use crate::http::problem::Problem;
-use crate::job::tube_flux::tube_flux;
+use crate::job::tube_flux::{TubeFluxError, tube_flux};
 
 /// Luminous flux of a tube into a room by patches of its opening, of sky and sun apart, for every sky and time.
 #[utoipa::path(post, path = "/v1/tubes/flux", operation_id = "get_tube_flux", tag = "tubes",
@@ -44,5 +44,11 @@ pub async fn flux(
         let meshes = meshes.for_document(runtime, cancel.clone());
         tube_flux(&TubeFluxDocument::from_value(posted.value)?, &meshes, &cancel)
     });
-    Ok(Json(found.await??))
+    found.await?.map(Json).map_err(|error| match error {
+        TubeFluxError::Request(errors) => errors.into(),
+        TubeFluxError::NotFinite { .. } => {
+            tracing::error!(%error, "fluxes of a tube");
+            Problem::internal()
+        }
+    })
 }

@@ -57,6 +57,23 @@ const rooms = {
 };
 
 /** Six digits are more than a result knows. */
+/** Fields of a finished job that the page shows. */
+const KEPT = [
+  "id",
+  "name",
+  "status",
+  "stopped_by",
+  "document",
+  "plan",
+  "progress",
+  "accuracy",
+  "provenance",
+  "tubes",
+  "warnings",
+  "render_warnings",
+  "links",
+];
+
 const short = (_, value) => (typeof value === "number" && !Number.isInteger(value) ? Number(value.toPrecision(6)) : value);
 
 for (const [name, document] of Object.entries(rooms)) {
@@ -72,36 +89,7 @@ for (const [name, document] of Object.entries(rooms)) {
   });
   const { grid_results, ...job } = await answer.json();
   if (!grid_results) throw new Error(`${name}: ${JSON.stringify(job)}`);
-  const {
-    id,
-    name: title,
-    status,
-    stopped_by,
-    document: understood,
-    plan,
-    progress,
-    accuracy,
-    provenance,
-    tubes,
-    warnings,
-    render_warnings,
-    links,
-  } = job;
-  const kept = {
-    id,
-    name: title,
-    status,
-    stopped_by,
-    document: understood,
-    plan,
-    progress,
-    accuracy,
-    provenance,
-    tubes,
-    warnings,
-    render_warnings,
-    links,
-  };
+  const kept = Object.fromEntries(KEPT.map((field) => [field, job[field]]));
   writeFileSync(
     new URL(`../../web/presets/${name}.json`, import.meta.url),
     `${JSON.stringify({ draft, job: kept, grid: grid_results.workplane }, short)}\n`,

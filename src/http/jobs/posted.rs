@@ -24,7 +24,7 @@ impl Posted {
         let content_type = headers.get(header::CONTENT_TYPE).and_then(|value| value.to_str().ok()).unwrap_or("");
         let media_type = content_type.split(';').next().unwrap_or("").trim().to_ascii_lowercase();
         if media_type != "application/json" {
-            return Err(Problem::unsupported_media_type("a job document is sent as application/json"));
+            return Err(Problem::unsupported_media_type("a document is sent as application/json"));
         }
         let text = String::from_utf8(body?.into())
             .map_err(|error| not_json(format!("not UTF-8 after byte {}", error.utf8_error().valid_up_to())))?;

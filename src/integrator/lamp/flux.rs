@@ -4,18 +4,17 @@
 //! do: what passes a clear one counts where it leaves.
 
 use std::f64::consts::PI;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::AtomicBool;
 
 use glam::DVec2;
 
 use super::cells::{CELLS, cell, middle};
-use crate::guide::RayCount;
-use crate::integrator::photon::descent::{Entering, Exit, descend};
-use crate::integrator::photon::emission::{Emission, Start};
+use super::light::leaving;
+use crate::integrator::photon::emission::Emission;
 use crate::sampling::{Key, Stream};
 use crate::statistics::Moments;
 use crate::statistics::interval::two_sided_student_quantile;
-use crate::traceable::{TraceableScene, TraceableTube};
+use crate::traceable::TraceableScene;
 
 /// Photons of a pass.
 const PHOTONS: u64 = 1024;
@@ -46,19 +45,47 @@ pub fn patches(radius: f64) -> (Vec<DVec2>, f64) {
     ((0..CELLS).map(|number| middle(number) * radius).collect(), PI * radius * radius / CELLS as f64)
 }
 
+/// Reason why there are no fluxes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum NoFlux {
+    /// Nobody waits for them any more.
+    Cancelled,
+    /// A photon gave something infinite or no number: a fault of the program.
+    NotFinite {
+        /// Number of the pass, from 0.
+        pass: u64,
+        /// Number of the photon in it, from 0.
+        photon: u64,
+    },
+}
+
 /// Fluxes through the first tube of a scene, of all daylight that the scene has, until the flux into the room has a relative
-/// error of `relative_error` or less with a confidence of 95 %, or 512 passes are done; `None` when cancelled. Equal keys give
-/// equal bits.
-pub fn patched_flux(scene: &TraceableScene, key: Key, relative_error: f64, cancel: &AtomicBool) -> Option<PatchedFlux> {
+/// error of `relative_error` or less with a confidence of 95 %, or 512 passes are done. Equal keys give equal bits.
+pub fn patched_flux(
+    scene: &TraceableScene,
+    key: Key,
+    relative_error: f64,
+    cancel: &AtomicBool,
+) -> Result<PatchedFlux, NoFlux> {
     let none = Moments::default();
     let mut sum = PatchedFlux { at_collector: none, at_diffuser: none, into_room: none, patches: vec![none; CELLS] };
-    let Some(tube) = scene.tubes.first() else { return Some(sum) };
+    let Some(tube) = scene.tubes.first() else { return Ok(sum) };
     let emission = Emission::of_daylight(scene, PHOTONS);
     for pass in 0..MOST_PASSES {
-        if cancel.load(Ordering::Relaxed) {
-            return None;
+        let traced = leaving::<3>(scene, &emission, key.stream(Stream::Pass, pass), cancel);
+        let (photons, account) = traced.ok_or(NoFlux::Cancelled)?;
+        if let Some(photon) = account.not_finite {
+            return Err(NoFlux::NotFinite { pass, photon });
         }
-        sum.push(&Replicate::trace(scene, tube, &emission, key.stream(Stream::Pass, pass)));
+        let mut patches = [0.0; CELLS];
+        for photon in photons.iter().take(1).flatten() {
+            patches[cell(photon.position - tube.origin.truncate(), tube.opening_radius)] += photon.flux.luminance();
+        }
+        sum.patches.iter_mut().zip(patches).for_each(|(moments, flux)| moments.push(flux));
+        let [fluxes, ..] = &account.tubes[..] else { return Ok(sum) };
+        sum.at_collector.push(fluxes.at_collector);
+        sum.at_diffuser.push(fluxes.at_diffuser);
+        sum.into_room.push(fluxes.into_room);
         if pass + 1 >= LEAST_PASSES {
             let quantile = two_sided_student_quantile(CONFIDENCE, pass as f64);
             if quantile * sum.into_room.standard_error() <= relative_error * sum.into_room.mean {
@@ -66,44 +93,5 @@ pub fn patched_flux(scene: &TraceableScene, key: Key, relative_error: f64, cance
             }
         }
     }
-    Some(sum)
-}
-
-impl PatchedFlux {
-    fn push(&mut self, pass: &Replicate) {
-        self.at_collector.push(pass.at_collector);
-        self.at_diffuser.push(pass.at_diffuser);
-        self.into_room.push(pass.patches.iter().sum());
-        self.patches.iter_mut().zip(pass.patches).for_each(|(moments, flux)| moments.push(flux));
-    }
-}
-
-/// Luminous fluxes of one pass in lm.
-#[derive(Default)]
-struct Replicate {
-    at_collector: f64,
-    at_diffuser: f64,
-    patches: [f64; CELLS],
-}
-
-impl Replicate {
-    fn trace(scene: &TraceableScene, tube: &TraceableTube, emission: &Emission, pass: Key) -> Self {
-        let mut sum = Self::default();
-        let mut rays = RayCount::default();
-        for number in 0..emission.photons() {
-            let (Some(photon), mut samples) = emission.photon(scene, pass, number) else { continue };
-            if photon.start != Start::Tube(0) {
-                continue;
-            }
-            let entering = Entering { position: photon.position, direction: photon.direction, flux: photon.flux };
-            let at = |exit: &Exit<'_, 3>| {
-                let away = (exit.position - tube.origin).truncate();
-                sum.patches[cell(away, tube.opening_radius)] += exit.into_room().luminance();
-            };
-            let [entered, arrived] = descend::<3>(scene, tube, entering, &mut samples, &mut rays, at);
-            sum.at_collector += entered.luminance();
-            sum.at_diffuser += arrived.luminance();
-        }
-        sum
-    }
+    Ok(sum)
 }

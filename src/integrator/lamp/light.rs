@@ -51,14 +51,56 @@ pub fn refuses_closures(tubes: &[TraceableTube]) -> Option<Refusal> {
     }
 }
 
-/// What some photons send from the diffuser of each tube, and their account.
-type Sums<const C: usize> = (Vec<Vec<Leaving<C>>>, Account);
+/// What some photons send from the closure of each tube, and their account.
+pub type Sums<const C: usize> = (Vec<Vec<Leaving<C>>>, Account);
 
 impl<const C: usize> Tally for Sums<C> {
     fn is_finite(&self) -> bool {
         let is_finite = |photon: &Leaving<C>| photon.position.is_finite() && photon.flux.is_finite();
         self.0.iter().flatten().all(is_finite) && self.1.is_finite()
     }
+}
+
+/// The light that leaves the closure of each tube in one pass, with the fluxes of the tubes; `None` when cancelled. What a clear
+/// closure lets pass leaves like the rest.
+pub fn leaving<const C: usize>(
+    scene: &TraceableScene,
+    emission: &Emission,
+    pass: Key,
+    cancel: &AtomicBool,
+) -> Option<Sums<C>> {
+    let chunk = |numbers: Range<u64>| {
+        let mut account = Account::new(scene.tubes.len());
+        let mut leaving = vec![Vec::new(); scene.tubes.len()];
+        for number in numbers {
+            let (photon, mut samples) = emission.photon(scene, pass, number);
+            if let Some(photon) = photon
+                && let Start::Tube(tube) = photon.start
+            {
+                let EmittedPhoton { position, direction, flux, .. } = photon;
+                let entering = Entering { position, direction, flux };
+                let (leaving, fluxes) = (&mut leaving[tube], &mut account.tubes[tube]);
+                let at_diffuser = |exit: &Exit<'_, C>| {
+                    let through = exit.into_room();
+                    fluxes.into_room += through.luminance();
+                    leaving.push(Leaving { position: exit.position.truncate(), flux: through });
+                };
+                let (tubes, rays) = (&scene.tubes[tube], &mut account.rays);
+                let [entered, arrived] = descend(scene, tubes, entering, &mut samples, rays, at_diffuser);
+                account.tubes[tube].at_collector += entered.luminance();
+                account.tubes[tube].at_diffuser += arrived.luminance();
+            }
+        }
+        (leaving, account)
+    };
+    let mut account = Account::new(scene.tubes.len());
+    let mut all: Vec<Vec<Leaving<C>>> = vec![Vec::new(); scene.tubes.len()];
+    let folded = fold_chunks(emission.photons(), 0, cancel, chunk, |(leaving, of_chunk): Sums<C>| {
+        account.add(&of_chunk);
+        all.iter_mut().zip(leaving).for_each(|(all, leaving)| all.extend(leaving));
+    })?;
+    account.not_finite = folded.not_finite;
+    Some((all, account))
 }
 
 /// The light that leaves the diffusers in one pass.
@@ -75,37 +117,7 @@ impl<const C: usize> DiffuserLight<C> {
         pass: Key,
         cancel: &AtomicBool,
     ) -> Option<(Self, Account)> {
-        let chunk = |numbers: Range<u64>| {
-            let mut account = Account::new(scene.tubes.len());
-            let mut leaving = vec![Vec::new(); scene.tubes.len()];
-            for number in numbers {
-                let (photon, mut samples) = emission.photon(scene, pass, number);
-                if let Some(photon) = photon
-                    && let Start::Tube(tube) = photon.start
-                {
-                    let EmittedPhoton { position, direction, flux, .. } = photon;
-                    let entering = Entering { position, direction, flux };
-                    let (leaving, fluxes) = (&mut leaving[tube], &mut account.tubes[tube]);
-                    let at_diffuser = |exit: &Exit<'_, C>| {
-                        let through = exit.into_room();
-                        fluxes.into_room += through.luminance();
-                        leaving.push(Leaving { position: exit.position.truncate(), flux: through });
-                    };
-                    let (tubes, rays) = (&scene.tubes[tube], &mut account.rays);
-                    let [entered, arrived] = descend(scene, tubes, entering, &mut samples, rays, at_diffuser);
-                    account.tubes[tube].at_collector += entered.luminance();
-                    account.tubes[tube].at_diffuser += arrived.luminance();
-                }
-            }
-            (leaving, account)
-        };
-        let mut account = Account::new(scene.tubes.len());
-        let mut all: Vec<Vec<Leaving<C>>> = vec![Vec::new(); scene.tubes.len()];
-        let folded = fold_chunks(emission.photons(), 0, cancel, chunk, |(leaving, of_chunk): Sums<C>| {
-            account.add(&of_chunk);
-            all.iter_mut().zip(leaving).for_each(|(all, leaving)| all.extend(leaving));
-        })?;
-        account.not_finite = folded.not_finite;
+        let (all, account) = leaving(scene, emission, pass, cancel)?;
         let light = |(index, (tube, photons)): (usize, (&TraceableTube, Vec<Leaving<C>>))| {
             TubeLight::new(tube, photons, PathRandom::new(pass.stream(Stream::DiffuserChoice, index as u64)).uniform())
         };
