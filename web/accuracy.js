@@ -18,14 +18,20 @@ export function duration(seconds) {
 }
 
 /**
- * Seconds to an error, as errors of random passes fall; null where nothing is known.
+ * Seconds to an error, as the service foretold it after the last pass; of a job without events, as errors of random passes fall.
+ * Null where nothing is known.
  * @param {Pass[]} passes
  * @param {number} to
  */
 export function secondsTo(passes, to) {
   const last = passes.findLast((pass) => (pass.relative_error ?? 0) > 0);
+  const foretold = last?.grids?.seconds_to.find(({ relative_error }) => relative_error === to);
+  if (foretold) return foretold.seconds ?? null;
   return last?.relative_error ? last.seconds * (last.relative_error / to) ** 2 : null;
 }
+
+/** The time left of a job that runs, in words. @param {number | null | undefined} seconds */
+export const timeLeft = (seconds) => (seconds ? `, about ${duration(seconds)} left` : "");
 
 /** The chart of both logarithms. @param {Pass[]} passes @param {number | null} target */
 export function chart(passes, target) {
@@ -82,14 +88,14 @@ export function accuracy() {
     const seconds = told?.seconds ?? secondsTo(passes, error);
     // a job that runs goes on, the next one begins anew
     const spent = running ? (last?.seconds ?? 0) : 0;
-    const left =
+    const text =
       now !== null && now <= error ? "reached" : seconds === null ? "" : `≈\u202f${duration(Math.max(0, seconds - spent))}`;
     const go = () => {
       set({ target: error });
       if (now === null || now > error || !state.current) void sharpen();
     };
     return html`<button type="button" aria-pressed=${target === error}
-      @click=${go}>${percent(error)} <small>${left}</small></button>`;
+      @click=${go}>${percent(error)} <small>${text}</small></button>`;
   };
   const seconds = duration(last?.seconds ?? answer?.job.progress.seconds ?? 0);
   const told =
@@ -97,7 +103,7 @@ export function accuracy() {
       ? "No error is known yet."
       : html`<strong id="error">${percent(now)}</strong> after ${seconds}, ${last?.passes ?? answer?.job.progress.passes} passes`;
   return html`<h2>Accuracy</h2>
-    <p>${told}${running ? html` <span class="busy">sharpening to ${percent(running.asked)}</span>` : nothing}</p>
+    <p>${told}${running ? html` <span class="busy">sharpening to ${percent(running.asked)}${timeLeft(last?.seconds_left)}</span>` : nothing}</p>
     ${chart(passes, target)}
     <div class="targets" role="group" aria-label="Accuracy to sharpen to">${TARGETS.map(button)}</div>
     <button type="button" class="cancel" ?disabled=${!running?.id} @click=${cancel}>Stop</button>`;

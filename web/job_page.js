@@ -1,5 +1,5 @@
 // One job, at an address of its own: what was asked for, how far it is, what came out.
-import { chart, duration, percent, times } from "./accuracy.js";
+import { chart, duration, percent, timeLeft, times } from "./accuracy.js";
 import * as api from "./api.js";
 import { across, bar, down, isolines, largest, lux, values } from "./map.js";
 import { jobs } from "./jobs.js";
@@ -14,8 +14,8 @@ import { html, nothing, render, svg } from "./vendor/lit-html.js";
 
 /** Shows a job, and follows it until it ends. @param {string} id @param {HTMLElement} app @param {() => Drawn} header */
 export async function jobPage(id, app, header) {
-  /** @type {{ job: Job | null, grid: Grid | null, passes: Pass[], history: ErrorHistory | null, fault: string, edit: string }} */
-  const seen = { job: null, grid: null, passes: [], history: null, fault: "", edit: "/" };
+  /** @type {{ job: Job | null, grid: Grid | null, passes: Pass[], left: number | null, history: ErrorHistory | null, fault: string, edit: string }} */
+  const seen = { job: null, grid: null, passes: [], left: null, history: null, fault: "", edit: "/" };
   const look = async () => {
     seen.job = await api.job(id);
     seen.grid = await api.firstGrid(seen.job);
@@ -35,7 +35,7 @@ export async function jobPage(id, app, header) {
       await api.follow(
         id,
         (name, data) => {
-          if (name === "pass") seen.passes = [...seen.passes, data];
+          if (name === "pass") Object.assign(seen, { passes: [...seen.passes, data], left: data.seconds_left });
           set();
           if (performance.now() - looked > 2000) {
             looked = performance.now();
@@ -52,8 +52,8 @@ export async function jobPage(id, app, header) {
   }
 }
 
-/** @param {{ job: Job | null, grid: Grid | null, passes: Pass[], history: ErrorHistory | null, fault: string, edit: string }} seen */
-function page({ job, grid, passes, history, fault, edit }) {
+/** @param {{ job: Job | null, grid: Grid | null, passes: Pass[], left: number | null, history: ErrorHistory | null, fault: string, edit: string }} seen */
+function page({ job, grid, passes, left: seconds, history, fault, edit }) {
   if (!job)
     return html`<section class="panel"><h2>${fault ? "This job is not here" : "Job"}</h2><p>${fault || "…"}</p><p><a
       href="/">To the editor</a></p></section>`;
@@ -62,9 +62,9 @@ function page({ job, grid, passes, history, fault, edit }) {
   const runs = job.status === "queued" || job.status === "running";
   const views = Object.entries(job.links.views ?? {});
   return html`<section class="panel about" aria-label="Job"><h2>${job.name || "Job"}</h2>
-      <p>${job.status}${why}; ${job.progress.passes} ${job.progress.passes === 1 ? "pass" : "passes"} in ${duration(job.progress.seconds)}</p>
+      <p>${job.status}${why}; ${job.progress.passes} ${job.progress.passes === 1 ? "pass" : "passes"} in ${duration(job.progress.seconds)}${runs ? timeLeft(seconds) : ""}</p>
       <dl class="numbers">${asked(job.document).map(([name, value]) => html`<div><dt>${name}</dt><dd>${value}</dd></div>`)}</dl>
-      <p class="links"><a href=${edit}>Edit a copy</a>${runs ? html`<button type="button" @click=${() => void api.cancelJob(job.id)}>Stop</button>` : nothing}</p>
+      <p class="links"><a href=${edit}>Edit a copy</a><a href=${job.links.report}>Report</a>${runs ? html`<button type="button" @click=${() => void api.cancelJob(job.id)}>Stop</button>` : nothing}</p>
       ${job.problem ? html`<p class="fault">${job.problem.detail}</p>` : nothing}</section>
     ${
       grid

@@ -88,11 +88,12 @@ for name, grid in job["grid_results"].items():
 /** Links of a job's files. @param {Job} job */
 export function files(job) {
   const { links } = job;
-  const grids = Object.entries(links.grid_files ?? {}).flatMap(([name, { csv, json, png, svg }]) => [
+  const grids = Object.entries(links.grid_files ?? {}).flatMap(([name, { csv, json, png, svg, pdf }]) => [
     [`${name}.csv`, csv],
     [`${name}.json`, json],
     [`${name}.png`, png],
     [`${name}.svg`, svg],
+    [`${name}.pdf`, pdf],
   ]);
   const views = Object.entries(links.views ?? {}).flatMap(([name, { exr, png }]) => [
     [`${name}.exr`, exr],
@@ -104,6 +105,7 @@ export function files(job) {
     ...views,
     ["convergence.csv", links.convergence_csv],
     ["convergence.png", links.convergence_png],
+    ["report.pdf", links.report_pdf],
     ["job.json", links.self],
     ...tubes,
   ].map(([name = "", path = ""]) => html`<a href=${path} download=${name.startsWith("tube") ? nothing : name}>${name}</a>`);
@@ -122,7 +124,7 @@ export function take() {
     ${
       answer && state.current && !answer.stored
         ? html`<p class="links" @click=${keeping} @auxclick=${keeping} @contextmenu=${keeping}>${files(answer.job)}<a
-      href=${`/jobs/${answer.job.id}`}>page of this job</a></p>`
+      href=${`/jobs/${answer.job.id}`}>page of this job</a><a href=${answer.job.links.report}>report</a></p>`
         : html`<p class="note">Files are there once the result is.</p>`
     }
     <div class="group"><button type="button"

@@ -6,6 +6,8 @@ use std::time::Duration;
 use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::estimate::StopRule;
+use crate::figure::ticks::duration;
+use crate::job::forecast::{Forecast, WaitingFor};
 use crate::job::progress::PassReport;
 
 /// Number of steps of the progress bar.
@@ -30,15 +32,15 @@ impl Progress {
         Self { stop, bar }
     }
 
-    /// Lines are for passes 1, 2, 4, 8 and so on only.
-    pub fn pass_done(&self, report: &PassReport) {
+    /// Shows a pass, and what the passes so far foretell. Lines are for passes 1, 2, 4, 8 and so on only.
+    pub fn pass_done(&self, report: &PassReport, forecast: &Forecast) {
         match &self.bar {
             Some(bar) => {
-                bar.set_position((share_done(&self.stop, report) * STEPS as f64) as u64);
-                bar.set_message(describe(report));
+                bar.set_position((share_done(&self.stop, report, forecast) * STEPS as f64) as u64);
+                bar.set_message(describe(report, forecast));
             }
             None if report.passes.is_power_of_two() => {
-                eprintln!("{:8.2} s  {}", report.seconds, describe(report));
+                eprintln!("{:8.2} s  {}", report.seconds, describe(report, forecast));
             }
             None => {}
         }
@@ -59,7 +61,7 @@ impl Progress {
     }
 }
 
-fn describe(report: &PassReport) -> String {
+fn describe(report: &PassReport, forecast: &Forecast) -> String {
     let mut text = format!("pass {}", report.passes);
     if let Some(lux) = report.mean_lux {
         text += &format!("  mean {lux:.4} lux");
@@ -69,55 +71,64 @@ fn describe(report: &PassReport) -> String {
             text += &format!("  {name} {:.2} %", 100.0 * error);
         }
     }
+    if let Some(left) = forecast.seconds_left.filter(|left| *left > 0.0) {
+        text += &format!("  about {} left", duration(left, 2));
+    }
+    if forecast.waiting_for == Some(WaitingFor::LeastPasses) {
+        text += ", until enough passes tell the error";
+    }
     text
 }
 
-/// The share 0..1 of the job that is done, by the limit that is nearest.
-///
-/// Errors of independent passes fall with the root of their number, so that (asked / achieved)^2 is the share done.
-fn share_done(stop: &StopRule, report: &PassReport) -> f64 {
-    let share = |asked: f64, achieved: Option<f64>| achieved.map(|achieved| (asked / achieved).powi(2));
-    let outputs = [
-        share(stop.relative_error, report.relative_error),
-        share(stop.view_relative_error, report.view_relative_error),
-    ];
-    let accuracy = outputs.into_iter().flatten().fold(f64::INFINITY, f64::min);
-    let accuracy = if accuracy.is_finite() { accuracy } else { 0.0 };
-    let passes = report.passes as f64 / stop.max_passes as f64;
-    let seconds = report.seconds / stop.max_seconds;
-    accuracy.max(passes).max(seconds).clamp(0.0, 1.0)
+/// The share 0..1 of the job that is done: by the time that is foretold, or before anything is, by the limit that is nearest.
+fn share_done(stop: &StopRule, report: &PassReport, forecast: &Forecast) -> f64 {
+    let share = match forecast.seconds_left {
+        Some(left) => report.seconds / (report.seconds + left),
+        None => (report.passes as f64 / stop.max_passes as f64).max(report.seconds / stop.max_seconds),
+    };
+    // no time at all is a share of its own
+    if share.is_nan() { 0.0 } else { share.clamp(0.0, 1.0) }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn report(error: Option<f64>, view_error: Option<f64>) -> PassReport {
-        PassReport {
-            passes: 10,
-            seconds: 6.0,
-            photons: 1,
-            rays: 1,
-            relative_error: error,
-            view_relative_error: view_error,
-            mean_lux: Some(70.0),
-        }
+    const STOP: StopRule = StopRule {
+        relative_error: 0.02,
+        view_relative_error: 0.05,
+        confidence: 0.95,
+        max_passes: 1000,
+        max_seconds: 600.0,
+    };
+
+    fn report() -> PassReport {
+        let relative_error = Some(0.04);
+        PassReport { passes: 10, seconds: 6.0, relative_error, mean_lux: Some(70.0), ..PassReport::default() }
+    }
+
+    fn left(seconds_left: Option<f64>, waiting_for: Option<WaitingFor>) -> Forecast {
+        Forecast { seconds_left, waiting_for, ..Forecast::default() }
     }
 
     #[test]
-    fn the_nearest_limit_counts() {
-        let stop = StopRule {
-            relative_error: 0.02,
-            view_relative_error: 0.05,
-            confidence: 0.95,
-            max_passes: 1000,
-            max_seconds: 600.0,
-        };
-        assert_eq!(share_done(&stop, &report(None, None)), 0.01);
-        assert_eq!(share_done(&stop, &report(Some(0.04), None)), 0.25);
-        // both must hold
-        assert_eq!(share_done(&stop, &report(Some(0.01), Some(0.1))), 0.25);
-        assert_eq!(share_done(&stop, &report(Some(0.0), None)), 0.01);
-        assert_eq!(share_done(&stop, &report(Some(0.001), None)), 1.0);
+    fn the_share_is_that_of_the_time_or_of_the_nearest_limit() {
+        assert_eq!(share_done(&STOP, &report(), &left(None, None)), 0.01);
+        assert_eq!(share_done(&STOP, &report(), &left(Some(18.0), None)), 0.25);
+        assert_eq!(share_done(&STOP, &report(), &left(Some(0.0), None)), 1.0);
+        let begun = PassReport { seconds: 0.0, ..report() };
+        assert_eq!(share_done(&STOP, &begun, &left(Some(0.0), None)), 0.0);
+    }
+
+    #[test]
+    fn people_read_the_time_left_and_what_is_waited_for() {
+        let errors = "pass 10  mean 70.0000 lux  grids 4.00 %";
+        assert_eq!(describe(&report(), &left(None, None)), errors);
+        assert_eq!(
+            describe(&report(), &left(Some(18.0), Some(WaitingFor::RelativeError))),
+            format!("{errors}  about 18 s left")
+        );
+        let floor = describe(&report(), &left(Some(0.5), Some(WaitingFor::LeastPasses)));
+        assert!(floor.starts_with(errors) && floor.ends_with(" left, until enough passes tell the error"), "{floor}");
     }
 }

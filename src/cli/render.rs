@@ -9,13 +9,16 @@ use super::mesh_files::MeshFiles;
 use super::progress::Progress;
 use super::results_table::print_results;
 use crate::document::{DocumentErrors, FieldError};
+use crate::figure::FigureFormat;
 use crate::job::cancel::{Stop, StopReason};
 use crate::job::chunk::Rendered;
 use crate::job::convergence::is_kept;
 use crate::job::convergence_files::convergence_files;
+use crate::job::forecast::Forecast;
 use crate::job::memory::default_limit_bytes;
 use crate::job::prepare::{Prepared, prepare};
 use crate::job::progress::{PassReport, StoppedBy};
+use crate::job::report::{made_by, report};
 use crate::job::site_figure::site_files;
 
 #[derive(Debug, clap::Args)]
@@ -43,13 +46,14 @@ pub fn run(args: RenderArgs) -> anyhow::Result<()> {
 
     let (rendered, passes) = render(&prepared, &cancel_on_interrupt()?)?;
     let result = write_results(&args.out, &prepared, &rendered, &passes)?;
-    let Rendered { estimate, seconds, stopped_by } = &rendered;
+    let Rendered { estimate, spent, stopped_by } = &rendered;
     if *stopped_by == StoppedBy::Cancelled {
         bail!("cancelled after {} passes; the results so far are in {}", estimate.passes, args.out.display());
     }
     eprintln!(
-        "{} passes in {seconds:.2} s, stopped by {}; results are in {}",
+        "{} passes in {:.2} s, stopped by {}; results are in {}",
         estimate.passes,
+        spent.seconds,
         stopped_by.name(),
         args.out.display()
     );
@@ -85,9 +89,13 @@ fn with_method(document: Vec<u8>, method: Option<&str>) -> Vec<u8> {
 /// Renders chunk after chunk until the job is done or cancelled; all its passes are in the list.
 fn render(prepared: &Prepared, stop: &Stop) -> anyhow::Result<(Rendered, Vec<PassReport>)> {
     let progress = Progress::new(prepared.stop);
+    let (mut forecaster, mut forecast) = (prepared.forecaster(), Forecast::default());
     let mut passes = Vec::new();
-    let rendered = prepared.render(stop, &mut |report, _| {
-        progress.pass_done(report);
+    let rendered = prepared.render(stop, &mut |report, so_far| {
+        if is_kept(report.passes) {
+            forecast = forecaster.after(report, so_far.waiting_for());
+        }
+        progress.pass_done(report, &forecast);
         passes.push(*report);
     })?;
     progress.finish();
@@ -133,7 +141,7 @@ async fn next_interrupt() -> std::io::Result<()> {
 
 /// Writes the result files, the convergence, and `result.json` last: where it stands, all is there. Answers the latter.
 fn write_results(out: &Path, prepared: &Prepared, rendered: &Rendered, passes: &[PassReport]) -> anyhow::Result<Value> {
-    let Rendered { estimate, seconds, stopped_by } = rendered;
+    let Rendered { estimate, spent, stopped_by } = rendered;
     // a job that was cancelled before its first pass has no results
     if estimate.passes > 0 {
         for file in prepared.result_files(estimate)? {
@@ -155,12 +163,21 @@ fn write_results(out: &Path, prepared: &Prepared, rendered: &Rendered, passes: &
         "plan": prepared.plan_json(),
         "warnings": prepared.warnings,
     });
-    if let (Value::Object(result), Value::Object(summary)) = (&mut result, prepared.summary_json(estimate, *seconds)) {
+    if let (Value::Object(result), Value::Object(summary)) =
+        (&mut result, prepared.summary_json(estimate, *spent, *stopped_by))
+    {
         result.extend(summary);
     }
     if estimate.passes > 0 {
-        for (name, bytes) in site_files(&prepared.subject(), &result)? {
+        let subject = prepared.subject();
+        for (name, bytes) in site_files(&subject, &result)? {
             write(out, &name, &bytes)?;
+        }
+        let sheet = report(&subject, &result, &prepared.first_outputs(estimate)?, made_by())?;
+        write(out, "report.pdf", &FigureFormat::Pdf.write(&sheet.draw())?)?;
+        let overview = sheet.overview();
+        for format in FigureFormat::ALL {
+            write(out, &format!("figures/overview.{}", format.suffix()), &format.write(&overview)?)?;
         }
     }
     write(out, "result.json", &serde_json::to_vec_pretty(&result)?)?;

@@ -13,8 +13,9 @@ use crate::cli::progress::Progress;
 use crate::cli::results_table::print_results;
 use crate::document::{DocumentErrors, FieldError};
 use crate::estimate::StopRule;
+use crate::figure::FigureFormat;
 use crate::job::convergence_files::CONVERGENCE_FILES;
-use crate::job::progress::PassReport;
+use crate::job::events::Pass;
 use crate::job::results::{GridFormat, Output, ViewFormat, result_outputs};
 
 #[derive(Debug, clap::Args)]
@@ -63,9 +64,9 @@ pub async fn submit_and_download(
     let last = client.follow(&events, |news| match news {
         News::Event(event) => {
             if event.name == "pass"
-                && let Ok(report) = PassReport::deserialize(&event.data)
+                && let Ok(pass) = Pass::deserialize(&event.data)
             {
-                progress.pass_done(&report);
+                progress.pass_done(&pass.report, &pass.forecast);
             }
         }
         News::Lost => progress.note("connection lost, waiting"),
@@ -132,19 +133,24 @@ async fn download(client: &Client, job: &Value, out: &Path) -> anyhow::Result<()
         let path = match output {
             Output::Grid(grid, GridFormat::Json) => format!("grids/{}?format=json", grids[grid]),
             Output::Grid(grid, GridFormat::Csv) => format!("grids/{}?format=csv", grids[grid]),
-            Output::Grid(grid, GridFormat::Png) => format!("grids/{}?format=png", grids[grid]),
-            Output::Grid(grid, GridFormat::Svg) => format!("grids/{}?format=svg", grids[grid]),
-            Output::View(view, ViewFormat::FalseColour) => format!("views/{}.png?style=false_colour", views[view]),
+            Output::Grid(grid, GridFormat::Figure(format)) => {
+                format!("grids/{}?format={}", grids[grid], format.suffix())
+            }
+            Output::View(view, ViewFormat::FalseColour(format)) => {
+                format!("views/{}.{}?style=false_colour", views[view], format.suffix())
+            }
             Output::View(..) | Output::Tube(..) => file.clone(),
         };
         write(out, &file, &client.bytes(&format!("{this}/{path}")).await?)?;
     }
     for (name, links) in job["links"]["figures"].as_object().into_iter().flatten() {
-        for suffix in ["svg", "png"] {
+        for format in FigureFormat::ALL {
+            let suffix = format.suffix();
             let path = links[suffix].as_str().context("the service gave a figure no path")?;
             write(out, &format!("figures/{name}.{suffix}"), &client.bytes(path).await?)?;
         }
     }
+    write(out, "report.pdf", &client.bytes(&format!("{this}/report.pdf")).await?)?;
     for file in CONVERGENCE_FILES {
         write(out, file, &client.bytes(&format!("{this}/{file}")).await?)?;
     }

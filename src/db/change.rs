@@ -86,6 +86,7 @@ impl<'a> JobChange<'a> {
             .set("seconds", pass.seconds)
             .set("relative_error", pass.relative_error)
             .set("view_relative_error", pass.view_relative_error)
+            .set("cpu_seconds", pass.cpu_seconds)
     }
 
     pub fn set_progress(&mut self, progress: &Progress) -> &mut Self {
@@ -96,6 +97,7 @@ impl<'a> JobChange<'a> {
             .set("relative_error", progress.relative_error)
             .set("view_relative_error", progress.view_relative_error)
             .set("chunks_done", signed(progress.chunks))
+            .set("cpu_seconds", progress.cpu_seconds)
     }
 
     /// Writes everything. Rows of passes and files fail when the job is gone; the rest changes nothing then.
@@ -138,7 +140,8 @@ fn push_events(sql: &mut QueryBuilder<Sqlite>, job: &str, events: &[(&'static st
 fn push_passes(sql: &mut QueryBuilder<Sqlite>, job: &str, passes: &[&PassReport]) {
     for passes in passes.chunks(ROWS_OF_A_STATEMENT) {
         sql.push(
-            "; INSERT INTO passes (job_id, pass, seconds, photons, rays, relative_error, view_relative_error, mean_lux) ",
+            "; INSERT INTO passes (job_id, pass, seconds, photons, rays, relative_error, view_relative_error, mean_lux, \
+             cpu_seconds) ",
         );
         sql.push_values(passes, |mut row, pass| {
             row.push_bind(job.to_owned())
@@ -148,12 +151,14 @@ fn push_passes(sql: &mut QueryBuilder<Sqlite>, job: &str, passes: &[&PassReport]
                 .push_bind(signed(pass.rays))
                 .push_bind(pass.relative_error)
                 .push_bind(pass.view_relative_error)
-                .push_bind(pass.mean_lux);
+                .push_bind(pass.mean_lux)
+                .push_bind(pass.cpu_seconds);
         });
         sql.push(
             " ON CONFLICT (job_id, pass) DO UPDATE SET seconds = excluded.seconds, photons = excluded.photons, \
              rays = excluded.rays, relative_error = excluded.relative_error, \
-             view_relative_error = excluded.view_relative_error, mean_lux = excluded.mean_lux",
+             view_relative_error = excluded.view_relative_error, mean_lux = excluded.mean_lux, \
+             cpu_seconds = excluded.cpu_seconds",
         );
     }
 }

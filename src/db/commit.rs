@@ -7,6 +7,7 @@ use sqlx::{Row, SqliteConnection};
 use crate::job::convergence::is_kept;
 use crate::job::events::{Cancelled, Failed, Image, Pass, Restarted, Succeeded};
 use crate::job::progress::{PassReport, StoppedBy};
+use crate::job::spent::Spent;
 use crate::job::store::*;
 
 use super::change::JobChange;
@@ -43,7 +44,7 @@ pub(super) async fn report(tx: &mut SqliteConnection, lease: &Lease, reports: &[
 
 fn last_pass(reports: &[Report]) -> Option<&PassReport> {
     reports.iter().rev().find_map(|report| match report {
-        Report::Pass(pass) => Some(pass),
+        Report::Pass(pass) => Some(&pass.report),
         Report::Image { .. } => None,
     })
 }
@@ -56,15 +57,15 @@ async fn take_reports<'a>(
     change: &mut JobChange<'a>,
     mut newest: i64,
     reports: &'a [Report],
-    last: Option<&'a PassReport>,
+    last: Option<&'a Pass>,
 ) -> Result<(), StoreError> {
     for report in reports {
         match report {
-            Report::Pass(pass) if is_kept(pass.passes) => {
-                change.pass(pass);
-                if signed(pass.passes) > newest {
-                    newest = signed(pass.passes);
-                    change.event(&Pass { report: *pass })?;
+            Report::Pass(pass) if is_kept(pass.report.passes) => {
+                change.pass(&pass.report);
+                if signed(pass.report.passes) > newest {
+                    newest = signed(pass.report.passes);
+                    change.event(pass)?;
                 }
             }
             Report::Pass(_) => {}
@@ -83,8 +84,8 @@ async fn take_reports<'a>(
         }
     }
     // the last pass has its row and event, whether or not passes are thinned there
-    if let Some(pass) = last.filter(|pass| signed(pass.passes) > newest) {
-        change.pass(pass).event(&Pass { report: *pass })?;
+    if let Some(pass) = last.filter(|pass| signed(pass.report.passes) > newest) {
+        change.pass(&pass.report).event(pass)?;
     }
     Ok(())
 }
@@ -125,10 +126,11 @@ pub(super) async fn complete(
                 .chunk(*next_index, next)
                 .set_progress(progress)
                 .set_sql("previous_state_key = state_key, previous_state_hash = state_hash")
-                .set_sql("previous_seconds = merged_seconds")
+                .set_sql("previous_seconds = merged_seconds, previous_cpu_seconds = merged_cpu_seconds")
                 .set("state_key", &state.key)
                 .set("state_hash", &state.hash)
-                .set("merged_seconds", progress.seconds);
+                .set("merged_seconds", progress.seconds)
+                .set("merged_cpu_seconds", progress.cpu_seconds);
             change.write(tx).await?;
             previous.into_iter().collect()
         }
@@ -136,7 +138,7 @@ pub(super) async fn complete(
             if let (None, Some(pass)) = (finish.end.progress(), last_pass(reports)) {
                 change.set_pass(pass);
             }
-            take_reports(tx, &job, &mut change, newest, reports, finish.last_pass.as_ref()).await?;
+            take_reports(tx, &job, &mut change, newest, reports, finish.last_pass.as_deref()).await?;
             finish_job(tx, change, finish).await?;
             state.into_iter().chain(previous).collect()
         }
@@ -177,7 +179,7 @@ pub(super) async fn finish_job<'a>(
 struct States {
     newest: Option<StateFile>,
     previous: Option<StateFile>,
-    previous_seconds: f64,
+    previous_spent: Spent,
 }
 
 impl States {
@@ -189,8 +191,8 @@ impl States {
 /// The job's states, and `None` when the lease is lost.
 async fn states(tx: &mut SqliteConnection, lease: &Lease) -> Result<Option<States>, StoreError> {
     let row = sqlx::query(
-        "SELECT state_key, state_hash, previous_state_key, previous_state_hash, previous_seconds FROM jobs \
-         WHERE id = $1 AND EXISTS (SELECT 1 FROM chunks \
+        "SELECT state_key, state_hash, previous_state_key, previous_state_hash, previous_seconds, \
+         previous_cpu_seconds FROM jobs WHERE id = $1 AND EXISTS (SELECT 1 FROM chunks \
          WHERE job_id = $1 AND idx = $2 AND owner = $3 AND attempt = $4 AND state = 'leased')",
     )
     .bind(lease.job.to_string())
@@ -208,7 +210,10 @@ async fn states(tx: &mut SqliteConnection, lease: &Lease) -> Result<Option<State
     Ok(Some(States {
         newest: file("state_key", "state_hash")?,
         previous: file("previous_state_key", "previous_state_hash")?,
-        previous_seconds: rows::get(&row, "previous_seconds")?,
+        previous_spent: Spent {
+            seconds: rows::get(&row, "previous_seconds")?,
+            cpu_seconds: rows::get(&row, "previous_cpu_seconds")?,
+        },
     }))
 }
 
@@ -216,9 +221,9 @@ async fn states(tx: &mut SqliteConnection, lease: &Lease) -> Result<Option<State
 pub(super) async fn rewind(tx: &mut SqliteConnection, lease: &Lease, reason: &str) -> Result<Committed, StoreError> {
     let Some(mut states) = states(tx, lease).await? else { return Ok(Committed::LeaseLost) };
     let job = lease.job.to_string();
-    let (state, chunk, seconds) = match states.previous.take() {
-        Some(state) => (Some(state), lease.chunk.saturating_sub(1), states.previous_seconds),
-        None => (None, 0, 0.0),
+    let (state, chunk, spent) = match states.previous.take() {
+        Some(state) => (Some(state), lease.chunk.saturating_sub(1), states.previous_spent),
+        None => (None, 0, Spent::NOTHING),
     };
     sqlx::query("DELETE FROM chunks WHERE job_id = $1 AND idx > $2")
         .bind(&job)
@@ -241,11 +246,15 @@ pub(super) async fn rewind(tx: &mut SqliteConnection, lease: &Lease, reason: &st
     change
         .set("state_key", key)
         .set("state_hash", hash)
-        .set("merged_seconds", seconds)
-        .set("seconds", seconds)
+        .set("merged_seconds", spent.seconds)
+        .set("merged_cpu_seconds", spent.cpu_seconds)
+        .set("seconds", spent.seconds)
+        .set("cpu_seconds", spent.cpu_seconds)
         .set("chunks_done", signed(chunk))
         .set("passes", kept_passes)
-        .set_sql("previous_state_key = NULL, previous_state_hash = NULL, previous_seconds = 0")
+        .set_sql(
+            "previous_state_key = NULL, previous_state_hash = NULL, previous_seconds = 0, previous_cpu_seconds = 0",
+        )
         .event(&Restarted { from_pass: kept_passes.unsigned_abs() + 1, reason: reason.to_owned() })?;
     change.write(tx).await?;
     Ok(Committed::Yes { obsolete: states.keys() })

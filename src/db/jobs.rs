@@ -109,7 +109,7 @@ pub(super) async fn job(connection: &mut SqliteConnection, id: Uuid) -> Result<O
 }
 
 pub(super) async fn source(pool: &SqlitePool, id: Uuid) -> Result<Option<JobSource>, StoreError> {
-    sqlx::query("SELECT submitted, state_key, state_hash, merged_seconds FROM jobs WHERE id = $1")
+    sqlx::query("SELECT submitted, state_key, state_hash, merged_seconds, merged_cpu_seconds FROM jobs WHERE id = $1")
         .bind(id.to_string())
         .fetch_optional(pool)
         .await
@@ -254,7 +254,7 @@ pub(super) async fn events(pool: &SqlitePool, id: Uuid, after: i64, limit: u32) 
 /// Columns of a [`PassReport`].
 macro_rules! pass_columns {
     () => {
-        "pass, seconds, photons, rays, relative_error, view_relative_error, mean_lux"
+        "pass, seconds, photons, rays, relative_error, view_relative_error, mean_lux, cpu_seconds"
     };
 }
 

@@ -8,6 +8,7 @@ use sqlx::sqlite::SqliteRow;
 use uuid::Uuid;
 
 use crate::job::progress::{PassReport, Progress, StoppedBy};
+use crate::job::spent::Spent;
 use crate::job::store::*;
 
 use super::sql::store_error;
@@ -16,7 +17,7 @@ use super::sql::store_error;
 macro_rules! head_columns {
     () => {
         "id, name, status, cancel, passes, photons, rays, seconds, relative_error, view_relative_error, \
-         chunks_done, stopped_by, next_seq, created_at, started_at, finished_at"
+         chunks_done, cpu_seconds, stopped_by, next_seq, created_at, started_at, finished_at"
     };
 }
 pub(super) use head_columns;
@@ -44,6 +45,7 @@ pub(super) fn head(row: &SqliteRow) -> Result<JobHead, StoreError> {
             relative_error: get(row, "relative_error")?,
             view_relative_error: get(row, "view_relative_error")?,
             chunks: unsigned(get(row, "chunks_done")?),
+            cpu_seconds: get(row, "cpu_seconds")?,
         },
         stopped_by: match get::<Option<String>>(row, "stopped_by")? {
             Some(name) => Some(stopped_by(&name)?),
@@ -74,7 +76,7 @@ pub(super) fn job_source(row: &SqliteRow) -> Result<JobSource, StoreError> {
     Ok(JobSource {
         submitted: get(row, "submitted")?,
         state: state_key.zip(state_hash).map(|(key, hash)| StateFile { key, hash }),
-        merged_seconds: get(row, "merged_seconds")?,
+        merged_spent: Spent { seconds: get(row, "merged_seconds")?, cpu_seconds: get(row, "merged_cpu_seconds")? },
     })
 }
 
@@ -91,6 +93,7 @@ pub(super) fn pass(row: &SqliteRow) -> Result<PassReport, StoreError> {
         relative_error: get(row, "relative_error")?,
         view_relative_error: get(row, "view_relative_error")?,
         mean_lux: get(row, "mean_lux")?,
+        cpu_seconds: get(row, "cpu_seconds")?,
     })
 }
 

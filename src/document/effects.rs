@@ -10,17 +10,17 @@ use utoipa::{PartialSchema, ToSchema};
 use super::errors::Checks;
 use super::hints;
 use super::read::pointer::escape;
-use crate::plan::effects::{EffectKind, EffectRequest, EffectRequests};
+use crate::plan::{EffectKind, EffectRequest, EffectRequests};
 
 /// Wish of a document about an effect.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum EffectSwitch {
-    /// Simulated where the scene calls for it.
+    /// Simulated; where the scene does not call for it, in vain.
     On,
     /// Left out, where the effect can be left out.
     Off,
-    /// The plan decides.
+    /// Simulated where the scene calls for it.
     #[default]
     Auto,
 }

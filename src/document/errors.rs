@@ -112,6 +112,8 @@ pub enum WarningCode {
     /// Kernels of photon maps are not clipped everywhere where meshes stand on things: a mesh is not closed, or there are too
     /// many facets.
     KernelsNotCut,
+    /// An effect is switched off that the scene calls for, and what is left out may be more than the accuracy asked for.
+    EffectLeftOut,
 }
 
 impl WarningCode {
@@ -127,6 +129,7 @@ impl WarningCode {
             Self::DroppedTriangles => "dropped_triangles",
             Self::LostRays => "lost_rays",
             Self::KernelsNotCut => "kernels_not_cut",
+            Self::EffectLeftOut => "effect_left_out",
         }
     }
 }

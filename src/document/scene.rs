@@ -12,7 +12,7 @@ use super::room::object::ObjectDocument;
 use super::sky::daylight::{Explained, Surroundings, daylight};
 use super::tube::convert::tube;
 use crate::geometry::Dropped;
-use crate::plan::effects::EffectKind;
+use crate::plan::EffectKind;
 use crate::scene::{Channels, Grid, Room, Scene, Tube, TubeShape, View};
 
 /// The scene of a checked document, with notes to its reader and what explains its results.

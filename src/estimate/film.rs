@@ -29,11 +29,16 @@ pub struct FilmEstimate {
     pub contrasts: Vec<Moments>,
 }
 
+/// Number of the blocks over which a view of this width and height is judged.
+pub fn block_count(size_px: [usize; 2]) -> usize {
+    size_px[0].div_ceil(BLOCK_PX) * size_px[1].div_ceil(BLOCK_PX)
+}
+
 impl FilmEstimate {
     /// The estimate of no passes, for an image of `channels` 1 or 3.
     pub fn empty(size_px: [usize; 2], channels: usize) -> Self {
         let pixels = size_px[0] * size_px[1];
-        let blocks = vec![Moments::default(); size_px[0].div_ceil(BLOCK_PX) * size_px[1].div_ceil(BLOCK_PX)];
+        let blocks = vec![Moments::default(); block_count(size_px)];
         Self {
             size_px,
             channels,

@@ -84,11 +84,35 @@ pub fn least_passes(values: usize) -> u64 {
 /// assert_eq!(judged, [8, 10, 12, 15, 18, 22, 27, 33]);
 /// ```
 pub fn is_judged_after(passes: u64) -> bool {
+    judgement_from(passes) == passes
+}
+
+/// The number of passes, `passes` or more, after which a job asks itself next whether it is accurate enough ([`is_judged_after`]).
+///
+/// ```
+/// use skyduct::estimate::stopping::judgement_from;
+///
+/// assert_eq!([1, 8, 9, 28].map(judgement_from), [8, 8, 10, 33]);
+/// ```
+pub fn judgement_from(passes: u64) -> u64 {
     let mut judged = LEAST_PASSES;
     while judged < passes {
         judged += judged / 4;
     }
-    judged == passes
+    judged
+}
+
+/// What a job goes on for, after a pass that was not its last.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum WaitingFor {
+    /// An output has too few passes for its error to be trusted ([`least_passes`]); no error is above its limit.
+    LeastPasses,
+    /// The grids are less accurate than asked: they, or they more than the views.
+    RelativeError,
+    /// The views are less accurate than asked: they, or they more than the grids.
+    ViewRelativeError,
+    /// All limits hold; the job ends when it looks at them next ([`is_judged_after`]), if they still do.
+    NextJudgement,
 }
 
 /// Values below this share of the mean are judged as if they were as large.
@@ -115,7 +139,11 @@ impl StopRule {
 
     /// The outputs that are less accurate than asked, or whose accuracy is too uncertain after so few passes.
     pub fn wanted(&self, estimate: &Estimate) -> Wanted {
-        let accuracy = self.accuracy(estimate);
+        self.wanted_at(estimate, self.accuracy(estimate))
+    }
+
+    /// As [`Self::wanted`], of an estimate whose accuracy is known.
+    fn wanted_at(&self, estimate: &Estimate, accuracy: Accuracy) -> Wanted {
         let least = |values: &mut dyn Iterator<Item = usize>| values.map(least_passes).max();
         let wanted = |least: Option<u64>, passes: u64, error: Option<f64>, limit: f64| {
             least.is_some_and(|least| passes < least || error.is_some_and(|error| error > limit))
@@ -125,6 +153,21 @@ impl StopRule {
         Wanted {
             grids: wanted(of_grids, estimate.passes_of_grids(), accuracy.grids, self.relative_error),
             views: wanted(of_views, estimate.passes_of_views(), accuracy.views, self.view_relative_error),
+        }
+    }
+
+    /// What a job goes on for after the passes of an estimate of this accuracy; `None` where the job ends by this rule. Of grids
+    /// and views that are both less accurate than asked, those that are farther from their limit count.
+    pub fn waiting_for(&self, estimate: &Estimate, accuracy: Accuracy) -> Option<WaitingFor> {
+        let excess = |error: Option<f64>, limit: f64| error.map_or(0.0, |error| error / limit);
+        let grids = excess(accuracy.grids, self.relative_error);
+        let views = excess(accuracy.views, self.view_relative_error);
+        if grids.max(views) > 1.0 {
+            Some(if grids >= views { WaitingFor::RelativeError } else { WaitingFor::ViewRelativeError })
+        } else if self.wanted_at(estimate, accuracy).any() {
+            Some(WaitingFor::LeastPasses)
+        } else {
+            (!is_judged_after(estimate.passes)).then_some(WaitingFor::NextJudgement)
         }
     }
 
@@ -181,6 +224,25 @@ mod tests {
         // a dark sensor is judged against a hundredth of the mean
         let accuracy = rule().accuracy(&estimate(&[(100.0, 0.0), (0.0, 0.01)], 16));
         assert!((accuracy.grids.unwrap() - 2.131450 * (0.02f64.powi(2) / 2.0).sqrt()).abs() < 1e-6);
+    }
+
+    #[test]
+    fn a_job_waits_for_its_passes_its_errors_and_its_next_look() {
+        let waits = |sensors: &[(f64, f64)], passes: u64| {
+            let estimate = estimate(sensors, passes);
+            rule().waiting_for(&estimate, rule().accuracy(&estimate))
+        };
+        let (good, bad) = ([(1.0, 1e-4); 8], [(1.0, 0.1); 8]);
+        assert_eq!([1, 2, 7].map(|passes| waits(&good, passes)), [Some(WaitingFor::LeastPasses); 3]);
+        assert_eq!([2, 8, 9].map(|passes| waits(&bad, passes)), [Some(WaitingFor::RelativeError); 3]);
+        let after = [8, 9, 10].map(|passes| waits(&good, passes));
+        assert_eq!(after, [None, Some(WaitingFor::NextJudgement), None]);
+        // of both, what is farther from its limit
+        let few = estimate(&good, 8);
+        let waits = |grids, views| rule().waiting_for(&few, Accuracy { grids: Some(grids), views: Some(views) });
+        assert_eq!(waits(0.04, 0.07), Some(WaitingFor::RelativeError));
+        assert_eq!(waits(0.03, 0.10), Some(WaitingFor::ViewRelativeError));
+        assert_eq!(waits(0.02, 0.06), Some(WaitingFor::ViewRelativeError));
     }
 
     #[test]

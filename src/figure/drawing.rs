@@ -37,7 +37,22 @@ pub struct Shape {
     /// The line along the outline.
     pub line: Option<Line>,
     /// What it says, where it is text.
-    pub text: Option<String>,
+    pub text: Option<Words>,
+}
+
+/// A text that was written.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Words {
+    /// What it says.
+    pub text: String,
+    /// Where its first letter stands.
+    pub at: DVec2,
+    /// Width of the whole text in pixels, in the direction in which it is read.
+    pub width: f64,
+    /// Size of the type in pixels.
+    pub size: f64,
+    /// Direction in which it is read.
+    pub direction: Direction,
 }
 
 /// A line's look.
@@ -160,20 +175,28 @@ impl Drawing {
     /// Writes a text at a point; the letters stand on the point's height (or left of it, where they are read upwards).
     pub fn text(&mut self, at: DVec2, text: impl Into<String>, look: Type) {
         let text = text.into();
+        let width = letters::width(&text, look.size);
         let back = match look.anchor {
             Anchor::Start => 0.0,
-            Anchor::Middle => 0.5 * letters::width(&text, look.size),
-            Anchor::End => letters::width(&text, look.size),
+            Anchor::Middle => 0.5 * width,
+            Anchor::End => width,
         };
-        let outline = match look.direction {
-            Direction::Level => letters::outline(&text, look.size, at - DVec2::new(back, 0.0)),
-            Direction::Upwards => letters::outline(&text, look.size, DVec2::new(-back, 0.0))
-                .mapped(|point| at + DVec2::new(point.y, -point.x)),
+        let (at, outline) = match look.direction {
+            Direction::Level => {
+                let at = at - DVec2::new(back, 0.0);
+                (at, letters::outline(&text, look.size, at))
+            }
+            Direction::Upwards => {
+                let at = at + DVec2::new(0.0, back);
+                let level = letters::outline(&text, look.size, DVec2::ZERO);
+                (at, level.mapped(|point| at + DVec2::new(point.y, -point.x)))
+            }
         };
         if let Some(rim) = look.rim {
             self.line(outline.clone(), Line::new(rim, 0.28 * look.size));
         }
-        self.add(Shape { outline, fill: Some((look.colour, 1.0)), line: None, text: Some(text) });
+        let words = Words { text, at, width, size: look.size, direction: look.direction };
+        self.add(Shape { outline, fill: Some((look.colour, 1.0)), line: None, text: Some(words) });
     }
 
     /// Writes a text whose capitals are centred on the height of a point.
@@ -181,10 +204,38 @@ impl Drawing {
         self.text(at + DVec2::new(0.0, 0.5 * letters::CAPITAL_HEIGHT * look.size), text, look);
     }
 
+    /// Draws another figure with its upper left corner at a point, `scale` times as large.
+    pub fn place(&mut self, other: &Self, at: DVec2, scale: f64) {
+        let place = |point: DVec2| at + scale * point;
+        let shape = |shape: &Shape| Shape {
+            outline: shape.outline.mapped(place),
+            fill: shape.fill,
+            line: shape.line.as_ref().map(|line| Line {
+                width: scale * line.width,
+                dashes: line.dashes.iter().map(|dash| scale * dash).collect(),
+                ..*line
+            }),
+            text: shape.text.as_ref().map(|words| Words {
+                text: words.text.clone(),
+                at: place(words.at),
+                width: scale * words.width,
+                size: scale * words.size,
+                ..*words
+            }),
+        };
+        self.items.extend(other.items.iter().map(|item| match item {
+            Item::Shape(other) => Item::Shape(shape(other)),
+            Item::Picture(Picture { place: within, raster }) => Item::Picture(Picture {
+                place: Rectangle { from: place(within.from), to: place(within.to) },
+                raster: raster.clone(),
+            }),
+        }));
+    }
+
     /// All texts, in the order in which they are drawn.
     pub fn texts(&self) -> impl Iterator<Item = &str> {
         self.items.iter().filter_map(|item| match item {
-            Item::Shape(shape) => shape.text.as_deref(),
+            Item::Shape(shape) => shape.text.as_ref().map(|words| words.text.as_str()),
             Item::Picture(_) => None,
         })
     }

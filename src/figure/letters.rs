@@ -67,6 +67,19 @@ pub fn fitted(text: &str, size: f64, most: f64) -> String {
     format!("{}…", fitted.trim_end())
 }
 
+/// The text in lines that fit into `most` in type of `size`, broken between words; a longer word is cut.
+pub fn wrapped(text: &str, size: f64, most: f64) -> Vec<String> {
+    let mut lines: Vec<String> = Vec::new();
+    for word in text.split_whitespace() {
+        let longer = lines.last().map(|line| format!("{line} {word}")).filter(|line| width(line, size) <= most);
+        match (longer, lines.last_mut()) {
+            (Some(longer), Some(last)) => *last = longer,
+            _ => lines.push(fitted(word, size, most)),
+        }
+    }
+    lines
+}
+
 /// Outline of a text in type of `size` from `at` to the right; the letters stand on the height of `at`.
 pub fn outline(text: &str, size: f64, at: DVec2) -> Outline {
     let mut outline = Outline::default();
@@ -124,6 +137,15 @@ mod tests {
         let zero = width("0", 10.0);
         assert!((1..10).all(|digit: i32| width(&digit.to_string(), 10.0) == zero));
         assert!((width("00", 20.0) - 4.0 * zero).abs() < 1e-12);
+    }
+
+    #[test]
+    fn long_texts_are_broken_between_words() {
+        let lines = wrapped("a bathroom of four by six metres", 10.0, 80.0);
+        assert!(lines.len() > 1 && lines.iter().all(|line| width(line, 10.0) <= 80.0), "{lines:?}");
+        assert_eq!(lines.join(" "), "a bathroom of four by six metres");
+        assert_eq!(wrapped("bath", 10.0, 5.0).len(), 1);
+        assert!(wrapped(" ", 10.0, 50.0).is_empty());
     }
 
     #[test]

@@ -7,10 +7,14 @@ use super::colour::{Colour, SERIES};
 use super::drawing::{Anchor, Drawing, Line, Type};
 use super::heading::Heading;
 use super::outline::{Outline, Part, Rectangle};
+use super::scale::{BAR_WIDTH, ColourScale, Palette};
 use super::ticks::Steps;
 
 /// Largest width and height of what is drawn.
 const MOST: DVec2 = DVec2::new(640.0, 560.0);
+
+/// Height of the bar that says what is left of the light.
+const BAR_HEIGHT: f64 = 120.0;
 
 /// A tube from the side, in metres: x to the right, y up from the floor.
 #[derive(Clone, Debug, PartialEq)]
@@ -34,6 +38,19 @@ pub enum Cover {
     Dome,
 }
 
+/// A point of a line of light.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PathPoint {
+    /// Place in metres: x to the right, y up from the floor.
+    pub at: DVec2,
+    /// Share of the light that is left from here on, 0..1.
+    pub share: f64,
+}
+
+/// A line of light with what is left of it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LightPath(pub Vec<PathPoint>);
+
 /// A section.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Section {
@@ -49,6 +66,8 @@ pub struct Section {
     pub objects: Vec<Vec<DVec2>>,
     /// Heights of grids above the floor in metres, with their names.
     pub grids: Vec<(String, f64)>,
+    /// Lines of light.
+    pub light: Vec<LightPath>,
     /// Direction to the sun in the plane of the section (right, up); not of unit length where the sun is not in the plane.
     pub sun: Option<DVec2>,
 }
@@ -61,6 +80,7 @@ impl Section {
         let scale = (MOST / extent).min_element();
         let width = (axes::LEFT + scale * extent.x + 110.0).max(520.0);
         let from = DVec2::new(axes::LEFT, self.heading.height(width) + 16.0);
+        let scale_of_light = ColourScale::from_zero(100.0, Palette::Turbo);
         let within = Rectangle { from, to: from + scale * extent };
         let size = DVec2::new(width, within.to.y + axes::BELOW + 4.0);
         let mut drawing = Drawing::new(size, self.heading.title.as_str());
@@ -73,6 +93,15 @@ impl Section {
         };
         axes.draw(&mut drawing);
         self.draw_room(&mut drawing, &axes);
+        // below the walls of the tubes, which would hide no line
+        for path in &self.light {
+            draw_light(&mut drawing, &axes, path, &scale_of_light);
+        }
+        if !self.light.is_empty() {
+            let from = DVec2::new(within.to.x + 34.0, within.to.y - BAR_HEIGHT);
+            let bar = Rectangle { from, to: from + DVec2::new(BAR_WIDTH, BAR_HEIGHT) };
+            scale_of_light.draw(&mut drawing, bar, "light left, %");
+        }
         for tube in &self.tubes {
             draw_tube(&mut drawing, &axes, tube);
         }
@@ -126,6 +155,19 @@ impl Section {
         drawing.filled_line(Outline::circle(from, 8.0), Colour::Fixed([255, 220, 60]), Line::new(yellow, 1.5));
         let look = Type::new(11.0, Colour::Muted).anchored(Anchor::Middle);
         drawing.text(corner + DVec2::new(0.0, 62.0), "sun", look);
+    }
+}
+
+/// A line in the colour of what is left of the light on each of its pieces.
+fn draw_light(drawing: &mut Drawing, axes: &Axes, path: &LightPath, scale: &ColourScale) {
+    let points = &path.0;
+    let mut first = 0;
+    // pieces of one colour are one line, up to the point at which the next one begins
+    for run in points.chunk_by(|a, b| a.share == b.share) {
+        let end = (first + run.len() + 1).min(points.len());
+        let line = points[first..end].iter().map(|point| axes.at(point.at.x, point.at.y));
+        drawing.line(Outline::polyline(line), Line::new(Colour::Fixed(scale.colour(100.0 * run[0].share)), 1.1));
+        first += run.len();
     }
 }
 
@@ -203,6 +245,11 @@ mod tests {
             tubes: vec![straight, bent, SideTube { axis: vec![DVec2::new(2.0, 2.7)], radius: 0.1, cover: Cover::Open }],
             objects: vec![vec![DVec2::ZERO, DVec2::X, DVec2::new(1.0, 0.6), DVec2::new(0.0, 0.6)]],
             grids: vec![("workplane".to_owned(), 0.8)],
+            light: vec![LightPath(
+                [(1.1, 3.9, 0.9), (0.9, 3.3, 0.8), (1.0, 2.7, 0.8), (1.2, 0.0, 0.4)]
+                    .map(|(x, y, share)| PathPoint { at: DVec2::new(x, y), share })
+                    .to_vec(),
+            )],
             sun: Some(DVec2::new(-0.5, 0.6)),
         };
         let drawing = section.draw();

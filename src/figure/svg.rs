@@ -69,7 +69,7 @@ fn add_shape(text: &mut String, shape: &Shape) {
         attributes += &format!(" class=\"{}\"", styles.join(" "));
     }
     if let Some(words) = &shape.text {
-        attributes += &format!(" role=\"img\" aria-label=\"{}\"", escaped(words));
+        attributes += &format!(" role=\"img\" aria-label=\"{}\"", escaped(&words.text));
     }
     *text += &format!("<path{attributes} d=\"{}\"/>\n", path(&shape.outline));
 }
@@ -117,7 +117,7 @@ fn hexadecimal([red, green, blue]: [u8; 3]) -> String {
 }
 
 /// Text as the value of an attribute or an element: XML has no control characters, not even escaped.
-fn escaped(text: &str) -> String {
+pub fn escaped(text: &str) -> String {
     let mut escaped = String::new();
     for character in text.chars() {
         match character {

@@ -133,6 +133,12 @@ pub fn significant(value: f64, digits: i32) -> String {
     fixed((value / unit).round() * unit, 0)
 }
 
+/// A value with as many digits as an error of it, above zero, leaves it: `211.04 ± 0.31`.
+pub fn with_error(value: f64, error: f64) -> String {
+    let decimals = (1 - libm::log10(error).floor() as i32).clamp(0, 6) as usize;
+    format!("{} ± {}", fixed(value, decimals), fixed(error, decimals))
+}
+
 /// A time with its unit, `digits` significant digits of it: `0.983 s`, `39 s`, `42 min`, `5.3 h`, `12 d`.
 pub fn duration(seconds: f64, digits: i32) -> String {
     let units = [("d", 86_400.0), ("h", 3600.0), ("min", 60.0)];

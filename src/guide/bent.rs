@@ -31,6 +31,22 @@ pub struct BentGuide {
     segments: Vec<Cylinder>,
 }
 
+/// What a ray inside a segment meets next.
+enum Next {
+    Wall,
+    LowerEnd,
+    UpperEnd,
+}
+
+/// A point of a ray's course through a tube.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CoursePoint {
+    /// Where it is, in the frame of the tube.
+    pub position: DVec3,
+    /// Walls that were met up to it, its own included.
+    pub bounces: u32,
+}
+
 /// One segment: its own frame has z along the axis and the origin in the centre of its lower end.
 #[derive(Clone, Debug)]
 struct Cylinder {
@@ -43,6 +59,47 @@ struct Cylinder {
     /// Heights between which no ray meets an end plane.
     free_from: f64,
     free_to: f64,
+}
+
+impl Cylinder {
+    /// What a ray from a point inside meets next, and how far it is.
+    #[inline]
+    fn next(&self, radius: f64, p: DVec3, d: DVec3) -> (Next, f64) {
+        let wall = distance_to_wall(radius, p, d);
+        let toward_lower = d.dot(self.lower_normal);
+        let toward_upper = d.dot(self.upper_normal);
+        let lower =
+            if toward_lower < 0.0 { (-p.dot(self.lower_normal) / toward_lower).max(0.0) } else { f64::INFINITY };
+        let upper = if toward_upper > 0.0 {
+            ((DVec3::Z * self.length - p).dot(self.upper_normal) / toward_upper).max(0.0)
+        } else {
+            f64::INFINITY
+        };
+        if wall < lower.min(upper) {
+            (Next::Wall, wall)
+        } else if lower <= upper {
+            (Next::LowerEnd, lower)
+        } else {
+            (Next::UpperEnd, upper)
+        }
+    }
+
+    fn to_tube(&self, point: DVec3) -> DVec3 {
+        self.origin + self.to_local.transpose() * point
+    }
+
+    fn to_segment(&self, point: DVec3) -> DVec3 {
+        self.to_local * (point - self.origin)
+    }
+}
+
+/// The ray after a wall in its way, and the cosine of its angle from the wall's normal.
+#[inline]
+fn reflect(radius: f64, p: DVec3, d: DVec3) -> (DVec3, DVec3, f64) {
+    let across = p.truncate();
+    let normal = across / across.length();
+    let cosine = d.truncate().dot(normal);
+    ((normal * radius).extend(p.z), d - (normal * (2.0 * cosine)).extend(0.0), cosine)
 }
 
 impl BentGuide {
@@ -102,6 +159,36 @@ impl BentGuide {
         self.follow(position, direction, 0)
     }
 
+    /// The way of a ray from inside the upper end: where it starts, every wall and every plane between segments that it
+    /// meets, and where it leaves; at most `most` points.
+    pub fn course(&self, position: DVec3, direction: DVec3, most: usize) -> Vec<CoursePoint> {
+        let mut course = vec![CoursePoint { position, bounces: 0 }];
+        let Some(mut index) = self.segments.len().checked_sub(1) else { return course };
+        let cylinder = &self.segments[index];
+        let (mut p, mut d, mut bounces) = (cylinder.to_segment(position), cylinder.to_local * direction, 0);
+        while course.len() < most {
+            let cylinder = &self.segments[index];
+            let (next, distance) = cylinder.next(self.radius, p, d);
+            p += d * distance;
+            if matches!(next, Next::Wall) {
+                (p, d, _) = reflect(self.radius, p, d);
+                bounces += 1;
+            }
+            let (world_p, world_d) = (cylinder.to_tube(p), cylinder.to_local.transpose() * d);
+            course.push(CoursePoint { position: world_p, bounces });
+            index = match next {
+                Next::Wall => continue,
+                Next::LowerEnd if index == 0 => break,
+                Next::UpperEnd if index + 1 == self.segments.len() => break,
+                Next::LowerEnd => index - 1,
+                Next::UpperEnd => index + 1,
+            };
+            let cylinder = &self.segments[index];
+            (p, d) = (cylinder.to_segment(world_p), cylinder.to_local * world_d);
+        }
+        course
+    }
+
     fn follow<const C: usize>(&self, position: DVec3, direction: DVec3, mut index: usize) -> Transit<C> {
         let from_top = index + 1 == self.segments.len();
         let mut cylinder = &self.segments[index];
@@ -134,46 +221,27 @@ impl BentGuide {
                     bounces += passage.bounces;
                 }
             }
-            let wall = distance_to_wall(self.radius, p, d);
-            let toward_lower = d.dot(cylinder.lower_normal);
-            let toward_upper = d.dot(cylinder.upper_normal);
-            let lower = if toward_lower < 0.0 {
-                (-p.dot(cylinder.lower_normal) / toward_lower).max(0.0)
-            } else {
-                f64::INFINITY
-            };
-            let upper = if toward_upper > 0.0 {
-                ((DVec3::Z * cylinder.length - p).dot(cylinder.upper_normal) / toward_upper).max(0.0)
-            } else {
-                f64::INFINITY
-            };
-            if wall < lower.min(upper) {
-                p += d * wall;
-                let across = p.truncate();
-                let normal = across / across.length();
-                p = (normal * self.radius).extend(p.z);
-                let cosine = d.truncate().dot(normal);
-                d -= (normal * (2.0 * cosine)).extend(0.0);
-                if by_angle {
-                    left *= self.reflectance.power(|| cosine, 1.0);
+            let (next, distance) = cylinder.next(self.radius, p, d);
+            p += d * distance;
+            let neighbour = match next {
+                Next::Wall => {
+                    let cosine;
+                    (p, d, cosine) = reflect(self.radius, p, d);
+                    if by_angle {
+                        left *= self.reflectance.power(|| cosine, 1.0);
+                    }
+                    bounces += 1.0;
+                    continue;
                 }
-                bounces += 1.0;
-                continue;
-            }
-            let leaves_below = lower <= upper;
-            p += d * lower.min(upper);
-            if leaves_below && index == 0 {
-                break End::Opening;
-            }
-            if !leaves_below && index + 1 == self.segments.len() {
-                break End::Top;
-            }
-            let world_p = cylinder.origin + cylinder.to_local.transpose() * p;
-            let world_d = cylinder.to_local.transpose() * d;
-            index = if leaves_below { index - 1 } else { index + 1 };
+                Next::LowerEnd if index == 0 => break End::Opening,
+                Next::UpperEnd if index + 1 == self.segments.len() => break End::Top,
+                Next::LowerEnd => index - 1,
+                Next::UpperEnd => index + 1,
+            };
+            let (world_p, world_d) = (cylinder.to_tube(p), cylinder.to_local.transpose() * d);
+            index = neighbour;
             cylinder = &self.segments[index];
-            p = cylinder.to_local * (world_p - cylinder.origin);
-            d = cylinder.to_local * world_d;
+            (p, d) = (cylinder.to_segment(world_p), cylinder.to_local * world_d);
         };
         // light that enters from outside and leaves at the top again passes the collector twice
         let crossings = i32::from(from_top) + i32::from(end == End::Top);
@@ -224,6 +292,29 @@ mod tests {
             assert!((a.mirrors.0[0] - b.mirrors.0[0]).abs() < 1e-12);
             assert!((a.position - b.position).length() < 1e-9 && (a.direction - b.direction).length() < 1e-9);
         }
+    }
+
+    /// The course ends where the closed form does, after as many walls.
+    #[test]
+    fn a_course_ends_where_the_closed_form_does() {
+        let guide = elbow(40.0, 0.9);
+        let mut random = PathRandom::new(Key::new(4));
+        let mut ends = [0; 2];
+        for _ in 0..500 {
+            let d = -warp::cosine_hemisphere(random.uniform2());
+            let Some(entry) = guide.entry(random.uniform2(), d) else { continue };
+            let course = guide.course(entry.position, d, 100_000);
+            let transit = guide.down::<1>(entry.position, d);
+            if transit.end == End::Absorbed {
+                continue;
+            }
+            let last = course.last().unwrap();
+            assert!((last.position - transit.position).length() < 1e-9, "{last:?} {transit:?}");
+            assert!((transit.mirrors.0[0] / 0.9f64.powi(last.bounces as i32) - 1.0).abs() < 1e-9);
+            ends[usize::from(transit.end == End::Top)] += 1;
+        }
+        assert!(ends[0] > 100 && ends[1] > 5, "{ends:?}");
+        assert_eq!(guide.course(DVec3::Z, -DVec3::Z, 2).len(), 2);
     }
 
     /// Forward and back-reflected isotropic transmission against tests/reference/elbow_transmission.csv; both errors enter

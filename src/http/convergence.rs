@@ -6,8 +6,8 @@ use serde::{Deserialize, Serialize};
 use utoipa::{IntoParams, ToSchema};
 use uuid::Uuid;
 
-use crate::figure::paint::{self, Scale};
-use crate::figure::svg::svg;
+use crate::figure::FigureFormat;
+use crate::figure::paint::Scale;
 use crate::http::content::Binary;
 use crate::http::formats::{self, Format};
 use crate::http::limits::{off_thread, permit};
@@ -25,7 +25,7 @@ const MOST_ROWS: u32 = 10_000;
 const MOST_POINTS: u32 = 2000;
 
 /// Representations of the convergence.
-const FORMATS: [Format; 4] = [Format::Json, Format::Csv, Format::Svg, Format::Png];
+const FORMATS: [Format; 5] = [Format::Json, Format::Csv, Format::Svg, Format::Png, Format::Pdf];
 
 #[derive(Clone, Copy, PartialEq, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
@@ -36,6 +36,8 @@ pub enum ConvergenceFormat {
     Svg,
     /// The same figure in pixels.
     Png,
+    /// The same figure for print.
+    Pdf,
 }
 
 #[derive(Deserialize, IntoParams)]
@@ -94,6 +96,7 @@ impl From<ConvergenceFormat> for Format {
             ConvergenceFormat::Csv => Self::Csv,
             ConvergenceFormat::Svg => Self::Svg,
             ConvergenceFormat::Png => Self::Png,
+            ConvergenceFormat::Pdf => Self::Pdf,
         }
     }
 }
@@ -105,7 +108,7 @@ impl From<ConvergenceFormat> for Format {
     params(("id" = Uuid, Path), ConvergenceQuery),
     responses(
         (status = 200, description = "The passes so far", content((Convergence = "application/json"), (String = "text/csv"),
-            (String = "image/svg+xml"), (inline(Binary) = "image/png"))),
+            (String = "image/svg+xml"), (inline(Binary) = "image/png"), (inline(Binary) = "application/pdf"))),
         (status = 422, description = "A parameter is not valid", body = Problem, content_type = "application/problem+json"),
         (status = 404, description = "No such job", body = Problem, content_type = "application/problem+json")))]
 pub async fn convergence(
@@ -123,7 +126,10 @@ pub async fn convergence(
     let answer = match format {
         Format::Json => json(&app, id, &headers, rows).await?,
         Format::Csv => csv(&app, id, &headers, rows).await?,
-        format => picture(&app, id, &headers, format, Scale::Single).await?,
+        format => {
+            let figure = format.of_figure(Scale::Single).unwrap_or(FigureFormat::Svg);
+            picture(&app, id, &headers, figure).await?
+        }
     };
     Ok(formats::vary_by_accept(answer))
 }
@@ -155,7 +161,7 @@ pub async fn convergence_csv(app: App, Path(id): Path<Uuid>, headers: HeaderMap)
         (status = 304, description = "It is what If-None-Match names"),
         (status = 404, description = "No such job", body = Problem, content_type = "application/problem+json")))]
 pub async fn convergence_svg(app: App, Path(id): Path<Uuid>, headers: HeaderMap) -> Result<Response, Problem> {
-    picture(&app, id, &headers, Format::Svg, Scale::Single).await
+    picture(&app, id, &headers, FigureFormat::Svg).await
 }
 
 /// The figure of `convergence.svg` in pixels.
@@ -172,7 +178,17 @@ pub async fn convergence_png(
     Query(query): Query<DensityQuery>,
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
-    picture(&app, id, &headers, Format::Png, query.density()?).await
+    picture(&app, id, &headers, FigureFormat::Png(query.density()?)).await
+}
+
+/// The figure of `convergence.svg` for print.
+#[utoipa::path(get, path = "/v1/jobs/{id}/convergence.pdf", operation_id = "get_convergence_pdf", tag = "results", params(("id" = Uuid, Path)),
+    responses(
+        (status = 200, description = "The figure", body = inline(Binary), content_type = "application/pdf"),
+        (status = 304, description = "It is what If-None-Match names"),
+        (status = 404, description = "No such job", body = Problem, content_type = "application/problem+json")))]
+pub async fn convergence_pdf(app: App, Path(id): Path<Uuid>, headers: HeaderMap) -> Result<Response, Problem> {
+    picture(&app, id, &headers, FigureFormat::Pdf).await
 }
 
 /// A page of the convergence table.
@@ -201,7 +217,7 @@ async fn json(app: &Service, id: Uuid, headers: &HeaderMap, rows: Rows) -> Resul
     let views = convergence_files::views_history(&subject, &outline);
     let bytes = serde_json::to_vec(&Convergence { job: id, grids, views, passes, next_after })
         .map_err(|error| internal("writing the convergence table failed", &error))?;
-    answer(headers, bytes, Format::Json)
+    named(headers, bytes, "application/json", "json")
 }
 
 async fn csv(app: &Service, id: Uuid, headers: &HeaderMap, rows: Rows) -> Result<Response, Problem> {
@@ -209,26 +225,17 @@ async fn csv(app: &Service, id: Uuid, headers: &HeaderMap, rows: Rows) -> Result
         return Err(Problem::no_such_job());
     }
     let (passes, _) = page(app, id, rows).await?;
-    answer(headers, convergence_files::convergence_csv(&passes).into_bytes(), Format::Csv)
+    let bytes = convergence_files::convergence_csv(&passes).into_bytes();
+    named(headers, bytes, "text/csv; charset=utf-8", "csv")
 }
 
-async fn picture(
-    app: &Service,
-    id: Uuid,
-    headers: &HeaderMap,
-    format: Format,
-    scale: Scale,
-) -> Result<Response, Problem> {
+async fn picture(app: &Service, id: Uuid, headers: &HeaderMap, figure: FigureFormat) -> Result<Response, Problem> {
     let (subject, outline) = told(app, id).await?;
     let drawn = off_thread(permit(&app.permits.reading).await?, move |_| {
-        let drawing = convergence_files::convergence_figure(&subject, &outline);
-        match format {
-            Format::Png => paint::png(&drawing, scale),
-            _ => svg(&drawing).map(String::into_bytes),
-        }
+        figure.write(&convergence_files::convergence_figure(&subject, &outline))
     });
     let bytes = drawn.await?.map_err(|error| internal("drawing failed", &error))?;
-    answer(headers, bytes, format)
+    named(headers, bytes, figure.media_type(), figure.suffix())
 }
 
 /// What the job is about, and so many of its passes that a figure shows all there is to see.
@@ -238,12 +245,11 @@ async fn told(app: &Service, id: Uuid) -> Result<(Subject, Vec<PassReport>), Pro
     Ok((Subject::new(&job.document, &job.plan), outline))
 }
 
-fn answer(headers: &HeaderMap, bytes: Vec<u8>, format: Format) -> Result<Response, Problem> {
-    let media_type = match format {
-        Format::Csv => "text/csv; charset=utf-8",
-        Format::Svg => "image/svg+xml",
-        Format::Png => "image/png",
-        _ => "application/json",
-    };
-    Ok(formats::named(content::made(headers, bytes, media_type)?, &format!("convergence.{}", format.suffix())))
+fn named(
+    headers: &HeaderMap,
+    bytes: Vec<u8>,
+    media_type: &'static str,
+    suffix: &'static str,
+) -> Result<Response, Problem> {
+    Ok(formats::named(content::made(headers, bytes, media_type)?, &format!("convergence.{suffix}")))
 }

@@ -5,26 +5,28 @@ use axum::response::Response;
 use serde_json::Value;
 use uuid::Uuid;
 
-use crate::figure::paint;
-use crate::figure::svg::svg;
-use crate::http::App;
+use crate::figure::FigureFormat;
 use crate::http::content::{self, Binary};
 use crate::http::convergence::DensityQuery;
 use crate::http::formats::{self, Format};
 use crate::http::limits::{off_thread, permit};
 use crate::http::problem::{Path, Problem, Query};
+use crate::http::report::sheet;
 use crate::http::results::internal;
+use crate::http::{App, Service};
+use crate::job::report::OVERVIEW;
 use crate::job::site_figure::{SiteFacts, SiteFigure, site_figure};
 use crate::job::subject::Subject;
 
 /// Representations of a figure.
-const FORMATS: [Format; 2] = [Format::Svg, Format::Png];
+const FORMATS: [Format; 3] = [Format::Svg, Format::Png, Format::Pdf];
 
-/// The sky with the sun's path of the day, a section through room, roof and tubes, or where the light of a tube goes.
+/// The sky with the sun's path of the day, a section through room, roof and tubes, where the light of a tube goes, or plan, section
+/// and picture side by side.
 #[utoipa::path(get, path = "/v1/jobs/{id}/figures/{file}", operation_id = "get_figure", tag = "results",
-    params(("id" = Uuid, Path), ("file" = String, Path, description = "`sky`, `section_x`, `section_y`, or `lumens_` and the number of a tube; with `.svg` or `.png` a file"), DensityQuery),
+    params(("id" = Uuid, Path), ("file" = String, Path, description = "`sky`, `section_x`, `section_y`, `overview`, or `lumens_` and the number of a tube; with `.svg`, `.png` or `.pdf` a file"), DensityQuery),
     responses(
-        (status = 200, description = "The figure", content((String = "image/svg+xml"), (inline(Binary) = "image/png"))),
+        (status = 200, description = "The figure", content((String = "image/svg+xml"), (inline(Binary) = "image/png"), (inline(Binary) = "application/pdf"))),
         (status = 304, description = "It is what If-None-Match names"),
         (status = 422, description = "A parameter is not valid", body = Problem, content_type = "application/problem+json"),
         (status = 404, description = "No such job or figure, or what it shows is not known (yet)", body = Problem, content_type = "application/problem+json")))]
@@ -36,7 +38,22 @@ pub async fn figure(
 ) -> Result<Response, Problem> {
     let by_suffix = formats::by_suffix(&file, &FORMATS);
     let (name, format) = by_suffix.unwrap_or_else(|| (&file, formats::accepted(&headers, &FORMATS)));
-    let density = query.density()?;
+    let format = format.of_figure(query.density()?).unwrap_or(FigureFormat::Svg);
+    let drawn =
+        if name == OVERVIEW { overview(&app, id, format).await? } else { of_site(&app, id, name, format).await? };
+    let answer = content::made(&headers, drawn, format.media_type())?;
+    let answer = formats::named(answer, &format!("{name}.{}", format.suffix()));
+    Ok(if by_suffix.is_some() { answer } else { formats::vary_by_accept(answer) })
+}
+
+/// Plan with map, section and picture side by side.
+async fn overview(app: &Service, id: Uuid, format: FigureFormat) -> Result<Vec<u8>, Problem> {
+    let sheet = sheet(app, id).await?;
+    let drawn = off_thread(permit(&app.permits.reading).await?, move |_| format.write(&sheet.overview()));
+    drawn.await?.map_err(|error| internal("drawing failed", &error))
+}
+
+async fn of_site(app: &Service, id: Uuid, name: &str, format: FigureFormat) -> Result<Vec<u8>, Problem> {
     let job = app.store.job(id).await?.ok_or_else(Problem::no_such_job)?;
     let found = SiteFigure::of_name(name).ok_or_else(|| Problem::not_found("there is no such figure"))?;
     let drawn = off_thread(permit(&app.permits.reading).await?, move |_| {
@@ -44,14 +61,7 @@ pub async fn figure(
         let facts = SiteFacts::of(job.summary.as_ref().unwrap_or(&Value::Null));
         let drawing = site_figure(found, &subject, &facts);
         let drawing = drawing.ok_or_else(|| Problem::not_found("the job does not know what the figure shows"))?;
-        let written = match format {
-            Format::Png => paint::png(&drawing, density),
-            _ => svg(&drawing).map(String::into_bytes),
-        };
-        written.map_err(|error| internal("drawing failed", &error))
+        format.write(&drawing).map_err(|error| internal("drawing failed", &error))
     });
-    let media_type = if format == Format::Png { "image/png" } else { "image/svg+xml" };
-    let answer = content::made(&headers, drawn.await??, media_type)?;
-    let answer = formats::named(answer, &format!("{name}.{}", format.suffix()));
-    Ok(if by_suffix.is_some() { answer } else { formats::vary_by_accept(answer) })
+    drawn.await?
 }

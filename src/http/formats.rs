@@ -4,8 +4,11 @@ use axum::http::{HeaderMap, HeaderValue, header};
 use axum::response::Response;
 use headers::HeaderMapExt;
 use headers_accept::Accept;
-use mediatype::names::{APPLICATION, CSV, HTML, IMAGE, JSON, PNG, SVG, TEXT};
+use mediatype::names::{APPLICATION, CSV, HTML, IMAGE, JSON, PDF, PNG, SVG, TEXT};
 use mediatype::{MediaType, Name, names};
+
+use crate::figure::FigureFormat;
+use crate::figure::paint::Scale;
 
 /// A representation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -14,6 +17,7 @@ pub enum Format {
     Csv,
     Png,
     Svg,
+    Pdf,
     Exr,
     Html,
 }
@@ -21,7 +25,7 @@ pub enum Format {
 const EXR: Name = Name::new_unchecked("x-exr");
 
 impl Format {
-    const ALL: [Self; 6] = [Self::Json, Self::Csv, Self::Png, Self::Svg, Self::Exr, Self::Html];
+    const ALL: [Self; 7] = [Self::Json, Self::Csv, Self::Png, Self::Svg, Self::Pdf, Self::Exr, Self::Html];
 
     pub fn suffix(self) -> &'static str {
         match self {
@@ -29,8 +33,19 @@ impl Format {
             Self::Csv => "csv",
             Self::Png => "png",
             Self::Svg => "svg",
+            Self::Pdf => "pdf",
             Self::Exr => "exr",
             Self::Html => "html",
+        }
+    }
+
+    /// The format of a figure, with pixels at a size; `None` of what is no figure.
+    pub fn of_figure(self, scale: Scale) -> Option<FigureFormat> {
+        match self {
+            Self::Svg => Some(FigureFormat::Svg),
+            Self::Png => Some(FigureFormat::Png(scale)),
+            Self::Pdf => Some(FigureFormat::Pdf),
+            Self::Json | Self::Csv | Self::Exr | Self::Html => None,
         }
     }
 
@@ -40,6 +55,7 @@ impl Format {
             Self::Csv => MediaType::new(TEXT, CSV),
             Self::Png => MediaType::new(IMAGE, PNG),
             Self::Svg => MediaType::from_parts(IMAGE, SVG, Some(names::XML), &[]),
+            Self::Pdf => MediaType::new(APPLICATION, PDF),
             Self::Exr => MediaType::new(IMAGE, EXR),
             Self::Html => MediaType::new(TEXT, HTML),
         }

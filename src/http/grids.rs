@@ -8,20 +8,19 @@ use utoipa::{IntoParams, ToSchema};
 use uuid::Uuid;
 
 use crate::document::result::GridResult;
-use crate::figure::paint::{self, Scale};
+use crate::figure::paint::Scale;
 use crate::figure::plan_map::Numbers;
-use crate::figure::svg::svg;
 use crate::http::content::{self, Binary};
 use crate::http::formats::{self, Format};
 use crate::http::limits::{off_thread, permit};
 use crate::http::problem::{Path, Problem, Query};
-use crate::http::results::{file_so_far, found, internal, result_file};
+use crate::http::results::{file_now, found, internal, result_file};
 use crate::http::{App, Service};
 use crate::job::grid_figure::{GridWishes, Quantity, difference_figure, grid_figure};
 use crate::job::subject::Subject;
 
 /// Representations of a grid.
-const FORMATS: [Format; 4] = [Format::Json, Format::Csv, Format::Png, Format::Svg];
+const FORMATS: [Format; 5] = [Format::Json, Format::Csv, Format::Png, Format::Svg, Format::Pdf];
 
 #[derive(Clone, Copy, PartialEq, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
@@ -32,6 +31,8 @@ pub enum GridFormat {
     Png,
     /// The same figure as outlines.
     Svg,
+    /// The same figure for print.
+    Pdf,
 }
 
 impl From<GridFormat> for Format {
@@ -41,6 +42,7 @@ impl From<GridFormat> for Format {
             GridFormat::Csv => Self::Csv,
             GridFormat::Png => Self::Png,
             GridFormat::Svg => Self::Svg,
+            GridFormat::Pdf => Self::Pdf,
         }
     }
 }
@@ -107,7 +109,7 @@ impl GridQuery {
             ("density", self.density.is_some()),
         ];
         match given.into_iter().find(|(_, given)| *given) {
-            Some((name, _)) => Err(Problem::invalid_parameter(name, "is of .png and .svg")),
+            Some((name, _)) => Err(Problem::invalid_parameter(name, "is of .png, .svg and .pdf")),
             None => Ok(()),
         }
     }
@@ -115,10 +117,10 @@ impl GridQuery {
 
 /// A grid.
 #[utoipa::path(get, path = "/v1/jobs/{id}/grids/{name}", operation_id = "get_grid", tag = "results",
-    params(("id" = Uuid, Path), ("name" = String, Path, description = "The grid's name; with `.json`, `.csv`, `.png` or `.svg` a file"), GridQuery),
+    params(("id" = Uuid, Path), ("name" = String, Path, description = "The grid's name; with `.json`, `.csv`, `.png`, `.svg` or `.pdf` a file"), GridQuery),
     responses(
-        (status = 200, description = "Illuminance and its standard error; as PNG and SVG a map over the plan of the room, with lines of equal value",
-            content((GridResult = "application/json"), (String = "text/csv"), (inline(Binary) = "image/png"), (String = "image/svg+xml"))),
+        (status = 200, description = "Illuminance and its standard error; as PNG, SVG and PDF a map over the plan of the room, with lines of equal value",
+            content((GridResult = "application/json"), (String = "text/csv"), (inline(Binary) = "image/png"), (String = "image/svg+xml"), (inline(Binary) = "application/pdf"))),
         (status = 206, description = "The range of it that was asked for"),
         (status = 304, description = "It is what If-None-Match names"),
         (status = 416, description = "The range is not in the file", body = Problem, content_type = "application/problem+json"),
@@ -150,11 +152,11 @@ async fn represented(
     format: Format,
     query: &GridQuery,
 ) -> Result<Response, Problem> {
-    if !matches!(format, Format::Png | Format::Svg) {
+    let Some(figure) = format.of_figure(query.scale()?) else {
         query.check_of_table()?;
         return result_file(app, id, headers, format!("grids/{name}.{}", format.suffix())).await;
-    }
-    let (wishes, scale) = (query.wishes()?, query.scale()?);
+    };
+    let wishes = query.wishes()?;
     let (subject, json) = grid_of(app, id, name).await?;
     let other = match query.minus {
         Some(other) => Some(grid_of(app, other, name).await.map_err(|problem| of_minus(problem, other))?),
@@ -175,37 +177,18 @@ async fn represented(
             }
             None => grid_figure(&subject, &grid, wishes),
         };
-        let written = drawing.and_then(|drawing| match format {
-            Format::Png => paint::png(&drawing, scale),
-            _ => svg(&drawing).map(String::into_bytes),
-        });
+        let written = drawing.and_then(|drawing| figure.write(&drawing));
         written.map_err(|error| internal("drawing a grid failed", &error))
     });
-    let media_type = if format == Format::Png { "image/png" } else { "image/svg+xml" };
-    content::made(headers, drawn.await??, media_type)
+    content::made(headers, drawn.await??, figure.media_type())
 }
 
 /// What a job is about, and the JSON of its grid: kept, or as it is now.
 async fn grid_of(app: &Service, id: Uuid, name: &str) -> Result<(Subject, Bytes), Problem> {
     let job = app.store.job(id).await?.ok_or_else(Problem::no_such_job)?;
-    let subject = Subject::new(&job.document, &job.plan);
-    let file = format!("grids/{name}.json");
-    let kept = async || -> Result<Option<Bytes>, Problem> {
-        match app.store.artifact(id, &file).await? {
-            Some(kept) => Ok(Some(app.artifacts.read_checked(&kept.key, &kept.hash).await?)),
-            None => Ok(None),
-        }
-    };
-    if let Some(json) = kept().await? {
-        return Ok((subject, json));
-    }
-    if let Some(file) = file_so_far(app, id, &file).await? {
-        return Ok((subject, file.bytes));
-    }
-    // it may have finished between the first look and now
-    let json = kept().await?;
+    let json = file_now(app, id, &format!("grids/{name}.json")).await?;
     let json = json.ok_or_else(|| Problem::not_found("the job has no such output, or no pass is done yet"))?;
-    Ok((subject, json))
+    Ok((Subject::new(&job.document, &job.plan), json))
 }
 
 /// That the other job has nothing is a fault of the parameter.

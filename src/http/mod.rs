@@ -25,6 +25,7 @@ pub mod problem_kind;
 mod problem_page;
 mod reader;
 mod readiness;
+mod report;
 mod results;
 mod router;
 pub(crate) mod server;

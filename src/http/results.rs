@@ -4,6 +4,7 @@ use std::time::Duration;
 
 use axum::http::{HeaderMap, StatusCode};
 use axum::response::Response;
+use bytes::Bytes;
 use serde::Deserialize;
 use uuid::Uuid;
 
@@ -23,7 +24,7 @@ use crate::job::results::ResultFile;
 /// Time that a reader of a running job waits for its pass to end.
 const WAIT_FOR_PASS: Duration = Duration::from_secs(20);
 
-const TUBE_FORMATS: [Format; 3] = [Format::Json, Format::Svg, Format::Png];
+const TUBE_FORMATS: [Format; 4] = [Format::Json, Format::Svg, Format::Png, Format::Pdf];
 
 /// `None` where the answer is that there is nothing.
 pub(super) fn found(answer: Result<Response, Problem>) -> Result<Option<Response>, Problem> {
@@ -35,10 +36,10 @@ pub(super) fn found(answer: Result<Response, Problem>) -> Result<Option<Response
 
 /// The report on a tube.
 #[utoipa::path(get, path = "/v1/jobs/{id}/tubes/{file}", operation_id = "get_tube", tag = "results",
-    params(("id" = Uuid, Path), ("file" = String, Path, description = "The tube's number in the document, from 0; with `.json`, `.svg` or `.png` a file")),
+    params(("id" = Uuid, Path), ("file" = String, Path, description = "The tube's number in the document, from 0; with `.json`, `.svg`, `.png` or `.pdf` a file")),
     responses(
-        (status = 200, description = "Fluxes, efficiencies and the transmission of beams; as SVG and PNG the transmission against the sun's altitude",
-            content((TubeReport = "application/json"), (String = "image/svg+xml"), (inline(Binary) = "image/png"))),
+        (status = 200, description = "Fluxes, efficiencies and the transmission of beams; as SVG, PNG and PDF the transmission against the sun's altitude",
+            content((TubeReport = "application/json"), (String = "image/svg+xml"), (inline(Binary) = "image/png"), (inline(Binary) = "application/pdf"))),
         (status = 206, description = "The range of it that was asked for"),
         (status = 304, description = "It is what If-None-Match names"),
         (status = 416, description = "The range is not in the file", body = Problem, content_type = "application/problem+json"),
@@ -155,6 +156,26 @@ pub(super) async fn file_so_far(app: &Service, id: Uuid, name: &str) -> Result<O
     })
     .await?;
     made_file(made.map_err(|error| internal("reading a state failed", &error))?).map(Some)
+}
+
+/// A file that a job keeps: as it is kept, or as it would be now; `None` where there is none (yet).
+pub(super) async fn file_now(app: &Service, id: Uuid, name: &str) -> Result<Option<Bytes>, Problem> {
+    let kept = async || -> Result<Option<Bytes>, Problem> {
+        match app.store.artifact(id, name).await? {
+            Some(kept) => Ok(Some(app.artifacts.read_checked(&kept.key, &kept.hash).await?)),
+            None => Ok(None),
+        }
+    };
+    if let Some(bytes) = kept().await? {
+        return Ok(Some(bytes));
+    }
+    match file_so_far(app, id, name).await {
+        Ok(Some(file)) => Ok(Some(file.bytes)),
+        // it may have finished between the first look and now
+        Ok(None) => kept().await,
+        Err(problem) if problem.status == StatusCode::NOT_FOUND.as_u16() => Ok(None),
+        Err(problem) => Err(problem),
+    }
 }
 
 fn made_file(file: Option<ResultFile>) -> Result<MadeFile, Problem> {

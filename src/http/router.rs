@@ -27,8 +27,8 @@ use crate::http::description::{Description, completed};
 use crate::http::problem::as_problem_documents;
 use crate::http::server::answer_health_only_beyond;
 use crate::http::{
-    Limits, Service, convergence, docs, events, figures, grids, health, jobs, meshes, page, problem_page, results,
-    skies, tube_flux, tubes, views,
+    Limits, Service, convergence, docs, events, figures, grids, health, jobs, meshes, page, problem_page, report,
+    results, skies, tube_flux, tubes, views,
 };
 
 const REQUEST_ID: HeaderName = HeaderName::from_static("x-request-id");
@@ -64,6 +64,8 @@ fn api_with_limits(document_bytes: usize, mesh_bytes: usize) -> OpenApiRouter<Ar
         .routes(routes!(convergence::convergence_csv))
         .routes(routes!(convergence::convergence_svg))
         .routes(routes!(convergence::convergence_png))
+        .routes(routes!(convergence::convergence_pdf))
+        .routes(routes!(report::pdf))
         .routes(routes!(problem_page::problem_page))
         .routes(routes!(health::livez))
         .routes(routes!(health::readyz))
@@ -99,6 +101,7 @@ pub fn router(service: Arc<Service>) -> Router {
     let routes = api
         .route("/", get(page::index))
         .route("/jobs/{id}", get(page::index))
+        .route("/jobs/{id}/report", get(report::page))
         .route("/web/{*file}", get(page::file))
         .route("/docs", get(docs::docs))
         .route("/docs/", get(docs::docs_index))

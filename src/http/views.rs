@@ -2,20 +2,20 @@
 
 use axum::http::HeaderMap;
 use axum::response::Response;
-use bytes::Bytes;
 use serde::Deserialize;
 use utoipa::openapi::schema::{Object, ObjectBuilder, Type};
 use utoipa::{IntoParams, ToSchema};
 use uuid::Uuid;
 
+use crate::figure::FigureFormat;
 use crate::figure::axes::Spacing;
-use crate::figure::paint::{self, Scale};
+use crate::figure::paint::Scale;
 use crate::figure::scale::Palette;
 use crate::http::content::{self, Binary};
 use crate::http::formats::{self, Format};
 use crate::http::limits::{off_thread, permit};
 use crate::http::problem::{Path, Problem, Query};
-use crate::http::results::{file_so_far, internal, result_file};
+use crate::http::results::{file_now, internal, result_file};
 use crate::http::{App, Service};
 use crate::job::convergence::PREVIEW_PASSES;
 use crate::job::results::progress_image;
@@ -25,7 +25,7 @@ use crate::output::png::{self, ToneMapping};
 use crate::output::{OutputError, exr};
 
 /// Representations of a view.
-const FORMATS: [Format; 2] = [Format::Png, Format::Exr];
+const FORMATS: [Format; 4] = [Format::Png, Format::Exr, Format::Svg, Format::Pdf];
 
 #[derive(Clone, Copy, Default, PartialEq, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
@@ -60,7 +60,7 @@ pub enum PaletteName {
 #[into_params(parameter_in = Query)]
 #[serde(deny_unknown_fields)]
 pub struct PictureQuery {
-    /// Style of a PNG; tone when absent.
+    /// Style of a PNG, SVG or PDF; tone when absent, which is of PNG only.
     #[param(inline)]
     style: Option<PictureStyle>,
     /// Pass after which a progress image was kept; of the style tone only.
@@ -79,7 +79,7 @@ pub struct PictureQuery {
     /// Colours of the scale of false colours; turbo when absent.
     #[param(inline)]
     palette: Option<PaletteName>,
-    /// Pixels per unit of a figure, of the styles captioned and false colour; 1 when absent.
+    /// Pixels of a PNG per unit of its figure, of the styles captioned and false colour; 1 when absent.
     #[param(minimum = 1, maximum = 2)]
     density: Option<u8>,
 }
@@ -92,15 +92,18 @@ impl PictureQuery {
     /// Refuses parameters that do not go together with the format or the style, and numbers out of their bounds.
     fn check(&self, format: Format) -> Result<(), Problem> {
         let style = self.style.unwrap_or_default();
-        let is_png = format == Format::Png;
+        let (is_png, is_picture) = (format == Format::Png, format != Format::Exr);
+        if style == PictureStyle::Tone && matches!(format, Format::Svg | Format::Pdf) {
+            return Err(Problem::invalid_parameter("style", "must be captioned or false_colour for .svg and .pdf"));
+        }
         let rules = [
-            ("style", self.style.is_some(), is_png, "is of .png"),
+            ("style", self.style.is_some(), is_picture, "is of .png, .svg and .pdf"),
             ("pass", self.pass.is_some(), is_png && style == PictureStyle::Tone, "is of .png with the style tone"),
             (
                 "exposure",
                 self.exposure.is_some(),
-                is_png && style != PictureStyle::FalseColour && self.pass.is_none(),
-                "is of .png with the styles tone and captioned, without pass",
+                is_picture && style != PictureStyle::FalseColour && self.pass.is_none(),
+                "is of the styles tone and captioned, without pass",
             ),
             ("max", self.max.is_some(), style == PictureStyle::FalseColour, "is of false colours"),
             ("scale", self.scale.is_some(), style == PictureStyle::FalseColour, "is of false colours"),
@@ -141,9 +144,10 @@ impl PictureQuery {
 
 /// A picture of a view.
 #[utoipa::path(get, path = "/v1/jobs/{id}/views/{file}", operation_id = "get_view", tag = "results",
-    params(("id" = Uuid, Path), ("file" = String, Path, description = "The view's name; with `.exr` or `.png` a file"), PictureQuery),
+    params(("id" = Uuid, Path), ("file" = String, Path, description = "The view's name; with `.exr`, `.png`, `.svg` or `.pdf` a file"), PictureQuery),
     responses(
-        (status = 200, description = "OpenEXR with float layers, or PNG", content((inline(Binary) = "image/x-exr"), (inline(Binary) = "image/png"))),
+        (status = 200, description = "OpenEXR with float layers, PNG, or a figure", content((inline(Binary) = "image/x-exr"), (inline(Binary) = "image/png"),
+            (String = "image/svg+xml"), (inline(Binary) = "application/pdf"))),
         (status = 206, description = "The range of it that was asked for"),
         (status = 304, description = "It is what If-None-Match names"),
         (status = 416, description = "The range is not in the file", body = Problem, content_type = "application/problem+json"),
@@ -165,10 +169,10 @@ pub async fn view(
             let kept = kept.ok_or_else(|| Problem::not_found("there is no such progress image"))?;
             content::stored(&headers, &app.artifacts, &kept).await?
         }
-        (Format::Png, style, None) if style != PictureStyle::Tone || query.exposure.is_some() => {
-            drawn(&app, id, &headers, name, &query).await?
+        (Format::Exr, ..) | (Format::Png, PictureStyle::Tone, None) if query.exposure.is_none() => {
+            result_file(&app, id, &headers, format!("views/{name}.{}", format.suffix())).await?
         }
-        _ => result_file(&app, id, &headers, format!("views/{name}.{}", format.suffix())).await?,
+        _ => drawn(&app, id, &headers, (name, format), &query).await?,
     };
     let answer = formats::named(answer, &format!("{name}.{}", format.suffix()));
     Ok(if by_suffix.is_some() { answer } else { formats::vary_by_accept(answer) })
@@ -179,48 +183,31 @@ async fn drawn(
     app: &Service,
     id: Uuid,
     headers: &HeaderMap,
-    name: &str,
+    (name, format): (&str, Format),
     query: &PictureQuery,
 ) -> Result<Response, Problem> {
     let job = app.store.job(id).await?.ok_or_else(Problem::no_such_job)?;
     let subject = Subject::new(&job.document, &job.plan);
-    let bytes = exr_of(app, id, name).await?;
+    let bytes = file_now(app, id, &format!("views/{name}.exr")).await?;
+    let bytes = bytes.ok_or_else(|| Problem::not_found("the job has no such output, or no pass is done yet"))?;
     let (wishes, exposure, style) = (query.wishes(), query.exposure, query.style.unwrap_or_default());
     let density = if query.density == Some(2) { Scale::Double } else { Scale::Single };
+    let figure = format.of_figure(density).unwrap_or(FigureFormat::Png(density));
     let name = name.to_owned();
     let made = off_thread(permit(&app.permits.reading).await?, move |_| -> Result<Vec<u8>, OutputError> {
         let view = exr::decode(&bytes)?;
         if style == PictureStyle::FalseColour {
-            return paint::png(&false_colour_figure(&subject, &name, &view.seen(), wishes)?, density);
+            return figure.write(&false_colour_figure(&subject, &name, &view.seen(), wishes)?);
         }
         let tone = match exposure {
             Some(adaptation) => ToneMapping::adapted_to(adaptation),
             None => ToneMapping::of(view.image())?,
         };
         match style {
-            PictureStyle::Captioned => paint::png(&captioned_figure(&subject, &name, view.image(), tone)?, density),
+            PictureStyle::Captioned => figure.write(&captioned_figure(&subject, &name, view.image(), tone)?),
             _ => png::encode(&tone.apply(view.image())?),
         }
     });
     let bytes = made.await?.map_err(|error| internal("drawing a view failed", &error))?;
-    content::made(headers, bytes, "image/png")
-}
-
-async fn exr_of(app: &Service, id: Uuid, name: &str) -> Result<Bytes, Problem> {
-    let file = format!("views/{name}.exr");
-    let kept = async || -> Result<Option<Bytes>, Problem> {
-        match app.store.artifact(id, &file).await? {
-            Some(kept) => Ok(Some(app.artifacts.read_checked(&kept.key, &kept.hash).await?)),
-            None => Ok(None),
-        }
-    };
-    if let Some(bytes) = kept().await? {
-        return Ok(bytes);
-    }
-    if let Some(file) = file_so_far(app, id, &file).await? {
-        return Ok(file.bytes);
-    }
-    // it may have finished between the first look and now
-    let bytes = kept().await?;
-    bytes.ok_or_else(|| Problem::not_found("the job has no such output, or no pass is done yet"))
+    content::made(headers, bytes, figure.media_type())
 }

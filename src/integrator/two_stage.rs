@@ -22,8 +22,8 @@
 //! is each sensor's own.
 //!
 //! **Refuses** closures that pass light unscattered, measured diffusers, and the sun by way of mirrors and of lobes
-//! below a roughness of 0.2. Bad at diffusers that mirrors show (it warns). Tells no balance of energy; the fluxes of
-//! tubes are those of the first stage.
+//! below a roughness of 0.2. Bad at diffusers that mirrors show (it warns). The fluxes of tubes are
+//! those of the first stage; a few photons tell for the books where the light of the room ends.
 //!
 //! **Sources.** The cut is derived here (docs/physics/measurement_equation.md#two-stages); Kajiya 1986, Veach and
 //! Guibas 1995.
@@ -40,7 +40,7 @@ use crate::integrator::backward::chance;
 use crate::integrator::backward::pass::{Sampling, centre, each};
 use crate::integrator::backward::room_entry::exit_seen_by;
 use crate::integrator::lamp::light::{DiffuserLight, SensorsLit, refuses_closures};
-use crate::integrator::method::{Caveat, Computation, Described, Knows, Load, Refusal, Task, Work};
+use crate::integrator::method::{Caveat, Computation, Described, Load, Refusal, Task, Work};
 use crate::integrator::photon::chunks::PHOTON_CHUNK;
 use crate::integrator::photon::descent::Exit;
 use crate::integrator::photon::emission::Emission;
@@ -70,10 +70,6 @@ impl Default for Settings {
 impl Described for Settings {
     fn name(&self) -> &'static str {
         "two_stage"
-    }
-
-    fn knows(&self) -> Knows {
-        Knows { energy: false, ..Knows::ALL }
     }
 
     fn remark(&self) -> Option<&'static str> {

@@ -1,20 +1,19 @@
 //! Passes in order: rendered in chunks, until a rule, the clock or somebody ends the job.
 
-use std::time::Instant;
-
 use super::cancel::{Stop, StopReason};
 use super::engine::Added;
 use super::prepare::Prepared;
 use super::progress::{PassReport, StoppedBy};
+use super::spent::{Clocks, Spent};
 use crate::estimate::Estimate;
-use crate::estimate::stopping::{Wanted, is_judged_after};
+use crate::estimate::stopping::{WaitingFor, Wanted, is_judged_after};
 
 /// A rendered range of passes.
 pub struct Chunk {
     /// Estimate of these passes alone (and what passes hand on): merge it onto the estimate of all earlier chunks.
     pub estimate: Estimate,
-    /// Seconds that these passes took to render.
-    pub seconds: f64,
+    /// Time that these passes took to render.
+    pub spent: Spent,
     /// The chunk was cut short, and the job ends with it.
     pub ended: Option<StopReason>,
 }
@@ -23,8 +22,8 @@ pub struct Chunk {
 pub struct Rendered {
     /// Everything that the passes have added up to.
     pub estimate: Estimate,
-    /// Seconds that all passes took to render.
-    pub seconds: f64,
+    /// Time that all passes took to render.
+    pub spent: Spent,
     /// What ended the job.
     pub stopped_by: StoppedBy,
 }
@@ -66,12 +65,18 @@ pub enum RenderError {
 pub struct SoFar<'a> {
     earlier: &'a Estimate,
     chunk: Option<&'a Estimate>,
+    waiting_for: Option<WaitingFor>,
 }
 
 impl<'a> SoFar<'a> {
     /// Nothing but passes of chunks that have ended.
     pub fn ended(estimate: &'a Estimate) -> Self {
-        Self { earlier: estimate, chunk: None }
+        Self { earlier: estimate, chunk: None, waiting_for: None }
+    }
+
+    /// What the job goes on for after this pass; `None` after its last one.
+    pub fn waiting_for(&self) -> Option<WaitingFor> {
+        self.waiting_for
     }
 
     /// Both in one. This copies every pixel of every view: ask for it only when somebody waits for it.
@@ -86,29 +91,29 @@ impl<'a> SoFar<'a> {
 
 impl Prepared {
     /// Renders chunk `index` on the current rayon pool; `before` is the merged estimate of all earlier chunks and
-    /// `seconds_before` their render time. `heard` is called after every pass, in order. The caller raises `stop` when the
+    /// `spent_before` their render time. `heard` is called after every pass, in order. The caller raises `stop` when the
     /// job's seconds are over. The chunk ends early where the job is accurate enough ([`is_judged_after`]).
     pub fn render_chunk(
         &self,
         index: u64,
         before: &Estimate,
-        seconds_before: f64,
+        spent_before: Spent,
         stop: &Stop,
         heard: &mut dyn FnMut(&PassReport, SoFar<'_>),
     ) -> Result<Chunk, RenderError> {
-        self.render_passes(index, (before, seconds_before), stop, heard, Ends::WhenAccurate)
+        self.render_passes(index, (before, spent_before), stop, heard, Ends::WhenAccurate)
     }
 
-    /// Renders a chunk, after an estimate that took some seconds, until its end or as it `ends` by itself.
+    /// Renders a chunk, after an estimate that took some time, until its end or as it `ends` by itself.
     fn render_passes(
         &self,
         index: u64,
-        (before, seconds_before): (&Estimate, f64),
+        (before, spent_before): (&Estimate, Spent),
         stop: &Stop,
         heard: &mut dyn FnMut(&PassReport, SoFar<'_>),
         ends: Ends,
     ) -> Result<Chunk, RenderError> {
-        let start = Instant::now();
+        let clocks = Clocks::start();
         let mut estimate = self.empty_estimate();
         estimate.carried.clone_from(&before.carried);
         let mut ended = None;
@@ -116,7 +121,8 @@ impl Prepared {
             Ends::WhenAccurate => self.wanted_after(before),
             Ends::WithTheLast => Wanted::ALL,
         };
-        for pass in self.chunk(index).unwrap_or(0..0) {
+        let passes = self.chunk(index).unwrap_or(0..0);
+        for pass in passes.clone() {
             let added = match stop.reason() {
                 None => self.engine.add_pass(pass, &mut estimate, wanted, stop.flag()),
                 Some(_) => Added::Nothing,
@@ -130,10 +136,15 @@ impl Prepared {
             if let Some(place) = estimate.first_not_finite() {
                 return Err(RenderError::NotFinite { pass, photon: estimate.not_finite, place });
             }
-            let seconds = seconds_before + start.elapsed().as_secs_f64();
+            let spent = spent_before.and(clocks.spent());
             let judged = before.judged_with(&estimate);
-            let report = self.report(&judged, seconds);
-            heard(&report, SoFar { earlier: before, chunk: Some(&estimate) });
+            let accuracy = self.accuracy(&judged);
+            let report = self.report_of(&judged, accuracy, spent);
+            // whoever renders chunks looks at the end of each
+            let is_judged = |waits: &WaitingFor| *waits == WaitingFor::NextJudgement && pass + 1 == passes.end;
+            let waiting_for = self.waiting_for(&judged, accuracy);
+            let waiting_for = waiting_for.filter(|waits| ended.is_none() && !is_judged(waits));
+            heard(&report, SoFar { earlier: before, chunk: Some(&estimate), waiting_for });
             let mut accurate = false;
             if ends == Ends::WhenAccurate && is_judged_after(report.passes) {
                 let now = self.stop.wanted(&judged);
@@ -143,7 +154,7 @@ impl Prepared {
                 break;
             }
         }
-        Ok(Chunk { estimate, seconds: start.elapsed().as_secs_f64(), ended })
+        Ok(Chunk { estimate, spent: clocks.spent(), ended })
     }
 
     /// What passes after these are to compute, whoever computed these, and in however many chunks.
@@ -158,8 +169,8 @@ impl Prepared {
     /// Renders chunk after chunk on the current rayon pool until the job's own rule, its seconds or `stop` ends it.
     pub fn render(&self, stop: &Stop, heard: &mut dyn FnMut(&PassReport, SoFar<'_>)) -> Result<Rendered, RenderError> {
         stop.within(self.stop.max_seconds, || {
-            let chunk = |index, before: &Estimate, seconds, heard: &mut dyn FnMut(&PassReport, SoFar<'_>)| {
-                self.render_chunk(index, before, seconds, stop, heard)
+            let chunk = |index, before: &Estimate, spent, heard: &mut dyn FnMut(&PassReport, SoFar<'_>)| {
+                self.render_chunk(index, before, spent, stop, heard)
             };
             self.render_while(chunk, heard, |index, estimate| self.stop_after(index, estimate))
         })
@@ -168,30 +179,30 @@ impl Prepared {
     /// Renders all `max_passes`, however accurate the job is and whatever the time: the same on every machine.
     pub fn render_all_passes(&self, heard: &mut dyn FnMut(&PassReport, SoFar<'_>)) -> Result<Estimate, RenderError> {
         let past_the_last = |index, _: &Estimate| self.chunk(index + 1).is_none().then_some(StoppedBy::MaxPasses);
-        let chunk = |index, before: &Estimate, seconds, heard: &mut dyn FnMut(&PassReport, SoFar<'_>)| {
-            self.render_passes(index, (before, seconds), &Stop::default(), heard, Ends::WithTheLast)
+        let chunk = |index, before: &Estimate, spent, heard: &mut dyn FnMut(&PassReport, SoFar<'_>)| {
+            self.render_passes(index, (before, spent), &Stop::default(), heard, Ends::WithTheLast)
         };
         let rendered = self.render_while(chunk, heard, past_the_last)?;
         Ok(rendered.estimate)
     }
 
-    /// Renders chunk after chunk by `render`, which is given the chunk's number, the estimate before it and its seconds.
+    /// Renders chunk after chunk by `render`, which is given the chunk's number, the estimate before it and its time.
     fn render_while(
         &self,
-        render: impl Fn(u64, &Estimate, f64, &mut dyn FnMut(&PassReport, SoFar<'_>)) -> Result<Chunk, RenderError>,
+        render: impl Fn(u64, &Estimate, Spent, &mut dyn FnMut(&PassReport, SoFar<'_>)) -> Result<Chunk, RenderError>,
         heard: &mut dyn FnMut(&PassReport, SoFar<'_>),
         rule: impl Fn(u64, &Estimate) -> Option<StoppedBy>,
     ) -> Result<Rendered, RenderError> {
         let mut estimate = self.empty_estimate();
-        let mut seconds = 0.0;
+        let mut spent = Spent::NOTHING;
         let mut index = 0;
         loop {
-            let chunk = render(index, &estimate, seconds, heard)?;
+            let chunk = render(index, &estimate, spent, heard)?;
             estimate.merge(&chunk.estimate);
-            seconds += chunk.seconds;
+            spent = spent.and(chunk.spent);
             let ended = chunk.ended.map(StoppedBy::from);
             if let Some(stopped_by) = ended.or_else(|| rule(index, &estimate)) {
-                return Ok(Rendered { estimate, seconds, stopped_by });
+                return Ok(Rendered { estimate, spent, stopped_by });
             }
             index += 1;
         }

@@ -1,10 +1,14 @@
-//! Which passes of a job are told and kept: all of the first, then ever fewer, as errors fall ever slower.
+//! Which passes of a job are told and kept: all of the first, then ever fewer, as errors fall ever slower; and the accuracies whose times
+//! they tell.
 
 /// Pass up to which each one is kept.
 const EVERY_PASS: u64 = 64;
 
 /// Kept passes while the number of passes doubles, after [`EVERY_PASS`].
 const PER_DOUBLING: f64 = 8.0;
+
+/// Relative errors whose times are told while a job runs and after it.
+pub const ACCURACIES: [f64; 5] = [0.05, 0.02, 0.01, 0.005, 0.001];
 
 /// After these passes a progress image of every view is kept.
 pub const PREVIEW_PASSES: [u64; 6] = [1, 4, 16, 64, 256, 1024];

@@ -5,18 +5,15 @@ use serde_json::json;
 use utoipa::ToSchema;
 
 use super::chunk::RenderError;
+use super::convergence::ACCURACIES;
 use super::progress::PassReport;
 use super::results::failed;
 use super::subject::Subject;
 use crate::figure::convergence::{ErrorSeries, Known, TimeTo};
-use crate::figure::paint::{self, Scale};
 use crate::figure::ticks::{duration, significant};
-use crate::figure::{self, Drawing, Heading};
+use crate::figure::{self, Drawing, FigureFormat, Heading};
 use crate::statistics::interval::two_sided_student_quantile;
 use crate::statistics::power_law::{ErrorPoint, PowerLaw};
-
-/// Relative errors whose times are told.
-pub const ACCURACIES: [f64; 5] = [0.05, 0.02, 0.01, 0.005, 0.001];
 
 /// Confidence of intervals around exponents and times.
 const CONFIDENCE: f64 = 0.95;
@@ -112,10 +109,10 @@ fn history(subject: &Subject, outputs: Outputs, passes: &[PassReport]) -> Option
     };
     let last = passes.iter().rev().find(|pass| outputs.error(pass).is_some())?;
     // told errors are half widths of intervals, whose quantile falls with the passes, too
-    let points = passes.iter().filter_map(|pass| {
+    let points = computed(outputs, passes).map(|pass| {
         let quantile = two_sided_student_quantile(stop.confidence, pass.passes as f64 - 1.0);
-        let error = outputs.error(pass)? / quantile;
-        Some(ErrorPoint { passes: pass.passes as f64, seconds: pass.seconds, error })
+        let error = outputs.error(pass).unwrap_or_default() / quantile;
+        ErrorPoint { passes: pass.passes as f64, seconds: pass.seconds, error }
     });
     let mut law = PowerLaw::fit(&points.collect::<Vec<_>>());
     if let (Some(law), Some(error)) = (&mut law, outputs.error(last)) {
@@ -128,6 +125,18 @@ fn history(subject: &Subject, outputs: Outputs, passes: &[PassReport]) -> Option
     });
     let times = ACCURACIES.iter().map(|accuracy| time_to(*accuracy, outputs, passes, law.as_ref())).collect();
     Some((ErrorHistory { asked_relative_error, fit, times }, law))
+}
+
+/// The passes that told an error of these outputs and computed them: a further pass leaves it as it is to the last bit only where it is
+/// not one of them, because they were as accurate as asked.
+fn computed(outputs: Outputs, passes: &[PassReport]) -> impl Iterator<Item = &PassReport> {
+    let mut last = None;
+    passes.iter().filter(move |pass| {
+        let error = outputs.error(pass);
+        let is_new = error.is_some() && error != last;
+        last = error;
+        is_new
+    })
 }
 
 /// The first pass from which on every one has the accuracy tells when it was met: a lucky one before it does not.
@@ -163,36 +172,42 @@ fn time_to(accuracy: f64, outputs: Outputs, passes: &[PassReport], law: Option<&
 }
 
 /// Files that a finished job has of its convergence, beside its results.
-pub const CONVERGENCE_FILES: [&str; 4] = ["convergence.csv", "convergence.json", "convergence.png", "convergence.svg"];
+pub const CONVERGENCE_FILES: [&str; 5] =
+    ["convergence.csv", "convergence.json", "convergence.svg", "convergence.png", "convergence.pdf"];
 
 /// The files of [`CONVERGENCE_FILES`], each with its name.
 pub fn convergence_files(
     subject: &Subject,
     passes: &[PassReport],
-) -> Result<[(&'static str, Vec<u8>); 4], RenderError> {
-    let [csv, json, png, svg] = CONVERGENCE_FILES;
+) -> Result<[(&'static str, Vec<u8>); 5], RenderError> {
+    let [csv, json, figures @ ..] = CONVERGENCE_FILES;
     let table = json!({
         "grids": grids_history(subject, passes), "views": views_history(subject, passes),
         "passes": passes, "next_after": null,
     });
     let drawing = convergence_figure(subject, passes);
+    let [svg, png, pdf] = figures;
+    let drawn = |name, format: FigureFormat| -> Result<_, RenderError> {
+        Ok((name, format.write(&drawing).map_err(|error| failed(name, error))?))
+    };
+    let [as_svg, as_png, as_pdf] = FigureFormat::ALL;
     Ok([
         (csv, convergence_csv(passes).into_bytes()),
         (json, table.to_string().into_bytes()),
-        (png, paint::png(&drawing, Scale::Single).map_err(|error| failed(png, error))?),
-        (svg, figure::svg::svg(&drawing).map_err(|error| failed(svg, error))?.into_bytes()),
+        drawn(svg, as_svg)?,
+        drawn(png, as_png)?,
+        drawn(pdf, as_pdf)?,
     ])
 }
 
 /// Every pass of a job as CSV, one line each; an error that is not known yet is left empty.
 pub fn convergence_csv(passes: &[PassReport]) -> String {
-    let mut text = "passes,seconds,photons,rays,relative_error,view_relative_error,mean_lux\n".to_owned();
+    let mut text = "passes,seconds,photons,rays,relative_error,view_relative_error,mean_lux,cpu_seconds\n".to_owned();
     let field = |value: Option<f64>| value.map(|value| value.to_string()).unwrap_or_default();
     for pass in passes {
-        let PassReport { passes, seconds, photons, rays, relative_error, view_relative_error, mean_lux } = *pass;
-        let [relative_error, view_relative_error, mean_lux] =
-            [relative_error, view_relative_error, mean_lux].map(field);
-        text += &format!("{passes},{seconds},{photons},{rays},{relative_error},{view_relative_error},{mean_lux}\n");
+        let PassReport { passes, seconds, photons, rays, .. } = *pass;
+        let others = [pass.relative_error, pass.view_relative_error, pass.mean_lux, pass.cpu_seconds].map(field);
+        text += &format!("{passes},{seconds},{photons},{rays},{}\n", others.join(","));
     }
     text
 }
@@ -249,7 +264,7 @@ mod tests {
 
     fn pass(passes: u64, relative_error: Option<f64>) -> PassReport {
         let seconds = 0.1 * passes as f64;
-        PassReport { passes, seconds, photons: 0, rays: 0, relative_error, view_relative_error: None, mean_lux: None }
+        PassReport { passes, seconds, relative_error, ..PassReport::default() }
     }
 
     /// Standard errors that fall by the square root, as half widths of intervals.
@@ -288,6 +303,21 @@ mod tests {
         let passes: Vec<_> = (2..).zip(errors).map(|(number, error)| pass(number, Some(error))).collect();
         let history = grids_history(&subject(), &passes).unwrap();
         assert_eq!((history.times[0].known, history.times[0].seconds), (TimeKnown::Met, Some(0.5)));
+    }
+
+    /// Grids that are accurate enough after 20 passes and not computed any further have the law of these passes.
+    #[test]
+    fn passes_of_other_outputs_leave_the_law_as_it_is() {
+        let until = |last: u64| -> Vec<PassReport> {
+            (2..=last)
+                .map(|passes| PassReport {
+                    relative_error: halving(passes.min(20)).relative_error,
+                    ..pass(passes, None)
+                })
+                .collect()
+        };
+        let [ended, later] = [20, 60].map(|last| grids_history(&subject(), &until(last)).unwrap().fit);
+        assert_eq!(ended, later);
     }
 
     #[test]

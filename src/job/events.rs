@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 use uuid::Uuid;
 
+use super::forecast::Forecast;
 use super::progress::{PassReport, Progress, StoppedBy};
 use super::records::JobProblem;
 use crate::document::Warning;
@@ -44,12 +45,15 @@ pub struct Planned {
 pub struct Started {}
 
 /// A pass is done. Passes 1 to 64 are told, then those nearest to powers of 2^(1/8), and the last one.
-#[derive(Clone, Debug, Serialize, ToSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = PassEvent)]
 pub struct Pass {
     /// Everything up to this pass.
     #[serde(flatten)]
     pub report: PassReport,
+    /// What the passes so far foretell.
+    #[serde(flatten)]
+    pub forecast: Forecast,
 }
 
 /// There is a new progress image.
@@ -97,6 +101,13 @@ pub struct Cancelled {
     pub stopped_by: StoppedBy,
     /// Everything up to the last pass.
     pub progress: Progress,
+}
+
+impl From<PassReport> for Pass {
+    /// A pass that foretells nothing.
+    fn from(report: PassReport) -> Self {
+        Self { report, forecast: Forecast::default() }
+    }
 }
 
 impl EventData for Queued {

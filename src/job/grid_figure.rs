@@ -8,7 +8,7 @@ use crate::document::room::object::ObjectDocument;
 use crate::figure::isolines::{levels, levels_lux};
 use crate::figure::plan_map::{GridValues, Numbers, PlanMap, RoomPlan};
 use crate::figure::scale::{ColourScale, Palette};
-use crate::figure::ticks::{fixed, significant};
+use crate::figure::ticks::{fixed, significant, with_error};
 use crate::figure::{Drawing, Heading};
 use crate::geometry::turn;
 use crate::output::OutputError;
@@ -41,6 +41,11 @@ impl Default for GridWishes {
 
 /// The figure of a grid of a job.
 pub fn grid_figure(subject: &Subject, grid: &GridResult, wishes: GridWishes) -> Result<Drawing, OutputError> {
+    plan_map(subject, grid, wishes).draw()
+}
+
+/// What the figure of a grid shows.
+pub fn plan_map(subject: &Subject, grid: &GridResult, wishes: GridWishes) -> PlanMap {
     let (values, unit, title) = match wishes.quantity {
         Quantity::Illuminance => (grid.illuminance_lux.concat(), "lx", "Illuminance"),
         Quantity::Ratio => {
@@ -62,7 +67,7 @@ pub fn grid_figure(subject: &Subject, grid: &GridResult, wishes: GridWishes) -> 
     let heading = Heading { title: format!("{title}, {}", subject.name()), lines };
     let grid = placed(subject, grid, values);
     let (room, numbers) = (room(subject, &grid), wishes.numbers);
-    PlanMap { heading, room, grid, scale, unit, levels, numbers }.draw()
+    PlanMap { heading, room, grid, scale, unit, levels, numbers }
 }
 
 /// The figure of a grid less the same grid of another job; an error where they have other cells.
@@ -136,12 +141,6 @@ fn ratios_in_words(values: &[f64]) -> String {
     let [mean, median, least, greatest] =
         [mean, *median, finite[0], finite[finite.len() - 1]].map(|value| significant(value, 3));
     format!("mean {mean} % · median {median} · least {least} · greatest {greatest}")
-}
-
-/// A value with as many digits as its standard error leaves it.
-fn with_error(value: f64, error: f64) -> String {
-    let decimals = (1 - libm::log10(error).floor() as i32).clamp(0, 6) as usize;
-    format!("{} ± {}", fixed(value, decimals), fixed(error, decimals))
 }
 
 /// The values at their place in the room.

@@ -4,9 +4,14 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use super::engine::Engine;
+use super::forecast::Forecaster;
 use super::progress::{PassReport, StoppedBy};
 use super::ranges::chunk_range;
+use super::spent::Spent;
+use crate::document::errors::WarningCode;
 use crate::document::{self, DocumentErrors, FieldError, JobDocument, MeshSource, Provenance, ValidJob, Warning};
+use crate::estimate::film::block_count;
+use crate::estimate::stopping::{WaitingFor, least_passes};
 use crate::estimate::{Accuracy, Estimate, StopRule};
 use crate::integrator::method::Task;
 use crate::plan::{self, Effects, Methods, Plan};
@@ -56,15 +61,22 @@ pub fn prepare_document(document: &ValidJob, meshes: &dyn MeshSource) -> Result<
     };
     let (scene, mut warnings, mut provenance) = document::to_scene(document, meshes)?;
     still_wanted()?;
-    let effects = Effects::of(&scene, &document.effect_requests());
+    let mut effects = Effects::of(&scene, &document.effect_requests());
     let traceable = plan::compile(&scene, &effects)
         .map_err(|error| FieldError::new(format!("/tubes/{}/parts", error.tube), error.error.to_string()))?;
     let traceable = Arc::new(traceable);
     still_wanted()?;
+    let stop = document.stop_rule();
+    let missing = effects.weigh(&scene, &traceable).into_iter();
+    let missing = missing.filter(|(_, left_out)| left_out.largest() > stop.relative_error);
+    warnings.extend(missing.map(|(kind, left_out)| {
+        let detail = format!("{} is switched off, but the scene calls for it: {}", kind.name(), left_out.words(kind));
+        Warning { code: WarningCode::EffectLeftOut, detail }
+    }));
     let request = document.method.request();
     let methods =
         Methods::choose(&scene, &traceable, &request).map_err(|refusal| FieldError::refused("/method", refusal))?;
-    let plan = Plan { guides: plan::guides::guides(&traceable), effects, methods };
+    let plan = Plan { guides: plan::guides::guides(&scene, &traceable), effects, methods };
     provenance.interreflection = traceable.interreflection;
     if let Some(sun) = &mut provenance.sun {
         sun.on = traceable.sun.is_some();
@@ -72,7 +84,6 @@ pub fn prepare_document(document: &ValidJob, meshes: &dyn MeshSource) -> Result<
     let task = Task::whole(&scene, &traceable);
     let caveats = plan.methods.grids.iter().filter_map(|choice| choice.method.described().warns(&task));
     warnings.extend(caveats.map(|caveat| Warning { code: caveat.code.into(), detail: caveat.detail }));
-    let stop = document.stop_rule();
     let engine = Engine::new(&traceable, &scene, &plan.methods, &stop, document.seed);
     let per_chunk = CHUNK_SECONDS / plan::cost::seconds_per_pass(&scene, &plan).max(1e-9);
     Ok(Prepared {
@@ -99,17 +110,35 @@ impl Prepared {
     }
 
     /// The row of the convergence table after the last pass of `merged`.
-    pub(super) fn report(&self, merged: &Estimate, seconds: f64) -> PassReport {
-        let accuracy = self.accuracy(merged);
+    pub(super) fn report(&self, merged: &Estimate, spent: Spent) -> PassReport {
+        self.report_of(merged, self.accuracy(merged), spent)
+    }
+
+    /// As [`Self::report`], of an estimate of this accuracy.
+    pub(super) fn report_of(&self, merged: &Estimate, accuracy: Accuracy, spent: Spent) -> PassReport {
         PassReport {
             passes: merged.passes,
-            seconds,
+            seconds: spent.seconds,
             photons: merged.photons,
             rays: merged.rays,
             relative_error: accuracy.grids.filter(|error| error.is_finite()),
             view_relative_error: accuracy.views.filter(|error| error.is_finite()),
             mean_lux: merged.grids.first().map(|grid| grid.mean.mean),
+            cpu_seconds: spent.cpu_seconds,
         }
+    }
+
+    /// What the job goes on for after the passes of `merged`, which have this accuracy; `None` after its last pass.
+    pub(super) fn waiting_for(&self, merged: &Estimate, accuracy: Accuracy) -> Option<WaitingFor> {
+        self.stop.waiting_for(merged, accuracy).filter(|_| !self.is_complete(merged.passes))
+    }
+
+    /// What is to foretell the job's end, before its first pass.
+    pub fn forecaster(&self) -> Forecaster {
+        let least = |values: &mut dyn Iterator<Item = usize>| values.map(least_passes).max();
+        let grids = least(&mut self.scene.grids.iter().map(Grid::len));
+        let views = least(&mut self.scene.views.iter().map(|view| block_count(view.size_px)));
+        Forecaster::new(self.stop, grids, views)
     }
 
     /// The methods of the plan: that of the grids, and that of the views where it is another one.

@@ -36,7 +36,7 @@ impl StoppedBy {
 }
 
 /// One row of the convergence table.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct PassReport {
     /// Passes done so far, this one included.
     pub passes: u64,
@@ -52,6 +52,10 @@ pub struct PassReport {
     pub view_relative_error: Option<f64>,
     /// Mean illuminance of the first grid.
     pub mean_lux: Option<f64>,
+    /// Processor seconds of the threads that rendered the passes so far, earlier chunks included: those of the render pool, on which
+    /// one job renders at a time. Null where the system does not tell them, and of passes that an older version rendered.
+    #[serde(default)]
+    pub cpu_seconds: Option<f64>,
 }
 
 /// Progress of a job.
@@ -71,4 +75,7 @@ pub struct Progress {
     pub view_relative_error: Option<f64>,
     /// Finished chunks of passes: what a restart continues from.
     pub chunks: u64,
+    /// Processor seconds of the threads that rendered; null where they are not known.
+    #[serde(default)]
+    pub cpu_seconds: Option<f64>,
 }

@@ -6,6 +6,7 @@ use serde_json::Value;
 use uuid::Uuid;
 
 use super::progress::{Progress, StoppedBy};
+use super::spent::Spent;
 use crate::document::Warning;
 use crate::document::result::{Known, PlanResult};
 
@@ -102,8 +103,8 @@ pub struct JobSource {
     pub submitted: String,
     /// Merged state of all ended chunks; `None` before the first one has ended.
     pub state: Option<StateFile>,
-    /// Render seconds of the merged chunks.
-    pub merged_seconds: f64,
+    /// Render time of the merged chunks.
+    pub merged_spent: Spent,
 }
 
 /// Why a job failed.

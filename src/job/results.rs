@@ -5,6 +5,8 @@ use serde_json::Value;
 use super::chunk::RenderError;
 use super::grid_figure::{GridWishes, grid_figure};
 use super::prepare::Prepared;
+use super::progress::StoppedBy;
+use super::spent::Spent;
 use super::subject::Subject;
 use super::view_figure::{ViewWishes, false_colour_figure};
 use crate::document::errors::{Warning, WarningCode};
@@ -13,10 +15,9 @@ use crate::document::result::{
     PlanResult, TimingResult, TubeResult, ViewInShort,
 };
 use crate::estimate::{Estimate, FilmEstimate, GridEstimate};
-use crate::figure::paint::{self, Scale};
-use crate::figure::svg::svg;
+use crate::figure::FigureFormat;
 use crate::output::seen::SeenView;
-use crate::output::{Image, OutputError, csv, exr, png};
+use crate::output::{Image, OutputError, Raster, csv, exr, png};
 use crate::plan::EffectKind;
 use crate::scene::{Daylight, TubeShape};
 
@@ -28,6 +29,15 @@ pub struct ResultFile {
     pub name: String,
     pub media_type: &'static str,
     pub bytes: Vec<u8>,
+}
+
+/// What a report shows of a job's outputs.
+#[derive(Clone, Debug, Default)]
+pub struct FirstOutputs {
+    /// The first grid.
+    pub grid: Option<GridResult>,
+    /// The first view: its name, and the picture as an eye sees it.
+    pub view: Option<(String, Raster)>,
 }
 
 /// A file of the results: of which grid, view or tube, and how it is written.
@@ -42,26 +52,22 @@ pub enum Output {
 pub enum GridFormat {
     Json,
     Csv,
-    /// Map over the plan of the room, in pixels.
-    Png,
-    /// Map over the plan of the room, as outlines.
-    Svg,
+    /// Map over the plan of the room.
+    Figure(FigureFormat),
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ViewFormat {
     Exr,
     Tone,
-    FalseColour,
+    FalseColour(FigureFormat),
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TubeFormat {
     Json,
-    /// Transmission against the sun's altitude, as outlines.
-    Svg,
-    /// The same figure in pixels.
-    Png,
+    /// Transmission against the sun's altitude.
+    Figure(FigureFormat),
 }
 
 /// Name of the file that shows a view after some of its passes.
@@ -78,22 +84,22 @@ pub fn result_outputs<'a>(
     tubes: usize,
 ) -> Vec<(String, Output)> {
     let grids = grids.into_iter().enumerate().flat_map(|(index, name)| {
-        let formats =
-            [("json", GridFormat::Json), ("csv", GridFormat::Csv), ("png", GridFormat::Png), ("svg", GridFormat::Svg)];
-        formats.map(|(suffix, format)| (format!("grids/{name}.{suffix}"), Output::Grid(index, format)))
+        let figures = FigureFormat::ALL.map(|format| (format.suffix(), GridFormat::Figure(format)));
+        let formats = [("json", GridFormat::Json), ("csv", GridFormat::Csv)].into_iter().chain(figures);
+        formats.map(move |(suffix, format)| (format!("grids/{name}.{suffix}"), Output::Grid(index, format)))
     });
     let views = views.into_iter().enumerate().flat_map(|(index, name)| {
         // a folder of its own: a view may be called `a.false_colour`
-        let files = [
-            (format!("views/{name}.exr"), ViewFormat::Exr),
-            (format!("views/{name}.png"), ViewFormat::Tone),
-            (format!("false_colours/{name}.png"), ViewFormat::FalseColour),
-        ];
-        files.map(|(file, format)| (file, Output::View(index, format)))
+        let figures = FigureFormat::ALL
+            .map(|format| (format!("false_colours/{name}.{}", format.suffix()), ViewFormat::FalseColour(format)));
+        let pictures =
+            [(format!("views/{name}.exr"), ViewFormat::Exr), (format!("views/{name}.png"), ViewFormat::Tone)];
+        pictures.into_iter().chain(figures).map(move |(file, format)| (file, Output::View(index, format)))
     });
     let tubes = (0..tubes).flat_map(|index| {
-        let formats = [("json", TubeFormat::Json), ("svg", TubeFormat::Svg), ("png", TubeFormat::Png)];
-        formats.map(|(suffix, format)| (format!("tubes/{index}.{suffix}"), Output::Tube(index, format)))
+        let figures = FigureFormat::ALL.map(|format| (format.suffix(), TubeFormat::Figure(format)));
+        let formats = [("json", TubeFormat::Json)].into_iter().chain(figures);
+        formats.map(move |(suffix, format)| (format!("tubes/{index}.{suffix}"), Output::Tube(index, format)))
     });
     grids.chain(views).chain(tubes).collect()
 }
@@ -111,8 +117,8 @@ impl Prepared {
         Known::new(self.provenance.clone(), ExternalIlluminance { sky, sun })
     }
 
-    /// Summary for the job resource and `result.json`; merged into the job's JSON object.
-    pub fn summary(&self, merged: &Estimate, seconds: f64) -> JobResults {
+    /// Summary for the job resource and `result.json` of a job that `stopped_by` ended; merged into the job's JSON object.
+    pub fn summary(&self, merged: &Estimate, spent: Spent, stopped_by: StoppedBy) -> JobResults {
         let daylight = self.scene.daylight.as_ref();
         let electric = self.plan.effects.is_on(EffectKind::Luminaires);
         let grids = self.scene.grids.iter().zip(&merged.grids).map(|(grid, estimate)| {
@@ -126,8 +132,8 @@ impl Prepared {
         let views = views.map(|view| ViewInShort { name: view.name.clone(), size_px: view.size_px });
         let Known { provenance, switches, external_horizontal_illuminance_lux } = self.known();
         JobResults {
-            accuracy: Some(AccuracyResult::new(self.accuracy(merged), merged, self.stop.confidence)),
-            timing: Some(TimingResult::new(merged, seconds)),
+            accuracy: Some(self.accuracy_result(merged, stopped_by)),
+            timing: Some(TimingResult::new(merged, spent.seconds, spent.cpu_seconds)),
             provenance: Some(provenance),
             switches: Some(switches),
             external_horizontal_illuminance_lux: Some(external_horizontal_illuminance_lux),
@@ -137,6 +143,15 @@ impl Prepared {
             energy: self.knows_energy().then(|| EnergyResult::new(&merged.ledger, merged.passes_of_ledger())),
             render_warnings: Some(self.render_warnings(merged)),
         }
+    }
+
+    /// The errors of a job that was ended by `stopped_by`, and what ended its grids and its views.
+    fn accuracy_result(&self, merged: &Estimate, stopped_by: StoppedBy) -> AccuracyResult {
+        // who has fewer passes than the job was as accurate as asked
+        let of = |passes: u64| if passes < merged.passes { StoppedBy::RelativeError } else { stopped_by };
+        let grids = (!merged.grids.is_empty()).then(|| of(merged.passes_of_grids()).name().to_owned());
+        let views = (!merged.views.is_empty()).then(|| of(merged.passes_of_views()).name().to_owned());
+        AccuracyResult::new(self.accuracy(merged), merged, self.stop.confidence, [grids, views])
     }
 
     /// What came up while an estimate was made.
@@ -158,8 +173,8 @@ impl Prepared {
     }
 
     /// [`Self::summary`] as a JSON object.
-    pub fn summary_json(&self, merged: &Estimate, seconds: f64) -> Value {
-        to_value(&self.summary(merged, seconds))
+    pub fn summary_json(&self, merged: &Estimate, spent: Spent, stopped_by: StoppedBy) -> Value {
+        to_value(&self.summary(merged, spent, stopped_by))
     }
 
     /// True if the method that keeps the books (that of the grids, or else of the views) follows light from its sources
@@ -174,8 +189,8 @@ impl Prepared {
                 .is_none_or(|choice| choice.method.described().knows().energy)
     }
 
-    /// The names of all files of the results: grids as JSON, CSV, PNG and SVG, views as EXR, PNG and in false colours, tubes as
-    /// JSON, SVG and PNG.
+    /// The names of all files of the results: grids as JSON, CSV and figures, views as EXR, PNG and figures in false colours, tubes
+    /// as JSON and figures.
     pub fn result_names(&self) -> Vec<String> {
         self.outputs().into_iter().map(|(name, _)| name).collect()
     }
@@ -191,7 +206,7 @@ impl Prepared {
     pub fn kept_files(&self, merged: &Estimate) -> Result<Vec<ResultFile>, RenderError> {
         let kept = |output: &Output| match output {
             Output::Grid(_, format) => *format == GridFormat::Json,
-            Output::View(_, format) => *format != ViewFormat::FalseColour,
+            Output::View(_, format) => !matches!(format, ViewFormat::FalseColour(_)),
             Output::Tube(..) => self.has_meshes(),
         };
         let kept = self.outputs().into_iter().filter(|(_, output)| kept(output));
@@ -247,26 +262,33 @@ impl Prepared {
         format: GridFormat,
         estimate: &GridEstimate,
     ) -> Result<(&'static str, Vec<u8>), RenderError> {
-        let electric = self.plan.effects.is_on(EffectKind::Luminaires);
-        let result = GridResult::new(&self.scene.grids[grid], estimate, self.scene.daylight.as_ref(), electric);
-        let figure = || grid_figure(&self.subject(), &result, GridWishes::default());
+        let result = self.grid_result(grid, estimate);
         let (media_type, bytes) = match format {
             GridFormat::Json => {
                 ("application/json", serde_json::to_vec_pretty(&result).map_err(|error| failed(name, error))?)
             }
             GridFormat::Csv => ("text/csv", grid_csv(&result)),
-            GridFormat::Png => (
-                "image/png",
-                figure()
-                    .and_then(|drawing| paint::png(&drawing, Scale::Single))
-                    .map_err(|error| failed(name, error))?,
-            ),
-            GridFormat::Svg => (
-                "image/svg+xml",
-                figure().and_then(|drawing| svg(&drawing)).map_err(|error| failed(name, error))?.into_bytes(),
-            ),
+            GridFormat::Figure(format) => {
+                let drawing = grid_figure(&self.subject(), &result, GridWishes::default());
+                let written = drawing.and_then(|drawing| format.write(&drawing));
+                (format.media_type(), written.map_err(|error| failed(name, error))?)
+            }
         };
         Ok((media_type, bytes))
+    }
+
+    fn grid_result(&self, grid: usize, estimate: &GridEstimate) -> GridResult {
+        let electric = self.plan.effects.is_on(EffectKind::Luminaires);
+        GridResult::new(&self.scene.grids[grid], estimate, self.scene.daylight.as_ref(), electric)
+    }
+
+    /// The first grid and the first view, as a report shows them.
+    pub fn first_outputs(&self, merged: &Estimate) -> Result<FirstOutputs, OutputError> {
+        let view = match (self.scene.views.first(), merged.views.first()) {
+            (Some(view), Some(film)) => Some((view.name.clone(), png::tone_mapped(image(film))?)),
+            _ => None,
+        };
+        Ok(FirstOutputs { grid: merged.grids.first().map(|estimate| self.grid_result(0, estimate)), view })
     }
 
     /// What figures say of the job.
@@ -289,14 +311,14 @@ impl Prepared {
                 ("image/x-exr", exr::encode(image(film), layers, &self.exr_comments()))
             }
             ViewFormat::Tone => ("image/png", tone_mapped(film)),
-            ViewFormat::FalseColour => {
+            ViewFormat::FalseColour(format) => {
                 let view = &self.scene.views[view];
                 // by the numbers of the EXR file, from which it is made again
                 let values: Vec<f64> = film.mean.iter().map(|value| f64::from(*value as f32)).collect();
                 let luminances = Image { values: &values, ..image(film) }.luminances();
                 let seen = SeenView { size_px: film.size_px, luminances, sources: self.sources_seen(view) };
                 let drawing = false_colour_figure(&self.subject(), &view.name, &seen, ViewWishes::default());
-                ("image/png", drawing.and_then(|drawing| paint::png(&drawing, Scale::Single)))
+                (format.media_type(), drawing.and_then(|drawing| format.write(&drawing)))
             }
         };
         Ok((media_type, picture.map_err(|error| failed(name, error))?))

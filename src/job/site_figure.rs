@@ -6,6 +6,7 @@ use serde::Deserialize;
 use serde_json::Value;
 
 use super::chunk::RenderError;
+use super::light_paths::{SideView, light_paths};
 use super::results::failed;
 use super::subject::Subject;
 use crate::document::result::{FluxResult, TubeResult};
@@ -15,12 +16,10 @@ use crate::document::tube::collector::CollectorDocument;
 use crate::document::tube::{ParametricTube, TubeDocument};
 use crate::document::{JobDocument, Provenance};
 use crate::figure::lumens::{Stage, lumens};
-use crate::figure::paint::{self, Scale};
 use crate::figure::section::{Cover, Section, SideTube};
 use crate::figure::sky_dome::{SunAt, sky_dome};
-use crate::figure::svg::svg;
 use crate::figure::ticks::significant;
-use crate::figure::{Drawing, Heading};
+use crate::figure::{Drawing, FigureFormat, Heading};
 use crate::geometry::turn;
 use crate::sky::{Sky, SkyDistribution, direction, sun};
 
@@ -99,10 +98,21 @@ pub fn site_figure(figure: SiteFigure, subject: &Subject, facts: &SiteFacts) -> 
     let provenance = facts.provenance.as_ref();
     match figure {
         SiteFigure::Sky => sky_figure(subject, document, provenance?),
-        SiteFigure::SectionX => Some(section(subject, document, provenance, DVec2::X, "x")),
-        SiteFigure::SectionY => Some(section(subject, document, provenance, DVec2::Y, "y")),
+        SiteFigure::SectionX => Some(section(subject, document, provenance, DVec2::X, "x").draw()),
+        SiteFigure::SectionY => Some(section(subject, document, provenance, DVec2::Y, "y").draw()),
         SiteFigure::Lumens(tube) => lumens_figure(subject, tube, facts.tubes.get(tube)?),
     }
+}
+
+/// The section along the longer side of the room, which tells more, with the name of its axis alone above it.
+pub fn longer_section(subject: &Subject, facts: &SiteFacts) -> Option<(SiteFigure, Drawing)> {
+    let document: &JobDocument = subject.document.as_ref()?;
+    let [width, depth, _] = document.room.size_m;
+    let (figure, along, across) =
+        if depth > width { (SiteFigure::SectionY, DVec2::Y, "y") } else { (SiteFigure::SectionX, DVec2::X, "x") };
+    let heading = Heading::of(format!("Section along {across}"));
+    let section = section(subject, document, facts.provenance.as_ref(), along, across);
+    Some((figure, Section { heading, ..section }.draw()))
 }
 
 /// The files of all figures that a finished job has, each with its name; `results`: its document and what is known of it.
@@ -111,10 +121,11 @@ pub fn site_files(subject: &Subject, results: &Value) -> Result<Vec<(String, Vec
     let mut files = Vec::new();
     for figure in SiteFigure::of_job(&results["document"], results) {
         let Some(drawing) = site_figure(figure, subject, &facts) else { continue };
-        let [svg_name, png_name] = ["svg", "png"].map(|suffix| format!("figures/{}.{suffix}", figure.name()));
-        let written = svg(&drawing).map_err(|error| failed(&svg_name, error))?;
-        let painted = paint::png(&drawing, Scale::Single).map_err(|error| failed(&png_name, error))?;
-        files.extend([(svg_name, written.into_bytes()), (png_name, painted)]);
+        for format in FigureFormat::ALL {
+            let name = format!("figures/{}.{}", figure.name(), format.suffix());
+            let written = format.write(&drawing).map_err(|error| failed(&name, error))?;
+            files.push((name, written));
+        }
     }
     Ok(files)
 }
@@ -184,8 +195,19 @@ fn section(
     provenance: Option<&Provenance>,
     along: DVec2,
     across: &'static str,
-) -> Drawing {
+) -> Section {
     let [width, depth, height] = document.room.size_m;
+    let sun = provenance.and_then(|provenance| provenance.sun).filter(|sun| sun.on && sun.altitude_deg > 0.0);
+    let toward_sun = sun.map(|sun| {
+        let azimuth = (sun.azimuth_deg - document.room.rotation_deg).to_radians();
+        direction(sun.altitude_deg.to_radians(), azimuth)
+    });
+    let side = SideView { along, room: DVec2::new(along.dot(DVec2::new(width, depth)), height) };
+    let lit = document.tubes.iter().filter_map(|tube| match tube {
+        TubeDocument::Parametric(tube) if document.sky.is_some() => Some(light_paths(tube, &side, toward_sun)),
+        TubeDocument::Parametric(_) | TubeDocument::Mesh(_) => None,
+    });
+    let light: Vec<_> = lit.flatten().collect();
     let tubes = document.tubes.iter().map(|tube| match tube {
         TubeDocument::Parametric(tube) => side_of(tube, along, height),
         TubeDocument::Mesh(_) => {
@@ -207,27 +229,26 @@ fn section(
         }
         ObjectDocument::Mesh(_) => None,
     });
-    let sun = provenance.and_then(|provenance| provenance.sun).filter(|sun| sun.on && sun.altitude_deg > 0.0);
-    let sun = sun.map(|sun| {
-        let azimuth = (sun.azimuth_deg - document.room.rotation_deg).to_radians();
-        let toward = direction(sun.altitude_deg.to_radians(), azimuth);
-        DVec2::new(along.dot(toward.truncate()), toward.z)
-    });
+    let of_light = match toward_sun {
+        _ if light.is_empty() => "",
+        Some(_) => " · the lines are sunlight",
+        None => " · the lines are light of the sky from 26° beside the tube's axis",
+    };
     let seen = if along == DVec2::X { "seen from −y" } else { "seen from +x" };
     let heading = Heading {
         title: format!("Section along {across}, {}", subject.name()),
-        lines: vec![subject.circumstances(), format!("all tubes and objects drawn into one plane, {seen}")],
+        lines: vec![subject.circumstances(), format!("all tubes and objects drawn into one plane, {seen}{of_light}")],
     };
     Section {
         heading,
         across,
-        room: DVec2::new(along.dot(DVec2::new(width, depth)), height),
+        room: side.room,
         tubes: tubes.collect(),
         objects: objects.collect(),
         grids: document.grids.iter().map(|grid| (grid.name.clone(), grid.height_m)).collect(),
-        sun,
+        light,
+        sun: toward_sun.map(|toward| DVec2::new(along.dot(toward.truncate()), toward.z)),
     }
-    .draw()
 }
 
 /// A tube of cylinders from the side.

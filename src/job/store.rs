@@ -10,6 +10,7 @@ use serde_json::Value;
 use tokio::sync::broadcast;
 use uuid::Uuid;
 
+use crate::job::events::Pass;
 use crate::job::progress::{PassReport, Progress, StoppedBy};
 pub use crate::job::records::*;
 
@@ -87,8 +88,8 @@ pub enum Beat {
 /// Reports of a running chunk, in order.
 #[derive(Clone, Debug)]
 pub enum Report {
-    /// A row of the convergence table.
-    Pass(PassReport),
+    /// A pass: its row of the convergence table and its event, if it is one that is told.
+    Pass(Pass),
     /// A kept progress image.
     Image {
         /// Name of the view.
@@ -126,7 +127,7 @@ pub struct Finish {
     /// Files of the results.
     pub artifacts: Vec<Artifact>,
     /// The last pass that counts: its row and event are there at the end, however few of the passes before are.
-    pub last_pass: Option<PassReport>,
+    pub last_pass: Option<Box<Pass>>,
 }
 
 impl Finish {

@@ -20,7 +20,7 @@ pub fn tube_figure(subject: &Subject, report: &TubeReport) -> Drawing {
         let line: Vec<_> = beam.altitude_deg.iter().copied().zip(values.iter().copied()).collect();
         Series { name, marks: line.clone(), line, errors: errors.to_vec() }
     };
-    let azimuth = format!("sun at azimuth {}°", fixed(beam.azimuth_deg, 1));
+    let azimuth = format!("sun {}° clockwise from the room's +y axis", fixed(beam.azimuth_deg, 1));
     let mut all = vec![series(azimuth, &beam.transmission, &beam.standard_error)];
     if report.guide != GuideKind::ClosedFormStraight.code() {
         let (mean, errors) = (&beam.azimuth_mean_transmission, &beam.azimuth_mean_standard_error);

@@ -12,8 +12,6 @@ use crate::document::result::TubeResult;
 use crate::document::result::tube_report::{
     BeamReport, SkyReport, StraightReport, ThroughputResult, TransmissionResult, TubeReport,
 };
-use crate::figure::paint::{self, Scale};
-use crate::figure::svg::svg;
 use crate::guide::Guide;
 use crate::guide::performance::{self, Throughput};
 use crate::sampling::{Key, Stream};
@@ -64,13 +62,9 @@ impl Prepared {
             TubeFormat::Json => {
                 ("application/json", serde_json::to_vec_pretty(&report).map_err(|error| failed(name, error))?)
             }
-            TubeFormat::Svg => {
-                let figure = svg(&tube_figure(&self.subject(), &report)).map_err(|error| failed(name, error))?;
-                ("image/svg+xml", figure.into_bytes())
-            }
-            TubeFormat::Png => {
-                let drawing = tube_figure(&self.subject(), &report);
-                ("image/png", paint::png(&drawing, Scale::Single).map_err(|error| failed(name, error))?)
+            TubeFormat::Figure(format) => {
+                let written = format.write(&tube_figure(&self.subject(), &report));
+                (format.media_type(), written.map_err(|error| failed(name, error))?)
             }
         })
     }

@@ -29,6 +29,21 @@ pub fn encode(raster: &Raster) -> Result<Vec<u8>, OutputError> {
     Ok(bytes)
 }
 
+/// The picture in a file that [`encode`] wrote.
+pub fn decode(bytes: &[u8]) -> Result<Raster, OutputError> {
+    let failed = |error: png::DecodingError| OutputError::Png(error.to_string());
+    let mut reader = png::Decoder::new(std::io::Cursor::new(bytes)).read_info().map_err(failed)?;
+    let size = reader.output_buffer_size().ok_or_else(|| OutputError::Png("the picture is too large".to_owned()))?;
+    let mut pixels = vec![0; size];
+    let frame = reader.next_frame(&mut pixels).map_err(failed)?;
+    pixels.truncate(frame.buffer_size());
+    let (width, height) = (frame.width as usize, frame.height as usize);
+    if frame.color_type != png::ColorType::Rgb || pixels.len() != 3 * width * height {
+        return Err(OutputError::Size { values: pixels.len(), width, height, channels: 3 });
+    }
+    Ok(Raster { width, height, pixels })
+}
+
 /// A luminance image as an eye adapted to it would see it, in sRGB.
 pub fn tone_mapped(image: Image) -> Result<Raster, OutputError> {
     ToneMapping::of(image)?.apply(image)

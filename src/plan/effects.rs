@@ -2,79 +2,18 @@
 
 use std::collections::BTreeMap;
 
-use crate::guide::Section;
-use crate::optics::Surface;
-use crate::scene::{Channels, Scene, TubeShape};
-
-/// An effect of light that can be simulated or left out.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum EffectKind {
-    /// Diffuse light of the sky.
-    Sky,
-    /// The sun's beam.
-    Sun,
-    /// Electric light.
-    Luminaires,
-    /// Light reflected between the room's surfaces.
-    Interreflection,
-    /// Shadows and reflections of objects in the room.
-    Objects,
-    /// Light that passes the diffuser without being scattered.
-    SpecularClosure,
-    /// Light that goes up through the diffuser into the guide and comes back.
-    GuideReturn,
-    /// Three colour channels instead of one.
-    Colour,
-    /// Glossy and mirror reflection at room surfaces.
-    Glossy,
-}
-
-impl EffectKind {
-    /// All effects, in the order of plans and results.
-    pub const ALL: [Self; 9] = [
-        Self::Sky,
-        Self::Sun,
-        Self::Luminaires,
-        Self::Interreflection,
-        Self::Objects,
-        Self::SpecularClosure,
-        Self::GuideReturn,
-        Self::Colour,
-        Self::Glossy,
-    ];
-
-    /// The name in documents and results.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Sky => "sky",
-            Self::Sun => "sun",
-            Self::Luminaires => "luminaires",
-            Self::Interreflection => "interreflection",
-            Self::Objects => "objects",
-            Self::SpecularClosure => "specular_closure",
-            Self::GuideReturn => "guide_return",
-            Self::Colour => "colour",
-            Self::Glossy => "glossy",
-        }
-    }
-
-    /// The effect of a name in documents; `None` for any other word.
-    pub fn from_name(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|kind| kind.name() == name)
-    }
-
-    /// True if a document may switch the effect off; closures and colours are what the scene is made of.
-    pub fn can_be_left_out(self) -> bool {
-        !matches!(self, Self::SpecularClosure | Self::Colour)
-    }
-}
+use super::called_for::Remaining;
+use super::effect_kind::EffectKind;
+use super::left_out::{LeftOut, left_out};
+use crate::scene::Scene;
+use crate::traceable::TraceableScene;
 
 /// Wish of a document about an effect.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum EffectRequest {
-    /// Simulate the effect where the scene calls for it, like `Auto`.
+    /// Simulate the effect, even in vain where the scene does not call for it.
     On,
-    /// Leave the effect out, where that is allowed; the plan then bounds no error.
+    /// Leave the effect out, where that is allowed.
     Off,
     /// Simulate the effect where the scene calls for it.
     #[default]
@@ -88,10 +27,12 @@ pub struct EffectPlan {
     pub kind: EffectKind,
     /// True if the effect is simulated.
     pub on: bool,
+    /// True if the scene calls for the effect, simulated or not.
+    pub called_for: bool,
     /// One sentence for the reader of a plan.
     pub reason: String,
-    /// When off: the largest share of any illuminance that is left out, 0 where the effect is exactly zero by physics;
-    /// `None` when on, or when switched off by request at an unknown cost.
+    /// When off: the largest share of the room's light that is left out, 0 where the effect is exactly zero by physics; `None`
+    /// when on, and where no share below 1 is known to be the largest. Of what light it is a share says [`LeftOut`].
     pub bound: Option<f64>,
 }
 
@@ -108,118 +49,63 @@ pub type EffectRequests = BTreeMap<EffectKind, EffectRequest>;
 impl Effects {
     /// Decides every effect from what the scene calls for and what the document wishes.
     pub fn of(scene: &Scene, requests: &EffectRequests) -> Self {
-        let list = EffectKind::ALL
-            .into_iter()
-            .map(|kind| {
-                let request = requests.get(&kind).copied().unwrap_or_default();
-                match (called_for(scene, kind), request) {
-                    (Err(reason), _) => EffectPlan { kind, on: false, reason: reason.into(), bound: Some(0.0) },
-                    (Ok(_), EffectRequest::Off) if kind.can_be_left_out() => {
-                        EffectPlan { kind, on: false, reason: switched_off(kind).into(), bound: None }
-                    }
-                    (Ok(reason), _) => EffectPlan { kind, on: true, reason, bound: None },
+        let wish = |kind: EffectKind| requests.get(&kind).copied().unwrap_or_default();
+        let stays = |kind: EffectKind| wish(kind) != EffectRequest::Off;
+        let everything = Remaining { scene, objects: true, glossy: true };
+        let rest = Remaining { objects: stays(EffectKind::Objects), glossy: stays(EffectKind::Glossy), ..everything };
+        let decide = |kind: EffectKind| {
+            // what was left out is no reason for what stays, but it is why itself is asked about
+            let remaining = if stays(kind) { rest } else { everything };
+            let (on, called_for, reason) = match (remaining.calls_for(kind), wish(kind)) {
+                (Err(reason), EffectRequest::On) if kind.can_be_followed_in_vain() => {
+                    (true, false, format!("asked for in the document, but {reason}: changes nothing"))
                 }
-            })
-            .collect();
-        Self { list }
+                (Err(reason), _) => (false, false, reason),
+                (Ok(_), EffectRequest::Off) if kind.can_be_left_out() => (false, true, switched_off(scene, kind)),
+                (Ok(reason), EffectRequest::Off) => {
+                    (true, true, format!("{reason}; part of the scene, which cannot be switched off"))
+                }
+                (Ok(reason), _) => (true, true, reason),
+            };
+            EffectPlan { kind, on, called_for, reason, bound: (!on && !called_for).then_some(0.0) }
+        };
+        Self { list: EffectKind::ALL.into_iter().map(decide).collect() }
     }
 
-    /// True if the effect is simulated.
+    /// True if the effect is simulated and the scene calls for it.
     pub fn is_on(&self, kind: EffectKind) -> bool {
+        self.list.iter().any(|effect| effect.kind == kind && effect.on && effect.called_for)
+    }
+
+    /// True if rays look for the effect, be it in vain.
+    pub fn is_followed(&self, kind: EffectKind) -> bool {
         self.list.iter().any(|effect| effect.kind == kind && effect.on)
+    }
+
+    /// Finds what the effects that were switched off leave out of `scene`, keeps the bounds, and answers all of it.
+    ///
+    /// `traceable` is the scene with the effects that are on; its guides have to be built.
+    pub fn weigh(&mut self, scene: &Scene, traceable: &TraceableScene) -> Vec<(EffectKind, LeftOut)> {
+        let switched_off = self.list.iter_mut().filter(|effect| effect.called_for && !effect.on);
+        switched_off
+            .map(|effect| {
+                let left_out = left_out(scene, &traceable.tubes, effect.kind);
+                effect.bound = left_out.at_most;
+                (effect.kind, left_out)
+            })
+            .collect()
     }
 }
 
 /// The reason of an effect that the document leaves out.
-fn switched_off(kind: EffectKind) -> &'static str {
-    match kind {
-        EffectKind::Glossy => "switched off in the document: surfaces absorb the light of their `specular` share",
-        _ => "switched off in the document",
-    }
-}
-
-/// The surfaces of the room and its objects.
-fn surfaces(scene: &Scene) -> impl Iterator<Item = &Surface> {
-    let of_boxes = scene.room.boxes.iter().map(|object| &object.surface);
-    let of_meshes = scene.room.meshes.iter().flat_map(|object| &object.surfaces);
-    scene.room.surfaces.iter().flatten().chain(of_boxes).chain(of_meshes)
-}
-
-/// Reason why an effect is needed, or (as an error) why it is exactly zero.
-fn called_for(scene: &Scene, kind: EffectKind) -> Result<String, &'static str> {
-    let below_horizon = "the sun is at or below the horizon";
-    let no_tube = "no tube leads daylight into the room";
-    let daylight = scene.daylight.as_ref().filter(|_| !scene.tubes.is_empty());
-    match kind {
-        EffectKind::Sky => match daylight.map(|daylight| &daylight.sky) {
-            None => Err(no_tube),
-            Some(None) => Err(below_horizon),
-            Some(Some(sky)) if sky.zenith_luminance_cd_m2 == 0.0 => Err("the sky's luminance is zero"),
-            Some(Some(sky)) => Ok(sky.distribution.sky_type().to_string()),
-        },
-        EffectKind::Sun => match daylight.map(|daylight| (&daylight.sun, &daylight.sky)) {
-            None => Err(no_tube),
-            Some((Some(sun), _)) => Ok(format!("a beam of {:.0} lx normal illuminance", sun.normal_illuminance_lux)),
-            Some((None, None)) => Err(below_horizon),
-            Some((None, Some(_))) => Err("no direct beam: the sky type has none, or it was given as 0"),
-        },
-        EffectKind::Luminaires => {
-            let lit = scene.room.luminaires.iter().filter(|luminaire| luminaire.luminance.iter().any(|l| *l > 0.0));
-            match (scene.room.luminaires.len(), lit.count()) {
-                (0, _) => Err("the room has no luminaires"),
-                (_, 0) => Err("the luminance of every luminaire is zero"),
-                (_, count) => Ok(format!("{count} in the room")),
-            }
+fn switched_off(scene: &Scene, kind: EffectKind) -> String {
+    let what = match kind {
+        EffectKind::Glossy => ": surfaces absorb the light of their `specular` share".to_owned(),
+        EffectKind::Objects => {
+            format!(": {} in the room stop no light and reflect none", scene.room.boxes.len() + scene.room.meshes.len())
         }
-        EffectKind::Interreflection => {
-            let brightest = surfaces(scene).flat_map(Surface::albedo).fold(0.0, f64::max);
-            if brightest > 0.0 {
-                Ok(format!("surfaces reflect up to {:.0} %", 100.0 * brightest))
-            } else {
-                Err("every surface is black")
-            }
-        }
-        EffectKind::Objects => match scene.room.boxes.len() + scene.room.meshes.len() {
-            0 => Err("the room is empty, and a box is convex: nothing stands between two of its points"),
-            count => Ok(format!("{count} in the room")),
-        },
-        EffectKind::SpecularClosure | EffectKind::GuideReturn if scene.tubes.is_empty() => Err("the room has no tubes"),
-        EffectKind::SpecularClosure => {
-            let clear = scene.tubes.iter().filter(|tube| tube.diffuser.specular_zone(tube.opening_radius).is_some());
-            match clear.count() {
-                0 => Err("every diffuser scatters all light that it passes"),
-                count => Ok(format!("{count} of {} closures pass light unscattered", scene.tubes.len())),
-            }
-        }
-        EffectKind::GuideReturn => {
-            let returns = scene.tubes.iter().any(|tube| match &tube.shape {
-                TubeShape::Cylinders(cylinders) => {
-                    cylinders.segments.iter().any(|segment| segment.tilt != 0.0) || cylinders.collector.reflects()
-                }
-                TubeShape::Mesh(mesh) => matches!(mesh.section, Section::Facets { .. }),
-            });
-            if returns {
-                Ok("bent and meshed guides and dielectric domes send part of the light that enters from below back down".into())
-            } else {
-                Err("straight guides lead all light that enters from below out at the top")
-            }
-        }
-        EffectKind::Colour => match scene.channels {
-            Channels::Photopic => Err("every coefficient is one number: one photopic channel"),
-            Channels::Rgb => Ok("a coefficient is given as red, green, blue".into()),
-        },
-        EffectKind::Glossy => {
-            let specular = || surfaces(scene).filter_map(|surface| surface.specular);
-            let brightest = specular().flat_map(|specular| specular.reflectance).fold(0.0, f64::max);
-            let smoothest = specular().map(|specular| specular.roughness).fold(f64::INFINITY, f64::min);
-            if brightest <= 0.0 {
-                Err("every room surface is diffuse")
-            } else if smoothest == 0.0 {
-                Ok(format!("mirrors among the surfaces; specular reflectances up to {:.0} %", 100.0 * brightest))
-            } else {
-                let of = format!("specular reflectances up to {:.0} %", 100.0 * brightest);
-                Ok(format!("glossy surfaces of roughness {smoothest} and more; {of}"))
-            }
-        }
-    }
+        EffectKind::Interreflection => ": surfaces reflect light to cameras alone".to_owned(),
+        _ => String::new(),
+    };
+    format!("switched off in the document{what}")
 }

@@ -1,9 +1,12 @@
 //! How the guide of each tube is computed, and why.
 
+use std::sync::Arc;
+
 use crate::guide::dome::{Dome, DomedGuide, Pipe};
 use crate::guide::{Guide, Section, recognise};
 use crate::optics::Diffuser;
 use crate::optics::fresnel::slab_transmittance;
+use crate::scene::{Scene, Tube, TubeShape};
 use crate::traceable::{TraceableScene, TraceableTube};
 
 /// The computation of a guide, with the reason in one sentence.
@@ -96,17 +99,33 @@ fn domed(guide: &DomedGuide) -> GuidePlan {
     GuidePlan { kind, reason }
 }
 
-/// Says how the guides of a compiled scene are computed, and why.
-pub fn guides(traceable: &TraceableScene) -> Vec<GuidePlan> {
-    traceable
-        .tubes
-        .iter()
-        .map(|tube| {
-            let mut plan = of_guide(tube);
-            plan.reason.push_str(&measured(&tube.diffuser));
-            plan
-        })
-        .collect()
+/// Says how the guides of a scene are computed, and why; `traceable` is the scene compiled.
+pub fn guides(scene: &Scene, traceable: &TraceableScene) -> Vec<GuidePlan> {
+    let of_tube = |(index, tube): (usize, &TraceableTube)| {
+        let mut plan = of_guide(tube);
+        plan.reason.push_str(&measured(&tube.diffuser));
+        let own = &scene.tubes[index];
+        if let Some(first) = scene.tubes[..index].iter().position(|other| same_guide(own, other)) {
+            plan.reason.push_str(&format!("; the same guide as that of tube {first}: one transmission for both"));
+        }
+        plan
+    };
+    traceable.tubes.iter().enumerate().map(of_tube).collect()
+}
+
+/// True if two tubes differ at most in their place and in what closes them below.
+fn same_guide(a: &Tube, b: &Tube) -> bool {
+    a.opening_radius == b.opening_radius
+        && match (&a.shape, &b.shape) {
+            (TubeShape::Cylinders(a), TubeShape::Cylinders(b)) => a == b,
+            (TubeShape::Mesh(a), TubeShape::Mesh(b)) => {
+                Arc::ptr_eq(&a.mesh, &b.mesh)
+                    && a.parts == b.parts
+                    && a.rotation == b.rotation
+                    && a.section == b.section
+            }
+            _ => false,
+        }
 }
 
 fn of_guide(tube: &TraceableTube) -> GuidePlan {

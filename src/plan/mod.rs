@@ -1,14 +1,19 @@
 //! The plan: what of a scene is simulated and what is not, and why; which method computes what.
 
+mod called_for;
 pub mod choose;
 pub mod cost;
+pub mod effect_kind;
 pub mod effects;
 pub mod guides;
+pub mod left_out;
 pub mod memory;
 
 pub use choose::{MethodChoice, MethodRequest, Methods, SomeChoice};
-pub use effects::{EffectKind, EffectPlan, EffectRequest, EffectRequests, Effects};
+pub use effect_kind::EffectKind;
+pub use effects::{EffectPlan, EffectRequest, EffectRequests, Effects};
 pub use guides::{GuideKind, GuidePlan};
+pub use left_out::LeftOut;
 pub use memory::MemoryEstimate;
 
 use crate::scene::Scene;
@@ -30,9 +35,9 @@ pub fn compile(scene: &Scene, effects: &Effects) -> Result<TraceableScene, TubeE
     let mut traceable = TraceableScene::new(
         scene,
         Follow {
-            interreflection: effects.is_on(EffectKind::Interreflection),
-            guide_return: effects.is_on(EffectKind::GuideReturn),
-            objects: effects.is_on(EffectKind::Objects),
+            interreflection: effects.is_followed(EffectKind::Interreflection),
+            guide_return: effects.is_followed(EffectKind::GuideReturn),
+            objects: effects.is_followed(EffectKind::Objects),
         },
     )?;
     if !effects.is_on(EffectKind::Sky) {
@@ -44,7 +49,7 @@ pub fn compile(scene: &Scene, effects: &Effects) -> Result<TraceableScene, TubeE
     if !effects.is_on(EffectKind::Luminaires) {
         traceable.luminaires.iter_mut().for_each(|luminaire| luminaire.luminance = [0.0; 3]);
     }
-    if !effects.is_on(EffectKind::Glossy) {
+    if !effects.is_followed(EffectKind::Glossy) {
         traceable = traceable.without_specular();
     }
     Ok(traceable)

@@ -97,6 +97,8 @@ streams! {
     FollowedSensor = 1 << 37, MANY, below [TwoStagePass];
     /// A choice among the photons of a diffuser; the index is the tube's.
     DiffuserChoice = 1 << 35, MANY, below [TwoStagePass];
+    /// Photons by which it is booked where the light in the room ends: their paths, their choice, those of luminaires.
+    RoomBooks = 1 << 38, 3, below [TwoStagePass];
     /// Connections of photons to sensors, numbered by photons below it.
     Connections = 1 << 35, 1, below [BidirectionalPass];
 

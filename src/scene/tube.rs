@@ -32,7 +32,7 @@ pub enum TubeShape {
 }
 
 /// Equal cylinders that meet in mitred elbows; one segment is a straight tube.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct StraightOrBent {
     /// Reflectance of the wall, per bounce.
     pub reflectance: Mirror,

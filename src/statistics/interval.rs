@@ -25,12 +25,18 @@ pub fn two_sided_student_quantile(confidence: f64, degrees: f64) -> f64 {
     let Ok(distribution) = StudentsT::new(0.0, 1.0, degrees) else { return f64::INFINITY };
     let z = two_sided_normal_quantile(confidence);
     if degrees > MANY_DEGREES {
-        // Abramowitz and Stegun 1964, 26.7.5
-        let first = (z.powi(3) + z) / (4.0 * degrees);
-        let second = (5.0 * z.powi(5) + 16.0 * z.powi(3) + 3.0 * z) / (96.0 * degrees * degrees);
-        return on_every_machine(z + first + second);
+        return on_every_machine(student_quantile_near(z, degrees));
     }
     on_every_machine(upper_quantile(&distribution, 0.5 * (1.0 - confidence), z))
+}
+
+/// Quantile of Student's t with some degrees of freedom near the quantile `z` of the normal distribution, of the same confidence:
+/// three terms of the asymptotic expansion (Abramowitz and Stegun 1964, 26.7.5). It is 0.4 % too small for 7 degrees and 0.95, and
+/// takes a few multiplications.
+pub fn student_quantile_near(z: f64, degrees: f64) -> f64 {
+    let first = (z.powi(3) + z) / (4.0 * degrees);
+    let second = (5.0 * z.powi(5) + 16.0 * z.powi(3) + 3.0 * z) / (96.0 * degrees * degrees);
+    z + first + second
 }
 
 /// Degrees of freedom beyond which the asymptotic expansion is nearer than the library's distribution, which loses a digit with
@@ -91,6 +97,15 @@ pub(crate) mod tests {
             assert!((two_sided_student_quantile(confidence, degrees) - quantile).abs() < 6e-4);
         }
         assert_eq!(two_sided_student_quantile(0.95, 0.0), f64::INFINITY);
+    }
+
+    #[test]
+    fn the_expansion_is_near_from_seven_degrees_on() {
+        let z = two_sided_normal_quantile(0.95);
+        for degrees in [7.0, 8.0, 15.0, 100.0] {
+            let share = student_quantile_near(z, degrees) / two_sided_student_quantile(0.95, degrees);
+            assert!(share < 1.0 && share > 0.995, "{degrees}: {share}");
+        }
     }
 
     /// Of any degrees of freedom, whole or not, few or many, and at any confidence: the tail beyond it is that of the confidence.

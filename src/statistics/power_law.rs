@@ -5,6 +5,16 @@ use super::interval::two_sided_student_quantile;
 /// Fewest points that a fit takes: three steps between them, for an exponent and two degrees of freedom.
 const FEWEST_POINTS: usize = 4;
 
+/// Exponent of the error of independent passes, all of which take the same time: sqrt(1 / n).
+pub const OF_INDEPENDENT_PASSES: f64 = -0.5;
+
+/// Standard deviation of exponents about [`OF_INDEPENDENT_PASSES`] before a single error is known. Passes of most methods are
+/// independent; kernels that shrink, and biases that do not, bring exponents up to -0.4 or -0.3, which the errors tell in time.
+const SPREAD: f64 = 0.05;
+
+/// Degrees of freedom of what is taken as certain.
+const CERTAIN: usize = 1_000_000;
+
 /// The error of an estimate after some passes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ErrorPoint {
@@ -49,45 +59,100 @@ pub struct Foretold {
     pub to: f64,
 }
 
-impl PowerLaw {
-    /// Fits the law to points in the order of their passes; those that no logarithm takes, and those that do not come after
-    /// the one before, are left out. `None` with fewer than four others.
-    pub fn fit(points: &[ErrorPoint]) -> Option<Self> {
-        let mut usable: Vec<ErrorPoint> = Vec::new();
-        for point in points.iter().filter(|point| is_usable(point)) {
-            if usable.last().is_none_or(|last| last.passes < point.passes && last.seconds < point.seconds) {
-                usable.push(*point);
+/// Errors of a running estimate as they come, of which its law follows at any time: sums over the steps between them, so that one
+/// more costs the same however many there were.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ErrorSteps {
+    last: Option<ErrorPoint>,
+    steps: usize,
+    /// Sums of weighted products of the steps of logarithms: of time and time, time and error, error and error.
+    of_times: f64,
+    of_both: f64,
+    of_errors: f64,
+}
+
+impl ErrorSteps {
+    /// The steps between points in the order of their passes.
+    pub fn of(points: &[ErrorPoint]) -> Self {
+        let mut steps = Self::default();
+        points.iter().for_each(|point| steps.push(*point));
+        steps
+    }
+
+    /// Adds the next point. One that no logarithm takes is left out, and one that does not come after those before.
+    pub fn push(&mut self, point: ErrorPoint) {
+        if !is_usable(&point) {
+            return;
+        }
+        if let Some(last) = self.last {
+            if last.passes >= point.passes || last.seconds >= point.seconds {
+                return;
             }
+            let weight = 1.0 / (1.0 / (last.passes - 1.0) - 1.0 / (point.passes - 1.0));
+            let (time, error) = (libm::log(point.seconds / last.seconds), libm::log(point.error / last.error));
+            self.of_times += weight * time * time;
+            self.of_both += weight * time * error;
+            self.of_errors += weight * error * error;
+            self.steps += 1;
         }
-        if usable.len() < FEWEST_POINTS {
-            return None;
-        }
-        let last = *usable.last()?;
-        // weight, and the steps of the logarithms of time and error
-        let steps: Vec<[f64; 3]> = usable
-            .windows(2)
-            .map(|pair| {
-                let weight = 1.0 / (1.0 / (pair[0].passes - 1.0) - 1.0 / (pair[1].passes - 1.0));
-                [weight, libm::log(pair[1].seconds / pair[0].seconds), libm::log(pair[1].error / pair[0].error)]
-            })
-            .collect();
-        let of_times: f64 = steps.iter().map(|[weight, time, _]| weight * time * time).sum();
-        let exponent = steps.iter().map(|[weight, time, error]| weight * time * error).sum::<f64>() / of_times;
-        let degrees = steps.len() - 1;
-        let residuals = steps.iter().map(|[weight, time, error]| {
-            let residual = error - exponent * time;
-            weight * residual * residual
-        });
-        let tau_squared = residuals.sum::<f64>() / degrees as f64;
-        let standard_error = (tau_squared / of_times).sqrt();
+        self.last = Some(point);
+    }
+
+    /// The law that fits best, by weighted least squares; `None` with fewer than four points.
+    pub fn law(&self) -> Option<PowerLaw> {
+        let last = self.last.filter(|_| self.steps + 1 >= FEWEST_POINTS)?;
+        let exponent = self.of_both / self.of_times;
+        let degrees = self.steps - 1;
+        // of a law without noise the rounding of the sums is left
+        let tau_squared = (self.of_errors - exponent * self.of_both).max(0.0) / degrees as f64;
+        let standard_error = (tau_squared / self.of_times).sqrt();
         let deviation = (tau_squared / (last.passes - 1.0)).sqrt();
-        let law = Self { exponent, standard_error, degrees, last, deviation };
+        let law = PowerLaw { exponent, standard_error, degrees, last, deviation };
         (exponent.is_finite() && standard_error.is_finite()).then_some(law)
+    }
+
+    /// The law by which times are foretold, from one point on: its exponent is the mean of that of independent passes and of the
+    /// fitted one, weighted by their variances, so that two or three points are extrapolated by the square root. The variance of a
+    /// fitted exponent is that of Student's t, v / (v - 2) times its squared standard error. `None` without a usable point.
+    pub fn foretelling(&self) -> Option<PowerLaw> {
+        let last = self.last?;
+        let assumed = 1.0 / (SPREAD * SPREAD);
+        let (fitted, exponent) = match self.law() {
+            Some(law) if law.degrees > 2 => {
+                let degrees = law.degrees as f64;
+                // a law without noise is certain
+                let variance = law.standard_error.powi(2).max(f64::MIN_POSITIVE) * degrees / (degrees - 2.0);
+                (1.0 / variance, law.exponent)
+            }
+            _ => (0.0, OF_INDEPENDENT_PASSES),
+        };
+        let share = 1.0 / (1.0 + assumed / fitted);
+        let exponent = OF_INDEPENDENT_PASSES + share * (exponent - OF_INDEPENDENT_PASSES);
+        let standard_error = (assumed + fitted).recip().sqrt();
+        Some(PowerLaw { exponent, standard_error, degrees: CERTAIN, last, deviation: 0.0 })
+    }
+}
+
+impl PowerLaw {
+    /// Fits the law to points in the order of their passes, as [`ErrorSteps`] takes them. `None` with fewer than four.
+    pub fn fit(points: &[ErrorPoint]) -> Option<Self> {
+        ErrorSteps::of(points).law()
     }
 
     /// Error after `seconds`, above zero.
     pub fn error_at(&self, seconds: f64) -> f64 {
         self.last.error * libm::pow(seconds / self.last.seconds, self.exponent)
+    }
+
+    /// Time from that of the last point on at which the law has `error`, above zero, or less; infinite where it does not fall so far.
+    pub fn time_of(&self, error: f64) -> f64 {
+        if error >= self.last.error {
+            self.last.seconds
+        } else if self.exponent < 0.0 {
+            self.last.seconds * libm::pow(error / self.last.error, 1.0 / self.exponent)
+        } else {
+            f64::INFINITY
+        }
     }
 
     /// Interval around [`Self::error_at`] that has the law with a confidence of `confidence`, 0..1.
@@ -131,7 +196,8 @@ mod tests {
     fn a_law_without_noise_is_found_and_goes_on() {
         let points: Vec<_> = (2..40).map(|k| point(k, 0.1 * f64::from(k), 3.0 * f64::from(k).powf(-0.75))).collect();
         let law = PowerLaw::fit(&points).unwrap();
-        assert!((law.exponent + 0.75).abs() < 1e-12 && law.standard_error < 1e-12, "{law:?}");
+        // the residuals of 36 steps are what rounding leaves of their sums
+        assert!((law.exponent + 0.75).abs() < 1e-12 && law.standard_error < 1e-8, "{law:?}");
         assert_eq!(law.degrees, 36);
         let ten_times = law.seconds_to(law.last.error / 10.0, 0.95).unwrap();
         let expected = 3.9 * 10f64.powf(1.0 / 0.75);
@@ -148,6 +214,29 @@ mod tests {
         assert_eq!(PowerLaw::fit(&bad), None);
         let rising: Vec<_> = (2..9).map(|k| point(k, f64::from(k), f64::from(k))).collect();
         assert_eq!(PowerLaw::fit(&rising).unwrap().seconds_to(0.1, 0.95), None);
+    }
+
+    #[test]
+    fn few_points_are_extrapolated_by_the_square_root_and_many_by_themselves() {
+        assert_eq!(ErrorSteps::of(&[point(1, 1.0, 0.1)]).foretelling(), None, "one pass tells no error");
+        for points in [vec![point(2, 0.2, 0.1)], vec![point(2, 0.2, 0.3), point(3, 0.3, 0.1)]] {
+            let law = ErrorSteps::of(&points).foretelling().unwrap();
+            assert_eq!((law.exponent, law.standard_error), (-0.5, SPREAD));
+            // a tenth of the error is a hundred times the work
+            let foretold = law.seconds_to(0.01, 0.95).unwrap();
+            assert!((foretold.seconds / (100.0 * law.last.seconds) - 1.0).abs() < 1e-12);
+            assert!(foretold.from < foretold.seconds && foretold.to > foretold.seconds);
+        }
+        let of_another_law: Vec<_> = (2..40).map(|k| point(k, f64::from(k), f64::from(k).powf(-0.3))).collect();
+        assert!((ErrorSteps::of(&of_another_law).foretelling().unwrap().exponent + 0.3).abs() < 1e-6);
+        // an exponent as uncertain as what is assumed counts half
+        let wavy = |k: u32| 1.0 / f64::from(k).sqrt() * if k.is_multiple_of(2) { 1.1 } else { 0.9 };
+        let points: Vec<_> = (2..12).map(|k| point(k, f64::from(k), wavy(k))).collect();
+        let (fit, law) = (PowerLaw::fit(&points).unwrap(), ErrorSteps::of(&points).foretelling().unwrap());
+        let variance = fit.standard_error.powi(2) * fit.degrees as f64 / (fit.degrees as f64 - 2.0);
+        let [fitted, assumed] = [1.0 / variance, 1.0 / (SPREAD * SPREAD)];
+        let expected = (fit.exponent * fitted - 0.5 * assumed) / (fitted + assumed);
+        assert!((law.exponent - expected).abs() < 1e-12, "{} {expected}", law.exponent);
     }
 
     /// Independent passes of 20 sensors with a true slope of -1/2: the 95 % interval of the slope has it in 95 % of the runs,

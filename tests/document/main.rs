@@ -20,6 +20,7 @@ mod fuzzed;
 mod any;
 mod bounds;
 mod contract;
+mod effects;
 mod hints;
 mod methods;
 mod room;

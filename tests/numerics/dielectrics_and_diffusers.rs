@@ -20,6 +20,7 @@ use skyduct::statistics::Moments;
 use crate::given::{base, refused, with};
 use crate::jobs::{Obj, cube, lux, prepared, rendered};
 use crate::scenes::{self, RADIUS, SIDE, daylight, lambertian, light_tracing, panel, run, straight, values};
+use skyduct::job::spent::Spent;
 
 /// Surfaces of revolution around the z axis.
 struct Turned(TriangleMesh);
@@ -133,7 +134,7 @@ fn assert_known_to_be_dark(method: &Value) {
     let prepared = prepared(&document);
     let (estimate, stopped_by) = rendered(&prepared);
     assert_eq!(lux(&estimate), [0.0; 9], "{method}");
-    let summary = prepared.summary_json(&estimate, 0.0);
+    let summary = prepared.summary_json(&estimate, Spent::NOTHING, StoppedBy::MaxPasses);
     assert!(summary["grids"][0]["statistics"]["uniformity"].is_null(), "{summary}");
     assert!((0..9).all(|sensor| estimate.grids[0].standard_error_lux(sensor) == 0.0), "{method}");
     assert!(matches!(stopped_by, StoppedBy::RelativeError | StoppedBy::Exact), "{method}: {stopped_by:?}");

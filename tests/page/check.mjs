@@ -345,15 +345,25 @@ async function readsAJob(visitor) {
     .getByRole("cell", { name: /^(met|extrapolated)$/ })
     .first()
     .waitFor();
-  for (const colorScheme of ["light", "dark"]) {
-    for (const width of [1280, 390]) {
-      await page.setViewportSize({ width, height: 900 });
-      await page.emulateMedia({ colorScheme });
-      await visitor.isAccessible(`job, ${width} px, ${colorScheme}`);
-      await visitor.looksAsIn(shot(`job-${width}-${colorScheme}`));
+  const looks = async (name) => {
+    for (const colorScheme of ["light", "dark"]) {
+      for (const width of [1280, 390]) {
+        await page.setViewportSize({ width, height: 900 });
+        await page.emulateMedia({ colorScheme });
+        await visitor.isAccessible(`${name}, ${width} px, ${colorScheme}`);
+        await visitor.looksAsIn(shot(`${name}-${width}-${colorScheme}`));
+      }
     }
-  }
-  await page.setViewportSize({ width: 1280, height: 900 });
+    await page.setViewportSize({ width: 1280, height: 900 });
+  };
+  await looks("job");
+  await page.getByRole("link", { name: "Report", exact: true }).click();
+  await page.getByRole("heading", { name: "Method" }).waitFor();
+  const drawn = await page.locator("img").evaluateAll((all) => Promise.all(all.map((one) => one.decode())));
+  assert.equal(drawn.length, 2);
+  await looks("report");
+  await page.pdf({ path: shot("report-printed").replace(/png$/, "pdf"), preferCSSPageSize: true, printBackground: true });
+  await page.goBack();
   await page.getByRole("link", { name: "Edit a copy" }).click();
   await page.waitForURL(/#d=/);
   await visitor.arrived();

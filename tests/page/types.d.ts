@@ -14,7 +14,14 @@ type Mesh = Schemas["MeshResource"];
 type SkyType = Schemas["SkyType"];
 type View = Schemas["ViewDocument"];
 /** A point of the curve of error against time. */
-type Pass = { passes: number; seconds: number; relative_error: number | null };
+type Pass = {
+  passes: number;
+  seconds: number;
+  relative_error: number | null;
+  /** What the event of a pass foretells. */
+  seconds_left?: number | null;
+  grids?: Schemas["OutputForecast"] | null;
+};
 type ErrorHistory = Schemas["ErrorHistory"];
 /** A computed document: the job, and its first grid. A stored one has no job in this service. */
 type Answer = { job: Job; grid: Grid | null; stored?: true };

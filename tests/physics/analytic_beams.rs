@@ -130,16 +130,16 @@ fn kinds() -> Vec<(&'static str, Scene)> {
     ]
 }
 
-/// Every kind, with three seeds, sensor by sensor within four combined standard errors, corrected for the number of
+/// Every kind, with two seeds, sensor by sensor within four combined standard errors, corrected for the number of
 /// sensors; the root mean square of a grid within 1.5 of them. The light is booked to 0.2 %.
 #[test]
 fn agrees_with_light_tracing() {
     let kinds = kinds();
-    let seeds = [0, 1, 2];
+    let seeds = [0, 1];
     let sensors: usize = kinds.iter().map(|(_, scene)| scene.grids[0].len()).sum();
     let most = two_sided_normal_quantile(1.0 - FALSE_ALARM / (sensors * seeds.len()) as f64);
     for (name, scene) in &kinds {
-        let traced = scenes::run(scene, &scenes::light_tracing(scene, 1 << 14, 7), 48);
+        let traced = scenes::run(scene, &scenes::light_tracing(scene, 1 << 13, 7), 48);
         for seed in seeds {
             let solution = solve(scene, seed);
             let (mut worst, mut squares) = (0f64, 0.0);

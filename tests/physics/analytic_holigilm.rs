@@ -56,7 +56,7 @@ fn clear_aperture() {
                 .iter()
                 .map(|row| point(0.5 * size + number(&row[2]), 0.5 * size + number(&row[3]), size))
                 .collect();
-            let solution = solve(&scene, 2e-5);
+            let solution = solve(&scene, 4e-5);
             let mut worst = 0f64;
             for (row, grid) in rows.iter().zip(&solution.grids) {
                 let (truth, stated) = (number(&row[5]), number(&row[6]));

@@ -12,6 +12,8 @@ use skyduct::guide::mesh::Part;
 use skyduct::guide::{End, Guide, MeshGuide};
 use skyduct::job::checkpoint::encode;
 use skyduct::job::prepare::{Prepared, prepare_document};
+use skyduct::job::progress::StoppedBy;
+use skyduct::job::spent::Spent;
 use skyduct::sampling::{Key, PathRandom, warp};
 
 const RADIUS: f64 = 0.127;
@@ -126,7 +128,8 @@ fn reason(prepared: &Prepared) -> String {
 }
 
 fn switch(prepared: &Prepared) -> Value {
-    prepared.summary_json(&prepared.empty_estimate(), 0.0)["provenance"]["guides"][0].clone()
+    prepared.summary_json(&prepared.empty_estimate(), Spent::NOTHING, StoppedBy::MaxPasses)["provenance"]["guides"][0]
+        .clone()
 }
 
 /// A round mesh gives the bits of the parametric tube, whatever thin cover it has.

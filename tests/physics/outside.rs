@@ -28,7 +28,7 @@ const FALSE_ALARM: f64 = 0.01;
 const LARGEST_ERROR: f64 = 0.05;
 
 /// Size of a pass, relative to the matrix' methods: errors of a few tenths of a per cent in half a second.
-const FACTOR: f64 = 8.0;
+const FACTOR: f64 = 5.0;
 
 /// A document, and the methods that render its grids and its views.
 struct Outside {

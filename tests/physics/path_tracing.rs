@@ -11,6 +11,8 @@ use skyduct::integrator::Integrator;
 use skyduct::integrator::method::RefusalCode;
 use skyduct::integrator::path_tracing::{self, PathTracing};
 use skyduct::integrator::two_stage::{self, TwoStage};
+use skyduct::job::progress::StoppedBy;
+use skyduct::job::spent::Spent;
 use skyduct::scene::{EstimateKind, Grid};
 
 /// Where only chance finds the sun's disc the method is refused with the reason.
@@ -105,7 +107,7 @@ fn unknown_fluxes_are_null() {
         document["stop"] = json!({ "relative_error": 1e-3, "max_passes": 4 });
     });
     let chunk = render_chunk(&prepared, 0, &prepared.empty_estimate());
-    let summary = prepared.summary_json(&chunk.estimate, 1.0);
+    let summary = prepared.summary_json(&chunk.estimate, Spent::NOTHING, StoppedBy::MaxPasses);
     let tube = &summary["tubes"][0];
     for field in ["at_collector", "at_diffuser", "into_room", "transmission_efficiency", "level_aperture_efficiency"] {
         assert!(tube.get(field).unwrap().is_null(), "{field}");
@@ -119,7 +121,7 @@ fn unknown_fluxes_are_null() {
         document["stop"] = json!({ "relative_error": 1e-3, "max_passes": 4 });
     });
     let chunk = render_chunk(&light, 0, &light.empty_estimate());
-    let summary = light.summary_json(&chunk.estimate, 1.0);
+    let summary = light.summary_json(&chunk.estimate, Spent::NOTHING, StoppedBy::MaxPasses);
     assert!(
         summary["energy"]["emitted_lm"].as_f64() > Some(0.0)
             && summary["tubes"][0]["into_room"]["flux_lm"].as_f64() > Some(0.0)

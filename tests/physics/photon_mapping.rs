@@ -8,6 +8,8 @@ use crate::scenes::{
 use serde_json::{Value, json};
 use skyduct::document::{DocumentErrors, JobDocument, ValidJob};
 use skyduct::integrator::photon_mapping::{PhotonMapping, Settings};
+use skyduct::job::progress::StoppedBy;
+use skyduct::job::spent::Spent;
 use skyduct::scene::{EstimateKind, Grid, Scene};
 
 fn quick() -> Settings {
@@ -74,7 +76,7 @@ fn results_name_bias_and_fluxes() {
     let choice = prepared.plan.methods.grids.clone().unwrap();
     assert!(choice.method.name() == "photon_mapping" && choice.reason.contains("does not shrink"), "{choice:?}");
     let chunk = render_chunk(&prepared, 0, &prepared.empty_estimate());
-    let summary = prepared.summary_json(&chunk.estimate, 1.0);
+    let summary = prepared.summary_json(&chunk.estimate, Spent::NOTHING, StoppedBy::MaxPasses);
     assert!(summary["energy"]["emitted_lm"].as_f64() > Some(0.0));
     assert!(summary["tubes"][0]["into_room"]["flux_lm"].as_f64() > Some(0.0));
     assert!(chunk.estimate.rays > 4 * 81 * 256 && chunk.estimate.photons == 4 * 4096);

@@ -5,6 +5,8 @@ use crate::schema::DESCRIPTION;
 use serde_json::{Value, json};
 use skyduct::estimate::Estimate;
 use skyduct::job::prepare::Prepared;
+use skyduct::job::progress::StoppedBy;
+use skyduct::job::spent::Spent;
 
 /// Two equal tubes, a longer one, a grid and a small view.
 fn three_tubes() -> Prepared {
@@ -39,7 +41,7 @@ fn results_have_what_their_method_says_that_it_knows() {
             document["stop"] = json!({ "max_passes": 2 });
         });
         let knows = prepared.plan.methods.grids.as_ref().unwrap().method.described().knows();
-        let results = prepared.summary_json(&first_chunk(&prepared), 0.0);
+        let results = prepared.summary_json(&first_chunk(&prepared), Spent::NOTHING, StoppedBy::MaxPasses);
         let emitted = results["energy"]["emitted_lm"].as_f64();
         assert_eq!(emitted.is_some_and(|flux| flux > 0.0), knows.energy, "{name}: {results}");
         assert_eq!(results["tubes"][0]["into_room"].is_object(), knows.tube_fluxes, "{name}: {results}");
@@ -53,8 +55,8 @@ fn a_file_that_is_asked_for_by_name_is_the_one_among_all() {
     let all = prepared.result_files(&merged).unwrap();
     let names: Vec<_> = all.iter().map(|file| file.name.clone()).collect();
     assert_eq!(names, prepared.result_names());
-    // of the grid JSON, CSV, SVG and PNG; of the view EXR and two PNG; of each tube JSON, SVG and PNG
-    assert_eq!(names.len(), 4 + 3 + 3 * 3, "{names:?}");
+    // of the grid JSON, CSV and a figure in three formats; of the view EXR, PNG and a figure; of each tube JSON and a figure
+    assert_eq!(names.len(), 5 + 5 + 3 * 4, "{names:?}");
     for file in &all {
         let alone = prepared.result_file(&file.name, &merged).unwrap().unwrap();
         assert!(!alone.bytes.is_empty() && alone.bytes == file.bytes, "{}", file.name);
@@ -105,7 +107,7 @@ fn the_summary_of_fixed_points_has_their_error_in_the_mean() {
         });
         let estimate = prepared.render_all_passes(&mut |_, _| {}).unwrap();
         let spread = estimate.grids[0].mean.standard_error();
-        let grid = prepared.summary(&estimate, 1.0).grids.unwrap().remove(0);
+        let grid = prepared.summary(&estimate, Spent::NOTHING, StoppedBy::MaxPasses).grids.unwrap().remove(0);
         assert_eq!(grid.mean_standard_error_lux, grid.statistics.mean_lux_standard_error);
         (grid.statistics.mean_lux, grid.mean_standard_error_lux.unwrap(), spread)
     };

@@ -4,6 +4,7 @@ use serde_json::json;
 use skyduct::estimate::Estimate;
 use skyduct::job::cancel::Stop;
 use skyduct::job::progress::StoppedBy;
+use skyduct::job::spent::Spent;
 
 use crate::documents::prepare;
 
@@ -18,7 +19,13 @@ fn render(grid_error: f64, view_error: f64) -> Estimate {
     });
     let rendered = prepared.render(&Stop::default(), &mut |_, _| {}).unwrap();
     assert_eq!(rendered.stopped_by, StoppedBy::RelativeError);
-    rendered.estimate
+    // had the other one run out of time, the results would say so of it alone
+    let estimate = rendered.estimate;
+    let accuracy = prepared.summary(&estimate, Spent::NOTHING, StoppedBy::MaxSeconds).accuracy.unwrap();
+    let ended = |passes: u64| if passes < estimate.passes { "relative_error" } else { "max_seconds" };
+    assert_eq!(accuracy.stopped_by.as_deref(), Some(ended(estimate.passes_of_grids())));
+    assert_eq!(accuracy.view_stopped_by.as_deref(), Some(ended(estimate.passes_of_views())));
+    estimate
 }
 
 /// The grid alone, for as many passes.

@@ -10,6 +10,7 @@ use skyduct::job::cancel::Stop;
 use skyduct::job::chunk::SoFar;
 use skyduct::job::prepare::prepare;
 use skyduct::job::progress::PassReport;
+use skyduct::job::spent::Spent;
 
 struct NoMeshes;
 
@@ -28,7 +29,7 @@ fn a_panic_in_a_chunk_does_not_hang_it() {
         let chunk = std::panic::AssertUnwindSafe(|| {
             let mut heard = |_: &PassReport, _: SoFar<'_>| panic!("in the middle of a chunk");
             let stop = Stop::default();
-            stop.within(60.0, || prepared.render_chunk(0, &before, 0.0, &stop, &mut heard))
+            stop.within(60.0, || prepared.render_chunk(0, &before, Spent::NOTHING, &stop, &mut heard))
         });
         sender.send(std::panic::catch_unwind(chunk).is_err()).unwrap();
     });

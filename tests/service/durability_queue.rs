@@ -12,6 +12,7 @@ use tempfile::TempDir;
 use uuid::Uuid;
 
 use crate::common::new_job;
+use skyduct::job::spent::Spent;
 
 const LEASE: Duration = Duration::from_secs(600);
 const ANY: Turn = Turn { stay_with: None, most_deaths: MAX_DEATHS };
@@ -37,13 +38,20 @@ fn pass(passes: u64) -> PassReport {
         relative_error: (passes > 1).then(|| 1.0 / passes as f64),
         view_relative_error: None,
         mean_lux: Some(0.1 + 0.2),
+        cpu_seconds: Some(0.2 * passes as f64),
     }
 }
 
 fn go_on(chunk: u64) -> Completion {
     Completion::Continue {
         state: StateFile { key: format!("state-{chunk}"), hash: format!("hash-{chunk}") },
-        progress: Progress { passes: 8 * (chunk + 1), chunks: chunk + 1, seconds: 1.5, ..Progress::default() },
+        progress: Progress {
+            passes: 8 * (chunk + 1),
+            chunks: chunk + 1,
+            seconds: 1.5,
+            cpu_seconds: Some(2.5),
+            ..Progress::default()
+        },
         next_index: chunk + 1,
         next: 8 * (chunk + 1)..8 * (chunk + 2),
     }
@@ -88,13 +96,13 @@ async fn a_job_through_two_chunks() {
     assert_eq!((lease.job, lease.chunk, lease.attempt), (id, 0, 1));
     assert_eq!(store.claim("v", LEASE, ANY).await.unwrap(), None, "leased chunks are not claimed");
     assert_eq!(store.heartbeat(&lease, LEASE).await.unwrap(), Beat::Keep);
-    assert!(store.report(&lease, &[Report::Pass(pass(1)), Report::Pass(pass(2))]).await.unwrap());
+    assert!(store.report(&lease, &[Report::Pass(pass(1).into()), Report::Pass(pass(2).into())]).await.unwrap());
     let head = store.job_head(id).await.unwrap().unwrap();
     assert_eq!((head.status, head.progress.passes, head.progress.chunks), (JobStatus::Running, 2, 0));
     assert_eq!(store.complete(&lease, &[], &go_on(0)).await.unwrap(), Committed::Yes { obsolete: Vec::new() });
     let source = store.job_source(id).await.unwrap().unwrap();
     assert_eq!(source.state, Some(StateFile { key: "state-0".into(), hash: "hash-0".into() }));
-    assert_eq!(source.merged_seconds, 1.5);
+    assert_eq!(source.merged_spent, Spent { seconds: 1.5, cpu_seconds: Some(2.5) });
 
     let second = store.claim("w", LEASE, ANY).await.unwrap().unwrap();
     assert_eq!((second.chunk, second.attempt), (1, 1));
@@ -127,7 +135,7 @@ async fn who_lost_the_lease_changes_nothing() {
     let forged = Lease { owner: "heir".into(), ..zombie.clone() };
     for lost in [&zombie, &forged, &Lease { attempt: 2, ..zombie.clone() }, &Lease { chunk: 1, ..lease.clone() }] {
         assert_eq!(store.heartbeat(lost, LEASE).await.unwrap(), Beat::Lost);
-        assert!(!store.report(lost, &[Report::Pass(pass(1))]).await.unwrap());
+        assert!(!store.report(lost, &[Report::Pass(pass(1).into())]).await.unwrap());
         assert_eq!(store.complete(lost, &[], &go_on(0)).await.unwrap(), Committed::LeaseLost);
         assert_eq!(store.complete(lost, &[], &end(JobStatus::Failed)).await.unwrap(), Committed::LeaseLost);
         store.release(lost).await.unwrap();
@@ -147,7 +155,10 @@ async fn passes_that_are_rendered_again_do_not_double() {
     let (store, folder) = store().await;
     let id = submit(&store).await;
     let first = store.claim("dies", LEASE, ANY).await.unwrap().unwrap();
-    store.report(&first, &[Report::Pass(pass(1)), Report::Pass(pass(2)), Report::Pass(pass(3))]).await.unwrap();
+    store
+        .report(&first, &[Report::Pass(pass(1).into()), Report::Pass(pass(2).into()), Report::Pass(pass(3).into())])
+        .await
+        .unwrap();
     store.close().await;
     // the process is gone; the next one takes over at once, however long the lease
     let store = SqliteStore::open(&folder.path().join("test.db")).await.unwrap();
@@ -155,7 +166,8 @@ async fn passes_that_are_rendered_again_do_not_double() {
     let second = store.claim("lives", LEASE, ANY).await.unwrap().unwrap();
     assert_eq!((second.chunk, second.attempt, second.failures), (0, 2, 0));
     let slower = PassReport { seconds: 9.0, ..pass(2) };
-    let reports: Vec<Report> = [pass(1), slower, pass(3), pass(4)].into_iter().map(Report::Pass).collect();
+    let reports: Vec<Report> =
+        [pass(1), slower, pass(3), pass(4)].into_iter().map(|pass| Report::Pass(pass.into())).collect();
     store.report(&second, &reports).await.unwrap();
     let table = store.convergence(id, 0, 1000).await.unwrap();
     assert_eq!(table, [pass(1), slower, pass(3), pass(4)]);
@@ -206,7 +218,7 @@ async fn a_deleted_job_takes_everything_with_it() {
     let (store, _folder) = store().await;
     let id = submit(&store).await;
     let lease = store.claim("w", LEASE, ANY).await.unwrap().unwrap();
-    store.report(&lease, &[Report::Pass(pass(1))]).await.unwrap();
+    store.report(&lease, &[Report::Pass(pass(1).into())]).await.unwrap();
     assert!(store.delete(id).await.unwrap());
     assert!(!store.delete(id).await.unwrap());
     assert_eq!(store.heartbeat(&lease, LEASE).await.unwrap(), Beat::Lost);
@@ -315,7 +327,7 @@ async fn check_invariants(steps: Vec<(Step, usize)>) {
             }
             (Step::Report, Some(lease)) => {
                 let passes = 8 * lease.chunk + pick as u64 % 8 + 1;
-                assert_eq!(store.report(&lease, &[Report::Pass(pass(passes))]).await.unwrap(), held);
+                assert_eq!(store.report(&lease, &[Report::Pass(pass(passes).into())]).await.unwrap(), held);
             }
             (Step::Continue, Some(lease)) => {
                 let committed = store.complete(&lease, &[], &go_on(lease.chunk)).await.unwrap();

@@ -40,6 +40,7 @@ fn pass(passes: u64) -> PassReport {
         relative_error: (passes > 1).then(|| 1.0 / passes as f64),
         view_relative_error: None,
         mean_lux: Some(0.1),
+        cpu_seconds: None,
     }
 }
 
@@ -70,7 +71,7 @@ fn end(last: u64) -> Completion {
         },
         summary: None,
         artifacts: Vec::new(),
-        last_pass: Some(pass(last)),
+        last_pass: Some(Box::new(pass(last).into())),
     })
 }
 
@@ -228,9 +229,9 @@ async fn deaths_of_a_job_that_gets_further_do_not_count() {
         let lease = claim(&store, "w").await.unwrap();
         // the first attempts get one pass further each, and then two die before they get there
         if attempt % 3 == 0 {
-            store.report(&lease, &[Report::Pass(pass(attempt / 3 + 1))]).await.unwrap();
+            store.report(&lease, &[Report::Pass(pass(attempt / 3 + 1).into())]).await.unwrap();
         } else {
-            store.report(&lease, &[Report::Pass(pass(1))]).await.unwrap();
+            store.report(&lease, &[Report::Pass(pass(1).into())]).await.unwrap();
         }
         assert_eq!(store.take_back(true).await.unwrap(), TakenBack { ready: 1, failed: Vec::new() }, "{attempt}");
     }
@@ -256,7 +257,8 @@ async fn a_damaged_state_is_rendered_again_from_the_one_before() {
     let job = submit(&store).await;
     for chunk in 0..3 {
         let lease = claim(&store, "w").await.unwrap();
-        let passes: Vec<Report> = (8 * chunk + 1..=8 * chunk + 8).map(|number| Report::Pass(pass(number))).collect();
+        let passes: Vec<Report> =
+            (8 * chunk + 1..=8 * chunk + 8).map(|number| Report::Pass(pass(number).into())).collect();
         let committed = store.complete(&lease, &passes, &go_on(chunk)).await.unwrap();
         // the state before is kept
         let obsolete = if chunk == 2 { vec!["state-0".to_owned()] } else { Vec::new() };
@@ -272,7 +274,7 @@ async fn a_damaged_state_is_rendered_again_from_the_one_before() {
     assert_eq!(back, Committed::Yes { obsolete: vec!["state-2".into()] });
     let found = store.job(job).await.unwrap().unwrap();
     let source = store.job_source(job).await.unwrap().unwrap();
-    assert_eq!((source.state, source.merged_seconds), (Some(state(1)), 3.0));
+    assert_eq!((source.state, source.merged_spent.seconds), (Some(state(1)), 3.0));
     assert_eq!((found.head.progress.passes, found.head.progress.chunks), (16, 2));
     assert_eq!(store.heartbeat(&lease, LEASE).await.unwrap(), Beat::Lost);
 
@@ -284,7 +286,8 @@ async fn a_damaged_state_is_rendered_again_from_the_one_before() {
     for chunk in 0..3 {
         let lease = claim(&store, "w").await.unwrap();
         assert_eq!(lease.chunk, chunk);
-        let passes: Vec<Report> = (8 * chunk + 1..=8 * chunk + 8).map(|number| Report::Pass(pass(number))).collect();
+        let passes: Vec<Report> =
+            (8 * chunk + 1..=8 * chunk + 8).map(|number| Report::Pass(pass(number).into())).collect();
         let completion = if chunk < 2 { go_on(chunk) } else { end(24) };
         assert!(matches!(store.complete(&lease, &passes, &completion).await.unwrap(), Committed::Yes { .. }));
     }
@@ -306,7 +309,7 @@ async fn a_long_job_has_few_rows_and_the_last_one() {
     let job = submit(&store).await;
     let lease = claim(&store, "w").await.unwrap();
     for start in (0..200_000).step_by(1000) {
-        let reports: Vec<Report> = (start + 1..=start + 1000).map(|number| Report::Pass(pass(number))).collect();
+        let reports: Vec<Report> = (start + 1..=start + 1000).map(|number| Report::Pass(pass(number).into())).collect();
         assert!(store.report(&lease, &reports).await.unwrap());
         assert_eq!(store.job_head(job).await.unwrap().unwrap().progress.passes, start + 1000, "progress is exact");
     }

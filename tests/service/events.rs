@@ -4,6 +4,7 @@ use std::time::Instant;
 
 use crate::common::{PATIENCE, TestService, endless_job, problem, small_job};
 use reqwest::StatusCode;
+use serde_json::{Value, json};
 
 #[tokio::test]
 async fn missed_events_are_replayed_exactly_once() {
@@ -67,4 +68,44 @@ async fn stopping_ends_streams_and_gives_the_chunk_back() {
     let lease = store.claim("test", PATIENCE, Turn::default()).await.unwrap().expect("the chunk is ready again");
     assert!(path.ends_with(&lease.job.to_string()));
     assert_eq!(lease.failures, 0);
+}
+
+/// Every pass tells what is left to it, and the last one that nothing is; a job whose limit holds from the second pass on waits for
+/// passes that tell its error.
+#[tokio::test]
+async fn passes_foretell_the_end_of_their_job() {
+    let service = TestService::start().await;
+    let mut job = small_job();
+    job["stop"] = json!({ "relative_error": 0.9, "view_relative_error": 0.9, "max_passes": 64 });
+    let path = service.submit(&job).await;
+    let events = service.events_after(&path, 0).await;
+    let passes: Vec<&Value> = events.iter().filter(|event| event.name == "pass").map(|event| &event.data).collect();
+    let [first, .., last] = passes[..] else { panic!("{passes:?}") };
+    assert!(first["seconds_left"].is_null() && first["grids"]["seconds_left"].is_null(), "{first}");
+    assert_eq!((&first["waiting_for"], &last["waiting_for"]), (&json!("least_passes"), &Value::Null));
+    assert_eq!((&last["seconds_left"], &last["grids"]["seconds_left"]), (&json!(0.0), &json!(0.0)));
+    let accuracies = [0.05, 0.02, 0.01, 0.005, 0.001];
+    for pass in &passes[1..] {
+        let (seconds, left) = (pass["seconds"].as_f64().unwrap(), pass["seconds_left"].as_f64().unwrap());
+        assert!(seconds > 0.0 && left >= 0.0, "{pass}");
+        for outputs in ["grids", "views"] {
+            let times = pass[outputs]["seconds_to"].as_array().unwrap();
+            let told: Vec<f64> = times.iter().map(|time| time["relative_error"].as_f64().unwrap()).collect();
+            assert_eq!(told, accuracies);
+            let later: Vec<f64> = times.iter().filter_map(|time| time["seconds"].as_f64()).collect();
+            assert!(later.is_sorted() && later.iter().all(|time| *time >= seconds), "{pass}");
+        }
+        let fits = pass["passes"].as_u64().unwrap() >= 5;
+        assert_eq!(pass["grids"]["exponent"].is_number(), fits, "{pass}");
+    }
+    #[cfg(target_os = "linux")]
+    {
+        let cpu = |value: &Value| value["cpu_seconds"].as_f64().unwrap_or_else(|| panic!("{value}"));
+        let times: Vec<f64> = passes.iter().map(|pass| cpu(pass)).collect();
+        assert!(times[0] > 0.0 && times.is_sorted(), "{times:?}");
+        let job = service.json(&path).await;
+        let table = service.json(&format!("{path}/convergence")).await;
+        assert_eq!(cpu(table["passes"].as_array().unwrap().last().unwrap()), times[times.len() - 1]);
+        assert!(cpu(&job["progress"]) >= times[times.len() - 1] && cpu(&job["timing"]) == cpu(&job["progress"]));
+    }
 }

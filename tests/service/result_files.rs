@@ -13,7 +13,7 @@ fn files(folder: &Path) -> Vec<String> {
 }
 
 /// Files that are made when they are asked for.
-const FILES: [&str; 9] = [
+const FILES: [&str; 15] = [
     "tubes/0.json",
     "tubes/0.svg",
     "grids/workplane?format=csv",
@@ -23,6 +23,12 @@ const FILES: [&str; 9] = [
     "views/room.png?style=false_colour",
     "views/room.png?style=false_colour&max=50&scale=log&palette=viridis&density=2",
     "views/room.png?exposure=20",
+    "views/room.svg?style=false_colour",
+    "views/room.pdf?style=captioned&exposure=20",
+    "grids/workplane.pdf",
+    "tubes/0.pdf",
+    "figures/section_x.pdf",
+    "report.pdf",
 ];
 
 #[tokio::test]
@@ -51,6 +57,9 @@ async fn what_is_not_kept_is_made_when_asked_for_and_the_same_after_a_restart() 
         before.push((tag, bytes));
     }
     assert!(before[2].1.starts_with(b"x_m,y_m,z_m,") && before[3].1.starts_with(b"\x89PNG"));
+    for (file, (_, bytes)) in FILES.iter().zip(&before).filter(|(file, _)| file.contains(".pdf")) {
+        assert!(bytes.starts_with(b"%PDF-") && bytes.ends_with(b"%%EOF"), "{file}");
+    }
     let report: serde_json::Value = serde_json::from_slice(&before[0].1).unwrap();
     assert!(report["flux"]["into_room"]["flux_lm"].as_f64().unwrap() > 0.0);
     for name in ["tubes/1.json", "tubes/room.json", "tubes/0.exr", "grids/none?format=csv", "grids/none.svg"] {
@@ -67,6 +76,8 @@ async fn what_is_not_kept_is_made_when_asked_for_and_the_same_after_a_restart() 
         "views/room.png?max=5",
         "views/room.png?style=false_colour&exposure=5",
         "views/room.exr?exposure=5",
+        "views/room.svg",
+        "views/room.pdf?style=tone",
     ] {
         problem(service.get(&format!("{job}/{name}")).send().await.unwrap(), 422).await;
     }

@@ -12,6 +12,7 @@ use skyduct::job::cancel::Stop;
 use skyduct::job::chunk::Chunk;
 use skyduct::job::prepare::{Prepared, prepare_document};
 use skyduct::job::progress::StoppedBy;
+use skyduct::job::spent::Spent;
 use skyduct::plan::{self, Effects, Methods};
 
 /// Meshes beside the reference scenes.
@@ -36,7 +37,7 @@ impl MeshSource for Beside {
 
 /// Renders one chunk after `before`.
 pub fn render_chunk(prepared: &Prepared, index: u64, before: &Estimate) -> Chunk {
-    prepared.render_chunk(index, before, 0.0, &Stop::default(), &mut |_, _| {}).unwrap()
+    prepared.render_chunk(index, before, Spent::NOTHING, &Stop::default(), &mut |_, _| {}).unwrap()
 }
 
 /// A reference scene, changed by `edit`.

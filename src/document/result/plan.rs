@@ -27,7 +27,9 @@ pub struct EffectResult {
     pub on: bool,
     /// Why it is on or off, for people.
     pub reason: String,
-    /// Largest share of any illuminance that is left out; null when that is nothing, or was asked for.
+    /// When off: the largest share of light that is left out, 0 where the effect is exactly zero; null when on, and where no
+    /// bound below 1 is known. Of sky, sun and luminaires it is a share of the flux that comes into the room, of others of the
+    /// flux that falls on its surfaces, all together: at single points it can be more.
     pub bound: Option<f64>,
 }
 

@@ -7,7 +7,7 @@ use super::number::finite;
 use crate::estimate::{Accuracy, Estimate};
 
 /// Achieved relative errors at the asked confidence; null before the second pass, or without such output.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct AccuracyResult {
     /// Error of the worst grid, root mean square over its sensors.
     pub relative_error: Option<f64>,
@@ -20,14 +20,28 @@ pub struct AccuracyResult {
     /// Passes that computed the views; null without views.
     #[serde(default)]
     pub view_passes: Option<u64>,
+    /// What ended the grids, as of `stopped_by` of the job: `relative_error` where they were as accurate as asked before the views
+    /// were. Null without grids.
+    #[serde(default)]
+    pub stopped_by: Option<String>,
+    /// What ended the views, as of `stopped_by` of the job; null without views.
+    #[serde(default)]
+    pub view_stopped_by: Option<String>,
     /// Confidence that both errors hold with, as the document asks.
     pub confidence: f64,
 }
 
 impl AccuracyResult {
-    /// Accuracy as JSON has it: what is not finite is null.
-    pub fn new(accuracy: Accuracy, estimate: &Estimate, confidence: f64) -> Self {
+    /// Accuracy as JSON has it: what is not finite is null. `stopped_by`: what ended grids and views.
+    pub fn new(
+        accuracy: Accuracy,
+        estimate: &Estimate,
+        confidence: f64,
+        [stopped_by, view_stopped_by]: [Option<String>; 2],
+    ) -> Self {
         Self {
+            stopped_by,
+            view_stopped_by,
             passes: (!estimate.grids.is_empty()).then(|| estimate.passes_of_grids()),
             view_passes: (!estimate.views.is_empty()).then(|| estimate.passes_of_views()),
             relative_error: accuracy.grids.and_then(finite),
@@ -42,6 +56,9 @@ impl AccuracyResult {
 pub struct TimingResult {
     /// Render time in seconds.
     pub seconds: f64,
+    /// Processor seconds of the threads that rendered; null where the system does not tell them.
+    #[serde(default)]
+    pub cpu_seconds: Option<f64>,
     /// Number of passes; 1 for a deterministic method.
     pub passes: u64,
     /// Number of photons that set out in all passes.
@@ -58,11 +75,12 @@ pub struct TimingResult {
 }
 
 impl TimingResult {
-    /// Cost of an estimate that took `seconds` to render.
-    pub fn new(estimate: &Estimate, seconds: f64) -> Self {
+    /// Cost of an estimate that took `seconds` to render, and `cpu_seconds` of the processors.
+    pub fn new(estimate: &Estimate, seconds: f64, cpu_seconds: Option<f64>) -> Self {
         let Estimate { passes, photons, rays, lost_rays, .. } = *estimate;
         Self {
             seconds,
+            cpu_seconds,
             passes,
             photons,
             rays,
@@ -79,6 +97,6 @@ mod tests {
 
     #[test]
     fn no_time_is_null_and_not_infinite() {
-        assert_eq!(TimingResult::new(&Estimate::default(), 0.0).photons_per_second, None);
+        assert_eq!(TimingResult::new(&Estimate::default(), 0.0, None).photons_per_second, None);
     }
 }

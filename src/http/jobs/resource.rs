@@ -10,7 +10,9 @@ use uuid::Uuid;
 
 use crate::document::result::{JobResults, PlanResult};
 use crate::document::{JobDocument, Warning};
+use crate::figure::FigureFormat;
 use crate::job::progress::{Progress, StoppedBy};
+use crate::job::report::OVERVIEW;
 use crate::job::site_figure::SiteFigure;
 use crate::job::store::*;
 
@@ -63,11 +65,16 @@ pub struct Links {
     pub this: String,
     /// Path of the page that shows the job to people.
     pub page: String,
+    /// Path of the report on the job: one page that prints well.
+    pub report: String,
+    /// The same report as PDF, of one sheet.
+    pub report_pdf: String,
     pub events: String,
     pub convergence: String,
     pub convergence_csv: String,
     pub convergence_svg: String,
     pub convergence_png: String,
+    pub convergence_pdf: String,
     pub cancel: String,
     /// Paths of the grids by name (JSON, or what `Accept` or `?format=` asks for). Not in lists.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -94,13 +101,16 @@ pub struct GridLinks {
     pub png: String,
     /// Map over the plan of the room, as outlines.
     pub svg: String,
+    /// Map over the plan of the room, for print.
+    pub pdf: String,
 }
 
-/// A figure in its two representations.
+/// A figure in its three representations.
 #[derive(Serialize, ToSchema)]
 pub struct FigureLinks {
     pub svg: String,
     pub png: String,
+    pub pdf: String,
 }
 
 #[derive(Serialize, ToSchema)]
@@ -108,6 +118,7 @@ pub struct TubeLinks {
     pub json: String,
     pub svg: String,
     pub png: String,
+    pub pdf: String,
 }
 
 #[derive(Serialize, ToSchema)]
@@ -115,6 +126,8 @@ pub struct ViewLinks {
     pub exr: String,
     pub png: String,
     pub false_colour_png: String,
+    pub false_colour_svg: String,
+    pub false_colour_pdf: String,
 }
 
 impl JobSummary {
@@ -132,11 +145,14 @@ impl JobSummary {
             stopped_by: head.stopped_by,
             links: Links {
                 page: format!("/jobs/{}", head.id),
+                report: format!("/jobs/{}/report", head.id),
+                report_pdf: format!("{this}/report.pdf"),
                 events: format!("{this}/events"),
                 convergence: format!("{this}/convergence"),
                 convergence_csv: format!("{this}/convergence.csv"),
                 convergence_svg: format!("{this}/convergence.svg"),
                 convergence_png: format!("{this}/convergence.png"),
+                convergence_pdf: format!("{this}/convergence.pdf"),
                 cancel: format!("{this}/cancel"),
                 this,
                 grids: None,
@@ -155,31 +171,34 @@ impl JobResource {
         let this = &summary.links.this;
         let grids = names(&job.document, "grids").map(|name| (name.to_owned(), format!("{this}/grids/{name}")));
         let grid_files = names(&job.document, "grids").map(|name| {
-            let [json, csv, png, svg] =
-                ["json", "csv", "png", "svg"].map(|suffix| format!("{this}/grids/{name}.{suffix}"));
-            (name.to_owned(), GridLinks { json, csv, png, svg })
+            let [json, csv, png, svg, pdf] =
+                ["json", "csv", "png", "svg", "pdf"].map(|suffix| format!("{this}/grids/{name}.{suffix}"));
+            (name.to_owned(), GridLinks { json, csv, png, svg, pdf })
         });
         let views = names(&job.document, "views").map(|name| {
+            let [svg, png, pdf] =
+                FigureFormat::ALL.map(|format| format!("{this}/views/{name}.{}?style=false_colour", format.suffix()));
             let links = ViewLinks {
                 exr: format!("{this}/views/{name}.exr"),
                 png: format!("{this}/views/{name}.png"),
-                false_colour_png: format!("{this}/views/{name}.png?style=false_colour"),
+                false_colour_png: png,
+                false_colour_svg: svg,
+                false_colour_pdf: pdf,
             };
             (name.to_owned(), links)
         });
         let (grids, grid_files, views) = (grids.collect(), grid_files.collect(), views.collect());
         let count = job.document["tubes"].as_array().map_or(0, Vec::len);
-        let tubes = (0..count).map(|tube| TubeLinks {
-            json: format!("{this}/tubes/{tube}.json"),
-            svg: format!("{this}/tubes/{tube}.svg"),
-            png: format!("{this}/tubes/{tube}.png"),
+        let tubes = (0..count).map(|tube| {
+            let [svg, png, pdf] = FigureFormat::ALL.map(|format| format!("{this}/tubes/{tube}.{}", format.suffix()));
+            TubeLinks { json: format!("{this}/tubes/{tube}.json"), svg, png, pdf }
         });
         let tubes = tubes.collect();
         let known = job.summary.as_ref().unwrap_or(&Value::Null);
-        let figures = SiteFigure::of_job(&job.document, known).into_iter().map(|figure| {
-            let name = figure.name();
-            let [svg, png] = ["svg", "png"].map(|suffix| format!("{this}/figures/{name}.{suffix}"));
-            (name, FigureLinks { svg, png })
+        let of_site = SiteFigure::of_job(&job.document, known).into_iter().map(SiteFigure::name);
+        let figures = of_site.chain([OVERVIEW.to_owned()]).map(|name| {
+            let [svg, png, pdf] = FigureFormat::ALL.map(|format| format!("{this}/figures/{name}.{}", format.suffix()));
+            (name, FigureLinks { svg, png, pdf })
         });
         summary.links.figures = Some(figures.collect());
         summary.links.grids = Some(grids);

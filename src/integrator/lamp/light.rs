@@ -19,6 +19,7 @@ use std::sync::atomic::AtomicBool;
 
 use glam::{DVec2, DVec3};
 
+use super::books;
 use super::cells::{Leaving, TubeLight};
 use crate::integrator::backward::daylight::Followed;
 use crate::integrator::backward::next_event::{Daylight, Way};
@@ -61,8 +62,8 @@ impl<const C: usize> Tally for Sums<C> {
     }
 }
 
-/// The light that leaves the closure of each tube in one pass, with the fluxes of the tubes; `None` when cancelled. What a clear
-/// closure lets pass leaves like the rest.
+/// The light that leaves the closure of each tube in one pass, with the fluxes of the tubes, and books of all but what enters the
+/// room; `None` when cancelled. What a clear closure lets pass leaves like the rest.
 pub fn leaving<const C: usize>(
     scene: &TraceableScene,
     emission: &Emission,
@@ -79,16 +80,19 @@ pub fn leaving<const C: usize>(
             {
                 let EmittedPhoton { position, direction, flux, .. } = photon;
                 let entering = Entering { position, direction, flux };
-                let (leaving, fluxes) = (&mut leaving[tube], &mut account.tubes[tube]);
+                let Account { tubes: fluxes, rays, ledger, .. } = &mut account;
+                let (leaving, fluxes) = (&mut leaving[tube], &mut fluxes[tube]);
+                let mut into_room = 0.0;
                 let at_diffuser = |exit: &Exit<'_, C>| {
                     let through = exit.into_room();
-                    fluxes.into_room += through.luminance();
+                    into_room += through.luminance();
                     leaving.push(Leaving { position: exit.position.truncate(), flux: through });
                 };
-                let (tubes, rays) = (&scene.tubes[tube], &mut account.rays);
-                let [entered, arrived] = descend(scene, tubes, entering, &mut samples, rays, at_diffuser);
-                account.tubes[tube].at_collector += entered.luminance();
-                account.tubes[tube].at_diffuser += arrived.luminance();
+                let books = (rays, ledger);
+                let descent = descend(scene, &scene.tubes[tube], entering, &mut samples, books, at_diffuser);
+                fluxes.into_room += into_room;
+                fluxes.at_collector += descent.entered.luminance();
+                fluxes.at_diffuser += descent.arrived.luminance();
             }
         }
         (leaving, account)
@@ -110,14 +114,15 @@ pub struct DiffuserLight<const C: usize> {
 }
 
 impl<const C: usize> DiffuserLight<C> {
-    /// The light of one pass, with the fluxes of the tubes; `None` when cancelled. All closures are Lambertian.
+    /// The light of one pass, with the fluxes of the tubes and all books; `None` when cancelled. All closures are Lambertian.
     pub fn trace(
         scene: &TraceableScene,
         emission: &Emission,
         pass: Key,
         cancel: &AtomicBool,
     ) -> Option<(Self, Account)> {
-        let (all, account) = leaving(scene, emission, pass, cancel)?;
+        let (all, mut account) = leaving(scene, emission, pass, cancel)?;
+        books::book_room(scene, &all, pass, &mut account);
         let light = |(index, (tube, photons)): (usize, (&TraceableTube, Vec<Leaving<C>>))| {
             TubeLight::new(tube, photons, PathRandom::new(pass.stream(Stream::DiffuserChoice, index as u64)).uniform())
         };

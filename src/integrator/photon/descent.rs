@@ -2,7 +2,8 @@
 
 use glam::DVec3;
 
-use crate::guide::{End, RayCount, Transit};
+use super::ledger::EnergyLedger;
+use crate::guide::{RayCount, Transit};
 use crate::integrator::roulette::MAX_EVENTS;
 use crate::optics::{Closure, Scatter, SheetSide, Spectrum, Travel};
 use crate::sampling::{PathSamples, warp};
@@ -49,26 +50,36 @@ pub struct Entering {
     pub flux: f64,
 }
 
+/// What is booked of light on its way down.
+#[derive(Clone, Copy, Debug)]
+pub struct Descent<const C: usize> {
+    /// Flux that entered the tube, in lm.
+    pub entered: Spectrum<C>,
+    /// Flux that arrived at the closure first, in lm.
+    pub arrived: Spectrum<C>,
+}
+
 /// Follows light down to the closure, and on as often as the tube returns it there; `at` hears of every arrival, `rays` counts
-/// the rays. What passes a clear closure ends there. Answers the flux that entered the tube, and that which arrived at the
-/// closure first, in lm.
+/// the rays, and `ledger` books all but what leaves into the room. What passes a clear closure ends there.
 pub fn descend<'a, const C: usize>(
     scene: &TraceableScene,
     tube: &'a TraceableTube,
     entering: Entering,
     samples: &mut PathSamples,
-    rays: &mut RayCount,
+    (rays, ledger): (&mut RayCount, &mut EnergyLedger),
     mut at: impl FnMut(&Exit<'a, C>),
-) -> [Spectrum<C>; 2] {
+) -> Descent<C> {
     let mut transit: Transit<C> = tube.guide.down(entering.position, entering.direction, &mut samples.random);
     let entered = if transit.entered { Spectrum([entering.flux; C]) } else { Spectrum::ZERO };
     let (mut flux, mut arrived) = (entered, Spectrum::ZERO);
+    ledger.emitted += entered.luminance();
     let returns = scene.guide_return && tube.guide.returns_light();
     for event in 0..MAX_EVENTS {
         *rays += transit.ray_count();
+        let before = flux;
         flux *= transit.weight();
-        if transit.end != End::Opening || flux.max() <= 0.0 {
-            break;
+        if !ledger.book_transit(&transit, before, flux) || flux.max() <= 0.0 {
+            return Descent { entered, arrived };
         }
         if event == 0 {
             arrived = flux;
@@ -77,21 +88,35 @@ pub fn descend<'a, const C: usize>(
         position.z = tube.origin.z;
         let closure = tube.closure_at(position);
         let from = -transit.direction;
-        at(&Exit { position, closure, from, flux });
+        let exit = Exit { position, closure, from, flux };
+        at(&exit);
+        let through = exit.into_room();
         if closure.unscattered::<C>().is_some() {
-            break;
+            ledger.diffuser += flux.luminance() - through.luminance();
+            return Descent { entered, arrived };
         }
         let back = flux * closure.albedo(from, SheetSide::Same);
+        ledger.diffuser += flux.luminance() - through.luminance() - back.luminance();
+        if !returns {
+            ledger.guide_top += back.luminance();
+            return Descent { entered, arrived };
+        }
         let survival = (back.max() / flux.max()).min(1.0);
-        if !returns || samples.random.uniform() >= survival {
-            break;
+        if samples.random.uniform() >= survival {
+            ledger.cut += back.luminance();
+            return Descent { entered, arrived };
         }
         let sample = Scatter::<C>::sample(&closure, Travel::WithLight, from, SheetSide::Same, samples);
-        let Some(scattered) = sample else { break };
+        let Some(scattered) = sample else {
+            ledger.cut += back.luminance();
+            return Descent { entered, arrived };
+        };
         flux = back * (1.0 / survival);
+        ledger.cut += back.luminance() - flux.luminance();
         transit = tube.guide.up(position - tube.origin, scattered.toward, &mut samples.random);
     }
-    [entered, arrived]
+    ledger.cut += flux.luminance();
+    Descent { entered, arrived }
 }
 
 /// A ray of the sun from the collector down: every point where it arrives at a closure that scatters.
@@ -111,5 +136,12 @@ pub fn sun_exits<'a, const C: usize>(
     let toward = warp::around(sun.direction, warp::cone(samples.pair(), HALF_ANGLE));
     let Some(entry) = tube.guide.entry(samples.pair(), -toward).filter(|_| toward.z > 0.0) else { return };
     let flux = sun.luminance_cd_m2() * Sun::solid_angle_sr() * entry.projected_area_m2;
-    descend(scene, tube, Entering { position: entry.position, direction: -toward, flux }, samples, rays, at);
+    descend(
+        scene,
+        tube,
+        Entering { position: entry.position, direction: -toward, flux },
+        samples,
+        (rays, &mut EnergyLedger::default()),
+        at,
+    );
 }

@@ -72,18 +72,24 @@ pub struct EmittedPhoton {
 impl Emission {
     /// Divides `photons` among the sources in proportion to the flux that each is likely to bring.
     pub fn new(scene: &TraceableScene, photons: u64) -> Self {
-        Self::of(scene, &scene.luminaires, photons)
+        Self::of(scene, &scene.tubes, &scene.luminaires, photons)
     }
 
     /// Divides `photons` among sky and sun alone, in proportion to the flux that each is likely to bring.
     pub fn of_daylight(scene: &TraceableScene, photons: u64) -> Self {
-        Self::of(scene, &[], photons)
+        Self::of(scene, &scene.tubes, &[], photons)
     }
 
-    fn of(scene: &TraceableScene, luminaires: &[TraceableLuminaire], photons: u64) -> Self {
+    /// Divides `photons` among luminaires alone; none where there is no light of them.
+    pub fn of_luminaires(scene: &TraceableScene, photons: u64) -> Self {
+        Self::of(scene, &[], &scene.luminaires, photons)
+    }
+
+    /// `tubes`: all of the scene, or none.
+    fn of(scene: &TraceableScene, tubes: &[TraceableTube], luminaires: &[TraceableLuminaire], photons: u64) -> Self {
         let mut sources = Vec::new();
-        let table = scene.sky.as_ref().filter(|_| !scene.tubes.is_empty()).map(SkyTable::new);
-        for (index, tube) in scene.tubes.iter().enumerate() {
+        let table = scene.sky.as_ref().filter(|_| !tubes.is_empty()).map(SkyTable::new);
+        for (index, tube) in tubes.iter().enumerate() {
             let expected = |toward: DVec3| tube.guide.projected_area_m2(-toward) * likely_transmission(tube, toward);
             let sampler = table.as_ref().and_then(|table| match tube.guide {
                 // round and upright: no azimuth is before another

@@ -1,6 +1,7 @@
 //! Books of the energy of photons: the places where it ends.
 
-use crate::guide::RayCount;
+use crate::guide::{End, RayCount, Transit};
+use crate::optics::Spectrum;
 
 /// Flux by the places where it ended, in lm; an estimate holds the sum over its passes.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -39,6 +40,27 @@ impl EnergyLedger {
     pub fn values_mut(&mut self) -> [&mut f64; 10] {
         let Self { emitted, luminaires, collector, guide, guide_top, diffuser, room, open_surfaces, cut, lost } = self;
         [emitted, luminaires, collector, guide, guide_top, diffuser, room, open_surfaces, cut, lost]
+    }
+
+    /// Books what a guide took of a flux, of which `arriving` has come to its end; true if that is the opening.
+    pub fn book_transit<const C: usize>(
+        &mut self,
+        transit: &Transit<C>,
+        flux: Spectrum<C>,
+        arriving: Spectrum<C>,
+    ) -> bool {
+        let collected = flux * transit.collector;
+        self.collector += flux.luminance() - collected.luminance();
+        self.guide += collected.luminance() - arriving.luminance();
+        let place = match transit.end {
+            End::Opening => return true,
+            End::Top => &mut self.guide_top,
+            End::Absorbed => &mut self.guide,
+            End::Lost => &mut self.lost,
+            End::Cut => &mut self.cut,
+        };
+        *place += arriving.luminance();
+        false
     }
 
     /// Emitted flux minus everything booked, relative to the emitted flux: the rounding error of the books; 0 without

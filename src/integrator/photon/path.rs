@@ -5,7 +5,7 @@ use glam::DVec3;
 
 use super::emission::{EmittedPhoton, Start};
 use super::ledger::{Account, EnergyLedger};
-use crate::guide::{End, Transit};
+use crate::guide::Transit;
 use crate::integrator::roulette::{MAX_EVENTS, survival};
 use crate::optics::{Kind, Oriented, Scatter, Scatterer, SheetSide, Spectrum, SurfaceOptics, Travel};
 use crate::sampling::PathSamples;
@@ -99,6 +99,18 @@ pub fn trace<const C: usize>(
     Tracer { scene, samples, visitor, account, first: 0.0, in_room: false }.trace(photon);
 }
 
+/// Books where light ends that a diffuser sends from `position` along the unit vector `direction` into the room, `flux` of it in lm.
+pub fn book_in_room<const C: usize>(
+    scene: &TraceableScene,
+    (position, direction): (DVec3, DVec3),
+    flux: Spectrum<C>,
+    samples: &mut PathSamples,
+    account: &mut Account,
+) {
+    let mut tracer = Tracer { scene, samples, visitor: &mut Silent, account, first: flux.max(), in_room: true };
+    tracer.go_on(Step::Room(Beam { position, direction, flux }, Origin::Diffuser));
+}
+
 /// State of light after it has met something.
 enum Step<const C: usize> {
     /// Into the room.
@@ -135,10 +147,18 @@ impl<V> Tracer<'_, V> {
     where
         V: Visitor<C>,
     {
-        let mut step = match photon.start {
+        let step = match photon.start {
             Start::Tube(tube) => self.through_tube(tube, photon),
             Start::Luminaire(luminaire) => self.leave_luminaire(luminaire, photon),
         };
+        self.go_on(step);
+    }
+
+    /// Follows light to its end.
+    fn go_on<const C: usize>(&mut self, mut step: Step<C>)
+    where
+        V: Visitor<C>,
+    {
         let mut events = 0;
         loop {
             events += 1;
@@ -371,31 +391,21 @@ fn settle<const C: usize>(
     origin: DVec3,
     ledger: &mut EnergyLedger,
 ) -> Option<Beam<C>> {
-    let collected = flux * transit.collector;
-    let arriving = collected * transit.mirrors;
-    ledger.collector += flux.luminance() - collected.luminance();
-    ledger.guide += collected.luminance() - arriving.luminance();
-    match transit.end {
-        End::Opening => {
-            let mut position = origin + transit.position;
-            position.z = origin.z;
-            Some(Beam { position, direction: transit.direction, flux: arriving })
-        }
-        End::Top => {
-            ledger.guide_top += arriving.luminance();
-            None
-        }
-        End::Absorbed => {
-            ledger.guide += arriving.luminance();
-            None
-        }
-        End::Lost => {
-            ledger.lost += arriving.luminance();
-            None
-        }
-        End::Cut => {
-            ledger.cut += arriving.luminance();
-            None
-        }
-    }
+    let arriving = flux * transit.collector * transit.mirrors;
+    ledger.book_transit(transit, flux, arriving).then(|| {
+        let mut position = origin + transit.position;
+        position.z = origin.z;
+        Beam { position, direction: transit.direction, flux: arriving }
+    })
+}
+
+/// A listener that hears of nothing: for the books alone.
+#[derive(Clone, Copy, Debug)]
+pub struct Silent;
+
+impl<const C: usize> Visitor<C> for Silent {
+    fn scattered(&mut self, _: &Scattering<'_, C>, _: &mut PathSamples) {}
+    fn emitted(&mut self, _: &Scattering<'_, C>, _: &mut PathSamples) {}
+    fn flew(&mut self, _: &Flight<C>) {}
+    fn arrived(&mut self, _: SurfaceId, _: DVec3, _: Spectrum<C>, _: Origin) {}
 }

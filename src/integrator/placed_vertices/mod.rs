@@ -21,8 +21,8 @@
 //! as many paths as vertices are followed from a sensor.
 //!
 //! **Refuses** views, cell averages, closures that pass light unscattered, measured diffusers, glossy surfaces and mirrors,
-//! luminaires that something may hide, and sensors very near to openings. Tells no balance of energy; the fluxes of tubes
-//! are those of the first stage.
+//! luminaires that something may hide, and sensors very near to openings. The fluxes of tubes are those of
+//! the first stage; a few photons tell for the books where the light of the room ends.
 //!
 //! **Sources.** Importance for a sum of squared relative errors is derived from Veach 1997, section 2.2
 //! (docs/physics/measurement_equation.md#placed-vertices); the cut at diffusers is that of two stages.
@@ -97,7 +97,7 @@ impl Described for Settings {
     }
 
     fn knows(&self) -> Knows {
-        Knows { energy: false, views: false, ..Knows::ALL }
+        Knows { views: false, ..Knows::ALL }
     }
 
     fn remark(&self) -> Option<&'static str> {

@@ -7,7 +7,9 @@ use super::kept::Current;
 use crate::job::cancel::{Stop, StopReason};
 use crate::job::checkpoint;
 use crate::job::chunk::{RenderError, SoFar};
-use crate::job::convergence::PREVIEW_PASSES;
+use crate::job::convergence::{PREVIEW_PASSES, is_kept};
+use crate::job::events::Pass;
+use crate::job::forecast::Forecast;
 use crate::job::progress::{PassReport, Progress, StoppedBy};
 use crate::job::results::ResultFile;
 
@@ -21,7 +23,7 @@ pub(super) struct ChunkRun {
 
 /// News of the pool while it renders.
 pub(super) enum News {
-    Pass(PassReport),
+    Pass(Pass),
     Images { passes: u64, images: Vec<(String, Vec<u8>)> },
 }
 
@@ -36,7 +38,7 @@ pub(super) enum Ended {
         summary: Option<serde_json::Value>,
         files: Vec<ResultFile>,
         /// `None` when no pass was done.
-        last_pass: Option<PassReport>,
+        last_pass: Option<Box<Pass>>,
     },
 }
 
@@ -63,18 +65,23 @@ fn render_chunk(
     let mut heard = |report: &PassReport, so_far: SoFar<'_>| {
         live.publish(so_far);
         // the receiver outlives the render
-        let _ = tell.send(News::Pass(*report));
+        // nobody hears of the others
+        let forecast = match is_kept(report.passes) {
+            true => current.forecaster.after(report, so_far.waiting_for()),
+            false => Forecast::default(),
+        };
+        let _ = tell.send(News::Pass(Pass { report: *report, forecast }));
         if PREVIEW_PASSES.contains(&report.passes) && prepared.has_views() {
             let images = prepared.preview_images(&so_far.merged());
             let _ = tell.send(News::Images { passes: report.passes, images });
         }
     };
-    let rendered = prepared.render_chunk(chunk, &current.merged, current.seconds, stop, &mut heard)?;
+    let rendered = prepared.render_chunk(chunk, &current.merged, current.spent, stop, &mut heard)?;
     if stop.reason() == Some(StopReason::Abandoned) {
         return Ok(None);
     }
     current.merged.merge(&rendered.estimate);
-    current.seconds += rendered.seconds;
+    current.spent = current.spent.and(rendered.spent);
     current.next_chunk = chunk + 1;
     let ended = rendered.ended.map(StoppedBy::from);
     let stopped = ended.or_else(|| prepared.stop_after(chunk, &current.merged));
@@ -88,14 +95,20 @@ fn render_chunk(
     }
 }
 
-fn finish(current: &Current, stopped_by: StoppedBy) -> Result<Ended, RenderError> {
+fn finish(current: &mut Current, stopped_by: StoppedBy) -> Result<Ended, RenderError> {
     if current.merged.passes == 0 {
         return Ok(Ended::Finish { stopped_by, summary: None, files: Vec::new(), last_pass: None });
     }
     let files = current.prepared.kept_files(&current.merged)?;
-    let summary = current.prepared.summary_json(&current.merged, current.seconds);
-    let last_pass = Some(current.prepared.report(&current.merged, current.seconds));
-    Ok(Ended::Finish { stopped_by, summary: Some(summary), files, last_pass })
+    let summary = current.prepared.summary_json(&current.merged, current.spent, stopped_by);
+    let report = current.prepared.report(&current.merged, current.spent);
+    let forecast = current.forecaster.after(&report, None);
+    Ok(Ended::Finish {
+        stopped_by,
+        summary: Some(summary),
+        files,
+        last_pass: Some(Box::new(Pass { report, forecast })),
+    })
 }
 
 pub(super) fn progress_of(current: &Current) -> Progress {
@@ -104,9 +117,10 @@ pub(super) fn progress_of(current: &Current) -> Progress {
         passes: current.merged.passes,
         photons: current.merged.photons,
         rays: current.merged.rays,
-        seconds: current.seconds,
+        seconds: current.spent.seconds,
         relative_error: accuracy.grids.filter(|error| error.is_finite()),
         view_relative_error: accuracy.views.filter(|error| error.is_finite()),
         chunks: current.next_chunk,
+        cpu_seconds: current.spent.cpu_seconds,
     }
 }

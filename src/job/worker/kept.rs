@@ -6,8 +6,10 @@ use std::sync::Arc;
 use uuid::Uuid;
 
 use crate::estimate::Estimate;
+use crate::job::forecast::Forecaster;
 use crate::job::live::LiveJob;
 use crate::job::prepare::Prepared;
+use crate::job::spent::Spent;
 
 /// Largest number of jobs that are kept.
 const MOST_JOBS: usize = 4;
@@ -23,9 +25,11 @@ pub(super) struct Current {
     pub merged: Estimate,
     /// Size of `merged` in bytes.
     pub bytes: u64,
-    /// Render seconds of `merged`.
-    pub seconds: f64,
+    /// Render time of `merged`.
+    pub spent: Spent,
     pub next_chunk: u64,
+    /// What foretells the job's end; it has heard the passes that were told.
+    pub forecaster: Forecaster,
 }
 
 /// The jobs that were rendered last, newest first.

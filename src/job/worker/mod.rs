@@ -40,6 +40,7 @@ use crate::job::checkpoint;
 use crate::job::live::LiveJobs;
 use crate::job::meshes::Meshes;
 use crate::job::prepare::{Prepared, prepare};
+use crate::job::spent::Spent;
 use crate::job::store::*;
 
 /// Hints wake an idle worker; this is for a lease that ran out, or a hint that was lost.
@@ -48,6 +49,8 @@ const IDLE_POLL: Duration = Duration::from_secs(60);
 const TURN: Duration = Duration::from_secs(2);
 /// Age of a process before it takes a chunk over which one process, or two in a row, have died.
 const STEADY_AFTER: [Duration; MAX_DEATHS as usize - 1] = [Duration::from_secs(2), Duration::from_secs(10)];
+/// Rows of the convergence table that a forecast goes on from: more than there are.
+const MOST_TOLD: u32 = 1000;
 /// A job fails once one of its chunks has panicked this many times.
 const MAX_FAILURES: u64 = 3;
 
@@ -276,7 +279,7 @@ impl Worker {
             && let Some(prepared) = self.live.take_prepared(lease.job)
         {
             let merged = prepared.empty_estimate();
-            return Ok(self.begin(lease, prepared, merged, 0, 0.0));
+            return Ok(self.begin(lease, prepared, merged, 0, Spent::NOTHING));
         }
         let source = self.store.job_source(lease.job).await?.ok_or(Interrupted::LeaseLost)?;
         let state = match &source.state {
@@ -308,15 +311,21 @@ impl Worker {
             tracing::warn!(error, "the stored state cannot be read");
             Interrupted::Damaged("the stored state is of another version")
         })?;
-        Ok(self.begin(lease, prepared, merged, bytes, source.merged_seconds))
+        let mut current = self.begin(lease, prepared, merged, bytes, source.merged_spent);
+        // of another process, too
+        let told = self.store.convergence_outline(lease.job, MOST_TOLD).await?;
+        let merged = current.merged.passes;
+        told.iter().filter(|pass| pass.passes <= merged).for_each(|pass| current.forecaster.take(pass));
+        Ok(current)
     }
 
-    /// A job that was not rendered lately, with the estimate of its earlier chunks, its size and its seconds.
-    fn begin(&self, lease: &Lease, prepared: Arc<Prepared>, merged: Estimate, bytes: u64, seconds: f64) -> Current {
+    /// A job that was not rendered lately, with the estimate of its earlier chunks, its size and its time.
+    fn begin(&self, lease: &Lease, prepared: Arc<Prepared>, merged: Estimate, bytes: u64, spent: Spent) -> Current {
         if lease.chunk == 0 {
             tracing::info!(name = prepared.name, method = prepared.method_names(), "job started");
         }
         let live = self.live.start(lease.job, prepared.clone());
-        Current { job: lease.job, prepared, live, merged, bytes, seconds, next_chunk: lease.chunk }
+        let forecaster = prepared.forecaster();
+        Current { job: lease.job, prepared, live, merged, bytes, spent, next_chunk: lease.chunk, forecaster }
     }
 }

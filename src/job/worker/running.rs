@@ -38,7 +38,7 @@ impl RunningChunk<'_> {
         mut changes: broadcast::Receiver<Change>,
     ) -> Result<(Current, Ended, Reports), Interrupted> {
         let (tell, mut told) = mpsc::unbounded_channel();
-        let seconds = current.prepared.stop.max_seconds - current.seconds;
+        let seconds = current.prepared.stop.max_seconds - current.spent.seconds;
         // a deadline that no clock reaches never comes
         let deadline = deadline(seconds).map(Instant::from_std);
         if deadline.is_some_and(|deadline| deadline <= Instant::now()) {
@@ -99,9 +99,9 @@ impl RunningChunk<'_> {
 
     async fn collect(&mut self, news: News) {
         match news {
-            News::Pass(report) => {
+            News::Pass(pass) => {
                 metrics::counter!("skyduct_passes_total").increment(1);
-                self.reports.push(Report::Pass(report));
+                self.reports.push(Report::Pass(pass));
             }
             News::Images { passes, images } => {
                 for (view, png) in images {

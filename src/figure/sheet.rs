@@ -1,0 +1,288 @@
+//! A report on one sheet of A4 paper: a heading, figures side by side, tables and lists.
+
+use glam::DVec2;
+
+use super::colour::Colour;
+use super::drawing::{Drawing, Line, Type};
+use super::heading::Heading;
+use super::letters;
+use super::outline::Outline;
+
+/// A4 at 96 pixels per inch.
+const PAPER: DVec2 = DVec2::new(793.7, 1122.5);
+
+const MARGIN: f64 = 46.0;
+const BETWEEN: f64 = 14.0;
+
+/// Largest height of a row of figures.
+const FIGURE_HEIGHT: f64 = 330.0;
+
+/// Height of the figures of an overview, and its least width.
+const OVERVIEW_HEIGHT: f64 = 420.0;
+const LEAST_WIDTH: f64 = 400.0;
+
+const TITLE_SIZE: f64 = 20.0;
+const HEAD_SIZE: f64 = 12.5;
+const SIZE: f64 = 10.0;
+const LINE_HEIGHT: f64 = 14.0;
+
+/// Width of the names of facts.
+const NAME_WIDTH: f64 = 132.0;
+
+/// Space between columns of a table.
+const COLUMN_GAP: f64 = 16.0;
+
+/// What a report says and shows.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Sheet {
+    /// What it reports on.
+    pub title: String,
+    /// Place, time and the like, below the title.
+    pub lines: Vec<String>,
+    /// Figures, side by side.
+    pub figures: Vec<SheetFigure>,
+    /// Tables and lists, from above.
+    pub parts: Vec<SheetPart>,
+    /// Below everything: what made it, and of what.
+    pub footer: String,
+}
+
+/// A figure of a report.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SheetFigure {
+    /// Where the figure alone is found: its path below that of the job, without a suffix.
+    pub name: String,
+    /// The figure.
+    pub drawing: Drawing,
+}
+
+/// A part of a report under its own heading.
+#[derive(Clone, Debug, PartialEq)]
+pub enum SheetPart {
+    /// Rows of cells below the names of the columns.
+    Table {
+        /// Heading.
+        title: String,
+        /// Names of the columns.
+        head: Vec<String>,
+        /// Rows, each with a cell for every column.
+        rows: Vec<Vec<String>>,
+    },
+    /// Names with what is to be said of them.
+    Facts {
+        /// Heading.
+        title: String,
+        /// Name and words.
+        facts: Vec<(String, String)>,
+    },
+}
+
+impl Sheet {
+    /// The figures alone, side by side and equally high, below the title and its lines.
+    pub fn overview(&self) -> Drawing {
+        let heading = Heading { title: self.title.clone(), lines: self.lines.clone() };
+        let scaled = self.figures.iter().map(|figure| {
+            let scale = OVERVIEW_HEIGHT / figure.drawing.size.y;
+            (&figure.drawing, scale, scale * figure.drawing.size.x)
+        });
+        let scaled: Vec<_> = scaled.collect();
+        let width = scaled.iter().map(|(.., width)| width + BETWEEN).sum::<f64>() + BETWEEN;
+        let width = width.max(LEAST_WIDTH);
+        let top = heading.height(width) + 6.0;
+        let size = DVec2::new(width, top + if scaled.is_empty() { 0.0 } else { OVERVIEW_HEIGHT } + BETWEEN);
+        let mut drawing = Drawing::new(size, self.title.as_str());
+        heading.draw(&mut drawing);
+        let mut left = BETWEEN;
+        for (figure, scale, width) in scaled {
+            drawing.place(figure, DVec2::new(left, top), scale);
+            left += width + BETWEEN;
+        }
+        drawing
+    }
+
+    /// The report as one page of A4; what is longer is drawn smaller.
+    pub fn draw(&self) -> Drawing {
+        let mut page = Page { drawing: Drawing::new(PAPER, self.title.as_str()), y: MARGIN };
+        page.heading(&self.title, &self.lines);
+        page.figures(&self.figures);
+        for part in &self.parts {
+            page.part(part);
+        }
+        page.footer(&self.footer);
+        let Page { drawing, y } = page;
+        let scale = (PAPER.y / (y + MARGIN)).min(1.0);
+        if scale == 1.0 {
+            return drawing;
+        }
+        let mut smaller = Drawing::new(PAPER, self.title.as_str());
+        smaller.place(&drawing, DVec2::new(0.5 * (1.0 - scale) * PAPER.x, 0.0), scale);
+        smaller
+    }
+}
+
+/// A page that is filled from above.
+struct Page {
+    drawing: Drawing,
+    y: f64,
+}
+
+impl Page {
+    /// Writes a line at the height that the page is filled to, `x` from the left.
+    fn write(&mut self, x: f64, text: &str, look: Type) {
+        let at = DVec2::new(x, self.y + letters::CAPITAL_HEIGHT * look.size);
+        self.drawing.text(at, text, look);
+    }
+
+    fn advance(&mut self, height: f64) {
+        self.y += height;
+    }
+
+    fn heading(&mut self, title: &str, lines: &[String]) {
+        let width = PAPER.x - 2.0 * MARGIN;
+        self.write(MARGIN, &letters::fitted(title, TITLE_SIZE, width), Type::new(TITLE_SIZE, Colour::Ink));
+        self.advance(TITLE_SIZE + 8.0);
+        for line in lines.iter().filter(|line| !line.is_empty()) {
+            for line in letters::wrapped(line, SIZE + 1.0, width) {
+                self.write(MARGIN, &line, Type::new(SIZE + 1.0, Colour::Muted));
+                self.advance(LINE_HEIGHT + 1.0);
+            }
+        }
+        self.advance(6.0);
+    }
+
+    fn figures(&mut self, figures: &[SheetFigure]) {
+        let count = figures.len() as f64;
+        let width = (PAPER.x - 2.0 * MARGIN - BETWEEN * (count - 1.0)) / count;
+        let mut tallest: f64 = 0.0;
+        for (index, SheetFigure { drawing, .. }) in figures.iter().enumerate() {
+            let scale = (width / drawing.size.x).min(FIGURE_HEIGHT / drawing.size.y);
+            let aside = 0.5 * (width - scale * drawing.size.x);
+            let left = MARGIN + index as f64 * (width + BETWEEN) + aside;
+            self.drawing.place(drawing, DVec2::new(left, self.y), scale);
+            tallest = tallest.max(scale * drawing.size.y);
+        }
+        if tallest > 0.0 {
+            self.advance(tallest + BETWEEN);
+        }
+    }
+
+    fn part(&mut self, part: &SheetPart) {
+        let (title, is_empty) = match part {
+            SheetPart::Table { title, rows, .. } => (title, rows.is_empty()),
+            SheetPart::Facts { title, facts } => (title, facts.is_empty()),
+        };
+        if is_empty {
+            return;
+        }
+        self.write(MARGIN, title, Type::new(HEAD_SIZE, Colour::Ink));
+        self.advance(HEAD_SIZE + 3.0);
+        self.rule(Colour::Muted);
+        match part {
+            SheetPart::Table { head, rows, .. } => self.table(head, rows),
+            SheetPart::Facts { facts, .. } => self.facts(facts),
+        }
+        self.advance(BETWEEN);
+    }
+
+    fn rule(&mut self, colour: Colour) {
+        let [left, right] = [MARGIN, PAPER.x - MARGIN].map(|x| DVec2::new(x, self.y));
+        self.drawing.line(Outline::polyline([left, right]), Line::new(colour, 0.8));
+        self.advance(6.0);
+    }
+
+    /// Columns as wide as their widest cell, and narrower type where all are too wide.
+    fn table(&mut self, head: &[String], rows: &[Vec<String>]) {
+        let widest = |column: usize| {
+            let cells = rows.iter().filter_map(|row| row.get(column)).chain(head.get(column));
+            cells.map(|cell| letters::width(cell, SIZE)).fold(0.0, f64::max)
+        };
+        let widths: Vec<f64> = (0..head.len()).map(widest).collect();
+        let gaps = COLUMN_GAP * (head.len() as f64 - 1.0);
+        let available = PAPER.x - 2.0 * MARGIN - gaps;
+        let shrink = (available / widths.iter().sum::<f64>()).min(1.0);
+        let look = |colour| Type::new(shrink * SIZE, colour);
+        for (row, colour) in [(head, Colour::Muted)].into_iter().chain(rows.iter().map(|row| (&row[..], Colour::Ink))) {
+            let mut x = MARGIN;
+            for (cell, width) in row.iter().zip(&widths) {
+                self.write(x, cell, look(colour));
+                x += shrink * width + COLUMN_GAP;
+            }
+            self.advance(LINE_HEIGHT);
+        }
+    }
+
+    fn facts(&mut self, facts: &[(String, String)]) {
+        let width = PAPER.x - 2.0 * MARGIN - NAME_WIDTH;
+        for (name, words) in facts {
+            self.write(MARGIN, &letters::fitted(name, SIZE, NAME_WIDTH - 8.0), Type::new(SIZE, Colour::Muted));
+            for line in letters::wrapped(words, SIZE, width) {
+                self.write(MARGIN + NAME_WIDTH, &line, Type::new(SIZE, Colour::Ink));
+                self.advance(LINE_HEIGHT);
+            }
+        }
+    }
+
+    fn footer(&mut self, footer: &str) {
+        self.rule(Colour::Faint);
+        for line in letters::wrapped(footer, SIZE - 1.0, PAPER.x - 2.0 * MARGIN) {
+            self.write(MARGIN, &line, Type::new(SIZE - 1.0, Colour::Muted));
+            self.advance(LINE_HEIGHT - 1.0);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::figure::drawing::Item;
+
+    fn sheet(facts: usize) -> Sheet {
+        let fact = |index: usize| (format!("fact {index}"), "words that are said of it ".repeat(12));
+        Sheet {
+            title: "bath".to_owned(),
+            lines: vec!["Copenhagen".to_owned(), String::new()],
+            figures: vec![SheetFigure {
+                name: "map".to_owned(),
+                drawing: Drawing::new(DVec2::new(900.0, 400.0), "map"),
+            }],
+            parts: vec![
+                SheetPart::Table {
+                    title: "Illuminance".to_owned(),
+                    head: vec!["grid".to_owned(), "mean, lx".to_owned()],
+                    rows: vec![vec!["floor".to_owned(), "211.0 ± 0.3".to_owned()]],
+                },
+                SheetPart::Table { title: "Tubes".to_owned(), head: vec!["tube".to_owned()], rows: vec![] },
+                SheetPart::Facts { title: "Simulated".to_owned(), facts: (0..facts).map(fact).collect() },
+            ],
+            footer: "skyduct".to_owned(),
+        }
+    }
+
+    #[test]
+    fn an_overview_is_as_wide_as_its_figures() {
+        let mut sheet = sheet(0);
+        sheet
+            .figures
+            .push(SheetFigure { name: "view".to_owned(), drawing: Drawing::new(DVec2::new(210.0, 210.0), "") });
+        let drawing = sheet.overview();
+        assert_eq!(drawing.size.x, 945.0 + 420.0 + 3.0 * BETWEEN);
+        assert!(drawing.texts().eq(["bath", "Copenhagen"]));
+    }
+
+    /// All shapes within the paper, however much there is to say; an empty table is left out.
+    #[test]
+    fn everything_is_on_one_page() {
+        for facts in [0, 3, 60] {
+            let drawing = sheet(facts).draw();
+            assert_eq!(drawing.size, PAPER);
+            let texts: Vec<&str> = drawing.texts().collect();
+            assert!(texts.contains(&"211.0 ± 0.3") && !texts.contains(&"Tubes"), "{texts:?}");
+            assert_eq!(texts.iter().filter(|text| text.starts_with("fact ")).count(), facts);
+            for item in &drawing.items {
+                let Item::Shape(shape) = item else { continue };
+                let Some(words) = &shape.text else { continue };
+                assert!(words.at.y < PAPER.y && words.at.x + words.width < PAPER.x, "{words:?}");
+            }
+        }
+    }
+}

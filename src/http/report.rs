@@ -1,0 +1,161 @@
+//! The report on a job: one sheet that prints well, as a page and as PDF.
+
+use axum::http::{HeaderMap, HeaderValue, header};
+use axum::response::Response;
+use serde_json::{Map, Value, json};
+use uuid::Uuid;
+
+use crate::document::result::GridResult;
+use crate::figure::FigureFormat;
+use crate::figure::sheet::{Sheet, SheetPart};
+use crate::figure::svg::escaped;
+use crate::http::content::{self, Binary};
+use crate::http::formats;
+use crate::http::limits::{off_thread, permit};
+use crate::http::problem::{Path, Problem};
+use crate::http::results::{file_now, internal};
+use crate::http::{App, Service};
+use crate::job::report;
+use crate::job::results::FirstOutputs;
+use crate::job::store::Job;
+use crate::job::subject::Subject;
+use crate::output::{OutputError, png};
+
+/// Content security policy of the page: its style and its figures come from this service, and nothing runs.
+const CONTENT_SECURITY_POLICY: &str = "default-src 'none'; style-src 'self'; img-src 'self'; frame-ancestors 'none'; \
+    base-uri 'none'; form-action 'none'";
+
+/// `/jobs/ID/report`: the report as a page.
+pub async fn page(app: App, Path(id): Path<Uuid>, headers: HeaderMap) -> Result<Response, Problem> {
+    let sheet = sheet(&app, id).await?;
+    let mut response = content::made(&headers, html(&sheet, id), "text/html; charset=utf-8")?;
+    let policy = HeaderValue::from_static(CONTENT_SECURITY_POLICY);
+    response.headers_mut().insert(header::CONTENT_SECURITY_POLICY, policy);
+    Ok(response)
+}
+
+/// The report on a job: inputs, method and why, map, fluxes, errors, and what made it, on one sheet of A4.
+#[utoipa::path(get, path = "/v1/jobs/{id}/report.pdf", operation_id = "get_report_pdf", tag = "results", params(("id" = Uuid, Path)),
+    responses(
+        (status = 200, description = "The report", body = inline(Binary), content_type = "application/pdf"),
+        (status = 304, description = "It is what If-None-Match names"),
+        (status = 404, description = "No such job", body = Problem, content_type = "application/problem+json")))]
+pub async fn pdf(app: App, Path(id): Path<Uuid>, headers: HeaderMap) -> Result<Response, Problem> {
+    let sheet = sheet(&app, id).await?;
+    let written = off_thread(permit(&app.permits.reading).await?, move |_| FigureFormat::Pdf.write(&sheet.draw()));
+    let bytes = written.await?.map_err(|error| internal("writing a report failed", &error))?;
+    Ok(formats::named(content::made(&headers, bytes, FigureFormat::Pdf.media_type())?, "report.pdf"))
+}
+
+/// The report on a job, as far as it is computed.
+pub(super) async fn sheet(app: &Service, id: Uuid) -> Result<Sheet, Problem> {
+    let job = app.store.job(id).await?.ok_or_else(Problem::no_such_job)?;
+    let grid = match job.document["grids"][0]["name"].as_str() {
+        Some(name) => file_now(app, id, &format!("grids/{name}.json")).await?,
+        None => None,
+    };
+    let view = match job.document["views"][0]["name"].as_str() {
+        Some(name) => file_now(app, id, &format!("views/{name}.png")).await?.map(|file| (name.to_owned(), file)),
+        None => None,
+    };
+    let made = off_thread(permit(&app.permits.reading).await?, move |_| -> Result<Sheet, String> {
+        let grid = grid.map(|json| serde_json::from_slice::<GridResult>(&json)).transpose();
+        let view = view.map(|(name, file)| Ok((name, png::decode(&file)?))).transpose();
+        let view = view.map_err(|error: OutputError| error.to_string())?;
+        let outputs = FirstOutputs { grid: grid.map_err(|error| error.to_string())?, view };
+        let subject = Subject::new(&job.document, &job.plan);
+        let footer = format!("{} · job {id}", report::made_by());
+        report::report(&subject, &answered(job), &outputs, footer).map_err(|error| error.to_string())
+    });
+    made.await?.map_err(|error| internal("drawing a report failed", &error))
+}
+
+/// What a report needs of a job, under the names that it is answered with.
+fn answered(job: Job) -> Value {
+    let mut fields = match job.summary {
+        Some(Value::Object(results)) => results,
+        _ => Map::new(),
+    };
+    let others = json!({
+        "document": job.document, "plan": job.plan, "warnings": job.warnings, "stopped_by": job.head.stopped_by,
+    });
+    if let Value::Object(others) = others {
+        fields.extend(others);
+    }
+    Value::Object(fields)
+}
+
+fn html(sheet: &Sheet, id: Uuid) -> String {
+    let title = escaped(&sheet.title);
+    let lines = sheet.lines.iter().filter(|line| !line.is_empty());
+    let lines: String = lines.map(|line| format!("<p>{}</p>\n", escaped(line))).collect();
+    let figure = |name: &str, title: &str| {
+        let suffix = if name.starts_with("views/") { "png" } else { "svg" };
+        format!("<img src=\"/v1/jobs/{id}/{}.{suffix}\" alt=\"{}\">\n", escaped(name), escaped(title))
+    };
+    let figures: String = sheet.figures.iter().map(|shown| figure(&shown.name, &shown.drawing.title)).collect();
+    let parts: String = sheet.parts.iter().map(part).collect();
+    let footer = escaped(&sheet.footer);
+    format!(
+        "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
+         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
+         <meta name=\"color-scheme\" content=\"light dark\">\n<title>{title}, report</title>\n\
+         <link rel=\"icon\" href=\"/web/icon.svg\" type=\"image/svg+xml\">\n\
+         <link rel=\"stylesheet\" href=\"/web/report.css\">\n</head>\n<body>\n<main>\n<header>\n<h1>{title}</h1>\n{lines}\
+         <nav><a href=\"/jobs/{id}\">the job</a> <a href=\"/v1/jobs/{id}/report.pdf\">PDF</a></nav>\n</header>\n\
+         <div class=\"figures\">\n{figures}</div>\n{parts}<footer><p>{footer}</p></footer>\n</main>\n</body>\n</html>\n"
+    )
+}
+
+fn part(part: &SheetPart) -> String {
+    let section = |title: &str, body: String| format!("<section>\n<h2>{}</h2>\n{body}</section>\n", escaped(title));
+    match part {
+        SheetPart::Table { rows, .. } if rows.is_empty() => String::new(),
+        SheetPart::Facts { facts, .. } if facts.is_empty() => String::new(),
+        SheetPart::Table { title, head, rows } => {
+            let head: String = head.iter().map(|name| format!("<th scope=\"col\">{}</th>", escaped(name))).collect();
+            let row = |row: &Vec<String>| {
+                let cells = row.iter().map(|cell| format!("<td>{}</td>", escaped(cell)));
+                format!("<tr>{}</tr>\n", cells.collect::<String>())
+            };
+            let rows: String = rows.iter().map(row).collect();
+            // wider than a phone: it scrolls alone, by keys, too
+            let name = escaped(title);
+            section(
+                title,
+                format!(
+                    "<div class=\"wide\" tabindex=\"0\" role=\"region\" aria-label=\"{name}\"><table>\n<thead><tr>{head}</tr></thead>\n\
+                     <tbody>\n{rows}</tbody>\n</table></div>\n"
+                ),
+            )
+        }
+        SheetPart::Facts { title, facts } => {
+            let fact = |(name, words): &(String, String)| {
+                format!("<div><dt>{}</dt><dd>{}</dd></div>\n", escaped(name), escaped(words))
+            };
+            section(title, format!("<dl>\n{}</dl>\n", facts.iter().map(fact).collect::<String>()))
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_a_user_wrote_is_text() {
+        let sheet = Sheet {
+            title: "<script>alert(1)</script>".to_owned(),
+            lines: vec!["a & b".to_owned()],
+            figures: Vec::new(),
+            parts: vec![SheetPart::Facts {
+                title: "Inputs".to_owned(),
+                facts: vec![("room".to_owned(), "\"><b>".to_owned())],
+            }],
+            footer: String::new(),
+        };
+        let html = html(&sheet, Uuid::nil());
+        assert!(!html.contains("<script") && !html.contains("<b>"), "{html}");
+        assert!(html.contains("<p>a &amp; b</p>") && html.contains("<dd>&quot;&gt;&lt;b&gt;</dd>"), "{html}");
+    }
+}

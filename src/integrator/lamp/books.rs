@@ -1,0 +1,56 @@
+//! Where the light ends that enters the room, in the books of methods that follow no photon there: by a few photons.
+
+use super::cells::Leaving;
+use crate::integrator::photon::emission::Emission;
+use crate::integrator::photon::ledger::Account;
+use crate::integrator::photon::path::{Silent, book_in_room, trace};
+use crate::optics::Spectrum;
+use crate::sampling::{Key, PathSamples, Stream, warp};
+use crate::traceable::TraceableScene;
+
+/// Photons of the first stage of which one goes on, and the fewest that do.
+const PHOTONS_PER_FOLLOWED: usize = 64;
+const FEWEST: usize = 16;
+
+/// Books the flux that leaves the closures into the room, and that of luminaires, where it ends.
+///
+/// Photons are chosen in proportion to their fluxes by even steps through all of them, and each stands for an equal part of
+/// the whole: the books close, and their entries are unbiased.
+pub fn book_room<const C: usize>(
+    scene: &TraceableScene,
+    leaving: &[Vec<Leaving<C>>],
+    pass: Key,
+    account: &mut Account,
+) {
+    let all =
+        || leaving.iter().enumerate().flat_map(|(tube, photons)| photons.iter().map(move |photon| (tube, photon)));
+    let total: f64 = all().map(|(_, photon)| photon.flux.luminance()).sum();
+    if total > 0.0 {
+        let followed = (all().count() / PHOTONS_PER_FOLLOWED).max(FEWEST);
+        let stream = pass.stream(Stream::RoomBooks, 0);
+        let step = total / followed as f64;
+        let mut next = step * PathSamples::new(pass.stream(Stream::RoomBooks, 1), 0).random.uniform();
+        let (mut passed, mut number) = (0.0, 0);
+        for (tube, photon) in all() {
+            passed += photon.flux.luminance();
+            while next < passed && number < followed {
+                let mut samples = PathSamples::new(stream, number as u64);
+                let down = -warp::cosine_hemisphere(samples.pair());
+                let position = photon.position.extend(scene.tubes[tube].origin.z);
+                let flux: Spectrum<C> = photon.flux * (step / photon.flux.luminance());
+                book_in_room(scene, (position, down), flux, &mut samples, account);
+                next += step;
+                number += 1;
+            }
+        }
+        // rounding may leave the last one out
+        account.ledger.cut += step * (followed - number) as f64;
+    }
+    let emission = Emission::of_luminaires(scene, FEWEST as u64);
+    for number in 0..emission.photons() {
+        let (photon, mut samples) = emission.photon(scene, pass.stream(Stream::RoomBooks, 2), number);
+        if let Some(photon) = photon {
+            trace::<C>(scene, &photon, &mut samples, &mut Silent, account);
+        }
+    }
+}

@@ -1,0 +1,200 @@
+//! Some of the light in a tube, as lines for a section: how it goes down from wall to wall, and what is left of it.
+
+use glam::{DVec2, DVec3};
+
+use crate::document::tube::ParametricTube;
+use crate::document::tube::collector::CollectorDocument;
+use crate::figure::section::{LightPath, PathPoint};
+use crate::guide::BentGuide;
+use crate::guide::bent::CoursePoint;
+use crate::optics::Spectrum;
+use crate::optics::scatter::{Scatter, SheetSide};
+use crate::sky::direction;
+
+/// Places in the mouth of a tube, in radii from its axis, at which lines begin.
+const PLACES: [f64; 5] = [-0.8, -0.4, 0.0, 0.4, 0.8];
+
+/// The same for light of the sky, of which there are two directions.
+const PLACES_OF_SKY: [f64; 3] = [-0.6, 0.0, 0.6];
+
+/// Angles in radians from the axis of the directions in which scattered light is drawn.
+const SCATTERED: [f64; 5] = [-1.05, -0.5, 0.0, 0.5, 1.05];
+
+/// Angle in radians from the tube's axis of the light of the sky that is drawn where no sun shines: 26 degrees.
+const FROM_AXIS: f64 = 0.45;
+
+/// Most points of one line: what still goes on then has met hundreds of walls.
+const MOST_POINTS: usize = 300;
+
+/// Share of the light below which a line ends.
+const LEAST_SHARE: f64 = 0.005;
+
+/// The room as light sees it in a section.
+#[derive(Clone, Copy, Debug)]
+pub struct SideView {
+    /// Horizontal unit vector of the section.
+    pub along: DVec2,
+    /// Width of the room in the section, and its height, in metres.
+    pub room: DVec2,
+}
+
+/// Lines of light through a tube into the room: of the sun, toward which `sun` points, or of the sky where there is none. None
+/// for domes that bend the light.
+pub fn light_paths(tube: &ParametricTube, side: &SideView, sun: Option<DVec3>) -> Vec<LightPath> {
+    let collector = match &tube.collector {
+        CollectorDocument::DielectricDome(_) => return Vec::new(),
+        other => other.collector().transmittance(),
+    };
+    let axes = tube.segments.iter().map(|segment| {
+        let axis = direction((90.0 - segment.tilt_deg).to_radians(), segment.azimuth_deg.to_radians());
+        (segment.length_m, axis)
+    });
+    let axes: Vec<(f64, DVec3)> = axes.collect();
+    let Some((_, last)) = axes.last() else { return Vec::new() };
+    let top: DVec3 = axes.iter().map(|(length, axis)| *length * *axis).sum();
+    let mirror = tube.reflectance.mirror();
+    let reflectance = mirror.brightest();
+    let guide = BentGuide::new(0.5 * tube.diameter_m, &axes, mirror, collector);
+    // across the mouth, as near to the plane of the section as it comes
+    let level = side.along.extend(0.0);
+    let across = (level - level.dot(*last) * *last).normalize_or_zero();
+    let lean = |angle: f64| -(libm::cos(angle) * *last + libm::sin(angle) * across);
+    let (directions, places) = match sun {
+        Some(sun) => (vec![-sun], &PLACES[..]),
+        None => (vec![lean(FROM_AXIS), lean(-FROM_AXIS)], &PLACES_OF_SKY[..]),
+    };
+    let scene = Lines { side, tube, reflectance, entering: Spectrum::<1>::from_rgb(collector).0[0] };
+    let mut paths = Vec::new();
+    let mut diffused = Vec::new();
+    for light in directions.into_iter().filter(|light| light.dot(*last) < 0.0) {
+        for place in places {
+            let start = top + *place * guide.radius * across;
+            let course = guide.course(start, light, MOST_POINTS);
+            let (path, left) = scene.path(&course);
+            paths.push(path);
+            diffused.push(left);
+        }
+    }
+    let diffused = diffused.iter().sum::<f64>() / diffused.len().max(1) as f64;
+    paths.extend(scene.scattered(diffused));
+    paths
+}
+
+/// What lines of one tube have in common.
+struct Lines<'a> {
+    side: &'a SideView,
+    tube: &'a ParametricTube,
+    /// Of the wall per bounce, at its brightest angle and colour.
+    reflectance: f64,
+    /// Share that enters through the collector.
+    entering: f64,
+}
+
+impl Lines<'_> {
+    fn place(&self, position: DVec3) -> DVec2 {
+        let centre = self.side.along.dot(DVec2::from(self.tube.centre_m));
+        DVec2::new(centre + self.side.along.dot(position.truncate()), self.side.room.y + position.z)
+    }
+
+    /// The line of a ray, as long as enough of it is left; and the share that the diffuser scatters.
+    fn path(&self, course: &[CoursePoint]) -> (LightPath, f64) {
+        let share = |bounces: u32| self.entering * libm::pow(self.reflectance, f64::from(bounces));
+        let point = |point: &CoursePoint| PathPoint { at: self.place(point.position), share: share(point.bounces) };
+        let points: Vec<PathPoint> = course.iter().map(point).take_while(|point| point.share >= LEAST_SHARE).collect();
+        let path = LightPath(points);
+        let [.., before, last] = course else { return (path, 0.0) };
+        // it went back up, has faded, or is still on its way
+        if path.0.len() < course.len() || last.position.z > 1e-9 {
+            return (path, 0.0);
+        }
+        let arriving = share(last.bounces);
+        let diffuser = self.tube.diffuser.diffuser();
+        let closure = diffuser.at(last.position.truncate().length());
+        let from = (before.position - last.position).normalize_or_zero();
+        match closure.unscattered::<1>() {
+            Some(Spectrum([passed])) => (self.onward(path, before, last, arriving * passed), 0.0),
+            None => {
+                let Spectrum([passed]) = Scatter::<1>::albedo(&closure, from, SheetSide::Other);
+                (path, arriving * passed)
+            }
+        }
+    }
+
+    /// The line goes on into the room as it came.
+    fn onward(&self, mut path: LightPath, before: &CoursePoint, last: &CoursePoint, share: f64) -> LightPath {
+        let (from, to) = (self.place(before.position), self.place(last.position));
+        if let Some(end) = self.end_in_room(to, to - from) {
+            path.0.extend([PathPoint { at: to, share }, PathPoint { at: end, share }]);
+        }
+        path
+    }
+
+    /// Lines from the middle of the opening into the room, each with the share that the diffuser sends into the room.
+    fn scattered(&self, share: f64) -> Vec<LightPath> {
+        let from = self.place(DVec3::ZERO);
+        let scattered = SCATTERED.iter().filter(|_| share >= LEAST_SHARE).filter_map(|angle| {
+            let end = self.end_in_room(from, DVec2::new(libm::sin(*angle), -libm::cos(*angle)))?;
+            Some(LightPath(vec![PathPoint { at: from, share }, PathPoint { at: end, share }]))
+        });
+        scattered.collect()
+    }
+
+    /// Where a line from the ceiling meets the floor or a wall.
+    fn end_in_room(&self, from: DVec2, toward: DVec2) -> Option<DVec2> {
+        let wall = if toward.x > 0.0 { self.side.room.x - from.x } else { -from.x };
+        let to_floor = if toward.y < 0.0 { -from.y / toward.y } else { return None };
+        let to_wall = if toward.x == 0.0 { f64::INFINITY } else { wall / toward.x };
+        Some(from + to_floor.min(to_wall.max(0.0)) * toward)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use serde_json::json;
+
+    use super::*;
+
+    fn tube(diffuser: serde_json::Value, tilt_deg: f64) -> ParametricTube {
+        serde_json::from_value(json!({
+            "centre_m": [1.5, 1.0], "diameter_m": 0.4, "reflectance": 0.9,
+            "segments": [{ "length_m": 1.0 }, { "length_m": 1.0, "tilt_deg": tilt_deg, "azimuth_deg": 90 }],
+            "collector": { "kind": "flat", "transmittance": 0.8 }, "diffuser": diffuser
+        }))
+        .unwrap()
+    }
+
+    const SIDE: SideView = SideView { along: DVec2::X, room: DVec2::new(4.0, 3.0) };
+
+    /// Light along the axis of a straight tube meets no wall: all of it passes the pane, and half of it the diffuser.
+    #[test]
+    fn light_straight_down_loses_what_pane_and_diffuser_keep() {
+        let lambertian = tube(json!({ "kind": "lambertian", "transmittance": 0.5 }), 0.0);
+        let paths = light_paths(&lambertian, &SIDE, Some(DVec3::Z));
+        assert_eq!(paths.len(), PLACES.len() + SCATTERED.len());
+        let straight = &paths[2].0;
+        assert_eq!(straight[0].at, DVec2::new(1.5, 5.0));
+        assert_eq!(straight.last().unwrap().at, DVec2::new(1.5, 3.0));
+        assert!(straight.iter().all(|point| (point.share - 0.8).abs() < 1e-12));
+        let scattered = &paths[PLACES.len() + 2].0;
+        assert!((scattered[1].at - DVec2::new(1.5, 0.0)).length() < 1e-12 && (scattered[1].share - 0.4).abs() < 1e-12);
+    }
+
+    /// Walls take a tenth each; a clear closure lets light go on to the floor or a wall.
+    #[test]
+    fn walls_take_their_share_and_clear_closures_let_light_on() {
+        let clear = tube(json!({ "kind": "clear", "transmittance": 0.5 }), 30.0);
+        let sun = direction(0.8, 1.2);
+        let paths = light_paths(&clear, &SIDE, Some(sun));
+        assert_eq!(paths.len(), PLACES.len());
+        for path in &paths {
+            assert!(path.0.windows(2).all(|pair| pair[1].share <= pair[0].share), "{path:?}");
+            let last = path.0.last().unwrap();
+            let on_edge = last.at.y.abs() < 1e-9 || last.at.x.abs() < 1e-9 || (last.at.x - 4.0).abs() < 1e-9;
+            assert!(on_edge || last.at.y > 3.0, "{last:?}");
+        }
+        let below = tube(json!({ "kind": "open" }), 30.0);
+        // from below the horizon of the mouth nothing enters
+        assert!(light_paths(&below, &SIDE, Some(direction(0.1, 4.7))).is_empty());
+        assert!(!light_paths(&below, &SIDE, None).is_empty());
+    }
+}

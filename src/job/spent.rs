@@ -1,0 +1,119 @@
+//! Time that passes take, on the wall and of the processors.
+
+use std::time::Instant;
+
+/// Time that passes took to render.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Spent {
+    /// Seconds on the wall.
+    pub seconds: f64,
+    /// Processor seconds of the threads of the render pool, and of the one that calls it, while these passes were rendered; one
+    /// job renders at a time, so that nothing else counts. `None` where the system does not tell the time of another thread.
+    pub cpu_seconds: Option<f64>,
+}
+
+impl Spent {
+    /// The time of no passes.
+    pub const NOTHING: Self = Self { seconds: 0.0, cpu_seconds: Some(0.0) };
+
+    /// The time of these passes and of later ones.
+    pub fn and(self, later: Self) -> Self {
+        let cpu_seconds = self.cpu_seconds.zip(later.cpu_seconds).map(|(before, later)| before + later);
+        Self { seconds: self.seconds + later.seconds, cpu_seconds }
+    }
+}
+
+/// Clocks that run from a moment on.
+pub struct Clocks {
+    start: Instant,
+    threads: Vec<ThreadClock>,
+    cpu_start: Option<f64>,
+}
+
+impl Clocks {
+    /// Clocks of the current rayon pool and of this thread. Every thread of the pool is woken once to tell which it is; reading
+    /// their clocks wakes none.
+    pub fn start() -> Self {
+        let mut threads: Vec<_> = rayon::broadcast(|_| ThreadClock::of_this()).into_iter().flatten().collect();
+        threads.extend(ThreadClock::of_this());
+        threads.sort();
+        threads.dedup();
+        let mut clocks = Self { start: Instant::now(), threads, cpu_start: None };
+        clocks.cpu_start = clocks.cpu_seconds();
+        clocks
+    }
+
+    /// Time since the start.
+    pub fn spent(&self) -> Spent {
+        let cpu_seconds = self.cpu_start.and_then(|start| Some((self.cpu_seconds()? - start).max(0.0)));
+        Spent { seconds: self.start.elapsed().as_secs_f64(), cpu_seconds }
+    }
+
+    fn cpu_seconds(&self) -> Option<f64> {
+        if self.threads.is_empty() { None } else { self.threads.iter().map(|clock| clock.seconds()).sum() }
+    }
+}
+
+/// The processor clock of one thread, which any thread of the process may read.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+struct ThreadClock(i32);
+
+#[cfg(target_os = "linux")]
+impl ThreadClock {
+    fn of_this() -> Option<Self> {
+        // the kernel's number of the clock of a thread: its complement, and the bits of one thread (4) and the scheduler (2)
+        Some(Self((!nix::unistd::gettid().as_raw() << 3) | 6))
+    }
+
+    fn seconds(self) -> Option<f64> {
+        let time = nix::time::ClockId::from_raw(self.0).now().ok()?;
+        Some(time.tv_sec() as f64 + 1e-9 * time.tv_nsec() as f64)
+    }
+}
+
+#[cfg(not(target_os = "linux"))]
+impl ThreadClock {
+    fn of_this() -> Option<Self> {
+        None
+    }
+
+    fn seconds(self) -> Option<f64> {
+        None
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::time::Duration;
+
+    use super::*;
+
+    #[test]
+    fn times_add_up_as_far_as_they_are_known() {
+        let one = Spent { seconds: 1.0, cpu_seconds: Some(2.0) };
+        assert_eq!(Spent::NOTHING.and(one), one);
+        assert_eq!(one.and(one), Spent { seconds: 2.0, cpu_seconds: Some(4.0) });
+        assert_eq!(one.and(Spent { cpu_seconds: None, ..one }).cpu_seconds, None);
+    }
+
+    /// Sleep takes time on the wall alone; work on another thread of the pool counts.
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn work_counts_on_whichever_thread_and_sleep_does_not() {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(2).build().unwrap();
+        pool.install(|| {
+            let clocks = Clocks::start();
+            let seconds = |clocks: &Clocks| clocks.spent().cpu_seconds.unwrap();
+            let before = seconds(&clocks);
+            std::thread::sleep(Duration::from_millis(100));
+            assert!(seconds(&clocks) - before < 0.09, "asleep");
+            // each thread works until the clock of its own has gone on
+            rayon::broadcast(|_| {
+                let own = ThreadClock::of_this().unwrap();
+                let until = own.seconds().unwrap() + 0.05;
+                while own.seconds().unwrap() < until {}
+            });
+            assert!(seconds(&clocks) >= before + 0.1);
+        });
+    }
+}

@@ -1,0 +1,70 @@
+//! The effects of light that a plan decides on.
+
+/// An effect of light that can be simulated or left out.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum EffectKind {
+    /// Diffuse light of the sky.
+    Sky,
+    /// The sun's beam.
+    Sun,
+    /// Electric light.
+    Luminaires,
+    /// Light reflected between the room's surfaces.
+    Interreflection,
+    /// Shadows and reflections of objects in the room.
+    Objects,
+    /// Light that passes the diffuser without being scattered.
+    SpecularClosure,
+    /// Light that goes up through the diffuser into the guide and comes back.
+    GuideReturn,
+    /// Three colour channels instead of one.
+    Colour,
+    /// Glossy and mirror reflection at room surfaces.
+    Glossy,
+}
+
+impl EffectKind {
+    /// All effects, in the order of plans and results.
+    pub const ALL: [Self; 9] = [
+        Self::Sky,
+        Self::Sun,
+        Self::Luminaires,
+        Self::Interreflection,
+        Self::Objects,
+        Self::SpecularClosure,
+        Self::GuideReturn,
+        Self::Colour,
+        Self::Glossy,
+    ];
+
+    /// The name in documents and results.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Sky => "sky",
+            Self::Sun => "sun",
+            Self::Luminaires => "luminaires",
+            Self::Interreflection => "interreflection",
+            Self::Objects => "objects",
+            Self::SpecularClosure => "specular_closure",
+            Self::GuideReturn => "guide_return",
+            Self::Colour => "colour",
+            Self::Glossy => "glossy",
+        }
+    }
+
+    /// The effect of a name in documents; `None` for any other word.
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|kind| kind.name() == name)
+    }
+
+    /// True if a document may switch the effect off; closures and colours are what the scene is made of.
+    pub fn can_be_left_out(self) -> bool {
+        !matches!(self, Self::SpecularClosure | Self::Colour)
+    }
+
+    /// True if a document may switch the effect on where the scene does not call for it: rays then look for what is not
+    /// there. Of sources of light that a scene does not have, of closures and of colours there is nothing to look for.
+    pub fn can_be_followed_in_vain(self) -> bool {
+        matches!(self, Self::Interreflection | Self::Objects | Self::GuideReturn | Self::Glossy)
+    }
+}

@@ -1,0 +1,380 @@
+//! What a scene loses when an effect is left out of it: shares of its light, estimated and bounded from above.
+//!
+//! Nothing is rendered for it: the numbers come from reflectances, areas and fluxes
+//! (docs/physics/left_out.md has the derivations).
+
+use std::f64::consts::PI;
+
+use glam::DVec2;
+
+use super::called_for::returns;
+use super::effect_kind::EffectKind;
+use crate::geometry::disc::disc_irradiance;
+use crate::guide::mesh::Part;
+use crate::guide::performance;
+use crate::guide::{Guide, Section};
+use crate::optics::{Collector, Diffuser, DiffuserZone, Mirror, Spectrum, Surface};
+use crate::sampling::Key;
+use crate::scene::{Channels, Face, Luminaire, Scene, Tube, TubeShape};
+use crate::traceable::TraceableTube;
+
+/// Share of a scene's light that is missing when one effect is left out of everything that the scene calls for.
+///
+/// Of sky, sun and luminaires it is a share of the flux that comes into the room. Of all others it is a share of the flux that
+/// falls on the faces of the room, open ones too, and on its objects, all together: at single points it can be more, and less.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LeftOut {
+    /// About how much it is; `None` where the bound is all that is known.
+    pub about: Option<f64>,
+    /// The most that it can be; `None` where no bound below 1 is known. It is 1 where nothing else gives light.
+    pub at_most: Option<f64>,
+}
+
+impl LeftOut {
+    /// What is known of the share, the largest number first: 1 where nothing is.
+    pub fn largest(&self) -> f64 {
+        self.at_most.or(self.about).unwrap_or(1.0)
+    }
+
+    /// The share in words, with the light that it is a share of.
+    pub fn words(&self, kind: EffectKind) -> String {
+        let percent = |share: f64| match 100.0 * share {
+            share if share >= 9.5 => format!("{share:.0} %"),
+            share if share >= 0.01 => format!("{share:.2} %"),
+            share => format!("{share:.0e} %"),
+        };
+        let share = match (self.about, self.at_most) {
+            (_, Some(1.0)) => "all".to_owned(),
+            (Some(about), Some(most)) => format!("about {}, at most {},", percent(about), percent(most)),
+            (Some(about), None) => format!("about {}", percent(about)),
+            (None, Some(most)) => format!("at most {}", percent(most)),
+            (None, None) => "an unknown share".to_owned(),
+        };
+        match kind {
+            EffectKind::Sky | EffectKind::Sun | EffectKind::Luminaires => {
+                format!("{share} of the light that comes into the room is left out")
+            }
+            EffectKind::Objects => format!("{share} of the light in the room meets them"),
+            _ => format!("{share} of the light that falls on the room's surfaces is left out"),
+        }
+    }
+}
+
+/// What a scene loses without an effect that it calls for; `tubes` are those of the scene, built.
+pub fn left_out(scene: &Scene, tubes: &[TraceableTube], kind: EffectKind) -> LeftOut {
+    let surfaces = Surfaces::of(scene);
+    match kind {
+        EffectKind::Sky | EffectKind::Sun | EffectKind::Luminaires => source(scene, tubes, kind),
+        EffectKind::Interreflection => LeftOut {
+            about: Some(surfaces.mean.share(surfaces.mean.albedo)),
+            at_most: surfaces.brightest.bound(surfaces.brightest.albedo),
+        },
+        EffectKind::Glossy => LeftOut {
+            about: Some(surfaces.mean.share(surfaces.mean.specular)),
+            at_most: surfaces.brightest.bound(surfaces.brightest.specular),
+        },
+        // in even light each area meets its share
+        EffectKind::Objects => {
+            LeftOut { about: Some(surfaces.of_objects / (surfaces.of_objects + surfaces.of_faces)), at_most: None }
+        }
+        EffectKind::GuideReturn => {
+            LeftOut { about: None, at_most: surfaces.brightest.bound(first_returns(scene, &surfaces)) }
+        }
+        // these cannot be left out
+        EffectKind::SpecularClosure | EffectKind::Colour => LeftOut { about: None, at_most: None },
+    }
+}
+
+/// What surfaces reflect of the light that falls on them.
+#[derive(Clone, Copy, Debug, Default)]
+struct Reflects {
+    /// Diffusely and specularly together.
+    albedo: f64,
+    /// Specularly alone.
+    specular: f64,
+}
+
+impl Reflects {
+    /// Share of all light that is left out, where `first` is what is left out before its first reflection that follows, per
+    /// light that stays: all reflections after it are left out, too.
+    fn share(&self, first: f64) -> f64 {
+        // X / (I + X) with X = I first / (1 - albedo); in a room that loses nothing it is 1
+        if first > 0.0 { first / (first + 1.0 - self.albedo) } else { 0.0 }
+    }
+
+    /// [`Self::share`] where it says something.
+    fn bound(&self, first: f64) -> Option<f64> {
+        Some(self.share(first)).filter(|share| *share < 1.0)
+    }
+}
+
+/// The surfaces of a room and of its objects together.
+struct Surfaces {
+    /// Largest of any surface and channel.
+    brightest: Reflects,
+    /// Mean by area, of luminances.
+    mean: Reflects,
+    /// Area of the room's faces in m2.
+    of_faces: f64,
+    /// Area of its objects in m2.
+    of_objects: f64,
+}
+
+impl Surfaces {
+    fn of(scene: &Scene) -> Self {
+        let room = &scene.room;
+        let size = room.size;
+        let areas =
+            [size.y * size.z, size.y * size.z, size.x * size.z, size.x * size.z, size.x * size.y, size.x * size.y];
+        let faces = Face::ALL.map(|face| (areas[face as usize], room.surfaces[face as usize]));
+        let boxes = room.boxes.iter().map(|object| {
+            let [x, y, z] = object.size.to_array();
+            let lower = if object.base.z > 0.0 { x * y } else { 0.0 };
+            (2.0 * (x + y) * z + x * y + lower, Some(object.surface))
+        });
+        let meshes = room.meshes.iter().flat_map(|object| {
+            object.mesh.triangles.iter().zip(&object.mesh.triangle_materials).map(|(corners, material)| {
+                let [a, b, c] = corners.map(|corner| object.mesh.positions[corner as usize]);
+                (0.5 * (b - a).cross(c - a).length(), object.surfaces.get(*material as usize).copied())
+            })
+        });
+        let mut all =
+            Self { brightest: Reflects::default(), mean: Reflects::default(), of_faces: 0.0, of_objects: 0.0 };
+        let objects: Vec<(f64, Option<Surface>)> = boxes.chain(meshes).collect();
+        all.of_faces = faces.iter().map(|(area, _)| area).sum();
+        all.of_objects = objects.iter().map(|(area, _)| area).sum();
+        for (area, surface) in faces.into_iter().chain(objects) {
+            let Some(surface) = surface else { continue };
+            let specular = surface.specular.map_or([0.0; 3], |specular| specular.reflectance);
+            let share = area / (all.of_faces + all.of_objects);
+            all.mean.albedo += share * luminance(surface.albedo());
+            all.mean.specular += share * luminance(specular);
+            all.brightest.albedo = surface.albedo().into_iter().fold(all.brightest.albedo, f64::max);
+            all.brightest.specular = specular.into_iter().fold(all.brightest.specular, f64::max);
+        }
+        all
+    }
+}
+
+fn luminance(rgb: [f64; 3]) -> f64 {
+    Spectrum::<3>(rgb).luminance()
+}
+
+/// From above: the flux that tubes send back into the room for the first time, per flux that falls on the surfaces before it;
+/// infinite where luminaires shine upward.
+fn first_returns(scene: &Scene, surfaces: &Surfaces) -> f64 {
+    // what a luminaire sends up can go into the tubes before it has met anything
+    let shines_up = |luminaire: &Luminaire| {
+        let normal = luminaire.edge_u.cross(luminaire.edge_v);
+        luminaire.luminance != [0.0; 3] && (normal.truncate() != DVec2::ZERO || normal.z > 0.0)
+    };
+    if scene.room.luminaires.iter().any(shines_up) {
+        return f64::INFINITY;
+    }
+    let tubes = scene.tubes.iter().filter(|tube| returns(tube).is_some());
+    let (mut from_above, mut from_below) = (0.0, 0.0);
+    for tube in tubes {
+        let Sheet { through, back } = Sheet::of(&tube.diffuser);
+        let up_and_down = returned(tube);
+        // down again off the upper side of the sheet, and once more, and so on
+        let rounds = up_and_down / (1.0 - (back * up_and_down).min(1.0 - 1e-9));
+        from_above = f64::max(from_above, back * rounds);
+        from_below += seen_from_surfaces(scene, tube, surfaces) * f64::min(through, through * through * rounds);
+    }
+    from_above + from_below * surfaces.brightest.albedo
+}
+
+/// Largest shares that a sheet passes and reflects.
+struct Sheet {
+    through: f64,
+    back: f64,
+}
+
+impl Sheet {
+    fn of(diffuser: &Diffuser) -> Self {
+        let most = |channels: [f64; 3]| channels.into_iter().fold(0.0, f64::max);
+        match diffuser {
+            Diffuser::Open => Self { through: 1.0, back: 0.0 },
+            Diffuser::Clear { transmittance } => Self { through: most(*transmittance), back: 0.0 },
+            Diffuser::Lambertian { transmittance, reflectance } => {
+                Self { through: most(*transmittance), back: most(*reflectance) }
+            }
+            Diffuser::Mixed { lambertian_transmittance, lambertian_reflectance, clear_transmittance, .. } => Self {
+                through: f64::max(most(*lambertian_transmittance), most(*clear_transmittance)),
+                back: most(*lambertian_reflectance),
+            },
+            Diffuser::Measured(table) => {
+                let degrees = (0..=90).map(|degree| table.shares(libm::cos(f64::from(degree).to_radians())));
+                let [through, back] =
+                    degrees.fold([0.0f64; 2], |most, shares| std::array::from_fn(|k| most[k].max(shares[k])));
+                // between the degrees, too: tables are interpolated
+                Self { through: (1.01 * through).min(1.0), back: (1.01 * back).min(1.0) }
+            }
+        }
+    }
+}
+
+/// The largest share of light from below that a tube sends back down: light that turns round in a pipe meets its mirror.
+fn returned(tube: &Tube) -> f64 {
+    match &tube.shape {
+        TubeShape::Cylinders(cylinders) if matches!(cylinders.collector, Collector::DielectricDome { .. }) => 1.0,
+        TubeShape::Cylinders(cylinders) => cylinders.reflectance.brightest(),
+        TubeShape::Mesh(mesh) if matches!(mesh.section, Section::Cylinder(_)) => 0.0,
+        TubeShape::Mesh(mesh) => {
+            let of_part = |part: &Part| match part {
+                Part::Collector { reflectance, .. } => reflectance.iter().copied().fold(0.0, f64::max),
+                Part::Pipe { reflectance } => reflectance.brightest(),
+                Part::Diffuser => 0.0,
+            };
+            mesh.parts.iter().map(of_part).fold(0.0, f64::max)
+        }
+    }
+}
+
+/// From above: the share of the light leaving any point of the room's surfaces that goes to the opening of a tube.
+fn seen_from_surfaces(scene: &Scene, tube: &Tube, surfaces: &Surfaces) -> f64 {
+    // a mirror can send all its light there
+    if surfaces.brightest.specular > 0.0 {
+        return 1.0;
+    }
+    let (size, radius) = (scene.room.size, tube.opening_radius);
+    let of_floor = radius * radius / (radius * radius + size.z * size.z);
+    let offset = tube.centre.min(size.truncate() - tube.centre).min_element();
+    let of_walls = most_from_wall(radius, offset.max(radius));
+    let boxes = scene.room.boxes.iter().map(|object| object.base.z + object.size.z);
+    let meshes = scene.room.meshes.iter().flat_map(|object| object.mesh.positions.iter().map(|position| position.z));
+    let below = size.z - boxes.chain(meshes).fold(0.0, f64::max);
+    // of whatever slope: the solid angle of the disc, seen from straight below, over pi
+    let of_objects = match surfaces.of_objects > 0.0 {
+        true => (2.0 * (1.0 - below / libm::hypot(below, radius))).min(1.0),
+        false => 0.0,
+    };
+    of_floor.max(of_walls).max(of_objects)
+}
+
+/// Largest form factor from a point of a wall to a disc of `radius` in the ceiling, whose centre is `offset` m from the wall.
+fn most_from_wall(radius: f64, offset: f64) -> f64 {
+    // it rises with the depth below the ceiling to one maximum, and falls: first by steps, then by thirds
+    let at = |exponent: f64| disc_irradiance(radius, offset * libm::exp2(exponent), offset).toward_axis;
+    let step = |k: i32| 0.25 * f64::from(k);
+    let best = (-80..=16).max_by(|a, b| at(step(*a)).total_cmp(&at(step(*b)))).unwrap_or(0);
+    let (mut low, mut high) = (step(best - 1), step(best + 1));
+    for _ in 0..64 {
+        let third = (high - low) / 3.0;
+        match at(low + third) < at(high - third) {
+            true => low += third,
+            false => high -= third,
+        }
+    }
+    // the disc's edge at the wall is a limit that the steps only come near
+    1.00001 * at(0.5 * (low + high))
+}
+
+/// A flux in lm: an estimate between bounds.
+#[derive(Clone, Copy, Debug, Default)]
+struct Flux {
+    least: f64,
+    about: f64,
+    most: f64,
+}
+
+impl Flux {
+    fn add(&mut self, other: Self) {
+        self.least += other.least;
+        self.about += other.about;
+        self.most += other.most;
+    }
+}
+
+/// Rays per replicate by which the flux of a guide without a closed form is estimated.
+const RAYS: u64 = 64;
+
+/// Share that one source of light has in the flux that comes into the room.
+fn source(scene: &Scene, tubes: &[TraceableTube], kind: EffectKind) -> LeftOut {
+    let electric = scene
+        .room
+        .luminaires
+        .iter()
+        .map(|luminaire| PI * luminaire.edge_u.cross(luminaire.edge_v).length() * luminance(luminaire.luminance));
+    let electric: f64 = electric.sum();
+    let electric = Flux { least: electric, about: electric, most: electric };
+    let (mut sky, mut sun) = (Flux::default(), Flux::default());
+    for (index, tube) in tubes.iter().enumerate() {
+        sky.add(of_sky(scene, tube, index));
+        sun.add(of_sun(scene, tube, index));
+    }
+    let (own, others) = match kind {
+        EffectKind::Sky => (sky, [sun, electric]),
+        EffectKind::Sun => (sun, [sky, electric]),
+        _ => (electric, [sky, sun]),
+    };
+    let rest = |of: fn(&Flux) -> f64| others.iter().map(of).sum::<f64>();
+    let about = own.about / (own.about + rest(|flux| flux.about));
+    let at_most = own.most / (own.most + rest(|flux| flux.least));
+    let alone = rest(|flux| flux.most) == 0.0;
+    LeftOut {
+        about: Some(about).filter(|share| share.is_finite()),
+        at_most: if alone { Some(1.0) } else { Some(at_most).filter(|share| *share < 1.0) },
+    }
+}
+
+/// Least, likely and largest luminance share of light from above that a tube's closure lets into the room at first.
+fn passes(tube: &TraceableTube) -> Flux {
+    let equal = |share: f64| Flux { least: share, about: share, most: share };
+    match &tube.diffuser {
+        Diffuser::Open => equal(1.0),
+        Diffuser::Clear { transmittance } | Diffuser::Lambertian { transmittance, .. } => {
+            equal(luminance(*transmittance))
+        }
+        Diffuser::Mixed { lambertian_radius_m, inner, lambertian_transmittance, clear_transmittance, .. } => {
+            let [scattered, clear] = [lambertian_transmittance, clear_transmittance].map(|rgb| luminance(*rgb));
+            let within = (lambertian_radius_m / tube.opening_radius).min(1.0).powi(2);
+            let (inner, outer) = match inner {
+                DiffuserZone::Lambertian => (scattered, clear),
+                DiffuserZone::Clear => (clear, scattered),
+            };
+            let about = within * inner + (1.0 - within) * outer;
+            Flux { least: scattered.min(clear), about, most: scattered.max(clear) }
+        }
+        Diffuser::Measured(table) => {
+            let [through, _] = table.shares(libm::cos(PI / 4.0));
+            Flux { least: 0.0, about: through, most: 1.0 }
+        }
+    }
+}
+
+/// Flux of the sky that a tube lets into the room.
+fn of_sky(scene: &Scene, tube: &TraceableTube, index: usize) -> Flux {
+    let Some(sky) = scene.daylight.as_ref().and_then(|daylight| daylight.sky.as_ref()) else {
+        return Flux::default();
+    };
+    let closure = passes(tube);
+    let traced = performance::sky(&tube.guide, sky, Key::new(index as u64), RAYS);
+    let about = closure.about * traced.arriving().mean;
+    // of a straight pipe the mirror can only take from what passes the level cover
+    let most = match &tube.guide {
+        Guide::Straight(guide) if scene.channels == Channels::Photopic => {
+            let cover = guide.collector_transmittance[0];
+            closure.most * cover * tube.opening_area_m2() * sky.horizontal_illuminance_lux()
+        }
+        _ => f64::INFINITY,
+    };
+    Flux { least: 0.0, about: about.min(most), most }
+}
+
+/// Flux of the sun's beam that a tube lets into the room.
+fn of_sun(scene: &Scene, tube: &TraceableTube, index: usize) -> Flux {
+    let Some(sun) = scene.daylight.as_ref().and_then(|daylight| daylight.sun) else { return Flux::default() };
+    let closure = passes(tube);
+    let beam = performance::beam(&tube.guide, sun.direction, Key::new(index as u64), RAYS);
+    let flux = sun.normal_illuminance_lux * beam.arriving().mean;
+    let about = closure.about * flux;
+    match &tube.guide {
+        Guide::Straight(guide)
+            if scene.channels == Channels::Photopic && matches!(guide.reflectance, Mirror::Constant(_)) =>
+        {
+            Flux { least: closure.least * flux, about, most: closure.most * flux }
+        }
+        _ => Flux { least: 0.0, about, most: f64::INFINITY },
+    }
+}
