@@ -3,7 +3,7 @@
 
 use std::sync::LazyLock;
 
-use jsonschema::Validator;
+use schema_validator::Validator;
 use serde_json::{Value, json};
 use skyduct::document::{DocumentErrors, JobDocument, ValidJob};
 
@@ -21,21 +21,17 @@ pub fn component(name: &str) -> Validator {
 /// The validator of a schema that may refer to components.
 pub fn schema(mut schema: Value) -> Validator {
     schema["components"] = DESCRIPTION["components"].clone();
-    jsonschema::draft202012::options().should_validate_formats(true).build(&schema).unwrap()
+    Validator::new(&schema).unwrap()
 }
 
 /// Faults that the schema of job documents finds in `document`.
 pub fn faults(document: &Value) -> Vec<String> {
-    faults_of(&JOB_DOCUMENT, document)
-}
-
-pub fn faults_of(validator: &Validator, value: &Value) -> Vec<String> {
-    validator.iter_errors(value).map(|error| format!("{}: {error}", error.instance_path())).collect()
+    JOB_DOCUMENT.faults(document)
 }
 
 #[track_caller]
 pub fn assert_valid(validator: &Validator, value: &Value, what: &str) {
-    let faults = faults_of(validator, value);
+    let faults = validator.faults(value);
     assert!(faults.is_empty(), "{what}: {faults:#?}\n{value:#}");
 }
 
