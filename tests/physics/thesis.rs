@@ -82,7 +82,7 @@ fn distances_of_a_synthetic_pair() {
 /// A report of tiny jobs, twice: the same page and the same pictures, with every part in it.
 #[test]
 fn a_tiny_report_is_the_same_every_time() {
-    let settings = Settings { passes: 4, photons_per_pass: 512, size_px: 16, cells: 3, points: 8, discs: 64 };
+    let settings = Settings { passes: 2, photons_per_pass: 256, size_px: 8, cells: 3, points: 8, discs: 64 };
     let folder = |name: &str| std::env::temp_dir().join(format!("skyduct-thesis-{name}-{}", std::process::id()));
     let folders = ["first", "second"].map(folder);
     for folder in &folders {
