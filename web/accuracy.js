@@ -1,5 +1,5 @@
 // Error against time as it falls, the accuracies to choose from, and the time to each.
-import { cancel, sharpen } from "./live.js";
+import { cancel, edit, sharpen } from "./live.js";
 import { thousands } from "./scale.js";
 import { set, state } from "./state.js";
 import { html, nothing, svg } from "./vendor/lit-html.js";
@@ -106,5 +106,7 @@ export function accuracy() {
     <p>${told}${running ? html` <span class="busy">sharpening to ${percent(running.asked)}${timeLeft(last?.seconds_left)}</span>` : nothing}</p>
     ${chart(passes, target)}
     <div class="targets" role="group" aria-label="Accuracy to sharpen to">${TARGETS.map(button)}</div>
+    <button type="button" id="check" aria-pressed=${Boolean(state.draft?.cross_check)} title="A second, independent method computes the same"
+      @click=${() => edit((draft) => (draft.cross_check = !draft.cross_check))}>Second opinion</button>
     <button type="button" class="cancel" ?disabled=${!running?.id} @click=${cancel}>Stop</button>`;
 }

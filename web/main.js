@@ -8,7 +8,7 @@ import { room } from "./form_room.js";
 import { tubes } from "./form_tubes.js";
 import { jobPage } from "./job_page.js";
 import { jobs, toggle } from "./jobs.js";
-import { present, problemOf, undo, use } from "./live.js";
+import { edit, present, problemOf, undo, use } from "./live.js";
 import { picture } from "./picture.js";
 import { plan } from "./plan.js";
 import { preset, presets } from "./presets.js";
@@ -68,6 +68,12 @@ function editor() {
   const layer = (/** @type {"lux" | "daylight_factor"} */ of, /** @type {string} */ words) =>
     html`<button type="button" aria-pressed=${state.layer === of} ?disabled=${of !== "lux" && !factor}
       title=${of !== "lux" && !factor ? "Under an overcast sky only" : ""} @click=${() => set({ layer: of })}>${words}</button>`;
+  const inParts = Boolean(state.draft?.grids?.[0]?.components);
+  const toParts = () =>
+    edit((draft) => {
+      const grid = draft.grids?.[0];
+      if (grid) grid.components = !inParts;
+    });
   const open = !stacked.matches;
   const form = html`<form class="panel form" aria-label="The room and its tubes"
     @submit=${(/** @type {Event} */ event) => event.preventDefault()}>
@@ -78,6 +84,7 @@ function editor() {
     <div class="column middle">
       <section class="panel map" aria-label="Plan"><div class="head"><h2>Plan</h2><div
         class="group">${layer("lux", "Lux")}${layer("daylight_factor", "Daylight factor")}</div><button type="button"
+        id="parts" aria-pressed=${inParts} title="Where the light comes from: each tube and each source by itself" @click=${toParts}>By tube</button><button type="button"
         ?disabled=${!state.past.length} @click=${undo} title="Ctrl+Z">Undo</button><button type="button"
         ?disabled=${!answer || !state.current} @click=${keepAsA}>Keep as A</button></div>
         ${otherFaults()}${plan(narrow.matches)}${readOut()}</section>

@@ -15,6 +15,7 @@ export function reasons(job) {
   const warnings = [...job.warnings, ...(job.render_warnings ?? [])];
   return html`<h2>What is simulated, and why</h2>
     ${warnings.map((warning) => html`<p class="warning" role="note">${warning.detail}</p>`)}
+    ${job.cross_check ? html`<p class="check"><strong>Second opinion:</strong> ${job.cross_check.verdict}.</p>` : nothing}
     ${method("grids", "Map")}${method("views", "Picture")}
     <ul class="effects">${effects.filter(({ on }) => on).map(effect)}</ul>
     <details><summary>Left out: ${effects.filter(({ on }) => !on).length} effects</summary><ul

@@ -67,7 +67,7 @@ export function numbers({ job, grid }) {
   return html`<dl class="numbers">${rows.map(([name, value]) => html`<div><dt>${name}</dt><dd>${value}</dd></div>`)}</dl>
     <details><summary>Area that has at least …</summary><table class="above"><caption
       class="unseen">Share of the work plane at or above a level</caption><tbody>${above}</tbody></table></details>
-    ${tubes(job)}`;
+    ${origins({ job, grid })}${tubes(job)}`;
 }
 
 /** Fluxes of the tubes. @param {Job} job */
@@ -87,6 +87,35 @@ function tubes(job) {
     )}</tbody></table>`;
 }
 
+/** The parts of the light of a grid that has them: its sources, and its tubes. @param {Grid} grid @returns {[string, Schemas["GridPart"]][]} */
+function parts({ components, by_tube }) {
+  /** @type {[keyof NonNullable<Grid["components"]>, string][]} */
+  const names = [
+    ["sky_direct", "sky, direct"],
+    ["sky_interreflected", "sky, reflected"],
+    ["sun_direct", "sun, direct"],
+    ["sun_interreflected", "sun, reflected"],
+    ["luminaires_direct", "lamps, direct"],
+    ["luminaires_interreflected", "lamps, reflected"],
+  ];
+  const sources = names.flatMap(([name, words]) => {
+    const part = components?.[name];
+    return part ? [/** @type {[string, Schemas["GridPart"]]} */ ([words, part])] : [];
+  });
+  return [...(by_tube ?? []).map((part, index) => /** @type {[string, Schemas["GridPart"]]} */ ([`tube ${index + 1}`, part])), ...sources];
+}
+
+/** Where the light comes from, in the mean over the grid. @param {Answer} answer */
+function origins({ job, grid }) {
+  const all = grid ? parts(grid) : [];
+  const mean = grid?.statistics.mean_lux ?? 0;
+  if (!all.length || !(mean > 0)) return nothing;
+  const row = (/** @type {[string, Schemas["GridPart"]]} */ [name, part]) => html`<tr><th scope="row">${name}</th><td><meter min="0" max="100" value=${(100 * part.mean_lux) / mean}
+      aria-label=${`share of ${name}`}></meter></td><td>${((100 * part.mean_lux) / mean).toFixed(0)}\u202f%</td>
+      <td>${interval({ of: part.mean_lux, error: part.mean_lux_standard_error }, job.progress.passes, "lx")}</td></tr>`;
+  return html`<table class="above origins"><caption>Where the light comes from, in the mean</caption><tbody>${all.map(row)}</tbody></table>`;
+}
+
 /** The value under the pointer. */
 export function readOut() {
   const { answer, cursor } = state;
@@ -99,5 +128,16 @@ export function readOut() {
   const { rows, unit } = values(grid, state.layer);
   const shown = unit === "%" ? html`, ${rows[row]?.[column]?.toPrecision(2)}\u202f%` : nothing;
   return html`<p class="readout">${interval({ of: value, error }, answer.job.progress.passes, "lx")}${shown}
-    <small>at ${grid.x_m[column]?.toFixed(2)} m from west, ${grid.y_m[row]?.toFixed(2)} m from south</small></p>`;
+    <small>at ${grid.x_m[column]?.toFixed(2)} m from west, ${grid.y_m[row]?.toFixed(2)} m from south${shares(grid, column, row)}</small></p>`;
+}
+
+/** Shares of the tubes, and of lamps, in a cell's light. @param {Grid} grid @param {number} column @param {number} row */
+function shares(grid, column, row) {
+  const whole = grid.illuminance_lux[row]?.[column] ?? 0;
+  if (!grid.by_tube || !(whole > 0)) return nothing;
+  const of = (/** @type {Schemas["GridPart"] | null | undefined} */ part) => part?.illuminance_lux[row]?.[column] ?? 0;
+  const lamps = of(grid.components?.luminaires_direct) + of(grid.components?.luminaires_interreflected);
+  const named = [...grid.by_tube.map((part, index) => [`tube ${index + 1}`, of(part)]), ["lamps", lamps]];
+  const told = named.filter(([, lux]) => Number(lux) > 0).map(([name, lux]) => `${name} ${((100 * Number(lux)) / whole).toFixed(0)}\u202f%`);
+  return html`<br>${told.join(", ")}`;
 }

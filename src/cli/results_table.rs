@@ -37,6 +37,9 @@ fn results_table(job: &Value) -> String {
         let efficiency = with_error(&efficiency.unwrap_or(Value::Null), &Value::Null);
         vec![index.to_string(), with_error(&flux["flux_lm"], &flux["standard_error_lm"]), efficiency]
     });
+    if let Some(verdict) = job["cross_check"]["verdict"].as_str() {
+        text.push_str(&format!("second opinion: {verdict}\n"));
+    }
     table(&mut text, vec!["tube", "into the room, lm", "efficiency, %"], tubes.collect());
     text
 }

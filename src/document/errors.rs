@@ -114,6 +114,8 @@ pub enum WarningCode {
     KernelsNotCut,
     /// An effect is switched off that the scene calls for, and what is left out may be more than the accuracy asked for.
     EffectLeftOut,
+    /// The method that checks the grids finds other values, further off than its errors and those of the grids explain.
+    MethodsDisagree,
 }
 
 impl WarningCode {
@@ -130,6 +132,7 @@ impl WarningCode {
             Self::LostRays => "lost_rays",
             Self::KernelsNotCut => "kernels_not_cut",
             Self::EffectLeftOut => "effect_left_out",
+            Self::MethodsDisagree => "methods_disagree",
         }
     }
 }

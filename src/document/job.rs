@@ -67,6 +67,9 @@ pub struct JobDocument {
     #[serde(default)]
     #[schema(value_type = EffectSwitches)]
     pub effects: Effects,
+    /// Runs a second, independent method of the grids beside the first, and tells how well the two agree.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub cross_check: bool,
     /// Selects the random numbers; equal documents with equal seeds give equal bits.
     #[serde(default)]
     #[schema(maximum = 18_446_744_073_709_551_615u64)]

@@ -34,6 +34,9 @@ pub struct GridDocument {
     /// Points or averages over the cells; default: points.
     #[serde(default)]
     pub estimate: EstimateDocument,
+    /// Tells every value by source, direct and interreflected, and by tube, too; the job then computes each part by itself.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub components: bool,
 }
 
 /// Meaning of a sensor's value.
@@ -107,7 +110,9 @@ impl GridDocument {
     /// The grid above a floor of `width` times `depth` metres.
     pub fn grid(&self, [width, depth]: [f64; 2]) -> Grid {
         let cells = self.cells.map(|cells| cells as usize);
-        Grid::new(self.name.clone(), self.height_m, cells, self.margin_m, [width, depth], self.estimate.into())
+        let name = self.name.clone();
+        let grid = Grid::new(name, self.height_m, cells, self.margin_m, [width, depth], self.estimate.into());
+        Grid { components: self.components, ..grid }
     }
 }
 

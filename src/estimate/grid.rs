@@ -19,6 +19,8 @@ pub struct GridEstimate {
     pub mean: Moments,
     /// The values come from a solver: errors are numerical, and alike at neighbours.
     pub numerical: bool,
+    /// The same grid in parts of the light and by another method, as passes have it.
+    pub beside: Vec<GridEstimate>,
 }
 
 /// Number of photons from which on the spread of the passes tells the error of what they add up to.
@@ -35,7 +37,20 @@ impl GridEstimate {
             photons: vec![PhotonCount::default(); sensors],
             mean: Moments::default(),
             numerical: false,
+            beside: Vec::new(),
         }
+    }
+
+    /// Makes room for what passes give beside values; `start`: a pass of no light.
+    pub fn begin(&mut self, start: &GridPass) {
+        self.contrasts = vec![Moments::default(); start.contrasts.len()];
+        let sensors = self.sensors.len();
+        let begun = |start: &GridPass| {
+            let mut estimate = Self::empty(sensors);
+            estimate.begin(start);
+            estimate
+        };
+        self.beside = start.beside.iter().map(begun).collect();
     }
 
     /// Adds one pass of the same grid.
@@ -45,6 +60,7 @@ impl GridEstimate {
         push_each(&mut self.contrasts, &pass.contrasts);
         self.photons.iter_mut().zip(&pass.photons).for_each(|(all, of_pass)| all.add(of_pass));
         self.mean.push(pass.illuminance.iter().sum::<f64>() / pass.illuminance.len() as f64);
+        self.beside.iter_mut().zip(&pass.beside).for_each(|(beside, pass)| beside.push(pass));
     }
 
     /// Adds the result of a solver: as two replicates whose spread is the numerical error, or as one where nothing is
@@ -70,6 +86,7 @@ impl GridEstimate {
         self.photons.iter_mut().zip(&later.photons).for_each(|(all, part)| all.add(part));
         self.mean.merge(&later.mean);
         self.numerical |= later.numerical;
+        self.beside.iter_mut().zip(&later.beside).for_each(|(all, part)| all.merge(part));
     }
 
     /// Illuminance of a sensor in lux: the mean over the passes, zero without any.
@@ -105,9 +122,10 @@ impl GridEstimate {
 
     /// Gives `f` every number in a fixed order, to read or to replace: checkpoints store them so.
     pub fn for_each_value(&mut self, f: &mut impl FnMut(&mut f64)) {
-        let Self { sensors, bias, contrasts, photons, mean, numerical: _ } = self;
+        let Self { sensors, bias, contrasts, photons, mean, numerical: _, beside } = self;
         sensors.iter_mut().chain(bias).chain(contrasts).chain([mean]).for_each(|moments| moments.for_each_value(f));
-        photons.iter_mut().flat_map(|count| [&mut count.found, &mut count.one_lux]).for_each(f);
+        photons.iter_mut().flat_map(|count| [&mut count.found, &mut count.one_lux]).for_each(&mut *f);
+        beside.iter_mut().for_each(|grid| grid.for_each_value(f));
     }
 }
 

@@ -48,10 +48,7 @@ impl GridStatistics {
         let values: Vec<f64> = sensors.clone().map(|sensor| estimate.illuminance_lux(sensor)).collect();
         let errors: Vec<f64> = sensors.map(|sensor| estimate.standard_error_lux(sensor)).collect();
         let count = estimate.sensors.first()?.count;
-        let mean = Statistic {
-            value: values.iter().sum::<f64>() / values.len() as f64,
-            standard_error: error_of_mean(estimate),
-        };
+        let mean = mean(estimate);
         let of = |order: fn(&mut [f64]) -> f64| order_statistic(&values, &errors, count, estimate.numerical, order);
         let min = of(|values| values.iter().copied().fold(f64::INFINITY, f64::min));
         let uniformity = min.value / mean.value;
@@ -67,6 +64,12 @@ impl GridStatistics {
             },
         })
     }
+}
+
+/// The mean of a grid.
+pub fn mean(estimate: &GridEstimate) -> Statistic {
+    let values = (0..estimate.sensors.len()).map(|sensor| estimate.illuminance_lux(sensor));
+    Statistic { value: values.sum::<f64>() / estimate.sensors.len() as f64, standard_error: error_of_mean(estimate) }
 }
 
 /// Standard error of the grid's mean: the spread of the passes' means, the mean of the sensors' biases (signed: they
@@ -198,7 +201,7 @@ mod tests {
                 illuminance: vec![10.0, 20.0, 30.0, 40.0],
                 bias: vec![0.5, 0.5, 0.5, -0.1],
                 contrasts: vec![0.3, 0.0, 0.0, 0.4],
-                photons: Vec::new(),
+                ..GridPass::default()
             });
         }
         let statistics = GridStatistics::new(&estimate).unwrap();

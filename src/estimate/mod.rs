@@ -1,10 +1,12 @@
 //! Passes add up to estimates with errors.
 
+pub mod discrepancy;
 pub mod film;
 pub mod grid;
 pub mod grid_statistics;
 pub mod stopping;
 
+pub use discrepancy::Discrepancy;
 pub use film::FilmEstimate;
 pub use grid::GridEstimate;
 pub use stopping::{Accuracy, StopRule};
@@ -84,7 +86,7 @@ impl Estimate {
     /// of [`Self::push`], from [`crate::integrator::Integrator::start`].
     pub fn begin(&mut self, grids: Option<&Pass>, views: Option<&Pass>) {
         for (estimate, start) in self.grids.iter_mut().zip(grids.iter().flat_map(|start| &start.grids)) {
-            estimate.contrasts = vec![Moments::default(); start.contrasts.len()];
+            estimate.begin(start);
         }
         for (estimate, start) in self.views.iter_mut().zip(views.iter().flat_map(|start| &start.views)) {
             estimate.contrasts = vec![Moments::default(); start.contrasts.len()];

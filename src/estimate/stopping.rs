@@ -177,7 +177,8 @@ impl StopRule {
     }
 }
 
-fn grid_error(grid: &GridEstimate) -> f64 {
+/// Relative standard error of a grid as accuracies have it: root mean square over the sensors.
+pub fn grid_error(grid: &GridEstimate) -> f64 {
     let sensors = 0..grid.sensors.len();
     relative_error(sensors.map(|sensor| (grid.illuminance_lux(sensor), grid.standard_error_lux(sensor))).collect())
 }

@@ -2,6 +2,7 @@
 
 use std::collections::HashMap;
 use std::f64::consts::PI;
+use std::sync::Arc;
 
 use glam::DVec3;
 
@@ -52,12 +53,12 @@ pub enum MeshGuideError {
 /// Triangles of collector and pipe above the opening.
 #[derive(Clone, Debug)]
 pub struct MeshGuide {
-    bvh: TriangleBvh,
+    bvh: Arc<TriangleBvh>,
     /// Unit normal and part of each triangle.
-    normals: Vec<DVec3>,
-    parts: Vec<Part>,
+    normals: Arc<[DVec3]>,
+    parts: Arc<[Part]>,
     /// Whether each normal points into the pipe: 1, -1, or 0 where this is not known.
-    inward: Vec<f64>,
+    inward: Arc<[f64]>,
     opening_radius: f64,
     /// Sphere around the collector, and the distance from its centre beyond which the whole mesh lies.
     collector_centre: DVec3,
@@ -105,10 +106,10 @@ impl MeshGuide {
         let bvh = TriangleBvh::new(&triangles);
         let is_mirror = |triangle: usize| matches!(triangle_parts[triangle], Part::Pipe { .. });
         Ok(Self {
-            inward: inner_side::inward(&triangles, &normals, is_mirror, &bvh),
-            bvh,
-            normals,
-            parts: triangle_parts,
+            inward: inner_side::inward(&triangles, &normals, is_mirror, &bvh).into(),
+            bvh: Arc::new(bvh),
+            normals: normals.into(),
+            parts: triangle_parts.into(),
             opening_radius,
             collector_centre,
             collector_radius,

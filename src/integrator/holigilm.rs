@@ -22,7 +22,7 @@
 //! **Sources.** Kocifaj, Darula and Kittler 2008, formulated from the physics; Swift and Smith 1995 for the series.
 
 use super::deterministic::{installation, refuses};
-use super::method::{Computation, Described, Knows, Load, Refusal, RefusalCode, Task, Work};
+use super::method::{Computation, Described, Knows, Load, Passes, Refusal, RefusalCode, Task, Work};
 use crate::analytic::holigilm::Holigilm;
 use crate::analytic::patches::Mesh;
 use crate::guide::Guide;
@@ -44,6 +44,10 @@ const LIT_PATCH: f64 = 200e3;
 impl Described for Settings {
     fn name(&self) -> &'static str {
         "holigilm"
+    }
+
+    fn passes(&self) -> Passes {
+        Passes::None
     }
 
     fn knows(&self) -> Knows {

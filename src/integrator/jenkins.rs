@@ -18,7 +18,7 @@
 use std::f64::consts::PI;
 
 use super::deterministic::{cylinders, installation, refuses};
-use super::method::{Caveat, CaveatCode, Computation, Described, Knows, Refusal, RefusalCode, Task, Work};
+use super::method::{Caveat, CaveatCode, Computation, Described, Knows, Passes, Refusal, RefusalCode, Task, Work};
 use crate::analytic::jenkins::{Jenkins, Pipe};
 use crate::scene::{Scene, StraightOrBent};
 
@@ -27,6 +27,10 @@ pub use crate::analytic::jenkins::Settings;
 impl Described for Settings {
     fn name(&self) -> &'static str {
         "jenkins"
+    }
+
+    fn passes(&self) -> Passes {
+        Passes::None
     }
 
     fn knows(&self) -> Knows {

@@ -23,6 +23,11 @@ pub trait Described: Send + Sync {
         Knows::ALL
     }
 
+    /// How its passes depend on each other.
+    fn passes(&self) -> Passes {
+        Passes::Independent
+    }
+
     /// Sentence of the plan about the method, where its name and its settings do not say all.
     fn remark(&self) -> Option<&'static str> {
         None
@@ -128,6 +133,17 @@ pub struct Knows {
     pub tube_fluxes: bool,
 }
 
+/// How the passes of a method depend on each other.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Passes {
+    /// Each is a replicate by itself.
+    Independent,
+    /// Each goes on from what those before it left.
+    InOrder,
+    /// There are none: everything is solved at once.
+    None,
+}
+
 impl Knows {
     /// Everything that a result can have.
     pub const ALL: Self = Self { views: true, energy: true, tube_fluxes: true };
@@ -217,6 +233,10 @@ refusal_codes! {
     LosslessRoom = "lossless_room",
     /// Interreflection is switched off.
     InterreflectionOff = "interreflection_off",
+    /// Passes are in order or there are none, where independent ones are needed.
+    DependentPasses = "dependent_passes",
+    /// No other method computes the grids with errors that are honest here.
+    NoSecondMethod = "no_second_method",
     /// A setting of the method that has no default is missing.
     SettingMissing = "setting_missing",
 }

@@ -7,8 +7,9 @@
 //! `lamp` cuts paths at Lambertian diffusers: what leaves them is found once for all of the room.
 //!
 //! `method` says what the rest of the program has to know of a method, `pass` what a pass is, `registry` which methods
-//! there are, `deterministic` what those without passes share, `some_sensors` joins two methods. Every other entry is a method: its settings, which say what
-//! it knows, refuses and costs, its state and its pass.
+//! there are, `deterministic` what those without passes share, `some_sensors` joins two methods, `components` passes of parts of
+//! the light, `cross_check` a method and its check. Every other entry is a method: its settings, which say what it knows, refuses
+//! and costs, its state and its pass.
 //!
 //! A pass is a pure function of (scene, settings, seed, pass number): it can be computed anywhere, in any order, and has
 //! the same bits on any number of threads. Passes are independent replicates; `estimate` adds them up. With statistics per
@@ -16,6 +17,8 @@
 
 pub(crate) mod backward;
 pub mod bidirectional;
+pub mod components;
+pub mod cross_check;
 pub mod deterministic;
 pub mod holigilm;
 pub mod jenkins;

@@ -63,6 +63,49 @@ pub struct GridPass {
     pub contrasts: Vec<f64>,
     /// Photons behind each sensor's value; empty where the method's errors need no count of them.
     pub photons: Vec<PhotonCount>,
+    /// The same grid in parts of the light, or by another method; as many in every pass.
+    pub beside: Vec<GridPass>,
+}
+
+impl GridPass {
+    /// Adds another part of the light on the same sensors, by the same method.
+    pub fn add(&mut self, other: &Self) {
+        add_each(&mut self.illuminance, &other.illuminance, 1.0);
+        add_each(&mut self.bias, &other.bias, 1.0);
+        add_each(&mut self.contrasts, &other.contrasts, 1.0);
+        if self.photons.len() < other.photons.len() {
+            self.photons.resize(other.photons.len(), PhotonCount::default());
+        }
+        for (count, other) in self.photons.iter_mut().zip(&other.photons) {
+            count.found += other.found;
+            count.one_lux = count.one_lux.max(other.one_lux);
+        }
+    }
+
+    /// Makes room for the values of another part of the light, and leaves it out.
+    pub fn make_room_for(&mut self, other: &Self) {
+        let nothing = |values: &[f64]| vec![0.0; values.len()];
+        let photons = vec![PhotonCount::default(); other.photons.len()];
+        let (illuminance, bias) = (nothing(&other.illuminance), nothing(&other.bias));
+        self.add(&Self { illuminance, bias, contrasts: nothing(&other.contrasts), photons, beside: Vec::new() });
+    }
+
+    /// What is left without a part of the light. The photons stay, which are behind what is left as well.
+    pub fn without(&self, part: &Self) -> Self {
+        let mut left = self.clone();
+        add_each(&mut left.illuminance, &part.illuminance, -1.0);
+        add_each(&mut left.bias, &part.bias, -1.0);
+        add_each(&mut left.contrasts, &part.contrasts, -1.0);
+        left
+    }
+}
+
+/// Adds `factor` times each of the others; values that are not there count as 0.
+fn add_each(values: &mut Vec<f64>, others: &[f64], factor: f64) {
+    if values.len() < others.len() {
+        values.resize(others.len(), 0.0);
+    }
+    values.iter_mut().zip(others).for_each(|(value, other)| *value += factor * other);
 }
 
 /// Photons that a sensor found in one pass, or in all.

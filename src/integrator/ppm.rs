@@ -39,7 +39,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::{GridPass, Integrator, Pass, PhotonCount, ViewPass};
-use crate::integrator::method::{Caveat, Computation, Described, Kept, Load, Task, Work};
+use crate::integrator::method::{Caveat, Computation, Described, Kept, Load, Passes, Task, Work};
 use crate::integrator::photon_map::maps::{Gathered, Mapper, Maps};
 use crate::integrator::photon_map::near_light::{SENSOR_CONNECTIONS, SENSOR_STRATA};
 use crate::integrator::photon_map::progressive::{Carried, PointStatistics, Radii, Radius};
@@ -106,6 +106,10 @@ impl Described for Settings {
 
     fn working_bytes(&self, load: &Load) -> f64 {
         memory::bytes(self.photons_per_pass, if load.views > 0 { 1.0 } else { 0.0 }, load)
+    }
+
+    fn passes(&self) -> Passes {
+        Passes::InOrder
     }
 
     fn kept_of_sensor(&self, grid: &Grid) -> Kept {
@@ -304,6 +308,7 @@ impl<const C: usize> Ppm<C> {
             bias: sensors.iter().map(|sensor| sensor.value.bias).collect(),
             contrasts: sensors.iter().flat_map(|sensor| &sensor.contrasts).copied().collect(),
             photons: sensors.iter().map(|sensor| sensor.photons).collect(),
+            ..GridPass::default()
         };
         Some((pass, self.radii.after(before, sensors.iter().flat_map(|sensor| &sensor.found).copied())))
     }

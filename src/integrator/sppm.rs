@@ -33,7 +33,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::{GridPass, Integrator, Pass, PhotonCount, ViewPass};
-use crate::integrator::method::{Caveat, Computation, Described, Kept, Load, Task, Work};
+use crate::integrator::method::{Caveat, Computation, Described, Kept, Load, Passes, Task, Work};
 use crate::integrator::photon_map::maps::{Gathered, Mapper, Maps};
 use crate::integrator::photon_map::near_light::{SENSOR_CONNECTIONS, SENSOR_STRATA};
 use crate::integrator::photon_map::progressive::{Carried, PointStatistics, Radii, Radius};
@@ -86,6 +86,10 @@ impl Described for Settings {
 
     fn working_bytes(&self, load: &Load) -> f64 {
         memory::bytes(self.photons_per_pass, if load.views > 0 { 1.0 } else { 0.0 }, load)
+    }
+
+    fn passes(&self) -> Passes {
+        Passes::InOrder
     }
 
     fn kept_of_sensor(&self, _: &Grid) -> Kept {

@@ -7,6 +7,8 @@ use crate::analytic::{Ending, Solver};
 use crate::estimate::stopping::Wanted;
 use crate::estimate::{Estimate, StopRule};
 use crate::integrator::Integrator;
+use crate::integrator::components::InParts;
+use crate::integrator::cross_check::CrossChecked;
 use crate::integrator::method::{Computation, Task};
 use crate::integrator::some_sensors::SomeSensors;
 use crate::plan::{MethodChoice, Methods};
@@ -14,6 +16,9 @@ use crate::scene::Scene;
 use crate::statistics::interval::two_sided_normal_quantile;
 use crate::traceable::TraceableScene;
 use crate::traceable::luminaire::TraceableLuminaire;
+
+/// Number of the check among the seeds of a job; parts of the light count from 1.
+const CHECK: u64 = 0;
 
 /// The integrators of a plan.
 pub(super) enum Engine {
@@ -40,6 +45,12 @@ pub(super) enum Added {
     Nothing,
 }
 
+/// The seed of a part of a job, far from that of the job and of other jobs: the numbers of methods follow from a hash of it.
+fn seed_of(seed: u64, number: u64) -> u64 {
+    // the odd number next to 2^64 over the golden ratio
+    seed.wrapping_add((number + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15))
+}
+
 impl Engine {
     pub(super) fn new(
         traceable: &Arc<TraceableScene>,
@@ -54,30 +65,55 @@ impl Engine {
         }
         let target = stop.relative_error / two_sided_normal_quantile(stop.confidence);
         let task = Task::whole(scene, traceable);
-        let build = |choice: &MethodChoice, task: Task| choice.method.described().build(&task, seed, target);
-        let shared = methods.share_passes();
-        let of_grids = methods.grids.as_ref();
-        let grids = match of_grids.map(|choice| build(choice, if shared { task } else { task.without_views() })) {
-            Some(Computation::Solution(solver)) => return Self::Solver(solver),
-            Some(Computation::Passes(integrator)) if shared => return Self::Shared(integrator),
-            Some(Computation::Passes(all)) => Some(match &methods.beside_surfaces {
-                None => all,
-                Some(some) => {
-                    let few = some.as_grids(&scene.grids);
-                    let task = Task { grids: &few, ..task.without_views() };
-                    match build(&some.choice, task) {
-                        Computation::Passes(integrator) => {
-                            Box::new(SomeSensors { all, some: integrator, places: some.places.clone() })
-                        }
-                        // no solver computes some sensors
-                        Computation::Solution(_) => all,
-                    }
+        let build = |choice: &MethodChoice, task: Task, seed: u64| choice.method.described().build(&task, seed, target);
+        if let Some(of_both) = methods.grids.as_ref().filter(|_| methods.share_passes()) {
+            return match build(of_both, task, seed) {
+                Computation::Passes(integrator) => Self::Shared(integrator),
+                Computation::Solution(solver) => Self::Solver(solver),
+            };
+        }
+        // some sensors may have a method of their own
+        let of_grids = |choice: &MethodChoice, traceable: &Arc<TraceableScene>, seed: u64| {
+            let task = Task { traceable, ..task.without_views() };
+            let all = match build(choice, task, seed) {
+                Computation::Passes(all) => all,
+                solution @ Computation::Solution(_) => return solution,
+            };
+            let Some(some) = &methods.beside_surfaces else { return Computation::Passes(all) };
+            let few = some.as_grids(&scene.grids);
+            match build(&some.choice, Task { grids: &few, ..task }, seed) {
+                Computation::Passes(integrator) => {
+                    let places = some.places.clone();
+                    Computation::passes(SomeSensors { all, some: integrator, places })
                 }
-            }),
-            None => None,
+                // no solver computes some sensors
+                Computation::Solution(_) => Computation::Passes(all),
+            }
         };
+        let mut grids = None;
+        if let Some(choice) = &methods.grids {
+            let count = scene.grids.len();
+            let of_part = |part: Arc<TraceableScene>, number| match of_grids(choice, &part, seed_of(seed, number)) {
+                Computation::Passes(integrator) => Some(integrator),
+                Computation::Solution(_) => None,
+            };
+            let in_parts = methods.parts.and_then(|_| InParts::new(traceable, count, of_part));
+            let checked: Box<dyn Integrator> = match in_parts {
+                Some(parts) => Box::new(parts),
+                None => match of_grids(choice, traceable, seed) {
+                    Computation::Passes(integrator) => integrator,
+                    Computation::Solution(solver) => return Self::Solver(solver),
+                },
+            };
+            let check = methods.check.as_ref().map(|check| build(check, task.without_views(), seed_of(seed, CHECK)));
+            grids = Some(match check {
+                Some(Computation::Passes(check)) => Box::new(CrossChecked { checked, check, grids: count }),
+                // no solver checks passes
+                Some(Computation::Solution(_)) | None => checked,
+            });
+        }
         let of_views = methods.views.as_ref();
-        let views = match of_views.map(|choice| build(choice, task.without_grids())) {
+        let views = match of_views.map(|choice| build(choice, task.without_grids(), seed)) {
             Some(Computation::Passes(integrator)) => Some(integrator),
             // no method without passes computes views
             Some(Computation::Solution(_)) | None => None,

@@ -13,6 +13,7 @@ use crate::document::{self, DocumentErrors, FieldError, JobDocument, MeshSource,
 use crate::estimate::film::block_count;
 use crate::estimate::stopping::{WaitingFor, least_passes};
 use crate::estimate::{Accuracy, Estimate, StopRule};
+use crate::integrator::components::Component;
 use crate::integrator::method::Task;
 use crate::plan::{self, Effects, Methods, Plan};
 use crate::scene::{Grid, Scene, TubeShape};
@@ -34,6 +35,8 @@ pub struct Prepared {
     pub(super) provenance: Provenance,
     pub(super) traceable: Arc<TraceableScene>,
     pub(super) engine: Engine,
+    /// Parts of the light that estimates have beside their grids; none where they have none.
+    pub(super) components: Vec<Component>,
     /// Largest number of passes that one chunk may have.
     chunk_passes: u64,
 }
@@ -76,15 +79,27 @@ pub fn prepare_document(document: &ValidJob, meshes: &dyn MeshSource) -> Result<
     let request = document.method.request();
     let methods =
         Methods::choose(&scene, &traceable, &request).map_err(|refusal| FieldError::refused("/method", refusal))?;
+    let task = Task::whole(&scene, &traceable);
+    let methods = match scene.grids.iter().position(|grid| grid.components) {
+        Some(grid) => {
+            let pointer = format!("/grids/{grid}/components");
+            methods.in_parts(&task).map_err(|refusal| FieldError::refused(pointer, refusal))?
+        }
+        None => methods,
+    };
+    let methods = match document.cross_check {
+        true => methods.checked(&task).map_err(|refusal| FieldError::refused("/cross_check", refusal))?,
+        false => methods,
+    };
     let plan = Plan { guides: plan::guides::guides(&scene, &traceable), effects, methods };
     provenance.interreflection = traceable.interreflection;
     if let Some(sun) = &mut provenance.sun {
         sun.on = traceable.sun.is_some();
     }
-    let task = Task::whole(&scene, &traceable);
     let caveats = plan.methods.grids.iter().filter_map(|choice| choice.method.described().warns(&task));
     warnings.extend(caveats.map(|caveat| Warning { code: caveat.code.into(), detail: caveat.detail }));
     let engine = Engine::new(&traceable, &scene, &plan.methods, &stop, document.seed);
+    let components = plan.methods.parts.map_or_else(Vec::new, |_| Component::of_scene(&traceable));
     let per_chunk = CHUNK_SECONDS / plan::cost::seconds_per_pass(&scene, &plan).max(1e-9);
     Ok(Prepared {
         document: serde_json::to_value(document).unwrap_or_default(),
@@ -97,6 +112,7 @@ pub fn prepare_document(document: &ValidJob, meshes: &dyn MeshSource) -> Result<
         provenance,
         traceable,
         engine,
+        components,
     })
 }
 

@@ -11,10 +11,11 @@ use super::subject::Subject;
 use super::view_figure::{ViewWishes, false_colour_figure};
 use crate::document::errors::{Warning, WarningCode};
 use crate::document::result::{
-    AccuracyResult, EnergyResult, ExternalIlluminance, GridInShort, GridResult, GridStatistics, JobResults, Known,
-    PlanResult, TimingResult, TubeResult, ViewInShort,
+    AccuracyResult, CrossCheckResult, EnergyResult, ExternalIlluminance, GridInShort, GridResult, GridStatistics,
+    JobResults, Known, PlanResult, TimingResult, TubeResult, ViewInShort,
 };
-use crate::estimate::{Estimate, FilmEstimate, GridEstimate};
+use crate::estimate::stopping::grid_error;
+use crate::estimate::{Discrepancy, Estimate, FilmEstimate, GridEstimate};
 use crate::figure::FigureFormat;
 use crate::output::seen::SeenView;
 use crate::output::{Image, OutputError, Raster, csv, exr, png};
@@ -140,6 +141,7 @@ impl Prepared {
             grids: Some(grids.collect()),
             views: Some(views.collect()),
             tubes: Some(tubes.collect()),
+            cross_check: self.cross_check(merged),
             energy: self.knows_energy().then(|| EnergyResult::new(&merged.ledger, merged.passes_of_ledger())),
             render_warnings: Some(self.render_warnings(merged)),
         }
@@ -154,12 +156,28 @@ impl Prepared {
         AccuracyResult::new(self.accuracy(merged), merged, self.stop.confidence, [grids, views])
     }
 
+    /// What the second method found of the grids, if there is one and it has found anything.
+    fn cross_check(&self, merged: &Estimate) -> Option<CrossCheckResult> {
+        let check = self.plan.methods.check.as_ref()?;
+        let discrepancy = Discrepancy::of(&merged.grids, |grid| grid.beside.last())?;
+        let errors = merged.grids.iter().filter_map(|grid| grid.beside.last()).map(grid_error);
+        let error = errors.reduce(f64::max).filter(|error| error.is_finite());
+        Some(CrossCheckResult::new(check.method.name(), &check.reason, &discrepancy, error))
+    }
+
     /// What came up while an estimate was made.
     pub fn render_warnings(&self, merged: &Estimate) -> Vec<Warning> {
+        let disagree = self.cross_check(merged).filter(|check| !check.agrees);
+        let disagree = disagree.map(|check| Warning { code: WarningCode::MethodsDisagree, detail: check.verdict });
+        self.lost_rays(merged).into_iter().chain(disagree).collect()
+    }
+
+    /// Light that got lost on the way, if it is more than rounding loses.
+    fn lost_rays(&self, merged: &Estimate) -> Option<Warning> {
         let Estimate { rays, lost_rays, ledger, .. } = merged;
         let passes = merged.passes_of_ledger();
         if *lost_rays as f64 <= MOST_LOST * *rays as f64 {
-            return Vec::new();
+            return None;
         }
         let flux = match self.knows_energy() {
             true => format!(", with {} lm", ledger.lost / passes as f64),
@@ -169,7 +187,7 @@ impl Prepared {
             "{lost_rays} of {rays} rays{flux} left a tube elsewhere than through its opening or collector: its mesh has gaps \
              between pipe, collector and ceiling; close them, or weld its vertices"
         );
-        vec![Warning { code: WarningCode::LostRays, detail }]
+        Some(Warning { code: WarningCode::LostRays, detail })
     }
 
     /// [`Self::summary`] as a JSON object.
@@ -279,7 +297,7 @@ impl Prepared {
 
     fn grid_result(&self, grid: usize, estimate: &GridEstimate) -> GridResult {
         let electric = self.plan.effects.is_on(EffectKind::Luminaires);
-        GridResult::new(&self.scene.grids[grid], estimate, self.scene.daylight.as_ref(), electric)
+        GridResult::new(&self.scene.grids[grid], estimate, self.scene.daylight.as_ref(), electric, &self.components)
     }
 
     /// The first grid and the first view, as a report shows them.

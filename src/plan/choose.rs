@@ -4,10 +4,11 @@
 
 use std::sync::Arc;
 
-use crate::integrator::method::{Described, Refusal, RefusalCode, Task};
+use crate::integrator::components::Component;
+use crate::integrator::method::{Described, Passes, Refusal, RefusalCode, Task};
 use crate::integrator::photon::close_points::{dishonest_points, near_surfaces};
 use crate::integrator::some_sensors::SensorPlace;
-use crate::integrator::{Method, bidirectional, light_tracing, photon_mapping, placed_vertices, sppm};
+use crate::integrator::{Method, bidirectional, light_tracing, path_tracing, photon_mapping, placed_vertices, sppm};
 use crate::scene::{Grid, Scene};
 use crate::traceable::TraceableScene;
 
@@ -20,6 +21,10 @@ pub struct Methods {
     pub beside_surfaces: Option<SomeChoice>,
     /// The method that computes all views.
     pub views: Option<MethodChoice>,
+    /// Number of passes that one pass of the grids is made of where their light is told in parts; `None` where it is not.
+    pub parts: Option<usize>,
+    /// The method that checks the grids, beside theirs; `None` where nothing was asked for.
+    pub check: Option<MethodChoice>,
 }
 
 /// A method with its settings, and why it was taken.
@@ -76,7 +81,8 @@ impl Methods {
     fn best(task: &Task) -> Self {
         let of_grids = (!task.grids.is_empty()).then(|| for_grids(&task.without_views()));
         let (grids, beside_surfaces) = of_grids.map_or((None, None), |(grids, beside)| (Some(grids), beside));
-        Self { grids, beside_surfaces, views: (!task.views.is_empty()).then(for_views) }
+        let views = (!task.views.is_empty()).then(for_views);
+        Self { grids, beside_surfaces, views, parts: None, check: None }
     }
 
     fn requested(method: &Method, task: &Task) -> Self {
@@ -89,13 +95,42 @@ impl Methods {
             grids: (!task.grids.is_empty()).then(|| choice.clone()),
             beside_surfaces: None,
             views: (!task.views.is_empty()).then_some(choice),
+            parts: None,
+            check: None,
         }
+    }
+
+    /// The same methods for grids whose light is told in parts; a refusal where theirs cannot.
+    pub fn in_parts(self, task: &Task) -> Result<Self, Refusal> {
+        let of_grids = self.grids.iter().map(|choice| &choice.method);
+        if let Some(method) = of_grids.into_iter().find(|method| method.described().passes() != Passes::Independent) {
+            let detail = format!("parts add up in independent passes, and {} has none", method.name());
+            return Err(Refusal::new(RefusalCode::DependentPasses, detail));
+        }
+        Ok(Self { parts: Some(Component::passes(task.traceable)), ..self })
+    }
+
+    /// The same methods and one that checks the grids; a refusal where none is honest here, or there are no passes to check.
+    pub fn checked(self, task: &Task) -> Result<Self, Refusal> {
+        let Some(grids) = &self.grids else {
+            return Err(Refusal::new(RefusalCode::NoSecondMethod, "grids are checked, and the job has none"));
+        };
+        let first = &grids.method;
+        if first.described().passes() == Passes::None {
+            let detail = format!("passes are checked by passes, and {} has none", first.name());
+            return Err(Refusal::new(RefusalCode::DependentPasses, detail));
+        }
+        let Some(check) = check_of(first, &task.without_views()) else {
+            let detail = format!("no method but {} computes these grids with honest errors", first.name());
+            return Err(Refusal::new(RefusalCode::NoSecondMethod, detail));
+        };
+        Ok(Self { check: Some(check), ..self })
     }
 
     /// True if one pass of one method gives both grids and views.
     pub fn share_passes(&self) -> bool {
         match (&self.grids, &self.views) {
-            (Some(grids), Some(views)) => grids.method == views.method,
+            (Some(grids), Some(views)) => grids.method == views.method && self.parts.is_none() && self.check.is_none(),
             _ => false,
         }
     }
@@ -143,6 +178,32 @@ fn for_grids(task: &Task) -> (MethodChoice, Option<SomeChoice>) {
         }
     };
     (MethodChoice { method, reason }, None)
+}
+
+/// A method that finds the same as `first` in another way, with errors that tell the truth: the first that is able.
+///
+/// Those that cut paths at the diffusers share what comes down the tubes, so that neither checks the other.
+fn check_of(first: &Method, task: &Task) -> Option<MethodChoice> {
+    let rare = || {
+        light_tracing::refuses_points(task.traceable).is_some() || light_tracing::noisy_points(task.traceable).is_some()
+    };
+    let close = || dishonest_points(task.traceable, task.grids).is_some();
+    let connects = Method::LightTracing(light_tracing::Settings::default());
+    let light_tracing = (!task.has_points() || !(rare() || close())).then_some(connects);
+    let candidates = [
+        light_tracing,
+        Some(Method::PlacedVertices(placed_vertices::Settings::default())),
+        Some(Method::Bidirectional(bidirectional::Settings::default())),
+        Some(Method::PathTracing(path_tracing::Settings::default())),
+        Some(Method::PhotonMapping(photon_mapping::Settings::default())),
+    ];
+    let is_able = |method: &Method| {
+        let described = method.described();
+        method.name() != first.name() && described.refuses(task).is_none() && described.warns(task).is_none()
+    };
+    let method = candidates.into_iter().flatten().find(is_able)?;
+    let reason = format!("checks {}: it finds the same light in another way", first.name());
+    Some(MethodChoice { method, reason })
 }
 
 /// The best method for views.

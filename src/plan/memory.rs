@@ -4,6 +4,7 @@
 //! compares the peak of the process with what stands here.
 
 use super::{Methods, Plan};
+use crate::integrator::components::Component;
 use crate::integrator::method::{Described, Kept, Load};
 use crate::scene::{Grid, Scene, View};
 use crate::traceable::{TraceableScene, TraceableTube};
@@ -50,7 +51,7 @@ const MOST_EVENTS: f64 = 1e6;
 
 /// The peak of a planned job.
 pub fn estimate(scene: &Scene, traceable: &TraceableScene, plan: &Plan) -> MemoryEstimate {
-    let Methods { grids, beside_surfaces, views } = &plan.methods;
+    let Methods { grids, beside_surfaces, views, parts, check } = &plan.methods;
     let mut bytes = MemoryEstimate { meshes: TRIANGLE * triangles(scene, traceable), ..MemoryEstimate::default() };
     let load = |views: usize| Load {
         size: scene.room.size,
@@ -62,7 +63,9 @@ pub fn estimate(scene: &Scene, traceable: &TraceableScene, plan: &Plan) -> Memor
     };
     if let Some(choice) = grids {
         let method = choice.method.described();
-        bytes.grids = scene.grids.iter().map(|grid| of_grid(grid, method)).sum();
+        // the parts of the light, of which each has all that the whole has
+        let copies = 1 + parts.map_or(0, |_| Component::of_scene(traceable).len());
+        bytes.grids = copies as f64 * scene.grids.iter().map(|grid| of_grid(grid, method)).sum::<f64>();
         let views = if plan.methods.share_passes() { scene.views.len() } else { 0 };
         bytes.working = method.working_bytes(&load(views));
     }
@@ -72,6 +75,11 @@ pub fn estimate(scene: &Scene, traceable: &TraceableScene, plan: &Plan) -> Memor
         let of_one = |grid: &Grid| of_grid(grid, method);
         bytes.grids += some.as_grids(&scene.grids).iter().map(of_one).sum::<f64>();
         bytes.working = bytes.working.max(method.working_bytes(&Load { grids: some.places.len(), ..load(0) }));
+    }
+    if let Some(check) = check {
+        let method = check.method.described();
+        bytes.grids += scene.grids.iter().map(|grid| of_grid(grid, method)).sum::<f64>();
+        bytes.working = bytes.working.max(method.working_bytes(&load(0)));
     }
     if let Some(choice) = views {
         let (method, channels) = (choice.method.described(), scene.channels.count() as f64);

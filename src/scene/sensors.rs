@@ -19,6 +19,8 @@ pub struct Grid {
     pub cell_size_m: [f64; 2],
     /// Whether sensors are points or whole cells.
     pub estimate: EstimateKind,
+    /// Whether results tell the light by source and by tube, too.
+    pub components: bool,
 }
 
 /// Meaning of a sensor's value.
@@ -44,7 +46,7 @@ impl Grid {
             std::array::from_fn(|axis| (room_size_m[axis] - 2.0 * margin_m) / cells[axis] as f64);
         let centres =
             |axis: usize| (0..cells[axis]).map(|i| margin_m + (i as f64 + 0.5) * cell_size_m[axis]).collect::<Vec<_>>();
-        Self { name, height_m, cells, x_m: centres(0), y_m: centres(1), cell_size_m, estimate }
+        Self { name, height_m, cells, x_m: centres(0), y_m: centres(1), cell_size_m, estimate, components: false }
     }
 
     /// Number of sensors; sensor `j * cells[0] + i` is at (`x_m[i]`, `y_m[j]`).

@@ -6,7 +6,7 @@ use crate::geometry::turn::rotation;
 use crate::scene::BoxObject;
 
 /// A box in its own frame: rotated about its base's centre.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct TraceableBox {
     base: DVec3,
     half: DVec2,

@@ -4,8 +4,11 @@ mod box_object;
 pub mod luminaire;
 pub mod mesh_objects;
 pub mod obstacles;
+mod source;
 mod surface_id;
 mod tube;
+
+use std::sync::Arc;
 
 use glam::{DVec2, DVec3};
 
@@ -18,6 +21,7 @@ use mesh_objects::{MeshHit, TraceableMeshes};
 use obstacles::{ON_TARGET, Obstacles, Shadow};
 
 pub use box_object::TraceableBox;
+pub use source::Source;
 pub use surface_id::{Numbering, Side, SurfaceId};
 pub use tube::{TraceableTube, TubeError, cylinder_guide};
 
@@ -25,7 +29,7 @@ pub use tube::{TraceableTube, TubeError, cylinder_guide};
 const COINCIDING: f64 = 1e-9;
 
 /// A scene compiled for tracing.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct TraceableScene {
     /// The sky, if its light is followed.
     pub sky: Option<Sky>,
@@ -40,7 +44,7 @@ pub struct TraceableScene {
     /// Boxes in their own frames, in the scene's order.
     pub boxes: Vec<TraceableBox>,
     /// Triangles of all objects together; `None` without any.
-    pub meshes: Option<TraceableMeshes>,
+    pub meshes: Option<Arc<TraceableMeshes>>,
     /// Luminaires, in the scene's order.
     pub luminaires: Vec<TraceableLuminaire>,
     /// Tubes, in the scene's order.
@@ -108,7 +112,7 @@ impl TraceableScene {
                 let both_sides = lobes.compile(surface);
                 optics.extend([Some(both_sides.clone()), Some(both_sides)]);
             }
-            meshes
+            Arc::new(meshes)
         });
         let facets = meshes.as_ref().map_or(0, |meshes| meshes.facets.len());
         let numbering = Numbering { boxes: boxes.len(), facets, luminaires: luminaires.len() };
@@ -167,6 +171,34 @@ impl TraceableScene {
     #[inline]
     pub fn luminaire(&self, surface: SurfaceId) -> Option<&TraceableLuminaire> {
         self.luminaires.get(self.numbering.luminaire_of(surface)?)
+    }
+
+    /// The sources that give light.
+    pub fn sources(&self) -> impl Iterator<Item = Source> {
+        Source::ALL.into_iter().filter(|source| match source {
+            Source::Sky => self.sky.is_some(),
+            Source::Sun => self.sun.is_some(),
+            Source::Luminaires => self.luminaires.iter().any(TraceableLuminaire::emits),
+        })
+    }
+
+    /// The same scene where `source` alone gives light, and daylight comes in by the collector of `tube` alone, or by all.
+    pub fn lit_by(&self, source: Source, tube: Option<usize>) -> Self {
+        let mut scene = self.clone();
+        scene.sky = scene.sky.filter(|_| source == Source::Sky);
+        scene.sun = scene.sun.filter(|_| source == Source::Sun);
+        if source != Source::Luminaires {
+            scene.luminaires.iter_mut().for_each(|luminaire| luminaire.luminance = [0.0; 3]);
+        }
+        for (number, other) in scene.tubes.iter_mut().enumerate() {
+            other.daylit &= tube.is_none_or(|tube| tube == number);
+        }
+        scene
+    }
+
+    /// The same scene without light that surfaces of the room reflect.
+    pub fn without_interreflection(&self) -> Self {
+        Self { interreflection: false, ..self.clone() }
     }
 
     /// True if no light can come into the room: no tube lets any pass, and nothing in the room shines.

@@ -11,11 +11,11 @@ use crate::scene::MeshObject;
 pub(super) const ON_TARGET: f64 = 1e-9;
 
 /// The blocks around boxes, meshes and hanging luminaires.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub struct Obstacles(Vec<Block>);
 
 /// An upright block, turned about the vertical.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 struct Block {
     centre: DVec2,
     half: DVec2,

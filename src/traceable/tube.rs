@@ -12,7 +12,7 @@ use crate::scene::{MeshTube, StraightOrBent, Tube, TubeShape};
 use crate::sky::direction;
 
 /// A tube with its guide built, in the room's frame.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct TraceableTube {
     /// Centre of the opening, in the ceiling plane.
     pub origin: DVec3,
@@ -26,6 +26,8 @@ pub struct TraceableTube {
     pub cones: Option<NestedCones>,
     /// The closure in the plane of the ceiling.
     pub diffuser: Diffuser,
+    /// False where neither sky nor sun shine on the collector.
+    pub daylit: bool,
 }
 
 impl TraceableTube {
@@ -60,6 +62,7 @@ impl TraceableTube {
             cones,
             section,
             diffuser: tube.diffuser.clone(),
+            daylit: true,
         })
     }
 

@@ -226,6 +226,30 @@ async function sharpens(visitor) {
   assert.match(await page.locator(".compare figcaption").nth(2).innerText(), /B − A: \+/);
 }
 
+/** Where the light comes from, in the mean and under the cursor; and what another method finds. */
+async function seesParts(visitor) {
+  const { page } = visitor;
+  await page.getByRole("button", { name: "By tube" }).click();
+  await page.waitForFunction(() => seen.current && !seen.running && seen.answer?.grid?.by_tube);
+  const { draft, grid } = await visitor.state();
+  const sum = (parts) => parts.reduce((all, { mean_lux }) => all + mean_lux, 0);
+  for (const parts of [grid.by_tube, Object.values(grid.components)])
+    assert(Math.abs(sum(parts) / grid.statistics.mean_lux - 1) < 1e-9, "the parts are the whole");
+  assert.equal(grid.by_tube.length, draft.tubes.length);
+  const rows = page.locator(".origins tbody tr");
+  assert.equal(await rows.count(), grid.by_tube.length + Object.keys(grid.components).length);
+  await page.locator(".plan").hover({ position: { x: 200, y: 200 } });
+  await page.locator(".readout", { hasText: /tube 1 \d+\s%/ }).waitFor();
+  await visitor.isAccessible("the light in parts");
+  await visitor.looksAsIn(shot("parts"));
+  await page.getByRole("button", { name: "Second opinion" }).click();
+  await page.locator(".check", { hasText: "finds the same" }).waitFor();
+  await page.getByRole("button", { name: "Undo" }).click();
+  await page.getByRole("button", { name: "Undo" }).click();
+  await visitor.rests();
+  assert.equal(await rows.count(), 0);
+}
+
 async function takesAPicture(visitor) {
   const { page } = visitor;
   await page.getByRole("button", { name: "Render the picture" }).click();
@@ -386,6 +410,7 @@ try {
     changesTheSky,
     errs,
     sharpens,
+    seesParts,
     takesAPicture,
     cancels,
     bringsAModel,

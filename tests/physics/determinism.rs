@@ -21,7 +21,7 @@ fn bits(prepared: &Prepared, chunks: u64, threads: usize, interrupted: bool) -> 
 }
 
 /// Reference scenes and what is done to them.
-const CASES: [&str; 13] = [
+const CASES: [&str; 14] = [
     "S1",
     "S2",
     "S3",
@@ -35,6 +35,7 @@ const CASES: [&str; 13] = [
     "S1 ppm",
     "S2 sppm",
     "S2 gathering",
+    "S1 parts",
 ];
 
 /// Every kind of guide, closure, luminaire, object and output, small.
@@ -74,6 +75,10 @@ fn scenes() -> Vec<(&'static str, Prepared)> {
                 }
                 if kind == "ppm" || kind == "sppm" {
                     document["method"] = json!({ "kind": kind, "photons_per_pass": 5000, "radius": "per_point" });
+                }
+                if kind == "parts" {
+                    document["grids"][0]["components"] = json!(true);
+                    document["cross_check"] = json!(true);
                 }
                 if kind == "gathering" {
                     document["method"] =

@@ -27,6 +27,7 @@ mod analytic_jobs;
 mod analytic_radiosity;
 mod bidirectional;
 mod books;
+mod components;
 mod contacts;
 mod determinism;
 mod dome;

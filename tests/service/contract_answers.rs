@@ -70,10 +70,14 @@ fn component_of_event(name: &str) -> &'static str {
 #[tokio::test]
 async fn answers_about_a_job_are_as_described() {
     let service = TestService::start().await;
+    // with everything that can be asked for
+    let mut asked = small_job();
+    (asked["cross_check"], asked["grids"][0]["components"]) = (json!(true), json!(true));
+    asked["method"] = json!({ "kind": "path_tracing", "samples_per_sensor": 4, "samples_per_pixel": 1 });
     let planned: Value =
-        service.request(Method::POST, "/v1/plan").json(&small_job()).send().await.unwrap().json().await.unwrap();
+        service.request(Method::POST, "/v1/plan").json(&asked).send().await.unwrap().json().await.unwrap();
     is_a("PlanResource", &planned);
-    let response = service.post_job(&small_job()).send().await.unwrap();
+    let response = service.post_job(&asked).send().await.unwrap();
     assert_eq!(response.status(), StatusCode::ACCEPTED);
     let posted: Value = response.json().await.unwrap();
     is_a("JobResource", &posted);
@@ -105,7 +109,9 @@ async fn answers_about_a_job_are_as_described() {
     assert_eq!(job["views"], json!([{ "name": "room", "size_px": [16, 8] }]));
 
     is_a("JobPage", &service.json("/v1/jobs").await);
-    is_a("GridResult", &service.json(&format!("{path}/grids/workplane")).await);
+    let grid = service.json(&format!("{path}/grids/workplane")).await;
+    is_a("GridResult", &grid);
+    assert!(grid["components"].is_object() && grid["by_tube"].is_array() && job["cross_check"]["agrees"].is_boolean());
     is_a("TubeReport", &service.json(&format!("{path}/tubes/0.json")).await);
     is_a("Convergence", &service.json(&format!("{path}/convergence")).await);
 }

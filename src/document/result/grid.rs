@@ -3,10 +3,12 @@
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use super::number::finite;
+use super::components::{GridComponents, GridPart};
+use super::number::{finite, rows};
 use crate::document::outputs::EstimateDocument;
 use crate::estimate::GridEstimate;
 use crate::estimate::grid_statistics::{self, Statistic};
+use crate::integrator::components::Component;
 use crate::scene::{Daylight, Grid};
 use crate::sky::Sky;
 
@@ -41,6 +43,14 @@ pub struct GridResult {
     pub daylight_factor_percent: Option<Vec<Vec<Option<f64>>>>,
     /// Unobstructed horizontal illuminance, which ratios refer to.
     pub external_horizontal_illuminance_lux: ExternalIlluminance,
+    /// The light by source, direct and interreflected, where the grid asks for `components`: the parts add up to the whole, but
+    /// for rounding.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub components: Option<GridComponents>,
+    /// The light of sky and sun by the tube whose collector it comes in by, in the document's order, where the grid asks for
+    /// `components`. With the light of luminaires they add up to the whole, but for rounding.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub by_tube: Option<Vec<GridPart>>,
     /// Statistics over the sensors.
     pub statistics: GridStatistics,
 }
@@ -122,8 +132,14 @@ const LEVELS_LUX: [f64; 5] = [100.0, 200.0, 300.0, 500.0, 750.0];
 
 impl GridResult {
     /// `estimate` has one sensor per cell of `grid`.
-    /// `electric`: whether luminaires take part.
-    pub fn new(grid: &Grid, estimate: &GridEstimate, daylight: Option<&Daylight>, electric: bool) -> Self {
+    /// `electric`: whether luminaires take part; `parts`: those of the light, where the estimate has them.
+    pub fn new(
+        grid: &Grid,
+        estimate: &GridEstimate,
+        daylight: Option<&Daylight>,
+        electric: bool,
+        parts: &[Component],
+    ) -> Self {
         let [columns, _] = grid.cells;
         let sensors = estimate.sensors.len().min(grid.len());
         let values: Vec<f64> = (0..sensors).map(|sensor| estimate.illuminance_lux(sensor)).collect();
@@ -131,6 +147,8 @@ impl GridResult {
         let (sky, sun) = daylight.map_or((0.0, 0.0), Daylight::horizontal_illuminance_lux);
         let ratios: Vec<Option<f64>> = values.iter().map(|value| finite(100.0 * value / (sky + sun))).collect();
         let ratios = rows(&ratios, columns);
+        let parts = grid.components.then(|| GridComponents::new(parts, estimate, columns));
+        let (components, by_tube) = parts.unzip();
         Self {
             name: grid.name.clone(),
             height_m: grid.height_m,
@@ -144,6 +162,8 @@ impl GridResult {
             daylight_factor_percent: has_daylight_factor(daylight, electric).then(|| ratios.clone()),
             illuminance_ratio_percent: ratios,
             external_horizontal_illuminance_lux: ExternalIlluminance { sky, sun },
+            components,
+            by_tube,
             statistics: GridStatistics::new(estimate, daylight, electric),
         }
     }
@@ -191,10 +211,6 @@ impl GridStatistics {
     }
 }
 
-fn rows<T: Clone>(values: &[T], columns: usize) -> Vec<Vec<T>> {
-    values.chunks(columns.max(1)).map(<[T]>::to_vec).collect()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -228,7 +244,7 @@ mod tests {
 
     #[test]
     fn rows_run_south_to_north() {
-        let result = GridResult::new(&grid(), &estimate(&[10.0, 10.0]), Some(&under(12, false)), false);
+        let result = GridResult::new(&grid(), &estimate(&[10.0, 10.0]), Some(&under(12, false)), false, &[]);
         assert_eq!(result.illuminance_lux, [[0.0, 10.0, 20.0], [30.0, 40.0, 50.0]]);
         assert_eq!((result.x_m.len(), result.y_m.len()), (3, 2));
         let GridStatistics { mean_lux, median_lux, min_lux, max_lux, uniformity, .. } = result.statistics;
@@ -239,7 +255,7 @@ mod tests {
 
     #[test]
     fn one_pass_has_no_error_and_the_text_no_infinity() {
-        let result = GridResult::new(&grid(), &estimate(&[10.0]), Some(&under(16, false)), false);
+        let result = GridResult::new(&grid(), &estimate(&[10.0]), Some(&under(16, false)), false, &[]);
         assert_eq!(result.standard_error_lux[0][0], None);
         let text = serde_json::to_value(&result).unwrap();
         assert!(text["standard_error_lux"][1][2].is_null());
@@ -247,14 +263,16 @@ mod tests {
         let ratio = text["daylight_factor_percent"][0][1].as_f64().unwrap();
         assert!((ratio - 100.0 * 10.0 / (7.0 * std::f64::consts::PI / 9.0 * 1000.0)).abs() < 1e-12);
         for (daylight, electric) in [(Some(&under(16, true)), false), (Some(&under(16, false)), true), (None, true)] {
-            assert!(GridResult::new(&grid(), &estimate(&[1.0]), daylight, electric).daylight_factor_percent.is_none());
+            assert!(
+                GridResult::new(&grid(), &estimate(&[1.0]), daylight, electric, &[]).daylight_factor_percent.is_none()
+            );
         }
     }
 
     /// 0, 90, ... 450 lux under an overcast sky of 7 pi / 9 klx.
     #[test]
     fn shares_of_the_area_and_daylight_factors() {
-        let result = GridResult::new(&grid(), &estimate(&[90.0, 90.0]), Some(&under(16, false)), false);
+        let result = GridResult::new(&grid(), &estimate(&[90.0, 90.0]), Some(&under(16, false)), false, &[]);
         let shares: Vec<_> = result.statistics.area_above.iter().map(|above| (above.lux, above.percent)).collect();
         let sixth = 100.0 / 6.0;
         assert_eq!(
@@ -267,7 +285,7 @@ mod tests {
         assert!((factors.median.unwrap() - 100.0 * 225.0 / outside).abs() < 1e-12);
         assert_eq!(factors.minimum, Some(0.0));
         for (daylight, electric) in [(Some(&under(16, true)), false), (Some(&under(16, false)), true), (None, true)] {
-            let result = GridResult::new(&grid(), &estimate(&[1.0, 1.0]), daylight, electric);
+            let result = GridResult::new(&grid(), &estimate(&[1.0, 1.0]), daylight, electric, &[]);
             assert_eq!(result.statistics.daylight_factor_percent, None);
         }
     }
@@ -276,13 +294,13 @@ mod tests {
     fn darkness_is_null_and_not_nan() {
         let dark = Daylight { sky: None, sun: None, formula: ZenithFormula::GivenZenithLuminance };
         for daylight in [Some(&dark), None] {
-            let result = GridResult::new(&grid(), &estimate(&[0.0, 0.0]), daylight, false);
+            let result = GridResult::new(&grid(), &estimate(&[0.0, 0.0]), daylight, false, &[]);
             assert_eq!(result.illuminance_ratio_percent[0][0], None);
             let GridStatistics { uniformity, uniformity_standard_error, min_lux_standard_error, .. } =
                 result.statistics;
             assert_eq!((uniformity, uniformity_standard_error, min_lux_standard_error), (None, None, Some(0.0)));
         }
-        let electric = GridResult::new(&grid(), &estimate(&[1.0, 1.0]), None, true);
+        let electric = GridResult::new(&grid(), &estimate(&[1.0, 1.0]), None, true, &[]);
         assert!(electric.illuminance_ratio_percent.iter().flatten().all(Option::is_none));
     }
 }

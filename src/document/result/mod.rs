@@ -1,5 +1,7 @@
 //! Results as JSON, a file for each noun.
 
+mod components;
+mod cross_check;
 mod energy;
 mod grid;
 mod number;
@@ -10,6 +12,8 @@ mod tube;
 mod tube_flux;
 pub mod tube_report;
 
+pub use components::{GridComponents, GridPart};
+pub use cross_check::CrossCheckResult;
 pub use energy::EnergyResult;
 pub use grid::{AreaAbove, DaylightFactors, ExternalIlluminance, GridResult, GridStatistics};
 pub use plan::{EffectResult, GuideResult, MethodResult, MethodsResult, PlanResult};

@@ -52,6 +52,9 @@ pub struct MethodsResult {
     pub sensors_beside_surfaces: Option<MethodResult>,
     /// Method of all views.
     pub views: Option<MethodResult>,
+    /// Method that checks the grids, where `cross_check` asks for it; absent where it does not.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub cross_check: Option<MethodResult>,
 }
 
 /// A method with the settings that it runs with.
@@ -76,6 +79,7 @@ impl From<&Plan> for PlanResult {
                 grids: plan.methods.grids.as_ref().map(MethodResult::from),
                 sensors_beside_surfaces: beside.map(|some| MethodResult::from(&some.choice)),
                 views: plan.methods.views.as_ref().map(MethodResult::from),
+                cross_check: plan.methods.check.as_ref().map(MethodResult::from),
             },
         }
     }

@@ -3,6 +3,7 @@
 use serde::Serialize;
 use utoipa::ToSchema;
 
+use super::cross_check::CrossCheckResult;
 use super::energy::EnergyResult;
 use super::grid::{ExternalIlluminance, GridStatistics};
 use super::timing::{AccuracyResult, TimingResult};
@@ -51,6 +52,9 @@ pub struct JobResults {
     pub tubes: Option<Vec<TubeResult>>,
     /// Null where no method follows the light from its sources to its end.
     pub energy: Option<EnergyResult>,
+    /// What a second method found, where the document asks for `cross_check`; null where it does not, in the dark, and before the
+    /// second pass.
+    pub cross_check: Option<CrossCheckResult>,
     /// What came up while the job was rendered, beside the `warnings` of its document.
     pub render_warnings: Option<Vec<Warning>>,
 }

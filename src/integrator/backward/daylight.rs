@@ -30,6 +30,9 @@ impl<const C: usize> Daylight<C> for Followed {
     fn connect(&self, walk: &mut Walk<'_, C>, vertex: &Vertex<'_, C>, tube: usize) {
         let scene = walk.scene;
         let tube = &scene.tubes[tube];
+        if !tube.daylit {
+            return;
+        }
         if scene.sky.is_some() {
             connect_sky(walk, vertex, tube);
         }

@@ -58,6 +58,7 @@ pub fn enter_tube<'a, const C: usize>(
     rays: &mut RayCount,
 ) -> (Spectrum<C>, Onward<'a, C>) {
     let mut found = Spectrum::ZERO;
+    let shares = if tube.daylit { shares } else { DaylightShare::NONE };
     let mut share_of_sky = shares.sky;
     let climbs = !shares.is_none() || (scene.guide_return && tube.guide.returns_light());
     for _ in 0..MAX_EVENTS {

@@ -28,7 +28,7 @@ pub fn unscattered(
     if scene.is_in_box(sensor) {
         return (lux, taken);
     }
-    for (number, tube) in scene.tubes.iter().enumerate().filter(|(_, tube)| by(tube)) {
+    for (number, tube) in scene.tubes.iter().enumerate().filter(|(_, tube)| tube.daylit && by(tube)) {
         let Some(zone) = tube.diffuser.specular_zone(tube.opening_radius) else { continue };
         if tube.origin.z <= sensor.z {
             continue;

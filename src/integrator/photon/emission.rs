@@ -89,7 +89,7 @@ impl Emission {
     fn of(scene: &TraceableScene, tubes: &[TraceableTube], luminaires: &[TraceableLuminaire], photons: u64) -> Self {
         let mut sources = Vec::new();
         let table = scene.sky.as_ref().filter(|_| !tubes.is_empty()).map(SkyTable::new);
-        for (index, tube) in tubes.iter().enumerate() {
+        for (index, tube) in tubes.iter().enumerate().filter(|(_, tube)| tube.daylit) {
             let expected = |toward: DVec3| tube.guide.projected_area_m2(-toward) * likely_transmission(tube, toward);
             let sampler = table.as_ref().and_then(|table| match tube.guide {
                 // round and upright: no azimuth is before another

@@ -1,0 +1,106 @@
+//! The light of a grid in parts.
+
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+use super::number::{finite, rows};
+use crate::estimate::{GridEstimate, grid_statistics};
+use crate::integrator::components::Component;
+use crate::traceable::Source;
+
+/// The light of a grid by source, direct and interreflected; absent where a source gives no light. They add up to the whole.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(default)]
+pub struct GridComponents {
+    /// Light of the sky that no surface of the room has reflected.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sky_direct: Option<GridPart>,
+    /// Light of the sky that surfaces of the room have reflected.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sky_interreflected: Option<GridPart>,
+    /// Light of the sun that no surface of the room has reflected.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sun_direct: Option<GridPart>,
+    /// Light of the sun that surfaces of the room have reflected.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sun_interreflected: Option<GridPart>,
+    /// Light of luminaires that no surface of the room has reflected.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub luminaires_direct: Option<GridPart>,
+    /// Light of luminaires that surfaces of the room have reflected.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub luminaires_interreflected: Option<GridPart>,
+}
+
+/// A part of the light of a grid, in rows as the whole.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct GridPart {
+    /// Illuminance of each sensor, row by row.
+    pub illuminance_lux: Vec<Vec<f64>>,
+    /// Standard errors of these; null before the second pass.
+    pub standard_error_lux: Vec<Vec<Option<f64>>>,
+    /// Mean over the sensors.
+    pub mean_lux: f64,
+    /// Standard error of the mean.
+    pub mean_lux_standard_error: Option<f64>,
+}
+
+impl GridComponents {
+    /// The parts by source, and by tube the daylight that comes in by each one's collector; `parts` are those of `estimate`,
+    /// which has `columns` sensors in a row.
+    pub fn new(parts: &[Component], estimate: &GridEstimate, columns: usize) -> (Self, Vec<GridPart>) {
+        let (mut components, mut by_tube) = (Self::default(), Vec::new());
+        // in the dark nothing stands beside the grid, and every part is exactly zero
+        let dark = GridEstimate::empty(estimate.sensors.len());
+        for (index, part) in parts.iter().enumerate() {
+            let found = estimate
+                .beside
+                .get(index)
+                .map_or_else(|| GridPart::of(&dark, columns), |part| GridPart::of(part, columns));
+            let component = match part {
+                Component::Direct(Source::Sky) => &mut components.sky_direct,
+                Component::Interreflected(Source::Sky) => &mut components.sky_interreflected,
+                Component::Direct(Source::Sun) => &mut components.sun_direct,
+                Component::Interreflected(Source::Sun) => &mut components.sun_interreflected,
+                Component::Direct(Source::Luminaires) => &mut components.luminaires_direct,
+                Component::Interreflected(Source::Luminaires) => &mut components.luminaires_interreflected,
+                Component::OfTube(_) => {
+                    by_tube.push(found);
+                    continue;
+                }
+            };
+            *component = Some(found);
+        }
+        (components, by_tube)
+    }
+
+    /// The parts that there are, with their names.
+    pub fn named(&self) -> impl Iterator<Item = (&'static str, &GridPart)> {
+        let all = [
+            ("sky_direct", &self.sky_direct),
+            ("sky_interreflected", &self.sky_interreflected),
+            ("sun_direct", &self.sun_direct),
+            ("sun_interreflected", &self.sun_interreflected),
+            ("luminaires_direct", &self.luminaires_direct),
+            ("luminaires_interreflected", &self.luminaires_interreflected),
+        ];
+        all.into_iter().filter_map(|(name, part)| Some((name, part.as_ref()?)))
+    }
+}
+
+impl GridPart {
+    fn of(estimate: &GridEstimate, columns: usize) -> Self {
+        let sensors = 0..estimate.sensors.len();
+        let values: Vec<f64> = sensors.clone().map(|sensor| estimate.illuminance_lux(sensor)).collect();
+        let is_dark = estimate.sensors.iter().all(|sensor| sensor.count == 0.0);
+        let error = |sensor| if is_dark { Some(0.0) } else { finite(estimate.standard_error_lux(sensor)) };
+        let errors: Vec<Option<f64>> = sensors.map(error).collect();
+        let mean = grid_statistics::mean(estimate);
+        Self {
+            illuminance_lux: rows(&values, columns),
+            standard_error_lux: rows(&errors, columns),
+            mean_lux: mean.value,
+            mean_lux_standard_error: if is_dark { Some(0.0) } else { finite(mean.standard_error) },
+        }
+    }
+}

@@ -1,0 +1,136 @@
+//! Passes of the light in parts: by source, direct and interreflected, and by tube.
+//!
+//! Each source has a scene of its own, daylight one for each tube; the grids are the sum of these, so that the parts add up to the
+//! whole in every pass, and with them their errors. Direct light is that of scenes whose surfaces reflect nothing, and what it
+//! lacks is interreflected: light that the room reflects up into a tube and gets back is, too.
+
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+use super::{GridPass, Integrator, Pass};
+use crate::traceable::{Source, TraceableScene};
+
+/// A part of the light of grids.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Component {
+    /// Light of a source that no surface of the room has reflected.
+    Direct(Source),
+    /// Light of a source that surfaces of the room have reflected.
+    Interreflected(Source),
+    /// Light of sky and sun by the collector of this tube.
+    OfTube(usize),
+}
+
+impl Component {
+    /// The parts of a scene's light, in the order in which passes have them.
+    pub fn of_scene(scene: &TraceableScene) -> Vec<Self> {
+        let by_source = scene.sources().flat_map(|source| [Self::Direct(source), Self::Interreflected(source)]);
+        by_source.chain((0..scene.tubes.len()).map(Self::OfTube)).collect()
+    }
+
+    /// Number of passes that one pass of a scene in parts is made of.
+    pub fn passes(scene: &TraceableScene) -> usize {
+        lights(scene).count() + if scene.interreflection { scene.sources().count() } else { 0 }
+    }
+}
+
+/// Each source with the tube that it comes in by.
+fn lights(scene: &TraceableScene) -> impl Iterator<Item = (Source, Option<usize>)> {
+    scene.sources().flat_map(|source| {
+        let daylight = (0..scene.tubes.len()).filter(move |_| source.is_daylight()).map(Some);
+        daylight.chain((!source.is_daylight()).then_some(None)).map(move |tube| (source, tube))
+    })
+}
+
+/// Grids computed in parts.
+pub struct InParts {
+    parts: Vec<Component>,
+    /// All light of a source, by the collector of a tube where it is daylight.
+    all: Vec<(Source, Option<usize>, Box<dyn Integrator>)>,
+    /// Direct light of a source by all tubes; empty where no light is reflected, so that all is direct.
+    direct: Vec<(Source, Box<dyn Integrator>)>,
+    grids: usize,
+}
+
+impl InParts {
+    /// The method that `build` makes of a scene and of the number of its part, for each part; `None` where it makes none. Parts
+    /// of different numbers must use different random numbers.
+    pub fn new(
+        scene: &TraceableScene,
+        grids: usize,
+        mut build: impl FnMut(Arc<TraceableScene>, u64) -> Option<Box<dyn Integrator>>,
+    ) -> Option<Self> {
+        let mut number = 0;
+        let mut next = |scene: TraceableScene| {
+            number += 1;
+            build(Arc::new(scene), number)
+        };
+        let mut all = Vec::new();
+        for (source, tube) in lights(scene) {
+            all.push((source, tube, next(scene.lit_by(source, tube))?));
+        }
+        let mut direct = Vec::new();
+        for source in scene.sources().filter(|_| scene.interreflection) {
+            direct.push((source, next(scene.lit_by(source, None).without_interreflection())?));
+        }
+        Some(Self { parts: Component::of_scene(scene), all, direct, grids })
+    }
+}
+
+impl Integrator for InParts {
+    fn pass(&self, pass: u64, cancel: &AtomicBool) -> Option<Pass> {
+        let mut whole = Pass::default();
+        let mut of_all = Vec::new();
+        for (.., light) in &self.all {
+            let part = light.pass(pass, cancel)?;
+            whole.account.tubes.resize(part.account.tubes.len().max(whole.account.tubes.len()), Default::default());
+            whole.account.add(&part.account);
+            whole.photons += part.photons;
+            of_all.push(part.grids);
+        }
+        let mut of_direct = Vec::new();
+        for (source, light) in &self.direct {
+            let part = light.pass(pass, cancel)?;
+            whole.account.rays += part.account.rays;
+            whole.account.not_finite = whole.account.not_finite.or(part.account.not_finite);
+            whole.photons += part.photons;
+            of_direct.push((*source, part.grids));
+        }
+        for grid in 0..self.grids {
+            let sum = |wanted: &dyn Fn(Source, Option<usize>) -> bool| {
+                let mut sum = GridPass::default();
+                for ((source, tube, _), grids) in self.all.iter().zip(&of_all) {
+                    match grids.get(grid) {
+                        Some(part) if wanted(*source, *tube) => sum.add(part),
+                        Some(part) => sum.make_room_for(part),
+                        None => {}
+                    }
+                }
+                sum
+            };
+            let all_of = |source: Source| sum(&|other, _| other == source);
+            let direct_of = |source: Source| {
+                let direct = of_direct.iter().find(|(other, _)| *other == source);
+                direct.and_then(|(_, grids)| grids.get(grid).cloned()).unwrap_or_else(|| all_of(source))
+            };
+            let of_part = |part: &Component| match *part {
+                Component::Direct(source) => direct_of(source),
+                Component::Interreflected(source) => all_of(source).without(&direct_of(source)),
+                Component::OfTube(number) => sum(&|_, tube| tube == Some(number)),
+            };
+            let beside = self.parts.iter().map(of_part).collect();
+            whole.grids.push(GridPass { beside, ..sum(&|_, _| true) });
+        }
+        Some(whole)
+    }
+
+    fn start(&self) -> Pass {
+        let of_all = self.all.first().map(|(.., light)| light.start()).unwrap_or_default();
+        let mut grids = of_all.grids;
+        grids.resize(self.grids, GridPass::default());
+        for grid in &mut grids {
+            grid.beside = vec![grid.clone(); self.parts.len()];
+        }
+        Pass { grids, ..Pass::default() }
+    }
+}

@@ -1,0 +1,41 @@
+//! Passes of a method, and beside them those of another one that has to find the same.
+
+use std::sync::atomic::AtomicBool;
+
+use super::photon_map::progressive::Carried;
+use super::{GridPass, Integrator, Pass};
+
+/// A method and its check: the last of what stands beside each grid.
+pub struct CrossChecked {
+    /// The method whose values count.
+    pub checked: Box<dyn Integrator>,
+    /// Another method of the same grids whose passes are independent of each other and of these.
+    pub check: Box<dyn Integrator>,
+    /// Number of grids.
+    pub grids: usize,
+}
+
+impl Integrator for CrossChecked {
+    fn pass(&self, pass: u64, cancel: &AtomicBool) -> Option<Pass> {
+        self.pass_after(pass, &Carried::default(), cancel)
+    }
+
+    fn start(&self) -> Pass {
+        let mut start = self.checked.start();
+        let mut check = self.check.start().grids;
+        start.grids.resize(self.grids, GridPass::default());
+        check.resize(self.grids, GridPass::default());
+        start.grids.iter_mut().zip(check).for_each(|(grid, check)| grid.beside.push(check));
+        start
+    }
+
+    fn pass_after(&self, pass: u64, before: &Carried, cancel: &AtomicBool) -> Option<Pass> {
+        let mut checked = self.checked.pass_after(pass, before, cancel)?;
+        let check = self.check.pass(pass, cancel)?;
+        checked.account.rays += check.account.rays;
+        checked.account.not_finite = checked.account.not_finite.or(check.account.not_finite);
+        checked.photons += check.photons;
+        checked.grids.iter_mut().zip(check.grids).for_each(|(grid, check)| grid.beside.push(check));
+        Some(checked)
+    }
+}
