@@ -45,6 +45,8 @@ pub mod document;
 
 pub mod job;
 
+pub mod study;
+
 pub mod reports;
 
 pub mod cli;

@@ -10,6 +10,7 @@ mod progress;
 mod render;
 mod results_table;
 pub mod serve;
+mod study;
 mod submit;
 mod telemetry;
 mod thesis;
@@ -38,6 +39,8 @@ enum Command {
     Render(render::RenderArgs),
     /// Say what of a job document would be simulated and what not, and why
     Plan(plan::PlanArgs),
+    /// Compare methods on a job: what each takes to each accuracy, against a reference
+    Study(study::StudyArgs),
     /// Run the validation cases and write the report
     Validate(validate::ValidateArgs),
     /// Repeat the experiments of the thesis that the project starts from, and write the report
@@ -69,6 +72,7 @@ impl Arguments {
             Command::Serve(args) => serve::run(args),
             Command::Render(args) => render::run(args),
             Command::Plan(args) => plan::run(args),
+            Command::Study(args) => study::run(args),
             Command::Validate(args) => validate::run(args),
             Command::Thesis(args) => thesis::run(args),
             Command::Submit(args) => submit::run(args),

@@ -106,7 +106,7 @@ fn render(prepared: &Prepared, stop: &Stop) -> anyhow::Result<(Rendered, Vec<Pas
 }
 
 /// A token by which the first interrupt (or termination) cancels; the second ends the process.
-fn cancel_on_interrupt() -> anyhow::Result<Stop> {
+pub fn cancel_on_interrupt() -> anyhow::Result<Stop> {
     let stop = Stop::default();
     let interrupted = stop.clone();
     let runtime =
@@ -184,7 +184,8 @@ fn write_results(out: &Path, prepared: &Prepared, rendered: &Rendered, passes: &
     Ok(result)
 }
 
-fn write(out: &Path, name: &str, bytes: &[u8]) -> anyhow::Result<()> {
+/// Writes a file below a folder.
+pub fn write(out: &Path, name: &str, bytes: &[u8]) -> anyhow::Result<()> {
     let file = out.join(name);
     let folder = file.parent().unwrap_or(out);
     std::fs::create_dir_all(folder).with_context(|| format!("{} cannot be made", folder.display()))?;

@@ -20,6 +20,7 @@ const LEVELS: &[&[&str]] = &[
     &["figure"],
     &["document"],
     &["job"],
+    &["study"],
     &["reports"],
     &["db", "http", "cli"],
     &["main"],

@@ -49,6 +49,7 @@ mod progressive;
 mod results;
 mod scattering;
 mod separate_ends;
+mod studies;
 mod sun_on_gloss;
 mod surfaces;
 mod tables;

@@ -54,6 +54,29 @@ fn run(command: &mut Command) -> String {
     String::from_utf8(output.stdout).unwrap()
 }
 
+/// Its files, and on the terminal table, verdict and refusals; errors of the document name the field.
+#[test]
+fn a_study_writes_its_files() {
+    let folder = tempfile::tempdir().unwrap();
+    let (job, out) = (folder.path().join("job.json"), folder.path().join("out"));
+    std::fs::write(&job, small_job().to_string()).unwrap();
+    let study = |arguments: &[&str]| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_skyduct"));
+        command.arg("study").arg(&job).arg("--out").arg(&out).args(arguments);
+        command
+    };
+    let few = ["--errors", "0.2", "--seeds", "1"];
+    let said = run(study(&few).args(["--methods", "auto,path_tracing,jenkins"]));
+    assert!(said.starts_with("processor seconds to  20 %") && said.contains("The cheapest method is"), "{said}");
+    assert_eq!(
+        files(&out, &out),
+        ["study.csv", "study.json", "study.pdf", "study.png", "study.svg"].map(PathBuf::from)
+    );
+    let refused = study(&few).args(["--methods", "auto", "--reference", "nobody"]).output().unwrap();
+    assert_eq!(refused.status.code(), Some(2));
+    assert!(String::from_utf8_lossy(&refused.stderr).contains("/method"));
+}
+
 /// But for times: those of passes, and the job's own.
 #[test]
 fn render_and_submit_write_the_same_files_and_print_the_same_table() {

@@ -197,7 +197,8 @@ pub fn grids_only() -> Vec<&'static str> {
     methods.map(|entry| entry.name).collect()
 }
 
-fn names() -> impl Iterator<Item = &'static str> {
+/// The names of all methods, in the order in which they are offered.
+pub fn names() -> impl Iterator<Item = &'static str> {
     METHODS.iter().map(|entry| entry.name)
 }
 

@@ -1,0 +1,206 @@
+//! What came out of a study: its runs, and what they have in common.
+
+use serde::Serialize;
+
+use super::verdict::verdict;
+
+/// A run of a study.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Run {
+    /// The method that was asked for.
+    pub method: String,
+    /// The methods that computed it: what `auto` took.
+    pub computed_by: String,
+    /// Relative error that was asked for, at the job's confidence.
+    #[serde(rename = "asked_relative_error")]
+    pub asked: f64,
+    /// Number of its seed, from 0.
+    pub seed: u64,
+    /// Seconds from the document to the first pass.
+    pub set_up_seconds: f64,
+    /// Seconds of rendering.
+    pub seconds: f64,
+    /// Processor seconds of rendering, of all threads; those on the wall where the system does not tell.
+    pub cpu_seconds: f64,
+    /// Number of passes.
+    pub passes: u64,
+    /// Relative error that the job tells of itself, at its confidence; null where it knows none.
+    #[serde(rename = "told_relative_error")]
+    pub told: Option<f64>,
+    /// Mean square of the relative deviations from the reference, whose own variance is in it.
+    pub squared_error: f64,
+    /// Share of the sensors whose interval holds the reference.
+    pub covered: Option<f64>,
+    /// True if the run ended by its accuracy.
+    pub met: bool,
+}
+
+/// A method that cannot compute the job.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Refused {
+    /// Name of the method.
+    pub method: String,
+    /// Why, for people.
+    pub reason: String,
+}
+
+/// Median and quartiles of some runs.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct Quartiles {
+    /// A quarter of the runs has less.
+    pub lower: f64,
+    /// Half of the runs have less.
+    pub median: f64,
+    /// A quarter of the runs has more.
+    pub upper: f64,
+}
+
+/// All runs of one method to one error.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Cell {
+    /// Name of the method.
+    pub method: String,
+    /// Relative error that was asked for, at the job's confidence.
+    #[serde(rename = "asked_relative_error")]
+    pub asked: f64,
+    /// Processor seconds of the runs.
+    pub cpu_seconds: Quartiles,
+    /// Seconds of the runs, the set-up among them.
+    pub seconds: Quartiles,
+    /// Median of the relative errors that the runs tell of themselves, at the job's confidence.
+    #[serde(rename = "told_relative_error")]
+    pub told: Option<f64>,
+    /// Root mean square of the relative deviations of all runs from the reference, without what its own error adds.
+    #[serde(rename = "actual_relative_error")]
+    pub actual: f64,
+    /// Share of the sensors of all runs whose interval holds the reference.
+    pub covered: Option<f64>,
+    /// True if all runs ended by their accuracy.
+    pub met: bool,
+    /// True if of the methods that met the error none took fewer processor seconds.
+    pub cheapest: bool,
+}
+
+/// What came out of a study.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Study {
+    /// The method of the reference.
+    pub reference_method: String,
+    /// Seconds that it was rendered.
+    pub reference_seconds: f64,
+    /// Mean of its squared relative standard errors.
+    pub reference_variance: f64,
+    /// Confidence of relative errors and intervals.
+    pub confidence: f64,
+    /// All runs, in the order in which they were made.
+    pub runs: Vec<Run>,
+    /// Methods that cannot compute the job.
+    pub refused: Vec<Refused>,
+}
+
+impl Study {
+    /// The runs put together by method and error, in the order of the first runs of each.
+    pub fn cells(&self) -> Vec<Cell> {
+        let mut keys: Vec<(&str, f64)> = Vec::new();
+        for run in &self.runs {
+            if !keys.iter().any(|(method, asked)| *method == run.method && *asked == run.asked) {
+                keys.push((&run.method, run.asked));
+            }
+        }
+        let mut cells: Vec<Cell> = keys.into_iter().map(|(method, asked)| self.cell(method, asked)).collect();
+        for index in 0..cells.len() {
+            let of_error = cells.iter().filter(|cell| cell.asked == cells[index].asked && cell.met);
+            let least = of_error.map(|cell| cell.cpu_seconds.median).fold(f64::INFINITY, f64::min);
+            cells[index].cheapest = cells[index].met && cells[index].cpu_seconds.median <= least;
+        }
+        cells
+    }
+
+    /// What follows, in a paragraph for people.
+    pub fn verdict(&self) -> String {
+        verdict(self, &self.cells())
+    }
+
+    /// Root mean square of the reference's relative standard errors.
+    pub fn reference_error(&self) -> f64 {
+        self.reference_variance.sqrt()
+    }
+
+    fn cell(&self, method: &str, asked: f64) -> Cell {
+        let runs: Vec<&Run> = self.runs.iter().filter(|run| run.method == method && run.asked == asked).collect();
+        let mean = |values: Vec<f64>| values.iter().sum::<f64>() / values.len().max(1) as f64;
+        let squared = mean(runs.iter().map(|run| run.squared_error).collect());
+        let told: Vec<f64> = runs.iter().filter_map(|run| run.told).collect();
+        let covered: Vec<f64> = runs.iter().filter_map(|run| run.covered).collect();
+        Cell {
+            method: method.to_owned(),
+            asked,
+            cpu_seconds: Quartiles::of(runs.iter().map(|run| run.cpu_seconds)),
+            seconds: Quartiles::of(runs.iter().map(|run| run.set_up_seconds + run.seconds)),
+            told: (!told.is_empty()).then(|| Quartiles::of(told).median),
+            actual: (squared - self.reference_variance).max(0.0).sqrt(),
+            covered: (!covered.is_empty()).then(|| mean(covered)),
+            met: runs.iter().all(|run| run.met),
+            cheapest: false,
+        }
+    }
+}
+
+impl Quartiles {
+    /// Quantiles of some values, between the two nearest of them in proportion; zeros of none.
+    pub fn of(values: impl IntoIterator<Item = f64>) -> Self {
+        let mut sorted: Vec<f64> = values.into_iter().collect();
+        sorted.sort_by(f64::total_cmp);
+        let Some(last) = sorted.len().checked_sub(1) else { return Self::default() };
+        let quantile = |share: f64| {
+            let place = share * last as f64;
+            let (low, high) = (sorted[place as usize], sorted[(place as usize + 1).min(last)]);
+            low + place.fract() * (high - low)
+        };
+        Self { lower: quantile(0.25), median: quantile(0.5), upper: quantile(0.75) }
+    }
+}
+
+#[cfg(test)]
+pub(super) mod tests {
+    use super::*;
+
+    pub fn run(method: &str, asked: f64, cpu_seconds: f64, error: f64) -> Run {
+        Run {
+            method: method.to_owned(),
+            computed_by: method.to_owned(),
+            asked,
+            seed: 0,
+            set_up_seconds: 0.5,
+            seconds: cpu_seconds,
+            cpu_seconds,
+            passes: 8,
+            told: Some(asked),
+            squared_error: error * error,
+            covered: Some(0.95),
+            met: true,
+        }
+    }
+
+    #[test]
+    fn runs_of_a_method_to_an_error_are_put_together() {
+        let mut late = run("b", 0.01, 1.0, 0.003);
+        late.met = false;
+        let runs = vec![run("a", 0.01, 4.0, 0.004), run("b", 0.01, 2.0, 0.005), run("a", 0.01, 6.0, 0.006), late];
+        let study = Study { runs, reference_variance: 1e-6, ..Study::default() };
+        let cells = study.cells();
+        assert_eq!(cells.len(), 2);
+        assert_eq!((cells[0].method.as_str(), cells[0].cpu_seconds.median, cells[0].seconds.median), ("a", 5.0, 5.5));
+        // (16 + 36) / 2 - 1 = 25
+        assert!((cells[0].actual - 0.005).abs() < 1e-15);
+        // b was faster, but not always there
+        assert!(cells[0].cheapest && !cells[1].cheapest && !cells[1].met);
+    }
+
+    #[test]
+    fn quartiles_lie_between_values() {
+        assert_eq!(Quartiles::of([5.0, 1.0, 3.0, 2.0, 4.0]), Quartiles { lower: 2.0, median: 3.0, upper: 4.0 });
+        assert_eq!(Quartiles::of([7.0]), Quartiles { lower: 7.0, median: 7.0, upper: 7.0 });
+        assert_eq!(Quartiles::of([]), Quartiles::default());
+    }
+}

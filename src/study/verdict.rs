@@ -1,0 +1,121 @@
+//! What follows from a study, in words.
+
+use super::outcome::{Cell, Study};
+use crate::figure::ticks::{duration, significant};
+
+/// A paragraph about the cheapest method of each error, whether errors are what jobs tell, what was not met and what was refused.
+pub(super) fn verdict(study: &Study, cells: &[Cell]) -> String {
+    let mut sentences = vec![costs(cells)];
+    sentences.extend(others(cells));
+    sentences.extend(honesty(study, cells));
+    sentences.extend(not_met(cells));
+    let refused: Vec<&str> = study.refused.iter().map(|refused| refused.method.as_str()).collect();
+    if !refused.is_empty() {
+        sentences.push(format!("Not able to compute this: {}.", refused.join(", ")));
+    }
+    sentences.push(format!(
+        "Errors are against a reference by {} of {} standard error, which took {}.",
+        study.reference_method,
+        percent(study.reference_error()),
+        duration(study.reference_seconds, 3)
+    ));
+    sentences.join(" ")
+}
+
+fn percent(share: f64) -> String {
+    format!("{} %", significant(100.0 * share, 2))
+}
+
+/// Errors in falling order, each once.
+fn asked(cells: &[Cell]) -> Vec<f64> {
+    let mut asked: Vec<f64> = cells.iter().map(|cell| cell.asked).collect();
+    asked.sort_by(|a, b| b.total_cmp(a));
+    asked.dedup();
+    asked
+}
+
+fn costs(cells: &[Cell]) -> String {
+    let cost = |asked: f64| {
+        let cheapest = cells.iter().find(|cell| cell.asked == asked && cell.cheapest)?;
+        Some((
+            cheapest.method.as_str(),
+            format!("{} takes {}", percent(asked), duration(cheapest.cpu_seconds.median, 3)),
+        ))
+    };
+    let known: Vec<(&str, String)> = asked(cells).into_iter().filter_map(cost).collect();
+    let Some((first, _)) = known.first() else { return "No method met any of the errors.".to_owned() };
+    if known.iter().all(|(method, _)| method == first) {
+        let told: Vec<&str> = known.iter().map(|(_, cost)| cost.as_str()).collect();
+        return format!("The cheapest method is {first}: {} of one core.", told.join(", "));
+    }
+    let told: Vec<String> = known.iter().map(|(method, cost)| format!("{cost} by {method}")).collect();
+    format!("Cheapest, on one core: {}.", told.join(", "))
+}
+
+/// How many times as long the other methods take to the smallest error that the cheapest one met.
+fn others(cells: &[Cell]) -> Option<String> {
+    let best = cells.iter().filter(|cell| cell.cheapest).min_by(|a, b| a.asked.total_cmp(&b.asked))?;
+    let others = cells.iter().filter(|cell| cell.asked == best.asked && cell.met && !cell.cheapest);
+    let mut factors: Vec<(f64, &str)> =
+        others.map(|cell| (cell.cpu_seconds.median / best.cpu_seconds.median, cell.method.as_str())).collect();
+    factors.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let told: Vec<String> =
+        factors.iter().map(|(factor, method)| format!("{method} {} times", significant(*factor, 2))).collect();
+    (!told.is_empty()).then(|| format!("To {}, others take longer: {}.", percent(best.asked), told.join(", ")))
+}
+
+/// Actual errors in parts of those told, as root mean squares, and how often intervals hold.
+fn honesty(study: &Study, cells: &[Cell]) -> Option<String> {
+    let shares = cells.iter().filter_map(|cell| Some(cell.actual / cell.told?)).filter(|share| share.is_finite());
+    let (least, most) =
+        shares.fold((f64::INFINITY, 0.0_f64), |(least, most), share| (least.min(share), most.max(share)));
+    let covered: Vec<f64> = cells.iter().filter_map(|cell| cell.covered).collect();
+    let held = covered.iter().sum::<f64>() / covered.len().max(1) as f64;
+    least.is_finite().then(|| {
+        let [least, most] = [least, most].map(|share| significant(share, 2));
+        let shares = if least == most { least } else { format!("{least} to {most}") };
+        format!(
+            "Actual errors (root mean square) are {shares} of those told at {}; {} of the intervals hold the reference.",
+            percent(study.confidence),
+            percent(held)
+        )
+    })
+}
+
+fn not_met(cells: &[Cell]) -> Option<String> {
+    let told: Vec<String> = cells
+        .iter()
+        .filter(|cell| !cell.met)
+        .map(|cell| format!("{} to {}", cell.method, percent(cell.asked)))
+        .collect();
+    (!told.is_empty()).then(|| format!("Not met within the seconds allowed: {}.", told.join(", ")))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::outcome::Refused;
+    use super::super::outcome::tests::run;
+    use super::*;
+
+    #[test]
+    fn the_cheapest_is_named_with_what_the_others_cost() {
+        let mut late = run("c", 0.01, 9.0, 0.02);
+        late.met = false;
+        let study = Study {
+            reference_method: "a".to_owned(),
+            reference_seconds: 3.0,
+            confidence: 0.95,
+            runs: vec![run("a", 0.05, 0.25, 0.025), run("a", 0.01, 1.0, 0.005), run("b", 0.01, 4.0, 0.006), late],
+            refused: vec![Refused { method: "d".to_owned(), reason: "no".to_owned() }],
+            ..Study::default()
+        };
+        let words = study.verdict();
+        for part in
+            ["The cheapest method is a: 5.0 % takes", "1.0 % takes", "b 4.0 times", "c to 1.0 %", "compute this: d."]
+        {
+            assert!(words.contains(part), "{part}: {words}");
+        }
+        assert!(words.contains("0.50 to 2.0 of those told at 95 %"), "{words}");
+        assert!(Study::default().verdict().contains("No method met"));
+    }
+}

@@ -1,0 +1,90 @@
+//! Studies: runs are compared with a reference that shares nothing with them, and their errors are what jobs tell.
+
+use serde_json::{Value, json};
+use skyduct::job::cancel::{Stop, StopReason};
+use skyduct::study::StudyRequest;
+use skyduct::study::run::{StudyError, run};
+
+use crate::documents::Folder;
+
+/// A room whose floor has four sensors, under a sky with some structure.
+fn job() -> Value {
+    json!({
+        "name": "four sensors",
+        "sky": { "cie_type": 12, "sun_position": { "altitude_deg": 35, "azimuth_deg": 225 }, "zenith_luminance_cd_m2": 5000,
+                 "direct_normal_illuminance_lux": 0 },
+        "room": { "size_m": [2, 2, 2] },
+        "tubes": [{ "centre_m": [0.8, 1.1], "diameter_m": 0.25, "reflectance": 0.97, "segments": [{ "length_m": 1 }],
+                    "collector": { "kind": "open" }, "diffuser": { "kind": "lambertian", "transmittance": 0.6 } }],
+        "grids": [{ "name": "floor", "height_m": 0.8, "cells": [2, 2] }],
+        "views": [{ "name": "v", "eye_m": [0.2, 0.2, 1], "look_at_m": [1, 1, 1], "size_px": [8, 8] }]
+    })
+}
+
+fn request(methods: &[&str]) -> StudyRequest {
+    let methods = methods.iter().map(|method| (*method).to_owned()).collect();
+    StudyRequest { seeds: 4, ..StudyRequest::new(job(), methods).to(vec![0.05, 0.02]) }
+}
+
+/// Every cell is there, and met; a smaller error takes more passes; what a method refuses is told. Intervals of 95 % hold the
+/// reference: sensors of one run may all fail together, so that the runs alone count as independent.
+#[test]
+fn errors_of_runs_are_what_they_tell() {
+    let methods = ["auto", "light_tracing", "path_tracing", "photon_mapping", "jenkins", "holigilm"];
+    let mut request = request(&methods);
+    // which the solvers know nothing of
+    request.job["room"]["objects"] = json!([{ "kind": "box", "size_m": [0.2, 0.2, 0.2], "position_m": [1.7, 1.7, 0], "surface": { "reflectance": 0.3 } }]);
+    let mut steps = Vec::new();
+    let study = run(&request, &Folder, &Stop::default(), &mut |step| steps.push(step.clone())).unwrap();
+    println!("{}\n{}", study.table(), study.verdict());
+    assert_eq!(
+        study.refused.iter().map(|refused| refused.method.as_str()).collect::<Vec<_>>(),
+        ["jenkins", "holigilm"]
+    );
+    let cells = study.cells();
+    assert_eq!((cells.len(), study.runs.len()), (4 * 2, 4 * 2 * 4));
+    assert!(cells.iter().all(|cell| cell.met), "{cells:#?}");
+    assert_eq!(cells.iter().filter(|cell| cell.cheapest).count(), 2);
+    assert_eq!((steps.len(), steps.last().unwrap().done), (study.runs.len() + 2, study.runs.len() + 1));
+    assert_eq!(study.runs[0].computed_by, "placed_vertices");
+    let passes = |method: &str, asked: f64| -> u64 {
+        let runs = study.runs.iter().filter(|run| run.method == method && run.asked == asked);
+        runs.map(|run| run.passes).sum()
+    };
+    assert!(passes("path_tracing", 0.02) > passes("path_tracing", 0.05));
+    let held: Vec<f64> = study.runs.iter().filter_map(|run| run.covered).collect();
+    let (held, runs) = (held.iter().sum::<f64>() / held.len() as f64, held.len() as f64);
+    assert!(held > 0.95 - 4.0 * (0.95_f64 * 0.05 / runs).sqrt(), "{held} of the intervals of {runs} runs");
+    for run in &study.runs {
+        assert!(run.told.unwrap() <= run.asked, "{run:?}");
+    }
+}
+
+/// A reference that is wrong is seen in every run: the light of another sky.
+#[test]
+fn another_reference_is_another_error() {
+    let mut request = request(&["auto"]);
+    request.seeds = 1;
+    let right = run(&request, &Folder, &Stop::default(), &mut |_| {}).unwrap().cells();
+    // the formula has no interreflection of its own kind: some percent off
+    request.reference_method = "jenkins".to_owned();
+    let wrong = run(&request, &Folder, &Stop::default(), &mut |_| {}).unwrap().cells();
+    assert!(right[1].actual < 0.02 && wrong[1].actual > 0.05, "{} {}", right[1].actual, wrong[1].actual);
+}
+
+#[test]
+fn a_study_that_cannot_be_done_says_why() {
+    let refusal = |request: &StudyRequest| match run(request, &Folder, &Stop::default(), &mut |_| {}) {
+        Err(StudyError::Document(errors)) => errors.0[0].pointer.clone(),
+        other => panic!("{other:?}"),
+    };
+    let mut bad = request(&["auto"]);
+    bad.job["room"]["size_m"] = json!([2, 2]);
+    assert!(refusal(&bad).starts_with("/room/size_m"));
+    assert_eq!(refusal(&StudyRequest { seeds: 0, ..request(&["auto"]) }), "/seeds");
+    assert_eq!(refusal(&StudyRequest { reference_method: "nobody".to_owned(), ..request(&["auto"]) }), "/method");
+    let stop = Stop::default();
+    stop.raise(StopReason::Cancelled);
+    let cancelled = run(&request(&["auto"]), &Folder, &stop, &mut |_| {});
+    assert!(matches!(cancelled, Err(StudyError::NoReference { .. } | StudyError::Cancelled(_))), "{cancelled:?}");
+}
