@@ -2,8 +2,6 @@
 
 use serde::Serialize;
 
-use super::verdict::verdict;
-
 /// A run of a study.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Run {
@@ -114,11 +112,6 @@ impl Study {
             cells[index].cheapest = cells[index].met && cells[index].cpu_seconds.median <= least;
         }
         cells
-    }
-
-    /// What follows, in a paragraph for people.
-    pub fn verdict(&self) -> String {
-        verdict(self, &self.cells())
     }
 
     /// Root mean square of the reference's relative standard errors.

@@ -3,23 +3,27 @@
 use super::outcome::{Cell, Study};
 use crate::figure::ticks::{duration, significant};
 
-/// A paragraph about the cheapest method of each error, whether errors are what jobs tell, what was not met and what was refused.
-pub(super) fn verdict(study: &Study, cells: &[Cell]) -> String {
-    let mut sentences = vec![costs(cells)];
-    sentences.extend(others(cells));
-    sentences.extend(honesty(study, cells));
-    sentences.extend(not_met(cells));
-    let refused: Vec<&str> = study.refused.iter().map(|refused| refused.method.as_str()).collect();
-    if !refused.is_empty() {
-        sentences.push(format!("Not able to compute this: {}.", refused.join(", ")));
+impl Study {
+    /// What follows, in a paragraph for people: the cheapest method of each error, whether errors are what jobs tell, what was not
+    /// met and what was refused.
+    pub fn verdict(&self) -> String {
+        let cells = self.cells();
+        let mut sentences = vec![costs(&cells)];
+        sentences.extend(others(&cells));
+        sentences.extend(honesty(self, &cells));
+        sentences.extend(not_met(&cells));
+        let refused: Vec<&str> = self.refused.iter().map(|refused| refused.method.as_str()).collect();
+        if !refused.is_empty() {
+            sentences.push(format!("Not able to compute this: {}.", refused.join(", ")));
+        }
+        sentences.push(format!(
+            "Errors are against a reference by {} of {} standard error, which took {}.",
+            self.reference_method,
+            percent(self.reference_error()),
+            duration(self.reference_seconds, 3)
+        ));
+        sentences.join(" ")
     }
-    sentences.push(format!(
-        "Errors are against a reference by {} of {} standard error, which took {}.",
-        study.reference_method,
-        percent(study.reference_error()),
-        duration(study.reference_seconds, 3)
-    ));
-    sentences.join(" ")
 }
 
 fn percent(share: f64) -> String {
