@@ -82,7 +82,11 @@ pub fn run(
     let mut done = 0;
     let mut next = |done: usize, next: String| heard(&Step { done, of, next });
     next(done, format!("reference by {}", reference.method_names()));
-    let (truth, reference_run) = rendered(&reference, stop)?.ok_or_else(|| StudyError::NoReference {
+    let truth = rendered(&reference, stop)?;
+    if stop.reason().is_some() {
+        return Err(StudyError::Cancelled(done));
+    }
+    let (truth, reference_run) = truth.ok_or_else(|| StudyError::NoReference {
         method: reference.method_names(),
         seconds: reference.stop.max_seconds,
     })?;
@@ -136,7 +140,13 @@ type Rendered = (Estimate, crate::job::spent::Spent, StoppedBy);
 
 /// The values of a job that is rendered to its end; `None` where it ended before its first pass.
 fn rendered(prepared: &Prepared, stop: &Stop) -> Result<Option<(Values, Rendered)>, StudyError> {
-    let rendered = prepared.render(&stop.clone(), &mut |_, _| {})?;
+    // its seconds end a run, and not the study
+    let of_run = Stop::default();
+    let rendered = prepared.render(&of_run, &mut |_, _| {
+        if let Some(reason) = stop.reason() {
+            of_run.raise(reason);
+        }
+    })?;
     if rendered.estimate.passes == 0 {
         return Ok(None);
     }

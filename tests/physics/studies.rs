@@ -86,5 +86,19 @@ fn a_study_that_cannot_be_done_says_why() {
     let stop = Stop::default();
     stop.raise(StopReason::Cancelled);
     let cancelled = run(&request(&["auto"]), &Folder, &stop, &mut |_| {});
-    assert!(matches!(cancelled, Err(StudyError::NoReference { .. } | StudyError::Cancelled(_))), "{cancelled:?}");
+    assert!(matches!(cancelled, Err(StudyError::Cancelled(0))), "{cancelled:?}");
+}
+
+/// Seconds end a run, and the study goes on without what was not met.
+#[test]
+fn a_run_that_takes_too_long_ends_alone() {
+    let request = StudyRequest {
+        seeds: 3,
+        reference_method: "jenkins".to_owned(),
+        most_seconds: 0.1,
+        ..request(&["path_tracing"])
+    };
+    let study = run(&request.to(vec![1e-5]), &Folder, &Stop::default(), &mut |_| {}).unwrap();
+    assert!(study.cells().iter().all(|cell| !cell.met && !cell.cheapest));
+    assert!(study.verdict().starts_with("No method met"), "{}", study.verdict());
 }

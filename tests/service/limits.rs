@@ -3,7 +3,8 @@
 use crate::common;
 use std::time::Duration;
 
-use crate::common::{PATIENCE, TestService, endless_job, problem, raw, small_job};
+use crate::common::{PATIENCE, TestService, client, endless_job, events_until, problem, raw, small_job};
+use crate::process::Server;
 use reqwest::{Method, StatusCode};
 use serde_json::{Value, json};
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
@@ -195,19 +196,20 @@ async fn uploads_wait_for_each_other_before_their_bodies_are_read() {
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn hundreds_of_streams_have_one_reader_and_end_with_the_service() {
     const STREAMS: usize = 500;
-    let service = TestService::start_with(|config| config.limits.streams = STREAMS).await;
+    // metrics are those of a process
+    let data = tempfile::tempdir().unwrap();
+    let service = Server::start(data.path(), &[("SKYDUCT_LIMITS__STREAMS", &STREAMS.to_string())]);
     let path = service.submit(&endless_job()).await;
-    let mut streams = Vec::new();
+    let (http, mut streams) = (client(), Vec::new());
     for _ in 0..STREAMS {
-        streams.push(service.get(&format!("{path}/events")).send().await.unwrap());
+        streams.push(http.get(format!("{}{path}/events", service.url)).send().await.unwrap());
     }
-    let metrics = service.get("/metrics").send().await.unwrap().text().await.unwrap();
+    let metrics = String::from_utf8(service.get("/metrics").await).unwrap();
     for line in [format!("skyduct_event_streams {STREAMS}"), "skyduct_watched_jobs 1".to_owned()] {
         assert!(metrics.contains(&line), "{line} in {metrics}");
     }
     let bodies = futures::future::join_all(streams.into_iter().map(|stream| stream.bytes()));
-    let TestService { running, .. } = service;
-    let ended = async { tokio::join!(running.stop(), bodies).1 };
+    let ended = async { tokio::join!(tokio::task::spawn_blocking(|| assert!(service.terminate())), bodies).1 };
     for body in tokio::time::timeout(PATIENCE, ended).await.expect("all end") {
         assert!(!body.unwrap().is_empty());
     }
@@ -217,15 +219,18 @@ async fn hundreds_of_streams_have_one_reader_and_end_with_the_service() {
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn streams_that_keep_up_cost_no_reads() {
     const STREAMS: usize = 40;
-    let service = TestService::start().await;
+    // metrics are those of a process
+    let data = tempfile::tempdir().unwrap();
+    let service = Server::start(data.path(), &[]);
     let path = service.submit(&endless_job()).await;
     let reads = async |by: &str| -> u64 {
-        let metrics = service.get("/metrics").send().await.unwrap().text().await.unwrap();
+        let metrics = String::from_utf8(service.get("/metrics").await).unwrap();
         let name = format!("skyduct_event_reads_total{{by=\"{by}\"}} ");
         metrics.lines().find_map(|line| line.strip_prefix(&name)).map_or(0, |number| number.parse().unwrap())
     };
     let before = reads("stream").await;
-    let follow = |_| async { service.events_until(&path, 0, |event| event.id >= 100).await };
+    let (http, address) = (client(), format!("{}{path}/events", service.url));
+    let follow = |_| async { events_until(http.get(&address), 0, |event| event.id >= 100).await };
     let all = futures::future::join_all((0..STREAMS).map(follow)).await;
     for events in &all {
         let ids: Vec<i64> = events.iter().map(|event| event.id).collect();

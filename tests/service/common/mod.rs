@@ -92,24 +92,7 @@ impl TestService {
 
     /// Events from `after` on, until `enough`, or the stream ends.
     pub async fn events_until(&self, job: &str, after: i64, enough: impl Fn(&TestEvent) -> bool) -> Vec<TestEvent> {
-        let request = self.get(&format!("{job}/events")).header("last-event-id", after);
-        let response = request.send().await.unwrap();
-        assert_eq!(response.status(), StatusCode::OK);
-        assert_eq!(response.headers()["content-type"], "text/event-stream");
-        let mut stream = response.bytes_stream().eventsource();
-        let mut events = Vec::new();
-        while let Some(event) = stream.next().await {
-            let event = event.unwrap();
-            let id = event.id.parse().unwrap();
-            let data = serde_json::from_str(&event.data).unwrap();
-            let event = TestEvent { id, name: event.event, data };
-            let last = enough(&event);
-            events.push(event);
-            if last {
-                break;
-            }
-        }
-        events
+        events_until(self.get(&format!("{job}/events")), after, enough).await
     }
 
     /// Waits for the job's end; answers the job.
@@ -119,6 +102,27 @@ impl TestService {
         response.bytes().await.unwrap();
         self.json(job).await
     }
+}
+
+/// Events of a stream from `after` on, until `enough`, or its end.
+pub async fn events_until(request: RequestBuilder, after: i64, enough: impl Fn(&TestEvent) -> bool) -> Vec<TestEvent> {
+    let response = request.header("last-event-id", after).send().await.unwrap();
+    assert_eq!(response.status(), StatusCode::OK);
+    assert_eq!(response.headers()["content-type"], "text/event-stream");
+    let mut stream = response.bytes_stream().eventsource();
+    let mut events = Vec::new();
+    while let Some(event) = stream.next().await {
+        let event = event.unwrap();
+        let id = event.id.parse().unwrap();
+        let data = serde_json::from_str(&event.data).unwrap();
+        let event = TestEvent { id, name: event.event, data };
+        let last = enough(&event);
+        events.push(event);
+        if last {
+            break;
+        }
+    }
+    events
 }
 
 /// Sends `text` as it is and reads the answer to its end, or as far as it comes.
