@@ -87,6 +87,17 @@ impl Client {
         }
     }
 
+    /// Posts a job document and waits up to `seconds` for its grids; answers the job, with `grid_results` when it is done.
+    pub async fn submit_and_wait(&self, document: Vec<u8>, seconds: u32) -> anyhow::Result<Value> {
+        let request = self
+            .http
+            .post(self.url("/v1/jobs"))
+            .header("content-type", "application/json")
+            .header("prefer", format!("wait={seconds}"))
+            .body(document);
+        Ok(success(self.send(request).await?).await?.json().await?)
+    }
+
     /// Calls `hear` for every event of a job in order, over as many connections as it takes, and when a connection is lost
     /// and back; answers the final event.
     pub async fn follow(&self, events_path: &str, mut hear: impl FnMut(News)) -> anyhow::Result<JobEvent> {

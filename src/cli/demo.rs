@@ -3,13 +3,12 @@
 use std::path::Path;
 use std::time::Duration;
 
-use anyhow::Context;
-
 use crate::cli::client::Client;
 use crate::cli::config::{Config, Flags};
 use crate::cli::results_table::print_results;
 use crate::cli::serve::{RunningService, runtime, wait_for_signal};
 use crate::cli::submit::submit_and_download;
+use crate::cli::temporary_folder::TemporaryFolder;
 
 /// Built in, so that it runs anywhere.
 const JOB: &str = include_str!("../../examples/thesis_room.json");
@@ -26,9 +25,12 @@ pub struct DemoArgs {
 pub fn run(args: DemoArgs) -> anyhow::Result<()> {
     let runtime = runtime()?;
     let result = runtime.block_on(async {
-        let temporary = TemporaryFolder::new()?;
-        let flags =
-            Flags { listen: Some(([127, 0, 0, 1], 0).into()), data: Some(temporary.0.clone()), ..Flags::default() };
+        let temporary = TemporaryFolder::new("demo")?;
+        let flags = Flags {
+            listen: Some(([127, 0, 0, 1], 0).into()),
+            data: Some(temporary.path().to_owned()),
+            ..Flags::default()
+        };
         let service = RunningService::start(Config::load(None, &flags)?).await?;
         let shown = tokio::select! {
             shown = show(&service, args.exit) => shown,
@@ -54,22 +56,4 @@ async fn show(service: &RunningService, exit: bool) -> anyhow::Result<()> {
         std::future::pending::<()>().await;
     }
     Ok(())
-}
-
-/// A folder of its own, deleted at the end: the demo leaves only its results.
-struct TemporaryFolder(std::path::PathBuf);
-
-impl TemporaryFolder {
-    fn new() -> anyhow::Result<Self> {
-        let folder = std::env::temp_dir().join(format!("skyduct-demo-{}", uuid::Uuid::new_v4()));
-        std::fs::create_dir_all(&folder).with_context(|| format!("{} cannot be made", folder.display()))?;
-        Ok(Self(folder))
-    }
-}
-
-impl Drop for TemporaryFolder {
-    fn drop(&mut self) {
-        // what is left behind lies in the system's temporary folder
-        let _ = std::fs::remove_dir_all(&self.0);
-    }
 }

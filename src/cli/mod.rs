@@ -1,5 +1,6 @@
 //! The commands.
 
+mod bench;
 mod client;
 pub mod config;
 mod demo;
@@ -13,6 +14,7 @@ pub mod serve;
 mod study;
 mod submit;
 mod telemetry;
+mod temporary_folder;
 mod thesis;
 mod validate;
 
@@ -45,6 +47,8 @@ enum Command {
     Validate(validate::ValidateArgs),
     /// Repeat the experiments of the thesis that the project starts from, and write the report
     Thesis(thesis::ThesisArgs),
+    /// Measure what accuracy and effects cost on this machine, and write the pages on it
+    Bench(bench::BenchArgs),
     /// Send a job document to a service, follow it, and save its results
     Submit(submit::SubmitArgs),
     /// Ask a service whether it is ready (exit status 0)
@@ -75,6 +79,7 @@ impl Arguments {
             Command::Study(args) => study::run(args),
             Command::Validate(args) => validate::run(args),
             Command::Thesis(args) => thesis::run(args),
+            Command::Bench(args) => bench::run(args),
             Command::Submit(args) => submit::run(args),
             Command::Healthcheck(args) => healthcheck::run(args),
         }

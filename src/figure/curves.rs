@@ -3,7 +3,7 @@
 use glam::DVec2;
 
 use super::axes::{self, Axes, Axis, logarithmic_ends};
-use super::colour::SERIES;
+use super::colour::{Colour, SERIES};
 use super::drawing::{Drawing, Line};
 use super::heading::{Heading, MARGIN};
 use super::legend::{self, Entry, MARK_RADIUS};
@@ -22,6 +22,15 @@ pub struct Series {
     pub marks: Vec<(f64, f64)>,
     /// Standard errors of the marks along y, drawn as bars of twice their length; none: no bars.
     pub errors: Vec<f64>,
+    /// The line is dashed: numbers from elsewhere.
+    pub dashed: bool,
+}
+
+impl Series {
+    fn look(&self, colour: Colour) -> Line {
+        let line = Line::new(colour, 2.0);
+        if self.dashed { line.dashed(&[6.0, 4.0]) } else { line }
+    }
 }
 
 /// Series over two axes, with a legend above. What is not finite, or outside of the axes, is left out.
@@ -38,7 +47,7 @@ pub fn curves(heading: &Heading, series: &[Series], x: Axis, y: Axis) -> Drawing
     let axes = Axes { within, x, y };
     axes.draw(&mut drawing);
     for (one, colour) in series.iter().zip(SERIES.into_iter().cycle()) {
-        drawing.line(axes.line(one.line.iter().copied()), Line::new(colour, 2.0));
+        drawing.line(axes.line(one.line.iter().copied()), one.look(colour));
         let mut bars = Outline::default();
         for ((x, y), error) in one.marks.iter().zip(&one.errors) {
             bars.add_clipped_line(axes.at(*x, y - error), axes.at(*x, y + error), &within);
@@ -61,8 +70,8 @@ pub fn logarithmic(heading: &Heading, series: &[Series], x_title: &str, y_title:
     curves(heading, series, x, y)
 }
 
-fn entry(series: &Series, colour: super::colour::Colour) -> Entry {
-    let line = (!series.line.is_empty()).then(|| Line::new(colour, 2.0));
+fn entry(series: &Series, colour: Colour) -> Entry {
+    let line = (!series.line.is_empty()).then(|| series.look(colour));
     let mark = (!series.marks.is_empty()).then_some(colour);
     Entry { name: series.name.clone(), line, mark, area: None }
 }
@@ -76,7 +85,8 @@ mod tests {
     #[test]
     fn curves_are_named_and_have_their_marks() {
         let line: Vec<_> = (1..19).map(|k| (5.0 * f64::from(k), 0.05 * f64::from(k))).collect();
-        let marked = Series { name: "south".to_owned(), marks: line.clone(), line, errors: vec![0.01; 18] };
+        let marked =
+            Series { name: "south".to_owned(), marks: line.clone(), line, errors: vec![0.01; 18], dashed: false };
         let altitude = Axis::linear("altitude of the sun in degrees", [0.0, 90.0], 6, Steps::Sexagesimal);
         let drawing =
             curves(&Heading::of("tube 0"), &[marked], altitude, Axis::linear("T", [0.0, 1.0], 5, Steps::Decimal));
@@ -87,10 +97,18 @@ mod tests {
     }
 
     #[test]
+    fn lines_from_elsewhere_are_dashed() {
+        let one =
+            |dashed| Series { name: "a".to_owned(), line: vec![(1.0, 2.0), (3.0, 4.0)], dashed, ..Series::default() };
+        let drawn = |dashed| svg(&logarithmic(&Heading::of("t"), &[one(dashed)], "x", "y")).unwrap();
+        assert!(drawn(true).contains("stroke-dasharray") && !drawn(false).contains("stroke-dasharray"));
+    }
+
+    #[test]
     fn logarithmic_curves_leave_out_what_has_no_logarithm() {
         let line: Vec<_> = (0..6).map(|k| (f64::from(4i32.pow(k)), 0.5f64.powi(k as i32))).collect();
         let bad = vec![(0.0, 1.0), (1.0, f64::NAN)];
-        let series = Series { name: "ppm".to_owned(), line, marks: bad, errors: Vec::new() };
+        let series = Series { name: "ppm".to_owned(), line, marks: bad, ..Series::default() };
         let svg = svg(&logarithmic(&Heading::of("progress"), &[series], "passes", "error")).unwrap();
         assert!(svg.contains("ppm") && svg.contains("passes") && !svg.contains("NaN"));
         logarithmic(&Heading::default(), &[], "x", "y");

@@ -18,7 +18,7 @@ pub fn tube_figure(subject: &Subject, report: &TubeReport) -> Drawing {
     let beam = &report.beam;
     let series = |name: String, values: &[f64], errors: &[f64]| {
         let line: Vec<_> = beam.altitude_deg.iter().copied().zip(values.iter().copied()).collect();
-        Series { name, marks: line.clone(), line, errors: errors.to_vec() }
+        Series { name, marks: line.clone(), line, errors: errors.to_vec(), dashed: false }
     };
     let azimuth = format!("sun {}° clockwise from the room's +y axis", fixed(beam.azimuth_deg, 1));
     let mut all = vec![series(azimuth, &beam.transmission, &beam.standard_error)];

@@ -16,8 +16,8 @@ use crate::plan::{self, Effects};
 use crate::scene::Scene;
 use crate::traceable::TraceableScene;
 
-/// Meshes beside the documents.
-struct Folder(PathBuf);
+/// Meshes beside the documents, in a folder.
+pub struct Folder(pub PathBuf);
 
 impl MeshSource for Folder {
     fn load(&self, id: &str) -> Result<Arc<TriangleMesh>, String> {

@@ -146,13 +146,13 @@ pub fn sections(settings: &Settings, progress: Progress) -> Result<Vec<Section>,
             name: "whole discs".to_owned(),
             line: expected(&expected_whole),
             marks: marks(&whole),
-            errors: Vec::new(),
+            ..Series::default()
         },
         Series {
             name: "clipped discs".to_owned(),
             line: expected(&one_sided),
             marks: marks(&clipped),
-            errors: Vec::new(),
+            ..Series::default()
         },
         Series {
             name: "share of the disc inside".to_owned(),

@@ -228,7 +228,7 @@ fn profile(floors: &[Floor], interreflection: bool) -> Vec<Series> {
         let floor = named(name)?;
         let points = along(floor);
         let (line, marks) = if line { (points, Vec::new()) } else { (Vec::new(), points) };
-        Some(Series { name: format!("{}, {light}", short(&floor.name)), line, marks, errors: Vec::new() })
+        Some(Series { name: format!("{}, {light}", short(&floor.name)), line, marks, ..Series::default() })
     };
     drawn.into_iter().filter_map(series).collect()
 }

@@ -158,7 +158,7 @@ fn figures(rendered: &[Rendered], reference: &FilmEstimate) -> Result<Vec<Figure
         let points = fitted(&rendered.errors);
         let slope = logarithmic_slope(&points);
         let named = if slope.is_finite() { format!(", slope {slope:.2}") } else { String::new() };
-        Series { name: format!("{}{named}", rendered.name), line: fit(&points, slope), marks, errors: Vec::new() }
+        Series { name: format!("{}{named}", rendered.name), line: fit(&points, slope), marks, ..Series::default() }
     });
     figures.push(Figure {
         file: "progress.svg",

@@ -263,7 +263,7 @@ fn interreflection(reference: &Path) -> Result<(Deviations, Deviations, Table, F
         marks.push((reflectance, value));
     }
     let line = (1..=96).map(|k| f64::from(k) * 0.01).map(|r| (r, indirect(r))).collect();
-    let series = Series { name: "line: closed form, marks: this program".to_owned(), line, marks, errors: Vec::new() };
+    let series = Series { name: "line: closed form, marks: this program".to_owned(), line, marks, ..Series::default() };
     let reflectance = Axis::linear("reflectance of all surfaces", [0.0, 1.0], 10, Steps::Decimal);
     let illuminance = Axis::logarithmic("mean indirect illuminance in lx", [1.0, 1e4], "");
     let heading = Heading::of("Closed rooms: a cube of 4 m with 10 000 lm");

@@ -70,7 +70,7 @@ pub fn section(reference: &Path) -> Result<Section, ValidationError> {
             (f64::from(degrees), distribution.horizontal_ratio())
         });
         let marks = points.iter().filter(move |point| point.0 == number).map(|point| (point.1, point.2));
-        Series { name: format!("type {number}"), line: curve.collect(), marks: marks.collect(), errors: Vec::new() }
+        Series { name: format!("type {number}"), line: curve.collect(), marks: marks.collect(), ..Series::default() }
     };
     let series: Vec<Series> = DRAWN.into_iter().map(drawn).collect();
     let altitude = Axis::linear("altitude of the sun in degrees", [0.0, 90.0], 6, Steps::Sexagesimal);

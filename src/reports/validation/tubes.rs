@@ -85,7 +85,7 @@ pub fn section(reference: &Path) -> Result<Section, ValidationError> {
             name: format!("R = {reflectance}"),
             line: (5..=90).map(at).collect(),
             marks: marks.collect(),
-            errors: Vec::new(),
+            ..Series::default()
         }
     };
     let mut series: Vec<Series> = [0.995, 0.98, 0.95, 0.9].into_iter().map(curve).collect();

@@ -1,0 +1,104 @@
+//! `skyduct bench`: what accuracy and effects cost on this machine.
+
+mod processes;
+mod service;
+
+use std::io::{IsTerminal, Read};
+use std::path::PathBuf;
+use std::time::Duration;
+
+use anyhow::Context;
+use indicatif::{ProgressBar, ProgressStyle};
+
+use crate::reports::bench::{Progress, Settings, effects, performance, whole};
+use crate::reports::markdown;
+use crate::reports::page::Report;
+
+/// Number of steps of the progress bar.
+const STEPS: f64 = 1000.0;
+
+#[derive(Debug, clap::Args)]
+pub struct BenchArgs {
+    #[command(subcommand)]
+    subject: Subject,
+}
+
+#[derive(Debug, clap::Subcommand)]
+enum Subject {
+    /// What accuracy costs, how cost grows, where the time of a job goes: performance.md, in at most half an hour
+    Performance(PageArgs),
+    /// What each effect of light costs: effects.md, in some minutes
+    Effects(PageArgs),
+    /// Render the document on standard input and print what that took, as JSON
+    #[command(hide = true)]
+    Job(JobArgs),
+}
+
+#[derive(Debug, clap::Args)]
+struct PageArgs {
+    /// Folder that the page goes to, with its figures
+    #[arg(long, default_value = "docs")]
+    out: PathBuf,
+    /// Folder of the scenes and their references
+    #[arg(long, default_value = "tests/reference")]
+    reference: PathBuf,
+    /// Measure less and less often, in about a minute, for a trial
+    #[arg(long)]
+    quick: bool,
+}
+
+#[derive(Debug, clap::Args)]
+struct JobArgs {
+    /// Folder of the document's meshes
+    #[arg(long, default_value = ".")]
+    meshes: PathBuf,
+}
+
+pub fn run(args: BenchArgs) -> anyhow::Result<()> {
+    match args.subject {
+        Subject::Performance(args) => page(args, |settings, progress| {
+            let processes = processes::measure(settings, progress.part(0.0, 0.1))?;
+            let latencies = service::measure(settings, progress.part(0.1, 0.15))?;
+            Ok(performance::run(settings, &processes, &latencies, progress.part(0.15, 1.0))?)
+        }),
+        Subject::Effects(args) => page(args, |settings, progress| Ok(effects::run(settings, progress)?)),
+        Subject::Job(JobArgs { meshes }) => {
+            let mut document = String::new();
+            std::io::stdin().read_to_string(&mut document).context("the document cannot be read")?;
+            let document = serde_json::from_str(&document).context("the document is no JSON")?;
+            println!("{}", serde_json::to_string(&whole::measure(document, &meshes)?)?);
+            Ok(())
+        }
+    }
+}
+
+/// Measures a page and writes it.
+fn page(
+    PageArgs { out, reference, quick }: PageArgs,
+    measure: impl FnOnce(&Settings, Progress) -> anyhow::Result<Report>,
+) -> anyhow::Result<()> {
+    let bar = std::io::stderr().is_terminal().then(bar);
+    let hear = |share: f64, what: &str| match &bar {
+        Some(bar) => {
+            bar.set_position((share * STEPS) as u64);
+            bar.set_message(what.to_owned());
+        }
+        None => eprintln!("{:3.0} %  {what}", 100.0 * share),
+    };
+    let report = measure(&Settings { quick, reference }, Progress::new(&hear))?;
+    if let Some(bar) = &bar {
+        bar.finish_and_clear();
+    }
+    markdown::write(&report, &out).with_context(|| format!("the page cannot be written to {}", out.display()))?;
+    eprintln!("the page is {}", out.join(report.name).with_extension("md").display());
+    Ok(())
+}
+
+fn bar() -> ProgressBar {
+    let bar = ProgressBar::new(STEPS as u64);
+    if let Ok(style) = ProgressStyle::with_template("{elapsed_precise} {bar:30} {msg}") {
+        bar.set_style(style);
+    }
+    bar.enable_steady_tick(Duration::from_millis(200));
+    bar
+}

@@ -1,0 +1,28 @@
+//! A folder in the system's temporary one, for what a command needs only while it runs.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::Context;
+
+/// A folder of its own, deleted at the end.
+pub struct TemporaryFolder(PathBuf);
+
+impl TemporaryFolder {
+    /// A new folder; `purpose` is part of its name.
+    pub fn new(purpose: &str) -> anyhow::Result<Self> {
+        let folder = std::env::temp_dir().join(format!("skyduct-{purpose}-{}", uuid::Uuid::new_v4()));
+        std::fs::create_dir_all(&folder).with_context(|| format!("{} cannot be made", folder.display()))?;
+        Ok(Self(folder))
+    }
+
+    pub fn path(&self) -> &Path {
+        &self.0
+    }
+}
+
+impl Drop for TemporaryFolder {
+    fn drop(&mut self) {
+        // what is left behind lies in the system's temporary folder
+        let _ = std::fs::remove_dir_all(&self.0);
+    }
+}

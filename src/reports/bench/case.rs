@@ -1,0 +1,145 @@
+//! A job of a benchmark: its document and meshes, and what one run of it costs.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use serde_json::{Value, json};
+
+use super::measure::{Repeats, Spread, processor_seconds};
+use crate::document::{JobDocument, MeshSource};
+use crate::estimate::Estimate;
+use crate::geometry::TriangleMesh;
+use crate::job::cancel::Stop;
+use crate::job::prepare::{Prepared, prepare_document};
+use crate::job::progress::StoppedBy;
+use crate::reports::page::ReportError;
+use crate::reports::run::Folder;
+use crate::statistics::interval::{two_sided_normal_quantile, two_sided_student_quantile};
+
+/// Confidence of all jobs.
+const CONFIDENCE: f64 = 0.95;
+
+/// Passes that no job of a benchmark comes to.
+const NO_LIMIT: u64 = 1_000_000_000;
+
+/// A document with its meshes.
+#[derive(Clone)]
+pub struct Case {
+    pub document: Value,
+    pub meshes: Arc<dyn MeshSource + Send + Sync>,
+}
+
+/// A mesh that was made, whatever it is called.
+struct Made(Arc<TriangleMesh>);
+
+impl MeshSource for Made {
+    fn load(&self, _: &str) -> Result<Arc<TriangleMesh>, String> {
+        Ok(self.0.clone())
+    }
+}
+
+/// What one run took, and what came of it.
+pub struct Run {
+    /// Processor seconds from the document to the first pass: meshes are read, the scene is built and planned.
+    pub set_up: f64,
+    /// Processor seconds of the passes.
+    pub passes: f64,
+    pub estimate: Estimate,
+    /// Standard error, relative to the value, root mean square over the sensors or blocks, that the job tells of itself; not a
+    /// number where it tells none.
+    pub told: f64,
+    /// True if the job ended because it was accurate enough, or exact.
+    pub met: bool,
+}
+
+impl Case {
+    /// A document whose meshes lie in a folder.
+    pub fn beside(document: Value, folder: &Path) -> Self {
+        Self { document, meshes: Arc::new(Folder(folder.to_owned())) }
+    }
+
+    /// A document with one mesh, or without any.
+    pub fn with(document: Value, mesh: TriangleMesh) -> Self {
+        Self { document, meshes: Arc::new(Made(Arc::new(mesh))) }
+    }
+
+    /// The case until its outputs have a relative standard error, or `seconds` are over.
+    pub fn to(mut self, standard_error: f64, seconds: f64) -> Self {
+        let error = (standard_error * two_sided_normal_quantile(CONFIDENCE)).min(1.0);
+        self.document["stop"] = json!({
+            "relative_error": error, "view_relative_error": error, "confidence": CONFIDENCE,
+            "max_passes": NO_LIMIT, "max_seconds": seconds,
+        });
+        self
+    }
+
+    /// The case with a number of passes, however accurate.
+    pub fn passes(mut self, passes: u64, seconds: f64) -> Self {
+        self.document["stop"] = json!({
+            "relative_error": 1e-9, "view_relative_error": 1e-9, "confidence": CONFIDENCE,
+            "max_passes": passes, "max_seconds": seconds,
+        });
+        self
+    }
+
+    /// The case with another seed.
+    pub fn seed(&self, seed: u64) -> Self {
+        let mut other = self.clone();
+        other.document["seed"] = seed.into();
+        other
+    }
+
+    pub fn prepare(&self) -> Result<Prepared, ReportError> {
+        let document = JobDocument::parse(self.document.to_string().as_bytes())?;
+        Ok(prepare_document(&document, self.meshes.as_ref())?)
+    }
+
+    /// Renders the case on the current pool.
+    pub fn run(&self) -> Result<Run, ReportError> {
+        let (prepared, set_up) = processor_seconds(|| self.prepare());
+        Run::of(&prepared?, set_up)
+    }
+
+    /// Renders the case with seed after seed.
+    pub fn runs(&self, repeats: Repeats) -> Result<Vec<Run>, ReportError> {
+        repeats.run(|seed| self.seed(seed).run())
+    }
+}
+
+impl Run {
+    /// Renders a prepared job on the current pool.
+    pub fn of(prepared: &Prepared, set_up: f64) -> Result<Self, ReportError> {
+        let rendered = prepared.render(&Stop::default(), &mut |_, _| {})?;
+        if let Some(reason) = prepared.no_results(rendered.stopped_by, &rendered.estimate) {
+            return Err(ReportError::Case(reason));
+        }
+        let accuracy = prepared.accuracy(&rendered.estimate);
+        let passes = rendered.estimate.passes;
+        let t = match passes {
+            0 | 1 => two_sided_normal_quantile(CONFIDENCE),
+            passes => two_sided_student_quantile(CONFIDENCE, passes as f64 - 1.0),
+        };
+        Ok(Self {
+            set_up,
+            passes: rendered.spent.cpu_seconds.unwrap_or(rendered.spent.seconds),
+            told: accuracy.grids.or(accuracy.views).map_or(f64::NAN, |error| error / t),
+            met: matches!(rendered.stopped_by, StoppedBy::RelativeError | StoppedBy::Exact),
+            estimate: rendered.estimate,
+        })
+    }
+}
+
+/// Processor seconds of the passes of some runs.
+pub fn passes(runs: &[Run]) -> Spread {
+    Spread::of(runs.iter().map(|run| run.passes))
+}
+
+/// Processor seconds before the passes of some runs.
+pub fn set_up(runs: &[Run]) -> Spread {
+    Spread::of(runs.iter().map(|run| run.set_up))
+}
+
+/// True if each of the runs became as accurate as asked.
+pub fn all_met(runs: &[Run]) -> bool {
+    runs.iter().all(|run| run.met)
+}

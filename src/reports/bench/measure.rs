@@ -1,0 +1,126 @@
+//! Repeated measurements, their medians, and how they are written.
+
+use std::time::{Duration, Instant};
+
+use crate::figure::ticks::significant;
+use crate::job::spent::Clocks;
+use crate::reports::page::ReportError;
+
+/// How often a number is measured: `most` times, but not again after `seconds`; once in any case.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Repeats {
+    pub most: usize,
+    pub seconds: f64,
+}
+
+impl Repeats {
+    /// What the runs give, which are told their numbers from 0.
+    pub fn run<T>(self, mut run: impl FnMut(u64) -> Result<T, ReportError>) -> Result<Vec<T>, ReportError> {
+        let end = Instant::now() + Duration::from_secs_f64(self.seconds);
+        let mut results = vec![run(0)?];
+        while results.len() < self.most && Instant::now() < end {
+            results.push(run(results.len() as u64)?);
+        }
+        Ok(results)
+    }
+}
+
+/// Median and quartiles of repeated measurements.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Spread {
+    pub lower: f64,
+    pub median: f64,
+    pub upper: f64,
+}
+
+impl Spread {
+    /// The quantiles of some values, between the two nearest of them in proportion; zeros of none.
+    pub fn of(values: impl IntoIterator<Item = f64>) -> Self {
+        let mut sorted: Vec<f64> = values.into_iter().collect();
+        sorted.sort_by(f64::total_cmp);
+        let Some(last) = sorted.len().checked_sub(1) else { return Self::default() };
+        let quantile = |share: f64| {
+            let place = share * last as f64;
+            let below = place.floor();
+            let (low, high) = (sorted[below as usize], sorted[(below as usize + 1).min(last)]);
+            low + (place - below) * (high - low)
+        };
+        Self { lower: quantile(0.25), median: quantile(0.5), upper: quantile(0.75) }
+    }
+
+    /// The median as a time in words, its quartiles behind it.
+    pub fn as_time(&self) -> String {
+        let Self { lower, median, upper } = *self;
+        if lower == upper { time(median) } else { format!("{} ({} to {})", time(median), time(lower), time(upper)) }
+    }
+}
+
+/// Runs something on the current pool, and measures the processor seconds of its threads; seconds on the wall where the system
+/// does not tell them.
+pub fn processor_seconds<T>(of: impl FnOnce() -> T) -> (T, f64) {
+    let clocks = Clocks::start();
+    let value = of();
+    let spent = clocks.spent();
+    (value, spent.cpu_seconds.unwrap_or(spent.seconds))
+}
+
+/// Runs something on a pool of one thread.
+pub fn on_one_thread<T: Send>(run: impl FnOnce() -> Result<T, ReportError> + Send) -> Result<T, ReportError> {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build();
+    pool.map_err(|error| ReportError::Case(format!("no thread can be started: {error}")))?.install(run)
+}
+
+/// Seconds in words, three digits: `0.93 ms`, `12.4 s`.
+pub fn time(seconds: f64) -> String {
+    match seconds {
+        seconds if seconds >= 1.0 => format!("{} s", significant(seconds, 3)),
+        seconds if seconds >= 1e-3 => format!("{} ms", significant(1e3 * seconds, 3)),
+        seconds => format!("{} µs", significant(1e6 * seconds, 3)),
+    }
+}
+
+/// A share in percent, three digits.
+pub fn percent(share: f64) -> String {
+    format!("{} %", significant(100.0 * share, 3))
+}
+
+/// Bytes in MiB.
+pub fn mebibytes(bytes: u64) -> String {
+    format!("{} MiB", significant(bytes as f64 / f64::from(1 << 20), 3))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn quartiles_lie_between_the_nearest_values() {
+        let spread = Spread::of([5.0, 1.0, 3.0, 2.0, 4.0]);
+        assert_eq!(spread, Spread { lower: 2.0, median: 3.0, upper: 4.0 });
+        assert_eq!(Spread::of([1.0, 2.0]), Spread { lower: 1.25, median: 1.5, upper: 1.75 });
+        assert_eq!(Spread::of([7.0]), Spread { lower: 7.0, median: 7.0, upper: 7.0 });
+        assert_eq!(Spread::of([]), Spread::default());
+    }
+
+    #[test]
+    fn runs_end_by_their_number_or_their_time_and_there_is_one() {
+        let count = |repeats: Repeats| repeats.run(Ok).unwrap();
+        assert_eq!(count(Repeats { most: 3, seconds: 1e3 }), [0, 1, 2]);
+        assert_eq!(count(Repeats { most: 3, seconds: 0.0 }), [0]);
+        assert_eq!(count(Repeats { most: 0, seconds: 1e3 }), [0]);
+        let failing = Repeats { most: 3, seconds: 1.0 }.run(|_| Err::<(), _>(ReportError::Case("no".to_owned())));
+        assert_eq!(failing.unwrap_err().to_string(), "no");
+    }
+
+    #[test]
+    fn numbers_have_their_units() {
+        assert_eq!(
+            [3e-6, 0.000_93, 0.0366, 12.44, 1234.5].map(time),
+            ["3.00 µs", "930 µs", "36.6 ms", "12.4 s", "1230 s"]
+        );
+        assert_eq!(percent(0.0123), "1.23 %");
+        assert_eq!(mebibytes(3 << 20), "3.00 MiB");
+        let spread = Spread { lower: 0.001, median: 0.002, upper: 0.003 };
+        assert_eq!(spread.as_time(), "2.00 ms (1.00 ms to 3.00 ms)");
+    }
+}

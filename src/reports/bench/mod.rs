@@ -1,0 +1,29 @@
+//! Benchmarks: what accuracy costs, how cost grows, and what each effect of light costs.
+//!
+//! - [`performance`]: time to accuracies beside other programs, growth, memory, whole jobs and the service.
+//! - [`effects`]: the cost of each effect, off, on by the plan, and forced on.
+//!
+//! Both measure on the machine that they run on, so that their pages differ from run to run. Times are those of processors
+//! where nothing else is said, on one thread. What needs other processes or the service ([`whole`], [`service`]) is measured by
+//! the command and handed over.
+
+mod accuracy;
+mod case;
+pub mod effects;
+mod furniture;
+mod goals;
+mod growth;
+mod image;
+mod measure;
+mod meshes;
+mod peers;
+pub mod performance;
+mod rays;
+mod reference;
+pub mod scenes;
+pub mod service;
+mod settings;
+pub mod whole;
+
+pub use measure::Spread;
+pub use settings::{Progress, Settings};

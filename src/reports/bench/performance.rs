@@ -1,0 +1,92 @@
+//! The page on performance.
+
+use std::thread::available_parallelism;
+
+use super::goals::{self, Measured};
+use super::measure::on_one_thread;
+use super::service::{self, Latencies};
+use super::settings::{Progress, Settings};
+use super::whole::{self, Processes};
+use super::{accuracy, furniture, growth, image, peers, rays};
+use crate::estimate::FilmEstimate;
+use crate::reports::page::{Report, ReportError, Section};
+
+/// Measures everything that one process can, and puts it together with what others measured.
+pub fn run(
+    settings: &Settings,
+    processes: &Processes,
+    latencies: &Latencies,
+    progress: Progress,
+) -> Result<Report, ReportError> {
+    progress.step(0, 1, "the Cornell box by path tracing, for reference");
+    let reference = image::reference(settings)?;
+    let mut measured = Measured::new();
+    let mut sections = on_one_thread(|| in_this_process(settings, &reference, progress, &mut measured))?;
+    sections.push(whole::section(processes, &mut measured));
+    sections.push(service::section(latencies, &mut measured));
+    sections.insert(
+        0,
+        Section {
+            title: "In short".to_owned(),
+            text: format!(
+                "Times are processor seconds of one thread for the passes of a job, but where the row says otherwise. Other programs: {}.",
+                peers::MEASURED
+            ),
+            tables: vec![goals::table(&measured)],
+            ..Section::default()
+        },
+    );
+    Ok(Report { name: "performance", title: "Performance", introduction: introduction(settings), sections })
+}
+
+fn in_this_process(
+    settings: &Settings,
+    reference: &FilmEstimate,
+    progress: Progress,
+    measured: &mut Measured,
+) -> Result<Vec<Section>, ReportError> {
+    let accuracy = accuracy::section(settings, progress.part(0.1, 0.4), measured)?;
+    let mut picture = image::section(settings, reference, progress.part(0.4, 0.55), measured)?;
+    progress.part(0.55, 0.6).step(0, 1, "the thesis room with its view");
+    picture.tables.push(image::demo(settings, measured)?);
+    progress.part(0.6, 0.62).step(0, 1, "rays in a mesh");
+    let rays = rays::section(settings, measured)?;
+    let furniture = furniture::section(settings, progress.part(0.62, 0.66), measured)?;
+    let growth = growth::section(settings, progress.part(0.66, 1.0))?;
+    Ok(vec![accuracy, picture, rays, furniture, growth])
+}
+
+fn introduction(settings: &Settings) -> String {
+    format!(
+        "What accuracy costs, how cost grows, and where the time of a job goes. `skyduct bench performance` measures everything anew \
+         and writes this page: skyduct {}, {}.{}",
+        env!("CARGO_PKG_VERSION"),
+        machine(),
+        settings.remark()
+    )
+}
+
+/// The machine and the day in words.
+pub fn machine() -> String {
+    let processors = available_parallelism().map_or(1, std::num::NonZero::get);
+    let told = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+    let build = if cfg!(debug_assertions) { ", **a build for development**" } else { "" };
+    format!("{} on {processors} processors ({}){build}", jiff::Timestamp::now().strftime("%-d %B %Y"), model(&told))
+}
+
+/// Name of the processor in what Linux tells of it.
+fn model(told: &str) -> &str {
+    let line = told.lines().find(|line| line.starts_with("model name"));
+    line.and_then(|line| line.split_once(':')).map_or("of unknown kind", |(_, name)| name.trim())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_processor_is_named() {
+        assert_eq!(model("processor\t: 0\nmodel name\t: Some CPU @ 2 GHz\n"), "Some CPU @ 2 GHz");
+        assert_eq!(model(""), "of unknown kind");
+    }
+}

@@ -1,0 +1,84 @@
+//! Rays per second in a mesh: specular chains through the tube of S3.
+
+use glam::DVec3;
+
+use super::goals::{Goal, Measured};
+use super::measure::{Spread, processor_seconds, time};
+use super::peers::EMBREE_MEGARAYS;
+use super::settings::Settings;
+use crate::geometry::bvh::TriangleBvh;
+use crate::geometry::obj::{ObjLimits, parse_obj};
+use crate::reports::page::{ReportError, Section, Table};
+use crate::sampling::{Key, PathRandom, warp};
+
+/// Bounces after which a chain is left.
+const MOST_BOUNCES: u32 = 100;
+
+/// Radius of the chains' starts in the opening, in metres: within its facets.
+const RADIUS_M: f64 = 0.126;
+
+pub fn section(settings: &Settings, measured: &mut Measured) -> Result<Section, ReportError> {
+    let file = settings.reference.join("scenes/S3_tube.obj");
+    let failed = |reason: String| ReportError::Case(format!("{} cannot be read: {reason}", file.display()));
+    let bytes = std::fs::read(&file).map_err(|error| failed(error.to_string()))?;
+    let (mesh, reading) = processor_seconds(|| parse_obj(&bytes, ObjLimits::default()));
+    let mesh = mesh.map_err(|error| failed(error.to_string()))?;
+    let corners: Vec<[DVec3; 3]> =
+        mesh.triangles.iter().map(|corners| corners.map(|corner| mesh.positions[corner as usize])).collect();
+    let is_pipe: Vec<bool> =
+        mesh.triangle_materials.iter().map(|material| mesh.materials[*material as usize] == "pipe").collect();
+    let (tree, building) = processor_seconds(|| TriangleBvh::new(&corners));
+    let chains = settings.either(20_000, 2_000);
+    let rates = settings.repeats().run(|seed| {
+        let (rays, seconds) = processor_seconds(|| trace(&tree, &corners, &is_pipe, Key::new(seed), chains));
+        Ok(1e-6 * rays as f64 / seconds)
+    })?;
+    let rate = Spread::of(rates);
+    measured.insert(Goal::Chains, rate.median);
+    let [quiet, busy] = EMBREE_MEGARAYS;
+    let row = |what: &str, value: String| vec![what.to_owned(), value];
+    Ok(Section {
+        title: "Rays in a mesh".to_owned(),
+        text: format!(
+            "Closest hits along specular chains in the mesh of S3 ({} triangles), from the tube's mouth upward until they leave \
+             the pipe, with the random numbers and reflections that they take: millions of rays for each processor second. A hit is \
+             decided in f64; Embree's are in f32.",
+            corners.len()
+        ),
+        tables: vec![Table {
+            caption: "Rates".to_owned(),
+            head: ["", "value"].map(str::to_owned).into(),
+            rows: vec![
+                row("skyduct, one thread", format!("{:.2} ({:.2} to {:.2})", rate.median, rate.lower, rate.upper)),
+                row("Embree 3.13, robust, measured earlier on a quiet machine", format!("{quiet:.1}")),
+                row("the same on a busy machine", format!("{busy:.1}")),
+                row("reading the OBJ file", time(reading)),
+                row("building the tree", time(building)),
+            ],
+        }],
+        ..Section::default()
+    })
+}
+
+/// Follows chains up the pipe; answers the number of rays.
+fn trace(tree: &TriangleBvh, corners: &[[DVec3; 3]], is_pipe: &[bool], key: Key, chains: u64) -> u64 {
+    let mut random = PathRandom::new(key);
+    let mut rays = 0;
+    for _ in 0..chains {
+        let mut origin = (RADIUS_M * warp::disc(random.uniform2())).extend(1e-6);
+        let mut direction = warp::cosine_hemisphere(random.uniform2());
+        let mut from = None;
+        for _ in 0..MOST_BOUNCES {
+            rays += 1;
+            let Some(hit) = tree.nearest(origin, direction, from).filter(|hit| is_pipe[hit.triangle as usize]) else {
+                break;
+            };
+            let [a, b, c] = corners[hit.triangle as usize];
+            let normal = (b - a).cross(c - a).normalize();
+            origin += direction * hit.distance;
+            direction = direction.reflect(normal);
+            from = Some(hit.triangle);
+        }
+    }
+    rays
+}

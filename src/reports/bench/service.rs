@@ -1,0 +1,101 @@
+//! What the service takes for jobs over HTTP.
+
+use serde_json::{Value, json};
+
+use super::goals::{Goal, Measured};
+use super::measure::{Spread, time};
+use super::scenes;
+use super::settings::Settings;
+use crate::figure::ticks::significant;
+use crate::reports::page::{ReportError, Section, Table};
+
+const TWO_TUBES: &str = include_str!("../../../examples/two_tubes.json");
+
+/// Seconds on the wall from a request to its answer.
+pub struct Latencies {
+    /// S1 to 1 %, one client.
+    pub one: Vec<f64>,
+    /// A tube that is dragged, one client.
+    pub dragged: Vec<f64>,
+    /// Clients at once, and the jobs that they had answered in each second.
+    pub clients: usize,
+    pub jobs_per_second: f64,
+}
+
+/// S1 to 1 %, with a seed.
+pub fn small_job(settings: &Settings, seed: u64) -> Result<Value, ReportError> {
+    Ok(scenes::stored(settings, "S1")?.to(0.01, settings.longest_job()).seed(seed).document)
+}
+
+/// The room with two tubes, at a step of a tube's way along it, as the page asks for it while a hand moves: 16 x 24 points to
+/// 5 %, no picture.
+pub fn dragged(step: u32) -> Result<Value, ReportError> {
+    let document = serde_json::from_str(TWO_TUBES);
+    let mut document: Value =
+        document.map_err(|error| ReportError::Case(format!("examples/two_tubes.json: {error}")))?;
+    scenes::remove(&mut document, "views");
+    document["grids"][0]["cells"] = json!([16, 24]);
+    document["tubes"][0]["centre_m"][0] = (1.0 + 0.01 * f64::from(step % 100)).into();
+    document["stop"] = json!({ "relative_error": 0.05, "max_seconds": 20 });
+    Ok(document)
+}
+
+pub fn section(latencies: &Latencies, measured: &mut Measured) -> Section {
+    let Latencies { one, dragged, clients, jobs_per_second } = latencies;
+    let median = |seconds: &[f64]| Spread::of(seconds.iter().copied()).median;
+    measured.insert(Goal::Http, median(one));
+    measured.insert(Goal::Dragged, median(dragged));
+    measured.insert(Goal::HttpRate, *jobs_per_second);
+    let row = |name: &str, seconds: &[f64]| {
+        let spread = Spread::of(seconds.iter().copied());
+        let longest = seconds.iter().copied().fold(0.0, f64::max);
+        let cells = [time(spread.median), time(spread.lower), time(spread.upper), time(longest)];
+        [name.to_owned(), seconds.len().to_string()].into_iter().chain(cells).collect()
+    };
+    Section {
+        title: "The service".to_owned(),
+        text: format!(
+            "Seconds on the wall from `POST /v1/jobs` with `Prefer: wait` to the answer with the grids, over the loopback, the client \
+             in the process of the service and on its processors. Each job is another one (its seed, or the place of its \
+             tube). {clients} clients at once had {} jobs of S1 to 1 % answered in a second.",
+            significant(*jobs_per_second, 3)
+        ),
+        tables: vec![Table {
+            caption: "From request to grid".to_owned(),
+            head: ["job", "requests", "median", "lower quartile", "upper quartile", "longest"]
+                .map(str::to_owned)
+                .into(),
+            rows: vec![row("S1 to 1 %", one), row("dragged tube, two tubes, 16 x 24 cells to 5 % at 95 %", dragged)],
+        }],
+        ..Section::default()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::document::JobDocument;
+
+    #[test]
+    fn the_dragged_tube_stays_a_job() {
+        let places: Vec<f64> = [0, 1, 99, 100]
+            .map(|step| {
+                let document = dragged(step).unwrap();
+                assert!(JobDocument::parse(document.to_string().as_bytes()).is_ok());
+                document["tubes"][0]["centre_m"][0].as_f64().unwrap()
+            })
+            .into();
+        assert_eq!(places[0], places[3]);
+        assert!(places[1] > places[0] && places[2] > places[1]);
+    }
+
+    #[test]
+    fn latencies_become_goals() {
+        let latencies =
+            Latencies { one: vec![0.03, 0.01, 0.02], dragged: vec![0.05], clients: 4, jobs_per_second: 123.0 };
+        let mut measured = Measured::new();
+        let section = section(&latencies, &mut measured);
+        assert_eq!((measured[&Goal::Http], measured[&Goal::HttpRate]), (0.02, 123.0));
+        assert_eq!(section.tables[0].rows[0][5], "30.0 ms");
+    }
+}

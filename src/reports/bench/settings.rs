@@ -1,0 +1,83 @@
+//! What each part of a benchmark is given: how much it measures, and who hears how far it is.
+
+use std::path::PathBuf;
+
+use super::measure::Repeats;
+
+/// Amount of measurement.
+#[derive(Clone, Debug)]
+pub struct Settings {
+    /// All is shortened to about a minute, for a trial.
+    pub quick: bool,
+    /// Folder of the scenes and of their references, `tests/reference`.
+    pub reference: PathBuf,
+}
+
+impl Settings {
+    /// `full` of the whole benchmark, `quick` of a trial.
+    pub fn either<T>(&self, full: T, quick: T) -> T {
+        if self.quick { quick } else { full }
+    }
+
+    /// How often a number is measured.
+    pub fn repeats(&self) -> Repeats {
+        self.either(Repeats { most: 15, seconds: 6.0 }, Repeats { most: 2, seconds: 0.2 })
+    }
+
+    /// Seconds after which one job ends, accurate or not.
+    pub fn longest_job(&self) -> f64 {
+        self.either(20.0, 1.0)
+    }
+
+    /// Sentence for a page that a trial has written.
+    pub fn remark(&self) -> &'static str {
+        self.either(
+            "",
+            " **This is a short run, for a trial: its numbers are rough, and the largest cases are missing.**",
+        )
+    }
+}
+
+/// Hears how far a benchmark is, by a share 0..1 and what is measured next.
+#[derive(Clone, Copy)]
+pub struct Progress<'a> {
+    hear: &'a (dyn Fn(f64, &str) + Sync),
+    from: f64,
+    to: f64,
+}
+
+impl<'a> Progress<'a> {
+    /// The progress of everything.
+    pub fn new(hear: &'a (dyn Fn(f64, &str) + Sync)) -> Self {
+        Self { hear, from: 0.0, to: 1.0 }
+    }
+
+    /// The progress of a part of this, between two shares 0..1.
+    pub fn part(&self, from: f64, to: f64) -> Self {
+        let at = |share: f64| self.from + share * (self.to - self.from);
+        Self { from: at(from), to: at(to), ..*self }
+    }
+
+    /// Tells that step `done` of `all` begins, counted from 0.
+    pub fn step(&self, done: usize, all: usize, what: &str) {
+        let share = done as f64 / all.max(1) as f64;
+        (self.hear)(self.from + share * (self.to - self.from), what);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Mutex;
+
+    use super::*;
+
+    #[test]
+    fn parts_of_parts_have_their_shares() {
+        let heard = Mutex::new(Vec::new());
+        let hear = |share: f64, what: &str| heard.lock().unwrap().push((share, what.to_owned()));
+        let all = Progress::new(&hear);
+        all.step(0, 2, "a");
+        all.part(0.5, 1.0).part(0.0, 0.5).step(1, 2, "b");
+        assert_eq!(*heard.lock().unwrap(), [(0.0, "a".to_owned()), (0.625, "b".to_owned())]);
+    }
+}

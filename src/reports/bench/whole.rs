@@ -1,0 +1,149 @@
+//! Whole jobs in processes of their own: where their time goes, and how much memory they take.
+
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+
+use super::case::{Case, Run};
+use super::goals::{Goal, Measured};
+use super::measure::{Spread, mebibytes, percent, processor_seconds, time};
+use super::scenes;
+use super::settings::Settings;
+use crate::reports::page::{ReportError, Section, Table};
+
+/// A job of a table, to be measured in a process of its own.
+pub struct WholeJob {
+    pub name: &'static str,
+    pub document: Value,
+}
+
+/// What one process spent on a job, in processor seconds of all its threads.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Parts {
+    /// From the document to the first pass.
+    pub set_up: f64,
+    pub passes: f64,
+    /// Reports on tubes.
+    pub reports: f64,
+    /// All other result files.
+    pub files: f64,
+    /// Largest size of the process in memory; 0 where the system does not tell it.
+    pub peak_bytes: u64,
+}
+
+/// What was measured by other processes.
+pub struct Processes {
+    /// The jobs by name, each measured some times.
+    pub jobs: Vec<(&'static str, Vec<Parts>)>,
+    /// Seconds on the wall of `skyduct render` of S1 to 1 %.
+    pub render: Spread,
+}
+
+/// The jobs that are measured; their meshes lie in the folder `scenes` of the references.
+pub fn jobs(settings: &Settings) -> Result<Vec<WholeJob>, ReportError> {
+    let seconds = settings.longest_job();
+    let mut jobs: Vec<(&'static str, Case)> = Vec::new();
+    for name in ["S1", "S2", "S3", "S3_mesh"] {
+        jobs.push((name, scenes::stored(settings, name)?.to(0.01, seconds)));
+    }
+    let long = serde_json::json!([{ "length_m": 12.7 }, { "length_m": 12.7, "tilt_deg": 45, "azimuth_deg": 90 }]);
+    jobs.push(("S1, bent tube of 100 diameters", scenes::with_tube(settings, scenes::tube(long))?.to(0.01, seconds)));
+    jobs.push(("hall with 64 tubes", scenes::tubes(settings, 8)?.to(0.01, seconds)));
+    jobs.push(("S1, 10 000 points", scenes::points(settings, 100)?.to(0.01, seconds)));
+    jobs.push(("S4, 8 passes", scenes::stored(settings, "S4")?.passes(8, seconds)));
+    Ok(jobs.into_iter().map(|(name, Case { document, .. })| WholeJob { name, document }).collect())
+}
+
+/// Renders a job and writes its files to nowhere, and says what that took this process: it is to do nothing else.
+pub fn measure(document: Value, meshes: &Path) -> Result<Parts, ReportError> {
+    let (prepared, set_up) = processor_seconds(|| Case::beside(document, meshes).prepare());
+    let prepared = prepared?;
+    let run = Run::of(&prepared, set_up)?;
+    // a tube's numbers are computed for the first file that has them
+    let tubes =
+        prepared.result_names().into_iter().filter(|name| name.starts_with("tubes/") && name.ends_with(".json"));
+    let (reports, of_reports) = processor_seconds(|| {
+        tubes.map(|name| prepared.result_file(&name, &run.estimate)).collect::<Result<Vec<_>, _>>()
+    });
+    reports?;
+    let (files, of_files) = processor_seconds(|| prepared.result_files(&run.estimate));
+    files?;
+    Ok(Parts { set_up, passes: run.passes, reports: of_reports, files: of_files, peak_bytes: peak_bytes() })
+}
+
+/// Largest size of this process in memory so far; 0 where the system does not tell it.
+fn peak_bytes() -> u64 {
+    std::fs::read_to_string("/proc/self/status").map_or(0, |status| peak_in(&status))
+}
+
+/// The largest resident size that a status of Linux tells.
+fn peak_in(status: &str) -> u64 {
+    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));
+    let kibibytes = line.and_then(|rest| rest.split_whitespace().next()?.parse::<u64>().ok());
+    kibibytes.unwrap_or(0) * 1024
+}
+
+/// Share of the reports in all of a job.
+fn share_of_reports(Parts { set_up, passes, reports, files, .. }: &Parts) -> f64 {
+    reports / (set_up + passes + reports + files)
+}
+
+pub fn section(processes: &Processes, measured: &mut Measured) -> Section {
+    measured.insert(Goal::Render, processes.render.median);
+    let share = |parts: &[Parts]| Spread::of(parts.iter().map(share_of_reports)).median;
+    let largest = processes.jobs.iter().map(|(_, parts)| share(parts)).fold(0.0, f64::max);
+    measured.insert(Goal::Report, largest);
+    let row = |(name, parts): &(&'static str, Vec<Parts>)| {
+        let median = |of: fn(&Parts) -> f64| Spread::of(parts.iter().map(of)).median;
+        vec![
+            (*name).to_owned(),
+            time(median(|parts| parts.set_up)),
+            time(median(|parts| parts.passes)),
+            time(median(|parts| parts.reports)),
+            time(median(|parts| parts.files)),
+            percent(share(parts)),
+            mebibytes(median(|parts| parts.peak_bytes as f64) as u64),
+        ]
+    };
+    Section {
+        title: "Whole jobs and memory".to_owned(),
+        text: format!(
+            "Jobs to 1 %, each in a process of its own that uses all processors: processor seconds from the document to the first \
+             pass, of the passes, of the reports on all tubes (transmission by altitude, under the sky, in the sun), and of all \
+             other files; the reports' share in all of that; and the largest size of the process. Medians of processes. \
+             `skyduct render` of S1 to 1 % with all its files takes {} on the wall, from the start of the process to its end.",
+            processes.render.as_time()
+        ),
+        tables: vec![Table {
+            caption: "Where the time of a job goes".to_owned(),
+            head: ["job", "set-up", "passes", "tube reports", "other files", "share of the reports", "memory"]
+                .map(str::to_owned)
+                .into(),
+            rows: processes.jobs.iter().map(row).collect(),
+        }],
+        ..Section::default()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_peak_is_read_from_the_status() {
+        assert_eq!(peak_in("Name:\tskyduct\nVmPeak:\t  999 kB\nVmHWM:\t    2048 kB\nVmRSS:\t 1 kB\n"), 2 << 20);
+        assert_eq!(peak_in("Name:\tskyduct\n"), 0);
+    }
+
+    #[test]
+    fn the_share_of_reports_is_that_in_all_parts() {
+        let parts = Parts { set_up: 1.0, passes: 5.0, reports: 1.0, files: 3.0, peak_bytes: 0 };
+        assert_eq!(share_of_reports(&parts), 0.1);
+        let processes = Processes { jobs: vec![("a", vec![parts])], render: Spread::of([0.02]) };
+        let mut measured = Measured::new();
+        let section = section(&processes, &mut measured);
+        assert_eq!((measured[&Goal::Report], measured[&Goal::Render]), (0.1, 0.02));
+        assert_eq!(section.tables[0].rows[0][5], "10.0 %");
+    }
+}
