@@ -11,7 +11,9 @@ pub const MAX_CELLS: f64 = 2_097_152.0;
 /// Light that arrived at a point; `On` tells on what it lies.
 #[derive(Clone, Copy, Debug)]
 pub struct Photon<const C: usize, On = SurfaceId> {
+    /// Where it arrived, in metres.
     pub position: DVec3,
+    /// What it lies on.
     pub on: On,
     /// Flux in lm.
     pub flux: Spectrum<C>,

@@ -1,7 +1,7 @@
 //! Estimates of density from photons that are kept: what sensors and eyes gather from them.
 
 pub(crate) mod domain;
-pub(crate) mod grid;
+pub mod grid;
 pub(crate) mod maps;
 pub(crate) mod memory;
 pub(crate) mod near_light;
