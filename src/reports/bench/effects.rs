@@ -4,7 +4,7 @@ use std::path::Path;
 
 use serde_json::{Value, json};
 
-use super::case::{Case, Run};
+use super::case::{Case, Run, all_met, passes};
 use super::measure::{Spread, on_one_thread, time};
 use super::performance::machine;
 use super::scenes;
@@ -16,7 +16,7 @@ use crate::plan::EffectKind;
 use crate::reports::page::{Report, ReportError, Section, Table};
 
 /// Standard error to which all jobs run: some milliseconds of work.
-const ASKED: f64 = 0.0025;
+const ASKED: f64 = 0.005;
 
 /// Scenes of an effect.
 struct Subject {
@@ -48,7 +48,7 @@ pub fn run(settings: &Settings, progress: Progress) -> Result<Report, ReportErro
     let introduction = format!(
         "What each effect of light costs where a scene calls for it, and where it does not. `skyduct bench effects` measures \
          everything anew and writes this page: skyduct {}, {}. Times are processor seconds of the passes of one job on one \
-         thread, to a standard error of 0.25 % at 95 %. The jobs of a row run in turn, so that the machine's moods meet all \
+         thread, to a standard error of 0.5 % at 95 %. The jobs of a row run in turn, so that the machine's moods meet all \
          alike; ratios are medians over the turns, with quartiles.{}",
         env!("CARGO_PKG_VERSION"),
         machine(),
@@ -186,7 +186,7 @@ fn in_vain_row(settings: &Settings, subject: &Subject) -> Result<Vec<String>, Re
         kind.name().to_owned(),
         (*scene).to_owned(),
         auto.method_names(),
-        time(seconds(&runs[0])),
+        cost(&runs[0]),
         ratio(&runs[1], &runs[0]),
         format!("{}{on_in_vain}", ratio(&runs[2], &runs[0])),
         bits(1).to_owned(),
@@ -205,17 +205,20 @@ fn called_for_row(settings: &Settings, subject: &Subject) -> Result<Vec<String>,
     Ok(vec![
         kind.name().to_owned(),
         (*scene).to_owned(),
-        time(seconds(&runs[0])),
+        cost(&runs[0]),
         with.method_names(),
         how.to_owned(),
-        time(seconds(&runs[1])),
+        cost(&runs[1]),
         without.method_names(),
-        ratio(&runs[0], &runs[1]),
+        // what was cut short says nothing
+        if runs.iter().all(|runs| all_met(runs)) { ratio(&runs[0], &runs[1]) } else { String::new() },
     ])
 }
 
-fn seconds(runs: &[Run]) -> f64 {
-    Spread::of(runs.iter().map(|run| run.passes)).median
+/// Median of the time of jobs, in words.
+fn cost(runs: &[Run]) -> String {
+    let seconds = time(passes(runs).median);
+    if all_met(runs) { seconds } else { format!("not within {seconds}") }
 }
 
 /// Median and quartiles of the ratios of runs of the same rounds.

@@ -85,8 +85,16 @@ const ROWS: [Row; 16] = [
     row(Goal::Dragged, "dragged tube, 16 x 24 points, two tubes, median on the wall", "", 50e-3, Unit::Seconds),
 ];
 
+/// What was measured of a goal.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Found {
+    Value(f64),
+    /// The measurement was ended there.
+    MoreThan(f64),
+}
+
 /// What was measured.
-pub type Measured = BTreeMap<Goal, f64>;
+pub type Measured = BTreeMap<Goal, Found>;
 
 impl Unit {
     fn words(self, value: f64) -> String {
@@ -103,8 +111,15 @@ impl Unit {
         matches!(self, Self::Megarays | Self::PerSecond)
     }
 
-    fn reached(self, value: f64, asked: f64) -> bool {
-        if self.is_at_least() { value >= asked } else { value <= asked }
+    /// What is said of a number; nothing where it is not known well enough.
+    fn verdict(self, found: Found, asked: f64) -> &'static str {
+        let reached = match found {
+            Found::Value(value) if self.is_at_least() => value >= asked,
+            Found::Value(value) => value <= asked,
+            Found::MoreThan(value) if self.is_at_least() == (value >= asked) => self.is_at_least(),
+            Found::MoreThan(_) => return "",
+        };
+        if reached { "reached" } else { "**not reached**" }
     }
 }
 
@@ -113,12 +128,12 @@ pub fn table(measured: &Measured) -> Table {
     let cells = |row: &Row| {
         let bound = if row.unit.is_at_least() { "at least" } else { "at most" };
         let found = measured.get(&row.goal).copied();
-        let verdict = match found {
-            None => "",
-            Some(value) if row.unit.reached(value, row.asked) => "reached",
-            Some(_) => "**not reached**",
+        let verdict = found.map_or("", |found| row.unit.verdict(found, row.asked));
+        let found = match found {
+            None => "not measured".to_owned(),
+            Some(Found::Value(value)) => row.unit.words(value),
+            Some(Found::MoreThan(value)) => format!("more than {}", row.unit.words(value)),
         };
-        let found = found.map_or_else(|| "not measured".to_owned(), |value| row.unit.words(value));
         vec![
             row.case.to_owned(),
             row.peer.to_owned(),
@@ -140,8 +155,10 @@ mod tests {
 
     #[test]
     fn every_goal_has_a_row_and_a_verdict() {
-        let measured: Measured =
-            [(Goal::S1, 1.4e-3), (Goal::S2, 16e-3), (Goal::Chains, 3.0), (Goal::HttpRate, 100.0)].into();
+        let values = [(Goal::S1, 1.4e-3), (Goal::S2, 16e-3), (Goal::Chains, 3.0), (Goal::HttpRate, 100.0)];
+        let mut measured: Measured = values.map(|(goal, value)| (goal, Found::Value(value))).into();
+        measured.insert(Goal::Cornell, Found::MoreThan(2.0));
+        measured.insert(Goal::ManyPoints, Found::MoreThan(0.05));
         let rows = table(&measured).rows;
         let cell = |goal: Goal, column: usize| rows[goal as usize][column].as_str();
         assert_eq!(
@@ -151,6 +168,8 @@ mod tests {
         assert_eq!(cell(Goal::S2, 4), "**not reached**");
         assert_eq!((cell(Goal::Chains, 2), cell(Goal::Chains, 4)), ("at least 2.70 M rays a second", "reached"));
         assert_eq!(cell(Goal::HttpRate, 4), "**not reached**");
+        assert_eq!((cell(Goal::Cornell, 3), cell(Goal::Cornell, 4)), ("more than 2.00 s", "**not reached**"));
+        assert_eq!((cell(Goal::ManyPoints, 3), cell(Goal::ManyPoints, 4)), ("more than 50.0 ms", ""));
         assert_eq!((cell(Goal::Demo, 3), cell(Goal::Demo, 4)), ("not measured", ""));
         assert!(ROWS.iter().enumerate().all(|(index, row)| row.goal as usize == index));
     }

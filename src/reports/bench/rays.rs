@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::goals::{Goal, Measured};
+use super::goals::{Found, Goal, Measured};
 use super::measure::{Spread, processor_seconds, time};
 use super::peers::EMBREE_MEGARAYS;
 use super::settings::Settings;
@@ -34,7 +34,7 @@ pub fn section(settings: &Settings, measured: &mut Measured) -> Result<Section, 
         Ok(1e-6 * rays as f64 / seconds)
     })?;
     let rate = Spread::of(rates);
-    measured.insert(Goal::Chains, rate.median);
+    measured.insert(Goal::Chains, Found::Value(rate.median));
     let [quiet, busy] = EMBREE_MEGARAYS;
     let row = |what: &str, value: String| vec![what.to_owned(), value];
     Ok(Section {

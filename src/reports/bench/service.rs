@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 
-use super::goals::{Goal, Measured};
+use super::goals::{Found, Goal, Measured};
 use super::measure::{Spread, time};
 use super::scenes;
 use super::settings::Settings;
@@ -43,9 +43,9 @@ pub fn dragged(step: u32) -> Result<Value, ReportError> {
 pub fn section(latencies: &Latencies, measured: &mut Measured) -> Section {
     let Latencies { one, dragged, clients, jobs_per_second } = latencies;
     let median = |seconds: &[f64]| Spread::of(seconds.iter().copied()).median;
-    measured.insert(Goal::Http, median(one));
-    measured.insert(Goal::Dragged, median(dragged));
-    measured.insert(Goal::HttpRate, *jobs_per_second);
+    measured.insert(Goal::Http, Found::Value(median(one)));
+    measured.insert(Goal::Dragged, Found::Value(median(dragged)));
+    measured.insert(Goal::HttpRate, Found::Value(*jobs_per_second));
     let row = |name: &str, seconds: &[f64]| {
         let spread = Spread::of(seconds.iter().copied());
         let longest = seconds.iter().copied().fold(0.0, f64::max);
@@ -95,7 +95,7 @@ mod tests {
             Latencies { one: vec![0.03, 0.01, 0.02], dragged: vec![0.05], clients: 4, jobs_per_second: 123.0 };
         let mut measured = Measured::new();
         let section = section(&latencies, &mut measured);
-        assert_eq!((measured[&Goal::Http], measured[&Goal::HttpRate]), (0.02, 123.0));
+        assert_eq!((measured[&Goal::Http], measured[&Goal::HttpRate]), (Found::Value(0.02), Found::Value(123.0)));
         assert_eq!(section.tables[0].rows[0][5], "30.0 ms");
     }
 }

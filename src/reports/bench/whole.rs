@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use super::case::{Case, Run};
-use super::goals::{Goal, Measured};
+use super::goals::{Found, Goal, Measured};
 use super::measure::{Spread, mebibytes, percent, processor_seconds, time};
 use super::scenes;
 use super::settings::Settings;
@@ -90,10 +90,10 @@ fn share_of_reports(Parts { set_up, passes, reports, files, .. }: &Parts) -> f64
 }
 
 pub fn section(processes: &Processes, measured: &mut Measured) -> Section {
-    measured.insert(Goal::Render, processes.render.median);
+    measured.insert(Goal::Render, Found::Value(processes.render.median));
     let share = |parts: &[Parts]| Spread::of(parts.iter().map(share_of_reports)).median;
     let largest = processes.jobs.iter().map(|(_, parts)| share(parts)).fold(0.0, f64::max);
-    measured.insert(Goal::Report, largest);
+    measured.insert(Goal::Report, Found::Value(largest));
     let row = |(name, parts): &(&'static str, Vec<Parts>)| {
         let median = |of: fn(&Parts) -> f64| Spread::of(parts.iter().map(of)).median;
         vec![
@@ -143,7 +143,7 @@ mod tests {
         let processes = Processes { jobs: vec![("a", vec![parts])], render: Spread::of([0.02]) };
         let mut measured = Measured::new();
         let section = section(&processes, &mut measured);
-        assert_eq!((measured[&Goal::Report], measured[&Goal::Render]), (0.1, 0.02));
+        assert_eq!((measured[&Goal::Report], measured[&Goal::Render]), (Found::Value(0.1), Found::Value(0.02)));
         assert_eq!(section.tables[0].rows[0][5], "10.0 %");
     }
 }
