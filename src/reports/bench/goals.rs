@@ -116,7 +116,7 @@ impl Unit {
         let reached = match found {
             Found::Value(value) if self.is_at_least() => value >= asked,
             Found::Value(value) => value <= asked,
-            Found::MoreThan(value) if self.is_at_least() == (value >= asked) => self.is_at_least(),
+            Found::MoreThan(value) if value >= asked => self.is_at_least(),
             Found::MoreThan(_) => return "",
         };
         if reached { "reached" } else { "**not reached**" }

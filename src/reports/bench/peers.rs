@@ -1,6 +1,7 @@
 //! What other programs took on the same scenes: measured once, and kept with machine and date.
 
 use crate::figure::curves::Series;
+use crate::reports::page::Table;
 
 /// Where and when the numbers were measured.
 pub const MEASURED: &str = "21 November 2026, two shared cores with AVX-512, processor seconds of one core, single runs (about 30 % \
@@ -54,6 +55,19 @@ pub fn series(scene: &str) -> Vec<Series> {
         Series { name: peer.name.to_owned(), line, marks, dashed: true, ..Series::default() }
     });
     series.collect()
+}
+
+/// All runs of others.
+pub fn table() -> Table {
+    let row = |peer: &Peer| {
+        let points = peer.points.iter().map(|(percent, seconds)| format!("{percent} % in {seconds} s"));
+        vec![peer.scene.to_owned(), peer.name.to_owned(), points.collect::<Vec<_>>().join(", ")]
+    };
+    Table {
+        caption: format!("Other programs: {MEASURED}"),
+        head: ["scene", "program", "actual error, and the time to it"].map(str::to_owned).into(),
+        rows: PEERS.iter().map(row).collect(),
+    }
 }
 
 /// Closest hits of Embree 3.13 (`rtcIntersect1`, robust flag) along specular chains in the mesh of S3, in millions of rays for each

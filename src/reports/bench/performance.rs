@@ -28,11 +28,10 @@ pub fn run(
         0,
         Section {
             title: "In short".to_owned(),
-            text: format!(
-                "Times are processor seconds of one thread for the passes of a job, but where the row says otherwise. Other programs: {}.",
-                peers::MEASURED
-            ),
-            tables: vec![goals::table(&measured)],
+            text: "Times are processor seconds of one thread for the passes of a job, but where the row says otherwise. Other programs \
+                   were not run beside it."
+                .to_owned(),
+            tables: vec![goals::table(&measured), peers::table()],
             ..Section::default()
         },
     );
