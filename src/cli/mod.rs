@@ -7,6 +7,7 @@ mod demo;
 mod healthcheck;
 pub mod mesh_files;
 mod plan;
+mod predictions_table;
 mod progress;
 mod render;
 mod results_table;

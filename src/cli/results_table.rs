@@ -53,7 +53,7 @@ fn text_of(value: &Value) -> String {
 }
 
 /// Adds a head and rows in columns; nothing without rows.
-fn table(text: &mut String, head: Vec<&str>, rows: Vec<Vec<String>>) {
+pub(super) fn table(text: &mut String, head: Vec<&str>, rows: Vec<Vec<String>>) {
     if rows.is_empty() {
         return;
     }

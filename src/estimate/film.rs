@@ -142,7 +142,7 @@ impl FilmEstimate {
     }
 
     /// Variance of a block's mean by the choice of fixed rays: pixels choose theirs independently.
-    fn block_sampling_variance(&self, block: usize) -> f64 {
+    pub fn block_sampling_variance(&self, block: usize) -> f64 {
         let count = self.pixels_of(block).count() as f64;
         self.pixels_of(block).map(|pixel| self.pixel_sampling_variance(pixel)).sum::<f64>() / (count * count)
     }

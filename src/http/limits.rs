@@ -53,6 +53,8 @@ impl Limits {
 pub struct Permits {
     /// Documents that are prepared: each can hold meshes.
     pub preparing: Arc<Semaphore>,
+    /// Pilots, each of which takes all threads for a moment.
+    pub pilots: Arc<Semaphore>,
     /// Files of running jobs that are made: each can hold a large estimate.
     pub reading: Arc<Semaphore>,
     /// Meshes that are received and read.
@@ -66,6 +68,7 @@ impl Permits {
         let permits = |count: usize| Arc::new(Semaphore::new(count));
         Self {
             preparing: permits(limits.preparing),
+            pilots: permits(1),
             reading: permits(limits.preparing),
             uploads: permits(limits.uploads),
             streams: permits(limits.streams),

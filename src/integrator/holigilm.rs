@@ -22,7 +22,7 @@
 //! **Sources.** Kocifaj, Darula and Kittler 2008, formulated from the physics; Swift and Smith 1995 for the series.
 
 use super::deterministic::{installation, refuses};
-use super::method::{Computation, Described, Knows, Load, Passes, Refusal, RefusalCode, Task, Work};
+use super::method::{Computation, Described, Knows, Load, Passes, Refusal, RefusalCode, Task, Trial, Work};
 use crate::analytic::holigilm::Holigilm;
 use crate::analytic::patches::Mesh;
 use crate::guide::Guide;
@@ -66,6 +66,10 @@ impl Described for Settings {
         let patches = Mesh::fine_count(load.size) as f64;
         let spots = if load.sunbeams { LIT_PATCH * patches } else { 0.0 };
         TABLES + FACTOR * patches.powi(2) + spots
+    }
+
+    fn trial(&self, _: &Task) -> Trial {
+        Trial::whole(self.clone(), usize::MAX)
     }
 
     fn build(&self, task: &Task, seed: u64, target: f64) -> Computation {

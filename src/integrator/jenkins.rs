@@ -18,7 +18,7 @@
 use std::f64::consts::PI;
 
 use super::deterministic::{cylinders, installation, refuses};
-use super::method::{Caveat, CaveatCode, Computation, Described, Knows, Passes, Refusal, RefusalCode, Task, Work};
+use super::method::{Caveat, CaveatCode, Computation, Described, Knows, Passes, Refusal, RefusalCode, Task, Trial, Work};
 use crate::analytic::jenkins::{Jenkins, Pipe};
 use crate::scene::{Scene, StraightOrBent};
 
@@ -67,6 +67,10 @@ impl Described for Settings {
 
     fn seconds_per_pass(&self, work: &Work) -> f64 {
         0.1e-6 * work.sensors
+    }
+
+    fn trial(&self, _: &Task) -> Trial {
+        Trial::whole(self.clone(), usize::MAX)
     }
 
     fn build(&self, task: &Task, _seed: u64, _target: f64) -> Computation {

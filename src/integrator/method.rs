@@ -61,10 +61,61 @@ pub trait Described: Send + Sync {
         Kept::MEANS
     }
 
+    /// The method with passes that are small enough for a trial of a task that it does not refuse: of grids, or of views.
+    fn trial(&self, task: &Task) -> Trial;
+
     /// The method on a task that it does not refuse.
     ///
     /// `target` is the relative standard error asked for: passes end by it, a solver stops refining at it.
     fn build(&self, task: &Task, seed: u64, target: f64) -> Computation;
+}
+
+/// A method for a trial, and what its passes tell of those of the method itself.
+pub struct Trial {
+    /// The method with smaller passes.
+    pub method: Box<dyn Described>,
+    /// Most sensors, or pixels, at which a trial looks: more of them would take too long.
+    pub most_places: usize,
+    /// Work of a pass that does not depend on the number of sensors or pixels, in that of the trial's pass.
+    pub work_of_pass: f64,
+    /// Work of a pass for each sensor or pixel, in that of the trial's pass.
+    pub work_of_place: f64,
+    /// Variance of a pass by noise, in that of the trial's pass.
+    pub variance: f64,
+    /// Squared bias of the kernels, in that of the trial's pass.
+    pub squared_bias: f64,
+    /// Where gather radii shrink: `alpha` of `photon_map::progressive`.
+    pub alpha: Option<f64>,
+    /// True if the size of a pass depends on the accuracy that is asked for.
+    pub by_accuracy: bool,
+}
+
+/// Share of the photons of a pass in a trial.
+const PHOTON_SHARE: f64 = 0.125;
+
+/// Fewest photons of a pass.
+const LEAST_PHOTONS: u64 = 64;
+
+impl Trial {
+    /// The method as it is, on `most_places` sensors or pixels at most.
+    pub fn whole(method: impl Described + 'static, most_places: usize) -> Self {
+        Self {
+            method: Box::new(method),
+            most_places,
+            work_of_pass: 1.0,
+            work_of_place: 1.0,
+            variance: 1.0,
+            squared_bias: 1.0,
+            alpha: None,
+            by_accuracy: false,
+        }
+    }
+
+    /// Photons of a trial's pass of a method that emits `photons` in each, and how many times more the latter are.
+    pub fn fewer(photons: u64) -> (u64, f64) {
+        let fewer = ((photons as f64 * PHOTON_SHARE) as u64).clamp(LEAST_PHOTONS.min(photons), photons);
+        (fewer, photons as f64 / fewer.max(1) as f64)
+    }
 }
 
 /// What is asked of a method.

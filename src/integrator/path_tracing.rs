@@ -37,7 +37,7 @@ use crate::integrator::backward::chance;
 use crate::integrator::backward::daylight::Followed;
 use crate::integrator::backward::pass::{Sampling, each};
 use crate::integrator::backward::room_entry::exit_seen_by;
-use crate::integrator::method::{Caveat, Computation, Described, Knows, Refusal, Task, Work};
+use crate::integrator::method::{Caveat, Computation, Described, Knows, Refusal, Task, Trial, Work};
 use crate::integrator::photon::chunks::{Tally, fold_chunks};
 use crate::integrator::photon::descent::sun_exits;
 use crate::integrator::photon::ledger::Account;
@@ -83,6 +83,10 @@ impl Described for Settings {
         let sensor_paths = f64::from(self.samples_per_sensor) * work.sensors;
         let eye_paths = f64::from(self.samples_per_pixel) * work.pixels;
         (sensor_paths + eye_paths) * (1e-6 + 2.0 * (work.seconds_per_path * work.tubes))
+    }
+
+    fn trial(&self, task: &Task) -> Trial {
+        Trial::whole(self.clone(), if task.views.is_empty() { 16 } else { 1024 })
     }
 
     fn build(&self, task: &Task, seed: u64, _target: f64) -> Computation {

@@ -39,10 +39,10 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::{GridPass, Integrator, Pass, PhotonCount, ViewPass};
-use crate::integrator::method::{Caveat, Computation, Described, Kept, Load, Passes, Task, Work};
+use crate::integrator::method::{Caveat, Computation, Described, Kept, Load, Passes, Task, Trial, Work};
 use crate::integrator::photon_map::maps::{Gathered, Mapper, Maps};
 use crate::integrator::photon_map::near_light::{SENSOR_CONNECTIONS, SENSOR_STRATA};
-use crate::integrator::photon_map::progressive::{Carried, PointStatistics, Radii, Radius};
+use crate::integrator::photon_map::progressive::{Carried, PointStatistics, Radii, Radius, TRIAL_RADIUS};
 use crate::integrator::photon_map::surfaces::Surfaces;
 use crate::integrator::photon_map::{memory, visible_point};
 use crate::optics::Spectrum;
@@ -118,6 +118,20 @@ impl Described for Settings {
 
     fn kept_of_pixel(&self) -> Kept {
         self.kept_of(self.samples_per_pixel)
+    }
+
+    fn trial(&self, task: &Task) -> Trial {
+        let (photons_per_pass, ratio) = Trial::fewer(self.photons_per_pass);
+        let initial_radius_m = Some(TRIAL_RADIUS * Radii::initial_m(self.initial_radius_m, task.traceable.size));
+        let smaller = Self { photons_per_pass, initial_radius_m, ..self.clone() };
+        Trial {
+            work_of_pass: ratio,
+            // wider kernels hold more photons, and more bias, which few photons tell the better
+            variance: TRIAL_RADIUS.powi(2) / ratio,
+            squared_bias: TRIAL_RADIUS.powi(-4),
+            alpha: Some(self.alpha),
+            ..Trial::whole(smaller, if task.views.is_empty() { 81 } else { 512 })
+        }
     }
 
     fn build(&self, task: &Task, seed: u64, _target: f64) -> Computation {

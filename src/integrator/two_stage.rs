@@ -40,7 +40,7 @@ use crate::integrator::backward::chance;
 use crate::integrator::backward::pass::{Sampling, centre, each};
 use crate::integrator::backward::room_entry::exit_seen_by;
 use crate::integrator::lamp::light::{DiffuserLight, SensorsLit, refuses_closures};
-use crate::integrator::method::{Caveat, Computation, Described, Load, Refusal, Task, Work};
+use crate::integrator::method::{Caveat, Computation, Described, Load, Refusal, Task, Trial, Work};
 use crate::integrator::photon::chunks::PHOTON_CHUNK;
 use crate::integrator::photon::descent::Exit;
 use crate::integrator::photon::emission::Emission;
@@ -95,6 +95,14 @@ impl Described for Settings {
     fn working_bytes(&self, load: &Load) -> f64 {
         // a place on the diffuser, the flux, and an offset for cells
         self.photons_per_pass as f64 * load.photon_bytes() * Load::COPIES
+    }
+
+    fn trial(&self, task: &Task) -> Trial {
+        // the noise is that of the paths: even points in thousands tell the exitance of a diffuser
+        let (photons_per_pass, work_of_pass) = Trial::fewer(self.photons_per_pass);
+        let smaller = Self { photons_per_pass, ..self.clone() };
+        let most_places = if task.views.is_empty() { 9 } else { 512 };
+        Trial { work_of_pass, ..Trial::whole(smaller, most_places) }
     }
 
     fn build(&self, task: &Task, seed: u64, _target: f64) -> Computation {

@@ -13,6 +13,7 @@ use crate::document::{self, DocumentErrors, FieldError, JobDocument, MeshSource,
 use crate::estimate::film::block_count;
 use crate::estimate::stopping::{WaitingFor, least_passes};
 use crate::estimate::{Accuracy, Estimate, StopRule};
+use crate::integrator::Method;
 use crate::integrator::components::Component;
 use crate::integrator::method::Task;
 use crate::plan::{self, Effects, Methods, Plan};
@@ -39,6 +40,10 @@ pub struct Prepared {
     pub(super) components: Vec<Component>,
     /// Largest number of passes that one chunk may have.
     chunk_passes: u64,
+    /// Selects the random numbers.
+    pub(super) seed: u64,
+    /// Every method that documents may name, with the settings of this one.
+    pub(super) offered: Vec<Method>,
 }
 
 /// About how long one chunk takes on the machine that the plan's costs were measured on: what a crash can lose.
@@ -107,6 +112,8 @@ pub fn prepare_document(document: &ValidJob, meshes: &dyn MeshSource) -> Result<
         stop,
         name: document.name.clone(),
         chunk_passes: (per_chunk as u64).clamp(1, 4096),
+        seed: document.seed,
+        offered: document.method.offered(),
         plan,
         scene,
         provenance,
@@ -151,10 +158,17 @@ impl Prepared {
 
     /// What is to foretell the job's end, before its first pass.
     pub fn forecaster(&self) -> Forecaster {
-        let least = |values: &mut dyn Iterator<Item = usize>| values.map(least_passes).max();
-        let grids = least(&mut self.scene.grids.iter().map(Grid::len));
-        let views = least(&mut self.scene.views.iter().map(|view| block_count(view.size_px)));
-        Forecaster::new(self.stop, grids, views)
+        Forecaster::new(self.stop, self.least_passes_of_grids(), self.least_passes_of_views())
+    }
+
+    /// Passes below which the error of the grids is not trusted; `None` without any.
+    pub(super) fn least_passes_of_grids(&self) -> Option<u64> {
+        self.scene.grids.iter().map(|grid| least_passes(grid.len())).max()
+    }
+
+    /// Passes below which the error of the views is not trusted; `None` without any.
+    pub(super) fn least_passes_of_views(&self) -> Option<u64> {
+        self.scene.views.iter().map(|view| least_passes(block_count(view.size_px))).max()
     }
 
     /// The methods of the plan: that of the grids, and that of the views where it is another one.

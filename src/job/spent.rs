@@ -16,6 +16,11 @@ impl Spent {
     /// The time of no passes.
     pub const NOTHING: Self = Self { seconds: 0.0, cpu_seconds: Some(0.0) };
 
+    /// Processor seconds, or those on the wall where the former are not known.
+    pub fn cpu(self) -> f64 {
+        self.cpu_seconds.unwrap_or(self.seconds)
+    }
+
     /// The time of these passes and of later ones.
     pub fn and(self, later: Self) -> Self {
         let cpu_seconds = self.cpu_seconds.zip(later.cpu_seconds).map(|(before, later)| before + later);

@@ -213,7 +213,7 @@ fn for_views() -> MethodChoice {
 }
 
 /// Reason why a method cannot compute a task, if it cannot.
-fn refuses(method: &Method, task: &Task) -> Option<Refusal> {
+pub fn refuses(method: &Method, task: &Task) -> Option<Refusal> {
     let described = method.described();
     if !described.knows().views && !task.views.is_empty() {
         return Some(Refusal::new(RefusalCode::GridsOnly, "it computes grids only"));

@@ -26,10 +26,8 @@ const CONNECTION_OF_LOBE: f64 = 50e-9;
 /// Seconds to connect one vertex to one sensor by a ray among the triangles of objects.
 const CONNECTION_AMONG_TRIANGLES: f64 = 500e-9;
 
-/// Rough seconds per pass on one core of the machine that the constants were measured on.
-///
-/// A function of the job alone, never of the machine or of a clock, so that every worker divides a job alike.
-pub fn seconds_per_pass(scene: &Scene, plan: &Plan) -> f64 {
+/// A pass of all grids and views of a scene, and what its parts take.
+pub fn work(scene: &Scene, plan: &Plan) -> Work {
     let of_guide = |guide: &GuidePlan| if guide.kind == GuideKind::Mesh { PATH_THROUGH_FACETS } else { PATH };
     let path = plan.guides.iter().map(of_guide).fold(PATH, f64::max);
     let (path, connection) = if scene.room.meshes.is_empty() {
@@ -38,15 +36,21 @@ pub fn seconds_per_pass(scene: &Scene, plan: &Plan) -> f64 {
         (path + AMONG_TRIANGLES, CONNECTION_AMONG_TRIANGLES)
     };
     let glossy = plan.effects.is_on(EffectKind::Glossy);
-    let grids = Work {
+    Work {
         sensors: scene.grids.iter().map(|grid| grid.len()).sum::<usize>() as f64,
-        pixels: 0.0,
+        pixels: scene.views.iter().map(|view| view.size_px[0] * view.size_px[1]).sum::<usize>() as f64,
         tubes: scene.tubes.len() as f64,
         seconds_per_path: path,
         seconds_per_connection: if glossy { f64::max(connection, CONNECTION_OF_LOBE) } else { connection },
-    };
-    let pixels = scene.views.iter().map(|view| view.size_px[0] * view.size_px[1]).sum::<usize>() as f64;
-    let both = Work { pixels, ..grids };
+    }
+}
+
+/// Rough seconds per pass on one core of the machine that the constants were measured on.
+///
+/// A function of the job alone, never of the machine or of a clock, so that every worker divides a job alike.
+pub fn seconds_per_pass(scene: &Scene, plan: &Plan) -> f64 {
+    let both = work(scene, plan);
+    let grids = Work { pixels: 0.0, ..both };
     let views = Work { sensors: 0.0, ..both };
     let methods: &Methods = &plan.methods;
     match (&methods.grids, &methods.views) {

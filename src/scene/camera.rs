@@ -16,6 +16,8 @@ pub struct View {
     /// Half the image's width and height at distance 1.
     right: DVec3,
     up: DVec3,
+    /// Middle of the image in `right` and `up` from the axis: zero, but for [`View::window`].
+    middle: [f64; 2],
 }
 
 impl View {
@@ -35,14 +37,30 @@ impl View {
         }
         let half_height = libm::tan(0.5 * vertical_fov);
         let half_width = half_height * size_px[0] as f64 / size_px[1] as f64;
-        Some(Self { name, eye, size_px, forward, right: right * half_width, up: right.cross(forward) * half_height })
+        let (right, up) = (right * half_width, right.cross(forward) * half_height);
+        Some(Self { name, eye, size_px, forward, right, up, middle: [0.0; 2] })
+    }
+
+    /// The part of this view from pixel `first` (column and row, from the upper left) on, `size_px` wide and high: its pixels are
+    /// those of the whole.
+    pub fn window(&self, first: [usize; 2], size_px: [usize; 2]) -> Self {
+        let share = |axis: usize| size_px[axis] as f64 / self.size_px[axis] as f64;
+        let middle = |axis: usize| (2 * first[axis] + size_px[axis]) as f64 / self.size_px[axis] as f64 - 1.0;
+        Self {
+            name: self.name.clone(),
+            size_px,
+            right: self.right * share(0),
+            up: self.up * share(1),
+            middle: [(self.middle[0] + middle(0)) / share(0), (self.middle[1] - middle(1)) / share(1)],
+            ..*self
+        }
     }
 
     /// Unit direction through image position (`x`, `y`) in pixels, from the upper left corner.
     #[inline]
     pub fn ray_direction(&self, x: f64, y: f64) -> DVec3 {
-        let across = 2.0 * x / self.size_px[0] as f64 - 1.0;
-        let upward = 1.0 - 2.0 * y / self.size_px[1] as f64;
+        let across = 2.0 * x / self.size_px[0] as f64 - 1.0 + self.middle[0];
+        let upward = 1.0 - 2.0 * y / self.size_px[1] as f64 + self.middle[1];
         (self.forward + self.right * across + self.up * upward).normalize()
     }
 
@@ -55,8 +73,8 @@ impl View {
         }
         let on_plane = direction / cosine;
         let [width, height] = self.size_px.map(|size| size as f64);
-        let x = 0.5 * width * (1.0 + on_plane.dot(self.right) / self.right.length_squared());
-        let y = 0.5 * height * (1.0 - on_plane.dot(self.up) / self.up.length_squared());
+        let x = 0.5 * width * (1.0 + on_plane.dot(self.right) / self.right.length_squared() - self.middle[0]);
+        let y = 0.5 * height * (1.0 - on_plane.dot(self.up) / self.up.length_squared() + self.middle[1]);
         if !(x >= 0.0 && x < width && y >= 0.0 && y < height) {
             return None;
         }
@@ -70,5 +88,30 @@ impl View {
         let cosine = direction.dot(self.forward);
         let area = 4.0 * self.right.length() * self.up.length() / (width * height);
         area * cosine * cosine * cosine
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Pixels of a window, and of a window of a window, have the directions, numbers and solid angles that they have in the whole.
+    #[test]
+    fn a_window_shows_the_pixels_of_the_whole() {
+        let (eye, to) = (DVec3::new(0.3, 0.2, 1.5), DVec3::new(2.0, 3.0, 1.0));
+        let whole = View::new("v".into(), eye, to, DVec3::Z, 1.2, [40, 24]).unwrap();
+        let outer = whole.window([6, 4], [30, 16]);
+        for (part, first) in [(outer.window([2, 8], [16, 8]), [8, 12]), (outer, [6, 4])] {
+            for [x, y] in [[0.5, 0.5], [7.25, 3.5], [15.9, 7.9]] {
+                let direction = part.ray_direction(x, y);
+                let of_whole = whole.ray_direction(x + first[0] as f64, y + first[1] as f64);
+                assert!((direction - of_whole).length() < 1e-14);
+                let (pixel, steradians) = part.pixel_of(eye + 2.0 * direction).unwrap();
+                assert_eq!([pixel % part.size_px[0], pixel / part.size_px[0]], [x as usize, y as usize]);
+                assert!((steradians / whole.pixel_sr(direction) - 1.0).abs() < 1e-12);
+            }
+            let beside = whole.ray_direction(first[0] as f64 - 0.5, first[1] as f64 + 0.5);
+            assert_eq!(part.pixel_of(eye + beside), None);
+        }
     }
 }

@@ -17,6 +17,8 @@ pub struct Grid {
     pub y_m: Vec<f64>,
     /// Size of a cell along x and y in metres.
     pub cell_size_m: [f64; 2],
+    /// Distance of neighbouring columns and rows in cells: 1, but for [`Grid::thinned`].
+    pub every: [usize; 2],
     /// Whether sensors are points or whole cells.
     pub estimate: EstimateKind,
     /// Whether results tell the light by source and by tube, too.
@@ -46,7 +48,33 @@ impl Grid {
             std::array::from_fn(|axis| (room_size_m[axis] - 2.0 * margin_m) / cells[axis] as f64);
         let centres =
             |axis: usize| (0..cells[axis]).map(|i| margin_m + (i as f64 + 0.5) * cell_size_m[axis]).collect::<Vec<_>>();
-        Self { name, height_m, cells, x_m: centres(0), y_m: centres(1), cell_size_m, estimate, components: false }
+        let (x_m, y_m, every) = (centres(0), centres(1), [1; 2]);
+        Self { name, height_m, cells, x_m, y_m, cell_size_m, every, estimate, components: false }
+    }
+
+    /// Every few columns and rows of this grid, about `most` sensors at most, each with its own cell: a sample of its values.
+    ///
+    /// ```
+    /// use skyduct::scene::{EstimateKind, Grid};
+    ///
+    /// let grid = Grid::new("g".into(), 0.8, [9, 6], 0.0, [9.0, 6.0], EstimateKind::Point);
+    /// let some = grid.thinned(9);
+    /// assert_eq!((some.cells, some.x_m, some.y_m), ([3, 2], vec![1.5, 4.5, 7.5], vec![1.5, 4.5]));
+    /// assert_eq!(grid.thinned(54).cells, grid.cells);
+    /// ```
+    pub fn thinned(&self, most: usize) -> Self {
+        let mut step = 1;
+        let left = |axis: usize, step: usize| (self.cells[axis] / step).max(1);
+        while left(0, step) * left(1, step) > most.max(1) {
+            step += 1;
+        }
+        let some = |axis: usize, centres: &[f64]| -> Vec<f64> {
+            let step = step.min(self.cells[axis]);
+            centres.iter().skip((step - 1) / 2).step_by(step).take(left(axis, step)).copied().collect()
+        };
+        let (x_m, y_m) = (some(0, &self.x_m), some(1, &self.y_m));
+        let every = [0, 1].map(|axis| self.every[axis] * step.min(self.cells[axis]));
+        Self { name: self.name.clone(), cells: [x_m.len(), y_m.len()], x_m, y_m, every, ..*self }
     }
 
     /// Number of sensors; sensor `j * cells[0] + i` is at (`x_m[i]`, `y_m[j]`).
@@ -69,7 +97,14 @@ impl Grid {
     #[inline]
     pub fn cell_at(&self, point: DVec2) -> Option<usize> {
         let position = (point - DVec2::new(self.x_m[0], self.y_m[0])) / DVec2::from(self.cell_size_m) + 0.5;
-        let axis = |k: usize| (position[k] >= 0.0).then_some(position[k] as usize).filter(|n| *n < self.cells[k]);
+        let cell = |k: usize, n: usize| match self.every[k] {
+            1 => Some(n),
+            every => n.is_multiple_of(every).then_some(n / every),
+        };
+        let axis = |k: usize| {
+            let number = (position[k] >= 0.0).then_some(position[k] as usize);
+            number.and_then(|n| cell(k, n)).filter(|n| *n < self.cells[k])
+        };
         let (i, j) = (axis(0)?, axis(1)?);
         Some(j * self.cells[0] + i)
     }
@@ -78,5 +113,28 @@ impl Grid {
     #[inline]
     pub fn cell_area_m2(&self) -> f64 {
         self.cell_size_m[0] * self.cell_size_m[1]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A point lies in a cell of some columns and rows if it lies in the same cell of all.
+    #[test]
+    fn the_cells_of_a_thinned_grid_are_those_of_the_whole() {
+        let grid = Grid::new("g".into(), 0.8, [7, 5], 0.25, [4.0, 3.0], EstimateKind::CellAverage);
+        let some = grid.thinned(8);
+        assert_eq!((some.cells, some.cell_size_m), ([3, 2], grid.cell_size_m));
+        let mut found = vec![0; some.len()];
+        for number in 0..10_000 {
+            let point = DVec2::new(0.04 * (number % 100) as f64, 0.03 * (number / 100) as f64);
+            let whole = grid.cell_at(point).map(|sensor| grid.centre(sensor));
+            let part = some.cell_at(point);
+            let kept = whole.filter(|centre| (0..some.len()).any(|sensor| some.centre(sensor) == *centre));
+            assert_eq!(part.map(|sensor| some.centre(sensor)), kept, "{point}");
+            part.into_iter().for_each(|sensor| found[sensor] += 1);
+        }
+        assert!(found.iter().all(|points| *points > 100), "{found:?}");
     }
 }

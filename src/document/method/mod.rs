@@ -123,6 +123,18 @@ impl MethodDocument {
         self.settings.request()
     }
 
+    /// Every method that documents may name, with its default settings, but for those of this document.
+    pub fn offered(&self) -> Vec<Method> {
+        let own = |entry: &Entry| {
+            if entry.name == self.settings.name() { self.request() } else { (entry.by_default)().request() }
+        };
+        let of = |entry: &Entry| match own(entry) {
+            MethodRequest::Method(method) => Some(method),
+            MethodRequest::Auto => None,
+        };
+        METHODS.iter().filter_map(of).collect()
+    }
+
     /// Refuses settings that are out of bounds.
     pub(crate) fn check(&self, checks: &mut Checks) {
         self.settings.check(checks);

@@ -48,7 +48,7 @@ use crate::integrator::backward::chance;
 use crate::integrator::backward::room_entry::enter_room;
 use crate::integrator::backward::unscattered::unscattered;
 use crate::integrator::backward::walk::Walk;
-use crate::integrator::method::{Caveat, Computation, Described, Kept, Load, Refusal, Task, Work};
+use crate::integrator::method::{Caveat, Computation, Described, Kept, Load, Refusal, Task, Trial, Work};
 use crate::integrator::photon::chunks::{Tally, fold_chunks, sums_at_once};
 use crate::integrator::photon::emission::{Emission, EmittedPhoton, Start};
 use crate::integrator::photon::ledger::Account;
@@ -105,6 +105,19 @@ impl Described for Settings {
 
     fn kept_of_sensor(&self, grid: &Grid) -> Kept {
         Kept { sums_at_once: sums_at_once(grid.len(), self.photons_per_pass) as f64, ..Kept::MEANS }
+    }
+
+    fn trial(&self, task: &Task) -> Trial {
+        let (photons_per_pass, ratio) = Trial::fewer(self.photons_per_pass);
+        let samples_per_sensor = ((f64::from(self.samples_per_sensor) / ratio) as u32).max(1);
+        let smaller = Self { photons_per_pass, samples_per_sensor, ..self.clone() };
+        if task.views.is_empty() {
+            let (work_of_pass, work_of_place, variance) = (ratio, ratio, 1.0 / ratio);
+            Trial { work_of_pass, work_of_place, variance, ..Trial::whole(smaller, 36) }
+        } else {
+            // the noise is that of the paths of the eye, each of which looks at one photon
+            Trial { work_of_pass: ratio, ..Trial::whole(smaller, 1024) }
+        }
     }
 
     fn build(&self, task: &Task, seed: u64, _target: f64) -> Computation {

@@ -37,7 +37,7 @@ use rayon::prelude::*;
 
 use crate::guide::RayCount;
 use crate::integrator::backward::unscattered::unscattered;
-use crate::integrator::method::{Computation, Described, Kept, Knows, Refusal, Task, Work};
+use crate::integrator::method::{Computation, Described, Kept, Knows, Refusal, Task, Trial, Work};
 use crate::integrator::photon::chunks::{self, fold_chunks, sums_at_once};
 use crate::integrator::photon::close_points::dishonest_points;
 use crate::integrator::photon::connect::{Connection, SensorPlane};
@@ -90,6 +90,13 @@ impl Described for Settings {
 
     fn kept_of_sensor(&self, grid: &Grid) -> Kept {
         Kept { sums_at_once: sums_at_once(grid.len(), self.photons_per_pass) as f64, ..Kept::MEANS }
+    }
+
+    fn trial(&self, _: &Task) -> Trial {
+        // the light of clear closures is shared among the sensors: fewer of them would have more of it
+        let (photons_per_pass, ratio) = Trial::fewer(self.photons_per_pass);
+        let smaller = Trial::whole(Self { photons_per_pass }, usize::MAX);
+        Trial { work_of_pass: ratio, work_of_place: ratio, variance: 1.0 / ratio, ..smaller }
     }
 
     fn build(&self, task: &Task, seed: u64, _target: f64) -> Computation {

@@ -31,6 +31,10 @@ use glam::DVec3;
 /// Share of the shortest edge of the room that is the default first radius.
 pub const DEFAULT_RADIUS_SHARE: f64 = 0.05;
 
+/// Gather radius of a trial's first pass in that of the method: with as many photons the noise of the estimated squared bias, in
+/// that of the method's radius, is 64 times less. Much wider kernels would meet the room's edges.
+pub const TRIAL_RADIUS: f64 = 2.0;
+
 /// Least share of the full disc that a clipped kernel is taken to have where its photons are counted.
 const LEAST_COUNTED_SHARE: f64 = 0.25;
 
@@ -140,16 +144,53 @@ pub struct Radii {
 impl Radii {
     /// `initial_m` of the first pass; `None`: a twentieth of the shortest edge of a room of `size` metres. 0 < `alpha` < 1.
     pub fn new(rule: Radius, initial_m: Option<f64>, alpha: f64, size: DVec3) -> Self {
-        Self { rule, initial_m: initial_m.unwrap_or(DEFAULT_RADIUS_SHARE * size.min_element()), alpha }
+        Self { rule, initial_m: Self::initial_m(initial_m, size), alpha }
+    }
+
+    /// Gather radius of the first pass in metres: `initial_m`, or a twentieth of the shortest edge of a room of `size` metres.
+    pub fn initial_m(initial_m: Option<f64>, size: DVec3) -> f64 {
+        initial_m.unwrap_or(DEFAULT_RADIUS_SHARE * size.min_element())
+    }
+
+    /// Squared gather radius in that of the first pass, mean over `passes` passes of the schedule: by it the mean of a bias falls that
+    /// grows with the squared radius. Its terms telescope, 0 < `alpha` < 1.
+    ///
+    /// The second pass has 5/6 of the first one's squared radius with alpha 2/3:
+    ///
+    /// ```
+    /// use skyduct::integrator::photon_map::progressive::Radii;
+    ///
+    /// assert!((Radii::mean_square(2.0, 2.0 / 3.0) - 11.0 / 12.0).abs() < 1e-14);
+    /// assert!((Radii::mean_inverse_square(2.0, 2.0 / 3.0) - 11.0 / 10.0).abs() < 1e-14);
+    /// ```
+    pub fn mean_square(passes: f64, alpha: f64) -> f64 {
+        let after =
+            libm::exp(libm::lgamma(passes + 1.0 + alpha) - libm::lgamma(passes + 1.0) - libm::lgamma(1.0 + alpha));
+        (after - 1.0) / (alpha * passes)
+    }
+
+    /// Squared gather radius of the first pass in that of a pass, mean over `passes` passes of the schedule: by it the variance of the
+    /// passes grows, whose noise is that of the photons in a disc.
+    pub fn mean_inverse_square(passes: f64, alpha: f64) -> f64 {
+        let gammas = libm::lgamma(passes + 2.0) - libm::lgamma(passes + alpha) + libm::lgamma(1.0 + alpha);
+        (libm::exp(gammas) - alpha) / ((2.0 - alpha) * passes)
     }
 
     /// Gather radius of a pass in metres by the schedule: r_1 sqrt(prod_{k=1..i} (k + alpha) / (k + 1)), Knaus and Zwicker
     /// 2011. Per point the photons are sorted for it.
     pub fn scheduled(&self, pass: u64) -> f64 {
+        self.initial_m * libm::exp(0.5 * Self::log_square(pass as f64, self.alpha))
+    }
+
+    /// Logarithm of the squared radius of pass `i` by the schedule, in that of the first one.
+    fn log_square(i: f64, alpha: f64) -> f64 {
         // the product is Gamma(i + 1 + alpha) / (Gamma(1 + alpha) Gamma(i + 2)) with i passes before
-        let i = pass as f64;
-        let log = libm::lgamma(i + 1.0 + self.alpha) - libm::lgamma(1.0 + self.alpha) - libm::lgamma(i + 2.0);
-        self.initial_m * libm::exp(0.5 * log)
+        libm::lgamma(i + 1.0 + alpha) - libm::lgamma(1.0 + alpha) - libm::lgamma(i + 2.0)
+    }
+
+    /// Squared gather radius of pass `i` by the schedule, in that of the first one.
+    pub fn square(i: f64, alpha: f64) -> f64 {
+        libm::exp(Self::log_square(i, alpha))
     }
 
     /// State that the points of each grid and view carry into the first pass; the arguments are numbers of points.

@@ -41,7 +41,7 @@ use crate::guide::{Guide, RayCount};
 use crate::integrator::backward::next_event::{NextEvent, Way};
 use crate::integrator::backward::walk::{Ray, Walk};
 use crate::integrator::lamp::light::{DiffuserLight, refuses_closures};
-use crate::integrator::method::{Computation, Described, Kept, Knows, Load, Refusal, RefusalCode, Task, Work};
+use crate::integrator::method::{Computation, Described, Kept, Knows, Load, Refusal, RefusalCode, Task, Trial, Work};
 use crate::integrator::photon::chunks::{Tally, fold_chunks, sums_at_once};
 use crate::integrator::photon::emission::Emission;
 use crate::integrator::{GridPass, Integrator, Pass};
@@ -138,6 +138,11 @@ impl Described for Settings {
         let vertices = self.vertices_per_pass.unwrap_or(MOST as u64);
         let sums_at_once = sums_at_once(grid.len(), vertices) as f64;
         Kept { sums_at_once, ..Kept::MEANS }
+    }
+
+    fn trial(&self, _: &Task) -> Trial {
+        let by_accuracy = self.photons_per_pass.is_none() || self.vertices_per_pass.is_none();
+        Trial { by_accuracy, ..Trial::whole(self.clone(), 100) }
     }
 
     fn build(&self, task: &Task, seed: u64, target: f64) -> Computation {

@@ -1,0 +1,121 @@
+//! What each method would take to each accuracy, as a table for a terminal.
+
+use std::fmt::Write as _;
+
+use super::results_table::table;
+use crate::job::predictions::{MethodPredictions, OutputPredictions, PREDICTED_ACCURACIES, PredictedTime, Predictions};
+
+/// Tables of the grids and of the views, with what they leave open below.
+pub fn predictions_table(predictions: &Predictions) -> String {
+    let Predictions { pilot_seconds, threads, confidence, grids, views } = predictions;
+    let mut text = String::new();
+    // writing to a string cannot fail
+    let _ = writeln!(
+        text,
+        "seconds to a relative error, of {:.0} %, on {threads} threads with nothing else to do (tried for {pilot_seconds:.2} s); * the \
+         cheapest",
+        100.0 * confidence
+    );
+    for (name, output) in [("grids", grids), ("views", views)] {
+        if let Some(output) = output {
+            add_output(&mut text, name, output);
+        }
+    }
+    text
+}
+
+fn add_output(text: &mut String, name: &str, output: &OutputPredictions) {
+    let head: Vec<String> = [name.to_owned(), "first value".to_owned()]
+        .into_iter()
+        .chain(PREDICTED_ACCURACIES.iter().map(|accuracy| format!("{} %", percent(*accuracy))))
+        .collect();
+    let tried = || output.methods.iter().filter(|row| row.refusal.is_none());
+    let rows = tried().map(|row| {
+        let planned = if row.planned { " (planned)" } else { "" };
+        let first = row.seconds_to_first_number.map_or("?".to_owned(), seconds);
+        [format!("{}{planned}", row.method), first].into_iter().chain(row.accuracies.iter().map(cell)).collect()
+    });
+    table(text, head.iter().map(String::as_str).collect(), rows.collect());
+    for row in tried() {
+        if let Some((from, reason)) = first_reason(row) {
+            let _ = writeln!(text, "  {}: unknown from {} % on: {reason}", row.method, percent(from));
+        }
+    }
+    for row in &output.methods {
+        if let Some(refusal) = &row.refusal {
+            let _ = writeln!(text, "  {} refuses ({}): {}", row.method, refusal.code.0, refusal.detail);
+        }
+    }
+    if let Some(cheapest) = &output.cheapest {
+        let _ = writeln!(text, "  to the {} % asked for: {cheapest}", percent(output.asked_relative_error));
+    }
+}
+
+/// The first accuracy whose time is not known, and why.
+fn first_reason(row: &MethodPredictions) -> Option<(f64, &str)> {
+    row.accuracies.iter().find_map(|time| Some((time.relative_error, time.reason.as_deref()?)))
+}
+
+fn cell(time: &PredictedTime) -> String {
+    let Some(expected) = time.seconds else { return "?".to_owned() };
+    let from = time.seconds_from.map_or(String::new(), seconds);
+    let to = time.seconds_to.map_or(String::new(), seconds);
+    format!("{} ({from}..{to}){}", seconds(expected), if time.cheapest { " *" } else { "" })
+}
+
+/// Two significant digits.
+fn seconds(value: f64) -> String {
+    let first = if value > 0.0 { libm::log10(value).floor() as i32 } else { 0 };
+    let decimals = (1 - first).clamp(0, 4) as usize;
+    format!("{value:.decimals$}")
+}
+
+fn percent(share: f64) -> f64 {
+    // 0.001 is 0.1 %, not 0.1 and an error of rounding
+    (1e6 * share).round() / 1e4
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::document::RefusalName;
+    use crate::integrator::method::RefusalCode;
+    use crate::job::predictions::RefusalResult;
+
+    #[test]
+    fn the_cheapest_is_marked_and_what_is_not_known_has_its_reason() {
+        let row = |method: &str, seconds: f64| MethodPredictions {
+            method: method.to_owned(),
+            planned: method == "light_tracing",
+            refusal: None,
+            seconds_to_first_number: Some(0.1 * seconds),
+            asked: Some(PredictedTime::known(0.02, seconds, seconds, None, Some(8))),
+            accuracies: PREDICTED_ACCURACIES
+                .iter()
+                .map(|accuracy| match *accuracy > 0.001 {
+                    true => PredictedTime::known(*accuracy, seconds, 0.5 * seconds, Some(2.0 * seconds), Some(8)),
+                    false => PredictedTime::unknown(*accuracy, "no time"),
+                })
+                .collect(),
+        };
+        let refusal = RefusalResult { code: RefusalName(RefusalCode::Colours), detail: "it sees none".to_owned() };
+        let refused = MethodPredictions {
+            refusal: Some(refusal),
+            seconds_to_first_number: None,
+            asked: None,
+            accuracies: Vec::new(),
+            ..row("holigilm", 1.0)
+        };
+        let output = OutputPredictions::new(0.02, vec![row("light_tracing", 0.031), row("sppm", 1.2), refused]);
+        let predictions =
+            Predictions { pilot_seconds: 0.16, threads: 2, confidence: 0.95, grids: Some(output), views: None };
+        let text = predictions_table(&predictions);
+        let lines: Vec<&str> = text.lines().collect();
+        assert_eq!(lines.len(), 8, "{text}");
+        assert!(lines[1].starts_with("grids") && lines[1].ends_with("0.1 %"), "{text}");
+        assert!(lines[2].starts_with("light_tracing (planned)  0.0031       0.031 (0.016..0.062) *"), "{text}");
+        assert!(lines[3].contains("1.2 (0.60..2.4)") && !lines[3].contains('*') && lines[3].ends_with('?'), "{text}");
+        assert_eq!(lines[4], "  light_tracing: unknown from 0.1 % on: no time");
+        assert_eq!(lines[6], "  holigilm refuses (colours): it sees none");
+    }
+}

@@ -1,0 +1,417 @@
+//! The pilot: the first passes of every method on some sensors and pixels, which tell what a job would take (`job/predictions.rs`).
+//!
+//! Each thread runs one method at a time on itself alone, so that the processor seconds of a pass are measured without what small
+//! passes lose when they are divided; a job's passes are divided among all threads. The pilot is bounded by a clock: methods come in
+//! the order of their expected cost, and share what time is left. What does not fit is not known. Its keys are not those of the
+//! job, so that no sample of a job decides when it stops.
+
+use std::collections::VecDeque;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Mutex, PoisonError};
+use std::thread::scope;
+use std::time::{Duration, Instant};
+
+use super::cancel::Stop;
+use super::pilot_sample::{Places, Sample};
+use super::predictions::{
+    ErrorLaw, Judged, Measured, MethodPredictions, OutputPredictions, PREDICTED_ACCURACIES, PredictedTime, Predictions,
+};
+use super::prepare::Prepared;
+use super::spent::Clocks;
+use crate::analytic::Ending;
+use crate::estimate::Estimate;
+use crate::integrator::method::{Computation, Described, Task, Trial};
+use crate::integrator::{Integrator, Pass};
+use crate::plan::choose::refuses;
+use crate::plan::cost;
+use crate::statistics::interval::two_sided_normal_quantile;
+
+/// Time in which all methods are tried. Together with the set-up that nobody can interrupt it is less than 0.2 s.
+const BUDGET: Duration = Duration::from_millis(150);
+
+/// Times its share of the budget that a method may take where a pass has begun.
+const GRACE: f64 = 3.0;
+
+/// Most passes of a trial.
+const MOST_PASSES: usize = 16;
+
+/// Passes on few places, which tell what a pass costs beside its places.
+const FEW_PLACES_PASSES: usize = 2;
+
+/// Places of these passes in those of the others.
+const FEW_PLACES: usize = 4;
+
+/// Processor seconds of a pass below which it is not divided any further.
+const GRAIN: f64 = 5e-4;
+
+/// Standard deviation of the logarithm of the cost of a pass, beside what the trial's passes say.
+const OF_COST: f64 = 0.15;
+
+/// Changes the seed of a job into that of its pilot.
+const PILOT: u64 = 0x70_69_6c_6f_74;
+
+/// Reason where a method was not tried, or not long enough.
+const NO_TIME: &str = "its set-up and first passes take longer than the pilot has for it";
+
+/// What each method would take to each accuracy; `cancel` ends the pilot early, which tells less then.
+pub fn predict(prepared: &Prepared, cancel: &AtomicBool) -> Predictions {
+    let start = Instant::now();
+    let threads = rayon::current_num_threads();
+    let task = Task::whole(&prepared.scene, &prepared.traceable);
+    let outputs = [task.without_views(), task.without_grids()];
+    let planned = [&prepared.plan.methods.grids, &prepared.plan.methods.views];
+    let mut rows: [Vec<MethodPredictions>; 2] = [Vec::new(), Vec::new()];
+    let mut trials = Vec::new();
+    for (output, (task, planned)) in outputs.iter().zip(planned).enumerate() {
+        if task.grids.is_empty() && task.views.is_empty() {
+            continue;
+        }
+        for method in &prepared.offered {
+            let refusal = refuses(method, task);
+            if refusal.is_none() {
+                let whole = Sample::new(task, usize::MAX).work(&cost::work(&prepared.scene, &prepared.plan));
+                let expected = method.described().seconds_per_pass(&whole);
+                trials.push(Tried {
+                    output,
+                    row: rows[output].len(),
+                    method: method.described(),
+                    task: *task,
+                    expected,
+                });
+            }
+            rows[output].push(MethodPredictions {
+                method: method.name().to_owned(),
+                planned: planned.as_ref().is_some_and(|choice| choice.method.name() == method.name()),
+                refusal: refusal.map(Into::into),
+                seconds_to_first_number: None,
+                asked: None,
+                accuracies: Vec::new(),
+            });
+        }
+    }
+    trials.sort_by(|a, b| a.expected.total_cmp(&b.expected));
+    let judged = [prepared.least_passes_of_grids(), prepared.least_passes_of_views()]
+        .map(|least| Judged { confidence: prepared.stop.confidence, least_passes: least.unwrap_or(1) });
+    let asked = [prepared.stop.relative_error, prepared.stop.view_relative_error];
+    let pilot = Pilot { prepared, threads, deadline: start + BUDGET, cancel, asked, judged };
+    for (output, row, outcome) in pilot.run(trials) {
+        let row = &mut rows[output][row];
+        row.seconds_to_first_number = outcome.first_number;
+        row.accuracies = PREDICTED_ACCURACIES.iter().map(|accuracy| outcome.time_to(*accuracy)).collect();
+        row.asked = Some(outcome.time_to(asked[output]));
+    }
+    let [grids, views] = [0, 1].map(|output| {
+        let rows = std::mem::take(&mut rows[output]);
+        (!rows.is_empty()).then(|| OutputPredictions::new(asked[output], rows))
+    });
+    let pilot_seconds = start.elapsed().as_secs_f64();
+    Predictions { pilot_seconds, threads, confidence: prepared.stop.confidence, grids, views }
+}
+
+/// A method to be tried on an output.
+struct Tried<'a> {
+    output: usize,
+    row: usize,
+    method: &'a dyn Described,
+    task: Task<'a>,
+    /// Rough seconds of a pass.
+    expected: f64,
+}
+
+/// What is said of a method.
+#[derive(Default)]
+struct Outcome {
+    first_number: Option<f64>,
+    times: Vec<PredictedTime>,
+}
+
+impl Outcome {
+    fn time_to(&self, relative_error: f64) -> PredictedTime {
+        let found = self.times.iter().find(|time| time.relative_error == relative_error);
+        found.cloned().unwrap_or_else(|| PredictedTime::unknown(relative_error, NO_TIME))
+    }
+}
+
+struct Pilot<'a> {
+    prepared: &'a Prepared,
+    threads: usize,
+    deadline: Instant,
+    cancel: &'a AtomicBool,
+    asked: [f64; 2],
+    judged: [Judged; 2],
+}
+
+impl Pilot<'_> {
+    /// Tries the methods in their order, one on each thread.
+    fn run(&self, trials: Vec<Tried<'_>>) -> Vec<(usize, usize, Outcome)> {
+        let threads = self.threads.min(trials.len());
+        let outcomes = Mutex::new(Vec::new());
+        let queue = Mutex::new(VecDeque::from(trials));
+        let next = || {
+            let mut queue = queue.lock().unwrap_or_else(PoisonError::into_inner);
+            let left = self.deadline.saturating_duration_since(Instant::now()).as_secs_f64();
+            let share = left * threads as f64 / queue.len().max(1) as f64;
+            queue.pop_front().map(|tried| (tried, share.min(left)))
+        };
+        let work = || {
+            while let Some((tried, share)) = next() {
+                let outcome = self.outcome(&tried, share);
+                outcomes.lock().unwrap_or_else(PoisonError::into_inner).push((tried.output, tried.row, outcome));
+            }
+        };
+        scope(|scope| {
+            for _ in 0..threads {
+                scope.spawn(|| {
+                    // without a pool nothing is known
+                    if let Ok(pool) = rayon::ThreadPoolBuilder::new().num_threads(1).build() {
+                        pool.install(work);
+                    }
+                });
+            }
+        });
+        outcomes.into_inner().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// The accuracies of a row, the loosest first.
+    fn accuracies(&self, output: usize) -> Vec<f64> {
+        let mut all: Vec<f64> = PREDICTED_ACCURACIES.into_iter().chain([self.asked[output]]).collect();
+        all.sort_by(|a, b| b.total_cmp(a));
+        all.dedup();
+        all
+    }
+
+    /// Tries a method for `share` seconds.
+    fn outcome(&self, tried: &Tried<'_>, share: f64) -> Outcome {
+        let accuracies = self.accuracies(tried.output);
+        if self.prepared.is_dark() {
+            let times =
+                accuracies.into_iter().map(|accuracy| PredictedTime::known(accuracy, 0.0, 0.0, Some(0.0), None));
+            return Outcome { first_number: Some(0.0), times: times.collect() };
+        }
+        let (begun, stop) = (Instant::now(), Stop::default());
+        let left = self.deadline.saturating_duration_since(begun).as_secs_f64();
+        if left <= 0.0 || self.cancel.load(Ordering::Relaxed) {
+            return Outcome::default();
+        }
+        let clock = Clock { stop: &stop, cancel: self.cancel, end: begun + Duration::from_secs_f64(share) };
+        stop.within((GRACE * share).min(left), || {
+            let trial = tried.method.trial(&tried.task);
+            match trial.by_accuracy {
+                true => self.by_accuracy(tried, &trial, &accuracies, &clock),
+                false => self.at_once(tried, &trial, &accuracies, &clock),
+            }
+        })
+    }
+
+    fn seed(&self) -> u64 {
+        self.prepared.seed ^ PILOT
+    }
+
+    /// Relative standard error for a relative error.
+    fn target(&self, relative_error: f64) -> f64 {
+        relative_error / two_sided_normal_quantile(self.prepared.stop.confidence)
+    }
+
+    /// Seconds of a job's work of so many processor seconds that its threads share.
+    fn shared(&self, seconds: f64) -> f64 {
+        seconds / (seconds / GRAIN).clamp(1.0, self.threads as f64)
+    }
+
+    /// A method whose passes are the same for every accuracy, or a solver.
+    fn at_once(&self, tried: &Tried<'_>, trial: &Trial, accuracies: &[f64], clock: &Clock<'_>) -> Outcome {
+        let judged = self.judged[tried.output];
+        let task = tried.task;
+        let sample = Sample::new(&task, trial.most_places);
+        let setup = Clocks::start();
+        match trial.method.build(&sample.task(&task), self.seed(), self.target(self.asked[tried.output])) {
+            Computation::Solution(_) => self.solver(tried, accuracies, clock),
+            Computation::Passes(integrator) => {
+                let setup_seconds = setup.spent().cpu();
+                let few = Sample::new(&task, sample.places() / FEW_PLACES);
+                let needs_few = sample.places() < sample.all || trial.work_of_pass != trial.work_of_place;
+                let needs_few = needs_few && few.places() < sample.places();
+                let mut passes = Passes::default();
+                passes.run(integrator.as_ref(), 1, clock);
+                let mut of_few = Passes::default();
+                if needs_few && !clock.is_over() {
+                    let of = trial.method.build(&few.task(&task), self.seed(), self.target(self.asked[tried.output]));
+                    if let Computation::Passes(few) = of {
+                        of_few.run(few.as_ref(), FEW_PLACES_PASSES, clock);
+                    }
+                }
+                passes.run(integrator.as_ref(), MOST_PASSES - 1, clock);
+                let laws = passes.laws(&sample, trial);
+                let cost = match needs_few {
+                    false => passes.cost().map(|cost| cost * trial.work_of_pass),
+                    true => passes.cost().zip(of_few.cost()).map(|(cost, of_few)| {
+                        let [few, some] = [few.places(), sample.places()].map(|places| places as f64);
+                        let place = ((cost - of_few) / (some - few)).max(0.0);
+                        let pass = (cost - place * some).max(0.0);
+                        pass * trial.work_of_pass + place * sample.all as f64 * trial.work_of_place
+                    }),
+                };
+                let Some((laws, cost)) = laws.zip(cost) else { return Outcome::default() };
+                let measured = Measured {
+                    setup_seconds,
+                    seconds_per_pass: self.shared(cost),
+                    cost_deviation: libm::hypot(OF_COST, passes.deviation()),
+                    laws,
+                    passes: passes.found.len(),
+                };
+                Outcome {
+                    first_number: Some(measured.seconds_to_first_number()),
+                    times: accuracies.iter().map(|accuracy| measured.time_to(*accuracy, judged)).collect(),
+                }
+            }
+        }
+    }
+
+    /// A method whose passes are as large as the accuracy demands: each one is tried, and where the time is over, the last is
+    /// extrapolated by the square root.
+    fn by_accuracy(&self, tried: &Tried<'_>, trial: &Trial, accuracies: &[f64], clock: &Clock<'_>) -> Outcome {
+        let sample = Sample::new(&tried.task, trial.most_places);
+        let work = cost::work(&self.prepared.scene, &self.prepared.plan);
+        let of_some = trial.method.seconds_per_pass(&sample.work(&work));
+        let mut outcome = Outcome::default();
+        let mut last: Option<(f64, PredictedTime)> = None;
+        for accuracy in accuracies {
+            let setup = Clocks::start();
+            let mut passes = Passes::default();
+            if !clock.is_over()
+                && let Computation::Passes(integrator) =
+                    trial.method.build(&sample.task(&tried.task), self.seed(), self.target(*accuracy))
+            {
+                let setup_seconds = setup.spent().cpu();
+                passes.run(integrator.as_ref(), MOST_PASSES / 2, clock);
+                if let Some((laws, cost)) = passes.laws(&sample, trial).zip(passes.cost()) {
+                    let measured = Measured {
+                        setup_seconds,
+                        seconds_per_pass: self.shared(cost * tried.expected / of_some),
+                        cost_deviation: libm::hypot(OF_COST, passes.deviation()),
+                        laws,
+                        passes: passes.found.len(),
+                    };
+                    outcome.first_number.get_or_insert(measured.seconds_to_first_number());
+                    last = Some((*accuracy, measured.time_to(*accuracy, self.judged[tried.output])));
+                }
+            }
+            let Some((of, time)) = &last else { break };
+            let longer = (of / accuracy).powi(2);
+            outcome.times.push(PredictedTime {
+                relative_error: *accuracy,
+                seconds: time.seconds.map(|seconds| seconds * longer),
+                seconds_to: time.seconds_to.map(|seconds| seconds * longer),
+                passes: time.passes.filter(|_| longer == 1.0),
+                ..time.clone()
+            });
+        }
+        outcome
+    }
+
+    /// A method without passes: solved to one accuracy after the other, as long as there is time.
+    fn solver(&self, tried: &Tried<'_>, accuracies: &[f64], clock: &Clock<'_>) -> Outcome {
+        let mut outcome = Outcome::default();
+        let mut solved: Option<(f64, Option<f64>)> = None;
+        for accuracy in accuracies {
+            let reaches = solved.is_some_and(|(_, error)| error.is_none_or(|error| error <= *accuracy));
+            if !reaches {
+                let clocks = Clocks::start();
+                let built = tried.method.build(&tried.task, self.seed(), self.target(*accuracy));
+                let Computation::Solution(solver) = built else { break };
+                let Some(solution) = (!clock.is_over()).then(|| solver.solve(clock.stop.flag())).flatten() else {
+                    break;
+                };
+                if solution.ending == Ending::CutShort {
+                    break;
+                }
+                let seconds = self.shared(clocks.spent().cpu());
+                let mut estimate = Estimate::empty(&self.prepared.scene);
+                estimate.push_solution(&solution);
+                outcome.first_number.get_or_insert(seconds);
+                solved = Some((seconds, self.prepared.accuracy(&estimate).grids));
+            }
+            let Some((seconds, error)) = solved else { break };
+            let factor = libm::exp(two_sided_normal_quantile(self.prepared.stop.confidence) * OF_COST);
+            outcome.times.push(match error {
+                None => PredictedTime::unknown(*accuracy, "a formula, of which no error is known"),
+                Some(error) if error > *accuracy => {
+                    PredictedTime::unknown(*accuracy, format!("it can do no more than {:.2} %", 100.0 * error))
+                }
+                Some(_) => PredictedTime::known(*accuracy, seconds, seconds / factor, Some(seconds * factor), None),
+            });
+        }
+        outcome
+    }
+}
+
+/// When a trial ends.
+struct Clock<'a> {
+    /// Ends a running pass.
+    stop: &'a Stop,
+    cancel: &'a AtomicBool,
+    /// From here on no pass begins.
+    end: Instant,
+}
+
+impl Clock<'_> {
+    fn is_over(&self) -> bool {
+        self.stop.reason().is_some() || self.cancel.load(Ordering::Relaxed) || Instant::now() >= self.end
+    }
+}
+
+/// The passes of a trial, and the processor seconds that each took.
+#[derive(Default)]
+struct Passes {
+    found: Vec<Pass>,
+    seconds: Vec<f64>,
+}
+
+/// Passes without which no law is known: the third tells what the spread of two is worth.
+const LEAST_PASSES: usize = 3;
+
+impl Passes {
+    /// Adds `count` passes at most: the least number where a running pass may end, and then as long as there is time.
+    fn run(&mut self, integrator: &dyn Integrator, count: usize, clock: &Clock<'_>) {
+        let mut carried = match self.found.last() {
+            Some(pass) => pass.carried.clone(),
+            None => integrator.start().carried,
+        };
+        for _ in 0..count {
+            if clock.stop.reason().is_some() || (self.found.len() >= LEAST_PASSES && clock.is_over()) {
+                return;
+            }
+            let clocks = Clocks::start();
+            let Some(pass) = integrator.pass_after(self.found.len() as u64, &carried, clock.stop.flag()) else {
+                return;
+            };
+            self.seconds.push(clocks.spent().cpu());
+            carried.clone_from(&pass.carried);
+            self.found.push(pass);
+        }
+    }
+
+    /// Processor seconds of a pass: the median but for the first one, which meets cold memory.
+    fn cost(&self) -> Option<f64> {
+        let mut warm: Vec<f64> = self.seconds.iter().skip(usize::from(self.seconds.len() > 1)).copied().collect();
+        warm.sort_by(f64::total_cmp);
+        warm.get(warm.len() / 2).copied()
+    }
+
+    /// Standard deviation of the logarithm of the cost, by the quartiles of the passes.
+    fn deviation(&self) -> f64 {
+        let mut sorted = self.seconds.clone();
+        sorted.sort_by(f64::total_cmp);
+        let quartile = |quarters: usize| sorted.get(quarters * sorted.len() / 4).copied().unwrap_or(f64::NAN);
+        let spread = 0.74 * libm::log(quartile(3) / quartile(1)) / (sorted.len() as f64).sqrt();
+        if spread.is_finite() { spread } else { 0.0 }
+    }
+
+    /// The laws of all grids, or views.
+    fn laws(&self, sample: &Sample, trial: &Trial) -> Option<Vec<ErrorLaw>> {
+        let each = |places: Places| ErrorLaw::of(&places.found(), trial);
+        if self.found.len() < LEAST_PASSES {
+            return None;
+        }
+        sample.values(&self.found).into_iter().map(each).collect()
+    }
+}

@@ -1,0 +1,141 @@
+//! Where a pilot looks: some sensors of each grid, and some windows of views.
+
+use super::predictions::Found;
+use crate::estimate::film::BLOCK_PX;
+use crate::estimate::grid::{contrasts_of, sampling_variance};
+use crate::estimate::{FilmEstimate, GridEstimate};
+use crate::integrator::Pass;
+use crate::integrator::method::{Task, Work};
+use crate::scene::{Channels, Grid, View};
+
+/// Windows of all views together; each is one block of pixels high.
+const WINDOWS: usize = 4;
+
+/// Golden ratio: its multiples spread windows over the width.
+const GOLDEN: f64 = 0.618_033_988_749_894_9;
+
+/// Grids and views for a trial, and which part of the job's outputs they are.
+pub struct Sample {
+    grids: Vec<Grid>,
+    windows: Vec<View>,
+    /// Number of the view that each window shows.
+    views: Vec<usize>,
+    /// Sensors of the job's grids, or pixels of its views.
+    pub all: usize,
+    channels: Channels,
+}
+
+/// What passes found at the places of one grid, or of one view.
+pub struct Places {
+    values: Vec<Vec<f64>>,
+    bias: Vec<Vec<f64>>,
+    fixed: Vec<f64>,
+    share: f64,
+}
+
+impl Places {
+    /// As laws are found from it.
+    pub fn found(&self) -> Found<'_> {
+        Found { values: &self.values, bias: &self.bias, fixed: &self.fixed, share: self.share }
+    }
+}
+
+impl Sample {
+    /// About `most` sensors, or pixels, of a task of grids or of views at most; at least one sensor of every grid, or block of pixels.
+    pub fn new(task: &Task, most: usize) -> Self {
+        let sensors: usize = task.grids.iter().map(Grid::len).sum();
+        let pixels: usize = task.views.iter().map(pixels).sum();
+        let per_grid = most / task.grids.len().max(1);
+        let grids = task.grids.iter().map(|grid| if sensors <= most { grid.clone() } else { grid.thinned(per_grid) });
+        let mut windows = Vec::new();
+        for (number, view) in task.views.iter().enumerate() {
+            if pixels <= most {
+                windows.push((number, view.clone()));
+                continue;
+            }
+            // of few pixels there is one window, so that every view has its turn among several
+            let width = (most / WINDOWS / BLOCK_PX).div_ceil(BLOCK_PX) * BLOCK_PX;
+            let of_view = (WINDOWS / task.views.len()).max(1).min((most / (width * BLOCK_PX)).max(1));
+            windows.extend((0..of_view).map(|window| (number, window_of(view, width, window, of_view))));
+        }
+        let (views, windows) = windows.into_iter().unzip();
+        Self { grids: grids.collect(), windows, views, all: sensors + pixels, channels: task.scene.channels }
+    }
+
+    /// The task on the places of this sample alone.
+    pub fn task<'a>(&'a self, task: &Task<'a>) -> Task<'a> {
+        Task { grids: &self.grids, views: &self.windows, ..*task }
+    }
+
+    /// Number of sensors, or pixels.
+    pub fn places(&self) -> usize {
+        self.grids.iter().map(Grid::len).sum::<usize>() + self.windows.iter().map(pixels).sum::<usize>()
+    }
+
+    /// The work of a pass on these places, from that on all.
+    pub fn work(&self, work: &Work) -> Work {
+        let sensors = self.grids.iter().map(Grid::len).sum::<usize>() as f64;
+        Work { sensors, pixels: self.windows.iter().map(pixels).sum::<usize>() as f64, ..*work }
+    }
+
+    /// What passes found, for every grid, or for every view that a window shows.
+    pub fn values(&self, passes: &[Pass]) -> Vec<Places> {
+        let share = self.places() as f64 / self.all as f64;
+        let of_grid = |number: usize| {
+            let of_passes = || passes.iter().filter_map(move |pass| pass.grids.get(number));
+            let mut estimate = GridEstimate::empty(self.grids[number].len());
+            of_passes().for_each(|pass| estimate.push(pass));
+            let sensors = estimate.sensors.len();
+            let fixed = |sensor: usize| sampling_variance(contrasts_of(&estimate.contrasts, sensors, sensor));
+            let fixed = if estimate.contrasts.is_empty() { Vec::new() } else { (0..sensors).map(fixed).collect() };
+            let values = of_passes().map(|pass| pass.illuminance.clone()).collect();
+            Places { values, bias: of_passes().map(|pass| pass.bias.clone()).collect(), fixed, share }
+        };
+        let of_view = |view: usize| {
+            let mut places = Places { values: Vec::new(), bias: Vec::new(), fixed: Vec::new(), share };
+            let windows = || (0..self.windows.len()).filter(move |window| self.views[*window] == view);
+            let empty = |window: usize| FilmEstimate::empty(self.windows[window].size_px, self.channels.count());
+            for pass in passes {
+                let (mut values, mut bias) = (Vec::new(), Vec::new());
+                for window in windows() {
+                    let Some(seen) = pass.views.get(window) else { continue };
+                    let mut film = empty(window);
+                    film.push(seen);
+                    values.extend(film.blocks.iter().map(|block| block.mean));
+                    if !seen.bias.is_empty() {
+                        bias.extend(film.block_bias.iter().map(|block| block.mean));
+                    }
+                }
+                places.values.push(values);
+                places.bias.push(bias);
+            }
+            for window in windows() {
+                let mut film = empty(window);
+                passes.iter().filter_map(|pass| pass.views.get(window)).for_each(|seen| film.push(seen));
+                if !film.contrasts.is_empty() {
+                    places.fixed.extend((0..film.blocks.len()).map(|block| film.block_sampling_variance(block)));
+                }
+            }
+            places
+        };
+        let mut views = self.views.clone();
+        views.dedup();
+        (0..self.grids.len()).map(of_grid).chain(views.into_iter().map(of_view)).collect()
+    }
+}
+
+/// Window `number` of `count` of a view: at blocks of the whole, spread over height and width.
+fn window_of(view: &View, width: usize, number: usize, count: usize) -> View {
+    let size_px = [width.min(view.size_px[0]), BLOCK_PX.min(view.size_px[1])];
+    let at = [(GOLDEN * (number + 1) as f64).fract(), (number as f64 + 0.5) / count as f64];
+    let first = [0, 1].map(|axis| {
+        let free = view.size_px[axis] - size_px[axis];
+        (at[axis] * free as f64 / BLOCK_PX as f64).round() as usize * BLOCK_PX
+    });
+    let first = [0, 1].map(|axis| first[axis].min(view.size_px[axis] - size_px[axis]));
+    view.window(first, size_px)
+}
+
+fn pixels(view: &View) -> usize {
+    view.size_px[0] * view.size_px[1]
+}

@@ -1,0 +1,369 @@
+//! What each method would take to each accuracy, before a job runs: the table, and how it follows from the passes of a pilot
+//! (`job/pilot.rs`).
+//!
+//! The variance of a job's mean after n passes has up to four parts, relative to the values and averaged over sensors, or blocks of
+//! pixels. Noise falls as 1 / n; where gather radii shrink, as the mean of their inverse squares over n passes does, over n. The
+//! bias of kernels stays, or falls as the mean of the squared radii. The choice of fixed points stays. The job adds the square of
+//! the bias as it is estimated, less the variance of this estimate, where that is above zero: so an uncertain estimate adds to an
+//! error, too. Docs: docs/physics/statistics.md#what-a-pilot-foretells.
+
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+use crate::document::RefusalName;
+use crate::estimate::stopping::judgement_from;
+use crate::integrator::method::{Refusal, Trial};
+use crate::integrator::photon_map::progressive::Radii;
+use crate::statistics::interval::{student_quantile_near, two_sided_normal_quantile, two_sided_student_quantile};
+
+/// Relative errors whose times are predicted.
+pub const PREDICTED_ACCURACIES: [f64; 6] = [0.1, 0.05, 0.02, 0.01, 0.005, 0.001];
+
+/// What each method would take to each accuracy.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct Predictions {
+    /// Seconds on the wall that the pilot took.
+    pub pilot_seconds: f64,
+    /// Threads among which the work of a job is divided; predicted seconds are those of processors that do nothing else.
+    pub threads: usize,
+    /// Confidence of the relative errors, and of the intervals of the seconds.
+    pub confidence: f64,
+    /// Predictions for the grids alone; null without any.
+    pub grids: Option<OutputPredictions>,
+    /// Predictions for the views alone; null without any.
+    pub views: Option<OutputPredictions>,
+}
+
+/// What each method would take for the grids, or for the views.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct OutputPredictions {
+    /// The relative error that the document asks for.
+    pub asked_relative_error: f64,
+    /// Name of the method that would reach it first; null where no time is known.
+    pub cheapest: Option<String>,
+    /// Every method, with the document's settings where it names it.
+    pub methods: Vec<MethodPredictions>,
+}
+
+/// What a method would take.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct MethodPredictions {
+    /// Name of the method, as `method.kind` of a document has it.
+    pub method: String,
+    /// True if it is the method of the plan.
+    pub planned: bool,
+    /// Why it cannot compute this output; null where it can.
+    pub refusal: Option<RefusalResult>,
+    /// Seconds to its first values, which have no error yet; null where they are not known.
+    pub seconds_to_first_number: Option<f64>,
+    /// Time to the relative error that the document asks for; null where the method refuses.
+    pub asked: Option<PredictedTime>,
+    /// Times to relative errors of 10, 5, 2, 1, 0.5 and 0.1 percent; empty where the method refuses.
+    pub accuracies: Vec<PredictedTime>,
+}
+
+/// Why a method cannot compute an output.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct RefusalResult {
+    /// Kind of the reason, for programs.
+    pub code: RefusalName,
+    /// Reason for people.
+    pub detail: String,
+}
+
+impl From<Refusal> for RefusalResult {
+    fn from(refusal: Refusal) -> Self {
+        Self { code: RefusalName(refusal.code), detail: refusal.detail }
+    }
+}
+
+/// The time that a method would take to an accuracy.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct PredictedTime {
+    /// The relative error, at the asked confidence.
+    pub relative_error: f64,
+    /// Render seconds of a job that asks for it, whatever its limits are, its set-up and the least number of passes included; null
+    /// where they are not known, or where it is not reached.
+    pub seconds: Option<f64>,
+    /// Lower end of the interval of the seconds; null as they are.
+    pub seconds_from: Option<f64>,
+    /// Upper end of the interval of the seconds; null as they are, and where it cannot be said that the error is reached at all.
+    pub seconds_to: Option<f64>,
+    /// Passes of the job; null for a method without, and where they are not known.
+    pub passes: Option<u64>,
+    /// True if no other method is known to reach this error sooner.
+    pub cheapest: bool,
+    /// Why the seconds are null.
+    pub reason: Option<String>,
+}
+
+impl PredictedTime {
+    /// A time of which nobody knows, for this reason.
+    pub fn unknown(relative_error: f64, reason: impl Into<String>) -> Self {
+        Self { relative_error, reason: Some(reason.into()), ..Self::default() }
+    }
+
+    /// A time with its interval.
+    pub fn known(relative_error: f64, seconds: f64, from: f64, to: Option<f64>, passes: Option<u64>) -> Self {
+        let (seconds, seconds_from) = (Some(seconds), Some(from));
+        Self { relative_error, seconds, seconds_from, seconds_to: to, passes, ..Self::default() }
+    }
+}
+
+impl OutputPredictions {
+    /// The table of some rows, the cheapest of each accuracy marked.
+    pub fn new(asked_relative_error: f64, mut methods: Vec<MethodPredictions>) -> Self {
+        for index in 0..PREDICTED_ACCURACIES.len() {
+            mark_cheapest(methods.iter_mut().filter_map(|row| row.accuracies.get_mut(index)).collect());
+        }
+        mark_cheapest(methods.iter_mut().filter_map(|row| row.asked.as_mut()).collect());
+        let is_cheapest = |row: &&MethodPredictions| row.asked.as_ref().is_some_and(|asked| asked.cheapest);
+        let cheapest = methods.iter().find(is_cheapest).map(|row| row.method.clone());
+        Self { asked_relative_error, cheapest, methods }
+    }
+}
+
+fn mark_cheapest(times: Vec<&mut PredictedTime>) {
+    let known = times.into_iter().filter(|time| time.seconds.is_some());
+    if let Some(least) = known.min_by(|a, b| a.seconds.unwrap_or_default().total_cmp(&b.seconds.unwrap_or_default())) {
+        least.cheapest = true;
+    }
+}
+
+/// Rule by which a job judges its errors.
+#[derive(Clone, Copy, Debug)]
+pub struct Judged {
+    /// Confidence of errors and intervals, 0..1.
+    pub confidence: f64,
+    /// Passes below which an error is not trusted.
+    pub least_passes: u64,
+}
+
+/// How the relative standard error of an output falls with the passes of a job: from a pilot's passes.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ErrorLaw {
+    /// Relative variance of one pass by noise, mean over the places; of the first pass where radii shrink.
+    pub noise: f64,
+    /// Standard deviation of the logarithm of `noise`.
+    pub noise_deviation: f64,
+    /// Relative squared bias of the first pass, mean over the places.
+    pub squared_bias: f64,
+    /// Standard deviation of `squared_bias`.
+    pub bias_deviation: f64,
+    /// Relative variance of the bias as one pass estimates it.
+    pub bias_noise: f64,
+    /// Relative variance by the choice of fixed points.
+    pub fixed: f64,
+    /// Where gather radii shrink: `alpha` of [`Radii`].
+    pub alpha: Option<f64>,
+}
+
+/// What the passes of a pilot found at its places, which are sensors or blocks of pixels.
+pub struct Found<'a> {
+    /// Values of the places, for every pass.
+    pub values: &'a [Vec<f64>],
+    /// Estimated bias of the places, for every pass; empty lists for unbiased methods.
+    pub bias: &'a [Vec<f64>],
+    /// Variance of each place by the choice of fixed points; empty without.
+    pub fixed: &'a [f64],
+    /// Share of all places at which the pilot looked, up to 1.
+    pub share: f64,
+}
+
+/// Values below this share of the mean are judged as if they were as large, as by [`crate::estimate::StopRule`].
+const LEAST_SHARE_OF_MEAN: f64 = 0.01;
+
+/// Standard deviation of the logarithm of a variance that is taken from smaller passes.
+const OF_SMALLER_PASSES: f64 = 0.25;
+
+/// Standard deviations by which an estimated squared bias must lie above zero to count: below it may be noise alone.
+const SIGNIFICANT: f64 = 2.0;
+
+/// Passes above which an error is said not to be reached.
+const MOST_PASSES: u64 = 1_000_000_000;
+
+/// Means and variances over passes, relative to the mean values.
+#[derive(Clone, Copy, Default)]
+struct Relative {
+    noise: f64,
+    squared_bias: f64,
+    bias_noise: f64,
+    fixed: f64,
+    /// Standard error of `noise` by its spread over the places, in `noise`.
+    spread: f64,
+}
+
+impl Relative {
+    /// Of all passes but `left_out`.
+    fn of(found: &Found<'_>, left_out: Option<usize>, alpha: Option<f64>) -> Self {
+        let kept = || (0..found.values.len()).filter(move |pass| Some(*pass) != left_out);
+        let passes = kept().count() as f64;
+        let places = found.values.first().map_or(0, Vec::len);
+        let moments = |of: &[Vec<f64>], place: usize| {
+            let mean = kept().map(|pass| of[pass][place]).sum::<f64>() / passes;
+            let squares: f64 = kept().map(|pass| (of[pass][place] - mean).powi(2)).sum();
+            (mean, squares / (passes - 1.0))
+        };
+        let values: Vec<(f64, f64)> = (0..places).map(|place| moments(found.values, place)).collect();
+        let least = LEAST_SHARE_OF_MEAN * values.iter().map(|(mean, _)| mean).sum::<f64>() / places as f64;
+        let share = |variance: f64, place: usize| match values[place].0.max(least) {
+            scale if scale > 0.0 => variance / (scale * scale),
+            _ => 0.0,
+        };
+        let mean = |of: &dyn Fn(usize) -> f64| (0..places).map(of).sum::<f64>() / places as f64;
+        let noise = mean(&|place| share(values[place].1, place));
+        let deviations = mean(&|place| (share(values[place].1, place) - noise).powi(2));
+        let spread = if noise > 0.0 { (deviations / places as f64).sqrt() / noise } else { 0.0 };
+        // to the radius of the first pass
+        let radii = |pass: usize| alpha.map_or(1.0, |alpha| Radii::square(pass as f64, alpha));
+        let inverse = kept().map(|pass| 1.0 / radii(pass)).sum::<f64>() / passes;
+        let square = kept().map(radii).sum::<f64>() / passes;
+        let mut relative = Self { noise: noise / inverse, spread, fixed: 0.0, squared_bias: 0.0, bias_noise: 0.0 };
+        if found.bias.iter().all(|bias| bias.len() == places) && places > 0 {
+            let bias: Vec<(f64, f64)> = (0..places).map(|place| moments(found.bias, place)).collect();
+            let without_noise = |place: usize| share(bias[place].0.powi(2) - bias[place].1 / passes, place);
+            relative.squared_bias = mean(&without_noise) / (square * square);
+            relative.bias_noise = mean(&|place| share(bias[place].1, place)) / inverse;
+        }
+        if found.fixed.len() == places {
+            relative.fixed = mean(&|place| share(found.fixed[place], place)).max(0.0);
+        }
+        relative
+    }
+}
+
+impl ErrorLaw {
+    /// The law of a method's own passes, from those of its trial; `None` with fewer than three. Deviations are those of leaving out
+    /// one pass after the other (the jackknife), and of the places where the pilot did not look.
+    pub fn of(found: &Found<'_>, trial: &Trial) -> Option<Self> {
+        let passes = found.values.len();
+        if passes < 3 || found.values.first().is_none_or(Vec::is_empty) {
+            return None;
+        }
+        let all = Relative::of(found, None, trial.alpha);
+        let without: Vec<_> = (0..passes).map(|pass| Relative::of(found, Some(pass), trial.alpha)).collect();
+        let jackknife = |of: &dyn Fn(&Relative) -> f64| {
+            let mean = without.iter().map(of).sum::<f64>() / passes as f64;
+            let squares: f64 = without.iter().map(|relative| (of(relative) - mean).powi(2)).sum();
+            (squares * (passes - 1) as f64 / passes as f64).sqrt()
+        };
+        let by_passes = jackknife(&|relative| libm::log(relative.noise.max(f64::MIN_POSITIVE)));
+        let by_places = all.spread * (1.0 - found.share.min(1.0)).sqrt();
+        let by_size = if trial.variance == 1.0 { 0.0 } else { OF_SMALLER_PASSES };
+        let bias_deviation = jackknife(&|relative| relative.squared_bias);
+        let is_significant = all.squared_bias > SIGNIFICANT * bias_deviation;
+        let law = Self {
+            noise: all.noise * trial.variance,
+            noise_deviation: libm::hypot(libm::hypot(by_passes, by_places), by_size),
+            squared_bias: if is_significant { all.squared_bias * trial.squared_bias } else { 0.0 },
+            bias_deviation: bias_deviation * trial.squared_bias,
+            bias_noise: all.bias_noise * trial.variance,
+            fixed: all.fixed,
+            alpha: trial.alpha,
+        };
+        [law.noise, law.squared_bias, law.bias_noise, law.fixed].iter().all(|part| part.is_finite()).then_some(law)
+    }
+
+    /// Relative standard error that a job tells after `passes` passes, at least 1, in the mean over its seeds.
+    pub fn standard_error(&self, passes: f64) -> f64 {
+        let (noise, square) = match self.alpha {
+            None => (1.0 / passes, 1.0),
+            Some(alpha) => (Radii::mean_inverse_square(passes, alpha) / passes, Radii::mean_square(passes, alpha)),
+        };
+        let bias = told_square(self.squared_bias.max(0.0) * square * square, self.bias_noise * noise);
+        (self.noise * noise + self.fixed + bias).sqrt()
+    }
+
+    /// The law with its uncertain parts larger by `deviations` of their standard deviations, or smaller.
+    pub fn shifted(&self, deviations: f64) -> Self {
+        let scale = libm::exp(deviations * self.noise_deviation);
+        Self {
+            noise: self.noise * scale,
+            bias_noise: self.bias_noise * scale,
+            squared_bias: (self.squared_bias + deviations * self.bias_deviation).max(0.0),
+            ..*self
+        }
+    }
+
+    /// Passes after which a job would end that asks for a relative error; `None` where it is not reached.
+    pub fn passes_to(&self, relative_error: f64, judged: Judged) -> Option<u64> {
+        let z = two_sided_normal_quantile(judged.confidence);
+        let error = |passes: u64| {
+            let passes = passes as f64;
+            student_quantile_near(z, passes - 1.0) * self.standard_error(passes)
+        };
+        let (mut below, mut enough) = (judged.least_passes, judged.least_passes.max(2));
+        while error(enough) > relative_error {
+            below = enough;
+            enough *= 2;
+            if enough > MOST_PASSES {
+                return None;
+            }
+        }
+        while enough > below + 1 {
+            let middle = below + (enough - below) / 2;
+            if error(middle) > relative_error { below = middle } else { enough = middle }
+        }
+        Some(judgement_from(enough))
+    }
+}
+
+/// Mean of the square of an estimated bias less the variance `noise` of that estimate, where that is above zero, else 0: of normal
+/// deviations about the bias whose square is `square`.
+///
+/// With Z normal and b the bias in its standard deviations, E max((b + Z)^2 - 1, 0) is b^2 less the part between b + Z = -1 and 1.
+fn told_square(square: f64, noise: f64) -> f64 {
+    if noise <= 0.0 {
+        return square;
+    }
+    let bias = (square / noise).sqrt();
+    let (from, to) = (-1.0 - bias, 1.0 - bias);
+    let density = |z: f64| libm::exp(-0.5 * z * z) / (2.0 * std::f64::consts::PI).sqrt();
+    let below = |z: f64| 0.5 * libm::erfc(-z * std::f64::consts::FRAC_1_SQRT_2);
+    let between =
+        bias * bias * (below(to) - below(from)) + 2.0 * bias * (density(from) - density(to)) + from * density(from)
+            - to * density(to);
+    (noise * (bias * bias - between)).max(0.0)
+}
+
+/// What a pilot measured of a method.
+#[derive(Clone, Debug)]
+pub struct Measured {
+    /// Seconds until the first pass begins.
+    pub setup_seconds: f64,
+    /// Seconds of a pass of the job.
+    pub seconds_per_pass: f64,
+    /// Standard deviation of the logarithm of `seconds_per_pass`.
+    pub cost_deviation: f64,
+    /// Law of each grid, or of each view; the worst counts.
+    pub laws: Vec<ErrorLaw>,
+    /// Passes that the laws were found from.
+    pub passes: usize,
+}
+
+impl Measured {
+    /// Seconds until the first pass has ended.
+    pub fn seconds_to_first_number(&self) -> f64 {
+        self.setup_seconds + self.seconds_per_pass
+    }
+
+    /// Time of a job that asks for a relative error.
+    pub fn time_to(&self, relative_error: f64, judged: Judged) -> PredictedTime {
+        let passes = |deviations: f64| -> Option<u64> {
+            let each = self.laws.iter().map(|law| law.shifted(deviations).passes_to(relative_error, judged));
+            each.collect::<Option<Vec<_>>>()?.into_iter().max()
+        };
+        let Some(expected) = passes(0.0) else {
+            return PredictedTime::unknown(
+                relative_error,
+                "what its kernels or fixed points leave is larger than this",
+            );
+        };
+        let deviations = two_sided_student_quantile(judged.confidence, (self.passes - 1) as f64);
+        let factor = libm::exp(two_sided_normal_quantile(judged.confidence) * self.cost_deviation);
+        let seconds = |passes: u64| self.setup_seconds + passes as f64 * self.seconds_per_pass;
+        let from = passes(-deviations).unwrap_or(expected).min(expected);
+        let to = passes(deviations).map(|most| seconds(most.max(expected)) * factor);
+        PredictedTime::known(relative_error, seconds(expected), seconds(from) / factor, to, Some(expected))
+    }
+}
