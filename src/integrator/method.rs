@@ -90,9 +90,6 @@ pub struct Trial {
     pub by_accuracy: bool,
 }
 
-/// Share of the photons of a pass in a trial.
-const PHOTON_SHARE: f64 = 0.125;
-
 /// Fewest photons of a pass.
 const LEAST_PHOTONS: u64 = 64;
 
@@ -111,9 +108,10 @@ impl Trial {
         }
     }
 
-    /// Photons of a trial's pass of a method that emits `photons` in each, and how many times more the latter are.
-    pub fn fewer(photons: u64) -> (u64, f64) {
-        let fewer = ((photons as f64 * PHOTON_SHARE) as u64).clamp(LEAST_PHOTONS.min(photons), photons);
+    /// Photons of a trial's pass of a method that emits `photons` in each, about a `share` of them, and how many times more the
+    /// latter are.
+    pub fn fewer(photons: u64, share: f64) -> (u64, f64) {
+        let fewer = ((photons as f64 * share) as u64).clamp(LEAST_PHOTONS.min(photons), photons);
         (fewer, photons as f64 / fewer.max(1) as f64)
     }
 }

@@ -97,7 +97,7 @@ impl Described for Settings {
     }
 
     fn trial(&self, task: &Task) -> Trial {
-        let (photons_per_pass, ratio) = Trial::fewer(self.photons_per_pass);
+        let (photons_per_pass, ratio) = Trial::fewer(self.photons_per_pass, 0.0625);
         let (default, most_places) = if task.views.is_empty() {
             (sensor_rays(task.grids.iter().map(Grid::len).sum::<usize>() as f64), 9)
         } else {

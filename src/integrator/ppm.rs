@@ -121,7 +121,7 @@ impl Described for Settings {
     }
 
     fn trial(&self, task: &Task) -> Trial {
-        let (photons_per_pass, ratio) = Trial::fewer(self.photons_per_pass);
+        let (photons_per_pass, ratio) = Trial::fewer(self.photons_per_pass, 0.0625);
         let initial_radius_m = Some(TRIAL_RADIUS * Radii::initial_m(self.initial_radius_m, task.traceable.size));
         let smaller = Self { photons_per_pass, initial_radius_m, ..self.clone() };
         Trial {

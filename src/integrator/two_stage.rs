@@ -99,7 +99,7 @@ impl Described for Settings {
 
     fn trial(&self, task: &Task) -> Trial {
         // the noise is that of the paths: even points in thousands tell the exitance of a diffuser
-        let (photons_per_pass, work_of_pass) = Trial::fewer(self.photons_per_pass);
+        let (photons_per_pass, work_of_pass) = Trial::fewer(self.photons_per_pass, 0.125);
         let smaller = Self { photons_per_pass, ..self.clone() };
         let most_places = if task.views.is_empty() { 9 } else { 512 };
         Trial { work_of_pass, ..Trial::whole(smaller, most_places) }

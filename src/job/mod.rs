@@ -17,6 +17,7 @@ pub(crate) mod meshes;
 pub(crate) mod ownership;
 mod phrases;
 pub mod pilot;
+mod pilot_passes;
 mod pilot_sample;
 pub mod predictions;
 pub mod prepare;

@@ -12,7 +12,8 @@ use std::thread::scope;
 use std::time::{Duration, Instant};
 
 use super::cancel::Stop;
-use super::pilot_sample::{Places, Sample};
+use super::pilot_passes::{Clock, Passes};
+use super::pilot_sample::Sample;
 use super::predictions::{
     ErrorLaw, Judged, Measured, MethodPredictions, OutputPredictions, PREDICTED_ACCURACIES, PredictedTime, Predictions,
 };
@@ -20,8 +21,8 @@ use super::prepare::Prepared;
 use super::spent::Clocks;
 use crate::analytic::Ending;
 use crate::estimate::Estimate;
-use crate::integrator::method::{Computation, Described, Task, Trial};
-use crate::integrator::{Integrator, Pass};
+use crate::integrator::Method;
+use crate::integrator::method::{Computation, Task, Trial};
 use crate::plan::choose::refuses;
 use crate::plan::cost;
 use crate::statistics::interval::two_sided_normal_quantile;
@@ -32,8 +33,12 @@ const BUDGET: Duration = Duration::from_millis(150);
 /// Times its share of the budget that a method may take where a pass has begun.
 const GRACE: f64 = 3.0;
 
-/// Most passes of a trial.
-const MOST_PASSES: usize = 16;
+/// Most passes of a trial, and of one whose passes are as large as an accuracy demands, for each accuracy.
+const MOST_PASSES: usize = 10;
+const MOST_PASSES_EACH: usize = 6;
+
+/// Power of the accuracy by which the cost of such a pass grows at most.
+const GROWTH: f64 = 1.6;
 
 /// Passes on few places, which tell what a pass costs beside its places.
 const FEW_PLACES_PASSES: usize = 2;
@@ -68,20 +73,13 @@ pub fn predict(prepared: &Prepared, cancel: &AtomicBool) -> Predictions {
         }
         for method in &prepared.offered {
             let refusal = refuses(method, task);
+            let is_planned = planned.as_ref().is_some_and(|choice| choice.method.name() == method.name());
             if refusal.is_none() {
-                let whole = Sample::new(task, usize::MAX).work(&cost::work(&prepared.scene, &prepared.plan));
-                let expected = method.described().seconds_per_pass(&whole);
-                trials.push(Tried {
-                    output,
-                    row: rows[output].len(),
-                    method: method.described(),
-                    task: *task,
-                    expected,
-                });
+                trials.push(Tried::new(prepared, output, rows[output].len(), method, *task, is_planned));
             }
             rows[output].push(MethodPredictions {
                 method: method.name().to_owned(),
-                planned: planned.as_ref().is_some_and(|choice| choice.method.name() == method.name()),
+                planned: is_planned,
                 refusal: refusal.map(Into::into),
                 seconds_to_first_number: None,
                 asked: None,
@@ -89,7 +87,7 @@ pub fn predict(prepared: &Prepared, cancel: &AtomicBool) -> Predictions {
             });
         }
     }
-    trials.sort_by(|a, b| a.expected.total_cmp(&b.expected));
+    trials.sort_by(|a, b| b.is_planned.cmp(&a.is_planned).then(a.expected.total_cmp(&b.expected)));
     let judged = [prepared.least_passes_of_grids(), prepared.least_passes_of_views()]
         .map(|least| Judged { confidence: prepared.stop.confidence, least_passes: least.unwrap_or(1) });
     let asked = [prepared.stop.relative_error, prepared.stop.view_relative_error];
@@ -112,10 +110,33 @@ pub fn predict(prepared: &Prepared, cancel: &AtomicBool) -> Predictions {
 struct Tried<'a> {
     output: usize,
     row: usize,
-    method: &'a dyn Described,
+    method: &'a Method,
     task: Task<'a>,
-    /// Rough seconds of a pass.
+    trial: Trial,
+    sample: Sample,
+    is_planned: bool,
+    /// Rough seconds of a pass of the trial.
     expected: f64,
+    /// Rough seconds of a pass of the trial's method, were it to look everywhere.
+    expected_of_all: f64,
+}
+
+impl<'a> Tried<'a> {
+    fn new(
+        prepared: &Prepared,
+        output: usize,
+        row: usize,
+        method: &'a Method,
+        task: Task<'a>,
+        is_planned: bool,
+    ) -> Self {
+        let trial = method.described().trial(&task);
+        let sample = Sample::new(&task, trial.most_places);
+        let work = cost::work(&prepared.scene, &prepared.plan);
+        let seconds = |sample: &Sample| trial.method.seconds_per_pass(&sample.work(&work));
+        let (expected, expected_of_all) = (seconds(&sample), seconds(&Sample::new(&task, usize::MAX)));
+        Self { output, row, method, task, trial, sample, is_planned, expected, expected_of_all }
+    }
 }
 
 /// What is said of a method.
@@ -130,6 +151,23 @@ impl Outcome {
         let found = self.times.iter().find(|time| time.relative_error == relative_error);
         found.cloned().unwrap_or_else(|| PredictedTime::unknown(relative_error, NO_TIME))
     }
+}
+
+/// Laws of the errors of a method's own passes, on the grids alone where there are any, or else on the views, from a number of
+/// passes of its trial; as [`predict`] finds them, but without a clock. `None` where it refuses, has no passes, or too few.
+pub fn laws(prepared: &Prepared, method: &str, passes: usize) -> Option<Vec<ErrorLaw>> {
+    let task = Task::whole(&prepared.scene, &prepared.traceable);
+    let task = if task.grids.is_empty() { task } else { task.without_views() };
+    let method =
+        prepared.offered.iter().find(|offered| offered.name() == method && refuses(offered, &task).is_none())?;
+    let Tried { trial, sample, .. } = Tried::new(prepared, 0, 0, method, task, false);
+    let target = prepared.stop.relative_error / two_sided_normal_quantile(prepared.stop.confidence);
+    let Computation::Passes(integrator) = trial.method.build(&sample.task(&task), prepared.seed ^ PILOT, target) else {
+        return None;
+    };
+    let mut found = Passes::default();
+    found.run(integrator.as_ref(), passes, &Clock::unbounded());
+    found.laws(&sample, &trial)
 }
 
 struct Pilot<'a> {
@@ -193,13 +231,10 @@ impl Pilot<'_> {
         if left <= 0.0 || self.cancel.load(Ordering::Relaxed) {
             return Outcome::default();
         }
-        let clock = Clock { stop: &stop, cancel: self.cancel, end: begun + Duration::from_secs_f64(share) };
-        stop.within((GRACE * share).min(left), || {
-            let trial = tried.method.trial(&tried.task);
-            match trial.by_accuracy {
-                true => self.by_accuracy(tried, &trial, &accuracies, &clock),
-                false => self.at_once(tried, &trial, &accuracies, &clock),
-            }
+        let clock = Clock::new(&stop, self.cancel, begun + Duration::from_secs_f64(share));
+        stop.within((GRACE * share).min(left), || match tried.trial.by_accuracy {
+            true => self.by_accuracy(tried, &accuracies, &clock),
+            false => self.at_once(tried, &accuracies, &clock),
         })
     }
 
@@ -218,29 +253,28 @@ impl Pilot<'_> {
     }
 
     /// A method whose passes are the same for every accuracy, or a solver.
-    fn at_once(&self, tried: &Tried<'_>, trial: &Trial, accuracies: &[f64], clock: &Clock<'_>) -> Outcome {
+    fn at_once(&self, tried: &Tried<'_>, accuracies: &[f64], clock: &Clock<'_>) -> Outcome {
         let judged = self.judged[tried.output];
-        let task = tried.task;
-        let sample = Sample::new(&task, trial.most_places);
+        let Tried { task, trial, sample, .. } = tried;
         let setup = Clocks::start();
-        match trial.method.build(&sample.task(&task), self.seed(), self.target(self.asked[tried.output])) {
+        match trial.method.build(&sample.task(task), self.seed(), self.target(self.asked[tried.output])) {
             Computation::Solution(_) => self.solver(tried, accuracies, clock),
             Computation::Passes(integrator) => {
                 let setup_seconds = setup.spent().cpu();
-                let few = Sample::new(&task, sample.places() / FEW_PLACES);
+                let few = Sample::new(task, sample.places() / FEW_PLACES);
                 let needs_few = sample.places() < sample.all || trial.work_of_pass != trial.work_of_place;
                 let needs_few = needs_few && few.places() < sample.places();
                 let mut passes = Passes::default();
                 passes.run(integrator.as_ref(), 1, clock);
                 let mut of_few = Passes::default();
                 if needs_few && !clock.is_over() {
-                    let of = trial.method.build(&few.task(&task), self.seed(), self.target(self.asked[tried.output]));
+                    let of = trial.method.build(&few.task(task), self.seed(), self.target(self.asked[tried.output]));
                     if let Computation::Passes(few) = of {
                         of_few.run(few.as_ref(), FEW_PLACES_PASSES, clock);
                     }
                 }
                 passes.run(integrator.as_ref(), MOST_PASSES - 1, clock);
-                let laws = passes.laws(&sample, trial);
+                let laws = passes.laws(sample, trial);
                 let cost = match needs_few {
                     false => passes.cost().map(|cost| cost * trial.work_of_pass),
                     true => passes.cost().zip(of_few.cost()).map(|(cost, of_few)| {
@@ -268,25 +302,25 @@ impl Pilot<'_> {
 
     /// A method whose passes are as large as the accuracy demands: each one is tried, and where the time is over, the last is
     /// extrapolated by the square root.
-    fn by_accuracy(&self, tried: &Tried<'_>, trial: &Trial, accuracies: &[f64], clock: &Clock<'_>) -> Outcome {
-        let sample = Sample::new(&tried.task, trial.most_places);
-        let work = cost::work(&self.prepared.scene, &self.prepared.plan);
-        let of_some = trial.method.seconds_per_pass(&sample.work(&work));
+    fn by_accuracy(&self, tried: &Tried<'_>, accuracies: &[f64], clock: &Clock<'_>) -> Outcome {
+        let Tried { trial, sample, .. } = tried;
         let mut outcome = Outcome::default();
         let mut last: Option<(f64, PredictedTime)> = None;
+        let mut spent: f64 = 0.0;
         for accuracy in accuracies {
             let setup = Clocks::start();
             let mut passes = Passes::default();
-            if !clock.is_over()
+            let growth = last.as_ref().map_or(1.0, |(last, _)| libm::pow(last / accuracy, GROWTH));
+            if growth * spent < clock.left()
                 && let Computation::Passes(integrator) =
                     trial.method.build(&sample.task(&tried.task), self.seed(), self.target(*accuracy))
             {
                 let setup_seconds = setup.spent().cpu();
-                passes.run(integrator.as_ref(), MOST_PASSES / 2, clock);
-                if let Some((laws, cost)) = passes.laws(&sample, trial).zip(passes.cost()) {
+                passes.run(integrator.as_ref(), MOST_PASSES_EACH, clock);
+                if let Some((laws, cost)) = passes.laws(sample, trial).zip(passes.cost()) {
                     let measured = Measured {
                         setup_seconds,
-                        seconds_per_pass: self.shared(cost * tried.expected / of_some),
+                        seconds_per_pass: self.shared(cost * tried.expected_of_all / tried.expected),
                         cost_deviation: libm::hypot(OF_COST, passes.deviation()),
                         laws,
                         passes: passes.found.len(),
@@ -294,6 +328,8 @@ impl Pilot<'_> {
                     outcome.first_number.get_or_insert(measured.seconds_to_first_number());
                     last = Some((*accuracy, measured.time_to(*accuracy, self.judged[tried.output])));
                 }
+                // as long as the next one takes with as many passes
+                spent = setup.spent().cpu();
             }
             let Some((of, time)) = &last else { break };
             let longer = (of / accuracy).powi(2);
@@ -316,7 +352,7 @@ impl Pilot<'_> {
             let reaches = solved.is_some_and(|(_, error)| error.is_none_or(|error| error <= *accuracy));
             if !reaches {
                 let clocks = Clocks::start();
-                let built = tried.method.build(&tried.task, self.seed(), self.target(*accuracy));
+                let built = tried.method.described().build(&tried.task, self.seed(), self.target(*accuracy));
                 let Computation::Solution(solver) = built else { break };
                 let Some(solution) = (!clock.is_over()).then(|| solver.solve(clock.stop.flag())).flatten() else {
                     break;
@@ -341,77 +377,5 @@ impl Pilot<'_> {
             });
         }
         outcome
-    }
-}
-
-/// When a trial ends.
-struct Clock<'a> {
-    /// Ends a running pass.
-    stop: &'a Stop,
-    cancel: &'a AtomicBool,
-    /// From here on no pass begins.
-    end: Instant,
-}
-
-impl Clock<'_> {
-    fn is_over(&self) -> bool {
-        self.stop.reason().is_some() || self.cancel.load(Ordering::Relaxed) || Instant::now() >= self.end
-    }
-}
-
-/// The passes of a trial, and the processor seconds that each took.
-#[derive(Default)]
-struct Passes {
-    found: Vec<Pass>,
-    seconds: Vec<f64>,
-}
-
-/// Passes without which no law is known: the third tells what the spread of two is worth.
-const LEAST_PASSES: usize = 3;
-
-impl Passes {
-    /// Adds `count` passes at most: the least number where a running pass may end, and then as long as there is time.
-    fn run(&mut self, integrator: &dyn Integrator, count: usize, clock: &Clock<'_>) {
-        let mut carried = match self.found.last() {
-            Some(pass) => pass.carried.clone(),
-            None => integrator.start().carried,
-        };
-        for _ in 0..count {
-            if clock.stop.reason().is_some() || (self.found.len() >= LEAST_PASSES && clock.is_over()) {
-                return;
-            }
-            let clocks = Clocks::start();
-            let Some(pass) = integrator.pass_after(self.found.len() as u64, &carried, clock.stop.flag()) else {
-                return;
-            };
-            self.seconds.push(clocks.spent().cpu());
-            carried.clone_from(&pass.carried);
-            self.found.push(pass);
-        }
-    }
-
-    /// Processor seconds of a pass: the median but for the first one, which meets cold memory.
-    fn cost(&self) -> Option<f64> {
-        let mut warm: Vec<f64> = self.seconds.iter().skip(usize::from(self.seconds.len() > 1)).copied().collect();
-        warm.sort_by(f64::total_cmp);
-        warm.get(warm.len() / 2).copied()
-    }
-
-    /// Standard deviation of the logarithm of the cost, by the quartiles of the passes.
-    fn deviation(&self) -> f64 {
-        let mut sorted = self.seconds.clone();
-        sorted.sort_by(f64::total_cmp);
-        let quartile = |quarters: usize| sorted.get(quarters * sorted.len() / 4).copied().unwrap_or(f64::NAN);
-        let spread = 0.74 * libm::log(quartile(3) / quartile(1)) / (sorted.len() as f64).sqrt();
-        if spread.is_finite() { spread } else { 0.0 }
-    }
-
-    /// The laws of all grids, or views.
-    fn laws(&self, sample: &Sample, trial: &Trial) -> Option<Vec<ErrorLaw>> {
-        let each = |places: Places| ErrorLaw::of(&places.found(), trial);
-        if self.found.len() < LEAST_PASSES {
-            return None;
-        }
-        sample.values(&self.found).into_iter().map(each).collect()
     }
 }

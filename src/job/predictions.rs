@@ -356,7 +356,7 @@ impl Measured {
         let Some(expected) = passes(0.0) else {
             return PredictedTime::unknown(
                 relative_error,
-                "what its kernels or fixed points leave is larger than this",
+                "not within a billion passes: what its kernels or fixed points leave may be larger",
             );
         };
         let deviations = two_sided_student_quantile(judged.confidence, (self.passes - 1) as f64);
@@ -365,5 +365,156 @@ impl Measured {
         let from = passes(-deviations).unwrap_or(expected).min(expected);
         let to = passes(deviations).map(|most| seconds(most.max(expected)) * factor);
         PredictedTime::known(relative_error, seconds(expected), seconds(from) / factor, to, Some(expected))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::integrator::sppm;
+    use crate::sampling::{Key, PathRandom};
+    use crate::statistics::Moments;
+
+    const JUDGED: Judged = Judged { confidence: 0.95, least_passes: 8 };
+
+    fn normal(random: &mut PathRandom) -> f64 {
+        let [u, v] = random.uniform2();
+        (-2.0 * (1.0 - u).ln()).sqrt() * (std::f64::consts::TAU * v).cos()
+    }
+
+    #[test]
+    fn noise_alone_takes_the_passes_that_a_job_takes() {
+        let law = ErrorLaw { noise: 0.04, ..ErrorLaw::default() };
+        for accuracy in [0.5, 0.05, 0.01, 0.001] {
+            let error =
+                |passes: u64| two_sided_student_quantile(0.95, passes as f64 - 1.0) * 0.2 / (passes as f64).sqrt();
+            let needed = (8..).find(|passes| error(*passes) <= accuracy).unwrap();
+            let predicted = law.passes_to(accuracy, JUDGED).unwrap();
+            // the expansion of Student's quantile is right to 0.4 %
+            assert!(predicted >= judgement_from(needed - needed / 100) && predicted <= judgement_from(needed + 1));
+        }
+        assert_eq!(law.passes_to(0.5, JUDGED), Some(8));
+        let few = Judged { least_passes: 32, ..JUDGED };
+        assert_eq!(law.passes_to(0.5, few), Some(judgement_from(32)));
+    }
+
+    #[test]
+    fn what_no_pass_brings_down_is_never_reached() {
+        let fixed = ErrorLaw { noise: 1e-4, fixed: 1e-4, ..ErrorLaw::default() };
+        let biased = ErrorLaw { noise: 1e-4, squared_bias: 1e-4, ..ErrorLaw::default() };
+        for law in [fixed, biased] {
+            assert_eq!(law.passes_to(0.0195, JUDGED), None);
+            assert!(law.passes_to(0.0205, JUDGED).is_some());
+        }
+        // a bias that is not certain may be larger, too
+        let uncertain = ErrorLaw { noise: 1e-4, bias_deviation: 1e-4, ..ErrorLaw::default() };
+        assert!(uncertain.passes_to(0.001, JUDGED).is_some());
+        assert_eq!(uncertain.shifted(2.0).passes_to(0.001, JUDGED), None);
+    }
+
+    /// With alpha 2/3 noise and bias both fall as the cube root of the passes in the end.
+    #[test]
+    fn shrinking_radii_have_their_exponent() {
+        let alpha = 2.0 / 3.0;
+        for law in [
+            ErrorLaw { noise: 1.0, alpha: Some(alpha), ..ErrorLaw::default() },
+            ErrorLaw { squared_bias: 1.0, alpha: Some(alpha), ..ErrorLaw::default() },
+        ] {
+            let exponent = (law.standard_error(8e6) / law.standard_error(1e6)).ln() / 8f64.ln();
+            assert!((exponent + 1.0 / 3.0).abs() < 0.005, "{exponent}");
+        }
+    }
+
+    /// The mean of what a job adds for a bias: 400 000 normal deviations, within 4 of their standard errors.
+    #[test]
+    fn the_square_of_an_uncertain_bias_is_what_a_job_adds() {
+        let mut random = PathRandom::new(Key::new(3));
+        for bias in [0.0, 0.3, 1.0, 2.5, 8.0] {
+            let mut told = Moments::default();
+            for _ in 0..400_000 {
+                told.push(((bias + normal(&mut random)).powi(2) - 1.0).max(0.0));
+            }
+            let expected = told_square(0.01 * bias * bias, 0.01) / 0.01;
+            assert!((told.mean - expected).abs() < 4.0 * told.standard_error(), "{bias}: {told:?} {expected}");
+        }
+        assert_eq!(told_square(0.25, 0.0), 0.25);
+    }
+
+    /// Laws of normal passes, 6 at 20 places: the mean of the logarithm of the noise is right within 4 standard errors and its own
+    /// bias, 1 / (5 * 20), and intervals of 95 % hold it in that share of 300 seeds at least, within 4 standard errors.
+    #[test]
+    fn the_law_of_a_trial_is_as_certain_as_it_says() {
+        let trial = Trial { variance: 0.5, ..Trial::whole(sppm::Settings::default(), 20) };
+        let (mut logarithms, mut held) = (Moments::default(), 0u32);
+        for seed in 0..300 {
+            let mut random = PathRandom::new(Key::new(seed));
+            let pass = |random: &mut PathRandom| (0..20).map(|_| 10.0 + 2.0 * normal(random)).collect();
+            let values: Vec<Vec<f64>> = (0..6).map(|_| pass(&mut random)).collect();
+            let found = Found { values: &values, bias: &vec![Vec::new(); 6], fixed: &[], share: 1.0 };
+            let law = ErrorLaw::of(&found, &trial).unwrap();
+            assert_eq!((law.squared_bias, law.bias_noise, law.fixed), (0.0, 0.0, 0.0));
+            let off = (law.noise / (0.04 * 0.5)).ln();
+            logarithms.push(off);
+            // what is added for smaller passes is not of this test
+            let own = (law.noise_deviation.powi(2) - OF_SMALLER_PASSES.powi(2)).sqrt();
+            held += u32::from(off.abs() < two_sided_student_quantile(0.95, 5.0) * own);
+        }
+        // the scale is the mean over the passes, whose variance is 0.04 / 6
+        assert!(logarithms.mean.abs() < 4.0 * logarithms.standard_error() + 0.01 + 0.02, "{logarithms:?}");
+        let tolerance = 4.0 * (0.95 * 0.05 / 300f64).sqrt();
+        assert!(f64::from(held) / 300.0 > 0.95 - tolerance, "{held}");
+    }
+
+    #[test]
+    fn a_bias_counts_where_it_is_more_than_noise() {
+        let trial = Trial { squared_bias: 0.0625, ..Trial::whole(sppm::Settings::default(), 30) };
+        let mut random = PathRandom::new(Key::new(5));
+        let mut law = |bias: f64| {
+            let mut pass = |mean: f64| -> Vec<f64> { (0..30).map(|_| mean + 0.5 * normal(&mut random)).collect() };
+            let (values, bias): (Vec<_>, Vec<_>) = (0..6).map(|_| (pass(10.0), pass(bias))).unzip();
+            ErrorLaw::of(&Found { values: &values, bias: &bias, fixed: &[0.01; 30], share: 1.0 }, &trial).unwrap()
+        };
+        assert_eq!(law(0.0).squared_bias, 0.0);
+        let clear = law(2.0);
+        assert!((clear.squared_bias / (0.04 * 0.0625) - 1.0).abs() < 0.2, "{clear:?}");
+        assert!((clear.fixed / 1e-4 - 1.0).abs() < 0.1);
+        let two = Found { values: &[vec![1.0], vec![2.0]], bias: &[Vec::new(), Vec::new()], fixed: &[], share: 1.0 };
+        assert_eq!(ErrorLaw::of(&two, &trial), None);
+    }
+
+    #[test]
+    fn times_hold_the_set_up_and_an_interval() {
+        let law = ErrorLaw { noise: 0.01, noise_deviation: 0.2, ..ErrorLaw::default() };
+        let measured =
+            Measured { setup_seconds: 1.0, seconds_per_pass: 0.5, cost_deviation: 0.1, laws: vec![law], passes: 6 };
+        let time = measured.time_to(0.01, JUDGED);
+        let passes = law.passes_to(0.01, JUDGED).unwrap();
+        assert_eq!((time.seconds, time.passes), (Some(1.0 + 0.5 * passes as f64), Some(passes)));
+        assert!(time.seconds_from < time.seconds && time.seconds_to > time.seconds);
+        assert_eq!(measured.seconds_to_first_number(), 1.5);
+        // the worst grid counts
+        let worse = ErrorLaw { noise: 0.04, ..law };
+        let both = Measured { laws: vec![law, worse], ..measured };
+        assert_eq!(both.time_to(0.01, JUDGED).passes, worse.passes_to(0.01, JUDGED));
+        let never = Measured { laws: vec![ErrorLaw { fixed: 1.0, ..law }], ..both }.time_to(0.01, JUDGED);
+        assert!(never.seconds.is_none() && never.reason.is_some());
+    }
+
+    #[test]
+    fn one_method_is_the_cheapest_to_an_accuracy() {
+        let row = |method: &str, asked: Option<f64>| MethodPredictions {
+            method: method.to_owned(),
+            planned: false,
+            refusal: None,
+            seconds_to_first_number: None,
+            asked: Some(match asked {
+                Some(seconds) => PredictedTime::known(0.02, seconds, seconds, None, None),
+                None => PredictedTime::unknown(0.02, "no time"),
+            }),
+            accuracies: Vec::new(),
+        };
+        let table = OutputPredictions::new(0.02, vec![row("a", None), row("b", Some(3.0)), row("c", Some(2.0))]);
+        assert_eq!(table.cheapest.as_deref(), Some("c"));
+        assert_eq!(OutputPredictions::new(0.02, vec![row("a", None)]).cheapest, None);
     }
 }

@@ -45,6 +45,7 @@ mod mirrors;
 mod outside;
 mod path_tracing;
 mod photon_mapping;
+mod predictions;
 mod progressive;
 mod results;
 mod scattering;

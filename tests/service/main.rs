@@ -29,6 +29,7 @@ mod meshes;
 mod operation;
 mod operation_log;
 mod page;
+mod predictions;
 mod result_files;
 mod security;
 mod storm;

@@ -49,10 +49,10 @@ pub struct PlanQuery {
     request_body(content = JobDocument, description = "The job document", content_type = "application/json"),
     responses(
         (status = 200, description = "The plan", body = PlanResource),
-        (status = 400, description = "Not JSON, or a parameter of the wrong type", body = Problem, content_type = "application/problem+json"),
+        (status = 400, description = "Not JSON", body = Problem, content_type = "application/problem+json"),
         (status = 413, description = "Too long", body = Problem, content_type = "application/problem+json"),
         (status = 415, description = "Not application/json", body = Problem, content_type = "application/problem+json"),
-        (status = 422, description = "Not a valid document", body = Problem, content_type = "application/problem+json")))]
+        (status = 422, description = "Not a valid document, or a parameter of the wrong type", body = Problem, content_type = "application/problem+json")))]
 pub async fn plan(
     app: App,
     Query(query): Query<PlanQuery>,

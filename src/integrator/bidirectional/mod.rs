@@ -108,7 +108,7 @@ impl Described for Settings {
     }
 
     fn trial(&self, task: &Task) -> Trial {
-        let (photons_per_pass, ratio) = Trial::fewer(self.photons_per_pass);
+        let (photons_per_pass, ratio) = Trial::fewer(self.photons_per_pass, 0.0625);
         let samples_per_sensor = ((f64::from(self.samples_per_sensor) / ratio) as u32).max(1);
         let smaller = Self { photons_per_pass, samples_per_sensor, ..self.clone() };
         if task.views.is_empty() {

@@ -345,6 +345,20 @@ mod tests {
     }
 
     #[test]
+    fn means_over_the_schedule_are_those_of_its_passes() {
+        for alpha in [0.3, 2.0 / 3.0, 0.8] {
+            for passes in [1u32, 5, 100] {
+                let mean = |of: &dyn Fn(f64) -> f64| {
+                    (0..passes).map(|pass| of(Radii::square(f64::from(pass), alpha))).sum::<f64>() / f64::from(passes)
+                };
+                let squares = Radii::mean_square(f64::from(passes), alpha) / mean(&|square| square);
+                let inverses = Radii::mean_inverse_square(f64::from(passes), alpha) / mean(&|square| 1.0 / square);
+                assert!((squares - 1.0).abs() < 1e-12 && (inverses - 1.0).abs() < 1e-12, "{alpha} {passes}");
+            }
+        }
+    }
+
+    #[test]
     fn empty_passes_change_nothing() {
         let mut point = PointStatistics::new(0.5);
         point.update(0.0, 0.5);

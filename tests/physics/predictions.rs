@@ -1,0 +1,101 @@
+//! What a pilot foretells of errors, against the errors of jobs: by passes, not by seconds.
+
+use crate::documents::prepare;
+use serde_json::{Value, json};
+use skyduct::job::pilot;
+use skyduct::job::prepare::Prepared;
+use skyduct::statistics::interval::two_sided_student_quantile;
+
+const PASSES: u64 = 32;
+
+/// The relative standard error that a job of 32 passes tells must lie in what the law of its pilot says with its uncertain parts 4 of
+/// their standard deviations larger and smaller; the job's own is known within 4 of 1 / sqrt(2 * 31 * 4), of four values at least
+/// that are independent. What is said is certain enough to be of use: unbiased methods within a factor of 2.5 at one deviation.
+fn check(prepared: &Prepared, method: &str, views: bool) {
+    let laws = pilot::laws(prepared, method, 8).unwrap_or_else(|| panic!("no law of {method}"));
+    let predicted = |deviations: f64| {
+        let errors = laws.iter().map(|law| law.shifted(deviations).standard_error(PASSES as f64));
+        errors.fold(0.0, f64::max)
+    };
+    let estimate = prepared.render_all_passes(&mut |_, _| {}).unwrap();
+    assert_eq!(estimate.passes, PASSES);
+    let accuracy = prepared.accuracy(&estimate);
+    let told = if views { accuracy.views } else { accuracy.grids }.unwrap();
+    let told = told / two_sided_student_quantile(0.95, PASSES as f64 - 1.0);
+    let own = (4.0 / (2.0 * 31.0 * 4.0f64).sqrt()).exp();
+    let [least, expected, most] = [-4.0, 0.0, 4.0].map(predicted);
+    println!("{method}: {told:.3e} predicted {expected:.3e} ({least:.3e}..{most:.3e}) {:.2}", told / expected);
+    assert!(told > least / own && told < most * own, "{method}: {told} is not in {least}..{most}");
+    let unbiased = laws.iter().all(|law| law.bias_noise == 0.0);
+    assert!(!unbiased || predicted(1.0) < 2.5 * expected, "{method}: {laws:?}");
+}
+
+fn passes(document: &mut Value) {
+    document["stop"] = json!({ "relative_error": 0.01, "view_relative_error": 0.01, "max_passes": PASSES });
+}
+
+#[test]
+fn a_pilot_foretells_the_errors_of_grids() {
+    let methods = [
+        json!({ "kind": "path_tracing" }),
+        json!({ "kind": "bidirectional_path_tracing", "photons_per_pass": 4096, "samples_per_sensor": 32 }),
+        json!({ "kind": "light_tracing" }),
+        json!({ "kind": "two_stage", "samples_per_sensor": 64 }),
+        json!({ "kind": "placed_vertices" }),
+        json!({ "kind": "photon_mapping", "photons_per_pass": 16384, "gather_rays": 64 }),
+        json!({ "kind": "sppm", "photons_per_pass": 16384 }),
+        json!({ "kind": "ppm", "photons_per_pass": 16384 }),
+    ];
+    for method in methods {
+        for estimate in ["point", "cell_average"] {
+            // refuses averages
+            if estimate == "cell_average" && method["kind"] == "placed_vertices" {
+                continue;
+            }
+            let prepared = prepare("S1", |document| {
+                passes(document);
+                document["grids"][0]["estimate"] = json!(estimate);
+                document["method"] = method.clone();
+            });
+            check(&prepared, method["kind"].as_str().unwrap(), false);
+        }
+    }
+}
+
+#[test]
+fn a_pilot_foretells_the_errors_of_views() {
+    let methods = [
+        json!({ "kind": "path_tracing" }),
+        json!({ "kind": "bidirectional_path_tracing", "photons_per_pass": 4096 }),
+        json!({ "kind": "two_stage", "samples_per_pixel": 2 }),
+        json!({ "kind": "photon_mapping", "photons_per_pass": 16384, "gather_rays": 4 }),
+        json!({ "kind": "sppm", "photons_per_pass": 16384 }),
+        json!({ "kind": "ppm", "photons_per_pass": 16384 }),
+    ];
+    for method in methods {
+        let prepared = prepare("S1", |document| {
+            passes(document);
+            document.as_object_mut().unwrap().remove("grids");
+            document["views"] = json!([{ "name": "room", "eye_m": [1.9, 0.1, 0.3], "look_at_m": [0.9, 1.2, 1.0],
+                                         "up": [0, 0, 1], "vertical_fov_deg": 80, "size_px": [64, 48] }]);
+            document["method"] = method.clone();
+        });
+        check(&prepared, method["kind"].as_str().unwrap(), true);
+    }
+}
+
+/// The keys of a pilot are not those of the job, and its laws have the same bits each time.
+#[test]
+fn a_pilot_is_made_of_other_samples_and_repeats() {
+    let prepared = |seed: u64| {
+        prepare("S1", |document| {
+            document["method"] = json!("light_tracing");
+            document["seed"] = json!(seed);
+        })
+    };
+    let law = |seed: u64| pilot::laws(&prepared(seed), "light_tracing", 4).unwrap();
+    assert_eq!(law(3), law(3));
+    assert_ne!(law(3), law(4));
+    assert_eq!(pilot::laws(&prepared(3), "holigilm", 4), None, "it has no passes");
+    assert_eq!(pilot::laws(&prepared(3), "light_tracing", 2), None, "two passes tell no uncertainty");
+}

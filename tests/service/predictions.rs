@@ -1,0 +1,127 @@
+//! What each method would take: `POST /v1/plan?predict=true`, and `plan --predict`.
+
+use std::process::Command;
+
+use crate::common::{TestService, problem, small_job};
+use crate::schema::DESCRIPTION;
+use reqwest::Method;
+use serde_json::{Value, json};
+
+/// All rows of a table: refused with a code, or with a time or a reason for every accuracy.
+fn check_table(table: &Value, planned: &str) {
+    let names: Vec<&Value> = table["methods"].as_array().unwrap().iter().map(|row| &row["method"]).collect();
+    let all = DESCRIPTION["components"]["schemas"]["MethodKind"]["enum"].as_array().unwrap();
+    assert_eq!(names, all.iter().filter(|name| *name != "auto").collect::<Vec<_>>());
+    let mut cheapest = [0; 6];
+    for row in table["methods"].as_array().unwrap() {
+        assert_eq!(row["planned"], row["method"] == planned, "{row}");
+        let accuracies = row["accuracies"].as_array().unwrap();
+        if !row["refusal"].is_null() {
+            assert!(row["asked"].is_null() && accuracies.is_empty() && row["refusal"]["detail"].is_string(), "{row}");
+            continue;
+        }
+        let errors: Vec<&Value> = accuracies.iter().map(|time| &time["relative_error"]).collect();
+        assert_eq!(errors, [0.1, 0.05, 0.02, 0.01, 0.005, 0.001]);
+        let mut before = 0.0;
+        for (count, time) in cheapest.iter_mut().zip(accuracies) {
+            assert_eq!(time["seconds"].is_null(), time["reason"].is_string(), "{time}");
+            if let Some(seconds) = time["seconds"].as_f64() {
+                assert!(seconds > 0.0 && time["seconds_from"].as_f64().unwrap() <= seconds, "{time}");
+                assert!(time["seconds_to"].as_f64().is_none_or(|to| to >= seconds), "{time}");
+                assert!(time["passes"].as_u64().is_none_or(|passes| passes >= 8), "{time}");
+                // an accuracy that costs a method less than a looser one has a pilot of its own
+                assert!(seconds >= before || row["method"] == "placed_vertices", "{row}");
+                before = seconds;
+            }
+            *count += i32::from(time["cheapest"] == true);
+        }
+    }
+    assert!(cheapest.iter().all(|count| *count <= 1), "{table}");
+}
+
+#[tokio::test]
+async fn a_plan_predicts_when_it_is_asked_to() {
+    let service = TestService::start().await;
+    let plan = async |query: &str, document: &Value| -> Value {
+        let request = service.request(Method::POST, &format!("/v1/plan{query}")).json(document);
+        request.send().await.unwrap().json().await.unwrap()
+    };
+    let mut document = small_job();
+    document["stop"] = json!({ "relative_error": 0.03, "view_relative_error": 0.2 });
+    document["grids"][0]["cells"] = json!([6, 5]);
+    let bare = plan("", &document).await;
+    assert!(bare["plan"].is_object() && bare.get("predictions").is_none(), "{bare}");
+    assert_eq!(plan("?predict=false", &document).await, bare);
+    let mut predicted = plan("?predict=true", &document).await;
+    let predictions = predicted.as_object_mut().unwrap().remove("predictions").unwrap();
+    assert_eq!(predicted, bare);
+    assert!(predictions["threads"].as_u64().unwrap() >= 1 && predictions["pilot_seconds"].as_f64().unwrap() > 0.0);
+    assert_eq!(predictions["confidence"], 0.95);
+    for (output, asked) in [("grids", 0.03), ("views", 0.2)] {
+        check_table(&predictions[output], "sppm");
+        assert_eq!(predictions[output]["asked_relative_error"], asked);
+    }
+    let views = predictions["views"]["methods"].as_array().unwrap();
+    let refused = views.iter().find(|row| row["method"] == "light_tracing").unwrap();
+    assert_eq!(refused["refusal"]["code"], "grids_only");
+    // grids alone, through a clear closure: refused with the reason that a job would be refused with
+    document.as_object_mut().unwrap().remove("views");
+    document["tubes"][0]["diffuser"] = json!({ "kind": "clear" });
+    document["method"] = json!("auto");
+    let clear = plan("?predict=true", &document).await;
+    let (predictions, planned) = (&clear["predictions"], &clear["plan"]["methods"]["grids"]["name"]);
+    assert!(predictions["views"].is_null(), "{predictions}");
+    check_table(&predictions["grids"], planned.as_str().unwrap());
+    let rows = predictions["grids"]["methods"].as_array().unwrap();
+    let refused = rows.iter().find(|row| row["method"] == "two_stage").unwrap();
+    assert_eq!(refused["refusal"]["code"], "clear_closures");
+}
+
+#[tokio::test]
+async fn a_wrong_wish_for_predictions_is_named() {
+    let service = TestService::start().await;
+    for (query, name) in [("predict=maybe", "predict"), ("predict=", "predict"), ("foretell=true", "foretell")] {
+        let request = service.request(Method::POST, &format!("/v1/plan?{query}")).json(&small_job());
+        let problem = problem(request.send().await.unwrap(), 422).await;
+        assert_eq!(problem["errors"][0]["pointer"], name, "{problem}");
+    }
+}
+
+/// At night nothing is lit, and every time is 0.
+#[tokio::test]
+async fn in_the_dark_nothing_takes_time() {
+    let service = TestService::start().await;
+    let mut document = small_job();
+    document["sky"]["sun_position"]["altitude_deg"] = json!(-10);
+    let request = service.request(Method::POST, "/v1/plan?predict=true").json(&document);
+    let plan: Value = request.send().await.unwrap().json().await.unwrap();
+    let row = &plan["predictions"]["grids"]["methods"][0];
+    assert_eq!(
+        (&row["seconds_to_first_number"], &row["accuracies"][5]["seconds"]),
+        (&json!(0.0), &json!(0.0)),
+        "{row}"
+    );
+}
+
+#[test]
+fn the_command_prints_a_table() {
+    let folder = tempfile::tempdir().unwrap();
+    let job = folder.path().join("job.json");
+    std::fs::write(&job, small_job().to_string()).unwrap();
+    let plan = |arguments: &[&str]| {
+        let output =
+            Command::new(env!("CARGO_BIN_EXE_skyduct")).arg("plan").arg(&job).args(arguments).output().unwrap();
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        String::from_utf8(output.stdout).unwrap()
+    };
+    let (bare, table) = (plan(&[]), plan(&["--predict"]));
+    let added = table.strip_prefix(&bare).unwrap();
+    for piece in
+        ["seconds to a relative error, of 95 %", "0.1 %", "sppm (planned)", "light_tracing refuses (grids_only)"]
+    {
+        assert!(added.contains(piece), "{piece}: {added}");
+    }
+    let json: Value = serde_json::from_str(&plan(&["--predict", "--json"])).unwrap();
+    check_table(&json["predictions"]["views"], "sppm");
+    assert!(serde_json::from_str::<Value>(&plan(&["--json"])).unwrap().get("predictions").is_none());
+}
