@@ -90,8 +90,9 @@ pub struct Trial {
     pub by_accuracy: bool,
 }
 
-/// Fewest photons of a pass.
+/// Fewest and most photons of a trial's pass: some milliseconds at most.
 const LEAST_PHOTONS: u64 = 64;
+const MOST_PHOTONS: u64 = 4096;
 
 impl Trial {
     /// The method as it is, on `most_places` sensors or pixels at most.
@@ -111,7 +112,7 @@ impl Trial {
     /// Photons of a trial's pass of a method that emits `photons` in each, about a `share` of them, and how many times more the
     /// latter are.
     pub fn fewer(photons: u64, share: f64) -> (u64, f64) {
-        let fewer = ((photons as f64 * share) as u64).clamp(LEAST_PHOTONS.min(photons), photons);
+        let fewer = ((photons as f64 * share) as u64).clamp(LEAST_PHOTONS, MOST_PHOTONS).min(photons);
         (fewer, photons as f64 / fewer.max(1) as f64)
     }
 }
