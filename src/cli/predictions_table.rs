@@ -113,7 +113,7 @@ mod tests {
         let lines: Vec<&str> = text.lines().collect();
         assert_eq!(lines.len(), 8, "{text}");
         assert!(lines[1].starts_with("grids") && lines[1].ends_with("0.1 %"), "{text}");
-        assert!(lines[2].starts_with("light_tracing (planned)  0.0031       0.031 (0.016..0.062) *"), "{text}");
+        assert!(lines[2].starts_with("light_tracing (planned)  0.0031       0.031 (0.015..0.062) *"), "{text}");
         assert!(lines[3].contains("1.2 (0.60..2.4)") && !lines[3].contains('*') && lines[3].ends_with('?'), "{text}");
         assert_eq!(lines[4], "  light_tracing: unknown from 0.1 % on: no time");
         assert_eq!(lines[6], "  holigilm refuses (colours): it sees none");

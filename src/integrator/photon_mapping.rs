@@ -121,9 +121,9 @@ impl Described for Settings {
     }
 }
 
-/// Exponent of the photons of a pass in the variance of a pass of as many gather rays: -0.75 in the room of the thesis, -0.4 under
-/// its clear closure (8192 and 65 536 photons, 256 rays).
-const VARIANCE_BY_PHOTONS: f64 = -0.6;
+/// Exponent of the photons of a pass in the variance of a pass of as many gather rays: -0.8 in the room of the thesis, -0.95 with 64
+/// rays; -0.4 under its clear closure, its bias included (4096 and 65 536 photons, 256 rays).
+const VARIANCE_BY_PHOTONS: f64 = -0.7;
 
 /// Share of the shortest edge of the room that is the default radius.
 const DEFAULT_RADIUS_SHARE: f64 = 0.025;

@@ -67,7 +67,7 @@ async fn a_plan_predicts_when_it_is_asked_to() {
     assert_eq!(refused["refusal"]["code"], "grids_only");
     // grids alone, through a clear closure: refused with the reason that a job would be refused with
     document.as_object_mut().unwrap().remove("views");
-    document["tubes"][0]["diffuser"] = json!({ "kind": "clear" });
+    document["tubes"][0]["diffuser"] = json!({ "kind": "clear", "transmittance": 0.9 });
     document["method"] = json!("auto");
     let clear = plan("?predict=true", &document).await;
     let (predictions, planned) = (&clear["predictions"], &clear["plan"]["methods"]["grids"]["name"]);
