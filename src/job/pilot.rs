@@ -40,6 +40,10 @@ const MOST_PASSES_EACH: usize = 6;
 /// Power of the accuracy by which the cost of such a pass grows at most.
 const GROWTH: f64 = 1.6;
 
+/// Factor between accuracies up to which the cost of such a method is extrapolated: beyond it, the least number of passes of small
+/// ones says little of large ones.
+const FARTHEST: f64 = 5.0;
+
 /// Passes on few places, which tell what a pass costs beside its places.
 const FEW_PLACES_PASSES: usize = 2;
 
@@ -301,7 +305,7 @@ impl Pilot<'_> {
     }
 
     /// A method whose passes are as large as the accuracy demands: each one is tried, and where the time is over, the last is
-    /// extrapolated by the square root.
+    /// extrapolated by the square root, but not far.
     fn by_accuracy(&self, tried: &Tried<'_>, accuracies: &[f64], clock: &Clock<'_>) -> Outcome {
         let Tried { trial, sample, .. } = tried;
         let mut outcome = Outcome::default();
@@ -332,7 +336,10 @@ impl Pilot<'_> {
                 spent = setup.spent().cpu();
             }
             let Some((of, time)) = &last else { break };
-            let longer = (of / accuracy).powi(2);
+            if of / accuracy > FARTHEST + 1e-9 {
+                break;
+            }
+            let longer = libm::pow(of / accuracy, 2.0);
             outcome.times.push(PredictedTime {
                 relative_error: *accuracy,
                 seconds: time.seconds.map(|seconds| seconds * longer),
