@@ -99,9 +99,9 @@ impl Described for Settings {
     fn trial(&self, task: &Task) -> Trial {
         let (photons_per_pass, ratio) = Trial::fewer(self.photons_per_pass, 0.0625);
         let (default, most_places) = if task.views.is_empty() {
-            (sensor_rays(task.grids.iter().map(Grid::len).sum::<usize>() as f64), 9)
+            (sensor_rays(task.grids.iter().map(Grid::len).sum::<usize>() as f64), 6)
         } else {
-            (POINT_GATHER_RAYS, 256)
+            (POINT_GATHER_RAYS, 128)
         };
         let gather_rays = Some(self.gather_rays.unwrap_or(default));
         // the noise is that of photons and that of rays, whose number stays

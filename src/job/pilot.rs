@@ -12,7 +12,7 @@ use std::thread::scope;
 use std::time::{Duration, Instant};
 
 use super::cancel::Stop;
-use super::pilot_passes::{Clock, Passes};
+use super::pilot_passes::{Clock, LEAST_PASSES, Passes};
 use super::pilot_sample::Sample;
 use super::predictions::{
     ErrorLaw, Judged, Measured, MethodPredictions, OutputPredictions, PREDICTED_ACCURACIES, PredictedTime, Predictions,
@@ -34,8 +34,8 @@ const BUDGET: Duration = Duration::from_millis(150);
 const GRACE: f64 = 3.0;
 
 /// Most passes of a trial, and of one whose passes are as large as an accuracy demands, for each accuracy.
-const MOST_PASSES: usize = 10;
-const MOST_PASSES_EACH: usize = 6;
+const MOST_PASSES: usize = 7;
+const MOST_PASSES_EACH: usize = 5;
 
 /// Power of the accuracy by which the cost of such a pass grows at most.
 const GROWTH: f64 = 1.6;
@@ -43,6 +43,9 @@ const GROWTH: f64 = 1.6;
 /// Factor between accuracies up to which the cost of such a method is extrapolated: beyond it, the least number of passes of small
 /// ones says little of large ones.
 const FARTHEST: f64 = 5.0;
+
+/// Times the time that is left above which a solver's expected time is not begun: it looks at the clock less often than passes do.
+const HOPELESS: f64 = 5.0;
 
 /// Passes on few places, which tell what a pass costs beside its places.
 const FEW_PLACES_PASSES: usize = 2;
@@ -332,8 +335,8 @@ impl Pilot<'_> {
                     outcome.first_number.get_or_insert(measured.seconds_to_first_number());
                     last = Some((*accuracy, measured.time_to(*accuracy, self.judged[tried.output])));
                 }
-                // as long as the next one takes with as many passes
-                spent = setup.spent().cpu();
+                // what the least number of passes takes
+                spent = setup_seconds + LEAST_PASSES as f64 * passes.cost().unwrap_or(f64::INFINITY);
             }
             let Some((of, time)) = &last else { break };
             if of / accuracy > FARTHEST + 1e-9 {
@@ -354,6 +357,9 @@ impl Pilot<'_> {
     /// A method without passes: solved to one accuracy after the other, as long as there is time.
     fn solver(&self, tried: &Tried<'_>, accuracies: &[f64], clock: &Clock<'_>) -> Outcome {
         let mut outcome = Outcome::default();
+        if tried.expected > HOPELESS * clock.left() {
+            return outcome;
+        }
         let mut solved: Option<(f64, Option<f64>)> = None;
         for accuracy in accuracies {
             let reaches = solved.is_some_and(|(_, error)| error.is_none_or(|error| error <= *accuracy));

@@ -57,7 +57,7 @@ pub struct Passes {
 }
 
 /// Passes without which no law is known: the third tells what the spread of two is worth.
-const LEAST_PASSES: usize = 3;
+pub const LEAST_PASSES: usize = 3;
 
 impl Passes {
     /// Adds `count` passes at most: the least number unless a running pass must end, and then as long as there is time.

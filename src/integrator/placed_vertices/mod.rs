@@ -142,7 +142,7 @@ impl Described for Settings {
 
     fn trial(&self, _: &Task) -> Trial {
         let by_accuracy = self.photons_per_pass.is_none() || self.vertices_per_pass.is_none();
-        Trial { by_accuracy, ..Trial::whole(self.clone(), 100) }
+        Trial { by_accuracy, ..Trial::whole(self.clone(), 49) }
     }
 
     fn build(&self, task: &Task, seed: u64, target: f64) -> Computation {
