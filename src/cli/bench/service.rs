@@ -47,7 +47,7 @@ async fn of_service(settings: &Settings, url: &str, progress: Progress<'_>) -> a
     progress.step(1, 3, "the service: a dragged tube");
     let mut of_dragged = Vec::new();
     for step in 0..requests as u32 {
-        of_dragged.push(request(&client, &dragged(step)?).await?);
+        of_dragged.push(request(&client, &dragged(step)).await?);
     }
     progress.step(2, 3, "the service: clients at once");
     let jobs_per_second = at_once(settings, &client).await?;

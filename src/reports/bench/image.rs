@@ -53,11 +53,11 @@ pub fn section(
     Ok(Section {
         title: "Time to an accuracy: a picture".to_owned(),
         text: format!(
-            "The Cornell box S4, 256 x 256 pixels in colours, by the method that `auto` takes, on one thread. The error of pixels is \
-             the root mean square over those that see neither the lamp nor the background, over their mean luminance, as others \
-             measure it; that of blocks is of 8 x 8 pixels and relative to each block, by which jobs end. Both are against path \
-             tracing with {} paths for each pixel, whose own variance is taken away, so that the bias of photon mapping \
-             counts.",
+            "The Cornell box S4, 256 x 256 pixels in colours, by the method that `auto` takes, on one thread. The \
+             error of pixels is the root mean square over those that see neither the lamp nor the background, over \
+             their mean luminance; others measure it alike, over the channels; that of blocks is of 8 x 8 pixels and \
+             relative to each block, by which jobs end. Both are against path tracing with {} paths for each pixel, \
+             whose own variance is taken away, so that the bias of photon mapping counts.",
             settings.either(REFERENCE_PASSES[0], REFERENCE_PASSES[1]) * REFERENCE_PATHS
         ),
         tables: vec![asked, table(&by_passes)],

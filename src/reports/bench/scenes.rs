@@ -113,13 +113,6 @@ pub fn with_luminaire(mut document: Value) -> Value {
     document
 }
 
-/// Takes a field out of a document.
-pub fn remove(document: &mut Value, field: &str) {
-    if let Some(fields) = document.as_object_mut() {
-        fields.remove(field);
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
