@@ -16,7 +16,7 @@ pub fn write(report: &Report, out: &Path) -> std::io::Result<()> {
 }
 
 fn page(report: &Report) -> String {
-    let mut text = format!("# {}\n\n{}\n", report.title, report.introduction);
+    let mut text = format!("# {}\n\n{}\n{}", report.title, report.introduction, summary(report));
     for Section { title, text: what, checks, tables, figures, conclusion } in &report.sections {
         text += &format!("\n## {title}\n\n{what}\n");
         if !checks.is_empty() {
@@ -31,6 +31,32 @@ fn page(report: &Report) -> String {
         }
     }
     text
+}
+
+/// A line for each section that has checks or a conclusion: how many checks passed, and the first sentence of what follows.
+fn summary(report: &Report) -> String {
+    let line = |Section { title, checks, conclusion, .. }: &Section| {
+        let failed = checks.iter().filter(|check| !check.passed()).count();
+        let nearest = checks.iter().map(|check| check.worst / check.limit).filter(|share| share.is_finite());
+        let nearest = nearest.fold(0.0, f64::max);
+        let count = match checks.len() {
+            0 => String::new(),
+            1 => format!("one check, at {:.0} % of what is allowed", 100.0 * nearest),
+            count => format!("{count} checks, the nearest at {:.0} % of what is allowed", 100.0 * nearest),
+        };
+        let failed = if failed > 0 { format!(", **{failed} failed**") } else { String::new() };
+        let parts = [format!("{count}{failed}"), first_sentence(conclusion).to_owned()];
+        let parts: Vec<String> = parts.into_iter().filter(|part| !part.is_empty()).collect();
+        (!parts.is_empty()).then(|| format!("- **{title}**: {}\n", parts.join(". ")))
+    };
+    let lines: String = report.sections.iter().filter_map(line).collect();
+    if lines.is_empty() { lines } else { format!("\nIn short:\n\n{lines}") }
+}
+
+/// Up to the first full stop that a capital letter follows, or all.
+fn first_sentence(text: &str) -> &str {
+    let ends = text.match_indices(". ").find(|(at, _)| text[at + 2..].starts_with(char::is_uppercase));
+    ends.map_or(text, |(at, _)| &text[..=at])
 }
 
 fn table_of(checks: &[Check]) -> String {
@@ -73,13 +99,15 @@ mod tests {
                 head: vec!["h".to_owned()],
                 rows: vec![vec!["1".to_owned()]],
             }],
-            conclusion: "So.".to_owned(),
+            conclusion: "Bright by 0.3 inch. So.".to_owned(),
             ..Section::default()
         };
         let text = page(&Report { name: "n", title: "R", introduction: "I.".to_owned(), sections: vec![section] });
-        assert!(text.starts_with("# R\n\nI.\n\n## T\n"), "{text}");
+        let short = "- **T**: 3 checks, the nearest at 200 % of what is allowed, **2 failed**. Bright by 0.3 inch.";
+        assert!(text.starts_with(&format!("# R\n\nI.\n\nIn short:\n\n{short}\n\n## T\n")), "{text}");
         assert_eq!(text.matches("**failed**").count(), 2);
         assert!(text.contains("| h |\n| ---: |\n| 1 |"));
-        assert!(text.ends_with("\nSo.\n"));
+        assert!(text.ends_with("\nBright by 0.3 inch. So.\n"));
+        assert_eq!(summary(&Report::default()), "");
     }
 }
