@@ -19,7 +19,7 @@ use crate::statistics::interval::{student_quantile_near, two_sided_normal_quanti
 /// Relative errors whose times are predicted.
 pub const PREDICTED_ACCURACIES: [f64; 6] = [0.1, 0.05, 0.02, 0.01, 0.005, 0.001];
 
-/// What each method would take to each accuracy, by itself: without the passes that light in parts and cross-checks take more.
+/// What each method would take to each accuracy by itself, without the passes that light in parts and cross-checks take more.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct Predictions {
     /// Seconds on the wall that the pilot took.
