@@ -116,7 +116,7 @@ pub enum WaitingFor {
 }
 
 /// Values below this share of the mean are judged as if they were as large.
-const LEAST_SHARE_OF_MEAN: f64 = 0.01;
+pub const LEAST_SHARE_OF_MEAN: f64 = 0.01;
 
 impl StopRule {
     /// Root mean square over sensors of t se / max(E, 0.01 mean E), the worst grid and the worst view; t is Student's quantile for

@@ -5,6 +5,7 @@ use std::time::Instant;
 use super::outcome::{Refused, Run, Study};
 use super::request::StudyRequest;
 use crate::document::{DocumentErrors, JobDocument, MeshSource};
+use crate::estimate::stopping::LEAST_SHARE_OF_MEAN;
 use crate::estimate::{Estimate, GridEstimate};
 use crate::job::cancel::Stop;
 use crate::job::chunk::RenderError;
@@ -162,9 +163,6 @@ fn rendered(prepared: &Prepared, stop: &Stop) -> Result<Option<(Values, Rendered
     };
     Ok(Some((values, (rendered.estimate, rendered.spent, rendered.stopped_by))))
 }
-
-/// Share of a grid's mean below which a value is judged against that share, as the rule that ends jobs does.
-const LEAST_SHARE_OF_MEAN: f64 = 0.01;
 
 /// What the errors of each sensor are relative to: its true value, or a hundredth of its grid's mean where that is more.
 fn scales(truth: &Values) -> Vec<f64> {

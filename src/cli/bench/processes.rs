@@ -9,7 +9,7 @@ use anyhow::{Context, bail};
 
 use crate::cli::temporary_folder::TemporaryFolder;
 use crate::reports::bench::whole::{Parts, Processes, WholeJob, jobs};
-use crate::reports::bench::{Progress, Settings, Spread, service};
+use crate::reports::bench::{Progress, Quartiles, Settings, service};
 
 pub fn measure(settings: &Settings, progress: Progress) -> anyhow::Result<Processes> {
     let program = std::env::current_exe().context("this program does not know where it lies")?;
@@ -42,7 +42,7 @@ fn parts(program: &Path, meshes: &Path, job: &WholeJob) -> anyhow::Result<Parts>
 }
 
 /// Seconds on the wall of `skyduct render` of S1 to 1 %.
-fn render(program: &Path, settings: &Settings) -> anyhow::Result<Spread> {
+fn render(program: &Path, settings: &Settings) -> anyhow::Result<Quartiles> {
     let folder = TemporaryFolder::new("bench")?;
     let job = folder.path().join("job.json");
     std::fs::write(&job, service::small_job(settings, 0)?.to_string()).context("a job cannot be written")?;
@@ -56,5 +56,5 @@ fn render(program: &Path, settings: &Settings) -> anyhow::Result<Spread> {
         let seconds = start.elapsed().as_secs_f64();
         if status.success() { Ok(seconds) } else { bail!("`skyduct render` failed") }
     };
-    Ok(Spread::of((0..runs).map(once).collect::<Result<Vec<f64>, _>>()?))
+    Ok(Quartiles::of((0..runs).map(once).collect::<Result<Vec<f64>, _>>()?))
 }

@@ -2,7 +2,7 @@
 
 use super::case::{Run, all_met, passes, set_up};
 use super::goals::{Found, Goal, Measured};
-use super::measure::{Spread, percent, time};
+use super::measure::{Quartiles, percent, time};
 use super::peers;
 use super::reference::Reference;
 use super::scenes;
@@ -94,7 +94,7 @@ fn goals(scene: &str, cell: &Cell, measured: &mut Measured) {
 }
 
 fn table(scene: &str, cells: &[Cell]) -> Table {
-    let median = |runs: &[Run], of: fn(&Run) -> f64| Spread::of(runs.iter().map(of)).median;
+    let median = |runs: &[Run], of: fn(&Run) -> f64| Quartiles::of(runs.iter().map(of)).median;
     let row = |Cell { asked, runs, error }: &Cell| {
         let seconds =
             if all_met(runs) { passes(runs).as_time() } else { format!("not within {}", time(passes(runs).upper)) };

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use serde_json::{Value, json};
 
-use super::measure::{Repeats, Spread, processor_seconds};
+use super::measure::{Quartiles, Repeats, processor_seconds};
 use crate::document::{JobDocument, MeshSource};
 use crate::estimate::Estimate;
 use crate::geometry::TriangleMesh;
@@ -130,13 +130,13 @@ impl Run {
 }
 
 /// Processor seconds of the passes of some runs.
-pub fn passes(runs: &[Run]) -> Spread {
-    Spread::of(runs.iter().map(|run| run.passes))
+pub fn passes(runs: &[Run]) -> Quartiles {
+    Quartiles::of(runs.iter().map(|run| run.passes))
 }
 
 /// Processor seconds before the passes of some runs.
-pub fn set_up(runs: &[Run]) -> Spread {
-    Spread::of(runs.iter().map(|run| run.set_up))
+pub fn set_up(runs: &[Run]) -> Quartiles {
+    Quartiles::of(runs.iter().map(|run| run.set_up))
 }
 
 /// True if each of the runs became as accurate as asked.

@@ -5,7 +5,7 @@ use std::path::Path;
 use serde_json::{Value, json};
 
 use super::case::{Case, Run, all_met, passes};
-use super::measure::{Spread, on_one_thread, time};
+use super::measure::{Quartiles, on_one_thread, time};
 use super::performance::machine;
 use super::scenes;
 use super::settings::{Progress, Settings};
@@ -224,7 +224,7 @@ fn cost(runs: &[Run]) -> String {
 /// Median and quartiles of the ratios of runs of the same rounds.
 fn ratio(runs: &[Run], over: &[Run]) -> String {
     let ratios = runs.iter().zip(over).map(|(run, over)| run.passes / over.passes);
-    let Spread { lower, median, upper } = Spread::of(ratios);
+    let Quartiles { lower, median, upper } = Quartiles::of(ratios);
     let [lower, median, upper] = [lower, median, upper].map(|ratio| significant(ratio, 3));
     format!("{median} ({lower} to {upper})")
 }

@@ -4,7 +4,7 @@ use serde_json::{Value, json};
 
 use super::case::{Case, Run};
 use super::goals::{Found, Goal, Measured};
-use super::measure::{Spread, percent};
+use super::measure::{Quartiles, percent};
 use super::meshes;
 use super::scenes::{self, ROOM_M};
 use super::settings::{Progress, Settings};
@@ -42,11 +42,11 @@ pub fn section(settings: &Settings, progress: Progress, measured: &mut Measured)
     let rounds =
         repeats.run(|seed| cases.iter().map(|(_, case)| case.seed(seed).run()).collect::<Result<Vec<Run>, _>>())?;
     let of_case = |index: usize| rounds.iter().map(move |round| &round[index]);
-    let ratio = |index: usize| Spread::of(rounds.iter().map(|round| round[index].passes / round[0].passes));
+    let ratio = |index: usize| Quartiles::of(rounds.iter().map(|round| round[index].passes / round[0].passes));
     let row = |(index, (name, _)): (usize, &(&str, Case))| {
-        let seconds = Spread::of(of_case(index).map(|run| run.passes));
+        let seconds = Quartiles::of(of_case(index).map(|run| run.passes));
         let met = of_case(index).all(|run| run.met);
-        let told = Spread::of(of_case(index).map(|run| run.told)).median;
+        let told = Quartiles::of(of_case(index).map(|run| run.told)).median;
         let ratio = ratio(index);
         vec![
             (*name).to_owned(),
@@ -82,5 +82,5 @@ pub fn section(settings: &Settings, progress: Progress, measured: &mut Measured)
 }
 
 fn seconds_of(rounds: &[Vec<Run>], index: usize) -> f64 {
-    Spread::of(rounds.iter().map(|round| round[index].passes)).median
+    Quartiles::of(rounds.iter().map(|round| round[index].passes)).median
 }

@@ -4,7 +4,7 @@ use serde_json::json;
 
 use super::case::{Case, Run};
 use super::goals::{Found, Goal, Measured};
-use super::measure::{Spread, percent, time};
+use super::measure::{Quartiles, percent, time};
 use super::peers;
 use super::reference::{block_error, pixel_error};
 use super::scenes;
@@ -154,7 +154,7 @@ fn figure(all: &[Passes]) -> Result<Figure, ReportError> {
 pub fn demo(settings: &Settings, measured: &mut Measured) -> Result<Table, ReportError> {
     let case = scenes::demo()?;
     let runs = case.runs(settings.either(super::measure::Repeats { most: 5, seconds: 20.0 }, settings.repeats()))?;
-    let seconds = Spread::of(runs.iter().map(|run| run.passes));
+    let seconds = Quartiles::of(runs.iter().map(|run| run.passes));
     measured.insert(Goal::Demo, Found::Value(seconds.median));
     let passes = |of: fn(&Run) -> u64| runs.first().map_or_else(String::new, |run| of(run).to_string());
     Ok(Table {

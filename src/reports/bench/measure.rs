@@ -5,6 +5,7 @@ use std::time::{Duration, Instant};
 use crate::figure::ticks::significant;
 use crate::job::spent::Clocks;
 use crate::reports::page::ReportError;
+pub use crate::study::outcome::Quartiles;
 
 /// How often a number is measured: `most` times, but not again after `seconds`; once in any case.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -25,29 +26,7 @@ impl Repeats {
     }
 }
 
-/// Median and quartiles of repeated measurements.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Spread {
-    pub lower: f64,
-    pub median: f64,
-    pub upper: f64,
-}
-
-impl Spread {
-    /// The quantiles of some values, between the two nearest of them in proportion; zeros of none.
-    pub fn of(values: impl IntoIterator<Item = f64>) -> Self {
-        let mut sorted: Vec<f64> = values.into_iter().collect();
-        sorted.sort_by(f64::total_cmp);
-        let Some(last) = sorted.len().checked_sub(1) else { return Self::default() };
-        let quantile = |share: f64| {
-            let place = share * last as f64;
-            let below = place.floor();
-            let (low, high) = (sorted[below as usize], sorted[(below as usize + 1).min(last)]);
-            low + (place - below) * (high - low)
-        };
-        Self { lower: quantile(0.25), median: quantile(0.5), upper: quantile(0.75) }
-    }
-
+impl Quartiles {
     /// The median as a time in words, its quartiles behind it.
     pub fn as_time(&self) -> String {
         let Self { lower, median, upper } = *self;
@@ -94,15 +73,6 @@ mod tests {
     use super::*;
 
     #[test]
-    fn quartiles_lie_between_the_nearest_values() {
-        let spread = Spread::of([5.0, 1.0, 3.0, 2.0, 4.0]);
-        assert_eq!(spread, Spread { lower: 2.0, median: 3.0, upper: 4.0 });
-        assert_eq!(Spread::of([1.0, 2.0]), Spread { lower: 1.25, median: 1.5, upper: 1.75 });
-        assert_eq!(Spread::of([7.0]), Spread { lower: 7.0, median: 7.0, upper: 7.0 });
-        assert_eq!(Spread::of([]), Spread::default());
-    }
-
-    #[test]
     fn runs_end_by_their_number_or_their_time_and_there_is_one() {
         let count = |repeats: Repeats| repeats.run(Ok).unwrap();
         assert_eq!(count(Repeats { most: 3, seconds: 1e3 }), [0, 1, 2]);
@@ -120,7 +90,7 @@ mod tests {
         );
         assert_eq!(percent(0.0123), "1.23 %");
         assert_eq!(mebibytes(3 << 20), "3.00 MiB");
-        let spread = Spread { lower: 0.001, median: 0.002, upper: 0.003 };
+        let spread = Quartiles { lower: 0.001, median: 0.002, upper: 0.003 };
         assert_eq!(spread.as_time(), "2.00 ms (1.00 ms to 3.00 ms)");
     }
 }

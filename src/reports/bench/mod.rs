@@ -25,5 +25,5 @@ pub mod service;
 mod settings;
 pub mod whole;
 
-pub use measure::Spread;
+pub use measure::Quartiles;
 pub use settings::{Progress, Settings};

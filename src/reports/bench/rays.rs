@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::goals::{Found, Goal, Measured};
-use super::measure::{Spread, processor_seconds, time};
+use super::measure::{Quartiles, processor_seconds, time};
 use super::peers::EMBREE_MEGARAYS;
 use super::settings::Settings;
 use crate::geometry::bvh::TriangleBvh;
@@ -33,7 +33,7 @@ pub fn section(settings: &Settings, measured: &mut Measured) -> Result<Section, 
         let (rays, seconds) = processor_seconds(|| trace(&tree, &corners, &is_pipe, Key::new(seed), chains));
         Ok(1e-6 * rays as f64 / seconds)
     })?;
-    let rate = Spread::of(rates);
+    let rate = Quartiles::of(rates);
     measured.insert(Goal::Chains, Found::Value(rate.median));
     let [quiet, busy] = EMBREE_MEGARAYS;
     let row = |what: &str, value: String| vec![what.to_owned(), value];

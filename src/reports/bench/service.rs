@@ -3,7 +3,7 @@
 use serde_json::{Value, json};
 
 use super::goals::{Found, Goal, Measured};
-use super::measure::{Spread, time};
+use super::measure::{Quartiles, time};
 use super::scenes;
 use super::settings::Settings;
 use crate::figure::ticks::significant;
@@ -47,12 +47,12 @@ pub fn dragged(step: u32) -> Value {
 
 pub fn section(latencies: &Latencies, measured: &mut Measured) -> Section {
     let Latencies { one, dragged, clients, jobs_per_second } = latencies;
-    let median = |seconds: &[f64]| Spread::of(seconds.iter().copied()).median;
+    let median = |seconds: &[f64]| Quartiles::of(seconds.iter().copied()).median;
     measured.insert(Goal::Http, Found::Value(median(one)));
     measured.insert(Goal::Dragged, Found::Value(median(dragged)));
     measured.insert(Goal::HttpRate, Found::Value(*jobs_per_second));
     let row = |name: &str, seconds: &[f64]| {
-        let spread = Spread::of(seconds.iter().copied());
+        let spread = Quartiles::of(seconds.iter().copied());
         let longest = seconds.iter().copied().fold(0.0, f64::max);
         let cells = [time(spread.median), time(spread.lower), time(spread.upper), time(longest)];
         [name.to_owned(), seconds.len().to_string()].into_iter().chain(cells).collect()

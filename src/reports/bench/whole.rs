@@ -7,7 +7,7 @@ use serde_json::Value;
 
 use super::case::{Case, Run};
 use super::goals::{Found, Goal, Measured};
-use super::measure::{Spread, mebibytes, percent, processor_seconds, time};
+use super::measure::{Quartiles, mebibytes, percent, processor_seconds, time};
 use super::scenes;
 use super::settings::Settings;
 use crate::reports::page::{ReportError, Section, Table};
@@ -37,7 +37,7 @@ pub struct Processes {
     /// The jobs by name, each measured some times.
     pub jobs: Vec<(&'static str, Vec<Parts>)>,
     /// Seconds on the wall of `skyduct render` of S1 to 1 %.
-    pub render: Spread,
+    pub render: Quartiles,
 }
 
 /// The jobs that are measured; their meshes lie in the folder `scenes` of the references.
@@ -91,11 +91,11 @@ fn share_of_reports(Parts { set_up, passes, reports, files, .. }: &Parts) -> f64
 
 pub fn section(processes: &Processes, measured: &mut Measured) -> Section {
     measured.insert(Goal::Render, Found::Value(processes.render.median));
-    let share = |parts: &[Parts]| Spread::of(parts.iter().map(share_of_reports)).median;
+    let share = |parts: &[Parts]| Quartiles::of(parts.iter().map(share_of_reports)).median;
     let largest = processes.jobs.iter().map(|(_, parts)| share(parts)).fold(0.0, f64::max);
     measured.insert(Goal::Report, Found::Value(largest));
     let row = |(name, parts): &(&'static str, Vec<Parts>)| {
-        let median = |of: fn(&Parts) -> f64| Spread::of(parts.iter().map(of)).median;
+        let median = |of: fn(&Parts) -> f64| Quartiles::of(parts.iter().map(of)).median;
         vec![
             (*name).to_owned(),
             time(median(|parts| parts.set_up)),
@@ -140,7 +140,7 @@ mod tests {
     fn the_share_of_reports_is_that_in_all_parts() {
         let parts = Parts { set_up: 1.0, passes: 5.0, reports: 1.0, files: 3.0, peak_bytes: 0 };
         assert_eq!(share_of_reports(&parts), 0.1);
-        let processes = Processes { jobs: vec![("a", vec![parts])], render: Spread::of([0.02]) };
+        let processes = Processes { jobs: vec![("a", vec![parts])], render: Quartiles::of([0.02]) };
         let mut measured = Measured::new();
         let section = section(&processes, &mut measured);
         assert_eq!((measured[&Goal::Report], measured[&Goal::Render]), (Found::Value(0.1), Found::Value(0.02)));
