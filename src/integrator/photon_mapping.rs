@@ -43,6 +43,7 @@ use crate::integrator::backward::walk::{Meeting, Ray, Walk};
 use crate::integrator::method::{Caveat, Computation, Described, Load, Task, Trial, Work};
 use crate::integrator::photon_map::maps::{Gathered, Mapper, Maps, POINT_CONNECTIONS, POINT_STRATA};
 use crate::integrator::photon_map::near_light::{SENSOR_CONNECTIONS, SENSOR_STRATA};
+use crate::integrator::photon_map::outline::OutlinedView;
 use crate::integrator::photon_map::store::FollowedBackward;
 use crate::integrator::photon_map::surfaces::Surfaces;
 use crate::integrator::photon_map::{memory, visible_point};
@@ -154,7 +155,7 @@ fn sensor_rays(sensors: f64) -> u32 {
 #[derive(Debug)]
 pub struct PhotonMapping<const C: usize> {
     mapper: Mapper<C>,
-    views: Vec<View>,
+    views: Vec<OutlinedView>,
     radius: f64,
     gather_rays: Option<u32>,
     seed: Key,
@@ -174,8 +175,9 @@ impl<const C: usize> PhotonMapping<C> {
         let radius = settings.initial_radius_m.unwrap_or(DEFAULT_RADIUS_SHARE * scene.size.min_element());
         let backward = scene.tubes.iter().map(followed_backward).collect();
         let keeps_surfaces = scene.interreflection || !views.is_empty();
+        let outlined = OutlinedView::all(&scene, views);
         let mapper = Mapper::new(scene, grids, keeps_surfaces, settings.photons_per_pass).with_caustics(backward);
-        Self { mapper, views: views.to_vec(), radius, gather_rays: settings.gather_rays, seed: Key::new(seed) }
+        Self { mapper, views: outlined, radius, gather_rays: settings.gather_rays, seed: Key::new(seed) }
     }
 
     /// One grid of one pass; `None` when cancelled.
@@ -208,9 +210,9 @@ impl<const C: usize> PhotonMapping<C> {
         let bias = values.iter().map(|(_, bias, _)| *bias).collect();
         let mut photons: Vec<PhotonCount> = values.iter().map(|(.., photons)| *photons).collect();
         if average {
-            for photon in gathering.maps.planes[number].photons() {
-                if let Some(index) = grid.cell_at(photon.position.truncate()) {
-                    illuminance[index] += photon.flux.luminance() / grid.cell_area_m2();
+            for (position, flux) in gathering.maps.planes[number].photons() {
+                if let Some(index) = grid.cell_at(position.truncate()) {
+                    illuminance[index] += flux.luminance() / grid.cell_area_m2();
                     photons[index].found += 1.0;
                 }
             }
@@ -286,37 +288,25 @@ impl<const C: usize> PhotonMapping<C> {
     fn view(&self, number: usize, gathering: &Gathering<C>, key: Key, cancel: &AtomicBool) -> Option<ViewPass> {
         let (mapper, view) = (&self.mapper, &self.views[number]);
         let rays = f64::from(self.gather_rays.unwrap_or(POINT_GATHER_RAYS));
-        visible_point::view(
-            view,
-            key.stream(Stream::GatheringView, number as u64),
-            cancel,
-            |direction, key, samples| {
-                let points = Cell::new(0);
-                visible_point::luminance(
-                    mapper,
-                    gathering.maps,
-                    view.eye,
-                    direction,
-                    samples,
-                    |hit, surface, weight, random| {
-                        points.set(points.get() + 1);
-                        // what is reflected faintly needs fewer rays
-                        let count = (rays * weight.max()).ceil().clamp(1.0, rays) as u32;
-                        let receiver = Receiver {
-                            normal: hit.normal,
-                            surface: Some(surface),
-                            key: key.stream(Stream::Gather, points.get()),
-                        };
-                        let mut light = gathering.gather(&receiver, |_| Some(hit.position), count);
-                        let caustics = mapper.caustics(gathering.maps, self.radius, hit.position, surface);
-                        light.irradiance += caustics.irradiance;
-                        light.irradiance += gathering.direct(hit, surface, POINT_CONNECTIONS, POINT_STRATA, random);
-                        light.bias += caustics.bias;
-                        light
-                    },
-                )
-            },
-        )
+        let maps = gathering.maps;
+        let seen = visible_point::view((mapper, maps), view, (key, number), cancel, |ray, _, key, samples| {
+            let points = Cell::new(0);
+            visible_point::luminance(mapper, maps, ray, samples, |hit, surface, weight, random| {
+                points.set(points.get() + 1);
+                // what is reflected faintly needs fewer rays
+                let count = (rays * weight.max()).ceil().clamp(1.0, rays) as u32;
+                let receiver = Receiver {
+                    normal: hit.normal,
+                    surface: Some(surface),
+                    key: key.stream(Stream::Gather, points.get()),
+                };
+                let mut light = gathering.gather(&receiver, |_| Some(hit.position), count);
+                light.add_light(&mapper.caustics(maps, self.radius, hit.position, surface));
+                light.irradiance += gathering.direct(hit, surface, POINT_CONNECTIONS, POINT_STRATA, random);
+                light
+            })
+        })?;
+        Some(ViewPass::of(&seen))
     }
 }
 

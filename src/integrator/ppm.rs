@@ -42,8 +42,10 @@ use super::{GridPass, Integrator, Pass, PhotonCount, ViewPass};
 use crate::integrator::method::{Caveat, Computation, Described, Kept, Load, Passes, Task, Trial, Work};
 use crate::integrator::photon_map::maps::{Gathered, Mapper, Maps};
 use crate::integrator::photon_map::near_light::{SENSOR_CONNECTIONS, SENSOR_STRATA};
+use crate::integrator::photon_map::outline::OutlinedView;
 use crate::integrator::photon_map::progressive::{Carried, PointStatistics, Radii, Radius, TRIAL_RADIUS};
 use crate::integrator::photon_map::surfaces::Surfaces;
+use crate::integrator::photon_map::visible_point::EyeRay;
 use crate::integrator::photon_map::{memory, visible_point};
 use crate::optics::Spectrum;
 use crate::sampling::{Key, PathRandom, Stream};
@@ -161,7 +163,7 @@ const LEAST_STRATA: usize = 2;
 #[derive(Debug)]
 pub struct Ppm<const C: usize> {
     mapper: Mapper<C>,
-    views: Vec<View>,
+    views: Vec<OutlinedView>,
     radii: Radii,
     per_cell: Strata,
     per_pixel: Strata,
@@ -266,8 +268,8 @@ impl<const C: usize> Ppm<C> {
     pub fn new(scene: Arc<TraceableScene>, grids: &[Grid], views: &[View], settings: &Settings, seed: u64) -> Self {
         Self {
             radii: Radii::new(settings.radius, settings.initial_radius_m, settings.alpha, scene.size),
+            views: OutlinedView::all(&scene, views),
             mapper: Mapper::new(scene, grids, !views.is_empty(), settings.photons_per_pass),
-            views: views.to_vec(),
             per_cell: Strata::new(settings.samples_per_sensor),
             per_pixel: Strata::new(settings.samples_per_pixel),
             seed: Key::new(seed),
@@ -358,9 +360,10 @@ impl<const C: usize> Ppm<C> {
         key: Key,
         cancel: &AtomicBool,
     ) -> Option<(ViewPass, Vec<PointStatistics>)> {
-        let (mapper, view, strata) = (&self.mapper, &self.views[number], self.per_pixel);
-        let [fixed, key] =
-            [self.seed.stream(Stream::FixedPoints, 0), key].map(|key| key.stream(Stream::GatheringView, number as u64));
+        let (mapper, outlined, strata) = (&self.mapper, &self.views[number], self.per_pixel);
+        let view = &outlined.view;
+        let [fixed, _] = visible_point::streams(self.seed.stream(Stream::FixedPoints, 0), number);
+        let [key, of_straight] = visible_point::streams(key, number);
         let pixels = visible_point::pixels(view, cancel, |pixel, place| {
             let rays = pixel * strata.count()..(pixel + 1) * strata.count();
             let seen = rays.enumerate().map(|(stratum, ray)| {
@@ -368,13 +371,19 @@ impl<const C: usize> Ppm<C> {
                 let direction = visible_point::direction(view, place, strata.point(stratum, jitter));
                 let radius = before.get(ray).map_or(maps.radius, PointStatistics::radius_m);
                 let samples = visible_point::independent(key.child(ray as u64));
-                let seen =
-                    visible_point::luminance(mapper, maps, view.eye, direction, samples, |hit, surface, _, random| {
-                        mapper.irradiance(maps, radius, hit.position, hit.normal, surface, random)
-                    });
+                let ray = EyeRay { eye: view.eye, direction, straight: !outlined.is_outlined(pixel) };
+                let seen = visible_point::luminance(mapper, maps, ray, samples, |hit, surface, _, random| {
+                    mapper.irradiance(maps, radius, hit.position, hit.normal, surface, random)
+                });
                 (seen, PhotonCount::default())
             });
-            Mean::new(strata, seen)
+            let mut mean = Mean::new(strata, seen);
+            if outlined.is_outlined(pixel) {
+                // new in every pass, so that passes tell its error, and no contrast has to
+                let mut random = PathRandom::new(of_straight.child(pixel as u64));
+                mean.value.add_light(&outlined.straight(mapper, maps, place, &mut random));
+            }
+            mean
         })?;
         let values: Vec<Gathered<C>> = pixels.iter().map(|pixel| pixel.value).collect();
         let contrasts = pixels.iter().flat_map(|pixel| &pixel.contrasts).copied().collect();
@@ -390,7 +399,7 @@ impl<const C: usize> Integrator for Ppm<C> {
 
     fn start(&self) -> Pass {
         let of_grids = || self.mapper.grids.iter().map(|grid| (grid.len(), self.strata_of(grid)));
-        let of_views = || self.views.iter().map(|view| (view.size_px[0] * view.size_px[1], self.per_pixel));
+        let of_views = || self.views.iter().map(|of| (of.view.size_px[0] * of.view.size_px[1], self.per_pixel));
         let points = |(count, strata): (usize, Strata)| count * strata.count();
         let contrasts = |(count, strata): (usize, Strata)| vec![0.0; count * strata.contrast_count()];
         Pass {

@@ -36,6 +36,7 @@ use super::{GridPass, Integrator, Pass, PhotonCount, ViewPass};
 use crate::integrator::method::{Caveat, Computation, Described, Kept, Load, Passes, Task, Trial, Work};
 use crate::integrator::photon_map::maps::{Gathered, Mapper, Maps};
 use crate::integrator::photon_map::near_light::{SENSOR_CONNECTIONS, SENSOR_STRATA};
+use crate::integrator::photon_map::outline::OutlinedView;
 use crate::integrator::photon_map::progressive::{Carried, PointStatistics, Radii, Radius, TRIAL_RADIUS};
 use crate::integrator::photon_map::surfaces::Surfaces;
 use crate::integrator::photon_map::{memory, visible_point};
@@ -128,7 +129,7 @@ impl Described for Settings {
 #[derive(Debug)]
 pub struct Sppm<const C: usize> {
     mapper: Mapper<C>,
-    views: Vec<View>,
+    views: Vec<OutlinedView>,
     radii: Radii,
     seed: Key,
 }
@@ -138,8 +139,8 @@ impl<const C: usize> Sppm<C> {
     pub fn new(scene: Arc<TraceableScene>, grids: &[Grid], views: &[View], settings: &Settings, seed: u64) -> Self {
         Self {
             radii: Radii::new(settings.radius, settings.initial_radius_m, settings.alpha, scene.size),
+            views: OutlinedView::all(&scene, views),
             mapper: Mapper::new(scene, grids, !views.is_empty(), settings.photons_per_pass),
-            views: views.to_vec(),
             seed: Key::new(seed),
         }
     }
@@ -201,12 +202,9 @@ impl<const C: usize> Sppm<C> {
         cancel: &AtomicBool,
     ) -> Option<(ViewPass, Vec<PointStatistics>)> {
         let (mapper, view) = (&self.mapper, &self.views[number]);
-        let seen = visible_point::pixels(view, cancel, |pixel, place| {
-            let stream = key.stream(Stream::GatheringView, number as u64).child(pixel as u64);
-            let mut samples = visible_point::independent(stream);
-            let direction = visible_point::direction(view, place, samples.pair());
+        let seen = visible_point::view((mapper, maps), view, (key, number), cancel, |ray, pixel, _, samples| {
             let radius = before.get(pixel).map_or(maps.radius, PointStatistics::radius_m);
-            visible_point::luminance(mapper, maps, view.eye, direction, samples, |hit, surface, _, random| {
+            visible_point::luminance(mapper, maps, ray, samples, |hit, surface, _, random| {
                 mapper.irradiance(maps, radius, hit.position, hit.normal, surface, random)
             })
         })?;
@@ -222,7 +220,7 @@ impl<const C: usize> Integrator for Sppm<C> {
 
     fn start(&self) -> Pass {
         let grids = self.mapper.grids.iter().map(Grid::len);
-        let views = self.views.iter().map(|view| view.size_px[0] * view.size_px[1]);
+        let views = self.views.iter().map(|of| of.view.size_px[0] * of.view.size_px[1]);
         Pass { carried: self.radii.start(grids, views), ..Pass::default() }
     }
 

@@ -113,6 +113,8 @@ streams! {
     GatheringView = 1 << 32, MANY, below [GatheringPass];
     /// What one grid gathers; the index is the grid's.
     GatheringGrid = 1 << 33, MANY, below [GatheringPass];
+    /// Rays that look for light straight from its source in the pixels of one view; the index is the view's.
+    StraightToEye = 1 << 34, MANY, below [GatheringPass];
     /// The gather rays of one receiver; the index tells the receivers of a path apart.
     Gather = 1, MANY, below [GatheringSensor];
 

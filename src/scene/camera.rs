@@ -67,6 +67,18 @@ impl View {
     /// The pixel in which a point is seen, and the solid angle in sr of a pixel there; `None` outside the image.
     pub fn pixel_of(&self, point: DVec3) -> Option<(usize, f64)> {
         let direction = (point - self.eye).try_normalize()?;
+        let [x, y] = self.image_point(point)?;
+        let [width, height] = self.size_px.map(|size| size as f64);
+        if !(x >= 0.0 && x < width && y >= 0.0 && y < height) {
+            return None;
+        }
+        Some((y as usize * self.size_px[0] + x as usize, self.pixel_sr(direction)))
+    }
+
+    /// Image position in pixels, from the upper left corner, at which a point is seen, also outside the image; `None` behind the
+    /// eye.
+    pub fn image_point(&self, point: DVec3) -> Option<[f64; 2]> {
+        let direction = (point - self.eye).try_normalize()?;
         let cosine = direction.dot(self.forward);
         if cosine <= 0.0 {
             return None;
@@ -75,10 +87,7 @@ impl View {
         let [width, height] = self.size_px.map(|size| size as f64);
         let x = 0.5 * width * (1.0 + on_plane.dot(self.right) / self.right.length_squared() - self.middle[0]);
         let y = 0.5 * height * (1.0 - on_plane.dot(self.up) / self.up.length_squared() + self.middle[1]);
-        if !(x >= 0.0 && x < width && y >= 0.0 && y < height) {
-            return None;
-        }
-        Some((y as usize * self.size_px[0] + x as usize, self.pixel_sr(direction)))
+        Some([x, y])
     }
 
     /// Solid angle in sr of a pixel around a unit direction of the image.

@@ -19,7 +19,7 @@ use std::sync::atomic::AtomicBool;
 use glam::DVec3;
 
 use super::domain::Domain;
-use super::grid::{Photon, PhotonGrid};
+use super::grid::{LiesOn, Photon, PhotonGrid};
 use super::progressive::scaled_count;
 use super::store::{Caustics, FollowedBackward, PhotonStore, Sunbeam, Tube};
 use super::surfaces::Surfaces;
@@ -65,6 +65,12 @@ pub struct Mapper<const C: usize> {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Numbered(pub u32);
 
+impl LiesOn for Numbered {
+    fn number(self) -> u32 {
+        self.0
+    }
+}
+
 /// Photons of one pass.
 pub struct Maps<const C: usize> {
     /// Photons on surfaces, without light straight from a diffuser.
@@ -105,6 +111,12 @@ pub struct Gathered<const C: usize> {
 
 impl<const C: usize> Gathered<C> {
     pub const NOTHING: Self = Self { irradiance: Spectrum::ZERO, bias: 0.0, found: 0.0 };
+
+    /// Adds light that comes otherwise, and its bias.
+    pub fn add_light(&mut self, other: &Self) {
+        self.irradiance += other.irradiance;
+        self.bias += other.bias;
+    }
 }
 
 impl<const C: usize> Mapper<C> {
@@ -238,16 +250,16 @@ impl<const C: usize> Mapper<C> {
         let radius = self.beam_radius(maps);
         let half_squared = 0.5 * (radius * radius);
         let (mut whole, mut half) = (Spectrum::<C>::ZERO, Spectrum::<C>::ZERO);
-        maps.beams.for_each_within(hit.position, radius, |photon, distance_squared| {
-            let (of, beam) = maps.beam_arrivals[photon.on.0 as usize];
+        maps.beams.for_each_within(hit.position, radius, |number, flux, distance_squared| {
+            let (of, beam) = maps.beam_arrivals[number as usize];
             if of == surface {
                 let brdf = lobe.density(hit.normal, -beam.direction, eye) / eye.dot(hit.normal);
                 let chosen = lobe.density(hit.normal, eye, -beam.direction);
                 let gathered = self.beams_gathered(maps, beam.tube, -beam.direction.dot(hit.normal));
                 let share = gathered / (gathered + chosen);
-                whole += photon.flux * (brdf * share);
+                whole += flux * (brdf * share);
                 if distance_squared < half_squared {
-                    half += photon.flux * (brdf * share);
+                    half += flux * (brdf * share);
                 }
             }
         });

@@ -5,6 +5,7 @@ pub mod grid;
 pub(crate) mod maps;
 pub(crate) mod memory;
 pub(crate) mod near_light;
+pub(crate) mod outline;
 pub mod progressive;
 mod solids;
 pub(crate) mod store;

@@ -202,9 +202,9 @@ fn measured_within<const C: usize>(
     let (mut whole, mut half, mut count) = (Spectrum::ZERO, Spectrum::ZERO, 0);
     let half_squared = 0.5 * (radius * radius);
     if let Some(grid) = &maps.measured_exits[index] {
-        grid.for_each_within(position, radius, |photon, distance_squared| {
-            let incident = maps.incidents[index][photon.on.0 as usize];
-            let sent = photon.flux * measured_per_sr(table, incident, direction.z);
+        grid.for_each_within(position, radius, |number, flux, distance_squared| {
+            let incident = maps.incidents[index][number as usize];
+            let sent = flux * measured_per_sr(table, incident, direction.z);
             whole += sent;
             count += 1;
             if distance_squared < half_squared {

@@ -2,7 +2,7 @@
 
 use glam::{DVec2, DVec3};
 
-use super::grid::Photon;
+use super::grid::{LiesOn, Photon};
 use crate::integrator::photon::emission::{EmittedPhoton, Start};
 use crate::integrator::photon::path::{Flight, Origin, Scattering, Visitor};
 use crate::optics::{Spectrum, SurfaceOptics};
@@ -28,6 +28,12 @@ pub struct FollowedBackward {
 /// The tube at whose diffuser a photon lies.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Tube(pub u32);
+
+impl LiesOn for Tube {
+    fn number(self) -> u32 {
+        self.0
+    }
+}
 
 /// What has happened to a photon so far.
 #[derive(Clone, Copy, Debug, PartialEq)]

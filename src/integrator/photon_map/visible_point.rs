@@ -13,13 +13,14 @@ use rayon::prelude::*;
 
 use super::maps::{Gathered, Mapper, Maps};
 use super::near_light::share_of;
+use super::outline::OutlinedView;
 use crate::integrator::ViewPass;
 use crate::integrator::backward::opening::DaylightShare;
 use crate::integrator::backward::room_entry::enter_room;
 use crate::integrator::backward::vertex::Vertex;
 use crate::integrator::backward::walk::{Meeting, Ray, Walk};
 use crate::optics::Spectrum;
-use crate::sampling::{Key, PathRandom, PathSamples};
+use crate::sampling::{Key, PathRandom, PathSamples, Stream};
 use crate::scene::View;
 use crate::traceable::{Place, RoomHit, SurfaceId, TraceableScene};
 
@@ -41,20 +42,45 @@ pub fn pixels<T: Send>(view: &View, cancel: &AtomicBool, of: impl Fn(usize, [usi
     Some(rows?.into_iter().flatten().collect())
 }
 
-/// One view of one pass, a ray to a random point of every pixel; `luminance` along a direction has the pixel's key and
-/// its random numbers. `None` when cancelled.
+/// One view of one pass, a ray to a random point of every pixel; `luminance` along a direction has what of straight light that
+/// ray counts, the pixel's number and key, and its random numbers. `None` when cancelled.
 pub fn view<const C: usize>(
-    view: &View,
-    stream: Key,
+    (mapper, maps): (&Mapper<C>, &Maps<C>),
+    outlined: &OutlinedView,
+    (key, number): (Key, usize),
     cancel: &AtomicBool,
-    luminance: impl Fn(DVec3, Key, PathSamples) -> Gathered<C> + Sync,
-) -> Option<ViewPass> {
-    let seen = pixels(view, cancel, |pixel, place| {
-        let key = stream.child(pixel as u64);
+    luminance: impl Fn(EyeRay, usize, Key, PathSamples) -> Gathered<C> + Sync,
+) -> Option<Vec<Gathered<C>>> {
+    let view = &outlined.view;
+    let [rays, of_straight] = streams(key, number);
+    pixels(view, cancel, |pixel, place| {
+        let key = rays.child(pixel as u64);
         let mut samples = independent(key);
-        luminance(direction(view, place, samples.pair()), key, samples)
-    })?;
-    Some(ViewPass::of(&seen))
+        let direction = direction(view, place, samples.pair());
+        let ray = EyeRay { eye: view.eye, direction, straight: !outlined.is_outlined(pixel) };
+        let mut seen = luminance(ray, pixel, key, samples);
+        if !ray.straight {
+            let mut random = PathRandom::new(of_straight.child(pixel as u64));
+            seen.add_light(&outlined.straight(mapper, maps, place, &mut random));
+        }
+        seen
+    })
+}
+
+/// Streams under the key of a pass for the rays of view `number`, and for those that look for straight light.
+pub fn streams(pass: Key, number: usize) -> [Key; 2] {
+    [Stream::GatheringView, Stream::StraightToEye].map(|stream| pass.stream(stream, number as u64))
+}
+
+/// A ray from an eye.
+#[derive(Clone, Copy, Debug)]
+pub struct EyeRay {
+    /// Where it starts, in the room or outside.
+    pub eye: DVec3,
+    /// Unit vector.
+    pub direction: DVec3,
+    /// True if it counts what shines straight into the eye.
+    pub straight: bool,
 }
 
 /// Numbers of an eye ray that is the only one of its key.
@@ -78,22 +104,22 @@ impl ViewPass {
     }
 }
 
-/// Luminance in cd/m2 that an eye sees along `direction`, with its estimated bias.
+/// Luminance in cd/m2 that an eye sees along a ray, with its estimated bias.
 ///
 /// `irradiance` is asked at every diffuse part that the ray meets, with the ray's weight there.
 pub fn luminance<const C: usize>(
     mapper: &Mapper<C>,
     maps: &Maps<C>,
-    eye: DVec3,
-    direction: DVec3,
+    ray: EyeRay,
     samples: PathSamples,
     irradiance: impl Fn(&RoomHit, SurfaceId, Spectrum<C>, &mut PathRandom) -> Gathered<C>,
 ) -> Gathered<C> {
     let scene = &*mapper.scene;
+    let EyeRay { eye, direction, straight } = ray;
     let Some(origin) = enter_room(scene, eye, direction) else { return Gathered::NOTHING };
     let gathering = Gathering { mapper, maps, irradiance, found: Cell::new(0.0), bias: Cell::new(0.0) };
     let mut walk = Walk::new(scene, samples, SURE_REFLECTIONS);
-    let trace = EyeWay { origin, lobe: None, beams: None };
+    let trace = EyeWay { origin, lobe: None, beams: None, leaves_out_lights: !straight };
     walk.luminance(&gathering, origin, direction, trace);
     Gathered { irradiance: walk.sum, found: gathering.found.get(), bias: gathering.bias.get() }
 }
@@ -127,6 +153,8 @@ struct EyeWay {
     lobe: Option<f64>,
     /// What the sun's light is shared by since beams were gathered at a glossy surface; the first one of the way counts all.
     beams: Option<BeamsGathered>,
+    /// True if diffusers and luminaires that the ray comes upon next are counted by other rays.
+    leaves_out_lights: bool,
 }
 
 impl<const C: usize, F> Meeting<C> for Gathering<'_, C, F>
@@ -186,20 +214,25 @@ where
         density: f64,
     ) -> EyeWay {
         let here = BeamsGathered { density, cosine: toward.dot(vertex.normal) };
-        EyeWay { origin: vertex.position, lobe: Some(density), beams: Some(beams.unwrap_or(here)) }
+        EyeWay {
+            origin: vertex.position,
+            lobe: Some(density),
+            beams: Some(beams.unwrap_or(here)),
+            leaves_out_lights: false,
+        }
     }
 
     fn turns(&self, way: &EyeWay) -> EyeWay {
-        EyeWay { lobe: None, ..*way }
+        EyeWay { lobe: None, leaves_out_lights: false, ..*way }
     }
 
     fn passes(&self, way: &EyeWay) -> EyeWay {
-        EyeWay { lobe: None, ..*way }
+        EyeWay { lobe: None, leaves_out_lights: false, ..*way }
     }
 
     /// Luminaires are found by eye rays alone, but for what diffuse parts gather.
-    fn luminaire_share(&self, _: &TraceableScene, _: usize, _: &Ray<C, EyeWay>, _: DVec3) -> f64 {
-        1.0
+    fn luminaire_share(&self, _: &TraceableScene, _: usize, ray: &Ray<C, EyeWay>, _: DVec3) -> f64 {
+        if ray.trace.leaves_out_lights { 0.0 } else { 1.0 }
     }
 
     /// A diffuser ends the path: what it sends is known from the photons that it scattered.
@@ -217,6 +250,9 @@ where
                 density / (density + self.mapper.beams_gathered(self.maps, tube, cosine))
             });
             return Some(DaylightShare { sky: 1.0, sky_later: 1.0, sun });
+        }
+        if ray.trace.leaves_out_lights {
+            return None;
         }
         let seen = self.mapper.luminance(self.maps, tube, closure, position, ray.direction);
         let weight = ray.weight * share_of(ray.trace.lobe, of_tube, position - ray.trace.origin);

@@ -15,7 +15,7 @@ use super::update::{Faults, HitPoint, Uniform, uniform};
 use super::{printed, scenes};
 use crate::figure::false_colour::FalseColours;
 use crate::figure::montage::montage;
-use crate::integrator::photon_map::grid::PhotonGrid;
+use crate::integrator::photon_map::grid::{LiesOn, PhotonGrid};
 use crate::output::png;
 use crate::reports::page::{Figure, ReportError, Section, Table};
 use crate::sampling::Key;
@@ -115,15 +115,16 @@ impl Floor {
         let source = FloorPhotons::new(&self.document, photons, 3)?;
         let points = settings.points;
         let mut hits = vec![[HitPoint::default(); RULES.len()]; points * points];
+        let floor = SurfaceId::of_face(Face::Floor).number();
         for pass in 1..=ILLUMINANCE_PASSES {
             let map = PhotonGrid::new(&source.pass(pass), INITIAL_RADIUS_M);
             hits.par_iter_mut().enumerate().for_each(|(index, rules)| {
                 let at = |k: usize| (k as f64 + 0.5) * scenes::ROOM_M / points as f64;
                 let centre = DVec3::new(at(index % points), at(index / points), 0.0);
                 let mut near = Vec::new();
-                map.for_each_within(centre, INITIAL_RADIUS_M, |photon, distance_squared| {
-                    if photon.on == SurfaceId::of_face(Face::Floor) {
-                        near.push((distance_squared, photon.flux.0[0]));
+                map.for_each_within(centre, INITIAL_RADIUS_M, |on, flux, distance_squared| {
+                    if on == floor {
+                        near.push((distance_squared, flux.0[0]));
                     }
                 });
                 for (point, (_, faults)) in rules.iter_mut().zip(RULES) {

@@ -1,0 +1,171 @@
+//! Pixels in which the outline of a luminaire or of a diffuser is seen: what shines straight into the eye there has rays of
+//! its own.
+//!
+//! A luminaire is a hundred times as bright as what is around it, so that one ray a pass leaves the pixels at its edge noisy
+//! long after all others are known. Rays that look for its light alone cost little, for they gather nothing: such a pixel takes
+//! some dozens of them, one in each of its strata, and its ordinary ray leaves that light out. Which pixels do so decides
+//! noise and time only: the mean is the same.
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::maps::{Gathered, Mapper, Maps};
+use crate::integrator::backward::room_entry::enter_room;
+use crate::sampling::PathRandom;
+use crate::scene::View;
+use crate::traceable::luminaire::TraceableLuminaire;
+use crate::traceable::{Place, TraceableScene, TraceableTube};
+
+/// Strata along the side of a pixel, each with one ray that looks for light straight from its source.
+const STRATA: usize = 6;
+
+/// Steps along the side of a pixel at whose ends it is asked what is seen there.
+const STEPS: usize = 2;
+
+/// A view, and in which of its pixels outlines are seen.
+#[derive(Debug)]
+pub struct OutlinedView {
+    pub view: View,
+    /// True for each pixel in which an outline is seen.
+    outlined: Vec<bool>,
+}
+
+/// Columns and rows of pixels from the first to before the second.
+type Window = [[usize; 2]; 2];
+
+impl OutlinedView {
+    /// Looks for the outlines in some views.
+    pub fn all(scene: &TraceableScene, views: &[View]) -> Vec<Self> {
+        views.iter().map(|view| Self { view: view.clone(), outlined: outlined(scene, view) }).collect()
+    }
+
+    /// True if light straight from its source has rays of its own in a pixel.
+    #[inline]
+    pub fn is_outlined(&self, pixel: usize) -> bool {
+        self.outlined[pixel]
+    }
+
+    /// Luminance in cd/m2 that a pixel gets straight from diffusers and luminaires, the mean of its strata.
+    pub fn straight<const C: usize>(
+        &self,
+        mapper: &Mapper<C>,
+        maps: &Maps<C>,
+        [column, row]: [usize; 2],
+        random: &mut PathRandom,
+    ) -> Gathered<C> {
+        let mut sum = Gathered::NOTHING;
+        let share = 1.0 / STRATA as f64;
+        for stratum in 0..STRATA * STRATA {
+            let [u, v] = random.uniform2();
+            let x = column as f64 + ((stratum % STRATA) as f64 + u) * share;
+            let y = row as f64 + ((stratum / STRATA) as f64 + v) * share;
+            let seen = seen_straight(mapper, maps, self.view.eye, self.view.ray_direction(x, y));
+            sum.irradiance += seen.irradiance * (share * share);
+            sum.bias += seen.bias * (share * share);
+        }
+        sum
+    }
+}
+
+/// Luminance in cd/m2 along a ray of an eye that comes straight from a diffuser or luminaire.
+fn seen_straight<const C: usize>(mapper: &Mapper<C>, maps: &Maps<C>, eye: DVec3, direction: DVec3) -> Gathered<C> {
+    let scene = &*mapper.scene;
+    match source(scene, eye, direction) {
+        Some(Seen::Luminaire(number)) => {
+            Gathered { irradiance: scene.luminaires[number].seen(direction), ..Gathered::NOTHING }
+        }
+        Some(Seen::Diffuser(tube, position)) => {
+            mapper.luminance(maps, tube, scene.tubes[tube].closure_at(position), position, direction)
+        }
+        None => Gathered::NOTHING,
+    }
+}
+
+/// What shines straight into an eye.
+enum Seen {
+    Luminaire(usize),
+    /// A tube's, at a point of its opening.
+    Diffuser(usize, DVec3),
+}
+
+impl Seen {
+    /// Numbers from 1 on.
+    fn number(&self, scene: &TraceableScene) -> usize {
+        match self {
+            Self::Luminaire(number) => 1 + scene.tubes.len() + number,
+            Self::Diffuser(tube, _) => 1 + tube,
+        }
+    }
+}
+
+/// What shines along a ray straight into an eye.
+fn source(scene: &TraceableScene, eye: DVec3, direction: DVec3) -> Option<Seen> {
+    let hit = scene.intersect(enter_room(scene, eye, direction)?, direction, None);
+    match hit.place {
+        Place::Opening(tube) => {
+            let clear = scene.tubes[tube].closure_at(hit.position).unscattered::<1>().is_some();
+            (!clear).then_some(Seen::Diffuser(tube, hit.position))
+        }
+        Place::Surface(surface) => {
+            let number = scene.numbering.luminaire_of(surface)?;
+            let shines = scene.luminaires[number].seen::<3>(direction).max() > 0.0;
+            shines.then_some(Seen::Luminaire(number))
+        }
+    }
+}
+
+/// For each pixel, true if it does not see the same source everywhere, or at least at its corners, the middles of its edges, and
+/// its own.
+fn outlined(scene: &TraceableScene, view: &View) -> Vec<bool> {
+    let [width, height] = view.size_px;
+    let mut outlined = vec![false; width * height];
+    let Some([first, end]) = window(scene, view) else { return outlined };
+    let columns = STEPS * (end[0] - first[0]) + 1;
+    let rows: Vec<Vec<usize>> = (0..=STEPS * (end[1] - first[1]))
+        .into_par_iter()
+        .map(|row| {
+            let y = first[1] as f64 + row as f64 / STEPS as f64;
+            let seen = |column: usize| {
+                let x = first[0] as f64 + column as f64 / STEPS as f64;
+                source(scene, view.eye, view.ray_direction(x, y)).map_or(0, |seen| seen.number(scene))
+            };
+            (0..columns).map(seen).collect()
+        })
+        .collect();
+    for (row, seen) in (first[1]..end[1]).zip(rows.windows(STEPS + 1).step_by(STEPS)) {
+        for (column, left) in (first[0]..end[0]).zip((0..columns).step_by(STEPS)) {
+            let here = || seen.iter().flat_map(|row| &row[left..=left + STEPS]);
+            outlined[row * width + column] = here().any(|number| *number != seen[0][left]);
+        }
+    }
+    outlined
+}
+
+/// The pixels in which anything that shines may be seen straight, and one more on every side; `None` without any.
+fn window(scene: &TraceableScene, view: &View) -> Option<Window> {
+    let of_luminaire = |luminaire: &TraceableLuminaire| luminaire.corners();
+    let around_opening = |tube: &TraceableTube| {
+        let r = tube.opening_radius;
+        [[-r, -r], [r, -r], [r, r], [-r, r]].map(|[x, y]| tube.origin + DVec3::new(x, y, 0.0))
+    };
+    let luminaires = scene.luminaires.iter().filter(|luminaire| luminaire.emits()).map(of_luminaire);
+    let outlines = luminaires.chain(scene.tubes.iter().map(around_opening));
+    let size = view.size_px;
+    let windows = outlines.filter_map(|corners| {
+        let points: Vec<_> = corners.iter().filter_map(|corner| view.image_point(*corner)).collect();
+        if points.is_empty() {
+            return None;
+        }
+        // what reaches behind the eye may be seen anywhere
+        let all = points.len() == corners.len();
+        let bound = |axis: usize, of: fn(f64, f64) -> f64| points.iter().map(|point| point[axis]).reduce(of);
+        let low = |axis: usize| bound(axis, f64::min).filter(|_| all).map_or(0, |low| (low - 1.0).max(0.0) as usize);
+        let high = |axis: usize| {
+            let high = bound(axis, f64::max).filter(|_| all);
+            high.map_or(size[axis], |high| (high + 2.0).max(0.0) as usize).min(size[axis])
+        };
+        let window = [[low(0), low(1)], [high(0), high(1)]];
+        (window[0][0] < window[1][0] && window[0][1] < window[1][1]).then_some(window)
+    });
+    windows.reduce(|[a, b], [c, d]| [[a[0].min(c[0]), a[1].min(c[1])], [b[0].max(d[0]), b[1].max(d[1])]])
+}
