@@ -380,8 +380,7 @@ impl<const C: usize> Ppm<C> {
             let mut mean = Mean::new(strata, seen);
             if outlined.is_outlined(pixel) {
                 // new in every pass, so that passes tell its error, and no contrast has to
-                let mut random = PathRandom::new(of_straight.child(pixel as u64));
-                mean.value.add_light(&outlined.straight(mapper, maps, place, &mut random));
+                mean.value.add_light(&outlined.straight(mapper, maps, place, of_straight.child(pixel as u64)));
             }
             mean
         })?;

@@ -71,9 +71,10 @@ impl TraceableLuminaire {
         self.distance_of_part_above(point, point.z)
     }
 
-    /// Distance in metres of a point on the side that emits; infinite on the dark side.
-    pub fn distance(&self, point: DVec3) -> f64 {
-        self.distance_of_part_above(point, f64::NEG_INFINITY)
+    /// True if a point on the side that emits is nearer than `reach` metres to the rectangle.
+    pub fn is_within(&self, reach: f64, point: DVec3) -> bool {
+        // most points are farther from its plane
+        (point - self.corner).dot(self.normal) < reach && self.distance_of_part_above(point, f64::NEG_INFINITY) < reach
     }
 
     fn distance_of_part_above(&self, point: DVec3, height: f64) -> f64 {

@@ -2,6 +2,7 @@
 
 pub(crate) mod domain;
 pub mod grid;
+mod lanes;
 pub(crate) mod maps;
 pub(crate) mod memory;
 pub(crate) mod near_light;

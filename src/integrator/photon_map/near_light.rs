@@ -73,7 +73,7 @@ impl<const C: usize> Mapper<C> {
                 continue;
             }
             let share = 1.0 / strata as f64;
-            if luminaire.distance(position) < share * luminaire.longer_edge_m()
+            if luminaire.is_within(share * luminaire.longer_edge_m(), position)
                 && let Some(seen) = self.seen_share(luminaire, position, normal, surface, strata * strata, random)
             {
                 sum += luminaire.irradiance(position, normal) * seen;

@@ -60,8 +60,7 @@ pub fn view<const C: usize>(
         let ray = EyeRay { eye: view.eye, direction, straight: !outlined.is_outlined(pixel) };
         let mut seen = luminance(ray, pixel, key, samples);
         if !ray.straight {
-            let mut random = PathRandom::new(of_straight.child(pixel as u64));
-            seen.add_light(&outlined.straight(mapper, maps, place, &mut random));
+            seen.add_light(&outlined.straight(mapper, maps, place, of_straight.child(pixel as u64)));
         }
         seen
     })

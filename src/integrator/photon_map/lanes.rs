@@ -1,0 +1,277 @@
+//! Sums over photons within a ball, eight at once: by vector instructions where the processor has AVX2, else one by one.
+//!
+//! Both ways add the same numbers of single size in the same order: sums are the same to the bit.
+
+/// Photons that are looked at at once.
+pub const LANES: usize = 8;
+
+/// Steps of as many photons after which sums of single size are added to those of double size.
+const MOST_STEPS: usize = 1024;
+
+/// Places, surfaces and fluxes of photons, in the order of their cells; all lists have [`LANES`] more than there are photons.
+#[derive(Debug)]
+pub struct Columns<const C: usize> {
+    /// Places in metres, by axis.
+    pub places: [Vec<f32>; 3],
+    /// Number of what each lies on.
+    pub on: Vec<u32>,
+    /// Fluxes, by channel.
+    pub fluxes: [Vec<f32>; C],
+    /// First photon of each cell, and the end.
+    pub starts: Vec<u32>,
+}
+
+/// A ball, and what the photons lie on that are looked for.
+#[derive(Clone, Copy, Debug)]
+pub struct Ball {
+    pub centre: [f32; 3],
+    pub radius_squared: f32,
+    /// Of the ball of half the area.
+    pub half_squared: f32,
+    pub on: u32,
+}
+
+/// Rows of cells that follow each other, by the numbers of their first cells and of those before their ends.
+#[derive(Clone, Copy, Debug)]
+pub struct Rows {
+    pub first: usize,
+    pub end: usize,
+    /// Rows and layers.
+    pub counts: [usize; 2],
+    /// Cells from one row, and from one layer, to the next.
+    pub strides: [usize; 2],
+}
+
+/// Fluxes by channel, and the number of photons in the ball.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Found<const C: usize> {
+    pub whole: [f64; C],
+    pub half: [f64; C],
+    pub count: u64,
+}
+
+/// What a ball holds of the photons in some rows.
+#[inline]
+pub fn within<const C: usize>(columns: &Columns<C>, rows: Rows, ball: Ball) -> Found<C> {
+    let query = Query { columns, rows, ball };
+    #[cfg(target_arch = "x86_64")]
+    if let Some(vectors) = pulp::x86::V3::try_new() {
+        return vectors.vectorize(by_vectors::Vectorized { query, vectors });
+    }
+    query.answer(OneByOne)
+}
+
+struct Query<'a, const C: usize> {
+    columns: &'a Columns<C>,
+    rows: Rows,
+    ball: Ball,
+}
+
+/// Sums by lane.
+#[derive(Clone, Copy)]
+struct Sums<const C: usize> {
+    whole: [[f32; LANES]; C],
+    half: [[f32; LANES]; C],
+    count: [u32; LANES],
+}
+
+/// Some photons that follow each other.
+struct Step<'a, const C: usize> {
+    places: [&'a [f32; LANES]; 3],
+    on: &'a [u32; LANES],
+    fluxes: [&'a [f32; LANES]; C],
+    /// Photons of these that count: the first ones.
+    left: u32,
+}
+
+/// A way of looking at several photons at once.
+trait Lanes: Copy {
+    /// Adds what is in the ball.
+    fn add<const C: usize>(self, step: &Step<C>, ball: &Ball, sums: &mut Sums<C>);
+}
+
+impl<const C: usize> Query<'_, C> {
+    #[inline(always)]
+    fn answer<L: Lanes>(self, lanes: L) -> Found<C> {
+        let Self { columns, rows, ball } = self;
+        let nothing = Sums { whole: [[0.0; LANES]; C], half: [[0.0; LANES]; C], count: [0; LANES] };
+        let mut found = Found { whole: [0.0; C], half: [0.0; C], count: 0 };
+        let (mut sums, mut steps) = (nothing, 0);
+        for layer in 0..rows.counts[1] {
+            for row in 0..rows.counts[0] {
+                let cell = row * rows.strides[0] + layer * rows.strides[1];
+                let (mut at, to) =
+                    (columns.starts[rows.first + cell] as usize, columns.starts[rows.end + cell] as usize);
+                while at < to {
+                    let left = (to - at).min(LANES) as u32;
+                    // there are so many more than photons
+                    let Some(step) = columns.step(at, left) else { return found };
+                    lanes.add(&step, &ball, &mut sums);
+                    at += LANES;
+                    steps += 1;
+                    if steps == MOST_STEPS {
+                        found.add(&sums);
+                        (sums, steps) = (nothing, 0);
+                    }
+                }
+            }
+        }
+        found.add(&sums);
+        found
+    }
+}
+
+impl<const C: usize> Columns<C> {
+    #[inline(always)]
+    fn step(&self, at: usize, left: u32) -> Option<Step<'_, C>> {
+        const NOTHING: &[f32; LANES] = &[0.0; LANES];
+        let mut step = Step { places: [NOTHING; 3], on: eight(&self.on, at)?, fluxes: [NOTHING; C], left };
+        for axis in 0..3 {
+            step.places[axis] = eight(&self.places[axis], at)?;
+        }
+        for channel in 0..C {
+            step.fluxes[channel] = eight(&self.fluxes[channel], at)?;
+        }
+        Some(step)
+    }
+}
+
+impl<const C: usize> Found<C> {
+    /// Adds lanes, in their order.
+    #[inline(always)]
+    fn add(&mut self, sums: &Sums<C>) {
+        for channel in 0..C {
+            for lane in 0..LANES {
+                self.whole[channel] += f64::from(sums.whole[channel][lane]);
+                self.half[channel] += f64::from(sums.half[channel][lane]);
+            }
+        }
+        for lane in 0..LANES {
+            self.count += u64::from(sums.count[lane]);
+        }
+    }
+}
+
+/// The values from one on that are looked at at once.
+#[inline(always)]
+fn eight<T>(values: &[T], at: usize) -> Option<&[T; LANES]> {
+    values.get(at..)?.first_chunk()
+}
+
+/// Plain arithmetic, for every processor.
+#[derive(Clone, Copy)]
+struct OneByOne;
+
+impl Lanes for OneByOne {
+    #[inline(always)]
+    fn add<const C: usize>(self, step: &Step<C>, ball: &Ball, sums: &mut Sums<C>) {
+        for lane in 0..LANES {
+            let [dx, dy, dz] = [0, 1, 2].map(|axis| step.places[axis][lane] - ball.centre[axis]);
+            let distance_squared = dx * dx + dy * dy + dz * dz;
+            if step.on[lane] == ball.on && (lane as u32) < step.left && distance_squared < ball.radius_squared {
+                sums.count[lane] += 1;
+                for channel in 0..C {
+                    sums.whole[channel][lane] += step.fluxes[channel][lane];
+                    if distance_squared < ball.half_squared {
+                        sums.half[channel][lane] += step.fluxes[channel][lane];
+                    }
+                }
+            }
+        }
+    }
+}
+
+#[cfg(target_arch = "x86_64")]
+mod by_vectors {
+    use std::arch::x86_64::{__m256, __m256i, _CMP_LT_OQ};
+
+    use pulp::x86::V3;
+
+    use super::{Ball, Found, LANES, Lanes, Query, Step, Sums};
+
+    pub struct Vectorized<'a, const C: usize> {
+        pub query: Query<'a, C>,
+        pub vectors: V3,
+    }
+
+    impl<const C: usize> pulp::NullaryFnOnce for Vectorized<'_, C> {
+        type Output = Found<C>;
+
+        #[inline(always)]
+        fn call(self) -> Found<C> {
+            self.query.answer(self.vectors)
+        }
+    }
+
+    const NUMBERS: [u32; LANES] = [0, 1, 2, 3, 4, 5, 6, 7];
+
+    impl Lanes for V3 {
+        #[inline(always)]
+        fn add<const C: usize>(self, step: &Step<C>, ball: &Ball, sums: &mut Sums<C>) {
+            let (avx, avx2) = (self.avx, self.avx2);
+            let floats = |values: &[f32; LANES]| pulp::cast::<[f32; LANES], __m256>(*values);
+            let numbers = |values: &[u32; LANES]| pulp::cast::<[u32; LANES], __m256i>(*values);
+            let dx = avx._mm256_sub_ps(floats(step.places[0]), avx._mm256_set1_ps(ball.centre[0]));
+            let dy = avx._mm256_sub_ps(floats(step.places[1]), avx._mm256_set1_ps(ball.centre[1]));
+            let dz = avx._mm256_sub_ps(floats(step.places[2]), avx._mm256_set1_ps(ball.centre[2]));
+            let [x, y, z] = [avx._mm256_mul_ps(dx, dx), avx._mm256_mul_ps(dy, dy), avx._mm256_mul_ps(dz, dz)];
+            let distance_squared = avx._mm256_add_ps(avx._mm256_add_ps(x, y), z);
+            let of_surface = avx2._mm256_cmpeq_epi32(numbers(step.on), avx._mm256_set1_epi32(ball.on as i32));
+            let counted = avx2._mm256_cmpgt_epi32(avx._mm256_set1_epi32(step.left as i32), numbers(&NUMBERS));
+            let whole = avx._mm256_set1_ps(ball.radius_squared);
+            let whole = avx._mm256_cmp_ps::<_CMP_LT_OQ>(distance_squared, whole);
+            let mask = avx2._mm256_and_si256(of_surface, counted);
+            let whole = avx._mm256_and_ps(whole, pulp::cast::<__m256i, __m256>(mask));
+            let half = avx._mm256_set1_ps(ball.half_squared);
+            let half = avx._mm256_and_ps(avx._mm256_cmp_ps::<_CMP_LT_OQ>(distance_squared, half), whole);
+            // a mask is minus one
+            let count = avx2._mm256_sub_epi32(numbers(&sums.count), pulp::cast::<__m256, __m256i>(whole));
+            sums.count = pulp::cast(count);
+            for channel in 0..C {
+                let flux = floats(step.fluxes[channel]);
+                let sum = avx._mm256_add_ps(floats(&sums.whole[channel]), avx._mm256_and_ps(flux, whole));
+                sums.whole[channel] = pulp::cast(sum);
+                let sum = avx._mm256_add_ps(floats(&sums.half[channel]), avx._mm256_and_ps(flux, half));
+                sums.half[channel] = pulp::cast(sum);
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sampling::{Key, PathRandom};
+
+    /// Sums are the same to the bit with vector instructions and without, also over rows that begin and end anywhere, and of so
+    /// many photons that they are settled between.
+    #[test]
+    fn instructions_change_no_bit() {
+        let mut random = PathRandom::new(Key::new(5));
+        let (cells, photons) = ([5usize, 4, 3], 40_000usize);
+        let mut column = |count: usize| -> Vec<f32> { (0..count).map(|_| random.uniform() as f32).collect() };
+        let places = [(); 3].map(|()| column(photons + LANES));
+        let fluxes = [(); 3].map(|()| column(photons + LANES));
+        let all: usize = cells.iter().product();
+        let mut starts: Vec<u32> = (0..all).map(|_| (random.uniform() * photons as f64) as u32).collect();
+        starts.sort_unstable();
+        starts[0] = 0;
+        starts.push(photons as u32);
+        let on = (0..photons + LANES).map(|photon| photon as u32 % 3).collect();
+        let columns = Columns { places, on, fluxes, starts };
+        let mut most = 0;
+        for (radius_squared, on) in [(0.01f32, 0), (0.3, 1), (9.0, 2)] {
+            let ball = Ball { centre: [0.5, 0.4, 0.6], radius_squared, half_squared: 0.5 * radius_squared, on };
+            for (first, end, counts) in [(0, 5, [4, 3]), (1, 3, [2, 2]), (7, 9, [1, 1])] {
+                let rows = Rows { first, end, counts, strides: [5, 20] };
+                let found = within(&columns, rows, ball);
+                let plain = Query { columns: &columns, rows, ball }.answer(OneByOne);
+                assert_eq!(found.whole.map(f64::to_bits), plain.whole.map(f64::to_bits));
+                assert_eq!(found.half.map(f64::to_bits), plain.half.map(f64::to_bits));
+                assert_eq!(found.count, plain.count);
+                most = most.max(found.count);
+            }
+        }
+        assert!(most > 10_000);
+    }
+}
