@@ -202,7 +202,7 @@ impl<const C: usize> Integrator for TwoStage<C> {
         }
         for (number, view) in self.views.iter().enumerate() {
             let stream = key.stream(Stream::View, number as u64);
-            let sampling = sampling(self.settings.samples_per_pixel);
+            let sampling = sampling_of_pixels(self.settings.samples_per_pixel);
             let (mut luminance, rays) = backward::pass::view::<C>(scene, view, sampling, stream, &light, cancel)?;
             if cancel.load(Ordering::Relaxed) {
                 return None;
@@ -217,4 +217,10 @@ impl<const C: usize> Integrator for TwoStage<C> {
 
 fn sampling(paths: u32) -> Sampling {
     Sampling { paths, certain: CERTAIN_REFLECTIONS, pairs: SOBOL_PAIRS }
+}
+
+/// One path of a pixel in a pass has nothing to share even points with, and roulette may decide its third reflection.
+fn sampling_of_pixels(paths: u32) -> Sampling {
+    let several = sampling(paths);
+    if paths > 1 { several } else { Sampling { certain: CERTAIN_REFLECTIONS - 1, pairs: 0, ..several } }
 }

@@ -8,9 +8,12 @@ use crate::integrator::components::Component;
 use crate::integrator::method::{Described, Passes, Refusal, RefusalCode, Task};
 use crate::integrator::photon::close_points::{dishonest_points, near_surfaces};
 use crate::integrator::some_sensors::SensorPlace;
-use crate::integrator::{Method, bidirectional, light_tracing, path_tracing, photon_mapping, placed_vertices, sppm};
+use crate::integrator::{
+    Method, bidirectional, light_tracing, path_tracing, photon_mapping, placed_vertices, sppm, two_stage,
+};
 use crate::scene::{Grid, Scene};
 use crate::traceable::TraceableScene;
+use crate::traceable::luminaire::TraceableLuminaire;
 
 /// Methods of the grids and of the views; `None` where the job has no such output.
 #[derive(Clone, Debug)]
@@ -81,7 +84,7 @@ impl Methods {
     fn best(task: &Task) -> Self {
         let of_grids = (!task.grids.is_empty()).then(|| for_grids(&task.without_views()));
         let (grids, beside_surfaces) = of_grids.map_or((None, None), |(grids, beside)| (Some(grids), beside));
-        let views = (!task.views.is_empty()).then(for_views);
+        let views = (!task.views.is_empty()).then(|| for_views(task));
         Self { grids, beside_surfaces, views, parts: None, check: None }
     }
 
@@ -207,7 +210,16 @@ fn check_of(first: &Method, task: &Task) -> Option<MethodChoice> {
 }
 
 /// The best method for views.
-fn for_views() -> MethodChoice {
+fn for_views(task: &Task) -> MethodChoice {
+    let lamps = two_stage::Settings { samples_per_pixel: 1, ..two_stage::Settings::default() };
+    let scene = task.traceable;
+    let daylit = scene.tubes.iter().any(|tube| tube.daylit) && (scene.sky.is_some() || scene.sun.is_some());
+    let electric = scene.luminaires.iter().any(TraceableLuminaire::emits);
+    if daylit && !electric && lamps.refuses(task).is_none() && lamps.warns(task).is_none() {
+        let reason = "unbiased, and all tubes are lamps: what leaves their diffusers is found once, and paths from the eye \
+                      count it in closed form";
+        return MethodChoice { method: Method::TwoStage(lamps), reason: reason.to_owned() };
+    }
     let reason = "sees light through clear closures and mirrors, which no eye ray finds by chance".to_owned();
     MethodChoice { method: Method::Sppm(sppm::Settings::default()), reason }
 }
