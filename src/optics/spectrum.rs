@@ -20,7 +20,11 @@ impl<const C: usize> Spectrum<C> {
     /// Spectrum of a coefficient that is stored as linear Rec.709; a photopic scene stores the same number three times.
     #[inline]
     pub fn from_rgb(rgb: [f64; 3]) -> Self {
-        Self(std::array::from_fn(|channel| rgb[channel]))
+        let mut spectrum = Self::ZERO;
+        for (value, of_channel) in spectrum.0.iter_mut().zip(rgb) {
+            *value = of_channel;
+        }
+        spectrum
     }
 
     /// Luminance Y of this spectrum (Rec.709 weights; the value itself in one channel).
@@ -49,45 +53,59 @@ impl<const C: usize> Spectrum<C> {
 
     /// The spectrum with `f` of each channel.
     #[inline]
-    pub fn map(self, f: impl FnMut(f64) -> f64) -> Self {
-        Self(self.0.map(f))
+    pub fn map(mut self, mut f: impl FnMut(f64) -> f64) -> Self {
+        for value in &mut self.0 {
+            *value = f(*value);
+        }
+        self
     }
 }
+
+// loops, and no functions of arrays: these are compiled apart, and not always inlined
 
 impl<const C: usize> Mul for Spectrum<C> {
     type Output = Self;
     #[inline]
-    fn mul(self, other: Self) -> Self {
-        Self(std::array::from_fn(|c| self.0[c] * other.0[c]))
+    fn mul(mut self, other: Self) -> Self {
+        self *= other;
+        self
     }
 }
 
 impl<const C: usize> Mul<f64> for Spectrum<C> {
     type Output = Self;
     #[inline]
-    fn mul(self, factor: f64) -> Self {
-        Self(self.0.map(|value| value * factor))
+    fn mul(mut self, factor: f64) -> Self {
+        for value in &mut self.0 {
+            *value *= factor;
+        }
+        self
     }
 }
 
 impl<const C: usize> MulAssign for Spectrum<C> {
     #[inline]
     fn mul_assign(&mut self, other: Self) {
-        *self = *self * other;
+        for (value, other) in self.0.iter_mut().zip(other.0) {
+            *value *= other;
+        }
     }
 }
 
 impl<const C: usize> Add for Spectrum<C> {
     type Output = Self;
     #[inline]
-    fn add(self, other: Self) -> Self {
-        Self(std::array::from_fn(|c| self.0[c] + other.0[c]))
+    fn add(mut self, other: Self) -> Self {
+        self += other;
+        self
     }
 }
 
 impl<const C: usize> AddAssign for Spectrum<C> {
     #[inline]
     fn add_assign(&mut self, other: Self) {
-        *self = *self + other;
+        for (value, other) in self.0.iter_mut().zip(other.0) {
+            *value += other;
+        }
     }
 }

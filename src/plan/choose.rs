@@ -12,8 +12,8 @@ use crate::integrator::{
     Method, bidirectional, light_tracing, path_tracing, photon_mapping, placed_vertices, sppm, two_stage,
 };
 use crate::scene::{Grid, Scene};
-use crate::traceable::TraceableScene;
 use crate::traceable::luminaire::TraceableLuminaire;
+use crate::traceable::{TraceableScene, TraceableTube};
 
 /// Methods of the grids and of the views; `None` where the job has no such output.
 #[derive(Clone, Debug)]
@@ -220,8 +220,23 @@ fn for_views(task: &Task) -> MethodChoice {
                       count it in closed form";
         return MethodChoice { method: Method::TwoStage(lamps), reason: reason.to_owned() };
     }
+    let paths = path_tracing::Settings::default();
+    let found = paths.refuses(task).is_none() && paths.warns(task).is_none();
+    if daylit && !electric && found && scene.tubes.iter().all(scatters_all) {
+        let reason =
+            "gathers over the room what photons bring: closures scatter all light, and no mirror shows the sun";
+        return MethodChoice {
+            method: Method::PhotonMapping(photon_mapping::Settings::default()),
+            reason: reason.to_owned(),
+        };
+    }
     let reason = "sees light through clear closures and mirrors, which no eye ray finds by chance".to_owned();
     MethodChoice { method: Method::Sppm(sppm::Settings::default()), reason }
+}
+
+/// True if no light passes a tube's closure unscattered.
+fn scatters_all(tube: &TraceableTube) -> bool {
+    tube.diffuser.specular_zone(tube.opening_radius).is_none()
 }
 
 /// Reason why a method cannot compute a task, if it cannot.

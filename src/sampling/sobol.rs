@@ -23,7 +23,8 @@ impl Replicate {
     /// Coordinates 4 `set`..4 `set` + 3 of point `index`, each in [0, 1) with 24 bits; `set` < 64.
     #[inline]
     pub fn point(&self, index: u16, set: u32) -> [f64; 4] {
-        sobol_burley::sample_4d(u32::from(index), set, self.seed).map(f64::from)
+        let [a, b, c, d] = sobol_burley::sample_4d(u32::from(index), set, self.seed);
+        [f64::from(a), f64::from(b), f64::from(c), f64::from(d)]
     }
 }
 
