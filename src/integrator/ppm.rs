@@ -45,6 +45,7 @@ use crate::integrator::photon_map::near_light::{SENSOR_CONNECTIONS, SENSOR_STRAT
 use crate::integrator::photon_map::outline::OutlinedView;
 use crate::integrator::photon_map::progressive::{Carried, PointStatistics, Radii, Radius, TRIAL_RADIUS};
 use crate::integrator::photon_map::surfaces::Surfaces;
+use crate::integrator::photon_map::trial::of_wider_kernels;
 use crate::integrator::photon_map::visible_point::EyeRay;
 use crate::integrator::photon_map::{memory, visible_point};
 use crate::optics::Spectrum;
@@ -126,14 +127,8 @@ impl Described for Settings {
         let (photons_per_pass, ratio) = Trial::fewer(self.photons_per_pass, 0.0625);
         let initial_radius_m = Some(TRIAL_RADIUS * Radii::initial_m(self.initial_radius_m, task.traceable.size));
         let smaller = Self { photons_per_pass, initial_radius_m, ..self.clone() };
-        Trial {
-            work_of_pass: ratio,
-            // wider kernels hold more photons, and more bias, which few photons tell the better
-            variance: TRIAL_RADIUS.powi(2) / ratio,
-            squared_bias: TRIAL_RADIUS.powi(-4),
-            alpha: Some(self.alpha),
-            ..Trial::whole(smaller, if task.views.is_empty() { 81 } else { 512 })
-        }
+        let places = if task.views.is_empty() { 81 } else { 512 };
+        of_wider_kernels(Trial::whole(smaller, places), ratio, self.alpha)
     }
 
     fn build(&self, task: &Task, seed: u64, _target: f64) -> Computation {

@@ -2,6 +2,12 @@
 //!
 //! Both ways add the same numbers of single size in the same order: sums are the same to the bit.
 
+#[cfg(target_arch = "x86_64")]
+use std::arch::x86_64::{__m256, __m256i, _CMP_LT_OQ};
+
+#[cfg(target_arch = "x86_64")]
+use pulp::x86::V3;
+
 /// Photons that are looked at at once.
 pub const LANES: usize = 8;
 
@@ -55,8 +61,8 @@ pub struct Found<const C: usize> {
 pub fn within<const C: usize>(columns: &Columns<C>, rows: Rows, ball: Ball) -> Found<C> {
     let query = Query { columns, rows, ball };
     #[cfg(target_arch = "x86_64")]
-    if let Some(vectors) = pulp::x86::V3::try_new() {
-        return vectors.vectorize(by_vectors::Vectorized { query, vectors });
+    if let Some(vectors) = V3::try_new() {
+        return vectors.vectorize(Vectorized { query, vectors });
     }
     query.answer(OneByOne)
 }
@@ -181,59 +187,55 @@ impl Lanes for OneByOne {
     }
 }
 
+/// The same by vector instructions, into which all that takes part is inlined.
 #[cfg(target_arch = "x86_64")]
-mod by_vectors {
-    use std::arch::x86_64::{__m256, __m256i, _CMP_LT_OQ};
+struct Vectorized<'a, const C: usize> {
+    query: Query<'a, C>,
+    vectors: V3,
+}
 
-    use pulp::x86::V3;
+#[cfg(target_arch = "x86_64")]
+impl<const C: usize> pulp::NullaryFnOnce for Vectorized<'_, C> {
+    type Output = Found<C>;
 
-    use super::{Ball, Found, LANES, Lanes, Query, Step, Sums};
-
-    pub struct Vectorized<'a, const C: usize> {
-        pub query: Query<'a, C>,
-        pub vectors: V3,
+    #[inline(always)]
+    fn call(self) -> Found<C> {
+        self.query.answer(self.vectors)
     }
+}
 
-    impl<const C: usize> pulp::NullaryFnOnce for Vectorized<'_, C> {
-        type Output = Found<C>;
+#[cfg(target_arch = "x86_64")]
+const NUMBERS: [u32; LANES] = [0, 1, 2, 3, 4, 5, 6, 7];
 
-        #[inline(always)]
-        fn call(self) -> Found<C> {
-            self.query.answer(self.vectors)
-        }
-    }
-
-    const NUMBERS: [u32; LANES] = [0, 1, 2, 3, 4, 5, 6, 7];
-
-    impl Lanes for V3 {
-        #[inline(always)]
-        fn add<const C: usize>(self, step: &Step<C>, ball: &Ball, sums: &mut Sums<C>) {
-            let (avx, avx2) = (self.avx, self.avx2);
-            let floats = |values: &[f32; LANES]| pulp::cast::<[f32; LANES], __m256>(*values);
-            let numbers = |values: &[u32; LANES]| pulp::cast::<[u32; LANES], __m256i>(*values);
-            let dx = avx._mm256_sub_ps(floats(step.places[0]), avx._mm256_set1_ps(ball.centre[0]));
-            let dy = avx._mm256_sub_ps(floats(step.places[1]), avx._mm256_set1_ps(ball.centre[1]));
-            let dz = avx._mm256_sub_ps(floats(step.places[2]), avx._mm256_set1_ps(ball.centre[2]));
-            let [x, y, z] = [avx._mm256_mul_ps(dx, dx), avx._mm256_mul_ps(dy, dy), avx._mm256_mul_ps(dz, dz)];
-            let distance_squared = avx._mm256_add_ps(avx._mm256_add_ps(x, y), z);
-            let of_surface = avx2._mm256_cmpeq_epi32(numbers(step.on), avx._mm256_set1_epi32(ball.on as i32));
-            let counted = avx2._mm256_cmpgt_epi32(avx._mm256_set1_epi32(step.left as i32), numbers(&NUMBERS));
-            let whole = avx._mm256_set1_ps(ball.radius_squared);
-            let whole = avx._mm256_cmp_ps::<_CMP_LT_OQ>(distance_squared, whole);
-            let mask = avx2._mm256_and_si256(of_surface, counted);
-            let whole = avx._mm256_and_ps(whole, pulp::cast::<__m256i, __m256>(mask));
-            let half = avx._mm256_set1_ps(ball.half_squared);
-            let half = avx._mm256_and_ps(avx._mm256_cmp_ps::<_CMP_LT_OQ>(distance_squared, half), whole);
-            // a mask is minus one
-            let count = avx2._mm256_sub_epi32(numbers(&sums.count), pulp::cast::<__m256, __m256i>(whole));
-            sums.count = pulp::cast(count);
-            for channel in 0..C {
-                let flux = floats(step.fluxes[channel]);
-                let sum = avx._mm256_add_ps(floats(&sums.whole[channel]), avx._mm256_and_ps(flux, whole));
-                sums.whole[channel] = pulp::cast(sum);
-                let sum = avx._mm256_add_ps(floats(&sums.half[channel]), avx._mm256_and_ps(flux, half));
-                sums.half[channel] = pulp::cast(sum);
-            }
+#[cfg(target_arch = "x86_64")]
+impl Lanes for V3 {
+    #[inline(always)]
+    fn add<const C: usize>(self, step: &Step<C>, ball: &Ball, sums: &mut Sums<C>) {
+        let (avx, avx2) = (self.avx, self.avx2);
+        let floats = |values: &[f32; LANES]| pulp::cast::<[f32; LANES], __m256>(*values);
+        let numbers = |values: &[u32; LANES]| pulp::cast::<[u32; LANES], __m256i>(*values);
+        let dx = avx._mm256_sub_ps(floats(step.places[0]), avx._mm256_set1_ps(ball.centre[0]));
+        let dy = avx._mm256_sub_ps(floats(step.places[1]), avx._mm256_set1_ps(ball.centre[1]));
+        let dz = avx._mm256_sub_ps(floats(step.places[2]), avx._mm256_set1_ps(ball.centre[2]));
+        let [x, y, z] = [avx._mm256_mul_ps(dx, dx), avx._mm256_mul_ps(dy, dy), avx._mm256_mul_ps(dz, dz)];
+        let distance_squared = avx._mm256_add_ps(avx._mm256_add_ps(x, y), z);
+        let of_surface = avx2._mm256_cmpeq_epi32(numbers(step.on), avx._mm256_set1_epi32(ball.on as i32));
+        let counted = avx2._mm256_cmpgt_epi32(avx._mm256_set1_epi32(step.left as i32), numbers(&NUMBERS));
+        let whole = avx._mm256_set1_ps(ball.radius_squared);
+        let whole = avx._mm256_cmp_ps::<_CMP_LT_OQ>(distance_squared, whole);
+        let mask = avx2._mm256_and_si256(of_surface, counted);
+        let whole = avx._mm256_and_ps(whole, pulp::cast::<__m256i, __m256>(mask));
+        let half = avx._mm256_set1_ps(ball.half_squared);
+        let half = avx._mm256_and_ps(avx._mm256_cmp_ps::<_CMP_LT_OQ>(distance_squared, half), whole);
+        // a mask is minus one
+        let count = avx2._mm256_sub_epi32(numbers(&sums.count), pulp::cast::<__m256, __m256i>(whole));
+        sums.count = pulp::cast(count);
+        for channel in 0..C {
+            let flux = floats(step.fluxes[channel]);
+            let sum = avx._mm256_add_ps(floats(&sums.whole[channel]), avx._mm256_and_ps(flux, whole));
+            sums.whole[channel] = pulp::cast(sum);
+            let sum = avx._mm256_add_ps(floats(&sums.half[channel]), avx._mm256_and_ps(flux, half));
+            sums.half[channel] = pulp::cast(sum);
         }
     }
 }

@@ -11,4 +11,5 @@ pub mod progressive;
 mod solids;
 pub(crate) mod store;
 pub(crate) mod surfaces;
+pub(crate) mod trial;
 pub(crate) mod visible_point;
