@@ -10,6 +10,7 @@ use super::mesh_files::MeshFiles;
 use super::render::{cancel_on_interrupt, read_job, write};
 use crate::document::{DocumentErrors, FieldError, method};
 use crate::study::StudyRequest;
+use crate::study::reference::ReferenceRequest;
 use crate::study::run::{Step, StudyError, run as run_study};
 
 #[derive(Debug, clap::Args)]
@@ -47,8 +48,8 @@ pub fn run(args: StudyArgs) -> anyhow::Result<()> {
     };
     let request = StudyRequest {
         seeds: args.seeds,
-        reference_method: args.reference,
-        most_seconds: args.seconds,
+        reference: ReferenceRequest { method: Some(args.reference), ..ReferenceRequest::default() },
+        seconds: args.seconds,
         ..StudyRequest::new(job, methods).to(args.errors)
     };
     let bar = ProgressBar::new(1);

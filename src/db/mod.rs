@@ -12,6 +12,7 @@ mod queue;
 mod record;
 mod rows;
 mod sql;
+mod studies;
 
 use std::collections::HashSet;
 use std::fs::{File, TryLockError};
@@ -316,6 +317,56 @@ impl Store for SqliteStore {
 
     async fn artifact(&self, id: Uuid, name: &str) -> Result<Option<Artifact>, StoreError> {
         jobs::artifact(&self.readers, id, name).await
+    }
+
+    async fn submit_study(&self, study: NewStudy, max_queued: u64) -> Result<StudySubmission, StoreError> {
+        let mut tx = self.begin(Durability::Power).await?;
+        let submission = studies::submit(&mut tx, study, max_queued).await?;
+        if let StudySubmission::New(study) = &submission {
+            tx.commit().await.map_err(store_error)?;
+            study.parts.iter().for_each(|(job, _)| self.tell(Change::Job(*job)));
+            self.tell(Change::Queue);
+        } else {
+            tx.rollback().await.map_err(store_error)?;
+        }
+        Ok(submission)
+    }
+
+    async fn study_of_key(&self, idempotency_key: &str) -> Result<Option<StoredStudy>, StoreError> {
+        let mut connection = self.readers.acquire().await.map_err(store_error)?;
+        studies::of_key(&mut connection, idempotency_key).await
+    }
+
+    async fn study(&self, id: Uuid) -> Result<Option<StoredStudy>, StoreError> {
+        let mut connection = self.readers.acquire().await.map_err(store_error)?;
+        studies::study(&mut connection, id).await
+    }
+
+    async fn studies(&self, before: Option<Uuid>, limit: u32) -> Result<Vec<Uuid>, StoreError> {
+        studies::list(&self.readers, before, limit).await
+    }
+
+    async fn jobs_of_study(&self, id: Uuid) -> Result<Vec<JobHead>, StoreError> {
+        let mut connection = self.readers.acquire().await.map_err(store_error)?;
+        studies::heads(&mut connection, id).await
+    }
+
+    async fn cancel_study(&self, id: Uuid) -> Result<u64, StoreError> {
+        let mut tx = self.begin(Durability::Power).await?;
+        let cancelled = studies::cancel(&mut tx, id).await?;
+        tx.commit().await.map_err(store_error)?;
+        for job in &cancelled {
+            self.tell(Change::Stop(*job));
+            self.tell(Change::Job(*job));
+        }
+        Ok(cancelled.len() as u64)
+    }
+
+    async fn delete_study(&self, id: Uuid) -> Result<bool, StoreError> {
+        let mut tx = self.begin(Durability::Power).await?;
+        let deleted = studies::delete(&mut tx, id).await?;
+        tx.commit().await.map_err(store_error)?;
+        Ok(deleted)
     }
 
     async fn add_mesh(&self, mesh: Mesh) -> Result<Mesh, StoreError> {

@@ -2,31 +2,65 @@
 
 use std::fmt::Write as _;
 
-use serde_json::{Value, json};
+use serde::Serialize;
+use utoipa::ToSchema;
 
-use super::outcome::{Cell, Study};
+use super::outcome::{Cell, Refused, RenderedReference, Run, Study};
 use super::request::StudyRequest;
 use crate::figure::curves::{Series, logarithmic};
 use crate::figure::ticks::{duration, significant};
 use crate::figure::{Drawing, FigureFormat, Heading};
 use crate::output::OutputError;
 
+/// What a study has found.
+#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+pub struct StudyReport {
+    /// What the runs are compared with.
+    pub reference: ReferenceReport,
+    /// Confidence of relative errors and intervals.
+    pub confidence: f64,
+    /// What follows, in a paragraph for people.
+    pub verdict: String,
+    /// The runs put together by method and error.
+    pub cells: Vec<Cell>,
+    /// Methods that cannot compute the job.
+    pub refused: Vec<Refused>,
+    /// The runs that gave values.
+    pub runs: Vec<Run>,
+}
+
+/// What the runs of a study are compared with.
+#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+pub struct ReferenceReport {
+    /// The methods that computed it; null where its values were given.
+    pub method: Option<String>,
+    /// Seconds that it was rendered; null where its values were given.
+    pub seconds: Option<f64>,
+    /// Root mean square of its relative standard errors.
+    pub relative_standard_error: f64,
+}
+
+/// A study and what it has found, as a file.
+#[derive(Serialize)]
+struct StudyFile<'a> {
+    request: &'a StudyRequest,
+    #[serde(flatten)]
+    report: StudyReport,
+}
+
 impl Study {
-    /// All that is known of the study.
-    pub fn json(&self, request: &StudyRequest) -> Value {
-        json!({
-            "request": request,
-            "reference": {
-                "method": self.reference_method,
-                "seconds": self.reference_seconds,
-                "relative_standard_error": self.reference_error(),
-            },
-            "confidence": self.confidence,
-            "verdict": self.verdict(),
-            "cells": self.cells(),
-            "refused": self.refused,
-            "runs": self.runs,
-        })
+    /// What the study has found.
+    pub fn report(&self) -> StudyReport {
+        let of = |reference: &RenderedReference| (reference.method.clone(), reference.seconds);
+        let (method, seconds) = self.reference.as_ref().map(of).unzip();
+        StudyReport {
+            reference: ReferenceReport { method, seconds, relative_standard_error: self.reference_error() },
+            confidence: self.confidence,
+            verdict: self.verdict(),
+            cells: self.cells(),
+            refused: self.refused.clone(),
+            runs: self.runs.clone(),
+        }
     }
 
     /// The runs put together, a line each.
@@ -103,11 +137,11 @@ impl Study {
             series.marks.clone_from(&series.line);
         }
         let of = name.map_or(String::new(), |name| format!(": {name}"));
-        let reference = format!(
-            "reference by {}, standard error {} %",
-            self.reference_method,
-            significant(100.0 * self.reference_error(), 2)
-        );
+        let reference = match &self.reference {
+            Some(reference) => format!("reference by {}", reference.method),
+            None => "given reference".to_owned(),
+        };
+        let reference = format!("{reference}, standard error {} %", significant(100.0 * self.reference_error(), 2));
         let heading = Heading { title: format!("Error against time{of}"), lines: vec![reference] };
         logarithmic(
             &heading,
@@ -120,7 +154,9 @@ impl Study {
     /// All files of the study: names and contents.
     pub fn files(&self, request: &StudyRequest) -> Result<Vec<(String, Vec<u8>)>, OutputError> {
         let figure = self.figure(request.job["name"].as_str());
-        let mut json = self.json(request).to_string().into_bytes();
+        // our own types always serialise
+        let json = serde_json::to_value(StudyFile { request, report: self.report() }).unwrap_or_default();
+        let mut json = json.to_string().into_bytes();
         json.push(b'\n');
         let mut files = vec![("study.json".to_owned(), json), ("study.csv".to_owned(), self.csv().into_bytes())];
         for format in FigureFormat::ALL {
@@ -132,6 +168,8 @@ impl Study {
 
 #[cfg(test)]
 mod tests {
+    use serde_json::{Value, json};
+
     use super::super::outcome::tests::run;
     use super::*;
 

@@ -1,9 +1,14 @@
 //! What came out of a study: its runs, and what they have in common.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+use super::compare::Values;
+use super::request::RunKey;
+use crate::job::progress::StoppedBy;
 
 /// A run of a study.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
 pub struct Run {
     /// The method that was asked for.
     pub method: String,
@@ -33,8 +38,47 @@ pub struct Run {
     pub met: bool,
 }
 
+/// What a run took, and what it says of itself.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RunCost {
+    /// The methods that computed it.
+    pub computed_by: String,
+    /// Seconds from the document to the first pass.
+    pub set_up_seconds: f64,
+    /// Seconds of rendering.
+    pub seconds: f64,
+    /// Processor seconds of rendering, of all threads; those on the wall where the system does not tell.
+    pub cpu_seconds: f64,
+    /// Number of passes.
+    pub passes: u64,
+    /// Relative error that the job tells of itself, at its confidence; `None` where it knows none.
+    pub told: Option<f64>,
+    /// What ended it.
+    pub stopped_by: StoppedBy,
+}
+
+impl Run {
+    /// A run that gave values, compared with the reference.
+    pub fn new(key: RunKey, cost: RunCost, values: &Values, truth: &Values, confidence: f64) -> Self {
+        Self {
+            method: key.method,
+            computed_by: cost.computed_by,
+            asked: key.relative_error,
+            seed: key.seed,
+            set_up_seconds: cost.set_up_seconds,
+            seconds: cost.seconds,
+            cpu_seconds: cost.cpu_seconds,
+            passes: cost.passes,
+            told: cost.told,
+            squared_error: values.squared_error(truth),
+            covered: values.covered(truth, confidence),
+            met: matches!(cost.stopped_by, StoppedBy::RelativeError | StoppedBy::Exact),
+        }
+    }
+}
+
 /// A method that cannot compute the job.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct Refused {
     /// Name of the method.
     pub method: String,
@@ -43,7 +87,7 @@ pub struct Refused {
 }
 
 /// Median and quartiles of some runs.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, ToSchema)]
 pub struct Quartiles {
     /// A quarter of the runs has less.
     pub lower: f64,
@@ -54,7 +98,7 @@ pub struct Quartiles {
 }
 
 /// All runs of one method to one error.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
 pub struct Cell {
     /// Name of the method.
     pub method: String,
@@ -79,13 +123,20 @@ pub struct Cell {
     pub cheapest: bool,
 }
 
+/// The job that a study's runs are compared with.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RenderedReference {
+    /// The methods that computed it.
+    pub method: String,
+    /// Seconds that it was rendered.
+    pub seconds: f64,
+}
+
 /// What came out of a study.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Study {
-    /// The method of the reference.
-    pub reference_method: String,
-    /// Seconds that it was rendered.
-    pub reference_seconds: f64,
+    /// How the reference was rendered; `None` where its values were given.
+    pub reference: Option<RenderedReference>,
     /// Mean of its squared relative standard errors.
     pub reference_variance: f64,
     /// Confidence of relative errors and intervals.

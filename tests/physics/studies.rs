@@ -67,7 +67,7 @@ fn another_reference_is_another_error() {
     request.seeds = 1;
     let right = run(&request, &Folder, &Stop::default(), &mut |_| {}).unwrap().cells();
     // the formula has no interreflection of its own kind: some percent off
-    request.reference_method = "jenkins".to_owned();
+    request.reference.method = Some("jenkins".to_owned());
     let wrong = run(&request, &Folder, &Stop::default(), &mut |_| {}).unwrap().cells();
     assert!(right[1].actual < 0.02 && wrong[1].actual > 0.05, "{} {}", right[1].actual, wrong[1].actual);
 }
@@ -82,7 +82,9 @@ fn a_study_that_cannot_be_done_says_why() {
     bad.job["room"]["size_m"] = json!([2, 2]);
     assert!(refusal(&bad).starts_with("/room/size_m"));
     assert_eq!(refusal(&StudyRequest { seeds: 0, ..request(&["auto"]) }), "/seeds");
-    assert_eq!(refusal(&StudyRequest { reference_method: "nobody".to_owned(), ..request(&["auto"]) }), "/method");
+    let mut bad = request(&["auto"]);
+    bad.reference.method = Some("nobody".to_owned());
+    assert_eq!(refusal(&bad), "/reference/method");
     let stop = Stop::default();
     stop.raise(StopReason::Cancelled);
     let cancelled = run(&request(&["auto"]), &Folder, &stop, &mut |_| {});
@@ -92,12 +94,8 @@ fn a_study_that_cannot_be_done_says_why() {
 /// Seconds end a run, and the study goes on without what was not met.
 #[test]
 fn a_run_that_takes_too_long_ends_alone() {
-    let request = StudyRequest {
-        seeds: 3,
-        reference_method: "jenkins".to_owned(),
-        most_seconds: 0.1,
-        ..request(&["path_tracing"])
-    };
+    let mut request = StudyRequest { seeds: 3, seconds: 0.1, ..request(&["path_tracing"]) };
+    request.reference.method = Some("jenkins".to_owned());
     let study = run(&request.to(vec![1e-5]), &Folder, &Stop::default(), &mut |_| {}).unwrap();
     assert!(study.cells().iter().all(|cell| !cell.met && !cell.cheapest));
     assert!(study.verdict().starts_with("No method met"), "{}", study.verdict());
