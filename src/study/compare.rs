@@ -75,9 +75,8 @@ impl Values {
         let quantile = two_sided_student_quantile(confidence, self.passes.max(2) as f64 - 1.0);
         let sensors = self.lux.iter().zip(&self.errors).zip(truth.lux.iter().zip(&truth.errors));
         let told = sensors.filter(|((_, error), _)| error.is_finite());
-        let held: Vec<f64> = told
-            .map(|(value, truth)| f64::from(holds((*value.0, *value.1), (*truth.0, *truth.1), quantile)))
-            .collect();
+        let held: Vec<f64> =
+            told.map(|(value, truth)| f64::from(holds((*value.0, *value.1), (*truth.0, *truth.1), quantile))).collect();
         (!held.is_empty()).then(|| mean(held.into_iter()))
     }
 }

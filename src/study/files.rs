@@ -122,8 +122,8 @@ impl Study {
         text
     }
 
-    /// Actual error over processor seconds, both logarithmic: a line for each method, from its largest error to its smallest.
-    pub fn figure(&self, name: Option<&str>) -> Drawing {
+    /// Actual error in percent over processor seconds: a line for each method, from its largest error to its smallest.
+    pub fn series(&self) -> Vec<Series> {
         let mut series: Vec<Series> = Vec::new();
         for cell in self.cells() {
             let point = (cell.cpu_seconds.median, 100.0 * cell.actual);
@@ -136,6 +136,12 @@ impl Study {
             series.line.sort_by(|a, b| a.0.total_cmp(&b.0));
             series.marks.clone_from(&series.line);
         }
+        series
+    }
+
+    /// The series of the study over two logarithmic axes.
+    pub fn figure(&self, name: Option<&str>) -> Drawing {
+        let series = self.series();
         let of = name.map_or(String::new(), |name| format!(": {name}"));
         let reference = match &self.reference {
             Some(reference) => format!("reference by {}", reference.method),

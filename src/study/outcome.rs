@@ -72,7 +72,7 @@ impl Run {
             told: cost.told,
             squared_error: values.squared_error(truth),
             covered: values.covered(truth, confidence),
-            met: matches!(cost.stopped_by, StoppedBy::RelativeError | StoppedBy::Exact),
+            met: cost.stopped_by.is_as_asked(),
         }
     }
 }

@@ -43,18 +43,7 @@ pub struct KnownGrid {
 impl ReferenceRequest {
     /// The values that are given; `None` where a job is to find them.
     pub fn known(&self) -> Option<Values> {
-        let grids = self.grids.as_ref()?;
-        let all = |rows: &Vec<Vec<f64>>| rows.concat();
-        let errors = |grid: &KnownGrid| match &grid.standard_error_lux {
-            Some(errors) => all(errors),
-            None => vec![0.0; all(&grid.illuminance_lux).len()],
-        };
-        Some(Values {
-            lux: grids.iter().flat_map(|grid| all(&grid.illuminance_lux)).collect(),
-            errors: grids.iter().flat_map(errors).collect(),
-            grids: grids.iter().map(|grid| grid.illuminance_lux.iter().map(Vec::len).sum()).collect(),
-            passes: 0,
-        })
+        self.grids.as_deref().map(values)
     }
 
     /// What is wrong with the reference of a study of `job`, with pointers into the request.
@@ -95,11 +84,28 @@ impl ReferenceRequest {
     }
 }
 
+/// Values that are known.
+pub fn values(grids: &[KnownGrid]) -> Values {
+    let errors = |grid: &KnownGrid| match &grid.standard_error_lux {
+        Some(errors) => errors.concat(),
+        None => vec![0.0; grid.illuminance_lux.iter().map(Vec::len).sum()],
+    };
+    Values {
+        lux: grids.iter().flat_map(|grid| grid.illuminance_lux.concat()).collect(),
+        errors: grids.iter().flat_map(errors).collect(),
+        grids: grids.iter().map(|grid| grid.illuminance_lux.iter().map(Vec::len).sum()).collect(),
+        passes: 0,
+    }
+}
+
 /// What is wrong with rows of a grid of `cells`, first of all.
 fn wrong(rows: &[Vec<f64>], cells: &Value, pointer: &str) -> Option<FieldError> {
     let [columns, lines] = [0, 1].map(|axis| cells[axis].as_u64().unwrap_or(0) as usize);
     if rows.len() != lines || rows.iter().any(|row| row.len() != columns) {
-        return Some(FieldError::new(pointer, format!("must be {lines} rows of {columns} numbers, as the grid has cells")));
+        return Some(FieldError::new(
+            pointer,
+            format!("must be {lines} rows of {columns} numbers, as the grid has cells"),
+        ));
     }
     let places = rows.iter().enumerate().flat_map(|(j, row)| row.iter().enumerate().map(move |(i, lux)| (j, i, *lux)));
     places.into_iter().find(|(.., lux)| !LIGHT.contains(*lux)).map(|(j, i, lux)| {
@@ -130,11 +136,20 @@ mod tests {
         assert_eq!(pointers(good.clone()), [""; 0]);
         let values = request(good).known().unwrap();
         assert_eq!((values.lux, values.errors, values.grids), (vec![1.0, 2.0], vec![0.1, 0.2], vec![2]));
-        assert_eq!(pointers(json!({ "grids": [{ "illuminance_lux": [[1], [2]] }] })), ["/reference/grids/0/illuminance_lux"]);
-        assert_eq!(pointers(json!({ "grids": [{ "illuminance_lux": [[1, -2]] }] })), ["/reference/grids/0/illuminance_lux/0/1"]);
+        assert_eq!(
+            pointers(json!({ "grids": [{ "illuminance_lux": [[1], [2]] }] })),
+            ["/reference/grids/0/illuminance_lux"]
+        );
+        assert_eq!(
+            pointers(json!({ "grids": [{ "illuminance_lux": [[1, -2]] }] })),
+            ["/reference/grids/0/illuminance_lux/0/1"]
+        );
         assert_eq!(pointers(json!({ "grids": [] })), ["/reference/grids"]);
         let both = json!({ "method": "auto", "grids": [{ "illuminance_lux": [[1, 2]] }] });
         assert_eq!(pointers(both), ["/reference/method"]);
-        assert_eq!(pointers(json!({ "relative_error": 1, "seconds": 0 })), ["/reference/relative_error", "/reference/seconds"]);
+        assert_eq!(
+            pointers(json!({ "relative_error": 1, "seconds": 0 })),
+            ["/reference/relative_error", "/reference/seconds"]
+        );
     }
 }

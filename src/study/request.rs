@@ -116,7 +116,8 @@ impl StudyRequest {
     /// The study where no job may take more than `most` seconds: the reference is allowed no more than those where it names none.
     pub fn within(mut self, most: f64) -> Result<Self, DocumentErrors> {
         let asked = [("/seconds", Some(self.seconds)), ("/reference/seconds", self.reference.seconds)];
-        let too_many = asked.into_iter().filter_map(|(pointer, asked)| Some((pointer, asked.filter(|asked| *asked > most)?)));
+        let too_many =
+            asked.into_iter().filter_map(|(pointer, asked)| Some((pointer, asked.filter(|asked| *asked > most)?)));
         let errors: Vec<FieldError> = too_many
             .map(|(pointer, asked)| {
                 let detail = format!("must be <= {most} on this service, but is {asked}");

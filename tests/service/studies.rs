@@ -63,9 +63,15 @@ async fn a_study_says_what_accuracy_costs() {
     let results = &study["results"];
     assert_eq!((results["cells"].as_array().unwrap().len(), results["runs"].as_array().unwrap().len()), (4, 8));
     for cell in results["cells"].as_array().unwrap() {
-        assert!(cell["met"] == true && cell["told_relative_error"].as_f64() <= cell["asked_relative_error"].as_f64(), "{cell}");
+        assert!(
+            cell["met"] == true && cell["told_relative_error"].as_f64() <= cell["asked_relative_error"].as_f64(),
+            "{cell}"
+        );
         // four sensors that fail together, and three sigma
-        assert!(cell["actual_relative_error"].as_f64().unwrap() < 1.5 * cell["asked_relative_error"].as_f64().unwrap(), "{cell}");
+        assert!(
+            cell["actual_relative_error"].as_f64().unwrap() < 1.5 * cell["asked_relative_error"].as_f64().unwrap(),
+            "{cell}"
+        );
     }
     assert!(results["verdict"].as_str().unwrap().contains("jenkins"), "{results}");
     // a run is its job
@@ -81,7 +87,10 @@ async fn a_study_says_what_accuracy_costs() {
     };
     let (media_type, csv) = file("csv").await;
     let csv = String::from_utf8(csv.to_vec()).unwrap();
-    assert!(media_type.starts_with("text/csv") && csv.lines().count() == 5 && csv.contains("light_tracing,0.05,"), "{csv}");
+    assert!(
+        media_type.starts_with("text/csv") && csv.lines().count() == 5 && csv.contains("light_tracing,0.05,"),
+        "{csv}"
+    );
     let (media_type, svg) = file("svg").await;
     assert!(media_type == "image/svg+xml" && String::from_utf8_lossy(&svg).contains("Error against time: small"));
     assert!(file("png").await.1.starts_with(b"\x89PNG") && file("pdf").await.1.starts_with(b"%PDF"));
@@ -100,7 +109,10 @@ async fn a_reference_may_be_given() {
     assert_eq!(posted["runs"], 8);
     let study = wait_for(&service.running.url(), &path(&posted), &["finished"]).await;
     let results = &study["results"];
-    assert_eq!((&results["reference"]["method"], &results["reference"]["relative_standard_error"]), (&Value::Null, &json!(0.0)));
+    assert_eq!(
+        (&results["reference"]["method"], &results["reference"]["relative_standard_error"]),
+        (&Value::Null, &json!(0.0))
+    );
     for cell in results["cells"].as_array().unwrap() {
         assert!(cell["actual_relative_error"].as_f64().unwrap() > 1.0 && cell["covered"] == 0.0, "{cell}");
     }
@@ -144,11 +156,13 @@ async fn what_is_wrong_is_named() {
     }
     // a room with a box is beyond the formula
     let mut request = request();
-    request["job"]["room"]["objects"] =
-        json!([{ "kind": "box", "size_m": [0.2, 0.2, 0.2], "position_m": [1.7, 1.7, 0], "surface": { "reflectance": 0.3 } }]);
+    request["job"]["room"]["objects"] = json!([{ "kind": "box", "size_m": [0.2, 0.2, 0.2], "position_m": [1.7, 1.7, 0], "surface": { "reflectance": 0.3 } }]);
     request["methods"] = json!(["jenkins"]);
     let problem = common::problem(service.post("/v1/studies", &request).send().await.unwrap(), 422).await;
-    assert_eq!((&problem["errors"][0]["pointer"], &problem["errors"][0]["code"]), (&json!("/methods/0"), &json!("method_refuses")));
+    assert_eq!(
+        (&problem["errors"][0]["pointer"], &problem["errors"][0]["code"]),
+        (&json!("/methods/0"), &json!("method_refuses"))
+    );
     assert_eq!(service.json("/v1/jobs").await["jobs"], json!([]));
     assert_eq!(service.json("/v1/studies").await["studies"], json!([]));
 }
@@ -157,7 +171,9 @@ async fn what_is_wrong_is_named() {
 #[tokio::test]
 async fn studies_are_queued_once_and_whole() {
     let service = TestService::start_with(|config| config.limits.queued_jobs = 9).await;
-    let post = async |request: &Value| service.post("/v1/studies", request).header("idempotency-key", "k").send().await.unwrap();
+    let post = async |request: &Value| {
+        service.post("/v1/studies", request).header("idempotency-key", "k").send().await.unwrap()
+    };
     let first: Value = post(&request()).await.json().await.unwrap();
     let again: Value = post(&request()).await.json().await.unwrap();
     assert_eq!(first["id"], again["id"]);

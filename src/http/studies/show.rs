@@ -10,13 +10,13 @@ use uuid::Uuid;
 use super::evaluate::{evaluate, study_resource, study_summary};
 use super::resource::{StudyResource, StudySummary};
 use crate::figure::FigureFormat;
+use crate::http::App;
 use crate::http::content::{self, Binary};
 use crate::http::convergence::DensityQuery;
 use crate::http::formats::{self, Format};
 use crate::http::limits::{off_thread, permit};
 use crate::http::problem::{Path, Problem, Query};
 use crate::http::results::internal;
-use crate::http::App;
 
 const DEFAULT_PAGE: u32 = 20;
 const MAX_PAGE: u32 = 100;
@@ -92,7 +92,8 @@ pub async fn file(
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
     let format = formats::by_suffix(&file, &FORMATS).filter(|(name, _)| *name == "study").map(|(_, format)| format);
-    let format = format.ok_or_else(|| Problem::not_found("a study has study.csv, study.svg, study.png and study.pdf"))?;
+    let format =
+        format.ok_or_else(|| Problem::not_found("a study has study.csv, study.svg, study.png and study.pdf"))?;
     let of_figure = format.of_figure(query.density()?);
     let study = app.store.study(id).await?.ok_or_else(no_such_study)?;
     let found = evaluate(&app, &study).await?.found;

@@ -117,8 +117,11 @@ struct Ready {
 
 impl Workshop {
     fn study(&self, request: &StudyRequest) -> Result<NewStudy, DocumentErrors> {
-        let (able, refused) = able(request, |document| self.ready(document)).map_err(|errors| in_request(errors, None))?;
-        let Some(confidence) = able.first().map(|(_, ready)| ready.confidence) else { return Err(none_able(request, &refused)) };
+        let (able, refused) =
+            able(request, |document| self.ready(document)).map_err(|errors| in_request(errors, None))?;
+        let Some(confidence) = able.first().map(|(_, ready)| ready.confidence) else {
+            return Err(none_able(request, &refused));
+        };
         let methods: Vec<String> = able.iter().map(|(method, _)| method.clone()).collect();
         let of_reference = usize::from(request.reference.grids.is_none());
         let runs = request.runs(&methods).count();
@@ -143,7 +146,8 @@ impl Workshop {
             of_first_seed.push((key, ready));
         }
         for key in request.runs(&methods) {
-            let same = |first: &&(RunKey, Ready)| first.0.method == key.method && first.0.relative_error == key.relative_error;
+            let same =
+                |first: &&(RunKey, Ready)| first.0.method == key.method && first.0.relative_error == key.relative_error;
             let Some((_, ready)) = of_first_seed.iter().find(same) else { continue };
             jobs.push(ready.with_key(request, key));
         }
@@ -162,8 +166,11 @@ impl Workshop {
         let start = Instant::now();
         let prepared = prepare_document(&JobDocument::from_value(document.clone())?, &self.meshes)?;
         prepared.check_memory(self.memory_bytes)?;
-        let part =
-            StudyPart { run: None, computed_by: prepared.method_names(), set_up_seconds: start.elapsed().as_secs_f64() };
+        let part = StudyPart {
+            run: None,
+            computed_by: prepared.method_names(),
+            set_up_seconds: start.elapsed().as_secs_f64(),
+        };
         let job = new_job(&prepared, document.to_string(), self.meshes.loaded());
         // a job without a first chunk has no passes, which its document cannot ask for
         let job = job.map_err(|_| FieldError::new("/job", "the job has nothing to compute"))?;
@@ -197,8 +204,11 @@ fn in_request(DocumentErrors(errors): DocumentErrors, method: Option<&str>) -> D
 fn none_able(request: &StudyRequest, refused: &[Refused]) -> DocumentErrors {
     let place = |method: &str| request.methods.iter().position(|name| name == method).unwrap_or_default();
     let error = |refused: &Refused| {
-        FieldError::new(format!("/methods/{}", place(&refused.method)), format!("{}: {}", refused.method, refused.reason))
-            .coded(FieldErrorCode::MethodRefuses)
+        FieldError::new(
+            format!("/methods/{}", place(&refused.method)),
+            format!("{}: {}", refused.method, refused.reason),
+        )
+        .coded(FieldErrorCode::MethodRefuses)
     };
     DocumentErrors(refused.iter().map(error).collect())
 }
