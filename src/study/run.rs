@@ -56,7 +56,7 @@ pub fn run(
     };
     let known = request.reference.known();
     let reference = if known.is_none() { Some(prepare(&request.reference())?) } else { None };
-    let (able, refused) = able(request, prepare)?;
+    let Judged { able, refused } = able(request, prepare)?;
     let methods: Vec<String> = able.iter().map(|(method, _)| method.clone()).collect();
     let confidence = able.first().map(|(_, prepared)| prepared.stop.confidence);
     drop(able);
@@ -114,13 +114,21 @@ pub fn run(
     })
 }
 
+/// The methods of a study: those that can compute its job, each with what was prepared of it, and the others.
+pub struct Judged<T> {
+    /// Methods in the order of the request.
+    pub able: Vec<(String, T)>,
+    /// Methods that refuse the job.
+    pub refused: Vec<Refused>,
+}
+
 /// The methods of a study that can compute its job, each with its job to the first error, and those that cannot.
 ///
 /// What is wrong with anything but the method is an error, with a pointer into the job.
 pub fn able<T>(
     request: &StudyRequest,
     prepare: impl Fn(&serde_json::Value) -> Result<T, DocumentErrors>,
-) -> Result<(Vec<(String, T)>, Vec<Refused>), DocumentErrors> {
+) -> Result<Judged<T>, DocumentErrors> {
     let (mut able, mut refused) = (Vec::new(), Vec::new());
     for method in &request.methods {
         let first = RunKey { method: method.clone(), relative_error: request.relative_errors[0], seed: 0 };
@@ -134,7 +142,7 @@ pub fn able<T>(
             Err(errors) => return Err(errors),
         }
     }
-    Ok((able, refused))
+    Ok(Judged { able, refused })
 }
 
 /// A job that is rendered to its end, with its values; `None` where it ended before its first pass.

@@ -92,11 +92,15 @@ fn honesty(study: &Study, cells: &[Cell]) -> Option<String> {
 }
 
 fn not_met(cells: &[Cell]) -> Option<String> {
-    let told: Vec<String> = cells
-        .iter()
-        .filter(|cell| !cell.met)
-        .map(|cell| format!("{} to {}", cell.method, percent(cell.asked)))
-        .collect();
+    let mut of_methods: Vec<(&str, Vec<String>)> = Vec::new();
+    for cell in cells.iter().filter(|cell| !cell.met) {
+        match of_methods.iter_mut().find(|(method, _)| *method == cell.method) {
+            Some((_, asked)) => asked.push(percent(cell.asked)),
+            None => of_methods.push((&cell.method, vec![percent(cell.asked)])),
+        }
+    }
+    let told: Vec<String> =
+        of_methods.iter().map(|(method, asked)| format!("{method} ({})", asked.join(", "))).collect();
     (!told.is_empty()).then(|| format!("Not met within the seconds allowed: {}.", told.join(", ")))
 }
 
@@ -119,7 +123,7 @@ mod tests {
         };
         let words = study.verdict();
         for part in
-            ["The cheapest method is a: 5.0 % takes", "1.0 % takes", "b 4.0 times", "c to 1.0 %", "compute this: d."]
+            ["The cheapest method is a: 5.0 % takes", "1.0 % takes", "b 4.0 times", "c (1.0 %)", "compute this: d."]
         {
             assert!(words.contains(part), "{part}: {words}");
         }

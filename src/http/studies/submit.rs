@@ -24,7 +24,7 @@ use crate::job::store::*;
 use crate::study::StudyRequest;
 use crate::study::outcome::Refused;
 use crate::study::request::RunKey;
-use crate::study::run::able;
+use crate::study::run::{Judged, able};
 
 /// Most jobs of one study.
 const MOST_JOBS: usize = 200;
@@ -117,7 +117,7 @@ struct Ready {
 
 impl Workshop {
     fn study(&self, request: &StudyRequest) -> Result<NewStudy, DocumentErrors> {
-        let (able, refused) =
+        let Judged { able, refused } =
             able(request, |document| self.ready(document)).map_err(|errors| in_request(errors, None))?;
         let Some(confidence) = able.first().map(|(_, ready)| ready.confidence) else {
             return Err(none_able(request, &refused));

@@ -110,7 +110,7 @@ fn row(method: &str, asked: f64, held: &Held) -> Vec<String> {
     let runs = held.sensors.count;
     let binomial = (CONFIDENCE * (1.0 - CONFIDENCE) / runs).sqrt();
     let not_met = if held.not_met > 0.0 { format!(", {} of them cut short", held.not_met) } else { String::new() };
-    let off = held.deviations.standard_error().hypot(held.of_truth);
+    let off = libm::hypot(held.deviations.standard_error(), held.of_truth);
     let actual = held.squares.mean.max(0.0).sqrt() * two_sided_normal_quantile(CONFIDENCE);
     vec![
         method.to_owned(),
@@ -193,7 +193,7 @@ fn rendered(settings: &Settings, case: &Case) -> Result<Values, ReportError> {
 }
 
 impl Subject {
-    /// All seeds of a method to an error; `None` where the method refuses the scene.
+    /// All seeds of a method to an error; `None` where the method refuses the scene, or tells no errors.
     fn held(&self, settings: &Settings, method: &str, asked: f64, seeds: u64) -> Result<Option<Held>, ReportError> {
         let mut case = self.case.clone().to(asked / two_sided_normal_quantile(CONFIDENCE), settings.budget());
         case.document["method"] = method.into();
@@ -224,9 +224,13 @@ impl Subject {
             };
             threads.into_iter().map(join).collect::<Result<Vec<_>, _>>()
         })?;
+        // of formulas no error is known
+        if found.iter().flatten().all(|found| found.values.errors.iter().all(|error| !error.is_finite())) {
+            return Ok(None);
+        }
         let mut held = Held::default();
         found.iter().flatten().for_each(|found| self.add(found, asked, &mut held));
-        Ok((held.sensors.count > 0.0).then_some(held))
+        Ok(Some(held))
     }
 
     fn add(&self, found: &Found, asked: f64, held: &mut Held) {
