@@ -2,7 +2,7 @@
 
 use crate::document::result::GridResult;
 use crate::estimate::stopping::LEAST_SHARE_OF_MEAN;
-use crate::estimate::{Estimate, GridEstimate};
+use crate::estimate::{Estimate, FilmEstimate, GridEstimate};
 use crate::statistics::interval::two_sided_student_quantile;
 
 /// Illuminances with their standard errors in lux, all grids of a job in a row.
@@ -44,6 +44,13 @@ impl Values {
         }
     }
 
+    /// Luminances in cd/m2 of blocks of 8 x 8 pixels in the place of sensors' illuminances.
+    pub fn of_view(film: &FilmEstimate) -> Self {
+        let lux: Vec<f64> = film.blocks.iter().map(|block| block.mean).collect();
+        let errors = (0..lux.len()).map(|block| film.block_standard_error_cd_m2(block)).collect();
+        Self { grids: vec![lux.len()], lux, errors, passes: film.passes as u64 }
+    }
+
     /// What the error of each sensor is relative to: its true value, or a hundredth of its grid's mean where that is more. Of a
     /// reference.
     fn scales(&self) -> Vec<f64> {
@@ -64,10 +71,11 @@ impl Values {
         mean(deviations.map(|((value, truth), scale)| ((value - truth) / scale).powi(2)))
     }
 
-    /// Mean of the squared relative standard errors: what a reference adds to squared errors.
-    pub fn relative_variance(&self) -> f64 {
+    /// Mean of the squared relative standard errors: what a reference adds to squared errors; `None` where nothing tells errors.
+    pub fn relative_variance(&self) -> Option<f64> {
         let known = self.errors.iter().zip(self.scales()).filter(|(error, scale)| error.is_finite() && *scale > 0.0);
-        mean(known.map(|(error, scale)| (error / scale).powi(2)))
+        let known: Vec<f64> = known.map(|(error, scale)| (error / scale).powi(2)).collect();
+        (!known.is_empty()).then(|| mean(known.into_iter()))
     }
 
     /// Share of the sensors whose interval, the reference's error in it, holds the reference; `None` where nothing tells errors.
@@ -111,7 +119,8 @@ mod tests {
     fn errors_are_relative_to_the_reference() {
         let truth = values(&[100.0, 50.0], 0.5);
         assert!((values(&[101.0, 49.0], 0.0).squared_error(&truth) - 0.5 * (1e-4 + 4e-4)).abs() < 1e-15);
-        assert!((truth.relative_variance() - 0.5 * (2.5e-5 + 1e-4)).abs() < 1e-15);
+        assert!((truth.relative_variance().unwrap() - 0.5 * (2.5e-5 + 1e-4)).abs() < 1e-15);
+        assert_eq!(values(&[100.0], f64::INFINITY).relative_variance(), None);
         let dark = values(&[200.0, 0.0], 0.0);
         assert!((values(&[200.0, 0.01], 0.0).squared_error(&dark) - 0.5 * 1e-4).abs() < 1e-15);
         assert_eq!(values(&[0.0], 0.0).squared_error(&values(&[0.0], 0.0)), 0.0);

@@ -36,8 +36,8 @@ pub struct ReferenceReport {
     pub method: Option<String>,
     /// Seconds that it was rendered; null where its values were given.
     pub seconds: Option<f64>,
-    /// Root mean square of its relative standard errors.
-    pub relative_standard_error: f64,
+    /// Root mean square of its relative standard errors; null where nothing tells them.
+    pub relative_standard_error: Option<f64>,
 }
 
 /// A study and what it has found, as a file.
@@ -71,7 +71,7 @@ impl Study {
                 .to_owned();
         let or_empty = |value: Option<f64>| value.map_or(String::new(), |value| value.to_string());
         for cell in self.cells() {
-            let Cell { method, asked, cpu_seconds, seconds, told, actual, covered, met, cheapest } = cell;
+            let Cell { method, asked, cpu_seconds, seconds, told, actual, covered, met, cheapest, .. } = cell;
             // writing to a string cannot fail
             let _ = writeln!(
                 text,
@@ -147,7 +147,9 @@ impl Study {
             Some(reference) => format!("reference by {}", reference.method),
             None => "given reference".to_owned(),
         };
-        let reference = format!("{reference}, standard error {} %", significant(100.0 * self.reference_error(), 2));
+        let error =
+            self.reference_error().map_or("unknown".to_owned(), |error| format!("{} %", significant(100.0 * error, 2)));
+        let reference = format!("{reference}, standard error {error}");
         let heading = Heading { title: format!("Error against time{of}"), lines: vec![reference] };
         logarithmic(
             &heading,

@@ -34,7 +34,9 @@ pub struct Run {
     pub squared_error: f64,
     /// Share of the sensors whose interval holds the reference.
     pub covered: Option<f64>,
-    /// True if the run ended by its accuracy.
+    /// What ended the run.
+    pub stopped_by: StoppedBy,
+    /// True if the run ended by its accuracy: it tells an error, and that is as small as asked.
     pub met: bool,
 }
 
@@ -72,7 +74,8 @@ impl Run {
             told: cost.told,
             squared_error: values.squared_error(truth),
             covered: values.covered(truth, confidence),
-            met: cost.stopped_by.is_as_asked(),
+            stopped_by: cost.stopped_by,
+            met: cost.stopped_by.is_as_asked() && cost.told.is_some(),
         }
     }
 }
@@ -119,6 +122,8 @@ pub struct Cell {
     pub covered: Option<f64>,
     /// True if all runs ended by their accuracy.
     pub met: bool,
+    /// True if the runs are of a formula: it gives one answer whatever is asked, and nothing tells its error.
+    pub formula: bool,
     /// True if of the methods that met the error none took fewer processor seconds.
     pub cheapest: bool,
 }
@@ -137,8 +142,8 @@ pub struct RenderedReference {
 pub struct Study {
     /// How the reference was rendered; `None` where its values were given.
     pub reference: Option<RenderedReference>,
-    /// Mean of its squared relative standard errors.
-    pub reference_variance: f64,
+    /// Mean of its squared relative standard errors; `None` where nothing tells them.
+    pub reference_variance: Option<f64>,
     /// Confidence of relative errors and intervals.
     pub confidence: f64,
     /// All runs, in the order in which they were made.
@@ -165,9 +170,9 @@ impl Study {
         cells
     }
 
-    /// Root mean square of the reference's relative standard errors.
-    pub fn reference_error(&self) -> f64 {
-        self.reference_variance.sqrt()
+    /// Root mean square of the reference's relative standard errors; `None` where nothing tells them.
+    pub fn reference_error(&self) -> Option<f64> {
+        self.reference_variance.map(f64::sqrt)
     }
 
     fn cell(&self, method: &str, asked: f64) -> Cell {
@@ -182,9 +187,10 @@ impl Study {
             cpu_seconds: Quartiles::of(runs.iter().map(|run| run.cpu_seconds)),
             seconds: Quartiles::of(runs.iter().map(|run| run.set_up_seconds + run.seconds)),
             told: (!told.is_empty()).then(|| Quartiles::of(told).median),
-            actual: (squared - self.reference_variance).max(0.0).sqrt(),
+            actual: (squared - self.reference_variance.unwrap_or(0.0)).max(0.0).sqrt(),
             covered: (!covered.is_empty()).then(|| mean(covered)),
             met: runs.iter().all(|run| run.met),
+            formula: runs.iter().all(|run| run.stopped_by == StoppedBy::Exact && run.told.is_none()),
             cheapest: false,
         }
     }
@@ -222,6 +228,7 @@ pub(super) mod tests {
             told: Some(asked),
             squared_error: error * error,
             covered: Some(0.95),
+            stopped_by: StoppedBy::RelativeError,
             met: true,
         }
     }
@@ -231,7 +238,7 @@ pub(super) mod tests {
         let mut late = run("b", 0.01, 1.0, 0.003);
         late.met = false;
         let runs = vec![run("a", 0.01, 4.0, 0.004), run("b", 0.01, 2.0, 0.005), run("a", 0.01, 6.0, 0.006), late];
-        let study = Study { runs, reference_variance: 1e-6, ..Study::default() };
+        let study = Study { runs, reference_variance: Some(1e-6), ..Study::default() };
         let cells = study.cells();
         assert_eq!(cells.len(), 2);
         assert_eq!((cells[0].method.as_str(), cells[0].cpu_seconds.median, cells[0].seconds.median), ("a", 5.0, 5.5));

@@ -9,8 +9,7 @@ use super::measure::{on_one_thread, percent};
 use super::scenes;
 use super::settings::{Progress, Settings};
 use crate::document::method;
-use crate::estimate::grid_statistics;
-use crate::estimate::{Estimate, FilmEstimate};
+use crate::estimate::{Estimate, grid_statistics};
 use crate::figure::ticks::significant;
 use crate::job::cancel::Stop;
 use crate::reports::page::{ReportError, Section, Table};
@@ -26,6 +25,9 @@ const CONFIDENCE: f64 = 0.95;
 
 /// Shares of intervals that are near enough to 95 %.
 const GOOD: std::ops::RangeInclusive<f64> = 0.93..=0.97;
+
+/// Runs below which nothing is said of their spread.
+const FEW: f64 = 10.0;
 
 /// Error of a truth that is rendered, at 95 %.
 const OF_TRUTH: f64 = 0.001;
@@ -95,9 +97,9 @@ pub fn section(settings: &Settings, seeds: u64, progress: Progress) -> Result<Se
              share of the sensors, or of blocks of 8 x 8 pixels of a view, whose interval of 95 % by Student's t holds the truth, \
              whose own error is in it; \"means\" the share of the runs whose interval of the mean does. Behind them stands one \
              standard error: of the runs, since the sensors of a run fail together, and for means the binomial one. **Bold** is \
-             what is outside of 93 to 97 % by more than two of them. \"Actual over asked\" is the root mean square of the deviations of all \
+             what is outside of 93 to 97 % by more than two of them, of ten runs or more. \"Actual over asked\" is the root mean square of the deviations of all \
              runs, times 1.96, over the error that was asked for; \"beyond 1.5\" the share of the runs where it is more than one and a \
-             half. \"Mean off by\" is the mean deviation of the mean, in standard errors of the runs and of the truth: that jobs end when they \
+             half; both where no run was cut short. \"Mean off by\" is the mean deviation of the mean, in standard errors of the runs and of the truth: that jobs end when they \
              are good enough must not bias them. Solvers' errors are bounds, so that all of their intervals may hold.",
             significant(settings.budget(), 2)
         ),
@@ -116,25 +118,27 @@ fn row(method: &str, asked: f64, held: &Held) -> Vec<String> {
         method.to_owned(),
         percent(asked),
         format!("{runs}{not_met}"),
-        share(held.sensors.mean, held.sensors.standard_error()),
-        if held.means.count > 0.0 { share(held.means.mean, binomial) } else { String::new() },
-        significant(actual / asked, 2),
-        percent(held.far / runs),
-        format!("{} σ", significant(held.deviations.mean / off, 2)),
+        share(&held.sensors, held.sensors.standard_error()),
+        if held.means.count > 0.0 { share(&held.means, binomial) } else { String::new() },
+        // what was cut short is not as accurate as asked
+        if held.not_met > 0.0 { String::new() } else { significant(actual / asked, 2) },
+        if held.not_met > 0.0 { String::new() } else { percent(held.far / runs) },
+        if runs < FEW { String::new() } else { format!("{} σ", significant(held.deviations.mean / off, 2)) },
     ]
 }
 
-fn share(share: f64, error: f64) -> String {
+fn share(shares: &Moments, error: f64) -> String {
+    let share = shares.mean;
     let error = if error.is_finite() { error } else { 0.0 };
     let text = format!("{:.1} ± {:.1} %", 100.0 * share, 100.0 * error);
-    let near = share >= GOOD.start() - 2.0 * error && share <= GOOD.end() + 2.0 * error;
+    let near = shares.count < FEW || share >= GOOD.start() - 2.0 * error && share <= GOOD.end() + 2.0 * error;
     if near { text } else { format!("**{text}**") }
 }
 
 impl Settings {
     /// Seconds for all seeds of one method to one error in one scene.
     fn budget(&self) -> f64 {
-        self.either(8.0, 0.3)
+        self.either(6.0, 0.3)
     }
 }
 
@@ -235,7 +239,7 @@ impl Subject {
 
     fn add(&self, found: &Found, asked: f64, held: &mut Held) {
         let (values, truth) = (self.of_sensors(&found.values), self.of_sensors(&self.truth));
-        let variance = truth.relative_variance();
+        let variance = truth.relative_variance().unwrap_or(0.0);
         let square = values.squared_error(&truth);
         held.sensors.push(values.covered(&truth, CONFIDENCE).unwrap_or(0.0));
         held.squares.push(square - variance);
@@ -268,15 +272,51 @@ impl Found {
                 let values = Values::of_estimate(estimate);
                 Self { values, mean: mean.value, mean_error: Some(mean.standard_error), met }
             }
-            (None, view) => Self::of_view(view.unwrap_or(&FilmEstimate::default()), estimate.passes_of_views(), met),
+            (None, Some(film)) => {
+                let values = Values::of_view(film);
+                let mean = values.lux.iter().sum::<f64>() / values.lux.len().max(1) as f64;
+                Self { values, mean, mean_error: None, met }
+            }
+            (None, None) => Self { values: Values::default(), mean: 0.0, mean_error: None, met },
         }
     }
+}
 
-    /// Blocks of pixels in the place of sensors.
-    fn of_view(film: &FilmEstimate, passes: u64, met: bool) -> Self {
-        let lux: Vec<f64> = film.blocks.iter().map(|block| block.mean).collect();
-        let errors = (0..lux.len()).map(|block| film.block_standard_error_cd_m2(block)).collect();
-        let mean = lux.iter().sum::<f64>() / lux.len().max(1) as f64;
-        Self { values: Values { grids: vec![lux.len()], lux, errors, passes }, mean, mean_error: None, met }
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn shares_far_from_95_percent_stand_out() {
+        let shares = |held: u32, all: u32| {
+            let mut shares = Moments::default();
+            (0..all).for_each(|run| shares.push(f64::from(u8::from(run < held))));
+            shares
+        };
+        assert_eq!(share(&shares(190, 200), 0.015), "95.0 ± 1.5 %");
+        assert_eq!(share(&shares(180, 200), 0.015), "90.0 ± 1.5 %");
+        assert_eq!(share(&shares(178, 200), 0.015), "**89.0 ± 1.5 %**");
+        assert_eq!(share(&shares(200, 200), 0.01), "**100.0 ± 1.0 %**");
+        assert_eq!(share(&shares(2, 2), 0.0), "100.0 ± 0.0 %");
+    }
+
+    /// Two of four sensors are looked at, one of whose intervals holds; the mean is that of all.
+    #[test]
+    fn a_run_is_judged_by_the_sensors_that_are_looked_at() {
+        let values = |lux: [f64; 4], error: f64| Values {
+            lux: lux.to_vec(),
+            errors: vec![error; 4],
+            grids: vec![4],
+            passes: 1000,
+        };
+        let case = Case::beside(json!({}), Path::new("."));
+        let truth = values([100.0; 4], 0.0);
+        let subject = Subject { name: "", what: "", case, truth, sensors: vec![1, 3] };
+        let found =
+            Found { values: values([0.0, 101.0, 0.0, 110.0], 1.0), mean: 99.0, mean_error: Some(1.0), met: true };
+        let mut held = Held::default();
+        subject.add(&found, 0.05, &mut held);
+        assert_eq!((held.sensors.mean, held.means.mean, held.far), (0.5, 1.0, 1.0));
+        assert!((held.squares.mean - 0.5 * (1e-4 + 1e-2)).abs() < 1e-12 && (held.deviations.mean + 0.01).abs() < 1e-12);
     }
 }

@@ -52,12 +52,13 @@ pub fn run(settings: &Settings, seeds: u64, progress: Progress) -> Result<Report
     let introduction = format!(
         "What accuracy costs by each method, against references, and whether errors are what jobs say of themselves. `skyduct bench \
          accuracy` measures everything anew and writes this page: skyduct {}, {}. Studies run on one thread; times are processor \
-         seconds of the passes, medians of {} runs with seeds of their own. A run ends after {} s in any case. `skyduct study` and \
-         `POST /v1/studies` make such studies of any job.{}",
+         seconds of the passes, medians of {} runs with seeds of their own. A run ends after {} s in any case. Other programs were \
+         measured once: {}. `skyduct study` and `POST /v1/studies` make such studies of any job.{}",
         env!("CARGO_PKG_VERSION"),
         machine(),
         settings.study_seeds(),
         settings.study_seconds(),
+        peers::MEASURED,
         settings.remark()
     );
     Ok(Report { name: "accuracy", title: "What accuracy costs, and whether errors are honest", introduction, sections })
@@ -71,7 +72,7 @@ impl Settings {
 
     /// Seconds after which a run of a study ends.
     fn study_seconds(&self) -> f64 {
-        self.either(2.0, 0.1)
+        self.either(1.5, 0.1)
     }
 }
 
@@ -224,17 +225,11 @@ fn figure(subject: &Subject, study: &Study) -> Result<Figure, ReportError> {
     series.extend(peers::series(subject.name));
     let heading = Heading::of(format!("{}: actual error and processor time", subject.name));
     let drawing = logarithmic(&heading, &series, "processor seconds of one core", "actual error in percent");
+    let others = if peers::series(subject.name).is_empty() { "" } else { "; dashed: other programs" };
     let caption = format!(
-        "{}: actual error, root mean square over the points, against processor seconds, of the cheapest methods; dashed: other \
-         programs, measured on {}",
-        subject.name,
-        peers::MEASURED
+        "{}: actual error, root mean square over the points, against processor seconds, of the cheapest methods{others}",
+        subject.name
     );
-    let caption = if peers::series(subject.name).is_empty() {
-        caption.split("; dashed").next().unwrap_or_default().to_owned()
-    } else {
-        caption
-    };
     Ok(Figure { file: subject.file, caption, bytes: svg(&drawing)?.into_bytes() })
 }
 
