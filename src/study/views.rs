@@ -91,7 +91,7 @@ pub fn run(
         prepare_document(&JobDocument::from_value(document)?, meshes)
     };
     let longest = request.seconds.iter().copied().fold(request.most_seconds, f64::max);
-    let least = request.relative_errors.iter().copied().fold(0.01, f64::min);
+    let least = request.relative_errors.iter().copied().reduce(f64::min).unwrap_or(0.04);
     let reference = prepare(request.document(request.method(&request.reference), 0.25 * least, LONGER * longest, 0))?;
     let mut wanted: Vec<(&str, Option<f64>, Option<f64>)> = Vec::new();
     let mut refused = Vec::new();

@@ -138,7 +138,7 @@ fn pictures_show_what_time_buys() {
         methods,
         seconds: vec![1.0, 0.1],
         relative_errors: vec![0.2],
-        most_seconds: 5.0,
+        most_seconds: 60.0,
         reference: "auto".to_owned(),
     };
     let pictures = views::run(&request, &Folder, &Stop::default(), &mut |_, _, _| {}).unwrap();
