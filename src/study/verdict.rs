@@ -93,15 +93,18 @@ fn honesty(study: &Study, cells: &[Cell]) -> Option<String> {
 }
 
 fn not_met(cells: &[Cell]) -> Option<String> {
-    let mut of_methods: Vec<(&str, Vec<String>)> = Vec::new();
+    let mut of_methods: Vec<(&str, Vec<f64>)> = Vec::new();
     for cell in cells.iter().filter(|cell| !cell.met && !cell.formula) {
         match of_methods.iter_mut().find(|(method, _)| *method == cell.method) {
-            Some((_, asked)) => asked.push(percent(cell.asked)),
-            None => of_methods.push((&cell.method, vec![percent(cell.asked)])),
+            Some((_, asked)) => asked.push(cell.asked),
+            None => of_methods.push((&cell.method, vec![cell.asked])),
         }
     }
-    let told: Vec<String> =
-        of_methods.iter().map(|(method, asked)| format!("{method} ({})", asked.join(", "))).collect();
+    let words = |(method, mut asked): (&str, Vec<f64>)| {
+        asked.sort_by(|a, b| b.total_cmp(a));
+        format!("{method} ({})", asked.into_iter().map(percent).collect::<Vec<_>>().join(", "))
+    };
+    let told: Vec<String> = of_methods.into_iter().map(words).collect();
     (!told.is_empty()).then(|| format!("Not met within the seconds allowed: {}.", told.join(", ")))
 }
 

@@ -45,7 +45,7 @@ struct Subject {
 /// What the runs of a method to an error have in common.
 #[derive(Default)]
 struct Held {
-    /// Share of the sensors whose interval holds the truth, of each run.
+    /// Share of the sensors whose interval holds the truth, of each run that tells errors.
     sensors: Moments,
     /// 1 of a run whose interval of the grid's mean holds the true mean, or else 0; none of views.
     means: Moments,
@@ -109,8 +109,8 @@ pub fn section(settings: &Settings, seeds: u64, progress: Progress) -> Result<Se
 }
 
 fn row(method: &str, asked: f64, held: &Held) -> Vec<String> {
-    let runs = held.sensors.count;
-    let binomial = (CONFIDENCE * (1.0 - CONFIDENCE) / runs).sqrt();
+    let runs = held.squares.count;
+    let binomial = (CONFIDENCE * (1.0 - CONFIDENCE) / held.means.count).sqrt();
     let not_met = if held.not_met > 0.0 { format!(", {} of them cut short", held.not_met) } else { String::new() };
     let off = libm::hypot(held.deviations.standard_error(), held.of_truth);
     let actual = held.squares.mean.max(0.0).sqrt() * two_sided_normal_quantile(CONFIDENCE);
@@ -119,7 +119,7 @@ fn row(method: &str, asked: f64, held: &Held) -> Vec<String> {
         percent(asked),
         format!("{runs}{not_met}"),
         share(&held.sensors, held.sensors.standard_error()),
-        if held.means.count > 0.0 { share(&held.means, binomial) } else { String::new() },
+        share(&held.means, binomial),
         // what was cut short is not as accurate as asked
         if held.not_met > 0.0 { String::new() } else { significant(actual / asked, 2) },
         if held.not_met > 0.0 { String::new() } else { percent(held.far / runs) },
@@ -128,6 +128,9 @@ fn row(method: &str, asked: f64, held: &Held) -> Vec<String> {
 }
 
 fn share(shares: &Moments, error: f64) -> String {
+    if shares.count == 0.0 {
+        return String::new();
+    }
     let share = shares.mean;
     let error = if error.is_finite() { error } else { 0.0 };
     let text = format!("{:.1} ± {:.1} %", 100.0 * share, 100.0 * error);
@@ -241,7 +244,10 @@ impl Subject {
         let (values, truth) = (self.of_sensors(&found.values), self.of_sensors(&self.truth));
         let variance = truth.relative_variance().unwrap_or(0.0);
         let square = values.squared_error(&truth);
-        held.sensors.push(values.covered(&truth, CONFIDENCE).unwrap_or(0.0));
+        // a single pass tells no errors
+        if let Some(covered) = values.covered(&truth, CONFIDENCE) {
+            held.sensors.push(covered);
+        }
         held.squares.push(square - variance);
         held.far += f64::from(square.sqrt() * two_sided_normal_quantile(CONFIDENCE) > 1.5 * asked);
         held.not_met += f64::from(!found.met);
@@ -251,7 +257,7 @@ impl Subject {
         let error =
             self.truth.errors.iter().map(|error| if error.is_finite() { *error } else { 0.0 }).sum::<f64>() / count;
         let quantile = two_sided_student_quantile(CONFIDENCE, found.values.passes.max(2) as f64 - 1.0);
-        if let Some(of_mean) = found.mean_error {
+        if let Some(of_mean) = found.mean_error.filter(|error| error.is_finite()) {
             held.means.push(f64::from(holds((found.mean, of_mean), (mean, error), quantile)));
         }
         held.deviations.push((found.mean - mean) / mean);

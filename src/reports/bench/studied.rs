@@ -192,7 +192,7 @@ fn table(study: &Study) -> Table {
     let asked: Vec<f64> = ASKED.into_iter().filter(|asked| cells.iter().any(|cell| cell.asked == *asked)).collect();
     let words = |cell: &Cell| {
         let seconds = time(cell.cpu_seconds.median);
-        let seconds = match (cell.met, cell.cheapest) {
+        let seconds = match (cell.met || cell.formula, cell.cheapest) {
             (true, true) => format!("**{seconds}**"),
             (true, false) => seconds,
             (false, _) => "not met".to_owned(),
