@@ -5,6 +5,7 @@
 
 mod change;
 mod commit;
+mod guard;
 mod jobs;
 mod meshes;
 mod migrations;
@@ -12,9 +13,10 @@ mod queue;
 mod record;
 mod rows;
 mod sql;
+mod studies;
 
 use std::collections::HashSet;
-use std::fs::{File, TryLockError};
+use std::fs::File;
 use std::os::unix::fs::OpenOptionsExt;
 use std::path::Path;
 use std::sync::atomic::{AtomicU32, Ordering};
@@ -27,6 +29,7 @@ use sqlx::{AssertSqlSafe, ConnectOptions, Connection, Executor, Sqlite, SqlitePo
 use tokio::sync::broadcast;
 use uuid::Uuid;
 
+use self::guard::{check_version, lock};
 use self::migrations::migrations;
 use self::sql::store_error;
 use crate::job::progress::PassReport;
@@ -34,9 +37,6 @@ use crate::job::store::*;
 
 /// Hints that a slow listener may miss; it is then told that it lagged, and reads the store.
 const CHANGES_KEPT: usize = 1024;
-
-/// Older versions can corrupt the database when a checkpoint meets a WAL reset.
-const OLDEST_SQLITE: (u32, u32, u32) = (3, 51, 3);
 
 /// Pages that one deletion gives back to the disk at once (4 kB each); the next ones give back the rest.
 const PAGES_GIVEN_BACK: &str = "PRAGMA incremental_vacuum(1024)";
@@ -155,34 +155,6 @@ impl SqliteStore {
         self.writer.close().await;
         self.lock.lock().unwrap_or_else(PoisonError::into_inner).take();
     }
-}
-
-/// Locks a file beside the database, whose path is without links: SQLite's own locks are for single transactions.
-fn lock(database: &Path) -> Result<File, StoreError> {
-    let mut path = database.as_os_str().to_owned();
-    path.push(".lock");
-    let failed = |error: std::io::Error| StoreError::Failed(format!("{}: {error}", Path::new(&path).display()));
-    let lock = File::options().create(true).truncate(false).write(true).mode(0o600).open(&path).map_err(failed)?;
-    match lock.try_lock() {
-        Ok(()) => Ok(lock),
-        Err(TryLockError::WouldBlock) => {
-            Err(StoreError::Failed(format!("another process serves the database {}", database.display())))
-        }
-        Err(TryLockError::Error(error)) => Err(failed(error)),
-    }
-}
-
-fn check_version(version: &str) -> Result<(), StoreError> {
-    let mut numbers = version.split('.').map(|part| part.parse::<u32>().unwrap_or(0));
-    let mut next = || numbers.next().unwrap_or(0);
-    let found = (next(), next(), next());
-    if found < OLDEST_SQLITE {
-        let (major, minor, patch) = OLDEST_SQLITE;
-        return Err(StoreError::Failed(format!(
-            "SQLite {version} is linked; {major}.{minor}.{patch} or newer is needed"
-        )));
-    }
-    Ok(())
 }
 
 #[async_trait]
@@ -318,6 +290,56 @@ impl Store for SqliteStore {
         jobs::artifact(&self.readers, id, name).await
     }
 
+    async fn submit_study(&self, study: NewStudy, max_queued: u64) -> Result<StudySubmission, StoreError> {
+        let mut tx = self.begin(Durability::Power).await?;
+        let submission = studies::submit(&mut tx, study, max_queued).await?;
+        if let StudySubmission::New(study) = &submission {
+            tx.commit().await.map_err(store_error)?;
+            study.parts.iter().for_each(|(job, _)| self.tell(Change::Job(*job)));
+            self.tell(Change::Queue);
+        } else {
+            tx.rollback().await.map_err(store_error)?;
+        }
+        Ok(submission)
+    }
+
+    async fn study_of_key(&self, idempotency_key: &str) -> Result<Option<StoredStudy>, StoreError> {
+        let mut connection = self.readers.acquire().await.map_err(store_error)?;
+        studies::of_key(&mut connection, idempotency_key).await
+    }
+
+    async fn study(&self, id: Uuid) -> Result<Option<StoredStudy>, StoreError> {
+        let mut connection = self.readers.acquire().await.map_err(store_error)?;
+        studies::study(&mut connection, id).await
+    }
+
+    async fn studies(&self, before: Option<Uuid>, limit: u32) -> Result<Vec<Uuid>, StoreError> {
+        studies::list(&self.readers, before, limit).await
+    }
+
+    async fn jobs_of_study(&self, id: Uuid) -> Result<Vec<JobHead>, StoreError> {
+        let mut connection = self.readers.acquire().await.map_err(store_error)?;
+        studies::heads(&mut connection, id).await
+    }
+
+    async fn cancel_study(&self, id: Uuid) -> Result<u64, StoreError> {
+        let mut tx = self.begin(Durability::Power).await?;
+        let cancelled = studies::cancel(&mut tx, id).await?;
+        tx.commit().await.map_err(store_error)?;
+        for job in &cancelled {
+            self.tell(Change::Stop(*job));
+            self.tell(Change::Job(*job));
+        }
+        Ok(cancelled.len() as u64)
+    }
+
+    async fn delete_study(&self, id: Uuid) -> Result<bool, StoreError> {
+        let mut tx = self.begin(Durability::Power).await?;
+        let deleted = studies::delete(&mut tx, id).await?;
+        tx.commit().await.map_err(store_error)?;
+        Ok(deleted)
+    }
+
     async fn add_mesh(&self, mesh: Mesh) -> Result<Mesh, StoreError> {
         let mut tx = self.begin(Durability::Power).await?;
         let kept = meshes::add(&mut tx, mesh).await?;
@@ -415,20 +437,5 @@ impl Store for SqliteStore {
 
     async fn referenced_keys(&self) -> Result<HashSet<String>, StoreError> {
         jobs::referenced_keys(&self.readers).await
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::check_version;
-
-    #[test]
-    fn old_sqlite_is_refused() {
-        for version in ["3.51.3", "3.51.10", "3.52.0", "4.0.0"] {
-            assert!(check_version(version).is_ok(), "{version}");
-        }
-        for version in ["3.51.2", "3.40.1", "3.6.23.1", "", "x"] {
-            assert!(check_version(version).is_err(), "{version}");
-        }
     }
 }

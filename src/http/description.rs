@@ -33,6 +33,7 @@ use crate::job::events::{Cancelled, Failed, Pass, Planned, Queued, Restarted, St
     tags(
         (name = "jobs", description = "Job documents and what becomes of them"),
         (name = "results", description = "Grids, pictures and convergence; of a running job, what there is so far"),
+        (name = "studies", description = "What accuracy costs: several methods on one job against a reference"),
         (name = "meshes", description = "Uploaded OBJ files"),
         (name = "skies", description = "The sky types of CIE S 011"),
         (name = "tubes", description = "Closed forms of straight tubes"),
@@ -98,8 +99,9 @@ fn complete(operation: &mut Operation) {
 }
 
 /// Operations whose answer has an id: the operation, the status of the answer, and where the id leads.
-const LINKS: [(&str, &str, &[&str]); 2] = [
+const LINKS: [(&str, &str, &[&str]); 3] = [
     ("create_job", "202", &["get_job", "cancel_job", "delete_job", "get_convergence", "get_convergence_csv"]),
+    ("create_study", "202", &["get_study", "cancel_study", "delete_study"]),
     ("create_mesh", "201", &["get_mesh", "delete_mesh"]),
 ];
 

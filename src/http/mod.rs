@@ -31,6 +31,7 @@ mod router;
 pub(crate) mod server;
 mod service;
 mod skies;
+mod studies;
 mod tube_flux;
 mod tubes;
 mod views;

@@ -28,7 +28,7 @@ use crate::http::problem::as_problem_documents;
 use crate::http::server::answer_health_only_beyond;
 use crate::http::{
     Limits, Service, convergence, docs, events, figures, grids, health, jobs, meshes, page, problem_page, report,
-    results, skies, tube_flux, tubes, views,
+    results, skies, studies, tube_flux, tubes, views,
 };
 
 const REQUEST_ID: HeaderName = HeaderName::from_static("x-request-id");
@@ -45,6 +45,9 @@ fn api_with_limits(document_bytes: usize, mesh_bytes: usize) -> OpenApiRouter<Ar
         .routes(routes!(jobs::plan::plan))
         .routes(routes!(jobs::show::get, jobs::change::delete))
         .routes(routes!(jobs::change::cancel))
+        .routes(routes!(studies::show::list, studies::submit::create))
+        .routes(routes!(studies::show::get, studies::change::delete))
+        .routes(routes!(studies::change::cancel))
         .routes(routes!(meshes::get, meshes::delete))
         .routes(routes!(skies::skies))
         .routes(routes!(tubes::transmission))
@@ -57,6 +60,7 @@ fn api_with_limits(document_bytes: usize, mesh_bytes: usize) -> OpenApiRouter<Ar
         .routes(routes!(events::events))
         .routes(routes!(grids::grid))
         .routes(routes!(figures::figure))
+        .routes(routes!(studies::show::file))
         .routes(routes!(views::view))
         .routes(routes!(results::tube))
         .routes(routes!(convergence::convergence))

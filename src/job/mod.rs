@@ -29,6 +29,7 @@ pub(crate) mod results;
 pub(crate) mod site_figure;
 pub mod spent;
 pub mod store;
+pub mod studies;
 pub(crate) mod subject;
 mod tube_figure;
 pub(crate) mod tube_flux;

@@ -23,6 +23,11 @@ pub enum StoppedBy {
 }
 
 impl StoppedBy {
+    /// True if the outputs are as accurate as asked.
+    pub fn is_as_asked(self) -> bool {
+        matches!(self, Self::RelativeError | Self::Exact)
+    }
+
     /// The name in JSON.
     pub fn name(self) -> &'static str {
         match self {

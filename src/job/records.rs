@@ -126,6 +126,7 @@ pub struct StateFile {
 }
 
 /// A job to be queued.
+#[derive(Clone)]
 pub struct NewJob {
     /// Free text of the document.
     pub name: Option<String>,

@@ -13,6 +13,7 @@ use uuid::Uuid;
 use crate::job::events::Pass;
 use crate::job::progress::{PassReport, Progress, StoppedBy};
 pub use crate::job::records::*;
+pub use crate::job::studies::*;
 
 /// Processes that may die in a row while they render one chunk without getting further; then its job fails.
 pub const MAX_DEATHS: u64 = 3;
@@ -284,6 +285,21 @@ pub trait Store: Send + Sync + 'static {
     async fn convergence_outline(&self, id: Uuid, points: u32) -> Result<Vec<PassReport>, StoreError>;
     /// A file of a job by its name; `None` if the job has none of this name.
     async fn artifact(&self, id: Uuid, name: &str) -> Result<Option<Artifact>, StoreError>;
+
+    /// Queues all jobs of a study behind the first chunks of other jobs, or none of them; at most `max_queued` jobs may wait.
+    async fn submit_study(&self, study: NewStudy, max_queued: u64) -> Result<StudySubmission, StoreError>;
+    /// The study that was posted with this key; `None` if there is none, or no more.
+    async fn study_of_key(&self, idempotency_key: &str) -> Result<Option<StoredStudy>, StoreError>;
+    /// A study by its id; `None` if there is none.
+    async fn study(&self, id: Uuid) -> Result<Option<StoredStudy>, StoreError>;
+    /// Ids of at most `limit` studies older than `before`, newest first.
+    async fn studies(&self, before: Option<Uuid>, limit: u32) -> Result<Vec<Uuid>, StoreError>;
+    /// The jobs of a study that were not deleted, oldest first.
+    async fn jobs_of_study(&self, id: Uuid) -> Result<Vec<JobHead>, StoreError>;
+    /// Cancels all jobs of a study that have not ended, as [`Self::cancel`] does; the number of those, 0 where all had ended.
+    async fn cancel_study(&self, id: Uuid) -> Result<u64, StoreError>;
+    /// Deletes a study, but none of its jobs; true if there was one.
+    async fn delete_study(&self, id: Uuid) -> Result<bool, StoreError>;
 
     /// Keeps the mesh that is there already when the content was uploaded before.
     async fn add_mesh(&self, mesh: Mesh) -> Result<Mesh, StoreError>;

@@ -2,31 +2,65 @@
 
 use std::fmt::Write as _;
 
-use serde_json::{Value, json};
+use serde::Serialize;
+use utoipa::ToSchema;
 
-use super::outcome::{Cell, Study};
+use super::outcome::{Cell, Refused, RenderedReference, Run, Study};
 use super::request::StudyRequest;
 use crate::figure::curves::{Series, logarithmic};
 use crate::figure::ticks::{duration, significant};
 use crate::figure::{Drawing, FigureFormat, Heading};
 use crate::output::OutputError;
 
+/// What a study has found.
+#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+pub struct StudyReport {
+    /// What the runs are compared with.
+    pub reference: ReferenceReport,
+    /// Confidence of relative errors and intervals.
+    pub confidence: f64,
+    /// What follows, in a paragraph for people.
+    pub verdict: String,
+    /// The runs put together by method and error.
+    pub cells: Vec<Cell>,
+    /// Methods that cannot compute the job.
+    pub refused: Vec<Refused>,
+    /// The runs that gave values.
+    pub runs: Vec<Run>,
+}
+
+/// What the runs of a study are compared with.
+#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+pub struct ReferenceReport {
+    /// The methods that computed it; null where its values were given.
+    pub method: Option<String>,
+    /// Seconds that it was rendered; null where its values were given.
+    pub seconds: Option<f64>,
+    /// Root mean square of its relative standard errors; null where nothing tells them.
+    pub relative_standard_error: Option<f64>,
+}
+
+/// A study and what it has found, as a file.
+#[derive(Serialize)]
+struct StudyFile<'a> {
+    request: &'a StudyRequest,
+    #[serde(flatten)]
+    report: StudyReport,
+}
+
 impl Study {
-    /// All that is known of the study.
-    pub fn json(&self, request: &StudyRequest) -> Value {
-        json!({
-            "request": request,
-            "reference": {
-                "method": self.reference_method,
-                "seconds": self.reference_seconds,
-                "relative_standard_error": self.reference_error(),
-            },
-            "confidence": self.confidence,
-            "verdict": self.verdict(),
-            "cells": self.cells(),
-            "refused": self.refused,
-            "runs": self.runs,
-        })
+    /// What the study has found.
+    pub fn report(&self) -> StudyReport {
+        let of = |reference: &RenderedReference| (reference.method.clone(), reference.seconds);
+        let (method, seconds) = self.reference.as_ref().map(of).unzip();
+        StudyReport {
+            reference: ReferenceReport { method, seconds, relative_standard_error: self.reference_error() },
+            confidence: self.confidence,
+            verdict: self.verdict(),
+            cells: self.cells(),
+            refused: self.refused.clone(),
+            runs: self.runs.clone(),
+        }
     }
 
     /// The runs put together, a line each.
@@ -37,7 +71,7 @@ impl Study {
                 .to_owned();
         let or_empty = |value: Option<f64>| value.map_or(String::new(), |value| value.to_string());
         for cell in self.cells() {
-            let Cell { method, asked, cpu_seconds, seconds, told, actual, covered, met, cheapest } = cell;
+            let Cell { method, asked, cpu_seconds, seconds, told, actual, covered, met, cheapest, .. } = cell;
             // writing to a string cannot fail
             let _ = writeln!(
                 text,
@@ -88,8 +122,8 @@ impl Study {
         text
     }
 
-    /// Actual error over processor seconds, both logarithmic: a line for each method, from its largest error to its smallest.
-    pub fn figure(&self, name: Option<&str>) -> Drawing {
+    /// Actual error in percent over processor seconds: a line for each method, from its largest error to its smallest.
+    pub fn series(&self) -> Vec<Series> {
         let mut series: Vec<Series> = Vec::new();
         for cell in self.cells() {
             let point = (cell.cpu_seconds.median, 100.0 * cell.actual);
@@ -102,12 +136,20 @@ impl Study {
             series.line.sort_by(|a, b| a.0.total_cmp(&b.0));
             series.marks.clone_from(&series.line);
         }
+        series
+    }
+
+    /// The series of the study over two logarithmic axes.
+    pub fn figure(&self, name: Option<&str>) -> Drawing {
+        let series = self.series();
         let of = name.map_or(String::new(), |name| format!(": {name}"));
-        let reference = format!(
-            "reference by {}, standard error {} %",
-            self.reference_method,
-            significant(100.0 * self.reference_error(), 2)
-        );
+        let reference = match &self.reference {
+            Some(reference) => format!("reference by {}", reference.method),
+            None => "given reference".to_owned(),
+        };
+        let error =
+            self.reference_error().map_or("unknown".to_owned(), |error| format!("{} %", significant(100.0 * error, 2)));
+        let reference = format!("{reference}, standard error {error}");
         let heading = Heading { title: format!("Error against time{of}"), lines: vec![reference] };
         logarithmic(
             &heading,
@@ -120,7 +162,9 @@ impl Study {
     /// All files of the study: names and contents.
     pub fn files(&self, request: &StudyRequest) -> Result<Vec<(String, Vec<u8>)>, OutputError> {
         let figure = self.figure(request.job["name"].as_str());
-        let mut json = self.json(request).to_string().into_bytes();
+        // our own types always serialise
+        let json = serde_json::to_value(StudyFile { request, report: self.report() }).unwrap_or_default();
+        let mut json = json.to_string().into_bytes();
         json.push(b'\n');
         let mut files = vec![("study.json".to_owned(), json), ("study.csv".to_owned(), self.csv().into_bytes())];
         for format in FigureFormat::ALL {
@@ -132,6 +176,8 @@ impl Study {
 
 #[cfg(test)]
 mod tests {
+    use serde_json::{Value, json};
+
     use super::super::outcome::tests::run;
     use super::*;
 

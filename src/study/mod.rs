@@ -1,13 +1,17 @@
 //! Studies: what accuracy costs by each of several methods on one scene, against a reference.
 //!
-//! `request` says what is asked and which jobs that makes, `run` renders them in this process and compares each with the
-//! reference, `outcome` puts the runs together, `verdict` says in words what follows, `files` writes it down.
+//! `request` says what is asked and which jobs that makes, `reference` what they are compared with, and `compare` how far they are
+//! from it. `run` renders the jobs in this process (the service queues them), `outcome` puts the runs together, `verdict` says in
+//! words what follows, `files` writes it down. `views` makes pictures: after the same time by each method, and at several accuracies.
 
+pub mod compare;
 pub mod files;
 pub mod outcome;
+pub mod reference;
 pub mod request;
 pub mod run;
 mod verdict;
+pub mod views;
 
 pub use outcome::Study;
 pub use request::StudyRequest;

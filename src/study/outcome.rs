@@ -1,9 +1,14 @@
 //! What came out of a study: its runs, and what they have in common.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+use super::compare::Values;
+use super::request::RunKey;
+use crate::job::progress::StoppedBy;
 
 /// A run of a study.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
 pub struct Run {
     /// The method that was asked for.
     pub method: String,
@@ -29,12 +34,54 @@ pub struct Run {
     pub squared_error: f64,
     /// Share of the sensors whose interval holds the reference.
     pub covered: Option<f64>,
-    /// True if the run ended by its accuracy.
+    /// What ended the run.
+    pub stopped_by: StoppedBy,
+    /// True if the run ended by its accuracy: it tells an error, and that is as small as asked.
     pub met: bool,
 }
 
+/// What a run took, and what it says of itself.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RunCost {
+    /// The methods that computed it.
+    pub computed_by: String,
+    /// Seconds from the document to the first pass.
+    pub set_up_seconds: f64,
+    /// Seconds of rendering.
+    pub seconds: f64,
+    /// Processor seconds of rendering, of all threads; those on the wall where the system does not tell.
+    pub cpu_seconds: f64,
+    /// Number of passes.
+    pub passes: u64,
+    /// Relative error that the job tells of itself, at its confidence; `None` where it knows none.
+    pub told: Option<f64>,
+    /// What ended it.
+    pub stopped_by: StoppedBy,
+}
+
+impl Run {
+    /// A run that gave values, compared with the reference.
+    pub fn new(key: RunKey, cost: RunCost, values: &Values, truth: &Values, confidence: f64) -> Self {
+        Self {
+            method: key.method,
+            computed_by: cost.computed_by,
+            asked: key.relative_error,
+            seed: key.seed,
+            set_up_seconds: cost.set_up_seconds,
+            seconds: cost.seconds,
+            cpu_seconds: cost.cpu_seconds,
+            passes: cost.passes,
+            told: cost.told,
+            squared_error: values.squared_error(truth),
+            covered: values.covered(truth, confidence),
+            stopped_by: cost.stopped_by,
+            met: cost.stopped_by.is_as_asked() && cost.told.is_some(),
+        }
+    }
+}
+
 /// A method that cannot compute the job.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct Refused {
     /// Name of the method.
     pub method: String,
@@ -43,7 +90,7 @@ pub struct Refused {
 }
 
 /// Median and quartiles of some runs.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, ToSchema)]
 pub struct Quartiles {
     /// A quarter of the runs has less.
     pub lower: f64,
@@ -54,7 +101,7 @@ pub struct Quartiles {
 }
 
 /// All runs of one method to one error.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
 pub struct Cell {
     /// Name of the method.
     pub method: String,
@@ -75,19 +122,28 @@ pub struct Cell {
     pub covered: Option<f64>,
     /// True if all runs ended by their accuracy.
     pub met: bool,
+    /// True if the runs are of a formula: it gives one answer whatever is asked, and nothing tells its error.
+    pub formula: bool,
     /// True if of the methods that met the error none took fewer processor seconds.
     pub cheapest: bool,
+}
+
+/// The job that a study's runs are compared with.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RenderedReference {
+    /// The methods that computed it.
+    pub method: String,
+    /// Seconds that it was rendered.
+    pub seconds: f64,
 }
 
 /// What came out of a study.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Study {
-    /// The method of the reference.
-    pub reference_method: String,
-    /// Seconds that it was rendered.
-    pub reference_seconds: f64,
-    /// Mean of its squared relative standard errors.
-    pub reference_variance: f64,
+    /// How the reference was rendered; `None` where its values were given.
+    pub reference: Option<RenderedReference>,
+    /// Mean of its squared relative standard errors; `None` where nothing tells them.
+    pub reference_variance: Option<f64>,
     /// Confidence of relative errors and intervals.
     pub confidence: f64,
     /// All runs, in the order in which they were made.
@@ -114,9 +170,9 @@ impl Study {
         cells
     }
 
-    /// Root mean square of the reference's relative standard errors.
-    pub fn reference_error(&self) -> f64 {
-        self.reference_variance.sqrt()
+    /// Root mean square of the reference's relative standard errors; `None` where nothing tells them.
+    pub fn reference_error(&self) -> Option<f64> {
+        self.reference_variance.map(f64::sqrt)
     }
 
     fn cell(&self, method: &str, asked: f64) -> Cell {
@@ -131,9 +187,10 @@ impl Study {
             cpu_seconds: Quartiles::of(runs.iter().map(|run| run.cpu_seconds)),
             seconds: Quartiles::of(runs.iter().map(|run| run.set_up_seconds + run.seconds)),
             told: (!told.is_empty()).then(|| Quartiles::of(told).median),
-            actual: (squared - self.reference_variance).max(0.0).sqrt(),
+            actual: (squared - self.reference_variance.unwrap_or(0.0)).max(0.0).sqrt(),
             covered: (!covered.is_empty()).then(|| mean(covered)),
             met: runs.iter().all(|run| run.met),
+            formula: runs.iter().all(|run| run.stopped_by == StoppedBy::Exact && run.told.is_none()),
             cheapest: false,
         }
     }
@@ -171,6 +228,7 @@ pub(super) mod tests {
             told: Some(asked),
             squared_error: error * error,
             covered: Some(0.95),
+            stopped_by: StoppedBy::RelativeError,
             met: true,
         }
     }
@@ -180,7 +238,7 @@ pub(super) mod tests {
         let mut late = run("b", 0.01, 1.0, 0.003);
         late.met = false;
         let runs = vec![run("a", 0.01, 4.0, 0.004), run("b", 0.01, 2.0, 0.005), run("a", 0.01, 6.0, 0.006), late];
-        let study = Study { runs, reference_variance: 1e-6, ..Study::default() };
+        let study = Study { runs, reference_variance: Some(1e-6), ..Study::default() };
         let cells = study.cells();
         assert_eq!(cells.len(), 2);
         assert_eq!((cells[0].method.as_str(), cells[0].cpu_seconds.median, cells[0].seconds.median), ("a", 5.0, 5.5));

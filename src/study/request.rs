@@ -1,27 +1,44 @@
 //! What a study is asked for, and the jobs that it is made of.
 
-use serde::Serialize;
+use std::collections::BTreeSet;
+
+use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
+use utoipa::ToSchema;
 
-use crate::document::{DocumentErrors, FieldError};
+use super::reference::ReferenceRequest;
+use crate::document::errors::Checks;
+use crate::document::read::shape;
+use crate::document::{DocumentErrors, FieldError, FieldErrorCode, JobDocument, MethodKind, method};
 
-/// A study of the grids of a job; its views are left out.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+/// A study of the grids of a job: runs of each method to each error with each seed, compared with a reference.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
 pub struct StudyRequest {
-    /// The job document.
+    /// The job document, at least one grid in it. Its views are left out, and so is its `stop` but for the confidence; its method's
+    /// settings are those of the runs by that method.
+    #[schema(value_type = JobDocument)]
     pub job: Value,
-    /// Methods by the names that documents have for them.
+    /// Methods by the names that documents have for them, each once; all that there are when absent. Those that refuse the job are
+    /// told with their reason.
+    #[serde(default = "all_methods")]
+    #[schema(value_type = Vec<MethodKind>, min_items = 1)]
     pub methods: Vec<String>,
-    /// Relative errors to stop at, at the job's confidence, each above 0 and below 1.
+    /// Relative errors to stop at, at the job's confidence, each once.
+    #[serde(default = "five_two_and_one_percent")]
+    #[schema(min_items = 1)]
     pub relative_errors: Vec<f64>,
     /// Runs of each method to each error, with seeds of their own.
+    #[serde(default = "three")]
+    #[schema(minimum = 1, maximum = 1000, default = 3)]
     pub seeds: u64,
-    /// Method of the reference.
-    pub reference_method: String,
-    /// Relative error of the reference, at the job's confidence.
-    pub reference_relative_error: f64,
-    /// Seconds after which a run ends in any case, and a tenth of those of the reference.
-    pub most_seconds: f64,
+    /// What the runs are compared with.
+    #[serde(default)]
+    pub reference: ReferenceRequest,
+    /// Seconds of rendering after which a run ends in any case.
+    #[serde(default = "a_minute")]
+    #[schema(exclusive_minimum = 0, default = 60.0)]
+    pub seconds: f64,
 }
 
 /// Most runs of each method to each error.
@@ -30,66 +47,158 @@ pub const MOST_SEEDS: u64 = 1000;
 /// How much more accurate the reference is than the most accurate run, by default.
 const FINER: f64 = 4.0;
 
-/// The reference may take so many times as long as a run.
+/// The reference may take so many times as long as a run, by default.
 const LONGER: f64 = 10.0;
 
+fn all_methods() -> Vec<String> {
+    method::names().map(str::to_owned).collect()
+}
+
+fn five_two_and_one_percent() -> Vec<f64> {
+    vec![0.05, 0.02, 0.01]
+}
+
+fn three() -> u64 {
+    3
+}
+
+fn a_minute() -> f64 {
+    60.0
+}
+
+/// A run of a study: which of its jobs it is.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct RunKey {
+    /// Name of the method that is asked for.
+    pub method: String,
+    /// Relative error to stop at, at the job's confidence.
+    pub relative_error: f64,
+    /// Number of the seed, from 0.
+    pub seed: u64,
+}
+
 impl StudyRequest {
-    /// A study of `job` by all `methods`, which the job's own method is among where it is no other: 5, 2 and 1 percent, three
+    /// A study of `job` by `methods`, which the job's own method is among where it is no other: 5, 2 and 1 percent, three
     /// seeds, a minute for each run.
     pub fn new(job: Value, methods: Vec<String>) -> Self {
         Self {
             job,
             methods,
-            relative_errors: vec![0.05, 0.02, 0.01],
-            seeds: 3,
-            reference_method: "auto".to_owned(),
-            reference_relative_error: 0.01 / FINER,
-            most_seconds: 60.0,
+            relative_errors: five_two_and_one_percent(),
+            seeds: three(),
+            reference: ReferenceRequest::default(),
+            seconds: a_minute(),
         }
     }
 
-    /// The same study to other errors, with a reference that is four times as accurate as the most accurate run.
+    /// The same study to other errors.
     pub fn to(self, relative_errors: Vec<f64>) -> Self {
-        let least = relative_errors.iter().copied().fold(f64::INFINITY, f64::min);
-        Self { reference_relative_error: least / FINER, relative_errors, ..self }
+        Self { relative_errors, ..self }
     }
 
-    /// What is wrong with the numbers of the study, if anything is; jobs are judged when they are prepared.
+    /// Checks a request that was read as JSON, its job, too. Errors name everything that is wrong, with pointers into the request.
+    pub fn from_value(value: Value) -> Result<Self, DocumentErrors> {
+        let mut checks = Checks::default();
+        let Some((request, _)) = shape::read::<Self>(value, &mut checks) else {
+            return Err(DocumentErrors(checks.errors));
+        };
+        let mut errors = checks.errors;
+        if let Err(DocumentErrors(of_job)) = JobDocument::from_value(request.job.clone()) {
+            let in_request = |error: FieldError| FieldError { pointer: format!("/job{}", error.pointer), ..error };
+            errors.extend(of_job.into_iter().map(in_request));
+        }
+        if let Err(DocumentErrors(of_numbers)) = request.check() {
+            errors.extend(of_numbers);
+        }
+        if errors.is_empty() { Ok(request) } else { Err(DocumentErrors(errors)) }
+    }
+
+    /// The study where no job may take more than `most` seconds: the reference is allowed no more than those where it names none.
+    pub fn within(mut self, most: f64) -> Result<Self, DocumentErrors> {
+        let asked = [("/seconds", Some(self.seconds)), ("/reference/seconds", self.reference.seconds)];
+        let too_many =
+            asked.into_iter().filter_map(|(pointer, asked)| Some((pointer, asked.filter(|asked| *asked > most)?)));
+        let errors: Vec<FieldError> = too_many
+            .map(|(pointer, asked)| {
+                let detail = format!("must be <= {most} on this service, but is {asked}");
+                FieldError::new(pointer, detail).coded(FieldErrorCode::OutOfRange)
+            })
+            .collect();
+        if !errors.is_empty() {
+            return Err(DocumentErrors(errors));
+        }
+        if self.reference.grids.is_none() {
+            self.reference.seconds.get_or_insert((LONGER * self.seconds).min(most));
+        }
+        Ok(self)
+    }
+
+    /// What is wrong with the study beside its job, if anything is; jobs are judged when they are prepared.
     pub fn check(&self) -> Result<(), DocumentErrors> {
         let mut errors = Vec::new();
-        let mut refuse = |pointer: String, detail: String| errors.push(FieldError::new(pointer, detail));
+        self.reference.check(&self.job, &mut errors);
+        let mut refuse = |code: FieldErrorCode, pointer: String, detail: String| {
+            errors.push(FieldError::new(pointer, detail).coded(code));
+        };
+        let (bad, too_far) = (FieldErrorCode::Invalid, FieldErrorCode::OutOfRange);
         if self.methods.is_empty() {
-            refuse("/methods".to_owned(), "at least one method is needed".to_owned());
+            refuse(bad, "/methods".to_owned(), "at least one method is needed".to_owned());
+        }
+        let named = self.methods.iter().map(|name| ("/methods", name));
+        let of_reference = self.reference.method.iter().map(|name| ("/reference/method", name));
+        let mut seen = BTreeSet::new();
+        for (index, (field, name)) in named.enumerate().chain(of_reference.enumerate()) {
+            let pointer = if field == "/methods" { format!("{field}/{index}") } else { field.to_owned() };
+            if !method::names().any(|known| known == name) {
+                let known: Vec<&str> = method::names().collect();
+                refuse(bad, pointer, format!("must be one of {}, but is {name:?}", known.join(", ")));
+            } else if field == "/methods" && !seen.insert(name) {
+                refuse(bad, pointer, format!("{name} stands there twice"));
+            }
         }
         if self.relative_errors.is_empty() {
-            refuse("/relative_errors".to_owned(), "at least one relative error is needed".to_owned());
+            refuse(bad, "/relative_errors".to_owned(), "at least one relative error is needed".to_owned());
         }
-        let errors_asked = self.relative_errors.iter().enumerate();
-        for (index, error) in errors_asked.filter(|(_, error)| !(**error > 0.0 && **error < 1.0)) {
-            refuse(format!("/relative_errors/{index}"), format!("must be above 0 and below 1, but is {error}"));
+        for (index, error) in self.relative_errors.iter().enumerate() {
+            if !(*error > 0.0 && *error < 1.0) {
+                refuse(too_far, format!("/relative_errors/{index}"), format!("must be > 0 and < 1, but is {error}"));
+            } else if self.relative_errors[..index].contains(error) {
+                refuse(bad, format!("/relative_errors/{index}"), format!("{error} stands there twice"));
+            }
         }
         if !(1..=MOST_SEEDS).contains(&self.seeds) {
-            refuse("/seeds".to_owned(), format!("must be within 1..{MOST_SEEDS}, but is {}", self.seeds));
+            refuse(too_far, "/seeds".to_owned(), format!("must be within 1..{MOST_SEEDS}, but is {}", self.seeds));
         }
-        if !(self.most_seconds > 0.0 && self.most_seconds.is_finite()) {
-            refuse("/seconds".to_owned(), format!("must be above 0, but is {}", self.most_seconds));
+        if !(self.seconds > 0.0 && self.seconds.is_finite()) {
+            refuse(too_far, "/seconds".to_owned(), format!("must be > 0, but is {}", self.seconds));
         }
         if self.job["grids"].as_array().is_none_or(Vec::is_empty) {
-            refuse("/job/grids".to_owned(), "a study compares grids, and the job has none".to_owned());
+            refuse(bad, "/job/grids".to_owned(), "a study compares grids, and the job has none".to_owned());
         }
         if errors.is_empty() { Ok(()) } else { Err(DocumentErrors(errors)) }
     }
 
-    /// The document of a run: `seed` counts from 0.
-    pub fn run(&self, method: &str, relative_error: f64, seed: u64) -> Value {
+    /// All runs by some of the methods. Methods take turns, so that what else the machine does meets them alike.
+    pub fn runs<'a>(&'a self, methods: &'a [String]) -> impl Iterator<Item = RunKey> + 'a {
+        let errors = move |seed| self.relative_errors.iter().map(move |error| (seed, *error));
+        let keys = (0..self.seeds).flat_map(errors);
+        keys.flat_map(move |(seed, relative_error)| {
+            methods.iter().map(move |method| RunKey { method: method.clone(), relative_error, seed })
+        })
+    }
+
+    /// The document of a run.
+    pub fn run(&self, key: &RunKey) -> Value {
         // that of the reference is another one
-        self.document(self.method(method), relative_error, self.most_seconds, seed.wrapping_add(1))
+        self.document(self.method(&key.method), key.relative_error, self.seconds, key.seed.wrapping_add(1))
     }
 
     /// The document of the reference.
     pub fn reference(&self) -> Value {
-        let method = self.method(&self.reference_method);
-        self.document(method, self.reference_relative_error, LONGER * self.most_seconds, 0)
+        let method = self.method(self.reference.method.as_deref().unwrap_or("auto"));
+        let least = self.relative_errors.iter().copied().fold(f64::INFINITY, f64::min);
+        let relative_error = self.reference.relative_error.unwrap_or(least / FINER);
+        self.document(method, relative_error, self.reference.seconds.unwrap_or(LONGER * self.seconds), 0)
     }
 
     /// A method as the document of a run has it: with the job's own settings where it is the job's.
@@ -129,17 +238,21 @@ mod tests {
     #[test]
     fn runs_differ_in_method_error_and_seed_alone() {
         let request = request().to(vec![0.05, 0.02]);
-        let run = request.run("sppm", 0.02, 1);
+        let key = |method: &str| RunKey { method: method.to_owned(), relative_error: 0.02, seed: 1 };
+        let run = request.run(&key("sppm"));
         let expected = json!({ "grids": [{}], "seed": 7, "method": { "kind": "sppm", "photons_per_pass": 9 },
             "stop": { "relative_error": 0.02, "confidence": 0.9, "max_seconds": 60.0, "max_passes": 1_000_000 } });
         assert_eq!(run, expected);
-        assert_eq!(request.run("auto", 0.02, 1)["method"], "auto");
+        assert_eq!(request.run(&key("auto"))["method"], "auto");
         let reference = request.reference();
         assert_eq!(reference["seed"], 5);
         assert_eq!(
             (&reference["stop"]["relative_error"], &reference["stop"]["max_seconds"]),
             (&json!(0.005), &json!(600.0))
         );
+        let runs: Vec<RunKey> = request.runs(&request.methods).collect();
+        assert_eq!((runs.len(), runs[0].method.as_str(), runs[1].method.as_str()), (12, "auto", "sppm"));
+        assert_eq!((runs[2].relative_error, runs[4].seed), (0.02, 1));
     }
 
     #[test]
@@ -151,12 +264,36 @@ mod tests {
         let bad = StudyRequest {
             job: json!({}),
             methods: Vec::new(),
-            relative_errors: vec![0.1, 1.0, f64::NAN],
+            relative_errors: vec![0.1, 1.0, f64::NAN, 0.1],
             seeds: 0,
-            most_seconds: f64::INFINITY,
+            seconds: f64::INFINITY,
             ..request()
         };
-        let expected = ["/methods", "/relative_errors/1", "/relative_errors/2", "/seeds", "/seconds", "/job/grids"];
+        let expected = [
+            "/methods",
+            "/relative_errors/1",
+            "/relative_errors/2",
+            "/relative_errors/3",
+            "/seeds",
+            "/seconds",
+            "/job/grids",
+        ];
         assert_eq!(pointers(&bad), expected);
+        let mut bad = request();
+        bad.methods.extend(["nobody".to_owned(), "auto".to_owned()]);
+        bad.reference.method = Some("none".to_owned());
+        assert_eq!(pointers(&bad), ["/methods/2", "/methods/3", "/reference/method"]);
+    }
+
+    #[test]
+    fn what_is_absent_has_a_default() {
+        let job: Value = serde_json::from_str(include_str!("../../examples/two_tubes.json")).unwrap();
+        let request = StudyRequest::from_value(json!({ "job": job })).unwrap();
+        assert_eq!(request, StudyRequest::new(job, method::names().map(str::to_owned).collect()));
+        let errors = StudyRequest::from_value(json!({ "job": { "grids": [] }, "seed": 1, "seeds": 0 })).unwrap_err();
+        let pointers: Vec<&str> = errors.0.iter().map(|error| error.pointer.as_str()).collect();
+        for pointer in ["/seed", "/job/room", "/seeds", "/job/grids"] {
+            assert!(pointers.contains(&pointer), "{pointer}: {pointers:?}");
+        }
     }
 }

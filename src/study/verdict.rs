@@ -1,6 +1,6 @@
 //! What follows from a study, in words.
 
-use super::outcome::{Cell, Study};
+use super::outcome::{Cell, RenderedReference, Study};
 use crate::figure::ticks::{duration, significant};
 
 impl Study {
@@ -8,20 +8,26 @@ impl Study {
     /// met and what was refused.
     pub fn verdict(&self) -> String {
         let cells = self.cells();
+        if cells.is_empty() {
+            return "No run has given values.".to_owned();
+        }
         let mut sentences = vec![costs(&cells)];
         sentences.extend(others(&cells));
         sentences.extend(honesty(self, &cells));
         sentences.extend(not_met(&cells));
+        sentences.extend(formulas(&cells));
         let refused: Vec<&str> = self.refused.iter().map(|refused| refused.method.as_str()).collect();
         if !refused.is_empty() {
             sentences.push(format!("Not able to compute this: {}.", refused.join(", ")));
         }
-        sentences.push(format!(
-            "Errors are against a reference by {} of {} standard error, which took {}.",
-            self.reference_method,
-            percent(self.reference_error()),
-            duration(self.reference_seconds, 3)
-        ));
+        let error = self.reference_error().map_or("unknown".to_owned(), percent);
+        sentences.push(match &self.reference {
+            Some(RenderedReference { method, seconds }) => format!(
+                "Errors are against a reference by {method} of {error} standard error, which took {}.",
+                duration(*seconds, 3)
+            ),
+            None => format!("Errors are against given values of {error} standard error."),
+        });
         sentences.join(" ")
     }
 }
@@ -87,39 +93,65 @@ fn honesty(study: &Study, cells: &[Cell]) -> Option<String> {
 }
 
 fn not_met(cells: &[Cell]) -> Option<String> {
-    let told: Vec<String> = cells
-        .iter()
-        .filter(|cell| !cell.met)
-        .map(|cell| format!("{} to {}", cell.method, percent(cell.asked)))
-        .collect();
+    let mut of_methods: Vec<(&str, Vec<f64>)> = Vec::new();
+    for cell in cells.iter().filter(|cell| !cell.met && !cell.formula) {
+        match of_methods.iter_mut().find(|(method, _)| *method == cell.method) {
+            Some((_, asked)) => asked.push(cell.asked),
+            None => of_methods.push((&cell.method, vec![cell.asked])),
+        }
+    }
+    let words = |(method, mut asked): (&str, Vec<f64>)| {
+        asked.sort_by(|a, b| b.total_cmp(a));
+        format!("{method} ({})", asked.into_iter().map(percent).collect::<Vec<_>>().join(", "))
+    };
+    let told: Vec<String> = of_methods.into_iter().map(words).collect();
     (!told.is_empty()).then(|| format!("Not met within the seconds allowed: {}.", told.join(", ")))
+}
+
+/// How far formulas are off, which tell no errors.
+fn formulas(cells: &[Cell]) -> Option<String> {
+    let mut told: Vec<String> = cells
+        .iter()
+        .filter(|cell| cell.formula)
+        .map(|cell| format!("{} is {} off, and tells no error.", cell.method, percent(cell.actual)))
+        .collect();
+    told.dedup();
+    (!told.is_empty()).then(|| told.join(" "))
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::outcome::Refused;
     use super::super::outcome::tests::run;
+    use super::super::outcome::{Refused, Run};
     use super::*;
+    use crate::job::progress::StoppedBy;
 
     #[test]
     fn the_cheapest_is_named_with_what_the_others_cost() {
         let mut late = run("c", 0.01, 9.0, 0.02);
         late.met = false;
+        let formula = Run { told: None, met: false, stopped_by: StoppedBy::Exact, ..run("e", 0.01, 0.001, 0.3) };
         let study = Study {
-            reference_method: "a".to_owned(),
-            reference_seconds: 3.0,
+            reference: Some(RenderedReference { method: "a".to_owned(), seconds: 3.0 }),
             confidence: 0.95,
-            runs: vec![run("a", 0.05, 0.25, 0.025), run("a", 0.01, 1.0, 0.005), run("b", 0.01, 4.0, 0.006), late],
+            runs: vec![
+                run("a", 0.05, 0.25, 0.025),
+                run("a", 0.01, 1.0, 0.005),
+                run("b", 0.01, 4.0, 0.006),
+                late,
+                formula,
+            ],
             refused: vec![Refused { method: "d".to_owned(), reason: "no".to_owned() }],
             ..Study::default()
         };
         let words = study.verdict();
         for part in
-            ["The cheapest method is a: 5.0 % takes", "1.0 % takes", "b 4.0 times", "c to 1.0 %", "compute this: d."]
+            ["The cheapest method is a: 5.0 % takes", "1.0 % takes", "b 4.0 times", "c (1.0 %)", "compute this: d."]
         {
             assert!(words.contains(part), "{part}: {words}");
         }
+        assert!(words.contains("e is 30 % off, and tells no error.") && !words.contains("e (1.0 %)"), "{words}");
         assert!(words.contains("0.50 to 2.0 of those told at 95 %"), "{words}");
-        assert!(Study::default().verdict().contains("No method met"));
+        assert_eq!(Study::default().verdict(), "No run has given values.");
     }
 }

@@ -4,6 +4,7 @@ use serde_json::{Value, json};
 use skyduct::job::cancel::{Stop, StopReason};
 use skyduct::study::StudyRequest;
 use skyduct::study::run::{StudyError, run};
+use skyduct::study::views::{self, PictureRequest};
 
 use crate::documents::Folder;
 
@@ -67,7 +68,7 @@ fn another_reference_is_another_error() {
     request.seeds = 1;
     let right = run(&request, &Folder, &Stop::default(), &mut |_| {}).unwrap().cells();
     // the formula has no interreflection of its own kind: some percent off
-    request.reference_method = "jenkins".to_owned();
+    request.reference.method = Some("jenkins".to_owned());
     let wrong = run(&request, &Folder, &Stop::default(), &mut |_| {}).unwrap().cells();
     assert!(right[1].actual < 0.02 && wrong[1].actual > 0.05, "{} {}", right[1].actual, wrong[1].actual);
 }
@@ -82,7 +83,9 @@ fn a_study_that_cannot_be_done_says_why() {
     bad.job["room"]["size_m"] = json!([2, 2]);
     assert!(refusal(&bad).starts_with("/room/size_m"));
     assert_eq!(refusal(&StudyRequest { seeds: 0, ..request(&["auto"]) }), "/seeds");
-    assert_eq!(refusal(&StudyRequest { reference_method: "nobody".to_owned(), ..request(&["auto"]) }), "/method");
+    let mut bad = request(&["auto"]);
+    bad.reference.method = Some("nobody".to_owned());
+    assert_eq!(refusal(&bad), "/reference/method");
     let stop = Stop::default();
     stop.raise(StopReason::Cancelled);
     let cancelled = run(&request(&["auto"]), &Folder, &stop, &mut |_| {});
@@ -92,13 +95,69 @@ fn a_study_that_cannot_be_done_says_why() {
 /// Seconds end a run, and the study goes on without what was not met.
 #[test]
 fn a_run_that_takes_too_long_ends_alone() {
-    let request = StudyRequest {
-        seeds: 3,
-        reference_method: "jenkins".to_owned(),
-        most_seconds: 0.1,
-        ..request(&["path_tracing"])
-    };
+    let mut request = StudyRequest { seeds: 3, seconds: 0.1, ..request(&["path_tracing"]) };
+    request.reference.method = Some("jenkins".to_owned());
     let study = run(&request.to(vec![1e-5]), &Folder, &Stop::default(), &mut |_| {}).unwrap();
     assert!(study.cells().iter().all(|cell| !cell.met && !cell.cheapest));
     assert!(study.verdict().starts_with("No method met"), "{}", study.verdict());
+}
+
+/// Jobs that end when they are good enough are as good as they say: their intervals hold as often, their root mean square error is
+/// what was asked for or less, and few are far off. The sensors of a run may fail together, so that runs alone count: 4 sigma.
+#[test]
+fn jobs_that_end_early_are_honest() {
+    const SEEDS: u64 = 100;
+    let mut request = StudyRequest { seeds: SEEDS, ..request(&["auto", "light_tracing"]) };
+    request.job["method"] = json!({ "kind": "light_tracing", "photons_per_pass": 512 });
+    let study = run(&request.to(vec![0.1, 0.03]), &Folder, &Stop::default(), &mut |_| {}).unwrap();
+    for cell in study.cells() {
+        let runs: Vec<_> =
+            study.runs.iter().filter(|run| run.method == cell.method && run.asked == cell.asked).collect();
+        assert!(runs.len() as u64 == SEEDS && cell.met);
+        let held: Vec<f64> = runs.iter().filter_map(|run| run.covered).collect();
+        let mean = held.iter().sum::<f64>() / SEEDS as f64;
+        let spread = held.iter().map(|held| (held - mean).powi(2)).sum::<f64>() / (SEEDS - 1) as f64;
+        let far = runs.iter().filter(|run| 1.96 * run.squared_error.sqrt() > 1.5 * cell.asked).count() as f64;
+        let actual = 1.96 * cell.actual / cell.asked;
+        println!("{} to {}: {mean} hold, {actual} of what was asked, {far} far off", cell.method, cell.asked);
+        assert!((mean - 0.95).abs() < 0.02 + 4.0 * (spread / SEEDS as f64).sqrt(), "{cell:?}: {mean}");
+        // as if the sensors of a run all had one error
+        assert!(actual < 1.0 + 4.0 / (2.0 * SEEDS as f64).sqrt(), "{cell:?}: {actual}");
+        assert!(far < 0.05 * SEEDS as f64 + 4.0 * (0.05 * 0.95 * SEEDS as f64).sqrt(), "{cell:?}: {far}");
+    }
+}
+
+/// Pictures by each method after the same time, better ones after more, and at an accuracy; files that can be looked at.
+#[test]
+fn pictures_show_what_time_buys() {
+    let mut job = job();
+    job["views"][0]["size_px"] = json!([32, 24]);
+    let methods = ["path_tracing", "jenkins", "bidirectional_path_tracing"].map(str::to_owned).to_vec();
+    let request = PictureRequest {
+        job,
+        methods,
+        seconds: vec![1.0, 0.1],
+        relative_errors: vec![0.2],
+        most_seconds: 60.0,
+        reference: "auto".to_owned(),
+    };
+    let pictures = views::run(&request, &Folder, &Stop::default(), &mut |_, _, _| {}).unwrap();
+    assert_eq!((pictures.pictures.len(), pictures.refused[0].0.as_str()), (5, "jenkins"));
+    assert_eq!(pictures.pictures[0].asked_seconds, Some(0.1));
+    let last = &pictures.pictures[4];
+    assert!(last.asked_relative_error == Some(0.2) && last.actual_relative_error.unwrap() < 0.2, "{last:?}");
+    let files = pictures.files(&request).unwrap();
+    let names: Vec<&str> = files.iter().map(|(name, _)| name.as_str()).collect();
+    assert_eq!(names, ["views/v.equal_time.png", "views/v.accuracies.png", "pictures.json"]);
+    assert!(files[..2].iter().all(|(_, bytes)| bytes.starts_with(b"\x89PNG")));
+    let told: Value = serde_json::from_slice(&files[2].1).unwrap();
+    assert_eq!((told["pictures"].as_array().unwrap().len(), &told["refused"][0]["method"]), (5, &json!("jenkins")));
+    let nothing = PictureRequest { job: json!({ "grids": [] }), seconds: vec![0.0], ..request };
+    match views::run(&nothing, &Folder, &Stop::default(), &mut |_, _, _| {}) {
+        Err(StudyError::Document(errors)) => {
+            let pointers: Vec<&str> = errors.0.iter().map(|error| error.pointer.as_str()).collect();
+            assert_eq!(pointers, ["/views", "/seconds_each/0"]);
+        }
+        other => panic!("{other:?}"),
+    }
 }

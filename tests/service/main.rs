@@ -33,4 +33,5 @@ mod predictions;
 mod result_files;
 mod security;
 mod storm;
+mod studies;
 mod tube_flux;

@@ -10,7 +10,7 @@ use std::time::Duration;
 use anyhow::Context;
 use indicatif::{ProgressBar, ProgressStyle};
 
-use crate::reports::bench::{Progress, Settings, effects, performance, whole};
+use crate::reports::bench::{Progress, Settings, effects, performance, studied, whole};
 use crate::reports::markdown;
 use crate::reports::page::Report;
 
@@ -27,6 +27,9 @@ pub struct BenchArgs {
 enum Subject {
     /// What accuracy costs, how cost grows, where the time of a job goes: performance.md, in at most half an hour
     Performance(PageArgs),
+    /// What accuracy costs by each method against references, and how often intervals hold the truth: accuracy.md, in about half an
+    /// hour on two processors
+    Accuracy(AccuracyArgs),
     /// What each effect of light costs: effects.md, in some minutes
     Effects(PageArgs),
     /// Render the document on standard input and print what that took, as JSON
@@ -48,6 +51,15 @@ struct PageArgs {
 }
 
 #[derive(Debug, clap::Args)]
+struct AccuracyArgs {
+    #[command(flatten)]
+    page: PageArgs,
+    /// Most seeds of each method to each error, over which intervals are counted
+    #[arg(long, value_name = "N", default_value_t = 200, value_parser = clap::value_parser!(u64).range(2..))]
+    seeds: u64,
+}
+
+#[derive(Debug, clap::Args)]
 struct JobArgs {
     /// Folder of the document's meshes
     #[arg(long, default_value = ".")]
@@ -61,6 +73,9 @@ pub fn run(args: BenchArgs) -> anyhow::Result<()> {
             let latencies = service::measure(settings, progress.part(0.1, 0.15))?;
             Ok(performance::run(settings, &processes, &latencies, progress.part(0.15, 1.0))?)
         }),
+        Subject::Accuracy(AccuracyArgs { page: args, seeds }) => {
+            page(args, |settings, progress| Ok(studied::run(settings, seeds, progress)?))
+        }
         Subject::Effects(args) => page(args, |settings, progress| Ok(effects::run(settings, progress)?)),
         Subject::Job(JobArgs { meshes }) => {
             let mut document = String::new();

@@ -6,8 +6,8 @@ use axum::response::{IntoResponse, Response};
 use uuid::Uuid;
 
 use super::resource::JobResource;
-use crate::http::App;
 use crate::http::problem::{Path, Problem};
+use crate::http::{App, Service};
 use crate::job::store::*;
 
 /// Stops the job within one pass; what was computed stays readable.
@@ -34,12 +34,17 @@ pub async fn cancel(app: App, Path(id): Path<Uuid>) -> Result<Response, Problem>
         (status = 204, description = "It is gone"),
         (status = 404, description = "No such job", body = Problem, content_type = "application/problem+json")))]
 pub async fn delete(app: App, Path(id): Path<Uuid>) -> Result<StatusCode, Problem> {
+    if delete_with_files(&app, id).await? { Ok(StatusCode::NO_CONTENT) } else { Err(Problem::no_such_job()) }
+}
+
+/// Deletes a job with its files; false where there was none.
+pub async fn delete_with_files(app: &Service, id: Uuid) -> Result<bool, Problem> {
     if !app.store.delete(id).await? {
-        return Err(Problem::no_such_job());
+        return Ok(false);
     }
     if let Err(error) = app.artifacts.delete_job(id).await {
         // nothing points to them any more: the next start sweeps them
         tracing::warn!(%error, job = %id, "deleting files failed");
     }
-    Ok(StatusCode::NO_CONTENT)
+    Ok(true)
 }

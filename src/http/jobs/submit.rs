@@ -17,12 +17,15 @@ use crate::document::result::PlanResult;
 use crate::http::problem::Problem;
 use crate::http::problem_kind::ProblemKind;
 use crate::http::{App, Service, prefer};
+use crate::job::prepare::Prepared;
 use crate::job::store::*;
 
 /// Longest `Idempotency-Key`.
 const MAX_KEY_LENGTH: usize = 255;
+/// What a key belongs to that was used before.
+const OTHER: &str = "a job with another document";
 /// Pause in seconds that a polling client is asked for.
-const POLL_SECONDS: u32 = 1;
+pub(in crate::http) const POLL_SECONDS: u32 = 1;
 
 /// Queues a job.
 ///
@@ -55,7 +58,7 @@ pub async fn create(app: App, headers: HeaderMap, body: Result<Bytes, BytesRejec
     if let Some(key) = &idempotency_key
         && let Some(job) = app.store.job_of_key(key).await?
     {
-        return if job.body_hash == posted.hash { answer(job, waiting).await } else { Err(key_reused()) };
+        return if job.body_hash == posted.hash { answer(job, waiting).await } else { Err(key_reused(OTHER)) };
     }
     // preparing costs more than a look, which costs something, too: it pays when the last job found no place
     if app.queue_was_full.load(Ordering::Relaxed) && app.store.unfinished().await? > app.limits.queued_jobs {
@@ -63,19 +66,8 @@ pub async fn create(app: App, headers: HeaderMap, body: Result<Bytes, BytesRejec
     }
     let (prepared, meshes) = prepare(&app, posted.value).await?;
     let prepared = Arc::new(prepared);
-    let first_chunk = prepared.chunk(0).ok_or_else(Problem::internal)?;
-    let new = NewJob {
-        name: prepared.name.clone(),
-        submitted: posted.text,
-        document: prepared.document.clone(),
-        plan: PlanResult::from(&prepared.plan),
-        known: prepared.known(),
-        warnings: prepared.warnings.clone(),
-        idempotency_key,
-        body_hash: posted.hash,
-        meshes,
-        first_chunk,
-    };
+    let new = new_job(&prepared, posted.text, meshes)?;
+    let new = NewJob { idempotency_key, body_hash: posted.hash, ..new };
     let submission = app.store.submit(new, app.limits.queued_jobs).await?;
     app.queue_was_full.store(matches!(submission, Submission::QueueFull), Ordering::Relaxed);
     match submission {
@@ -86,12 +78,26 @@ pub async fn create(app: App, headers: HeaderMap, body: Result<Bytes, BytesRejec
             answer(job, waiting).await
         }
         Submission::Repeated(job) => answer(job, waiting).await,
-        Submission::KeyReused => Err(key_reused()),
+        Submission::KeyReused => Err(key_reused(OTHER)),
         Submission::QueueFull => Err(queue_full(&app)),
-        Submission::MeshGone(mesh) => {
-            Err(Problem::new(ProblemKind::InvalidDocument, format!("the mesh {mesh} was deleted")))
-        }
+        Submission::MeshGone(mesh) => Err(mesh_gone(&mesh)),
     }
+}
+
+/// A prepared job to be queued, with neither key nor hash; `text` is its document.
+pub(in crate::http) fn new_job(prepared: &Prepared, text: String, meshes: Vec<String>) -> Result<NewJob, Problem> {
+    Ok(NewJob {
+        name: prepared.name.clone(),
+        submitted: text,
+        document: prepared.document.clone(),
+        plan: PlanResult::from(&prepared.plan),
+        known: prepared.known(),
+        warnings: prepared.warnings.clone(),
+        idempotency_key: None,
+        body_hash: String::new(),
+        meshes,
+        first_chunk: prepared.chunk(0).ok_or_else(Problem::internal)?,
+    })
 }
 
 /// The job as it is at its end, where that comes in time, else as it is now.
@@ -110,16 +116,20 @@ fn accepted(job: Job) -> Response {
     (StatusCode::ACCEPTED, headers, Json(JobResource::new(job))).into_response()
 }
 
-fn queue_full(app: &Service) -> Problem {
+pub(in crate::http) fn queue_full(app: &Service) -> Problem {
     Problem::new(ProblemKind::QueueFull, format!("{} jobs are waiting; try again later", app.limits.queued_jobs))
         .retry_after(30)
 }
 
-fn key_reused() -> Problem {
-    Problem::new(ProblemKind::KeyReused, "it belongs to a job with another document; take a new key")
+pub(in crate::http) fn mesh_gone(mesh: &str) -> Problem {
+    Problem::new(ProblemKind::InvalidDocument, format!("the mesh {mesh} was deleted"))
 }
 
-fn idempotency_key(headers: &HeaderMap) -> Result<Option<String>, Problem> {
+pub(in crate::http) fn key_reused(other: &str) -> Problem {
+    Problem::new(ProblemKind::KeyReused, format!("it belongs to {other}; take a new key"))
+}
+
+pub(in crate::http) fn idempotency_key(headers: &HeaderMap) -> Result<Option<String>, Problem> {
     let Some(value) = headers.get("idempotency-key") else { return Ok(None) };
     let key = value.to_str().unwrap_or_default();
     let printable = key.bytes().all(|byte| (0x20..0x7f).contains(&byte));

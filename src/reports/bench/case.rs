@@ -11,7 +11,6 @@ use crate::estimate::Estimate;
 use crate::geometry::TriangleMesh;
 use crate::job::cancel::Stop;
 use crate::job::prepare::{Prepared, prepare_document};
-use crate::job::progress::StoppedBy;
 use crate::reports::page::ReportError;
 use crate::reports::run::Folder;
 use crate::statistics::interval::{two_sided_normal_quantile, two_sided_student_quantile};
@@ -123,7 +122,7 @@ impl Run {
             set_up,
             passes: rendered.spent.cpu_seconds.unwrap_or(rendered.spent.seconds),
             told: accuracy.grids.or(accuracy.views).map_or(f64::NAN, |error| error / t),
-            met: matches!(rendered.stopped_by, StoppedBy::RelativeError | StoppedBy::Exact),
+            met: rendered.stopped_by.is_as_asked(),
             estimate: rendered.estimate,
         })
     }

@@ -1,0 +1,54 @@
+//! What is made sure of before a database is used: no other process has it, and SQLite is new enough.
+
+use std::fs::{File, TryLockError};
+use std::os::unix::fs::OpenOptionsExt;
+use std::path::Path;
+
+use crate::job::store::StoreError;
+
+/// Older versions can corrupt the database when a checkpoint meets a WAL reset.
+const OLDEST_SQLITE: (u32, u32, u32) = (3, 51, 3);
+
+/// Locks a file beside the database, whose path is without links: SQLite's own locks are for single transactions.
+pub(super) fn lock(database: &Path) -> Result<File, StoreError> {
+    let mut path = database.as_os_str().to_owned();
+    path.push(".lock");
+    let failed = |error: std::io::Error| StoreError::Failed(format!("{}: {error}", Path::new(&path).display()));
+    let lock = File::options().create(true).truncate(false).write(true).mode(0o600).open(&path).map_err(failed)?;
+    match lock.try_lock() {
+        Ok(()) => Ok(lock),
+        Err(TryLockError::WouldBlock) => {
+            Err(StoreError::Failed(format!("another process serves the database {}", database.display())))
+        }
+        Err(TryLockError::Error(error)) => Err(failed(error)),
+    }
+}
+
+/// Refuses a version of SQLite that could damage the database.
+pub(super) fn check_version(version: &str) -> Result<(), StoreError> {
+    let mut numbers = version.split('.').map(|part| part.parse::<u32>().unwrap_or(0));
+    let mut next = || numbers.next().unwrap_or(0);
+    let found = (next(), next(), next());
+    if found < OLDEST_SQLITE {
+        let (major, minor, patch) = OLDEST_SQLITE;
+        return Err(StoreError::Failed(format!(
+            "SQLite {version} is linked; {major}.{minor}.{patch} or newer is needed"
+        )));
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::check_version;
+
+    #[test]
+    fn old_sqlite_is_refused() {
+        for version in ["3.51.3", "3.51.10", "3.52.0", "4.0.0"] {
+            assert!(check_version(version).is_ok(), "{version}");
+        }
+        for version in ["3.51.2", "3.40.1", "3.6.23.1", "", "x"] {
+            assert!(check_version(version).is_err(), "{version}");
+        }
+    }
+}

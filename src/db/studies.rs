@@ -1,0 +1,160 @@
+//! Studies: which jobs belong together.
+
+use sqlx::sqlite::SqliteRow;
+use sqlx::{SqliteConnection, SqlitePool};
+use uuid::Uuid;
+
+use crate::job::store::*;
+
+use super::jobs;
+use super::rows::{self, get, head_columns, json, signed, to_json, uuid};
+use super::sql::{now_ms, store_error};
+
+/// What became of a study, with the ids of the jobs that were queued.
+pub(super) async fn submit(
+    tx: &mut SqliteConnection,
+    new: NewStudy,
+    max_queued: u64,
+) -> Result<StudySubmission, StoreError> {
+    if let Some(key) = &new.idempotency_key
+        && let Some(study) = of_key(tx, key).await?
+    {
+        let same = study.body_hash == new.body_hash;
+        return Ok(if same { StudySubmission::Repeated(study) } else { StudySubmission::KeyReused });
+    }
+    let id = Uuid::now_v7();
+    let created_at: i64 = sqlx::query_scalar(concat!(
+        "INSERT INTO studies (id, name, request, refused, confidence, idempotency_key, body_hash, created_at) \
+         VALUES ($1, $2, $3, $4, $5, $6, $7, ",
+        now_ms!(),
+        ") RETURNING created_at"
+    ))
+    .bind(id.to_string())
+    .bind(&new.name)
+    .bind(to_json(&new.request)?)
+    .bind(to_json(&new.refused)?)
+    .bind(new.confidence)
+    .bind(&new.idempotency_key)
+    .bind(&new.body_hash)
+    .fetch_one(&mut *tx)
+    .await
+    .map_err(store_error)?;
+    let mut parts = Vec::with_capacity(new.jobs.len());
+    for (place, (part, job)) in new.jobs.into_iter().enumerate() {
+        let job = match jobs::submit(tx, job, max_queued).await? {
+            Submission::New(job) | Submission::Repeated(job) => job.head.id,
+            Submission::KeyReused => return Ok(StudySubmission::KeyReused),
+            Submission::QueueFull => return Ok(StudySubmission::QueueFull),
+            Submission::MeshGone(mesh) => return Ok(StudySubmission::MeshGone(mesh)),
+        };
+        sqlx::query("INSERT INTO study_jobs (study_id, place, job_id, part) VALUES ($1, $2, $3, $4)")
+            .bind(id.to_string())
+            .bind(signed(place as u64))
+            .bind(job.to_string())
+            .bind(to_json(&part)?)
+            .execute(&mut *tx)
+            .await
+            .map_err(store_error)?;
+        parts.push((job, part));
+    }
+    // a job that somebody waits for need not wait for all of a study
+    sqlx::query("UPDATE chunks SET line = 2 WHERE job_id IN (SELECT job_id FROM study_jobs WHERE study_id = $1)")
+        .bind(id.to_string())
+        .execute(&mut *tx)
+        .await
+        .map_err(store_error)?;
+    let NewStudy { name, request, refused, confidence, body_hash, .. } = new;
+    Ok(StudySubmission::New(StoredStudy { id, name, request, refused, confidence, body_hash, created_at, parts }))
+}
+
+/// Columns of a [`StoredStudy`].
+macro_rules! columns {
+    () => {
+        "id, name, request, refused, confidence, body_hash, created_at"
+    };
+}
+
+pub(super) async fn of_key(connection: &mut SqliteConnection, key: &str) -> Result<Option<StoredStudy>, StoreError> {
+    let row = sqlx::query(concat!("SELECT ", columns!(), " FROM studies WHERE idempotency_key = $1"))
+        .bind(key)
+        .fetch_optional(&mut *connection)
+        .await
+        .map_err(store_error)?;
+    with_parts(connection, row).await
+}
+
+pub(super) async fn study(connection: &mut SqliteConnection, id: Uuid) -> Result<Option<StoredStudy>, StoreError> {
+    let row = sqlx::query(concat!("SELECT ", columns!(), " FROM studies WHERE id = $1"))
+        .bind(id.to_string())
+        .fetch_optional(&mut *connection)
+        .await
+        .map_err(store_error)?;
+    with_parts(connection, row).await
+}
+
+async fn with_parts(
+    connection: &mut SqliteConnection,
+    row: Option<SqliteRow>,
+) -> Result<Option<StoredStudy>, StoreError> {
+    let Some(row) = row else { return Ok(None) };
+    let id = uuid(&row, "id")?;
+    let parts = sqlx::query("SELECT job_id, part FROM study_jobs WHERE study_id = $1 ORDER BY place")
+        .bind(id.to_string())
+        .fetch_all(connection)
+        .await
+        .map_err(store_error)?;
+    let parts = parts.iter().map(|part| Ok((uuid(part, "job_id")?, json(part, "part")?)));
+    Ok(Some(StoredStudy {
+        id,
+        name: get(&row, "name")?,
+        request: json(&row, "request")?,
+        refused: json(&row, "refused")?,
+        confidence: get(&row, "confidence")?,
+        body_hash: get(&row, "body_hash")?,
+        created_at: get(&row, "created_at")?,
+        parts: parts.collect::<Result<_, StoreError>>()?,
+    }))
+}
+
+pub(super) async fn list(pool: &SqlitePool, before: Option<Uuid>, limit: u32) -> Result<Vec<Uuid>, StoreError> {
+    sqlx::query("SELECT id FROM studies WHERE id < $1 ORDER BY id DESC LIMIT $2")
+        .bind(before.unwrap_or(Uuid::max()).to_string())
+        .bind(i64::from(limit))
+        .fetch_all(pool)
+        .await
+        .map_err(store_error)?
+        .iter()
+        .map(|row| uuid(row, "id"))
+        .collect()
+}
+
+pub(super) async fn heads(connection: &mut SqliteConnection, id: Uuid) -> Result<Vec<JobHead>, StoreError> {
+    sqlx::query(concat!(
+        "SELECT ",
+        head_columns!(),
+        " FROM jobs WHERE id IN (SELECT job_id FROM study_jobs WHERE study_id = $1) ORDER BY id"
+    ))
+    .bind(id.to_string())
+    .fetch_all(connection)
+    .await
+    .map_err(store_error)?
+    .iter()
+    .map(rows::head)
+    .collect()
+}
+
+/// The jobs that end by this.
+pub(super) async fn cancel(tx: &mut SqliteConnection, id: Uuid) -> Result<Vec<Uuid>, StoreError> {
+    let mut cancelled = Vec::new();
+    for head in heads(tx, id).await?.into_iter().filter(|head| !head.status.is_final()) {
+        if jobs::cancel(tx, head.id).await? == CancelOutcome::Accepted {
+            cancelled.push(head.id);
+        }
+    }
+    Ok(cancelled)
+}
+
+pub(super) async fn delete(tx: &mut SqliteConnection, id: Uuid) -> Result<bool, StoreError> {
+    let deleted = sqlx::query("DELETE FROM studies WHERE id = $1").bind(id.to_string()).execute(tx).await;
+    Ok(deleted.map_err(store_error)?.rows_affected() > 0)
+}

@@ -1,0 +1,45 @@
+//! Studies are cancelled and deleted.
+
+use axum::Json;
+use axum::http::StatusCode;
+use axum::response::{IntoResponse, Response};
+use uuid::Uuid;
+
+use super::evaluate::study_resource;
+use super::resource::StudyResource;
+use super::show::no_such_study;
+use crate::http::App;
+use crate::http::jobs::change::delete_with_files;
+use crate::http::problem::{Path, Problem};
+
+/// Cancels all jobs of the study that have not ended; what was computed stays readable.
+#[utoipa::path(post, path = "/v1/studies/{id}/cancel", operation_id = "cancel_study", tag = "studies", params(("id" = Uuid, Path)),
+    responses(
+        (status = 202, description = "Its jobs stop; the body is the study", body = StudyResource),
+        (status = 404, description = "No such study", body = Problem, content_type = "application/problem+json"),
+        (status = 409, description = "All of its jobs have ended", body = Problem, content_type = "application/problem+json")))]
+pub async fn cancel(app: App, Path(id): Path<Uuid>) -> Result<Response, Problem> {
+    let study = app.store.study(id).await?.ok_or_else(no_such_study)?;
+    if app.store.cancel_study(id).await? == 0 {
+        return Err(Problem::conflict("all jobs of the study have ended"));
+    }
+    tracing::info!(study = %id, "study cancelled");
+    Ok((StatusCode::ACCEPTED, Json(study_resource(&app, study).await?)).into_response())
+}
+
+/// Deletes the study with all of its jobs; running ones stop.
+#[utoipa::path(delete, path = "/v1/studies/{id}", operation_id = "delete_study", tag = "studies", params(("id" = Uuid, Path)),
+    responses(
+        (status = 204, description = "It is gone, and so are its jobs"),
+        (status = 404, description = "No such study", body = Problem, content_type = "application/problem+json")))]
+pub async fn delete(app: App, Path(id): Path<Uuid>) -> Result<StatusCode, Problem> {
+    let study = app.store.study(id).await?.ok_or_else(no_such_study)?;
+    // none of them is begun meanwhile
+    app.store.cancel_study(id).await?;
+    for (job, _) in study.parts {
+        delete_with_files(&app, job).await?;
+    }
+    // the last step: after a crash on the way it can be deleted again
+    app.store.delete_study(id).await?;
+    Ok(StatusCode::NO_CONTENT)
+}

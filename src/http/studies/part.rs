@@ -1,0 +1,16 @@
+//! The part that a job has in a study, as it is stored beside the job.
+
+use serde::{Deserialize, Serialize};
+
+use crate::study::request::RunKey;
+
+/// What a job of a study is for, and what is known of it before its first pass.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct StudyPart {
+    /// The run that it is; none of the reference.
+    pub run: Option<RunKey>,
+    /// The methods that compute it.
+    pub computed_by: String,
+    /// Seconds that it took to prepare it when the study was posted.
+    pub set_up_seconds: f64,
+}

@@ -1,0 +1,193 @@
+//! Studies as they are answered.
+
+use jiff::Timestamp;
+use serde::Serialize;
+use utoipa::ToSchema;
+use uuid::Uuid;
+
+use crate::job::progress::StoppedBy;
+use crate::job::store::*;
+use crate::study::StudyRequest;
+use crate::study::files::StudyReport;
+use crate::study::outcome::Refused;
+
+/// A study: what was asked for, how far it is, what came out so far.
+#[derive(Serialize, ToSchema)]
+pub struct StudyResource {
+    #[serde(flatten)]
+    pub summary: StudySummary,
+    /// The request as understood, all defaults filled in.
+    pub request: StudyRequest,
+    /// Methods that cannot compute the job.
+    pub refused: Vec<Refused>,
+    /// Its jobs in the order in which they were queued, the reference first.
+    pub jobs: Vec<StudyJob>,
+    /// What the runs that are done say; null until the reference is done, or where it gave no values.
+    pub results: Option<StudyReport>,
+}
+
+/// A study in a list.
+#[derive(Serialize, ToSchema)]
+pub struct StudySummary {
+    pub id: Uuid,
+    /// Name of its job.
+    pub name: Option<String>,
+    pub status: StudyStatus,
+    #[schema(value_type = String, format = DateTime)]
+    pub created_at: Option<Timestamp>,
+    /// Number of its jobs, the reference among them.
+    pub runs: usize,
+    /// Number of its jobs that have ended.
+    pub runs_done: usize,
+    pub links: StudyLinks,
+}
+
+/// State of a study, which is that of its jobs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum StudyStatus {
+    /// No job of it has begun.
+    Queued,
+    /// Some of its jobs have begun, and not all have ended.
+    Running,
+    /// All of its jobs have ended, and there are results.
+    Finished,
+    /// The reference gave no values, or no run did.
+    Failed,
+    /// Some of its jobs were cancelled or deleted, and the others have ended.
+    Cancelled,
+}
+
+/// A job of a study.
+#[derive(Clone, Debug, Serialize, ToSchema)]
+pub struct StudyJob {
+    pub id: Uuid,
+    pub part: StudyJobPart,
+    /// The method that was asked for; null of the reference.
+    pub method: Option<String>,
+    /// The methods that compute it.
+    pub computed_by: String,
+    /// Relative error that was asked for, at the job's confidence; null of the reference.
+    #[serde(rename = "asked_relative_error")]
+    pub asked: Option<f64>,
+    /// Number of its seed, from 0; null of the reference.
+    pub seed: Option<u64>,
+    /// State of the job; null where it was deleted.
+    pub status: Option<JobStatus>,
+    /// What ended it.
+    pub stopped_by: Option<StoppedBy>,
+    /// Path of the job.
+    pub link: String,
+}
+
+/// What a job of a study is for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum StudyJobPart {
+    /// All runs are compared with it.
+    Reference,
+    /// One method to one error with one seed.
+    Run,
+}
+
+/// Paths of what belongs to a study.
+#[derive(Serialize, ToSchema)]
+pub struct StudyLinks {
+    #[serde(rename = "self")]
+    pub this: String,
+    /// The runs put together, a line for each method and error.
+    pub csv: String,
+    /// Actual error against processor seconds, both logarithmic.
+    pub svg: String,
+    /// The same figure in pixels.
+    pub png: String,
+    /// The same figure for print.
+    pub pdf: String,
+    pub cancel: String,
+}
+
+impl StudySummary {
+    /// A study with its jobs as they are.
+    pub fn new(study: &StoredStudy, jobs: &[StudyJob]) -> Self {
+        let this = format!("/v1/studies/{}", study.id);
+        let [csv, svg, png, pdf] = ["csv", "svg", "png", "pdf"].map(|suffix| format!("{this}/files/study.{suffix}"));
+        Self {
+            id: study.id,
+            name: study.name.clone(),
+            status: StudyStatus::of(jobs),
+            created_at: Timestamp::from_millisecond(study.created_at).ok(),
+            runs: jobs.len(),
+            runs_done: jobs.iter().filter(|job| job.has_ended()).count(),
+            links: StudyLinks { csv, svg, png, pdf, cancel: format!("{this}/cancel"), this },
+        }
+    }
+}
+
+impl StudyJob {
+    fn has_ended(&self) -> bool {
+        self.status.is_none_or(JobStatus::is_final)
+    }
+}
+
+impl StudyStatus {
+    /// State of a study by its jobs.
+    fn of(jobs: &[StudyJob]) -> Self {
+        let any = |part: StudyJobPart, status: Option<JobStatus>| {
+            jobs.iter().any(|job| job.part == part && job.status == status)
+        };
+        let (succeeded, failed) = (Some(JobStatus::Succeeded), Some(JobStatus::Failed));
+        if jobs.iter().all(|job| job.status == Some(JobStatus::Queued)) {
+            Self::Queued
+        } else if !jobs.iter().all(StudyJob::has_ended) {
+            Self::Running
+        } else if jobs.iter().any(|job| matches!(job.status, None | Some(JobStatus::Cancelled))) {
+            Self::Cancelled
+        } else if any(StudyJobPart::Reference, failed) || !any(StudyJobPart::Run, succeeded) {
+            Self::Failed
+        } else {
+            Self::Finished
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_study_is_what_its_jobs_are() {
+        use JobStatus::{Cancelled, Failed, Queued, Running, Succeeded};
+        let job = |part: StudyJobPart, status: Option<JobStatus>| StudyJob {
+            id: Uuid::nil(),
+            part,
+            method: None,
+            computed_by: String::new(),
+            asked: None,
+            seed: None,
+            status,
+            stopped_by: None,
+            link: String::new(),
+        };
+        let status = |reference: JobStatus, runs: [Option<JobStatus>; 2]| {
+            let runs = runs.map(|status| job(StudyJobPart::Run, status));
+            let [first, second] = runs;
+            StudyStatus::of(&[job(StudyJobPart::Reference, Some(reference)), first, second])
+        };
+        for (reference, runs, expected) in [
+            (Queued, [Some(Queued), Some(Queued)], StudyStatus::Queued),
+            (Running, [Some(Queued), Some(Queued)], StudyStatus::Running),
+            (Succeeded, [Some(Queued), Some(Queued)], StudyStatus::Running),
+            (Succeeded, [Some(Cancelled), Some(Running)], StudyStatus::Running),
+            (Succeeded, [Some(Cancelled), Some(Succeeded)], StudyStatus::Cancelled),
+            (Succeeded, [None, Some(Succeeded)], StudyStatus::Cancelled),
+            (Succeeded, [Some(Failed), Some(Succeeded)], StudyStatus::Finished),
+            (Succeeded, [Some(Failed), Some(Failed)], StudyStatus::Failed),
+            (Failed, [Some(Succeeded), Some(Succeeded)], StudyStatus::Failed),
+            (Succeeded, [Some(Succeeded), Some(Succeeded)], StudyStatus::Finished),
+        ] {
+            assert_eq!(status(reference, runs), expected, "{reference:?} {runs:?}");
+        }
+        // values that were given need no job
+        assert_eq!(StudyStatus::of(&[job(StudyJobPart::Run, Some(Succeeded))]), StudyStatus::Finished);
+    }
+}

@@ -1,0 +1,112 @@
+//! Studies are looked at, one or many, and their files.
+
+use axum::Json;
+use axum::http::HeaderMap;
+use axum::response::Response;
+use serde::{Deserialize, Serialize};
+use utoipa::{IntoParams, ToSchema};
+use uuid::Uuid;
+
+use super::evaluate::{evaluate, study_resource, study_summary};
+use super::resource::{StudyResource, StudySummary};
+use crate::figure::FigureFormat;
+use crate::http::App;
+use crate::http::content::{self, Binary};
+use crate::http::convergence::DensityQuery;
+use crate::http::formats::{self, Format};
+use crate::http::limits::{off_thread, permit};
+use crate::http::problem::{Path, Problem, Query};
+use crate::http::results::internal;
+
+const DEFAULT_PAGE: u32 = 20;
+const MAX_PAGE: u32 = 100;
+
+/// Files of a study.
+const FORMATS: [Format; 4] = [Format::Csv, Format::Svg, Format::Png, Format::Pdf];
+
+/// A page of studies, newest first.
+#[derive(Serialize, ToSchema)]
+pub struct StudyPage {
+    pub studies: Vec<StudySummary>,
+    /// `cursor` of the next page; null on the last one.
+    pub next_cursor: Option<Uuid>,
+}
+
+#[derive(Deserialize, IntoParams)]
+#[into_params(parameter_in = Query)]
+#[serde(deny_unknown_fields)]
+pub struct StudyListQuery {
+    /// Studies on a page; 20 when absent.
+    #[param(minimum = 1, maximum = 100)]
+    limit: Option<u32>,
+    /// `next_cursor` of the page before.
+    cursor: Option<Uuid>,
+}
+
+/// Studies, newest first.
+#[utoipa::path(get, path = "/v1/studies", operation_id = "list_studies", tag = "studies", params(StudyListQuery),
+    responses(
+        (status = 200, description = "A page of studies", body = StudyPage),
+        (status = 422, description = "A parameter is not valid; `errors` name it", body = Problem, content_type = "application/problem+json")))]
+pub async fn list(app: App, Query(query): Query<StudyListQuery>) -> Result<Json<StudyPage>, Problem> {
+    let limit = query.limit.unwrap_or(DEFAULT_PAGE);
+    if !(1..=MAX_PAGE).contains(&limit) {
+        return Err(Problem::invalid_parameter("limit", format!("must be 1 to {MAX_PAGE}, but is {limit}")));
+    }
+    // one more tells whether there is a next page
+    let mut ids = app.store.studies(query.cursor, limit + 1).await?;
+    let more = ids.len() > limit as usize;
+    ids.truncate(limit as usize);
+    let next_cursor = ids.last().copied().filter(|_| more);
+    let mut studies = Vec::with_capacity(ids.len());
+    for id in ids {
+        if let Some(study) = app.store.study(id).await? {
+            studies.push(study_summary(&app, study).await?);
+        }
+    }
+    Ok(Json(StudyPage { studies, next_cursor }))
+}
+
+/// The study, with the results of its jobs that have ended.
+#[utoipa::path(get, path = "/v1/studies/{id}", operation_id = "get_study", tag = "studies", params(("id" = Uuid, Path)),
+    responses(
+        (status = 200, description = "The study", body = StudyResource),
+        (status = 404, description = "No such study", body = Problem, content_type = "application/problem+json")))]
+pub async fn get(app: App, Path(id): Path<Uuid>) -> Result<Json<StudyResource>, Problem> {
+    let study = app.store.study(id).await?.ok_or_else(no_such_study)?;
+    Ok(Json(study_resource(&app, study).await?))
+}
+
+/// The results so far as a table, and as a figure: actual error against processor seconds by method.
+#[utoipa::path(get, path = "/v1/studies/{id}/files/{file}", operation_id = "get_study_file", tag = "studies",
+    params(("id" = Uuid, Path), ("file" = String, Path, description = "`study.csv`, `study.svg`, `study.png` or `study.pdf`"), DensityQuery),
+    responses(
+        (status = 200, description = "The file", content((String = "text/csv"), (String = "image/svg+xml"), (inline(Binary) = "image/png"), (inline(Binary) = "application/pdf"))),
+        (status = 304, description = "It is what If-None-Match names"),
+        (status = 422, description = "A parameter is not valid", body = Problem, content_type = "application/problem+json"),
+        (status = 404, description = "No such study or file, or its reference is not known (yet)", body = Problem, content_type = "application/problem+json")))]
+pub async fn file(
+    app: App,
+    Path((id, file)): Path<(Uuid, String)>,
+    Query(query): Query<DensityQuery>,
+    headers: HeaderMap,
+) -> Result<Response, Problem> {
+    let format = formats::by_suffix(&file, &FORMATS).filter(|(name, _)| *name == "study").map(|(_, format)| format);
+    let format =
+        format.ok_or_else(|| Problem::not_found("a study has study.csv, study.svg, study.png and study.pdf"))?;
+    let of_figure = format.of_figure(query.density()?);
+    let study = app.store.study(id).await?.ok_or_else(no_such_study)?;
+    let found = evaluate(&app, &study).await?.found;
+    let found = found.ok_or_else(|| Problem::not_found("the reference of the study is not known (yet)"))?;
+    let made = off_thread(permit(&app.permits.reading).await?, move |_| match of_figure {
+        Some(figure) => figure.write(&found.figure(study.name.as_deref())),
+        None => Ok(found.csv().into_bytes()),
+    });
+    let bytes = made.await?.map_err(|error| internal("drawing failed", &error))?;
+    let media_type = of_figure.map_or("text/csv; charset=utf-8", FigureFormat::media_type);
+    Ok(formats::named(content::made(&headers, bytes, media_type)?, &file))
+}
+
+pub fn no_such_study() -> Problem {
+    Problem::not_found("there is no such study")
+}

@@ -1,0 +1,219 @@
+//! A study is queued: a job for its reference, and one for each method, error and seed.
+
+use std::time::Instant;
+
+use axum::Json;
+use axum::extract::rejection::BytesRejection;
+use axum::http::{HeaderMap, StatusCode, header};
+use axum::response::{IntoResponse, Response};
+use bytes::Bytes;
+use serde_json::Value;
+
+use super::evaluate::study_resource;
+use super::part::StudyPart;
+use super::resource::StudyResource;
+use crate::document::{DocumentErrors, FieldError, FieldErrorCode, JobDocument};
+use crate::http::jobs::posted::Posted;
+use crate::http::jobs::submit::{POLL_SECONDS, idempotency_key, key_reused, mesh_gone, new_job, queue_full};
+use crate::http::limits::{off_thread, permit};
+use crate::http::problem::Problem;
+use crate::http::{App, Service};
+use crate::job::meshes::UploadedMeshes;
+use crate::job::prepare::prepare_document;
+use crate::job::store::*;
+use crate::study::StudyRequest;
+use crate::study::outcome::Refused;
+use crate::study::request::RunKey;
+use crate::study::run::{Judged, able};
+
+/// Most jobs of one study.
+const MOST_JOBS: usize = 200;
+
+/// Queues a study: what accuracy costs by several methods on one job.
+///
+/// Its jobs are jobs like all others: a reference, and one for each method, relative error and seed, at most 200 in all. They take
+/// turns with the jobs that have begun, so that new jobs need not wait for a study. `Idempotency-Key` makes a repeated post answer
+/// with the first study; a job may have the same key.
+#[utoipa::path(post, path = "/v1/studies", operation_id = "create_study", tag = "studies",
+    params(("Idempotency-Key" = Option<String>, Header, description = "Unique to this study: 1 to 255 printable ASCII characters",
+        min_length = 1, max_length = 255, pattern = "^[ -~]+$")),
+    request_body(content = StudyRequest, description = "The job, and how it is to be computed", content_type = "application/json",
+        example = json!({
+            "job": {
+                "room": { "size_m": [4, 3, 2.5] },
+                "tubes": [{ "centre_m": [2, 1.5], "diameter_m": 0.35, "reflectance": 0.98, "segments": [{ "length_m": 1.2 }],
+                            "collector": { "kind": "open" }, "diffuser": { "kind": "lambertian", "transmittance": 0.7 } }],
+                "sky": { "cie_type": 1, "sun_position": { "altitude_deg": 40, "azimuth_deg": 180 } },
+                "grids": [{ "name": "desk", "height_m": 0.75, "cells": [8, 6] }]
+            },
+            "methods": ["auto", "path_tracing"], "relative_errors": [0.05, 0.02], "seeds": 3
+        })),
+    responses(
+        (status = 202, description = "Queued; the body is the study", body = StudyResource,
+            headers(("Location" = String, description = "Path of the study"), ("Retry-After" = u32, description = "Seconds to wait before a look at it"))),
+        (status = 400, description = "Not JSON", body = Problem, content_type = "application/problem+json"),
+        (status = 413, description = "Too long", body = Problem, content_type = "application/problem+json"),
+        (status = 415, description = "Not application/json", body = Problem, content_type = "application/problem+json"),
+        (status = 422, description = "Not a valid request, or the key was used for another one", body = Problem, content_type = "application/problem+json"),
+        (status = 503, description = "The queue has no room for all of its jobs", body = Problem, content_type = "application/problem+json")))]
+pub async fn create(app: App, headers: HeaderMap, body: Result<Bytes, BytesRejection>) -> Result<Response, Problem> {
+    let other = "another study";
+    let idempotency_key = idempotency_key(&headers)?;
+    let posted = Posted::read(&headers, body)?;
+    if app.shutdown.is_cancelled() {
+        return Err(Problem::unavailable("the service is shutting down"));
+    }
+    // a repeated post is answered even when its meshes were deleted meanwhile
+    if let Some(key) = &idempotency_key
+        && let Some(study) = app.store.study_of_key(key).await?
+    {
+        return if study.body_hash == posted.hash { accepted(&app, study).await } else { Err(key_reused(other)) };
+    }
+    let request = StudyRequest::from_value(posted.value)?.within(app.limits.max_seconds)?;
+    let new = prepared(&app, request).await?;
+    let new = NewStudy { idempotency_key, body_hash: posted.hash, ..new };
+    match app.store.submit_study(new, app.limits.queued_jobs).await? {
+        StudySubmission::New(study) => {
+            tracing::info!(study = %study.id, jobs = study.parts.len(), "study queued");
+            metrics::counter!("skyduct_jobs_submitted_total").increment(study.parts.len() as u64);
+            accepted(&app, study).await
+        }
+        StudySubmission::Repeated(study) => accepted(&app, study).await,
+        StudySubmission::KeyReused => Err(key_reused(other)),
+        StudySubmission::QueueFull => Err(queue_full(&app)),
+        StudySubmission::MeshGone(mesh) => Err(mesh_gone(&mesh)),
+    }
+}
+
+async fn accepted(app: &Service, study: StoredStudy) -> Result<Response, Problem> {
+    let location = format!("/v1/studies/{}", study.id);
+    let headers = [(header::LOCATION, location), (header::RETRY_AFTER, POLL_SECONDS.to_string())];
+    Ok((StatusCode::ACCEPTED, headers, Json(study_resource(app, study).await?)).into_response())
+}
+
+/// The study with all of its jobs prepared, off the async threads.
+async fn prepared(app: &Service, request: StudyRequest) -> Result<NewStudy, Problem> {
+    let (meshes, runtime) = (app.meshes.clone(), tokio::runtime::Handle::current());
+    let memory_bytes = app.limits.memory_limit_bytes();
+    let prepared = off_thread(permit(&app.permits.preparing).await?, move |cancel| {
+        let workshop = Workshop { meshes: meshes.for_document(runtime, cancel), memory_bytes };
+        workshop.study(&request)
+    });
+    prepared.await?.map_err(Problem::from)
+}
+
+/// What a study's jobs are prepared with.
+struct Workshop {
+    meshes: UploadedMeshes,
+    memory_bytes: u64,
+}
+
+/// A job that can be queued, without what it was prepared to.
+struct Ready {
+    job: NewJob,
+    part: StudyPart,
+    confidence: f64,
+}
+
+impl Workshop {
+    fn study(&self, request: &StudyRequest) -> Result<NewStudy, DocumentErrors> {
+        let Judged { able, refused } =
+            able(request, |document| self.ready(document)).map_err(|errors| in_request(errors, None))?;
+        let Some(confidence) = able.first().map(|(_, ready)| ready.confidence) else {
+            return Err(none_able(request, &refused));
+        };
+        let methods: Vec<String> = able.iter().map(|(method, _)| method.clone()).collect();
+        let of_reference = usize::from(request.reference.grids.is_none());
+        let runs = request.runs(&methods).count();
+        if runs + of_reference > MOST_JOBS {
+            let detail = format!(
+                "a study has at most {MOST_JOBS} jobs here, but {} methods that can, {} errors and {} seeds make {runs}",
+                methods.len(),
+                request.relative_errors.len(),
+                request.seeds
+            );
+            return Err(FieldError::new("/seeds", detail).coded(FieldErrorCode::TooMany).into());
+        }
+        let mut jobs = Vec::with_capacity(runs + of_reference);
+        if of_reference > 0 {
+            let reference = self.ready(&request.reference());
+            jobs.push(reference.map_err(|errors| in_request(errors, Some("/reference/method")))?);
+        }
+        // seeds change neither plan nor costs: each method is prepared once for each error
+        let mut of_first_seed: Vec<(RunKey, Ready)> = Vec::new();
+        for key in request.runs(&methods).take_while(|key| key.seed == 0) {
+            let ready = self.ready(&request.run(&key)).map_err(|errors| in_request(errors, None))?;
+            of_first_seed.push((key, ready));
+        }
+        for key in request.runs(&methods) {
+            let same =
+                |first: &&(RunKey, Ready)| first.0.method == key.method && first.0.relative_error == key.relative_error;
+            let Some((_, ready)) = of_first_seed.iter().find(same) else { continue };
+            jobs.push(ready.with_key(request, key));
+        }
+        Ok(NewStudy {
+            name: request.job["name"].as_str().map(str::to_owned),
+            request: to_value(request),
+            refused: to_value(&refused),
+            confidence,
+            idempotency_key: None,
+            body_hash: String::new(),
+            jobs: jobs.into_iter().map(|ready| (to_value(&ready.part), ready.job)).collect(),
+        })
+    }
+
+    fn ready(&self, document: &Value) -> Result<Ready, DocumentErrors> {
+        let start = Instant::now();
+        let prepared = prepare_document(&JobDocument::from_value(document.clone())?, &self.meshes)?;
+        prepared.check_memory(self.memory_bytes)?;
+        let part = StudyPart {
+            run: None,
+            computed_by: prepared.method_names(),
+            set_up_seconds: start.elapsed().as_secs_f64(),
+        };
+        let job = new_job(&prepared, document.to_string(), self.meshes.loaded());
+        // a job without a first chunk has no passes, which its document cannot ask for
+        let job = job.map_err(|_| FieldError::new("/job", "the job has nothing to compute"))?;
+        Ok(Ready { job, part, confidence: prepared.stop.confidence })
+    }
+}
+
+impl Ready {
+    /// The job of another seed, or of the same.
+    fn with_key(&self, request: &StudyRequest, key: RunKey) -> Self {
+        let document = request.run(&key);
+        let mut job = self.job.clone();
+        job.document["seed"] = document["seed"].clone();
+        job.submitted = document.to_string();
+        let part = StudyPart { run: Some(key), ..self.part.clone() };
+        Self { job, part, confidence: self.confidence }
+    }
+}
+
+/// Errors of a job as those of the request; `method`: where the request names the job's method.
+fn in_request(DocumentErrors(errors): DocumentErrors, method: Option<&str>) -> DocumentErrors {
+    let moved = errors.into_iter().map(|error| {
+        let of_method = method.and_then(|method| Some(format!("{method}{}", error.pointer.strip_prefix("/method")?)));
+        let pointer = of_method.unwrap_or_else(|| format!("/job{}", error.pointer));
+        FieldError { pointer, ..error }
+    });
+    DocumentErrors(moved.collect())
+}
+
+/// Each method with the reason why it cannot compute the job.
+fn none_able(request: &StudyRequest, refused: &[Refused]) -> DocumentErrors {
+    let place = |method: &str| request.methods.iter().position(|name| name == method).unwrap_or_default();
+    let error = |refused: &Refused| {
+        FieldError::new(
+            format!("/methods/{}", place(&refused.method)),
+            format!("{}: {}", refused.method, refused.reason),
+        )
+        .coded(FieldErrorCode::MethodRefuses)
+    };
+    DocumentErrors(refused.iter().map(error).collect())
+}
+
+/// Our own types always serialise.
+fn to_value(value: &impl serde::Serialize) -> Value {
+    serde_json::to_value(value).unwrap_or_default()
+}

@@ -1,0 +1,141 @@
+//! Values of grids and how far they are from those of a reference: the arithmetic of every study.
+
+use crate::document::result::GridResult;
+use crate::estimate::stopping::LEAST_SHARE_OF_MEAN;
+use crate::estimate::{Estimate, FilmEstimate, GridEstimate};
+use crate::statistics::interval::two_sided_student_quantile;
+
+/// Illuminances with their standard errors in lux, all grids of a job in a row.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Values {
+    /// Illuminances.
+    pub lux: Vec<f64>,
+    /// Standard errors; infinite where nothing is known of them.
+    pub errors: Vec<f64>,
+    /// Number of sensors of each grid.
+    pub grids: Vec<usize>,
+    /// Number of passes that the errors are told by.
+    pub passes: u64,
+}
+
+impl Values {
+    /// Values of an estimate of at least one pass.
+    pub fn of_estimate(estimate: &Estimate) -> Self {
+        let grids = &estimate.grids;
+        let each = |of: fn(&GridEstimate, usize) -> f64| -> Vec<f64> {
+            grids.iter().flat_map(|grid| (0..grid.sensors.len()).map(move |sensor| of(grid, sensor))).collect()
+        };
+        Self {
+            lux: each(GridEstimate::illuminance_lux),
+            errors: each(GridEstimate::standard_error_lux),
+            grids: grids.iter().map(|grid| grid.sensors.len()).collect(),
+            passes: estimate.passes_of_grids(),
+        }
+    }
+
+    /// Values of the grids of a job that ended, in the document's order, after so many passes.
+    pub fn of_results(results: &[GridResult], passes: u64) -> Self {
+        let errors = results.iter().flat_map(|grid| grid.standard_error_lux.iter().flatten());
+        Self {
+            lux: results.iter().flat_map(|grid| grid.illuminance_lux.iter().flatten().copied()).collect(),
+            errors: errors.map(|error| error.unwrap_or(f64::INFINITY)).collect(),
+            grids: results.iter().map(|grid| grid.illuminance_lux.iter().map(Vec::len).sum()).collect(),
+            passes,
+        }
+    }
+
+    /// Luminances in cd/m2 of blocks of 8 x 8 pixels in the place of sensors' illuminances.
+    pub fn of_view(film: &FilmEstimate) -> Self {
+        let lux: Vec<f64> = film.blocks.iter().map(|block| block.mean).collect();
+        let errors = (0..lux.len()).map(|block| film.block_standard_error_cd_m2(block)).collect();
+        Self { grids: vec![lux.len()], lux, errors, passes: film.passes as u64 }
+    }
+
+    /// What the error of each sensor is relative to: its true value, or a hundredth of its grid's mean where that is more. Of a
+    /// reference.
+    fn scales(&self) -> Vec<f64> {
+        let mut rest = self.lux.as_slice();
+        let mut scales = Vec::with_capacity(rest.len());
+        for sensors in &self.grids {
+            let (grid, others) = rest.split_at(*sensors);
+            let mean = grid.iter().sum::<f64>() / grid.len() as f64;
+            scales.extend(grid.iter().map(|lux| lux.max(LEAST_SHARE_OF_MEAN * mean)));
+            rest = others;
+        }
+        scales
+    }
+
+    /// Mean square of the relative deviations from a reference, whose own variance is in it.
+    pub fn squared_error(&self, truth: &Self) -> f64 {
+        let deviations = self.lux.iter().zip(&truth.lux).zip(truth.scales()).filter(|(_, scale)| *scale > 0.0);
+        mean(deviations.map(|((value, truth), scale)| ((value - truth) / scale).powi(2)))
+    }
+
+    /// Mean of the squared relative standard errors: what a reference adds to squared errors; `None` where nothing tells errors.
+    pub fn relative_variance(&self) -> Option<f64> {
+        let known = self.errors.iter().zip(self.scales()).filter(|(error, scale)| error.is_finite() && *scale > 0.0);
+        let known: Vec<f64> = known.map(|(error, scale)| (error / scale).powi(2)).collect();
+        (!known.is_empty()).then(|| mean(known.into_iter()))
+    }
+
+    /// Share of the sensors whose interval, the reference's error in it, holds the reference; `None` where nothing tells errors.
+    pub fn covered(&self, truth: &Self, confidence: f64) -> Option<f64> {
+        let quantile = two_sided_student_quantile(confidence, self.passes.max(2) as f64 - 1.0);
+        let sensors = self.lux.iter().zip(&self.errors).zip(truth.lux.iter().zip(&truth.errors));
+        let told = sensors.filter(|((_, error), _)| error.is_finite());
+        let held: Vec<f64> =
+            told.map(|(value, truth)| f64::from(holds((*value.0, *value.1), (*truth.0, *truth.1), quantile))).collect();
+        (!held.is_empty()).then(|| mean(held.into_iter()))
+    }
+}
+
+/// True if the interval of a value with its standard error holds a true value with its own one: `quantile` times both errors
+/// together. An error of the true value that is not known counts as none.
+pub fn holds((value, error): (f64, f64), (truth, truth_error): (f64, f64), quantile: f64) -> bool {
+    let error = libm::hypot(error, if truth_error.is_finite() { truth_error } else { 0.0 });
+    // closed forms of both agree to rounding
+    (value - truth).abs() <= quantile * error + 1e-9 * truth.abs()
+}
+
+fn mean(values: impl Iterator<Item = f64>) -> f64 {
+    let (mut sum, mut count) = (0.0, 0.0_f64);
+    for value in values {
+        sum += value;
+        count += 1.0;
+    }
+    sum / count.max(1.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn values(lux: &[f64], error: f64) -> Values {
+        Values { lux: lux.to_vec(), errors: vec![error; lux.len()], grids: vec![lux.len()], passes: 1_000_000 }
+    }
+
+    /// One percent off at 100 lx, two at 50 lx; a dark sensor is judged against a hundredth of the mean.
+    #[test]
+    fn errors_are_relative_to_the_reference() {
+        let truth = values(&[100.0, 50.0], 0.5);
+        assert!((values(&[101.0, 49.0], 0.0).squared_error(&truth) - 0.5 * (1e-4 + 4e-4)).abs() < 1e-15);
+        assert!((truth.relative_variance().unwrap() - 0.5 * (2.5e-5 + 1e-4)).abs() < 1e-15);
+        assert_eq!(values(&[100.0], f64::INFINITY).relative_variance(), None);
+        let dark = values(&[200.0, 0.0], 0.0);
+        assert!((values(&[200.0, 0.01], 0.0).squared_error(&dark) - 0.5 * 1e-4).abs() < 1e-15);
+        assert_eq!(values(&[0.0], 0.0).squared_error(&values(&[0.0], 0.0)), 0.0);
+    }
+
+    #[test]
+    fn intervals_hold_the_reference_or_not() {
+        let truth = values(&[10.0, 10.0, 10.0, 10.0], 0.0);
+        // 1.96 standard errors
+        assert_eq!(values(&[10.19, 9.81, 10.21, 9.9], 0.1).covered(&truth, 0.95), Some(0.75));
+        assert_eq!(values(&[10.19; 4], f64::INFINITY).covered(&truth, 0.95), None);
+        assert_eq!(values(&[10.0; 4], 0.0).covered(&truth, 0.95), Some(1.0));
+        // 0.15 of the value and 0.2 of the truth are 0.25 together
+        let rough = values(&[10.0], 0.2);
+        assert_eq!(values(&[10.48], 0.15).covered(&rough, 0.95), Some(1.0));
+        assert_eq!(values(&[10.5], 0.15).covered(&rough, 0.95), Some(0.0));
+    }
+}

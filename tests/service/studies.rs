@@ -1,0 +1,251 @@
+//! Studies: several methods on one job, queued, compared and taken away again.
+
+use std::time::{Duration, Instant};
+
+use reqwest::{Method, StatusCode};
+use serde_json::{Value, json};
+
+use crate::common::{self, PATIENCE, TestService, client, endless_job, small_job};
+use crate::process::Server;
+use crate::schema;
+
+/// A room whose four sensors are known to some percent in milliseconds.
+fn request() -> Value {
+    let mut job = small_job();
+    job["grids"] = json!([{ "name": "floor", "height_m": 0.8, "cells": [2, 2] }]);
+    job["method"] = json!("auto");
+    json!({ "job": job, "methods": ["auto", "light_tracing"], "relative_errors": [0.1, 0.05], "seeds": 2 })
+}
+
+async fn post(service: &TestService, request: &Value) -> Value {
+    let answer = service.post("/v1/studies", request).send().await.unwrap();
+    assert_eq!(answer.status(), StatusCode::ACCEPTED, "{}", answer.text().await.unwrap());
+    let study: Value = answer.json().await.unwrap();
+    schema::assert_valid(&schema::component("StudyResource"), &study, "StudyResource");
+    study
+}
+
+/// Asks for a study until its status is one of these.
+async fn wait_for(url: &str, path: &str, statuses: &[&str]) -> Value {
+    let begin = Instant::now();
+    loop {
+        let answer = client().get(format!("{url}{path}")).send().await.unwrap();
+        assert_eq!(answer.status(), StatusCode::OK);
+        let study: Value = answer.json().await.unwrap();
+        if statuses.contains(&study["status"].as_str().unwrap()) {
+            return study;
+        }
+        assert!(begin.elapsed() < PATIENCE, "{study}");
+        tokio::time::sleep(Duration::from_millis(20)).await;
+    }
+}
+
+fn path(study: &Value) -> String {
+    study["links"]["self"].as_str().unwrap().to_owned()
+}
+
+/// All cells, a table and a figure; what a method refuses is told, and the numbers are those of the jobs.
+#[tokio::test]
+async fn a_study_says_what_accuracy_costs() {
+    let service = TestService::start().await;
+    let mut asked = request();
+    asked["methods"] = json!(["auto", "jenkins", "light_tracing"]);
+    // which the formula knows nothing of
+    asked["job"]["room"]["objects"] = json!([{ "kind": "box", "size_m": [0.2, 0.2, 0.2], "position_m": [1.7, 1.7, 0],
+                                               "surface": { "reflectance": 0.3 } }]);
+    let posted = post(&service, &asked).await;
+    assert_eq!((&posted["runs"], &posted["name"]), (&json!(9), &json!("small")));
+    assert_eq!((&posted["refused"][0]["method"], posted["refused"].as_array().unwrap().len()), (&json!("jenkins"), 1));
+    assert_eq!(posted["request"]["seconds"], 60.0);
+    let study = wait_for(&service.running.url(), &path(&posted), &["finished"]).await;
+    schema::assert_valid(&schema::component("StudyResource"), &study, "StudyResource");
+    assert_eq!(study["runs_done"], 9);
+    let results = &study["results"];
+    assert_eq!((results["cells"].as_array().unwrap().len(), results["runs"].as_array().unwrap().len()), (4, 8));
+    for cell in results["cells"].as_array().unwrap() {
+        assert!(
+            cell["met"] == true && cell["told_relative_error"].as_f64() <= cell["asked_relative_error"].as_f64(),
+            "{cell}"
+        );
+        // four sensors that fail together, and three sigma
+        assert!(
+            cell["actual_relative_error"].as_f64().unwrap() < 1.5 * cell["asked_relative_error"].as_f64().unwrap(),
+            "{cell}"
+        );
+    }
+    assert!(results["verdict"].as_str().unwrap().contains("jenkins"), "{results}");
+    // a run is its job
+    let first = study["jobs"].as_array().unwrap().iter().find(|job| job["part"] == "run").unwrap();
+    let job = service.json(first["link"].as_str().unwrap()).await;
+    let run = &results["runs"][0];
+    assert_eq!((&run["cpu_seconds"], &run["passes"]), (&job["progress"]["cpu_seconds"], &job["progress"]["passes"]));
+    assert_eq!((&run["told_relative_error"], &run["method"]), (&job["progress"]["relative_error"], &first["method"]));
+    let file = async |link: &str| {
+        let answer = service.get(study["links"][link].as_str().unwrap()).send().await.unwrap();
+        assert_eq!(answer.status(), StatusCode::OK, "{link}");
+        (answer.headers()["content-type"].to_str().unwrap().to_owned(), answer.bytes().await.unwrap())
+    };
+    let (media_type, csv) = file("csv").await;
+    let csv = String::from_utf8(csv.to_vec()).unwrap();
+    assert!(
+        media_type.starts_with("text/csv") && csv.lines().count() == 5 && csv.contains("light_tracing,0.05,"),
+        "{csv}"
+    );
+    let (media_type, svg) = file("svg").await;
+    assert!(media_type == "image/svg+xml" && String::from_utf8_lossy(&svg).contains("Error against time: small"));
+    assert!(file("png").await.1.starts_with(b"\x89PNG") && file("pdf").await.1.starts_with(b"%PDF"));
+    let page = service.json("/v1/studies").await;
+    assert_eq!((&page["studies"][0]["id"], &page["studies"][0]["status"]), (&study["id"], &json!("finished")));
+    schema::assert_valid(&schema::component("StudyPage"), &page, "StudyPage");
+}
+
+/// Values that are given take the place of the reference, and one that is wrong is seen in every run.
+#[tokio::test]
+async fn a_reference_may_be_given() {
+    let service = TestService::start().await;
+    let mut asked = request();
+    asked["reference"] = json!({ "grids": [{ "illuminance_lux": [[1, 1], [1, 1]] }] });
+    let posted = post(&service, &asked).await;
+    assert_eq!(posted["runs"], 8);
+    let study = wait_for(&service.running.url(), &path(&posted), &["finished"]).await;
+    let results = &study["results"];
+    assert_eq!(
+        (&results["reference"]["method"], &results["reference"]["relative_standard_error"]),
+        (&Value::Null, &json!(0.0))
+    );
+    for cell in results["cells"].as_array().unwrap() {
+        assert!(cell["actual_relative_error"].as_f64().unwrap() > 1.0 && cell["covered"] == 0.0, "{cell}");
+    }
+    asked["reference"]["grids"][0]["illuminance_lux"] = json!([[1, 1]]);
+    let answer = service.post("/v1/studies", &asked).send().await.unwrap();
+    let problem = common::problem(answer, 422).await;
+    assert_eq!(problem["errors"][0]["pointer"], "/reference/grids/0/illuminance_lux");
+}
+
+/// Everything that is wrong is named by its place in the request, and nothing is queued.
+#[tokio::test]
+async fn what_is_wrong_is_named() {
+    let service = TestService::start_with(|config| config.limits.max_seconds = 100.0).await;
+    let cases = [
+        ("/methods", json!([]), "/methods"),
+        ("/methods/0", json!("nobody"), "/methods/0"),
+        ("/methods/1", json!("auto"), "/methods/1"),
+        ("/relative_errors/1", json!(1.5), "/relative_errors/1"),
+        ("/relative_errors", json!("small"), "/relative_errors"),
+        ("/seeds", json!(0), "/seeds"),
+        // 400 jobs
+        ("/seeds", json!(100), "/seeds"),
+        ("/seconds", json!(101), "/seconds"),
+        ("/reference", json!({ "seconds": 101 }), "/reference/seconds"),
+        ("/reference", json!({ "method": "nobody" }), "/reference/method"),
+        ("/sensors", json!(1), "/sensors"),
+        ("/job/room/size_m/0", json!(-1), "/job/room/size_m/0"),
+        ("/job/grids", json!([]), "/job/grids"),
+        ("/job/tubes/0/mesh", json!("gone"), "/job/tubes/0"),
+    ];
+    for (place, value, pointer) in cases {
+        let mut request = request();
+        let (parent, field) = place.rsplit_once('/').unwrap();
+        match request.pointer_mut(parent).unwrap() {
+            Value::Array(list) => list[field.parse::<usize>().unwrap()] = value,
+            object => object[field] = value,
+        }
+        let problem = common::problem(service.post("/v1/studies", &request).send().await.unwrap(), 422).await;
+        let found = problem["errors"][0]["pointer"].as_str().unwrap();
+        assert!(found == pointer || (place.ends_with("mesh") && found.starts_with(pointer)), "{place}: {problem}");
+    }
+    // a room with a box is beyond the formula
+    let mut request = request();
+    request["job"]["room"]["objects"] = json!([{ "kind": "box", "size_m": [0.2, 0.2, 0.2], "position_m": [1.7, 1.7, 0], "surface": { "reflectance": 0.3 } }]);
+    request["methods"] = json!(["jenkins"]);
+    let problem = common::problem(service.post("/v1/studies", &request).send().await.unwrap(), 422).await;
+    assert_eq!(
+        (&problem["errors"][0]["pointer"], &problem["errors"][0]["code"]),
+        (&json!("/methods/0"), &json!("method_refuses"))
+    );
+    assert_eq!(service.json("/v1/jobs").await["jobs"], json!([]));
+    assert_eq!(service.json("/v1/studies").await["studies"], json!([]));
+}
+
+/// A key names one study. A queue without room for all jobs takes none of them. What is deleted takes its jobs with it.
+#[tokio::test]
+async fn studies_are_queued_once_and_whole() {
+    let service = TestService::start_with(|config| config.limits.queued_jobs = 9).await;
+    let post = async |request: &Value| {
+        service.post("/v1/studies", request).header("idempotency-key", "k").send().await.unwrap()
+    };
+    let first: Value = post(&request()).await.json().await.unwrap();
+    let again: Value = post(&request()).await.json().await.unwrap();
+    assert_eq!(first["id"], again["id"]);
+    let mut other = request();
+    other["seeds"] = json!(1);
+    assert_eq!(common::problem(post(&other).await, 422).await["type"], "/problems/key-reused");
+    wait_for(&service.running.url(), &path(&first), &["finished"]).await;
+    let mut large = request();
+    large["seeds"] = json!(3);
+    let answer = service.post("/v1/studies", &large).send().await.unwrap();
+    assert_eq!(common::problem(answer, 503).await["type"], "/problems/queue-full");
+    assert_eq!(service.json("/v1/jobs").await["jobs"].as_array().unwrap().len(), 9);
+    let delete = async || service.request(Method::DELETE, &path(&first)).send().await.unwrap();
+    assert_eq!(delete().await.status(), StatusCode::NO_CONTENT);
+    assert_eq!(service.json("/v1/jobs").await["jobs"], json!([]));
+    common::problem(service.get(&path(&first)).send().await.unwrap(), 404).await;
+    common::problem(delete().await, 404).await;
+}
+
+/// A study that would take long: its reference is never good enough.
+fn endless_request() -> Value {
+    let mut request = request();
+    request["job"]["method"] = endless_job()["method"].clone();
+    request["reference"] = json!({ "method": "sppm", "relative_error": 1e-9, "seconds": 1000 });
+    request
+}
+
+/// A job that is posted later goes before the jobs of a study; a cancelled study ends, and can be cancelled once.
+#[tokio::test]
+async fn a_study_is_cancelled_with_its_jobs() {
+    let service = TestService::start().await;
+    let study = post(&service, &endless_request()).await;
+    let answer = service.get(study["links"]["csv"].as_str().unwrap()).send().await.unwrap();
+    common::problem(answer, 404).await;
+    wait_for(&service.running.url(), &path(&study), &["running"]).await;
+    let job = service.submit(&small_job()).await;
+    assert_eq!(service.finished(&job).await["status"], "succeeded");
+    let cancel = format!("{}/cancel", path(&study));
+    let answer = service.request(Method::POST, &cancel).send().await.unwrap();
+    assert_eq!(answer.status(), StatusCode::ACCEPTED);
+    let study = wait_for(&service.running.url(), &path(&study), &["cancelled"]).await;
+    assert_eq!((&study["runs_done"], &study["results"]), (&study["runs"], &Value::Null));
+    common::problem(service.request(Method::POST, &cancel).send().await.unwrap(), 409).await;
+    common::problem(service.request(Method::POST, "/v1/studies/none/cancel").send().await.unwrap(), 404).await;
+}
+
+/// A service that is killed in the middle of a study finishes it after a start: no run is lost, and none is made twice.
+#[tokio::test]
+async fn a_crash_loses_nothing_of_a_study() {
+    let data = tempfile::tempdir().unwrap();
+    let mut asked = request();
+    // some seconds in all
+    asked["methods"] = json!(["light_tracing", "path_tracing"]);
+    asked["relative_errors"] = json!([0.02, 0.005]);
+    let server = Server::start(data.path(), &[]);
+    let answer = client().post(format!("{}/v1/studies", server.url)).json(&asked).send().await.unwrap();
+    assert_eq!(answer.status(), StatusCode::ACCEPTED);
+    let posted: Value = answer.json().await.unwrap();
+    let begin = Instant::now();
+    let before = loop {
+        let study = wait_for(&server.url, &path(&posted), &["queued", "running", "finished"]).await;
+        if study["runs_done"].as_u64().unwrap() >= 3 {
+            break study;
+        }
+        assert!(begin.elapsed() < PATIENCE);
+    };
+    drop(server);
+    let server = Server::start(data.path(), &[]);
+    let study = wait_for(&server.url, &path(&posted), &["finished"]).await;
+    assert_eq!(study["runs_done"], 9);
+    let runs = |study: &Value| study["results"]["runs"].as_array().unwrap().clone();
+    // what was done before is as it was
+    let (now, then) = (runs(&study), runs(&before));
+    assert!(now.len() == 8 && then.iter().all(|run| now.contains(run)), "{then:?} {now:?}");
+}
