@@ -5,6 +5,7 @@ use std::time::Duration;
 
 use crate::cli::client::Client;
 use crate::cli::config::{Config, Flags};
+use crate::cli::figures::FiguresArgs;
 use crate::cli::results_table::print_results;
 use crate::cli::serve::{RunningService, runtime, wait_for_signal};
 use crate::cli::submit::submit_and_download;
@@ -19,6 +20,8 @@ pub struct DemoArgs {
     /// Stop when the job is done, instead of serving on
     #[arg(long)]
     pub exit: bool,
+    #[command(flatten)]
+    pub figures: FiguresArgs,
 }
 
 /// Starts a service on a free port, submits the built-in job and saves its results.
@@ -33,7 +36,7 @@ pub fn run(args: DemoArgs) -> anyhow::Result<()> {
         };
         let service = RunningService::start(Config::load(None, &flags)?).await?;
         let shown = tokio::select! {
-            shown = show(&service, args.exit) => shown,
+            shown = show(&service, &args) => shown,
             interrupted = wait_for_signal() => interrupted,
         };
         service.stop().await;
@@ -43,15 +46,15 @@ pub fn run(args: DemoArgs) -> anyhow::Result<()> {
     result
 }
 
-async fn show(service: &RunningService, exit: bool) -> anyhow::Result<()> {
+async fn show(service: &RunningService, args: &DemoArgs) -> anyhow::Result<()> {
     println!("service: {}", service.url());
     let client = Client::new(&service.url())?;
     let out = Path::new(OUT);
-    let job = submit_and_download(&client, JOB.into(), None, out).await?;
+    let job = submit_and_download(&client, JOB.into(), None, out, &args.figures.saved).await?;
     println!("results: {}", out.display());
     print_results(&job);
     println!("page:    {}{}", service.url(), job["links"]["page"].as_str().unwrap_or("/"));
-    if !exit {
+    if !args.exit {
         println!("serving on; Ctrl-C ends it");
         std::future::pending::<()>().await;
     }

@@ -4,6 +4,7 @@ mod bench;
 mod client;
 pub mod config;
 mod demo;
+mod figures;
 mod healthcheck;
 pub mod mesh_files;
 mod plan;

@@ -3,23 +3,21 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
-use serde_json::{Value, json};
+use serde_json::Value;
 
+use super::figures::FiguresArgs;
 use super::mesh_files::MeshFiles;
 use super::progress::Progress;
 use super::results_table::print_results;
 use crate::document::{DocumentErrors, FieldError};
-use crate::figure::FigureFormat;
 use crate::job::cancel::{Stop, StopReason};
 use crate::job::chunk::Rendered;
 use crate::job::convergence::is_kept;
-use crate::job::convergence_files::convergence_files;
 use crate::job::forecast::Forecast;
 use crate::job::memory::default_limit_bytes;
 use crate::job::prepare::{Prepared, prepare};
 use crate::job::progress::{PassReport, StoppedBy};
-use crate::job::report::{made_by, report};
-use crate::job::site_figure::site_files;
+use crate::job::saved_files::{Saved, SavedFigures, results};
 
 #[derive(Debug, clap::Args)]
 pub struct RenderArgs {
@@ -32,6 +30,8 @@ pub struct RenderArgs {
     /// Method instead of the document's
     #[arg(long, value_name = "M")]
     pub method: Option<String>,
+    #[command(flatten)]
+    pub figures: FiguresArgs,
 }
 
 /// Renders a job and writes its results; errors that are the document's own are [`DocumentErrors`].
@@ -45,7 +45,7 @@ pub fn run(args: RenderArgs) -> anyhow::Result<()> {
     std::fs::create_dir_all(&args.out).with_context(|| format!("{} cannot be made", args.out.display()))?;
 
     let (rendered, passes) = render(&prepared, &cancel_on_interrupt()?)?;
-    let result = write_results(&args.out, &prepared, &rendered, &passes)?;
+    let result = write_results(&args.out, &prepared, &rendered, &passes, &args.figures.saved)?;
     let Rendered { estimate, spent, stopped_by } = &rendered;
     if *stopped_by == StoppedBy::Cancelled {
         bail!("cancelled after {} passes; the results so far are in {}", estimate.passes, args.out.display());
@@ -139,46 +139,22 @@ async fn next_interrupt() -> std::io::Result<()> {
     tokio::signal::ctrl_c().await
 }
 
-/// Writes the result files, the convergence, and `result.json` last: where it stands, all is there. Answers the latter.
-fn write_results(out: &Path, prepared: &Prepared, rendered: &Rendered, passes: &[PassReport]) -> anyhow::Result<Value> {
-    let Rendered { estimate, spent, stopped_by } = rendered;
+/// Writes the files of the job, and `result.json` last: where it stands, all is there. Answers the latter.
+fn write_results(
+    out: &Path,
+    prepared: &Prepared,
+    rendered: &Rendered,
+    passes: &[PassReport],
+    figures: &SavedFigures,
+) -> anyhow::Result<Value> {
+    let (estimate, result) = (&rendered.estimate, results(prepared, rendered));
     // a job that was cancelled before its first pass has no results
     if estimate.passes > 0 {
-        for file in prepared.result_files(estimate)? {
-            write(out, &file.name, &file.bytes)?;
-        }
         // what the service keeps of the same job, too
         let is_last = |pass: &PassReport| pass.passes == estimate.passes;
-        let kept: Vec<_> = passes.iter().filter(|pass| is_kept(pass.passes) || is_last(pass)).copied().collect();
-        let subject = prepared.subject();
-        for (name, bytes) in convergence_files(&subject, &kept)? {
-            write(out, name, &bytes)?;
-        }
-    }
-    let status = if *stopped_by == StoppedBy::Cancelled { "cancelled" } else { "succeeded" };
-    let mut result = json!({
-        "document": prepared.document,
-        "status": status,
-        "stopped_by": stopped_by,
-        "plan": prepared.plan_json(),
-        "warnings": prepared.warnings,
-    });
-    if let (Value::Object(result), Value::Object(summary)) =
-        (&mut result, prepared.summary_json(estimate, *spent, *stopped_by))
-    {
-        result.extend(summary);
-    }
-    if estimate.passes > 0 {
-        let subject = prepared.subject();
-        for (name, bytes) in site_files(&subject, &result)? {
-            write(out, &name, &bytes)?;
-        }
-        let sheet = report(&subject, &result, &prepared.first_outputs(estimate)?, made_by())?;
-        write(out, "report.pdf", &FigureFormat::Pdf.write(&sheet.draw())?)?;
-        let overview = sheet.overview();
-        for format in FigureFormat::ALL {
-            write(out, &format!("figures/overview.{}", format.suffix()), &format.write(&overview)?)?;
-        }
+        let passes: Vec<_> = passes.iter().filter(|pass| is_kept(pass.passes) || is_last(pass)).copied().collect();
+        let saved = Saved { prepared, estimate, passes: &passes, results: &result };
+        saved.files(figures, |name, bytes| write(out, name, bytes))?;
     }
     write(out, "result.json", &serde_json::to_vec_pretty(&result)?)?;
     Ok(result)
@@ -194,6 +170,8 @@ pub fn write(out: &Path, name: &str, bytes: &[u8]) -> anyhow::Result<()> {
 
 #[cfg(test)]
 mod tests {
+    use serde_json::json;
+
     use super::*;
 
     #[test]

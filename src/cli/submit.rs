@@ -8,15 +8,16 @@ use serde_json::Value;
 use uuid::Uuid;
 
 use crate::cli::client::{Client, News};
+use crate::cli::figures::FiguresArgs;
 use crate::cli::mesh_files::MeshFiles;
 use crate::cli::progress::Progress;
 use crate::cli::results_table::print_results;
 use crate::document::{DocumentErrors, FieldError};
 use crate::estimate::StopRule;
-use crate::figure::FigureFormat;
-use crate::job::convergence_files::CONVERGENCE_FILES;
+use crate::job::convergence_files::convergence_names;
 use crate::job::events::Pass;
 use crate::job::results::{GridFormat, Output, ViewFormat, result_outputs};
+use crate::job::saved_files::{REPORT, SavedFigures};
 
 #[derive(Debug, clap::Args)]
 pub struct SubmitArgs {
@@ -29,6 +30,8 @@ pub struct SubmitArgs {
     /// Folder for the results
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
+    #[command(flatten)]
+    pub figures: FiguresArgs,
 }
 
 /// Errors that are the document's own are [`DocumentErrors`].
@@ -39,7 +42,7 @@ pub fn run(args: SubmitArgs) -> anyhow::Result<()> {
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
     runtime.block_on(async {
         let client = Client::new(&args.server)?;
-        let job = submit_and_download(&client, document, Some(&folder), &args.out).await?;
+        let job = submit_and_download(&client, document, Some(&folder), &args.out, &args.figures.saved).await?;
         eprintln!("job {} is done; results are in {}", job["id"].as_str().unwrap_or("?"), args.out.display());
         print_results(&job);
         Ok(())
@@ -52,6 +55,7 @@ pub async fn submit_and_download(
     document: Vec<u8>,
     mesh_folder: Option<&Path>,
     out: &Path,
+    figures: &SavedFigures,
 ) -> anyhow::Result<Value> {
     let document = match mesh_folder {
         Some(folder) => with_uploaded_meshes(client, document, folder).await?,
@@ -83,7 +87,7 @@ pub async fn submit_and_download(
         bail!("the job failed: {detail}");
     }
     let job = client.json(&path).await?;
-    download(client, &job, out).await?;
+    download(client, &job, out, figures).await?;
     if last.name == "cancelled" {
         bail!("the job was cancelled; what it had computed is in {}", out.display());
     }
@@ -117,7 +121,7 @@ fn bad_document(pointer: &str, detail: String) -> DocumentErrors {
     FieldError::new(pointer, detail).into()
 }
 
-async fn download(client: &Client, job: &Value, out: &Path) -> anyhow::Result<()> {
+async fn download(client: &Client, job: &Value, out: &Path, figures: &SavedFigures) -> anyhow::Result<()> {
     // a job that was cancelled before its first pass has no other files
     if job["progress"]["passes"].as_u64() == Some(0) {
         return write(out, "result.json", &serde_json::to_vec_pretty(job)?);
@@ -129,7 +133,8 @@ async fn download(client: &Client, job: &Value, out: &Path) -> anyhow::Result<()
     };
     let (grids, views) = (names("grids"), names("views"));
     let tubes = job["document"]["tubes"].as_array().map_or(0, Vec::len);
-    for (file, output) in result_outputs(grids.iter().copied(), views.iter().copied(), tubes) {
+    let outputs = result_outputs(grids.iter().copied(), views.iter().copied(), tubes);
+    for (file, output) in outputs.into_iter().filter(|(_, output)| figures.has(*output)) {
         let path = match output {
             Output::Grid(grid, GridFormat::Json) => format!("grids/{}?format=json", grids[grid]),
             Output::Grid(grid, GridFormat::Csv) => format!("grids/{}?format=csv", grids[grid]),
@@ -144,15 +149,15 @@ async fn download(client: &Client, job: &Value, out: &Path) -> anyhow::Result<()
         write(out, &file, &client.bytes(&format!("{this}/{path}")).await?)?;
     }
     for (name, links) in job["links"]["figures"].as_object().into_iter().flatten() {
-        for format in FigureFormat::ALL {
+        for format in figures.formats() {
             let suffix = format.suffix();
             let path = links[suffix].as_str().context("the service gave a figure no path")?;
             write(out, &format!("figures/{name}.{suffix}"), &client.bytes(path).await?)?;
         }
     }
-    write(out, "report.pdf", &client.bytes(&format!("{this}/report.pdf")).await?)?;
-    for file in CONVERGENCE_FILES {
-        write(out, file, &client.bytes(&format!("{this}/{file}")).await?)?;
+    let report = figures.has_report().then(|| REPORT.to_owned());
+    for file in report.into_iter().chain(convergence_names(figures.formats())) {
+        write(out, &file, &client.bytes(&format!("{this}/{file}")).await?)?;
     }
     // last, as by `render`: where it stands, all is there
     write(out, "result.json", &serde_json::to_vec_pretty(job)?)

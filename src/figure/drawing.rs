@@ -23,6 +23,8 @@ pub struct Drawing {
 pub enum Item {
     /// Lines and areas.
     Shape(Shape),
+    /// A text.
+    Words(Words),
     /// A picture of pixels.
     Picture(Picture),
 }
@@ -36,11 +38,9 @@ pub struct Shape {
     pub fill: Option<(Colour, f64)>,
     /// The line along the outline.
     pub line: Option<Line>,
-    /// What it says, where it is text.
-    pub text: Option<Words>,
 }
 
-/// A text that was written.
+/// A text that was written; its letters are outlines, which are made when the figure is written as a file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Words {
     /// What it says.
@@ -53,6 +53,10 @@ pub struct Words {
     pub size: f64,
     /// Direction in which it is read.
     pub direction: Direction,
+    /// Colour of the letters.
+    pub colour: Colour,
+    /// Colour of a rim around the letters, over what is below.
+    pub rim: Option<Colour>,
 }
 
 /// A line's look.
@@ -66,13 +70,24 @@ pub struct Line {
     pub dashes: Vec<f64>,
 }
 
-/// A picture whose pixels are squares, not blurred when it is made larger.
+/// A picture of pixels.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Picture {
     /// Where it is drawn.
     pub place: Rectangle,
     /// The pixels.
     pub raster: Raster,
+    /// What is between their middles where the picture is made larger.
+    pub between: Between,
+}
+
+/// What is between the middles of a picture's pixels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Between {
+    /// Pixels are squares: each is a value of its own.
+    Edges,
+    /// Neighbours are blended.
+    Blends,
 }
 
 /// Where a text stands about its point.
@@ -132,6 +147,27 @@ impl Type {
     }
 }
 
+/// Width of the line along the letters that makes their rim, in sizes of the type.
+pub const RIM_WIDTH: f64 = 0.28;
+
+impl Words {
+    /// The outlines of the letters.
+    pub fn outline(&self) -> Outline {
+        match self.direction {
+            Direction::Level => letters::outline(&self.text, self.size, self.at),
+            Direction::Upwards => {
+                let level = letters::outline(&self.text, self.size, DVec2::ZERO);
+                level.mapped(|point| self.at + DVec2::new(point.y, -point.x))
+            }
+        }
+    }
+
+    /// The rim around the letters, which is drawn below them.
+    pub fn rim(&self) -> Option<Line> {
+        self.rim.map(|colour| Line::new(colour, RIM_WIDTH * self.size))
+    }
+}
+
 impl Line {
     /// A line without gaps.
     pub fn new(colour: Colour, width: f64) -> Self {
@@ -154,22 +190,27 @@ impl Drawing {
 
     /// Fills an outline with a colour of an opacity, 0..1.
     pub fn fill(&mut self, outline: Outline, colour: Colour, opacity: f64) {
-        self.add(Shape { outline, fill: Some((colour, opacity)), line: None, text: None });
+        self.add(Shape { outline, fill: Some((colour, opacity)), line: None });
     }
 
     /// Draws a line along an outline.
     pub fn line(&mut self, outline: Outline, line: Line) {
-        self.add(Shape { outline, fill: None, line: Some(line), text: None });
+        self.add(Shape { outline, fill: None, line: Some(line) });
     }
 
     /// Fills an outline and draws a line along it.
     pub fn filled_line(&mut self, outline: Outline, fill: Colour, line: Line) {
-        self.add(Shape { outline, fill: Some((fill, 1.0)), line: Some(line), text: None });
+        self.add(Shape { outline, fill: Some((fill, 1.0)), line: Some(line) });
     }
 
-    /// Draws a picture.
+    /// Draws a picture whose pixels are squares.
     pub fn picture(&mut self, place: Rectangle, raster: Raster) {
-        self.items.push(Item::Picture(Picture { place, raster }));
+        self.items.push(Item::Picture(Picture { place, raster, between: Between::Edges }));
+    }
+
+    /// Draws a picture of something without edges.
+    pub fn smooth_picture(&mut self, place: Rectangle, raster: Raster) {
+        self.items.push(Item::Picture(Picture { place, raster, between: Between::Blends }));
     }
 
     /// Writes a text at a point; the letters stand on the point's height (or left of it, where they are read upwards).
@@ -181,22 +222,14 @@ impl Drawing {
             Anchor::Middle => 0.5 * width,
             Anchor::End => width,
         };
-        let (at, outline) = match look.direction {
-            Direction::Level => {
-                let at = at - DVec2::new(back, 0.0);
-                (at, letters::outline(&text, look.size, at))
-            }
-            Direction::Upwards => {
-                let at = at + DVec2::new(0.0, back);
-                let level = letters::outline(&text, look.size, DVec2::ZERO);
-                (at, level.mapped(|point| at + DVec2::new(point.y, -point.x)))
-            }
+        let at = match look.direction {
+            Direction::Level => at - DVec2::new(back, 0.0),
+            Direction::Upwards => at + DVec2::new(0.0, back),
         };
-        if let Some(rim) = look.rim {
-            self.line(outline.clone(), Line::new(rim, 0.28 * look.size));
+        if letters::has_ink(&text) {
+            let Type { size, colour, direction, rim, .. } = look;
+            self.items.push(Item::Words(Words { text, at, width, size, direction, colour, rim }));
         }
-        let words = Words { text, at, width, size: look.size, direction: look.direction };
-        self.add(Shape { outline, fill: Some((look.colour, 1.0)), line: None, text: Some(words) });
     }
 
     /// Writes a text whose capitals are centred on the height of a point.
@@ -215,19 +248,20 @@ impl Drawing {
                 dashes: line.dashes.iter().map(|dash| scale * dash).collect(),
                 ..*line
             }),
-            text: shape.text.as_ref().map(|words| Words {
+        };
+        self.items.extend(other.items.iter().map(|item| match item {
+            Item::Shape(other) => Item::Shape(shape(other)),
+            Item::Words(words) => Item::Words(Words {
                 text: words.text.clone(),
                 at: place(words.at),
                 width: scale * words.width,
                 size: scale * words.size,
                 ..*words
             }),
-        };
-        self.items.extend(other.items.iter().map(|item| match item {
-            Item::Shape(other) => Item::Shape(shape(other)),
-            Item::Picture(Picture { place: within, raster }) => Item::Picture(Picture {
+            Item::Picture(Picture { place: within, raster, between }) => Item::Picture(Picture {
                 place: Rectangle { from: place(within.from), to: place(within.to) },
                 raster: raster.clone(),
+                between: *between,
             }),
         }));
     }
@@ -235,8 +269,8 @@ impl Drawing {
     /// All texts, in the order in which they are drawn.
     pub fn texts(&self) -> impl Iterator<Item = &str> {
         self.items.iter().filter_map(|item| match item {
-            Item::Shape(shape) => shape.text.as_ref().map(|words| words.text.as_str()),
-            Item::Picture(_) => None,
+            Item::Words(words) => Some(words.text.as_str()),
+            Item::Shape(_) | Item::Picture(_) => None,
         })
     }
 

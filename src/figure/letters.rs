@@ -3,7 +3,7 @@
 //! The letters are those of Open Sans: Latin with accents, some Greek and signs. What else a name may have is drawn as a box.
 
 use std::collections::BTreeMap;
-use std::sync::LazyLock;
+use std::sync::{LazyLock, OnceLock};
 
 use glam::DVec2;
 
@@ -13,36 +13,58 @@ use super::outline::{Outline, Part};
 const OPEN_SANS: &str = include_str!("letters/open_sans.txt");
 
 /// Units of the outlines in the size of the type.
-const UNITS: f64 = 2048.0;
+pub const UNITS: f64 = 2048.0;
 
 /// Drawn for what has no letter: a box.
-const UNKNOWN: Letter<'static> =
-    Letter { advance: 1200.0, path: "M150 0L150 -1462L1050 -1462L1050 0ZM250 -100L950 -100L950 -1362L250 -1362Z" };
+static UNKNOWN: Letter = Letter {
+    code: 0,
+    advance: 1200.0,
+    path: "M150 0L150 -1462L1050 -1462L1050 0ZM250 -100L950 -100L950 -1362L250 -1362Z",
+    parts: OnceLock::new(),
+};
 
 /// Height of capital letters and digits, in sizes of the type.
 pub const CAPITAL_HEIGHT: f64 = 1462.0 / UNITS;
 
-/// A letter: how far the next one stands, and its outline as a path of SVG.
-#[derive(Clone, Copy)]
-struct Letter<'a> {
-    advance: f64,
-    path: &'a str,
+/// A letter, in units of which [`UNITS`] are the size of the type; y points down.
+pub struct Letter {
+    /// Code point of the character; 0 of the box for what has no letter.
+    pub code: u32,
+    /// How far the next letter stands.
+    pub advance: f64,
+    /// Its outline as a path of SVG.
+    pub path: &'static str,
+    /// The same, once somebody has asked for it.
+    parts: OnceLock<Outline>,
 }
 
-static LETTERS: LazyLock<BTreeMap<char, Letter<'static>>> = LazyLock::new(|| {
+impl Letter {
+    fn outline(&self) -> &Outline {
+        self.parts.get_or_init(|| parsed(self.path))
+    }
+}
+
+static LETTERS: LazyLock<BTreeMap<char, Letter>> = LazyLock::new(|| {
     let line = |line: &'static str| {
         let mut fields = line.splitn(3, ' ');
         let code = u32::from_str_radix(fields.next()?, 16).ok()?;
         let advance = fields.next()?.parse().ok()?;
-        Some((char::from_u32(code)?, Letter { advance, path: fields.next().unwrap_or("") }))
+        let path = fields.next().unwrap_or("");
+        Some((char::from_u32(code)?, Letter { code, advance, path, parts: OnceLock::new() }))
     };
     OPEN_SANS.lines().filter(|line| !line.starts_with('#')).filter_map(line).collect()
 });
 
-fn letter(character: char) -> Letter<'static> {
+/// The letter of a character.
+pub fn letter(character: char) -> &'static Letter {
     // a tabulator or the end of a line in a name is a space in a figure
     let character = if character.is_whitespace() { ' ' } else { character };
-    LETTERS.get(&character).copied().unwrap_or(UNKNOWN)
+    LETTERS.get(&character).unwrap_or(&UNKNOWN)
+}
+
+/// True if a text has more than spaces.
+pub fn has_ink(text: &str) -> bool {
+    text.chars().any(|character| !letter(character).path.is_empty())
 }
 
 /// Width of a text in type of `size`.
@@ -87,19 +109,20 @@ pub fn outline(text: &str, size: f64, at: DVec2) -> Outline {
     let scale = size / UNITS;
     for character in text.chars() {
         let letter = letter(character);
-        add_path(&mut outline, letter.path, |point| pen + scale * point);
+        outline.0.extend(letter.outline().mapped(|point| pen + scale * point).0);
         pen.x += scale * letter.advance;
     }
     outline
 }
 
-/// Adds a path of absolute moves, lines and quadratic curves; what is not understood is left out.
-fn add_path(outline: &mut Outline, path: &str, place: impl Fn(DVec2) -> DVec2) {
+/// A path of absolute moves, lines and quadratic curves; what is not understood is left out.
+fn parsed(path: &str) -> Outline {
+    let mut outline = Outline::default();
     let mut rest = path;
     while let Some(command) = rest.chars().next() {
         let end = rest[1..].find(|c: char| c.is_ascii_uppercase()).map_or(rest.len(), |end| end + 1);
         let mut numbers = rest[1..end].split(' ').filter_map(|number| number.parse::<f64>().ok());
-        let mut point = || Some(place(DVec2::new(numbers.next()?, numbers.next()?)));
+        let mut point = || Some(DVec2::new(numbers.next()?, numbers.next()?));
         let part = match command {
             'M' => point().map(Part::Move),
             'L' => point().map(Part::Line),
@@ -110,6 +133,7 @@ fn add_path(outline: &mut Outline, path: &str, place: impl Fn(DVec2) -> DVec2) {
         outline.0.extend(part);
         rest = &rest[end..];
     }
+    outline
 }
 
 #[cfg(test)]
@@ -121,8 +145,7 @@ mod tests {
         let lines = OPEN_SANS.lines().filter(|line| !line.starts_with('#'));
         assert_eq!(LETTERS.len(), lines.count());
         for (character, letter) in LETTERS.iter() {
-            let mut outline = Outline::default();
-            add_path(&mut outline, letter.path, |point| point);
+            let outline = letter.outline();
             let commands = letter.path.chars().filter(char::is_ascii_uppercase).count();
             assert_eq!(outline.0.len(), commands, "{character}");
             assert!(letter.advance > 0.0 || outline.0.is_empty(), "{character}");
@@ -155,5 +178,6 @@ mod tests {
         assert!(short.ends_with('…') && width(&short, 10.0) <= 60.0, "{short}");
         assert_eq!(outline("中", 10.0, DVec2::ZERO), outline("文", 10.0, DVec2::ZERO), "both are a box");
         assert!(!outline("中", 10.0, DVec2::ZERO).0.is_empty());
+        assert!(has_ink(" 中") && !has_ink(" \t\n") && !has_ink(""));
     }
 }

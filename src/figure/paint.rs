@@ -6,7 +6,7 @@ use tiny_skia::{
 };
 
 use super::colour::Colour;
-use super::drawing::{Drawing, Item, Line, Picture, Shape};
+use super::drawing::{Between, Drawing, Item, Line, Picture, Shape, Words};
 use super::outline::{Outline, Part};
 use crate::output::{OutputError, Raster, png};
 
@@ -41,6 +41,7 @@ pub fn paint(drawing: &Drawing, scale: Scale) -> Result<Raster, OutputError> {
     for item in &drawing.items {
         match item {
             Item::Shape(shape) => paint_shape(&mut pixmap, shape, transform),
+            Item::Words(words) => paint_words(&mut pixmap, words, transform),
             Item::Picture(picture) => paint_picture(&mut pixmap, picture, transform)?,
         }
     }
@@ -60,6 +61,14 @@ fn paint_shape(pixmap: &mut Pixmap, shape: &Shape, transform: Transform) {
     }
 }
 
+fn paint_words(pixmap: &mut Pixmap, words: &Words, transform: Transform) {
+    let Some(path) = path(&words.outline()) else { return };
+    if let Some(rim) = &words.rim() {
+        pixmap.stroke_path(&path, &paint_of(rim.colour, 1.0), &stroke(rim), transform, None);
+    }
+    pixmap.fill_path(&path, &paint_of(words.colour, 1.0), FillRule::Winding, transform, None);
+}
+
 fn paint_picture(pixmap: &mut Pixmap, picture: &Picture, transform: Transform) -> Result<(), OutputError> {
     let Raster { width, height, pixels } = &picture.raster;
     let size = || OutputError::Size { values: pixels.len(), width: *width, height: *height, channels: 3 };
@@ -70,7 +79,11 @@ fn paint_picture(pixmap: &mut Pixmap, picture: &Picture, transform: Transform) -
     let (from, extent) = (picture.place.from, picture.place.size());
     let stretch = extent / glam::DVec2::new(*width as f64, *height as f64);
     let place = transform.pre_translate(from.x as f32, from.y as f32).pre_scale(stretch.x as f32, stretch.y as f32);
-    let paint = PixmapPaint { quality: FilterQuality::Nearest, ..PixmapPaint::default() };
+    let quality = match picture.between {
+        Between::Edges => FilterQuality::Nearest,
+        Between::Blends => FilterQuality::Bilinear,
+    };
+    let paint = PixmapPaint { quality, ..PixmapPaint::default() };
     pixmap.draw_pixmap(0, 0, source.as_ref(), &paint, place, None);
     Ok(())
 }

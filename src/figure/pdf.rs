@@ -9,7 +9,7 @@ use pdf_writer::types::{LineJoinStyle, TextRenderingMode};
 use pdf_writer::{Content, Filter, Finish, Name, Pdf, Rect, Ref, Str, TextStr};
 
 use super::colour::Colour;
-use super::drawing::{Direction, Drawing, Item, Line, Picture, Shape, Words};
+use super::drawing::{Between, Direction, Drawing, Item, Line, Picture, Shape, Words};
 use super::outline::{Outline, Part};
 use crate::output::{OutputError, Raster};
 
@@ -17,7 +17,7 @@ use crate::output::{OutputError, Raster};
 const POINTS: f64 = 72.0 / 96.0;
 
 /// Level of deflate: lines and letters shrink to a third at once, and hardly further.
-const LEVEL: u8 = 3;
+const LEVEL: u8 = 1;
 
 /// Width of every letter of Courier in sizes of the type.
 const COURIER: f64 = 0.6;
@@ -40,6 +40,7 @@ pub fn pdf(drawing: &Drawing) -> Result<Vec<u8>, OutputError> {
     for item in &drawing.items {
         match item {
             Item::Shape(shape) => page.add_shape(shape),
+            Item::Words(words) => page.add_words(words),
             Item::Picture(picture) => page.add_picture(picture)?,
         }
     }
@@ -49,7 +50,7 @@ pub fn pdf(drawing: &Drawing) -> Result<Vec<u8>, OutputError> {
 /// What is drawn, and what it needs: pictures and opacities by their numbers.
 struct Page<'a> {
     content: Content,
-    pictures: Vec<&'a Raster>,
+    pictures: Vec<&'a Picture>,
     /// In percent.
     opacities: Vec<u8>,
 }
@@ -75,8 +76,7 @@ impl<'a> Page<'a> {
             self.content.set_parameters(Name(name.as_bytes()));
         }
         if let Some((fill, _)) = shape.fill {
-            let [red, green, blue] = rgb(fill);
-            self.content.set_fill_rgb(red, green, blue);
+            self.set_fill(fill);
         }
         if let Some(line) = &shape.line {
             self.set_line(line);
@@ -91,9 +91,11 @@ impl<'a> Page<'a> {
         if opacity.is_some() {
             self.content.restore_state();
         }
-        if let Some(words) = &shape.text {
-            self.add_words(words);
-        }
+    }
+
+    fn set_fill(&mut self, fill: Colour) {
+        let [red, green, blue] = rgb(fill);
+        self.content.set_fill_rgb(red, green, blue);
     }
 
     fn set_line(&mut self, line: &Line) {
@@ -103,8 +105,21 @@ impl<'a> Page<'a> {
         self.content.set_dash_pattern(line.dashes.iter().map(|dash| *dash as f32), 0.0);
     }
 
-    /// The text without ink: each letter as wide as all are in the mean, so that both texts begin and end together.
     fn add_words(&mut self, words: &Words) {
+        let outline = words.outline();
+        if let Some(rim) = &words.rim() {
+            self.set_line(rim);
+            add_path(&mut self.content, &outline);
+            self.content.stroke();
+        }
+        self.set_fill(words.colour);
+        add_path(&mut self.content, &outline);
+        self.content.fill_nonzero();
+        self.add_plain_words(words);
+    }
+
+    /// The text without ink: each letter as wide as all are in the mean, so that both texts begin and end together.
+    fn add_plain_words(&mut self, words: &Words) {
         let letters: Vec<u8> = words.text.chars().map(in_windows_1252).collect();
         if letters.is_empty() || words.size <= 0.0 {
             return;
@@ -125,14 +140,14 @@ impl<'a> Page<'a> {
     }
 
     fn add_picture(&mut self, picture: &'a Picture) -> Result<(), OutputError> {
-        let Picture { place, raster } = picture;
+        let Picture { place, raster, .. } = picture;
         let Raster { width, height, pixels } = raster;
         if width.checked_mul(*height).and_then(|count| count.checked_mul(3)) != Some(pixels.len()) {
             return Err(OutputError::Size { values: pixels.len(), width: *width, height: *height, channels: 3 });
         }
         let (from, size) = (place.from, place.size());
         let name = picture_name(self.pictures.len());
-        self.pictures.push(raster);
+        self.pictures.push(picture);
         self.content.save_state();
         // a picture is one unit wide and high, with its first row above
         self.content.transform([size.x, 0.0, 0.0, -size.y, from.x, from.y + size.y].map(|value| value as f32));
@@ -171,11 +186,12 @@ impl<'a> Page<'a> {
         let mut font = pdf.type1_font(Ref::new(COURIER_FONT));
         font.base_font(Name(b"Courier")).encoding_predefined(Name(b"WinAnsiEncoding"));
         font.finish();
-        for (index, raster) in pictures.into_iter().enumerate() {
+        for (index, Picture { raster, between, .. }) in pictures.into_iter().enumerate() {
             let compressed = compress_to_vec_zlib(&raster.pixels, LEVEL);
             let mut image = pdf.image_xobject(Ref::new(FIRST_FREE + index as i32), &compressed);
             image.filter(Filter::FlateDecode);
             image.width(raster.width as i32).height(raster.height as i32).bits_per_component(8);
+            image.interpolate(*between == Between::Blends);
             image.color_space().device_rgb();
         }
         for (index, percent) in opacities.into_iter().enumerate() {

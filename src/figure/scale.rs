@@ -1,5 +1,7 @@
 //! Colours of values: palettes, and the bar that says which colour is which value.
 
+use std::sync::OnceLock;
+
 use glam::DVec2;
 
 use super::axes::Spacing;
@@ -14,6 +16,9 @@ const INVALID: [u8; 3] = [255, 0, 255];
 
 /// Rows of pixels of a bar.
 const BAR_STEPS: usize = 256;
+
+/// Positions whose colours are looked up: within two steps of 8 bits of those of any position between them.
+const COLOURS_OF_PALETTE: usize = 1024;
 
 const LABEL_SIZE: f64 = 12.0;
 
@@ -39,9 +44,17 @@ pub enum Palette {
 }
 
 impl Palette {
-    /// Colour of a position 0..1.
+    /// Colour of a position 0..1, to a thousandth of it.
     pub fn colour(self, position: f64) -> [u8; 3] {
-        let position = position.clamp(0.0, 1.0);
+        static COLOURS: [OnceLock<Vec<[u8; 3]>>; 5] = [const { OnceLock::new() }; 5];
+        let colours = COLOURS[self as usize].get_or_init(|| {
+            (0..=COLOURS_OF_PALETTE).map(|k| self.computed(k as f64 / COLOURS_OF_PALETTE as f64)).collect()
+        });
+        colours[(position.clamp(0.0, 1.0) * COLOURS_OF_PALETTE as f64).round() as usize]
+    }
+
+    /// Colour of a position 0..=1.
+    fn computed(self, position: f64) -> [u8; 3] {
         match self {
             Self::Viridis => colorous::VIRIDIS.eval_continuous(position).into_array(),
             Self::Turbo => colorous::TURBO.eval_continuous(position).into_array(),
@@ -133,6 +146,20 @@ mod tests {
         };
         assert_eq!(labels(ColourScale::from_zero(600.0, Palette::Viridis)), "0 100 200 300 400 500 600");
         assert_eq!(labels(ColourScale::around_zero(2.3)), "−2 −1 0 1 2");
+    }
+
+    #[test]
+    fn colours_that_are_looked_up_are_those_of_the_palette() {
+        for palette in [Palette::Viridis, Palette::Turbo, Palette::Inferno, Palette::Grey, Palette::BlueRed] {
+            for k in 0..=5000 {
+                let position = f64::from(k) / 5000.0;
+                let (found, exact) = (palette.colour(position), palette.computed(position));
+                assert!(
+                    found.iter().zip(exact).all(|(a, b)| a.abs_diff(b) <= 2),
+                    "{palette:?} {position}: {found:?} {exact:?}"
+                );
+            }
+        }
     }
 
     #[test]

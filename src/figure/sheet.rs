@@ -279,8 +279,7 @@ mod tests {
             assert!(texts.contains(&"211.0 ± 0.3") && !texts.contains(&"Tubes"), "{texts:?}");
             assert_eq!(texts.iter().filter(|text| text.starts_with("fact ")).count(), facts);
             for item in &drawing.items {
-                let Item::Shape(shape) = item else { continue };
-                let Some(words) = &shape.text else { continue };
+                let Item::Words(words) = item else { continue };
                 assert!(words.at.y < PAPER.y && words.at.x + words.width < PAPER.x, "{words:?}");
             }
         }

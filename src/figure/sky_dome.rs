@@ -1,5 +1,7 @@
 //! The sky as a dome seen from above: its luminance, the sun, and the sun's path over the day.
 
+use std::f64::consts::FRAC_PI_2;
+
 use glam::{DVec2, DVec3};
 
 use super::colour::{BLACK, Colour, WHITE};
@@ -8,13 +10,15 @@ use super::heading::{Heading, MARGIN};
 use super::outline::{Outline, Part, Rectangle};
 use super::scale::{BAR_WIDTH, ColourScale, LABEL_WIDTH, Palette};
 use crate::output::Raster;
-use crate::sky::direction;
 
 /// Radius of the horizon in a figure.
 const RADIUS: f64 = 210.0;
 
-/// Pixels across the dome.
-const PIXELS: usize = 420;
+/// Pixels across the dome: a sky changes little from one to the next, and readers blend them.
+const PIXELS: usize = 105;
+
+/// Zenith angle, in those of the horizon, up to which pixels are computed: those just below the horizon are blended with it.
+const LOWEST: f64 = 1.0 + 4.0 / PIXELS as f64;
 
 /// Share of the dome's pixels that the scale holds: the brightest lie around the sun.
 const HELD: f64 = 0.995;
@@ -47,10 +51,10 @@ pub fn sky_dome(heading: &Heading, luminance: impl Fn(DVec3) -> f64, sun: Option
     let scale = scale_of(&values);
     let mut raster = Raster::filled(PIXELS, PIXELS, [0; 3]);
     for (pixel, value) in values.iter().enumerate() {
-        raster.set(pixel % PIXELS, pixel / PIXELS, scale.colour(value.unwrap_or(0.0)));
+        raster.set(pixel % PIXELS, pixel / PIXELS, scale.colour(*value));
     }
     let around = Rectangle { from: centre - RADIUS, to: centre + RADIUS };
-    drawing.picture(around, raster);
+    drawing.smooth_picture(around, raster);
     // what is below the horizon is paper
     let mut below = Outline(vec![
         Part::Move(around.from - 1.0),
@@ -87,22 +91,31 @@ pub fn sky_dome(heading: &Heading, luminance: impl Fn(DVec3) -> f64, sun: Option
     drawing
 }
 
-/// Luminance of every pixel, top row first; `None` below the horizon.
-fn dome(luminance: impl Fn(DVec3) -> f64) -> Vec<Option<f64>> {
+/// Place of a pixel's middle, to the east and north; 1 is the horizon.
+fn place_of(pixel: usize) -> DVec2 {
     let half = 0.5 * PIXELS as f64;
+    DVec2::new((pixel % PIXELS) as f64 + 0.5 - half, half - (pixel / PIXELS) as f64 - 0.5) / half
+}
+
+/// Luminance of every pixel, top row first; below the horizon that of the horizon, and further down nothing.
+fn dome(luminance: impl Fn(DVec3) -> f64) -> Vec<f64> {
     let value = |pixel: usize| {
-        let east = ((pixel % PIXELS) as f64 + 0.5 - half) / half;
-        let north = (half - (pixel / PIXELS) as f64 - 0.5) / half;
-        let zenith_angle = libm::hypot(east, north);
-        let altitude = (90.0 * (1.0 - zenith_angle)).to_radians();
-        (zenith_angle <= 1.0).then(|| luminance(direction(altitude, libm::atan2(east, north))))
+        let place = place_of(pixel);
+        let zenith_angle = place.length();
+        if zenith_angle > LOWEST {
+            return 0.0;
+        }
+        let (sin, cos) = libm::sincos(FRAC_PI_2 * zenith_angle.min(1.0));
+        let level = if zenith_angle > 0.0 { sin / zenith_angle * place } else { DVec2::ZERO };
+        luminance(level.extend(cos.max(0.0)))
     };
     (0..PIXELS * PIXELS).map(value).collect()
 }
 
-fn scale_of(values: &[Option<f64>]) -> ColourScale {
-    let mut seen: Vec<f64> = values.iter().flatten().copied().filter(|value| value.is_finite()).collect();
-    seen.sort_by(f64::total_cmp);
+fn scale_of(values: &[f64]) -> ColourScale {
+    let above = values.iter().enumerate().filter(|(pixel, _)| place_of(*pixel).length() <= 1.0);
+    let mut seen: Vec<f64> = above.map(|(_, value)| *value).filter(|value| value.is_finite()).collect();
+    seen.sort_unstable_by(f64::total_cmp);
     let index = (HELD * seen.len().saturating_sub(1) as f64).round() as usize;
     ColourScale::from_zero(seen.get(index).copied().unwrap_or(0.0), Palette::Viridis)
 }
@@ -140,7 +153,7 @@ fn draw_path(drawing: &mut Drawing, path: &[SunAt], place: &impl Fn(f64, f64) ->
 mod tests {
     use super::*;
     use crate::figure::svg::svg;
-    use crate::sky::{CieType, Sky, SkyDistribution};
+    use crate::sky::{CieType, Sky, SkyDistribution, direction};
 
     #[test]
     fn a_dome_has_its_directions_hours_and_scale() {
@@ -169,7 +182,12 @@ mod tests {
     fn north_is_up_and_east_is_right() {
         let values = dome(|direction| direction.x + 10.0 * direction.y);
         let at = |x: usize, y: usize| values[y * PIXELS + x];
-        assert!(at(PIXELS / 2, 2).unwrap() > 9.9 && at(PIXELS - 3, PIXELS / 2).unwrap() > 0.9);
-        assert_eq!(at(0, 0), None);
+        assert!(at(PIXELS / 2, 2) > 9.9 && at(PIXELS - 3, PIXELS / 2) > 0.9);
+        assert_eq!(at(0, 0), 0.0);
+        // the zenith is in the middle, and the horizon goes on a little below itself
+        let heights = dome(|direction| direction.z);
+        assert!(heights[PIXELS * PIXELS / 2] > 0.9999);
+        let just_below = 44 * PIXELS;
+        assert!(place_of(just_below).length() > 1.0 && heights[just_below] < 1e-12);
     }
 }

@@ -1,16 +1,17 @@
 //! A figure as SVG: shapes with sub-pixel coordinates and embedded pictures, nothing that another file must provide.
 //!
-//! Every text is an outline with its words as its label. Colours of paper and ink change on dark pages by a style; who does
-//! not know the style takes the attributes.
+//! The outline of each letter stands once in a file; every text is a group of letters with its words as its label. Colours of paper
+//! and ink change on dark pages by a style; who does not know the style takes the attributes.
 
-use std::fmt::Write as _;
+use std::collections::BTreeMap;
 
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
 use glam::DVec2;
 
 use super::colour::Colour;
-use super::drawing::{Drawing, Item, Picture, Shape};
+use super::drawing::{Between, Direction, Drawing, Item, Line, Picture, RIM_WIDTH, Shape, Words};
+use super::letters::{self, UNITS};
 use super::outline::{Outline, Part};
 use crate::output::{OutputError, png};
 
@@ -19,13 +20,18 @@ const STYLED: [Colour; 4] = [Colour::Paper, Colour::Ink, Colour::Muted, Colour::
 
 /// The figure as SVG text.
 pub fn svg(drawing: &Drawing) -> Result<String, OutputError> {
-    let mut text = String::new();
-    let (width, height) = (number(drawing.size.x), number(drawing.size.y));
+    let mut text = String::with_capacity(1 << 16);
+    text += "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"";
+    add_number(&mut text, drawing.size.x);
+    text += "\" height=\"";
+    add_number(&mut text, drawing.size.y);
+    text += "\" viewBox=\"0 0 ";
+    add_point(&mut text, drawing.size);
     let title = escaped(&drawing.title);
-    text += &format!(
-        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" viewBox=\"0 0 {width} {height}\" role=\"img\" \
-         aria-label=\"{title}\">\n<title>{title}</title>\n<style>@media (prefers-color-scheme: dark) {{\n"
-    );
+    for part in ["\" role=\"img\" aria-label=\"", &title, "\">\n<title>", &title, "</title>\n"] {
+        text += part;
+    }
+    text += "<style>@media (prefers-color-scheme: dark) {\n";
     for colour in STYLED {
         if let Some(style) = colour.style() {
             let dark = hexadecimal(colour.on_dark());
@@ -33,9 +39,11 @@ pub fn svg(drawing: &Drawing) -> Result<String, OutputError> {
         }
     }
     text += "}</style>\n";
+    add_letters(&mut text, drawing);
     for item in &drawing.items {
         match item {
             Item::Shape(shape) => add_shape(&mut text, shape),
+            Item::Words(words) => add_words(&mut text, words),
             Item::Picture(picture) => add_picture(&mut text, picture)?,
         }
     }
@@ -43,73 +51,193 @@ pub fn svg(drawing: &Drawing) -> Result<String, OutputError> {
     Ok(text)
 }
 
-fn add_shape(text: &mut String, shape: &Shape) {
-    let mut attributes = String::new();
-    let mut styles = Vec::new();
-    match shape.fill {
-        Some((colour, opacity)) => {
-            attributes += &format!(" fill=\"{}\"", hexadecimal(colour.on_light()));
-            if opacity < 1.0 {
-                attributes += &format!(" fill-opacity=\"{}\"", number(opacity));
-            }
-            styles.extend(colour.style().map(str::to_owned));
+/// The outlines of all letters that the figure has. Their names are the same in all figures, and so are the outlines: figures may
+/// stand side by side in one page.
+fn add_letters(text: &mut String, drawing: &Drawing) {
+    let letters = drawing.texts().flat_map(str::chars).map(letters::letter).filter(|letter| !letter.path.is_empty());
+    let letters: BTreeMap<u32, &str> = letters.map(|letter| (letter.code, letter.path)).collect();
+    if letters.is_empty() {
+        return;
+    }
+    *text += "<defs>\n";
+    for (code, path) in letters {
+        *text += &format!("<path id=\"letter-{code:x}\" d=\"{path}\"/>\n");
+    }
+    *text += "</defs>\n";
+}
+
+fn add_words(text: &mut String, words: &Words) {
+    let place = |text: &mut String| {
+        *text += " transform=\"translate(";
+        add_point(text, words.at);
+        // seven decimals: a hundredth of a pixel at the end of the longest line
+        *text += &format!(") scale({:.7})", words.size / UNITS);
+        if words.direction == Direction::Upwards {
+            *text += " rotate(-90)";
         }
-        None => attributes += " fill=\"none\"",
+        *text += "\">";
+        let mut pen = 0.0;
+        for character in words.text.chars() {
+            let letter = letters::letter(character);
+            if !letter.path.is_empty() {
+                *text += &format!("<use href=\"#letter-{:x}\" x=\"", letter.code);
+                add_number(text, pen);
+                *text += "\"/>";
+            }
+            pen += letter.advance;
+        }
+        *text += "</g>\n";
+    };
+    if let Some(rim) = words.rim {
+        *text += "<g fill=\"none\"";
+        add_line(text, &Line::new(rim, RIM_WIDTH * UNITS));
+        add_styles(text, None, Some(rim));
+        place(text);
+    }
+    *text += "<g";
+    add_fill(text, words.colour, 1.0);
+    add_styles(text, Some(words.colour), None);
+    for part in [" role=\"img\" aria-label=\"", &escaped(&words.text), "\""] {
+        *text += part;
+    }
+    place(text);
+}
+
+fn add_shape(text: &mut String, shape: &Shape) {
+    *text += "<path";
+    match shape.fill {
+        Some((colour, opacity)) => add_fill(text, colour, opacity),
+        None => *text += " fill=\"none\"",
     }
     if let Some(line) = &shape.line {
-        let (colour, width) = (hexadecimal(line.colour.on_light()), number(line.width));
-        attributes += &format!(" stroke=\"{colour}\" stroke-width=\"{width}\" stroke-linejoin=\"round\"");
-        if !line.dashes.is_empty() {
-            let dashes: Vec<String> = line.dashes.iter().map(|dash| number(*dash)).collect();
-            attributes += &format!(" stroke-dasharray=\"{}\"", dashes.join(" "));
-        }
-        styles.extend(line.colour.style().map(|style| format!("{style}-line")));
+        add_line(text, line);
     }
+    add_styles(text, shape.fill.map(|(colour, _)| colour), shape.line.as_ref().map(|line| line.colour));
+    *text += " d=\"";
+    add_path(text, &shape.outline);
+    *text += "\"/>\n";
+}
+
+fn add_fill(text: &mut String, colour: Colour, opacity: f64) {
+    for part in [" fill=\"", &hexadecimal(colour.on_light()), "\""] {
+        *text += part;
+    }
+    if opacity < 1.0 {
+        add_attribute(text, "fill-opacity", [opacity]);
+    }
+}
+
+fn add_line(text: &mut String, line: &Line) {
+    for part in [" stroke=\"", &hexadecimal(line.colour.on_light()), "\""] {
+        *text += part;
+    }
+    add_attribute(text, "stroke-width", [line.width]);
+    *text += " stroke-linejoin=\"round\"";
+    if !line.dashes.is_empty() {
+        add_attribute(text, "stroke-dasharray", line.dashes.iter().copied());
+    }
+}
+
+/// The styles of a fill and a line, where they have any.
+fn add_styles(text: &mut String, fill: Option<Colour>, line: Option<Colour>) {
+    let fill = fill.and_then(Colour::style);
+    let line = line.and_then(Colour::style).map(|style| format!("{style}-line"));
+    let styles: Vec<&str> = fill.into_iter().chain(line.as_deref()).collect();
     if !styles.is_empty() {
-        attributes += &format!(" class=\"{}\"", styles.join(" "));
+        for part in [" class=\"", &styles.join(" "), "\""] {
+            *text += part;
+        }
     }
-    if let Some(words) = &shape.text {
-        attributes += &format!(" role=\"img\" aria-label=\"{}\"", escaped(&words.text));
+}
+
+/// An attribute of numbers.
+fn add_attribute(text: &mut String, name: &str, numbers: impl IntoIterator<Item = f64>) {
+    for part in [" ", name, "=\""] {
+        *text += part;
     }
-    *text += &format!("<path{attributes} d=\"{}\"/>\n", path(&shape.outline));
+    for (index, number) in numbers.into_iter().enumerate() {
+        if index > 0 {
+            text.push(' ');
+        }
+        add_number(text, number);
+    }
+    text.push('"');
 }
 
 fn add_picture(text: &mut String, picture: &Picture) -> Result<(), OutputError> {
     let (from, size) = (picture.place.from, picture.place.size());
-    let bytes = STANDARD.encode(png::encode(&picture.raster)?);
-    *text += &format!(
-        "<image x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" preserveAspectRatio=\"none\" image-rendering=\"pixelated\" \
-         href=\"data:image/png;base64,{bytes}\"/>\n",
-        number(from.x),
-        number(from.y),
-        number(size.x),
-        number(size.y),
-    );
+    *text += "<image";
+    for (name, value) in [("x", from.x), ("y", from.y), ("width", size.x), ("height", size.y)] {
+        add_attribute(text, name, [value]);
+    }
+    *text += " preserveAspectRatio=\"none\"";
+    if picture.between == Between::Edges {
+        *text += " image-rendering=\"pixelated\"";
+    }
+    *text += " href=\"data:image/png;base64,";
+    STANDARD.encode_string(png::encode(&picture.raster)?, text);
+    *text += "\"/>\n";
     Ok(())
 }
 
 /// An outline as a path.
-fn path(outline: &Outline) -> String {
-    let mut path = String::new();
-    let point = |point: DVec2| format!("{} {}", number(point.x), number(point.y));
+fn add_path(text: &mut String, outline: &Outline) {
     for part in &outline.0 {
-        let written = match *part {
-            Part::Move(to) => write!(path, "M{}", point(to)),
-            Part::Line(to) => write!(path, "L{}", point(to)),
-            Part::Quadratic(a, to) => write!(path, "Q{} {}", point(a), point(to)),
-            Part::Cubic(a, b, to) => write!(path, "C{} {} {}", point(a), point(b), point(to)),
-            Part::Close => write!(path, "Z"),
+        let (command, points): (char, &[DVec2]) = match part {
+            Part::Move(to) => ('M', &[*to]),
+            Part::Line(to) => ('L', &[*to]),
+            Part::Quadratic(a, to) => ('Q', &[*a, *to]),
+            Part::Cubic(a, b, to) => ('C', &[*a, *b, *to]),
+            Part::Close => ('Z', &[]),
         };
-        debug_assert!(written.is_ok(), "a string takes all");
+        text.push(command);
+        for (index, point) in points.iter().enumerate() {
+            if index > 0 {
+                text.push(' ');
+            }
+            add_point(text, *point);
+        }
     }
-    path
+}
+
+fn add_point(text: &mut String, point: DVec2) {
+    add_number(text, point.x);
+    text.push(' ');
+    add_number(text, point.y);
 }
 
 /// A number with at most two decimals: a hundredth of a pixel.
-fn number(value: f64) -> String {
-    let text = format!("{value:.2}");
-    let text = text.trim_end_matches('0').trim_end_matches('.');
-    if text == "-0" { "0".to_owned() } else { text.to_owned() }
+fn add_number(text: &mut String, value: f64) {
+    let hundredths = (100.0 * value).round();
+    if hundredths.is_nan() || hundredths.abs() >= 1e15 {
+        // what no figure has: nothing is left out silently
+        *text += &value.to_string();
+        return;
+    }
+    let mut rest = hundredths.abs() as u64;
+    if hundredths < 0.0 {
+        text.push('-');
+    }
+    // digits from the last one, with as few decimals as there are
+    let mut digits = [0u8; 20];
+    let mut first = digits.len();
+    let mut place = 0;
+    while rest > 0 || place < 3 {
+        let digit = b'0' + (rest % 10) as u8;
+        rest /= 10;
+        let is_decimal = place < 2;
+        place += 1;
+        if is_decimal && digit == b'0' && first == digits.len() {
+            continue;
+        }
+        first -= 1;
+        digits[first] = digit;
+        if place == 2 {
+            first -= 1;
+            digits[first] = b'.';
+        }
+    }
+    text.extend(digits[first..].iter().map(|digit| char::from(*digit)));
 }
 
 fn hexadecimal([red, green, blue]: [u8; 3]) -> String {
@@ -154,12 +282,52 @@ mod tests {
             "viewBox=\"0 0 40 20.5\"",
             "<title>a &lt; b &amp; &quot;c&quot; </title>",
             "<path fill=\"none\" stroke=\"#1b1f24\" stroke-width=\"1.5\" stroke-linejoin=\"round\" stroke-dasharray=\"3 2\" class=\"ink-line\" d=\"M0.12 0L1 2.5\"/>",
-            "class=\"muted\" role=\"img\" aria-label=\"&lt;5 lx\"",
+            "class=\"muted\" role=\"img\" aria-label=\"&lt;5 lx\" transform=\"translate(1 9) scale(0.0048828)\"><use href=\"#letter-3c\" x=\"0\"/>",
             "<image x=\"1\" y=\"2\" width=\"2\" height=\"2\"",
             "href=\"data:image/png;base64,iVBOR",
         ] {
             assert!(svg.contains(part), "{part} is not in {svg}");
         }
         assert_eq!(drawing.texts().collect::<Vec<_>>(), ["<5 lx"]);
+    }
+
+    #[test]
+    fn numbers_have_as_many_decimals_as_they_need_and_two_at_most() {
+        for (value, written) in [
+            (0.0, "0"),
+            (-0.004, "0"),
+            (12.0, "12"),
+            (100.0, "100"),
+            (-1.5, "-1.5"),
+            (0.05, "0.05"),
+            (-0.5, "-0.5"),
+            (10.1, "10.1"),
+            (123_456.789, "123456.79"),
+            (f64::NAN, "NaN"),
+        ] {
+            let mut text = String::new();
+            add_number(&mut text, value);
+            assert_eq!(text, written);
+        }
+    }
+
+    /// A letter's outline is there once, however often it is used, and each use stands where the letters before it end.
+    #[test]
+    fn letters_are_drawn_once() {
+        let mut drawing = Drawing::new(DVec2::new(40.0, 20.0), "");
+        let look = Type::new(20.48, Colour::Ink);
+        drawing.text(DVec2::new(1.0, 9.0), "l l", look.rimmed(Colour::Paper));
+        drawing.text(DVec2::new(5.0, 9.0), "l", look.upwards());
+        drawing.text(DVec2::new(5.0, 9.0), " ", look);
+        let svg = svg(&drawing).unwrap();
+        assert_eq!(svg.matches("<path id=\"letter-6c\" d=\"M").count(), 1, "{svg}");
+        let second = letters::width("l ", UNITS);
+        assert_eq!(svg.matches(&format!("<use href=\"#letter-6c\" x=\"{second}\"/>")).count(), 2, "{svg}");
+        assert_eq!(svg.matches("<use").count(), 5, "{svg}");
+        assert!(svg.contains("translate(5 9) scale(0.0100000) rotate(-90)\">"), "{svg}");
+        assert!(
+            svg.contains("stroke-width=\"573.44\" stroke-linejoin=\"round\" class=\"paper-line\" transform"),
+            "{svg}"
+        );
     }
 }

@@ -20,7 +20,7 @@ const NEGLIGIBLE: f64 = 1e-18;
 /// Two successive cylinders meet on the ellipse in the plane that bisects their axes. A ray jumps over the bounces between
 /// the elbows in closed form, and steps from wall to wall only where a mitre plane may be crossed
 /// (docs/physics/tubes.md#mitred-elbows).
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct BentGuide {
     /// Radius of all cylinders in m.
     pub radius: f64,
@@ -48,7 +48,7 @@ pub struct CoursePoint {
 }
 
 /// One segment: its own frame has z along the axis and the origin in the centre of its lower end.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 struct Cylinder {
     origin: DVec3,
     to_local: DMat3,

@@ -22,7 +22,7 @@ const MAX_STEPS: u32 = 100_000;
 /// its plane through the centre, so that light polarised across and along that plane never mixes: both are followed on
 /// one path. Refractive index times distance from the centre times sine of the angle to the normal is the same all along
 /// a path (Bouguer), and with it the reflectances of both faces and the chord between them.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Dome {
     /// Radii of the faces in metres.
     pub inner: f64,
@@ -35,7 +35,7 @@ pub struct Dome {
 }
 
 /// A straight or bent guide under a dome of the guide's radius.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct DomedGuide {
     /// The guide below; its own collector passes everything.
     pub pipe: Pipe,
@@ -47,7 +47,7 @@ pub struct DomedGuide {
 }
 
 /// The guide that a dome stands on.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Pipe {
     /// One vertical cylinder.
     Straight(StraightGuide),

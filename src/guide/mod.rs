@@ -9,7 +9,9 @@ mod inner_side;
 pub mod mesh;
 pub mod performance;
 pub mod recognise;
+pub mod sky_moments;
 pub mod straight;
+pub mod throughput;
 mod transit;
 pub mod transmittance;
 
@@ -52,6 +54,16 @@ impl Guide {
         match self {
             Self::Straight(_) | Self::Bent(_) | Self::Domed(_) => 0,
             Self::Mesh(guide) => guide.triangle_count(),
+        }
+    }
+
+    /// True if light passes both guides alike, as far as that is told by a few numbers: meshes are not compared.
+    pub fn is_like(&self, other: &Self) -> bool {
+        match (self, other) {
+            (Self::Straight(a), Self::Straight(b)) => a == b,
+            (Self::Bent(a), Self::Bent(b)) => a == b,
+            (Self::Domed(a), Self::Domed(b)) => a == b,
+            _ => false,
         }
     }
 

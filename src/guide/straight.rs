@@ -10,7 +10,7 @@ use crate::optics::{Mirror, Spectrum};
 use crate::sampling::warp;
 
 /// A vertical mirror cylinder from z = 0 to z = `length`.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct StraightGuide {
     /// Radius in m.
     pub radius: f64,

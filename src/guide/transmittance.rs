@@ -125,16 +125,33 @@ pub fn uniform_sky_transmission(aspect: f64, reflectance: f64) -> f64 {
     if aspect == 0.0 || reflectance == 1.0 {
         return 1.0;
     }
-    let rule = GaussLegendre::new(NonZeroUsize::new(12).unwrap_or(NonZeroUsize::MIN));
+    through_straight(aspect, reflectance, left_of_atan).clamp(0.0, 1.0)
+}
+
+/// x - atan x, by its series where the difference cancels: the moment of a uniform sky of 1 lx.
+fn left_of_atan(x: f64) -> f64 {
+    if x >= 0.1 {
+        return x - libm::atan(x);
+    }
+    let x2 = x * x;
+    let series = 1.0 / 7.0 - x2 * (1.0 / 9.0 - x2 * (1.0 / 11.0 - x2 * (1.0 / 13.0 - x2 / 15.0)));
+    x * x2 * (1.0 / 3.0 - x2 * (1.0 / 5.0 - x2 * series))
+}
+
+/// Light of a sky that a straight tube passes, per area of its cross-section: `aspect` > 0, `reflectance` below 1; `moment` the integral
+/// from 0 to x of the light of the sky per tangent t of the zenith angle, times x - t.
+pub(super) fn through_straight(aspect: f64, reflectance: f64, moment: impl Fn(f64) -> f64) -> f64 {
+    let rules =
+        [12, 10, 8, 6, 4].map(|nodes| GaussLegendre::new(NonZeroUsize::new(nodes).unwrap_or(NonZeroUsize::MIN)));
     let of_chord = |phi: f64| {
         let s = libm::sin(phi);
-        s * s * even_chords(aspect / s, reflectance, &rule)
+        s * s * even_chords(aspect / s, reflectance, &rules[2], &moment)
     };
-    // in halves toward zero: the shortest chords of a bright pipe lose what others keep
-    let halves = (0..10).map(|k| (FRAC_PI_2 * 0.5f64.powi(k + 1), FRAC_PI_2 * 0.5f64.powi(k)));
-    let ends = [(0.0, FRAC_PI_2 * 0.5f64.powi(10))];
-    let sum: f64 = halves.chain(ends).map(|(from, to)| rule.integrate(from, to, of_chord)).sum();
-    (sum / FRAC_PI_4).clamp(0.0, 1.0)
+    // in halves toward zero: the shortest chords of a bright pipe lose what others keep, and each half has an eighth of the light of
+    // the one before
+    let end = |k: usize| if k <= 10 { FRAC_PI_2 * 0.5f64.powi(k as i32) } else { 0.0 };
+    let half = |k: usize| rules[[0, 0, 1, 2, 2, 3, 3, 4, 4, 4, 4][k]].integrate(end(k + 1), end(k), of_chord);
+    (0..11).map(half).sum::<f64>() / FRAC_PI_4
 }
 
 /// Terms of the series in [`even_chords`] that are added one by one.
@@ -145,21 +162,11 @@ const SINGLE_TERMS: usize = 32;
 const GREGORY: [f64; 7] =
     [1.0 / 12.0, 1.0 / 24.0, 19.0 / 720.0, 3.0 / 160.0, 863.0 / 60_480.0, 275.0 / 24_192.0, 33_953.0 / 3_628_800.0];
 
-/// Transmission for a uniform sky of a guide that light at the angle Z from its axis meets every 1 / tan(Z) of `b` times:
-/// (1 - R)^2 times the sum over n from 1 of R^(n-1) (n - b atan(n / b)). `rule` integrates what is left of the series.
-fn even_chords(b: f64, reflectance: f64, rule: &GaussLegendre) -> f64 {
-    let term = |n: f64| {
-        let x = n / b;
-        // x - atan x, by its series where the difference cancels
-        let left = if x < 0.1 {
-            let x2 = x * x;
-            let series = 1.0 / 7.0 - x2 * (1.0 / 9.0 - x2 * (1.0 / 11.0 - x2 * (1.0 / 13.0 - x2 / 15.0)));
-            x * x2 * (1.0 / 3.0 - x2 * (1.0 / 5.0 - x2 * series))
-        } else {
-            x - libm::atan(x)
-        };
-        b * left
-    };
+/// Light of a sky that passes a guide whose mirror it meets every 1 / tan(Z) of `b` times at the angle Z from its axis: (1 - R)^2 times
+/// the sum over n from 1 of R^(n-1) b M(n / b) with the `moment` M, which is x - atan x for a uniform sky of 1 lx. `rule`
+/// integrates what is left of the series.
+fn even_chords(b: f64, reflectance: f64, rule: &GaussLegendre, moment: &impl Fn(f64) -> f64) -> f64 {
+    let term = |n: f64| b * moment(n / b);
     let mut power = 1.0;
     let mut sum = 0.0;
     for n in 1..SINGLE_TERMS {

@@ -171,33 +171,37 @@ fn time_to(accuracy: f64, outputs: Outputs, passes: &[PassReport], law: Option<&
     }
 }
 
-/// Files that a finished job has of its convergence, beside its results.
-pub const CONVERGENCE_FILES: [&str; 5] =
-    ["convergence.csv", "convergence.json", "convergence.svg", "convergence.png", "convergence.pdf"];
+/// Names of the files that have a job's convergence: a table in two formats, and a figure.
+pub fn convergence_names(figures: impl Iterator<Item = FigureFormat>) -> impl Iterator<Item = String> {
+    let tables = [CSV, JSON].into_iter().map(str::to_owned);
+    tables.chain(figures.map(figure_name))
+}
 
-/// The files of [`CONVERGENCE_FILES`], each with its name.
+const CSV: &str = "convergence.csv";
+const JSON: &str = "convergence.json";
+
+fn figure_name(format: FigureFormat) -> String {
+    format!("convergence.{}", format.suffix())
+}
+
+/// The files of [`convergence_names`], each with its name.
 pub fn convergence_files(
     subject: &Subject,
     passes: &[PassReport],
-) -> Result<[(&'static str, Vec<u8>); 5], RenderError> {
-    let [csv, json, figures @ ..] = CONVERGENCE_FILES;
+    figures: impl Iterator<Item = FigureFormat>,
+) -> Result<Vec<(String, Vec<u8>)>, RenderError> {
     let table = json!({
         "grids": grids_history(subject, passes), "views": views_history(subject, passes),
         "passes": passes, "next_after": null,
     });
     let drawing = convergence_figure(subject, passes);
-    let [svg, png, pdf] = figures;
-    let drawn = |name, format: FigureFormat| -> Result<_, RenderError> {
-        Ok((name, format.write(&drawing).map_err(|error| failed(name, error))?))
-    };
-    let [as_svg, as_png, as_pdf] = FigureFormat::ALL;
-    Ok([
-        (csv, convergence_csv(passes).into_bytes()),
-        (json, table.to_string().into_bytes()),
-        drawn(svg, as_svg)?,
-        drawn(png, as_png)?,
-        drawn(pdf, as_pdf)?,
-    ])
+    let figures = figures.map(|format| {
+        let name = figure_name(format);
+        let bytes = format.write(&drawing).map_err(|error| failed(&name, error))?;
+        Ok((name, bytes))
+    });
+    let tables = [(CSV, convergence_csv(passes)), (JSON, table.to_string())];
+    tables.into_iter().map(|(name, text)| Ok((name.to_owned(), text.into_bytes()))).chain(figures).collect()
 }
 
 /// Every pass of a job as CSV, one line each; an error that is not known yet is left empty.

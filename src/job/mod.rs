@@ -26,6 +26,7 @@ mod ranges;
 pub mod records;
 pub(crate) mod report;
 pub(crate) mod results;
+pub mod saved_files;
 pub(crate) mod site_figure;
 pub mod spent;
 pub mod store;

@@ -1,13 +1,14 @@
 //! From a document to a job that is ready to render.
 
 use std::ops::Range;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use super::engine::Engine;
 use super::forecast::Forecaster;
 use super::progress::{PassReport, StoppedBy};
 use super::ranges::chunk_range;
 use super::spent::Spent;
+use super::subject::Subject;
 use crate::document::errors::WarningCode;
 use crate::document::{self, DocumentErrors, FieldError, JobDocument, MeshSource, Provenance, ValidJob, Warning};
 use crate::estimate::film::block_count;
@@ -42,6 +43,8 @@ pub struct Prepared {
     chunk_passes: u64,
     /// Selects the random numbers.
     pub(super) seed: u64,
+    /// What figures say of the job, once somebody has asked for it.
+    pub(super) subject: OnceLock<Subject>,
     /// Every method that documents may name, with the settings of this one.
     pub(super) offered: Vec<Method>,
 }
@@ -114,6 +117,7 @@ pub fn prepare_document(document: &ValidJob, meshes: &dyn MeshSource) -> Result<
         chunk_passes: (per_chunk as u64).clamp(1, 4096),
         seed: document.seed,
         offered: document.method.offered(),
+        subject: OnceLock::new(),
         plan,
         scene,
         provenance,

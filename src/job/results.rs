@@ -254,13 +254,15 @@ impl Prepared {
         found.map(|(name, output)| self.make(name, output, merged)).transpose()
     }
 
-    fn outputs(&self) -> Vec<(String, Output)> {
+    /// All files of the results with their names.
+    pub(super) fn outputs(&self) -> Vec<(String, Output)> {
         let grids = self.scene.grids.iter().map(|grid| grid.name.as_str());
         let views = self.scene.views.iter().map(|view| view.name.as_str());
         result_outputs(grids, views, self.scene.tubes.len())
     }
 
-    fn make(&self, name: String, output: Output, merged: &Estimate) -> Result<ResultFile, RenderError> {
+    /// Makes one of the files of [`Self::outputs`].
+    pub(super) fn make(&self, name: String, output: Output, merged: &Estimate) -> Result<ResultFile, RenderError> {
         let (media_type, bytes) = match output {
             Output::Grid(grid, format) => self.grid_file(&name, grid, format, &merged.grids[grid])?,
             Output::View(view, format) => self.view_file(&name, view, format, &merged.views[view])?,
@@ -287,7 +289,7 @@ impl Prepared {
             }
             GridFormat::Csv => ("text/csv", grid_csv(&result)),
             GridFormat::Figure(format) => {
-                let drawing = grid_figure(&self.subject(), &result, GridWishes::default());
+                let drawing = grid_figure(self.subject(), &result, GridWishes::default());
                 let written = drawing.and_then(|drawing| format.write(&drawing));
                 (format.media_type(), written.map_err(|error| failed(name, error))?)
             }
@@ -310,8 +312,8 @@ impl Prepared {
     }
 
     /// What figures say of the job.
-    pub fn subject(&self) -> Subject {
-        Subject::new(&self.document, &self.plan_json())
+    pub fn subject(&self) -> &Subject {
+        self.subject.get_or_init(|| Subject::new(&self.document, &self.plan_json()))
     }
 
     fn view_file(
@@ -335,7 +337,7 @@ impl Prepared {
                 let values: Vec<f64> = film.mean.iter().map(|value| f64::from(*value as f32)).collect();
                 let luminances = Image { values: &values, ..image(film) }.luminances();
                 let seen = SeenView { size_px: film.size_px, luminances, sources: self.sources_seen(view) };
-                let drawing = false_colour_figure(&self.subject(), &view.name, &seen, ViewWishes::default());
+                let drawing = false_colour_figure(self.subject(), &view.name, &seen, ViewWishes::default());
                 (format.media_type(), drawing.and_then(|drawing| format.write(&drawing)))
             }
         };

@@ -5,9 +5,7 @@ use glam::{DVec2, DVec3};
 use serde::Deserialize;
 use serde_json::Value;
 
-use super::chunk::RenderError;
 use super::light_paths::{SideView, light_paths};
-use super::results::failed;
 use super::subject::Subject;
 use crate::document::result::{FluxResult, TubeResult};
 use crate::document::room::object::ObjectDocument;
@@ -19,7 +17,7 @@ use crate::figure::lumens::{Stage, lumens};
 use crate::figure::section::{Cover, Section, SideTube};
 use crate::figure::sky_dome::{SunAt, sky_dome};
 use crate::figure::ticks::significant;
-use crate::figure::{Drawing, FigureFormat, Heading};
+use crate::figure::{Drawing, Heading};
 use crate::geometry::turn;
 use crate::sky::{Sky, SkyDistribution, direction, sun};
 
@@ -113,21 +111,6 @@ pub fn longer_section(subject: &Subject, facts: &SiteFacts) -> Option<(SiteFigur
     let heading = Heading::of(format!("Section along {across}"));
     let section = section(subject, document, facts.provenance.as_ref(), along, across);
     Some((figure, Section { heading, ..section }.draw()))
-}
-
-/// The files of all figures that a finished job has, each with its name; `results`: its document and what is known of it.
-pub fn site_files(subject: &Subject, results: &Value) -> Result<Vec<(String, Vec<u8>)>, RenderError> {
-    let facts = SiteFacts::of(results);
-    let mut files = Vec::new();
-    for figure in SiteFigure::of_job(&results["document"], results) {
-        let Some(drawing) = site_figure(figure, subject, &facts) else { continue };
-        for format in FigureFormat::ALL {
-            let name = format!("figures/{}.{}", figure.name(), format.suffix());
-            let written = format.write(&drawing).map_err(|error| failed(&name, error))?;
-            files.push((name, written));
-        }
-    }
-    Ok(files)
 }
 
 fn lumens_figure(subject: &Subject, tube: usize, flux: &TubeResult) -> Option<Drawing> {

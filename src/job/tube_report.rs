@@ -13,22 +13,37 @@ use crate::document::result::tube_report::{
     BeamReport, SkyReport, StraightReport, ThroughputResult, TransmissionResult, TubeReport,
 };
 use crate::guide::Guide;
-use crate::guide::performance::{self, Throughput};
+use crate::guide::performance::{self, Effort};
 use crate::sampling::{Key, Stream};
 use crate::scene::{Segment, StraightOrBent, Tube, TubeShape};
+use crate::statistics::interval::two_sided_normal_quantile;
 use crate::traceable::{TraceableScene, cylinder_guide};
 
-/// Rays per replicate and beam, and under a sky.
-const BEAM_RAYS: u64 = 128;
-const SKY_RAYS: u64 = 2048;
-/// Rays for each of the 145 patches.
-const PATCH_RAYS: u64 = 32;
+/// Most rays of each of 8 replicates for a beam of the curve, under a sky or in the sun, and for one of the 145 patches.
+const MOST_BEAM_RAYS: u64 = 128;
+const MOST_SKY_RAYS: u64 = 2048;
+const MOST_PATCH_RAYS: u64 = 32;
+
+/// Fewest rays of each replicate under a sky and in the sun.
+const LEAST_SKY_RAYS: u64 = 64;
+
+/// Rays of each replicate through the straight tubes beside a bent one, at the largest error.
+const STRAIGHT_RAYS: f64 = 256.0;
+
+/// Fewest rays of each replicate for a beam of the curve: 16 rays from each azimuth, so that what happens to few of them is seen from some.
+const LEAST_BEAM_RAYS: u64 = 2;
+
+/// Largest standard error of a report's transmissions under skies and in the sun: that of the job, where it is smaller.
+const LARGEST_ERROR: f64 = 0.01;
+
+/// Error of the points of the curve, in those of the other figures: each is one of many.
+const ERROR_OF_CURVE: f64 = 3.0;
 
 /// Degrees between the altitudes of the curve.
 const ALTITUDE_STEP_DEG: u32 = 5;
 
 /// Azimuths over which the curve is averaged.
-const AZIMUTHS: u32 = 8;
+const AZIMUTHS: f64 = 8.0;
 
 /// Performances that the process keeps: of the last tubes and skies that were asked for.
 const KEPT: usize = 256;
@@ -63,7 +78,7 @@ impl Prepared {
                 ("application/json", serde_json::to_vec_pretty(&report).map_err(|error| failed(name, error))?)
             }
             TubeFormat::Figure(format) => {
-                let written = format.write(&tube_figure(&self.subject(), &report));
+                let written = format.write(&tube_figure(self.subject(), &report));
                 (format.media_type(), written.map_err(|error| failed(name, error))?)
             }
         })
@@ -71,8 +86,9 @@ impl Prepared {
 
     fn tube_report(&self, tube: usize, flux: TubeResult) -> TubeReport {
         let Tube { shape, opening_radius, .. } = &self.scene.tubes[tube];
-        let slot = slot(content(shape, *opening_radius, &self.traceable));
-        let performance = slot.get_or_init(|| performance(&self.traceable, tube, shape, *opening_radius));
+        let error = self.error_of_reports();
+        let slot = slot(content(shape, *opening_radius, &self.traceable, error));
+        let performance = slot.get_or_init(|| performance(&self.traceable, tube, shape, *opening_radius, error));
         TubeReport {
             tube,
             guide: self.plan.guides[tube].kind.code().to_owned(),
@@ -84,10 +100,17 @@ impl Prepared {
             equivalent_straight: performance.equivalent_straight,
         }
     }
+
+    /// Standard error of transmissions beside which the job's own is no smaller, and a report costs little beside the job.
+    fn error_of_reports(&self) -> f64 {
+        let asked = if self.grids().is_empty() { self.stop.view_relative_error } else { self.stop.relative_error };
+        (asked / two_sided_normal_quantile(self.stop.confidence)).min(LARGEST_ERROR)
+    }
 }
 
-/// Hash of everything that a performance depends on: the tube's shape and optics above its diffuser, sky and sun.
-fn content(shape: &TubeShape, opening_radius: f64, traceable: &TraceableScene) -> blake3::Hash {
+/// Hash of everything that a performance depends on: the tube's shape and optics above its diffuser, sky and sun, and the error that it
+/// may have.
+fn content(shape: &TubeShape, opening_radius: f64, traceable: &TraceableScene, error: f64) -> blake3::Hash {
     struct Hashing(blake3::Hasher);
     impl fmt::Write for Hashing {
         fn write_str(&mut self, text: &str) -> fmt::Result {
@@ -97,7 +120,7 @@ fn content(shape: &TubeShape, opening_radius: f64, traceable: &TraceableScene) -
     }
     let mut hashing = Hashing(blake3::Hasher::new());
     // derived, so that no field is forgotten, and numbers are written in digits that read back exactly
-    let written = write!(hashing, "{shape:?} {opening_radius:?} {:?} {:?}", traceable.sky, traceable.sun);
+    let written = write!(hashing, "{shape:?} {opening_radius:?} {:?} {:?} {error:?}", traceable.sky, traceable.sun);
     debug_assert!(written.is_ok(), "hashing cannot fail");
     hashing.0.finalize()
 }
@@ -115,35 +138,43 @@ fn slot(content: blake3::Hash) -> Slot {
     slot
 }
 
-fn performance(traceable: &TraceableScene, tube: usize, shape: &TubeShape, radius: f64) -> TubePerformance {
+fn performance(
+    traceable: &TraceableScene,
+    tube: usize,
+    shape: &TubeShape,
+    radius: f64,
+    standard_error: f64,
+) -> TubePerformance {
     let guide = &traceable.tubes[tube].guide;
     // the same numbers for every tube: equal tubes have equal reports, and what differs between two is not noise alone
     let key = Key::new(0);
-    // in closed form, or by the same rays for all
-    let under_uniform =
-        |guide: &Guide| performance::uniform_sky(guide, key.stream(Stream::ReportUniformSky, 0), SKY_RAYS);
-    let sky = traceable.sky.as_ref().map(|sky| SkyReport {
-        direct: ThroughputResult::new(&performance::sky(guide, sky, key.stream(Stream::ReportSky, 0), SKY_RAYS), 1.0),
-        patches: ThroughputResult::new(
-            &performance::patch_sky(guide, sky, key.stream(Stream::ReportSkyPatches, 0), PATCH_RAYS),
-            1.0,
-        ),
+    let effort = Effort { standard_error, least: LEAST_SKY_RAYS, most: MOST_SKY_RAYS };
+    let keys = [Stream::ReportUniformSky, Stream::ReportSky].map(|stream| key.stream(stream, 0));
+    let (uniform_sky, of_sky) = performance::skies(guide, traceable.sky.as_ref(), keys, effort);
+    let sky = traceable.sky.as_ref().zip(of_sky).map(|(sky, direct)| {
+        let effort = Effort { standard_error, least: 1, most: MOST_PATCH_RAYS };
+        let patches = performance::patch_sky(guide, sky, key.stream(Stream::ReportSkyPatches, 0), effort);
+        SkyReport { direct: ThroughputResult::new(&direct, 1.0), patches: ThroughputResult::new(&patches, 1.0) }
     });
     let sun = traceable.sun.as_ref().map(|sun| {
-        let through = performance::beam(guide, sun.direction, key.stream(Stream::ReportSun, 0), SKY_RAYS);
+        let through = performance::beam(guide, sun.direction, key.stream(Stream::ReportSun, 0), effort);
         ThroughputResult::new(&through, sun.normal_illuminance_lux)
     });
-    let uniform_sky = under_uniform(guide);
     let equivalent_straight = match shape {
         TubeShape::Cylinders(tube) if tube.segments.iter().any(|segment| segment.tilt != 0.0) => {
             let length_m = tube.segments.iter().map(|segment| segment.length_m).sum();
-            let straight = |length_m: f64| under_uniform(&cylinder_guide(&straightened(tube, length_m), radius));
+            // in closed form, or by the same rays for all
+            let rays = (STRAIGHT_RAYS * LARGEST_ERROR / standard_error) as u64;
+            let straight = |length_m: f64| {
+                let guide = cylinder_guide(&straightened(tube, length_m), radius);
+                performance::uniform_sky(&guide, keys[0], rays.min(MOST_SKY_RAYS))
+            };
             let transmission = straight(length_m);
             Some(StraightReport {
                 length_m,
                 transmission: transmission.into(),
                 efficiency: uniform_sky.value / transmission.value,
-                equivalent_length_m: performance::equivalent_length_m(uniform_sky.value, 100.0 * length_m, |length| {
+                equivalent_length_m: performance::equivalent_length_m(uniform_sky.value, length_m, |length| {
                     straight(length).value
                 }),
             })
@@ -156,7 +187,7 @@ fn performance(traceable: &TraceableScene, tube: usize, shape: &TubeShape, radiu
     let azimuth =
         toward_sun.map_or(std::f64::consts::PI, |sun| libm::atan2(sun.x, sun.y).rem_euclid(std::f64::consts::TAU));
     TubePerformance {
-        beam: beam_report(guide, azimuth, key.stream(Stream::ReportBeams, 0)),
+        beam: beam_report(guide, azimuth, key.stream(Stream::ReportBeams, 0), standard_error),
         uniform_sky: uniform_sky.into(),
         sky,
         sun,
@@ -169,32 +200,22 @@ fn straightened(tube: &StraightOrBent, length_m: f64) -> StraightOrBent {
     StraightOrBent { segments: vec![Segment { length_m, tilt: 0.0, azimuth: 0.0 }], ..tube.clone() }
 }
 
-fn beam_report(guide: &Guide, azimuth: f64, key: Key) -> BeamReport {
+fn beam_report(guide: &Guide, azimuth: f64, key: Key, standard_error: f64) -> BeamReport {
     let altitudes: Vec<f64> = (1..=90 / ALTITUDE_STEP_DEG).map(|step| f64::from(step * ALTITUDE_STEP_DEG)).collect();
-    let mut report = BeamReport {
+    let effort =
+        Effort { standard_error: ERROR_OF_CURVE * standard_error, least: LEAST_BEAM_RAYS, most: MOST_BEAM_RAYS };
+    let radians: Vec<f64> = altitudes.iter().map(|altitude| altitude.to_radians()).collect();
+    let beams = performance::beams_over(guide, &radians, [azimuth, AZIMUTHS], key, effort);
+    let first: Vec<_> = beams.iter().map(|beams| beams.first.transmission()).collect();
+    BeamReport {
         azimuth_deg: azimuth.to_degrees(),
-        altitude_deg: altitudes.clone(),
-        transmission: Vec::new(),
-        standard_error: Vec::new(),
-        effective_area_m2: Vec::new(),
-        azimuth_mean_transmission: Vec::new(),
-        azimuth_mean_standard_error: Vec::new(),
-    };
-    for (number, altitude_deg) in altitudes.iter().enumerate() {
-        let key = key.child(number as u64);
-        let altitude = altitude_deg.to_radians();
-        let all = performance::beams_around(guide, altitude, azimuth, AZIMUTHS, key, BEAM_RAYS);
-        let transmission = all[0].transmission();
-        report.transmission.push(transmission.value);
-        report.standard_error.push(transmission.standard_error);
-        report.effective_area_m2.push(all[0].arriving().mean);
-        let each: Vec<_> = all.iter().map(Throughput::transmission).collect();
-        let count = f64::from(AZIMUTHS);
-        report.azimuth_mean_transmission.push(each.iter().map(|each| each.value).sum::<f64>() / count);
-        let variance: f64 = each.iter().map(|each| each.standard_error * each.standard_error).sum();
-        report.azimuth_mean_standard_error.push(variance.sqrt() / count);
+        altitude_deg: altitudes,
+        transmission: first.iter().map(|first| first.value).collect(),
+        standard_error: first.iter().map(|first| first.standard_error).collect(),
+        effective_area_m2: beams.iter().map(|beams| beams.first.arriving().mean).collect(),
+        azimuth_mean_transmission: beams.iter().map(|beams| beams.mean.value).collect(),
+        azimuth_mean_standard_error: beams.iter().map(|beams| beams.mean.standard_error).collect(),
     }
-    report
 }
 
 #[cfg(test)]

@@ -88,9 +88,15 @@ fn render_and_submit_write_the_same_files_and_print_the_same_table() {
     document["sky"]["cie_type"] = json!(16);
     std::fs::write(&job, document.to_string()).unwrap();
     let skyduct = || Command::new(env!("CARGO_BIN_EXE_skyduct"));
-    let table = run(skyduct().arg("render").arg(&job).arg("--out").arg(&rendered));
+    let all = ["--figures", "svg,png,pdf"];
+    let table = run(skyduct().arg("render").arg(&job).arg("--out").arg(&rendered).args(all));
     let server = Server::start(&folder.path().join("data"), "127.0.0.1:0");
-    let by_submit = run(skyduct().arg("submit").arg(&job).args(["--server", &server.url, "--out"]).arg(&submitted));
+    let submit = || {
+        let mut command = skyduct();
+        command.arg("submit").arg(&job).args(["--server", &server.url]);
+        command
+    };
+    let by_submit = run(submit().arg("--out").arg(&submitted).args(all));
     assert_eq!(table, by_submit);
     for piece in ["grid", "workplane", "median", "daylight factor", "tube", " +- "] {
         assert!(table.contains(piece), "{table}");
@@ -99,21 +105,42 @@ fn render_and_submit_write_the_same_files_and_print_the_same_table() {
     assert_eq!(names, files(&submitted, &submitted));
     let figures = ["convergence", "false_colours/room", "figures/lumens_0", "figures/section_x", "figures/section_y"];
     let figures = figures.into_iter().chain(["figures/overview", "figures/sky", "grids/workplane", "tubes/0"]);
-    let in_formats = figures.flat_map(|name| ["pdf", "png", "svg"].map(|suffix| format!("{name}.{suffix}")));
+    let figures: Vec<String> = figures.map(str::to_owned).collect();
+    let in_formats = |suffixes: &[&str]| -> Vec<String> {
+        figures.iter().flat_map(|name| suffixes.iter().map(move |suffix| format!("{name}.{suffix}"))).collect()
+    };
     let others = [
         "convergence.csv",
         "convergence.json",
         "grids/workplane.csv",
         "grids/workplane.json",
-        "report.pdf",
         "result.json",
         "tubes/0.json",
         "views/room.exr",
         "views/room.png",
     ];
-    let mut expected: Vec<PathBuf> = in_formats.chain(others.map(str::to_owned)).map(PathBuf::from).collect();
-    expected.sort();
-    assert_eq!(names, expected);
+    let expected = |suffixes: &[&str]| {
+        let mut names: Vec<PathBuf> =
+            in_formats(suffixes).into_iter().chain(others.map(str::to_owned)).map(PathBuf::from).collect();
+        names.extend(suffixes.contains(&"pdf").then(|| PathBuf::from("report.pdf")));
+        names.sort();
+        names
+    };
+    assert_eq!(names, expected(&["pdf", "png", "svg"]));
+    // figures cost more than the numbers of a small job: outlines alone unless more is asked for
+    for (arguments, suffixes) in
+        [(&[][..], &["svg"][..]), (&["--figures", "none"], &[]), (&["--figures", "png"], &["png"])]
+    {
+        let (by_render, by_submit) = (folder.path().join("few_rendered"), folder.path().join("few_submitted"));
+        run(skyduct().arg("render").arg(&job).arg("--out").arg(&by_render).args(arguments));
+        run(submit().arg("--out").arg(&by_submit).args(arguments));
+        for out in [&by_render, &by_submit] {
+            assert_eq!(files(out, out), expected(suffixes), "{arguments:?}");
+            std::fs::remove_dir_all(out).unwrap();
+        }
+    }
+    let unknown = submit().arg("--out").arg(&submitted).args(["--figures", "gif"]).output().unwrap();
+    assert!(!unknown.status.success() && String::from_utf8_lossy(&unknown.stderr).contains("no format of figures"));
     let read = |folder: &Path, name: &Path| std::fs::read(folder.join(name)).unwrap();
     for name in names.iter().filter(|name| name.parent() != Some(Path::new(""))) {
         assert!(read(&rendered, name) == read(&submitted, name), "{}", name.display());

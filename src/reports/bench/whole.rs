@@ -5,11 +5,14 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-use super::case::{Case, Run};
+use super::case::Case;
 use super::goals::{Found, Goal, Measured};
 use super::measure::{Quartiles, mebibytes, percent, processor_seconds, time};
 use super::scenes;
 use super::settings::Settings;
+use crate::job::cancel::Stop;
+use crate::job::chunk::RenderError;
+use crate::job::saved_files::{Saved, SavedFigures, results};
 use crate::reports::page::{ReportError, Section, Table};
 
 /// A job of a table, to be measured in a process of its own.
@@ -26,7 +29,7 @@ pub struct Parts {
     pub passes: f64,
     /// Reports on tubes.
     pub reports: f64,
-    /// All other result files.
+    /// All other files that `render` saves.
     pub files: f64,
     /// Largest size of the process in memory; 0 where the system does not tell it.
     pub peak_bytes: u64,
@@ -55,21 +58,30 @@ pub fn jobs(settings: &Settings) -> Result<Vec<WholeJob>, ReportError> {
     Ok(jobs.into_iter().map(|(name, Case { document, .. })| WholeJob { name, document }).collect())
 }
 
-/// Renders a job and writes its files to nowhere, and says what that took this process: it is to do nothing else.
+/// Renders a job and makes the files that `render` saves, and says what that took this process: it is to do nothing else.
 pub fn measure(document: Value, meshes: &Path) -> Result<Parts, ReportError> {
     let (prepared, set_up) = processor_seconds(|| Case::beside(document, meshes).prepare());
     let prepared = prepared?;
-    let run = Run::of(&prepared, set_up)?;
+    let mut passes = Vec::new();
+    let rendered = prepared.render(&Stop::default(), &mut |pass, _| passes.push(*pass))?;
+    let estimate = &rendered.estimate;
+    if let Some(reason) = prepared.no_results(rendered.stopped_by, estimate) {
+        return Err(ReportError::Case(reason));
+    }
     // a tube's numbers are computed for the first file that has them
     let tubes =
         prepared.result_names().into_iter().filter(|name| name.starts_with("tubes/") && name.ends_with(".json"));
-    let (reports, of_reports) = processor_seconds(|| {
-        tubes.map(|name| prepared.result_file(&name, &run.estimate)).collect::<Result<Vec<_>, _>>()
-    });
+    let (reports, of_reports) =
+        processor_seconds(|| tubes.map(|name| prepared.result_file(&name, estimate)).collect::<Result<Vec<_>, _>>());
     reports?;
-    let (files, of_files) = processor_seconds(|| prepared.result_files(&run.estimate));
+    let figures = SavedFigures::USUAL.parse().map_err(ReportError::Case)?;
+    let (files, of_files) = processor_seconds(|| {
+        let saved = Saved { prepared: &prepared, estimate, passes: &passes, results: &results(&prepared, &rendered) };
+        saved.files(&figures, |_, _| Ok::<(), RenderError>(()))
+    });
     files?;
-    Ok(Parts { set_up, passes: run.passes, reports: of_reports, files: of_files, peak_bytes: peak_bytes() })
+    let passes = rendered.spent.cpu_seconds.unwrap_or(rendered.spent.seconds);
+    Ok(Parts { set_up, passes, reports: of_reports, files: of_files, peak_bytes: peak_bytes() })
 }
 
 /// Largest size of this process in memory so far; 0 where the system does not tell it.

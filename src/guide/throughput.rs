@@ -1,0 +1,192 @@
+//! Light of one kind through a tube: estimated in independent replicates, by as many rays as it takes, or known in closed form.
+
+use crate::sampling::sobol::REPLICATE_LEN;
+use crate::sampling::{Key, PathRandom, Replicate, Stream};
+use crate::statistics::Moments;
+
+/// Independent replicates of each figure.
+const REPLICATES: u64 = 8;
+
+/// Rays that are followed for a figure: in each of 8 replicates `least`, and twice as many again and again until the standard error of the
+/// transmission is at most `standard_error`, or `most` are followed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Effort {
+    /// Standard error of the transmission that is enough, >= 0.
+    pub standard_error: f64,
+    /// Fewest rays of a replicate, > 0.
+    pub least: u64,
+    /// Most rays of a replicate.
+    pub most: u64,
+}
+
+/// That number of rays in each replicate.
+impl From<u64> for Effort {
+    fn from(rays: u64) -> Self {
+        Self { standard_error: 0.0, least: rays, most: rays }
+    }
+}
+
+/// A ratio of two estimated quantities.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Transmission {
+    /// 0..=1; zero when nothing arrives at the collector.
+    pub value: f64,
+    /// Standard error of the ratio to first order, from the replicates.
+    pub standard_error: f64,
+}
+
+impl Transmission {
+    /// Mean of the transmissions of lights that were followed by rays of their own.
+    pub(super) fn mean(of: &[Throughput]) -> Self {
+        let count = of.len().max(1) as f64;
+        let each: Vec<Self> = of.iter().map(Throughput::ratio).collect();
+        let variance: f64 = each.iter().map(|each| each.standard_error * each.standard_error).sum();
+        let mean = Self {
+            value: each.iter().map(|each| each.value).sum::<f64>() / count,
+            standard_error: variance.sqrt() / count,
+        };
+        mean.of_rays(of.iter().filter_map(|light| light.rays).reduce(|a, b| a + b))
+    }
+
+    /// With the share that a number of rays leaves open.
+    fn of_rays(self, rays: Option<u64>) -> Self {
+        let open = rays.filter(|rays| *rays > 0).map_or(0.0, |rays| 2.0 / rays as f64);
+        Self { standard_error: self.standard_error.max(open), ..self }
+    }
+}
+
+/// Light of one kind through a tube: what reaches the collector from outside and what arrives at the diffuser's top, per
+/// replicate. Of a beam of 1 lx these are effective areas in m2, of a sky fluxes in lm.
+#[derive(Clone, Debug)]
+pub struct Throughput {
+    replicates: Vec<(f64, f64)>,
+    /// Rays in all; `None` of a closed form.
+    rays: Option<u64>,
+}
+
+impl Throughput {
+    /// Light that is known without rays.
+    pub(super) fn exact(entering: f64, arriving: f64) -> Self {
+        Self { replicates: vec![(entering, arriving); REPLICATES as usize], rays: None }
+    }
+
+    /// No light, yet.
+    pub(super) fn nothing() -> Self {
+        Self::exact(0.0, 0.0)
+    }
+
+    /// Light that reaches the collector.
+    pub fn entering(&self) -> Moments {
+        self.moments(|(entering, _)| entering)
+    }
+
+    /// Light that arrives at the diffuser's top.
+    pub fn arriving(&self) -> Moments {
+        self.moments(|(_, arriving)| arriving)
+    }
+
+    /// Ratio of the light that arrives to the light that enters, with the error of a ratio of means. Rays that all agree may be few: N of
+    /// them leave a share of about 2 / N open.
+    pub fn transmission(&self) -> Transmission {
+        self.ratio().of_rays(self.rays)
+    }
+
+    /// The ratio with the error that the replicates tell.
+    fn ratio(&self) -> Transmission {
+        let (entering, arriving) = (self.entering().mean, self.arriving().mean);
+        if entering <= 0.0 {
+            return Transmission { value: 0.0, standard_error: 0.0 };
+        }
+        let value = arriving / entering;
+        let residuals = self.moments(|(entering, arriving)| arriving - value * entering);
+        Transmission { value, standard_error: residuals.standard_error() / entering }
+    }
+
+    fn moments(&self, of: impl Fn((f64, f64)) -> f64) -> Moments {
+        let mut moments = Moments::default();
+        self.replicates.iter().for_each(|replicate| moments.push(of(*replicate)));
+        moments
+    }
+
+    /// Weighted sum of replicates that were drawn with independent keys.
+    pub(super) fn add(&mut self, other: &Self, factor: f64) {
+        for (sum, part) in self.replicates.iter_mut().zip(&other.replicates) {
+            sum.0 += factor * part.0;
+            sum.1 += factor * part.1;
+        }
+        self.rays = match (self.rays, other.rays) {
+            (Some(a), Some(b)) => Some(a + b),
+            (a, b) => a.or(b),
+        };
+    }
+}
+
+/// Rays that are followed for `N` figures at once, more and more of them.
+pub(super) struct Rays<const N: usize> {
+    key: Key,
+    /// Of each replicate its choices, and the sums of what enters and arrives.
+    replicates: Vec<(PathRandom, [(f64, f64); N])>,
+    /// Rays of each replicate so far.
+    count: u64,
+}
+
+impl<const N: usize> Rays<N> {
+    pub(super) fn new(key: Key) -> Self {
+        let choices = |number| PathRandom::new(key.child(number).stream(Stream::ThroughputChoices, 0));
+        Self { key, replicates: (0..REPLICATES).map(|number| (choices(number), [(0.0, 0.0); N])).collect(), count: 0 }
+    }
+
+    /// Follows rays until each replicate has `count`: `one` says of a Sobol point what enters and arrives.
+    pub(super) fn follow(&mut self, count: u64, one: impl Fn([f64; 4], &mut PathRandom) -> [(f64, f64); N]) {
+        debug_assert!(count <= REPLICATE_LEN, "{count} rays are more than one randomisation has");
+        for (number, (random, sums)) in self.replicates.iter_mut().enumerate() {
+            let stream = self.key.child(number as u64);
+            for ray in self.count..count {
+                let (replicate, index) = Replicate::of(stream, ray);
+                for (sum, (enters, arrives)) in sums.iter_mut().zip(one(replicate.point(index, 0), random)) {
+                    sum.0 += enters;
+                    sum.1 += arrives;
+                }
+            }
+        }
+        self.count = self.count.max(count);
+    }
+
+    /// The means over the rays so far.
+    pub(super) fn throughputs(&self) -> [Throughput; N] {
+        let count = self.count.max(1) as f64;
+        let mean = |(entering, arriving): (f64, f64)| (entering / count, arriving / count);
+        std::array::from_fn(|figure| Throughput {
+            replicates: self.replicates.iter().map(|(_, sums)| mean(sums[figure])).collect(),
+            rays: Some(REPLICATES * self.count),
+        })
+    }
+
+    /// The largest standard error of their transmissions.
+    pub(super) fn standard_error(&self) -> f64 {
+        self.throughputs().iter().map(|found| found.transmission().standard_error).fold(0.0, f64::max)
+    }
+}
+
+/// The numbers of rays of a replicate after which `effort` looks at the error: `look` follows as many and answers it.
+pub(super) fn until_exact(effort: Effort, mut look: impl FnMut(u64) -> f64) {
+    let mut rays = effort.least.min(effort.most);
+    while look(rays) > effort.standard_error && rays < effort.most {
+        rays = (2 * rays).min(effort.most);
+    }
+}
+
+/// Means over rays of what `one` says of a Sobol point.
+pub(super) fn replicated<const N: usize>(
+    key: Key,
+    effort: Effort,
+    one: impl Fn([f64; 4], &mut PathRandom) -> [(f64, f64); N],
+) -> [Throughput; N] {
+    let mut rays = Rays::new(key);
+    until_exact(effort, |count| {
+        rays.follow(count, &one);
+        // rays that are wanted in any case need no judgement
+        if effort.least < effort.most { rays.standard_error() } else { 0.0 }
+    });
+    rays.throughputs()
+}
