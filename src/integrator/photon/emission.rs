@@ -1,6 +1,7 @@
 //! Photons from sky and sun into the tubes, and from luminaires.
 
 use std::f64::consts::PI;
+use std::sync::Arc;
 
 use glam::DVec3;
 
@@ -34,9 +35,8 @@ struct Emitter {
 }
 
 #[derive(Debug)]
-#[expect(clippy::large_enum_variant, reason = "two per tube, never moved while light is traced")]
 enum Source {
-    Sky { tube: usize, sky: Sky, sampler: SkySampler },
+    Sky { tube: usize, sky: Sky, sampler: Arc<SkySampler> },
     Sun { tube: usize, sun: Sun },
     Luminaire(usize),
 }
@@ -89,29 +89,21 @@ impl Emission {
     fn of(scene: &TraceableScene, tubes: &[TraceableTube], luminaires: &[TraceableLuminaire], photons: u64) -> Self {
         let mut sources = Vec::new();
         let table = scene.sky.as_ref().filter(|_| !tubes.is_empty()).map(SkyTable::new);
+        // by the first of the tubes that share it
+        let mut samplers: Vec<(usize, Option<Sampled>)> = Vec::new();
         for (index, tube) in tubes.iter().enumerate().filter(|(_, tube)| tube.daylit) {
             let expected = |toward: DVec3| tube.guide.projected_area_m2(-toward) * likely_transmission(tube, toward);
-            let sampler = table.as_ref().and_then(|table| match tube.guide {
-                // round and upright: no azimuth is before another
-                Guide::Straight(_) => SkySampler::of_table_and_heights(table, expected),
-                _ => SkySampler::of_table(table, expected),
-            });
-            if let Some(sky) = &scene.sky
-                && let Some(sampler) = sampler
-            {
-                let sampler = sampler.with_cone(tube.guide.narrow_cone());
-                let source = Source::Sky { tube: index, sky: sky.clone(), sampler };
-                // a rough integral is enough to share photons
-                let flux = (0..256u64)
-                    .map(|k| {
-                        let mut random = PathRandom::new(Key::new(k));
-                        let Source::Sky { sky, sampler, .. } = &source else { return 0.0 };
-                        let (toward, density) = sampler.sample(random.uniform2());
-                        sky.luminance(toward) * expected(toward) / density
-                    })
-                    .sum::<f64>()
-                    / 256.0;
-                sources.push((source, flux));
+            if let (Some(sky), Some(table)) = (&scene.sky, &table) {
+                let known = samplers.iter().find(|(other, _)| tubes[*other].guide.is_like(&tube.guide));
+                let sampled = known.map(|(_, sampled)| sampled.clone());
+                let sampled = sampled.unwrap_or_else(|| {
+                    let sampled = sky_sampler(sky, table, &tube.guide, expected);
+                    samplers.push((index, sampled.clone()));
+                    sampled
+                });
+                if let Some((sampler, flux)) = sampled {
+                    sources.push((Source::Sky { tube: index, sky: sky.clone(), sampler }, flux));
+                }
             }
             if let Some(sun) = scene.sun {
                 let flux = sun.normal_illuminance_lux * expected(sun.direction);
@@ -213,6 +205,28 @@ impl Emission {
         });
         (photon, samples)
     }
+}
+
+/// Directions for the light of a sky into a guide, and the flux that comes from all of them.
+type Sampled = (Arc<SkySampler>, f64);
+
+/// Directions for the light of a sky into a guide, by how much light is `expected` from each, and the flux that comes from all; `None`
+/// where there is none.
+fn sky_sampler(sky: &Sky, table: &SkyTable, guide: &Guide, expected: impl Fn(DVec3) -> f64) -> Option<Sampled> {
+    let sampler = match guide {
+        // round and upright: no azimuth is before another
+        Guide::Straight(_) => SkySampler::of_table_and_heights(table, &expected),
+        _ => SkySampler::of_table(table, &expected),
+    };
+    let sampler = sampler?.with_cone(guide.narrow_cone());
+    // a rough integral is enough to share photons
+    let flux = (0..256u64).map(|k| {
+        let mut random = PathRandom::new(Key::new(k));
+        let (toward, density) = sampler.sample(random.uniform2());
+        sky.luminance(toward) * expected(toward) / density
+    });
+    let flux = flux.sum::<f64>() / 256.0;
+    Some((Arc::new(sampler), flux))
 }
 
 /// Share of the light from a direction that a tube is likely to pass: only the choice of samples depends on it.
