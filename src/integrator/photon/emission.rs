@@ -89,8 +89,8 @@ impl Emission {
     fn of(scene: &TraceableScene, tubes: &[TraceableTube], luminaires: &[TraceableLuminaire], photons: u64) -> Self {
         let mut sources = Vec::new();
         let table = scene.sky.as_ref().filter(|_| !tubes.is_empty()).map(SkyTable::new);
-        // of a sampler that tubes share: the first of them, and the flux that comes through it
-        let mut samplers: Vec<(usize, Option<(Arc<SkySampler>, f64)>)> = Vec::new();
+        // by the first of the tubes that share it
+        let mut samplers: Vec<(usize, Option<Sampled>)> = Vec::new();
         for (index, tube) in tubes.iter().enumerate().filter(|(_, tube)| tube.daylit) {
             let expected = |toward: DVec3| tube.guide.projected_area_m2(-toward) * likely_transmission(tube, toward);
             if let (Some(sky), Some(table)) = (&scene.sky, &table) {
@@ -207,14 +207,12 @@ impl Emission {
     }
 }
 
+/// Directions for the light of a sky into a guide, and the flux that comes from all of them.
+type Sampled = (Arc<SkySampler>, f64);
+
 /// Directions for the light of a sky into a guide, by how much light is `expected` from each, and the flux that comes from all; `None`
 /// where there is none.
-fn sky_sampler(
-    sky: &Sky,
-    table: &SkyTable,
-    guide: &Guide,
-    expected: impl Fn(DVec3) -> f64,
-) -> Option<(Arc<SkySampler>, f64)> {
+fn sky_sampler(sky: &Sky, table: &SkyTable, guide: &Guide, expected: impl Fn(DVec3) -> f64) -> Option<Sampled> {
     let sampler = match guide {
         // round and upright: no azimuth is before another
         Guide::Straight(_) => SkySampler::of_table_and_heights(table, &expected),
