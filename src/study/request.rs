@@ -190,21 +190,15 @@ impl StudyRequest {
     /// The document of a run.
     pub fn run(&self, key: &RunKey) -> Value {
         // that of the reference is another one
-        self.document(self.method(&key.method), key.relative_error, self.seconds, key.seed.wrapping_add(1))
+        self.document(method_of(&self.job, &key.method), key.relative_error, self.seconds, key.seed.wrapping_add(1))
     }
 
     /// The document of the reference.
     pub fn reference(&self) -> Value {
-        let method = self.method(self.reference.method.as_deref().unwrap_or("auto"));
+        let method = method_of(&self.job, self.reference.method.as_deref().unwrap_or("auto"));
         let least = self.relative_errors.iter().copied().fold(f64::INFINITY, f64::min);
         let relative_error = self.reference.relative_error.unwrap_or(least / FINER);
         self.document(method, relative_error, self.reference.seconds.unwrap_or(LONGER * self.seconds), 0)
-    }
-
-    /// A method as the document of a run has it: with the job's own settings where it is the job's.
-    fn method(&self, name: &str) -> Value {
-        let own = &self.job["method"];
-        if own["kind"] == name { own.clone() } else { json!(name) }
     }
 
     fn document(&self, method: Value, relative_error: f64, seconds: f64, seed: u64) -> Value {
@@ -223,6 +217,12 @@ impl StudyRequest {
         }
         document
     }
+}
+
+/// A method as the document of a run has it: with the job's own settings where it is the job's.
+pub fn method_of(job: &Value, name: &str) -> Value {
+    let own = &job["method"];
+    if own["kind"] == name { own.clone() } else { json!(name) }
 }
 
 #[cfg(test)]

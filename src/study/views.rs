@@ -4,6 +4,7 @@ use serde::Serialize;
 use serde_json::{Value, json};
 
 use super::compare::Values;
+use super::request::method_of;
 use super::run::StudyError;
 use crate::document::{DocumentErrors, FieldError, FieldErrorCode, JobDocument, MeshSource};
 use crate::estimate::FilmEstimate;
@@ -92,11 +93,12 @@ pub fn run(
     };
     let longest = request.seconds.iter().copied().fold(request.most_seconds, f64::max);
     let least = request.relative_errors.iter().copied().reduce(f64::min).unwrap_or(0.04);
-    let reference = prepare(request.document(request.method(&request.reference), 0.25 * least, LONGER * longest, 0))?;
+    let reference =
+        prepare(request.document(method_of(&request.job, &request.reference), 0.25 * least, LONGER * longest, 0))?;
     let mut wanted: Vec<(&str, Option<f64>, Option<f64>)> = Vec::new();
     let mut refused = Vec::new();
     for method in &request.methods {
-        match prepare(request.document(request.method(method), 0.5, 1.0, 1)) {
+        match prepare(request.document(method_of(&request.job, method), 0.5, 1.0, 1)) {
             Ok(_) => wanted.extend(request.seconds.iter().map(|seconds| (method.as_str(), Some(*seconds), None))),
             Err(errors) if errors.0.iter().all(|error| error.pointer.starts_with("/method")) => {
                 refused.push((method.clone(), errors.to_string()));
@@ -119,7 +121,7 @@ pub fn run(
             return Err(StudyError::Cancelled(done));
         }
         let own = &request.job["method"];
-        let of_method = if method.is_empty() { own.clone() } else { request.method(method) };
+        let of_method = if method.is_empty() { own.clone() } else { method_of(&request.job, method) };
         let document = request.document(of_method, error.unwrap_or(1e-9), seconds.unwrap_or(request.most_seconds), 1);
         let prepared = prepare(document)?;
         let name = if method.is_empty() { prepared.method_names() } else { (*method).to_owned() };
@@ -181,11 +183,6 @@ impl PictureRequest {
             }
         }
         if errors.is_empty() { Ok(()) } else { Err(DocumentErrors(errors)) }
-    }
-
-    fn method(&self, name: &str) -> Value {
-        let own = &self.job["method"];
-        if own["kind"] == name { own.clone() } else { json!(name) }
     }
 
     fn document(&self, method: Value, relative_error: f64, seconds: f64, seed: u64) -> Value {
