@@ -172,7 +172,7 @@ async fn submit_downloads_and_its_exit_status_says_whose_fault_it_is() {
         "grids/workplane.csv",
         "views/room.exr",
         "views/room.png",
-        "false_colours/room.png",
+        "false_colours/room.svg",
     ] {
         assert!(out.path().join("results").join(file).metadata().unwrap().len() > 0, "{file}");
     }
