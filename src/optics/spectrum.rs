@@ -86,8 +86,8 @@ impl<const C: usize> Mul<f64> for Spectrum<C> {
 impl<const C: usize> MulAssign for Spectrum<C> {
     #[inline]
     fn mul_assign(&mut self, other: Self) {
-        for (value, other) in self.0.iter_mut().zip(other.0) {
-            *value *= other;
+        for c in 0..C {
+            self.0[c] *= other.0[c];
         }
     }
 }
@@ -104,8 +104,8 @@ impl<const C: usize> Add for Spectrum<C> {
 impl<const C: usize> AddAssign for Spectrum<C> {
     #[inline]
     fn add_assign(&mut self, other: Self) {
-        for (value, other) in self.0.iter_mut().zip(other.0) {
-            *value += other;
+        for c in 0..C {
+            self.0[c] += other.0[c];
         }
     }
 }
