@@ -53,8 +53,10 @@ fn summary(report: &Report) -> String {
     if lines.is_empty() { lines } else { format!("\nIn short:\n\n{lines}") }
 }
 
-/// Up to the first full stop that a capital letter follows, or all.
+/// Up to the first full stop that a capital letter follows, or all of the first paragraph; of a list without what leads to it.
 fn first_sentence(text: &str) -> &str {
+    let text = text.split("\n\n").find(|paragraph| !paragraph.ends_with(':')).unwrap_or(text);
+    let text = text.strip_prefix("- ").unwrap_or(text);
     let ends = text.match_indices(". ").find(|(at, _)| text[at + 2..].starts_with(char::is_uppercase));
     ends.map_or(text, |(at, _)| &text[..=at])
 }
@@ -109,5 +111,13 @@ mod tests {
         assert!(text.contains("| h |\n| ---: |\n| 1 |"));
         assert!(text.ends_with("\nBright by 0.3 inch. So.\n"));
         assert_eq!(summary(&Report::default()), "");
+    }
+
+    #[test]
+    fn a_sentence_is_the_first_of_what_follows() {
+        assert_eq!(first_sentence("Bright by 0.3 inch. So."), "Bright by 0.3 inch.");
+        assert_eq!(first_sentence("What they say:\n\n- One of 2. Two.\n- Three."), "One of 2.");
+        assert_eq!(first_sentence("All of it\n\nOr more"), "All of it");
+        assert_eq!(first_sentence(""), "");
     }
 }
