@@ -17,25 +17,9 @@
 // tests compare with the system's functions
 #![cfg_attr(test, allow(clippy::disallowed_methods))]
 
-pub mod sampling;
-pub mod statistics;
-
-pub mod geometry;
-pub mod optics;
-pub mod sky;
-
-pub mod guide;
-
-pub mod scene;
-
-pub mod traceable;
-
-pub mod analytic;
-
-pub mod integrator;
-pub mod plan;
-
-pub mod estimate;
+pub use skyduct_physics::{
+    analytic, estimate, geometry, guide, integrator, optics, plan, sampling, scene, sky, statistics, traceable,
+};
 
 pub mod output;
 

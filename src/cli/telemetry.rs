@@ -3,8 +3,10 @@
 use std::io::IsTerminal;
 
 use serde::{Deserialize, Serialize};
-use tracing_subscriber::EnvFilter;
+use tracing_subscriber::filter::Targets;
+use tracing_subscriber::layer::SubscriberExt as _;
 use tracing_subscriber::util::SubscriberInitExt as _;
+use tracing_subscriber::{fmt, registry};
 
 /// Level and format of the log.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -38,7 +40,8 @@ pub enum LogFormat {
 pub const OF_COMMANDS: Log = Log { level: LogLevel::Warn, format: LogFormat::Text };
 
 impl LogLevel {
-    /// Filter in the syntax of `RUST_LOG`. Libraries log at `info` at most: their lines below that would bury ours.
+    /// Filter in the syntax of `RUST_LOG`: levels of targets. Libraries log at `info` at most: their lines below that would
+    /// bury ours.
     fn directives(self) -> &'static str {
         match self {
             Self::Error => "error",
@@ -53,11 +56,13 @@ impl LogLevel {
 /// Writes the log from now on; the first call in a process counts. `RUST_LOG`, when it is set and can be read, says what
 /// is logged instead of `log.level`.
 pub fn start(log: &Log) {
-    let filter = EnvFilter::try_from_default_env().unwrap_or_else(|_| EnvFilter::new(log.level.directives()));
-    let builder = tracing_subscriber::fmt().with_writer(std::io::stderr).with_env_filter(filter);
+    let asked = std::env::var("RUST_LOG").ok().filter(|directives| !directives.is_empty());
+    let asked = asked.and_then(|directives| directives.parse::<Targets>().ok());
+    let filter = asked.or_else(|| log.level.directives().parse().ok()).unwrap_or_default();
+    let lines = fmt::layer().with_writer(std::io::stderr);
     let started = match log.format {
-        LogFormat::Text => builder.with_ansi(coloured()).finish().try_init(),
-        LogFormat::Json => builder.json().flatten_event(true).finish().try_init(),
+        LogFormat::Text => registry().with(filter).with(lines.with_ansi(coloured())).try_init(),
+        LogFormat::Json => registry().with(filter).with(lines.json().flatten_event(true)).try_init(),
     };
     // an error means that the process has a log already
     let _ = started;
@@ -75,7 +80,7 @@ mod tests {
     #[test]
     fn every_level_can_be_read() {
         for level in [LogLevel::Error, LogLevel::Warn, LogLevel::Info, LogLevel::Debug, LogLevel::Trace] {
-            assert!(EnvFilter::try_new(level.directives()).is_ok(), "{level:?}");
+            assert!(level.directives().parse::<Targets>().is_ok(), "{level:?}");
         }
     }
 }

@@ -15,12 +15,13 @@ use super::cancel::Stop;
 use super::pilot_passes::{Clock, LEAST_PASSES, Passes};
 use super::pilot_sample::Sample;
 use super::predictions::{
-    ErrorLaw, Judged, Measured, MethodPredictions, OutputPredictions, PREDICTED_ACCURACIES, PredictedTime, Predictions,
+    Measured, MethodPredictions, OutputPredictions, PREDICTED_ACCURACIES, PredictedTime, Predictions,
 };
 use super::prepare::Prepared;
 use super::spent::Clocks;
 use crate::analytic::Ending;
 use crate::estimate::Estimate;
+use crate::estimate::error_law::{ErrorLaw, Judged};
 use crate::integrator::Method;
 use crate::integrator::method::{Computation, Task, Trial};
 use crate::plan::choose::refuses;

@@ -5,8 +5,8 @@ use std::time::Instant;
 
 use super::cancel::Stop;
 use super::pilot_sample::{Places, Sample};
-use super::predictions::ErrorLaw;
 use super::spent::Clocks;
+use crate::estimate::error_law::ErrorLaw;
 use crate::integrator::method::Trial;
 use crate::integrator::{Integrator, Pass};
 

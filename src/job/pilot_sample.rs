@@ -1,6 +1,6 @@
 //! Where a pilot looks: some sensors of each grid, and some windows of views.
 
-use super::predictions::Found;
+use crate::estimate::error_law::Found;
 use crate::estimate::film::BLOCK_PX;
 use crate::estimate::grid::{contrasts_of, sampling_variance};
 use crate::estimate::{FilmEstimate, GridEstimate};

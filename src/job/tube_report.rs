@@ -13,6 +13,9 @@ use crate::document::result::tube_report::{
     BeamReport, SkyReport, StraightReport, ThroughputResult, TransmissionResult, TubeReport,
 };
 use crate::guide::Guide;
+use crate::guide::beams::beams_over;
+use crate::guide::equivalent_length::equivalent_length_m;
+use crate::guide::patches;
 use crate::guide::performance::{self, Effort};
 use crate::sampling::{Key, Stream};
 use crate::scene::{Segment, StraightOrBent, Tube, TubeShape};
@@ -153,7 +156,7 @@ fn performance(
     let (uniform_sky, of_sky) = performance::skies(guide, traceable.sky.as_ref(), keys, effort);
     let sky = traceable.sky.as_ref().zip(of_sky).map(|(sky, direct)| {
         let effort = Effort { standard_error, least: 1, most: MOST_PATCH_RAYS };
-        let patches = performance::patch_sky(guide, sky, key.stream(Stream::ReportSkyPatches, 0), effort);
+        let patches = patches::patch_sky(guide, sky, key.stream(Stream::ReportSkyPatches, 0), effort);
         SkyReport { direct: ThroughputResult::new(&direct, 1.0), patches: ThroughputResult::new(&patches, 1.0) }
     });
     let sun = traceable.sun.as_ref().map(|sun| {
@@ -174,9 +177,7 @@ fn performance(
                 length_m,
                 transmission: transmission.into(),
                 efficiency: uniform_sky.value / transmission.value,
-                equivalent_length_m: performance::equivalent_length_m(uniform_sky.value, length_m, |length| {
-                    straight(length).value
-                }),
+                equivalent_length_m: equivalent_length_m(uniform_sky.value, length_m, |length| straight(length).value),
             })
             .filter(|report| report.efficiency.is_finite())
         }
@@ -205,7 +206,7 @@ fn beam_report(guide: &Guide, azimuth: f64, key: Key, standard_error: f64) -> Be
     let effort =
         Effort { standard_error: ERROR_OF_CURVE * standard_error, least: LEAST_BEAM_RAYS, most: MOST_BEAM_RAYS };
     let radians: Vec<f64> = altitudes.iter().map(|altitude| altitude.to_radians()).collect();
-    let beams = performance::beams_over(guide, &radians, [azimuth, AZIMUTHS], key, effort);
+    let beams = beams_over(guide, &radians, [azimuth, AZIMUTHS], key, effort);
     let first: Vec<_> = beams.iter().map(|beams| beams.first.transmission()).collect();
     BeamReport {
         azimuth_deg: azimuth.to_degrees(),

@@ -9,7 +9,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::Path;
 
-use crate::architecture::code_only;
+use crate::architecture::{code_only, path_in_house};
 use crate::source_files::source_files;
 
 /// Rooms where no file takes anything from a `mod.rs` above it.
@@ -18,7 +18,7 @@ const NO_CLIMBING: &[&str] = &["integrator", "traceable"];
 /// Most re-exports that a path is followed through.
 const MOST_HOPS: usize = 8;
 
-/// Segments of the path of a module or of a thing in it, from the crate's root on.
+/// Segments of the path of a module or of a thing in it, from its room on.
 type Segments = Vec<String>;
 
 /// One name that a `use` statement brings in.
@@ -31,7 +31,7 @@ struct Import {
 
 #[derive(Debug)]
 struct Module {
-    /// Path of the file, relative to `src`.
+    /// Path of the file in the house.
     file: String,
     /// Modules that it declares.
     children: BTreeSet<String>,
@@ -229,13 +229,8 @@ fn files_of_a_room_import_in_no_circle() {
     let src = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
     let mut files = Vec::new();
     source_files(&src, &mut files);
-    let texts: Vec<(String, String)> = files
-        .iter()
-        .map(|file| {
-            let path = file.strip_prefix(&src).unwrap().to_str().unwrap().replace('\\', "/");
-            (path, fs::read_to_string(file).unwrap())
-        })
-        .collect();
+    let texts: Vec<(String, String)> =
+        files.iter().map(|file| (path_in_house(file), fs::read_to_string(file).unwrap())).collect();
     let texts: Vec<(&str, &str)> = texts.iter().map(|(file, text)| (file.as_str(), text.as_str())).collect();
     let house = house_of(&texts);
     let imports: usize = house.keys().map(|module| made_use_of(&house, module).len()).sum();

@@ -202,7 +202,10 @@ fn citations_are_seen() {
         papers("(Knaus and Zwicker 2011; Walter et al. 2007, eq. 33)"),
         [("Zwicker", "2011"), ("Walter", "2007")]
     );
-    assert_eq!(named_paths("see docs/style.md, or `src/sky/cie.rs`."), ["docs/style.md", "src/sky/cie.rs"]);
+    assert_eq!(
+        named_paths("see docs/style.md, or `src/physics/sky/cie.rs`."),
+        ["docs/style.md", "src/physics/sky/cie.rs"]
+    );
     assert!(broken(root(), "docs/architecture.md#rooms").is_none());
     assert!(broken(root(), "docs/architecture.md#cellar").is_some() && broken(root(), "docs/nowhere.md").is_some());
 }

@@ -73,7 +73,7 @@ fn gradation() -> Form {
     let sky = SkyDistribution::new(cie(1), DVec3::Z);
     let gradation = |cos_zenith: f32| 1.0 + 4.0 * (-0.7 / cos_zenith).exp();
     Form {
-        what: "gradation of the sky at the horizon over that at the zenith (`src/sky/cie.rs`)",
+        what: "gradation of the sky at the horizon over that at the zenith (`src/physics/sky/cie.rs`)",
         input: "type 1, Z = 90 degrees",
         naive_form: "1 + a exp(b / cos Z) in f32, where cos Z is -4e-8",
         used_form: "cos Z from the direction, f64; 1 where it is not positive",
@@ -88,7 +88,7 @@ fn night() -> Form {
     let sky = SkyDistribution::new(cie(12), direction(altitude, 0.0));
     let (sin, cos) = altitude.sin_cos();
     Form {
-        what: "zenith luminance in kcd/m2 (`src/sky/zenith.rs`)",
+        what: "zenith luminance in kcd/m2 (`src/physics/sky/zenith.rs`)",
         input: "type 12, sun at -5 degrees",
         naive_form: "A sin g + 0.7 (Tv + 1) sin^C g / cos^D g + 0.04 Tv",
         used_form: "0 for a sun that is not above the horizon",
@@ -101,7 +101,7 @@ fn night() -> Form {
 fn zenith() -> Form {
     let sky = SkyDistribution::new(cie(12), DVec3::Z);
     Form {
-        what: "zenith luminance in kcd/m2 (`src/sky/zenith.rs`)",
+        what: "zenith luminance in kcd/m2 (`src/physics/sky/zenith.rs`)",
         input: "type 12, sun at 90 degrees",
         naive_form: "the same",
         used_form: "above 75 degrees D sin g / sin 75 / I, with D at 75 degrees",
@@ -127,7 +127,7 @@ fn corona() -> Form {
     let sky = SkyDistribution::new(cie(15), sun);
     let f = |chi: f64| 1.0 + 24.0 * ((-2.8 * chi).exp() - (-2.8 * FRAC_PI_2).exp()) + 0.15 * chi.cos().powi(2);
     Form {
-        what: "loss of luminance 1e-8 rad beside the sun, 1 - f(chi) / f(0) (`src/sky/cie.rs`)",
+        what: "loss of luminance 1e-8 rad beside the sun, 1 - f(chi) / f(0) (`src/physics/sky/cie.rs`)",
         input: "type 15, sun at 0.6 rad",
         naive_form: "chi as the arc cosine of the product of the vectors",
         used_form: "chi by atan2 of the cross product's length and the product",
@@ -140,7 +140,7 @@ fn corona() -> Form {
 fn solid_angle() -> Form {
     let half_angle = (959.63f32 / 3600.0).to_radians();
     Form {
-        what: "solid angle of the sun's disc in sr (`src/sky/sun.rs`)",
+        what: "solid angle of the sun's disc in sr (`src/physics/sky/sun.rs`)",
         input: "half-angle 959.63 arc seconds",
         naive_form: "2 pi (1 - cos) in f32",
         used_form: "4 pi sin^2 of a quarter of the disc's width, f64",
@@ -154,7 +154,7 @@ fn disc() -> Form {
     let (r, h) = (0.0005f32, 100f32);
     let p = h * h - r * r;
     Form {
-        what: "form factor of a disc on its axis (`src/geometry/disc.rs`)",
+        what: "form factor of a disc on its axis (`src/physics/geometry/disc.rs`)",
         input: "r = 0.5 mm, 100 m below",
         naive_form: "(1 - P / W) / 2 in f32",
         used_form: "2 r^2 H^2 / (W (W + P))",
@@ -174,7 +174,7 @@ fn rectangle() -> Form {
         sum += from.dot(to).min(1.0).acos() * cross.z / cross.length();
     }
     Form {
-        what: "irradiance of a rectangle of 1 cd/m2 (`src/geometry/lambert.rs`)",
+        what: "irradiance of a rectangle of 1 cd/m2 (`src/physics/geometry/lambert.rs`)",
         input: "0.2 mm x 0.2 mm, 10 m above",
         naive_form: "edges' angles by arc cosines of unit vectors",
         used_form: "atan2, and cross products with the edge itself",
@@ -192,7 +192,7 @@ fn rule_of_points() -> Form {
         s * s / (1.0 - s * s).sqrt() * reflectance.powf(n) * (1.0 - (1.0 - reflectance) * (a / s - n))
     };
     Form {
-        what: "transmission of a tube (`src/guide/transmittance.rs`)",
+        what: "transmission of a tube (`src/physics/guide/transmittance.rs`)",
         input: "L/D = 4, 30 degrees from the axis, R = 0.95",
         naive_form: "100 000 even points of the integral over chords, which is infinite at its end",
         used_form: "the series of its pieces",
@@ -225,7 +225,7 @@ fn stepping() -> Form {
     let passage = traverse(radius, from.extend(0.0), direction, 1.0);
     let place = |p: DVec2| p.y.atan2(p.x);
     Form {
-        what: "azimuth in rad of a ray after a million reflections that draw a pentagram (`src/geometry/cylinder.rs`)",
+        what: "azimuth in rad of a ray after a million reflections that draw a pentagram (`src/physics/geometry/cylinder.rs`)",
         input: "r = 0.127 m, from the middle of a chord",
         naive_form: "from wall to wall, in a million steps",
         used_form: "one rotation by all turns together",
@@ -240,7 +240,7 @@ fn pane() -> Form {
     let beyond = (1.0 - (1.0 - cos * cos) / (n * n)).sqrt();
     let s = (cos - n * beyond) / (cos + n * beyond);
     Form {
-        what: "reflectance of a face that is none (`src/optics/fresnel.rs`)",
+        what: "reflectance of a face that is none (`src/physics/optics/fresnel.rs`)",
         input: "n = 1, 90 degrees",
         naive_form: "((cos - n cos') / (cos + n cos'))^2",
         used_form: "0 where the index does not change",
@@ -255,7 +255,7 @@ fn total_reflection() -> Form {
     let beyond = (1.0 - (1.0 - cos * cos) / (n * n)).sqrt();
     let s = (cos - n * beyond) / (cos + n * beyond);
     Form {
-        what: "reflectance beyond the critical angle (`src/optics/fresnel.rs`)",
+        what: "reflectance beyond the critical angle (`src/physics/optics/fresnel.rs`)",
         input: "from n = 1.49 into air, 60 degrees",
         naive_form: "the same, with the root of a negative number",
         used_form: "1 where the sine beyond is 1 or more",
@@ -280,7 +280,7 @@ fn single_sum() -> Form {
     let mut naive = 0.0;
     (0..deposits).for_each(|_| naive += 1e-6);
     Form {
-        what: "sum of deposits in lm (`src/integrator/photon/chunks.rs`)",
+        what: "sum of deposits in lm (`src/physics/integrator/photon/chunks.rs`)",
         input: "10^8 times 1e-6 lm",
         naive_form: "one sum in f64",
         used_form: "sums of 1024, added up",
@@ -295,7 +295,7 @@ fn short_sum() -> Form {
     let mut naive = 0f32;
     (0..deposits).for_each(|_| naive += 1e-6);
     Form {
-        what: "sum of deposits in lm (`src/integrator/photon/chunks.rs`)",
+        what: "sum of deposits in lm (`src/physics/integrator/photon/chunks.rs`)",
         input: "10^8 times 1e-6 lm",
         naive_form: "one sum in f32",
         used_form: "sums of 1024 in f64, added up",
@@ -309,7 +309,7 @@ fn short_count() -> Form {
     let mut counted = skyduct::estimate::Estimate { photons: 1 << 24, ..Default::default() };
     counted.merge(&skyduct::estimate::Estimate { photons: 1, ..Default::default() });
     Form {
-        what: "number of photons (`src/estimate/mod.rs`)",
+        what: "number of photons (`src/physics/estimate/mod.rs`)",
         input: "16 777 216 and one more",
         naive_form: "a count in f32",
         used_form: "a count in u64",
@@ -330,7 +330,7 @@ fn whole_photons() -> Form {
         point.update(1.0, alpha);
     }
     Form {
-        what: "gather radius over the first one (`src/integrator/photon_map/progressive.rs`)",
+        what: "gather radius over the first one (`src/physics/integrator/photon_map/progressive.rs`)",
         input: "10^4 passes of one photon each, alpha = 0.8",
         naive_form: "the kept photons N + alpha M as a whole number, which stays 0",
         used_form: "N in f64",
@@ -350,7 +350,7 @@ fn squares() -> Form {
         (sum, squares) = (sum + value, squares + value * value);
     }
     Form {
-        what: "sum of squared deviations (`src/statistics/moments.rs`)",
+        what: "sum of squared deviations (`src/physics/statistics/moments.rs`)",
         input: "1000 values, 1e9 and 1e9 + 1 by turns",
         naive_form: "sum of squares less the squared sum over n",
         used_form: "Welford's update",
@@ -366,7 +366,7 @@ fn short_triangles() -> Form {
     let bvh = TriangleBvh::new(&[corners.map(|corner| corner + far)]);
     let hit = bvh.nearest(far, DVec3::X, None).unwrap();
     Form {
-        what: "distance in m to a triangle (`src/geometry/bvh.rs`)",
+        what: "distance in m to a triangle (`src/physics/geometry/bvh.rs`)",
         input: "0.127 m, 1000 km from the origin",
         naive_form: "corners in f32",
         used_form: "f32 around the mesh's middle for the tree, f64 for the hit",

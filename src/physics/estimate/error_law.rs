@@ -1,0 +1,324 @@
+//! How the error of a job falls with its passes, foretold from the few passes of a pilot.
+//!
+//! The variance of a job's mean after n passes has up to four parts, relative to the values and averaged over sensors, or blocks of
+//! pixels. Noise falls as 1 / n; where gather radii shrink, as the mean of their inverse squares over n passes does, over n. The
+//! bias of kernels stays, or falls as the mean of the squared radii. The choice of fixed points stays. The job adds the square of
+//! the bias as it is estimated, less the variance of this estimate, where that is above zero: so an uncertain estimate adds to an
+//! error, too. Docs: docs/physics/statistics.md#what-a-pilot-foretells.
+
+use super::stopping::judgement_from;
+use crate::integrator::method::Trial;
+use crate::integrator::photon_map::progressive::Radii;
+use crate::statistics::interval::{student_quantile_near, two_sided_normal_quantile};
+
+/// Rule by which a job judges its errors.
+#[derive(Clone, Copy, Debug)]
+pub struct Judged {
+    /// Confidence of errors and intervals, 0..1.
+    pub confidence: f64,
+    /// Passes below which an error is not trusted.
+    pub least_passes: u64,
+}
+
+/// How the relative standard error of an output falls with the passes of a job: from a pilot's passes.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ErrorLaw {
+    /// Relative variance of one pass by noise, mean over the places; of the first pass where radii shrink.
+    pub noise: f64,
+    /// Standard deviation of the logarithm of `noise`.
+    pub noise_deviation: f64,
+    /// Relative squared bias of the first pass, mean over the places.
+    pub squared_bias: f64,
+    /// Standard deviation of `squared_bias`.
+    pub bias_deviation: f64,
+    /// Relative variance of the bias as one pass estimates it.
+    pub bias_noise: f64,
+    /// Relative variance by the choice of fixed points.
+    pub fixed: f64,
+    /// Where gather radii shrink: `alpha` of [`Radii`].
+    pub alpha: Option<f64>,
+}
+
+/// What the passes of a pilot found at its places, which are sensors or blocks of pixels.
+pub struct Found<'a> {
+    /// Values of the places, for every pass.
+    pub values: &'a [Vec<f64>],
+    /// Estimated bias of the places, for every pass; empty lists for unbiased methods.
+    pub bias: &'a [Vec<f64>],
+    /// Variance of each place by the choice of fixed points; empty without.
+    pub fixed: &'a [f64],
+    /// Share of all places at which the pilot looked, up to 1.
+    pub share: f64,
+}
+
+/// Values below this share of the mean are judged as if they were as large, as by [`super::StopRule`].
+const LEAST_SHARE_OF_MEAN: f64 = 0.01;
+
+/// Standard deviation of the logarithm of a variance that is taken from smaller passes.
+const OF_SMALLER_PASSES: f64 = 0.25;
+
+/// Standard deviations by which an estimated squared bias must lie above zero to count: below it may be noise alone.
+const SIGNIFICANT: f64 = 2.0;
+
+/// Passes above which an error is said not to be reached.
+const MOST_PASSES: u64 = 1_000_000_000;
+
+/// Means and variances over passes, relative to the mean values.
+#[derive(Clone, Copy, Default)]
+struct Relative {
+    noise: f64,
+    squared_bias: f64,
+    bias_noise: f64,
+    fixed: f64,
+    /// Standard error of `noise` by its spread over the places, in `noise`.
+    spread: f64,
+}
+
+impl Relative {
+    /// Of all passes but `left_out`.
+    fn of(found: &Found<'_>, left_out: Option<usize>, alpha: Option<f64>) -> Self {
+        let kept = || (0..found.values.len()).filter(move |pass| Some(*pass) != left_out);
+        let passes = kept().count() as f64;
+        let places = found.values.first().map_or(0, Vec::len);
+        let moments = |of: &[Vec<f64>], place: usize| {
+            let mean = kept().map(|pass| of[pass][place]).sum::<f64>() / passes;
+            let squares: f64 = kept().map(|pass| (of[pass][place] - mean).powi(2)).sum();
+            (mean, squares / (passes - 1.0))
+        };
+        let values: Vec<(f64, f64)> = (0..places).map(|place| moments(found.values, place)).collect();
+        let least = LEAST_SHARE_OF_MEAN * values.iter().map(|(mean, _)| mean).sum::<f64>() / places as f64;
+        let share = |variance: f64, place: usize| match values[place].0.max(least) {
+            scale if scale > 0.0 => variance / (scale * scale),
+            _ => 0.0,
+        };
+        let mean = |of: &dyn Fn(usize) -> f64| (0..places).map(of).sum::<f64>() / places as f64;
+        let noise = mean(&|place| share(values[place].1, place));
+        let deviations = mean(&|place| (share(values[place].1, place) - noise).powi(2));
+        let spread = if noise > 0.0 { (deviations / places as f64).sqrt() / noise } else { 0.0 };
+        // to the radius of the first pass
+        let radii = |pass: usize| alpha.map_or(1.0, |alpha| Radii::square(pass as f64, alpha));
+        let inverse = kept().map(|pass| 1.0 / radii(pass)).sum::<f64>() / passes;
+        let square = kept().map(radii).sum::<f64>() / passes;
+        let mut relative = Self { noise: noise / inverse, spread, fixed: 0.0, squared_bias: 0.0, bias_noise: 0.0 };
+        if found.bias.iter().all(|bias| bias.len() == places) && places > 0 {
+            let bias: Vec<(f64, f64)> = (0..places).map(|place| moments(found.bias, place)).collect();
+            let without_noise = |place: usize| share(bias[place].0.powi(2) - bias[place].1 / passes, place);
+            relative.squared_bias = mean(&without_noise) / (square * square);
+            relative.bias_noise = mean(&|place| share(bias[place].1, place)) / inverse;
+        }
+        if found.fixed.len() == places {
+            relative.fixed = mean(&|place| share(found.fixed[place], place)).max(0.0);
+        }
+        relative
+    }
+}
+
+impl ErrorLaw {
+    /// The law of a method's own passes, from those of its trial; `None` with fewer than three. Deviations are those of leaving out
+    /// one pass after the other (the jackknife), and of the places where the pilot did not look.
+    pub fn of(found: &Found<'_>, trial: &Trial) -> Option<Self> {
+        let passes = found.values.len();
+        if passes < 3 || found.values.first().is_none_or(Vec::is_empty) {
+            return None;
+        }
+        let all = Relative::of(found, None, trial.alpha);
+        let without: Vec<_> = (0..passes).map(|pass| Relative::of(found, Some(pass), trial.alpha)).collect();
+        let jackknife = |of: &dyn Fn(&Relative) -> f64| {
+            let mean = without.iter().map(of).sum::<f64>() / passes as f64;
+            let squares: f64 = without.iter().map(|relative| (of(relative) - mean).powi(2)).sum();
+            (squares * (passes - 1) as f64 / passes as f64).sqrt()
+        };
+        let by_passes = jackknife(&|relative| libm::log(relative.noise.max(f64::MIN_POSITIVE)));
+        let by_places = all.spread * (1.0 - found.share.min(1.0)).sqrt();
+        let by_size = if trial.variance == 1.0 { 0.0 } else { OF_SMALLER_PASSES };
+        let bias_deviation = jackknife(&|relative| relative.squared_bias);
+        let is_significant = all.squared_bias > SIGNIFICANT * bias_deviation;
+        let law = Self {
+            noise: all.noise * trial.variance,
+            noise_deviation: libm::hypot(libm::hypot(by_passes, by_places), by_size),
+            squared_bias: if is_significant { all.squared_bias * trial.squared_bias } else { 0.0 },
+            bias_deviation: bias_deviation * trial.squared_bias,
+            bias_noise: all.bias_noise * trial.variance,
+            fixed: all.fixed,
+            alpha: trial.alpha,
+        };
+        [law.noise, law.squared_bias, law.bias_noise, law.fixed].iter().all(|part| part.is_finite()).then_some(law)
+    }
+
+    /// Relative standard error that a job tells after `passes` passes, at least 1, in the mean over its seeds.
+    pub fn standard_error(&self, passes: f64) -> f64 {
+        let (noise, square) = match self.alpha {
+            None => (1.0 / passes, 1.0),
+            Some(alpha) => (Radii::mean_inverse_square(passes, alpha) / passes, Radii::mean_square(passes, alpha)),
+        };
+        let bias = told_square(self.squared_bias.max(0.0) * square * square, self.bias_noise * noise);
+        (self.noise * noise + self.fixed + bias).sqrt()
+    }
+
+    /// The law with its uncertain parts larger by `deviations` of their standard deviations, or smaller.
+    pub fn shifted(&self, deviations: f64) -> Self {
+        let scale = libm::exp(deviations * self.noise_deviation);
+        Self {
+            noise: self.noise * scale,
+            bias_noise: self.bias_noise * scale,
+            squared_bias: (self.squared_bias + deviations * self.bias_deviation).max(0.0),
+            ..*self
+        }
+    }
+
+    /// Passes after which a job would end that asks for a relative error; `None` where it is not reached.
+    pub fn passes_to(&self, relative_error: f64, judged: Judged) -> Option<u64> {
+        let z = two_sided_normal_quantile(judged.confidence);
+        let error = |passes: u64| {
+            let passes = passes as f64;
+            student_quantile_near(z, passes - 1.0) * self.standard_error(passes)
+        };
+        let (mut below, mut enough) = (judged.least_passes, judged.least_passes.max(2));
+        while error(enough) > relative_error {
+            below = enough;
+            enough *= 2;
+            if enough > MOST_PASSES {
+                return None;
+            }
+        }
+        while enough > below + 1 {
+            let middle = below + (enough - below) / 2;
+            if error(middle) > relative_error { below = middle } else { enough = middle }
+        }
+        Some(judgement_from(enough))
+    }
+}
+
+/// Mean of the square of an estimated bias less the variance `noise` of that estimate, where that is above zero, else 0: of normal
+/// deviations about the bias whose square is `square`.
+///
+/// With Z normal and b the bias in its standard deviations, E max((b + Z)^2 - 1, 0) is b^2 less the part between b + Z = -1 and 1.
+fn told_square(square: f64, noise: f64) -> f64 {
+    if noise <= 0.0 {
+        return square;
+    }
+    let bias = (square / noise).sqrt();
+    let (from, to) = (-1.0 - bias, 1.0 - bias);
+    let density = |z: f64| libm::exp(-0.5 * z * z) / (2.0 * std::f64::consts::PI).sqrt();
+    let below = |z: f64| 0.5 * libm::erfc(-z * std::f64::consts::FRAC_1_SQRT_2);
+    let between =
+        bias * bias * (below(to) - below(from)) + 2.0 * bias * (density(from) - density(to)) + from * density(from)
+            - to * density(to);
+    (noise * (bias * bias - between)).max(0.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::integrator::sppm;
+    use crate::sampling::{Key, PathRandom};
+    use crate::statistics::Moments;
+    use crate::statistics::interval::two_sided_student_quantile;
+
+    const JUDGED: Judged = Judged { confidence: 0.95, least_passes: 8 };
+
+    fn normal(random: &mut PathRandom) -> f64 {
+        let [u, v] = random.uniform2();
+        (-2.0 * (1.0 - u).ln()).sqrt() * (std::f64::consts::TAU * v).cos()
+    }
+
+    #[test]
+    fn noise_alone_takes_the_passes_that_a_job_takes() {
+        let law = ErrorLaw { noise: 0.04, ..ErrorLaw::default() };
+        for accuracy in [0.5, 0.05, 0.01, 0.001] {
+            let error =
+                |passes: u64| two_sided_student_quantile(0.95, passes as f64 - 1.0) * 0.2 / (passes as f64).sqrt();
+            let needed = (8..).find(|passes| error(*passes) <= accuracy).unwrap();
+            let predicted = law.passes_to(accuracy, JUDGED).unwrap();
+            // the expansion of Student's quantile is right to 0.4 %
+            assert!(predicted >= judgement_from(needed - needed / 100) && predicted <= judgement_from(needed + 1));
+        }
+        assert_eq!(law.passes_to(0.5, JUDGED), Some(8));
+        let few = Judged { least_passes: 32, ..JUDGED };
+        assert_eq!(law.passes_to(0.5, few), Some(judgement_from(32)));
+    }
+
+    #[test]
+    fn what_no_pass_brings_down_is_never_reached() {
+        let fixed = ErrorLaw { noise: 1e-4, fixed: 1e-4, ..ErrorLaw::default() };
+        let biased = ErrorLaw { noise: 1e-4, squared_bias: 1e-4, ..ErrorLaw::default() };
+        for law in [fixed, biased] {
+            assert_eq!(law.passes_to(0.0195, JUDGED), None);
+            assert!(law.passes_to(0.0205, JUDGED).is_some());
+        }
+        // a bias that is not certain may be larger, too
+        let uncertain = ErrorLaw { noise: 1e-4, bias_deviation: 1e-4, ..ErrorLaw::default() };
+        assert!(uncertain.passes_to(0.001, JUDGED).is_some());
+        assert_eq!(uncertain.shifted(2.0).passes_to(0.001, JUDGED), None);
+    }
+
+    /// With alpha 2/3 noise and bias both fall as the cube root of the passes in the end.
+    #[test]
+    fn shrinking_radii_have_their_exponent() {
+        let alpha = 2.0 / 3.0;
+        for law in [
+            ErrorLaw { noise: 1.0, alpha: Some(alpha), ..ErrorLaw::default() },
+            ErrorLaw { squared_bias: 1.0, alpha: Some(alpha), ..ErrorLaw::default() },
+        ] {
+            let exponent = (law.standard_error(8e6) / law.standard_error(1e6)).ln() / 8f64.ln();
+            assert!((exponent + 1.0 / 3.0).abs() < 0.005, "{exponent}");
+        }
+    }
+
+    /// The mean of what a job adds for a bias: 400 000 normal deviations, within 4 of their standard errors.
+    #[test]
+    fn the_square_of_an_uncertain_bias_is_what_a_job_adds() {
+        let mut random = PathRandom::new(Key::new(3));
+        for bias in [0.0, 0.3, 1.0, 2.5, 8.0] {
+            let mut told = Moments::default();
+            for _ in 0..400_000 {
+                told.push(((bias + normal(&mut random)).powi(2) - 1.0).max(0.0));
+            }
+            let expected = told_square(0.01 * bias * bias, 0.01) / 0.01;
+            assert!((told.mean - expected).abs() < 4.0 * told.standard_error(), "{bias}: {told:?} {expected}");
+        }
+        assert_eq!(told_square(0.25, 0.0), 0.25);
+    }
+
+    /// Laws of normal passes, 6 at 20 places: the mean of the logarithm of the noise is right within 4 standard errors and its own
+    /// bias, 1 / (5 * 20), and intervals of 95 % hold it in that share of 300 seeds at least, within 4 standard errors.
+    #[test]
+    fn the_law_of_a_trial_is_as_certain_as_it_says() {
+        let trial = Trial { variance: 0.5, ..Trial::whole(sppm::Settings::default(), 20) };
+        let (mut logarithms, mut held) = (Moments::default(), 0u32);
+        for seed in 0..300 {
+            let mut random = PathRandom::new(Key::new(seed));
+            let pass = |random: &mut PathRandom| (0..20).map(|_| 10.0 + 2.0 * normal(random)).collect();
+            let values: Vec<Vec<f64>> = (0..6).map(|_| pass(&mut random)).collect();
+            let found = Found { values: &values, bias: &vec![Vec::new(); 6], fixed: &[], share: 1.0 };
+            let law = ErrorLaw::of(&found, &trial).unwrap();
+            assert_eq!((law.squared_bias, law.bias_noise, law.fixed), (0.0, 0.0, 0.0));
+            let off = (law.noise / (0.04 * 0.5)).ln();
+            logarithms.push(off);
+            // what is added for smaller passes is not of this test
+            let own = (law.noise_deviation.powi(2) - OF_SMALLER_PASSES.powi(2)).sqrt();
+            held += u32::from(off.abs() < two_sided_student_quantile(0.95, 5.0) * own);
+        }
+        // the scale is the mean over the passes, whose variance is 0.04 / 6
+        assert!(logarithms.mean.abs() < 4.0 * logarithms.standard_error() + 0.01 + 0.02, "{logarithms:?}");
+        let tolerance = 4.0 * (0.95 * 0.05 / 300f64).sqrt();
+        assert!(f64::from(held) / 300.0 > 0.95 - tolerance, "{held}");
+    }
+
+    #[test]
+    fn a_bias_counts_where_it_is_more_than_noise() {
+        let trial = Trial { squared_bias: 0.0625, ..Trial::whole(sppm::Settings::default(), 30) };
+        let mut random = PathRandom::new(Key::new(5));
+        let mut law = |bias: f64| {
+            let mut pass = |mean: f64| -> Vec<f64> { (0..30).map(|_| mean + 0.5 * normal(&mut random)).collect() };
+            let (values, bias): (Vec<_>, Vec<_>) = (0..6).map(|_| (pass(10.0), pass(bias))).unzip();
+            ErrorLaw::of(&Found { values: &values, bias: &bias, fixed: &[0.01; 30], share: 1.0 }, &trial).unwrap()
+        };
+        assert_eq!(law(0.0).squared_bias, 0.0);
+        let clear = law(2.0);
+        assert!((clear.squared_bias / (0.04 * 0.0625) - 1.0).abs() < 0.2, "{clear:?}");
+        assert!((clear.fixed / 1e-4 - 1.0).abs() < 0.1);
+        let two = Found { values: &[vec![1.0], vec![2.0]], bias: &[Vec::new(), Vec::new()], fixed: &[], share: 1.0 };
+        assert_eq!(ErrorLaw::of(&two, &trial), None);
+    }
+}

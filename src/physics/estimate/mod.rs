@@ -1,0 +1,249 @@
+//! Passes add up to estimates with errors.
+
+pub mod discrepancy;
+pub mod error_law;
+pub mod film;
+pub mod grid;
+pub mod grid_statistics;
+pub mod stopping;
+
+pub use discrepancy::Discrepancy;
+pub use film::FilmEstimate;
+pub use grid::GridEstimate;
+pub use stopping::{Accuracy, StopRule};
+
+use self::grid::push_with_error;
+use crate::analytic::{Balance, Quantity, Solution};
+use crate::guide::RayCount;
+use crate::integrator::photon::ledger::{Account, TubeFlux};
+use crate::integrator::photon_map::progressive::Carried;
+use crate::integrator::{GridPass, Pass, ViewPass};
+use crate::scene::Scene;
+use crate::statistics::Moments;
+
+pub use crate::integrator::photon::ledger::EnergyLedger;
+
+/// The state of a job: everything that its passes have added up to. Merged in chunk order only.
+#[derive(Clone, Debug, Default)]
+pub struct Estimate {
+    /// Number of passes; a solution counts as one.
+    pub passes: u64,
+    /// Number of photons that set out in all passes.
+    pub photons: u64,
+    /// Number of ray segments of all passes; a closed form through a guide counts as one.
+    pub rays: u64,
+    /// Rays that left guides through gaps in their meshes.
+    pub lost_rays: u64,
+    /// Illuminances, in the order of the scene's grids.
+    pub grids: Vec<GridEstimate>,
+    /// Luminances, in the order of the scene's views.
+    pub views: Vec<FilmEstimate>,
+    /// Fluxes, in the order of the scene's tubes.
+    pub tubes: Vec<TubeEstimate>,
+    /// Where the flux went, in lm: the sum over the passes.
+    pub ledger: EnergyLedger,
+    /// Number of the first photon of the last pass that gave something infinite or no number: a fault of the program, which
+    /// ends the job.
+    pub not_finite: Option<u64>,
+    /// Statistics of points that the last pass left to the next one; empty where passes are independent.
+    pub carried: Carried,
+}
+
+/// Flux through one tube in lm, per pass.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct TubeEstimate {
+    /// Flux that reaches the collector from outside.
+    pub at_collector: Moments,
+    /// Flux that arrives at the closure from above.
+    pub at_diffuser: Moments,
+    /// Flux that leaves the closure downward.
+    pub into_room: Moments,
+}
+
+impl Estimate {
+    /// An estimate of no passes for a scene's outputs.
+    pub fn empty(scene: &Scene) -> Self {
+        Self {
+            grids: scene.grids.iter().map(|grid| GridEstimate::empty(grid.len())).collect(),
+            views: scene.views.iter().map(|view| FilmEstimate::empty(view.size_px, scene.channels.count())).collect(),
+            tubes: vec![TubeEstimate::default(); scene.tubes.len()],
+            ..Self::default()
+        }
+    }
+
+    /// The pass of a scene without light: zeros in the shape of this estimate.
+    pub fn dark_pass(&self) -> Pass {
+        let grid = |grid: &GridEstimate| GridPass { illuminance: vec![0.0; grid.sensors.len()], ..GridPass::default() };
+        let view = |view: &FilmEstimate| ViewPass { luminance: vec![0.0; view.mean.len()], ..ViewPass::default() };
+        Pass {
+            grids: self.grids.iter().map(grid).collect(),
+            views: self.views.iter().map(view).collect(),
+            account: Account::new(self.tubes.len()),
+            ..Pass::default()
+        }
+    }
+
+    /// Makes room for what passes give beside values, and takes what the first of them starts from: `grids` and `views` as
+    /// of [`Self::push`], from [`crate::integrator::Integrator::start`].
+    pub fn begin(&mut self, grids: Option<&Pass>, views: Option<&Pass>) {
+        for (estimate, start) in self.grids.iter_mut().zip(grids.iter().flat_map(|start| &start.grids)) {
+            estimate.begin(start);
+        }
+        for (estimate, start) in self.views.iter_mut().zip(views.iter().flat_map(|start| &start.views)) {
+            estimate.contrasts = vec![Moments::default(); start.contrasts.len()];
+        }
+        for start in [grids, views].into_iter().flatten() {
+            self.carried.replace(&start.carried);
+        }
+    }
+
+    /// Passes that computed the grids, or that would have if there were any; a solution counts as one.
+    pub fn passes_of_grids(&self) -> u64 {
+        let count = self.grids.first().and_then(|grid| grid.sensors.first()).map(|sensor| sensor.count as u64);
+        count.unwrap_or(self.passes).min(self.passes)
+    }
+
+    /// Passes that computed the views, or that would have if there were any.
+    pub fn passes_of_views(&self) -> u64 {
+        self.views.first().map_or(self.passes, |view| view.passes as u64)
+    }
+
+    /// Passes that computed the fluxes and the ledger: those of the grids, or else of the views.
+    pub fn passes_of_ledger(&self) -> u64 {
+        if self.grids.is_empty() { self.passes_of_views() } else { self.passes_of_grids() }
+    }
+
+    /// Adds one pass. `grids` and `views` come from the methods that compute them, as long as they are wanted; both may be the
+    /// same pass.
+    ///
+    /// Fluxes and the ledger are those of the passes that compute the grids, or of the views where there are no grids.
+    pub fn push(&mut self, grids: Option<&Pass>, views: Option<&Pass>) {
+        self.passes += 1;
+        for pass in [grids, views.filter(|views| !grids.is_some_and(|grids| std::ptr::eq(*views, grids)))] {
+            self.photons += pass.map_or(0, |pass| pass.photons);
+            let rays = pass.map_or_else(RayCount::default, |pass| pass.account.rays);
+            self.rays += rays.followed;
+            self.lost_rays += rays.lost;
+            self.not_finite = self.not_finite.or(pass.and_then(|pass| pass.account.not_finite));
+        }
+        if let Some(pass) = grids {
+            self.grids.iter_mut().zip(&pass.grids).for_each(|(estimate, grid)| estimate.push(grid));
+        }
+        if let Some(pass) = views {
+            self.views.iter_mut().zip(&pass.views).for_each(|(estimate, view)| estimate.push(view));
+        }
+        if let Some(pass) = if self.grids.is_empty() { views } else { grids } {
+            self.ledger.add(&pass.account.ledger);
+            self.tubes.iter_mut().zip(&pass.account.tubes).for_each(|(estimate, flux)| estimate.push(flux));
+        }
+        for pass in [grids, views].into_iter().flatten() {
+            self.carried.replace(&pass.carried);
+        }
+    }
+
+    /// Adds the result of a solver, which counts as one pass.
+    pub fn push_solution(&mut self, solution: &Solution) {
+        self.passes += 1;
+        self.rays += solution.rays;
+        self.grids.iter_mut().zip(&solution.grids).for_each(|(estimate, grid)| estimate.push_solution(grid));
+        for (estimate, flux) in self.tubes.iter_mut().zip(&solution.tubes) {
+            let of = |moments: &mut Moments, quantity: Quantity| {
+                push_with_error(moments, quantity.value, quantity.error);
+            };
+            of(&mut estimate.at_collector, flux.at_collector);
+            of(&mut estimate.at_diffuser, flux.at_diffuser);
+            of(&mut estimate.into_room, flux.into_room);
+        }
+        let Balance { emitted, collector, guide, guide_top, diffuser, room, open_surfaces } = solution.balance;
+        self.ledger.add(&EnergyLedger {
+            emitted,
+            luminaires: 0.0,
+            collector,
+            guide,
+            guide_top,
+            diffuser,
+            room,
+            open_surfaces,
+            cut: 0.0,
+            lost: 0.0,
+        });
+    }
+
+    /// Adds a later range of passes of the same scene.
+    pub fn merge(&mut self, later: &Self) {
+        self.merge_values(later);
+        self.carried.replace(&later.carried);
+    }
+
+    /// A copy of everything that accuracy is judged by, `later` passes added: views are judged by their blocks and by the
+    /// contrasts among fixed rays, so that neither their pixels nor the statistics of points are copied.
+    pub fn judged_with(&self, later: &Self) -> Self {
+        let mut judged = Self {
+            grids: self.grids.clone(),
+            views: self.views.iter().map(FilmEstimate::without_pixels).collect(),
+            tubes: self.tubes.clone(),
+            carried: Carried::default(),
+            ..*self
+        };
+        judged.merge_values(later);
+        judged
+    }
+
+    fn merge_values(&mut self, later: &Self) {
+        self.passes += later.passes;
+        self.photons += later.photons;
+        self.rays += later.rays;
+        self.lost_rays += later.lost_rays;
+        self.grids.iter_mut().zip(&later.grids).for_each(|(all, part)| all.merge(part));
+        self.views.iter_mut().zip(&later.views).for_each(|(all, part)| all.merge(part));
+        for (all, part) in self.tubes.iter_mut().zip(&later.tubes) {
+            all.at_collector.merge(&part.at_collector);
+            all.at_diffuser.merge(&part.at_diffuser);
+            all.into_room.merge(&part.into_room);
+        }
+        self.ledger.add(&later.ledger);
+    }
+
+    /// Calls `f` on every floating-point value in a fixed order: for checkpoints and for checks.
+    pub fn for_each_value(&mut self, f: &mut impl FnMut(&mut f64)) {
+        self.grids.iter_mut().for_each(|grid| grid.for_each_value(f));
+        self.views.iter_mut().for_each(|view| view.for_each_value(f));
+        for tube in &mut self.tubes {
+            [&mut tube.at_collector, &mut tube.at_diffuser, &mut tube.into_room]
+                .into_iter()
+                .for_each(|moments| moments.for_each_value(f));
+        }
+        self.ledger.values_mut().into_iter().for_each(&mut *f);
+        self.carried.for_each_value(f);
+    }
+
+    /// Place of the first value that is not finite, if there is one: a fault of the program, never to be hidden.
+    pub fn first_not_finite(&self) -> Option<String> {
+        let grid = self.grids.iter().enumerate().find_map(|(number, grid)| {
+            let sensor = grid.sensors.iter().position(|sensor| !(sensor.mean.is_finite() && sensor.m2.is_finite()))?;
+            Some(format!("sensor {sensor} of grid {number}"))
+        });
+        let grid_or_view = grid.or_else(|| {
+            self.views.iter().enumerate().find_map(|(number, view)| {
+                let pixel = view.mean.iter().position(|value| !value.is_finite())? / view.channels.max(1);
+                Some(format!("pixel {pixel} of view {number}"))
+            })
+        });
+        let mut ledger = self.ledger;
+        let tubes = self.tubes.iter().position(|tube| {
+            [tube.at_collector, tube.at_diffuser, tube.into_room].iter().any(|flux| !flux.mean.is_finite())
+        });
+        let books = ledger.values_mut().into_iter().any(|value| !value.is_finite());
+        grid_or_view
+            .or_else(|| tubes.map(|number| format!("the flux through tube {number}")))
+            .or_else(|| books.then(|| "the balance of energy".to_owned()))
+    }
+}
+
+impl TubeEstimate {
+    fn push(&mut self, flux: &TubeFlux) {
+        self.at_collector.push(flux.at_collector);
+        self.at_diffuser.push(flux.at_diffuser);
+        self.into_room.push(flux.into_room);
+    }
+}

@@ -1,0 +1,255 @@
+//! When a job is accurate enough.
+
+use super::{Estimate, FilmEstimate, GridEstimate};
+use crate::statistics::interval::{two_sided_normal_quantile, two_sided_student_quantile};
+
+/// The document's `stop`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StopRule {
+    /// Largest relative error of the grids at `confidence`, > 0.
+    pub relative_error: f64,
+    /// Largest relative error of the views at `confidence`, > 0, over blocks of pixels.
+    pub view_relative_error: f64,
+    /// Confidence of the errors, 0..1.
+    pub confidence: f64,
+    /// Passes after which the job ends in any case.
+    pub max_passes: u64,
+    /// Seconds of rendering after which the job ends in any case.
+    pub max_seconds: f64,
+}
+
+/// The outputs that are less accurate than asked, and wanted in further passes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Wanted {
+    /// True for the grids.
+    pub grids: bool,
+    /// True for the views.
+    pub views: bool,
+}
+
+impl Wanted {
+    /// Grids and views.
+    pub const ALL: Self = Self { grids: true, views: true };
+
+    /// True if another pass is wanted.
+    pub fn any(self) -> bool {
+        self.grids || self.views
+    }
+
+    /// What is still wanted after a later judgement: what was accurate enough once is not computed again.
+    pub fn still(self, later: Self) -> Self {
+        Self { grids: self.grids && later.grids, views: self.views && later.views }
+    }
+}
+
+/// Achieved relative errors at the asked confidence; `None` where the job has no such output, or nothing is known of its
+/// error: before the second pass, or by a formula.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Accuracy {
+    /// Relative error of the worst grid.
+    pub grids: Option<f64>,
+    /// Relative error of the worst view.
+    pub views: Option<f64>,
+}
+
+/// Passes below which no output is judged.
+pub const LEAST_PASSES: u64 = 8;
+
+/// Values that, times passes, make the root mean square of their standard errors certain to about 13 %: 32 passes of one.
+const VALUES_TIMES_PASSES: u64 = 64;
+
+/// Passes after which even one value is judged.
+const ENOUGH_PASSES: u64 = 32;
+
+/// Passes below which the accuracy of an output of `values` sensors or blocks is too uncertain to stop by: 8 from eight values on, 16
+/// from four on, 32 for a single one. Measured at 8, 16 and 32 passes, the error of the claimed error is 27, 18, 13 % for one value,
+/// 17, 12, 8 % for four, and 7, 4, 3 % for 81.
+///
+/// ```
+/// use skyduct_physics::estimate::stopping::least_passes;
+///
+/// assert_eq!([1, 2, 4, 8, 81].map(least_passes), [32, 32, 16, 8, 8]);
+/// ```
+pub fn least_passes(values: usize) -> u64 {
+    VALUES_TIMES_PASSES.div_ceil(values.max(1) as u64).clamp(LEAST_PASSES, ENOUGH_PASSES)
+}
+
+/// True if a job that may end early asks itself after `passes` passes whether it is accurate enough: at 8, and then whenever a quarter
+/// is added, so that it never does much more than it must.
+///
+/// ```
+/// use skyduct_physics::estimate::stopping::is_judged_after;
+///
+/// let judged: Vec<u64> = (0..40).filter(|passes| is_judged_after(*passes)).collect();
+/// assert_eq!(judged, [8, 10, 12, 15, 18, 22, 27, 33]);
+/// ```
+pub fn is_judged_after(passes: u64) -> bool {
+    judgement_from(passes) == passes
+}
+
+/// The number of passes, `passes` or more, after which a job asks itself next whether it is accurate enough ([`is_judged_after`]).
+///
+/// ```
+/// use skyduct_physics::estimate::stopping::judgement_from;
+///
+/// assert_eq!([1, 8, 9, 28].map(judgement_from), [8, 8, 10, 33]);
+/// ```
+pub fn judgement_from(passes: u64) -> u64 {
+    let mut judged = LEAST_PASSES;
+    while judged < passes {
+        judged += judged / 4;
+    }
+    judged
+}
+
+/// What a job goes on for, after a pass that was not its last.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum WaitingFor {
+    /// An output has too few passes for its error to be trusted ([`least_passes`]); no error is above its limit.
+    LeastPasses,
+    /// The grids are less accurate than asked: they, or they more than the views.
+    RelativeError,
+    /// The views are less accurate than asked: they, or they more than the grids.
+    ViewRelativeError,
+    /// All limits hold; the job ends when it looks at them next ([`is_judged_after`]), if they still do.
+    NextJudgement,
+}
+
+/// Values below this share of the mean are judged as if they were as large.
+pub const LEAST_SHARE_OF_MEAN: f64 = 0.01;
+
+impl StopRule {
+    /// Root mean square over sensors of t se / max(E, 0.01 mean E), the worst grid and the worst view; t is Student's quantile for
+    /// the passes that computed it, and that of the normal distribution for a solution.
+    pub fn accuracy(&self, estimate: &Estimate) -> Accuracy {
+        let t = |passes: u64| match passes {
+            0 | 1 => two_sided_normal_quantile(self.confidence),
+            passes => two_sided_student_quantile(self.confidence, passes as f64 - 1.0),
+        };
+        // one pass tells no error, one solution does
+        let known = |error: &f64| estimate.passes >= 2 || error.is_finite();
+        let worst = |passes: u64, errors: &mut dyn Iterator<Item = f64>| {
+            errors.reduce(f64::max).filter(known).map(|error| t(passes) * error)
+        };
+        Accuracy {
+            grids: worst(estimate.passes_of_grids(), &mut estimate.grids.iter().map(grid_error)),
+            views: worst(estimate.passes_of_views(), &mut estimate.views.iter().map(film_error)),
+        }
+    }
+
+    /// The outputs that are less accurate than asked, or whose accuracy is too uncertain after so few passes.
+    pub fn wanted(&self, estimate: &Estimate) -> Wanted {
+        self.wanted_at(estimate, self.accuracy(estimate))
+    }
+
+    /// As [`Self::wanted`], of an estimate whose accuracy is known.
+    fn wanted_at(&self, estimate: &Estimate, accuracy: Accuracy) -> Wanted {
+        let least = |values: &mut dyn Iterator<Item = usize>| values.map(least_passes).max();
+        let wanted = |least: Option<u64>, passes: u64, error: Option<f64>, limit: f64| {
+            least.is_some_and(|least| passes < least || error.is_some_and(|error| error > limit))
+        };
+        let of_grids = least(&mut estimate.grids.iter().map(|grid| grid.sensors.len()));
+        let of_views = least(&mut estimate.views.iter().map(|view| view.blocks.len()));
+        Wanted {
+            grids: wanted(of_grids, estimate.passes_of_grids(), accuracy.grids, self.relative_error),
+            views: wanted(of_views, estimate.passes_of_views(), accuracy.views, self.view_relative_error),
+        }
+    }
+
+    /// What a job goes on for after the passes of an estimate of this accuracy; `None` where the job ends by this rule. Of grids
+    /// and views that are both less accurate than asked, those that are farther from their limit count.
+    pub fn waiting_for(&self, estimate: &Estimate, accuracy: Accuracy) -> Option<WaitingFor> {
+        let excess = |error: Option<f64>, limit: f64| error.map_or(0.0, |error| error / limit);
+        let grids = excess(accuracy.grids, self.relative_error);
+        let views = excess(accuracy.views, self.view_relative_error);
+        if grids.max(views) > 1.0 {
+            Some(if grids >= views { WaitingFor::RelativeError } else { WaitingFor::ViewRelativeError })
+        } else if self.wanted_at(estimate, accuracy).any() {
+            Some(WaitingFor::LeastPasses)
+        } else {
+            (!is_judged_after(estimate.passes)).then_some(WaitingFor::NextJudgement)
+        }
+    }
+
+    /// True if every output is as accurate as asked.
+    pub fn accurate_enough(&self, estimate: &Estimate) -> bool {
+        !self.wanted(estimate).any()
+    }
+}
+
+/// Relative standard error of a grid as accuracies have it: root mean square over the sensors.
+pub fn grid_error(grid: &GridEstimate) -> f64 {
+    let sensors = 0..grid.sensors.len();
+    relative_error(sensors.map(|sensor| (grid.illuminance_lux(sensor), grid.standard_error_lux(sensor))).collect())
+}
+
+fn film_error(film: &FilmEstimate) -> f64 {
+    let blocks = 0..film.blocks.len();
+    relative_error(blocks.map(|block| (film.blocks[block].mean, film.block_standard_error_cd_m2(block))).collect())
+}
+
+/// Root mean square of se / max(value, 0.01 mean); zero when nothing is lit.
+fn relative_error(values: Vec<(f64, f64)>) -> f64 {
+    let mean = values.iter().map(|(value, _)| value).sum::<f64>() / values.len() as f64;
+    let squares = values.iter().map(|(value, error)| {
+        let scale = value.max(LEAST_SHARE_OF_MEAN * mean);
+        if *error == 0.0 { 0.0 } else { (error / scale).powi(2) }
+    });
+    (squares.sum::<f64>() / values.len() as f64).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::statistics::Moments;
+
+    fn rule() -> StopRule {
+        StopRule { relative_error: 0.02, view_relative_error: 0.05, confidence: 0.95, max_passes: 10, max_seconds: 1.0 }
+    }
+
+    fn estimate(sensors: &[(f64, f64)], passes: u64) -> Estimate {
+        let n = passes as f64;
+        let moments = |(mean, se): &(f64, f64)| Moments { count: n, mean: *mean, m2: se * se * n * (n - 1.0) };
+        let sensors: Vec<_> = sensors.iter().map(moments).collect();
+        let bias = vec![Moments::default(); sensors.len()];
+        let grid = GridEstimate { bias, sensors, ..GridEstimate::default() };
+        Estimate { passes, grids: vec![grid], ..Estimate::default() }
+    }
+
+    #[test]
+    fn formula_of_the_contract() {
+        let accuracy = rule().accuracy(&estimate(&[(100.0, 1.0), (50.0, 1.0)], 16));
+        // Student's quantile for 15 degrees of freedom
+        let expected = 2.131450 * ((0.01f64.powi(2) + 0.02f64.powi(2)) / 2.0).sqrt();
+        assert!((accuracy.grids.unwrap() - expected).abs() < 1e-6);
+        // a dark sensor is judged against a hundredth of the mean
+        let accuracy = rule().accuracy(&estimate(&[(100.0, 0.0), (0.0, 0.01)], 16));
+        assert!((accuracy.grids.unwrap() - 2.131450 * (0.02f64.powi(2) / 2.0).sqrt()).abs() < 1e-6);
+    }
+
+    #[test]
+    fn a_job_waits_for_its_passes_its_errors_and_its_next_look() {
+        let waits = |sensors: &[(f64, f64)], passes: u64| {
+            let estimate = estimate(sensors, passes);
+            rule().waiting_for(&estimate, rule().accuracy(&estimate))
+        };
+        let (good, bad) = ([(1.0, 1e-4); 8], [(1.0, 0.1); 8]);
+        assert_eq!([1, 2, 7].map(|passes| waits(&good, passes)), [Some(WaitingFor::LeastPasses); 3]);
+        assert_eq!([2, 8, 9].map(|passes| waits(&bad, passes)), [Some(WaitingFor::RelativeError); 3]);
+        let after = [8, 9, 10].map(|passes| waits(&good, passes));
+        assert_eq!(after, [None, Some(WaitingFor::NextJudgement), None]);
+        // of both, what is farther from its limit
+        let few = estimate(&good, 8);
+        let waits = |grids, views| rule().waiting_for(&few, Accuracy { grids: Some(grids), views: Some(views) });
+        assert_eq!(waits(0.04, 0.07), Some(WaitingFor::RelativeError));
+        assert_eq!(waits(0.03, 0.10), Some(WaitingFor::ViewRelativeError));
+        assert_eq!(waits(0.02, 0.06), Some(WaitingFor::ViewRelativeError));
+    }
+
+    #[test]
+    fn nothing_lit_is_accurate_and_few_passes_are_not() {
+        assert!(rule().accurate_enough(&estimate(&[(0.0, 0.0), (0.0, 0.0)], ENOUGH_PASSES)));
+        assert!(!rule().accurate_enough(&estimate(&[(1.0, 0.0)], ENOUGH_PASSES - 1)));
+        assert_eq!(rule().accuracy(&estimate(&[(1.0, 0.0)], 1)).grids, None);
+    }
+}

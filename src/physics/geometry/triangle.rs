@@ -1,0 +1,149 @@
+//! Triangles in f64: watertight intersection with rays, distance from points.
+
+use glam::DVec3;
+
+/// A ray prepared for many triangles: the shear that takes its direction to +z (Woop, Benthin and Wald 2013).
+#[derive(Clone, Copy, Debug)]
+pub struct ShearedRay {
+    pub(super) origin: DVec3,
+    /// Axis permutation, the dominant axis of the direction last.
+    pub(super) axes: [usize; 3],
+    pub(super) shear: DVec3,
+}
+
+impl ShearedRay {
+    /// `direction` need not be normalised, but not zero; distances are in its length.
+    #[inline]
+    pub fn new(origin: DVec3, direction: DVec3) -> Self {
+        let size = direction.abs();
+        let z = if size.x > size.y && size.x > size.z {
+            0
+        } else if size.y > size.z {
+            1
+        } else {
+            2
+        };
+        let (mut x, mut y) = ((z + 1) % 3, (z + 2) % 3);
+        if direction[z] < 0.0 {
+            std::mem::swap(&mut x, &mut y);
+        }
+        let shear = DVec3::new(direction[x] / direction[z], direction[y] / direction[z], 1.0 / direction[z]);
+        Self { origin, axes: [x, y, z], shear }
+    }
+
+    /// Distance to the triangle, from either side, when it is positive.
+    ///
+    /// Edges and corners belong to every triangle that shares them, so that no ray slips through between neighbours.
+    #[inline]
+    pub fn intersect(&self, corners: &[DVec3; 3]) -> Option<f64> {
+        let [x, y, z] = self.axes;
+        let [a, b, c] = corners.map(|corner| corner - self.origin);
+        let sheared = |p: DVec3| (p[x] - self.shear.x * p[z], p[y] - self.shear.y * p[z]);
+        let ((ax, ay), (bx, by), (cx, cy)) = (sheared(a), sheared(b), sheared(c));
+        let u = cx * by - cy * bx;
+        let v = ax * cy - ay * cx;
+        let w = bx * ay - by * ax;
+        if (u < 0.0 || v < 0.0 || w < 0.0) && (u > 0.0 || v > 0.0 || w > 0.0) {
+            return None;
+        }
+        let determinant = u + v + w;
+        if determinant == 0.0 {
+            return None;
+        }
+        let distance = self.shear.z * (u * a[z] + v * b[z] + w * c[z]) / determinant;
+        (distance > 0.0).then_some(distance)
+    }
+}
+
+/// Distance in metres from a point to the nearest point of the part of a triangle that lies higher than `height` (z); `None`
+/// where no part does. A triangle may be as narrow as a line or a point.
+///
+/// ```
+/// use glam::DVec3;
+/// use skyduct_physics::geometry::triangle::distance_above;
+///
+/// let upright = [DVec3::ZERO, DVec3::X, DVec3::Z];
+/// let point = DVec3::new(0.2, 0.3, 0.2);
+/// assert!((distance_above(&upright, point, 0.0).unwrap() - 0.3).abs() < 1e-15);
+/// assert!((distance_above(&upright, point, 0.6).unwrap() - 0.3f64.hypot(0.4)).abs() < 1e-15);
+/// assert_eq!(distance_above(&upright, point, 1.0), None);
+/// ```
+pub fn distance_above(corners: &[DVec3; 3], point: DVec3, height: f64) -> Option<f64> {
+    // the corners of the part above, in order: four at most
+    let mut part = Vec::with_capacity(4);
+    for (index, corner) in corners.iter().enumerate() {
+        let next = corners[(index + 1) % 3];
+        if corner.z > height {
+            part.push(*corner);
+        }
+        if (corner.z > height) != (next.z > height) {
+            part.push(corner.lerp(next, (height - corner.z) / (next.z - corner.z)));
+        }
+    }
+    let triangles = (2..part.len()).map(|last| distance(&[part[0], part[last - 1], part[last]], point));
+    triangles.reduce(f64::min)
+}
+
+/// Distance in metres from a point to a triangle.
+fn distance(corners: &[DVec3; 3], point: DVec3) -> f64 {
+    let [a, b, c] = *corners;
+    let across = (b - a).cross(c - a);
+    let sides = [(a, b), (b, c), (c, a)];
+    let over = |(from, to): (DVec3, DVec3)| (to - from).cross(point - from).dot(across) >= 0.0;
+    if across.length_squared() > 0.0 && sides.into_iter().all(over) {
+        return ((point - a).dot(across) / across.length()).abs();
+    }
+    sides.map(|(from, to)| distance_to_line(from, to, point)).into_iter().fold(f64::INFINITY, f64::min)
+}
+
+/// Distance in metres from a point to what is between `from` and `to`.
+fn distance_to_line(from: DVec3, to: DVec3, point: DVec3) -> f64 {
+    let along = to - from;
+    let squared = along.length_squared();
+    let share = if squared > 0.0 { ((point - from).dot(along) / squared).clamp(0.0, 1.0) } else { 0.0 };
+    (from + along * share - point).length()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sampling::{Key, PathRandom};
+
+    /// The distance to the part above a height against a fine lattice of points of the triangle, which is never nearer, and
+    /// farther by half a step at most.
+    #[test]
+    fn distances_are_those_of_the_nearest_point() {
+        let mut random = PathRandom::new(Key::new(11));
+        let mut point = || DVec3::new(random.uniform(), random.uniform(), random.uniform());
+        let steps = 150;
+        for _ in 0..300 {
+            let corners = [point(), point(), point()];
+            let (from, height) = (point() * 2.0 - 0.5, point().x);
+            let [a, b, c] = corners;
+            let lattice = (0..=steps).flat_map(|i| (0..=steps - i).map(move |j| (i, j)));
+            let places = lattice.map(|(i, j)| {
+                let share = |k: i32| f64::from(k) / f64::from(steps);
+                a + (b - a) * share(i) + (c - a) * share(j)
+            });
+            let near = places.filter(|place| place.z > height).map(|place| (place - from).length()).reduce(f64::min);
+            let step = (b - a).length().max((c - a).length()).max((c - b).length()) / f64::from(steps);
+            match (distance_above(&corners, from, height), near) {
+                (Some(exact), Some(near)) => assert!(exact <= near + 1e-12, "{exact} {near}"),
+                (exact, near) => assert!(near.is_none(), "{exact:?} {near:?}"),
+            }
+            // the lattice of the whole triangle has no gaps at an edge of its own
+            if let (Some(exact), Some(near)) = (distance_above(&corners, from, -1.0), near)
+                && corners.iter().all(|corner| corner.z > height)
+            {
+                assert!(near <= exact + step, "{exact} {near} {step}");
+            }
+        }
+    }
+
+    #[test]
+    fn slivers_have_distances() {
+        let line = [DVec3::ZERO, DVec3::X, DVec3::X * 0.5];
+        assert!((distance_above(&line, DVec3::new(0.5, 2.0, 0.0), -1.0).unwrap() - 2.0).abs() < 1e-15);
+        assert!((distance_above(&[DVec3::Z; 3], DVec3::ZERO, 0.0).unwrap() - 1.0).abs() < 1e-15);
+    }
+}

@@ -1,0 +1,102 @@
+//! Parallel beams of many altitudes and azimuths through one guide.
+
+use std::f64::consts::TAU;
+
+use super::Guide;
+use super::performance::{closed_beam, follow};
+use super::throughput::{Effort, Rays, Throughput, Transmission, until_exact};
+use crate::sampling::Key;
+use crate::sky::direction;
+
+/// Beams of 1 lx of one altitude.
+#[derive(Clone, Debug)]
+pub struct BeamsOfAltitude {
+    /// The beam from the first azimuth.
+    pub first: Throughput,
+    /// Mean over the azimuths of the transmissions.
+    pub mean: Transmission,
+}
+
+/// Rays of the beam from the first azimuth, which has a figure of its own, over those from the others.
+const RAYS_OF_FIRST: u64 = 8;
+
+/// Beams of 1 lx from each of `altitudes` and from `azimuths` azimuths, evenly from `azimuth` on (rad): [`beam`](super::performance::beam) of each. `effort` is for
+/// the azimuths beside the first one; its error is the root mean square over the altitudes, of the means and of the first azimuth.
+pub fn beams_over(
+    guide: &Guide,
+    altitudes: &[f64],
+    [azimuth, azimuths]: [f64; 2],
+    key: Key,
+    effort: Effort,
+) -> Vec<BeamsOfAltitude> {
+    let turns = azimuths as u64;
+    let toward = |altitude: f64, turn: u64| direction(altitude, azimuth + TAU * turn as f64 / azimuths);
+    let closed = altitudes.iter().map(|altitude| closed_beam(guide, toward(*altitude, 0)));
+    let closed = closed.map(|beam| beam.map(|first| BeamsOfAltitude { mean: first.transmission(), first }));
+    if let Some(closed) = closed.collect::<Option<Vec<_>>>() {
+        return closed;
+    }
+    let rays = |number: usize, turn: u64| Rays::<1>::new(key.child(number as u64).child(turn));
+    let mut beams: Vec<Vec<Rays<1>>> =
+        (0..altitudes.len()).map(|number| (0..turns).map(|turn| rays(number, turn)).collect()).collect();
+    let mut follow_all = |turns: std::ops::Range<usize>, count: u64| {
+        for (altitude, beams) in altitudes.iter().zip(&mut beams) {
+            for turn in turns.clone() {
+                let toward = toward(*altitude, turn as u64);
+                beams[turn].follow(count, |[u, v, ..], random| [follow(guide, [u, v], toward, random)]);
+            }
+        }
+        let found = beams.iter().map(|beams| beams_of_altitude(beams));
+        found.collect::<Vec<_>>()
+    };
+    let mean_square = |errors: &mut dyn Iterator<Item = f64>| {
+        (errors.map(|error| error * error).sum::<f64>() / altitudes.len().max(1) as f64).sqrt()
+    };
+    let mut found = Vec::new();
+    let of_first = Effort { least: (RAYS_OF_FIRST * effort.least).min(effort.most), ..effort };
+    until_exact(of_first, |count| {
+        found = follow_all(0..1, count);
+        mean_square(&mut found.iter().map(|beams| beams.first.transmission().standard_error))
+    });
+    until_exact(effort, |count| {
+        found = follow_all(0..turns as usize, count);
+        mean_square(&mut found.iter().map(|beams| beams.mean.standard_error))
+    });
+    found
+}
+
+fn beams_of_altitude(beams: &[Rays<1>]) -> BeamsOfAltitude {
+    let beams: Vec<Throughput> = beams.iter().map(|beam| beam.throughputs()).map(|[beam]| beam).collect();
+    let mean = Transmission::mean(&beams);
+    BeamsOfAltitude { first: beams.into_iter().next().unwrap_or_else(Throughput::nothing), mean }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::guide::test_pipes::{RADIUS, straight_by_rays};
+    use crate::guide::transmittance::beam_transmission;
+
+    /// As few rays as an error allows: each altitude is within 4 told errors of the exact series, all together as far off as the errors
+    /// say (chi-squared of 18 terms, false alarm rate 1e-4), and the errors are what was asked for.
+    #[test]
+    fn beams_by_few_rays_are_within_their_errors() {
+        let altitudes: Vec<f64> = (1..=18).map(|step| f64::from(5 * step).to_radians()).collect();
+        for (reflectance, asked) in [(0.9, 0.02), (0.98, 0.03), (0.7, 0.01)] {
+            let effort = Effort { standard_error: asked, least: 1, most: 1024 };
+            let beams = beams_over(&straight_by_rays(1.0, reflectance), &altitudes, [0.3, 8.0], Key::new(4), effort);
+            let (mut squares, mut told) = ([0.0; 2], [0.0; 2]);
+            for (altitude, beams) in altitudes.iter().zip(&beams) {
+                let exact = beam_transmission(1.0 / (2.0 * RADIUS), 1.0 / altitude.tan(), reflectance);
+                for (index, found) in [beams.first.transmission(), beams.mean].into_iter().enumerate() {
+                    let error = found.standard_error;
+                    assert!((found.value - exact).abs() < 4.0 * error, "{altitude}: {found:?} {exact}");
+                    squares[index] += (found.value - exact).powi(2) / (error * error);
+                    told[index] += error * error / altitudes.len() as f64;
+                }
+            }
+            assert!(squares.iter().all(|sum| *sum < 46.0), "{reflectance}: {squares:?}");
+            assert!(told.iter().all(|told| told.sqrt() <= asked), "{reflectance}: {told:?}");
+        }
+    }
+}

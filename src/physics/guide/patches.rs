@@ -1,0 +1,129 @@
+//! A sky as 145 parallel beams: what some who trace light pipes take for it, to be compared with the sky itself.
+
+use std::f64::consts::{FRAC_PI_2, TAU};
+
+use glam::DVec3;
+
+use super::Guide;
+use super::performance::{closed, closed_beam, follow};
+use super::throughput::{Effort, Rays, Throughput, until_exact};
+use crate::sampling::Key;
+use crate::sky::{Sky, direction};
+
+/// A patch of the sky that is taken as one beam.
+#[derive(Clone, Copy, Debug)]
+pub struct SkyPatch {
+    /// Unit vector toward its middle.
+    pub toward: DVec3,
+    /// Solid angle of the patch in sr.
+    pub solid_angle_sr: f64,
+}
+
+/// The 145 patches of Tregenza (1987): seven bands of 12 degrees and the zenith.
+///
+/// ```
+/// use skyduct_physics::guide::patches::tregenza_patches;
+///
+/// assert_eq!(tregenza_patches().count(), 145);
+/// let whole: f64 = tregenza_patches().map(|patch| patch.solid_angle_sr).sum();
+/// assert!((whole - std::f64::consts::TAU).abs() < 1e-12);
+/// ```
+pub fn tregenza_patches() -> impl Iterator<Item = SkyPatch> {
+    let bands = [30u32, 30, 24, 24, 18, 12, 6];
+    let half_band = 6f64.to_radians();
+    let last = FRAC_PI_2 - half_band;
+    let zenith = SkyPatch { toward: DVec3::Z, solid_angle_sr: TAU * (1.0 - libm::sin(last)) };
+    bands
+        .into_iter()
+        .enumerate()
+        .flat_map(move |(band, count)| {
+            let altitude = half_band * (2.0 * band as f64 + 1.0);
+            let solid_angle_sr =
+                TAU * (libm::sin(altitude + half_band) - libm::sin(altitude - half_band)) / f64::from(count);
+            (0..count).map(move |patch| SkyPatch {
+                toward: direction(altitude, TAU * f64::from(patch) / f64::from(count)),
+                solid_angle_sr,
+            })
+        })
+        .chain(std::iter::once(zenith))
+}
+
+/// The light of a sky that is made of parallel beams, one from the middle of each of the 145 patches of Tregenza (1987),
+/// as Dutton and Shao traced light pipes; `effort` is for each patch, and its error that of their sum.
+///
+/// Against [`sky`](super::performance::sky) it shows what the division into patches costs: near the sun the luminance of a patch's middle is not
+/// that of the patch.
+pub fn patch_sky(guide: &Guide, sky: &Sky, key: Key, effort: impl Into<Effort>) -> Throughput {
+    let luminous = |patch: SkyPatch| (patch.toward, sky.luminance(patch.toward) * patch.solid_angle_sr);
+    if closed(guide).is_some() {
+        let mut sum = Throughput::nothing();
+        // patches of a band follow each other
+        let mut last: Option<(f64, Throughput)> = None;
+        for (toward, luminous) in tregenza_patches().map(luminous) {
+            if last.as_ref().is_none_or(|(height, _)| *height != toward.z) {
+                last = closed_beam(guide, toward).map(|beam| (toward.z, beam));
+            }
+            if let Some((_, beam)) = &last {
+                sum.add(beam, luminous);
+            }
+        }
+        return sum;
+    }
+    let rays = |(number, patch): (usize, SkyPatch)| (luminous(patch), Rays::<1>::new(key.child(number as u64)));
+    let mut patches: Vec<_> = tregenza_patches().enumerate().map(rays).collect();
+    let mut sum = Throughput::nothing();
+    until_exact(effort.into(), |count| {
+        sum = Throughput::nothing();
+        for ((toward, luminous), rays) in &mut patches {
+            rays.follow(count, |[u, v, ..], random| [follow(guide, [u, v], *toward, random)]);
+            let [beam] = rays.throughputs();
+            sum.add(&beam, *luminous);
+        }
+        sum.transmission().standard_error
+    });
+    sum
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::PI;
+
+    use super::*;
+    use crate::guide::performance::traced_sky;
+    use crate::guide::test_pipes::{cie_sky, straight, straight_by_rays};
+
+    #[test]
+    fn patches_cover_the_sky() {
+        let patches: Vec<_> = tregenza_patches().collect();
+        assert_eq!(patches.len(), 145);
+        let whole: f64 = patches.iter().map(|patch| patch.solid_angle_sr).sum();
+        assert!((whole / TAU - 1.0).abs() < 1e-12);
+        // the middle of a band overestimates the horizontal illuminance of a uniform sky by 1 / cos(half a band)
+        let half_band = 6f64.to_radians();
+        let bands: f64 = patches[..144].iter().map(|patch| patch.solid_angle_sr * patch.toward.z).sum();
+        let cap = PI * half_band.sin().powi(2);
+        assert!(((bands * half_band.cos() + cap) / PI - 1.0).abs() < 1e-12);
+    }
+
+    /// Patches differ from the sky by their middles only: little under a uniform sky.
+    #[test]
+    fn patches_of_a_uniform_sky_pass_what_it_passes() {
+        let guide = straight(1.0, 0.98);
+        let uniform = cie_sky(5);
+        let (direct, patches) =
+            (traced_sky(&guide, &uniform, Key::new(5), 4096), patch_sky(&guide, &uniform, Key::new(6), 128));
+        let (direct, patches) = (direct.transmission(), patches.transmission());
+        assert!((direct.value - patches.value).abs() < 5e-3, "{direct:?} {patches:?}");
+    }
+
+    /// Patches by few rays against the closed form of each beam.
+    #[test]
+    fn patches_by_few_rays_are_within_their_error() {
+        let light = cie_sky(12);
+        let effort = Effort { standard_error: 0.01, least: 1, most: 32 };
+        let traced = patch_sky(&straight_by_rays(1.0, 0.9), &light, Key::new(8), effort).transmission();
+        let exact = patch_sky(&straight(1.0, 0.9), &light, Key::new(8), 1).transmission();
+        assert!((traced.value - exact.value).abs() < 4.0 * traced.standard_error, "{traced:?} {exact:?}");
+        assert!(traced.standard_error <= 0.01 && exact.standard_error == 0.0);
+    }
+}

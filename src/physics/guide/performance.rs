@@ -1,0 +1,315 @@
+//! How much light a tube passes: ray-traced transmission of any guide with its collector.
+//!
+//! Every figure comes from independent randomised Sobol replicates, so that it has a standard error, or from a closed form.
+//! Luminances of RGB coefficients are weighted to Y.
+
+use std::f64::consts::{FRAC_PI_2, TAU};
+
+use glam::DVec3;
+
+use super::sky_moments::SkyMoments;
+use super::throughput::replicated;
+pub use super::throughput::{Effort, Throughput, Transmission};
+use super::transit::End;
+use super::transmittance::{beam_transmission, uniform_sky_transmission};
+use super::{Guide, StraightGuide};
+use crate::optics::{Mirror, Spectrum};
+use crate::sampling::{Key, PathRandom, warp};
+use crate::sky::sampler::SkySampler;
+use crate::sky::{CieType, Sky, SkyDistribution};
+
+/// Parallel light of 1 lx (normal to itself) from the unit vector `toward`: in closed form, with a standard error of 0, through a
+/// straight guide under a thin collector whose mirror reflects alike at all angles; else of [`traced_beam`], whose arguments
+/// it takes.
+///
+/// ```
+/// use skyduct_physics::guide::performance::beam;
+/// use skyduct_physics::guide::{Guide, StraightGuide};
+/// use skyduct_physics::optics::Mirror;
+/// use skyduct_physics::sampling::Key;
+/// use skyduct_physics::sky::direction;
+///
+/// // 0.98 per reflection, four diameters long, at 60 degrees from the axis (docs/physics/tubes.md)
+/// let (reflectance, collector_transmittance) = (Mirror::Constant([0.98; 3]), [0.9; 3]);
+/// let pipe = Guide::Straight(StraightGuide { radius: 0.1, length: 0.8, reflectance, collector_transmittance });
+/// let through = beam(&pipe, direction(30f64.to_radians(), 2.0), Key::new(0), 16).transmission();
+/// assert!((through.value - 0.9 * 0.83912).abs() < 5e-6 && through.standard_error == 0.0);
+/// ```
+pub fn beam(guide: &Guide, toward: DVec3, key: Key, effort: impl Into<Effort>) -> Throughput {
+    closed_beam(guide, toward).unwrap_or_else(|| traced_beam(guide, toward, key, effort))
+}
+
+/// A straight guide under a thin collector whose mirror reflects alike at all angles, which has closed forms: its aspect ratio and
+/// the reflectance and transmittance of its channels.
+pub(super) fn closed(guide: &Guide) -> Option<(f64, [f64; 3], [f64; 3])> {
+    match guide {
+        Guide::Straight(StraightGuide {
+            radius,
+            length,
+            reflectance: Mirror::Constant(mirror),
+            collector_transmittance,
+        }) => Some((length / (2.0 * radius), *mirror, *collector_transmittance)),
+        _ => None,
+    }
+}
+
+/// [`beam`] where it has a closed form, which is the same at all azimuths.
+pub(super) fn closed_beam(guide: &Guide, toward: DVec3) -> Option<Throughput> {
+    let (aspect, reflectance, collector_transmittance) = closed(guide)?;
+    let tangent = toward.truncate().length() / toward.z;
+    let entering = guide.projected_area_m2(-toward);
+    if entering <= 0.0 {
+        return Some(Throughput::nothing());
+    }
+    let passed = by_channel(reflectance, |reflectance| beam_transmission(aspect, tangent, reflectance));
+    let share = Spectrum::<3>(passed) * Spectrum::from_rgb(collector_transmittance);
+    Some(Throughput::exact(entering, entering * share.luminance()))
+}
+
+/// Parallel light of 1 lx (normal to itself) from the unit vector `toward`, by rays.
+pub fn traced_beam(guide: &Guide, toward: DVec3, key: Key, effort: impl Into<Effort>) -> Throughput {
+    let [found] = replicated(key, effort.into(), |[u, v, ..], random| [follow(guide, [u, v], toward, random)]);
+    found
+}
+
+/// A function of each channel's value, computed once for equal ones.
+fn by_channel([red, green, blue]: [f64; 3], of: impl Fn(f64) -> f64) -> [f64; 3] {
+    let of_red = of(red);
+    let other = |value: f64| if value == red { of_red } else { of(value) };
+    [of_red, other(green), other(blue)]
+}
+
+/// The light of a sky: in closed form, with a standard error of 0, where [`beam`] has one; else of [`traced_sky`], whose arguments it
+/// takes.
+pub fn sky(guide: &Guide, sky: &Sky, key: Key, effort: impl Into<Effort>) -> Throughput {
+    let Some((aspect, reflectance, collector_transmittance)) = closed(guide) else {
+        return traced_sky(guide, sky, key, effort);
+    };
+    let moments = SkyMoments::new(sky);
+    let area = guide.projected_area_m2(-DVec3::Z);
+    let passed = by_channel(reflectance, |reflectance| moments.through_straight(aspect, reflectance));
+    let arriving = Spectrum::<3>(passed) * Spectrum::from_rgb(collector_transmittance);
+    Throughput::exact(area * moments.horizontal_illuminance_lux(), area * arriving.luminance())
+}
+
+/// The light of a sky, integrated directly: directions by importance. Empty without light that could enter.
+pub fn traced_sky(guide: &Guide, sky: &Sky, key: Key, effort: impl Into<Effort>) -> Throughput {
+    let Some(sampler) = SkySampler::new(sky, |toward| guide.projected_area_m2(-toward)) else {
+        return Throughput::nothing();
+    };
+    let sampler = sampler.with_cone(guide.narrow_cone());
+    let [found] = replicated(key, effort.into(), |[a, b, u, v], random| {
+        let (toward, density) = sampler.sample([a, b]);
+        [scaled(follow(guide, [u, v], toward, random), sky.luminance(toward) / density)]
+    });
+    found
+}
+
+/// Transmission of collector and guide under a uniform sky: in closed form, with a standard error of 0, through a straight
+/// guide under a thin collector whose mirror reflects alike at all angles; else of [`sky`], whose arguments it takes.
+///
+/// Of a black pipe as long as 100 of its diameters the sky sees the lower end alone, by the form factor 1 / (4 100^2) to first
+/// order, which no ray out of ten thousand finds:
+///
+/// ```
+/// use skyduct_physics::guide::performance::uniform_sky;
+/// use skyduct_physics::guide::{Guide, StraightGuide};
+/// use skyduct_physics::optics::Mirror;
+/// use skyduct_physics::sampling::Key;
+///
+/// let (reflectance, collector_transmittance) = (Mirror::Constant([0.0; 3]), [1.0; 3]);
+/// let pipe = Guide::Straight(StraightGuide { radius: 0.1, length: 20.0, reflectance, collector_transmittance });
+/// assert!((uniform_sky(&pipe, Key::new(0), 16).value / 2.499_875e-5 - 1.0).abs() < 1e-6);
+/// ```
+pub fn uniform_sky(guide: &Guide, key: Key, effort: impl Into<Effort>) -> Transmission {
+    let Some((aspect, reflectance, collector_transmittance)) = closed(guide) else {
+        let distribution = SkyDistribution::new(CieType::UNIFORM, DVec3::Z);
+        let uniform = Sky { distribution, zenith_luminance_cd_m2: 1.0 };
+        return traced_sky(guide, &uniform, key, effort).transmission();
+    };
+    let of = |reflectance: f64| uniform_sky_transmission(aspect, reflectance);
+    let passed = Spectrum::<3>(by_channel(reflectance, of)) * Spectrum::from_rgb(collector_transmittance);
+    Transmission { value: passed.luminance(), standard_error: 0.0 }
+}
+
+/// Transmission under a uniform sky, and the light of a sky: in closed form where [`beam`] has one, else of [`traced_skies`], whose
+/// arguments it takes.
+pub fn skies(
+    guide: &Guide,
+    of_job: Option<&Sky>,
+    keys: [Key; 2],
+    effort: Effort,
+) -> (Transmission, Option<Throughput>) {
+    if closed(guide).is_some() {
+        return (uniform_sky(guide, keys[0], effort), of_job.map(|light| sky(guide, light, keys[1], effort)));
+    }
+    let (uniform, of_job) = traced_skies(guide, of_job, keys, effort);
+    (uniform.transmission(), of_job)
+}
+
+/// The light of a uniform sky of 1 cd/m2 and of a sky, by the same rays in directions that suit both, until the transmission of
+/// both is as exact as asked; where next to all light that a guide passes comes from a narrow cone, by rays of their own. `keys` are theirs.
+pub fn traced_skies(
+    guide: &Guide,
+    sky: Option<&Sky>,
+    keys: [Key; 2],
+    effort: Effort,
+) -> (Throughput, Option<Throughput>) {
+    let distribution = SkyDistribution::new(CieType::UNIFORM, DVec3::Z);
+    let uniform = Sky { distribution, zenith_luminance_cd_m2: 1.0 };
+    if guide.narrow_cone().is_some() {
+        let of_sky = sky.map(|sky| traced_sky(guide, sky, keys[1], effort));
+        return (traced_sky(guide, &uniform, keys[0], effort), of_sky);
+    }
+    let [of_uniform, of_sky] = replicated(keys[0], effort, |[a, b, u, v], random| {
+        let (toward, density) = upper_hemisphere([a, b]);
+        let light = follow(guide, [u, v], toward, random);
+        let luminance = sky.map_or(0.0, |sky| sky.luminance(toward));
+        [scaled(light, 1.0 / density), scaled(light, luminance / density)]
+    });
+    (of_uniform, sky.map(|_| of_sky))
+}
+
+/// A direction above the horizon and its density per sr: half of them as the cosine of the zenith angle says, half evenly, because
+/// domes see the horizon, too.
+fn upper_hemisphere([u, v]: [f64; 2]) -> (DVec3, f64) {
+    let toward =
+        if u < 0.5 { warp::cosine_hemisphere([2.0 * u, v]) } else { warp::cone([2.0 * u - 1.0, v], FRAC_PI_2) };
+    (toward, (toward.z.max(0.0) + 0.5) / TAU)
+}
+
+fn scaled((enters, arrives): (f64, f64), factor: f64) -> (f64, f64) {
+    (factor * enters, factor * arrives)
+}
+
+/// Area (m2) that one ray stands for, if it reaches the collector, and the same times the share that arrives.
+pub(super) fn follow(guide: &Guide, point: [f64; 2], toward: DVec3, random: &mut PathRandom) -> (f64, f64) {
+    let Some(entry) = guide.entry(point, -toward) else { return (0.0, 0.0) };
+    let transit = guide.down::<3>(entry.position, -toward, random);
+    if !transit.entered {
+        return (0.0, 0.0);
+    }
+    let share = if transit.end == End::Opening { Spectrum::luminance(&transit.weight()) } else { 0.0 };
+    (entry.projected_area_m2, entry.projected_area_m2 * share)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::PI;
+
+    use super::*;
+    use crate::guide::dome::Pipe;
+    use crate::guide::test_pipes::{RADIUS, cie_sky, straight, straight_by_rays};
+    use crate::guide::transmittance::sky_exitance;
+    use crate::guide::{BentGuide, DomedGuide};
+    use crate::sky::direction;
+
+    /// Traced beams against the exact series, within 4 standard errors.
+    #[test]
+    fn beams_agree_with_the_exact_series() {
+        for (altitude_deg, reflectance) in [(15.0f64, 0.98), (35.0, 0.95), (60.0, 0.98), (85.0, 0.9)] {
+            let altitude = altitude_deg.to_radians();
+            let through = traced_beam(&straight(1.0, reflectance), direction(altitude, 0.4), Key::new(3), 512);
+            let traced = through.transmission();
+            let exact = beam_transmission(1.0 / (2.0 * RADIUS), 1.0 / altitude.tan(), reflectance);
+            assert!((traced.value - exact).abs() < 4.0 * traced.standard_error, "{altitude_deg}: {traced:?} {exact}");
+            assert!(traced.standard_error < 2e-3);
+            let area = PI * RADIUS * RADIUS * altitude.sin();
+            assert!((through.entering().mean / area - 1.0).abs() < 1e-12);
+        }
+    }
+
+    /// The direct integral against the quadrature of the exact series.
+    #[test]
+    fn skies_agree_with_quadrature() {
+        let guide = straight(1.0, 0.98);
+        for number in [1, 5, 12] {
+            let sky_light = cie_sky(number);
+            let through = traced_sky(&guide, &sky_light, Key::new(5), 4096);
+            let exact = sky_exitance(&sky_light, 1.0 / (2.0 * RADIUS), 0.98);
+            let arriving = through.arriving();
+            let per_area = arriving.mean / (PI * RADIUS * RADIUS);
+            let error = arriving.standard_error() / (PI * RADIUS * RADIUS);
+            assert!((per_area - exact).abs() < 4.0 * error, "type {number}: {per_area} +- {error}, {exact}");
+        }
+    }
+
+    /// Very long pipes under a uniform sky, where next to all light is lost: rays near the axis alone count, for which
+    /// cos(theta) is 1, so that T = (3/4) / a^2 integral 2 x g(x) dx with the aspect ratio a and g(x) = R^N (1 - (1-R)(x-N)),
+    /// N = floor(x), but for 1 / a^2 of it (the integral of Swift and Smith, exchanged with that over the sky).
+    #[test]
+    fn uniform_skies_through_long_and_dull_pipes() {
+        for (aspect, reflectance) in [(100.0, 0.0), (1000.0, 0.0), (10_000.0, 0.5), (10_000.0, 0.9)] {
+            let loss: f64 = 1.0 - reflectance;
+            let powers = |n: i32| f64::powi(reflectance, n);
+            let moment: f64 =
+                (0..2000).map(|n| powers(n) * (2.0 * f64::from(n) * (1.0 - 0.5 * loss) + 1.0 - 2.0 / 3.0 * loss)).sum();
+            let expected = 0.75 * moment / (aspect * aspect);
+            let Transmission { value, standard_error } =
+                uniform_sky(&straight(2.0 * RADIUS * aspect, reflectance), Key::new(1), 2048);
+            // 1 / a^2, times twice the mean square of x: at most 1 without reflections, and 6 / ln(R)^2 by many
+            let tolerance = 1e-6 + 2.0 * (1.0 + 6.0 / reflectance.ln().powi(2)) / (aspect * aspect);
+            assert!((value / expected - 1.0).abs() < tolerance, "{aspect} {reflectance}: {value} {expected}");
+            assert_eq!(standard_error, 0.0);
+        }
+    }
+
+    /// The closed form with colours of mirror and collector against traced rays, within 4 standard errors.
+    #[test]
+    fn uniform_skies_in_colours_agree_with_traced_rays() {
+        let reflectance = Mirror::Constant([0.98, 0.95, 0.9]);
+        let pipe = Guide::Straight(StraightGuide {
+            radius: RADIUS,
+            length: 1.0,
+            reflectance,
+            collector_transmittance: [0.9, 0.8, 0.7],
+        });
+        let traced = traced_sky(&pipe, &cie_sky(5), Key::new(7), 4096).transmission();
+        let exact = uniform_sky(&pipe, Key::new(7), 4096).value;
+        assert!((traced.value - exact).abs() < 4.0 * traced.standard_error, "{traced:?} {exact}");
+        assert!(traced.standard_error < 2e-3);
+    }
+
+    /// The same rays for both skies against rays of each sky's own, within 4 combined errors; the larger error is what was asked for.
+    #[test]
+    fn skies_that_share_rays_agree_with_skies_alone() {
+        let (sin, cos) = 40f64.to_radians().sin_cos();
+        let axes = [(0.5, DVec3::Z), (0.5, DVec3::new(sin, 0.0, cos))];
+        let bent = BentGuide::new(RADIUS, &axes, Mirror::Constant([0.95; 3]), [0.9; 3]);
+        let domed = DomedGuide::new(Pipe::Bent(bent.clone()), 1.49, 0.003, 0.0);
+        for guide in [Guide::Bent(bent), Guide::Domed(Box::new(domed)), straight_by_rays(1.0, 0.98)] {
+            for number in [1, 12, 14] {
+                let of_job = cie_sky(number);
+                let effort = Effort { standard_error: 0.004, least: 16, most: 8192 };
+                let (uniform, shared) = traced_skies(&guide, Some(&of_job), [Key::new(1), Key::new(2)], effort);
+                let alone = [
+                    traced_sky(&guide, &cie_sky(5), Key::new(3), 2048),
+                    traced_sky(&guide, &of_job, Key::new(4), 2048),
+                ];
+                for (few, many) in [uniform, shared.unwrap()].iter().zip(&alone) {
+                    let (few, many) = (few.transmission(), many.transmission());
+                    let error = few.standard_error.hypot(many.standard_error);
+                    assert!((few.value - many.value).abs() < 4.0 * error, "type {number}: {few:?} {many:?}");
+                    assert!(few.standard_error <= 0.004, "type {number}: {few:?}");
+                }
+            }
+        }
+    }
+
+    /// Closed forms of skies through coloured pipes against rays, flux by flux, within 4 standard errors.
+    #[test]
+    fn skies_in_closed_form_agree_with_rays() {
+        let reflectance = Mirror::Constant([0.98, 0.95, 0.9]);
+        let collector_transmittance = [0.9, 0.8, 0.7];
+        let pipe = Guide::Straight(StraightGuide { radius: RADIUS, length: 1.0, reflectance, collector_transmittance });
+        for number in [1, 5, 9, 12, 15, 16] {
+            let light = cie_sky(number);
+            let (exact, traced) = (sky(&pipe, &light, Key::new(0), 1), traced_sky(&pipe, &light, Key::new(7), 4096));
+            for (exact, traced) in [(exact.entering(), traced.entering()), (exact.arriving(), traced.arriving())] {
+                let tolerance = 4.0 * traced.standard_error() + 1e-5 * exact.mean;
+                assert!((exact.mean - traced.mean).abs() < tolerance, "type {number}: {exact:?} {traced:?}");
+            }
+            assert_eq!(exact.transmission().standard_error, 0.0);
+        }
+    }
+}

@@ -1,0 +1,245 @@
+//! Meshes that are cylinders: replaced by the closed form, or told what their facets do.
+
+use std::collections::BTreeMap;
+use std::f64::consts::{PI, TAU};
+
+use glam::DVec3;
+
+use super::mesh::Part;
+use crate::geometry::TriangleMesh;
+use crate::geometry::turn::angle_between;
+use crate::optics::Mirror;
+
+/// Largest distance of a vertex from the cylinder that it should lie on, in radii.
+const TOLERANCE: f64 = 1e-4;
+
+/// An edge that turns by more belongs to a pipe that is meant to have sides: 16 of them.
+const MOST_TURN: f64 = TAU / 16.0 * (1.0 + 1e-9);
+
+/// Result of the search for a cylinder in a mesh.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Section {
+    /// A cylinder that takes the mesh's place.
+    Cylinder(RecognisedCylinder),
+    /// A mesh that is traced facet by facet.
+    Facets {
+        /// Sides of the pipe's lower end, when its vertices lie on one circle around the axis.
+        sides: Option<usize>,
+        /// Reason why the mesh is not replaced by a cylinder.
+        reason: &'static str,
+    },
+}
+
+/// A straight vertical circular cylinder from z = 0 to z = `length`, open or under a thin cover that reflects nothing.
+///
+/// Its radius is that of the mesh's vertices: modellers put the vertices of a round pipe on the circle, so that the pipe
+/// that is meant is the one around the facets.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RecognisedCylinder {
+    /// Radius in m: that of the circle around the vertices.
+    pub radius: f64,
+    /// Length in m, from the opening to the upper end.
+    pub length: f64,
+    /// Number of sides of the mesh's lower end.
+    pub sides: usize,
+    /// Largest distance of a vertex from where the cylinder has it, in metres.
+    pub deviation: f64,
+    /// Reflectance of the wall, per bounce.
+    pub reflectance: Mirror,
+    /// Share that the cover passes, linear Rec.709; 1 where the upper end is open.
+    pub collector_transmittance: [f64; 3],
+}
+
+/// Area of a regular polygon of `sides` >= 3 sides with its vertices on a circle, over the circle's area:
+/// (n / 2 pi) sin(2 pi / n).
+///
+/// ```
+/// // a square in the unit circle has an area of 2
+/// assert!((skyduct_physics::guide::recognise::area_factor(4) - 2.0 / std::f64::consts::PI).abs() < 1e-15);
+/// ```
+pub fn area_factor(sides: usize) -> f64 {
+    let n = sides as f64;
+    n / TAU * libm::sin(TAU / n)
+}
+
+/// Mean number of reflections in a prism of that base, over those in the cylinder around it: as circumference over area.
+///
+/// ```
+/// assert!((skyduct_physics::guide::recognise::bounce_factor(4) - 2f64.sqrt()).abs() < 1e-15);
+/// ```
+pub fn bounce_factor(sides: usize) -> f64 {
+    1.0 / libm::cos(PI / sides as f64)
+}
+
+/// Judges a mesh in metres in the tube's frame; `parts`: one per material; `radius` of the opening in metres.
+pub fn recognise(mesh: &TriangleMesh, parts: &[Part], radius: f64) -> Section {
+    let pipe = Surface::new(mesh, parts, |part| matches!(part, Part::Pipe { .. }));
+    let sides = sides(&pipe, radius * TOLERANCE);
+    match cylinder(mesh, parts, &pipe, radius) {
+        Ok(cylinder) => Section::Cylinder(cylinder),
+        Err(reason) => Section::Facets { sides, reason },
+    }
+}
+
+/// Describes a mesh that keeps its facets because the document asks for it; arguments as of [`recognise`].
+pub fn keep_facets(mesh: &TriangleMesh, parts: &[Part], radius: f64) -> Section {
+    let pipe = Surface::new(mesh, parts, |part| matches!(part, Part::Pipe { .. }));
+    Section::Facets { sides: sides(&pipe, radius * TOLERANCE), reason: "asked for in the document" }
+}
+
+/// Edges of one part of a mesh by the positions of their ends, with the number of triangles at each.
+struct Surface {
+    vertices: Vec<DVec3>,
+    edges: Vec<(DVec3, DVec3, u32)>,
+}
+
+impl Surface {
+    fn new(mesh: &TriangleMesh, parts: &[Part], is_member: impl Fn(&Part) -> bool) -> Self {
+        let name = |p: DVec3| (p + DVec3::ZERO).to_array().map(f64::to_bits);
+        let mut vertices = BTreeMap::new();
+        let mut edges = BTreeMap::new();
+        for (corners, material) in mesh.triangles.iter().zip(&mesh.triangle_materials) {
+            if !is_member(&parts[*material as usize]) {
+                continue;
+            }
+            for k in 0..3 {
+                let (a, b) = (mesh.positions[corners[k] as usize], mesh.positions[corners[(k + 1) % 3] as usize]);
+                vertices.insert(name(a), a);
+                let key = (name(a).min(name(b)), name(a).max(name(b)));
+                edges.entry(key).or_insert((a, b, 0)).2 += 1;
+            }
+        }
+        Self { vertices: vertices.into_values().collect(), edges: edges.into_values().collect() }
+    }
+
+    fn boundary(&self) -> impl Iterator<Item = (DVec3, DVec3)> {
+        self.edges.iter().filter(|(.., uses)| *uses == 1).map(|(a, b, _)| (*a, *b))
+    }
+
+    /// True if every edge has two triangles, or one at the surface's border.
+    fn is_manifold(&self) -> bool {
+        self.edges.iter().all(|(.., uses)| *uses <= 2)
+    }
+
+    /// Sum of the angles around the axis of the boundary edges at height `z`, and their number.
+    fn turn_at(&self, z: f64, tolerance: f64) -> (f64, usize) {
+        let at = |p: DVec3| (p.z - z).abs() <= tolerance;
+        let edges = self.boundary().filter(|(a, b)| at(*a) && at(*b));
+        edges.fold((0.0, 0), |(turn, count), (a, b)| (turn + turn_between(a, b), count + 1))
+    }
+}
+
+fn turn_between(a: DVec3, b: DVec3) -> f64 {
+    angle_between(a.truncate(), b.truncate()).abs()
+}
+
+/// Sides of the border at z = 0, when its vertices are at one distance from the axis and it goes round once.
+fn sides(pipe: &Surface, tolerance: f64) -> Option<usize> {
+    let radii = || pipe.boundary().filter(|(a, b)| a.z.abs() <= tolerance && b.z.abs() <= tolerance);
+    let first = radii().next()?.0.truncate().length();
+    let round = radii().all(|(a, b)| [a, b].iter().all(|p| (p.truncate().length() - first).abs() <= tolerance));
+    let (turn, count) = pipe.turn_at(0.0, tolerance);
+    (round && (turn - TAU).abs() < 1e-6).then_some(count)
+}
+
+fn cylinder(
+    mesh: &TriangleMesh,
+    parts: &[Part],
+    pipe: &Surface,
+    radius: f64,
+) -> Result<RecognisedCylinder, &'static str> {
+    let used = |material: usize| mesh.triangle_materials.iter().any(|used| *used as usize == material);
+    let mut reflectances = parts.iter().enumerate().filter_map(|(material, part)| match part {
+        Part::Pipe { reflectance } if used(material) => Some(reflectance),
+        _ => None,
+    });
+    let reflectance = reflectances.next().ok_or("it has no pipe")?;
+    if reflectances.any(|other| other != reflectance) {
+        return Err("its pipe has several reflectances");
+    }
+    let tolerance = radius * TOLERANCE;
+    let length = pipe.vertices.iter().map(|p| p.z).fold(0.0, f64::max);
+    let mut deviation: f64 = 0.0;
+    for p in &pipe.vertices {
+        let off = (p.truncate().length() - radius).abs();
+        if off > tolerance {
+            return Err("its pipe is not a straight vertical cylinder of the opening's diameter");
+        }
+        deviation = deviation.max(off);
+    }
+    if !pipe.is_manifold() || pipe.edges.iter().any(|(a, b, _)| turn_between(*a, *b) > MOST_TURN) {
+        return Err("its pipe is not a simple wall of at least 16 sides");
+    }
+    for (a, b) in pipe.boundary() {
+        let off = |z: f64| (a.z - z).abs().max((b.z - z).abs());
+        let nearest = off(0.0).min(off(length));
+        if nearest > tolerance {
+            return Err("its pipe has holes, or ends that are not level");
+        }
+        deviation = deviation.max(nearest);
+    }
+    let ((lower, sides), (upper, _)) = (pipe.turn_at(0.0, tolerance), pipe.turn_at(length, tolerance));
+    if (lower - TAU).abs() > 1e-6 || (upper - TAU).abs() > 1e-6 {
+        return Err("its pipe does not go round once");
+    }
+    let collector_transmittance = cover(mesh, parts, radius, length, &used, &mut deviation)?;
+    Ok(RecognisedCylinder {
+        radius,
+        length,
+        sides,
+        deviation,
+        reflectance: reflectance.clone(),
+        collector_transmittance,
+    })
+}
+
+/// Transmittance of a cover that every ray into the pipe crosses once: none, flat, or a hemisphere.
+fn cover(
+    mesh: &TriangleMesh,
+    parts: &[Part],
+    radius: f64,
+    length: f64,
+    used: &impl Fn(usize) -> bool,
+    deviation: &mut f64,
+) -> Result<[f64; 3], &'static str> {
+    let mut covers = parts.iter().enumerate().filter_map(|(material, part)| match part {
+        Part::Collector { transmittance, reflectance } if used(material) => Some((*transmittance, *reflectance)),
+        _ => None,
+    });
+    let Some((transmittance, reflectance)) = covers.next() else { return Ok([1.0; 3]) };
+    if covers.any(|other| other != (transmittance, reflectance)) {
+        return Err("its collector has several materials");
+    }
+    if reflectance != [0.0; 3] {
+        return Err("its collector reflects");
+    }
+    let surface = Surface::new(mesh, parts, |part| matches!(part, Part::Collector { .. }));
+    let tolerance = radius * TOLERANCE;
+    let centre = DVec3::Z * length;
+    let level = surface.vertices.iter().map(|p| (p.z - length).abs()).fold(0.0, f64::max);
+    let round = surface.vertices.iter().map(|p| ((*p - centre).length() - radius).abs()).fold(0.0, f64::max);
+    let above = surface.vertices.iter().all(|p| p.z >= length - tolerance);
+    let rim = surface.boundary().flat_map(|(a, b)| [a, b]).map(|p| (p.truncate().length() - radius).abs());
+    let off = level.min(if above { round } else { f64::INFINITY }).max(rim.fold(0.0, f64::max));
+    let (turn, count) = surface.turn_at(length, tolerance);
+    let closed = surface.is_manifold() && (turn - TAU).abs() < 1e-6 && count == surface.boundary().count();
+    if off > tolerance || !closed {
+        return Err("its collector is neither a flat cover nor a hemisphere on the pipe's upper end");
+    }
+    *deviation = deviation.max(off);
+    Ok(transmittance)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Against the values of docs/physics/tubes.md#meshes-and-facets with more digits, to the digits given.
+    #[test]
+    fn facet_factors_of_the_table() {
+        let table = [(16, 0.9745, 1.0196), (24, 0.98862, 1.00863), (48, 0.99715, 1.00215), (64, 0.99839, 1.00121)];
+        for (sides, area, bounces) in table {
+            assert!((area_factor(sides) - area).abs() < 6e-5 && (bounce_factor(sides) - bounces).abs() < 6e-5);
+        }
+    }
+}

@@ -1,0 +1,361 @@
+//! The light of one Lambertian diffuser: rings in closed form, sectors at points, and one photon that stands for the rest.
+
+use std::f64::consts::{FRAC_1_SQRT_2, PI, TAU};
+
+use glam::{DVec2, DVec3};
+
+use crate::geometry::disc::far_disc_illuminance;
+use crate::geometry::turn::unit_vector;
+use crate::optics::Spectrum;
+use crate::traceable::TraceableTube;
+
+/// Rings of equal area that have their own exitance, and the sectors of each whose differences are carried by points. The
+/// photon that stands for the rest costs some percent of a vertex' light as noise; more of them would cost more time.
+const RINGS: usize = 4;
+const SECTORS: usize = 6;
+/// Cells of a disc.
+pub const CELLS: usize = RINGS * SECTORS;
+
+/// Distance from a disc, in its radii, below which light is followed, not connected to photons.
+const NEAR: f64 = 1.0;
+
+/// Largest number of photons of a tube among which a vertex chooses.
+const MOST_CHOICES: usize = 1 << 16;
+
+/// The light that leaves one diffuser.
+#[derive(Debug)]
+pub struct TubeLight<const C: usize> {
+    /// Centre of the opening.
+    pub origin: DVec3,
+    /// Radius of the opening in m.
+    pub radius: f64,
+    /// Every photon that leaves, by cells.
+    pub photons: Vec<Leaving<C>>,
+    /// Differences of the exitance of each ring (lm/m2) to that of the next one outward.
+    steps: [Spectrum<C>; RINGS],
+    /// The points that carry the differences of the cells, the sectors of rings.
+    middles: [DVec2; CELLS],
+    /// Differences of the flux of each cell to the mean of its ring, in lm.
+    differences: [Spectrum<C>; CELLS],
+    /// Photons with their cells, each as often as its flux demands, standing for all of it in the mean.
+    pub choices: Vec<(Leaving<C>, usize)>,
+    vectors: pulp::Arch,
+}
+
+/// Light that leaves a diffuser at a point, as from a Lambertian surface.
+#[derive(Clone, Copy, Debug)]
+pub struct Leaving<const C: usize> {
+    /// Position in the ceiling plane.
+    pub position: DVec2,
+    /// Flux that leaves, in lm.
+    pub flux: Spectrum<C>,
+}
+
+impl<const C: usize> TubeLight<C> {
+    /// `photons`: all that leave; `start` in 0..1 is where the choice among them begins.
+    pub fn new(tube: &TraceableTube, photons: Vec<Leaving<C>>, start: f64) -> Self {
+        let (origin, radius) = (tube.origin, tube.opening_radius);
+        // neighbours in space are neighbours in the list, so that even numbers choose evenly
+        let mut cells: [Vec<Leaving<C>>; CELLS] = std::array::from_fn(|_| Vec::new());
+        for photon in photons {
+            let away = photon.position - origin.truncate();
+            cells[cell(away, radius)].push(photon);
+        }
+        let mut differences = [Spectrum::ZERO; CELLS];
+        for (flux, cell) in differences.iter_mut().zip(&cells) {
+            cell.iter().for_each(|photon| *flux += photon.flux);
+        }
+        let mut exitances = [Spectrum::ZERO; RINGS + 1];
+        for (exitance, ring) in exitances.iter_mut().zip(differences.chunks_exact_mut(SECTORS)) {
+            let mut flux = Spectrum::ZERO;
+            ring.iter().for_each(|of_cell| flux += *of_cell);
+            ring.iter_mut().for_each(|of_cell| *of_cell += flux * (-1.0 / SECTORS as f64));
+            *exitance = flux * (RINGS as f64 / (PI * radius * radius));
+        }
+        Self {
+            origin,
+            radius,
+            photons: cells.concat(),
+            steps: std::array::from_fn(|ring| exitances[ring] + exitances[ring + 1] * -1.0),
+            middles: std::array::from_fn(|cell| origin.truncate() + middle(cell) * radius),
+            differences,
+            choices: choose(&cells, start),
+            vectors: pulp::Arch::new(),
+        }
+    }
+
+    /// The photons that leave.
+    pub fn photons(&self) -> impl Iterator<Item = (DVec3, Spectrum<C>)> {
+        self.photons.iter().map(|photon| (photon.position.extend(self.origin.z), photon.flux))
+    }
+
+    /// True if no point within `reach` of `position`, at its height, is near the disc.
+    pub fn is_far(&self, position: DVec3, reach: f64) -> bool {
+        let depth = self.origin.z - position.z;
+        let beside = ((position - self.origin).truncate().length() - self.radius - reach).max(0.0);
+        depth * depth + beside * beside >= (NEAR * self.radius).powi(2)
+    }
+
+    /// A photon by a number in 0..1, standing for all of the flux; `None` without light.
+    pub fn choice(&self, number: f64) -> Option<&(Leaving<C>, usize)> {
+        self.choices.get((number * self.choices.len() as f64) as usize)
+    }
+
+    /// Illuminance in lux of a surface that sees the whole disc; `number` in 0..1 chooses the photon that stands for what
+    /// rings and cells leave out.
+    pub fn irradiance(&self, position: DVec3, normal: DVec3, number: f64) -> Spectrum<C> {
+        let Some((photon, cell)) = self.choice(number) else { return Spectrum::ZERO };
+        let receiver = Receiver::new(position, normal, self.origin);
+        let (discs, points) = self.vectors.dispatch(Parts { light: self, receiver: &receiver });
+        let mut sum = Spectrum::ZERO;
+        for (step, disc) in self.steps.iter().zip(&discs) {
+            sum += *step * *disc;
+        }
+        for (difference, point) in self.differences.iter().zip(&points) {
+            sum += *difference * *point;
+        }
+        // what rings and cells have of this photon
+        let ring = cell / SECTORS;
+        let inner = if ring > 0 { discs[ring - 1] } else { 0.0 };
+        let of_ring: f64 = points[ring * SECTORS..(ring + 1) * SECTORS].iter().sum();
+        let counted = (discs[ring] - inner) * RINGS as f64 / (PI * self.radius * self.radius) + points[*cell]
+            - of_ring / SECTORS as f64;
+        sum + photon.flux * (receiver.point(photon.position) - counted)
+    }
+}
+
+/// Asks for what a receiver gets of every ring's disc and of every cell's point, several at once.
+struct Parts<'a, const C: usize> {
+    light: &'a TubeLight<C>,
+    receiver: &'a Receiver,
+}
+
+impl<const C: usize> pulp::NullaryFnOnce for Parts<'_, C> {
+    /// Illuminance of the discs per unit exitance, and of the points per lumen.
+    type Output = ([f64; RINGS], [f64; CELLS]);
+
+    #[inline(always)]
+    fn call(self) -> Self::Output {
+        let Self { light, receiver } = self;
+        let (mut discs, mut points) = ([0.0; RINGS], [0.0; CELLS]);
+        for (disc, radius) in discs.iter_mut().zip(&RADII) {
+            *disc = receiver.disc(light.radius * *radius);
+        }
+        for (point, middle) in points.iter_mut().zip(&light.middles) {
+            *point = receiver.point(*middle);
+        }
+        (discs, points)
+    }
+}
+
+/// Systematic resampling: every choice has the same luminous flux, and the mean of all is the whole. `start` in 0..1.
+fn choose<const C: usize>(cells: &[Vec<Leaving<C>>; CELLS], start: f64) -> Vec<(Leaving<C>, usize)> {
+    let all = || cells.iter().enumerate().flat_map(|(cell, photons)| photons.iter().map(move |photon| (photon, cell)));
+    let total: f64 = all().map(|(photon, _)| photon.flux.luminance()).sum();
+    let count = all().count().min(MOST_CHOICES);
+    let share = total / count as f64;
+    let mut choices = Vec::new();
+    let mut reached = 0.0;
+    for (photon, cell) in all() {
+        let luminous = photon.flux.luminance();
+        reached += luminous;
+        while choices.len() < count && (choices.len() as f64 + start) * share < reached {
+            let flux = photon.flux * (total / luminous);
+            choices.push((Leaving { position: photon.position, flux }, cell));
+        }
+    }
+    choices
+}
+
+/// Outer radii of the rings, in radii of the disc.
+const RADII: [f64; RINGS] = [0.5, FRAC_1_SQRT_2, 0.866_025_403_784_438_6, 1.0];
+
+/// The cell of a point away from the centre of a disc: rings from the middle out, around them there and back, so that cells
+/// that follow each other touch.
+pub fn cell(away: DVec2, radius: f64) -> usize {
+    let fraction = away.length_squared() / (radius * radius);
+    let ring = ((fraction * RINGS as f64) as usize).min(RINGS - 1);
+    let turn = libm::atan2(away.y, away.x) / TAU + 0.5;
+    let sector = ((turn * SECTORS as f64) as usize).min(SECTORS - 1);
+    ring * SECTORS + if ring.is_multiple_of(2) { sector } else { SECTORS - 1 - sector }
+}
+
+/// The point that carries a cell's difference, in radii from the centre.
+pub fn middle(cell: usize) -> DVec2 {
+    let (ring, sector) = (cell / SECTORS, cell % SECTORS);
+    let sector = if ring.is_multiple_of(2) { sector } else { SECTORS - 1 - sector };
+    let angle = ((sector as f64 + 0.5) / SECTORS as f64 - 0.5) * TAU;
+    unit_vector(angle) * ((ring as f64 + 0.5) / RINGS as f64).sqrt()
+}
+
+/// A surface seen from a disc in the ceiling.
+struct Receiver {
+    position: DVec3,
+    normal: DVec3,
+    /// Height of the disc above the receiver.
+    depth: f64,
+    /// Horizontal distance of the disc's axis.
+    offset: f64,
+    /// Component of the normal toward the axis.
+    toward_axis: f64,
+}
+
+impl Receiver {
+    pub fn new(position: DVec3, normal: DVec3, centre: DVec3) -> Self {
+        let way = (centre - position).truncate();
+        let offset = way.length();
+        let toward_axis = if offset > 0.0 { normal.truncate().dot(way) / offset } else { 0.0 };
+        Self { position, normal, depth: centre.z - position.z, offset, toward_axis }
+    }
+
+    /// Illuminance per unit exitance of a disc of `radius` that is above the horizon, from beyond the sphere around it.
+    #[inline(always)]
+    fn disc(&self, radius: f64) -> f64 {
+        far_disc_illuminance(radius, self.depth, self.offset, [self.normal.z, self.toward_axis])
+    }
+
+    /// Illuminance per lumen that leaves a point of the ceiling plane above the horizon: cos(theta) cos(theta') / (pi d^2).
+    #[inline(always)]
+    fn point(&self, source: DVec2) -> f64 {
+        let way = (source - self.position.truncate()).extend(self.depth);
+        let distance_squared = way.length_squared();
+        way.dot(self.normal) * self.depth / (PI * distance_squared * distance_squared)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::guide::{Guide, StraightGuide};
+    use crate::optics::Diffuser;
+    use crate::sampling::{Key, Replicate, warp};
+
+    const RADIUS: f64 = 0.127;
+
+    /// Midpoint rule over a disc in the plane z = `depth`, in `n` steps of squared radius and of angle.
+    fn quadrature(receiver: &Receiver, centre: DVec2, radius: f64, n: usize) -> f64 {
+        let mut sum = 0.0;
+        for i in 0..n {
+            let r = radius * ((i as f64 + 0.5) / n as f64).sqrt();
+            for k in 0..n {
+                sum += receiver.point(centre + DVec2::from_angle(TAU * (k as f64 + 0.5) / n as f64) * r);
+            }
+        }
+        sum * PI * radius * radius / (n * n) as f64
+    }
+
+    /// The cells hold equal areas, and their middles; the radii are those of equal areas.
+    #[test]
+    fn cells_are_even() {
+        for (ring, radius) in RADII.iter().enumerate() {
+            assert!((radius * radius * RINGS as f64 - (ring + 1) as f64).abs() < 1e-15);
+        }
+        for number in 0..CELLS {
+            assert_eq!(cell(middle(number) * RADIUS, RADIUS), number);
+        }
+        let mut counts = [0; CELLS];
+        let (replicate, _) = Replicate::of(Key::new(1), 0);
+        for k in 0..24_000 {
+            let [u, v, ..] = replicate.point(k, 0);
+            counts[cell(warp::disc([u, v]) * RADIUS, RADIUS)] += 1;
+        }
+        assert!(counts.iter().all(|count| (950..1050).contains(count)), "{counts:?}");
+    }
+
+    /// Rings in closed form against quadrature, for receivers that lie, stand and lean; the rule's error is O(1/n^2).
+    #[test]
+    fn discs_agree_with_quadrature() {
+        let leaning = DVec3::new(-0.4, 0.2, 0.7).normalize();
+        for (depth, offset, normal) in [
+            (1.0, 0.0, DVec3::Z),
+            (1.5, 1.1, DVec3::Z),
+            (0.2, 0.1, DVec3::Z),
+            (0.3, 0.6, DVec3::NEG_X),
+            (0.05, 0.5, DVec3::NEG_X),
+            (0.8, 0.5, leaning),
+        ] {
+            let (position, centre) = (DVec3::new(offset, 0.0, 0.0), DVec3::new(0.0, 0.0, depth));
+            let receiver = Receiver::new(position, normal, centre);
+            let expected = quadrature(&receiver, DVec2::ZERO, RADIUS, 300);
+            let found = receiver.disc(RADIUS);
+            assert!((found / expected - 1.0).abs() < 2e-5, "{depth} {offset} {normal}: {found} {expected}");
+        }
+    }
+
+    /// A millimetre seen from 141 m, and its outermost ring: a point of the same area, to (r / d)^2 and roundings.
+    #[test]
+    fn a_small_disc_far_away_is_a_point() {
+        let radius = 0.001;
+        for normal in [DVec3::Z, DVec3::NEG_X, DVec3::new(-0.6, 0.0, 0.8)] {
+            let receiver = Receiver::new(DVec3::new(100.0, 0.0, 0.0), normal, DVec3::new(0.0, 0.0, 100.0));
+            let per_area = receiver.point(DVec2::ZERO);
+            let whole = receiver.disc(radius) / (PI * radius * radius);
+            assert!((whole / per_area - 1.0).abs() < 1e-9, "{normal}: {whole} {per_area}");
+            let inner = radius * RADII[RINGS - 2];
+            let ring = (receiver.disc(radius) - receiver.disc(inner)) / (PI * radius * radius / RINGS as f64);
+            assert!((ring / per_area - 1.0).abs() < 1e-9, "{normal}: {ring} {per_area}");
+        }
+    }
+
+    /// A lopsided pattern: twice as dense on one side, and denser toward the middle.
+    fn lopsided(count: usize, centre: DVec2) -> Vec<Leaving<3>> {
+        let (replicate, _) = Replicate::of(Key::new(5), 0);
+        let photon = |k: usize| {
+            let [u, v, w, _] = replicate.point(k as u16, 0);
+            let angle = if w < 2.0 / 3.0 { PI * v } else { -PI * v };
+            let position = centre + DVec2::from_angle(angle) * RADIUS * u.powf(0.6);
+            Leaving { position, flux: Spectrum([1.0, 2.0, 0.5]) * (1.0 / count as f64) }
+        };
+        (0..count).map(photon).collect()
+    }
+
+    /// The mean over all choices is what all photons send, to rounding; a single choice is within some percent of it, nearer
+    /// than the photon alone.
+    #[test]
+    fn nothing_is_lost_in_the_mean() {
+        let origin = DVec3::new(1.0, 1.2, 2.5);
+        let pipe = StraightGuide {
+            radius: RADIUS,
+            length: 1.0,
+            reflectance: [0.95; 3].into(),
+            collector_transmittance: [1.0; 3],
+        };
+        let tube = TraceableTube {
+            origin,
+            opening_radius: RADIUS,
+            guide: Guide::Straight(pipe),
+            cones: None,
+            section: None,
+            diffuser: Diffuser::Lambertian { transmittance: [0.6; 3], reflectance: [0.2; 3] },
+            daylit: true,
+        };
+        let count = 4096;
+        let photons = lopsided(count, origin.truncate());
+        let light = TubeLight::new(&tube, photons.clone(), 0.5);
+        assert_eq!(light.choices.len(), count);
+        for (position, normal) in [
+            (DVec3::new(1.0, 1.2, 1.5), DVec3::Z),
+            (DVec3::new(2.0, 0.5, 1.0), DVec3::Z),
+            (DVec3::new(0.0, 1.0, 1.8), DVec3::X),
+            (DVec3::new(1.3, 1.25, 2.3), DVec3::NEG_X),
+        ] {
+            let receiver = Receiver::new(position, normal, origin);
+            let mut truth = Spectrum::ZERO;
+            photons.iter().for_each(|photon| truth += photon.flux * receiver.point(photon.position));
+            let (mut mean, mut spread, mut alone) = (Spectrum::ZERO, 0.0, 0.0);
+            for k in 0..count {
+                let number = (k as f64 + 0.5) / count as f64;
+                let one = light.irradiance(position, normal, number);
+                mean += one * (1.0 / count as f64);
+                spread += (one.0[1] / truth.0[1] - 1.0).powi(2) / count as f64;
+                let (photon, _) = light.choice(number).unwrap();
+                alone += (photon.flux.0[1] * receiver.point(photon.position) / truth.0[1] - 1.0).powi(2) / count as f64;
+            }
+            for channel in 0..3 {
+                assert!((mean.0[channel] / truth.0[channel] - 1.0).abs() < 1e-10, "{position}: {mean:?} {truth:?}");
+            }
+            println!("{position}: {:.4}, {:.4} alone", spread.sqrt(), alone.sqrt());
+            assert!(spread < 0.2 * alone, "{position}: {spread} {alone}");
+        }
+    }
+}

@@ -1,0 +1,239 @@
+//! What Lambertian diffusers send into the room: stage one of two.
+//!
+//! Photons go from sky and sun down each guide to its closure. A Lambertian closure forgets where they came from: the
+//! points where they leave, with their fluxes, are all that the room sees of the sky. What they send to a vertex is
+//! divided in three:
+//! * rings of equal area have their mean exitance; a ring is the difference of two discs, whose irradiance has a closed form;
+//! * sectors differ from the mean of their rings, most in the sun: a few points carry these differences, which add up to
+//!   nothing in each ring;
+//! * one photon, chosen by its flux, stands for what both leave out of it. So the whole is unbiased, and what chance adds to
+//!   it is small.
+//!
+//! Where something may stand between, where a vertex' own horizon cuts the disc, or where it has a lobe, it is connected to
+//! photons alone. Within a radius of the disc, connections to points have no useful variance: there the path follows the
+//! light itself, as path tracing does.
+
+use std::f64::consts::PI;
+use std::ops::Range;
+use std::sync::atomic::AtomicBool;
+
+use glam::{DVec2, DVec3};
+
+use super::books;
+use super::cells::{Leaving, TubeLight};
+use crate::integrator::backward::daylight::Followed;
+use crate::integrator::backward::next_event::{Daylight, Way};
+use crate::integrator::backward::vertex::Vertex;
+use crate::integrator::backward::walk::Walk;
+use crate::integrator::method::{Refusal, RefusalCode};
+use crate::integrator::photon::chunks::{Tally, fold_chunks};
+use crate::integrator::photon::descent::{Entering, Exit, descend};
+use crate::integrator::photon::emission::{Emission, EmittedPhoton, Start};
+use crate::integrator::photon::ledger::Account;
+use crate::optics::Diffuser;
+use crate::sampling::{Key, PathRandom, Replicate, Stream};
+use crate::traceable::{TraceableScene, TraceableTube};
+
+/// Photons that a vertex is connected to where nothing has a closed form.
+const CONNECTIONS: usize = 2;
+
+/// Reason why the light of some tubes is not that of lamps, if it is not: their closures do not forget where it came from.
+pub fn refuses_closures(tubes: &[TraceableTube]) -> Option<Refusal> {
+    let cut = "the path is cut at Lambertian diffusers, but";
+    let measured = |tube: &TraceableTube| matches!(tube.diffuser, Diffuser::Measured(_));
+    let unscattered = |tube: &TraceableTube| tube.diffuser.specular_zone(tube.opening_radius).is_some();
+    if tubes.iter().any(unscattered) {
+        Some(Refusal::new(RefusalCode::ClearClosures, format!("{cut} a closure lets light pass unscattered")))
+    } else if tubes.iter().any(measured) {
+        let detail = format!("{cut} light leaves a measured one by its direction of incidence");
+        Some(Refusal::new(RefusalCode::MeasuredDiffusers, detail))
+    } else {
+        None
+    }
+}
+
+/// What some photons send from the closure of each tube, and their account.
+pub type Sums<const C: usize> = (Vec<Vec<Leaving<C>>>, Account);
+
+impl<const C: usize> Tally for Sums<C> {
+    fn is_finite(&self) -> bool {
+        let is_finite = |photon: &Leaving<C>| photon.position.is_finite() && photon.flux.is_finite();
+        self.0.iter().flatten().all(is_finite) && self.1.is_finite()
+    }
+}
+
+/// The light that leaves the closure of each tube in one pass, with the fluxes of the tubes, and books of all but what enters the
+/// room; `None` when cancelled. What a clear closure lets pass leaves like the rest.
+pub fn leaving<const C: usize>(
+    scene: &TraceableScene,
+    emission: &Emission,
+    pass: Key,
+    cancel: &AtomicBool,
+) -> Option<Sums<C>> {
+    let chunk = |numbers: Range<u64>| {
+        let mut account = Account::new(scene.tubes.len());
+        let mut leaving = vec![Vec::new(); scene.tubes.len()];
+        for number in numbers {
+            let (photon, mut samples) = emission.photon(scene, pass, number);
+            if let Some(photon) = photon
+                && let Start::Tube(tube) = photon.start
+            {
+                let EmittedPhoton { position, direction, flux, .. } = photon;
+                let entering = Entering { position, direction, flux };
+                let Account { tubes: fluxes, rays, ledger, .. } = &mut account;
+                let (leaving, fluxes) = (&mut leaving[tube], &mut fluxes[tube]);
+                let mut into_room = 0.0;
+                let at_diffuser = |exit: &Exit<'_, C>| {
+                    let through = exit.into_room();
+                    into_room += through.luminance();
+                    leaving.push(Leaving { position: exit.position.truncate(), flux: through });
+                };
+                let books = (rays, ledger);
+                let descent = descend(scene, &scene.tubes[tube], entering, &mut samples, books, at_diffuser);
+                fluxes.into_room += into_room;
+                fluxes.at_collector += descent.entered.luminance();
+                fluxes.at_diffuser += descent.arrived.luminance();
+            }
+        }
+        (leaving, account)
+    };
+    let mut account = Account::new(scene.tubes.len());
+    let mut all: Vec<Vec<Leaving<C>>> = vec![Vec::new(); scene.tubes.len()];
+    let folded = fold_chunks(emission.photons(), 0, cancel, chunk, |(leaving, of_chunk): Sums<C>| {
+        account.add(&of_chunk);
+        all.iter_mut().zip(leaving).for_each(|(all, leaving)| all.extend(leaving));
+    })?;
+    account.not_finite = folded.not_finite;
+    Some((all, account))
+}
+
+/// The light that leaves the diffusers in one pass.
+#[derive(Debug)]
+pub struct DiffuserLight<const C: usize> {
+    tubes: Vec<TubeLight<C>>,
+}
+
+impl<const C: usize> DiffuserLight<C> {
+    /// The light of one pass, with the fluxes of the tubes and all books; `None` when cancelled. All closures are Lambertian.
+    pub fn trace(
+        scene: &TraceableScene,
+        emission: &Emission,
+        pass: Key,
+        cancel: &AtomicBool,
+    ) -> Option<(Self, Account)> {
+        let (all, mut account) = leaving(scene, emission, pass, cancel)?;
+        books::book_room(scene, &all, pass, &mut account);
+        let light = |(index, (tube, photons)): (usize, (&TraceableTube, Vec<Leaving<C>>))| {
+            TubeLight::new(tube, photons, PathRandom::new(pass.stream(Stream::DiffuserChoice, index as u64)).uniform())
+        };
+        let tubes = scene.tubes.iter().zip(all).enumerate().map(light).collect();
+        Some((Self { tubes }, account))
+    }
+
+    /// The light of each tube, in the order of the scene.
+    pub fn tubes(&self) -> &[TubeLight<C>] {
+        &self.tubes
+    }
+
+    /// True if no point within `reach` of `position`, at its height, is near a diffuser.
+    pub fn is_far(&self, position: DVec3, reach: f64) -> bool {
+        self.tubes.iter().all(|tube| tube.is_far(position, reach))
+    }
+
+    /// Offsets in a cell of `size` for every photon of every tube, for [`Self::at_sensor`]; the same for all cells.
+    pub fn offsets(&self, size: [f64; 2], stream: Key) -> Vec<Vec<DVec2>> {
+        let offset = |stream: Key, number: usize| {
+            let (replicate, index) = Replicate::of(stream, number as u64);
+            let [u, v, ..] = replicate.point(index, 0);
+            DVec2::new((u - 0.5) * size[0], (v - 0.5) * size[1])
+        };
+        let of_tube = |(index, tube): (usize, &TubeLight<C>)| {
+            let stream = stream.stream(Stream::CellOffsets, index as u64);
+            (0..tube.photons.len()).map(|number| offset(stream, number)).collect()
+        };
+        self.tubes.iter().enumerate().map(of_tube).collect()
+    }
+
+    /// Illuminance in lux of a horizontal sensor that sees all diffusers: every photon is connected to it, or to the point of
+    /// a cell that its offset leads to.
+    pub fn at_sensor(&self, position: DVec3, offsets: Option<&[Vec<DVec2>]>) -> f64 {
+        let of_tube = |(index, tube): (usize, &TubeLight<C>)| {
+            let depth = tube.origin.z - position.z;
+            let mut sum = 0.0;
+            for (number, photon) in tube.photons.iter().enumerate() {
+                let mut away = photon.position - position.truncate();
+                if let Some(offsets) = offsets {
+                    away -= offsets[index][number];
+                }
+                let distance_squared = away.length_squared() + depth * depth;
+                sum += photon.flux.luminance() / (distance_squared * distance_squared);
+            }
+            sum * depth * depth / PI
+        };
+        self.tubes.iter().enumerate().map(of_tube).sum()
+    }
+}
+
+impl<const C: usize> Daylight<C> for DiffuserLight<C> {
+    fn connect(&self, walk: &mut Walk<'_, C>, vertex: &Vertex<'_, C>, tube: usize) {
+        let light = &self.tubes[tube];
+        if vertex.is_narrow() || !light.is_far(vertex.position, 0.0) {
+            return Followed.connect(walk, vertex, tube);
+        }
+        let height = (light.origin - vertex.position).dot(vertex.normal);
+        let reach = light.radius * vertex.normal.truncate().length();
+        if height + reach <= 0.0 || light.choices.is_empty() {
+            return;
+        }
+        // a wall that the disc touches is not cut by it
+        let above = height >= reach - HORIZON * light.radius;
+        let clear = || walk.scene.leaves_clear(vertex.position, 0.0, vertex.surface, light.origin, light.radius);
+        if let Some(albedo) = vertex.lambertian().filter(|_| above && clear()) {
+            let number = walk.samples.random.uniform();
+            walk.sum += albedo * light.irradiance(vertex.position, vertex.normal, number) * (1.0 / PI);
+            return;
+        }
+        let numbers: [f64; CONNECTIONS] = walk.samples.pair();
+        for number in numbers {
+            let Some((photon, _)) = light.choice(number) else { continue };
+            let source = photon.position.extend(light.origin.z);
+            let way = source - vertex.position;
+            let distance_squared = way.length_squared();
+            if let Some((response, _)) = walk.respond(vertex, source, None) {
+                let per_area = way.z / (PI * distance_squared * distance_squared.sqrt());
+                walk.sum += response * photon.flux * (per_area / CONNECTIONS as f64);
+            }
+        }
+    }
+
+    fn found_share(&self, scene: &TraceableScene, tube: usize, way: &Way, position: DVec3) -> Option<f64> {
+        match way.last {
+            Some(last) if last.narrow || !self.tubes[tube].is_far(last.position, 0.0) => {
+                Daylight::<C>::found_share(&Followed, scene, tube, way, position)
+            }
+            Some(_) => None,
+            // photons are connected to the eye, but by way of mirrors to nothing
+            None => (!way.from_eye).then_some(1.0),
+        }
+    }
+}
+
+/// Share of the radius by which a horizon may cut a disc from rounding alone.
+const HORIZON: f64 = 1e-9;
+
+/// The same light at sensors to which every photon was connected.
+pub struct SensorsLit<'a, const C: usize>(pub &'a DiffuserLight<C>);
+
+impl<const C: usize> Daylight<C> for SensorsLit<'_, C> {
+    fn connect(&self, walk: &mut Walk<'_, C>, vertex: &Vertex<'_, C>, tube: usize) {
+        self.0.connect(walk, vertex, tube);
+    }
+
+    fn lights_sensors(&self) -> bool {
+        false
+    }
+
+    fn found_share(&self, scene: &TraceableScene, tube: usize, way: &Way, position: DVec3) -> Option<f64> {
+        self.0.found_share(scene, tube, way, position)
+    }
+}

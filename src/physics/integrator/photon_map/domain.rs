@@ -1,0 +1,187 @@
+//! The part of a plane on which photons can lie: gather discs are clipped to it, so that kernels have no boundary bias.
+//!
+//! From every plane is taken what stands on it or reaches through it, seen a hair's breadth before it: sections of boxes and
+//! of closed pieces of meshes, together, so that what several cover counts once.
+
+use std::f64::consts::PI;
+
+use glam::{DVec2, DVec3};
+
+use super::solids::{Owner, Sections, Sheet, Solid, sections};
+use crate::geometry::covered::{Edge, bounds, covered, polygon, rectangle};
+use crate::geometry::disc::{disc_disc_area, disc_edge_area, disc_polygon_area};
+use crate::scene::Face;
+use crate::traceable::TraceableScene;
+
+/// A rectangle minus what covers it, and minus discs, all in one plane.
+#[derive(Clone, Debug)]
+pub struct Domain {
+    origin: DVec3,
+    u: DVec3,
+    v: DVec3,
+    /// 1 where the side of u x v is seen, -1 where the other one is.
+    looks: f64,
+    /// Extent of the outline along u and v.
+    size: DVec2,
+    discs: Vec<(DVec2, f64)>,
+    /// Parts that are covered.
+    regions: Vec<Region>,
+}
+
+/// Directed edges around a part of the plane: counter-clockwise around what it holds.
+#[derive(Clone, Debug)]
+pub struct Region {
+    edges: Vec<Edge>,
+    low: DVec2,
+    high: DVec2,
+}
+
+/// Whether mesh surfaces and luminaires that lie in a plane cover it.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub enum Flat {
+    /// The plane is a face: what lies on it hides it.
+    Covers,
+    /// The plane is that of a grid, which counts what arrives there.
+    Passes,
+}
+
+impl Domain {
+    /// The horizontal plane at `height` inside the room, minus the boxes and closed meshes that it cuts.
+    pub fn horizontal_plane(scene: &TraceableScene, height: f64) -> Self {
+        let origin = DVec3::new(0.0, 0.0, height);
+        let mut domain = Self::rectangle(origin, DVec3::X * scene.size.x, DVec3::Y * scene.size.y, 1.0);
+        domain.cut(scene, &Solid::all(scene), None, Flat::Passes);
+        domain
+    }
+
+    /// Area in m2 of the domain within `radius` of a point of its plane.
+    #[inline]
+    pub fn area(&self, centre: DVec3, radius: f64) -> f64 {
+        let relative = centre - self.origin;
+        let p = DVec2::new(relative.dot(self.u), relative.dot(self.v));
+        let inside = p.x >= radius && p.y >= radius && self.size.x - p.x >= radius && self.size.y - p.y >= radius;
+        let mut area = if inside { PI * radius * radius } else { self.outline_area(p, radius) };
+        for (disc, disc_radius) in &self.discs {
+            area -= disc_disc_area(radius, *disc_radius, (p - *disc).length());
+        }
+        for region in &self.regions {
+            area -= region.area(p, radius);
+        }
+        area.max(0.0)
+    }
+    fn outline_area(&self, p: DVec2, radius: f64) -> f64 {
+        let DVec2 { x, y } = self.size;
+        disc_polygon_area(p, radius, &[DVec2::ZERO, DVec2::new(x, 0.0), DVec2::new(x, y), DVec2::new(0.0, y)])
+    }
+
+    /// A rectangle from a corner along two edges, seen from the side of u x v where `looks` is 1, else from the other.
+    pub fn rectangle(origin: DVec3, u: DVec3, v: DVec3, looks: f64) -> Self {
+        let size = DVec2::new(u.length(), v.length());
+        let (u, v) = (u / size.x, v / size.y);
+        Self { origin, u, v, looks, size, discs: Vec::new(), regions: Vec::new() }
+    }
+
+    /// Takes away what covers the rectangle, but for the solid `own` whose face it is; true if a mesh that is not closed
+    /// stands there.
+    pub fn cut(&mut self, scene: &TraceableScene, solids: &[Solid], own: Option<Owner>, flat: Flat) -> bool {
+        let (origin, u, v) = (self.origin, self.u * self.size.x, self.v * self.size.y);
+        let corners = [origin, origin + u, origin + u + v, origin + v];
+        let sheet = Sheet {
+            origin,
+            u: self.u,
+            v: self.v,
+            seen: self.looks * self.u.cross(self.v),
+            low: corners.iter().fold(DVec3::INFINITY, |low, p| low.min(*p)),
+            high: corners.iter().fold(DVec3::NEG_INFINITY, |high, p| high.max(*p)),
+            hair: scene.coinciding(),
+        };
+        let near = solids.iter().filter(|solid| Some(solid.of) != own && solid.may_cut(&sheet));
+        let Sections { mut covers, open } = sections(near, &sheet);
+        if flat == Flat::Covers {
+            covers.extend(flat_covers(scene, &sheet));
+        }
+        self.regions = regions(&rectangle(DVec2::ZERO, self.size), covers, scene);
+        open
+    }
+
+    /// A face of the room, whole.
+    pub fn room_face(scene: &TraceableScene, face: Face) -> Self {
+        let axis = face as usize / 2;
+        let far = face as usize % 2 == 1;
+        let mut origin = DVec3::ZERO;
+        if far {
+            origin[axis] = scene.size[axis];
+        }
+        let edge = |k: usize| DVec3::AXES[k] * scene.size[k];
+        let looks = if far { -1.0 } else { 1.0 };
+        let mut domain = Self::rectangle(origin, edge((axis + 1) % 3), edge((axis + 2) % 3), looks);
+        if face == Face::Ceiling {
+            let flat = |p: DVec3| DVec2::new((p - origin).dot(domain.u), (p - origin).dot(domain.v));
+            domain.discs = scene.tubes.iter().map(|tube| (flat(tube.origin), tube.opening_radius)).collect();
+        }
+        domain
+    }
+}
+
+/// Luminaires and mesh surfaces that lie in the plane of a sheet.
+fn flat_covers(scene: &TraceableScene, sheet: &Sheet) -> Vec<Vec<Edge>> {
+    let near = scene.coinciding();
+    let in_plane = |p: &DVec3| (*p - sheet.origin).dot(sheet.seen).abs() <= near;
+    let corners = scene.luminaires.iter().map(|luminaire| luminaire.corners());
+    let lying = corners.filter(|corners| corners.iter().all(in_plane));
+    let mut covers: Vec<Vec<Edge>> = lying.map(|corners| polygon(&corners.map(|p| sheet.flat(p)))).collect();
+    if let Some(meshes) = &scene.meshes {
+        for facet in 0..meshes.facets.len() {
+            let edges = meshes.facets.edges(facet);
+            if !edges.is_empty() && edges.iter().flatten().all(in_plane) {
+                covers.push(edges.iter().map(|edge| edge.map(|p| sheet.flat(p))).collect());
+            }
+        }
+    }
+    covers
+}
+
+/// Covers that are near each other, and bounds around them.
+struct Group {
+    covers: Vec<Vec<Edge>>,
+    low: DVec2,
+    high: DVec2,
+}
+
+/// The covered parts of an outline: one region for covers that are near each other.
+pub fn regions(outline: &[Edge], covers: Vec<Vec<Edge>>, scene: &TraceableScene) -> Vec<Region> {
+    let tolerance = 4.0 * scene.coinciding();
+    let gap = 16.0 * tolerance;
+    let mut groups: Vec<Group> = Vec::new();
+    for cover in covers {
+        let (low, high) = bounds(cover.iter());
+        let mut all = Group { covers: vec![cover], low, high };
+        let near =
+            |all: &Group, one: &Group| all.low.cmple(one.high + gap).all() && one.low.cmple(all.high + gap).all();
+        // joined groups may reach further ones
+        while let Some(other) = groups.iter().position(|group| near(&all, group)) {
+            let Group { covers, low, high } = groups.swap_remove(other);
+            all.covers.extend(covers);
+            (all.low, all.high) = (all.low.min(low), all.high.max(high));
+        }
+        groups.push(all);
+    }
+    let regions = groups.iter().map(|group| Region::new(covered(outline, &group.covers, tolerance)));
+    regions.filter(|region| !region.edges.is_empty()).collect()
+}
+
+impl Region {
+    fn new(edges: Vec<Edge>) -> Self {
+        let (low, high) = bounds(edges.iter());
+        Self { edges, low, high }
+    }
+
+    /// Area in m2 within `radius` of a point.
+    pub fn area(&self, p: DVec2, radius: f64) -> f64 {
+        let apart = (self.low - p).max(p - self.high).max_element();
+        if apart >= radius {
+            return 0.0;
+        }
+        self.edges.iter().map(|[a, b]| disc_edge_area(radius, *a - p, *b - p)).sum()
+    }
+}

@@ -1,0 +1,15 @@
+//! Estimates of density from photons that are kept: what sensors and eyes gather from them.
+
+pub mod domain;
+pub mod grid;
+mod lanes;
+pub(crate) mod maps;
+pub(crate) mod memory;
+pub(crate) mod near_light;
+pub(crate) mod outline;
+pub mod progressive;
+mod solids;
+pub(crate) mod store;
+pub mod surfaces;
+pub(crate) mod trial;
+pub(crate) mod visible_point;

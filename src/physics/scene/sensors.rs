@@ -1,0 +1,140 @@
+//! Illuminance grids: horizontal sensors that look up.
+
+use glam::{DVec2, DVec3};
+
+/// A grid of horizontal sensors.
+#[derive(Clone, Debug)]
+pub struct Grid {
+    /// Name in the document, unique among the grids of a job; files of results carry it.
+    pub name: String,
+    /// Height of the sensors above the floor.
+    pub height_m: f64,
+    /// Number of cells along x and y.
+    pub cells: [usize; 2],
+    /// Centres of the columns, ascending, from the room's west wall.
+    pub x_m: Vec<f64>,
+    /// Centres of the rows, ascending, from the room's south wall.
+    pub y_m: Vec<f64>,
+    /// Size of a cell along x and y in metres.
+    pub cell_size_m: [f64; 2],
+    /// Distance of neighbouring columns and rows in cells: 1, but for [`Grid::thinned`].
+    pub every: [usize; 2],
+    /// Whether sensors are points or whole cells.
+    pub estimate: EstimateKind,
+    /// Whether results tell the light by source and by tube, too.
+    pub components: bool,
+}
+
+/// Meaning of a sensor's value.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum EstimateKind {
+    /// Illuminance at the cell's centre.
+    Point,
+    /// Mean illuminance over the cell.
+    CellAverage,
+}
+
+impl Grid {
+    /// `cells` (each >= 1) over a floor of `room_size_m`, `margin_m` away from the walls.
+    pub fn new(
+        name: String,
+        height_m: f64,
+        cells: [usize; 2],
+        margin_m: f64,
+        room_size_m: [f64; 2],
+        estimate: EstimateKind,
+    ) -> Self {
+        let cell_size_m: [f64; 2] =
+            std::array::from_fn(|axis| (room_size_m[axis] - 2.0 * margin_m) / cells[axis] as f64);
+        let centres =
+            |axis: usize| (0..cells[axis]).map(|i| margin_m + (i as f64 + 0.5) * cell_size_m[axis]).collect::<Vec<_>>();
+        let (x_m, y_m, every) = (centres(0), centres(1), [1; 2]);
+        Self { name, height_m, cells, x_m, y_m, cell_size_m, every, estimate, components: false }
+    }
+
+    /// Every few columns and rows of this grid, about `most` sensors at most, each with its own cell: a sample of its values.
+    ///
+    /// ```
+    /// use skyduct_physics::scene::{EstimateKind, Grid};
+    ///
+    /// let grid = Grid::new("g".into(), 0.8, [9, 6], 0.0, [9.0, 6.0], EstimateKind::Point);
+    /// let some = grid.thinned(9);
+    /// assert_eq!((some.cells, some.x_m, some.y_m), ([3, 2], vec![1.5, 4.5, 7.5], vec![1.5, 4.5]));
+    /// assert_eq!(grid.thinned(54).cells, grid.cells);
+    /// ```
+    pub fn thinned(&self, most: usize) -> Self {
+        let mut step = 1;
+        let left = |axis: usize, step: usize| (self.cells[axis] / step).max(1);
+        while left(0, step) * left(1, step) > most.max(1) {
+            step += 1;
+        }
+        let some = |axis: usize, centres: &[f64]| -> Vec<f64> {
+            let step = step.min(self.cells[axis]);
+            centres.iter().skip((step - 1) / 2).step_by(step).take(left(axis, step)).copied().collect()
+        };
+        let (x_m, y_m) = (some(0, &self.x_m), some(1, &self.y_m));
+        let every = [0, 1].map(|axis| self.every[axis] * step.min(self.cells[axis]));
+        Self { name: self.name.clone(), cells: [x_m.len(), y_m.len()], x_m, y_m, every, ..*self }
+    }
+
+    /// Number of sensors; sensor `j * cells[0] + i` is at (`x_m[i]`, `y_m[j]`).
+    pub fn len(&self) -> usize {
+        self.cells[0] * self.cells[1]
+    }
+
+    /// True if there is no sensor; documents have at least one.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Centre of sensor `index` in the plane of the grid.
+    #[inline]
+    pub fn centre(&self, index: usize) -> DVec3 {
+        DVec3::new(self.x_m[index % self.cells[0]], self.y_m[index / self.cells[0]], self.height_m)
+    }
+
+    /// The sensor whose cell holds a point of the plane; `None` beside the grid.
+    #[inline]
+    pub fn cell_at(&self, point: DVec2) -> Option<usize> {
+        let position = (point - DVec2::new(self.x_m[0], self.y_m[0])) / DVec2::from(self.cell_size_m) + 0.5;
+        let cell = |k: usize, n: usize| match self.every[k] {
+            1 => Some(n),
+            every => n.is_multiple_of(every).then_some(n / every),
+        };
+        let axis = |k: usize| {
+            let number = (position[k] >= 0.0).then_some(position[k] as usize);
+            number.and_then(|n| cell(k, n)).filter(|n| *n < self.cells[k])
+        };
+        let (i, j) = (axis(0)?, axis(1)?);
+        Some(j * self.cells[0] + i)
+    }
+
+    /// Area of one cell in m2.
+    #[inline]
+    pub fn cell_area_m2(&self) -> f64 {
+        self.cell_size_m[0] * self.cell_size_m[1]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A point lies in a cell of some columns and rows if it lies in the same cell of all.
+    #[test]
+    fn the_cells_of_a_thinned_grid_are_those_of_the_whole() {
+        let grid = Grid::new("g".into(), 0.8, [7, 5], 0.25, [4.0, 3.0], EstimateKind::CellAverage);
+        let some = grid.thinned(8);
+        assert_eq!((some.cells, some.cell_size_m), ([3, 2], grid.cell_size_m));
+        let mut found = vec![0; some.len()];
+        for number in 0..10_000 {
+            let point = DVec2::new(0.04 * (number % 100) as f64, 0.03 * (number / 100) as f64);
+            let whole = grid.cell_at(point).map(|sensor| grid.centre(sensor));
+            let part = some.cell_at(point);
+            let kept = whole.filter(|centre| (0..some.len()).any(|sensor| some.centre(sensor) == *centre));
+            assert_eq!(part.map(|sensor| some.centre(sensor)), kept, "{point}");
+            part.into_iter().for_each(|sensor| found[sensor] += 1);
+        }
+        assert!(found.iter().all(|points| *points > 100), "{found:?}");
+    }
+}

@@ -1,0 +1,93 @@
+//! The CIE general sky and the sun, in absolute luminance.
+
+pub mod cie;
+pub mod ies;
+pub mod opening;
+pub mod sampler;
+pub mod sun;
+pub mod zenith;
+
+use glam::DVec3;
+
+pub use cie::{CieType, SkyDistribution};
+pub use ies::IesSky;
+pub use sun::Sun;
+
+/// Which distribution a sky has.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SkyType {
+    /// A type of the CIE general sky, or the traditional overcast sky.
+    Cie(CieType),
+    /// A named set of parameters of the same general formula.
+    Ies(IesSky),
+}
+
+impl From<CieType> for SkyType {
+    fn from(cie_type: CieType) -> Self {
+        Self::Cie(cie_type)
+    }
+}
+
+impl From<IesSky> for SkyType {
+    fn from(sky: IesSky) -> Self {
+        Self::Ies(sky)
+    }
+}
+
+impl SkyType {
+    /// The parameters a, b, c, d, e; `None` for the traditional overcast sky.
+    pub fn parameters(self) -> Option<[f64; 5]> {
+        match self {
+            Self::Cie(cie_type) => cie_type.parameters(),
+            Self::Ies(sky) => Some(sky.parameters()),
+        }
+    }
+
+    /// True for the skies under which results have daylight factors: the CIE overcast skies, types 1 and 16.
+    pub fn is_standard_overcast(self) -> bool {
+        matches!(self, Self::Cie(cie_type) if cie_type.is_standard_overcast())
+    }
+}
+
+impl std::fmt::Display for SkyType {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Cie(cie_type) => write!(f, "CIE type {}", cie_type.number()),
+            Self::Ies(sky) => f.write_str(sky.name()),
+        }
+    }
+}
+
+/// A CIE general sky of absolute luminance.
+#[derive(Clone, Debug)]
+pub struct Sky {
+    /// Luminance in every direction relative to that of the zenith.
+    pub distribution: SkyDistribution,
+    /// Luminance of the zenith in cd/m2, >= 0; the sky's luminance is this times the distribution.
+    pub zenith_luminance_cd_m2: f64,
+}
+
+impl Sky {
+    /// Luminance in cd/m2 seen toward the unit vector `direction` (z up); zero below the horizon.
+    #[inline]
+    pub fn luminance(&self, direction: DVec3) -> f64 {
+        self.zenith_luminance_cd_m2 * self.distribution.relative_luminance(direction)
+    }
+
+    /// Unobstructed horizontal illuminance in lux.
+    pub fn horizontal_illuminance_lux(&self) -> f64 {
+        self.zenith_luminance_cd_m2 * self.distribution.horizontal_ratio()
+    }
+}
+
+/// Unit vector toward `altitude` above the horizon and `azimuth` clockwise from +y (both radians), z up.
+///
+/// ```
+/// let east = skyduct_physics::sky::direction(0.0, 90f64.to_radians());
+/// assert!((east - glam::DVec3::X).length() < 1e-15);
+/// ```
+pub fn direction(altitude: f64, azimuth: f64) -> DVec3 {
+    let (sin_altitude, cos_altitude) = libm::sincos(altitude);
+    let (sin_azimuth, cos_azimuth) = libm::sincos(azimuth);
+    DVec3::new(sin_azimuth * cos_altitude, cos_azimuth * cos_altitude, sin_altitude)
+}
