@@ -72,11 +72,11 @@ impl Client {
         Ok(mesh["id"].as_str().context("the service gave the mesh no id")?.to_owned())
     }
 
-    /// Posts a job document; answers the job. `key` makes a repetition harmless.
-    pub async fn submit(&self, document: Vec<u8>, key: &str) -> anyhow::Result<Value> {
+    /// Posts a job document; answers the job, with `predict` with what it would take. `key` makes a repetition harmless.
+    pub async fn submit(&self, document: Vec<u8>, predict: bool, key: &str) -> anyhow::Result<Value> {
         let request = self
             .http
-            .post(self.url("/v1/jobs"))
+            .post(self.url(if predict { "/v1/jobs?predict=true" } else { "/v1/jobs" }))
             .header("content-type", "application/json")
             .header("idempotency-key", key)
             .body(document);

@@ -50,7 +50,7 @@ async fn show(service: &RunningService, args: &DemoArgs) -> anyhow::Result<()> {
     println!("service: {}", service.url());
     let client = Client::new(&service.url())?;
     let out = Path::new(OUT);
-    let job = submit_and_download(&client, JOB.into(), None, out, &args.figures.saved).await?;
+    let job = submit_and_download(&client, JOB.into(), None, false, out, &args.figures.saved).await?;
     println!("results: {}", out.display());
     print_results(&job);
     println!("page:    {}{}", service.url(), job["links"]["page"].as_str().unwrap_or("/"));

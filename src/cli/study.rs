@@ -10,9 +10,10 @@ use super::mesh_files::MeshFiles;
 use super::render::{cancel_on_interrupt, read_job, write};
 use crate::document::{DocumentErrors, FieldError, method};
 use crate::study::StudyRequest;
+use crate::study::picture_request::{PictureRequest, PicturesWanted, ten_five_two_and_one_percent};
 use crate::study::reference::ReferenceRequest;
 use crate::study::run::{Step, StudyError, run as run_study};
-use crate::study::views::{self, PictureRequest};
+use crate::study::views;
 
 #[derive(Debug, clap::Args)]
 pub struct StudyArgs {
@@ -102,15 +103,12 @@ fn of_views(
     methods: Vec<String>,
     heard: impl Fn(usize, usize, &str),
 ) -> anyhow::Result<String> {
-    let errors = if args.errors.is_empty() { vec![0.1, 0.05, 0.02, 0.01] } else { args.errors.clone() };
-    let request = PictureRequest {
-        job,
-        methods,
-        seconds: args.seconds_each.clone(),
-        relative_errors: errors,
-        most_seconds: args.seconds,
-        reference: args.reference.clone(),
+    let relative_errors = match args.errors.as_slice() {
+        [] => ten_five_two_and_one_percent(),
+        errors => errors.to_vec(),
     };
+    let wanted = PicturesWanted { seconds: args.seconds_each.clone(), relative_errors };
+    let request = PictureRequest::new(job, methods, wanted, args.seconds, Some(&args.reference));
     let mut heard = |done: usize, of: usize, next: &str| heard(done, of, next);
     let pictures = views::run(&request, &MeshFiles::beside(&args.job), &cancel_on_interrupt()?, &mut heard);
     let pictures = pictures.map_err(of_document)?;
@@ -118,7 +116,7 @@ fn of_views(
         write(&args.out, &name, &bytes)?;
     }
     let told = pictures.pictures.iter().map(|picture| format!("{} {}\n", picture.view, picture.title()));
-    let refused = pictures.refused.iter().map(|(method, reason)| format!("{method}: {reason}\n"));
+    let refused = pictures.refused.iter().map(|refused| format!("{}: {}\n", refused.method, refused.reason));
     Ok(told.chain(refused).collect::<String>())
 }
 

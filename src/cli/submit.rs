@@ -30,6 +30,9 @@ pub struct SubmitArgs {
     /// Folder for the results
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
+    /// Let the service try every method for a moment before, less than 0.2 s in all, and draw what it foretells beside what it took
+    #[arg(long)]
+    pub predict: bool,
     #[command(flatten)]
     pub figures: FiguresArgs,
 }
@@ -42,18 +45,20 @@ pub fn run(args: SubmitArgs) -> anyhow::Result<()> {
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
     runtime.block_on(async {
         let client = Client::new(&args.server)?;
-        let job = submit_and_download(&client, document, Some(&folder), &args.out, &args.figures.saved).await?;
+        let job =
+            submit_and_download(&client, document, Some(&folder), args.predict, &args.out, &args.figures.saved).await?;
         eprintln!("job {} is done; results are in {}", job["id"].as_str().unwrap_or("?"), args.out.display());
         print_results(&job);
         Ok(())
     })
 }
 
-/// Uploads the meshes, posts the document, follows the job and writes its results below `out`; answers the job.
+/// Uploads the meshes, posts the document (with `predict` for what it would take, too), follows the job and writes its results below `out`; answers the job.
 pub async fn submit_and_download(
     client: &Client,
     document: Vec<u8>,
     mesh_folder: Option<&Path>,
+    predict: bool,
     out: &Path,
     figures: &SavedFigures,
 ) -> anyhow::Result<Value> {
@@ -61,7 +66,7 @@ pub async fn submit_and_download(
         Some(folder) => with_uploaded_meshes(client, document, folder).await?,
         None => document,
     };
-    let job = client.submit(document, &Uuid::new_v4().to_string()).await?;
+    let job = client.submit(document, predict, &Uuid::new_v4().to_string()).await?;
     let path = job["links"]["self"].as_str().context("the service gave the job no path")?.to_owned();
     let events = job["links"]["events"].as_str().context("the service gave the job no events")?.to_owned();
     let progress = Progress::new(stop_rule(&job)?);

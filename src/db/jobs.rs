@@ -22,11 +22,12 @@ pub(super) async fn submit(tx: &mut SqliteConnection, new: NewJob, max_queued: u
     let id = Uuid::now_v7();
     let id_text = id.to_string();
     let created_at: Option<i64> = sqlx::query_scalar(concat!(
-        "INSERT INTO jobs (id, name, status, submitted, document, plan, warnings, idempotency_key, body_hash, summary, created_at) \
-         SELECT $1, $2, 'queued', $3, $4, $5, $6, $7, $8, $9, ",
+        "INSERT INTO jobs (id, name, status, submitted, document, plan, warnings, idempotency_key, body_hash, summary, \
+         predictions, created_at) \
+         SELECT $1, $2, 'queued', $3, $4, $5, $6, $7, $8, $9, $10, ",
         now_ms!(),
         // one of them is rendered, or will be at once
-        " WHERE (SELECT count(*) FROM chunks WHERE state <> 'done') <= $10 RETURNING created_at"
+        " WHERE (SELECT count(*) FROM chunks WHERE state <> 'done') <= $11 RETURNING created_at"
     ))
     .bind(&id_text)
     .bind(&new.name)
@@ -37,6 +38,7 @@ pub(super) async fn submit(tx: &mut SqliteConnection, new: NewJob, max_queued: u
     .bind(&new.idempotency_key)
     .bind(&new.body_hash)
     .bind(to_json(&new.known)?)
+    .bind(new.predictions.as_ref().map(to_json).transpose()?)
     .bind(signed(max_queued))
     .fetch_optional(&mut *tx)
     .await
@@ -82,6 +84,7 @@ pub(super) async fn submit(tx: &mut SqliteConnection, new: NewJob, max_queued: u
         warnings: new.warnings,
         body_hash: new.body_hash,
         summary: Some(known),
+        predictions: new.predictions,
         problem: None,
     }))
 }

@@ -25,7 +25,7 @@ pub(super) use head_columns;
 /// Columns of a [`Job`] beyond its head.
 macro_rules! job_columns {
     () => {
-        "document, plan, warnings, body_hash, summary, problem"
+        "document, plan, warnings, body_hash, summary, predictions, problem"
     };
 }
 pub(super) use job_columns;
@@ -66,6 +66,7 @@ pub(super) fn job(row: &SqliteRow) -> Result<Job, StoreError> {
         warnings: json(row, "warnings")?,
         body_hash: get(row, "body_hash")?,
         summary: optional_json(row, "summary")?,
+        predictions: optional_json(row, "predictions")?,
         problem: optional_json(row, "problem")?,
     })
 }

@@ -21,6 +21,9 @@ const FORETOLD: f64 = 8.0;
 /// Passes from which on a law is drawn.
 const SETTLED: f64 = 8.0;
 
+/// Half the diagonal of a diamond.
+const DIAMOND: f64 = 2.0 * MARK_RADIUS;
+
 /// Confidence of the band around a law.
 const CONFIDENCE: f64 = 0.95;
 
@@ -37,6 +40,21 @@ pub struct ErrorSeries {
     pub asked: Option<f64>,
     /// Relative errors, and when each is reached.
     pub times: Vec<TimeTo>,
+    /// What was foretold before the first pass.
+    pub foretold: Vec<Foretold>,
+}
+
+/// When an accuracy was to be reached.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Foretold {
+    /// Relative error.
+    pub error: f64,
+    /// Seconds.
+    pub seconds: f64,
+    /// Lower end of the interval of the seconds.
+    pub from: f64,
+    /// Upper end; `None` where it may never be reached.
+    pub to: Option<f64>,
 }
 
 /// When an accuracy is reached.
@@ -94,7 +112,11 @@ fn axes_of(series: &[ErrorSeries], within: Rectangle) -> Axes {
     let points = || series.iter().flat_map(|one| one.points.iter().copied());
     // room for the law beyond the last pass
     let beyond = series.iter().filter_map(|one| Some(one.law?.last.seconds * FORETOLD.sqrt()));
-    let times = logarithmic_ends(points().map(|point| point.0).chain(beyond), 1.0);
+    let foretold = series.iter().flat_map(|one| {
+        let asked = one.foretold.iter().filter(|time| Some(time.error) >= one.asked);
+        asked.map(|time| time.seconds)
+    });
+    let times = logarithmic_ends(points().map(|point| point.0).chain(beyond).chain(foretold), 1.0);
     let asked = series.iter().filter_map(|one| one.asked);
     let errors = logarithmic_ends(points().map(|point| point.1).chain(asked), 0.01);
     let x = Axis::logarithmic("render time in seconds", times, "");
@@ -113,6 +135,10 @@ fn legend_of(series: &[ErrorSeries]) -> Vec<Entry> {
             let line = Some(Line::new(colour, 1.0).dashed(&[6.0, 3.0]));
             let name = format!("slope {exponent} ± {error}, 95 % band");
             entries.push(Entry { name, line, mark: None, area: Some((colour, 0.15)) });
+        }
+        if !one.foretold.is_empty() {
+            let line = Some(Line::new(colour, 3.0).dashed(&[2.0, 2.0]));
+            entries.push(Entry { name: "foretold before".to_owned(), line, mark: None, area: None });
         }
     }
     if !entries.is_empty() {
@@ -143,12 +169,28 @@ fn draw_series(drawing: &mut Drawing, axes: &Axes, series: &ErrorSeries, colour:
         let text = format!("asked of {}: {} %", series.name, short(rounded(100.0 * asked)));
         drawing.text(at, text, Type::new(11.0, colour).anchored(Anchor::End).rimmed(Colour::Paper));
     }
+    draw_foretold(drawing, axes, &series.foretold, colour);
     drawing.line(axes.line(series.points.iter().map(percent)), Line::new(colour, 2.0));
     let mut marks = Outline::default();
     for place in axes.places(thinned(&series.points).iter().map(percent)) {
         marks.add_circle(place, MARK_RADIUS);
     }
     drawing.fill(marks, colour, 1.0);
+}
+
+/// What was foretold: a diamond at each accuracy, on the interval of its seconds.
+fn draw_foretold(drawing: &mut Drawing, axes: &Axes, foretold: &[Foretold], colour: Colour) {
+    let within = |seconds: f64| seconds.clamp(axes.x.from, axes.x.to);
+    for time in foretold {
+        let percent = 100.0 * time.error;
+        let interval = [within(time.from), within(time.to.unwrap_or(f64::INFINITY))];
+        let line = axes.line(interval.map(|seconds| (seconds, percent)));
+        drawing.line(line, Line::new(colour, 3.0).dashed(&[2.0, 2.0]));
+        for place in axes.places([(time.seconds, percent)]) {
+            let corners = [-DVec2::Y, DVec2::X, DVec2::Y, -DVec2::X].map(|corner| place + DIAMOND * corner);
+            drawing.fill(Outline::polygon(corners), colour, 1.0);
+        }
+    }
 }
 
 /// Below the plot: the time to every accuracy.
@@ -201,7 +243,7 @@ mod tests {
     use crate::statistics::power_law::ErrorPoint;
 
     fn series(points: Vec<(f64, f64)>) -> ErrorSeries {
-        ErrorSeries { name: "grids", points, law: None, asked: None, times: Vec::new() }
+        ErrorSeries { name: "grids", points, law: None, asked: None, times: Vec::new(), foretold: Vec::new() }
     }
 
     #[test]
@@ -217,6 +259,22 @@ mod tests {
             assert!(svg.starts_with("<svg") && svg.ends_with("</svg>\n"));
             assert!(!svg.contains("NaN") && !svg.contains("inf"), "{svg}");
         }
+    }
+
+    /// Intervals without an upper end, and times beyond the axes, are drawn as far as the axes go.
+    #[test]
+    fn what_was_foretold_is_drawn_and_named() {
+        let points: Vec<(f64, f64)> = (2..40).map(|k| (0.1 * f64::from(k), 0.1 / f64::from(k).sqrt())).collect();
+        let time = |error, seconds| Foretold { error, seconds, from: 0.5 * seconds, to: None };
+        let foretold = vec![time(0.02, 3.0), time(1e-9, 1e12)];
+        let one = |foretold| ErrorSeries { asked: Some(0.02), foretold, ..series(points.clone()) };
+        let [with, without] =
+            [foretold, Vec::new()].map(|foretold| convergence(&Heading::of("test"), &[one(foretold)]));
+        assert!(
+            with.texts().any(|text| text == "foretold before") && without.texts().all(|text| text != "foretold before")
+        );
+        let svg = svg(&with).unwrap();
+        assert!(!svg.contains("NaN") && !svg.contains("inf"), "{svg}");
     }
 
     #[test]

@@ -242,7 +242,7 @@ async fn picture(app: &Service, id: Uuid, headers: &HeaderMap, figure: FigureFor
 async fn told(app: &Service, id: Uuid) -> Result<(Subject, Vec<PassReport>), Problem> {
     let job = app.store.job(id).await?.ok_or_else(Problem::no_such_job)?;
     let outline = app.store.convergence_outline(id, MOST_POINTS).await?;
-    Ok((Subject::new(&job.document, &job.plan), outline))
+    Ok((Subject::new(&job.document, &job.plan).foretold(job.predictions), outline))
 }
 
 fn named(

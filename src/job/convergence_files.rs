@@ -6,10 +6,11 @@ use utoipa::ToSchema;
 
 use super::chunk::RenderError;
 use super::convergence::ACCURACIES;
+use super::predictions::{OutputPredictions, PredictedTime, Predictions};
 use super::progress::PassReport;
 use super::results::failed;
 use super::subject::Subject;
-use crate::figure::convergence::{ErrorSeries, Known, TimeTo};
+use crate::figure::convergence::{ErrorSeries, Foretold, Known, TimeTo};
 use crate::figure::ticks::{duration, significant};
 use crate::figure::{self, Drawing, FigureFormat, Heading};
 use crate::statistics::interval::two_sided_student_quantile;
@@ -27,6 +28,10 @@ pub struct ErrorHistory {
     pub fit: Option<ErrorFit>,
     /// Seconds to relative errors of 5, 2, 1, 0.5 and 0.1 percent.
     pub times: Vec<TimeToAccuracy>,
+    /// What was foretold of the method of the plan before the job ran, as if it were to compute these outputs alone: times to relative
+    /// errors of 10, 5, 2, 1, 0.5 and 0.1 percent, and last to the one asked for. Empty where nobody asked for it.
+    #[serde(default)]
+    pub foretold: Vec<PredictedTime>,
 }
 
 /// The law `error ~ seconds^exponent`, fitted with regard to what successive errors have in common.
@@ -83,6 +88,13 @@ impl Outputs {
         }
     }
 
+    fn foretold(self, predictions: &Predictions) -> Option<&OutputPredictions> {
+        match self {
+            Self::Grids => predictions.grids.as_ref(),
+            Self::Views => predictions.views.as_ref(),
+        }
+    }
+
     fn name(self) -> &'static str {
         match self {
             Self::Grids => "grids",
@@ -124,7 +136,9 @@ fn history(subject: &Subject, outputs: Outputs, passes: &[PassReport]) -> Option
         degrees_of_freedom: law.degrees,
     });
     let times = ACCURACIES.iter().map(|accuracy| time_to(*accuracy, outputs, passes, law.as_ref())).collect();
-    Some((ErrorHistory { asked_relative_error, fit, times }, law))
+    let foretold = subject.predictions.as_ref().and_then(|predictions| outputs.foretold(predictions));
+    let foretold = foretold.map_or_else(Vec::new, |table| table.of_plan().cloned().collect());
+    Some((ErrorHistory { asked_relative_error, fit, times, foretold }, law))
 }
 
 /// The passes that told an error of these outputs and computed them: a further pass leaves it as it is to the last bit only where it is
@@ -226,12 +240,17 @@ pub fn convergence_figure(subject: &Subject, passes: &[PassReport]) -> Drawing {
             seconds: time.seconds,
             known: if time.known == TimeKnown::Met { Known::Met } else { Known::Extrapolated },
         });
+        let foretold = history.foretold.iter().filter_map(|time| {
+            let (seconds, from) = (time.seconds?, time.seconds_from?);
+            Some(Foretold { error: time.relative_error, seconds, from, to: time.seconds_to })
+        });
         Some(ErrorSeries {
             name: outputs.name(),
             points: points.collect(),
             law,
             asked: Some(history.asked_relative_error),
             times: times.collect(),
+            foretold: foretold.collect(),
         })
     });
     figure::convergence::convergence(&heading(subject, passes), &series.collect::<Vec<_>>())

@@ -103,6 +103,11 @@ impl PredictedTime {
 }
 
 impl OutputPredictions {
+    /// Times of the method of the plan, in the order of [`PREDICTED_ACCURACIES`], and last the one that the document asks for.
+    pub fn of_plan(&self) -> impl Iterator<Item = &PredictedTime> {
+        self.methods.iter().filter(|row| row.planned).flat_map(|row| row.accuracies.iter().chain(&row.asked))
+    }
+
     /// The table of some rows, the cheapest of each accuracy marked.
     pub fn new(asked_relative_error: f64, mut methods: Vec<MethodPredictions>) -> Self {
         for index in 0..PREDICTED_ACCURACIES.len() {

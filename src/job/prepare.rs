@@ -5,6 +5,7 @@ use std::sync::{Arc, OnceLock};
 
 use super::engine::Engine;
 use super::forecast::Forecaster;
+use super::predictions::Predictions;
 use super::progress::{PassReport, StoppedBy};
 use super::ranges::chunk_range;
 use super::spent::Spent;
@@ -43,6 +44,8 @@ pub struct Prepared {
     chunk_passes: u64,
     /// Selects the random numbers.
     pub(super) seed: u64,
+    /// What each method would take, where a pilot was asked.
+    pub(super) predictions: Option<Predictions>,
     /// What figures say of the job, once somebody has asked for it.
     pub(super) subject: OnceLock<Subject>,
     /// Every method that documents may name, with the settings of this one.
@@ -58,6 +61,14 @@ const BYTES: usize = 64 << 10;
 const BYTES_PER_TUBE: usize = 1 << 19;
 const BYTES_PER_TRIANGLE: usize = 512;
 const BYTES_PER_SENSOR: usize = 64;
+
+impl Prepared {
+    /// Keeps what a pilot foretold of the job, for its results and for the figure of its convergence.
+    pub fn foretell(&mut self, predictions: Predictions) {
+        self.subject = OnceLock::new();
+        self.predictions = Some(predictions);
+    }
+}
 
 /// Validates a document (JSON text), loads its meshes, builds the scene and the plan.
 pub fn prepare(document: &[u8], meshes: &dyn MeshSource) -> Result<Prepared, DocumentErrors> {
@@ -117,6 +128,7 @@ pub fn prepare_document(document: &ValidJob, meshes: &dyn MeshSource) -> Result<
         chunk_passes: (per_chunk as u64).clamp(1, 4096),
         seed: document.seed,
         offered: document.method.offered(),
+        predictions: None,
         subject: OnceLock::new(),
         plan,
         scene,

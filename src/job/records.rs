@@ -5,6 +5,7 @@ use std::ops::Range;
 use serde_json::Value;
 use uuid::Uuid;
 
+use super::predictions::Predictions;
 use super::progress::{Progress, StoppedBy};
 use super::spent::Spent;
 use crate::document::Warning;
@@ -92,6 +93,8 @@ pub struct Job {
     pub body_hash: String,
     /// What is known of the results; of a job that ended with passes, all of them in short.
     pub summary: Option<Value>,
+    /// What each method would take, as a pilot foretold; `None` where nobody asked.
+    pub predictions: Option<Predictions>,
     /// Why it failed; `None` unless it did.
     pub problem: Option<JobProblem>,
 }
@@ -138,6 +141,8 @@ pub struct NewJob {
     pub plan: PlanResult,
     /// What is known of the results before the first pass.
     pub known: Known,
+    /// What each method would take, where a pilot was asked.
+    pub predictions: Option<Predictions>,
     /// Notes on the document and on its methods.
     pub warnings: Vec<Warning>,
     /// Header `Idempotency-Key` of the request; a key names one body.

@@ -313,7 +313,7 @@ impl Prepared {
 
     /// What figures say of the job.
     pub fn subject(&self) -> &Subject {
-        self.subject.get_or_init(|| Subject::new(&self.document, &self.plan_json()))
+        self.subject.get_or_init(|| Subject::new(&self.document, &self.plan_json()).foretold(self.predictions.clone()))
     }
 
     fn view_file(

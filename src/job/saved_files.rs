@@ -87,6 +87,9 @@ pub fn results(prepared: &Prepared, Rendered { estimate, spent, stopped_by }: &R
         "plan": prepared.plan_json(),
         "warnings": prepared.warnings,
     });
+    if let Some(predictions) = &prepared.predictions {
+        results["predictions"] = json!(predictions);
+    }
     if let (Value::Object(results), Value::Object(summary)) =
         (&mut results, prepared.summary_json(estimate, *spent, *stopped_by))
     {

@@ -4,6 +4,7 @@ use jiff::Timestamp;
 use serde::Deserialize;
 use serde_json::Value;
 
+use super::predictions::Predictions;
 use crate::document::result::PlanResult;
 use crate::document::sky::LocationDocument;
 use crate::document::{JobDocument, ValidJob};
@@ -14,6 +15,8 @@ use crate::sky::SkyType;
 pub struct Subject {
     /// The document; `None` of a job that an older program took and this one would refuse.
     pub document: Option<ValidJob>,
+    /// What each method would take, where a pilot was asked before the job ran.
+    pub predictions: Option<Predictions>,
     grids: Option<String>,
     views: Option<String>,
 }
@@ -24,7 +27,13 @@ impl Subject {
         let methods = PlanResult::deserialize(plan).ok().map(|plan| plan.methods);
         let grids = methods.as_ref().and_then(|methods| Some(in_words(&methods.grids.as_ref()?.name)));
         let views = methods.as_ref().and_then(|methods| Some(in_words(&methods.views.as_ref()?.name)));
-        Self { document: JobDocument::from_value(document.clone()).ok(), grids, views }
+        Self { document: JobDocument::from_value(document.clone()).ok(), predictions: None, grids, views }
+    }
+
+    /// The same with what was foretold of the job.
+    #[must_use]
+    pub fn foretold(self, predictions: Option<Predictions>) -> Self {
+        Self { predictions, ..self }
     }
 
     /// Name of the job, or that it has none.

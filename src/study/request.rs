@@ -3,9 +3,11 @@
 use std::collections::BTreeSet;
 
 use serde::{Deserialize, Serialize};
-use serde_json::{Value, json};
+use serde_json::Value;
 use utoipa::ToSchema;
 
+use super::documents::{End, document, method_of};
+use super::picture_request::{PictureRequest, PicturesWanted};
 use super::reference::ReferenceRequest;
 use crate::document::errors::Checks;
 use crate::document::read::shape;
@@ -39,6 +41,9 @@ pub struct StudyRequest {
     #[serde(default = "a_minute")]
     #[schema(exclusive_minimum = 0, default = 60.0)]
     pub seconds: f64,
+    /// Pictures of the job's views, by each method after the same time and at several accuracies; none when absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub pictures: Option<PicturesWanted>,
 }
 
 /// Most runs of each method to each error.
@@ -88,6 +93,7 @@ impl StudyRequest {
             seeds: three(),
             reference: ReferenceRequest::default(),
             seconds: a_minute(),
+            pictures: None,
         }
     }
 
@@ -115,9 +121,14 @@ impl StudyRequest {
 
     /// The study where no job may take more than `most` seconds: the reference is allowed no more than those where it names none.
     pub fn within(mut self, most: f64) -> Result<Self, DocumentErrors> {
-        let asked = [("/seconds", Some(self.seconds)), ("/reference/seconds", self.reference.seconds)];
-        let too_many =
-            asked.into_iter().filter_map(|(pointer, asked)| Some((pointer, asked.filter(|asked| *asked > most)?)));
+        let asked =
+            [("/seconds".to_owned(), Some(self.seconds)), ("/reference/seconds".to_owned(), self.reference.seconds)];
+        let of_pictures = self.pictures.iter().flat_map(|wanted| wanted.seconds.iter().enumerate());
+        let of_pictures = of_pictures.map(|(index, seconds)| (format!("/pictures/seconds/{index}"), Some(*seconds)));
+        let too_many = asked
+            .into_iter()
+            .chain(of_pictures)
+            .filter_map(|(pointer, asked)| Some((pointer, asked.filter(|asked| *asked > most)?)));
         let errors: Vec<FieldError> = too_many
             .map(|(pointer, asked)| {
                 let detail = format!("must be <= {most} on this service, but is {asked}");
@@ -137,6 +148,9 @@ impl StudyRequest {
     pub fn check(&self) -> Result<(), DocumentErrors> {
         let mut errors = Vec::new();
         self.reference.check(&self.job, &mut errors);
+        if let Some(wanted) = &self.pictures {
+            wanted.check(&self.job, "/pictures", &mut errors);
+        }
         let mut refuse = |code: FieldErrorCode, pointer: String, detail: String| {
             errors.push(FieldError::new(pointer, detail).coded(code));
         };
@@ -187,6 +201,15 @@ impl StudyRequest {
         })
     }
 
+    /// The study's pictures as a request of their own, no job of which may take more than `most` seconds.
+    pub fn pictures(&self, most: f64) -> Option<PictureRequest> {
+        let (methods, wanted) = (self.methods.clone(), self.pictures.clone()?);
+        let reference = self.reference.method.as_deref();
+        let mut request = PictureRequest::new(self.job.clone(), methods, wanted, self.seconds, reference);
+        request.reference_seconds = request.reference_seconds.min(most);
+        Some(request)
+    }
+
     /// The document of a run.
     pub fn run(&self, key: &RunKey) -> Value {
         // that of the reference is another one
@@ -202,31 +225,15 @@ impl StudyRequest {
     }
 
     fn document(&self, method: Value, relative_error: f64, seconds: f64, seed: u64) -> Value {
-        let mut document = self.job.clone();
-        let confidence = document["stop"]["confidence"].take();
-        let own = document["seed"].as_u64().unwrap_or(0);
-        if let Some(fields) = document.as_object_mut() {
-            fields.remove("views");
-            fields.insert("method".to_owned(), method);
-            fields.insert("seed".to_owned(), json!(own.wrapping_add(seed)));
-            let mut stop = json!({ "relative_error": relative_error, "max_seconds": seconds, "max_passes": 1_000_000 });
-            if let Some(stop) = stop.as_object_mut().filter(|_| !confidence.is_null()) {
-                stop.insert("confidence".to_owned(), confidence);
-            }
-            fields.insert("stop".to_owned(), stop);
-        }
-        document
+        let end = End { error_field: "relative_error", relative_error, seconds };
+        document(&self.job, &["views"], method, seed, end)
     }
-}
-
-/// A method as the document of a run has it: with the job's own settings where it is the job's.
-pub fn method_of(job: &Value, name: &str) -> Value {
-    let own = &job["method"];
-    if own["kind"] == name { own.clone() } else { json!(name) }
 }
 
 #[cfg(test)]
 mod tests {
+    use serde_json::json;
+
     use super::*;
 
     fn request() -> StudyRequest {

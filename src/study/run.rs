@@ -134,15 +134,21 @@ pub fn able<T>(
         let first = RunKey { method: method.clone(), relative_error: request.relative_errors[0], seed: 0 };
         match prepare(&request.run(&first)) {
             Ok(prepared) => able.push((method.clone(), prepared)),
-            // only what concerns the method is its own fault
-            Err(errors) if errors.0.iter().all(|error| error.pointer.starts_with("/method")) => {
-                let reason = errors.0.into_iter().map(|error| error.detail).collect::<Vec<_>>().join("; ");
+            Err(errors) => {
+                let reason = of_method_alone(errors)?;
                 refused.push(Refused { method: method.clone(), reason });
             }
-            Err(errors) => return Err(errors),
         }
     }
     Ok(Judged { able, refused })
+}
+
+/// The reason why a method refuses a job; what does not concern the method is an error still.
+pub fn of_method_alone(errors: DocumentErrors) -> Result<String, DocumentErrors> {
+    match errors.0.iter().all(|error| error.pointer.starts_with("/method")) {
+        true => Ok(errors.0.into_iter().map(|error| error.detail).collect::<Vec<_>>().join("; ")),
+        false => Err(errors),
+    }
 }
 
 /// A job that is rendered to its end, with its values; `None` where it ended before its first pass.

@@ -3,8 +3,9 @@
 use serde_json::{Value, json};
 use skyduct::job::cancel::{Stop, StopReason};
 use skyduct::study::StudyRequest;
+use skyduct::study::picture_request::{PictureRequest, PicturesWanted};
 use skyduct::study::run::{StudyError, run};
-use skyduct::study::views::{self, PictureRequest};
+use skyduct::study::views;
 
 use crate::documents::Folder;
 
@@ -136,30 +137,25 @@ fn pictures_show_what_time_buys() {
     job["views"][0]["size_px"] = json!([16, 16]);
     job["method"] = json!("path_tracing");
     let methods = ["path_tracing", "jenkins", "bidirectional_path_tracing"].map(str::to_owned).to_vec();
-    let request = PictureRequest {
-        job,
-        methods,
-        seconds: vec![0.2, 0.05],
-        relative_errors: vec![0.4],
-        most_seconds: 60.0,
-        reference: "bidirectional_path_tracing".to_owned(),
-    };
+    let wanted = PicturesWanted { seconds: vec![0.2, 0.05], relative_errors: vec![0.4] };
+    let request = PictureRequest::new(job, methods, wanted, 60.0, Some("bidirectional_path_tracing"));
     let pictures = views::run(&request, &Folder, &Stop::default(), &mut |_, _, _| {}).unwrap();
-    assert_eq!((pictures.pictures.len(), pictures.refused[0].0.as_str()), (5, "jenkins"));
+    assert_eq!((pictures.pictures.len(), pictures.refused[0].method.as_str()), (5, "jenkins"));
     assert_eq!(pictures.pictures[0].asked_seconds, Some(0.05));
     let last = &pictures.pictures[4];
     assert!(last.asked_relative_error == Some(0.4) && last.actual_relative_error.unwrap() < 0.4, "{last:?}");
     let files = pictures.files(&request).unwrap();
     let names: Vec<&str> = files.iter().map(|(name, _)| name.as_str()).collect();
-    assert_eq!(names, ["views/v.equal_time.png", "views/v.accuracies.png", "pictures.json"]);
+    assert_eq!(names, ["v.equal_time.png", "v.accuracies.png", "pictures.json"]);
     assert!(files[..2].iter().all(|(_, bytes)| bytes.starts_with(b"\x89PNG")));
     let told: Value = serde_json::from_slice(&files[2].1).unwrap();
     assert_eq!((told["pictures"].as_array().unwrap().len(), &told["refused"][0]["method"]), (5, &json!("jenkins")));
-    let nothing = PictureRequest { job: json!({ "grids": [] }), seconds: vec![0.0], ..request };
+    let bad = PicturesWanted { seconds: vec![0.0], relative_errors: Vec::new() };
+    let nothing = PictureRequest { job: json!({ "grids": [] }), wanted: bad, ..request };
     match views::run(&nothing, &Folder, &Stop::default(), &mut |_, _, _| {}) {
         Err(StudyError::Document(errors)) => {
             let pointers: Vec<&str> = errors.0.iter().map(|error| error.pointer.as_str()).collect();
-            assert_eq!(pointers, ["/views", "/seconds_each/0"]);
+            assert_eq!(pointers, ["", "/seconds/0"]);
         }
         other => panic!("{other:?}"),
     }

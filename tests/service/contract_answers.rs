@@ -79,7 +79,7 @@ async fn answers_about_a_job_are_as_described() {
     is_a("PlanResource", &planned);
     let request = service.request(Method::POST, "/v1/plan?predict=true").json(&asked);
     is_a("PlanResource", &request.send().await.unwrap().json().await.unwrap());
-    let response = service.post_job(&asked).send().await.unwrap();
+    let response = service.post("/v1/jobs?predict=true", &asked).send().await.unwrap();
     assert_eq!(response.status(), StatusCode::ACCEPTED);
     let posted: Value = response.json().await.unwrap();
     is_a("JobResource", &posted);

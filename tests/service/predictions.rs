@@ -1,4 +1,4 @@
-//! What each method would take: `POST /v1/plan?predict=true`, and `plan --predict`.
+//! What each method would take: `?predict=true` of `POST /v1/plan` and `POST /v1/jobs`, `--predict` of `plan` and `render`.
 
 use std::process::Command;
 
@@ -78,13 +78,49 @@ async fn a_plan_predicts_when_it_is_asked_to() {
     assert_eq!(refused["refusal"]["code"], "clear_closures");
 }
 
+/// A job that is posted with `predict` has the table, and its convergence the times of its own method beside those that passes took,
+/// the same bits of results as without.
+#[tokio::test]
+async fn what_was_foretold_stays_with_the_job() {
+    let service = TestService::start().await;
+    let document = small_job();
+    let finished = async |query: &str| -> Value {
+        let response = service.post(&format!("/v1/jobs{query}"), &document).send().await.unwrap();
+        let job: Value = response.json().await.unwrap();
+        assert_eq!(job.get("predictions").is_some(), query.contains("true"), "{job}");
+        let path = job["links"]["self"].as_str().unwrap();
+        service.finished(path).await;
+        service.json(path).await
+    };
+    let (bare, predicted) = (finished("").await, finished("?predict=true").await);
+    assert_eq!(bare["grids"], predicted["grids"]);
+    check_table(&predicted["predictions"]["grids"], "sppm");
+    let told = |job: &Value, part: &str| job["links"][part].as_str().unwrap().to_owned();
+    let history = service.json(&told(&predicted, "convergence")).await;
+    for output in ["grids", "views"] {
+        let rows = predicted["predictions"][output]["methods"].as_array().unwrap();
+        let own = rows.iter().find(|row| row["planned"] == true).unwrap();
+        let foretold = history[output]["foretold"].as_array().unwrap();
+        let (asked, accuracies) = foretold.split_last().unwrap();
+        assert_eq!((accuracies, asked), (&own["accuracies"].as_array().unwrap()[..], &own["asked"]));
+        assert_eq!(asked["relative_error"], history[output]["asked_relative_error"]);
+    }
+    assert_eq!(service.json(&told(&bare, "convergence")).await["grids"]["foretold"], json!([]));
+    for (job, is_drawn) in [(&predicted, true), (&bare, false)] {
+        let svg = service.get(&told(job, "convergence_svg")).send().await.unwrap().text().await.unwrap();
+        assert_eq!(svg.contains("foretold before"), is_drawn);
+    }
+}
+
 #[tokio::test]
 async fn a_wrong_wish_for_predictions_is_named() {
     let service = TestService::start().await;
     for (query, name) in [("predict=maybe", "predict"), ("predict=", "predict"), ("foretell=true", "foretell")] {
         let request = service.request(Method::POST, &format!("/v1/plan?{query}")).json(&small_job());
-        let problem = problem(request.send().await.unwrap(), 422).await;
-        assert_eq!(problem["errors"][0]["pointer"], name, "{problem}");
+        let of_plan = problem(request.send().await.unwrap(), 422).await;
+        assert_eq!(of_plan["errors"][0]["pointer"], name, "{of_plan}");
+        let request = service.post(&format!("/v1/jobs?{query}"), &small_job());
+        assert_eq!(problem(request.send().await.unwrap(), 422).await["errors"], of_plan["errors"]);
     }
 }
 
@@ -125,4 +161,21 @@ fn the_command_prints_a_table() {
     let json: Value = serde_json::from_str(&plan(&["--predict", "--json"])).unwrap();
     check_table(&json["predictions"]["views"], "sppm");
     assert!(serde_json::from_str::<Value>(&plan(&["--json"])).unwrap().get("predictions").is_none());
+}
+
+#[test]
+fn a_rendered_job_keeps_what_was_foretold() {
+    let folder = tempfile::tempdir().unwrap();
+    let (job, out) = (folder.path().join("job.json"), folder.path().join("out"));
+    std::fs::write(&job, small_job().to_string()).unwrap();
+    let mut command = Command::new(env!("CARGO_BIN_EXE_skyduct"));
+    let output = command.arg("render").arg(&job).arg("--out").arg(&out).arg("--predict").output().unwrap();
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success() && said.contains("sppm (planned)"), "{said}");
+    let read = |name: &str| std::fs::read_to_string(out.join(name)).unwrap();
+    let result: Value = serde_json::from_str(&read("result.json")).unwrap();
+    check_table(&result["predictions"]["grids"], "sppm");
+    assert!(read("convergence.svg").contains("foretold before"));
+    let history: Value = serde_json::from_str(&read("convergence.json")).unwrap();
+    assert_eq!(history["grids"]["foretold"].as_array().unwrap().len(), 7);
 }

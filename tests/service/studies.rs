@@ -99,6 +99,53 @@ async fn a_study_says_what_accuracy_costs() {
     schema::assert_valid(&schema::component("StudyPage"), &page, "StudyPage");
 }
 
+/// Pictures of views by each method after the same time and at an accuracy, each a job; a method that shows no views is told.
+#[tokio::test]
+async fn a_study_makes_pictures_of_views() {
+    let service = TestService::start().await;
+    let mut asked = request();
+    asked["job"]["method"] = json!({ "kind": "path_tracing", "samples_per_pixel": 1 });
+    (asked["relative_errors"], asked["seeds"]) = (json!([0.1]), json!(1));
+    asked["pictures"] = json!({ "seconds": [0.3], "relative_errors": [0.5] });
+    asked["reference"] = json!({ "method": "path_tracing" });
+    let posted = post(&service, &asked).await;
+    let view = asked["job"]["views"][0]["name"].as_str().unwrap();
+    let refused = posted["refused"].as_array().unwrap();
+    assert_eq!((refused.len(), &refused[0]["method"]), (1, &json!("light_tracing")));
+    assert!(refused[0]["reason"].as_str().unwrap().starts_with("its views: "), "{refused:?}");
+    // a reference and two runs, and a reference, one of equal time and one accuracy
+    assert_eq!(posted["runs"], 6);
+    let study = wait_for(&service.running.url(), &path(&posted), &["finished"]).await;
+    schema::assert_valid(&schema::component("StudyResource"), &study, "StudyResource");
+    assert_eq!(study["results"]["runs"].as_array().unwrap().len(), 2);
+    let of_part = |part: &str| study["jobs"].as_array().unwrap().iter().filter(|job| job["part"] == part).count();
+    assert_eq!((of_part("picture_reference"), of_part("picture")), (1, 2));
+    let links = &study["links"]["pictures"];
+    let numbers = service.json(links["json"].as_str().unwrap()).await;
+    let pictures = numbers["pictures"].as_array().unwrap();
+    assert_eq!(pictures.len(), 2);
+    assert_eq!((&pictures[0]["method"], &pictures[0]["asked_seconds"]), (&json!("auto"), &json!(0.3)));
+    assert_eq!((&pictures[1]["method"], &pictures[1]["asked_relative_error"]), (&json!("path_tracing"), &json!(0.5)));
+    for picture in pictures {
+        assert!(picture["passes"].as_u64().unwrap() > 0 && picture["view"] == view, "{picture}");
+        let [told, actual] =
+            ["told_relative_error", "actual_relative_error"].map(|error| picture[error].as_f64().unwrap());
+        // told at 95 %: two standard errors
+        assert!(actual > 0.0 && actual < 1.5 * told, "{picture}");
+    }
+    for kind in ["equal_time_png", "accuracies_png"] {
+        let link = links["views"][view][kind].as_str().unwrap();
+        let answer = service.get(link).send().await.unwrap();
+        assert_eq!(
+            (answer.status(), &answer.headers()["content-type"]),
+            (StatusCode::OK, &"image/png".parse().unwrap())
+        );
+        assert!(answer.bytes().await.unwrap().starts_with(b"\x89PNG"));
+    }
+    let missing = format!("{}/files/other.accuracies.png", path(&study));
+    assert_eq!(service.get(&missing).send().await.unwrap().status(), StatusCode::NOT_FOUND);
+}
+
 /// Values that are given take the place of the reference, and one that is wrong is seen in every run.
 #[tokio::test]
 async fn a_reference_may_be_given() {
@@ -139,6 +186,10 @@ async fn what_is_wrong_is_named() {
         ("/reference", json!({ "seconds": 101 }), "/reference/seconds"),
         ("/reference", json!({ "method": "nobody" }), "/reference/method"),
         ("/sensors", json!(1), "/sensors"),
+        ("/pictures", json!({ "seconds": [0] }), "/pictures/seconds/0"),
+        ("/pictures", json!({ "seconds": [101] }), "/pictures/seconds/0"),
+        ("/pictures", json!({ "relative_errors": [0.1, 0.1] }), "/pictures/relative_errors/1"),
+        ("/pictures", json!({ "times": [1] }), "/pictures/times"),
         ("/job/room/size_m/0", json!(-1), "/job/room/size_m/0"),
         ("/job/grids", json!([]), "/job/grids"),
         ("/job/tubes/0/mesh", json!("gone"), "/job/tubes/0"),

@@ -1,5 +1,7 @@
 //! What a document would do, and what it would take, without a job.
 
+use std::sync::Arc;
+
 use axum::Json;
 use axum::extract::rejection::BytesRejection;
 use axum::http::HeaderMap;
@@ -11,11 +13,12 @@ use utoipa::{IntoParams, ToSchema};
 use super::posted::{Posted, prepare};
 use crate::document::result::{Known, PlanResult};
 use crate::document::{JobDocument, Warning};
-use crate::http::App;
 use crate::http::limits::{off_thread, permit};
 use crate::http::problem::{Problem, Query};
+use crate::http::{App, Service};
 use crate::job::pilot;
 use crate::job::predictions::Predictions;
+use crate::job::prepare::Prepared;
 
 /// What a document would do.
 #[derive(Serialize, ToSchema)]
@@ -33,10 +36,11 @@ pub struct PlanResource {
     pub predictions: Option<Predictions>,
 }
 
+/// Whether a pilot is asked what a job would take.
 #[derive(Deserialize, IntoParams)]
 #[into_params(parameter_in = Query)]
 #[serde(deny_unknown_fields)]
-pub struct PlanQuery {
+pub struct PredictQuery {
     /// True to try every method for a moment, less than 0.2 s in all, and to say what it would take to relative errors of 10, 5, 2,
     /// 1, 0.5 and 0.1 percent; false when absent.
     #[serde(default)]
@@ -44,8 +48,20 @@ pub struct PlanQuery {
     predict: bool,
 }
 
+impl PredictQuery {
+    /// What each method would take, if that is asked.
+    pub async fn predictions(&self, app: &Service, prepared: &Arc<Prepared>) -> Result<Option<Predictions>, Problem> {
+        if !self.predict {
+            return Ok(None);
+        }
+        // one at a time: each takes all threads
+        let (permit, prepared) = (permit(&app.permits.pilots).await?, prepared.clone());
+        Ok(Some(off_thread(permit, move |cancel| pilot::predict(&prepared, &cancel)).await?))
+    }
+}
+
 /// What a document would simulate and what not, and why, and with `predict` what that would take; queues nothing.
-#[utoipa::path(post, path = "/v1/plan", operation_id = "plan_job", tag = "jobs", params(PlanQuery),
+#[utoipa::path(post, path = "/v1/plan", operation_id = "plan_job", tag = "jobs", params(PredictQuery),
     request_body(content = JobDocument, description = "The job document", content_type = "application/json"),
     responses(
         (status = 200, description = "The plan", body = PlanResource),
@@ -55,7 +71,7 @@ pub struct PlanQuery {
         (status = 422, description = "Not a valid document, or a parameter of the wrong type", body = Problem, content_type = "application/problem+json")))]
 pub async fn plan(
     app: App,
-    Query(query): Query<PlanQuery>,
+    Query(query): Query<PredictQuery>,
     headers: HeaderMap,
     body: Result<Bytes, BytesRejection>,
 ) -> Result<Json<PlanResource>, Problem> {
@@ -63,12 +79,6 @@ pub async fn plan(
     let (prepared, _) = prepare(&app, posted.value).await?;
     let (plan, known) = (PlanResult::from(&prepared.plan), prepared.known());
     let (document, warnings) = (prepared.document.clone(), prepared.warnings.clone());
-    let predictions = match query.predict {
-        // one at a time: each takes all threads
-        true => Some(
-            off_thread(permit(&app.permits.pilots).await?, move |cancel| pilot::predict(&prepared, &cancel)).await?,
-        ),
-        false => None,
-    };
+    let predictions = query.predictions(&app, &Arc::new(prepared)).await?;
     Ok(Json(PlanResource { document, plan, warnings, known, predictions }))
 }

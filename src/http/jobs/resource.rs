@@ -11,6 +11,7 @@ use uuid::Uuid;
 use crate::document::result::{JobResults, PlanResult};
 use crate::document::{JobDocument, Warning};
 use crate::figure::FigureFormat;
+use crate::job::predictions::Predictions;
 use crate::job::progress::{Progress, StoppedBy};
 use crate::job::report::OVERVIEW;
 use crate::job::site_figure::SiteFigure;
@@ -28,6 +29,9 @@ pub struct JobResource {
     #[schema(value_type = PlanResult)]
     pub plan: Value,
     pub warnings: Vec<Warning>,
+    /// What each method would take, as was foretold before the job was queued; with `predict` only.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub predictions: Option<Predictions>,
     /// Why the job failed.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub problem: Option<JobProblem>,
@@ -209,7 +213,15 @@ impl JobResource {
             Some(Value::Object(results)) => results,
             _ => Map::new(),
         };
-        Self { summary, document: job.document, plan: job.plan, warnings: job.warnings, problem: job.problem, results }
+        Self {
+            summary,
+            document: job.document,
+            plan: job.plan,
+            warnings: job.warnings,
+            predictions: job.predictions,
+            problem: job.problem,
+            results,
+        }
     }
 }
 

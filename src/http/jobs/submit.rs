@@ -9,12 +9,13 @@ use axum::http::{HeaderMap, StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use bytes::Bytes;
 
+use super::plan::PredictQuery;
 use super::posted::{Posted, prepare};
 use super::resource::JobResource;
 use super::waited::{FinishedJob, Waiting};
 use crate::document::JobDocument;
 use crate::document::result::PlanResult;
-use crate::http::problem::Problem;
+use crate::http::problem::{Problem, Query};
 use crate::http::problem_kind::ProblemKind;
 use crate::http::{App, Service, prefer};
 use crate::job::prepare::Prepared;
@@ -31,9 +32,9 @@ pub(in crate::http) const POLL_SECONDS: u32 = 1;
 ///
 /// `Idempotency-Key` makes a repeated post answer with the first job. With `Prefer: wait=N` (RFC 7240) a job that ends within N
 /// seconds is answered as it is then, with its grids; a longer one as without it. N counts up to 60, or to 2 s less than a request
-/// may take here (`request_seconds` of the configuration).
+/// may take here (`request_seconds` of the configuration). What `predict` foretells is kept with the job, and drawn in its convergence.
 #[utoipa::path(post, path = "/v1/jobs", operation_id = "create_job", tag = "jobs",
-    params(("Idempotency-Key" = Option<String>, Header, description = "Unique to this job: 1 to 255 printable ASCII characters",
+    params(PredictQuery, ("Idempotency-Key" = Option<String>, Header, description = "Unique to this job: 1 to 255 printable ASCII characters",
         min_length = 1, max_length = 255, pattern = "^[ -~]+$"),
         ("Prefer" = Option<String>, Header, description = "`wait=N`: wait up to N seconds for the job's end", example = "wait=20")),
     request_body(content = JobDocument, description = "The job document", content_type = "application/json"),
@@ -47,7 +48,12 @@ pub(in crate::http) const POLL_SECONDS: u32 = 1;
         (status = 415, description = "Not application/json", body = Problem, content_type = "application/problem+json"),
         (status = 422, description = "Not a valid document, or the key was used for another one", body = Problem, content_type = "application/problem+json"),
         (status = 503, description = "The queue is full", body = Problem, content_type = "application/problem+json")))]
-pub async fn create(app: App, headers: HeaderMap, body: Result<Bytes, BytesRejection>) -> Result<Response, Problem> {
+pub async fn create(
+    app: App,
+    Query(query): Query<PredictQuery>,
+    headers: HeaderMap,
+    body: Result<Bytes, BytesRejection>,
+) -> Result<Response, Problem> {
     let idempotency_key = idempotency_key(&headers)?;
     let waiting = Waiting::new(&app, prefer::wait(&headers));
     let posted = Posted::read(&headers, body)?;
@@ -67,7 +73,8 @@ pub async fn create(app: App, headers: HeaderMap, body: Result<Bytes, BytesRejec
     let (prepared, meshes) = prepare(&app, posted.value).await?;
     let prepared = Arc::new(prepared);
     let new = new_job(&prepared, posted.text, meshes)?;
-    let new = NewJob { idempotency_key, body_hash: posted.hash, ..new };
+    let predictions = query.predictions(&app, &prepared).await?;
+    let new = NewJob { idempotency_key, body_hash: posted.hash, predictions, ..new };
     let submission = app.store.submit(new, app.limits.queued_jobs).await?;
     app.queue_was_full.store(matches!(submission, Submission::QueueFull), Ordering::Relaxed);
     match submission {
@@ -92,6 +99,7 @@ pub(in crate::http) fn new_job(prepared: &Prepared, text: String, meshes: Vec<St
         document: prepared.document.clone(),
         plan: PlanResult::from(&prepared.plan),
         known: prepared.known(),
+        predictions: None,
         warnings: prepared.warnings.clone(),
         idempotency_key: None,
         body_hash: String::new(),

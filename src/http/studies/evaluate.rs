@@ -13,9 +13,13 @@ use crate::http::Service;
 use crate::http::limits::{off_thread, permit};
 use crate::http::problem::Problem;
 use crate::http::results::internal;
+use crate::job::progress::Progress;
 use crate::job::store::*;
+use crate::output::{OutputError, exr};
 use crate::study::compare::Values;
 use crate::study::outcome::{RenderedReference, Run, RunCost};
+use crate::study::picture_request::{PictureKey, PictureRequest};
+use crate::study::pictures::{Film, Pictures, Shown};
 use crate::study::{Study, StudyRequest};
 
 /// A study with its jobs as they are now.
@@ -53,7 +57,7 @@ pub async fn evaluate(app: &Service, study: &StoredStudy) -> Result<Evaluated, P
     let jobs = parts.iter().map(|(id, part)| study_job(*id, part, heads.get(id))).collect();
     let mut found = request.reference.known().map(|known| (known, None, Vec::new()));
     // the reference is the first of them
-    for (id, part) in parts {
+    for (id, part) in parts.into_iter().filter(|(_, part)| part.picture.is_none()) {
         let Some(head) = heads.get(&id).filter(|head| head.status == JobStatus::Succeeded) else { continue };
         if part.run.is_none() {
             if let Some(values) = values(app, &request, head).await? {
@@ -76,6 +80,55 @@ pub async fn evaluate(app: &Service, study: &StoredStudy) -> Result<Evaluated, P
         refused,
     });
     Ok(Evaluated { request, jobs, found })
+}
+
+/// The pictures of a study, as far as their jobs have succeeded, and the request that they follow; `None` until their reference
+/// has, and of a study without.
+pub async fn pictures(app: &Service, study: &StoredStudy) -> Result<Option<(PictureRequest, Pictures)>, Problem> {
+    let request: StudyRequest = read(&study.request)?;
+    let Some(request) = request.pictures(app.limits.max_seconds) else { return Ok(None) };
+    let heads = heads(app, study.id).await?;
+    let mut found: Option<Pictures> = None;
+    // their reference is the first of them
+    for (id, part) in parts(study)? {
+        let Some(key) = &part.picture else { continue };
+        let Some(head) = heads.get(&id).filter(|head| head.status == JobStatus::Succeeded) else { continue };
+        let shown = shown(app, &request, part.computed_by.clone(), head, study.confidence).await?;
+        match &mut found {
+            Some(pictures) => pictures.push(key, shown),
+            None if *key == PictureKey::Reference => {
+                found = Pictures::compared_with(&request, shown, read(&study.refused)?);
+            }
+            None => break,
+        }
+    }
+    Ok(found.map(|pictures| (request, pictures)))
+}
+
+/// What a job of pictures that has succeeded shows, from its EXR files.
+async fn shown(
+    app: &Service,
+    request: &PictureRequest,
+    computed_by: String,
+    head: &JobHead,
+    confidence: f64,
+) -> Result<Shown, Problem> {
+    let mut files = Vec::new();
+    let views = request.job["views"].as_array().map_or(0, Vec::len);
+    for view in 0..views {
+        let name = format!("views/{}.exr", request.view(view));
+        // without a pass there is none
+        let Some(file) = app.store.artifact(head.id, &name).await? else { break };
+        files.push(app.artifacts.read_checked(&file.key, &file.hash).await?);
+    }
+    let Progress { seconds, passes, view_relative_error: told, .. } = head.progress;
+    let is_whole = files.len() == views;
+    let read = off_thread(permit(&app.permits.reading).await?, move |_| {
+        let film = |bytes: &bytes::Bytes| Ok(Film::of_image(exr::decode(bytes)?.image(), told, confidence, passes));
+        files.iter().map(film).collect::<Result<Vec<Film>, OutputError>>()
+    });
+    let films = read.await?.map_err(|error| internal("reading a view failed", &error))?;
+    Ok(Shown { computed_by, seconds, passes, told, films: is_whole.then_some(films) })
 }
 
 fn run(part: StudyPart, head: &JobHead, values: &Values, truth: &Values, confidence: f64) -> Option<Run> {
@@ -116,12 +169,24 @@ fn parts(study: &StoredStudy) -> Result<Vec<(Uuid, StudyPart)>, Problem> {
 }
 
 fn study_job(id: Uuid, part: &StudyPart, head: Option<&JobHead>) -> StudyJob {
+    let kind = match (&part.run, &part.picture) {
+        (Some(_), _) => StudyJobPart::Run,
+        (None, None) => StudyJobPart::Reference,
+        (None, Some(PictureKey::Reference)) => StudyJobPart::PictureReference,
+        (None, Some(_)) => StudyJobPart::Picture,
+    };
+    let (method, asked_seconds, asked_of_picture) = match &part.picture {
+        Some(PictureKey::EqualTime { method, seconds }) => (Some(method), Some(*seconds), None),
+        Some(PictureKey::Accuracy { relative_error }) => (None, None, Some(*relative_error)),
+        Some(PictureKey::Reference) | None => (None, None, None),
+    };
     StudyJob {
         id,
-        part: if part.run.is_some() { StudyJobPart::Run } else { StudyJobPart::Reference },
-        method: part.run.as_ref().map(|run| run.method.clone()),
+        part: kind,
+        method: part.run.as_ref().map(|run| &run.method).or(method).cloned(),
         computed_by: part.computed_by.clone(),
-        asked: part.run.as_ref().map(|run| run.relative_error),
+        asked: part.run.as_ref().map(|run| run.relative_error).or(asked_of_picture),
+        asked_seconds,
         seed: part.run.as_ref().map(|run| run.seed),
         status: head.map(|head| head.status),
         stopped_by: head.and_then(|head| head.stopped_by),

@@ -1,7 +1,9 @@
 //! Studies as they are answered.
 
+use std::collections::BTreeMap;
+
 use jiff::Timestamp;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 use uuid::Uuid;
 
@@ -10,6 +12,8 @@ use crate::job::store::*;
 use crate::study::StudyRequest;
 use crate::study::files::StudyReport;
 use crate::study::outcome::Refused;
+use crate::study::picture_request::PicturesWanted;
+use crate::study::pictures::{PICTURES_JSON, accuracies, equal_time};
 
 /// A study: what was asked for, how far it is, what came out so far.
 #[derive(Serialize, ToSchema)]
@@ -63,14 +67,16 @@ pub enum StudyStatus {
 pub struct StudyJob {
     pub id: Uuid,
     pub part: StudyJobPart,
-    /// The method that was asked for; null of the reference.
+    /// The method that was asked for; null of references, and of a picture at an accuracy, which is by the job's own.
     pub method: Option<String>,
     /// The methods that compute it.
     pub computed_by: String,
-    /// Relative error that was asked for, at the job's confidence; null of the reference.
+    /// Relative error that was asked for, at the job's confidence; null of references and of a picture of equal time.
     #[serde(rename = "asked_relative_error")]
     pub asked: Option<f64>,
-    /// Number of its seed, from 0; null of the reference.
+    /// Seconds of rendering that a picture of equal time was given; null of all others.
+    pub asked_seconds: Option<f64>,
+    /// Number of its seed, from 0; null of all but runs.
     pub seed: Option<u64>,
     /// State of the job; null where it was deleted.
     pub status: Option<JobStatus>,
@@ -88,6 +94,10 @@ pub enum StudyJobPart {
     Reference,
     /// One method to one error with one seed.
     Run,
+    /// All pictures are compared with it.
+    PictureReference,
+    /// Views by one method after a time, or at an accuracy.
+    Picture,
 }
 
 /// Paths of what belongs to a study.
@@ -103,7 +113,44 @@ pub struct StudyLinks {
     pub png: String,
     /// The same figure for print.
     pub pdf: String,
+    /// The study's pictures; absent where none are asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub pictures: Option<PictureLinks>,
     pub cancel: String,
+}
+
+/// Paths of the pictures of a study.
+#[derive(Serialize, ToSchema)]
+pub struct PictureLinks {
+    /// Times and errors of all pictures.
+    pub json: String,
+    /// Pictures of each view by its name.
+    pub views: BTreeMap<String, ViewPictureLinks>,
+}
+
+/// Paths of the pictures of one view; absent where none of their kind are asked for.
+#[derive(Serialize, ToSchema)]
+pub struct ViewPictureLinks {
+    /// By each method after the same time, the reference last.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub equal_time_png: Option<String>,
+    /// Crops at each accuracy, the reference last.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub accuracies_png: Option<String>,
+}
+
+impl PictureLinks {
+    fn of(study: &StoredStudy, this: &str) -> Option<Self> {
+        let wanted = PicturesWanted::deserialize(study.request.get("pictures")?).ok()?;
+        let names = study.request["job"]["views"].as_array()?.iter().filter_map(|view| view["name"].as_str());
+        let path = |of: &[f64], file: String| (!of.is_empty()).then(|| format!("{this}/files/{file}"));
+        let links = |name: &str| ViewPictureLinks {
+            equal_time_png: path(&wanted.seconds, equal_time(name)),
+            accuracies_png: path(&wanted.relative_errors, accuracies(name)),
+        };
+        let views = names.map(|name| (name.to_owned(), links(name))).collect();
+        Some(Self { json: format!("{this}/files/{PICTURES_JSON}"), views })
+    }
 }
 
 impl StudySummary {
@@ -118,7 +165,15 @@ impl StudySummary {
             created_at: Timestamp::from_millisecond(study.created_at).ok(),
             runs: jobs.len(),
             runs_done: jobs.iter().filter(|job| job.has_ended()).count(),
-            links: StudyLinks { csv, svg, png, pdf, cancel: format!("{this}/cancel"), this },
+            links: StudyLinks {
+                csv,
+                svg,
+                png,
+                pdf,
+                pictures: PictureLinks::of(study, &this),
+                cancel: format!("{this}/cancel"),
+                this,
+            },
         }
     }
 }
@@ -163,6 +218,7 @@ mod tests {
             method: None,
             computed_by: String::new(),
             asked: None,
+            asked_seconds: None,
             seed: None,
             status,
             stopped_by: None,

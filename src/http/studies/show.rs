@@ -7,16 +7,17 @@ use serde::{Deserialize, Serialize};
 use utoipa::{IntoParams, ToSchema};
 use uuid::Uuid;
 
-use super::evaluate::{evaluate, study_resource, study_summary};
+use super::evaluate::{evaluate, pictures, study_resource, study_summary};
 use super::resource::{StudyResource, StudySummary};
 use crate::figure::FigureFormat;
-use crate::http::App;
 use crate::http::content::{self, Binary};
 use crate::http::convergence::DensityQuery;
 use crate::http::formats::{self, Format};
 use crate::http::limits::{off_thread, permit};
 use crate::http::problem::{Path, Problem, Query};
 use crate::http::results::internal;
+use crate::http::{App, Service};
+use crate::study::pictures::{PICTURES_JSON, accuracies, equal_time};
 
 const DEFAULT_PAGE: u32 = 20;
 const MAX_PAGE: u32 = 100;
@@ -77,11 +78,11 @@ pub async fn get(app: App, Path(id): Path<Uuid>) -> Result<Json<StudyResource>, 
     Ok(Json(study_resource(&app, study).await?))
 }
 
-/// The results so far as a table, and as a figure: actual error against processor seconds by method.
+/// The results so far as a table, as a figure (actual error against processor seconds by method), and as pictures of views.
 #[utoipa::path(get, path = "/v1/studies/{id}/files/{file}", operation_id = "get_study_file", tag = "studies",
-    params(("id" = Uuid, Path), ("file" = String, Path, description = "`study.csv`, `study.svg`, `study.png` or `study.pdf`"), DensityQuery),
+    params(("id" = Uuid, Path), ("file" = String, Path, description = "`study.csv`, `study.svg`, `study.png` or `study.pdf`; of a study with pictures `pictures.json`, and of each view `NAME.equal_time.png` and `NAME.accuracies.png`"), DensityQuery),
     responses(
-        (status = 200, description = "The file", content((String = "text/csv"), (String = "image/svg+xml"), (inline(Binary) = "image/png"), (inline(Binary) = "application/pdf"))),
+        (status = 200, description = "The file", content((String = "text/csv"), (Object = "application/json"), (String = "image/svg+xml"), (inline(Binary) = "image/png"), (inline(Binary) = "application/pdf"))),
         (status = 304, description = "It is what If-None-Match names"),
         (status = 422, description = "A parameter is not valid", body = Problem, content_type = "application/problem+json"),
         (status = 404, description = "No such study or file, or its reference is not known (yet)", body = Problem, content_type = "application/problem+json")))]
@@ -91,6 +92,11 @@ pub async fn file(
     Query(query): Query<DensityQuery>,
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
+    if file == PICTURES_JSON || file.ends_with(&equal_time("")) || file.ends_with(&accuracies("")) {
+        let bytes = picture_file(&app, id, &file).await?;
+        let media_type = if file == PICTURES_JSON { "application/json" } else { "image/png" };
+        return Ok(formats::named(content::made(&headers, bytes, media_type)?, &file));
+    }
     let format = formats::by_suffix(&file, &FORMATS).filter(|(name, _)| *name == "study").map(|(_, format)| format);
     let format =
         format.ok_or_else(|| Problem::not_found("a study has study.csv, study.svg, study.png and study.pdf"))?;
@@ -105,6 +111,18 @@ pub async fn file(
     let bytes = made.await?.map_err(|error| internal("drawing failed", &error))?;
     let media_type = of_figure.map_or("text/csv; charset=utf-8", FigureFormat::media_type);
     Ok(formats::named(content::made(&headers, bytes, media_type)?, &file))
+}
+
+/// A file of the study's pictures, as far as there are any.
+async fn picture_file(app: &Service, id: Uuid, file: &str) -> Result<Vec<u8>, Problem> {
+    let study = app.store.study(id).await?.ok_or_else(no_such_study)?;
+    let found = pictures(app, &study).await?;
+    let (request, found) =
+        found.ok_or_else(|| Problem::not_found("the study has no pictures, or their reference is not known (yet)"))?;
+    let drawn = off_thread(permit(&app.permits.reading).await?, move |_| found.files(&request));
+    let files = drawn.await?.map_err(|error| internal("drawing failed", &error))?;
+    let made = files.into_iter().find(|(name, _)| name == file).map(|(_, bytes)| bytes);
+    made.ok_or_else(|| Problem::not_found("the study has no such pictures (yet)"))
 }
 
 pub fn no_such_study() -> Problem {

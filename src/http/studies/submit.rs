@@ -23,15 +23,18 @@ use crate::job::prepare::prepare_document;
 use crate::job::store::*;
 use crate::study::StudyRequest;
 use crate::study::outcome::Refused;
+use crate::study::picture_request::PictureKey;
 use crate::study::request::RunKey;
 use crate::study::run::{Judged, able};
+use crate::study::views;
 
 /// Most jobs of one study.
 const MOST_JOBS: usize = 200;
 
 /// Queues a study: what accuracy costs by several methods on one job.
 ///
-/// Its jobs are jobs like all others: a reference, and one for each method, relative error and seed, at most 200 in all. They take
+/// Its jobs are jobs like all others: a reference, and one for each method, relative error and seed; with `pictures` another reference,
+/// and one for each method and time and for each accuracy; at most 200 in all. They take
 /// turns with the jobs that have begun, so that new jobs need not wait for a study. `Idempotency-Key` makes a repeated post answer
 /// with the first study; a job may have the same key.
 #[utoipa::path(post, path = "/v1/studies", operation_id = "create_study", tag = "studies",
@@ -94,9 +97,9 @@ async fn accepted(app: &Service, study: StoredStudy) -> Result<Response, Problem
 /// The study with all of its jobs prepared, off the async threads.
 async fn prepared(app: &Service, request: StudyRequest) -> Result<NewStudy, Problem> {
     let (meshes, runtime) = (app.meshes.clone(), tokio::runtime::Handle::current());
-    let memory_bytes = app.limits.memory_limit_bytes();
+    let (memory_bytes, most_seconds) = (app.limits.memory_limit_bytes(), app.limits.max_seconds);
     let prepared = off_thread(permit(&app.permits.preparing).await?, move |cancel| {
-        let workshop = Workshop { meshes: meshes.for_document(runtime, cancel), memory_bytes };
+        let workshop = Workshop { meshes: meshes.for_document(runtime, cancel), memory_bytes, most_seconds };
         workshop.study(&request)
     });
     prepared.await?.map_err(Problem::from)
@@ -106,6 +109,7 @@ async fn prepared(app: &Service, request: StudyRequest) -> Result<NewStudy, Prob
 struct Workshop {
     meshes: UploadedMeshes,
     memory_bytes: u64,
+    most_seconds: f64,
 }
 
 /// A job that can be queued, without what it was prepared to.
@@ -117,7 +121,7 @@ struct Ready {
 
 impl Workshop {
     fn study(&self, request: &StudyRequest) -> Result<NewStudy, DocumentErrors> {
-        let Judged { able, refused } =
+        let Judged { able, mut refused } =
             able(request, |document| self.ready(document)).map_err(|errors| in_request(errors, None))?;
         let Some(confidence) = able.first().map(|(_, ready)| ready.confidence) else {
             return Err(none_able(request, &refused));
@@ -125,12 +129,15 @@ impl Workshop {
         let methods: Vec<String> = able.iter().map(|(method, _)| method.clone()).collect();
         let of_reference = usize::from(request.reference.grids.is_none());
         let runs = request.runs(&methods).count();
-        if runs + of_reference > MOST_JOBS {
+        let of_pictures = self.pictures(request, &mut refused)?;
+        if runs + of_reference + of_pictures.len() > MOST_JOBS {
             let detail = format!(
-                "a study has at most {MOST_JOBS} jobs here, but {} methods that can, {} errors and {} seeds make {runs}",
+                "a study has at most {MOST_JOBS} jobs here, but {} methods that can, {} errors and {} seeds make {runs}, and its \
+                 pictures {}",
                 methods.len(),
                 request.relative_errors.len(),
-                request.seeds
+                request.seeds,
+                of_pictures.len()
             );
             return Err(FieldError::new("/seeds", detail).coded(FieldErrorCode::TooMany).into());
         }
@@ -151,6 +158,12 @@ impl Workshop {
             let Some((_, ready)) = of_first_seed.iter().find(same) else { continue };
             jobs.push(ready.with_key(request, key));
         }
+        for (key, document) in of_pictures {
+            let of_reference = (key == PictureKey::Reference).then_some("/reference/method");
+            let Ready { job, part, confidence } =
+                self.ready(&document).map_err(|errors| in_request(errors, of_reference))?;
+            jobs.push(Ready { job, part: StudyPart { picture: Some(key), ..part }, confidence });
+        }
         Ok(NewStudy {
             name: request.job["name"].as_str().map(str::to_owned),
             request: to_value(request),
@@ -162,12 +175,27 @@ impl Workshop {
         })
     }
 
+    /// The jobs of the study's pictures, with their documents; methods that cannot show the views are refused.
+    fn pictures(
+        &self,
+        request: &StudyRequest,
+        refused: &mut Vec<Refused>,
+    ) -> Result<Vec<(PictureKey, Value)>, DocumentErrors> {
+        let Some(pictures) = request.pictures(self.most_seconds) else { return Ok(Vec::new()) };
+        let (able, unable) = views::able(&pictures, |document| self.ready(&document).map(drop))
+            .map_err(|errors| in_request(errors, None))?;
+        let of_views = |Refused { method, reason }| Refused { method, reason: format!("its views: {reason}") };
+        refused.extend(unable.into_iter().map(of_views));
+        Ok(pictures.keys(&able).into_iter().map(|key| (key.clone(), pictures.document(&key))).collect())
+    }
+
     fn ready(&self, document: &Value) -> Result<Ready, DocumentErrors> {
         let start = Instant::now();
         let prepared = prepare_document(&JobDocument::from_value(document.clone())?, &self.meshes)?;
         prepared.check_memory(self.memory_bytes)?;
         let part = StudyPart {
             run: None,
+            picture: None,
             computed_by: prepared.method_names(),
             set_up_seconds: start.elapsed().as_secs_f64(),
         };

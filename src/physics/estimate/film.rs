@@ -176,7 +176,8 @@ fn luminance(channels: &[f64]) -> f64 {
     }
 }
 
-fn block_means(size_px: [usize; 2], values: &[f64]) -> Vec<f64> {
+/// Means of the blocks of [`BLOCK_PX`] pixels of an image of one value a pixel, row by row.
+pub fn block_means(size_px: [usize; 2], values: &[f64]) -> Vec<f64> {
     let [width, height] = size_px;
     let across = width.div_ceil(BLOCK_PX);
     (0..across * height.div_ceil(BLOCK_PX))

@@ -199,6 +199,7 @@ pub fn new_job() -> NewJob {
         document: prepared.document.clone(),
         plan: PlanResult::from(&prepared.plan),
         known: prepared.known(),
+        predictions: None,
         warnings: Vec::new(),
         idempotency_key: None,
         body_hash: "hash".into(),

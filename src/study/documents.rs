@@ -1,0 +1,40 @@
+//! The documents of a study's jobs: its own with another method, seed and stop.
+
+use serde_json::{Value, json};
+
+/// A method as the document of a job of the study has it: with the job's own settings where it is the job's.
+pub fn method_of(job: &Value, name: &str) -> Value {
+    let own = &job["method"];
+    if own["kind"] == name { own.clone() } else { json!(name) }
+}
+
+/// When a job of a study ends.
+#[derive(Clone, Copy, Debug)]
+pub struct End<'a> {
+    /// The field of `stop` that says how accurate its outputs are to be.
+    pub error_field: &'a str,
+    /// That relative error.
+    pub relative_error: f64,
+    /// Seconds of rendering after which it ends in any case.
+    pub seconds: f64,
+}
+
+/// The document of `job` without some of its fields, by another method, with its seed moved by `seed` and an end of its own at the
+/// job's confidence.
+pub fn document(job: &Value, without: &[&str], method: Value, seed: u64, end: End<'_>) -> Value {
+    let mut document = job.clone();
+    let confidence = document["stop"]["confidence"].take();
+    let own = document["seed"].as_u64().unwrap_or(0);
+    if let Some(fields) = document.as_object_mut() {
+        without.iter().for_each(|field| drop(fields.remove(*field)));
+        fields.insert("method".to_owned(), if method.is_null() { json!("auto") } else { method });
+        fields.insert("seed".to_owned(), json!(own.wrapping_add(seed)));
+        let mut stop =
+            json!({ end.error_field: end.relative_error, "max_seconds": end.seconds, "max_passes": 1_000_000 });
+        if let Some(stop) = stop.as_object_mut().filter(|_| !confidence.is_null()) {
+            stop.insert("confidence".to_owned(), confidence);
+        }
+        fields.insert("stop".to_owned(), stop);
+    }
+    document
+}
