@@ -13,8 +13,8 @@ const LONGER: f64 = 10.0;
 /// How much more accurate the reference is than the most accurate picture.
 const FINER: f64 = 4.0;
 
-/// Error that a reference is to have where no accuracy is asked for.
-const USUAL_ERROR: f64 = 0.04;
+/// Error that a reference is to have where pictures of equal time are compared with it, whose errors nobody knows before.
+const OF_EQUAL_TIME: f64 = 0.0025;
 
 /// An error that no picture of equal time has: its seconds end it.
 const NO_ERROR: f64 = 1e-9;
@@ -129,9 +129,10 @@ impl PictureRequest {
     pub fn document(&self, key: &PictureKey) -> Value {
         match key {
             PictureKey::Reference => {
-                let least = self.wanted.relative_errors.iter().copied().reduce(f64::min).unwrap_or(USUAL_ERROR);
-                let method = method_of(&self.job, &self.reference);
-                self.document_of(method, least / FINER, self.reference_seconds, 0)
+                let least = self.wanted.relative_errors.iter().map(|error| error / FINER);
+                let of_equal_time = (!self.wanted.seconds.is_empty()).then_some(OF_EQUAL_TIME);
+                let error = least.chain(of_equal_time).reduce(f64::min).unwrap_or(OF_EQUAL_TIME);
+                self.document_of(method_of(&self.job, &self.reference), error, self.reference_seconds, 0)
             }
             PictureKey::EqualTime { method, seconds } => {
                 self.document_of(method_of(&self.job, method), NO_ERROR, *seconds, 1)
@@ -180,7 +181,7 @@ mod tests {
         assert_eq!(keys[5..], [PictureKey::Accuracy { relative_error: 0.1 }]);
         let stop = |key: &PictureKey| request.document(key)["stop"].clone();
         let of = |error: f64, seconds: f64| json!({ "view_relative_error": error, "max_seconds": seconds, "max_passes": 1_000_000, "confidence": 0.9 });
-        assert_eq!(stop(&keys[0]), of(0.025, 300.0));
+        assert_eq!(stop(&keys[0]), of(0.0025, 300.0));
         assert_eq!((stop(&keys[1]), stop(&keys[5])), (of(1e-9, 0.5), of(0.1, 30.0)));
         let document = request.document(&keys[5]);
         assert_eq!(

@@ -48,3 +48,17 @@ fn a_method_that_refuses_says_so_in_codes() {
     let told = serde_json::to_value(error).unwrap();
     assert_eq!((&told["code"], &told["refusal"]), (&json!("method_refuses"), &json!("grids_only")));
 }
+
+/// Cells that lamps alone light are counted by paths from the cells; points are connected to what photons light.
+#[test]
+fn lamps_light_cells_by_paths_and_points_by_photons() {
+    let mut document: Value = serde_json::from_str(include_str!("../../examples/cornell_box.json")).unwrap();
+    document.as_object_mut().unwrap().remove("views");
+    document["method"] = json!("auto");
+    for (estimate, method) in [("cell_average", "two_stage"), ("point", "light_tracing")] {
+        document["grids"] = json!([{ "name": "floor", "height_m": 0.1, "cells": [4, 4], "estimate": estimate }]);
+        let prepared =
+            prepare(document.to_string().as_bytes(), &SquarePipe).unwrap_or_else(|errors| panic!("{errors:?}"));
+        assert_eq!(prepared.method_names(), method, "{estimate}");
+    }
+}

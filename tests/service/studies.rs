@@ -106,7 +106,9 @@ async fn a_study_makes_pictures_of_views() {
     let mut asked = request();
     asked["job"]["method"] = json!({ "kind": "path_tracing", "samples_per_pixel": 1 });
     (asked["relative_errors"], asked["seeds"]) = (json!([0.1]), json!(1));
-    asked["pictures"] = json!({ "seconds": [0.3], "relative_errors": [0.5] });
+    asked["pictures"] = json!({ "seconds": [0.1], "relative_errors": [0.5] });
+    // ten times that for the reference
+    asked["seconds"] = json!(0.5);
     asked["reference"] = json!({ "method": "path_tracing" });
     let posted = post(&service, &asked).await;
     let view = asked["job"]["views"][0]["name"].as_str().unwrap();
@@ -124,7 +126,7 @@ async fn a_study_makes_pictures_of_views() {
     let numbers = service.json(links["json"].as_str().unwrap()).await;
     let pictures = numbers["pictures"].as_array().unwrap();
     assert_eq!(pictures.len(), 2);
-    assert_eq!((&pictures[0]["method"], &pictures[0]["asked_seconds"]), (&json!("auto"), &json!(0.3)));
+    assert_eq!((&pictures[0]["method"], &pictures[0]["asked_seconds"]), (&json!("auto"), &json!(0.1)));
     assert_eq!((&pictures[1]["method"], &pictures[1]["asked_relative_error"]), (&json!("path_tracing"), &json!(0.5)));
     for picture in pictures {
         assert!(picture["passes"].as_u64().unwrap() > 0 && picture["view"] == view, "{picture}");
