@@ -139,11 +139,17 @@ pub fn with_error(value: f64, error: f64) -> String {
     format!("{} ± {}", fixed(value, decimals), fixed(error, decimals))
 }
 
-/// A time with its unit, `digits` significant digits of it: `0.983 s`, `39 s`, `42 min`, `5.3 h`, `12 d`.
+/// A time with its unit, `digits` significant digits of it: `38 µs`, `9.8 ms`, `0.983 s`, `39 s`, `42 min`, `5.3 h`, `12 d`.
 pub fn duration(seconds: f64, digits: i32) -> String {
-    let units = [("d", 86_400.0), ("h", 3600.0), ("min", 60.0)];
     // two minutes are said in seconds, two hours in minutes, two days in hours
-    let (name, unit) = units.into_iter().find(|(_, unit)| seconds >= 2.0 * unit).unwrap_or(("s", 1.0));
+    let (name, unit) = match seconds {
+        _ if seconds >= 2.0 * 86_400.0 => ("d", 86_400.0),
+        _ if seconds >= 2.0 * 3600.0 => ("h", 3600.0),
+        _ if seconds >= 2.0 * 60.0 => ("min", 60.0),
+        _ if seconds > 0.0 && seconds < 1e-3 => ("µs", 1e-6),
+        _ if seconds > 0.0 && seconds < 0.1 => ("ms", 1e-3),
+        _ => ("s", 1.0),
+    };
     format!("{} {name}", significant(seconds / unit, digits))
 }
 
@@ -194,9 +200,16 @@ mod tests {
         ] {
             assert_eq!(significant(value, digits), text);
         }
-        for (seconds, text) in
-            [(0.983_347, "0.98 s"), (38.8, "39 s"), (1000.0, "17 min"), (2e5, "2.3 d"), (7300.0, "2.0 h")]
-        {
+        for (seconds, text) in [
+            (0.0, "0 s"),
+            (0.000_953, "950 µs"),
+            (0.0546, "55 ms"),
+            (0.983_347, "0.98 s"),
+            (38.8, "39 s"),
+            (1000.0, "17 min"),
+            (2e5, "2.3 d"),
+            (7300.0, "2.0 h"),
+        ] {
             assert_eq!(duration(seconds, 2), text);
         }
         assert_eq!(short(1200.0), "1200");

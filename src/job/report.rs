@@ -289,7 +289,7 @@ mod tests {
             "at (1.5, 1.5), (2.0, 3.0)",
             "tube 2: diameter 1 m",
             "grids: placed vertices: because",
-            "grids ± 1.2 % at a confidence of 95 %, after 8 passes and 0.0021 s; ended by relative error",
+            "grids ± 1.2 % at a confidence of 95 %, after 8 passes and 2.1 ms; ended by relative error",
             "guide return: not simulated: no light comes back",
             "low sun: the sun is low",
         ] {
