@@ -106,7 +106,8 @@ async fn a_study_makes_pictures_of_views() {
     let mut asked = request();
     asked["job"]["method"] = json!({ "kind": "path_tracing", "samples_per_pixel": 1 });
     (asked["relative_errors"], asked["seeds"]) = (json!([0.1]), json!(1));
-    asked["pictures"] = json!({ "seconds": [0.1], "relative_errors": [0.5] });
+    // nothing ends within a microsecond
+    asked["pictures"] = json!({ "seconds": [0.1, 1e-6], "relative_errors": [0.5] });
     // ten times that for the reference
     asked["seconds"] = json!(0.5);
     asked["reference"] = json!({ "method": "path_tracing" });
@@ -115,20 +116,21 @@ async fn a_study_makes_pictures_of_views() {
     let refused = posted["refused"].as_array().unwrap();
     assert_eq!((refused.len(), &refused[0]["method"]), (1, &json!("light_tracing")));
     assert!(refused[0]["reason"].as_str().unwrap().starts_with("its views: "), "{refused:?}");
-    // a reference and two runs, and a reference, one of equal time and one accuracy
-    assert_eq!(posted["runs"], 6);
+    // a reference and two runs, and a reference, two of equal time and one accuracy
+    assert_eq!(posted["runs"], 7);
     let study = wait_for(&service.running.url(), &path(&posted), &["finished"]).await;
     schema::assert_valid(&schema::component("StudyResource"), &study, "StudyResource");
     assert_eq!(study["results"]["runs"].as_array().unwrap().len(), 2);
     let of_part = |part: &str| study["jobs"].as_array().unwrap().iter().filter(|job| job["part"] == part).count();
-    assert_eq!((of_part("picture_reference"), of_part("picture")), (1, 2));
+    assert_eq!((of_part("picture_reference"), of_part("picture")), (1, 3));
     let links = &study["links"]["pictures"];
     let numbers = service.json(links["json"].as_str().unwrap()).await;
     let pictures = numbers["pictures"].as_array().unwrap();
-    assert_eq!(pictures.len(), 2);
-    assert_eq!((&pictures[0]["method"], &pictures[0]["asked_seconds"]), (&json!("auto"), &json!(0.1)));
-    assert_eq!((&pictures[1]["method"], &pictures[1]["asked_relative_error"]), (&json!("path_tracing"), &json!(0.5)));
-    for picture in pictures {
+    assert_eq!(pictures.len(), 3);
+    assert_eq!((&pictures[0]["asked_seconds"], &pictures[0]["actual_relative_error"]), (&json!(1e-6), &json!(null)));
+    assert_eq!((&pictures[1]["method"], &pictures[1]["asked_seconds"]), (&json!("auto"), &json!(0.1)));
+    assert_eq!((&pictures[2]["method"], &pictures[2]["asked_relative_error"]), (&json!("path_tracing"), &json!(0.5)));
+    for picture in &pictures[1..] {
         assert!(picture["passes"].as_u64().unwrap() > 0 && picture["view"] == view, "{picture}");
         let [told, actual] =
             ["told_relative_error", "actual_relative_error"].map(|error| picture[error].as_f64().unwrap());

@@ -82,7 +82,7 @@ pub async fn evaluate(app: &Service, study: &StoredStudy) -> Result<Evaluated, P
     Ok(Evaluated { request, jobs, found })
 }
 
-/// The pictures of a study, as far as their jobs have succeeded, and the request that they follow; `None` until their reference
+/// The pictures of a study, as far as their jobs have ended, and the request that they follow; `None` until their reference
 /// has, and of a study without.
 pub async fn pictures(app: &Service, study: &StoredStudy) -> Result<Option<(PictureRequest, Pictures)>, Problem> {
     let request: StudyRequest = read(&study.request)?;
@@ -92,7 +92,13 @@ pub async fn pictures(app: &Service, study: &StoredStudy) -> Result<Option<(Pict
     // their reference is the first of them
     for (id, part) in parts(study)? {
         let Some(key) = &part.picture else { continue };
-        let Some(head) = heads.get(&id).filter(|head| head.status == JobStatus::Succeeded) else { continue };
+        // one whose seconds ended before its first pass has failed: black, in its place
+        let has_ended = |head: &&JobHead| match head.status {
+            JobStatus::Succeeded => true,
+            JobStatus::Failed => head.progress.passes == 0,
+            JobStatus::Queued | JobStatus::Running | JobStatus::Cancelled => false,
+        };
+        let Some(head) = heads.get(&id).filter(has_ended) else { continue };
         let shown = shown(app, &request, part.computed_by.clone(), head, study.confidence).await?;
         match &mut found {
             Some(pictures) => pictures.push(key, shown),
