@@ -103,12 +103,12 @@ fn gather_photons(bencher: Bencher, radius: f64) {
     let mut random = PathRandom::new(Key::new(2));
     let mut point = || DVec3::new(2.0 * random.uniform(), 2.0 * random.uniform(), 0.0);
     let photons: Vec<_> =
-        (0..100_000).map(|_| Photon { position: point(), on: 0u32, flux: Spectrum([1.0; 3]) }).collect();
-    let grid = PhotonGrid::<3, u32>::new(&photons, radius);
+        (0..100_000).map(|_| Photon { position: point(), on: (), flux: Spectrum([1.0; 3]) }).collect();
+    let grid = PhotonGrid::<3, ()>::new(&photons, radius);
     let centres: Vec<_> = (0..ITEMS).map(|_| point()).collect();
     bencher.counter(ItemsCount::new(ITEMS)).bench_local(|| {
         for centre in &centres {
-            black_box(grid.gather(*centre, radius, 0));
+            black_box(grid.gather(*centre, radius, ()));
         }
     });
 }
