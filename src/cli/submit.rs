@@ -53,7 +53,8 @@ pub fn run(args: SubmitArgs) -> anyhow::Result<()> {
     })
 }
 
-/// Uploads the meshes, posts the document (with `predict` for what it would take, too), follows the job and writes its results below `out`; answers the job.
+/// Uploads the meshes, posts the document (with `predict` for what it would take, too), follows the job and writes its results
+/// below `out`; answers the job.
 pub async fn submit_and_download(
     client: &Client,
     document: Vec<u8>,

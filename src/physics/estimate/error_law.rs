@@ -6,7 +6,7 @@
 //! the bias as it is estimated, less the variance of this estimate, where that is above zero: so an uncertain estimate adds to an
 //! error, too. Docs: docs/physics/statistics.md#what-a-pilot-foretells.
 
-use super::stopping::judgement_from;
+use super::stopping::{LEAST_SHARE_OF_MEAN, judgement_from};
 use crate::integrator::method::Trial;
 use crate::integrator::photon_map::progressive::Radii;
 use crate::statistics::interval::{student_quantile_near, two_sided_normal_quantile};
@@ -50,9 +50,6 @@ pub struct Found<'a> {
     /// Share of all places at which the pilot looked, up to 1.
     pub share: f64,
 }
-
-/// Values below this share of the mean are judged as if they were as large, as by [`super::StopRule`].
-const LEAST_SHARE_OF_MEAN: f64 = 0.01;
 
 /// Standard deviation of the logarithm of a variance that is taken from smaller passes.
 const OF_SMALLER_PASSES: f64 = 0.25;
