@@ -37,6 +37,10 @@ pub struct GridDocument {
     /// Tells every value by source, direct and interreflected, and by tube, too; the job then computes each part by itself.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub components: bool,
+    /// Tells what each sensor gets per lumen of each of the 24 patches of every opening, too; the room is then kept, so that another
+    /// sky, hour or tube above the openings is computed without it.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub responses: bool,
 }
 
 /// Meaning of a sensor's value.
@@ -112,7 +116,7 @@ impl GridDocument {
         let cells = self.cells.map(|cells| cells as usize);
         let name = self.name.clone();
         let grid = Grid::new(name, self.height_m, cells, self.margin_m, [width, depth], self.estimate.into());
-        Grid { components: self.components, ..grid }
+        Grid { components: self.components, responses: self.responses, ..grid }
     }
 }
 
@@ -146,6 +150,10 @@ pub(crate) fn check_outputs(
         let pointer = format!("/grids/{index}");
         check_name(&pointer, &grid.name, &mut names, checks);
         check_grid(&pointer, grid, room_size_m, checks);
+    }
+    let in_parts = grids.iter().any(|grid| grid.components);
+    if let Some(index) = grids.iter().position(|grid| grid.responses).filter(|_| in_parts) {
+        checks.refuse(format!("/grids/{index}/responses"), "must not be asked for beside `components` of a grid of the same job");
     }
     names.clear();
     for (index, view) in views.iter().enumerate().take(judged) {

@@ -60,7 +60,8 @@ impl Engine {
         seed: u64,
     ) -> Self {
         let electric = traceable.luminaires.iter().any(TraceableLuminaire::emits);
-        if traceable.sky.is_none() && traceable.sun.is_none() && !electric {
+        let responses = scene.grids.iter().any(|grid| grid.responses);
+        if traceable.sky.is_none() && traceable.sun.is_none() && !electric && !responses {
             return Self::Dark;
         }
         let target = stop.relative_error / two_sided_normal_quantile(stop.confidence);

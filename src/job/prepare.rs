@@ -106,6 +106,13 @@ pub fn prepare_document(document: &ValidJob, meshes: &dyn MeshSource) -> Result<
         }
         None => methods,
     };
+    let methods = match scene.grids.iter().position(|grid| grid.responses) {
+        Some(grid) => {
+            let pointer = format!("/grids/{grid}/responses");
+            methods.with_responses(&task, &request).map_err(|refusal| FieldError::refused(pointer, refusal))?
+        }
+        None => methods,
+    };
     let methods = match document.cross_check {
         true => methods.checked(&task).map_err(|refusal| FieldError::refused("/cross_check", refusal))?,
         false => methods,

@@ -299,7 +299,8 @@ impl Prepared {
 
     fn grid_result(&self, grid: usize, estimate: &GridEstimate) -> GridResult {
         let electric = self.plan.effects.is_on(EffectKind::Luminaires);
-        GridResult::new(&self.scene.grids[grid], estimate, self.scene.daylight.as_ref(), electric, &self.components)
+        let (grid, daylight) = (&self.scene.grids[grid], self.scene.daylight.as_ref());
+        GridResult::new(grid, estimate, daylight, electric, &self.components, self.scene.tubes.len())
     }
 
     /// The first grid and the first view, as a report shows them.

@@ -7,6 +7,7 @@ mod bidirectional;
 mod bounds;
 mod holigilm;
 mod jenkins;
+mod lamp_responses;
 mod light_tracing;
 mod path_tracing;
 mod photon_mapping;
@@ -55,6 +56,7 @@ const METHODS: &[Entry] = &[
     Entry::of::<light_tracing::LightTracingMethod>(),
     Entry::of::<two_stage::TwoStageMethod>(),
     Entry::of::<placed_vertices::PlacedVerticesMethod>(),
+    Entry::of::<lamp_responses::LampResponsesMethod>(),
     Entry::of::<holigilm::HoligilmMethod>(),
     Entry::of::<jenkins::JenkinsMethod>(),
 ];

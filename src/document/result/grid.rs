@@ -5,6 +5,7 @@ use utoipa::ToSchema;
 
 use super::components::{GridComponents, GridPart};
 use super::number::{finite, rows};
+use super::responses::PatchResponse;
 use crate::document::outputs::EstimateDocument;
 use crate::estimate::GridEstimate;
 use crate::estimate::grid_statistics::{self, Statistic};
@@ -51,6 +52,9 @@ pub struct GridResult {
     /// `components`. With the light of luminaires they add up to the whole, but for rounding.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub by_tube: Option<Vec<GridPart>>,
+    /// What each sensor gets per lumen of each patch of every opening, tube by tube, where the grid asks for `responses`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub responses: Option<Vec<PatchResponse>>,
     /// Statistics over the sensors.
     pub statistics: GridStatistics,
 }
@@ -132,13 +136,15 @@ const LEVELS_LUX: [f64; 5] = [100.0, 200.0, 300.0, 500.0, 750.0];
 
 impl GridResult {
     /// `estimate` has one sensor per cell of `grid`.
-    /// `electric`: whether luminaires take part; `parts`: those of the light, where the estimate has them.
+    /// `electric`: whether luminaires take part; `parts`: those of the light, and `tubes`: the number of openings whose responses
+    /// are told, where the estimate has them.
     pub fn new(
         grid: &Grid,
         estimate: &GridEstimate,
         daylight: Option<&Daylight>,
         electric: bool,
         parts: &[Component],
+        tubes: usize,
     ) -> Self {
         let [columns, _] = grid.cells;
         let sensors = estimate.sensors.len().min(grid.len());
@@ -164,6 +170,7 @@ impl GridResult {
             external_horizontal_illuminance_lux: ExternalIlluminance { sky, sun },
             components,
             by_tube,
+            responses: grid.responses.then(|| PatchResponse::all(estimate, columns, tubes)),
             statistics: GridStatistics::new(estimate, daylight, electric),
         }
     }
@@ -244,7 +251,7 @@ mod tests {
 
     #[test]
     fn rows_run_south_to_north() {
-        let result = GridResult::new(&grid(), &estimate(&[10.0, 10.0]), Some(&under(12, false)), false, &[]);
+        let result = GridResult::new(&grid(), &estimate(&[10.0, 10.0]), Some(&under(12, false)), false, &[], 0);
         assert_eq!(result.illuminance_lux, [[0.0, 10.0, 20.0], [30.0, 40.0, 50.0]]);
         assert_eq!((result.x_m.len(), result.y_m.len()), (3, 2));
         let GridStatistics { mean_lux, median_lux, min_lux, max_lux, uniformity, .. } = result.statistics;
@@ -255,7 +262,7 @@ mod tests {
 
     #[test]
     fn one_pass_has_no_error_and_the_text_no_infinity() {
-        let result = GridResult::new(&grid(), &estimate(&[10.0]), Some(&under(16, false)), false, &[]);
+        let result = GridResult::new(&grid(), &estimate(&[10.0]), Some(&under(16, false)), false, &[], 0);
         assert_eq!(result.standard_error_lux[0][0], None);
         let text = serde_json::to_value(&result).unwrap();
         assert!(text["standard_error_lux"][1][2].is_null());
@@ -264,7 +271,7 @@ mod tests {
         assert!((ratio - 100.0 * 10.0 / (7.0 * std::f64::consts::PI / 9.0 * 1000.0)).abs() < 1e-12);
         for (daylight, electric) in [(Some(&under(16, true)), false), (Some(&under(16, false)), true), (None, true)] {
             assert!(
-                GridResult::new(&grid(), &estimate(&[1.0]), daylight, electric, &[]).daylight_factor_percent.is_none()
+                GridResult::new(&grid(), &estimate(&[1.0]), daylight, electric, &[], 0).daylight_factor_percent.is_none()
             );
         }
     }
@@ -272,7 +279,7 @@ mod tests {
     /// 0, 90, ... 450 lux under an overcast sky of 7 pi / 9 klx.
     #[test]
     fn shares_of_the_area_and_daylight_factors() {
-        let result = GridResult::new(&grid(), &estimate(&[90.0, 90.0]), Some(&under(16, false)), false, &[]);
+        let result = GridResult::new(&grid(), &estimate(&[90.0, 90.0]), Some(&under(16, false)), false, &[], 0);
         let shares: Vec<_> = result.statistics.area_above.iter().map(|above| (above.lux, above.percent)).collect();
         let sixth = 100.0 / 6.0;
         assert_eq!(
@@ -285,7 +292,7 @@ mod tests {
         assert!((factors.median.unwrap() - 100.0 * 225.0 / outside).abs() < 1e-12);
         assert_eq!(factors.minimum, Some(0.0));
         for (daylight, electric) in [(Some(&under(16, true)), false), (Some(&under(16, false)), true), (None, true)] {
-            let result = GridResult::new(&grid(), &estimate(&[1.0, 1.0]), daylight, electric, &[]);
+            let result = GridResult::new(&grid(), &estimate(&[1.0, 1.0]), daylight, electric, &[], 0);
             assert_eq!(result.statistics.daylight_factor_percent, None);
         }
     }
@@ -294,13 +301,13 @@ mod tests {
     fn darkness_is_null_and_not_nan() {
         let dark = Daylight { sky: None, sun: None, formula: ZenithFormula::GivenZenithLuminance };
         for daylight in [Some(&dark), None] {
-            let result = GridResult::new(&grid(), &estimate(&[0.0, 0.0]), daylight, false, &[]);
+            let result = GridResult::new(&grid(), &estimate(&[0.0, 0.0]), daylight, false, &[], 0);
             assert_eq!(result.illuminance_ratio_percent[0][0], None);
             let GridStatistics { uniformity, uniformity_standard_error, min_lux_standard_error, .. } =
                 result.statistics;
             assert_eq!((uniformity, uniformity_standard_error, min_lux_standard_error), (None, None, Some(0.0)));
         }
-        let electric = GridResult::new(&grid(), &estimate(&[1.0, 1.0]), None, true, &[]);
+        let electric = GridResult::new(&grid(), &estimate(&[1.0, 1.0]), None, true, &[], 0);
         assert!(electric.illuminance_ratio_percent.iter().flatten().all(Option::is_none));
     }
 }

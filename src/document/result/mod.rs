@@ -1,6 +1,7 @@
 //! Results as JSON, a file for each noun.
 
 mod components;
+mod responses;
 mod cross_check;
 mod energy;
 mod grid;
@@ -13,6 +14,7 @@ mod tube_flux;
 pub mod tube_report;
 
 pub use components::{GridComponents, GridPart};
+pub use responses::PatchResponse;
 pub use cross_check::CrossCheckResult;
 pub use energy::EnergyResult;
 pub use grid::{AreaAbove, DaylightFactors, ExternalIlluminance, GridResult, GridStatistics};

@@ -23,6 +23,11 @@ pub trait Described: Send + Sync {
         Knows::ALL
     }
 
+    /// True if it can tell what sensors get per lumen of each patch of the openings.
+    fn tells_responses(&self) -> bool {
+        false
+    }
+
     /// How its passes depend on each other.
     fn passes(&self) -> Passes {
         Passes::Independent
@@ -285,6 +290,8 @@ refusal_codes! {
     InterreflectionOff = "interreflection_off",
     /// Passes are in order or there are none, where independent ones are needed.
     DependentPasses = "dependent_passes",
+    /// Responses are asked of a method that does not tell them.
+    NoResponses = "no_responses",
     /// No other method computes the grids with errors that are honest here.
     NoSecondMethod = "no_second_method",
     /// A setting of the method that has no default is missing.

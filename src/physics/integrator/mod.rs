@@ -23,6 +23,7 @@ pub mod deterministic;
 pub mod holigilm;
 pub mod jenkins;
 pub mod lamp;
+pub mod lamp_responses;
 pub mod light_tracing;
 pub mod method;
 mod pass;

@@ -4,7 +4,7 @@
 
 use super::method::Described;
 use super::{
-    bidirectional, holigilm, jenkins, light_tracing, path_tracing, photon_mapping, placed_vertices, ppm, sppm,
+    bidirectional, holigilm, jenkins, lamp_responses, light_tracing, path_tracing, photon_mapping, placed_vertices, ppm, sppm,
     two_stage,
 };
 
@@ -27,6 +27,8 @@ pub enum Method {
     TwoStage(two_stage::Settings),
     /// Photons to the diffusers, points placed in the room.
     PlacedVertices(placed_vertices::Settings),
+    /// Photons to the diffusers, and responses of the room to these.
+    LampResponses(lamp_responses::Settings),
     /// The solver after HOLIGILM.
     Holigilm(holigilm::Settings),
     /// The formula of Jenkins, Muneer and Kubie.
@@ -45,6 +47,7 @@ impl Method {
             Self::PhotonMapping(settings) => settings,
             Self::TwoStage(settings) => settings,
             Self::PlacedVertices(settings) => settings,
+            Self::LampResponses(settings) => settings,
             Self::Holigilm(settings) => settings,
             Self::Jenkins(settings) => settings,
         }

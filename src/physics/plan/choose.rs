@@ -9,7 +9,7 @@ use crate::integrator::method::{Described, Passes, Refusal, RefusalCode, Task};
 use crate::integrator::photon::close_points::{dishonest_points, near_surfaces};
 use crate::integrator::some_sensors::SensorPlace;
 use crate::integrator::{
-    Method, bidirectional, light_tracing, path_tracing, photon_mapping, placed_vertices, sppm, two_stage,
+    Method, bidirectional, lamp_responses, light_tracing, path_tracing, photon_mapping, placed_vertices, sppm, two_stage,
 };
 use crate::scene::{Grid, Scene};
 use crate::traceable::luminaire::TraceableLuminaire;
@@ -111,6 +111,25 @@ impl Methods {
             return Err(Refusal::new(RefusalCode::DependentPasses, detail));
         }
         Ok(Self { parts: Some(Component::passes(task.traceable)), ..self })
+    }
+
+    /// The same methods for grids whose responses are told; a refusal where the requested method cannot, or none can.
+    pub fn with_responses(self, task: &Task, request: &MethodRequest) -> Result<Self, Refusal> {
+        if self.grids.iter().all(|choice| choice.method.described().tells_responses()) {
+            return Ok(self);
+        }
+        let responses = lamp_responses::Settings::default();
+        let instead = Method::LampResponses(responses.clone());
+        if let MethodRequest::Method(method) = request {
+            let detail = format!("{} tells no responses: use auto or {}", method.name(), instead.name());
+            return Err(Refusal::new(RefusalCode::NoResponses, detail));
+        }
+        if let Some(refusal) = responses.refuses(&task.without_views()) {
+            let detail = format!("{} cannot tell responses: {}", instead.name(), refusal.detail);
+            return Err(Refusal { detail, ..refusal });
+        }
+        let reason = "the responses of the room are asked for; they are kept for other skies".to_owned();
+        Ok(Self { grids: Some(MethodChoice { method: instead, reason }), beside_surfaces: None, ..self })
     }
 
     /// The same methods and one that checks the grids; a refusal where none is honest here, or there are no passes to check.

@@ -24,6 +24,8 @@ pub enum Parent {
     GatheringPass,
     /// A grid in a pass of two stages.
     TwoStageGrid,
+    /// A sensor in a pass of two stages: its paths' numbers stand under the same key.
+    TwoStageSensor,
     /// A sensor in a pass of bidirectional path tracing: its paths' numbers stand under the same key.
     BidirectionalSensor,
     /// A sensor in a pass of photon mapping.
@@ -86,6 +88,8 @@ const MANY: u64 = 1 << 31;
 streams! {
     /// One pass; the index is its number.
     Pass = 0, 1 << 62, below [Seed];
+    /// One pass of a room's responses, which knows nothing of sky and sun; the index is its number.
+    RoomPass = 1 << 62, 1 << 62, below [Seed];
     /// Points that are the same in every pass.
     FixedPoints = u64::MAX, 1, below [Seed];
 
@@ -131,6 +135,10 @@ streams! {
 
     /// The paths of one sensor; the index is the sensor's.
     Sensor = 0, MANY, below [TwoStageGrid];
+    /// Points of a sensor and of patches of openings between which light goes straight.
+    StraightFromPatches = 1 << 35, 1, below [TwoStageSensor];
+    /// The choice of photons of a diffuser that a sensor is connected to; the index is the tube's.
+    PartlySeen = 1 << 36, MANY, below [TwoStageSensor];
     /// Offsets within cells for the photons of a diffuser; the index is the tube's.
     CellOffsets = 1 << 36, MANY, below [TwoStageGrid];
 
@@ -159,9 +167,9 @@ streams! {
     ThroughputChoices = 1, 1, below [ThroughputReplicate];
 
     /// A randomisation of the Sobol sequence for a block of paths; the index is the block's.
-    Replicate = 0, MANY, below [Paths, BidirectionalSensor];
+    Replicate = 0, MANY, below [Paths, BidirectionalSensor, TwoStageSensor];
     /// Pseudo-random numbers of paths, numbered by paths below it.
-    PseudoRandom = 1 << 40, 1, below [Paths, BidirectionalSensor];
+    PseudoRandom = 1 << 40, 1, below [Paths, BidirectionalSensor, TwoStageSensor];
 }
 
 impl Key {

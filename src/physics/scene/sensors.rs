@@ -23,6 +23,8 @@ pub struct Grid {
     pub estimate: EstimateKind,
     /// Whether results tell the light by source and by tube, too.
     pub components: bool,
+    /// Whether results tell what each patch of the openings gives to each sensor per lumen, too.
+    pub responses: bool,
 }
 
 /// Meaning of a sensor's value.
@@ -49,7 +51,7 @@ impl Grid {
         let centres =
             |axis: usize| (0..cells[axis]).map(|i| margin_m + (i as f64 + 0.5) * cell_size_m[axis]).collect::<Vec<_>>();
         let (x_m, y_m, every) = (centres(0), centres(1), [1; 2]);
-        Self { name, height_m, cells, x_m, y_m, cell_size_m, every, estimate, components: false }
+        Self { name, height_m, cells, x_m, y_m, cell_size_m, every, estimate, components: false, responses: false }
     }
 
     /// Every few columns and rows of this grid, about `most` sensors at most, each with its own cell: a sample of its values.

@@ -91,9 +91,7 @@ impl<const C: usize> TubeLight<C> {
 
     /// True if no point within `reach` of `position`, at its height, is near the disc.
     pub fn is_far(&self, position: DVec3, reach: f64) -> bool {
-        let depth = self.origin.z - position.z;
-        let beside = ((position - self.origin).truncate().length() - self.radius - reach).max(0.0);
-        depth * depth + beside * beside >= (NEAR * self.radius).powi(2)
+        is_far(self.origin, self.radius, position, reach)
     }
 
     /// A photon by a number in 0..1, standing for all of the flux; `None` without light.
@@ -180,16 +178,57 @@ pub fn cell(away: DVec2, radius: f64) -> usize {
     ring * SECTORS + if ring.is_multiple_of(2) { sector } else { SECTORS - 1 - sector }
 }
 
+/// The ring of a cell, and its sector counted around.
+fn ring_and_sector(cell: usize) -> (usize, usize) {
+    let (ring, sector) = (cell / SECTORS, cell % SECTORS);
+    (ring, if ring.is_multiple_of(2) { sector } else { SECTORS - 1 - sector })
+}
+
 /// The point that carries a cell's difference, in radii from the centre.
 pub fn middle(cell: usize) -> DVec2 {
-    let (ring, sector) = (cell / SECTORS, cell % SECTORS);
-    let sector = if ring.is_multiple_of(2) { sector } else { SECTORS - 1 - sector };
-    let angle = ((sector as f64 + 0.5) / SECTORS as f64 - 0.5) * TAU;
-    unit_vector(angle) * ((ring as f64 + 0.5) / RINGS as f64).sqrt()
+    within(cell, [0.5; 2])
+}
+
+/// A point of a cell, in radii from the centre; even numbers in 0..1 give even points.
+pub fn within(cell: usize, [u, v]: [f64; 2]) -> DVec2 {
+    let (ring, sector) = ring_and_sector(cell);
+    let angle = ((sector as f64 + v) / SECTORS as f64 - 0.5) * TAU;
+    unit_vector(angle) * ((ring as f64 + u) / RINGS as f64).sqrt()
+}
+
+/// Unit vectors toward the beginnings of the sectors, from that of the first.
+const TURNS: [DVec2; SECTORS] = {
+    let (half, height) = (0.5, 0.866_025_403_784_438_6);
+    [
+        DVec2::new(1.0, 0.0),
+        DVec2::new(half, height),
+        DVec2::new(-half, height),
+        DVec2::new(-1.0, 0.0),
+        DVec2::new(-half, -height),
+        DVec2::new(half, -height),
+    ]
+};
+
+/// A point of each cell, in radii from the centre: [`within`] of each for the same two numbers.
+pub fn within_each([u, v]: [f64; 2]) -> [DVec2; CELLS] {
+    let first = unit_vector((v / SECTORS as f64 - 0.5) * TAU);
+    let radii: [f64; RINGS] = std::array::from_fn(|ring| ((ring as f64 + u) / RINGS as f64).sqrt());
+    let directions = TURNS.map(|turn| turn.rotate(first));
+    std::array::from_fn(|cell| {
+        let (ring, sector) = ring_and_sector(cell);
+        directions[sector] * radii[ring]
+    })
+}
+
+/// True if no point within `reach` of `position`, at its height, is near the disc of `radius` around `origin`.
+pub fn is_far(origin: DVec3, radius: f64, position: DVec3, reach: f64) -> bool {
+    let depth = origin.z - position.z;
+    let beside = ((position - origin).truncate().length() - radius - reach).max(0.0);
+    depth * depth + beside * beside >= (NEAR * radius).powi(2)
 }
 
 /// A surface seen from a disc in the ceiling.
-struct Receiver {
+pub struct Receiver {
     position: DVec3,
     normal: DVec3,
     /// Height of the disc above the receiver.
@@ -201,6 +240,7 @@ struct Receiver {
 }
 
 impl Receiver {
+    /// A surface at `position`, of unit `normal`, seen from a disc around `centre`.
     pub fn new(position: DVec3, normal: DVec3, centre: DVec3) -> Self {
         let way = (centre - position).truncate();
         let offset = way.length();
@@ -216,7 +256,7 @@ impl Receiver {
 
     /// Illuminance per lumen that leaves a point of the ceiling plane above the horizon: cos(theta) cos(theta') / (pi d^2).
     #[inline(always)]
-    fn point(&self, source: DVec2) -> f64 {
+    pub fn point(&self, source: DVec2) -> f64 {
         let way = (source - self.position.truncate()).extend(self.depth);
         let distance_squared = way.length_squared();
         way.dot(self.normal) * self.depth / (PI * distance_squared * distance_squared)
@@ -260,6 +300,17 @@ mod tests {
             counts[cell(warp::disc([u, v]) * RADIUS, RADIUS)] += 1;
         }
         assert!(counts.iter().all(|count| (950..1050).contains(count)), "{counts:?}");
+    }
+
+    /// A point of each cell lies in it, and is that of the cell alone.
+    #[test]
+    fn points_of_all_cells_are_those_of_each() {
+        for numbers in [[0.5, 0.5], [0.01, 0.99], [0.7, 0.2]] {
+            for (number, point) in within_each(numbers).into_iter().enumerate() {
+                assert_eq!(cell(point * RADIUS, RADIUS), number);
+                assert!(point.distance(within(number, numbers)) < 1e-14);
+            }
+        }
     }
 
     /// Rings in closed form against quadrature, for receivers that lie, stand and lean; the rule's error is O(1/n^2).

@@ -21,6 +21,7 @@ use glam::{DVec2, DVec3};
 
 use super::books;
 use super::cells::{Leaving, TubeLight};
+use super::sight::{Sight, sight};
 use crate::integrator::backward::daylight::Followed;
 use crate::integrator::backward::next_event::{Daylight, Way};
 use crate::integrator::backward::vertex::Vertex;
@@ -177,21 +178,16 @@ impl<const C: usize> DiffuserLight<C> {
 impl<const C: usize> Daylight<C> for DiffuserLight<C> {
     fn connect(&self, walk: &mut Walk<'_, C>, vertex: &Vertex<'_, C>, tube: usize) {
         let light = &self.tubes[tube];
-        if vertex.is_narrow() || !light.is_far(vertex.position, 0.0) {
-            return Followed.connect(walk, vertex, tube);
-        }
-        let height = (light.origin - vertex.position).dot(vertex.normal);
-        let reach = light.radius * vertex.normal.truncate().length();
-        if height + reach <= 0.0 || light.choices.is_empty() {
-            return;
-        }
-        // a wall that the disc touches is not cut by it
-        let above = height >= reach - HORIZON * light.radius;
-        let clear = || walk.scene.leaves_clear(vertex.position, 0.0, vertex.surface, light.origin, light.radius);
-        if let Some(albedo) = vertex.lambertian().filter(|_| above && clear()) {
-            let number = walk.samples.random.uniform();
-            walk.sum += albedo * light.irradiance(vertex.position, vertex.normal, number) * (1.0 / PI);
-            return;
+        match sight(walk.scene, vertex, light.origin, light.radius) {
+            Sight::ByRays => return Followed.connect(walk, vertex, tube),
+            Sight::Never => return,
+            _ if light.choices.is_empty() => return,
+            Sight::Whole(albedo) => {
+                let number = walk.samples.random.uniform();
+                walk.sum += albedo * light.irradiance(vertex.position, vertex.normal, number) * (1.0 / PI);
+                return;
+            }
+            Sight::InPart => {}
         }
         let numbers: [f64; CONNECTIONS] = walk.samples.pair();
         for number in numbers {
@@ -217,9 +213,6 @@ impl<const C: usize> Daylight<C> for DiffuserLight<C> {
         }
     }
 }
-
-/// Share of the radius by which a horizon may cut a disc from rounding alone.
-const HORIZON: f64 = 1e-9;
 
 /// The same light at sensors to which every photon was connected.
 pub struct SensorsLit<'a, const C: usize>(pub &'a DiffuserLight<C>);

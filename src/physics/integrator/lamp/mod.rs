@@ -4,3 +4,4 @@ mod books;
 pub mod cells;
 pub mod flux;
 pub mod light;
+pub mod sight;

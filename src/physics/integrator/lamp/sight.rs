@@ -1,0 +1,48 @@
+//! How a vertex of a path sees an opening: whole, in part, or not at all.
+
+use glam::DVec3;
+
+use super::cells::is_far;
+use crate::integrator::backward::vertex::Vertex;
+use crate::optics::Spectrum;
+use crate::traceable::TraceableScene;
+
+/// How a vertex sees an opening.
+#[derive(Clone, Copy, Debug)]
+pub enum Sight<const C: usize> {
+    /// So near, or by so narrow a lobe, that connections have no useful variance: the ray that goes on finds it.
+    ByRays,
+    /// It lies below the horizon.
+    Never,
+    /// Nothing can stand between, and the vertex is Lambertian: the path's weight times pi times BSDF.
+    Whole(Spectrum<C>),
+    /// Any other.
+    InPart,
+}
+
+/// Share of the radius by which a horizon may cut a disc from rounding alone.
+const HORIZON: f64 = 1e-9;
+
+/// How `vertex` sees the opening of `radius` m around `origin` in the ceiling.
+pub fn sight<const C: usize>(
+    scene: &TraceableScene,
+    vertex: &Vertex<'_, C>,
+    origin: DVec3,
+    radius: f64,
+) -> Sight<C> {
+    if vertex.is_narrow() || !is_far(origin, radius, vertex.position, 0.0) {
+        return Sight::ByRays;
+    }
+    let height = (origin - vertex.position).dot(vertex.normal);
+    let reach = radius * vertex.normal.truncate().length();
+    if height + reach <= 0.0 {
+        return Sight::Never;
+    }
+    // a wall that the disc touches is not cut by it
+    let above = height >= reach - HORIZON * radius;
+    let clear = || scene.leaves_clear(vertex.position, 0.0, vertex.surface, origin, radius);
+    match vertex.lambertian().filter(|_| above && clear()) {
+        Some(albedo) => Sight::Whole(albedo),
+        None => Sight::InPart,
+    }
+}

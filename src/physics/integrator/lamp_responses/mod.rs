@@ -1,0 +1,312 @@
+//! Responses of the room: what every sensor gets per lumen of each patch of each opening, and the tubes as lamps before it.
+//!
+//! **Idea.** In each pass paths go from the sensors through the room and tell what one lumen from each patch of each opening
+//! gives there (`room`). Photons, as in two stages ([`lamp`](super::lamp)), tell the lumens of the patches. The light by way
+//! of the room's surfaces is the sum over patches of one times the other; the light straight from the openings is that of
+//! every photon. The first factor knows nothing of sky, sun, and of what is above the openings: it is kept, so that another
+//! sky, hour or length of a tube traces nothing in the room (`kept`). One pass is one replicate of both.
+//!
+//! **Which paths** (docs/physics/measurement_equation.md#responses).
+//!
+//! | paths | estimator |
+//! | --- | --- |
+//! | `(K\|N) t F E`, all openings seen whole | every photon, connected |
+//! | `(K\|N) t F E`, else | some photons, connected where nothing is between |
+//! | `(K\|N) t F V .. E` | flux of the patch, times the response found by paths from E, the patch lit evenly |
+//! | `M ..` | as path tracing, kept with the responses |
+//!
+//! **Settings.** `photons_per_pass` (64 to 16 777 216; by default chosen for the accuracy asked for) and `samples_per_sensor`
+//! (128; 1 to 65 536): the paths of a sensor.
+//!
+//! **Refuses** views, closures that pass light unscattered, measured diffusers, and sensors within a radius of an opening.
+//! A patch counts as evenly lit for light that the room reflects: how much that may change is part of the error, as a bias.
+//! Bad at diffusers that mirrors show (it warns).
+//!
+//! **Sources.** The matrix of a room that is used again for other skies is that of daylight coefficients (Tregenza and Waters
+//! 1983) in its later phases (Ward et al. 2011), here from the opening inward.
+
+mod kept;
+mod patch_light;
+mod room;
+
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+use glam::{DVec2, DVec3};
+
+use super::lamp::cells::{CELLS, Receiver, TubeLight, cell, middle};
+use super::lamp::light::{DiffuserLight, refuses_closures};
+use super::photon::emission::Emission;
+use super::{GridPass, Integrator, Pass};
+use crate::guide::RayCount;
+use crate::integrator::backward::chance;
+use crate::integrator::backward::pass::each;
+use crate::integrator::method::{Caveat, Computation, Described, Knows, Load, Refusal, RefusalCode, Task, Trial, Work};
+use crate::optics::Spectrum;
+use crate::sampling::{Key, PathRandom, PathSamples, Stream};
+use crate::scene::{Channels, EstimateKind, Grid, Scene};
+use crate::traceable::{TraceableScene, TraceableTube};
+use room::{Place, Response, Room, lit_by};
+
+pub use kept::{count as rooms_kept, forget_all as forget_rooms};
+
+/// Patches of every opening: six sectors of each of four rings of equal area.
+pub const PATCHES: usize = CELLS;
+
+/// Settings of responses.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Settings {
+    /// Photons from sky and sun per pass, all tubes together; 64..=16_777_216; `None`: by the accuracy asked for.
+    pub photons_per_pass: Option<u64>,
+    /// Backward paths per sensor and pass; 1..=65_536.
+    pub samples_per_sensor: u32,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self { photons_per_pass: None, samples_per_sensor: 128 }
+    }
+}
+
+/// Photons for each tube of a pass of a job that asks for a relative standard error of 1 %, and the power of that error by which
+/// they grow: even points do better than the square root.
+const PHOTONS_FOR_ONE_PERCENT: f64 = 256.0;
+const GROWTH: f64 = 1.2;
+
+/// Fewest and most photons of a pass, unless the document says how many.
+const LEAST: f64 = 64.0;
+const MOST: f64 = 65_536.0;
+
+impl Settings {
+    /// Photons of a pass for a relative standard error `target`.
+    fn photons(&self, target: f64, tubes: usize) -> u64 {
+        let wanted = PHOTONS_FOR_ONE_PERCENT * tubes as f64 * libm::pow(0.01 / target, GROWTH);
+        // whole rows of small nets
+        let by_accuracy = (wanted.clamp(LEAST, MOST) / LEAST).round() as u64 * LEAST as u64;
+        self.photons_per_pass.unwrap_or(by_accuracy)
+    }
+}
+
+impl Described for Settings {
+    fn name(&self) -> &'static str {
+        "lamp_responses"
+    }
+
+    fn knows(&self) -> Knows {
+        Knows { views: false, ..Knows::ALL }
+    }
+
+    fn tells_responses(&self) -> bool {
+        true
+    }
+
+    fn remark(&self) -> Option<&'static str> {
+        Some("photons to the diffusers, and responses of the room, which are kept for other skies")
+    }
+
+    fn refuses(&self, task: &Task) -> Option<Refusal> {
+        refuses_closures(&task.traceable.tubes).or_else(|| near_openings(task))
+    }
+
+    fn warns(&self, task: &Task) -> Option<Caveat> {
+        chance::mirrors(self.name(), task.traceable)
+    }
+
+    fn seconds_per_pass(&self, work: &Work) -> f64 {
+        let paths = f64::from(self.samples_per_sensor) * work.sensors;
+        self.photons(0.01, 1) as f64 * work.tubes * (work.seconds_per_path + 2e-9 * work.sensors)
+            + paths * (1e-6 + 0.5e-6 * work.tubes)
+    }
+
+    fn working_bytes(&self, load: &Load) -> f64 {
+        let photons = self.photons_per_pass.map_or(MOST, |photons| photons as f64);
+        photons * load.photon_bytes() * Load::COPIES
+    }
+
+    fn trial(&self, _: &Task) -> Trial {
+        Trial { by_accuracy: self.photons_per_pass.is_none(), ..Trial::whole(self.clone(), 9) }
+    }
+
+    fn build(&self, task: &Task, seed: u64, target: f64) -> Computation {
+        let scene = task.traceable.clone();
+        let sizes = Sizes { photons: self.photons(target, scene.tubes.len()), paths: self.samples_per_sensor };
+        match task.scene.channels {
+            Channels::Photopic => {
+                Computation::passes(LampResponses::<1>::new(task.scene, scene, task.grids, sizes, seed))
+            }
+            Channels::Rgb => Computation::passes(LampResponses::<3>::new(task.scene, scene, task.grids, sizes, seed)),
+        }
+    }
+}
+
+/// Reason why connections to openings would have no useful variance, if there is one.
+fn near_openings(task: &Task) -> Option<Refusal> {
+    let scene = task.traceable;
+    let is_near = |grid: &&Grid| {
+        let mut places = (0..grid.len()).map(|index| Place::of(scene, grid, index));
+        places.any(|place| scene.tubes.iter().any(|tube| !place.is_far(tube)))
+    };
+    let grid = task.grids.iter().find(is_near)?;
+    let detail = format!(
+        "light of an opening that is nearer to a sensor than its radius is rare and bright, and a sensor of the grid {:?} lies so \
+         near",
+        grid.name
+    );
+    Some(Refusal::new(RefusalCode::PointsNearSurfaces, detail))
+}
+
+/// Numbers of a pass.
+#[derive(Clone, Copy, Debug)]
+pub struct Sizes {
+    /// Photons of sky and sun.
+    pub photons: u64,
+    /// Paths of each sensor.
+    pub paths: u32,
+}
+
+/// Photons of an opening that a sensor is connected to which may see a part of it only.
+const CONNECTIONS_IN_PART: usize = 256;
+
+/// The method on one scene; `C` channels of light.
+#[derive(Debug)]
+pub struct LampResponses<const C: usize> {
+    scene: Arc<TraceableScene>,
+    room: Room<C>,
+    emission: Emission,
+    grids: Vec<Grid>,
+    seed: Key,
+}
+
+impl<const C: usize> LampResponses<C> {
+    /// Divides the photons of a pass among sky and sun of the tubes; equal seeds give equal bits.
+    pub fn new(description: &Scene, scene: Arc<TraceableScene>, grids: &[Grid], sizes: Sizes, seed: u64) -> Self {
+        let emission = Emission::of_daylight(&scene, sizes.photons);
+        let room = Room::new(description, &scene, grids, sizes.paths, seed);
+        Self { room, emission, grids: grids.to_vec(), seed: Key::new(seed), scene }
+    }
+
+    /// Light straight from the openings to a sensor, in lx, and the rays that look for what is between.
+    fn straight(
+        &self,
+        light: &DiffuserLight<C>,
+        [grid, sensor]: [usize; 2],
+        offsets: Option<&[Vec<DVec2>]>,
+        stream: Key,
+    ) -> (f64, RayCount) {
+        let place = Place::of(&self.scene, &self.grids[grid], sensor);
+        let mut rays = RayCount::default();
+        if self.room.sees_all(grid, sensor) {
+            return (light.at_sensor(place.centre(), offsets), rays);
+        }
+        let stream = stream.stream(Stream::Sensor, sensor as u64);
+        let mut lux = 0.0;
+        for (number, tube) in light.tubes().iter().enumerate() {
+            let stream = stream.stream(Stream::PartlySeen, number as u64);
+            let start = PathRandom::new(stream).uniform();
+            for connection in 0..CONNECTIONS_IN_PART {
+                let even = (connection as f64 + start) / CONNECTIONS_IN_PART as f64;
+                let Some((photon, _)) = tube.choice(even) else { continue };
+                let mut samples = PathSamples::new(stream, connection as u64);
+                let position = place.point(|| samples.pair());
+                let source = photon.position.extend(tube.origin.z);
+                rays += 1;
+                if !self.scene.is_in_box(position) && self.scene.visible(source, None, position, None) {
+                    let receiver = Receiver::new(position, DVec3::Z, tube.origin);
+                    lux += photon.flux.luminance() * receiver.point(photon.position) / CONNECTIONS_IN_PART as f64;
+                }
+            }
+        }
+        (lux, rays)
+    }
+}
+
+impl<const C: usize> Integrator for LampResponses<C> {
+    fn pass(&self, pass: u64, cancel: &AtomicBool) -> Option<Pass> {
+        let key = self.seed.stream(Stream::Pass, pass);
+        let (light, account) = DiffuserLight::<C>::trace(&self.scene, &self.emission, key, cancel)?;
+        let room = self.room.pass(pass, cancel)?;
+        let mut result = Pass { account, photons: self.emission.photons(), ..Pass::default() };
+        result.account.rays += room.rays;
+        let (fluxes, offset): (Vec<_>, Vec<_>) = light.tubes().iter().map(by_patch).unzip();
+        let fluxes = fluxes.concat();
+        for (number, (grid, responses)) in self.grids.iter().zip(&room.grids).enumerate() {
+            let stream = key.stream(Stream::Grid, number as u64);
+            let average = grid.estimate == EstimateKind::CellAverage;
+            let offsets = average.then(|| light.offsets(grid.cell_size_m, stream));
+            let straight = |sensor: usize| self.straight(&light, [number, sensor], offsets.as_deref(), stream);
+            let straight = each(grid.len(), cancel, straight)?;
+            let mut of_grid = GridPass::default();
+            for ((lux, rays), response) in straight.iter().zip(responses) {
+                let reflected = lit_by(&response.reflected, &fluxes).luminance();
+                of_grid.illuminance.push(lux + reflected + response.luminaires);
+                of_grid.bias.push(unevenness(&response.reflected, &self.scene.tubes, &offset));
+                result.account.rays += *rays;
+            }
+            if grid.responses {
+                of_grid.beside = self.told(number, responses);
+            }
+            result.grids.push(of_grid);
+        }
+        Some(result)
+    }
+
+    fn start(&self) -> Pass {
+        let columns = self.scene.tubes.len() * PATCHES;
+        let beside = |grid: &Grid| vec![GridPass::default(); if grid.responses { columns } else { 0 }];
+        let grids = self.grids.iter().map(|grid| GridPass { beside: beside(grid), ..GridPass::default() }).collect();
+        Pass { grids, ..Pass::default() }
+    }
+}
+
+impl<const C: usize> LampResponses<C> {
+    /// The responses of a grid in lx/lm of white light, patch by patch.
+    fn told(&self, grid: usize, responses: &[Response]) -> Vec<GridPass> {
+        let column = |column: usize| {
+            let of_sensor = |(sensor, response): (usize, &Response)| {
+                let channels = &response.reflected[column * C..(column + 1) * C];
+                let reflected = Spectrum::<C>(std::array::from_fn(|channel| channels[channel])).luminance();
+                self.room.straight(grid, sensor, response)[column] + reflected
+            };
+            let illuminance = responses.iter().enumerate().map(of_sensor).collect();
+            GridPass { illuminance, ..GridPass::default() }
+        };
+        (0..self.scene.tubes.len() * PATCHES).map(column).collect()
+    }
+}
+
+/// The flux of each patch of a tube, and the moment in lm m by which photons leave beside the middles of their patches.
+fn by_patch<const C: usize>(tube: &TubeLight<C>) -> (Vec<Spectrum<C>>, Uneven) {
+    let mut fluxes = vec![Spectrum::ZERO; PATCHES];
+    let mut moment_lm_m = DVec2::ZERO;
+    for photon in &tube.photons {
+        let away = photon.position - tube.origin.truncate();
+        let patch = cell(away, tube.radius);
+        fluxes[patch] += photon.flux;
+        moment_lm_m += (away - middle(patch) * tube.radius) * photon.flux.luminance();
+    }
+    (fluxes, Uneven { moment_lm_m })
+}
+
+/// How unevenly the patches of an opening are lit.
+#[derive(Clone, Copy, Debug)]
+struct Uneven {
+    /// Sum over the photons of their flux times the way in m from the middle of their patch.
+    moment_lm_m: DVec2,
+}
+
+/// Bias in lx of what a sensor gets by way of the room, for patches that count as evenly lit: the slope of its response over each
+/// opening, in lx/lm per m, times the moment of the light within the patches.
+fn unevenness(reflected: &[f64], tubes: &[TraceableTube], uneven: &[Uneven]) -> f64 {
+    let channels = reflected.len() / (tubes.len() * PATCHES).max(1);
+    let of_tube = |((tube, uneven), responses): ((&TraceableTube, &Uneven), &[f64])| {
+        let (mut slope, mut squares) = (DVec2::ZERO, 0.0);
+        for (patch, response) in responses.chunks_exact(channels).enumerate() {
+            let away = middle(patch) * tube.opening_radius;
+            slope += away * (response.iter().sum::<f64>() / channels as f64);
+            squares += 0.5 * away.length_squared();
+        }
+        (slope / squares).dot(uneven.moment_lm_m)
+    };
+    let responses = reflected.chunks_exact((PATCHES * channels).max(1));
+    tubes.iter().zip(uneven).zip(responses).map(of_tube).sum()
+}

@@ -1,0 +1,175 @@
+//! Paths that look for light of the patches of openings: each patch alone, one lumen of it.
+//!
+//! Every vertex is connected to a point of each patch where it sees the opening whole, to some points of it with a test for what
+//! stands between elsewhere; beside an opening, behind narrow lobes and by way of mirrors the ray that goes on finds it. So
+//! every way of light is counted once.
+
+use std::cell::RefCell;
+use std::f64::consts::PI;
+
+use glam::{DVec2, DVec3};
+
+use crate::integrator::backward::next_event::{Daylight, NextEvent, Way};
+use crate::integrator::backward::opening::DaylightShare;
+use crate::integrator::backward::vertex::Vertex;
+use crate::integrator::backward::walk::{Meeting, Ray, Walk};
+use crate::integrator::lamp::cells::{CELLS, Receiver, cell, is_far, within_each};
+use crate::integrator::lamp::sight::{Sight, sight};
+use crate::optics::Spectrum;
+use crate::sampling::warp;
+use crate::traceable::{TraceableScene, TraceableTube};
+
+/// Points of an opening that a vertex is connected to where it may see a part of it only.
+const CONNECTIONS: usize = 2;
+
+/// What a path finds of each patch, in lx (or cd/m2 for a path from an eye) per lumen that leaves it, tube by tube; the light of
+/// luminaires goes to the walk's sum.
+#[derive(Debug)]
+pub struct PatchLight<const C: usize> {
+    found: RefCell<Vec<Spectrum<C>>>,
+    vectors: pulp::Arch,
+}
+
+impl<const C: usize> PatchLight<C> {
+    /// Nothing found yet in a room with this number of tubes.
+    pub fn new(tubes: usize) -> Self {
+        Self { found: RefCell::new(vec![Spectrum::ZERO; tubes * CELLS]), vectors: pulp::Arch::new() }
+    }
+
+    /// What all paths have found, patch by patch.
+    pub fn into_found(self) -> Vec<Spectrum<C>> {
+        self.found.into_inner()
+    }
+
+    fn find(&self, tube: usize, patch: usize, light: Spectrum<C>) {
+        if let Some(found) = self.found.borrow_mut().get_mut(tube * CELLS + patch) {
+            *found += light;
+        }
+    }
+
+    fn connect_to(&self, walk: &mut Walk<'_, C>, vertex: &Vertex<'_, C>, number: usize, tube: &TraceableTube) {
+        match sight(walk.scene, vertex, tube.origin, tube.opening_radius) {
+            Sight::ByRays | Sight::Never => {}
+            Sight::Whole(albedo) => {
+                let points = within_each(walk.samples.pair());
+                let receiver = Receiver::new(vertex.position, vertex.normal, tube.origin);
+                let (centre, radius) = (tube.origin.truncate(), tube.opening_radius);
+                let lit = self.vectors.dispatch(Lit { receiver: &receiver, points: &points, centre, radius });
+                let mut found = self.found.borrow_mut();
+                for (found, lit) in found.iter_mut().skip(number * CELLS).zip(lit) {
+                    *found += albedo * (lit * (1.0 / PI));
+                }
+            }
+            Sight::InPart => {
+                let numbers: [[f64; 2]; CONNECTIONS] = std::array::from_fn(|_| walk.samples.pair());
+                for numbers in numbers {
+                    let away = warp::disc(numbers) * tube.opening_radius;
+                    let source = tube.origin + away.extend(0.0);
+                    let way = source - vertex.position;
+                    let distance_squared = way.length_squared();
+                    if let Some((response, _)) = walk.respond(vertex, source, None) {
+                        let per_area = way.z / (PI * distance_squared * distance_squared.sqrt());
+                        let share = CELLS as f64 / CONNECTIONS as f64;
+                        self.find(number, cell(away, tube.opening_radius), response * (per_area * share));
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// Asks for the illuminance in lx of a receiver by one lumen that leaves each of some points of an opening.
+struct Lit<'a> {
+    receiver: &'a Receiver,
+    points: &'a [DVec2; CELLS],
+    centre: DVec2,
+    radius: f64,
+}
+
+impl pulp::NullaryFnOnce for Lit<'_> {
+    type Output = [f64; CELLS];
+
+    #[inline(always)]
+    fn call(self) -> [f64; CELLS] {
+        let Self { receiver, points, centre, radius } = self;
+        let mut lit = [0.0; CELLS];
+        for (lit, point) in lit.iter_mut().zip(points) {
+            *lit = receiver.point(centre + *point * radius);
+        }
+        lit
+    }
+}
+
+/// No light comes down the tubes.
+struct NoDaylight;
+
+impl<const C: usize> Daylight<C> for NoDaylight {
+    fn connect(&self, _: &mut Walk<'_, C>, _: &Vertex<'_, C>, _: usize) {}
+
+    fn found_share(&self, _: &TraceableScene, _: usize, _: &Way, _: DVec3) -> Option<f64> {
+        None
+    }
+}
+
+/// Luminaires are met as by any other path.
+const LUMINAIRES: NextEvent<'static, NoDaylight> = NextEvent(&NoDaylight);
+
+impl<const C: usize> Meeting<C> for PatchLight<C> {
+    type Trace = Way;
+    type Arrival = ();
+
+    fn arrives(&self, _: &Way, _: f64) {}
+
+    fn arrives_at_closure(&self) {}
+
+    fn arrives_at_sensor(&self) {}
+
+    fn connect(&self, walk: &mut Walk<'_, C>, vertex: &Vertex<'_, C>, (): &()) {
+        LUMINAIRES.connect(walk, vertex, &());
+        if vertex.is_sensor() {
+            return;
+        }
+        let scene = walk.scene;
+        for (number, tube) in scene.tubes.iter().enumerate() {
+            if tube.origin.z > vertex.position.z {
+                self.connect_to(walk, vertex, number, tube);
+            }
+        }
+    }
+
+    fn leaves(&self, scene: &TraceableScene, vertex: &Vertex<'_, C>, (): &(), toward: DVec3, pdf: f64) -> Way {
+        Meeting::<C>::leaves(&LUMINAIRES, scene, vertex, &(), toward, pdf)
+    }
+
+    fn turns(&self, way: &Way) -> Way {
+        Meeting::<C>::turns(&LUMINAIRES, way)
+    }
+
+    fn passes(&self, way: &Way) -> Way {
+        Meeting::<C>::passes(&LUMINAIRES, way)
+    }
+
+    fn luminaire_share(&self, scene: &TraceableScene, number: usize, ray: &Ray<C, Way>, position: DVec3) -> f64 {
+        LUMINAIRES.luminaire_share(scene, number, ray, position)
+    }
+
+    fn meets_opening(
+        &self,
+        walk: &mut Walk<'_, C>,
+        tube: usize,
+        ray: &Ray<C, Way>,
+        position: DVec3,
+    ) -> Option<DaylightShare> {
+        let of = &walk.scene.tubes[tube];
+        let is_found = match ray.trace.last {
+            Some(last) => last.narrow || !is_far(of.origin, of.opening_radius, last.position, 0.0),
+            None => !ray.trace.from_eye,
+        };
+        if is_found {
+            let away = (position - of.origin).truncate();
+            let luminance = CELLS as f64 / (PI * of.opening_area_m2());
+            self.find(tube, cell(away, of.opening_radius), ray.weight * luminance);
+        }
+        Some(DaylightShare::NONE)
+    }
+}
