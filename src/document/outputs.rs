@@ -153,7 +153,10 @@ pub(crate) fn check_outputs(
     }
     let in_parts = grids.iter().any(|grid| grid.components);
     if let Some(index) = grids.iter().position(|grid| grid.responses).filter(|_| in_parts) {
-        checks.refuse(format!("/grids/{index}/responses"), "must not be asked for beside `components` of a grid of the same job");
+        checks.refuse(
+            format!("/grids/{index}/responses"),
+            "must not be asked for beside `components` of a grid of the same job",
+        );
     }
     names.clear();
     for (index, view) in views.iter().enumerate().take(judged) {

@@ -35,6 +35,7 @@ mod dull_pipes;
 mod electric_light;
 mod few_photons;
 mod invariance;
+mod lamp_responses;
 mod left_out;
 mod many_tubes;
 mod matrix;

@@ -271,7 +271,9 @@ mod tests {
         assert!((ratio - 100.0 * 10.0 / (7.0 * std::f64::consts::PI / 9.0 * 1000.0)).abs() < 1e-12);
         for (daylight, electric) in [(Some(&under(16, true)), false), (Some(&under(16, false)), true), (None, true)] {
             assert!(
-                GridResult::new(&grid(), &estimate(&[1.0]), daylight, electric, &[], 0).daylight_factor_percent.is_none()
+                GridResult::new(&grid(), &estimate(&[1.0]), daylight, electric, &[], 0)
+                    .daylight_factor_percent
+                    .is_none()
             );
         }
     }

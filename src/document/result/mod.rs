@@ -1,12 +1,12 @@
 //! Results as JSON, a file for each noun.
 
 mod components;
-mod responses;
 mod cross_check;
 mod energy;
 mod grid;
 mod number;
 mod plan;
+mod responses;
 mod summary;
 mod timing;
 mod tube;
@@ -14,11 +14,11 @@ mod tube_flux;
 pub mod tube_report;
 
 pub use components::{GridComponents, GridPart};
-pub use responses::PatchResponse;
 pub use cross_check::CrossCheckResult;
 pub use energy::EnergyResult;
 pub use grid::{AreaAbove, DaylightFactors, ExternalIlluminance, GridResult, GridStatistics};
 pub use plan::{EffectResult, GuideResult, MethodResult, MethodsResult, PlanResult};
+pub use responses::PatchResponse;
 pub use summary::{GridInShort, JobResults, Known, ViewInShort};
 pub use timing::{AccuracyResult, TimingResult};
 pub use tube::{FluxResult, TubeResult};

@@ -4,8 +4,8 @@
 
 use super::method::Described;
 use super::{
-    bidirectional, holigilm, jenkins, lamp_responses, light_tracing, path_tracing, photon_mapping, placed_vertices, ppm, sppm,
-    two_stage,
+    bidirectional, holigilm, jenkins, lamp_responses, light_tracing, path_tracing, photon_mapping, placed_vertices,
+    ppm, sppm, two_stage,
 };
 
 /// A method with its settings.

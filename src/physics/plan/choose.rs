@@ -9,7 +9,8 @@ use crate::integrator::method::{Described, Passes, Refusal, RefusalCode, Task};
 use crate::integrator::photon::close_points::{dishonest_points, near_surfaces};
 use crate::integrator::some_sensors::SensorPlace;
 use crate::integrator::{
-    Method, bidirectional, lamp_responses, light_tracing, path_tracing, photon_mapping, placed_vertices, sppm, two_stage,
+    Method, bidirectional, lamp_responses, light_tracing, path_tracing, photon_mapping, placed_vertices, sppm,
+    two_stage,
 };
 use crate::scene::{Grid, Scene};
 use crate::traceable::luminaire::TraceableLuminaire;

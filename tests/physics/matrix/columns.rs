@@ -4,7 +4,8 @@
 
 use skyduct::integrator::photon_map::progressive::Radius;
 use skyduct::integrator::{
-    Method, bidirectional, holigilm, light_tracing, path_tracing, photon_mapping, placed_vertices, ppm, sppm, two_stage,
+    Method, bidirectional, holigilm, lamp_responses, light_tracing, path_tracing, photon_mapping, placed_vertices, ppm,
+    sppm, two_stage,
 };
 use skyduct::scene::Scene;
 
@@ -122,6 +123,16 @@ pub const COLUMNS: &[Column] = &[
             Method::PlacedVertices(placed_vertices::Settings {
                 photons_per_pass: Some(work.photons(512.0)),
                 vertices_per_pass: Some(work.photons(1024.0)),
+            })
+        },
+    },
+    Column {
+        name: "lamp_responses",
+        family: Family::TwoStage,
+        method: |work| {
+            Method::LampResponses(lamp_responses::Settings {
+                photons_per_pass: Some(work.photons(512.0)),
+                samples_per_sensor: work.per_sensor(512.0 * work.paths),
             })
         },
     },

@@ -69,16 +69,17 @@ rows! {
     documents::s1_points [],
     documents::s1_cells [placed_vertices: CellAverages],
     documents::s2_points [
-        path_tracing: SunThroughClearClosures, two_stage: ClearClosures, placed_vertices: ClearClosures
+        path_tracing: SunThroughClearClosures, two_stage: ClearClosures, lamp_responses: ClearClosures, placed_vertices: ClearClosures
     ],
     documents::s2_cells [
-        path_tracing: SunThroughClearClosures, two_stage: ClearClosures, placed_vertices: ClearClosures
+        path_tracing: SunThroughClearClosures, two_stage: ClearClosures, lamp_responses: ClearClosures, placed_vertices: ClearClosures
     ],
     documents::s3_points [],
     documents::s3_cells [placed_vertices: CellAverages],
     documents::s3_mesh_points [holigilm: MeshTubes],
     documents::s3_mesh_cells [placed_vertices: CellAverages, holigilm: MeshTubes],
-    documents::cornell_box [light_tracing: GridsOnly, placed_vertices: GridsOnly, holigilm: GridsOnly],
+    documents::cornell_box [light_tracing: GridsOnly, placed_vertices: GridsOnly, lamp_responses: GridsOnly,
+                             holigilm: GridsOnly],
     documents::glossy_walls [placed_vertices: SpecularSurfaces, holigilm: SpecularSurfaces],
     documents::mirror_in_the_sun [
         path_tracing: SunByMirrors, two_stage: SunByMirrors, placed_vertices: SpecularSurfaces, holigilm: Objects
@@ -86,7 +87,7 @@ rows! {
     documents::furniture [placed_vertices: CellAverages, holigilm: Objects],
     documents::two_tubes [],
     documents::measured_diffuser [
-        two_stage: MeasuredDiffusers, placed_vertices: MeasuredDiffusers, holigilm: MeasuredDiffusers
+        two_stage: MeasuredDiffusers, lamp_responses: MeasuredDiffusers, placed_vertices: MeasuredDiffusers, holigilm: MeasuredDiffusers
     ],
     radiosity::black_points [],
     radiosity::usual_with_black_disc_cells [placed_vertices: CellAverages],
@@ -96,10 +97,10 @@ rows! {
     radiosity::white_points [],
     radiosity::white_cells [placed_vertices: CellAverages],
     plain::two_mixed_dim_sun_points [
-        path_tracing: SunThroughClearClosures, two_stage: ClearClosures, placed_vertices: ClearClosures
+        path_tracing: SunThroughClearClosures, two_stage: ClearClosures, lamp_responses: ClearClosures, placed_vertices: ClearClosures
     ],
     plain::two_mixed_dim_sun_cells [
-        path_tracing: SunThroughClearClosures, two_stage: ClearClosures, placed_vertices: ClearClosures
+        path_tracing: SunThroughClearClosures, two_stage: ClearClosures, lamp_responses: ClearClosures, placed_vertices: ClearClosures
     ],
     plain::below_a_bend_points [],
     plain::below_a_bend_sun_cells [placed_vertices: CellAverages],
@@ -109,61 +110,61 @@ rows! {
     plain::mirror_wall_cells [placed_vertices: SpecularSurfaces, holigilm: SpecularSurfaces],
     plain::large_grid_points [],
     furnished::scattering_points [
-        two_stage: MeasuredDiffusers, placed_vertices: MeasuredDiffusers, holigilm: Objects
+        two_stage: MeasuredDiffusers, lamp_responses: MeasuredDiffusers, placed_vertices: MeasuredDiffusers, holigilm: Objects
     ],
     furnished::scattering_sun_cells [
-        two_stage: MeasuredDiffusers, placed_vertices: MeasuredDiffusers, holigilm: Objects
+        two_stage: MeasuredDiffusers, lamp_responses: MeasuredDiffusers, placed_vertices: MeasuredDiffusers, holigilm: Objects
     ],
     furnished::peaked_sun_points [
-        two_stage: MeasuredDiffusers, placed_vertices: MeasuredDiffusers, holigilm: Objects
+        two_stage: MeasuredDiffusers, lamp_responses: MeasuredDiffusers, placed_vertices: MeasuredDiffusers, holigilm: Objects
     ],
     furnished::matt_points [placed_vertices: SpecularSurfaces, holigilm: Objects],
     furnished::matt_sun_cells [placed_vertices: SpecularSurfaces, holigilm: Objects],
     furnished::domed_sun_points [placed_vertices: SpecularSurfaces, holigilm: Objects],
     furnished::clear_sun_points [
-        path_tracing: SunThroughClearClosures, two_stage: ClearClosures, placed_vertices: ClearClosures,
+        path_tracing: SunThroughClearClosures, two_stage: ClearClosures, lamp_responses: ClearClosures, placed_vertices: ClearClosures,
         holigilm: Objects
     ],
     furnished::clear_sun_cells [
-        path_tracing: SunThroughClearClosures, two_stage: ClearClosures, placed_vertices: ClearClosures,
+        path_tracing: SunThroughClearClosures, two_stage: ClearClosures, lamp_responses: ClearClosures, placed_vertices: ClearClosures,
         holigilm: Objects
     ],
     furnished::mixed_sun_cells [
-        path_tracing: SunThroughClearClosures, two_stage: ClearClosures, placed_vertices: ClearClosures,
+        path_tracing: SunThroughClearClosures, two_stage: ClearClosures, lamp_responses: ClearClosures, placed_vertices: ClearClosures,
         holigilm: Objects
     ],
     furnished::bent_clear_points [
-        light_tracing: ClearClosuresOfBentTubes, two_stage: ClearClosures, placed_vertices: ClearClosures,
+        light_tracing: ClearClosuresOfBentTubes, two_stage: ClearClosures, lamp_responses: ClearClosures, placed_vertices: ClearClosures,
         holigilm: Objects
     ],
-    furnished::bent_clear_cells [two_stage: ClearClosures, placed_vertices: ClearClosures, holigilm: Objects],
+    furnished::bent_clear_cells [two_stage: ClearClosures, lamp_responses: ClearClosures, placed_vertices: ClearClosures, holigilm: Objects],
     furnished::bent_mixed_points [
-        light_tracing: ClearClosuresOfBentTubes, two_stage: ClearClosures, placed_vertices: ClearClosures,
+        light_tracing: ClearClosuresOfBentTubes, two_stage: ClearClosures, lamp_responses: ClearClosures, placed_vertices: ClearClosures,
         holigilm: Objects
     ],
-    furnished::bent_mixed_cells [two_stage: ClearClosures, placed_vertices: ClearClosures, holigilm: Objects],
-    furnished::mirror_cells [two_stage: ClearClosures, placed_vertices: ClearClosures, holigilm: Objects],
+    furnished::bent_mixed_cells [two_stage: ClearClosures, lamp_responses: ClearClosures, placed_vertices: ClearClosures, holigilm: Objects],
+    furnished::mirror_cells [two_stage: ClearClosures, lamp_responses: ClearClosures, placed_vertices: ClearClosures, holigilm: Objects],
     furnished::mirrors_points [
-        light_tracing: MirrorsAtPoints, two_stage: ClearClosures, placed_vertices: ClearClosures, holigilm: Objects
+        light_tracing: MirrorsAtPoints, two_stage: ClearClosures, lamp_responses: ClearClosures, placed_vertices: ClearClosures, holigilm: Objects
     ],
     furnished::mirror_clear_sun_cells [
         path_tracing: SunThroughClearClosures, bidirectional_path_tracing: SunThroughClearClosures,
-        two_stage: ClearClosures, placed_vertices: ClearClosures, holigilm: Objects
+        two_stage: ClearClosures, lamp_responses: ClearClosures, placed_vertices: ClearClosures, holigilm: Objects
     ],
     furnished::narrow_lobe_cells [placed_vertices: SpecularSurfaces, holigilm: Objects],
     furnished::bent_clear_sun_points [
         light_tracing: ClearClosuresOfBentTubes, path_tracing: SunThroughClearClosures,
-        bidirectional_path_tracing: SunThroughClearClosures, two_stage: ClearClosures,
+        bidirectional_path_tracing: SunThroughClearClosures, two_stage: ClearClosures, lamp_responses: ClearClosures,
         placed_vertices: ClearClosures, holigilm: ClearClosuresOfBentTubes
     ],
     furnished::coloured_points [
-        light_tracing: ClearClosuresOfBentTubes, two_stage: ClearClosures, placed_vertices: ClearClosures,
+        light_tracing: ClearClosuresOfBentTubes, two_stage: ClearClosures, lamp_responses: ClearClosures, placed_vertices: ClearClosures,
         holigilm: Colours
     ],
-    furnished::coloured_cells [two_stage: ClearClosures, placed_vertices: ClearClosures, holigilm: Colours],
+    furnished::coloured_cells [two_stage: ClearClosures, lamp_responses: ClearClosures, placed_vertices: ClearClosures, holigilm: Colours],
     furnished::coloured_tube_points [holigilm: Colours],
     furnished::corners_and_crowded_sensors [
-        light_tracing: PointsNearSurfaces, two_stage: MeasuredDiffusers, placed_vertices: MeasuredDiffusers,
+        light_tracing: PointsNearSurfaces, two_stage: MeasuredDiffusers, lamp_responses: MeasuredDiffusers, placed_vertices: MeasuredDiffusers,
         holigilm: Objects
     ],
     furnished::twenty_tubes_points [],
@@ -178,9 +179,9 @@ rows! {
     effects::no_interreflection_cells [placed_vertices: SpecularSurfaces, holigilm: Objects],
     effects::no_guide_return_cells [placed_vertices: SpecularSurfaces, holigilm: Objects],
     effects::no_guide_return_clear_cells [
-        two_stage: ClearClosures, placed_vertices: ClearClosures, holigilm: Objects
+        two_stage: ClearClosures, lamp_responses: ClearClosures, placed_vertices: ClearClosures, holigilm: Objects
     ],
-    effects::no_objects_cells [two_stage: ClearClosures, placed_vertices: ClearClosures, holigilm: Luminaires],
+    effects::no_objects_cells [two_stage: ClearClosures, lamp_responses: ClearClosures, placed_vertices: ClearClosures, holigilm: Luminaires],
     electric::panels_points [placed_vertices: Luminaires, holigilm: Objects],
     electric::below_a_panel_cells [placed_vertices: Luminaires, holigilm: Objects],
     electric::panels_cells [placed_vertices: Luminaires, holigilm: Objects],
@@ -189,55 +190,69 @@ rows! {
     ],
     images::mirrored_lambertian_cells [placed_vertices: SpecularSurfaces, holigilm: SpecularSurfaces],
     images::mirrored_clear_points [
-        light_tracing: MirrorsAtPoints, two_stage: ClearClosures, placed_vertices: ClearClosures,
+        light_tracing: MirrorsAtPoints, two_stage: ClearClosures, lamp_responses: ClearClosures, placed_vertices: ClearClosures,
         holigilm: SpecularSurfaces
     ],
     images::mirrored_clear_cells [
-        two_stage: ClearClosures, placed_vertices: ClearClosures, holigilm: SpecularSurfaces
+        two_stage: ClearClosures, lamp_responses: ClearClosures, placed_vertices: ClearClosures, holigilm: SpecularSurfaces
     ],
     images::mirrored_panel_cells [placed_vertices: SpecularSurfaces, holigilm: Luminaires],
-    images::view_of_a_mirrored_tube [light_tracing: GridsOnly, placed_vertices: GridsOnly, holigilm: GridsOnly],
-    images::view_of_a_mirrored_panel [light_tracing: GridsOnly, placed_vertices: GridsOnly, holigilm: GridsOnly],
+    images::view_of_a_mirrored_tube [light_tracing: GridsOnly, placed_vertices: GridsOnly, lamp_responses: GridsOnly,
+                             holigilm: GridsOnly],
+    images::view_of_a_mirrored_panel [light_tracing: GridsOnly, placed_vertices: GridsOnly, lamp_responses: GridsOnly,
+                             holigilm: GridsOnly],
     images::mesh_block_on_the_floor [placed_vertices: Luminaires, holigilm: Objects],
-    images::view_of_a_mesh_block [light_tracing: GridsOnly, placed_vertices: GridsOnly, holigilm: GridsOnly],
+    images::view_of_a_mesh_block [light_tracing: GridsOnly, placed_vertices: GridsOnly, lamp_responses: GridsOnly,
+                             holigilm: GridsOnly],
     images::mesh_block_at_its_top [placed_vertices: Luminaires, holigilm: Objects],
     images::mesh_block_at_its_top_cells [placed_vertices: Luminaires, holigilm: Objects],
     images::mesh_block_cut_by_cells [placed_vertices: Luminaires, holigilm: Objects],
     images::rug_points [placed_vertices: Luminaires, holigilm: Objects],
     images::lambertian_table_points [
-        two_stage: MeasuredDiffusers, placed_vertices: MeasuredDiffusers, holigilm: MeasuredDiffusers
+        two_stage: MeasuredDiffusers, lamp_responses: MeasuredDiffusers, placed_vertices: MeasuredDiffusers, holigilm: MeasuredDiffusers
     ],
     images::lambertian_table_below_a_bend_cells [
-        two_stage: MeasuredDiffusers, placed_vertices: MeasuredDiffusers, holigilm: MeasuredDiffusers
+        two_stage: MeasuredDiffusers, lamp_responses: MeasuredDiffusers, placed_vertices: MeasuredDiffusers, holigilm: MeasuredDiffusers
     ],
-    views::into_the_room [light_tracing: GridsOnly, placed_vertices: GridsOnly, holigilm: GridsOnly],
+    views::into_the_room [light_tracing: GridsOnly, placed_vertices: GridsOnly, lamp_responses: GridsOnly,
+                             holigilm: GridsOnly],
     views::up_in_the_sun [
-        light_tracing: GridsOnly, two_stage: MeasuredDiffusers, placed_vertices: GridsOnly, holigilm: GridsOnly
+        light_tracing: GridsOnly, two_stage: MeasuredDiffusers, lamp_responses: MeasuredDiffusers, placed_vertices: GridsOnly, lamp_responses: GridsOnly,
+                             holigilm: GridsOnly
     ],
-    views::up_matt_in_the_sun [light_tracing: GridsOnly, placed_vertices: GridsOnly, holigilm: GridsOnly],
+    views::up_matt_in_the_sun [light_tracing: GridsOnly, placed_vertices: GridsOnly, lamp_responses: GridsOnly,
+                             holigilm: GridsOnly],
     views::sun_patch [
-        light_tracing: GridsOnly, path_tracing: SunThroughClearClosures, two_stage: ClearClosures,
-        placed_vertices: GridsOnly, holigilm: GridsOnly
+        light_tracing: GridsOnly, path_tracing: SunThroughClearClosures, two_stage: ClearClosures, lamp_responses: ClearClosures,
+        placed_vertices: GridsOnly, lamp_responses: GridsOnly,
+                             holigilm: GridsOnly
     ],
     views::up_the_pipe [
-        light_tracing: GridsOnly, two_stage: ClearClosures, placed_vertices: GridsOnly, holigilm: GridsOnly
+        light_tracing: GridsOnly, two_stage: ClearClosures, lamp_responses: ClearClosures, placed_vertices: GridsOnly, lamp_responses: GridsOnly,
+                             holigilm: GridsOnly
     ],
     views::up_a_bent_pipe [
-        light_tracing: GridsOnly, two_stage: ClearClosures, placed_vertices: GridsOnly, holigilm: GridsOnly
+        light_tracing: GridsOnly, two_stage: ClearClosures, lamp_responses: ClearClosures, placed_vertices: GridsOnly, lamp_responses: GridsOnly,
+                             holigilm: GridsOnly
     ],
-    views::mirror [light_tracing: GridsOnly, placed_vertices: GridsOnly, holigilm: GridsOnly],
+    views::mirror [light_tracing: GridsOnly, placed_vertices: GridsOnly, lamp_responses: GridsOnly,
+                             holigilm: GridsOnly],
     views::mirror_box [
-        light_tracing: GridsOnly, two_stage: MeasuredDiffusers, placed_vertices: GridsOnly, holigilm: GridsOnly
+        light_tracing: GridsOnly, two_stage: MeasuredDiffusers, lamp_responses: MeasuredDiffusers, placed_vertices: GridsOnly, lamp_responses: GridsOnly,
+                             holigilm: GridsOnly
     ],
     views::sky_in_a_mirror [
-        light_tracing: GridsOnly, two_stage: ClearClosures, placed_vertices: GridsOnly, holigilm: GridsOnly
+        light_tracing: GridsOnly, two_stage: ClearClosures, lamp_responses: ClearClosures, placed_vertices: GridsOnly, lamp_responses: GridsOnly,
+                             holigilm: GridsOnly
     ],
     views::sun_in_a_mirror [
         light_tracing: GridsOnly, path_tracing: SunThroughClearClosures, bidirectional_path_tracing: SunByMirrors,
-        two_stage: ClearClosures, placed_vertices: GridsOnly, holigilm: GridsOnly
+        two_stage: ClearClosures, lamp_responses: ClearClosures, placed_vertices: GridsOnly, lamp_responses: GridsOnly,
+                             holigilm: GridsOnly
     ],
     views::edges [
-        light_tracing: GridsOnly, two_stage: MeasuredDiffusers, placed_vertices: GridsOnly, holigilm: GridsOnly
+        light_tracing: GridsOnly, two_stage: MeasuredDiffusers, lamp_responses: MeasuredDiffusers, placed_vertices: GridsOnly, lamp_responses: GridsOnly,
+                             holigilm: GridsOnly
     ],
 }
 

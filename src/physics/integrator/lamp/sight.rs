@@ -24,12 +24,7 @@ pub enum Sight<const C: usize> {
 const HORIZON: f64 = 1e-9;
 
 /// How `vertex` sees the opening of `radius` m around `origin` in the ceiling.
-pub fn sight<const C: usize>(
-    scene: &TraceableScene,
-    vertex: &Vertex<'_, C>,
-    origin: DVec3,
-    radius: f64,
-) -> Sight<C> {
+pub fn sight<const C: usize>(scene: &TraceableScene, vertex: &Vertex<'_, C>, origin: DVec3, radius: f64) -> Sight<C> {
     if vertex.is_narrow() || !is_far(origin, radius, vertex.position, 0.0) {
         return Sight::ByRays;
     }

@@ -90,11 +90,6 @@ pub fn forget_all() {
     *memory() = Memory::default();
 }
 
-/// How many replicates are kept, of all rooms.
-pub fn count() -> usize {
-    memory().rooms.iter().map(|(_, passes)| passes.len()).sum()
-}
-
 fn memory() -> std::sync::MutexGuard<'static, Memory> {
     // never left half changed: a panic elsewhere does not matter
     MEMORY.lock().unwrap_or_else(PoisonError::into_inner)

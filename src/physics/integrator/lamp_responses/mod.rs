@@ -48,7 +48,7 @@ use crate::scene::{Channels, EstimateKind, Grid, Scene};
 use crate::traceable::{TraceableScene, TraceableTube};
 use room::{Place, Response, Room, lit_by};
 
-pub use kept::{count as rooms_kept, forget_all as forget_rooms};
+pub use kept::forget_all as forget_rooms;
 
 /// Patches of every opening: six sectors of each of four rings of equal area.
 pub const PATCHES: usize = CELLS;
@@ -183,6 +183,11 @@ impl<const C: usize> LampResponses<C> {
         let emission = Emission::of_daylight(&scene, sizes.photons);
         let room = Room::new(description, &scene, grids, sizes.paths, seed);
         Self { room, emission, grids: grids.to_vec(), seed: Key::new(seed), scene }
+    }
+
+    /// True if a replicate of the room is kept, so that nothing is traced in the room for it.
+    pub fn keeps(&self, pass: u64) -> bool {
+        self.room.keeps(pass)
     }
 
     /// Light straight from the openings to a sensor, in lx, and the rays that look for what is between.

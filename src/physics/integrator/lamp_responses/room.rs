@@ -95,6 +95,11 @@ impl<const C: usize> Room<C> {
         if self.sees_all(grid, sensor) { &self.grids[grid].straight[sensor] } else { &response.straight }
     }
 
+    /// True if a replicate is kept.
+    pub fn keeps(&self, pass: u64) -> bool {
+        self.kept.get(pass).is_some()
+    }
+
     /// Replicate `pass` of the responses, the same whether it was kept or not; `None` when cancelled.
     pub fn pass(&self, pass: u64, cancel: &AtomicBool) -> Option<Arc<RoomPass>> {
         if let Some(kept) = self.kept.get(pass) {
@@ -228,9 +233,14 @@ impl Sensors {
         let sees_all: Vec<bool> = places.iter().map(sees_all).collect();
         let straight_to = |(place, sees_all): (&Place, &bool)| {
             // the same points for all sensors: a response has no noise of its own here
-            if *sees_all { straight(scene, place, Key::new(0).stream(Stream::StraightFromPatches, 0), POINTS) } else { Vec::new() }
+            if *sees_all {
+                straight(scene, place, Key::new(0).stream(Stream::StraightFromPatches, 0), POINTS)
+            } else {
+                Vec::new()
+            }
         };
-        let straight = if grid.responses { places.iter().zip(&sees_all).map(straight_to).collect() } else { Vec::new() };
+        let straight =
+            if grid.responses { places.iter().zip(&sees_all).map(straight_to).collect() } else { Vec::new() };
         Self { grid: grid.clone(), sees_all, straight }
     }
 }

@@ -1,0 +1,270 @@
+//! Responses of the room: closed forms, what they add up to, what is kept of a room and when. They agree with other methods in
+//! `matrix`.
+
+use std::f64::consts::PI;
+use std::sync::atomic::AtomicBool;
+
+use glam::DVec3;
+use serde_json::{Value, json};
+use skyduct::document::{DocumentErrors, JobDocument};
+use skyduct::estimate::Estimate;
+use skyduct::integrator::Integrator;
+use skyduct::integrator::lamp::flux::patched_flux;
+use skyduct::integrator::lamp_responses::{LampResponses, PATCHES, Sizes, forget_rooms};
+use skyduct::job::prepare::{Prepared, prepare_document};
+use skyduct::optics::Surface;
+use skyduct::sampling::Key;
+use skyduct::scene::{BoxObject, EstimateKind, Face, Scene};
+
+use crate::documents::Folder;
+use crate::reference;
+use crate::scenes::{
+    RADIUS, SIDE, bent, cube, daylight, disc_room, furnished, lambertian, radiosity, run, straight, traceable, with_sun,
+};
+
+const SIZES: Sizes = Sizes { photons: 512, paths: 64 };
+
+fn built(scene: &Scene, seed: u64) -> LampResponses<1> {
+    LampResponses::new(scene, traceable(scene), &scene.grids, SIZES, seed)
+}
+
+/// The scene with responses told of all grids.
+fn told(mut scene: Scene) -> Scene {
+    scene.grids.iter_mut().for_each(|grid| grid.responses = true);
+    scene
+}
+
+/// Mean over the patches of what each gives to a sensor per lumen, and its standard error where the errors of all patches go together.
+fn evenly_lit(estimate: &Estimate, sensor: usize) -> (f64, f64) {
+    let patches = &estimate.grids[0].beside[..PATCHES];
+    let mean = |of: &dyn Fn(usize) -> f64| (0..PATCHES).map(of).sum::<f64>() / PATCHES as f64;
+    (mean(&|patch| patches[patch].illuminance_lux(sensor)), mean(&|patch| patches[patch].standard_error_lux(sensor)))
+}
+
+/// All patches together are a uniform disc: 1000 lm of it give what radiosity with exact form factors gives, in
+/// rooms of all reflectances, at points and in cells.
+#[test]
+fn patches_together_are_a_uniform_disc() {
+    for (case, [floor, walls, ceiling, disc], estimate) in
+        [("S1r", [0.2, 0.5, 0.7, 0.2], EstimateKind::Point), ("S1r", [0.2, 0.5, 0.7, 0.2], EstimateKind::CellAverage)]
+    {
+        let scene = told(disc_room(floor, walls, ceiling, disc, estimate));
+        let found = run(&scene, &built(&scene, 5), 32);
+        let (truth, error) = radiosity(case, estimate);
+        for (sensor, truth) in truth.iter().enumerate() {
+            let (mean, mean_error) = evenly_lit(&found, sensor);
+            let tolerance = 4.0 * mean_error + error * truth;
+            assert!(
+                (1000.0 * mean - truth).abs() <= 1000.0 * tolerance,
+                "{case} {estimate:?} {sensor}: {mean} {truth}"
+            );
+            assert!(mean_error < 0.01 * mean, "{sensor}: {mean_error}");
+        }
+    }
+}
+
+/// Straight light of each patch alone, in a black room: an integral over the patch by the midpoint rule.
+#[test]
+fn light_straight_from_a_patch_is_its_integral() {
+    let scene = told(disc_room(0.0, 0.0, 0.0, 0.0, EstimateKind::Point));
+    let found = run(&scene, &built(&scene, 5), 2);
+    let (rings, sectors, steps) = (4, 6, 24);
+    // by ring and sector, whatever their order
+    let mut integrals = vec![Vec::new(); 81];
+    for (sensor, integrals) in integrals.iter_mut().enumerate() {
+        let at = scene.grids[0].centre(sensor);
+        for ring in 0..rings {
+            for sector in 0..sectors {
+                let mut sum = 0.0;
+                for i in 0..steps {
+                    for k in 0..steps {
+                        let r = RADIUS
+                            * ((f64::from(ring) + (f64::from(i) + 0.5) / f64::from(steps)) / f64::from(rings)).sqrt();
+                        let turn = (f64::from(sector) + (f64::from(k) + 0.5) / f64::from(steps)) / f64::from(sectors);
+                        let (sin, cos) = (2.0 * PI * turn).sin_cos();
+                        let way = DVec3::new(0.5 * SIDE + r * cos, 0.5 * SIDE + r * sin, SIDE) - at;
+                        sum += way.z * way.z / (PI * way.length_squared().powi(2));
+                    }
+                }
+                integrals.push(sum / f64::from(steps * steps));
+            }
+        }
+    }
+    for (sensor, integrals) in integrals.iter_mut().enumerate() {
+        let mut responses: Vec<f64> =
+            found.grids[0].beside[..PATCHES].iter().map(|patch| patch.illuminance_lux(sensor)).collect();
+        responses.sort_by(f64::total_cmp);
+        integrals.sort_by(f64::total_cmp);
+        for (response, integral) in responses.iter().zip(integrals) {
+            // a 24 by 24 rule and 256 even points of a patch of 4 cm, from 2 m: each is better than 1e-4
+            assert!((response / *integral - 1.0).abs() < 2e-4, "{sensor}: {response} {integral}");
+        }
+    }
+}
+
+/// The lumens of the patches times the responses are the light, in a furnished room with a box that hides parts of the
+/// openings, a glossy wall, sun and sky.
+#[test]
+fn lumens_times_responses_are_the_light() {
+    let mut scene = told(furnished(
+        [straight(0.8, 0.95, lambertian(0.6, 0.2)), straight(0.4, 0.97, lambertian(0.5, 0.1))],
+        EstimateKind::Point,
+    ));
+    scene.room.luminaires.clear();
+    with_sun(&mut scene, 40_000.0, 50.0);
+    let passes = 32;
+    let method =
+        LampResponses::<1>::new(&scene, traceable(&scene), &scene.grids, Sizes { photons: 2048, paths: 128 }, 3);
+    let found = run(&scene, &method, passes);
+    // the flux of each tube alone: the first of a scene counts
+    let fluxes = |tube: usize| {
+        let mut one = scene.clone();
+        one.tubes.swap(0, tube);
+        patched_flux(&traceable(&one), Key::new(9), 1e-3, &AtomicBool::new(false)).unwrap().patches
+    };
+    let fluxes = [fluxes(0), fluxes(1)].concat();
+    let grid = &found.grids[0];
+    for sensor in 0..scene.grids[0].len() {
+        let (mut sum, mut error) = (0.0, 0.0);
+        for (patch, flux) in grid.beside.iter().zip(&fluxes) {
+            let (response, its_error) = (patch.illuminance_lux(sensor), patch.standard_error_lux(sensor));
+            sum += flux.mean * response;
+            // all errors may go together
+            error += flux.mean * its_error + flux.standard_error() * response;
+        }
+        let (lux, own) = (grid.illuminance_lux(sensor), grid.standard_error_lux(sensor));
+        assert!((sum - lux).abs() <= 4.0 * (error + own), "{sensor}: {sum} +- {error}, {lux} +- {own}");
+        assert!(lux > 0.0 && error + own < 0.08 * lux, "{sensor}: {error} {own} of {lux}");
+    }
+}
+
+fn bits(method: &LampResponses<1>, passes: u64) -> Vec<u64> {
+    let of = |pass| {
+        let pass = method.pass(pass, &AtomicBool::new(false)).unwrap();
+        let beside = pass.grids[0].beside.iter().flat_map(|part| part.illuminance.clone());
+        let values = pass.grids[0].illuminance.iter().copied().chain(pass.grids[0].bias.iter().copied()).chain(beside);
+        values.map(f64::to_bits).collect::<Vec<_>>()
+    };
+    (0..passes).flat_map(of).collect()
+}
+
+/// Sky, sun, and what is above the openings touch no response: what one scene has left is used by the next, to the same bits.
+/// Whatever stands in the room, the openings, the sensors and the seed do.
+#[test]
+fn a_room_is_kept_for_other_skies_and_tubes() {
+    let tube = || straight(0.8, 0.95, lambertian(0.6, 0.2));
+    let base = told(cube(0.2, 0.5, 0.7, vec![tube()], daylight(12, 5000.0, 40.0, 120.0), EstimateKind::Point));
+    let mut sunny = base.clone();
+    with_sun(&mut sunny, 60_000.0, 55.0);
+    let with_tube = |tube| Scene { tubes: vec![tube], ..base.clone() };
+    let same = [
+        ("another sky", Scene { daylight: Some(daylight(1, 9000.0, 20.0, 10.0)), ..base.clone() }),
+        ("sun", sunny),
+        ("longer", with_tube(straight(1.6, 0.95, lambertian(0.6, 0.2)))),
+        ("duller", with_tube(straight(0.8, 0.8, lambertian(0.6, 0.2)))),
+        ("less transmittance", with_tube(straight(0.8, 0.95, lambertian(0.3, 0.2)))),
+        ("night", Scene { daylight: None, ..base.clone() }),
+    ];
+    let mut floor = base.clone();
+    floor.room.surfaces[Face::Floor as usize] = Some(Surface::diffuse([0.21; 3]));
+    let mut boxed = base.clone();
+    boxed.room.boxes.push(BoxObject {
+        size: DVec3::splat(0.3),
+        base: DVec3::new(1.0, 0.4, 0.0),
+        rotation: 0.1,
+        surface: Surface::diffuse([0.5; 3]),
+    });
+    let mut higher = base.clone();
+    higher.grids[0].height_m = 0.1;
+    let mut wider = base.clone();
+    wider.tubes[0].opening_radius *= 1.1;
+    let mut averages = base.clone();
+    averages.grids[0].estimate = EstimateKind::CellAverage;
+    let other = [
+        ("floor", floor),
+        ("box", boxed),
+        ("grid", higher),
+        ("opening", wider),
+        ("cells", averages),
+        ("reflectance of the closure", with_tube(straight(0.8, 0.95, lambertian(0.6, 0.3)))),
+        ("light that comes back", with_tube(bent(lambertian(0.6, 0.2)))),
+    ];
+    let passes = 2;
+    forget_rooms();
+    let first = bits(&built(&base, 3), passes);
+    for (name, scene) in &same {
+        let method = built(scene, 3);
+        assert!(method.keeps(0) && method.keeps(1) && !method.keeps(2), "{name}");
+        let kept = bits(&method, passes);
+        forget_rooms();
+        assert!(!built(scene, 3).keeps(0), "{name}");
+        assert_eq!(kept, bits(&built(scene, 3), passes), "{name}");
+        assert!(*name == "night" || kept.len() == first.len() && kept != first, "{name}");
+    }
+    assert!(!built(&base, 4).keeps(0), "another seed");
+    for (name, scene) in &other {
+        assert!(!built(scene, 3).keeps(0), "{name}");
+    }
+}
+
+/// The same bits on any number of threads, nothing kept.
+#[test]
+fn bits_do_not_depend_on_threads() {
+    let tubes = [straight(0.8, 0.95, lambertian(0.6, 0.2)), bent(lambertian(0.5, 0.1))];
+    let scene = told(furnished(tubes, EstimateKind::CellAverage));
+    let on = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        // a seed of its own, so that nothing is kept; others may forget or keep meanwhile
+        pool.install(|| {
+            forget_rooms();
+            bits(&built(&scene, 11), 2)
+        })
+    };
+    let one = on(1);
+    assert_eq!(one, on(2));
+    assert_eq!(one, on(5));
+}
+
+fn prepared(edit: impl FnOnce(&mut Value)) -> Result<Prepared, DocumentErrors> {
+    let mut document = reference::json("scenes/S1.json");
+    document["grids"][0]["responses"] = json!(true);
+    edit(&mut document);
+    prepare_document(&JobDocument::parse(document.to_string().as_bytes())?, &Folder)
+}
+
+fn refused(edit: impl FnOnce(&mut Value)) -> (String, String) {
+    let error = prepared(edit).err().unwrap().0.remove(0);
+    (error.pointer.clone(), error.detail)
+}
+
+/// Who asks for responses gets the method that tells them, and reads 24 of each tube; who asks for another method reads why not.
+#[test]
+fn documents_ask_for_responses() {
+    let job = prepared(|document| document["stop"] = json!({ "relative_error": 0.02 })).unwrap();
+    assert_eq!(job.plan.methods.names(), ["lamp_responses"]);
+    let estimate = crate::documents::render(&job);
+    let grid: Value =
+        serde_json::from_slice(&job.result_file("grids/floor.json", &estimate).unwrap().unwrap().bytes).unwrap();
+    let responses = grid["responses"].as_array().unwrap();
+    assert_eq!(responses.len(), PATCHES);
+    for (number, response) in responses.iter().enumerate() {
+        assert_eq!((&response["tube"], &response["patch"]), (&json!(0), &json!(number)));
+        for key in ["lux_per_lumen", "standard_error"] {
+            assert_eq!(response[key].as_array().unwrap().len(), 9, "{key}");
+        }
+        assert!(response["lux_per_lumen"][4][4].as_f64().unwrap() > 0.0);
+    }
+    let (pointer, detail) = refused(|document| document["method"] = json!("light_tracing"));
+    assert!(pointer == "/grids/0/responses" && detail.contains("use auto or lamp_responses"), "{pointer}: {detail}");
+    let clear = json!({ "kind": "clear", "transmittance": 0.9 });
+    let (pointer, detail) = refused(|document| document["tubes"][0]["diffuser"] = clear);
+    assert!(pointer == "/grids/0/responses" && detail.contains("unscattered"), "{pointer}: {detail}");
+    let (pointer, detail) = refused(|document| document["grids"][0]["components"] = json!(true));
+    assert!(pointer == "/grids/0/responses" && detail.contains("`components`"), "{pointer}: {detail}");
+    let (pointer, detail) = refused(|document| {
+        document["method"] = json!("lamp_responses");
+        document["grids"][0]["height_m"] = json!(2.0);
+        document["grids"][0]["responses"] = json!(false);
+    });
+    assert!(pointer == "/method" && detail.contains("nearer to a sensor than its radius"), "{pointer}: {detail}");
+}
