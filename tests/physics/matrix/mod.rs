@@ -174,8 +174,8 @@ rows! {
     sun::patterns_of_the_sun_cells [placed_vertices: CellAverages],
     sun::patterns_of_a_high_sun_points [],
     sun::interreflection_of_the_sun_points [light_tracing: PointsNearSurfaces],
-    sun::beside_walls_points [],
-    sun::beside_walls_cells [placed_vertices: CellAverages],
+    sun::beside_walls_points [lamp_responses: PointsNearSurfaces],
+    sun::beside_walls_cells [placed_vertices: CellAverages, lamp_responses: PointsNearSurfaces],
     effects::no_interreflection_cells [placed_vertices: SpecularSurfaces, holigilm: Objects],
     effects::no_guide_return_cells [placed_vertices: SpecularSurfaces, holigilm: Objects],
     effects::no_guide_return_clear_cells [
