@@ -21,7 +21,7 @@ fn bits(prepared: &Prepared, chunks: u64, threads: usize, interrupted: bool) -> 
 }
 
 /// Reference scenes and what is done to them.
-const CASES: [&str; 14] = [
+const CASES: [&str; 15] = [
     "S1",
     "S2",
     "S3",
@@ -36,6 +36,7 @@ const CASES: [&str; 14] = [
     "S2 sppm",
     "S2 gathering",
     "S1 parts",
+    "S3 responses",
 ];
 
 /// Every kind of guide, closure, luminaire, object and output, small.
@@ -79,6 +80,11 @@ fn scenes() -> Vec<(&'static str, Prepared)> {
                 if kind == "parts" {
                     document["grids"][0]["components"] = json!(true);
                     document["cross_check"] = json!(true);
+                }
+                if kind == "responses" {
+                    document["room"]["objects"] = objects.clone();
+                    document["grids"][0]["responses"] = json!(true);
+                    document["stop"]["view_relative_error"] = json!(1e-6);
                 }
                 if kind == "gathering" {
                     document["method"] =

@@ -5,9 +5,9 @@
 use std::collections::{HashMap, VecDeque};
 use std::fmt::{self, Debug, Write};
 use std::hash::{BuildHasher, Hasher, RandomState};
-use std::sync::{Arc, LazyLock, Mutex, PoisonError};
+use std::sync::{Arc, LazyLock, Mutex, MutexGuard, PoisonError};
 
-use super::room::RoomPass;
+use super::replicate::RoomPass;
 
 /// Bytes of all replicates together, of all rooms.
 const MOST_BYTES: usize = 128 << 20;
@@ -38,12 +38,16 @@ impl Content {
     }
 }
 
-/// Everything that is kept, the room that was asked for last at the end.
+/// Everything that is kept.
 #[derive(Default)]
 struct Memory {
-    rooms: VecDeque<(Content, HashMap<u64, (Arc<RoomPass>, usize)>)>,
+    /// The room that was asked for last is the last.
+    rooms: VecDeque<(Content, Passes)>,
     bytes: usize,
 }
+
+/// Replicates of one room with their bytes, by their numbers.
+type Passes = HashMap<u64, (Arc<RoomPass>, usize)>;
 
 static MEMORY: LazyLock<Mutex<Memory>> = LazyLock::new(Mutex::default);
 
@@ -59,29 +63,12 @@ impl Kept {
 
     /// A replicate, if it is kept.
     pub fn get(&self, pass: u64) -> Option<Arc<RoomPass>> {
-        let mut memory = memory();
-        let place = memory.rooms.iter().position(|(content, _)| *content == self.0)?;
-        let room = memory.rooms.remove(place)?;
-        let found = room.1.get(&pass).map(|(kept, _)| kept.clone());
-        memory.rooms.push_back(room);
-        found
+        memory().get(self.0, pass)
     }
 
-    /// Keeps a replicate of `bytes`; other rooms make way for it, and where it alone is too large it is not kept.
+    /// Keeps a replicate of `bytes`, unless it alone is too large; other rooms make way for it.
     pub fn put(&self, pass: u64, replicate: &Arc<RoomPass>, bytes: usize) {
-        let mut memory = memory();
-        let memory = &mut *memory;
-        let place = memory.rooms.iter().position(|(content, _)| *content == self.0);
-        let mut room = place.and_then(|place| memory.rooms.remove(place)).unwrap_or((self.0, HashMap::new()));
-        while memory.bytes + bytes > MOST_BYTES
-            && let Some((_, other)) = memory.rooms.pop_front()
-        {
-            memory.bytes -= other.values().map(|(_, bytes)| bytes).sum::<usize>();
-        }
-        if memory.bytes + bytes <= MOST_BYTES && room.1.insert(pass, (replicate.clone(), bytes)).is_none() {
-            memory.bytes += bytes;
-        }
-        memory.rooms.push_back(room);
+        memory().put(self.0, pass, replicate, bytes);
     }
 }
 
@@ -90,7 +77,74 @@ pub fn forget_all() {
     *memory() = Memory::default();
 }
 
-fn memory() -> std::sync::MutexGuard<'static, Memory> {
+fn memory() -> MutexGuard<'static, Memory> {
     // never left half changed: a panic elsewhere does not matter
     MEMORY.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+impl Memory {
+    fn get(&mut self, content: Content, pass: u64) -> Option<Arc<RoomPass>> {
+        let room = self.take(content)?;
+        let found = room.get(&pass).map(|(kept, _)| kept.clone());
+        self.rooms.push_back((content, room));
+        found
+    }
+
+    fn put(&mut self, content: Content, pass: u64, replicate: &Arc<RoomPass>, bytes: usize) {
+        let mut room = self.take(content).unwrap_or_default();
+        let is_new = !room.contains_key(&pass);
+        while is_new
+            && self.bytes + bytes > MOST_BYTES
+            && let Some((_, other)) = self.rooms.pop_front()
+        {
+            self.bytes -= other.values().map(|(_, bytes)| bytes).sum::<usize>();
+        }
+        if is_new && self.bytes + bytes <= MOST_BYTES {
+            room.insert(pass, (replicate.clone(), bytes));
+            self.bytes += bytes;
+        }
+        self.rooms.push_back((content, room));
+    }
+
+    /// Takes a room out of the line.
+    fn take(&mut self, content: Content) -> Option<Passes> {
+        let place = self.rooms.iter().position(|(other, _)| *other == content)?;
+        self.rooms.remove(place).map(|(_, room)| room)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::guide::RayCount;
+
+    fn replicate() -> Arc<RoomPass> {
+        Arc::new(RoomPass { grids: Vec::new(), rays: RayCount::default() })
+    }
+
+    #[test]
+    fn equal_content_is_equal_and_other_is_not() {
+        assert_eq!(Content::of(&(0.1, "a")), Content::of(&(0.1, "a")));
+        assert_ne!(Content::of(&(0.1, "a")), Content::of(&(0.1 + 2e-17, "a")));
+        assert_ne!(Content::of(&["a", "b"]), Content::of(&["ab"]));
+    }
+
+    /// A third of the memory each: the room that nobody has asked for makes way, and what does not fit at all is not kept.
+    #[test]
+    fn the_room_that_was_asked_for_longest_ago_makes_way() {
+        let mut memory = Memory::default();
+        let [a, b, c, d] = [1, 2, 3, 4].map(|number| Content([number; 2]));
+        let third = MOST_BYTES / 3;
+        for (content, pass) in [(a, 0), (b, 0), (c, 5)] {
+            memory.put(content, pass, &replicate(), third);
+        }
+        assert!(memory.get(a, 0).is_some() && memory.get(a, 1).is_none());
+        memory.put(d, 0, &replicate(), third);
+        assert!(memory.get(b, 0).is_none() && memory.get(a, 0).is_some() && memory.get(c, 5).is_some());
+        assert_eq!(memory.bytes, 3 * third);
+        memory.put(d, 0, &replicate(), third);
+        assert_eq!(memory.bytes, 3 * third, "the same once more");
+        memory.put(d, 1, &replicate(), MOST_BYTES);
+        assert!(memory.get(d, 1).is_none() && memory.get(d, 0).is_some() && memory.bytes == third);
+    }
 }

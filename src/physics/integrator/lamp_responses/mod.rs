@@ -23,10 +23,11 @@
 //! Bad at diffusers that mirrors show (it warns).
 //!
 //! **Sources.** The matrix of a room that is used again for other skies is that of daylight coefficients (Tregenza and Waters
-//! 1983) in its later phases (Ward et al. 2011), here from the opening inward.
+//! 1983), and the view matrix of its later phases (Ward 2011).
 
 mod kept;
 mod patch_light;
+mod replicate;
 mod room;
 
 use std::sync::Arc;
@@ -46,7 +47,8 @@ use crate::optics::Spectrum;
 use crate::sampling::{Key, PathRandom, PathSamples, Stream};
 use crate::scene::{Channels, EstimateKind, Grid, Scene};
 use crate::traceable::{TraceableScene, TraceableTube};
-use room::{Place, Response, Room, lit_by};
+use replicate::{Response, lit_by};
+use room::{Place, Room};
 
 pub use kept::forget_all as forget_rooms;
 

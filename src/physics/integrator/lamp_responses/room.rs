@@ -10,11 +10,12 @@ use glam::{DVec2, DVec3};
 
 use super::kept::{Content, Kept};
 use super::patch_light::PatchLight;
+use super::replicate::{Response, RoomPass};
 use crate::guide::{Guide, RayCount, StraightGuide};
 use crate::integrator::backward::pass::{centre, each};
 use crate::integrator::backward::walk::Walk;
 use crate::integrator::lamp::cells::{CELLS, Receiver, is_far, within_each};
-use crate::optics::{Diffuser, Spectrum};
+use crate::optics::Diffuser;
 use crate::sampling::{Key, PathSamples, Stream};
 use crate::scene::{EstimateKind, Grid, Scene};
 use crate::traceable::{TraceableScene, TraceableTube};
@@ -47,33 +48,6 @@ struct Sensors {
     sees_all: Vec<bool>,
     /// For each of these in a grid whose responses are told, light straight from each patch in lx/lm; else empty.
     straight: Vec<Vec<f64>>,
-}
-
-/// One replicate of the responses of all sensors of some grids.
-#[derive(Debug)]
-pub struct RoomPass {
-    /// The sensors of each grid.
-    pub grids: Vec<Vec<Response>>,
-    /// Rays that were traced for it.
-    pub rays: RayCount,
-}
-
-/// What one sensor gets.
-#[derive(Debug)]
-pub struct Response {
-    /// By way of surfaces of the room, in lx/lm for each patch of each tube, all channels of a patch together.
-    pub reflected: Vec<f64>,
-    /// Straight from each patch in lx/lm, where it is told and the sensor does not see all openings whole; else empty.
-    pub straight: Vec<f64>,
-    /// Light of luminaires in lx.
-    pub luminaires: f64,
-}
-
-impl RoomPass {
-    fn bytes(&self) -> usize {
-        let values = |response: &Response| response.reflected.len() + response.straight.len() + 8;
-        self.grids.iter().flatten().map(|response| size_of::<f64>() * values(response)).sum()
-    }
 }
 
 impl<const C: usize> Room<C> {
@@ -263,17 +237,6 @@ fn straight(scene: &TraceableScene, place: &Place, stream: Key, points: u64) -> 
                     *lit += receiver.point(source.truncate()) / points as f64;
                 }
             }
-        }
-    }
-    lit
-}
-
-/// The sum over patches of what one lumen of each gives times the lumens that leave it: the channels of the light.
-pub fn lit_by<const C: usize>(reflected: &[f64], fluxes: &[Spectrum<C>]) -> Spectrum<C> {
-    let mut lit = Spectrum::ZERO;
-    for (per_lumen, flux) in reflected.chunks_exact(C).zip(fluxes) {
-        for channel in 0..C {
-            lit.0[channel] += per_lumen[channel] * flux.0[channel];
         }
     }
     lit

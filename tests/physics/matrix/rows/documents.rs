@@ -4,7 +4,7 @@ use serde_json::{Value, json};
 use skyduct::document::{JobDocument, to_scene};
 use skyduct::scene::Scene;
 
-use super::super::row::{Row, cornell, traced};
+use super::super::row::{Mirrors, Row, cornell, traced};
 use crate::documents::Folder;
 use crate::reference;
 
@@ -97,7 +97,7 @@ pub fn mirror_in_the_sun() -> Row {
         "surface": { "reflectance": 0.05, "specular": 0.85 }
     }]);
     document["grids"][0]["estimate"] = "cell_average".into();
-    Row::new(scene(&document)).stored(&["light_tracing", "photon_mapping"])
+    Row::new(scene(&document)).stored(&["light_tracing", "photon_mapping"]).mirrors(Mirrors::LeftOut)
 }
 
 pub fn furniture() -> Row {
