@@ -13,6 +13,7 @@ pub mod rectangle;
 pub mod section;
 pub mod triangle;
 pub mod turn;
+pub mod welded;
 mod wide_tree;
 
 pub use obj::{Dropped, TriangleMesh};

@@ -1,33 +1,36 @@
 //! Which side of a mesh pipe's triangles is the inner one, however they are wound.
 
-use std::collections::HashMap;
-
 use glam::DVec3;
 
 use crate::geometry::bvh::TriangleBvh;
+use crate::geometry::welded;
 
 /// Rays from the opening that look for pieces of the pipe, and reflections that each of them may have.
 const RAYS: u32 = 64;
 const REFLECTIONS: u32 = 64;
 
-/// An edge of a triangle, the same from either side.
-type Edge = ([u64; 3], [u64; 3]);
-
 /// Signs by triangle: 1 where the normal points into the pipe, -1 where it points out of it, 0 for triangles that are no
 /// mirrors, and for pieces of which no light from the opening tells.
 ///
 /// Light that is reflected up the pipe from the centre of the opening (the origin) meets inner sides only; what it tells of
-/// one triangle holds for its neighbours. `normals`: unit, by the winding of `triangles`, which `bvh` was built from.
+/// one triangle holds for its neighbours. `triangles`: places of their corners ([`welded::places`]); `normals`: unit, by the
+/// winding of the triangles, which `bvh` was built from.
 pub(super) fn inward(
-    triangles: &[[DVec3; 3]],
+    triangles: &[[u32; 3]],
     normals: &[DVec3],
     is_mirror: impl Fn(usize) -> bool,
     bvh: &TriangleBvh,
 ) -> Vec<f64> {
-    let mut sharing: HashMap<Edge, Vec<usize>> = HashMap::new();
-    for triangle in (0..triangles.len()).filter(|triangle| is_mirror(*triangle)) {
-        for (edge, _) in edges(&triangles[triangle]) {
-            sharing.entry(edge).or_default().push(triangle);
+    let mirrors = (0..triangles.len()).filter(|triangle| is_mirror(*triangle));
+    let sides = welded::sides(mirrors.map(|triangle| (triangle as u32, triangles[triangle])));
+    let mut neighbours = vec![[None; 3]; triangles.len()];
+    for edge in sides.chunk_by(|a, b| a.edge == b.edge) {
+        let [a, b] = edge else { continue };
+        // neighbours of one winding run along their edge in opposite senses
+        let turned = a.forward == b.forward;
+        for (one, other) in [(a, b), (b, a)] {
+            neighbours[one.triangle as usize][usize::from(one.side)] =
+                Some(Neighbour { triangle: other.triangle as usize, turned });
         }
     }
     let mut signs = vec![0.0; triangles.len()];
@@ -45,7 +48,7 @@ pub(super) fn inward(
             }
             let cosine = direction.dot(normals[triangle]);
             if signs[triangle] == 0.0 && cosine != 0.0 {
-                spread(triangle, -cosine.signum(), triangles, &sharing, &mut signs);
+                spread(triangle, -cosine.signum(), &neighbours, &mut signs);
             }
             position += direction * hit.distance;
             direction = (direction - normals[triangle] * (2.0 * cosine)).normalize();
@@ -58,31 +61,24 @@ pub(super) fn inward(
     signs
 }
 
+/// A triangle beyond an edge that two triangles share.
+#[derive(Clone, Copy, Debug)]
+struct Neighbour {
+    triangle: usize,
+    /// True if it is wound the other way.
+    turned: bool,
+}
+
 /// Gives a triangle its sign, and all that are joined to it by edges of two triangles each.
-fn spread(first: usize, sign: f64, triangles: &[[DVec3; 3]], sharing: &HashMap<Edge, Vec<usize>>, signs: &mut [f64]) {
+fn spread(first: usize, sign: f64, neighbours: &[[Option<Neighbour>; 3]], signs: &mut [f64]) {
     signs[first] = sign;
     let mut waiting = vec![first];
     while let Some(triangle) = waiting.pop() {
-        for (edge, forward) in edges(&triangles[triangle]) {
-            let Some([a, b]) = sharing.get(&edge).map(Vec::as_slice) else { continue };
-            let other = if *a == triangle { *b } else { *a };
-            if signs[other] != 0.0 {
-                continue;
+        for other in neighbours[triangle].iter().flatten() {
+            if signs[other.triangle] == 0.0 {
+                signs[other.triangle] = if other.turned { -signs[triangle] } else { signs[triangle] };
+                waiting.push(other.triangle);
             }
-            // neighbours of one winding run along their edge in opposite senses
-            let same_sense = edges(&triangles[other]).contains(&(edge, forward));
-            signs[other] = if same_sense { -signs[triangle] } else { signs[triangle] };
-            waiting.push(other);
         }
     }
-}
-
-/// The edges of a triangle, and whether it runs along each from the lesser end to the greater.
-fn edges(corners: &[DVec3; 3]) -> [(Edge, bool); 3] {
-    // -0 and 0 are one place
-    let name = |p: DVec3| (p + DVec3::ZERO).to_array().map(f64::to_bits);
-    std::array::from_fn(|k| {
-        let (a, b) = (name(corners[k]), name(corners[(k + 1) % 3]));
-        ((a.min(b), a.max(b)), a < b)
-    })
 }

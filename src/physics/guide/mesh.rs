@@ -10,6 +10,7 @@ use super::inner_side;
 use super::transit::{End, Entry, Transit};
 use crate::geometry::TriangleMesh;
 use crate::geometry::bvh::{TriangleBvh, TriangleHit};
+use crate::geometry::welded;
 use crate::optics::{Mirror, Spectrum};
 use crate::sampling::roulette::faint_survival;
 use crate::sampling::{PathRandom, warp};
@@ -71,12 +72,16 @@ impl MeshGuide {
     ///
     /// Without a collector the upper end of the pipe is closed by a clear cap, the fan of its boundary edges.
     pub fn new(mesh: &TriangleMesh, parts: &[Part], opening_radius: f64) -> Result<Self, MeshGuideError> {
+        let places = welded::places(&mesh.positions);
         let mut triangles = Vec::new();
+        // of their corners; the cap has none, for it is no mirror
+        let mut triangle_places = Vec::new();
         let mut triangle_parts = Vec::new();
         for (corners, material) in mesh.triangles.iter().zip(&mesh.triangle_materials) {
             let part = &parts[*material as usize];
             if *part != Part::Diffuser {
                 triangles.push(corners.map(|corner| mesh.positions[corner as usize]));
+                triangle_places.push(corners.map(|corner| places[corner as usize]));
                 triangle_parts.push(part.clone());
             }
         }
@@ -87,6 +92,7 @@ impl MeshGuide {
             let cap = upper_cap(&triangles).ok_or(MeshGuideError::NoUpperEnd)?;
             let clear = Part::Collector { transmittance: [1.0; 3], reflectance: [0.0; 3] };
             triangle_parts.extend(std::iter::repeat_n(clear, cap.len()));
+            triangle_places.extend(cap.iter().map(|_| [u32::MAX; 3]));
             triangles.extend(cap);
         }
         let normals: Vec<DVec3> =
@@ -106,7 +112,7 @@ impl MeshGuide {
         let bvh = TriangleBvh::new(&triangles);
         let is_mirror = |triangle: usize| matches!(triangle_parts[triangle], Part::Pipe { .. });
         Ok(Self {
-            inward: inner_side::inward(&triangles, &normals, is_mirror, &bvh).into(),
+            inward: inner_side::inward(&triangle_places, &normals, is_mirror, &bvh).into(),
             bvh: Arc::new(bvh),
             normals: normals.into(),
             parts: triangle_parts.into(),

@@ -1,6 +1,5 @@
 //! Meshes that are cylinders: replaced by the closed form, or told what their facets do.
 
-use std::collections::BTreeMap;
 use std::f64::consts::{PI, TAU};
 
 use glam::DVec3;
@@ -8,6 +7,7 @@ use glam::DVec3;
 use super::mesh::Part;
 use crate::geometry::TriangleMesh;
 use crate::geometry::turn::angle_between;
+use crate::geometry::welded;
 use crate::optics::Mirror;
 
 /// Largest distance of a vertex from the cylinder that it should lie on, in radii.
@@ -95,21 +95,27 @@ struct Surface {
 
 impl Surface {
     fn new(mesh: &TriangleMesh, parts: &[Part], is_member: impl Fn(&Part) -> bool) -> Self {
-        let name = |p: DVec3| (p + DVec3::ZERO).to_array().map(f64::to_bits);
-        let mut vertices = BTreeMap::new();
-        let mut edges = BTreeMap::new();
-        for (corners, material) in mesh.triangles.iter().zip(&mesh.triangle_materials) {
-            if !is_member(&parts[*material as usize]) {
-                continue;
+        let places = welded::places(&mesh.positions);
+        let members = mesh.triangles.iter().zip(&mesh.triangle_materials);
+        let members =
+            members.filter(|(_, material)| is_member(&parts[**material as usize])).map(|(corners, _)| corners);
+        // a position for every place that a member has
+        let mut vertices = vec![None; mesh.positions.len()];
+        let mut triangles = Vec::new();
+        for (number, corners) in members.enumerate() {
+            let triangle = corners.map(|corner| places[corner as usize]);
+            for (place, corner) in triangle.iter().zip(corners) {
+                vertices[*place as usize] = Some(mesh.positions[*corner as usize]);
             }
-            for k in 0..3 {
-                let (a, b) = (mesh.positions[corners[k] as usize], mesh.positions[corners[(k + 1) % 3] as usize]);
-                vertices.insert(name(a), a);
-                let key = (name(a).min(name(b)), name(a).max(name(b)));
-                edges.entry(key).or_insert((a, b, 0)).2 += 1;
-            }
+            triangles.push((number as u32, triangle));
         }
-        Self { vertices: vertices.into_values().collect(), edges: edges.into_values().collect() }
+        let at = |place: u32| vertices[place as usize].unwrap_or_default();
+        let sides = welded::sides(triangles.into_iter());
+        let edges = sides.chunk_by(|a, b| a.edge == b.edge).filter_map(|sides| {
+            let [a, b] = sides.first()?.edge.map(at);
+            Some((a, b, sides.len() as u32))
+        });
+        Self { edges: edges.collect(), vertices: vertices.into_iter().flatten().collect() }
     }
 
     fn boundary(&self) -> impl Iterator<Item = (DVec3, DVec3)> {

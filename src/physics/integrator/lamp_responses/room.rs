@@ -17,7 +17,7 @@ use crate::integrator::backward::walk::Walk;
 use crate::integrator::lamp::cells::{CELLS, Receiver, is_far, within_each};
 use crate::optics::Diffuser;
 use crate::sampling::{Key, PathSamples, Stream};
-use crate::scene::{EstimateKind, Grid, Scene};
+use crate::scene::{EstimateKind, Grid, Scene, Tube};
 use crate::traceable::{TraceableScene, TraceableTube};
 
 /// Reflections of a path that no roulette decides: it would throw away what even points gain.
@@ -54,7 +54,11 @@ impl<const C: usize> Room<C> {
     /// The room of a scene, with `paths` from each sensor and pass; equal seeds give equal bits.
     pub fn new(scene: &Scene, traceable: &TraceableScene, grids: &[Grid], paths: u32, seed: u64) -> Self {
         let room = below_openings(traceable);
-        let content = Content::of(&(&scene.room, without_meshes(&room), nameless(grids), C, paths, seed));
+        // trees of triangles do not tell their triangles: the descriptions of objects and tubes do
+        let kept = |(tube, shape): (&TraceableTube, &Tube)| returns_light(traceable, tube).then(|| shape.clone());
+        let guides: Vec<_> = traceable.tubes.iter().zip(&scene.tubes).map(kept).collect();
+        let everything = (&scene.room, guides, without_meshes(&room), nameless(grids), C, paths, seed);
+        let content = Content::of(&everything);
         let grids = grids.iter().map(|grid| Sensors::new(&room, grid)).collect();
         Self { scene: room, grids, paths, seed: Key::new(seed), kept: Kept::of(content) }
     }
@@ -130,7 +134,7 @@ fn below_openings(scene: &TraceableScene) -> TraceableScene {
     (room.sky, room.sun) = (None, None);
     for tube in &mut room.tubes {
         tube.daylit = false;
-        if scene.guide_return && tube.guide.returns_light() {
+        if returns_light(scene, tube) {
             continue;
         }
         let black = [0.0; 3];
@@ -142,6 +146,11 @@ fn below_openings(scene: &TraceableScene) -> TraceableScene {
         }
     }
     room
+}
+
+/// True if light of the room comes back down a tube.
+fn returns_light(scene: &TraceableScene, tube: &TraceableTube) -> bool {
+    scene.guide_return && tube.guide.returns_light()
 }
 
 /// The same scene without its meshes, which the description of the room has.

@@ -1,0 +1,70 @@
+//! Corners of triangles by their places, and the sides that meet along an edge.
+
+use std::collections::HashMap;
+
+use glam::DVec3;
+
+/// A number for each position, the same for equal ones, from 0 in the order in which they first appear.
+///
+/// ```
+/// use glam::DVec3;
+/// use skyduct_physics::geometry::welded::places;
+///
+/// // -0 and 0 are one place
+/// assert_eq!(places(&[DVec3::X, DVec3::ZERO, DVec3::X, -DVec3::ZERO]), [0, 1, 0, 1]);
+/// ```
+pub fn places(positions: &[DVec3]) -> Vec<u32> {
+    let mut known: HashMap<[u64; 3], u32> = HashMap::with_capacity(positions.len());
+    let mut place = |position: &DVec3| {
+        let next = known.len() as u32;
+        *known.entry((*position + DVec3::ZERO).to_array().map(f64::to_bits)).or_insert(next)
+    };
+    positions.iter().map(&mut place).collect()
+}
+
+/// A side of a triangle.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Side {
+    /// Places of its ends, the lesser first: those of its edge.
+    pub edge: [u32; 2],
+    /// Number of the triangle.
+    pub triangle: u32,
+    /// Its number in the triangle: from corner `side` to the next.
+    pub side: u8,
+    /// True if the triangle runs along it from the lesser place to the greater.
+    pub forward: bool,
+}
+
+/// The sides of some triangles, of which each is given by its number and the places of its corners: all that share an edge stand
+/// together (`chunk_by` the edge).
+pub fn sides(triangles: impl Iterator<Item = (u32, [u32; 3])>) -> Vec<Side> {
+    let of_triangle = |(triangle, corners): (u32, [u32; 3])| {
+        [0_u8, 1, 2].map(|side| {
+            let (a, b) = (corners[usize::from(side)], corners[usize::from(side + 1) % 3]);
+            Side { edge: [a.min(b), a.max(b)], triangle, side, forward: a < b }
+        })
+    };
+    let mut sides: Vec<Side> = triangles.flat_map(of_triangle).collect();
+    sides.sort_unstable_by_key(|side| {
+        (u64::from(side.edge[0]) << 32 | u64::from(side.edge[1]), side.triangle, side.side)
+    });
+    sides
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Two triangles of one winding run along their common edge in opposite senses.
+    #[test]
+    fn sides_of_an_edge_stand_together() {
+        let sides = sides([(7, [0, 1, 2]), (9, [2, 1, 3])].into_iter());
+        let pairs: Vec<_> = sides.chunk_by(|a, b| a.edge == b.edge).filter(|edge| edge.len() == 2).collect();
+        let common = [
+            Side { edge: [1, 2], triangle: 7, side: 1, forward: true },
+            Side { edge: [1, 2], triangle: 9, side: 0, forward: false },
+        ];
+        assert_eq!(pairs, [common]);
+        assert_eq!(sides.len(), 6);
+    }
+}
