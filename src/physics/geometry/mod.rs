@@ -12,8 +12,9 @@ pub mod polygon;
 pub mod rectangle;
 pub mod section;
 pub mod triangle;
+mod triangle_mesh;
 pub mod turn;
 pub mod welded;
 mod wide_tree;
 
-pub use obj::{Dropped, TriangleMesh};
+pub use triangle_mesh::{Dropped, TriangleMesh};

@@ -5,51 +5,14 @@
 //! switches. Known parsers keep every face with all its indices before the first can be looked at, which takes ten times
 //! the memory and time of a file that is made to be costly, and their errors have no lines.
 
-use std::collections::{HashMap, HashSet};
+use std::collections::HashSet;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use glam::DVec3;
 
+use super::TriangleMesh;
 use super::polygon::{self, Effort, Untriangulated};
-
-/// Triangles with material names; coordinates in metres after [`TriangleMesh::scaled`], in file units before.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct TriangleMesh {
-    /// Corners of the triangles; [`parse_obj`] makes equal ones one.
-    pub positions: Vec<DVec3>,
-    /// Corner indices into `positions`.
-    pub triangles: Vec<[u32; 3]>,
-    /// Index into `materials`, one per triangle.
-    pub triangle_materials: Vec<u32>,
-    /// Material names in order of first use; faces without one have the name "".
-    pub materials: Vec<String>,
-    /// Triangles of the file that are not among these.
-    pub dropped: Dropped,
-}
-
-/// Numbers of triangles that a mesh was given and has not kept.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Dropped {
-    /// Their corners lie on one line, or on one point.
-    pub without_area: usize,
-    /// A triangle with the same corners stands there already.
-    pub repeated: usize,
-}
-
-impl TriangleMesh {
-    /// The mesh with every coordinate multiplied by `factor`, e.g. metres per file unit.
-    pub fn scaled(&self, factor: f64) -> Self {
-        let positions = self.positions.iter().map(|position| *position * factor).collect();
-        Self { positions, ..self.clone() }
-    }
-
-    /// Lowest and highest corner of the bounding box of all triangles; `None` without triangles.
-    pub fn bounds(&self) -> Option<(DVec3, DVec3)> {
-        let mut corners = self.triangles.iter().flatten().filter_map(|index| self.positions.get(*index as usize));
-        let first = *corners.next()?;
-        Some(corners.fold((first, first), |(low, high), corner| (low.min(*corner), high.max(*corner))))
-    }
-}
+use super::triangle_mesh::Assembly;
 
 /// Limits to the time and memory that one file may take.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -132,64 +95,13 @@ pub fn parse_obj_until(bytes: &[u8], limits: ObjLimits, cancel: &AtomicBool) -> 
 
 const STOPPED: &str = "reading was stopped at this line: it took too long, or nobody waits for it any more";
 
-/// A mesh while its lines are being read.
-#[derive(Default)]
-struct Assembly {
-    mesh: TriangleMesh,
-    index_of: HashMap<[u64; 3], u32>,
-    seen: HashSet<[u32; 3]>,
-}
-
-impl Assembly {
-    fn material(&mut self, name: &str) -> u32 {
-        let materials = &mut self.mesh.materials;
-        let index = materials.iter().position(|known| known == name).unwrap_or_else(|| {
-            materials.push(name.to_owned());
-            materials.len() - 1
-        });
-        index as u32
-    }
-
-    fn position(&mut self, position: DVec3) -> u32 {
-        // -0 and 0 are one place
-        let key = position.to_array().map(|coordinate| (coordinate + 0.0).to_bits());
-        let positions = &mut self.mesh.positions;
-        *self.index_of.entry(key).or_insert_with(|| {
-            positions.push(position);
-            (positions.len() - 1) as u32
-        })
-    }
-
-    /// The first of several equal triangles wins, whatever their winding and materials.
-    fn push(&mut self, corners: [DVec3; 3], material: u32) {
-        let [a, b, c] = corners;
-        let longest = (b - a).length_squared().max((c - b).length_squared()).max((a - c).length_squared());
-        // below the rounding of the cross product of corners on one line
-        let doubled_area = (b - a).cross(c - a).length();
-        if doubled_area.is_nan() || doubled_area <= 1e-14 * longest {
-            self.mesh.dropped.without_area += 1;
-            return;
-        }
-        let triangle = corners.map(|corner| self.position(corner));
-        let mut key = triangle;
-        key.sort_unstable();
-        if self.seen.insert(key) {
-            self.mesh.triangles.push(triangle);
-            self.mesh.triangle_materials.push(material);
-        } else {
-            self.mesh.dropped.repeated += 1;
-        }
-    }
-}
-
 /// Reads a file line by line into an [`Assembly`].
 struct Reader<'a> {
     limits: ObjLimits,
     effort: Effort<'a>,
-    /// Positions of all `v` so far.
-    vertices: Vec<DVec3>,
-    /// Corners of the face that is read now.
+    /// Corners of the face that is read now, and the numbers of their vertices.
     corners: Vec<DVec3>,
+    numbers: Vec<usize>,
     triangles: usize,
     objects: usize,
     names: HashSet<String>,
@@ -206,8 +118,8 @@ impl<'a> Reader<'a> {
         Self {
             limits,
             effort: Effort { looks: limits.looks, cancel },
-            vertices: Vec::new(),
             corners: Vec::new(),
+            numbers: Vec::new(),
             triangles: 0,
             objects: 0,
             names: HashSet::new(),
@@ -222,12 +134,12 @@ impl<'a> Reader<'a> {
         if !self.faces {
             return Err("the file ends without any face".to_owned());
         }
-        if self.assembly.mesh.triangles.is_empty() {
+        if self.assembly.is_empty() {
             return Err("no face in this file has an area".to_owned());
         }
         // a last switch without faces names a material, too
         self.assembly.material(&self.name);
-        Ok(self.assembly.mesh)
+        Ok(self.assembly.finish())
     }
 
     fn line(&mut self, line: &[u8]) -> Result<(), String> {
@@ -277,7 +189,7 @@ impl<'a> Reader<'a> {
 
     /// `v x y z`, with a weight or a colour.
     fn vertex(&mut self, rest: &str) -> Result<(), String> {
-        if self.vertices.len() == self.limits.vertices {
+        if self.assembly.vertices() == self.limits.vertices {
             return Err(format!("more than {} vertices", self.limits.vertices));
         }
         let number = |text: &str| match text.parse::<f64>() {
@@ -285,39 +197,42 @@ impl<'a> Reader<'a> {
             Ok(_) => Err(format!("a coordinate must be finite, but is {text:?}")),
             Err(_) => Err(format!("{text:?} is not a number")),
         };
-        let count = rest.split_whitespace().count();
-        if count < 3 {
-            return Err(format!("a vertex has three coordinates, not {count}"));
-        }
         let mut numbers = rest.split_whitespace();
-        let weight = if count == 4 { numbers.clone().last().map_or(Ok(1.0), number)? } else { 1.0 };
+        let mut beyond = numbers.clone().skip(3);
+        let weight = match (beyond.next(), beyond.next()) {
+            (Some(weight), None) => number(weight)?,
+            _ => 1.0,
+        };
         if weight == 0.0 {
             return Err("the weight of a vertex must not be zero".to_owned());
         }
         let mut position = [0.0; 3];
-        for (coordinate, text) in position.iter_mut().zip(&mut numbers) {
+        for (count, coordinate) in position.iter_mut().enumerate() {
+            let text = numbers.next().ok_or_else(|| format!("a vertex has three coordinates, not {count}"))?;
             *coordinate = number(text)? / weight;
         }
         if position.iter().any(|coordinate| !coordinate.is_finite()) {
             return Err("a coordinate divided by its weight is not finite".to_owned());
         }
-        self.vertices.push(DVec3::from_array(position));
+        self.assembly.push_vertex(DVec3::from_array(position));
         Ok(())
     }
 
     /// `f` with corners `position/texture/normal`, each counted from 1, or backward from -1.
     fn face(&mut self, rest: &str) -> Result<(), String> {
         self.corners.clear();
+        self.numbers.clear();
         for corner in rest.split_whitespace() {
             let position = corner_position(corner)?;
-            let vertices = self.vertices.len() as i64;
+            let vertices = self.assembly.vertices() as i64;
             let absolute = if position < 0 { vertices.saturating_add(position).saturating_add(1) } else { position };
             let index = usize::try_from(absolute).ok().and_then(|absolute| absolute.checked_sub(1));
-            let vertex = index.and_then(|index| self.vertices.get(index));
-            let vertex = vertex.ok_or_else(|| {
+            let vertex = index.and_then(|index| Some((index, self.assembly.vertex(index)?)));
+            let (number, vertex) = vertex.ok_or_else(|| {
                 format!("index {position} is out of range: there are {vertices} vertices before this line")
             })?;
-            self.corners.push(*vertex);
+            self.numbers.push(number);
+            self.corners.push(vertex);
         }
         let corners = self.corners.len();
         if corners < 3 {
@@ -339,7 +254,7 @@ impl<'a> Reader<'a> {
             ),
         })?;
         for triangle in triangles {
-            self.assembly.push(triangle.map(|corner| self.corners[corner]), material);
+            self.assembly.push(triangle.map(|corner| self.numbers[corner]), material);
         }
         Ok(())
     }
@@ -369,6 +284,7 @@ fn corner_position(corner: &str) -> Result<i64, String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geometry::Dropped;
 
     fn parse(text: &str) -> Result<TriangleMesh, ObjError> {
         parse_obj(text.as_bytes(), ObjLimits::default())

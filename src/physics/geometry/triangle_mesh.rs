@@ -1,0 +1,129 @@
+//! Triangle meshes, and how they are put together.
+
+use std::collections::{HashMap, HashSet};
+
+use glam::DVec3;
+
+/// Triangles with material names; coordinates in metres after [`TriangleMesh::scaled`], in file units before.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct TriangleMesh {
+    /// Corners of the triangles; [`super::obj::parse_obj`] makes equal ones one.
+    pub positions: Vec<DVec3>,
+    /// Corner indices into `positions`.
+    pub triangles: Vec<[u32; 3]>,
+    /// Index into `materials`, one per triangle.
+    pub triangle_materials: Vec<u32>,
+    /// Material names in order of first use; faces without one have the name "".
+    pub materials: Vec<String>,
+    /// Triangles of the file that are not among these.
+    pub dropped: Dropped,
+}
+
+/// Numbers of triangles that a mesh was given and has not kept.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Dropped {
+    /// Their corners lie on one line, or on one point.
+    pub without_area: usize,
+    /// A triangle with the same corners stands there already.
+    pub repeated: usize,
+}
+
+impl TriangleMesh {
+    /// The mesh with every coordinate multiplied by `factor`, e.g. metres per file unit.
+    pub fn scaled(&self, factor: f64) -> Self {
+        let positions = self.positions.iter().map(|position| *position * factor).collect();
+        Self { positions, ..self.clone() }
+    }
+
+    /// Lowest and highest corner of the bounding box of all triangles; `None` without triangles.
+    pub fn bounds(&self) -> Option<(DVec3, DVec3)> {
+        let mut corners = self.triangles.iter().flatten().filter_map(|index| self.positions.get(*index as usize));
+        let first = *corners.next()?;
+        Some(corners.fold((first, first), |(low, high), corner| (low.min(*corner), high.max(*corner))))
+    }
+}
+
+/// A mesh while its vertices and triangles come in.
+#[derive(Default)]
+pub(super) struct Assembly {
+    mesh: TriangleMesh,
+    /// Every vertex that came in, and its index among the positions of the mesh, once a triangle has it.
+    vertices: Vec<(DVec3, Option<u32>)>,
+    index_of: HashMap<[u64; 3], u32>,
+    seen: HashSet<[u32; 3]>,
+}
+
+impl Assembly {
+    /// The mesh of what came in.
+    pub fn finish(self) -> TriangleMesh {
+        self.mesh
+    }
+
+    /// True before the first triangle with an area.
+    pub fn is_empty(&self) -> bool {
+        self.mesh.triangles.is_empty()
+    }
+
+    /// Number of a material.
+    pub fn material(&mut self, name: &str) -> u32 {
+        let materials = &mut self.mesh.materials;
+        let index = materials.iter().position(|known| known == name).unwrap_or_else(|| {
+            materials.push(name.to_owned());
+            materials.len() - 1
+        });
+        index as u32
+    }
+
+    /// Takes one vertex more.
+    pub fn push_vertex(&mut self, position: DVec3) {
+        self.vertices.push((position, None));
+    }
+
+    /// Number of vertices that came in.
+    pub fn vertices(&self) -> usize {
+        self.vertices.len()
+    }
+
+    /// Position of a vertex.
+    pub fn vertex(&self, vertex: usize) -> Option<DVec3> {
+        self.vertices.get(vertex).map(|(position, _)| *position)
+    }
+
+    /// Takes a triangle of vertices that came in. The first of several equal triangles wins, whatever their winding and materials.
+    pub fn push(&mut self, vertices: [usize; 3], material: u32) {
+        let [a, b, c] = vertices.map(|vertex| self.vertices[vertex].0);
+        let longest = (b - a).length_squared().max((c - b).length_squared()).max((a - c).length_squared());
+        // below the rounding of the cross product of corners on one line
+        let doubled_area = (b - a).cross(c - a).length();
+        if doubled_area.is_nan() || doubled_area <= 1e-14 * longest {
+            self.mesh.dropped.without_area += 1;
+            return;
+        }
+        let triangle = vertices.map(|vertex| self.index(vertex));
+        let mut key = triangle;
+        key.sort_unstable();
+        if self.seen.insert(key) {
+            self.mesh.triangles.push(triangle);
+            self.mesh.triangle_materials.push(material);
+        } else {
+            self.mesh.dropped.repeated += 1;
+        }
+    }
+
+    /// The index of a vertex among the positions of the mesh, where equal ones are one.
+    fn index(&mut self, vertex: usize) -> u32 {
+        let (position, known) = self.vertices[vertex];
+        if let Some(index) = known {
+            return index;
+        }
+        // -0 and 0 are one place
+        let key = position.to_array().map(|coordinate| (coordinate + 0.0).to_bits());
+        let positions = &mut self.mesh.positions;
+        let index = *self.index_of.entry(key).or_insert_with(|| {
+            positions.push(position);
+            (positions.len() - 1) as u32
+        });
+        self.vertices[vertex].1 = Some(index);
+        index
+    }
+}
