@@ -7,6 +7,7 @@ use std::sync::Arc;
 use glam::DVec3;
 
 use super::inner_side;
+use super::mouth::Mouth;
 use super::transit::{End, Entry, Transit};
 use crate::geometry::TriangleMesh;
 use crate::geometry::bvh::{TriangleBvh, TriangleHit};
@@ -65,6 +66,8 @@ pub struct MeshGuide {
     collector_centre: DVec3,
     collector_radius: f64,
     far: f64,
+    /// The end of the pipe by which all light comes in; `None` where that is not certain.
+    mouth: Option<Arc<Mouth>>,
 }
 
 impl MeshGuide {
@@ -111,6 +114,12 @@ impl MeshGuide {
         let far = 1.01 * triangles.iter().flatten().map(distance).fold(0.0, f64::max);
         let bvh = TriangleBvh::new(&triangles);
         let is_mirror = |triangle: usize| matches!(triangle_parts[triangle], Part::Pipe { .. });
+        let reflects = |part: &Part| matches!(part, Part::Collector { reflectance, .. } if *reflectance != [0.0; 3]);
+        let mouth = (!triangle_parts.iter().any(reflects)).then(|| {
+            let mirrors = (0..triangles.len()).filter(|triangle| is_mirror(*triangle));
+            let pipe: Vec<_> = mirrors.map(|triangle| (triangles[triangle], triangle_places[triangle])).collect();
+            Mouth::of(&pipe, far)
+        });
         Ok(Self {
             inward: inner_side::inward(&triangle_places, &normals, is_mirror, &bvh).into(),
             bvh: Arc::new(bvh),
@@ -120,6 +129,7 @@ impl MeshGuide {
             collector_centre,
             collector_radius,
             far,
+            mouth: mouth.flatten().map(Arc::new),
         })
     }
 
@@ -129,6 +139,15 @@ impl MeshGuide {
     }
 
     pub(super) fn entry(&self, point: [f64; 2], direction: DVec3) -> Option<Entry> {
+        if let Some(mouth) = &self.mouth {
+            let cosine = mouth.cosine(direction);
+            return (cosine > 0.0).then(|| {
+                let aim = mouth.point(point);
+                // from outside the whole mesh, so that it meets what is before the mouth
+                let before = self.far + (aim - self.collector_centre).length();
+                Entry { position: aim - direction * before, projected_area_m2: mouth.area_m2() * cosine }
+            });
+        }
         let offset = warp::around(direction, (warp::disc(point) * self.collector_radius).extend(0.0));
         Some(Entry {
             position: self.collector_centre + offset - direction * self.far,

@@ -9,6 +9,7 @@ pub mod dome;
 pub mod equivalent_length;
 mod inner_side;
 pub mod mesh;
+mod mouth;
 pub mod patches;
 pub mod performance;
 pub mod recognise;
