@@ -39,6 +39,16 @@ export async function postJob(draft, { wait, key, signal } = {}) {
   return (await call("/v1/jobs", { method: "POST", headers, body: JSON.stringify(draft), signal: signal ?? null })).json();
 }
 
+/**
+ * What a document would take, after a moment's trial of all methods.
+ * @param {JobDocument} draft
+ * @returns {Promise<Schemas["PlanResource"]>}
+ */
+export async function predict(draft) {
+  const headers = { "Content-Type": "application/json" };
+  return (await call("/v1/plan?predict=true", { method: "POST", headers, body: JSON.stringify(draft) })).json();
+}
+
 /** @param {string} id */
 export const job = (id) => /** @type {Promise<Job>} */ (get(`/v1/jobs/${id}`));
 

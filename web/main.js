@@ -12,6 +12,7 @@ import { edit, present, problemOf, undo, use } from "./live.js";
 import { picture } from "./picture.js";
 import { plan } from "./plan.js";
 import { preset, presets } from "./presets.js";
+import { prediction } from "./prediction.js";
 import { reasons } from "./reasons.js";
 import { headline, numbers, readOut } from "./results.js";
 import { section } from "./section.js";
@@ -95,7 +96,7 @@ function editor() {
     <div class="column right">
       <section class="panel result" aria-label="Result"><div
         class=${state.current ? "" : "old"}>${answer ? html`${headline(answer)}${numbers(answer)}` : html`<p class="note">Computing …</p>`}</div></section>
-      <section class="panel accurate" aria-label="Accuracy">${accuracy()}</section>
+      <section class="panel accurate" aria-label="Accuracy">${accuracy()}${prediction()}</section>
       <section class="panel why" aria-label="Reasons">${answer ? reasons(answer.job) : nothing}</section>
       <section class="panel take" aria-label="Files">${take()}</section>
     </div></main><p class="unseen" role="status">${heard()}</p>

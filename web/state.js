@@ -10,6 +10,8 @@
  * @property {ErrorHistory | null} history what these errors tell of the time to others
  * @property {{ id: string | null, since: number, asked: number } | null} running the job that sharpens
  * @property {number} target relative error that is sharpened to
+ * @property {{ draft: JobDocument, told: Schemas["Predictions"] | null } | null} prediction the draft whose times were asked for, and the
+ *   answer once it is there
  * @property {Problem | null} problem what is wrong with the draft
  * @property {"lux" | "daylight_factor"} layer what the map shows
  * @property {[number, number] | null} cursor column and row of the cell under the pointer
@@ -33,6 +35,7 @@ export const state = {
   history: null,
   running: null,
   target: 0.01,
+  prediction: null,
   problem: null,
   layer: "lux",
   cursor: null,

@@ -137,6 +137,30 @@ async function types(visitor) {
   await visitor.rests();
 }
 
+/** What each accuracy would take is asked for by a press alone, and is the draft's: after a change it is gone. */
+async function predicts(visitor) {
+  const { page } = visitor;
+  const asked = [];
+  page.on("request", (request) => request.url().includes("/v1/plan") && asked.push(request.url()));
+  await page.getByRole("slider", { name: "Diameter" }).first().fill("0.32");
+  await visitor.rests();
+  assert.deepEqual(asked, []);
+  await page.getByRole("button", { name: "What would each accuracy take?" }).click();
+  const rows = page.locator("#predicted tbody tr");
+  await rows.first().waitFor();
+  assert.equal(await rows.count(), 5);
+  const texts = (await rows.allInnerTexts()).map((text) => text.replaceAll("\u202f", " ").replaceAll(/\s+/g, " "));
+  for (const text of texts) assert.match(text, /^[\d.]+ % [\d.]+ (ms|s|min|h) [\d.]+ (ms|s|min|h) to ([\d.]+ (ms|s|min|h)|more) /, text);
+  const told = await page.evaluate(() => seen.prediction.told.grids);
+  const planned = told.methods.find((row) => row.planned);
+  assert(planned.accuracies.every(({ seconds, seconds_from: from, seconds_to: to }) => from <= seconds && seconds <= (to ?? Infinity)));
+  assert.equal(asked.length, 1);
+  await visitor.isAccessible("the prediction");
+  await page.getByRole("slider", { name: "Diameter" }).first().fill("0.3");
+  await page.locator("#predicted").waitFor({ state: "detached" });
+  await visitor.rests();
+}
+
 /** Another sky: another number, and daylight factors under an overcast one. */
 async function changesTheSky(visitor) {
   const { page } = visitor;
@@ -406,6 +430,7 @@ try {
     writesNumbers,
     knowsPlaces,
     types,
+    predicts,
     touches,
     changesTheSky,
     errs,
