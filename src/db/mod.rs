@@ -1,7 +1,8 @@
 //! The store in SQL; the only place with queries.
 //!
 //! The SQL keeps to what SQLite and PostgreSQL share: `$n` placeholders, `UPDATE ... FROM`, `RETURNING`, `ON CONFLICT`.
-//! Only the clock expression (`sql::now_ms`) and the lock clause of the claim differ between the two.
+//! Only the clock expression (`sql::now_ms`), the order of events of several jobs (`rowid`) and the lock clause of the claim differ
+//! between the two.
 
 mod change;
 mod commit;
@@ -320,6 +321,13 @@ impl Store for SqliteStore {
     async fn jobs_of_study(&self, id: Uuid) -> Result<Vec<JobHead>, StoreError> {
         let mut connection = self.readers.acquire().await.map_err(store_error)?;
         studies::heads(&mut connection, id).await
+    }
+
+    async fn study_progress(&self, id: Uuid) -> Result<StudyProgress, StoreError> {
+        let mut tx = self.readers.begin().await.map_err(store_error)?;
+        let progress = studies::progress(&mut tx, id).await?;
+        tx.commit().await.map_err(store_error)?;
+        Ok(progress)
     }
 
     async fn cancel_study(&self, id: Uuid) -> Result<u64, StoreError> {

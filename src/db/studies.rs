@@ -143,6 +143,27 @@ pub(super) async fn heads(connection: &mut SqliteConnection, id: Uuid) -> Result
     .collect()
 }
 
+/// Heads and steps of a study's jobs, by one look at the database.
+pub(super) async fn progress(tx: &mut SqliteConnection, id: Uuid) -> Result<StudyProgress, StoreError> {
+    let jobs = heads(tx, id).await?;
+    // the start is a job's third event, and the end its last one: each is found by the key; times may be equal, rows are written
+    // one after the other
+    let steps = sqlx::query(
+        "SELECT e.job_id, e.name FROM study_jobs s JOIN jobs j ON j.id = s.job_id \
+         JOIN events e ON e.job_id = j.id AND e.seq IN (3, j.next_seq - 1) \
+         WHERE s.study_id = $1 AND e.name IN ('started', 'succeeded', 'failed', 'cancelled') ORDER BY e.rowid",
+    )
+    .bind(id.to_string())
+    .fetch_all(tx)
+    .await
+    .map_err(store_error)?;
+    let steps = steps.iter().map(|row| {
+        let name: String = get(row, "name")?;
+        Ok(StudyStep { job: uuid(row, "job_id")?, ended: JobStatus::from_name(&name) })
+    });
+    Ok(StudyProgress { jobs, steps: steps.collect::<Result<_, StoreError>>()? })
+}
+
 /// The jobs that end by this.
 pub(super) async fn cancel(tx: &mut SqliteConnection, id: Uuid) -> Result<Vec<Uuid>, StoreError> {
     let mut cancelled = Vec::new();

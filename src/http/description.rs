@@ -15,6 +15,7 @@ use utoipa::{IntoResponses, OpenApi};
 use crate::document::{EffectSwitch, MethodKind, RadiusKind, schema};
 use crate::http::event_schemas::ImageEvent;
 use crate::http::problem::Problem;
+use crate::http::studies::watched::StudyEvent;
 use crate::job::events::{Cancelled, Failed, Pass, Planned, Queued, Restarted, Started, Succeeded};
 
 #[derive(OpenApi)]
@@ -28,7 +29,8 @@ use crate::job::events::{Cancelled, Failed, Pass, Planned, Queued, Restarted, St
     servers((url = "/", description = "This service")),
     // named by hand-written schemas only, where the derived ones do not see them
     components(schemas(
-        MethodKind, RadiusKind, EffectSwitch, Queued, Planned, Started, Pass, ImageEvent, Restarted, Succeeded, Failed, Cancelled
+        MethodKind, RadiusKind, EffectSwitch, Queued, Planned, Started, Pass, ImageEvent, Restarted, Succeeded, Failed, Cancelled,
+        StudyEvent
     )),
     tags(
         (name = "jobs", description = "Job documents and what becomes of them"),

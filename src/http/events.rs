@@ -22,9 +22,9 @@ use crate::http::watched::{EVENTS_AT_ONCE, News, SentEvent, WatchedJobs};
 use crate::http::{App, Service};
 use crate::job::store::StoreError;
 
-const HEARTBEAT: Duration = Duration::from_secs(15);
+pub(super) const HEARTBEAT: Duration = Duration::from_secs(15);
 /// Pause of a client that lost the connection before it comes back.
-const RETRY: Duration = Duration::from_secs(3);
+pub(super) const RETRY: Duration = Duration::from_secs(3);
 
 #[derive(Deserialize, IntoParams)]
 #[into_params(parameter_in = Query)]
@@ -32,7 +32,7 @@ const RETRY: Duration = Duration::from_secs(3);
 pub struct EventsQuery {
     /// Only events after this id; the header `Last-Event-ID` comes first.
     #[param(minimum = 0)]
-    after: Option<i64>,
+    pub(super) after: Option<i64>,
 }
 
 /// The job's events.

@@ -42,4 +42,5 @@ pub(crate) use limits::{Limits, Permits};
 pub(crate) use readiness::Readiness;
 pub(crate) use router::router;
 pub(crate) use service::{App, Service};
+pub(crate) use studies::watched::WatchedStudies;
 pub(crate) use watched::WatchedJobs;

@@ -60,6 +60,7 @@ fn api_with_limits(document_bytes: usize, mesh_bytes: usize) -> OpenApiRouter<Ar
         .routes(routes!(events::events))
         .routes(routes!(grids::grid))
         .routes(routes!(figures::figure))
+        .routes(routes!(studies::events::events))
         .routes(routes!(studies::show::file))
         .routes(routes!(views::view))
         .routes(routes!(results::tube))

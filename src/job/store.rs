@@ -296,6 +296,8 @@ pub trait Store: Send + Sync + 'static {
     async fn studies(&self, before: Option<Uuid>, limit: u32) -> Result<Vec<Uuid>, StoreError>;
     /// The jobs of a study that were not deleted, oldest first.
     async fn jobs_of_study(&self, id: Uuid) -> Result<Vec<JobHead>, StoreError>;
+    /// How far a study's jobs are, and in which order they started and ended.
+    async fn study_progress(&self, id: Uuid) -> Result<StudyProgress, StoreError>;
     /// Cancels all jobs of a study that have not ended, as [`Self::cancel`] does; the number of those, 0 where all had ended.
     async fn cancel_study(&self, id: Uuid) -> Result<u64, StoreError>;
     /// Deletes a study, but none of its jobs; true if there was one.

@@ -3,7 +3,7 @@
 use serde_json::Value;
 use uuid::Uuid;
 
-use super::records::NewJob;
+use super::records::{JobHead, JobStatus, NewJob};
 
 /// Jobs to be queued together.
 pub struct NewStudy {
@@ -56,4 +56,21 @@ pub enum StudySubmission {
     QueueFull,
     /// A mesh of the job was deleted meanwhile.
     MeshGone(String),
+}
+
+/// How far the jobs of a study are, at one moment.
+pub struct StudyProgress {
+    /// Its jobs that were not deleted, oldest first.
+    pub jobs: Vec<JobHead>,
+    /// What happened to them, in order.
+    pub steps: Vec<StudyStep>,
+}
+
+/// A job of a study has started or ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct StudyStep {
+    /// Id of the job.
+    pub job: Uuid,
+    /// The state in which it ended; `None` where it has started.
+    pub ended: Option<JobStatus>,
 }

@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 use reqwest::{Method, StatusCode};
 use serde_json::{Value, json};
 
-use crate::common::{self, PATIENCE, TestService, client, endless_job, small_job};
+use crate::common::{self, PATIENCE, TestEvent, TestService, client, endless_job, small_job};
 use crate::process::Server;
 use crate::schema;
 
@@ -273,6 +273,93 @@ async fn a_study_is_cancelled_with_its_jobs() {
     assert_eq!((&study["runs_done"], &study["results"]), (&study["runs"], &Value::Null));
     common::problem(service.request(Method::POST, &cancel).send().await.unwrap(), 409).await;
     common::problem(service.request(Method::POST, "/v1/studies/none/cancel").send().await.unwrap(), 404).await;
+}
+
+/// Starts and ends of a study's events, without its passes.
+fn steps(events: &[TestEvent]) -> Vec<(i64, &str, &Value)> {
+    let steps = events.iter().filter(|event| event.name != "pass");
+    steps.map(|event| (event.id, event.name.as_str(), &event.data)).collect()
+}
+
+/// A study is followed to its end: each start and end once and in order, as the study itself says, and missed ones again.
+#[tokio::test]
+async fn events_of_a_study_tell_each_start_and_end_once() {
+    let service = TestService::start().await;
+    let posted = post(&service, &request()).await;
+    let events = posted["links"]["events"].as_str().unwrap();
+    assert_eq!(events, format!("{}/events", path(&posted)));
+    let all = common::events_until(service.get(events), 0, |_| false).await;
+    for event in &all {
+        schema::assert_valid(&schema::component("StudyEvent"), &event.data, &event.name);
+        assert_eq!((&event.data["runs"], &event.data["table"]), (&json!(9), &posted["links"]["csv"]));
+    }
+    let steps_of_all = steps(&all);
+    let ids: Vec<i64> = steps_of_all.iter().map(|(id, ..)| *id).collect();
+    assert_eq!(ids, (1..=19).collect::<Vec<_>>());
+    let (_, last_name, last) = steps_of_all[18];
+    assert_eq!((last_name, &last["status"], &last["runs_done"]), ("finished", &json!("finished"), &json!(9)));
+    // the table is there by then
+    assert_eq!(service.get(last["table"].as_str().unwrap()).send().await.unwrap().status(), StatusCode::OK);
+    let study = service.json(&path(&posted)).await;
+    let mut done = 0;
+    for (_, name, data) in &steps_of_all[..18] {
+        done += u64::from(*name == "ended");
+        assert_eq!((&data["runs_done"], &data["status"]), (&json!(done), &json!("running")), "{data}");
+        let job = study["jobs"].as_array().unwrap().iter().find(|job| job["id"] == data["job"]["id"]).unwrap();
+        match *name {
+            "ended" => assert_eq!((&data["job"], data["progress"]["passes"].is_u64()), (job, true)),
+            name => assert_eq!((name, &data["job"]["status"]), ("started", &json!("running"))),
+        }
+        assert_eq!(
+            (&data["job"]["method"], &data["job"]["asked_relative_error"]),
+            (&job["method"], &job["asked_relative_error"])
+        );
+    }
+    // each of the nine starts before it ends
+    for job in study["jobs"].as_array().unwrap() {
+        let of_job = steps_of_all.iter().filter(|(.., data)| data["job"]["id"] == job["id"]);
+        assert_eq!(of_job.map(|(_, name, _)| *name).collect::<Vec<_>>(), ["started", "ended"]);
+    }
+    for after in [1, 7, 18] {
+        let rest = common::events_until(service.get(events), after, |_| false).await;
+        assert_eq!(steps(&rest), steps_of_all[after as usize..]);
+    }
+    let received = service.get(events).header("last-event-id", 19).send().await.unwrap();
+    assert_eq!(received.status(), StatusCode::NO_CONTENT);
+    common::problem(service.get(events).header("last-event-id", 20).send().await.unwrap(), 400).await;
+    common::problem(service.get(&format!("{events}?after=20")).send().await.unwrap(), 422).await;
+    common::problem(service.get("/v1/studies/00000000-0000-0000-0000-000000000000/events").send().await.unwrap(), 404)
+        .await;
+}
+
+/// Passes of the job at work are told, about once a second, and a study that is cancelled says so and ends its streams.
+#[tokio::test]
+async fn events_of_a_study_tell_passes_and_its_cancellation() {
+    let service = TestService::start().await;
+    let posted = post(&service, &endless_request()).await;
+    let events = format!("{}/events", path(&posted));
+    let begin = Instant::now();
+    let mut told = common::events_until(service.get(&events), 0, |event| {
+        event.name == "pass" && event.data["progress"]["passes"].as_u64() > Some(50)
+    })
+    .await;
+    let passes: Vec<Value> = told.extract_if(.., |event| event.name == "pass").map(|event| event.data).collect();
+    assert!(passes.len() as u64 <= 1 + begin.elapsed().as_secs() + 1, "{}", passes.len());
+    let numbers: Vec<u64> = passes.iter().map(|pass| pass["progress"]["passes"].as_u64().unwrap()).collect();
+    assert!(numbers.windows(2).all(|pair| pair[0] < pair[1]), "{numbers:?}");
+    assert_eq!((&passes[0]["job"]["part"], &passes[0]["runs_done"]), (&json!("reference"), &json!(0)));
+    assert_eq!(told.iter().map(|event| (event.id, event.name.as_str())).collect::<Vec<_>>(), [(1, "started")]);
+    // another stream goes on after what that one had
+    let rest = tokio::spawn(common::events_until(service.get(&events), 1, |_| false));
+    let cancel = format!("{}/cancel", path(&posted));
+    assert_eq!(service.request(Method::POST, &cancel).send().await.unwrap().status(), StatusCode::ACCEPTED);
+    let rest = tokio::time::timeout(PATIENCE, rest).await.unwrap().unwrap();
+    let rest = steps(&rest);
+    // eight never began, and the reference ends within a pass
+    assert_eq!(rest.iter().map(|(id, ..)| *id).collect::<Vec<_>>(), (2..=11).collect::<Vec<_>>());
+    let names: Vec<&str> = rest.iter().map(|(_, name, _)| *name).collect();
+    assert_eq!((&names[..9], names[9]), (&["ended"; 9][..], "cancelled"));
+    assert_eq!(rest[9].2["runs_done"], 9);
 }
 
 /// A service that is killed in the middle of a study finishes it after a start: no run is lost, and none is made twice.

@@ -7,7 +7,7 @@ use serde_json::Value;
 use uuid::Uuid;
 
 use super::part::StudyPart;
-use super::resource::{StudyJob, StudyJobPart, StudyResource, StudySummary};
+use super::resource::{StudyJob, StudyResource, StudySummary};
 use crate::document::result::GridResult;
 use crate::http::Service;
 use crate::http::limits::{off_thread, permit};
@@ -45,7 +45,7 @@ pub async fn study_resource(app: &Service, study: StoredStudy) -> Result<StudyRe
 /// A stored study as lists have it.
 pub async fn study_summary(app: &Service, study: StoredStudy) -> Result<StudySummary, Problem> {
     let heads = heads(app, study.id).await?;
-    let jobs = parts(&study)?.into_iter().map(|(id, part)| study_job(id, &part, heads.get(&id)));
+    let jobs = parts(&study)?.into_iter().map(|(id, part)| StudyJob::new(id, &part, heads.get(&id)));
     Ok(StudySummary::new(&study, &jobs.collect::<Vec<_>>()))
 }
 
@@ -54,7 +54,7 @@ pub async fn evaluate(app: &Service, study: &StoredStudy) -> Result<Evaluated, P
     let request: StudyRequest = read(&study.request)?;
     let heads = heads(app, study.id).await?;
     let parts = parts(study)?;
-    let jobs = parts.iter().map(|(id, part)| study_job(*id, part, heads.get(id))).collect();
+    let jobs = parts.iter().map(|(id, part)| StudyJob::new(*id, part, heads.get(id))).collect();
     let mut found = request.reference.known().map(|known| (known, None, Vec::new()));
     // the reference is the first of them
     for (id, part) in parts.into_iter().filter(|(_, part)| part.picture.is_none()) {
@@ -170,34 +170,9 @@ async fn heads(app: &Service, study: Uuid) -> Result<HashMap<Uuid, JobHead>, Pro
     Ok(heads.into_iter().map(|head| (head.id, head)).collect())
 }
 
-fn parts(study: &StoredStudy) -> Result<Vec<(Uuid, StudyPart)>, Problem> {
+/// The study's jobs by their ids, each with the part that it has.
+pub(super) fn parts(study: &StoredStudy) -> Result<Vec<(Uuid, StudyPart)>, Problem> {
     study.parts.iter().map(|(id, part)| Ok((*id, read(part)?))).collect()
-}
-
-fn study_job(id: Uuid, part: &StudyPart, head: Option<&JobHead>) -> StudyJob {
-    let kind = match (&part.run, &part.picture) {
-        (Some(_), _) => StudyJobPart::Run,
-        (None, None) => StudyJobPart::Reference,
-        (None, Some(PictureKey::Reference)) => StudyJobPart::PictureReference,
-        (None, Some(_)) => StudyJobPart::Picture,
-    };
-    let (method, asked_seconds, asked_of_picture) = match &part.picture {
-        Some(PictureKey::EqualTime { method, seconds }) => (Some(method), Some(*seconds), None),
-        Some(PictureKey::Accuracy { relative_error }) => (None, None, Some(*relative_error)),
-        Some(PictureKey::Reference) | None => (None, None, None),
-    };
-    StudyJob {
-        id,
-        part: kind,
-        method: part.run.as_ref().map(|run| &run.method).or(method).cloned(),
-        computed_by: part.computed_by.clone(),
-        asked: part.run.as_ref().map(|run| run.relative_error).or(asked_of_picture),
-        asked_seconds,
-        seed: part.run.as_ref().map(|run| run.seed),
-        status: head.map(|head| head.status),
-        stopped_by: head.and_then(|head| head.stopped_by),
-        link: format!("/v1/jobs/{id}"),
-    }
 }
 
 /// What this service has stored itself.

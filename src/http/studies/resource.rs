@@ -7,12 +7,13 @@ use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 use uuid::Uuid;
 
+use super::part::StudyPart;
 use crate::job::progress::StoppedBy;
 use crate::job::store::*;
 use crate::study::StudyRequest;
 use crate::study::files::StudyReport;
 use crate::study::outcome::Refused;
-use crate::study::picture_request::PicturesWanted;
+use crate::study::picture_request::{PictureKey, PicturesWanted};
 use crate::study::pictures::{PICTURES_JSON, accuracies, equal_time};
 
 /// A study: what was asked for, how far it is, what came out so far.
@@ -105,6 +106,8 @@ pub enum StudyJobPart {
 pub struct StudyLinks {
     #[serde(rename = "self")]
     pub this: String,
+    /// Stream of its events.
+    pub events: String,
     /// The runs put together, a line for each method and error.
     pub csv: String,
     /// Actual error against processor seconds, both logarithmic.
@@ -172,6 +175,7 @@ impl StudySummary {
                 pdf,
                 pictures: PictureLinks::of(study, &this),
                 cancel: format!("{this}/cancel"),
+                events: format!("{this}/events"),
                 this,
             },
         }
@@ -179,14 +183,57 @@ impl StudySummary {
 }
 
 impl StudyJob {
+    /// A job with this part in a study; `head` is `None` where it was deleted.
+    pub fn new(id: Uuid, part: &StudyPart, head: Option<&JobHead>) -> Self {
+        let kind = match (&part.run, &part.picture) {
+            (Some(_), _) => StudyJobPart::Run,
+            (None, None) => StudyJobPart::Reference,
+            (None, Some(PictureKey::Reference)) => StudyJobPart::PictureReference,
+            (None, Some(_)) => StudyJobPart::Picture,
+        };
+        let (method, asked_seconds, asked_of_picture) = match &part.picture {
+            Some(PictureKey::EqualTime { method, seconds }) => (Some(method), Some(*seconds), None),
+            Some(PictureKey::Accuracy { relative_error }) => (None, None, Some(*relative_error)),
+            Some(PictureKey::Reference) | None => (None, None, None),
+        };
+        Self {
+            id,
+            part: kind,
+            method: part.run.as_ref().map(|run| &run.method).or(method).cloned(),
+            computed_by: part.computed_by.clone(),
+            asked: part.run.as_ref().map(|run| run.relative_error).or(asked_of_picture),
+            asked_seconds,
+            seed: part.run.as_ref().map(|run| run.seed),
+            status: head.map(|head| head.status),
+            stopped_by: head.and_then(|head| head.stopped_by),
+            link: format!("/v1/jobs/{id}"),
+        }
+    }
+
     fn has_ended(&self) -> bool {
         self.status.is_none_or(JobStatus::is_final)
     }
 }
 
 impl StudyStatus {
+    /// The name in JSON, and of the event that ends the study's stream.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Queued => "queued",
+            Self::Running => "running",
+            Self::Finished => "finished",
+            Self::Failed => "failed",
+            Self::Cancelled => "cancelled",
+        }
+    }
+
+    /// True once all of its jobs have ended.
+    pub fn is_final(self) -> bool {
+        !matches!(self, Self::Queued | Self::Running)
+    }
+
     /// State of a study by its jobs.
-    fn of(jobs: &[StudyJob]) -> Self {
+    pub fn of(jobs: &[StudyJob]) -> Self {
         let any = |part: StudyJobPart, status: Option<JobStatus>| {
             jobs.iter().any(|job| job.part == part && job.status == status)
         };

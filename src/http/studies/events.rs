@@ -1,0 +1,169 @@
+//! A study's events as a stream (server-sent events): what its jobs do.
+
+use std::convert::Infallible;
+use std::sync::Arc;
+
+use axum::http::{HeaderMap, StatusCode};
+use axum::response::sse::{Event as SseEvent, KeepAlive, Sse};
+use axum::response::{IntoResponse, Response};
+use futures::stream::{self, Stream};
+use serde_json::{Value, json};
+use tokio::sync::{OwnedSemaphorePermit, watch};
+use tokio_util::sync::CancellationToken;
+use utoipa::ToSchema;
+use uuid::Uuid;
+
+use super::evaluate::parts;
+use super::resource::StudyStatus;
+use super::show::no_such_study;
+use super::watched::{ENDED, PASS, STARTED, StudyEvent, StudyJobs, StudyNow, WatchedStudies};
+use crate::http::App;
+use crate::http::events::{EventsQuery, HEARTBEAT, RETRY};
+use crate::http::last_event_id::last_event_id;
+use crate::http::problem::{Path, Problem, Query};
+
+/// An event of a study's stream.
+#[derive(ToSchema)]
+#[expect(dead_code, reason = "only its schema is used: the library for server-sent events writes them")]
+pub struct StudyStreamEvent {
+    /// 1, 2, 3 ... without gaps; `Last-Event-ID` goes on after it. Absent of `pass`.
+    #[schema(pattern = "^[1-9][0-9]*$")]
+    pub id: Option<String>,
+    /// What happened.
+    pub event: StudyEventName,
+    /// JSON of a `StudyEvent`.
+    pub data: String,
+}
+
+#[derive(serde::Serialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+#[expect(dead_code, reason = "only its schema is used: each kind of event has its own name")]
+pub enum StudyEventName {
+    Started,
+    Pass,
+    Ended,
+    Finished,
+    Failed,
+    Cancelled,
+}
+
+/// `x-events` of the operation: the name of each event and the component of its data.
+fn names() -> Value {
+    let last = [StudyStatus::Finished, StudyStatus::Failed, StudyStatus::Cancelled].map(StudyStatus::name);
+    let data = json!({ "$ref": "#/components/schemas/StudyEvent" });
+    [STARTED, PASS, ENDED].iter().chain(&last).map(|name| json!({ "name": name, "data": data })).collect()
+}
+
+/// The study's events.
+///
+/// `started` and `ended` tell of each of its jobs, `pass` of the job that is at work, about once a second at most, and `finished`,
+/// `failed` or `cancelled` of the study: it ends the stream. Ids count 1, 2, 3 ... without gaps; a `pass` has none, since it is told
+/// live only. Events after `Last-Event-ID` that were missed are told first; a job that was deleted alone takes its events with it.
+/// A comment is sent every 15 s. Who asks for events after the last one is answered 204. `x-events` has the component of each event's
+/// data; the study itself says the same whenever it is asked for.
+#[utoipa::path(get, path = "/v1/studies/{id}/events", operation_id = "get_study_events", tag = "studies",
+    extensions(("x-events" = json!(names()))),
+    params(("id" = Uuid, Path), EventsQuery, ("Last-Event-ID" = Option<i64>, Header, description = "The last event that was received")),
+    responses(
+        (status = 200, description = "The stream", body = StudyStreamEvent, content_type = "text/event-stream"),
+        (status = 204, description = "All events were received before"),
+        (status = 400, description = "Last-Event-ID is not an event id", body = Problem, content_type = "application/problem+json"),
+        (status = 404, description = "No such study", body = Problem, content_type = "application/problem+json"),
+        (status = 422, description = "`after` is not an event id", body = Problem, content_type = "application/problem+json"),
+        (status = 503, description = "Too many streams are open", body = Problem, content_type = "application/problem+json")))]
+pub async fn events(
+    app: App,
+    Path(id): Path<Uuid>,
+    Query(query): Query<EventsQuery>,
+    headers: HeaderMap,
+) -> Result<Response, Problem> {
+    let by_header = last_event_id(&headers).map_err(|error| Problem::bad_request(error.to_string()))?;
+    let Ok(permit) = app.permits.streams.clone().try_acquire_owned() else {
+        return Err(Problem::unavailable("all event streams that the service allows are open; try again later"));
+    };
+    // heard of from before the look at the study, so that nothing falls between
+    let changes = app.store.changes();
+    let study = app.store.study(id).await?.ok_or_else(no_such_study)?;
+    let jobs = StudyJobs { study: id, parts: parts(&study)? };
+    let now = StudyNow::new(&jobs, &app.store.study_progress(id).await?);
+    let newest = now.told.len() as i64;
+    let is_wrong = |id: &i64| !(0..=newest).contains(id);
+    let detail = |id: i64| format!("the study's event ids are 1 to {newest} so far, but it is {id}");
+    if let Some(id) = by_header.filter(is_wrong) {
+        return Err(Problem::bad_request(format!("Last-Event-ID: {}", detail(id))));
+    }
+    // also where the header comes first: what is asked for and cannot be is an error
+    if let Some(id) = query.after.filter(is_wrong) {
+        return Err(Problem::invalid_parameter("after", detail(id)));
+    }
+    let last = by_header.or(query.after).unwrap_or(0);
+    if now.status.is_final() && last == newest {
+        return Ok(StatusCode::NO_CONTENT.into_response());
+    }
+    let news = match now.status.is_final() {
+        // what there is, and then nothing
+        true => watch::channel(Arc::new(now)).1,
+        false => WatchedStudies::watch(&app, jobs, now, changes),
+    };
+    // passes that were told before are old
+    let passes = news.borrow().pass.as_ref().map_or(0, |(number, _)| number + 1);
+    let feed =
+        Feed { last: last.unsigned_abs() as usize, passes, news, shutdown: app.shutdown.clone(), _permit: permit };
+    Ok(Sse::new(feed.into_stream()).keep_alive(KeepAlive::new().interval(HEARTBEAT)).into_response())
+}
+
+/// One stream of a study.
+struct Feed {
+    /// Id of the last event that was sent.
+    last: usize,
+    /// Number of the next pass to be sent.
+    passes: u64,
+    news: watch::Receiver<Arc<StudyNow>>,
+    shutdown: CancellationToken,
+    /// Permit for one of the streams that may be open.
+    _permit: OwnedSemaphorePermit,
+}
+
+impl Feed {
+    fn into_stream(self) -> impl Stream<Item = Result<SseEvent, Infallible>> {
+        let first = stream::iter([Ok(SseEvent::default().retry(RETRY))]);
+        let events = stream::unfold(self, |mut feed| async { Some((Ok(feed.next().await?), feed)) });
+        stream::StreamExt::chain(first, events)
+    }
+
+    /// `None` at the end of the stream.
+    async fn next(&mut self) -> Option<SseEvent> {
+        loop {
+            if self.shutdown.is_cancelled() {
+                return None;
+            }
+            if let Some(event) = self.untold() {
+                return Some(event);
+            }
+            if self.news.borrow().status.is_final() {
+                return None;
+            }
+            tokio::select! {
+                () = self.shutdown.cancelled() => return None,
+                changed = self.news.changed() => changed.ok()?,
+            }
+        }
+    }
+
+    fn untold(&mut self) -> Option<SseEvent> {
+        let now = self.news.borrow_and_update().clone();
+        if let Some((name, event)) = now.told.get(self.last) {
+            self.last += 1;
+            return Some(text(name, event).id(self.last.to_string()));
+        }
+        let (number, event) = now.pass.as_ref().filter(|(number, _)| *number >= self.passes)?;
+        self.passes = number + 1;
+        Some(text(PASS, event))
+    }
+}
+
+fn text(name: &str, event: &StudyEvent) -> SseEvent {
+    // our own types always serialise
+    let data = serde_json::to_string(event).unwrap_or_default();
+    SseEvent::default().event(name).data(data)
+}
