@@ -165,18 +165,19 @@ fn push_passes(sql: &mut QueryBuilder<Sqlite>, job: &str, passes: &[&PassReport]
 
 fn push_artifacts(sql: &mut QueryBuilder<Sqlite>, job: &str, artifacts: &[&Artifact]) {
     for artifacts in artifacts.chunks(ROWS_OF_A_STATEMENT) {
-        sql.push("; INSERT INTO artifacts (job_id, name, key, hash, size, media_type) ");
+        sql.push("; INSERT INTO artifacts (job_id, name, key, hash, size, media_type, content) ");
         sql.push_values(artifacts, |mut row, artifact| {
             row.push_bind(job.to_owned())
                 .push_bind(artifact.name.clone())
                 .push_bind(artifact.key.clone())
                 .push_bind(artifact.hash.clone())
                 .push_bind(signed(artifact.size))
-                .push_bind(artifact.media_type.clone());
+                .push_bind(artifact.media_type.clone())
+                .push_bind(artifact.content.as_ref().map(|content| content.to_vec()));
         });
         sql.push(
             " ON CONFLICT (job_id, name) DO UPDATE SET key = excluded.key, hash = excluded.hash, size = excluded.size, \
-             media_type = excluded.media_type",
+             media_type = excluded.media_type, content = excluded.content",
         );
     }
 }

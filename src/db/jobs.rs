@@ -306,7 +306,7 @@ pub(super) async fn convergence_outline(
 }
 
 pub(super) async fn artifact(pool: &SqlitePool, id: Uuid, name: &str) -> Result<Option<Artifact>, StoreError> {
-    sqlx::query("SELECT name, key, hash, size, media_type FROM artifacts WHERE job_id = $1 AND name = $2")
+    sqlx::query("SELECT name, key, hash, size, media_type, content FROM artifacts WHERE job_id = $1 AND name = $2")
         .bind(id.to_string())
         .bind(name)
         .fetch_optional(pool)
@@ -319,7 +319,7 @@ pub(super) async fn artifact(pool: &SqlitePool, id: Uuid, name: &str) -> Result<
 
 pub(super) async fn referenced_keys(pool: &SqlitePool) -> Result<HashSet<String>, StoreError> {
     let keys: Vec<String> = sqlx::query_scalar(
-        "SELECT key FROM artifacts UNION SELECT key FROM meshes UNION SELECT state_key FROM jobs WHERE state_key IS NOT NULL \
+        "SELECT key FROM artifacts WHERE content IS NULL UNION SELECT key FROM meshes UNION SELECT state_key FROM jobs WHERE state_key IS NOT NULL \
          UNION SELECT previous_state_key FROM jobs WHERE previous_state_key IS NOT NULL",
     )
     .fetch_all(pool)

@@ -145,6 +145,19 @@ impl SqliteStore {
         self.most_pages.store(if most_pages == 0 { unlimited } else { most_pages }, Ordering::Relaxed);
     }
 
+    async fn submit_job(&self, job: NewJob, max_queued: u64, durability: Durability) -> Result<Submission, StoreError> {
+        let mut tx = self.begin(durability).await?;
+        let submission = jobs::submit(&mut tx, job, max_queued).await?;
+        if let Submission::New(job) = &submission {
+            tx.commit().await.map_err(store_error)?;
+            self.tell(Change::Job(job.head.id));
+            self.tell(Change::Queue);
+        } else {
+            tx.rollback().await.map_err(store_error)?;
+        }
+        Ok(submission)
+    }
+
     fn tell(&self, change: Change) {
         // an error means that nobody listens
         let _ = self.changes.send(change);
@@ -200,16 +213,11 @@ impl Store for SqliteStore {
     }
 
     async fn submit(&self, job: NewJob, max_queued: u64) -> Result<Submission, StoreError> {
-        let mut tx = self.begin(Durability::Power).await?;
-        let submission = jobs::submit(&mut tx, job, max_queued).await?;
-        if let Submission::New(job) = &submission {
-            tx.commit().await.map_err(store_error)?;
-            self.tell(Change::Job(job.head.id));
-            self.tell(Change::Queue);
-        } else {
-            tx.rollback().await.map_err(store_error)?;
-        }
-        Ok(submission)
+        self.submit_job(job, max_queued, Durability::Power).await
+    }
+
+    async fn submit_untold(&self, job: NewJob, max_queued: u64) -> Result<Submission, StoreError> {
+        self.submit_job(job, max_queued, Durability::Process).await
     }
 
     async fn job_of_key(&self, idempotency_key: &str) -> Result<Option<Job>, StoreError> {
@@ -250,6 +258,7 @@ impl Store for SqliteStore {
         tx.commit().await.map_err(store_error)?;
         if outcome == CancelOutcome::Accepted {
             self.tell(Change::Stop(id));
+            self.tell(Change::Ended(id));
             self.tell(Change::Job(id));
         }
         Ok(outcome)
@@ -336,6 +345,7 @@ impl Store for SqliteStore {
         tx.commit().await.map_err(store_error)?;
         for job in &cancelled {
             self.tell(Change::Stop(*job));
+            self.tell(Change::Ended(*job));
             self.tell(Change::Job(*job));
         }
         Ok(cancelled.len() as u64)
@@ -405,6 +415,9 @@ impl Store for SqliteStore {
             tx.rollback().await.map_err(store_error)?;
         } else {
             tx.commit().await.map_err(store_error)?;
+            if matches!(completion, Completion::Finish(_)) {
+                self.tell(Change::Ended(lease.job));
+            }
             self.tell(Change::Job(lease.job));
         }
         Ok(committed)

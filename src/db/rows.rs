@@ -1,5 +1,6 @@
 //! Rows into the types of the job room.
 
+use bytes::Bytes;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use serde_json::Value;
@@ -105,6 +106,7 @@ pub(super) fn artifact(row: &SqliteRow) -> Result<Artifact, StoreError> {
         hash: get(row, "hash")?,
         size: unsigned(get(row, "size")?),
         media_type: get(row, "media_type")?,
+        content: get::<Option<Vec<u8>>>(row, "content")?.map(Bytes::from),
     })
 }
 

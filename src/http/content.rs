@@ -28,8 +28,8 @@ pub async fn stored(headers: &HeaderMap, artifacts: &Artifacts, artifact: &Artif
     }
     let body = match &answer {
         Answer::NotModified => Body::empty(),
-        Answer::Whole => Body::from_stream(artifacts.stream(&artifact.key, None).await?),
-        Answer::Part(range) => Body::from_stream(artifacts.stream(&artifact.key, Some(range.clone())).await?),
+        Answer::Whole => Body::from_stream(artifacts.stream(artifact, None).await?),
+        Answer::Part(range) => Body::from_stream(artifacts.stream(artifact, Some(range.clone())).await?),
     };
     answer.with_body(body, &artifact.hash, artifact.size, &artifact.media_type)
 }

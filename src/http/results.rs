@@ -90,7 +90,7 @@ async fn made_again(app: &Service, id: Uuid, name: &str) -> Result<Option<Result
     let Some(grid) = name.strip_suffix(".csv").filter(|grid| grid.starts_with("grids/")) else { return Ok(None) };
     let Some(kept) = app.store.artifact(id, &format!("{grid}.json")).await? else { return Ok(None) };
     let permit = permit(&app.permits.reading).await?;
-    let json = app.artifacts.read_checked(&kept.key, &kept.hash).await?;
+    let json = app.artifacts.read_artifact(&kept).await?;
     let name = name.to_owned();
     let made = off_thread(permit, move |_| results::grid_csv_of(&name, &json)).await?;
     made.map(Some).map_err(|error| internal("writing a grid failed", &error))
@@ -162,7 +162,7 @@ pub(super) async fn file_so_far(app: &Service, id: Uuid, name: &str) -> Result<O
 pub(super) async fn file_now(app: &Service, id: Uuid, name: &str) -> Result<Option<Bytes>, Problem> {
     let kept = async || -> Result<Option<Bytes>, Problem> {
         match app.store.artifact(id, name).await? {
-            Some(kept) => Ok(Some(app.artifacts.read_checked(&kept.key, &kept.hash).await?)),
+            Some(kept) => Ok(Some(app.artifacts.read_artifact(&kept).await?)),
             None => Ok(None),
         }
     };

@@ -8,7 +8,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, SystemTime};
 
 use bytes::Bytes;
-use futures::stream::BoxStream;
+use futures::stream::{self, BoxStream};
 use futures::{StreamExt, TryStreamExt};
 use object_store::local::LocalFileSystem;
 use object_store::path::Path;
@@ -106,7 +106,7 @@ impl Artifacts {
             }
             Err(error) => return Err(error),
         }
-        Ok(Artifact { name: name.to_owned(), key, hash, size, media_type: media_type.to_owned() })
+        Ok(Artifact { name: name.to_owned(), key, hash, size, media_type: media_type.to_owned(), content: None })
     }
 
     /// Stores a file that is not there yet, durably. A key names its content: when it is there already, it is the same file.
@@ -157,9 +157,15 @@ impl Artifacts {
     /// The file, or `range` of it, piece by piece.
     pub async fn stream(
         &self,
-        key: &str,
+        artifact: &Artifact,
         range: Option<Range<u64>>,
     ) -> Result<BoxStream<'static, Result<Bytes, ArtifactError>>, ArtifactError> {
+        let key = artifact.key.as_str();
+        if let Some(content) = &artifact.content {
+            let at = |position: u64| usize::try_from(position).unwrap_or(usize::MAX).min(content.len());
+            let piece = range.map_or(content.clone(), |range| content.slice(at(range.start)..at(range.end)));
+            return Ok(stream::iter([Ok(piece)]).boxed());
+        }
         let options = GetOptions { range: range.map(GetRange::Bounded), ..GetOptions::default() };
         let result = self.store.get_opts(&path(key)?, options).await.map_err(|error| failed(key, error))?;
         let key = key.to_owned();
@@ -174,6 +180,9 @@ impl Artifacts {
     /// True if the file is what was stored. A small one is read anew each time, a large one when it may have changed
     /// since.
     pub async fn check(&self, artifact: &Artifact) -> Result<(), ArtifactError> {
+        if let Some(content) = &artifact.content {
+            return check_hash(content, &artifact.name, &artifact.hash);
+        }
         let key = &artifact.key;
         let meta = self.store.head(&path(key)?).await.map_err(|error| failed(key, error))?;
         let seen = Seen { size: meta.size, modified_ms: meta.last_modified.timestamp_millis() };
@@ -186,7 +195,7 @@ impl Artifacts {
             return Ok(());
         }
         let mut hasher = blake3::Hasher::new();
-        let mut pieces = self.stream(key, None).await?;
+        let mut pieces = self.stream(artifact, None).await?;
         while let Some(piece) = pieces.try_next().await? {
             hasher.update(&piece);
         }
@@ -203,12 +212,18 @@ impl Artifacts {
         Ok(())
     }
 
-    /// The whole file, after a look whether its content is what was stored.
+    /// The whole file of a job, after a look whether its content is what was stored.
+    pub async fn read_artifact(&self, artifact: &Artifact) -> Result<Bytes, ArtifactError> {
+        match &artifact.content {
+            Some(content) => check_hash(content, &artifact.name, &artifact.hash).map(|()| content.clone()),
+            None => self.read_checked(&artifact.key, &artifact.hash).await,
+        }
+    }
+
+    /// The whole file at a key, after a look whether its content is what was stored.
     pub async fn read_checked(&self, key: &str, hash: &str) -> Result<Bytes, ArtifactError> {
         let bytes = self.read(key).await?;
-        if blake3::hash(&bytes).to_hex().as_str() != hash {
-            return Err(ArtifactError::Damaged { key: key.to_owned(), hash: hash.to_owned() });
-        }
+        check_hash(&bytes, key, hash)?;
         Ok(bytes)
     }
 
@@ -303,6 +318,13 @@ pub fn create_private_folder(folder: &FilePath) -> std::io::Result<()> {
     std::fs::DirBuilder::new().recursive(true).mode(0o700).create(folder)
 }
 
+fn check_hash(content: &[u8], key: &str, hash: &str) -> Result<(), ArtifactError> {
+    if blake3::hash(content).to_hex().as_str() == hash {
+        return Ok(());
+    }
+    Err(ArtifactError::Damaged { key: key.to_owned(), hash: hash.to_owned() })
+}
+
 fn path(key: &str) -> Result<Path, ArtifactError> {
     Path::parse(key).map_err(|error| ArtifactError::Failed(error.to_string()))
 }
@@ -346,7 +368,7 @@ mod tests {
         assert_eq!(artifact, again);
         assert!(artifact.key.starts_with(&format!("jobs/{}/3-2-{}", lease.job, &artifact.hash[..16])));
         assert_eq!(artifacts.read_checked(&artifact.key, &artifact.hash).await.unwrap().as_ref(), b"12345");
-        let part: Vec<Bytes> = artifacts.stream(&artifact.key, Some(1..3)).await.unwrap().try_collect().await.unwrap();
+        let part: Vec<Bytes> = artifacts.stream(&artifact, Some(1..3)).await.unwrap().try_collect().await.unwrap();
         assert_eq!(part.concat(), b"23");
         std::fs::write(directory.path().join(&artifact.key), b"12346").unwrap();
         assert!(matches!(
@@ -355,6 +377,23 @@ mod tests {
         ));
         artifacts.delete_job(lease.job).await.unwrap();
         assert!(matches!(artifacts.read(&artifact.key).await, Err(ArtifactError::NotFound(_))));
+    }
+
+    /// What the store keeps itself is served as a file is, and damage to it is seen.
+    #[tokio::test]
+    async fn content_beside_its_name_is_a_file_like_others() {
+        let directory = tempfile::tempdir().unwrap();
+        let artifacts = Artifacts::on_disk(directory.path()).unwrap();
+        let kept = Artifact::in_store("grids/a.json".into(), "application/json", Bytes::from_static(b"12345"));
+        assert_eq!((kept.size, artifacts.read_artifact(&kept).await.unwrap().as_ref()), (5, b"12345".as_slice()));
+        artifacts.check(&kept).await.unwrap();
+        for (range, expected) in [(None, b"12345".as_slice()), (Some(1..3), b"23"), (Some(3..9), b"45")] {
+            let pieces: Vec<Bytes> = artifacts.stream(&kept, range).await.unwrap().try_collect().await.unwrap();
+            assert_eq!(pieces.concat(), expected);
+        }
+        let damaged = Artifact { content: Some(Bytes::from_static(b"12346")), ..kept };
+        assert!(matches!(artifacts.check(&damaged).await, Err(ArtifactError::Damaged { .. })));
+        assert!(matches!(artifacts.read_artifact(&damaged).await, Err(ArtifactError::Damaged { .. })));
     }
 
     #[tokio::test]

@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use bytes::Bytes;
 use serde_json::Value;
 use uuid::Uuid;
 
@@ -201,7 +202,7 @@ pub fn is_final_event(name: &str) -> bool {
 pub struct Artifact {
     /// E.g. `grids/workplane.json`.
     pub name: String,
-    /// Key of the file in the object store.
+    /// Key of the file in the object store; empty where the row has the content.
     pub key: String,
     /// blake3 of the content, hexadecimal.
     pub hash: String,
@@ -209,6 +210,17 @@ pub struct Artifact {
     pub size: u64,
     /// Type that the file is served as.
     pub media_type: String,
+    /// The content, where the store keeps it beside the name; `None` where it is at the key.
+    pub content: Option<Bytes>,
+}
+
+impl Artifact {
+    /// A file whose content the store keeps itself.
+    pub fn in_store(name: String, media_type: &str, content: Bytes) -> Self {
+        let hash = blake3::hash(&content).to_hex().to_string();
+        let (size, media_type) = (content.len() as u64, media_type.to_owned());
+        Self { name, key: String::new(), hash, size, media_type, content: Some(content) }
+    }
 }
 
 /// An uploaded mesh.

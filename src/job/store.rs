@@ -221,6 +221,8 @@ pub enum Change {
     Queue,
     /// A job has new events.
     Job(Uuid),
+    /// A job may have ended: told before the events that say so.
+    Ended(Uuid),
     /// A job shall stop: cancelled or deleted.
     Stop(Uuid),
 }
@@ -242,7 +244,7 @@ pub trait Store: Send + Sync + 'static {
     /// Hints of what changed, from now on.
     fn changes(&self) -> broadcast::Receiver<Change>;
 
-    /// Proves that the store can be written to, by a write.
+    /// Proves that the store can be written to, by a write; with it everything that was committed before survives the end of the power.
     async fn ready(&self) -> Result<(), StoreError>;
 
     /// What the store knows of itself.
@@ -259,6 +261,9 @@ pub trait Store: Send + Sync + 'static {
     /// Queues a job: its row, its first chunk and the events `queued` and `planned`. At most `max_queued` jobs may wait
     /// behind the one that is rendered.
     async fn submit(&self, job: NewJob, max_queued: u64) -> Result<Submission, StoreError>;
+    /// As [`Self::submit`], without a wait for the disk: the job survives the end of the process, and that of the power after the next
+    /// commit that does. Nobody may be told of it before: the end of the job is such a commit, and so is [`Self::ready`].
+    async fn submit_untold(&self, job: NewJob, max_queued: u64) -> Result<Submission, StoreError>;
     /// The job that was posted with this key; `None` if there is none, or no more.
     async fn job_of_key(&self, idempotency_key: &str) -> Result<Option<Job>, StoreError>;
     /// A job by its id; `None` if there is none.

@@ -74,6 +74,7 @@ fn end(status: JobStatus) -> Completion {
             hash: "hash".into(),
             size: 3,
             media_type: "application/json".into(),
+            content: None,
         }],
         last_pass: None,
     })

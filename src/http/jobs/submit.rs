@@ -64,7 +64,11 @@ pub async fn create(
     if let Some(key) = &idempotency_key
         && let Some(job) = app.store.job_of_key(key).await?
     {
-        return if job.body_hash == posted.hash { answer(job, waiting).await } else { Err(key_reused(OTHER)) };
+        return if job.body_hash == posted.hash {
+            answer(&app, job, waiting, Told::Perhaps).await
+        } else {
+            Err(key_reused(OTHER))
+        };
     }
     // preparing costs more than a look, which costs something, too: it pays when the last job found no place
     if app.queue_was_full.load(Ordering::Relaxed) && app.store.unfinished().await? > app.limits.queued_jobs {
@@ -75,16 +79,20 @@ pub async fn create(
     let new = new_job(&prepared, posted.text, meshes)?;
     let predictions = query.predictions(&app, &prepared).await?;
     let new = NewJob { idempotency_key, body_hash: posted.hash, predictions, ..new };
-    let submission = app.store.submit(new, app.limits.queued_jobs).await?;
+    // the disk is waited for once where the answer comes with the job's end
+    let (submission, told) = match waiting {
+        Some(_) => (app.store.submit_untold(new, app.limits.queued_jobs).await?, Told::Perhaps),
+        None => (app.store.submit(new, app.limits.queued_jobs).await?, Told::Safely),
+    };
     app.queue_was_full.store(matches!(submission, Submission::QueueFull), Ordering::Relaxed);
     match submission {
         Submission::New(job) => {
             app.live.hand_over(job.head.id, prepared);
             tracing::debug!(job = %job.head.id, "job queued");
             metrics::counter!("skyduct_jobs_submitted_total").increment(1);
-            answer(job, waiting).await
+            answer(&app, job, waiting, told).await
         }
-        Submission::Repeated(job) => answer(job, waiting).await,
+        Submission::Repeated(job) => answer(&app, job, waiting, Told::Perhaps).await,
         Submission::KeyReused => Err(key_reused(OTHER)),
         Submission::QueueFull => Err(queue_full(&app)),
         Submission::MeshGone(mesh) => Err(mesh_gone(&mesh)),
@@ -108,12 +116,23 @@ pub(in crate::http) fn new_job(prepared: &Prepared, text: String, meshes: Vec<St
     })
 }
 
+/// Whether a job that has not ended survives the end of the power.
+#[derive(Clone, Copy, PartialEq)]
+enum Told {
+    Safely,
+    /// Perhaps not yet: it must before anybody hears that it was accepted.
+    Perhaps,
+}
+
 /// The job as it is at its end, where that comes in time, else as it is now.
-async fn answer(job: Job, waiting: Option<Waiting<'_>>) -> Result<Response, Problem> {
+async fn answer(app: &Service, job: Job, waiting: Option<Waiting<'_>>, told: Told) -> Result<Response, Problem> {
     if let Some(waiting) = waiting
-        && let Some(finished) = waiting.answer(job.head.id).await?
+        && let Some(finished) = waiting.answer(&job.head).await?
     {
         return Ok(finished);
+    }
+    if told == Told::Perhaps && !job.head.status.is_final() {
+        app.store.ready().await?;
     }
     Ok(accepted(job))
 }

@@ -56,9 +56,10 @@ impl<'a> Waiting<'a> {
         Some(Self { app, longest, changes: app.store.changes(), _permit: permit })
     }
 
-    /// The job with its grids when it ends in time, else `None`.
-    pub async fn answer(mut self, id: Uuid) -> Result<Option<Response>, Problem> {
-        let Ok(ended) = tokio::time::timeout(self.longest, self.ended(id)).await else { return Ok(None) };
+    /// The job, which was read after the wait began, with its grids when it ends in time, else `None`.
+    pub async fn answer(mut self, job: &JobHead) -> Result<Option<Response>, Problem> {
+        let id = job.id;
+        let Ok(ended) = tokio::time::timeout(self.longest, self.ended(job)).await else { return Ok(None) };
         let Some(job) = ended? else { return Ok(None) };
         let grid_results = grids(self.app, id, &job).await?;
         let headers = [
@@ -70,24 +71,25 @@ impl<'a> Waiting<'a> {
     }
 
     /// The job once it has ended; `None` if it is gone, or the service ends.
-    async fn ended(&mut self, id: Uuid) -> Result<Option<Job>, Problem> {
+    async fn ended(&mut self, job: &JobHead) -> Result<Option<Job>, Problem> {
+        if job.status.is_final() {
+            return Ok(self.app.store.job(job.id).await?);
+        }
         loop {
-            match self.app.store.job_head(id).await? {
-                None => return Ok(None),
-                Some(head) if head.status.is_final() => return Ok(self.app.store.job(id).await?),
-                Some(_) => {}
+            let change = tokio::select! {
+                () = self.app.shutdown.cancelled() => return Ok(None),
+                change = self.changes.recv() => change,
+            };
+            match change {
+                Ok(Change::Ended(of) | Change::Stop(of)) if of == job.id => {}
+                Err(broadcast::error::RecvError::Lagged(_)) => {}
+                Err(broadcast::error::RecvError::Closed) => return Ok(None),
+                Ok(_) => continue,
             }
-            loop {
-                let change = tokio::select! {
-                    () = self.app.shutdown.cancelled() => return Ok(None),
-                    change = self.changes.recv() => change,
-                };
-                match change {
-                    Ok(Change::Job(of) | Change::Stop(of)) if of == id => break,
-                    Err(broadcast::error::RecvError::Lagged(_)) => break,
-                    Err(broadcast::error::RecvError::Closed) => return Ok(None),
-                    Ok(_) => {}
-                }
+            match self.app.store.job(job.id).await? {
+                None => return Ok(None),
+                Some(job) if job.head.status.is_final() => return Ok(Some(job)),
+                Some(_) => {}
             }
         }
     }
@@ -103,7 +105,7 @@ async fn grids(app: &Service, id: Uuid, job: &Job) -> Result<Option<BTreeMap<Str
         if bytes > MOST_GRID_BYTES {
             return Ok(None);
         }
-        let json = app.artifacts.read_checked(&file.key, &file.hash).await?;
+        let json = app.artifacts.read_artifact(&file).await?;
         let grid = serde_json::from_slice(&json).map_err(|error| {
             tracing::error!(%error, job = %id, "reading a grid failed");
             Problem::internal()

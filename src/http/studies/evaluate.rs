@@ -125,7 +125,7 @@ async fn shown(
         let name = format!("views/{}.exr", request.view(view));
         // without a pass there is none
         let Some(file) = app.store.artifact(head.id, &name).await? else { break };
-        files.push(app.artifacts.read_checked(&file.key, &file.hash).await?);
+        files.push(app.artifacts.read_artifact(&file).await?);
     }
     let Progress { seconds, passes, view_relative_error: told, .. } = head.progress;
     let is_whole = files.len() == views;
@@ -155,7 +155,7 @@ async fn values(app: &Service, request: &StudyRequest, head: &JobHead) -> Result
     let mut files = Vec::new();
     for name in request.job["grids"].as_array().into_iter().flatten().filter_map(|grid| grid["name"].as_str()) {
         let Some(file) = app.store.artifact(head.id, &format!("grids/{name}.json")).await? else { return Ok(None) };
-        files.push(app.artifacts.read_checked(&file.key, &file.hash).await?);
+        files.push(app.artifacts.read_artifact(&file).await?);
     }
     let passes = head.progress.passes;
     let read = off_thread(permit(&app.permits.reading).await?, move |_| {

@@ -20,6 +20,10 @@ pub(super) const RETRY_PAUSE: Duration = Duration::from_secs(5);
 /// Files of one job that are written at the same time.
 const FILES_AT_ONCE: usize = 8;
 
+/// Bytes of all files of a job up to which the store keeps them itself: a folder, a file and three waits for the disk cost as much as
+/// all else of a short job's end, and a longer row makes the database's log longer than the files would be.
+const MOST_BYTES_IN_STORE: usize = 64 << 10;
+
 /// Places where a chunk's end is written.
 pub(super) struct Commits {
     pub store: Arc<dyn Store>,
@@ -49,7 +53,10 @@ impl Commits {
                 let problem = reason.map(|detail| JobProblem { title: "The job ran out of time".into(), detail });
                 let files: Vec<_> =
                     files.into_iter().map(|file| (file.name, file.media_type, Bytes::from(file.bytes))).collect();
-                let artifacts = self.put_all(lease, &files, &mut reports).await?;
+                let (in_store, in_files) = if are_small(&files) { (files, Vec::new()) } else { (Vec::new(), files) };
+                let mut artifacts = self.put_all(lease, &in_files, &mut reports).await?;
+                let kept = |(name, media_type, bytes)| Artifact::in_store(name, media_type, bytes);
+                artifacts.extend(in_store.into_iter().map(kept));
                 let end = match (stopped_by, problem) {
                     (StoppedBy::Cancelled, _) => JobEnd::Cancelled { progress },
                     (_, Some(problem)) => {
@@ -103,6 +110,12 @@ impl Commits {
             }
         }
     }
+}
+
+/// True if all files of a job are tables that take less than what a file of their own costs.
+fn are_small(files: &[(String, &'static str, Bytes)]) -> bool {
+    let bytes: usize = files.iter().map(|(.., bytes)| bytes.len()).sum();
+    bytes <= MOST_BYTES_IN_STORE && files.iter().all(|(_, media_type, _)| *media_type == "application/json")
 }
 
 /// Some at a time.
