@@ -30,8 +30,8 @@ const MOST_PATCH_RAYS: u64 = 32;
 /// Fewest rays of each replicate under a sky and in the sun.
 const LEAST_SKY_RAYS: u64 = 64;
 
-/// Rays of each replicate through the straight tubes beside a bent one, at the largest error.
-const STRAIGHT_RAYS: f64 = 256.0;
+/// Rays of each replicate through the straight tubes beside a bent one, at the largest error: as many as the bent one's sky takes at least.
+const STRAIGHT_RAYS: f64 = LEAST_SKY_RAYS as f64;
 
 /// Fewest rays of each replicate for a beam of the curve: 16 rays from each azimuth, so that what happens to few of them is seen from some.
 const LEAST_BEAM_RAYS: u64 = 2;
@@ -177,7 +177,9 @@ fn performance(
                 length_m,
                 transmission: transmission.into(),
                 efficiency: uniform_sky.value / transmission.value,
-                equivalent_length_m: equivalent_length_m(uniform_sky.value, length_m, |length| straight(length).value),
+                equivalent_length_m: equivalent_length_m(uniform_sky.value, (length_m, transmission.value), |length| {
+                    straight(length).value
+                }),
             })
             .filter(|report| report.efficiency.is_finite())
         }

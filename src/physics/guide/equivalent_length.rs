@@ -1,18 +1,24 @@
 //! Bends told as extra length: the straight tube that passes as much light as another one.
 
 /// Length of the straight tube that passes as much light as `target`, in metres, to 1e-4 of it; `transmission_of` the
-/// transmission of a straight tube of a length, which falls with it, and `about_m` a length to begin at. `None` when not even a tube of
-/// 100 times that loses as much, or next to no length loses more.
+/// transmission of a straight tube of a length, which falls with it, and `about` a length to begin at with its transmission. `None` when
+/// not even a tube of 100 times that loses as much, or next to no length loses more.
 ///
 /// ```
 /// let halved_every_metre = |length: f64| 0.5f64.powf(length);
-/// let length = skyduct_physics::guide::equivalent_length::equivalent_length_m(0.125, 1.0, halved_every_metre).unwrap();
+/// let length = skyduct_physics::guide::equivalent_length::equivalent_length_m(0.125, (1.0, 0.5), halved_every_metre).unwrap();
 /// assert!((length - 3.0).abs() < 3e-4);
 /// ```
-pub fn equivalent_length_m(target: f64, about_m: f64, transmission_of: impl Fn(f64) -> f64) -> Option<f64> {
-    let excess = |length: f64| transmission_of(length) / target - 1.0;
+pub fn equivalent_length_m(
+    target: f64,
+    (about_m, of_about): (f64, f64),
+    transmission_of: impl Fn(f64) -> f64,
+) -> Option<f64> {
+    // the logarithm falls nearly evenly with the length, so that false position takes few steps
+    let logarithm = |transmission: f64| libm::log((transmission / target).max(LEAST_RATIO));
+    let excess = |length: f64| logarithm(transmission_of(length));
     // an end where more passes, and one where less does
-    let (mut short, mut long) = ((about_m, excess(about_m)), (about_m, f64::NAN));
+    let (mut short, mut long) = ((about_m, logarithm(of_about)), (about_m, f64::NAN));
     if short.1 > 0.0 {
         loop {
             long = ((2.0 * short.0).min(LONGEST * about_m), 0.0);
@@ -34,23 +40,34 @@ pub fn equivalent_length_m(target: f64, about_m: f64, transmission_of: impl Fn(f
             short = (0.5 * long.0, excess(0.5 * long.0));
         }
     }
-    // false position, where the value of an end that stays is halved
+    // false position, where the value of an end that stays for a second time is halved (the Illinois method)
     let between = |short: (f64, f64), long: (f64, f64)| short.0 + (long.0 - short.0) * short.1 / (short.1 - long.1);
+    let mut moved_before = None;
     for _ in 0..MOST_STEPS {
         let length = between(short, long);
         let found = (length, excess(length));
-        let step = if found.1 > 0.0 { length - short.0 } else { long.0 - length };
-        if found.1 > 0.0 {
-            (short, long.1) = (found, 0.5 * long.1);
+        // as far from the root as the slope between the ends says
+        let left = found.1.abs() * (long.0 - short.0) / (short.1 - long.1);
+        let moves_short = found.1 > 0.0;
+        let weight = if moved_before == Some(moves_short) { 0.5 } else { 1.0 };
+        if moves_short {
+            (short, long.1) = (found, weight * long.1);
         } else {
-            (long, short.1) = (found, 0.5 * short.1);
+            (long, short.1) = (found, weight * short.1);
         }
-        if step < 2e-5 * length {
+        moved_before = Some(moves_short);
+        if left < CLOSE * length {
             break;
         }
     }
     Some(between(short, long))
 }
+
+/// Distance from the equivalent length, over it, after which one more interpolation is exact enough.
+const CLOSE: f64 = 2e-5;
+
+/// Least transmission over the one that is looked for: no light at all has no logarithm.
+const LEAST_RATIO: f64 = 1e-12;
 
 /// Lengths of equivalent straight tubes, over those to begin at.
 const LONGEST: f64 = 100.0;
@@ -83,11 +100,32 @@ mod tests {
         };
         let length = |guide: &Guide| {
             let target = sky(guide, &uniform, Key::new(1), 1024).transmission().value;
-            equivalent_length_m(target, 1.0, of_straight).unwrap()
+            equivalent_length_m(target, (1.0, of_straight(1.0)), of_straight).unwrap()
         };
         assert!((length(&bent(0.0)) - 1.0).abs() < 1e-3);
         assert!(length(&bent(45.0)) > 1.2);
-        assert_eq!(equivalent_length_m(0.999_999, 1.0, |length| 1.0 - 0.1 * length).map(|l| l < 1e-4), Some(true));
-        assert_eq!(equivalent_length_m(0.5, 1.0, |_| 0.9), None);
+        let nearly_all = equivalent_length_m(0.999_999, (1.0, 0.9), |length| 1.0 - 0.1 * length);
+        assert_eq!(nearly_all.map(|length| length < 1e-4), Some(true));
+        assert_eq!(equivalent_length_m(0.5, (1.0, 0.9), |_| 0.9), None);
+        assert_eq!(equivalent_length_m(0.5, (1.0, 0.0), |_| 0.0), None);
+    }
+
+    /// Laws that a pipe may follow, at lengths far off the one to begin at: 1e-4 of the length, by few looks.
+    #[test]
+    fn few_looks_find_the_length() {
+        let laws: [fn(f64) -> f64; 3] =
+            [|length| 0.9 * 0.7f64.powf(length), |length| 1.0 / (1.0 + length), |length| 0.8 / (1.0 + length).powi(2)];
+        for law in laws {
+            for expected in [0.03, 0.4, 1.3, 2.0, 7.0, 60.0] {
+                let looks = std::cell::Cell::new(0);
+                let seen = |length: f64| {
+                    looks.set(looks.get() + 1);
+                    law(length)
+                };
+                let found = equivalent_length_m(law(expected), (1.0, law(1.0)), seen).unwrap();
+                assert!((found / expected - 1.0).abs() < 1e-4, "{found} {expected}");
+                assert!(looks.get() <= 12, "{} looks for {expected}", looks.get());
+            }
+        }
     }
 }
