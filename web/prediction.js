@@ -19,12 +19,15 @@ async function ask() {
   }
 }
 
+/** Few jobs take as little, and nobody waits for them; the times tell them apart all the same. @param {number} seconds */
+const short = (seconds) => (seconds < 0.1 ? `${Math.max(1, Math.round(1000 * seconds))}\u202fms` : duration(seconds));
+
 /** @param {Schemas["PredictedTime"] | undefined} time */
 function seconds(time) {
   if (!time?.seconds) return html`<span title=${time?.reason ?? ""}>not known</span>`;
-  const from = duration(time.seconds_from ?? time.seconds);
-  const to = time.seconds_to ? duration(time.seconds_to) : "more";
-  return html`${duration(time.seconds)} <small>${from} to ${to}</small>`;
+  const from = short(time.seconds_from ?? time.seconds);
+  const to = time.seconds_to ? short(time.seconds_to) : "more";
+  return html`${short(time.seconds)} <small>${from} to ${to}</small>`;
 }
 
 /** @param {Schemas["OutputPredictions"]} grids */

@@ -217,12 +217,23 @@ async fn states(tx: &mut SqliteConnection, lease: &Lease) -> Result<Option<State
     }))
 }
 
+/// The chunk whose end was committed last: short ones in between have no row.
+async fn chunk_before(tx: &mut SqliteConnection, lease: &Lease) -> Result<u64, StoreError> {
+    let before: i64 = sqlx::query_scalar("SELECT coalesce(max(idx), 0) FROM chunks WHERE job_id = $1 AND idx < $2")
+        .bind(lease.job.to_string())
+        .bind(signed(lease.chunk))
+        .fetch_one(tx)
+        .await
+        .map_err(store_error)?;
+    Ok(before.unsigned_abs())
+}
+
 /// Goes back to the state before the last one, or to the start: the newest is damaged.
 pub(super) async fn rewind(tx: &mut SqliteConnection, lease: &Lease, reason: &str) -> Result<Committed, StoreError> {
     let Some(mut states) = states(tx, lease).await? else { return Ok(Committed::LeaseLost) };
     let job = lease.job.to_string();
     let (state, chunk, spent) = match states.previous.take() {
-        Some(state) => (Some(state), lease.chunk.saturating_sub(1), states.previous_spent),
+        Some(state) => (Some(state), chunk_before(tx, lease).await?, states.previous_spent),
         None => (None, 0, Spent::NOTHING),
     };
     sqlx::query("DELETE FROM chunks WHERE job_id = $1 AND idx > $2")

@@ -1,5 +1,7 @@
 //! A chunk on the render pool: its passes, and what comes of them.
 
+use std::time::{Duration, Instant};
+
 use bytes::Bytes;
 use tokio::sync::mpsc;
 
@@ -13,7 +15,11 @@ use crate::job::forecast::Forecast;
 use crate::job::progress::{PassReport, Progress, StoppedBy};
 use crate::job::results::ResultFile;
 
-/// A chunk on the render pool.
+/// Render time up to which the next chunk follows without a commit of the one before: first chunks take some milliseconds, a commit as
+/// long. The end of a process costs no more than that; the chunks, and so the bits, are the same.
+const WITHOUT_COMMIT: Duration = Duration::from_millis(250);
+
+/// A chunk on the render pool, and those after it as long as they take next to no time.
 pub(super) struct ChunkRun {
     pub current: Current,
     pub stop: Stop,
@@ -61,6 +67,30 @@ fn render_chunk(
     if stop.reason() == Some(StopReason::Cancelled) {
         return finish(current, StoppedBy::Cancelled).map(Some);
     }
+    let begun = Instant::now();
+    let mut chunk = chunk;
+    loop {
+        let Some(stopped) = one_chunk(current, stop, tell, chunk)? else { return Ok(None) };
+        let next = match (stopped, current.prepared.chunk(chunk + 1)) {
+            (None, Some(next)) => next,
+            (stopped, _) => return finish(current, stopped.unwrap_or(StoppedBy::MaxPasses)).map(Some),
+        };
+        if begun.elapsed() >= WITHOUT_COMMIT || stop.reason().is_some() {
+            let state = Bytes::from(checkpoint::encode(&current.merged));
+            current.bytes = state.len() as u64;
+            return Ok(Some(Ended::Continue { state, next }));
+        }
+        chunk += 1;
+    }
+}
+
+/// Adds a chunk to the job: `None` when nothing of it counts, else what stops the job after it, if anything does.
+fn one_chunk(
+    current: &mut Current,
+    stop: &Stop,
+    tell: &mpsc::UnboundedSender<News>,
+    chunk: u64,
+) -> Result<Option<Option<StoppedBy>>, RenderError> {
     let (prepared, live) = (current.prepared.clone(), current.live.clone());
     let mut heard = |report: &PassReport, so_far: SoFar<'_>| {
         live.publish(so_far);
@@ -84,15 +114,7 @@ fn render_chunk(
     current.spent = current.spent.and(rendered.spent);
     current.next_chunk = chunk + 1;
     let ended = rendered.ended.map(StoppedBy::from);
-    let stopped = ended.or_else(|| prepared.stop_after(chunk, &current.merged));
-    match (stopped, prepared.chunk(chunk + 1)) {
-        (None, Some(next)) => {
-            let state = Bytes::from(checkpoint::encode(&current.merged));
-            current.bytes = state.len() as u64;
-            Ok(Some(Ended::Continue { state, next }))
-        }
-        (stopped, _) => finish(current, stopped.unwrap_or(StoppedBy::MaxPasses)).map(Some),
-    }
+    Ok(Some(ended.or_else(|| prepared.stop_after(chunk, &current.merged))))
 }
 
 fn finish(current: &mut Current, stopped_by: StoppedBy) -> Result<Ended, RenderError> {
