@@ -134,6 +134,8 @@ pub enum GuideProvenance {
     ClosedFormBent,
     /// A mesh that was recognised as a cylinder and is computed in closed form.
     ClosedFormStraightRecognised,
+    /// A mesh that was recognised as cylinders with elbows and is computed in closed form between these.
+    ClosedFormBentRecognised,
     /// Traced facet by facet.
     Mesh,
 }

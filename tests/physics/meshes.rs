@@ -156,6 +156,75 @@ fn a_round_mesh_is_the_cylinder() {
     }
 }
 
+/// The mesh with an elbow at 0.4 m: the middle ring on its mitre, what is above turned by `bend` rad toward +x.
+fn bent(mut mesh: TriangleMesh, bend: f64) -> TriangleMesh {
+    let (sin, cos) = bend.sin_cos();
+    for position in &mut mesh.positions {
+        let (x, up) = (position.x, position.z - 0.4);
+        if up == 0.0 {
+            position.z -= x * (0.5 * bend).tan();
+        } else if up > 0.0 {
+            (position.x, position.z) = (x * cos + up * sin, 0.4 - x * sin + up * cos);
+        }
+    }
+    mesh
+}
+
+/// A round mesh with an elbow gives the light of the parametric tube, whatever thin cover it has, and however it is turned: the
+/// same photons to rounding.
+#[test]
+fn a_round_mesh_with_an_elbow_is_the_bent_guide() {
+    for (cover, kind) in [(Cover::Open, "open"), (Cover::Flat, "flat"), (Cover::Dome, "dome")] {
+        let recognised = prepare(mesh_tube(cover), bent(tube(96, cover), 30_f64.to_radians()));
+        let mut collector = json!({ "kind": kind });
+        if cover != Cover::Open {
+            collector["transmittance"] = json!(0.92);
+        }
+        let parametric = json!({
+            "centre_m": [1.016, 1.016], "diameter_m": 2.0 * RADIUS, "reflectance": 0.98,
+            // +x is east, and the mesh is turned by 11 degrees
+            "segments": [{ "length_m": 0.4 }, { "length_m": 0.6, "tilt_deg": 30, "azimuth_deg": 101 }], "collector": collector,
+            "diffuser": { "kind": "lambertian", "transmittance": 0.6, "reflectance": 0.1 }
+        });
+        let parametric = prepare(parametric, tube(96, cover));
+        let values = |prepared: &Prepared| -> Vec<f64> {
+            let chunk = render_chunk(prepared, 0, &prepared.empty_estimate()).estimate;
+            (0..12).map(|sensor| chunk.grids[0].illuminance_lux(sensor)).collect()
+        };
+        for (found, wanted) in values(&recognised).iter().zip(values(&parametric)) {
+            assert!((found / wanted - 1.0).abs() < 1e-6, "{kind}: {found} {wanted}");
+        }
+        let reason = reason(&recognised);
+        assert!(reason.contains("recognised as 2 cylinders of radius 0.127 m with mitred elbows"), "{reason}");
+        assert_eq!(recognised.plan_json()["guides"][0]["kind"], "closed_form_bent");
+        assert_eq!(switch(&recognised), "closed_form_bent_recognised");
+    }
+}
+
+/// Bends that are something else keep their facets.
+#[test]
+fn other_bends_keep_their_facets() {
+    type Edit = fn(&mut TriangleMesh);
+    let cases: [(&str, f64, Edit); 5] = [
+        ("no row of cylinders", 30.0, |mesh| mesh.positions[100].x += 1e-3),
+        ("holes, or is not one simple wall", 30.0, |mesh| {
+            mesh.triangles.remove(7);
+            mesh.triangle_materials.remove(7);
+        }),
+        ("mitres of its bends cross", 150.0, |_| {}),
+        ("neither a flat cover nor a hemisphere", 30.0, |mesh| mesh.positions.last_mut().unwrap().x += 0.01),
+        ("begin vertically", 30.0, |mesh| mesh.positions[96..].iter_mut().for_each(|at| at.y += 0.2 * at.z)),
+    ];
+    for (why, degrees, edit) in cases {
+        let mut mesh = bent(tube(96, Cover::Dome), degrees.to_radians());
+        edit(&mut mesh);
+        let prepared = prepare(mesh_tube(Cover::Dome), mesh);
+        let reason = reason(&prepared);
+        assert!(reason.contains(why), "{why}: {reason}");
+        assert_eq!(switch(&prepared), "mesh", "{why}");
+    }
+}
+
 /// Where a cylinder would be something else, the facets stay, and the plan says why and what they do.
 #[test]
 fn other_meshes_keep_their_facets() {

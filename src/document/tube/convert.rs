@@ -23,6 +23,7 @@ pub(crate) fn tube(
             let (mesh, diffuser) = mesh_tube(pointer, document, meshes, checks)?;
             let guide = match mesh.section {
                 Section::Cylinder(_) => GuideProvenance::ClosedFormStraightRecognised,
+                Section::Bend(_) => GuideProvenance::ClosedFormBentRecognised,
                 Section::Facets { .. } => GuideProvenance::Mesh,
             };
             let tube = Tube {

@@ -13,6 +13,7 @@ mod mouth;
 pub mod patches;
 pub mod performance;
 pub mod recognise;
+mod recognise_bend;
 pub mod sky_moments;
 pub mod straight;
 #[cfg(test)]

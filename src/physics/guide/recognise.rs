@@ -5,6 +5,7 @@ use std::f64::consts::{PI, TAU};
 use glam::DVec3;
 
 use super::mesh::Part;
+use super::recognise_bend::{self, NOT_STRAIGHT};
 use crate::geometry::TriangleMesh;
 use crate::geometry::turn::angle_between;
 use crate::geometry::welded;
@@ -21,6 +22,8 @@ const MOST_TURN: f64 = TAU / 16.0 * (1.0 + 1e-9);
 pub enum Section {
     /// A cylinder that takes the mesh's place.
     Cylinder(RecognisedCylinder),
+    /// Cylinders with elbows that take the mesh's place.
+    Bend(RecognisedBend),
     /// A mesh that is traced facet by facet.
     Facets {
         /// Sides of the pipe's lower end, when its vertices lie on one circle around the axis.
@@ -43,6 +46,24 @@ pub struct RecognisedCylinder {
     /// Number of sides of the mesh's lower end.
     pub sides: usize,
     /// Largest distance of a vertex from where the cylinder has it, in metres.
+    pub deviation: f64,
+    /// Reflectance of the wall, per bounce.
+    pub reflectance: Mirror,
+    /// Share that the cover passes, linear Rec.709; 1 where the upper end is open.
+    pub collector_transmittance: [f64; 3],
+}
+
+/// Equal cylinders that meet in mitred elbows, open or under a thin cover that reflects nothing; their radius is that of the
+/// mesh's vertices.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RecognisedBend {
+    /// Radius in m: that of the circles around the vertices.
+    pub radius: f64,
+    /// Length in m along the axis and unit axis of each segment, from the opening upward, in the mesh's frame.
+    pub segments: Vec<(f64, DVec3)>,
+    /// Number of sides of the mesh's rings.
+    pub sides: usize,
+    /// Largest distance of a vertex from where the cylinders have it, in metres.
     pub deviation: f64,
     /// Reflectance of the wall, per bounce.
     pub reflectance: Mirror,
@@ -76,8 +97,43 @@ pub fn recognise(mesh: &TriangleMesh, parts: &[Part], radius: f64) -> Section {
     let pipe = Surface::new(mesh, parts, |part| matches!(part, Part::Pipe { .. }));
     let sides = sides(&pipe, radius * TOLERANCE);
     match cylinder(mesh, parts, &pipe, radius) {
-        Ok(cylinder) => Section::Cylinder(cylinder),
+        Ok(cylinder) => return Section::Cylinder(cylinder),
+        Err(NOT_STRAIGHT) => {}
+        Err(reason) => return Section::Facets { sides, reason },
+    }
+    match bent(mesh, parts, radius) {
+        Ok(bend) => Section::Bend(bend),
         Err(reason) => Section::Facets { sides, reason },
+    }
+}
+
+fn bent(mesh: &TriangleMesh, parts: &[Part], radius: f64) -> Result<RecognisedBend, &'static str> {
+    let tolerance = radius * TOLERANCE;
+    let reflectance = reflectance(mesh, parts)?;
+    let bend = recognise_bend::bend(mesh, parts, radius, tolerance, MOST_TURN)?;
+    let length = radius;
+    let upright = recognise_bend::upright(mesh, &bend, length);
+    let mut deviation = bend.deviation;
+    let collector_transmittance = cover(&upright, parts, radius, length, &mut deviation)?;
+    let (segments, sides) = (bend.segments, bend.sides);
+    Ok(RecognisedBend { radius, segments, sides, deviation, reflectance, collector_transmittance })
+}
+
+/// True if a triangle of the mesh has this material.
+fn is_used(mesh: &TriangleMesh, material: usize) -> bool {
+    mesh.triangle_materials.iter().any(|used| *used as usize == material)
+}
+
+/// The reflectance of all of the pipe.
+fn reflectance(mesh: &TriangleMesh, parts: &[Part]) -> Result<Mirror, &'static str> {
+    let mut reflectances = parts.iter().enumerate().filter_map(|(material, part)| match part {
+        Part::Pipe { reflectance } if is_used(mesh, material) => Some(reflectance),
+        _ => None,
+    });
+    let reflectance = reflectances.next().ok_or("it has no pipe")?;
+    match reflectances.all(|other| other == reflectance) {
+        true => Ok(reflectance.clone()),
+        false => Err("its pipe has several reflectances"),
     }
 }
 
@@ -154,22 +210,14 @@ fn cylinder(
     pipe: &Surface,
     radius: f64,
 ) -> Result<RecognisedCylinder, &'static str> {
-    let used = |material: usize| mesh.triangle_materials.iter().any(|used| *used as usize == material);
-    let mut reflectances = parts.iter().enumerate().filter_map(|(material, part)| match part {
-        Part::Pipe { reflectance } if used(material) => Some(reflectance),
-        _ => None,
-    });
-    let reflectance = reflectances.next().ok_or("it has no pipe")?;
-    if reflectances.any(|other| other != reflectance) {
-        return Err("its pipe has several reflectances");
-    }
+    let reflectance = reflectance(mesh, parts)?;
     let tolerance = radius * TOLERANCE;
     let length = pipe.vertices.iter().map(|p| p.z).fold(0.0, f64::max);
     let mut deviation: f64 = 0.0;
     for p in &pipe.vertices {
         let off = (p.truncate().length() - radius).abs();
         if off > tolerance {
-            return Err("its pipe is not a straight vertical cylinder of the opening's diameter");
+            return Err(NOT_STRAIGHT);
         }
         deviation = deviation.max(off);
     }
@@ -188,15 +236,8 @@ fn cylinder(
     if (lower - TAU).abs() > 1e-6 || (upper - TAU).abs() > 1e-6 {
         return Err("its pipe does not go round once");
     }
-    let collector_transmittance = cover(mesh, parts, radius, length, &used, &mut deviation)?;
-    Ok(RecognisedCylinder {
-        radius,
-        length,
-        sides,
-        deviation,
-        reflectance: reflectance.clone(),
-        collector_transmittance,
-    })
+    let collector_transmittance = cover(mesh, parts, radius, length, &mut deviation)?;
+    Ok(RecognisedCylinder { radius, length, sides, deviation, reflectance, collector_transmittance })
 }
 
 /// Transmittance of a cover that every ray into the pipe crosses once: none, flat, or a hemisphere.
@@ -205,11 +246,12 @@ fn cover(
     parts: &[Part],
     radius: f64,
     length: f64,
-    used: &impl Fn(usize) -> bool,
     deviation: &mut f64,
 ) -> Result<[f64; 3], &'static str> {
     let mut covers = parts.iter().enumerate().filter_map(|(material, part)| match part {
-        Part::Collector { transmittance, reflectance } if used(material) => Some((*transmittance, *reflectance)),
+        Part::Collector { transmittance, reflectance } if is_used(mesh, material) => {
+            Some((*transmittance, *reflectance))
+        }
         _ => None,
     });
     let Some((transmittance, reflectance)) = covers.next() else { return Ok([1.0; 3]) };

@@ -149,7 +149,11 @@ pub(super) fn returns(tube: &Tube) -> Option<&'static str> {
         TubeShape::Cylinders(cylinders) => {
             cylinders.segments.iter().any(|segment| segment.tilt != 0.0).then_some("bent guides")
         }
-        TubeShape::Mesh(mesh) => matches!(mesh.section, Section::Facets { .. }).then_some("meshed guides"),
+        TubeShape::Mesh(mesh) => match mesh.section {
+            Section::Cylinder(_) => None,
+            Section::Bend(_) => Some("bent guides"),
+            Section::Facets { .. } => Some("meshed guides"),
+        },
     }
 }
 

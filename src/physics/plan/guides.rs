@@ -44,6 +44,17 @@ const STRAIGHT: &str = "straight cylinder: exit point, direction and number of r
 const BENT: &str = "cylinders with mitred elbows: closed form between elbows, stepped through them";
 
 fn recognised(tube: &TraceableTube) -> GuidePlan {
+    if let Some(Section::Bend(bend)) = &tube.section {
+        let reason = format!(
+            "mesh recognised as {} cylinders of radius {} m with mitred elbows within {:.4} mm; the {} vertices of each ring lie \
+             on the cylinders; {BENT}",
+            bend.segments.len(),
+            bend.radius,
+            1e3 * bend.deviation,
+            bend.sides
+        );
+        return GuidePlan { kind: GuideKind::ClosedFormBent, reason };
+    }
     let reason = match &tube.section {
         Some(Section::Cylinder(cylinder)) => format!(
             "mesh recognised as a cylinder of radius {} m and length {} m within {:.4} mm; the {} vertices of its rim lie \
@@ -130,7 +141,7 @@ fn same_guide(a: &Tube, b: &Tube) -> bool {
 
 fn of_guide(tube: &TraceableTube) -> GuidePlan {
     match &tube.guide {
-        Guide::Straight(_) if tube.section.is_some() => recognised(tube),
+        Guide::Straight(_) | Guide::Bent(_) if tube.section.is_some() => recognised(tube),
         Guide::Straight(_) => GuidePlan { kind: GuideKind::ClosedFormStraight, reason: STRAIGHT.into() },
         Guide::Bent(_) => GuidePlan { kind: GuideKind::ClosedFormBent, reason: BENT.into() },
         Guide::Domed(guide) => domed(guide),

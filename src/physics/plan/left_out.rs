@@ -15,7 +15,7 @@ use crate::guide::performance;
 use crate::guide::{Guide, Section};
 use crate::optics::{Collector, Diffuser, DiffuserZone, Mirror, Spectrum, Surface};
 use crate::sampling::Key;
-use crate::scene::{Channels, Face, Luminaire, Scene, Tube, TubeShape};
+use crate::scene::{Channels, Face, Luminaire, MeshTube, Scene, Tube, TubeShape};
 use crate::traceable::TraceableTube;
 
 /// Share of a scene's light that is missing when one effect is left out of everything that the scene calls for.
@@ -220,6 +220,7 @@ fn returned(tube: &Tube) -> f64 {
         TubeShape::Cylinders(cylinders) if matches!(cylinders.collector, Collector::DielectricDome { .. }) => 1.0,
         TubeShape::Cylinders(cylinders) => cylinders.reflectance.brightest(),
         TubeShape::Mesh(mesh) if matches!(mesh.section, Section::Cylinder(_)) => 0.0,
+        TubeShape::Mesh(MeshTube { section: Section::Bend(bend), .. }) => bend.reflectance.brightest(),
         TubeShape::Mesh(mesh) => {
             let of_part = |part: &Part| match part {
                 Part::Collector { reflectance, .. } => reflectance.iter().copied().fold(0.0, f64::max),

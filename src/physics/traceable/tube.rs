@@ -47,6 +47,14 @@ impl TraceableTube {
                     reflectance: cylinder.reflectance.clone(),
                     collector_transmittance: cylinder.collector_transmittance,
                 }),
+                Section::Bend(bend) => {
+                    let turn = unit_vector(-description.rotation);
+                    let turned = |axis: DVec3| turn.rotate(axis.truncate()).extend(axis.z);
+                    let segments: Vec<_> =
+                        bend.segments.iter().map(|(length, axis)| (*length, turned(*axis))).collect();
+                    let (reflectance, cover) = (bend.reflectance.clone(), bend.collector_transmittance);
+                    Guide::Bent(BentGuide::new(bend.radius, &segments, reflectance, cover))
+                }
                 Section::Facets { .. } => Guide::Mesh(mesh(description, tube.opening_radius)?),
             },
         };
