@@ -23,7 +23,7 @@ use crate::scenes::{
     RADIUS, SIDE, bent, cube, daylight, disc_room, furnished, lambertian, radiosity, straight, traceable, with_sun,
 };
 
-const SIZES: Sizes = Sizes { photons: 512, paths: 64 };
+const SIZES: Sizes = Sizes { photons: 512, paths: 64, keeps_rooms: true };
 
 fn built(scene: &Scene, seed: u64) -> LampResponses<1> {
     LampResponses::new(scene, traceable(scene), &scene.grids, SIZES, seed)
@@ -128,8 +128,13 @@ fn lumens_times_responses_are_the_light() {
     scene.room.luminaires.clear();
     with_sun(&mut scene, 40_000.0, 50.0);
     let passes = 32;
-    let method =
-        LampResponses::<1>::new(&scene, traceable(&scene), &scene.grids, Sizes { photons: 2048, paths: 128 }, 3);
+    let method = LampResponses::<1>::new(
+        &scene,
+        traceable(&scene),
+        &scene.grids,
+        Sizes { photons: 2048, paths: 128, ..SIZES },
+        3,
+    );
     let found = run(&scene, &method, passes);
     // the flux of each tube alone: the first of a scene counts
     let fluxes = |tube: usize| {

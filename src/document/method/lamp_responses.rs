@@ -23,7 +23,7 @@ pub struct LampResponsesMethod {
 
 impl From<&Settings> for LampResponsesMethod {
     fn from(settings: &Settings) -> Self {
-        let Settings { photons_per_pass, samples_per_sensor } = *settings;
+        let Settings { photons_per_pass, samples_per_sensor, .. } = *settings;
         Self { photons_per_pass, samples_per_sensor }
     }
 }
@@ -39,7 +39,8 @@ impl MethodSettings for LampResponsesMethod {
 
     fn request(&self) -> MethodRequest {
         let Self { photons_per_pass, samples_per_sensor } = *self;
-        MethodRequest::Method(Method::LampResponses(Settings { photons_per_pass, samples_per_sensor }))
+        let settings = Settings { photons_per_pass, samples_per_sensor, ..Settings::default() };
+        MethodRequest::Method(Method::LampResponses(settings))
     }
 
     fn of(method: &Method) -> Option<Self> {

@@ -133,6 +133,7 @@ pub const COLUMNS: &[Column] = &[
             Method::LampResponses(lamp_responses::Settings {
                 photons_per_pass: Some(work.photons(512.0)),
                 samples_per_sensor: work.per_sensor(512.0 * work.paths),
+                ..Default::default()
             })
         },
     },

@@ -48,6 +48,7 @@ use crate::sampling::{Key, PathRandom, PathSamples, Stream};
 use crate::scene::{Channels, EstimateKind, Grid, Scene};
 use crate::traceable::{TraceableScene, TraceableTube};
 use replicate::{Response, lit_by};
+pub use room::Sizes;
 use room::{Place, Room};
 
 pub use kept::forget_all as forget_rooms;
@@ -62,11 +63,13 @@ pub struct Settings {
     pub photons_per_pass: Option<u64>,
     /// Backward paths per sensor and pass; 1..=65_536.
     pub samples_per_sensor: u32,
+    /// False where nothing is kept of the room, nor anything used that was: a trial tells what a new room costs.
+    pub keeps_rooms: bool,
 }
 
 impl Default for Settings {
     fn default() -> Self {
-        Self { photons_per_pass: None, samples_per_sensor: 128 }
+        Self { photons_per_pass: None, samples_per_sensor: 128, keeps_rooms: true }
     }
 }
 
@@ -126,12 +129,14 @@ impl Described for Settings {
     }
 
     fn trial(&self, _: &Task) -> Trial {
-        Trial { by_accuracy: self.photons_per_pass.is_none(), ..Trial::whole(self.clone(), 9) }
+        let anew = Self { keeps_rooms: false, ..self.clone() };
+        Trial { by_accuracy: self.photons_per_pass.is_none(), ..Trial::whole(anew, 9) }
     }
 
     fn build(&self, task: &Task, seed: u64, target: f64) -> Computation {
         let scene = task.traceable.clone();
-        let sizes = Sizes { photons: self.photons(target, scene.tubes.len()), paths: self.samples_per_sensor };
+        let photons = self.photons(target, scene.tubes.len());
+        let sizes = Sizes { photons, paths: self.samples_per_sensor, keeps_rooms: self.keeps_rooms };
         match task.scene.channels {
             Channels::Photopic => {
                 Computation::passes(LampResponses::<1>::new(task.scene, scene, task.grids, sizes, seed))
@@ -157,15 +162,6 @@ fn near_openings(task: &Task) -> Option<Refusal> {
     Some(Refusal::new(RefusalCode::PointsNearSurfaces, detail))
 }
 
-/// Numbers of a pass.
-#[derive(Clone, Copy, Debug)]
-pub struct Sizes {
-    /// Photons of sky and sun.
-    pub photons: u64,
-    /// Paths of each sensor.
-    pub paths: u32,
-}
-
 /// Photons of an opening that a sensor is connected to which may see a part of it only.
 const CONNECTIONS_IN_PART: usize = 256;
 
@@ -183,7 +179,7 @@ impl<const C: usize> LampResponses<C> {
     /// Divides the photons of a pass among sky and sun of the tubes; equal seeds give equal bits.
     pub fn new(description: &Scene, scene: Arc<TraceableScene>, grids: &[Grid], sizes: Sizes, seed: u64) -> Self {
         let emission = Emission::of_daylight(&scene, sizes.photons);
-        let room = Room::new(description, &scene, grids, sizes.paths, seed);
+        let room = Room::new(description, &scene, grids, sizes, seed);
         Self { room, emission, grids: grids.to_vec(), seed: Key::new(seed), scene }
     }
 

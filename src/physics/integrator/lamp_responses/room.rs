@@ -30,6 +30,17 @@ const SOBOL_PAIRS: u32 = 8;
 const POINTS: u64 = 256;
 const POINTS_IN_PART: u64 = 16;
 
+/// Numbers of a pass.
+#[derive(Clone, Copy, Debug)]
+pub struct Sizes {
+    /// Photons of sky and sun.
+    pub photons: u64,
+    /// Paths of each sensor.
+    pub paths: u32,
+    /// Whether replicates of the room are kept and used again.
+    pub keeps_rooms: bool,
+}
+
 /// A room with openings that shine, whatever is above them.
 #[derive(Debug)]
 pub struct Room<const C: usize> {
@@ -37,7 +48,8 @@ pub struct Room<const C: usize> {
     grids: Vec<Sensors>,
     paths: u32,
     seed: Key,
-    kept: Kept,
+    /// `None` where nothing is kept.
+    kept: Option<Kept>,
 }
 
 /// The sensors of a grid.
@@ -51,16 +63,12 @@ struct Sensors {
 }
 
 impl<const C: usize> Room<C> {
-    /// The room of a scene, with `paths` from each sensor and pass; equal seeds give equal bits.
-    pub fn new(scene: &Scene, traceable: &TraceableScene, grids: &[Grid], paths: u32, seed: u64) -> Self {
+    /// The room of a scene; equal seeds give equal bits.
+    pub fn new(scene: &Scene, traceable: &TraceableScene, grids: &[Grid], sizes: Sizes, seed: u64) -> Self {
         let room = below_openings(traceable);
-        // trees of triangles do not tell their triangles: the descriptions of objects and tubes do
-        let kept = |(tube, shape): (&TraceableTube, &Tube)| returns_light(traceable, tube).then(|| shape.clone());
-        let guides: Vec<_> = traceable.tubes.iter().zip(&scene.tubes).map(kept).collect();
-        let everything = (&scene.room, guides, without_meshes(&room), nameless(grids), C, paths, seed);
-        let content = Content::of(&everything);
+        let kept = sizes.keeps_rooms.then(|| Kept::of(content(scene, traceable, &room, grids, sizes.paths, seed, C)));
         let grids = grids.iter().map(|grid| Sensors::new(&room, grid)).collect();
-        Self { scene: room, grids, paths, seed: Key::new(seed), kept: Kept::of(content) }
+        Self { scene: room, grids, paths: sizes.paths, seed: Key::new(seed), kept }
     }
 
     /// True if a sensor of a grid sees all openings whole.
@@ -75,16 +83,18 @@ impl<const C: usize> Room<C> {
 
     /// True if a replicate is kept.
     pub fn keeps(&self, pass: u64) -> bool {
-        self.kept.get(pass).is_some()
+        self.kept.as_ref().is_some_and(|kept| kept.get(pass).is_some())
     }
 
     /// Replicate `pass` of the responses, the same whether it was kept or not; `None` when cancelled.
     pub fn pass(&self, pass: u64, cancel: &AtomicBool) -> Option<Arc<RoomPass>> {
-        if let Some(kept) = self.kept.get(pass) {
+        if let Some(kept) = self.kept.as_ref().and_then(|kept| kept.get(pass)) {
             return Some(kept);
         }
         let computed = Arc::new(self.compute(pass, cancel)?);
-        self.kept.put(pass, &computed, computed.bytes());
+        if let Some(kept) = &self.kept {
+            kept.put(pass, &computed, computed.bytes());
+        }
         Some(computed)
     }
 
@@ -126,6 +136,22 @@ impl<const C: usize> Room<C> {
         };
         (Response { reflected, straight, luminaires: luminaires * share }, rays)
     }
+}
+
+/// Everything that the replicates of a room depend on: the scene below the openings (`room`), and what its trees of triangles do not
+/// tell, the meshes of objects and of guides that send light back.
+fn content(
+    scene: &Scene,
+    traceable: &TraceableScene,
+    room: &TraceableScene,
+    grids: &[Grid],
+    paths: u32,
+    seed: u64,
+    channels: usize,
+) -> Content {
+    let kept = |(tube, shape): (&TraceableTube, &Tube)| returns_light(traceable, tube).then(|| shape.clone());
+    let guides: Vec<_> = traceable.tubes.iter().zip(&scene.tubes).map(kept).collect();
+    Content::of(&(&scene.room, guides, without_meshes(room), nameless(grids), channels, paths, seed))
 }
 
 /// The scene as it is below the openings: what is above is gone, but for guides that light comes back from.
