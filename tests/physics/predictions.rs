@@ -62,6 +62,19 @@ fn a_pilot_foretells_the_errors_of_grids() {
     }
 }
 
+/// Through a clear closure rays seldom meet the bright patches, through bends and meshes photons differ, so that more of them help
+/// most: what a pass of fewer photons tells depends on whose noise it is.
+#[test]
+fn a_pilot_tells_noise_of_photons_from_that_of_paths_and_rays() {
+    for (scene, method) in [("S2", "photon_mapping"), ("S3", "photon_mapping"), ("S3_mesh", "two_stage")] {
+        let prepared = prepare(scene, |document| {
+            passes(document);
+            document["method"] = json!(method);
+        });
+        check(&prepared, method, false);
+    }
+}
+
 #[test]
 fn a_pilot_foretells_the_errors_of_views() {
     let methods = [

@@ -85,8 +85,10 @@ pub struct Trial {
     pub work_of_pass: f64,
     /// Work of a pass for each sensor or pixel, in that of the trial's pass.
     pub work_of_place: f64,
-    /// Variance of a pass by noise, in that of the trial's pass.
+    /// Variance of a pass by the noise that each sensor or pixel has of its own, in that of the trial's pass.
     pub variance: f64,
+    /// Variance of a pass by the noise that all have in common, that of photons which serve them all, in that of the trial's pass.
+    pub shared_variance: f64,
     /// Squared bias of the kernels, in that of the trial's pass.
     pub squared_bias: f64,
     /// Where gather radii shrink: `alpha` of `photon_map::progressive`.
@@ -108,10 +110,16 @@ impl Trial {
             work_of_pass: 1.0,
             work_of_place: 1.0,
             variance: 1.0,
+            shared_variance: 1.0,
             squared_bias: 1.0,
             alpha: None,
             by_accuracy: false,
         }
+    }
+
+    /// The same where all noise changes alike with the size of a pass: variance of a pass in that of the trial's pass.
+    pub fn with_variance(self, variance: f64) -> Self {
+        Self { variance, shared_variance: variance, ..self }
     }
 
     /// Photons of a trial's pass of a method that emits `photons` in each, about a `share` of them, and how many times more the

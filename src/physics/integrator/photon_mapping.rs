@@ -105,10 +105,20 @@ impl Described for Settings {
             (POINT_GATHER_RAYS, 128)
         };
         let gather_rays = Some(self.gather_rays.unwrap_or(default));
-        // the noise is that of photons and that of rays, whose number stays
-        let variance = libm::pow(ratio, VARIANCE_BY_PHOTONS);
         let smaller = Self { photons_per_pass, gather_rays, ..self.clone() };
-        Trial { work_of_pass: ratio, variance, ..Trial::whole(smaller, most_places) }
+        let trial = Trial { work_of_pass: ratio, ..Trial::whole(smaller, most_places) };
+        let clear = |tube: &TraceableTube| tube.diffuser.specular_zone(tube.opening_radius).is_some();
+        let clear = task.traceable.tubes.iter().any(clear);
+        // all sensors have the noise of the photons in the room in common; what each has of its own:
+        let variance = match (task.views.is_empty(), task.has_points()) {
+            (false, _) => return trial.with_variance(libm::pow(ratio, VARIANCE_OF_BLOCKS)),
+            // that of rays backward through closures, and to the bright patches below them, whose number stays
+            (true, true) if clear => 1.0,
+            // that of the photons which cross its cell
+            (true, false) if clear => 1.0 / ratio,
+            (true, _) => libm::pow(ratio, VARIANCE_OF_SENSORS),
+        };
+        Trial { variance, shared_variance: 1.0 / ratio, ..trial }
     }
 
     fn build(&self, task: &Task, seed: u64, _target: f64) -> Computation {
@@ -122,9 +132,13 @@ impl Described for Settings {
     }
 }
 
-/// Exponent of the photons of a pass in the variance of a pass of as many gather rays: -0.8 in the room of the thesis, -0.95 with 64
-/// rays; -0.4 under its clear closure, its bias included (4096 and 65 536 photons, 256 rays).
-const VARIANCE_BY_PHOTONS: f64 = -0.7;
+/// Exponent of the photons of a pass in the variance that a sensor has of its own, by as many gather rays and by the photons where these
+/// end, other ones for each sensor: between 0 and -1; -0.5 in the room of the thesis under straight and bent tubes.
+const VARIANCE_OF_SENSORS: f64 = -0.5;
+
+/// Exponent of the photons of a pass in the variance of a block of pixels of as many gather rays: -0.8 in the room of the thesis, -0.4
+/// under its clear closure, its bias included (4096 and 65 536 photons).
+const VARIANCE_OF_BLOCKS: f64 = -0.7;
 
 /// Share of the shortest edge of the room that is the default radius.
 const DEFAULT_RADIUS_SHARE: f64 = 0.025;

@@ -98,11 +98,11 @@ impl Described for Settings {
     }
 
     fn trial(&self, task: &Task) -> Trial {
-        // the noise is that of the paths: even points in thousands tell the exitance of a diffuser
+        // each place has the noise of its own paths, whose number stays, and all have that of the photons
         let (photons_per_pass, work_of_pass) = Trial::fewer(self.photons_per_pass, 0.125);
         let smaller = Self { photons_per_pass, ..self.clone() };
         let most_places = if task.views.is_empty() { 9 } else { 512 };
-        Trial { work_of_pass, ..Trial::whole(smaller, most_places) }
+        Trial { work_of_pass, shared_variance: 1.0 / work_of_pass, ..Trial::whole(smaller, most_places) }
     }
 
     fn build(&self, task: &Task, seed: u64, _target: f64) -> Computation {

@@ -112,8 +112,8 @@ impl Described for Settings {
         let samples_per_sensor = ((f64::from(self.samples_per_sensor) / ratio) as u32).max(1);
         let smaller = Self { photons_per_pass, samples_per_sensor, ..self.clone() };
         if task.views.is_empty() {
-            let (work_of_pass, work_of_place, variance) = (ratio, ratio, 1.0 / ratio);
-            Trial { work_of_pass, work_of_place, variance, ..Trial::whole(smaller, 36) }
+            let trial = Trial::whole(smaller, 36).with_variance(1.0 / ratio);
+            Trial { work_of_pass: ratio, work_of_place: ratio, ..trial }
         } else {
             // the noise is that of the paths of the eye, each of which looks at one photon
             Trial { work_of_pass: ratio, ..Trial::whole(smaller, 1024) }

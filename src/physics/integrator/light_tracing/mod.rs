@@ -95,8 +95,8 @@ impl Described for Settings {
     fn trial(&self, _: &Task) -> Trial {
         // the light of clear closures is shared among the sensors: fewer of them would have more of it
         let (photons_per_pass, ratio) = Trial::fewer(self.photons_per_pass, 0.125);
-        let smaller = Trial::whole(Self { photons_per_pass }, usize::MAX);
-        Trial { work_of_pass: ratio, work_of_place: ratio, variance: 1.0 / ratio, ..smaller }
+        let smaller = Trial::whole(Self { photons_per_pass }, usize::MAX).with_variance(1.0 / ratio);
+        Trial { work_of_pass: ratio, work_of_place: ratio, ..smaller }
     }
 
     fn build(&self, task: &Task, seed: u64, _target: f64) -> Computation {

@@ -8,9 +8,8 @@ use crate::integrator::method::Trial;
 pub fn of_wider_kernels(trial: Trial, ratio: f64, alpha: f64) -> Trial {
     Trial {
         work_of_pass: ratio,
-        variance: TRIAL_RADIUS.powi(2) / ratio,
         squared_bias: TRIAL_RADIUS.powi(-4),
         alpha: Some(alpha),
-        ..trial
+        ..trial.with_variance(TRIAL_RADIUS.powi(2) / ratio)
     }
 }
