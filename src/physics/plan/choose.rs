@@ -207,7 +207,7 @@ fn for_grids(task: &Task) -> (MethodChoice, Option<SomeChoice>) {
 }
 
 /// For cell averages in a room that luminaires alone light: a photon seldom falls into a cell, and a lamp is seen from everywhere. A
-/// tenth of the time that light tracing takes to the same error in the Cornell box.
+/// quarter of the time that light tracing takes to the same error in the Cornell box.
 fn electric_cells(task: &Task) -> Option<MethodChoice> {
     let paths = two_stage::Settings::default();
     let electric = !is_daylit(task.traceable) && task.traceable.luminaires.iter().any(TraceableLuminaire::emits);

@@ -26,13 +26,14 @@
 //! **Sources.** Kajiya 1986 and Veach 1997 (chapter 8) for the integral that is sampled; Lambert 1760 for luminaires.
 
 mod refusals;
+mod tally;
 
 use std::f64::consts::PI;
 use std::ops::Range;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use glam::{DVec2, DVec3};
+use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::guide::RayCount;
@@ -40,20 +41,21 @@ use crate::integrator::backward::unscattered::unscattered;
 use crate::integrator::method::{Computation, Described, Kept, Knows, Refusal, Task, Trial, Work};
 use crate::integrator::photon::chunks::{self, fold_chunks, sums_at_once};
 use crate::integrator::photon::close_points::dishonest_points;
-use crate::integrator::photon::connect::{Connection, SensorPlane};
+use crate::integrator::photon::connect::SensorPlane;
 use crate::integrator::photon::emission::Emission;
 use crate::integrator::photon::ledger::Account;
-use crate::integrator::photon::path::{Flight, Origin, Scattering, Visitor, trace};
+use crate::integrator::photon::path::trace;
 use crate::integrator::photon_map::domain::Domain;
 use crate::integrator::photon_map::maps::LEAST_KERNEL;
 use crate::integrator::{GridPass, Integrator, Pass, PhotonCount};
-use crate::optics::{Spectrum, SurfaceOptics};
-use crate::sampling::{Key, PathRandom, PathSamples, Stream};
+use crate::optics::SurfaceOptics;
+use crate::sampling::{Key, PathRandom, Stream};
 use crate::scene::{Channels, Grid};
+use crate::traceable::TraceableScene;
 use crate::traceable::luminaire::TraceableLuminaire;
-use crate::traceable::{SurfaceId, TraceableScene};
 
 pub use refusals::{noisy_points, refuses_points};
+use tally::Tally;
 
 /// Settings of light tracing.
 #[derive(Clone, Debug, PartialEq)]
@@ -123,8 +125,6 @@ pub struct LightTracing<const C: usize> {
     emission: Emission,
     sensors: Vec<SensorPlane>,
     seed: Key,
-    /// Height above a plane at which it counts as reached.
-    contact: f64,
     /// Light straight from luminaires at the sensors of point grids, in lux; empty unless it has a closed form.
     direct: Vec<f64>,
     /// True for every sensor that photons can be connected to: it is not inside an object, and light comes that anything
@@ -149,7 +149,6 @@ impl<const C: usize> LightTracing<C> {
             })
             .collect();
         let mut method = Self {
-            contact: scene.contact(),
             scene,
             emission,
             sensors,
@@ -219,7 +218,14 @@ impl<const C: usize> LightTracing<C> {
 
     /// Photons of these numbers of a pass.
     fn photons(&self, pass: Key, numbers: Range<u64>) -> Sums {
-        let mut tally = Tally { method: self, lux: vec![0.0; self.sensor_count()], diffuser_weight: 1.0 };
+        let mut tally = Tally {
+            scene: &self.scene,
+            sensors: &self.sensors,
+            vectors: self.vectors,
+            but_luminaires: self.lambert(),
+            lux: vec![0.0; self.sensor_count()],
+            diffuser_weight: 1.0,
+        };
         let mut account = Account::new(self.scene.tubes.len());
         for number in numbers {
             let (photon, mut samples) = self.emission.photon(&self.scene, pass, number);
@@ -313,152 +319,5 @@ impl<const C: usize> Integrator for LightTracing<C> {
             })
             .collect();
         Some(Pass { grids, account, photons, ..Pass::default() })
-    }
-}
-
-/// Illuminance of all sensors in lux, from some photons.
-struct Tally<'a, const C: usize> {
-    method: &'a LightTracing<C>,
-    lux: Vec<f64>,
-    /// Weight of the present photon's connections from diffusers.
-    diffuser_weight: f64,
-}
-
-impl<const C: usize> Visitor<C> for Tally<'_, C> {
-    fn scattered(&mut self, scattering: &Scattering<'_, C>, samples: &mut PathSamples) {
-        let weight = if scattering.diffuser.is_some() { self.diffuser_weight } else { 1.0 };
-        self.connect(scattering, weight, samples);
-    }
-
-    fn emitted(&mut self, scattering: &Scattering<'_, C>, samples: &mut PathSamples) {
-        if !self.method.lambert() {
-            self.connect(scattering, self.diffuser_weight, samples);
-        }
-    }
-
-    fn flew(&mut self, flight: &Flight<C>) {
-        if matches!(flight.origin, Origin::Luminaire(_)) && self.method.lambert() {
-            return;
-        }
-        for plane in self.method.sensors.iter().filter(|plane| plane.average) {
-            let level = plane.height + self.method.contact;
-            if flight.from.z <= level || flight.to.z > level {
-                continue;
-            }
-            let share = (flight.from.z - plane.height) / (flight.from.z - flight.to.z);
-            let crossing = flight.from.lerp(flight.to, share);
-            let near = (crossing - flight.from).length_squared() < plane.near_squared;
-            if (near || matches!(flight.origin, Origin::Specular | Origin::Lobe(_)))
-                && let Some(index) = plane.grid.cell_at(crossing.truncate())
-            {
-                self.lux[plane.first + index] += flight.flux.luminance() / plane.grid.cell_area_m2();
-            }
-        }
-    }
-
-    fn arrived(&mut self, _: SurfaceId, _: DVec3, _: Spectrum<C>, _: Origin) {}
-}
-
-impl<const C: usize> Tally<'_, C> {
-    /// Adds what a vertex sends straight to the sensors.
-    fn connect(&mut self, scattering: &Scattering<'_, C>, weight: f64, samples: &mut PathSamples) {
-        if weight == 0.0 {
-            return;
-        }
-        let per_sr = weight * scattering.leaving.luminance() / PI;
-        for plane in &self.method.sensors {
-            let depth = scattering.position.z - plane.height;
-            if depth <= 0.0 {
-                continue;
-            }
-            // one point in every cell, the same everywhere
-            let offset = if plane.average {
-                let [u, v] = samples.random.uniform2();
-                DVec2::new((u - 0.5) * plane.grid.cell_size_m[0], (v - 0.5) * plane.grid.cell_size_m[1])
-            } else {
-                DVec2::ZERO
-            };
-            let connection = Connection {
-                vertex: scattering.position - offset.extend(0.0),
-                normal: scattering.normal,
-                depth,
-                per_sr,
-                near_squared: if plane.average { plane.near_squared } else { 0.0 },
-            };
-            let lux = &mut self.lux[plane.first..plane.first + plane.len()];
-            // cell averages count the flights of a surface's lobe
-            let lobe = scattering.lobe.as_ref().filter(|_| !plane.average || scattering.diffuser.is_some());
-            if lobe.is_none() && per_sr == 0.0 {
-                continue;
-            }
-            if lobe.is_some() || self.method.scene.obstructed || plane.stride > 1 {
-                let start =
-                    if plane.stride > 1 { (samples.random.uniform() * plane.stride as f64) as usize } else { 0 };
-                for index in (start..plane.len()).step_by(plane.stride) {
-                    let point = DVec3::new(plane.x[index], plane.y[index], plane.height);
-                    let mut value = connection.illuminance(point.x, point.y);
-                    if let Some(lobe) = lobe {
-                        value += weight * connection.lobe_illuminance(lobe, point.x, point.y);
-                    }
-                    let target = point + offset.extend(0.0);
-                    if value > 0.0 && self.method.scene.visible(scattering.position, scattering.surface, target, None) {
-                        lux[index] += value * plane.stride as f64;
-                    }
-                }
-            } else {
-                connection.add_to(self.method.vectors, lux, &plane.x, &plane.y);
-            }
-        }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::integrator::photon::path::Lobe;
-    use crate::optics::reflection::Lobes;
-    use crate::optics::{Oriented, Scatterer, Surface};
-    use crate::scene::{Channels, Daylight, EstimateKind, Face, Room, Scene};
-    use crate::sky::zenith::ZenithFormula;
-    use crate::traceable::Follow;
-
-    /// A Lambertian lobe of some flux lights sensors like Lambertian flux, to rounding; on cells only from a diffuser.
-    #[test]
-    fn lobes_are_connected() {
-        let size = DVec3::new(3.0, 4.0, 2.5);
-        let grid = |estimate| Grid::new("grid".into(), 0.5, [7, 5], 0.1, [size.x, size.y], estimate);
-        let scene = Scene {
-            daylight: Some(Daylight { sky: None, sun: None, formula: ZenithFormula::GivenZenithLuminance }),
-            room: Room { size, surfaces: [None; 6], boxes: Vec::new(), meshes: Vec::new(), luminaires: Vec::new() },
-            tubes: Vec::new(),
-            grids: vec![grid(EstimateKind::Point), grid(EstimateKind::CellAverage)],
-            views: Vec::new(),
-            channels: Channels::Rgb,
-        };
-        let follow = Follow { interreflection: true, guide_return: true, objects: true };
-        let traceable = Arc::new(TraceableScene::new(&scene, follow).unwrap());
-        let method = LightTracing::<3>::new(traceable, &scene.grids, &Settings::default(), 0);
-        let flux = Spectrum([2.0, 3.0, 5.0]);
-        let white = Lobes::default().compile(&Surface::diffuse([1.0; 3]));
-        let lux = |leaving: Spectrum<3>, lobed: bool, diffuser: Option<usize>| {
-            let incident = DVec3::new(-1.0, 0.2, -0.3).normalize();
-            let normal = DVec3::X;
-            let scatterer = Scatterer::Surface(Oriented { optics: &white, normal });
-            let lobe = lobed.then_some(Lobe { scatterer, incident, flux });
-            let position = DVec3::new(0.0, 1.7, 1.9);
-            let scattering =
-                Scattering { position, normal, leaving, lobe, surface: Some(SurfaceId::of_face(Face::West)), diffuser };
-            let mut tally = Tally { method: &method, lux: vec![0.0; method.sensor_count()], diffuser_weight: 4.0 };
-            tally.scattered(&scattering, &mut PathSamples::new(Key::new(1), 0));
-            tally.lux
-        };
-        for (diffuser, connected) in [(None, 35), (Some(0), 70)] {
-            let (truth, lobe) = (lux(flux, false, diffuser), lux(Spectrum::ZERO, true, diffuser));
-            for sensor in 0..connected {
-                assert!(truth[sensor] > 0.0 || sensor >= 35);
-                assert!((lobe[sensor] - truth[sensor]).abs() <= 1e-14 * truth[sensor], "{sensor}");
-            }
-            assert!(lobe[connected..].iter().all(|lux| *lux == 0.0));
-        }
     }
 }

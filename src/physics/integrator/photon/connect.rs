@@ -4,9 +4,13 @@ use glam::DVec3;
 
 use crate::integrator::photon::path::Lobe;
 use crate::scene::{EstimateKind, Grid};
+use crate::traceable::obstacles::Shadow;
 
 /// Sensors that one vertex is connected to; larger sets are connected to a random subset of about this size.
 const CONNECTIONS: usize = 1024;
+
+/// Sensors whose shadows are looked at together.
+pub const TOGETHER: usize = 64;
 
 /// A grid's sensors, row by row.
 #[derive(Debug)]
@@ -43,6 +47,31 @@ impl SensorPlane {
     pub fn len(&self) -> usize {
         self.x.len()
     }
+
+    /// Adds the illuminance that every [`Self::stride`]-th sensor from `start` on gets of a connection past `shadows`, so many times
+    /// over; `sees` as of [`Connection::add_seen`], of a sensor of the plane.
+    pub fn add_seen(
+        &self,
+        connection: &Connection,
+        vectors: pulp::Arch,
+        shadows: &[Shadow],
+        start: usize,
+        sees: impl Fn(usize) -> bool,
+        lux: &mut [f64],
+    ) {
+        let (mut x, mut y) = ([0.0; TOGETHER], [0.0; TOGETHER]);
+        let mut first = start;
+        while first < self.len() {
+            let index = |place: usize| first + place * self.stride;
+            let count = (self.len() - first).div_ceil(self.stride).min(TOGETHER);
+            for place in 0..count {
+                (x[place], y[place]) = (self.x[index(place)], self.y[index(place)]);
+            }
+            let add = |place: usize, value: f64| lux[index(place)] += value * self.stride as f64;
+            connection.add_seen(vectors, shadows, [&x[..count], &y[..count]], |place| sees(index(place)), add);
+            first = index(count);
+        }
+    }
 }
 
 /// A Lambertian vertex seen from the sensors of one plane below it.
@@ -68,6 +97,24 @@ impl Connection {
         );
     }
 
+    /// Tells `add` the illuminance of each of a few sensors at (`x`, `y`), [`TOGETHER`] at most, that gets any past `shadows`, with
+    /// its place among them. `sees` says whether a sensor sees the vertex where only bounds throw a shadow on it.
+    pub fn add_seen(
+        &self,
+        vectors: pulp::Arch,
+        shadows: &[Shadow],
+        [x, y]: [&[f64]; 2],
+        sees: impl Fn(usize) -> bool,
+        mut add: impl FnMut(usize, f64),
+    ) {
+        let [values, bounds] = vectors.dispatch(Seen { connection: self, shadows, x, y });
+        for (place, (value, bound)) in values.into_iter().zip(bounds).enumerate().take(x.len()) {
+            if value > 0.0 && (bound == 0.0 || sees(place)) {
+                add(place, value);
+            }
+        }
+    }
+
     /// Illuminance at a horizontal sensor: I cos(theta) cos(theta') / d^2; branchless, for the inner loop.
     #[inline(always)]
     pub fn illuminance(&self, x: f64, y: f64) -> f64 {
@@ -87,5 +134,37 @@ impl Connection {
         }
         let distance = distance_squared.sqrt();
         lobe.intensity(way / distance).luminance() * self.depth / (distance_squared * distance)
+    }
+}
+
+/// What sensors get of a connection, hidden by no box, and whether something in a bound may hide it (not 0): [`TOGETHER`] at
+/// most.
+struct Seen<'a> {
+    connection: &'a Connection,
+    shadows: &'a [Shadow],
+    x: &'a [f64],
+    y: &'a [f64],
+}
+
+impl pulp::NullaryFnOnce for Seen<'_> {
+    type Output = [[f64; TOGETHER]; 2];
+
+    #[inline(always)]
+    fn call(self) -> [[f64; TOGETHER]; 2] {
+        let Self { connection, shadows, x, y } = self;
+        let vertex = connection.vertex;
+        let (mut values, mut bounds) = ([0.0; TOGETHER], [0.0; TOGETHER]);
+        for ((value, x), y) in values.iter_mut().zip(x).zip(y) {
+            *value = connection.illuminance(*x, *y);
+        }
+        for shadow in shadows {
+            let into = if shadow.is_bound { &mut bounds } else { &mut values };
+            for ((value, x), y) in into.iter_mut().zip(x).zip(y) {
+                let hidden = shadow.hides(*x - vertex.x, *y - vertex.y);
+                let by = if shadow.is_bound { 1.0 } else { 0.0 };
+                *value = if hidden { by } else { *value };
+            }
+        }
+        [values, bounds]
     }
 }

@@ -8,7 +8,7 @@ use glam::DVec3;
 
 use super::importance::Target;
 use crate::integrator::photon::close_points::distance_to_surface;
-use crate::integrator::photon::connect::Connection;
+use crate::integrator::photon::connect::{Connection, TOGETHER};
 use crate::scene::Grid;
 use crate::traceable::obstacles::Shadow;
 use crate::traceable::{Place, RoomHit, TraceableScene};
@@ -16,9 +16,6 @@ use crate::traceable::{Place, RoomHit, TraceableScene};
 /// Shares of the room's shortest edge: a sensor that is nearer to a surface is not connected below the other distance.
 const BESIDE: f64 = 0.05;
 const UNCONNECTED: f64 = 0.15;
-
-/// Sensors whose shadows are looked at together.
-const TOGETHER: usize = 64;
 
 /// All sensors of some grids, in an order of their own.
 #[derive(Debug)]
@@ -156,46 +153,11 @@ impl Targets {
         [x, y]: [&[f64]; 2],
     ) {
         let vertex = connection.vertex;
-        let [values, bounds] = self.vectors.dispatch(Seen { connection, shadows, x, y });
-        for (place, lux) in lux.iter_mut().enumerate() {
-            let sensor = || DVec3::new(x[place], y[place], vertex.z - connection.depth);
-            let value = values[place];
-            if value > 0.0 && (bounds[place] == 0.0 || scene.visible(vertex, None, sensor(), None)) {
-                *lux += value;
-            }
-        }
-    }
-}
-
-/// What sensors get of a connection, hidden by no box, and whether something in a bound may hide it (not 0): [`TOGETHER`] at
-/// most.
-struct Seen<'a> {
-    connection: &'a Connection,
-    shadows: &'a [Shadow],
-    x: &'a [f64],
-    y: &'a [f64],
-}
-
-impl pulp::NullaryFnOnce for Seen<'_> {
-    type Output = [[f64; TOGETHER]; 2];
-
-    #[inline(always)]
-    fn call(self) -> [[f64; TOGETHER]; 2] {
-        let Self { connection, shadows, x, y } = self;
-        let vertex = connection.vertex;
-        let (mut values, mut bounds) = ([0.0; TOGETHER], [0.0; TOGETHER]);
-        for ((value, x), y) in values.iter_mut().zip(x).zip(y) {
-            *value = connection.illuminance(*x, *y);
-        }
-        for shadow in shadows {
-            let into = if shadow.is_bound { &mut bounds } else { &mut values };
-            for ((value, x), y) in into.iter_mut().zip(x).zip(y) {
-                let hidden = shadow.hides(*x - vertex.x, *y - vertex.y);
-                let by = if shadow.is_bound { 1.0 } else { 0.0 };
-                *value = if hidden { by } else { *value };
-            }
-        }
-        [values, bounds]
+        let sees = |place: usize| {
+            let sensor = DVec3::new(x[place], y[place], vertex.z - connection.depth);
+            scene.visible(vertex, None, sensor, None)
+        };
+        connection.add_seen(self.vectors, shadows, [x, y], sees, |place, value| lux[place] += value);
     }
 }
 

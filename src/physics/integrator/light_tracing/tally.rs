@@ -1,0 +1,259 @@
+//! What photons of light tracing bring to the sensors: connections, and flights that cross cells.
+
+use std::f64::consts::PI;
+
+use glam::{DVec2, DVec3};
+
+use crate::integrator::photon::connect::{Connection, SensorPlane};
+use crate::integrator::photon::path::{Flight, Origin, Scattering, Visitor};
+use crate::optics::Spectrum;
+use crate::sampling::PathSamples;
+use crate::traceable::obstacles::Shadow;
+use crate::traceable::{SurfaceId, TraceableScene};
+
+/// Illuminance of all sensors in lux, from some photons.
+pub struct Tally<'a> {
+    pub scene: &'a TraceableScene,
+    pub sensors: &'a [SensorPlane],
+    /// The widest vectors of this machine.
+    pub vectors: pulp::Arch,
+    /// True if light straight from luminaires is counted otherwise.
+    pub but_luminaires: bool,
+    pub lux: Vec<f64>,
+    /// Weight of the present photon's connections from diffusers.
+    pub diffuser_weight: f64,
+}
+
+impl<const C: usize> Visitor<C> for Tally<'_> {
+    fn scattered(&mut self, scattering: &Scattering<'_, C>, samples: &mut PathSamples) {
+        let weight = if scattering.diffuser.is_some() { self.diffuser_weight } else { 1.0 };
+        self.connect(scattering, weight, samples);
+    }
+
+    fn emitted(&mut self, scattering: &Scattering<'_, C>, samples: &mut PathSamples) {
+        if !self.but_luminaires {
+            self.connect(scattering, self.diffuser_weight, samples);
+        }
+    }
+
+    fn flew(&mut self, flight: &Flight<C>) {
+        if matches!(flight.origin, Origin::Luminaire(_)) && self.but_luminaires {
+            return;
+        }
+        for plane in self.sensors.iter().filter(|plane| plane.average) {
+            let level = plane.height + self.scene.contact();
+            if flight.from.z <= level || flight.to.z > level {
+                continue;
+            }
+            let share = (flight.from.z - plane.height) / (flight.from.z - flight.to.z);
+            let crossing = flight.from.lerp(flight.to, share);
+            let near = (crossing - flight.from).length_squared() < plane.near_squared;
+            if (near || matches!(flight.origin, Origin::Specular | Origin::Lobe(_)))
+                && let Some(index) = plane.grid.cell_at(crossing.truncate())
+            {
+                self.lux[plane.first + index] += flight.flux.luminance() / plane.grid.cell_area_m2();
+            }
+        }
+    }
+
+    fn arrived(&mut self, _: SurfaceId, _: DVec3, _: Spectrum<C>, _: Origin) {}
+}
+
+impl Tally<'_> {
+    /// Adds what a vertex sends straight to the sensors.
+    fn connect<const C: usize>(&mut self, scattering: &Scattering<'_, C>, weight: f64, samples: &mut PathSamples) {
+        if weight == 0.0 {
+            return;
+        }
+        let per_sr = weight * scattering.leaving.luminance() / PI;
+        for plane in self.sensors {
+            let depth = scattering.position.z - plane.height;
+            if depth <= 0.0 {
+                continue;
+            }
+            // one point in every cell, the same everywhere
+            let offset = if plane.average {
+                let [u, v] = samples.random.uniform2();
+                DVec2::new((u - 0.5) * plane.grid.cell_size_m[0], (v - 0.5) * plane.grid.cell_size_m[1])
+            } else {
+                DVec2::ZERO
+            };
+            let connection = Connection {
+                vertex: scattering.position - offset.extend(0.0),
+                normal: scattering.normal,
+                depth,
+                per_sr,
+                near_squared: if plane.average { plane.near_squared } else { 0.0 },
+            };
+            let lux = &mut self.lux[plane.first..plane.first + plane.len()];
+            // cell averages count the flights of a surface's lobe
+            let lobe = scattering.lobe.as_ref().filter(|_| !plane.average || scattering.diffuser.is_some());
+            if lobe.is_none() && per_sr == 0.0 {
+                continue;
+            }
+            let scene = self.scene;
+            let all = plane.stride == 1 && lobe.is_none();
+            if all && !scene.obstructed {
+                connection.add_to(self.vectors, lux, &plane.x, &plane.y);
+                continue;
+            }
+            let start = if plane.stride > 1 { (samples.random.uniform() * plane.stride as f64) as usize } else { 0 };
+            let sees = |index: usize| {
+                let target = DVec3::new(plane.x[index] + offset.x, plane.y[index] + offset.y, plane.height);
+                scene.visible(scattering.position, scattering.surface, target, None)
+            };
+            if let Some(lobe) = lobe {
+                for index in (start..plane.len()).step_by(plane.stride) {
+                    let (x, y) = (plane.x[index], plane.y[index]);
+                    let value = connection.illuminance(x, y) + weight * connection.lobe_illuminance(lobe, x, y);
+                    if value > 0.0 && sees(index) {
+                        lux[index] += value * plane.stride as f64;
+                    }
+                }
+                continue;
+            }
+            let own_box = scattering.surface.and_then(|surface| scene.numbering.box_of(surface));
+            let shadows: Vec<Shadow> = match scene.obstructed {
+                true => scene.shadows(scattering.position, plane.height, own_box).collect(),
+                false => Vec::new(),
+            };
+            if all && shadows.is_empty() {
+                connection.add_to(self.vectors, lux, &plane.x, &plane.y);
+                continue;
+            }
+            plane.add_seen(&connection, self.vectors, &shadows, start, sees, lux);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::integrator::photon::path::Lobe;
+    use crate::optics::reflection::Lobes;
+    use crate::optics::{Oriented, Scatterer, Surface};
+    use crate::sampling::Key;
+    use crate::scene::{BoxObject, Channels, Daylight, EstimateKind, Face, Grid, Room, Scene};
+    use crate::sky::zenith::ZenithFormula;
+    use crate::traceable::{Follow, Place, TraceableScene};
+
+    fn planes(grids: &[Grid]) -> Vec<SensorPlane> {
+        let mut first = 0;
+        let plane = |grid: &Grid| {
+            first += grid.len();
+            SensorPlane::new(grid, first - grid.len())
+        };
+        grids.iter().map(plane).collect()
+    }
+
+    fn empty<'a>(scene: &'a TraceableScene, sensors: &'a [SensorPlane], diffuser_weight: f64) -> Tally<'a> {
+        let lux = vec![0.0; sensors.iter().map(SensorPlane::len).sum()];
+        Tally { scene, sensors, vectors: pulp::Arch::new(), but_luminaires: false, lux, diffuser_weight }
+    }
+
+    /// A Lambertian lobe of some flux lights sensors like Lambertian flux, to rounding; on cells only from a diffuser.
+    #[test]
+    fn lobes_are_connected() {
+        let size = DVec3::new(3.0, 4.0, 2.5);
+        let grid = |estimate| Grid::new("grid".into(), 0.5, [7, 5], 0.1, [size.x, size.y], estimate);
+        let scene = Scene {
+            daylight: Some(Daylight { sky: None, sun: None, formula: ZenithFormula::GivenZenithLuminance }),
+            room: Room { size, surfaces: [None; 6], boxes: Vec::new(), meshes: Vec::new(), luminaires: Vec::new() },
+            tubes: Vec::new(),
+            grids: vec![grid(EstimateKind::Point), grid(EstimateKind::CellAverage)],
+            views: Vec::new(),
+            channels: Channels::Rgb,
+        };
+        let follow = Follow { interreflection: true, guide_return: true, objects: true };
+        let traceable = TraceableScene::new(&scene, follow).unwrap();
+        let sensors = planes(&scene.grids);
+        let flux = Spectrum([2.0, 3.0, 5.0]);
+        let white = Lobes::default().compile(&Surface::diffuse([1.0; 3]));
+        let lux = |leaving: Spectrum<3>, lobed: bool, diffuser: Option<usize>| {
+            let incident = DVec3::new(-1.0, 0.2, -0.3).normalize();
+            let normal = DVec3::X;
+            let scatterer = Scatterer::Surface(Oriented { optics: &white, normal });
+            let lobe = lobed.then_some(Lobe { scatterer, incident, flux });
+            let position = DVec3::new(0.0, 1.7, 1.9);
+            let scattering =
+                Scattering { position, normal, leaving, lobe, surface: Some(SurfaceId::of_face(Face::West)), diffuser };
+            let mut tally = empty(&traceable, &sensors, 4.0);
+            tally.scattered(&scattering, &mut PathSamples::new(Key::new(1), 0));
+            tally.lux
+        };
+        for (diffuser, connected) in [(None, 35), (Some(0), 70)] {
+            let (truth, lobe) = (lux(flux, false, diffuser), lux(Spectrum::ZERO, true, diffuser));
+            for sensor in 0..connected {
+                assert!(truth[sensor] > 0.0 || sensor >= 35);
+                assert!((lobe[sensor] - truth[sensor]).abs() <= 1e-14 * truth[sensor], "{sensor}");
+            }
+            assert!(lobe[connected..].iter().all(|lux| *lux == 0.0));
+        }
+    }
+
+    /// What a vertex sends past boxes, found for many sensors at a time, is what rays to each of them let through: of few sensors and
+    /// of a subset of many, from walls, from the ceiling, and from the side of a box.
+    #[test]
+    fn boxes_hide_what_rays_do_not_pass() {
+        let size = DVec3::new(3.0, 4.0, 2.5);
+        let grid = |cells, estimate| Grid::new("grid".into(), 0.5, cells, 0.1, [size.x, size.y], estimate);
+        let object = |base: DVec3, rotation: f64| BoxObject {
+            size: DVec3::new(0.7, 0.4, 1.3),
+            base,
+            rotation,
+            surface: Surface::diffuse([0.5; 3]),
+        };
+        let boxes = vec![object(DVec3::new(1.0, 1.2, 0.0), 0.4), object(DVec3::new(2.1, 2.9, 0.3), 1.9)];
+        let scene = Scene {
+            daylight: Some(Daylight { sky: None, sun: None, formula: ZenithFormula::GivenZenithLuminance }),
+            room: Room { size, surfaces: [None; 6], boxes, meshes: Vec::new(), luminaires: Vec::new() },
+            tubes: Vec::new(),
+            grids: vec![grid([9, 8], EstimateKind::Point), grid([60, 40], EstimateKind::Point)],
+            views: Vec::new(),
+            channels: Channels::Photopic,
+        };
+        let follow = Follow { interreflection: true, guide_return: true, objects: true };
+        let traceable = TraceableScene::new(&scene, follow).unwrap();
+        let sensors = planes(&scene.grids);
+        let (mut hidden, mut seen) = (0, 0);
+        let side = traceable.intersect(DVec3::new(0.2, 1.2, 1.0), DVec3::X, None);
+        let vertices = [
+            (DVec3::new(0.0, 1.7, 1.9), DVec3::X, SurfaceId::of_face(Face::West)),
+            (DVec3::new(1.9, 0.0, 0.9), DVec3::Y, SurfaceId::of_face(Face::South)),
+            (DVec3::new(1.6, 2.2, 2.5), DVec3::NEG_Z, SurfaceId::of_face(Face::Ceiling)),
+            match side.place {
+                Place::Surface(surface) => (side.position, side.normal, surface),
+                Place::Opening(_) => panic!("a box stands there"),
+            },
+        ];
+        for (position, normal, surface) in vertices {
+            let leaving = Spectrum([100.0]);
+            let scattering =
+                Scattering { position, normal, leaving, lobe: None, surface: Some(surface), diffuser: None };
+            let mut tally = empty(&traceable, &sensors, 1.0);
+            tally.scattered(&scattering, &mut PathSamples::new(Key::new(1), 0));
+            for plane in &sensors {
+                let lux = &tally.lux[plane.first..plane.first + plane.len()];
+                let start = lux.iter().position(|lux| *lux > 0.0).unwrap() % plane.stride;
+                let per_sr = leaving.luminance() / PI;
+                let connection = Connection {
+                    vertex: position,
+                    normal,
+                    depth: position.z - plane.height,
+                    per_sr,
+                    near_squared: 0.0,
+                };
+                for (index, lux) in lux.iter().enumerate() {
+                    let target = DVec3::new(plane.x[index], plane.y[index], plane.height);
+                    let visible = traceable.visible(position, Some(surface), target, None);
+                    let share = if index % plane.stride == start && visible { plane.stride as f64 } else { 0.0 };
+                    let expected = share * connection.illuminance(target.x, target.y);
+                    assert!((lux - expected).abs() <= 1e-12 * expected, "{index} of {position}: {lux} {expected}");
+                    seen += usize::from(expected > 0.0);
+                    hidden += usize::from(!visible && index % plane.stride == start);
+                }
+            }
+        }
+        assert!(sensors[1].stride > 1 && seen > 500 && hidden > 200, "{seen} {hidden}");
+    }
+}
