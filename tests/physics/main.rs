@@ -34,6 +34,7 @@ mod dome;
 mod dull_pipes;
 mod electric_light;
 mod few_photons;
+mod intervals;
 mod invariance;
 mod lamp_responses;
 mod left_out;

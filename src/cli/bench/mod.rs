@@ -55,7 +55,7 @@ struct AccuracyArgs {
     #[command(flatten)]
     page: PageArgs,
     /// Most seeds of each method to each error, over which intervals are counted
-    #[arg(long, value_name = "N", default_value_t = 200, value_parser = clap::value_parser!(u64).range(2..))]
+    #[arg(long, value_name = "N", default_value_t = 2000, value_parser = clap::value_parser!(u64).range(2..))]
     seeds: u64,
 }
 
