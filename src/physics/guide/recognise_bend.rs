@@ -14,8 +14,8 @@ use crate::sampling::warp;
 /// Why a pipe is no straight cylinder, and has no elbows either.
 pub(super) const NOT_STRAIGHT: &str = "its pipe is not a straight vertical cylinder of the opening's diameter";
 
-/// A bend beyond which a mitre's ellipse grows without bound.
-const STEEPEST_BEND: f64 = 175.0 / 360.0 * TAU;
+/// Tangent of half a bend beyond which a mitre's ellipse grows without bound: 175 degrees.
+const STEEPEST_HALF: f64 = 22.9;
 
 /// Segments from which on a guide is no longer thought to be made of elbows.
 const MOST_SEGMENTS: usize = 64;
@@ -129,9 +129,10 @@ fn nodes(centres: &[DVec3], tolerance: f64) -> Vec<usize> {
 
 /// True if every segment is long enough that the ellipses of its mitres do not cross: they reach r tan(b / 2) along the axis.
 fn has_room(segments: &[(f64, DVec3)], radius: f64) -> bool {
-    let bends: Vec<f64> = segments.windows(2).map(|pair| pair[0].1.angle_between(pair[1].1)).collect();
-    let reach = |bend: Option<&f64>| bend.map_or(0.0, |bend| radius * libm::tan(0.5 * bend));
-    bends.iter().all(|bend| *bend <= STEEPEST_BEND)
+    let half_tangent = |a: DVec3, b: DVec3| a.cross(b).length() / (1.0 + a.dot(b)).max(0.0);
+    let bends: Vec<f64> = segments.windows(2).map(|pair| half_tangent(pair[0].1, pair[1].1)).collect();
+    let reach = |bend: Option<&f64>| bend.map_or(0.0, |half_tangent| radius * half_tangent);
+    bends.iter().all(|half_tangent| *half_tangent <= STEEPEST_HALF)
         && segments.iter().enumerate().all(|(index, (length, _))| {
             *length >= reach(index.checked_sub(1).and_then(|below| bends.get(below))) + reach(bends.get(index))
         })
