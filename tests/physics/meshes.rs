@@ -205,13 +205,12 @@ fn a_round_mesh_with_an_elbow_is_the_bent_guide() {
 #[test]
 fn other_bends_keep_their_facets() {
     type Edit = fn(&mut TriangleMesh);
-    let cases: [(&str, f64, Edit); 5] = [
+    let cases: [(&str, f64, Edit); 4] = [
         ("no row of cylinders", 30.0, |mesh| mesh.positions[100].x += 1e-3),
         ("holes, or is not one simple wall", 30.0, |mesh| {
             mesh.triangles.remove(7);
             mesh.triangle_materials.remove(7);
         }),
-        ("mitres of its bends cross", 150.0, |_| {}),
         ("neither a flat cover nor a hemisphere", 30.0, |mesh| mesh.positions.last_mut().unwrap().x += 0.01),
         ("begin vertically", 30.0, |mesh| mesh.positions[96..].iter_mut().for_each(|at| at.y += 0.2 * at.z)),
     ];

@@ -232,3 +232,16 @@ impl Pipe {
         (sum, largest)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A mitre of 90 degrees reaches one radius along the axis; nothing bends back on itself.
+    #[test]
+    fn mitres_need_room() {
+        let room = |length: f64, axis: DVec3| has_room(&[(0.5, DVec3::Z), (length, axis), (0.5, DVec3::Z)], 0.1);
+        assert!(room(0.201, DVec3::X) && !room(0.199, DVec3::X));
+        assert!(!room(100.0, DVec3::NEG_Z) && room(0.001, DVec3::Z));
+    }
+}
