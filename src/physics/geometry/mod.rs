@@ -6,7 +6,7 @@ pub mod cylinder;
 pub mod disc;
 pub mod facets;
 pub mod lambert;
-mod lanes;
+pub(crate) mod lanes;
 pub mod obj;
 pub mod polygon;
 pub mod rectangle;

@@ -87,6 +87,16 @@ impl TraceableBox {
         (self.base.z, self.base.z + self.height)
     }
 
+    /// Lowest and highest corner of the block along the room's axes around it, in m.
+    pub(super) fn bounds(&self) -> [DVec3; 2] {
+        let outline = self.outline();
+        let (low, high) = self.span();
+        let corner = |least: fn(DVec2, DVec2) -> DVec2, z: f64| {
+            outline.iter().copied().reduce(least).unwrap_or_default().extend(z)
+        };
+        [corner(DVec2::min, low), corner(DVec2::max, high)]
+    }
+
     /// A corner, two edges that span the face, in the room frame; `face` is numbered as [`Face`](crate::scene::Face) is.
     pub fn face(&self, face: usize) -> [DVec3; 3] {
         let back = self.turn.transpose();

@@ -1,5 +1,6 @@
 //! The scene as the integrators trace it: guides built, surfaces numbered, boxes in their own frames.
 
+mod box_bounds;
 mod box_object;
 pub mod luminaire;
 pub mod mesh_objects;
@@ -16,9 +17,10 @@ use crate::optics::SurfaceOptics;
 use crate::optics::reflection::Lobes;
 use crate::scene::{BoxObject, Face, MeshObject, Room, Scene};
 use crate::sky::{Sky, Sun};
+use box_bounds::BoxBounds;
 use luminaire::TraceableLuminaire;
 use mesh_objects::{MeshHit, TraceableMeshes};
-use obstacles::{ON_TARGET, Obstacles, Shadow};
+use obstacles::{DiscView, ON_TARGET, Obstacles, Shadow};
 
 pub use box_object::TraceableBox;
 pub use source::Source;
@@ -43,6 +45,8 @@ pub struct TraceableScene {
     pub numbering: Numbering,
     /// Boxes in their own frames, in the scene's order.
     pub boxes: Vec<TraceableBox>,
+    /// What rays are compared with before boxes.
+    box_bounds: BoxBounds,
     /// Triangles of all objects together; `None` without any.
     pub meshes: Option<Arc<TraceableMeshes>>,
     /// Luminaires, in the scene's order.
@@ -135,7 +139,9 @@ impl TraceableScene {
         let hanging: Vec<_> =
             luminaires.iter().copied().filter(|luminaire| !lies_on_a_face(luminaire, *size)).collect();
         let boxes: Vec<_> = boxes.iter().map(TraceableBox::new).collect();
-        let obstacles = Obstacles::new(&boxes, mesh_objects, &hanging);
+        let tubes: Vec<TraceableTube> = tubes;
+        let obstacles = Obstacles::new(&boxes, mesh_objects, &hanging).toward_openings(&tubes, *size);
+        let box_bounds = BoxBounds::new(&boxes.iter().map(TraceableBox::bounds).collect::<Vec<_>>(), *size);
         let hanging = !hanging.is_empty();
         Ok(Self {
             sky: scene.daylight.as_ref().and_then(|daylight| daylight.sky.clone()),
@@ -147,6 +153,7 @@ impl TraceableScene {
             obstructed: objects || hanging,
             luminaires_obstructed: objects || (hanging && luminaires.len() > 1),
             boxes,
+            box_bounds,
             obstacles,
             meshes,
             luminaires,
@@ -260,22 +267,22 @@ impl TraceableScene {
         if !self.obstructed {
             return true;
         }
-        if self.meshes.as_ref().is_some_and(|meshes| meshes.blocks(a, b, 1.0 - ON_TARGET)) {
-            return false;
-        }
         let own = |surface: Option<SurfaceId>| surface.and_then(|surface| self.numbering.box_of(surface));
         let (own_a, own_b) = (own(from), own(to));
-        self.luminaires.iter().all(|luminaire| {
-            Some(luminaire.surface) == from
-                || Some(luminaire.surface) == to
-                || luminaire
-                    .intersect(a, b - a)
-                    .is_none_or(|t| t >= 1.0 - ON_TARGET || t * (b - a).length() <= self.coinciding())
-        }) && self.boxes.iter().enumerate().all(|(index, object)| {
-            Some(index) == own_a
-                || Some(index) == own_b
-                || object.intersect(a, b - a).is_none_or(|(t, ..)| t >= 1.0 - ON_TARGET)
-        })
+        self.no_luminaire_between(a, from, b, to)
+            && self.box_bounds.met(a, b - a, 1.0).into_iter().all(|index| {
+                Some(index) == own_a
+                    || Some(index) == own_b
+                    || self.boxes[index].intersect(a, b - a).is_none_or(|(t, ..)| t >= 1.0 - ON_TARGET)
+            })
+            && !self.meshes.as_ref().is_some_and(|meshes| meshes.blocks(a, b, 1.0 - ON_TARGET))
+    }
+
+    /// True if no mesh and no luminaire stands between two points of the room.
+    #[inline]
+    pub fn visible_past_boxes(&self, a: DVec3, b: DVec3) -> bool {
+        self.no_luminaire_between(a, None, b, None)
+            && !self.meshes.as_ref().is_some_and(|meshes| meshes.blocks(a, b, 1.0 - ON_TARGET))
     }
 
     /// True if certainly nothing stands between any point within `reach` of `position`, at its height, and any point of
@@ -299,10 +306,31 @@ impl TraceableScene {
         self.obstacles.shadows(position, height, but_for)
     }
 
+    /// How a point below the ceiling sees the opening of a tube.
+    pub fn view_of_opening(&self, position: DVec3, tube: usize) -> DiscView {
+        let tube = &self.tubes[tube];
+        self.obstacles.view_of_disc(position, tube.origin, tube.opening_radius)
+    }
+
+    /// The shadows that light from `position` throws on the horizontal plane at `height`, of some obstacles by their numbers.
+    pub fn shadows_of(&self, obstacles: &[usize], position: DVec3, height: f64) -> impl Iterator<Item = Shadow> {
+        self.obstacles.shadows_of(obstacles, position, height)
+    }
+
     /// True if a point is inside a box, or on the lower side of one.
     #[inline]
     pub fn is_in_box(&self, point: DVec3) -> bool {
         self.boxes.iter().any(|object| object.contains(point))
+    }
+
+    fn no_luminaire_between(&self, a: DVec3, from: Option<SurfaceId>, b: DVec3, to: Option<SurfaceId>) -> bool {
+        self.luminaires.iter().all(|luminaire| {
+            Some(luminaire.surface) == from
+                || Some(luminaire.surface) == to
+                || luminaire
+                    .intersect(a, b - a)
+                    .is_none_or(|t| t >= 1.0 - ON_TARGET || t * (b - a).length() <= self.coinciding())
+        })
     }
 
     fn opening_at(&self, point: DVec2) -> Option<usize> {
@@ -378,11 +406,12 @@ impl TraceableScene {
         let mut nearest = None;
         let mut distance = within;
         let own = from.and_then(|surface| self.numbering.box_of(surface));
-        for (index, object) in self.boxes.iter().enumerate() {
+        for index in self.box_bounds.met(origin, direction, within) {
             // a box is convex: no ray that leaves it meets it again
             if Some(index) == own {
                 continue;
             }
+            let object = &self.boxes[index];
             if let Some((t, face, normal)) = object.intersect(origin, direction)
                 && t < distance
             {

@@ -1,10 +1,15 @@
 //! What stands or hangs in a room, each thing in an upright block around it: to tell where nothing can stand in between, and
 //! which points of a plane are in the shadow.
 
+use std::f64::consts::{PI, TAU};
+
 use glam::{DVec2, DVec3};
 
+use super::box_bounds::BoxBounds;
 use super::box_object::TraceableBox;
 use super::luminaire::TraceableLuminaire;
+use super::tube::TraceableTube;
+use crate::geometry::turn::unit_vector;
 use crate::scene::MeshObject;
 
 /// Share of a segment's end within which a box counts as touched, not as in between: a sensor on a table sees the room.
@@ -12,7 +17,25 @@ pub(super) const ON_TARGET: f64 = 1e-9;
 
 /// The blocks around boxes, meshes and hanging luminaires.
 #[derive(Clone, Debug, Default)]
-pub struct Obstacles(Vec<Block>);
+pub struct Obstacles {
+    blocks: Vec<Block>,
+    /// Where they are in the way to openings of up to a radius in m; `None` where there is no opening.
+    toward_openings: Option<(BoxBounds, f64)>,
+}
+
+/// How a point sees a disc in the ceiling.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum DiscView {
+    /// Certainly nothing stands between it and any point of the disc.
+    Clear,
+    /// What these obstacles leave.
+    Partly(Vec<usize>),
+    /// One box hides all of the disc.
+    Hidden,
+}
+
+/// Corners of the polygon around a disc by which it is judged hidden.
+const CORNERS: usize = 16;
 
 /// An upright block, turned about the vertical.
 #[derive(Clone, Debug)]
@@ -40,16 +63,64 @@ impl Obstacles {
         }
         blocks.extend(meshes.iter().filter_map(|object| Block::around(&object.mesh.positions)));
         blocks.extend(luminaires.iter().filter_map(|luminaire| Block::around(&luminaire.corners())));
-        Self(blocks)
+        Self { blocks, toward_openings: None }
+    }
+
+    /// The same obstacles in a room of `size`, made ready for questions about the openings of its tubes.
+    pub fn toward_openings(self, tubes: &[TraceableTube], size: DVec3) -> Self {
+        let widest = tubes.iter().map(|tube| tube.opening_radius).reduce(f64::max);
+        // what leads from a point above the floor to a disc is the narrower the lower it is looked at
+        let spans = |radius: f64| {
+            let wider = |block: &Block| {
+                let [low, high] = block.bounds();
+                let by = DVec2::splat(radius * (high.z / size.z).clamp(0.0, 1.0)).extend(0.0);
+                [low - by, high + by]
+            };
+            self.blocks.iter().map(wider).collect::<Vec<_>>()
+        };
+        let toward_openings = widest.map(|radius| (BoxBounds::new(&spans(radius), size), radius));
+        Self { toward_openings, ..self }
     }
 
     /// True if certainly nothing stands between any point within `reach` of `position`, at its height, and any point of
     /// a disc of `radius` around `centre` in the ceiling; box `but_for` is left out.
     pub fn leave_clear(&self, position: DVec3, reach: f64, but_for: Option<usize>, centre: DVec3, radius: f64) -> bool {
-        self.0.iter().all(|block| {
+        let leaves_clear = |block: &Block| {
             let left_out = but_for.is_some() && block.of_box == but_for;
             left_out || block.leaves_clear(position, reach, centre, radius)
-        })
+        };
+        match &self.toward_openings {
+            Some((bounds, widest)) if reach == 0.0 && radius <= *widest => bounds
+                .met(position, centre - position, 1.0)
+                .into_iter()
+                .all(|number| leaves_clear(&self.blocks[number])),
+            _ => self.blocks.iter().all(leaves_clear),
+        }
+    }
+
+    /// How a point at `position` sees a disc of `radius` around `centre` in the ceiling.
+    pub fn view_of_disc(&self, position: DVec3, centre: DVec3, radius: f64) -> DiscView {
+        let in_the_way = |number: &usize| !self.blocks[*number].leaves_clear(position, 0.0, centre, radius);
+        let numbers: Vec<usize> = (0..self.blocks.len()).filter(in_the_way).collect();
+        // what a convex box hides from a point is convex: all within corners that are hidden
+        let around = radius / libm::cos(PI / CORNERS as f64);
+        let corners =
+            || (0..CORNERS).map(|k| centre + (unit_vector(TAU * k as f64 / CORNERS as f64) * around).extend(0.0));
+        let hides = |block: &Block| {
+            block.of_box.is_some()
+                && block.high < centre.z
+                && corners().all(|corner| {
+                    let away = position - corner;
+                    block.shadow(corner, position.z).is_some_and(|shadow| shadow.hides(away.x, away.y))
+                })
+        };
+        if numbers.is_empty() {
+            DiscView::Clear
+        } else if numbers.iter().any(|number| hides(&self.blocks[*number])) {
+            DiscView::Hidden
+        } else {
+            DiscView::Partly(numbers)
+        }
     }
 }
 
@@ -67,6 +138,8 @@ pub struct Shadow {
     /// Middle of the share of the way, and half of its length.
     middle: f64,
     reach: f64,
+    /// Bounds of the shadow: distances in m to the north of where the light comes from.
+    pub north: [f64; 2],
     /// The block is no more than the bounds of what throws the shadow.
     pub is_bound: bool,
 }
@@ -89,8 +162,13 @@ impl Shadow {
 impl Obstacles {
     /// The shadows that light from `position` throws on a plane below it; box `but_for`, which it comes from, throws none.
     pub fn shadows(&self, position: DVec3, height: f64, but_for: Option<usize>) -> impl Iterator<Item = Shadow> {
-        let others = self.0.iter().filter(move |block| but_for.is_none() || block.of_box != but_for);
+        let others = self.blocks.iter().filter(move |block| but_for.is_none() || block.of_box != but_for);
         others.filter_map(move |block| block.shadow(position, height))
+    }
+
+    /// The shadows that light from `position` throws on a plane below it, of some obstacles by their numbers.
+    pub fn shadows_of(&self, numbers: &[usize], position: DVec3, height: f64) -> impl Iterator<Item = Shadow> {
+        numbers.iter().filter_map(move |number| self.blocks[*number].shadow(position, height))
     }
 }
 
@@ -106,14 +184,29 @@ impl Block {
             return None;
         }
         let away = position.truncate() - self.centre;
+        let half = self.half + hair;
+        // the shadow of a point is the farther away the nearer the light passes it
+        let wide = (self.along.y.abs() * half.x + self.along.x.abs() * half.y) * (1.0 + ON_TARGET) + ON_TARGET * depth;
+        let (south, north) = (-away.y - wide, -away.y + wide);
         Some(Shadow {
             start: DVec2::new(away.dot(self.along), self.along.perp_dot(away)),
-            half: self.half + hair,
+            half,
             along: self.along,
             middle: 0.5 * (enters + leaves),
             reach: 0.5 * (leaves - enters),
+            north: [
+                if south < 0.0 { south / enters } else { south / leaves },
+                if north > 0.0 { north / enters } else { north / leaves },
+            ],
             is_bound,
         })
+    }
+
+    /// Lowest and highest corner of the block along the axes around it.
+    fn bounds(&self) -> [DVec3; 2] {
+        let (along, half) = (self.along.abs(), self.half);
+        let wide = DVec2::new(along.x * half.x + along.y * half.y, along.y * half.x + along.x * half.y);
+        [(self.centre - wide).extend(self.low), (self.centre + wide).extend(self.high)]
     }
 
     /// Smallest block along the axes around some points; `None` without points.
@@ -184,7 +277,7 @@ mod tests {
             let (dx, dy) = (sensor.x - position.x, sensor.y - position.y);
             let all = Obstacles::new(&[object], &[], &[]);
             let in_shadow = all.shadows(position, height, None).any(|shadow| shadow.hides(dx, dy));
-            assert_eq!(in_shadow, met, "{:?} {position} {sensor}", all.0[0]);
+            assert_eq!(in_shadow, met, "{:?} {position} {sensor}", all.blocks[0]);
             assert!(all.shadows(position, height, Some(0)).next().is_none());
             hidden += usize::from(met);
         }

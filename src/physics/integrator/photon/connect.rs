@@ -10,7 +10,7 @@ use crate::traceable::obstacles::Shadow;
 const CONNECTIONS: usize = 1024;
 
 /// Sensors whose shadows are looked at together.
-pub const TOGETHER: usize = 64;
+pub const TOGETHER: usize = 128;
 
 /// A grid's sensors, row by row.
 #[derive(Debug)]
@@ -97,8 +97,8 @@ impl Connection {
         );
     }
 
-    /// Tells `add` the illuminance of each of a few sensors at (`x`, `y`), [`TOGETHER`] at most, that gets any past `shadows`, with
-    /// its place among them. `sees` says whether a sensor sees the vertex where only bounds throw a shadow on it.
+    /// Tells `add` the illuminance of each of a few sensors at (`x`, `y`), [`TOGETHER`] at most and in the order of their y, that
+    /// gets any past `shadows`, with its place among them. `sees` says whether a sensor sees the vertex where only bounds throw a shadow on it.
     pub fn add_seen(
         &self,
         vectors: pulp::Arch,
@@ -108,6 +108,10 @@ impl Connection {
         mut add: impl FnMut(usize, f64),
     ) {
         let [values, bounds] = vectors.dispatch(Seen { connection: self, shadows, x, y });
+        if shadows.iter().all(|shadow| !shadow.is_bound) {
+            values.into_iter().enumerate().take(x.len()).for_each(|(place, value)| add(place, value));
+            return;
+        }
         for (place, (value, bound)) in values.into_iter().zip(bounds).enumerate().take(x.len()) {
             if value > 0.0 && (bound == 0.0 || sees(place)) {
                 add(place, value);
@@ -138,7 +142,7 @@ impl Connection {
 }
 
 /// What sensors get of a connection, hidden by no box, and whether something in a bound may hide it (not 0): [`TOGETHER`] at
-/// most.
+/// most, in the order of their y.
 struct Seen<'a> {
     connection: &'a Connection,
     shadows: &'a [Shadow],
@@ -158,7 +162,13 @@ impl pulp::NullaryFnOnce for Seen<'_> {
             *value = connection.illuminance(*x, *y);
         }
         for shadow in shadows {
+            let [south, north] = shadow.north.map(|north| vertex.y + north);
+            let reached = y.partition_point(|y| *y < south)..y.partition_point(|y| *y <= north);
+            if reached.is_empty() {
+                continue;
+            }
             let into = if shadow.is_bound { &mut bounds } else { &mut values };
+            let (into, x, y) = (&mut into[reached.clone()], &x[reached.clone()], &y[reached]);
             for ((value, x), y) in into.iter_mut().zip(x).zip(y) {
                 let hidden = shadow.hides(*x - vertex.x, *y - vertex.y);
                 let by = if shadow.is_bound { 1.0 } else { 0.0 };

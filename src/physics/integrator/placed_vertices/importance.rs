@@ -1,6 +1,6 @@
 //! Where vertices are placed: on surfaces that are bright and near to sensors.
 //!
-//! Every face is divided into cells. A cell's probability is its reflected flux, roughly, times the root mean square of what it
+//! Every face is divided into cells, and triangles of meshes go in runs ([`Runs`]). A cell's probability is its reflected flux, roughly, times the root mean square of what it
 //! sends to the sensors relative to what they get in all. That is the density that gives the least sum of squared relative
 //! errors for light that is known (Veach 1997, section 2.2); here both factors are estimates, so that a share is even.
 
@@ -8,9 +8,11 @@ use std::f64::consts::PI;
 
 use glam::DVec3;
 
+use super::runs::{Run, Runs};
 use crate::geometry::disc::far_disc_illuminance;
 use crate::scene::Face;
-use crate::traceable::{SurfaceId, TraceableScene, TraceableTube};
+use crate::traceable::obstacles::Shadow;
+use crate::traceable::{Side, SurfaceId, TraceableBox, TraceableScene, TraceableTube};
 
 /// Cells along either edge of a face of the room, and of a box.
 const CELLS_OF_ROOM: usize = 16;
@@ -21,6 +23,15 @@ const POINTS: usize = 2;
 
 /// Share of the mean probability that every cell has at least from which any sensor can be reached.
 const EVEN_SHARE: f64 = 0.02;
+
+/// Places along either edge of a face of the room, and of a box, from where it is looked at which sensors are hidden.
+const VIEWS_OF_ROOM: usize = 8;
+const VIEWS_OF_BOX: usize = 1;
+
+/// Share of the need of a sensor that a box hides from such a place, or that something in a bound may hide: other points of the
+/// same cells may see it.
+const HIDDEN: f64 = 0.25;
+const HALF_HIDDEN: f64 = 0.7;
 
 /// Distance from a panel, in shares of its size, from where it is looked at what it sees.
 const HAIR: f64 = 1e-6;
@@ -43,6 +54,8 @@ struct Panel {
     reflectance: f64,
     /// Cells along either edge.
     cells: usize,
+    /// Places along either edge from where it is looked at which sensors are hidden.
+    views: usize,
     /// The box whose face it is.
     of_box: Option<usize>,
 }
@@ -58,6 +71,8 @@ pub struct Placed {
     pub area_m2: f64,
     /// The box on which it is.
     pub of_box: Option<usize>,
+    /// The facet of a mesh on which it is.
+    pub of_facet: Option<usize>,
 }
 
 /// A sensor as importance sees it.
@@ -73,7 +88,8 @@ pub struct Target {
 #[derive(Debug)]
 pub struct Importance {
     panels: Vec<Panel>,
-    /// Every row of cells of every panel.
+    runs: Runs,
+    /// Every row of cells of every panel, and every run.
     rows: Vec<Row>,
     /// Bounds of the rows in 0..=1, by their probabilities; one more than rows.
     bounds: Vec<f64>,
@@ -81,11 +97,25 @@ pub struct Importance {
 
 #[derive(Debug)]
 struct Row {
-    panel: usize,
-    /// Number of the row on its panel.
-    number: usize,
-    /// Bounds of its cells in 0..=1; one more than cells.
+    of: Of,
+    /// Bounds of its cells or triangles in 0..=1; one more than of these.
     bounds: Vec<f64>,
+}
+
+/// What a row is a row of.
+#[derive(Clone, Copy, Debug)]
+enum Of {
+    /// Cells of a panel, and the number of the row there.
+    Panel(usize, usize),
+    /// Triangles of a run.
+    Run(usize),
+}
+
+/// Edge in m of a cell of the sides of a box, the narrower ones.
+pub fn cell_of_box(object: &TraceableBox) -> f64 {
+    let [a, b, c, _] = object.outline();
+    let (low, high) = object.span();
+    ((b - a).length().min((c - b).length()) * (high - low)).sqrt() / CELLS_OF_BOX as f64
 }
 
 impl Importance {
@@ -105,42 +135,80 @@ impl Importance {
             1.0 / (light.direct(sensor.position, DVec3::Z, &seen) + light.ambient)
         };
         let needs: Vec<f64> = sensors.iter().map(need).collect();
-        let mut weights: Vec<(usize, usize, Vec<f64>)> = Vec::new();
+        // weights of the cells of a row; those of a run together
+        let mut weights: Vec<(Of, Vec<f64>)> = Vec::new();
         for (index, panel) in panels.iter().enumerate() {
+            let together = panel.cells / panel.views;
+            let mut seen = Vec::new();
             for row in 0..panel.cells {
-                let weigh = |column| panel.weight([row, column], &light, &sensors, &needs);
-                weights.push((index, row, (0..panel.cells).map(weigh).collect()));
+                if row % together == 0 && panel.reflectance > 0.0 {
+                    let middle = |column| panel.before([row / together, column], panel.views);
+                    let of = panel.of_box;
+                    seen =
+                        (0..panel.views).map(|column| light.seen_needs(middle(column), of, &sensors, &needs)).collect();
+                }
+                let weigh = |column: usize| match seen.get(column / together) {
+                    Some(needs) => panel.weight([row, column], &light, &sensors, needs),
+                    None => 0.0,
+                };
+                weights.push((Of::Panel(index, row), (0..panel.cells).map(weigh).collect()));
             }
         }
-        let count: usize = weights.iter().map(|(.., cells)| cells.len()).sum();
-        let mean = weights.iter().flat_map(|(.., cells)| cells).sum::<f64>() / count.max(1) as f64;
-        for (panel, _, cells) in &mut weights {
-            if panels[*panel].can_reach(lowest) {
+        let runs = scene.meshes.as_ref().map_or_else(Runs::default, |meshes| Runs::new(meshes));
+        for (index, run) in runs.all.iter().enumerate() {
+            weights.push((Of::Run(index), vec![light.weight_of_run(run, &sensors, &needs)]));
+        }
+        let count: usize = weights.iter().map(|(_, cells)| cells.len()).sum();
+        let mean = weights.iter().flat_map(|(_, cells)| cells).sum::<f64>() / count.max(1) as f64;
+        for (of, cells) in &mut weights {
+            let can_reach = match *of {
+                Of::Panel(panel, _) => panels[panel].can_reach(lowest),
+                Of::Run(run) => light.reflectance(&runs.all[run]) > 0.0 && runs.all[run].highest > lowest,
+            };
+            if can_reach {
                 cells.iter_mut().for_each(|weight| *weight += EVEN_SHARE * mean);
             }
         }
-        let total: f64 = weights.iter().flat_map(|(.., cells)| cells).sum();
+        let total: f64 = weights.iter().flat_map(|(_, cells)| cells).sum();
         if total.is_nan() || total <= 0.0 {
             return None;
         }
-        let bounds = cumulative(weights.iter().map(|(.., cells)| cells.iter().sum::<f64>()));
-        let row = |(panel, number, cells): (usize, usize, Vec<f64>)| Row { panel, number, bounds: cumulative(cells) };
-        Some(Self { panels, rows: weights.into_iter().map(row).collect(), bounds })
+        let bounds = cumulative(weights.iter().map(|(_, cells)| cells.iter().sum::<f64>()));
+        let row = |(of, cells): (Of, Vec<f64>)| {
+            let bounds = match (of, &scene.meshes) {
+                (Of::Run(run), Some(meshes)) => cumulative(runs.areas(meshes, run)),
+                _ => cumulative(cells),
+            };
+            Row { of, bounds }
+        };
+        let rows = weights.into_iter().map(row).collect();
+        Some(Self { panels, runs, rows, bounds })
     }
 
     /// A place by two numbers in 0..1; even points stay even within a row, and rows among each other.
-    pub fn place(&self, [s, t]: [f64; 2]) -> Placed {
+    pub fn place(&self, scene: &TraceableScene, [s, t]: [f64; 2]) -> Placed {
         let (row, row_share, along) = find(&self.bounds, s);
-        let Row { panel, number, bounds } = &self.rows[row];
+        let Row { of, bounds } = &self.rows[row];
         let (column, column_share, across) = find(bounds, t);
-        let panel = &self.panels[*panel];
-        let cells = panel.cells as f64;
-        let (u, v) = ((*number as f64 + along) / cells, (column as f64 + across) / cells);
-        Placed {
-            position: panel.corner + panel.u * u + panel.v * v,
-            normal: panel.normal,
-            area_m2: panel.area_m2() / (cells * cells * row_share * column_share),
-            of_box: panel.of_box,
+        let share = row_share * column_share;
+        match (*of, &scene.meshes) {
+            (Of::Run(run), Some(meshes)) => {
+                let (position, normal, area_m2, facet) = self.runs.place(meshes, run, column, [along, across]);
+                Placed { position, normal, area_m2: area_m2 / share, of_box: None, of_facet: Some(facet) }
+            }
+            (Of::Run(_), None) => Placed::NOWHERE,
+            (Of::Panel(panel, number), _) => {
+                let panel = &self.panels[panel];
+                let cells = panel.cells as f64;
+                let (u, v) = ((number as f64 + along) / cells, (column as f64 + across) / cells);
+                Placed {
+                    position: panel.corner + panel.u * u + panel.v * v,
+                    normal: panel.normal,
+                    area_m2: panel.area_m2() / (cells * cells * share),
+                    of_box: panel.of_box,
+                    of_facet: None,
+                }
+            }
         }
     }
 }
@@ -157,36 +225,47 @@ impl Panel {
         self.reflectance > 0.0 && highest > height
     }
 
+    /// The middle of a cell of `cells` along either edge, a hair's breadth before the panel.
+    fn before(&self, [row, column]: [usize; 2], cells: usize) -> DVec3 {
+        let middle = |cell: usize| (cell as f64 + 0.5) / cells as f64;
+        let middle = self.corner + self.u * middle(row) + self.v * middle(column);
+        middle + self.normal * HAIR * self.area_m2().sqrt()
+    }
+
     /// Reflected flux of a cell, times what a lumen of it means to the sensors, on one scale for all cells.
     fn weight(&self, [row, column]: [usize; 2], light: &Light<'_>, sensors: &[Target], needs: &[f64]) -> f64 {
-        if self.reflectance == 0.0 {
-            return 0.0;
-        }
         let at = |cell: usize, point: usize| (cell as f64 + (point as f64 + 0.5) / POINTS as f64) / self.cells as f64;
-        let middle = |cell: usize| (cell as f64 + 0.5) / self.cells as f64;
-        let middle = self.corner + self.u * middle(row) + self.v * middle(column);
-        let seen = light.seen_from(middle + self.normal * HAIR * self.area_m2().sqrt());
+        let seen = light.seen_from(self.before([row, column], self.cells));
         let mut sum = 0.0;
         for number in 0..POINTS * POINTS {
             let (u, v) = (at(row, number / POINTS), at(column, number % POINTS));
             let point = self.corner + self.u * u + self.v * v;
-            let squares: f64 = sensors
-                .iter()
-                .zip(needs)
-                .map(|(sensor, need)| {
-                    let way = sensor.position - point;
-                    let cosines = way.dot(self.normal).max(0.0) * (-way.z).max(0.0);
-                    let distance_squared = way.length_squared();
-                    let connected = cosines > 0.0 && distance_squared >= sensor.near_squared;
-                    let share = if connected { cosines / (distance_squared * distance_squared) * need } else { 0.0 };
-                    share * share
-                })
-                .sum();
-            sum += (light.direct(point, self.normal, &seen) + light.ambient) * squares.sqrt();
+            let cosine = |way: DVec3| way.dot(self.normal);
+            sum += (light.direct(point, self.normal, &seen) + light.ambient) * sent(point, cosine, sensors, needs);
         }
         let share = self.area_m2() / (self.cells * self.cells * POINTS * POINTS) as f64;
         self.reflectance * sum * share
     }
+}
+
+impl Placed {
+    /// Where nothing can be sent from.
+    const NOWHERE: Self =
+        Self { position: DVec3::ZERO, normal: DVec3::NEG_Z, area_m2: 0.0, of_box: None, of_facet: None };
+}
+
+/// What a point sends to some sensors: root of the sum of the squares of their illuminances, each times its need; `cosine` is
+/// that of a way at the point, times the way's length.
+fn sent(point: DVec3, cosine: impl Fn(DVec3) -> f64, sensors: &[Target], needs: &[f64]) -> f64 {
+    let squares = sensors.iter().zip(needs).map(|(sensor, need)| {
+        let way = sensor.position - point;
+        let cosines = cosine(way).max(0.0) * (-way.z).max(0.0);
+        let distance_squared = way.length_squared();
+        let connected = cosines > 0.0 && distance_squared >= sensor.near_squared;
+        let share = if connected { cosines / (distance_squared * distance_squared) * need } else { 0.0 };
+        share * share
+    });
+    squares.sum::<f64>().sqrt()
 }
 
 /// Rough light in the room.
@@ -212,6 +291,49 @@ impl<'a> Light<'a> {
         // a room that absorbs nothing is taken as one that absorbs a hundredth
         let ambient = flux * mean / absorbed.max(0.01 * area);
         Self { scene, of_openings, ambient: if scene.interreflection { ambient } else { 0.0 } }
+    }
+
+    /// Luminous reflectance of a run's facet.
+    fn reflectance(&self, run: &Run) -> f64 {
+        luminous(self.scene, self.scene.numbering.facet_side(run.facet, Side::Front))
+    }
+
+    /// Reflected flux of a run of triangles, times what a lumen of it means to the sensors, on the scale of the cells of panels.
+    fn weight_of_run(&self, run: &Run, sensors: &[Target], needs: &[f64]) -> f64 {
+        let reflectance = self.reflectance(run);
+        if reflectance == 0.0 {
+            return 0.0;
+        }
+        let before = run.normal.unwrap_or_default() * HAIR * run.area_m2.sqrt();
+        let seen = self.seen_from(run.middle + before);
+        // of several facets some may face anything
+        let direct = run.normal.map_or(0.0, |normal| self.direct(run.middle, normal, &seen));
+        let cosine = |way: DVec3| run.normal.map_or_else(|| way.length(), |normal| way.dot(normal));
+        let needs = self.seen_needs(run.middle + before, None, sensors, needs);
+        reflectance * run.area_m2 * (direct + self.ambient) * sent(run.middle, cosine, sensors, &needs)
+    }
+
+    /// The needs of sensors, less where they are hidden from a point, which is on a box or not.
+    fn seen_needs(&self, point: DVec3, of_box: Option<usize>, sensors: &[Target], needs: &[f64]) -> Vec<f64> {
+        let mut needs = needs.to_vec();
+        if !self.scene.obstructed {
+            return needs;
+        }
+        let (mut height, mut shadows) = (f64::NAN, Vec::new());
+        for (sensor, need) in sensors.iter().zip(&mut needs) {
+            let way = sensor.position - point;
+            if sensor.position.z != height {
+                height = sensor.position.z;
+                shadows = self.scene.shadows(point, height, of_box).collect();
+            }
+            let hide = |shadow: &&Shadow| {
+                let [south, north] = shadow.north;
+                (south..=north).contains(&way.y) && shadow.hides(way.x, way.y)
+            };
+            let hiding = shadows.iter().filter(hide).map(|shadow| if shadow.is_bound { HALF_HIDDEN } else { HIDDEN });
+            *need *= hiding.fold(1.0, f64::min);
+        }
+        needs
     }
 
     /// For each tube, whether the middle of its opening is seen from a point.
@@ -244,9 +366,7 @@ impl<'a> Light<'a> {
 
 /// The faces of the room and of its boxes, openings included: they reflect, too, and may send light back.
 fn panels(scene: &TraceableScene) -> Vec<Panel> {
-    let luminous = |surface: SurfaceId| {
-        scene.optics(surface).map_or(0.0, |optics| optics.diffuse::<3>().luminance().clamp(0.0, 1.0))
-    };
+    let luminous = |surface: SurfaceId| luminous(scene, surface);
     let of_face = |face: &Face| {
         let axis = *face as usize / 2;
         let far = *face as usize % 2 == 1;
@@ -255,7 +375,8 @@ fn panels(scene: &TraceableScene) -> Vec<Panel> {
         let corner = if far { edge(axis) } else { DVec3::ZERO };
         let reflectance = luminous(SurfaceId::of_face(*face));
         let cells = CELLS_OF_ROOM;
-        Panel { corner, u: edge(axis + 1), v: edge(axis + 2), normal, reflectance, cells, of_box: None }
+        let views = VIEWS_OF_ROOM;
+        Panel { corner, u: edge(axis + 1), v: edge(axis + 2), normal, reflectance, cells, views, of_box: None }
     };
     let of_box = |index: usize| {
         let object = &scene.boxes[index];
@@ -267,10 +388,16 @@ fn panels(scene: &TraceableScene) -> Vec<Panel> {
             let across = u.cross(v).normalize_or(DVec3::Z);
             let normal = if across.dot(corner - centre) < 0.0 { -across } else { across };
             let reflectance = luminous(scene.numbering.box_face(index, face));
-            Panel { corner, u, v, normal, reflectance, cells: CELLS_OF_BOX, of_box: Some(index) }
+            let (cells, views) = (CELLS_OF_BOX, VIEWS_OF_BOX);
+            Panel { corner, u, v, normal, reflectance, cells, views, of_box: Some(index) }
         })
     };
     Face::ALL.iter().map(of_face).chain((0..scene.boxes.len()).flat_map(of_box)).collect()
+}
+
+/// Luminous reflectance of a surface.
+fn luminous(scene: &TraceableScene, surface: SurfaceId) -> f64 {
+    scene.optics(surface).map_or(0.0, |optics| optics.diffuse::<3>().luminance().clamp(0.0, 1.0))
 }
 
 /// Bounds in 0..=1 by weights, of which not all are zero; even ones where they are.
@@ -353,7 +480,7 @@ mod tests {
         let mut sums = vec![Moments::default(); faces.len()];
         let mut random = PathRandom::new(Key::new(11));
         for _ in 0..100_000 {
-            let placed = importance.place(random.uniform2());
+            let placed = importance.place(&traceable, random.uniform2());
             let on = |panel: &Panel| {
                 let away = placed.position - panel.corner;
                 let [u, v] = [panel.u, panel.v].map(|edge| away.dot(edge) / edge.length_squared());

@@ -4,8 +4,7 @@
 //! every sensor. Then points are placed on the surfaces of the room, where these are bright and near to sensors
 //! (`importance`). One backward path from each tells the luminance that it sends into the room, counting at every surface
 //! the light of the diffusers in closed form, or nearly so; the point is connected to every sensor that sees it. Sensors
-//! beside surfaces find what comes from very near by themselves, and all do so with light from meshes (`targets`). One pass is
-//! one replicate.
+//! beside surfaces find what comes from very near by themselves (`targets`). One pass is one replicate.
 //!
 //! **Which paths** (docs/physics/measurement_equation.md#placed-vertices).
 //!
@@ -13,8 +12,8 @@
 //! | --- | --- |
 //! | `(K\|N) t F E` | every photon, connected |
 //! | `M E` | Lambert's closed form |
-//! | `.. V E`, V not on a mesh, and not beside E | placed vertices, openings that send light back included; what lights them as in two stages |
-//! | `.. V E`, V on a mesh, or beside E | paths followed from the sensor |
+//! | `.. V E`, V not beside E | placed vertices, openings that send light back included; what lights them as in two stages |
+//! | `.. V E`, V beside E | paths followed from the sensor |
 //!
 //! **Settings.** `photons_per_pass` and `vertices_per_pass` (64 to 16 777 216; by default chosen for the accuracy asked
 //! for, so that 8 to some tens of passes reach it): noise of the first stage is common to all sensors of a pass. A sixteenth
@@ -28,6 +27,7 @@
 //! (docs/physics/measurement_equation.md#placed-vertices); the cut at diffusers is that of two stages.
 
 mod importance;
+mod runs;
 mod targets;
 
 use std::f64::consts::PI;
@@ -49,8 +49,8 @@ use crate::optics::Spectrum;
 use crate::sampling::{Key, PathSamples, Stream, warp};
 use crate::scene::{Channels, EstimateKind, Grid};
 use crate::traceable::{TraceableScene, TraceableTube};
-use importance::Importance;
-use targets::{Following, Reach, Sender, Targets, is_on_mesh};
+use importance::{Importance, Placed};
+use targets::{Following, Sender, Targets, facet_of};
 
 /// Settings of placed vertices.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -239,10 +239,10 @@ impl<const C: usize> PlacedVertices<C> {
         let meeting = NextEvent(light);
         for number in numbers {
             let mut samples = PathSamples::with_pairs(stream, number, SOBOL_PAIRS);
-            let placed = importance.place(samples.pair());
+            let placed = importance.place(&self.scene, samples.pair());
             // seen from just before it, it may be an opening, or hidden
             let (origin, direction) = (placed.position + placed.normal * clearance, -placed.normal);
-            if self.scene.meshes.is_some() && is_on_mesh(&self.scene, &self.scene.intersect(origin, direction, None)) {
+            if !self.is_outermost(&placed, origin, direction) {
                 continue;
             }
             let mut walk = Walk::<C>::new(&self.scene, samples, CERTAIN_REFLECTIONS);
@@ -253,10 +253,20 @@ impl<const C: usize> PlacedVertices<C> {
             if intensity > 0.0 {
                 let (position, normal, of_box) = (origin, placed.normal, placed.of_box);
                 let sender = Sender { position, normal, intensity, of_box };
-                self.targets.connect(&self.scene, &sender, Reach::BeyondNear, &mut lux);
+                self.targets.connect(&self.scene, &sender, &mut lux);
             }
         }
         (lux, rays)
+    }
+
+    /// False where what is seen of a place is a mesh that lies on it, whose own places count that, or another facet.
+    fn is_outermost(&self, placed: &Placed, origin: DVec3, direction: DVec3) -> bool {
+        let scene = &self.scene;
+        match (placed.of_facet, &scene.meshes) {
+            (_, None) => true,
+            (None, Some(meshes)) => !meshes.blocks(origin, placed.position + direction * scene.coinciding(), 1.0),
+            (facet, Some(_)) => facet_of(scene, &scene.intersect(origin, direction, None)) == facet,
+        }
     }
 
     /// What paths from some of the followed targets find, in lx, and the rays that they took.
@@ -271,7 +281,7 @@ impl<const C: usize> PlacedVertices<C> {
                 let mut samples = PathSamples::with_pairs(stream, number, SOBOL_PAIRS);
                 let direction = warp::cosine_hemisphere(samples.pair());
                 rays += 1;
-                if following.counts(&self.scene, &self.scene.intersect(position, direction, None)) {
+                if following.counts(&self.scene.intersect(position, direction, None)) {
                     let mut walk = Walk::<C>::new(&self.scene, samples, CERTAIN_REFLECTIONS);
                     let (weight, trace) = (Spectrum::ONE, Way::COUNTED);
                     walk.follow(
@@ -299,12 +309,10 @@ impl<const C: usize> Integrator for PlacedVertices<C> {
         let key = self.seed.stream(Stream::Pass, pass);
         let (light, mut account) = DiffuserLight::<C>::trace(&self.scene, &self.emission, key, cancel)?;
         let mut lux = self.direct.clone();
-        for tube in light.tubes() {
-            for (position, flux) in tube.photons() {
-                let (normal, intensity) = (DVec3::NEG_Z, flux.luminance() / PI);
-                let sender = Sender { position, normal, intensity, of_box: None };
-                self.targets.connect(&self.scene, &sender, Reach::All, &mut lux);
-            }
+        for (number, tube) in light.tubes().iter().enumerate() {
+            let photons = tube.photons.iter();
+            let photons = photons.map(|photon| (photon.position.extend(tube.origin.z), photon.flux.luminance() / PI));
+            self.targets.connect_opening(&self.scene, number, photons, &mut lux);
         }
         if let Some(importance) = &self.importance {
             let stream = key.stream(Stream::PlacedVertices, 0);

@@ -1,21 +1,27 @@
 //! The sensors that light is connected to, and those that find some of it themselves.
 //!
-//! Connections from vertices very near to a sensor are rare and bright, and vertices are not placed on meshes. What comes
-//! from there is found by paths that are followed from the sensor: each counts if the first thing that it meets is a mesh,
-//! or nearer than the distance below which the sensor is not connected. Either way counts what the other leaves out.
+//! Connections from vertices very near to a sensor are rare and bright. What comes from there is found by paths that are
+//! followed from the sensor: each counts if the first thing that it meets is nearer than the distance below which the sensor is
+//! not connected. Either way counts what the other leaves out.
 
 use glam::DVec3;
+use smallvec::SmallVec;
 
-use super::importance::Target;
-use crate::integrator::photon::close_points::distance_to_surface;
+use super::importance::{Target, cell_of_box};
 use crate::integrator::photon::connect::{Connection, TOGETHER};
 use crate::scene::Grid;
-use crate::traceable::obstacles::Shadow;
+use crate::traceable::obstacles::{DiscView, Shadow};
 use crate::traceable::{Place, RoomHit, TraceableScene};
 
 /// Shares of the room's shortest edge: a sensor that is nearer to a surface is not connected below the other distance.
 const BESIDE: f64 = 0.05;
 const UNCONNECTED: f64 = 0.15;
+
+/// The same for a box, in edges of its cells, where that is less: vertices are placed by cells.
+const BESIDE_BOX: f64 = 0.8;
+
+/// Shadows on a plane, mostly.
+type Shadows = SmallVec<[Shadow; 24]>;
 
 /// All sensors of some grids, in an order of their own.
 #[derive(Debug)]
@@ -25,7 +31,28 @@ pub struct Targets {
     numbers: Vec<usize>,
     /// Those from which paths are followed.
     pub followed: Vec<Following>,
+    /// How each row sees each opening, tube by tube.
+    of_openings: Vec<Vec<SeenFrom>>,
     vectors: pulp::Arch,
+}
+
+/// Sensors of a row that see an opening.
+#[derive(Debug, Default)]
+struct SeenFrom {
+    /// Those that nothing can hide any of it from.
+    clear: Several,
+    /// Those from which some obstacles may hide it, and these.
+    partly: Several,
+    obstacles: Vec<usize>,
+}
+
+/// Some sensors of a row.
+#[derive(Debug, Default)]
+struct Several {
+    /// Their places in the order of the targets.
+    places: Vec<usize>,
+    x: Vec<f64>,
+    y: Vec<f64>,
 }
 
 /// Sensors at one height that are connected from the same distance on.
@@ -59,33 +86,26 @@ pub struct Sender {
     pub of_box: Option<usize>,
 }
 
-/// Which sensors a sender is connected to.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Reach {
-    /// All of them.
-    All,
-    /// Those that are not so near that they find it themselves.
-    BeyondNear,
-}
-
 impl Targets {
     /// The sensors of `grids`.
     pub fn new(scene: &TraceableScene, grids: &[Grid]) -> Self {
         let shortest = scene.size.min_element();
         let near_squared = (UNCONNECTED * shortest).powi(2);
-        let mut targets =
-            Self { rows: Vec::new(), numbers: Vec::new(), followed: Vec::new(), vectors: pulp::Arch::new() };
+        let mut targets = Self {
+            rows: Vec::new(),
+            numbers: Vec::new(),
+            followed: Vec::new(),
+            of_openings: Vec::new(),
+            vectors: pulp::Arch::new(),
+        };
         let mut before = 0;
         for grid in grids {
-            let is_beside = |sensor: &usize| {
-                let point = grid.centre(*sensor);
-                !scene.is_in_box(point) && distance_to_surface(scene, point, BESIDE * shortest).is_some()
-            };
+            let is_beside = |sensor: &usize| is_beside(scene, grid.centre(*sensor), BESIDE * shortest);
             let (beside, free): (Vec<usize>, Vec<usize>) = (0..grid.len()).partition(is_beside);
             for (sensors, near_squared) in [(free, 0.0), (beside, near_squared)] {
                 let centres: Vec<DVec3> = sensors.iter().map(|sensor| grid.centre(*sensor)).collect();
                 let first = targets.numbers.len();
-                if near_squared > 0.0 || scene.meshes.is_some() {
+                if near_squared > 0.0 {
                     let following = |(place, position): (usize, &DVec3)| Following {
                         place: first + place,
                         position: *position,
@@ -99,6 +119,9 @@ impl Targets {
             }
             before += grid.len();
         }
+        targets.of_openings = (0..scene.tubes.len())
+            .map(|tube| targets.rows.iter().map(|row| row.seen_from_opening(scene, tube)).collect())
+            .collect();
         targets
     }
 
@@ -117,34 +140,54 @@ impl Targets {
         ordered
     }
 
-    /// Adds the illuminance in lx by a sender of all sensors that it reaches and that see it.
-    pub fn connect(&self, scene: &TraceableScene, sender: &Sender, reach: Reach, lux: &mut [f64]) {
+    /// Adds the illuminance in lx by a vertex of all sensors that see it, and that are not so near that they find it themselves.
+    pub fn connect(&self, scene: &TraceableScene, sender: &Sender, lux: &mut [f64]) {
         for row in &self.rows {
             let depth = sender.position.z - row.height;
             if depth <= 0.0 {
                 continue;
             }
-            let near_squared = if reach == Reach::BeyondNear { row.near_squared } else { 0.0 };
             let (vertex, normal, per_sr) = (sender.position, sender.normal, sender.intensity);
-            let connection = Connection { vertex, normal, depth, per_sr, near_squared };
+            let connection = Connection { vertex, normal, depth, per_sr, near_squared: row.near_squared };
             let lux = &mut lux[row.first..row.first + row.x.len()];
-            let shadows: Vec<Shadow> = match scene.obstructed {
+            let shadows: Shadows = match scene.obstructed {
                 true => scene.shadows(vertex, row.height, sender.of_box).collect(),
-                false => Vec::new(),
+                false => Shadows::new(),
             };
-            if shadows.is_empty() {
-                connection.add_to(self.vectors, lux, &row.x, &row.y);
-                continue;
+            self.add(scene, &connection, &shadows, lux, [&row.x, &row.y]);
+        }
+    }
+
+    /// Adds the illuminance in lx by photons that leave the opening of a tube, each with its position and intensity straight
+    /// down in cd, of all sensors that see them.
+    pub fn connect_opening(
+        &self,
+        scene: &TraceableScene,
+        tube: usize,
+        photons: impl Iterator<Item = (DVec3, f64)> + Clone,
+        lux: &mut [f64],
+    ) {
+        for (row, seen_from) in self.rows.iter().zip(&self.of_openings[tube]) {
+            let SeenFrom { clear, partly, obstacles } = seen_from;
+            let (mut of_clear, mut of_partly) = (vec![0.0; clear.x.len()], vec![0.0; partly.x.len()]);
+            for (vertex, per_sr) in photons.clone() {
+                let depth = vertex.z - row.height;
+                if depth <= 0.0 {
+                    continue;
+                }
+                let connection = Connection { vertex, normal: DVec3::NEG_Z, depth, per_sr, near_squared: 0.0 };
+                connection.add_to(self.vectors, &mut of_clear, &clear.x, &clear.y);
+                let shadows: Shadows = scene.shadows_of(obstacles, vertex, row.height).collect();
+                self.add(scene, &connection, &shadows, &mut of_partly, [&partly.x, &partly.y]);
             }
-            let groups = lux.chunks_mut(TOGETHER).zip(row.x.chunks(TOGETHER).zip(row.y.chunks(TOGETHER)));
-            for (lux, (x, y)) in groups {
-                self.add_seen(scene, &connection, &shadows, lux, [x, y]);
+            for (places, sums) in [(&clear.places, of_clear), (&partly.places, of_partly)] {
+                places.iter().zip(sums).for_each(|(place, sum)| lux[*place] += sum);
             }
         }
     }
 
-    /// Adds to a few sensors what they see of a connection: [`TOGETHER`] at most.
-    fn add_seen(
+    /// Adds to some sensors what they see of a connection.
+    fn add(
         &self,
         scene: &TraceableScene,
         connection: &Connection,
@@ -152,26 +195,69 @@ impl Targets {
         lux: &mut [f64],
         [x, y]: [&[f64]; 2],
     ) {
+        if shadows.is_empty() {
+            connection.add_to(self.vectors, lux, x, y);
+            return;
+        }
         let vertex = connection.vertex;
-        let sees = |place: usize| {
-            let sensor = DVec3::new(x[place], y[place], vertex.z - connection.depth);
-            scene.visible(vertex, None, sensor, None)
-        };
-        connection.add_seen(self.vectors, shadows, [x, y], sees, |place, value| lux[place] += value);
+        let groups = lux.chunks_mut(TOGETHER).zip(x.chunks(TOGETHER).zip(y.chunks(TOGETHER)));
+        for (lux, (x, y)) in groups {
+            let sees = |place: usize| {
+                let sensor = DVec3::new(x[place], y[place], vertex.z - connection.depth);
+                scene.visible_past_boxes(vertex, sensor)
+            };
+            connection.add_seen(self.vectors, shadows, [x, y], sees, |place, value| lux[place] += value);
+        }
     }
+}
+
+impl Row {
+    /// How its sensors see the opening of a tube; those that see nothing of it are left out.
+    fn seen_from_opening(&self, scene: &TraceableScene, tube: usize) -> SeenFrom {
+        let mut seen_from = SeenFrom::default();
+        for (number, (x, y)) in self.x.iter().zip(&self.y).enumerate() {
+            let several = match scene.view_of_opening(DVec3::new(*x, *y, self.height), tube) {
+                DiscView::Clear => &mut seen_from.clear,
+                DiscView::Partly(obstacles) => {
+                    seen_from.obstacles.extend(obstacles);
+                    &mut seen_from.partly
+                }
+                DiscView::Hidden => continue,
+            };
+            several.places.push(self.first + number);
+            several.x.push(*x);
+            several.y.push(*y);
+        }
+        seen_from.obstacles.sort_unstable();
+        seen_from.obstacles.dedup();
+        seen_from
+    }
+}
+
+/// True if a point is so near, in m, to a surface that rises above it that light from there would be rare and bright.
+fn is_beside(scene: &TraceableScene, point: DVec3, near: f64) -> bool {
+    let of_room = (scene.size - point).min_element().min(point.truncate().min_element());
+    let of_meshes = || {
+        // a grid may lie on a mesh
+        let level = scene.coinciding();
+        scene.meshes.as_ref().is_some_and(|meshes| meshes.distance_beside(point, level, near).is_some())
+    };
+    let of_boxes =
+        || scene.boxes.iter().any(|object| object.distance_beside(point) < near.min(BESIDE_BOX * cell_of_box(object)));
+    scene.interreflection && !scene.is_in_box(point) && (of_room < near || of_boxes() || of_meshes())
 }
 
 impl Following {
     /// True if a path from here counts whose first ray ends at this hit.
-    pub fn counts(&self, scene: &TraceableScene, hit: &RoomHit) -> bool {
-        is_on_mesh(scene, hit) || (hit.position - self.position).length_squared() < self.near_squared
+    pub fn counts(&self, hit: &RoomHit) -> bool {
+        (hit.position - self.position).length_squared() < self.near_squared
     }
 }
 
-/// True if a ray ends on a mesh.
-pub fn is_on_mesh(scene: &TraceableScene, hit: &RoomHit) -> bool {
+/// The facet of a mesh on which a ray ends, if it is one.
+pub fn facet_of(scene: &TraceableScene, hit: &RoomHit) -> Option<usize> {
     match hit.place {
-        Place::Surface(surface) => scene.numbering.facet_of(surface).is_some(),
-        Place::Opening(_) => false,
+        Place::Surface(surface) => scene.numbering.facet_of(surface),
+        Place::Opening(_) => None,
     }
 }
