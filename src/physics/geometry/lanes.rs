@@ -219,6 +219,14 @@ mod tests {
     use super::*;
     use crate::sampling::{Key, PathRandom};
 
+    /// Kernels that the compiler makes vectors of are compiled for them, too: the feature x86-v3 of pulp.
+    #[cfg(target_arch = "x86_64")]
+    #[test]
+    fn plain_loops_are_compiled_for_vectors() {
+        let scalar = matches!(pulp::Arch::new(), pulp::Arch::Scalar);
+        assert_eq!(scalar, pulp::x86::V3::try_new().is_none());
+    }
+
     /// What is asked of one ray, boxes and triangles.
     struct Both<'a>(&'a [[f32; WIDTH]; 6], TreeRay, &'a Corners, ShearedRay);
 

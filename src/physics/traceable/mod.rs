@@ -3,6 +3,7 @@
 mod box_bounds;
 mod box_object;
 pub mod luminaire;
+mod mesh_bounds;
 pub mod mesh_objects;
 pub mod obstacles;
 mod source;
@@ -296,6 +297,9 @@ impl TraceableScene {
         centre: DVec3,
         radius: f64,
     ) -> bool {
+        if !self.obstructed {
+            return true;
+        }
         // a box is convex: none of its points hides what another sees
         let own_box = from.filter(|_| reach == 0.0).and_then(|surface| self.numbering.box_of(surface));
         self.obstacles.leave_clear(position, reach, own_box, centre, radius)

@@ -8,6 +8,7 @@ use glam::{DVec2, DVec3};
 use super::box_bounds::BoxBounds;
 use super::box_object::TraceableBox;
 use super::luminaire::TraceableLuminaire;
+use super::mesh_bounds::blocks_around;
 use super::tube::TraceableTube;
 use crate::geometry::turn::unit_vector;
 use crate::scene::MeshObject;
@@ -61,7 +62,8 @@ impl Obstacles {
             let along = (b - a).normalize_or(DVec2::X);
             blocks.push(Block { centre: 0.5 * (b + d), half: 0.5 * sides, along, low, high, of_box: Some(index) });
         }
-        blocks.extend(meshes.iter().filter_map(|object| Block::around(&object.mesh.positions)));
+        let parts = meshes.iter().flat_map(|object| blocks_around(&object.mesh));
+        blocks.extend(parts.filter_map(|corners| Block::around(&corners)));
         blocks.extend(luminaires.iter().filter_map(|luminaire| Block::around(&luminaire.corners())));
         Self { blocks, toward_openings: None }
     }
@@ -69,15 +71,7 @@ impl Obstacles {
     /// The same obstacles in a room of `size`, made ready for questions about the openings of its tubes.
     pub fn toward_openings(self, tubes: &[TraceableTube], size: DVec3) -> Self {
         let widest = tubes.iter().map(|tube| tube.opening_radius).reduce(f64::max);
-        // what leads from a point above the floor to a disc is the narrower the lower it is looked at
-        let spans = |radius: f64| {
-            let wider = |block: &Block| {
-                let [low, high] = block.bounds();
-                let by = DVec2::splat(radius * (high.z / size.z).clamp(0.0, 1.0)).extend(0.0);
-                [low - by, high + by]
-            };
-            self.blocks.iter().map(wider).collect::<Vec<_>>()
-        };
+        let spans = |radius: f64| self.blocks.iter().map(|block| block.widened(radius, size.z)).collect::<Vec<_>>();
         let toward_openings = widest.map(|radius| (BoxBounds::new(&spans(radius), size), radius));
         Self { toward_openings, ..self }
     }
@@ -209,6 +203,15 @@ impl Block {
         [(self.centre - wide).extend(self.low), (self.centre + wide).extend(self.high)]
     }
 
+    /// Bounds of what a line from a point above the floor to the centre of a disc of `radius` in a ceiling at `height` meets where
+    /// something that leads to another point of the disc meets the block.
+    fn widened(&self, radius: f64, height: f64) -> [DVec3; 2] {
+        let [low, high] = self.bounds();
+        // the lower it is looked at, the narrower is what leads to the disc
+        let by = DVec2::splat(radius * (high.z / height).clamp(0.0, 1.0)).extend(0.0);
+        [low - by, high + by]
+    }
+
     /// Smallest block along the axes around some points; `None` without points.
     fn around(points: &[DVec3]) -> Option<Self> {
         let low = points.iter().copied().reduce(DVec3::min)?;
@@ -276,12 +279,60 @@ mod tests {
             let met = object.intersect(sensor, position - sensor).is_some_and(|(share, ..)| share < 1.0);
             let (dx, dy) = (sensor.x - position.x, sensor.y - position.y);
             let all = Obstacles::new(&[object], &[], &[]);
-            let in_shadow = all.shadows(position, height, None).any(|shadow| shadow.hides(dx, dy));
+            let within = |shadow: &Shadow| shadow.north[0] <= dy && dy <= shadow.north[1];
+            let mut shadows = all.shadows(position, height, None);
+            let in_shadow = shadows.any(|shadow| shadow.hides(dx, dy) && within(&shadow));
             assert_eq!(in_shadow, met, "{:?} {position} {sensor}", all.blocks[0]);
             assert!(all.shadows(position, height, Some(0)).next().is_none());
             hidden += usize::from(met);
         }
         assert!(hidden > 100, "{hidden}");
+    }
+
+    /// From a point to which a disc is called clear every ray reaches it, from one to which it is called hidden none; and there are
+    /// points of all kinds. The filter calls clear what is clear, and all that is so called without it.
+    #[test]
+    fn discs_are_seen_as_rays_see_them() {
+        let size = DVec3::new(3.0, 3.0, 2.5);
+        let mut random = PathRandom::new(Key::new(6));
+        let mut counts = [0; 3];
+        let surface = crate::optics::Surface::diffuse([0.5; 3]);
+        for _ in 0..3000 {
+            let mut uniform = |low: f64, high: f64| low + (high - low) * random.uniform();
+            let boxes: Vec<TraceableBox> = (0..3)
+                .map(|_| {
+                    let base = DVec3::new(uniform(0.5, 2.5), uniform(0.5, 2.5), uniform(0.0, 0.5));
+                    let size = DVec3::new(uniform(0.1, 0.8), uniform(0.1, 0.8), uniform(0.1, 1.5));
+                    TraceableBox::new(&BoxObject { size, base, rotation: uniform(0.0, 7.0), surface })
+                })
+                .collect();
+            let position = DVec3::new(uniform(0.0, 3.0), uniform(0.0, 3.0), uniform(0.0, 1.0));
+            let (centre, radius) = (DVec3::new(uniform(0.5, 2.5), uniform(0.5, 2.5), size.z), uniform(0.05, 0.4));
+            if boxes.iter().any(|object| object.contains(position)) {
+                continue;
+            }
+            let obstacles = Obstacles::new(&boxes, &[], &[]);
+            let spans: Vec<_> = obstacles.blocks.iter().map(|block| block.widened(radius, size.z)).collect();
+            let filtered =
+                Obstacles { toward_openings: Some((BoxBounds::new(&spans, size), radius)), ..obstacles.clone() };
+            let clear = obstacles.leave_clear(position, 0.0, None, centre, radius);
+            let filtered = filtered.leave_clear(position, 0.0, None, centre, radius);
+            assert!(filtered || !clear);
+            let mut reaches = || {
+                let point = centre + (warp::disc(random.uniform2()) * radius).extend(0.0);
+                boxes.iter().all(|object| object.intersect(position, point - position).is_none_or(|(t, ..)| t >= 1.0))
+            };
+            let seen = (0..50).filter(|_| reaches()).count();
+            assert!(!filtered || seen == 50, "{position} {centre} {radius} {boxes:?}");
+            let kind = match obstacles.view_of_disc(position, centre, radius) {
+                DiscView::Clear => (0, seen == 50 && clear),
+                DiscView::Partly(_) => (1, !clear),
+                DiscView::Hidden => (2, seen == 0),
+            };
+            assert!(kind.1, "{position} {centre} {radius} {boxes:?}");
+            counts[kind.0] += 1;
+        }
+        assert!(counts.iter().all(|count| *count > 50), "{counts:?}");
     }
 
     /// Wherever a way is called clear, no line from the point to the disc meets the block; and much is called clear.

@@ -35,8 +35,8 @@ pub struct TubeLight<const C: usize> {
     steps: [Spectrum<C>; RINGS],
     /// The points that carry the differences of the cells, the sectors of rings.
     middles: [DVec2; CELLS],
-    /// Differences of the flux of each cell to the mean of its ring, in lm.
-    differences: [Spectrum<C>; CELLS],
+    /// Differences of the flux of each cell to the mean of its ring, in lm, by channels.
+    differences: [[f64; CELLS]; C],
     /// Photons with their cells, each as often as its flux demands, standing for all of it in the mean.
     pub choices: Vec<(Leaving<C>, usize)>,
     vectors: pulp::Arch,
@@ -78,7 +78,7 @@ impl<const C: usize> TubeLight<C> {
             photons: cells.concat(),
             steps: std::array::from_fn(|ring| exitances[ring] + exitances[ring + 1] * -1.0),
             middles: std::array::from_fn(|cell| origin.truncate() + middle(cell) * radius),
-            differences,
+            differences: std::array::from_fn(|channel| differences.map(|of_cell| of_cell.0[channel])),
             choices: choose(&cells, start),
             vectors: pulp::Arch::new(),
         }
@@ -104,13 +104,9 @@ impl<const C: usize> TubeLight<C> {
     pub fn irradiance(&self, position: DVec3, normal: DVec3, number: f64) -> Spectrum<C> {
         let Some((photon, cell)) = self.choice(number) else { return Spectrum::ZERO };
         let receiver = Receiver::new(position, normal, self.origin);
-        let (discs, points) = self.vectors.dispatch(Parts { light: self, receiver: &receiver });
-        let mut sum = Spectrum::ZERO;
+        let (discs, points, mut sum) = self.vectors.dispatch(Parts { light: self, receiver: &receiver });
         for (step, disc) in self.steps.iter().zip(&discs) {
             sum += *step * *disc;
-        }
-        for (difference, point) in self.differences.iter().zip(&points) {
-            sum += *difference * *point;
         }
         // what rings and cells have of this photon
         let ring = cell / SECTORS;
@@ -122,6 +118,9 @@ impl<const C: usize> TubeLight<C> {
     }
 }
 
+/// Cells whose light is summed side by side.
+const LANES: usize = 4;
+
 /// Asks for what a receiver gets of every ring's disc and of every cell's point, several at once.
 struct Parts<'a, const C: usize> {
     light: &'a TubeLight<C>,
@@ -129,8 +128,8 @@ struct Parts<'a, const C: usize> {
 }
 
 impl<const C: usize> pulp::NullaryFnOnce for Parts<'_, C> {
-    /// Illuminance of the discs per unit exitance, and of the points per lumen.
-    type Output = ([f64; RINGS], [f64; CELLS]);
+    /// Illuminance of the discs per unit exitance, of the points per lumen, and of all points by their differences.
+    type Output = ([f64; RINGS], [f64; CELLS], Spectrum<C>);
 
     #[inline(always)]
     fn call(self) -> Self::Output {
@@ -142,7 +141,17 @@ impl<const C: usize> pulp::NullaryFnOnce for Parts<'_, C> {
         for (point, middle) in points.iter_mut().zip(&light.middles) {
             *point = receiver.point(*middle);
         }
-        (discs, points)
+        // as many sums as lanes, so that none waits for another
+        let sum = light.differences.map(|differences| {
+            let mut sums = [0.0; LANES];
+            for (differences, points) in differences.chunks_exact(LANES).zip(points.chunks_exact(LANES)) {
+                for ((sum, difference), point) in sums.iter_mut().zip(differences).zip(points) {
+                    *sum += difference * point;
+                }
+            }
+            (sums[0] + sums[1]) + (sums[2] + sums[3])
+        });
+        (discs, points, Spectrum(sum))
     }
 }
 
@@ -223,6 +232,9 @@ pub fn within_each([u, v]: [f64; 2]) -> [DVec2; CELLS] {
 /// True if no point within `reach` of `position`, at its height, is near the disc of `radius` around `origin`.
 pub fn is_far(origin: DVec3, radius: f64, position: DVec3, reach: f64) -> bool {
     let depth = origin.z - position.z;
+    if depth >= NEAR * radius {
+        return true;
+    }
     let beside = ((position - origin).truncate().length() - radius - reach).max(0.0);
     depth * depth + beside * beside >= (NEAR * radius).powi(2)
 }

@@ -11,7 +11,6 @@ use glam::DVec3;
 use super::runs::{Run, Runs};
 use crate::geometry::disc::far_disc_illuminance;
 use crate::scene::Face;
-use crate::traceable::obstacles::Shadow;
 use crate::traceable::{Side, SurfaceId, TraceableBox, TraceableScene, TraceableTube};
 
 /// Cells along either edge of a face of the room, and of a box.
@@ -23,15 +22,6 @@ const POINTS: usize = 2;
 
 /// Share of the mean probability that every cell has at least from which any sensor can be reached.
 const EVEN_SHARE: f64 = 0.02;
-
-/// Places along either edge of a face of the room, and of a box, from where it is looked at which sensors are hidden.
-const VIEWS_OF_ROOM: usize = 8;
-const VIEWS_OF_BOX: usize = 1;
-
-/// Share of the need of a sensor that a box hides from such a place, or that something in a bound may hide: other points of the
-/// same cells may see it.
-const HIDDEN: f64 = 0.25;
-const HALF_HIDDEN: f64 = 0.7;
 
 /// Distance from a panel, in shares of its size, from where it is looked at what it sees.
 const HAIR: f64 = 1e-6;
@@ -54,8 +44,6 @@ struct Panel {
     reflectance: f64,
     /// Cells along either edge.
     cells: usize,
-    /// Places along either edge from where it is looked at which sensors are hidden.
-    views: usize,
     /// The box whose face it is.
     of_box: Option<usize>,
 }
@@ -130,27 +118,12 @@ impl Importance {
             step => step | 1,
         };
         let sensors: Vec<Target> = sensors.iter().copied().step_by(step).collect();
-        let need = |sensor: &Target| {
-            let seen = light.seen_from(sensor.position);
-            1.0 / (light.direct(sensor.position, DVec3::Z, &seen) + light.ambient)
-        };
-        let needs: Vec<f64> = sensors.iter().map(need).collect();
+        let needs: Vec<f64> = sensors.iter().map(|sensor| light.need(sensor.position)).collect();
         // weights of the cells of a row; those of a run together
         let mut weights: Vec<(Of, Vec<f64>)> = Vec::new();
         for (index, panel) in panels.iter().enumerate() {
-            let together = panel.cells / panel.views;
-            let mut seen = Vec::new();
             for row in 0..panel.cells {
-                if row % together == 0 && panel.reflectance > 0.0 {
-                    let middle = |column| panel.before([row / together, column], panel.views);
-                    let of = panel.of_box;
-                    seen =
-                        (0..panel.views).map(|column| light.seen_needs(middle(column), of, &sensors, &needs)).collect();
-                }
-                let weigh = |column: usize| match seen.get(column / together) {
-                    Some(needs) => panel.weight([row, column], &light, &sensors, needs),
-                    None => 0.0,
-                };
+                let weigh = |column| panel.weight([row, column], &light, &sensors, &needs);
                 weights.push((Of::Panel(index, row), (0..panel.cells).map(weigh).collect()));
             }
         }
@@ -225,17 +198,15 @@ impl Panel {
         self.reflectance > 0.0 && highest > height
     }
 
-    /// The middle of a cell of `cells` along either edge, a hair's breadth before the panel.
-    fn before(&self, [row, column]: [usize; 2], cells: usize) -> DVec3 {
-        let middle = |cell: usize| (cell as f64 + 0.5) / cells as f64;
-        let middle = self.corner + self.u * middle(row) + self.v * middle(column);
-        middle + self.normal * HAIR * self.area_m2().sqrt()
-    }
-
     /// Reflected flux of a cell, times what a lumen of it means to the sensors, on one scale for all cells.
     fn weight(&self, [row, column]: [usize; 2], light: &Light<'_>, sensors: &[Target], needs: &[f64]) -> f64 {
+        if self.reflectance == 0.0 {
+            return 0.0;
+        }
         let at = |cell: usize, point: usize| (cell as f64 + (point as f64 + 0.5) / POINTS as f64) / self.cells as f64;
-        let seen = light.seen_from(self.before([row, column], self.cells));
+        let middle = |cell: usize| (cell as f64 + 0.5) / self.cells as f64;
+        let middle = self.corner + self.u * middle(row) + self.v * middle(column);
+        let seen = light.seen_from(middle + self.normal * HAIR * self.area_m2().sqrt());
         let mut sum = 0.0;
         for number in 0..POINTS * POINTS {
             let (u, v) = (at(row, number / POINTS), at(column, number % POINTS));
@@ -309,31 +280,12 @@ impl<'a> Light<'a> {
         // of several facets some may face anything
         let direct = run.normal.map_or(0.0, |normal| self.direct(run.middle, normal, &seen));
         let cosine = |way: DVec3| run.normal.map_or_else(|| way.length(), |normal| way.dot(normal));
-        let needs = self.seen_needs(run.middle + before, None, sensors, needs);
-        reflectance * run.area_m2 * (direct + self.ambient) * sent(run.middle, cosine, sensors, &needs)
+        reflectance * run.area_m2 * (direct + self.ambient) * sent(run.middle, cosine, sensors, needs)
     }
 
-    /// The needs of sensors, less where they are hidden from a point, which is on a box or not.
-    fn seen_needs(&self, point: DVec3, of_box: Option<usize>, sensors: &[Target], needs: &[f64]) -> Vec<f64> {
-        let mut needs = needs.to_vec();
-        if !self.scene.obstructed {
-            return needs;
-        }
-        let (mut height, mut shadows) = (f64::NAN, Vec::new());
-        for (sensor, need) in sensors.iter().zip(&mut needs) {
-            let way = sensor.position - point;
-            if sensor.position.z != height {
-                height = sensor.position.z;
-                shadows = self.scene.shadows(point, height, of_box).collect();
-            }
-            let hide = |shadow: &&Shadow| {
-                let [south, north] = shadow.north;
-                (south..=north).contains(&way.y) && shadow.hides(way.x, way.y)
-            };
-            let hiding = shadows.iter().filter(hide).map(|shadow| if shadow.is_bound { HALF_HIDDEN } else { HIDDEN });
-            *need *= hiding.fold(1.0, f64::min);
-        }
-        needs
+    /// One over the illuminance of a sensor, in 1/lx.
+    fn need(&self, position: DVec3) -> f64 {
+        1.0 / (self.direct(position, DVec3::Z, &self.seen_from(position)) + self.ambient)
     }
 
     /// For each tube, whether the middle of its opening is seen from a point.
@@ -375,8 +327,7 @@ fn panels(scene: &TraceableScene) -> Vec<Panel> {
         let corner = if far { edge(axis) } else { DVec3::ZERO };
         let reflectance = luminous(SurfaceId::of_face(*face));
         let cells = CELLS_OF_ROOM;
-        let views = VIEWS_OF_ROOM;
-        Panel { corner, u: edge(axis + 1), v: edge(axis + 2), normal, reflectance, cells, views, of_box: None }
+        Panel { corner, u: edge(axis + 1), v: edge(axis + 2), normal, reflectance, cells, of_box: None }
     };
     let of_box = |index: usize| {
         let object = &scene.boxes[index];
@@ -388,8 +339,7 @@ fn panels(scene: &TraceableScene) -> Vec<Panel> {
             let across = u.cross(v).normalize_or(DVec3::Z);
             let normal = if across.dot(corner - centre) < 0.0 { -across } else { across };
             let reflectance = luminous(scene.numbering.box_face(index, face));
-            let (cells, views) = (CELLS_OF_BOX, VIEWS_OF_BOX);
-            Panel { corner, u, v, normal, reflectance, cells, views, of_box: Some(index) }
+            Panel { corner, u, v, normal, reflectance, cells: CELLS_OF_BOX, of_box: Some(index) }
         })
     };
     Face::ALL.iter().map(of_face).chain((0..scene.boxes.len()).flat_map(of_box)).collect()
@@ -428,9 +378,10 @@ fn find(bounds: &[f64], number: f64) -> (usize, f64, f64) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geometry::{Dropped, TriangleMesh};
     use crate::optics::Surface;
     use crate::sampling::{Key, PathRandom};
-    use crate::scene::{BoxObject, Channels, EstimateKind, Grid, Luminaire, Room, Scene};
+    use crate::scene::{BoxObject, Channels, EstimateKind, Grid, Luminaire, MeshObject, Room, Scene};
     use crate::statistics::Moments;
     use crate::traceable::Follow;
 
@@ -446,6 +397,15 @@ mod tests {
             rotation: 0.4,
             surface: grey(0.6),
         };
+        let corners =
+            [[0.5, 0.5, 1.0], [1.2, 0.6, 1.1], [0.6, 1.4, 1.6], [3.0, 2.0, 1.5], [3.5, 2.1, 1.2], [3.2, 2.8, 2.0]];
+        let sails = TriangleMesh {
+            positions: corners.map(DVec3::from_array).to_vec(),
+            triangles: vec![[0, 1, 2], [5, 4, 3]],
+            triangle_materials: vec![0; 2],
+            materials: vec![String::new()],
+            dropped: Dropped::default(),
+        };
         let panel =
             Luminaire { corner: DVec3::new(1.0, 1.0, 2.5), edge_u: DVec3::Y, edge_v: DVec3::X, luminance: [1000.0; 3] };
         let scene = Scene {
@@ -454,7 +414,7 @@ mod tests {
                 size,
                 surfaces: [0.5, 0.4, 0.6, 0.3, 0.2, 0.8].map(|reflectance| Some(grey(reflectance))),
                 boxes: vec![stool],
-                meshes: Vec::new(),
+                meshes: vec![MeshObject { mesh: sails, surfaces: vec![grey(0.7)] }],
                 luminaires: vec![panel],
             },
             tubes: Vec::new(),
@@ -477,6 +437,16 @@ mod tests {
             let points = gauss.iter().flat_map(|u| gauss.map(|v| panel.corner + panel.u * *u + panel.v * v));
             0.25 * panel.area_m2() * points.map(at).sum::<f64>()
         };
+        // over both sides of a triangle, by the middles of its edges
+        let of_triangle = |[a, b, c]: [DVec3; 3]| {
+            2.0 * 0.5
+                * (b - a).cross(c - a).length()
+                * [a + b, b + c, c + a].map(|sum| at(0.5 * sum)).iter().sum::<f64>()
+                / 3.0
+        };
+        let of_mesh: f64 =
+            [[0, 1, 2], [3, 4, 5]].map(|corner| of_triangle(corner.map(|k| corners[k].into()))).iter().sum();
+        let mut on_mesh = Moments::default();
         let mut sums = vec![Moments::default(); faces.len()];
         let mut random = PathRandom::new(Key::new(11));
         for _ in 0..100_000 {
@@ -489,11 +459,16 @@ mod tests {
                     && (-1e-12..=1.0 + 1e-12).contains(&u)
                     && (-1e-12..=1.0 + 1e-12).contains(&v)
             };
-            let face = faces.iter().position(on).expect("a place on a face that can reach the grid");
+            let value = at(placed.position) * placed.area_m2;
+            let face = faces.iter().position(on).filter(|_| placed.of_facet.is_none());
+            assert_eq!(face.is_none(), placed.of_facet.is_some(), "{placed:?}");
+            on_mesh.push(if face.is_none() { value } else { 0.0 });
             for (number, sum) in sums.iter_mut().enumerate() {
-                sum.push(if number == face { at(placed.position) * placed.area_m2 } else { 0.0 });
+                sum.push(if Some(number) == face { value } else { 0.0 });
             }
         }
+        let difference = on_mesh.mean - of_mesh;
+        assert!(difference.abs() <= 4.0 * on_mesh.standard_error(), "{of_mesh} {on_mesh:?}");
         for (sum, panel) in sums.iter().zip(&faces) {
             let difference = sum.mean - integral(panel);
             assert!(difference.abs() <= 4.0 * sum.standard_error(), "{panel:?}: {difference} {sum:?}");

@@ -1,0 +1,133 @@
+//! Blocks around the parts of a mesh: tighter together than one around all of it, so that fewer rays ask the mesh itself.
+
+use glam::DVec3;
+
+use crate::geometry::TriangleMesh;
+
+/// Most blocks around one mesh: the legs, the seat and the back of a chair have one each.
+const MOST: usize = 8;
+
+/// Planes at which a part is tried to be divided, along each axis.
+const PLANES: usize = 15;
+
+/// A part is divided where its halves have at most this share of its surface together: each block costs time, too.
+const WORTHWHILE: f64 = 0.8;
+
+/// Lowest and highest corner of a block along the axes.
+type Bounds = [DVec3; 2];
+
+const EMPTY: Bounds = [DVec3::INFINITY, DVec3::NEG_INFINITY];
+
+/// Some triangles and the block around them.
+struct Part {
+    triangles: Vec<u32>,
+    bounds: Bounds,
+}
+
+/// Lowest and highest corners of at most [`MOST`] blocks along the axes that hold all triangles of a mesh.
+pub fn blocks_around(mesh: &TriangleMesh) -> Vec<Bounds> {
+    let whole = Part::new(mesh, (0..mesh.triangles.len() as u32).collect());
+    if whole.triangles.is_empty() {
+        return Vec::new();
+    }
+    let (mut open, mut done) = (vec![whole], Vec::new());
+    while let Some(largest) =
+        (0..open.len()).max_by(|a, b| surface(&open[*a].bounds).total_cmp(&surface(&open[*b].bounds)))
+    {
+        let part = open.swap_remove(largest);
+        match part.divided(mesh).filter(|_| open.len() + done.len() + 2 <= MOST) {
+            Some(halves) => open.extend(halves),
+            None => done.push(part.bounds),
+        }
+    }
+    done
+}
+
+impl Part {
+    fn new(mesh: &TriangleMesh, triangles: Vec<u32>) -> Self {
+        let bounds = triangles.iter().fold(EMPTY, |bounds, triangle| joined(&bounds, &bounds_of(mesh, *triangle)));
+        Self { triangles, bounds }
+    }
+
+    /// Both sides of the plane that leaves least surface; `None` where that is not worthwhile.
+    fn divided(&self, mesh: &TriangleMesh) -> Option<[Self; 2]> {
+        let [low, high] = self.bounds;
+        // number of the last plane that a triangle's middle is before
+        let slab = |triangle: u32, axis: usize| {
+            let [least, most] = bounds_of(mesh, triangle).map(|corner| corner[axis]);
+            let share = (0.5 * (least + most) - low[axis]) / (high[axis] - low[axis]);
+            ((share * (PLANES + 1) as f64) as usize).min(PLANES)
+        };
+        let mut best: Option<(f64, usize, usize)> = None;
+        for axis in (0..3).filter(|axis| high[*axis] > low[*axis]) {
+            let mut slabs = [EMPTY; PLANES + 1];
+            for triangle in &self.triangles {
+                let slab = &mut slabs[slab(*triangle, axis)];
+                *slab = joined(slab, &bounds_of(mesh, *triangle));
+            }
+            for plane in 1..=PLANES {
+                let [before, behind] = [&slabs[..plane], &slabs[plane..]];
+                let both =
+                    [before, behind].map(|slabs| surface(&slabs.iter().fold(EMPTY, |all, slab| joined(&all, slab))));
+                let sum = both[0] + both[1];
+                if both.iter().all(|surface| *surface >= 0.0) && best.is_none_or(|(least, ..)| sum < least) {
+                    best = Some((sum, axis, plane));
+                }
+            }
+        }
+        let (_, axis, plane) = best.filter(|(sum, ..)| *sum <= WORTHWHILE * surface(&self.bounds))?;
+        let (before, behind) = self.triangles.iter().partition(|triangle| slab(**triangle, axis) < plane);
+        Some([before, behind].map(|triangles| Self::new(mesh, triangles)))
+    }
+}
+
+fn bounds_of(mesh: &TriangleMesh, triangle: u32) -> Bounds {
+    let [a, b, c] = mesh.triangles[triangle as usize].map(|corner| mesh.positions[corner as usize]);
+    [a.min(b).min(c), a.max(b).max(c)]
+}
+
+fn joined([low, high]: &Bounds, [other_low, other_high]: &Bounds) -> Bounds {
+    [low.min(*other_low), high.max(*other_high)]
+}
+
+/// Half of the surface of a block in m2; negative for none.
+fn surface([low, high]: &Bounds) -> f64 {
+    let size = *high - *low;
+    if size.x < 0.0 { -1.0 } else { size.x * size.y + size.y * size.z + size.z * size.x }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::Dropped;
+
+    /// A table of five boards: the blocks hold every corner of every triangle, and little else.
+    #[test]
+    fn parts_have_blocks_of_their_own() {
+        let (mut positions, mut triangles) = (Vec::new(), Vec::new());
+        let legs = [[0.0, 0.0], [0.9, 0.0], [0.0, 0.9], [0.9, 0.9]];
+        let legs = legs.map(|[x, y]| [DVec3::new(x, y, 0.0), DVec3::new(0.1, 0.1, 0.7)]);
+        for [corner, size] in legs.into_iter().chain([[DVec3::new(0.0, 0.0, 0.7), DVec3::new(1.0, 1.0, 0.02)]]) {
+            let first = positions.len() as u32;
+            positions.extend((0..8).map(|k| {
+                let side = |bit: u32| f64::from(k >> bit & 1);
+                corner + size * DVec3::new(side(0), side(1), side(2))
+            }));
+            for [a, b, c, d] in [[0, 1, 3, 2], [4, 5, 7, 6], [0, 1, 5, 4], [2, 3, 7, 6], [0, 2, 6, 4], [1, 3, 7, 5]] {
+                triangles.extend([[a, b, c], [a, c, d]].map(|corners| corners.map(|corner| first + corner)));
+            }
+        }
+        let triangle_materials = vec![0; triangles.len()];
+        let materials = vec![String::new()];
+        let mesh = TriangleMesh { positions, triangles, triangle_materials, materials, dropped: Dropped::default() };
+        let blocks = blocks_around(&mesh);
+        assert!((5..=MOST).contains(&blocks.len()), "{blocks:?}");
+        for triangle in 0..mesh.triangles.len() as u32 {
+            let bounds = bounds_of(&mesh, triangle);
+            assert!(blocks.iter().any(|block| joined(block, &bounds) == *block), "{bounds:?} {blocks:?}");
+        }
+        let volume = |[low, high]: &Bounds| (*high - *low).element_product();
+        let (all, boards) = (blocks.iter().map(volume).sum::<f64>(), 4.0 * 0.007 + 0.02);
+        assert!(all < 2.0 * boards, "{all} {boards}");
+    }
+}
