@@ -10,8 +10,8 @@ const MOST: usize = 8;
 /// Planes at which a part is tried to be divided, along each axis.
 const PLANES: usize = 15;
 
-/// A part is divided where its halves have at most this share of its surface together: each block costs time, too.
-const WORTHWHILE: f64 = 0.8;
+/// Parts are taken where they have at most this share of the volume of one block around all of it: each costs time, too.
+const WORTHWHILE: f64 = 0.5;
 
 /// Lowest and highest corner of a block along the axes.
 type Bounds = [DVec3; 2];
@@ -30,17 +30,17 @@ pub fn blocks_around(mesh: &TriangleMesh) -> Vec<Bounds> {
     if whole.triangles.is_empty() {
         return Vec::new();
     }
+    let all = whole.bounds;
     let (mut open, mut done) = (vec![whole], Vec::new());
-    while let Some(largest) =
-        (0..open.len()).max_by(|a, b| surface(&open[*a].bounds).total_cmp(&surface(&open[*b].bounds)))
-    {
+    let larger = |a: &Part, b: &Part| volume(&a.bounds).total_cmp(&volume(&b.bounds));
+    while let Some(largest) = (0..open.len()).max_by(|a, b| larger(&open[*a], &open[*b])) {
         let part = open.swap_remove(largest);
         match part.divided(mesh).filter(|_| open.len() + done.len() + 2 <= MOST) {
             Some(halves) => open.extend(halves),
             None => done.push(part.bounds),
         }
     }
-    done
+    if done.iter().map(volume).sum::<f64>() <= WORTHWHILE * volume(&all) { done } else { vec![all] }
 }
 
 impl Part {
@@ -49,7 +49,7 @@ impl Part {
         Self { triangles, bounds }
     }
 
-    /// Both sides of the plane that leaves least surface; `None` where that is not worthwhile.
+    /// Both sides of the plane that leaves least volume; `None` where all planes have everything on one side.
     fn divided(&self, mesh: &TriangleMesh) -> Option<[Self; 2]> {
         let [low, high] = self.bounds;
         // number of the last plane that a triangle's middle is before
@@ -67,15 +67,15 @@ impl Part {
             }
             for plane in 1..=PLANES {
                 let [before, behind] = [&slabs[..plane], &slabs[plane..]];
-                let both =
-                    [before, behind].map(|slabs| surface(&slabs.iter().fold(EMPTY, |all, slab| joined(&all, slab))));
-                let sum = both[0] + both[1];
-                if both.iter().all(|surface| *surface >= 0.0) && best.is_none_or(|(least, ..)| sum < least) {
+                let both = [before, behind].map(|slabs| slabs.iter().fold(EMPTY, |all, slab| joined(&all, slab)));
+                let sum = volume(&both[0]) + volume(&both[1]);
+                let halves = both.iter().all(|[low, high]| low.x <= high.x);
+                if halves && best.is_none_or(|(least, ..)| sum < least) {
                     best = Some((sum, axis, plane));
                 }
             }
         }
-        let (_, axis, plane) = best.filter(|(sum, ..)| *sum <= WORTHWHILE * surface(&self.bounds))?;
+        let (_, axis, plane) = best?;
         let (before, behind) = self.triangles.iter().partition(|triangle| slab(**triangle, axis) < plane);
         Some([before, behind].map(|triangles| Self::new(mesh, triangles)))
     }
@@ -90,10 +90,9 @@ fn joined([low, high]: &Bounds, [other_low, other_high]: &Bounds) -> Bounds {
     [low.min(*other_low), high.max(*other_high)]
 }
 
-/// Half of the surface of a block in m2; negative for none.
-fn surface([low, high]: &Bounds) -> f64 {
-    let size = *high - *low;
-    if size.x < 0.0 { -1.0 } else { size.x * size.y + size.y * size.z + size.z * size.x }
+/// Volume of a block in m3.
+fn volume([low, high]: &Bounds) -> f64 {
+    (*high - *low).element_product()
 }
 
 #[cfg(test)]
@@ -126,7 +125,6 @@ mod tests {
             let bounds = bounds_of(&mesh, triangle);
             assert!(blocks.iter().any(|block| joined(block, &bounds) == *block), "{bounds:?} {blocks:?}");
         }
-        let volume = |[low, high]: &Bounds| (*high - *low).element_product();
         let (all, boards) = (blocks.iter().map(volume).sum::<f64>(), 4.0 * 0.007 + 0.02);
         assert!(all < 2.0 * boards, "{all} {boards}");
     }
