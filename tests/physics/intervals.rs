@@ -14,6 +14,7 @@ use crate::reference;
 #[test]
 fn intervals_of_means_hold_the_truth_where_passes_are_few_and_share_their_photons() {
     const SEEDS: u64 = 600;
+    // S3 is judged by its mesh, whose facets are allowed 0.3 %; these jobs end by errors of 5 %
     for (scene, truth) in [("S1", "S1.exact.point"), ("S3", "S3.mesh.point")] {
         let truth = reference::json(&format!("scenes/{truth}.reference.json"))["mean_lux"].as_f64().unwrap();
         let holds = |seed: u64| {
