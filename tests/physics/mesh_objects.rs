@@ -62,9 +62,8 @@ fn winding_does_not_count() {
         triangle.swap(1, 2);
     }
     let run = |scene: &Scene| {
-        let settings = light_tracing::Settings { photons_per_pass: 2048 };
         let only_grids = Scene { views: Vec::new(), ..scene.clone() };
-        values(&scenes::run(&only_grids, &LightTracing::<1>::new(traceable(scene), &scene.grids, &settings, 1), 2)).0
+        values(&scenes::run(&only_grids, &LightTracing::<1>::new(traceable(scene), &scene.grids, 2048, 1), 2)).0
     };
     for (a, b) in run(&good).iter().zip(&run(&turned)) {
         assert!((a - b).abs() <= 1e-9 * a, "{a} {b}");
@@ -149,7 +148,7 @@ fn one_sensor_beside_a_mesh_gets_a_method_of_its_own() {
     assert_eq!(prepared.plan_json()["methods"]["sensors_beside_surfaces"]["name"], "bidirectional_path_tracing");
     let found = prepared.render_all_passes(&mut |_, _| {}).unwrap();
     let alone = scene(&mesh);
-    let tracing = LightTracing::<1>::new(traceable(&alone), &alone.grids, &light_tracing::Settings::default(), 0);
+    let tracing = LightTracing::<1>::new(traceable(&alone), &alone.grids, 8192, 0);
     let (tracing, _) = values(&scenes::run(&alone, &tracing, 32));
     for sensor in (0..30).filter(|sensor| *sensor != near) {
         let ratio = found.grids[0].illuminance_lux(sensor) / tracing[sensor];

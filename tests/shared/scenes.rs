@@ -105,7 +105,7 @@ pub fn traceable(scene: &Scene) -> Arc<TraceableScene> {
 }
 
 pub fn light_tracing(scene: &Scene, photons_per_pass: u64, seed: u64) -> LightTracing<1> {
-    LightTracing::new(traceable(scene), &scene.grids, &light_tracing::Settings { photons_per_pass }, seed)
+    LightTracing::new(traceable(scene), &scene.grids, photons_per_pass, seed)
 }
 
 pub fn sppm(scene: &Scene, settings: &sppm::Settings, seed: u64) -> Sppm<1> {

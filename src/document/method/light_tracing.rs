@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use super::bounds::{PHOTONS_PER_PASS, Setting, photons};
+use super::bounds::{PHOTONS_PER_PASS, Setting, optional};
 use super::settings::MethodSettings;
 use crate::integrator::Method;
 use crate::integrator::light_tracing::Settings;
@@ -13,8 +13,8 @@ use crate::plan::MethodRequest;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct LightTracingMethod {
-    /// Photons emitted per pass, all tubes and sources together.
-    pub photons_per_pass: u64,
+    /// Photons emitted per pass, all tubes and sources together; by default 512 to 8192, by the accuracy asked for.
+    pub photons_per_pass: Option<u64>,
 }
 
 impl From<&Settings> for LightTracingMethod {
@@ -46,6 +46,6 @@ impl MethodSettings for LightTracingMethod {
     }
 
     fn numbers(&self) -> Vec<Setting> {
-        vec![photons(self.photons_per_pass, PHOTONS_PER_PASS)]
+        vec![optional("photons_per_pass", self.photons_per_pass.map(|photons| photons as f64), PHOTONS_PER_PASS)]
     }
 }

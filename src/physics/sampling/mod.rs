@@ -11,5 +11,5 @@ pub mod warp;
 pub use cones::{CONES_SHARE, NestedCones};
 pub use path_samples::PathSamples;
 pub use random::{Key, PathRandom};
-pub use sobol::Replicate;
+pub use sobol::{Replicate, power_of_two};
 pub use streams::Stream;

@@ -28,6 +28,17 @@ impl Replicate {
     }
 }
 
+/// The power of two that is nearest to a number >= 1 by its logarithm: so many points are the most even.
+///
+/// ```
+/// use skyduct_physics::sampling::power_of_two;
+///
+/// assert_eq!([1.0, 5.6, 5.7, 1000.0].map(power_of_two), [1, 4, 8, 1024]);
+/// ```
+pub fn power_of_two(number: f64) -> u64 {
+    1 << libm::round(libm::log2(number.max(1.0))).min(62.0) as u32
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

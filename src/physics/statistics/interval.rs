@@ -1,5 +1,8 @@
 //! Quantiles for confidence intervals.
 
+use std::cell::RefCell;
+use std::collections::HashMap;
+
 use statrs::distribution::{Continuous, ContinuousCDF, Normal, StudentsT};
 
 /// Two-sided normal quantile z of a `confidence` in 0..1, e.g. 1.95996 for 0.95.
@@ -22,12 +25,30 @@ pub fn two_sided_normal_quantile(confidence: f64) -> f64 {
 /// assert!((quantile - 2.201).abs() < 5e-4);
 /// ```
 pub fn two_sided_student_quantile(confidence: f64, degrees: f64) -> f64 {
+    KNOWN.with_borrow_mut(|known| {
+        if known.len() >= MOST_KNOWN {
+            known.clear();
+        }
+        let quantile = || student_quantile(confidence, degrees);
+        *known.entry([confidence, degrees].map(f64::to_bits)).or_insert_with(quantile)
+    })
+}
+
+/// Quantiles that were asked for: jobs ask for few, again and again.
+const MOST_KNOWN: usize = 1024;
+
+thread_local! {
+    static KNOWN: RefCell<HashMap<[u64; 2], f64>> = RefCell::default();
+}
+
+fn student_quantile(confidence: f64, degrees: f64) -> f64 {
     let Ok(distribution) = StudentsT::new(0.0, 1.0, degrees) else { return f64::INFINITY };
     let z = two_sided_normal_quantile(confidence);
     if degrees > MANY_DEGREES {
         return on_every_machine(student_quantile_near(z, degrees));
     }
-    on_every_machine(upper_quantile(&distribution, 0.5 * (1.0 - confidence), z))
+    let start = if degrees < FEW_DEGREES { z } else { student_quantile_near(z, degrees) };
+    on_every_machine(upper_quantile(&distribution, 0.5 * (1.0 - confidence), start))
 }
 
 /// The deviation of a normal distribution that is as likely as `t` >= 0 is of Student's distribution with `degrees` >= 1: how
@@ -57,8 +78,14 @@ pub fn student_quantile_near(z: f64, degrees: f64) -> f64 {
 /// each power of ten.
 const MANY_DEGREES: f64 = 1e5;
 
+/// Degrees of freedom below which the asymptotic expansion is no better start than the normal quantile.
+const FEW_DEGREES: f64 = 4.0;
+
 /// Steps after which a quantile is as near as it gets: bisection alone needs some 60 beyond its bracket.
 const MOST_STEPS: usize = 200;
+
+/// Share of a quantile below which a step of Newton's, whose error is about its square, is the last.
+const NEAR_ENOUGH: f64 = 1e-13;
 
 /// The value above which lies a `tail` of 0..0.5 of a distribution about 0, by Newton's steps from `start`, and by bisection where
 /// they leave the bracket.
@@ -80,7 +107,7 @@ fn upper_quantile(distribution: &StudentsT, tail: f64, start: f64) -> f64 {
             false if high.is_finite() => 0.5 * (low + high),
             false => 2.0 * t,
         };
-        if (next - t).abs() <= f64::EPSILON * t || next == low || next == high {
+        if (next - t).abs() <= NEAR_ENOUGH * t || next == low || next == high {
             return next;
         }
         t = next;

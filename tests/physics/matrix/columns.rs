@@ -82,7 +82,7 @@ pub const COLUMNS: &[Column] = &[
     Column {
         name: "light_tracing",
         family: Family::LightTracing,
-        method: |work| Method::LightTracing(light_tracing::Settings { photons_per_pass: work.photons(4096.0) }),
+        method: |work| Method::LightTracing(light_tracing::Settings { photons_per_pass: Some(work.photons(4096.0)) }),
     },
     Column {
         name: "path_tracing",

@@ -96,6 +96,8 @@ pub struct Walk<'a, const C: usize> {
     pub rays: RayCount,
     /// Reflections still to come that no roulette decides, as long as the path's weight is worth it.
     pub certain: u32,
+    /// Number of surfaces met up to now.
+    pub met: u32,
     /// Illuminance in lux, or luminance in cd/m2.
     pub sum: Spectrum<C>,
 }
@@ -103,7 +105,7 @@ pub struct Walk<'a, const C: usize> {
 impl<'a, const C: usize> Walk<'a, C> {
     /// A path by these random numbers, its first `certain` reflections decided by no roulette.
     pub fn new(scene: &'a TraceableScene, samples: PathSamples, certain: u32) -> Self {
-        Self { scene, samples, rays: RayCount::default(), certain, sum: Spectrum::ZERO }
+        Self { scene, samples, rays: RayCount::default(), certain, met: 0, sum: Spectrum::ZERO }
     }
 
     /// Adds one sample of the illuminance in lux of a point that looks up.
@@ -168,6 +170,7 @@ impl<'a, const C: usize> Walk<'a, C> {
     ) -> Option<Ray<C, M::Trace>> {
         let vertex = Vertex::surface(hit, surface, optics, -ray.direction, ray.weight);
         let arrival = meeting.arrives(&ray.trace, -ray.direction.dot(hit.normal));
+        self.met += 1;
         if optics.is_finite() {
             meeting.connect(self, &vertex, &arrival);
         }

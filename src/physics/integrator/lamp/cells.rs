@@ -99,6 +99,13 @@ impl<const C: usize> TubeLight<C> {
         self.choices.get((number * self.choices.len() as f64) as usize)
     }
 
+    /// As [`Self::irradiance`] in the mean, by the chosen photon alone: some percent off, for a tenth of the time. Where the path that
+    /// led to the surface is by far noisier, that is enough.
+    pub fn irradiance_by_one(&self, position: DVec3, normal: DVec3, number: f64) -> Spectrum<C> {
+        let Some((photon, _)) = self.choice(number) else { return Spectrum::ZERO };
+        photon.flux * per_lumen(photon.position.extend(self.origin.z) - position, normal)
+    }
+
     /// Illuminance in lux of a surface that sees the whole disc; `number` in 0..1 chooses the photon that stands for what
     /// rings and cells leave out.
     pub fn irradiance(&self, position: DVec3, normal: DVec3, number: f64) -> Spectrum<C> {
@@ -266,13 +273,18 @@ impl Receiver {
         far_disc_illuminance(radius, self.depth, self.offset, [self.normal.z, self.toward_axis])
     }
 
-    /// Illuminance per lumen that leaves a point of the ceiling plane above the horizon: cos(theta) cos(theta') / (pi d^2).
+    /// Illuminance per lumen that leaves a point of the ceiling plane above the horizon.
     #[inline(always)]
     pub fn point(&self, source: DVec2) -> f64 {
-        let way = (source - self.position.truncate()).extend(self.depth);
-        let distance_squared = way.length_squared();
-        way.dot(self.normal) * self.depth / (PI * distance_squared * distance_squared)
+        per_lumen((source - self.position.truncate()).extend(self.depth), self.normal)
     }
+}
+
+/// Illuminance per lumen of a surface of unit `normal` from a point of the ceiling plane, `way` from it: cos(theta) cos(theta') / (pi d^2).
+#[inline(always)]
+fn per_lumen(way: DVec3, normal: DVec3) -> f64 {
+    let distance_squared = way.length_squared();
+    way.dot(normal) * way.z / (PI * distance_squared * distance_squared)
 }
 
 #[cfg(test)]

@@ -184,7 +184,11 @@ impl<const C: usize> Daylight<C> for DiffuserLight<C> {
             _ if light.choices.is_empty() => return,
             Sight::Whole(albedo) => {
                 let number = walk.samples.random.uniform();
-                walk.sum += albedo * light.irradiance(vertex.position, vertex.normal, number) * (1.0 / PI);
+                let irradiance = match walk.met {
+                    0 | 1 => light.irradiance(vertex.position, vertex.normal, number),
+                    _ => light.irradiance_by_one(vertex.position, vertex.normal, number),
+                };
+                walk.sum += albedo * irradiance * (1.0 / PI);
                 return;
             }
             Sight::InPart => {}

@@ -16,8 +16,8 @@
 //! | `K t C E`, `N t C E` | backward through the opening, up the guide | crossing |
 //! | `M E` | Lambert's closed form, or connection where something may stand between | the same at a random point |
 //!
-//! **Settings.** `photons_per_pass` (8192; 64 to 16 777 216) trades the number of replicates against the noise of each;
-//! the time to an accuracy hardly depends on it.
+//! **Settings.** `photons_per_pass` (64 to 16 777 216; by default 512 to 8192, by the accuracy asked for) trades the number of
+//! replicates against the noise of each; the time to an accuracy hardly depends on it, but for the least number of passes.
 //!
 //! **Refuses** views, and at points: mirrors that interreflect, the sun or returned light through clear closures of
 //! tubes that are not straight, and sensors nearer than 1 % of the room's shortest edge to a wall, the ceiling, an object
@@ -49,7 +49,7 @@ use crate::integrator::photon_map::domain::Domain;
 use crate::integrator::photon_map::maps::LEAST_KERNEL;
 use crate::integrator::{GridPass, Integrator, Pass, PhotonCount};
 use crate::optics::SurfaceOptics;
-use crate::sampling::{Key, PathRandom, Stream};
+use crate::sampling::{Key, PathRandom, Stream, power_of_two};
 use crate::scene::{Channels, Grid};
 use crate::traceable::TraceableScene;
 use crate::traceable::luminaire::TraceableLuminaire;
@@ -58,15 +58,24 @@ pub use refusals::{noisy_points, refuses_points};
 use tally::Tally;
 
 /// Settings of light tracing.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Settings {
-    /// Photons emitted per pass, all tubes and sources together; 64..=16_777_216.
-    pub photons_per_pass: u64,
+    /// Photons emitted per pass, all tubes and sources together; 64..=16_777_216; `None`: by the accuracy asked for.
+    pub photons_per_pass: Option<u64>,
 }
 
-impl Default for Settings {
-    fn default() -> Self {
-        Self { photons_per_pass: 8_192 }
+/// Photons of a pass of a job that asks for a relative standard error of 1 %: some fifteen passes of them reach it in small rooms.
+const PHOTONS_FOR_ONE_PERCENT: f64 = 2048.0;
+
+/// Fewest and most photons of a pass, unless the document says how many: more would make errors no smaller for the same time.
+const FEWEST: f64 = 512.0;
+const MOST: f64 = 8192.0;
+
+impl Settings {
+    /// Photons of a pass for a relative standard error `target`, a power of two: Sobol points are most even then.
+    fn photons(&self, target: f64) -> u64 {
+        let wanted = (PHOTONS_FOR_ONE_PERCENT * 0.01 / target).clamp(FEWEST, MOST);
+        self.photons_per_pass.unwrap_or_else(|| power_of_two(wanted))
     }
 }
 
@@ -87,25 +96,29 @@ impl Described for Settings {
 
     fn seconds_per_pass(&self, work: &Work) -> f64 {
         let per_photon = work.seconds_per_path + work.seconds_per_connection * work.connected_sensors();
-        self.photons_per_pass as f64 * per_photon
+        self.photons(0.01) as f64 * per_photon
     }
 
     fn kept_of_sensor(&self, grid: &Grid) -> Kept {
-        Kept { sums_at_once: sums_at_once(grid.len(), self.photons_per_pass) as f64, ..Kept::MEANS }
+        Kept {
+            sums_at_once: sums_at_once(grid.len(), self.photons_per_pass.unwrap_or(MOST as u64)) as f64,
+            ..Kept::MEANS
+        }
     }
 
     fn trial(&self, _: &Task) -> Trial {
         // the light of clear closures is shared among the sensors: fewer of them would have more of it
-        let (photons_per_pass, ratio) = Trial::fewer(self.photons_per_pass, 0.125);
-        let smaller = Trial::whole(Self { photons_per_pass }, usize::MAX).with_variance(1.0 / ratio);
+        let (photons, ratio) = Trial::fewer(self.photons(0.01), 0.5);
+        let smaller = Trial::whole(Self { photons_per_pass: Some(photons) }, usize::MAX).with_variance(1.0 / ratio);
         Trial { work_of_pass: ratio, work_of_place: ratio, ..smaller }
     }
 
-    fn build(&self, task: &Task, seed: u64, _target: f64) -> Computation {
+    fn build(&self, task: &Task, seed: u64, target: f64) -> Computation {
         let scene = task.traceable.clone();
+        let photons = self.photons(target);
         match task.scene.channels {
-            Channels::Photopic => Computation::passes(LightTracing::<1>::new(scene, task.grids, self, seed)),
-            Channels::Rgb => Computation::passes(LightTracing::<3>::new(scene, task.grids, self, seed)),
+            Channels::Photopic => Computation::passes(LightTracing::<1>::new(scene, task.grids, photons, seed)),
+            Channels::Rgb => Computation::passes(LightTracing::<3>::new(scene, task.grids, photons, seed)),
         }
     }
 }
@@ -135,10 +148,10 @@ pub struct LightTracing<const C: usize> {
 }
 
 impl<const C: usize> LightTracing<C> {
-    /// Divides the photons of a pass among the sources, and computes closed forms of luminaires once; equal seeds give
+    /// Divides the `photons` of a pass among the sources, and computes closed forms of luminaires once; equal seeds give
     /// equal bits.
-    pub fn new(scene: Arc<TraceableScene>, grids: &[Grid], settings: &Settings, seed: u64) -> Self {
-        let emission = Emission::new(&scene, settings.photons_per_pass);
+    pub fn new(scene: Arc<TraceableScene>, grids: &[Grid], photons: u64, seed: u64) -> Self {
+        let emission = Emission::new(&scene, photons);
         let mut first = 0;
         let sensors = grids
             .iter()

@@ -46,7 +46,7 @@ use crate::integrator::photon::chunks::{Tally, fold_chunks, sums_at_once};
 use crate::integrator::photon::emission::Emission;
 use crate::integrator::{GridPass, Integrator, Pass};
 use crate::optics::Spectrum;
-use crate::sampling::{Key, PathSamples, Stream, warp};
+use crate::sampling::{Key, PathSamples, Stream, power_of_two, warp};
 use crate::scene::{Channels, EstimateKind, Grid};
 use crate::traceable::{TraceableScene, TraceableTube};
 use importance::{Importance, Placed};
@@ -68,8 +68,8 @@ const PHOTONS_OF_OTHER_GUIDES: f64 = 256.0;
 const VERTICES_FOR_ONE_PERCENT: f64 = 192.0;
 
 /// Power of the standard error by which photons and vertices of a pass grow: even points do better than the square root.
-const GROWTH_OF_PHOTONS: f64 = 1.2;
-const GROWTH_OF_VERTICES: f64 = 1.6;
+const GROWTH_OF_PHOTONS: f64 = 1.5;
+const GROWTH_OF_VERTICES: f64 = 1.4;
 
 /// As many times more photons and vertices where obstacles hide openings from a share of the sensors: 1 and this times the square
 /// of the share, up to a bound. What reaches a sensor in the shade is noisy: 20 boxes and a chair that hide the opening from
@@ -98,8 +98,11 @@ impl Settings {
     fn sizes(&self, target: f64, tubes: &[TraceableTube], shade: f64) -> [u64; 2] {
         let scale = 0.01 / target;
         let more = (1.0 + MORE_BY_SHADE * shade * shade).min(MOST_BY_SHADE);
-        // whole rows of small nets
-        let size = |number: f64| (number.clamp(LEAST, MOST) / LEAST).round() as u64 * LEAST as u64;
+        // whole rows of small nets, and whole nets where these are small enough
+        let size = |number: f64| match (number.clamp(LEAST, MOST) / LEAST).round() as u64 {
+            rows @ ..4 => rows * LEAST as u64,
+            _ => power_of_two(number.min(MOST)),
+        };
         let of_tube = |tube: &TraceableTube| match tube.guide {
             Guide::Straight(_) => PHOTONS_FOR_ONE_PERCENT,
             _ => PHOTONS_OF_OTHER_GUIDES,
