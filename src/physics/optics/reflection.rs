@@ -189,6 +189,10 @@ impl<const C: usize> Scatter<C> for Oriented<'_, SurfaceOptics> {
             return None;
         }
         let (toward, kind, weight_of_kind) = self.sample_apart(from, samples)?;
+        if !self.optics.is_specular() {
+            let cosine = toward.dot(self.normal);
+            return (cosine > 0.0).then(|| Scattered { toward, kind, pdf: cosine / PI, weight: weight_of_kind });
+        }
         if kind == Kind::Mirror {
             let pdf = 1.0 - self.optics.diffuse_share();
             return Some(Scattered { toward, kind, pdf, weight: weight_of_kind });

@@ -32,16 +32,31 @@ pub fn disc([u, v]: [f64; 2]) -> DVec2 {
 #[inline]
 fn small_sin_cos(x: f64) -> (f64, f64) {
     let y = x * x;
-    // 1 - y/(2 3) (1 - y/(4 5) (1 - ...))
-    let mut sin = 1.0;
-    for k in [14.0 * 15.0, 12.0 * 13.0, 10.0 * 11.0, 8.0 * 9.0, 6.0 * 7.0, 4.0 * 5.0, 2.0 * 3.0] {
-        sin = 1.0 - y * (1.0 / k) * sin;
+    let y8 = ((y * y) * (y * y)) * ((y * y) * (y * y));
+    (x * eight_terms(y, &SINE), eight_terms(y, &COSINE) + y8 * (1.0 / 20_922_789_888_000.0))
+}
+
+/// 1 - y/3! + y^2/5! - ..., and 1 - y/2! + y^2/4! - ...
+const SINE: [f64; 8] = alternating_factorials(1);
+const COSINE: [f64; 8] = alternating_factorials(0);
+
+/// (-1)^k / (2 k + odd)!
+const fn alternating_factorials(odd: usize) -> [f64; 8] {
+    let mut terms = [1.0; 8];
+    let mut k = 1;
+    while k < 8 {
+        let n = 2 * k + odd;
+        terms[k] = -terms[k - 1] / (n * (n - 1)) as f64;
+        k += 1;
     }
-    let mut cos = 1.0;
-    for k in [15.0 * 16.0, 13.0 * 14.0, 11.0 * 12.0, 9.0 * 10.0, 7.0 * 8.0, 5.0 * 6.0, 3.0 * 4.0, 1.0 * 2.0] {
-        cos = 1.0 - y * (1.0 / k) * cos;
-    }
-    (x * sin, cos)
+    terms
+}
+
+/// A polynomial of eight terms in pairs, and pairs of pairs: so few operations wait for each other.
+#[inline]
+fn eight_terms(y: f64, [a, b, c, d, e, f, g, h]: &[f64; 8]) -> f64 {
+    let (y2, y4) = (y * y, (y * y) * (y * y));
+    ((a + b * y) + (c + d * y) * y2) + ((e + f * y) + (g + h * y) * y2) * y4
 }
 
 /// Uniform point between two circles around the origin, 0 <= `inner` < `outer`; density 1 / (pi (outer^2 - inner^2)).

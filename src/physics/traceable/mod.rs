@@ -231,25 +231,13 @@ impl TraceableScene {
     /// The first thing that a ray from inside the room meets; `from`: the surface it leaves, if any.
     #[inline]
     pub fn intersect(&self, origin: DVec3, direction: DVec3, from: Option<SurfaceId>) -> RoomHit {
-        let (mut distance, mut axis) = (f64::INFINITY, 2);
-        for k in 0..3 {
-            // without branches: which wall a ray heads for is as random as the ray
-            let wall = if direction[k] > 0.0 { self.size[k] } else { 0.0 };
-            let to_wall = (wall - origin[k]) / direction[k];
-            let nearer = direction[k] != 0.0 && to_wall < distance;
-            (distance, axis) = if nearer { (to_wall, k) } else { (distance, axis) };
-        }
-        let distance = distance.max(0.0);
+        let (distance, axis) = self.way_to_face(origin, direction);
         if self.furnished
             && let Some(hit) = self.nearest_object(origin, direction, distance, from)
         {
             return hit;
         }
-        let mut position = origin + direction * distance;
-        let far = direction[axis] > 0.0;
-        // on the plane exactly, so that the next ray starts on it
-        position[axis] = if far { self.size[axis] } else { 0.0 };
-        position = position.clamp(DVec3::ZERO, self.size);
+        let (far, position) = self.on_face(origin, direction, distance, axis);
         let mut normal = DVec3::ZERO;
         normal[axis] = if far { -1.0 } else { 1.0 };
         let face = Face::ALL[2 * axis + usize::from(far)];
@@ -260,6 +248,43 @@ impl TraceableScene {
             surface
         };
         RoomHit { position, normal, place }
+    }
+
+    /// The face of the empty room that a ray from inside meets, by its axis and whether it is the far one, and where.
+    #[inline]
+    pub fn meet_face(&self, origin: DVec3, direction: DVec3) -> (usize, bool, DVec3) {
+        let (distance, axis) = self.way_to_face(origin, direction);
+        let (far, position) = self.on_face(origin, direction, distance, axis);
+        (axis, far, position)
+    }
+
+    /// Distance to the face that a ray meets, and its axis.
+    #[inline]
+    fn way_to_face(&self, origin: DVec3, direction: DVec3) -> (f64, usize) {
+        let (mut distance, mut axis) = (f64::INFINITY, 2);
+        for k in 0..3 {
+            // without branches: which wall a ray heads for is as random as the ray
+            let wall = if direction[k] > 0.0 { self.size[k] } else { 0.0 };
+            let to_wall = (wall - origin[k]) / direction[k];
+            let nearer = direction[k] != 0.0 && to_wall < distance;
+            (distance, axis) = if nearer { (to_wall, k) } else { (distance, axis) };
+        }
+        (distance.max(0.0), axis)
+    }
+
+    /// True for the far face of an axis, and the point of it that a ray meets at a distance.
+    #[inline]
+    fn on_face(&self, origin: DVec3, direction: DVec3, distance: f64, axis: usize) -> (bool, DVec3) {
+        let mut position = origin + direction * distance;
+        let far = direction[axis] > 0.0;
+        // on the plane exactly, so that the next ray starts on it
+        position[axis] = if far { self.size[axis] } else { 0.0 };
+        (far, position.clamp(DVec3::ZERO, self.size))
+    }
+
+    /// True if the room has no objects and no luminaires.
+    pub fn is_empty(&self) -> bool {
+        !self.furnished
     }
 
     /// True if nothing stands between two points of the room; the surfaces that they lie on do not count.
@@ -337,7 +362,9 @@ impl TraceableScene {
         })
     }
 
-    fn opening_at(&self, point: DVec2) -> Option<usize> {
+    /// The tube whose opening has this point of the ceiling.
+    #[inline]
+    pub fn opening_at(&self, point: DVec2) -> Option<usize> {
         self.tubes.iter().position(|tube| {
             (point - tube.origin.truncate()).length_squared() < tube.opening_radius * tube.opening_radius
         })

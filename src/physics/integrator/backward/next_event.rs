@@ -21,6 +21,12 @@ pub trait Daylight<const C: usize>: Sync {
     /// Adds what tube `tube` sends straight to a vertex below its opening, and by it toward the eye.
     fn connect(&self, walk: &mut Walk<'_, C>, vertex: &Vertex<'_, C>, tube: usize);
 
+    /// Follows a ray whose path began with weight `first` as far as it can do that faster than the walk; what is left of it.
+    #[inline]
+    fn ahead(&self, _walk: &mut Walk<'_, C>, ray: Ray<C, Way>, _first: f64) -> Option<Ray<C, Way>> {
+        Some(ray)
+    }
+
     /// True if it counts what comes straight to sensors; false where other means do.
     fn lights_sensors(&self) -> bool {
         true
@@ -52,6 +58,10 @@ impl Way {
         last: Some(Last { position: DVec3::INFINITY, density: 1.0, closed_form: true, narrow: false }),
         from_eye: false,
     };
+    /// From a diffuse surface, by a direction of this density per sr, where luminaires have a closed form or there are none.
+    pub const fn of_diffuse(position: DVec3, density: f64) -> Self {
+        Self { last: Some(Last { position, density, closed_form: true, narrow: false }), from_eye: false }
+    }
     /// From where nothing is connected.
     const UNCONNECTED: Self = Self { last: None, from_eye: false };
 }
@@ -71,6 +81,11 @@ pub struct Last {
 impl<const C: usize, D: Daylight<C>> Meeting<C> for NextEvent<'_, D> {
     type Trace = Way;
     type Arrival = ();
+
+    #[inline]
+    fn ahead(&self, walk: &mut Walk<'_, C>, ray: Ray<C, Way>, first: f64) -> Option<Ray<C, Way>> {
+        self.0.ahead(walk, ray, first)
+    }
 
     fn arrives(&self, _: &Way, _: f64) {}
 

@@ -28,6 +28,13 @@ pub trait Meeting<const C: usize> {
     /// What is known of the way to a vertex.
     type Arrival: Copy;
 
+    /// Follows a ray whose path began with weight `first` as far as the method can do that faster than the walk, by the same
+    /// random numbers; what is left of it.
+    #[inline]
+    fn ahead(&self, _walk: &mut Walk<'_, C>, ray: Ray<C, Self::Trace>, _first: f64) -> Option<Ray<C, Self::Trace>> {
+        Some(ray)
+    }
+
     /// A ray has gone on by `length` metres.
     fn flew(&self, _trace: &mut Self::Trace, _length: f64) {}
 
@@ -131,6 +138,10 @@ impl<'a, const C: usize> Walk<'a, C> {
         let scene = self.scene;
         let first = ray.weight.max();
         for _ in 0..MAX_EVENTS {
+            match meeting.ahead(self, ray, first) {
+                Some(rest) => ray = rest,
+                None => return,
+            }
             let hit = scene.intersect(ray.origin, ray.direction, ray.from);
             self.rays += 1;
             meeting.flew(&mut ray.trace, (hit.position - ray.origin).length());
@@ -176,16 +187,7 @@ impl<'a, const C: usize> Walk<'a, C> {
         }
         let specular = ray.weight * optics.specular();
         let leaving = if M::FOLLOWS_DIFFUSE { ray.weight * optics.diffuse() + specular } else { specular }.max();
-        if leaving <= 0.0 {
-            return None;
-        }
-        let mut survival = survival(leaving, ray.weight.max(), first);
-        if self.certain > 0 && leaving >= CERTAIN_ABOVE * first {
-            self.certain -= 1;
-            survival = 1.0;
-        } else if self.samples.random.uniform() >= survival {
-            return None;
-        }
+        let survival = self.survival(leaving, ray.weight.max(), first)?;
         let scattered = if M::FOLLOWS_DIFFUSE {
             vertex.scatterer.sample(Travel::AgainstLight, vertex.eye, SheetSide::Same, &mut self.samples)
         } else {
@@ -202,6 +204,21 @@ impl<'a, const C: usize> Walk<'a, C> {
             (true, meeting.leaves(self.scene, &vertex, &arrival, direction, scattered.pdf))
         };
         Some(Ray { origin, direction, from, weight, reflected, trace })
+    }
+
+    /// The probability with which a path went on that arrives with one weight, would leave with another, and began with `first`;
+    /// `None` where it ends.
+    #[inline]
+    pub fn survival(&mut self, leaving: f64, arriving: f64, first: f64) -> Option<f64> {
+        if leaving <= 0.0 {
+            return None;
+        }
+        if self.certain > 0 && leaving >= CERTAIN_ABOVE * first {
+            self.certain -= 1;
+            return Some(1.0);
+        }
+        let survival = survival(leaving, arriving, first);
+        (self.samples.random.uniform() < survival).then_some(survival)
     }
 
     /// A ray meets an opening from below: counts the daylight that it finds, and returns how it comes back into the room.

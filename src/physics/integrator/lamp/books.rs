@@ -10,7 +10,7 @@ use crate::traceable::TraceableScene;
 
 /// Photons of the first stage of which one goes on, and the fewest that do.
 const PHOTONS_PER_FOLLOWED: usize = 64;
-const FEWEST: usize = 16;
+const FEWEST: usize = 4;
 
 /// Books the flux that leaves the closures into the room, and that of luminaires, where it ends.
 ///

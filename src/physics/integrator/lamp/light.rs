@@ -21,11 +21,12 @@ use glam::{DVec2, DVec3};
 
 use super::books;
 use super::cells::{Leaving, TubeLight};
+use super::in_box::BoxRoom;
 use super::sight::{Sight, sight};
 use crate::integrator::backward::daylight::Followed;
 use crate::integrator::backward::next_event::{Daylight, Way};
 use crate::integrator::backward::vertex::Vertex;
-use crate::integrator::backward::walk::Walk;
+use crate::integrator::backward::walk::{Ray, Walk};
 use crate::integrator::method::{Refusal, RefusalCode};
 use crate::integrator::photon::chunks::{Tally, fold_chunks};
 use crate::integrator::photon::descent::{Entering, Exit, descend};
@@ -112,6 +113,8 @@ pub fn leaving<const C: usize>(
 #[derive(Debug)]
 pub struct DiffuserLight<const C: usize> {
     tubes: Vec<TubeLight<C>>,
+    /// Where paths between plain faces have nothing to ask.
+    room: Option<BoxRoom<C>>,
 }
 
 impl<const C: usize> DiffuserLight<C> {
@@ -128,7 +131,7 @@ impl<const C: usize> DiffuserLight<C> {
             TubeLight::new(tube, photons, PathRandom::new(pass.stream(Stream::DiffuserChoice, index as u64)).uniform())
         };
         let tubes = scene.tubes.iter().zip(all).enumerate().map(light).collect();
-        Some((Self { tubes }, account))
+        Some((Self { tubes, room: BoxRoom::of(scene) }, account))
     }
 
     /// The light of each tube, in the order of the scene.
@@ -176,6 +179,14 @@ impl<const C: usize> DiffuserLight<C> {
 }
 
 impl<const C: usize> Daylight<C> for DiffuserLight<C> {
+    #[inline]
+    fn ahead(&self, walk: &mut Walk<'_, C>, ray: Ray<C, Way>, first: f64) -> Option<Ray<C, Way>> {
+        match &self.room {
+            Some(room) => room.follow(&self.tubes, walk, ray, first),
+            None => Some(ray),
+        }
+    }
+
     fn connect(&self, walk: &mut Walk<'_, C>, vertex: &Vertex<'_, C>, tube: usize) {
         let light = &self.tubes[tube];
         match sight(walk.scene, vertex, light.origin, light.radius) {
@@ -184,11 +195,7 @@ impl<const C: usize> Daylight<C> for DiffuserLight<C> {
             _ if light.choices.is_empty() => return,
             Sight::Whole(albedo) => {
                 let number = walk.samples.random.uniform();
-                let irradiance = match walk.met {
-                    0 | 1 => light.irradiance(vertex.position, vertex.normal, number),
-                    _ => light.irradiance_by_one(vertex.position, vertex.normal, number),
-                };
-                walk.sum += albedo * irradiance * (1.0 / PI);
+                walk.sum += albedo * light.seen_by(walk.met, vertex.position, vertex.normal, number) * (1.0 / PI);
                 return;
             }
             Sight::InPart => {}
@@ -222,6 +229,11 @@ impl<const C: usize> Daylight<C> for DiffuserLight<C> {
 pub struct SensorsLit<'a, const C: usize>(pub &'a DiffuserLight<C>);
 
 impl<const C: usize> Daylight<C> for SensorsLit<'_, C> {
+    #[inline]
+    fn ahead(&self, walk: &mut Walk<'_, C>, ray: Ray<C, Way>, first: f64) -> Option<Ray<C, Way>> {
+        self.0.ahead(walk, ray, first)
+    }
+
     fn connect(&self, walk: &mut Walk<'_, C>, vertex: &Vertex<'_, C>, tube: usize) {
         self.0.connect(walk, vertex, tube);
     }

@@ -3,5 +3,6 @@
 mod books;
 pub mod cells;
 pub mod flux;
+mod in_box;
 pub mod light;
 pub mod sight;
