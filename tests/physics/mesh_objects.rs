@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 use skyduct::document::{DocumentErrors, JobDocument, to_scene};
 use skyduct::geometry::TriangleMesh;
 use skyduct::integrator::bidirectional::{self, Bidirectional};
-use skyduct::integrator::light_tracing::{self, LightTracing};
+use skyduct::integrator::light_tracing::LightTracing;
 use skyduct::integrator::method::RefusalCode;
 use skyduct::integrator::path_tracing::{self, PathTracing};
 use skyduct::integrator::some_sensors::SensorPlace;

@@ -8,7 +8,7 @@ use crate::reference::{self, number};
 use glam::{DVec2, DVec3};
 use skyduct::estimate::Estimate;
 use skyduct::integrator::Integrator;
-use skyduct::integrator::light_tracing::{self, LightTracing};
+use skyduct::integrator::light_tracing::LightTracing;
 use skyduct::integrator::sppm::{self, Sppm};
 use skyduct::optics::{Collector, Diffuser, DiffuserZone, MeasuredDiffuser, Specular, Surface};
 use skyduct::plan::{self, EffectRequests, Effects};
