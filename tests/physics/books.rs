@@ -47,7 +47,7 @@ fn every_entry_is_that_of_light_tracing() {
     diffuse.room.luminaires.clear();
     diffuse.room.surfaces = [Some(Surface::diffuse([0.6; 3])); 6];
     let stages =
-        two_stage::Settings { photons_per_pass: 2048, samples_per_sensor: 1, ..two_stage::Settings::default() };
+        two_stage::Settings { photons_per_pass: Some(2048), samples_per_sensor: Some(1), ..Default::default() };
     let vertices = placed_vertices::Settings { photons_per_pass: Some(2048), vertices_per_pass: Some(64) };
     let cases: [(&str, &Scene, &dyn Described); 2] =
         [("two_stage", &scene, &stages), ("placed_vertices", &diffuse, &vertices)];

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use super::bounds::{PHOTONS_PER_PASS, SAMPLES_PER_PIXEL, SAMPLES_PER_SENSOR, Setting, photons, setting};
+use super::bounds::{PHOTONS_PER_PASS, SAMPLES_PER_PIXEL, SAMPLES_PER_SENSOR, Setting, optional, setting};
 use super::settings::MethodSettings;
 use crate::integrator::Method;
 use crate::integrator::two_stage::Settings;
@@ -14,10 +14,12 @@ use crate::plan::MethodRequest;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct TwoStageMethod {
-    /// Photons from sky and sun per pass, all tubes together.
-    pub photons_per_pass: u64,
-    /// Backward paths per sensor and pass.
-    pub samples_per_sensor: u32,
+    /// Photons from sky and sun per pass, all tubes together; by default as many as reach the accuracy asked for in about 8 passes,
+    /// and 8192 in jobs with views.
+    pub photons_per_pass: Option<u64>,
+    /// Backward paths per sensor and pass; by default as many as reach the accuracy asked for in about 8 passes, and 256 in jobs
+    /// with views.
+    pub samples_per_sensor: Option<u32>,
     /// Backward paths per pixel and pass.
     pub samples_per_pixel: u32,
 }
@@ -52,8 +54,8 @@ impl MethodSettings for TwoStageMethod {
 
     fn numbers(&self) -> Vec<Setting> {
         vec![
-            photons(self.photons_per_pass, PHOTONS_PER_PASS),
-            setting("samples_per_sensor", self.samples_per_sensor, SAMPLES_PER_SENSOR),
+            optional("photons_per_pass", self.photons_per_pass.map(|photons| photons as f64), PHOTONS_PER_PASS),
+            optional("samples_per_sensor", self.samples_per_sensor.map(f64::from), SAMPLES_PER_SENSOR),
             setting("samples_per_pixel", self.samples_per_pixel, SAMPLES_PER_PIXEL),
         ]
     }

@@ -17,9 +17,10 @@
 //! | `K t F S+ (V\|E)` | chance |
 //! | `M ..` and interreflection, light sent up and back included | as path tracing |
 //!
-//! **Settings.** `photons_per_pass` (8192; 64 to 16 777 216) against `samples_per_sensor` (256; 1 to 65 536) and
-//! `samples_per_pixel` (8; 1 to 4096): noise of the first stage is common to all sensors of a pass, that of the second
-//! is each sensor's own.
+//! **Settings.** `photons_per_pass` (64 to 16 777 216; with views 8192 by default) against `samples_per_sensor` (1 to 65 536)
+//! and `samples_per_pixel` (8; 1 to 4096): noise of the first stage is common to all sensors of a pass, that of the second
+//! is each sensor's own. Without views the first two are by default chosen for the accuracy asked for, so that 8 to some tens
+//! of passes reach it.
 //!
 //! **Refuses** closures that pass light unscattered, measured diffusers, and the sun by way of mirrors and of lobes
 //! below a roughness of 0.2. Bad at diffusers that mirrors show (it warns). The fluxes of tubes are
@@ -40,30 +41,65 @@ use crate::integrator::backward::chance;
 use crate::integrator::backward::pass::{Sampling, centre, each};
 use crate::integrator::backward::room_entry::exit_seen_by;
 use crate::integrator::lamp::light::{DiffuserLight, SensorsLit, refuses_closures};
+use crate::integrator::lamp::sizes::photons_for;
 use crate::integrator::method::{Caveat, Computation, Described, Load, Refusal, Task, Trial, Work};
 use crate::integrator::photon::chunks::PHOTON_CHUNK;
 use crate::integrator::photon::descent::Exit;
 use crate::integrator::photon::emission::Emission;
 use crate::integrator::{GridPass, Integrator, Pass, ViewPass};
 use crate::optics::{Closure, Spectrum};
-use crate::sampling::{Key, Stream};
+use crate::sampling::{Key, Stream, power_of_two};
 use crate::scene::{Channels, EstimateKind, Grid, View};
 use crate::traceable::{TraceableScene, TraceableTube};
 
 /// Settings of two stages.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
-    /// Photons from sky and sun per pass, all tubes together; 64..=16_777_216.
-    pub photons_per_pass: u64,
-    /// Backward paths per sensor and pass; 1..=65_536.
-    pub samples_per_sensor: u32,
+    /// Photons from sky and sun per pass, all tubes together; 64..=16_777_216; `None`: by the accuracy asked for, or with views 8192.
+    pub photons_per_pass: Option<u64>,
+    /// Backward paths per sensor and pass; 1..=65_536; `None`: by the accuracy asked for, or with views 256.
+    pub samples_per_sensor: Option<u32>,
     /// Backward paths per pixel and pass; 1..=4_096.
     pub samples_per_pixel: u32,
 }
 
 impl Default for Settings {
     fn default() -> Self {
-        Self { photons_per_pass: 8_192, samples_per_sensor: 256, samples_per_pixel: 8 }
+        Self { photons_per_pass: None, samples_per_sensor: None, samples_per_pixel: 8 }
+    }
+}
+
+/// Fewest and most photons, and most paths from a sensor, of a pass unless the document says how many; with views the most.
+const FEWEST_PHOTONS: f64 = 64.0;
+const MOST_PHOTONS: f64 = 8192.0;
+const MOST_SAMPLES: f64 = 256.0;
+
+/// Paths from a sensor in a pass of a job that asks for a relative standard error of 1 %, and the power of it by which they grow.
+const SAMPLES_FOR_ONE_PERCENT: f64 = 16.0;
+const GROWTH_OF_SAMPLES: f64 = 1.65;
+
+/// Numbers of a pass.
+#[derive(Clone, Copy, Debug)]
+pub struct Sizes {
+    /// Photons down the tubes.
+    pub photons: u64,
+    /// Paths from each sensor.
+    pub per_sensor: u32,
+    /// Paths from each pixel.
+    pub per_pixel: u32,
+}
+
+impl Settings {
+    /// The numbers of a pass for a relative standard error `target` of grids, or with views.
+    fn sizes(&self, target: f64, tubes: &[TraceableTube], views: bool) -> Sizes {
+        let photons = if views { MOST_PHOTONS } else { photons_for(tubes, target).clamp(FEWEST_PHOTONS, MOST_PHOTONS) };
+        let samples = SAMPLES_FOR_ONE_PERCENT * libm::pow(0.01 / target, GROWTH_OF_SAMPLES);
+        let samples = if views { MOST_SAMPLES } else { samples.min(MOST_SAMPLES) };
+        Sizes {
+            photons: self.photons_per_pass.unwrap_or_else(|| power_of_two(photons)),
+            per_sensor: self.samples_per_sensor.unwrap_or_else(|| power_of_two(samples) as u32),
+            per_pixel: self.samples_per_pixel,
+        }
     }
 }
 
@@ -86,30 +122,38 @@ impl Described for Settings {
     }
 
     fn seconds_per_pass(&self, work: &Work) -> f64 {
-        let sensor_paths = f64::from(self.samples_per_sensor) * work.sensors;
-        let eye_paths = f64::from(self.samples_per_pixel) * work.pixels;
-        self.photons_per_pass as f64 * (work.seconds_per_path + 2e-9 * work.sensors)
+        let sizes = self.sizes(0.01, &[], work.pixels > 0.0);
+        let sensor_paths = f64::from(sizes.per_sensor) * work.sensors;
+        let eye_paths = f64::from(sizes.per_pixel) * work.pixels;
+        sizes.photons as f64 * (work.seconds_per_path + 2e-9 * work.sensors)
             + (sensor_paths + eye_paths) * (1e-6 + 0.5e-6 * work.tubes)
     }
 
     fn working_bytes(&self, load: &Load) -> f64 {
         // a place on the diffuser, the flux, and an offset for cells
-        self.photons_per_pass as f64 * load.photon_bytes() * Load::COPIES
+        self.photons_per_pass.map_or(MOST_PHOTONS, |photons| photons as f64) * load.photon_bytes() * Load::COPIES
     }
 
     fn trial(&self, task: &Task) -> Trial {
+        let by_accuracy = self.photons_per_pass.is_none() || self.samples_per_sensor.is_none();
+        if by_accuracy && task.views.is_empty() {
+            return Trial { by_accuracy, ..Trial::whole(self.clone(), 49) };
+        }
         // each place has the noise of its own paths, whose number stays, and all have that of the photons
-        let (photons_per_pass, work_of_pass) = Trial::fewer(self.photons_per_pass, 0.125);
-        let smaller = Self { photons_per_pass, ..self.clone() };
+        let sizes = self.sizes(0.01, &task.traceable.tubes, true);
+        let (photons, work_of_pass) = Trial::fewer(sizes.photons, 0.125);
+        let smaller =
+            Self { photons_per_pass: Some(photons), samples_per_sensor: Some(sizes.per_sensor), ..self.clone() };
         let most_places = if task.views.is_empty() { 9 } else { 512 };
         Trial { work_of_pass, shared_variance: 1.0 / work_of_pass, ..Trial::whole(smaller, most_places) }
     }
 
-    fn build(&self, task: &Task, seed: u64, _target: f64) -> Computation {
+    fn build(&self, task: &Task, seed: u64, target: f64) -> Computation {
         let scene = task.traceable.clone();
+        let sizes = self.sizes(target, &scene.tubes, !task.views.is_empty());
         match task.scene.channels {
-            Channels::Photopic => Computation::passes(TwoStage::<1>::new(scene, task.grids, task.views, self, seed)),
-            Channels::Rgb => Computation::passes(TwoStage::<3>::new(scene, task.grids, task.views, self, seed)),
+            Channels::Photopic => Computation::passes(TwoStage::<1>::new(scene, task.grids, task.views, sizes, seed)),
+            Channels::Rgb => Computation::passes(TwoStage::<3>::new(scene, task.grids, task.views, sizes, seed)),
         }
     }
 }
@@ -127,16 +171,16 @@ pub struct TwoStage<const C: usize> {
     emission: Emission,
     grids: Vec<Grid>,
     views: Vec<View>,
-    settings: Settings,
+    sizes: Sizes,
     seed: Key,
 }
 
 impl<const C: usize> TwoStage<C> {
     /// Divides the photons of a pass among sky and sun of the tubes; equal seeds give equal bits.
-    pub fn new(scene: Arc<TraceableScene>, grids: &[Grid], views: &[View], settings: &Settings, seed: u64) -> Self {
-        let emission = Emission::of_daylight(&scene, settings.photons_per_pass);
+    pub fn new(scene: Arc<TraceableScene>, grids: &[Grid], views: &[View], sizes: Sizes, seed: u64) -> Self {
+        let emission = Emission::of_daylight(&scene, sizes.photons);
         let (grids, views) = (grids.to_vec(), views.to_vec());
-        Self { scene, emission, grids, views, settings: settings.clone(), seed: Key::new(seed) }
+        Self { scene, emission, grids, views, sizes, seed: Key::new(seed) }
     }
 
     /// Illuminance of a grid in lux, and the rays it took; `None` when cancelled.
@@ -148,7 +192,7 @@ impl<const C: usize> TwoStage<C> {
         cancel: &AtomicBool,
     ) -> Option<(Vec<f64>, RayCount)> {
         let scene = &*self.scene;
-        let sampling = sampling(self.settings.samples_per_sensor);
+        let sampling = sampling(self.sizes.per_sensor);
         let average = grid.estimate == EstimateKind::CellAverage;
         let offsets = average.then(|| light.offsets(grid.cell_size_m, stream));
         let reach = if average { 0.5 * libm::hypot(grid.cell_size_m[0], grid.cell_size_m[1]) } else { 0.0 };
@@ -202,7 +246,7 @@ impl<const C: usize> Integrator for TwoStage<C> {
         }
         for (number, view) in self.views.iter().enumerate() {
             let stream = key.stream(Stream::View, number as u64);
-            let sampling = sampling_of_pixels(self.settings.samples_per_pixel);
+            let sampling = sampling_of_pixels(self.sizes.per_pixel);
             let (mut luminance, rays) = backward::pass::view::<C>(scene, view, sampling, stream, &light, cancel)?;
             if cancel.load(Ordering::Relaxed) {
                 return None;

@@ -6,13 +6,13 @@ use std::sync::Arc;
 
 use crate::integrator::components::Component;
 use crate::integrator::method::{Described, Passes, Refusal, RefusalCode, Task};
-use crate::integrator::photon::close_points::{dishonest_points, near_surfaces};
+use crate::integrator::photon::close_points::{dishonest_points, distance_to_surface, near_surfaces};
 use crate::integrator::some_sensors::SensorPlace;
 use crate::integrator::{
     Method, bidirectional, lamp_responses, light_tracing, path_tracing, photon_mapping, placed_vertices, sppm,
     two_stage,
 };
-use crate::scene::{Grid, Scene};
+use crate::scene::{EstimateKind, Grid, Scene};
 use crate::traceable::luminaire::TraceableLuminaire;
 use crate::traceable::{TraceableScene, TraceableTube};
 
@@ -176,7 +176,7 @@ fn for_grids(task: &Task) -> (MethodChoice, Option<SomeChoice>) {
                       where sensors need them";
         return (MethodChoice { method: Method::PlacedVertices(placed), reason: reason.to_owned() }, None);
     }
-    if let Some(choice) = electric_cells(task) {
+    if let Some(choice) = electric_cells(task).or_else(|| cells_beside_walls(task)) {
         return (choice, None);
     }
     let unseen = || light_tracing::refuses_points(task.traceable).map(|refusal| refusal.detail);
@@ -214,6 +214,33 @@ fn electric_cells(task: &Task) -> Option<MethodChoice> {
     let able = paths.refuses(task).is_none() && paths.warns(task).is_none();
     let reason = "unbiased: luminaires alone light the room, and paths from the cells find them at every reflection";
     (electric && able && !task.has_points())
+        .then(|| MethodChoice { method: Method::TwoStage(paths), reason: reason.to_owned() })
+}
+
+/// Share of cells beside surfaces among the sensors above which these decide.
+const FEW_CELLS: f64 = 0.04;
+
+/// For cell averages beside the walls of an empty room with lamps for tubes: connections would be too bright there, and a photon seldom
+/// crosses a cell. A quarter of the time that light tracing takes to the same error in the thesis' room, and three times as much where
+/// its cells keep 0.3 m from the walls.
+fn cells_beside_walls(task: &Task) -> Option<MethodChoice> {
+    let paths = two_stage::Settings::default();
+    let scene = task.traceable;
+    let plain = scene.is_empty() && scene.interreflection && scene.specular_surfaces().next().is_none();
+    let able = paths.refuses(task).is_none() && paths.warns(task).is_none();
+    if !(plain && able && is_daylit(scene)) {
+        return None;
+    }
+    let is_beside = |(grid, sensor): (&Grid, usize)| {
+        // to the cell's far edge, and half of the longer edge on
+        let [width, depth] = grid.cell_size_m;
+        let average = grid.estimate == EstimateKind::CellAverage;
+        average && distance_to_surface(scene, grid.centre(sensor), width.max(depth)).is_some()
+    };
+    let sensors = || task.grids.iter().flat_map(|grid| (0..grid.len()).map(move |sensor| (grid, sensor)));
+    let beside = sensors().filter(|sensor| is_beside(*sensor)).count();
+    let reason = "unbiased, and all tubes are lamps; photons seldom cross cells beside walls, and paths from these find the walls";
+    (beside as f64 > FEW_CELLS * sensors().count() as f64)
         .then(|| MethodChoice { method: Method::TwoStage(paths), reason: reason.to_owned() })
 }
 

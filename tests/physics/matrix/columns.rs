@@ -110,8 +110,8 @@ pub const COLUMNS: &[Column] = &[
         family: Family::TwoStage,
         method: |work| {
             Method::TwoStage(two_stage::Settings {
-                photons_per_pass: work.photons(2048.0),
-                samples_per_sensor: work.per_sensor(512.0 * work.paths),
+                photons_per_pass: Some(work.photons(2048.0)),
+                samples_per_sensor: Some(work.per_sensor(512.0 * work.paths)),
                 samples_per_pixel: work.per_pixel(2560.0),
             })
         },

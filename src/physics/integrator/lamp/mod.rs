@@ -6,3 +6,4 @@ pub mod flux;
 mod in_box;
 pub mod light;
 pub mod sight;
+pub mod sizes;

@@ -37,10 +37,11 @@ use std::sync::atomic::AtomicBool;
 
 use glam::{DVec2, DVec3};
 
-use crate::guide::{Guide, RayCount};
+use crate::guide::RayCount;
 use crate::integrator::backward::next_event::{NextEvent, Way};
 use crate::integrator::backward::walk::{Ray, Walk};
 use crate::integrator::lamp::light::{DiffuserLight, refuses_closures};
+use crate::integrator::lamp::sizes::photons_for;
 use crate::integrator::method::{Computation, Described, Kept, Knows, Load, Refusal, RefusalCode, Task, Trial, Work};
 use crate::integrator::photon::chunks::{Tally, fold_chunks, sums_at_once};
 use crate::integrator::photon::emission::Emission;
@@ -61,14 +62,9 @@ pub struct Settings {
     pub vertices_per_pass: Option<u64>,
 }
 
-/// Photons for each tube, and vertices, of a pass of a job that asks for a relative standard error of 1 %; a ray through a straight
-/// guide is worth several through bends and facets.
-const PHOTONS_FOR_ONE_PERCENT: f64 = 64.0;
-const PHOTONS_OF_OTHER_GUIDES: f64 = 256.0;
+/// Vertices of a pass of a job that asks for a relative standard error of 1 %, and the power of it by which they grow: even points do
+/// better than the square root.
 const VERTICES_FOR_ONE_PERCENT: f64 = 192.0;
-
-/// Power of the standard error by which photons and vertices of a pass grow: even points do better than the square root.
-const GROWTH_OF_PHOTONS: f64 = 1.5;
 const GROWTH_OF_VERTICES: f64 = 1.4;
 
 /// As many times more photons and vertices where obstacles hide openings from a share of the sensors: 1 and this times the square
@@ -103,11 +99,7 @@ impl Settings {
             rows @ ..4 => rows * LEAST as u64,
             _ => power_of_two(number.min(MOST)),
         };
-        let of_tube = |tube: &TraceableTube| match tube.guide {
-            Guide::Straight(_) => PHOTONS_FOR_ONE_PERCENT,
-            _ => PHOTONS_OF_OTHER_GUIDES,
-        };
-        let photons = size(tubes.iter().map(of_tube).sum::<f64>() * more * libm::pow(scale, GROWTH_OF_PHOTONS));
+        let photons = size(photons_for(tubes, target) * more);
         let vertices = size(VERTICES_FOR_ONE_PERCENT * more * libm::pow(scale, GROWTH_OF_VERTICES));
         [self.photons_per_pass.unwrap_or(photons), self.vertices_per_pass.unwrap_or(vertices)]
     }
