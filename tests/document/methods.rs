@@ -49,6 +49,22 @@ fn a_method_that_refuses_says_so_in_codes() {
     assert_eq!((&told["code"], &told["refusal"]), (&json!("method_refuses"), &json!("grids_only")));
 }
 
+/// Cells beside walls are counted by paths from the cells, those in the middle of a room by photons, points by placed vertices.
+#[test]
+fn tubes_light_cells_beside_walls_by_paths() {
+    let mut document: Value = serde_json::from_str(include_str!("../../examples/thesis_room.json")).unwrap();
+    document.as_object_mut().unwrap().remove("views");
+    let cases =
+        [("cell_average", 0.0, "two_stage"), ("cell_average", 0.4, "light_tracing"), ("point", 0.0, "placed_vertices")];
+    for (estimate, margin, method) in cases {
+        let grid = json!({ "name": "floor", "height_m": 0, "cells": [9, 9], "margin_m": margin, "estimate": estimate });
+        document["grids"] = json!([grid]);
+        let prepared =
+            prepare(document.to_string().as_bytes(), &SquarePipe).unwrap_or_else(|errors| panic!("{errors:?}"));
+        assert_eq!(prepared.method_names(), method, "{estimate} {margin}");
+    }
+}
+
 /// Cells that lamps alone light are counted by paths from the cells; points are connected to what photons light.
 #[test]
 fn lamps_light_cells_by_paths_and_points_by_photons() {
