@@ -308,12 +308,12 @@ impl Pilot<'_> {
         }
     }
 
-    /// A method whose passes are as large as the accuracy demands: each one is tried, and where the time is over, the last is
-    /// extrapolated by the square root, but not far.
+    /// A method whose passes are as large as the accuracy demands: each one is tried, and where the time is over, more of the last
+    /// ones are expected, but not many times more.
     fn by_accuracy(&self, tried: &Tried<'_>, accuracies: &[f64], clock: &Clock<'_>) -> Outcome {
         let Tried { trial, sample, .. } = tried;
         let mut outcome = Outcome::default();
-        let mut last: Option<(f64, PredictedTime)> = None;
+        let mut last: Option<(f64, Measured)> = None;
         let mut spent: f64 = 0.0;
         for accuracy in accuracies {
             let setup = Clocks::start();
@@ -334,23 +334,18 @@ impl Pilot<'_> {
                         passes: passes.found.len(),
                     };
                     outcome.first_number.get_or_insert(measured.seconds_to_first_number());
-                    last = Some((*accuracy, measured.time_to(*accuracy, self.judged[tried.output])));
+                    last = Some((*accuracy, measured));
                 }
                 // what the least number of passes takes
                 spent = setup_seconds + LEAST_PASSES as f64 * passes.cost().unwrap_or(f64::INFINITY);
             }
-            let Some((of, time)) = &last else { break };
+            let Some((of, measured)) = &last else { break };
             if of / accuracy > FARTHEST + 1e-9 {
                 break;
             }
-            let longer = libm::pow(of / accuracy, 2.0);
-            outcome.times.push(PredictedTime {
-                relative_error: *accuracy,
-                seconds: time.seconds.map(|seconds| seconds * longer),
-                seconds_to: time.seconds_to.map(|seconds| seconds * longer),
-                passes: time.passes.filter(|_| longer == 1.0),
-                ..time.clone()
-            });
+            let time = measured.time_to(*accuracy, self.judged[tried.output]);
+            let passes = time.passes.filter(|_| of == accuracy);
+            outcome.times.push(PredictedTime { passes, ..time });
         }
         outcome
     }
