@@ -11,7 +11,8 @@
 //! | paths | estimator |
 //! | --- | --- |
 //! | `(K\|N) t F E`, far sensors that see all discs, and the eye | every photon, connected |
-//! | `(K\|N) t F V`, far, disc above the horizon, nothing between, no lobe | rings and sectors in closed form, and one photon for what they leave out |
+//! | `(K\|N) t F V`, V the first, far, disc above the horizon, nothing between, no lobe | rings and sectors in closed form, and one photon for what they leave out |
+//! | `(K\|N) t F V`, V a later one, else the same | one photon by its flux, connected |
 //! | `(K\|N) t F V`, far, else | two photons, connected |
 //! | `(K\|N) t F V`, near, or a lobe below a roughness of 0.2 | as path tracing |
 //! | `K t F S+ (V\|E)` | chance |
