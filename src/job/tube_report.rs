@@ -12,13 +12,14 @@ use crate::document::result::TubeResult;
 use crate::document::result::tube_report::{
     BeamReport, SkyReport, StraightReport, ThroughputResult, TransmissionResult, TubeReport,
 };
+use crate::geometry::TriangleMesh;
 use crate::guide::Guide;
 use crate::guide::beams::beams_over;
 use crate::guide::equivalent_length::equivalent_length_m;
 use crate::guide::patches;
 use crate::guide::performance::{self, Effort};
 use crate::sampling::{Key, Stream};
-use crate::scene::{Segment, StraightOrBent, Tube, TubeShape};
+use crate::scene::{MeshTube, Segment, StraightOrBent, Tube, TubeShape};
 use crate::statistics::interval::two_sided_normal_quantile;
 use crate::traceable::{TraceableScene, cylinder_guide};
 
@@ -123,9 +124,30 @@ fn content(shape: &TubeShape, opening_radius: f64, traceable: &TraceableScene, e
     }
     let mut hashing = Hashing(blake3::Hasher::new());
     // derived, so that no field is forgotten, and numbers are written in digits that read back exactly
+    let shape: &dyn fmt::Debug = match shape {
+        TubeShape::Cylinders(tube) => tube,
+        TubeShape::Mesh(MeshTube { mesh, parts, rotation, section }) => {
+            hashing.0.update(&bytes_of(mesh));
+            &(&mesh.materials, parts, rotation, section)
+        }
+    };
     let written = write!(hashing, "{shape:?} {opening_radius:?} {:?} {:?} {error:?}", traceable.sky, traceable.sun);
     debug_assert!(written.is_ok(), "hashing cannot fail");
     hashing.0.finalize()
+}
+
+/// The numbers of a mesh as bytes: in digits they would take longer than some reports.
+fn bytes_of(mesh: &TriangleMesh) -> Vec<u8> {
+    let TriangleMesh { positions, triangles, triangle_materials, materials: _, dropped: _ } = mesh;
+    let mut bytes = Vec::with_capacity(24 + 24 * positions.len() + 16 * triangles.len());
+    [positions.len(), triangles.len()].iter().for_each(|length| bytes.extend(length.to_le_bytes()));
+    for position in positions {
+        position.to_array().iter().for_each(|coordinate| bytes.extend(coordinate.to_le_bytes()));
+    }
+    for (corners, material) in triangles.iter().zip(triangle_materials) {
+        corners.iter().chain([material]).for_each(|number| bytes.extend(number.to_le_bytes()));
+    }
+    bytes
 }
 
 /// The place of a performance in the process' memory.

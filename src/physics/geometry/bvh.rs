@@ -1,10 +1,10 @@
 //! Nearest hits and distances among triangles.
 //!
-//! A tree of boxes in f32 ([`WideTree`]) is the filter; every hit is decided in f64 by the watertight test of [`ShearedRay`].
+//! A tree in f32 ([`WideTree`]) is the filter; every hit is decided in f64 by the watertight test of [`ShearedRay`].
 
 use glam::{DVec3, Vec3A};
 
-use super::lanes::{FOUR, Lanes, Query, TreeRay, answer};
+use super::lanes::{Lanes, Query, TreeRay, answer};
 use super::triangle::{ShearedRay, distance_above};
 use super::wide_tree::{Aabb, WideTree};
 
@@ -17,6 +17,7 @@ const PADDING: f64 = 1e-6;
 #[derive(Clone)]
 pub struct TriangleBvh {
     tree: WideTree,
+    triangles: Vec<[DVec3; 3]>,
     centre: DVec3,
     /// f32 coordinates are (p - centre) * scale, so that the scene has a diagonal of one.
     scale: f64,
@@ -33,7 +34,7 @@ pub struct TriangleHit {
 
 impl std::fmt::Debug for TriangleBvh {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("TriangleBvh").field("triangles", &self.tree.len()).finish_non_exhaustive()
+        f.debug_struct("TriangleBvh").field("triangles", &self.triangles.len()).finish_non_exhaustive()
     }
 }
 
@@ -55,7 +56,13 @@ impl TriangleBvh {
                 Aabb::new(bounds.min - padding, bounds.max + padding)
             })
             .collect();
-        Self { tree: WideTree::new(&boxes, triangles), centre, scale }
+        Self { tree: WideTree::new(&boxes, triangles, to_f32), triangles: triangles.to_vec(), centre, scale }
+    }
+
+    /// Corners of a triangle of the list that the set was built from.
+    #[inline]
+    pub fn triangle(&self, number: u32) -> &[DVec3; 3] {
+        &self.triangles[number as usize]
     }
 
     /// The nearest triangle at a positive distance along the unit vector `direction`, `skip` left out (the planar triangle
@@ -87,9 +94,8 @@ impl TriangleBvh {
         let padding = Vec3A::splat(2.0 * PADDING as f32);
         let around = Aabb::new(self.to_f32(point - reach) - padding, self.to_f32(point + reach) + padding);
         let mut nearest = reach;
-        self.tree.around(&around, |four| {
-            let distances = four.triangles().filter_map(|(_, triangle)| distance_above(&triangle, point, height));
-            nearest = distances.fold(nearest, f64::min);
+        self.tree.around(&around, |number| {
+            nearest = nearest.min(distance_above(self.triangle(number), point, height).unwrap_or(nearest));
         });
         (nearest < reach).then_some(nearest)
     }
@@ -119,21 +125,20 @@ impl Query for Nearest<'_> {
             &ray,
             reach,
             #[inline(always)]
-            |four| {
-                let (distances, mut met) = lanes.intersect(&sheared, &four.corners);
-                while met != 0 {
-                    let lane = met.trailing_zeros() as usize;
-                    met &= met - 1;
-                    let (distance, number) = (distances[lane], four.numbers[lane]);
-                    let closer = nearest.is_none_or(|hit| {
-                        distance < hit.distance || (distance == hit.distance && number < hit.triangle)
-                    });
-                    if closer && Some(number) != skip {
-                        nearest = Some(TriangleHit { triangle: number, distance });
-                        // a little beyond the hit, so that rounding cannot cull a nearer one
-                        let on_ray = ((distance - skipped) * set.scale) as f32;
-                        reach = on_ray * (1.0 + 4.0 * f32::EPSILON) + f32::MIN_POSITIVE;
-                    }
+            |number| {
+                if Some(number) == skip {
+                    return reach;
+                }
+                let closer = |distance: &f64| {
+                    nearest.is_none_or(|hit| {
+                        *distance < hit.distance || (*distance == hit.distance && number < hit.triangle)
+                    })
+                };
+                if let Some(distance) = sheared.intersect(set.triangle(number)).filter(closer) {
+                    nearest = Some(TriangleHit { triangle: number, distance });
+                    // a little beyond the hit, so that rounding cannot cull a nearer one
+                    let on_ray = ((distance - skipped) * set.scale) as f32;
+                    reach = on_ray * (1.0 + 4.0 * f32::EPSILON) + f32::MIN_POSITIVE;
                 }
                 reach
             },
@@ -170,9 +175,8 @@ impl Query for AnyWithin<'_> {
             &ray,
             on_ray,
             #[inline(always)]
-            |four| {
-                let (distances, met) = lanes.intersect(&sheared, &four.corners);
-                any |= (0..FOUR).any(|lane| met >> lane & 1 == 1 && distances[lane] < reach);
+            |number| {
+                any |= sheared.intersect(set.triangle(number)).is_some_and(|distance| distance < reach);
                 // nothing is nearer than what lies behind
                 if any { f32::NEG_INFINITY } else { on_ray }
             },

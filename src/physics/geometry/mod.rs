@@ -1,6 +1,7 @@
 //! Geometry: closed forms, skew rays in cylinders, triangles, the BVH, OBJ files.
 
 pub mod bvh;
+mod collapse;
 pub mod covered;
 pub mod cylinder;
 pub mod disc;

@@ -5,10 +5,10 @@ use glam::DVec3;
 /// A ray prepared for many triangles: the shear that takes its direction to +z (Woop, Benthin and Wald 2013).
 #[derive(Clone, Copy, Debug)]
 pub struct ShearedRay {
-    pub(super) origin: DVec3,
+    origin: DVec3,
     /// Axis permutation, the dominant axis of the direction last.
-    pub(super) axes: [usize; 3],
-    pub(super) shear: DVec3,
+    axes: [usize; 3],
+    shear: DVec3,
 }
 
 impl ShearedRay {
@@ -34,7 +34,8 @@ impl ShearedRay {
     /// Distance to the triangle, from either side, when it is positive.
     ///
     /// Edges and corners belong to every triangle that shares them, so that no ray slips through between neighbours.
-    #[inline]
+    // always: the traversal is compiled for vectors, and what it calls is not
+    #[inline(always)]
     pub fn intersect(&self, corners: &[DVec3; 3]) -> Option<f64> {
         let [x, y, z] = self.axes;
         let [a, b, c] = corners.map(|corner| corner - self.origin);

@@ -1,16 +1,16 @@
-//! A tree of boxes, eight to a node, over triangles in fours (built by obvhs, whose only user this is, collapsed here).
+//! A tree of boxes, eight to a node, over triangles in eights (built by obvhs, whose only user this is, collapsed in
+//! [`super::collapse`]).
 //!
-//! The binary tree of obvhs is collapsed as Wald, Benthin and Boulos 2008 do: the child of largest area is opened until
-//! a node has eight. Boxes are an f32 filter, taken eight at once; what they let through is tested in f64, four triangles at
-//! once.
+//! Boxes and triangles are in f32, a filter that is taken eight at once: what it lets through is decided elsewhere, in f64.
 
-use glam::DVec3;
+use glam::{DVec3, Vec3A};
 use obvhs::BvhBuildParams;
 pub use obvhs::aabb::Aabb;
-use obvhs::bvh2::{Bvh2, builder::build_bvh2};
+use obvhs::bvh2::builder::build_bvh2;
 use smallvec::SmallVec;
 
-use super::lanes::{Corners, FOUR, Lanes, TreeRay, WIDTH};
+use super::collapse::Collapse;
+use super::lanes::{Corners, Lanes, TreeRay, WIDTH};
 
 /// Nodes that wait while a ray is followed; deeper trees take memory for more.
 const WAITING: usize = 48;
@@ -19,7 +19,7 @@ const WAITING: usize = 48;
 #[derive(Clone, Debug)]
 pub struct WideTree {
     nodes: Vec<Node>,
-    fours: Vec<Four>,
+    leaves: Vec<Leaf>,
 }
 
 #[derive(Clone, Debug)]
@@ -30,20 +30,17 @@ struct Node {
     children: [Child; WIDTH],
 }
 
-/// Place of a node, or of a leaf's first four triangles.
+/// Place of a node, or of a leaf.
 #[derive(Clone, Copy, Debug)]
 struct Child(u32);
 
-/// Up to four triangles of a leaf.
+/// Up to eight triangles.
 #[derive(Clone, Debug)]
 #[repr(align(64))]
-pub struct Four {
-    /// Coordinates by corner and axis; not a number where there is no triangle.
-    pub corners: Corners,
-    /// Numbers that the triangles have in the list that the tree was built from; [`Four::NONE`] where there is none.
-    pub numbers: [u32; FOUR],
-    /// True if the leaf goes on with the next four.
-    more: bool,
+struct Leaf {
+    corners: Corners,
+    /// Numbers that the triangles have in the list that the tree was built from; [`Leaf::NONE`] where there is none.
+    numbers: [u32; WIDTH],
 }
 
 impl Child {
@@ -54,35 +51,32 @@ impl Child {
     }
 }
 
-impl Four {
+impl Leaf {
     /// Number where there is no triangle.
-    pub const NONE: u32 = u32::MAX;
+    const NONE: u32 = u32::MAX;
 
-    fn new(numbers: &[u32], triangles: &[[DVec3; 3]], more: bool) -> Self {
-        let mut four = Self { corners: [[[f64::NAN; FOUR]; 3]; 3], numbers: [Self::NONE; FOUR], more };
+    fn new(numbers: &[u32], corner: impl Fn(u32, usize) -> Vec3A) -> Self {
+        let mut leaf = Self { corners: [[[f32::NAN; WIDTH]; 3]; 3], numbers: [Self::NONE; WIDTH] };
         for (lane, number) in numbers.iter().enumerate() {
-            four.numbers[lane] = *number;
-            for (rows, corner) in four.corners.iter_mut().zip(&triangles[*number as usize]) {
+            leaf.numbers[lane] = *number;
+            for (which, rows) in leaf.corners.iter_mut().enumerate() {
+                let corner = corner(*number, which);
                 (0..3).for_each(|axis| rows[axis][lane] = corner[axis]);
             }
         }
-        four
-    }
-
-    /// The corners of the triangles, each with its number.
-    pub fn triangles(&self) -> impl Iterator<Item = (u32, [DVec3; 3])> {
-        let corner = |corner: usize, lane: usize| DVec3::from_array(self.corners[corner].map(|axis| axis[lane]));
-        let triangle = move |lane: usize| (self.numbers[lane], [0, 1, 2].map(|which| corner(which, lane)));
-        (0..FOUR).filter(|lane| self.numbers[*lane] != Self::NONE).map(triangle)
+        leaf
     }
 }
 
 impl WideTree {
-    /// `boxes`: of the triangles, in the coordinates of the tree; `triangles`: at least one, at most 2^31.
-    pub fn new(boxes: &[Aabb], triangles: &[[DVec3; 3]]) -> Self {
-        let params = BvhBuildParams { max_prims_per_leaf: FOUR as u32, ..BvhBuildParams::medium_build() };
+    /// `boxes`: of the triangles, at least one, at most 2^31; `to_tree`: coordinates of the tree, in which the boxes are.
+    pub fn new(boxes: &[Aabb], triangles: &[[DVec3; 3]], to_tree: impl Fn(DVec3) -> Vec3A) -> Self {
+        // leaves of one triangle each: which of them become one is decided with the nodes
+        let params = BvhBuildParams { max_prims_per_leaf: 1, ..BvhBuildParams::fast_build() };
         let tree = build_bvh2(boxes, params, &mut Default::default());
-        let mut wide = Self { nodes: Vec::new(), fours: Vec::new() };
+        let collapse = Collapse::new(&tree);
+        let corner = |number: u32, which: usize| to_tree(triangles[number as usize][which]);
+        let mut wide = Self { nodes: Vec::new(), leaves: Vec::new() };
         // a list of what is left to do: a tree may be deeper than the stack of a thread
         let mut left = vec![(0, None::<(usize, usize)>)];
         while let Some((binary, parent)) = left.pop() {
@@ -91,20 +85,15 @@ impl WideTree {
                 wide.nodes[node].children[lane] = Child(place as u32);
             }
             wide.nodes.push(Node::EMPTY);
-            for (lane, index) in opened(&tree, binary).into_iter().enumerate() {
-                let child = &tree.nodes[index];
-                let bounds = child.aabb();
+            for (lane, index) in collapse.children(binary).into_iter().enumerate() {
+                let bounds = tree.nodes[index].aabb();
                 for axis in 0..3 {
                     wide.nodes[place].bounds[axis][lane] = bounds.min[axis];
                     wide.nodes[place].bounds[axis + 3][lane] = bounds.max[axis];
                 }
-                if child.is_leaf() {
-                    wide.nodes[place].children[lane] = Child(wide.fours.len() as u32 | Child::LEAF);
-                    let (first, count) = (child.first_index as usize, child.prim_count as usize);
-                    let mut numbers = tree.primitive_indices[first..first + count].chunks(FOUR).peekable();
-                    while let Some(some) = numbers.next() {
-                        wide.fours.push(Four::new(some, triangles, numbers.peek().is_some()));
-                    }
+                if collapse.is_leaf(index) {
+                    wide.nodes[place].children[lane] = Child(wide.leaves.len() as u32 | Child::LEAF);
+                    wide.leaves.push(Leaf::new(&collapse.primitives(index), corner));
                 } else {
                     left.push((index, Some((place, lane))));
                 }
@@ -113,15 +102,10 @@ impl WideTree {
         wide
     }
 
-    /// Number of triangles.
-    pub fn len(&self) -> usize {
-        self.fours.iter().flat_map(|four| four.numbers).filter(|number| *number != Four::NONE).count()
-    }
-
-    /// Shows the triangles of every leaf whose box a ray meets before a distance, nearer boxes first: `reach` at first, then what
-    /// `meet` returns.
+    /// Shows the number of every triangle that a ray may meet before a distance, those in nearer boxes first: `reach` at first, then
+    /// what `meet` returns.
     #[inline(always)]
-    pub fn follow<L: Lanes>(&self, lanes: L, ray: &TreeRay, mut reach: f32, mut meet: impl FnMut(&Four) -> f32) {
+    pub fn follow<L: Lanes>(&self, lanes: L, ray: &TreeRay, mut reach: f32, mut meet: impl FnMut(u32) -> f32) {
         let mut waiting = SmallVec::<[(Child, f32); WAITING]>::new();
         waiting.push((Child(0), 0.0));
         while let Some((mut child, entered)) = waiting.pop() {
@@ -129,14 +113,13 @@ impl WideTree {
                 continue;
             }
             loop {
-                if let Some(mut place) = child.leaf() {
-                    loop {
-                        let four = &self.fours[place];
-                        reach = meet(four);
-                        if !four.more {
-                            break;
-                        }
-                        place += 1;
+                if let Some(place) = child.leaf() {
+                    let leaf = &self.leaves[place];
+                    let mut touched = lanes.touch(&leaf.corners, ray);
+                    while touched != 0 {
+                        let lane = touched.trailing_zeros() as usize;
+                        touched &= touched - 1;
+                        reach = meet(leaf.numbers[lane]);
                     }
                     break;
                 }
@@ -170,28 +153,21 @@ impl WideTree {
         }
     }
 
-    /// Shows the triangles of every leaf whose box touches `around`.
-    pub fn around(&self, around: &Aabb, mut meet: impl FnMut(&Four)) {
+    /// Shows the number of every triangle of every leaf whose box touches `around`.
+    pub fn around(&self, around: &Aabb, mut meet: impl FnMut(u32)) {
         let mut waiting = vec![Child(0)];
         while let Some(child) = waiting.pop() {
-            let Some(mut place) = child.leaf() else {
-                let node = &self.nodes[child.0 as usize];
-                let touches = |lane: usize| {
-                    (0..3).all(|axis| {
-                        node.bounds[axis][lane] <= around.max[axis] && node.bounds[axis + 3][lane] >= around.min[axis]
-                    })
-                };
-                waiting.extend((0..WIDTH).filter(|lane| touches(*lane)).map(|lane| node.children[lane]));
+            if let Some(place) = child.leaf() {
+                self.leaves[place].numbers.iter().filter(|number| **number != Leaf::NONE).for_each(|n| meet(*n));
                 continue;
-            };
-            loop {
-                let four = &self.fours[place];
-                meet(four);
-                if !four.more {
-                    break;
-                }
-                place += 1;
             }
+            let node = &self.nodes[child.0 as usize];
+            let touches = |lane: usize| {
+                (0..3).all(|axis| {
+                    node.bounds[axis][lane] <= around.max[axis] && node.bounds[axis + 3][lane] >= around.min[axis]
+                })
+            };
+            waiting.extend((0..WIDTH).filter(|lane| touches(*lane)).map(|lane| node.children[lane]));
         }
     }
 }
@@ -201,25 +177,4 @@ impl Node {
         let (lower, upper) = ([f32::INFINITY; WIDTH], [f32::NEG_INFINITY; WIDTH]);
         Self { bounds: [lower, lower, lower, upper, upper, upper], children: [Child(0); WIDTH] }
     };
-}
-
-/// The nodes of a binary tree that become the children of one.
-fn opened(tree: &Bvh2, index: usize) -> Vec<usize> {
-    let children = |index: usize| {
-        let first = tree.nodes[index].first_index as usize;
-        [first, first + 1]
-    };
-    if tree.nodes[index].is_leaf() {
-        return vec![index];
-    }
-    let mut open = children(index).to_vec();
-    while open.len() < WIDTH {
-        let area = |index: usize| tree.nodes[index].aabb().half_area();
-        let inner = (0..open.len()).filter(|place| !tree.nodes[open[*place]].is_leaf());
-        let Some(largest) = inner.max_by(|a, b| area(open[*a]).total_cmp(&area(open[*b]))) else { break };
-        let [left, right] = children(open[largest]);
-        open[largest] = left;
-        open.push(right);
-    }
-    open
 }

@@ -20,7 +20,7 @@ pub(super) fn inward(
     normals: &[DVec3],
     is_mirror: impl Fn(usize) -> bool,
     bvh: &TriangleBvh,
-) -> Vec<f64> {
+) -> Vec<i8> {
     let mirrors = (0..triangles.len()).filter(|triangle| is_mirror(*triangle));
     let sides = welded::sides(mirrors.map(|triangle| (triangle as u32, triangles[triangle])));
     let mut neighbours = vec![[None; 3]; triangles.len()];
@@ -33,7 +33,7 @@ pub(super) fn inward(
                 Some(Neighbour { triangle: other.triangle as usize, turned });
         }
     }
-    let mut signs = vec![0.0; triangles.len()];
+    let mut signs = vec![0; triangles.len()];
     for ray in 0..RAYS {
         // even over the projected hemisphere, each a golden angle on
         let share = (f64::from(ray) + 0.5) / f64::from(RAYS);
@@ -47,8 +47,8 @@ pub(super) fn inward(
                 break;
             }
             let cosine = direction.dot(normals[triangle]);
-            if signs[triangle] == 0.0 && cosine != 0.0 {
-                spread(triangle, -cosine.signum(), &neighbours, &mut signs);
+            if signs[triangle] == 0 && cosine != 0.0 {
+                spread(triangle, if cosine < 0.0 { 1 } else { -1 }, &neighbours, &mut signs);
             }
             position += direction * hit.distance;
             direction = (direction - normals[triangle] * (2.0 * cosine)).normalize();
@@ -70,12 +70,12 @@ struct Neighbour {
 }
 
 /// Gives a triangle its sign, and all that are joined to it by edges of two triangles each.
-fn spread(first: usize, sign: f64, neighbours: &[[Option<Neighbour>; 3]], signs: &mut [f64]) {
+fn spread(first: usize, sign: i8, neighbours: &[[Option<Neighbour>; 3]], signs: &mut [i8]) {
     signs[first] = sign;
     let mut waiting = vec![first];
     while let Some(triangle) = waiting.pop() {
         for other in neighbours[triangle].iter().flatten() {
-            if signs[other.triangle] == 0.0 {
+            if signs[other.triangle] == 0 {
                 signs[other.triangle] = if other.turned { -signs[triangle] } else { signs[triangle] };
                 waiting.push(other.triangle);
             }

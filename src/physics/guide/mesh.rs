@@ -56,11 +56,9 @@ pub enum MeshGuideError {
 #[derive(Clone, Debug)]
 pub struct MeshGuide {
     bvh: Arc<TriangleBvh>,
-    /// Unit normal and part of each triangle.
-    normals: Arc<[DVec3]>,
+    facets: Arc<[Facet]>,
+    /// What facets are, by their numbers.
     parts: Arc<[Part]>,
-    /// Whether each normal points into the pipe: 1, -1, or 0 where this is not known.
-    inward: Arc<[f64]>,
     opening_radius: f64,
     /// Sphere around the collector, and the distance from its centre beyond which the whole mesh lies.
     collector_centre: DVec3,
@@ -68,6 +66,19 @@ pub struct MeshGuide {
     far: f64,
     /// The end of the pipe by which all light comes in; `None` where that is not certain.
     mouth: Option<Arc<Mouth>>,
+}
+
+/// What light has to know of a triangle that it meets: together, for each is far from the last one in memory.
+#[derive(Clone, Copy, Debug)]
+#[repr(align(32))]
+struct Facet {
+    /// Unit normal, by the triangle's winding.
+    normal: DVec3,
+    /// Whether it points into the pipe: 1, -1, or 0 where this is not known.
+    inward: i8,
+    is_mirror: bool,
+    /// Number of its part.
+    part: u32,
 }
 
 impl MeshGuide {
@@ -81,20 +92,21 @@ impl MeshGuide {
         let mut triangle_places = Vec::new();
         let mut triangle_parts = Vec::new();
         for (corners, material) in mesh.triangles.iter().zip(&mesh.triangle_materials) {
-            let part = &parts[*material as usize];
-            if *part != Part::Diffuser {
+            if parts[*material as usize] != Part::Diffuser {
                 triangles.push(corners.map(|corner| mesh.positions[corner as usize]));
                 triangle_places.push(corners.map(|corner| places[corner as usize]));
-                triangle_parts.push(part.clone());
+                triangle_parts.push(*material);
             }
         }
         if triangles.is_empty() {
             return Err(MeshGuideError::Empty);
         }
-        if !triangle_parts.iter().any(|part| matches!(part, Part::Collector { .. })) {
+        let mut parts = parts.to_vec();
+        let is_cover = |parts: &[Part], part: u32| matches!(parts[part as usize], Part::Collector { .. });
+        if !triangle_parts.iter().any(|part| is_cover(&parts, *part)) {
             let cap = upper_cap(&triangles).ok_or(MeshGuideError::NoUpperEnd)?;
-            let clear = Part::Collector { transmittance: [1.0; 3], reflectance: [0.0; 3] };
-            triangle_parts.extend(std::iter::repeat_n(clear, cap.len()));
+            triangle_parts.extend(std::iter::repeat_n(parts.len() as u32, cap.len()));
+            parts.push(Part::Collector { transmittance: [1.0; 3], reflectance: [0.0; 3] });
             triangle_places.extend(cap.iter().map(|_| [u32::MAX; 3]));
             triangles.extend(cap);
         }
@@ -103,7 +115,7 @@ impl MeshGuide {
         let collector: Vec<DVec3> = triangles
             .iter()
             .zip(&triangle_parts)
-            .filter(|(_, part)| matches!(part, Part::Collector { .. }))
+            .filter(|(_, part)| is_cover(&parts, **part))
             .flat_map(|(corners, _)| *corners)
             .collect();
         let low = collector.iter().fold(DVec3::INFINITY, |low, p| low.min(*p));
@@ -113,18 +125,24 @@ impl MeshGuide {
         let collector_radius = collector.iter().map(distance).fold(0.0, f64::max);
         let far = 1.01 * triangles.iter().flatten().map(distance).fold(0.0, f64::max);
         let bvh = TriangleBvh::new(&triangles);
-        let is_mirror = |triangle: usize| matches!(triangle_parts[triangle], Part::Pipe { .. });
-        let reflects = |part: &Part| matches!(part, Part::Collector { reflectance, .. } if *reflectance != [0.0; 3]);
+        let is_mirror = |triangle: usize| matches!(parts[triangle_parts[triangle] as usize], Part::Pipe { .. });
+        let reflects = |part: &u32| matches!(parts[*part as usize], Part::Collector { reflectance, .. } if reflectance != [0.0; 3]);
         let mouth = (!triangle_parts.iter().any(reflects)).then(|| {
             let mirrors = (0..triangles.len()).filter(|triangle| is_mirror(*triangle));
             let pipe: Vec<_> = mirrors.map(|triangle| (triangles[triangle], triangle_places[triangle])).collect();
             Mouth::of(&pipe, far)
         });
+        let inward = inner_side::inward(&triangle_places, &normals, is_mirror, &bvh);
+        let facet = |(triangle, (normal, inward)): (usize, (DVec3, i8))| Facet {
+            normal,
+            inward,
+            is_mirror: is_mirror(triangle),
+            part: triangle_parts[triangle],
+        };
         Ok(Self {
-            inward: inner_side::inward(&triangle_places, &normals, is_mirror, &bvh).into(),
+            facets: normals.into_iter().zip(inward).enumerate().map(facet).collect(),
             bvh: Arc::new(bvh),
-            normals: normals.into(),
-            parts: triangle_parts.into(),
+            parts: parts.into(),
             opening_radius,
             collector_centre,
             collector_radius,
@@ -135,7 +153,7 @@ impl MeshGuide {
 
     /// Number of triangles that rays are tested against, the cap of an open upper end included.
     pub fn triangle_count(&self) -> usize {
-        self.parts.len()
+        self.facets.len()
     }
 
     pub(super) fn entry(&self, point: [f64; 2], direction: DVec3) -> Option<Entry> {
@@ -207,9 +225,8 @@ impl MeshGuide {
                 }
             }
             let is_outer_side = |hit: TriangleHit| {
-                let triangle = hit.triangle as usize;
-                let is_mirror = matches!(self.parts[triangle], Part::Pipe { .. });
-                is_mirror && self.inward[triangle] * transit.direction.dot(self.normals[triangle]) > 0.0
+                let facet = &self.facets[hit.triangle as usize];
+                facet.is_mirror && f64::from(facet.inward) * transit.direction.dot(facet.normal) > 0.0
             };
             if from_below && transit.rays == 1 && hit.is_none_or(is_outer_side) {
                 // between the round opening and a pipe with corners there is no pipe
@@ -224,17 +241,16 @@ impl MeshGuide {
                 }
                 return transit;
             };
-            let triangle = hit.triangle as usize;
-            let cosine = transit.direction.dot(self.normals[triangle]);
-            let mirror = matches!(self.parts[triangle], Part::Pipe { .. });
-            if beyond && mirror && self.inward[triangle] * cosine >= 0.0 {
+            let facet = &self.facets[hit.triangle as usize];
+            let cosine = transit.direction.dot(facet.normal);
+            if beyond && facet.is_mirror && f64::from(facet.inward) * cosine >= 0.0 {
                 transit.end = End::Top;
                 return transit;
             }
-            beyond &= !mirror;
+            beyond &= !facet.is_mirror;
             left = Some(hit.triangle);
             transit.position += transit.direction * hit.distance;
-            match &self.parts[triangle] {
+            match &self.parts[facet.part as usize] {
                 Part::Collector { transmittance, .. } if !inside => {
                     inside = true;
                     transit.entered = true;
@@ -250,7 +266,7 @@ impl MeshGuide {
                         transit.position += transit.direction * (CLEARANCE * self.far);
                     } else {
                         transit.collector *= back * (1.0 / share);
-                        self.reflect(&mut transit, hit);
+                        self.reflect(&mut transit, facet.normal, hit.distance);
                     }
                 }
                 Part::Pipe { reflectance } => {
@@ -258,7 +274,7 @@ impl MeshGuide {
                         return transit;
                     }
                     transit.mirrors *= Spectrum::from_rgb(reflectance.reflectance(|| cosine.abs()));
-                    self.reflect(&mut transit, hit);
+                    self.reflect(&mut transit, facet.normal, hit.distance);
                 }
                 Part::Diffuser => {}
             }
@@ -278,10 +294,10 @@ impl MeshGuide {
         }
     }
 
-    fn reflect<const C: usize>(&self, transit: &mut Transit<C>, hit: TriangleHit) {
-        let normal = self.normals[hit.triangle as usize];
+    /// Turns a ray at a mirror that it has met after `distance` m.
+    fn reflect<const C: usize>(&self, transit: &mut Transit<C>, normal: DVec3, distance: f64) {
         // back off a little: at an edge the reflected ray may point through the neighbour, which must lie ahead of it
-        transit.position -= transit.direction * (CLEARANCE * self.far).min(0.5 * hit.distance);
+        transit.position -= transit.direction * (CLEARANCE * self.far).min(0.5 * distance);
         transit.direction -= normal * (2.0 * transit.direction.dot(normal));
         // rounding would grow over hundreds of bounces
         transit.direction = transit.direction.normalize();
