@@ -23,25 +23,27 @@ use crate::scene::{MeshTube, Segment, StraightOrBent, Tube, TubeShape};
 use crate::statistics::interval::two_sided_normal_quantile;
 use crate::traceable::{TraceableScene, cylinder_guide};
 
-/// Most rays of each of 8 replicates for a beam of the curve, under a sky or in the sun, and for one of the 145 patches.
+/// Most rays of each of 8 replicates for a beam of the curve, and under a sky, in patches or not, or in the sun.
 const MOST_BEAM_RAYS: u64 = 128;
 const MOST_SKY_RAYS: u64 = 2048;
-const MOST_PATCH_RAYS: u64 = 32;
 
-/// Fewest rays of each replicate under a sky and in the sun.
-const LEAST_SKY_RAYS: u64 = 64;
+/// Fewest rays of each replicate under a sky and in the sun: so many that their spread tells an error.
+const LEAST_SKY_RAYS: u64 = 32;
 
-/// Rays of each replicate through the straight tubes beside a bent one, at the largest error: as many as the bent one's sky takes at least.
-const STRAIGHT_RAYS: f64 = LEAST_SKY_RAYS as f64;
+/// Rays of each replicate through the straight tubes beside a bent one, at the largest error.
+const STRAIGHT_RAYS: f64 = 64.0;
 
-/// Fewest rays of each replicate for a beam of the curve: 16 rays from each azimuth, so that what happens to few of them is seen from some.
-const LEAST_BEAM_RAYS: u64 = 2;
+/// Fewest rays of each replicate for a beam of the curve: 8 rays from each azimuth, 64 and more of each altitude.
+const LEAST_BEAM_RAYS: u64 = 1;
 
 /// Largest standard error of a report's transmissions under skies and in the sun: that of the job, where it is smaller.
 const LARGEST_ERROR: f64 = 0.01;
 
 /// Error of the points of the curve, in those of the other figures: each is one of many.
-const ERROR_OF_CURVE: f64 = 3.0;
+const ERROR_OF_CURVE: f64 = 4.0;
+
+/// Error of a sky in patches, in those of the other figures: it is told beside the sky itself for what patches are wrong by.
+const ERROR_OF_PATCHES: f64 = 2.0;
 
 /// Degrees between the altitudes of the curve.
 const ALTITUDE_STEP_DEG: u32 = 5;
@@ -177,7 +179,7 @@ fn performance(
     let keys = [Stream::ReportUniformSky, Stream::ReportSky].map(|stream| key.stream(stream, 0));
     let (uniform_sky, of_sky) = performance::skies(guide, traceable.sky.as_ref(), keys, effort);
     let sky = traceable.sky.as_ref().zip(of_sky).map(|(sky, direct)| {
-        let effort = Effort { standard_error, least: 1, most: MOST_PATCH_RAYS };
+        let effort = Effort { standard_error: ERROR_OF_PATCHES * standard_error, ..effort };
         let patches = patches::patch_sky(guide, sky, key.stream(Stream::ReportSkyPatches, 0), effort);
         SkyReport { direct: ThroughputResult::new(&direct, 1.0), patches: ThroughputResult::new(&patches, 1.0) }
     });

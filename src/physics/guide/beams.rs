@@ -18,7 +18,7 @@ pub struct BeamsOfAltitude {
 }
 
 /// Rays of the beam from the first azimuth, which has a figure of its own, over those from the others.
-const RAYS_OF_FIRST: u64 = 8;
+const RAYS_OF_FIRST: u64 = 5;
 
 /// Beams of 1 lx from each of `altitudes` and from `azimuths` azimuths, evenly from `azimuth` on (rad): [`beam`](super::performance::beam) of each. `effort` is for
 /// the azimuths beside the first one; its error is the root mean square over the altitudes, of the means and of the first azimuth.

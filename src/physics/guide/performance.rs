@@ -178,7 +178,7 @@ fn upper_hemisphere([u, v]: [f64; 2]) -> (DVec3, f64) {
     (toward, (toward.z.max(0.0) + 0.5) / TAU)
 }
 
-fn scaled((enters, arrives): (f64, f64), factor: f64) -> (f64, f64) {
+pub(super) fn scaled((enters, arrives): (f64, f64), factor: f64) -> (f64, f64) {
     (factor * enters, factor * arrives)
 }
 
