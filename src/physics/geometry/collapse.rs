@@ -28,7 +28,7 @@ struct Collapsed {
 }
 
 impl<'a> Collapse<'a> {
-    /// `tree`: one triangle in each leaf.
+    /// `tree`: at most eight triangles in each leaf.
     pub fn new(tree: &'a Bvh2) -> Self {
         let none = Collapsed { costs: [0.0; WIDTH - 1], firsts: [0; WIDTH - 1], leaf: 0 };
         let mut collapse = Self { tree, nodes: vec![none; tree.nodes.len()] };
@@ -55,7 +55,8 @@ impl<'a> Collapse<'a> {
     fn judged(&self, index: usize) -> Collapsed {
         let area = self.tree.nodes[index].aabb().half_area();
         let Some([left, right]) = self.halves(index).map(|halves| halves.map(|half| self.nodes[half])) else {
-            return Collapsed { costs: [LEAF_COST * area; WIDTH - 1], firsts: [0; WIDTH - 1], leaf: 1 };
+            let triangles = self.tree.nodes[index].prim_count as u8;
+            return Collapsed { costs: [LEAF_COST * area; WIDTH - 1], firsts: [0; WIDTH - 1], leaf: triangles };
         };
         // as several children, so many of them of the first half
         let mut firsts = [0; WIDTH - 1];
@@ -118,7 +119,11 @@ impl<'a> Collapse<'a> {
         while let Some(index) = left.pop() {
             match self.halves(index) {
                 Some(halves) => left.extend(halves),
-                None => primitives.push(self.tree.primitive_indices[self.tree.nodes[index].first_index as usize]),
+                None => {
+                    let leaf = &self.tree.nodes[index];
+                    let (first, count) = (leaf.first_index as usize, leaf.prim_count as usize);
+                    primitives.extend_from_slice(&self.tree.primitive_indices[first..first + count]);
+                }
             }
         }
         primitives
@@ -144,7 +149,7 @@ mod tests {
             };
             let boxes: Vec<Aabb> =
                 (0..count).map(|number| Aabb::new(place(number) - 0.01, place(number) + 0.02)).collect();
-            let params = BvhBuildParams { max_prims_per_leaf: 1, ..BvhBuildParams::fast_build() };
+            let params = BvhBuildParams { max_prims_per_leaf: 4, ..BvhBuildParams::fast_build() };
             let tree = build_bvh2(&boxes, params, &mut Default::default());
             let collapse = Collapse::new(&tree);
             let (mut seen, mut nodes, mut children) = (vec![0; count as usize], 0, 0);

@@ -111,8 +111,8 @@ impl Lanes for OneByOne {
         let mut touched = 0;
         for lane in 0..WIDTH {
             // across the ray, and how far rounding may have moved the product of two of them
-            let [a, b, c] = [0, 1, 2].map(|corner| {
-                let [x, y, z] = ray.axes.map(|axis| corners[corner][axis][lane] - ray.origin[axis]);
+            let [a, b, c] = corners.each_ref().map(|corner| {
+                let [x, y, z] = ray.axes.map(|axis| corner[axis][lane] - ray.origin[axis]);
                 let (x, y) = (x - ray.shear[0] * z, y - ray.shear[1] * z);
                 (x, y, BLUR * (x.abs() + y.abs() + 2.0 * BLUR))
             });

@@ -5,6 +5,7 @@
 //! switches. Known parsers keep every face with all its indices before the first can be looked at, which takes ten times
 //! the memory and time of a file that is made to be costly, and their errors have no lines.
 
+use std::borrow::Cow;
 use std::collections::HashSet;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -81,13 +82,29 @@ pub fn parse_obj_until(bytes: &[u8], limits: ObjLimits, cancel: &AtomicBool) -> 
             detail: format!("a file has at most {} bytes, not {}", limits.bytes, bytes.len()),
         });
     }
-    let mut reader = Reader::new(limits, cancel);
     let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+    match std::str::from_utf8(bytes) {
+        Ok(text) => read(text.split('\n').map(|line| (line.len(), Cow::Borrowed(line))), limits, cancel),
+        // names may be in any encoding; everything else is ASCII
+        Err(_) => {
+            let lines = bytes.split(|byte| *byte == b'\n');
+            read(lines.map(|line| (line.len(), String::from_utf8_lossy(line))), limits, cancel)
+        }
+    }
+}
+
+/// Reads lines, each with its length in the file.
+fn read<'a>(
+    lines: impl Iterator<Item = (usize, Cow<'a, str>)>,
+    limits: ObjLimits,
+    cancel: &AtomicBool,
+) -> Result<TriangleMesh, ObjError> {
+    let mut reader = Reader::new(limits, cancel);
     let mut last_line = 0;
-    for (index, line) in bytes.split(|byte| *byte == b'\n').enumerate() {
+    for (index, (bytes, line)) in lines.enumerate() {
         last_line = index + 1;
         let stop = index % LINES_BETWEEN_LOOKS == 0 && cancel.load(Ordering::Relaxed);
-        let read = if stop { Err(STOPPED.to_owned()) } else { reader.line(line) };
+        let read = if stop { Err(STOPPED.to_owned()) } else { reader.line(bytes, &line) };
         read.map_err(|detail| ObjError { line: last_line, detail })?;
     }
     reader.finish().map_err(|detail| ObjError { line: last_line, detail })
@@ -142,12 +159,10 @@ impl<'a> Reader<'a> {
         Ok(self.assembly.finish())
     }
 
-    fn line(&mut self, line: &[u8]) -> Result<(), String> {
-        if line.len() > self.limits.line_bytes {
-            return Err(format!("a line has at most {} bytes, not {}", self.limits.line_bytes, line.len()));
+    fn line(&mut self, bytes: usize, line: &str) -> Result<(), String> {
+        if bytes > self.limits.line_bytes {
+            return Err(format!("a line has at most {} bytes, not {bytes}", self.limits.line_bytes));
         }
-        // names may be in any encoding; everything else is ASCII
-        let line = String::from_utf8_lossy(line);
         let line = line.trim();
         let (keyword, rest) = line.split_once(|c: char| c.is_whitespace()).unwrap_or((line, ""));
         if matches!(keyword, "v" | "f") {
@@ -198,9 +213,9 @@ impl<'a> Reader<'a> {
             Err(_) => Err(format!("{text:?} is not a number")),
         };
         let mut numbers = rest.split_whitespace();
-        let mut beyond = numbers.clone().skip(3);
-        let weight = match (beyond.next(), beyond.next()) {
-            (Some(weight), None) => number(weight)?,
+        let numbers: [Option<&str>; 5] = std::array::from_fn(|_| numbers.next());
+        let weight = match numbers[3..] {
+            [Some(weight), None] => number(weight)?,
             _ => 1.0,
         };
         if weight == 0.0 {
@@ -208,7 +223,7 @@ impl<'a> Reader<'a> {
         }
         let mut position = [0.0; 3];
         for (count, coordinate) in position.iter_mut().enumerate() {
-            let text = numbers.next().ok_or_else(|| format!("a vertex has three coordinates, not {count}"))?;
+            let text = numbers[count].ok_or_else(|| format!("a vertex has three coordinates, not {count}"))?;
             *coordinate = number(text)? / weight;
         }
         if position.iter().any(|coordinate| !coordinate.is_finite()) {
@@ -247,6 +262,10 @@ impl<'a> Reader<'a> {
             Some(material) => material,
             None => *self.material.insert(self.assembly.material(&self.name)),
         };
+        if let [a, b, c] = self.numbers[..] {
+            self.assembly.push([a, b, c], material);
+            return Ok(());
+        }
         let triangles = polygon::triangulate(&self.corners, &mut self.effort).map_err(|reason| match reason {
             Untriangulated::Cancelled => STOPPED.to_owned(),
             Untriangulated::TooCostly => format!(
@@ -262,6 +281,10 @@ impl<'a> Reader<'a> {
 
 /// The first index of `position/texture/normal`; the others are indices, too, or nothing.
 fn corner_position(corner: &str) -> Result<i64, String> {
+    // most corners are one number
+    if let Ok(position @ (..=-1 | 1..)) = corner.parse() {
+        return Ok(position);
+    }
     let mut position = None;
     for (place, index) in corner.split('/').enumerate() {
         let index = match index {

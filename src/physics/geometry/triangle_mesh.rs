@@ -50,7 +50,8 @@ pub(super) struct Assembly {
     /// Every vertex that came in, and its index among the positions of the mesh, once a triangle has it.
     vertices: Vec<(DVec3, Option<u32>)>,
     index_of: HashMap<[u64; 3], u32>,
-    seen: HashSet<[u32; 3]>,
+    /// The corners of every triangle in ascending order, 32 bits each.
+    seen: HashSet<u128>,
 }
 
 impl Assembly {
@@ -102,7 +103,7 @@ impl Assembly {
         let triangle = vertices.map(|vertex| self.index(vertex));
         let mut key = triangle;
         key.sort_unstable();
-        if self.seen.insert(key) {
+        if self.seen.insert(key.into_iter().fold(0, |key, corner| key << 32 | u128::from(corner))) {
             self.mesh.triangles.push(triangle);
             self.mesh.triangle_materials.push(material);
         } else {

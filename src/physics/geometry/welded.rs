@@ -44,10 +44,26 @@ pub fn sides(triangles: impl Iterator<Item = (u32, [u32; 3])>) -> Vec<Side> {
             Side { edge: [a.min(b), a.max(b)], triangle, side, forward: a < b }
         })
     };
-    let mut sides: Vec<Side> = triangles.flat_map(of_triangle).collect();
-    sides.sort_unstable_by_key(|side| {
-        (u64::from(side.edge[0]) << 32 | u64::from(side.edge[1]), side.triangle, side.side)
-    });
+    let unordered: Vec<Side> = triangles.flat_map(of_triangle).collect();
+    // by the lesser place, at which few sides begin, then by the rest of what they are
+    let places = unordered.iter().map(|side| side.edge[0] as usize + 1).max().unwrap_or(0);
+    let mut ends = vec![0u32; places];
+    unordered.iter().for_each(|side| ends[side.edge[0] as usize] += 1);
+    let mut sum = 0;
+    for end in &mut ends {
+        (*end, sum) = (sum, sum + *end);
+    }
+    let mut sides = unordered.clone();
+    for side in unordered {
+        let end = &mut ends[side.edge[0] as usize];
+        sides[*end as usize] = side;
+        *end += 1;
+    }
+    let mut start = 0;
+    for end in ends {
+        sides[start..end as usize].sort_unstable_by_key(|side| (side.edge[1], side.triangle, side.side));
+        start = end as usize;
+    }
     sides
 }
 
@@ -66,5 +82,19 @@ mod tests {
         ];
         assert_eq!(pairs, [common]);
         assert_eq!(sides.len(), 6);
+        assert_eq!(super::sides(std::iter::empty()), []);
+    }
+
+    /// Sides are in the order of their edges, then of triangles, however these come and whatever their places are.
+    #[test]
+    fn sides_are_in_order() {
+        let corner = |number: u32, which: u32| (number * 7919 + which * 104_729) % 61;
+        let triangles = (0..400).rev().map(|number| (number, [0, 1, 2].map(|which| corner(number, which))));
+        let sides = sides(triangles);
+        assert_eq!(sides.len(), 1200);
+        assert!(sides.windows(2).all(|pair| {
+            let [a, b] = [&pair[0], &pair[1]].map(|side| (side.edge, side.triangle, side.side));
+            a < b
+        }));
     }
 }

@@ -71,8 +71,8 @@ impl Leaf {
 impl WideTree {
     /// `boxes`: of the triangles, at least one, at most 2^31; `to_tree`: coordinates of the tree, in which the boxes are.
     pub fn new(boxes: &[Aabb], triangles: &[[DVec3; 3]], to_tree: impl Fn(DVec3) -> Vec3A) -> Self {
-        // leaves of one triangle each: which of them become one is decided with the nodes
-        let params = BvhBuildParams { max_prims_per_leaf: 1, ..BvhBuildParams::fast_build() };
+        // half full leaves: which of them become one is decided with the nodes
+        let params = BvhBuildParams { max_prims_per_leaf: WIDTH as u32 / 2, ..BvhBuildParams::fast_build() };
         let tree = build_bvh2(boxes, params, &mut Default::default());
         let collapse = Collapse::new(&tree);
         let corner = |number: u32, which: usize| to_tree(triangles[number as usize][which]);

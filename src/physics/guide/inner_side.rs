@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use crate::geometry::bvh::TriangleBvh;
-use crate::geometry::welded;
+use crate::geometry::welded::Side;
 
 /// Rays from the opening that look for pieces of the pipe, and reflections that each of them may have.
 const RAYS: u32 = 64;
@@ -13,17 +13,15 @@ const REFLECTIONS: u32 = 64;
 /// mirrors, and for pieces of which no light from the opening tells.
 ///
 /// Light that is reflected up the pipe from the centre of the opening (the origin) meets inner sides only; what it tells of
-/// one triangle holds for its neighbours. `triangles`: places of their corners ([`welded::places`]); `normals`: unit, by the
-/// winding of the triangles, which `bvh` was built from.
+/// one triangle holds for its neighbours. `sides`: of the mirrors; `normals`: unit, by the winding of the triangles, which `bvh` was
+/// built from.
 pub(super) fn inward(
-    triangles: &[[u32; 3]],
+    sides: &[Side],
     normals: &[DVec3],
     is_mirror: impl Fn(usize) -> bool,
     bvh: &TriangleBvh,
 ) -> Vec<i8> {
-    let mirrors = (0..triangles.len()).filter(|triangle| is_mirror(*triangle));
-    let sides = welded::sides(mirrors.map(|triangle| (triangle as u32, triangles[triangle])));
-    let mut neighbours = vec![[None; 3]; triangles.len()];
+    let mut neighbours = vec![[None; 3]; normals.len()];
     for edge in sides.chunk_by(|a, b| a.edge == b.edge) {
         let [a, b] = edge else { continue };
         // neighbours of one winding run along their edge in opposite senses
@@ -33,7 +31,7 @@ pub(super) fn inward(
                 Some(Neighbour { triangle: other.triangle as usize, turned });
         }
     }
-    let mut signs = vec![0; triangles.len()];
+    let mut signs = vec![0; normals.len()];
     for ray in 0..RAYS {
         // even over the projected hemisphere, each a golden angle on
         let share = (f64::from(ray) + 0.5) / f64::from(RAYS);

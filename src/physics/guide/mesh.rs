@@ -127,12 +127,14 @@ impl MeshGuide {
         let bvh = TriangleBvh::new(&triangles);
         let is_mirror = |triangle: usize| matches!(parts[triangle_parts[triangle] as usize], Part::Pipe { .. });
         let reflects = |part: &u32| matches!(parts[*part as usize], Part::Collector { reflectance, .. } if reflectance != [0.0; 3]);
+        let mirrors = (0..triangles.len()).filter(|triangle| is_mirror(*triangle));
+        let sides = welded::sides(mirrors.map(|triangle| (triangle as u32, triangle_places[triangle])));
         let mouth = (!triangle_parts.iter().any(reflects)).then(|| {
-            let mirrors = (0..triangles.len()).filter(|triangle| is_mirror(*triangle));
-            let pipe: Vec<_> = mirrors.map(|triangle| (triangles[triangle], triangle_places[triangle])).collect();
-            Mouth::of(&pipe, far)
+            let mut at = vec![DVec3::ZERO; places.len()];
+            places.iter().zip(&mesh.positions).for_each(|(place, position)| at[*place as usize] = *position);
+            Mouth::of(&sides, &at, far)
         });
-        let inward = inner_side::inward(&triangle_places, &normals, is_mirror, &bvh);
+        let inward = inner_side::inward(&sides, &normals, is_mirror, &bvh);
         let facet = |(triangle, (normal, inward)): (usize, (DVec3, i8))| Facet {
             normal,
             inward,

@@ -8,7 +8,7 @@ use std::collections::HashMap;
 
 use glam::DVec3;
 
-use crate::geometry::welded;
+use crate::geometry::welded::Side;
 
 /// Share of the mesh's size by which the rim may leave its plane, and the pipe stand out of it: digits of files.
 const FLAT: f64 = 1e-6;
@@ -26,14 +26,11 @@ pub(super) struct Mouth {
 }
 
 impl Mouth {
-    /// The mouth of a pipe of triangles, each with the places of its corners, if it has one; `size`: that of the mesh in m.
-    pub fn of(pipe: &[([DVec3; 3], [u32; 3])], size: f64) -> Option<Self> {
-        let positions: HashMap<u32, DVec3> =
-            pipe.iter().flat_map(|(corners, places)| places.iter().copied().zip(*corners)).collect();
-        let [one, other] = &boundary_loops(pipe)?[..] else { return None };
-        let at = |places: &[u32]| -> Vec<DVec3> {
-            places.iter().filter_map(|place| positions.get(place).copied()).collect()
-        };
+    /// The mouth of a pipe, if it has one, from the sides of its triangles; `at`: positions by place; `size`: that of the mesh in m.
+    pub fn of(sides: &[Side], at: &[DVec3], size: f64) -> Option<Self> {
+        let [one, other] = &boundary_loops(sides)?[..] else { return None };
+        let position = |place: &u32| at[*place as usize];
+        let at = |places: &[u32]| -> Vec<DVec3> { places.iter().map(position).collect() };
         let height = |rim: &[DVec3]| rim.iter().map(|corner| corner.z).sum::<f64>() / rim.len() as f64;
         let (one, other) = (at(one), at(other));
         let (lower, rim) = if height(&one) < height(&other) { (one, other) } else { (other, one) };
@@ -41,7 +38,7 @@ impl Mouth {
         let mouth = Self::fan(rim)?;
         let above = |corner: &DVec3| (*corner - mouth.centre).dot(mouth.normal);
         let is_flat = mouth.rim.iter().all(|corner| above(corner).abs() <= FLAT * size);
-        let is_end = positions.values().all(|corner| above(corner) <= FLAT * size);
+        let is_end = sides.iter().flat_map(|side| &side.edge).all(|place| above(&position(place)) <= FLAT * size);
         (is_level && is_flat && is_end).then_some(mouth)
     }
 
@@ -90,9 +87,8 @@ impl Mouth {
     }
 }
 
-/// The borders of a surface as loops of places; `None` where it has edges of more than two triangles, or borders that cross.
-fn boundary_loops(pipe: &[([DVec3; 3], [u32; 3])]) -> Option<Vec<Vec<u32>>> {
-    let sides = welded::sides(pipe.iter().enumerate().map(|(number, (_, places))| (number as u32, *places)));
+/// The borders of the surface of some sides as loops of places; `None` where it has edges of more than two triangles, or borders that cross.
+fn boundary_loops(sides: &[Side]) -> Option<Vec<Vec<u32>>> {
     let mut next: HashMap<u32, Vec<u32>> = HashMap::new();
     let mut starts = Vec::new();
     for edge in sides.chunk_by(|a, b| a.edge == b.edge) {
@@ -129,6 +125,17 @@ fn boundary_loops(pipe: &[([DVec3; 3], [u32; 3])]) -> Option<Vec<Vec<u32>>> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geometry::welded;
+
+    /// The mouth of triangles with places.
+    fn mouth(pipe: &[([DVec3; 3], [u32; 3])], size: f64) -> Option<Mouth> {
+        let mut at = vec![DVec3::ZERO; 1000];
+        for (corners, places) in pipe {
+            places.iter().zip(corners).for_each(|(place, corner)| at[*place as usize] = *corner);
+        }
+        let places = pipe.iter().enumerate().map(|(number, (_, places))| (number as u32, *places));
+        Mouth::of(&welded::sides(places), &at, size)
+    }
 
     /// A prism of `sides` around the axis up to the plane z = 1 + `slope` x, in triangles with places.
     fn pipe(sides: usize, slope: f64) -> Vec<([DVec3; 3], [u32; 3])> {
@@ -150,7 +157,7 @@ mod tests {
     #[test]
     fn a_pipe_has_its_upper_end_as_mouth() {
         for slope in [0.0, 0.5] {
-            let mouth = Mouth::of(&pipe(24, slope), 2.0).unwrap();
+            let mouth = mouth(&pipe(24, slope), 2.0).unwrap();
             let normal = DVec3::new(-slope, 0.0, 1.0).normalize();
             assert!(mouth.normal.distance(normal) < 1e-12, "{}", mouth.normal);
             let polygon = 12.0 * (std::f64::consts::TAU / 24.0).sin();
@@ -173,17 +180,17 @@ mod tests {
     #[test]
     fn other_pipes_have_none() {
         let whole = pipe(24, 0.0);
-        assert!(Mouth::of(&whole[1..], 2.0).is_none(), "a missing triangle at an end bends the rim");
+        assert!(mouth(&whole[1..], 2.0).is_none(), "a missing triangle at an end bends the rim");
         let mut bent = whole.clone();
         let raised = whole[0].0[2];
         bent.iter_mut().flat_map(|(corners, _)| corners).filter(|at| **at == raised).for_each(|at| at.z += 0.01);
-        assert!(Mouth::of(&bent, 2.0).is_none(), "a rim that is not flat");
+        assert!(mouth(&bent, 2.0).is_none(), "a rim that is not flat");
         let lifted: Vec<_> = whole.iter().map(|(corners, places)| (corners.map(|at| at + DVec3::Z), *places)).collect();
-        assert!(Mouth::of(&lifted, 2.0).is_none(), "it begins above the opening");
+        assert!(mouth(&lifted, 2.0).is_none(), "it begins above the opening");
         let mut fin = whole.clone();
         fin.push(([DVec3::new(3.0, 0.0, 0.0), DVec3::new(3.0, 0.0, 2.0), DVec3::new(3.0, 1.0, 0.0)], [900, 901, 902]));
-        assert!(Mouth::of(&fin, 2.0).is_none(), "a third border");
+        assert!(mouth(&fin, 2.0).is_none(), "a third border");
         let twice: Vec<_> = whole.iter().chain(&whole).copied().collect();
-        assert!(Mouth::of(&twice, 2.0).is_none(), "no border at all");
+        assert!(mouth(&twice, 2.0).is_none(), "no border at all");
     }
 }
