@@ -17,7 +17,10 @@ const PADDING: f64 = 1e-6;
 #[derive(Clone)]
 pub struct TriangleBvh {
     tree: WideTree,
-    triangles: Vec<[DVec3; 3]>,
+    /// Corners of the triangles, and those of each: half of what triangles with corners of their own take, which decides how fast rays
+    /// are in large meshes.
+    positions: Vec<DVec3>,
+    triangles: Vec<[u32; 3]>,
     centre: DVec3,
     /// f32 coordinates are (p - centre) * scale, so that the scene has a diagonal of one.
     scale: f64,
@@ -41,28 +44,45 @@ impl std::fmt::Debug for TriangleBvh {
 impl TriangleBvh {
     /// `triangles`: finite corners, at least one triangle.
     pub fn new(triangles: &[[DVec3; 3]]) -> Self {
-        let corners = || triangles.iter().flatten();
-        let low = corners().fold(DVec3::INFINITY, |low, p| low.min(*p));
-        let high = corners().fold(DVec3::NEG_INFINITY, |high, p| high.max(*p));
+        let corners = (0..triangles.len() as u32).map(|number| [0, 1, 2].map(|corner| 3 * number + corner));
+        Self::of_mesh(triangles.iter().flatten().copied().collect(), corners.collect())
+    }
+
+    /// `positions`: finite; `triangles`: at least one, of numbers of positions.
+    pub fn of_mesh(positions: Vec<DVec3>, triangles: Vec<[u32; 3]>) -> Self {
+        let corners = || triangles.iter().flatten().map(|corner| positions[*corner as usize]);
+        let low = corners().fold(DVec3::INFINITY, |low, p| low.min(p));
+        let high = corners().fold(DVec3::NEG_INFINITY, |high, p| high.max(p));
         let centre = 0.5 * (low + high);
         let diagonal = (high - low).length();
         let scale = if diagonal > 0.0 { 1.0 / diagonal } else { 1.0 };
-        let to_f32 = |point: DVec3| ((point - centre) * scale).as_vec3a();
+        let in_tree: Vec<Vec3A> = positions.iter().map(|point| ((*point - centre) * scale).as_vec3a()).collect();
         let padding = Vec3A::splat(PADDING as f32);
         let boxes: Vec<Aabb> = triangles
             .iter()
             .map(|triangle| {
-                let bounds = Aabb::from_points(&triangle.map(to_f32));
+                let bounds = Aabb::from_points(&triangle.map(|corner| in_tree[corner as usize]));
                 Aabb::new(bounds.min - padding, bounds.max + padding)
             })
             .collect();
-        Self { tree: WideTree::new(&boxes, triangles, to_f32), triangles: triangles.to_vec(), centre, scale }
+        let corner = |number: u32, which: usize| in_tree[triangles[number as usize][which] as usize];
+        Self { tree: WideTree::new(&boxes, corner), positions, triangles, centre, scale }
     }
 
-    /// Corners of a triangle of the list that the set was built from.
-    #[inline]
-    pub fn triangle(&self, number: u32) -> &[DVec3; 3] {
-        &self.triangles[number as usize]
+    /// Number of triangles.
+    pub fn len(&self) -> usize {
+        self.triangles.len()
+    }
+
+    /// True without triangles, which never is.
+    pub fn is_empty(&self) -> bool {
+        self.triangles.is_empty()
+    }
+
+    /// Corners of a triangle by its number.
+    #[inline(always)]
+    pub fn triangle(&self, number: u32) -> [DVec3; 3] {
+        self.triangles[number as usize].map(|corner| self.positions[corner as usize])
     }
 
     /// The nearest triangle at a positive distance along the unit vector `direction`, `skip` left out (the planar triangle
@@ -95,7 +115,7 @@ impl TriangleBvh {
         let around = Aabb::new(self.to_f32(point - reach) - padding, self.to_f32(point + reach) + padding);
         let mut nearest = reach;
         self.tree.around(&around, |number| {
-            nearest = nearest.min(distance_above(self.triangle(number), point, height).unwrap_or(nearest));
+            nearest = nearest.min(distance_above(&self.triangle(number), point, height).unwrap_or(nearest));
         });
         (nearest < reach).then_some(nearest)
     }
@@ -134,7 +154,7 @@ impl Query for Nearest<'_> {
                         *distance < hit.distance || (*distance == hit.distance && number < hit.triangle)
                     })
                 };
-                if let Some(distance) = sheared.intersect(set.triangle(number)).filter(closer) {
+                if let Some(distance) = sheared.intersect(&set.triangle(number)).filter(closer) {
                     nearest = Some(TriangleHit { triangle: number, distance });
                     // a little beyond the hit, so that rounding cannot cull a nearer one
                     let on_ray = ((distance - skipped) * set.scale) as f32;
@@ -176,7 +196,7 @@ impl Query for AnyWithin<'_> {
             on_ray,
             #[inline(always)]
             |number| {
-                any |= sheared.intersect(set.triangle(number)).is_some_and(|distance| distance < reach);
+                any |= sheared.intersect(&set.triangle(number)).is_some_and(|distance| distance < reach);
                 // nothing is nearer than what lies behind
                 if any { f32::NEG_INFINITY } else { on_ray }
             },

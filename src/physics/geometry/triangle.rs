@@ -56,6 +56,12 @@ impl ShearedRay {
     }
 }
 
+/// Unit normal of a triangle by its winding; +z without an area.
+#[inline]
+pub fn unit_normal([a, b, c]: &[DVec3; 3]) -> DVec3 {
+    (*b - *a).cross(*c - *a).try_normalize().unwrap_or(DVec3::Z)
+}
+
 /// Distance in metres from a point to the nearest point of the part of a triangle that lies higher than `height` (z); `None`
 /// where no part does. A triangle may be as narrow as a line or a point.
 ///

@@ -1,15 +1,15 @@
-//! A tree of boxes, eight to a node, over triangles in eights (built by obvhs, whose only user this is, collapsed in
-//! [`super::collapse`]).
+//! A tree of boxes, eight to a node, over triangles in eights: a binary tree of obvhs, whose only user this is, made wide by
+//! [`super::collapse`] and followed as by Wald, Benthin and Boulos 2008.
 //!
 //! Boxes and triangles are in f32, a filter that is taken eight at once: what it lets through is decided elsewhere, in f64.
 
-use glam::{DVec3, Vec3A};
+use glam::Vec3A;
 use obvhs::BvhBuildParams;
 pub use obvhs::aabb::Aabb;
 use obvhs::bvh2::builder::build_bvh2;
 use smallvec::SmallVec;
 
-use super::collapse::Collapse;
+use super::collapse::{BinaryNode, Collapse};
 use super::lanes::{Corners, Lanes, TreeRay, WIDTH};
 
 /// Nodes that wait while a ray is followed; deeper trees take memory for more.
@@ -55,12 +55,12 @@ impl Leaf {
     /// Number where there is no triangle.
     const NONE: u32 = u32::MAX;
 
-    fn new(numbers: &[u32], corner: impl Fn(u32, usize) -> Vec3A) -> Self {
+    fn new(numbers: impl Iterator<Item = u32>, corner: impl Fn(u32, usize) -> Vec3A) -> Self {
         let mut leaf = Self { corners: [[[f32::NAN; WIDTH]; 3]; 3], numbers: [Self::NONE; WIDTH] };
-        for (lane, number) in numbers.iter().enumerate() {
-            leaf.numbers[lane] = *number;
+        for (lane, number) in numbers.enumerate() {
+            leaf.numbers[lane] = number;
             for (which, rows) in leaf.corners.iter_mut().enumerate() {
-                let corner = corner(*number, which);
+                let corner = corner(number, which);
                 (0..3).for_each(|axis| rows[axis][lane] = corner[axis]);
             }
         }
@@ -69,13 +69,18 @@ impl Leaf {
 }
 
 impl WideTree {
-    /// `boxes`: of the triangles, at least one, at most 2^31; `to_tree`: coordinates of the tree, in which the boxes are.
-    pub fn new(boxes: &[Aabb], triangles: &[[DVec3; 3]], to_tree: impl Fn(DVec3) -> Vec3A) -> Self {
+    /// `boxes`: of the triangles, at least one, at most 2^31; `corner`: of a triangle by its number and that of the corner, in the
+    /// coordinates of the boxes.
+    pub fn new(boxes: &[Aabb], corner: impl Fn(u32, usize) -> Vec3A) -> Self {
         // half full leaves: which of them become one is decided with the nodes
         let params = BvhBuildParams { max_prims_per_leaf: WIDTH as u32 / 2, ..BvhBuildParams::fast_build() };
         let tree = build_bvh2(boxes, params, &mut Default::default());
-        let collapse = Collapse::new(&tree);
-        let corner = |number: u32, which: usize| to_tree(triangles[number as usize][which]);
+        let binary = tree.nodes.iter().map(|node| BinaryNode {
+            half_area: node.aabb().half_area(),
+            first: node.first_index,
+            triangles: node.prim_count,
+        });
+        let collapse = Collapse::new(binary.collect());
         let mut wide = Self { nodes: Vec::new(), leaves: Vec::new() };
         // a list of what is left to do: a tree may be deeper than the stack of a thread
         let mut left = vec![(0, None::<(usize, usize)>)];
@@ -93,7 +98,8 @@ impl WideTree {
                 }
                 if collapse.is_leaf(index) {
                     wide.nodes[place].children[lane] = Child(wide.leaves.len() as u32 | Child::LEAF);
-                    wide.leaves.push(Leaf::new(&collapse.primitives(index), corner));
+                    let numbers = collapse.triangles(index).map(|place| tree.primitive_indices[place as usize]);
+                    wide.leaves.push(Leaf::new(numbers, &corner));
                 } else {
                     left.push((index, Some((place, lane))));
                 }
@@ -177,4 +183,39 @@ impl Node {
         let (lower, upper) = ([f32::INFINITY; WIDTH], [f32::NEG_INFINITY; WIDTH]);
         Self { bounds: [lower, lower, lower, upper, upper, upper], children: [Child(0); WIDTH] }
     };
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Every triangle is in one leaf, every leaf and every node but the first is the child of one, and nodes are full where there is
+    /// enough to fill them.
+    #[test]
+    fn every_triangle_is_in_one_leaf() {
+        for count in [1, 2, 7, 9, 300, 2000] {
+            let corner = |number: u32, which: usize| {
+                let turn = number as f32;
+                Vec3A::new(turn.sin(), turn.cos(), 0.01 * turn) + 0.02 * Vec3A::AXES[which]
+            };
+            let of_triangle = |number: u32| Aabb::from_points(&[0, 1, 2].map(|which| corner(number, which)));
+            let boxes: Vec<Aabb> = (0..count).map(of_triangle).collect();
+            let tree = WideTree::new(&boxes, corner);
+            let mut numbers: Vec<u32> = tree.leaves.iter().flat_map(|leaf| leaf.numbers).collect();
+            numbers.retain(|number| *number != Leaf::NONE);
+            numbers.sort_unstable();
+            assert_eq!(numbers, (0..count).collect::<Vec<_>>());
+            let lanes = tree.nodes.iter().flat_map(|node| (0..WIDTH).map(move |lane| (node, lane)));
+            let children = lanes.filter(|(node, lane)| node.bounds[0][*lane] <= node.bounds[3][*lane]);
+            let mut children: Vec<u32> = children.map(|(node, lane)| node.children[lane].0).collect();
+            children.sort_unstable();
+            let leaves = (0..tree.leaves.len() as u32).map(|place| place | Child::LEAF);
+            assert_eq!(children, (1..tree.nodes.len() as u32).chain(leaves).collect::<Vec<_>>());
+            assert!(
+                count < 300 || children.len() as f64 > 5.5 * tree.nodes.len() as f64,
+                "{count}: {}",
+                children.len()
+            );
+        }
+    }
 }

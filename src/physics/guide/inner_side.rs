@@ -3,6 +3,7 @@
 use glam::DVec3;
 
 use crate::geometry::bvh::TriangleBvh;
+use crate::geometry::triangle::unit_normal;
 use crate::geometry::welded::Side;
 
 /// Rays from the opening that look for pieces of the pipe, and reflections that each of them may have.
@@ -13,15 +14,9 @@ const REFLECTIONS: u32 = 64;
 /// mirrors, and for pieces of which no light from the opening tells.
 ///
 /// Light that is reflected up the pipe from the centre of the opening (the origin) meets inner sides only; what it tells of
-/// one triangle holds for its neighbours. `sides`: of the mirrors; `normals`: unit, by the winding of the triangles, which `bvh` was
-/// built from.
-pub(super) fn inward(
-    sides: &[Side],
-    normals: &[DVec3],
-    is_mirror: impl Fn(usize) -> bool,
-    bvh: &TriangleBvh,
-) -> Vec<i8> {
-    let mut neighbours = vec![[None; 3]; normals.len()];
+/// one triangle holds for its neighbours. `sides`: of the mirrors among the triangles of `bvh`.
+pub(super) fn inward(sides: &[Side], is_mirror: impl Fn(usize) -> bool, bvh: &TriangleBvh) -> Vec<i8> {
+    let mut neighbours = vec![[None; 3]; bvh.len()];
     for edge in sides.chunk_by(|a, b| a.edge == b.edge) {
         let [a, b] = edge else { continue };
         // neighbours of one winding run along their edge in opposite senses
@@ -31,7 +26,7 @@ pub(super) fn inward(
                 Some(Neighbour { triangle: other.triangle as usize, turned });
         }
     }
-    let mut signs = vec![0; normals.len()];
+    let mut signs = vec![0; bvh.len()];
     for ray in 0..RAYS {
         // even over the projected hemisphere, each a golden angle on
         let share = (f64::from(ray) + 0.5) / f64::from(RAYS);
@@ -44,12 +39,13 @@ pub(super) fn inward(
             if !is_mirror(triangle) {
                 break;
             }
-            let cosine = direction.dot(normals[triangle]);
+            let normal = unit_normal(&bvh.triangle(hit.triangle));
+            let cosine = direction.dot(normal);
             if signs[triangle] == 0 && cosine != 0.0 {
                 spread(triangle, if cosine < 0.0 { 1 } else { -1 }, &neighbours, &mut signs);
             }
             position += direction * hit.distance;
-            direction = (direction - normals[triangle] * (2.0 * cosine)).normalize();
+            direction = (direction - normal * (2.0 * cosine)).normalize();
             left = Some(hit.triangle);
             if direction.z < 0.0 && position.z <= 0.0 {
                 break;

@@ -11,6 +11,7 @@ use super::mouth::Mouth;
 use super::transit::{End, Entry, Transit};
 use crate::geometry::TriangleMesh;
 use crate::geometry::bvh::{TriangleBvh, TriangleHit};
+use crate::geometry::triangle::unit_normal;
 use crate::geometry::welded;
 use crate::optics::{Mirror, Spectrum};
 use crate::sampling::roulette::faint_survival;
@@ -68,17 +69,14 @@ pub struct MeshGuide {
     mouth: Option<Arc<Mouth>>,
 }
 
-/// What light has to know of a triangle that it meets: together, for each is far from the last one in memory.
+/// What light has to know of a triangle that it meets, beside its corners.
 #[derive(Clone, Copy, Debug)]
-#[repr(align(32))]
 struct Facet {
-    /// Unit normal, by the triangle's winding.
-    normal: DVec3,
-    /// Whether it points into the pipe: 1, -1, or 0 where this is not known.
-    inward: i8,
-    is_mirror: bool,
     /// Number of its part.
     part: u32,
+    /// Whether its normal points into the pipe: 1, -1, or 0 where this is not known.
+    inward: i8,
+    is_mirror: bool,
 }
 
 impl MeshGuide {
@@ -86,63 +84,56 @@ impl MeshGuide {
     ///
     /// Without a collector the upper end of the pipe is closed by a clear cap, the fan of its boundary edges.
     pub fn new(mesh: &TriangleMesh, parts: &[Part], opening_radius: f64) -> Result<Self, MeshGuideError> {
-        let places = welded::places(&mesh.positions);
-        let mut triangles = Vec::new();
-        // of their corners; the cap has none, for it is no mirror
-        let mut triangle_places = Vec::new();
-        let mut triangle_parts = Vec::new();
-        for (corners, material) in mesh.triangles.iter().zip(&mesh.triangle_materials) {
-            if parts[*material as usize] != Part::Diffuser {
-                triangles.push(corners.map(|corner| mesh.positions[corner as usize]));
-                triangle_places.push(corners.map(|corner| places[corner as usize]));
-                triangle_parts.push(*material);
-            }
-        }
+        let is_traced = |material: &u32| parts[*material as usize] != Part::Diffuser;
+        let traced = mesh.triangles.iter().zip(&mesh.triangle_materials).filter(|(_, material)| is_traced(material));
+        let (mut triangles, mut triangle_parts): (Vec<[u32; 3]>, Vec<u32>) = traced.unzip();
         if triangles.is_empty() {
             return Err(MeshGuideError::Empty);
         }
+        let mut positions = mesh.positions.clone();
         let mut parts = parts.to_vec();
         let is_cover = |parts: &[Part], part: u32| matches!(parts[part as usize], Part::Collector { .. });
         if !triangle_parts.iter().any(|part| is_cover(&parts, *part)) {
-            let cap = upper_cap(&triangles).ok_or(MeshGuideError::NoUpperEnd)?;
+            let corners = triangles.iter().map(|corners| corners.map(|corner| positions[corner as usize]));
+            let cap = upper_cap(&corners.collect::<Vec<_>>()).ok_or(MeshGuideError::NoUpperEnd)?;
             triangle_parts.extend(std::iter::repeat_n(parts.len() as u32, cap.len()));
             parts.push(Part::Collector { transmittance: [1.0; 3], reflectance: [0.0; 3] });
-            triangle_places.extend(cap.iter().map(|_| [u32::MAX; 3]));
-            triangles.extend(cap);
+            for corners in cap {
+                triangles.push([0, 1, 2].map(|corner| positions.len() as u32 + corner));
+                positions.extend(corners);
+            }
         }
-        let normals: Vec<DVec3> =
-            triangles.iter().map(|[a, b, c]| (*b - *a).cross(*c - *a).try_normalize().unwrap_or(DVec3::Z)).collect();
+        let at = |corners: &[u32; 3]| corners.map(|corner| positions[corner as usize]);
         let collector: Vec<DVec3> = triangles
             .iter()
             .zip(&triangle_parts)
             .filter(|(_, part)| is_cover(&parts, **part))
-            .flat_map(|(corners, _)| *corners)
+            .flat_map(|(corners, _)| at(corners))
             .collect();
         let low = collector.iter().fold(DVec3::INFINITY, |low, p| low.min(*p));
         let high = collector.iter().fold(DVec3::NEG_INFINITY, |high, p| high.max(*p));
         let collector_centre = 0.5 * (low + high);
         let distance = |p: &DVec3| (*p - collector_centre).length();
         let collector_radius = collector.iter().map(distance).fold(0.0, f64::max);
-        let far = 1.01 * triangles.iter().flatten().map(distance).fold(0.0, f64::max);
-        let bvh = TriangleBvh::new(&triangles);
+        let far = 1.01 * triangles.iter().flat_map(at).map(|p| distance(&p)).fold(0.0, f64::max);
         let is_mirror = |triangle: usize| matches!(parts[triangle_parts[triangle] as usize], Part::Pipe { .. });
-        let reflects = |part: &u32| matches!(parts[*part as usize], Part::Collector { reflectance, .. } if reflectance != [0.0; 3]);
+        let places = welded::places(&mesh.positions);
         let mirrors = (0..triangles.len()).filter(|triangle| is_mirror(*triangle));
-        let sides = welded::sides(mirrors.map(|triangle| (triangle as u32, triangle_places[triangle])));
+        let sides = welded::sides(
+            mirrors.map(|triangle| (triangle as u32, triangles[triangle].map(|corner| places[corner as usize]))),
+        );
+        let reflects = |part: &u32| matches!(parts[*part as usize], Part::Collector { reflectance, .. } if reflectance != [0.0; 3]);
         let mouth = (!triangle_parts.iter().any(reflects)).then(|| {
             let mut at = vec![DVec3::ZERO; places.len()];
             places.iter().zip(&mesh.positions).for_each(|(place, position)| at[*place as usize] = *position);
             Mouth::of(&sides, &at, far)
         });
-        let inward = inner_side::inward(&sides, &normals, is_mirror, &bvh);
-        let facet = |(triangle, (normal, inward)): (usize, (DVec3, i8))| Facet {
-            normal,
-            inward,
-            is_mirror: is_mirror(triangle),
-            part: triangle_parts[triangle],
-        };
+        let bvh = TriangleBvh::of_mesh(positions, triangles);
+        let inward = inner_side::inward(&sides, is_mirror, &bvh);
+        let facet =
+            |(triangle, inward)| Facet { part: triangle_parts[triangle], inward, is_mirror: is_mirror(triangle) };
         Ok(Self {
-            facets: normals.into_iter().zip(inward).enumerate().map(facet).collect(),
+            facets: inward.into_iter().enumerate().map(facet).collect(),
             bvh: Arc::new(bvh),
             parts: parts.into(),
             opening_radius,
@@ -228,7 +219,8 @@ impl MeshGuide {
             }
             let is_outer_side = |hit: TriangleHit| {
                 let facet = &self.facets[hit.triangle as usize];
-                facet.is_mirror && f64::from(facet.inward) * transit.direction.dot(facet.normal) > 0.0
+                let normal = unit_normal(&self.bvh.triangle(hit.triangle));
+                facet.is_mirror && f64::from(facet.inward) * transit.direction.dot(normal) > 0.0
             };
             if from_below && transit.rays == 1 && hit.is_none_or(is_outer_side) {
                 // between the round opening and a pipe with corners there is no pipe
@@ -244,7 +236,8 @@ impl MeshGuide {
                 return transit;
             };
             let facet = &self.facets[hit.triangle as usize];
-            let cosine = transit.direction.dot(facet.normal);
+            let normal = unit_normal(&self.bvh.triangle(hit.triangle));
+            let cosine = transit.direction.dot(normal);
             if beyond && facet.is_mirror && f64::from(facet.inward) * cosine >= 0.0 {
                 transit.end = End::Top;
                 return transit;
@@ -268,7 +261,7 @@ impl MeshGuide {
                         transit.position += transit.direction * (CLEARANCE * self.far);
                     } else {
                         transit.collector *= back * (1.0 / share);
-                        self.reflect(&mut transit, facet.normal, hit.distance);
+                        self.reflect(&mut transit, normal, hit.distance);
                     }
                 }
                 Part::Pipe { reflectance } => {
@@ -276,7 +269,7 @@ impl MeshGuide {
                         return transit;
                     }
                     transit.mirrors *= Spectrum::from_rgb(reflectance.reflectance(|| cosine.abs()));
-                    self.reflect(&mut transit, facet.normal, hit.distance);
+                    self.reflect(&mut transit, normal, hit.distance);
                 }
                 Part::Diffuser => {}
             }

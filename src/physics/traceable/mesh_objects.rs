@@ -5,6 +5,7 @@ use glam::DVec3;
 use super::surface_id::Side;
 use crate::geometry::bvh::TriangleBvh;
 use crate::geometry::facets::{Facets, pieces};
+use crate::geometry::triangle::unit_normal;
 use crate::optics::Surface;
 use crate::scene::MeshObject;
 
@@ -19,8 +20,6 @@ const PLANE_TOLERANCE: f64 = 1e-6;
 #[derive(Debug)]
 pub struct TraceableMeshes {
     bvh: TriangleBvh,
-    /// Unit normal of each triangle.
-    normals: Vec<DVec3>,
     /// Corners of all meshes.
     pub positions: Vec<DVec3>,
     /// Numbers of the corners of each triangle.
@@ -63,16 +62,13 @@ impl TraceableMeshes {
         if triangles.is_empty() {
             return None;
         }
-        let corners: Vec<[DVec3; 3]> = triangles.iter().map(|t| t.map(|corner| positions[corner as usize])).collect();
-        let normal = |[a, b, c]: &[DVec3; 3]| (*b - *a).cross(*c - *a).try_normalize().unwrap_or(DVec3::Z);
         let facets = Facets::new(&positions, &triangles, &kinds, PLANE_TOLERANCE * size.length());
         let mut of_facets = vec![Surface::diffuse([0.0; 3]); facets.len()];
         for (triangle, facet) in facets.of_triangle.iter().enumerate() {
             of_facets[*facet as usize] = surfaces[kinds[triangle] as usize];
         }
         let meshes = Self {
-            bvh: TriangleBvh::new(&corners),
-            normals: corners.iter().map(normal).collect(),
+            bvh: TriangleBvh::of_mesh(positions.clone(), triangles.clone()),
             pieces: pieces(positions.len(), &triangles),
             positions,
             triangles,
@@ -94,7 +90,7 @@ impl TraceableMeshes {
         let hit = self.bvh.nearest(origin, direction, None)?;
         let triangle = hit.triangle as usize;
         let facet = self.facets.of_triangle[triangle] as usize;
-        let normal = self.normals[triangle];
+        let normal = unit_normal(&self.bvh.triangle(hit.triangle));
         // no negative zeros: the frame around a normal must not depend on the winding
         let normal = (if normal.dot(direction) > 0.0 { -normal } else { normal }) + DVec3::ZERO;
         let side = if self.facets.normals[facet].dot(normal) < 0.0 { Side::Back } else { Side::Front };

@@ -1,13 +1,12 @@
 //! Rays per second in a mesh: specular chains through the tube of S3.
 
-use glam::DVec3;
-
 use super::goals::{Found, Goal, Measured};
 use super::measure::{Quartiles, processor_seconds, time};
 use super::peers::EMBREE_MEGARAYS;
 use super::settings::Settings;
 use crate::geometry::bvh::TriangleBvh;
 use crate::geometry::obj::{ObjLimits, parse_obj};
+use crate::geometry::triangle::unit_normal;
 use crate::reports::page::{ReportError, Section, Table};
 use crate::sampling::{Key, PathRandom, warp};
 
@@ -23,14 +22,12 @@ pub fn section(settings: &Settings, measured: &mut Measured) -> Result<Section, 
     let bytes = std::fs::read(&file).map_err(|error| failed(error.to_string()))?;
     let (mesh, reading) = processor_seconds(|| parse_obj(&bytes, ObjLimits::default()));
     let mesh = mesh.map_err(|error| failed(error.to_string()))?;
-    let corners: Vec<[DVec3; 3]> =
-        mesh.triangles.iter().map(|corners| corners.map(|corner| mesh.positions[corner as usize])).collect();
     let is_pipe: Vec<bool> =
         mesh.triangle_materials.iter().map(|material| mesh.materials[*material as usize] == "pipe").collect();
-    let (tree, building) = processor_seconds(|| TriangleBvh::new(&corners));
+    let (tree, building) = processor_seconds(|| TriangleBvh::of_mesh(mesh.positions.clone(), mesh.triangles.clone()));
     let chains = settings.either(20_000, 2_000);
     let rates = settings.repeats().run(|seed| {
-        let (rays, seconds) = processor_seconds(|| trace(&tree, &corners, &is_pipe, Key::new(seed), chains));
+        let (rays, seconds) = processor_seconds(|| trace(&tree, &is_pipe, Key::new(seed), chains));
         Ok(1e-6 * rays as f64 / seconds)
     })?;
     let rate = Quartiles::of(rates);
@@ -43,7 +40,7 @@ pub fn section(settings: &Settings, measured: &mut Measured) -> Result<Section, 
             "Closest hits along specular chains in the mesh of S3 ({} triangles), from the tube's mouth upward until they leave \
              the pipe, with the random numbers and reflections that they take: millions of rays for each processor second. A hit is \
              decided in f64; Embree's are in f32.",
-            corners.len()
+            tree.len()
         ),
         tables: vec![Table {
             caption: "Rates".to_owned(),
@@ -61,7 +58,7 @@ pub fn section(settings: &Settings, measured: &mut Measured) -> Result<Section, 
 }
 
 /// Follows chains up the pipe; answers the number of rays.
-fn trace(tree: &TriangleBvh, corners: &[[DVec3; 3]], is_pipe: &[bool], key: Key, chains: u64) -> u64 {
+fn trace(tree: &TriangleBvh, is_pipe: &[bool], key: Key, chains: u64) -> u64 {
     let mut random = PathRandom::new(key);
     let mut rays = 0;
     for _ in 0..chains {
@@ -73,10 +70,8 @@ fn trace(tree: &TriangleBvh, corners: &[[DVec3; 3]], is_pipe: &[bool], key: Key,
             let Some(hit) = tree.nearest(origin, direction, from).filter(|hit| is_pipe[hit.triangle as usize]) else {
                 break;
             };
-            let [a, b, c] = corners[hit.triangle as usize];
-            let normal = (b - a).cross(c - a).normalize();
             origin += direction * hit.distance;
-            direction = direction.reflect(normal);
+            direction = direction.reflect(unit_normal(&tree.triangle(hit.triangle)));
             from = Some(hit.triangle);
         }
     }
