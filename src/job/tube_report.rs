@@ -142,12 +142,12 @@ fn content(shape: &TubeShape, opening_radius: f64, traceable: &TraceableScene, e
 fn bytes_of(mesh: &TriangleMesh) -> Vec<u8> {
     let TriangleMesh { positions, triangles, triangle_materials, materials: _, dropped: _ } = mesh;
     let mut bytes = Vec::with_capacity(24 + 24 * positions.len() + 16 * triangles.len());
-    [positions.len(), triangles.len()].iter().for_each(|length| bytes.extend(length.to_le_bytes()));
+    [positions.len(), triangles.len()].iter().for_each(|length| bytes.extend_from_slice(&length.to_le_bytes()));
     for position in positions {
-        position.to_array().iter().for_each(|coordinate| bytes.extend(coordinate.to_le_bytes()));
+        position.to_array().iter().for_each(|coordinate| bytes.extend_from_slice(&coordinate.to_le_bytes()));
     }
     for (corners, material) in triangles.iter().zip(triangle_materials) {
-        corners.iter().chain([material]).for_each(|number| bytes.extend(number.to_le_bytes()));
+        corners.iter().chain([material]).for_each(|number| bytes.extend_from_slice(&number.to_le_bytes()));
     }
     bytes
 }

@@ -37,24 +37,27 @@ pub struct Side {
 
 /// The sides of some triangles, of which each is given by its number and the places of its corners: all that share an edge stand
 /// together (`chunk_by` the edge).
-pub fn sides(triangles: impl Iterator<Item = (u32, [u32; 3])>) -> Vec<Side> {
+pub fn sides(triangles: impl Iterator<Item = (u32, [u32; 3])> + Clone) -> Vec<Side> {
     let of_triangle = |(triangle, corners): (u32, [u32; 3])| {
         [0_u8, 1, 2].map(|side| {
             let (a, b) = (corners[usize::from(side)], corners[usize::from(side + 1) % 3]);
             Side { edge: [a.min(b), a.max(b)], triangle, side, forward: a < b }
         })
     };
-    let unordered: Vec<Side> = triangles.flat_map(of_triangle).collect();
     // by the lesser place, at which few sides begin, then by the rest of what they are
-    let places = unordered.iter().map(|side| side.edge[0] as usize + 1).max().unwrap_or(0);
-    let mut ends = vec![0u32; places];
-    unordered.iter().for_each(|side| ends[side.edge[0] as usize] += 1);
-    let mut sum = 0;
-    for end in &mut ends {
-        (*end, sum) = (sum, sum + *end);
+    let lesser = |[a, b, c]: [u32; 3]| [a.min(b), b.min(c), c.min(a)].map(|place| place as usize);
+    let mut ends = Vec::new();
+    for place in triangles.clone().flat_map(|(_, corners)| lesser(corners)) {
+        ends.resize(ends.len().max(place + 1), 0_u32);
+        ends[place] += 1;
     }
-    let mut sides = unordered.clone();
-    for side in unordered {
+    let mut count = 0;
+    for end in &mut ends {
+        (*end, count) = (count, count + *end);
+    }
+    let none = Side { edge: [0; 2], triangle: 0, side: 0, forward: false };
+    let mut sides = vec![none; count as usize];
+    for side in triangles.flat_map(of_triangle) {
         let end = &mut ends[side.edge[0] as usize];
         sides[*end as usize] = side;
         *end += 1;

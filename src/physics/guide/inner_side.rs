@@ -23,7 +23,7 @@ pub(super) fn inward(sides: &[Side], is_mirror: impl Fn(usize) -> bool, bvh: &Tr
         let turned = a.forward == b.forward;
         for (one, other) in [(a, b), (b, a)] {
             neighbours[one.triangle as usize][usize::from(one.side)] =
-                Some(Neighbour { triangle: other.triangle as usize, turned });
+                Some(Neighbour { triangle: other.triangle, turned });
         }
     }
     let mut signs = vec![0; bvh.len()];
@@ -58,7 +58,7 @@ pub(super) fn inward(sides: &[Side], is_mirror: impl Fn(usize) -> bool, bvh: &Tr
 /// A triangle beyond an edge that two triangles share.
 #[derive(Clone, Copy, Debug)]
 struct Neighbour {
-    triangle: usize,
+    triangle: u32,
     /// True if it is wound the other way.
     turned: bool,
 }
@@ -69,9 +69,10 @@ fn spread(first: usize, sign: i8, neighbours: &[[Option<Neighbour>; 3]], signs: 
     let mut waiting = vec![first];
     while let Some(triangle) = waiting.pop() {
         for other in neighbours[triangle].iter().flatten() {
-            if signs[other.triangle] == 0 {
-                signs[other.triangle] = if other.turned { -signs[triangle] } else { signs[triangle] };
-                waiting.push(other.triangle);
+            let next = other.triangle as usize;
+            if signs[next] == 0 {
+                signs[next] = if other.turned { -signs[triangle] } else { signs[triangle] };
+                waiting.push(next);
             }
         }
     }

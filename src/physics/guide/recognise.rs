@@ -143,10 +143,11 @@ pub fn keep_facets(mesh: &TriangleMesh, parts: &[Part], radius: f64) -> Section 
     Section::Facets { sides: sides(&pipe, radius * TOLERANCE), reason: "asked for in the document" }
 }
 
-/// Edges of one part of a mesh by the positions of their ends, with the number of triangles at each.
+/// Edges of one part of a mesh, with the number of triangles at each.
 struct Surface {
     vertices: Vec<DVec3>,
-    edges: Vec<(DVec3, DVec3, u32)>,
+    /// Numbers of two vertices each.
+    edges: Vec<([u32; 2], u32)>,
 }
 
 impl Surface {
@@ -155,32 +156,44 @@ impl Surface {
         let members = mesh.triangles.iter().zip(&mesh.triangle_materials);
         let members =
             members.filter(|(_, material)| is_member(&parts[**material as usize])).map(|(corners, _)| corners);
-        // a position for every place that a member has
-        let mut vertices = vec![None; mesh.positions.len()];
-        let mut triangles = Vec::new();
-        for (number, corners) in members.enumerate() {
-            let triangle = corners.map(|corner| places[corner as usize]);
-            for (place, corner) in triangle.iter().zip(corners) {
-                vertices[*place as usize] = Some(mesh.positions[*corner as usize]);
-            }
-            triangles.push((number as u32, triangle));
+        // a vertex for every place that a member has
+        let mut numbers = vec![u32::MAX; mesh.positions.len()];
+        let mut vertices = Vec::new();
+        let mut triangles = Vec::with_capacity(mesh.triangles.len());
+        for (triangle, corners) in members.enumerate() {
+            let corners = corners.map(|corner| {
+                let number = &mut numbers[places[corner as usize] as usize];
+                if *number == u32::MAX {
+                    *number = vertices.len() as u32;
+                    vertices.push(mesh.positions[corner as usize]);
+                }
+                *number
+            });
+            triangles.push((triangle as u32, corners));
         }
-        let at = |place: u32| vertices[place as usize].unwrap_or_default();
-        let sides = welded::sides(triangles.into_iter());
-        let edges = sides.chunk_by(|a, b| a.edge == b.edge).filter_map(|sides| {
-            let [a, b] = sides.first()?.edge.map(at);
-            Some((a, b, sides.len() as u32))
-        });
-        Self { edges: edges.collect(), vertices: vertices.into_iter().flatten().collect() }
+        let sides = welded::sides(triangles.iter().copied());
+        let edges = sides.chunk_by(|a, b| a.edge == b.edge);
+        let edges = edges.filter_map(|sides| Some((sides.first()?.edge, sides.len() as u32))).collect();
+        Self { edges, vertices }
     }
 
+    /// The ends of each edge.
+    fn edges(&self) -> impl Iterator<Item = (DVec3, DVec3)> {
+        self.edges.iter().map(|(ends, _)| self.ends(*ends))
+    }
+
+    /// The ends of each edge of one triangle alone.
     fn boundary(&self) -> impl Iterator<Item = (DVec3, DVec3)> {
-        self.edges.iter().filter(|(.., uses)| *uses == 1).map(|(a, b, _)| (*a, *b))
+        self.edges.iter().filter(|(_, uses)| *uses == 1).map(|(ends, _)| self.ends(*ends))
+    }
+
+    fn ends(&self, ends: [u32; 2]) -> (DVec3, DVec3) {
+        ends.map(|end| self.vertices[end as usize]).into()
     }
 
     /// True if every edge has two triangles, or one at the surface's border.
     fn is_manifold(&self) -> bool {
-        self.edges.iter().all(|(.., uses)| *uses <= 2)
+        self.edges.iter().all(|(_, uses)| *uses <= 2)
     }
 
     /// Sum of the angles around the axis of the boundary edges at height `z`, and their number.
@@ -221,7 +234,7 @@ fn cylinder(
         }
         deviation = deviation.max(off);
     }
-    if !pipe.is_manifold() || pipe.edges.iter().any(|(a, b, _)| turn_between(*a, *b) > MOST_TURN) {
+    if !pipe.is_manifold() || pipe.edges().any(|(a, b)| turn_between(a, b) > MOST_TURN) {
         return Err("its pipe is not a simple wall of at least 16 sides");
     }
     for (a, b) in pipe.boundary() {

@@ -163,7 +163,7 @@ impl Pipe {
                 (number as u32, triangle)
             })
             .collect();
-        for edge in welded::sides(triangles.into_iter()).chunk_by(|a, b| a.edge == b.edge) {
+        for edge in welded::sides(triangles.iter().copied()).chunk_by(|a, b| a.edge == b.edge) {
             let Some([a, b]) = edge.first().map(|side| side.edge) else { continue };
             pipe.is_manifold &= edge.len() <= 2;
             for (one, other) in [(a, b), (b, a)] {
