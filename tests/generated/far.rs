@@ -3,7 +3,7 @@
 
 use glam::DVec3;
 use proptest::prelude::*;
-use skyduct::geometry::bvh::{TriangleBvh, TriangleHit};
+use skyduct::geometry::bvh::TriangleBvh;
 use skyduct::geometry::triangle::ShearedRay;
 
 use crate::render::{cases, config};
@@ -31,13 +31,17 @@ fn triangles() -> impl Strategy<Value = Vec<[DVec3; 3]>> {
     prop_oneof![1 => soup, 1 => plate]
 }
 
-/// The nearest triangle, each asked by itself; among equals the first.
-fn one_by_one(triangles: &[[DVec3; 3]], origin: DVec3, direction: DVec3) -> Option<TriangleHit> {
+/// Number and distance of the nearest triangle, each asked by itself; among equals the first.
+fn one_by_one(triangles: &[[DVec3; 3]], origin: DVec3, direction: DVec3) -> Option<(u32, f64)> {
     let ray = ShearedRay::new(origin, direction);
     let hits =
         triangles.iter().enumerate().filter_map(|(number, corners)| Some((number as u32, ray.intersect(corners)?)));
-    let nearest = hits.min_by(|a, b| a.1.total_cmp(&b.1));
-    nearest.map(|(triangle, distance)| TriangleHit { triangle, distance })
+    hits.min_by(|a, b| a.1.total_cmp(&b.1))
+}
+
+/// The same as the tree says it.
+fn by_tree(tree: &TriangleBvh, origin: DVec3, direction: DVec3) -> Option<(u32, f64)> {
+    tree.nearest(origin, direction, None).map(|hit| (hit.triangle, hit.distance))
 }
 
 proptest! {
@@ -54,8 +58,8 @@ proptest! {
         let origin = aim - direction * 10f64.powf(exponent);
         let tree = TriangleBvh::new(&triangles);
         let expected = one_by_one(&triangles, origin, direction);
-        prop_assert_eq!(tree.nearest(origin, direction, None), expected);
-        let reach = expected.map_or(1e7, |hit| hit.distance);
+        prop_assert_eq!(by_tree(&tree, origin, direction), expected);
+        let reach = expected.map_or(1e7, |(_, distance)| distance);
         prop_assert!(!tree.any_within(origin, direction, reach));
         prop_assert_eq!(tree.any_within(origin, direction, reach * (1.0 + 1e-12)), expected.is_some());
     }
@@ -69,7 +73,7 @@ proptest! {
         let direction = (toward - DVec3::splat(0.5)).try_normalize().unwrap_or(DVec3::Z);
         let moved: Vec<_> = triangles.iter().map(|corners| corners.map(|corner| corner + by)).collect();
         let [here, there] = [(&triangles, origin), (&moved, origin + by)]
-            .map(|(triangles, origin)| TriangleBvh::new(triangles).nearest(origin, direction, None));
+            .map(|(triangles, origin)| by_tree(&TriangleBvh::new(triangles), origin, direction));
         prop_assert_eq!(here, there);
         prop_assert_eq!(here, one_by_one(&triangles, origin, direction));
     }

@@ -17,8 +17,8 @@ const PADDING: f64 = 1e-6;
 #[derive(Clone)]
 pub struct TriangleBvh {
     tree: WideTree,
-    /// Corners of the triangles, and those of each: half of what triangles with corners of their own take, which decides how fast rays
-    /// are in large meshes.
+    /// Corners, which triangles share, and those of each: half of what triangles with corners of their own take, which decides how fast
+    /// rays are in large meshes.
     positions: Vec<DVec3>,
     triangles: Vec<[u32; 3]>,
     centre: DVec3,
@@ -33,6 +33,8 @@ pub struct TriangleHit {
     pub triangle: u32,
     /// Distance from the ray's origin in m, > 0.
     pub distance: f64,
+    /// Numbers of its corners.
+    corners: [u32; 3],
 }
 
 impl std::fmt::Debug for TriangleBvh {
@@ -65,8 +67,7 @@ impl TriangleBvh {
                 Aabb::new(bounds.min - padding, bounds.max + padding)
             })
             .collect();
-        let corner = |number: u32, which: usize| in_tree[triangles[number as usize][which] as usize];
-        Self { tree: WideTree::new(&boxes, corner), positions, triangles, centre, scale }
+        Self { tree: WideTree::new(&boxes, &triangles, &in_tree), positions, triangles, centre, scale }
     }
 
     /// Number of triangles.
@@ -79,10 +80,15 @@ impl TriangleBvh {
         self.triangles.is_empty()
     }
 
-    /// Corners of a triangle by its number.
+    /// Corners of a triangle that was hit.
+    #[inline]
+    pub fn corners(&self, hit: &TriangleHit) -> [DVec3; 3] {
+        self.at(hit.corners)
+    }
+
     #[inline(always)]
-    pub fn triangle(&self, number: u32) -> [DVec3; 3] {
-        self.triangles[number as usize].map(|corner| self.positions[corner as usize])
+    fn at(&self, corners: [u32; 3]) -> [DVec3; 3] {
+        corners.map(|corner| self.positions[corner as usize])
     }
 
     /// The nearest triangle at a positive distance along the unit vector `direction`, `skip` left out (the planar triangle
@@ -115,7 +121,8 @@ impl TriangleBvh {
         let around = Aabb::new(self.to_f32(point - reach) - padding, self.to_f32(point + reach) + padding);
         let mut nearest = reach;
         self.tree.around(&around, |number| {
-            nearest = nearest.min(distance_above(&self.triangle(number), point, height).unwrap_or(nearest));
+            nearest = nearest
+                .min(distance_above(&self.at(self.triangles[number as usize]), point, height).unwrap_or(nearest));
         });
         (nearest < reach).then_some(nearest)
     }
@@ -145,7 +152,8 @@ impl Query for Nearest<'_> {
             &ray,
             reach,
             #[inline(always)]
-            |number| {
+            |met| {
+                let number = met.triangle;
                 if Some(number) == skip {
                     return reach;
                 }
@@ -154,8 +162,8 @@ impl Query for Nearest<'_> {
                         *distance < hit.distance || (*distance == hit.distance && number < hit.triangle)
                     })
                 };
-                if let Some(distance) = sheared.intersect(&set.triangle(number)).filter(closer) {
-                    nearest = Some(TriangleHit { triangle: number, distance });
+                if let Some(distance) = sheared.intersect(&set.at(met.corners)).filter(closer) {
+                    nearest = Some(TriangleHit { triangle: number, distance, corners: met.corners });
                     // a little beyond the hit, so that rounding cannot cull a nearer one
                     let on_ray = ((distance - skipped) * set.scale) as f32;
                     reach = on_ray * (1.0 + 4.0 * f32::EPSILON) + f32::MIN_POSITIVE;
@@ -195,8 +203,8 @@ impl Query for AnyWithin<'_> {
             &ray,
             on_ray,
             #[inline(always)]
-            |number| {
-                any |= sheared.intersect(&set.triangle(number)).is_some_and(|distance| distance < reach);
+            |met| {
+                any |= sheared.intersect(&set.at(met.corners)).is_some_and(|distance| distance < reach);
                 // nothing is nearer than what lies behind
                 if any { f32::NEG_INFINITY } else { on_ray }
             },

@@ -39,8 +39,21 @@ struct Child(u32);
 #[repr(align(64))]
 struct Leaf {
     corners: Corners,
-    /// Numbers that the triangles have in the list that the tree was built from; [`Leaf::NONE`] where there is none.
-    numbers: [u32; WIDTH],
+    /// The triangles; [`Met::NONE`] where there is none.
+    triangles: [Met; WIDTH],
+}
+
+/// A triangle that a ray may meet.
+#[derive(Clone, Copy, Debug)]
+pub struct Met {
+    /// Its number in the list that the tree was built from.
+    pub triangle: u32,
+    /// Numbers of its corners: here, where they are at hand at once.
+    pub corners: [u32; 3],
+}
+
+impl Met {
+    const NONE: Self = Self { triangle: u32::MAX, corners: [0; 3] };
 }
 
 impl Child {
@@ -52,16 +65,13 @@ impl Child {
 }
 
 impl Leaf {
-    /// Number where there is no triangle.
-    const NONE: u32 = u32::MAX;
-
-    fn new(numbers: impl Iterator<Item = u32>, corner: impl Fn(u32, usize) -> Vec3A) -> Self {
-        let mut leaf = Self { corners: [[[f32::NAN; WIDTH]; 3]; 3], numbers: [Self::NONE; WIDTH] };
-        for (lane, number) in numbers.enumerate() {
-            leaf.numbers[lane] = number;
-            for (which, rows) in leaf.corners.iter_mut().enumerate() {
-                let corner = corner(number, which);
-                (0..3).for_each(|axis| rows[axis][lane] = corner[axis]);
+    fn new(numbers: impl Iterator<Item = u32>, triangles: &[[u32; 3]], positions: &[Vec3A]) -> Self {
+        let mut leaf = Self { corners: [[[f32::NAN; WIDTH]; 3]; 3], triangles: [Met::NONE; WIDTH] };
+        for (lane, triangle) in numbers.enumerate() {
+            let corners = triangles[triangle as usize];
+            leaf.triangles[lane] = Met { triangle, corners };
+            for (rows, corner) in leaf.corners.iter_mut().zip(corners) {
+                (0..3).for_each(|axis| rows[axis][lane] = positions[corner as usize][axis]);
             }
         }
         leaf
@@ -69,9 +79,9 @@ impl Leaf {
 }
 
 impl WideTree {
-    /// `boxes`: of the triangles, at least one, at most 2^31; `corner`: of a triangle by its number and that of the corner, in the
+    /// `boxes`: of the triangles; `triangles`: numbers of their corners, at least one, at most 2^31; `positions`: by number, in the
     /// coordinates of the boxes.
-    pub fn new(boxes: &[Aabb], corner: impl Fn(u32, usize) -> Vec3A) -> Self {
+    pub fn new(boxes: &[Aabb], triangles: &[[u32; 3]], positions: &[Vec3A]) -> Self {
         // half full leaves: which of them become one is decided with the nodes
         let params = BvhBuildParams { max_prims_per_leaf: WIDTH as u32 / 2, ..BvhBuildParams::fast_build() };
         let tree = build_bvh2(boxes, params, &mut Default::default());
@@ -99,7 +109,7 @@ impl WideTree {
                 if collapse.is_leaf(index) {
                     wide.nodes[place].children[lane] = Child(wide.leaves.len() as u32 | Child::LEAF);
                     let numbers = collapse.triangles(index).map(|place| tree.primitive_indices[place as usize]);
-                    wide.leaves.push(Leaf::new(numbers, &corner));
+                    wide.leaves.push(Leaf::new(numbers, triangles, positions));
                 } else {
                     left.push((index, Some((place, lane))));
                 }
@@ -108,10 +118,10 @@ impl WideTree {
         wide
     }
 
-    /// Shows the number of every triangle that a ray may meet before a distance, those in nearer boxes first: `reach` at first, then
+    /// Shows every triangle that a ray may meet before a distance, those in nearer boxes first: `reach` at first, then
     /// what `meet` returns.
     #[inline(always)]
-    pub fn follow<L: Lanes>(&self, lanes: L, ray: &TreeRay, mut reach: f32, mut meet: impl FnMut(u32) -> f32) {
+    pub fn follow<L: Lanes>(&self, lanes: L, ray: &TreeRay, mut reach: f32, mut meet: impl FnMut(&Met) -> f32) {
         let mut waiting = SmallVec::<[(Child, f32); WAITING]>::new();
         waiting.push((Child(0), 0.0));
         while let Some((mut child, entered)) = waiting.pop() {
@@ -125,7 +135,7 @@ impl WideTree {
                     while touched != 0 {
                         let lane = touched.trailing_zeros() as usize;
                         touched &= touched - 1;
-                        reach = meet(leaf.numbers[lane]);
+                        reach = meet(&leaf.triangles[lane]);
                     }
                     break;
                 }
@@ -164,7 +174,8 @@ impl WideTree {
         let mut waiting = vec![Child(0)];
         while let Some(child) = waiting.pop() {
             if let Some(place) = child.leaf() {
-                self.leaves[place].numbers.iter().filter(|number| **number != Leaf::NONE).for_each(|n| meet(*n));
+                let numbers = self.leaves[place].triangles.iter().map(|met| met.triangle);
+                numbers.filter(|number| *number != Met::NONE.triangle).for_each(&mut meet);
                 continue;
             }
             let node = &self.nodes[child.0 as usize];
@@ -194,15 +205,17 @@ mod tests {
     #[test]
     fn every_triangle_is_in_one_leaf() {
         for count in [1, 2, 7, 9, 300, 2000] {
-            let corner = |number: u32, which: usize| {
-                let turn = number as f32;
-                Vec3A::new(turn.sin(), turn.cos(), 0.01 * turn) + 0.02 * Vec3A::AXES[which]
+            let corner = |number: u32| {
+                let turn = (number / 3) as f32;
+                Vec3A::new(turn.sin(), turn.cos(), 0.01 * turn) + 0.02 * Vec3A::AXES[number as usize % 3]
             };
-            let of_triangle = |number: u32| Aabb::from_points(&[0, 1, 2].map(|which| corner(number, which)));
-            let boxes: Vec<Aabb> = (0..count).map(of_triangle).collect();
-            let tree = WideTree::new(&boxes, corner);
-            let mut numbers: Vec<u32> = tree.leaves.iter().flat_map(|leaf| leaf.numbers).collect();
-            numbers.retain(|number| *number != Leaf::NONE);
+            let positions: Vec<Vec3A> = (0..3 * count).map(corner).collect();
+            let triangles: Vec<[u32; 3]> = (0..count).map(|number| [0, 1, 2].map(|which| 3 * number + which)).collect();
+            let boxes: Vec<Aabb> = positions.chunks(3).map(Aabb::from_points).collect();
+            let tree = WideTree::new(&boxes, &triangles, &positions);
+            let mut numbers: Vec<u32> =
+                tree.leaves.iter().flat_map(|leaf| leaf.triangles).map(|met| met.triangle).collect();
+            numbers.retain(|number| *number != Met::NONE.triangle);
             numbers.sort_unstable();
             assert_eq!(numbers, (0..count).collect::<Vec<_>>());
             let lanes = tree.nodes.iter().flat_map(|node| (0..WIDTH).map(move |lane| (node, lane)));

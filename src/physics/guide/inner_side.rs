@@ -39,7 +39,7 @@ pub(super) fn inward(sides: &[Side], is_mirror: impl Fn(usize) -> bool, bvh: &Tr
             if !is_mirror(triangle) {
                 break;
             }
-            let normal = unit_normal(&bvh.triangle(hit.triangle));
+            let normal = unit_normal(&bvh.corners(&hit));
             let cosine = direction.dot(normal);
             if signs[triangle] == 0 && cosine != 0.0 {
                 spread(triangle, if cosine < 0.0 { 1 } else { -1 }, &neighbours, &mut signs);

@@ -219,7 +219,7 @@ impl MeshGuide {
             }
             let is_outer_side = |hit: TriangleHit| {
                 let facet = &self.facets[hit.triangle as usize];
-                let normal = unit_normal(&self.bvh.triangle(hit.triangle));
+                let normal = unit_normal(&self.bvh.corners(&hit));
                 facet.is_mirror && f64::from(facet.inward) * transit.direction.dot(normal) > 0.0
             };
             if from_below && transit.rays == 1 && hit.is_none_or(is_outer_side) {
@@ -236,7 +236,7 @@ impl MeshGuide {
                 return transit;
             };
             let facet = &self.facets[hit.triangle as usize];
-            let normal = unit_normal(&self.bvh.triangle(hit.triangle));
+            let normal = unit_normal(&self.bvh.corners(&hit));
             let cosine = transit.direction.dot(normal);
             if beyond && facet.is_mirror && f64::from(facet.inward) * cosine >= 0.0 {
                 transit.end = End::Top;

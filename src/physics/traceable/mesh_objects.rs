@@ -90,7 +90,7 @@ impl TraceableMeshes {
         let hit = self.bvh.nearest(origin, direction, None)?;
         let triangle = hit.triangle as usize;
         let facet = self.facets.of_triangle[triangle] as usize;
-        let normal = unit_normal(&self.bvh.triangle(hit.triangle));
+        let normal = unit_normal(&self.bvh.corners(&hit));
         // no negative zeros: the frame around a normal must not depend on the winding
         let normal = (if normal.dot(direction) > 0.0 { -normal } else { normal }) + DVec3::ZERO;
         let side = if self.facets.normals[facet].dot(normal) < 0.0 { Side::Back } else { Side::Front };

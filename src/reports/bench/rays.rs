@@ -71,7 +71,7 @@ fn trace(tree: &TriangleBvh, is_pipe: &[bool], key: Key, chains: u64) -> u64 {
                 break;
             };
             origin += direction * hit.distance;
-            direction = direction.reflect(unit_normal(&tree.triangle(hit.triangle)));
+            direction = direction.reflect(unit_normal(&tree.corners(&hit)));
             from = Some(hit.triangle);
         }
     }
