@@ -5,7 +5,7 @@
 use glam::{DVec3, Vec3A};
 
 use super::lanes::{Lanes, Query, TreeRay, answer};
-use super::triangle::{ShearedRay, distance_above};
+use super::triangle::{ShearedRay, distance_above, unit_normal};
 use super::wide_tree::{Aabb, WideTree};
 
 /// Boxes grow by this share of the scene's diagonal on every side: more than the rounding of coordinates, ray origins (within
@@ -80,10 +80,9 @@ impl TriangleBvh {
         self.triangles.is_empty()
     }
 
-    /// Corners of a triangle that was hit.
-    #[inline]
-    pub fn corners(&self, hit: &TriangleHit) -> [DVec3; 3] {
-        self.at(hit.corners)
+    /// Unit normal of a triangle that was hit, by its winding: from its corners, which are at hand then.
+    pub fn normal(&self, hit: &TriangleHit) -> DVec3 {
+        unit_normal(&self.at(hit.corners))
     }
 
     #[inline(always)]

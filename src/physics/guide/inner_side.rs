@@ -3,7 +3,6 @@
 use glam::DVec3;
 
 use crate::geometry::bvh::TriangleBvh;
-use crate::geometry::triangle::unit_normal;
 use crate::geometry::welded::Side;
 
 /// Rays from the opening that look for pieces of the pipe, and reflections that each of them may have.
@@ -39,7 +38,7 @@ pub(super) fn inward(sides: &[Side], is_mirror: impl Fn(usize) -> bool, bvh: &Tr
             if !is_mirror(triangle) {
                 break;
             }
-            let normal = unit_normal(&bvh.corners(&hit));
+            let normal = bvh.normal(&hit);
             let cosine = direction.dot(normal);
             if signs[triangle] == 0 && cosine != 0.0 {
                 spread(triangle, if cosine < 0.0 { 1 } else { -1 }, &neighbours, &mut signs);

@@ -11,7 +11,6 @@ use super::mouth::Mouth;
 use super::transit::{End, Entry, Transit};
 use crate::geometry::TriangleMesh;
 use crate::geometry::bvh::{TriangleBvh, TriangleHit};
-use crate::geometry::triangle::unit_normal;
 use crate::geometry::welded;
 use crate::optics::{Mirror, Spectrum};
 use crate::sampling::roulette::faint_survival;
@@ -219,7 +218,7 @@ impl MeshGuide {
             }
             let is_outer_side = |hit: TriangleHit| {
                 let facet = &self.facets[hit.triangle as usize];
-                let normal = unit_normal(&self.bvh.corners(&hit));
+                let normal = self.bvh.normal(&hit);
                 facet.is_mirror && f64::from(facet.inward) * transit.direction.dot(normal) > 0.0
             };
             if from_below && transit.rays == 1 && hit.is_none_or(is_outer_side) {
@@ -236,7 +235,7 @@ impl MeshGuide {
                 return transit;
             };
             let facet = &self.facets[hit.triangle as usize];
-            let normal = unit_normal(&self.bvh.corners(&hit));
+            let normal = self.bvh.normal(&hit);
             let cosine = transit.direction.dot(normal);
             if beyond && facet.is_mirror && f64::from(facet.inward) * cosine >= 0.0 {
                 transit.end = End::Top;

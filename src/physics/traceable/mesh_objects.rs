@@ -5,7 +5,6 @@ use glam::DVec3;
 use super::surface_id::Side;
 use crate::geometry::bvh::TriangleBvh;
 use crate::geometry::facets::{Facets, pieces};
-use crate::geometry::triangle::unit_normal;
 use crate::optics::Surface;
 use crate::scene::MeshObject;
 
@@ -90,7 +89,7 @@ impl TraceableMeshes {
         let hit = self.bvh.nearest(origin, direction, None)?;
         let triangle = hit.triangle as usize;
         let facet = self.facets.of_triangle[triangle] as usize;
-        let normal = unit_normal(&self.bvh.corners(&hit));
+        let normal = self.bvh.normal(&hit);
         // no negative zeros: the frame around a normal must not depend on the winding
         let normal = (if normal.dot(direction) > 0.0 { -normal } else { normal }) + DVec3::ZERO;
         let side = if self.facets.normals[facet].dot(normal) < 0.0 { Side::Back } else { Side::Front };

@@ -6,7 +6,6 @@ use super::peers::EMBREE_MEGARAYS;
 use super::settings::Settings;
 use crate::geometry::bvh::TriangleBvh;
 use crate::geometry::obj::{ObjLimits, parse_obj};
-use crate::geometry::triangle::unit_normal;
 use crate::reports::page::{ReportError, Section, Table};
 use crate::sampling::{Key, PathRandom, warp};
 
@@ -71,7 +70,7 @@ fn trace(tree: &TriangleBvh, is_pipe: &[bool], key: Key, chains: u64) -> u64 {
                 break;
             };
             origin += direction * hit.distance;
-            direction = direction.reflect(unit_normal(&tree.corners(&hit)));
+            direction = direction.reflect(tree.normal(&hit));
             from = Some(hit.triangle);
         }
     }
