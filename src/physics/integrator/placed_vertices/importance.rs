@@ -9,6 +9,7 @@ use std::f64::consts::PI;
 use glam::DVec3;
 
 use super::runs::{Run, Runs};
+use super::sent::{Sensors, Target};
 use crate::geometry::disc::far_disc_illuminance;
 use crate::scene::Face;
 use crate::traceable::{Side, SurfaceId, TraceableBox, TraceableScene, TraceableTube};
@@ -63,15 +64,6 @@ pub struct Placed {
     pub of_facet: Option<usize>,
 }
 
-/// A sensor as importance sees it.
-#[derive(Clone, Copy, Debug)]
-pub struct Target {
-    /// Position in m.
-    pub position: DVec3,
-    /// Squared distance in m2 below which no vertex is connected to it.
-    pub near_squared: f64,
-}
-
 /// The distribution of vertices over the surfaces of a room.
 #[derive(Debug)]
 pub struct Importance {
@@ -117,19 +109,18 @@ impl Importance {
             0 | 1 => 1,
             step => step | 1,
         };
-        let sensors: Vec<Target> = sensors.iter().copied().step_by(step).collect();
-        let needs: Vec<f64> = sensors.iter().map(|sensor| light.need(sensor.position)).collect();
+        let sensors = Sensors::new(sensors.iter().step_by(step), |position| light.need(position));
         // weights of the cells of a row; those of a run together
         let mut weights: Vec<(Of, Vec<f64>)> = Vec::new();
         for (index, panel) in panels.iter().enumerate() {
             for row in 0..panel.cells {
-                let weigh = |column| panel.weight([row, column], &light, &sensors, &needs);
+                let weigh = |column| panel.weight([row, column], &light, &sensors);
                 weights.push((Of::Panel(index, row), (0..panel.cells).map(weigh).collect()));
             }
         }
         let runs = scene.meshes.as_ref().map_or_else(Runs::default, |meshes| Runs::new(meshes));
         for (index, run) in runs.all.iter().enumerate() {
-            weights.push((Of::Run(index), vec![light.weight_of_run(run, &sensors, &needs)]));
+            weights.push((Of::Run(index), vec![light.weight_of_run(run, &sensors)]));
         }
         let count: usize = weights.iter().map(|(_, cells)| cells.len()).sum();
         let mean = weights.iter().flat_map(|(_, cells)| cells).sum::<f64>() / count.max(1) as f64;
@@ -199,8 +190,8 @@ impl Panel {
     }
 
     /// Reflected flux of a cell, times what a lumen of it means to the sensors, on one scale for all cells.
-    fn weight(&self, [row, column]: [usize; 2], light: &Light<'_>, sensors: &[Target], needs: &[f64]) -> f64 {
-        if self.reflectance == 0.0 {
+    fn weight(&self, [row, column]: [usize; 2], light: &Light<'_>, sensors: &Sensors) -> f64 {
+        if !self.can_reach(sensors.lowest) {
             return 0.0;
         }
         let at = |cell: usize, point: usize| (cell as f64 + (point as f64 + 0.5) / POINTS as f64) / self.cells as f64;
@@ -211,8 +202,7 @@ impl Panel {
         for number in 0..POINTS * POINTS {
             let (u, v) = (at(row, number / POINTS), at(column, number % POINTS));
             let point = self.corner + self.u * u + self.v * v;
-            let cosine = |way: DVec3| way.dot(self.normal);
-            sum += (light.direct(point, self.normal, &seen) + light.ambient) * sent(point, cosine, sensors, needs);
+            sum += (light.direct(point, self.normal, &seen) + light.ambient) * sensors.sent(point, Some(self.normal));
         }
         let share = self.area_m2() / (self.cells * self.cells * POINTS * POINTS) as f64;
         self.reflectance * sum * share
@@ -223,20 +213,6 @@ impl Placed {
     /// Where nothing can be sent from.
     const NOWHERE: Self =
         Self { position: DVec3::ZERO, normal: DVec3::NEG_Z, area_m2: 0.0, of_box: None, of_facet: None };
-}
-
-/// What a point sends to some sensors: root of the sum of the squares of their illuminances, each times its need; `cosine` is
-/// that of a way at the point, times the way's length.
-fn sent(point: DVec3, cosine: impl Fn(DVec3) -> f64, sensors: &[Target], needs: &[f64]) -> f64 {
-    let squares = sensors.iter().zip(needs).map(|(sensor, need)| {
-        let way = sensor.position - point;
-        let cosines = cosine(way).max(0.0) * (-way.z).max(0.0);
-        let distance_squared = way.length_squared();
-        let connected = cosines > 0.0 && distance_squared >= sensor.near_squared;
-        let share = if connected { cosines / (distance_squared * distance_squared) * need } else { 0.0 };
-        share * share
-    });
-    squares.sum::<f64>().sqrt()
 }
 
 /// Rough light in the room.
@@ -270,7 +246,7 @@ impl<'a> Light<'a> {
     }
 
     /// Reflected flux of a run of triangles, times what a lumen of it means to the sensors, on the scale of the cells of panels.
-    fn weight_of_run(&self, run: &Run, sensors: &[Target], needs: &[f64]) -> f64 {
+    fn weight_of_run(&self, run: &Run, sensors: &Sensors) -> f64 {
         let reflectance = self.reflectance(run);
         if reflectance == 0.0 {
             return 0.0;
@@ -279,8 +255,7 @@ impl<'a> Light<'a> {
         let seen = self.seen_from(run.middle + before);
         // of several facets some may face anything
         let direct = run.normal.map_or(0.0, |normal| self.direct(run.middle, normal, &seen));
-        let cosine = |way: DVec3| run.normal.map_or_else(|| way.length(), |normal| way.dot(normal));
-        reflectance * run.area_m2 * (direct + self.ambient) * sent(run.middle, cosine, sensors, needs)
+        reflectance * run.area_m2 * (direct + self.ambient) * sensors.sent(run.middle, run.normal)
     }
 
     /// One over the illuminance of a sensor, in 1/lx.

@@ -28,6 +28,7 @@
 
 mod importance;
 mod runs;
+mod sent;
 mod targets;
 
 use std::f64::consts::PI;

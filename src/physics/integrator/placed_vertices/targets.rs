@@ -7,7 +7,8 @@
 use glam::DVec3;
 use smallvec::SmallVec;
 
-use super::importance::{Target, cell_of_box};
+use super::importance::cell_of_box;
+use super::sent::Target;
 use crate::integrator::photon::connect::{Connection, TOGETHER};
 use crate::scene::Grid;
 use crate::traceable::obstacles::{DiscView, Shadow};
