@@ -8,6 +8,7 @@ mod change;
 mod commit;
 mod guard;
 mod jobs;
+mod log;
 mod meshes;
 mod migrations;
 mod queue;
@@ -31,6 +32,7 @@ use tokio::sync::broadcast;
 use uuid::Uuid;
 
 use self::guard::{check_version, lock};
+use self::log::Log;
 use self::migrations::migrations;
 use self::sql::store_error;
 use crate::job::progress::PassReport;
@@ -46,6 +48,7 @@ const PAGES_GIVEN_BACK: &str = "PRAGMA incremental_vacuum(1024)";
 pub struct SqliteStore {
     writer: SqlitePool,
     readers: SqlitePool,
+    log: Log,
     changes: broadcast::Sender<Change>,
     /// Keeps other processes out until the store is closed.
     lock: Mutex<Option<File>>,
@@ -115,9 +118,11 @@ impl SqliteStore {
             .connect_with(options.read_only(true))
             .await
             .map_err(store_error)?;
+        let log = Log::of(file, writer.clone());
         Ok(Self {
             writer,
             readers,
+            log,
             changes: broadcast::channel(CHANGES_KEPT).0,
             lock: Mutex::new(Some(lock)),
             most_pages: AtomicU32::new(0),
@@ -143,19 +148,6 @@ impl SqliteStore {
     pub fn limit_pages(&self, most_pages: u32) {
         let unlimited = 4_294_967_294;
         self.most_pages.store(if most_pages == 0 { unlimited } else { most_pages }, Ordering::Relaxed);
-    }
-
-    async fn submit_job(&self, job: NewJob, max_queued: u64, durability: Durability) -> Result<Submission, StoreError> {
-        let mut tx = self.begin(durability).await?;
-        let submission = jobs::submit(&mut tx, job, max_queued).await?;
-        if let Submission::New(job) = &submission {
-            tx.commit().await.map_err(store_error)?;
-            self.tell(Change::Job(job.head.id));
-            self.tell(Change::Queue);
-        } else {
-            tx.rollback().await.map_err(store_error)?;
-        }
-        Ok(submission)
     }
 
     fn tell(&self, change: Change) {
@@ -213,21 +205,44 @@ impl Store for SqliteStore {
     }
 
     async fn submit(&self, job: NewJob, max_queued: u64) -> Result<Submission, StoreError> {
-        self.submit_job(job, max_queued, Durability::Power).await
+        let submission = self.submit_untold(job, max_queued).await?;
+        if matches!(submission, Submission::New(_)) {
+            self.log.wait().await?;
+        }
+        Ok(submission)
     }
 
     async fn submit_untold(&self, job: NewJob, max_queued: u64) -> Result<Submission, StoreError> {
-        self.submit_job(job, max_queued, Durability::Process).await
+        let mut tx = self.begin(Durability::Process).await?;
+        let submission = jobs::submit(&mut tx, job, max_queued).await?;
+        if let Submission::New(job) = &submission {
+            tx.commit().await.map_err(store_error)?;
+            self.tell(Change::Job(job.head.id));
+            self.tell(Change::Queue);
+        } else {
+            tx.rollback().await.map_err(store_error)?;
+        }
+        if let Submission::Repeated(job) = &submission {
+            self.log.told_of(job.head.id).await?;
+        }
+        Ok(submission)
     }
 
     async fn job_of_key(&self, idempotency_key: &str) -> Result<Option<Job>, StoreError> {
         let mut connection = self.readers.acquire().await.map_err(store_error)?;
-        jobs::job_of_key(&mut connection, idempotency_key).await
+        let job = jobs::job_of_key(&mut connection, idempotency_key).await?;
+        if let Some(job) = &job {
+            self.log.told_of(job.head.id).await?;
+        }
+        Ok(job)
     }
 
     async fn job(&self, id: Uuid) -> Result<Option<Job>, StoreError> {
         let mut connection = self.readers.acquire().await.map_err(store_error)?;
-        jobs::job(&mut connection, id).await
+        let job = jobs::job(&mut connection, id).await?;
+        drop(connection);
+        self.log.told_of(id).await?;
+        Ok(job)
     }
 
     async fn job_source(&self, id: Uuid) -> Result<Option<JobSource>, StoreError> {
@@ -235,16 +250,23 @@ impl Store for SqliteStore {
     }
 
     async fn job_head(&self, id: Uuid) -> Result<Option<JobHead>, StoreError> {
-        jobs::head(&self.readers, id).await
+        let head = jobs::head(&self.readers, id).await?;
+        self.log.told_of(id).await?;
+        Ok(head)
     }
 
     async fn jobs(&self, filter: JobFilter) -> Result<Vec<JobHead>, StoreError> {
-        jobs::list(&self.readers, filter).await
+        let jobs = jobs::list(&self.readers, filter).await?;
+        self.log.told_of_all().await?;
+        Ok(jobs)
     }
 
     async fn count(&self, status: JobStatus) -> Result<u64, StoreError> {
         let mut connection = self.readers.acquire().await.map_err(store_error)?;
-        jobs::count(&mut connection, status).await
+        let count = jobs::count(&mut connection, status).await?;
+        drop(connection);
+        self.log.told_of_all().await?;
+        Ok(count)
     }
 
     async fn unfinished(&self) -> Result<u64, StoreError> {
@@ -256,6 +278,7 @@ impl Store for SqliteStore {
         let mut tx = self.begin(Durability::Power).await?;
         let outcome = jobs::cancel(&mut tx, id).await?;
         tx.commit().await.map_err(store_error)?;
+        self.log.told_of(id).await?;
         if outcome == CancelOutcome::Accepted {
             self.tell(Change::Stop(id));
             self.tell(Change::Ended(id));
@@ -285,7 +308,9 @@ impl Store for SqliteStore {
     }
 
     async fn events(&self, id: Uuid, after: i64, limit: u32) -> Result<Vec<Event>, StoreError> {
-        jobs::events(&self.readers, id, after, limit).await
+        let events = jobs::events(&self.readers, id, after, limit).await?;
+        self.log.told_of(id).await?;
+        Ok(events)
     }
 
     async fn convergence(&self, id: Uuid, after: u64, limit: u32) -> Result<Vec<PassReport>, StoreError> {
@@ -297,7 +322,9 @@ impl Store for SqliteStore {
     }
 
     async fn artifact(&self, id: Uuid, name: &str) -> Result<Option<Artifact>, StoreError> {
-        jobs::artifact(&self.readers, id, name).await
+        let artifact = jobs::artifact(&self.readers, id, name).await?;
+        self.log.told_of(id).await?;
+        Ok(artifact)
     }
 
     async fn submit_study(&self, study: NewStudy, max_queued: u64) -> Result<StudySubmission, StoreError> {
@@ -329,13 +356,17 @@ impl Store for SqliteStore {
 
     async fn jobs_of_study(&self, id: Uuid) -> Result<Vec<JobHead>, StoreError> {
         let mut connection = self.readers.acquire().await.map_err(store_error)?;
-        studies::heads(&mut connection, id).await
+        let heads = studies::heads(&mut connection, id).await?;
+        drop(connection);
+        self.log.told_of_all().await?;
+        Ok(heads)
     }
 
     async fn study_progress(&self, id: Uuid) -> Result<StudyProgress, StoreError> {
         let mut tx = self.readers.begin().await.map_err(store_error)?;
         let progress = studies::progress(&mut tx, id).await?;
         tx.commit().await.map_err(store_error)?;
+        self.log.told_of_all().await?;
         Ok(progress)
     }
 
@@ -409,18 +440,30 @@ impl Store for SqliteStore {
         reports: &[Report],
         completion: &Completion,
     ) -> Result<Committed, StoreError> {
-        let mut tx = self.begin(Durability::Power).await?;
+        let mut tx = self.begin(Durability::Process).await?;
         let committed = commit::complete(&mut tx, lease, reports, completion).await?;
         if committed == Committed::LeaseLost {
             tx.rollback().await.map_err(store_error)?;
-        } else {
-            tx.commit().await.map_err(store_error)?;
-            if matches!(completion, Completion::Finish(_)) {
-                self.tell(Change::Ended(lease.job));
-            }
-            self.tell(Change::Job(lease.job));
+            return Ok(committed);
         }
+        self.log.hold(lease.job);
+        if let Err(error) = tx.commit().await {
+            self.log.release(lease.job);
+            return Err(store_error(error));
+        }
+        self.log.committed(lease.job);
+        // who hears of it reads of it once it is safe
+        if matches!(completion, Completion::Finish(_)) {
+            self.tell(Change::Ended(lease.job));
+        }
+        self.tell(Change::Job(lease.job));
         Ok(committed)
+    }
+
+    async fn make_safe(&self, lease: &Lease) -> Result<(), StoreError> {
+        self.log.told_of(lease.job).await?;
+        self.log.release(lease.job);
+        Ok(())
     }
 
     async fn rewind(&self, lease: &Lease, reason: &str) -> Result<Committed, StoreError> {

@@ -321,13 +321,17 @@ pub trait Store: Send + Sync + 'static {
     async fn heartbeat(&self, lease: &Lease, extend: Duration) -> Result<Beat, StoreError>;
     /// Convergence rows, progress and events of a running chunk; `false` when the lease is lost.
     async fn report(&self, lease: &Lease, reports: &[Report]) -> Result<bool, StoreError>;
-    /// The chunk is done: its last reports, progress, the next chunk or the job's end, and the event, in one transaction.
+    /// The chunk is done: its last reports, progress, the next chunk or the job's end, and the event, in one transaction. It survives
+    /// the end of the process; who reads the job waits until it survives that of the power, too, as [`Self::make_safe`] does.
     async fn complete(
         &self,
         lease: &Lease,
         reports: &[Report],
         completion: &Completion,
     ) -> Result<Committed, StoreError>;
+    /// Returns once what was completed with this lease survives the end of the power: nothing that it made obsolete may be deleted
+    /// before.
+    async fn make_safe(&self, lease: &Lease) -> Result<(), StoreError>;
     /// The job's state is damaged: back to the state before it, or to the first pass, with the event `restarted`.
     async fn rewind(&self, lease: &Lease, reason: &str) -> Result<Committed, StoreError>;
     /// Gives the chunk back undone, without counting a failure.

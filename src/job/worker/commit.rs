@@ -6,6 +6,8 @@ use std::time::Duration;
 use bytes::Bytes;
 use futures::{FutureExt, StreamExt, TryStreamExt};
 use tokio::time::sleep;
+use tokio_util::task::TaskTracker;
+use tracing::Instrument;
 
 use super::chunk::{Ended, progress_of};
 use super::interrupted::Interrupted;
@@ -25,9 +27,12 @@ const FILES_AT_ONCE: usize = 8;
 const MOST_BYTES_IN_STORE: usize = 64 << 10;
 
 /// Places where a chunk's end is written.
+#[derive(Clone)]
 pub(super) struct Commits {
     pub store: Arc<dyn Store>,
     pub artifacts: Artifacts,
+    /// Ends of jobs that wait for the disk while others are rendered.
+    pub ends: TaskTracker,
 }
 
 impl Commits {
@@ -67,14 +72,21 @@ impl Commits {
                 Completion::Finish(Finish { end, summary, artifacts, last_pass })
             }
         };
-        match retry(|| self.store.complete(lease, &reports.waiting, &completion)).await? {
-            Committed::LeaseLost => return Err(Interrupted::LeaseLost),
-            committed => self.delete_obsolete(committed).await,
+        let committed = retry(|| self.store.complete(lease, &reports.waiting, &completion)).await?;
+        if committed == Committed::LeaseLost {
+            return Err(Interrupted::LeaseLost);
         }
-        if let Completion::Finish(finish) = &completion {
+        metrics::gauge!("skyduct_job_photons").set(progress.photons as f64);
+        let Completion::Finish(finish) = completion else { return Ok(self.settle(lease, committed).await?) };
+        // the next job need not wait for the disk, too
+        let (commits, lease, prepared) = (self.clone(), lease.clone(), current.prepared.clone());
+        let told = async move {
+            if let Err(error) = commits.settle(&lease, committed).await {
+                tracing::error!(%error, "the end of the job may not survive that of the power");
+            }
             tracing::info!(
-                name = current.prepared.name,
-                method = current.prepared.method_names(),
+                name = prepared.name,
+                method = prepared.method_names(),
                 status = finish.end.status().name(),
                 stopped_by = finish.end.stopped_by().map(StoppedBy::name),
                 passes = progress.passes,
@@ -82,8 +94,15 @@ impl Commits {
                 "job finished"
             );
             metrics::counter!("skyduct_jobs_finished_total", "status" => finish.end.status().name()).increment(1);
-        }
-        metrics::gauge!("skyduct_job_photons").set(progress.photons as f64);
+        };
+        self.ends.spawn(told.in_current_span());
+        Ok(())
+    }
+
+    /// Waits until what was completed is safe, and deletes what is not needed any more then.
+    pub async fn settle(&self, lease: &Lease, committed: Committed) -> Result<(), StoreError> {
+        retry(|| self.store.make_safe(lease)).await?;
+        self.delete_obsolete(committed).await;
         Ok(())
     }
 

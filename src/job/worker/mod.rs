@@ -24,6 +24,7 @@ use std::time::Duration;
 use tokio::sync::broadcast;
 use tokio::time::{Instant, sleep};
 use tokio_util::sync::CancellationToken;
+use tokio_util::task::TaskTracker;
 use uuid::Uuid;
 
 use self::chunk::Ended;
@@ -89,7 +90,7 @@ impl Worker {
         shutdown: CancellationToken,
     ) -> Result<Self, rayon::ThreadPoolBuildError> {
         let pool = RenderPool::new()?;
-        let commits = Commits { store: store.clone(), artifacts };
+        let commits = Commits { store: store.clone(), artifacts, ends: TaskTracker::new() };
         let owner = format!("{}-{}", std::process::id(), Uuid::new_v4());
         let started = Instant::now();
         let kept = KeptJobs::default();
@@ -119,6 +120,8 @@ impl Worker {
             }
         }
         self.show(None);
+        self.commits.ends.close();
+        self.commits.ends.wait().await;
     }
 
     fn next_turn(&self) -> Turn {
@@ -215,7 +218,8 @@ impl Worker {
     async fn fail_job(&self, lease: &Lease, problem: JobProblem) -> Result<(), StoreError> {
         tracing::error!(status = "failed", problem.detail, "job finished");
         let finish = Finish::failed(problem.title, problem.detail);
-        self.commits.delete_obsolete(self.store.complete(lease, &[], &Completion::Finish(finish)).await?).await;
+        let committed = self.store.complete(lease, &[], &Completion::Finish(finish)).await?;
+        self.commits.settle(lease, committed).await?;
         metrics::counter!("skyduct_jobs_finished_total", "status" => "failed").increment(1);
         Ok(())
     }
