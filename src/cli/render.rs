@@ -1,5 +1,7 @@
 //! `skyduct render`: the engine without a server.
 
+use std::fs::File;
+use std::io::{ErrorKind, Write as _};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
@@ -13,7 +15,7 @@ use super::progress::Progress;
 use super::results_table::print_results;
 use crate::document::{DocumentErrors, FieldError};
 use crate::job::cancel::{Stop, StopReason};
-use crate::job::chunk::Rendered;
+use crate::job::chunk::{Rendered, start_threads};
 use crate::job::convergence::is_kept;
 use crate::job::forecast::Forecast;
 use crate::job::memory::default_limit_bytes;
@@ -42,6 +44,7 @@ pub struct RenderArgs {
 
 /// Renders a job and writes its results; errors that are the document's own are [`DocumentErrors`].
 pub fn run(args: RenderArgs) -> anyhow::Result<()> {
+    start_threads();
     let document = with_method(read_job(&args.job)?, args.method.as_deref());
     let mut prepared = prepare(&document, &MeshFiles::beside(&args.job))?;
     prepared.check_memory(default_limit_bytes())?;
@@ -55,7 +58,11 @@ pub fn run(args: RenderArgs) -> anyhow::Result<()> {
     }
     std::fs::create_dir_all(&args.out).with_context(|| format!("{} cannot be made", args.out.display()))?;
 
-    let (rendered, passes) = render(&prepared, &cancel_on_interrupt()?)?;
+    let stop = cancel_on_interrupt()?;
+    let (rendered, passes) = std::thread::scope(|scope| {
+        scope.spawn(|| prepared.look_ahead());
+        render(&prepared, &stop)
+    })?;
     let result = write_results(&args.out, &prepared, &rendered, &passes, &args.figures.saved)?;
     let Rendered { estimate, spent, stopped_by } = &rendered;
     if *stopped_by == StoppedBy::Cancelled {
@@ -171,12 +178,25 @@ fn write_results(
     Ok(result)
 }
 
-/// Writes a file below a folder.
+/// Writes a file below a folder. One of the same name is written over: to empty it first would give its space on the disk back, for
+/// which some disks are waited for.
 pub fn write(out: &Path, name: &str, bytes: &[u8]) -> anyhow::Result<()> {
     let file = out.join(name);
     let folder = file.parent().unwrap_or(out);
-    std::fs::create_dir_all(folder).with_context(|| format!("{} cannot be made", folder.display()))?;
-    std::fs::write(&file, bytes).with_context(|| format!("{} cannot be written", file.display()))
+    let open = || File::options().write(true).create(true).truncate(false).open(&file);
+    let opened = match open() {
+        Err(error) if error.kind() == ErrorKind::NotFound => {
+            std::fs::create_dir_all(folder).with_context(|| format!("{} cannot be made", folder.display()))?;
+            open()
+        }
+        opened => opened,
+    };
+    let written = opened.and_then(|mut opened| {
+        opened.write_all(bytes)?;
+        // only what is longer than its new content
+        if opened.metadata()?.len() > bytes.len() as u64 { opened.set_len(bytes.len() as u64) } else { Ok(()) }
+    });
+    written.with_context(|| format!("{} cannot be written", file.display()))
 }
 
 #[cfg(test)]
@@ -193,5 +213,14 @@ mod tests {
         assert_eq!(changed, json!({ "method": "auto", "seed": u64::MAX }));
         assert_eq!(with_method(b"[".to_vec(), Some("auto")), b"[");
         assert_eq!(with_method(b"{ }".to_vec(), None), b"{ }");
+    }
+
+    #[test]
+    fn nothing_is_left_of_a_file_that_is_written_over() {
+        let folder = tempfile::tempdir().unwrap();
+        for content in ["a long text", "short", "a longer text than before", ""] {
+            write(folder.path(), "some/folder/file", content.as_bytes()).unwrap();
+            assert_eq!(std::fs::read_to_string(folder.path().join("some/folder/file")).unwrap(), content);
+        }
     }
 }

@@ -59,6 +59,16 @@ static LETTERS: LazyLock<BTreeMap<char, Letter>> = LazyLock::new(|| {
 pub fn letter(character: char) -> &'static Letter {
     // a tabulator or the end of a line in a name is a space in a figure
     let character = if character.is_whitespace() { ' ' } else { character };
+    match ASCII.get(character as usize) {
+        Some(letter) => letter,
+        None => found(character),
+    }
+}
+
+/// The letters of the characters that nearly every text is made of.
+static ASCII: LazyLock<[&Letter; 128]> = LazyLock::new(|| std::array::from_fn(|code| found(char::from(code as u8))));
+
+fn found(character: char) -> &'static Letter {
     LETTERS.get(&character).unwrap_or(&UNKNOWN)
 }
 

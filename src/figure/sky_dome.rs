@@ -115,9 +115,12 @@ fn dome(luminance: impl Fn(DVec3) -> f64) -> Vec<f64> {
 fn scale_of(values: &[f64]) -> ColourScale {
     let above = values.iter().enumerate().filter(|(pixel, _)| place_of(*pixel).length() <= 1.0);
     let mut seen: Vec<f64> = above.map(|(_, value)| *value).filter(|value| value.is_finite()).collect();
-    seen.sort_unstable_by(f64::total_cmp);
     let index = (HELD * seen.len().saturating_sub(1) as f64).round() as usize;
-    ColourScale::from_zero(seen.get(index).copied().unwrap_or(0.0), Palette::Viridis)
+    let held = match seen.is_empty() {
+        true => 0.0,
+        false => *seen.select_nth_unstable_by(index, f64::total_cmp).1,
+    };
+    ColourScale::from_zero(held, Palette::Viridis)
 }
 
 /// The sun's path above the horizon, with its hours.

@@ -89,6 +89,12 @@ impl<'a> SoFar<'a> {
     }
 }
 
+/// Starts the threads of the usual pool in the background: that takes a moment, in which a job can be read.
+pub fn start_threads() {
+    // where no thread can be had, the first pass finds out
+    let _ = std::thread::Builder::new().spawn(rayon::current_num_threads);
+}
+
 impl Prepared {
     /// Renders chunk `index` on the current rayon pool; `before` is the merged estimate of all earlier chunks and
     /// `spent_before` their render time. `heard` is called after every pass, in order. The caller raises `stop` when the

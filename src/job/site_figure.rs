@@ -19,6 +19,7 @@ use crate::figure::sky_dome::{SunAt, sky_dome};
 use crate::figure::ticks::significant;
 use crate::figure::{Drawing, Heading};
 use crate::geometry::turn;
+use crate::sky::looked_up::LookedUp;
 use crate::sky::{Sky, SkyDistribution, direction, sun};
 
 /// Minutes between the points of the sun's path.
@@ -150,7 +151,8 @@ fn sky_figure(subject: &Subject, document: &JobDocument, provenance: &Provenance
         sun.azimuth_deg
     );
     let heading = Heading { title: format!("Sky, {}", subject.name()), lines: vec![subject.circumstances(), level] };
-    let luminance = |direction: DVec3| if is_up { sky.luminance(direction) } else { 0.0 };
+    let looked_up = is_up.then(|| LookedUp::new(&sky));
+    let luminance = |direction: DVec3| looked_up.as_ref().map_or(0.0, |sky| sky.luminance(direction));
     let sun = SunAt { altitude, azimuth, label: None };
     Some(sky_dome(&heading, luminance, Some(&sun), &path(document)))
 }

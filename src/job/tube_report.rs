@@ -90,11 +90,27 @@ impl Prepared {
         })
     }
 
-    fn tube_report(&self, tube: usize, flux: TubeResult) -> TubeReport {
+    /// Computes what reports on tubes and figures say beside the passes, so that their files need not: for a thread of its own.
+    pub fn look_ahead(&self) {
+        self.subject();
+        for tube in 0..self.scene.tubes.len() {
+            self.performance_of(tube, |_| ());
+        }
+    }
+
+    /// What is made of the performance of a tube.
+    fn performance_of<T>(&self, tube: usize, of: impl FnOnce(&TubePerformance) -> T) -> T {
         let Tube { shape, opening_radius, .. } = &self.scene.tubes[tube];
         let error = self.error_of_reports();
         let slot = slot(content(shape, *opening_radius, &self.traceable, error));
-        let performance = slot.get_or_init(|| performance(&self.traceable, tube, shape, *opening_radius, error));
+        of(slot.get_or_init(|| performance(&self.traceable, tube, shape, *opening_radius, error)))
+    }
+
+    fn tube_report(&self, tube: usize, flux: TubeResult) -> TubeReport {
+        self.performance_of(tube, |performance| self.report_by(tube, flux, performance))
+    }
+
+    fn report_by(&self, tube: usize, flux: TubeResult, performance: &TubePerformance) -> TubeReport {
         TubeReport {
             tube,
             guide: self.plan.guides[tube].kind.code().to_owned(),

@@ -11,7 +11,7 @@ use super::commit::{Commits, RETRY_PAUSE, retry};
 use super::interrupted::{Interrupted, hopeless};
 use super::kept::Current;
 use super::pool::RenderPool;
-use super::reports::Reports;
+use super::reports::{REPORT_DELAY, Reports};
 use crate::job::cancel::{Stop, StopReason, deadline};
 use crate::job::results::progress_image;
 use crate::job::store::*;
@@ -49,6 +49,8 @@ impl RunningChunk<'_> {
         // the lease is fresh
         let mut beat = interval_at(Instant::now() + HEARTBEAT, HEARTBEAT);
         beat.set_missed_tick_behavior(MissedTickBehavior::Delay);
+        let mut look = interval_at(Instant::now() + REPORT_DELAY, REPORT_DELAY);
+        look.set_missed_tick_behavior(MissedTickBehavior::Delay);
         let result = loop {
             let in_time = self.stop.reason().is_none();
             tokio::select! {
@@ -66,13 +68,16 @@ impl RunningChunk<'_> {
                     Err(broadcast::error::RecvError::Lagged(_)) => self.heartbeat().await,
                     _ => {}
                 },
-                () = sleep_until(self.reports.due()), if self.reports.is_waiting() => self.send().await,
-                Some(news) = told.recv() => self.collect(news).await,
+                // news wake nobody: most jobs end before the first look
+                _ = look.tick() => {
+                    self.collect(&mut told).await;
+                    if self.reports.are_due() {
+                        self.send().await;
+                    }
+                }
             }
         };
-        while let Ok(news) = told.try_recv() {
-            self.collect(news).await;
-        }
+        self.collect(&mut told).await;
         let interrupted = || if self.shutdown.is_cancelled() { Interrupted::Shutdown } else { Interrupted::LeaseLost };
         if self.stop.reason() == Some(StopReason::Abandoned) {
             return Err(interrupted());
@@ -97,7 +102,14 @@ impl RunningChunk<'_> {
         }
     }
 
-    async fn collect(&mut self, news: News) {
+    /// Takes everything that the pool has told.
+    async fn collect(&mut self, told: &mut mpsc::UnboundedReceiver<News>) {
+        while let Ok(news) = told.try_recv() {
+            self.take(news).await;
+        }
+    }
+
+    async fn take(&mut self, news: News) {
         match news {
             News::Pass(pass) => {
                 metrics::counter!("skyduct_passes_total").increment(1);

@@ -2,6 +2,7 @@
 
 pub mod cie;
 pub mod ies;
+pub mod looked_up;
 pub mod opening;
 pub mod sampler;
 pub mod sun;

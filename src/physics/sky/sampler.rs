@@ -7,6 +7,7 @@ use std::f64::consts::TAU;
 use glam::DVec3;
 
 use super::Sky;
+use super::looked_up::OfDistance;
 use crate::sampling::{CONES_SHARE, NestedCones};
 
 /// Bands of equal height z and sectors of equal azimuth: cells of equal solid angle.
@@ -47,10 +48,6 @@ struct Cumulative {
 /// Entries of the search table.
 const LOOKUP: usize = 128;
 
-/// Intervals of equal length of the distance from the sun, between whose ends the luminance is taken as linear: only the choice of
-/// directions depends on it, and it is within 2e-3.
-const DISTANCES: usize = 256;
-
 /// The luminance of a sky at points of the cells of samplers: what tubes under the same sky share.
 #[derive(Clone, Debug)]
 pub struct SkyTable {
@@ -63,23 +60,15 @@ pub struct SkyTable {
 impl SkyTable {
     /// The luminance of a sky at some ten thousand points.
     pub fn new(sky: &Sky) -> Self {
-        let Sky { distribution, zenith_luminance_cd_m2 } = sky;
-        let sun = distribution.sun();
-        let by_distance: [f64; DISTANCES + 1] =
-            std::array::from_fn(|k| distribution.of_distance(2.0 * k as f64 / DISTANCES as f64));
-        let of_distance = |chord: f64| {
-            let place = 0.5 * DISTANCES as f64 * chord;
-            let first = (place as usize).min(DISTANCES - 1);
-            by_distance[first] + (place - first as f64) * (by_distance[first + 1] - by_distance[first])
-        };
+        let (of_distance, sun) = (OfDistance::new(&sky.distribution), sky.distribution.sun());
         let azimuth = |place: usize| libm::sincos(TAU * (place as f64 + 0.5) / (2 * SECTORS) as f64);
         let azimuths = (0..2 * SECTORS).map(azimuth).collect();
         let mut table = Self { luminances: Vec::with_capacity(4 * BANDS * SECTORS), azimuths };
         for place in 0..2 * BANDS {
-            let of_height = zenith_luminance_cd_m2 * distribution.of_height(height(place));
+            let of_height = sky.zenith_luminance_cd_m2 * sky.distribution.of_height(height(place));
             for turn in 0..2 * SECTORS {
                 let chord = (table.turned(place, turn) - sun).length();
-                table.luminances.push(of_height * of_distance(chord));
+                table.luminances.push(of_height * of_distance.at(chord));
             }
         }
         table

@@ -55,33 +55,43 @@ impl Sensors {
     /// unit normal at the point, where it faces one way.
     pub fn sent(&self, point: DVec3, normal: Option<DVec3>) -> f64 {
         let groups = &self.groups;
-        let squares: [f64; LANES] = self.vectors.dispatch(
-            #[inline(always)]
-            || match normal {
-                Some(normal) => squares(groups, point, |way: DVec3, _| way.dot(normal)),
-                None => squares(groups, point, |_, length_squared: f64| length_squared.sqrt()),
-            },
-        );
+        let squares = match normal {
+            Some(normal) => self.vectors.dispatch(Squares::<true> { groups, point, normal }),
+            None => self.vectors.dispatch(Squares::<false> { groups, point, normal: DVec3::ZERO }),
+        };
         squares.iter().sum::<f64>().sqrt()
     }
 }
 
-/// Sums by lane of the squares of what a point sends to each sensor; `cosine` is that of a way at the point, times the way's
-/// length, whose square it is told.
-#[inline(always)]
-fn squares(groups: &[Group], point: DVec3, cosine: impl Fn(DVec3, f64) -> f64) -> [f64; LANES] {
-    let mut sums = [0.0; LANES];
-    for group in groups {
-        for (lane, sum) in sums.iter_mut().enumerate() {
-            let (x, y, down) = (group.x[lane] - point.x, group.y[lane] - point.y, point.z - group.z[lane]);
-            let squared = x * x + y * y + down * down;
-            let cosines = cosine(DVec3::new(x, y, -down), squared).max(0.0) * down.max(0.0);
-            let connected = cosines > 0.0 && squared >= group.near_squared[lane];
-            let share = if connected { cosines / (squared * squared) * group.needs[lane] } else { 0.0 };
-            *sum += share * share;
+/// Sums by lane of the squares of what a point sends to each sensor, if it `FACES` one way.
+struct Squares<'a, const FACES: bool> {
+    groups: &'a [Group],
+    point: DVec3,
+    normal: DVec3,
+}
+
+impl<const FACES: bool> pulp::NullaryFnOnce for Squares<'_, FACES> {
+    type Output = [f64; LANES];
+
+    // no closures: they would be compiled without vector instructions
+    #[inline(always)]
+    fn call(self) -> [f64; LANES] {
+        let Self { groups, point, normal } = self;
+        let mut sums = [0.0; LANES];
+        for group in groups {
+            for lane in 0..LANES {
+                let (x, y, down) = (group.x[lane] - point.x, group.y[lane] - point.y, point.z - group.z[lane]);
+                let squared = x * x + y * y + down * down;
+                let cosine = if FACES { x * normal.x + y * normal.y - down * normal.z } else { squared.sqrt() };
+                let cosines = cosine.max(0.0) * down.max(0.0);
+                let connected = (cosines > 0.0) & (squared >= group.near_squared[lane]);
+                let share = cosines / (squared * squared) * group.needs[lane];
+                let share = if connected { share } else { 0.0 };
+                sums[lane] += share * share;
+            }
         }
+        sums
     }
-    sums
 }
 
 #[cfg(test)]
