@@ -1,5 +1,6 @@
 //! Time that passes take, on the wall and of the processors.
 
+use std::cell::OnceCell;
 use std::time::Instant;
 
 /// Time that passes took to render.
@@ -36,13 +37,22 @@ pub struct Clocks {
 }
 
 impl Clocks {
-    /// Clocks of the current rayon pool and of this thread. Every thread of the pool is woken once to tell which it is; reading
-    /// their clocks wakes none.
+    /// Clocks of the current rayon pool and of this thread. Every thread of the pool is woken once to tell which it is, and asked no
+    /// more by another thread of it; reading their clocks wakes none.
     pub fn start() -> Self {
-        let mut threads: Vec<_> = rayon::broadcast(|_| ThreadClock::of_this()).into_iter().flatten().collect();
-        threads.extend(ThreadClock::of_this());
-        threads.sort();
-        threads.dedup();
+        thread_local! {
+            // a thread of a pool stays in it
+            static OF_POOL: OnceCell<Vec<ThreadClock>> = const { OnceCell::new() };
+        }
+        let of_pool = || rayon::broadcast(|_| ThreadClock::of_this()).into_iter().flatten().collect::<Vec<_>>();
+        let threads = match rayon::current_thread_index() {
+            Some(_) => OF_POOL.with(|known| known.get().cloned()).unwrap_or_else(|| {
+                // this thread may do other work of the pool while it waits for the others
+                let threads = of_pool();
+                OF_POOL.with(|known| known.get_or_init(|| threads).clone())
+            }),
+            None => of_pool().into_iter().chain(ThreadClock::of_this()).collect(),
+        };
         let mut clocks = Self { start: Instant::now(), threads, cpu_start: None };
         clocks.cpu_start = clocks.cpu_seconds();
         clocks

@@ -1,8 +1,7 @@
 //! The performance of a job's tubes, beside what its passes estimate.
 
-use std::collections::VecDeque;
 use std::fmt::{self, Write as _};
-use std::sync::{Arc, Mutex, OnceLock, PoisonError};
+use std::sync::Arc;
 
 use super::chunk::RenderError;
 use super::prepare::Prepared;
@@ -18,6 +17,7 @@ use crate::guide::beams::beams_over;
 use crate::guide::equivalent_length::equivalent_length_m;
 use crate::guide::patches;
 use crate::guide::performance::{self, Effort};
+use crate::kept::Kept;
 use crate::sampling::{Key, Stream};
 use crate::scene::{MeshTube, Segment, StraightOrBent, Tube, TubeShape};
 use crate::statistics::interval::two_sided_normal_quantile;
@@ -63,11 +63,8 @@ struct TubePerformance {
     equivalent_straight: Option<StraightReport>,
 }
 
-/// Computed by the first who asks; all others wait for it.
-type Slot = Arc<OnceLock<TubePerformance>>;
-
-/// Performances by the hash of what they depend on, for all jobs of this process; the one that was asked for last is last.
-static PERFORMANCES: Mutex<VecDeque<(blake3::Hash, Slot)>> = Mutex::new(VecDeque::new());
+/// Performances by the hash of what they depend on, for all jobs of this process.
+static PERFORMANCES: Kept<blake3::Hash, Arc<TubePerformance>> = Kept::new(KEPT);
 
 impl Prepared {
     /// The report on a tube as a file; `flux`: what the passes say of it.
@@ -94,23 +91,19 @@ impl Prepared {
     pub fn look_ahead(&self) {
         self.subject();
         for tube in 0..self.scene.tubes.len() {
-            self.performance_of(tube, |_| ());
+            self.performance_of(tube);
         }
     }
 
-    /// What is made of the performance of a tube.
-    fn performance_of<T>(&self, tube: usize, of: impl FnOnce(&TubePerformance) -> T) -> T {
+    fn performance_of(&self, tube: usize) -> Arc<TubePerformance> {
         let Tube { shape, opening_radius, .. } = &self.scene.tubes[tube];
         let error = self.error_of_reports();
-        let slot = slot(content(shape, *opening_radius, &self.traceable, error));
-        of(slot.get_or_init(|| performance(&self.traceable, tube, shape, *opening_radius, error)))
+        let content = content(shape, *opening_radius, &self.traceable, error);
+        PERFORMANCES.get(content, || Arc::new(performance(&self.traceable, tube, shape, *opening_radius, error)))
     }
 
     fn tube_report(&self, tube: usize, flux: TubeResult) -> TubeReport {
-        self.performance_of(tube, |performance| self.report_by(tube, flux, performance))
-    }
-
-    fn report_by(&self, tube: usize, flux: TubeResult, performance: &TubePerformance) -> TubeReport {
+        let performance = self.performance_of(tube);
         TubeReport {
             tube,
             guide: self.plan.guides[tube].kind.code().to_owned(),
@@ -166,19 +159,6 @@ fn bytes_of(mesh: &TriangleMesh) -> Vec<u8> {
         corners.iter().chain([material]).for_each(|number| bytes.extend_from_slice(&number.to_le_bytes()));
     }
     bytes
-}
-
-/// The place of a performance in the process' memory.
-fn slot(content: blake3::Hash) -> Slot {
-    // never left half changed: a panic elsewhere does not matter
-    let mut kept = PERFORMANCES.lock().unwrap_or_else(PoisonError::into_inner);
-    let known = kept.iter().position(|(other, _)| *other == content).and_then(|index| kept.remove(index));
-    let slot = known.map_or_else(Slot::default, |(_, slot)| slot);
-    kept.push_back((content, slot.clone()));
-    if kept.len() > KEPT {
-        kept.pop_front();
-    }
-    slot
 }
 
 fn performance(
@@ -258,26 +238,5 @@ fn beam_report(guide: &Guide, azimuth: f64, key: Key, standard_error: f64) -> Be
         effective_area_m2: beams.iter().map(|beams| beams.first.arriving().mean).collect(),
         azimuth_mean_transmission: beams.iter().map(|beams| beams.mean.value).collect(),
         azimuth_mean_standard_error: beams.iter().map(|beams| beams.mean.standard_error).collect(),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// What was asked for last stays: the next who asks gets the same place, and with it the same computation.
-    #[test]
-    fn equal_content_shares_one_computation() {
-        let hash = |text: &str| blake3::hash(text.as_bytes());
-        let first = slot(hash("a tube of this test"));
-        for other in 0..KEPT - 1 {
-            assert!(!Arc::ptr_eq(&first, &slot(hash(&format!("another {other}")))));
-        }
-        assert!(Arc::ptr_eq(&first, &slot(hash("a tube of this test"))));
-        for other in 0..KEPT {
-            slot(hash(&format!("one more {other}")));
-        }
-        assert!(!Arc::ptr_eq(&first, &slot(hash("a tube of this test"))));
-        assert!(PERFORMANCES.lock().unwrap().len() <= KEPT);
     }
 }

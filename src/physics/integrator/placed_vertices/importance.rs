@@ -5,12 +5,14 @@
 //! errors for light that is known (Veach 1997, section 2.2); here both factors are estimates, so that a share is even.
 
 use std::f64::consts::PI;
+use std::sync::Arc;
 
 use glam::DVec3;
 
 use super::runs::{Run, Runs};
 use super::sent::{Sensors, Target};
 use crate::geometry::disc::far_disc_illuminance;
+use crate::kept::Kept;
 use crate::scene::Face;
 use crate::traceable::{Side, SurfaceId, TraceableBox, TraceableScene, TraceableTube};
 
@@ -98,9 +100,13 @@ pub fn cell_of_box(object: &TraceableBox) -> f64 {
     ((b - a).length().min((c - b).length()) * (high - low)).sqrt() / CELLS_OF_BOX as f64
 }
 
+/// Importances that the process keeps, of some hundred kilobytes at most.
+const KEPT: usize = 32;
+
 impl Importance {
     /// The distribution for some sensors; `None` where nothing that reflects can reach any of them.
-    pub fn new(scene: &TraceableScene, sensors: &[Target]) -> Option<Self> {
+    pub fn new(scene: &TraceableScene, sensors: &[Target]) -> Option<Arc<Self>> {
+        static IMPORTANCES: Kept<Vec<u64>, Option<Arc<Importance>>> = Kept::new(KEPT);
         let panels = panels(scene);
         let light = Light::new(scene, &panels);
         let lowest = sensors.iter().map(|sensor| sensor.position.z).reduce(f64::min)?;
@@ -109,12 +115,22 @@ impl Importance {
             0 | 1 => 1,
             step => step | 1,
         };
-        let sensors = Sensors::new(sensors.iter().step_by(step), |position| light.need(position));
+        let sensors: Vec<Target> = sensors.iter().copied().step_by(step).collect();
+        match key(&light, &panels, lowest, &sensors) {
+            Some(key) => IMPORTANCES.get(key, || Self::weighed(&light, &panels, lowest, &sensors).map(Arc::new)),
+            None => Self::weighed(&light, &panels, lowest, &sensors).map(Arc::new),
+        }
+    }
+
+    /// The distribution for these sensors alone; `lowest`: least height of any.
+    fn weighed(light: &Light, panels: &[Panel], lowest: f64, sensors: &[Target]) -> Option<Self> {
+        let scene = light.scene;
+        let sensors = Sensors::new(sensors.iter(), |position| light.need(position));
         // weights of the cells of a row; those of a run together
         let mut weights: Vec<(Of, Vec<f64>)> = Vec::new();
         for (index, panel) in panels.iter().enumerate() {
             for row in 0..panel.cells {
-                let weigh = |column| panel.weight([row, column], &light, &sensors);
+                let weigh = |column| panel.weight([row, column], light, &sensors);
                 weights.push((Of::Panel(index, row), (0..panel.cells).map(weigh).collect()));
             }
         }
@@ -146,7 +162,7 @@ impl Importance {
             Row { of, bounds }
         };
         let rows = weights.into_iter().map(row).collect();
-        Some(Self { panels, runs, rows, bounds })
+        Some(Self { panels: panels.to_vec(), runs, rows, bounds })
     }
 
     /// A place by two numbers in 0..1; even points stay even within a row, and rows among each other.
@@ -175,6 +191,32 @@ impl Importance {
             }
         }
     }
+}
+
+/// Everything that an importance follows from, in bits; `None` of scenes that have more than faces, boxes and tubes.
+fn key(light: &Light, panels: &[Panel], lowest: f64, sensors: &[Target]) -> Option<Vec<u64>> {
+    let scene = light.scene;
+    if scene.meshes.is_some() || !scene.luminaires.is_empty() {
+        return None;
+    }
+    let of_panel = |panel: &Panel| {
+        let Panel { corner, u, v, normal, reflectance, cells, of_box } = *panel;
+        let vectors = [corner, u, v, normal].into_iter().flat_map(|vector| vector.to_array());
+        let numbers: Vec<f64> = vectors.chain([reflectance, cells as f64, of_box.map_or(-1.0, |k| k as f64)]).collect();
+        numbers
+    };
+    let of_tube = |tube: &TraceableTube| {
+        let [x, y, z] = tube.origin.to_array();
+        [x, y, z, tube.opening_radius]
+    };
+    let of_sensor = |Target { position, near_squared }: &Target| {
+        let [x, y, z] = position.to_array();
+        [x, y, z, *near_squared]
+    };
+    let counts = [panels.len(), scene.tubes.len(), sensors.len()].map(|count| count as f64);
+    let numbers = counts.into_iter().chain([light.of_openings, light.ambient, lowest]);
+    let numbers = numbers.chain(panels.iter().flat_map(of_panel)).chain(scene.tubes.iter().flat_map(of_tube));
+    Some(numbers.chain(sensors.iter().flat_map(of_sensor)).map(f64::to_bits).collect())
 }
 
 impl Panel {

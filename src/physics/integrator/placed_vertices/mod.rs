@@ -208,7 +208,7 @@ pub struct PlacedVertices<const C: usize> {
     scene: Arc<TraceableScene>,
     emission: Emission,
     /// `None` where no surface sends light to a sensor.
-    importance: Option<Importance>,
+    importance: Option<Arc<Importance>>,
     targets: Targets,
     /// Numbers of sensors of the grids.
     lengths: Vec<usize>,
