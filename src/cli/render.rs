@@ -15,7 +15,7 @@ use super::progress::Progress;
 use super::results_table::print_results;
 use crate::document::{DocumentErrors, FieldError};
 use crate::job::cancel::{Stop, StopReason};
-use crate::job::chunk::{Rendered, start_threads};
+use crate::job::chunk::{Rendered, warm_up};
 use crate::job::convergence::is_kept;
 use crate::job::forecast::Forecast;
 use crate::job::memory::default_limit_bytes;
@@ -44,7 +44,7 @@ pub struct RenderArgs {
 
 /// Renders a job and writes its results; errors that are the document's own are [`DocumentErrors`].
 pub fn run(args: RenderArgs) -> anyhow::Result<()> {
-    start_threads();
+    warm_up();
     let document = with_method(read_job(&args.job)?, args.method.as_deref());
     let mut prepared = prepare(&document, &MeshFiles::beside(&args.job))?;
     prepared.check_memory(default_limit_bytes())?;
@@ -109,7 +109,7 @@ fn render(prepared: &Prepared, stop: &Stop) -> anyhow::Result<(Rendered, Vec<Pas
     let progress = Progress::new(prepared.stop);
     let (mut forecaster, mut forecast) = (prepared.forecaster(), Forecast::default());
     let mut passes = Vec::new();
-    let rendered = prepared.render(stop, &mut |report, so_far| {
+    let rendered = prepared.render_on_pool(stop, &mut |report, so_far| {
         if is_kept(report.passes) {
             forecast = forecaster.after(report, so_far.waiting_for());
         }

@@ -2,6 +2,7 @@
 
 use super::cancel::{Stop, StopReason};
 use super::engine::Added;
+use super::memory::default_limit_bytes;
 use super::prepare::Prepared;
 use super::progress::{PassReport, StoppedBy};
 use super::spent::{Clocks, Spent};
@@ -89,10 +90,15 @@ impl<'a> SoFar<'a> {
     }
 }
 
-/// Starts the threads of the usual pool in the background: that takes a moment, in which a job can be read.
-pub fn start_threads() {
+/// Starts the threads of the usual pool and asks the system for its memory, in the background: that takes a moment, in which a job can
+/// be read.
+pub fn warm_up() {
+    let all = || {
+        rayon::current_num_threads();
+        default_limit_bytes();
+    };
     // where no thread can be had, the first pass finds out
-    let _ = std::thread::Builder::new().spawn(rayon::current_num_threads);
+    let _ = std::thread::Builder::new().spawn(all);
 }
 
 impl Prepared {
@@ -180,6 +186,15 @@ impl Prepared {
             };
             self.render_while(chunk, heard, |index, estimate| self.stop_after(index, estimate))
         })
+    }
+
+    /// As [`Self::render`], on a thread of the usual pool: a pass then need not be handed over to it, which takes as long as small ones.
+    pub fn render_on_pool(
+        &self,
+        stop: &Stop,
+        heard: &mut (dyn FnMut(&PassReport, SoFar<'_>) + Send),
+    ) -> Result<Rendered, RenderError> {
+        rayon::scope(|_| self.render(stop, heard))
     }
 
     /// Renders all `max_passes`, however accurate the job is and whatever the time: the same on every machine.
