@@ -150,6 +150,41 @@ impl SqliteStore {
         self.most_pages.store(if most_pages == 0 { unlimited } else { most_pages }, Ordering::Relaxed);
     }
 
+    /// The end of a chunk, and the claim of another one by the same owner, if that is asked for.
+    async fn end_chunk(
+        &self,
+        lease: &Lease,
+        reports: &[Report],
+        completion: &Completion,
+        next: Option<(Duration, Turn)>,
+    ) -> Result<(Committed, Option<Lease>), StoreError> {
+        let mut tx = self.begin(Durability::Process).await?;
+        let committed = commit::complete(&mut tx, lease, reports, completion).await?;
+        if committed == Committed::LeaseLost {
+            tx.rollback().await.map_err(store_error)?;
+            return Ok((committed, None));
+        }
+        let claimed = match next {
+            Some((duration, turn)) => queue::claim(&mut tx, &lease.owner, duration, turn).await?,
+            None => None,
+        };
+        self.log.hold(lease.job);
+        if let Err(error) = tx.commit().await {
+            self.log.release(lease.job);
+            return Err(store_error(error));
+        }
+        self.log.committed(lease.job);
+        // who hears of it reads of it once it is safe
+        if matches!(completion, Completion::Finish(_)) {
+            self.tell(Change::Ended(lease.job));
+        }
+        self.tell(Change::Job(lease.job));
+        if let Some(claimed) = &claimed {
+            self.tell(Change::Job(claimed.job));
+        }
+        Ok((committed, claimed))
+    }
+
     fn tell(&self, change: Change) {
         // an error means that nobody listens
         let _ = self.changes.send(change);
@@ -440,24 +475,17 @@ impl Store for SqliteStore {
         reports: &[Report],
         completion: &Completion,
     ) -> Result<Committed, StoreError> {
-        let mut tx = self.begin(Durability::Process).await?;
-        let committed = commit::complete(&mut tx, lease, reports, completion).await?;
-        if committed == Committed::LeaseLost {
-            tx.rollback().await.map_err(store_error)?;
-            return Ok(committed);
-        }
-        self.log.hold(lease.job);
-        if let Err(error) = tx.commit().await {
-            self.log.release(lease.job);
-            return Err(store_error(error));
-        }
-        self.log.committed(lease.job);
-        // who hears of it reads of it once it is safe
-        if matches!(completion, Completion::Finish(_)) {
-            self.tell(Change::Ended(lease.job));
-        }
-        self.tell(Change::Job(lease.job));
-        Ok(committed)
+        Ok(self.end_chunk(lease, reports, completion, None).await?.0)
+    }
+
+    async fn complete_and_claim(
+        &self,
+        lease: &Lease,
+        reports: &[Report],
+        completion: &Completion,
+        next: (Duration, Turn),
+    ) -> Result<(Committed, Option<Lease>), StoreError> {
+        self.end_chunk(lease, reports, completion, Some(next)).await
     }
 
     async fn make_safe(&self, lease: &Lease) -> Result<(), StoreError> {

@@ -329,6 +329,14 @@ pub trait Store: Send + Sync + 'static {
         reports: &[Report],
         completion: &Completion,
     ) -> Result<Committed, StoreError>;
+    /// As [`Self::complete`], and as a claim of another chunk by the same owner for some time, in one transaction.
+    async fn complete_and_claim(
+        &self,
+        lease: &Lease,
+        reports: &[Report],
+        completion: &Completion,
+        next: (Duration, Turn),
+    ) -> Result<(Committed, Option<Lease>), StoreError>;
     /// Returns once what was completed with this lease survives the end of the power: nothing that it made obsolete may be deleted
     /// before.
     async fn make_safe(&self, lease: &Lease) -> Result<(), StoreError>;

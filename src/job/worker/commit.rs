@@ -17,6 +17,9 @@ use crate::job::artifacts::{ArtifactError, Artifacts};
 use crate::job::progress::StoppedBy;
 use crate::job::store::*;
 
+/// A worker loses its chunk after this long without a heartbeat.
+pub(super) const LEASE: Duration = Duration::from_secs(60);
+
 /// Pause after the store failed.
 pub(super) const RETRY_PAUSE: Duration = Duration::from_secs(5);
 /// Files of one job that are written at the same time.
@@ -36,14 +39,16 @@ pub(super) struct Commits {
 }
 
 impl Commits {
-    /// Files first, all at once, then the row that points to them: the disk is waited for twice.
+    /// Files first, all at once, then the row that points to them: the disk is waited for twice. With the end of a job another chunk is
+    /// claimed, if a `turn` is given.
     pub async fn commit(
         &self,
         lease: &Lease,
         current: &Current,
         ended: Ended,
         mut reports: Reports,
-    ) -> Result<(), Interrupted> {
+        turn: Option<Turn>,
+    ) -> Result<Option<Lease>, Interrupted> {
         let progress = progress_of(current);
         let completion = match ended {
             Ended::Continue { state, next } => {
@@ -72,12 +77,26 @@ impl Commits {
                 Completion::Finish(Finish { end, summary, artifacts, last_pass })
             }
         };
-        let committed = retry(|| self.store.complete(lease, &reports.waiting, &completion)).await?;
+        // what is tried again is the end of the chunk alone
+        let mut turn = turn.filter(|_| matches!(completion, Completion::Finish(_)));
+        let end_chunk = || {
+            let (turn, reports, completion) = (turn.take(), &reports.waiting, &completion);
+            async move {
+                match turn {
+                    Some(turn) => self.store.complete_and_claim(lease, reports, completion, (LEASE, turn)).await,
+                    None => Ok((self.store.complete(lease, reports, completion).await?, None)),
+                }
+            }
+        };
+        let (committed, claimed) = retry(end_chunk).await?;
         if committed == Committed::LeaseLost {
             return Err(Interrupted::LeaseLost);
         }
         metrics::gauge!("skyduct_job_photons").set(progress.photons as f64);
-        let Completion::Finish(finish) = completion else { return Ok(self.settle(lease, committed).await?) };
+        let Completion::Finish(finish) = completion else {
+            self.settle(lease, committed).await?;
+            return Ok(None);
+        };
         // the next job need not wait for the disk, too
         let (commits, lease, prepared) = (self.clone(), lease.clone(), current.prepared.clone());
         let told = async move {
@@ -96,7 +115,7 @@ impl Commits {
             metrics::counter!("skyduct_jobs_finished_total", "status" => finish.end.status().name()).increment(1);
         };
         self.ends.spawn(told.in_current_span());
-        Ok(())
+        Ok(claimed)
     }
 
     /// Waits until what was completed is safe, and deletes what is not needed any more then.

@@ -28,12 +28,12 @@ use tokio_util::task::TaskTracker;
 use uuid::Uuid;
 
 use self::chunk::Ended;
-use self::commit::{Commits, RETRY_PAUSE};
+use self::commit::{Commits, LEASE, RETRY_PAUSE};
 use self::interrupted::{Interrupted, hopeless};
 use self::kept::{Current, KeptJobs};
 use self::pool::RenderPool;
 use self::reports::Reports;
-use self::running::{LEASE, RunningChunk};
+use self::running::RunningChunk;
 use crate::estimate::Estimate;
 use crate::job::artifacts::{ArtifactError, Artifacts};
 use crate::job::cancel::{Stop, StopReason};
@@ -72,10 +72,17 @@ pub struct Worker {
     shown: Option<Uuid>,
 }
 
+/// A chunk that is to be rendered, and what is heard of since before it was claimed.
+struct Claimed {
+    lease: Lease,
+    changes: broadcast::Receiver<Change>,
+    stops: broadcast::Receiver<Change>,
+}
+
 /// What work on a chunk has come to.
-#[derive(Clone, Copy, PartialEq)]
 enum Worked {
-    FinishedJob,
+    /// Another chunk may have been claimed with the end of the job.
+    FinishedJob(Option<Claimed>),
     /// The job goes on, or its chunk was given back.
     MoreToDo,
 }
@@ -100,28 +107,48 @@ impl Worker {
     /// Until shut down.
     pub async fn run(mut self) {
         tracing::info!(owner = self.owner, threads = self.pool.threads(), "worker started");
+        let mut next = None;
         while !self.shutdown.is_cancelled() {
-            // both listen from before the claim: what comes after it is heard of
-            let (mut changes, stops) = (self.store.changes(), self.store.changes());
-            match self.store.claim(&self.owner, LEASE, self.next_turn()).await {
-                Ok(Some(lease)) => {
-                    if self.next_turn().stay_with != Some(lease.job) {
-                        self.turn = Some((lease.job, Instant::now()));
-                    }
-                    if self.work(&lease, stops).await == Worked::FinishedJob && !lease.others_wait {
-                        self.idle(&mut changes).await;
-                    }
-                }
-                Ok(None) => self.idle(&mut changes).await,
-                Err(error) => {
-                    tracing::warn!(%error, "claim failed");
-                    self.pause(RETRY_PAUSE).await;
-                }
+            let claimed = match next.take() {
+                Some(claimed) => claimed,
+                None => match self.claim().await {
+                    Some(claimed) => claimed,
+                    None => continue,
+                },
+            };
+            let Claimed { lease, mut changes, stops } = claimed;
+            if self.next_turn().stay_with != Some(lease.job) {
+                self.turn = Some((lease.job, Instant::now()));
             }
+            match self.work(&lease, stops).await {
+                Worked::FinishedJob(None) if !lease.others_wait => self.idle(&mut changes).await,
+                Worked::FinishedJob(claimed) => next = claimed,
+                Worked::MoreToDo => {}
+            }
+        }
+        if let Some(Claimed { lease, .. }) = next
+            && let Err(error) = self.store.release(&lease).await
+        {
+            tracing::error!(%error, "giving the chunk back failed");
         }
         self.show(None);
         self.commits.ends.close();
         self.commits.ends.wait().await;
+    }
+
+    /// The next chunk; `None` after a pause in which there was none.
+    async fn claim(&mut self) -> Option<Claimed> {
+        // both listen from before the claim: what comes after it is heard of
+        let (mut changes, stops) = (self.store.changes(), self.store.changes());
+        match self.store.claim(&self.owner, LEASE, self.next_turn()).await {
+            Ok(Some(lease)) => return Some(Claimed { lease, changes, stops }),
+            Ok(None) => self.idle(&mut changes).await,
+            Err(error) => {
+                tracing::warn!(%error, "claim failed");
+                self.pause(RETRY_PAUSE).await;
+            }
+        }
+        None
     }
 
     fn next_turn(&self) -> Turn {
@@ -267,10 +294,12 @@ impl Worker {
         let running = RunningChunk { lease, commits, shutdown, stop, reports };
         let (current, ended, reports) = running.render(&self.pool, current, stops).await?;
         let finished = matches!(ended, Ended::Finish { .. });
-        self.commits.commit(lease, &current, ended, reports).await?;
+        let (changes, stops) = (self.store.changes(), self.store.changes());
+        let turn = lease.others_wait.then(|| self.next_turn());
+        let claimed = self.commits.commit(lease, &current, ended, reports, turn).await?;
         if finished {
             self.show(None);
-            return Ok(Worked::FinishedJob);
+            return Ok(Worked::FinishedJob(claimed.map(|lease| Claimed { lease, changes, stops })));
         }
         self.kept.keep(current);
         Ok(Worked::MoreToDo)

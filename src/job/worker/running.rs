@@ -7,7 +7,7 @@ use tokio::time::{Instant, MissedTickBehavior, interval_at, sleep_until};
 use tokio_util::sync::CancellationToken;
 
 use super::chunk::{ChunkRun, Ended, News};
-use super::commit::{Commits, RETRY_PAUSE, retry};
+use super::commit::{Commits, LEASE, RETRY_PAUSE, retry};
 use super::interrupted::{Interrupted, hopeless};
 use super::kept::Current;
 use super::pool::RenderPool;
@@ -16,8 +16,6 @@ use crate::job::cancel::{Stop, StopReason, deadline};
 use crate::job::results::progress_image;
 use crate::job::store::*;
 
-/// A worker loses its chunk after this long without a heartbeat.
-pub(super) const LEASE: Duration = Duration::from_secs(60);
 const HEARTBEAT: Duration = Duration::from_secs(15);
 
 /// A leased chunk that is being rendered.
