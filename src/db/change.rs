@@ -3,6 +3,7 @@
 //! Every statement is a journey to the database's thread and back, which costs more than most statements do: all of a change
 //! is one string of statements.
 
+use sqlx::sqlite::SqliteRow;
 use sqlx::{Encode, QueryBuilder, Sqlite, SqliteConnection, Type};
 
 use crate::job::events::EventData;
@@ -29,8 +30,14 @@ pub(super) struct JobChange<'a> {
 
 impl<'a> JobChange<'a> {
     pub fn new(job: &'a str) -> Self {
+        Self::after(job, QueryBuilder::new(""))
+    }
+
+    /// A change that follows other statements in the same journey; their values are bound, too. Where they have made no row of the job,
+    /// nothing of it is written.
+    pub fn after(job: &'a str, mut update: QueryBuilder<Sqlite>) -> Self {
         // begins with an assignment that changes nothing, so that every other one follows a comma
-        let update = QueryBuilder::new("UPDATE jobs SET id = id");
+        update.push("UPDATE jobs SET id = id");
         let (events, passes, artifacts) = (Vec::new(), Vec::new(), Vec::new());
         Self { job, update, events, passes, artifacts, next_chunk: None, written_now: false }
     }
@@ -101,7 +108,17 @@ impl<'a> JobChange<'a> {
     }
 
     /// Writes everything. Rows of passes and files fail when the job is gone; the rest changes nothing then.
-    pub async fn write(mut self, tx: &mut SqliteConnection) -> Result<(), StoreError> {
+    pub async fn write(self, tx: &mut SqliteConnection) -> Result<(), StoreError> {
+        self.statements().build().execute(tx).await.map_err(store_error)?;
+        Ok(())
+    }
+
+    /// As [`Self::write`]; answers the rows that the statements before return.
+    pub async fn write_and_fetch(self, tx: &mut SqliteConnection) -> Result<Vec<SqliteRow>, StoreError> {
+        self.statements().build().fetch_all(tx).await.map_err(store_error)
+    }
+
+    fn statements(mut self) -> QueryBuilder<Sqlite> {
         self.set_sql("next_seq = next_seq + ");
         let mut sql = self.update;
         sql.push_bind(self.events.len() as i64).push(" WHERE id = ").push_bind(self.job);
@@ -114,8 +131,7 @@ impl<'a> JobChange<'a> {
         if self.written_now {
             sql.push(concat!("; UPDATE store SET written_at = ", now_ms!()));
         }
-        sql.build().execute(tx).await.map_err(store_error)?;
-        Ok(())
+        sql
     }
 }
 
@@ -185,9 +201,9 @@ fn push_artifacts(sql: &mut QueryBuilder<Sqlite>, job: &str, artifacts: &[&Artif
 /// The first chunk of a job waits in front of later ones of others.
 fn push_chunk(sql: &mut QueryBuilder<Sqlite>, job: &str, index: u64, passes: &std::ops::Range<u64>) {
     let line = if index == 0 { 1 } else { 2 };
-    sql.push("; INSERT INTO chunks (job_id, idx, pass_from, pass_to, state, line, turn) VALUES (");
-    sql.push_bind(job.to_owned()).push(", ").push_bind(signed(index));
-    sql.push(", ").push_bind(signed(passes.start)).push(", ").push_bind(signed(passes.end));
+    sql.push("; INSERT INTO chunks (job_id, idx, pass_from, pass_to, state, line, turn) SELECT id, ");
+    sql.push_bind(signed(index)).push(", ").push_bind(signed(passes.start)).push(", ").push_bind(signed(passes.end));
     sql.push(", 'ready', ").push_bind(line);
-    sql.push(", (SELECT coalesce(max(turn), 0) + 1 FROM chunks WHERE state <> 'done'))");
+    sql.push(", (SELECT coalesce(max(turn), 0) + 1 FROM chunks WHERE state <> 'done') FROM jobs WHERE id = ");
+    sql.push_bind(job.to_owned());
 }

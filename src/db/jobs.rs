@@ -2,7 +2,7 @@
 
 use std::collections::HashSet;
 
-use sqlx::{SqliteConnection, SqlitePool};
+use sqlx::{QueryBuilder, SqliteConnection, SqlitePool};
 use uuid::Uuid;
 
 use crate::job::events::{Cancelled, Planned, Queued};
@@ -21,29 +21,28 @@ pub(super) async fn submit(tx: &mut SqliteConnection, new: NewJob, max_queued: u
     }
     let id = Uuid::now_v7();
     let id_text = id.to_string();
-    let created_at: Option<i64> = sqlx::query_scalar(concat!(
+    let mut insert = QueryBuilder::new(
         "INSERT INTO jobs (id, name, status, submitted, document, plan, warnings, idempotency_key, body_hash, summary, \
-         predictions, created_at) \
-         SELECT $1, $2, 'queued', $3, $4, $5, $6, $7, $8, $9, $10, ",
-        now_ms!(),
-        // one of them is rendered, or will be at once
-        " WHERE (SELECT count(*) FROM chunks WHERE state <> 'done') <= $11 RETURNING created_at"
-    ))
-    .bind(&id_text)
-    .bind(&new.name)
-    .bind(&new.submitted)
-    .bind(to_json(&new.document)?)
-    .bind(to_json(&new.plan)?)
-    .bind(to_json(&new.warnings)?)
-    .bind(&new.idempotency_key)
-    .bind(&new.body_hash)
-    .bind(to_json(&new.known)?)
-    .bind(new.predictions.as_ref().map(to_json).transpose()?)
-    .bind(signed(max_queued))
-    .fetch_optional(&mut *tx)
-    .await
-    .map_err(store_error)?;
-    let Some(created_at) = created_at else { return Ok(Submission::QueueFull) };
+         predictions, created_at) SELECT ",
+    );
+    insert.push_bind(&id_text).push(", ").push_bind(&new.name).push(", 'queued', ").push_bind(&new.submitted);
+    for json in [to_json(&new.document)?, to_json(&new.plan)?, to_json(&new.warnings)?] {
+        insert.push(", ").push_bind(json);
+    }
+    insert.push(", ").push_bind(&new.idempotency_key).push(", ").push_bind(&new.body_hash);
+    insert.push(", ").push_bind(to_json(&new.known)?);
+    insert.push(", ").push_bind(new.predictions.as_ref().map(to_json).transpose()?);
+    // one of them is rendered, or will be at once
+    insert.push(concat!(", ", now_ms!(), " WHERE (SELECT count(*) FROM chunks WHERE state <> 'done') <= "));
+    insert.push_bind(signed(max_queued)).push(" RETURNING created_at; ");
+    let plan = to_value(&new.plan)?;
+    let queued = Queued { job: id, name: new.name.clone() };
+    let planned = Planned { plan: new.plan, warnings: new.warnings.clone(), known: new.known };
+    let mut change = JobChange::after(&id_text, insert);
+    change.chunk(0, &new.first_chunk).event(&queued)?.event(&planned)?;
+    let created = change.write_and_fetch(tx).await?;
+    let Some(created) = created.first() else { return Ok(Submission::QueueFull) };
+    let created_at: i64 = rows::get(created, "created_at")?;
     for mesh in &new.meshes {
         let known: Option<i64> = sqlx::query_scalar("SELECT 1 FROM meshes WHERE id = $1")
             .bind(mesh)
@@ -60,12 +59,7 @@ pub(super) async fn submit(tx: &mut SqliteConnection, new: NewJob, max_queued: u
             .await
             .map_err(store_error)?;
     }
-    let (plan, known) = (to_value(&new.plan)?, to_value(&new.known)?);
-    let queued = Queued { job: id, name: new.name.clone() };
-    let planned = Planned { plan: new.plan, warnings: new.warnings.clone(), known: new.known };
-    let mut change = JobChange::new(&id_text);
-    change.chunk(0, &new.first_chunk).event(&queued)?.event(&planned)?;
-    change.write(tx).await?;
+    let known = to_value(&planned.known)?;
     Ok(Submission::New(Job {
         head: JobHead {
             id,
