@@ -79,7 +79,7 @@ impl<const FACES: bool> pulp::NullaryFnOnce for Squares<'_, FACES> {
         let Self { groups, point, normal } = self;
         let mut sums = [0.0; LANES];
         for group in groups {
-            for lane in 0..LANES {
+            for (lane, sum) in sums.iter_mut().enumerate() {
                 let (x, y, down) = (group.x[lane] - point.x, group.y[lane] - point.y, point.z - group.z[lane]);
                 let squared = x * x + y * y + down * down;
                 let cosine = if FACES { x * normal.x + y * normal.y - down * normal.z } else { squared.sqrt() };
@@ -87,7 +87,7 @@ impl<const FACES: bool> pulp::NullaryFnOnce for Squares<'_, FACES> {
                 let connected = (cosines > 0.0) & (squared >= group.near_squared[lane]);
                 let share = cosines / (squared * squared) * group.needs[lane];
                 let share = if connected { share } else { 0.0 };
-                sums[lane] += share * share;
+                *sum += share * share;
             }
         }
         sums
@@ -104,7 +104,7 @@ mod tests {
     fn groups_of_sensors_are_sensors_one_by_one() {
         let target = |number: u32| {
             let [x, y, z] = [3, 5, 7].map(|step| f64::from(number * step % 11) * 0.3);
-            Target { position: DVec3::new(x, y, z), near_squared: if number % 4 == 0 { 2.0 } else { 0.0 } }
+            Target { position: DVec3::new(x, y, z), near_squared: if number.is_multiple_of(4) { 2.0 } else { 0.0 } }
         };
         let need = |position: DVec3| 1.0 + position.x;
         for count in [1, 7, 8, 9, 29] {
