@@ -5,7 +5,9 @@ mod box_object;
 pub mod luminaire;
 mod mesh_bounds;
 pub mod mesh_objects;
+mod numbers;
 pub mod obstacles;
+pub mod outlines;
 mod source;
 mod surface_id;
 mod tube;
@@ -22,6 +24,7 @@ use box_bounds::BoxBounds;
 use luminaire::TraceableLuminaire;
 use mesh_objects::{MeshHit, TraceableMeshes};
 use obstacles::{DiscView, ON_TARGET, Obstacles, Shadow};
+use outlines::Casters;
 
 pub use box_object::TraceableBox;
 pub use source::Source;
@@ -341,9 +344,14 @@ impl TraceableScene {
         self.obstacles.view_of_disc(position, tube.origin, tube.opening_radius)
     }
 
-    /// The shadows that light from `position` throws on the horizontal plane at `height`, of some obstacles by their numbers.
-    pub fn shadows_of(&self, obstacles: &[usize], position: DVec3, height: f64) -> impl Iterator<Item = Shadow> {
-        self.obstacles.shadows_of(obstacles, position, height)
+    /// Everything that can stand in the way of light, ready for questions about the outlines of its shadows.
+    pub fn casters(&self) -> Casters {
+        self.obstacles.casters()
+    }
+
+    /// The same of some obstacles by their numbers.
+    pub fn casters_of(&self, obstacles: &[usize]) -> Casters {
+        self.obstacles.casters_of(obstacles)
     }
 
     /// True if a point is inside a box, or on the lower side of one.

@@ -9,12 +9,13 @@ use super::box_bounds::BoxBounds;
 use super::box_object::TraceableBox;
 use super::luminaire::TraceableLuminaire;
 use super::mesh_bounds::blocks_around;
+use super::outlines::Casters;
 use super::tube::TraceableTube;
 use crate::geometry::turn::unit_vector;
 use crate::scene::MeshObject;
 
 /// Share of a segment's end within which a box counts as touched, not as in between: a sensor on a table sees the room.
-pub(super) const ON_TARGET: f64 = 1e-9;
+pub const ON_TARGET: f64 = 1e-9;
 
 /// The blocks around boxes, meshes and hanging luminaires.
 #[derive(Clone, Debug, Default)]
@@ -40,15 +41,15 @@ const CORNERS: usize = 16;
 
 /// An upright block, turned about the vertical.
 #[derive(Clone, Debug)]
-struct Block {
-    centre: DVec2,
-    half: DVec2,
+pub(super) struct Block {
+    pub centre: DVec2,
+    pub half: DVec2,
     /// Unit vector along its first side.
-    along: DVec2,
-    low: f64,
-    high: f64,
+    pub along: DVec2,
+    pub low: f64,
+    pub high: f64,
     /// The box that it is.
-    of_box: Option<usize>,
+    pub of_box: Option<usize>,
 }
 
 impl Obstacles {
@@ -160,16 +161,26 @@ impl Obstacles {
         others.filter_map(move |block| block.shadow(position, height))
     }
 
-    /// The shadows that light from `position` throws on a plane below it, of some obstacles by their numbers.
-    pub fn shadows_of(&self, numbers: &[usize], position: DVec3, height: f64) -> impl Iterator<Item = Shadow> {
-        numbers.iter().filter_map(move |number| self.blocks[*number].shadow(position, height))
+    /// All of them, ready for questions about the outlines of their shadows.
+    pub fn casters(&self) -> Casters {
+        Casters::new(self.blocks.iter())
+    }
+
+    /// Some of them by their numbers, ready for questions about the outlines of their shadows.
+    pub fn casters_of(&self, numbers: &[usize]) -> Casters {
+        Casters::new(numbers.iter().map(|number| &self.blocks[*number]))
     }
 }
 
 impl Block {
+    /// True if it is no more than the bounds of an obstacle.
+    pub fn is_bound(&self) -> bool {
+        self.of_box.is_none()
+    }
+
     fn shadow(&self, position: DVec3, height: f64) -> Option<Shadow> {
         let depth = position.z - height;
-        let is_bound = self.of_box.is_none();
+        let is_bound = self.is_bound();
         // what a bound is drawn around may be flat
         let hair = if is_bound { ON_TARGET * (depth + self.half.length()) } else { 0.0 };
         let share = |z: f64| ((position.z - z) / depth).clamp(0.0, 1.0 - ON_TARGET);

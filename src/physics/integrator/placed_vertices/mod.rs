@@ -27,6 +27,7 @@
 //! (docs/physics/measurement_equation.md#placed-vertices); the cut at diffusers is that of two stages.
 
 mod importance;
+mod lines;
 mod runs;
 mod sent;
 mod targets;
@@ -52,6 +53,7 @@ use crate::sampling::{Key, PathSamples, Stream, power_of_two, warp};
 use crate::scene::{Channels, EstimateKind, Grid};
 use crate::traceable::{TraceableScene, TraceableTube};
 use importance::{Importance, Placed};
+use lines::Scratch;
 use targets::{Following, Sender, Targets, facet_of};
 
 /// Settings of placed vertices.
@@ -220,12 +222,16 @@ pub struct PlacedVertices<const C: usize> {
     seed: Key,
 }
 
-/// Illuminance in lx per target by some vertices, and the rays that they took.
-type Sums = (Vec<f64>, RayCount);
+/// What some vertices, or paths from some sensors, give.
+struct Sums {
+    /// Illuminance in lx per target.
+    lux: Vec<f64>,
+    rays: RayCount,
+}
 
 impl Tally for Sums {
     fn is_finite(&self) -> bool {
-        self.0.iter().all(|lux| lux.is_finite())
+        self.lux.iter().all(|lux| lux.is_finite())
     }
 }
 
@@ -250,6 +256,7 @@ impl<const C: usize> PlacedVertices<C> {
     fn vertices(&self, light: &DiffuserLight<C>, importance: &Importance, stream: Key, numbers: Range<u64>) -> Sums {
         let mut lux = vec![0.0; self.direct.len()];
         let mut rays = RayCount::default();
+        let mut scratch = Scratch::default();
         let clearance = CLEARANCE * self.scene.coinciding();
         let meeting = NextEvent(light);
         for number in numbers {
@@ -268,10 +275,10 @@ impl<const C: usize> PlacedVertices<C> {
             if intensity > 0.0 {
                 let (position, normal, of_box) = (origin, placed.normal, placed.of_box);
                 let sender = Sender { position, normal, intensity, of_box };
-                self.targets.connect(&self.scene, &sender, &mut lux);
+                self.targets.connect(&self.scene, &sender, &mut scratch, &mut lux);
             }
         }
-        (lux, rays)
+        Sums { lux, rays }
     }
 
     /// False where what is seen of a place is a mesh that lies on it, whose own places count that, or another facet.
@@ -312,7 +319,7 @@ impl<const C: usize> PlacedVertices<C> {
         let mut of =
             |index: u64| of_target(&self.targets.followed[index as usize], pass.stream(Stream::FollowedSensor, index));
         let lux = followed.map(&mut of).collect();
-        (lux, rays)
+        Sums { lux, rays }
     }
 }
 
@@ -333,7 +340,7 @@ impl<const C: usize> Integrator for PlacedVertices<C> {
             let stream = key.stream(Stream::PlacedVertices, 0);
             let chunk = |numbers: Range<u64>| self.vertices(&light, importance, stream, numbers);
             let chunk_bytes = 8 * lux.len() as u64;
-            let folded = fold_chunks(self.vertices, chunk_bytes, cancel, chunk, |(of_chunk, rays): Sums| {
+            let folded = fold_chunks(self.vertices, chunk_bytes, cancel, chunk, |Sums { lux: of_chunk, rays }| {
                 lux.iter_mut().zip(&of_chunk).for_each(|(sum, value)| *sum += value);
                 account.rays += rays;
             })?;
@@ -343,7 +350,7 @@ impl<const C: usize> Integrator for PlacedVertices<C> {
             let mut places = self.targets.followed.iter().map(|following| following.place);
             let chunk = |numbers: Range<u64>| self.follow(&light, key, numbers);
             let count = self.targets.followed.len() as u64;
-            let folded = fold_chunks(count, 0, cancel, chunk, |(of_chunk, rays): Sums| {
+            let folded = fold_chunks(count, 0, cancel, chunk, |Sums { lux: of_chunk, rays }| {
                 places.by_ref().zip(&of_chunk).for_each(|(place, value)| lux[place] += value);
                 account.rays += rays;
             })?;

@@ -5,13 +5,14 @@
 //! not connected. Either way counts what the other leaves out.
 
 use glam::DVec3;
-use smallvec::SmallVec;
 
 use super::importance::cell_of_box;
+use super::lines::{Lines, Scratch};
 use super::sent::Target;
-use crate::integrator::photon::connect::{Connection, TOGETHER};
+use crate::integrator::photon::connect::Connection;
 use crate::scene::Grid;
-use crate::traceable::obstacles::{DiscView, Shadow};
+use crate::traceable::obstacles::DiscView;
+use crate::traceable::outlines::Casters;
 use crate::traceable::{Place, RoomHit, TraceableScene};
 
 /// Shares of the room's shortest edge: a sensor that is nearer to a surface is not connected below the other distance.
@@ -20,9 +21,6 @@ const UNCONNECTED: f64 = 0.15;
 
 /// The same for a box, in edges of its cells, where that is less: vertices are placed by cells.
 const BESIDE_BOX: f64 = 0.8;
-
-/// Shadows on a plane, mostly.
-type Shadows = SmallVec<[Shadow; 24]>;
 
 /// All sensors of some grids, in an order of their own.
 #[derive(Debug)]
@@ -34,26 +32,27 @@ pub struct Targets {
     pub followed: Vec<Following>,
     /// How each row sees each opening, tube by tube.
     of_openings: Vec<Vec<SeenFrom>>,
+    /// What throws shadows.
+    casters: Casters,
     vectors: pulp::Arch,
 }
 
 /// Sensors of a row that see an opening.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 struct SeenFrom {
     /// Those that nothing can hide any of it from.
     clear: Several,
     /// Those from which some obstacles may hide it, and these.
     partly: Several,
-    obstacles: Vec<usize>,
+    casters: Casters,
 }
 
 /// Some sensors of a row.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 struct Several {
     /// Their places in the order of the targets.
     places: Vec<usize>,
-    x: Vec<f64>,
-    y: Vec<f64>,
+    sensors: Lines,
 }
 
 /// Sensors at one height that are connected from the same distance on.
@@ -62,8 +61,7 @@ struct Row {
     height: f64,
     near_squared: f64,
     first: usize,
-    x: Vec<f64>,
-    y: Vec<f64>,
+    sensors: Lines,
 }
 
 /// A sensor from which paths are followed.
@@ -97,6 +95,7 @@ impl Targets {
             numbers: Vec::new(),
             followed: Vec::new(),
             of_openings: Vec::new(),
+            casters: scene.casters(),
             vectors: pulp::Arch::new(),
         };
         let mut before = 0;
@@ -116,7 +115,7 @@ impl Targets {
                 }
                 targets.numbers.extend(sensors.iter().map(|sensor| before + sensor));
                 let (x, y) = centres.iter().map(|centre| (centre.x, centre.y)).unzip();
-                targets.rows.push(Row { height: grid.height_m, near_squared, first, x, y });
+                targets.rows.push(Row { height: grid.height_m, near_squared, first, sensors: Lines::new(x, y) });
             }
             before += grid.len();
         }
@@ -129,7 +128,7 @@ impl Targets {
     /// Positions of all sensors, in their order here.
     pub fn all(&self) -> impl Iterator<Item = Target> {
         self.rows.iter().flat_map(|row| {
-            let places = row.x.iter().zip(&row.y).map(|(x, y)| DVec3::new(*x, *y, row.height));
+            let places = row.sensors.x.iter().zip(&row.sensors.y).map(|(x, y)| DVec3::new(*x, *y, row.height));
             places.map(|position| Target { position, near_squared: row.near_squared })
         })
     }
@@ -142,7 +141,7 @@ impl Targets {
     }
 
     /// Adds the illuminance in lx by a vertex of all sensors that see it, and that are not so near that they find it themselves.
-    pub fn connect(&self, scene: &TraceableScene, sender: &Sender, lux: &mut [f64]) {
+    pub fn connect(&self, scene: &TraceableScene, sender: &Sender, scratch: &mut Scratch, lux: &mut [f64]) {
         for row in &self.rows {
             let depth = sender.position.z - row.height;
             if depth <= 0.0 {
@@ -150,12 +149,8 @@ impl Targets {
             }
             let (vertex, normal, per_sr) = (sender.position, sender.normal, sender.intensity);
             let connection = Connection { vertex, normal, depth, per_sr, near_squared: row.near_squared };
-            let lux = &mut lux[row.first..row.first + row.x.len()];
-            let shadows: Shadows = match scene.obstructed {
-                true => scene.shadows(vertex, row.height, sender.of_box).collect(),
-                false => Shadows::new(),
-            };
-            self.add(scene, &connection, &shadows, lux, [&row.x, &row.y]);
+            self.casters.outlines(vertex, row.height, sender.of_box, &mut scratch.outlines);
+            self.add(scene, &connection, scratch, &row.sensors, &mut lux[row.first..row.first + row.sensors.len()]);
         }
     }
 
@@ -168,18 +163,21 @@ impl Targets {
         photons: impl Iterator<Item = (DVec3, f64)> + Clone,
         lux: &mut [f64],
     ) {
+        let mut scratch = Scratch::default();
         for (row, seen_from) in self.rows.iter().zip(&self.of_openings[tube]) {
-            let SeenFrom { clear, partly, obstacles } = seen_from;
-            let (mut of_clear, mut of_partly) = (vec![0.0; clear.x.len()], vec![0.0; partly.x.len()]);
+            let SeenFrom { clear, partly, casters } = seen_from;
+            let (mut of_clear, mut of_partly) = (vec![0.0; clear.places.len()], vec![0.0; partly.places.len()]);
             for (vertex, per_sr) in photons.clone() {
                 let depth = vertex.z - row.height;
                 if depth <= 0.0 {
                     continue;
                 }
                 let connection = Connection { vertex, normal: DVec3::NEG_Z, depth, per_sr, near_squared: 0.0 };
-                connection.add_to(self.vectors, &mut of_clear, &clear.x, &clear.y);
-                let shadows: Shadows = scene.shadows_of(obstacles, vertex, row.height).collect();
-                self.add(scene, &connection, &shadows, &mut of_partly, [&partly.x, &partly.y]);
+                connection.add_to(self.vectors, &mut of_clear, &clear.sensors.x, &clear.sensors.y);
+                if !partly.places.is_empty() {
+                    casters.outlines(vertex, row.height, None, &mut scratch.outlines);
+                    self.add(scene, &connection, &mut scratch, &partly.sensors, &mut of_partly);
+                }
             }
             for (places, sums) in [(&clear.places, of_clear), (&partly.places, of_partly)] {
                 places.iter().zip(sums).for_each(|(place, sum)| lux[*place] += sum);
@@ -187,51 +185,45 @@ impl Targets {
         }
     }
 
-    /// Adds to some sensors what they see of a connection.
+    /// Adds to some sensors what they see of a connection past the outlines in `scratch`.
     fn add(
         &self,
         scene: &TraceableScene,
         connection: &Connection,
-        shadows: &[Shadow],
+        scratch: &mut Scratch,
+        sensors: &Lines,
         lux: &mut [f64],
-        [x, y]: [&[f64]; 2],
     ) {
-        if shadows.is_empty() {
-            connection.add_to(self.vectors, lux, x, y);
-            return;
-        }
         let vertex = connection.vertex;
-        let groups = lux.chunks_mut(TOGETHER).zip(x.chunks(TOGETHER).zip(y.chunks(TOGETHER)));
-        for (lux, (x, y)) in groups {
-            let sees = |place: usize| {
-                let sensor = DVec3::new(x[place], y[place], vertex.z - connection.depth);
-                scene.visible_past_boxes(vertex, sensor)
-            };
-            connection.add_seen(self.vectors, shadows, [x, y], sees, |place, value| lux[place] += value);
-        }
+        let sees = |place: usize| {
+            let sensor = DVec3::new(sensors.x[place], sensors.y[place], vertex.z - connection.depth);
+            scene.visible_past_boxes(vertex, sensor)
+        };
+        sensors.add(self.vectors, connection, scratch, sees, lux);
     }
 }
 
 impl Row {
     /// How its sensors see the opening of a tube; those that see nothing of it are left out.
     fn seen_from_opening(&self, scene: &TraceableScene, tube: usize) -> SeenFrom {
-        let mut seen_from = SeenFrom::default();
-        for (number, (x, y)) in self.x.iter().zip(&self.y).enumerate() {
-            let several = match scene.view_of_opening(DVec3::new(*x, *y, self.height), tube) {
-                DiscView::Clear => &mut seen_from.clear,
-                DiscView::Partly(obstacles) => {
-                    seen_from.obstacles.extend(obstacles);
-                    &mut seen_from.partly
+        let (mut clear, mut partly, mut obstacles) = (Vec::new(), Vec::new(), Vec::new());
+        for (number, (x, y)) in self.sensors.x.iter().zip(&self.sensors.y).enumerate() {
+            match scene.view_of_opening(DVec3::new(*x, *y, self.height), tube) {
+                DiscView::Clear => clear.push(number),
+                DiscView::Partly(in_the_way) => {
+                    obstacles.extend(in_the_way);
+                    partly.push(number);
                 }
-                DiscView::Hidden => continue,
-            };
-            several.places.push(self.first + number);
-            several.x.push(*x);
-            several.y.push(*y);
+                DiscView::Hidden => {}
+            }
         }
-        seen_from.obstacles.sort_unstable();
-        seen_from.obstacles.dedup();
-        seen_from
+        obstacles.sort_unstable();
+        obstacles.dedup();
+        let several = |numbers: Vec<usize>| {
+            let (x, y) = numbers.iter().map(|number| (self.sensors.x[*number], self.sensors.y[*number])).unzip();
+            Several { places: numbers.iter().map(|number| self.first + number).collect(), sensors: Lines::new(x, y) }
+        };
+        SeenFrom { clear: several(clear), partly: several(partly), casters: scene.casters_of(&obstacles) }
     }
 }
 
