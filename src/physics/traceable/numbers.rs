@@ -67,6 +67,12 @@ impl<S: Simd> Numbers<S> {
         self.is_below(other).pick(self, other)
     }
 
+    /// The largest of them.
+    #[inline(always)]
+    pub fn largest(self) -> f64 {
+        self.0.reduce_max_f64s(self.1)
+    }
+
     /// The nearest whole numbers.
     #[inline(always)]
     pub fn rounded(self) -> Self {
@@ -85,13 +91,6 @@ impl<S: Simd> Truths<S> {
     #[inline(always)]
     pub fn pick(self, if_true: Numbers<S>, if_false: Numbers<S>) -> Numbers<S> {
         Numbers(self.0, self.0.select_f64s(self.1, if_true.1, if_false.1))
-    }
-
-    /// True if it is of any.
-    #[inline(always)]
-    pub fn any(self) -> bool {
-        let simd = self.0;
-        simd.reduce_max_f64s(simd.select_f64s(self.1, simd.splat_f64s(1.0), simd.splat_f64s(0.0))) > 0.0
     }
 
     #[inline(always)]

@@ -70,40 +70,50 @@ impl Outlines {
         bound: [0.0; LANES],
     };
 
-    /// Tells of each shadow where it lies on the line `dy` to the north: the places in 0..=`length` of the first sensor in it and of
-    /// the first one beyond, of sensors `per_m` to the metre from `west` on to the east; nothing of shadows without sensors.
+    /// Number of vectors that the shadows fill.
+    #[inline(always)]
+    pub fn vectors<S: Simd>(_: S) -> usize {
+        LANES / S::F64_LANES
+    }
+
+    /// Distances to the north between which the shadows of the `j`-th vector lie.
+    #[inline(always)]
+    pub fn reach<S: Simd>(&self, simd: S, j: usize) -> [f64; 2] {
+        let (south, north) = (Numbers::of(simd, &self.south, j), Numbers::of(simd, &self.north, j));
+        [-(-south).largest(), north.largest()]
+    }
+
+    /// Tells of each shadow of the `j`-th vector where it lies on the line `dy` to the north: the places in 0..=`length` of the first
+    /// sensor in it and of the first one beyond, of sensors `per_m` to the metre from `west` on to the east; nothing of shadows
+    /// without sensors.
     #[inline(always)]
     pub fn on_line<S: Simd>(
         &self,
-        simd: S,
+        (simd, j): (S, usize),
         dy: f64,
         [west, per_m, length]: [f64; 3],
         mut tell: impl FnMut(usize, [f64; 2]),
     ) {
         let number = |number: f64| Numbers::all(simd, number);
         let dy = number(dy);
-        for j in 0..LANES / S::F64_LANES {
-            let met =
-                Numbers::of(simd, &self.south, j).is_below(dy).and(dy.is_below(Numbers::of(simd, &self.north, j)));
-            if !met.any() {
-                continue;
-            }
-            let at = |edge: &[Each; 2]| Numbers::of(simd, &edge[0], j) + Numbers::of(simd, &edge[1], j) * dy;
-            let [a, b, c, d] = &self.western;
-            let from = at(a).larger(at(b)).larger(at(c).larger(at(d)));
-            let [a, b, c, d] = &self.eastern;
-            let to = at(a).less(at(b)).less(at(c).less(at(d)));
-            let place = |east: Numbers<S>| ((east - number(west)) * number(per_m) + number(0.5)).rounded();
-            let first = place(from).larger(number(0.0));
-            let end = met.pick(place(to).less(number(length)), number(-1.0));
-            if first.is_below(end).any() {
-                let (mut firsts, mut ends) = ([0.0; LANES], [0.0; LANES]);
-                first.store(&mut firsts, j);
-                end.store(&mut ends, j);
-                for lane in j * S::F64_LANES..(j + 1) * S::F64_LANES {
-                    if firsts[lane] < ends[lane] {
-                        tell(lane, [firsts[lane], ends[lane]]);
-                    }
+        let at = |edge: &[Each; 2]| Numbers::of(simd, &edge[0], j) + Numbers::of(simd, &edge[1], j) * dy;
+        let [a, b, c, d] = &self.western;
+        let from = at(a).larger(at(b)).larger(at(c).larger(at(d)));
+        let [a, b, c, d] = &self.eastern;
+        let to = at(a).less(at(b)).less(at(c).less(at(d)));
+        let place = |east: Numbers<S>| ((east - number(west)) * number(per_m) + number(0.5)).rounded();
+        let first = place(from).larger(number(0.0));
+        // beside the shadow nothing is in it
+        let south = Numbers::of(simd, &self.south, j).is_below(dy);
+        let met = south.and(dy.is_below(Numbers::of(simd, &self.north, j)));
+        let end = met.pick(place(to).less(number(length)), number(-1.0));
+        if (end - first).largest() > 0.0 {
+            let (mut firsts, mut ends) = ([0.0; LANES], [0.0; LANES]);
+            first.store(&mut firsts, j);
+            end.store(&mut ends, j);
+            for lane in j * S::F64_LANES..(j + 1) * S::F64_LANES {
+                if firsts[lane] < ends[lane] {
+                    tell(lane, [firsts[lane], ends[lane]]);
                 }
             }
         }
@@ -242,7 +252,7 @@ impl Group {
         let south = zero.is_below(other).pick(south, infinity);
         let south = enters.is_below(leaves).pick(south, infinity);
         south.store(&mut outlines.south, j);
-        north.store(&mut outlines.north, j);
+        enters.is_below(leaves).pick(north, -infinity).store(&mut outlines.north, j);
         each(&self.bound).store(&mut outlines.bound, j);
     }
 }

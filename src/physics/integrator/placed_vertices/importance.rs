@@ -75,6 +75,9 @@ pub struct Importance {
     rows: Vec<Row>,
     /// Bounds of the rows in 0..=1, by their probabilities; one more than rows.
     bounds: Vec<f64>,
+    /// Mean over the sensors of the square of what a vertex at random gives them, relative to their light: the relative variance of
+    /// one vertex if its light were known, nearly.
+    pub spread: f64,
 }
 
 #[derive(Debug)]
@@ -153,6 +156,8 @@ impl Importance {
         if total.is_nan() || total <= 0.0 {
             return None;
         }
+        // with probabilities in proportion to the weights
+        let spread = total * total / (PI * PI * sensors.len() as f64);
         let bounds = cumulative(weights.iter().map(|(_, cells)| cells.iter().sum::<f64>()));
         let row = |(of, cells): (Of, Vec<f64>)| {
             let bounds = match (of, &scene.meshes) {
@@ -162,7 +167,7 @@ impl Importance {
             Row { of, bounds }
         };
         let rows = weights.into_iter().map(row).collect();
-        Some(Self { panels: panels.to_vec(), runs, rows, bounds })
+        Some(Self { panels: panels.to_vec(), runs, rows, bounds, spread })
     }
 
     /// A place by two numbers in 0..1; even points stay even within a row, and rows among each other.

@@ -127,17 +127,23 @@ impl pulp::WithSimd for Hiding<'_> {
     #[inline(always)]
     fn with_simd<S: pulp::Simd>(self, simd: S) {
         let Self { lines, connection, outlines, values, bounds } = self;
-        for (line, northing) in lines.lines.iter().zip(&lines.northings) {
-            let (west, dy) = (line.west - connection.vertex.x, northing - connection.vertex.y);
-            for outlines in outlines {
-                outlines.on_line(simd, dy, [west, line.per_m, line.length], |lane, [from, to]| {
-                    let stretch = line.first + from as usize..line.first + to as usize;
-                    if outlines.bound[lane] > 0.0 {
-                        bounds.push(stretch);
-                    } else {
-                        values[stretch].iter_mut().for_each(|value| *value = 0.0);
+        for outlines in outlines {
+            for j in 0..Outlines::vectors(simd) {
+                let [south, north] = outlines.reach(simd, j);
+                for (line, northing) in lines.lines.iter().zip(&lines.northings) {
+                    let (west, dy) = (line.west - connection.vertex.x, northing - connection.vertex.y);
+                    if dy <= south || dy >= north {
+                        continue;
                     }
-                });
+                    outlines.on_line((simd, j), dy, [west, line.per_m, line.length], |lane, [from, to]| {
+                        let stretch = line.first + from as usize..line.first + to as usize;
+                        if outlines.bound[lane] > 0.0 {
+                            bounds.push(stretch);
+                        } else {
+                            values[stretch].iter_mut().for_each(|value| *value = 0.0);
+                        }
+                    });
+                }
             }
         }
     }
