@@ -16,7 +16,8 @@ pub struct TraceableBox {
 }
 
 impl TraceableBox {
-    pub(super) fn new(object: &BoxObject) -> Self {
+    /// The box of a scene.
+    pub fn new(object: &BoxObject) -> Self {
         Self {
             base: object.base,
             half: 0.5 * object.size.truncate(),
@@ -28,7 +29,7 @@ impl TraceableBox {
 
     /// First point at which `origin + t direction` enters the box: t >= 0, the face, and its outward normal.
     #[inline]
-    pub(super) fn intersect(&self, origin: DVec3, direction: DVec3) -> Option<(f64, usize, DVec3)> {
+    pub fn intersect(&self, origin: DVec3, direction: DVec3) -> Option<(f64, usize, DVec3)> {
         let to_local = |v: DVec3| (self.turn * v.truncate()).extend(v.z);
         let (p, d) = (to_local(origin - self.base), to_local(direction));
         let low = DVec3::new(-self.half.x, -self.half.y, 0.0);

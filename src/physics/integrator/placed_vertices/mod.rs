@@ -161,11 +161,11 @@ impl Described for Settings {
 
     fn build(&self, task: &Task, seed: u64, target: f64) -> Computation {
         let scene = task.traceable.clone();
-        let tubes = scene.clone();
-        let sizes = |more: f64| self.sizes(target, &tubes.tubes, more);
+        let tubes = &task.traceable.tubes;
+        let sizes = |more: f64| self.sizes(target, tubes, more);
         match task.scene.channels {
-            Channels::Photopic => Computation::passes(PlacedVertices::<1>::new(scene, task.grids, sizes, seed)),
-            Channels::Rgb => Computation::passes(PlacedVertices::<3>::new(scene, task.grids, sizes, seed)),
+            Channels::Photopic => Computation::passes(PlacedVertices::<1>::sized(scene, task.grids, sizes, seed)),
+            Channels::Rgb => Computation::passes(PlacedVertices::<3>::sized(scene, task.grids, sizes, seed)),
         }
     }
 }
@@ -234,8 +234,13 @@ impl Tally for Sums {
 }
 
 impl<const C: usize> PlacedVertices<C> {
-    /// `sizes`: photons and vertices per pass, where obstacles ask for so many times more; equal seeds give equal bits.
-    pub fn new(scene: Arc<TraceableScene>, grids: &[Grid], sizes: impl FnOnce(f64) -> [u64; 2], seed: u64) -> Self {
+    /// `photons_and_vertices` per pass; equal seeds give equal bits.
+    pub fn new(scene: Arc<TraceableScene>, grids: &[Grid], photons_and_vertices: [u64; 2], seed: u64) -> Self {
+        Self::sized(scene, grids, |_| photons_and_vertices, seed)
+    }
+
+    /// `sizes`: photons and vertices per pass, where obstacles ask for so many times more.
+    fn sized(scene: Arc<TraceableScene>, grids: &[Grid], sizes: impl FnOnce(f64) -> [u64; 2], seed: u64) -> Self {
         let targets = Targets::new(&scene, grids);
         let all: Vec<_> = targets.all().collect();
         let importance = Some(()).filter(|()| scene.interreflection).and_then(|()| Importance::new(&scene, &all));
