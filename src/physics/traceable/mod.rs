@@ -1,5 +1,6 @@
 //! The scene as the integrators trace it: guides built, surfaces numbered, boxes in their own frames.
 
+mod block;
 mod box_bounds;
 mod box_object;
 pub mod luminaire;
@@ -20,10 +21,11 @@ use crate::optics::SurfaceOptics;
 use crate::optics::reflection::Lobes;
 use crate::scene::{BoxObject, Face, MeshObject, Room, Scene};
 use crate::sky::{Sky, Sun};
+use block::ON_TARGET;
 use box_bounds::BoxBounds;
 use luminaire::TraceableLuminaire;
 use mesh_objects::{MeshHit, TraceableMeshes};
-use obstacles::{DiscView, ON_TARGET, Obstacles, Shadow};
+use obstacles::{DiscView, Obstacles, Shadow};
 use outlines::Casters;
 
 pub use box_object::TraceableBox;

@@ -5,6 +5,7 @@ use std::f64::consts::{PI, TAU};
 
 use glam::{DVec2, DVec3};
 
+use super::block::{Block, ON_TARGET};
 use super::box_bounds::BoxBounds;
 use super::box_object::TraceableBox;
 use super::luminaire::TraceableLuminaire;
@@ -13,9 +14,6 @@ use super::outlines::Casters;
 use super::tube::TraceableTube;
 use crate::geometry::turn::unit_vector;
 use crate::scene::MeshObject;
-
-/// Share of a segment's end within which a box counts as touched, not as in between: a sensor on a table sees the room.
-pub const ON_TARGET: f64 = 1e-9;
 
 /// The blocks around boxes, meshes and hanging luminaires.
 #[derive(Clone, Debug, Default)]
@@ -38,19 +36,6 @@ pub enum DiscView {
 
 /// Corners of the polygon around a disc by which it is judged hidden.
 const CORNERS: usize = 16;
-
-/// An upright block, turned about the vertical.
-#[derive(Clone, Debug)]
-pub(super) struct Block {
-    pub centre: DVec2,
-    pub half: DVec2,
-    /// Unit vector along its first side.
-    pub along: DVec2,
-    pub low: f64,
-    pub high: f64,
-    /// The box that it is.
-    pub of_box: Option<usize>,
-}
 
 impl Obstacles {
     /// Bounding volumes of all boxes, meshes and luminaires.
@@ -173,11 +158,6 @@ impl Obstacles {
 }
 
 impl Block {
-    /// True if it is no more than the bounds of an obstacle.
-    pub fn is_bound(&self) -> bool {
-        self.of_box.is_none()
-    }
-
     fn shadow(&self, position: DVec3, height: f64) -> Option<Shadow> {
         let depth = position.z - height;
         let is_bound = self.is_bound();

@@ -7,8 +7,8 @@
 use glam::DVec3;
 use pulp::Simd;
 
+use super::block::{Block, ON_TARGET};
 use super::numbers::Numbers;
-use super::obstacles::{Block, ON_TARGET};
 
 /// Obstacles that are looked at side by side.
 pub const LANES: usize = 8;
