@@ -52,7 +52,7 @@ use crate::optics::Spectrum;
 use crate::sampling::{Key, PathSamples, Stream, power_of_two, warp};
 use crate::scene::{Channels, EstimateKind, Grid};
 use crate::traceable::{TraceableScene, TraceableTube};
-use importance::{Importance, Placed};
+use importance::{Importance, Placed, Target};
 use lines::Scratch;
 use targets::{Following, Sender, Targets, facet_of};
 
@@ -79,9 +79,9 @@ const UNIT_OF_SPREAD: f64 = 0.179;
 const GROWTH_BY_SPREAD: f64 = 0.77;
 const MOST_BY_SPREAD: f64 = 20.0;
 
-/// As many times more photons and vertices as where nothing stands.
-fn more_by_obstacles(scene: &TraceableScene, importance: Option<&Importance>) -> f64 {
-    let spread = importance.filter(|_| scene.obstructed).map_or(0.0, |importance| importance.spread);
+/// As many times more photons and vertices as where nothing stands; a share of the sensors is lit, the others are in boxes.
+fn more_by_obstacles(scene: &TraceableScene, importance: Option<&Importance>, lit_share: f64) -> f64 {
+    let spread = importance.filter(|_| scene.obstructed).map_or(0.0, |importance| importance.spread * lit_share);
     let above = ((spread - SPREAD_OF_NO_EFFECT) / UNIT_OF_SPREAD).max(1.0);
     libm::pow(above, GROWTH_BY_SPREAD).min(MOST_BY_SPREAD)
 }
@@ -243,15 +243,19 @@ impl<const C: usize> PlacedVertices<C> {
     fn sized(scene: Arc<TraceableScene>, grids: &[Grid], sizes: impl FnOnce(f64) -> [u64; 2], seed: u64) -> Self {
         let targets = Targets::new(&scene, grids);
         let all: Vec<_> = targets.all().collect();
-        let importance = Some(()).filter(|()| scene.interreflection).and_then(|()| Importance::new(&scene, &all));
-        let [photons, vertices] = sizes(more_by_obstacles(&scene, importance.as_ref()));
+        let buried: Vec<bool> = all.iter().map(|target| scene.is_in_box(target.position)).collect();
+        // nothing is placed for sensors that stay dark
+        let lit: Vec<Target> =
+            all.iter().zip(&buried).filter(|(_, buried)| !**buried).map(|(target, _)| *target).collect();
+        let importance = Some(()).filter(|()| scene.interreflection).and_then(|()| Importance::new(&scene, &lit));
+        let share = lit.len() as f64 / all.len().max(1) as f64;
+        let [photons, vertices] = sizes(more_by_obstacles(&scene, importance.as_ref(), share));
         let emission = Emission::of_daylight(&scene, photons);
         let direct = |sensor: DVec3| {
             let luminaires = scene.luminaires.iter();
             luminaires.map(|luminaire| luminaire.irradiance::<C>(sensor, DVec3::Z).luminance()).sum()
         };
         let direct = all.iter().map(|target| direct(target.position)).collect();
-        let buried = all.iter().map(|target| scene.is_in_box(target.position)).collect();
         let lengths = grids.iter().map(Grid::len).collect();
         Self { emission, importance, targets, lengths, direct, buried, vertices, seed: Key::new(seed), scene }
     }
