@@ -128,6 +128,7 @@ impl Importance {
     /// The distribution for these sensors alone; `lowest`: least height of any.
     fn weighed(light: &Light, panels: &[Panel], lowest: f64, sensors: &[Target]) -> Option<Self> {
         let scene = light.scene;
+        let number = sensors.len() as f64;
         let sensors = Sensors::new(sensors.iter(), |position| light.need(position));
         // weights of the cells of a row; those of a run together
         let mut weights: Vec<(Of, Vec<f64>)> = Vec::new();
@@ -157,7 +158,7 @@ impl Importance {
             return None;
         }
         // with probabilities in proportion to the weights
-        let spread = total * total / (PI * PI * sensors.len() as f64);
+        let spread = total * total / (PI * PI * number);
         let bounds = cumulative(weights.iter().map(|(_, cells)| cells.iter().sum::<f64>()));
         let row = |(of, cells): (Of, Vec<f64>)| {
             let bounds = match (of, &scene.meshes) {

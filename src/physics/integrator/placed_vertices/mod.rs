@@ -52,8 +52,9 @@ use crate::optics::Spectrum;
 use crate::sampling::{Key, PathSamples, Stream, power_of_two, warp};
 use crate::scene::{Channels, EstimateKind, Grid};
 use crate::traceable::{TraceableScene, TraceableTube};
-use importance::{Importance, Placed, Target};
+use importance::{Importance, Placed};
 use lines::Scratch;
+use sent::Target;
 use targets::{Following, Sender, Targets, facet_of};
 
 /// Settings of placed vertices.
@@ -249,7 +250,7 @@ impl<const C: usize> PlacedVertices<C> {
             all.iter().zip(&buried).filter(|(_, buried)| !**buried).map(|(target, _)| *target).collect();
         let importance = Some(()).filter(|()| scene.interreflection).and_then(|()| Importance::new(&scene, &lit));
         let share = lit.len() as f64 / all.len().max(1) as f64;
-        let [photons, vertices] = sizes(more_by_obstacles(&scene, importance.as_ref(), share));
+        let [photons, vertices] = sizes(more_by_obstacles(&scene, importance.as_deref(), share));
         let emission = Emission::of_daylight(&scene, photons);
         let direct = |sensor: DVec3| {
             let luminaires = scene.luminaires.iter();
