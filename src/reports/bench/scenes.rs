@@ -97,9 +97,9 @@ pub fn boxes(settings: &Settings, number: usize) -> Result<Case, ReportError> {
 
 /// A box between four neighbours of 9 x 9 points.
 fn block(x: usize, y: usize) -> Value {
-    let corner = |k: usize| ROOM_M * k as f64 / 9.0 - 0.06;
+    let centre = |k: usize| ROOM_M * k as f64 / 9.0;
     json!({
-        "kind": "box", "size_m": [0.12, 0.12, 0.4], "position_m": [corner(x), corner(y), 0.0],
+        "kind": "box", "size_m": [0.12, 0.12, 0.4], "position_m": [centre(x), centre(y), 0.0],
         "surface": { "reflectance": 0.4 },
     })
 }
@@ -142,13 +142,9 @@ mod tests {
         let document = boxes(&settings(), 64).unwrap().document;
         let boxes = document["room"]["objects"].as_array().unwrap();
         assert_eq!(boxes.len(), 64);
-        let corner = |place: &Value| place["position_m"][0].as_f64().unwrap();
-        let is_free = |place: &Value| {
-            (0..9).all(|k| {
-                let point = ROOM_M * (f64::from(k) + 0.5) / 9.0;
-                point < corner(place) || point > corner(place) + 0.12
-            })
-        };
+        let centre = |place: &Value| place["position_m"][0].as_f64().unwrap();
+        let point = |k: u8| ROOM_M * (f64::from(k) + 0.5) / 9.0;
+        let is_free = |place: &Value| (0..9).all(|k| (point(k) - centre(place)).abs() > 0.5 * 0.12);
         assert!(boxes.iter().all(is_free));
         let mut places: Vec<_> = boxes.iter().map(|place| place["position_m"].to_string()).collect();
         places.sort();
