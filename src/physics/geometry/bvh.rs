@@ -85,6 +85,21 @@ impl TriangleBvh {
         unit_normal(&self.at(hit.corners))
     }
 
+    /// Number of rays of a path that begins at `origin` along the unit vector `direction` and is reflected by every triangle that is a
+    /// mirror: it ends where it meets another, or nothing, and after `most` rays.
+    pub fn mirrored(&self, mut origin: DVec3, mut direction: DVec3, is_mirror: &[bool], most: u32) -> u32 {
+        let mut from = None;
+        for rays in 1..most {
+            let Some(hit) = self.nearest(origin, direction, from).filter(|hit| is_mirror[hit.triangle as usize]) else {
+                return rays;
+            };
+            origin += direction * hit.distance;
+            direction = direction.reflect(self.normal(&hit));
+            from = Some(hit.triangle);
+        }
+        most
+    }
+
     #[inline(always)]
     fn at(&self, corners: [u32; 3]) -> [DVec3; 3] {
         corners.map(|corner| self.positions[corner as usize])
@@ -256,6 +271,28 @@ mod tests {
                 }
             }
         }
+    }
+
+    #[test]
+    fn mirrored_paths_end_where_a_mirror_does() {
+        let bvh = TriangleBvh::new(&closed_box(DVec3::ZERO, 1.0));
+        let (origin, direction) = (DVec3::new(0.1, 0.2, 0.3), DVec3::new(0.3, 0.5, 0.7).normalize());
+        let all = vec![true; bvh.len()];
+        assert_eq!(bvh.mirrored(origin, direction, &all, 40), 40);
+        assert_eq!(bvh.mirrored(origin, direction, &vec![false; bvh.len()], 40), 1);
+        // the path by hand to the third triangle that it meets, where it ends if that alone is no mirror
+        let (mut at, mut toward, mut from) = (origin, direction, None);
+        let mut met = Vec::new();
+        for _ in 0..3 {
+            let hit = bvh.nearest(at, toward, from).unwrap();
+            at += toward * hit.distance;
+            toward = toward.reflect(bvh.normal(&hit));
+            from = Some(hit.triangle);
+            met.push(hit.triangle);
+        }
+        let but_third: Vec<bool> = (0..bvh.len()).map(|triangle| triangle as u32 != met[2]).collect();
+        assert!(met[0] != met[2] && met[1] != met[2]);
+        assert_eq!(bvh.mirrored(origin, direction, &but_third, 40), 3);
     }
 
     #[test]

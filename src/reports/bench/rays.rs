@@ -61,18 +61,9 @@ fn trace(tree: &TriangleBvh, is_pipe: &[bool], key: Key, chains: u64) -> u64 {
     let mut random = PathRandom::new(key);
     let mut rays = 0;
     for _ in 0..chains {
-        let mut origin = (RADIUS_M * warp::disc(random.uniform2())).extend(1e-6);
-        let mut direction = warp::cosine_hemisphere(random.uniform2());
-        let mut from = None;
-        for _ in 0..MOST_BOUNCES {
-            rays += 1;
-            let Some(hit) = tree.nearest(origin, direction, from).filter(|hit| is_pipe[hit.triangle as usize]) else {
-                break;
-            };
-            origin += direction * hit.distance;
-            direction = direction.reflect(tree.normal(&hit));
-            from = Some(hit.triangle);
-        }
+        let origin = (RADIUS_M * warp::disc(random.uniform2())).extend(1e-6);
+        let direction = warp::cosine_hemisphere(random.uniform2());
+        rays += u64::from(tree.mirrored(origin, direction, is_pipe, MOST_BOUNCES));
     }
     rays
 }
