@@ -276,7 +276,8 @@ mod tests {
     #[test]
     fn mirrored_paths_end_where_a_mirror_does() {
         let bvh = TriangleBvh::new(&closed_box(DVec3::ZERO, 1.0));
-        let (origin, direction) = (DVec3::new(0.1, 0.2, 0.3), DVec3::new(0.3, 0.5, 0.7).normalize());
+        // no edge is near this path
+        let (origin, direction) = (DVec3::new(0.113, 0.227, -0.371), DVec3::new(0.31, 0.53, 0.677).normalize());
         let all = vec![true; bvh.len()];
         assert_eq!(bvh.mirrored(origin, direction, &all, 40), 40);
         assert_eq!(bvh.mirrored(origin, direction, &vec![false; bvh.len()], 40), 1);
