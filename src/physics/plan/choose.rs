@@ -226,9 +226,8 @@ const FEW_CELLS: f64 = 0.04;
 fn cells_beside_walls(task: &Task) -> Option<MethodChoice> {
     let paths = two_stage::Settings::default();
     let scene = task.traceable;
-    let plain = scene.is_empty() && scene.interreflection && scene.specular_surfaces().next().is_none();
     let able = paths.refuses(task).is_none() && paths.warns(task).is_none();
-    if !(plain && able && is_daylit(scene)) {
+    if !(scene.is_plain() && able && is_daylit(scene)) {
         return None;
     }
     let is_beside = |(grid, sensor): (&Grid, usize)| {

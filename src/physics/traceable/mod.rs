@@ -287,9 +287,9 @@ impl TraceableScene {
         (far, position.clamp(DVec3::ZERO, self.size))
     }
 
-    /// True if the room has no objects and no luminaires.
-    pub fn is_empty(&self) -> bool {
-        !self.furnished
+    /// True if the room has no objects and no luminaires, and its faces are diffuse and light that they reflect is followed.
+    pub fn is_plain(&self) -> bool {
+        !self.furnished && self.interreflection && self.specular_surfaces().next().is_none()
     }
 
     /// True if nothing stands between two points of the room; the surfaces that they lie on do not count.

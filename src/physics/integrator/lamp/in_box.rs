@@ -21,9 +21,8 @@ pub struct BoxRoom<const C: usize>([Option<Spectrum<C>>; 6]);
 impl<const C: usize> BoxRoom<C> {
     /// The faces of a room that has nothing else, and where all light is diffuse and followed; else `None`.
     pub fn of(scene: &TraceableScene) -> Option<Self> {
-        let is_plain = scene.is_empty() && scene.interreflection && scene.specular_surfaces().next().is_none();
         let diffuse = |face: Face| scene.optics(SurfaceId::of_face(face)).map(|optics| optics.diffuse());
-        is_plain.then(|| Self(Face::ALL.map(diffuse)))
+        scene.is_plain().then(|| Self(Face::ALL.map(diffuse)))
     }
 
     /// Follows a ray whose path began with weight `first` from face to face and counts the light of `tubes`; returns the ray
