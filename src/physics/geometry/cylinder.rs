@@ -17,6 +17,9 @@ pub struct Passage {
     pub bounces: f64,
 }
 
+/// Half a chord in radii below which a ray follows the wall.
+pub(crate) const LEAST_HALF_CHORD: f64 = 1e-9;
+
 /// Follows a ray over `axial` metres along z inside a mirror cylinder of `radius` around the z axis.
 ///
 /// `position` lies inside (or on) the cylinder, `direction` is a unit vector with z != 0 whose sign says which way the
@@ -51,7 +54,7 @@ pub fn traverse(radius: f64, position: DVec3, direction: DVec3, axial: f64) -> P
     let along = transverse / speed;
     let b = p0.x * along.y - p0.y * along.x;
     let half_chord = ((radius - b.abs()).max(0.0) * (radius + b.abs())).sqrt();
-    if half_chord < 1e-9 * radius {
+    if half_chord < LEAST_HALF_CHORD * radius {
         let turn = unit_vector(path / radius * if b < 0.0 { -1.0 } else { 1.0 });
         let direction = turn.rotate(transverse).extend(direction.z);
         return Passage { position: turn.rotate(p0).extend(end_z), direction, bounces: f64::INFINITY };
@@ -78,7 +81,7 @@ pub fn traverse(radius: f64, position: DVec3, direction: DVec3, axial: f64) -> P
 }
 
 /// Bounces up to which a turn is found by repeated squaring, whose rounding error grows with their number.
-const MOST_SQUARED: f64 = 256.0;
+pub(crate) const MOST_SQUARED: f64 = 256.0;
 
 /// The rotation by 2 `bounces` times the angle of the unit vector `half_turn`, as a unit vector.
 #[inline]

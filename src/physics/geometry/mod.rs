@@ -8,6 +8,7 @@ pub mod disc;
 pub mod facets;
 pub mod lambert;
 pub(crate) mod lanes;
+pub(crate) mod numbers;
 pub mod obj;
 pub mod polygon;
 pub mod rectangle;

@@ -6,7 +6,6 @@ mod box_object;
 pub mod luminaire;
 mod mesh_bounds;
 pub mod mesh_objects;
-mod numbers;
 pub mod obstacles;
 pub mod outlines;
 mod source;

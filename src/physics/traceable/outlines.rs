@@ -8,7 +8,7 @@ use glam::DVec3;
 use pulp::Simd;
 
 use super::block::{Block, ON_TARGET};
-use super::numbers::Numbers;
+use crate::geometry::numbers::Numbers;
 
 /// Obstacles that are looked at side by side.
 pub const LANES: usize = 8;

@@ -29,15 +29,18 @@ use crate::integrator::backward::vertex::Vertex;
 use crate::integrator::backward::walk::{Ray, Walk};
 use crate::integrator::method::{Refusal, RefusalCode};
 use crate::integrator::photon::chunks::{Tally, fold_chunks};
-use crate::integrator::photon::descent::{Entering, Exit, descend};
+use crate::integrator::photon::descent::{Entering, Exit, descend_by};
 use crate::integrator::photon::emission::{Emission, EmittedPhoton, Start};
 use crate::integrator::photon::ledger::Account;
 use crate::optics::Diffuser;
-use crate::sampling::{Key, PathRandom, Replicate, Stream};
+use crate::sampling::{Key, PathRandom, PathSamples, Replicate, Stream};
 use crate::traceable::{TraceableScene, TraceableTube};
 
 /// Photons that a vertex is connected to where nothing has a closed form.
 const CONNECTIONS: usize = 2;
+
+/// Photons that go down a tube together.
+const AT_ONCE: usize = 64;
 
 /// Reason why the light of some tubes is not that of lamps, if it is not: their closures do not forget where it came from.
 pub fn refuses_closures(tubes: &[TraceableTube]) -> Option<Refusal> {
@@ -73,31 +76,25 @@ pub fn leaving<const C: usize>(
     cancel: &AtomicBool,
 ) -> Option<Sums<C>> {
     let chunk = |numbers: Range<u64>| {
-        let mut account = Account::new(scene.tubes.len());
-        let mut leaving = vec![Vec::new(); scene.tubes.len()];
+        let mut sums = (vec![Vec::new(); scene.tubes.len()], Account::new(scene.tubes.len()));
+        let mut tube_photons = |tube, photons: &mut Vec<_>| {
+            leave(scene, tube, photons, &mut sums);
+            photons.clear();
+        };
+        let (mut tube_before, mut photons) = (0, Vec::with_capacity(AT_ONCE));
         for number in numbers {
-            let (photon, mut samples) = emission.photon(scene, pass, number);
-            if let Some(photon) = photon
-                && let Start::Tube(tube) = photon.start
+            if let (Some(EmittedPhoton { start: Start::Tube(tube), position, direction, flux, .. }), samples) =
+                emission.photon(scene, pass, number)
             {
-                let EmittedPhoton { position, direction, flux, .. } = photon;
-                let entering = Entering { position, direction, flux };
-                let Account { tubes: fluxes, rays, ledger, .. } = &mut account;
-                let (leaving, fluxes) = (&mut leaving[tube], &mut fluxes[tube]);
-                let mut into_room = 0.0;
-                let at_diffuser = |exit: &Exit<'_, C>| {
-                    let through = exit.into_room();
-                    into_room += through.luminance();
-                    leaving.push(Leaving { position: exit.position.truncate(), flux: through });
-                };
-                let books = (rays, ledger);
-                let descent = descend(scene, &scene.tubes[tube], entering, &mut samples, books, at_diffuser);
-                fluxes.into_room += into_room;
-                fluxes.at_collector += descent.entered.luminance();
-                fluxes.at_diffuser += descent.arrived.luminance();
+                if tube != tube_before || photons.len() == AT_ONCE {
+                    tube_photons(tube_before, &mut photons);
+                    tube_before = tube;
+                }
+                photons.push((Entering { position, direction, flux }, samples));
             }
         }
-        (leaving, account)
+        tube_photons(tube_before, &mut photons);
+        sums
     };
     let mut account = Account::new(scene.tubes.len());
     let mut all: Vec<Vec<Leaving<C>>> = vec![Vec::new(); scene.tubes.len()];
@@ -107,6 +104,35 @@ pub fn leaving<const C: usize>(
     })?;
     account.not_finite = folded.not_finite;
     Some((all, account))
+}
+
+/// What some photons send from the closure of the tube with number `tube`, added to the sums.
+fn leave<const C: usize>(
+    scene: &TraceableScene,
+    tube: usize,
+    photons: &mut [(Entering, PathSamples)],
+    (leaving, account): &mut Sums<C>,
+) {
+    let Account { tubes: fluxes, rays, ledger, .. } = account;
+    let (of_tube, leaving, fluxes) = (&scene.tubes[tube], &mut leaving[tube], &mut fluxes[tube]);
+    let entering: Vec<_> = photons.iter().map(|(entering, _)| (entering.position, entering.direction)).collect();
+    let ways = of_tube.guide.down_together(&entering);
+    for (number, (entering, samples)) in photons.iter_mut().enumerate() {
+        let way = ways.as_ref().and_then(|ways| ways.get(number));
+        let way = way
+            .copied()
+            .unwrap_or_else(|| of_tube.guide.down(entering.position, entering.direction, &mut samples.random));
+        let mut into_room = 0.0;
+        let at_diffuser = |exit: &Exit<'_, C>| {
+            let through = exit.into_room();
+            into_room += through.luminance();
+            leaving.push(Leaving { position: exit.position.truncate(), flux: through });
+        };
+        let descent = descend_by(way, scene, of_tube, *entering, samples, (rays, ledger), at_diffuser);
+        fluxes.into_room += into_room;
+        fluxes.at_collector += descent.entered.luminance();
+        fluxes.at_diffuser += descent.arrived.luminance();
+    }
 }
 
 /// The light that leaves the diffusers in one pass.

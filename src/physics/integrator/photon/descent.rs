@@ -66,10 +66,23 @@ pub fn descend<'a, const C: usize>(
     tube: &'a TraceableTube,
     entering: Entering,
     samples: &mut PathSamples,
+    books: (&mut RayCount, &mut EnergyLedger),
+    at: impl FnMut(&Exit<'a, C>),
+) -> Descent<C> {
+    let way = tube.guide.down(entering.position, entering.direction, &mut samples.random);
+    descend_by(way, scene, tube, entering, samples, books, at)
+}
+
+/// [`descend`] of light whose first way down is known.
+pub fn descend_by<'a, const C: usize>(
+    mut transit: Transit<C>,
+    scene: &TraceableScene,
+    tube: &'a TraceableTube,
+    entering: Entering,
+    samples: &mut PathSamples,
     (rays, ledger): (&mut RayCount, &mut EnergyLedger),
     mut at: impl FnMut(&Exit<'a, C>),
 ) -> Descent<C> {
-    let mut transit: Transit<C> = tube.guide.down(entering.position, entering.direction, &mut samples.random);
     let entered = if transit.entered { Spectrum([entering.flux; C]) } else { Spectrum::ZERO };
     let (mut flux, mut arrived) = (entered, Spectrum::ZERO);
     ledger.emitted += entered.luminance();

@@ -73,6 +73,19 @@ impl<S: Simd> Numbers<S> {
         self.0.reduce_max_f64s(self.1)
     }
 
+    /// The square roots.
+    #[inline(always)]
+    pub fn root(self) -> Self {
+        Self(self.0, self.0.sqrt_f64s(self.1))
+    }
+
+    /// The whole numbers at or below.
+    #[inline(always)]
+    pub fn floor(self) -> Self {
+        let nearest = self.rounded();
+        nearest - self.is_below(nearest).pick(Self::all(self.0, 1.0), Self::all(self.0, 0.0))
+    }
+
     /// The nearest whole numbers.
     #[inline(always)]
     pub fn rounded(self) -> Self {
@@ -96,6 +109,23 @@ impl<S: Simd> Truths<S> {
     #[inline(always)]
     pub fn and(self, other: Self) -> Self {
         Self(self.0, self.0.and_m64s(self.1, other.1))
+    }
+
+    #[inline(always)]
+    pub fn or(self, other: Self) -> Self {
+        Self(self.0, self.0.or_m64s(self.1, other.1))
+    }
+
+    /// True where this is, and the other is not.
+    #[inline(always)]
+    pub fn but_not(self, other: Self) -> Self {
+        Self(self.0, self.0.and_m64s(self.1, self.0.not_m64s(other.1)))
+    }
+
+    /// True if it is true of one of them at least.
+    #[inline(always)]
+    pub fn any(self) -> bool {
+        self.0.first_true_m64s(self.1) < S::F64_LANES
     }
 }
 

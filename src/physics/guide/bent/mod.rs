@@ -1,5 +1,7 @@
 //! Bent tubes: equal mirror cylinders that meet in mitred elbows.
 
+mod together;
+
 use std::f64::consts::PI;
 
 use glam::{DMat3, DVec3};
@@ -189,6 +191,18 @@ impl BentGuide {
         course
     }
 
+    /// Share that so many crossings of the collector leave.
+    #[inline]
+    fn collected<const C: usize>(&self, crossings: i32) -> Spectrum<C> {
+        Spectrum::from_rgb(self.collector_transmittance).map(|t| t.powi(crossings))
+    }
+
+    /// Bounces beyond which nothing is left; infinite for a perfect mirror.
+    fn most_bounces(&self) -> f64 {
+        let brightest = self.reflectance.brightest();
+        if brightest < 1.0 { libm::log(NEGLIGIBLE) / libm::log(brightest) } else { f64::INFINITY }
+    }
+
     fn follow<const C: usize>(&self, position: DVec3, direction: DVec3, mut index: usize) -> Transit<C> {
         let from_top = index + 1 == self.segments.len();
         let mut cylinder = &self.segments[index];
@@ -198,9 +212,7 @@ impl BentGuide {
         // what is left, where the reflectance differs from bounce to bounce
         let mut left = Spectrum::<C>::ONE;
         let by_angle = matches!(self.reflectance, Mirror::ByAngle(_));
-        let brightest = self.reflectance.brightest();
-        // beyond these bounces nothing is left; infinite for a perfect mirror
-        let most_bounces = if brightest < 1.0 { libm::log(NEGLIGIBLE) / libm::log(brightest) } else { f64::INFINITY };
+        let most_bounces = self.most_bounces();
         let mut rays = 0;
         let end = loop {
             rays += 1;
@@ -243,13 +255,12 @@ impl BentGuide {
             cylinder = &self.segments[index];
             (p, d) = (cylinder.to_segment(world_p), cylinder.to_local * world_d);
         };
-        // light that enters from outside and leaves at the top again passes the collector twice
-        let crossings = i32::from(from_top) + i32::from(end == End::Top);
         Transit {
             end,
-            position: cylinder.origin + cylinder.to_local.transpose() * p,
+            position: cylinder.to_tube(p),
             direction: cylinder.to_local.transpose() * d,
-            collector: Spectrum::from_rgb(self.collector_transmittance).map(|t| t.powi(crossings)),
+            // light that enters from outside and leaves at the top again passes the collector twice
+            collector: self.collected(i32::from(from_top) + i32::from(end == End::Top)),
             mirrors: match (end, by_angle) {
                 (End::Absorbed, _) => Spectrum::ZERO,
                 (_, true) => left,

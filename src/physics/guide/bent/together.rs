@@ -1,0 +1,463 @@
+//! Rays through a bent tube side by side: as many at once as a vector of the processor has numbers, all in the same segment.
+//!
+//! Rays that run along the axis, graze the wall or bounce very often are followed one by one instead. Every ray has the bits
+//! that [`BentGuide::down`] gives it: the same operations in the same order.
+
+use glam::{DMat3, DVec3};
+use pulp::{Arch, Simd, WithSimd};
+
+use super::{BentGuide, Cylinder, End, Transit};
+use crate::geometry::cylinder::{LEAST_HALF_CHORD, MOST_SQUARED};
+use crate::geometry::numbers::{Numbers, Truths};
+use crate::optics::Mirror;
+
+/// Numbers of the widest vector of any processor.
+const WIDEST: usize = 8;
+
+/// Walls on either side of the closed form that the rays of a vector meet together.
+const MOST_WALLS: usize = 64;
+
+/// How often rays are taken through all segments, down and up in turn; those that still turn back then are followed one by one.
+const MOST_SWEEPS: usize = 16;
+
+impl BentGuide {
+    /// The ways of light from entry points, each `(position, unit direction)`, down, as [`BentGuide::down`] has them.
+    pub(in super::super) fn down_together<const C: usize>(&self, rays: &[(DVec3, DVec3)]) -> Vec<Transit<C>> {
+        let alone = |(position, direction): &(DVec3, DVec3)| self.down(*position, *direction);
+        if matches!(self.reflectance, Mirror::ByAngle(_)) {
+            return rays.iter().map(alone).collect();
+        }
+        let mut ways: Vec<Way> = rays.iter().map(|ray| Way::new(ray, self.segments.len() - 1)).collect();
+        Arch::new().dispatch(Sweeps { segments: &self.segments, radius: self.radius, ways: &mut ways });
+        let most_bounces = self.most_bounces();
+        let crossings = [self.collected(1), self.collected(2)];
+        let transit = |(ray, way): (&(DVec3, DVec3), Way)| {
+            let (end, collector) = match way.at {
+                At::Opening => (End::Opening, crossings[0]),
+                At::Top => (End::Top, crossings[1]),
+                At::Segment(_) | At::Alone => return alone(ray),
+            };
+            if way.bounces > most_bounces {
+                return alone(ray);
+            }
+            Transit {
+                end,
+                position: way.position.into(),
+                direction: way.direction.into(),
+                collector,
+                mirrors: self.reflectance.power(|| 1.0, way.bounces),
+                entered: true,
+                rays: way.rays as u32,
+            }
+        };
+        rays.iter().zip(ways).map(transit).collect()
+    }
+}
+
+/// Where a ray is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum At {
+    /// About to enter the segment with this number, or inside of it.
+    Segment(usize),
+    Opening,
+    Top,
+    /// Anywhere: it has to be followed by itself.
+    Alone,
+}
+
+/// A ray in the frame of the tube, between two segments.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Way {
+    position: [f64; 3],
+    direction: [f64; 3],
+    /// Walls that it met, and rays that were computed for it.
+    bounces: f64,
+    rays: f64,
+    at: At,
+}
+
+impl Way {
+    fn new((position, direction): &(DVec3, DVec3), segment: usize) -> Self {
+        let (position, direction) = (position.to_array(), direction.to_array());
+        Self { position, direction, bounces: 0.0, rays: 0.0, at: At::Segment(segment) }
+    }
+}
+
+struct Sweeps<'a> {
+    segments: &'a [Cylinder],
+    radius: f64,
+    ways: &'a mut [Way],
+}
+
+// what takes part is inlined, and no closure is handed on: it would be compiled without the vector instructions
+
+impl WithSimd for Sweeps<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self { segments, radius, ways } = self;
+        let mut here = Vec::with_capacity(ways.len());
+        for sweep in 0..MOST_SWEEPS {
+            let mut left = 0;
+            for step in 0..segments.len() {
+                let index = if sweep % 2 == 0 { segments.len() - 1 - step } else { step };
+                here.clear();
+                for (number, way) in ways.iter().enumerate() {
+                    if way.at == At::Segment(index) {
+                        here.push(number);
+                    }
+                }
+                left += here.len();
+                for group in here.chunks(S::F64_LANES) {
+                    pass(simd, segments, index, radius, ways, group);
+                }
+            }
+            if left == 0 {
+                break;
+            }
+        }
+    }
+}
+
+/// Takes the rays `group` of `ways`, one at least and no more than a vector has, through the segment they are in.
+#[inline(always)]
+fn pass<S: Simd>(simd: S, segments: &[Cylinder], index: usize, radius: f64, ways: &mut [Way], group: &[usize]) {
+    let mut columns = [[0.0; WIDEST]; 8];
+    for lane in 0..S::F64_LANES {
+        // what is left of a vector goes the way of its first ray
+        let way = &ways[*group.get(lane).unwrap_or(&group[0])];
+        for axis in 0..3 {
+            columns[axis][lane] = way.position[axis];
+            columns[3 + axis][lane] = way.direction[axis];
+        }
+        columns[6][lane] = way.bounces;
+        columns[7][lane] = way.rays;
+    }
+    let [x, y, z, u, v, w, bounces, rays] = &columns;
+    let (position, direction) = ([of(simd, x), of(simd, y), of(simd, z)], [of(simd, u), of(simd, v), of(simd, w)]);
+    let cylinder = &segments[index];
+    let origin = all(simd, cylinder.origin);
+    let never = of(simd, x).is_below(of(simd, x));
+    let mut inside = Rays {
+        position: turned(simd, &cylinder.to_local, difference(position, origin)),
+        direction: turned(simd, &cylinder.to_local, direction),
+        bounces: of(simd, bounces),
+        rays: of(simd, rays),
+        going: never,
+        at_lower: never,
+        at_upper: never,
+    };
+    inside.pass(simd, cylinder, radius);
+    let back = cylinder.to_local.transpose();
+    let position = sum(origin, turned(simd, &back, inside.position));
+    let direction = turned(simd, &back, inside.direction);
+    let [x, y, z, u, v, w, bounces, rays] = &mut columns;
+    position[0].store(x, 0);
+    position[1].store(y, 0);
+    position[2].store(z, 0);
+    direction[0].store(u, 0);
+    direction[1].store(v, 0);
+    direction[2].store(w, 0);
+    inside.bounces.store(bounces, 0);
+    inside.rays.store(rays, 0);
+    let (zero, one, two) = (Numbers::all(simd, 0.0), Numbers::all(simd, 1.0), Numbers::all(simd, 2.0));
+    let mut ends = [0.0; WIDEST];
+    inside.at_lower.pick(one, inside.at_upper.pick(two, zero)).store(&mut ends, 0);
+    for (lane, number) in group.iter().enumerate() {
+        let at = if ends[lane] == 1.0 {
+            if index == 0 { At::Opening } else { At::Segment(index - 1) }
+        } else if ends[lane] == 2.0 {
+            if index + 1 == segments.len() { At::Top } else { At::Segment(index + 1) }
+        } else {
+            At::Alone
+        };
+        let [x, y, z, u, v, w, bounces, rays] = &columns;
+        ways[*number] = Way {
+            position: [x[lane], y[lane], z[lane]],
+            direction: [u[lane], v[lane], w[lane]],
+            bounces: bounces[lane],
+            rays: rays[lane],
+            at,
+        };
+    }
+}
+
+type Vector<S> = [Numbers<S>; 3];
+
+/// Rays in one segment, in its frame.
+struct Rays<S: Simd> {
+    position: Vector<S>,
+    direction: Vector<S>,
+    bounces: Numbers<S>,
+    rays: Numbers<S>,
+    /// True of those that go on, and of those that came to an end of the segment; of none where one has to be followed by itself.
+    going: Truths<S>,
+    at_lower: Truths<S>,
+    at_upper: Truths<S>,
+}
+
+impl<S: Simd> Rays<S> {
+    /// From where they are to the ends of the segment.
+    #[inline(always)]
+    fn pass(&mut self, simd: S, cylinder: &Cylinder, radius: f64) {
+        let zero = Numbers::all(simd, 0.0);
+        let (free_from, free_to) = (Numbers::all(simd, cylinder.free_from), Numbers::all(simd, cylinder.free_to));
+        let (down, up) = (self.direction[2].is_below(zero), zero.is_below(self.direction[2]));
+        self.going = down.or(up);
+        // walls near the end by which they came
+        for _ in 0..MOST_WALLS {
+            let z = self.position[2];
+            let near = down.and(free_to.is_below(z)).or(up.and(z.is_below(free_from)));
+            let near = near.and(self.going);
+            if !near.any() {
+                break;
+            }
+            self.meet(simd, cylinder, radius, near);
+        }
+        // up to the height from which the other end may be met
+        let z = self.position[2];
+        let free = self.going.but_not(z.is_below(free_from).or(free_to.is_below(z)));
+        let axial = down.pick(z - free_from, free_to - z);
+        let free = free.and(zero.is_below(axial));
+        if free.any() {
+            self.traverse(simd, radius, axial, free);
+        }
+        for _ in 0..MOST_WALLS {
+            if !self.going.any() {
+                break;
+            }
+            self.meet(simd, cylinder, radius, self.going);
+            // rounding may leave a wall on this side of where the closed form ended
+            let z = self.position[2];
+            let again = down.and(free_from.is_below(z)).or(up.and(z.is_below(free_to)));
+            self.going = self.going.but_not(again);
+        }
+    }
+
+    /// Takes `these` on to the wall, or to an end of the segment.
+    #[inline(always)]
+    fn meet(&mut self, simd: S, cylinder: &Cylinder, radius: f64, these: Truths<S>) {
+        let (zero, one) = (Numbers::all(simd, 0.0), Numbers::all(simd, 1.0));
+        let (two, infinity) = (Numbers::all(simd, 2.0), Numbers::all(simd, f64::INFINITY));
+        let (p, d) = (self.position, self.direction);
+        // the far wall, as `distance_to_wall` has it
+        let a = d[0] * d[0] + d[1] * d[1];
+        let half_b = p[0] * d[0] + p[1] * d[1];
+        let c = (p[0] * p[0] + p[1] * p[1]) - Numbers::all(simd, radius * radius);
+        let root = (half_b * half_b - a * c).larger(zero).root();
+        let outward = zero.is_below(half_b);
+        let wall = (outward.pick(-c, root - half_b) / outward.pick(root + half_b, a)).larger(zero);
+        let wall = zero.is_below(a).pick(wall, infinity);
+        let (lower_normal, upper_normal) = (all(simd, cylinder.lower_normal), all(simd, cylinder.upper_normal));
+        let toward_lower = dot(d, lower_normal);
+        let lower = (-dot(p, lower_normal) / toward_lower).larger(zero);
+        let lower = toward_lower.is_below(zero).pick(lower, infinity);
+        let toward_upper = dot(d, upper_normal);
+        let to_top = difference(all(simd, DVec3::Z * cylinder.length), p);
+        let upper = (dot(to_top, upper_normal) / toward_upper).larger(zero);
+        let upper = zero.is_below(toward_upper).pick(upper, infinity);
+        let at_wall = wall.is_below(lower.less(upper));
+        let at_upper = upper.is_below(lower);
+        let distance = at_wall.pick(wall, at_upper.pick(upper, lower));
+        let there = sum(p, [d[0] * distance, d[1] * distance, d[2] * distance]);
+        // the ray after the wall
+        let across = (there[0] * there[0] + there[1] * there[1]).root();
+        let normal = [there[0] / across, there[1] / across];
+        let cosine = d[0] * normal[0] + d[1] * normal[1];
+        let twice = two * cosine;
+        let reflected = these.and(at_wall);
+        for axis in 0..2 {
+            let on_wall = reflected.pick(normal[axis] * Numbers::all(simd, radius), there[axis]);
+            self.position[axis] = these.pick(on_wall, p[axis]);
+            self.direction[axis] = reflected.pick(d[axis] - normal[axis] * twice, d[axis]);
+        }
+        self.position[2] = these.pick(there[2], p[2]);
+        self.bounces = self.bounces + reflected.pick(one, zero);
+        self.rays = self.rays + these.pick(one, zero);
+        let ended = these.but_not(at_wall);
+        self.at_upper = self.at_upper.or(ended.and(at_upper));
+        self.at_lower = self.at_lower.or(ended.but_not(at_upper));
+        self.going = self.going.but_not(ended);
+    }
+
+    /// Takes `these` over `axial` > 0 metres along the axis, as [`crate::geometry::cylinder::traverse`] does.
+    #[inline(always)]
+    fn traverse(&mut self, simd: S, radius: f64, axial: Numbers<S>, these: Truths<S>) {
+        let (zero, one, two) = (Numbers::all(simd, 0.0), Numbers::all(simd, 1.0), Numbers::all(simd, 2.0));
+        let radius_everywhere = Numbers::all(simd, radius);
+        let (p, d) = (self.position, self.direction);
+        let end_z = p[2] + zero.is_below(d[2]).pick(axial, -axial);
+        let speed = (d[0] * d[0] + d[1] * d[1]).root();
+        let path = axial * speed / d[2].abs();
+        let along = [d[0] / speed, d[1] / speed];
+        let b = p[0] * along[1] - p[1] * along[0];
+        let impact = b.abs();
+        let half_chord = ((radius_everywhere - impact).larger(zero) * (radius_everywhere + impact)).root();
+        let t0 = p[0] * along[0] + p[1] * along[1];
+        let chords = (t0 + half_chord + path) / (two * half_chord);
+        let bounces = chords.floor().larger(zero);
+        // rays along the axis, rays along the wall, and more bounces than are turned one by one
+        let usual = zero.is_below(path).but_not(half_chord.is_below(Numbers::all(simd, LEAST_HALF_CHORD * radius)));
+        let usual = usual.but_not(Numbers::all(simd, MOST_SQUARED).is_below(bounces));
+        self.going = self.going.but_not(these.but_not(usual));
+        let these = these.and(usual);
+        let rest = (chords - bounces) * two * half_chord - t0 - half_chord;
+        let end = [p[0] + along[0] * rest, p[1] + along[1] * rest];
+        // twice the half turn, as often as there are bounces
+        let half_turn = [impact / radius_everywhere, half_chord / radius_everywhere];
+        let mut power = rotated(half_turn, half_turn);
+        let mut turn = [one, zero];
+        let mut left = these.pick(bounces, zero);
+        while zero.is_below(left).any() {
+            let half = (left * Numbers::all(simd, 0.5)).floor();
+            let odd = zero.is_below(left - two * half);
+            let further = rotated(turn, power);
+            turn = [odd.pick(further[0], turn[0]), odd.pick(further[1], turn[1])];
+            power = rotated(power, power);
+            left = half;
+        }
+        let inverse = one / (turn[0] * turn[0] + turn[1] * turn[1]).root();
+        let (cos, sin) = (turn[0] * inverse, turn[1] * inverse);
+        let turn = [cos, b.is_below(zero).pick(-sin, sin)];
+        let bounced = zero.is_below(bounces);
+        let (end_turned, d_turned) = (rotated(turn, end), rotated(turn, [d[0], d[1]]));
+        let end = [bounced.pick(end_turned[0], end[0]), bounced.pick(end_turned[1], end[1])];
+        let distance = (end[0] * end[0] + end[1] * end[1]).root();
+        let outside = radius_everywhere.is_below(distance);
+        let inward = outside.pick(radius_everywhere / distance, one);
+        for axis in 0..2 {
+            self.position[axis] = these.pick(end[axis] * inward, p[axis]);
+            self.direction[axis] = these.and(bounced).pick(d_turned[axis], d[axis]);
+        }
+        self.position[2] = these.pick(end_z, p[2]);
+        self.bounces = self.bounces + these.pick(bounces, zero);
+    }
+}
+
+/// A vector turned by another, as complex numbers multiply.
+#[inline(always)]
+fn rotated<S: Simd>(by: [Numbers<S>; 2], v: [Numbers<S>; 2]) -> [Numbers<S>; 2] {
+    [by[0] * v[0] - by[1] * v[1], by[1] * v[0] + by[0] * v[1]]
+}
+
+#[inline(always)]
+fn of<S: Simd>(simd: S, column: &[f64; WIDEST]) -> Numbers<S> {
+    Numbers::of(simd, column, 0)
+}
+
+#[inline(always)]
+fn all<S: Simd>(simd: S, v: DVec3) -> Vector<S> {
+    [Numbers::all(simd, v.x), Numbers::all(simd, v.y), Numbers::all(simd, v.z)]
+}
+
+#[inline(always)]
+fn dot<S: Simd>(a: Vector<S>, b: Vector<S>) -> Numbers<S> {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+#[inline(always)]
+fn sum<S: Simd>(a: Vector<S>, b: Vector<S>) -> Vector<S> {
+    [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
+}
+
+#[inline(always)]
+fn difference<S: Simd>(a: Vector<S>, b: Vector<S>) -> Vector<S> {
+    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
+}
+
+#[inline(always)]
+fn turned<S: Simd>(simd: S, by: &DMat3, v: Vector<S>) -> Vector<S> {
+    let [x, y, z] = [all(simd, by.x_axis), all(simd, by.y_axis), all(simd, by.z_axis)];
+    [
+        x[0] * v[0] + y[0] * v[1] + z[0] * v[2],
+        x[1] * v[0] + y[1] * v[1] + z[1] * v[2],
+        x[2] * v[0] + y[2] * v[1] + z[2] * v[2],
+    ]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sampling::{Key, PathRandom, warp};
+
+    enum Vectors {
+        Any,
+        None,
+    }
+
+    fn swept(guide: &BentGuide, rays: &[(DVec3, DVec3)], vectors: Vectors) -> Vec<Way> {
+        let mut ways: Vec<Way> = rays.iter().map(|ray| Way::new(ray, guide.segments.len() - 1)).collect();
+        let sweeps = Sweeps { segments: &guide.segments, radius: guide.radius, ways: &mut ways };
+        match vectors {
+            Vectors::Any => Arch::new().dispatch(sweeps),
+            Vectors::None => sweeps.with_simd(pulp::Scalar),
+        }
+        ways
+    }
+
+    fn guide(axes: &[(f64, DVec3)], reflectance: f64) -> BentGuide {
+        BentGuide::new(0.127, axes, [reflectance; 3].into(), [0.92; 3])
+    }
+
+    /// Rays have the bits that each has alone: through bends of several angles, of long and of short segments, mirrors that leave
+    /// little, light from everywhere, along the axis and along the wall; most go together.
+    #[test]
+    fn rays_have_the_bits_of_each_alone() {
+        let tilted = |angle: f64, azimuth: f64| {
+            let (sin, cos) = libm::sincos(angle);
+            let (x, y) = libm::sincos(azimuth);
+            DVec3::new(sin * x, sin * y, cos)
+        };
+        let up = DVec3::Z;
+        let guides = [
+            guide(&[(1.0, up)], 0.98),
+            guide(&[(0.5, up), (0.5, tilted(0.8, 1.6)), (0.5, up)], 0.98),
+            guide(&[(0.5, up), (0.5, tilted(0.8, 1.6)), (0.5, up)], 0.2),
+            guide(&[(0.3, up), (30.0, tilted(0.3, 0.2)), (0.2, tilted(1.2, 0.4))], 0.999),
+            guide(&[(0.06, up), (0.1, tilted(0.5, 2.0)), (0.11, tilted(0.9, 3.0))], 1.0),
+        ];
+        let mut random = PathRandom::new(Key::new(8));
+        for guide in guides {
+            let top = guide.segments.last().unwrap().to_local.transpose();
+            let mut rays: Vec<(DVec3, DVec3)> = Vec::new();
+            for number in 0..4003 {
+                let local = -match number {
+                    0..5 => DVec3::Z,
+                    5..9 => DVec3::new(1.0, 0.0, 1e-9).normalize(),
+                    _ => warp::cosine_hemisphere(random.uniform2()),
+                };
+                let direction = top * local;
+                let point = if number % 9 == 3 { [1.0 - 1e-15, 0.1] } else { random.uniform2() };
+                rays.extend(guide.entry(point, direction).map(|entry| (entry.position, direction)));
+            }
+            let together = guide.down_together::<1>(&rays);
+            assert_eq!(together.len(), rays.len());
+            for ((position, direction), transit) in rays.iter().zip(together) {
+                let alone: Transit<1> = guide.down(*position, *direction);
+                assert_eq!(format!("{alone:?}"), format!("{transit:?}"));
+            }
+            let ways = swept(&guide, &rays, Vectors::Any);
+            let alone = ways.iter().filter(|way| !matches!(way.at, At::Opening | At::Top)).count();
+            assert!(alone < rays.len() / 3, "{alone} of {}", rays.len());
+        }
+    }
+
+    /// Without vectors the bits are the same.
+    #[test]
+    fn rays_have_the_same_bits_on_all_processors() {
+        let guide = guide(&[(0.5, DVec3::Z), (0.7, DVec3::new(0.6, 0.0, 0.8))], 0.95);
+        let mut random = PathRandom::new(Key::new(9));
+        let rays = (0..2001).map(|_| {
+            let direction = -warp::around(DVec3::new(0.6, 0.0, 0.8), warp::cosine_hemisphere(random.uniform2()));
+            (guide.entry(random.uniform2(), direction).unwrap().position, direction)
+        });
+        let rays: Vec<(DVec3, DVec3)> = rays.collect();
+        let (any, none) = (swept(&guide, &rays, Vectors::Any), swept(&guide, &rays, Vectors::None));
+        for (any, none) in any.iter().zip(&none).filter(|(any, _)| any.at != At::Alone) {
+            assert_eq!(any, none);
+        }
+        let alone = |ways: &[Way]| ways.iter().map(|way| way.at == At::Alone).collect::<Vec<_>>();
+        assert_eq!(alone(&any), alone(&none));
+    }
+}
