@@ -45,37 +45,38 @@ pub fn traverse(radius: f64, position: DVec3, direction: DVec3, axial: f64) -> P
     let p0 = position.truncate();
     let transverse = direction.truncate();
     let end_z = position.z + axial.copysign(direction.z);
-    let speed = transverse.length();
-    let path = axial * speed / direction.z.abs();
+    // everything along the way in units of its projection on the cross-section over the speed in it
+    let speed_squared = transverse.length_squared();
+    let speed = speed_squared.sqrt();
+    let path = axial * speed_squared / direction.z.abs();
     if speed == 0.0 || path == 0.0 {
         let end = p0 + transverse * (axial / direction.z.abs());
         return Passage { position: end.extend(end_z), direction, bounces: 0.0 };
     }
-    let along = transverse / speed;
-    let b = p0.x * along.y - p0.y * along.x;
-    let half_chord = ((radius - b.abs()).max(0.0) * (radius + b.abs())).sqrt();
-    if half_chord < LEAST_HALF_CHORD * radius {
-        let turn = unit_vector(path / radius * if b < 0.0 { -1.0 } else { 1.0 });
+    let (reach, impact) = (radius * speed, p0.perp_dot(transverse));
+    let half_chord = ((reach - impact.abs()).max(0.0) * (reach + impact.abs())).sqrt();
+    if half_chord < LEAST_HALF_CHORD * reach {
+        let turn = unit_vector(path / reach * if impact < 0.0 { -1.0 } else { 1.0 });
         let direction = turn.rotate(transverse).extend(direction.z);
         return Passage { position: turn.rotate(p0).extend(end_z), direction, bounces: f64::INFINITY };
     }
-    let t0 = p0.dot(along);
-    let chords = (t0 + half_chord + path) / (2.0 * half_chord);
+    let from_middle = p0.dot(transverse);
+    let chords = (from_middle + half_chord + path) / (2.0 * half_chord);
     // entry on the rim may give a chord count a rounding error below zero
     let bounces = chords.floor().max(0.0);
     let rest = (chords - bounces) * 2.0 * half_chord;
-    let mut end = p0 + along * (rest - t0 - half_chord);
+    let mut end = p0 + transverse * ((rest - from_middle - half_chord) / speed_squared);
     let mut direction = direction;
     if bounces > 0.0 {
-        let rotation = turns(DVec2::new(b.abs(), half_chord) / radius, bounces);
-        let rotation = DVec2::new(rotation.x, if b < 0.0 { -rotation.y } else { rotation.y });
+        let rotation = turns(DVec2::new(impact.abs(), half_chord) / reach, bounces);
+        let rotation = DVec2::new(rotation.x, if impact < 0.0 { -rotation.y } else { rotation.y });
         end = rotation.rotate(end);
         direction = rotation.rotate(transverse).extend(direction.z);
     }
     // rounding must not put the ray outside of the guide
-    let distance = end.length();
-    if distance > radius {
-        end *= radius / distance;
+    let distance_squared = end.length_squared();
+    if distance_squared > radius * radius {
+        end *= radius / distance_squared.sqrt();
     }
     Passage { position: end.extend(end_z), direction, bounces }
 }
@@ -102,7 +103,8 @@ fn turns(half_turn: DVec2, bounces: f64) -> DVec2 {
         power = power.rotate(power);
         left >>= 1;
     }
-    result.normalize()
+    // one step toward a unit vector is enough for what rounding leaves
+    result * (1.5 - 0.5 * result.length_squared())
 }
 
 /// Cosine of the angle between a ray inside a cylinder and the wall's normal: the same at every bounce.

@@ -97,11 +97,10 @@ impl Cylinder {
 
 /// The ray after a wall in its way, and the cosine of its angle from the wall's normal.
 #[inline]
-fn reflect(radius: f64, p: DVec3, d: DVec3) -> (DVec3, DVec3, f64) {
-    let across = p.truncate();
-    let normal = across / across.length();
+fn reflect(radius: f64, p: DVec3, d: DVec3) -> (DVec3, f64) {
+    let normal = p.truncate() * (1.0 / radius);
     let cosine = d.truncate().dot(normal);
-    ((normal * radius).extend(p.z), d - (normal * (2.0 * cosine)).extend(0.0), cosine)
+    (d - (normal * (2.0 * cosine)).extend(0.0), cosine)
 }
 
 impl BentGuide {
@@ -173,7 +172,7 @@ impl BentGuide {
             let (next, distance) = cylinder.next(self.radius, p, d);
             p += d * distance;
             if matches!(next, Next::Wall) {
-                (p, d, _) = reflect(self.radius, p, d);
+                (d, _) = reflect(self.radius, p, d);
                 bounces += 1;
             }
             let (world_p, world_d) = (cylinder.to_tube(p), cylinder.to_local.transpose() * d);
@@ -238,7 +237,7 @@ impl BentGuide {
             let neighbour = match next {
                 Next::Wall => {
                     let cosine;
-                    (p, d, cosine) = reflect(self.radius, p, d);
+                    (d, cosine) = reflect(self.radius, p, d);
                     if by_angle {
                         left *= self.reflectance.power(|| cosine, 1.0);
                     }

@@ -262,14 +262,13 @@ impl<S: Simd> Rays<S> {
         let distance = at_wall.pick(wall, at_upper.pick(upper, lower));
         let there = sum(p, [d[0] * distance, d[1] * distance, d[2] * distance]);
         // the ray after the wall
-        let across = (there[0] * there[0] + there[1] * there[1]).root();
-        let normal = [there[0] / across, there[1] / across];
+        let per_radius = Numbers::all(simd, 1.0 / radius);
+        let normal = [there[0] * per_radius, there[1] * per_radius];
         let cosine = d[0] * normal[0] + d[1] * normal[1];
         let twice = two * cosine;
         let reflected = these.and(at_wall);
         for axis in 0..2 {
-            let on_wall = reflected.pick(normal[axis] * Numbers::all(simd, radius), there[axis]);
-            self.position[axis] = these.pick(on_wall, p[axis]);
+            self.position[axis] = these.pick(there[axis], p[axis]);
             self.direction[axis] = reflected.pick(d[axis] - normal[axis] * twice, d[axis]);
         }
         self.position[2] = these.pick(there[2], p[2]);
@@ -285,49 +284,53 @@ impl<S: Simd> Rays<S> {
     #[inline(always)]
     fn traverse(&mut self, simd: S, radius: f64, axial: Numbers<S>, these: Truths<S>) {
         let (zero, one, two) = (Numbers::all(simd, 0.0), Numbers::all(simd, 1.0), Numbers::all(simd, 2.0));
-        let radius_everywhere = Numbers::all(simd, radius);
+        let half = Numbers::all(simd, 0.5);
         let (p, d) = (self.position, self.direction);
         let end_z = p[2] + zero.is_below(d[2]).pick(axial, -axial);
-        let speed = (d[0] * d[0] + d[1] * d[1]).root();
-        let path = axial * speed / d[2].abs();
-        let along = [d[0] / speed, d[1] / speed];
-        let b = p[0] * along[1] - p[1] * along[0];
-        let impact = b.abs();
-        let half_chord = ((radius_everywhere - impact).larger(zero) * (radius_everywhere + impact)).root();
-        let t0 = p[0] * along[0] + p[1] * along[1];
-        let chords = (t0 + half_chord + path) / (two * half_chord);
+        let speed_squared = d[0] * d[0] + d[1] * d[1];
+        let path = axial * speed_squared / d[2].abs();
+        let reach = Numbers::all(simd, radius) * speed_squared.root();
+        let side = p[0] * d[1] - p[1] * d[0];
+        let impact = side.abs();
+        let half_chord = ((reach - impact).larger(zero) * (reach + impact)).root();
+        let from_middle = p[0] * d[0] + p[1] * d[1];
+        let chords = (from_middle + half_chord + path) / (two * half_chord);
         let bounces = chords.floor().larger(zero);
         // rays along the axis, rays along the wall, and more bounces than are turned one by one
-        let usual = zero.is_below(path).but_not(half_chord.is_below(Numbers::all(simd, LEAST_HALF_CHORD * radius)));
+        let usual = zero.is_below(path).but_not(half_chord.is_below(Numbers::all(simd, LEAST_HALF_CHORD) * reach));
         let usual = usual.but_not(Numbers::all(simd, MOST_SQUARED).is_below(bounces));
         self.going = self.going.but_not(these.but_not(usual));
         let these = these.and(usual);
-        let rest = (chords - bounces) * two * half_chord - t0 - half_chord;
-        let end = [p[0] + along[0] * rest, p[1] + along[1] * rest];
+        let rest = (chords - bounces) * two * half_chord;
+        let rest = (rest - from_middle - half_chord) / speed_squared;
+        let mut end = [p[0] + d[0] * rest, p[1] + d[1] * rest];
         // twice the half turn, as often as there are bounces
-        let half_turn = [impact / radius_everywhere, half_chord / radius_everywhere];
+        let half_turn = [impact / reach, half_chord / reach];
         let mut power = rotated(half_turn, half_turn);
         let mut turn = [one, zero];
         let mut left = these.pick(bounces, zero);
         while zero.is_below(left).any() {
-            let half = (left * Numbers::all(simd, 0.5)).floor();
-            let odd = zero.is_below(left - two * half);
+            let half_left = (left * half).floor();
+            let odd = zero.is_below(left - two * half_left);
             let further = rotated(turn, power);
             turn = [odd.pick(further[0], turn[0]), odd.pick(further[1], turn[1])];
             power = rotated(power, power);
-            left = half;
+            left = half_left;
         }
-        let inverse = one / (turn[0] * turn[0] + turn[1] * turn[1]).root();
-        let (cos, sin) = (turn[0] * inverse, turn[1] * inverse);
-        let turn = [cos, b.is_below(zero).pick(-sin, sin)];
+        let to_unit = Numbers::all(simd, 1.5) - half * (turn[0] * turn[0] + turn[1] * turn[1]);
+        let (cos, sin) = (turn[0] * to_unit, turn[1] * to_unit);
+        let turn = [cos, side.is_below(zero).pick(-sin, sin)];
         let bounced = zero.is_below(bounces);
         let (end_turned, d_turned) = (rotated(turn, end), rotated(turn, [d[0], d[1]]));
-        let end = [bounced.pick(end_turned[0], end[0]), bounced.pick(end_turned[1], end[1])];
-        let distance = (end[0] * end[0] + end[1] * end[1]).root();
-        let outside = radius_everywhere.is_below(distance);
-        let inward = outside.pick(radius_everywhere / distance, one);
+        end = [bounced.pick(end_turned[0], end[0]), bounced.pick(end_turned[1], end[1])];
+        let distance_squared = end[0] * end[0] + end[1] * end[1];
+        let outside = these.and(Numbers::all(simd, radius * radius).is_below(distance_squared));
+        if outside.any() {
+            let inward = outside.pick(Numbers::all(simd, radius) / distance_squared.root(), one);
+            end = [end[0] * inward, end[1] * inward];
+        }
         for axis in 0..2 {
-            self.position[axis] = these.pick(end[axis] * inward, p[axis]);
+            self.position[axis] = these.pick(end[axis], p[axis]);
             self.direction[axis] = these.and(bounced).pick(d_turned[axis], d[axis]);
         }
         self.position[2] = these.pick(end_z, p[2]);
