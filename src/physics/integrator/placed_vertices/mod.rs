@@ -43,7 +43,7 @@ use crate::guide::RayCount;
 use crate::integrator::backward::next_event::{NextEvent, Way};
 use crate::integrator::backward::walk::{Ray, Walk};
 use crate::integrator::lamp::light::{DiffuserLight, refuses_closures};
-use crate::integrator::lamp::sizes::photons_for;
+use crate::integrator::lamp::sizes::{are_straight, photons_for};
 use crate::integrator::method::{Computation, Described, Kept, Knows, Load, Refusal, RefusalCode, Task, Trial, Work};
 use crate::integrator::photon::chunks::{Tally, fold_chunks, sums_at_once};
 use crate::integrator::photon::emission::Emission;
@@ -69,6 +69,8 @@ pub struct Settings {
 /// Vertices of a pass of a job that asks for a relative standard error of 1 %, and the power of it by which they grow: even points do
 /// better than the square root.
 const VERTICES_FOR_ONE_PERCENT: f64 = 192.0;
+/// The same where the flux of a tube has its part in the error.
+const BESIDE_NOISY_FLUX: f64 = 256.0;
 const GROWTH_OF_VERTICES: f64 = 1.4;
 
 /// Where obstacles stand, photons and vertices are as many times more as a power of what the spread of vertices
@@ -101,7 +103,8 @@ impl Settings {
             _ => power_of_two(number.min(MOST)),
         };
         let photons = size(photons_for(tubes, target) * more);
-        let vertices = size(VERTICES_FOR_ONE_PERCENT * more * libm::pow(scale, GROWTH_OF_VERTICES));
+        let vertices = if are_straight(tubes) { VERTICES_FOR_ONE_PERCENT } else { BESIDE_NOISY_FLUX };
+        let vertices = size(vertices * more * libm::pow(scale, GROWTH_OF_VERTICES));
         [self.photons_per_pass.unwrap_or(photons), self.vertices_per_pass.unwrap_or(vertices)]
     }
 }
