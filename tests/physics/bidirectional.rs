@@ -9,7 +9,7 @@ use glam::DVec3;
 use serde_json::{Value, json};
 use skyduct::document::{JobDocument, WarningCode, to_scene};
 use skyduct::integrator::Integrator;
-use skyduct::integrator::bidirectional::{Bidirectional, Settings};
+use skyduct::integrator::bidirectional::{Bidirectional, Sizes};
 use skyduct::integrator::method::RefusalCode;
 use skyduct::integrator::path_tracing::{self, PathTracing};
 use skyduct::integrator::placed_vertices::PlacedVertices;
@@ -17,8 +17,8 @@ use skyduct::plan;
 use skyduct::scene::{EstimateKind, Scene, View};
 
 fn both_ways(scene: &Scene, photons_per_pass: u64, samples: u32, seed: u64) -> Bidirectional<1> {
-    let settings = Settings { photons_per_pass, samples_per_sensor: samples, samples_per_pixel: samples };
-    Bidirectional::new(traceable(scene), &scene.grids, &scene.views, &settings, seed)
+    let sizes = Sizes { photons: photons_per_pass, per_sensor: samples, per_pixel: samples };
+    Bidirectional::new(traceable(scene), &scene.grids, &scene.views, sizes, seed)
 }
 
 /// Points 2 mm from two walls: photons that are connected to them are rare and bright, so light tracing says no. In a glossy room

@@ -80,7 +80,8 @@ fn agree(scenes: &[(&str, Scene)]) {
     let paths = PathTracing::<1>::new(traceable(first), &first.grids, &first.views, &settings, 1);
     let truth = values(&run(first, &paths, 32));
     let initial_radius_m = Some(RADIUS);
-    let settings = photon_mapping::Settings { photons_per_pass: 32_768, initial_radius_m, gather_rays: Some(256) };
+    let settings =
+        photon_mapping::Settings { photons_per_pass: Some(32_768), initial_radius_m, gather_rays: Some(256) };
     // a radius that hardly shrinks keeps its photons
     let shrinking = sppm::Settings { photons_per_pass: 65_536, initial_radius_m, alpha: 0.9, ..Default::default() };
     let mut wrong = Vec::new();

@@ -15,7 +15,8 @@ use skyduct::scene::{EstimateKind, Grid, Scene};
 fn methods(scene: &Scene, photons_per_pass: u64) -> Vec<(&'static str, Box<dyn Integrator>)> {
     let (ppm, photon_mapping) = (ppm::Settings::default(), photon_mapping::Settings::default());
     let ppm = ppm::Settings { photons_per_pass, samples_per_sensor: 4, ..ppm };
-    let photon_mapping = photon_mapping::Settings { photons_per_pass, gather_rays: Some(16), ..photon_mapping };
+    let photon_mapping =
+        photon_mapping::Settings { photons_per_pass: Some(photons_per_pass), gather_rays: Some(16), ..photon_mapping };
     let settings = sppm::Settings { photons_per_pass, ..sppm::Settings::default() };
     vec![
         ("light_tracing", Box::new(light_tracing(scene, photons_per_pass, 1))),

@@ -107,8 +107,8 @@ fn points_beside_a_mesh_are_not_left_to_connections() {
     assert!(refusal.detail.contains("row 0, column 0") && refusal.detail.contains("a mesh"), "{refusal}");
     let chosen = choose(&mesh, "auto").unwrap().grids.unwrap();
     assert_eq!(chosen.method.name(), "bidirectional_path_tracing");
-    let settings = bidirectional::Settings { photons_per_pass: 1024, ..Default::default() };
-    let found = Bidirectional::<1>::new(traceable(&mesh), &mesh.grids, &[], &settings, 3);
+    let sizes = bidirectional::Sizes { photons: 1024, per_sensor: 64, per_pixel: 1 };
+    let found = Bidirectional::<1>::new(traceable(&mesh), &mesh.grids, &[], sizes, 3);
     let found = scenes::run(&mesh, &found, 48);
     let block = beside(box_block(), 0.002);
     let settings = path_tracing::Settings { samples_per_sensor: 4096, ..Default::default() };

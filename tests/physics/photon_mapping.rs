@@ -13,7 +13,7 @@ use skyduct::job::spent::Spent;
 use skyduct::scene::{EstimateKind, Grid, Scene};
 
 fn quick() -> Settings {
-    Settings { photons_per_pass: 16_384, ..Settings::default() }
+    Settings { photons_per_pass: Some(16_384), ..Settings::default() }
 }
 
 fn gathering(scene: &Scene, settings: &Settings, seed: u64) -> PhotonMapping<1> {

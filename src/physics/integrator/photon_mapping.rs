@@ -15,7 +15,8 @@
 //! | `(K\|N) t C E` at points | backward instead, where that finds all of it (`followed_backward`) |
 //! | `.. D (S\|G)* E` | gather rays: at every `D` that they meet, direct light as above and all other photons, gathered; nothing at openings, luminaires and open faces |
 //!
-//! **Settings.** `photons_per_pass` (65 536; 64 to 16 777 216). `initial_radius_m` (a fortieth of the room's shortest
+//! **Settings.** `photons_per_pass` (by default 2048 to 65 536, by the accuracy asked for, and with views the most; 64 to
+//! 16 777 216). `initial_radius_m` (a fortieth of the room's shortest
 //! edge) trades noise against bias, which no pass brings down; its estimate from two radii (`photon_map::maps`) goes
 //! with the rays' weights to the receiver, of colours by their luminance. `gather_rays` (256 of a sensor, fewer where sensors are many, 16 of a
 //! point; 1 to 65 536).
@@ -48,15 +49,15 @@ use crate::integrator::photon_map::store::FollowedBackward;
 use crate::integrator::photon_map::surfaces::Surfaces;
 use crate::integrator::photon_map::{memory, visible_point};
 use crate::optics::{Spectrum, SurfaceOptics};
-use crate::sampling::{Key, PathRandom, PathSamples, Replicate, Stream, warp};
+use crate::sampling::{Key, PathRandom, PathSamples, Replicate, Stream, power_of_two, warp};
 use crate::scene::{Channels, EstimateKind, Grid, View};
 use crate::traceable::{Place, RoomHit, SurfaceId, TraceableScene, TraceableTube};
 
 /// Settings of photon mapping.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Settings {
-    /// Photons emitted per pass, all tubes and sources together; 64..=16_777_216.
-    pub photons_per_pass: u64,
+    /// Photons emitted per pass, all tubes and sources together; 64..=16_777_216; `None`: by the accuracy asked for.
+    pub photons_per_pass: Option<u64>,
     /// Gather radius of every pass in metres; `None`: a fortieth of the room's shortest edge.
     pub initial_radius_m: Option<f64>,
     /// Gather rays per pass of every sensor and of every point that a pixel's ray meets, 1..=65_536; `None`: 256 of a
@@ -64,9 +65,19 @@ pub struct Settings {
     pub gather_rays: Option<u32>,
 }
 
-impl Default for Settings {
-    fn default() -> Self {
-        Self { photons_per_pass: 65_536, initial_radius_m: None, gather_rays: None }
+/// Photons of a pass of a job that asks for a relative standard error of 1 %, the power of it by which they grow, and the fewest and
+/// most of them, unless the document says how many: fewer would leave gather rays too little to find.
+const PHOTONS_FOR_ONE_PERCENT: f64 = 8192.0;
+const GROWTH: f64 = 1.5;
+const FEWEST: f64 = 2048.0;
+const MOST: f64 = 65_536.0;
+
+impl Settings {
+    /// Photons of a pass for a relative standard error `target` of grids, or with views.
+    fn photons(&self, target: f64, views: bool) -> u64 {
+        let wanted = PHOTONS_FOR_ONE_PERCENT * libm::pow(0.01 / target, GROWTH);
+        let wanted = if views { MOST } else { wanted.clamp(FEWEST, MOST) };
+        self.photons_per_pass.unwrap_or_else(|| power_of_two(wanted))
     }
 }
 
@@ -86,7 +97,7 @@ impl Described for Settings {
     fn seconds_per_pass(&self, work: &Work) -> f64 {
         let rays = |default: u32| f64::from(self.gather_rays.unwrap_or(default));
         let gather_rays = rays(sensor_rays(work.sensors)) * work.sensors + rays(POINT_GATHER_RAYS) * work.pixels;
-        self.photons_per_pass as f64 * (work.seconds_per_path + 0.5e-6)
+        self.photons(0.01, work.pixels > 0.0) as f64 * (work.seconds_per_path + 0.5e-6)
             + 2.5e-6 * work.pixels
             + 30e-6 * work.sensors
             + gather_rays * (2e-6 + 0.1e-6 * work.tubes + 10.0 * work.seconds_per_connection)
@@ -94,18 +105,19 @@ impl Described for Settings {
 
     fn working_bytes(&self, load: &Load) -> f64 {
         // on surfaces, and there again when it is a caustic
-        memory::bytes(self.photons_per_pass, 2.0, load)
+        memory::bytes(self.photons_per_pass.unwrap_or(MOST as u64), 2.0, load)
     }
 
     fn trial(&self, task: &Task) -> Trial {
-        let (photons_per_pass, ratio) = Trial::fewer(self.photons_per_pass, 0.0625);
+        let share = if task.views.is_empty() { 0.5 } else { 0.0625 };
+        let (photons, ratio) = Trial::fewer(self.photons(0.01, !task.views.is_empty()), share);
         let (default, most_places) = if task.views.is_empty() {
             (sensor_rays(task.grids.iter().map(Grid::len).sum::<usize>() as f64), 6)
         } else {
             (POINT_GATHER_RAYS, 128)
         };
         let gather_rays = Some(self.gather_rays.unwrap_or(default));
-        let smaller = Self { photons_per_pass, gather_rays, ..self.clone() };
+        let smaller = Self { photons_per_pass: Some(photons), gather_rays, ..self.clone() };
         let trial = Trial { work_of_pass: ratio, ..Trial::whole(smaller, most_places) };
         let clear = |tube: &TraceableTube| tube.diffuser.specular_zone(tube.opening_radius).is_some();
         let clear = task.traceable.tubes.iter().any(clear);
@@ -121,13 +133,14 @@ impl Described for Settings {
         Trial { variance, shared_variance: 1.0 / ratio, ..trial }
     }
 
-    fn build(&self, task: &Task, seed: u64, _target: f64) -> Computation {
+    fn build(&self, task: &Task, seed: u64, target: f64) -> Computation {
         let scene = task.traceable.clone();
+        let sized = Self { photons_per_pass: Some(self.photons(target, !task.views.is_empty())), ..self.clone() };
         match task.scene.channels {
             Channels::Photopic => {
-                Computation::passes(PhotonMapping::<1>::new(scene, task.grids, task.views, self, seed))
+                Computation::passes(PhotonMapping::<1>::new(scene, task.grids, task.views, &sized, seed))
             }
-            Channels::Rgb => Computation::passes(PhotonMapping::<3>::new(scene, task.grids, task.views, self, seed)),
+            Channels::Rgb => Computation::passes(PhotonMapping::<3>::new(scene, task.grids, task.views, &sized, seed)),
         }
     }
 }
@@ -186,11 +199,12 @@ struct Gathering<'a, const C: usize> {
 impl<const C: usize> PhotonMapping<C> {
     /// Divides the photons of a pass among the sources; equal seeds give equal bits.
     pub fn new(scene: Arc<TraceableScene>, grids: &[Grid], views: &[View], settings: &Settings, seed: u64) -> Self {
+        let photons = settings.photons_per_pass.unwrap_or(MOST as u64);
         let radius = settings.initial_radius_m.unwrap_or(DEFAULT_RADIUS_SHARE * scene.size.min_element());
         let backward = scene.tubes.iter().map(followed_backward).collect();
         let keeps_surfaces = scene.interreflection || !views.is_empty();
         let outlined = OutlinedView::all(&scene, views);
-        let mapper = Mapper::new(scene, grids, keeps_surfaces, settings.photons_per_pass).with_caustics(backward);
+        let mapper = Mapper::new(scene, grids, keeps_surfaces, photons).with_caustics(backward);
         Self { mapper, views: outlined, radius, gather_rays: settings.gather_rays, seed: Key::new(seed) }
     }
 

@@ -38,7 +38,7 @@ struct Subject {
     what: &'static str,
     case: Case,
     truth: Values,
-    /// The sensors that are looked at, of all.
+    /// The sensors whose intervals are looked at, of all.
     sensors: Vec<usize>,
 }
 
@@ -53,7 +53,7 @@ struct Held {
     deviations: Moments,
     /// Relative standard error of the true mean, at most.
     of_truth: f64,
-    /// Mean square of the sensors' relative deviations, without what the truth adds to them.
+    /// Mean square of the relative deviations of all sensors, by which jobs end, without what the truth adds to them.
     squares: Moments,
     /// Runs whose root mean square deviation, at 95 %, is beyond one and a half times the error that was asked for.
     far: f64,
@@ -98,7 +98,7 @@ pub fn section(settings: &Settings, seeds: u64, progress: Progress) -> Result<Se
              whose own error is in it; \"means\" the share of the runs whose interval of the mean does. Behind them stands one \
              standard error: of the runs, since the sensors of a run fail together, and for means the binomial one. **Bold** is \
              what is outside of 93 to 97 % by more than two of them, of ten runs or more. \"Actual over asked\" is the root mean square of the deviations of all \
-             runs, times 1.96, over the error that was asked for; \"beyond 1.5\" the share of the runs where it is more than one and a \
+             sensors and runs, times 1.96, over the error that was asked for; \"beyond 1.5\" the share of the runs where it is more than one and a \
              half; both where no run was cut short. \"Mean off by\" is the mean deviation of the mean, in standard errors of the runs and of the truth: that jobs end when they \
              are good enough must not bias them. Solvers' errors are bounds, so that all of their intervals may hold.",
             significant(settings.budget(), 2)
@@ -242,8 +242,9 @@ impl Subject {
 
     fn add(&self, found: &Found, asked: f64, held: &mut Held) {
         let (values, truth) = (self.of_sensors(&found.values), self.of_sensors(&self.truth));
-        let variance = truth.relative_variance().unwrap_or(0.0);
-        let square = values.squared_error(&truth);
+        // jobs end by all of their sensors
+        let variance = self.truth.relative_variance().unwrap_or(0.0);
+        let square = found.values.squared_error(&self.truth);
         // a single pass tells no errors
         if let Some(covered) = values.covered(&truth, CONFIDENCE) {
             held.sensors.push(covered);
@@ -306,7 +307,7 @@ mod tests {
         assert_eq!(share(&shares(2, 2), 0.0), "100.0 ± 0.0 %");
     }
 
-    /// Two of four sensors are looked at, one of whose intervals holds; the mean is that of all.
+    /// Two of four sensors are looked at, one of whose intervals holds; the mean and the errors are those of all.
     #[test]
     fn a_run_is_judged_by_the_sensors_that_are_looked_at() {
         let values = |lux: [f64; 4], error: f64| Values {
@@ -323,6 +324,9 @@ mod tests {
         let mut held = Held::default();
         subject.add(&found, 0.05, &mut held);
         assert_eq!((held.sensors.mean, held.means.mean, held.far), (0.5, 1.0, 1.0));
-        assert!((held.squares.mean - 0.5 * (1e-4 + 1e-2)).abs() < 1e-12 && (held.deviations.mean + 0.01).abs() < 1e-12);
+        assert!(
+            (held.squares.mean - 0.25 * (1.0 + 1e-4 + 1.0 + 1e-2)).abs() < 1e-12
+                && (held.deviations.mean + 0.01).abs() < 1e-12
+        );
     }
 }

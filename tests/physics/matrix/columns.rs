@@ -99,8 +99,8 @@ pub const COLUMNS: &[Column] = &[
         family: Family::Bidirectional,
         method: |work| {
             Method::Bidirectional(bidirectional::Settings {
-                photons_per_pass: work.photons(1024.0),
-                samples_per_sensor: work.per_sensor(256.0 * work.paths),
+                photons_per_pass: Some(work.photons(1024.0)),
+                samples_per_sensor: Some(work.per_sensor(256.0 * work.paths)),
                 samples_per_pixel: work.per_pixel(1280.0),
             })
         },
@@ -142,7 +142,7 @@ pub const COLUMNS: &[Column] = &[
         family: Family::Gathering,
         method: |work| {
             Method::PhotonMapping(photon_mapping::Settings {
-                photons_per_pass: work.photons(4096.0),
+                photons_per_pass: Some(work.photons(4096.0)),
                 // points of views gather as often as sensors of grids
                 gather_rays: Some(work.per_sensor(512.0).min(work.per_pixel(5120.0).max(4))),
                 ..Default::default()

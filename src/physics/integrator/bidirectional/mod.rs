@@ -17,9 +17,9 @@
 //! | `(K\|M) .. S+ E` | points, eye: chance; cells: crossing and chance, sharing |
 //! | `F` from below, and what a guide sends back | eye paths only |
 //!
-//! **Settings.** `photons_per_pass` (16 384; 64 to 1 048 576: their vertices are kept) against `samples_per_sensor`
-//! (64; 1 to 65 536) and `samples_per_pixel` (1; 1 to 4096): photons find light behind closures, eye paths what mirrors
-//! show.
+//! **Settings.** `photons_per_pass` (by default 256 to 16 384, by the accuracy asked for, and with views the most; 64 to
+//! 1 048 576: their vertices are kept) against `samples_per_sensor` (a 64th of the photons; 1 to 65 536) and
+//! `samples_per_pixel` (1; 1 to 4096): photons find light behind closures, eye paths what mirrors show.
 //!
 //! **Refuses** the sun in mirrors and in lobes below a roughness of 0.2, unless cells alone see a mirror; the sun
 //! through clear closures of tubes that are not straight, at points or with returns; views without interreflection. Bad
@@ -54,24 +54,61 @@ use crate::integrator::photon::emission::{Emission, EmittedPhoton, Start};
 use crate::integrator::photon::ledger::Account;
 use crate::integrator::photon::path::{Flight, trace};
 use crate::optics::Spectrum;
-use crate::sampling::{Key, PathRandom, PathSamples, Stream};
+use crate::sampling::{Key, PathRandom, PathSamples, Stream, power_of_two};
 use crate::scene::{Channels, EstimateKind, Grid, View};
 use crate::traceable::TraceableScene;
 
 /// Settings of bidirectional path tracing.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
-    /// Photons emitted per pass, all tubes and sources together; 64..=1_048_576: a pass keeps their vertices.
-    pub photons_per_pass: u64,
-    /// Eye paths per sensor and pass; 1..=65_536.
-    pub samples_per_sensor: u32,
+    /// Photons emitted per pass, all tubes and sources together; 64..=1_048_576: a pass keeps their vertices. `None`: by the accuracy
+    /// asked for.
+    pub photons_per_pass: Option<u64>,
+    /// Eye paths per sensor and pass; 1..=65_536; `None`: in proportion to the photons.
+    pub samples_per_sensor: Option<u32>,
     /// Eye paths per pixel and pass; 1..=4_096.
     pub samples_per_pixel: u32,
 }
 
 impl Default for Settings {
     fn default() -> Self {
-        Self { photons_per_pass: 16_384, samples_per_sensor: 64, samples_per_pixel: 1 }
+        Self { photons_per_pass: None, samples_per_sensor: None, samples_per_pixel: 1 }
+    }
+}
+
+/// Photons of a pass of a job that asks for a relative standard error of 1 %, the power of it by which they grow, and the fewest and
+/// most of them, unless the document says how many.
+const PHOTONS_FOR_ONE_PERCENT: f64 = 1024.0;
+const GROWTH: f64 = 1.7;
+const FEWEST: f64 = 256.0;
+const MOST: f64 = 16_384.0;
+
+/// Photons of a pass for each path of a sensor: both have a like part in the errors then.
+const PHOTONS_TO_A_SAMPLE: u64 = 64;
+
+/// Numbers of a pass.
+#[derive(Clone, Copy, Debug)]
+pub struct Sizes {
+    /// Photons of all tubes and sources together.
+    pub photons: u64,
+    /// Eye paths of each sensor.
+    pub per_sensor: u32,
+    /// Eye paths of each pixel.
+    pub per_pixel: u32,
+}
+
+impl Settings {
+    /// The numbers of a pass for a relative standard error `target` of grids, or with views.
+    fn sizes(&self, target: f64, views: bool) -> Sizes {
+        let wanted = PHOTONS_FOR_ONE_PERCENT * libm::pow(0.01 / target, GROWTH);
+        let wanted = if views { MOST } else { wanted.clamp(FEWEST, MOST) };
+        let photons = self.photons_per_pass.unwrap_or_else(|| power_of_two(wanted));
+        let samples = (photons / PHOTONS_TO_A_SAMPLE).max(1);
+        Sizes {
+            photons,
+            per_sensor: self.samples_per_sensor.unwrap_or(samples as u32),
+            per_pixel: self.samples_per_pixel,
+        }
     }
 }
 
@@ -92,25 +129,31 @@ impl Described for Settings {
 
     fn seconds_per_pass(&self, work: &Work) -> f64 {
         let per_photon = work.seconds_per_path + 5.0 * work.seconds_per_connection * work.connected_sensors();
-        let sensor_paths = f64::from(self.samples_per_sensor) * work.sensors;
-        let eye_paths = f64::from(self.samples_per_pixel) * work.pixels;
-        self.photons_per_pass as f64 * per_photon
-            + (sensor_paths + eye_paths) * (3e-6 + work.seconds_per_path * work.tubes)
+        let sizes = self.sizes(0.01, work.pixels > 0.0);
+        let sensor_paths = f64::from(sizes.per_sensor) * work.sensors;
+        let eye_paths = f64::from(sizes.per_pixel) * work.pixels;
+        sizes.photons as f64 * per_photon + (sensor_paths + eye_paths) * (3e-6 + work.seconds_per_path * work.tubes)
     }
 
     fn working_bytes(&self, load: &Load) -> f64 {
         let vertex = if load.channels == 1 { size_of::<LightVertex<1>>() } else { size_of::<LightVertex<3>>() };
-        self.photons_per_pass as f64 * (1.0 + load.events) * vertex as f64 * Load::COPIES
+        self.photons_per_pass.map_or(MOST, |photons| photons as f64)
+            * (1.0 + load.events)
+            * vertex as f64
+            * Load::COPIES
     }
 
     fn kept_of_sensor(&self, grid: &Grid) -> Kept {
-        Kept { sums_at_once: sums_at_once(grid.len(), self.photons_per_pass) as f64, ..Kept::MEANS }
+        let photons = self.photons_per_pass.unwrap_or(MOST as u64);
+        Kept { sums_at_once: sums_at_once(grid.len(), photons) as f64, ..Kept::MEANS }
     }
 
     fn trial(&self, task: &Task) -> Trial {
-        let (photons_per_pass, ratio) = Trial::fewer(self.photons_per_pass, 0.0625);
-        let samples_per_sensor = ((f64::from(self.samples_per_sensor) / ratio) as u32).max(1);
-        let smaller = Self { photons_per_pass, samples_per_sensor, ..self.clone() };
+        let sizes = self.sizes(0.01, !task.views.is_empty());
+        let share = if task.views.is_empty() { 0.5 } else { 0.0625 };
+        let (photons, ratio) = Trial::fewer(sizes.photons, share);
+        let samples_per_sensor = Some(((f64::from(sizes.per_sensor) / ratio) as u32).max(1));
+        let smaller = Self { photons_per_pass: Some(photons), samples_per_sensor, ..self.clone() };
         if task.views.is_empty() {
             let trial = Trial::whole(smaller, 36).with_variance(1.0 / ratio);
             Trial { work_of_pass: ratio, work_of_place: ratio, ..trial }
@@ -120,13 +163,14 @@ impl Described for Settings {
         }
     }
 
-    fn build(&self, task: &Task, seed: u64, _target: f64) -> Computation {
+    fn build(&self, task: &Task, seed: u64, target: f64) -> Computation {
         let scene = task.traceable.clone();
+        let sizes = self.sizes(target, !task.views.is_empty());
         match task.scene.channels {
             Channels::Photopic => {
-                Computation::passes(Bidirectional::<1>::new(scene, task.grids, task.views, self, seed))
+                Computation::passes(Bidirectional::<1>::new(scene, task.grids, task.views, sizes, seed))
             }
-            Channels::Rgb => Computation::passes(Bidirectional::<3>::new(scene, task.grids, task.views, self, seed)),
+            Channels::Rgb => Computation::passes(Bidirectional::<3>::new(scene, task.grids, task.views, sizes, seed)),
         }
     }
 }
@@ -145,7 +189,7 @@ pub struct Bidirectional<const C: usize> {
     starts: Starts,
     grids: Vec<Grid>,
     views: Vec<View>,
-    settings: Settings,
+    sizes: Sizes,
     seed: Key,
 }
 
@@ -169,8 +213,8 @@ impl<const C: usize> Tally for Connected<C> {
 
 impl<const C: usize> Bidirectional<C> {
     /// Divides the photons of a pass among the sources; equal seeds give equal bits.
-    pub fn new(scene: Arc<TraceableScene>, grids: &[Grid], views: &[View], settings: &Settings, seed: u64) -> Self {
-        let emission = Emission::new(&scene, settings.photons_per_pass);
+    pub fn new(scene: Arc<TraceableScene>, grids: &[Grid], views: &[View], sizes: Sizes, seed: u64) -> Self {
+        let emission = Emission::new(&scene, sizes.photons);
         let sky =
             scene.tubes.iter().enumerate().map(|(number, tube)| emission.sky_share(number) / tube.opening_area_m2());
         let luminaires = scene.luminaires.iter().enumerate();
@@ -179,7 +223,7 @@ impl<const C: usize> Bidirectional<C> {
             luminaires: luminaires.map(|(number, l)| emission.luminaire_share(number) / l.area_m2).collect(),
         };
         let (grids, views) = (grids.to_vec(), views.to_vec());
-        Self { scene, emission, starts, grids, views, settings: settings.clone(), seed: Key::new(seed) }
+        Self { scene, emission, starts, grids, views, sizes, seed: Key::new(seed) }
     }
 
     /// Photons of these numbers, connected to sensors and eyes.
@@ -296,16 +340,16 @@ impl<const C: usize> Bidirectional<C> {
     /// Connections of photons to a sensor for each of its paths.
     fn connections_per_path(&self, grid: &Grid) -> f64 {
         let connections = self.emission.photons() as f64 / stride(grid) as f64;
-        connections / f64::from(self.settings.samples_per_sensor)
+        connections / f64::from(self.sizes.per_sensor)
     }
 
     /// Photons times the area of a cell in m2 for each of its paths.
     fn crossings_per_path(&self, grid: &Grid) -> f64 {
-        self.emission.photons() as f64 * grid.cell_area_m2() / f64::from(self.settings.samples_per_sensor)
+        self.emission.photons() as f64 * grid.cell_area_m2() / f64::from(self.sizes.per_sensor)
     }
 
     fn connections_per_ray(&self) -> f64 {
-        self.emission.photons() as f64 / f64::from(self.settings.samples_per_pixel)
+        self.emission.photons() as f64 / f64::from(self.sizes.per_pixel)
     }
 
     /// Eye path `number` of a sensor or pixel, and the photon that it is connected to.
@@ -326,7 +370,7 @@ impl<const C: usize> Bidirectional<C> {
 
     /// Illuminance of one sensor in lux but for the photons' connections, and the rays it took.
     fn sensor(&self, grid: &Grid, index: usize, paths: &LightPaths<C>, stream: Key) -> (f64, RayCount) {
-        let count = self.settings.samples_per_sensor;
+        let count = self.sizes.per_sensor;
         let average = is_average(grid);
         let from = if average { From::Cell(self.crossings_per_path(grid)) } else { From::Point };
         let (photons, cut) = (self.emission.photons() as f64, self.connections_per_path(grid));
@@ -362,7 +406,7 @@ impl<const C: usize> Bidirectional<C> {
     /// Luminance of one pixel in cd/m2 but for the photons' connections, and the rays it took.
     fn pixel(&self, view: &View, pixel: usize, paths: &LightPaths<C>, stream: Key) -> (Spectrum<C>, RayCount) {
         let (column, row) = (pixel % view.size_px[0], pixel / view.size_px[0]);
-        let count = self.settings.samples_per_pixel;
+        let count = self.sizes.per_pixel;
         let (photons, cut) = (self.emission.photons() as f64, self.connections_per_ray());
         let (mut luminance, mut rays) = (Spectrum::ZERO, RayCount::default());
         for number in 0..count {
