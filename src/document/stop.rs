@@ -6,6 +6,7 @@ use utoipa::ToSchema;
 use super::errors::Checks;
 use super::limits::{CONFIDENCE, PASSES, RELATIVE_ERROR, SECONDS};
 use crate::estimate::StopRule;
+use crate::estimate::stopping::Judgements;
 
 /// When a job is accurate enough, and its limits; the first one reached ends the job.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
@@ -31,10 +32,11 @@ impl Default for StopDocument {
 }
 
 impl StopDocument {
-    /// The rule that a job is judged by.
+    /// The rule that a job is judged by; where its passes are dear, its plan knows more often when.
     pub fn rule(self) -> StopRule {
         let Self { relative_error, view_relative_error, confidence, max_passes, max_seconds } = self;
-        StopRule { relative_error, view_relative_error, confidence, max_passes, max_seconds }
+        let judgements = Judgements::BY_QUARTERS;
+        StopRule { relative_error, view_relative_error, confidence, max_passes, max_seconds, judgements }
     }
 
     /// Refuses numbers out of their bounds.

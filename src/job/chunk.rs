@@ -7,7 +7,7 @@ use super::prepare::Prepared;
 use super::progress::{PassReport, StoppedBy};
 use super::spent::{Clocks, Spent};
 use crate::estimate::Estimate;
-use crate::estimate::stopping::{WaitingFor, Wanted, is_judged_after};
+use crate::estimate::stopping::{WaitingFor, Wanted};
 
 /// A rendered range of passes.
 pub struct Chunk {
@@ -104,7 +104,7 @@ pub fn warm_up() {
 impl Prepared {
     /// Renders chunk `index` on the current rayon pool; `before` is the merged estimate of all earlier chunks and
     /// `spent_before` their render time. `heard` is called after every pass, in order. The caller raises `stop` when the
-    /// job's seconds are over. The chunk ends early where the job is accurate enough ([`is_judged_after`]).
+    /// job's seconds are over. The chunk ends early where the job is accurate enough ([`Judgements`](crate::estimate::stopping::Judgements)).
     pub fn render_chunk(
         &self,
         index: u64,
@@ -158,7 +158,7 @@ impl Prepared {
             let waiting_for = waiting_for.filter(|waits| ended.is_none() && !is_judged(waits));
             heard(&report, SoFar { earlier: before, chunk: Some(&estimate), waiting_for });
             let mut accurate = false;
-            if ends == Ends::WhenAccurate && is_judged_after(report.passes) {
+            if ends == Ends::WhenAccurate && self.stop.judgements.is_after(report.passes) {
                 let now = self.stop.wanted(&judged);
                 (wanted, accurate) = (wanted.still(now), !now.any());
             }
@@ -175,7 +175,7 @@ impl Prepared {
             grids: before.passes_of_grids() == before.passes,
             views: before.passes_of_views() == before.passes,
         };
-        if is_judged_after(before.passes) { computed.still(self.stop.wanted(before)) } else { computed }
+        if self.stop.judgements.is_after(before.passes) { computed.still(self.stop.wanted(before)) } else { computed }
     }
 
     /// Renders chunk after chunk on the current rayon pool until the job's own rule, its seconds or `stop` ends it.

@@ -13,7 +13,6 @@ use crate::integrator::method::{Computation, Task};
 use crate::integrator::some_sensors::SomeSensors;
 use crate::plan::{MethodChoice, Methods};
 use crate::scene::Scene;
-use crate::statistics::interval::two_sided_normal_quantile;
 use crate::traceable::TraceableScene;
 use crate::traceable::luminaire::TraceableLuminaire;
 
@@ -64,7 +63,7 @@ impl Engine {
         if traceable.sky.is_none() && traceable.sun.is_none() && !electric && !responses {
             return Self::Dark;
         }
-        let target = stop.relative_error / two_sided_normal_quantile(stop.confidence);
+        let target = stop.target();
         let task = Task::whole(scene, traceable);
         let build = |choice: &MethodChoice, task: Task, seed: u64| choice.method.described().build(&task, seed, target);
         if let Some(of_both) = methods.grids.as_ref().filter(|_| methods.share_passes()) {

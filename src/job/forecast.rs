@@ -10,7 +10,7 @@ use utoipa::ToSchema;
 use super::convergence::ACCURACIES;
 use super::progress::PassReport;
 use crate::estimate::StopRule;
-use crate::estimate::stopping::{self, LEAST_PASSES, judgement_from};
+use crate::estimate::stopping::{self, LEAST_PASSES};
 use crate::statistics::interval::{student_quantile_near, two_sided_normal_quantile, two_sided_student_quantile};
 use crate::statistics::power_law::{ErrorPoint, ErrorSteps, PowerLaw};
 
@@ -213,7 +213,7 @@ impl Forecaster {
             // as large as the limit at most, which ends the search for the next judgement
             last = last.max((accurate.min(self.stop.max_passes as f64) as u64).max(output.least));
         }
-        let last = judgement_from(last).min(self.stop.max_passes);
+        let last = self.stop.judgements.from(last).min(self.stop.max_passes);
         let by_accuracy = last.saturating_sub(passes) as f64 * pace;
         Some(by_accuracy.min(self.stop.max_seconds - report.seconds).max(0.0))
     }
@@ -222,6 +222,7 @@ impl Forecaster {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::estimate::stopping::Judgements;
 
     fn stop() -> StopRule {
         StopRule {
@@ -230,6 +231,7 @@ mod tests {
             confidence: 0.95,
             max_passes: 1_000_000,
             max_seconds: 1e6,
+            judgements: Judgements::BY_QUARTERS,
         }
     }
 
@@ -274,7 +276,7 @@ mod tests {
                 assert!((foretold - passes as f64).abs() <= 0.01 * passes as f64 + 1.0, "{last}: {foretold} {passes}");
             };
             near(grids.seconds_left.unwrap(), needed);
-            near(forecast.seconds_left.unwrap(), judgement_from(needed));
+            near(forecast.seconds_left.unwrap(), stop().judgements.from(needed));
             assert_eq!(grids.exponent.is_some(), last > 4);
             for time in grids.seconds_to {
                 match time.seconds {
@@ -325,7 +327,7 @@ mod tests {
             let report = PassReport { seconds, view_relative_error: views, ..pass(passes, Some(0.2), None) };
             forecast = forecaster.after(&report, WAITS);
         }
-        let needed = judgement_from(passes_for(0.01, 0.2));
+        let needed = stop().judgements.from(passes_for(0.01, 0.2));
         let expected = 0.01 * (needed - 14) as f64;
         assert!((forecast.seconds_left.unwrap() / expected - 1.0).abs() < 0.01, "{forecast:?} {expected}");
         let views = forecast.views.unwrap();

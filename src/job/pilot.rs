@@ -96,8 +96,11 @@ pub fn predict(prepared: &Prepared, cancel: &AtomicBool) -> Predictions {
         }
     }
     trials.sort_by(|a, b| b.is_planned.cmp(&a.is_planned).then(a.expected.total_cmp(&b.expected)));
-    let judged = [prepared.least_passes_of_grids(), prepared.least_passes_of_views()]
-        .map(|least| Judged { confidence: prepared.stop.confidence, least_passes: least.unwrap_or(1) });
+    let judged = [prepared.least_passes_of_grids(), prepared.least_passes_of_views()].map(|least| Judged {
+        confidence: prepared.stop.confidence,
+        least_passes: least.unwrap_or(1),
+        judgements: prepared.stop.judgements,
+    });
     let asked = [prepared.stop.relative_error, prepared.stop.view_relative_error];
     let pilot = Pilot { prepared, threads, deadline: start + BUDGET, cancel, asked, judged };
     for (output, row, outcome) in pilot.run(trials) {
@@ -140,7 +143,7 @@ impl<'a> Tried<'a> {
     ) -> Self {
         let trial = method.described().trial(&task);
         let sample = Sample::new(&task, trial.most_places);
-        let work = cost::work(&prepared.scene, &prepared.plan);
+        let work = cost::work(&prepared.scene, &prepared.plan, prepared.stop.target());
         let seconds = |sample: &Sample| trial.method.seconds_per_pass(&sample.work(&work));
         let (expected, expected_of_all) = (seconds(&sample), seconds(&Sample::new(&task, usize::MAX)));
         Self { output, row, method, task, trial, sample, is_planned, expected, expected_of_all }
@@ -169,7 +172,7 @@ pub fn laws(prepared: &Prepared, method: &str, passes: usize) -> Option<Vec<Erro
     let method =
         prepared.offered.iter().find(|offered| offered.name() == method && refuses(offered, &task).is_none())?;
     let Tried { trial, sample, .. } = Tried::new(prepared, 0, 0, method, task, false);
-    let target = prepared.stop.relative_error / two_sided_normal_quantile(prepared.stop.confidence);
+    let target = prepared.stop.target();
     let Computation::Passes(integrator) = trial.method.build(&sample.task(&task), prepared.seed ^ PILOT, target) else {
         return None;
     };

@@ -55,6 +55,10 @@ pub struct Prepared {
 /// About how long one chunk takes on the machine that the plan's costs were measured on: what a crash can lose.
 const CHUNK_SECONDS: f64 = 2.0;
 
+/// About how long passes take on that machine, all on one of its cores, between two looks at the accuracy: a job goes on no longer than
+/// this after its limits hold, and twice as long on a slower one.
+const MOST_BETWEEN_JUDGEMENTS: f64 = 0.25;
+
 /// Estimates of the memory that a prepared job holds, beside which are a tube's tables of the sky, a triangle in the scene
 /// and in the trees of rays, and a sensor's place.
 const BYTES: usize = 64 << 10;
@@ -88,7 +92,7 @@ pub fn prepare_document(document: &ValidJob, meshes: &dyn MeshSource) -> Result<
         .map_err(|error| FieldError::new(format!("/tubes/{}/parts", error.tube), error.error.to_string()))?;
     let traceable = Arc::new(traceable);
     still_wanted()?;
-    let stop = document.stop_rule();
+    let mut stop = document.stop_rule();
     let missing = effects.weigh(&scene, &traceable).into_iter();
     let missing = missing.filter(|(_, left_out)| left_out.largest() > stop.relative_error);
     warnings.extend(missing.map(|(kind, left_out)| {
@@ -126,13 +130,14 @@ pub fn prepare_document(document: &ValidJob, meshes: &dyn MeshSource) -> Result<
     warnings.extend(caveats.map(|caveat| Warning { code: caveat.code.into(), detail: caveat.detail }));
     let engine = Engine::new(&traceable, &scene, &plan.methods, &stop, document.seed);
     let components = plan.methods.parts.map_or_else(Vec::new, |_| Component::of_scene(&traceable));
-    let per_chunk = CHUNK_SECONDS / plan::cost::seconds_per_pass(&scene, &plan).max(1e-9);
+    let seconds_per_pass = plan::cost::seconds_per_pass(&scene, &plan, stop.target()).max(1e-9);
+    stop.judgements.most_apart = ((MOST_BETWEEN_JUDGEMENTS / seconds_per_pass) as u64).max(1);
     Ok(Prepared {
         document: serde_json::to_value(document).unwrap_or_default(),
         warnings,
         stop,
         name: document.name.clone(),
-        chunk_passes: (per_chunk as u64).clamp(1, 4096),
+        chunk_passes: ((CHUNK_SECONDS / seconds_per_pass) as u64).clamp(1, 4096),
         seed: document.seed,
         offered: document.method.offered(),
         predictions: None,

@@ -16,6 +16,8 @@ pub struct StopRule {
     pub max_passes: u64,
     /// Seconds of rendering after which the job ends in any case.
     pub max_seconds: f64,
+    /// The passes after which the job asks itself whether it is accurate enough.
+    pub judgements: Judgements,
 }
 
 /// The outputs that are less accurate than asked, and wanted in further passes.
@@ -74,32 +76,50 @@ pub fn least_passes(values: usize) -> u64 {
     VALUES_TIMES_PASSES.div_ceil(values.max(1) as u64).clamp(LEAST_PASSES, ENOUGH_PASSES)
 }
 
-/// True if a job that may end early asks itself after `passes` passes whether it is accurate enough: at 8, and then whenever a quarter
-/// is added, so that it never does much more than it must.
-///
-/// ```
-/// use skyduct_physics::estimate::stopping::is_judged_after;
-///
-/// let judged: Vec<u64> = (0..40).filter(|passes| is_judged_after(*passes)).collect();
-/// assert_eq!(judged, [8, 10, 12, 15, 18, 22, 27, 33]);
-/// ```
-pub fn is_judged_after(passes: u64) -> bool {
-    judgement_from(passes) == passes
+/// When a job that may end early asks itself whether it is accurate enough: after 8 passes, and then whenever a quarter is added, so
+/// that it never does much more than it must, or so many passes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Judgements {
+    /// Most passes from one to the next; where passes are dear, fewer than a quarter. At least 1.
+    pub most_apart: u64,
 }
 
-/// The number of passes, `passes` or more, after which a job asks itself next whether it is accurate enough ([`is_judged_after`]).
-///
-/// ```
-/// use skyduct_physics::estimate::stopping::judgement_from;
-///
-/// assert_eq!([1, 8, 9, 28].map(judgement_from), [8, 8, 10, 33]);
-/// ```
-pub fn judgement_from(passes: u64) -> u64 {
-    let mut judged = LEAST_PASSES;
-    while judged < passes {
-        judged += judged / 4;
+impl Judgements {
+    /// By quarters alone.
+    pub const BY_QUARTERS: Self = Self { most_apart: u64::MAX };
+
+    /// True if the job asks itself after so many passes.
+    ///
+    /// ```
+    /// use skyduct_physics::estimate::stopping::Judgements;
+    ///
+    /// let judged = |judgements: Judgements| (0..40).filter(|passes| judgements.is_after(*passes)).collect::<Vec<u64>>();
+    /// assert_eq!(judged(Judgements::BY_QUARTERS), [8, 10, 12, 15, 18, 22, 27, 33]);
+    /// assert_eq!(judged(Judgements { most_apart: 4 }), [8, 10, 12, 15, 18, 22, 26, 30, 34, 38]);
+    /// ```
+    pub fn is_after(self, passes: u64) -> bool {
+        self.from(passes) == passes
     }
-    judged
+
+    /// The number of passes, `passes` or more, after which the job asks itself next.
+    ///
+    /// ```
+    /// use skyduct_physics::estimate::stopping::Judgements;
+    ///
+    /// assert_eq!([1, 8, 9, 28].map(|passes| Judgements::BY_QUARTERS.from(passes)), [8, 8, 10, 33]);
+    /// assert_eq!([1, 9, 1_000_000].map(|passes| Judgements { most_apart: 1 }.from(passes)), [8, 9, 1_000_000]);
+    /// ```
+    pub fn from(self, passes: u64) -> u64 {
+        let mut judged = LEAST_PASSES;
+        while judged < passes {
+            let quarter = judged / 4;
+            if quarter >= self.most_apart {
+                return judged + (passes - judged).next_multiple_of(self.most_apart.max(1));
+            }
+            judged += quarter;
+        }
+        judged
+    }
 }
 
 /// What a job goes on for, after a pass that was not its last.
@@ -111,7 +131,7 @@ pub enum WaitingFor {
     RelativeError,
     /// The views are less accurate than asked: they, or they more than the grids.
     ViewRelativeError,
-    /// All limits hold; the job ends when it looks at them next ([`is_judged_after`]), if they still do.
+    /// All limits hold; the job ends when it looks at them next ([`Judgements`]), if they still do.
     NextJudgement,
 }
 
@@ -119,6 +139,11 @@ pub enum WaitingFor {
 pub const LEAST_SHARE_OF_MEAN: f64 = 0.01;
 
 impl StopRule {
+    /// Relative standard error of the grids that is asked for: the relative error over the normal quantile.
+    pub fn target(&self) -> f64 {
+        self.relative_error / two_sided_normal_quantile(self.confidence)
+    }
+
     /// Root mean square over sensors of t se / max(E, 0.01 mean E), the worst grid and the worst view; t is Student's quantile for
     /// the passes that computed it, and that of the normal distribution for a solution.
     pub fn accuracy(&self, estimate: &Estimate) -> Accuracy {
@@ -167,7 +192,7 @@ impl StopRule {
         } else if self.wanted_at(estimate, accuracy).any() {
             Some(WaitingFor::LeastPasses)
         } else {
-            (!is_judged_after(estimate.passes)).then_some(WaitingFor::NextJudgement)
+            (!self.judgements.is_after(estimate.passes)).then_some(WaitingFor::NextJudgement)
         }
     }
 
@@ -204,7 +229,14 @@ mod tests {
     use crate::statistics::Moments;
 
     fn rule() -> StopRule {
-        StopRule { relative_error: 0.02, view_relative_error: 0.05, confidence: 0.95, max_passes: 10, max_seconds: 1.0 }
+        StopRule {
+            relative_error: 0.02,
+            view_relative_error: 0.05,
+            confidence: 0.95,
+            max_passes: 10,
+            max_seconds: 1.0,
+            judgements: Judgements::BY_QUARTERS,
+        }
     }
 
     fn estimate(sensors: &[(f64, f64)], passes: u64) -> Estimate {

@@ -343,6 +343,8 @@ pub struct Work {
     pub pixels: f64,
     /// Number of tubes.
     pub tubes: f64,
+    /// Relative standard error of the grids that is asked for.
+    pub target: f64,
     /// Seconds to follow one path through a tube and the room.
     pub seconds_per_path: f64,
     /// Seconds to connect one vertex to one sensor.

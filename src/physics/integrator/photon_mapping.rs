@@ -97,7 +97,7 @@ impl Described for Settings {
     fn seconds_per_pass(&self, work: &Work) -> f64 {
         let rays = |default: u32| f64::from(self.gather_rays.unwrap_or(default));
         let gather_rays = rays(sensor_rays(work.sensors)) * work.sensors + rays(POINT_GATHER_RAYS) * work.pixels;
-        self.photons(0.01, work.pixels > 0.0) as f64 * (work.seconds_per_path + 0.5e-6)
+        self.photons(work.target, work.pixels > 0.0) as f64 * (work.seconds_per_path + 0.5e-6)
             + 2.5e-6 * work.pixels
             + 30e-6 * work.sensors
             + gather_rays * (2e-6 + 0.1e-6 * work.tubes + 10.0 * work.seconds_per_connection)

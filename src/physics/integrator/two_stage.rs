@@ -123,7 +123,7 @@ impl Described for Settings {
     }
 
     fn seconds_per_pass(&self, work: &Work) -> f64 {
-        let sizes = self.sizes(0.01, &[], work.pixels > 0.0);
+        let sizes = self.sizes(work.target, &[], work.pixels > 0.0);
         let sensor_paths = f64::from(sizes.per_sensor) * work.sensors;
         let eye_paths = f64::from(sizes.per_pixel) * work.pixels;
         sizes.photons as f64 * (work.seconds_per_path + 2e-9 * work.sensors)

@@ -1,4 +1,4 @@
-//! What a pass costs, before it has run: only the division of a job into chunks depends on it.
+//! What a pass costs, before it has run: only the division of a job into chunks, and when it looks at its errors, depend on it.
 //!
 //! Seconds here and in the methods' own files are rough, of one core; they were measured on 2026-11-21, while the methods
 //! were written, on a machine that was not recorded. They need not be true elsewhere: a chunk is then longer or shorter.
@@ -26,8 +26,8 @@ const CONNECTION_OF_LOBE: f64 = 50e-9;
 /// Seconds to connect one vertex to one sensor by a ray among the triangles of objects.
 const CONNECTION_AMONG_TRIANGLES: f64 = 500e-9;
 
-/// A pass of all grids and views of a scene, and what its parts take.
-pub fn work(scene: &Scene, plan: &Plan) -> Work {
+/// A pass of all grids and views of a scene, and what its parts take, where a relative standard error `target` is asked for.
+pub fn work(scene: &Scene, plan: &Plan, target: f64) -> Work {
     let of_guide = |guide: &GuidePlan| if guide.kind == GuideKind::Mesh { PATH_THROUGH_FACETS } else { PATH };
     let path = plan.guides.iter().map(of_guide).fold(PATH, f64::max);
     let (path, connection) = if scene.room.meshes.is_empty() {
@@ -40,6 +40,7 @@ pub fn work(scene: &Scene, plan: &Plan) -> Work {
         sensors: scene.grids.iter().map(|grid| grid.len()).sum::<usize>() as f64,
         pixels: scene.views.iter().map(|view| view.size_px[0] * view.size_px[1]).sum::<usize>() as f64,
         tubes: scene.tubes.len() as f64,
+        target,
         seconds_per_path: path,
         seconds_per_connection: if glossy { f64::max(connection, CONNECTION_OF_LOBE) } else { connection },
     }
@@ -48,8 +49,8 @@ pub fn work(scene: &Scene, plan: &Plan) -> Work {
 /// Rough seconds per pass on one core of the machine that the constants were measured on.
 ///
 /// A function of the job alone, never of the machine or of a clock, so that every worker divides a job alike.
-pub fn seconds_per_pass(scene: &Scene, plan: &Plan) -> f64 {
-    let both = work(scene, plan);
+pub fn seconds_per_pass(scene: &Scene, plan: &Plan, target: f64) -> f64 {
+    let both = work(scene, plan, target);
     let grids = Work { pixels: 0.0, ..both };
     let views = Work { sensors: 0.0, ..both };
     let methods: &Methods = &plan.methods;

@@ -129,7 +129,7 @@ impl Described for Settings {
 
     fn seconds_per_pass(&self, work: &Work) -> f64 {
         let per_photon = work.seconds_per_path + 5.0 * work.seconds_per_connection * work.connected_sensors();
-        let sizes = self.sizes(0.01, work.pixels > 0.0);
+        let sizes = self.sizes(work.target, work.pixels > 0.0);
         let sensor_paths = f64::from(sizes.per_sensor) * work.sensors;
         let eye_paths = f64::from(sizes.per_pixel) * work.pixels;
         sizes.photons as f64 * per_photon + (sensor_paths + eye_paths) * (3e-6 + work.seconds_per_path * work.tubes)

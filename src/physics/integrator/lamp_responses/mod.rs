@@ -119,7 +119,7 @@ impl Described for Settings {
 
     fn seconds_per_pass(&self, work: &Work) -> f64 {
         let paths = f64::from(self.samples_per_sensor) * work.sensors;
-        self.photons(0.01, 1) as f64 * work.tubes * (work.seconds_per_path + 2e-9 * work.sensors)
+        self.photons(work.target, 1) as f64 * work.tubes * (work.seconds_per_path + 2e-9 * work.sensors)
             + paths * (1e-6 + 0.5e-6 * work.tubes)
     }
 

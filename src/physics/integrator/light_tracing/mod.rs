@@ -96,7 +96,7 @@ impl Described for Settings {
 
     fn seconds_per_pass(&self, work: &Work) -> f64 {
         let per_photon = work.seconds_per_path + work.seconds_per_connection * work.connected_sensors();
-        self.photons(0.01) as f64 * per_photon
+        self.photons(work.target) as f64 * per_photon
     }
 
     fn kept_of_sensor(&self, grid: &Grid) -> Kept {

@@ -142,7 +142,7 @@ impl Described for Settings {
     }
 
     fn seconds_per_pass(&self, work: &Work) -> f64 {
-        let [photons, vertices] = self.sizes(0.01, &[], 1.0).map(|number| number as f64);
+        let [photons, vertices] = self.sizes(work.target, &[], 1.0).map(|number| number as f64);
         photons * work.tubes * (work.seconds_per_path + 1e-9 * work.sensors)
             + vertices * (0.5e-6 + 0.3e-6 * work.tubes + 1e-9 * work.sensors)
     }
