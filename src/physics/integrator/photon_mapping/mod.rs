@@ -26,32 +26,31 @@
 //!
 //! **Sources.** Jensen 1996 and 2001.
 
+mod gather;
+
 use std::cell::Cell;
 use std::f64::consts::PI;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use glam::DVec3;
 use rayon::prelude::*;
 
+use self::gather::{Gathering, Receiver};
 use super::{GridPass, Integrator, Pass, PhotonCount, ViewPass};
 use crate::guide::Guide;
-use crate::guide::RayCount;
-use crate::integrator::backward::opening::DaylightShare;
 use crate::integrator::backward::unscattered::unscattered;
-use crate::integrator::backward::vertex::Vertex;
-use crate::integrator::backward::walk::{Meeting, Ray, Walk};
 use crate::integrator::method::{Caveat, Computation, Described, Load, Task, Trial, Work};
-use crate::integrator::photon_map::maps::{Gathered, Mapper, Maps, POINT_CONNECTIONS, POINT_STRATA};
+use crate::integrator::photon_map::maps::{Gathered, Mapper, POINT_CONNECTIONS, POINT_STRATA};
 use crate::integrator::photon_map::near_light::{SENSOR_CONNECTIONS, SENSOR_STRATA};
 use crate::integrator::photon_map::outline::OutlinedView;
 use crate::integrator::photon_map::store::FollowedBackward;
 use crate::integrator::photon_map::surfaces::Surfaces;
 use crate::integrator::photon_map::{memory, visible_point};
 use crate::optics::{Spectrum, SurfaceOptics};
-use crate::sampling::{Key, PathRandom, PathSamples, Replicate, Stream, power_of_two, warp};
+use crate::sampling::{Key, PathRandom, Stream, power_of_two};
 use crate::scene::{Channels, EstimateKind, Grid, View};
-use crate::traceable::{Place, RoomHit, SurfaceId, TraceableScene, TraceableTube};
+use crate::traceable::{TraceableScene, TraceableTube};
 
 /// Settings of photon mapping.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -188,14 +187,6 @@ pub struct PhotonMapping<const C: usize> {
     seed: Key,
 }
 
-/// Photons of one pass, and the rays that gather them.
-struct Gathering<'a, const C: usize> {
-    mapper: &'a Mapper<C>,
-    maps: &'a Maps<C>,
-    /// Number of rays, counted for the account.
-    rays: RayCounter,
-}
-
 impl<const C: usize> PhotonMapping<C> {
     /// Divides the photons of a pass among the sources; equal seeds give equal bits.
     pub fn new(scene: Arc<TraceableScene>, grids: &[Grid], views: &[View], settings: &Settings, seed: u64) -> Self {
@@ -308,7 +299,7 @@ impl<const C: usize> PhotonMapping<C> {
         let gathered = self.mapper.plane_irradiance(gathering.maps, self.radius, number, centre);
         let key = sensor.key.stream(Stream::Unscattered, 0);
         let (unscattered, rays) = unscattered(scene, centre, key, BACKWARD_RAYS, |tube| followed_backward(tube).sky);
-        gathering.rays.add(rays);
+        gathering.count(rays);
         (gathered, unscattered)
     }
 
@@ -342,138 +333,14 @@ impl<const C: usize> Integrator for PhotonMapping<C> {
     fn pass(&self, pass: u64, cancel: &AtomicBool) -> Option<Pass> {
         let key = self.seed.stream(Stream::Pass, pass);
         let (maps, mut account) = self.mapper.maps(key, self.radius, cancel)?;
-        let gathering = Gathering { mapper: &self.mapper, maps: &maps, rays: RayCounter::default() };
+        let gathering = Gathering::new(&self.mapper, &maps);
         let grids = (0..self.mapper.grids.len())
             .map(|number| self.grid(number, &gathering, key, cancel))
             .collect::<Option<_>>()?;
         let views =
             (0..self.views.len()).map(|number| self.view(number, &gathering, key, cancel)).collect::<Option<_>>()?;
-        account.rays += gathering.rays.into_inner();
+        account.rays += gathering.rays();
         Some(Pass { grids, views, account, photons: self.mapper.photons(), ..Pass::default() })
-    }
-}
-
-/// Surface element that gather rays leave.
-struct Receiver {
-    normal: DVec3,
-    surface: Option<SurfaceId>,
-    key: Key,
-}
-
-/// Rays that many threads count; sums of integers do not depend on the order.
-#[derive(Default)]
-struct RayCounter {
-    followed: AtomicU64,
-    lost: AtomicU64,
-}
-
-impl RayCounter {
-    fn add(&self, rays: RayCount) {
-        self.followed.fetch_add(rays.followed, Ordering::Relaxed);
-        if rays.lost > 0 {
-            self.lost.fetch_add(rays.lost, Ordering::Relaxed);
-        }
-    }
-
-    fn into_inner(self) -> RayCount {
-        RayCount { followed: self.followed.into_inner(), lost: self.lost.into_inner() }
-    }
-}
-
-impl<const C: usize> Gathering<'_, C> {
-    /// Irradiance of a receiver by light that diffuse parts of surfaces send. Rays start where `start` says for a point of
-    /// the unit square; `None`: where no light arrives.
-    fn gather(&self, receiver: &Receiver, start: impl Fn([f64; 2]) -> Option<DVec3>, count: u32) -> Gathered<C> {
-        let mut sum = Gathered::NOTHING;
-        if !self.mapper.scene.interreflection {
-            return sum;
-        }
-        let mut rays = RayCount::default();
-        for number in 0..u64::from(count) {
-            let (replicate, index) = Replicate::of(receiver.key, number);
-            let [u, v, x, y] = replicate.point(index, 0);
-            let Some(origin) = start([x, y]) else { continue };
-            let direction = warp::around(receiver.normal, warp::cosine_hemisphere([u, v]));
-            let (from, weight) = (receiver.surface, Spectrum::ONE);
-            let gathered = GatherRay { gathering: self, bias: Cell::new(0.0), found: Cell::new(0.0) };
-            let mut walk = Walk::new(&self.mapper.scene, PathSamples::with_pairs(receiver.key, number, 0), 0);
-            walk.follow(&gathered, Ray { origin, direction, from, weight, reflected: true, trace: () });
-            sum.irradiance += walk.sum;
-            sum.bias += gathered.bias.get();
-            sum.found += gathered.found.get();
-            rays += walk.rays;
-        }
-        self.rays.add(rays);
-        let per_ray = PI / f64::from(count);
-        Gathered { irradiance: sum.irradiance * per_ray, bias: sum.bias * per_ray, found: sum.found }
-    }
-
-    /// Irradiance of a surface point straight from diffusers and luminaires.
-    fn direct(
-        &self,
-        hit: &RoomHit,
-        surface: SurfaceId,
-        connections: usize,
-        strata: usize,
-        random: &mut PathRandom,
-    ) -> Spectrum<C> {
-        let RoomHit { position, normal, .. } = *hit;
-        self.mapper.diffuser_irradiance(self.maps, position, normal, Some(surface), connections, random)
-            + self.mapper.luminaire_irradiance(position, normal, Some(surface), strata, random)
-    }
-}
-
-/// A gather ray: adds the luminance in cd/m2 that diffuse parts of surfaces send along it. What diffusers and luminaires send,
-/// and what comes through openings, is counted otherwise.
-struct GatherRay<'a, const C: usize> {
-    gathering: &'a Gathering<'a, C>,
-    /// Estimated bias in cd/m2.
-    bias: Cell<f64>,
-    /// Photons found, scaled to full discs.
-    found: Cell<f64>,
-}
-
-impl<const C: usize> Meeting<C> for GatherRay<'_, C> {
-    const FOLLOWS_DIFFUSE: bool = false;
-    type Trace = ();
-    type Arrival = ();
-
-    fn arrives(&self, (): &(), _: f64) {}
-
-    fn arrives_at_closure(&self) {}
-
-    fn arrives_at_sensor(&self) {}
-
-    fn connect(&self, walk: &mut Walk<'_, C>, vertex: &Vertex<'_, C>, (): &()) {
-        let Some((surface, optics)) = vertex.surface.and_then(|surface| Some((surface, walk.scene.optics(surface)?)))
-        else {
-            return;
-        };
-        if optics.gathers() {
-            let Self { gathering, bias, found } = self;
-            let Vertex { position, normal, weight, .. } = *vertex;
-            let hit = RoomHit { position, normal, place: Place::Surface(surface) };
-            let weight = weight * optics.diffuse() * (1.0 / PI);
-            let light = gathering.mapper.indirect(gathering.maps, gathering.maps.radius, position, surface);
-            let direct = gathering.direct(&hit, surface, 1, 1, &mut walk.samples.random);
-            walk.sum += (light.irradiance + direct) * weight;
-            bias.set(bias.get() + light.bias * weight.luminance());
-            found.set(found.get() + light.found);
-        }
-    }
-
-    fn leaves(&self, _: &TraceableScene, _: &Vertex<'_, C>, (): &(), _: DVec3, _: f64) {}
-
-    fn turns(&self, (): &()) {}
-
-    fn passes(&self, (): &()) {}
-
-    fn luminaire_share(&self, _: &TraceableScene, _: usize, _: &Ray<C, ()>, _: DVec3) -> f64 {
-        0.0
-    }
-
-    fn meets_opening(&self, _: &mut Walk<'_, C>, _: usize, _: &Ray<C, ()>, _: DVec3) -> Option<DaylightShare> {
-        None
     }
 }
 

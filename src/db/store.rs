@@ -1,0 +1,392 @@
+//! What the service asks of a store, each by its query, in the transaction that it needs.
+
+use std::collections::HashSet;
+use std::time::Duration;
+
+use async_trait::async_trait;
+use tokio::sync::broadcast;
+use uuid::Uuid;
+
+use super::sql::store_error;
+use super::{Durability, SqliteStore, commit, jobs, meshes, queue, record, studies};
+use crate::job::progress::PassReport;
+use crate::job::store::*;
+
+/// Pages that one deletion gives back to the disk at once (4 kB each); the next ones give back the rest.
+const PAGES_GIVEN_BACK: &str = "PRAGMA incremental_vacuum(1024)";
+
+impl SqliteStore {
+    /// The end of a chunk, and the claim of another one by the same owner, if that is asked for.
+    async fn end_chunk(
+        &self,
+        lease: &Lease,
+        reports: &[Report],
+        completion: &Completion,
+        next: Option<(Duration, Turn)>,
+    ) -> Result<(Committed, Option<Lease>), StoreError> {
+        let mut tx = self.begin(Durability::Process).await?;
+        let committed = commit::complete(&mut tx, lease, reports, completion).await?;
+        if committed == Committed::LeaseLost {
+            tx.rollback().await.map_err(store_error)?;
+            return Ok((committed, None));
+        }
+        let claimed = match next {
+            Some((duration, turn)) => queue::claim(&mut tx, &lease.owner, duration, turn).await?,
+            None => None,
+        };
+        self.log.hold(lease.job);
+        if let Err(error) = tx.commit().await {
+            self.log.release(lease.job);
+            return Err(store_error(error));
+        }
+        self.log.committed(lease.job);
+        // who hears of it reads of it once it is safe
+        if matches!(completion, Completion::Finish(_)) {
+            self.tell(Change::Ended(lease.job));
+        }
+        self.tell(Change::Job(lease.job));
+        if let Some(claimed) = &claimed {
+            self.tell(Change::Job(claimed.job));
+        }
+        Ok((committed, claimed))
+    }
+
+    fn tell(&self, change: Change) {
+        // an error means that nobody listens
+        let _ = self.changes.send(change);
+    }
+}
+
+#[async_trait]
+impl Store for SqliteStore {
+    fn changes(&self) -> broadcast::Receiver<Change> {
+        self.changes.subscribe()
+    }
+
+    async fn ready(&self) -> Result<(), StoreError> {
+        let mut tx = self.begin(Durability::Power).await?;
+        record::written_now(&mut tx).await?;
+        tx.commit().await.map_err(store_error)
+    }
+
+    async fn record(&self) -> Result<StoreRecord, StoreError> {
+        let mut connection = self.readers.acquire().await.map_err(store_error)?;
+        record::record(&mut connection).await
+    }
+
+    async fn set_identity(&self, identity: &str) -> Result<(), StoreError> {
+        let mut tx = self.begin(Durability::Power).await?;
+        record::set_identity(&mut tx, identity).await?;
+        tx.commit().await.map_err(store_error)
+    }
+
+    async fn set_sweep_from(&self, milliseconds: i64) -> Result<(), StoreError> {
+        let mut tx = self.begin(Durability::Power).await?;
+        record::set_sweep_from(&mut tx, milliseconds).await?;
+        tx.commit().await.map_err(store_error)
+    }
+
+    async fn set_serving(&self, serving: bool) -> Result<(), StoreError> {
+        let mut tx = self.begin(Durability::Power).await?;
+        record::set_serving(&mut tx, serving).await?;
+        tx.commit().await.map_err(store_error)
+    }
+
+    async fn check(&self) -> Result<(), StoreError> {
+        let found: String =
+            sqlx::query_scalar("PRAGMA quick_check(1)").fetch_one(&self.readers).await.map_err(store_error)?;
+        if found == "ok" { Ok(()) } else { Err(StoreError::Failed(format!("the database is damaged: {found}"))) }
+    }
+
+    async fn submit(&self, job: NewJob, max_queued: u64) -> Result<Submission, StoreError> {
+        let submission = self.submit_untold(job, max_queued).await?;
+        if matches!(submission, Submission::New(_)) {
+            self.log.wait().await?;
+        }
+        Ok(submission)
+    }
+
+    async fn submit_untold(&self, job: NewJob, max_queued: u64) -> Result<Submission, StoreError> {
+        let mut tx = self.begin(Durability::Process).await?;
+        let submission = jobs::submit(&mut tx, job, max_queued).await?;
+        if let Submission::New(job) = &submission {
+            tx.commit().await.map_err(store_error)?;
+            self.tell(Change::Job(job.head.id));
+            self.tell(Change::Queue);
+        } else {
+            tx.rollback().await.map_err(store_error)?;
+        }
+        if let Submission::Repeated(job) = &submission {
+            self.log.told_of(job.head.id).await?;
+        }
+        Ok(submission)
+    }
+
+    async fn job_of_key(&self, idempotency_key: &str) -> Result<Option<Job>, StoreError> {
+        let mut connection = self.readers.acquire().await.map_err(store_error)?;
+        let job = jobs::job_of_key(&mut connection, idempotency_key).await?;
+        if let Some(job) = &job {
+            self.log.told_of(job.head.id).await?;
+        }
+        Ok(job)
+    }
+
+    async fn job(&self, id: Uuid) -> Result<Option<Job>, StoreError> {
+        let mut connection = self.readers.acquire().await.map_err(store_error)?;
+        let job = jobs::job(&mut connection, id).await?;
+        drop(connection);
+        self.log.told_of(id).await?;
+        Ok(job)
+    }
+
+    async fn job_source(&self, id: Uuid) -> Result<Option<JobSource>, StoreError> {
+        jobs::source(&self.readers, id).await
+    }
+
+    async fn job_head(&self, id: Uuid) -> Result<Option<JobHead>, StoreError> {
+        let head = jobs::head(&self.readers, id).await?;
+        self.log.told_of(id).await?;
+        Ok(head)
+    }
+
+    async fn jobs(&self, filter: JobFilter) -> Result<Vec<JobHead>, StoreError> {
+        let jobs = jobs::list(&self.readers, filter).await?;
+        self.log.told_of_all().await?;
+        Ok(jobs)
+    }
+
+    async fn count(&self, status: JobStatus) -> Result<u64, StoreError> {
+        let mut connection = self.readers.acquire().await.map_err(store_error)?;
+        let count = jobs::count(&mut connection, status).await?;
+        drop(connection);
+        self.log.told_of_all().await?;
+        Ok(count)
+    }
+
+    async fn unfinished(&self) -> Result<u64, StoreError> {
+        let mut connection = self.readers.acquire().await.map_err(store_error)?;
+        jobs::unfinished(&mut connection).await
+    }
+
+    async fn cancel(&self, id: Uuid) -> Result<CancelOutcome, StoreError> {
+        let mut tx = self.begin(Durability::Power).await?;
+        let outcome = jobs::cancel(&mut tx, id).await?;
+        tx.commit().await.map_err(store_error)?;
+        self.log.told_of(id).await?;
+        if outcome == CancelOutcome::Accepted {
+            self.tell(Change::Stop(id));
+            self.tell(Change::Ended(id));
+            self.tell(Change::Job(id));
+        }
+        Ok(outcome)
+    }
+
+    async fn delete(&self, id: Uuid) -> Result<bool, StoreError> {
+        // in pieces, so that others can write in between
+        let deleted = loop {
+            let mut tx = self.begin(Durability::Power).await?;
+            let deleted = jobs::delete_some(&mut tx, id).await?;
+            tx.commit().await.map_err(store_error)?;
+            if let Some(deleted) = deleted {
+                break deleted;
+            }
+        };
+        if deleted {
+            self.tell(Change::Stop(id));
+            self.tell(Change::Job(id));
+            if let Err(error) = sqlx::query(PAGES_GIVEN_BACK).fetch_all(&self.writer).await {
+                tracing::warn!(%error, "giving pages back to the disk failed");
+            }
+        }
+        Ok(deleted)
+    }
+
+    async fn events(&self, id: Uuid, after: i64, limit: u32) -> Result<Vec<Event>, StoreError> {
+        let events = jobs::events(&self.readers, id, after, limit).await?;
+        self.log.told_of(id).await?;
+        Ok(events)
+    }
+
+    async fn convergence(&self, id: Uuid, after: u64, limit: u32) -> Result<Vec<PassReport>, StoreError> {
+        jobs::convergence(&self.readers, id, after, limit).await
+    }
+
+    async fn convergence_outline(&self, id: Uuid, points: u32) -> Result<Vec<PassReport>, StoreError> {
+        jobs::convergence_outline(&self.readers, id, points).await
+    }
+
+    async fn artifact(&self, id: Uuid, name: &str) -> Result<Option<Artifact>, StoreError> {
+        let artifact = jobs::artifact(&self.readers, id, name).await?;
+        self.log.told_of(id).await?;
+        Ok(artifact)
+    }
+
+    async fn submit_study(&self, study: NewStudy, max_queued: u64) -> Result<StudySubmission, StoreError> {
+        let mut tx = self.begin(Durability::Power).await?;
+        let submission = studies::submit(&mut tx, study, max_queued).await?;
+        if let StudySubmission::New(study) = &submission {
+            tx.commit().await.map_err(store_error)?;
+            study.parts.iter().for_each(|(job, _)| self.tell(Change::Job(*job)));
+            self.tell(Change::Queue);
+        } else {
+            tx.rollback().await.map_err(store_error)?;
+        }
+        Ok(submission)
+    }
+
+    async fn study_of_key(&self, idempotency_key: &str) -> Result<Option<StoredStudy>, StoreError> {
+        let mut connection = self.readers.acquire().await.map_err(store_error)?;
+        studies::of_key(&mut connection, idempotency_key).await
+    }
+
+    async fn study(&self, id: Uuid) -> Result<Option<StoredStudy>, StoreError> {
+        let mut connection = self.readers.acquire().await.map_err(store_error)?;
+        studies::study(&mut connection, id).await
+    }
+
+    async fn studies(&self, before: Option<Uuid>, limit: u32) -> Result<Vec<Uuid>, StoreError> {
+        studies::list(&self.readers, before, limit).await
+    }
+
+    async fn jobs_of_study(&self, id: Uuid) -> Result<Vec<JobHead>, StoreError> {
+        let mut connection = self.readers.acquire().await.map_err(store_error)?;
+        let heads = studies::heads(&mut connection, id).await?;
+        drop(connection);
+        self.log.told_of_all().await?;
+        Ok(heads)
+    }
+
+    async fn study_progress(&self, id: Uuid) -> Result<StudyProgress, StoreError> {
+        let mut tx = self.readers.begin().await.map_err(store_error)?;
+        let progress = studies::progress(&mut tx, id).await?;
+        tx.commit().await.map_err(store_error)?;
+        self.log.told_of_all().await?;
+        Ok(progress)
+    }
+
+    async fn cancel_study(&self, id: Uuid) -> Result<u64, StoreError> {
+        let mut tx = self.begin(Durability::Power).await?;
+        let cancelled = studies::cancel(&mut tx, id).await?;
+        tx.commit().await.map_err(store_error)?;
+        for job in &cancelled {
+            self.tell(Change::Stop(*job));
+            self.tell(Change::Ended(*job));
+            self.tell(Change::Job(*job));
+        }
+        Ok(cancelled.len() as u64)
+    }
+
+    async fn delete_study(&self, id: Uuid) -> Result<bool, StoreError> {
+        let mut tx = self.begin(Durability::Power).await?;
+        let deleted = studies::delete(&mut tx, id).await?;
+        tx.commit().await.map_err(store_error)?;
+        Ok(deleted)
+    }
+
+    async fn add_mesh(&self, mesh: Mesh) -> Result<Mesh, StoreError> {
+        let mut tx = self.begin(Durability::Power).await?;
+        let kept = meshes::add(&mut tx, mesh).await?;
+        tx.commit().await.map_err(store_error)?;
+        Ok(kept)
+    }
+
+    async fn mesh(&self, id: &str) -> Result<Option<Mesh>, StoreError> {
+        let mut connection = self.readers.acquire().await.map_err(store_error)?;
+        meshes::mesh(&mut connection, id).await
+    }
+
+    async fn delete_mesh(&self, id: &str) -> Result<MeshDeletion, StoreError> {
+        let mut tx = self.begin(Durability::Power).await?;
+        let deletion = meshes::delete(&mut tx, id).await?;
+        tx.commit().await.map_err(store_error)?;
+        Ok(deletion)
+    }
+
+    async fn claim(&self, owner: &str, lease: Duration, turn: Turn) -> Result<Option<Lease>, StoreError> {
+        let mut tx = self.begin(Durability::Process).await?;
+        let claimed = queue::claim(&mut tx, owner, lease, turn).await?;
+        tx.commit().await.map_err(store_error)?;
+        if let Some(lease) = &claimed {
+            self.tell(Change::Job(lease.job));
+        }
+        Ok(claimed)
+    }
+
+    async fn heartbeat(&self, lease: &Lease, extend: Duration) -> Result<Beat, StoreError> {
+        let mut tx = self.begin(Durability::Process).await?;
+        let beat = queue::heartbeat(&mut tx, lease, extend).await?;
+        record::written_now(&mut tx).await?;
+        tx.commit().await.map_err(store_error)?;
+        Ok(beat)
+    }
+
+    async fn report(&self, lease: &Lease, reports: &[Report]) -> Result<bool, StoreError> {
+        let mut tx = self.begin(Durability::Process).await?;
+        let held = commit::report(&mut tx, lease, reports).await?;
+        tx.commit().await.map_err(store_error)?;
+        self.tell(Change::Job(lease.job));
+        Ok(held)
+    }
+
+    async fn complete(
+        &self,
+        lease: &Lease,
+        reports: &[Report],
+        completion: &Completion,
+    ) -> Result<Committed, StoreError> {
+        Ok(self.end_chunk(lease, reports, completion, None).await?.0)
+    }
+
+    async fn complete_and_claim(
+        &self,
+        lease: &Lease,
+        reports: &[Report],
+        completion: &Completion,
+        next: (Duration, Turn),
+    ) -> Result<(Committed, Option<Lease>), StoreError> {
+        self.end_chunk(lease, reports, completion, Some(next)).await
+    }
+
+    async fn make_safe(&self, lease: &Lease) -> Result<(), StoreError> {
+        self.log.told_of(lease.job).await?;
+        self.log.release(lease.job);
+        Ok(())
+    }
+
+    async fn rewind(&self, lease: &Lease, reason: &str) -> Result<Committed, StoreError> {
+        let mut tx = self.begin(Durability::Power).await?;
+        let committed = commit::rewind(&mut tx, lease, reason).await?;
+        tx.commit().await.map_err(store_error)?;
+        self.tell(Change::Job(lease.job));
+        self.tell(Change::Queue);
+        Ok(committed)
+    }
+
+    async fn release(&self, lease: &Lease) -> Result<(), StoreError> {
+        let mut tx = self.begin(Durability::Process).await?;
+        queue::release(&mut tx, lease).await?;
+        tx.commit().await.map_err(store_error)?;
+        self.tell(Change::Queue);
+        Ok(())
+    }
+
+    async fn fail_attempt(&self, lease: &Lease, error: &str) -> Result<(), StoreError> {
+        let mut tx = self.begin(Durability::Process).await?;
+        queue::fail_attempt(&mut tx, lease, error).await?;
+        tx.commit().await.map_err(store_error)?;
+        self.tell(Change::Queue);
+        Ok(())
+    }
+
+    async fn take_back(&self, died: bool) -> Result<TakenBack, StoreError> {
+        let mut tx = self.begin(Durability::Power).await?;
+        let taken_back = queue::take_back(&mut tx, died).await?;
+        tx.commit().await.map_err(store_error)?;
+        self.tell(Change::Queue);
+        Ok(taken_back)
+    }
+
+    async fn referenced_keys(&self) -> Result<HashSet<String>, StoreError> {
+        jobs::referenced_keys(&self.readers).await
+    }
+}
