@@ -9,47 +9,18 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
-use super::runs::{Run, Runs};
+use super::panels::{CELLS_OF_BOX, Panel, panels};
+use super::rough_light::Light;
+use super::runs::Runs;
 use super::sent::{Sensors, Target};
-use crate::geometry::disc::far_disc_illuminance;
 use crate::kept::Kept;
-use crate::scene::Face;
-use crate::traceable::{Side, SurfaceId, TraceableBox, TraceableScene, TraceableTube};
-
-/// Cells along either edge of a face of the room, and of a box.
-const CELLS_OF_ROOM: usize = 16;
-const CELLS_OF_BOX: usize = 4;
-
-/// Points along either edge of a cell at which its importance is looked at.
-const POINTS: usize = 2;
+use crate::traceable::{TraceableBox, TraceableScene, TraceableTube};
 
 /// Share of the mean probability that every cell has at least from which any sensor can be reached.
 const EVEN_SHARE: f64 = 0.02;
 
-/// Distance from a panel, in shares of its size, from where it is looked at what it sees.
-const HAIR: f64 = 1e-6;
-
 /// Sensors that stand for all where there are more.
 const MOST_SENSORS: usize = 256;
-
-/// Share of the light at the collectors that may reach the room: it weighs daylight against luminaires only.
-const LIKELY_TRANSMISSION: f64 = 0.3;
-
-/// A rectangle that reflects.
-#[derive(Clone, Copy, Debug)]
-struct Panel {
-    corner: DVec3,
-    u: DVec3,
-    v: DVec3,
-    /// Unit normal toward the room.
-    normal: DVec3,
-    /// Luminous reflectance.
-    reflectance: f64,
-    /// Cells along either edge.
-    cells: usize,
-    /// The box whose face it is.
-    of_box: Option<usize>,
-}
 
 /// A place for a vertex.
 #[derive(Clone, Copy, Debug)]
@@ -134,7 +105,7 @@ impl Importance {
         let mut weights: Vec<(Of, Vec<f64>)> = Vec::new();
         for (index, panel) in panels.iter().enumerate() {
             for row in 0..panel.cells {
-                let weigh = |column| panel.weight([row, column], light, &sensors);
+                let weigh = |column| light.weight_of_cell(panel, [row, column], &sensors);
                 weights.push((Of::Panel(index, row), (0..panel.cells).map(weigh).collect()));
             }
         }
@@ -225,152 +196,10 @@ fn key(light: &Light, panels: &[Panel], lowest: f64, sensors: &[Target]) -> Opti
     Some(numbers.chain(sensors.iter().flat_map(of_sensor)).map(f64::to_bits).collect())
 }
 
-impl Panel {
-    fn area_m2(&self) -> f64 {
-        self.u.cross(self.v).length()
-    }
-
-    /// True if a point of it can send light down to a sensor at this height.
-    fn can_reach(&self, height: f64) -> bool {
-        let highest = [DVec3::ZERO, self.u, self.v, self.u + self.v];
-        let highest = highest.iter().map(|edge| (self.corner + *edge).z).fold(f64::NEG_INFINITY, f64::max);
-        self.reflectance > 0.0 && highest > height
-    }
-
-    /// Reflected flux of a cell, times what a lumen of it means to the sensors, on one scale for all cells.
-    fn weight(&self, [row, column]: [usize; 2], light: &Light<'_>, sensors: &Sensors) -> f64 {
-        if !self.can_reach(sensors.lowest) {
-            return 0.0;
-        }
-        let at = |cell: usize, point: usize| (cell as f64 + (point as f64 + 0.5) / POINTS as f64) / self.cells as f64;
-        let middle = |cell: usize| (cell as f64 + 0.5) / self.cells as f64;
-        let middle = self.corner + self.u * middle(row) + self.v * middle(column);
-        let seen = light.seen_from(middle + self.normal * HAIR * self.area_m2().sqrt());
-        let mut sum = 0.0;
-        for number in 0..POINTS * POINTS {
-            let (u, v) = (at(row, number / POINTS), at(column, number % POINTS));
-            let point = self.corner + self.u * u + self.v * v;
-            sum += (light.direct(point, self.normal, &seen) + light.ambient) * sensors.sent(point, Some(self.normal));
-        }
-        let share = self.area_m2() / (self.cells * self.cells * POINTS * POINTS) as f64;
-        self.reflectance * sum * share
-    }
-}
-
 impl Placed {
     /// Where nothing can be sent from.
     const NOWHERE: Self =
         Self { position: DVec3::ZERO, normal: DVec3::NEG_Z, area_m2: 0.0, of_box: None, of_facet: None };
-}
-
-/// Rough light in the room.
-struct Light<'a> {
-    scene: &'a TraceableScene,
-    /// Flux that leaves each square metre of an opening, in lm/m2.
-    of_openings: f64,
-    /// Illuminance of every surface by light that was reflected, in lx.
-    ambient: f64,
-}
-
-impl<'a> Light<'a> {
-    fn new(scene: &'a TraceableScene, panels: &[Panel]) -> Self {
-        let sky = scene.sky.as_ref().map_or(0.0, |sky| sky.horizontal_illuminance_lux());
-        let sun = scene.sun.map_or(0.0, |sun| sun.horizontal_illuminance_lux());
-        let of_openings = LIKELY_TRANSMISSION * (sky + sun);
-        let of_luminaires: f64 = scene.luminaires.iter().map(|luminaire| luminaire.flux::<3>().luminance()).sum();
-        let openings: f64 = scene.tubes.iter().map(|tube| PI * tube.opening_radius * tube.opening_radius).sum();
-        let area: f64 = panels.iter().map(Panel::area_m2).sum();
-        let absorbed: f64 = panels.iter().map(|panel| panel.area_m2() * (1.0 - panel.reflectance)).sum();
-        let mean = 1.0 - absorbed / area;
-        let flux = of_openings * openings + of_luminaires;
-        // a room that absorbs nothing is taken as one that absorbs a hundredth
-        let ambient = flux * mean / absorbed.max(0.01 * area);
-        Self { scene, of_openings, ambient: if scene.interreflection { ambient } else { 0.0 } }
-    }
-
-    /// Luminous reflectance of a run's facet.
-    fn reflectance(&self, run: &Run) -> f64 {
-        luminous(self.scene, self.scene.numbering.facet_side(run.facet, Side::Front))
-    }
-
-    /// Reflected flux of a run of triangles, times what a lumen of it means to the sensors, on the scale of the cells of panels.
-    fn weight_of_run(&self, run: &Run, sensors: &Sensors) -> f64 {
-        let reflectance = self.reflectance(run);
-        if reflectance == 0.0 {
-            return 0.0;
-        }
-        let before = run.normal.unwrap_or_default() * HAIR * run.area_m2.sqrt();
-        let seen = self.seen_from(run.middle + before);
-        // of several facets some may face anything
-        let direct = run.normal.map_or(0.0, |normal| self.direct(run.middle, normal, &seen));
-        reflectance * run.area_m2 * (direct + self.ambient) * sensors.sent(run.middle, run.normal)
-    }
-
-    /// One over the illuminance of a sensor, in 1/lx.
-    fn need(&self, position: DVec3) -> f64 {
-        1.0 / (self.direct(position, DVec3::Z, &self.seen_from(position)) + self.ambient)
-    }
-
-    /// For each tube, whether the middle of its opening is seen from a point.
-    fn seen_from(&self, point: DVec3) -> Vec<bool> {
-        self.scene.tubes.iter().map(|tube| self.scene.visible(point, None, tube.origin, None)).collect()
-    }
-
-    /// Illuminance straight from luminaires and from the openings that are seen, in lx.
-    fn direct(&self, point: DVec3, normal: DVec3, seen: &[bool]) -> f64 {
-        let of_tube = |(tube, seen): (&TraceableTube, &bool)| {
-            if !seen {
-                return 0.0;
-            }
-            let way = tube.origin - point;
-            let offset = way.truncate().length();
-            // nearer the form does not hold
-            let near = way.length_squared() < tube.opening_radius * tube.opening_radius;
-            if way.z <= 0.0 || near {
-                return 0.0;
-            }
-            let toward_axis = if offset > 0.0 { way.truncate().dot(normal.truncate()) / offset } else { 0.0 };
-            far_disc_illuminance(tube.opening_radius, way.z, offset, [normal.z, toward_axis]).max(0.0)
-        };
-        let openings: f64 = self.scene.tubes.iter().zip(seen).map(of_tube).sum();
-        let luminaires = self.scene.luminaires.iter();
-        let of_luminaires: f64 = luminaires.map(|luminaire| luminaire.irradiance::<3>(point, normal).luminance()).sum();
-        self.of_openings * openings + of_luminaires
-    }
-}
-
-/// The faces of the room and of its boxes, openings included: they reflect, too, and may send light back.
-fn panels(scene: &TraceableScene) -> Vec<Panel> {
-    let luminous = |surface: SurfaceId| luminous(scene, surface);
-    let of_face = |face: &Face| {
-        let axis = *face as usize / 2;
-        let far = *face as usize % 2 == 1;
-        let edge = |axis: usize| DVec3::AXES[axis % 3] * scene.size[axis % 3];
-        let normal = DVec3::AXES[axis] * if far { -1.0 } else { 1.0 };
-        let corner = if far { edge(axis) } else { DVec3::ZERO };
-        let reflectance = luminous(SurfaceId::of_face(*face));
-        let cells = CELLS_OF_ROOM;
-        Panel { corner, u: edge(axis + 1), v: edge(axis + 2), normal, reflectance, cells, of_box: None }
-    };
-    let of_box = |index: usize| {
-        let object = &scene.boxes[index];
-        let (low, high) = object.span();
-        let outline = object.outline();
-        let centre = (0.5 * (outline[0] + outline[2])).extend(0.5 * (low + high));
-        (0..6).map(move |face| {
-            let [corner, u, v] = object.face(face);
-            let across = u.cross(v).normalize_or(DVec3::Z);
-            let normal = if across.dot(corner - centre) < 0.0 { -across } else { across };
-            let reflectance = luminous(scene.numbering.box_face(index, face));
-            Panel { corner, u, v, normal, reflectance, cells: CELLS_OF_BOX, of_box: Some(index) }
-        })
-    };
-    Face::ALL.iter().map(of_face).chain((0..scene.boxes.len()).flat_map(of_box)).collect()
-}
-
-/// Luminous reflectance of a surface.
-fn luminous(scene: &TraceableScene, surface: SurfaceId) -> f64 {
-    scene.optics(surface).map_or(0.0, |optics| optics.diffuse::<3>().luminance().clamp(0.0, 1.0))
 }
 
 /// Bounds in 0..=1 by weights, of which not all are zero; even ones where they are.

@@ -28,6 +28,8 @@
 
 mod importance;
 mod lines;
+mod panels;
+mod rough_light;
 mod runs;
 mod sent;
 mod targets;
