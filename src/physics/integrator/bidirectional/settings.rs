@@ -1,0 +1,57 @@
+//! The settings of bidirectional path tracing, and the numbers of a pass that follow from them.
+
+use crate::sampling::power_of_two;
+
+/// Settings of bidirectional path tracing.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Settings {
+    /// Photons emitted per pass, all tubes and sources together; 64..=1_048_576: a pass keeps their vertices. `None`: by the accuracy
+    /// asked for.
+    pub photons_per_pass: Option<u64>,
+    /// Eye paths per sensor and pass; 1..=65_536; `None`: in proportion to the photons.
+    pub samples_per_sensor: Option<u32>,
+    /// Eye paths per pixel and pass; 1..=4_096.
+    pub samples_per_pixel: u32,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self { photons_per_pass: None, samples_per_sensor: None, samples_per_pixel: 1 }
+    }
+}
+
+/// Photons of a pass of a job that asks for a relative standard error of 1 %, the power of it by which they grow, and the fewest and
+/// most of them, unless the document says how many.
+const PHOTONS_FOR_ONE_PERCENT: f64 = 1024.0;
+const GROWTH: f64 = 1.7;
+const FEWEST: f64 = 256.0;
+pub const MOST: f64 = 16_384.0;
+
+/// Photons of a pass for each path of a sensor: both have a like part in the errors then.
+const PHOTONS_TO_A_SAMPLE: u64 = 64;
+
+/// Numbers of a pass.
+#[derive(Clone, Copy, Debug)]
+pub struct Sizes {
+    /// Photons of all tubes and sources together.
+    pub photons: u64,
+    /// Eye paths of each sensor.
+    pub per_sensor: u32,
+    /// Eye paths of each pixel.
+    pub per_pixel: u32,
+}
+
+impl Settings {
+    /// The numbers of a pass for a relative standard error `target` of grids, or with views.
+    pub fn sizes(&self, target: f64, views: bool) -> Sizes {
+        let wanted = PHOTONS_FOR_ONE_PERCENT * libm::pow(0.01 / target, GROWTH);
+        let wanted = if views { MOST } else { wanted.clamp(FEWEST, MOST) };
+        let photons = self.photons_per_pass.unwrap_or_else(|| power_of_two(wanted));
+        let samples = (photons / PHOTONS_TO_A_SAMPLE).max(1);
+        Sizes {
+            photons,
+            per_sensor: self.samples_per_sensor.unwrap_or(samples as u32),
+            per_pixel: self.samples_per_pixel,
+        }
+    }
+}
