@@ -128,6 +128,8 @@ streams! {
     UnscatteredBesidePaths = 1 << 34, 1, below [BidirectionalSensor];
     /// A random point of a cell for the closed form of luminaires; the index is the sensor's.
     CellPoint = 1 << 33, MANY, below [LightTracingPass];
+    /// Points on strips of walls beside sensors, numbered below it; the index is the strip's.
+    Strips = 1 << 36, MANY, below [LightTracingPass];
     /// Sky light through a tube.
     SkyFromBelow = 0, 1, below [TubeFromBelow];
     /// Sunlight through a tube.

@@ -7,7 +7,7 @@ use glam::{DVec2, DVec3};
 use crate::geometry::turn::unit_vector;
 use crate::guide::{End, Guide, RayCount, Transit};
 use crate::optics::Spectrum;
-use crate::sampling::{Key, PathRandom, Replicate, Stream, warp};
+use crate::sampling::{Key, PathRandom, PathSamples, Replicate, Stream, warp};
 use crate::sky::sun::HALF_ANGLE;
 use crate::traceable::{TraceableScene, TraceableTube};
 
@@ -33,7 +33,7 @@ pub fn unscattered(
         if tube.origin.z <= sensor.z {
             continue;
         }
-        let backward = Backward { scene, tube, sensor, zone };
+        let backward = Backward { scene, tube, sensor, normal: DVec3::Z, zone };
         let stream = stream.child(number as u64);
         let (sky, sky_rays) = backward.sky(stream.stream(Stream::SkyFromBelow, 0), rays.min(SKY_RAYS));
         let (sun, sun_rays) = backward.sun(stream.stream(Stream::SunFromBelow, 0), rays.min(SUN_RAYS));
@@ -43,11 +43,34 @@ pub fn unscattered(
     (lux, taken)
 }
 
+/// Sky light that reaches a point of a surface straight through clear closures, in lx, by one ray to each tube, and the rays it took.
+pub fn sky_through_openings(
+    scene: &TraceableScene,
+    (position, normal): (DVec3, DVec3),
+    samples: &mut PathSamples,
+) -> (Spectrum<3>, RayCount) {
+    let (mut lux, mut taken) = (Spectrum::ZERO, RayCount::default());
+    let Some(sky) = &scene.sky else { return (lux, taken) };
+    for tube in scene.tubes.iter().filter(|tube| tube.daylit && tube.origin.z > position.z) {
+        let Some(zone) = tube.diffuser.specular_zone(tube.opening_radius) else { continue };
+        let backward = Backward { scene, tube, sensor: position, normal, zone };
+        let (inner, outer) = zone;
+        let area = PI * (outer * outer - inner * inner);
+        let point = tube.origin + warp::annulus(samples.pair(), inner, outer).extend(0.0);
+        if let Some((weight, toward)) = backward.through(point, &mut samples.random, &mut taken) {
+            lux += weight * (area * sky.luminance(toward));
+        }
+    }
+    (lux, taken)
+}
+
 /// Light that reaches a sensor unscattered through one tube, followed backward.
 struct Backward<'a> {
     scene: &'a TraceableScene,
     tube: &'a TraceableTube,
     sensor: DVec3,
+    /// Unit normal of what is lit.
+    normal: DVec3,
     /// Inner and outer radius of the diffuser's clear zone.
     zone: (f64, f64),
 }
@@ -66,7 +89,7 @@ impl Backward<'_> {
             let [u, v, ..] = replicate.point(index, 0);
             let point = self.tube.origin + warp::annulus([u, v], inner, outer).extend(0.0);
             if let Some((weight, toward)) = self.through(point, &mut random, &mut rays) {
-                sum += weight * sky.luminance(toward);
+                sum += weight.luminance() * sky.luminance(toward);
             }
         }
         (sum * area / count as f64, rays)
@@ -119,7 +142,7 @@ impl Backward<'_> {
                 && sun.covers(toward)
                 && toward.z > 0.0
             {
-                sum += weight * area_per_sample;
+                sum += weight.luminance() * area_per_sample;
             }
         }
         (sum * sun.luminance_cd_m2() / count as f64, rays)
@@ -127,7 +150,7 @@ impl Backward<'_> {
 
     /// Follows a ray from the sensor through `point` of the opening: geometry factor times transmittances, and the
     /// direction outside.
-    fn through(&self, point: DVec3, random: &mut PathRandom, rays: &mut RayCount) -> Option<(f64, DVec3)> {
+    fn through(&self, point: DVec3, random: &mut PathRandom, rays: &mut RayCount) -> Option<(Spectrum<3>, DVec3)> {
         let transmittance: Spectrum<3> = self.tube.closure_at(point).unscattered()?;
         let way = point - self.sensor;
         let distance_squared = way.length_squared();
@@ -141,7 +164,7 @@ impl Backward<'_> {
         if transit.end != End::Top {
             return None;
         }
-        let weight = (transit.weight() * transmittance).luminance();
-        Some((weight * direction.z * direction.z / distance_squared, transit.direction))
+        let cosines = direction.dot(self.normal).max(0.0) * direction.z;
+        Some((transit.weight() * transmittance * (cosines / distance_squared), transit.direction))
     }
 }

@@ -26,6 +26,7 @@
 //! **Sources.** Kajiya 1986 and Veach 1997 (chapter 8) for the integral that is sampled; Lambert 1760 for luminaires.
 
 mod refusals;
+mod strips;
 mod tally;
 
 use std::f64::consts::PI;
@@ -42,7 +43,7 @@ use crate::integrator::method::{Computation, Described, Kept, Knows, Refusal, Ta
 use crate::integrator::photon::chunks::{self, fold_chunks, sums_at_once};
 use crate::integrator::photon::close_points::dishonest_points;
 use crate::integrator::photon::connect::SensorPlane;
-use crate::integrator::photon::emission::Emission;
+use crate::integrator::photon::emission::{Emission, Start};
 use crate::integrator::photon::ledger::Account;
 use crate::integrator::photon::path::trace;
 use crate::integrator::photon_map::domain::Domain;
@@ -55,6 +56,7 @@ use crate::traceable::TraceableScene;
 use crate::traceable::luminaire::TraceableLuminaire;
 
 pub use refusals::{noisy_points, refuses_points};
+use strips::{Points, Strips, has_strips};
 use tally::Tally;
 
 /// Settings of light tracing.
@@ -64,18 +66,34 @@ pub struct Settings {
     pub photons_per_pass: Option<u64>,
 }
 
-/// Photons of a pass of a job that asks for a relative standard error of 1 %: some fifteen passes of them reach it in small rooms.
-const PHOTONS_FOR_ONE_PERCENT: f64 = 2048.0;
+/// Numbers of photons of a pass, unless the document says how many.
+struct Sizes {
+    /// For a job that asks for a relative standard error of 1 %: some eight to fifteen passes reach it in small rooms.
+    for_one_percent: f64,
+    /// Fewest.
+    fewest: f64,
+}
 
-/// Fewest and most photons of a pass, unless the document says how many: more would make errors no smaller for the same time.
-const FEWEST: f64 = 512.0;
+/// Where strips beside sensors take the rare and bright connections, fewer photons are enough.
+const WITH_STRIPS: Sizes = Sizes { for_one_percent: 512.0, fewest: 128.0 };
+const WITHOUT_STRIPS: Sizes = Sizes { for_one_percent: 2048.0, fewest: 512.0 };
+
+/// Most photons of a pass, unless the document says how many: more would make errors no smaller for the same time.
 const MOST: f64 = 8192.0;
+
+/// Rays from a sensor straight to the sky for every photon and sensor where strips take from what photons leave uncertain.
+const RAYS_WITH_STRIPS: u64 = 2;
 
 impl Settings {
     /// Photons of a pass for a relative standard error `target`, a power of two: Sobol points are most even then.
-    fn photons(&self, target: f64) -> u64 {
-        let wanted = (PHOTONS_FOR_ONE_PERCENT * 0.01 / target).clamp(FEWEST, MOST);
+    fn photons(&self, target: f64, sizes: &Sizes) -> u64 {
+        let wanted = (sizes.for_one_percent * 0.01 / target).clamp(sizes.fewest, MOST);
         self.photons_per_pass.unwrap_or_else(|| power_of_two(wanted))
+    }
+
+    /// Numbers of photons for a task.
+    fn sizes(task: &Task) -> &'static Sizes {
+        if has_strips(task.traceable, task.grids) { &WITH_STRIPS } else { &WITHOUT_STRIPS }
     }
 }
 
@@ -96,7 +114,7 @@ impl Described for Settings {
 
     fn seconds_per_pass(&self, work: &Work) -> f64 {
         let per_photon = work.seconds_per_path + work.seconds_per_connection * work.connected_sensors();
-        self.photons(work.target) as f64 * per_photon
+        self.photons(work.target, &WITHOUT_STRIPS) as f64 * per_photon
     }
 
     fn kept_of_sensor(&self, grid: &Grid) -> Kept {
@@ -106,16 +124,16 @@ impl Described for Settings {
         }
     }
 
-    fn trial(&self, _: &Task) -> Trial {
+    fn trial(&self, task: &Task) -> Trial {
         // the light of clear closures is shared among the sensors: fewer of them would have more of it
-        let (photons, ratio) = Trial::fewer(self.photons(0.01), 0.5);
+        let (photons, ratio) = Trial::fewer(self.photons(0.01, Self::sizes(task)), 0.5);
         let smaller = Trial::whole(Self { photons_per_pass: Some(photons) }, usize::MAX).with_variance(1.0 / ratio);
         Trial { work_of_pass: ratio, work_of_place: ratio, ..smaller }
     }
 
     fn build(&self, task: &Task, seed: u64, target: f64) -> Computation {
         let scene = task.traceable.clone();
-        let photons = self.photons(target);
+        let photons = self.photons(target, Self::sizes(task));
         match task.scene.channels {
             Channels::Photopic => Computation::passes(LightTracing::<1>::new(scene, task.grids, photons, seed)),
             Channels::Rgb => Computation::passes(LightTracing::<3>::new(scene, task.grids, photons, seed)),
@@ -143,6 +161,7 @@ pub struct LightTracing<const C: usize> {
     /// True for every sensor that photons can be connected to: it is not inside an object, and light comes that anything
     /// scatters.
     reachable: Vec<bool>,
+    strips: Strips<C>,
     /// The widest vectors of this machine; the same bits as without, as nothing is contracted.
     vectors: pulp::Arch,
 }
@@ -153,7 +172,7 @@ impl<const C: usize> LightTracing<C> {
     pub fn new(scene: Arc<TraceableScene>, grids: &[Grid], photons: u64, seed: u64) -> Self {
         let emission = Emission::new(&scene, photons);
         let mut first = 0;
-        let sensors = grids
+        let sensors: Vec<SensorPlane> = grids
             .iter()
             .map(|grid| {
                 let plane = SensorPlane::new(grid, first);
@@ -161,7 +180,9 @@ impl<const C: usize> LightTracing<C> {
                 plane
             })
             .collect();
+        let strips = Strips::new(&scene, &sensors, emission.photons());
         let mut method = Self {
+            strips,
             scene,
             emission,
             sensors,
@@ -229,8 +250,8 @@ impl<const C: usize> LightTracing<C> {
         self.sensors.last().map_or(0, |last| last.first + last.len())
     }
 
-    /// Photons of these numbers of a pass.
-    fn photons(&self, pass: Key, numbers: Range<u64>) -> Sums {
+    /// Photons of these numbers of a pass, which has spread `points` over strips.
+    fn photons(&self, pass: Key, points: &Points, numbers: Range<u64>) -> Sums {
         let mut tally = Tally {
             scene: &self.scene,
             sensors: &self.sensors,
@@ -238,6 +259,12 @@ impl<const C: usize> LightTracing<C> {
             but_luminaires: self.lambert(),
             lux: vec![0.0; self.sensor_count()],
             diffuser_weight: 1.0,
+            strips: &self.strips,
+            points,
+            exitance: vec![0.0; self.strips.points()],
+            part: 0,
+            from_sky: false,
+            flight: None,
         };
         let mut account = Account::new(self.scene.tubes.len());
         for number in numbers {
@@ -246,10 +273,12 @@ impl<const C: usize> LightTracing<C> {
                 let connected = photon.of.div_ceil(DIFFUSER_CONNECTIONS);
                 tally.diffuser_weight =
                     if photon.index < connected { photon.of as f64 / connected as f64 } else { 0.0 };
+                tally.part = self.strips.part(photon.index);
+                (tally.from_sky, tally.flight) = (matches!(photon.start, Start::Tube(_)) && !photon.sun, None);
                 trace::<C>(&self.scene, &photon, &mut samples, &mut tally, &mut account);
             }
         }
-        (tally.lux, account)
+        Sums { lux: tally.lux, exitance: tally.exitance, account }
     }
 
     /// True if light straight from luminaires is added in closed form.
@@ -281,12 +310,18 @@ impl<const C: usize> LightTracing<C> {
     }
 }
 
-/// Illuminance per sensor in lux by some photons, and their account.
-type Sums = (Vec<f64>, Account);
+/// What some photons give.
+struct Sums {
+    /// Illuminance per sensor in lux.
+    lux: Vec<f64>,
+    /// Exitance of the points of strips in lm/m2.
+    exitance: Vec<f64>,
+    account: Account,
+}
 
 impl chunks::Tally for Sums {
     fn is_finite(&self) -> bool {
-        self.0.iter().all(|lux| lux.is_finite()) && self.1.is_finite()
+        self.lux.iter().chain(&self.exitance).all(|sum| sum.is_finite()) && self.account.is_finite()
     }
 }
 
@@ -295,14 +330,19 @@ impl<const C: usize> Integrator for LightTracing<C> {
         let key = self.seed.stream(Stream::Pass, pass);
         let photons = self.emission.photons();
         let mut lux = vec![0.0; self.sensor_count()];
+        let mut exitance = vec![0.0; self.strips.points()];
         let mut account = Account::new(self.scene.tubes.len());
-        let chunk_bytes = 8 * lux.len() as u64;
-        let chunk = |numbers: Range<u64>| self.photons(key, numbers);
-        let folded = fold_chunks(photons, chunk_bytes, cancel, chunk, |(chunk_lux, chunk_account): Sums| {
-            lux.iter_mut().zip(&chunk_lux).for_each(|(sum, value)| *sum += value);
-            account.add(&chunk_account);
+        let chunk_bytes = 8 * (lux.len() + exitance.len()) as u64;
+        let (points, rays) = self.strips.spread(&self.scene, key);
+        let chunk = |numbers: Range<u64>| self.photons(key, &points, numbers);
+        let folded = fold_chunks(photons, chunk_bytes, cancel, chunk, |of_chunk: Sums| {
+            lux.iter_mut().zip(&of_chunk.lux).for_each(|(sum, value)| *sum += value);
+            exitance.iter_mut().zip(&of_chunk.exitance).for_each(|(sum, value)| *sum += value);
+            account.add(&of_chunk.account);
         })?;
         account.not_finite = folded.not_finite;
+        account.rays += rays;
+        self.strips.light(self.vectors, &points, &exitance, &self.sensors, &mut lux);
         let counts = self.counts(&lux, &account);
         if self.lambert() {
             lux.iter_mut().zip(&self.direct).for_each(|(sum, direct)| *sum += direct);
@@ -311,8 +351,9 @@ impl<const C: usize> Integrator for LightTracing<C> {
             }
         }
         let specular = self.scene.tubes.iter().any(|tube| tube.diffuser.specular_zone(tube.opening_radius).is_some());
-        for plane in self.sensors.iter().filter(|plane| specular && !plane.average) {
-            let per_sensor = (photons / plane.len() as u64).next_power_of_two().max(16);
+        for (number, plane) in self.sensors.iter().enumerate().filter(|(_, plane)| specular && !plane.average) {
+            let per_photon = if self.strips.stand_beside(number) { RAYS_WITH_STRIPS } else { 1 };
+            let per_sensor = (per_photon * photons / plane.len() as u64).next_power_of_two().max(16);
             let direct: Option<Vec<_>> = (0..plane.len())
                 .into_par_iter()
                 .map(|index| (!cancel.load(Ordering::Relaxed)).then(|| self.unscattered(plane, index, key, per_sensor)))

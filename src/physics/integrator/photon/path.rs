@@ -78,6 +78,10 @@ pub enum Origin {
 
 /// Listener to the events of a photon's path.
 pub trait Visitor<const C: usize> {
+    /// Share of the flux that first comes into the room above which light is reflected for certain, by less flux, not by
+    /// roulette: many faint photons for few bright ones.
+    const CERTAIN_ABOVE: f64 = f64::INFINITY;
+
     /// Light is scattered at a surface or a closure, before the photon chooses how it goes on.
     fn scattered(&mut self, scattering: &Scattering<'_, C>, samples: &mut PathSamples);
     /// Light leaves a luminaire, as if scattered by it.
@@ -96,7 +100,7 @@ pub fn trace<const C: usize>(
     visitor: &mut impl Visitor<C>,
     account: &mut Account,
 ) {
-    Tracer { scene, samples, visitor, account, first: 0.0, in_room: false }.trace(photon);
+    Tracer { scene, samples, visitor, account, first: 0.0, into_room: 0.0, in_room: false }.trace(photon);
 }
 
 /// Books where light ends that a diffuser sends from `position` along the unit vector `direction` into the room, `flux` of it in lm.
@@ -107,7 +111,8 @@ pub fn book_in_room<const C: usize>(
     samples: &mut PathSamples,
     account: &mut Account,
 ) {
-    let mut tracer = Tracer { scene, samples, visitor: &mut Silent, account, first: flux.max(), in_room: true };
+    let first = flux.max();
+    let mut tracer = Tracer { scene, samples, visitor: &mut Silent, account, first, into_room: first, in_room: true };
     tracer.go_on(Step::Room(Beam { position, direction, flux }, Origin::Diffuser));
 }
 
@@ -138,6 +143,8 @@ struct Tracer<'a, V> {
     account: &'a mut Account,
     /// Largest channel of its first flux.
     first: f64,
+    /// Largest channel of the flux that it first brought into the room.
+    into_room: f64,
     /// True once the light has been in the room: what comes back through a closure then is no flux of its tube.
     in_room: bool,
 }
@@ -165,7 +172,9 @@ impl<V> Tracer<'_, V> {
             step = match step {
                 Step::Ended => return,
                 Step::Room(beam, origin) => {
-                    self.in_room = true;
+                    if !self.in_room {
+                        (self.in_room, self.into_room) = (true, beam.flux.max());
+                    }
                     if events > MAX_EVENTS {
                         self.account.ledger.cut += beam.flux.luminance();
                         return;
@@ -361,8 +370,9 @@ impl<V> Tracer<'_, V> {
             );
         }
         // roulette keeps the flux of a survivor; colours change its balance, so the ledger books both
-        let survival = survival(leaving.max(), flux.max(), self.first);
-        if self.samples.random.uniform() >= survival {
+        let is_certain = leaving.max() >= V::CERTAIN_ABOVE * self.into_room;
+        let survival = if is_certain { 1.0 } else { survival(leaving.max(), flux.max(), self.first) };
+        if !is_certain && self.samples.random.uniform() >= survival {
             ledger.room += flux.luminance();
             return Step::Ended;
         }
