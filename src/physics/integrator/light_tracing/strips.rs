@@ -319,3 +319,86 @@ impl<const C: usize> Strip<C> {
         Place { along: u * self.length, height: self.from + h, area }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::optics::Surface;
+    use crate::sampling::PathRandom;
+    use crate::scene::{Channels, Room, Scene};
+    use crate::statistics::Moments;
+    use crate::traceable::Follow;
+
+    fn scene(grids: Vec<Grid>) -> (Scene, TraceableScene) {
+        let size = DVec3::new(3.0, 4.0, 2.5);
+        let surfaces = [0.5, 0.4, 0.6, 0.0, 0.2, 0.8].map(|reflectance| Some(Surface::diffuse([reflectance; 3])));
+        let room = Room { size, surfaces, boxes: Vec::new(), meshes: Vec::new(), luminaires: Vec::new() };
+        let scene =
+            Scene { daylight: None, room, tubes: Vec::new(), grids, views: Vec::new(), channels: Channels::Photopic };
+        let follow = Follow { interreflection: true, guide_return: true, objects: true };
+        let traceable = TraceableScene::new(&scene, follow).unwrap();
+        (scene, traceable)
+    }
+
+    fn grid(height: f64, cells: [usize; 2], estimate: EstimateKind) -> Grid {
+        Grid::new("grid".into(), height, cells, 0.0, [3.0, 4.0], estimate)
+    }
+
+    /// Strips stand on walls that reflect, beside points that are near to them, from the height of these upward.
+    #[test]
+    fn strips_stand_where_points_are_beside_walls_that_reflect() {
+        let (point, average) = (EstimateKind::Point, EstimateKind::CellAverage);
+        let grids = [grid(0.5, [10, 2], point), grid(0.0, [10, 10], average), grid(2.3, [12, 16], point)];
+        let (_, scene) = scene(grids.to_vec());
+        let planes = grids.each_ref().map(|grid| SensorPlane::new(grid, 0));
+        let strips = Strips::<1>::new(&scene, &planes, 2048);
+        // the northern wall reflects nothing
+        assert_eq!(strips.numbers, [[Some(0), Some(1), None, None], [None; 4], [Some(2), Some(3), Some(4), None]]);
+        let heights: Vec<_> = strips.all.iter().map(|strip| [strip.from, strip.to]).collect();
+        assert!((heights[1][0], heights[2]) == (0.5, [2.3, 2.5]) && (heights[1][1] - 1.25).abs() < 1e-12);
+        assert!(has_strips(&scene, &grids) && !has_strips(&scene, &grids[1..2]));
+    }
+
+    /// The mean of f times the area that a place stands for is the integral of f over the strip, within four standard errors; places
+    /// lie on the wall, and are seen from the room as they are from before it.
+    #[test]
+    fn densities_are_those_of_the_places() {
+        let (scene, traceable) = scene(vec![grid(0.5, [10, 16], EstimateKind::Point)]);
+        for wall in [Face::West, Face::East, Face::South] {
+            let strip = Strip::<3>::new(&traceable, 0, &scene.grids[0], wall).unwrap();
+            let mut random = PathRandom::new(Key::new(4));
+            let mut sum = Moments::default();
+            for _ in 0..20_000 {
+                let Place { along, height, area } = strip.place(random.uniform2());
+                let position = strip.position(along, height);
+                assert!((strip.from..=strip.to + 1e-12).contains(&height) && (0.0..strip.length).contains(&along));
+                assert_eq!((position - position.clamp(DVec3::ZERO, traceable.size)).length(), 0.0);
+                assert_eq!(position[strip.axis()], strip.offset);
+                assert_eq!(strip.seen_on(strip.normal()), DVec3::Z);
+                assert!(
+                    traceable.intersect(0.5 * traceable.size, position - 0.5 * traceable.size, None).normal
+                        == strip.normal()
+                );
+                sum.push(area * (1.0 + along * height));
+            }
+            let height = strip.to - strip.from;
+            let integral =
+                strip.length * height + 0.25 * strip.length.powi(2) * (strip.to.powi(2) - strip.from.powi(2));
+            assert!((sum.mean - integral).abs() <= 4.0 * sum.standard_error(), "{wall:?}: {integral} {sum:?}");
+        }
+    }
+
+    /// Any run of photons that are connected at all reaches every part of the points equally often.
+    #[test]
+    fn photons_are_spread_over_all_parts() {
+        let (scene, traceable) = scene(vec![grid(0.0, [9, 9], EstimateKind::Point)]);
+        let strips = Strips::<1>::new(&traceable, &[SensorPlane::new(&scene.grids[0], 0)], 1024);
+        let parts = strips.points / CONNECTED;
+        assert_eq!(parts, 8);
+        for (first, step) in [(0, 1), (64, 1), (0, 8), (3, 8), (5, 64)] {
+            let mut counts = vec![0; parts];
+            (0..8).for_each(|k| counts[strips.part(first + step * k)] += 1);
+            assert_eq!(counts, vec![1; parts], "{first} {step}");
+        }
+    }
+}
