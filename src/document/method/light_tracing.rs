@@ -13,7 +13,7 @@ use crate::plan::MethodRequest;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct LightTracingMethod {
-    /// Photons emitted per pass, all tubes and sources together; by default 512 to 8192, by the accuracy asked for.
+    /// Photons emitted per pass, all tubes and sources together; by default 128 to 8192, by the accuracy asked for.
     pub photons_per_pass: Option<u64>,
 }
 

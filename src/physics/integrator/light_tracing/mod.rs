@@ -3,20 +3,21 @@
 //! **Idea.** A photon carries its flux from a source through tube and room. At every vertex the intensity that it sends
 //! to a sensor is known in closed form, so that one photon serves every sensor (of many, a random subset). What a
 //! connection would find rare and bright, or not at all, is counted where photons cross a cell, or followed backward.
-//! Unbiased; one pass is one replicate.
+//! Points beside walls get what comes from very near by way of points spread over strips of the walls (`strips`), which photons
+//! are connected to in their turn. Unbiased; one pass is one replicate.
 //!
 //! **Which paths** (docs/physics/measurement_equation.md#light-tracing). Cells are connected by a random point of each;
 //! *near* is within half the longer edge of a cell, where connections would have an infinite variance at walls.
 //!
 //! | paths | points | cells |
 //! | --- | --- | --- |
-//! | `L .. D E`, `L .. F E` | connection | connection; near: crossing |
+//! | `L .. D E`, `L .. F E` | connection; from a strip beside them: its points | connection; near: crossing |
 //! | `L .. G E` | connection | crossing |
 //! | `L .. S E` | refused | crossing |
 //! | `K t C E`, `N t C E` | backward through the opening, up the guide | crossing |
 //! | `M E` | Lambert's closed form, or connection where something may stand between | the same at a random point |
 //!
-//! **Settings.** `photons_per_pass` (64 to 16 777 216; by default 512 to 8192, by the accuracy asked for) trades the number of
+//! **Settings.** `photons_per_pass` (64 to 16 777 216; by default 128 to 8192, by the accuracy asked for) trades the number of
 //! replicates against the noise of each; the time to an accuracy hardly depends on it, but for the least number of passes.
 //!
 //! **Refuses** views, and at points: mirrors that interreflect, the sun or returned light through clear closures of
