@@ -77,13 +77,13 @@ struct Sizes {
 
 /// Where strips beside sensors take the rare and bright connections, fewer photons are enough.
 const WITH_STRIPS: Sizes = Sizes { for_one_percent: 512.0, fewest: 128.0 };
-const WITHOUT_STRIPS: Sizes = Sizes { for_one_percent: 2048.0, fewest: 512.0 };
+const WITHOUT_STRIPS: Sizes = Sizes { for_one_percent: 1024.0, fewest: 256.0 };
 
 /// Most photons of a pass, unless the document says how many: more would make errors no smaller for the same time.
 const MOST: f64 = 8192.0;
 
 /// Rays from a sensor straight to the sky for every photon and sensor where strips take from what photons leave uncertain.
-const RAYS_WITH_STRIPS: u64 = 2;
+const RAYS_WITH_STRIPS: u64 = 4;
 
 impl Settings {
     /// Photons of a pass for a relative standard error `target`, a power of two: Sobol points are most even then.
