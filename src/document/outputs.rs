@@ -38,7 +38,8 @@ pub struct GridDocument {
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub components: bool,
     /// Tells what each sensor gets per lumen of each of the 24 patches of every opening, too; the room is then kept, so that another
-    /// sky, hour or tube above the openings is computed without it.
+    /// sky, hour or tube above the openings is computed without it. Below mixed and measured diffusers they speak of the light that
+    /// leaves as from a Lambertian surface (`into_room_evenly` of the tubes); the rest is in the values of the grid alone.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub responses: bool,
 }

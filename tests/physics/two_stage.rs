@@ -23,19 +23,36 @@ fn job(edit: impl FnOnce(&mut Value)) -> Result<skyduct::job::prepare::Prepared,
     skyduct::job::prepare::prepare_document(&document(edit)?, &Folder)
 }
 
-/// Closures that are not wholly Lambertian are refused with what can compute them, and sun by way of mirrors.
+/// Closures without a Lambertian part are refused with what can compute them, light through a clear zone that a bend sends back to points,
+/// and sun by way of mirrors.
 #[test]
 fn refuses_what_cannot_be_cut() {
     assert!(job(|_| {}).is_ok());
     let mixed = json!({ "kind": "mixed", "lambertian_radius_m": 0.06, "inner": "lambertian",
                         "lambertian_transmittance": 0.6, "clear_transmittance": 0.9 });
     let clear = json!({ "kind": "clear", "transmittance": 0.9 });
-    for diffuser in [mixed, clear, json!({ "kind": "open" })] {
+    for (diffuser, refusal_code) in [
+        (mixed.clone(), RefusalCode::ClearClosuresOfBentTubes),
+        (clear, RefusalCode::ClearClosures),
+        (json!({ "kind": "open" }), RefusalCode::ClearClosures),
+    ] {
         let refused = job(|document| document["tubes"][0]["diffuser"] = diffuser.clone()).err().unwrap().0;
         assert_eq!(refused[0].pointer, "/method");
         let code = refusal(&document(|document| document["tubes"][0]["diffuser"] = diffuser).unwrap());
-        assert_eq!(code.map(|refusal| refusal.code), Some(RefusalCode::ClearClosures));
+        assert_eq!(code.map(|refusal| refusal.code), Some(refusal_code));
     }
+    let straight = |document: &mut Value| {
+        document["tubes"][0]["diffuser"] = mixed.clone();
+        document["tubes"][0]["segments"] = json!([{ "length_m": 1.0 }]);
+    };
+    assert!(job(straight).is_ok());
+    // what comes in beside lamps is found for grids alone
+    let seen = job(|document| {
+        straight(document);
+        document["views"] = json!([{ "name": "view", "eye_m": [0.5, 0.5, 1.0], "look_at_m": [1.0, 1.0, 1.0],
+                                     "vertical_fov_deg": 60, "size_px": [8, 8] }]);
+    });
+    assert!(seen.err().unwrap().0[0].detail.contains("unscattered"));
     let mirror = document(|document| {
         document["sky"]["direct_normal_illuminance_lux"] = json!(60_000);
         document["room"]["surfaces"]["floor"] = json!({ "reflectance": 0.1, "specular": 0.8 });

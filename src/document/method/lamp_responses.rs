@@ -11,7 +11,7 @@ use crate::plan::MethodRequest;
 
 /// Photons down the tubes tell the lumens of the patches of each opening, and backward paths in the room what each sensor gets per
 /// lumen of each; the latter is kept, and used again where only sky, sun or what is above the openings is another. Below
-/// Lambertian diffusers. Fluxes of tubes are known.
+/// diffusers that are Lambertian at least in part: the rest of the light is traced and added in every pass. Fluxes of tubes are known.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct LampResponsesMethod {

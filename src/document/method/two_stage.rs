@@ -9,8 +9,8 @@ use crate::integrator::Method;
 use crate::integrator::two_stage::Settings;
 use crate::plan::MethodRequest;
 
-/// The path cut at a Lambertian diffuser: photons down the tubes, then backward paths in the room; unbiased. Fluxes of
-/// tubes are known, the balance of energy is not.
+/// The path cut at a Lambertian diffuser: photons down the tubes, then backward paths in the room; unbiased. Of grids the light
+/// through the clear zones of mixed diffusers is traced beside. Fluxes of tubes are known, the balance of energy is not.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct TwoStageMethod {

@@ -8,7 +8,8 @@ use crate::estimate::GridEstimate;
 use crate::integrator::lamp_responses::PATCHES;
 
 /// Illuminance of the sensors of a grid per lumen of white light that leaves one patch of an opening, evenly over the patch and as
-/// from a Lambertian surface: straight, and by way of the room.
+/// from a Lambertian surface: straight, and by way of the room. Of a mixed closure the part of the patch shines that lies in the
+/// Lambertian zone; where it has none, all is 0.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct PatchResponse {
     /// Number of the tube in the document, from 0.

@@ -36,6 +36,10 @@ pub struct TubeResult {
     pub at_diffuser: Option<FluxResult>,
     /// Leaves the closure downward for the first time: light of the room that comes back does not count.
     pub into_room: Option<FluxResult>,
+    /// The part of that which leaves as from a Lambertian surface: what the `responses` of grids speak of. All of it below a Lambertian
+    /// closure, what passes the Lambertian zone of a mixed one, and of a measured one the largest Lambertian sheet that its table holds.
+    #[serde(default)]
+    pub into_room_evenly: Option<FluxResult>,
     /// Flux into the room over flux at the collector; null without light.
     pub transmission_efficiency: Option<f64>,
     /// Unobstructed horizontal illuminance times the area of the opening in the ceiling: what a level aperture of that
@@ -57,6 +61,7 @@ impl TubeResult {
             at_collector: flux(&tube.at_collector),
             at_diffuser: flux(&tube.at_diffuser),
             into_room: flux(&tube.into_room),
+            into_room_evenly: flux(&tube.evenly),
             transmission_efficiency: finite(tube.into_room.mean / tube.at_collector.mean),
             level_aperture_flux_lm,
             level_aperture_efficiency: flux(&tube.into_room)

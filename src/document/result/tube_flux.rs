@@ -64,6 +64,12 @@ pub struct SourceFlux {
     pub patches_lm: Vec<f64>,
     /// Standard errors of these.
     pub patch_standard_errors_lm: Vec<f64>,
+    /// The part of `into_room` that leaves as from a Lambertian surface.
+    pub into_room_evenly: FluxResult,
+    /// That by patches: what the `responses` of grids are told for.
+    pub patches_evenly_lm: Vec<f64>,
+    /// Standard errors of these.
+    pub patch_standard_errors_evenly_lm: Vec<f64>,
 }
 
 impl From<&PatchedFlux> for SourceFlux {
@@ -74,6 +80,9 @@ impl From<&PatchedFlux> for SourceFlux {
             into_room: (&flux.into_room).into(),
             patches_lm: flux.patches.iter().map(|patch| patch.mean).collect(),
             patch_standard_errors_lm: flux.patches.iter().map(|patch| patch.standard_error()).collect(),
+            into_room_evenly: (&flux.evenly).into(),
+            patches_evenly_lm: flux.patches_evenly.iter().map(|patch| patch.mean).collect(),
+            patch_standard_errors_evenly_lm: flux.patches_evenly.iter().map(|patch| patch.standard_error()).collect(),
         }
     }
 }

@@ -58,6 +58,8 @@ pub struct TubeEstimate {
     pub at_diffuser: Moments,
     /// Flux that leaves the closure downward.
     pub into_room: Moments,
+    /// The part of it that leaves as from a Lambertian surface; no replicates where that is not known.
+    pub evenly: Moments,
 }
 
 impl Estimate {
@@ -200,6 +202,7 @@ impl Estimate {
             all.at_collector.merge(&part.at_collector);
             all.at_diffuser.merge(&part.at_diffuser);
             all.into_room.merge(&part.into_room);
+            all.evenly.merge(&part.evenly);
         }
         self.ledger.add(&later.ledger);
     }
@@ -209,7 +212,7 @@ impl Estimate {
         self.grids.iter_mut().for_each(|grid| grid.for_each_value(f));
         self.views.iter_mut().for_each(|view| view.for_each_value(f));
         for tube in &mut self.tubes {
-            [&mut tube.at_collector, &mut tube.at_diffuser, &mut tube.into_room]
+            [&mut tube.at_collector, &mut tube.at_diffuser, &mut tube.into_room, &mut tube.evenly]
                 .into_iter()
                 .for_each(|moments| moments.for_each_value(f));
         }
@@ -231,7 +234,7 @@ impl Estimate {
         });
         let mut ledger = self.ledger;
         let tubes = self.tubes.iter().position(|tube| {
-            [tube.at_collector, tube.at_diffuser, tube.into_room].iter().any(|flux| !flux.mean.is_finite())
+            [tube.at_collector, tube.at_diffuser, tube.into_room, tube.evenly].iter().any(|flux| !flux.mean.is_finite())
         });
         let books = ledger.values_mut().into_iter().any(|value| !value.is_finite());
         grid_or_view
@@ -245,5 +248,6 @@ impl TubeEstimate {
         self.at_collector.push(flux.at_collector);
         self.at_diffuser.push(flux.at_diffuser);
         self.into_room.push(flux.into_room);
+        self.evenly.push(flux.evenly);
     }
 }

@@ -373,6 +373,8 @@ pub struct Load {
     pub events: f64,
     /// True if sunlight enters the room unscattered.
     pub sunbeams: bool,
+    /// Number of sensors of all grids where light comes in beside lamps, which is traced; 0 where all tubes are lamps.
+    pub sensors_beside: usize,
 }
 
 impl Load {

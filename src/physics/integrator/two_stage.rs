@@ -17,14 +17,15 @@
 //! | `(K\|N) t F V`, near, or a lobe below a roughness of 0.2 | as path tracing |
 //! | `K t F S+ (V\|E)` | chance |
 //! | `M ..` and interreflection, light sent up and back included | as path tracing |
+//! | `(K\|N) t C ..` of grids, below closures that are lamps in part | as light tracing ([`lamp::beside`](super::lamp::beside)) |
 //!
 //! **Settings.** `photons_per_pass` (64 to 16 777 216; with views 8192 by default) against `samples_per_sensor` (1 to 65 536)
 //! and `samples_per_pixel` (8; 1 to 4096): noise of the first stage is common to all sensors of a pass, that of the second
 //! is each sensor's own. Without views the first two are by default chosen for the accuracy asked for, so that 8 to some tens
 //! of passes reach it.
 //!
-//! **Refuses** closures that pass light unscattered, measured diffusers, and the sun by way of mirrors and of lobes
-//! below a roughness of 0.2. Bad at diffusers that mirrors show (it warns). The fluxes of tubes are
+//! **Refuses** closures without a Lambertian zone, with views all that pass light unscattered, measured diffusers, and the sun by
+//! way of mirrors and of lobes below a roughness of 0.2. Bad at diffusers that mirrors show (it warns). The fluxes of tubes are
 //! those of the first stage; a few photons tell for the books where the light of the room ends.
 //!
 //! **Sources.** The cut is derived here (docs/physics/measurement_equation.md#two-stages); Kajiya 1986, Veach and
@@ -41,12 +42,14 @@ use crate::integrator::backward;
 use crate::integrator::backward::chance;
 use crate::integrator::backward::pass::{Sampling, centre, each};
 use crate::integrator::backward::room_entry::exit_seen_by;
-use crate::integrator::lamp::light::{DiffuserLight, SensorsLit, refuses_closures};
+use crate::integrator::lamp::beside::{
+    Lamps, Lit, add_beside, bytes_beside, photons_beside, refuses_all_but_lamps, refuses_beside,
+};
+use crate::integrator::lamp::light::{DiffuserLight, SensorsLit};
 use crate::integrator::lamp::sizes::photons_for;
 use crate::integrator::method::{Caveat, Computation, Described, Load, Refusal, Task, Trial, Work};
 use crate::integrator::photon::chunks::PHOTON_CHUNK;
 use crate::integrator::photon::descent::Exit;
-use crate::integrator::photon::emission::Emission;
 use crate::integrator::{GridPass, Integrator, Pass, ViewPass};
 use crate::optics::{Closure, Spectrum};
 use crate::sampling::{Key, Stream, power_of_two};
@@ -93,7 +96,8 @@ pub struct Sizes {
 impl Settings {
     /// The numbers of a pass for a relative standard error `target` of grids, or with views.
     fn sizes(&self, target: f64, tubes: &[TraceableTube], views: bool) -> Sizes {
-        let photons = if views { MOST_PHOTONS } else { photons_for(tubes, target).clamp(FEWEST_PHOTONS, MOST_PHOTONS) };
+        let wanted = photons_for(tubes, target).max(photons_beside(tubes, target));
+        let photons = if views { MOST_PHOTONS } else { wanted.clamp(FEWEST_PHOTONS, MOST_PHOTONS) };
         let samples = SAMPLES_FOR_ONE_PERCENT * libm::pow(0.01 / target, GROWTH_OF_SAMPLES);
         let samples = if views { MOST_SAMPLES } else { samples.min(MOST_SAMPLES) };
         Sizes {
@@ -115,7 +119,7 @@ impl Described for Settings {
 
     /// Refuses closures that do not forget directions, and sun that only chance would find by way of mirrors.
     fn refuses(&self, task: &Task) -> Option<Refusal> {
-        refuses_closures(&task.traceable.tubes).or_else(|| chance::sun(task.traceable))
+        refuses_closures(task).or_else(|| chance::sun_by_mirrors(task.traceable))
     }
 
     fn warns(&self, task: &Task) -> Option<Caveat> {
@@ -132,7 +136,8 @@ impl Described for Settings {
 
     fn working_bytes(&self, load: &Load) -> f64 {
         // a place on the diffuser, the flux, and an offset for cells
-        self.photons_per_pass.map_or(MOST_PHOTONS, |photons| photons as f64) * load.photon_bytes() * Load::COPIES
+        let photons = self.photons_per_pass.map_or(MOST_PHOTONS, |photons| photons as f64);
+        photons * load.photon_bytes() * Load::COPIES + bytes_beside(load, photons)
     }
 
     fn trial(&self, task: &Task) -> Trial {
@@ -159,6 +164,14 @@ impl Described for Settings {
     }
 }
 
+/// Reason why paths cannot be cut at the closures, if so: light from beside lamps is found for grids alone, and near an opening paths
+/// follow all that its table scatters.
+fn refuses_closures(task: &Task) -> Option<Refusal> {
+    let tubes = &task.traceable.tubes;
+    let measured = tubes.iter().any(|tube| tube.diffuser.measured().is_some());
+    if measured || !task.views.is_empty() { refuses_all_but_lamps(tubes) } else { refuses_beside(task) }
+}
+
 /// Reflections of a path that no roulette decides: it would throw away what even points gain.
 const CERTAIN_REFLECTIONS: u32 = 3;
 
@@ -169,7 +182,7 @@ const SOBOL_PAIRS: u32 = 8;
 #[derive(Debug)]
 pub struct TwoStage<const C: usize> {
     scene: Arc<TraceableScene>,
-    emission: Emission,
+    lamps: Lamps<C>,
     grids: Vec<Grid>,
     views: Vec<View>,
     sizes: Sizes,
@@ -179,9 +192,9 @@ pub struct TwoStage<const C: usize> {
 impl<const C: usize> TwoStage<C> {
     /// Divides the photons of a pass among sky and sun of the tubes; equal seeds give equal bits.
     pub fn new(scene: Arc<TraceableScene>, grids: &[Grid], views: &[View], sizes: Sizes, seed: u64) -> Self {
-        let emission = Emission::of_daylight(&scene, sizes.photons);
+        let lamps = Lamps::new(&scene, grids, sizes.photons, seed);
         let (grids, views) = (grids.to_vec(), views.to_vec());
-        Self { scene, emission, grids, views, sizes, seed: Key::new(seed) }
+        Self { scene, lamps, grids, views, sizes, seed: Key::new(seed) }
     }
 
     /// Illuminance of a grid in lux, and the rays it took; `None` when cancelled.
@@ -237,14 +250,15 @@ impl<const C: usize> Integrator for TwoStage<C> {
     fn pass(&self, pass: u64, cancel: &AtomicBool) -> Option<Pass> {
         let key = self.seed.stream(Stream::Pass, pass);
         let scene = &*self.scene;
-        let (light, account) = DiffuserLight::<C>::trace(scene, &self.emission, key, cancel)?;
-        let mut result = Pass { account, photons: self.emission.photons(), ..Pass::default() };
+        let Lit { lamps: light, beside, account } = self.lamps.pass(scene, key, cancel)?;
+        let mut result = Pass { account, photons: self.lamps.photons(), ..Pass::default() };
         for (number, grid) in self.grids.iter().enumerate() {
             let stream = key.stream(Stream::Grid, number as u64);
             let (illuminance, rays) = self.grid(&light, grid, stream, cancel)?;
             result.account.rays += rays;
             result.grids.push(GridPass { illuminance, ..GridPass::default() });
         }
+        add_beside(&mut result.grids, &beside);
         for (number, view) in self.views.iter().enumerate() {
             let stream = key.stream(Stream::View, number as u64);
             let sampling = sampling_of_pixels(self.sizes.per_pixel);

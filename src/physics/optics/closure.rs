@@ -49,6 +49,16 @@ impl<'a> Closure<'a> {
         }
     }
 
+    /// Share of light from the unit vector `from` that passes as through a Lambertian sheet, whatever else passes.
+    #[inline]
+    pub fn even_share<const C: usize>(&self, from: DVec3) -> Spectrum<C> {
+        match self {
+            Self::Specular { .. } => Spectrum::ZERO,
+            Self::Lambertian { transmittance, .. } => Spectrum::from_rgb(*transmittance),
+            Self::Measured(table) => Spectrum([table.even_share(from.z.abs()); C]),
+        }
+    }
+
     /// Transmittance or reflectance of one that scatters evenly.
     #[inline]
     pub fn lambertian<const C: usize>(&self, side: SheetSide) -> Option<Spectrum<C>> {

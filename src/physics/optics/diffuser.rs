@@ -93,6 +93,43 @@ impl Diffuser {
         (zone.1 > zone.0).then_some(zone)
     }
 
+    /// Inner and outer radius (m) of the zone that passes light as a Lambertian sheet, or in part so, within an opening of
+    /// radius `opening_radius_m`; `None` when there is none.
+    pub fn even_zone(&self, opening_radius_m: f64) -> Option<(f64, f64)> {
+        let zone = match *self {
+            Self::Open | Self::Clear { .. } => return None,
+            Self::Lambertian { .. } => (0.0, opening_radius_m),
+            Self::Measured(ref table) => return table.has_even_part().then_some((0.0, opening_radius_m)),
+            Self::Mixed { lambertian_radius_m, inner: DiffuserZone::Lambertian, .. } => {
+                (0.0, lambertian_radius_m.min(opening_radius_m))
+            }
+            Self::Mixed { lambertian_radius_m, inner: DiffuserZone::Clear, .. } => {
+                (lambertian_radius_m.min(opening_radius_m), opening_radius_m)
+            }
+        };
+        (zone.1 > zone.0).then_some(zone)
+    }
+
+    /// True if all light that passes leaves as from a Lambertian sheet.
+    pub fn is_even(&self, opening_radius_m: f64) -> bool {
+        self.measured().is_none() && self.specular_zone(opening_radius_m).is_none()
+    }
+
+    /// The same closure for light from below that is lost once it has passed: it reflects alike, and passes nothing.
+    pub fn opaque(&self) -> Self {
+        let black = [0.0; 3];
+        let mut opaque = self.clone();
+        match &mut opaque {
+            Self::Open => return Self::Clear { transmittance: black },
+            Self::Clear { transmittance } | Self::Lambertian { transmittance, .. } => *transmittance = black,
+            Self::Mixed { lambertian_transmittance, clear_transmittance, .. } => {
+                (*lambertian_transmittance, *clear_transmittance) = (black, black);
+            }
+            Self::Measured(table) => *table = Arc::new(table.opaque()),
+        }
+        opaque
+    }
+
     /// The table of a measured diffuser.
     pub fn measured(&self) -> Option<&MeasuredDiffuser> {
         match self {

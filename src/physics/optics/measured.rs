@@ -100,6 +100,32 @@ impl MeasuredDiffuser {
         [self.transmission.share(angle), self.reflection.as_ref().map_or(0.0, |reflection| reflection.share(angle))]
     }
 
+    /// Share of the light at an angle of incidence with the given cosine that passes as through a Lambertian sheet: pi times the
+    /// least BTDF over the angles of exit. What the table has beside it is nowhere negative.
+    pub fn even_share(&self, cosine: f64) -> f64 {
+        let (a, b, share) = self.transmission.around(libm::acos(cosine.clamp(0.0, 1.0)));
+        // a row is linear between its angles: its least value is at one of them
+        let values = a.per_sr.iter().zip(&b.per_sr).map(|(a, b)| (1.0 - share) * a + share * b);
+        PI * values.fold(f64::INFINITY, f64::min)
+    }
+
+    /// True if light at some angle of incidence passes in part as through a Lambertian sheet: [`Self::even_share`] is not 0.
+    pub fn has_even_part(&self) -> bool {
+        // no value is negative: between two rows there is something wherever either has something
+        let pairs = self.transmission.rows.iter().zip(self.transmission.rows.iter().skip(1));
+        pairs.into_iter().any(|(one, next)| one.per_sr.iter().zip(&next.per_sr).all(|(a, b)| a + b > 0.0))
+    }
+
+    /// The same sheet for light from below that is lost once it has passed: it reflects alike, and passes nothing.
+    pub fn opaque(&self) -> Self {
+        let mut opaque = self.clone();
+        for row in &mut opaque.transmission.rows {
+            row.per_sr.fill(0.0);
+            row.within.fill(0.0);
+        }
+        opaque
+    }
+
     /// BTDF, or BRDF where not `transmitted`, per sr; cosines of the angles of incidence and exit in 0..=1.
     pub fn per_sr(&self, transmitted: bool, incident_cosine: f64, exit_cosine: f64) -> f64 {
         let angles = [incident_cosine, exit_cosine].map(|cosine| libm::acos(cosine.clamp(0.0, 1.0)));
@@ -372,6 +398,33 @@ mod tests {
         let lambertian = MeasuredDiffuser::new(&ends, &ends, &flat, None).unwrap();
         assert!((lambertian.shares(0.3)[0] - 0.6).abs() < 1e-15);
         assert_eq!(lambertian.shares(0.3)[1], 0.0);
+    }
+
+    /// The even part is the largest Lambertian sheet that a table holds: nowhere above it, and equal to it at one angle of exit.
+    #[test]
+    fn even_parts_touch_their_tables() {
+        let exit = angles(&[0.0, 30.0, 60.0, 90.0]);
+        let table = vec![vec![0.4, 0.2, 0.05, 0.06], vec![0.1, 0.2, 0.02, 0.1], vec![0.0, 0.0, 0.0, 0.1]];
+        let diffuser = MeasuredDiffuser::new(&angles(&[0.0, 50.0, 90.0]), &exit, &table, None).unwrap();
+        assert!(diffuser.has_even_part() && !prism().opaque().has_even_part());
+        for incidence in [0.0f64, 20.0, 50.0, 70.0, 90.0] {
+            let cosine = incidence.to_radians().cos();
+            let even = diffuser.even_share(cosine) / PI;
+            let above = |step: u32| diffuser.per_sr(true, cosine, (f64::from(step) * FRAC_PI_2 / 900.0).cos()) - even;
+            let least = (0..=900).map(above).fold(f64::INFINITY, f64::min);
+            assert!(least.abs() < 1e-12, "{incidence}: {least}");
+            assert_eq!(even > 0.0, incidence < 90.0, "{incidence}: {even}");
+        }
+        // no row has an even part alone, but between them there is one
+        let crossed = vec![vec![0.2, 0.2, 0.0, 0.2], vec![0.0, 0.0, 0.2, 0.2]];
+        let crossed = MeasuredDiffuser::new(&angles(&[0.0, 90.0]), &exit, &crossed, None).unwrap();
+        assert!(crossed.has_even_part() && crossed.even_share(1.0) == 0.0 && crossed.even_share(0.7) > 0.1);
+        assert!(
+            !prism().has_even_part()
+                == (0..=90).all(|angle| prism().even_share(f64::from(angle).to_radians().cos()) == 0.0)
+        );
+        let opaque = prism().opaque();
+        assert_eq!(opaque.shares(0.6), [0.0, prism().shares(0.6)[1]]);
     }
 
     #[test]

@@ -5,6 +5,7 @@
 use std::sync::Arc;
 
 use crate::integrator::components::Component;
+use crate::integrator::lamp::beside::all_lamps;
 use crate::integrator::method::{Described, Passes, Refusal, RefusalCode, Task};
 use crate::integrator::photon::close_points::{dishonest_points, distance_to_surface, near_surfaces};
 use crate::integrator::some_sensors::SensorPlace;
@@ -172,8 +173,13 @@ impl Methods {
 fn for_grids(task: &Task) -> (MethodChoice, Option<SomeChoice>) {
     let placed = placed_vertices::Settings::default();
     if placed.refuses(task).is_none() {
-        let reason = "unbiased, and all tubes are lamps: what leaves their diffusers is found once, and lights points placed \
-                      where sensors need them";
+        let reason = if all_lamps(&task.traceable.tubes) {
+            "unbiased, and all tubes are lamps: what leaves their diffusers is found once, and lights points placed where \
+             sensors need them"
+        } else {
+            "unbiased, and tubes are lamps in part: what their Lambertian zones send is found once, and lights points placed where \
+             sensors need them; what passes unscattered is traced beside"
+        };
         return (MethodChoice { method: Method::PlacedVertices(placed), reason: reason.to_owned() }, None);
     }
     if let Some(choice) = electric_cells(task).or_else(|| cells_beside_walls(task)) {
@@ -226,7 +232,7 @@ const FEW_CELLS: f64 = 0.04;
 fn cells_beside_walls(task: &Task) -> Option<MethodChoice> {
     let paths = two_stage::Settings::default();
     let scene = task.traceable;
-    let able = paths.refuses(task).is_none() && paths.warns(task).is_none();
+    let able = all_lamps(&scene.tubes) && paths.refuses(task).is_none() && paths.warns(task).is_none();
     if !(scene.is_plain() && able && is_daylit(scene)) {
         return None;
     }
@@ -265,9 +271,19 @@ fn check_of(first: &Method, task: &Task) -> Option<MethodChoice> {
         Some(Method::PathTracing(path_tracing::Settings::default())),
         Some(Method::PhotonMapping(photon_mapping::Settings::default())),
     ];
+    // what comes in beside lamps is found by light tracing
+    let beside = !all_lamps(&task.traceable.tubes);
+    let traces_light = |method: &Method| {
+        let cuts = matches!(method, Method::PlacedVertices(_) | Method::TwoStage(_) | Method::LampResponses(_));
+        cuts || matches!(method, Method::LightTracing(_))
+    };
     let is_able = |method: &Method| {
         let described = method.described();
-        method.name() != first.name() && described.refuses(task).is_none() && described.warns(task).is_none()
+        let is_alike = beside && traces_light(first) && traces_light(method);
+        !is_alike
+            && method.name() != first.name()
+            && described.refuses(task).is_none()
+            && described.warns(task).is_none()
     };
     let method = candidates.into_iter().flatten().find(is_able)?;
     let reason = format!("checks {}: it finds the same light in another way", first.name());

@@ -5,6 +5,7 @@
 
 use super::{Methods, Plan};
 use crate::integrator::components::Component;
+use crate::integrator::lamp::beside::all_lamps;
 use crate::integrator::lamp_responses::PATCHES;
 use crate::integrator::method::{Described, Kept, Load};
 use crate::scene::{Grid, Scene, View};
@@ -64,6 +65,7 @@ pub fn estimate(scene: &Scene, traceable: &TraceableScene, plan: &Plan) -> Memor
         views,
         events: events(scene),
         sunbeams: traceable.sun.is_some() && traceable.tubes.iter().any(lets_beams_in),
+        sensors_beside: if all_lamps(&traceable.tubes) { 0 } else { scene.grids.iter().map(Grid::len).sum() },
     };
     if let Some(choice) = grids {
         let method = choice.method.described();

@@ -126,6 +126,8 @@ streams! {
     Unscattered = 1 << 32, MANY, below [LightTracingPass, GatheringSensor];
     /// Light that reaches a sensor of bidirectional path tracing through clear closures.
     UnscatteredBesidePaths = 1 << 34, 1, below [BidirectionalSensor];
+    /// Light that reaches a sensor through clear closures where others are lamps; the index is the sensor's.
+    UnscatteredBesideLamps = 1 << 39, MANY, below [TwoStagePass];
     /// A random point of a cell for the closed form of luminaires; the index is the sensor's.
     CellPoint = 1 << 33, MANY, below [LightTracingPass];
     /// Points on strips of walls beside sensors, numbered below it; the index is the strip's.

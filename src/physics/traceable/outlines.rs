@@ -256,3 +256,85 @@ impl Group {
         each(&self.bound).store(&mut outlines.bound, j);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec2;
+    use pulp::WithSimd;
+
+    use super::*;
+    use crate::sampling::{Key, PathRandom};
+
+    /// Sensors of a line that are in a shadow: of which obstacle, and the first place in it and the first beyond, in bits.
+    type Stretch = (usize, [u64; 2]);
+
+    /// Asks for the outlines of some casters, and for where they lie on lines.
+    struct Asked<'a>(&'a Casters, DVec3, Option<usize>);
+
+    impl WithSimd for Asked<'_> {
+        type Output = (Vec<u64>, Vec<Stretch>);
+
+        fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
+            let Self(casters, position, but_for) = self;
+            let (groups, depth) = (&casters.groups, position.z - 0.2);
+            let but_for = but_for.map_or(2.0 * NONE, |number| number as f64);
+            let mut outlines = vec![Outlines::EMPTY; groups.len()];
+            OfAll { groups, position, depth, but_for, outlines: &mut outlines }.with_simd(simd);
+            let (mut numbers, mut stretches) = (Vec::new(), Vec::new());
+            for (group, outlines) in outlines.iter().enumerate() {
+                let edges = outlines.western.iter().chain(&outlines.eastern).flatten();
+                let all = edges.chain([&outlines.south, &outlines.north, &outlines.bound]).flatten();
+                numbers.extend(all.map(|number| number.to_bits()));
+                for line in 0..24 {
+                    let dy = 0.137 * f64::from(line) - position.y;
+                    let mut of_line = Vec::new();
+                    for j in 0..Outlines::vectors(simd) {
+                        outlines.on_line((simd, j), dy, [0.05 - position.x, 10.0, 30.0], |lane, ends| {
+                            of_line.push((LANES * group + lane, ends.map(f64::to_bits)));
+                        });
+                    }
+                    stretches.extend(of_line);
+                }
+            }
+            (numbers, stretches)
+        }
+    }
+
+    /// Vectors of one number, of two, four and eight, and the widest of this machine: the same bits, for blocks that stand, hang
+    /// and lie in each other, turned and not, seen from beside, above and within.
+    #[test]
+    fn bits_do_not_depend_on_the_width_of_vectors() {
+        let mut random = PathRandom::new(Key::new(21));
+        let mut met = 0;
+        for round in 0..300 {
+            let mut uniform = |low: f64, high: f64| low + (high - low) * random.uniform();
+            let block = |number: usize, uniform: &mut dyn FnMut(f64, f64) -> f64| {
+                let turn = [0.0, std::f64::consts::FRAC_PI_2, uniform(0.0, 7.0)][number % 3];
+                let low = if number % 4 == 0 { 0.0 } else { uniform(0.0, 0.6) };
+                Block {
+                    centre: DVec2::new(uniform(0.2, 2.8), uniform(0.2, 2.8)),
+                    half: DVec2::new(uniform(0.01, 0.6), if number % 5 == 4 { 0.0 } else { uniform(0.01, 0.6) }),
+                    along: DVec2::new(turn.cos(), turn.sin()),
+                    low,
+                    high: low + uniform(0.01, 1.2),
+                    of_box: (number % 5 != 4).then_some(number),
+                }
+            };
+            let blocks: Vec<Block> = (0..1 + round % 19).map(|number| block(number, &mut uniform)).collect();
+            let casters = Casters::new(blocks.iter());
+            // straight above the middle of a block in every third round
+            let [x, y] =
+                if round % 3 == 0 { blocks[0].centre.to_array() } else { [uniform(0.0, 3.0), uniform(0.0, 3.0)] };
+            let asked = || {
+                Asked(&casters, DVec3::new(x, y, 0.25 + 0.01 * f64::from(round as u32)), (round % 2 == 0).then_some(1))
+            };
+            let one = asked().with_simd(pulp::Scalar);
+            assert_eq!(one, asked().with_simd(pulp::Scalar128b));
+            assert_eq!(one, asked().with_simd(pulp::Scalar256b));
+            assert_eq!(one, asked().with_simd(pulp::Scalar512b));
+            assert_eq!(one, pulp::Arch::new().dispatch(asked()));
+            met += one.1.len();
+        }
+        assert!(met > 10_000, "{met}");
+    }
+}

@@ -131,7 +131,7 @@ pub const COLUMNS: &[Column] = &[
         family: Family::TwoStage,
         method: |work| {
             Method::LampResponses(lamp_responses::Settings {
-                photons_per_pass: Some(work.photons(512.0)),
+                photons_per_pass: Some(work.photons(2048.0)),
                 samples_per_sensor: work.per_sensor(512.0 * work.paths),
                 ..Default::default()
             })

@@ -87,7 +87,7 @@ rows! {
     documents::furniture [placed_vertices: CellAverages, holigilm: Objects],
     documents::two_tubes [],
     documents::measured_diffuser [
-        two_stage: MeasuredDiffusers, lamp_responses: MeasuredDiffusers, placed_vertices: MeasuredDiffusers, holigilm: MeasuredDiffusers
+        two_stage: MeasuredDiffusers, placed_vertices: MeasuredDiffusers, holigilm: MeasuredDiffusers
     ],
     radiosity::black_points [],
     radiosity::usual_with_black_disc_cells [placed_vertices: CellAverages],
@@ -96,12 +96,8 @@ rows! {
     radiosity::grey_cells [placed_vertices: CellAverages],
     radiosity::white_points [],
     radiosity::white_cells [placed_vertices: CellAverages],
-    plain::two_mixed_dim_sun_points [
-        path_tracing: SunThroughClearClosures, two_stage: ClearClosures, lamp_responses: ClearClosures, placed_vertices: ClearClosures
-    ],
-    plain::two_mixed_dim_sun_cells [
-        path_tracing: SunThroughClearClosures, two_stage: ClearClosures, lamp_responses: ClearClosures, placed_vertices: ClearClosures
-    ],
+    plain::two_mixed_dim_sun_points [path_tracing: SunThroughClearClosures],
+    plain::two_mixed_dim_sun_cells [path_tracing: SunThroughClearClosures, placed_vertices: CellAverages],
     plain::below_a_bend_points [],
     plain::below_a_bend_sun_cells [placed_vertices: CellAverages],
     plain::short_tube_bright_sun_points [],
@@ -110,28 +106,25 @@ rows! {
     plain::mirror_wall_cells [placed_vertices: SpecularSurfaces, holigilm: SpecularSurfaces],
     plain::large_grid_points [],
     furnished::scattering_points [
-        two_stage: MeasuredDiffusers, lamp_responses: MeasuredDiffusers, placed_vertices: MeasuredDiffusers, holigilm: Objects
+        two_stage: MeasuredDiffusers, placed_vertices: MeasuredDiffusers, holigilm: Objects
     ],
     furnished::scattering_sun_cells [
-        two_stage: MeasuredDiffusers, lamp_responses: MeasuredDiffusers, placed_vertices: MeasuredDiffusers, holigilm: Objects
+        two_stage: MeasuredDiffusers, placed_vertices: MeasuredDiffusers, holigilm: Objects
     ],
     furnished::peaked_sun_points [
-        two_stage: MeasuredDiffusers, lamp_responses: MeasuredDiffusers, placed_vertices: MeasuredDiffusers, holigilm: Objects
+        two_stage: MeasuredDiffusers, placed_vertices: MeasuredDiffusers, holigilm: Objects
     ],
     furnished::matt_points [placed_vertices: SpecularSurfaces, holigilm: Objects],
     furnished::matt_sun_cells [placed_vertices: SpecularSurfaces, holigilm: Objects],
     furnished::domed_sun_points [placed_vertices: SpecularSurfaces, holigilm: Objects],
     furnished::clear_sun_points [
-        path_tracing: SunThroughClearClosures, two_stage: ClearClosures, lamp_responses: ClearClosures, placed_vertices: ClearClosures,
-        holigilm: Objects
+        path_tracing: SunThroughClearClosures, two_stage: ClearClosures, placed_vertices: MeasuredDiffusers, holigilm: Objects
     ],
     furnished::clear_sun_cells [
-        path_tracing: SunThroughClearClosures, two_stage: ClearClosures, lamp_responses: ClearClosures, placed_vertices: ClearClosures,
-        holigilm: Objects
+        path_tracing: SunThroughClearClosures, two_stage: ClearClosures, placed_vertices: MeasuredDiffusers, holigilm: Objects
     ],
     furnished::mixed_sun_cells [
-        path_tracing: SunThroughClearClosures, two_stage: ClearClosures, lamp_responses: ClearClosures, placed_vertices: ClearClosures,
-        holigilm: Objects
+        path_tracing: SunThroughClearClosures, placed_vertices: SpecularSurfaces, holigilm: Objects
     ],
     furnished::bent_clear_points [
         light_tracing: ClearClosuresOfBentTubes, two_stage: ClearClosures, lamp_responses: ClearClosures, placed_vertices: ClearClosures,
@@ -139,13 +132,14 @@ rows! {
     ],
     furnished::bent_clear_cells [two_stage: ClearClosures, lamp_responses: ClearClosures, placed_vertices: ClearClosures, holigilm: Objects],
     furnished::bent_mixed_points [
-        light_tracing: ClearClosuresOfBentTubes, two_stage: ClearClosures, lamp_responses: ClearClosures, placed_vertices: ClearClosures,
-        holigilm: Objects
+        light_tracing: ClearClosuresOfBentTubes, two_stage: ClearClosuresOfBentTubes, lamp_responses: ClearClosuresOfBentTubes,
+        placed_vertices: ClearClosuresOfBentTubes, holigilm: Objects
     ],
-    furnished::bent_mixed_cells [two_stage: ClearClosures, lamp_responses: ClearClosures, placed_vertices: ClearClosures, holigilm: Objects],
-    furnished::mirror_cells [two_stage: ClearClosures, lamp_responses: ClearClosures, placed_vertices: ClearClosures, holigilm: Objects],
+    furnished::bent_mixed_cells [placed_vertices: ClearClosuresOfBentTubes, holigilm: Objects],
+    furnished::mirror_cells [placed_vertices: ClearClosuresOfBentTubes, holigilm: Objects],
     furnished::mirrors_points [
-        light_tracing: MirrorsAtPoints, two_stage: ClearClosures, lamp_responses: ClearClosures, placed_vertices: ClearClosures, holigilm: Objects
+        light_tracing: MirrorsAtPoints, two_stage: MirrorsAtPoints, lamp_responses: MirrorsAtPoints, placed_vertices: MirrorsAtPoints,
+        holigilm: Objects
     ],
     furnished::mirror_clear_sun_cells [
         path_tracing: SunThroughClearClosures, bidirectional_path_tracing: SunThroughClearClosures,
@@ -158,13 +152,13 @@ rows! {
         placed_vertices: ClearClosures, holigilm: ClearClosuresOfBentTubes
     ],
     furnished::coloured_points [
-        light_tracing: ClearClosuresOfBentTubes, two_stage: ClearClosures, lamp_responses: ClearClosures, placed_vertices: ClearClosures,
-        holigilm: Colours
+        light_tracing: ClearClosuresOfBentTubes, two_stage: ClearClosuresOfBentTubes, lamp_responses: ClearClosuresOfBentTubes,
+        placed_vertices: ClearClosuresOfBentTubes, holigilm: Colours
     ],
-    furnished::coloured_cells [two_stage: ClearClosures, lamp_responses: ClearClosures, placed_vertices: ClearClosures, holigilm: Colours],
+    furnished::coloured_cells [placed_vertices: ClearClosuresOfBentTubes, holigilm: Colours],
     furnished::coloured_tube_points [holigilm: Colours],
     furnished::corners_and_crowded_sensors [
-        light_tracing: PointsNearSurfaces, two_stage: MeasuredDiffusers, lamp_responses: MeasuredDiffusers, placed_vertices: MeasuredDiffusers,
+        light_tracing: PointsNearSurfaces, two_stage: MeasuredDiffusers, lamp_responses: PointsNearSurfaces, placed_vertices: PointsNearSurfaces,
         holigilm: Objects
     ],
     furnished::twenty_tubes_points [],
@@ -178,10 +172,8 @@ rows! {
     sun::beside_walls_cells [placed_vertices: CellAverages, lamp_responses: PointsNearSurfaces],
     effects::no_interreflection_cells [placed_vertices: SpecularSurfaces, holigilm: Objects],
     effects::no_guide_return_cells [placed_vertices: SpecularSurfaces, holigilm: Objects],
-    effects::no_guide_return_clear_cells [
-        two_stage: ClearClosures, lamp_responses: ClearClosures, placed_vertices: ClearClosures, holigilm: Objects
-    ],
-    effects::no_objects_cells [two_stage: ClearClosures, lamp_responses: ClearClosures, placed_vertices: ClearClosures, holigilm: Luminaires],
+    effects::no_guide_return_clear_cells [placed_vertices: SpecularSurfaces, holigilm: Objects],
+    effects::no_objects_cells [placed_vertices: ClearClosuresOfBentTubes, holigilm: Luminaires],
     electric::panels_points [placed_vertices: Luminaires, holigilm: Objects],
     electric::below_a_panel_cells [placed_vertices: Luminaires, holigilm: Objects],
     electric::panels_cells [placed_vertices: Luminaires, holigilm: Objects],
@@ -209,10 +201,10 @@ rows! {
     images::mesh_block_cut_by_cells [placed_vertices: Luminaires, holigilm: Objects],
     images::rug_points [placed_vertices: Luminaires, holigilm: Objects],
     images::lambertian_table_points [
-        two_stage: MeasuredDiffusers, lamp_responses: MeasuredDiffusers, placed_vertices: MeasuredDiffusers, holigilm: MeasuredDiffusers
+        two_stage: MeasuredDiffusers, placed_vertices: MeasuredDiffusers, holigilm: MeasuredDiffusers
     ],
     images::lambertian_table_below_a_bend_cells [
-        two_stage: MeasuredDiffusers, lamp_responses: MeasuredDiffusers, placed_vertices: MeasuredDiffusers, holigilm: MeasuredDiffusers
+        two_stage: MeasuredDiffusers, placed_vertices: MeasuredDiffusers, holigilm: MeasuredDiffusers
     ],
     views::into_the_room [light_tracing: GridsOnly, placed_vertices: GridsOnly, lamp_responses: GridsOnly,
                              holigilm: GridsOnly],

@@ -12,13 +12,18 @@ pub fn sun(scene: &TraceableScene) -> Option<Refusal> {
     if scene.tubes.iter().any(clear) {
         let detail = "the sun's beam through a clear closure is found by chance only";
         Some(Refusal::new(RefusalCode::SunThroughClearClosures, detail))
-    } else if scene.specular_surfaces().any(SurfaceOptics::is_narrow) {
-        let detail =
-            "the sun's beam by way of a mirror or of a glossy surface of roughness below 0.2 is found by chance only";
-        Some(Refusal::new(RefusalCode::SunByMirrors, detail))
     } else {
-        None
+        sun_by_mirrors(scene)
     }
+}
+
+/// The same for paths that end at lamps, where the beam through clear closures is followed otherwise.
+pub fn sun_by_mirrors(scene: &TraceableScene) -> Option<Refusal> {
+    scene.sun?;
+    let detail =
+        "the sun's beam by way of a mirror or of a glossy surface of roughness below 0.2 is found by chance only";
+    let narrow = scene.specular_surfaces().any(SurfaceOptics::is_narrow);
+    narrow.then(|| Refusal::new(RefusalCode::SunByMirrors, detail))
 }
 
 /// What a reader must know of the results of `method` where the room has mirrors.

@@ -34,7 +34,7 @@ impl<const C: usize> Daylight<C> for Followed {
             return;
         }
         if scene.sky.is_some() {
-            connect_sky(walk, vertex, tube);
+            connect_sky(walk, vertex, tube, false);
         }
         if let Some(sun) = &scene.sun
             && tube.diffuser.scatters(tube.opening_radius)
@@ -52,15 +52,47 @@ impl<const C: usize> Daylight<C> for Followed {
     }
 }
 
-/// Adds sky through a point of a tube's opening.
-fn connect_sky<const C: usize>(walk: &mut Walk<'_, C>, vertex: &Vertex<'_, C>, tube: &TraceableTube) {
+/// The same but for light that comes into the room unscattered, through clear zones of closures.
+#[derive(Debug)]
+pub struct FollowedThroughLamps;
+
+impl<const C: usize> Daylight<C> for FollowedThroughLamps {
+    fn connect(&self, walk: &mut Walk<'_, C>, vertex: &Vertex<'_, C>, tube: usize) {
+        let scene = walk.scene;
+        let tube = &scene.tubes[tube];
+        if !tube.daylit {
+            return;
+        }
+        if scene.sky.is_some() {
+            connect_sky(walk, vertex, tube, true);
+        }
+        if let Some(sun) = &scene.sun
+            && tube.diffuser.scatters(tube.opening_radius)
+        {
+            connect_scattered_sun(walk, vertex, tube, sun);
+        }
+    }
+
+    fn found_share(&self, scene: &TraceableScene, tube: usize, way: &Way, position: DVec3) -> Option<f64> {
+        let is_clear = scene.tubes[tube].closure_at(position).unscattered::<C>().is_some();
+        let share = || Daylight::<C>::found_share(&Followed, scene, tube, way, position);
+        if is_clear { None } else { share() }
+    }
+}
+
+/// Adds sky through a point of a tube's opening; `scattered`: only where the closure scatters it.
+fn connect_sky<const C: usize>(walk: &mut Walk<'_, C>, vertex: &Vertex<'_, C>, tube: &TraceableTube, scattered: bool) {
     let point = tube.origin + (warp::disc(walk.samples.pair()) * tube.opening_radius).extend(0.0);
     let way = point - vertex.position;
     let from = -way.normalize();
+    let closure = tube.closure_at(point);
     // drawn before the vertex answers, so that what is hidden uses as many numbers as what is seen
-    let upward = upward::<C>(tube, &tube.closure_at(point), from, SheetSide::Other, &mut walk.samples);
+    let upward = upward::<C>(tube, &closure, from, SheetSide::Other, &mut walk.samples);
     let Some((response, density)) = walk.respond(vertex, point, None) else { return };
     let Some((toward, weight)) = upward.filter(|(_, weight)| weight.max() > 0.0) else { return };
+    if scattered && closure.unscattered::<C>().is_some() {
+        return;
+    }
     let transit: Transit<C> = tube.guide.up(point - tube.origin, toward, &mut walk.samples.random);
     walk.rays += transit.ray_count();
     if transit.end != End::Top {

@@ -11,8 +11,9 @@ use crate::traceable::TraceableTube;
 
 /// Rings of equal area that have their own exitance, and the sectors of each whose differences are carried by points. The
 /// photon that stands for the rest costs some percent of a vertex' light as noise; more of them would cost more time.
-const RINGS: usize = 4;
-const SECTORS: usize = 6;
+pub const RINGS: usize = 4;
+/// Sectors of a ring.
+pub const SECTORS: usize = 6;
 /// Cells of a disc.
 pub const CELLS: usize = RINGS * SECTORS;
 
@@ -201,7 +202,7 @@ pub fn cell(away: DVec2, radius: f64) -> usize {
 }
 
 /// The ring of a cell, and its sector counted around.
-fn ring_and_sector(cell: usize) -> (usize, usize) {
+pub fn ring_and_sector(cell: usize) -> (usize, usize) {
     let (ring, sector) = (cell / SECTORS, cell % SECTORS);
     (ring, if ring.is_multiple_of(2) { sector } else { SECTORS - 1 - sector })
 }
@@ -216,30 +217,6 @@ pub fn within(cell: usize, [u, v]: [f64; 2]) -> DVec2 {
     let (ring, sector) = ring_and_sector(cell);
     let angle = ((sector as f64 + v) / SECTORS as f64 - 0.5) * TAU;
     unit_vector(angle) * ((ring as f64 + u) / RINGS as f64).sqrt()
-}
-
-/// Unit vectors toward the beginnings of the sectors, from that of the first.
-const TURNS: [DVec2; SECTORS] = {
-    let (half, height) = (0.5, 0.866_025_403_784_438_6);
-    [
-        DVec2::new(1.0, 0.0),
-        DVec2::new(half, height),
-        DVec2::new(-half, height),
-        DVec2::new(-1.0, 0.0),
-        DVec2::new(-half, -height),
-        DVec2::new(half, -height),
-    ]
-};
-
-/// A point of each cell, in radii from the centre: [`within`] of each for the same two numbers.
-pub fn within_each([u, v]: [f64; 2]) -> [DVec2; CELLS] {
-    let first = unit_vector((v / SECTORS as f64 - 0.5) * TAU);
-    let radii: [f64; RINGS] = std::array::from_fn(|ring| ((ring as f64 + u) / RINGS as f64).sqrt());
-    let directions = TURNS.map(|turn| turn.rotate(first));
-    std::array::from_fn(|cell| {
-        let (ring, sector) = ring_and_sector(cell);
-        directions[sector] * radii[ring]
-    })
 }
 
 /// True if no point within `reach` of `position`, at its height, is near the disc of `radius` around `origin`.
@@ -330,17 +307,6 @@ mod tests {
             counts[cell(warp::disc([u, v]) * RADIUS, RADIUS)] += 1;
         }
         assert!(counts.iter().all(|count| (950..1050).contains(count)), "{counts:?}");
-    }
-
-    /// A point of each cell lies in it, and is that of the cell alone.
-    #[test]
-    fn points_of_all_cells_are_those_of_each() {
-        for numbers in [[0.5, 0.5], [0.01, 0.99], [0.7, 0.2]] {
-            for (number, point) in within_each(numbers).into_iter().enumerate() {
-                assert_eq!(cell(point * RADIUS, RADIUS), number);
-                assert!(point.distance(within(number, numbers)) < 1e-14);
-            }
-        }
     }
 
     /// Rings in closed form against quadrature, for receivers that lie, stand and lean; the rule's error is O(1/n^2).

@@ -1,15 +1,16 @@
 //! The flux that a tube sends into a room, by patches of its opening: the first of two stages alone.
 //!
 //! Photons of sky or sun go down the tube in passes of even points; every pass is one replicate of all fluxes. Any closure will
-//! do: what passes a clear one counts where it leaves.
+//! do: what passes a clear one counts where it leaves. What leaves as from a Lambertian surface is told apart.
 
 use std::f64::consts::PI;
 use std::sync::atomic::AtomicBool;
 
 use glam::DVec2;
 
-use super::cells::{CELLS, cell, middle};
-use super::light::leaving;
+use super::beside::is_lamp;
+use super::cells::{CELLS, Leaving, cell, middle};
+use super::light::{Part, leaving};
 use crate::integrator::photon::emission::Emission;
 use crate::sampling::{Key, Stream};
 use crate::statistics::Moments;
@@ -37,6 +38,10 @@ pub struct PatchedFlux {
     pub into_room: Moments,
     /// That by patches of the opening, in the order of [`patches`].
     pub patches: Vec<Moments>,
+    /// The part of `into_room` that leaves as from a Lambertian surface.
+    pub evenly: Moments,
+    /// That by patches.
+    pub patches_evenly: Vec<Moments>,
 }
 
 /// Middles of the patches of an opening of `radius` m, in m from its centre, toward east and north of an unturned room, and the
@@ -68,24 +73,40 @@ pub fn patched_flux(
     cancel: &AtomicBool,
 ) -> Result<PatchedFlux, NoFlux> {
     let none = Moments::default();
-    let mut sum = PatchedFlux { at_collector: none, at_diffuser: none, into_room: none, patches: vec![none; CELLS] };
+    let mut sum = PatchedFlux {
+        at_collector: none,
+        at_diffuser: none,
+        into_room: none,
+        patches: vec![none; CELLS],
+        evenly: none,
+        patches_evenly: vec![none; CELLS],
+    };
     let Some(tube) = scene.tubes.first() else { return Ok(sum) };
     let emission = Emission::of_daylight(scene, PHOTONS);
     for pass in 0..MOST_PASSES {
-        let traced = leaving::<3>(scene, &emission, key.stream(Stream::Pass, pass), cancel);
-        let (photons, account) = traced.ok_or(NoFlux::Cancelled)?;
+        let key = key.stream(Stream::Pass, pass);
+        let traced = |part: Part| leaving::<3>(scene, &emission, key, part, cancel).ok_or(NoFlux::Cancelled);
+        let (photons, account) = traced(Part::All)?;
         if let Some(photon) = account.not_finite {
             return Err(NoFlux::NotFinite { pass, photon });
         }
-        let mut patches = [0.0; CELLS];
-        for photon in photons.iter().take(1).flatten() {
-            patches[cell(photon.position - tube.origin.truncate(), tube.opening_radius)] += photon.flux.luminance();
-        }
+        let by_patches = |photons: &[Vec<Leaving<3>>]| {
+            let mut patches = [0.0; CELLS];
+            for photon in photons.iter().take(1).flatten() {
+                patches[cell(photon.position - tube.origin.truncate(), tube.opening_radius)] += photon.flux.luminance();
+            }
+            patches
+        };
+        let patches = by_patches(&photons);
+        // the same photons once more
+        let evenly = if is_lamp(tube) { patches } else { by_patches(&traced(Part::Evenly)?.0) };
         sum.patches.iter_mut().zip(patches).for_each(|(moments, flux)| moments.push(flux));
+        sum.patches_evenly.iter_mut().zip(evenly).for_each(|(moments, flux)| moments.push(flux));
         let [fluxes, ..] = &account.tubes[..] else { return Ok(sum) };
         sum.at_collector.push(fluxes.at_collector);
         sum.at_diffuser.push(fluxes.at_diffuser);
         sum.into_room.push(fluxes.into_room);
+        sum.evenly.push(fluxes.evenly);
         if pass + 1 >= LEAST_PASSES {
             let quantile = two_sided_student_quantile(CONFIDENCE, pass as f64);
             if quantile * sum.into_room.standard_error() <= relative_error * sum.into_room.mean {

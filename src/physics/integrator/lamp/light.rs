@@ -23,16 +23,14 @@ use super::books;
 use super::cells::{Leaving, TubeLight};
 use super::in_box::BoxRoom;
 use super::sight::{Sight, sight};
-use crate::integrator::backward::daylight::Followed;
+use crate::integrator::backward::daylight::FollowedThroughLamps;
 use crate::integrator::backward::next_event::{Daylight, Way};
 use crate::integrator::backward::vertex::Vertex;
 use crate::integrator::backward::walk::{Ray, Walk};
-use crate::integrator::method::{Refusal, RefusalCode};
 use crate::integrator::photon::chunks::{Tally, fold_chunks};
 use crate::integrator::photon::descent::{Entering, Exit, descend_by};
 use crate::integrator::photon::emission::{Emission, EmittedPhoton, Start};
 use crate::integrator::photon::ledger::Account;
-use crate::optics::Diffuser;
 use crate::sampling::{Key, PathRandom, PathSamples, Replicate, Stream};
 use crate::traceable::{TraceableScene, TraceableTube};
 
@@ -41,21 +39,6 @@ const CONNECTIONS: usize = 2;
 
 /// Photons that go down a tube together.
 const AT_ONCE: usize = 64;
-
-/// Reason why the light of some tubes is not that of lamps, if it is not: their closures do not forget where it came from.
-pub fn refuses_closures(tubes: &[TraceableTube]) -> Option<Refusal> {
-    let cut = "the path is cut at Lambertian diffusers, but";
-    let measured = |tube: &TraceableTube| matches!(tube.diffuser, Diffuser::Measured(_));
-    let unscattered = |tube: &TraceableTube| tube.diffuser.specular_zone(tube.opening_radius).is_some();
-    if tubes.iter().any(unscattered) {
-        Some(Refusal::new(RefusalCode::ClearClosures, format!("{cut} a closure lets light pass unscattered")))
-    } else if tubes.iter().any(measured) {
-        let detail = format!("{cut} light leaves a measured one by its direction of incidence");
-        Some(Refusal::new(RefusalCode::MeasuredDiffusers, detail))
-    } else {
-        None
-    }
-}
 
 /// What some photons send from the closure of each tube, and their account.
 pub type Sums<const C: usize> = (Vec<Vec<Leaving<C>>>, Account);
@@ -67,18 +50,28 @@ impl<const C: usize> Tally for Sums<C> {
     }
 }
 
-/// The light that leaves the closure of each tube in one pass, with the fluxes of the tubes, and books of all but what enters the
-/// room; `None` when cancelled. What a clear closure lets pass leaves like the rest.
+/// Light that leaves a closure.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Part {
+    /// Whatever leaves.
+    All,
+    /// What leaves as from a Lambertian surface.
+    Evenly,
+}
+
+/// The light that leaves the closure of each tube in one pass, all or a part of it, with the fluxes of the tubes, and books of all but
+/// what enters the room; `None` when cancelled.
 pub fn leaving<const C: usize>(
     scene: &TraceableScene,
     emission: &Emission,
     pass: Key,
+    part: Part,
     cancel: &AtomicBool,
 ) -> Option<Sums<C>> {
     let chunk = |numbers: Range<u64>| {
         let mut sums = (vec![Vec::new(); scene.tubes.len()], Account::new(scene.tubes.len()));
         let mut tube_photons = |tube, photons: &mut Vec<_>| {
-            leave(scene, tube, photons, &mut sums);
+            leave(scene, part, tube, photons, &mut sums);
             photons.clear();
         };
         let (mut tube_before, mut photons) = (0, Vec::with_capacity(AT_ONCE));
@@ -109,6 +102,7 @@ pub fn leaving<const C: usize>(
 /// What some photons send from the closure of the tube with number `tube`, added to the sums.
 fn leave<const C: usize>(
     scene: &TraceableScene,
+    part: Part,
     tube: usize,
     photons: &mut [(Entering, PathSamples)],
     (leaving, account): &mut Sums<C>,
@@ -122,14 +116,17 @@ fn leave<const C: usize>(
         let way = way
             .copied()
             .unwrap_or_else(|| of_tube.guide.down(entering.position, entering.direction, &mut samples.random));
-        let mut into_room = 0.0;
+        let (mut into_room, mut evenly) = (0.0, 0.0);
         let at_diffuser = |exit: &Exit<'_, C>| {
             let through = exit.into_room();
             into_room += through.luminance();
-            leaving.push(Leaving { position: exit.position.truncate(), flux: through });
+            evenly += exit.evenly().luminance();
+            let flux = if part == Part::All { through } else { exit.evenly() };
+            leaving.push(Leaving { position: exit.position.truncate(), flux });
         };
         let descent = descend_by(way, scene, of_tube, *entering, samples, (rays, ledger), at_diffuser);
         fluxes.into_room += into_room;
+        fluxes.evenly += evenly;
         fluxes.at_collector += descent.entered.luminance();
         fluxes.at_diffuser += descent.arrived.luminance();
     }
@@ -151,13 +148,18 @@ impl<const C: usize> DiffuserLight<C> {
         pass: Key,
         cancel: &AtomicBool,
     ) -> Option<(Self, Account)> {
-        let (all, mut account) = leaving(scene, emission, pass, cancel)?;
-        books::book_room(scene, &all, pass, &mut account);
+        let (all, mut account) = leaving(scene, emission, pass, Part::All, cancel)?;
+        Some((Self::of(scene, all, pass, &mut account), account))
+    }
+
+    /// The light of one pass by all that leaves each closure evenly; `account` gets the books of where that ends in the room.
+    pub fn of(scene: &TraceableScene, all: Vec<Vec<Leaving<C>>>, pass: Key, account: &mut Account) -> Self {
+        books::book_room(scene, &all, pass, account);
         let light = |(index, (tube, photons)): (usize, (&TraceableTube, Vec<Leaving<C>>))| {
             TubeLight::new(tube, photons, PathRandom::new(pass.stream(Stream::DiffuserChoice, index as u64)).uniform())
         };
         let tubes = scene.tubes.iter().zip(all).enumerate().map(light).collect();
-        Some((Self { tubes, room: BoxRoom::of(scene) }, account))
+        Self { tubes, room: BoxRoom::of(scene) }
     }
 
     /// The light of each tube, in the order of the scene.
@@ -216,7 +218,7 @@ impl<const C: usize> Daylight<C> for DiffuserLight<C> {
     fn connect(&self, walk: &mut Walk<'_, C>, vertex: &Vertex<'_, C>, tube: usize) {
         let light = &self.tubes[tube];
         match sight(walk.scene, vertex, light.origin, light.radius) {
-            Sight::ByRays => return Followed.connect(walk, vertex, tube),
+            Sight::ByRays => return FollowedThroughLamps.connect(walk, vertex, tube),
             Sight::Never => return,
             _ if light.choices.is_empty() => return,
             Sight::Whole(albedo) => {
@@ -242,9 +244,11 @@ impl<const C: usize> Daylight<C> for DiffuserLight<C> {
     fn found_share(&self, scene: &TraceableScene, tube: usize, way: &Way, position: DVec3) -> Option<f64> {
         match way.last {
             Some(last) if last.narrow || !self.tubes[tube].is_far(last.position, 0.0) => {
-                Daylight::<C>::found_share(&Followed, scene, tube, way, position)
+                Daylight::<C>::found_share(&FollowedThroughLamps, scene, tube, way, position)
             }
             Some(_) => None,
+            // what passes unscattered is none of a lamp's
+            None if scene.tubes[tube].closure_at(position).unscattered::<C>().is_some() => None,
             // photons are connected to the eye, but by way of mirrors to nothing
             None => (!way.from_eye).then_some(1.0),
         }

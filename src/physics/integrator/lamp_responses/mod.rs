@@ -14,11 +14,13 @@
 //! | `(K\|N) t F E`, else | some photons, connected where nothing is between |
 //! | `(K\|N) t F V .. E` | flux of the patch, times the response found by paths from E, the patch lit evenly |
 //! | `M ..` | as path tracing, kept with the responses |
+//! | `(K\|N) t C ..`, and what a table has beside its Lambertian sheet | as light tracing ([`lamp::beside`](super::lamp::beside)) |
 //!
 //! **Settings.** `photons_per_pass` (64 to 16 777 216; by default chosen for the accuracy asked for) and `samples_per_sensor`
 //! (128; 1 to 65 536): the paths of a sensor.
 //!
-//! **Refuses** views, closures that pass light unscattered, measured diffusers, and sensors within a radius of an opening.
+//! **Refuses** views, closures without a Lambertian part, sensors within a radius of an opening, and below closures that are Lambertian in
+//! part what light tracing refuses. Of an opening the patches' parts in the Lambertian zone shine.
 //! A patch counts as evenly lit for light that the room reflects: how much that may change is part of the error, as a bias.
 //! Bad at diffusers that mirrors show (it warns).
 //!
@@ -35,9 +37,10 @@ use std::sync::atomic::AtomicBool;
 
 use glam::{DVec2, DVec3};
 
-use super::lamp::cells::{CELLS, Receiver, TubeLight, cell, middle};
-use super::lamp::light::{DiffuserLight, refuses_closures};
-use super::photon::emission::Emission;
+use super::lamp::beside::{Lamps, Lit, add_beside, bytes_beside, photons_beside, refuses_beside};
+use super::lamp::cells::{CELLS, Receiver, TubeLight, cell};
+use super::lamp::light::DiffuserLight;
+use super::lamp::zone::Zone;
 use super::{GridPass, Integrator, Pass};
 use crate::guide::RayCount;
 use crate::integrator::backward::chance;
@@ -83,11 +86,11 @@ const LEAST: f64 = 64.0;
 const MOST: f64 = 65_536.0;
 
 impl Settings {
-    /// Photons of a pass for a relative standard error `target`.
-    fn photons(&self, target: f64, tubes: usize) -> u64 {
+    /// Photons of a pass for a relative standard error `target`; light beside the lamps asks for so many at least.
+    fn photons(&self, target: f64, tubes: usize, beside: f64) -> u64 {
         let wanted = PHOTONS_FOR_ONE_PERCENT * tubes as f64 * libm::pow(0.01 / target, GROWTH);
         // whole rows of small nets
-        let by_accuracy = (wanted.clamp(LEAST, MOST) / LEAST).round() as u64 * LEAST as u64;
+        let by_accuracy = (wanted.max(beside).clamp(LEAST, MOST) / LEAST).round() as u64 * LEAST as u64;
         self.photons_per_pass.unwrap_or(by_accuracy)
     }
 }
@@ -110,7 +113,7 @@ impl Described for Settings {
     }
 
     fn refuses(&self, task: &Task) -> Option<Refusal> {
-        refuses_closures(&task.traceable.tubes).or_else(|| near_openings(task))
+        refuses_beside(task).or_else(|| near_openings(task))
     }
 
     fn warns(&self, task: &Task) -> Option<Caveat> {
@@ -119,13 +122,13 @@ impl Described for Settings {
 
     fn seconds_per_pass(&self, work: &Work) -> f64 {
         let paths = f64::from(self.samples_per_sensor) * work.sensors;
-        self.photons(work.target, 1) as f64 * work.tubes * (work.seconds_per_path + 2e-9 * work.sensors)
+        self.photons(work.target, 1, 0.0) as f64 * work.tubes * (work.seconds_per_path + 2e-9 * work.sensors)
             + paths * (1e-6 + 0.5e-6 * work.tubes)
     }
 
     fn working_bytes(&self, load: &Load) -> f64 {
         let photons = self.photons_per_pass.map_or(MOST, |photons| photons as f64);
-        photons * load.photon_bytes() * Load::COPIES
+        photons * load.photon_bytes() * Load::COPIES + bytes_beside(load, photons)
     }
 
     fn trial(&self, _: &Task) -> Trial {
@@ -136,7 +139,8 @@ impl Described for Settings {
 
     fn build(&self, task: &Task, seed: u64, target: f64) -> Computation {
         let scene = task.traceable.clone();
-        let photons = self.photons(target, scene.tubes.len());
+        let beside = photons_beside(&scene.tubes, target);
+        let photons = self.photons(target, scene.tubes.len(), beside);
         let sizes = Sizes { photons, paths: self.samples_per_sensor, keeps_rooms: self.keeps_rooms };
         match task.scene.channels {
             Channels::Photopic => {
@@ -171,7 +175,7 @@ const CONNECTIONS_IN_PART: usize = 256;
 pub struct LampResponses<const C: usize> {
     scene: Arc<TraceableScene>,
     room: Room<C>,
-    emission: Emission,
+    lamps: Lamps<C>,
     grids: Vec<Grid>,
     seed: Key,
 }
@@ -179,9 +183,9 @@ pub struct LampResponses<const C: usize> {
 impl<const C: usize> LampResponses<C> {
     /// Divides the photons of a pass among sky and sun of the tubes; equal seeds give equal bits.
     pub fn new(description: &Scene, scene: Arc<TraceableScene>, grids: &[Grid], sizes: Sizes, seed: u64) -> Self {
-        let emission = Emission::of_daylight(&scene, sizes.photons);
+        let lamps = Lamps::new(&scene, grids, sizes.photons, seed);
         let room = Room::new(description, &scene, grids, sizes, seed);
-        Self { room, emission, grids: grids.to_vec(), seed: Key::new(seed), scene }
+        Self { room, lamps, grids: grids.to_vec(), seed: Key::new(seed), scene }
     }
 
     /// True if a replicate of the room is kept, so that nothing is traced in the room for it.
@@ -227,11 +231,13 @@ impl<const C: usize> LampResponses<C> {
 impl<const C: usize> Integrator for LampResponses<C> {
     fn pass(&self, pass: u64, cancel: &AtomicBool) -> Option<Pass> {
         let key = self.seed.stream(Stream::Pass, pass);
-        let (light, account) = DiffuserLight::<C>::trace(&self.scene, &self.emission, key, cancel)?;
+        let Lit { lamps: light, beside, account } = self.lamps.pass(&self.scene, key, cancel)?;
         let room = self.room.pass(pass, cancel)?;
-        let mut result = Pass { account, photons: self.emission.photons(), ..Pass::default() };
+        let mut result = Pass { account, photons: self.lamps.photons(), ..Pass::default() };
         result.account.rays += room.rays;
-        let (fluxes, offset): (Vec<_>, Vec<_>) = light.tubes().iter().map(by_patch).unzip();
+        let zones = self.room.zones();
+        let by_patch = |(tube, zone): (&TubeLight<C>, &Zone)| by_patch(tube, zone);
+        let (fluxes, offset): (Vec<_>, Vec<_>) = light.tubes().iter().zip(zones).map(by_patch).unzip();
         let fluxes = fluxes.concat();
         for (number, (grid, responses)) in self.grids.iter().zip(&room.grids).enumerate() {
             let stream = key.stream(Stream::Grid, number as u64);
@@ -243,7 +249,7 @@ impl<const C: usize> Integrator for LampResponses<C> {
             for ((lux, rays), response) in straight.iter().zip(responses) {
                 let reflected = lit_by(&response.reflected, &fluxes).luminance();
                 of_grid.illuminance.push(lux + reflected + response.luminaires);
-                of_grid.bias.push(unevenness(&response.reflected, &self.scene.tubes, &offset));
+                of_grid.bias.push(unevenness(&response.reflected, (&self.scene.tubes, zones), &offset));
                 result.account.rays += *rays;
             }
             if grid.responses {
@@ -251,6 +257,7 @@ impl<const C: usize> Integrator for LampResponses<C> {
             }
             result.grids.push(of_grid);
         }
+        add_beside(&mut result.grids, &beside);
         Some(result)
     }
 
@@ -279,14 +286,14 @@ impl<const C: usize> LampResponses<C> {
 }
 
 /// The flux of each patch of a tube, and the moment in lm m by which photons leave beside the middles of their patches.
-fn by_patch<const C: usize>(tube: &TubeLight<C>) -> (Vec<Spectrum<C>>, Uneven) {
+fn by_patch<const C: usize>(tube: &TubeLight<C>, zone: &Zone) -> (Vec<Spectrum<C>>, Uneven) {
     let mut fluxes = vec![Spectrum::ZERO; PATCHES];
     let mut moment_lm_m = DVec2::ZERO;
     for photon in &tube.photons {
         let away = photon.position - tube.origin.truncate();
         let patch = cell(away, tube.radius);
         fluxes[patch] += photon.flux;
-        moment_lm_m += (away - middle(patch) * tube.radius) * photon.flux.luminance();
+        moment_lm_m += (away - zone.middle(patch) * tube.radius) * photon.flux.luminance();
     }
     (fluxes, Uneven { moment_lm_m })
 }
@@ -300,17 +307,19 @@ struct Uneven {
 
 /// Bias in lx of what a sensor gets by way of the room, for patches that count as evenly lit: the slope of its response over each
 /// opening, in lx/lm per m, times the moment of the light within the patches.
-fn unevenness(reflected: &[f64], tubes: &[TraceableTube], uneven: &[Uneven]) -> f64 {
+fn unevenness(reflected: &[f64], (tubes, zones): (&[TraceableTube], &[Zone]), uneven: &[Uneven]) -> f64 {
     let channels = reflected.len() / (tubes.len() * PATCHES).max(1);
-    let of_tube = |((tube, uneven), responses): ((&TraceableTube, &Uneven), &[f64])| {
+    let of_tube = |(((tube, zone), uneven), responses): (((&TraceableTube, &Zone), &Uneven), &[f64])| {
         let (mut slope, mut squares) = (DVec2::ZERO, 0.0);
-        for (patch, response) in responses.chunks_exact(channels).enumerate() {
-            let away = middle(patch) * tube.opening_radius;
+        let held = zone.held();
+        let parts = responses.chunks_exact(channels).enumerate();
+        for (patch, response) in parts.filter(|(patch, _)| held[*patch] > 0.0) {
+            let away = zone.middle(patch) * tube.opening_radius;
             slope += away * (response.iter().sum::<f64>() / channels as f64);
             squares += 0.5 * away.length_squared();
         }
-        (slope / squares).dot(uneven.moment_lm_m)
+        if squares > 0.0 { (slope / squares).dot(uneven.moment_lm_m) } else { 0.0 }
     };
     let responses = reflected.chunks_exact((PATCHES * channels).max(1));
-    tubes.iter().zip(uneven).zip(responses).map(of_tube).sum()
+    tubes.iter().zip(zones).zip(uneven).zip(responses).map(of_tube).sum()
 }

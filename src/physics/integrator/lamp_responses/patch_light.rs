@@ -13,8 +13,9 @@ use crate::integrator::backward::next_event::{Daylight, NextEvent, Way};
 use crate::integrator::backward::opening::DaylightShare;
 use crate::integrator::backward::vertex::Vertex;
 use crate::integrator::backward::walk::{Meeting, Ray, Walk};
-use crate::integrator::lamp::cells::{CELLS, Receiver, cell, is_far, within_each};
+use crate::integrator::lamp::cells::{CELLS, Receiver, cell, is_far};
 use crate::integrator::lamp::sight::{Sight, sight};
+use crate::integrator::lamp::zone::Zone;
 use crate::optics::Spectrum;
 use crate::sampling::warp;
 use crate::traceable::{TraceableScene, TraceableTube};
@@ -25,15 +26,18 @@ const CONNECTIONS: usize = 2;
 /// What a path finds of each patch, in lx (or cd/m2 for a path from an eye) per lumen that leaves it, tube by tube; the light of
 /// luminaires goes to the walk's sum.
 #[derive(Debug)]
-pub struct PatchLight<const C: usize> {
+pub struct PatchLight<'a, const C: usize> {
+    /// The zone of each opening that shines.
+    zones: &'a [Zone],
     found: RefCell<Vec<Spectrum<C>>>,
     vectors: pulp::Arch,
 }
 
-impl<const C: usize> PatchLight<C> {
-    /// Nothing found yet in a room with this number of tubes.
-    pub fn new(tubes: usize) -> Self {
-        Self { found: RefCell::new(vec![Spectrum::ZERO; tubes * CELLS]), vectors: pulp::Arch::new() }
+impl<'a, const C: usize> PatchLight<'a, C> {
+    /// Nothing found yet of the patches of these zones, one for each tube.
+    pub fn new(zones: &'a [Zone]) -> Self {
+        let found = RefCell::new(vec![Spectrum::ZERO; zones.len() * CELLS]);
+        Self { zones, found, vectors: pulp::Arch::new() }
     }
 
     /// What all paths have found, patch by patch.
@@ -47,14 +51,22 @@ impl<const C: usize> PatchLight<C> {
         }
     }
 
+    /// Area of the opening of a tube in that of the part of a patch that shines; 0 at a point where it does not.
+    fn per_part(&self, tube: &TraceableTube, number: usize, at: DVec3, patch: usize) -> f64 {
+        let is_clear = tube.closure_at(at).unscattered::<C>().is_some();
+        if is_clear { 0.0 } else { self.zones[number].per_part(patch) }
+    }
+
     fn connect_to(&self, walk: &mut Walk<'_, C>, vertex: &Vertex<'_, C>, number: usize, tube: &TraceableTube) {
         match sight(walk.scene, vertex, tube.origin, tube.opening_radius) {
             Sight::ByRays | Sight::Never => {}
             Sight::Whole(albedo) => {
-                let points = within_each(walk.samples.pair());
+                let points = self.zones[number].within_each(walk.samples.pair());
+                let held = self.zones[number].held();
                 let receiver = Receiver::new(vertex.position, vertex.normal, tube.origin);
                 let (centre, radius) = (tube.origin.truncate(), tube.opening_radius);
-                let lit = self.vectors.dispatch(Lit { receiver: &receiver, points: &points, centre, radius });
+                let lit = Lit { receiver: &receiver, points: &points, held: &held, centre, radius };
+                let lit = self.vectors.dispatch(lit);
                 let mut found = self.found.borrow_mut();
                 for (found, lit) in found.iter_mut().skip(number * CELLS).zip(lit) {
                     *found += albedo * (lit * (1.0 / PI));
@@ -64,13 +76,14 @@ impl<const C: usize> PatchLight<C> {
                 let numbers: [[f64; 2]; CONNECTIONS] = std::array::from_fn(|_| walk.samples.pair());
                 for numbers in numbers {
                     let away = warp::disc(numbers) * tube.opening_radius;
+                    let patch = cell(away, tube.opening_radius);
                     let source = tube.origin + away.extend(0.0);
                     let way = source - vertex.position;
                     let distance_squared = way.length_squared();
                     if let Some((response, _)) = walk.respond(vertex, source, None) {
                         let per_area = way.z / (PI * distance_squared * distance_squared.sqrt());
-                        let share = CELLS as f64 / CONNECTIONS as f64;
-                        self.find(number, cell(away, tube.opening_radius), response * (per_area * share));
+                        let share = self.per_part(tube, number, source, patch) / CONNECTIONS as f64;
+                        self.find(number, patch, response * (per_area * share));
                     }
                 }
             }
@@ -78,10 +91,12 @@ impl<const C: usize> PatchLight<C> {
     }
 }
 
-/// Asks for the illuminance in lx of a receiver by one lumen that leaves each of some points of an opening.
+/// Asks for the illuminance in lx of a receiver by one lumen that leaves each of some points of an opening, where it shines.
 struct Lit<'a> {
     receiver: &'a Receiver,
     points: &'a [DVec2; CELLS],
+    /// 1 for each point that shines, else 0.
+    held: &'a [f64; CELLS],
     centre: DVec2,
     radius: f64,
 }
@@ -91,10 +106,10 @@ impl pulp::NullaryFnOnce for Lit<'_> {
 
     #[inline(always)]
     fn call(self) -> [f64; CELLS] {
-        let Self { receiver, points, centre, radius } = self;
+        let Self { receiver, points, held, centre, radius } = self;
         let mut lit = [0.0; CELLS];
-        for (lit, point) in lit.iter_mut().zip(points) {
-            *lit = receiver.point(centre + *point * radius);
+        for ((lit, point), held) in lit.iter_mut().zip(points).zip(held) {
+            *lit = receiver.point(centre + *point * radius) * held;
         }
         lit
     }
@@ -114,7 +129,7 @@ impl<const C: usize> Daylight<C> for NoDaylight {
 /// Luminaires are met as by any other path.
 const LUMINAIRES: NextEvent<'static, NoDaylight> = NextEvent(&NoDaylight);
 
-impl<const C: usize> Meeting<C> for PatchLight<C> {
+impl<const C: usize> Meeting<C> for PatchLight<'_, C> {
     type Trace = Way;
     type Arrival = ();
 
@@ -166,9 +181,9 @@ impl<const C: usize> Meeting<C> for PatchLight<C> {
             None => !ray.trace.from_eye,
         };
         if is_found {
-            let away = (position - of.origin).truncate();
-            let luminance = CELLS as f64 / (PI * of.opening_area_m2());
-            self.find(tube, cell(away, of.opening_radius), ray.weight * luminance);
+            let patch = cell((position - of.origin).truncate(), of.opening_radius);
+            let luminance = self.per_part(of, tube, position, patch) / (PI * of.opening_area_m2());
+            self.find(tube, patch, ray.weight * luminance);
         }
         Some(DaylightShare::NONE)
     }

@@ -14,8 +14,8 @@ use super::replicate::{Response, RoomPass};
 use crate::guide::{Guide, RayCount, StraightGuide};
 use crate::integrator::backward::pass::{centre, each};
 use crate::integrator::backward::walk::Walk;
-use crate::integrator::lamp::cells::{CELLS, Receiver, is_far, within_each};
-use crate::optics::Diffuser;
+use crate::integrator::lamp::cells::{CELLS, Receiver, is_far};
+use crate::integrator::lamp::zone::Zone;
 use crate::sampling::{Key, PathSamples, Stream};
 use crate::scene::{EstimateKind, Grid, Scene, Tube};
 use crate::traceable::{TraceableScene, TraceableTube};
@@ -45,6 +45,8 @@ pub struct Sizes {
 #[derive(Debug)]
 pub struct Room<const C: usize> {
     scene: TraceableScene,
+    /// The zone of each opening that shines.
+    zones: Vec<Zone>,
     grids: Vec<Sensors>,
     paths: u32,
     seed: Key,
@@ -67,8 +69,14 @@ impl<const C: usize> Room<C> {
     pub fn new(scene: &Scene, traceable: &TraceableScene, grids: &[Grid], sizes: Sizes, seed: u64) -> Self {
         let room = below_openings(traceable);
         let kept = sizes.keeps_rooms.then(|| Kept::of(content(scene, traceable, &room, grids, sizes.paths, seed, C)));
-        let grids = grids.iter().map(|grid| Sensors::new(&room, grid)).collect();
-        Self { scene: room, grids, paths: sizes.paths, seed: Key::new(seed), kept }
+        let zones = zones(traceable);
+        let grids = grids.iter().map(|grid| Sensors::new(&room, &zones, grid)).collect();
+        Self { scene: room, zones, grids, paths: sizes.paths, seed: Key::new(seed), kept }
+    }
+
+    /// The zone of each opening that shines.
+    pub fn zones(&self) -> &[Zone] {
+        &self.zones
     }
 
     /// True if a sensor of a grid sees all openings whole.
@@ -115,7 +123,7 @@ impl<const C: usize> Room<C> {
     fn response(&self, sensors: &Sensors, index: usize, stream: Key) -> (Response, RayCount) {
         let scene = &self.scene;
         let place = Place::of(scene, &sensors.grid, index);
-        let light = PatchLight::<C>::new(scene.tubes.len());
+        let light = PatchLight::<C>::new(&self.zones);
         let (mut luminaires, mut rays) = (0.0, RayCount::default());
         for number in 0..u64::from(self.paths) {
             let samples = PathSamples::with_pairs(stream, number, SOBOL_PAIRS);
@@ -130,7 +138,7 @@ impl<const C: usize> Room<C> {
         let share = 1.0 / f64::from(self.paths);
         let reflected = light.into_found().into_iter().flat_map(|found| (found * share).0).collect();
         let straight = if sensors.grid.responses && !sensors.sees_all[index] {
-            straight(scene, &place, stream.stream(Stream::StraightFromPatches, 0), POINTS_IN_PART)
+            straight((scene, &self.zones), &place, stream.stream(Stream::StraightFromPatches, 0), POINTS_IN_PART)
         } else {
             Vec::new()
         };
@@ -151,7 +159,13 @@ fn content(
 ) -> Content {
     let kept = |(tube, shape): (&TraceableTube, &Tube)| returns_light(traceable, tube).then(|| shape.clone());
     let guides: Vec<_> = traceable.tubes.iter().zip(&scene.tubes).map(kept).collect();
-    Content::of(&(&scene.room, guides, without_meshes(room), nameless(grids), channels, paths, seed))
+    Content::of(&(&scene.room, guides, without_meshes(room), zones(traceable), nameless(grids), channels, paths, seed))
+}
+
+/// The zone of each opening that is a lamp.
+fn zones(scene: &TraceableScene) -> Vec<Zone> {
+    let of = |tube: &TraceableTube| Zone::new(tube.diffuser.even_zone(tube.opening_radius), tube.opening_radius);
+    scene.tubes.iter().map(of).collect()
 }
 
 /// The scene as it is below the openings: what is above is gone, but for guides that light comes back from.
@@ -167,9 +181,7 @@ fn below_openings(scene: &TraceableScene) -> TraceableScene {
         let radius = tube.opening_radius;
         let pipe = StraightGuide { radius, length: 1.0, reflectance: black.into(), collector_transmittance: black };
         (tube.guide, tube.section, tube.cones) = (Guide::Straight(pipe), None, None);
-        if let Diffuser::Lambertian { transmittance, .. } = &mut tube.diffuser {
-            *transmittance = black;
-        }
+        tube.diffuser = tube.diffuser.opaque();
     }
     room
 }
@@ -236,14 +248,14 @@ impl Place {
 }
 
 impl Sensors {
-    fn new(scene: &TraceableScene, grid: &Grid) -> Self {
+    fn new(scene: &TraceableScene, zones: &[Zone], grid: &Grid) -> Self {
         let places: Vec<Place> = (0..grid.len()).map(|index| Place::of(scene, grid, index)).collect();
         let sees_all = |place: &Place| scene.tubes.iter().all(|tube| place.sees(scene, tube));
         let sees_all: Vec<bool> = places.iter().map(sees_all).collect();
         let straight_to = |(place, sees_all): (&Place, &bool)| {
             // the same points for all sensors: a response has no noise of its own here
             if *sees_all {
-                straight(scene, place, Key::new(0).stream(Stream::StraightFromPatches, 0), POINTS)
+                straight((scene, zones), place, Key::new(0).stream(Stream::StraightFromPatches, 0), POINTS)
             } else {
                 Vec::new()
             }
@@ -254,8 +266,8 @@ impl Sensors {
     }
 }
 
-/// Light straight from each patch to a sensor in lx/lm, by `points` of each.
-fn straight(scene: &TraceableScene, place: &Place, stream: Key, points: u64) -> Vec<f64> {
+/// Light straight from each patch to a sensor in lx/lm, by `points` of each, of a room with the zones of its openings.
+fn straight((scene, zones): (&TraceableScene, &[Zone]), place: &Place, stream: Key, points: u64) -> Vec<f64> {
     let mut lit = vec![0.0; scene.tubes.len() * CELLS];
     for number in 0..points {
         let mut samples = PathSamples::new(stream, number);
@@ -263,12 +275,13 @@ fn straight(scene: &TraceableScene, place: &Place, stream: Key, points: u64) -> 
         if scene.is_in_box(position) {
             continue;
         }
-        let of_patches = within_each(samples.pair());
-        for (tube, lit) in scene.tubes.iter().zip(lit.chunks_exact_mut(CELLS)) {
+        let numbers = samples.pair();
+        for ((tube, zone), lit) in scene.tubes.iter().zip(zones).zip(lit.chunks_exact_mut(CELLS)) {
+            let (of_patches, held) = (zone.within_each(numbers), zone.held());
             let receiver = Receiver::new(position, DVec3::Z, tube.origin);
-            for (lit, point) in lit.iter_mut().zip(&of_patches) {
+            for ((lit, point), held) in lit.iter_mut().zip(&of_patches).zip(held) {
                 let source = tube.origin + (*point * tube.opening_radius).extend(0.0);
-                if scene.visible(source, None, position, None) {
+                if held > 0.0 && scene.visible(source, None, position, None) {
                     *lit += receiver.point(source.truncate()) / points as f64;
                 }
             }

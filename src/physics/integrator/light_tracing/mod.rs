@@ -44,7 +44,7 @@ use crate::integrator::method::{Computation, Described, Kept, Knows, Refusal, Ta
 use crate::integrator::photon::chunks::{self, fold_chunks, sums_at_once};
 use crate::integrator::photon::close_points::dishonest_points;
 use crate::integrator::photon::connect::SensorPlane;
-use crate::integrator::photon::emission::{Emission, Start};
+use crate::integrator::photon::emission::Emission;
 use crate::integrator::photon::ledger::Account;
 use crate::integrator::photon::path::trace;
 use crate::integrator::photon_map::domain::Domain;
@@ -57,8 +57,9 @@ use crate::traceable::TraceableScene;
 use crate::traceable::luminaire::TraceableLuminaire;
 
 pub use refusals::{noisy_points, refuses_points};
-use strips::{Points, Strips, has_strips};
-use tally::Tally;
+pub(crate) use strips::Points;
+use strips::{Strips, has_strips};
+pub(crate) use tally::Tally;
 
 /// Settings of light tracing.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -85,11 +86,22 @@ const MOST: f64 = 8192.0;
 /// Rays from a sensor straight to the sky for every photon and sensor where strips take from what photons leave uncertain.
 const RAYS_WITH_STRIPS: u64 = 4;
 
-impl Settings {
+impl Sizes {
     /// Photons of a pass for a relative standard error `target`, a power of two: Sobol points are most even then.
+    fn photons(&self, target: f64) -> u64 {
+        power_of_two((self.for_one_percent * 0.01 / target).clamp(self.fewest, MOST))
+    }
+}
+
+/// Photons of a pass for a relative standard error `target` of what is traced beside other light.
+pub fn photons_for(target: f64) -> u64 {
+    WITHOUT_STRIPS.photons(target)
+}
+
+impl Settings {
+    /// Photons of a pass for a relative standard error `target`.
     fn photons(&self, target: f64, sizes: &Sizes) -> u64 {
-        let wanted = (sizes.for_one_percent * 0.01 / target).clamp(sizes.fewest, MOST);
-        self.photons_per_pass.unwrap_or_else(|| power_of_two(wanted))
+        self.photons_per_pass.unwrap_or_else(|| sizes.photons(target))
     }
 
     /// Numbers of photons for a task.
@@ -146,15 +158,11 @@ impl Described for Settings {
 /// another thread.
 const SENSORS_AT_ONCE: usize = 64;
 
-/// Number of photons of which one is connected to the sensors from its diffuser: direct light is smooth and needs few
-/// of them, the others go on for the interreflection.
-const DIFFUSER_CONNECTIONS: u64 = 4;
-
 /// The method on one scene; `C` channels of light.
 #[derive(Debug)]
 pub struct LightTracing<const C: usize> {
-    scene: Arc<TraceableScene>,
-    emission: Emission,
+    pub(crate) scene: Arc<TraceableScene>,
+    pub(crate) emission: Emission,
     sensors: Vec<SensorPlane>,
     seed: Key,
     /// Light straight from luminaires at the sensors of point grids, in lux; empty unless it has a closed form.
@@ -172,6 +180,31 @@ impl<const C: usize> LightTracing<C> {
     /// equal bits.
     pub fn new(scene: Arc<TraceableScene>, grids: &[Grid], photons: u64, seed: u64) -> Self {
         let emission = Emission::new(&scene, photons);
+        let mut method = Self::emitting(scene, emission, grids, true, seed);
+        if method.lambert() {
+            method.direct = method.at_points();
+        }
+        let from_diffusers = method.scene.tubes.iter().any(|tube| tube.diffuser.scatters(tube.opening_radius));
+        method.reachable = method.reachable(from_diffusers || method.scene.luminaires_obstructed);
+        method
+    }
+
+    /// For what photons of sky and sun bring beside lamps; `straight`: some connections are from where it comes into the room.
+    pub(crate) fn beside_lamps(
+        scene: Arc<TraceableScene>,
+        grids: &[Grid],
+        photons: u64,
+        straight: bool,
+        seed: u64,
+    ) -> Self {
+        let emission = Emission::of_daylight(&scene, photons);
+        let mut method = Self::emitting(scene, emission, grids, false, seed);
+        method.reachable = method.reachable(straight);
+        method
+    }
+
+    /// The photons of these emitters, and nothing in closed form.
+    fn emitting(scene: Arc<TraceableScene>, emission: Emission, grids: &[Grid], with_strips: bool, seed: u64) -> Self {
         let mut first = 0;
         let sensors: Vec<SensorPlane> = grids
             .iter()
@@ -181,9 +214,12 @@ impl<const C: usize> LightTracing<C> {
                 plane
             })
             .collect();
-        let strips = Strips::new(&scene, &sensors, emission.photons());
-        let mut method = Self {
-            strips,
+        Self {
+            strips: if with_strips {
+                Strips::new(&scene, &sensors, emission.photons())
+            } else {
+                Strips::none(&sensors)
+            },
             scene,
             emission,
             sensors,
@@ -191,22 +227,14 @@ impl<const C: usize> LightTracing<C> {
             direct: Vec::new(),
             reachable: Vec::new(),
             vectors: pulp::Arch::new(),
-        };
-        if method.lambert() {
-            method.direct = method.at_points();
         }
-        method.reachable = method.reachable();
-        method
     }
 
-    /// True for every sensor to which photons can be connected.
-    fn reachable(&self) -> Vec<bool> {
+    /// True for every sensor to which photons can be connected; `straight`: some are from where they come into the room.
+    fn reachable(&self, straight: bool) -> Vec<bool> {
         let scene = &*self.scene;
         let reflects = |surface: &SurfaceOptics| surface.gathers() || surface.is_specular();
-        let scatters = !scene.is_dark()
-            && (scene.tubes.iter().any(|tube| tube.diffuser.scatters(tube.opening_radius))
-                || (scene.interreflection && scene.all_optics().any(reflects))
-                || scene.luminaires_obstructed);
+        let scatters = !scene.is_dark() && (straight || (scene.interreflection && scene.all_optics().any(reflects)));
         if !scatters || !scene.obstructed {
             return vec![scatters; self.sensor_count()];
         }
@@ -225,7 +253,11 @@ impl<const C: usize> LightTracing<C> {
     /// at least. One photon is taken to light a sensor as from half the room's shortest edge away.
     fn counts(&self, lux: &[f64], account: &Account) -> Vec<PhotonCount> {
         let into_room = account.tubes.iter().map(|tube| tube.into_room).sum::<f64>() + account.ledger.luminaires;
-        let flux = if into_room > 0.0 { into_room } else { account.ledger.emitted };
+        self.counts_of(lux, if into_room > 0.0 { into_room } else { account.ledger.emitted })
+    }
+
+    /// What the photons of a pass say of each sensor where they bring `flux` in lm.
+    pub(crate) fn counts_of(&self, lux: &[f64], flux: f64) -> Vec<PhotonCount> {
         let distance = 0.5 * self.scene.size.min_element();
         let one_lux = flux / self.emission.photons().max(1) as f64 / (PI * distance * distance);
         let count = |(lux, reachable): (&f64, &bool)| PhotonCount {
@@ -247,13 +279,27 @@ impl<const C: usize> LightTracing<C> {
         direct
     }
 
-    fn sensor_count(&self) -> usize {
+    pub(crate) fn sensor_count(&self) -> usize {
         self.sensors.last().map_or(0, |last| last.first + last.len())
     }
 
     /// Photons of these numbers of a pass, which has spread `points` over strips.
     fn photons(&self, pass: Key, points: &Points, numbers: Range<u64>) -> Sums {
-        let mut tally = Tally {
+        let mut tally = self.tally(points);
+        let mut account = Account::new(self.scene.tubes.len());
+        for number in numbers {
+            let (photon, mut samples) = self.emission.photon(&self.scene, pass, number);
+            if let Some(photon) = photon {
+                tally.begin(&photon);
+                trace::<C>(&self.scene, &photon, &mut samples, &mut tally, &mut account);
+            }
+        }
+        Sums { lux: tally.lux, exitance: tally.exitance, account }
+    }
+
+    /// A tally of no photons, where `points` are spread over strips.
+    pub(crate) fn tally<'a>(&'a self, points: &'a Points) -> Tally<'a, C> {
+        Tally {
             scene: &self.scene,
             sensors: &self.sensors,
             vectors: self.vectors,
@@ -266,20 +312,7 @@ impl<const C: usize> LightTracing<C> {
             part: 0,
             from_sky: false,
             flight: None,
-        };
-        let mut account = Account::new(self.scene.tubes.len());
-        for number in numbers {
-            let (photon, mut samples) = self.emission.photon(&self.scene, pass, number);
-            if let Some(photon) = photon {
-                let connected = photon.of.div_ceil(DIFFUSER_CONNECTIONS);
-                tally.diffuser_weight =
-                    if photon.index < connected { photon.of as f64 / connected as f64 } else { 0.0 };
-                tally.part = self.strips.part(photon.index);
-                (tally.from_sky, tally.flight) = (matches!(photon.start, Start::Tube(_)) && !photon.sun, None);
-                trace::<C>(&self.scene, &photon, &mut samples, &mut tally, &mut account);
-            }
         }
-        Sums { lux: tally.lux, exitance: tally.exitance, account }
     }
 
     /// True if light straight from luminaires is added in closed form.
@@ -304,9 +337,8 @@ impl<const C: usize> LightTracing<C> {
     }
 
     /// Direct unscattered light at sensor `index` of a point grid, in lux, and the rays it took.
-    fn unscattered(&self, plane: &SensorPlane, index: usize, pass: Key, rays_per_sensor: u64) -> (f64, RayCount) {
+    fn unscattered(&self, plane: &SensorPlane, index: usize, stream: Key, rays_per_sensor: u64) -> (f64, RayCount) {
         let sensor = DVec3::new(plane.x[index], plane.y[index], plane.height);
-        let stream = pass.stream(Stream::Unscattered, (plane.first + index) as u64);
         unscattered(&self.scene, sensor, stream, rays_per_sensor, |_| true)
     }
 }
@@ -351,29 +383,46 @@ impl<const C: usize> Integrator for LightTracing<C> {
                 self.add_to_cells(plane, key, &mut lux[plane.first..plane.first + plane.len()]);
             }
         }
+        let stream = |sensor: u64| key.stream(Stream::Unscattered, sensor);
+        account.rays += self.add_unscattered(stream, cancel, &mut lux)?;
+        Some(Pass { grids: self.by_grids(&lux, &counts), account, photons, ..Pass::default() })
+    }
+}
+
+impl<const C: usize> LightTracing<C> {
+    /// Adds light straight through clear closures at all points, and returns the rays it took; `stream` gives the key of a sensor.
+    pub(crate) fn add_unscattered(
+        &self,
+        stream: impl Fn(u64) -> Key + Sync,
+        cancel: &AtomicBool,
+        lux: &mut [f64],
+    ) -> Option<RayCount> {
         let specular = self.scene.tubes.iter().any(|tube| tube.diffuser.specular_zone(tube.opening_radius).is_some());
+        let mut rays = RayCount::default();
         for (number, plane) in self.sensors.iter().enumerate().filter(|(_, plane)| specular && !plane.average) {
             let per_photon = if self.strips.stand_beside(number) { RAYS_WITH_STRIPS } else { 1 };
-            let per_sensor = (per_photon * photons / plane.len() as u64).next_power_of_two().max(16);
+            let per_sensor = (per_photon * self.emission.photons() / plane.len() as u64).next_power_of_two().max(16);
+            let of = |index: usize| self.unscattered(plane, index, stream((plane.first + index) as u64), per_sensor);
             let direct: Option<Vec<_>> = (0..plane.len())
                 .into_par_iter()
-                .map(|index| (!cancel.load(Ordering::Relaxed)).then(|| self.unscattered(plane, index, key, per_sensor)))
+                .map(|index| (!cancel.load(Ordering::Relaxed)).then(|| of(index)))
                 .collect();
-            for (index, (value, rays)) in direct?.into_iter().enumerate() {
+            for (index, (value, of_sensor)) in direct?.into_iter().enumerate() {
                 lux[plane.first + index] += value;
-                account.rays += rays;
+                rays += of_sensor;
             }
         }
-        let grids = self
-            .sensors
-            .iter()
-            .map(|plane| GridPass {
-                illuminance: lux[plane.first..plane.first + plane.len()].to_vec(),
-                photons: counts[plane.first..plane.first + plane.len()].to_vec(),
-                ..GridPass::default()
-            })
-            .collect();
-        Some(Pass { grids, account, photons, ..Pass::default() })
+        Some(rays)
+    }
+
+    /// Values and counts of all sensors by grids.
+    pub(crate) fn by_grids(&self, lux: &[f64], counts: &[PhotonCount]) -> Vec<GridPass> {
+        let of = |plane: &SensorPlane| {
+            let sensors = plane.first..plane.first + plane.len();
+            let (illuminance, photons) = (lux[sensors.clone()].to_vec(), counts[sensors].to_vec());
+            GridPass { illuminance, photons, ..GridPass::default() }
+        };
+        self.sensors.iter().map(of).collect()
     }
 }
 

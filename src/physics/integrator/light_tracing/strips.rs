@@ -121,7 +121,6 @@ impl<const C: usize> Strips<C> {
     }
 
     /// No strips beside `sensors`.
-    #[cfg(test)]
     pub fn none(sensors: &[SensorPlane]) -> Self {
         Self { all: Vec::new(), numbers: vec![[None; 4]; sensors.len()], points: CONNECTED }
     }

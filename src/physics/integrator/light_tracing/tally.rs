@@ -6,11 +6,16 @@ use glam::{DVec2, DVec3};
 
 use super::strips::{Points, Strips};
 use crate::integrator::photon::connect::{Connection, SensorPlane};
+use crate::integrator::photon::emission::{EmittedPhoton, Start};
 use crate::integrator::photon::path::{Flight, Origin, Scattering, Visitor};
 use crate::optics::Spectrum;
 use crate::sampling::PathSamples;
 use crate::traceable::obstacles::Shadow;
 use crate::traceable::{SurfaceId, TraceableScene};
+
+/// Number of photons of which one is connected to the sensors from its diffuser: direct light is smooth and needs few
+/// of them, the others go on for the interreflection.
+const DIFFUSER_CONNECTIONS: u64 = 4;
 
 /// Illuminance of all sensors in lux, from some photons.
 pub struct Tally<'a, const C: usize> {
@@ -84,6 +89,14 @@ impl<const C: usize> Visitor<C> for Tally<'_, C> {
 }
 
 impl<const C: usize> Tally<'_, C> {
+    /// Makes ready for the path of a photon.
+    pub fn begin(&mut self, photon: &EmittedPhoton) {
+        let connected = photon.of.div_ceil(DIFFUSER_CONNECTIONS);
+        self.diffuser_weight = if photon.index < connected { photon.of as f64 / connected as f64 } else { 0.0 };
+        self.part = self.strips.part(photon.index);
+        (self.from_sky, self.flight) = (matches!(photon.start, Start::Tube(_)) && !photon.sun, None);
+    }
+
     /// Adds what a vertex sends straight to the sensors, unless strips count it.
     fn connect(&mut self, scattering: &Scattering<'_, C>, weight: f64, samples: &mut PathSamples) {
         if weight == 0.0 {

@@ -33,6 +33,11 @@ impl<const C: usize> Exit<'_, C> {
         self.flux * self.closure.value(Travel::WithLight, self.from, toward)
     }
 
+    /// The part of the flux into the room that leaves as from a Lambertian surface, in lm.
+    pub fn evenly(&self) -> Spectrum<C> {
+        self.flux * self.closure.even_share(self.from)
+    }
+
     /// Flux that leaves into the room, in lm.
     pub fn into_room(&self) -> Spectrum<C> {
         self.flux * self.closure.albedo(self.from, SheetSide::Other)

@@ -82,6 +82,8 @@ pub struct TubeFlux {
     pub at_diffuser: f64,
     /// Flux that leaves the closure downward for the first time.
     pub into_room: f64,
+    /// The part of it that leaves as from a Lambertian surface.
+    pub evenly: f64,
 }
 
 /// Sums of a set of photons beside the visitor's own tallies.
@@ -106,7 +108,10 @@ impl Account {
     /// True if all fluxes are finite.
     pub fn is_finite(&self) -> bool {
         let mut ledger = self.ledger;
-        let tubes = self.tubes.iter().all(|tube| (tube.at_collector + tube.at_diffuser + tube.into_room).is_finite());
+        let tubes = self
+            .tubes
+            .iter()
+            .all(|tube| (tube.at_collector + tube.at_diffuser + tube.into_room + tube.evenly).is_finite());
         tubes && ledger.values_mut().into_iter().all(|value| value.is_finite())
     }
 
@@ -117,6 +122,7 @@ impl Account {
             sum.at_collector += tube.at_collector;
             sum.at_diffuser += tube.at_diffuser;
             sum.into_room += tube.into_room;
+            sum.evenly += tube.evenly;
         }
         self.rays += other.rays;
         self.not_finite = self.not_finite.or(other.not_finite);

@@ -1,6 +1,8 @@
 //! One photon's way from a collector through guide and diffuser into the room, or from a luminaire, and on until it is
 //! absorbed.
 
+use std::f64::consts::PI;
+
 use glam::DVec3;
 
 use super::emission::{EmittedPhoton, Start};
@@ -88,6 +90,9 @@ pub trait Visitor<const C: usize> {
     fn emitted(&mut self, scattering: &Scattering<'_, C>, samples: &mut PathSamples);
     /// Light has crossed the room from one point to another, with nothing between.
     fn flew(&mut self, flight: &Flight<C>);
+    /// Light leaves the closure of a tube as from a Lambertian surface, `flux` of it in lm; it is followed no further here, but as that of
+    /// a lamp. Only [`trace_beside_lamps`] tells of it.
+    fn left_lamp(&mut self, _tube: usize, _position: DVec3, _flux: Spectrum<C>) {}
     /// Light arrives at a room surface, before its reflectance is applied.
     fn arrived(&mut self, surface: SurfaceId, position: DVec3, flux: Spectrum<C>, origin: Origin);
 }
@@ -100,7 +105,19 @@ pub fn trace<const C: usize>(
     visitor: &mut impl Visitor<C>,
     account: &mut Account,
 ) {
-    Tracer { scene, samples, visitor, account, first: 0.0, into_room: 0.0, in_room: false }.trace(photon);
+    Tracer { scene, samples, visitor, account, first: 0.0, into_room: 0.0, in_room: false, lamps: false }.trace(photon);
+}
+
+/// Follows one photon to its end, but for the part of its light that a closure sends evenly into the room: the listener hears of that
+/// alone, and books it.
+pub fn trace_beside_lamps<const C: usize>(
+    scene: &TraceableScene,
+    photon: &EmittedPhoton,
+    samples: &mut PathSamples,
+    visitor: &mut impl Visitor<C>,
+    account: &mut Account,
+) {
+    Tracer { scene, samples, visitor, account, first: 0.0, into_room: 0.0, in_room: false, lamps: true }.trace(photon);
 }
 
 /// Books where light ends that a diffuser sends from `position` along the unit vector `direction` into the room, `flux` of it in lm.
@@ -111,8 +128,8 @@ pub fn book_in_room<const C: usize>(
     samples: &mut PathSamples,
     account: &mut Account,
 ) {
-    let first = flux.max();
-    let mut tracer = Tracer { scene, samples, visitor: &mut Silent, account, first, into_room: first, in_room: true };
+    let (first, visitor) = (flux.max(), &mut Silent);
+    let mut tracer = Tracer { scene, samples, visitor, account, first, into_room: first, in_room: true, lamps: false };
     tracer.go_on(Step::Room(Beam { position, direction, flux }, Origin::Diffuser));
 }
 
@@ -147,6 +164,8 @@ struct Tracer<'a, V> {
     into_room: f64,
     /// True once the light has been in the room: what comes back through a closure then is no flux of its tube.
     in_room: bool,
+    /// True if what a closure sends evenly into the room is followed elsewhere.
+    lamps: bool,
 }
 
 impl<V> Tracer<'_, V> {
@@ -271,14 +290,24 @@ impl<V> Tracer<'_, V> {
             [SheetSide::Other, SheetSide::Same].map(|side| flux * closure.albedo(-direction, side));
         ledger.diffuser += flux.luminance() - through.luminance() - back.luminance();
         let (down, up) = if from_above { (through, back) } else { (back, through) };
+        // what a lamp sends, and what is left
+        let (mut lamp, mut rest) = (Spectrum::ZERO, down);
         if from_above && !self.in_room {
+            let evenly = flux * closure.even_share(-direction);
             fluxes.into_room += through.luminance();
+            fluxes.evenly += evenly.luminance();
+            if self.lamps {
+                self.visitor.left_lamp(index, position, evenly);
+                lamp = evenly;
+                rest = if closure.table().is_some() { down + evenly * -1.0 } else { Spectrum::ZERO };
+            }
         }
+        let down = rest;
         if down.max() > 0.0 {
             // of a table the flux that arrives counts, with its direction
             let lobe =
                 closure.table().map(|_| Lobe { scatterer: Scatterer::Closure(closure), incident: direction, flux });
-            let leaving = if lobe.is_none() { down } else { Spectrum::ZERO };
+            let leaving = if lobe.is_none() { down } else { lamp * -1.0 };
             let normal = DVec3::NEG_Z;
             self.visitor.scattered(
                 &Scattering { position, normal, leaving, lobe, surface: None, diffuser: Some(index) },
@@ -299,14 +328,22 @@ impl<V> Tracer<'_, V> {
         // one of the two goes on, chosen by its flux
         let up_share = up.max() / both;
         let goes_up = up_share > 0.0 && self.samples.random.uniform() < up_share;
-        let onward = if goes_up { up * (1.0 / up_share) } else { down * (1.0 / (1.0 - up_share)) };
+        // the directions of all that goes down, of which the rest is a share
+        let onward = if goes_up { up * (1.0 / up_share) } else { (down + lamp) * (1.0 / (1.0 - up_share)) };
         ledger.cut += down.luminance() + up.luminance() - onward.luminance();
         let side = if goes_up == from_above { SheetSide::Same } else { SheetSide::Other };
         let Some(scattered) = Scatter::<C>::sample(&closure, Travel::WithLight, -direction, side, self.samples) else {
             ledger.cut += onward.luminance();
             return Step::Ended;
         };
-        let beam = Beam { position, direction: scattered.toward, flux: onward };
+        let mut beam = Beam { position, direction: scattered.toward, flux: onward };
+        if !goes_up && lamp.max() > 0.0 {
+            let all: Spectrum<C> = closure.value(Travel::WithLight, -direction, scattered.toward);
+            let evenly: Spectrum<C> = closure.even_share(-direction);
+            let share = 1.0 - evenly.max() * (scattered.toward.z.abs() / PI) / all.max();
+            beam.flux = onward * share.max(0.0);
+            ledger.cut += onward.luminance() - beam.flux.luminance();
+        }
         if goes_up { Step::Guide(index, beam) } else { Step::Room(beam, Origin::Diffuser) }
     }
 

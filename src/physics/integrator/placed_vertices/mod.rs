@@ -14,13 +14,15 @@
 //! | `M E` | Lambert's closed form |
 //! | `.. V E`, V not beside E | placed vertices, openings that send light back included; what lights them as in two stages |
 //! | `.. V E`, V beside E | paths followed from the sensor |
+//! | `(K\|N) t C ..`, below closures that are lamps in part | as light tracing ([`lamp::beside`](super::lamp::beside)) |
 //!
 //! **Settings.** `photons_per_pass` and `vertices_per_pass` (64 to 16 777 216; by default chosen for the accuracy asked
 //! for, so that 8 to some tens of passes reach it): noise of the first stage is common to all sensors of a pass. A sixteenth
 //! as many paths as vertices are followed from a sensor.
 //!
-//! **Refuses** views, cell averages, closures that pass light unscattered, measured diffusers, glossy surfaces and mirrors,
-//! luminaires that something may hide, and sensors very near to openings. The fluxes of tubes are those of
+//! **Refuses** views, cell averages, closures without a Lambertian zone, clear zones below guides that send light back, measured
+//! diffusers, glossy surfaces and mirrors, luminaires that something may hide, and sensors very near to openings; below clear zones
+//! also what light tracing refuses. The fluxes of tubes are those of
 //! the first stage; a few photons tell for the books where the light of the room ends.
 //!
 //! **Sources.** Importance for a sum of squared relative errors is derived from Veach 1997, section 2.2
@@ -44,11 +46,11 @@ use glam::{DVec2, DVec3};
 use crate::guide::RayCount;
 use crate::integrator::backward::next_event::{NextEvent, Way};
 use crate::integrator::backward::walk::{Ray, Walk};
-use crate::integrator::lamp::light::{DiffuserLight, refuses_closures};
+use crate::integrator::lamp::beside::{Lamps, Lit, add_beside, bytes_beside, is_lamp, photons_beside, refuses_beside};
+use crate::integrator::lamp::light::DiffuserLight;
 use crate::integrator::lamp::sizes::{are_straight, photons_for};
 use crate::integrator::method::{Computation, Described, Kept, Knows, Load, Refusal, RefusalCode, Task, Trial, Work};
 use crate::integrator::photon::chunks::{Tally, fold_chunks, sums_at_once};
-use crate::integrator::photon::emission::Emission;
 use crate::integrator::{GridPass, Integrator, Pass};
 use crate::optics::Spectrum;
 use crate::sampling::{Key, PathSamples, Stream, power_of_two, warp};
@@ -84,10 +86,10 @@ const UNIT_OF_SPREAD: f64 = 0.179;
 const GROWTH_BY_SPREAD: f64 = 0.77;
 const MOST_BY_SPREAD: f64 = 20.0;
 
-/// As many times more photons and vertices as where nothing stands; a share of the sensors is lit, the others are in boxes.
-fn more_by_obstacles(scene: &TraceableScene, importance: Option<&Importance>, lit_share: f64) -> f64 {
-    let spread = importance.filter(|_| scene.obstructed).map_or(0.0, |importance| importance.spread * lit_share);
-    let above = ((spread - SPREAD_OF_NO_EFFECT) / UNIT_OF_SPREAD).max(1.0);
+/// As many times more photons and vertices as where nothing stands, by the spread of vertices where something does; a share of the
+/// sensors is lit, the others are in boxes.
+fn more_by_obstacles(spread: f64, lit_share: f64) -> f64 {
+    let above = ((spread * lit_share - SPREAD_OF_NO_EFFECT) / UNIT_OF_SPREAD).max(1.0);
     libm::pow(above, GROWTH_BY_SPREAD).min(MOST_BY_SPREAD)
 }
 
@@ -104,7 +106,7 @@ impl Settings {
             rows if rows < 4 || more > 1.0 => rows * LEAST as u64,
             _ => power_of_two(number.min(MOST)),
         };
-        let photons = size(photons_for(tubes, target) * more);
+        let photons = size((photons_for(tubes, target) * more).max(photons_beside(tubes, target)));
         let vertices = if are_straight(tubes) { VERTICES_FOR_ONE_PERCENT } else { BESIDE_NOISY_FLUX };
         let vertices = size(vertices * more * libm::pow(scale, GROWTH_OF_VERTICES));
         [self.photons_per_pass.unwrap_or(photons), self.vertices_per_pass.unwrap_or(vertices)]
@@ -127,7 +129,7 @@ impl Described for Settings {
     fn refuses(&self, task: &Task) -> Option<Refusal> {
         let scene = task.traceable;
         let refusal = |code, detail: &str| Some(Refusal::new(code, detail));
-        let closures = refuses_closures(&scene.tubes);
+        let closures = refuses_beside(task).or_else(|| refuses_closures(scene));
         if closures.is_some() {
             closures
         } else if scene.specular_surfaces().next().is_some() {
@@ -151,7 +153,7 @@ impl Described for Settings {
 
     fn working_bytes(&self, load: &Load) -> f64 {
         let photons = self.photons_per_pass.map_or(MOST, |photons| photons as f64);
-        photons * load.photon_bytes() * Load::COPIES
+        photons * load.photon_bytes() * Load::COPIES + bytes_beside(load, photons)
     }
 
     fn kept_of_sensor(&self, grid: &Grid) -> Kept {
@@ -173,6 +175,20 @@ impl Described for Settings {
             Channels::Photopic => Computation::passes(PlacedVertices::<1>::sized(scene, task.grids, sizes, seed)),
             Channels::Rgb => Computation::passes(PlacedVertices::<3>::sized(scene, task.grids, sizes, seed)),
         }
+    }
+}
+
+/// Reason why what closures send into the room would not be found, if so: vertices are placed on openings as on Lambertian surfaces.
+fn refuses_closures(scene: &TraceableScene) -> Option<Refusal> {
+    let beside = || scene.tubes.iter().filter(|tube| !is_lamp(tube));
+    if beside().any(|tube| tube.diffuser.measured().is_some()) {
+        let detail = "light leaves a measured closure by its direction of incidence";
+        Some(Refusal::new(RefusalCode::MeasuredDiffusers, detail))
+    } else if scene.guide_return && beside().any(|tube| tube.guide.returns_light()) {
+        let detail = "a bent, domed or meshed tube sends light of the room back unscattered";
+        Some(Refusal::new(RefusalCode::ClearClosuresOfBentTubes, detail))
+    } else {
+        None
     }
 }
 
@@ -212,7 +228,7 @@ const VERTICES_PER_PATH: u64 = 16;
 #[derive(Debug)]
 pub struct PlacedVertices<const C: usize> {
     scene: Arc<TraceableScene>,
-    emission: Emission,
+    lamps: Lamps<C>,
     /// `None` where no surface sends light to a sensor.
     importance: Option<Arc<Importance>>,
     targets: Targets,
@@ -255,15 +271,16 @@ impl<const C: usize> PlacedVertices<C> {
             all.iter().zip(&buried).filter(|(_, buried)| !**buried).map(|(target, _)| *target).collect();
         let importance = Some(()).filter(|()| scene.interreflection).and_then(|()| Importance::new(&scene, &lit));
         let share = lit.len() as f64 / all.len().max(1) as f64;
-        let [photons, vertices] = sizes(more_by_obstacles(&scene, importance.as_deref(), share));
-        let emission = Emission::of_daylight(&scene, photons);
+        let spread = importance.as_deref().filter(|_| scene.obstructed).map_or(0.0, |importance| importance.spread);
+        let [photons, vertices] = sizes(more_by_obstacles(spread, share));
+        let lamps = Lamps::new(&scene, grids, photons, seed);
         let direct = |sensor: DVec3| {
             let luminaires = scene.luminaires.iter();
             luminaires.map(|luminaire| luminaire.irradiance::<C>(sensor, DVec3::Z).luminance()).sum()
         };
         let direct = all.iter().map(|target| direct(target.position)).collect();
         let lengths = grids.iter().map(Grid::len).collect();
-        Self { emission, importance, targets, lengths, direct, buried, vertices, seed: Key::new(seed), scene }
+        Self { lamps, importance, targets, lengths, direct, buried, vertices, seed: Key::new(seed), scene }
     }
 
     /// What vertices of these numbers of a pass send to the targets.
@@ -343,7 +360,7 @@ const CLEARANCE: f64 = 4.0;
 impl<const C: usize> Integrator for PlacedVertices<C> {
     fn pass(&self, pass: u64, cancel: &AtomicBool) -> Option<Pass> {
         let key = self.seed.stream(Stream::Pass, pass);
-        let (light, mut account) = DiffuserLight::<C>::trace(&self.scene, &self.emission, key, cancel)?;
+        let Lit { lamps: light, beside, mut account } = self.lamps.pass(&self.scene, key, cancel)?;
         let mut lux = self.direct.clone();
         for (number, tube) in light.tubes().iter().enumerate() {
             let photons = tube.photons.iter();
@@ -374,7 +391,44 @@ impl<const C: usize> Integrator for PlacedVertices<C> {
         let mut lux = self.targets.in_order_of_grids(&lux).into_iter();
         let of_grid =
             |length: &usize| GridPass { illuminance: lux.by_ref().take(*length).collect(), ..GridPass::default() };
-        let grids = self.lengths.iter().map(of_grid).collect();
-        Some(Pass { grids, account, photons: self.emission.photons(), ..Pass::default() })
+        let mut grids: Vec<GridPass> = self.lengths.iter().map(of_grid).collect();
+        add_beside(&mut grids, &beside);
+        Some(Pass { grids, account, photons: self.lamps.photons(), ..Pass::default() })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Nothing more where nothing stands or vertices spread as without obstacles, the measured power of what is above, of the
+    /// sensors that are lit alone, and a bound.
+    #[test]
+    fn obstacles_ask_for_more_by_their_spread() {
+        let more = |units: f64| more_by_obstacles(SPREAD_OF_NO_EFFECT + units * UNIT_OF_SPREAD, 1.0);
+        assert_eq!([more_by_obstacles(0.0, 1.0), more_by_obstacles(SPREAD_OF_NO_EFFECT, 1.0), more(1.0)], [1.0; 3]);
+        for (units, times) in [(2.0, 1.7053), (10.0, 5.8884), (40.0, 17.1232)] {
+            assert!((more(units) / times - 1.0).abs() < 1e-4, "{units}: {}", more(units));
+            let spread = SPREAD_OF_NO_EFFECT + units * UNIT_OF_SPREAD;
+            assert!((more_by_obstacles(4.0 * spread, 0.25) / more(units) - 1.0).abs() < 1e-12);
+        }
+        assert_eq!(more(1e6), MOST_BY_SPREAD);
+    }
+
+    /// More vertices are whole rows of small nets, and without obstacles whole nets.
+    #[test]
+    fn passes_grow_with_what_obstacles_ask_for() {
+        let settings = Settings::default();
+        let [_, none] = settings.sizes(0.01, &[], 1.0);
+        for more in [1.7, 5.9, 20.0] {
+            let [_, vertices] = settings.sizes(0.01, &[], more);
+            assert!(
+                vertices.is_multiple_of(64) && (vertices as f64 / (more * none as f64) - 1.0).abs() < 0.1,
+                "{vertices}"
+            );
+        }
+        assert!(settings.sizes(0.001, &[], 1.0)[1].is_power_of_two());
+        let asked = Settings { photons_per_pass: Some(99), vertices_per_pass: Some(77) };
+        assert_eq!(asked.sizes(0.01, &[], 20.0), [99, 77]);
     }
 }

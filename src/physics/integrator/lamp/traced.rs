@@ -1,0 +1,130 @@
+//! Light tracing where closures are lamps in part: what they send evenly into the room is gathered, not followed, and the rest is
+//! traced as ever.
+
+use std::ops::Range;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+use glam::DVec3;
+
+use crate::integrator::GridPass;
+use crate::integrator::light_tracing::{LightTracing, Points, Tally};
+use crate::integrator::photon::chunks::{self, fold_chunks};
+use crate::integrator::photon::ledger::Account;
+use crate::integrator::photon::path::{Flight, Origin, Scattering, Visitor, trace_beside_lamps};
+use crate::optics::Spectrum;
+use crate::sampling::{Key, PathSamples, Stream};
+use crate::scene::Grid;
+use crate::traceable::{SurfaceId, TraceableScene};
+
+/// The light of sky and sun of a scene whose closures are lamps in part.
+#[derive(Debug)]
+pub struct BesideLamps<const C: usize>(LightTracing<C>);
+
+/// What leaves a closure evenly: the place in m, and the flux in lm.
+pub type LeftLamp<const C: usize> = (DVec3, Spectrum<C>);
+
+/// One pass.
+#[derive(Debug)]
+pub struct PassBesideLamps<const C: usize> {
+    /// Light that leaves each closure evenly, by tubes.
+    pub lamps: Vec<Vec<LeftLamp<C>>>,
+    /// What all other light gives to the grids.
+    pub grids: Vec<GridPass>,
+    /// Books of all light but that of the lamps in the room, and the fluxes of the tubes.
+    pub account: Account,
+}
+
+impl<const C: usize> BesideLamps<C> {
+    /// Divides the photons of a pass among sky and sun of the tubes; equal seeds give equal bits.
+    pub fn new(scene: Arc<TraceableScene>, grids: &[Grid], photons: u64, seed: u64) -> Self {
+        // a Lambertian closure sends nothing straight to sensors here, but light of the room that has come back to it
+        let straight = scene.tubes.iter().any(|tube| tube.diffuser.measured().is_some());
+        Self(LightTracing::beside_lamps(scene, grids, photons, straight, seed))
+    }
+
+    /// Photons per pass.
+    pub fn photons(&self) -> u64 {
+        self.0.emission.photons()
+    }
+
+    /// One pass with this key, that of a method in two stages; `None` when cancelled.
+    pub fn pass(&self, key: Key, cancel: &AtomicBool) -> Option<PassBesideLamps<C>> {
+        let Self(method) = self;
+        let mut lux = vec![0.0; method.sensor_count()];
+        let mut account = Account::new(method.scene.tubes.len());
+        let mut lamps = vec![Vec::new(); method.scene.tubes.len()];
+        let chunk = |numbers: Range<u64>| self.photons_of(key, numbers);
+        let chunk_bytes = 8 * lux.len() as u64;
+        let folded = fold_chunks(self.photons(), chunk_bytes, cancel, chunk, |sums: Sums<C>| {
+            lux.iter_mut().zip(&sums.lux).for_each(|(sum, value)| *sum += value);
+            account.add(&sums.account);
+            lamps.iter_mut().zip(sums.lamps).for_each(|(all, of_chunk): (&mut Vec<_>, _)| all.extend(of_chunk));
+        })?;
+        account.not_finite = folded.not_finite;
+        let flux = account.tubes.iter().map(|tube| tube.into_room - tube.evenly).sum::<f64>();
+        let counts = method.counts_of(&lux, flux.max(0.0));
+        let stream = |sensor: u64| key.stream(Stream::UnscatteredBesideLamps, sensor);
+        account.rays += method.add_unscattered(stream, cancel, &mut lux)?;
+        Some(PassBesideLamps { lamps, grids: method.by_grids(&lux, &counts), account })
+    }
+
+    /// Photons of these numbers of a pass.
+    fn photons_of(&self, pass: Key, numbers: Range<u64>) -> Sums<C> {
+        let Self(method) = self;
+        let lamps = vec![Vec::new(); method.scene.tubes.len()];
+        let no_points = Points::default();
+        let mut listener = Listener { tally: method.tally(&no_points), lamps };
+        let mut account = Account::new(method.scene.tubes.len());
+        for number in numbers {
+            let (photon, mut samples) = method.emission.photon(&method.scene, pass, number);
+            if let Some(photon) = photon {
+                listener.tally.begin(&photon);
+                trace_beside_lamps::<C>(&method.scene, &photon, &mut samples, &mut listener, &mut account);
+            }
+        }
+        Sums { lux: listener.tally.lux, lamps: listener.lamps, account }
+    }
+}
+
+/// What some photons give.
+struct Sums<const C: usize> {
+    /// Illuminance of all sensors in lx.
+    lux: Vec<f64>,
+    lamps: Vec<Vec<LeftLamp<C>>>,
+    account: Account,
+}
+
+impl<const C: usize> chunks::Tally for Sums<C> {
+    fn is_finite(&self) -> bool {
+        let is_finite = |(position, flux): &LeftLamp<C>| position.is_finite() && flux.is_finite();
+        let lamps = self.lamps.iter().flatten().all(is_finite);
+        lamps && self.lux.iter().all(|lux| lux.is_finite()) && self.account.is_finite()
+    }
+}
+
+/// Hears of lamps, and hands on all else.
+struct Listener<'a, const C: usize> {
+    tally: Tally<'a, C>,
+    lamps: Vec<Vec<LeftLamp<C>>>,
+}
+
+impl<const C: usize> Visitor<C> for Listener<'_, C> {
+    fn scattered(&mut self, scattering: &Scattering<'_, C>, samples: &mut PathSamples) {
+        self.tally.scattered(scattering, samples);
+    }
+
+    fn emitted(&mut self, scattering: &Scattering<'_, C>, samples: &mut PathSamples) {
+        self.tally.emitted(scattering, samples);
+    }
+
+    fn flew(&mut self, flight: &Flight<C>) {
+        self.tally.flew(flight);
+    }
+
+    fn left_lamp(&mut self, tube: usize, position: DVec3, flux: Spectrum<C>) {
+        self.lamps[tube].push((position, flux));
+    }
+
+    fn arrived(&mut self, _: SurfaceId, _: DVec3, _: Spectrum<C>, _: Origin) {}
+}

@@ -1,0 +1,118 @@
+//! The cells of an opening of which a part alone is a lamp: the Lambertian zone of a mixed closure.
+
+use std::f64::consts::TAU;
+
+use glam::DVec2;
+
+use super::cells::{CELLS, RINGS, SECTORS, ring_and_sector};
+use crate::geometry::turn::unit_vector;
+
+/// Part of a ring, in squared radii of the disc, below which it is rounding.
+const SLIVER: f64 = 1e-9;
+
+/// Unit vectors toward the beginnings of the sectors, from that of the first.
+const TURNS: [DVec2; SECTORS] = {
+    let (half, height) = (0.5, 0.866_025_403_784_438_6);
+    [
+        DVec2::new(1.0, 0.0),
+        DVec2::new(half, height),
+        DVec2::new(-half, height),
+        DVec2::new(-1.0, 0.0),
+        DVec2::new(-half, -height),
+        DVec2::new(half, -height),
+    ]
+};
+
+/// The parts of the cells of a disc that lie in a zone between two circles around its centre.
+#[derive(Clone, Copy, Debug)]
+pub struct Zone {
+    /// Squared radii of the part of each ring, in those of the disc; equal where there is none.
+    rings: [[f64; 2]; RINGS],
+}
+
+impl Zone {
+    /// The parts within a zone of inner and outer radius of a disc of `radius`, all in m; none without a zone.
+    pub fn new(zone: Option<(f64, f64)>, radius: f64) -> Self {
+        let squared = |length: f64| (length * length) / (radius * radius);
+        let [from, to] = zone.map_or([0.0, 0.0], |(inner, outer)| [squared(inner), squared(outer)]);
+        let rings = std::array::from_fn(|ring| {
+            let [inner, outer] = [ring, ring + 1].map(|ring| ring as f64 / RINGS as f64);
+            let inner = inner.max(from);
+            let outer = outer.min(to);
+            if outer - inner > SLIVER { [inner, outer] } else { [inner, inner] }
+        });
+        Self { rings }
+    }
+
+    /// Area of the disc in that of the part of a cell; 0 where a cell has no part.
+    pub fn per_part(&self, cell: usize) -> f64 {
+        let [inner, outer] = self.rings[cell / SECTORS];
+        if outer > inner { SECTORS as f64 / (outer - inner) } else { 0.0 }
+    }
+
+    /// 1 for each cell that has a part in the zone, else 0.
+    pub fn held(&self) -> [f64; CELLS] {
+        std::array::from_fn(|cell| if self.per_part(cell) > 0.0 { 1.0 } else { 0.0 })
+    }
+
+    /// Share of the disc's area that all parts have.
+    pub fn share(&self) -> f64 {
+        self.rings.iter().map(|[inner, outer]| outer - inner).sum()
+    }
+
+    /// The middle of a cell's part, in radii from the disc's centre.
+    pub fn middle(&self, cell: usize) -> DVec2 {
+        let (_, sector) = ring_and_sector(cell);
+        let [inner, outer] = self.rings[cell / SECTORS];
+        let angle = ((sector as f64 + 0.5) / SECTORS as f64 - 0.5) * TAU;
+        unit_vector(angle) * (inner + 0.5 * (outer - inner)).sqrt()
+    }
+
+    /// A point of the part of each cell, in radii from the disc's centre; even numbers in 0..1 give even points.
+    pub fn within_each(&self, [u, v]: [f64; 2]) -> [DVec2; CELLS] {
+        let first = unit_vector((v / SECTORS as f64 - 0.5) * TAU);
+        let radii = self.rings.map(|[inner, outer]| (inner + u * (outer - inner)).sqrt());
+        let directions = TURNS.map(|turn| turn.rotate(first));
+        std::array::from_fn(|cell| {
+            let (ring, sector) = ring_and_sector(cell);
+            directions[sector] * radii[ring]
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::integrator::lamp::cells::{cell, middle};
+
+    const RADIUS: f64 = 0.127;
+
+    /// A point of each cell lies in it and in the zone, and so does the middle of its part; the parts make up the zone. A cell without a
+    /// part says so.
+    #[test]
+    fn points_lie_in_their_parts() {
+        for zone in [(0.0, RADIUS), (0.0, 0.6 * RADIUS), (0.8 * RADIUS, RADIUS), (0.3 * RADIUS, 0.31 * RADIUS)] {
+            let parts = Zone::new(Some(zone), RADIUS);
+            let area = (zone.1 * zone.1 - zone.0 * zone.0) / (RADIUS * RADIUS);
+            assert!((parts.share() - area).abs() < 1e-14);
+            let sum: f64 =
+                (0..CELLS).map(|cell| parts.per_part(cell)).filter(|per| *per > 0.0).map(|per| 1.0 / per).sum();
+            assert!((sum - area).abs() < 1e-14);
+            for numbers in [[0.5, 0.5], [0.01, 0.99], [0.7, 0.2]] {
+                for (number, point) in parts.within_each(numbers).into_iter().enumerate() {
+                    let middle = parts.middle(number);
+                    for point in [point, middle].into_iter().filter(|_| parts.held()[number] > 0.0) {
+                        assert_eq!(cell(point * RADIUS, RADIUS), number);
+                        assert!((zone.0..=zone.1).contains(&(point.length() * RADIUS)));
+                    }
+                }
+            }
+        }
+        let whole = Zone::new(Some((0.0, RADIUS)), RADIUS);
+        assert!((0..CELLS).all(|cell| whole.middle(cell) == middle(cell) && whole.per_part(cell) == CELLS as f64));
+        for zone in [None, Some((0.5 * RADIUS, 0.5 * RADIUS))] {
+            assert!(Zone::new(zone, RADIUS).held().iter().all(|held| *held == 0.0));
+        }
+        assert_eq!(Zone::new(Some((0.0, 0.5 * RADIUS)), RADIUS).held().iter().sum::<f64>(), SECTORS as f64);
+    }
+}
