@@ -17,6 +17,7 @@ use crate::guide::beams::beams_over;
 use crate::guide::equivalent_length::equivalent_length_m;
 use crate::guide::patches;
 use crate::guide::performance::{self, Effort};
+use crate::guide::skies::skies;
 use crate::kept::Kept;
 use crate::sampling::{Key, Stream};
 use crate::scene::{MeshTube, Segment, StraightOrBent, Tube, TubeShape};
@@ -27,20 +28,22 @@ use crate::traceable::{TraceableScene, cylinder_guide};
 const MOST_BEAM_RAYS: u64 = 128;
 const MOST_SKY_RAYS: u64 = 2048;
 
-/// Fewest rays of each replicate under a sky and in the sun: so many that their spread tells an error.
-const LEAST_SKY_RAYS: u64 = 32;
+/// Fewest rays of each replicate under a sky and in the sun, and under a sky in patches: so many that the light which they leave open is
+/// no more than what they may be wrong by, where that is largest.
+const LEAST_SKY_RAYS: u64 = 20;
+const LEAST_PATCH_RAYS: u64 = 10;
 
 /// Rays of each replicate through the straight tubes beside a bent one, at the largest error.
 const STRAIGHT_RAYS: f64 = 64.0;
 
-/// Fewest rays of each replicate for a beam of the curve: 8 rays from each azimuth, 64 and more of each altitude.
+/// Fewest rays of each replicate for a beam of the curve, from each azimuth beside the first.
 const LEAST_BEAM_RAYS: u64 = 1;
 
 /// Largest standard error of a report's transmissions under skies and in the sun: that of the job, where it is smaller.
 const LARGEST_ERROR: f64 = 0.01;
 
 /// Error of the points of the curve, in those of the other figures: each is one of many.
-const ERROR_OF_CURVE: f64 = 4.0;
+const ERROR_OF_CURVE: f64 = 5.0;
 
 /// Error of a sky in patches, in those of the other figures: it is told beside the sky itself for what patches are wrong by.
 const ERROR_OF_PATCHES: f64 = 2.0;
@@ -173,9 +176,10 @@ fn performance(
     let key = Key::new(0);
     let effort = Effort { standard_error, least: LEAST_SKY_RAYS, most: MOST_SKY_RAYS };
     let keys = [Stream::ReportUniformSky, Stream::ReportSky].map(|stream| key.stream(stream, 0));
-    let (uniform_sky, of_sky) = performance::skies(guide, traceable.sky.as_ref(), keys, effort);
+    let (uniform_sky, of_sky) = skies(guide, traceable.sky.as_ref(), keys, effort);
     let sky = traceable.sky.as_ref().zip(of_sky).map(|(sky, direct)| {
-        let effort = Effort { standard_error: ERROR_OF_PATCHES * standard_error, ..effort };
+        let effort =
+            Effort { standard_error: ERROR_OF_PATCHES * standard_error, least: LEAST_PATCH_RAYS, ..effort };
         let patches = patches::patch_sky(guide, sky, key.stream(Stream::ReportSkyPatches, 0), effort);
         SkyReport { direct: ThroughputResult::new(&direct, 1.0), patches: ThroughputResult::new(&patches, 1.0) }
     });

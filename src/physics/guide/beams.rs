@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use super::Guide;
 use super::performance::{closed_beam, follow};
-use super::throughput::{Effort, Rays, Throughput, Transmission, until_exact};
+use super::throughput::{Effort, REPLICATES, Rays, Throughput, Transmission, until_exact};
 use crate::sampling::Key;
 use crate::sky::direction;
 
@@ -17,8 +17,11 @@ pub struct BeamsOfAltitude {
     pub mean: Transmission,
 }
 
-/// Rays of the beam from the first azimuth, which has a figure of its own, over those from the others.
-const RAYS_OF_FIRST: u64 = 5;
+/// Fewest rays of a replicate of the beam from the first azimuth, which has a figure of its own, over those from the others.
+const RAYS_OF_FIRST: u64 = 4;
+
+/// Replicates of a beam from another azimuth: their mean has all of them to tell its error.
+const OTHER_REPLICATES: u64 = 4;
 
 /// Beams of 1 lx from each of `altitudes` and from `azimuths` azimuths, evenly from `azimuth` on (rad): [`beam`](super::performance::beam) of each. `effort` is for
 /// the azimuths beside the first one; its error is the root mean square over the altitudes, of the means and of the first azimuth.
@@ -36,7 +39,8 @@ pub fn beams_over(
     if let Some(closed) = closed.collect::<Option<Vec<_>>>() {
         return closed;
     }
-    let rays = |number: usize, turn: u64| Rays::<1>::new(key.child(number as u64).child(turn));
+    let replicates = |turn: u64| if turn == 0 { REPLICATES } else { OTHER_REPLICATES };
+    let rays = |number: usize, turn: u64| Rays::<1>::new(key.child(number as u64).child(turn), replicates(turn));
     let mut beams: Vec<Vec<Rays<1>>> =
         (0..altitudes.len()).map(|number| (0..turns).map(|turn| rays(number, turn)).collect()).collect();
     let mut follow_all = |turns: std::ops::Range<usize>, count: u64| {
@@ -58,7 +62,10 @@ pub fn beams_over(
         found = follow_all(0..1, count);
         mean_square(&mut found.iter().map(|beams| beams.first.transmission().standard_error))
     });
-    until_exact(effort, |count| {
+    // of rays that may miss the collector some more, so that of few all do
+    let all_enter = found.iter().all(|beams| beams.first.entering().m2 <= f64::EPSILON * beams.first.entering().mean);
+    let least = if all_enter { effort.least } else { 2 * effort.least };
+    until_exact(Effort { least: least.min(effort.most), ..effort }, |count| {
         found = follow_all(0..turns as usize, count);
         mean_square(&mut found.iter().map(|beams| beams.mean.standard_error))
     });

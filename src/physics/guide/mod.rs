@@ -14,6 +14,7 @@ pub mod patches;
 pub mod performance;
 pub mod recognise;
 mod recognise_bend;
+pub mod skies;
 pub mod sky_moments;
 pub mod straight;
 #[cfg(test)]

@@ -17,6 +17,21 @@ pub struct SkyPatch {
     pub toward: DVec3,
     /// Solid angle of the patch in sr.
     pub solid_angle_sr: f64,
+    /// Height (z) of its lower and of its upper edge on the unit sphere.
+    heights: [f64; 2],
+    /// Azimuth of its middle and its width in azimuth, in rad.
+    azimuths: [f64; 2],
+}
+
+impl SkyPatch {
+    /// A unit vector toward a point of the patch; even numbers in 0..1, the first along the azimuth, give even points.
+    pub(super) fn point(&self, [u, v]: [f64; 2]) -> DVec3 {
+        let [lower, upper] = self.heights;
+        let z = lower + (upper - lower) * v;
+        let (sin, cos) = libm::sincos(self.azimuths[0] + self.azimuths[1] * (u - 0.5));
+        let radius = ((1.0 - z) * (1.0 + z)).max(0.0).sqrt();
+        DVec3::new(radius * sin, radius * cos, z)
+    }
 }
 
 /// The 145 patches of Tregenza (1987): seven bands of 12 degrees and the zenith.
@@ -32,17 +47,20 @@ pub fn tregenza_patches() -> impl Iterator<Item = SkyPatch> {
     let bands = [30u32, 30, 24, 24, 18, 12, 6];
     let half_band = 6f64.to_radians();
     let last = FRAC_PI_2 - half_band;
-    let zenith = SkyPatch { toward: DVec3::Z, solid_angle_sr: TAU * (1.0 - libm::sin(last)) };
+    let patch = |toward: DVec3, heights: [f64; 2], azimuths: [f64; 2]| {
+        SkyPatch { toward, solid_angle_sr: (heights[1] - heights[0]) * azimuths[1], heights, azimuths }
+    };
+    let zenith = patch(DVec3::Z, [libm::sin(last), 1.0], [0.0, TAU]);
     bands
         .into_iter()
         .enumerate()
         .flat_map(move |(band, count)| {
             let altitude = half_band * (2.0 * band as f64 + 1.0);
-            let solid_angle_sr =
-                TAU * (libm::sin(altitude + half_band) - libm::sin(altitude - half_band)) / f64::from(count);
-            (0..count).map(move |patch| SkyPatch {
-                toward: direction(altitude, TAU * f64::from(patch) / f64::from(count)),
-                solid_angle_sr,
+            let heights = [altitude - half_band, altitude + half_band].map(libm::sin);
+            let width = TAU / f64::from(count);
+            (0..count).map(move |number| {
+                let middle = width * f64::from(number);
+                patch(direction(altitude, middle), heights, [middle, width])
             })
         })
         .chain(std::iter::once(zenith))

@@ -3,8 +3,6 @@
 //! Every figure comes from independent randomised Sobol replicates, so that it has a standard error, or from a closed form.
 //! Luminances of RGB coefficients are weighted to Y.
 
-use std::f64::consts::{FRAC_PI_2, TAU};
-
 use glam::DVec3;
 
 use super::sky_moments::SkyMoments;
@@ -14,7 +12,7 @@ use super::transit::End;
 use super::transmittance::{beam_transmission, uniform_sky_transmission};
 use super::{Guide, StraightGuide};
 use crate::optics::{Mirror, Spectrum};
-use crate::sampling::{Key, PathRandom, warp};
+use crate::sampling::{Key, PathRandom};
 use crate::sky::sampler::SkySampler;
 use crate::sky::{CieType, Sky, SkyDistribution};
 
@@ -132,52 +130,6 @@ pub fn uniform_sky(guide: &Guide, key: Key, effort: impl Into<Effort>) -> Transm
     Transmission { value: passed.luminance(), standard_error: 0.0 }
 }
 
-/// Transmission under a uniform sky, and the light of a sky: in closed form where [`beam`] has one, else of [`traced_skies`], whose
-/// arguments it takes.
-pub fn skies(
-    guide: &Guide,
-    of_job: Option<&Sky>,
-    keys: [Key; 2],
-    effort: Effort,
-) -> (Transmission, Option<Throughput>) {
-    if closed(guide).is_some() {
-        return (uniform_sky(guide, keys[0], effort), of_job.map(|light| sky(guide, light, keys[1], effort)));
-    }
-    let (uniform, of_job) = traced_skies(guide, of_job, keys, effort);
-    (uniform.transmission(), of_job)
-}
-
-/// The light of a uniform sky of 1 cd/m2 and of a sky, by the same rays in directions that suit both, until the transmission of
-/// both is as exact as asked; where next to all light that a guide passes comes from a narrow cone, by rays of their own. `keys` are theirs.
-pub fn traced_skies(
-    guide: &Guide,
-    sky: Option<&Sky>,
-    keys: [Key; 2],
-    effort: Effort,
-) -> (Throughput, Option<Throughput>) {
-    let distribution = SkyDistribution::new(CieType::UNIFORM, DVec3::Z);
-    let uniform = Sky { distribution, zenith_luminance_cd_m2: 1.0 };
-    if guide.narrow_cone().is_some() {
-        let of_sky = sky.map(|sky| traced_sky(guide, sky, keys[1], effort));
-        return (traced_sky(guide, &uniform, keys[0], effort), of_sky);
-    }
-    let [of_uniform, of_sky] = replicated(keys[0], effort, |[a, b, u, v], random| {
-        let (toward, density) = upper_hemisphere([a, b]);
-        let light = follow(guide, [u, v], toward, random);
-        let luminance = sky.map_or(0.0, |sky| sky.luminance(toward));
-        [scaled(light, 1.0 / density), scaled(light, luminance / density)]
-    });
-    (of_uniform, sky.map(|_| of_sky))
-}
-
-/// A direction above the horizon and its density per sr: half of them as the cosine of the zenith angle says, half evenly, because
-/// domes see the horizon, too.
-fn upper_hemisphere([u, v]: [f64; 2]) -> (DVec3, f64) {
-    let toward =
-        if u < 0.5 { warp::cosine_hemisphere([2.0 * u, v]) } else { warp::cone([2.0 * u - 1.0, v], FRAC_PI_2) };
-    (toward, (toward.z.max(0.0) + 0.5) / TAU)
-}
-
 pub(super) fn scaled((enters, arrives): (f64, f64), factor: f64) -> (f64, f64) {
     (factor * enters, factor * arrives)
 }
@@ -268,32 +220,6 @@ mod tests {
         let exact = uniform_sky(&pipe, Key::new(7), 4096).value;
         assert!((traced.value - exact).abs() < 4.0 * traced.standard_error, "{traced:?} {exact}");
         assert!(traced.standard_error < 2e-3);
-    }
-
-    /// The same rays for both skies against rays of each sky's own, within 4 combined errors; the larger error is what was asked for.
-    #[test]
-    fn skies_that_share_rays_agree_with_skies_alone() {
-        let (sin, cos) = 40f64.to_radians().sin_cos();
-        let axes = [(0.5, DVec3::Z), (0.5, DVec3::new(sin, 0.0, cos))];
-        let bent = BentGuide::new(RADIUS, &axes, Mirror::Constant([0.95; 3]), [0.9; 3]);
-        let domed = DomedGuide::new(Pipe::Bent(bent.clone()), 1.49, 0.003, 0.0);
-        for guide in [Guide::Bent(bent), Guide::Domed(Box::new(domed)), straight_by_rays(1.0, 0.98)] {
-            for number in [1, 12, 14] {
-                let of_job = cie_sky(number);
-                let effort = Effort { standard_error: 0.004, least: 16, most: 8192 };
-                let (uniform, shared) = traced_skies(&guide, Some(&of_job), [Key::new(1), Key::new(2)], effort);
-                let alone = [
-                    traced_sky(&guide, &cie_sky(5), Key::new(3), 2048),
-                    traced_sky(&guide, &of_job, Key::new(4), 2048),
-                ];
-                for (few, many) in [uniform, shared.unwrap()].iter().zip(&alone) {
-                    let (few, many) = (few.transmission(), many.transmission());
-                    let error = few.standard_error.hypot(many.standard_error);
-                    assert!((few.value - many.value).abs() < 4.0 * error, "type {number}: {few:?} {many:?}");
-                    assert!(few.standard_error <= 0.004, "type {number}: {few:?}");
-                }
-            }
-        }
     }
 
     /// Closed forms of skies through coloured pipes against rays, flux by flux, within 4 standard errors.

@@ -5,7 +5,7 @@ use crate::sampling::{Key, PathRandom, Replicate, Stream};
 use crate::statistics::Moments;
 
 /// Independent replicates of each figure.
-const REPLICATES: u64 = 8;
+pub(super) const REPLICATES: u64 = 8;
 
 /// Share of the light that rays leave open which all agree, times their number: what happens to a share of 3 / N, N rays miss 5 times in
 /// 100, and that is 1.96 standard errors.
@@ -139,9 +139,10 @@ pub(super) struct Rays<const N: usize> {
 }
 
 impl<const N: usize> Rays<N> {
-    pub(super) fn new(key: Key) -> Self {
+    /// `replicates`: how many, at least 2.
+    pub(super) fn new(key: Key, replicates: u64) -> Self {
         let choices = |number| PathRandom::new(key.child(number).stream(Stream::ThroughputChoices, 0));
-        Self { key, replicates: (0..REPLICATES).map(|number| (choices(number), [(0.0, 0.0); N])).collect(), count: 0 }
+        Self { key, replicates: (0..replicates).map(|number| (choices(number), [(0.0, 0.0); N])).collect(), count: 0 }
     }
 
     /// Follows rays until each replicate has `count`: `one` says of a Sobol point what enters and arrives.
@@ -166,7 +167,7 @@ impl<const N: usize> Rays<N> {
         let mean = |(entering, arriving): (f64, f64)| (entering / count, arriving / count);
         std::array::from_fn(|figure| Throughput {
             replicates: self.replicates.iter().map(|(_, sums)| mean(sums[figure])).collect(),
-            rays: Some(REPLICATES * self.count),
+            rays: Some(self.replicates.len() as u64 * self.count),
         })
     }
 
@@ -196,7 +197,7 @@ pub(super) fn replicated<const N: usize>(
     effort: Effort,
     one: impl Fn([f64; 4], &mut PathRandom) -> [(f64, f64); N],
 ) -> [Throughput; N] {
-    let mut rays = Rays::new(key);
+    let mut rays = Rays::new(key, REPLICATES);
     until_exact(effort, |count| {
         rays.follow(count, &one);
         // rays that are wanted in any case need no judgement

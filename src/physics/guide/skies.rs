@@ -1,0 +1,130 @@
+//! Two skies through a guide by the same rays: the job's own and a uniform one.
+
+use glam::DVec3;
+
+use super::Guide;
+use super::patches::{SkyPatch, tregenza_patches};
+use super::performance::{closed, follow, scaled, sky as light_of_sky, traced_sky, uniform_sky};
+use super::throughput::{Effort, Throughput, Transmission, replicated};
+use crate::sampling::Key;
+use crate::sky::{CieType, Sky, SkyDistribution};
+
+/// Share of the rays that are spread evenly over the sky, where the middles of patches do not tell what the rest of them are worth.
+const EVENLY: f64 = 0.05;
+
+/// Transmission under a uniform sky, and the light of a sky: in closed form where [`beam`](super::performance::beam) has one, else of
+/// [`traced_skies`], whose arguments it takes.
+pub fn skies(
+    guide: &Guide,
+    of_job: Option<&Sky>,
+    keys: [Key; 2],
+    effort: Effort,
+) -> (Transmission, Option<Throughput>) {
+    if closed(guide).is_some() {
+        return (uniform_sky(guide, keys[0], effort), of_job.map(|light| light_of_sky(guide, light, keys[1], effort)));
+    }
+    let (uniform, of_job) = traced_skies(guide, of_job, keys, effort);
+    (uniform.transmission(), of_job)
+}
+
+/// The light of a uniform sky of 1 cd/m2 and of a sky, by the same rays in directions that suit both, until the transmission of
+/// both is as exact as asked; where next to all light that a guide passes comes from a narrow cone, by rays of their own. `keys` are theirs.
+pub fn traced_skies(
+    guide: &Guide,
+    sky: Option<&Sky>,
+    keys: [Key; 2],
+    effort: Effort,
+) -> (Throughput, Option<Throughput>) {
+    let distribution = SkyDistribution::new(CieType::UNIFORM, DVec3::Z);
+    let uniform = Sky { distribution, zenith_luminance_cd_m2: 1.0 };
+    if guide.narrow_cone().is_some() {
+        let of_sky = sky.map(|sky| traced_sky(guide, sky, keys[1], effort));
+        return (traced_sky(guide, &uniform, keys[0], effort), of_sky);
+    }
+    let directions = Directions::new(guide, sky);
+    let [of_uniform, of_sky] = replicated(keys[0], effort, |[a, b, u, v], random| {
+        let (toward, density) = directions.sample([a, b]);
+        let light = follow(guide, [u, v], toward, random);
+        let luminance = sky.map_or(0.0, |sky| sky.luminance(toward));
+        [scaled(light, 1.0 / density), scaled(light, luminance / density)]
+    });
+    (of_uniform, sky.map(|_| of_sky))
+}
+
+/// Directions toward the sky, as often from each of its patches as light of either sky comes from there that meets a guide, and evenly
+/// within: far fewer numbers than a [`SkySampler`](crate::sky::sampler::SkySampler) looks up, for some hundred rays.
+struct Directions {
+    /// Patches, and the probability that a direction is of that one or one before.
+    patches: Vec<(SkyPatch, f64)>,
+}
+
+impl Directions {
+    fn new(guide: &Guide, sky: Option<&Sky>) -> Self {
+        let patches: Vec<SkyPatch> = tregenza_patches().collect();
+        let [mut of_uniform, mut of_sky] = [0.0; 2];
+        let met: Vec<[f64; 2]> = patches
+            .iter()
+            .map(|patch| {
+                let uniform = patch.solid_angle_sr * guide.projected_area_m2(-patch.toward);
+                let of_patch = [uniform, sky.map_or(0.0, |sky| uniform * sky.luminance(patch.toward))];
+                of_uniform += of_patch[0];
+                of_sky += of_patch[1];
+                of_patch
+            })
+            .collect();
+        let mut up_to = 0.0;
+        // skies without light have no share
+        let share = |light: f64, all: f64| if all > 0.0 { light / all } else { 0.0 };
+        let shares = patches.into_iter().zip(met).map(|(patch, [uniform, sky])| {
+            up_to += EVENLY * patch.solid_angle_sr + share(uniform, of_uniform) + share(sky, of_sky);
+            (patch, up_to)
+        });
+        let mut patches: Vec<(SkyPatch, f64)> = shares.collect();
+        patches.iter_mut().for_each(|(_, share)| *share /= up_to);
+        Self { patches }
+    }
+
+    /// A unit vector and its density per sr.
+    fn sample(&self, [u, v]: [f64; 2]) -> (DVec3, f64) {
+        let number = self.patches.partition_point(|(_, up_to)| *up_to <= u).min(self.patches.len() - 1);
+        let (patch, up_to) = self.patches[number];
+        let before = if number > 0 { self.patches[number - 1].1 } else { 0.0 };
+        let probability = up_to - before;
+        (patch.point([(u - before) / probability, v]), probability / patch.solid_angle_sr)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::guide::dome::Pipe;
+    use crate::guide::test_pipes::{RADIUS, cie_sky, straight_by_rays};
+    use crate::guide::{BentGuide, DomedGuide};
+    use crate::optics::Mirror;
+
+    /// The same rays for both skies against rays of each sky's own, within 4 combined errors; the larger error is what was asked for.
+    #[test]
+    fn skies_that_share_rays_agree_with_skies_alone() {
+        let (sin, cos) = 40f64.to_radians().sin_cos();
+        let axes = [(0.5, DVec3::Z), (0.5, DVec3::new(sin, 0.0, cos))];
+        let bent = BentGuide::new(RADIUS, &axes, Mirror::Constant([0.95; 3]), [0.9; 3]);
+        let domed = DomedGuide::new(Pipe::Bent(bent.clone()), 1.49, 0.003, 0.0);
+        for guide in [Guide::Bent(bent), Guide::Domed(Box::new(domed)), straight_by_rays(1.0, 0.98)] {
+            for number in [1, 12, 14] {
+                let of_job = cie_sky(number);
+                let effort = Effort { standard_error: 0.004, least: 16, most: 8192 };
+                let (uniform, shared) = traced_skies(&guide, Some(&of_job), [Key::new(1), Key::new(2)], effort);
+                let alone = [
+                    traced_sky(&guide, &cie_sky(5), Key::new(3), 2048),
+                    traced_sky(&guide, &of_job, Key::new(4), 2048),
+                ];
+                for (few, many) in [uniform, shared.unwrap()].iter().zip(&alone) {
+                    let (few, many) = (few.transmission(), many.transmission());
+                    let error = few.standard_error.hypot(many.standard_error);
+                    assert!((few.value - many.value).abs() < 4.0 * error, "type {number}: {few:?} {many:?}");
+                    assert!(few.standard_error <= 0.004, "type {number}: {few:?}");
+                }
+            }
+        }
+    }
+}
