@@ -11,7 +11,6 @@ use crate::document::result::TubeResult;
 use crate::document::result::tube_report::{
     BeamReport, SkyReport, StraightReport, ThroughputResult, TransmissionResult, TubeReport,
 };
-use crate::geometry::TriangleMesh;
 use crate::guide::Guide;
 use crate::guide::beams::beams_over;
 use crate::guide::equivalent_length::equivalent_length_m;
@@ -24,7 +23,7 @@ use crate::scene::{MeshTube, Segment, StraightOrBent, Tube, TubeShape};
 use crate::statistics::interval::two_sided_normal_quantile;
 use crate::traceable::{TraceableScene, cylinder_guide};
 
-/// Most rays of each of 8 replicates for a beam of the curve, and under a sky, in patches or not, or in the sun.
+/// Most rays of each replicate for a beam of the curve, and of each of 8 under a sky, in patches or not, or in the sun.
 const MOST_BEAM_RAYS: u64 = 128;
 const MOST_SKY_RAYS: u64 = 2048;
 
@@ -141,27 +140,15 @@ fn content(shape: &TubeShape, opening_radius: f64, traceable: &TraceableScene, e
     let shape: &dyn fmt::Debug = match shape {
         TubeShape::Cylinders(tube) => tube,
         TubeShape::Mesh(MeshTube { mesh, parts, rotation, section }) => {
-            hashing.0.update(&bytes_of(mesh));
+            mesh.numbers_as_bytes(|bytes| {
+                hashing.0.update(bytes);
+            });
             &(&mesh.materials, parts, rotation, section)
         }
     };
     let written = write!(hashing, "{shape:?} {opening_radius:?} {:?} {:?} {error:?}", traceable.sky, traceable.sun);
     debug_assert!(written.is_ok(), "hashing cannot fail");
     hashing.0.finalize()
-}
-
-/// The numbers of a mesh as bytes: in digits they would take longer than some reports.
-fn bytes_of(mesh: &TriangleMesh) -> Vec<u8> {
-    let TriangleMesh { positions, triangles, triangle_materials, materials: _, dropped: _ } = mesh;
-    let mut bytes = Vec::with_capacity(24 + 24 * positions.len() + 16 * triangles.len());
-    [positions.len(), triangles.len()].iter().for_each(|length| bytes.extend_from_slice(&length.to_le_bytes()));
-    for position in positions {
-        position.to_array().iter().for_each(|coordinate| bytes.extend_from_slice(&coordinate.to_le_bytes()));
-    }
-    for (corners, material) in triangles.iter().zip(triangle_materials) {
-        corners.iter().chain([material]).for_each(|number| bytes.extend_from_slice(&number.to_le_bytes()));
-    }
-    bytes
 }
 
 fn performance(
@@ -178,8 +165,7 @@ fn performance(
     let keys = [Stream::ReportUniformSky, Stream::ReportSky].map(|stream| key.stream(stream, 0));
     let (uniform_sky, of_sky) = skies(guide, traceable.sky.as_ref(), keys, effort);
     let sky = traceable.sky.as_ref().zip(of_sky).map(|(sky, direct)| {
-        let effort =
-            Effort { standard_error: ERROR_OF_PATCHES * standard_error, least: LEAST_PATCH_RAYS, ..effort };
+        let effort = Effort { standard_error: ERROR_OF_PATCHES * standard_error, least: LEAST_PATCH_RAYS, ..effort };
         let patches = patches::patch_sky(guide, sky, key.stream(Stream::ReportSkyPatches, 0), effort);
         SkyReport { direct: ThroughputResult::new(&direct, 1.0), patches: ThroughputResult::new(&patches, 1.0) }
     });
@@ -191,18 +177,16 @@ fn performance(
         TubeShape::Cylinders(tube) if tube.segments.iter().any(|segment| segment.tilt != 0.0) => {
             let length_m = tube.segments.iter().map(|segment| segment.length_m).sum();
             // in closed form, or by the same rays for all
-            let rays = (STRAIGHT_RAYS * LARGEST_ERROR / standard_error) as u64;
-            let straight = |length_m: f64| {
-                let guide = cylinder_guide(&straightened(tube, length_m), radius);
-                performance::uniform_sky(&guide, keys[0], rays.min(MOST_SKY_RAYS))
-            };
-            let transmission = straight(length_m);
+            let rays = ((STRAIGHT_RAYS * LARGEST_ERROR / standard_error) as u64).min(MOST_SKY_RAYS);
+            let transmission =
+                performance::uniform_sky(&cylinder_guide(&straightened(tube, length_m), radius), keys[0], rays);
             Some(StraightReport {
                 length_m,
                 transmission: transmission.into(),
                 efficiency: uniform_sky.value / transmission.value,
                 equivalent_length_m: equivalent_length_m(uniform_sky.value, (length_m, transmission.value), |length| {
-                    straight(length).value
+                    let guide = cylinder_guide(&straightened(tube, length), radius);
+                    performance::nearly_uniform_sky(&guide, keys[0], rays)
                 }),
             })
             .filter(|report| report.efficiency.is_finite())

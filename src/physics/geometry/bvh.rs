@@ -51,7 +51,7 @@ impl TriangleBvh {
     }
 
     /// `positions`: finite; `triangles`: at least one, of numbers of positions.
-    pub fn of_mesh(positions: Vec<DVec3>, triangles: Vec<[u32; 3]>) -> Self {
+    pub fn of_mesh(positions: Vec<DVec3>, mut triangles: Vec<[u32; 3]>) -> Self {
         let corners = || triangles.iter().flatten().map(|corner| positions[*corner as usize]);
         let low = corners().fold(DVec3::INFINITY, |low, p| low.min(p));
         let high = corners().fold(DVec3::NEG_INFINITY, |high, p| high.max(p));
@@ -67,7 +67,20 @@ impl TriangleBvh {
                 Aabb::new(bounds.min - padding, bounds.max + padding)
             })
             .collect();
-        Self { tree: WideTree::new(&boxes, &triangles, &in_tree), positions, triangles, centre, scale }
+        let mut tree = WideTree::new(&boxes, &triangles, &in_tree);
+        // corners of a leaf lie side by side, where a ray that asks for one finds the others
+        let mut numbers = vec![u32::MAX; positions.len()];
+        let mut ordered = Vec::with_capacity(positions.len());
+        for corner in tree.corners_mut() {
+            let number = &mut numbers[*corner as usize];
+            if *number == u32::MAX {
+                *number = ordered.len() as u32;
+                ordered.push(positions[*corner as usize]);
+            }
+            *corner = *number;
+        }
+        triangles.iter_mut().flatten().for_each(|corner| *corner = numbers[*corner as usize]);
+        Self { tree, positions: ordered, triangles, centre, scale }
     }
 
     /// Number of triangles.
@@ -98,6 +111,11 @@ impl TriangleBvh {
             from = Some(hit.triangle);
         }
         most
+    }
+
+    #[inline(always)]
+    fn corners(&self, corners: &[u32; 3]) -> [&DVec3; 3] {
+        corners.each_ref().map(|corner| &self.positions[*corner as usize])
     }
 
     #[inline(always)]
@@ -176,7 +194,7 @@ impl Query for Nearest<'_> {
                         *distance < hit.distance || (*distance == hit.distance && number < hit.triangle)
                     })
                 };
-                if let Some(distance) = sheared.intersect(&set.at(met.corners)).filter(closer) {
+                if let Some(distance) = sheared.intersect(set.corners(&met.corners)).filter(closer) {
                     nearest = Some(TriangleHit { triangle: number, distance, corners: met.corners });
                     // a little beyond the hit, so that rounding cannot cull a nearer one
                     let on_ray = ((distance - skipped) * set.scale) as f32;
@@ -218,7 +236,7 @@ impl Query for AnyWithin<'_> {
             on_ray,
             #[inline(always)]
             |met| {
-                any |= sheared.intersect(&set.at(met.corners)).is_some_and(|distance| distance < reach);
+                any |= sheared.intersect(set.corners(&met.corners)).is_some_and(|distance| distance < reach);
                 // nothing is nearer than what lies behind
                 if any { f32::NEG_INFINITY } else { on_ray }
             },
@@ -356,7 +374,7 @@ mod tests {
         for _ in 0..2000 {
             let (origin, direction) = (point() * 4.0, (point() - 0.5).normalize());
             let ray = ShearedRay::new(origin, direction);
-            let brute = triangles.iter().filter_map(|t| ray.intersect(t)).fold(f64::INFINITY, f64::min);
+            let brute = triangles.iter().filter_map(|t| ray.intersect(t.each_ref())).fold(f64::INFINITY, f64::min);
             let hit = bvh.nearest(origin, direction, None).map_or(f64::INFINITY, |hit| hit.distance);
             assert_eq!(brute, hit);
             for reach in [0.5, 1.0, 3.0] {

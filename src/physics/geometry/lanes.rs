@@ -293,7 +293,7 @@ mod tests {
             let origin = aim - direction * point().x.abs() * 2.0;
             let ray = TreeRay::new(origin.as_vec3a(), direction.as_vec3a());
             let by_f64 = [direction, -direction].map(|along| ShearedRay::new(origin, along));
-            let met = |triangle| by_f64.iter().any(|ray| ray.intersect(triangle).is_some());
+            let met = |triangle: &[DVec3; 3]| by_f64.iter().any(|ray| ray.intersect(triangle.each_ref()).is_some());
             let met: u32 = triangles.iter().enumerate().map(|(lane, triangle)| u32::from(met(triangle)) << lane).sum();
             let plain = Both(&bounds, &corners, ray).answer(OneByOne);
             let vectors = answer(Both(&bounds, &corners, ray));

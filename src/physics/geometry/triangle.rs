@@ -3,32 +3,29 @@
 use glam::DVec3;
 
 /// A ray prepared for many triangles: the shear that takes its direction to +z (Woop, Benthin and Wald 2013).
+// numbers of axes index arrays: a branch on the axis would be guessed wrong for every other ray
 #[derive(Clone, Copy, Debug)]
 pub struct ShearedRay {
-    origin: DVec3,
     /// Axis permutation, the dominant axis of the direction last.
     axes: [usize; 3],
-    shear: DVec3,
+    /// The origin's coordinates along these axes.
+    origin: [f64; 3],
+    shear: [f64; 3],
 }
 
 impl ShearedRay {
     /// `direction` need not be normalised, but not zero; distances are in its length.
-    #[inline]
+    #[inline(always)]
     pub fn new(origin: DVec3, direction: DVec3) -> Self {
-        let size = direction.abs();
-        let z = if size.x > size.y && size.x > size.z {
-            0
-        } else if size.y > size.z {
-            1
-        } else {
-            2
-        };
-        let (mut x, mut y) = ((z + 1) % 3, (z + 2) % 3);
-        if direction[z] < 0.0 {
-            std::mem::swap(&mut x, &mut y);
-        }
-        let shear = DVec3::new(direction[x] / direction[z], direction[y] / direction[z], 1.0 / direction[z]);
-        Self { origin, axes: [x, y, z], shear }
+        let direction = direction.to_array();
+        let size = direction.map(f64::abs);
+        let z = if size[0] > size[1] && size[0] > size[2] { 0 } else { 2 - usize::from(size[1] > size[2]) };
+        let turned = usize::from(direction[z] < 0.0);
+        let axes = [AFTER[z][turned], AFTER[z][1 - turned], z];
+        let [x, y, z] = axes;
+        let shear = [direction[x] / direction[z], direction[y] / direction[z], 1.0 / direction[z]];
+        let origin = origin.to_array();
+        Self { axes, origin: axes.map(|axis| origin[axis]), shear }
     }
 
     /// Distance to the triangle, from either side, when it is positive.
@@ -36,11 +33,18 @@ impl ShearedRay {
     /// Edges and corners belong to every triangle that shares them, so that no ray slips through between neighbours.
     // always: the traversal is compiled for vectors, and what it calls is not
     #[inline(always)]
-    pub fn intersect(&self, corners: &[DVec3; 3]) -> Option<f64> {
+    pub fn intersect(&self, corners: [&DVec3; 3]) -> Option<f64> {
         let [x, y, z] = self.axes;
-        let [a, b, c] = corners.map(|corner| corner - self.origin);
-        let sheared = |p: DVec3| (p[x] - self.shear.x * p[z], p[y] - self.shear.y * p[z]);
-        let ((ax, ay), (bx, by), (cx, cy)) = (sheared(a), sheared(b), sheared(c));
+        let sheared = corners.map(|corner| {
+            let corner: &[f64; 3] = corner.as_ref();
+            let along = corner[z] - self.origin[2];
+            let across = [
+                corner[x] - self.origin[0] - self.shear[0] * along,
+                corner[y] - self.origin[1] - self.shear[1] * along,
+            ];
+            (across, along)
+        });
+        let [([ax, ay], az), ([bx, by], bz), ([cx, cy], cz)] = sheared;
         let u = cx * by - cy * bx;
         let v = ax * cy - ay * cx;
         let w = bx * ay - by * ax;
@@ -51,10 +55,13 @@ impl ShearedRay {
         if determinant == 0.0 {
             return None;
         }
-        let distance = self.shear.z * (u * a[z] + v * b[z] + w * c[z]) / determinant;
+        let distance = self.shear[2] * (u * az + v * bz + w * cz) / determinant;
         (distance > 0.0).then_some(distance)
     }
 }
+
+/// The two axes after each.
+const AFTER: [[usize; 2]; 3] = [[1, 2], [2, 0], [0, 1]];
 
 /// Unit normal of a triangle by its winding; +z without an area.
 #[inline]

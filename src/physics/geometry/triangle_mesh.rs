@@ -35,6 +35,34 @@ impl TriangleMesh {
         Self { positions, ..self.clone() }
     }
 
+    /// Shows all numbers of the mesh as bytes, in blocks: what its content is known by.
+    pub fn numbers_as_bytes(&self, mut show: impl FnMut(&[u8])) {
+        let Self { positions, triangles, triangle_materials, materials: _, dropped: _ } = self;
+        [positions.len(), triangles.len()].iter().for_each(|length| show(&(*length as u64).to_le_bytes()));
+        let mut block = Vec::with_capacity(BLOCK * 24);
+        for positions in positions.chunks(BLOCK) {
+            block.clear();
+            block.resize(positions.len() * 24, 0);
+            for (to, position) in block.chunks_exact_mut(24).zip(positions) {
+                let [x, y, z] = position.to_array().map(f64::to_le_bytes);
+                to[..8].copy_from_slice(&x);
+                to[8..16].copy_from_slice(&y);
+                to[16..].copy_from_slice(&z);
+            }
+            show(&block);
+        }
+        for (triangles, materials) in triangles.chunks(BLOCK).zip(triangle_materials.chunks(BLOCK)) {
+            block.clear();
+            block.resize(triangles.len() * 16, 0);
+            for (to, ([a, b, c], material)) in block.chunks_exact_mut(16).zip(triangles.iter().zip(materials)) {
+                for (to, number) in to.chunks_exact_mut(4).zip([a, b, c, material]) {
+                    to.copy_from_slice(&number.to_le_bytes());
+                }
+            }
+            show(&block);
+        }
+    }
+
     /// Lowest and highest corner of the bounding box of all triangles; `None` without triangles.
     pub fn bounds(&self) -> Option<(DVec3, DVec3)> {
         let mut corners = self.triangles.iter().flatten().filter_map(|index| self.positions.get(*index as usize));
@@ -42,6 +70,9 @@ impl TriangleMesh {
         Some(corners.fold((first, first), |(low, high), corner| (low.min(*corner), high.max(*corner))))
     }
 }
+
+/// Positions, or triangles, in a block of bytes.
+const BLOCK: usize = 4096;
 
 /// A mesh while its vertices and triangles come in.
 #[derive(Default)]

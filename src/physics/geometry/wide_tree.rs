@@ -82,8 +82,8 @@ impl WideTree {
     /// `boxes`: of the triangles; `triangles`: numbers of their corners, at least one, at most 2^31; `positions`: by number, in the
     /// coordinates of the boxes.
     pub fn new(boxes: &[Aabb], triangles: &[[u32; 3]], positions: &[Vec3A]) -> Self {
-        // half full leaves: which of them become one is decided with the nodes
-        let params = BvhBuildParams { max_prims_per_leaf: WIDTH as u32 / 2, ..BvhBuildParams::fast_build() };
+        // one triangle a leaf: which of them become one is decided with the nodes
+        let params = BvhBuildParams { max_prims_per_leaf: 1, ..BvhBuildParams::fast_build() };
         let tree = build_bvh2(boxes, params, &mut Default::default());
         let binary = tree.nodes.iter().map(|node| BinaryNode {
             half_area: node.aabb().half_area(),
@@ -118,6 +118,12 @@ impl WideTree {
         wide
     }
 
+    /// The corners of all triangles, leaf by leaf.
+    pub fn corners_mut(&mut self) -> impl Iterator<Item = &mut u32> {
+        let met = self.leaves.iter_mut().flat_map(|leaf| &mut leaf.triangles);
+        met.filter(|met| met.triangle != Met::NONE.triangle).flat_map(|met| &mut met.corners)
+    }
+
     /// Shows every triangle that a ray may meet before a distance, those in nearer boxes first: `reach` at first, then
     /// what `meet` returns.
     #[inline(always)]
@@ -147,6 +153,19 @@ impl WideTree {
                 // the nearest is next, the others wait, the farthest first
                 let first = met.trailing_zeros() as usize;
                 met &= met - 1;
+                if met == 0 {
+                    child = node.children[first];
+                    continue;
+                }
+                if met & (met - 1) == 0 {
+                    // of two without a branch, which would be guessed wrong half of the time
+                    let pair = [first, met.trailing_zeros() as usize];
+                    let second_is_nearer = usize::from(entries[pair[1]] < entries[pair[0]]);
+                    let [near, far] = [pair[second_is_nearer], pair[1 - second_is_nearer]];
+                    waiting.push((node.children[far], entries[far]));
+                    child = node.children[near];
+                    continue;
+                }
                 let mut next = (node.children[first], entries[first]);
                 let before = waiting.len();
                 while met != 0 {

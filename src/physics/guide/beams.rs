@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use super::Guide;
 use super::performance::{closed_beam, follow};
-use super::throughput::{Effort, REPLICATES, Rays, Throughput, Transmission, until_exact};
+use super::throughput::{Effort, Rays, Throughput, Transmission, until_exact};
 use crate::sampling::Key;
 use crate::sky::direction;
 
@@ -20,11 +20,12 @@ pub struct BeamsOfAltitude {
 /// Fewest rays of a replicate of the beam from the first azimuth, which has a figure of its own, over those from the others.
 const RAYS_OF_FIRST: u64 = 4;
 
-/// Replicates of a beam from another azimuth: their mean has all of them to tell its error.
-const OTHER_REPLICATES: u64 = 4;
+/// Replicates of the beam from the first azimuth, and of one from another: the mean over azimuths has all of them to tell its error.
+const REPLICATES_OF_FIRST: u64 = 8;
+const REPLICATES_OF_OTHERS: u64 = 4;
 
 /// Beams of 1 lx from each of `altitudes` and from `azimuths` azimuths, evenly from `azimuth` on (rad): [`beam`](super::performance::beam) of each. `effort` is for
-/// the azimuths beside the first one; its error is the root mean square over the altitudes, of the means and of the first azimuth.
+/// each replicate of the azimuths beside the first one, of which each has 4; its error is the root mean square over the altitudes, of the means and of the first azimuth.
 pub fn beams_over(
     guide: &Guide,
     altitudes: &[f64],
@@ -39,7 +40,7 @@ pub fn beams_over(
     if let Some(closed) = closed.collect::<Option<Vec<_>>>() {
         return closed;
     }
-    let replicates = |turn: u64| if turn == 0 { REPLICATES } else { OTHER_REPLICATES };
+    let replicates = |turn: u64| if turn == 0 { REPLICATES_OF_FIRST } else { REPLICATES_OF_OTHERS };
     let rays = |number: usize, turn: u64| Rays::<1>::new(key.child(number as u64).child(turn), replicates(turn));
     let mut beams: Vec<Vec<Rays<1>>> =
         (0..altitudes.len()).map(|number| (0..turns).map(|turn| rays(number, turn)).collect()).collect();

@@ -47,8 +47,11 @@ pub fn tregenza_patches() -> impl Iterator<Item = SkyPatch> {
     let bands = [30u32, 30, 24, 24, 18, 12, 6];
     let half_band = 6f64.to_radians();
     let last = FRAC_PI_2 - half_band;
-    let patch = |toward: DVec3, heights: [f64; 2], azimuths: [f64; 2]| {
-        SkyPatch { toward, solid_angle_sr: (heights[1] - heights[0]) * azimuths[1], heights, azimuths }
+    let patch = |toward: DVec3, heights: [f64; 2], azimuths: [f64; 2]| SkyPatch {
+        toward,
+        solid_angle_sr: (heights[1] - heights[0]) * azimuths[1],
+        heights,
+        azimuths,
     };
     let zenith = patch(DVec3::Z, [libm::sin(last), 1.0], [0.0, TAU]);
     bands

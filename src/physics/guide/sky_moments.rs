@@ -5,7 +5,7 @@ use std::num::NonZeroUsize;
 
 use gauss_quad::GaussLegendre;
 
-use super::transmittance::through_straight;
+use super::transmittance::{ROUGH, through_straight};
 use crate::sky::{Sky, direction};
 
 /// Panels of zenith angles from the zenith to the horizon, the sun between two of them.
@@ -83,7 +83,7 @@ impl SkyMoments {
         if aspect == 0.0 || reflectance == 1.0 {
             return self.horizontal_illuminance_lux();
         }
-        through_straight(aspect, reflectance, |tangent| self.moment(tangent))
+        through_straight(aspect, reflectance, &ROUGH, |tangent| self.moment(tangent))
     }
 
     /// The integral up to a tangent x of the light per t = tan Z, times x - t.
