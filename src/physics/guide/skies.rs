@@ -1,5 +1,7 @@
 //! Two skies through a guide by the same rays: the job's own and a uniform one.
 
+use std::f64::consts::TAU;
+
 use glam::DVec3;
 
 use super::Guide;
@@ -9,7 +11,8 @@ use super::throughput::{Effort, Throughput, Transmission, replicated};
 use crate::sampling::Key;
 use crate::sky::{CieType, Sky, SkyDistribution};
 
-/// Share of the rays that are spread evenly over the sky, where the middles of patches do not tell what the rest of them are worth.
+/// Rays that are spread evenly over the sky, over those by what is met of either sky: the middles of patches do not always tell what the
+/// rest of them are worth.
 const EVENLY: f64 = 0.05;
 
 /// Transmission under a uniform sky, and the light of a sky: in closed form where [`beam`](super::performance::beam) has one, else of
@@ -76,7 +79,7 @@ impl Directions {
         // skies without light have no share
         let share = |light: f64, all: f64| if all > 0.0 { light / all } else { 0.0 };
         let shares = patches.into_iter().zip(met).map(|(patch, [uniform, sky])| {
-            up_to += EVENLY * patch.solid_angle_sr + share(uniform, of_uniform) + share(sky, of_sky);
+            up_to += EVENLY * patch.solid_angle_sr / TAU + share(uniform, of_uniform) + share(sky, of_sky);
             (patch, up_to)
         });
         let mut patches: Vec<(SkyPatch, f64)> = shares.collect();
