@@ -107,4 +107,23 @@ mod tests {
             assert!(told.iter().all(|told| told.sqrt() <= asked), "{reflectance}: {told:?}");
         }
     }
+    /// Told errors hold what they say, by few rays that are followed until they tell so: two of them hold the exact series in 95 % of cases
+    /// where they are known well, 91 % by eight replicates; of 720 cases each, 88 % are 3 standard errors less.
+    #[test]
+    fn two_told_errors_hold_the_exact_series() {
+        let altitudes: Vec<f64> = (1..=18).map(|step| f64::from(5 * step).to_radians()).collect();
+        let guide = straight_by_rays(1.0, 0.9);
+        let effort = Effort { standard_error: 0.03, least: 1, most: 128 };
+        let mut held = [0.0; 2];
+        for seed in 0..40 {
+            let beams = beams_over(&guide, &altitudes, [0.3, 8.0], Key::new(seed), effort);
+            for (altitude, beams) in altitudes.iter().zip(&beams) {
+                let exact = beam_transmission(1.0 / (2.0 * RADIUS), 1.0 / altitude.tan(), 0.9);
+                for (held, found) in held.iter_mut().zip([beams.first.transmission(), beams.mean]) {
+                    *held += f64::from(u8::from((found.value - exact).abs() < 2.0 * found.standard_error)) / 720.0;
+                }
+            }
+        }
+        assert!(held.iter().all(|share| *share > 0.88), "{held:?}");
+    }
 }

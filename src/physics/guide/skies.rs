@@ -101,7 +101,7 @@ impl Directions {
 mod tests {
     use super::*;
     use crate::guide::dome::Pipe;
-    use crate::guide::test_pipes::{RADIUS, cie_sky, straight_by_rays};
+    use crate::guide::test_pipes::{RADIUS, cie_sky, straight, straight_by_rays};
     use crate::guide::{BentGuide, DomedGuide};
     use crate::optics::Mirror;
 
@@ -129,5 +129,48 @@ mod tests {
                 }
             }
         }
+    }
+    /// Told errors hold what they say: two of them hold the closed form in 91 % of cases by eight replicates, of 240 cases in 84 % at 4
+    /// standard errors less.
+    #[test]
+    fn two_told_errors_hold_the_closed_form() {
+        let (traced, closed) = (straight_by_rays(1.0, 0.9), straight(1.0, 0.9));
+        let effort = Effort { standard_error: 0.01, least: 20, most: 2048 };
+        let mut held = 0.0;
+        for number in [1, 12, 14] {
+            let light = cie_sky(number);
+            let (exact_uniform, exact) = skies(&closed, Some(&light), [Key::new(0); 2], effort);
+            let exact = [exact_uniform, exact.unwrap().transmission()];
+            for seed in 0..40 {
+                let (uniform, of_sky) = traced_skies(&traced, Some(&light), [Key::new(seed), Key::new(99)], effort);
+                for (found, exact) in [uniform, of_sky.unwrap()].iter().map(Throughput::transmission).zip(exact) {
+                    assert!(found.standard_error <= 0.01);
+                    held += f64::from(u8::from((found.value - exact.value).abs() < 2.0 * found.standard_error)) / 240.0;
+                }
+            }
+        }
+        assert!(held > 0.84, "{held}");
+    }
+
+    /// The density of directions is theirs: 1 over it has the mean of the hemisphere's solid angle, also where patches' middles see a
+    /// tilted mouth from behind.
+    #[test]
+    fn directions_have_their_density() {
+        let (sin, cos) = 70f64.to_radians().sin_cos();
+        let axes = [(0.5, DVec3::Z), (0.5, DVec3::new(sin, 0.0, cos))];
+        let guide = Guide::Bent(BentGuide::new(RADIUS, &axes, Mirror::Constant([0.95; 3]), [0.9; 3]));
+        let directions = Directions::new(&guide, Some(&cie_sky(12)));
+        // many of the first, of which a faint patch has one in ten thousand
+        let sides = [100_000, 4];
+        let at = |k: u32, axis: usize| (f64::from(k) + 0.5) / f64::from(sides[axis]);
+        let (mut solid_angle, mut height) = (0.0, 0.0);
+        for (i, j) in (0..sides[0]).flat_map(|i| (0..sides[1]).map(move |j| (i, j))) {
+            let (toward, density) = directions.sample([at(i, 0), at(j, 1)]);
+            assert!(toward.is_normalized() && toward.z >= 0.0);
+            let share = 1.0 / (density * f64::from(sides[0] * sides[1]));
+            (solid_angle, height) = (solid_angle + share, height + share * toward.z);
+        }
+        assert!((solid_angle / TAU - 1.0).abs() < 0.02, "{solid_angle}");
+        assert!((height / std::f64::consts::PI - 1.0).abs() < 0.02, "{height}");
     }
 }
