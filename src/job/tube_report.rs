@@ -140,7 +140,7 @@ fn content(shape: &TubeShape, opening_radius: f64, traceable: &TraceableScene, e
     let shape: &dyn fmt::Debug = match shape {
         TubeShape::Cylinders(tube) => tube,
         TubeShape::Mesh(MeshTube { mesh, parts, rotation, section }) => {
-            mesh.numbers_as_bytes(|bytes| {
+            mesh.numbers_as_bytes(&mut |bytes| {
                 hashing.0.update(bytes);
             });
             &(&mesh.materials, parts, rotation, section)

@@ -71,14 +71,14 @@ impl TriangleBvh {
         // corners of a leaf lie side by side, where a ray that asks for one finds the others
         let mut numbers = vec![u32::MAX; positions.len()];
         let mut ordered = Vec::with_capacity(positions.len());
-        for corner in tree.corners_mut() {
+        tree.for_each_corner(|corner| {
             let number = &mut numbers[*corner as usize];
             if *number == u32::MAX {
                 *number = ordered.len() as u32;
                 ordered.push(positions[*corner as usize]);
             }
             *corner = *number;
-        }
+        });
         triangles.iter_mut().flatten().for_each(|corner| *corner = numbers[*corner as usize]);
         Self { tree, positions: ordered, triangles, centre, scale }
     }

@@ -36,7 +36,8 @@ impl TriangleMesh {
     }
 
     /// Shows all numbers of the mesh as bytes, in blocks: what its content is known by.
-    pub fn numbers_as_bytes(&self, mut show: impl FnMut(&[u8])) {
+    // no generic function, which would be compiled where it is called, for size
+    pub fn numbers_as_bytes(&self, show: &mut dyn FnMut(&[u8])) {
         let Self { positions, triangles, triangle_materials, materials: _, dropped: _ } = self;
         [positions.len(), triangles.len()].iter().for_each(|length| show(&(*length as u64).to_le_bytes()));
         let mut block = Vec::with_capacity(BLOCK * 24);

@@ -118,10 +118,13 @@ impl WideTree {
         wide
     }
 
-    /// The corners of all triangles, leaf by leaf.
-    pub fn corners_mut(&mut self) -> impl Iterator<Item = &mut u32> {
-        let met = self.leaves.iter_mut().flat_map(|leaf| &mut leaf.triangles);
-        met.filter(|met| met.triangle != Met::NONE.triangle).flat_map(|met| &mut met.corners)
+    /// Gives `change` the corners of all triangles, leaf by leaf.
+    pub fn for_each_corner(&mut self, mut change: impl FnMut(&mut u32)) {
+        for leaf in &mut self.leaves {
+            for met in leaf.triangles.iter_mut().filter(|met| met.triangle != Met::NONE.triangle) {
+                met.corners.iter_mut().for_each(&mut change);
+            }
+        }
     }
 
     /// Shows every triangle that a ray may meet before a distance, those in nearer boxes first: `reach` at first, then
