@@ -42,7 +42,7 @@ const LEAST_BEAM_RAYS: u64 = 1;
 const LARGEST_ERROR: f64 = 0.01;
 
 /// Error of the points of the curve, in those of the other figures: each is one of many.
-const ERROR_OF_CURVE: f64 = 5.0;
+const ERROR_OF_CURVE: f64 = 4.0;
 
 /// Error of a sky in patches, in those of the other figures: it is told beside the sky itself for what patches are wrong by.
 const ERROR_OF_PATCHES: f64 = 2.0;

@@ -9,7 +9,7 @@ use crate::guide::performance::{Throughput, Transmission};
 /// A tube in numbers of the trade. The fluxes are the job's own; all else is computed apart, without the diffuser: in closed form, with
 /// errors of 0, where the guide is straight, its collector thin and the reflectance of its mirror the same at all angles; else by rays,
 /// until the standard error of a transmission under a sky or in the sun is that which the job asks of its grids, but at most 0.01,
-/// and five times that for beams over altitudes, in the root mean square over these.
+/// and four times that for beams over altitudes, in the root mean square over these.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct TubeReport {
     /// Number of the tube in the document.
