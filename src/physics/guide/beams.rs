@@ -3,8 +3,8 @@
 use std::f64::consts::TAU;
 
 use super::Guide;
-use super::performance::{closed_beam, follow};
-use super::throughput::{Effort, Rays, Throughput, Transmission, until_exact};
+use super::performance::closed_beam;
+use super::throughput::{Aim, Effort, Rays, Throughput, Transmission, until_exact};
 use crate::sampling::Key;
 use crate::sky::direction;
 
@@ -48,7 +48,7 @@ pub fn beams_over(
         for (altitude, beams) in altitudes.iter().zip(&mut beams) {
             for turn in turns.clone() {
                 let toward = toward(*altitude, turn as u64);
-                beams[turn].follow(count, |[u, v, ..], random| [follow(guide, [u, v], toward, random)]);
+                beams[turn].follow(guide, count, |[u, v, ..]| Aim { point: [u, v], toward, weights: [1.0] });
             }
         }
         let found = beams.iter().map(|beams| beams_of_altitude(beams));

@@ -5,8 +5,8 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 use glam::DVec3;
 
 use super::Guide;
-use super::performance::{closed, closed_beam, follow, scaled};
-use super::throughput::{Effort, Throughput, replicated};
+use super::performance::{closed, closed_beam};
+use super::throughput::{Aim, Effort, Throughput, replicated};
 use crate::sampling::Key;
 use crate::sky::{Sky, direction};
 
@@ -101,10 +101,10 @@ pub fn patch_sky(guide: &Guide, sky: &Sky, key: Key, effort: impl Into<Effort>) 
     if all <= 0.0 {
         return Throughput::nothing();
     }
-    let [found] = replicated(key, effort.into(), |[choice, u, v, _], random| {
+    let [found] = replicated(guide, key, effort.into(), |[choice, u, v, _]| {
         let number = patches.partition_point(|(.., up_to)| *up_to <= choice * all).min(patches.len() - 1);
         let (toward, luminous, _) = patches[number];
-        [scaled(follow(guide, [u, v], toward, random), luminous * all)]
+        Aim { point: [u, v], toward, weights: [luminous * all] }
     });
     found
 }

@@ -6,13 +6,12 @@
 use glam::DVec3;
 
 use super::sky_moments::SkyMoments;
-use super::throughput::replicated;
+use super::throughput::{Aim, replicated};
 pub use super::throughput::{Effort, Throughput, Transmission};
-use super::transit::End;
 use super::transmittance::{beam_transmission, nearly_uniform_sky_transmission, uniform_sky_transmission};
 use super::{Guide, StraightGuide};
 use crate::optics::{Mirror, Spectrum};
-use crate::sampling::{Key, PathRandom};
+use crate::sampling::Key;
 use crate::sky::sampler::SkySampler;
 use crate::sky::{CieType, Sky, SkyDistribution};
 
@@ -66,7 +65,7 @@ pub(super) fn closed_beam(guide: &Guide, toward: DVec3) -> Option<Throughput> {
 
 /// Parallel light of 1 lx (normal to itself) from the unit vector `toward`, by rays.
 pub fn traced_beam(guide: &Guide, toward: DVec3, key: Key, effort: impl Into<Effort>) -> Throughput {
-    let [found] = replicated(key, effort.into(), |[u, v, ..], random| [follow(guide, [u, v], toward, random)]);
+    let [found] = replicated(guide, key, effort.into(), |[u, v, ..]| Aim { point: [u, v], toward, weights: [1.0] });
     found
 }
 
@@ -96,9 +95,9 @@ pub fn traced_sky(guide: &Guide, sky: &Sky, key: Key, effort: impl Into<Effort>)
         return Throughput::nothing();
     };
     let sampler = sampler.with_cone(guide.narrow_cone());
-    let [found] = replicated(key, effort.into(), |[a, b, u, v], random| {
+    let [found] = replicated(guide, key, effort.into(), |[a, b, u, v]| {
         let (toward, density) = sampler.sample([a, b]);
-        [scaled(follow(guide, [u, v], toward, random), sky.luminance(toward) / density)]
+        Aim { point: [u, v], toward, weights: [sky.luminance(toward) / density] }
     });
     found
 }
@@ -137,21 +136,6 @@ pub fn nearly_uniform_sky(guide: &Guide, key: Key, effort: impl Into<Effort>) ->
     };
     let of = |reflectance: f64| nearly_uniform_sky_transmission(aspect, reflectance);
     (Spectrum::<3>(by_channel(reflectance, of)) * Spectrum::from_rgb(collector_transmittance)).luminance()
-}
-
-pub(super) fn scaled((enters, arrives): (f64, f64), factor: f64) -> (f64, f64) {
-    (factor * enters, factor * arrives)
-}
-
-/// Area (m2) that one ray stands for, if it reaches the collector, and the same times the share that arrives.
-pub(super) fn follow(guide: &Guide, point: [f64; 2], toward: DVec3, random: &mut PathRandom) -> (f64, f64) {
-    let Some(entry) = guide.entry(point, -toward) else { return (0.0, 0.0) };
-    let transit = guide.down::<3>(entry.position, -toward, random);
-    if !transit.entered {
-        return (0.0, 0.0);
-    }
-    let share = if transit.end == End::Opening { Spectrum::luminance(&transit.weight()) } else { 0.0 };
-    (entry.projected_area_m2, entry.projected_area_m2 * share)
 }
 
 #[cfg(test)]

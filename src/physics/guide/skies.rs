@@ -6,8 +6,8 @@ use glam::DVec3;
 
 use super::Guide;
 use super::patches::{SkyPatch, tregenza_patches};
-use super::performance::{closed, follow, scaled, sky as light_of_sky, traced_sky, uniform_sky};
-use super::throughput::{Effort, Throughput, Transmission, replicated};
+use super::performance::{closed, sky as light_of_sky, traced_sky, uniform_sky};
+use super::throughput::{Aim, Effort, Throughput, Transmission, replicated};
 use crate::sampling::Key;
 use crate::sky::{CieType, Sky, SkyDistribution};
 
@@ -45,11 +45,10 @@ pub fn traced_skies(
         return (traced_sky(guide, &uniform, keys[0], effort), of_sky);
     }
     let directions = Directions::new(guide, sky);
-    let [of_uniform, of_sky] = replicated(keys[0], effort, |[a, b, u, v], random| {
+    let [of_uniform, of_sky] = replicated(guide, keys[0], effort, |[a, b, u, v]| {
         let (toward, density) = directions.sample([a, b]);
-        let light = follow(guide, [u, v], toward, random);
         let luminance = sky.map_or(0.0, |sky| sky.luminance(toward));
-        [scaled(light, 1.0 / density), scaled(light, luminance / density)]
+        Aim { point: [u, v], toward, weights: [1.0 / density, luminance / density] }
     });
     (of_uniform, sky.map(|_| of_sky))
 }

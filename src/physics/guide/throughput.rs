@@ -1,5 +1,9 @@
 //! Light of one kind through a tube: estimated in independent replicates, by as many rays as it takes, or known in closed form.
 
+use glam::DVec3;
+
+use super::{End, Entry, Guide};
+use crate::optics::Spectrum;
 use crate::sampling::sobol::REPLICATE_LEN;
 use crate::sampling::{Key, PathRandom, Replicate, Stream};
 use crate::statistics::Moments;
@@ -14,6 +18,9 @@ const OPEN: f64 = 1.53;
 /// More rays after a look at the error, over those before: at least, so that looks are few (the more, the likelier one finds an
 /// error that is small by chance), and at most, because an error of few rays is known roughly.
 const MORE_RAYS: [f64; 2] = [1.25, 2.0];
+
+/// Rays that go down a guide together, about.
+const AT_ONCE: usize = 64;
 
 /// Rays that are followed for a figure: in each of 8 replicates `least`, and then as many as the error lets expect, again and again until
 /// the standard error of the transmission is at most `standard_error`, or `most` are followed.
@@ -129,6 +136,16 @@ impl Throughput {
     }
 }
 
+/// A ray to a collector.
+pub(super) struct Aim<const N: usize> {
+    /// Point of the unit square for the place where it enters.
+    pub point: [f64; 2],
+    /// Unit vector to where it comes from.
+    pub toward: DVec3,
+    /// Illuminance in lx across the ray that it stands for, in each of the figures.
+    pub weights: [f64; N],
+}
+
 /// Rays that are followed for `N` figures at once, more and more of them.
 pub(super) struct Rays<const N: usize> {
     key: Key,
@@ -145,20 +162,44 @@ impl<const N: usize> Rays<N> {
         Self { key, replicates: (0..replicates).map(|number| (choices(number), [(0.0, 0.0); N])).collect(), count: 0 }
     }
 
-    /// Follows rays until each replicate has `count`: `one` says of a Sobol point what enters and arrives.
-    pub(super) fn follow(&mut self, count: u64, one: impl Fn([f64; 4], &mut PathRandom) -> [(f64, f64); N]) {
+    /// Follows rays through a guide until each replicate has `count`: `aim` makes one of a Sobol point.
+    pub(super) fn follow(&mut self, guide: &Guide, count: u64, aim: impl Fn([f64; 4]) -> Aim<N>) {
         debug_assert!(count <= REPLICATE_LEN, "{count} rays are more than one randomisation has");
-        for (number, (random, sums)) in self.replicates.iter_mut().enumerate() {
-            let stream = self.key.child(number as u64);
-            for ray in self.count..count {
-                let (replicate, index) = Replicate::of(stream, ray);
-                for (sum, (enters, arrives)) in sums.iter_mut().zip(one(replicate.point(index, 0), random)) {
-                    sum.0 += enters;
-                    sum.1 += arrives;
+        let replicates = self.replicates.len();
+        // rays of all replicates side by side, some at a time
+        let at_once = (AT_ONCE / replicates.max(1)).max(1) as u64;
+        while self.count < count {
+            let rays = self.count..(self.count + at_once).min(count);
+            let aimed = (0..replicates).flat_map(|number| {
+                let stream = self.key.child(number as u64);
+                let aim = &aim;
+                rays.clone().map(move |ray| {
+                    let (replicate, index) = Replicate::of(stream, ray);
+                    (number, aim(replicate.point(index, 0)))
+                })
+            });
+            let aimed: Vec<(usize, Aim<N>)> = aimed.collect();
+            let entries: Vec<Option<Entry>> =
+                aimed.iter().map(|(_, aim)| guide.entry(aim.point, -aim.toward)).collect();
+            let entering = aimed.iter().zip(&entries);
+            let entering = entering.filter_map(|((_, aim), entry)| Some((entry.as_ref()?.position, -aim.toward)));
+            let mut ways = guide.down_together::<3>(&entering.collect::<Vec<_>>()).map(Vec::into_iter);
+            for ((number, aim), entry) in aimed.iter().zip(&entries) {
+                let Some(entry) = entry else { continue };
+                let (random, sums) = &mut self.replicates[*number];
+                let way = ways.as_mut().and_then(Iterator::next);
+                let way = way.unwrap_or_else(|| guide.down(entry.position, -aim.toward, random));
+                if !way.entered {
+                    continue;
+                }
+                let share = if way.end == End::Opening { Spectrum::luminance(&way.weight()) } else { 0.0 };
+                for (sum, weight) in sums.iter_mut().zip(aim.weights) {
+                    sum.0 += weight * entry.projected_area_m2;
+                    sum.1 += weight * entry.projected_area_m2 * share;
                 }
             }
+            self.count = rays.end;
         }
-        self.count = self.count.max(count);
     }
 
     /// The means over the rays so far.
@@ -193,13 +234,14 @@ pub(super) fn until_exact(effort: Effort, mut look: impl FnMut(u64) -> f64) {
 
 /// Means over rays of what `one` says of a Sobol point.
 pub(super) fn replicated<const N: usize>(
+    guide: &Guide,
     key: Key,
     effort: Effort,
-    one: impl Fn([f64; 4], &mut PathRandom) -> [(f64, f64); N],
+    aim: impl Fn([f64; 4]) -> Aim<N>,
 ) -> [Throughput; N] {
     let mut rays = Rays::new(key, REPLICATES);
     until_exact(effort, |count| {
-        rays.follow(count, &one);
+        rays.follow(guide, count, &aim);
         // rays that are wanted in any case need no judgement
         if effort.least < effort.most { rays.standard_error() } else { 0.0 }
     });
