@@ -1,5 +1,7 @@
 //! Passes in order: rendered in chunks, until a rule, the clock or somebody ends the job.
 
+use std::time::Instant;
+
 use super::cancel::{Stop, StopReason};
 use super::engine::Added;
 use super::memory::default_limit_bytes;
@@ -125,7 +127,7 @@ impl Prepared {
         heard: &mut dyn FnMut(&PassReport, SoFar<'_>),
         ends: Ends,
     ) -> Result<Chunk, RenderError> {
-        let clocks = Clocks::start();
+        let (clocks, begun) = (Clocks::start(), Instant::now());
         let mut estimate = self.empty_estimate();
         estimate.carried.clone_from(&before.carried);
         let mut ended = None;
@@ -135,6 +137,11 @@ impl Prepared {
         };
         let passes = self.chunk(index).unwrap_or(0..0);
         for pass in passes.clone() {
+            // who raises it may be late on a busy machine
+            let seconds = spent_before.seconds + begun.elapsed().as_secs_f64();
+            if ends == Ends::WhenAccurate && seconds >= self.stop.max_seconds {
+                stop.raise(StopReason::OutOfTime);
+            }
             let added = match stop.reason() {
                 None => self.engine.add_pass(pass, &mut estimate, wanted, stop.flag()),
                 Some(_) => Added::Nothing,
