@@ -34,8 +34,10 @@ fn triangles() -> impl Strategy<Value = Vec<[DVec3; 3]>> {
 /// Number and distance of the nearest triangle, each asked by itself; among equals the first.
 fn one_by_one(triangles: &[[DVec3; 3]], origin: DVec3, direction: DVec3) -> Option<(u32, f64)> {
     let ray = ShearedRay::new(origin, direction);
-    let hits =
-        triangles.iter().enumerate().filter_map(|(number, corners)| Some((number as u32, ray.intersect(corners)?)));
+    let hits = triangles
+        .iter()
+        .enumerate()
+        .filter_map(|(number, corners)| Some((number as u32, ray.intersect(corners.each_ref())?)));
     hits.min_by(|a, b| a.1.total_cmp(&b.1))
 }
 

@@ -310,7 +310,7 @@ mod tests {
             let mut uniform = |low: f64, high: f64| low + (high - low) * random.uniform();
             let block = |number: usize, uniform: &mut dyn FnMut(f64, f64) -> f64| {
                 let turn = [0.0, std::f64::consts::FRAC_PI_2, uniform(0.0, 7.0)][number % 3];
-                let low = if number % 4 == 0 { 0.0 } else { uniform(0.0, 0.6) };
+                let low = if number.is_multiple_of(4) { 0.0 } else { uniform(0.0, 0.6) };
                 Block {
                     centre: DVec2::new(uniform(0.2, 2.8), uniform(0.2, 2.8)),
                     half: DVec2::new(uniform(0.01, 0.6), if number % 5 == 4 { 0.0 } else { uniform(0.01, 0.6) }),
