@@ -32,7 +32,8 @@ impl Default for StopDocument {
 }
 
 impl StopDocument {
-    /// The rule that a job is judged by; where its passes are dear, its plan knows more often when.
+    /// The rule that a job is judged by, after each quarter more passes; who prepares the job knows what a pass costs, and whether it is
+    /// judged more often.
     pub fn rule(self) -> StopRule {
         let Self { relative_error, view_relative_error, confidence, max_passes, max_seconds } = self;
         let judgements = Judgements::BY_QUARTERS;

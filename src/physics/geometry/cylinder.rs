@@ -68,7 +68,7 @@ pub fn traverse(radius: f64, position: DVec3, direction: DVec3, axial: f64) -> P
     let mut end = p0 + transverse * ((rest - from_middle - half_chord) / speed_squared);
     let mut direction = direction;
     if bounces > 0.0 {
-        let rotation = turns(DVec2::new(impact.abs(), half_chord) / reach, bounces);
+        let rotation = turns(DVec2::new(impact.abs(), half_chord), reach, bounces);
         let rotation = DVec2::new(rotation.x, if impact < 0.0 { -rotation.y } else { rotation.y });
         end = rotation.rotate(end);
         direction = rotation.rotate(transverse).extend(direction.z);
@@ -84,15 +84,16 @@ pub fn traverse(radius: f64, position: DVec3, direction: DVec3, axial: f64) -> P
 /// Bounces up to which a turn is found by repeated squaring, whose rounding error grows with their number.
 pub(crate) const MOST_SQUARED: f64 = 256.0;
 
-/// The rotation by 2 `bounces` times the angle of the unit vector `half_turn`, as a unit vector.
+/// The rotation by 2 `bounces` times the angle of the vector `half_turn`, whose length is given, as a unit vector.
 #[inline]
-fn turns(half_turn: DVec2, bounces: f64) -> DVec2 {
+fn turns(half_turn: DVec2, length: f64, bounces: f64) -> DVec2 {
     if bounces > MOST_SQUARED {
         // reduced to one turn before its sine and cosine are taken
         let turns = bounces * 2.0 * libm::atan2(half_turn.y, half_turn.x) * (1.0 / TAU);
         let (sin, cos) = libm::sincos((turns - turns.floor()) * TAU);
         return DVec2::new(cos, sin);
     }
+    let half_turn = half_turn / length;
     let mut power = half_turn.rotate(half_turn);
     let mut result = DVec2::X;
     let mut left = bounces as u32;

@@ -20,6 +20,9 @@ pub struct BeamsOfAltitude {
 /// Fewest rays of a replicate of the beam from the first azimuth, which has a figure of its own, over those from the others.
 const RAYS_OF_FIRST: u64 = 4;
 
+/// Squared deviations of replicates over the square of their mean below which they are equal but for rounding.
+const NO_SPREAD: f64 = 1e-24;
+
 /// Replicates of the beam from the first azimuth, and of one from another: the mean over azimuths has all of them to tell its error.
 const REPLICATES_OF_FIRST: u64 = 8;
 const REPLICATES_OF_OTHERS: u64 = 4;
@@ -64,7 +67,8 @@ pub fn beams_over(
         mean_square(&mut found.iter().map(|beams| beams.first.transmission().standard_error))
     });
     // of rays that may miss the collector some more, so that of few all do
-    let all_enter = found.iter().all(|beams| beams.first.entering().m2 <= f64::EPSILON * beams.first.entering().mean);
+    let all_enter =
+        found.iter().all(|beams| beams.first.entering().m2 <= NO_SPREAD * beams.first.entering().mean.powi(2));
     let least = if all_enter { effort.least } else { 2 * effort.least };
     until_exact(Effort { least: least.min(effort.most), ..effort }, |count| {
         found = follow_all(0..turns as usize, count);

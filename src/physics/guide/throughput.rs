@@ -232,7 +232,7 @@ pub(super) fn until_exact(effort: Effort, mut look: impl FnMut(u64) -> f64) {
     }
 }
 
-/// Means over rays of what `one` says of a Sobol point.
+/// Means over rays of what `aim` makes of a Sobol point.
 pub(super) fn replicated<const N: usize>(
     guide: &Guide,
     key: Key,

@@ -43,7 +43,7 @@ use crate::integrator::backward::chance;
 use crate::integrator::backward::pass::{Sampling, centre, each};
 use crate::integrator::backward::room_entry::exit_seen_by;
 use crate::integrator::lamp::beside::{
-    Lamps, Lit, add_beside, bytes_beside, photons_beside, refuses_all_but_lamps, refuses_beside,
+    Lamps, Lit, add_beside, bytes_beside, most_places, photons_beside, refuses_all_but_lamps, refuses_beside,
 };
 use crate::integrator::lamp::light::{DiffuserLight, SensorsLit};
 use crate::integrator::lamp::sizes::photons_for;
@@ -143,7 +143,7 @@ impl Described for Settings {
     fn trial(&self, task: &Task) -> Trial {
         let by_accuracy = self.photons_per_pass.is_none() || self.samples_per_sensor.is_none();
         if by_accuracy && task.views.is_empty() {
-            return Trial { by_accuracy, ..Trial::whole(self.clone(), 49) };
+            return Trial { by_accuracy, ..Trial::whole(self.clone(), most_places(&task.traceable.tubes, 49)) };
         }
         // each place has the noise of its own paths, whose number stays, and all have that of the photons
         let sizes = self.sizes(0.01, &task.traceable.tubes, true);

@@ -65,6 +65,12 @@ pub fn photons_beside(tubes: &[TraceableTube], target: f64) -> f64 {
     if all_lamps(tubes) { 0.0 } else { light_tracing::photons_for(target) as f64 }
 }
 
+/// Most sensors of a trial that looks at some `places` where all tubes are lamps: light from beside them is shared among the sensors, so
+/// that fewer of them would have more of it.
+pub fn most_places(tubes: &[TraceableTube], places: usize) -> usize {
+    if all_lamps(tubes) { places } else { usize::MAX }
+}
+
 /// Bytes of the sums over all sensors that chunks of the `photons` of a pass hold at the same time, where light comes in beside lamps.
 pub fn bytes_beside(load: &Load, photons: f64) -> f64 {
     8.0 * load.sensors_beside as f64 * sums_at_once(load.sensors_beside, photons as u64) as f64

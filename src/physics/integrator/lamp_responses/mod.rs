@@ -20,7 +20,7 @@
 //! (128; 1 to 65 536): the paths of a sensor.
 //!
 //! **Refuses** views, closures without a Lambertian part, sensors within a radius of an opening, and below closures that are Lambertian in
-//! part what light tracing refuses. Of an opening the patches' parts in the Lambertian zone shine.
+//! part what light tracing refuses. Of an opening, patches have the parts that lie in the Lambertian zone.
 //! A patch counts as evenly lit for light that the room reflects: how much that may change is part of the error, as a bias.
 //! Bad at diffusers that mirrors show (it warns).
 //!
@@ -37,7 +37,7 @@ use std::sync::atomic::AtomicBool;
 
 use glam::{DVec2, DVec3};
 
-use super::lamp::beside::{Lamps, Lit, add_beside, bytes_beside, photons_beside, refuses_beside};
+use super::lamp::beside::{Lamps, Lit, add_beside, bytes_beside, most_places, photons_beside, refuses_beside};
 use super::lamp::cells::{CELLS, Receiver, TubeLight, cell};
 use super::lamp::light::DiffuserLight;
 use super::lamp::zone::Zone;
@@ -131,10 +131,10 @@ impl Described for Settings {
         photons * load.photon_bytes() * Load::COPIES + bytes_beside(load, photons)
     }
 
-    fn trial(&self, _: &Task) -> Trial {
+    fn trial(&self, task: &Task) -> Trial {
         let anew = Self { keeps_rooms: false, ..self.clone() };
         // the paths are the work, and as many at every accuracy
-        Trial::whole(anew, 9)
+        Trial::whole(anew, most_places(&task.traceable.tubes, 9))
     }
 
     fn build(&self, task: &Task, seed: u64, target: f64) -> Computation {

@@ -83,8 +83,8 @@ const WITHOUT_STRIPS: Sizes = Sizes { for_one_percent: 1024.0, fewest: 256.0 };
 /// Most photons of a pass, unless the document says how many: more would make errors no smaller for the same time.
 const MOST: f64 = 8192.0;
 
-/// Rays from each sensor straight through clear closures, in photons for each sensor, where it has strips: of the noise that is left
-/// that of these rays is the larger part.
+/// Rays of all sensors straight through clear closures, in photons of the pass, where sensors have strips: of the noise that is left that of
+/// these rays is the larger part.
 const RAYS_WITH_STRIPS: u64 = 4;
 
 impl Sizes {

@@ -22,7 +22,7 @@ use crate::integrator::backward::unscattered::sky_through_openings;
 use crate::integrator::photon::connect::{Connection, SensorPlane};
 use crate::integrator::photon::path::{Flight, Origin, Scattering};
 use crate::optics::Spectrum;
-use crate::sampling::{Key, PathSamples, Stream, power_of_two};
+use crate::sampling::{Key, PathSamples, Stream};
 use crate::scene::{EstimateKind, Face, Grid};
 use crate::traceable::{SurfaceId, TraceableScene};
 
@@ -44,11 +44,18 @@ const PHOTONS_PER_POINT: f64 = 8.0;
 const FEWEST_POINTS: f64 = 16.0;
 const MOST_POINTS: f64 = 1024.0;
 
+/// Points of a strip over each length of the nearest sensors' distance, at least: by fewer, what comes from very near would be as rare
+/// and bright as by photons. Where that takes more than the most points, there is no strip.
+const POINTS_PER_DISTANCE: f64 = 1.0;
+
 /// Points of a strip that a photon is connected to: others get others, and connections to all tell hardly more.
 const CONNECTED: usize = 16;
 
 /// Points whose light of the sky one thread follows at least.
 const POINTS_AT_ONCE: usize = 64;
+
+/// Sensors of a plane above which photons are connected to some of them alone, and strips would take longer than they save.
+const MOST_SENSORS: usize = 1024;
 
 /// Sensors to which one thread connects all points at least.
 const SENSORS_AT_ONCE: usize = 256;
@@ -109,14 +116,17 @@ struct Place {
 impl<const C: usize> Strips<C> {
     /// The strips beside `sensors`, for passes of so many photons.
     pub fn new(scene: &TraceableScene, sensors: &[SensorPlane], photons: u64) -> Self {
-        let points = power_of_two((photons as f64 / PHOTONS_PER_POINT).clamp(FEWEST_POINTS, MOST_POINTS)) as usize;
-        let mut strips = Self { all: Vec::new(), numbers: Vec::new(), points };
+        let mut strips = Self { all: Vec::new(), numbers: Vec::new(), points: 0 };
         for (number, plane) in sensors.iter().enumerate() {
             strips.numbers.push(WALLS.map(|wall| {
                 strips.all.push(Strip::new(scene, number, &plane.grid, wall)?);
                 Some(strips.all.len() - 1)
             }));
         }
+        let along =
+            strips.all.iter().map(|strip| POINTS_PER_DISTANCE * strip.length / strip.distance).fold(0.0, f64::max);
+        let points = (photons as f64 / PHOTONS_PER_POINT).max(along).clamp(FEWEST_POINTS, MOST_POINTS);
+        strips.points = (points.ceil() as usize).next_power_of_two();
         strips
     }
 
@@ -278,7 +288,9 @@ impl<const C: usize> Strip<C> {
             offset,
         };
         let is_beside = distance > 0.0 && distance < BESIDE * scene.size.min_element() && strip.to > strip.from;
-        (is_beside && strip.reflectance.max() > 0.0).then_some(strip)
+        let has_points = POINTS_PER_DISTANCE * strip.length <= MOST_POINTS * distance;
+        let connects_all = grid.len() <= MOST_SENSORS;
+        (is_beside && has_points && connects_all && strip.reflectance.max() > 0.0).then_some(strip)
     }
 
     /// Number of the axis of its normal.

@@ -17,6 +17,9 @@ use crate::traceable::{TraceableScene, TraceableTube};
 /// Every source of light gets at least this share of a pass' photons.
 const LEAST_SHARE: f64 = 0.125;
 
+/// Fewest photons of a pass for each source of light.
+const LEAST_PHOTONS: u64 = 4;
+
 /// Share that the far side of a dome may reflect into the aperture: only the choice of samples depends on it.
 const FAR_SIDE_REFLECTANCE: f64 = 0.08;
 
@@ -70,7 +73,8 @@ pub struct EmittedPhoton {
 }
 
 impl Emission {
-    /// Divides `photons` among the sources in proportion to the flux that each is likely to bring.
+    /// Divides `photons`, or a few for each source where these are more, among the sources in proportion to the flux that each is likely
+    /// to bring.
     pub fn new(scene: &TraceableScene, photons: u64) -> Self {
         Self::of(scene, &scene.tubes, &scene.luminaires, photons)
     }
@@ -116,19 +120,13 @@ impl Emission {
             let flux: Spectrum<3> = luminaire.flux();
             sources.push((Source::Luminaire(index), flux.luminance()));
         }
-        let total: f64 = sources.iter().map(|(_, flux)| flux).sum();
-        let least = LEAST_SHARE / sources.len().max(1) as f64;
-        let weight = |flux: f64| least + (1.0 - LEAST_SHARE) * flux / total;
+        let fluxes: Vec<f64> = sources.iter().map(|(_, flux)| *flux).collect();
         let mut first = 0;
-        let mut emitters = Vec::new();
-        let count = sources.len();
-        for (number, (source, flux)) in sources.into_iter().enumerate() {
-            let rest = photons - first;
-            let share = if number + 1 == count { rest } else { (photons as f64 * weight(flux)) as u64 };
-            let photons = share.clamp(1, rest.max(1));
-            emitters.push(Emitter { source, photons, first });
+        let emitter = |((source, _), photons): ((Source, f64), u64)| {
             first += photons;
-        }
+            Emitter { source, photons, first: first - photons }
+        };
+        let emitters = sources.into_iter().zip(divided(photons, &fluxes)).map(emitter).collect();
         Self { emitters }
     }
 
@@ -207,6 +205,24 @@ impl Emission {
     }
 }
 
+/// `photons` divided among sources of these fluxes: each has one at least, and all together a few for each.
+fn divided(photons: u64, fluxes: &[f64]) -> Vec<u64> {
+    let count = fluxes.len() as u64;
+    let photons = photons.max(LEAST_PHOTONS * count);
+    let total: f64 = fluxes.iter().sum();
+    let least = LEAST_SHARE / count.max(1) as f64;
+    let mut left = photons;
+    let of_source = |(after, flux): (u64, &f64)| {
+        // all that come after it have one at least
+        let most = left - after;
+        let share = photons as f64 * (least + (1.0 - LEAST_SHARE) * flux / total);
+        let of_source = if after == 0 { most } else { (share as u64).clamp(1, most) };
+        left -= of_source;
+        of_source
+    };
+    (0..count).rev().zip(fluxes).map(of_source).collect()
+}
+
 /// Directions for the light of a sky into a guide, and the flux that comes from all of them.
 type Sampled = (Arc<SkySampler>, f64);
 
@@ -249,5 +265,31 @@ fn likely_transmission(tube: &TraceableTube, toward: DVec3) -> f64 {
             Pipe::Bent(_) => 1.0,
         },
         Guide::Bent(_) | Guide::Mesh(_) => 1.0,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// No source is left out, however many there are and however unlike, and no photon is: also where one source has next to all light.
+    #[test]
+    fn every_source_has_photons() {
+        for photons in [1, 64, 128, 512, 8192] {
+            for sources in [1, 2, 16, 100, 400] {
+                for large in [1.0, 40.0, 1e9] {
+                    for place in [0, sources / 2, sources - 1] {
+                        let mut fluxes = vec![1.0; sources];
+                        fluxes[place] = large;
+                        let divided = divided(photons, &fluxes);
+                        assert!(divided.iter().all(|photons| *photons >= 1), "{photons} {sources} {large}");
+                        assert_eq!(divided.iter().sum::<u64>(), photons.max(LEAST_PHOTONS * sources as u64));
+                    }
+                }
+            }
+        }
+        assert!(divided(64, &[]).is_empty());
+        // half of an eighth evenly, and the rest by flux
+        assert_eq!(divided(1000, &[1.0, 3.0]), [281, 719]);
     }
 }

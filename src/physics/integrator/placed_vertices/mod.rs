@@ -46,7 +46,9 @@ use glam::{DVec2, DVec3};
 use crate::guide::RayCount;
 use crate::integrator::backward::next_event::{NextEvent, Way};
 use crate::integrator::backward::walk::{Ray, Walk};
-use crate::integrator::lamp::beside::{Lamps, Lit, add_beside, bytes_beside, is_lamp, photons_beside, refuses_beside};
+use crate::integrator::lamp::beside::{
+    Lamps, Lit, add_beside, bytes_beside, is_lamp, most_places, photons_beside, refuses_beside,
+};
 use crate::integrator::lamp::light::DiffuserLight;
 use crate::integrator::lamp::sizes::{are_straight, photons_for};
 use crate::integrator::method::{Computation, Described, Kept, Knows, Load, Refusal, RefusalCode, Task, Trial, Work};
@@ -162,9 +164,9 @@ impl Described for Settings {
         Kept { sums_at_once, ..Kept::MEANS }
     }
 
-    fn trial(&self, _: &Task) -> Trial {
+    fn trial(&self, task: &Task) -> Trial {
         let by_accuracy = self.photons_per_pass.is_none() || self.vertices_per_pass.is_none();
-        Trial { by_accuracy, ..Trial::whole(self.clone(), 49) }
+        Trial { by_accuracy, ..Trial::whole(self.clone(), most_places(&task.traceable.tubes, 49)) }
     }
 
     fn build(&self, task: &Task, seed: u64, target: f64) -> Computation {
