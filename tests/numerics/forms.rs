@@ -204,7 +204,7 @@ fn rule_of_points() -> Form {
 
 /// A ray that comes back to where it began.
 fn stepping() -> Form {
-    let radius = 0.127;
+    let radius = 0.25;
     let half_turn = 2.0 * PI / 5.0;
     let chord = 2.0 * radius * half_turn.sin();
     let from = DVec2::new(radius * half_turn.cos(), 0.0);
@@ -226,7 +226,7 @@ fn stepping() -> Form {
     let place = |p: DVec2| p.y.atan2(p.x);
     Form {
         what: "azimuth in rad of a ray after a million reflections that draw a pentagram (`src/physics/geometry/cylinder.rs`)",
-        input: "r = 0.127 m, from the middle of a chord",
+        input: "r = 0.25 m, from the middle of a chord",
         naive_form: "from wall to wall, in a million steps",
         used_form: "one rotation by all turns together",
         truth: 0.0,
