@@ -3,7 +3,7 @@
 //! Light is linear. What leaves a closure as from a Lambertian sheet is that of a lamp: all of a Lambertian closure, what leaves the
 //! Lambertian zone of a mixed one, and of a table the largest Lambertian sheet that it holds at each angle of incidence. The rest,
 //! what passes unscattered and what a table has beside its sheet, is followed by light tracing
-//! ([`light_tracing`](crate::integrator::light_tracing)); both come from the same photons down the tubes.
+//! ([`light_tracing`]); both come from the same photons down the tubes.
 
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
