@@ -40,6 +40,7 @@ use rayon::prelude::*;
 
 use crate::guide::RayCount;
 use crate::integrator::backward::unscattered::unscattered;
+use crate::integrator::lamp::sizes::are_straight;
 use crate::integrator::method::{Computation, Described, Kept, Knows, Refusal, Task, Trial, Work};
 use crate::integrator::photon::chunks::{self, fold_chunks, sums_at_once};
 use crate::integrator::photon::close_points::dishonest_points;
@@ -78,7 +79,8 @@ struct Sizes {
 
 /// Where strips beside sensors take the rare and bright connections, fewer photons are enough.
 const WITH_STRIPS: Sizes = Sizes { for_one_percent: 512.0, fewest: 128.0 };
-const WITHOUT_STRIPS: Sizes = Sizes { for_one_percent: 1024.0, fewest: 256.0 };
+/// Elsewhere what is rare needs more of them for honest errors, and so does the flux through bends and facets.
+const WITHOUT_STRIPS: Sizes = Sizes { for_one_percent: 2048.0, fewest: 512.0 };
 
 /// Most photons of a pass, unless the document says how many: more would make errors no smaller for the same time.
 const MOST: f64 = 8192.0;
@@ -107,7 +109,8 @@ impl Settings {
 
     /// Numbers of photons for a task.
     fn sizes(task: &Task) -> &'static Sizes {
-        if has_strips(task.traceable, task.grids) { &WITH_STRIPS } else { &WITHOUT_STRIPS }
+        let few = are_straight(&task.traceable.tubes) && has_strips(task.traceable, task.grids);
+        if few { &WITH_STRIPS } else { &WITHOUT_STRIPS }
     }
 }
 
