@@ -59,7 +59,7 @@ use crate::traceable::luminaire::TraceableLuminaire;
 
 pub use refusals::{noisy_points, refuses_points};
 pub(crate) use strips::Points;
-use strips::{Strips, has_strips};
+use strips::{Strips, has_points_very_near, has_strips};
 pub(crate) use tally::Tally;
 
 /// Settings of light tracing.
@@ -81,6 +81,8 @@ struct Sizes {
 const WITH_STRIPS: Sizes = Sizes { for_one_percent: 512.0, fewest: 128.0 };
 /// Elsewhere what is rare needs more of them for honest errors, and so does the flux through bends and facets.
 const WITHOUT_STRIPS: Sizes = Sizes { for_one_percent: 2048.0, fewest: 512.0 };
+/// And most of all points so near to a wall that it has no strip.
+const VERY_NEAR: Sizes = Sizes { for_one_percent: MOST, fewest: MOST };
 
 /// Most photons of a pass, unless the document says how many: more would make errors no smaller for the same time.
 const MOST: f64 = 8192.0;
@@ -109,6 +111,9 @@ impl Settings {
 
     /// Numbers of photons for a task.
     fn sizes(task: &Task) -> &'static Sizes {
+        if has_points_very_near(task.traceable, task.grids) {
+            return &VERY_NEAR;
+        }
         let few = are_straight(&task.traceable.tubes) && has_strips(task.traceable, task.grids);
         if few { &WITH_STRIPS } else { &WITHOUT_STRIPS }
     }

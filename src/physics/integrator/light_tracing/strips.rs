@@ -263,6 +263,24 @@ impl<const C: usize> Strips<C> {
     }
 }
 
+/// True if points of some grids are too near to a wall for a strip.
+pub fn has_points_very_near(scene: &TraceableScene, grids: &[Grid]) -> bool {
+    let is_very_near = |grid: &Grid, wall: &Face| {
+        let (axis, _, distance) = beside(scene, grid, *wall);
+        scene.size[1 - axis] > MOST_LENGTH * distance
+    };
+    let points = |grid: &&Grid| grid.estimate != EstimateKind::CellAverage;
+    grids.iter().filter(points).any(|grid| WALLS.iter().any(|wall| is_very_near(grid, wall)))
+}
+
+/// The axis of a wall's normal, its room coordinate along that, and the distance in m of the nearest points of a grid.
+fn beside(scene: &TraceableScene, grid: &Grid, wall: Face) -> (usize, f64, f64) {
+    let axis = wall as usize / 2;
+    let offset = if (wall as usize).is_multiple_of(2) { 0.0 } else { scene.size[axis] };
+    let across = if axis == 0 { &grid.x_m } else { &grid.y_m };
+    (axis, offset, across.iter().map(|at| (at - offset).abs()).fold(f64::INFINITY, f64::min))
+}
+
 /// True if a room has strips beside the sensors of some grids.
 pub fn has_strips(scene: &TraceableScene, grids: &[Grid]) -> bool {
     grids.iter().any(|grid| WALLS.iter().any(|wall| Strip::<3>::new(scene, 0, grid, *wall).is_some()))
@@ -276,10 +294,7 @@ impl<const C: usize> Strip<C> {
             return None;
         }
         let optics = scene.optics(SurfaceId::of_face(wall))?;
-        let axis = wall as usize / 2;
-        let offset = if (wall as usize).is_multiple_of(2) { 0.0 } else { scene.size[axis] };
-        let across = if axis == 0 { &grid.x_m } else { &grid.y_m };
-        let distance = across.iter().map(|at| (at - offset).abs()).fold(f64::INFINITY, f64::min);
+        let (axis, offset, distance) = beside(scene, grid, wall);
         let strip = Self {
             plane,
             wall,
