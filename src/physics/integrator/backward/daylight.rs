@@ -28,19 +28,7 @@ pub struct Followed;
 
 impl<const C: usize> Daylight<C> for Followed {
     fn connect(&self, walk: &mut Walk<'_, C>, vertex: &Vertex<'_, C>, tube: usize) {
-        let scene = walk.scene;
-        let tube = &scene.tubes[tube];
-        if !tube.daylit {
-            return;
-        }
-        if scene.sky.is_some() {
-            connect_sky(walk, vertex, tube, false);
-        }
-        if let Some(sun) = &scene.sun
-            && tube.diffuser.scatters(tube.opening_radius)
-        {
-            connect_scattered_sun(walk, vertex, tube, sun);
-        }
+        connect_daylight(walk, vertex, tube, false);
     }
 
     fn found_share(&self, scene: &TraceableScene, tube: usize, way: &Way, position: DVec3) -> Option<f64> {
@@ -52,25 +40,30 @@ impl<const C: usize> Daylight<C> for Followed {
     }
 }
 
+/// Connects a vertex to sky and sun through a tube; `scattered`: not through clear zones of its closure.
+fn connect_daylight<const C: usize>(walk: &mut Walk<'_, C>, vertex: &Vertex<'_, C>, tube: usize, scattered: bool) {
+    let scene = walk.scene;
+    let tube = &scene.tubes[tube];
+    if !tube.daylit {
+        return;
+    }
+    if scene.sky.is_some() {
+        connect_sky(walk, vertex, tube, scattered);
+    }
+    if let Some(sun) = &scene.sun
+        && tube.diffuser.scatters(tube.opening_radius)
+    {
+        connect_scattered_sun(walk, vertex, tube, sun);
+    }
+}
+
 /// The same but for light that comes into the room unscattered, through clear zones of closures.
 #[derive(Debug)]
 pub struct FollowedThroughLamps;
 
 impl<const C: usize> Daylight<C> for FollowedThroughLamps {
     fn connect(&self, walk: &mut Walk<'_, C>, vertex: &Vertex<'_, C>, tube: usize) {
-        let scene = walk.scene;
-        let tube = &scene.tubes[tube];
-        if !tube.daylit {
-            return;
-        }
-        if scene.sky.is_some() {
-            connect_sky(walk, vertex, tube, true);
-        }
-        if let Some(sun) = &scene.sun
-            && tube.diffuser.scatters(tube.opening_radius)
-        {
-            connect_scattered_sun(walk, vertex, tube, sun);
-        }
+        connect_daylight(walk, vertex, tube, true);
     }
 
     fn found_share(&self, scene: &TraceableScene, tube: usize, way: &Way, position: DVec3) -> Option<f64> {
