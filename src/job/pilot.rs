@@ -23,7 +23,8 @@ use crate::analytic::Ending;
 use crate::estimate::Estimate;
 use crate::estimate::error_law::{ErrorLaw, Judged};
 use crate::integrator::Method;
-use crate::integrator::method::{Computation, Task, Trial};
+use crate::integrator::method::{self, Computation, Task};
+use crate::integrator::trial::{Ratios, Trial};
 use crate::plan::choose::refuses;
 use crate::plan::cost;
 use crate::statistics::interval::two_sided_normal_quantile;
@@ -34,15 +35,12 @@ const BUDGET: Duration = Duration::from_millis(150);
 /// Times its share of the budget that a method may take where a pass has begun.
 const GRACE: f64 = 3.0;
 
-/// Most passes of a trial, and of one whose passes are as large as an accuracy demands, for each accuracy.
+/// Most passes of the first size that is tried, and of every other.
 const MOST_PASSES: usize = 7;
 const MOST_PASSES_EACH: usize = 5;
 
-/// Power of the accuracy by which the cost of such a pass grows at most.
-const GROWTH: f64 = 1.6;
-
-/// Factor between accuracies up to which the cost of such a method is extrapolated: beyond it, the least number of passes of small
-/// ones says little of large ones.
+/// Factor between accuracies up to which more passes are foretold where passes should be larger, and nothing says how these go: beyond
+/// it, the least number of passes of small ones says little of large ones.
 const FARTHEST: f64 = 5.0;
 
 /// Times the time that is left above which a solver's expected time is not begun: it looks at the clock less often than passes do.
@@ -123,10 +121,9 @@ struct Tried<'a> {
     row: usize,
     method: &'a Method,
     task: Task<'a>,
-    trial: Trial,
     sample: Sample,
     is_planned: bool,
-    /// Rough seconds of a pass of the trial.
+    /// Rough seconds of a pass of the trial for the accuracy that is asked for.
     expected: f64,
     /// Rough seconds of a pass of the trial's method, were it to look everywhere.
     expected_of_all: f64,
@@ -141,12 +138,46 @@ impl<'a> Tried<'a> {
         task: Task<'a>,
         is_planned: bool,
     ) -> Self {
-        let trial = method.described().trial(&task);
+        let target = prepared.stop.target();
+        let trial = method.described().trial(&task, target);
         let sample = Sample::new(&task, trial.most_places);
-        let work = cost::work(&prepared.scene, &prepared.plan, prepared.stop.target());
+        let work = cost::work(&prepared.scene, &prepared.plan, target);
         let seconds = |sample: &Sample| trial.method.seconds_per_pass(&sample.work(&work));
         let (expected, expected_of_all) = (seconds(&sample), seconds(&Sample::new(&task, usize::MAX)));
-        Self { output, row, method, task, trial, sample, is_planned, expected, expected_of_all }
+        Self { output, row, method, task, sample, is_planned, expected, expected_of_all }
+    }
+
+    /// What tells of passes for a relative standard error `target`.
+    fn trial(&self, target: f64) -> Trial {
+        self.method.described().trial(&self.task, target)
+    }
+}
+
+/// Passes of one size that were tried.
+struct Run {
+    /// Relative error that they were tried for.
+    accuracy: f64,
+    /// Size of a pass.
+    size: f64,
+    passes: Passes,
+    setup_seconds: f64,
+    /// Processor seconds of a pass beside those for places, and for each place.
+    of_pass: f64,
+    of_place: f64,
+    /// Processor seconds of everything that was tried.
+    spent: f64,
+}
+
+/// Whoever asks for less has what is told of more at the most: what is above that is chance of the pilot alone. `times` begin with the
+/// loosest accuracy.
+fn cheapen_the_looser(times: &mut [PredictedTime]) {
+    for index in (1..times.len()).rev() {
+        let (looser, tighter) = (&times[index - 1], &times[index]);
+        if let (Some(of_looser), Some(of_tighter)) = (looser.seconds, tighter.seconds)
+            && of_looser > of_tighter
+        {
+            times[index - 1] = PredictedTime { relative_error: looser.relative_error, ..tighter.clone() };
+        }
     }
 }
 
@@ -171,14 +202,15 @@ pub fn laws(prepared: &Prepared, method: &str, passes: usize) -> Option<Vec<Erro
     let task = if task.grids.is_empty() { task } else { task.without_views() };
     let method =
         prepared.offered.iter().find(|offered| offered.name() == method && refuses(offered, &task).is_none())?;
-    let Tried { trial, sample, .. } = Tried::new(prepared, 0, 0, method, task, false);
-    let target = prepared.stop.target();
+    let tried = Tried::new(prepared, 0, 0, method, task, false);
+    let (target, sample) = (prepared.stop.target(), &tried.sample);
+    let trial = tried.trial(target);
     let Computation::Passes(integrator) = trial.method.build(&sample.task(&task), prepared.seed ^ PILOT, target) else {
         return None;
     };
     let mut found = Passes::default();
     found.run(integrator.as_ref(), passes, &Clock::unbounded());
-    found.laws(&sample, &trial)
+    found.laws(sample, &trial.ratios(trial.tried)?, trial.alpha)
 }
 
 struct Pilot<'a> {
@@ -243,10 +275,12 @@ impl Pilot<'_> {
             return Outcome::default();
         }
         let clock = Clock::new(&stop, self.cancel, begun + Duration::from_secs_f64(share));
-        stop.within((GRACE * share).min(left), || match tried.trial.by_accuracy {
-            true => self.by_accuracy(tried, &accuracies, &clock),
-            false => self.at_once(tried, &accuracies, &clock),
-        })
+        let mut outcome = stop.within((GRACE * share).min(left), || match tried.method.described().passes() {
+            method::Passes::None => self.solver(tried, &accuracies, &clock),
+            _ => self.passes(tried, &accuracies, &clock),
+        });
+        cheapen_the_looser(&mut outcome.times);
+        outcome
     }
 
     fn seed(&self) -> u64 {
@@ -263,94 +297,96 @@ impl Pilot<'_> {
         seconds / (seconds / GRAIN).clamp(1.0, self.threads as f64)
     }
 
-    /// A method whose passes are the same for every accuracy, or a solver.
-    fn at_once(&self, tried: &Tried<'_>, accuracies: &[f64], clock: &Clock<'_>) -> Outcome {
-        let judged = self.judged[tried.output];
-        let Tried { task, trial, sample, .. } = tried;
-        let setup = Clocks::start();
-        match trial.method.build(&sample.task(task), self.seed(), self.target(self.asked[tried.output])) {
-            Computation::Solution(_) => self.solver(tried, accuracies, clock),
-            Computation::Passes(integrator) => {
-                let setup_seconds = setup.spent().cpu();
-                let few = Sample::new(task, sample.places() / FEW_PLACES);
-                let needs_few = sample.places() < sample.all || trial.work_of_pass != trial.work_of_place;
-                let needs_few = needs_few && few.places() < sample.places();
-                let mut passes = Passes::default();
-                passes.run(integrator.as_ref(), 1, clock);
-                let mut of_few = Passes::default();
-                if needs_few && !clock.is_over() {
-                    let of = trial.method.build(&few.task(task), self.seed(), self.target(self.asked[tried.output]));
-                    if let Computation::Passes(few) = of {
-                        of_few.run(few.as_ref(), FEW_PLACES_PASSES, clock);
-                    }
-                }
-                passes.run(integrator.as_ref(), MOST_PASSES - 1, clock);
-                let laws = passes.laws(sample, trial);
-                let cost = match needs_few {
-                    false => passes.cost().map(|cost| cost * trial.work_of_pass),
-                    true => passes.cost().zip(of_few.cost()).map(|(cost, of_few)| {
-                        let [few, some] = [few.places(), sample.places()].map(|places| places as f64);
-                        let place = ((cost - of_few) / (some - few)).max(0.0);
-                        let pass = (cost - place * some).max(0.0);
-                        pass * trial.work_of_pass + place * sample.all as f64 * trial.work_of_place
-                    }),
-                };
-                let Some((laws, cost)) = laws.zip(cost) else { return Outcome::default() };
-                let measured = Measured {
-                    setup_seconds,
-                    seconds_per_pass: self.shared(cost),
-                    cost_deviation: libm::hypot(OF_COST, passes.deviation()),
-                    laws,
-                    passes: passes.found.len(),
-                };
-                Outcome {
-                    first_number: Some(measured.seconds_to_first_number()),
-                    times: accuracies.iter().map(|accuracy| measured.time_to(*accuracy, judged)).collect(),
-                }
-            }
-        }
-    }
-
-    /// A method whose passes are as large as the accuracy demands: each one is tried, and where the time is over, more of the last
-    /// ones are expected, but not many times more.
-    fn by_accuracy(&self, tried: &Tried<'_>, accuracies: &[f64], clock: &Clock<'_>) -> Outcome {
-        let Tried { trial, sample, .. } = tried;
+    /// A method with passes: each accuracy is foretold from the tried passes that are nearest in size to its own.
+    fn passes(&self, tried: &Tried<'_>, accuracies: &[f64], clock: &Clock<'_>) -> Outcome {
+        let runs = self.runs(tried, accuracies, clock);
         let mut outcome = Outcome::default();
-        let mut last: Option<(f64, Measured)> = None;
-        let mut spent: f64 = 0.0;
         for accuracy in accuracies {
-            let setup = Clocks::start();
-            let mut passes = Passes::default();
-            let growth = last.as_ref().map_or(1.0, |(last, _)| libm::pow(last / accuracy, GROWTH));
-            if growth * spent < clock.left()
-                && let Computation::Passes(integrator) =
-                    trial.method.build(&sample.task(&tried.task), self.seed(), self.target(*accuracy))
-            {
-                let setup_seconds = setup.spent().cpu();
-                passes.run(integrator.as_ref(), MOST_PASSES_EACH, clock);
-                if let Some((laws, cost)) = passes.laws(sample, trial).zip(passes.cost()) {
-                    let measured = Measured {
-                        setup_seconds,
-                        seconds_per_pass: self.shared(cost * tried.expected_of_all / tried.expected),
-                        cost_deviation: libm::hypot(OF_COST, passes.deviation()),
-                        laws,
-                        passes: passes.found.len(),
-                    };
-                    outcome.first_number.get_or_insert(measured.seconds_to_first_number());
-                    last = Some((*accuracy, measured));
-                }
-                // what the least number of passes takes
-                spent = setup_seconds + LEAST_PASSES as f64 * passes.cost().unwrap_or(f64::INFINITY);
-            }
-            let Some((of, measured)) = &last else { break };
-            if of / accuracy > FARTHEST + 1e-9 {
-                break;
-            }
+            let trial = tried.trial(self.target(*accuracy));
+            let apart = |run: &Run| libm::log(run.size / trial.tried).abs();
+            let Some(run) = runs.iter().min_by(|a, b| apart(a).total_cmp(&apart(b))) else { break };
+            // where passes are not those of the job, more of them than the job needs are expected
+            let ratios = trial.ratios(run.size);
+            let stands_for = ratios.is_some() || run.accuracy / accuracy <= FARTHEST + 1e-9;
+            let measured = stands_for.then(|| self.measured(tried, run, &ratios.unwrap_or(Ratios::ONE), trial.alpha));
+            let Some(measured) = measured.flatten() else { continue };
+            outcome.first_number.get_or_insert(measured.seconds_to_first_number());
             let time = measured.time_to(*accuracy, self.judged[tried.output]);
-            let passes = time.passes.filter(|_| of == accuracy);
+            let passes = time.passes.filter(|_| ratios.is_some());
             outcome.times.push(PredictedTime { passes, ..time });
         }
         outcome
+    }
+
+    /// Passes of all sizes that accuracies demand, as far as there is time: of those that tell of others first the size for the accuracy
+    /// asked for, else small ones first.
+    fn runs(&self, tried: &Tried<'_>, accuracies: &[f64], clock: &Clock<'_>) -> Vec<Run> {
+        let mut runs: Vec<Run> = Vec::new();
+        let asked = self.asked[tried.output];
+        let tells_of_others = tried.trial(self.target(asked)).powers.is_some();
+        let first = tells_of_others.then_some(&asked);
+        for accuracy in first.into_iter().chain(accuracies) {
+            let trial = tried.trial(self.target(*accuracy));
+            if runs.iter().any(|run| run.size == trial.tried) {
+                continue;
+            }
+            let expected = runs.last().map_or(0.0, |run| run.spent * trial.tried / run.size);
+            if expected >= clock.left() {
+                break;
+            }
+            let most = if runs.is_empty() { MOST_PASSES } else { MOST_PASSES_EACH };
+            runs.extend(self.run_of(tried, &trial, *accuracy, most, clock));
+        }
+        runs
+    }
+
+    /// Passes of the trial for an accuracy, `most` of them; `None` where there is no time for the least number.
+    fn run_of(&self, tried: &Tried<'_>, trial: &Trial, accuracy: f64, most: usize, clock: &Clock<'_>) -> Option<Run> {
+        let Tried { task, sample, .. } = tried;
+        let clocks = Clocks::start();
+        let build = |sample: &Sample| match trial.method.build(&sample.task(task), self.seed(), self.target(accuracy)) {
+            Computation::Passes(integrator) => Some(integrator),
+            Computation::Solution(_) => None,
+        };
+        let integrator = build(sample)?;
+        let setup_seconds = clocks.spent().cpu();
+        let mut passes = Passes::default();
+        passes.run(integrator.as_ref(), 1, clock);
+        let few = Sample::new(task, sample.places() / FEW_PLACES);
+        let mut of_few = Passes::default();
+        let needs_few = trial
+            .powers
+            .is_some_and(|powers| sample.places() < sample.all || powers.work_of_pass != powers.work_of_place)
+            && few.places() < sample.places();
+        if needs_few && !clock.is_over() {
+            of_few.run(build(&few)?.as_ref(), FEW_PLACES_PASSES, clock);
+        }
+        passes.run(integrator.as_ref(), most - 1, clock);
+        let cost = passes.cost()?;
+        let (of_pass, of_place) = if needs_few {
+            let [few, some] = [few.places(), sample.places()].map(|places| places as f64);
+            let of_place = ((cost - of_few.cost()?) / (some - few)).max(0.0);
+            ((cost - of_place * some).max(0.0), of_place)
+        } else if trial.powers.is_some() {
+            (cost, 0.0)
+        } else {
+            (cost * tried.expected_of_all / tried.expected, 0.0)
+        };
+        let spent = clocks.spent().cpu();
+        let run = Run { accuracy, size: trial.tried, passes, setup_seconds, of_pass, of_place, spent };
+        (run.passes.found.len() >= LEAST_PASSES).then_some(run)
+    }
+
+    /// What passes tell of others that have these ratios to them.
+    fn measured(&self, tried: &Tried<'_>, run: &Run, ratios: &Ratios, alpha: Option<f64>) -> Option<Measured> {
+        let of_places = run.of_place * tried.sample.all as f64 * ratios.work_of_place;
+        Some(Measured {
+            setup_seconds: run.setup_seconds,
+            seconds_per_pass: self.shared(run.of_pass * ratios.work_of_pass + of_places),
+            cost_deviation: libm::hypot(OF_COST, run.passes.deviation()),
+            laws: run.passes.laws(&tried.sample, ratios, alpha)?,
+            passes: run.passes.found.len(),
+        })
     }
 
     /// A method without passes: solved to one accuracy after the other, as long as there is time.

@@ -7,7 +7,7 @@ use super::cancel::Stop;
 use super::pilot_sample::{Places, Sample};
 use super::spent::Clocks;
 use crate::estimate::error_law::ErrorLaw;
-use crate::integrator::method::Trial;
+use crate::integrator::trial::Ratios;
 use crate::integrator::{Integrator, Pass};
 
 /// When a trial ends.
@@ -96,9 +96,9 @@ impl Passes {
         if spread.is_finite() { spread } else { 0.0 }
     }
 
-    /// The laws of all grids, or views.
-    pub fn laws(&self, sample: &Sample, trial: &Trial) -> Option<Vec<ErrorLaw>> {
-        let each = |places: Places| ErrorLaw::of(&places.found(), trial);
+    /// The laws of all grids, or views, of passes that have these ratios to those found; `alpha` where gather radii shrink.
+    pub fn laws(&self, sample: &Sample, ratios: &Ratios, alpha: Option<f64>) -> Option<Vec<ErrorLaw>> {
+        let each = |places: Places| ErrorLaw::of(&places.found(), ratios, alpha);
         if self.found.len() < LEAST_PASSES {
             return None;
         }

@@ -7,8 +7,8 @@
 //! error, too. Docs: docs/physics/statistics.md#what-a-pilot-foretells.
 
 use super::stopping::{Judgements, LEAST_SHARE_OF_MEAN};
-use crate::integrator::method::Trial;
 use crate::integrator::photon_map::progressive::Radii;
+use crate::integrator::trial::Ratios;
 use crate::statistics::interval::{student_quantile_near, two_sided_normal_quantile};
 
 /// Rule by which a job judges its errors.
@@ -131,36 +131,37 @@ pub fn shared_part(noise: f64, of_mean: f64, places: usize) -> f64 {
 }
 
 impl ErrorLaw {
-    /// The law of a method's own passes, from those of its trial; `None` with fewer than three. Deviations are those of leaving out
-    /// one pass after the other (the jackknife), and of the places where the pilot did not look.
-    pub fn of(found: &Found<'_>, trial: &Trial) -> Option<Self> {
+    /// The law of a method's own passes, from those of its trial and what they have in that of these; `None` with fewer than three.
+    /// Deviations are those of leaving out one pass after the other (the jackknife), and of the places where the pilot did not look.
+    /// `alpha` where gather radii shrink.
+    pub fn of(found: &Found<'_>, ratios: &Ratios, alpha: Option<f64>) -> Option<Self> {
         let passes = found.values.len();
         if passes < 3 || found.values.first().is_none_or(Vec::is_empty) {
             return None;
         }
-        let all = Relative::of(found, None, trial.alpha);
-        let without: Vec<_> = (0..passes).map(|pass| Relative::of(found, Some(pass), trial.alpha)).collect();
+        let all = Relative::of(found, None, alpha);
+        let without: Vec<_> = (0..passes).map(|pass| Relative::of(found, Some(pass), alpha)).collect();
         let jackknife = |of: &dyn Fn(&Relative) -> f64| {
             let mean = without.iter().map(of).sum::<f64>() / passes as f64;
             let squares: f64 = without.iter().map(|relative| (of(relative) - mean).powi(2)).sum();
             (squares * (passes - 1) as f64 / passes as f64).sqrt()
         };
         let noise = |relative: &Relative| {
-            (relative.noise - relative.shared) * trial.variance + relative.shared * trial.shared_variance
+            (relative.noise - relative.shared) * ratios.variance + relative.shared * ratios.shared_variance
         };
         let by_passes = jackknife(&|relative| libm::log(noise(relative).max(f64::MIN_POSITIVE)));
         let by_places = all.spread * (1.0 - found.share.min(1.0)).sqrt();
-        let by_size = if trial.variance == 1.0 && trial.shared_variance == 1.0 { 0.0 } else { OF_SMALLER_PASSES };
+        let by_size = if ratios.variance == 1.0 && ratios.shared_variance == 1.0 { 0.0 } else { OF_SMALLER_PASSES };
         let bias_deviation = jackknife(&|relative| relative.squared_bias);
         let is_significant = all.squared_bias > SIGNIFICANT * bias_deviation;
         let law = Self {
             noise: noise(&all),
             noise_deviation: libm::hypot(libm::hypot(by_passes, by_places), by_size),
-            squared_bias: if is_significant { all.squared_bias * trial.squared_bias } else { 0.0 },
-            bias_deviation: bias_deviation * trial.squared_bias,
-            bias_noise: all.bias_noise * trial.shared_variance,
+            squared_bias: if is_significant { all.squared_bias * ratios.squared_bias } else { 0.0 },
+            bias_deviation: bias_deviation * ratios.squared_bias,
+            bias_noise: all.bias_noise * ratios.shared_variance,
             fixed: all.fixed,
-            alpha: trial.alpha,
+            alpha,
         };
         [law.noise, law.squared_bias, law.bias_noise, law.fixed].iter().all(|part| part.is_finite()).then_some(law)
     }
@@ -307,14 +308,14 @@ mod tests {
     /// bias, 1 / (5 * 20), and intervals of 95 % hold it in that share of 300 seeds at least, within 4 standard errors.
     #[test]
     fn the_law_of_a_trial_is_as_certain_as_it_says() {
-        let trial = Trial::whole(sppm::Settings::default(), 20).with_variance(0.5);
+        let ratios = Ratios { variance: 0.5, shared_variance: 0.5, ..Ratios::ONE };
         let (mut logarithms, mut held) = (Moments::default(), 0u32);
         for seed in 0..300 {
             let mut random = PathRandom::new(Key::new(seed));
             let pass = |random: &mut PathRandom| (0..20).map(|_| 10.0 + 2.0 * normal(random)).collect();
             let values: Vec<Vec<f64>> = (0..6).map(|_| pass(&mut random)).collect();
             let found = Found { values: &values, bias: &vec![Vec::new(); 6], fixed: &[], share: 1.0 };
-            let law = ErrorLaw::of(&found, &trial).unwrap();
+            let law = ErrorLaw::of(&found, &ratios, None).unwrap();
             assert_eq!((law.squared_bias, law.bias_noise, law.fixed), (0.0, 0.0, 0.0));
             let off = (law.noise / (0.04 * 0.5)).ln();
             logarithms.push(off);
@@ -333,19 +334,19 @@ mod tests {
     #[test]
     fn noise_that_places_share_is_told_from_their_own() {
         let mut random = PathRandom::new(Key::new(11));
-        let mut law = |shared: f64, own: f64, trial: &Trial| {
+        let mut law = |shared: f64, own: f64, ratios: &Ratios| {
             let pass = |random: &mut PathRandom| -> Vec<f64> {
                 let common = shared * normal(random);
                 (0..12).map(|_| 10.0 * (1.0 + common + own * normal(random))).collect()
             };
             let values: Vec<Vec<f64>> = (0..2000).map(|_| pass(&mut random)).collect();
             let found = Found { values: &values, bias: &vec![Vec::new(); 2000], fixed: &[], share: 1.0 };
-            ErrorLaw::of(&found, trial).unwrap().noise
+            ErrorLaw::of(&found, ratios, None).unwrap().noise
         };
-        let trial = Trial { shared_variance: 0.01, ..Trial::whole(sppm::Settings::default(), 12) };
-        let noise = law(0.2, 0.1, &trial);
+        let ratios = Ratios { shared_variance: 0.01, ..Ratios::ONE };
+        let noise = law(0.2, 0.1, &ratios);
         assert!((noise - (0.01 + 0.0004)).abs() < 4.0 * 0.01 * (2.0 / 2000.0f64 / 12.0).sqrt() + 0.001, "{noise}");
-        let own_alone = law(0.0, 0.1, &trial);
+        let own_alone = law(0.0, 0.1, &ratios);
         assert!((own_alone / 0.01 - 1.0).abs() < 0.03, "{own_alone}");
         assert_eq!(shared_part(0.05, 0.2, 1), 0.0);
         assert!((shared_part(0.05, 0.04 + 0.01 / 12.0, 12) - 0.04).abs() < 1e-15);
@@ -353,18 +354,19 @@ mod tests {
 
     #[test]
     fn a_bias_counts_where_it_is_more_than_noise() {
-        let trial = Trial { squared_bias: 0.0625, ..Trial::whole(sppm::Settings::default(), 30) };
+        let ratios = Ratios { squared_bias: 0.0625, ..Ratios::ONE };
         let mut random = PathRandom::new(Key::new(5));
         let mut law = |bias: f64| {
             let mut pass = |mean: f64| -> Vec<f64> { (0..30).map(|_| mean + 0.5 * normal(&mut random)).collect() };
             let (values, bias): (Vec<_>, Vec<_>) = (0..6).map(|_| (pass(10.0), pass(bias))).unzip();
-            ErrorLaw::of(&Found { values: &values, bias: &bias, fixed: &[0.01; 30], share: 1.0 }, &trial).unwrap()
+            ErrorLaw::of(&Found { values: &values, bias: &bias, fixed: &[0.01; 30], share: 1.0 }, &ratios, None)
+                .unwrap()
         };
         assert_eq!(law(0.0).squared_bias, 0.0);
         let clear = law(2.0);
         assert!((clear.squared_bias / (0.04 * 0.0625) - 1.0).abs() < 0.2, "{clear:?}");
         assert!((clear.fixed / 1e-4 - 1.0).abs() < 0.1);
         let two = Found { values: &[vec![1.0], vec![2.0]], bias: &[Vec::new(), Vec::new()], fixed: &[], share: 1.0 };
-        assert_eq!(ErrorLaw::of(&two, &trial), None);
+        assert_eq!(ErrorLaw::of(&two, &ratios, None), None);
     }
 }

@@ -22,7 +22,8 @@
 //! **Sources.** Kocifaj, Darula and Kittler 2008, formulated from the physics; Swift and Smith 1995 for the series.
 
 use super::deterministic::{installation, refuses};
-use super::method::{Computation, Described, Knows, Load, Passes, Refusal, RefusalCode, Task, Trial, Work};
+use super::method::{Computation, Described, Knows, Load, Passes, Refusal, RefusalCode, Task, Work};
+use super::trial::Trial;
 use crate::analytic::holigilm::Holigilm;
 use crate::analytic::patches::Mesh;
 use crate::guide::Guide;
@@ -68,7 +69,7 @@ impl Described for Settings {
         TABLES + FACTOR * patches.powi(2) + spots
     }
 
-    fn trial(&self, _: &Task) -> Trial {
+    fn trial(&self, _: &Task, _target: f64) -> Trial {
         Trial::whole(self.clone(), usize::MAX)
     }
 

@@ -18,9 +18,8 @@
 use std::f64::consts::PI;
 
 use super::deterministic::{cylinders, installation, refuses};
-use super::method::{
-    Caveat, CaveatCode, Computation, Described, Knows, Passes, Refusal, RefusalCode, Task, Trial, Work,
-};
+use super::method::{Caveat, CaveatCode, Computation, Described, Knows, Passes, Refusal, RefusalCode, Task, Work};
+use super::trial::Trial;
 use crate::analytic::jenkins::{Jenkins, Pipe};
 use crate::scene::{Scene, StraightOrBent};
 
@@ -71,7 +70,7 @@ impl Described for Settings {
         0.1e-6 * work.sensors
     }
 
-    fn trial(&self, _: &Task) -> Trial {
+    fn trial(&self, _: &Task, _target: f64) -> Trial {
         Trial::whole(self.clone(), usize::MAX)
     }
 

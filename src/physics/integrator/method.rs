@@ -9,6 +9,7 @@ use std::sync::Arc;
 use glam::DVec3;
 
 use super::Integrator;
+use super::trial::Trial;
 use crate::analytic::Solver;
 use crate::scene::{EstimateKind, Grid, Scene, View};
 use crate::traceable::TraceableScene;
@@ -66,68 +67,14 @@ pub trait Described: Send + Sync {
         Kept::MEANS
     }
 
-    /// The method with passes that are small enough for a trial of a task that it does not refuse: of grids, or of views.
-    fn trial(&self, task: &Task) -> Trial;
+    /// The method with passes that are small enough for a trial of a task that it does not refuse: of grids, or of views. It tells of
+    /// the passes for a relative standard error `target`.
+    fn trial(&self, task: &Task, target: f64) -> Trial;
 
     /// The method on a task that it does not refuse.
     ///
     /// `target` is the relative standard error asked for: passes end by it, a solver stops refining at it.
     fn build(&self, task: &Task, seed: u64, target: f64) -> Computation;
-}
-
-/// A method for a trial, and what its passes tell of those of the method itself.
-pub struct Trial {
-    /// The method with smaller passes.
-    pub method: Box<dyn Described>,
-    /// Most sensors, or pixels, at which a trial looks: more of them would take too long.
-    pub most_places: usize,
-    /// Work of a pass that does not depend on the number of sensors or pixels, in that of the trial's pass.
-    pub work_of_pass: f64,
-    /// Work of a pass for each sensor or pixel, in that of the trial's pass.
-    pub work_of_place: f64,
-    /// Variance of a pass by the noise that each sensor or pixel has of its own, in that of the trial's pass.
-    pub variance: f64,
-    /// Variance of a pass by the noise that all have in common, that of photons which serve them all, in that of the trial's pass.
-    pub shared_variance: f64,
-    /// Squared bias of the kernels, in that of the trial's pass.
-    pub squared_bias: f64,
-    /// Where gather radii shrink: `alpha` of `photon_map::progressive`.
-    pub alpha: Option<f64>,
-    /// True if the size of a pass depends on the accuracy that is asked for.
-    pub by_accuracy: bool,
-}
-
-/// Fewest and most photons of a trial's pass: some milliseconds at most.
-const LEAST_PHOTONS: u64 = 64;
-const MOST_PHOTONS: u64 = 4096;
-
-impl Trial {
-    /// The method as it is, on `most_places` sensors or pixels at most.
-    pub fn whole(method: impl Described + 'static, most_places: usize) -> Self {
-        Self {
-            method: Box::new(method),
-            most_places,
-            work_of_pass: 1.0,
-            work_of_place: 1.0,
-            variance: 1.0,
-            shared_variance: 1.0,
-            squared_bias: 1.0,
-            alpha: None,
-            by_accuracy: false,
-        }
-    }
-
-    /// The same where all noise changes alike with the size of a pass: variance of a pass in that of the trial's pass.
-    pub fn with_variance(self, variance: f64) -> Self {
-        Self { variance, shared_variance: variance, ..self }
-    }
-
-    /// Photons of a trial's pass of a method that emits `photons` in each, about a `share` of them, and how many times more the
-    /// latter are.
-    pub fn fewer(photons: u64, share: f64) -> (u64, f64) {
-        let fewer = ((photons as f64 * share) as u64).clamp(LEAST_PHOTONS, MOST_PHOTONS).min(photons);
-        (fewer, photons as f64 / fewer.max(1) as f64)
-    }
 }
 
 /// What is asked of a method.

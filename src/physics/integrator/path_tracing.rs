@@ -37,10 +37,11 @@ use crate::integrator::backward::chance;
 use crate::integrator::backward::daylight::Followed;
 use crate::integrator::backward::pass::{Sampling, each};
 use crate::integrator::backward::room_entry::exit_seen_by;
-use crate::integrator::method::{Caveat, Computation, Described, Knows, Refusal, Task, Trial, Work};
+use crate::integrator::method::{Caveat, Computation, Described, Knows, Refusal, Task, Work};
 use crate::integrator::photon::chunks::{Tally, fold_chunks};
 use crate::integrator::photon::descent::sun_exits;
 use crate::integrator::photon::ledger::Account;
+use crate::integrator::trial::Trial;
 use crate::optics::Spectrum;
 use crate::sampling::path_samples::SOBOL_PAIRS;
 use crate::sampling::{Key, PathSamples, Stream};
@@ -85,7 +86,7 @@ impl Described for Settings {
         (sensor_paths + eye_paths) * (1e-6 + 2.0 * (work.seconds_per_path * work.tubes))
     }
 
-    fn trial(&self, task: &Task) -> Trial {
+    fn trial(&self, task: &Task, _target: f64) -> Trial {
         Trial::whole(self.clone(), if task.views.is_empty() { 16 } else { 1024 })
     }
 

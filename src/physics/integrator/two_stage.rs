@@ -47,9 +47,11 @@ use crate::integrator::lamp::beside::{
 };
 use crate::integrator::lamp::light::{DiffuserLight, SensorsLit};
 use crate::integrator::lamp::sizes::photons_for;
-use crate::integrator::method::{Caveat, Computation, Described, Load, Refusal, Task, Trial, Work};
+use crate::integrator::method::{Caveat, Computation, Described, Load, Refusal, Task, Work};
+use crate::integrator::pass_size::PassSize;
 use crate::integrator::photon::chunks::PHOTON_CHUNK;
 use crate::integrator::photon::descent::Exit;
+use crate::integrator::trial::{Powers, Trial};
 use crate::integrator::{GridPass, Integrator, Pass, ViewPass};
 use crate::optics::{Closure, Spectrum};
 use crate::sampling::{Key, Stream, power_of_two};
@@ -78,9 +80,8 @@ const FEWEST_PHOTONS: f64 = 64.0;
 const MOST_PHOTONS: f64 = 8192.0;
 const MOST_SAMPLES: f64 = 256.0;
 
-/// Paths from a sensor in a pass of a job that asks for a relative standard error of 1 %, and the power of it by which they grow.
-const SAMPLES_FOR_ONE_PERCENT: f64 = 16.0;
-const GROWTH_OF_SAMPLES: f64 = 1.65;
+/// Paths from a sensor in a pass of grids alone, unless the document says how many.
+const SAMPLES: PassSize = PassSize { for_one_percent: 16.0, growth: 1.65, fewest: 1.0, most: MOST_SAMPLES };
 
 /// Numbers of a pass.
 #[derive(Clone, Copy, Debug)]
@@ -98,11 +99,10 @@ impl Settings {
     fn sizes(&self, target: f64, tubes: &[TraceableTube], views: bool) -> Sizes {
         let wanted = photons_for(tubes, target).max(photons_beside(tubes, target));
         let photons = if views { MOST_PHOTONS } else { wanted.clamp(FEWEST_PHOTONS, MOST_PHOTONS) };
-        let samples = SAMPLES_FOR_ONE_PERCENT * libm::pow(0.01 / target, GROWTH_OF_SAMPLES);
-        let samples = if views { MOST_SAMPLES } else { samples.min(MOST_SAMPLES) };
+        let samples = if views { MOST_SAMPLES as u64 } else { SAMPLES.power_of_two(target) };
         Sizes {
             photons: self.photons_per_pass.unwrap_or_else(|| power_of_two(photons)),
-            per_sensor: self.samples_per_sensor.unwrap_or_else(|| power_of_two(samples) as u32),
+            per_sensor: self.samples_per_sensor.unwrap_or(samples as u32),
             per_pixel: self.samples_per_pixel,
         }
     }
@@ -140,18 +140,19 @@ impl Described for Settings {
         photons * load.photon_bytes() * Load::COPIES + bytes_beside(load, photons)
     }
 
-    fn trial(&self, task: &Task) -> Trial {
-        let by_accuracy = self.photons_per_pass.is_none() || self.samples_per_sensor.is_none();
-        if by_accuracy && task.views.is_empty() {
-            return Trial { by_accuracy, ..Trial::whole(self.clone(), most_places(&task.traceable.tubes, 49)) };
+    fn trial(&self, task: &Task, target: f64) -> Trial {
+        let sizes = self.sizes(target, &task.traceable.tubes, !task.views.is_empty());
+        if task.views.is_empty() && (self.photons_per_pass.is_none() || self.samples_per_sensor.is_none()) {
+            let whole = Trial::whole(self.clone(), most_places(&task.traceable.tubes, 49));
+            return whole.of_size(sizes.photons as f64 + f64::from(sizes.per_sensor));
         }
         // each place has the noise of its own paths, whose number stays, and all have that of the photons
-        let sizes = self.sizes(0.01, &task.traceable.tubes, true);
-        let (photons, work_of_pass) = Trial::fewer(sizes.photons, 0.125);
+        let powers = Powers { work_of_place: 0.0, variance: 0.0, ..Powers::OF_PHOTONS };
+        let tried = Trial::fewer(sizes.photons, 0.125);
         let smaller =
-            Self { photons_per_pass: Some(photons), samples_per_sensor: Some(sizes.per_sensor), ..self.clone() };
+            Self { photons_per_pass: Some(tried), samples_per_sensor: Some(sizes.per_sensor), ..self.clone() };
         let most_places = if task.views.is_empty() { 9 } else { 512 };
-        Trial { work_of_pass, shared_variance: 1.0 / work_of_pass, ..Trial::whole(smaller, most_places) }
+        Trial::whole(smaller, most_places).of_photons(tried, sizes.photons, powers)
     }
 
     fn build(&self, task: &Task, seed: u64, target: f64) -> Computation {

@@ -51,11 +51,12 @@ use crate::integrator::backward::chance;
 use crate::integrator::backward::room_entry::enter_room;
 use crate::integrator::backward::unscattered::unscattered;
 use crate::integrator::backward::walk::Walk;
-use crate::integrator::method::{Caveat, Computation, Described, Kept, Load, Refusal, Task, Trial, Work};
+use crate::integrator::method::{Caveat, Computation, Described, Kept, Load, Refusal, Task, Work};
 use crate::integrator::photon::chunks::{Tally, fold_chunks, sums_at_once};
 use crate::integrator::photon::emission::{Emission, EmittedPhoton, Start};
 use crate::integrator::photon::ledger::Account;
 use crate::integrator::photon::path::{Flight, trace};
+use crate::integrator::trial::{Powers, Trial};
 use crate::optics::Spectrum;
 use crate::sampling::{Key, PathRandom, PathSamples, Stream};
 use crate::scene::{Channels, EstimateKind, Grid, View};
@@ -97,19 +98,19 @@ impl Described for Settings {
         Kept { sums_at_once: sums_at_once(grid.len(), photons) as f64, ..Kept::MEANS }
     }
 
-    fn trial(&self, task: &Task) -> Trial {
-        let sizes = self.sizes(0.01, !task.views.is_empty());
-        let share = if task.views.is_empty() { 0.5 } else { 0.0625 };
-        let (photons, ratio) = Trial::fewer(sizes.photons, share);
-        let samples_per_sensor = Some(((f64::from(sizes.per_sensor) / ratio) as u32).max(1));
-        let smaller = Self { photons_per_pass: Some(photons), samples_per_sensor, ..self.clone() };
-        if task.views.is_empty() {
-            let trial = Trial::whole(smaller, 36).with_variance(1.0 / ratio);
-            Trial { work_of_pass: ratio, work_of_place: ratio, ..trial }
+    fn trial(&self, task: &Task, target: f64) -> Trial {
+        let sizes = self.sizes(target, !task.views.is_empty());
+        let (share, most_places, powers) = if task.views.is_empty() {
+            (0.5, 36, Powers::OF_PHOTONS)
         } else {
             // the noise is that of the paths of the eye, each of which looks at one photon
-            Trial { work_of_pass: ratio, ..Trial::whole(smaller, 1024) }
-        }
+            (0.0625, 1024, Powers { work_of_place: 0.0, variance: 0.0, shared_variance: 0.0, ..Powers::OF_PHOTONS })
+        };
+        let tried = Trial::fewer(sizes.photons, share);
+        let samples = f64::from(sizes.per_sensor) * tried as f64 / sizes.photons as f64;
+        let samples_per_sensor = Some((samples as u32).max(1));
+        let smaller = Self { photons_per_pass: Some(tried), samples_per_sensor, ..self.clone() };
+        Trial::whole(smaller, most_places).of_photons(tried, sizes.photons, powers)
     }
 
     fn build(&self, task: &Task, seed: u64, target: f64) -> Computation {

@@ -1,6 +1,6 @@
 //! The settings of bidirectional path tracing, and the numbers of a pass that follow from them.
 
-use crate::sampling::power_of_two;
+use crate::integrator::pass_size::PassSize;
 
 /// Settings of bidirectional path tracing.
 #[derive(Clone, Debug, PartialEq)]
@@ -20,12 +20,11 @@ impl Default for Settings {
     }
 }
 
-/// Photons of a pass of a job that asks for a relative standard error of 1 %, the power of it by which they grow, and the fewest and
-/// most of them, unless the document says how many.
-const PHOTONS_FOR_ONE_PERCENT: f64 = 1024.0;
-const GROWTH: f64 = 1.7;
-const FEWEST: f64 = 256.0;
+/// Most photons of a pass, unless the document says how many; those with views.
 pub const MOST: f64 = 16_384.0;
+
+/// Photons of a pass of grids alone, unless the document says how many.
+const PHOTONS: PassSize = PassSize { for_one_percent: 1024.0, growth: 1.7, fewest: 256.0, most: MOST };
 
 /// Photons of a pass for each path of a sensor: both have a like part in the errors then.
 const PHOTONS_TO_A_SAMPLE: u64 = 64;
@@ -44,9 +43,8 @@ pub struct Sizes {
 impl Settings {
     /// The numbers of a pass for a relative standard error `target` of grids, or with views.
     pub fn sizes(&self, target: f64, views: bool) -> Sizes {
-        let wanted = PHOTONS_FOR_ONE_PERCENT * libm::pow(0.01 / target, GROWTH);
-        let wanted = if views { MOST } else { wanted.clamp(FEWEST, MOST) };
-        let photons = self.photons_per_pass.unwrap_or_else(|| power_of_two(wanted));
+        let wanted = if views { MOST as u64 } else { PHOTONS.power_of_two(target) };
+        let photons = self.photons_per_pass.unwrap_or(wanted);
         let samples = (photons / PHOTONS_TO_A_SAMPLE).max(1);
         Sizes {
             photons,

@@ -45,7 +45,9 @@ use super::{GridPass, Integrator, Pass};
 use crate::guide::RayCount;
 use crate::integrator::backward::chance;
 use crate::integrator::backward::pass::each;
-use crate::integrator::method::{Caveat, Computation, Described, Knows, Load, Refusal, RefusalCode, Task, Trial, Work};
+use crate::integrator::method::{Caveat, Computation, Described, Knows, Load, Refusal, RefusalCode, Task, Work};
+use crate::integrator::pass_size::PassSize;
+use crate::integrator::trial::Trial;
 use crate::optics::Spectrum;
 use crate::sampling::{Key, PathRandom, PathSamples, Stream};
 use crate::scene::{Channels, EstimateKind, Grid, Scene};
@@ -76,21 +78,19 @@ impl Default for Settings {
     }
 }
 
-/// Photons for each tube of a pass of a job that asks for a relative standard error of 1 %, and the power of that error by which
-/// they grow: even points do better than the square root.
-const PHOTONS_FOR_ONE_PERCENT: f64 = 256.0;
-const GROWTH: f64 = 1.2;
-
 /// Fewest and most photons of a pass, unless the document says how many.
 const LEAST: f64 = 64.0;
 const MOST: f64 = 65_536.0;
 
+/// Photons for each tube of a pass, unless the document says how many.
+const PHOTONS: PassSize = PassSize { for_one_percent: 256.0, growth: 1.2, fewest: LEAST, most: MOST };
+
 impl Settings {
     /// Photons of a pass for a relative standard error `target`; light beside the lamps asks for so many at least.
     fn photons(&self, target: f64, tubes: usize, beside: f64) -> u64 {
-        let wanted = PHOTONS_FOR_ONE_PERCENT * tubes as f64 * libm::pow(0.01 / target, GROWTH);
         // whole rows of small nets
-        let by_accuracy = (wanted.max(beside).clamp(LEAST, MOST) / LEAST).round() as u64 * LEAST as u64;
+        let rows = PHOTONS.of(target, tubes as f64).max(beside) / LEAST;
+        let by_accuracy = rows.round() as u64 * LEAST as u64;
         self.photons_per_pass.unwrap_or(by_accuracy)
     }
 }
@@ -131,7 +131,7 @@ impl Described for Settings {
         photons * load.photon_bytes() * Load::COPIES + bytes_beside(load, photons)
     }
 
-    fn trial(&self, task: &Task) -> Trial {
+    fn trial(&self, task: &Task, _target: f64) -> Trial {
         let anew = Self { keeps_rooms: false, ..self.clone() };
         // the paths are the work, and as many at every accuracy
         Trial::whole(anew, most_places(&task.traceable.tubes, 9))

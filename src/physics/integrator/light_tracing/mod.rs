@@ -41,7 +41,8 @@ use rayon::prelude::*;
 use crate::guide::RayCount;
 use crate::integrator::backward::unscattered::unscattered;
 use crate::integrator::lamp::sizes::are_straight;
-use crate::integrator::method::{Computation, Described, Kept, Knows, Refusal, Task, Trial, Work};
+use crate::integrator::method::{Computation, Described, Kept, Knows, Refusal, Task, Work};
+use crate::integrator::pass_size::PassSize;
 use crate::integrator::photon::chunks::{self, fold_chunks, sums_at_once};
 use crate::integrator::photon::close_points::dishonest_points;
 use crate::integrator::photon::connect::SensorPlane;
@@ -50,9 +51,10 @@ use crate::integrator::photon::ledger::Account;
 use crate::integrator::photon::path::trace;
 use crate::integrator::photon_map::domain::Domain;
 use crate::integrator::photon_map::maps::LEAST_KERNEL;
+use crate::integrator::trial::{Powers, Trial};
 use crate::integrator::{GridPass, Integrator, Pass, PhotonCount};
 use crate::optics::SurfaceOptics;
-use crate::sampling::{Key, PathRandom, Stream, power_of_two};
+use crate::sampling::{Key, PathRandom, Stream};
 use crate::scene::{Channels, Grid};
 use crate::traceable::TraceableScene;
 use crate::traceable::luminaire::TraceableLuminaire;
@@ -69,48 +71,33 @@ pub struct Settings {
     pub photons_per_pass: Option<u64>,
 }
 
-/// Numbers of photons of a pass, unless the document says how many.
-struct Sizes {
-    /// For a job that asks for a relative standard error of 1 %: some eight to fifteen passes reach it in small rooms.
-    for_one_percent: f64,
-    /// Fewest.
-    fewest: f64,
-}
-
-/// Where strips beside sensors take the rare and bright connections, fewer photons are enough.
-const WITH_STRIPS: Sizes = Sizes { for_one_percent: 512.0, fewest: 128.0 };
-/// Elsewhere what is rare needs more of them for honest errors, and so does the flux through bends and facets.
-const WITHOUT_STRIPS: Sizes = Sizes { for_one_percent: 2048.0, fewest: 512.0 };
-/// And most of all points so near to a wall that it has no strip.
-const VERY_NEAR: Sizes = Sizes { for_one_percent: MOST, fewest: MOST };
-
-/// Most photons of a pass, unless the document says how many: more would make errors no smaller for the same time.
+/// Most photons of a pass, unless the document says how many.
 const MOST: f64 = 8192.0;
+
+/// Photons of a pass, unless the document says how many: where strips beside sensors take the rare and bright connections, few are enough.
+const WITH_STRIPS: PassSize = PassSize { for_one_percent: 512.0, growth: 1.0, fewest: 128.0, most: MOST };
+/// Elsewhere what is rare needs more of them for honest errors, and so does the flux through bends and facets.
+const WITHOUT_STRIPS: PassSize = PassSize { for_one_percent: 2048.0, growth: 1.0, fewest: 512.0, most: MOST };
+/// And most of all points so near to a wall that it has no strip.
+const VERY_NEAR: PassSize = PassSize { for_one_percent: MOST, growth: 1.0, fewest: MOST, most: MOST };
 
 /// Rays of all sensors straight through clear closures, in photons of the pass, where sensors have strips: of the noise that is left that of
 /// these rays is the larger part.
 const RAYS_WITH_STRIPS: u64 = 4;
 
-impl Sizes {
-    /// Photons of a pass for a relative standard error `target`, a power of two: Sobol points are most even then.
-    fn photons(&self, target: f64) -> u64 {
-        power_of_two((self.for_one_percent * 0.01 / target).clamp(self.fewest, MOST))
-    }
-}
-
 /// Photons of a pass for a relative standard error `target` of what is traced beside other light.
 pub fn photons_for(target: f64) -> u64 {
-    WITHOUT_STRIPS.photons(target)
+    WITHOUT_STRIPS.power_of_two(target)
 }
 
 impl Settings {
     /// Photons of a pass for a relative standard error `target`.
-    fn photons(&self, target: f64, sizes: &Sizes) -> u64 {
-        self.photons_per_pass.unwrap_or_else(|| sizes.photons(target))
+    fn photons(&self, target: f64, size: &PassSize) -> u64 {
+        self.photons_per_pass.unwrap_or_else(|| size.power_of_two(target))
     }
 
-    /// Numbers of photons for a task.
-    fn sizes(task: &Task) -> &'static Sizes {
+    /// Size of the passes of a task.
+    fn size(task: &Task) -> &'static PassSize {
         if has_points_very_near(task.traceable, task.grids) {
             return &VERY_NEAR;
         }
@@ -146,16 +133,18 @@ impl Described for Settings {
         }
     }
 
-    fn trial(&self, task: &Task) -> Trial {
+    fn trial(&self, task: &Task, target: f64) -> Trial {
+        let photons = self.photons(target, Self::size(task));
+        // where passes are small, what strips have in them does not go with the photons
+        let tried = Trial::fewer(photons, 1.0);
         // the light of clear closures is shared among the sensors: fewer of them would have more of it
-        let (photons, ratio) = Trial::fewer(self.photons(0.01, Self::sizes(task)), 0.5);
-        let smaller = Trial::whole(Self { photons_per_pass: Some(photons) }, usize::MAX).with_variance(1.0 / ratio);
-        Trial { work_of_pass: ratio, work_of_place: ratio, ..smaller }
+        let smaller = Trial::whole(Self { photons_per_pass: Some(tried) }, usize::MAX);
+        smaller.of_photons(tried, photons, Powers::OF_PHOTONS)
     }
 
     fn build(&self, task: &Task, seed: u64, target: f64) -> Computation {
         let scene = task.traceable.clone();
-        let photons = self.photons(target, Self::sizes(task));
+        let photons = self.photons(target, Self::size(task));
         match task.scene.channels {
             Channels::Photopic => Computation::passes(LightTracing::<1>::new(scene, task.grids, photons, seed)),
             Channels::Rgb => Computation::passes(LightTracing::<3>::new(scene, task.grids, photons, seed)),

@@ -40,15 +40,17 @@ use self::gather::{Gathering, Receiver};
 use super::{GridPass, Integrator, Pass, PhotonCount, ViewPass};
 use crate::guide::Guide;
 use crate::integrator::backward::unscattered::unscattered;
-use crate::integrator::method::{Caveat, Computation, Described, Load, Task, Trial, Work};
+use crate::integrator::method::{Caveat, Computation, Described, Load, Task, Work};
+use crate::integrator::pass_size::PassSize;
 use crate::integrator::photon_map::maps::{Gathered, Mapper, POINT_CONNECTIONS, POINT_STRATA};
 use crate::integrator::photon_map::near_light::{SENSOR_CONNECTIONS, SENSOR_STRATA};
 use crate::integrator::photon_map::outline::OutlinedView;
 use crate::integrator::photon_map::store::FollowedBackward;
 use crate::integrator::photon_map::surfaces::Surfaces;
 use crate::integrator::photon_map::{memory, visible_point};
+use crate::integrator::trial::{Powers, Trial};
 use crate::optics::{Spectrum, SurfaceOptics};
-use crate::sampling::{Key, PathRandom, Stream, power_of_two};
+use crate::sampling::{Key, PathRandom, Stream};
 use crate::scene::{Channels, EstimateKind, Grid, View};
 use crate::traceable::{TraceableScene, TraceableTube};
 
@@ -64,19 +66,16 @@ pub struct Settings {
     pub gather_rays: Option<u32>,
 }
 
-/// Photons of a pass of a job that asks for a relative standard error of 1 %, the power of it by which they grow, and the fewest and
-/// most of them, unless the document says how many: fewer would leave gather rays too little to find.
-const PHOTONS_FOR_ONE_PERCENT: f64 = 8192.0;
-const GROWTH: f64 = 1.5;
-const FEWEST: f64 = 2048.0;
+/// Most photons of a pass, unless the document says how many; those with views.
 const MOST: f64 = 65_536.0;
+
+/// Photons of a pass of grids alone, unless the document says how many: fewer would leave gather rays too little to find.
+const PHOTONS: PassSize = PassSize { for_one_percent: 8192.0, growth: 1.5, fewest: 2048.0, most: MOST };
 
 impl Settings {
     /// Photons of a pass for a relative standard error `target` of grids, or with views.
     fn photons(&self, target: f64, views: bool) -> u64 {
-        let wanted = PHOTONS_FOR_ONE_PERCENT * libm::pow(0.01 / target, GROWTH);
-        let wanted = if views { MOST } else { wanted.clamp(FEWEST, MOST) };
-        self.photons_per_pass.unwrap_or_else(|| power_of_two(wanted))
+        self.photons_per_pass.unwrap_or_else(|| if views { MOST as u64 } else { PHOTONS.power_of_two(target) })
     }
 }
 
@@ -107,29 +106,29 @@ impl Described for Settings {
         memory::bytes(self.photons_per_pass.unwrap_or(MOST as u64), 2.0, load)
     }
 
-    fn trial(&self, task: &Task) -> Trial {
-        let share = if task.views.is_empty() { 0.5 } else { 0.0625 };
-        let (photons, ratio) = Trial::fewer(self.photons(0.01, !task.views.is_empty()), share);
-        let (default, most_places) = if task.views.is_empty() {
-            (sensor_rays(task.grids.iter().map(Grid::len).sum::<usize>() as f64), 6)
+    fn trial(&self, task: &Task, target: f64) -> Trial {
+        let photons = self.photons(target, !task.views.is_empty());
+        let (share, default, most_places) = if task.views.is_empty() {
+            (0.5, sensor_rays(task.grids.iter().map(Grid::len).sum::<usize>() as f64), 6)
         } else {
-            (POINT_GATHER_RAYS, 128)
+            (0.0625, POINT_GATHER_RAYS, 128)
         };
+        let tried = Trial::fewer(photons, share);
         let gather_rays = Some(self.gather_rays.unwrap_or(default));
-        let smaller = Self { photons_per_pass: Some(photons), gather_rays, ..self.clone() };
-        let trial = Trial { work_of_pass: ratio, ..Trial::whole(smaller, most_places) };
+        let smaller = Self { photons_per_pass: Some(tried), gather_rays, ..self.clone() };
         let clear = |tube: &TraceableTube| tube.diffuser.specular_zone(tube.opening_radius).is_some();
         let clear = task.traceable.tubes.iter().any(clear);
         // all sensors have the noise of the photons in the room in common; what each has of its own:
-        let variance = match (task.views.is_empty(), task.has_points()) {
-            (false, _) => return trial.with_variance(libm::pow(ratio, VARIANCE_OF_BLOCKS)),
+        let (variance, shared_variance) = match (task.views.is_empty(), task.has_points()) {
+            (false, _) => (VARIANCE_OF_BLOCKS, VARIANCE_OF_BLOCKS),
             // that of rays backward through closures, and to the bright patches below them, whose number stays
-            (true, true) if clear => 1.0,
+            (true, true) if clear => (0.0, -1.0),
             // that of the photons which cross its cell
-            (true, false) if clear => 1.0 / ratio,
-            (true, _) => libm::pow(ratio, VARIANCE_OF_SENSORS),
+            (true, false) if clear => (-1.0, -1.0),
+            (true, _) => (VARIANCE_OF_SENSORS, -1.0),
         };
-        Trial { variance, shared_variance: 1.0 / ratio, ..trial }
+        let powers = Powers { work_of_pass: 1.0, work_of_place: 0.0, variance, shared_variance };
+        Trial::whole(smaller, most_places).of_photons(tried, photons, powers)
     }
 
     fn build(&self, task: &Task, seed: u64, target: f64) -> Computation {

@@ -51,8 +51,10 @@ use crate::integrator::lamp::beside::{
 };
 use crate::integrator::lamp::light::DiffuserLight;
 use crate::integrator::lamp::sizes::{are_straight, photons_for};
-use crate::integrator::method::{Computation, Described, Kept, Knows, Load, Refusal, RefusalCode, Task, Trial, Work};
+use crate::integrator::method::{Computation, Described, Kept, Knows, Load, Refusal, RefusalCode, Task, Work};
+use crate::integrator::pass_size::PassSize;
 use crate::integrator::photon::chunks::{Tally, fold_chunks, sums_at_once};
+use crate::integrator::trial::Trial;
 use crate::integrator::{GridPass, Integrator, Pass};
 use crate::optics::Spectrum;
 use crate::sampling::{Key, PathSamples, Stream, power_of_two, warp};
@@ -72,12 +74,14 @@ pub struct Settings {
     pub vertices_per_pass: Option<u64>,
 }
 
-/// Vertices of a pass of a job that asks for a relative standard error of 1 %, and the power of it by which they grow: even points do
-/// better than the square root.
-const VERTICES_FOR_ONE_PERCENT: f64 = 192.0;
+/// Fewest and most photons, and vertices, of a pass, unless the document says how many.
+const LEAST: f64 = 64.0;
+const MOST: f64 = 65_536.0;
+
+/// Vertices of a pass, unless the document says how many.
+const VERTICES: PassSize = PassSize { for_one_percent: 192.0, growth: 1.4, fewest: LEAST, most: MOST };
 /// The same where the flux of a tube has its part in the error.
-const BESIDE_NOISY_FLUX: f64 = 256.0;
-const GROWTH_OF_VERTICES: f64 = 1.4;
+const BESIDE_NOISY_FLUX: PassSize = PassSize { for_one_percent: 256.0, ..VERTICES };
 
 /// Where obstacles stand, photons and vertices are as many times more as a power of what the spread of vertices
 /// ([`Importance::spread`]) has above this, in units of that: their shadows take from even points what these gain elsewhere.
@@ -95,22 +99,17 @@ fn more_by_obstacles(spread: f64, lit_share: f64) -> f64 {
     libm::pow(above, GROWTH_BY_SPREAD).min(MOST_BY_SPREAD)
 }
 
-/// Fewest and most of either, unless the document says how many.
-const LEAST: f64 = 64.0;
-const MOST: f64 = 65_536.0;
-
 impl Settings {
     /// Photons and vertices of a pass for a relative standard error `target`, where obstacles ask for `more` times as many.
     fn sizes(&self, target: f64, tubes: &[TraceableTube], more: f64) -> [u64; 2] {
-        let scale = 0.01 / target;
         // whole rows of small nets, and whole nets where these are small enough and nothing takes from what they gain
         let size = |number: f64| match (number.clamp(LEAST, MOST) / LEAST).round() as u64 {
             rows if rows < 4 || more > 1.0 => rows * LEAST as u64,
             _ => power_of_two(number.min(MOST)),
         };
         let photons = size((photons_for(tubes, target) * more).max(photons_beside(tubes, target)));
-        let vertices = if are_straight(tubes) { VERTICES_FOR_ONE_PERCENT } else { BESIDE_NOISY_FLUX };
-        let vertices = size(vertices * more * libm::pow(scale, GROWTH_OF_VERTICES));
+        let vertices = if are_straight(tubes) { VERTICES } else { BESIDE_NOISY_FLUX };
+        let vertices = size(vertices.of(target, more));
         [self.photons_per_pass.unwrap_or(photons), self.vertices_per_pass.unwrap_or(vertices)]
     }
 }
@@ -164,9 +163,10 @@ impl Described for Settings {
         Kept { sums_at_once, ..Kept::MEANS }
     }
 
-    fn trial(&self, task: &Task) -> Trial {
-        let by_accuracy = self.photons_per_pass.is_none() || self.vertices_per_pass.is_none();
-        Trial { by_accuracy, ..Trial::whole(self.clone(), most_places(&task.traceable.tubes, 49)) }
+    fn trial(&self, task: &Task, target: f64) -> Trial {
+        let tubes = &task.traceable.tubes;
+        let size = self.sizes(target, tubes, 1.0).iter().sum::<u64>();
+        Trial::whole(self.clone(), most_places(tubes, 49)).of_size(size as f64)
     }
 
     fn build(&self, task: &Task, seed: u64, target: f64) -> Computation {

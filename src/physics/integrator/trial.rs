@@ -1,0 +1,133 @@
+//! What a few small passes of a method tell of its own.
+
+use super::method::Described;
+
+/// A method for a trial, and what its passes tell of those of the method itself for the accuracy that is asked for.
+pub struct Trial {
+    /// The method with passes of the size [`Trial::tried`].
+    pub method: Box<dyn Described>,
+    /// Most sensors, or pixels, at which a trial looks: more of them would take too long.
+    pub most_places: usize,
+    /// Size of the trial's pass: its photons and whatever else grows with the accuracy.
+    pub tried: f64,
+    /// Size of the method's own pass.
+    pub size: f64,
+    /// How passes go with their size; `None` where passes of one size say nothing of those of another.
+    pub powers: Option<Powers>,
+    /// Variance of a pass by noise, in that of the trial's pass, where the kernels of the trial are wider.
+    pub variance_of_kernels: f64,
+    /// Squared bias of the kernels, in that of the trial's pass.
+    pub squared_bias: f64,
+    /// Where gather radii shrink: `alpha` of `photon_map::progressive`.
+    pub alpha: Option<f64>,
+}
+
+/// Powers of the size of a pass by which it goes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Powers {
+    /// Of the work that does not depend on the number of sensors or pixels.
+    pub work_of_pass: f64,
+    /// Of the work for each sensor or pixel.
+    pub work_of_place: f64,
+    /// Of the variance by the noise that each sensor or pixel has of its own.
+    pub variance: f64,
+    /// Of the variance by the noise that all have in common, that of photons which serve them all.
+    pub shared_variance: f64,
+}
+
+impl Powers {
+    /// Photons are all that there is: twice as many are twice the work and half the variance.
+    pub const OF_PHOTONS: Self = Self { work_of_pass: 1.0, work_of_place: 1.0, variance: -1.0, shared_variance: -1.0 };
+}
+
+/// What passes of a method have in that of its trial's passes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ratios {
+    /// Work of a pass that does not depend on the number of sensors or pixels.
+    pub work_of_pass: f64,
+    /// Work of a pass for each sensor or pixel.
+    pub work_of_place: f64,
+    /// Variance of a pass by the noise that each sensor or pixel has of its own.
+    pub variance: f64,
+    /// Variance of a pass by the noise that all have in common.
+    pub shared_variance: f64,
+    /// Squared bias of the kernels.
+    pub squared_bias: f64,
+}
+
+impl Ratios {
+    /// Passes like those of the trial.
+    pub const ONE: Self =
+        Self { work_of_pass: 1.0, work_of_place: 1.0, variance: 1.0, shared_variance: 1.0, squared_bias: 1.0 };
+}
+
+/// Fewest and most photons of a trial's pass: some milliseconds at most.
+const LEAST_PHOTONS: u64 = 64;
+const MOST_PHOTONS: u64 = 4096;
+
+impl Trial {
+    /// The method as it is, on `most_places` sensors or pixels at most.
+    pub fn whole(method: impl Described + 'static, most_places: usize) -> Self {
+        Self {
+            method: Box::new(method),
+            most_places,
+            tried: 1.0,
+            size: 1.0,
+            powers: None,
+            variance_of_kernels: 1.0,
+            squared_bias: 1.0,
+            alpha: None,
+        }
+    }
+
+    /// The same where the size of its passes goes with the accuracy, and each one has to be tried.
+    pub fn of_size(self, size: f64) -> Self {
+        Self { tried: size, size, ..self }
+    }
+
+    /// The same where `tried` photons of `photons` are tried.
+    pub fn of_photons(self, tried: u64, photons: u64, powers: Powers) -> Self {
+        Self { tried: tried as f64, size: photons as f64, powers: Some(powers), ..self }
+    }
+
+    /// Photons of a trial's pass of a method that emits `photons` in each: about a `share` of them.
+    pub fn fewer(photons: u64, share: f64) -> u64 {
+        ((photons as f64 * share) as u64).clamp(LEAST_PHOTONS, MOST_PHOTONS).min(photons)
+    }
+
+    /// What the method's own passes have in that of passes of a size `tried`; `None` if these say nothing of them.
+    pub fn ratios(&self, tried: f64) -> Option<Ratios> {
+        let Some(powers) = self.powers else { return (tried == self.size).then_some(Ratios::ONE) };
+        let to = |power: f64| libm::pow(self.size / tried, power);
+        Some(Ratios {
+            work_of_pass: to(powers.work_of_pass),
+            work_of_place: to(powers.work_of_place),
+            variance: to(powers.variance) * self.variance_of_kernels,
+            shared_variance: to(powers.shared_variance) * self.variance_of_kernels,
+            squared_bias: self.squared_bias,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::integrator::path_tracing;
+
+    #[test]
+    fn passes_of_another_size_are_foretold_by_powers_alone() {
+        let method = || Trial::whole(path_tracing::Settings::default(), 9);
+        assert_eq!(method().ratios(1.0), Some(Ratios::ONE));
+        assert_eq!(method().of_size(64.0).ratios(64.0), Some(Ratios::ONE));
+        assert_eq!(method().of_size(64.0).ratios(32.0), None);
+        let smaller = method().of_photons(Trial::fewer(1 << 14, 0.5), 1 << 14, Powers::OF_PHOTONS);
+        assert_eq!(smaller.tried, 4096.0);
+        let ratios = smaller.ratios(4096.0).unwrap();
+        assert_eq!(
+            [ratios.work_of_pass, ratios.work_of_place, ratios.variance, ratios.squared_bias],
+            [4.0, 4.0, 0.25, 1.0]
+        );
+        // passes of half the size were tried instead
+        assert_eq!(smaller.ratios(2048.0).unwrap().shared_variance, 0.125);
+    }
+}
