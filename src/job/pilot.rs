@@ -24,7 +24,7 @@ use crate::estimate::Estimate;
 use crate::estimate::error_law::{ErrorLaw, Judged};
 use crate::integrator::Method;
 use crate::integrator::method::{self, Computation, Task};
-use crate::integrator::trial::{Ratios, Trial};
+use crate::integrator::trial::Trial;
 use crate::plan::choose::refuses;
 use crate::plan::cost;
 use crate::statistics::interval::two_sided_normal_quantile;
@@ -38,10 +38,6 @@ const GRACE: f64 = 3.0;
 /// Most passes of the first size that is tried, and of every other.
 const MOST_PASSES: usize = 7;
 const MOST_PASSES_EACH: usize = 5;
-
-/// Factor between accuracies up to which more passes are foretold where passes should be larger, and nothing says how these go: beyond
-/// it, the least number of passes of small ones says little of large ones.
-const FARTHEST: f64 = 5.0;
 
 /// Times the time that is left above which a solver's expected time is not begun: it looks at the clock less often than passes do.
 const HOPELESS: f64 = 5.0;
@@ -125,8 +121,6 @@ struct Tried<'a> {
     is_planned: bool,
     /// Rough seconds of a pass of the trial for the accuracy that is asked for.
     expected: f64,
-    /// Rough seconds of a pass of the trial's method, were it to look everywhere.
-    expected_of_all: f64,
 }
 
 impl<'a> Tried<'a> {
@@ -142,9 +136,8 @@ impl<'a> Tried<'a> {
         let trial = method.described().trial(&task, target);
         let sample = Sample::new(&task, trial.most_places);
         let work = cost::work(&prepared.scene, &prepared.plan, target);
-        let seconds = |sample: &Sample| trial.method.seconds_per_pass(&sample.work(&work));
-        let (expected, expected_of_all) = (seconds(&sample), seconds(&Sample::new(&task, usize::MAX)));
-        Self { output, row, method, task, sample, is_planned, expected, expected_of_all }
+        let expected = trial.method.seconds_per_pass(&sample.work(&work));
+        Self { output, row, method, task, sample, is_planned, expected }
     }
 
     /// What tells of passes for a relative standard error `target`.
@@ -155,8 +148,6 @@ impl<'a> Tried<'a> {
 
 /// Passes of one size that were tried.
 struct Run {
-    /// Relative error that they were tried for.
-    accuracy: f64,
     /// Size of a pass.
     size: f64,
     passes: Passes,
@@ -210,7 +201,7 @@ pub fn laws(prepared: &Prepared, method: &str, passes: usize) -> Option<Vec<Erro
     };
     let mut found = Passes::default();
     found.run(integrator.as_ref(), passes, &Clock::unbounded());
-    found.laws(sample, &trial.ratios(trial.tried)?, trial.alpha)
+    found.laws(sample, &trial.ratios(trial.tried), trial.alpha)
 }
 
 struct Pilot<'a> {
@@ -305,27 +296,20 @@ impl Pilot<'_> {
             let trial = tried.trial(self.target(*accuracy));
             let apart = |run: &Run| libm::log(run.size / trial.tried).abs();
             let Some(run) = runs.iter().min_by(|a, b| apart(a).total_cmp(&apart(b))) else { break };
-            // where passes are not those of the job, more of them than the job needs are expected
-            let ratios = trial.ratios(run.size);
-            let stands_for = ratios.is_some() || run.accuracy / accuracy <= FARTHEST + 1e-9;
-            let measured = stands_for.then(|| self.measured(tried, run, &ratios.unwrap_or(Ratios::ONE), trial.alpha));
-            let Some(measured) = measured.flatten() else { continue };
+            let Some(measured) = self.measured(tried, run, &trial) else { break };
             outcome.first_number.get_or_insert(measured.seconds_to_first_number());
-            let time = measured.time_to(*accuracy, self.judged[tried.output]);
-            let passes = time.passes.filter(|_| ratios.is_some());
-            outcome.times.push(PredictedTime { passes, ..time });
+            outcome.times.push(measured.time_to(*accuracy, self.judged[tried.output]));
         }
         outcome
     }
 
-    /// Passes of all sizes that accuracies demand, as far as there is time: of those that tell of others first the size for the accuracy
-    /// asked for, else small ones first.
+    /// Passes of all sizes that accuracies demand, as far as there is time: first those for the accuracy asked for, unless it
+    /// seems that there is no time for them, then small ones first.
     fn runs(&self, tried: &Tried<'_>, accuracies: &[f64], clock: &Clock<'_>) -> Vec<Run> {
         let mut runs: Vec<Run> = Vec::new();
-        let asked = self.asked[tried.output];
-        let tells_of_others = tried.trial(self.target(asked)).powers.is_some();
-        let first = tells_of_others.then_some(&asked);
-        for accuracy in first.into_iter().chain(accuracies) {
+        let asked = &self.asked[tried.output];
+        let seems_short = (MOST_PASSES as f64 * tried.expected < clock.left()).then_some(asked);
+        for accuracy in seems_short.into_iter().chain(accuracies) {
             let trial = tried.trial(self.target(*accuracy));
             if runs.iter().any(|run| run.size == trial.tried) {
                 continue;
@@ -354,37 +338,30 @@ impl Pilot<'_> {
         passes.run(integrator.as_ref(), 1, clock);
         let few = Sample::new(task, sample.places() / FEW_PLACES);
         let mut of_few = Passes::default();
-        let needs_few = trial
-            .powers
-            .is_some_and(|powers| sample.places() < sample.all || powers.work_of_pass != powers.work_of_place)
-            && few.places() < sample.places();
+        let needs_few = sample.places() < sample.all || trial.powers.work_of_pass != trial.powers.work_of_place;
+        let needs_few = needs_few && few.places() < sample.places();
         if needs_few && !clock.is_over() {
             of_few.run(build(&few)?.as_ref(), FEW_PLACES_PASSES, clock);
         }
         passes.run(integrator.as_ref(), most - 1, clock);
         let cost = passes.cost()?;
-        let (of_pass, of_place) = if needs_few {
-            let [few, some] = [few.places(), sample.places()].map(|places| places as f64);
-            let of_place = ((cost - of_few.cost()?) / (some - few)).max(0.0);
-            ((cost - of_place * some).max(0.0), of_place)
-        } else if trial.powers.is_some() {
-            (cost, 0.0)
-        } else {
-            (cost * tried.expected_of_all / tried.expected, 0.0)
-        };
+        let of_place =
+            if needs_few { ((cost - of_few.cost()?) / (sample.places() - few.places()) as f64).max(0.0) } else { 0.0 };
+        let of_pass = (cost - of_place * sample.places() as f64).max(0.0);
         let spent = clocks.spent().cpu();
-        let run = Run { accuracy, size: trial.tried, passes, setup_seconds, of_pass, of_place, spent };
+        let run = Run { size: trial.tried, passes, setup_seconds, of_pass, of_place, spent };
         (run.passes.found.len() >= LEAST_PASSES).then_some(run)
     }
 
-    /// What passes tell of others that have these ratios to them.
-    fn measured(&self, tried: &Tried<'_>, run: &Run, ratios: &Ratios, alpha: Option<f64>) -> Option<Measured> {
+    /// What passes tell of those of which this is the trial.
+    fn measured(&self, tried: &Tried<'_>, run: &Run, trial: &Trial) -> Option<Measured> {
+        let ratios = trial.ratios(run.size);
         let of_places = run.of_place * tried.sample.all as f64 * ratios.work_of_place;
         Some(Measured {
             setup_seconds: run.setup_seconds,
             seconds_per_pass: self.shared(run.of_pass * ratios.work_of_pass + of_places),
             cost_deviation: libm::hypot(OF_COST, run.passes.deviation()),
-            laws: run.passes.laws(&tried.sample, ratios, alpha)?,
+            laws: run.passes.laws(&tried.sample, &ratios, trial.alpha)?,
             passes: run.passes.found.len(),
         })
     }

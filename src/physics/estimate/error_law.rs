@@ -231,7 +231,6 @@ fn told_square(square: f64, noise: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::integrator::sppm;
     use crate::sampling::{Key, PathRandom};
     use crate::statistics::Moments;
     use crate::statistics::interval::two_sided_student_quantile;

@@ -12,8 +12,8 @@ pub struct Trial {
     pub tried: f64,
     /// Size of the method's own pass.
     pub size: f64,
-    /// How passes go with their size; `None` where passes of one size say nothing of those of another.
-    pub powers: Option<Powers>,
+    /// How passes go with their size.
+    pub powers: Powers,
     /// Variance of a pass by noise, in that of the trial's pass, where the kernels of the trial are wider.
     pub variance_of_kernels: f64,
     /// Squared bias of the kernels, in that of the trial's pass.
@@ -38,6 +38,12 @@ pub struct Powers {
 impl Powers {
     /// Photons are all that there is: twice as many are twice the work and half the variance.
     pub const OF_PHOTONS: Self = Self { work_of_pass: 1.0, work_of_place: 1.0, variance: -1.0, shared_variance: -1.0 };
+
+    /// All that a pass has grows with this power of the accuracy, so that as many passes are enough at every accuracy.
+    pub fn of_growth(growth: f64) -> Self {
+        let variance = -2.0 / growth;
+        Self { variance, shared_variance: variance, ..Self::OF_PHOTONS }
+    }
 }
 
 /// What passes of a method have in that of its trial's passes.
@@ -73,21 +79,21 @@ impl Trial {
             most_places,
             tried: 1.0,
             size: 1.0,
-            powers: None,
+            powers: Powers::OF_PHOTONS,
             variance_of_kernels: 1.0,
             squared_bias: 1.0,
             alpha: None,
         }
     }
 
-    /// The same where the size of its passes goes with the accuracy, and each one has to be tried.
-    pub fn of_size(self, size: f64) -> Self {
-        Self { tried: size, size, ..self }
+    /// The same where passes of their whole size are tried.
+    pub fn of_size(self, size: f64, powers: Powers) -> Self {
+        Self { tried: size, size, powers, ..self }
     }
 
     /// The same where `tried` photons of `photons` are tried.
     pub fn of_photons(self, tried: u64, photons: u64, powers: Powers) -> Self {
-        Self { tried: tried as f64, size: photons as f64, powers: Some(powers), ..self }
+        Self { tried: tried as f64, size: photons as f64, powers, ..self }
     }
 
     /// Photons of a trial's pass of a method that emits `photons` in each: about a `share` of them.
@@ -95,17 +101,16 @@ impl Trial {
         ((photons as f64 * share) as u64).clamp(LEAST_PHOTONS, MOST_PHOTONS).min(photons)
     }
 
-    /// What the method's own passes have in that of passes of a size `tried`; `None` if these say nothing of them.
-    pub fn ratios(&self, tried: f64) -> Option<Ratios> {
-        let Some(powers) = self.powers else { return (tried == self.size).then_some(Ratios::ONE) };
+    /// What the method's own passes have in that of passes of a size `tried`.
+    pub fn ratios(&self, tried: f64) -> Ratios {
         let to = |power: f64| libm::pow(self.size / tried, power);
-        Some(Ratios {
-            work_of_pass: to(powers.work_of_pass),
-            work_of_place: to(powers.work_of_place),
-            variance: to(powers.variance) * self.variance_of_kernels,
-            shared_variance: to(powers.shared_variance) * self.variance_of_kernels,
+        Ratios {
+            work_of_pass: to(self.powers.work_of_pass),
+            work_of_place: to(self.powers.work_of_place),
+            variance: to(self.powers.variance) * self.variance_of_kernels,
+            shared_variance: to(self.powers.shared_variance) * self.variance_of_kernels,
             squared_bias: self.squared_bias,
-        })
+        }
     }
 }
 
@@ -115,19 +120,20 @@ mod tests {
     use crate::integrator::path_tracing;
 
     #[test]
-    fn passes_of_another_size_are_foretold_by_powers_alone() {
+    fn passes_of_another_size_are_foretold_by_powers() {
         let method = || Trial::whole(path_tracing::Settings::default(), 9);
-        assert_eq!(method().ratios(1.0), Some(Ratios::ONE));
-        assert_eq!(method().of_size(64.0).ratios(64.0), Some(Ratios::ONE));
-        assert_eq!(method().of_size(64.0).ratios(32.0), None);
+        assert_eq!(method().ratios(1.0), Ratios::ONE);
+        // half the error by passes 2^1.6 times as large, which have a quarter of the variance
+        let larger = method().of_size(libm::exp2(1.6), Powers::of_growth(1.6)).ratios(1.0);
+        assert!((larger.variance - 0.25).abs() < 1e-15 && larger.work_of_place == libm::exp2(1.6), "{larger:?}");
         let smaller = method().of_photons(Trial::fewer(1 << 14, 0.5), 1 << 14, Powers::OF_PHOTONS);
         assert_eq!(smaller.tried, 4096.0);
-        let ratios = smaller.ratios(4096.0).unwrap();
+        let ratios = smaller.ratios(4096.0);
         assert_eq!(
             [ratios.work_of_pass, ratios.work_of_place, ratios.variance, ratios.squared_bias],
             [4.0, 4.0, 0.25, 1.0]
         );
         // passes of half the size were tried instead
-        assert_eq!(smaller.ratios(2048.0).unwrap().shared_variance, 0.125);
+        assert_eq!(smaller.ratios(2048.0).shared_variance, 0.125);
     }
 }

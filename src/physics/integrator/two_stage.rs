@@ -142,9 +142,9 @@ impl Described for Settings {
 
     fn trial(&self, task: &Task, target: f64) -> Trial {
         let sizes = self.sizes(target, &task.traceable.tubes, !task.views.is_empty());
-        if task.views.is_empty() && (self.photons_per_pass.is_none() || self.samples_per_sensor.is_none()) {
+        if task.views.is_empty() && self.samples_per_sensor.is_none() {
             let whole = Trial::whole(self.clone(), most_places(&task.traceable.tubes, 49));
-            return whole.of_size(sizes.photons as f64 + f64::from(sizes.per_sensor));
+            return whole.of_size(f64::from(sizes.per_sensor), Powers::of_growth(SAMPLES.growth));
         }
         // each place has the noise of its own paths, whose number stays, and all have that of the photons
         let powers = Powers { work_of_place: 0.0, variance: 0.0, ..Powers::OF_PHOTONS };

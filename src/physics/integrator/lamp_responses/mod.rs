@@ -47,7 +47,7 @@ use crate::integrator::backward::chance;
 use crate::integrator::backward::pass::each;
 use crate::integrator::method::{Caveat, Computation, Described, Knows, Load, Refusal, RefusalCode, Task, Work};
 use crate::integrator::pass_size::PassSize;
-use crate::integrator::trial::Trial;
+use crate::integrator::trial::{Powers, Trial};
 use crate::optics::Spectrum;
 use crate::sampling::{Key, PathRandom, PathSamples, Stream};
 use crate::scene::{Channels, EstimateKind, Grid, Scene};
@@ -131,10 +131,13 @@ impl Described for Settings {
         photons * load.photon_bytes() * Load::COPIES + bytes_beside(load, photons)
     }
 
-    fn trial(&self, task: &Task, _target: f64) -> Trial {
+    fn trial(&self, task: &Task, target: f64) -> Trial {
+        let tubes = &task.traceable.tubes;
         let anew = Self { keeps_rooms: false, ..self.clone() };
-        // the paths are the work, and as many at every accuracy
-        Trial::whole(anew, most_places(&task.traceable.tubes, 9))
+        let photons = self.photons(target, tubes.len(), photons_beside(tubes, target)) as f64;
+        // the paths are most of the work and all of the noise that sensors have of their own, and as many at every accuracy
+        let powers = Powers { work_of_place: 0.0, variance: 0.0, ..Powers::OF_PHOTONS };
+        Trial::whole(anew, most_places(tubes, 9)).of_size(photons, powers)
     }
 
     fn build(&self, task: &Task, seed: u64, target: f64) -> Computation {
