@@ -23,8 +23,7 @@ use crate::analytic::Ending;
 use crate::estimate::Estimate;
 use crate::estimate::error_law::{ErrorLaw, Judged};
 use crate::integrator::Method;
-use crate::integrator::method::{self, Computation, Task};
-use crate::integrator::trial::Trial;
+use crate::integrator::method::{self, Computation, Task, Trial};
 use crate::plan::choose::refuses;
 use crate::plan::cost;
 use crate::statistics::interval::two_sided_normal_quantile;
@@ -201,7 +200,7 @@ pub fn laws(prepared: &Prepared, method: &str, passes: usize) -> Option<Vec<Erro
     };
     let mut found = Passes::default();
     found.run(integrator.as_ref(), passes, &Clock::unbounded());
-    found.laws(sample, &trial.ratios(trial.tried), trial.alpha)
+    found.laws(sample, &trial.passes.ratios(trial.passes.tried), trial.passes.alpha)
 }
 
 struct Pilot<'a> {
@@ -294,7 +293,7 @@ impl Pilot<'_> {
         let mut outcome = Outcome::default();
         for accuracy in accuracies {
             let trial = tried.trial(self.target(*accuracy));
-            let apart = |run: &Run| libm::log(run.size / trial.tried).abs();
+            let apart = |run: &Run| libm::log(run.size / trial.passes.tried).abs();
             let Some(run) = runs.iter().min_by(|a, b| apart(a).total_cmp(&apart(b))) else { break };
             let Some(measured) = self.measured(tried, run, &trial) else { break };
             outcome.first_number.get_or_insert(measured.seconds_to_first_number());
@@ -311,10 +310,10 @@ impl Pilot<'_> {
         let seems_short = (MOST_PASSES as f64 * tried.expected < clock.left()).then_some(asked);
         for accuracy in seems_short.into_iter().chain(accuracies) {
             let trial = tried.trial(self.target(*accuracy));
-            if runs.iter().any(|run| run.size == trial.tried) {
+            if runs.iter().any(|run| run.size == trial.passes.tried) {
                 continue;
             }
-            let expected = runs.last().map_or(0.0, |run| run.spent * trial.tried / run.size);
+            let expected = runs.last().map_or(0.0, |run| run.spent * trial.passes.tried / run.size);
             if expected >= clock.left() {
                 break;
             }
@@ -338,7 +337,8 @@ impl Pilot<'_> {
         passes.run(integrator.as_ref(), 1, clock);
         let few = Sample::new(task, sample.places() / FEW_PLACES);
         let mut of_few = Passes::default();
-        let needs_few = sample.places() < sample.all || trial.powers.work_of_pass != trial.powers.work_of_place;
+        let needs_few =
+            sample.places() < sample.all || trial.passes.powers.work_of_pass != trial.passes.powers.work_of_place;
         let needs_few = needs_few && few.places() < sample.places();
         if needs_few && !clock.is_over() {
             of_few.run(build(&few)?.as_ref(), FEW_PLACES_PASSES, clock);
@@ -349,19 +349,19 @@ impl Pilot<'_> {
             if needs_few { ((cost - of_few.cost()?) / (sample.places() - few.places()) as f64).max(0.0) } else { 0.0 };
         let of_pass = (cost - of_place * sample.places() as f64).max(0.0);
         let spent = clocks.spent().cpu();
-        let run = Run { size: trial.tried, passes, setup_seconds, of_pass, of_place, spent };
+        let run = Run { size: trial.passes.tried, passes, setup_seconds, of_pass, of_place, spent };
         (run.passes.found.len() >= LEAST_PASSES).then_some(run)
     }
 
     /// What passes tell of those of which this is the trial.
     fn measured(&self, tried: &Tried<'_>, run: &Run, trial: &Trial) -> Option<Measured> {
-        let ratios = trial.ratios(run.size);
+        let ratios = trial.passes.ratios(run.size);
         let of_places = run.of_place * tried.sample.all as f64 * ratios.work_of_place;
         Some(Measured {
             setup_seconds: run.setup_seconds,
             seconds_per_pass: self.shared(run.of_pass * ratios.work_of_pass + of_places),
             cost_deviation: libm::hypot(OF_COST, run.passes.deviation()),
-            laws: run.passes.laws(&tried.sample, &ratios, trial.alpha)?,
+            laws: run.passes.laws(&tried.sample, &ratios, trial.passes.alpha)?,
             passes: run.passes.found.len(),
         })
     }

@@ -22,8 +22,7 @@
 //! **Sources.** Kocifaj, Darula and Kittler 2008, formulated from the physics; Swift and Smith 1995 for the series.
 
 use super::deterministic::{installation, refuses};
-use super::method::{Computation, Described, Knows, Load, Passes, Refusal, RefusalCode, Task, Work};
-use super::trial::Trial;
+use super::method::{Computation, Described, Knows, Load, Passes, Refusal, RefusalCode, Task, Trial, Work};
 use crate::analytic::holigilm::Holigilm;
 use crate::analytic::patches::Mesh;
 use crate::guide::Guide;

@@ -18,8 +18,9 @@
 use std::f64::consts::PI;
 
 use super::deterministic::{cylinders, installation, refuses};
-use super::method::{Caveat, CaveatCode, Computation, Described, Knows, Passes, Refusal, RefusalCode, Task, Work};
-use super::trial::Trial;
+use super::method::{
+    Caveat, CaveatCode, Computation, Described, Knows, Passes, Refusal, RefusalCode, Task, Trial, Work,
+};
 use crate::analytic::jenkins::{Jenkins, Pipe};
 use crate::scene::{Scene, StraightOrBent};
 

@@ -9,7 +9,7 @@ use std::sync::Arc;
 use glam::DVec3;
 
 use super::Integrator;
-use super::trial::Trial;
+use super::trial::TrialPasses;
 use crate::analytic::Solver;
 use crate::scene::{EstimateKind, Grid, Scene, View};
 use crate::traceable::TraceableScene;
@@ -75,6 +75,28 @@ pub trait Described: Send + Sync {
     ///
     /// `target` is the relative standard error asked for: passes end by it, a solver stops refining at it.
     fn build(&self, task: &Task, seed: u64, target: f64) -> Computation;
+}
+
+/// A method for a trial.
+pub struct Trial {
+    /// The method with small passes.
+    pub method: Box<dyn Described>,
+    /// Most sensors, or pixels, at which a trial looks: more of them would take too long.
+    pub most_places: usize,
+    /// What its passes tell of those of the method itself.
+    pub passes: TrialPasses,
+}
+
+impl Trial {
+    /// The method as it is, on `most_places` sensors or pixels at most.
+    pub fn whole(method: impl Described + 'static, most_places: usize) -> Self {
+        Self { method: Box::new(method), most_places, passes: TrialPasses::WHOLE }
+    }
+
+    /// The same with these passes.
+    pub fn with(self, passes: TrialPasses) -> Self {
+        Self { passes, ..self }
+    }
 }
 
 /// What is asked of a method.

@@ -39,7 +39,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::{GridPass, Integrator, Pass, PhotonCount, ViewPass};
-use crate::integrator::method::{Caveat, Computation, Described, Kept, Load, Passes, Task, Work};
+use crate::integrator::method::{Caveat, Computation, Described, Kept, Load, Passes, Task, Trial, Work};
 use crate::integrator::photon_map::maps::{Gathered, Mapper, Maps};
 use crate::integrator::photon_map::near_light::{SENSOR_CONNECTIONS, SENSOR_STRATA};
 use crate::integrator::photon_map::outline::OutlinedView;
@@ -48,7 +48,7 @@ use crate::integrator::photon_map::surfaces::Surfaces;
 use crate::integrator::photon_map::trial::of_wider_kernels;
 use crate::integrator::photon_map::visible_point::EyeRay;
 use crate::integrator::photon_map::{memory, visible_point};
-use crate::integrator::trial::Trial;
+use crate::integrator::trial::TrialPasses;
 use crate::optics::Spectrum;
 use crate::sampling::{Key, PathRandom, Stream};
 use crate::scene::{Channels, EstimateKind, Grid, View};
@@ -125,11 +125,11 @@ impl Described for Settings {
     }
 
     fn trial(&self, task: &Task, _target: f64) -> Trial {
-        let photons_per_pass = Trial::fewer(self.photons_per_pass, 0.0625);
+        let photons_per_pass = TrialPasses::fewer(self.photons_per_pass, 0.0625);
         let initial_radius_m = Some(TRIAL_RADIUS * Radii::initial_m(self.initial_radius_m, task.traceable.size));
         let smaller = Self { photons_per_pass, initial_radius_m, ..self.clone() };
         let places = if task.views.is_empty() { 81 } else { 512 };
-        of_wider_kernels(Trial::whole(smaller, places), photons_per_pass, self.photons_per_pass, self.alpha)
+        Trial::whole(smaller, places).with(of_wider_kernels(photons_per_pass, self.photons_per_pass, self.alpha))
     }
 
     fn build(&self, task: &Task, seed: u64, _target: f64) -> Computation {

@@ -1,14 +1,9 @@
 //! What a few small passes of a method tell of its own.
 
-use super::method::Described;
-
-/// A method for a trial, and what its passes tell of those of the method itself for the accuracy that is asked for.
-pub struct Trial {
-    /// The method with passes of the size [`Trial::tried`].
-    pub method: Box<dyn Described>,
-    /// Most sensors, or pixels, at which a trial looks: more of them would take too long.
-    pub most_places: usize,
-    /// Size of the trial's pass: its photons and whatever else grows with the accuracy.
+/// Passes of a trial, and those of the method itself for the accuracy that is asked for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TrialPasses {
+    /// Size of the trial's pass: its photons, or what else grows with the accuracy.
     pub tried: f64,
     /// Size of the method's own pass.
     pub size: f64,
@@ -71,29 +66,25 @@ impl Ratios {
 const LEAST_PHOTONS: u64 = 64;
 const MOST_PHOTONS: u64 = 4096;
 
-impl Trial {
-    /// The method as it is, on `most_places` sensors or pixels at most.
-    pub fn whole(method: impl Described + 'static, most_places: usize) -> Self {
-        Self {
-            method: Box::new(method),
-            most_places,
-            tried: 1.0,
-            size: 1.0,
-            powers: Powers::OF_PHOTONS,
-            variance_of_kernels: 1.0,
-            squared_bias: 1.0,
-            alpha: None,
-        }
+impl TrialPasses {
+    /// The method's own passes, which are the same for every accuracy.
+    pub const WHOLE: Self = Self {
+        tried: 1.0,
+        size: 1.0,
+        powers: Powers::OF_PHOTONS,
+        variance_of_kernels: 1.0,
+        squared_bias: 1.0,
+        alpha: None,
+    };
+
+    /// Passes of their whole size.
+    pub fn of_size(size: f64, powers: Powers) -> Self {
+        Self { tried: size, size, powers, ..Self::WHOLE }
     }
 
-    /// The same where passes of their whole size are tried.
-    pub fn of_size(self, size: f64, powers: Powers) -> Self {
-        Self { tried: size, size, powers, ..self }
-    }
-
-    /// The same where `tried` photons of `photons` are tried.
-    pub fn of_photons(self, tried: u64, photons: u64, powers: Powers) -> Self {
-        Self { tried: tried as f64, size: photons as f64, powers, ..self }
+    /// Passes with `tried` photons of `photons`.
+    pub fn of_photons(tried: u64, photons: u64, powers: Powers) -> Self {
+        Self { tried: tried as f64, size: photons as f64, powers, ..Self::WHOLE }
     }
 
     /// Photons of a trial's pass of a method that emits `photons` in each: about a `share` of them.
@@ -117,22 +108,19 @@ impl Trial {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::integrator::path_tracing;
 
     #[test]
     fn passes_of_another_size_are_foretold_by_powers() {
-        let method = || Trial::whole(path_tracing::Settings::default(), 9);
-        assert_eq!(method().ratios(1.0), Ratios::ONE);
+        assert_eq!(TrialPasses::WHOLE.ratios(1.0), Ratios::ONE);
         // half the error by passes 2^1.6 times as large, which have a quarter of the variance
-        let larger = method().of_size(libm::exp2(1.6), Powers::of_growth(1.6)).ratios(1.0);
+        let larger = TrialPasses::of_size(libm::exp2(1.6), Powers::of_growth(1.6)).ratios(1.0);
         assert!((larger.variance - 0.25).abs() < 1e-15 && larger.work_of_place == libm::exp2(1.6), "{larger:?}");
-        let smaller = method().of_photons(Trial::fewer(1 << 14, 0.5), 1 << 14, Powers::OF_PHOTONS);
+        let photons = 1 << 14;
+        let smaller = TrialPasses::of_photons(TrialPasses::fewer(photons, 0.5), photons, Powers::OF_PHOTONS);
         assert_eq!(smaller.tried, 4096.0);
         let ratios = smaller.ratios(4096.0);
-        assert_eq!(
-            [ratios.work_of_pass, ratios.work_of_place, ratios.variance, ratios.squared_bias],
-            [4.0, 4.0, 0.25, 1.0]
-        );
+        assert_eq!([ratios.work_of_pass, ratios.work_of_place], [4.0, 4.0]);
+        assert_eq!([ratios.variance, ratios.squared_bias], [0.25, 1.0]);
         // passes of half the size were tried instead
         assert_eq!(smaller.ratios(2048.0).shared_variance, 0.125);
     }

@@ -47,11 +47,11 @@ use crate::integrator::lamp::beside::{
 };
 use crate::integrator::lamp::light::{DiffuserLight, SensorsLit};
 use crate::integrator::lamp::sizes::photons_for;
-use crate::integrator::method::{Caveat, Computation, Described, Load, Refusal, Task, Work};
+use crate::integrator::method::{Caveat, Computation, Described, Load, Refusal, Task, Trial, Work};
 use crate::integrator::pass_size::PassSize;
 use crate::integrator::photon::chunks::PHOTON_CHUNK;
 use crate::integrator::photon::descent::Exit;
-use crate::integrator::trial::{Powers, Trial};
+use crate::integrator::trial::{Powers, TrialPasses};
 use crate::integrator::{GridPass, Integrator, Pass, ViewPass};
 use crate::optics::{Closure, Spectrum};
 use crate::sampling::{Key, Stream, power_of_two};
@@ -144,15 +144,15 @@ impl Described for Settings {
         let sizes = self.sizes(target, &task.traceable.tubes, !task.views.is_empty());
         if task.views.is_empty() && self.samples_per_sensor.is_none() {
             let whole = Trial::whole(self.clone(), most_places(&task.traceable.tubes, 49));
-            return whole.of_size(f64::from(sizes.per_sensor), Powers::of_growth(SAMPLES.growth));
+            return whole.with(TrialPasses::of_size(f64::from(sizes.per_sensor), Powers::of_growth(SAMPLES.growth)));
         }
         // each place has the noise of its own paths, whose number stays, and all have that of the photons
         let powers = Powers { work_of_place: 0.0, variance: 0.0, ..Powers::OF_PHOTONS };
-        let tried = Trial::fewer(sizes.photons, 0.125);
+        let tried = TrialPasses::fewer(sizes.photons, 0.125);
         let smaller =
             Self { photons_per_pass: Some(tried), samples_per_sensor: Some(sizes.per_sensor), ..self.clone() };
         let most_places = if task.views.is_empty() { 9 } else { 512 };
-        Trial::whole(smaller, most_places).of_photons(tried, sizes.photons, powers)
+        Trial::whole(smaller, most_places).with(TrialPasses::of_photons(tried, sizes.photons, powers))
     }
 
     fn build(&self, task: &Task, seed: u64, target: f64) -> Computation {

@@ -51,12 +51,12 @@ use crate::integrator::backward::chance;
 use crate::integrator::backward::room_entry::enter_room;
 use crate::integrator::backward::unscattered::unscattered;
 use crate::integrator::backward::walk::Walk;
-use crate::integrator::method::{Caveat, Computation, Described, Kept, Load, Refusal, Task, Work};
+use crate::integrator::method::{Caveat, Computation, Described, Kept, Load, Refusal, Task, Trial, Work};
 use crate::integrator::photon::chunks::{Tally, fold_chunks, sums_at_once};
 use crate::integrator::photon::emission::{Emission, EmittedPhoton, Start};
 use crate::integrator::photon::ledger::Account;
 use crate::integrator::photon::path::{Flight, trace};
-use crate::integrator::trial::{Powers, Trial};
+use crate::integrator::trial::{Powers, TrialPasses};
 use crate::optics::Spectrum;
 use crate::sampling::{Key, PathRandom, PathSamples, Stream};
 use crate::scene::{Channels, EstimateKind, Grid, View};
@@ -106,11 +106,11 @@ impl Described for Settings {
             // the noise is that of the paths of the eye, each of which looks at one photon
             (0.0625, 1024, Powers { work_of_place: 0.0, variance: 0.0, shared_variance: 0.0, ..Powers::OF_PHOTONS })
         };
-        let tried = Trial::fewer(sizes.photons, share);
+        let tried = TrialPasses::fewer(sizes.photons, share);
         let samples = f64::from(sizes.per_sensor) * tried as f64 / sizes.photons as f64;
         let samples_per_sensor = Some((samples as u32).max(1));
         let smaller = Self { photons_per_pass: Some(tried), samples_per_sensor, ..self.clone() };
-        Trial::whole(smaller, most_places).of_photons(tried, sizes.photons, powers)
+        Trial::whole(smaller, most_places).with(TrialPasses::of_photons(tried, sizes.photons, powers))
     }
 
     fn build(&self, task: &Task, seed: u64, target: f64) -> Computation {

@@ -45,9 +45,9 @@ use super::{GridPass, Integrator, Pass};
 use crate::guide::RayCount;
 use crate::integrator::backward::chance;
 use crate::integrator::backward::pass::each;
-use crate::integrator::method::{Caveat, Computation, Described, Knows, Load, Refusal, RefusalCode, Task, Work};
+use crate::integrator::method::{Caveat, Computation, Described, Knows, Load, Refusal, RefusalCode, Task, Trial, Work};
 use crate::integrator::pass_size::PassSize;
-use crate::integrator::trial::{Powers, Trial};
+use crate::integrator::trial::{Powers, TrialPasses};
 use crate::optics::Spectrum;
 use crate::sampling::{Key, PathRandom, PathSamples, Stream};
 use crate::scene::{Channels, EstimateKind, Grid, Scene};
@@ -137,7 +137,7 @@ impl Described for Settings {
         let photons = self.photons(target, tubes.len(), photons_beside(tubes, target)) as f64;
         // the paths are most of the work and all of the noise that sensors have of their own, and as many at every accuracy
         let powers = Powers { work_of_place: 0.0, variance: 0.0, ..Powers::OF_PHOTONS };
-        Trial::whole(anew, most_places(tubes, 9)).of_size(photons, powers)
+        Trial::whole(anew, most_places(tubes, 9)).with(TrialPasses::of_size(photons, powers))
     }
 
     fn build(&self, task: &Task, seed: u64, target: f64) -> Computation {

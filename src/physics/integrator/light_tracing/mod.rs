@@ -27,6 +27,7 @@
 //! **Sources.** Kajiya 1986 and Veach 1997 (chapter 8) for the integral that is sampled; Lambert 1760 for luminaires.
 
 mod refusals;
+mod settings;
 mod strips;
 mod tally;
 
@@ -40,9 +41,7 @@ use rayon::prelude::*;
 
 use crate::guide::RayCount;
 use crate::integrator::backward::unscattered::unscattered;
-use crate::integrator::lamp::sizes::are_straight;
-use crate::integrator::method::{Computation, Described, Kept, Knows, Refusal, Task, Work};
-use crate::integrator::pass_size::PassSize;
+use crate::integrator::method::{Computation, Described, Kept, Knows, Refusal, Task, Trial, Work};
 use crate::integrator::photon::chunks::{self, fold_chunks, sums_at_once};
 use crate::integrator::photon::close_points::dishonest_points;
 use crate::integrator::photon::connect::SensorPlane;
@@ -51,7 +50,7 @@ use crate::integrator::photon::ledger::Account;
 use crate::integrator::photon::path::trace;
 use crate::integrator::photon_map::domain::Domain;
 use crate::integrator::photon_map::maps::LEAST_KERNEL;
-use crate::integrator::trial::{Powers, Trial};
+use crate::integrator::trial::{Powers, TrialPasses};
 use crate::integrator::{GridPass, Integrator, Pass, PhotonCount};
 use crate::optics::SurfaceOptics;
 use crate::sampling::{Key, PathRandom, Stream};
@@ -60,51 +59,15 @@ use crate::traceable::TraceableScene;
 use crate::traceable::luminaire::TraceableLuminaire;
 
 pub use refusals::{noisy_points, refuses_points};
+use settings::MOST;
+pub use settings::{Settings, photons_for};
 pub(crate) use strips::Points;
-use strips::{Strips, has_points_very_near, has_strips};
+use strips::Strips;
 pub(crate) use tally::Tally;
-
-/// Settings of light tracing.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Settings {
-    /// Photons emitted per pass, all tubes and sources together; 64..=16_777_216; `None`: by the accuracy asked for.
-    pub photons_per_pass: Option<u64>,
-}
-
-/// Most photons of a pass, unless the document says how many.
-const MOST: f64 = 8192.0;
-
-/// Photons of a pass, unless the document says how many: where strips beside sensors take the rare and bright connections, few are enough.
-const WITH_STRIPS: PassSize = PassSize { for_one_percent: 512.0, growth: 1.0, fewest: 128.0, most: MOST };
-/// Elsewhere what is rare needs more of them for honest errors, and so does the flux through bends and facets.
-const WITHOUT_STRIPS: PassSize = PassSize { for_one_percent: 2048.0, growth: 1.0, fewest: 512.0, most: MOST };
-/// And most of all points so near to a wall that it has no strip.
-const VERY_NEAR: PassSize = PassSize { for_one_percent: MOST, growth: 1.0, fewest: MOST, most: MOST };
 
 /// Rays of all sensors straight through clear closures, in photons of the pass, where sensors have strips: of the noise that is left that of
 /// these rays is the larger part.
 const RAYS_WITH_STRIPS: u64 = 4;
-
-/// Photons of a pass for a relative standard error `target` of what is traced beside other light.
-pub fn photons_for(target: f64) -> u64 {
-    WITHOUT_STRIPS.power_of_two(target)
-}
-
-impl Settings {
-    /// Photons of a pass for a relative standard error `target`.
-    fn photons(&self, target: f64, size: &PassSize) -> u64 {
-        self.photons_per_pass.unwrap_or_else(|| size.power_of_two(target))
-    }
-
-    /// Size of the passes of a task.
-    fn size(task: &Task) -> &'static PassSize {
-        if has_points_very_near(task.traceable, task.grids) {
-            return &VERY_NEAR;
-        }
-        let few = are_straight(&task.traceable.tubes) && has_strips(task.traceable, task.grids);
-        if few { &WITH_STRIPS } else { &WITHOUT_STRIPS }
-    }
-}
 
 impl Described for Settings {
     fn name(&self) -> &'static str {
@@ -123,7 +86,7 @@ impl Described for Settings {
 
     fn seconds_per_pass(&self, work: &Work) -> f64 {
         let per_photon = work.seconds_per_path + work.seconds_per_connection * work.connected_sensors();
-        self.photons(work.target, &WITHOUT_STRIPS) as f64 * per_photon
+        self.photons_per_pass.unwrap_or(photons_for(work.target)) as f64 * per_photon
     }
 
     fn kept_of_sensor(&self, grid: &Grid) -> Kept {
@@ -134,17 +97,17 @@ impl Described for Settings {
     }
 
     fn trial(&self, task: &Task, target: f64) -> Trial {
-        let photons = self.photons(target, Self::size(task));
+        let photons = self.photons(task, target);
         // where passes are small, what strips have in them does not go with the photons
-        let tried = Trial::fewer(photons, 1.0);
+        let tried = TrialPasses::fewer(photons, 1.0);
         // the light of clear closures is shared among the sensors: fewer of them would have more of it
         let smaller = Trial::whole(Self { photons_per_pass: Some(tried) }, usize::MAX);
-        smaller.of_photons(tried, photons, Powers::OF_PHOTONS)
+        smaller.with(TrialPasses::of_photons(tried, photons, Powers::OF_PHOTONS))
     }
 
     fn build(&self, task: &Task, seed: u64, target: f64) -> Computation {
         let scene = task.traceable.clone();
-        let photons = self.photons(target, Self::size(task));
+        let photons = self.photons(task, target);
         match task.scene.channels {
             Channels::Photopic => Computation::passes(LightTracing::<1>::new(scene, task.grids, photons, seed)),
             Channels::Rgb => Computation::passes(LightTracing::<3>::new(scene, task.grids, photons, seed)),

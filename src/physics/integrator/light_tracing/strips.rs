@@ -419,6 +419,18 @@ mod tests {
         }
     }
 
+    /// Points nearer to a wall than a 32nd of its length are very near, cells never: means over them have no poles.
+    #[test]
+    fn points_very_near_to_walls_are_known() {
+        let near = |cells, kind| {
+            let (scene, traceable) = scene(vec![grid(0.5, [9, 9], EstimateKind::Point), grid(0.0, cells, kind)]);
+            has_points_very_near(&traceable, &scene.grids)
+        };
+        assert!(!near([12, 12], EstimateKind::Point));
+        assert!(near([40, 12], EstimateKind::Point) && near([12, 40], EstimateKind::Point));
+        assert!(!near([40, 40], EstimateKind::CellAverage));
+    }
+
     /// Any run of photons that are connected at all reaches every part of the points equally often.
     #[test]
     fn photons_are_spread_over_all_parts() {

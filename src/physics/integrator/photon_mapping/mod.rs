@@ -40,7 +40,7 @@ use self::gather::{Gathering, Receiver};
 use super::{GridPass, Integrator, Pass, PhotonCount, ViewPass};
 use crate::guide::Guide;
 use crate::integrator::backward::unscattered::unscattered;
-use crate::integrator::method::{Caveat, Computation, Described, Load, Task, Work};
+use crate::integrator::method::{Caveat, Computation, Described, Load, Task, Trial, Work};
 use crate::integrator::pass_size::PassSize;
 use crate::integrator::photon_map::maps::{Gathered, Mapper, POINT_CONNECTIONS, POINT_STRATA};
 use crate::integrator::photon_map::near_light::{SENSOR_CONNECTIONS, SENSOR_STRATA};
@@ -48,7 +48,7 @@ use crate::integrator::photon_map::outline::OutlinedView;
 use crate::integrator::photon_map::store::FollowedBackward;
 use crate::integrator::photon_map::surfaces::Surfaces;
 use crate::integrator::photon_map::{memory, visible_point};
-use crate::integrator::trial::{Powers, Trial};
+use crate::integrator::trial::{Powers, TrialPasses};
 use crate::optics::{Spectrum, SurfaceOptics};
 use crate::sampling::{Key, PathRandom, Stream};
 use crate::scene::{Channels, EstimateKind, Grid, View};
@@ -113,7 +113,7 @@ impl Described for Settings {
         } else {
             (0.0625, POINT_GATHER_RAYS, 128)
         };
-        let tried = Trial::fewer(photons, share);
+        let tried = TrialPasses::fewer(photons, share);
         let gather_rays = Some(self.gather_rays.unwrap_or(default));
         let smaller = Self { photons_per_pass: Some(tried), gather_rays, ..self.clone() };
         let clear = |tube: &TraceableTube| tube.diffuser.specular_zone(tube.opening_radius).is_some();
@@ -128,7 +128,7 @@ impl Described for Settings {
             (true, _) => (VARIANCE_OF_SENSORS, -1.0),
         };
         let powers = Powers { work_of_pass: 1.0, work_of_place: 0.0, variance, shared_variance };
-        Trial::whole(smaller, most_places).of_photons(tried, photons, powers)
+        Trial::whole(smaller, most_places).with(TrialPasses::of_photons(tried, photons, powers))
     }
 
     fn build(&self, task: &Task, seed: u64, target: f64) -> Computation {

@@ -51,10 +51,10 @@ use crate::integrator::lamp::beside::{
 };
 use crate::integrator::lamp::light::DiffuserLight;
 use crate::integrator::lamp::sizes::{are_straight, photons_for};
-use crate::integrator::method::{Computation, Described, Kept, Knows, Load, Refusal, RefusalCode, Task, Work};
+use crate::integrator::method::{Computation, Described, Kept, Knows, Load, Refusal, RefusalCode, Task, Trial, Work};
 use crate::integrator::pass_size::PassSize;
 use crate::integrator::photon::chunks::{Tally, fold_chunks, sums_at_once};
-use crate::integrator::trial::{Powers, Trial};
+use crate::integrator::trial::{Powers, TrialPasses};
 use crate::integrator::{GridPass, Integrator, Pass};
 use crate::optics::Spectrum;
 use crate::sampling::{Key, PathSamples, Stream, power_of_two, warp};
@@ -166,7 +166,8 @@ impl Described for Settings {
     fn trial(&self, task: &Task, target: f64) -> Trial {
         let tubes = &task.traceable.tubes;
         let [_, vertices] = self.sizes(target, tubes, 1.0);
-        Trial::whole(self.clone(), most_places(tubes, 49)).of_size(vertices as f64, Powers::of_growth(VERTICES.growth))
+        Trial::whole(self.clone(), most_places(tubes, 49))
+            .with(TrialPasses::of_size(vertices as f64, Powers::of_growth(VERTICES.growth)))
     }
 
     fn build(&self, task: &Task, seed: u64, target: f64) -> Computation {
