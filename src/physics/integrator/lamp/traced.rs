@@ -52,18 +52,20 @@ impl<const C: usize> BesideLamps<C> {
     pub fn pass(&self, key: Key, cancel: &AtomicBool) -> Option<PassBesideLamps<C>> {
         let Self(method) = self;
         let mut lux = vec![0.0; method.sensor_count()];
+        let mut connected = vec![0; method.planes()];
         let mut account = Account::new(method.scene.tubes.len());
         let mut lamps = vec![Vec::new(); method.scene.tubes.len()];
         let chunk = |numbers: Range<u64>| self.photons_of(key, numbers);
         let chunk_bytes = 8 * lux.len() as u64;
         let folded = fold_chunks(self.photons(), chunk_bytes, cancel, chunk, |sums: Sums<C>| {
             lux.iter_mut().zip(&sums.lux).for_each(|(sum, value)| *sum += value);
+            connected.iter_mut().zip(&sums.connected).for_each(|(sum, number)| *sum += number);
             account.add(&sums.account);
             lamps.iter_mut().zip(sums.lamps).for_each(|(all, of_chunk): (&mut Vec<_>, _)| all.extend(of_chunk));
         })?;
         account.not_finite = folded.not_finite;
         let flux = account.tubes.iter().map(|tube| tube.into_room - tube.evenly).sum::<f64>();
-        let counts = method.counts_of(&lux, flux.max(0.0));
+        let counts = method.counts_of(&lux, &connected, flux.max(0.0));
         let stream = |sensor: u64| key.stream(Stream::UnscatteredBesideLamps, sensor);
         account.rays += method.add_unscattered(stream, cancel, &mut lux)?;
         Some(PassBesideLamps { lamps, grids: method.by_grids(&lux, &counts), account })
@@ -83,7 +85,7 @@ impl<const C: usize> BesideLamps<C> {
                 trace_beside_lamps::<C>(&method.scene, &photon, &mut samples, &mut listener, &mut account);
             }
         }
-        Sums { lux: listener.tally.lux, lamps: listener.lamps, account }
+        Sums { lux: listener.tally.lux, connected: listener.tally.connected, lamps: listener.lamps, account }
     }
 }
 
@@ -91,6 +93,8 @@ impl<const C: usize> BesideLamps<C> {
 struct Sums<const C: usize> {
     /// Illuminance of all sensors in lx.
     lux: Vec<f64>,
+    /// Photons that were connected to all sensors of a plane, for each plane.
+    connected: Vec<u64>,
     lamps: Vec<Vec<LeftLamp<C>>>,
     account: Account,
 }

@@ -210,22 +210,27 @@ impl<const C: usize> LightTracing<C> {
         reachable
     }
 
-    /// What the photons of a pass say of each sensor, from its illuminance by them alone: a pass that brings it light found one
-    /// at least. One photon is taken to light a sensor as from half the room's shortest edge away.
-    fn counts(&self, lux: &[f64], account: &Account) -> Vec<PhotonCount> {
+    /// What the photons of a pass say of each sensor, from its illuminance by them alone, and from the number of them that were connected to
+    /// all sensors of its plane.
+    fn counts(&self, lux: &[f64], connected: &[u64], account: &Account) -> Vec<PhotonCount> {
         let into_room = account.tubes.iter().map(|tube| tube.into_room).sum::<f64>() + account.ledger.luminaires;
-        self.counts_of(lux, if into_room > 0.0 { into_room } else { account.ledger.emitted })
+        self.counts_of(lux, connected, if into_room > 0.0 { into_room } else { account.ledger.emitted })
     }
 
-    /// What the photons of a pass say of each sensor where they bring `flux` in lm.
-    pub(crate) fn counts_of(&self, lux: &[f64], flux: f64) -> Vec<PhotonCount> {
+    /// What the photons of a pass say of each sensor where they bring `flux` in lm: a pass that brings it light found one photon at least.
+    /// One photon is taken to light a sensor as from half the room's shortest edge away.
+    pub(crate) fn counts_of(&self, lux: &[f64], connected: &[u64], flux: f64) -> Vec<PhotonCount> {
         let distance = 0.5 * self.scene.size.min_element();
         let one_lux = flux / self.emission.photons().max(1) as f64 / (PI * distance * distance);
-        let count = |(lux, reachable): (&f64, &bool)| PhotonCount {
-            found: if *lux > 0.0 { 1.0 } else { 0.0 },
-            one_lux: if *reachable { one_lux } else { 0.0 },
+        let of_plane = |(plane, connected): (&SensorPlane, &u64)| {
+            let sensors = plane.first..plane.first + plane.len();
+            let found = (*connected).max(1) as f64;
+            lux[sensors.clone()].iter().zip(&self.reachable[sensors]).map(move |(lux, reachable)| PhotonCount {
+                found: if *lux > 0.0 { found } else { 0.0 },
+                one_lux: if *reachable { one_lux } else { 0.0 },
+            })
         };
-        lux.iter().zip(&self.reachable).map(count).collect()
+        self.sensors.iter().zip(connected).flat_map(of_plane).collect()
     }
 
     /// Light straight from luminaires at every sensor of a point grid.
@@ -244,6 +249,11 @@ impl<const C: usize> LightTracing<C> {
         self.sensors.last().map_or(0, |last| last.first + last.len())
     }
 
+    /// Number of the planes that sensors lie on.
+    pub(crate) fn planes(&self) -> usize {
+        self.sensors.len()
+    }
+
     /// Photons of these numbers of a pass, which has spread `points` over strips.
     fn photons(&self, pass: Key, points: &Points, numbers: Range<u64>) -> Sums {
         let mut tally = self.tally(points);
@@ -255,7 +265,7 @@ impl<const C: usize> LightTracing<C> {
                 trace::<C>(&self.scene, &photon, &mut samples, &mut tally, &mut account);
             }
         }
-        Sums { lux: tally.lux, exitance: tally.exitance, account }
+        Sums { lux: tally.lux, exitance: tally.exitance, connected: tally.connected, account }
     }
 
     /// A tally of no photons, where `points` are spread over strips.
@@ -264,6 +274,9 @@ impl<const C: usize> LightTracing<C> {
             scene: &self.scene,
             sensors: &self.sensors,
             vectors: self.vectors,
+            tells_by_number: self.scene.specular_surfaces().next().is_none(),
+            connected: vec![0; self.sensors.len()],
+            counted: vec![false; self.sensors.len()],
             but_luminaires: self.lambert(),
             lux: vec![0.0; self.sensor_count()],
             diffuser_weight: 1.0,
@@ -310,6 +323,8 @@ struct Sums {
     lux: Vec<f64>,
     /// Exitance of the points of strips in lm/m2.
     exitance: Vec<f64>,
+    /// Photons that were connected to all sensors of a plane, for each plane.
+    connected: Vec<u64>,
     account: Account,
 }
 
@@ -325,6 +340,7 @@ impl<const C: usize> Integrator for LightTracing<C> {
         let photons = self.emission.photons();
         let mut lux = vec![0.0; self.sensor_count()];
         let mut exitance = vec![0.0; self.strips.points()];
+        let mut connected = vec![0; self.sensors.len()];
         let mut account = Account::new(self.scene.tubes.len());
         let chunk_bytes = 8 * (lux.len() + exitance.len()) as u64;
         let (points, rays) = self.strips.spread(&self.scene, key);
@@ -332,12 +348,13 @@ impl<const C: usize> Integrator for LightTracing<C> {
         let folded = fold_chunks(photons, chunk_bytes, cancel, chunk, |of_chunk: Sums| {
             lux.iter_mut().zip(&of_chunk.lux).for_each(|(sum, value)| *sum += value);
             exitance.iter_mut().zip(&of_chunk.exitance).for_each(|(sum, value)| *sum += value);
+            connected.iter_mut().zip(&of_chunk.connected).for_each(|(sum, number)| *sum += number);
             account.add(&of_chunk.account);
         })?;
         account.not_finite = folded.not_finite;
         account.rays += rays;
         self.strips.light(self.vectors, &points, &exitance, &self.sensors, &mut lux);
-        let counts = self.counts(&lux, &account);
+        let counts = self.counts(&lux, &connected, &account);
         if self.lambert() {
             lux.iter_mut().zip(&self.direct).for_each(|(sum, direct)| *sum += direct);
             for plane in self.sensors.iter().filter(|plane| plane.average) {
@@ -390,7 +407,7 @@ impl<const C: usize> LightTracing<C> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::optics::{Collector, Diffuser, DiffuserZone, Surface};
+    use crate::optics::{Collector, Diffuser, DiffuserZone, Specular, Surface};
     use crate::scene::{self, EstimateKind, Room, Scene, Segment, StraightOrBent, Tube, TubeShape};
     use crate::sky::zenith::ZenithFormula;
     use crate::sky::{CieType, Sky, SkyDistribution, Sun, direction};
@@ -490,5 +507,30 @@ mod tests {
             }
             assert!(variances[0] < variances[1] / 3.0, "{diffuser:?}: {variances:?}");
         }
+    }
+
+    /// Points know each photon that was connected to all of them, where nothing concentrates light; cells, and points of rooms with a
+    /// glossy wall, one photon of a pass.
+    #[test]
+    fn points_count_the_photons_that_were_connected() {
+        let found = |glossy: bool| {
+            let mut scene = scene(Diffuser::Lambertian { transmittance: [0.6; 3], reflectance: [0.3; 3] });
+            if glossy {
+                scene.room.surfaces[1] = Some(Surface {
+                    specular: Some(Specular { reflectance: [0.5; 3], roughness: 0.4 }),
+                    ..Surface::diffuse([0.3; 3])
+                });
+            }
+            let follow = Follow { interreflection: true, guide_return: true, objects: true };
+            let traceable = Arc::new(TraceableScene::new(&scene, follow).unwrap());
+            let mut method = LightTracing::<3>::new(traceable, &scene.grids, 256, 1);
+            method.strips = Strips::none(&method.sensors);
+            let pass = method.pass(0, &AtomicBool::new(false)).unwrap();
+            [0, 2].map(|grid: usize| pass.grids[grid].photons.iter().map(|count| count.found).collect::<Vec<_>>())
+        };
+        let [points, cells] = found(false);
+        assert!(points.iter().all(|found| *found == points[0] && (64.0..=256.0).contains(found)), "{points:?}");
+        assert_eq!(cells, [1.0; 9]);
+        assert_eq!(found(true)[0], [1.0; 42]);
     }
 }

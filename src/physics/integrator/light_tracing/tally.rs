@@ -23,9 +23,16 @@ pub struct Tally<'a, const C: usize> {
     pub sensors: &'a [SensorPlane],
     /// The widest vectors of this machine.
     pub vectors: pulp::Arch,
+    /// True if no surface concentrates light, so that connections of many photons tell how much any of them may bring.
+    pub tells_by_number: bool,
     /// True if light straight from luminaires is counted otherwise.
     pub but_luminaires: bool,
     pub lux: Vec<f64>,
+    /// Photons of which each sensor of a plane of points knows at least: those that were connected to all of them, in rooms where nothing
+    /// hides light or concentrates it.
+    pub connected: Vec<u64>,
+    /// The planes whose count has the present photon.
+    pub counted: Vec<bool>,
     /// Weight of the present photon's connections from diffusers.
     pub diffuser_weight: f64,
     pub strips: &'a Strips<C>,
@@ -94,6 +101,7 @@ impl<const C: usize> Tally<'_, C> {
         let connected = photon.of.div_ceil(DIFFUSER_CONNECTIONS);
         self.diffuser_weight = if photon.index < connected { photon.of as f64 / connected as f64 } else { 0.0 };
         self.part = self.strips.part(photon.index);
+        self.counted.fill(false);
         (self.from_sky, self.flight) = (matches!(photon.start, Start::Tube(_)) && !photon.sun, None);
     }
 
@@ -133,6 +141,8 @@ impl<const C: usize> Tally<'_, C> {
             let all = plane.stride == 1 && lobe.is_none();
             if all && !scene.obstructed {
                 connection.add_to(self.vectors, lux, &plane.x, &plane.y);
+                let is_first = !std::mem::replace(&mut self.counted[number], true);
+                self.connected[number] += u64::from(is_first && self.tells_by_number && !plane.average);
                 continue;
             }
             let start = if plane.stride > 1 { (samples.random.uniform() * plane.stride as f64) as usize } else { 0 };
@@ -194,6 +204,9 @@ mod tests {
             scene,
             sensors,
             vectors: pulp::Arch::new(),
+            tells_by_number: true,
+            connected: vec![0; sensors.len()],
+            counted: vec![false; sensors.len()],
             but_luminaires: false,
             lux: vec![0.0; sensors.iter().map(SensorPlane::len).sum()],
             diffuser_weight,
