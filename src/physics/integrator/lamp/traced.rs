@@ -65,7 +65,7 @@ impl<const C: usize> BesideLamps<C> {
         })?;
         account.not_finite = folded.not_finite;
         let flux = account.tubes.iter().map(|tube| tube.into_room - tube.evenly).sum::<f64>();
-        let counts = method.counts_of(&lux, &connected, flux.max(0.0));
+        let counts = method.counts(&lux, &connected, flux.max(0.0));
         let stream = |sensor: u64| key.stream(Stream::UnscatteredBesideLamps, sensor);
         account.rays += method.add_unscattered(stream, cancel, &mut lux)?;
         Some(PassBesideLamps { lamps, grids: method.by_grids(&lux, &counts), account })

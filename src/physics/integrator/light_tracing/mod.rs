@@ -26,12 +26,13 @@
 //!
 //! **Sources.** Kajiya 1986 and Veach 1997 (chapter 8) for the integral that is sampled; Lambert 1760 for luminaires.
 
+mod counting;
+mod luminaires;
 mod refusals;
 mod settings;
 mod strips;
 mod tally;
 
-use std::f64::consts::PI;
 use std::ops::Range;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -48,16 +49,14 @@ use crate::integrator::photon::connect::SensorPlane;
 use crate::integrator::photon::emission::Emission;
 use crate::integrator::photon::ledger::Account;
 use crate::integrator::photon::path::trace;
-use crate::integrator::photon_map::domain::Domain;
-use crate::integrator::photon_map::maps::LEAST_KERNEL;
 use crate::integrator::trial::{Powers, TrialPasses};
 use crate::integrator::{GridPass, Integrator, Pass, PhotonCount};
-use crate::optics::SurfaceOptics;
-use crate::sampling::{Key, PathRandom, Stream};
+use crate::sampling::{Key, Stream};
 use crate::scene::{Channels, Grid};
 use crate::traceable::TraceableScene;
-use crate::traceable::luminaire::TraceableLuminaire;
 
+use counting::Counting;
+use luminaires::{add_to_cells, at_points, has_closed_form};
 pub use refusals::{noisy_points, refuses_points};
 use settings::MOST;
 pub use settings::{Settings, photons_for};
@@ -115,10 +114,6 @@ impl Described for Settings {
     }
 }
 
-/// Sensors of which one thread computes Lambert's closed form at least: fewer (some tens of ns each) are not worth waking
-/// another thread.
-const SENSORS_AT_ONCE: usize = 64;
-
 /// The method on one scene; `C` channels of light.
 #[derive(Debug)]
 pub struct LightTracing<const C: usize> {
@@ -128,9 +123,7 @@ pub struct LightTracing<const C: usize> {
     seed: Key,
     /// Light straight from luminaires at the sensors of point grids, in lux; empty unless it has a closed form.
     direct: Vec<f64>,
-    /// True for every sensor that photons can be connected to: it is not inside an object, and light comes that anything
-    /// scatters.
-    reachable: Vec<bool>,
+    counting: Counting,
     strips: Strips<C>,
     /// The widest vectors of this machine; the same bits as without, as nothing is contracted.
     vectors: pulp::Arch,
@@ -142,11 +135,12 @@ impl<const C: usize> LightTracing<C> {
     pub fn new(scene: Arc<TraceableScene>, grids: &[Grid], photons: u64, seed: u64) -> Self {
         let emission = Emission::new(&scene, photons);
         let mut method = Self::emitting(scene, emission, grids, true, seed);
-        if method.lambert() {
-            method.direct = method.at_points();
+        if has_closed_form(&method.scene) {
+            method.direct = at_points::<C>(&method.scene, &method.sensors);
         }
         let from_diffusers = method.scene.tubes.iter().any(|tube| tube.diffuser.scatters(tube.opening_radius));
-        method.reachable = method.reachable(from_diffusers || method.scene.luminaires_obstructed);
+        let straight = from_diffusers || method.scene.luminaires_obstructed;
+        method.counting = Counting::new(&method.scene, &method.sensors, straight, method.emission.photons());
         method
     }
 
@@ -160,7 +154,7 @@ impl<const C: usize> LightTracing<C> {
     ) -> Self {
         let emission = Emission::of_daylight(&scene, photons);
         let mut method = Self::emitting(scene, emission, grids, false, seed);
-        method.reachable = method.reachable(straight);
+        method.counting = Counting::new(&method.scene, &method.sensors, straight, method.emission.photons());
         method
     }
 
@@ -186,63 +180,14 @@ impl<const C: usize> LightTracing<C> {
             sensors,
             seed: Key::new(seed),
             direct: Vec::new(),
-            reachable: Vec::new(),
+            counting: Counting::default(),
             vectors: pulp::Arch::new(),
         }
     }
 
-    /// True for every sensor to which photons can be connected; `straight`: some are from where they come into the room.
-    fn reachable(&self, straight: bool) -> Vec<bool> {
-        let scene = &*self.scene;
-        let reflects = |surface: &SurfaceOptics| surface.gathers() || surface.is_specular();
-        let scatters = !scene.is_dark() && (straight || (scene.interreflection && scene.all_optics().any(reflects)));
-        if !scatters || !scene.obstructed {
-            return vec![scatters; self.sensor_count()];
-        }
-        let mut reachable = Vec::with_capacity(self.sensor_count());
-        for SensorPlane { grid, average, .. } in &self.sensors {
-            let plane = Domain::horizontal_plane(scene, grid.height_m);
-            let reach =
-                if *average { 0.5 * libm::hypot(grid.cell_size_m[0], grid.cell_size_m[1]) } else { scene.coinciding() };
-            let within = |sensor| plane.area(grid.centre(sensor), reach) > LEAST_KERNEL * PI * reach * reach;
-            reachable.extend((0..grid.len()).map(within));
-        }
-        reachable
-    }
-
-    /// What the photons of a pass say of each sensor, from its illuminance by them alone, and from the number of them that were connected to
-    /// all sensors of its plane.
-    fn counts(&self, lux: &[f64], connected: &[u64], account: &Account) -> Vec<PhotonCount> {
-        let into_room = account.tubes.iter().map(|tube| tube.into_room).sum::<f64>() + account.ledger.luminaires;
-        self.counts_of(lux, connected, if into_room > 0.0 { into_room } else { account.ledger.emitted })
-    }
-
-    /// What the photons of a pass say of each sensor where they bring `flux` in lm: a pass that brings it light found one photon at least.
-    /// One photon is taken to light a sensor as from half the room's shortest edge away.
-    pub(crate) fn counts_of(&self, lux: &[f64], connected: &[u64], flux: f64) -> Vec<PhotonCount> {
-        let distance = 0.5 * self.scene.size.min_element();
-        let one_lux = flux / self.emission.photons().max(1) as f64 / (PI * distance * distance);
-        let of_plane = |(plane, connected): (&SensorPlane, &u64)| {
-            let sensors = plane.first..plane.first + plane.len();
-            let found = (*connected).max(1) as f64;
-            lux[sensors.clone()].iter().zip(&self.reachable[sensors]).map(move |(lux, reachable)| PhotonCount {
-                found: if *lux > 0.0 { found } else { 0.0 },
-                one_lux: if *reachable { one_lux } else { 0.0 },
-            })
-        };
-        self.sensors.iter().zip(connected).flat_map(of_plane).collect()
-    }
-
-    /// Light straight from luminaires at every sensor of a point grid.
-    fn at_points(&self) -> Vec<f64> {
-        let mut direct = vec![0.0; self.sensor_count()];
-        for plane in self.sensors.iter().filter(|plane| !plane.average) {
-            let of_plane = &mut direct[plane.first..plane.first + plane.len()];
-            of_plane.par_iter_mut().with_min_len(SENSORS_AT_ONCE).enumerate().for_each(|(index, lux)| {
-                *lux = self.luminaire_illuminance(DVec3::new(plane.x[index], plane.y[index], plane.height));
-            });
-        }
-        direct
+    /// What photons say of each sensor that bring `flux` lm into the room.
+    pub(crate) fn counts(&self, lux: &[f64], connected: &[u64], flux: f64) -> Vec<PhotonCount> {
+        self.counting.photons(&self.sensors, lux, connected, flux)
     }
 
     pub(crate) fn sensor_count(&self) -> usize {
@@ -277,7 +222,7 @@ impl<const C: usize> LightTracing<C> {
             tells_by_number: self.scene.specular_surfaces().next().is_none(),
             connected: vec![0; self.sensors.len()],
             counted: vec![false; self.sensors.len()],
-            but_luminaires: self.lambert(),
+            but_luminaires: has_closed_form(&self.scene),
             lux: vec![0.0; self.sensor_count()],
             diffuser_weight: 1.0,
             strips: &self.strips,
@@ -287,27 +232,6 @@ impl<const C: usize> LightTracing<C> {
             from_sky: false,
             flight: None,
         }
-    }
-
-    /// True if light straight from luminaires is added in closed form.
-    fn lambert(&self) -> bool {
-        !self.scene.luminaires.is_empty() && !self.scene.luminaires_obstructed
-    }
-
-    /// Light straight from luminaires at a random point of each cell of an average, in lux.
-    fn add_to_cells(&self, plane: &SensorPlane, pass: Key, lux: &mut [f64]) {
-        lux.par_iter_mut().with_min_len(SENSORS_AT_ONCE).enumerate().for_each(|(index, lux)| {
-            let [u, v] = PathRandom::new(pass.stream(Stream::CellPoint, (plane.first + index) as u64)).uniform2();
-            let centre = DVec3::new(plane.x[index], plane.y[index], plane.height);
-            let offset = DVec3::new((u - 0.5) * plane.grid.cell_size_m[0], (v - 0.5) * plane.grid.cell_size_m[1], 0.0);
-            *lux += self.luminaire_illuminance(centre + offset);
-        });
-    }
-
-    /// Light straight from luminaires at a point that looks up, in lux.
-    fn luminaire_illuminance(&self, sensor: DVec3) -> f64 {
-        let direct = |luminaire: &TraceableLuminaire| luminaire.irradiance::<C>(sensor, DVec3::Z).luminance();
-        self.scene.luminaires.iter().map(direct).sum()
     }
 
     /// Direct unscattered light at sensor `index` of a point grid, in lux, and the rays it took.
@@ -354,11 +278,13 @@ impl<const C: usize> Integrator for LightTracing<C> {
         account.not_finite = folded.not_finite;
         account.rays += rays;
         self.strips.light(self.vectors, &points, &exitance, &self.sensors, &mut lux);
-        let counts = self.counts(&lux, &connected, &account);
-        if self.lambert() {
+        let into_room = account.tubes.iter().map(|tube| tube.into_room).sum::<f64>() + account.ledger.luminaires;
+        let flux = if into_room > 0.0 { into_room } else { account.ledger.emitted };
+        let counts = self.counts(&lux, &connected, flux);
+        if has_closed_form(&self.scene) {
             lux.iter_mut().zip(&self.direct).for_each(|(sum, direct)| *sum += direct);
             for plane in self.sensors.iter().filter(|plane| plane.average) {
-                self.add_to_cells(plane, key, &mut lux[plane.first..plane.first + plane.len()]);
+                add_to_cells::<C>(&self.scene, plane, key, &mut lux[plane.first..plane.first + plane.len()]);
             }
         }
         let stream = |sensor: u64| key.stream(Stream::Unscattered, sensor);

@@ -1,0 +1,46 @@
+//! Light straight from luminaires, in closed form (Lambert 1760).
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use crate::integrator::photon::connect::SensorPlane;
+use crate::sampling::{Key, PathRandom, Stream};
+use crate::traceable::TraceableScene;
+use crate::traceable::luminaire::TraceableLuminaire;
+
+/// Sensors of which one thread computes the closed form at least: fewer (some tens of ns each) are not worth waking another
+/// thread.
+const SENSORS_AT_ONCE: usize = 64;
+
+/// True if light straight from luminaires has a closed form: nothing hides it.
+pub fn has_closed_form(scene: &TraceableScene) -> bool {
+    !scene.luminaires.is_empty() && !scene.luminaires_obstructed
+}
+
+/// At every sensor of point grids, in lux; 0 at those of others. `C` channels of light.
+pub fn at_points<const C: usize>(scene: &TraceableScene, sensors: &[SensorPlane]) -> Vec<f64> {
+    let mut direct = vec![0.0; sensors.last().map_or(0, |last| last.first + last.len())];
+    for plane in sensors.iter().filter(|plane| !plane.average) {
+        let of_plane = &mut direct[plane.first..plane.first + plane.len()];
+        of_plane.par_iter_mut().with_min_len(SENSORS_AT_ONCE).enumerate().for_each(|(index, lux)| {
+            *lux = illuminance::<C>(scene, DVec3::new(plane.x[index], plane.y[index], plane.height));
+        });
+    }
+    direct
+}
+
+/// Adds that at a random point of each cell of an average, in lux. `C` channels of light.
+pub fn add_to_cells<const C: usize>(scene: &TraceableScene, plane: &SensorPlane, pass: Key, lux: &mut [f64]) {
+    lux.par_iter_mut().with_min_len(SENSORS_AT_ONCE).enumerate().for_each(|(index, lux)| {
+        let [u, v] = PathRandom::new(pass.stream(Stream::CellPoint, (plane.first + index) as u64)).uniform2();
+        let centre = DVec3::new(plane.x[index], plane.y[index], plane.height);
+        let offset = DVec3::new((u - 0.5) * plane.grid.cell_size_m[0], (v - 0.5) * plane.grid.cell_size_m[1], 0.0);
+        *lux += illuminance::<C>(scene, centre + offset);
+    });
+}
+
+/// At a point that looks up, in lux.
+fn illuminance<const C: usize>(scene: &TraceableScene, sensor: DVec3) -> f64 {
+    let direct = |luminaire: &TraceableLuminaire| luminaire.irradiance::<C>(sensor, DVec3::Z).luminance();
+    scene.luminaires.iter().map(direct).sum()
+}
