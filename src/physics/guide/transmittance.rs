@@ -163,10 +163,10 @@ fn left_of_atan(x: f64) -> f64 {
 /// from 0 to x of the light of the sky per tangent t of the zenith angle, times x - t.
 pub(super) fn through_straight(aspect: f64, reflectance: f64, nodes: &Nodes, moment: impl Fn(f64) -> f64) -> f64 {
     let rule = |nodes: usize| GaussLegendre::new(NonZeroUsize::new(nodes).unwrap_or(NonZeroUsize::MIN));
-    let of_rest = rule(nodes.rest);
+    let chords = EvenChords::new(reflectance, &rule(nodes.rest));
     let of_chord = |phi: f64| {
         let s = libm::sin(phi);
-        s * s * even_chords(aspect / s, reflectance, &of_rest, &moment)
+        s * s * chords.passed(aspect / s, &moment)
     };
     // in halves toward zero: the shortest chords of a bright pipe lose what others keep, and each half has an eighth of the light of
     // the one before
@@ -176,7 +176,7 @@ pub(super) fn through_straight(aspect: f64, reflectance: f64, nodes: &Nodes, mom
     nodes.chords.iter().enumerate().map(half).sum::<f64>() / FRAC_PI_4
 }
 
-/// Terms of the series in [`even_chords`] that are added one by one.
+/// Terms of the series of [`EvenChords`] that are added one by one.
 const SINGLE_TERMS: usize = 32;
 
 /// Coefficients of Gregory's formula: a sum from n on is the integral, half of the first term, and these times the forward
@@ -184,39 +184,63 @@ const SINGLE_TERMS: usize = 32;
 const GREGORY: [f64; 7] =
     [1.0 / 12.0, 1.0 / 24.0, 19.0 / 720.0, 3.0 / 160.0, 863.0 / 60_480.0, 275.0 / 24_192.0, 33_953.0 / 3_628_800.0];
 
-/// Light of a sky that passes a guide whose mirror it meets every 1 / tan(Z) of `b` times at the angle Z from its axis: (1 - R)^2 times
-/// the sum over n from 1 of R^(n-1) b M(n / b) with the `moment` M, which is x - atan x for a uniform sky of 1 lx. `rule`
-/// integrates what is left of the series.
-fn even_chords(b: f64, reflectance: f64, rule: &GaussLegendre, moment: &impl Fn(f64) -> f64) -> f64 {
-    let term = |n: f64| b * moment(n / b);
-    let mut power = 1.0;
-    let mut sum = 0.0;
-    for n in 1..SINGLE_TERMS {
-        sum += power * term(n as f64);
-        power *= reflectance;
-    }
-    if power > 1e-20 {
-        let lambda = -libm::log(reflectance);
-        let at = |n: f64| power * libm::exp(-lambda * (n - SINGLE_TERMS as f64)) * term(n);
-        let mut from = SINGLE_TERMS as f64;
-        // nothing is left where R^n is 1e-18 of what it was
-        let end = from + 42.0 / lambda;
-        while from < end {
-            let to = 2.0 * from;
-            sum += rule.integrate(from, to, at);
-            from = to;
+/// Sums over the mirrors that light meets in a guide, evenly along it: (1 - R)^2 times the sum over n from 1 of R^(n-1) f(n), for smooth
+/// functions f.
+struct EvenChords {
+    /// Numbers n, whole ones and others, at which the function counts, and by how much.
+    terms: Vec<(f64, f64)>,
+}
+
+impl EvenChords {
+    /// `reflectance` R below 1; `rule` integrates what is left of the series after its first terms.
+    fn new(reflectance: f64, rule: &GaussLegendre) -> Self {
+        let mut terms = Vec::with_capacity(128);
+        let loss = 1.0 - reflectance;
+        let mut power = loss * loss;
+        for n in 1..SINGLE_TERMS {
+            terms.push((n as f64, power));
+            power *= reflectance;
         }
-        let mut differences: [f64; GREGORY.len() + 1] = std::array::from_fn(|k| at((SINGLE_TERMS + k) as f64));
-        sum += 0.5 * differences[0];
-        for (k, coefficient) in GREGORY.iter().enumerate() {
-            for index in 0..GREGORY.len() - k {
-                differences[index] = differences[index + 1] - differences[index];
+        if power > 1e-20 * loss * loss {
+            let lambda = -libm::log(reflectance);
+            let at = |n: f64| power * libm::exp(-lambda * (n - SINGLE_TERMS as f64));
+            let mut from = SINGLE_TERMS as f64;
+            // nothing is left where R^n is 1e-18 of what it was
+            let end = from + 42.0 / lambda;
+            while from < end {
+                // from here to twice as far
+                terms.extend(rule.iter().map(|(node, weight)| {
+                    let n = from * (1.5 + 0.5 * node);
+                    (n, 0.5 * from * weight * at(n))
+                }));
+                from *= 2.0;
             }
-            sum += if k % 2 == 0 { -coefficient } else { *coefficient } * differences[0];
+            // by the function's values, differences of which Gregory's formula adds up
+            let mut of_values = [0.0; GREGORY.len() + 1];
+            of_values[0] = 0.5;
+            for (k, coefficient) in GREGORY.iter().enumerate() {
+                // (-1)^(k + 1) times the forward difference k + 1, which has value j with the sign (-1)^(k + 1 - j)
+                let mut binomial = 1.0;
+                for (j, of_value) in of_values.iter_mut().enumerate().take(k + 2) {
+                    *of_value += if j % 2 == 0 { 1.0 } else { -1.0 } * coefficient * binomial;
+                    binomial *= (k + 1 - j) as f64 / (j + 1) as f64;
+                }
+            }
+            let value = |(k, of_value): (usize, &f64)| {
+                let n = (SINGLE_TERMS + k) as f64;
+                (n, of_value * at(n))
+            };
+            terms.extend(of_values.iter().enumerate().map(value));
         }
+        Self { terms }
     }
-    let loss = 1.0 - reflectance;
-    loss * loss * sum
+
+    /// Light of a sky that passes a guide whose mirror it meets every 1 / tan(Z) of `b` times at the angle Z from its axis: the sum
+    /// for f(n) = b M(n / b) with the `moment` M, which is x - atan x for a uniform sky of 1 lx.
+    fn passed(&self, b: f64, moment: &impl Fn(f64) -> f64) -> f64 {
+        let per_chord = 1.0 / b;
+        b * self.terms.iter().map(|(n, weight)| weight * moment(n * per_chord)).sum::<f64>()
+    }
 }
 
 /// Kinks of T(Z) at which the quadrature over a sky is split; light beyond the last has met as many mirrors.
