@@ -12,7 +12,7 @@ use crate::document::result::tube_report::{
     BeamReport, SkyReport, StraightReport, ThroughputResult, TransmissionResult, TubeReport,
 };
 use crate::guide::Guide;
-use crate::guide::beams::beams_over;
+use crate::guide::beams::Beams;
 use crate::guide::equivalent_length::equivalent_length_m;
 use crate::guide::patches;
 use crate::guide::performance::{self, Effort};
@@ -29,17 +29,19 @@ const MOST_SKY_RAYS: u64 = 2048;
 
 /// Fewest rays of each replicate under a sky and in the sun, and under a sky in patches: so many that the light which they leave open is
 /// no more than what they may be wrong by, where that is largest.
-const LEAST_SKY_RAYS: u64 = 20;
-const LEAST_PATCH_RAYS: u64 = 10;
+const LEAST_SKY_RAYS: u64 = 13;
+const LEAST_PATCH_RAYS: u64 = 7;
 
 /// Rays of each replicate through the straight tubes beside a bent one, at the largest error.
 const STRAIGHT_RAYS: f64 = 64.0;
 
-/// Fewest rays of each replicate for a beam of the curve, from each azimuth beside the first.
+/// Fewest rays of each replicate for the beams of one altitude of the curve, from all azimuths beside the first.
 const LEAST_BEAM_RAYS: u64 = 1;
 
-/// Largest standard error of a report's transmissions under skies and in the sun: that of the job, where it is smaller.
-const LARGEST_ERROR: f64 = 0.01;
+/// Standard error of a report's transmissions under skies and in the sun, in that of the job, and the largest one: so that a report takes
+/// no more than a tenth of its job's time, through bends and meshes, too.
+const ERROR_OF_REPORTS: f64 = 1.5;
+const LARGEST_ERROR: f64 = 0.015;
 
 /// Error of the points of the curve, in those of the other figures: each is one of many.
 const ERROR_OF_CURVE: f64 = 4.0;
@@ -47,11 +49,11 @@ const ERROR_OF_CURVE: f64 = 4.0;
 /// Error of a sky in patches, in those of the other figures: it is told beside the sky itself for what patches are wrong by.
 const ERROR_OF_PATCHES: f64 = 2.0;
 
-/// Degrees between the altitudes of the curve.
+/// Degrees between the altitudes of the curve, at least.
 const ALTITUDE_STEP_DEG: u32 = 5;
 
 /// Azimuths over which the curve is averaged.
-const AZIMUTHS: f64 = 8.0;
+const AZIMUTHS: u32 = 8;
 
 /// Performances that the process keeps: of the last tubes and skies that were asked for.
 const KEPT: usize = 256;
@@ -118,10 +120,10 @@ impl Prepared {
         }
     }
 
-    /// Standard error of transmissions beside which the job's own is no smaller, and a report costs little beside the job.
+    /// Standard error of transmissions by which a report costs little beside the job.
     fn error_of_reports(&self) -> f64 {
         let asked = if self.grids().is_empty() { self.stop.view_relative_error } else { self.stop.relative_error };
-        (asked / two_sided_normal_quantile(self.stop.confidence)).min(LARGEST_ERROR)
+        (ERROR_OF_REPORTS * asked / two_sided_normal_quantile(self.stop.confidence)).min(LARGEST_ERROR)
     }
 }
 
@@ -216,15 +218,16 @@ fn beam_report(guide: &Guide, azimuth: f64, key: Key, standard_error: f64) -> Be
     let effort =
         Effort { standard_error: ERROR_OF_CURVE * standard_error, least: LEAST_BEAM_RAYS, most: MOST_BEAM_RAYS };
     let radians: Vec<f64> = altitudes.iter().map(|altitude| altitude.to_radians()).collect();
-    let beams = beams_over(guide, &radians, [azimuth, AZIMUTHS], key, effort);
-    let first: Vec<_> = beams.iter().map(|beams| beams.first.transmission()).collect();
+    let curve = Beams { guide, azimuth, azimuths: AZIMUTHS, key, effort }.curve(&radians);
+    let beams = || curve.iter().map(|(_, beams)| beams);
+    let first: Vec<_> = beams().map(|beams| beams.first.transmission()).collect();
     BeamReport {
         azimuth_deg: azimuth.to_degrees(),
-        altitude_deg: altitudes,
+        altitude_deg: curve.iter().map(|(number, _)| altitudes[*number]).collect(),
         transmission: first.iter().map(|first| first.value).collect(),
         standard_error: first.iter().map(|first| first.standard_error).collect(),
-        effective_area_m2: beams.iter().map(|beams| beams.first.arriving().mean).collect(),
-        azimuth_mean_transmission: beams.iter().map(|beams| beams.mean.value).collect(),
-        azimuth_mean_standard_error: beams.iter().map(|beams| beams.mean.standard_error).collect(),
+        effective_area_m2: beams().map(|beams| beams.first.arriving().mean).collect(),
+        azimuth_mean_transmission: beams().map(|beams| beams.all.value).collect(),
+        azimuth_mean_standard_error: beams().map(|beams| beams.all.standard_error).collect(),
     }
 }

@@ -8,8 +8,8 @@ use crate::guide::performance::{Throughput, Transmission};
 
 /// A tube in numbers of the trade. The fluxes are the job's own; all else is computed apart, without the diffuser: in closed form, with
 /// errors of 0, where the guide is straight, its collector thin and the reflectance of its mirror the same at all angles; else by rays,
-/// until the standard error of a transmission under a sky or in the sun is that which the job asks of its grids, but at most 0.01,
-/// and four times that for beams over altitudes, in the root mean square over these.
+/// until the standard error of a transmission under a sky or in the sun is one and a half times that which the job asks of its grids, but
+/// at most 0.015, and four times that for beams over altitudes, in the root mean square over these.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct TubeReport {
     /// Number of the tube in the document.
@@ -35,7 +35,9 @@ pub struct TubeReport {
 pub struct BeamReport {
     /// Azimuth of the sun that the curve is for, clockwise from the room's +y axis: the job's, or 180 without one.
     pub azimuth_deg: f64,
-    /// Altitudes of the sun, ascending; the other lists have one value for each.
+    /// Altitudes of the sun, ascending; the other lists have one value for each. Steps of 5 degrees where the transmission is in closed
+    /// form; else 5 degrees, steps of 10 degrees, and altitudes between where a straight line could be farther from the curve than the
+    /// errors of its points.
     pub altitude_deg: Vec<f64>,
     /// Flux at the diffuser's top over flux at the collector.
     pub transmission: Vec<f64>,
@@ -43,7 +45,8 @@ pub struct BeamReport {
     pub standard_error: Vec<f64>,
     /// Flux at the diffuser's top in lm per lux of the beam's normal illuminance.
     pub effective_area_m2: Vec<f64>,
-    /// The transmission averaged over eight azimuths.
+    /// Transmission of eight beams together, from that azimuth on evenly around the tube: flux at the diffuser's top over flux at
+    /// the collector of all.
     pub azimuth_mean_transmission: Vec<f64>,
     /// Standard errors of `azimuth_mean_transmission`.
     pub azimuth_mean_standard_error: Vec<f64>,

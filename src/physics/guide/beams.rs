@@ -2,9 +2,11 @@
 
 use std::f64::consts::TAU;
 
+use glam::DVec3;
+
 use super::Guide;
 use super::performance::closed_beam;
-use super::throughput::{Aim, Effort, Rays, Throughput, Transmission, until_exact};
+use super::throughput::{Aim, Effort, Rays, Throughput, Transmission, follow, until_exact};
 use crate::sampling::Key;
 use crate::sky::direction;
 
@@ -13,94 +15,173 @@ use crate::sky::direction;
 pub struct BeamsOfAltitude {
     /// The beam from the first azimuth.
     pub first: Throughput,
-    /// Mean over the azimuths of the transmissions.
-    pub mean: Transmission,
+    /// Transmission of the beams from all azimuths together.
+    pub all: Transmission,
 }
 
-/// Fewest rays of a replicate of the beam from the first azimuth, which has a figure of its own, over those from the others.
-const RAYS_OF_FIRST: u64 = 4;
+/// Beams of 1 lx that a curve is made of: from some azimuths, evenly from the first one on.
+#[derive(Clone, Copy, Debug)]
+pub struct Beams<'a> {
+    /// The guide that they go through.
+    pub guide: &'a Guide,
+    /// Azimuth of the first one in rad.
+    pub azimuth: f64,
+    /// Number of azimuths, at least 1.
+    pub azimuths: u32,
+    /// Key of their rays: those of one altitude depend on its number alone.
+    pub key: Key,
+    /// Rays of each replicate of the azimuths beside the first one, and the largest error: the root mean square over altitudes, of
+    /// the first azimuth and of all together.
+    pub effort: Effort,
+}
+
+/// Rays of the beam from the first azimuth, which has a figure of its own, over the fewest of all others.
+const RAYS_OF_FIRST: u64 = 2;
 
 /// Squared deviations of replicates over the square of their mean below which they are equal but for rounding.
 const NO_SPREAD: f64 = 1e-24;
 
-/// Replicates of the beam from the first azimuth, and of one from another: the mean over azimuths has all of them to tell its error.
-const REPLICATES_OF_FIRST: u64 = 8;
-const REPLICATES_OF_OTHERS: u64 = 4;
-
-/// Beams of 1 lx from each of `altitudes` and from `azimuths` azimuths, evenly from `azimuth` on (rad): [`beam`](super::performance::beam) of each. `effort` is for
-/// each replicate of the azimuths beside the first one, of which each has 4; its error is the root mean square over the altitudes, of the means and of the first azimuth.
-pub fn beams_over(
-    guide: &Guide,
-    altitudes: &[f64],
-    [azimuth, azimuths]: [f64; 2],
-    key: Key,
-    effort: Effort,
-) -> Vec<BeamsOfAltitude> {
-    let turns = azimuths as u64;
-    let toward = |altitude: f64, turn: u64| direction(altitude, azimuth + TAU * turn as f64 / azimuths);
-    let closed = altitudes.iter().map(|altitude| closed_beam(guide, toward(*altitude, 0)));
-    let closed = closed.map(|beam| beam.map(|first| BeamsOfAltitude { mean: first.transmission(), first }));
-    if let Some(closed) = closed.collect::<Option<Vec<_>>>() {
-        return closed;
-    }
-    let replicates = |turn: u64| if turn == 0 { REPLICATES_OF_FIRST } else { REPLICATES_OF_OTHERS };
-    let rays = |number: usize, turn: u64| Rays::<1>::new(key.child(number as u64).child(turn), replicates(turn));
-    let mut beams: Vec<Vec<Rays<1>>> =
-        (0..altitudes.len()).map(|number| (0..turns).map(|turn| rays(number, turn)).collect()).collect();
-    let mut follow_all = |turns: std::ops::Range<usize>, count: u64| {
-        for (altitude, beams) in altitudes.iter().zip(&mut beams) {
-            for turn in turns.clone() {
-                let toward = toward(*altitude, turn as u64);
-                beams[turn].follow(guide, count, |[u, v, ..]| Aim { point: [u, v], toward, weights: [1.0] });
+impl Beams<'_> {
+    /// The curve over `altitudes` (rad, ascending, in even steps): the numbers of the altitudes that it has points at, with their beams.
+    /// All of them where beams have a closed form; else the first one and, from the last one down, every second, and others
+    /// where a straight line between these might be farther from the curve than its points are.
+    pub fn curve(&self, altitudes: &[f64]) -> Vec<(usize, BeamsOfAltitude)> {
+        let every = || (0..altitudes.len()).collect::<Vec<_>>();
+        let coarse: Vec<usize> = match altitudes.first() {
+            Some(first) if closed_beam(self.guide, self.toward(*first, 0)).is_none() => {
+                let is_coarse = |number: &usize| *number == 0 || (altitudes.len() - number) % 2 == 1;
+                every().into_iter().filter(is_coarse).collect()
             }
+            _ => every(),
+        };
+        let mut points: Vec<_> = coarse.iter().copied().zip(self.over(altitudes, &coarse)).collect();
+        let between: Vec<usize> = points
+            .windows(2)
+            .zip(sagittas(&points))
+            .filter(|(ends, sagitta)| ends[1].0 - ends[0].0 > 1 && *sagitta > self.effort.standard_error)
+            .map(|(ends, _)| ends[0].0 + 1)
+            .collect();
+        points.extend(between.iter().copied().zip(self.over(altitudes, &between)));
+        points.sort_by_key(|(number, _)| *number);
+        points
+    }
+
+    /// The beams of those of `altitudes` (rad) that have these numbers: [`beam`](super::performance::beam) of each.
+    pub fn over(&self, altitudes: &[f64], numbers: &[usize]) -> Vec<BeamsOfAltitude> {
+        let Self { guide, key, effort, .. } = *self;
+        let at: Vec<(usize, f64)> =
+            numbers.iter().filter_map(|number| Some((*number, *altitudes.get(*number)?))).collect();
+        let closed = at.iter().map(|(_, altitude)| closed_beam(guide, self.toward(*altitude, 0)));
+        let closed = closed.map(|beam| beam.map(|first| BeamsOfAltitude { all: first.transmission(), first }));
+        if let Some(closed) = closed.collect::<Option<Vec<_>>>() {
+            return closed;
         }
-        let found = beams.iter().map(|beams| beams_of_altitude(beams));
-        found.collect::<Vec<_>>()
-    };
-    let mean_square = |errors: &mut dyn Iterator<Item = f64>| {
-        (errors.map(|error| error * error).sum::<f64>() / altitudes.len().max(1) as f64).sqrt()
-    };
-    let mut found = Vec::new();
-    let of_first = Effort { least: (RAYS_OF_FIRST * effort.least).min(effort.most), ..effort };
-    until_exact(of_first, |count| {
-        found = follow_all(0..1, count);
-        mean_square(&mut found.iter().map(|beams| beams.first.transmission().standard_error))
-    });
-    // of rays that may miss the collector some more, so that of few all do
-    let all_enter =
-        found.iter().all(|beams| beams.first.entering().m2 <= NO_SPREAD * beams.first.entering().mean.powi(2));
-    let least = if all_enter { effort.least } else { 2 * effort.least };
-    until_exact(Effort { least: least.min(effort.most), ..effort }, |count| {
-        found = follow_all(0..turns as usize, count);
-        mean_square(&mut found.iter().map(|beams| beams.mean.standard_error))
-    });
-    found
+        let directions = |altitude: f64| (0..self.azimuths).map(move |turn| self.toward(altitude, turn));
+        let directions: Vec<Vec<DVec3>> = at.iter().map(|(_, altitude)| directions(*altitude).collect()).collect();
+        let rays = |which: u64| -> Vec<Rays<1>> {
+            at.iter().map(|(number, _)| Rays::new(key.child(*number as u64).child(which))).collect()
+        };
+        let mean_square = |errors: &mut dyn Iterator<Item = f64>| {
+            (errors.map(|error| error * error).sum::<f64>() / at.len().max(1) as f64).sqrt()
+        };
+        let mut first = rays(0);
+        let of_first = Effort { least: (RAYS_OF_FIRST * effort.least).min(effort.most), ..effort };
+        until_exact(of_first, |count| {
+            follow(guide, &mut first, count, |beam, [u, v, ..]| Aim {
+                point: [u, v],
+                toward: directions[beam][0],
+                weights: [1.0],
+            });
+            mean_square(&mut first.iter().map(Rays::standard_error))
+        });
+        let first: Vec<Throughput> = first.iter().map(Rays::throughputs).map(|[beam]| beam).collect();
+        // of rays that may miss the collector some more, so that of few all do
+        let all_enter = first.iter().all(|beam| beam.entering().m2 <= NO_SPREAD * beam.entering().mean.powi(2));
+        let least = if all_enter { effort.least } else { 2 * effort.least };
+        let mut others = rays(1);
+        let other = f64::from(self.azimuths.saturating_sub(1));
+        let mut all = first.iter().map(|first| Transmission::of_all(&[first])).collect();
+        if other > 0.0 {
+            until_exact(Effort { least: least.min(effort.most), ..effort }, |count| {
+                follow(guide, &mut others, count, |beam, [choice, u, v, _]| Aim {
+                    point: [u, v],
+                    toward: directions[beam][1 + (choice * other) as usize],
+                    weights: [other],
+                });
+                let of = |(first, others): (&Throughput, &Rays<1>)| {
+                    let [others] = others.throughputs();
+                    Transmission::of_all(&[first, &others])
+                };
+                all = first.iter().zip(&others).map(of).collect::<Vec<_>>();
+                mean_square(&mut all.iter().map(|all| all.standard_error))
+            });
+        }
+        first.into_iter().zip(all).map(|(first, all)| BeamsOfAltitude { first, all }).collect()
+    }
+
+    /// Unit vector toward the light of an altitude in rad from the azimuth with the number `turn`.
+    fn toward(&self, altitude: f64, turn: u32) -> DVec3 {
+        direction(altitude, self.azimuth + TAU * f64::from(turn) / f64::from(self.azimuths))
+    }
 }
 
-fn beams_of_altitude(beams: &[Rays<1>]) -> BeamsOfAltitude {
-    let beams: Vec<Throughput> = beams.iter().map(|beam| beam.throughputs()).map(|[beam]| beam).collect();
-    let mean = Transmission::mean(&beams);
-    BeamsOfAltitude { first: beams.into_iter().next().unwrap_or_else(Throughput::nothing), mean }
+/// How far a straight line between two points of a curve may be from it halfway, of each two neighbours: an eighth of the bend over their
+/// distance, the larger of those at both, and of the first azimuth and of all.
+fn sagittas(points: &[(usize, BeamsOfAltitude)]) -> Vec<f64> {
+    let place = |point: usize| points[point].0 as f64;
+    let values = points.iter().map(|(_, beams)| [beams.first.transmission().value, beams.all.value]);
+    let values: Vec<[f64; 2]> = values.collect();
+    // half of the second derivative, from a point and its neighbours
+    let bend = |middle: usize| -> f64 {
+        if middle == 0 || middle + 1 >= points.len() {
+            return 0.0;
+        }
+        let slope = |from: usize, which: usize| {
+            (values[from + 1][which] - values[from][which]) / (place(from + 1) - place(from))
+        };
+        let of = |which| (slope(middle, which) - slope(middle - 1, which)).abs();
+        f64::max(of(0), of(1)) / (place(middle + 1) - place(middle - 1))
+    };
+    let sagitta = |from: usize| bend(from).max(bend(from + 1)) * (place(from + 1) - place(from)).powi(2) / 4.0;
+    (1..points.len()).map(|to| sagitta(to - 1)).collect()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::guide::test_pipes::{RADIUS, straight_by_rays};
+    use crate::guide::BentGuide;
+    use crate::guide::performance::traced_beam;
+    use crate::guide::test_pipes::{RADIUS, straight, straight_by_rays};
     use crate::guide::transmittance::beam_transmission;
+    use crate::optics::Mirror;
+
+    /// The altitudes of a report's curve, in rad.
+    fn altitudes() -> Vec<f64> {
+        (1..=18).map(|step| f64::from(5 * step).to_radians()).collect()
+    }
+
+    /// The exact series through the pipe of 1 m of that reflectance.
+    fn exact(altitude: f64, reflectance: f64) -> f64 {
+        beam_transmission(1.0 / (2.0 * RADIUS), 1.0 / altitude.tan(), reflectance)
+    }
+
+    fn beams(guide: &Guide, seed: u64, standard_error: f64, most: u64) -> Beams<'_> {
+        let effort = Effort { standard_error, least: 2, most };
+        Beams { guide, azimuth: 0.3, azimuths: 8, key: Key::new(seed), effort }
+    }
 
     /// As few rays as an error allows: each altitude is within 4 told errors of the exact series, all together as far off as the errors
     /// say (chi-squared of 18 terms, false alarm rate 1e-4), and the errors are what was asked for.
     #[test]
     fn beams_by_few_rays_are_within_their_errors() {
-        let altitudes: Vec<f64> = (1..=18).map(|step| f64::from(5 * step).to_radians()).collect();
+        let (altitudes, numbers) = (altitudes(), (0..18).collect::<Vec<_>>());
         for (reflectance, asked) in [(0.9, 0.02), (0.98, 0.03), (0.7, 0.01)] {
-            let effort = Effort { standard_error: asked, least: 1, most: 1024 };
-            let beams = beams_over(&straight_by_rays(1.0, reflectance), &altitudes, [0.3, 8.0], Key::new(4), effort);
+            let guide = straight_by_rays(1.0, reflectance);
+            let found = beams(&guide, 4, asked, 1024).over(&altitudes, &numbers);
             let (mut squares, mut told) = ([0.0; 2], [0.0; 2]);
-            for (altitude, beams) in altitudes.iter().zip(&beams) {
-                let exact = beam_transmission(1.0 / (2.0 * RADIUS), 1.0 / altitude.tan(), reflectance);
-                for (index, found) in [beams.first.transmission(), beams.mean].into_iter().enumerate() {
+            for (altitude, beams) in altitudes.iter().zip(&found) {
+                let exact = exact(*altitude, reflectance);
+                for (index, found) in [beams.first.transmission(), beams.all].into_iter().enumerate() {
                     let error = found.standard_error;
                     assert!((found.value - exact).abs() < 4.0 * error, "{altitude}: {found:?} {exact}");
                     squares[index] += (found.value - exact).powi(2) / (error * error);
@@ -111,23 +192,84 @@ mod tests {
             assert!(told.iter().all(|told| told.sqrt() <= asked), "{reflectance}: {told:?}");
         }
     }
+
     /// Told errors hold what they say, by few rays that are followed until they tell so: two of them hold the exact series in 95 % of cases
     /// where they are known well, 91 % by eight replicates; of 720 cases each, 88 % are 3 standard errors less.
     #[test]
     fn two_told_errors_hold_the_exact_series() {
-        let altitudes: Vec<f64> = (1..=18).map(|step| f64::from(5 * step).to_radians()).collect();
+        let (altitudes, numbers) = (altitudes(), (0..18).collect::<Vec<_>>());
         let guide = straight_by_rays(1.0, 0.9);
-        let effort = Effort { standard_error: 0.03, least: 1, most: 128 };
         let mut held = [0.0; 2];
         for seed in 0..40 {
-            let beams = beams_over(&guide, &altitudes, [0.3, 8.0], Key::new(seed), effort);
-            for (altitude, beams) in altitudes.iter().zip(&beams) {
-                let exact = beam_transmission(1.0 / (2.0 * RADIUS), 1.0 / altitude.tan(), 0.9);
-                for (held, found) in held.iter_mut().zip([beams.first.transmission(), beams.mean]) {
+            let found = beams(&guide, seed, 0.03, 128).over(&altitudes, &numbers);
+            for (altitude, beams) in altitudes.iter().zip(&found) {
+                let exact = exact(*altitude, 0.9);
+                for (held, found) in held.iter_mut().zip([beams.first.transmission(), beams.all]) {
                     *held += f64::from(u8::from((found.value - exact).abs() < 2.0 * found.standard_error)) / 720.0;
                 }
             }
         }
         assert!(held.iter().all(|share| *share > 0.88), "{held:?}");
+    }
+
+    /// Beams from all azimuths together against rays of each azimuth's own, within 4 combined errors, into an end that is tilted, which
+    /// lets most in from one side and nothing from the other.
+    #[test]
+    fn all_azimuths_together_agree_with_each_alone() {
+        let (sin, cos) = 40f64.to_radians().sin_cos();
+        let axes = [(0.5, DVec3::Z), (0.5, DVec3::new(sin, 0.0, cos))];
+        let guide = Guide::Bent(BentGuide::new(RADIUS, &axes, Mirror::Constant([0.95; 3]), [0.9; 3]));
+        let altitudes = [20.0, 55.0, 80.0].map(f64::to_radians);
+        let beams = beams(&guide, 5, 0.004, 8192);
+        for (altitude, found) in altitudes.iter().zip(beams.over(&altitudes, &[0, 1, 2])) {
+            let alone = |turn: u32| {
+                traced_beam(&guide, beams.toward(*altitude, turn), Key::new(9).child(u64::from(turn)), 1024)
+            };
+            let alone: Vec<Throughput> = (0..8).map(alone).collect();
+            assert_eq!(*altitude < 0.5, alone.iter().any(|beam| beam.entering().mean == 0.0));
+            let sum = |of: fn(&Throughput) -> f64| alone.iter().map(of).sum::<f64>();
+            let entering = sum(|beam| beam.entering().mean);
+            let error = sum(|beam| beam.arriving().standard_error().powi(2)).sqrt() / entering;
+            let (away, error) =
+                (found.all.value - sum(|beam| beam.arriving().mean) / entering, found.all.standard_error.hypot(error));
+            assert!(away.abs() < 4.0 * error, "{altitude}: {away} {error}");
+            assert!(found.all.standard_error <= 0.008, "{found:?}");
+        }
+    }
+
+    /// A straight line between two points of a curve is no farther from it than the errors of points, and 4 standard errors of the bend
+    /// that chose the points, sqrt(6) / 8 of theirs: with few points for large errors, all for small ones, and in between where the
+    /// curve bends.
+    #[test]
+    fn straight_lines_between_points_are_within_the_errors() {
+        let altitudes = altitudes();
+        let guide = straight_by_rays(1.0, 0.7);
+        let mut counts = Vec::new();
+        for asked in [0.05, 0.006, 0.0005] {
+            let beams = beams(&guide, 3, asked, 4096);
+            let curve = beams.curve(&altitudes);
+            for ends in curve.windows(2) {
+                let ([from, to], middle) = ([ends[0].0, ends[1].0], (ends[0].0 + ends[1].0) / 2);
+                let [low, high] = [from, to].map(|number| exact(altitudes[number], 0.7));
+                let straight = low + (high - low) * (middle - from) as f64 / (to - from) as f64;
+                let away = straight - exact(altitudes[middle], 0.7);
+                let judged = 4.0 * 6f64.sqrt() / 8.0 * asked;
+                assert!(away.abs() <= asked + judged, "{asked}: {away} at {middle}");
+            }
+            assert_eq!([curve[0].0, curve[curve.len() - 1].0], [0, 17]);
+            counts.push(curve.len());
+        }
+        assert!(counts[0] == 10 && (11..18).contains(&counts[1]) && counts[2] >= 17, "{counts:?}");
+        assert_eq!(beams(&straight(1.0, 0.7), 3, 0.05, 16).curve(&altitudes).len(), 18);
+        assert!(beams(&guide, 3, 0.05, 16).curve(&[]).is_empty());
+    }
+
+    /// The rays of an altitude do not depend on what other altitudes are asked for.
+    #[test]
+    fn an_altitude_has_the_same_bits_among_others() {
+        let guide = straight_by_rays(1.0, 0.9);
+        let beams = Beams { effort: Effort::from(8), ..beams(&guide, 3, 0.0, 8) };
+        let value = |numbers: &[usize]| beams.over(&altitudes(), numbers)[0].all.value.to_bits();
+        assert_eq!(value(&[4]), value(&[4, 7, 12]));
     }
 }

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::{End, Entry, Guide};
+use super::{End, Guide};
 use crate::optics::Spectrum;
 use crate::sampling::sobol::REPLICATE_LEN;
 use crate::sampling::{Key, PathRandom, Replicate, Stream};
@@ -51,16 +51,17 @@ pub struct Transmission {
 }
 
 impl Transmission {
-    /// Mean of the transmissions of lights that were followed by rays of their own.
-    pub(super) fn mean(of: &[Throughput]) -> Self {
-        let count = of.len().max(1) as f64;
-        let each: Vec<Self> = of.iter().map(Throughput::ratio).collect();
-        let variance: f64 = each.iter().map(|each| each.standard_error * each.standard_error).sum();
-        let mean = Self {
-            value: each.iter().map(|each| each.value).sum::<f64>() / count,
-            standard_error: variance.sqrt() / count,
-        };
-        mean.of_rays(of.iter().filter_map(|light| light.rays).reduce(|a, b| a + b))
+    /// Transmission of lights together that were followed by rays of their own, with the error of a ratio of means.
+    pub(super) fn of_all(of: &[&Throughput]) -> Self {
+        let sum = |part: fn(&Throughput) -> Moments| of.iter().map(|light| part(light).mean).sum::<f64>();
+        let (entering, arriving) = (sum(Throughput::entering), sum(Throughput::arriving));
+        if entering <= 0.0 {
+            return Self { value: 0.0, standard_error: 0.0 };
+        }
+        let value = arriving / entering;
+        let variance: f64 = of.iter().map(|light| light.residuals(value).standard_error().powi(2)).sum();
+        let together = Self { value, standard_error: variance.sqrt() / entering };
+        together.of_rays(of.iter().filter_map(|light| light.rays).reduce(|a, b| a + b))
     }
 
     /// With the share that a number of rays leaves open.
@@ -103,18 +104,12 @@ impl Throughput {
     /// Ratio of the light that arrives to the light that enters, with the error of a ratio of means. Rays that all agree may be few: N of
     /// them leave a share of about 1.5 / N open.
     pub fn transmission(&self) -> Transmission {
-        self.ratio().of_rays(self.rays)
+        Transmission::of_all(&[self])
     }
 
-    /// The ratio with the error that the replicates tell.
-    fn ratio(&self) -> Transmission {
-        let (entering, arriving) = (self.entering().mean, self.arriving().mean);
-        if entering <= 0.0 {
-            return Transmission { value: 0.0, standard_error: 0.0 };
-        }
-        let value = arriving / entering;
-        let residuals = self.moments(|(entering, arriving)| arriving - value * entering);
-        Transmission { value, standard_error: residuals.standard_error() / entering }
+    /// What arrives beside the share `transmission` of what enters.
+    fn residuals(&self, transmission: f64) -> Moments {
+        self.moments(|(entering, arriving)| arriving - transmission * entering)
     }
 
     fn moments(&self, of: impl Fn((f64, f64)) -> f64) -> Moments {
@@ -156,50 +151,10 @@ pub(super) struct Rays<const N: usize> {
 }
 
 impl<const N: usize> Rays<N> {
-    /// `replicates`: how many, at least 2.
-    pub(super) fn new(key: Key, replicates: u64) -> Self {
+    /// None, yet, of 8 replicates.
+    pub(super) fn new(key: Key) -> Self {
         let choices = |number| PathRandom::new(key.child(number).stream(Stream::ThroughputChoices, 0));
-        Self { key, replicates: (0..replicates).map(|number| (choices(number), [(0.0, 0.0); N])).collect(), count: 0 }
-    }
-
-    /// Follows rays through a guide until each replicate has `count`: `aim` makes one of a Sobol point.
-    pub(super) fn follow(&mut self, guide: &Guide, count: u64, aim: impl Fn([f64; 4]) -> Aim<N>) {
-        debug_assert!(count <= REPLICATE_LEN, "{count} rays are more than one randomisation has");
-        let replicates = self.replicates.len();
-        // rays of all replicates side by side, some at a time
-        let at_once = (AT_ONCE / replicates.max(1)).max(1) as u64;
-        while self.count < count {
-            let rays = self.count..(self.count + at_once).min(count);
-            let aimed = (0..replicates).flat_map(|number| {
-                let stream = self.key.child(number as u64);
-                let aim = &aim;
-                rays.clone().map(move |ray| {
-                    let (replicate, index) = Replicate::of(stream, ray);
-                    (number, aim(replicate.point(index, 0)))
-                })
-            });
-            let aimed: Vec<(usize, Aim<N>)> = aimed.collect();
-            let entries: Vec<Option<Entry>> =
-                aimed.iter().map(|(_, aim)| guide.entry(aim.point, -aim.toward)).collect();
-            let entering = aimed.iter().zip(&entries);
-            let entering = entering.filter_map(|((_, aim), entry)| Some((entry.as_ref()?.position, -aim.toward)));
-            let mut ways = guide.down_together::<3>(&entering.collect::<Vec<_>>()).map(Vec::into_iter);
-            for ((number, aim), entry) in aimed.iter().zip(&entries) {
-                let Some(entry) = entry else { continue };
-                let (random, sums) = &mut self.replicates[*number];
-                let way = ways.as_mut().and_then(Iterator::next);
-                let way = way.unwrap_or_else(|| guide.down(entry.position, -aim.toward, random));
-                if !way.entered {
-                    continue;
-                }
-                let share = if way.end == End::Opening { Spectrum::luminance(&way.weight()) } else { 0.0 };
-                for (sum, weight) in sums.iter_mut().zip(aim.weights) {
-                    sum.0 += weight * entry.projected_area_m2;
-                    sum.1 += weight * entry.projected_area_m2 * share;
-                }
-            }
-            self.count = rays.end;
-        }
+        Self { key, replicates: (0..REPLICATES).map(|number| (choices(number), [(0.0, 0.0); N])).collect(), count: 0 }
     }
 
     /// The means over the rays so far.
@@ -215,6 +170,53 @@ impl<const N: usize> Rays<N> {
     /// The largest standard error of their transmissions.
     pub(super) fn standard_error(&self) -> f64 {
         self.throughputs().iter().map(|found| found.transmission().standard_error).fold(0.0, f64::max)
+    }
+}
+
+/// Follows rays of several kinds, equally many so far, through a guide until each replicate of each has `count`: `aim` makes one of the
+/// number of its kind and a Sobol point.
+pub(super) fn follow<const N: usize>(
+    guide: &Guide,
+    kinds: &mut [Rays<N>],
+    count: u64,
+    aim: impl Fn(usize, [f64; 4]) -> Aim<N>,
+) {
+    debug_assert!(count <= REPLICATE_LEN, "{count} rays are more than one randomisation has");
+    let mut done = kinds.first().map_or(count, |rays| rays.count);
+    // rays of all replicates side by side, some at a time
+    let at_once = (AT_ONCE / (kinds.len() * REPLICATES as usize).max(1)).max(1) as u64;
+    let mut aimed = Vec::with_capacity(2 * AT_ONCE);
+    while done < count {
+        let rays = done..(done + at_once).min(count);
+        aimed.clear();
+        for (kind, Rays { key, .. }) in kinds.iter().enumerate() {
+            for number in 0..REPLICATES {
+                let stream = key.child(number);
+                for ray in rays.clone() {
+                    let (replicate, index) = Replicate::of(stream, ray);
+                    let aim = aim(kind, replicate.point(index, 0));
+                    let entry = guide.entry(aim.point, -aim.toward);
+                    aimed.extend(entry.map(|entry| (kind, number as usize, aim, entry)));
+                }
+            }
+        }
+        let entering: Vec<_> = aimed.iter().map(|(_, _, aim, entry)| (entry.position, -aim.toward)).collect();
+        let mut ways = guide.down_together::<3>(&entering).map(Vec::into_iter);
+        for (kind, number, aim, entry) in &aimed {
+            let (random, sums) = &mut kinds[*kind].replicates[*number];
+            let way = ways.as_mut().and_then(Iterator::next);
+            let way = way.unwrap_or_else(|| guide.down(entry.position, -aim.toward, random));
+            if !way.entered {
+                continue;
+            }
+            let share = if way.end == End::Opening { Spectrum::luminance(&way.weight()) } else { 0.0 };
+            for (sum, weight) in sums.iter_mut().zip(aim.weights) {
+                sum.0 += weight * entry.projected_area_m2;
+                sum.1 += weight * entry.projected_area_m2 * share;
+            }
+        }
+        done = rays.end;
+        kinds.iter_mut().for_each(|rays| rays.count = done);
     }
 }
 
@@ -239,11 +241,11 @@ pub(super) fn replicated<const N: usize>(
     effort: Effort,
     aim: impl Fn([f64; 4]) -> Aim<N>,
 ) -> [Throughput; N] {
-    let mut rays = Rays::new(key, REPLICATES);
+    let mut rays = [Rays::new(key)];
     until_exact(effort, |count| {
-        rays.follow(guide, count, &aim);
+        follow(guide, &mut rays, count, |_, point| aim(point));
         // rays that are wanted in any case need no judgement
-        if effort.least < effort.most { rays.standard_error() } else { 0.0 }
+        if effort.least < effort.most { rays[0].standard_error() } else { 0.0 }
     });
-    rays.throughputs()
+    rays[0].throughputs()
 }
