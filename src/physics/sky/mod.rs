@@ -6,6 +6,7 @@ pub mod looked_up;
 pub mod opening;
 pub mod sampler;
 pub mod sun;
+pub mod tabulated;
 pub mod zenith;
 
 use glam::DVec3;

@@ -8,6 +8,7 @@ use std::sync::Arc;
 use glam::DVec3;
 
 use super::looked_up::OfDistance;
+use super::tabulated::TabulatedSky;
 use super::{Sky, SkyType};
 use crate::kept::Kept;
 use crate::sampling::{CONES_SHARE, NestedCones};
@@ -57,6 +58,8 @@ pub struct SkyTable {
     luminances: Vec<f64>,
     /// Sine and cosine of the azimuth of the points of a row.
     azimuths: Vec<(f64, f64)>,
+    /// The luminance in any direction.
+    sky: TabulatedSky,
 }
 
 impl SkyTable {
@@ -75,7 +78,8 @@ impl SkyTable {
         let (of_distance, sun) = (OfDistance::new(&sky.distribution), sky.distribution.sun());
         let azimuth = |place: usize| libm::sincos(TAU * (place as f64 + 0.5) / (2 * SECTORS) as f64);
         let azimuths = (0..2 * SECTORS).map(azimuth).collect();
-        let mut table = Self { luminances: Vec::with_capacity(4 * BANDS * SECTORS), azimuths };
+        let mut table =
+            Self { luminances: Vec::with_capacity(4 * BANDS * SECTORS), azimuths, sky: TabulatedSky::new(sky.clone()) };
         for place in 0..2 * BANDS {
             let of_height = sky.zenith_luminance_cd_m2 * sky.distribution.of_height(height(place));
             for turn in 0..2 * SECTORS {
@@ -84,6 +88,12 @@ impl SkyTable {
             }
         }
         table
+    }
+
+    /// The sky that the table is of, for the luminance of each direction that is sampled.
+    #[inline]
+    pub fn sky(&self) -> &TabulatedSky {
+        &self.sky
     }
 
     /// Unit vector toward a point.

@@ -196,10 +196,24 @@ const RADII: [f64; RINGS] = [0.5, FRAC_1_SQRT_2, 0.866_025_403_784_438_6, 1.0];
 pub fn cell(away: DVec2, radius: f64) -> usize {
     let fraction = away.length_squared() / (radius * radius);
     let ring = ((fraction * RINGS as f64) as usize).min(RINGS - 1);
-    let turn = libm::atan2(away.y, away.x) / TAU + 0.5;
-    let sector = ((turn * SECTORS as f64) as usize).min(SECTORS - 1);
+    let sector = sector(away);
     ring * SECTORS + if ring.is_multiple_of(2) { sector } else { SECTORS - 1 - sector }
 }
+
+/// The sector of a point away from the centre, counted around from -x over -y: sixths of a turn are told without an angle.
+fn sector(away: DVec2) -> usize {
+    const { assert!(SECTORS == 6) };
+    // of the three on either side of the x axis, from -x on
+    let along = match away.y.abs() >= SQRT_3 * away.x.abs() {
+        true => 1,
+        false if away.x < 0.0 => 0,
+        false => 2,
+    };
+    if away.y < 0.0 { along } else { SECTORS - 1 - along }
+}
+
+/// Tangent of a sixth of a turn.
+const SQRT_3: f64 = 1.732_050_807_568_877_2;
 
 /// The ring of a cell, and its sector counted around.
 pub fn ring_and_sector(cell: usize) -> (usize, usize) {

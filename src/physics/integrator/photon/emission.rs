@@ -8,9 +8,9 @@ use glam::DVec3;
 use crate::guide::{Guide, StraightGuide, dome::Pipe, transmittance::zastrow_wittwer_transmission};
 use crate::optics::Spectrum;
 use crate::sampling::{Key, PathRandom, PathSamples, Stream, warp};
+use crate::sky::Sun;
 use crate::sky::sampler::{SkySampler, SkyTable};
 use crate::sky::sun::HALF_ANGLE;
-use crate::sky::{Sky, Sun};
 use crate::traceable::luminaire::TraceableLuminaire;
 use crate::traceable::{TraceableScene, TraceableTube};
 
@@ -39,7 +39,7 @@ struct Emitter {
 
 #[derive(Debug)]
 enum Source {
-    Sky { tube: usize, sky: Sky, sampler: Arc<SkySampler> },
+    Sky { tube: usize, table: Arc<SkyTable>, sampler: Arc<SkySampler> },
     Sun { tube: usize, sun: Sun },
     Luminaire(usize),
 }
@@ -97,16 +97,16 @@ impl Emission {
         let mut samplers: Vec<(usize, Option<Sampled>)> = Vec::new();
         for (index, tube) in tubes.iter().enumerate().filter(|(_, tube)| tube.daylit) {
             let expected = |toward: DVec3| tube.guide.projected_area_m2(-toward) * likely_transmission(tube, toward);
-            if let (Some(sky), Some(table)) = (&scene.sky, &table) {
+            if let Some(table) = &table {
                 let known = samplers.iter().find(|(other, _)| tubes[*other].guide.is_like(&tube.guide));
                 let sampled = known.map(|(_, sampled)| sampled.clone());
                 let sampled = sampled.unwrap_or_else(|| {
-                    let sampled = sky_sampler(sky, table, &tube.guide, expected);
+                    let sampled = sky_sampler(table, &tube.guide, expected);
                     samplers.push((index, sampled.clone()));
                     sampled
                 });
                 if let Some((sampler, flux)) = sampled {
-                    sources.push((Source::Sky { tube: index, sky: sky.clone(), sampler }, flux));
+                    sources.push((Source::Sky { tube: index, table: table.clone(), sampler }, flux));
                 }
             }
             if let Some(sun) = scene.sun {
@@ -167,9 +167,9 @@ impl Emission {
         let mut samples = PathSamples::new(pass.stream(Stream::Emission, index as u64), number - emitter.first);
         let point = samples.pair();
         let (tube, toward, luminance_per_density) = match &emitter.source {
-            Source::Sky { tube, sky, sampler } => {
+            Source::Sky { tube, table, sampler } => {
                 let (toward, density) = sampler.sample(point);
-                (*tube, toward, sky.luminance(toward) / density)
+                (*tube, toward, table.sky().luminance(toward) / density)
             }
             Source::Sun { tube, sun } => {
                 let toward = warp::around(sun.direction, warp::cone(point, HALF_ANGLE));
@@ -228,7 +228,7 @@ type Sampled = (Arc<SkySampler>, f64);
 
 /// Directions for the light of a sky into a guide, by how much light is `expected` from each, and the flux that comes from all; `None`
 /// where there is none.
-fn sky_sampler(sky: &Sky, table: &SkyTable, guide: &Guide, expected: impl Fn(DVec3) -> f64) -> Option<Sampled> {
+fn sky_sampler(table: &SkyTable, guide: &Guide, expected: impl Fn(DVec3) -> f64) -> Option<Sampled> {
     let sampler = match guide {
         // round and upright: no azimuth is before another
         Guide::Straight(_) => SkySampler::of_table_and_heights(table, &expected),
@@ -239,7 +239,7 @@ fn sky_sampler(sky: &Sky, table: &SkyTable, guide: &Guide, expected: impl Fn(DVe
     let flux = (0..256u64).map(|k| {
         let mut random = PathRandom::new(Key::new(k));
         let (toward, density) = sampler.sample(random.uniform2());
-        sky.luminance(toward) * expected(toward) / density
+        table.sky().luminance(toward) * expected(toward) / density
     });
     let flux = flux.sum::<f64>() / 256.0;
     Some((Arc::new(sampler), flux))
