@@ -19,12 +19,13 @@ pub fn disc([u, v]: [f64; 2]) -> DVec2 {
     if a == 0.0 && b == 0.0 {
         return DVec2::ZERO;
     }
-    // polar coordinates: the larger side is the radius, the share of the smaller one a quarter turn at most
-    let wide = a.abs() > b.abs();
-    let (radius, other) = if wide { (a, b) } else { (b, a) };
+    // polar coordinates: the larger side is the radius, the share of the smaller one a quarter turn at most; which one that is
+    // indexes arrays, as a branch would be guessed wrong half of the time
+    let wide = usize::from(a.abs() > b.abs());
+    let (radius, other) = ([b, a][wide], [a, b][wide]);
     let (sin, cos) = small_sin_cos(FRAC_PI_4 * (other / radius));
     let (along, across) = (radius * cos, radius * sin);
-    if wide { DVec2::new(along, across) } else { DVec2::new(across, along) }
+    DVec2::new([across, along][wide], [along, across][wide])
 }
 
 /// Sine and cosine of |x| <= pi/4 by their series to x^15 and x^16, exact to 1e-15: a third of the time of the general

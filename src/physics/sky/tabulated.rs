@@ -41,8 +41,7 @@ struct Tables {
     /// In cd/m2, over the height z.
     of_height: Table,
     /// Over the distance from the sun, and from the point opposite.
-    near: Table,
-    far: Table,
+    of_distance: [Table; 2],
 }
 
 impl TabulatedSky {
@@ -52,10 +51,13 @@ impl TabulatedSky {
         let tables = Tables {
             sun: distribution.sun(),
             of_height: Table::new(HEIGHTS, 1.0, |z| zenith_luminance_cd_m2 * distribution.of_height(z)),
-            near: Table::new(DISTANCES, SQRT_2, |chord| distribution.of_distance(chord)),
-            far: Table::new(DISTANCES, SQRT_2, |chord| distribution.of_distance((4.0 - chord * chord).max(0.0).sqrt())),
+            of_distance: [
+                Table::new(DISTANCES, SQRT_2, |chord| distribution.of_distance(chord)),
+                Table::new(DISTANCES, SQRT_2, |chord| distribution.of_distance((4.0 - chord * chord).max(0.0).sqrt())),
+            ],
         };
-        let is_near = [&tables.of_height, &tables.near, &tables.far].iter().all(|table| table.error() <= LARGEST_ERROR);
+        let [near, far] = &tables.of_distance;
+        let is_near = [&tables.of_height, near, far].iter().all(|table| table.error() <= LARGEST_ERROR);
         let tables = is_near.then_some(tables);
         Self { sky, tables }
     }
@@ -63,13 +65,14 @@ impl TabulatedSky {
     /// Luminance in cd/m2 toward a unit vector, zero below the horizon; within 2e-6 of it.
     #[inline]
     pub fn luminance(&self, direction: DVec3) -> f64 {
-        let Some(Tables { sun, of_height, near, far }) = &self.tables else { return self.sky.luminance(direction) };
+        let Some(Tables { sun, of_height, of_distance }) = &self.tables else { return self.sky.luminance(direction) };
         if direction.z < 0.0 {
             return 0.0;
         }
-        let (table, distance) =
-            if sun.dot(direction) >= 0.0 { (near, direction - *sun) } else { (far, direction + *sun) };
-        of_height.at(direction.z) * table.at(distance.length())
+        // a branch would often be guessed wrong
+        let is_far = usize::from(sun.dot(direction) < 0.0);
+        let from = *sun * [1.0, -1.0][is_far];
+        of_height.at(direction.z) * of_distance[is_far].at((direction - from).length())
     }
 }
 

@@ -197,19 +197,17 @@ pub fn cell(away: DVec2, radius: f64) -> usize {
     let fraction = away.length_squared() / (radius * radius);
     let ring = ((fraction * RINGS as f64) as usize).min(RINGS - 1);
     let sector = sector(away);
-    ring * SECTORS + if ring.is_multiple_of(2) { sector } else { SECTORS - 1 - sector }
+    ring * SECTORS + [sector, SECTORS - 1 - sector][ring % 2]
 }
 
-/// The sector of a point away from the centre, counted around from -x over -y: sixths of a turn are told without an angle.
+/// The sector of a point away from the centre, counted around from -x over -y: sixths of a turn are told without an angle, and without
+/// branches, which would be guessed wrong.
 fn sector(away: DVec2) -> usize {
     const { assert!(SECTORS == 6) };
     // of the three on either side of the x axis, from -x on
-    let along = match away.y.abs() >= SQRT_3 * away.x.abs() {
-        true => 1,
-        false if away.x < 0.0 => 0,
-        false => 2,
-    };
-    if away.y < 0.0 { along } else { SECTORS - 1 - along }
+    let is_middle = usize::from(away.y.abs() >= SQRT_3 * away.x.abs());
+    let along = [2 * usize::from(away.x >= 0.0), 1][is_middle];
+    [SECTORS - 1 - along, along][usize::from(away.y < 0.0)]
 }
 
 /// Tangent of a sixth of a turn.
