@@ -3,6 +3,7 @@
 mod block;
 mod box_bounds;
 mod box_object;
+mod cuboids;
 pub mod luminaire;
 mod mesh_bounds;
 pub mod mesh_objects;
@@ -22,6 +23,7 @@ use crate::scene::{BoxObject, Face, MeshObject, Room, Scene};
 use crate::sky::{Sky, Sun};
 use block::ON_TARGET;
 use box_bounds::BoxBounds;
+use cuboids::boxes_and_meshes;
 use luminaire::TraceableLuminaire;
 use mesh_objects::{MeshHit, TraceableMeshes};
 use obstacles::{DiscView, Obstacles, Shadow};
@@ -107,8 +109,9 @@ impl TraceableScene {
     /// Builds guides and numbers surfaces; fails where a meshed tube has no guide.
     pub fn new(scene: &Scene, follow: Follow) -> Result<Self, TubeError> {
         let Follow { interreflection, guide_return, objects } = follow;
-        let Room { size, surfaces, boxes, meshes, luminaires } = &scene.room;
-        let (boxes, meshes): (&[BoxObject], &[MeshObject]) = if objects { (boxes, meshes) } else { (&[], &[]) };
+        let Room { size, surfaces, luminaires, .. } = &scene.room;
+        let (boxes, meshes) = if objects { boxes_and_meshes(scene) } else { Default::default() };
+        let (boxes, meshes): (&[BoxObject], &[MeshObject]) = (&boxes, &meshes);
         let mut lobes = Lobes::default();
         let mut optics: Vec<_> =
             surfaces.iter().map(|surface| surface.map(|surface| lobes.compile(&surface))).collect();
