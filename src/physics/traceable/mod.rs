@@ -337,6 +337,13 @@ impl TraceableScene {
         self.obstacles.leave_clear(position, reach, own_box, centre, radius)
     }
 
+    /// True if certainly no object and no luminaire touches the block along the axes between two corners, widened by `near` m; box
+    /// `but_for` is left out.
+    pub fn leaves_bare(&self, corners: [DVec3; 2], near: f64, but_for: Option<usize>) -> bool {
+        // luminaires on faces are no obstacles
+        self.luminaires.is_empty() && self.obstacles.leave_bare(corners, near, but_for)
+    }
+
     /// The shadows that light from `position` throws on the horizontal plane at `height`; box `but_for` throws none.
     pub fn shadows(&self, position: DVec3, height: f64, but_for: Option<usize>) -> impl Iterator<Item = Shadow> {
         self.obstacles.shadows(position, height, but_for)

@@ -78,6 +78,14 @@ impl Obstacles {
         }
     }
 
+    /// True if certainly nothing touches the block along the axes between two corners, widened by `near` m; box `but_for` is left out.
+    pub fn leave_bare(&self, [low, high]: [DVec3; 2], near: f64, but_for: Option<usize>) -> bool {
+        let others = self.blocks.iter().filter(|block| but_for.is_none() || block.of_box != but_for);
+        others
+            .map(Block::bounds)
+            .all(|[lowest, highest]| (lowest - near).cmpgt(high).any() || (highest + near).cmplt(low).any())
+    }
+
     /// How a point at `position` sees a disc of `radius` around `centre` in the ceiling.
     pub fn view_of_disc(&self, position: DVec3, centre: DVec3, radius: f64) -> DiscView {
         let in_the_way = |number: &usize| !self.blocks[*number].leaves_clear(position, 0.0, centre, radius);

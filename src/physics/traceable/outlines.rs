@@ -107,7 +107,7 @@ impl Outlines {
         let south = Numbers::of(simd, &self.south, j).is_below(dy);
         let met = south.and(dy.is_below(Numbers::of(simd, &self.north, j)));
         let end = met.pick(place(to).less(number(length)), number(-1.0));
-        if (end - first).largest() > 0.0 {
+        if first.is_below(end).any() {
             let (mut firsts, mut ends) = ([0.0; LANES], [0.0; LANES]);
             first.store(&mut firsts, j);
             end.store(&mut ends, j);
@@ -128,7 +128,9 @@ impl Outlines {
 
 impl Casters {
     pub(super) fn new<'a>(blocks: impl Iterator<Item = &'a Block>) -> Self {
-        let blocks: Vec<&Block> = blocks.collect();
+        let mut blocks: Vec<&Block> = blocks.collect();
+        // those that are looked at together throw their shadows on the same lines, as far as may be
+        blocks.sort_by(|a, b| a.centre.y.total_cmp(&b.centre.y));
         let group = |blocks: &[&Block]| {
             let mut group = Group::default();
             for (lane, block) in blocks.iter().enumerate() {
@@ -151,7 +153,7 @@ impl Casters {
     /// The outlines of the shadows that light from `position` throws on the plane at `height` below it; the convex obstacle
     /// `but_for` throws none.
     pub fn outlines(&self, position: DVec3, height: f64, but_for: Option<usize>, outlines: &mut Vec<Outlines>) {
-        outlines.clear();
+        // all of each is written
         outlines.resize(self.groups.len(), Outlines::EMPTY);
         // a number that no obstacle has
         let but_for = but_for.map_or(2.0 * NONE, |number| number as f64);

@@ -134,9 +134,30 @@ impl<'a, const C: usize> Walk<'a, C> {
     }
 
     /// Follows a ray until the path ends.
-    pub fn follow<M: Meeting<C>>(&mut self, meeting: &M, mut ray: Ray<C, M::Trace>) {
-        let scene = self.scene;
+    pub fn follow<M: Meeting<C>>(&mut self, meeting: &M, ray: Ray<C, M::Trace>) {
+        self.go_on(meeting, ray, ray.weight.max());
+    }
+
+    /// Follows a ray that is known to meet a surface first, which is no luminaire, until the path ends.
+    pub fn follow_from<M: Meeting<C>>(
+        &mut self,
+        meeting: &M,
+        ray: &Ray<C, M::Trace>,
+        (surface, hit): (SurfaceId, &RoomHit),
+    ) {
         let first = ray.weight.max();
+        let next = self
+            .scene
+            .optics(surface)
+            .and_then(|optics| self.meet_surface(meeting, (surface, optics), hit, ray, first));
+        if let Some(next) = next {
+            self.go_on(meeting, next, first);
+        }
+    }
+
+    /// Follows a ray of a path that began with weight `first` until it ends.
+    fn go_on<M: Meeting<C>>(&mut self, meeting: &M, mut ray: Ray<C, M::Trace>, first: f64) {
+        let scene = self.scene;
         for _ in 0..MAX_EVENTS {
             match meeting.ahead(self, ray, first) {
                 Some(rest) => ray = rest,

@@ -9,12 +9,12 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
-use super::panels::{CELLS_OF_BOX, Panel, panels};
+use super::panels::{CELLS_OF_BOX, Panel, panels, surfaces};
 use super::rough_light::Light;
 use super::runs::Runs;
 use super::sent::{Sensors, Target};
 use crate::kept::Kept;
-use crate::traceable::{TraceableBox, TraceableScene, TraceableTube};
+use crate::traceable::{Place, RoomHit, SurfaceId, TraceableBox, TraceableScene, TraceableTube};
 
 /// Share of the mean probability that every cell has at least from which any sensor can be reached.
 const EVEN_SHARE: f64 = 0.02;
@@ -35,12 +35,16 @@ pub struct Placed {
     pub of_box: Option<usize>,
     /// The facet of a mesh on which it is.
     pub of_facet: Option<usize>,
+    /// The surface of room or box on which it is, if certainly nothing covers that but openings.
+    pub bare: Option<SurfaceId>,
 }
 
 /// The distribution of vertices over the surfaces of a room.
 #[derive(Debug)]
 pub struct Importance {
     panels: Vec<Panel>,
+    /// For each panel, its surface where certainly nothing covers it but openings.
+    bare: Vec<Option<SurfaceId>>,
     runs: Runs,
     /// Every row of cells of every panel, and every run.
     rows: Vec<Row>,
@@ -139,7 +143,8 @@ impl Importance {
             Row { of, bounds }
         };
         let rows = weights.into_iter().map(row).collect();
-        Some(Self { panels: panels.to_vec(), runs, rows, bounds, spread })
+        let bare = panels.iter().zip(surfaces(scene)).map(|(panel, surface)| panel.is_bare(scene).then_some(surface));
+        Some(Self { panels: panels.to_vec(), bare: bare.collect(), runs, rows, bounds, spread })
     }
 
     /// A place by two numbers in 0..1; even points stay even within a row, and rows among each other.
@@ -151,11 +156,11 @@ impl Importance {
         match (*of, &scene.meshes) {
             (Of::Run(run), Some(meshes)) => {
                 let (position, normal, area_m2, facet) = self.runs.place(meshes, run, column, [along, across]);
-                Placed { position, normal, area_m2: area_m2 / share, of_box: None, of_facet: Some(facet) }
+                Placed { position, normal, area_m2: area_m2 / share, of_box: None, of_facet: Some(facet), bare: None }
             }
             (Of::Run(_), None) => Placed::NOWHERE,
             (Of::Panel(panel, number), _) => {
-                let panel = &self.panels[panel];
+                let (panel, bare) = (&self.panels[panel], self.bare[panel]);
                 let cells = panel.cells as f64;
                 let (u, v) = ((number as f64 + along) / cells, (column as f64 + across) / cells);
                 Placed {
@@ -164,6 +169,7 @@ impl Importance {
                     area_m2: panel.area_m2() / (cells * cells * share),
                     of_box: panel.of_box,
                     of_facet: None,
+                    bare,
                 }
             }
         }
@@ -197,9 +203,14 @@ fn key(light: &Light, panels: &[Panel], lowest: f64, sensors: &[Target]) -> Opti
 }
 
 impl Placed {
+    /// What a ray meets there that comes upon its surface.
+    pub fn hit(&self, surface: SurfaceId) -> RoomHit {
+        RoomHit { position: self.position, normal: self.normal, place: Place::Surface(surface) }
+    }
+
     /// Where nothing can be sent from.
     const NOWHERE: Self =
-        Self { position: DVec3::ZERO, normal: DVec3::NEG_Z, area_m2: 0.0, of_box: None, of_facet: None };
+        Self { position: DVec3::ZERO, normal: DVec3::NEG_Z, area_m2: 0.0, of_box: None, of_facet: None, bare: None };
 }
 
 /// Bounds in 0..=1 by weights, of which not all are zero; even ones where they are.

@@ -298,12 +298,17 @@ impl<const C: usize> PlacedVertices<C> {
             let placed = importance.place(&self.scene, samples.pair());
             // seen from just before it, it may be an opening, or hidden
             let (origin, direction) = (placed.position + placed.normal * clearance, -placed.normal);
-            if !self.is_outermost(&placed, origin, direction) {
+            let at_once = placed.bare.filter(|_| self.starts_at_once(&placed));
+            if at_once.is_none() && !self.is_outermost(&placed, origin, direction) {
                 continue;
             }
             let mut walk = Walk::<C>::new(&self.scene, samples, CERTAIN_REFLECTIONS);
             let (weight, trace) = (Spectrum::ONE, Way::COUNTED);
-            walk.follow(&meeting, Ray { origin, direction, from: None, weight, reflected: true, trace });
+            let ray = Ray { origin, direction, from: None, weight, reflected: true, trace };
+            match at_once {
+                Some(surface) => walk.follow_from(&meeting, &ray, (surface, &placed.hit(surface))),
+                None => walk.follow(&meeting, ray),
+            }
             rays += walk.rays;
             let intensity = walk.sum.luminance() * placed.area_m2 / self.vertices as f64;
             if intensity > 0.0 {
@@ -313,6 +318,12 @@ impl<const C: usize> PlacedVertices<C> {
             }
         }
         Sums { lux, rays }
+    }
+
+    /// True if what is seen of a bare place needs no ray: it is no opening. Between plain faces that is found out anyway.
+    fn starts_at_once(&self, placed: &Placed) -> bool {
+        let is_opening = || placed.normal.z < 0.0 && self.scene.opening_at(placed.position.truncate()).is_some();
+        self.scene.obstructed && !is_opening()
     }
 
     /// False where what is seen of a place is a mesh that lies on it, whose own places count that, or another facet.

@@ -9,6 +9,9 @@ use crate::traceable::{SurfaceId, TraceableScene};
 const CELLS_OF_ROOM: usize = 16;
 pub const CELLS_OF_BOX: usize = 4;
 
+/// Share of the room's diagonal within which things touch.
+const NEAR: f64 = 1e-6;
+
 /// A rectangle that reflects.
 #[derive(Clone, Copy, Debug)]
 pub struct Panel {
@@ -30,12 +33,34 @@ impl Panel {
         self.u.cross(self.v).length()
     }
 
+    /// True if certainly neither objects nor luminaires touch it, and it is in the room.
+    pub fn is_bare(&self, scene: &TraceableScene) -> bool {
+        let corners = [DVec3::ZERO, self.u, self.v, self.u + self.v].map(|edge| self.corner + edge);
+        let low = corners.into_iter().fold(DVec3::INFINITY, DVec3::min);
+        let high = corners.into_iter().fold(DVec3::NEG_INFINITY, DVec3::max);
+        let near = NEAR * scene.size.length();
+        // a box may stand against a wall, or reach behind it; its sides may begin at the floor
+        let stands = self.normal.z == 0.0;
+        let is_within = || {
+            let is_above = low.z > near || stands;
+            is_above && low.truncate().min_element() > near && (scene.size - high).min_element() > near
+        };
+        (self.of_box.is_none() || is_within()) && scene.leaves_bare([low, high], near, self.of_box)
+    }
+
     /// True if a point of it can send light down to a sensor at this height.
     pub fn can_reach(&self, height: f64) -> bool {
         let highest = [DVec3::ZERO, self.u, self.v, self.u + self.v];
         let highest = highest.iter().map(|edge| (self.corner + *edge).z).fold(f64::NEG_INFINITY, f64::max);
         self.reflectance > 0.0 && highest > height
     }
+}
+
+/// The surfaces of [`panels`], in their order.
+pub fn surfaces(scene: &TraceableScene) -> impl Iterator<Item = SurfaceId> {
+    let of_boxes = (0..scene.boxes.len()).flat_map(|index| (0..6).map(move |face| (index, face)));
+    let of_boxes = of_boxes.map(|(index, face)| scene.numbering.box_face(index, face));
+    Face::ALL.into_iter().map(SurfaceId::of_face).chain(of_boxes)
 }
 
 /// The faces of the room and of its boxes, openings included: they reflect, too, and may send light back.
