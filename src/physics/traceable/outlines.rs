@@ -83,17 +83,10 @@ impl Outlines {
         [-(-south).largest(), north.largest()]
     }
 
-    /// Tells of each shadow of the `j`-th vector where it lies on the line `dy` to the north: the places in 0..=`length` of the first
-    /// sensor in it and of the first one beyond, of sensors `per_m` to the metre from `west` on to the east; nothing of shadows
-    /// without sensors.
+    /// Where each shadow of the `j`-th vector lies on the line `dy` to the north: the places in 0..=`length` of the first sensor in it
+    /// and of the first one beyond, no less, of sensors `per_m` to the metre from `west` on to the east.
     #[inline(always)]
-    pub fn on_line<S: Simd>(
-        &self,
-        (simd, j): (S, usize),
-        dy: f64,
-        [west, per_m, length]: [f64; 3],
-        mut tell: impl FnMut(usize, [f64; 2]),
-    ) {
+    pub fn on_line<S: Simd>(&self, (simd, j): (S, usize), dy: f64, [west, per_m, length]: [f64; 3]) -> [Numbers<S>; 2] {
         let number = |number: f64| Numbers::all(simd, number);
         let dy = number(dy);
         let at = |edge: &[Each; 2]| Numbers::of(simd, &edge[0], j) + Numbers::of(simd, &edge[1], j) * dy;
@@ -102,21 +95,11 @@ impl Outlines {
         let [a, b, c, d] = &self.eastern;
         let to = at(a).less(at(b)).less(at(c).less(at(d)));
         let place = |east: Numbers<S>| ((east - number(west)) * number(per_m) + number(0.5)).rounded();
-        let first = place(from).larger(number(0.0));
+        let first = place(from).larger(number(0.0)).less(number(length));
         // beside the shadow nothing is in it
         let south = Numbers::of(simd, &self.south, j).is_below(dy);
         let met = south.and(dy.is_below(Numbers::of(simd, &self.north, j)));
-        let end = met.pick(place(to).less(number(length)), number(-1.0));
-        if first.is_below(end).any() {
-            let (mut firsts, mut ends) = ([0.0; LANES], [0.0; LANES]);
-            first.store(&mut firsts, j);
-            end.store(&mut ends, j);
-            for lane in j * S::F64_LANES..(j + 1) * S::F64_LANES {
-                if firsts[lane] < ends[lane] {
-                    tell(lane, [firsts[lane], ends[lane]]);
-                }
-            }
-        }
+        [first, met.pick(place(to).less(number(length)), number(0.0)).larger(first)]
     }
 
     /// The same, each no more than the bounds of a shadow.
@@ -291,9 +274,16 @@ mod tests {
                     let dy = 0.137 * f64::from(line) - position.y;
                     let mut of_line = Vec::new();
                     for j in 0..Outlines::vectors(simd) {
-                        outlines.on_line((simd, j), dy, [0.05 - position.x, 10.0, 30.0], |lane, ends| {
-                            of_line.push((LANES * group + lane, ends.map(f64::to_bits)));
-                        });
+                        let [firsts, ends] = outlines.on_line((simd, j), dy, [0.05 - position.x, 10.0, 30.0]);
+                        let mut places = [[0.0; LANES]; 2];
+                        firsts.store(&mut places[0], j);
+                        ends.store(&mut places[1], j);
+                        for lane in j * S::F64_LANES..(j + 1) * S::F64_LANES {
+                            let ends = places.map(|places| places[lane]);
+                            if ends[0] < ends[1] {
+                                of_line.push((LANES * group + lane, ends.map(f64::to_bits)));
+                            }
+                        }
                     }
                     stretches.extend(of_line);
                 }

@@ -1,12 +1,17 @@
 //! Sensors of one height in lines, and what of a connection comes past the shadows on them.
 
-use std::ops::Range;
-
+use crate::geometry::numbers::Numbers;
 use crate::integrator::photon::connect::Connection;
-use crate::traceable::outlines::Outlines;
+use crate::traceable::outlines::{LANES, Outlines};
 
 /// Share of a step by which sensors of a line may stand beside their even places.
 const UNEVEN: f64 = 1e-6;
+
+/// Sensors of a line that have their bits in one number: with one bit more, a place beyond the last would have none.
+const TOGETHER: usize = 63;
+
+/// 2^52: whole numbers below that are added to it are the last bits of the sum.
+const LAST_BITS: f64 = 4_503_599_627_370_496.0;
 
 /// Sensors of one height.
 #[derive(Debug, Default)]
@@ -37,11 +42,17 @@ pub struct Scratch {
     values: Vec<f64>,
     /// Shadows that connections pass.
     pub outlines: Vec<Outlines>,
-    /// Stretches of sensors on which only bounds throw a shadow.
-    bounds: Vec<Range<usize>>,
-    /// Sensors that were asked what they see, and their places.
-    is_asked: Vec<bool>,
-    asked: Vec<usize>,
+    /// Of each [`TOGETHER`] sensors of a line.
+    shaded: Vec<Shaded>,
+}
+
+/// What shadows lie on some sensors, one bit for each, the lowest for the first.
+#[derive(Clone, Copy, Debug, Default)]
+struct Shaded {
+    /// Nothing is seen from these.
+    hidden: u64,
+    /// Bounds throw a shadow on these.
+    bound: u64,
 }
 
 impl Lines {
@@ -85,25 +96,23 @@ impl Lines {
             connection.add_to(vectors, lux, &self.x, &self.y);
             return;
         }
-        let Scratch { values, outlines, bounds, is_asked, asked } = scratch;
+        let Scratch { values, outlines, shaded } = scratch;
         values.clear();
         values.resize(self.len(), 0.0);
         connection.add_to(vectors, values, &self.x, &self.y);
-        bounds.clear();
-        vectors.dispatch(Hiding { lines: self, connection, outlines, values, bounds });
+        shaded.clear();
+        shaded.resize(self.lines.iter().map(Line::parts).sum(), Shaded::default());
+        vectors.dispatch(Hiding { lines: self, connection, outlines, values, shaded });
         // rays are worth it only where nothing else is in the way
-        if !bounds.is_empty() {
-            is_asked.resize(self.len().max(is_asked.len()), false);
-            for place in bounds.drain(..).flatten() {
-                if values[place] > 0.0 && !is_asked[place] {
-                    is_asked[place] = true;
-                    asked.push(place);
-                    if !sees(place) {
-                        values[place] = 0.0;
-                    }
+        for (first, Shaded { hidden, bound }) in self.lines.iter().flat_map(Line::firsts).zip(shaded) {
+            let mut asked = *bound & !*hidden;
+            while asked != 0 {
+                let place = first + asked.trailing_zeros() as usize;
+                asked &= asked - 1;
+                if values[place] > 0.0 && !sees(place) {
+                    values[place] = 0.0;
                 }
             }
-            asked.drain(..).for_each(|place| is_asked[place] = false);
         }
         vectors.dispatch(
             #[inline(always)]
@@ -112,13 +121,25 @@ impl Lines {
     }
 }
 
-/// Takes what sensors in shadows got, and lists those in bounds of shadows.
+impl Line {
+    /// Number of its parts of [`TOGETHER`] sensors.
+    fn parts(&self) -> usize {
+        (self.length as usize).div_ceil(TOGETHER)
+    }
+
+    /// Place of the first sensor of each part.
+    fn firsts(&self) -> impl Iterator<Item = usize> {
+        (0..self.parts()).map(|part| self.first + part * TOGETHER)
+    }
+}
+
+/// Takes what sensors in shadows got, and notes those in bounds of shadows.
 struct Hiding<'a> {
     lines: &'a Lines,
     connection: &'a Connection,
     outlines: &'a [Outlines],
     values: &'a mut [f64],
-    bounds: &'a mut Vec<Range<usize>>,
+    shaded: &'a mut [Shaded],
 }
 
 impl pulp::WithSimd for Hiding<'_> {
@@ -126,26 +147,64 @@ impl pulp::WithSimd for Hiding<'_> {
 
     #[inline(always)]
     fn with_simd<S: pulp::Simd>(self, simd: S) {
-        let Self { lines, connection, outlines, values, bounds } = self;
+        let Self { lines, connection, outlines, values, shaded } = self;
         for outlines in outlines {
             for j in 0..Outlines::vectors(simd) {
                 let [south, north] = outlines.reach(simd, j);
+                let mut rest = &mut *shaded;
                 for (line, northing) in lines.lines.iter().zip(&lines.northings) {
+                    let (of_line, of_others) = rest.split_at_mut(line.parts());
+                    rest = of_others;
                     let (west, dy) = (line.west - connection.vertex.x, northing - connection.vertex.y);
                     if dy <= south || dy >= north {
                         continue;
                     }
-                    outlines.on_line((simd, j), dy, [west, line.per_m, line.length], |lane, [from, to]| {
-                        let stretch = line.first + from as usize..line.first + to as usize;
-                        if outlines.bound[lane] > 0.0 {
-                            bounds.push(stretch);
-                        } else {
-                            values[stretch].iter_mut().for_each(|value| *value = 0.0);
-                        }
-                    });
+                    let ends = outlines.on_line((simd, j), dy, [west, line.per_m, line.length]);
+                    shade(simd, ends, &outlines.bound, j, of_line);
                 }
             }
         }
+        let parts =
+            lines.lines.iter().flat_map(|line| line.firsts().map(|first| (first, line.first + line.length as usize)));
+        for ((first, end), Shaded { hidden, .. }) in parts.zip(shaded) {
+            let end = end.min(first + TOGETHER);
+            for (bit, value) in values[first..end].iter_mut().enumerate() {
+                *value = if *hidden >> bit & 1 == 1 { 0.0 } else { *value };
+            }
+        }
+    }
+}
+
+/// Notes the sensors of a line that lie in the shadows of the `j`-th vector, between the places `first` and `end` of each; `bound` is 1
+/// for bounds, else 0. No branches: where a shadow ends is as random as the light.
+#[inline(always)]
+fn shade<S: pulp::Simd>(
+    simd: S,
+    [first, end]: [Numbers<S>; 2],
+    bound: &[f64; LANES],
+    j: usize,
+    of_line: &mut [Shaded],
+) {
+    let (mut firsts, mut ends) = ([0.0; LANES], [0.0; LANES]);
+    let last_bits = Numbers::all(simd, LAST_BITS);
+    (first + last_bits).store(&mut firsts, j);
+    (end + last_bits).store(&mut ends, j);
+    let mut before = 0;
+    for shaded in of_line {
+        let (mut all, mut of_bounds) = (0, 0);
+        for lane in j * S::F64_LANES..(j + 1) * S::F64_LANES {
+            let place = |places: &[f64; LANES]| {
+                let place = places[lane].to_bits() & ((1 << 32) - 1);
+                place.saturating_sub(before).min(TOGETHER as u64)
+            };
+            let stretch = (1_u64 << place(&ends)) - (1_u64 << place(&firsts));
+            let is_bound = 0_u64.wrapping_sub(bound[lane].to_bits() >> 61 & 1);
+            all |= stretch & !is_bound;
+            of_bounds |= stretch & is_bound;
+        }
+        shaded.hidden |= all;
+        shaded.bound |= of_bounds;
+        before += TOGETHER as u64;
     }
 }
 
@@ -160,14 +219,17 @@ mod tests {
     use crate::traceable::obstacles::Obstacles;
 
     /// Sensors get what a connection sends where a ray from the vertex meets no box, and nothing elsewhere; where boxes are
-    /// taken as bounds of what throws shadows, each sensor in one is asked once. Some of the lines have gaps.
+    /// taken as bounds of what throws shadows, each sensor in one is asked once. Some of the lines have gaps, some are long.
     #[test]
     fn sensors_behind_boxes_get_nothing() {
         let mut random = PathRandom::new(Key::new(9));
         let at = |k: usize| 0.05 + 0.1 * k as f64;
         let places = (0..900).map(|k| (k % 30, k / 30)).filter(|(x, y)| (x * 7 + y * 3) % 11 != 0);
-        let (x, y): (Vec<f64>, Vec<f64>) = places.map(|(x, y)| (at(x), at(y))).unzip();
+        let places = places.map(|(x, y)| (at(x), at(y)));
+        let (x, y): (Vec<f64>, Vec<f64>) =
+            places.chain((0..450).map(|k| (0.02 * (k % 150) as f64, at(30 + k / 150)))).unzip();
         let lines = Lines::new(x, y);
+        assert!(lines.lines.iter().any(|line| line.parts() == 3));
         let (mut hidden, mut scratch) = (0, Scratch::default());
         for round in 0..200 {
             let mut uniform = |low: f64, high: f64| low + (high - low) * random.uniform();
