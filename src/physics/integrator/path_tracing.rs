@@ -38,7 +38,7 @@ use crate::integrator::backward::daylight::Followed;
 use crate::integrator::backward::pass::{Sampling, each};
 use crate::integrator::backward::room_entry::exit_seen_by;
 use crate::integrator::method::{Caveat, Computation, Described, Knows, Refusal, Task, Trial, Work};
-use crate::integrator::photon::chunks::{Tally, fold_chunks};
+use crate::integrator::photon::chunks::{Chunks, Tally, fold_chunks};
 use crate::integrator::photon::descent::sun_exits;
 use crate::integrator::photon::ledger::Account;
 use crate::optics::Spectrum;
@@ -140,7 +140,7 @@ impl<const C: usize> PathTracing<C> {
                 }
                 (seen, rays)
             };
-            fold_chunks(count, 0, cancel, chunk, |(seen, of_chunk): Seen<C>| {
+            fold_chunks(Chunks::of_short_paths(count), 0, cancel, chunk, |(seen, of_chunk): Seen<C>| {
                 rays += of_chunk;
                 for (pixel, value) in seen {
                     for (channel, value) in value.0.into_iter().enumerate() {

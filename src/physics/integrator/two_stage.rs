@@ -49,7 +49,7 @@ use crate::integrator::lamp::light::{DiffuserLight, SensorsLit};
 use crate::integrator::lamp::sizes::photons_for;
 use crate::integrator::method::{Caveat, Computation, Described, Load, Refusal, Task, Trial, Work};
 use crate::integrator::pass_size::PassSize;
-use crate::integrator::photon::chunks::PHOTON_CHUNK;
+use crate::integrator::photon::chunks::MOST_CHUNK;
 use crate::integrator::photon::descent::Exit;
 use crate::integrator::trial::{Powers, TrialPasses};
 use crate::integrator::{GridPass, Integrator, Pass, ViewPass};
@@ -237,7 +237,7 @@ impl<const C: usize> TwoStage<C> {
             let seen = |exits: &[Exit<C>]| -> Vec<(usize, Spectrum<C>)> {
                 exits.iter().filter_map(|exit| exit_seen_by(&self.scene, exit, view)).collect()
             };
-            let chunks: Vec<_> = exits.par_chunks(PHOTON_CHUNK as usize).map(seen).collect();
+            let chunks: Vec<_> = exits.par_chunks(MOST_CHUNK as usize).map(seen).collect();
             for (pixel, value) in chunks.into_iter().flatten() {
                 for (channel, value) in value.0.into_iter().enumerate() {
                     luminance[pixel * C + channel] += value;

@@ -52,7 +52,7 @@ use crate::integrator::backward::room_entry::enter_room;
 use crate::integrator::backward::unscattered::unscattered;
 use crate::integrator::backward::walk::Walk;
 use crate::integrator::method::{Caveat, Computation, Described, Kept, Load, Refusal, Task, Trial, Work};
-use crate::integrator::photon::chunks::{Tally, fold_chunks, sums_at_once};
+use crate::integrator::photon::chunks::{Chunks, Tally, fold_chunks, sums_at_once};
 use crate::integrator::photon::emission::{Emission, EmittedPhoton, Start};
 use crate::integrator::photon::ledger::Account;
 use crate::integrator::photon::path::{Flight, trace};
@@ -387,18 +387,24 @@ impl<const C: usize> Integrator for Bidirectional<C> {
             self.views.iter().map(|view| vec![0.0; C * view.size_px[0] * view.size_px[1]]).collect();
         let sensors: usize = grids.iter().map(Vec::len).sum();
         let chunk = |numbers: Range<u64>| self.photons(key, numbers);
-        let folded = fold_chunks(self.emission.photons(), 8 * sensors as u64, cancel, chunk, |chunk: Connected<C>| {
-            paths.append(&chunk.paths);
-            account.add(&chunk.account);
-            for (sum, lux) in grids.iter_mut().zip(&chunk.grids) {
-                sum.iter_mut().zip(lux).for_each(|(sum, lux)| *sum += lux);
-            }
-            for (sum, pixels) in views.iter_mut().zip(&chunk.views) {
-                for (pixel, luminance) in pixels {
-                    add(&mut sum[pixel * C..(pixel + 1) * C], luminance);
+        let folded = fold_chunks(
+            Chunks::of_long_paths(self.emission.photons()),
+            8 * sensors as u64,
+            cancel,
+            chunk,
+            |chunk: Connected<C>| {
+                paths.append(&chunk.paths);
+                account.add(&chunk.account);
+                for (sum, lux) in grids.iter_mut().zip(&chunk.grids) {
+                    sum.iter_mut().zip(lux).for_each(|(sum, lux)| *sum += lux);
                 }
-            }
-        })?;
+                for (sum, pixels) in views.iter_mut().zip(&chunk.views) {
+                    for (pixel, luminance) in pixels {
+                        add(&mut sum[pixel * C..(pixel + 1) * C], luminance);
+                    }
+                }
+            },
+        )?;
         account.not_finite = folded.not_finite;
         for (number, (grid, lux)) in self.grids.iter().zip(&mut grids).enumerate() {
             let stream = key.stream(Stream::Grid, number as u64);

@@ -27,7 +27,7 @@ use crate::integrator::backward::daylight::FollowedThroughLamps;
 use crate::integrator::backward::next_event::{Daylight, Way};
 use crate::integrator::backward::vertex::Vertex;
 use crate::integrator::backward::walk::{Ray, Walk};
-use crate::integrator::photon::chunks::{Tally, fold_chunks};
+use crate::integrator::photon::chunks::{Chunks, Tally, fold_chunks};
 use crate::integrator::photon::descent::{Entering, Exit, descend_by};
 use crate::integrator::photon::emission::{Emission, EmittedPhoton, Start};
 use crate::integrator::photon::ledger::Account;
@@ -91,10 +91,11 @@ pub fn leaving<const C: usize>(
     };
     let mut account = Account::new(scene.tubes.len());
     let mut all: Vec<Vec<Leaving<C>>> = vec![Vec::new(); scene.tubes.len()];
-    let folded = fold_chunks(emission.photons(), 0, cancel, chunk, |(leaving, of_chunk): Sums<C>| {
-        account.add(&of_chunk);
-        all.iter_mut().zip(leaving).for_each(|(all, leaving)| all.extend(leaving));
-    })?;
+    let folded =
+        fold_chunks(Chunks::of_short_paths(emission.photons()), 0, cancel, chunk, |(leaving, of_chunk): Sums<C>| {
+            account.add(&of_chunk);
+            all.iter_mut().zip(leaving).for_each(|(all, leaving)| all.extend(leaving));
+        })?;
     account.not_finite = folded.not_finite;
     Some((all, account))
 }

@@ -9,7 +9,7 @@ use glam::DVec3;
 
 use crate::integrator::GridPass;
 use crate::integrator::light_tracing::{LightTracing, Points, Tally};
-use crate::integrator::photon::chunks::{self, fold_chunks};
+use crate::integrator::photon::chunks::{self, Chunks, fold_chunks};
 use crate::integrator::photon::ledger::Account;
 use crate::integrator::photon::path::{Flight, Origin, Scattering, Visitor, trace_beside_lamps};
 use crate::optics::Spectrum;
@@ -57,12 +57,13 @@ impl<const C: usize> BesideLamps<C> {
         let mut lamps = vec![Vec::new(); method.scene.tubes.len()];
         let chunk = |numbers: Range<u64>| self.photons_of(key, numbers);
         let chunk_bytes = 8 * lux.len() as u64;
-        let folded = fold_chunks(self.photons(), chunk_bytes, cancel, chunk, |sums: Sums<C>| {
-            lux.iter_mut().zip(&sums.lux).for_each(|(sum, value)| *sum += value);
-            connected.iter_mut().zip(&sums.connected).for_each(|(sum, number)| *sum += number);
-            account.add(&sums.account);
-            lamps.iter_mut().zip(sums.lamps).for_each(|(all, of_chunk): (&mut Vec<_>, _)| all.extend(of_chunk));
-        })?;
+        let folded =
+            fold_chunks(Chunks::of_long_paths(self.photons()), chunk_bytes, cancel, chunk, |sums: Sums<C>| {
+                lux.iter_mut().zip(&sums.lux).for_each(|(sum, value)| *sum += value);
+                connected.iter_mut().zip(&sums.connected).for_each(|(sum, number)| *sum += number);
+                account.add(&sums.account);
+                lamps.iter_mut().zip(sums.lamps).for_each(|(all, of_chunk): (&mut Vec<_>, _)| all.extend(of_chunk));
+            })?;
         account.not_finite = folded.not_finite;
         let flux = account.tubes.iter().map(|tube| tube.into_room - tube.evenly).sum::<f64>();
         let counts = method.counts(&lux, &connected, flux.max(0.0));

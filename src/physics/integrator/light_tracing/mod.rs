@@ -43,7 +43,7 @@ use rayon::prelude::*;
 use crate::guide::RayCount;
 use crate::integrator::backward::unscattered::unscattered;
 use crate::integrator::method::{Computation, Described, Kept, Knows, Refusal, Task, Trial, Work};
-use crate::integrator::photon::chunks::{self, fold_chunks, sums_at_once};
+use crate::integrator::photon::chunks::{self, Chunks, fold_chunks, sums_at_once};
 use crate::integrator::photon::close_points::dishonest_points;
 use crate::integrator::photon::connect::SensorPlane;
 use crate::integrator::photon::emission::Emission;
@@ -269,7 +269,7 @@ impl<const C: usize> Integrator for LightTracing<C> {
         let chunk_bytes = 8 * (lux.len() + exitance.len()) as u64;
         let (points, rays) = self.strips.spread(&self.scene, key);
         let chunk = |numbers: Range<u64>| self.photons(key, &points, numbers);
-        let folded = fold_chunks(photons, chunk_bytes, cancel, chunk, |of_chunk: Sums| {
+        let folded = fold_chunks(Chunks::of_long_paths(photons), chunk_bytes, cancel, chunk, |of_chunk: Sums| {
             lux.iter_mut().zip(&of_chunk.lux).for_each(|(sum, value)| *sum += value);
             exitance.iter_mut().zip(&of_chunk.exitance).for_each(|(sum, value)| *sum += value);
             connected.iter_mut().zip(&of_chunk.connected).for_each(|(sum, number)| *sum += number);

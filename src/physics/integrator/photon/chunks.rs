@@ -5,8 +5,38 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use rayon::prelude::*;
 
-/// Photons that one task traces: fixed, so that sums fold in the same order on any number of threads.
-pub const PHOTON_CHUNK: u64 = 1024;
+/// Fewest photons that one task traces.
+const LEAST_CHUNK: u64 = 128;
+/// Most photons that one task traces.
+pub const MOST_CHUNK: u64 = 1024;
+
+/// Photons of a pass and those that one task traces: a function of their number alone, so that sums fold in the same order on any number
+/// of threads.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Chunks {
+    photons: u64,
+    size: u64,
+}
+
+impl Chunks {
+    /// Of photons that take about a microsecond each and more: an eighth of a small pass keeps some threads busy, too.
+    pub fn of_long_paths(photons: u64) -> Self {
+        Self { photons, size: (photons / 8).clamp(LEAST_CHUNK, MOST_CHUNK) }
+    }
+
+    /// Of photons that take less: what a chunk needs at its begin would be as much as these.
+    pub fn of_short_paths(photons: u64) -> Self {
+        Self { photons, size: MOST_CHUNK }
+    }
+
+    fn count(self) -> u64 {
+        self.photons.div_ceil(self.size)
+    }
+
+    fn numbers(self, chunk: u64) -> Range<u64> {
+        chunk * self.size..((chunk + 1) * self.size).min(self.photons)
+    }
+}
 
 /// Chunks that are computed before the first of them is folded, where they are small: enough to keep all threads busy.
 const MOST_AT_ONCE: u64 = 256;
@@ -22,9 +52,9 @@ pub fn chunks_at_once(chunk_bytes: u64) -> u64 {
     (BYTES_AT_ONCE / chunk_bytes.max(1)).clamp(LEAST_AT_ONCE, MOST_AT_ONCE)
 }
 
-/// Number of sums over `sensors` sensors that chunks of a pass of `photons` hold at the same time.
+/// Most sums over `sensors` sensors that chunks of a pass of `photons` hold at the same time.
 pub fn sums_at_once(sensors: usize, photons: u64) -> u64 {
-    chunks_at_once(8 * sensors as u64).min(photons.div_ceil(PHOTON_CHUNK))
+    chunks_at_once(8 * sensors as u64).min(Chunks::of_long_paths(photons).count())
 }
 
 /// What some photons of a pass give.
@@ -40,35 +70,30 @@ pub struct Folded {
     pub not_finite: Option<u64>,
 }
 
-/// Computes `of` for every chunk of the photons 0..`photons` on the current rayon pool, and gives the results to `fold` in
+/// Computes `of` for every chunk of photons on the current rayon pool, and gives the results to `fold` in
 /// the order of the photons; `None` when `cancel` was raised meanwhile.
 ///
 /// A result takes about `chunk_bytes`. Few are held at a time, so that a pass of many photons needs no more memory than one
 /// of few. How many are held changes no bit: `fold` sees the same results in the same order. Where a result is not finite, the
 /// chunk's photons are computed again one by one, to name the first at fault.
 pub fn fold_chunks<T: Tally>(
-    photons: u64,
+    chunks: Chunks,
     chunk_bytes: u64,
     cancel: &AtomicBool,
     of: impl Fn(Range<u64>) -> T + Sync,
     mut fold: impl FnMut(T),
 ) -> Option<Folded> {
-    let chunks = photons.div_ceil(PHOTON_CHUNK);
-    let one = |chunk: u64| {
-        let from = chunk * PHOTON_CHUNK;
-        (!cancel.load(Ordering::Relaxed)).then(|| of(from..(from + PHOTON_CHUNK).min(photons)))
-    };
+    let one = |chunk: u64| (!cancel.load(Ordering::Relaxed)).then(|| of(chunks.numbers(chunk)));
     let at_once = chunks_at_once(chunk_bytes);
     let (mut first, mut not_finite) = (0, None);
-    while first < chunks {
-        let end = (first + at_once).min(chunks);
+    while first < chunks.count() {
+        let end = (first + at_once).min(chunks.count());
         let results: Option<Vec<T>> = (first..end).into_par_iter().map(one).collect();
         for (chunk, result) in (first..end).zip(results?) {
             if not_finite.is_none() && !result.is_finite() {
-                let from = chunk * PHOTON_CHUNK;
-                let mut numbers = from..(from + PHOTON_CHUNK).min(photons);
                 // where none is at fault alone, their sum has overflowed
-                not_finite = numbers.find(|number| !of(*number..number + 1).is_finite()).or(Some(from));
+                let at_fault = chunks.numbers(chunk).find(|number| !of(*number..number + 1).is_finite());
+                not_finite = at_fault.or(Some(chunks.numbers(chunk).start));
             }
             fold(result);
         }
@@ -100,34 +125,39 @@ mod tests {
     fn the_first_photon_at_fault_is_named() {
         for (at_fault, named) in [(0, Some(0)), (1023, Some(1023)), (4321, Some(4321)), (5000, None)] {
             let of = |range| Faulty(range, at_fault);
-            let folded = fold_chunks(5000, 8, &AtomicBool::new(false), of, |_| {});
+            let folded = fold_chunks(Chunks::of_long_paths(5000), 8, &AtomicBool::new(false), of, |_| {});
             assert_eq!(folded, Some(Folded { not_finite: named }));
         }
+    }
+
+    #[test]
+    fn small_passes_are_divided_too() {
+        let counts = |of: fn(u64) -> Chunks| [64, 512, 1024, 2048, 8192, 1 << 20].map(|photons| of(photons).count());
+        assert_eq!(counts(Chunks::of_long_paths), [1, 4, 8, 8, 8, 1024]);
+        assert_eq!(counts(Chunks::of_short_paths), [1, 1, 1, 2, 8, 1024]);
+        assert_eq!([512, 2048, 1 << 20].map(|photons| sums_at_once(100, photons)), [4, 8, 256]);
     }
 
     #[test]
     fn every_photon_is_folded_once_and_in_order_whatever_is_held() {
         for photons in [0, 1, 1023, 1024, 1025, 40 * 1024 + 7, 300 * 1024] {
             for chunk_bytes in [0, 1 << 20, u64::MAX] {
-                let mut next = 0;
-                let folded = fold_chunks(
-                    photons,
-                    chunk_bytes,
-                    &AtomicBool::new(false),
-                    |range| range,
-                    |range| {
+                for chunks in [Chunks::of_long_paths(photons), Chunks::of_short_paths(photons)] {
+                    let mut next = 0;
+                    let in_order = |range: Range<u64>| {
                         assert_eq!(range.start, next);
                         next = range.end;
-                    },
-                );
-                assert_eq!(folded, Some(Folded { not_finite: None }));
-                assert_eq!(next, photons);
+                    };
+                    let folded = fold_chunks(chunks, chunk_bytes, &AtomicBool::new(false), |range| range, in_order);
+                    assert_eq!(folded, Some(Folded { not_finite: None }));
+                    assert_eq!(next, photons);
+                }
             }
         }
     }
 
     #[test]
     fn a_cancelled_pass_gives_nothing() {
-        assert_eq!(fold_chunks(5000, 8, &AtomicBool::new(true), |range| range, |_| {}), None);
+        assert_eq!(fold_chunks(Chunks::of_long_paths(5000), 8, &AtomicBool::new(true), |range| range, |_| {}), None);
     }
 }

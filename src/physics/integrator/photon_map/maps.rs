@@ -24,7 +24,7 @@ use super::progressive::scaled_count;
 use super::store::{Caustics, FollowedBackward, PhotonStore, Sunbeam, Tube};
 use super::surfaces::Surfaces;
 use crate::integrator::PhotonCount;
-use crate::integrator::photon::chunks::{Tally, fold_chunks};
+use crate::integrator::photon::chunks::{Chunks, Tally, fold_chunks};
 use crate::integrator::photon::emission::Emission;
 use crate::integrator::photon::ledger::Account;
 use crate::integrator::photon::path::trace;
@@ -206,11 +206,16 @@ impl<const C: usize> Mapper<C> {
         };
         let mut all = self.store();
         let mut account = Account::new(self.scene.tubes.len());
-        let folded =
-            fold_chunks(self.emission.photons(), 0, cancel, chunk, |(store, part): (PhotonStore<C>, Account)| {
+        let folded = fold_chunks(
+            Chunks::of_long_paths(self.emission.photons()),
+            0,
+            cancel,
+            chunk,
+            |(store, part): (PhotonStore<C>, Account)| {
                 all.append(store);
                 account.add(&part);
-            })?;
+            },
+        )?;
         account.not_finite = folded.not_finite;
         Some((all, account))
     }

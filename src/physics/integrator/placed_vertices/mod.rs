@@ -53,7 +53,7 @@ use crate::integrator::lamp::light::DiffuserLight;
 use crate::integrator::lamp::sizes::{are_straight, photons_for};
 use crate::integrator::method::{Computation, Described, Kept, Knows, Load, Refusal, RefusalCode, Task, Trial, Work};
 use crate::integrator::pass_size::PassSize;
-use crate::integrator::photon::chunks::{Tally, fold_chunks, sums_at_once};
+use crate::integrator::photon::chunks::{Chunks, Tally, fold_chunks, sums_at_once};
 use crate::integrator::trial::{Powers, TrialPasses};
 use crate::integrator::{GridPass, Integrator, Pass};
 use crate::optics::Spectrum;
@@ -385,20 +385,27 @@ impl<const C: usize> Integrator for PlacedVertices<C> {
             let stream = key.stream(Stream::PlacedVertices, 0);
             let chunk = |numbers: Range<u64>| self.vertices(&light, importance, stream, numbers);
             let chunk_bytes = 8 * lux.len() as u64;
-            let folded = fold_chunks(self.vertices, chunk_bytes, cancel, chunk, |Sums { lux: of_chunk, rays }| {
-                lux.iter_mut().zip(&of_chunk).for_each(|(sum, value)| *sum += value);
-                account.rays += rays;
-            })?;
+            let folded = fold_chunks(
+                Chunks::of_short_paths(self.vertices),
+                chunk_bytes,
+                cancel,
+                chunk,
+                |Sums { lux: of_chunk, rays }| {
+                    lux.iter_mut().zip(&of_chunk).for_each(|(sum, value)| *sum += value);
+                    account.rays += rays;
+                },
+            )?;
             account.not_finite = account.not_finite.or(folded.not_finite);
         }
         if self.scene.interreflection {
             let mut places = self.targets.followed.iter().map(|following| following.place);
             let chunk = |numbers: Range<u64>| self.follow(&light, key, numbers);
             let count = self.targets.followed.len() as u64;
-            let folded = fold_chunks(count, 0, cancel, chunk, |Sums { lux: of_chunk, rays }| {
-                places.by_ref().zip(&of_chunk).for_each(|(place, value)| lux[place] += value);
-                account.rays += rays;
-            })?;
+            let folded =
+                fold_chunks(Chunks::of_short_paths(count), 0, cancel, chunk, |Sums { lux: of_chunk, rays }| {
+                    places.by_ref().zip(&of_chunk).for_each(|(place, value)| lux[place] += value);
+                    account.rays += rays;
+                })?;
             account.not_finite = account.not_finite.or(folded.not_finite);
         }
         lux.iter_mut().zip(&self.buried).filter(|(_, buried)| **buried).for_each(|(lux, _)| *lux = 0.0);
