@@ -8,7 +8,7 @@ use skyduct::geometry::cylinder::traverse;
 use skyduct::geometry::disc::disc_irradiance;
 use skyduct::geometry::lambert::quadrilateral_irradiance;
 use skyduct::guide::transmittance::beam_transmission;
-use skyduct::integrator::photon::chunks::PHOTON_CHUNK;
+use skyduct::integrator::photon::chunks::MOST_CHUNK;
 use skyduct::integrator::photon_map::progressive::PointStatistics;
 use skyduct::optics::fresnel::fresnel;
 use skyduct::sky::zenith::{ZenithFormula, zenith_luminance_cd_m2};
@@ -267,9 +267,9 @@ fn total_reflection() -> Form {
 
 fn in_chunks(deposits: u64) -> f64 {
     let mut sum = 0.0;
-    for first in (0..deposits).step_by(PHOTON_CHUNK as usize) {
+    for first in (0..deposits).step_by(MOST_CHUNK as usize) {
         let mut chunk = 0.0;
-        (first..(first + PHOTON_CHUNK).min(deposits)).for_each(|_| chunk += 1e-6);
+        (first..(first + MOST_CHUNK).min(deposits)).for_each(|_| chunk += 1e-6);
         sum += chunk;
     }
     sum

@@ -13,7 +13,7 @@ use skyduct::analytic::{Solution, Solver};
 use skyduct::document::JobDocument;
 use skyduct::estimate::{EnergyLedger, Estimate};
 use skyduct::integrator::deterministic::installation;
-use skyduct::integrator::photon::chunks::PHOTON_CHUNK;
+use skyduct::integrator::photon::chunks::MOST_CHUNK;
 use skyduct::integrator::photon_map::progressive::{Radii, Radius};
 use skyduct::integrator::sppm;
 use skyduct::job::checkpoint::encode;
@@ -147,9 +147,9 @@ fn a_thousand_million_deposits_add_up() {
         let photons = per_pass.min(left);
         left -= photons;
         let mut pass = EnergyLedger::default();
-        for first in (0..photons).step_by(PHOTON_CHUNK as usize) {
+        for first in (0..photons).step_by(MOST_CHUNK as usize) {
             let mut room = 0.0;
-            (first..(first + PHOTON_CHUNK).min(photons)).for_each(|_| room += deposit);
+            (first..(first + MOST_CHUNK).min(photons)).for_each(|_| room += deposit);
             pass.add(&EnergyLedger { room, ..EnergyLedger::default() });
         }
         job.add(&pass);
