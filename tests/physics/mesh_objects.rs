@@ -16,7 +16,7 @@ use skyduct::integrator::placed_vertices::PlacedVertices;
 use skyduct::integrator::some_sensors::SensorPlace;
 use skyduct::job::prepare::prepare_document;
 use skyduct::optics::{Spectrum, Surface};
-use skyduct::plan::{self, EffectRequests, Effects};
+use skyduct::plan::{self, EffectKind, EffectRequests, Effects};
 use skyduct::sampling::{Key, PathRandom, warp};
 use skyduct::scene::{Channels, EstimateKind, Grid, MeshObject, Room, Scene};
 use skyduct::traceable::{Place, TraceableScene};
@@ -299,6 +299,14 @@ fn boards_light_a_room_as_their_triangles_do() {
     let (boxes, triangles) = (scene(0.0), scene(UNLIKE));
     let counts = [&boxes, &triangles].map(|scene| (traceable(scene).boxes.len(), traceable(scene).meshes.is_some()));
     assert_eq!(counts, [(5, false), (0, true)]);
+    let reasons = [&boxes, &triangles].map(|scene| {
+        let mut effects = Effects::of(scene, &EffectRequests::default());
+        effects.recognise(scene, &traceable(scene));
+        let objects = effects.list.into_iter().find(|effect| effect.kind == EffectKind::Objects);
+        objects.unwrap().reason
+    });
+    let of_boxes = "5 in the room; upright cuboids in meshes, which are traced as boxes: 5; nothing else is in them";
+    assert_eq!(reasons, [of_boxes, "5 in the room"]);
     let settings = path_tracing::Settings { samples_per_sensor: 4096, ..Default::default() };
     let paths = PathTracing::<1>::new(traceable(&triangles), &triangles.grids, &[], &settings, 2);
     let (truth, error) = values(&scenes::run(&triangles, &paths, 32));
