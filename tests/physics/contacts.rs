@@ -26,7 +26,7 @@ fn cuboid(base: [f64; 3], size: [f64; 3]) -> BoxObject {
     BoxObject { size: size.into(), base: base.into(), rotation: 0.0, surface: grey() }
 }
 
-/// The same as a closed mesh of 12 triangles.
+/// The same as a closed mesh of 12 triangles, whose last face is a hair brighter: a cuboid of one surface would be traced as a box.
 fn mesh(base: [f64; 3], size: [f64; 3]) -> MeshObject {
     let corner = |k: usize| {
         let share = DVec3::new((k & 1) as f64 - 0.5, (k >> 1 & 1) as f64 - 0.5, (k >> 2) as f64);
@@ -36,11 +36,11 @@ fn mesh(base: [f64; 3], size: [f64; 3]) -> MeshObject {
     let mesh = TriangleMesh {
         positions: (0..8).map(corner).collect(),
         triangles: faces.into_iter().flat_map(|[a, b, c, d]| [[a, b, c], [a, c, d]]).collect(),
-        triangle_materials: vec![0; 12],
-        materials: vec![String::new()],
+        triangle_materials: [vec![0; 10], vec![1; 2]].concat(),
+        materials: vec![String::new(); 2],
         ..TriangleMesh::default()
     };
-    MeshObject { mesh, surfaces: vec![grey()] }
+    MeshObject { mesh, surfaces: vec![grey(), Surface::diffuse([0.6 + 1e-9; 3])] }
 }
 
 /// A cube of 2 m lit by a luminaire in the floor beside one wall, so that what looks up or to the other side has indirect light

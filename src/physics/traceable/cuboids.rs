@@ -15,7 +15,8 @@ use crate::geometry::facets::pieces;
 use crate::geometry::welded::{Side, sides};
 use crate::geometry::{TriangleMesh, turn};
 use crate::optics::Surface;
-use crate::scene::{BoxObject, MeshObject, Scene};
+use crate::scene::{BoxObject, Luminaire, MeshObject, Scene};
+use crate::traceable::box_object::TraceableBox;
 
 /// Share of the room's diagonal within which corners are one, and lie on a face.
 const TOLERANCE: f64 = 1e-9;
@@ -25,6 +26,9 @@ const AREA_TOLERANCE: f64 = 1e-7;
 
 /// Most boxes of a scene up to which those of meshes are among them: rays go through a tree of triangles, and ask boxes one by one.
 const MOST: usize = 64;
+
+/// Most triangles at an edge of a cuboid, those of others that touch it there among them.
+const MOST_AT_EDGE: usize = 32;
 
 /// Fewest triangles of a cuboid.
 const FEWEST: usize = 12;
@@ -43,10 +47,10 @@ pub fn boxes_and_meshes(scene: &Scene) -> (Cow<'_, [BoxObject]>, Cow<'_, [MeshOb
     // from inside, a box is not seen, and what it holds is dark
     let has_inside = |cuboid: BoxObject| {
         let eyes = scene.views.iter().map(|view| view.eye);
-        let luminaires = room.luminaires.iter().map(|luminaire| luminaire.corner);
         let openings = scene.tubes.iter().map(|tube| (tube.centre.extend(room.size.z), tube.opening_radius));
-        let mut all = eyes.chain(luminaires).map(|point| (point, 0.0)).chain(openings);
+        let mut all = eyes.map(|point| (point, 0.0)).chain(openings);
         all.any(|(point, around)| holds(&cuboid, point, around + near))
+            || room.luminaires.iter().any(|luminaire| may_meet(&cuboid, luminaire, near))
     };
     if count == 0 || room.boxes.len() + count > MOST || cuboids().any(has_inside) {
         return as_they_are;
@@ -65,6 +69,15 @@ fn holds(cuboid: &BoxObject, point: DVec3, around: f64) -> bool {
     let across = turn::rotation(cuboid.rotation) * away.truncate();
     let beside = (across.abs() - 0.5 * cuboid.size.truncate()).extend((-away.z).max(away.z - cuboid.size.z));
     beside.max(DVec3::ZERO).length() <= around
+}
+
+/// False if a luminaire is farther than `near` m from a box, by the blocks along the room's axes around both.
+fn may_meet(cuboid: &BoxObject, luminaire: &Luminaire, near: f64) -> bool {
+    let Luminaire { corner, edge_u, edge_v, .. } = *luminaire;
+    let [low, high] = TraceableBox::new(cuboid).bounds();
+    let far = edge_u.max(DVec3::ZERO) + edge_v.max(DVec3::ZERO);
+    let [from, to] = [corner + edge_u.min(DVec3::ZERO) + edge_v.min(DVec3::ZERO), corner + far];
+    (low - near).cmple(to).all() && from.cmple(high + near).all()
 }
 
 /// Some triangles of a mesh, by their numbers.
@@ -127,9 +140,13 @@ impl Found {
             parts[part(triangle)].triangles.push(triangle);
         }
         for edge in edges() {
+            let is_open = |of: usize| {
+                let of_part = || edge.iter().filter(|side| part(side.triangle) == of);
+                // no board is joined by so many: they are not counted, whatever their number
+                edge.len() > MOST_AT_EDGE || of_part().count() % 2 == 1
+            };
             for side in edge {
-                let of_part = edge.iter().filter(|other| part(other.triangle) == part(side.triangle)).count();
-                parts[part(side.triangle)].is_open |= of_part % 2 == 1;
+                parts[part(side.triangle)].is_open |= is_open(part(side.triangle));
             }
         }
         let mut found = Self { cuboids: Vec::new(), rest: Vec::new() };
@@ -380,12 +397,31 @@ mod tests {
             (boxes.len(), meshes.len())
         };
         assert_eq!([many(MOST), many(MOST + 1)], [(MOST, 0), (0, 1)]);
+        // of a board that many fins meet at an edge nobody asks how often it is closed
+        let fins = |count: usize| {
+            let mut object = boards(&[TABLE[4]], 1, 0.0);
+            let [a, b, _] = object.mesh.triangles[0];
+            object.mesh.positions.push(DVec3::splat(1.0));
+            let tip = object.mesh.positions.len() as u32 - 1;
+            object.mesh.triangles.extend(vec![[a, b, tip]; count]);
+            object.mesh.triangle_materials.extend(vec![0; count]);
+            boxes_and_meshes(&scene(vec![object])).0.len()
+        };
+        assert_eq!([fins(0), fins(4), fins(MOST_AT_EDGE)], [1, 1, 0]);
         let mut scene = scene(vec![boards(&[TABLE[4]], 1, 0.4)]);
         let inside = DVec3::new(2.2, 1.7, 0.61);
         for (eye, boxes) in [(inside, 0), (inside - DVec3::Z * 0.1, 1)] {
             scene.views =
                 vec![View::new("view".into(), eye, DVec3::new(3.0, 2.0, 1.0), DVec3::Z, 1.0, [8, 8]).unwrap()];
             assert_eq!(boxes_and_meshes(&scene).0.len(), boxes);
+        }
+        // a luminaire that goes through it, and one beside
+        scene.views.clear();
+        for (height, boxes) in [(0.5, 0), (0.7, 1)] {
+            let corner = DVec3::new(1.0, 1.0, height);
+            let [edge_u, edge_v] = [DVec3::new(2.0, 0.0, 0.2), DVec3::new(0.0, 1.5, 0.0)];
+            scene.room.luminaires = vec![Luminaire { corner, edge_u, edge_v, luminance: [100.0; 3] }];
+            assert_eq!(boxes_and_meshes(&scene).0.len(), boxes, "{height}");
         }
     }
 }

@@ -188,7 +188,8 @@ mod tests {
         BoxObject { size: size.into(), base: base.into(), rotation: 0.0, surface: GREY }
     }
 
-    /// The same as a closed mesh of 12 triangles: the lower face is the first two.
+    /// The same as a closed mesh of 12 triangles: the lower face is the first two. The last face is a hair brighter: a cuboid of one surface
+    /// would be traced as a box.
     fn mesh(base: [f64; 3], size: [f64; 3]) -> MeshObject {
         let corner = |k: usize| {
             let share = DVec3::new((k & 1) as f64 - 0.5, (k >> 1 & 1) as f64 - 0.5, (k >> 2) as f64);
@@ -198,11 +199,14 @@ mod tests {
         let mesh = TriangleMesh {
             positions: (0..8).map(corner).collect(),
             triangles: faces.into_iter().flat_map(|[a, b, c, d]| [[a, b, c], [a, c, d]]).collect(),
-            triangle_materials: vec![0; 12],
-            materials: vec![String::new()],
+            triangle_materials: [vec![0; 10], vec![1; 2]].concat(),
+            materials: vec![String::new(); 2],
             ..TriangleMesh::default()
         };
-        MeshObject { mesh, surfaces: vec![GREY] }
+        MeshObject {
+            mesh,
+            surfaces: vec![GREY, Surface { reflectance: GREY.reflectance.map(|share| share + 1e-9), ..GREY }],
+        }
     }
 
     /// A cube of 4 m with some objects.

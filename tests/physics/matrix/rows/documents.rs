@@ -147,11 +147,12 @@ fn block(object: &Value, height_m: f64, estimate: &str) -> Scene {
     }))
 }
 
-/// The same block as 12 triangles and as a box, in this order, with a grid and a view.
+/// The same block as 12 triangles, of which two are a hair brighter, as a cuboid of one surface would be traced as a box, and as a box, in this
+/// order, with a grid and a view.
 pub fn mesh_and_box(height_m: f64, estimate: &str) -> [Scene; 2] {
-    let grey = json!({ "reflectance": 0.6 });
+    let [grey, brighter] = [0.6, 0.6 + 1e-9].map(|reflectance| json!({ "reflectance": reflectance }));
     let mesh = json!({ "kind": "mesh", "mesh": "block.obj", "unit": "cm", "position_m": [1.2, 1.2, 0],
-                       "rotation_deg": 25, "surfaces": { "side": grey, "top": grey } });
+                       "rotation_deg": 25, "surfaces": { "side": grey, "top": brighter } });
     let block_of_box = json!({ "kind": "box", "size_m": [0.6, 0.4, 0.5], "position_m": [1.2, 1.2, 0],
                                "rotation_deg": 25, "surface": grey });
     [mesh, block_of_box].map(|object| block(&object, height_m, estimate))
