@@ -231,6 +231,7 @@ fn told_square(square: f64, noise: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::integrator::trial::TrialPasses;
     use crate::sampling::{Key, PathRandom};
     use crate::statistics::Moments;
     use crate::statistics::interval::two_sided_student_quantile;
@@ -307,7 +308,7 @@ mod tests {
     /// bias, 1 / (5 * 20), and intervals of 95 % hold it in that share of 300 seeds at least, within 4 standard errors.
     #[test]
     fn the_law_of_a_trial_is_as_certain_as_it_says() {
-        let ratios = Ratios { variance: 0.5, shared_variance: 0.5, ..Ratios::ONE };
+        let ratios = Ratios { variance: 0.5, shared_variance: 0.5, ..TrialPasses::WHOLE.ratios(1.0) };
         let (mut logarithms, mut held) = (Moments::default(), 0u32);
         for seed in 0..300 {
             let mut random = PathRandom::new(Key::new(seed));
@@ -342,7 +343,7 @@ mod tests {
             let found = Found { values: &values, bias: &vec![Vec::new(); 2000], fixed: &[], share: 1.0 };
             ErrorLaw::of(&found, ratios, None).unwrap().noise
         };
-        let ratios = Ratios { shared_variance: 0.01, ..Ratios::ONE };
+        let ratios = Ratios { shared_variance: 0.01, ..TrialPasses::WHOLE.ratios(1.0) };
         let noise = law(0.2, 0.1, &ratios);
         assert!((noise - (0.01 + 0.0004)).abs() < 4.0 * 0.01 * (2.0 / 2000.0f64 / 12.0).sqrt() + 0.001, "{noise}");
         let own_alone = law(0.0, 0.1, &ratios);
@@ -353,7 +354,7 @@ mod tests {
 
     #[test]
     fn a_bias_counts_where_it_is_more_than_noise() {
-        let ratios = Ratios { squared_bias: 0.0625, ..Ratios::ONE };
+        let ratios = Ratios { squared_bias: 0.0625, ..TrialPasses::WHOLE.ratios(1.0) };
         let mut random = PathRandom::new(Key::new(5));
         let mut law = |bias: f64| {
             let mut pass = |mean: f64| -> Vec<f64> { (0..30).map(|_| mean + 0.5 * normal(&mut random)).collect() };

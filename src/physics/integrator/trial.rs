@@ -56,12 +56,6 @@ pub struct Ratios {
     pub squared_bias: f64,
 }
 
-impl Ratios {
-    /// Passes like those of the trial.
-    pub const ONE: Self =
-        Self { work_of_pass: 1.0, work_of_place: 1.0, variance: 1.0, shared_variance: 1.0, squared_bias: 1.0 };
-}
-
 /// Fewest and most photons of a trial's pass: some milliseconds at most.
 const LEAST_PHOTONS: u64 = 64;
 const MOST_PHOTONS: u64 = 4096;
@@ -111,7 +105,11 @@ mod tests {
 
     #[test]
     fn passes_of_another_size_are_foretold_by_powers() {
-        assert_eq!(TrialPasses::WHOLE.ratios(1.0), Ratios::ONE);
+        let whole = TrialPasses::WHOLE.ratios(1.0);
+        assert_eq!(
+            [whole.work_of_pass, whole.work_of_place, whole.variance, whole.shared_variance, whole.squared_bias],
+            [1.0; 5]
+        );
         // half the error by passes 2^1.6 times as large, which have a quarter of the variance
         let larger = TrialPasses::of_size(libm::exp2(1.6), Powers::of_growth(1.6)).ratios(1.0);
         assert!((larger.variance - 0.25).abs() < 1e-15 && larger.work_of_place == libm::exp2(1.6), "{larger:?}");
