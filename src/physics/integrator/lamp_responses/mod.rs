@@ -40,6 +40,7 @@ use glam::{DVec2, DVec3};
 use super::lamp::beside::{Lamps, Lit, add_beside, bytes_beside, most_places, photons_beside, refuses_beside};
 use super::lamp::cells::{CELLS, Receiver, TubeLight, cell};
 use super::lamp::light::DiffuserLight;
+use super::lamp::sizes::photons_for;
 use super::lamp::zone::Zone;
 use super::{GridPass, Integrator, Pass};
 use crate::guide::RayCount;
@@ -82,16 +83,21 @@ impl Default for Settings {
 const LEAST: f64 = 64.0;
 const MOST: f64 = 65_536.0;
 
-/// Photons for each tube of a pass, unless the document says how many.
+/// Photons for each tube of a pass, unless the document says how many, or the flux of the tubes asks for more.
 const PHOTONS: PassSize = PassSize { for_one_percent: 256.0, growth: 1.2, fewest: LEAST, most: MOST };
 
 impl Settings {
-    /// Photons of a pass for a relative standard error `target`; light beside the lamps asks for so many at least.
-    fn photons(&self, target: f64, tubes: usize, beside: f64) -> u64 {
+    /// Photons of a pass for a relative standard error `target` through as many tubes; so many at least.
+    fn photons(&self, target: f64, tubes: usize, least: f64) -> u64 {
         // whole rows of small nets
-        let rows = PHOTONS.of(target, tubes as f64).max(beside) / LEAST;
+        let rows = PHOTONS.of(target, tubes as f64).max(least).min(MOST) / LEAST;
         let by_accuracy = rows.round() as u64 * LEAST as u64;
         self.photons_per_pass.unwrap_or(by_accuracy)
+    }
+
+    /// The same for tubes whose flux, and light beside them as lamps, asks for its own.
+    fn photons_through(&self, tubes: &[TraceableTube], target: f64) -> u64 {
+        self.photons(target, tubes.len(), photons_for(tubes, target).max(photons_beside(tubes, target)))
     }
 }
 
@@ -134,7 +140,7 @@ impl Described for Settings {
     fn trial(&self, task: &Task, target: f64) -> Trial {
         let tubes = &task.traceable.tubes;
         let anew = Self { keeps_rooms: false, ..self.clone() };
-        let photons = self.photons(target, tubes.len(), photons_beside(tubes, target)) as f64;
+        let photons = self.photons_through(tubes, target) as f64;
         // the paths are most of the work and all of the noise that sensors have of their own, and as many at every accuracy
         let powers = Powers { work_of_place: 0.0, variance: 0.0, ..Powers::OF_PHOTONS };
         Trial::whole(anew, most_places(tubes, 9)).with(TrialPasses::of_size(photons, powers))
@@ -142,8 +148,7 @@ impl Described for Settings {
 
     fn build(&self, task: &Task, seed: u64, target: f64) -> Computation {
         let scene = task.traceable.clone();
-        let beside = photons_beside(&scene.tubes, target);
-        let photons = self.photons(target, scene.tubes.len(), beside);
+        let photons = self.photons_through(&scene.tubes, target);
         let sizes = Sizes { photons, paths: self.samples_per_sensor, keeps_rooms: self.keeps_rooms };
         match task.scene.channels {
             Channels::Photopic => {

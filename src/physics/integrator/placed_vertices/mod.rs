@@ -103,13 +103,15 @@ impl Settings {
     /// Photons and vertices of a pass for a relative standard error `target`, where obstacles ask for `more` times as many.
     fn sizes(&self, target: f64, tubes: &[TraceableTube], more: f64) -> [u64; 2] {
         // whole rows of small nets, and whole nets where these are small enough and nothing takes from what they gain
-        let size = |number: f64| match (number.clamp(LEAST, MOST) / LEAST).round() as u64 {
-            rows if rows < 4 || more > 1.0 => rows * LEAST as u64,
+        let size = |number: f64, gains: bool| match (number.clamp(LEAST, MOST) / LEAST).round() as u64 {
+            rows if rows < 4 || !gains => rows * LEAST as u64,
             _ => power_of_two(number.min(MOST)),
         };
-        let photons = size((photons_for(tubes, target) * more).max(photons_beside(tubes, target)));
-        let vertices = if are_straight(tubes) { VERTICES } else { BESIDE_NOISY_FLUX };
-        let vertices = size(vertices.of(target, more));
+        let (are_straight, is_free) = (are_straight(tubes), more <= 1.0);
+        let photons = (photons_for(tubes, target) * more).max(photons_beside(tubes, target));
+        let photons = size(photons, is_free && are_straight);
+        let vertices = if are_straight { VERTICES } else { BESIDE_NOISY_FLUX };
+        let vertices = size(vertices.of(target, more), is_free);
         [self.photons_per_pass.unwrap_or(photons), self.vertices_per_pass.unwrap_or(vertices)]
     }
 }
