@@ -14,7 +14,7 @@ const OF_OTHER_GUIDES: PassSize = PassSize { for_one_percent: 256.0, ..STRAIGHT 
 /// The same through bends where more than 1 % is asked for. Even points gain little there: four times the photons have a third of the
 /// variance. With passes that grew as straight ones do, fine answers would take more of them, and each look at an error is another chance
 /// to end by one that is small by luck. Of jobs in the scene S3 to a standard error of 0.51 % so grown passes let 7 % be off by half as
-/// much again, and these 3.6 %. More of them than the most would have errors no smaller for the same time.
+/// much again, and these 4 %. More of them than the most would have errors no smaller for the same time.
 const BENT_AND_FINE: PassSize = PassSize { growth: 1.85, most: 24_576.0, ..BENT };
 
 /// True if the flux of all tubes is known well after few photons.
