@@ -138,7 +138,7 @@ impl<'a> Tried<'a> {
         let target = prepared.stop.target();
         let trial = method.described().trial(&task, target);
         let sample = Sample::new(&task, trial.most_places);
-        let work = cost::work(&prepared.scene, &prepared.plan, target);
+        let work = cost::work(&prepared.scene, &prepared.traceable, &prepared.plan, target);
         let expected = trial.method.seconds_per_pass(&sample.work(&work));
         Self { output, row, method, task, sample, is_planned, expected }
     }

@@ -131,7 +131,7 @@ pub fn prepare_document(document: &ValidJob, meshes: &dyn MeshSource) -> Result<
     warnings.extend(caveats.map(|caveat| Warning { code: caveat.code.into(), detail: caveat.detail }));
     let engine = Engine::new(&traceable, &scene, &plan.methods, &stop, document.seed);
     let components = plan.methods.parts.map_or_else(Vec::new, |_| Component::of_scene(&traceable));
-    let seconds_per_pass = plan::cost::seconds_per_pass(&scene, &plan, stop.target()).max(1e-9);
+    let seconds_per_pass = plan::cost::seconds_per_pass(&scene, &traceable, &plan, stop.target()).max(1e-9);
     stop.judgements.most_apart = ((MOST_BETWEEN_JUDGEMENTS / seconds_per_pass) as u64).max(1);
     Ok(Prepared {
         document: serde_json::to_value(document).unwrap_or_default(),

@@ -1,10 +1,11 @@
 //! Measured diffusers: tables of BTDF and BRDF over the angles of incidence and exit.
 
-use std::f64::consts::{FRAC_PI_2, PI, TAU};
+use std::f64::consts::{PI, TAU};
 
 use glam::DVec3;
 
 use super::Spectrum;
+use super::angular_table::Distribution;
 use super::scatter::{Kind, Scatter, Scattered, SheetSide, Travel, toward_side};
 use crate::sampling::{PathSamples, warp};
 
@@ -17,24 +18,6 @@ pub struct MeasuredDiffuser {
     transmission: Distribution,
     /// Distribution of the reflected light; `None` for a sheet that reflects nothing.
     reflection: Option<Distribution>,
-}
-
-/// A BTDF or BRDF per sr over the angles of incidence and exit.
-#[derive(Clone, Debug, PartialEq)]
-struct Distribution {
-    /// Radians, ascending from 0 to pi/2.
-    incidence: Vec<f64>,
-    rows: Vec<Row>,
-}
-
-/// Values over the angle of exit at one angle of incidence.
-#[derive(Clone, Debug, PartialEq)]
-struct Row {
-    /// Radians, ascending from 0 to pi/2.
-    exit: Vec<f64>,
-    per_sr: Vec<f64>,
-    /// Share of the light that leaves within each angle of exit; the last is the directional-hemispherical share.
-    within: Vec<f64>,
 }
 
 /// A table is not one value >= 0 per pair of angles that ascend from 0 to pi/2, or gives more light than it gets.
@@ -73,7 +56,7 @@ impl MeasuredDiffuser {
         // both are linear in the angle between rows: what holds at the rows holds between them; a row is asked itself, since the
         // cosine of a small angle of incidence is that of none
         for row in 0..incidence.len() {
-            let total = |distribution: &Distribution| distribution.rows[row].total();
+            let total = |distribution: &Distribution| distribution.total(row);
             let share = total(&diffuser.transmission) + diffuser.reflection.as_ref().map_or(0.0, total);
             if share > 1.0 + ROUNDING {
                 return Err(TableError::Gain { row, share });
@@ -103,27 +86,17 @@ impl MeasuredDiffuser {
     /// Share of the light at an angle of incidence with the given cosine that passes as through a Lambertian sheet: pi times the
     /// least BTDF over the angles of exit. What the table has beside it is nowhere negative.
     pub fn even_share(&self, cosine: f64) -> f64 {
-        let (a, b, share) = self.transmission.around(libm::acos(cosine.clamp(0.0, 1.0)));
-        // a row is linear between its angles: its least value is at one of them
-        let values = a.per_sr.iter().zip(&b.per_sr).map(|(a, b)| (1.0 - share) * a + share * b);
-        PI * values.fold(f64::INFINITY, f64::min)
+        PI * self.transmission.least_per_sr(libm::acos(cosine.clamp(0.0, 1.0)))
     }
 
     /// True if light at some angle of incidence passes in part as through a Lambertian sheet: [`Self::even_share`] is not 0.
     pub fn has_even_part(&self) -> bool {
-        // no value is negative: between two rows there is something wherever either has something
-        let pairs = self.transmission.rows.iter().zip(self.transmission.rows.iter().skip(1));
-        pairs.into_iter().any(|(one, next)| one.per_sr.iter().zip(&next.per_sr).all(|(a, b)| a + b > 0.0))
+        self.transmission.has_even_part()
     }
 
     /// The same sheet for light from below that is lost once it has passed: it reflects alike, and passes nothing.
     pub fn opaque(&self) -> Self {
-        let mut opaque = self.clone();
-        for row in &mut opaque.transmission.rows {
-            row.per_sr.fill(0.0);
-            row.within.fill(0.0);
-        }
-        opaque
+        Self { transmission: self.transmission.dark(), ..self.clone() }
     }
 
     /// BTDF, or BRDF where not `transmitted`, per sr; cosines of the angles of incidence and exit in 0..=1.
@@ -144,7 +117,7 @@ impl MeasuredDiffuser {
 
     /// True if no light passes, at any angle.
     pub fn is_opaque(&self) -> bool {
-        self.transmission.rows.iter().all(|row| row.per_sr.iter().all(|value| *value == 0.0))
+        self.transmission.is_dark()
     }
 
     fn of(&self, transmitted: bool) -> Option<&Distribution> {
@@ -231,132 +204,9 @@ impl<const C: usize> Scatter<C> for MeasuredDiffuser {
     }
 }
 
-impl Distribution {
-    fn new(incidence: &[f64], exit: &[f64], table: &[Vec<f64>]) -> Option<Self> {
-        let rows: Option<Vec<Row>> = table.iter().map(|row| Row::new(exit, row)).collect();
-        let rows = rows.filter(|rows| rows.len() == incidence.len() && covers(incidence))?;
-        Some(Self { incidence: incidence.to_vec(), rows })
-    }
-
-    /// The rows around an angle of incidence, and the share of the second.
-    fn around(&self, incidence: f64) -> (&Row, &Row, f64) {
-        let (row, share) = place(&self.incidence, incidence);
-        (&self.rows[row], &self.rows[row + 1], share)
-    }
-
-    fn share(&self, incidence: f64) -> f64 {
-        let (a, b, share) = self.around(incidence);
-        (1.0 - share) * a.total() + share * b.total()
-    }
-
-    fn per_sr(&self, [incidence, exit]: [f64; 2]) -> f64 {
-        let (a, b, share) = self.around(incidence);
-        (1.0 - share) * a.at(exit) + share * b.at(exit)
-    }
-
-    /// Angle of exit: a row by its part of the light, then that row's own distribution.
-    fn sample(&self, incidence: f64, u: f64) -> f64 {
-        let (a, b, share) = self.around(incidence);
-        let (first, second) = ((1.0 - share) * a.total(), share * b.total());
-        let target = u * (first + second);
-        if target < first || second == 0.0 {
-            a.exit_within(target / (1.0 - share))
-        } else {
-            b.exit_within((target - first) / share)
-        }
-    }
-}
-
-impl Row {
-    fn new(exit: &[f64], per_sr: &[f64]) -> Option<Self> {
-        let good = per_sr.iter().all(|value| *value >= 0.0 && value.is_finite());
-        if !good || per_sr.len() != exit.len() || !covers(exit) {
-            return None;
-        }
-        let mut row = Self { exit: exit.to_vec(), per_sr: per_sr.to_vec(), within: vec![0.0] };
-        let mut sum = 0.0;
-        for (segment, end) in exit.iter().skip(1).enumerate() {
-            sum += row.part(segment, *end);
-            row.within.push(sum);
-        }
-        Some(row)
-    }
-
-    fn total(&self) -> f64 {
-        self.within[self.within.len() - 1]
-    }
-
-    fn at(&self, exit: f64) -> f64 {
-        let (segment, share) = place(&self.exit, exit);
-        self.per_sr[segment] + share * (self.per_sr[segment + 1] - self.per_sr[segment])
-    }
-
-    /// Share of the light between the start of a segment and the angle `to` in it: 2 pi int f sin cos, exactly.
-    fn part(&self, segment: usize, to: f64) -> f64 {
-        let (from, next) = (self.exit[segment], self.exit[segment + 1]);
-        let slope = (self.per_sr[segment + 1] - self.per_sr[segment]) / (next - from);
-        let width = to - from;
-        // int sin cos and int (x - from) sin cos without differences of nearly equal numbers: of a peak a millionth of a degree
-        // wide they would leave nothing
-        let even = 0.5 * libm::sin(from + to) * libm::sin(width);
-        let rising = 0.5 * width * libm::sin(0.5 * from + 1.5 * to) * libm::sin(0.5 * width)
-            - 0.25 * libm::cos(from + to) * less_sine(width);
-        TAU * (self.per_sr[segment] * even + slope * rising)
-    }
-
-    /// The angle within which the share `target` of the light leaves.
-    fn exit_within(&self, target: f64) -> f64 {
-        let last = self.exit.len() - 2;
-        let segment = (self.within.partition_point(|sum| *sum <= target).max(1) - 1).min(last);
-        let rest = target - self.within[segment];
-        let (mut low, mut high) = (self.exit[segment], self.exit[segment + 1]);
-        let mut angle = 0.5 * (low + high);
-        // Newton's method, kept between bounds that close in on the root
-        for _ in 0..60 {
-            let excess = self.part(segment, angle) - rest;
-            if excess > 0.0 {
-                high = angle
-            } else {
-                low = angle
-            }
-            let (sin, cos) = libm::sincos(angle);
-            let next = angle - excess / (TAU * self.at(angle) * sin * cos);
-            let next = if next > low && next < high { next } else { 0.5 * (low + high) };
-            if (next - angle).abs() < 1e-14 {
-                return next;
-            }
-            angle = next;
-        }
-        angle
-    }
-}
-
-/// x - sin x for x within 0..=pi/2.
-fn less_sine(x: f64) -> f64 {
-    if x > 0.25 {
-        return x - libm::sin(x);
-    }
-    let square = x * x;
-    let series = [110.0, 72.0, 42.0, 20.0].into_iter().fold(1.0, |sum, divisor| 1.0 - square / divisor * sum);
-    x * square / 6.0 * series
-}
-
-fn covers(angles: &[f64]) -> bool {
-    angles.len() >= 2
-        && angles[0] == 0.0
-        && angles[angles.len() - 1] == FRAC_PI_2
-        && angles.windows(2).all(|pair| pair[0] < pair[1])
-}
-
-/// The interval of ascending `angles` that holds `angle`, and the share of its end.
-fn place(angles: &[f64], angle: f64) -> (usize, f64) {
-    let next = angles.partition_point(|other| *other <= angle).clamp(1, angles.len() - 1);
-    (next - 1, (angle - angles[next - 1]) / (angles[next] - angles[next - 1]))
-}
-
 #[cfg(test)]
 mod tests {
-    use std::f64::consts::PI;
+    use std::f64::consts::FRAC_PI_2;
 
     use super::*;
 
@@ -439,6 +289,7 @@ mod tests {
             assert_eq!(MeasuredDiffuser::new(&ends, &ends, &bad, None), Err(TableError::Shape));
         }
     }
+
     /// A row whose angle has the cosine of none counts all the same: at 30 degrees, halfway in value between such a row and the
     /// next, the table would send out more than it gets.
     #[test]
@@ -449,29 +300,5 @@ mod tests {
         assert!(MeasuredDiffuser::new(&incidence, &ends, &table(1.0), None).is_ok());
         let gain = MeasuredDiffuser::new(&incidence, &ends, &table(5.0), None).unwrap_err();
         assert!(matches!(gain, TableError::Gain { row: 1, .. }), "{gain}");
-    }
-
-    /// A peak of a billion per sr within a hundred-thousandth of a degree: over so small angles int f sin cos is int f x, a
-    /// polynomial.
-    #[test]
-    fn narrow_peaks_keep_their_light() {
-        let exit = angles(&[0.0, 1e-6, 1e-5, 90.0]);
-        let peak = 1e9;
-        let table = vec![vec![peak, peak, 0.0, 0.0]; 2];
-        let diffuser = MeasuredDiffuser::new(&[0.0, FRAC_PI_2], &exit, &table, None).unwrap();
-        let [a, b] = [exit[1], exit[2]];
-        let square = (b * b - a * a) / 2.0;
-        let cube = (b.powi(3) - a.powi(3)) / 3.0;
-        let share = TAU * peak * (0.5 * a * a + square - (cube - a * square) / (b - a));
-        let [found, _] = diffuser.shares(1.0);
-        assert!((found / share - 1.0).abs() < 1e-9, "{found} {share}");
-        // and each part of it leaves within the angle that holds it
-        for u in [0.01, 0.3, 0.7, 0.99] {
-            let exit_angle = diffuser.transmission.sample(0.0, u);
-            let row = &diffuser.transmission.rows[0];
-            let segment = usize::from(exit_angle > a);
-            let within = row.within[segment] + row.part(segment, exit_angle);
-            assert!((within / share - u).abs() < 1e-6, "{u}: {exit_angle} {within}");
-        }
     }
 }

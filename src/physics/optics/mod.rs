@@ -1,5 +1,6 @@
 //! What light meets: collectors, mirrors, diffusers and room surfaces.
 
+mod angular_table;
 pub mod closure;
 pub mod diffuser;
 pub mod dome;

@@ -7,6 +7,7 @@ use super::{GuidePlan, MethodChoice, Methods, Plan, SomeChoice};
 use crate::integrator::method::Work;
 use crate::plan::{EffectKind, GuideKind};
 use crate::scene::Scene;
+use crate::traceable::TraceableScene;
 
 /// Seconds to follow one path through a tube whose guide has a closed form, and through a room of faces and boxes.
 const PATH: f64 = 0.5e-6;
@@ -26,11 +27,12 @@ const CONNECTION_OF_LOBE: f64 = 50e-9;
 /// Seconds to connect one vertex to one sensor by a ray among the triangles of objects.
 const CONNECTION_AMONG_TRIANGLES: f64 = 500e-9;
 
-/// A pass of all grids and views of a scene, and what its parts take, where a relative standard error `target` is asked for.
-pub fn work(scene: &Scene, plan: &Plan, target: f64) -> Work {
+/// A pass of all grids and views of a scene, and what its parts take, where a relative standard error `target` is asked for. Meshes
+/// that `traceable` has as boxes cost what boxes do.
+pub fn work(scene: &Scene, traceable: &TraceableScene, plan: &Plan, target: f64) -> Work {
     let of_guide = |guide: &GuidePlan| if guide.kind == GuideKind::Mesh { PATH_THROUGH_FACETS } else { PATH };
     let path = plan.guides.iter().map(of_guide).fold(PATH, f64::max);
-    let (path, connection) = if scene.room.meshes.is_empty() {
+    let (path, connection) = if traceable.meshes.is_none() {
         (path, CONNECTION)
     } else {
         (path + AMONG_TRIANGLES, CONNECTION_AMONG_TRIANGLES)
@@ -49,8 +51,8 @@ pub fn work(scene: &Scene, plan: &Plan, target: f64) -> Work {
 /// Rough seconds per pass on one core of the machine that the constants were measured on.
 ///
 /// A function of the job alone, never of the machine or of a clock, so that every worker divides a job alike.
-pub fn seconds_per_pass(scene: &Scene, plan: &Plan, target: f64) -> f64 {
-    let both = work(scene, plan, target);
+pub fn seconds_per_pass(scene: &Scene, traceable: &TraceableScene, plan: &Plan, target: f64) -> f64 {
+    let both = work(scene, traceable, plan, target);
     let grids = Work { pixels: 0.0, ..both };
     let views = Work { sensors: 0.0, ..both };
     let methods: &Methods = &plan.methods;

@@ -1,6 +1,7 @@
 //! Bent tubes: equal mirror cylinders that meet in mitred elbows.
 
 mod together;
+mod vectors;
 
 use std::f64::consts::PI;
 

@@ -3,9 +3,10 @@
 //! Rays that run along the axis, graze the wall or bounce very often are followed one by one instead. Every ray has the bits
 //! that [`BentGuide::down`] gives it: the same operations in the same order.
 
-use glam::{DMat3, DVec3};
+use glam::DVec3;
 use pulp::{Arch, Simd, WithSimd};
 
+use super::vectors::{Vector, all, difference, dot, rotated, sum, turned};
 use super::{BentGuide, Cylinder, End, Transit};
 use crate::geometry::cylinder::{LEAST_HALF_CHORD, MOST_SQUARED};
 use crate::geometry::numbers::{Numbers, Truths};
@@ -183,8 +184,6 @@ fn pass<S: Simd>(simd: S, segments: &[Cylinder], index: usize, radius: f64, ways
     }
 }
 
-type Vector<S> = [Numbers<S>; 3];
-
 /// Rays in one segment, in its frame.
 struct Rays<S: Simd> {
     position: Vector<S>,
@@ -338,45 +337,9 @@ impl<S: Simd> Rays<S> {
     }
 }
 
-/// A vector turned by another, as complex numbers multiply.
-#[inline(always)]
-fn rotated<S: Simd>(by: [Numbers<S>; 2], v: [Numbers<S>; 2]) -> [Numbers<S>; 2] {
-    [by[0] * v[0] - by[1] * v[1], by[1] * v[0] + by[0] * v[1]]
-}
-
 #[inline(always)]
 fn of<S: Simd>(simd: S, column: &[f64; WIDEST]) -> Numbers<S> {
     Numbers::of(simd, column, 0)
-}
-
-#[inline(always)]
-fn all<S: Simd>(simd: S, v: DVec3) -> Vector<S> {
-    [Numbers::all(simd, v.x), Numbers::all(simd, v.y), Numbers::all(simd, v.z)]
-}
-
-#[inline(always)]
-fn dot<S: Simd>(a: Vector<S>, b: Vector<S>) -> Numbers<S> {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-#[inline(always)]
-fn sum<S: Simd>(a: Vector<S>, b: Vector<S>) -> Vector<S> {
-    [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
-}
-
-#[inline(always)]
-fn difference<S: Simd>(a: Vector<S>, b: Vector<S>) -> Vector<S> {
-    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
-}
-
-#[inline(always)]
-fn turned<S: Simd>(simd: S, by: &DMat3, v: Vector<S>) -> Vector<S> {
-    let [x, y, z] = [all(simd, by.x_axis), all(simd, by.y_axis), all(simd, by.z_axis)];
-    [
-        x[0] * v[0] + y[0] * v[1] + z[0] * v[2],
-        x[1] * v[0] + y[1] * v[1] + z[1] * v[2],
-        x[2] * v[0] + y[2] * v[1] + z[2] * v[2],
-    ]
 }
 
 #[cfg(test)]

@@ -10,6 +10,7 @@ pub(crate) mod outline;
 pub mod progressive;
 mod solids;
 pub(crate) mod store;
+pub(crate) mod strata;
 pub mod surfaces;
 pub(crate) mod trial;
 pub(crate) mod visible_point;

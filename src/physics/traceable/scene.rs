@@ -1,0 +1,227 @@
+//! A scene compiled for tracing.
+
+use std::sync::Arc;
+
+use glam::DVec3;
+
+use super::box_bounds::BoxBounds;
+use super::box_object::TraceableBox;
+use super::cuboids::boxes_and_meshes;
+use super::luminaire::TraceableLuminaire;
+use super::mesh_objects::TraceableMeshes;
+use super::obstacles::Obstacles;
+use super::source::Source;
+use super::surface_id::{Numbering, SurfaceId};
+use super::tube::{TraceableTube, TubeError};
+use crate::optics::SurfaceOptics;
+use crate::optics::reflection::Lobes;
+use crate::scene::{BoxObject, MeshObject, Room, Scene};
+use crate::sky::{Sky, Sun};
+
+/// Share of the room's diagonal within which surfaces coincide: a luminaire so near to a surface lies on it and hides it.
+const COINCIDING: f64 = 1e-9;
+
+/// A scene compiled for tracing.
+#[derive(Clone, Debug)]
+pub struct TraceableScene {
+    /// The sky, if its light is followed.
+    pub sky: Option<Sky>,
+    /// The sun, if its beam is followed.
+    pub sun: Option<Sun>,
+    /// Extent of the room along x, y and z in m.
+    pub size: DVec3,
+    /// Optics of the surfaces by number; `None` is open.
+    pub(super) surfaces: Vec<Option<SurfaceOptics>>,
+    /// Where the numbers of boxes, facets and luminaires begin.
+    pub numbering: Numbering,
+    /// Boxes in their own frames, in the scene's order.
+    pub boxes: Vec<TraceableBox>,
+    /// What rays are compared with before boxes.
+    pub(super) box_bounds: BoxBounds,
+    /// Triangles of all objects together; `None` without any.
+    pub meshes: Option<Arc<TraceableMeshes>>,
+    /// Luminaires, in the scene's order.
+    pub luminaires: Vec<TraceableLuminaire>,
+    /// Tubes, in the scene's order.
+    pub tubes: Vec<TraceableTube>,
+    /// True if reflected light is followed.
+    pub interreflection: bool,
+    /// True if light that goes up into a guide is followed for its return.
+    pub guide_return: bool,
+    /// True if anything but its faces is in the room.
+    pub(super) furnished: bool,
+    /// True if anything can stand between two points of the room; luminaires on its faces cannot.
+    pub obstructed: bool,
+    /// True if anything can stand between a luminaire and a point before it.
+    pub luminaires_obstructed: bool,
+    /// Bounding volumes of everything that can stand in the way of light from an opening.
+    pub(super) obstacles: Obstacles,
+}
+
+/// What of a scene's light is followed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Follow {
+    /// Light that surfaces of the room reflect.
+    pub interreflection: bool,
+    /// Light that goes up into a guide, for its return.
+    pub guide_return: bool,
+    /// What boxes and meshes do to light; else they are left out.
+    pub objects: bool,
+}
+
+impl TraceableScene {
+    /// Builds guides and numbers surfaces; fails where a meshed tube has no guide.
+    pub fn new(scene: &Scene, follow: Follow) -> Result<Self, TubeError> {
+        let Follow { interreflection, guide_return, objects } = follow;
+        let Room { size, surfaces, luminaires, .. } = &scene.room;
+        let (boxes, meshes) = if objects { boxes_and_meshes(scene) } else { Default::default() };
+        let (boxes, meshes): (&[BoxObject], &[MeshObject]) = (&boxes, &meshes);
+        let mut lobes = Lobes::default();
+        let mut optics: Vec<_> =
+            surfaces.iter().map(|surface| surface.map(|surface| lobes.compile(&surface))).collect();
+        for object in boxes {
+            optics.extend(std::iter::repeat_n(Some(lobes.compile(&object.surface)), 6));
+        }
+        let mesh_objects = meshes;
+        let meshes = TraceableMeshes::new(meshes, *size).map(|(meshes, of_facets)| {
+            for surface in &of_facets {
+                let both_sides = lobes.compile(surface);
+                optics.extend([Some(both_sides.clone()), Some(both_sides)]);
+            }
+            Arc::new(meshes)
+        });
+        let facets = meshes.as_ref().map_or(0, |meshes| meshes.facets.len());
+        let numbering = Numbering { boxes: boxes.len(), facets, luminaires: luminaires.len() };
+        let luminaires: Vec<_> = luminaires
+            .iter()
+            .enumerate()
+            .map(|(index, luminaire)| TraceableLuminaire::new(luminaire, numbering.luminaire(index)))
+            .collect();
+        let black = SurfaceOptics::BLACK;
+        optics.extend(std::iter::repeat_n(Some(black), luminaires.len()));
+        let tubes = scene
+            .tubes
+            .iter()
+            .enumerate()
+            .map(|(tube, description)| {
+                TraceableTube::new(description, size.z).map_err(|error| TubeError { tube, error })
+            })
+            .collect::<Result<_, _>>()?;
+        let objects = !boxes.is_empty() || meshes.is_some();
+        let hanging: Vec<_> =
+            luminaires.iter().copied().filter(|luminaire| !lies_on_a_face(luminaire, *size)).collect();
+        let boxes: Vec<_> = boxes.iter().map(TraceableBox::new).collect();
+        let tubes: Vec<TraceableTube> = tubes;
+        let obstacles = Obstacles::new(&boxes, mesh_objects, &hanging).toward_openings(&tubes, *size);
+        let box_bounds = BoxBounds::new(&boxes.iter().map(TraceableBox::bounds).collect::<Vec<_>>(), *size);
+        let hanging = !hanging.is_empty();
+        Ok(Self {
+            sky: scene.daylight.as_ref().and_then(|daylight| daylight.sky.clone()),
+            sun: scene.daylight.as_ref().and_then(|daylight| daylight.sun),
+            size: *size,
+            surfaces: optics,
+            numbering,
+            furnished: objects || !luminaires.is_empty(),
+            obstructed: objects || hanging,
+            luminaires_obstructed: objects || (hanging && luminaires.len() > 1),
+            boxes,
+            box_bounds,
+            obstacles,
+            meshes,
+            luminaires,
+            tubes,
+            interreflection,
+            guide_return,
+        })
+    }
+
+    /// Optics of a surface; `None` where the room is open.
+    #[inline]
+    pub fn optics(&self, surface: SurfaceId) -> Option<&SurfaceOptics> {
+        self.surfaces[surface.index()].as_ref()
+    }
+
+    /// Optics of all surfaces that are not open.
+    pub fn all_optics(&self) -> impl Iterator<Item = &SurfaceOptics> {
+        self.surfaces.iter().flatten()
+    }
+
+    /// The luminaire with this surface number.
+    #[inline]
+    pub fn luminaire(&self, surface: SurfaceId) -> Option<&TraceableLuminaire> {
+        self.luminaires.get(self.numbering.luminaire_of(surface)?)
+    }
+
+    /// The sources that give light.
+    pub fn sources(&self) -> impl Iterator<Item = Source> {
+        Source::ALL.into_iter().filter(|source| match source {
+            Source::Sky => self.sky.is_some(),
+            Source::Sun => self.sun.is_some(),
+            Source::Luminaires => self.luminaires.iter().any(TraceableLuminaire::emits),
+        })
+    }
+
+    /// The same scene where `source` alone gives light, and daylight comes in by the collector of `tube` alone, or by all.
+    pub fn lit_by(&self, source: Source, tube: Option<usize>) -> Self {
+        let mut scene = self.clone();
+        scene.sky = scene.sky.filter(|_| source == Source::Sky);
+        scene.sun = scene.sun.filter(|_| source == Source::Sun);
+        if source != Source::Luminaires {
+            scene.luminaires.iter_mut().for_each(|luminaire| luminaire.luminance = [0.0; 3]);
+        }
+        for (number, other) in scene.tubes.iter_mut().enumerate() {
+            other.daylit &= tube.is_none_or(|tube| tube == number);
+        }
+        scene
+    }
+
+    /// The same scene without light that surfaces of the room reflect.
+    pub fn without_interreflection(&self) -> Self {
+        Self { interreflection: false, ..self.clone() }
+    }
+
+    /// True if no light can come into the room: no tube lets any pass, and nothing in the room shines.
+    pub fn is_dark(&self) -> bool {
+        self.tubes.iter().all(|tube| tube.diffuser.is_opaque())
+            && !self.luminaires.iter().any(TraceableLuminaire::emits)
+    }
+
+    /// Surfaces that reflect beside their diffuse part, where that is not left out.
+    pub fn specular_surfaces(&self) -> impl Iterator<Item = &SurfaceOptics> {
+        self.all_optics().filter(|surface| surface.is_specular())
+    }
+
+    /// Leaves specular reflection out: surfaces absorb its share.
+    pub fn without_specular(mut self) -> Self {
+        for surface in &mut self.surfaces {
+            *surface = surface.take().map(SurfaceOptics::without_specular);
+        }
+        self
+    }
+
+    /// True if the room has no objects and no luminaires, and its faces are diffuse and light that they reflect is followed.
+    pub fn is_plain(&self) -> bool {
+        !self.furnished && self.interreflection && self.specular_surfaces().next().is_none()
+    }
+
+    /// Height in metres above a plane within which a flight that ends there has reached it: light ends a hair's breadth
+    /// before a mesh, and a grid may lie on it.
+    pub fn contact(&self) -> f64 {
+        self.meshes.as_ref().map_or(0.0, |meshes| 2.0 * meshes.clearance)
+    }
+
+    /// Distance in metres within which surfaces coincide.
+    pub fn coinciding(&self) -> f64 {
+        COINCIDING * self.size.length()
+    }
+}
+
+/// True if a luminaire lies in the plane of a face of the room, where it can stand between nothing.
+fn lies_on_a_face(luminaire: &TraceableLuminaire, size: DVec3) -> bool {
+    let corners = luminaire.corners();
+    (0..3).any(|axis| {
+        [0.0, size[axis]]
+            .iter()
+            .any(|plane| corners.iter().all(|corner| (corner[axis] - plane).abs() <= COINCIDING * size.length()))
+    })
+}

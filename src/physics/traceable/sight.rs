@@ -1,0 +1,98 @@
+//! What stands between two points of the room.
+
+use glam::DVec3;
+
+use super::block::ON_TARGET;
+use super::obstacles::{DiscView, Shadow};
+use super::outlines::Casters;
+use super::scene::TraceableScene;
+use super::surface_id::SurfaceId;
+
+impl TraceableScene {
+    /// True if nothing stands between two points of the room; the surfaces that they lie on do not count.
+    #[inline]
+    pub fn visible(&self, a: DVec3, from: Option<SurfaceId>, b: DVec3, to: Option<SurfaceId>) -> bool {
+        if !self.obstructed {
+            return true;
+        }
+        let own = |surface: Option<SurfaceId>| surface.and_then(|surface| self.numbering.box_of(surface));
+        let (own_a, own_b) = (own(from), own(to));
+        self.no_luminaire_between(a, from, b, to)
+            && self.box_bounds.met(a, b - a, 1.0).into_iter().all(|index| {
+                Some(index) == own_a
+                    || Some(index) == own_b
+                    || self.boxes[index].intersect(a, b - a).is_none_or(|(t, ..)| t >= 1.0 - ON_TARGET)
+            })
+            && !self.meshes.as_ref().is_some_and(|meshes| meshes.blocks(a, b, 1.0 - ON_TARGET))
+    }
+
+    /// True if no mesh and no luminaire stands between two points of the room.
+    #[inline]
+    pub fn visible_past_boxes(&self, a: DVec3, b: DVec3) -> bool {
+        self.no_luminaire_between(a, None, b, None)
+            && !self.meshes.as_ref().is_some_and(|meshes| meshes.blocks(a, b, 1.0 - ON_TARGET))
+    }
+
+    /// True if certainly nothing stands between any point within `reach` of `position`, at its height, and any point of
+    /// a disc of `radius` around `centre` in the ceiling; `from` is the surface of `position`, whose horizon hides
+    /// nothing.
+    pub fn leaves_clear(
+        &self,
+        position: DVec3,
+        reach: f64,
+        from: Option<SurfaceId>,
+        centre: DVec3,
+        radius: f64,
+    ) -> bool {
+        if !self.obstructed {
+            return true;
+        }
+        // a box is convex: none of its points hides what another sees
+        let own_box = from.filter(|_| reach == 0.0).and_then(|surface| self.numbering.box_of(surface));
+        self.obstacles.leave_clear(position, reach, own_box, centre, radius)
+    }
+
+    /// True if certainly no object and no luminaire touches the block along the axes between two corners, widened by `near` m; box
+    /// `but_for` is left out.
+    pub fn leaves_bare(&self, corners: [DVec3; 2], near: f64, but_for: Option<usize>) -> bool {
+        // luminaires on faces are no obstacles
+        self.luminaires.is_empty() && self.obstacles.leave_bare(corners, near, but_for)
+    }
+
+    /// The shadows that light from `position` throws on the horizontal plane at `height`; box `but_for` throws none.
+    pub fn shadows(&self, position: DVec3, height: f64, but_for: Option<usize>) -> impl Iterator<Item = Shadow> {
+        self.obstacles.shadows(position, height, but_for)
+    }
+
+    /// How a point below the ceiling sees the opening of a tube.
+    pub fn view_of_opening(&self, position: DVec3, tube: usize) -> DiscView {
+        let tube = &self.tubes[tube];
+        self.obstacles.view_of_disc(position, tube.origin, tube.opening_radius)
+    }
+
+    /// Everything that can stand in the way of light, ready for questions about the outlines of its shadows.
+    pub fn casters(&self) -> Casters {
+        self.obstacles.casters()
+    }
+
+    /// The same of some obstacles by their numbers.
+    pub fn casters_of(&self, obstacles: &[usize]) -> Casters {
+        self.obstacles.casters_of(obstacles)
+    }
+
+    /// True if a point is inside a box, or on the lower side of one.
+    #[inline]
+    pub fn is_in_box(&self, point: DVec3) -> bool {
+        self.boxes.iter().any(|object| object.contains(point))
+    }
+
+    fn no_luminaire_between(&self, a: DVec3, from: Option<SurfaceId>, b: DVec3, to: Option<SurfaceId>) -> bool {
+        self.luminaires.iter().all(|luminaire| {
+            Some(luminaire.surface) == from
+                || Some(luminaire.surface) == to
+                || luminaire
+                    .intersect(a, b - a)
+                    .is_none_or(|t| t >= 1.0 - ON_TARGET || t * (b - a).length() <= self.coinciding())
+        })
+    }
+}
