@@ -63,7 +63,7 @@ const POINTS_AT_ONCE: usize = 64;
 const MOST_SENSORS: usize = 1024;
 
 /// Sensors to which one thread connects all points at least.
-const SENSORS_AT_ONCE: usize = 48;
+const SENSORS_AT_ONCE: usize = 256;
 
 /// All strips of a room; none where obstacles, luminaires or what scatters otherwise ask for more than connections.
 #[derive(Debug)]
