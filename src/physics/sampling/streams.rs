@@ -172,6 +172,8 @@ streams! {
 
     /// A randomisation of the Sobol sequence for a block of paths; the index is the block's.
     Replicate = 0, MANY, below [Paths, BidirectionalSensor, TwoStageSensor];
+    /// Where in their pixels the paths of a view begin.
+    PlacesInPixels = 1 << 41, 1, below [Paths];
     /// Pseudo-random numbers of paths, numbered by paths below it.
     PseudoRandom = 1 << 40, 1, below [Paths, BidirectionalSensor, TwoStageSensor];
 }

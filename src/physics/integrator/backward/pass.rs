@@ -10,7 +10,7 @@ use super::walk::Walk;
 use crate::guide::RayCount;
 use crate::integrator::backward::room_entry::enter_room;
 use crate::optics::Spectrum;
-use crate::sampling::{Key, PathSamples};
+use crate::sampling::{Key, PathSamples, Replicate, Stream};
 use crate::scene::{EstimateKind, Grid, View};
 use crate::traceable::TraceableScene;
 
@@ -80,9 +80,8 @@ pub fn view<const C: usize>(
     daylight: &impl Daylight<C>,
     cancel: &AtomicBool,
 ) -> Option<(Vec<f64>, RayCount)> {
-    let pixels = each(view.size_px[0] * view.size_px[1], cancel, |index| {
-        pixel(scene, view, index, sampling, stream.child(index as u64), daylight)
-    })?;
+    let pixels =
+        each(view.size_px[0] * view.size_px[1], cancel, |index| pixel(scene, view, index, sampling, stream, daylight))?;
     let mut luminance = Vec::new();
     let mut rays = RayCount::default();
     for (seen, of_pixel) in pixels {
@@ -103,9 +102,11 @@ fn pixel<const C: usize>(
 ) -> (Spectrum<C>, RayCount) {
     let (column, row) = (pixel % view.size_px[0], pixel / view.size_px[0]);
     let (mut luminance, mut rays) = (Spectrum::ZERO, RayCount::default());
-    for number in 0..u64::from(sampling.paths) {
+    let paths = u64::from(sampling.paths);
+    let first = number_in_squares([column, row]) * paths;
+    for number in first..first + paths {
         let mut walk: Walk<'_, C> = sampling.walk(scene, stream, number);
-        let [x, y] = walk.samples.pair();
+        let [x, y] = place_in_pixel(stream, number, paths, &mut walk.samples);
         let direction = view.ray_direction(column as f64 + x, row as f64 + y);
         if let Some(origin) = enter_room(scene, view.eye, direction) {
             walk.luminance(&NextEvent(daylight), origin, direction, Way::FROM_EYE);
@@ -114,4 +115,52 @@ fn pixel<const C: usize>(
         rays += walk.rays;
     }
     (luminance * (1.0 / f64::from(sampling.paths)), rays)
+}
+
+/// A point of a pixel, both coordinates in 0..1, for one of so many paths.
+fn place_in_pixel(stream: Key, number: u64, paths: u64, samples: &mut PathSamples) -> [f64; 2] {
+    if paths == 1 {
+        // the even points are worth more to directions, which neighbours share
+        return samples.random.uniform2();
+    }
+    let (replicate, number) = Replicate::of(stream.stream(Stream::PlacesInPixels, 0), number);
+    let [x, y, ..] = replicate.point(number, 0);
+    [x, y]
+}
+
+/// Number of a pixel along a way that fills one aligned square of 2^k x 2^k pixels after the other, for every k (Morton 1966).
+///
+/// Points of a Sobol sequence with these numbers are even over each such square: what one pixel lacks its neighbours have (Ahmed
+/// and Wonka 2020).
+fn number_in_squares([column, row]: [usize; 2]) -> u64 {
+    let spread = |coordinate: usize| (0..32).fold(0, |bits, bit| bits | (coordinate as u64 >> bit & 1) << (2 * bit));
+    spread(column) | spread(row) << 1
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Every aligned square of 16 x 16 pixels has one point in each of as many equal parts of the unit square, wherever it lies, and so
+    /// has every one of 4 x 4; no two pixels have one number.
+    #[test]
+    fn squares_of_pixels_share_even_points() {
+        let key = Key::new(3);
+        for side in [4, 16] {
+            for [left, top] in [[0, 0], [side, 0], [48, 16], [272, 1040]] {
+                let mut seen = vec![0; side * side];
+                for place in 0..side * side {
+                    let number = number_in_squares([left + place % side, top + place / side]);
+                    let mut samples = PathSamples::with_pairs(key, number, 1);
+                    let part = |at: f64| (at * side as f64) as usize;
+                    let [x, y] = samples.pair();
+                    seen[part(y) * side + part(x)] += 1;
+                }
+                assert!(seen.iter().all(|count| *count == 1), "{side} {left} {top}: {seen:?}");
+            }
+        }
+        let mut numbers: Vec<u64> = (0..64 * 64).map(|place| number_in_squares([place % 64, place / 64])).collect();
+        numbers.sort_unstable();
+        assert!(numbers.into_iter().eq(0..64 * 64));
+    }
 }
