@@ -179,10 +179,7 @@ const CERTAIN_REFLECTIONS: u32 = 3;
 /// Pairs of Sobol coordinates of a path.
 const SOBOL_PAIRS: u32 = 8;
 
-/// The same for paths from an eye, which share even points with those of neighbouring pixels. In the room of the thesis, with one path a
-/// pixel, blocks of pixels have a quarter of the variance that roulette after two reflections and random numbers leave them, for a
-/// quarter more time; a fifth reflection or a third pair gains nothing.
-const CERTAIN_REFLECTIONS_SEEN: u32 = 4;
+/// The same for paths from an eye, which share even points with those of neighbouring pixels: a third pair gains nothing.
 const SOBOL_PAIRS_SEEN: u32 = 2;
 
 /// The method on one scene; `C` channels of light.
@@ -286,5 +283,5 @@ fn sampling(paths: u32) -> Sampling {
 }
 
 fn sampling_of_pixels(paths: u32) -> Sampling {
-    Sampling { paths, certain: CERTAIN_REFLECTIONS_SEEN, pairs: SOBOL_PAIRS_SEEN }
+    Sampling { paths, certain: CERTAIN_REFLECTIONS, pairs: SOBOL_PAIRS_SEEN }
 }

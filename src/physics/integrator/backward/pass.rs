@@ -133,8 +133,19 @@ fn place_in_pixel(stream: Key, number: u64, paths: u64, samples: &mut PathSample
 /// Points of a Sobol sequence with these numbers are even over each such square: what one pixel lacks its neighbours have (Ahmed
 /// and Wonka 2020).
 fn number_in_squares([column, row]: [usize; 2]) -> u64 {
-    let spread = |coordinate: usize| (0..32).fold(0, |bits, bit| bits | (coordinate as u64 >> bit & 1) << (2 * bit));
-    spread(column) | spread(row) << 1
+    bits_apart(column as u32) | bits_apart(row as u32) << 1
+}
+
+/// The bits of a number, each followed by a zero.
+fn bits_apart(number: u32) -> u64 {
+    let halves = [
+        (16, 0x0000_ffff_0000_ffff),
+        (8, 0x00ff_00ff_00ff_00ff),
+        (4, 0x0f0f_0f0f_0f0f_0f0f),
+        (2, 0x3333_3333_3333_3333),
+        (1, 0x5555_5555_5555_5555),
+    ];
+    halves.into_iter().fold(u64::from(number), |bits, (width, mask)| (bits | bits << width) & mask)
 }
 
 #[cfg(test)]
