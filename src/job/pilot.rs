@@ -24,7 +24,7 @@ use crate::estimate::Estimate;
 use crate::estimate::error_law::{ErrorLaw, Judged};
 use crate::integrator::Method;
 use crate::integrator::method::{self, Computation, Task, Trial};
-use crate::plan::choose::refuses;
+use crate::plan::choose::{MethodChoice, refuses};
 use crate::plan::cost;
 use crate::statistics::interval::two_sided_normal_quantile;
 
@@ -78,7 +78,11 @@ pub fn predict(prepared: &Prepared, cancel: &AtomicBool) -> Predictions {
         }
         for method in &prepared.offered {
             let refusal = refuses(method, task);
-            let is_planned = planned.as_ref().is_some_and(|choice| choice.method.name() == method.name());
+            let planned =
+                planned.as_ref().map(|choice| &choice.method).filter(|planned| planned.name() == method.name());
+            let is_planned = planned.is_some();
+            // the plan may have chosen settings of its own
+            let method = planned.unwrap_or(method);
             if refusal.is_none() {
                 trials.push(Tried::new(prepared, output, rows[output].len(), method, *task, is_planned));
             }
@@ -112,6 +116,14 @@ pub fn predict(prepared: &Prepared, cancel: &AtomicBool) -> Predictions {
     });
     let pilot_seconds = start.elapsed().as_secs_f64();
     Predictions { pilot_seconds, threads, confidence: prepared.stop.confidence, grids, views }
+}
+
+/// The methods that can be told of, each with the settings that the plan has chosen if it takes it, and whether it does.
+fn methods<'a>(prepared: &'a Prepared, planned: Option<&'a MethodChoice>) -> impl Iterator<Item = (&'a Method, bool)> {
+    prepared.offered.iter().map(move |offered| {
+        let planned = planned.map(|choice| &choice.method).filter(|planned| planned.name() == offered.name());
+        (planned.unwrap_or(offered), planned.is_some())
+    })
 }
 
 /// A method to be tried on an output.
@@ -193,9 +205,11 @@ impl Outcome {
 /// passes of its trial; as [`predict`] finds them, but without a clock. `None` where it refuses, has no passes, or too few.
 pub fn laws(prepared: &Prepared, method: &str, passes: usize) -> Option<Vec<ErrorLaw>> {
     let task = Task::whole(&prepared.scene, &prepared.traceable);
-    let task = if task.grids.is_empty() { task } else { task.without_views() };
-    let method =
-        prepared.offered.iter().find(|offered| offered.name() == method && refuses(offered, &task).is_none())?;
+    let of_plan = &prepared.plan.methods;
+    let (task, planned) =
+        if task.grids.is_empty() { (task, &of_plan.views) } else { (task.without_views(), &of_plan.grids) };
+    let is_meant = |offered: &Method| offered.name() == method && refuses(offered, &task).is_none();
+    let (method, _) = methods(prepared, planned.as_ref()).find(|(offered, _)| is_meant(offered))?;
     let tried = Tried::new(prepared, 0, 0, method, task, false);
     let (target, sample) = (prepared.stop.target(), &tried.sample);
     let trial = tried.trial(target);

@@ -97,6 +97,24 @@ fn a_pilot_foretells_the_errors_of_views() {
     }
 }
 
+/// What is told of a method that the plan takes is told of the settings that the plan gives it: one path to a pixel, not the eight of a
+/// job that names the method.
+#[test]
+fn a_pilot_tries_the_plans_own_settings() {
+    let prepared = |method: Value| {
+        prepare("S1", |document| {
+            passes(document);
+            document.as_object_mut().unwrap().remove("grids");
+            document["views"] = json!([{ "name": "room", "eye_m": [1.9, 0.1, 0.3], "look_at_m": [0.9, 1.2, 1.0],
+                                         "up": [0, 0, 1], "vertical_fov_deg": 80, "size_px": [64, 48] }]);
+            document["method"] = method;
+        })
+    };
+    let laws = |method: Value| pilot::laws(&prepared(method), "two_stage", 4).unwrap();
+    assert_eq!(laws(json!("auto")), laws(json!({ "kind": "two_stage", "samples_per_pixel": 1 })));
+    assert_ne!(laws(json!("auto")), laws(json!("two_stage")));
+}
+
 /// The keys of a pilot are not those of the job, and its laws have the same bits each time.
 #[test]
 fn a_pilot_is_made_of_other_samples_and_repeats() {
