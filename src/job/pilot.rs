@@ -76,13 +76,8 @@ pub fn predict(prepared: &Prepared, cancel: &AtomicBool) -> Predictions {
         if task.grids.is_empty() && task.views.is_empty() {
             continue;
         }
-        for method in &prepared.offered {
+        for (method, is_planned) in methods(prepared, planned.as_ref()) {
             let refusal = refuses(method, task);
-            let planned =
-                planned.as_ref().map(|choice| &choice.method).filter(|planned| planned.name() == method.name());
-            let is_planned = planned.is_some();
-            // the plan may have chosen settings of its own
-            let method = planned.unwrap_or(method);
             if refusal.is_none() {
                 trials.push(Tried::new(prepared, output, rows[output].len(), method, *task, is_planned));
             }

@@ -71,7 +71,7 @@ fn cells(settings: &Settings, scene: &str, reference: &str, progress: Progress) 
     case.clone().to(0.1, settings.longest_job()).run()?;
     let cells = ASKED.into_iter().enumerate().map(|(number, asked)| {
         progress.step(number, ASKED.len(), &format!("{scene} to {}", percent(asked)));
-        let runs = case.clone().to(asked, settings.longest_job()).runs(settings.repeats())?;
+        let runs = case.clone().to(asked, settings.longest_job()).runs(settings.repeats_to_accuracy())?;
         Ok(Cell { asked, error: reference.error(&runs), runs })
     });
     cells.collect()

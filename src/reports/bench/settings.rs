@@ -24,6 +24,11 @@ impl Settings {
         self.either(Repeats { most: 15, seconds: 6.0 }, Repeats { most: 2, seconds: 0.2 })
     }
 
+    /// The same of jobs to an accuracy: how many passes one takes is chance, and the median of 15 may be a fifth off.
+    pub fn repeats_to_accuracy(&self) -> Repeats {
+        self.either(Repeats { most: 61, ..self.repeats() }, self.repeats())
+    }
+
     /// Seconds after which one job ends, accurate or not.
     pub fn longest_job(&self) -> f64 {
         self.either(20.0, 1.0)
