@@ -1,16 +1,14 @@
 //! `skyduct serve`: the service, its worker in the same process.
 
-use std::fs::{File, TryLockError};
 use std::io::Write as _;
 use std::net::SocketAddr;
 use std::num::NonZero;
-use std::os::unix::fs::OpenOptionsExt;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 use std::sync::{Arc, OnceLock};
 use std::time::Duration;
 
-use anyhow::{Context, bail};
+use anyhow::Context;
 use metrics_exporter_prometheus::{Matcher, PrometheusBuilder, PrometheusHandle};
 use tokio::net::TcpListener;
 use tokio::runtime::{Builder, Runtime};
@@ -23,6 +21,7 @@ use crate::cli::telemetry;
 use crate::db::SqliteStore;
 use crate::http::{self, Access, Permits, Readiness, Service, WatchedJobs, WatchedStudies};
 use crate::job::artifacts::{Artifacts, create_private_folder};
+use crate::job::file_lock::FileLock;
 use crate::job::live::LiveJobs;
 use crate::job::meshes::Meshes;
 use crate::job::ownership;
@@ -113,7 +112,7 @@ pub struct RunningService {
     server: JoinHandle<()>,
     store: Arc<SqliteStore>,
     /// Holds the lock on the data folder.
-    _lock: File,
+    _lock: FileLock,
 }
 
 impl RunningService {
@@ -137,7 +136,7 @@ impl RunningService {
 
     async fn start_with(
         config: Config,
-        lock: File,
+        lock: FileLock,
         listener: TcpListener,
         store: Arc<SqliteStore>,
     ) -> anyhow::Result<Self> {
@@ -221,15 +220,10 @@ impl RunningService {
 }
 
 /// One process for one data folder: two would render the same jobs, and one would take the other's leases.
-fn lock(data: &Path) -> anyhow::Result<File> {
+fn lock(data: &Path) -> anyhow::Result<FileLock> {
     let file = data.join("lock");
-    let lock = File::options().create(true).truncate(false).write(true).mode(0o600).open(&file);
-    let lock = lock.with_context(|| format!("{} cannot be opened", file.display()))?;
-    match lock.try_lock() {
-        Ok(()) => Ok(lock),
-        Err(TryLockError::WouldBlock) => bail!("another process serves the data folder {}", data.display()),
-        Err(TryLockError::Error(error)) => Err(error).with_context(|| format!("{} cannot be locked", file.display())),
-    }
+    let lock = FileLock::take(&file).with_context(|| format!("{} cannot be locked", file.display()))?;
+    lock.with_context(|| format!("another process serves the data folder {}", data.display()))
 }
 
 /// The process has one recorder, however many services run in it.

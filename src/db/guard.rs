@@ -1,27 +1,20 @@
 //! What is made sure of before a database is used: no other process has it, and SQLite is new enough.
 
-use std::fs::{File, TryLockError};
-use std::os::unix::fs::OpenOptionsExt;
 use std::path::Path;
 
+use crate::job::file_lock::FileLock;
 use crate::job::store::StoreError;
 
 /// Older versions can corrupt the database when a checkpoint meets a WAL reset.
 const OLDEST_SQLITE: (u32, u32, u32) = (3, 51, 3);
 
 /// Locks a file beside the database, whose path is without links: SQLite's own locks are for single transactions.
-pub(super) fn lock(database: &Path) -> Result<File, StoreError> {
+pub(super) fn lock(database: &Path) -> Result<FileLock, StoreError> {
     let mut path = database.as_os_str().to_owned();
     path.push(".lock");
-    let failed = |error: std::io::Error| StoreError::Failed(format!("{}: {error}", Path::new(&path).display()));
-    let lock = File::options().create(true).truncate(false).write(true).mode(0o600).open(&path).map_err(failed)?;
-    match lock.try_lock() {
-        Ok(()) => Ok(lock),
-        Err(TryLockError::WouldBlock) => {
-            Err(StoreError::Failed(format!("another process serves the database {}", database.display())))
-        }
-        Err(TryLockError::Error(error)) => Err(failed(error)),
-    }
+    let path = Path::new(&path);
+    let lock = FileLock::take(path).map_err(|error| StoreError::Failed(format!("{}: {error}", path.display())))?;
+    lock.ok_or_else(|| StoreError::Failed(format!("another process serves the database {}", database.display())))
 }
 
 /// Refuses a version of SQLite that could damage the database.

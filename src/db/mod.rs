@@ -33,6 +33,7 @@ use self::guard::{check_version, lock};
 use self::log::Log;
 use self::migrations::migrations;
 use self::sql::store_error;
+use crate::job::file_lock::FileLock;
 use crate::job::store::*;
 
 /// Hints that a slow listener may miss; it is then told that it lagged, and reads the store.
@@ -45,7 +46,7 @@ pub struct SqliteStore {
     log: Log,
     changes: broadcast::Sender<Change>,
     /// Keeps other processes out until the store is closed.
-    lock: Mutex<Option<File>>,
+    lock: Mutex<Option<FileLock>>,
     /// Largest database in pages, 0: no limit.
     most_pages: AtomicU32,
 }

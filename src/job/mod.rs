@@ -8,6 +8,7 @@ pub mod convergence;
 pub mod convergence_files;
 mod engine;
 pub mod events;
+pub(crate) mod file_lock;
 pub mod forecast;
 pub(crate) mod grid_figure;
 mod light_paths;
