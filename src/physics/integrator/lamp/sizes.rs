@@ -18,7 +18,7 @@ const OF_OTHER_GUIDES: PassSize = PassSize { for_one_percent: 256.0, ..STRAIGHT 
 const BENT_AND_FINE: PassSize = PassSize { growth: 1.85, most: 24_576.0, ..BENT };
 
 /// The same through facets. Of jobs in the scene S3_mesh to a standard error of 0.51 % passes that grew as straight ones do let 10 % be
-/// off by half as much again, and these 4 % for a tenth more time.
+/// off by half as much again, and these 5 % for a tenth more time.
 const MESHED_AND_FINE: PassSize = PassSize { growth: 2.6, most: 4096.0, ..OF_OTHER_GUIDES };
 
 /// True if the flux of all tubes is known well after few photons.
