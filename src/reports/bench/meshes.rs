@@ -94,7 +94,8 @@ pub fn chair(net: u32) -> TriangleMesh {
     mesh.finished(&["wood"])
 }
 
-/// The same chair with legs that splay by 2 cm and a back that leans by 10 cm and is hollow: nothing but its seat is a cuboid.
+/// The same chair with legs that splay by 2 cm, and a back that leans by 10 cm and is hollow, as the upper side of the seat is a little: no
+/// part of it is a cuboid.
 pub fn bent_chair(net: u32) -> TriangleMesh {
     let mut mesh = chair(net);
     for corner in &mut mesh.positions {
@@ -157,18 +158,18 @@ mod tests {
         }
     }
 
-    /// The divergence theorem: a closed surface seen from without holds its volume, which shearing does not change.
+    /// The divergence theorem: a closed surface seen from without holds its volume, which shearing does not change but by rounding.
     #[test]
     fn chairs_are_closed_and_their_faces_look_outward() {
         let boards = 4.0 * 0.03 * 0.03 * 0.45 + 0.42 * 0.42 * 0.03 + 0.42 * 0.03 * 0.42;
-        for (mesh, error) in [(chair(12), 1e-9), (bent_chair(12), 0.01)] {
+        for mesh in [chair(12), bent_chair(12)] {
             assert_eq!(mesh.triangles.len(), 72 * 144);
             let of = |corners: &[u32; 3]| {
                 let [a, b, c] = corners.map(|corner| mesh.positions[corner as usize]);
                 a.dot(b.cross(c)) / 6.0
             };
             let volume: f64 = mesh.triangles.iter().map(of).sum();
-            assert!((volume / boards - 1.0).abs() < error, "{volume}");
+            assert!((volume / boards - 1.0).abs() < 1e-9, "{volume}");
         }
     }
 }
