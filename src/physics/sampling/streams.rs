@@ -99,6 +99,12 @@ streams! {
     PlacedVertices = 1 << 36, 1, below [TwoStagePass];
     /// Paths that are followed from a sensor to which vertices are connected; the index is the sensor's among these.
     FollowedSensor = 1 << 37, MANY, below [TwoStagePass];
+    /// Directions in which light is gathered where something stands in the room, numbered below it.
+    GatherSpreads = 1 << 40, 1, below [TwoStagePass];
+    /// What a sensor gathers there; the index is the sensor's.
+    GatheringTarget = 1 << 41, MANY, below [TwoStagePass];
+    /// What is missing at a vertex there, numbered by vertices below it.
+    MissingAtVertex = 1 << 42, 1, below [TwoStagePass];
     /// A choice among the photons of a diffuser; the index is the tube's.
     DiffuserChoice = 1 << 35, MANY, below [TwoStagePass];
     /// Photons by which it is booked where the light in the room ends: their paths, their choice, those of luminaires.

@@ -3,13 +3,16 @@
 mod block;
 mod box_bounds;
 mod box_object;
+mod boxes_together;
 mod cuboids;
+mod fan;
 pub mod luminaire;
 mod mesh_bounds;
 pub mod mesh_objects;
 pub mod obstacles;
 pub mod outlines;
 mod rays;
+mod rays_together;
 mod scene;
 mod sight;
 mod source;
@@ -17,7 +20,10 @@ mod surface_id;
 mod tube;
 
 pub use box_object::TraceableBox;
+pub use boxes_together::TOGETHER;
+pub use fan::{Fan, FanHits, Spread};
 pub use rays::{Place, RoomHit};
+pub use rays_together::{RoomRay, Segments};
 pub use scene::{Follow, TraceableScene};
 pub use source::Source;
 pub use surface_id::{Numbering, Side, SurfaceId};

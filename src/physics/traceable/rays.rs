@@ -32,9 +32,23 @@ impl TraceableScene {
     /// The first thing that a ray from inside the room meets; `from`: the surface it leaves, if any.
     #[inline]
     pub fn intersect(&self, origin: DVec3, direction: DVec3, from: Option<SurfaceId>) -> RoomHit {
-        let (distance, axis) = self.way_to_face(origin, direction);
+        let face = self.way_to_face(origin, direction);
+        let on_box = if self.furnished { self.nearest_box(origin, direction, face.0, from) } else { None };
+        self.beyond_boxes(origin, direction, face, on_box, from)
+    }
+
+    /// The same where it is known which box the ray meets before it comes to a face, whose distance and axis are given.
+    #[inline]
+    pub(super) fn beyond_boxes(
+        &self,
+        origin: DVec3,
+        direction: DVec3,
+        (distance, axis): (f64, usize),
+        on_box: Option<RoomHit>,
+        from: Option<SurfaceId>,
+    ) -> RoomHit {
         if self.furnished
-            && let Some(hit) = self.nearest_object(origin, direction, distance, from)
+            && let Some(hit) = self.nearest_object(origin, direction, distance, on_box, from)
         {
             return hit;
         }
@@ -61,7 +75,7 @@ impl TraceableScene {
 
     /// Distance to the face that a ray meets, and its axis.
     #[inline]
-    fn way_to_face(&self, origin: DVec3, direction: DVec3) -> (f64, usize) {
+    pub(super) fn way_to_face(&self, origin: DVec3, direction: DVec3) -> (f64, usize) {
         let (mut distance, mut axis) = (f64::INFINITY, 2);
         for k in 0..3 {
             // without branches: which wall a ray heads for is as random as the ray
@@ -91,8 +105,16 @@ impl TraceableScene {
         })
     }
 
-    fn nearest_object(&self, origin: DVec3, direction: DVec3, within: f64, from: Option<SurfaceId>) -> Option<RoomHit> {
-        let mut hit = self.nearest_box(origin, direction, within, from);
+    /// The nearest object, of which the box on the way is known.
+    fn nearest_object(
+        &self,
+        origin: DVec3,
+        direction: DVec3,
+        within: f64,
+        on_box: Option<RoomHit>,
+        from: Option<SurfaceId>,
+    ) -> Option<RoomHit> {
+        let mut hit = on_box;
         let mut within = hit.map_or(within, |hit| (hit.position - origin).dot(direction));
         // what coincides with a wall lies on it
         let on_mesh = self.meshes.as_ref().and_then(|meshes| meshes.intersect(origin, direction));
@@ -152,20 +174,32 @@ impl TraceableScene {
             if Some(index) == own {
                 continue;
             }
-            let object = &self.boxes[index];
-            if let Some((t, face, normal)) = object.intersect(origin, direction)
-                && t < distance
+            if let Some(entry) = self.boxes[index].intersect(origin, direction)
+                && entry.0 < distance
             {
-                distance = t;
-                let place = Place::Surface(self.numbering.box_face(index, face));
-                let mut position = origin + direction * t;
-                if face / 2 == 2 {
-                    // on the plane exactly: a grid may lie in it
-                    position.z = if face % 2 == 1 { object.span().1 } else { object.span().0 };
-                }
-                nearest = Some(RoomHit { position, normal, place });
+                distance = entry.0;
+                nearest = Some(self.on_box(index, entry, origin, direction));
             }
         }
         nearest
+    }
+
+    /// Where a ray meets a box that it enters at distance `t`, through `face`, of an outward normal.
+    #[inline]
+    pub(super) fn on_box(
+        &self,
+        index: usize,
+        (t, face, normal): (f64, usize, DVec3),
+        origin: DVec3,
+        direction: DVec3,
+    ) -> RoomHit {
+        let place = Place::Surface(self.numbering.box_face(index, face));
+        let mut position = origin + direction * t;
+        if face / 2 == 2 {
+            // on the plane exactly: a grid may lie in it
+            let (low, high) = self.boxes[index].span();
+            position.z = if face % 2 == 1 { high } else { low };
+        }
+        RoomHit { position, normal, place }
     }
 }

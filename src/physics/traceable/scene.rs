@@ -6,6 +6,7 @@ use glam::DVec3;
 
 use super::box_bounds::BoxBounds;
 use super::box_object::TraceableBox;
+use super::boxes_together::BoxesTogether;
 use super::cuboids::boxes_and_meshes;
 use super::luminaire::TraceableLuminaire;
 use super::mesh_objects::TraceableMeshes;
@@ -38,6 +39,8 @@ pub struct TraceableScene {
     pub boxes: Vec<TraceableBox>,
     /// What rays are compared with before boxes.
     pub(super) box_bounds: BoxBounds,
+    /// What several rays at once are compared with.
+    pub(super) boxes_together: BoxesTogether,
     /// Triangles of all objects together; `None` without any.
     pub meshes: Option<Arc<TraceableMeshes>>,
     /// Luminaires, in the scene's order.
@@ -114,6 +117,7 @@ impl TraceableScene {
         let tubes: Vec<TraceableTube> = tubes;
         let obstacles = Obstacles::new(&boxes, mesh_objects, &hanging).toward_openings(&tubes, *size);
         let box_bounds = BoxBounds::new(&boxes.iter().map(TraceableBox::bounds).collect::<Vec<_>>(), *size);
+        let boxes_together = BoxesTogether::new(&boxes);
         let hanging = !hanging.is_empty();
         Ok(Self {
             sky: scene.daylight.as_ref().and_then(|daylight| daylight.sky.clone()),
@@ -126,6 +130,7 @@ impl TraceableScene {
             luminaires_obstructed: objects || (hanging && luminaires.len() > 1),
             boxes,
             box_bounds,
+            boxes_together,
             obstacles,
             meshes,
             luminaires,

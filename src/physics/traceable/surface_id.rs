@@ -44,6 +44,12 @@ impl SurfaceId {
         Face::ALL.get(self.index()).copied()
     }
 
+    /// The surface at a position in lists of all surfaces.
+    #[inline]
+    pub const fn numbered(index: usize) -> Self {
+        Self::new(index)
+    }
+
     /// Position of the surface in lists of all surfaces.
     #[inline]
     pub const fn index(self) -> usize {

@@ -90,6 +90,13 @@ impl<const C: usize> TubeLight<C> {
         self.photons.iter().map(|photon| (photon.position.extend(self.origin.z), photon.flux))
     }
 
+    /// All light that leaves, in lm.
+    pub fn flux(&self) -> Spectrum<C> {
+        let mut flux = Spectrum::ZERO;
+        self.photons.iter().for_each(|photon| flux += photon.flux);
+        flux
+    }
+
     /// True if no point within `reach` of `position`, at its height, is near the disc.
     pub fn is_far(&self, position: DVec3, reach: f64) -> bool {
         is_far(self.origin, self.radius, position, reach)
@@ -277,7 +284,7 @@ impl Receiver {
 
 /// Illuminance per lumen of a surface of unit `normal` from a point of the ceiling plane, `way` from it: cos(theta) cos(theta') / (pi d^2).
 #[inline(always)]
-fn per_lumen(way: DVec3, normal: DVec3) -> f64 {
+pub fn per_lumen(way: DVec3, normal: DVec3) -> f64 {
     let distance_squared = way.length_squared();
     way.dot(normal) * way.z / (PI * distance_squared * distance_squared)
 }

@@ -29,6 +29,11 @@ impl Chunks {
         Self { photons, size: MOST_CHUNK }
     }
 
+    /// Of what takes about as long as some photons each: tasks of `size` of them.
+    pub fn of_size(photons: u64, size: u64) -> Self {
+        Self { photons, size: size.clamp(1, MOST_CHUNK) }
+    }
+
     fn count(self) -> u64 {
         self.photons.div_ceil(self.size)
     }
@@ -135,6 +140,7 @@ mod tests {
         let counts = |of: fn(u64) -> Chunks| [64, 512, 1024, 2048, 8192, 1 << 20].map(|photons| of(photons).count());
         assert_eq!(counts(Chunks::of_long_paths), [1, 4, 8, 8, 8, 1024]);
         assert_eq!(counts(Chunks::of_short_paths), [1, 1, 1, 2, 8, 1024]);
+        assert_eq!([0, 1, 7, 64].map(|number| Chunks::of_size(number, 7).count()), [0, 1, 1, 10]);
         assert_eq!([512, 2048, 1 << 20].map(|photons| sums_at_once(100, photons)), [4, 8, 256]);
     }
 

@@ -109,7 +109,7 @@ impl Lines {
             while asked != 0 {
                 let place = first + asked.trailing_zeros() as usize;
                 asked &= asked - 1;
-                if values[place] > 0.0 && !sees(place) {
+                if values[place] != 0.0 && !sees(place) {
                     values[place] = 0.0;
                 }
             }

@@ -6,6 +6,10 @@
 //! the light of the diffusers in closed form, or nearly so; the point is connected to every sensor that sees it. Sensors
 //! beside surfaces find what comes from very near by themselves (`targets`). One pass is one replicate.
 //!
+//! Where something stands in the room and openings alone give light, sensors see few of these points. There each finds what surfaces
+//! reflect by rays of its own (`gathering`), as far as patches of the surfaces know it (`indirect`), and the points send what patches
+//! have wrong (`gathered`).
+//!
 //! **Which paths** (docs/physics/measurement_equation.md#placed-vertices).
 //!
 //! | paths | estimator |
@@ -14,11 +18,12 @@
 //! | `M E` | Lambert's closed form |
 //! | `.. V E`, V not beside E | placed vertices, openings that send light back included; what lights them as in two stages |
 //! | `.. V E`, V beside E | paths followed from the sensor |
+//! | `.. V E`, where sensors gather | what patches know of V by rays from E, the rest by placed vertices, or from E where V is beside it; all by paths from E where V is in or beside an opening |
 //! | `(K\|N) t C ..`, below closures that are lamps in part | as light tracing ([`lamp::beside`](super::lamp::beside)) |
 //!
 //! **Settings.** `photons_per_pass` and `vertices_per_pass` (64 to 16 777 216; by default chosen for the accuracy asked
 //! for, so that 8 to some tens of passes reach it): noise of the first stage is common to all sensors of a pass. A sixteenth
-//! as many paths as vertices are followed from a sensor.
+//! as many paths as vertices are followed from a sensor; where sensors gather, the accuracy decides about their rays.
 //!
 //! **Refuses** views, cell averages, closures without a Lambertian zone, clear zones below guides that send light back, measured
 //! diffusers, glossy surfaces and mirrors, luminaires that something may hide, and sensors very near to openings; below clear zones
@@ -26,14 +31,21 @@
 //! the first stage; a few photons tell for the books where the light of the room ends.
 //!
 //! **Sources.** Importance for a sum of squared relative errors is derived from Veach 1997, section 2.2
-//! (docs/physics/measurement_equation.md#placed-vertices); the cut at diffusers is that of two stages.
+//! (docs/physics/measurement_equation.md#placed-vertices, which also has the equation by which patches are put right); the cut at
+//! diffusers is that of two stages.
 
+mod gathered;
+mod gathering;
 mod importance;
+mod indirect;
 mod lines;
+mod outermost;
 mod panels;
+mod patches;
 mod rough_light;
 mod runs;
 mod sent;
+mod sizes;
 mod targets;
 
 use std::f64::consts::PI;
@@ -46,24 +58,25 @@ use glam::{DVec2, DVec3};
 use crate::guide::RayCount;
 use crate::integrator::backward::next_event::{NextEvent, Way};
 use crate::integrator::backward::walk::{Ray, Walk};
-use crate::integrator::lamp::beside::{
-    Lamps, Lit, add_beside, bytes_beside, is_lamp, most_places, photons_beside, refuses_beside,
-};
+use crate::integrator::lamp::beside::{Lamps, Lit, add_beside, bytes_beside, is_lamp, most_places, refuses_beside};
 use crate::integrator::lamp::light::DiffuserLight;
-use crate::integrator::lamp::sizes::{are_straight, photons_for};
 use crate::integrator::method::{Computation, Described, Kept, Knows, Load, Refusal, RefusalCode, Task, Trial, Work};
-use crate::integrator::pass_size::PassSize;
-use crate::integrator::photon::chunks::{Chunks, Tally, fold_chunks, sums_at_once};
+use crate::integrator::photon::chunks::{Chunks, fold_chunks, sums_at_once};
+use crate::integrator::photon::ledger::Account;
 use crate::integrator::trial::{Powers, TrialPasses};
 use crate::integrator::{GridPass, Integrator, Pass};
 use crate::optics::Spectrum;
-use crate::sampling::{Key, PathSamples, Stream, power_of_two, warp};
+use crate::sampling::{Key, PathSamples, Stream, warp};
 use crate::scene::{Channels, EstimateKind, Grid};
 use crate::traceable::{TraceableScene, TraceableTube};
-use importance::{Importance, Placed};
+use gathered::{Around, Gatherers};
+use importance::Importance;
 use lines::Scratch;
+use outermost::Before;
+use rough_light::gathers;
 use sent::Target;
-use targets::{Following, Sender, Targets, facet_of};
+use sizes::{By, GATHERED_RAYS, MOST, Sizes, VERTICES, more_by_obstacles, sizes};
+use targets::{Following, Sender, Sums, Targets};
 
 /// Settings of placed vertices.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -74,45 +87,10 @@ pub struct Settings {
     pub vertices_per_pass: Option<u64>,
 }
 
-/// Fewest and most photons, and vertices, of a pass, unless the document says how many.
-const LEAST: f64 = 64.0;
-const MOST: f64 = 65_536.0;
-
-/// Vertices of a pass, unless the document says how many.
-const VERTICES: PassSize = PassSize { for_one_percent: 192.0, growth: 1.4, fewest: LEAST, most: MOST };
-/// The same where the flux of a tube has its part in the error.
-const BESIDE_NOISY_FLUX: PassSize = PassSize { for_one_percent: 256.0, ..VERTICES };
-
-/// Where obstacles stand, photons and vertices are as many times more as a power of what the spread of vertices
-/// ([`Importance::spread`]) has above this, in units of that: their shadows take from even points what these gain elsewhere.
-/// Measured in the room of the thesis with 1 to 64 boxes and a chair, so that 8 to 10 passes are enough: spreads of 0.64 to 7.6, and
-/// 1 to 17 times as many. Nothing depends on it but how many passes there are.
-const SPREAD_OF_NO_EFFECT: f64 = 0.426;
-const UNIT_OF_SPREAD: f64 = 0.179;
-const GROWTH_BY_SPREAD: f64 = 0.77;
-const MOST_BY_SPREAD: f64 = 20.0;
-
-/// As many times more photons and vertices as where nothing stands, by the spread of vertices where something does; a share of the
-/// sensors is lit, the others are in boxes.
-fn more_by_obstacles(spread: f64, lit_share: f64) -> f64 {
-    let above = ((spread * lit_share - SPREAD_OF_NO_EFFECT) / UNIT_OF_SPREAD).max(1.0);
-    libm::pow(above, GROWTH_BY_SPREAD).min(MOST_BY_SPREAD)
-}
-
 impl Settings {
-    /// Photons and vertices of a pass for a relative standard error `target`, where obstacles ask for `more` times as many.
-    fn sizes(&self, target: f64, tubes: &[TraceableTube], more: f64) -> [u64; 2] {
-        // whole rows of small nets, and whole nets where these are small enough and nothing takes from what they gain
-        let size = |number: f64, gains: bool| match (number.clamp(LEAST, MOST) / LEAST).round() as u64 {
-            rows if rows < 4 || !gains => rows * LEAST as u64,
-            _ => power_of_two(number.min(MOST)),
-        };
-        let (are_straight, is_free) = (are_straight(tubes), more <= 1.0);
-        let photons = (photons_for(tubes, target) * more).max(photons_beside(tubes, target));
-        let photons = size(photons, is_free && are_straight);
-        let vertices = if are_straight { VERTICES } else { BESIDE_NOISY_FLUX };
-        let vertices = size(vertices.of(target, more), is_free);
-        [self.photons_per_pass.unwrap_or(photons), self.vertices_per_pass.unwrap_or(vertices)]
+    /// Photons and vertices of a pass where they are given.
+    fn numbers(&self) -> [Option<u64>; 2] {
+        [self.photons_per_pass, self.vertices_per_pass]
     }
 }
 
@@ -149,7 +127,8 @@ impl Described for Settings {
     }
 
     fn seconds_per_pass(&self, work: &Work) -> f64 {
-        let [photons, vertices] = self.sizes(work.target, &[], 1.0).map(|number| number as f64);
+        let Sizes { photons, vertices, .. } = sizes(self.numbers(), work.target, &[], By::Vertices(1.0));
+        let [photons, vertices] = [photons, vertices].map(|number| number as f64);
         photons * work.tubes * (work.seconds_per_path + 1e-9 * work.sensors)
             + vertices * (0.5e-6 + 0.3e-6 * work.tubes + 1e-9 * work.sensors)
     }
@@ -167,15 +146,18 @@ impl Described for Settings {
 
     fn trial(&self, task: &Task, target: f64) -> Trial {
         let tubes = &task.traceable.tubes;
-        let [_, vertices] = self.sizes(target, tubes, 1.0);
+        let (size, law) = match gathers(task.traceable) {
+            true => (sizes(self.numbers(), target, tubes, By::Gathering).rays, GATHERED_RAYS),
+            false => (sizes(self.numbers(), target, tubes, By::Vertices(1.0)).vertices, VERTICES),
+        };
         Trial::whole(self.clone(), most_places(tubes, 49))
-            .with(TrialPasses::of_size(vertices as f64, Powers::of_growth(VERTICES.growth)))
+            .with(TrialPasses::of_size(size as f64, Powers::of_growth(law.growth)))
     }
 
     fn build(&self, task: &Task, seed: u64, target: f64) -> Computation {
         let scene = task.traceable.clone();
         let tubes = &task.traceable.tubes;
-        let sizes = |more: f64| self.sizes(target, tubes, more);
+        let sizes = |by: By| sizes(self.numbers(), target, tubes, by);
         match task.scene.channels {
             Channels::Photopic => Computation::passes(PlacedVertices::<1>::sized(scene, task.grids, sizes, seed)),
             Channels::Rgb => Computation::passes(PlacedVertices::<3>::sized(scene, task.grids, sizes, seed)),
@@ -236,6 +218,8 @@ pub struct PlacedVertices<const C: usize> {
     lamps: Lamps<C>,
     /// `None` where no surface sends light to a sensor.
     importance: Option<Arc<Importance>>,
+    /// `None` where vertices send all light.
+    gatherers: Option<Gatherers<C>>,
     targets: Targets,
     /// Numbers of sensors of the grids.
     lengths: Vec<usize>,
@@ -247,27 +231,13 @@ pub struct PlacedVertices<const C: usize> {
     seed: Key,
 }
 
-/// What some vertices, or paths from some sensors, give.
-struct Sums {
-    /// Illuminance in lx per target.
-    lux: Vec<f64>,
-    rays: RayCount,
-}
-
-impl Tally for Sums {
-    fn is_finite(&self) -> bool {
-        self.lux.iter().all(|lux| lux.is_finite())
-    }
-}
-
 impl<const C: usize> PlacedVertices<C> {
     /// `photons_and_vertices` per pass; equal seeds give equal bits.
     pub fn new(scene: Arc<TraceableScene>, grids: &[Grid], photons_and_vertices: [u64; 2], seed: u64) -> Self {
-        Self::sized(scene, grids, |_| photons_and_vertices, seed)
+        Self::sized(scene, grids, |by| sizes(photons_and_vertices.map(Some), 0.01, &[], by), seed)
     }
 
-    /// `sizes`: photons and vertices per pass, where obstacles ask for so many times more.
-    fn sized(scene: Arc<TraceableScene>, grids: &[Grid], sizes: impl FnOnce(f64) -> [u64; 2], seed: u64) -> Self {
+    fn sized(scene: Arc<TraceableScene>, grids: &[Grid], sizes: impl FnOnce(By) -> Sizes, seed: u64) -> Self {
         let targets = Targets::new(&scene, grids);
         let all: Vec<_> = targets.all().collect();
         let buried: Vec<bool> = all.iter().map(|target| scene.is_in_box(target.position)).collect();
@@ -275,9 +245,15 @@ impl<const C: usize> PlacedVertices<C> {
         let lit: Vec<Target> =
             all.iter().zip(&buried).filter(|(_, buried)| !**buried).map(|(target, _)| *target).collect();
         let importance = Some(()).filter(|()| scene.interreflection).and_then(|()| Importance::new(&scene, &lit));
-        let share = lit.len() as f64 / all.len().max(1) as f64;
-        let spread = importance.as_deref().filter(|_| scene.obstructed).map_or(0.0, |importance| importance.spread);
-        let [photons, vertices] = sizes(more_by_obstacles(spread, share));
+        let by = if gathers(&scene) {
+            By::Gathering
+        } else {
+            let share = lit.len() as f64 / all.len().max(1) as f64;
+            let spread = importance.as_deref().filter(|_| scene.obstructed).map_or(0.0, |importance| importance.spread);
+            By::Vertices(more_by_obstacles(spread, share))
+        };
+        let Sizes { photons, vertices, rays } = sizes(by);
+        let gatherers = (by == By::Gathering).then(|| Gatherers::new(&scene, &targets, &buried, rays));
         let lamps = Lamps::new(&scene, grids, photons, seed);
         let direct = |sensor: DVec3| {
             let luminaires = scene.luminaires.iter();
@@ -285,7 +261,38 @@ impl<const C: usize> PlacedVertices<C> {
         };
         let direct = all.iter().map(|target| direct(target.position)).collect();
         let lengths = grids.iter().map(Grid::len).collect();
-        Self { lamps, importance, targets, lengths, direct, buried, vertices, seed: Key::new(seed), scene }
+        Self { lamps, importance, gatherers, targets, lengths, direct, buried, vertices, seed: Key::new(seed), scene }
+    }
+
+    /// Adds what vertices send to the targets in a pass, and what paths from these find, in lx; `None` when cancelled.
+    fn send(
+        &self,
+        light: &DiffuserLight<C>,
+        key: Key,
+        cancel: &AtomicBool,
+        (lux, account): (&mut [f64], &mut Account),
+    ) -> Option<()> {
+        if let Some(importance) = &self.importance {
+            let stream = key.stream(Stream::PlacedVertices, 0);
+            let chunk = |numbers: Range<u64>| self.vertices(light, importance, stream, numbers);
+            let chunks = Chunks::of_short_paths(self.vertices);
+            let folded = fold_chunks(chunks, 8 * lux.len() as u64, cancel, chunk, |Sums { lux: of_chunk, rays }| {
+                lux.iter_mut().zip(&of_chunk).for_each(|(sum, value)| *sum += value);
+                account.rays += rays;
+            })?;
+            account.not_finite = account.not_finite.or(folded.not_finite);
+        }
+        if self.scene.interreflection {
+            let mut places = self.targets.followed.iter().map(|following| following.place);
+            let chunk = |numbers: Range<u64>| self.follow(light, key, numbers);
+            let chunks = Chunks::of_short_paths(self.targets.followed.len() as u64);
+            let folded = fold_chunks(chunks, 0, cancel, chunk, |Sums { lux: of_chunk, rays }| {
+                places.by_ref().zip(&of_chunk).for_each(|(place, value)| lux[place] += value);
+                account.rays += rays;
+            })?;
+            account.not_finite = account.not_finite.or(folded.not_finite);
+        }
+        Some(())
     }
 
     /// What vertices of these numbers of a pass send to the targets.
@@ -293,17 +300,11 @@ impl<const C: usize> PlacedVertices<C> {
         let mut lux = vec![0.0; self.direct.len()];
         let mut rays = RayCount::default();
         let mut scratch = Scratch::default();
-        let clearance = CLEARANCE * self.scene.coinciding();
         let meeting = NextEvent(light);
         for number in numbers {
             let mut samples = PathSamples::with_pairs(stream, number, SOBOL_PAIRS);
             let placed = importance.place(&self.scene, samples.pair());
-            // seen from just before it, it may be an opening, or hidden
-            let (origin, direction) = (placed.position + placed.normal * clearance, -placed.normal);
-            let at_once = placed.bare.filter(|_| self.starts_at_once(&placed));
-            if at_once.is_none() && !self.is_outermost(&placed, origin, direction) {
-                continue;
-            }
+            let Some(Before { origin, direction, at_once }) = Before::of(&self.scene, &placed) else { continue };
             let mut walk = Walk::<C>::new(&self.scene, samples, CERTAIN_REFLECTIONS);
             let (weight, trace) = (Spectrum::ONE, Way::COUNTED);
             let ray = Ray { origin, direction, from: None, weight, reflected: true, trace };
@@ -320,22 +321,6 @@ impl<const C: usize> PlacedVertices<C> {
             }
         }
         Sums { lux, rays }
-    }
-
-    /// True if what is seen of a bare place needs no ray: it is no opening. Between plain faces that is found out anyway.
-    fn starts_at_once(&self, placed: &Placed) -> bool {
-        let is_opening = || placed.normal.z < 0.0 && self.scene.opening_at(placed.position.truncate()).is_some();
-        self.scene.obstructed && !is_opening()
-    }
-
-    /// False where what is seen of a place is a mesh that lies on it, whose own places count that, or another facet.
-    fn is_outermost(&self, placed: &Placed, origin: DVec3, direction: DVec3) -> bool {
-        let scene = &self.scene;
-        match (placed.of_facet, &scene.meshes) {
-            (_, None) => true,
-            (None, Some(meshes)) => !meshes.blocks(origin, placed.position + direction * scene.coinciding(), 1.0),
-            (facet, Some(_)) => facet_of(scene, &scene.intersect(origin, direction, None)) == facet,
-        }
     }
 
     /// What paths from some of the followed targets find, in lx, and the rays that they took.
@@ -370,9 +355,6 @@ impl<const C: usize> PlacedVertices<C> {
     }
 }
 
-/// Distance at which a vertex stands before its surface, in distances at which surfaces coincide.
-const CLEARANCE: f64 = 4.0;
-
 impl<const C: usize> Integrator for PlacedVertices<C> {
     fn pass(&self, pass: u64, cancel: &AtomicBool) -> Option<Pass> {
         let key = self.seed.stream(Stream::Pass, pass);
@@ -383,32 +365,13 @@ impl<const C: usize> Integrator for PlacedVertices<C> {
             let photons = photons.map(|photon| (photon.position.extend(tube.origin.z), photon.flux.luminance() / PI));
             self.targets.connect_opening(&self.scene, number, photons, &mut lux);
         }
-        if let Some(importance) = &self.importance {
-            let stream = key.stream(Stream::PlacedVertices, 0);
-            let chunk = |numbers: Range<u64>| self.vertices(&light, importance, stream, numbers);
-            let chunk_bytes = 8 * lux.len() as u64;
-            let folded = fold_chunks(
-                Chunks::of_short_paths(self.vertices),
-                chunk_bytes,
-                cancel,
-                chunk,
-                |Sums { lux: of_chunk, rays }| {
-                    lux.iter_mut().zip(&of_chunk).for_each(|(sum, value)| *sum += value);
-                    account.rays += rays;
-                },
-            )?;
-            account.not_finite = account.not_finite.or(folded.not_finite);
-        }
-        if self.scene.interreflection {
-            let mut places = self.targets.followed.iter().map(|following| following.place);
-            let chunk = |numbers: Range<u64>| self.follow(&light, key, numbers);
-            let count = self.targets.followed.len() as u64;
-            let folded =
-                fold_chunks(Chunks::of_short_paths(count), 0, cancel, chunk, |Sums { lux: of_chunk, rays }| {
-                    places.by_ref().zip(&of_chunk).for_each(|(place, value)| lux[place] += value);
-                    account.rays += rays;
-                })?;
-            account.not_finite = account.not_finite.or(folded.not_finite);
+        match &self.gatherers {
+            Some(gatherers) => {
+                let (importance, vertices) = (self.importance.as_deref(), self.vertices);
+                let around = Around { scene: &self.scene, targets: &self.targets, importance, vertices };
+                gatherers.pass(&around, &light, key, cancel, (&mut lux, &mut account))?;
+            }
+            None => self.send(&light, key, cancel, (&mut lux, &mut account))?,
         }
         lux.iter_mut().zip(&self.buried).filter(|(_, buried)| **buried).for_each(|(lux, _)| *lux = 0.0);
         let mut lux = self.targets.in_order_of_grids(&lux).into_iter();
@@ -422,36 +385,84 @@ impl<const C: usize> Integrator for PlacedVertices<C> {
 
 #[cfg(test)]
 mod tests {
+    use super::panels::panels;
     use super::*;
+    use crate::optics::{Collector, Diffuser, Surface};
+    use crate::scene::{
+        BoxObject, Channels, Daylight, EstimateKind, Grid, Room, Scene, Segment, StraightOrBent, Tube, TubeShape,
+    };
+    use crate::sky::zenith::ZenithFormula;
+    use crate::sky::{CieType, Sky, SkyDistribution, direction};
+    use crate::statistics::Moments;
+    use crate::traceable::Follow;
 
-    /// Nothing more where nothing stands or vertices spread as without obstacles, the measured power of what is above, of the
-    /// sensors that are lit alone, and a bound.
-    #[test]
-    fn obstacles_ask_for_more_by_their_spread() {
-        let more = |units: f64| more_by_obstacles(SPREAD_OF_NO_EFFECT + units * UNIT_OF_SPREAD, 1.0);
-        assert_eq!([more_by_obstacles(0.0, 1.0), more_by_obstacles(SPREAD_OF_NO_EFFECT, 1.0), more(1.0)], [1.0; 3]);
-        for (units, times) in [(2.0, 1.7053), (10.0, 5.8884), (40.0, 17.1232)] {
-            assert!((more(units) / times - 1.0).abs() < 1e-4, "{units}: {}", more(units));
-            let spread = SPREAD_OF_NO_EFFECT + units * UNIT_OF_SPREAD;
-            assert!((more_by_obstacles(4.0 * spread, 0.25) / more(units) - 1.0).abs() < 1e-12);
+    /// Two tubes, one of whose closures reflects, over three boxes, one of them turned and two with a grid beside; the floor is red.
+    fn scene() -> Scene {
+        let tube = |x: f64, reflectance: f64| Tube {
+            centre: DVec2::new(x, 1.1),
+            opening_radius: 0.15,
+            shape: TubeShape::Cylinders(StraightOrBent {
+                reflectance: [0.95; 3].into(),
+                segments: vec![Segment { length_m: 0.8, tilt: 0.0, azimuth: 0.0 }],
+                collector: Collector::Open,
+            }),
+            diffuser: Diffuser::Lambertian { transmittance: [0.5, 0.4, 0.3], reflectance: [reflectance; 3] },
+        };
+        let distribution = SkyDistribution::new(CieType::new(12).unwrap(), direction(0.6, 2.0));
+        let sky = Some(Sky { distribution, zenith_luminance_cd_m2: 4000.0 });
+        let object = |x: f64, y: f64, height: f64, rotation: f64| BoxObject {
+            base: DVec3::new(x, y, 0.0),
+            size: DVec3::new(0.5, 0.4, height),
+            rotation,
+            surface: Surface::diffuse([0.6; 3]),
+        };
+        let surfaces = [0.5, 0.4, 0.6, 0.3, 0.4, 0.8].map(|red| Some(Surface::diffuse([red, 0.5, 0.5])));
+        Scene {
+            daylight: Some(Daylight { sky, sun: None, formula: ZenithFormula::GivenZenithLuminance }),
+            room: Room {
+                size: DVec3::new(3.0, 2.2, 2.5),
+                surfaces,
+                boxes: vec![object(1.0, 0.6, 1.2, 0.0), object(2.2, 1.4, 0.7, 0.5), object(0.6, 1.7, 2.3, 0.0)],
+                meshes: Vec::new(),
+                luminaires: Vec::new(),
+            },
+            tubes: vec![tube(0.5, 0.0), tube(2.1, 0.3)],
+            grids: vec![Grid::new("low".into(), 0.3, [5, 4], 0.05, [3.0, 2.2], EstimateKind::Point)],
+            views: Vec::new(),
+            channels: Channels::Rgb,
         }
-        assert_eq!(more(1e6), MOST_BY_SPREAD);
     }
 
-    /// More vertices are whole rows of small nets, and without obstacles whole nets.
+    /// What patches know decides how much noise there is, never what comes out: where they know nothing at all, vertices send everything
+    /// but what is followed, and all sensors get the same, within four standard errors of differences.
     #[test]
-    fn passes_grow_with_what_obstacles_ask_for() {
-        let settings = Settings::default();
-        let [_, none] = settings.sizes(0.01, &[], 1.0);
-        for more in [1.7, 5.9, 20.0] {
-            let [_, vertices] = settings.sizes(0.01, &[], more);
-            assert!(
-                vertices.is_multiple_of(64) && (vertices as f64 / (more * none as f64) - 1.0).abs() < 0.1,
-                "{vertices}"
-            );
+    fn patches_that_know_nothing_change_no_result() {
+        let scene = scene();
+        let follow = Follow { interreflection: true, guide_return: true, objects: true };
+        let traceable = Arc::new(TraceableScene::new(&scene, follow).unwrap());
+        let method =
+            |seed: u64, vertices: u64| PlacedVertices::<3>::new(traceable.clone(), &scene.grids, [256, vertices], seed);
+        let (knowing, mut unknowing) = (method(1, 256), method(2, 256));
+        unknowing.gatherers.as_mut().unwrap().forget(&traceable, &panels(&traceable));
+        let moments = |method: &PlacedVertices<3>| {
+            let mut moments = vec![Moments::default(); scene.grids[0].len()];
+            for pass in 0..150 {
+                let pass = method.pass(pass, &AtomicBool::new(false)).unwrap();
+                moments.iter_mut().zip(&pass.grids[0].illuminance).for_each(|(moments, lux)| moments.push(*lux));
+            }
+            moments
+        };
+        let (knowing, unknowing) = (moments(&knowing), moments(&unknowing));
+        let (mut lit, mut variances) = (0, 0.0);
+        for (one, other) in knowing.iter().zip(&unknowing) {
+            let error = one.standard_error().hypot(other.standard_error());
+            assert!((one.mean - other.mean).abs() <= 4.0 * error, "{one:?} {other:?}");
+            // one sensor is in a box
+            if one.mean > 20.0 * error {
+                lit += 1;
+                variances += (one.standard_error() / other.standard_error()).powi(2);
+            }
         }
-        assert!(settings.sizes(0.001, &[], 1.0)[1].is_power_of_two());
-        let asked = Settings { photons_per_pass: Some(99), vertices_per_pass: Some(77) };
-        assert_eq!(asked.sizes(0.01, &[], 20.0), [99, 77]);
+        assert!(lit == 19 && variances < 0.5 * f64::from(lit), "{lit} {variances}");
     }
 }

@@ -19,6 +19,12 @@ const HAIR: f64 = 1e-6;
 /// Share of the light at the collectors that may reach the room: it weighs daylight against luminaires only.
 const LIKELY_TRANSMISSION: f64 = 0.3;
 
+/// True if sensors gather what surfaces reflect, and vertices send them no more than what is wrong of that: something stands in the room,
+/// and nothing but openings gives light.
+pub fn gathers(scene: &TraceableScene) -> bool {
+    scene.obstructed && scene.interreflection && scene.luminaires.is_empty() && !scene.tubes.is_empty()
+}
+
 /// Rough light in the room.
 pub struct Light<'a> {
     pub scene: &'a TraceableScene,
@@ -26,6 +32,8 @@ pub struct Light<'a> {
     pub of_openings: f64,
     /// Illuminance of every surface by light that was reflected, in lx.
     pub ambient: f64,
+    /// Share of the direct light of surfaces that vertices send on: nothing of it where sensors gather.
+    direct_share: f64,
 }
 
 impl<'a> Light<'a> {
@@ -41,7 +49,8 @@ impl<'a> Light<'a> {
         let flux = of_openings * openings + of_luminaires;
         // a room that absorbs nothing is taken as one that absorbs a hundredth
         let ambient = flux * mean / absorbed.max(0.01 * area);
-        Self { scene, of_openings, ambient: if scene.interreflection { ambient } else { 0.0 } }
+        let ambient = if scene.interreflection { ambient } else { 0.0 };
+        Self { scene, of_openings, ambient, direct_share: if gathers(scene) { 0.0 } else { 1.0 } }
     }
 
     /// Reflected flux of a cell, times what a lumen of it means to the sensors, on one scale for all cells.
@@ -57,7 +66,8 @@ impl<'a> Light<'a> {
         for number in 0..POINTS * POINTS {
             let (u, v) = (at(row, number / POINTS), at(column, number % POINTS));
             let point = panel.corner + panel.u * u + panel.v * v;
-            sum += (self.direct(point, panel.normal, &seen) + self.ambient) * sensors.sent(point, Some(panel.normal));
+            let lux = self.direct_share * self.direct(point, panel.normal, &seen) + self.ambient;
+            sum += lux * sensors.sent(point, Some(panel.normal));
         }
         let share = panel.area_m2() / (panel.cells * panel.cells * POINTS * POINTS) as f64;
         panel.reflectance * sum * share
@@ -78,12 +88,18 @@ impl<'a> Light<'a> {
         let seen = self.seen_from(run.middle + before);
         // of several facets some may face anything
         let direct = run.normal.map_or(0.0, |normal| self.direct(run.middle, normal, &seen));
-        reflectance * run.area_m2 * (direct + self.ambient) * sensors.sent(run.middle, run.normal)
+        reflectance * run.area_m2 * (self.direct_share * direct + self.ambient) * sensors.sent(run.middle, run.normal)
     }
 
     /// One over the illuminance of a sensor, in 1/lx.
     pub fn need(&self, position: DVec3) -> f64 {
         1.0 / (self.direct(position, DVec3::Z, &self.seen_from(position)) + self.ambient)
+    }
+
+    /// Share of a sensor's illuminance that comes by reflection; 1 in the dark.
+    pub fn indirect_share(&self, position: DVec3) -> f64 {
+        let all = self.direct(position, DVec3::Z, &self.seen_from(position)) + self.ambient;
+        if all > 0.0 { self.ambient / all } else { 1.0 }
     }
 
     /// For each tube, whether the middle of its opening is seen from a point.

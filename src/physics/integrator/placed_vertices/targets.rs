@@ -9,6 +9,8 @@ use glam::DVec3;
 use super::importance::cell_of_box;
 use super::lines::{Lines, Scratch};
 use super::sent::Target;
+use crate::guide::RayCount;
+use crate::integrator::photon::chunks::Tally;
 use crate::integrator::photon::connect::Connection;
 use crate::scene::Grid;
 use crate::traceable::obstacles::DiscView;
@@ -85,6 +87,21 @@ pub struct Sender {
     pub of_box: Option<usize>,
 }
 
+/// What some vertices, or paths from some sensors, give.
+#[derive(Debug)]
+pub struct Sums {
+    /// Illuminance in lx per target.
+    pub lux: Vec<f64>,
+    /// Rays that were traced.
+    pub rays: RayCount,
+}
+
+impl Tally for Sums {
+    fn is_finite(&self) -> bool {
+        self.lux.iter().all(|lux| lux.is_finite())
+    }
+}
+
 impl Targets {
     /// The sensors of `grids`.
     pub fn new(scene: &TraceableScene, grids: &[Grid]) -> Self {
@@ -131,6 +148,11 @@ impl Targets {
             let places = row.sensors.x.iter().zip(&row.sensors.y).map(|(x, y)| DVec3::new(*x, *y, row.height));
             places.map(|position| Target { position, near_squared: row.near_squared })
         })
+    }
+
+    /// Number of all sensors.
+    pub fn count(&self) -> usize {
+        self.numbers.len()
     }
 
     /// Values per sensor from this order to that of the grids.
