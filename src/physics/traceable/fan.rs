@@ -40,8 +40,6 @@ pub struct FanHits {
     pub surface: Vec<f64>,
     /// Coordinates in m.
     pub position: [Vec<f64>; 3],
-    /// Rays that end on meshes, with the unit normals there, on their side.
-    pub on_meshes: Vec<(usize, DVec3)>,
     /// Which boxes each group of rays may meet.
     words: Vec<u64>,
     wedges: Vec<[DVec3; 2]>,
@@ -85,33 +83,15 @@ impl Fan<'_> {
 }
 
 impl TraceableScene {
-    /// Finds where the rays of a fan end in a room without luminaires; what is met near an edge, within rounding, may be either side of it.
+    /// Finds where the rays of a fan end in a room of faces and boxes; what is met near an edge, within rounding, may be either side of it.
     pub fn meet_fan(&self, fan: &Fan<'_>, hits: &mut FanHits) {
-        let FanHits { surface, position, on_meshes, words, wedges } = hits;
+        let FanHits { surface, position, words, wedges } = hits;
         for numbers in position.iter_mut().chain([&mut *surface]) {
             numbers.resize(fan.spread.count(), 0.0);
         }
         fan.wedges(wedges);
         self.boxes_together.reached(fan.origin, wedges, words);
         self.boxes_together.vectors().dispatch(MeetFan { scene: self, fan, surface, position, words });
-        on_meshes.clear();
-        if let Some(meshes) = &self.meshes {
-            for ray in 0..fan.spread.count() {
-                let end = DVec3::from_array([0, 1, 2].map(|axis| position[axis][ray]));
-                let way = end - fan.origin;
-                let distance = way.length();
-                let direction = way / distance;
-                if let Some(hit) = meshes.intersect(fan.origin, direction)
-                    && hit.distance <= distance + self.coinciding()
-                {
-                    surface[ray] = self.numbering.facet_side(hit.facet, hit.side).index() as f64;
-                    on_meshes.push((ray, hit.normal));
-                    for (coordinates, at) in position.iter_mut().zip(hit.position.to_array()) {
-                        coordinates[ray] = at;
-                    }
-                }
-            }
-        }
     }
 }
 

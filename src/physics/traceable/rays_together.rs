@@ -1,4 +1,4 @@
-//! Several rays through the room at once: where each ends, and whether anything stands between pairs of points.
+//! Several rays through the room at once: where each ends, and whether boxes stand between pairs of points.
 
 use glam::DVec3;
 
@@ -75,24 +75,12 @@ impl TraceableScene {
         })
     }
 
-    /// For each of the first `count` ways, 1 if nothing stands between its ends, else 0; the surfaces there do not count.
-    pub fn clear_together(&self, segments: &Segments, count: usize) -> Each {
-        if !self.obstructed {
-            return [1.0; TOGETHER];
-        }
+    /// For each way, 1 if no box stands between its ends, else 0; those on which it begins or ends do not count.
+    pub fn clear_of_boxes(&self, segments: &Segments) -> Each {
         let Segments { start, way, own } = *segments;
         let within = [1.0 - ON_TARGET; TOGETHER];
         let met = self.boxes_together.first_met(&RaysBySide { origin: start, direction: way, own, within });
-        let mut clear = met.map(|number| if number == NO_BOX { 1.0 } else { 0.0 });
-        if self.meshes.is_some() || !self.luminaires.is_empty() {
-            for lane in 0..count {
-                let [from, way] = [start, way].map(|of| DVec3::from_array(of.map(|each| each[lane])));
-                if clear[lane] > 0.0 && !self.visible_past_boxes(from, from + way) {
-                    clear[lane] = 0.0;
-                }
-            }
-        }
-        clear
+        met.map(|number| if number == NO_BOX { 1.0 } else { 0.0 })
     }
 
     /// Number of the box that has the surface with this number, or -1.

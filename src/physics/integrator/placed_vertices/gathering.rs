@@ -153,14 +153,9 @@ impl<'a, const C: usize> Gathering<'a, C> {
         for (((surface, patch), ((u, v), w)), position) in
             hits.surface.iter().zip(&mut *patches).zip(normals).zip(positions)
         {
-            // facets come later
-            let Some(face) = faces.get(*surface as u32 as usize) else { continue };
+            let face = &faces[*surface as u32 as usize];
             *patch = face.at(position);
             (*u, *v, *w) = face.normal.into();
-        }
-        for (ray, normal) in &hits.on_meshes {
-            patches[*ray] = self.indirect.patches.elsewhere();
-            (u[*ray], v[*ray], w[*ray]) = (*normal).into();
         }
     }
 
@@ -199,11 +194,6 @@ impl<'a, const C: usize> Gathering<'a, C> {
             }
         }
         scratch.asked.truncate(asked);
-        for (ray, _) in &scratch.hits.on_meshes {
-            // the patch of facets reflects all
-            let more = self.reflectance(*ray, scratch).map(|by| by - 1.0) * scratch.far[*ray];
-            sums[0] += self.lit.reflected[scratch.patches[*ray]] * more;
-        }
         let [mut first, second, third, fourth] = sums;
         first += second;
         let mut others = third;
@@ -231,23 +221,15 @@ impl<'a, const C: usize> Gathering<'a, C> {
             let Some((photon, _)) = light.choice(random.uniform()) else { continue };
             let way = photon.position.extend(light.origin.z) - scratch.end(*ray);
             let lux = per_lumen(way, scratch.normal(*ray)).max(0.0);
-            lit[lane] = self.reflectance(*ray, scratch) * photon.flux * lux;
+            lit[lane] = self.indirect.reflectances[scratch.patches[*ray]] * photon.flux * lux;
             segments.set(lane, scratch.end(*ray), way);
             segments.own[lane] = self.scene.box_with(scratch.hits.surface[*ray]);
         }
         let mut sum = Spectrum::ZERO;
-        for (lit, clear) in lit.iter().zip(self.scene.clear_together(&segments, asked.len())) {
+        for (lit, clear) in lit.iter().zip(self.scene.clear_of_boxes(&segments)) {
             sum += *lit * clear;
         }
         sum
-    }
-
-    fn reflectance(&self, ray: usize, scratch: &Scratch) -> Spectrum<C> {
-        let patch = scratch.patches[ray];
-        if patch == self.indirect.patches.elsewhere() {
-            return self.scene.optics(scratch.surface(ray)).map_or(Spectrum::ZERO, |optics| optics.diffuse());
-        }
-        self.indirect.reflectances[patch]
     }
 
     /// The place where a ray of the last fan ends.
@@ -266,8 +248,7 @@ impl<'a, const C: usize> Gathering<'a, C> {
         let Place::Surface(surface) = hit.place else { return None };
         let RoomHit { position, normal, .. } = *hit;
         let optics = self.scene.optics(surface).filter(|_| self.light.is_far(position, 0.0))?;
-        let patches = &self.indirect.patches;
-        let patch = patches.faces.get(surface.index()).map_or(patches.elsewhere(), |face| face.at(position));
+        let patch = self.indirect.patches.faces.get(surface.index())?.at(position);
         Some(Spot { position, normal, surface, optics, patch })
     }
 
@@ -292,12 +273,8 @@ impl<'a, const C: usize> Gathering<'a, C> {
             let Spot { position, normal, surface, patch, .. } = spot;
             let at = Receiver { position, normal, surface: Some(surface) };
             let gathered = self.gather(&at, &self.looks, key.child(2 * step + 1), scratch);
-            let mut known = self.lit.reflected[patch];
-            if patch == self.indirect.patches.elsewhere() {
-                known *= reflectance;
-            }
             let mut missing = gathered.lux * reflectance;
-            missing += known * -1.0;
+            missing += self.lit.reflected[patch] * -1.0;
             missing += self.missing_straight(&spot, reflectance, key.child(2 * step + 2), scratch);
             sum += weight * missing;
             let goes_on = reflectance.max().min(1.0);

@@ -19,8 +19,8 @@ use crate::traceable::{Place, RoomHit, RoomRay, Segments, SurfaceId, TOGETHER, T
 
 /// Rays from all patches together, about, and most and fewest of one.
 const RAYS: usize = 131_072;
-const MOST_RAYS: usize = 64;
-const FEWEST_RAYS: usize = 16;
+const MOST_RAYS: usize = 32;
+const FEWEST_RAYS: usize = 8;
 
 /// Tubes that every group of rays looks at; of more, each has its turn.
 const TUBES_AT_ONCE: usize = 4;
@@ -40,7 +40,7 @@ const HAIR: f64 = 1e-6;
 #[derive(Debug)]
 pub struct Indirect<const C: usize> {
     pub patches: Patches,
-    /// Reflectance of each patch; that of the last one is 1.
+    /// Reflectance of each patch.
     pub reflectances: Vec<Spectrum<C>>,
     /// Of each opening.
     openings: Vec<OfOpening<C>>,
@@ -82,10 +82,7 @@ impl<const C: usize> Indirect<C> {
     pub fn of(scene: &TraceableScene, panels: &[Panel]) -> Arc<Self> {
         static KEPT: Kept<Vec<u64>, Arc<dyn Any + Send + Sync>> = Kept::new(MOST_KEPT);
         let anew = || Arc::new(Self::new(scene, panels));
-        match key::<C>(scene, panels) {
-            Some(key) => KEPT.get(key, || anew()).downcast().unwrap_or_else(|_| anew()),
-            None => anew(),
-        }
+        KEPT.get(key::<C>(scene, panels), || anew()).downcast().unwrap_or_else(|_| anew())
     }
 
     /// Patches that know nothing: no reflected light, and sight of no opening.
@@ -136,14 +133,13 @@ impl<const C: usize> Indirect<C> {
                         let mut up = Segments { own: [own; TOGETHER], ..Segments::default() };
                         (0..TOGETHER).for_each(|lane| up.set(lane, rays[lane].origin, to - rays[lane].origin));
                         let faces = |ray: &RoomRay| (to - ray.origin).dot(face.normal) > 0.0;
-                        let clear = scene.clear_together(&up, TOGETHER);
+                        let clear = scene.clear_of_boxes(&up);
                         seen[number][patch] +=
                             rays.iter().zip(clear).filter(|(ray, clear)| *clear > 0.0 && faces(ray)).count();
                     }
                 }
             }
         }
-        reflectances.push(Spectrum::ONE);
         let openings = first.into_iter().zip(seen).enumerate().map(|(tube, (mut first, seen))| {
             let groups = (0..rays_of_patch / TOGETHER).filter(|group| group % turns == tube % turns).count();
             let rays = groups * TOGETHER;
@@ -153,8 +149,7 @@ impl<const C: usize> Indirect<C> {
                 seen if seen == rays => Sight::Whole,
                 _ => Sight::Partly,
             };
-            let mut sight: Vec<Sight> = seen.into_iter().map(sight).collect();
-            sight[patches.elsewhere()] = Sight::Partly;
+            let sight = seen.into_iter().map(sight).collect();
             OfOpening { per_lumen: solve(&first, &met, &reflectances, rays_of_patch), sight }
         });
         let openings = openings.collect();
@@ -188,11 +183,8 @@ fn rays_of(patches: usize) -> usize {
     (RAYS / patches.max(1)).clamp(FEWEST_RAYS, MOST_RAYS) / TOGETHER * TOGETHER
 }
 
-/// Everything that the light follows from, in bits; `None` of scenes with meshes.
-fn key<const C: usize>(scene: &TraceableScene, panels: &[Panel]) -> Option<Vec<u64>> {
-    if scene.meshes.is_some() || !scene.luminaires.is_empty() {
-        return None;
-    }
+/// Everything that the light follows from in a scene of faces, boxes and openings, in bits.
+fn key<const C: usize>(scene: &TraceableScene, panels: &[Panel]) -> Vec<u64> {
     let of_panel = |(panel, surface): (&Panel, SurfaceId)| {
         let vectors = [panel.corner, panel.u, panel.v].into_iter().flat_map(|vector| vector.to_array());
         let reflectance: Spectrum<C> = scene.optics(surface).map_or(Spectrum::ZERO, |optics| optics.diffuse());
@@ -201,16 +193,13 @@ fn key<const C: usize>(scene: &TraceableScene, panels: &[Panel]) -> Option<Vec<u
     let of_tube = |tube: &TraceableTube| [tube.origin.x, tube.origin.y, tube.origin.z, tube.opening_radius];
     let counts = [C, panels.len(), scene.tubes.len()].map(|count| count as f64);
     let numbers = counts.into_iter().chain(panels.iter().zip(surfaces(scene)).flat_map(of_panel));
-    Some(numbers.chain(scene.tubes.iter().flat_map(of_tube)).map(f64::to_bits).collect())
+    numbers.chain(scene.tubes.iter().flat_map(of_tube)).map(f64::to_bits).collect()
 }
 
 /// The patch that is met.
 fn patch_of(patches: &Patches, hit: &RoomHit) -> Option<usize> {
     match hit.place {
-        Place::Surface(surface) => {
-            let face = patches.faces.get(surface.index());
-            Some(face.map_or(patches.elsewhere(), |face| face.at(hit.position)))
-        }
+        Place::Surface(surface) => patches.faces.get(surface.index()).map(|face| face.at(hit.position)),
         Place::Opening(_) => None,
     }
 }
@@ -232,7 +221,7 @@ fn reflected<const C: usize>(
         ways.own[lane] = surface(hit).map_or(-1.0, |surface| scene.box_with(surface.index() as f64));
     }
     let mut sum = Spectrum::ZERO;
-    for (hit, clear) in hits.iter().zip(scene.clear_together(&ways, TOGETHER)) {
+    for (hit, clear) in hits.iter().zip(scene.clear_of_boxes(&ways)) {
         let lux = per_lumen(from - hit.position, hit.normal) * clear;
         if lux > 0.0 && is_far(tube.origin, tube.opening_radius, hit.position, 0.0) {
             let optics = surface(hit).and_then(|surface| scene.optics(surface));
@@ -263,10 +252,5 @@ fn solve<const C: usize>(
             break;
         }
     }
-    // whatever else there is gets the mean
-    let on_faces = lux.len() - 1;
-    let mut mean = Spectrum::ZERO;
-    lux[..on_faces].iter().for_each(|lux| mean += *lux * (1.0 / on_faces as f64));
-    lux[on_faces] = mean;
     lux
 }

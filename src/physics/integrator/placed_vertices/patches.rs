@@ -4,9 +4,9 @@ use glam::DVec3;
 
 use super::panels::Panel;
 
-/// Patches along either edge of a face of the room, and of a box: 3 where there are few boxes, 1 where there are very many.
+/// Patches along either edge of a face of the room, and of a box: 2 where there are few boxes, 1 where there are very many.
 const OF_ROOM: usize = 8;
-const OF_BOX: f64 = 3.0;
+const OF_BOX: f64 = 2.0;
 /// Boxes up to which there are so many.
 const FEW_BOXES: f64 = 32.0;
 
@@ -15,7 +15,7 @@ const FEW_BOXES: f64 = 32.0;
 pub struct Patches {
     /// In the order of their surfaces.
     pub faces: Vec<Patched>,
-    /// Number of all patches: the last one stands for whatever is on no face.
+    /// Number of all patches.
     pub count: usize,
 }
 
@@ -65,12 +65,7 @@ impl Patches {
             }
         };
         let faces = panels.iter().map(patched).collect();
-        Self { faces, count: count + 1 }
-    }
-
-    /// Number of the patch that is on no face.
-    pub fn elsewhere(&self) -> usize {
-        self.count - 1
+        Self { faces, count }
     }
 }
 

@@ -19,10 +19,12 @@ const HAIR: f64 = 1e-6;
 /// Share of the light at the collectors that may reach the room: it weighs daylight against luminaires only.
 const LIKELY_TRANSMISSION: f64 = 0.3;
 
-/// True if sensors gather what surfaces reflect, and vertices send them no more than what is wrong of that: something stands in the room,
-/// and nothing but openings gives light.
+/// True if sensors gather what surfaces reflect, and vertices send them no more than what is wrong of that: boxes alone stand in the
+/// room, and openings alone give light. Past the triangles of meshes a ray costs ten times as much, and vertices with their shadows take less
+/// time (a chair of 10 368 triangles, none of them a box', among 20 boxes in the room of the thesis).
 pub fn gathers(scene: &TraceableScene) -> bool {
-    scene.obstructed && scene.interreflection && scene.luminaires.is_empty() && !scene.tubes.is_empty()
+    let are_boxes = scene.obstructed && scene.meshes.is_none() && scene.luminaires.is_empty();
+    are_boxes && scene.interreflection && !scene.tubes.is_empty()
 }
 
 /// Rough light in the room.

@@ -17,12 +17,12 @@ const BESIDE_NOISY_FLUX: PassSize = PassSize { for_one_percent: 256.0, ..VERTICE
 
 /// Where sensors gather: rays of a sensor that sees no opening, and vertices. Even points gain less than where nothing stands.
 /// Measured in the room of the thesis with boxes and a chair: of the variance at 1 % rays have a half, vertices a third.
-pub const GATHERED_RAYS: PassSize = PassSize { for_one_percent: 160.0, growth: 1.7, fewest: 16.0, most: MOST_RAYS };
-const GATHERED_VERTICES: PassSize = PassSize { for_one_percent: 64.0, growth: 1.8, fewest: 8.0, most: MOST };
+pub const GATHERED_RAYS: PassSize = PassSize { for_one_percent: 192.0, growth: 1.7, fewest: 16.0, most: MOST_RAYS };
+const GATHERED_VERTICES: PassSize = PassSize { for_one_percent: 80.0, growth: 1.8, fewest: 8.0, most: MOST };
 const MOST_RAYS: f64 = 16_384.0;
 
 /// Photons are as many times more where sensors gather: they cost a tenth of the pass.
-const GATHERED_PHOTONS: f64 = 2.0;
+const GATHERED_PHOTONS: f64 = 3.0;
 
 /// Where obstacles stand, photons and vertices are as many times more as a power of what the spread of vertices
 /// (that of `Importance`) has above this, in units of that: their shadows take from even points
