@@ -189,12 +189,13 @@ impl<'a, const C: usize> Gathering<'a, C> {
             self.find_per_lumen(tube, scratch);
             let sight = self.indirect.sight(tube);
             let of_sums = scratch.per_lumen.chunks_exact(SUMS).zip(scratch.patches.chunks_exact(SUMS));
-            for (number, (per_lumen, patches)) in of_sums.enumerate() {
+            let of_sums = of_sums.zip(scratch.far.chunks_exact(SUMS));
+            for (number, ((per_lumen, patches), far)) in of_sums.enumerate() {
                 for lane in 0..SUMS {
                     sums[lane] += straight[patches[lane]] * per_lumen[lane];
-                    // without branches: who sees an opening is as random as the rays
+                    // without branches: who sees an opening is as random as the rays; its middle may be behind who sees its edge
                     scratch.asked[asked] = (number * SUMS + lane, tube);
-                    asked += usize::from((per_lumen[lane] > 0.0) & (sight[patches[lane]] == Sight::Partly));
+                    asked += usize::from((far[lane] > 0.0) & (sight[patches[lane]] == Sight::Partly));
                 }
             }
         }
