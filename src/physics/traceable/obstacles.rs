@@ -133,6 +133,13 @@ pub struct Shadow {
 }
 
 impl Shadow {
+    /// The same by light from so far to the east and north of where it came from, in m, but for the bounds of the shadow.
+    #[inline(always)]
+    pub fn of_light_beside(&self, x: f64, y: f64) -> Self {
+        let (u, v) = (self.along.x * x + self.along.y * y, self.along.x * y - self.along.y * x);
+        Self { start: DVec2::new(self.start.x + u, self.start.y + v), ..*self }
+    }
+
     /// True if it hides the light from the point of the plane at this distance to the east and north, in m.
     #[inline(always)]
     pub fn hides(&self, dx: f64, dy: f64) -> bool {
@@ -152,6 +159,14 @@ impl Obstacles {
     pub fn shadows(&self, position: DVec3, height: f64, but_for: Option<usize>) -> impl Iterator<Item = Shadow> {
         let others = self.blocks.iter().filter(move |block| but_for.is_none() || block.of_box != but_for);
         others.filter_map(move |block| block.shadow(position, height))
+    }
+
+    /// The shadows that these obstacles throw on the horizontal plane at `height` by light from `position`; `None` where one of them is
+    /// no more than the bounds of what throws it.
+    pub fn shadows_of(&self, numbers: &[usize], position: DVec3, height: f64) -> Option<Vec<Shadow>> {
+        let blocks = || numbers.iter().map(|number| &self.blocks[*number]);
+        let are_boxes = blocks().all(|block| !block.is_bound());
+        are_boxes.then(|| blocks().filter_map(|block| block.shadow(position, height)).collect())
     }
 
     /// All of them, ready for questions about the outlines of their shadows.

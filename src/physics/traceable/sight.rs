@@ -70,6 +70,12 @@ impl TraceableScene {
         self.obstacles.view_of_disc(position, tube.origin, tube.opening_radius)
     }
 
+    /// The shadows that some obstacles throw on the horizontal plane at `height` by light from the middle of a tube's opening; `None` where
+    /// one of them is no box.
+    pub fn shadows_of(&self, obstacles: &[usize], tube: usize, height: f64) -> Option<Vec<Shadow>> {
+        self.obstacles.shadows_of(obstacles, self.tubes[tube].origin, height)
+    }
+
     /// Everything that can stand in the way of light, ready for questions about the outlines of its shadows.
     pub fn casters(&self) -> Casters {
         self.obstacles.casters()

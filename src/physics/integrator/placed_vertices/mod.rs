@@ -42,6 +42,7 @@ mod lines;
 mod outermost;
 mod panels;
 mod patches;
+mod penumbra;
 mod rough_light;
 mod runs;
 mod sent;

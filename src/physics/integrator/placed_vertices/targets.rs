@@ -4,10 +4,11 @@
 //! followed from the sensor: each counts if the first thing that it meets is nearer than the distance below which the sensor is
 //! not connected. Either way counts what the other leaves out.
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
 use super::importance::cell_of_box;
 use super::lines::{Lines, Scratch};
+use super::penumbra::{BehindBoxes, Leaving};
 use super::sent::Target;
 use crate::guide::RayCount;
 use crate::integrator::photon::chunks::Tally;
@@ -44,7 +45,9 @@ pub struct Targets {
 struct SeenFrom {
     /// Those that nothing can hide any of it from.
     clear: Several,
-    /// Those from which some obstacles may hide it, and these.
+    /// Those from which boxes may hide some of it.
+    behind_boxes: Vec<BehindBoxes>,
+    /// Those from which other obstacles may hide it, too, and these.
     partly: Several,
     casters: Casters,
 }
@@ -186,8 +189,10 @@ impl Targets {
         lux: &mut [f64],
     ) {
         let mut scratch = Scratch::default();
+        let leaving = Leaving::new(photons.clone(), scene.tubes[tube].origin);
         for (row, seen_from) in self.rows.iter().zip(&self.of_openings[tube]) {
-            let SeenFrom { clear, partly, casters } = seen_from;
+            let SeenFrom { clear, behind_boxes, partly, casters } = seen_from;
+            behind_boxes.iter().for_each(|sensor| lux[sensor.place] += sensor.lux(&leaving, self.vectors));
             let (mut of_clear, mut of_partly) = (vec![0.0; clear.places.len()], vec![0.0; partly.places.len()]);
             for (vertex, per_sr) in photons.clone() {
                 let depth = vertex.z - row.height;
@@ -228,14 +233,22 @@ impl Targets {
 impl Row {
     /// How its sensors see the opening of a tube; those that see nothing of it are left out.
     fn seen_from_opening(&self, scene: &TraceableScene, tube: usize) -> SeenFrom {
-        let (mut clear, mut partly, mut obstacles) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut clear, mut behind_boxes, mut partly, mut obstacles) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+        let middle = scene.tubes[tube].origin;
         for (number, (x, y)) in self.sensors.x.iter().zip(&self.sensors.y).enumerate() {
             match scene.view_of_opening(DVec3::new(*x, *y, self.height), tube) {
                 DiscView::Clear => clear.push(number),
-                DiscView::Partly(in_the_way) => {
-                    obstacles.extend(in_the_way);
-                    partly.push(number);
-                }
+                DiscView::Partly(in_the_way) => match scene.shadows_of(&in_the_way, tube, self.height) {
+                    Some(shadows) => {
+                        let (place, depth) = (self.first + number, middle.z - self.height);
+                        let away = DVec2::new(*x, *y) - middle.truncate();
+                        behind_boxes.push(BehindBoxes { place, away, depth, shadows });
+                    }
+                    None => {
+                        obstacles.extend(in_the_way);
+                        partly.push(number);
+                    }
+                },
                 DiscView::Hidden => {}
             }
         }
@@ -245,7 +258,7 @@ impl Row {
             let (x, y) = numbers.iter().map(|number| (self.sensors.x[*number], self.sensors.y[*number])).unzip();
             Several { places: numbers.iter().map(|number| self.first + number).collect(), sensors: Lines::new(x, y) }
         };
-        SeenFrom { clear: several(clear), partly: several(partly), casters: scene.casters_of(&obstacles) }
+        SeenFrom { clear: several(clear), behind_boxes, partly: several(partly), casters: scene.casters_of(&obstacles) }
     }
 }
 
