@@ -1,5 +1,7 @@
 //! Rays from one point, spread about a direction: where all of them end.
 
+use std::f64::consts::TAU;
+
 use glam::DVec3;
 use pulp::Simd;
 
@@ -7,6 +9,7 @@ use super::boxes_together::{NO_BOX, RaysInVectors, TOGETHER, inverse};
 use super::scene::TraceableScene;
 use super::surface_id::SurfaceId;
 use crate::geometry::numbers::Numbers;
+use crate::sampling::warp;
 
 /// Directions about an axis, so that their density is the cosine with it over pi, by whole groups of [`TOGETHER`] that follow each other
 /// around.
@@ -52,7 +55,7 @@ impl Spread {
         points.sort_by(|a, b| a[1].total_cmp(&b[1]));
         let mut spread = Self::default();
         for [aside, turn] in points {
-            let (sin, cos) = libm::sincos(std::f64::consts::TAU * turn);
+            let (sin, cos) = libm::sincos(TAU * turn);
             spread.around[0].push(cos);
             spread.around[1].push(sin);
             spread.aside.push(aside);
@@ -66,7 +69,20 @@ impl Spread {
     }
 }
 
-impl Fan<'_> {
+impl<'a> Fan<'a> {
+    /// Rays about a unit `axis`, turned around it and shifted by two numbers in 0..1.
+    pub fn turned(
+        origin: DVec3,
+        from: Option<SurfaceId>,
+        axis: DVec3,
+        [turn, shift]: [f64; 2],
+        spread: &'a Spread,
+    ) -> Self {
+        let (sin, cos) = libm::sincos(TAU * turn);
+        let [u, v] = [DVec3::X, DVec3::Y].map(|across| warp::around(axis, across));
+        Self { origin, from, frame: [u * cos + v * sin, v * cos - u * sin, axis], shift, spread }
+    }
+
     /// The wedges in which groups of rays lie.
     fn wedges(&self, wedges: &mut Vec<[DVec3; 2]>) {
         let [u, v, _] = self.frame;
@@ -158,7 +174,7 @@ impl pulp::WithSimd for MeetFan<'_> {
 mod tests {
     use super::*;
     use crate::optics::Surface;
-    use crate::sampling::{Key, PathRandom, Replicate, warp};
+    use crate::sampling::{Key, PathRandom, Replicate};
     use crate::scene::{BoxObject, Channels, Room, Scene};
     use crate::traceable::{Follow, Place};
 
@@ -206,10 +222,7 @@ mod tests {
             let start = scene.size * DVec3::new(a, b, c);
             let from = scene.intersect(start, warp::cone([d, a], std::f64::consts::PI), None);
             let Place::Surface(surface) = from.place else { unreachable!() };
-            let turn = crate::geometry::turn::unit_vector(6.0 * b);
-            let [u, v] = [DVec3::X, DVec3::Y].map(|axis| warp::around(from.normal, axis));
-            let frame = [u * turn.x + v * turn.y, v * turn.x - u * turn.y, from.normal];
-            let fan = Fan { origin: from.position, from: Some(surface), frame, shift: c, spread: &spread };
+            let fan = Fan::turned(from.position, Some(surface), from.normal, [b, c], &spread);
             scene.meet_fan(&fan, &mut hits);
             assert_eq!(hits.surface.len(), spread.count());
             for ray in 0..spread.count() {

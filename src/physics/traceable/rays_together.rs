@@ -26,8 +26,8 @@ pub struct Segments {
     pub start: [Each; 3],
     /// Ways from there to the others in m.
     pub way: [Each; 3],
-    /// Number of the box on which each begins, which is not in its way; -1 for none.
-    pub own: Each,
+    /// Number of the box on which each begins, which is not in its way; or [`NO_BOX`].
+    own: Each,
 }
 
 impl Default for Segments {
@@ -37,9 +37,10 @@ impl Default for Segments {
 }
 
 impl Segments {
-    /// Sets the points of one of them.
+    /// Sets one of them: where it begins, the way from there, and the box on which it begins, if it does on one.
     #[inline]
-    pub fn set(&mut self, lane: usize, start: DVec3, way: DVec3) {
+    pub fn set(&mut self, lane: usize, start: DVec3, way: DVec3, own: Option<usize>) {
+        self.own[lane] = own.map_or(NO_BOX, |number| number as f64);
         for axis in 0..3 {
             self.start[axis][lane] = start[axis];
             self.way[axis][lane] = way[axis];
@@ -81,12 +82,5 @@ impl TraceableScene {
         let within = [1.0 - ON_TARGET; TOGETHER];
         let met = self.boxes_together.first_met(&RaysBySide { origin: start, direction: way, own, within });
         met.map(|number| if number == NO_BOX { 1.0 } else { 0.0 })
-    }
-
-    /// Number of the box that has the surface with this number, or -1.
-    #[inline]
-    pub fn box_with(&self, surface: f64) -> f64 {
-        let object = self.numbering.box_of(SurfaceId::numbered(surface as usize));
-        object.map_or(NO_BOX, |number| number as f64)
     }
 }

@@ -6,9 +6,9 @@
 //! the light of the diffusers in closed form, or nearly so; the point is connected to every sensor that sees it. Sensors
 //! beside surfaces find what comes from very near by themselves (`targets`). One pass is one replicate.
 //!
-//! Where something stands in the room and openings alone give light, sensors see few of these points. There each finds what surfaces
-//! reflect by rays of its own (`gathering`), as far as patches of the surfaces know it (`indirect`), and the points send what patches
-//! have wrong (`gathered`).
+//! Where boxes stand in the room and openings alone give light, sensors see few of these points. There each finds what surfaces
+//! reflect by rays of its own (`gathering`), as far as patches of the surfaces know it (`known`, `indirect`, `radiosity`). What these may
+//! have wrong is told as bias, or where that is too much for the accuracy asked for, the points send it (`gathered`).
 //!
 //! **Which paths** (docs/physics/measurement_equation.md#placed-vertices).
 //!
@@ -18,7 +18,7 @@
 //! | `M E` | Lambert's closed form |
 //! | `.. V E`, V not beside E | placed vertices, openings that send light back included; what lights them as in two stages |
 //! | `.. V E`, V beside E | paths followed from the sensor |
-//! | `.. V E`, where sensors gather | what patches know of V by rays from E, the rest by placed vertices, or from E where V is beside it; all by paths from E where V is in or beside an opening |
+//! | `.. V E`, where sensors gather | what patches know of V by rays from E, the rest by placed vertices, or from E where V is beside it, or told as bias; all by paths from E where V is in or beside an opening |
 //! | `(K\|N) t C ..`, below closures that are lamps in part | as light tracing ([`lamp::beside`](super::lamp::beside)) |
 //!
 //! **Settings.** `photons_per_pass` and `vertices_per_pass` (64 to 16 777 216; by default chosen for the accuracy asked
@@ -38,11 +38,13 @@ mod gathered;
 mod gathering;
 mod importance;
 mod indirect;
+mod known;
 mod lines;
 mod outermost;
 mod panels;
 mod patches;
 mod penumbra;
+mod radiosity;
 mod rough_light;
 mod runs;
 mod sent;
@@ -70,11 +72,11 @@ use crate::optics::Spectrum;
 use crate::sampling::{Key, PathSamples, Stream, warp};
 use crate::scene::{Channels, EstimateKind, Grid};
 use crate::traceable::{TraceableScene, TraceableTube};
-use gathered::{Around, Gatherers};
+use gathered::{Around, Gatherers, are_patches_enough};
 use importance::Importance;
 use lines::Scratch;
 use outermost::Before;
-use rough_light::gathers;
+pub use rough_light::gathers;
 use sent::Target;
 use sizes::{By, GATHERED_RAYS, MOST, Sizes, VERTICES, more_by_obstacles, sizes};
 use targets::{Following, Sender, Sums, Targets};
@@ -92,6 +94,18 @@ impl Settings {
     /// Photons and vertices of a pass where they are given.
     fn numbers(&self) -> [Option<u64>; 2] {
         [self.photons_per_pass, self.vertices_per_pass]
+    }
+
+    /// How sensors that gather do so for a relative standard error `target`: vertices that are asked for are placed.
+    fn gathers_by<const C: usize>(
+        &self,
+        scene: &TraceableScene,
+        sensors: impl Iterator<Item = DVec3>,
+        target: f64,
+    ) -> By {
+        let outside: Vec<DVec3> = sensors.filter(|sensor| !scene.is_in_box(*sensor)).collect();
+        let is_enough = self.vertices_per_pass.is_none() && are_patches_enough::<C>(scene, &outside, target);
+        if is_enough { By::Patches } else { By::Gathering }
     }
 }
 
@@ -148,7 +162,14 @@ impl Described for Settings {
     fn trial(&self, task: &Task, target: f64) -> Trial {
         let tubes = &task.traceable.tubes;
         let (size, law) = match gathers(task.traceable) {
-            true => (sizes(self.numbers(), target, tubes, By::Gathering).rays, GATHERED_RAYS),
+            true => {
+                let sensors = task.grids.iter().flat_map(|grid| (0..grid.len()).map(|sensor| grid.centre(sensor)));
+                let by = match task.scene.channels {
+                    Channels::Photopic => self.gathers_by::<1>(task.traceable, sensors, target),
+                    Channels::Rgb => self.gathers_by::<3>(task.traceable, sensors, target),
+                };
+                (sizes(self.numbers(), target, tubes, by).rays, GATHERED_RAYS)
+            }
             false => (sizes(self.numbers(), target, tubes, By::Vertices(1.0)).vertices, VERTICES),
         };
         Trial::whole(self.clone(), most_places(tubes, 49))
@@ -159,9 +180,17 @@ impl Described for Settings {
         let scene = task.traceable.clone();
         let tubes = &task.traceable.tubes;
         let sizes = |by: By| sizes(self.numbers(), target, tubes, by);
+        let gathering = |sensors: &[DVec3]| match task.scene.channels {
+            Channels::Photopic => self.gathers_by::<1>(&scene, sensors.iter().copied(), target),
+            Channels::Rgb => self.gathers_by::<3>(&scene, sensors.iter().copied(), target),
+        };
         match task.scene.channels {
-            Channels::Photopic => Computation::passes(PlacedVertices::<1>::sized(scene, task.grids, sizes, seed)),
-            Channels::Rgb => Computation::passes(PlacedVertices::<3>::sized(scene, task.grids, sizes, seed)),
+            Channels::Photopic => {
+                Computation::passes(PlacedVertices::<1>::sized(&scene, task.grids, gathering, sizes, seed))
+            }
+            Channels::Rgb => {
+                Computation::passes(PlacedVertices::<3>::sized(&scene, task.grids, gathering, sizes, seed))
+            }
         }
     }
 }
@@ -235,26 +264,37 @@ pub struct PlacedVertices<const C: usize> {
 impl<const C: usize> PlacedVertices<C> {
     /// `photons_and_vertices` per pass; equal seeds give equal bits.
     pub fn new(scene: Arc<TraceableScene>, grids: &[Grid], photons_and_vertices: [u64; 2], seed: u64) -> Self {
-        Self::sized(scene, grids, |by| sizes(photons_and_vertices.map(Some), 0.01, &[], by), seed)
+        Self::sized(&scene, grids, |_| By::Gathering, |by| sizes(photons_and_vertices.map(Some), 0.01, &[], by), seed)
     }
 
-    fn sized(scene: Arc<TraceableScene>, grids: &[Grid], sizes: impl FnOnce(By) -> Sizes, seed: u64) -> Self {
+    /// `gathering`: how the sensors that are not in boxes gather, if they do.
+    fn sized(
+        scene: &Arc<TraceableScene>,
+        grids: &[Grid],
+        gathering: impl FnOnce(&[DVec3]) -> By,
+        sizes: impl FnOnce(By) -> Sizes,
+        seed: u64,
+    ) -> Self {
+        let scene = scene.clone();
         let targets = Targets::new(&scene, grids);
         let all: Vec<_> = targets.all().collect();
         let buried: Vec<bool> = all.iter().map(|target| scene.is_in_box(target.position)).collect();
         // nothing is placed for sensors that stay dark
         let lit: Vec<Target> =
             all.iter().zip(&buried).filter(|(_, buried)| !**buried).map(|(target, _)| *target).collect();
-        let importance = Some(()).filter(|()| scene.interreflection).and_then(|()| Importance::new(&scene, &lit));
-        let by = if gathers(&scene) {
-            By::Gathering
-        } else {
+        let gathering =
+            gathers(&scene).then(|| gathering(&lit.iter().map(|target| target.position).collect::<Vec<_>>()));
+        let importance = Some(())
+            .filter(|()| scene.interreflection && gathering != Some(By::Patches))
+            .and_then(|()| Importance::new(&scene, &lit));
+        let by = gathering.unwrap_or_else(|| {
             let share = lit.len() as f64 / all.len().max(1) as f64;
             let spread = importance.as_deref().filter(|_| scene.obstructed).map_or(0.0, |importance| importance.spread);
             By::Vertices(more_by_obstacles(spread, share))
-        };
+        });
         let Sizes { photons, vertices, rays } = sizes(by);
-        let gatherers = (by == By::Gathering).then(|| Gatherers::new(&scene, &targets, &buried, rays));
+        let puts_right = by == By::Gathering;
+        let gatherers = gathering.map(|_| Gatherers::new(&scene, &targets, &buried, rays, puts_right));
         let lamps = Lamps::new(&scene, grids, photons, seed);
         let direct = |sensor: DVec3| {
             let luminaires = scene.luminaires.iter();
@@ -288,7 +328,8 @@ impl<const C: usize> PlacedVertices<C> {
             let chunk = |numbers: Range<u64>| self.follow(light, key, numbers);
             let chunks = Chunks::of_short_paths(self.targets.followed.len() as u64);
             let folded = fold_chunks(chunks, 0, cancel, chunk, |Sums { lux: of_chunk, rays }| {
-                places.by_ref().zip(&of_chunk).for_each(|(place, value)| lux[place] += value);
+                // places last: none of them is taken for a value that is not there
+                of_chunk.iter().zip(&mut places).for_each(|(value, place)| lux[place] += value);
                 account.rays += rays;
             })?;
             account.not_finite = account.not_finite.or(folded.not_finite);
@@ -366,18 +407,23 @@ impl<const C: usize> Integrator for PlacedVertices<C> {
             let photons = photons.map(|photon| (photon.position.extend(tube.origin.z), photon.flux.luminance() / PI));
             self.targets.connect_opening(&self.scene, number, photons, &mut lux);
         }
-        match &self.gatherers {
+        let bias = match &self.gatherers {
             Some(gatherers) => {
                 let (importance, vertices) = (self.importance.as_deref(), self.vertices);
                 let around = Around { scene: &self.scene, targets: &self.targets, importance, vertices };
-                gatherers.pass(&around, &light, key, cancel, (&mut lux, &mut account))?;
+                gatherers.pass(&around, &light, key, cancel, (&mut lux, &mut account))?
             }
-            None => self.send(&light, key, cancel, (&mut lux, &mut account))?,
-        }
+            None => {
+                self.send(&light, key, cancel, (&mut lux, &mut account))?;
+                Vec::new()
+            }
+        };
         lux.iter_mut().zip(&self.buried).filter(|(_, buried)| **buried).for_each(|(lux, _)| *lux = 0.0);
-        let mut lux = self.targets.in_order_of_grids(&lux).into_iter();
-        let of_grid =
-            |length: &usize| GridPass { illuminance: lux.by_ref().take(*length).collect(), ..GridPass::default() };
+        let [mut lux, mut bias] = [lux, bias].map(|of| self.targets.in_order_of_grids(&of).into_iter());
+        let of_grid = |length: &usize| {
+            let illuminance = lux.by_ref().take(*length).collect();
+            GridPass { illuminance, bias: bias.by_ref().take(*length).collect(), ..GridPass::default() }
+        };
         let mut grids: Vec<GridPass> = self.lengths.iter().map(of_grid).collect();
         add_beside(&mut grids, &beside);
         Some(Pass { grids, account, photons: self.lamps.photons(), ..Pass::default() })
@@ -465,5 +511,44 @@ mod tests {
             }
         }
         assert!(lit == 19 && variances < 0.5 * f64::from(lit), "{lit} {variances}");
+    }
+
+    /// Without vertices the estimate is off by no more than it says: each sensor within four standard errors, of which its bias counts as
+    /// no less than the root mean square of all. Where patches know nothing, it is off by far.
+    #[test]
+    fn what_patches_have_wrong_is_told() {
+        let scene = scene();
+        let follow = Follow { interreflection: true, guide_return: true, objects: true };
+        let traceable = Arc::new(TraceableScene::new(&scene, follow).unwrap());
+        let method = |seed: u64, by: By| {
+            let sizes = |by: By| sizes([Some(256), Some(256)], 0.004, &[], by);
+            PlacedVertices::<3>::sized(&traceable, &scene.grids, |_| by, sizes, seed)
+        };
+        let estimate = |method: &PlacedVertices<3>, passes: u64| {
+            let mut estimate = crate::estimate::GridEstimate::empty(scene.grids[0].len());
+            (0..passes).for_each(|pass| estimate.push(&method.pass(pass, &AtomicBool::new(false)).unwrap().grids[0]));
+            estimate
+        };
+        let right = estimate(&method(1, By::Gathering), 150);
+        let mut patches_alone = method(2, By::Patches);
+        let told = estimate(&patches_alone, 60);
+        patches_alone.gatherers.as_mut().unwrap().forget(&traceable, &panels(&traceable));
+        let forgotten = estimate(&patches_alone, 8);
+        assert!(right.bias.iter().all(|bias| bias.count == 0.0));
+        let lit = || (0..scene.grids[0].len()).filter(|sensor| right.illuminance_lux(*sensor) > 0.0);
+        let share = |sensor: usize| told.bias[sensor].mean / told.illuminance_lux(sensor);
+        let bias = (lit().map(|sensor| share(sensor).powi(2)).sum::<f64>() / lit().count() as f64).sqrt();
+        assert!(lit().count() == 19 && (1e-4..0.01).contains(&bias), "{bias}");
+        let mut forgotten_are_off = 0;
+        for sensor in lit() {
+            let value = right.illuminance_lux(sensor);
+            let noise = right.standard_error_lux(sensor).hypot(told.sensors[sensor].standard_error());
+            let error = noise.hypot(value * bias.max(share(sensor).abs()));
+            let difference = told.illuminance_lux(sensor) - value;
+            assert!(difference.abs() <= 4.0 * error, "{sensor}: {difference} {error}");
+            let difference = forgotten.illuminance_lux(sensor) - value;
+            forgotten_are_off += usize::from(difference.abs() > 4.0 * error);
+        }
+        assert_eq!(forgotten_are_off, 19);
     }
 }

@@ -3,12 +3,14 @@
 use glam::DVec3;
 
 use super::panels::Panel;
+use crate::optics::Spectrum;
 
-/// Patches along either edge of a face of the room, and of a box: 2 where there are few boxes, 1 where there are very many.
-const OF_ROOM: usize = 8;
-const OF_BOX: f64 = 2.0;
-/// Boxes up to which there are so many.
+/// Patches along either edge of a face of the room.
+const OF_ROOM: usize = 16;
+/// Boxes up to which their patches are no larger than those of the room, about; of more boxes they are larger, so that there are not more
+/// of them, and where there are so many boxes, each face is one.
 const FEW_BOXES: f64 = 32.0;
+const MANY_BOXES: f64 = 128.0;
 
 /// The patches of all faces, numbered through.
 #[derive(Debug)]
@@ -31,41 +33,72 @@ pub struct Patched {
     along_u: (DVec3, f64),
     along_v: (DVec3, f64),
     /// Number of the last patch along either edge.
-    last: f64,
-    /// Numbers of its first patch, and of patches along an edge.
+    last: [f64; 2],
+    /// Number of its first patch, and of patches along either edge.
     first: u32,
-    cells: u32,
+    cells: [u32; 2],
 }
 
 impl Patches {
     /// `panels`: the faces of the room and of its boxes.
     pub fn new(panels: &[Panel]) -> Self {
-        let faces_of_boxes = panels.iter().filter(|panel| panel.of_box.is_some()).count() as f64;
-        let of_box = (OF_BOX / (faces_of_boxes / 6.0 / FEW_BOXES).max(1.0).sqrt()).ceil() as usize;
+        let of_boxes = panels.iter().filter(|panel| panel.of_box.is_some());
+        let boxes = of_boxes.count() as f64 / 6.0;
+        let of_room = panels.iter().filter(|panel| panel.of_box.is_none());
+        let (edges, rooms_faces) = of_room
+            .fold((0.0, 0.0), |(edges, faces), panel| (edges + panel.u.length() + panel.v.length(), faces + 2.0));
+        let edge = edges / (rooms_faces * OF_ROOM as f64) * (boxes / FEW_BOXES).max(1.0).sqrt();
+        let along = |panel: &Panel, side: DVec3| match panel.of_box {
+            None => OF_ROOM,
+            Some(_) if boxes > MANY_BOXES => 1,
+            // pairs, of which each would be one of half as many
+            Some(_) => 2 * (0.5 * side.length() / edge).round().clamp(1.0, 0.5 * OF_ROOM as f64) as usize,
+        };
         let mut count = 0;
         let patched = |panel: &Panel| {
-            let cells = if panel.of_box.is_some() { of_box } else { OF_ROOM };
+            let cells = [along(panel, panel.u), along(panel, panel.v)];
             let first = count as u32;
-            count += cells * cells;
-            let (along, cells) = (cells as u32, cells as f64);
-            let per = |edge: DVec3| {
-                let per = edge * (cells / edge.length_squared());
+            count += cells[0] * cells[1];
+            let per = |edge: DVec3, cells: usize| {
+                let per = edge * (cells as f64 / edge.length_squared());
                 (per, -panel.corner.dot(per))
             };
             Patched {
                 normal: panel.normal,
                 corner: panel.corner,
-                u: panel.u / cells,
-                v: panel.v / cells,
-                along_u: per(panel.u),
-                along_v: per(panel.v),
-                last: cells - 1.0,
+                u: panel.u / cells[0] as f64,
+                v: panel.v / cells[1] as f64,
+                along_u: per(panel.u, cells[0]),
+                along_v: per(panel.v, cells[1]),
+                last: cells.map(|cells| cells as f64 - 1.0),
                 first,
-                cells: along,
+                cells: cells.map(|cells| cells as u32),
             }
         };
         let faces = panels.iter().map(patched).collect();
         Self { faces, count }
+    }
+
+    /// True if every face has patches enough for what half as many along either edge would do.
+    pub fn are_several(&self) -> bool {
+        self.faces.iter().all(Patched::has_squares)
+    }
+
+    /// Values of the patches, each replaced by the mean of the four in its square of a face; faces of one patch keep theirs.
+    pub fn in_squares<const C: usize>(&self, values: &[Spectrum<C>]) -> Vec<Spectrum<C>> {
+        let mut squares = values.to_vec();
+        for face in self.faces.iter().filter(|face| face.has_squares()) {
+            let (first, columns) = (face.first as usize, face.cells[1] as usize);
+            for square in 0..face.count() / 4 {
+                let (row, column) = (square / (columns / 2) * 2, square % (columns / 2) * 2);
+                let corner = first + row * columns + column;
+                let of_square = [corner, corner + 1, corner + columns, corner + columns + 1];
+                let mut sum = Spectrum::ZERO;
+                of_square.iter().for_each(|patch| sum += values[*patch]);
+                of_square.iter().for_each(|patch| squares[*patch] = sum * 0.25);
+            }
+        }
+        squares
     }
 }
 
@@ -73,15 +106,69 @@ impl Patched {
     /// The number of the patch at a point of the face.
     #[inline(always)]
     pub fn at(&self, position: DVec3) -> usize {
-        let along = |(per, from): (DVec3, f64)| (position.dot(per) + from).max(0.0).min(self.last) as u32;
-        (self.first + along(self.along_u) * self.cells + along(self.along_v)) as usize
+        let along = |(per, from): (DVec3, f64), last: f64| (position.dot(per) + from).max(0.0).min(last) as u32;
+        let (row, column) = (along(self.along_u, self.last[0]), along(self.along_v, self.last[1]));
+        (self.first + row * self.cells[1] + column) as usize
+    }
+
+    /// True if its patches are squares of four.
+    fn has_squares(&self) -> bool {
+        self.cells.iter().all(|cells| cells.is_multiple_of(2))
+    }
+
+    /// True if all of it faces away from a disc of `radius` around `centre` in the ceiling.
+    pub fn faces_away(&self, centre: DVec3, radius: f64) -> bool {
+        self.normal.dot(centre - self.corner) + radius * self.normal.truncate().length() <= 0.0
+    }
+
+    /// Number of its patches.
+    pub fn count(&self) -> usize {
+        (self.cells[0] * self.cells[1]) as usize
     }
 
     /// Its patches in the order of their numbers: the corner and two edges of each.
     pub fn patches(&self) -> impl Iterator<Item = [DVec3; 3]> {
-        let cells = self.cells as usize;
-        (0..cells * cells).map(move |cell| {
-            [self.corner + self.u * (cell / cells) as f64 + self.v * (cell % cells) as f64, self.u, self.v]
+        let columns = self.cells[1] as usize;
+        (0..self.count()).map(move |cell| {
+            [self.corner + self.u * (cell / columns) as f64 + self.v * (cell % columns) as f64, self.u, self.v]
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::integrator::placed_vertices::panels::Panel;
+
+    /// Each point lies in the patch that it is found in; squares are of four patches that touch, and keep the sum.
+    #[test]
+    fn patches_and_squares_hold_their_points() {
+        let panel = |corner: DVec3, u: DVec3, v: DVec3, of_box: Option<usize>| {
+            let normal = u.cross(v).normalize();
+            Panel { corner, u, v, normal, reflectance: 0.5, cells: 4, of_box }
+        };
+        let panels = [
+            panel(DVec3::ZERO, DVec3::X * 3.0, DVec3::Y * 2.0, None),
+            panel(DVec3::new(1.0, 0.5, 0.0), DVec3::new(0.3, 0.4, 0.0), DVec3::Z, Some(0)),
+        ];
+        let patches = Patches::new(&panels);
+        // edges of the room's face are 2.5 m on average
+        assert_eq!((patches.count, patches.are_several()), (OF_ROOM * OF_ROOM + 4 * 6, true));
+        let corners = patches.faces.iter().flat_map(|face| face.patches().map(move |of| (face, of)));
+        let mut middles = Vec::new();
+        for (number, (face, [corner, u, v])) in corners.enumerate() {
+            for (s, t) in [(0.01, 0.01), (0.5, 0.5), (0.99, 0.01)] {
+                assert_eq!(face.at(corner + u * s + v * t), number);
+            }
+            middles.push(corner + u * 0.5 + v * 0.5);
+        }
+        let values: Vec<Spectrum<3>> = middles.iter().map(|middle| Spectrum(middle.to_array())).collect();
+        let squares = patches.in_squares(&values);
+        for (number, square) in squares.iter().enumerate() {
+            let of_square: Vec<_> = (0..values.len()).filter(|other| squares[*other] == *square).collect();
+            assert!(of_square.len() == 4 && of_square.contains(&number), "{of_square:?}");
+            let mean: f64 = of_square.iter().map(|patch| values[*patch].0[1]).sum::<f64>() / 4.0;
+            assert!((mean - square.0[1]).abs() < 1e-15);
+        }
     }
 }

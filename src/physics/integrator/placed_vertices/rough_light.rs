@@ -42,7 +42,11 @@ impl<'a> Light<'a> {
     pub fn new(scene: &'a TraceableScene, panels: &[Panel]) -> Self {
         let sky = scene.sky.as_ref().map_or(0.0, |sky| sky.horizontal_illuminance_lux());
         let sun = scene.sun.map_or(0.0, |sun| sun.horizontal_illuminance_lux());
-        let of_openings = LIKELY_TRANSMISSION * (sky + sun);
+        Self::of_openings(scene, panels, LIKELY_TRANSMISSION * (sky + sun))
+    }
+
+    /// The light where so many lumens leave each square metre of the openings.
+    pub fn of_openings(scene: &'a TraceableScene, panels: &[Panel], of_openings: f64) -> Self {
         let of_luminaires: f64 = scene.luminaires.iter().map(|luminaire| luminaire.flux::<3>().luminance()).sum();
         let openings: f64 = scene.tubes.iter().map(|tube| PI * tube.opening_radius * tube.opening_radius).sum();
         let area: f64 = panels.iter().map(Panel::area_m2).sum();
