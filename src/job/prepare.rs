@@ -10,6 +10,7 @@ use super::progress::{PassReport, StoppedBy};
 use super::ranges::chunk_range;
 use super::spent::Spent;
 use super::subject::Subject;
+use super::tube_report::TubePerformance;
 use crate::document::errors::WarningCode;
 use crate::document::{self, DocumentErrors, FieldError, JobDocument, MeshSource, Provenance, ValidJob, Warning};
 use crate::estimate::film::block_count;
@@ -48,6 +49,8 @@ pub struct Prepared {
     pub(super) predictions: Option<Predictions>,
     /// What figures say of the job, once somebody has asked for it.
     pub(super) subject: OnceLock<Subject>,
+    /// What reports on each tube say beside the passes, once somebody has asked for it.
+    pub(super) performances: Vec<OnceLock<Arc<TubePerformance>>>,
     /// Every method that documents may name, with the settings of this one.
     pub(super) offered: Vec<Method>,
 }
@@ -133,6 +136,7 @@ pub fn prepare_document(document: &ValidJob, meshes: &dyn MeshSource) -> Result<
     let components = plan.methods.parts.map_or_else(Vec::new, |_| Component::of_scene(&traceable));
     let seconds_per_pass = plan::cost::seconds_per_pass(&scene, &traceable, &plan, stop.target()).max(1e-9);
     stop.judgements.most_apart = ((MOST_BETWEEN_JUDGEMENTS / seconds_per_pass) as u64).max(1);
+    let performances = scene.tubes.iter().map(|_| OnceLock::new()).collect();
     Ok(Prepared {
         document: serde_json::to_value(document).unwrap_or_default(),
         warnings,
@@ -143,6 +147,7 @@ pub fn prepare_document(document: &ValidJob, meshes: &dyn MeshSource) -> Result<
         offered: document.method.offered(),
         predictions: None,
         subject: OnceLock::new(),
+        performances,
         plan,
         scene,
         provenance,

@@ -59,7 +59,7 @@ const AZIMUTHS: u32 = 8;
 const KEPT: usize = 256;
 
 /// Figures of a tube that do not depend on the passes of a job.
-struct TubePerformance {
+pub(super) struct TubePerformance {
     beam: BeamReport,
     uniform_sky: TransmissionResult,
     sky: Option<SkyReport>,
@@ -100,10 +100,14 @@ impl Prepared {
     }
 
     fn performance_of(&self, tube: usize) -> Arc<TubePerformance> {
-        let Tube { shape, opening_radius, .. } = &self.scene.tubes[tube];
-        let error = self.error_of_reports();
-        let content = content(shape, *opening_radius, &self.traceable, error);
-        PERFORMANCES.get(content, || Arc::new(performance(&self.traceable, tube, shape, *opening_radius, error)))
+        let of_process = || {
+            let Tube { shape, opening_radius, .. } = &self.scene.tubes[tube];
+            let error = self.error_of_reports();
+            let content = content(shape, *opening_radius, &self.traceable, error);
+            PERFORMANCES.get(content, || Arc::new(performance(&self.traceable, tube, shape, *opening_radius, error)))
+        };
+        // a mesh takes some time to hash
+        self.performances[tube].get_or_init(of_process).clone()
     }
 
     fn tube_report(&self, tube: usize, flux: TubeResult) -> TubeReport {
