@@ -35,6 +35,7 @@ pub mod studies;
 pub(crate) mod subject;
 mod tube_figure;
 pub(crate) mod tube_flux;
+mod tube_performance;
 mod tube_report;
 pub(crate) mod view_figure;
 pub(crate) mod worker;

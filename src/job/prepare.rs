@@ -10,7 +10,7 @@ use super::progress::{PassReport, StoppedBy};
 use super::ranges::chunk_range;
 use super::spent::Spent;
 use super::subject::Subject;
-use super::tube_report::TubePerformance;
+use super::tube_performance::TubePerformance;
 use crate::document::errors::WarningCode;
 use crate::document::{self, DocumentErrors, FieldError, JobDocument, MeshSource, Provenance, ValidJob, Warning};
 use crate::estimate::film::block_count;

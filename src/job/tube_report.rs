@@ -1,74 +1,15 @@
-//! The performance of a job's tubes, beside what its passes estimate.
+//! The reports on a job's tubes: what its passes estimate, and what each tube does by itself.
 
-use std::fmt::{self, Write as _};
 use std::sync::Arc;
 
 use super::chunk::RenderError;
 use super::prepare::Prepared;
 use super::results::{TubeFormat, failed};
 use super::tube_figure::tube_figure;
+use super::tube_performance::{ERROR_OF_REPORTS, LARGEST_ERROR, TubePerformance};
 use crate::document::result::TubeResult;
-use crate::document::result::tube_report::{
-    BeamReport, SkyReport, StraightReport, ThroughputResult, TransmissionResult, TubeReport,
-};
-use crate::guide::Guide;
-use crate::guide::beams::Beams;
-use crate::guide::equivalent_length::equivalent_length_m;
-use crate::guide::patches;
-use crate::guide::performance::{self, Effort};
-use crate::guide::skies::skies;
-use crate::kept::Kept;
-use crate::sampling::{Key, Stream};
-use crate::scene::{MeshTube, Segment, StraightOrBent, Tube, TubeShape};
+use crate::document::result::tube_report::TubeReport;
 use crate::statistics::interval::two_sided_normal_quantile;
-use crate::traceable::{TraceableScene, cylinder_guide};
-
-/// Most rays of each replicate for a beam of the curve, and of each of 8 under a sky, in patches or not, or in the sun.
-const MOST_BEAM_RAYS: u64 = 128;
-const MOST_SKY_RAYS: u64 = 2048;
-
-/// Fewest rays of each replicate under a sky and in the sun, and under a sky in patches: so many that the light which they leave open is
-/// no more than what they may be wrong by, where that is largest.
-const LEAST_SKY_RAYS: u64 = 13;
-const LEAST_PATCH_RAYS: u64 = 7;
-
-/// Rays of each replicate through the straight tubes beside a bent one, at the largest error.
-const STRAIGHT_RAYS: f64 = 64.0;
-
-/// Fewest rays of each replicate for the beams of one altitude of the curve, from all azimuths beside the first.
-const LEAST_BEAM_RAYS: u64 = 1;
-
-/// Standard error of a report's transmissions under skies and in the sun, in that of the job, and the largest one: so that a report takes
-/// no more than a tenth of its job's time, through bends and meshes, too.
-const ERROR_OF_REPORTS: f64 = 1.5;
-const LARGEST_ERROR: f64 = 0.015;
-
-/// Error of the points of the curve, in those of the other figures: each is one of many.
-const ERROR_OF_CURVE: f64 = 4.0;
-
-/// Error of a sky in patches, in those of the other figures: it is told beside the sky itself for what patches are wrong by.
-const ERROR_OF_PATCHES: f64 = 2.0;
-
-/// Degrees between the altitudes of the curve, at least.
-const ALTITUDE_STEP_DEG: u32 = 5;
-
-/// Azimuths over which the curve is averaged.
-const AZIMUTHS: u32 = 8;
-
-/// Performances that the process keeps: of the last tubes and skies that were asked for.
-const KEPT: usize = 256;
-
-/// Figures of a tube that do not depend on the passes of a job.
-pub(super) struct TubePerformance {
-    beam: BeamReport,
-    uniform_sky: TransmissionResult,
-    sky: Option<SkyReport>,
-    sun: Option<ThroughputResult>,
-    equivalent_straight: Option<StraightReport>,
-}
-
-/// Performances by the hash of what they depend on, for all jobs of this process.
-static PERFORMANCES: Kept<blake3::Hash, Arc<TubePerformance>> = Kept::new(KEPT);
 
 impl Prepared {
     /// The report on a tube as a file; `flux`: what the passes say of it.
@@ -100,12 +41,8 @@ impl Prepared {
     }
 
     fn performance_of(&self, tube: usize) -> Arc<TubePerformance> {
-        let of_process = || {
-            let Tube { shape, opening_radius, .. } = &self.scene.tubes[tube];
-            let error = self.error_of_reports();
-            let content = content(shape, *opening_radius, &self.traceable, error);
-            PERFORMANCES.get(content, || Arc::new(performance(&self.traceable, tube, shape, *opening_radius, error)))
-        };
+        let of_process =
+            || TubePerformance::of(&self.traceable, tube, &self.scene.tubes[tube], self.error_of_reports());
         // a mesh takes some time to hash
         self.performances[tube].get_or_init(of_process).clone()
     }
@@ -128,110 +65,5 @@ impl Prepared {
     fn error_of_reports(&self) -> f64 {
         let asked = if self.grids().is_empty() { self.stop.view_relative_error } else { self.stop.relative_error };
         (ERROR_OF_REPORTS * asked / two_sided_normal_quantile(self.stop.confidence)).min(LARGEST_ERROR)
-    }
-}
-
-/// Hash of everything that a performance depends on: the tube's shape and optics above its diffuser, sky and sun, and the error that it
-/// may have.
-fn content(shape: &TubeShape, opening_radius: f64, traceable: &TraceableScene, error: f64) -> blake3::Hash {
-    struct Hashing(blake3::Hasher);
-    impl fmt::Write for Hashing {
-        fn write_str(&mut self, text: &str) -> fmt::Result {
-            self.0.update(text.as_bytes());
-            Ok(())
-        }
-    }
-    let mut hashing = Hashing(blake3::Hasher::new());
-    // derived, so that no field is forgotten, and numbers are written in digits that read back exactly
-    let shape: &dyn fmt::Debug = match shape {
-        TubeShape::Cylinders(tube) => tube,
-        TubeShape::Mesh(MeshTube { mesh, parts, rotation, section }) => {
-            mesh.numbers_as_bytes(&mut |bytes| {
-                hashing.0.update(bytes);
-            });
-            &(&mesh.materials, parts, rotation, section)
-        }
-    };
-    let written = write!(hashing, "{shape:?} {opening_radius:?} {:?} {:?} {error:?}", traceable.sky, traceable.sun);
-    debug_assert!(written.is_ok(), "hashing cannot fail");
-    hashing.0.finalize()
-}
-
-fn performance(
-    traceable: &TraceableScene,
-    tube: usize,
-    shape: &TubeShape,
-    radius: f64,
-    standard_error: f64,
-) -> TubePerformance {
-    let guide = &traceable.tubes[tube].guide;
-    // the same numbers for every tube: equal tubes have equal reports, and what differs between two is not noise alone
-    let key = Key::new(0);
-    let effort = Effort { standard_error, least: LEAST_SKY_RAYS, most: MOST_SKY_RAYS };
-    let keys = [Stream::ReportUniformSky, Stream::ReportSky].map(|stream| key.stream(stream, 0));
-    let (uniform_sky, of_sky) = skies(guide, traceable.sky.as_ref(), keys, effort);
-    let sky = traceable.sky.as_ref().zip(of_sky).map(|(sky, direct)| {
-        let effort = Effort { standard_error: ERROR_OF_PATCHES * standard_error, least: LEAST_PATCH_RAYS, ..effort };
-        let patches = patches::patch_sky(guide, sky, key.stream(Stream::ReportSkyPatches, 0), effort);
-        SkyReport { direct: ThroughputResult::new(&direct, 1.0), patches: ThroughputResult::new(&patches, 1.0) }
-    });
-    let sun = traceable.sun.as_ref().map(|sun| {
-        let through = performance::beam(guide, sun.direction, key.stream(Stream::ReportSun, 0), effort);
-        ThroughputResult::new(&through, sun.normal_illuminance_lux)
-    });
-    let equivalent_straight = match shape {
-        TubeShape::Cylinders(tube) if tube.segments.iter().any(|segment| segment.tilt != 0.0) => {
-            let length_m = tube.segments.iter().map(|segment| segment.length_m).sum();
-            // in closed form, or by the same rays for all
-            let rays = ((STRAIGHT_RAYS * LARGEST_ERROR / standard_error) as u64).min(MOST_SKY_RAYS);
-            let transmission =
-                performance::uniform_sky(&cylinder_guide(&straightened(tube, length_m), radius), keys[0], rays);
-            Some(StraightReport {
-                length_m,
-                transmission: transmission.into(),
-                efficiency: uniform_sky.value / transmission.value,
-                equivalent_length_m: equivalent_length_m(uniform_sky.value, (length_m, transmission.value), |length| {
-                    let guide = cylinder_guide(&straightened(tube, length), radius);
-                    performance::nearly_uniform_sky(&guide, keys[0], rays)
-                }),
-            })
-            .filter(|report| report.efficiency.is_finite())
-        }
-        _ => None,
-    };
-    let toward_sun = traceable.sun.as_ref().map(|sun| sun.direction);
-    let toward_sun = toward_sun.or(traceable.sky.as_ref().map(|sky| sky.distribution.sun()));
-    let azimuth =
-        toward_sun.map_or(std::f64::consts::PI, |sun| libm::atan2(sun.x, sun.y).rem_euclid(std::f64::consts::TAU));
-    TubePerformance {
-        beam: beam_report(guide, azimuth, key.stream(Stream::ReportBeams, 0), standard_error),
-        uniform_sky: uniform_sky.into(),
-        sky,
-        sun,
-        equivalent_straight,
-    }
-}
-
-/// The tube in one vertical piece.
-fn straightened(tube: &StraightOrBent, length_m: f64) -> StraightOrBent {
-    StraightOrBent { segments: vec![Segment { length_m, tilt: 0.0, azimuth: 0.0 }], ..tube.clone() }
-}
-
-fn beam_report(guide: &Guide, azimuth: f64, key: Key, standard_error: f64) -> BeamReport {
-    let altitudes: Vec<f64> = (1..=90 / ALTITUDE_STEP_DEG).map(|step| f64::from(step * ALTITUDE_STEP_DEG)).collect();
-    let effort =
-        Effort { standard_error: ERROR_OF_CURVE * standard_error, least: LEAST_BEAM_RAYS, most: MOST_BEAM_RAYS };
-    let radians: Vec<f64> = altitudes.iter().map(|altitude| altitude.to_radians()).collect();
-    let curve = Beams { guide, azimuth, azimuths: AZIMUTHS, key, effort }.curve(&radians);
-    let beams = || curve.iter().map(|(_, beams)| beams);
-    let first: Vec<_> = beams().map(|beams| beams.first.transmission()).collect();
-    BeamReport {
-        azimuth_deg: azimuth.to_degrees(),
-        altitude_deg: curve.iter().map(|(number, _)| altitudes[*number]).collect(),
-        transmission: first.iter().map(|first| first.value).collect(),
-        standard_error: first.iter().map(|first| first.standard_error).collect(),
-        effective_area_m2: beams().map(|beams| beams.first.arriving().mean).collect(),
-        azimuth_mean_transmission: beams().map(|beams| beams.all.value).collect(),
-        azimuth_mean_standard_error: beams().map(|beams| beams.all.standard_error).collect(),
     }
 }

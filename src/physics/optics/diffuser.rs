@@ -115,6 +115,14 @@ impl Diffuser {
         self.measured().is_none() && self.specular_zone(opening_radius_m).is_none()
     }
 
+    /// Share of light that the closure scatters back, linear Rec.709, 0..=1; `None` if not all of it is one even sheet.
+    pub fn sheet_reflectance(&self) -> Option<[f64; 3]> {
+        match *self {
+            Self::Lambertian { reflectance, .. } => Some(reflectance),
+            _ => None,
+        }
+    }
+
     /// The same closure for light from below that is lost once it has passed: it reflects alike, and passes nothing.
     pub fn opaque(&self) -> Self {
         let black = [0.0; 3];

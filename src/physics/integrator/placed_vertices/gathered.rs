@@ -24,7 +24,7 @@ use crate::integrator::lamp::light::DiffuserLight;
 use crate::integrator::photon::chunks::{Chunks, Tally, fold_chunks};
 use crate::integrator::photon::ledger::Account;
 use crate::kept::Kept;
-use crate::optics::{Diffuser, Spectrum};
+use crate::optics::Spectrum;
 use crate::sampling::{Key, PathSamples, Replicate, Stream};
 use crate::traceable::{Fan, Spread, TOGETHER, TraceableScene, TraceableTube};
 
@@ -110,8 +110,7 @@ impl Tally for OfSensors {
 /// of the sensors. Openings whose light comes back from a tube are not among what patches know.
 pub fn are_patches_enough<const C: usize>(scene: &TraceableScene, sensors: &[DVec3], target: f64) -> bool {
     let is_known = |tube: &TraceableTube| {
-        let is_sheet = matches!(tube.diffuser, Diffuser::Lambertian { .. });
-        is_sheet && !(scene.guide_return && tube.guide.returns_light())
+        tube.diffuser.sheet_reflectance().is_some() && !(scene.guide_return && tube.guide.returns_light())
     };
     if !scene.tubes.iter().all(is_known) {
         return false;

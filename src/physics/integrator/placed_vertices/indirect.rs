@@ -11,7 +11,7 @@ use super::panels::{Panel, surfaces};
 use super::patches::{Patched, Patches};
 use super::radiosity::{Exchange, Half, Straight};
 use crate::kept::Kept;
-use crate::optics::{Closure, Spectrum};
+use crate::optics::Spectrum;
 use crate::traceable::{SurfaceId, TOGETHER, TraceableScene, TraceableTube};
 
 /// Rays from all patches together, about, and most and fewest of one: whole groups in either half.
@@ -161,10 +161,7 @@ impl<const C: usize> OfOpening<C> {
 
 /// Share of light that a closure scatters back into the room, where it is a sheet.
 fn of_closure<const C: usize>(tube: &TraceableTube) -> Spectrum<C> {
-    match tube.diffuser.at(0.0) {
-        Closure::Lambertian { reflectance, .. } => Spectrum::from_rgb(reflectance),
-        _ => Spectrum::ZERO,
-    }
+    tube.diffuser.sheet_reflectance().map_or(Spectrum::ZERO, Spectrum::from_rgb)
 }
 
 /// How each patch sees an opening, of those who look at it: faces that look away from it do not see it.

@@ -524,29 +524,34 @@ mod tests {
             let sizes = |by: By| sizes([Some(256), Some(256)], 0.004, &[], by);
             PlacedVertices::<3>::sized(&traceable, &scene.grids, |_| by, sizes, seed)
         };
+        // values and bias of each sensor
         let estimate = |method: &PlacedVertices<3>, passes: u64| {
-            let mut estimate = crate::estimate::GridEstimate::empty(scene.grids[0].len());
-            (0..passes).for_each(|pass| estimate.push(&method.pass(pass, &AtomicBool::new(false)).unwrap().grids[0]));
-            estimate
+            let mut moments = vec![[Moments::default(); 2]; scene.grids[0].len()];
+            for pass in 0..passes {
+                let pass = &method.pass(pass, &AtomicBool::new(false)).unwrap().grids[0];
+                moments.iter_mut().zip(&pass.illuminance).for_each(|(of, lux)| of[0].push(*lux));
+                moments.iter_mut().zip(&pass.bias).for_each(|(of, bias)| of[1].push(*bias));
+            }
+            moments
         };
         let right = estimate(&method(1, By::Gathering), 150);
         let mut patches_alone = method(2, By::Patches);
         let told = estimate(&patches_alone, 60);
         patches_alone.gatherers.as_mut().unwrap().forget(&traceable, &panels(&traceable));
         let forgotten = estimate(&patches_alone, 8);
-        assert!(right.bias.iter().all(|bias| bias.count == 0.0));
-        let lit = || (0..scene.grids[0].len()).filter(|sensor| right.illuminance_lux(*sensor) > 0.0);
-        let share = |sensor: usize| told.bias[sensor].mean / told.illuminance_lux(sensor);
+        assert!(right.iter().all(|[_, bias]| bias.count == 0.0));
+        let lit = || (0..scene.grids[0].len()).filter(|sensor| right[*sensor][0].mean > 0.0);
+        let share = |sensor: usize| told[sensor][1].mean / told[sensor][0].mean;
         let bias = (lit().map(|sensor| share(sensor).powi(2)).sum::<f64>() / lit().count() as f64).sqrt();
         assert!(lit().count() == 19 && (1e-4..0.01).contains(&bias), "{bias}");
         let mut forgotten_are_off = 0;
         for sensor in lit() {
-            let value = right.illuminance_lux(sensor);
-            let noise = right.standard_error_lux(sensor).hypot(told.sensors[sensor].standard_error());
+            let value = right[sensor][0].mean;
+            let noise = right[sensor][0].standard_error().hypot(told[sensor][0].standard_error());
             let error = noise.hypot(value * bias.max(share(sensor).abs()));
-            let difference = told.illuminance_lux(sensor) - value;
+            let difference = told[sensor][0].mean - value;
             assert!(difference.abs() <= 4.0 * error, "{sensor}: {difference} {error}");
-            let difference = forgotten.illuminance_lux(sensor) - value;
+            let difference = forgotten[sensor][0].mean - value;
             forgotten_are_off += usize::from(difference.abs() > 4.0 * error);
         }
         assert_eq!(forgotten_are_off, 19);
