@@ -96,16 +96,19 @@ impl Settings {
         [self.photons_per_pass, self.vertices_per_pass]
     }
 
-    /// How sensors that gather do so for a relative standard error `target`: vertices that are asked for are placed.
-    fn gathers_by<const C: usize>(
-        &self,
-        scene: &TraceableScene,
-        sensors: impl Iterator<Item = DVec3>,
-        target: f64,
-    ) -> By {
-        let outside: Vec<DVec3> = sensors.filter(|sensor| !scene.is_in_box(*sensor)).collect();
-        let is_enough = self.vertices_per_pass.is_none() && are_patches_enough::<C>(scene, &outside, target);
-        if is_enough { By::Patches } else { By::Gathering }
+    /// How sensors gather for a relative standard error `target`, if they do: vertices that are asked for are placed.
+    fn gathering(&self, task: &Task, target: f64) -> Option<By> {
+        let scene = task.traceable;
+        if !gathers(scene) {
+            return None;
+        }
+        let sensors = task.grids.iter().flat_map(|grid| (0..grid.len()).map(|sensor| grid.centre(sensor)));
+        let lit: Vec<DVec3> = sensors.filter(|sensor| !scene.is_in_box(*sensor)).collect();
+        let are_enough = || match task.scene.channels {
+            Channels::Photopic => are_patches_enough::<1>(scene, &lit, target),
+            Channels::Rgb => are_patches_enough::<3>(scene, &lit, target),
+        };
+        Some(if self.vertices_per_pass.is_none() && are_enough() { By::Patches } else { By::Gathering })
     }
 }
 
@@ -161,16 +164,9 @@ impl Described for Settings {
 
     fn trial(&self, task: &Task, target: f64) -> Trial {
         let tubes = &task.traceable.tubes;
-        let (size, law) = match gathers(task.traceable) {
-            true => {
-                let sensors = task.grids.iter().flat_map(|grid| (0..grid.len()).map(|sensor| grid.centre(sensor)));
-                let by = match task.scene.channels {
-                    Channels::Photopic => self.gathers_by::<1>(task.traceable, sensors, target),
-                    Channels::Rgb => self.gathers_by::<3>(task.traceable, sensors, target),
-                };
-                (sizes(self.numbers(), target, tubes, by).rays, GATHERED_RAYS)
-            }
-            false => (sizes(self.numbers(), target, tubes, By::Vertices(1.0)).vertices, VERTICES),
+        let (size, law) = match self.gathering(task, target) {
+            Some(by) => (sizes(self.numbers(), target, tubes, by).rays, GATHERED_RAYS),
+            None => (sizes(self.numbers(), target, tubes, By::Vertices(1.0)).vertices, VERTICES),
         };
         Trial::whole(self.clone(), most_places(tubes, 49))
             .with(TrialPasses::of_size(size as f64, Powers::of_growth(law.growth)))
@@ -180,17 +176,12 @@ impl Described for Settings {
         let scene = task.traceable.clone();
         let tubes = &task.traceable.tubes;
         let sizes = |by: By| sizes(self.numbers(), target, tubes, by);
-        let gathering = |sensors: &[DVec3]| match task.scene.channels {
-            Channels::Photopic => self.gathers_by::<1>(&scene, sensors.iter().copied(), target),
-            Channels::Rgb => self.gathers_by::<3>(&scene, sensors.iter().copied(), target),
-        };
+        let gathering = self.gathering(task, target);
         match task.scene.channels {
             Channels::Photopic => {
-                Computation::passes(PlacedVertices::<1>::sized(&scene, task.grids, gathering, sizes, seed))
+                Computation::passes(PlacedVertices::<1>::sized(scene, task.grids, gathering, sizes, seed))
             }
-            Channels::Rgb => {
-                Computation::passes(PlacedVertices::<3>::sized(&scene, task.grids, gathering, sizes, seed))
-            }
+            Channels::Rgb => Computation::passes(PlacedVertices::<3>::sized(scene, task.grids, gathering, sizes, seed)),
         }
     }
 }
@@ -264,26 +255,24 @@ pub struct PlacedVertices<const C: usize> {
 impl<const C: usize> PlacedVertices<C> {
     /// `photons_and_vertices` per pass; equal seeds give equal bits.
     pub fn new(scene: Arc<TraceableScene>, grids: &[Grid], photons_and_vertices: [u64; 2], seed: u64) -> Self {
-        Self::sized(&scene, grids, |_| By::Gathering, |by| sizes(photons_and_vertices.map(Some), 0.01, &[], by), seed)
+        let gathering = gathers(&scene).then_some(By::Gathering);
+        Self::sized(scene, grids, gathering, |by| sizes(photons_and_vertices.map(Some), 0.01, &[], by), seed)
     }
 
-    /// `gathering`: how the sensors that are not in boxes gather, if they do.
+    /// `gathering`: how sensors gather, if they do.
     fn sized(
-        scene: &Arc<TraceableScene>,
+        scene: Arc<TraceableScene>,
         grids: &[Grid],
-        gathering: impl FnOnce(&[DVec3]) -> By,
+        gathering: Option<By>,
         sizes: impl FnOnce(By) -> Sizes,
         seed: u64,
     ) -> Self {
-        let scene = scene.clone();
         let targets = Targets::new(&scene, grids);
         let all: Vec<_> = targets.all().collect();
         let buried: Vec<bool> = all.iter().map(|target| scene.is_in_box(target.position)).collect();
         // nothing is placed for sensors that stay dark
         let lit: Vec<Target> =
             all.iter().zip(&buried).filter(|(_, buried)| !**buried).map(|(target, _)| *target).collect();
-        let gathering =
-            gathers(&scene).then(|| gathering(&lit.iter().map(|target| target.position).collect::<Vec<_>>()));
         let importance = Some(())
             .filter(|()| scene.interreflection && gathering != Some(By::Patches))
             .and_then(|()| Importance::new(&scene, &lit));
@@ -522,7 +511,7 @@ mod tests {
         let traceable = Arc::new(TraceableScene::new(&scene, follow).unwrap());
         let method = |seed: u64, by: By| {
             let sizes = |by: By| sizes([Some(256), Some(256)], 0.004, &[], by);
-            PlacedVertices::<3>::sized(&traceable, &scene.grids, |_| by, sizes, seed)
+            PlacedVertices::<3>::sized(traceable.clone(), &scene.grids, Some(by), sizes, seed)
         };
         // values and bias of each sensor
         let estimate = |method: &PlacedVertices<3>, passes: u64| {
