@@ -4,9 +4,10 @@
 
 use glam::{DVec3, Vec3A};
 
-use super::lanes::{Lanes, Query, TreeRay, answer};
-use super::triangle::{ShearedRay, distance_above, unit_normal};
-use super::wide_tree::{Aabb, WideTree};
+use super::lanes::{Lanes, Query, answer};
+use super::tree_ray::{BoxRay, TriangleRay};
+use super::triangle::{ShearedRay, distance_above, reflected, unit_normal};
+use super::wide_tree::{Aabb, NONE, WideTree};
 
 /// Boxes grow by this share of the scene's diagonal on every side: more than the rounding of coordinates, ray origins (within
 /// a diagonal of the middle, see [`TriangleBvh::skipped`]), directions and slab distances to f32 (each below 2^-23 of the
@@ -24,6 +25,8 @@ pub struct TriangleBvh {
     centre: DVec3,
     /// f32 coordinates are (p - centre) * scale, so that the scene has a diagonal of one.
     scale: f64,
+    /// Its inverse, in m.
+    diagonal: f64,
 }
 
 /// The nearest triangle along a ray.
@@ -80,7 +83,7 @@ impl TriangleBvh {
             *corner = *number;
         });
         triangles.iter_mut().flatten().for_each(|corner| *corner = numbers[*corner as usize]);
-        Self { tree, positions: ordered, triangles, centre, scale }
+        Self { tree, positions: ordered, triangles, centre, scale, diagonal: scale.recip() }
     }
 
     /// Number of triangles.
@@ -94,33 +97,20 @@ impl TriangleBvh {
     }
 
     /// Unit normal of a triangle that was hit, by its winding: from its corners, which are at hand then.
+    #[inline(always)]
     pub fn normal(&self, hit: &TriangleHit) -> DVec3 {
-        unit_normal(&self.at(hit.corners))
+        unit_normal(self.corners(hit.corners))
     }
 
     /// Number of rays of a path that begins at `origin` along the unit vector `direction` and is reflected by every triangle that is a
     /// mirror: it ends where it meets another, or nothing, and after `most` rays.
-    pub fn mirrored(&self, mut origin: DVec3, mut direction: DVec3, is_mirror: &[bool], most: u32) -> u32 {
-        let mut from = None;
-        for rays in 1..most {
-            let Some(hit) = self.nearest(origin, direction, from).filter(|hit| is_mirror[hit.triangle as usize]) else {
-                return rays;
-            };
-            origin += direction * hit.distance;
-            direction = direction.reflect(self.normal(&hit));
-            from = Some(hit.triangle);
-        }
-        most
+    pub fn mirrored(&self, origin: DVec3, direction: DVec3, is_mirror: &[bool], most: u32) -> u32 {
+        answer(Mirrored { set: self, origin, direction, is_mirror, most })
     }
 
     #[inline(always)]
-    fn corners(&self, corners: &[u32; 3]) -> [&DVec3; 3] {
-        corners.each_ref().map(|corner| &self.positions[*corner as usize])
-    }
-
-    #[inline(always)]
-    fn at(&self, corners: [u32; 3]) -> [DVec3; 3] {
-        corners.map(|corner| self.positions[corner as usize])
+    fn corners(&self, [a, b, c]: [u32; 3]) -> [&DVec3; 3] {
+        [&self.positions[a as usize], &self.positions[b as usize], &self.positions[c as usize]]
     }
 
     /// The nearest triangle at a positive distance along the unit vector `direction`, `skip` left out (the planar triangle
@@ -129,20 +119,61 @@ impl TriangleBvh {
         answer(Nearest { set: self, origin, direction, skip })
     }
 
+    /// [`Self::nearest`], by one way of lanes.
+    #[inline(always)]
+    fn nearest_by<L: Lanes>(
+        &self,
+        lanes: L,
+        origin: DVec3,
+        direction: DVec3,
+        skip: Option<u32>,
+    ) -> Option<TriangleHit> {
+        let sheared = ShearedRay::new(origin, direction);
+        let skipped = self.skipped(origin, direction);
+        let start = self.to_f32(origin + skipped * direction);
+        let (ray, line) = (BoxRay::new(start, direction.as_vec3a()), TriangleRay::new(start, &sheared));
+        let mut nearest: Option<TriangleHit> = None;
+        let mut reach = f32::INFINITY;
+        self.tree.follow(
+            lanes,
+            (&ray, &line),
+            skip.unwrap_or(NONE),
+            reach,
+            #[inline(always)]
+            |number, corners| {
+                let Some(distance) = sheared.intersect(self.corners(corners)) else { return reach };
+                let closer = match &nearest {
+                    None => true,
+                    Some(hit) => distance < hit.distance || (distance == hit.distance && number < hit.triangle),
+                };
+                if closer {
+                    nearest = Some(TriangleHit { triangle: number, distance, corners });
+                    // a little beyond the hit, so that rounding cannot cull a nearer one
+                    let on_ray = ((distance - skipped) * self.scale) as f32;
+                    reach = on_ray * (1.0 + 4.0 * f32::EPSILON) + f32::MIN_POSITIVE;
+                }
+                reach
+            },
+        );
+        nearest
+    }
+
     /// True if a triangle lies at a positive distance below `reach` along the unit vector `direction`.
     pub fn any_within(&self, origin: DVec3, direction: DVec3, reach: f64) -> bool {
         answer(AnyWithin { set: self, origin, direction, reach })
     }
 
     /// A point in the coordinates of the tree.
+    #[inline(always)]
     fn to_f32(&self, point: DVec3) -> Vec3A {
         ((point - self.centre) * self.scale).as_vec3a()
     }
 
     /// Distance in metres along a ray up to which nothing can be hit: the ray enters the tree one diagonal before the middle,
     /// since f32 would move an origin that is many diagonals away by more than boxes are padded.
+    #[inline(always)]
     fn skipped(&self, origin: DVec3, direction: DVec3) -> f64 {
-        ((self.centre - origin).dot(direction) - self.scale.recip()).max(0.0)
+        ((self.centre - origin).dot(direction) - self.diagonal).max(0.0)
     }
 
     /// Distance in metres from a point to the nearest point of the triangles that lies higher than `height` (z), where that is
@@ -153,8 +184,10 @@ impl TriangleBvh {
         let around = Aabb::new(self.to_f32(point - reach) - padding, self.to_f32(point + reach) + padding);
         let mut nearest = reach;
         self.tree.around(&around, |number| {
-            nearest = nearest
-                .min(distance_above(&self.at(self.triangles[number as usize]), point, height).unwrap_or(nearest));
+            nearest = nearest.min(
+                distance_above(&self.corners(self.triangles[number as usize]).map(|corner| *corner), point, height)
+                    .unwrap_or(nearest),
+            );
         });
         (nearest < reach).then_some(nearest)
     }
@@ -173,37 +206,38 @@ impl Query for Nearest<'_> {
 
     #[inline(always)]
     fn answer<L: Lanes>(self, lanes: L) -> Option<TriangleHit> {
-        let Self { set, origin, direction, skip } = self;
-        let sheared = ShearedRay::new(origin, direction);
-        let skipped = set.skipped(origin, direction);
-        let ray = TreeRay::new(set.to_f32(origin + skipped * direction), direction.as_vec3a());
-        let mut nearest: Option<TriangleHit> = None;
-        let mut reach = f32::INFINITY;
-        set.tree.follow(
-            lanes,
-            &ray,
-            reach,
-            #[inline(always)]
-            |met| {
-                let number = met.triangle;
-                if Some(number) == skip {
-                    return reach;
-                }
-                let closer = |distance: &f64| {
-                    nearest.is_none_or(|hit| {
-                        *distance < hit.distance || (*distance == hit.distance && number < hit.triangle)
-                    })
-                };
-                if let Some(distance) = sheared.intersect(set.corners(&met.corners)).filter(closer) {
-                    nearest = Some(TriangleHit { triangle: number, distance, corners: met.corners });
-                    // a little beyond the hit, so that rounding cannot cull a nearer one
-                    let on_ray = ((distance - skipped) * set.scale) as f32;
-                    reach = on_ray * (1.0 + 4.0 * f32::EPSILON) + f32::MIN_POSITIVE;
-                }
-                reach
-            },
-        );
-        nearest
+        self.set.nearest_by(lanes, self.origin, self.direction, self.skip)
+    }
+}
+
+/// Asks for the number of rays of a path by mirrors.
+struct Mirrored<'a> {
+    set: &'a TriangleBvh,
+    origin: DVec3,
+    direction: DVec3,
+    is_mirror: &'a [bool],
+    most: u32,
+}
+
+impl Query for Mirrored<'_> {
+    type Answer = u32;
+
+    #[inline(always)]
+    fn answer<L: Lanes>(self, lanes: L) -> u32 {
+        let Self { set, mut origin, mut direction, is_mirror, most } = self;
+        let mut from = None;
+        let mut rays = 1;
+        while rays < most {
+            let Some(hit) = set.nearest_by(lanes, origin, direction, from) else { return rays };
+            if !is_mirror[hit.triangle as usize] {
+                return rays;
+            }
+            origin += direction * hit.distance;
+            direction = reflected(direction, set.corners(hit.corners));
+            from = Some(hit.triangle);
+            rays += 1;
+        }
+        rays
     }
 }
 
@@ -228,15 +262,17 @@ impl Query for AnyWithin<'_> {
         let sheared = ShearedRay::new(origin, direction);
         // a little longer, so that rounding cannot cull a triangle at the end
         let on_ray = ((reach - skipped) * set.scale) as f32 * (1.0 + 4.0 * f32::EPSILON) + 2.0 * PADDING as f32;
-        let ray = TreeRay::new(set.to_f32(origin + skipped * direction), direction.as_vec3a());
+        let start = set.to_f32(origin + skipped * direction);
+        let (ray, line) = (BoxRay::new(start, direction.as_vec3a()), TriangleRay::new(start, &sheared));
         let mut any = false;
         set.tree.follow(
             lanes,
-            &ray,
+            (&ray, &line),
+            NONE,
             on_ray,
             #[inline(always)]
-            |met| {
-                any |= sheared.intersect(set.corners(&met.corners)).is_some_and(|distance| distance < reach);
+            |_, corners| {
+                any |= sheared.intersect(set.corners(corners)).is_some_and(|distance| distance < reach);
                 // nothing is nearer than what lies behind
                 if any { f32::NEG_INFINITY } else { on_ray }
             },

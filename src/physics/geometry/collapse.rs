@@ -1,12 +1,12 @@
-//! How a binary tree of boxes becomes one of eight to a node, whose leaves have up to eight triangles: so that a ray is expected to
-//! look at the fewest of both.
+//! How a binary tree of boxes becomes one of [`WIDTH`] to a node, whose leaves have up to as many triangles: so that a ray is expected
+//! to look at the fewest of both.
 //!
 //! A ray meets a box as often as its surface is large. The least expected cost of each subtree, as one child of a node or as
 //! several, follows from those of its halves (Ylitie, Karras and Laine 2017).
 
-use super::lanes::WIDTH;
+use super::tree_ray::WIDTH;
 
-/// Cost of a leaf in those of a node: specular chains in a bent pipe of 30 000 triangles are equally fast from 0.4 to 1.
+/// Cost of a leaf in those of a node: specular chains in a bent pipe of 30 000 triangles are equally fast from 0.1 to 2.
 const LEAF_COST: f32 = 0.6;
 
 /// A node of a binary tree.
@@ -16,7 +16,7 @@ pub struct BinaryNode {
     pub half_area: f32,
     /// Number of the first of its two halves, which the other follows; of a leaf, place of its first triangle.
     pub first: u32,
-    /// Triangles of a leaf, at most eight; 0 where it is none.
+    /// Triangles of a leaf, at most [`WIDTH`]; 0 where it is none.
     pub triangles: u32,
 }
 
@@ -28,10 +28,12 @@ pub struct Collapse {
 
 #[derive(Clone, Copy)]
 struct Collapsed {
-    /// Least cost as at most 1, 2 ... 7 children of a node.
+    /// Least cost as at most 1, 2 ... `WIDTH` - 1 children of a node.
     costs: [f32; WIDTH - 1],
-    /// Number of those of 2, 3 ... 8 children that are of its first half; 0 where fewer children cost less.
+    /// Number of those of 2, 3 ... `WIDTH` children that are of its first half; 0 where fewer children cost no more.
     firsts: [u8; WIDTH - 1],
+    /// Children that it can be at most.
+    most: u8,
     /// Triangles of a leaf; 0 where it is none.
     leaf: u8,
 }
@@ -39,7 +41,7 @@ struct Collapsed {
 impl Collapse {
     /// `tree`: the root first.
     pub fn new(tree: Vec<BinaryNode>) -> Self {
-        let none = Collapsed { costs: [0.0; WIDTH - 1], firsts: [0; WIDTH - 1], leaf: 0 };
+        let none = Collapsed { costs: [0.0; WIDTH - 1], firsts: [0; WIDTH - 1], most: 1, leaf: 0 };
         let nodes = vec![none; tree.len()];
         let mut collapse = Self { tree, nodes };
         // halves stand after what they are halves of
@@ -64,14 +66,17 @@ impl Collapse {
     fn judged(&self, index: usize) -> Collapsed {
         let BinaryNode { half_area: area, triangles, .. } = self.tree[index];
         let Some([left, right]) = self.halves(index).map(|halves| halves.map(|half| self.nodes[half])) else {
-            let triangles = triangles as u8;
-            return Collapsed { costs: [LEAF_COST * area; WIDTH - 1], firsts: [0; WIDTH - 1], leaf: triangles };
+            let costs = [LEAF_COST * area; WIDTH - 1];
+            return Collapsed { costs, firsts: [0; WIDTH - 1], most: 1, leaf: triangles as u8 };
         };
         // as several children, so many of them of the first half
+        let most = usize::from(left.most + right.most).min(WIDTH);
         let mut firsts = [0; WIDTH - 1];
         let mut parted = [f32::INFINITY; WIDTH - 1];
-        for (children, (first, least)) in (2..).zip(firsts.iter_mut().zip(&mut parted)) {
-            for of_left in 1..children {
+        for children in 2..=most {
+            let (first, least) = (&mut firsts[children - 2], &mut parted[children - 2]);
+            let fewest = children.saturating_sub(right.most.into()).max(1);
+            for of_left in fewest..=(children - 1).min(left.most.into()) {
                 let cost = left.costs[of_left - 1] + right.costs[children - of_left - 1];
                 if cost < *least {
                     (*first, *least) = (of_left as u8, cost);
@@ -79,7 +84,7 @@ impl Collapse {
             }
         }
         // as one child
-        let as_node = area + parted[WIDTH - 2];
+        let as_node = area + parted[most - 2];
         let triangles = left.leaf + right.leaf;
         let may_be_leaf = left.leaf > 0 && right.leaf > 0 && usize::from(triangles) <= WIDTH;
         let as_leaf = if may_be_leaf { LEAF_COST * area } else { f32::INFINITY };
@@ -90,7 +95,8 @@ impl Collapse {
                 firsts[more - 1] = 0;
             }
         }
-        Collapsed { costs, firsts, leaf: if as_leaf <= as_node { triangles } else { 0 } }
+        let leaf = if as_leaf <= as_node { triangles } else { 0 };
+        Collapsed { costs, firsts, most: most as u8, leaf }
     }
 
     /// True if a node of the binary tree becomes a leaf.

@@ -1,74 +1,19 @@
-//! Eight boxes or eight triangles at once: by vector instructions where the processor has AVX2 and FMA, else one by one.
+//! Sixteen boxes or sixteen triangles at once: by vector instructions where the processor has AVX-512, or AVX2 and FMA, else one
+//! by one.
 //!
 //! Both are filters in f32, which let through what a ray meets and a little more: their last bits may differ from one way to the
 //! other, and what is let through is decided in f64.
 
-use glam::Vec3A;
+use pulp::{Scalar, Simd};
 
-/// Boxes that are looked at at once, and triangles.
-pub const WIDTH: usize = 8;
+use super::tree_ray::{Bounds, BoxRay, Corners, Numbers, TriangleRay, WIDTH};
 
 /// Largest error of a coordinate of a triangle seen along a ray, in the coordinates of boxes: corners are within one of the ray's
 /// origin in each, or two where it lies outside; rounding of both, of the direction (2^-24 each) and of what is computed from them stays
 /// below 1e-6.
 const BLUR: f32 = 2e-6;
 
-/// Below this size a component of a direction is taken as this: f32 products with its inverse stay finite.
-const LEAST_COMPONENT: f32 = 1e-18;
-
-/// Coordinates of eight triangles by corner and axis; not a number where there is no triangle.
-pub type Corners = [[[f32; WIDTH]; 3]; 3];
-
-/// A ray in the coordinates of boxes.
-#[derive(Clone, Copy, Debug)]
-pub struct TreeRay {
-    /// Inverse of the direction's components, and the origin's components times that.
-    pub inverse: [f32; 3],
-    pub scaled_origin: [f32; 3],
-    /// Rows of a node's bounds that the ray meets first, by axis, and those where it leaves.
-    pub near: [usize; 3],
-    pub far: [usize; 3],
-    origin: [f32; 3],
-    /// The axes, that of the direction's largest component last, and the shear that takes the direction to the last one.
-    axes: [usize; 3],
-    shear: [f32; 2],
-}
-
-impl TreeRay {
-    /// `origin` and `direction` of a ray, the origin within some times the extent of the boxes.
-    pub fn new(origin: Vec3A, direction: Vec3A) -> Self {
-        let inverse = direction.to_array().map(|component: f32| {
-            let size = component.abs().max(LEAST_COMPONENT);
-            1.0 / size.copysign(component)
-        });
-        let (origin, direction) = (origin.to_array(), direction.to_array());
-        let size = direction.map(f32::abs);
-        let last = if size[0] > size[1] && size[0] > size[2] { 0 } else { 2 - usize::from(size[1] > size[2]) };
-        let axes = [(last + 1) % 3, (last + 2) % 3, last];
-        let near = [0, 1, 2].map(|axis| if inverse[axis] > 0.0 { axis } else { axis + 3 });
-        Self {
-            inverse,
-            scaled_origin: [0, 1, 2].map(|axis| origin[axis] * inverse[axis]),
-            near,
-            far: [0, 1, 2].map(|axis| 2 * axis + 3 - near[axis]),
-            origin,
-            axes,
-            shear: [0, 1].map(|axis| direction[axes[axis]] / direction[last]),
-        }
-    }
-}
-
-/// A way of doing several things at once.
-pub trait Lanes: Copy {
-    /// Distances at which a ray enters the boxes with these lower and upper bounds by axis, and a bit for each that it meets
-    /// before `reach`.
-    fn enter(self, bounds: &[[f32; WIDTH]; 6], ray: &TreeRay, reach: f32) -> ([f32; WIDTH], u32);
-
-    /// A bit for each triangle that the line of a ray meets, or passes so closely that rounding may hide that it does.
-    fn touch(self, corners: &Corners, ray: &TreeRay) -> u32;
-}
-
-/// A question whose answer needs many of either.
+/// A question whose answer needs many boxes or triangles.
 pub trait Query: Sized {
     type Answer;
 
@@ -80,147 +25,159 @@ pub trait Query: Sized {
 #[inline]
 pub fn answer<Q: Query>(query: Q) -> Q::Answer {
     #[cfg(target_arch = "x86_64")]
-    if let Some(vectors) = pulp::x86::V3::try_new() {
-        return vectors.vectorize(by_vectors::Vectorized { query, vectors });
+    {
+        if let Some(lanes) = pulp::x86::V4::try_new() {
+            return lanes.vectorize(Compiled { query, lanes });
+        }
+        if let Some(lanes) = pulp::x86::V3::try_new() {
+            return lanes.vectorize(Compiled { query, lanes });
+        }
     }
-    query.answer(OneByOne)
+    query.answer(Scalar)
 }
 
-/// Plain arithmetic, for every processor.
-#[derive(Clone, Copy, Debug)]
-pub struct OneByOne;
+/// A query for one way.
+struct Compiled<Q, L> {
+    query: Q,
+    lanes: L,
+}
 
-impl Lanes for OneByOne {
+impl<Q: Query, L: Lanes> pulp::NullaryFnOnce for Compiled<Q, L> {
+    type Output = Q::Answer;
+
     #[inline(always)]
-    fn enter(self, bounds: &[[f32; WIDTH]; 6], ray: &TreeRay, reach: f32) -> ([f32; WIDTH], u32) {
+    fn call(self) -> Q::Answer {
+        self.query.answer(self.lanes)
+    }
+}
+
+/// A way of doing several things at once.
+// what takes part is inlined: a closure, or a method that takes one, would be compiled without the vector instructions
+pub trait Lanes: Simd {
+    /// A bit for each lane.
+    fn bits(self, mask: Self::m32s) -> u32;
+
+    /// The same ray in every lane.
+    #[inline(always)]
+    fn for_boxes(self, ray: &BoxRay) -> BoxRay<Self::f32s> {
+        let [x, y, z] = ray.inverse;
+        let [start_x, start_y, start_z] = ray.start;
+        BoxRay {
+            inverse: [self.splat_f32s(x), self.splat_f32s(y), self.splat_f32s(z)],
+            start: [self.splat_f32s(start_x), self.splat_f32s(start_y), self.splat_f32s(start_z)],
+            near: ray.near,
+            far: ray.far,
+        }
+    }
+
+    /// The same ray in every lane.
+    #[inline(always)]
+    fn for_triangles(self, ray: &TriangleRay) -> TriangleRay<Self::f32s> {
+        let [x, y, z] = ray.origin;
+        TriangleRay {
+            axes: ray.axes,
+            origin: [self.splat_f32s(x), self.splat_f32s(y), self.splat_f32s(z)],
+            shear: [self.splat_f32s(ray.shear[0]), self.splat_f32s(ray.shear[1])],
+        }
+    }
+
+    /// Distances at which a ray enters boxes, and a bit for each that it meets before `reach`.
+    #[inline(always)]
+    fn enter(self, bounds: &Bounds, ray: &BoxRay<Self::f32s>, reach: f32) -> ([f32; WIDTH], u32) {
         let (mut entries, mut met) = ([0.0; WIDTH], 0);
-        for lane in 0..WIDTH {
-            let (mut entry, mut exit) = (0.0f32, reach);
-            for axis in 0..3 {
-                let at = |row: usize| bounds[row][lane] * ray.inverse[axis] - ray.scaled_origin[axis];
-                (entry, exit) = (entry.max(at(ray.near[axis])), exit.min(at(ray.far[axis])));
+        let reach = self.splat_f32s(reach);
+        for (group, entries) in Self::as_mut_simd_f32s(&mut entries).0.iter_mut().enumerate() {
+            // distance at which the ray crosses a row of bounds
+            macro_rules! at {
+                ($rows:ident, $axis:literal) => {
+                    self.mul_add_e_f32s(
+                        Self::as_simd_f32s(&bounds[ray.$rows[$axis]]).0[group],
+                        ray.inverse[$axis],
+                        ray.start[$axis],
+                    )
+                };
             }
-            entries[lane] = entry;
-            met |= u32::from(entry <= exit) << lane;
+            *entries = self
+                .max_f32s(self.max_f32s(at!(near, 0), at!(near, 1)), self.max_f32s(at!(near, 2), self.splat_f32s(0.0)));
+            let exits = self.min_f32s(self.min_f32s(at!(far, 0), at!(far, 1)), self.min_f32s(at!(far, 2), reach));
+            met |= self.bits(self.less_than_or_equal_f32s(*entries, exits)) << (group * Self::F32_LANES);
         }
         (entries, met)
     }
 
+    /// A bit for each triangle that the line of a ray meets, or passes so closely that rounding may hide that it does.
     #[inline(always)]
-    fn touch(self, corners: &Corners, ray: &TreeRay) -> u32 {
+    fn touch(self, corners: &Corners, ray: &TriangleRay<Self::f32s>) -> u32 {
         let mut touched = 0;
-        for lane in 0..WIDTH {
-            // across the ray, and how far rounding may have moved the product of two of them
-            let [a, b, c] = corners.each_ref().map(|corner| {
-                let [x, y, z] = ray.axes.map(|axis| corner[axis][lane] - ray.origin[axis]);
-                let (x, y) = (x - ray.shear[0] * z, y - ray.shear[1] * z);
-                (x, y, BLUR * (x.abs() + y.abs() + 2.0 * BLUR))
-            });
-            let sides = [(c, b), (a, c), (b, a)];
-            let sides = sides.map(|(from, to)| (from.0 * to.1 - from.1 * to.0, from.2 + to.2));
+        let zero = self.splat_f32s(0.0);
+        for group in 0..WIDTH / Self::F32_LANES {
+            let a = across(self, &corners[0], ray, group);
+            let b = across(self, &corners[1], ray, group);
+            let c = across(self, &corners[2], ray, group);
+            let ([u, blur_u], [v, blur_v], [w, blur_w]) = (side(self, c, b), side(self, a, c), side(self, b, a));
+            let least = self.min_f32s(self.add_f32s(u, blur_u), self.add_f32s(v, blur_v));
+            let least = self.min_f32s(least, self.add_f32s(w, blur_w));
+            let most = self.max_f32s(self.sub_f32s(u, blur_u), self.sub_f32s(v, blur_v));
+            let most = self.max_f32s(most, self.sub_f32s(w, blur_w));
             let inside =
-                sides.iter().all(|(side, blur)| *side >= -blur) || sides.iter().all(|(side, blur)| *side <= *blur);
-            touched |= u32::from(inside) << lane;
+                self.or_m32s(self.less_than_or_equal_f32s(zero, least), self.less_than_or_equal_f32s(most, zero));
+            touched |= self.bits(inside) << (group * Self::F32_LANES);
         }
         touched
+    }
+
+    /// A bit for each number that is another.
+    #[inline(always)]
+    fn others(self, numbers: &Numbers, number: u32) -> u32 {
+        let number = self.splat_u32s(number);
+        let mut same = 0;
+        for (group, numbers) in Self::as_simd_u32s(numbers).0.iter().enumerate() {
+            same |= self.bits(self.equal_u32s(*numbers, number)) << (group * Self::U32_LANES);
+        }
+        !same
+    }
+}
+
+/// One corner of some triangles across a ray, and how far rounding may have moved its product with another.
+#[inline(always)]
+fn across<L: Lanes>(lanes: L, corner: &[[f32; WIDTH]; 3], ray: &TriangleRay<L::f32s>, group: usize) -> [L::f32s; 3] {
+    let [x, y, z] = ray.axes;
+    let x = lanes.sub_f32s(L::as_simd_f32s(&corner[x]).0[group], ray.origin[0]);
+    let y = lanes.sub_f32s(L::as_simd_f32s(&corner[y]).0[group], ray.origin[1]);
+    let z = lanes.sub_f32s(L::as_simd_f32s(&corner[z]).0[group], ray.origin[2]);
+    let x = lanes.mul_add_e_f32s(ray.shear[0], z, x);
+    let y = lanes.mul_add_e_f32s(ray.shear[1], z, y);
+    let size = lanes.add_f32s(lanes.abs_f32s(x), lanes.abs_f32s(y));
+    [x, y, lanes.mul_add_e_f32s(size, lanes.splat_f32s(BLUR), lanes.splat_f32s(2.0 * BLUR * BLUR))]
+}
+
+/// Twice the areas of the triangles between the ray and the sides from one corner to another, and their errors.
+#[inline(always)]
+fn side<L: Lanes>(lanes: L, from: [L::f32s; 3], to: [L::f32s; 3]) -> [L::f32s; 2] {
+    let area = lanes.mul_add_e_f32s(from[0], to[1], lanes.neg_f32s(lanes.mul_f32s(from[1], to[0])));
+    [area, lanes.add_f32s(from[2], to[2])]
+}
+
+impl Lanes for Scalar {
+    #[inline(always)]
+    fn bits(self, mask: bool) -> u32 {
+        mask.into()
     }
 }
 
 #[cfg(target_arch = "x86_64")]
-mod by_vectors {
-    use std::arch::x86_64::{__m256, _CMP_GE_OQ, _CMP_LE_OQ};
-
-    use pulp::x86::V3;
-
-    use super::{BLUR, Corners, Lanes, Query, TreeRay, WIDTH};
-
-    pub struct Vectorized<Q> {
-        pub query: Q,
-        pub vectors: V3,
-    }
-
-    impl<Q: Query> pulp::NullaryFnOnce for Vectorized<Q> {
-        type Output = Q::Answer;
-
-        #[inline(always)]
-        fn call(self) -> Q::Answer {
-            self.query.answer(self.vectors)
-        }
-    }
-
-    // what takes part is inlined: a closure, or a method that takes one, would be compiled without the vector instructions
-
-    /// Distances at which a ray crosses one row of bounds, in direction `axis`.
+impl Lanes for pulp::x86::V3 {
     #[inline(always)]
-    fn crossings(vectors: V3, bounds: &[[f32; WIDTH]; 6], row: usize, ray: &TreeRay, axis: usize) -> __m256 {
-        let bounds = pulp::cast::<[f32; WIDTH], __m256>(bounds[row]);
-        let inverse = vectors.avx._mm256_set1_ps(ray.inverse[axis]);
-        let origin = vectors.avx._mm256_set1_ps(ray.scaled_origin[axis]);
-        vectors.fma._mm256_fmsub_ps(bounds, inverse, origin)
+    fn bits(self, mask: Self::m32s) -> u32 {
+        self.avx._mm256_movemask_ps(pulp::cast(mask)) as u32
     }
+}
 
-    /// One corner of eight triangles across a ray, and how far rounding may have moved its product with another.
+#[cfg(target_arch = "x86_64")]
+impl Lanes for pulp::x86::V4 {
     #[inline(always)]
-    fn across(vectors: V3, ray: &TreeRay, corner: &[[f32; WIDTH]; 3]) -> [__m256; 3] {
-        let (avx, fma) = (vectors.avx, vectors.fma);
-        let [x, y, z] = ray.axes;
-        let x = avx._mm256_sub_ps(pulp::cast(corner[x]), avx._mm256_set1_ps(ray.origin[x]));
-        let y = avx._mm256_sub_ps(pulp::cast(corner[y]), avx._mm256_set1_ps(ray.origin[y]));
-        let z = avx._mm256_sub_ps(pulp::cast(corner[z]), avx._mm256_set1_ps(ray.origin[z]));
-        let x = fma._mm256_fnmadd_ps(avx._mm256_set1_ps(ray.shear[0]), z, x);
-        let y = fma._mm256_fnmadd_ps(avx._mm256_set1_ps(ray.shear[1]), z, y);
-        let sign = avx._mm256_set1_ps(-0.0);
-        let size = avx._mm256_add_ps(avx._mm256_andnot_ps(sign, x), avx._mm256_andnot_ps(sign, y));
-        let blur = avx._mm256_set1_ps(BLUR);
-        [x, y, fma._mm256_fmadd_ps(size, blur, avx._mm256_set1_ps(2.0 * BLUR * BLUR))]
-    }
-
-    /// Twice the areas of the triangles between the ray and the sides from one corner to another, and their errors.
-    #[inline(always)]
-    fn side(vectors: V3, from: [__m256; 3], to: [__m256; 3]) -> [__m256; 2] {
-        let (avx, fma) = (vectors.avx, vectors.fma);
-        let area = fma._mm256_fmsub_ps(from[0], to[1], avx._mm256_mul_ps(from[1], to[0]));
-        [area, avx._mm256_add_ps(from[2], to[2])]
-    }
-
-    impl Lanes for V3 {
-        #[inline(always)]
-        fn enter(self, bounds: &[[f32; WIDTH]; 6], ray: &TreeRay, reach: f32) -> ([f32; WIDTH], u32) {
-            let avx = self.avx;
-            let [x, y, z] = ray.near;
-            let entries = avx._mm256_max_ps(
-                avx._mm256_max_ps(crossings(self, bounds, x, ray, 0), crossings(self, bounds, y, ray, 1)),
-                avx._mm256_max_ps(crossings(self, bounds, z, ray, 2), avx._mm256_set1_ps(0.0)),
-            );
-            let [x, y, z] = ray.far;
-            let exits = avx._mm256_min_ps(
-                avx._mm256_min_ps(crossings(self, bounds, x, ray, 0), crossings(self, bounds, y, ray, 1)),
-                avx._mm256_min_ps(crossings(self, bounds, z, ray, 2), avx._mm256_set1_ps(reach)),
-            );
-            let met = avx._mm256_movemask_ps(avx._mm256_cmp_ps::<_CMP_LE_OQ>(entries, exits));
-            (pulp::cast(entries), met as u32)
-        }
-
-        #[inline(always)]
-        fn touch(self, corners: &Corners, ray: &TreeRay) -> u32 {
-            let avx = self.avx;
-            let a = across(self, ray, &corners[0]);
-            let b = across(self, ray, &corners[1]);
-            let c = across(self, ray, &corners[2]);
-            let [u, blur_u] = side(self, c, b);
-            let [v, blur_v] = side(self, a, c);
-            let [w, blur_w] = side(self, b, a);
-            let least = avx._mm256_min_ps(avx._mm256_add_ps(u, blur_u), avx._mm256_add_ps(v, blur_v));
-            let least = avx._mm256_min_ps(least, avx._mm256_add_ps(w, blur_w));
-            let most = avx._mm256_max_ps(avx._mm256_sub_ps(u, blur_u), avx._mm256_sub_ps(v, blur_v));
-            let most = avx._mm256_max_ps(most, avx._mm256_sub_ps(w, blur_w));
-            let zero = avx._mm256_set1_ps(0.0);
-            let inside = avx._mm256_or_ps(
-                avx._mm256_cmp_ps::<_CMP_GE_OQ>(least, zero),
-                avx._mm256_cmp_ps::<_CMP_LE_OQ>(most, zero),
-            );
-            avx._mm256_movemask_ps(inside) as u32
-        }
+    fn bits(self, mask: Self::m32s) -> u32 {
+        mask.0.into()
     }
 }
 
@@ -241,13 +198,50 @@ mod tests {
     }
 
     /// What is asked of one ray, boxes and triangles.
-    struct Both<'a>(&'a [[f32; WIDTH]; 6], &'a Corners, TreeRay);
+    #[derive(Clone, Copy)]
+    struct Both<'a>(&'a Bounds, &'a Corners, BoxRay, TriangleRay);
 
     impl Query for Both<'_> {
         type Answer = (u32, u32);
 
         fn answer<L: Lanes>(self, lanes: L) -> Self::Answer {
-            (lanes.enter(self.0, &self.2, 1.5).1, lanes.touch(self.1, &self.2))
+            let (ray, line) = (lanes.for_boxes(&self.2), lanes.for_triangles(&self.3));
+            (lanes.enter(self.0, &ray, 1.5).1, lanes.touch(self.1, &line))
+        }
+    }
+
+    /// Which of some numbers are others than one.
+    #[derive(Clone, Copy)]
+    struct Others<'a>(&'a Numbers, u32);
+
+    impl Query for Others<'_> {
+        type Answer = u32;
+
+        fn answer<L: Lanes>(self, lanes: L) -> u32 {
+            lanes.others(self.0, self.1)
+        }
+    }
+
+    /// The answers to a query by every way that the processor knows, by plain arithmetic first.
+    fn answers<Q: Query + Copy>(query: Q) -> Vec<Q::Answer> {
+        let mut answers = vec![query.answer(Scalar)];
+        #[cfg(target_arch = "x86_64")]
+        {
+            answers.extend(pulp::x86::V3::try_new().map(|lanes| lanes.vectorize(Compiled { query, lanes })));
+            answers.extend(pulp::x86::V4::try_new().map(|lanes| lanes.vectorize(Compiled { query, lanes })));
+        }
+        answers.push(answer(query));
+        answers
+    }
+
+    #[test]
+    fn numbers_are_compared_lane_by_lane() {
+        let numbers: Numbers = std::array::from_fn(|lane| lane as u32 % 5);
+        for number in 0..6 {
+            let others = (0..WIDTH).filter(|lane| numbers[*lane] != number).fold(0, |bits, lane| bits | 1 << lane);
+            for found in answers(Others(&numbers, number)) {
+                assert_eq!(found & ((1 << WIDTH) - 1), others);
+            }
         }
     }
 
@@ -256,7 +250,7 @@ mod tests {
     #[test]
     fn filters_let_through_what_is_met() {
         let mut random = PathRandom::new(Key::new(21));
-        let (mut boxes_met, mut triangles_met, mut let_through) = (0, 0, [0; 2]);
+        let (mut boxes_met, mut triangles_met, mut let_through) = (0, 0, Vec::new());
         for round in 0..6000 {
             let mut point = || DVec3::new(random.uniform(), random.uniform(), random.uniform()) - 0.5;
             let mut bounds = [[0.0; WIDTH]; 6];
@@ -291,16 +285,17 @@ mod tests {
                 _ => point().normalize(),
             };
             let origin = aim - direction * point().x.abs() * 2.0;
-            let ray = TreeRay::new(origin.as_vec3a(), direction.as_vec3a());
             let by_f64 = [direction, -direction].map(|along| ShearedRay::new(origin, along));
+            let ray = BoxRay::new(origin.as_vec3a(), direction.as_vec3a());
+            let line = TriangleRay::new(origin.as_vec3a(), &by_f64[0]);
             let met = |triangle: &[DVec3; 3]| by_f64.iter().any(|ray| ray.intersect(triangle.each_ref()).is_some());
             let met: u32 = triangles.iter().enumerate().map(|(lane, triangle)| u32::from(met(triangle)) << lane).sum();
-            let plain = Both(&bounds, &corners, ray).answer(OneByOne);
-            let vectors = answer(Both(&bounds, &corners, ray));
-            assert_eq!(plain.0, vectors.0, "{round}");
-            boxes_met += plain.0.count_ones();
+            let found = answers(Both(&bounds, &corners, ray, line));
+            boxes_met += found[0].0.count_ones();
             triangles_met += met.count_ones();
-            for (sum, touched) in let_through.iter_mut().zip([plain.1, vectors.1]) {
+            let_through.resize(found.len(), 0);
+            for (sum, (entered, touched)) in let_through.iter_mut().zip(&found) {
+                assert_eq!(*entered, found[0].0, "{round}");
                 assert_eq!(met & !touched, 0, "{round}: {met:b} {touched:b}");
                 assert_eq!(touched >> (WIDTH - 1), 0, "{round}");
                 *sum += touched.count_ones();

@@ -13,6 +13,7 @@ pub mod obj;
 pub mod polygon;
 pub mod rectangle;
 pub mod section;
+pub(crate) mod tree_ray;
 pub mod triangle;
 mod triangle_mesh;
 pub mod turn;

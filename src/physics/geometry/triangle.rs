@@ -18,14 +18,28 @@ impl ShearedRay {
     #[inline(always)]
     pub fn new(origin: DVec3, direction: DVec3) -> Self {
         let direction = direction.to_array();
-        let size = direction.map(f64::abs);
-        let z = if size[0] > size[1] && size[0] > size[2] { 0 } else { 2 - usize::from(size[1] > size[2]) };
-        let turned = usize::from(direction[z] < 0.0);
-        let axes = [AFTER[z][turned], AFTER[z][1 - turned], z];
-        let [x, y, z] = axes;
-        let shear = [direction[x] / direction[z], direction[y] / direction[z], 1.0 / direction[z]];
+        let [x, y, z] = [direction[0].abs(), direction[1].abs(), direction[2].abs()];
+        let last = if x > y && x > z { 0 } else { 2 - usize::from(y > z) };
+        let turned = usize::from(direction[last] < 0.0);
+        let [x, y, z] = [AFTER[last][turned], AFTER[last][1 - turned], last];
         let origin = origin.to_array();
-        Self { axes, origin: axes.map(|axis| origin[axis]), shear }
+        Self {
+            axes: [x, y, z],
+            origin: [origin[x], origin[y], origin[z]],
+            shear: [direction[x] / direction[z], direction[y] / direction[z], 1.0 / direction[z]],
+        }
+    }
+
+    /// The axes, that of the direction's largest component last.
+    #[inline(always)]
+    pub fn axes(&self) -> [usize; 3] {
+        self.axes
+    }
+
+    /// What is subtracted from coordinates along the first two axes for each metre along the last.
+    #[inline(always)]
+    pub fn shear(&self) -> [f64; 2] {
+        [self.shear[0], self.shear[1]]
     }
 
     /// Distance to the triangle, from either side, when it is positive.
@@ -33,18 +47,8 @@ impl ShearedRay {
     /// Edges and corners belong to every triangle that shares them, so that no ray slips through between neighbours.
     // always: the traversal is compiled for vectors, and what it calls is not
     #[inline(always)]
-    pub fn intersect(&self, corners: [&DVec3; 3]) -> Option<f64> {
-        let [x, y, z] = self.axes;
-        let sheared = corners.map(|corner| {
-            let corner: &[f64; 3] = corner.as_ref();
-            let along = corner[z] - self.origin[2];
-            let across = [
-                corner[x] - self.origin[0] - self.shear[0] * along,
-                corner[y] - self.origin[1] - self.shear[1] * along,
-            ];
-            (across, along)
-        });
-        let [([ax, ay], az), ([bx, by], bz), ([cx, cy], cz)] = sheared;
+    pub fn intersect(&self, [a, b, c]: [&DVec3; 3]) -> Option<f64> {
+        let ([ax, ay, az], [bx, by, bz], [cx, cy, cz]) = (self.across(a), self.across(b), self.across(c));
         let u = cx * by - cy * bx;
         let v = ax * cy - ay * cx;
         let w = bx * ay - by * ax;
@@ -58,15 +62,33 @@ impl ShearedRay {
         let distance = self.shear[2] * (u * az + v * bz + w * cz) / determinant;
         (distance > 0.0).then_some(distance)
     }
+
+    /// A corner by the axes of the ray: sheared across it, and along the last one.
+    #[inline(always)]
+    fn across(&self, corner: &DVec3) -> [f64; 3] {
+        let [x, y, z] = self.axes;
+        let corner: &[f64; 3] = corner.as_ref();
+        let along = corner[z] - self.origin[2];
+        [corner[x] - self.origin[0] - self.shear[0] * along, corner[y] - self.origin[1] - self.shear[1] * along, along]
+    }
 }
 
 /// The two axes after each.
 const AFTER: [[usize; 2]; 3] = [[1, 2], [2, 0], [0, 1]];
 
 /// Unit normal of a triangle by its winding; +z without an area.
-#[inline]
-pub fn unit_normal([a, b, c]: &[DVec3; 3]) -> DVec3 {
+#[inline(always)]
+pub fn unit_normal([a, b, c]: [&DVec3; 3]) -> DVec3 {
     (*b - *a).cross(*c - *a).try_normalize().unwrap_or(DVec3::Z)
+}
+
+/// A direction reflected by a triangle; the same by one without an area.
+// the normal is not made a unit vector: the next ray waits for this, and a square root would double what it takes
+#[inline(always)]
+pub fn reflected(direction: DVec3, [a, b, c]: [&DVec3; 3]) -> DVec3 {
+    let normal = (*b - *a).cross(*c - *a);
+    let squared = normal.length_squared();
+    if squared > 0.0 { direction - normal * (2.0 * direction.dot(normal) / squared) } else { direction }
 }
 
 /// Distance in metres from a point to the nearest point of the part of a triangle that lies higher than `height` (z); `None`
@@ -152,6 +174,18 @@ mod tests {
                 assert!(near <= exact + step, "{exact} {near} {step}");
             }
         }
+    }
+
+    #[test]
+    fn reflection_is_that_by_the_unit_normal() {
+        let mut random = PathRandom::new(Key::new(12));
+        let mut point = || DVec3::new(random.uniform(), random.uniform(), random.uniform()) - 0.5;
+        for _ in 0..300 {
+            let (corners, direction) = ([point(), point(), point()], point().normalize());
+            let by_normal = direction.reflect(unit_normal(corners.each_ref()));
+            assert!((reflected(direction, corners.each_ref()) - by_normal).length() < 1e-12);
+        }
+        assert_eq!(reflected(DVec3::X, [&DVec3::Y; 3]), DVec3::X);
     }
 
     #[test]

@@ -1,32 +1,34 @@
-//! A tree of boxes, eight to a node, over triangles in eights: a binary tree of obvhs, whose only user this is, made wide by
-//! [`super::collapse`] and followed as by Wald, Benthin and Boulos 2008.
+//! A tree of boxes, [`WIDTH`] to a node, over triangles, as many to a leaf: a binary tree of obvhs, whose only user this is, made wide
+//! by [`super::collapse`] and followed as by Wald, Benthin and Boulos 2008.
 //!
-//! Boxes and triangles are in f32, a filter that is taken eight at once: what it lets through is decided elsewhere, in f64.
+//! Boxes and triangles are in f32, a filter that is taken by the node and by the leaf at once: what it lets through is decided
+//! elsewhere, in f64.
 
 use glam::Vec3A;
 use obvhs::BvhBuildParams;
 pub use obvhs::aabb::Aabb;
 use obvhs::bvh2::builder::build_bvh2;
-use smallvec::SmallVec;
 
 use super::collapse::{BinaryNode, Collapse};
-use super::lanes::{Corners, Lanes, TreeRay, WIDTH};
+use super::lanes::Lanes;
+use super::tree_ray::{Bounds, BoxRay, Corners, Numbers, TriangleRay, WIDTH};
 
 /// Nodes that wait while a ray is followed; deeper trees take memory for more.
-const WAITING: usize = 48;
+const WAITING: usize = 96;
 
 /// Boxes over triangles.
 #[derive(Clone, Debug)]
 pub struct WideTree {
     nodes: Vec<Node>,
     leaves: Vec<Leaf>,
+    /// Children that wait at most while a ray is followed.
+    most_waiting: usize,
 }
 
 #[derive(Clone, Debug)]
 #[repr(align(64))]
 struct Node {
-    /// Lower x, y, z of the children, then upper x, y, z; of no child at all where `lower > upper`.
-    bounds: [[f32; WIDTH]; 6],
+    bounds: Bounds,
     children: [Child; WIDTH],
 }
 
@@ -34,27 +36,19 @@ struct Node {
 #[derive(Clone, Copy, Debug)]
 struct Child(u32);
 
-/// Up to eight triangles.
+/// Up to [`WIDTH`] triangles.
 #[derive(Clone, Debug)]
 #[repr(align(64))]
 struct Leaf {
-    corners: Corners,
-    /// The triangles; [`Met::NONE`] where there is none.
-    triangles: [Met; WIDTH],
+    coordinates: Corners,
+    /// Numbers of the triangles; [`NONE`] where there is none.
+    numbers: Numbers,
+    /// Numbers of their corners.
+    corners: [[u32; 3]; WIDTH],
 }
 
-/// A triangle that a ray may meet.
-#[derive(Clone, Copy, Debug)]
-pub struct Met {
-    /// Its number in the list that the tree was built from.
-    pub triangle: u32,
-    /// Numbers of its corners: here, where they are at hand at once.
-    pub corners: [u32; 3],
-}
-
-impl Met {
-    const NONE: Self = Self { triangle: u32::MAX, corners: [0; 3] };
-}
+/// The number of no triangle.
+pub const NONE: u32 = u32::MAX;
 
 impl Child {
     const LEAF: u32 = 1 << 31;
@@ -66,11 +60,12 @@ impl Child {
 
 impl Leaf {
     fn new(numbers: impl Iterator<Item = u32>, triangles: &[[u32; 3]], positions: &[Vec3A]) -> Self {
-        let mut leaf = Self { corners: [[[f32::NAN; WIDTH]; 3]; 3], triangles: [Met::NONE; WIDTH] };
+        let mut leaf =
+            Self { coordinates: [[[f32::NAN; WIDTH]; 3]; 3], numbers: [NONE; WIDTH], corners: [[0; 3]; WIDTH] };
         for (lane, triangle) in numbers.enumerate() {
-            let corners = triangles[triangle as usize];
-            leaf.triangles[lane] = Met { triangle, corners };
-            for (rows, corner) in leaf.corners.iter_mut().zip(corners) {
+            leaf.numbers[lane] = triangle;
+            leaf.corners[lane] = triangles[triangle as usize];
+            for (rows, corner) in leaf.coordinates.iter_mut().zip(leaf.corners[lane]) {
                 (0..3).for_each(|axis| rows[axis][lane] = positions[corner as usize][axis]);
             }
         }
@@ -91,16 +86,20 @@ impl WideTree {
             triangles: node.prim_count,
         });
         let collapse = Collapse::new(binary.collect());
-        let mut wide = Self { nodes: Vec::new(), leaves: Vec::new() };
+        let mut wide = Self { nodes: Vec::new(), leaves: Vec::new(), most_waiting: 1 };
         // a list of what is left to do: a tree may be deeper than the stack of a thread
-        let mut left = vec![(0, None::<(usize, usize)>)];
-        while let Some((binary, parent)) = left.pop() {
+        let mut left = vec![(0, None::<(usize, usize)>, 1)];
+        while let Some((binary, parent, waiting)) = left.pop() {
             let place = wide.nodes.len();
             if let Some((node, lane)) = parent {
                 wide.nodes[node].children[lane] = Child(place as u32);
             }
             wide.nodes.push(Node::EMPTY);
-            for (lane, index) in collapse.children(binary).into_iter().enumerate() {
+            let children = collapse.children(binary);
+            // all but one wait while that is followed
+            let waiting = waiting + children.len() - 1;
+            wide.most_waiting = wide.most_waiting.max(waiting);
+            for (lane, index) in children.into_iter().enumerate() {
                 let bounds = tree.nodes[index].aabb();
                 for axis in 0..3 {
                     wide.nodes[place].bounds[axis][lane] = bounds.min[axis];
@@ -111,7 +110,7 @@ impl WideTree {
                     let numbers = collapse.triangles(index).map(|place| tree.primitive_indices[place as usize]);
                     wide.leaves.push(Leaf::new(numbers, triangles, positions));
                 } else {
-                    left.push((index, Some((place, lane))));
+                    left.push((index, Some((place, lane)), waiting));
                 }
             }
         }
@@ -121,72 +120,94 @@ impl WideTree {
     /// Gives `change` the corners of all triangles, leaf by leaf.
     pub fn for_each_corner(&mut self, mut change: impl FnMut(&mut u32)) {
         for leaf in &mut self.leaves {
-            for met in leaf.triangles.iter_mut().filter(|met| met.triangle != Met::NONE.triangle) {
-                met.corners.iter_mut().for_each(&mut change);
-            }
+            let used = leaf.corners.iter_mut().zip(leaf.numbers).filter(|(_, number)| *number != NONE);
+            used.flat_map(|(corners, _)| corners).for_each(&mut change);
         }
     }
 
-    /// Shows every triangle that a ray may meet before a distance, those in nearer boxes first: `reach` at first, then
-    /// what `meet` returns.
+    /// Shows every triangle but `skip` that a ray may meet before a distance, those in nearer boxes first, with the numbers of its
+    /// corners: `reach` at first, then what `meet` returns.
     #[inline(always)]
-    pub fn follow<L: Lanes>(&self, lanes: L, ray: &TreeRay, mut reach: f32, mut meet: impl FnMut(&Met) -> f32) {
-        let mut waiting = SmallVec::<[(Child, f32); WAITING]>::new();
-        waiting.push((Child(0), 0.0));
-        while let Some((mut child, entered)) = waiting.pop() {
-            if entered > reach {
-                continue;
+    pub fn follow<L: Lanes>(
+        &self,
+        lanes: L,
+        (ray, line): (&BoxRay, &TriangleRay),
+        skip: u32,
+        mut reach: f32,
+        mut meet: impl FnMut(u32, [u32; 3]) -> f32,
+    ) {
+        let (ray, line) = (lanes.for_boxes(ray), lanes.for_triangles(line));
+        let mut few = [(Child(0), 0.0); WAITING];
+        let mut many = Vec::new();
+        let waiting = if self.most_waiting <= WAITING {
+            &mut few[..]
+        } else {
+            many.resize(self.most_waiting, (Child(0), 0.0));
+            &mut many[..]
+        };
+        let mut count = 0;
+        let mut child = Child(0);
+        loop {
+            if let Some(place) = child.leaf() {
+                let leaf = &self.leaves[place];
+                let mut touched = lanes.touch(&leaf.coordinates, &line) & lanes.others(&leaf.numbers, skip);
+                while touched != 0 {
+                    let lane = touched.trailing_zeros() as usize;
+                    touched &= touched - 1;
+                    reach = meet(leaf.numbers[lane], leaf.corners[lane]);
+                }
+            } else {
+                let node = &self.nodes[child.0 as usize];
+                let (entries, mut met) = lanes.enter(&node.bounds, &ray, reach);
+                if met != 0 {
+                    // the nearest is next, the others wait, the farthest first
+                    let first = met.trailing_zeros() as usize;
+                    met &= met - 1;
+                    if met == 0 {
+                        child = node.children[first];
+                        continue;
+                    }
+                    if met & (met - 1) == 0 {
+                        // of two without a branch, which would be guessed wrong half of the time
+                        let pair = [first, met.trailing_zeros() as usize];
+                        let second_is_nearer = usize::from(entries[pair[1]] < entries[pair[0]]);
+                        let [near, far] = [pair[second_is_nearer], pair[1 - second_is_nearer]];
+                        waiting[count] = (node.children[far], entries[far]);
+                        count += 1;
+                        child = node.children[near];
+                        continue;
+                    }
+                    let mut next = (node.children[first], entries[first]);
+                    let before = count;
+                    while met != 0 {
+                        let lane = met.trailing_zeros() as usize;
+                        met &= met - 1;
+                        let mut other = (node.children[lane], entries[lane]);
+                        if other.1 < next.1 {
+                            std::mem::swap(&mut other, &mut next);
+                        }
+                        let mut place = count;
+                        count += 1;
+                        while place > before && waiting[place - 1].1 < other.1 {
+                            waiting[place] = waiting[place - 1];
+                            place -= 1;
+                        }
+                        waiting[place] = other;
+                    }
+                    child = next.0;
+                    continue;
+                }
             }
             loop {
-                if let Some(place) = child.leaf() {
-                    let leaf = &self.leaves[place];
-                    let mut touched = lanes.touch(&leaf.corners, ray);
-                    while touched != 0 {
-                        let lane = touched.trailing_zeros() as usize;
-                        touched &= touched - 1;
-                        reach = meet(&leaf.triangles[lane]);
-                    }
+                if count == 0 {
+                    return;
+                }
+                count -= 1;
+                let (next, entered) = waiting[count];
+                if entered <= reach {
+                    child = next;
                     break;
                 }
-                let node = &self.nodes[child.0 as usize];
-                let (entries, mut met) = lanes.enter(&node.bounds, ray, reach);
-                if met == 0 {
-                    break;
-                }
-                // the nearest is next, the others wait, the farthest first
-                let first = met.trailing_zeros() as usize;
-                met &= met - 1;
-                if met == 0 {
-                    child = node.children[first];
-                    continue;
-                }
-                if met & (met - 1) == 0 {
-                    // of two without a branch, which would be guessed wrong half of the time
-                    let pair = [first, met.trailing_zeros() as usize];
-                    let second_is_nearer = usize::from(entries[pair[1]] < entries[pair[0]]);
-                    let [near, far] = [pair[second_is_nearer], pair[1 - second_is_nearer]];
-                    waiting.push((node.children[far], entries[far]));
-                    child = node.children[near];
-                    continue;
-                }
-                let mut next = (node.children[first], entries[first]);
-                let before = waiting.len();
-                while met != 0 {
-                    let lane = met.trailing_zeros() as usize;
-                    met &= met - 1;
-                    let mut other = (node.children[lane], entries[lane]);
-                    if other.1 < next.1 {
-                        std::mem::swap(&mut other, &mut next);
-                    }
-                    let mut place = waiting.len();
-                    waiting.push(other);
-                    while place > before && waiting[place - 1].1 < other.1 {
-                        waiting[place] = waiting[place - 1];
-                        place -= 1;
-                    }
-                    waiting[place] = other;
-                }
-                child = next.0;
             }
         }
     }
@@ -196,8 +217,7 @@ impl WideTree {
         let mut waiting = vec![Child(0)];
         while let Some(child) = waiting.pop() {
             if let Some(place) = child.leaf() {
-                let numbers = self.leaves[place].triangles.iter().map(|met| met.triangle);
-                numbers.filter(|number| *number != Met::NONE.triangle).for_each(&mut meet);
+                self.leaves[place].numbers.into_iter().filter(|number| *number != NONE).for_each(&mut meet);
                 continue;
             }
             let node = &self.nodes[child.0 as usize];
@@ -220,7 +240,10 @@ impl Node {
 
 #[cfg(test)]
 mod tests {
+    use glam::DVec3;
+
     use super::*;
+    use crate::geometry::triangle::ShearedRay;
 
     /// Every triangle is in one leaf, every leaf and every node but the first is the child of one, and nodes are full where there is
     /// enough to fill them.
@@ -235,9 +258,8 @@ mod tests {
             let triangles: Vec<[u32; 3]> = (0..count).map(|number| [0, 1, 2].map(|which| 3 * number + which)).collect();
             let boxes: Vec<Aabb> = positions.chunks(3).map(Aabb::from_points).collect();
             let tree = WideTree::new(&boxes, &triangles, &positions);
-            let mut numbers: Vec<u32> =
-                tree.leaves.iter().flat_map(|leaf| leaf.triangles).map(|met| met.triangle).collect();
-            numbers.retain(|number| *number != Met::NONE.triangle);
+            let mut numbers: Vec<u32> = tree.leaves.iter().flat_map(|leaf| leaf.numbers).collect();
+            numbers.retain(|number| *number != NONE);
             numbers.sort_unstable();
             assert_eq!(numbers, (0..count).collect::<Vec<_>>());
             let lanes = tree.nodes.iter().flat_map(|node| (0..WIDTH).map(move |lane| (node, lane)));
@@ -246,11 +268,37 @@ mod tests {
             children.sort_unstable();
             let leaves = (0..tree.leaves.len() as u32).map(|place| place | Child::LEAF);
             assert_eq!(children, (1..tree.nodes.len() as u32).chain(leaves).collect::<Vec<_>>());
-            assert!(
-                count < 300 || children.len() as f64 > 5.5 * tree.nodes.len() as f64,
-                "{count}: {}",
-                children.len()
-            );
+            let full = children.len() as f64 / (WIDTH * tree.nodes.len()) as f64;
+            assert!(count < 300 || full > 0.65, "{count}: {full}");
+        }
+    }
+
+    /// A line through triangles within triangles meets each once, but one that is skipped, in trees that are no deeper than room is
+    /// kept for and in deeper ones.
+    #[test]
+    fn every_triangle_on_a_line_is_shown() {
+        for (count, is_deep) in [(5, false), (40, false), (3000, true)] {
+            let corner = |number: u32| {
+                let turn = (number % 3) as f32 * 2.0 * std::f32::consts::FRAC_PI_3;
+                0.5 * 0.995f32.powi(number as i32 / 3) * Vec3A::new(turn.cos(), turn.sin(), 1.0)
+            };
+            let positions: Vec<Vec3A> = (0..3 * count).map(corner).collect();
+            let triangles: Vec<[u32; 3]> = (0..count).map(|number| [0, 1, 2].map(|which| 3 * number + which)).collect();
+            // as deep as boxes around what is left are
+            let boxes: Vec<Aabb> = positions.chunks(3).map(|corners| Aabb::from_points(corners)).collect();
+            let tree = WideTree::new(&boxes, &triangles, &positions);
+            assert_eq!(tree.most_waiting > WAITING, is_deep, "{}", tree.most_waiting);
+            let (from, along) = (DVec3::new(1e-9, 2e-9, -0.4), DVec3::Z);
+            let ray = BoxRay::new(from.as_vec3a(), along.as_vec3a());
+            let line = TriangleRay::new(from.as_vec3a(), &ShearedRay::new(from, along));
+            let mut shown = Vec::new();
+            tree.follow(pulp::Scalar, (&ray, &line), 3, f32::INFINITY, |number, corners| {
+                assert_eq!(corners, triangles[number as usize]);
+                shown.push(number);
+                f32::INFINITY
+            });
+            shown.sort_unstable();
+            assert_eq!(shown, (0..count).filter(|number| *number != 3).collect::<Vec<_>>());
         }
     }
 }

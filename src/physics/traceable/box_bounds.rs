@@ -1,9 +1,10 @@
-//! Bounds of boxes along the axes, eight at once: a filter that tells which of many boxes a ray may meet.
+//! Bounds of boxes along the axes, [`WIDTH`] at once: a filter that tells which of many boxes a ray may meet.
 
 use glam::DVec3;
 use smallvec::SmallVec;
 
-use crate::geometry::lanes::{Lanes, Query, TreeRay, WIDTH, answer};
+use crate::geometry::lanes::{Lanes, Query, answer};
+use crate::geometry::tree_ray::{Bounds, BoxRay, WIDTH};
 
 /// Share of the room's diagonal by which bounds grow: more than the rounding of coordinates and distances to f32 (each below
 /// 2^-23 of the diagonal).
@@ -15,15 +16,14 @@ const FEW: usize = 8;
 /// Bounds of boxes in f32, each box by its number.
 #[derive(Clone, Debug, Default)]
 pub struct BoxBounds {
-    /// Lower x, y, z of eight boxes, then upper x, y, z; of no box where `lower > upper`.
-    eights: Vec<[[f32; WIDTH]; 6]>,
+    groups: Vec<Bounds>,
 }
 
 impl BoxBounds {
     /// `spans`: lowest and highest corner of each box, in m, within a room of `size`.
     pub fn new(spans: &[[DVec3; 2]], size: DVec3) -> Self {
         let padding = PADDING * size.length();
-        let eight = |spans: &[[DVec3; 2]]| {
+        let group = |spans: &[[DVec3; 2]]| {
             let (lower, upper) = ([f32::INFINITY; WIDTH], [f32::NEG_INFINITY; WIDTH]);
             let mut bounds = [lower, lower, lower, upper, upper, upper];
             for (lane, [low, high]) in spans.iter().enumerate() {
@@ -34,7 +34,7 @@ impl BoxBounds {
             }
             bounds
         };
-        Self { eights: spans.chunks(WIDTH).map(eight).collect() }
+        Self { groups: spans.chunks(WIDTH).map(group).collect() }
     }
 
     /// Numbers, in ascending order, of all boxes that `origin + t direction` meets at a t in 0..=`reach`, and of some that it
@@ -43,14 +43,14 @@ impl BoxBounds {
     pub fn met(&self, origin: DVec3, direction: DVec3, reach: f64) -> SmallVec<[usize; FEW]> {
         // a little longer, so that rounding culls no box at the end
         let reach = reach as f32 * (1.0 + 4.0 * f32::EPSILON);
-        answer(Met { bounds: self, ray: TreeRay::new(origin.as_vec3a(), direction.as_vec3a()), reach })
+        answer(Met { bounds: self, ray: BoxRay::new(origin.as_vec3a(), direction.as_vec3a()), reach })
     }
 }
 
 /// Asks which boxes a ray meets.
 struct Met<'a> {
     bounds: &'a BoxBounds,
-    ray: TreeRay,
+    ray: BoxRay,
     reach: f32,
 }
 
@@ -60,8 +60,9 @@ impl Query for Met<'_> {
     #[inline(always)]
     fn answer<L: Lanes>(self, lanes: L) -> Self::Answer {
         let mut numbers = SmallVec::new();
-        for (group, bounds) in self.bounds.eights.iter().enumerate() {
-            let (_, mut met) = lanes.enter(bounds, &self.ray, self.reach);
+        let ray = lanes.for_boxes(&self.ray);
+        for (group, bounds) in self.bounds.groups.iter().enumerate() {
+            let (_, mut met) = lanes.enter(bounds, &ray, self.reach);
             while met != 0 {
                 numbers.push(group * WIDTH + met.trailing_zeros() as usize);
                 met &= met - 1;
