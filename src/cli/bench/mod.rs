@@ -1,15 +1,18 @@
 //! `skyduct bench`: what accuracy and effects cost on this machine.
 
+mod peers;
 mod processes;
 mod service;
 
 use std::io::{IsTerminal, Read};
 use std::path::PathBuf;
+use std::sync::Arc;
 use std::time::Duration;
 
 use anyhow::Context;
 use indicatif::{ProgressBar, ProgressStyle};
 
+use self::peers::PeersArgs;
 use crate::reports::bench::{Progress, Settings, effects, performance, studied, whole};
 use crate::reports::markdown;
 use crate::reports::page::Report;
@@ -26,7 +29,7 @@ pub struct BenchArgs {
 #[derive(Debug, clap::Subcommand)]
 enum Subject {
     /// What accuracy costs, how cost grows, where the time of a job goes: performance.md, in at most half an hour
-    Performance(PageArgs),
+    Performance(PerformanceArgs),
     /// What accuracy costs by each method against references, and how often intervals hold the truth: accuracy.md, in about half an
     /// hour on two processors
     Accuracy(AccuracyArgs),
@@ -51,6 +54,14 @@ struct PageArgs {
 }
 
 #[derive(Debug, clap::Args)]
+struct PerformanceArgs {
+    #[command(flatten)]
+    page: PageArgs,
+    #[command(flatten)]
+    peers: PeersArgs,
+}
+
+#[derive(Debug, clap::Args)]
 struct AccuracyArgs {
     #[command(flatten)]
     page: PageArgs,
@@ -68,7 +79,9 @@ struct JobArgs {
 
 pub fn run(args: BenchArgs) -> anyhow::Result<()> {
     match args.subject {
-        Subject::Performance(args) => page(args, |settings, progress| {
+        Subject::Performance(PerformanceArgs { page: args, peers }) => page(args, |settings, progress| {
+            let beside = peers::measure(&peers, settings, progress.part(0.0, 0.0))?;
+            let settings = &Settings { beside: beside.map(Arc::new), ..settings.clone() };
             let processes = processes::measure(settings, progress.part(0.0, 0.1))?;
             let latencies = service::measure(settings, progress.part(0.1, 0.15))?;
             Ok(performance::run(settings, &processes, &latencies, progress.part(0.15, 1.0))?)
@@ -100,7 +113,7 @@ fn page(
         }
         None => eprintln!("{:3.0} %  {what}", 100.0 * share),
     };
-    let report = measure(&Settings { quick, reference }, Progress::new(&hear))?;
+    let report = measure(&Settings { quick, reference, beside: None }, Progress::new(&hear))?;
     if let Some(bar) = &bar {
         bar.finish_and_clear();
     }

@@ -28,7 +28,7 @@ pub struct Collapse {
 
 #[derive(Clone, Copy)]
 struct Collapsed {
-    /// Least cost as at most 1, 2 ... `WIDTH` - 1 children of a node.
+    /// Least cost as at most 1, 2 ... `most` children of a node.
     costs: [f32; WIDTH - 1],
     /// Number of those of 2, 3 ... `WIDTH` children that are of its first half; 0 where fewer children cost no more.
     firsts: [u8; WIDTH - 1],
@@ -38,11 +38,14 @@ struct Collapsed {
     leaf: u8,
 }
 
+impl Collapsed {
+    const NONE: Self = Self { costs: [0.0; WIDTH - 1], firsts: [0; WIDTH - 1], most: 1, leaf: 0 };
+}
+
 impl Collapse {
     /// `tree`: the root first.
     pub fn new(tree: Vec<BinaryNode>) -> Self {
-        let none = Collapsed { costs: [0.0; WIDTH - 1], firsts: [0; WIDTH - 1], most: 1, leaf: 0 };
-        let nodes = vec![none; tree.len()];
+        let nodes = vec![Collapsed::NONE; tree.len()];
         let mut collapse = Self { tree, nodes };
         // halves stand after what they are halves of
         let mut order = vec![0];
@@ -66,8 +69,9 @@ impl Collapse {
     fn judged(&self, index: usize) -> Collapsed {
         let BinaryNode { half_area: area, triangles, .. } = self.tree[index];
         let Some([left, right]) = self.halves(index).map(|halves| halves.map(|half| self.nodes[half])) else {
-            let costs = [LEAF_COST * area; WIDTH - 1];
-            return Collapsed { costs, firsts: [0; WIDTH - 1], most: 1, leaf: triangles as u8 };
+            let mut leaf = Collapsed { leaf: triangles as u8, ..Collapsed::NONE };
+            leaf.costs[0] = LEAF_COST * area;
+            return leaf;
         };
         // as several children, so many of them of the first half
         let most = usize::from(left.most + right.most).min(WIDTH);
@@ -88,8 +92,9 @@ impl Collapse {
         let triangles = left.leaf + right.leaf;
         let may_be_leaf = left.leaf > 0 && right.leaf > 0 && usize::from(triangles) <= WIDTH;
         let as_leaf = if may_be_leaf { LEAF_COST * area } else { f32::INFINITY };
-        let mut costs = [as_node.min(as_leaf); WIDTH - 1];
-        for more in 1..WIDTH - 1 {
+        let mut costs = [0.0; WIDTH - 1];
+        costs[0] = as_node.min(as_leaf);
+        for more in 1..most.min(WIDTH - 1) {
             costs[more] = costs[more - 1].min(parted[more - 1]);
             if costs[more] == costs[more - 1] {
                 firsts[more - 1] = 0;

@@ -109,18 +109,22 @@ pub trait Lanes: Simd {
     #[inline(always)]
     fn touch(self, corners: &Corners, ray: &TriangleRay<Self::f32s>) -> u32 {
         let mut touched = 0;
-        let zero = self.splat_f32s(0.0);
         for group in 0..WIDTH / Self::F32_LANES {
-            let a = across(self, &corners[0], ray, group);
-            let b = across(self, &corners[1], ray, group);
-            let c = across(self, &corners[2], ray, group);
-            let ([u, blur_u], [v, blur_v], [w, blur_w]) = (side(self, c, b), side(self, a, c), side(self, b, a));
-            let least = self.min_f32s(self.add_f32s(u, blur_u), self.add_f32s(v, blur_v));
-            let least = self.min_f32s(least, self.add_f32s(w, blur_w));
-            let most = self.max_f32s(self.sub_f32s(u, blur_u), self.sub_f32s(v, blur_v));
-            let most = self.max_f32s(most, self.sub_f32s(w, blur_w));
-            let inside =
-                self.or_m32s(self.less_than_or_equal_f32s(zero, least), self.less_than_or_equal_f32s(most, zero));
+            let [a, b, c] = [
+                across(self, &corners[0], ray, group),
+                across(self, &corners[1], ray, group),
+                across(self, &corners[2], ray, group),
+            ];
+            let [u, v, w] = [side(self, c, b), side(self, a, c), side(self, b, a)];
+            let least = self.min_f32s(self.min_f32s(u, v), w);
+            let most = self.max_f32s(self.max_f32s(u, v), w);
+            // how far rounding may have moved the product of two corners
+            let size = self.add_f32s(self.add_f32s(size(self, a), size(self, b)), size(self, c));
+            let blur = self.mul_add_e_f32s(size, self.splat_f32s(BLUR), self.splat_f32s(4.0 * BLUR * BLUR));
+            let inside = self.or_m32s(
+                self.less_than_or_equal_f32s(self.neg_f32s(blur), least),
+                self.less_than_or_equal_f32s(most, blur),
+            );
             touched |= self.bits(inside) << (group * Self::F32_LANES);
         }
         touched
@@ -138,24 +142,26 @@ pub trait Lanes: Simd {
     }
 }
 
-/// One corner of some triangles across a ray, and how far rounding may have moved its product with another.
+/// One corner of some triangles across a ray.
 #[inline(always)]
-fn across<L: Lanes>(lanes: L, corner: &[[f32; WIDTH]; 3], ray: &TriangleRay<L::f32s>, group: usize) -> [L::f32s; 3] {
+fn across<L: Lanes>(lanes: L, corner: &[[f32; WIDTH]; 3], ray: &TriangleRay<L::f32s>, group: usize) -> [L::f32s; 2] {
     let [x, y, z] = ray.axes;
     let x = lanes.sub_f32s(L::as_simd_f32s(&corner[x]).0[group], ray.origin[0]);
     let y = lanes.sub_f32s(L::as_simd_f32s(&corner[y]).0[group], ray.origin[1]);
     let z = lanes.sub_f32s(L::as_simd_f32s(&corner[z]).0[group], ray.origin[2]);
-    let x = lanes.mul_add_e_f32s(ray.shear[0], z, x);
-    let y = lanes.mul_add_e_f32s(ray.shear[1], z, y);
-    let size = lanes.add_f32s(lanes.abs_f32s(x), lanes.abs_f32s(y));
-    [x, y, lanes.mul_add_e_f32s(size, lanes.splat_f32s(BLUR), lanes.splat_f32s(2.0 * BLUR * BLUR))]
+    [lanes.mul_add_e_f32s(ray.shear[0], z, x), lanes.mul_add_e_f32s(ray.shear[1], z, y)]
 }
 
-/// Twice the areas of the triangles between the ray and the sides from one corner to another, and their errors.
+/// Twice the areas of the triangles between a ray and the sides from one corner to another.
 #[inline(always)]
-fn side<L: Lanes>(lanes: L, from: [L::f32s; 3], to: [L::f32s; 3]) -> [L::f32s; 2] {
-    let area = lanes.mul_add_e_f32s(from[0], to[1], lanes.neg_f32s(lanes.mul_f32s(from[1], to[0])));
-    [area, lanes.add_f32s(from[2], to[2])]
+fn side<L: Lanes>(lanes: L, from: [L::f32s; 2], to: [L::f32s; 2]) -> L::f32s {
+    lanes.mul_add_e_f32s(from[0], to[1], lanes.neg_f32s(lanes.mul_f32s(from[1], to[0])))
+}
+
+/// No less than the distances of corners from a ray.
+#[inline(always)]
+fn size<L: Lanes>(lanes: L, corner: [L::f32s; 2]) -> L::f32s {
+    lanes.add_f32s(lanes.abs_f32s(corner[0]), lanes.abs_f32s(corner[1]))
 }
 
 impl Lanes for Scalar {

@@ -125,8 +125,8 @@ impl WideTree {
         }
     }
 
-    /// Shows every triangle but `skip` that a ray may meet before a distance, those in nearer boxes first, with the numbers of its
-    /// corners: `reach` at first, then what `meet` returns.
+    /// Shows every triangle but `skip` that a ray may meet before a distance, mostly those in nearer boxes first, with the numbers of
+    /// its corners: `reach` at first, then what `meet` returns.
     #[inline(always)]
     pub fn follow<L: Lanes>(
         &self,
@@ -160,39 +160,18 @@ impl WideTree {
                 let node = &self.nodes[child.0 as usize];
                 let (entries, mut met) = lanes.enter(&node.bounds, &ray, reach);
                 if met != 0 {
-                    // the nearest is next, the others wait, the farthest first
+                    // the nearest is next, the others wait; which it is decides no branch, which would be guessed wrong half of the time
                     let first = met.trailing_zeros() as usize;
                     met &= met - 1;
-                    if met == 0 {
-                        child = node.children[first];
-                        continue;
-                    }
-                    if met & (met - 1) == 0 {
-                        // of two without a branch, which would be guessed wrong half of the time
-                        let pair = [first, met.trailing_zeros() as usize];
-                        let second_is_nearer = usize::from(entries[pair[1]] < entries[pair[0]]);
-                        let [near, far] = [pair[second_is_nearer], pair[1 - second_is_nearer]];
-                        waiting[count] = (node.children[far], entries[far]);
-                        count += 1;
-                        child = node.children[near];
-                        continue;
-                    }
                     let mut next = (node.children[first], entries[first]);
-                    let before = count;
                     while met != 0 {
                         let lane = met.trailing_zeros() as usize;
                         met &= met - 1;
-                        let mut other = (node.children[lane], entries[lane]);
-                        if other.1 < next.1 {
-                            std::mem::swap(&mut other, &mut next);
-                        }
-                        let mut place = count;
+                        let other = (node.children[lane], entries[lane]);
+                        let nearer = other.1 < next.1;
+                        waiting[count] = if nearer { next } else { other };
+                        next = if nearer { other } else { next };
                         count += 1;
-                        while place > before && waiting[place - 1].1 < other.1 {
-                            waiting[place] = waiting[place - 1];
-                            place -= 1;
-                        }
-                        waiting[place] = other;
                     }
                     child = next.0;
                     continue;
@@ -284,8 +263,7 @@ mod tests {
             };
             let positions: Vec<Vec3A> = (0..3 * count).map(corner).collect();
             let triangles: Vec<[u32; 3]> = (0..count).map(|number| [0, 1, 2].map(|which| 3 * number + which)).collect();
-            // as deep as boxes around what is left are
-            let boxes: Vec<Aabb> = positions.chunks(3).map(|corners| Aabb::from_points(corners)).collect();
+            let boxes: Vec<Aabb> = positions.chunks(3).map(Aabb::from_points).collect();
             let tree = WideTree::new(&boxes, &triangles, &positions);
             assert_eq!(tree.most_waiting > WAITING, is_deep, "{}", tree.most_waiting);
             let (from, along) = (DVec3::new(1e-9, 2e-9, -0.4), DVec3::Z);

@@ -42,7 +42,7 @@ pub fn section(settings: &Settings, progress: Progress, measured: &mut Measured)
         }
         tables.push(table(scene, &cells));
     }
-    let figures = lines.into_iter().map(|(scene, ours)| figure(scene, ours)).collect::<Result<_, _>>()?;
+    let figures = lines.into_iter().map(|(scene, ours)| figure(settings, scene, ours)).collect::<Result<_, _>>()?;
     Ok(Section {
         title: "Time to an accuracy".to_owned(),
         text: "Processor seconds of one thread until the 9 x 9 points on the floor have the standard error asked for, \
@@ -120,14 +120,14 @@ fn line(name: &str, cells: &[Cell]) -> Series {
     Series { name: name.to_owned(), marks: points.clone(), line: points, ..Series::default() }
 }
 
-fn figure(scene: &str, mut series: Vec<Series>) -> Result<Figure, ReportError> {
-    series.extend(peers::series(scene));
+fn figure(settings: &Settings, scene: &str, mut series: Vec<Series>) -> Result<Figure, ReportError> {
+    series.extend(peers::series(scene, settings.beside()));
     let file = match scene {
         "S1" => "s1.svg",
         "S2" => "s2.svg",
         _ => "s3.svg",
     };
-    let heading = Heading::of(format!("{scene}: actual error and processor time; dashed: measured earlier"));
+    let heading = Heading::of(format!("{scene}: actual error and processor time; dashed: other programs"));
     let drawing = logarithmic(&heading, &series, "processor seconds of one core", "actual error in percent");
     let caption =
         format!("{scene}: actual relative error of the floor's points against processor seconds of one core.");

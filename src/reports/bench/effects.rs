@@ -245,7 +245,7 @@ mod tests {
     use crate::integrator::{GridPass, Pass};
 
     fn settings() -> Settings {
-        Settings { quick: true, reference: Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/reference") }
+        Settings { quick: true, reference: Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/reference"), beside: None }
     }
 
     /// A scene that calls for an effect, and one that does not: a change of the plan would make a row worth nothing.

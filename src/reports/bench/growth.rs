@@ -255,6 +255,7 @@ mod tests {
         let settings = Settings {
             quick: true,
             reference: std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/reference"),
+            beside: None,
         };
         for Study { curves, values, quick, title, .. } in studies() {
             assert!(quick <= values.len() && values.windows(2).all(|pair| pair[0] < pair[1]), "{title}");

@@ -61,7 +61,7 @@ pub fn section(
             settings.either(REFERENCE_PASSES[0], REFERENCE_PASSES[1]) * REFERENCE_PATHS
         ),
         tables: vec![asked, table(&by_passes)],
-        figures: vec![figure(&by_passes)?],
+        figures: vec![figure(settings, &by_passes)?],
         ..Section::default()
     })
 }
@@ -140,11 +140,11 @@ fn table(all: &[Passes]) -> Table {
     }
 }
 
-fn figure(all: &[Passes]) -> Result<Figure, ReportError> {
+fn figure(settings: &Settings, all: &[Passes]) -> Result<Figure, ReportError> {
     let points: Vec<_> = all.iter().map(|passes| (passes.seconds, 100.0 * passes.pixels)).collect();
     let ours = Series { name: "skyduct".to_owned(), marks: points.clone(), line: points, ..Series::default() };
-    let series: Vec<_> = [ours].into_iter().chain(peers::series("S4")).collect();
-    let heading = Heading::of("S4, the Cornell box: error of pixels and processor time; dashed: measured earlier");
+    let series: Vec<_> = [ours].into_iter().chain(peers::series("S4", settings.beside())).collect();
+    let heading = Heading::of("S4, the Cornell box: error of pixels and processor time; dashed: other programs");
     let drawing = logarithmic(&heading, &series, "processor seconds of one core", "actual error in percent");
     let caption = "S4: actual relative error of the pixels against processor seconds of one core.".to_owned();
     Ok(Figure { file: "s4.svg", caption, bytes: svg(&drawing)?.into_bytes() })

@@ -18,7 +18,7 @@ mod growth;
 mod image;
 mod measure;
 mod meshes;
-mod peers;
+pub mod peers;
 pub mod performance;
 mod rays;
 mod reference;

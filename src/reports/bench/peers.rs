@@ -1,91 +1,245 @@
-//! What other programs took on the same scenes: measured once, and kept with machine and date.
+//! What other programs take on the same scenes: run beside where they are installed, else as measured once, with machine and date.
+
+use std::collections::BTreeMap;
+
+use serde::Deserialize;
 
 use crate::figure::curves::Series;
+use crate::figure::ticks::significant;
 use crate::reports::page::Table;
 
-/// Where and when the numbers were measured.
+/// Where and when the recorded numbers were measured.
 pub const MEASURED: &str = "21 November 2026, two shared cores with AVX-512, processor seconds of one core, single runs (about 30 % \
                             apart), errors against the same references";
 
+/// Programs of a scene in a figure: one may be drawn by several methods.
+const MOST_SERIES: usize = 5;
+
 /// What a program took on a scene.
+#[derive(Clone, Debug, PartialEq)]
 pub struct Peer {
-    pub scene: &'static str,
-    pub name: &'static str,
-    /// Relative root mean square error in percent, and the processor seconds to it.
-    pub points: &'static [(f64, f64)],
+    pub scene: String,
+    pub name: String,
+    /// Relative root mean square error in percent, and the processor seconds to it: more seconds, less error.
+    pub points: Vec<(f64, f64)>,
+}
+
+/// One run of a program, as the scripts write it that run others.
+#[derive(Clone, Debug, Deserialize)]
+pub struct Record {
+    /// The program and its version.
+    pub peer: String,
+    pub scene: String,
+    pub method: String,
+    /// Processor seconds.
+    pub cpu: f64,
+    /// Relative root mean square error against the references.
+    pub rel_rms: f64,
+    /// Passes after the first, which some programs compile in: none is no run.
+    #[serde(default = "one")]
+    pub passes: u64,
+}
+
+fn one() -> u64 {
+    1
+}
+
+/// Closest hits of Embree along specular chains in the mesh of S3, in millions of rays for each processor second.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct EmbreeRate {
+    /// `rtcIntersect1`.
+    pub one_by_one: f64,
+    /// `rtcIntersect1M`, in streams of 64.
+    pub in_streams: f64,
+}
+
+/// What other programs did beside this benchmark, on the same machine in the same hour.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Beside {
+    pub peers: Vec<Peer>,
+    /// With its robust flag.
+    pub embree: Option<EmbreeRate>,
+    /// What did not run, and why.
+    pub absent: Vec<String>,
+}
+
+impl Beside {
+    /// Puts runs together by scene, program and method; of each, those that are better than any shorter one are kept.
+    pub fn new(records: Vec<Record>, embree: Option<EmbreeRate>, absent: Vec<String>) -> Self {
+        let mut runs = BTreeMap::<_, Vec<(f64, f64)>>::new();
+        for Record { peer, scene, method, cpu, rel_rms, passes } in records {
+            if passes > 0 && cpu > 0.0 && rel_rms.is_finite() {
+                runs.entry((scene, format!("{peer}, {method}"))).or_default().push((100.0 * rel_rms, cpu));
+            }
+        }
+        let peers = runs.into_iter().map(|((scene, name), mut points)| {
+            points.sort_by(|(_, a), (_, b)| a.total_cmp(b));
+            let mut least = f64::INFINITY;
+            points.retain(|(percent, _)| {
+                let better = *percent < least;
+                least = least.min(*percent);
+                better
+            });
+            Peer { scene, name, points }
+        });
+        Self { peers: peers.collect(), embree, absent }
+    }
 }
 
 /// Runs that were made; none is extrapolated. Radiance "in two stages": the rays above the diffuser are given by hand, and the
 /// diffuser is a lamp then, which takes an expert. "From the opening": with an emitter of its own, as the program has none.
-pub const PEERS: &[Peer] = &[
-    Peer { scene: "S1", name: "Radiance 6.0 in two stages", points: &[(1.0, 0.32), (0.44, 0.88), (0.18, 5.4)] },
-    Peer {
-        scene: "S1",
-        name: "Mitsuba 3.9, light tracing from the opening",
-        points: &[(10.0, 0.09), (5.0, 0.36), (2.0, 2.2), (1.0, 8.9), (0.65, 28.6)],
-    },
-    Peer { scene: "S1", name: "Mitsuba 3.9, path tracing", points: &[(10.0, 8.8), (5.0, 35.0), (4.3, 60.0)] },
-    Peer { scene: "S1", name: "LuxCore 2.11, path tracing", points: &[(16.0, 16.0)] },
-    Peer { scene: "S1", name: "pbrt-v3, path tracing", points: &[(21.0, 9.2)] },
-    Peer {
-        scene: "S2",
-        name: "Mitsuba 3.9, light tracing from the opening",
-        points: &[(10.0, 0.05), (5.0, 0.21), (2.0, 1.3), (1.0, 5.2), (0.47, 29.0)],
-    },
-    Peer { scene: "S2", name: "LuxCore 2.11, bidirectional", points: &[(17.0, 16.0)] },
-    Peer { scene: "S3", name: "Radiance 6.0 in two stages", points: &[(1.2, 1.6), (0.41, 2.7), (0.33, 30.0)] },
-    Peer {
-        scene: "S3",
-        name: "Mitsuba 3.9, light tracing from the opening",
-        points: &[(10.0, 0.24), (5.0, 0.95), (2.0, 5.9), (1.1, 25.0)],
-    },
-    Peer { scene: "S3", name: "Mitsuba 3.9, path tracing", points: &[(10.0, 17.0), (5.5, 59.0)] },
-    Peer { scene: "S4", name: "Mitsuba 3.9, light tracing", points: &[(10.0, 11.0), (8.3, 16.6)] },
-    Peer { scene: "S4", name: "pbrt-v3, SPPM", points: &[(10.0, 11.0), (7.2, 21.9)] },
-    Peer { scene: "S4", name: "Mitsuba 3.9, path tracing", points: &[(8.9, 12.5)] },
-    Peer { scene: "S4", name: "pbrt-v3, path tracing", points: &[(18.0, 14.0)] },
+const RECORDED: [Recorded; 14] = [
+    recorded_of("S1", "Radiance 6.0 in two stages", &[(1.0, 0.32), (0.44, 0.88), (0.18, 5.4)]),
+    recorded_of(
+        "S1",
+        "Mitsuba 3.9, light tracing from the opening",
+        &[(10.0, 0.09), (5.0, 0.36), (2.0, 2.2), (1.0, 8.9), (0.65, 28.6)],
+    ),
+    recorded_of("S1", "Mitsuba 3.9, path tracing", &[(10.0, 8.8), (5.0, 35.0), (4.3, 60.0)]),
+    recorded_of("S1", "LuxCore 2.11, path tracing", &[(16.0, 16.0)]),
+    recorded_of("S1", "pbrt-v3, path tracing", &[(21.0, 9.2)]),
+    recorded_of(
+        "S2",
+        "Mitsuba 3.9, light tracing from the opening",
+        &[(10.0, 0.05), (5.0, 0.21), (2.0, 1.3), (1.0, 5.2), (0.47, 29.0)],
+    ),
+    recorded_of("S2", "LuxCore 2.11, bidirectional", &[(17.0, 16.0)]),
+    recorded_of("S3", "Radiance 6.0 in two stages", &[(1.2, 1.6), (0.41, 2.7), (0.33, 30.0)]),
+    recorded_of(
+        "S3",
+        "Mitsuba 3.9, light tracing from the opening",
+        &[(10.0, 0.24), (5.0, 0.95), (2.0, 5.9), (1.1, 25.0)],
+    ),
+    recorded_of("S3", "Mitsuba 3.9, path tracing", &[(10.0, 17.0), (5.5, 59.0)]),
+    recorded_of("S4", "Mitsuba 3.9, light tracing", &[(10.0, 11.0), (8.3, 16.6)]),
+    recorded_of("S4", "pbrt-v3, SPPM", &[(10.0, 11.0), (7.2, 21.9)]),
+    recorded_of("S4", "Mitsuba 3.9, path tracing", &[(8.9, 12.5)]),
+    recorded_of("S4", "pbrt-v3, path tracing", &[(18.0, 14.0)]),
 ];
 
-/// The peers of a scene as dashed series of processor seconds and percent; single runs are marks alone.
-pub fn series(scene: &str) -> Vec<Series> {
-    let of_scene = PEERS.iter().filter(|peer| peer.scene == scene);
-    let series = of_scene.map(|peer| {
-        let marks: Vec<_> = peer.points.iter().map(|(percent, seconds)| (*seconds, *percent)).collect();
+/// A peer, as a constant can hold it.
+struct Recorded {
+    scene: &'static str,
+    name: &'static str,
+    points: &'static [(f64, f64)],
+}
+
+const fn recorded_of(scene: &'static str, name: &'static str, points: &'static [(f64, f64)]) -> Recorded {
+    Recorded { scene, name, points }
+}
+
+fn recorded() -> Vec<Peer> {
+    let peer = |Recorded { scene, name, points }: Recorded| Peer {
+        scene: scene.to_owned(),
+        name: name.to_owned(),
+        points: points.to_vec(),
+    };
+    RECORDED.map(peer).into()
+}
+
+/// Other programs on a scene as dashed series of processor seconds and percent: those that ran beside, where any did; single runs are
+/// marks alone.
+pub fn series(scene: &str, beside: Option<&Beside>) -> Vec<Series> {
+    let of_scene = |peers: Vec<Peer>| peers.into_iter().filter(|peer| peer.scene == scene).collect::<Vec<_>>();
+    let mut peers = beside.map_or_else(Vec::new, |beside| of_scene(beside.peers.clone()));
+    if peers.is_empty() {
+        peers = of_scene(recorded());
+    }
+    // seconds to an error go with its inverse square
+    let price = |peer: &Peer| peer.points.iter().map(|(error, seconds)| seconds * error * error).reduce(f64::min);
+    peers.sort_by(|a, b| price(a).partial_cmp(&price(b)).unwrap_or(std::cmp::Ordering::Equal));
+    peers.truncate(MOST_SERIES);
+    let series = peers.into_iter().map(|Peer { name, points, .. }| {
+        let marks: Vec<_> = points.iter().map(|(percent, seconds)| (*seconds, *percent)).collect();
         let line = if marks.len() > 1 { marks.clone() } else { Vec::new() };
-        Series { name: peer.name.to_owned(), line, marks, dashed: true, ..Series::default() }
+        Series { name, line, marks, dashed: true, ..Series::default() }
     });
     series.collect()
 }
 
-/// All runs of others.
-pub fn table() -> Table {
-    let row = |peer: &Peer| {
-        let points = peer.points.iter().map(|(percent, seconds)| format!("{percent} % in {seconds} s"));
-        vec![peer.scene.to_owned(), peer.name.to_owned(), points.collect::<Vec<_>>().join(", ")]
-    };
-    Table {
-        caption: format!("Other programs: {MEASURED}"),
-        head: ["scene", "program", "actual error, and the time to it"].map(str::to_owned).into(),
-        rows: PEERS.iter().map(row).collect(),
+/// What is said of other programs: what did not run beside, if any was to.
+pub fn remark(beside: Option<&Beside>) -> String {
+    match beside {
+        None => "Other programs were not run beside it.".to_owned(),
+        Some(beside) if beside.absent.is_empty() => "Other programs ran before it, on the same machine.".to_owned(),
+        Some(beside) => {
+            format!("Other programs ran before it, on the same machine, but for {}.", beside.absent.join("; "))
+        }
     }
 }
 
-/// Closest hits of Embree 3.13 (`rtcIntersect1`, robust flag) along specular chains in the mesh of S3, in millions of rays for each
-/// processor second: on a quiet machine, and on a busy one.
-pub const EMBREE_MEGARAYS: [f64; 2] = [3.1, 2.5];
+/// All runs of others.
+pub fn tables(beside: Option<&Beside>) -> Vec<Table> {
+    let beside = beside.filter(|beside| !beside.peers.is_empty());
+    let beside =
+        beside.map(|beside| table("Other programs, run before this benchmark: processor seconds", &beside.peers));
+    beside.into_iter().chain([table(&format!("Other programs: {MEASURED}"), &recorded())]).collect()
+}
+
+fn table(caption: &str, peers: &[Peer]) -> Table {
+    let row = |Peer { scene, name, points }: &Peer| {
+        let points =
+            points.iter().map(|(percent, seconds)| format!("{} % in {} s", digits(*percent), digits(*seconds)));
+        vec![scene.clone(), name.clone(), points.collect::<Vec<_>>().join(", ")]
+    };
+    Table {
+        caption: caption.to_owned(),
+        head: ["scene", "program", "actual error, and the time to it"].map(str::to_owned).into(),
+        rows: peers.iter().map(row).collect(),
+    }
+}
+
+fn digits(value: f64) -> String {
+    significant(value, 3)
+}
+
+/// What Embree 3.13 (`rtcIntersect1`, robust flag) was measured to do before, in millions of rays for each processor second: on a
+/// machine with AVX-512, and on shared ones.
+pub const EMBREE_MEGARAYS: [f64; 2] = [3.7, 2.5];
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
+    fn record(method: &str, cpu: f64, rel_rms: f64) -> Record {
+        Record {
+            peer: "tracer 1.0".to_owned(),
+            scene: "S1".to_owned(),
+            method: method.to_owned(),
+            cpu,
+            rel_rms,
+            passes: 1,
+        }
+    }
+
     /// More time, less error; and no figure has more series than there are colours beside ours.
     #[test]
     fn errors_fall_with_time() {
-        for Peer { points, name, .. } in PEERS {
+        for Peer { points, name, .. } in recorded() {
             assert!(points.windows(2).all(|pair| pair[0].0 > pair[1].0 && pair[0].1 < pair[1].1), "{name}");
         }
         for scene in ["S1", "S2", "S3", "S4"] {
-            assert!((1..=5).contains(&series(scene).len()), "{scene}");
+            assert!((1..=MOST_SERIES).contains(&series(scene, None).len()), "{scene}");
         }
+    }
+
+    #[test]
+    fn what_ran_beside_takes_the_place_of_what_is_recorded() {
+        let records = vec![
+            record("slow", 4.0, 0.1),
+            record("fast", 2.0, 0.02),
+            record("fast", 1.0, 0.03),
+            record("fast", 4.0, 0.025),
+            record("fast", 8.0, f64::NAN),
+        ];
+        let beside = Beside::new(records, None, vec!["Radiance: not installed".to_owned()]);
+        assert_eq!(beside.peers.len(), 2);
+        assert_eq!(beside.peers[0].points, [(3.0, 1.0), (2.0, 2.0)]);
+        let beside = Some(&beside);
+        let names: Vec<String> = series("S1", beside).into_iter().map(|series| series.name).collect();
+        assert_eq!(names, ["tracer 1.0, fast", "tracer 1.0, slow"]);
+        assert_eq!(series("S2", beside).len(), 2);
+        assert_eq!(tables(beside)[0].rows[0][2], "3.00 % in 1.00 s, 2.00 % in 2.00 s");
+        assert!(remark(beside).contains("but for Radiance: not installed"));
     }
 }

@@ -24,14 +24,16 @@ pub fn run(
     let mut sections = on_one_thread(|| in_this_process(settings, &reference, progress, &mut measured))?;
     sections.push(whole::section(processes, &mut measured));
     sections.push(service::section(latencies, &mut measured));
+    let embree = settings.beside().and_then(|beside| beside.embree).map(|embree| embree.one_by_one);
     sections.insert(
         0,
         Section {
             title: "In short".to_owned(),
-            text: "Times are processor seconds of one thread for the passes of a job, but where the row says otherwise. Other programs \
-                   were not run beside it."
-                .to_owned(),
-            tables: vec![goals::table(&measured), peers::table()],
+            text: format!(
+                "Times are processor seconds of one thread for the passes of a job, but where the row says otherwise. {}",
+                peers::remark(settings.beside())
+            ),
+            tables: [goals::table(&measured, embree)].into_iter().chain(peers::tables(settings.beside())).collect(),
             ..Section::default()
         },
     );

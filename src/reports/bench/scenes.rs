@@ -118,7 +118,7 @@ mod tests {
     use super::*;
 
     fn settings() -> Settings {
-        Settings { quick: true, reference: Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/reference") }
+        Settings { quick: true, reference: Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/reference"), beside: None }
     }
 
     #[test]

@@ -1,8 +1,10 @@
 //! What each part of a benchmark is given: how much it measures, and who hears how far it is.
 
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use super::measure::Repeats;
+use super::peers::Beside;
 
 /// Amount of measurement.
 #[derive(Clone, Debug)]
@@ -11,12 +13,19 @@ pub struct Settings {
     pub quick: bool,
     /// Folder of the scenes and of their references, `tests/reference`.
     pub reference: PathBuf,
+    /// What other programs did beside, if they were to.
+    pub beside: Option<Arc<Beside>>,
 }
 
 impl Settings {
     /// `full` of the whole benchmark, `quick` of a trial.
     pub fn either<T>(&self, full: T, quick: T) -> T {
         if self.quick { quick } else { full }
+    }
+
+    /// What other programs did beside, if they were to.
+    pub fn beside(&self) -> Option<&Beside> {
+        self.beside.as_deref()
     }
 
     /// How often a number is measured.

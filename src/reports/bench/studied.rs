@@ -180,7 +180,7 @@ fn section(settings: &Settings, subject: &Subject, progress: Progress) -> Result
             subject.what
         ),
         tables: vec![table(&study)],
-        figures: vec![figure(subject, &study)?],
+        figures: vec![figure(settings, subject, &study)?],
         conclusion: study.verdict(),
         ..Section::default()
     })
@@ -215,17 +215,18 @@ fn table(study: &Study) -> Table {
     }
 }
 
-fn figure(subject: &Subject, study: &Study) -> Result<Figure, ReportError> {
+fn figure(settings: &Settings, subject: &Subject, study: &Study) -> Result<Figure, ReportError> {
     let mut series = study.series();
     // cost times squared error: what one figure of merit tells
     let price =
         |line: &[(f64, f64)]| line.iter().map(|(seconds, error)| seconds * error * error).fold(f64::INFINITY, f64::min);
     series.sort_by(|a, b| price(&a.line).total_cmp(&price(&b.line)));
     series.truncate(MOST_SERIES);
-    series.extend(peers::series(subject.name));
+    series.extend(peers::series(subject.name, settings.beside()));
     let heading = Heading::of(format!("{}: actual error and processor time", subject.name));
     let drawing = logarithmic(&heading, &series, "processor seconds of one core", "actual error in percent");
-    let others = if peers::series(subject.name).is_empty() { "" } else { "; dashed: other programs" };
+    let others =
+        if peers::series(subject.name, settings.beside()).is_empty() { "" } else { "; dashed: other programs" };
     let caption = format!(
         "{}: actual error, root mean square over the points, against processor seconds, of the cheapest methods{others}",
         subject.name
@@ -240,7 +241,7 @@ mod tests {
     #[test]
     fn scenes_can_be_studied() {
         let reference = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/reference");
-        let settings = Settings { quick: true, reference };
+        let settings = Settings { quick: true, reference, beside: None };
         for subject in subjects(&settings).unwrap() {
             assert!(subject.case.prepare().is_ok(), "{}", subject.name);
             let request = StudyRequest {

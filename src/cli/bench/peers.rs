@@ -1,0 +1,190 @@
+//! Other programs on the same scenes, run by a folder of scripts: Radiance, Mitsuba, LuxCore and Embree, those that are installed.
+//!
+//! The folder has a Python script for each program, which takes a scene and a number of processor seconds, and writes its runs to
+//! `results/*.json`; `gen_scenes.py`, which writes the scenes; and `embree_rays.cpp`. The scripts run in a copy of it.
+
+use std::io::Read as _;
+use std::os::unix::process::CommandExt as _;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, ExitStatus, Stdio};
+use std::time::{Duration, Instant};
+
+use anyhow::{Context, bail};
+
+use crate::cli::temporary_folder::TemporaryFolder;
+use crate::reports::bench::peers::{Beside, EmbreeRate, Record};
+use crate::reports::bench::{Progress, Settings};
+
+#[derive(Debug, clap::Args)]
+pub struct PeersArgs {
+    /// Folder of scripts that run other programs on the same scenes; those that are installed are run before
+    #[arg(long, value_name = "FOLDER")]
+    peers: Option<PathBuf>,
+    /// Python that has their packages
+    #[arg(long, value_name = "PROGRAM", default_value = "python3", requires = "peers")]
+    python: PathBuf,
+    /// Processor seconds of each of their runs
+    #[arg(long, value_name = "S", default_value_t = 10.0, requires = "peers")]
+    peer_seconds: f64,
+}
+
+/// A script that runs a program.
+struct Script {
+    program: &'static str,
+    /// The Python package that it needs.
+    package: &'static str,
+    /// Its name and what it is given; `{seconds}` stands for processor seconds.
+    words: &'static [&'static str],
+}
+
+const SCRIPTS: [Script; 11] = [
+    radiance(&["run_radiance.py", "S1", "2"]),
+    radiance(&["run_radiance.py", "S3", "2"]),
+    mitsuba(&["run_mitsuba.py", "S1", "llvm_ad_rgb", "ptracer", "{seconds}", "1"]),
+    mitsuba(&["run_mitsuba.py", "S1", "llvm_ad_rgb", "path", "{seconds}", "1"]),
+    mitsuba(&["run_mitsuba.py", "S2", "llvm_ad_rgb", "ptracer", "{seconds}", "1"]),
+    mitsuba(&["run_mitsuba.py", "S3", "llvm_ad_rgb", "ptracer", "{seconds}", "1"]),
+    // the reference of the image first
+    mitsuba(&["run_s4.py", "llvm_ad_rgb", "ref", "30"]),
+    mitsuba(&["run_s4.py", "llvm_ad_rgb", "path", "{seconds}"]),
+    mitsuba(&["run_s4.py", "llvm_ad_rgb", "ptracer", "{seconds}"]),
+    luxcore(&["run_luxcore.py", "S1", "PATHCPU", "{seconds}", "1"]),
+    luxcore(&["run_luxcore.py", "S2", "BIDIRCPU", "{seconds}", "1"]),
+];
+
+/// Time on the wall after which a script is ended; what it has written by then counts.
+const LONGEST: Duration = Duration::from_secs(240);
+
+const fn radiance(words: &'static [&'static str]) -> Script {
+    Script { program: "Radiance", package: "pyradiance", words }
+}
+
+const fn mitsuba(words: &'static [&'static str]) -> Script {
+    Script { program: "Mitsuba", package: "mitsuba", words }
+}
+
+const fn luxcore(words: &'static [&'static str]) -> Script {
+    Script { program: "LuxCore", package: "pyluxcore", words }
+}
+
+/// Runs what is installed; nothing without a folder.
+pub fn measure(args: &PeersArgs, settings: &Settings, progress: Progress) -> anyhow::Result<Option<Beside>> {
+    let Some(folder) = &args.peers else { return Ok(None) };
+    let copy = TemporaryFolder::new("peers")?;
+    let peers = copy.path().join("peers");
+    copy_files(folder, &peers).with_context(|| format!("{} cannot be copied", folder.display()))?;
+    // where the scripts look for the references
+    let references = settings.reference.join("scenes");
+    copy_files(&references, &copy.path().join("reference/scenes"))
+        .with_context(|| format!("{} cannot be copied", references.display()))?;
+    let all = SCRIPTS.len() + 2;
+    progress.step(0, all, "other programs: their scenes");
+    python(args, &peers, &["gen_scenes.py".to_owned()]).context("the scenes of other programs cannot be written")?;
+    let mut absent = Vec::new();
+    for (number, Script { program, package, words }) in SCRIPTS.iter().enumerate() {
+        progress.step(number + 1, all, &format!("other programs: {program}, {}", words[1]));
+        let words: Vec<_> =
+            words.iter().map(|word| word.replace("{seconds}", &args.peer_seconds.to_string())).collect();
+        let installed = python(args, &peers, &["-c".to_owned(), format!("import {package}")]).is_ok();
+        let failed = if installed { python(args, &peers, &words).err() } else { None };
+        let why = match failed {
+            Some(error) => format!("`{}` ({error:#})", words.join(" ")),
+            None if installed => continue,
+            None => format!("{program} (not installed)"),
+        };
+        if !absent.contains(&why) {
+            absent.push(why);
+        }
+    }
+    progress.step(SCRIPTS.len() + 1, all, "other programs: Embree");
+    let embree = embree(&peers).map_err(|error| absent.push(format!("Embree ({error:#})"))).ok();
+    Ok(Some(Beside::new(records(&peers.join("results"))?, embree, absent)))
+}
+
+fn copy_files(from: &Path, to: &Path) -> std::io::Result<()> {
+    std::fs::create_dir_all(to)?;
+    for entry in std::fs::read_dir(from)? {
+        let entry = entry?;
+        if entry.file_type()?.is_file() {
+            let bytes = std::fs::read(entry.path())?;
+            std::fs::write(to.join(entry.file_name()), bytes)?;
+        }
+    }
+    Ok(())
+}
+
+fn python(args: &PeersArgs, folder: &Path, words: &[String]) -> anyhow::Result<()> {
+    output(Command::new(&args.python).args(words).current_dir(folder)).map(drop)
+}
+
+/// What a program prints; of one that takes too long or fails, the last line of its complaints.
+fn output(command: &mut Command) -> anyhow::Result<String> {
+    // a group of its own, which ends with it
+    command.process_group(0).stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
+    let mut child = command.spawn().context("it cannot be started")?;
+    let reading = [child.stdout.take().map(boxed), child.stderr.take().map(boxed)].map(|pipe| {
+        std::thread::spawn(move || {
+            let mut bytes = Vec::new();
+            // what cannot be read is not there
+            pipe.map(|mut pipe| pipe.read_to_end(&mut bytes));
+            String::from_utf8_lossy(&bytes).into_owned()
+        })
+    });
+    let status = wait(&mut child)?;
+    let [printed, complaints] = reading.map(|thread| thread.join().unwrap_or_default());
+    match status {
+        // what it has written counts
+        None => Ok(printed),
+        Some(status) if status.success() => Ok(printed),
+        Some(status) => match complaints.lines().rfind(|line| !line.trim().is_empty()) {
+            Some(line) => bail!("{status}: {}", line.trim()),
+            None => bail!("{status}"),
+        },
+    }
+}
+
+fn boxed(pipe: impl std::io::Read + Send + 'static) -> Box<dyn std::io::Read + Send> {
+    Box::new(pipe)
+}
+
+/// How a program ended; `None` where it was ended.
+fn wait(child: &mut Child) -> anyhow::Result<Option<ExitStatus>> {
+    let start = Instant::now();
+    while start.elapsed() < LONGEST {
+        if let Some(status) = child.try_wait().context("it cannot be waited for")? {
+            return Ok(Some(status));
+        }
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    if let Some(group) = rustix::process::Pid::from_raw(child.id() as i32) {
+        rustix::process::kill_process_group(group, rustix::process::Signal::KILL).context("it cannot be ended")?;
+    }
+    child.wait().context("it cannot be waited for")?;
+    Ok(None)
+}
+
+/// Builds the program that follows rays by Embree and runs it.
+fn embree(folder: &Path) -> anyhow::Result<EmbreeRate> {
+    let words = ["-O3", "-march=native", "embree_rays.cpp", "-lembree3", "-lpthread", "-o", "embree_rays"];
+    output(Command::new("g++").args(words).current_dir(folder)).context("it cannot be built")?;
+    let printed = output(Command::new("./embree_rays").args(["scenes", "2", "1", "robust"]).current_dir(folder))?;
+    let rate = |of: &str| {
+        let line = printed.lines().find(|line| line.contains(of) && line.contains("specular chains"));
+        let words: Vec<&str> = line?.split_whitespace().collect();
+        let unit = words.iter().position(|word| *word == "Mrays/CPU-s")?;
+        words[unit.checked_sub(1)?].parse::<f64>().ok()
+    };
+    let rates = rate("rtcIntersect1 ").zip(rate("rtcIntersect1M "));
+    let (one_by_one, in_streams) = rates.context("it prints no rates of specular chains")?;
+    Ok(EmbreeRate { one_by_one, in_streams })
+}
+
+/// All runs that scripts have written, but what of them is no list of runs.
+fn records(folder: &Path) -> anyhow::Result<Vec<Record>> {
+    let entries = std::fs::read_dir(folder).with_context(|| format!("{} cannot be read", folder.display()))?;
+    let mut files: Vec<PathBuf> = entries.filter_map(|entry| Some(entry.ok()?.path())).collect();
+    files.sort();
+    let json = files.into_iter().filter(|file| file.extension().is_some_and(|extension| extension == "json"));
+    let lists = json.filter_map(|file| serde_json::from_slice::<Vec<Record>>(&std::fs::read(file).ok()?).ok());
+    Ok(lists.flatten().collect())
+}
