@@ -8,10 +8,10 @@ use std::sync::atomic::AtomicBool;
 
 use glam::DVec3;
 
-use super::gathering::Gathering;
+use super::by_patches::gathering::Gathering;
+use super::by_patches::indirect::{self, Indirect};
+use super::by_patches::known::{self, Known, Leaving};
 use super::importance::Importance;
-use super::indirect::{self, Indirect};
-use super::known::{self, Known, Leaving};
 use super::lines::Scratch;
 use super::outermost::Before;
 use super::panels::{Panel, panels};

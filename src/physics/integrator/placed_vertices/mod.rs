@@ -7,7 +7,7 @@
 //! beside surfaces find what comes from very near by themselves (`targets`). One pass is one replicate.
 //!
 //! Where boxes stand in the room and openings alone give light, sensors see few of these points. There each finds what surfaces
-//! reflect by rays of its own (`gathering`), as far as patches of the surfaces know it (`known`, `indirect`, `radiosity`). What these may
+//! reflect by rays of its own (`by_patches`), as far as patches of the surfaces know it. What these may
 //! have wrong is told as bias, or where that is too much for the accuracy asked for, the points send it (`gathered`).
 //!
 //! **Which paths** (docs/physics/measurement_equation.md#placed-vertices).
@@ -34,17 +34,13 @@
 //! (docs/physics/measurement_equation.md#placed-vertices, which also has the equation by which patches are put right); the cut at
 //! diffusers is that of two stages.
 
+mod by_patches;
 mod gathered;
-mod gathering;
 mod importance;
-mod indirect;
-mod known;
 mod lines;
 mod outermost;
 mod panels;
-mod patches;
 mod penumbra;
-mod radiosity;
 mod rough_light;
 mod runs;
 mod sent;

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::panels::Panel;
+use crate::integrator::placed_vertices::panels::Panel;
 use crate::optics::Spectrum;
 
 /// Patches along either edge of a face of the room.

@@ -283,8 +283,8 @@ impl End {
 mod tests {
     use glam::DVec2;
 
-    use super::super::panels::{panels, surfaces};
     use super::*;
+    use crate::integrator::placed_vertices::panels::{panels, surfaces};
     use crate::optics::{Collector, Diffuser, Surface};
     use crate::scene::{Channels, Room, Scene, Segment, StraightOrBent, Tube, TubeShape};
     use crate::statistics::Moments;

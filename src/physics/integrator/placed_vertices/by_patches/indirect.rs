@@ -7,9 +7,9 @@
 use std::any::Any;
 use std::sync::Arc;
 
-use super::panels::{Panel, surfaces};
 use super::patches::{Patched, Patches};
 use super::radiosity::{Exchange, Half, Straight};
+use crate::integrator::placed_vertices::panels::{Panel, surfaces};
 use crate::kept::Kept;
 use crate::optics::Spectrum;
 use crate::traceable::{SurfaceId, TOGETHER, TraceableScene, TraceableTube};

@@ -263,8 +263,8 @@ impl Scratch {
 
 #[cfg(test)]
 mod tests {
-    use super::super::panels::panels;
     use super::*;
+    use crate::integrator::placed_vertices::panels::panels;
     use crate::optics::{Collector, Diffuser, Surface};
     use crate::sampling::{Key, Replicate};
     use crate::scene::{BoxObject, Channels, Face, Room, Scene, Segment, StraightOrBent, Tube, TubeShape};
