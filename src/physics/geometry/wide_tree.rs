@@ -86,7 +86,9 @@ impl WideTree {
             triangles: node.prim_count,
         });
         let collapse = Collapse::new(binary.collect());
-        let mut wide = Self { nodes: Vec::new(), leaves: Vec::new(), most_waiting: 1 };
+        // room for leaves that are half full on average: what is not used costs nothing
+        let leaves = Vec::with_capacity(2 * triangles.len() / WIDTH + 1);
+        let mut wide = Self { nodes: Vec::new(), leaves, most_waiting: 1 };
         // a list of what is left to do: a tree may be deeper than the stack of a thread
         let mut left = vec![(0, None::<(usize, usize)>, 1)];
         while let Some((binary, parent, waiting)) = left.pop() {
