@@ -80,7 +80,9 @@ struct JobArgs {
 pub fn run(args: BenchArgs) -> anyhow::Result<()> {
     match args.subject {
         Subject::Performance(PerformanceArgs { page: args, peers }) => page(args, |settings, progress| {
-            let beside = peers::measure(&peers, settings, progress.part(0.0, 0.0))?;
+            let others = if peers.any() { 0.6 } else { 0.0 };
+            let beside = peers::measure(&peers, settings, progress.part(0.0, others))?;
+            let progress = progress.part(others, 1.0);
             let settings = &Settings { beside: beside.map(Arc::new), ..settings.clone() };
             let processes = processes::measure(settings, progress.part(0.0, 0.1))?;
             let latencies = service::measure(settings, progress.part(0.1, 0.15))?;

@@ -24,8 +24,8 @@ pub struct PeersArgs {
     #[arg(long, value_name = "PROGRAM", default_value = "python3", requires = "peers")]
     python: PathBuf,
     /// Processor seconds of each of their runs
-    #[arg(long, value_name = "S", default_value_t = 10.0, requires = "peers")]
-    peer_seconds: f64,
+    #[arg(long, value_name = "S", default_value_t = 10, requires = "peers", value_parser = clap::value_parser!(u64).range(1..))]
+    peer_seconds: u64,
 }
 
 /// A script that runs a program.
@@ -38,6 +38,7 @@ struct Script {
 }
 
 const SCRIPTS: [Script; 11] = [
+    // runs of 2 s make a sweep of one to two minutes
     radiance(&["run_radiance.py", "S1", "2"]),
     radiance(&["run_radiance.py", "S3", "2"]),
     mitsuba(&["run_mitsuba.py", "S1", "llvm_ad_rgb", "ptracer", "{seconds}", "1"]),
@@ -65,6 +66,13 @@ const fn mitsuba(words: &'static [&'static str]) -> Script {
 
 const fn luxcore(words: &'static [&'static str]) -> Script {
     Script { program: "LuxCore", package: "pyluxcore", words }
+}
+
+impl PeersArgs {
+    /// True if other programs are to run.
+    pub fn any(&self) -> bool {
+        self.peers.is_some()
+    }
 }
 
 /// Runs what is installed; nothing without a folder.
@@ -133,8 +141,7 @@ fn output(command: &mut Command) -> anyhow::Result<String> {
     let status = wait(&mut child)?;
     let [printed, complaints] = reading.map(|thread| thread.join().unwrap_or_default());
     match status {
-        // what it has written counts
-        None => Ok(printed),
+        None => bail!("ended after {} s", LONGEST.as_secs()),
         Some(status) if status.success() => Ok(printed),
         Some(status) => match complaints.lines().rfind(|line| !line.trim().is_empty()) {
             Some(line) => bail!("{status}: {}", line.trim()),

@@ -25,7 +25,7 @@ pub struct TriangleBvh {
     centre: DVec3,
     /// f32 coordinates are (p - centre) * scale, so that the scene has a diagonal of one.
     scale: f64,
-    /// Its inverse, in m.
+    /// Its inverse, in m: a ray would wait for the division.
     diagonal: f64,
 }
 

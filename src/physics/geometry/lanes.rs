@@ -87,19 +87,16 @@ pub trait Lanes: Simd {
         let (mut entries, mut met) = ([0.0; WIDTH], 0);
         let reach = self.splat_f32s(reach);
         for (group, entries) in Self::as_mut_simd_f32s(&mut entries).0.iter_mut().enumerate() {
-            // distance at which the ray crosses a row of bounds
-            macro_rules! at {
-                ($rows:ident, $axis:literal) => {
-                    self.mul_add_e_f32s(
-                        Self::as_simd_f32s(&bounds[ray.$rows[$axis]]).0[group],
-                        ray.inverse[$axis],
-                        ray.start[$axis],
-                    )
-                };
-            }
-            *entries = self
-                .max_f32s(self.max_f32s(at!(near, 0), at!(near, 1)), self.max_f32s(at!(near, 2), self.splat_f32s(0.0)));
-            let exits = self.min_f32s(self.min_f32s(at!(far, 0), at!(far, 1)), self.min_f32s(at!(far, 2), reach));
+            let [x, y, z] = ray.near;
+            *entries = self.max_f32s(
+                self.max_f32s(crossing(self, &bounds[x], ray, 0, group), crossing(self, &bounds[y], ray, 1, group)),
+                self.max_f32s(crossing(self, &bounds[z], ray, 2, group), self.splat_f32s(0.0)),
+            );
+            let [x, y, z] = ray.far;
+            let exits = self.min_f32s(
+                self.min_f32s(crossing(self, &bounds[x], ray, 0, group), crossing(self, &bounds[y], ray, 1, group)),
+                self.min_f32s(crossing(self, &bounds[z], ray, 2, group), reach),
+            );
             met |= self.bits(self.less_than_or_equal_f32s(*entries, exits)) << (group * Self::F32_LANES);
         }
         (entries, met)
@@ -140,6 +137,12 @@ pub trait Lanes: Simd {
         }
         !same
     }
+}
+
+/// Distances at which a ray crosses some bounds of one row, along `axis`.
+#[inline(always)]
+fn crossing<L: Lanes>(lanes: L, row: &[f32; WIDTH], ray: &BoxRay<L::f32s>, axis: usize, group: usize) -> L::f32s {
+    lanes.mul_add_e_f32s(L::as_simd_f32s(row).0[group], ray.inverse[axis], ray.start[axis])
 }
 
 /// One corner of some triangles across a ray.

@@ -13,6 +13,12 @@ const LEAST_COMPONENT: f32 = 1e-18;
 /// Lower x, y, z of boxes, then upper x, y, z; of no box where `lower > upper`.
 pub type Bounds = [[f32; WIDTH]; 6];
 
+/// Bounds of no boxes.
+pub const NO_BOXES: Bounds = {
+    let (lower, upper) = ([f32::INFINITY; WIDTH], [f32::NEG_INFINITY; WIDTH]);
+    [lower, lower, lower, upper, upper, upper]
+};
+
 /// Coordinates of triangles by corner and axis; not a number where there is no triangle.
 pub type Corners = [[[f32; WIDTH]; 3]; 3];
 

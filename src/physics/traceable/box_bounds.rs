@@ -4,7 +4,7 @@ use glam::DVec3;
 use smallvec::SmallVec;
 
 use crate::geometry::lanes::{Lanes, Query, answer};
-use crate::geometry::tree_ray::{Bounds, BoxRay, WIDTH};
+use crate::geometry::tree_ray::{Bounds, BoxRay, NO_BOXES, WIDTH};
 
 /// Share of the room's diagonal by which bounds grow: more than the rounding of coordinates and distances to f32 (each below
 /// 2^-23 of the diagonal).
@@ -24,8 +24,7 @@ impl BoxBounds {
     pub fn new(spans: &[[DVec3; 2]], size: DVec3) -> Self {
         let padding = PADDING * size.length();
         let group = |spans: &[[DVec3; 2]]| {
-            let (lower, upper) = ([f32::INFINITY; WIDTH], [f32::NEG_INFINITY; WIDTH]);
-            let mut bounds = [lower, lower, lower, upper, upper, upper];
+            let mut bounds = NO_BOXES;
             for (lane, [low, high]) in spans.iter().enumerate() {
                 for axis in 0..3 {
                     bounds[axis][lane] = (low[axis] - padding) as f32;

@@ -1,5 +1,6 @@
 //! What other programs take on the same scenes: run beside where they are installed, else as measured once, with machine and date.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 use serde::Deserialize;
@@ -16,12 +17,12 @@ pub const MEASURED: &str = "21 November 2026, two shared cores with AVX-512, pro
 const MOST_SERIES: usize = 5;
 
 /// What a program took on a scene.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct Peer {
-    pub scene: String,
-    pub name: String,
+    pub scene: Cow<'static, str>,
+    pub name: Cow<'static, str>,
     /// Relative root mean square error in percent, and the processor seconds to it: more seconds, less error.
-    pub points: Vec<(f64, f64)>,
+    pub points: Cow<'static, [(f64, f64)]>,
 }
 
 /// One run of a program, as the scripts write it that run others.
@@ -45,7 +46,7 @@ fn one() -> u64 {
 }
 
 /// Closest hits of Embree along specular chains in the mesh of S3, in millions of rays for each processor second.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug)]
 pub struct EmbreeRate {
     /// `rtcIntersect1`.
     pub one_by_one: f64,
@@ -54,7 +55,7 @@ pub struct EmbreeRate {
 }
 
 /// What other programs did beside this benchmark, on the same machine in the same hour.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct Beside {
     pub peers: Vec<Peer>,
     /// With its robust flag.
@@ -80,7 +81,7 @@ impl Beside {
                 least = least.min(*percent);
                 better
             });
-            Peer { scene, name, points }
+            Peer { scene: scene.into(), name: name.into(), points: points.into() }
         });
         Self { peers: peers.collect(), embree, absent }
     }
@@ -88,62 +89,46 @@ impl Beside {
 
 /// Runs that were made; none is extrapolated. Radiance "in two stages": the rays above the diffuser are given by hand, and the
 /// diffuser is a lamp then, which takes an expert. "From the opening": with an emitter of its own, as the program has none.
-const RECORDED: [Recorded; 14] = [
-    recorded_of("S1", "Radiance 6.0 in two stages", &[(1.0, 0.32), (0.44, 0.88), (0.18, 5.4)]),
-    recorded_of(
+static RECORDED: [Peer; 14] = [
+    recorded("S1", "Radiance 6.0 in two stages", &[(1.0, 0.32), (0.44, 0.88), (0.18, 5.4)]),
+    recorded(
         "S1",
         "Mitsuba 3.9, light tracing from the opening",
         &[(10.0, 0.09), (5.0, 0.36), (2.0, 2.2), (1.0, 8.9), (0.65, 28.6)],
     ),
-    recorded_of("S1", "Mitsuba 3.9, path tracing", &[(10.0, 8.8), (5.0, 35.0), (4.3, 60.0)]),
-    recorded_of("S1", "LuxCore 2.11, path tracing", &[(16.0, 16.0)]),
-    recorded_of("S1", "pbrt-v3, path tracing", &[(21.0, 9.2)]),
-    recorded_of(
+    recorded("S1", "Mitsuba 3.9, path tracing", &[(10.0, 8.8), (5.0, 35.0), (4.3, 60.0)]),
+    recorded("S1", "LuxCore 2.11, path tracing", &[(16.0, 16.0)]),
+    recorded("S1", "pbrt-v3, path tracing", &[(21.0, 9.2)]),
+    recorded(
         "S2",
         "Mitsuba 3.9, light tracing from the opening",
         &[(10.0, 0.05), (5.0, 0.21), (2.0, 1.3), (1.0, 5.2), (0.47, 29.0)],
     ),
-    recorded_of("S2", "LuxCore 2.11, bidirectional", &[(17.0, 16.0)]),
-    recorded_of("S3", "Radiance 6.0 in two stages", &[(1.2, 1.6), (0.41, 2.7), (0.33, 30.0)]),
-    recorded_of(
+    recorded("S2", "LuxCore 2.11, bidirectional", &[(17.0, 16.0)]),
+    recorded("S3", "Radiance 6.0 in two stages", &[(1.2, 1.6), (0.41, 2.7), (0.33, 30.0)]),
+    recorded(
         "S3",
         "Mitsuba 3.9, light tracing from the opening",
         &[(10.0, 0.24), (5.0, 0.95), (2.0, 5.9), (1.1, 25.0)],
     ),
-    recorded_of("S3", "Mitsuba 3.9, path tracing", &[(10.0, 17.0), (5.5, 59.0)]),
-    recorded_of("S4", "Mitsuba 3.9, light tracing", &[(10.0, 11.0), (8.3, 16.6)]),
-    recorded_of("S4", "pbrt-v3, SPPM", &[(10.0, 11.0), (7.2, 21.9)]),
-    recorded_of("S4", "Mitsuba 3.9, path tracing", &[(8.9, 12.5)]),
-    recorded_of("S4", "pbrt-v3, path tracing", &[(18.0, 14.0)]),
+    recorded("S3", "Mitsuba 3.9, path tracing", &[(10.0, 17.0), (5.5, 59.0)]),
+    recorded("S4", "Mitsuba 3.9, light tracing", &[(10.0, 11.0), (8.3, 16.6)]),
+    recorded("S4", "pbrt-v3, SPPM", &[(10.0, 11.0), (7.2, 21.9)]),
+    recorded("S4", "Mitsuba 3.9, path tracing", &[(8.9, 12.5)]),
+    recorded("S4", "pbrt-v3, path tracing", &[(18.0, 14.0)]),
 ];
 
-/// A peer, as a constant can hold it.
-struct Recorded {
-    scene: &'static str,
-    name: &'static str,
-    points: &'static [(f64, f64)],
-}
-
-const fn recorded_of(scene: &'static str, name: &'static str, points: &'static [(f64, f64)]) -> Recorded {
-    Recorded { scene, name, points }
-}
-
-fn recorded() -> Vec<Peer> {
-    let peer = |Recorded { scene, name, points }: Recorded| Peer {
-        scene: scene.to_owned(),
-        name: name.to_owned(),
-        points: points.to_vec(),
-    };
-    RECORDED.map(peer).into()
+const fn recorded(scene: &'static str, name: &'static str, points: &'static [(f64, f64)]) -> Peer {
+    Peer { scene: Cow::Borrowed(scene), name: Cow::Borrowed(name), points: Cow::Borrowed(points) }
 }
 
 /// Other programs on a scene as dashed series of processor seconds and percent: those that ran beside, where any did; single runs are
 /// marks alone.
 pub fn series(scene: &str, beside: Option<&Beside>) -> Vec<Series> {
-    let of_scene = |peers: Vec<Peer>| peers.into_iter().filter(|peer| peer.scene == scene).collect::<Vec<_>>();
-    let mut peers = beside.map_or_else(Vec::new, |beside| of_scene(beside.peers.clone()));
+    let of_scene = |peer: &&Peer| peer.scene == scene;
+    let mut peers: Vec<&Peer> = beside.iter().flat_map(|beside| &beside.peers).filter(of_scene).collect();
     if peers.is_empty() {
-        peers = of_scene(recorded());
+        peers = RECORDED.iter().filter(of_scene).collect();
     }
     // seconds to an error go with its inverse square
     let price = |peer: &Peer| peer.points.iter().map(|(error, seconds)| seconds * error * error).reduce(f64::min);
@@ -152,7 +137,7 @@ pub fn series(scene: &str, beside: Option<&Beside>) -> Vec<Series> {
     let series = peers.into_iter().map(|Peer { name, points, .. }| {
         let marks: Vec<_> = points.iter().map(|(percent, seconds)| (*seconds, *percent)).collect();
         let line = if marks.len() > 1 { marks.clone() } else { Vec::new() };
-        Series { name, line, marks, dashed: true, ..Series::default() }
+        Series { name: name.to_string(), line, marks, dashed: true, ..Series::default() }
     });
     series.collect()
 }
@@ -173,24 +158,21 @@ pub fn tables(beside: Option<&Beside>) -> Vec<Table> {
     let beside = beside.filter(|beside| !beside.peers.is_empty());
     let beside =
         beside.map(|beside| table("Other programs, run before this benchmark: processor seconds", &beside.peers));
-    beside.into_iter().chain([table(&format!("Other programs: {MEASURED}"), &recorded())]).collect()
+    beside.into_iter().chain([table(&format!("Other programs: {MEASURED}"), &RECORDED)]).collect()
 }
 
 fn table(caption: &str, peers: &[Peer]) -> Table {
     let row = |Peer { scene, name, points }: &Peer| {
-        let points =
-            points.iter().map(|(percent, seconds)| format!("{} % in {} s", digits(*percent), digits(*seconds)));
-        vec![scene.clone(), name.clone(), points.collect::<Vec<_>>().join(", ")]
+        let points = points
+            .iter()
+            .map(|(percent, seconds)| format!("{} % in {} s", significant(*percent, 3), significant(*seconds, 3)));
+        vec![scene.to_string(), name.to_string(), points.collect::<Vec<_>>().join(", ")]
     };
     Table {
         caption: caption.to_owned(),
         head: ["scene", "program", "actual error, and the time to it"].map(str::to_owned).into(),
         rows: peers.iter().map(row).collect(),
     }
-}
-
-fn digits(value: f64) -> String {
-    significant(value, 3)
 }
 
 /// What Embree 3.13 (`rtcIntersect1`, robust flag) was measured to do before, in millions of rays for each processor second: on a
@@ -215,7 +197,7 @@ mod tests {
     /// More time, less error; and no figure has more series than there are colours beside ours.
     #[test]
     fn errors_fall_with_time() {
-        for Peer { points, name, .. } in recorded() {
+        for Peer { points, name, .. } in &RECORDED {
             assert!(points.windows(2).all(|pair| pair[0].0 > pair[1].0 && pair[0].1 < pair[1].1), "{name}");
         }
         for scene in ["S1", "S2", "S3", "S4"] {
@@ -234,7 +216,7 @@ mod tests {
         ];
         let beside = Beside::new(records, None, vec!["Radiance: not installed".to_owned()]);
         assert_eq!(beside.peers.len(), 2);
-        assert_eq!(beside.peers[0].points, [(3.0, 1.0), (2.0, 2.0)]);
+        assert_eq!(*beside.peers[0].points, [(3.0, 1.0), (2.0, 2.0)]);
         let beside = Some(&beside);
         let names: Vec<String> = series("S1", beside).into_iter().map(|series| series.name).collect();
         assert_eq!(names, ["tracer 1.0, fast", "tracer 1.0, slow"]);
