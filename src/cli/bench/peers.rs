@@ -90,7 +90,7 @@ pub fn measure(args: &PeersArgs, settings: &Settings, progress: Progress) -> any
     python(args, &peers, &["gen_scenes.py".to_owned()]).context("the scenes of other programs cannot be written")?;
     let mut absent = Vec::new();
     for (number, Script { program, package, words }) in SCRIPTS.iter().enumerate() {
-        progress.step(number + 1, all, &format!("other programs: {program}, {}", words[1]));
+        progress.step(number + 1, all, &format!("other programs: {program}, {}", words.join(" ")));
         let words: Vec<_> =
             words.iter().map(|word| word.replace("{seconds}", &args.peer_seconds.to_string())).collect();
         let installed = python(args, &peers, &["-c".to_owned(), format!("import {package}")]).is_ok();
@@ -106,7 +106,7 @@ pub fn measure(args: &PeersArgs, settings: &Settings, progress: Progress) -> any
     }
     progress.step(SCRIPTS.len() + 1, all, "other programs: Embree");
     let embree = embree(&peers).map_err(|error| absent.push(format!("Embree ({error:#})"))).ok();
-    Ok(Some(Beside::new(records(&peers.join("results"))?, embree, absent)))
+    Ok(Some(Beside::new(records(&peers.join("results")), embree, absent)))
 }
 
 fn copy_files(from: &Path, to: &Path) -> std::io::Result<()> {
@@ -186,12 +186,41 @@ fn embree(folder: &Path) -> anyhow::Result<EmbreeRate> {
     Ok(EmbreeRate { one_by_one, in_streams })
 }
 
-/// All runs that scripts have written, but what of them is no list of runs.
-fn records(folder: &Path) -> anyhow::Result<Vec<Record>> {
-    let entries = std::fs::read_dir(folder).with_context(|| format!("{} cannot be read", folder.display()))?;
+/// All runs that scripts have written; what of them is no list of runs is passed over, and without a script there is no folder.
+fn records(folder: &Path) -> Vec<Record> {
+    let entries = std::fs::read_dir(folder).into_iter().flatten();
     let mut files: Vec<PathBuf> = entries.filter_map(|entry| Some(entry.ok()?.path())).collect();
     files.sort();
     let json = files.into_iter().filter(|file| file.extension().is_some_and(|extension| extension == "json"));
     let lists = json.filter_map(|file| serde_json::from_slice::<Vec<Record>>(&std::fs::read(file).ok()?).ok());
-    Ok(lists.flatten().collect())
+    lists.flatten().collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lists_of_runs_are_read_and_nothing_else() {
+        let folder = TemporaryFolder::new("peers-test").unwrap();
+        let results = folder.path().join("results");
+        assert!(records(&results).is_empty());
+        std::fs::create_dir(&results).unwrap();
+        let run = r#"{"peer": "tracer 1", "scene": "S1", "method": "path", "cpu": 2.0, "rel_rms": 0.1, "knobs": "-x"}"#;
+        std::fs::write(results.join("b.json"), format!("[{run}, {run}]")).unwrap();
+        std::fs::write(results.join("a.json"), run).unwrap();
+        std::fs::write(results.join("c.txt"), format!("[{run}]")).unwrap();
+        let found = records(&results);
+        assert_eq!(found.len(), 2);
+        assert_eq!((found[0].cpu, found[0].passes), (2.0, 1));
+    }
+
+    #[test]
+    fn what_fails_says_why() {
+        let shell = |script: &str| output(Command::new("sh").args(["-c", script]));
+        assert_eq!(shell("echo printed; echo complaint >&2").unwrap(), "printed\n");
+        let error = shell("echo first >&2; echo last >&2; exit 3").unwrap_err().to_string();
+        assert!(error.ends_with("3: last"), "{error}");
+        assert!(output(&mut Command::new("skyduct-is-no-such-program")).is_err());
+    }
 }
