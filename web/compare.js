@@ -102,7 +102,7 @@ function between(a, b) {
  */
 function difference(answer, grid, rowsA, rowsB, unit, label) {
   const rows = rowsB.map((row, j) => row.map((value, i) => value - (rowsA[j]?.[i] ?? 0)));
-  const { end } = scale(Math.max(...rows.flat().map(Math.abs)), 4);
+  const { end } = scale(largest(rows.map((row) => row.map(Math.abs))), 4);
   const colour = (/** @type {number} */ value) => diverging(value / end);
   return html`<div>${small(answer, (at) => cells(grid, rows, at, `difference ${end}`, colour), label)}${legend(-end, end, unit, colour, 130)}</div>`;
 }

@@ -69,6 +69,8 @@ export function lines(grid, values, level) {
   for (let j = 0; j + 1 < rows.length; j++) {
     for (let i = 0; i + 1 < x.length; i++) {
       const corners = [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)];
+      // no line beside what has no value
+      if (corners.some(Number.isNaN)) continue;
       const above = corners.reduce((bits, value, bit) => bits + (value >= level ? 1 << bit : 0), 0);
       /** @type {Record<string, () => [string, Point]>} */
       const edges = {

@@ -17,12 +17,22 @@ export const down = (at, y) => at.top + at.k * (at.depth - y);
 export function values(grid, layer) {
   const factors = layer === "daylight_factor" ? grid.daylight_factor_percent : null;
   return factors
-    ? { rows: factors.map((row) => row.map((value) => value ?? 0)), unit: "%" }
-    : { rows: grid.illuminance_lux, unit: "lx" };
+    ? { rows: numbers(factors), unit: "%" }
+    : { rows: numbers(grid.illuminance_lux), unit: "lx" };
+}
+
+/** @type {WeakMap<(number | null)[][], number[][]>} */
+const filled = new WeakMap();
+
+/** The same rows with no number where there is no value: inside solids. @param {(number | null)[][]} rows */
+function numbers(rows) {
+  const known = filled.get(rows) ?? rows.map((row) => row.map((value) => value ?? NaN));
+  filled.set(rows, known);
+  return known;
 }
 
 /** Largest of the values. @param {number[][]} rows */
-export const largest = (rows) => Math.max(0, ...rows.flat());
+export const largest = (rows) => Math.max(0, ...rows.flat().filter((value) => !Number.isNaN(value)));
 
 /** Edges of the map in metres: west, south, east, north. @param {Grid} grid */
 function edges(grid) {
@@ -31,6 +41,9 @@ function edges(grid) {
   const [dx, dy] = [half(grid.x_m), half(grid.y_m)];
   return [(grid.x_m[0] ?? 0) - dx, (grid.y_m[0] ?? 0) - dy, (grid.x_m.at(-1) ?? 0) + dx, (grid.y_m.at(-1) ?? 0) + dy];
 }
+
+/** Colour of cells inside solids. @type {[number, number, number]} */
+const NO_VALUE = [232, 232, 232];
 
 /** @type {WeakMap<number[][], Map<string, string>>} */
 const pictures = new WeakMap();
@@ -46,7 +59,7 @@ const pictures = new WeakMap();
 export function cells(grid, rows, at, key, colour) {
   const known = pictures.get(rows) ?? new Map();
   pictures.set(rows, known);
-  const address = known.get(key) ?? picture(rows.map((row) => row.map(colour)));
+  const address = known.get(key) ?? picture(rows.map((row) => row.map((value) => (Number.isNaN(value) ? NO_VALUE : colour(value)))));
   known.set(key, address);
   const [west = 0, south = 0, east = 0, north = 0] = edges(grid);
   return svg`<image class="cells" href=${address} x=${across(at, west)} y=${down(at, north)} width=${at.k * (east - west)}

@@ -114,6 +114,8 @@ pub enum WarningCode {
     KernelsNotCut,
     /// An effect is switched off that the scene calls for, and what is left out may be more than the accuracy asked for.
     EffectLeftOut,
+    /// Points of a grid lie inside boxes or closed meshes: they have no value, and are in no statistic.
+    PointsInsideSolids,
     /// The method that checks the grids finds other values, further off than its errors and those of the grids explain.
     MethodsDisagree,
 }
@@ -132,6 +134,7 @@ impl WarningCode {
             Self::LostRays => "lost_rays",
             Self::KernelsNotCut => "kernels_not_cut",
             Self::EffectLeftOut => "effect_left_out",
+            Self::PointsInsideSolids => "points_inside_solids",
             Self::MethodsDisagree => "methods_disagree",
         }
     }

@@ -23,12 +23,14 @@ pub struct Isoline {
 }
 
 /// Lines of equal value through a grid of `cells` columns and rows, whose values stand row by row in the centres of the cells;
-/// between them it is linear, beyond them it goes on. What is not finite counts as nothing.
+/// between them it is linear, beyond them it goes on. No line goes through cells whose values are not finite.
 pub fn isolines(cells: [usize; 2], values: &[f64], levels: &[f64]) -> Result<Vec<Isoline>, OutputError> {
     let [columns, rows] = cells;
     if columns == 0 || rows == 0 || columns.checked_mul(rows) != Some(values.len()) {
         return Err(OutputError::Size { values: values.len(), width: columns, height: rows, channels: 1 });
     }
+    let known: Vec<bool> = values.iter().map(|value| value.is_finite()).collect();
+    let values = &beside_the_unknown(columns, values);
     // the library ends lines half a cell beyond the outer centres, and not always in the right place: with a frame of values that
     // go on as within, these ends lie outside
     let inner = |index: usize, count: usize| index.saturating_sub(1).min(count - 1);
@@ -48,12 +50,50 @@ pub fn isolines(cells: [usize; 2], values: &[f64], levels: &[f64]) -> Result<Vec
     let builder = ContourBuilder::new(columns + 2, rows + 2, true).x_origin(-1.0).y_origin(-1.0);
     let lines = builder.lines(&framed, levels).map_err(|error| OutputError::Plot(error.to_string()))?;
     let within = Rectangle { from: DVec2::ZERO, to: DVec2::new(columns as f64, rows as f64) };
+    let is_known = |point: DVec2| {
+        let [column, row] =
+            [(point.x, columns), (point.y, rows)].map(|(at, count)| (at.max(0.0) as usize).min(count - 1));
+        known[row * columns + column]
+    };
     let isolines = lines.iter().map(|line| {
         let rings = line.geometry().iter();
         let pieces = rings.flat_map(|ring| clipped(ring.0.iter().map(|point| DVec2::new(point.x, point.y)), &within));
+        let pieces = pieces.flat_map(|piece| cut(piece, is_known));
         Isoline { level: line.threshold(), pieces: pieces.collect() }
     });
     Ok(isolines.collect())
+}
+
+/// The values, and in the place of those that are not finite the nearest ones of their row before or behind: lines are to reach the
+/// edge of what is known.
+fn beside_the_unknown(columns: usize, values: &[f64]) -> Vec<f64> {
+    let mut filled = values.to_vec();
+    for row in filled.chunks_mut(columns) {
+        let known: Vec<(usize, f64)> = row.iter().copied().enumerate().filter(|(_, value)| value.is_finite()).collect();
+        for (place, value) in row.iter_mut().enumerate().filter(|(_, value)| !value.is_finite()) {
+            let after = known.partition_point(|(other, _)| *other < place);
+            let beside = known[after.saturating_sub(1)..known.len().min(after + 1)].iter();
+            let nearest = beside.min_by_key(|(other, _)| other.abs_diff(place));
+            *value = nearest.map_or(0.0, |(_, value)| *value);
+        }
+    }
+    filled
+}
+
+/// The pieces of a line whose steps lie where something is known.
+fn cut(line: Vec<DVec2>, is_known: impl Fn(DVec2) -> bool) -> Vec<Vec<DVec2>> {
+    let mut pieces: Vec<Vec<DVec2>> = Vec::new();
+    let mut goes_on = false;
+    for step in line.windows(2) {
+        let shown = is_known(0.5 * (step[0] + step[1]));
+        match pieces.last_mut().filter(|_| goes_on) {
+            Some(piece) if shown => piece.push(step[1]),
+            _ if shown => pieces.push(step.to_vec()),
+            _ => {}
+        }
+        goes_on = shown;
+    }
+    pieces
 }
 
 /// The pieces of a line that are within a rectangle.

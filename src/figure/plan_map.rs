@@ -28,6 +28,12 @@ const LEAST_LABELLED: f64 = 70.0;
 /// Smallest cell that has its number, in pixels.
 const LEAST_NUMBERED: DVec2 = DVec2::new(20.0, 11.0);
 
+/// Colour of cells without a value, which are hatched.
+const NO_VALUE: [u8; 3] = [232; 3];
+
+/// Smallest cell that is hatched, in pixels.
+const LEAST_HATCHED: f64 = 3.0;
+
 /// What a plan shows of a room.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RoomPlan {
@@ -103,6 +109,7 @@ impl PlanMap {
         axes.draw(&mut drawing);
         let cells = Cells::new(&axes, &self.grid);
         drawing.picture(cells.place, self.colours()?);
+        self.hatch(&mut drawing, &cells);
         self.draw_room(&mut drawing, &axes);
         let lines = isolines(self.grid.cells, &self.grid.values, &self.levels)?;
         let mut taken = Vec::new();
@@ -136,9 +143,26 @@ impl PlanMap {
         }
         let mut raster = Raster::filled(columns, rows, [0; 3]);
         for (cell, value) in values.iter().enumerate() {
-            raster.set(cell % columns, rows - 1 - cell / columns, self.scale.colour(*value));
+            let colour = if value.is_finite() { self.scale.colour(*value) } else { NO_VALUE };
+            raster.set(cell % columns, rows - 1 - cell / columns, colour);
         }
         Ok(raster)
+    }
+
+    /// A line from corner to corner of each cell without a value.
+    fn hatch(&self, drawing: &mut Drawing, cells: &Cells) {
+        if cells.size().min_element() < LEAST_HATCHED {
+            return;
+        }
+        let columns = self.grid.cells[0];
+        let mut lines = Outline::default();
+        for (cell, _) in self.grid.values.iter().enumerate().filter(|(_, value)| !value.is_finite()) {
+            let corner = DVec2::new((cell % columns) as f64, (cell / columns) as f64);
+            lines.add_polyline([cells.at(corner), cells.at(corner + 1.0)]);
+        }
+        if !lines.0.is_empty() {
+            drawing.line(lines, Line::new(Colour::Muted, 1.0));
+        }
     }
 
     /// Objects and openings.
@@ -210,7 +234,10 @@ impl PlanMap {
             let [red, green, blue] = self.scale.colour(*value).map(f64::from);
             // dark on light and light on dark
             let ink = if 0.3 * red + 0.59 * green + 0.11 * blue > 140.0 { BLACK } else { WHITE };
-            let text = if value.is_finite() { significant(*value, 3) } else { "–".to_owned() };
+            if !value.is_finite() {
+                continue;
+            }
+            let text = significant(*value, 3);
             drawing.text_centred(at, text, Type::new(size, ink).anchored(Anchor::Middle));
         }
     }

@@ -47,7 +47,7 @@ pub fn grid_figure(subject: &Subject, grid: &GridResult, wishes: GridWishes) -> 
 /// What the figure of a grid shows.
 pub fn plan_map(subject: &Subject, grid: &GridResult, wishes: GridWishes) -> PlanMap {
     let (values, unit, title) = match wishes.quantity {
-        Quantity::Illuminance => (grid.illuminance_lux.concat(), "lx", "Illuminance"),
+        Quantity::Illuminance => (illuminances(grid), "lx", "Illuminance"),
         Quantity::Ratio => {
             let title = if grid.daylight_factor_percent.is_some() { "Daylight factor" } else { "Daylight ratio" };
             (ratios(grid), "%", title)
@@ -78,7 +78,7 @@ pub fn difference_figure(
     wishes: GridWishes,
 ) -> Result<Drawing, OutputError> {
     let (of_grid_values, of_less, unit) = match wishes.quantity {
-        Quantity::Illuminance => (grid.illuminance_lux.concat(), less.illuminance_lux.concat(), "lx"),
+        Quantity::Illuminance => (illuminances(grid), illuminances(less), "lx"),
         Quantity::Ratio => (ratios(grid), ratios(less), "%"),
     };
     if grid.cells != less.cells {
@@ -89,7 +89,9 @@ pub fn difference_figure(
     let magnitudes: Vec<f64> = values.iter().map(|value| value.abs()).collect();
     let scale = ColourScale::around_zero(wishes.scale_end.unwrap_or(ends(&magnitudes)[1]));
     let [least, greatest] = ends(&values);
-    let mean = values.iter().sum::<f64>() / values.len().max(1) as f64;
+    // no difference where one of both has no value
+    let known: Vec<f64> = values.iter().copied().filter(|value| value.is_finite()).collect();
+    let mean = known.iter().sum::<f64>() / known.len().max(1) as f64;
     let sign = if mean > 0.0 { "+" } else { "" };
     let heading = Heading {
         title: format!("{} less {}", subject.name(), other.name()),
@@ -102,6 +104,10 @@ pub fn difference_figure(
     let grid = placed(subject, grid, values);
     let (room, levels, numbers) = (room(subject, &grid), levels(least, greatest), wishes.numbers);
     PlanMap { heading, room, grid, scale, unit, levels, numbers }.draw()
+}
+
+fn illuminances(grid: &GridResult) -> Vec<f64> {
+    grid.illuminance_lux.iter().flatten().map(|lux| lux.unwrap_or(f64::NAN)).collect()
 }
 
 fn ratios(grid: &GridResult) -> Vec<f64> {
@@ -130,7 +136,11 @@ fn statistics_in_words(statistics: &GridStatistics) -> String {
     let [median, least, greatest] = [median_lux, min_lux, max_lux].map(|value| significant(value, 3));
     let uniformity =
         uniformity.map_or_else(String::new, |uniformity| format!(" · uniformity {}", fixed(uniformity, 2)));
-    format!("mean {mean} lx · median {median} · least {least} · greatest {greatest}{uniformity}")
+    let inside = match statistics.points_inside_solids {
+        0 => String::new(),
+        points => format!(" · {points} inside solids"),
+    };
+    format!("mean {mean} lx · median {median} · least {least} · greatest {greatest}{uniformity}{inside}")
 }
 
 fn ratios_in_words(values: &[f64]) -> String {

@@ -46,7 +46,7 @@ impl Sample {
         let sensors: usize = task.grids.iter().map(Grid::len).sum();
         let pixels: usize = task.views.iter().map(pixels).sum();
         let per_grid = most / task.grids.len().max(1);
-        let grids = task.grids.iter().map(|grid| if sensors <= most { grid.clone() } else { grid.thinned(per_grid) });
+        let grids = task.grids.iter().map(|grid| if sensors <= most { grid.clone() } else { some_of(grid, per_grid) });
         let mut windows = Vec::new();
         for (number, view) in task.views.iter().enumerate() {
             if pixels <= most {
@@ -83,13 +83,18 @@ impl Sample {
         let share = self.places() as f64 / self.all as f64;
         let of_grid = |number: usize| {
             let of_passes = || passes.iter().filter_map(move |pass| pass.grids.get(number));
-            let mut estimate = GridEstimate::empty(self.grids[number].len());
+            let mut estimate = GridEstimate::of(&self.grids[number]);
             of_passes().for_each(|pass| estimate.push(pass));
             let sensors = estimate.sensors.len();
             let fixed = |sensor: usize| sampling_variance(contrasts_of(&estimate.contrasts, sensors, sensor));
-            let fixed = if estimate.contrasts.is_empty() { Vec::new() } else { (0..sensors).map(fixed).collect() };
-            let values = of_passes().map(|pass| pass.illuminance.clone()).collect();
-            Places { values, bias: of_passes().map(|pass| pass.bias.clone()).collect(), fixed, share }
+            let fixed = if estimate.contrasts.is_empty() { Vec::new() } else { estimate.valued().map(fixed).collect() };
+            let of_valued = |values: &[f64], free: &[f64]| -> Vec<f64> {
+                let valued = estimate.valued().filter(|sensor| *sensor < values.len());
+                valued.map(|sensor| values[sensor] / free.get(sensor).unwrap_or(&1.0)).collect()
+            };
+            let free = estimate.free.as_deref().unwrap_or_default();
+            let values = of_passes().map(|pass| of_valued(&pass.illuminance, free)).collect();
+            Places { values, bias: of_passes().map(|pass| of_valued(&pass.bias, free)).collect(), fixed, share }
         };
         let of_view = |view: usize| {
             let mut places = Places { values: Vec::new(), bias: Vec::new(), fixed: Vec::new(), share };
@@ -121,6 +126,18 @@ impl Sample {
         let mut views = self.views.clone();
         views.dedup();
         (0..self.grids.len()).map(of_grid).chain(views.into_iter().map(of_view)).collect()
+    }
+}
+
+/// About `most` sensors of a grid at most, or as few more as it takes for one that has a value.
+fn some_of(grid: &Grid, most: usize) -> Grid {
+    let mut most = most.max(1);
+    loop {
+        let some = grid.thinned(most);
+        if some.valued() > 0 || some.len() == grid.len() {
+            return some;
+        }
+        most *= 4;
     }
 }
 

@@ -19,7 +19,7 @@ use crate::estimate::{Accuracy, Estimate, StopRule};
 use crate::integrator::Method;
 use crate::integrator::components::Component;
 use crate::integrator::method::Task;
-use crate::plan::{self, Effects, Methods, Plan};
+use crate::plan::{self, EffectKind, Effects, Methods, Plan};
 use crate::scene::{Grid, Scene, TubeShape};
 use crate::traceable::TraceableScene;
 
@@ -88,13 +88,17 @@ pub fn prepare_document(document: &ValidJob, meshes: &dyn MeshSource) -> Result<
         true => Err(DocumentErrors::from(FieldError::new("", "nobody waits for this document any more"))),
         false => Ok(()),
     };
-    let (scene, mut warnings, mut provenance) = document::to_scene(document, meshes)?;
+    let (mut scene, mut warnings, mut provenance) = document::to_scene(document, meshes)?;
     still_wanted()?;
     let mut effects = Effects::of(&scene, &document.effect_requests());
     let traceable = plan::compile(&scene, &effects)
         .map_err(|error| FieldError::new(format!("/tubes/{}/parts", error.tube), error.error.to_string()))?;
     let traceable = Arc::new(traceable);
     still_wanted()?;
+    if effects.is_followed(EffectKind::Objects) {
+        warnings.extend(document::leave_out_solids(document, &mut scene)?);
+        still_wanted()?;
+    }
     let mut stop = document.stop_rule();
     effects.recognise(&scene, &traceable);
     let missing = effects.weigh(&scene, &traceable).into_iter();
@@ -197,7 +201,7 @@ impl Prepared {
 
     /// Passes below which the error of the grids is not trusted; `None` without any.
     pub(super) fn least_passes_of_grids(&self) -> Option<u64> {
-        self.scene.grids.iter().map(|grid| least_passes(grid.len())).max()
+        self.scene.grids.iter().map(|grid| least_passes(grid.valued())).max()
     }
 
     /// Passes below which the error of the views is not trusted; `None` without any.

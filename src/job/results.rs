@@ -366,7 +366,8 @@ pub fn grid_csv_of(name: &str, json: &[u8]) -> Result<ResultFile, RenderError> {
 fn grid_csv(result: &GridResult) -> Vec<u8> {
     let errors = result.standard_error_lux.iter().flatten();
     let errors: Vec<f64> = errors.map(|error| error.unwrap_or(f64::INFINITY)).collect();
-    let values = result.illuminance_lux.concat();
+    let values = result.illuminance_lux.iter().flatten();
+    let values: Vec<f64> = values.map(|lux| lux.unwrap_or(f64::NAN)).collect();
     csv::grid(&result.x_m, &result.y_m, result.height_m, &values, &errors).into_bytes()
 }
 

@@ -8,7 +8,7 @@ use crate::statistics::interval::two_sided_student_quantile;
 /// Illuminances with their standard errors in lux, all grids of a job in a row.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Values {
-    /// Illuminances.
+    /// Illuminances; no number inside solids.
     pub lux: Vec<f64>,
     /// Standard errors; infinite where nothing is known of them.
     pub errors: Vec<f64>,
@@ -26,7 +26,7 @@ impl Values {
             grids.iter().flat_map(|grid| (0..grid.sensors.len()).map(move |sensor| of(grid, sensor))).collect()
         };
         Self {
-            lux: each(GridEstimate::illuminance_lux),
+            lux: each(|grid, sensor| if grid.has_value(sensor) { grid.illuminance_lux(sensor) } else { f64::NAN }),
             errors: each(GridEstimate::standard_error_lux),
             grids: grids.iter().map(|grid| grid.sensors.len()).collect(),
             passes: estimate.passes_of_grids(),
@@ -37,7 +37,10 @@ impl Values {
     pub fn of_results(results: &[GridResult], passes: u64) -> Self {
         let errors = results.iter().flat_map(|grid| grid.standard_error_lux.iter().flatten());
         Self {
-            lux: results.iter().flat_map(|grid| grid.illuminance_lux.iter().flatten().copied()).collect(),
+            lux: results
+                .iter()
+                .flat_map(|grid| grid.illuminance_lux.iter().flatten().map(|lux| lux.unwrap_or(f64::NAN)))
+                .collect(),
             errors: errors.map(|error| error.unwrap_or(f64::INFINITY)).collect(),
             grids: results.iter().map(|grid| grid.illuminance_lux.iter().map(Vec::len).sum()).collect(),
             passes,
@@ -58,8 +61,9 @@ impl Values {
         let mut scales = Vec::with_capacity(rest.len());
         for sensors in &self.grids {
             let (grid, others) = rest.split_at(*sensors);
-            let mean = grid.iter().sum::<f64>() / grid.len() as f64;
-            scales.extend(grid.iter().map(|lux| lux.max(LEAST_SHARE_OF_MEAN * mean)));
+            let mean = mean(grid.iter().copied().filter(|lux| !lux.is_nan()));
+            let scale = |lux: &f64| if lux.is_nan() { f64::NAN } else { lux.max(LEAST_SHARE_OF_MEAN * mean) };
+            scales.extend(grid.iter().map(scale));
             rest = others;
         }
         scales
@@ -67,7 +71,8 @@ impl Values {
 
     /// Mean square of the relative deviations from a reference, whose own variance is in it.
     pub fn squared_error(&self, truth: &Self) -> f64 {
-        let deviations = self.lux.iter().zip(&truth.lux).zip(truth.scales()).filter(|(_, scale)| *scale > 0.0);
+        let deviations = self.lux.iter().zip(&truth.lux).zip(truth.scales());
+        let deviations = deviations.filter(|((value, _), scale)| *scale > 0.0 && !value.is_nan());
         mean(deviations.map(|((value, truth), scale)| ((value - truth) / scale).powi(2)))
     }
 
@@ -82,7 +87,7 @@ impl Values {
     pub fn covered(&self, truth: &Self, confidence: f64) -> Option<f64> {
         let quantile = two_sided_student_quantile(confidence, self.passes.max(2) as f64 - 1.0);
         let sensors = self.lux.iter().zip(&self.errors).zip(truth.lux.iter().zip(&truth.errors));
-        let told = sensors.filter(|((_, error), _)| error.is_finite());
+        let told = sensors.filter(|((lux, error), (truth, _))| error.is_finite() && !lux.is_nan() && !truth.is_nan());
         let held: Vec<f64> =
             told.map(|(value, truth)| f64::from(holds((*value.0, *value.1), (*truth.0, *truth.1), quantile))).collect();
         (!held.is_empty()).then(|| mean(held.into_iter()))

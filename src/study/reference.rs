@@ -33,11 +33,11 @@ pub struct ReferenceRequest {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct KnownGrid {
-    /// Illuminance of each sensor, row by row.
-    pub illuminance_lux: Vec<Vec<f64>>,
+    /// Illuminance of each sensor, row by row; null inside solids, as in results.
+    pub illuminance_lux: Vec<Vec<Option<f64>>>,
     /// Standard error of each of them; absent where they are exact.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub standard_error_lux: Option<Vec<Vec<f64>>>,
+    pub standard_error_lux: Option<Vec<Vec<Option<f64>>>>,
 }
 
 impl ReferenceRequest {
@@ -86,12 +86,14 @@ impl ReferenceRequest {
 
 /// Values that are known.
 pub fn values(grids: &[KnownGrid]) -> Values {
+    let numbers =
+        |rows: &[Vec<Option<f64>>]| rows.concat().into_iter().map(|value| value.unwrap_or(f64::NAN)).collect();
     let errors = |grid: &KnownGrid| match &grid.standard_error_lux {
-        Some(errors) => errors.concat(),
+        Some(errors) => numbers(errors),
         None => vec![0.0; grid.illuminance_lux.iter().map(Vec::len).sum()],
     };
     Values {
-        lux: grids.iter().flat_map(|grid| grid.illuminance_lux.concat()).collect(),
+        lux: grids.iter().flat_map(|grid| -> Vec<f64> { numbers(&grid.illuminance_lux) }).collect(),
         errors: grids.iter().flat_map(errors).collect(),
         grids: grids.iter().map(|grid| grid.illuminance_lux.iter().map(Vec::len).sum()).collect(),
         passes: 0,
@@ -99,7 +101,7 @@ pub fn values(grids: &[KnownGrid]) -> Values {
 }
 
 /// What is wrong with rows of a grid of `cells`, first of all.
-fn wrong(rows: &[Vec<f64>], cells: &Value, pointer: &str) -> Option<FieldError> {
+fn wrong(rows: &[Vec<Option<f64>>], cells: &Value, pointer: &str) -> Option<FieldError> {
     let [columns, lines] = [0, 1].map(|axis| cells[axis].as_u64().unwrap_or(0) as usize);
     if rows.len() != lines || rows.iter().any(|row| row.len() != columns) {
         return Some(FieldError::new(
@@ -108,7 +110,7 @@ fn wrong(rows: &[Vec<f64>], cells: &Value, pointer: &str) -> Option<FieldError> 
         ));
     }
     let places = rows.iter().enumerate().flat_map(|(j, row)| row.iter().enumerate().map(move |(i, lux)| (j, i, *lux)));
-    places.into_iter().find(|(.., lux)| !LIGHT.contains(*lux)).map(|(j, i, lux)| {
+    places.filter_map(|(j, i, lux)| Some((j, i, lux?))).find(|(.., lux)| !LIGHT.contains(*lux)).map(|(j, i, lux)| {
         FieldError::new(format!("{pointer}/{j}/{i}"), format!("must be {LIGHT}, but is {lux}"))
             .coded(FieldErrorCode::OutOfRange)
     })

@@ -54,6 +54,7 @@ mod progressive;
 mod results;
 mod scattering;
 mod separate_ends;
+mod solids;
 mod studies;
 mod sun_on_gloss;
 mod surfaces;

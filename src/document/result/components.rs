@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use super::number::{finite, rows};
+use super::number::{error, finite, rows, value};
 use crate::estimate::{GridEstimate, grid_statistics};
 use crate::integrator::components::Component;
 use crate::traceable::Source;
@@ -35,9 +35,9 @@ pub struct GridComponents {
 /// A part of the light of a grid, in rows as the whole.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct GridPart {
-    /// Illuminance of each sensor, row by row.
-    pub illuminance_lux: Vec<Vec<f64>>,
-    /// Standard errors of these; null before the second pass.
+    /// Illuminance of each sensor, row by row; null inside solids.
+    pub illuminance_lux: Vec<Vec<Option<f64>>>,
+    /// Standard errors of these; null inside solids, and before the second pass.
     pub standard_error_lux: Vec<Vec<Option<f64>>>,
     /// Mean over the sensors.
     pub mean_lux: f64,
@@ -51,7 +51,7 @@ impl GridComponents {
     pub fn new(parts: &[Component], estimate: &GridEstimate, columns: usize) -> (Self, Vec<GridPart>) {
         let (mut components, mut by_tube) = (Self::default(), Vec::new());
         // in the dark nothing stands beside the grid, and every part is exactly zero
-        let dark = GridEstimate::empty(estimate.sensors.len());
+        let dark = GridEstimate { free: estimate.free.clone(), ..GridEstimate::empty(estimate.sensors.len()) };
         for (index, part) in parts.iter().enumerate() {
             let found = estimate
                 .beside
@@ -91,9 +91,10 @@ impl GridComponents {
 impl GridPart {
     fn of(estimate: &GridEstimate, columns: usize) -> Self {
         let sensors = 0..estimate.sensors.len();
-        let values: Vec<f64> = sensors.clone().map(|sensor| estimate.illuminance_lux(sensor)).collect();
+        let values: Vec<Option<f64>> = sensors.clone().map(|sensor| value(estimate, sensor)).collect();
         let is_dark = estimate.sensors.iter().all(|sensor| sensor.count == 0.0);
-        let error = |sensor| if is_dark { Some(0.0) } else { finite(estimate.standard_error_lux(sensor)) };
+        let exact = |sensor| estimate.has_value(sensor).then_some(0.0);
+        let error = |sensor| if is_dark { exact(sensor) } else { error(estimate, sensor) };
         let errors: Vec<Option<f64>> = sensors.map(error).collect();
         let mean = grid_statistics::mean(estimate);
         Self {

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use super::components::{GridComponents, GridPart};
-use super::number::{finite, rows};
+use super::number::{error, finite, rows, value};
 use super::responses::PatchResponse;
 use crate::document::outputs::EstimateDocument;
 use crate::estimate::GridEstimate;
@@ -30,13 +30,14 @@ pub struct GridResult {
     pub x_m: Vec<f64>,
     /// Centres of the rows, from south to north.
     pub y_m: Vec<f64>,
-    /// Illuminance of each sensor, row by row.
-    pub illuminance_lux: Vec<Vec<f64>>,
-    /// Null before the second pass, and where a method knows nothing of its error; of a deterministic method its
+    /// Illuminance of each sensor, row by row; null inside solids, where there is no floor. Of a cell that solids cover in part it is
+    /// the mean over the part that is free.
+    pub illuminance_lux: Vec<Vec<Option<f64>>>,
+    /// Null inside solids, before the second pass, and where a method knows nothing of its error; of a deterministic method its
     /// estimated numerical error. While a sensor has found fewer than ten photons it is not below Poisson's, and at
     /// least what one photon more would add, also where none was found.
     pub standard_error_lux: Vec<Vec<Option<f64>>>,
-    /// Percent of the unobstructed horizontal illuminance of sky and sun, electric light included; null without daylight.
+    /// Percent of the unobstructed horizontal illuminance of sky and sun, electric light included; null without daylight, and inside solids.
     pub illuminance_ratio_percent: Vec<Vec<Option<f64>>>,
     /// Illuminances in percent of the unobstructed horizontal illuminance, only under an overcast sky (types 1 and 16)
     /// without sun and without electric light.
@@ -76,6 +77,9 @@ pub struct ExternalIlluminance {
 /// values is too low on average.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct GridStatistics {
+    /// Number of sensors inside solids: they have no value, and are in none of these statistics.
+    #[serde(default)]
+    pub points_inside_solids: usize,
     /// Mean over the sensors.
     pub mean_lux: f64,
     /// Standard error of the mean.
@@ -116,7 +120,7 @@ pub struct GridStatistics {
 pub struct AreaAbove {
     /// Illuminance that counts as reached.
     pub lux: f64,
-    /// Share of the grid's area that reaches it, 0..100.
+    /// Share of the grid's area outside solids that reaches it, 0..100.
     pub percent: f64,
 }
 
@@ -148,10 +152,10 @@ impl GridResult {
     ) -> Self {
         let [columns, _] = grid.cells;
         let sensors = estimate.sensors.len().min(grid.len());
-        let values: Vec<f64> = (0..sensors).map(|sensor| estimate.illuminance_lux(sensor)).collect();
-        let errors: Vec<Option<f64>> = (0..sensors).map(|sensor| finite(estimate.standard_error_lux(sensor))).collect();
+        let values: Vec<Option<f64>> = (0..sensors).map(|sensor| value(estimate, sensor)).collect();
+        let errors: Vec<Option<f64>> = (0..sensors).map(|sensor| error(estimate, sensor)).collect();
         let (sky, sun) = daylight.map_or((0.0, 0.0), Daylight::horizontal_illuminance_lux);
-        let ratios: Vec<Option<f64>> = values.iter().map(|value| finite(100.0 * value / (sky + sun))).collect();
+        let ratios: Vec<Option<f64>> = values.iter().map(|value| finite(100.0 * (*value)? / (sky + sun))).collect();
         let ratios = rows(&ratios, columns);
         let parts = grid.components.then(|| GridComponents::new(parts, estimate, columns));
         let (components, by_tube) = parts.unzip();
@@ -190,14 +194,15 @@ impl GridStatistics {
         let statistics = grid_statistics::GridStatistics::new(estimate);
         let [mean, median, min, max] = statistics.map_or([none; 4], |of| [of.mean, of.median, of.min, of.max]);
         let uniformity = statistics.map(|of| of.uniformity);
-        let sensors = estimate.sensors.len();
+        let sensors = estimate.valued().count();
         let area_above = LEVELS_LUX.map(|lux| {
-            let above = estimate.sensors.iter().filter(|sensor| sensor.mean >= lux).count();
+            let above = estimate.valued().filter(|sensor| estimate.illuminance_lux(*sensor) >= lux).count();
             AreaAbove { lux, percent: 100.0 * above as f64 / sensors.max(1) as f64 }
         });
         let (sky, sun) = daylight.map_or((0.0, 0.0), Daylight::horizontal_illuminance_lux);
         let factor = |statistic: Statistic| finite(100.0 * statistic.value / (sky + sun));
         Self {
+            points_inside_solids: estimate.sensors.len() - sensors,
             mean_lux: mean.value,
             mean_lux_standard_error: finite(mean.standard_error),
             median_lux: median.value,
@@ -252,7 +257,8 @@ mod tests {
     #[test]
     fn rows_run_south_to_north() {
         let result = GridResult::new(&grid(), &estimate(&[10.0, 10.0]), Some(&under(12, false)), false, &[], 0);
-        assert_eq!(result.illuminance_lux, [[0.0, 10.0, 20.0], [30.0, 40.0, 50.0]]);
+        let lux = [[0.0, 10.0, 20.0], [30.0, 40.0, 50.0]].map(|row| row.map(Some));
+        assert_eq!(result.illuminance_lux, lux);
         assert_eq!((result.x_m.len(), result.y_m.len()), (3, 2));
         let GridStatistics { mean_lux, median_lux, min_lux, max_lux, uniformity, .. } = result.statistics;
         assert_eq!((mean_lux, median_lux, min_lux, max_lux, uniformity), (25.0, 25.0, 0.0, 50.0, Some(0.0)));

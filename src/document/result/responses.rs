@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use super::number::{finite, rows};
+use super::number::{error, rows, value};
 use crate::estimate::GridEstimate;
 use crate::integrator::lamp_responses::PATCHES;
 
@@ -16,9 +16,9 @@ pub struct PatchResponse {
     pub tube: usize,
     /// Number of the patch, from 0: as of `patches` of `POST /v1/tubes/flux`.
     pub patch: usize,
-    /// Lux per lumen of each sensor, row by row.
-    pub lux_per_lumen: Vec<Vec<f64>>,
-    /// Standard errors of these; null before the second pass.
+    /// Lux per lumen of each sensor, row by row; null inside solids.
+    pub lux_per_lumen: Vec<Vec<Option<f64>>>,
+    /// Standard errors of these; null inside solids, and before the second pass.
     pub standard_error: Vec<Vec<Option<f64>>>,
 }
 
@@ -27,8 +27,8 @@ impl PatchResponse {
     pub fn all(estimate: &GridEstimate, columns: usize, tubes: usize) -> Vec<Self> {
         let of = |(number, part): (usize, &GridEstimate)| {
             let sensors = 0..part.sensors.len();
-            let values: Vec<f64> = sensors.clone().map(|sensor| part.illuminance_lux(sensor)).collect();
-            let errors: Vec<Option<f64>> = sensors.map(|sensor| finite(part.standard_error_lux(sensor))).collect();
+            let values: Vec<Option<f64>> = sensors.clone().map(|sensor| value(part, sensor)).collect();
+            let errors: Vec<Option<f64>> = sensors.map(|sensor| error(part, sensor)).collect();
             let (tube, patch) = (number / PATCHES, number % PATCHES);
             Self { tube, patch, lux_per_lumen: rows(&values, columns), standard_error: rows(&errors, columns) }
         };

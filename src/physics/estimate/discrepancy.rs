@@ -43,7 +43,7 @@ impl Discrepancy {
                 value: grid.illuminance_lux(sensor),
                 standard_error: grid.standard_error_lux(sensor),
             };
-            for sensor in 0..grid.sensors.len() {
+            for sensor in grid.valued() {
                 let deviation = deviation([of(grid, sensor), of(check, sensor)], passes);
                 all.sensors += 1;
                 all.worst = all.worst.max(deviation);

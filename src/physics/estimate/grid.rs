@@ -1,7 +1,10 @@
 //! Illuminance grids.
 
+use std::sync::Arc;
+
 use crate::analytic::GridSolution;
 use crate::integrator::{GridPass, PhotonCount};
+use crate::scene::Grid;
 use crate::statistics::Moments;
 
 /// Illuminance of one grid in lux: one replicate a pass.
@@ -21,6 +24,8 @@ pub struct GridEstimate {
     pub numerical: bool,
     /// The same grid in parts of the light and by another method, as passes have it.
     pub beside: Vec<GridEstimate>,
+    /// As of [`Grid::free`]: values are those of the free part of a sensor, and of none there is no value.
+    pub free: Option<Arc<[f64]>>,
 }
 
 /// Number of photons from which on the spread of the passes tells the error of what they add up to.
@@ -38,7 +43,24 @@ impl GridEstimate {
             mean: Moments::default(),
             numerical: false,
             beside: Vec::new(),
+            free: None,
         }
+    }
+
+    /// The estimate of no passes of a grid.
+    pub fn of(grid: &Grid) -> Self {
+        Self { free: grid.free.clone(), ..Self::empty(grid.len()) }
+    }
+
+    /// True if a sensor has a value: it lies in no solid.
+    #[inline]
+    pub fn has_value(&self, sensor: usize) -> bool {
+        self.free.as_ref().is_none_or(|free| free[sensor] > 0.0)
+    }
+
+    /// The sensors that have a value, in their order: those that statistics are of.
+    pub fn valued(&self) -> impl Iterator<Item = usize> + Clone {
+        (0..self.sensors.len()).filter(|sensor| self.has_value(*sensor))
     }
 
     /// Makes room for what passes give beside values; `start`: a pass of no light.
@@ -46,7 +68,7 @@ impl GridEstimate {
         self.contrasts = vec![Moments::default(); start.contrasts.len()];
         let sensors = self.sensors.len();
         let begun = |start: &GridPass| {
-            let mut estimate = Self::empty(sensors);
+            let mut estimate = Self { free: self.free.clone(), ..Self::empty(sensors) };
             estimate.begin(start);
             estimate
         };
@@ -55,12 +77,15 @@ impl GridEstimate {
 
     /// Adds one pass of the same grid.
     pub fn push(&mut self, pass: &GridPass) {
+        let beside = &pass.beside;
+        let of_free_parts = self.free.as_ref().map(|free| pass.of_free_parts(free));
+        let pass = of_free_parts.as_ref().unwrap_or(pass);
         self.sensors.iter_mut().zip(&pass.illuminance).for_each(|(sensor, value)| sensor.push(*value));
         self.bias.iter_mut().zip(&pass.bias).for_each(|(sensor, value)| sensor.push(*value));
         push_each(&mut self.contrasts, &pass.contrasts);
         self.photons.iter_mut().zip(&pass.photons).for_each(|(all, of_pass)| all.add(of_pass));
-        self.mean.push(pass.illuminance.iter().sum::<f64>() / pass.illuminance.len() as f64);
-        self.beside.iter_mut().zip(&pass.beside).for_each(|(beside, pass)| beside.push(pass));
+        self.mean.push(self.mean_of(&pass.illuminance));
+        self.beside.iter_mut().zip(beside).for_each(|(beside, pass)| beside.push(pass));
     }
 
     /// Adds the result of a solver: as two replicates whose spread is the numerical error, or as one where nothing is
@@ -72,10 +97,21 @@ impl GridEstimate {
         self.sensors.iter_mut().zip(values.zip(errors)).for_each(|(sensor, (value, error))| {
             push_with_error(sensor, *value, error);
         });
-        let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
         // the errors of neighbours are alike: their mean, not less
-        let error = (!solution.error.is_empty()).then(|| mean(&solution.error));
-        push_with_error(&mut self.mean, mean(&solution.illuminance), error);
+        let error = (!solution.error.is_empty()).then(|| self.mean_of(&solution.error));
+        let mean = self.mean_of(&solution.illuminance);
+        push_with_error(&mut self.mean, mean, error);
+    }
+
+    /// Mean of the values of the sensors that have one.
+    fn mean_of(&self, values: &[f64]) -> f64 {
+        match &self.free {
+            None => values.iter().sum::<f64>() / values.len() as f64,
+            Some(_) => {
+                let valued = self.valued();
+                valued.clone().map(|sensor| values[sensor]).sum::<f64>() / valued.count() as f64
+            }
+        }
     }
 
     /// Adds a later range of passes as if they had been pushed after those that are here.
@@ -122,7 +158,7 @@ impl GridEstimate {
 
     /// Gives `f` every number in a fixed order, to read or to replace: checkpoints store them so.
     pub fn for_each_value(&mut self, f: &mut impl FnMut(&mut f64)) {
-        let Self { sensors, bias, contrasts, photons, mean, numerical: _, beside } = self;
+        let Self { sensors, bias, contrasts, photons, mean, numerical: _, beside, free: _ } = self;
         sensors.iter_mut().chain(bias).chain(contrasts).chain([mean]).for_each(|moments| moments.for_each_value(f));
         photons.iter_mut().flat_map(|count| [&mut count.found, &mut count.one_lux]).for_each(&mut *f);
         beside.iter_mut().for_each(|grid| grid.for_each_value(f));

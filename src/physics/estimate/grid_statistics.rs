@@ -42,12 +42,12 @@ pub struct GridStatistics {
 }
 
 impl GridStatistics {
-    /// Computes the statistics of a grid with their errors; `None` without sensors.
+    /// Computes the statistics of the sensors that have values, with their errors; `None` without any.
     pub fn new(estimate: &GridEstimate) -> Option<Self> {
-        let sensors = 0..estimate.sensors.len();
+        let sensors = estimate.valued();
         let values: Vec<f64> = sensors.clone().map(|sensor| estimate.illuminance_lux(sensor)).collect();
         let errors: Vec<f64> = sensors.map(|sensor| estimate.standard_error_lux(sensor)).collect();
-        let count = estimate.sensors.first()?.count;
+        let count = estimate.sensors[estimate.valued().next()?].count;
         let mean = mean(estimate);
         let of = |order: fn(&mut [f64]) -> f64| order_statistic(&values, &errors, count, estimate.numerical, order);
         let min = of(|values| values.iter().copied().fold(f64::INFINITY, f64::min));
@@ -68,15 +68,16 @@ impl GridStatistics {
 
 /// The mean of a grid.
 pub fn mean(estimate: &GridEstimate) -> Statistic {
-    let values = (0..estimate.sensors.len()).map(|sensor| estimate.illuminance_lux(sensor));
-    Statistic { value: values.sum::<f64>() / estimate.sensors.len() as f64, standard_error: error_of_mean(estimate) }
+    let values = estimate.valued().map(|sensor| estimate.illuminance_lux(sensor));
+    Statistic { value: values.sum::<f64>() / estimate.valued().count() as f64, standard_error: error_of_mean(estimate) }
 }
 
 /// Standard error of the grid's mean: the spread of the passes' means, the mean of the sensors' biases (signed: they
 /// may cancel), the choice of fixed points, which is another one for every sensor, and where sensors found few photons, the
 /// mean of their errors by that, which sensors may share.
 fn error_of_mean(estimate: &GridEstimate) -> f64 {
-    let sensors = estimate.sensors.len().max(1) as f64;
+    let sensors = estimate.valued().count().max(1) as f64;
+    // sensors without a value have none of all this
     let known = estimate.bias.iter().filter(|bias| bias.count >= 2.0);
     let bias = known.map(|bias| bias.mean).sum::<f64>() / sensors;
     let fixed_points: f64 = (0..estimate.sensors.len()).map(|sensor| estimate.fixed_point_variance(sensor)).sum();

@@ -66,7 +66,7 @@ impl Estimate {
     /// An estimate of no passes for a scene's outputs.
     pub fn empty(scene: &Scene) -> Self {
         Self {
-            grids: scene.grids.iter().map(|grid| GridEstimate::empty(grid.len())).collect(),
+            grids: scene.grids.iter().map(GridEstimate::of).collect(),
             views: scene.views.iter().map(|view| FilmEstimate::empty(view.size_px, scene.channels.count())).collect(),
             tubes: vec![TubeEstimate::default(); scene.tubes.len()],
             ..Self::default()

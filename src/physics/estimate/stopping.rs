@@ -173,7 +173,7 @@ impl StopRule {
         let wanted = |least: Option<u64>, passes: u64, error: Option<f64>, limit: f64| {
             least.is_some_and(|least| passes < least || error.is_some_and(|error| error > limit))
         };
-        let of_grids = least(&mut estimate.grids.iter().map(|grid| grid.sensors.len()));
+        let of_grids = least(&mut estimate.grids.iter().map(|grid| grid.valued().count()));
         let of_views = least(&mut estimate.views.iter().map(|view| view.blocks.len()));
         Wanted {
             grids: wanted(of_grids, estimate.passes_of_grids(), accuracy.grids, self.relative_error),
@@ -204,8 +204,9 @@ impl StopRule {
 
 /// Relative standard error of a grid as accuracies have it: root mean square over the sensors.
 pub fn grid_error(grid: &GridEstimate) -> f64 {
-    let sensors = 0..grid.sensors.len();
-    relative_error(sensors.map(|sensor| (grid.illuminance_lux(sensor), grid.standard_error_lux(sensor))).collect())
+    relative_error(
+        grid.valued().map(|sensor| (grid.illuminance_lux(sensor), grid.standard_error_lux(sensor))).collect(),
+    )
 }
 
 fn film_error(film: &FilmEstimate) -> f64 {

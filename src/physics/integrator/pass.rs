@@ -90,6 +90,29 @@ impl GridPass {
         self.add(&Self { illuminance, bias, contrasts: nothing(&other.contrasts), photons, beside: Vec::new() });
     }
 
+    /// The same for the parts of sensors that no solid takes, of which these are the shares: what covers the rest is dark in every
+    /// pass, so that a mean over the whole is that over the free part times its share. Nothing is left of sensors inside solids, nor
+    /// of what stands beside the grid.
+    pub fn of_free_parts(&self, free: &[f64]) -> Self {
+        let factors: Vec<f64> = free.iter().map(|share| if *share > 0.0 { 1.0 / share } else { 0.0 }).collect();
+        let scaled = |values: &[f64]| -> Vec<f64> {
+            // as many values of one sensor after the other
+            let each = (values.len() / factors.len().max(1)).max(1);
+            values.iter().enumerate().map(|(place, value)| value * factors[place / each]).collect()
+        };
+        let photons = self.photons.iter().zip(&factors).map(|(count, factor)| match *factor {
+            0.0 => PhotonCount::default(),
+            factor => PhotonCount { one_lux: factor * count.one_lux, ..*count },
+        });
+        Self {
+            illuminance: scaled(&self.illuminance),
+            bias: scaled(&self.bias),
+            contrasts: scaled(&self.contrasts),
+            photons: photons.collect(),
+            beside: Vec::new(),
+        }
+    }
+
     /// What is left without a part of the light. The photons stay, which are behind what is left as well.
     pub fn without(&self, part: &Self) -> Self {
         let mut left = self.clone();

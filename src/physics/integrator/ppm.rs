@@ -249,6 +249,9 @@ impl<const C: usize> Ppm<C> {
                         sensor.x += (x - 0.5) * grid.cell_size_m[0];
                         sensor.y += (y - 0.5) * grid.cell_size_m[1];
                     }
+                    if grid.is_inside(index) {
+                        return (Gathered::NOTHING, PhotonCount::default());
+                    }
                     let radius = before.get(point).map_or(maps.radius, PointStatistics::radius_m);
                     self.sensor(number, maps, sensor, radius, strata, &mut PathRandom::new(key.child(point as u64)))
                 });

@@ -20,7 +20,7 @@ impl SensorPlace {
     pub fn as_grid(&self, grids: &[Grid]) -> Option<Grid> {
         let grid = grids.get(self.grid).filter(|grid| grid.estimate == EstimateKind::Point)?;
         let (column, row) = (self.sensor % grid.cells[0], self.sensor / grid.cells[0]);
-        Some(Grid { cells: [1, 1], x_m: vec![grid.x_m[column]], y_m: vec![grid.y_m[row]], ..grid.clone() })
+        Some(Grid { cells: [1, 1], x_m: vec![grid.x_m[column]], y_m: vec![grid.y_m[row]], free: None, ..grid.clone() })
     }
 }
 

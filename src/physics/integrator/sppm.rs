@@ -166,7 +166,7 @@ impl<const C: usize> Sppm<C> {
                     sensor.x += (u - 0.5) * grid.cell_size_m[0];
                     sensor.y += (v - 0.5) * grid.cell_size_m[1];
                 }
-                if mapper.scene.is_in_box(sensor) {
+                if grid.is_inside(index) || mapper.scene.is_in_box(sensor) {
                     return Some((0.0, Gathered::NOTHING, PhotonCount::default()));
                 }
                 let direct = mapper.diffuser_irradiance(maps, sensor, DVec3::Z, None, SENSOR_CONNECTIONS, &mut random);

@@ -215,6 +215,9 @@ impl<const C: usize> TwoStage<C> {
         let offsets = average.then(|| light.offsets(grid.cell_size_m, stream));
         let reach = if average { 0.5 * libm::hypot(grid.cell_size_m[0], grid.cell_size_m[1]) } else { 0.0 };
         let sensors = each(grid.len(), cancel, |index| {
+            if grid.is_inside(index) {
+                return (0.0, RayCount::default());
+            }
             let position = centre(scene, grid, index);
             let stream = stream.stream(Stream::Sensor, index as u64);
             let clear =

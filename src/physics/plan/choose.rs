@@ -245,7 +245,8 @@ fn cells_beside_walls(task: &Task) -> Option<MethodChoice> {
         let average = grid.estimate == EstimateKind::CellAverage;
         average && distance_to_surface(scene, grid.centre(sensor), width.max(depth)).is_some()
     };
-    let sensors = || task.grids.iter().flat_map(|grid| (0..grid.len()).map(move |sensor| (grid, sensor)));
+    let valued = |grid: &'_ Grid| (0..grid.len()).filter(|sensor| !grid.is_inside(*sensor)).collect::<Vec<_>>();
+    let sensors = || task.grids.iter().flat_map(|grid| valued(grid).into_iter().map(move |sensor| (grid, sensor)));
     let beside = sensors().filter(|sensor| is_beside(*sensor)).count();
     let reason = "unbiased, and all tubes are lamps; photons seldom cross cells beside walls, and paths from these find the walls";
     (beside as f64 > FEW_CELLS * sensors().count() as f64)

@@ -1,5 +1,7 @@
 //! Illuminance grids: horizontal sensors that look up.
 
+use std::sync::Arc;
+
 use glam::{DVec2, DVec3};
 
 /// A grid of horizontal sensors.
@@ -25,6 +27,9 @@ pub struct Grid {
     pub components: bool,
     /// Whether results tell what each patch of the openings gives to each sensor per lumen, too.
     pub responses: bool,
+    /// Share of each sensor that no solid takes, row by row: of a cell's area, 0..1; of a point 1, or 0 inside a solid. `None` where no
+    /// solid takes anything.
+    pub free: Option<Arc<[f64]>>,
 }
 
 /// Meaning of a sensor's value.
@@ -51,7 +56,8 @@ impl Grid {
         let centres =
             |axis: usize| (0..cells[axis]).map(|i| margin_m + (i as f64 + 0.5) * cell_size_m[axis]).collect::<Vec<_>>();
         let (x_m, y_m, every) = (centres(0), centres(1), [1; 2]);
-        Self { name, height_m, cells, x_m, y_m, cell_size_m, every, estimate, components: false, responses: false }
+        let (components, responses, free) = (false, false, None);
+        Self { name, height_m, cells, x_m, y_m, cell_size_m, every, estimate, components, responses, free }
     }
 
     /// Every few columns and rows of this grid, about `most` sensors at most, each with its own cell: a sample of its values.
@@ -76,7 +82,17 @@ impl Grid {
         };
         let (x_m, y_m) = (some(0, &self.x_m), some(1, &self.y_m));
         let every = [0, 1].map(|axis| self.every[axis] * step.min(self.cells[axis]));
-        Self { name: self.name.clone(), cells: [x_m.len(), y_m.len()], x_m, y_m, every, ..*self }
+        let numbers = |axis: usize, count: usize| {
+            let step = step.min(self.cells[axis]);
+            (0..count).map(move |number| (step - 1) / 2 + number * step)
+        };
+        let free = self.free.as_ref().map(|free| {
+            let rows = numbers(1, y_m.len()).map(|row| row * self.cells[0]);
+            rows.flat_map(|row| numbers(0, x_m.len()).map(move |column| row + column))
+                .map(|sensor| free[sensor])
+                .collect()
+        });
+        Self { name: self.name.clone(), cells: [x_m.len(), y_m.len()], x_m, y_m, every, free, ..*self }
     }
 
     /// Number of sensors; sensor `j * cells[0] + i` is at (`x_m[i]`, `y_m[j]`).
@@ -93,6 +109,17 @@ impl Grid {
     #[inline]
     pub fn centre(&self, index: usize) -> DVec3 {
         DVec3::new(self.x_m[index % self.cells[0]], self.y_m[index / self.cells[0]], self.height_m)
+    }
+
+    /// True if a sensor lies inside a solid: it has no value. Of a cell, all of it does.
+    #[inline]
+    pub fn is_inside(&self, index: usize) -> bool {
+        self.free.as_ref().is_some_and(|free| free[index] == 0.0)
+    }
+
+    /// Number of sensors that have a value: all but those inside solids.
+    pub fn valued(&self) -> usize {
+        (0..self.len()).filter(|sensor| !self.is_inside(*sensor)).count()
     }
 
     /// The sensor whose cell holds a point of the plane; `None` beside the grid.
@@ -128,6 +155,13 @@ mod tests {
         let grid = Grid::new("g".into(), 0.8, [7, 5], 0.25, [4.0, 3.0], EstimateKind::CellAverage);
         let some = grid.thinned(8);
         assert_eq!((some.cells, some.cell_size_m), ([3, 2], grid.cell_size_m));
+        let halves = Grid { free: Some((0..35).map(|sensor| f64::from(sensor) / 35.0).collect()), ..grid.clone() };
+        for (sensor, free) in halves.thinned(8).free.unwrap().iter().enumerate() {
+            assert_eq!(
+                grid.cell_at(some.centre(sensor).truncate()).map(|of_whole| of_whole as f64 / 35.0),
+                Some(*free)
+            );
+        }
         let mut found = vec![0; some.len()];
         for number in 0..10_000 {
             let point = DVec2::new(0.04 * (number % 100) as f64, 0.03 * (number / 100) as f64);

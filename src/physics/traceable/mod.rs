@@ -15,8 +15,10 @@ mod rays;
 mod rays_together;
 mod scene;
 mod sight;
+pub mod solids;
 mod source;
 mod surface_id;
+mod taken;
 mod tube;
 
 pub use box_object::TraceableBox;
@@ -27,4 +29,5 @@ pub use rays_together::{RoomRay, Segments};
 pub use scene::{Follow, TraceableScene};
 pub use source::Source;
 pub use surface_id::{Numbering, Side, SurfaceId};
+pub use taken::{RoomObject, Taken};
 pub use tube::{TraceableTube, TubeError, cylinder_guide};

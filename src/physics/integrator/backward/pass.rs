@@ -42,7 +42,7 @@ pub fn centre(scene: &TraceableScene, grid: &Grid, index: usize) -> DVec3 {
     grid.centre(index) + DVec3::Z * scene.contact()
 }
 
-/// Illuminance in lux of sensor `index` of a grid by backward paths, and the rays they took.
+/// Illuminance in lux of sensor `index` of a grid by backward paths, and the rays they took; none where it lies inside a solid.
 pub fn sensor<const C: usize>(
     scene: &TraceableScene,
     grid: &Grid,
@@ -53,6 +53,9 @@ pub fn sensor<const C: usize>(
 ) -> (f64, RayCount) {
     let centre = centre(scene, grid, index);
     let (mut lux, mut rays) = (0.0, RayCount::default());
+    if grid.is_inside(index) {
+        return (lux, rays);
+    }
     for number in 0..u64::from(sampling.paths) {
         let mut walk: Walk<'_, C> = sampling.walk(scene, stream, number);
         let mut position = centre;

@@ -408,8 +408,12 @@ impl<const C: usize> Integrator for Bidirectional<C> {
         account.not_finite = folded.not_finite;
         for (number, (grid, lux)) in self.grids.iter().zip(&mut grids).enumerate() {
             let stream = key.stream(Stream::Grid, number as u64);
-            let sensor =
-                |index: usize| going_on().then(|| self.sensor(grid, index, &paths, stream.child(index as u64)));
+            let sensor = |index: usize| {
+                going_on().then(|| match grid.is_inside(index) {
+                    true => Default::default(),
+                    false => self.sensor(grid, index, &paths, stream.child(index as u64)),
+                })
+            };
             let sensors: Option<Vec<_>> = (0..grid.len()).into_par_iter().map(sensor).collect();
             for (sum, (value, rays)) in lux.iter_mut().zip(sensors?) {
                 *sum += value;

@@ -163,7 +163,8 @@ impl Described for Settings {
 fn near_openings(task: &Task) -> Option<Refusal> {
     let scene = task.traceable;
     let is_near = |grid: &&Grid| {
-        let mut places = (0..grid.len()).map(|index| Place::of(scene, grid, index));
+        let mut places =
+            (0..grid.len()).filter(|index| !grid.is_inside(*index)).map(|index| Place::of(scene, grid, index));
         places.any(|place| scene.tubes.iter().any(|tube| !place.is_far(tube)))
     };
     let grid = task.grids.iter().find(is_near)?;
@@ -211,6 +212,9 @@ impl<const C: usize> LampResponses<C> {
     ) -> (f64, RayCount) {
         let place = Place::of(&self.scene, &self.grids[grid], sensor);
         let mut rays = RayCount::default();
+        if self.grids[grid].is_inside(sensor) {
+            return (0.0, rays);
+        }
         if self.room.sees_all(grid, sensor) {
             return (light.at_sensor(place.centre(), offsets), rays);
         }

@@ -125,7 +125,8 @@ impl<const C: usize> Room<C> {
         let place = Place::of(scene, &sensors.grid, index);
         let light = PatchLight::<C>::new(&self.zones);
         let (mut luminaires, mut rays) = (0.0, RayCount::default());
-        for number in 0..u64::from(self.paths) {
+        let paths = if sensors.grid.is_inside(index) { 0 } else { self.paths };
+        for number in 0..u64::from(paths) {
             let samples = PathSamples::with_pairs(stream, number, SOBOL_PAIRS);
             let mut walk = Walk::<C>::new(scene, samples, CERTAIN_REFLECTIONS);
             let position = place.point(|| walk.samples.pair());

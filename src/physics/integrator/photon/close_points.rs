@@ -41,7 +41,7 @@ fn close_points<'a>(
     let near = NEAR_SURFACE * scene.size.min_element();
     let points = grids.iter().enumerate().filter(|(_, grid)| grid.estimate == EstimateKind::Point);
     points.flat_map(move |(number, grid)| {
-        (0..grid.len()).filter_map(move |sensor| {
+        (0..grid.len()).filter(|sensor| !grid.is_inside(*sensor)).filter_map(move |sensor| {
             let (distance, surface) = distance_to_surface(scene, grid.centre(sensor), near)?;
             Some((distance, surface, SensorPlace { grid: number, sensor }))
         })

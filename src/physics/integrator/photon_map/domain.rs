@@ -7,11 +7,11 @@ use std::f64::consts::PI;
 
 use glam::{DVec2, DVec3};
 
-use super::solids::{Owner, Sections, Sheet, Solid, sections};
 use crate::geometry::covered::{Edge, bounds, covered, polygon, rectangle};
 use crate::geometry::disc::{disc_disc_area, disc_edge_area, disc_polygon_area};
 use crate::scene::Face;
 use crate::traceable::TraceableScene;
+use crate::traceable::solids::{Owner, Sections, Sheet, Solid, sections};
 
 /// A rectangle minus what covers it, and minus discs, all in one plane.
 #[derive(Clone, Debug)]

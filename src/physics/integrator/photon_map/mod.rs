@@ -8,7 +8,6 @@ pub(crate) mod memory;
 pub(crate) mod near_light;
 pub(crate) mod outline;
 pub mod progressive;
-mod solids;
 pub(crate) mod store;
 pub(crate) mod strata;
 pub mod surfaces;

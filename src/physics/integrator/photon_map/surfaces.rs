@@ -7,11 +7,11 @@ use std::f64::consts::PI;
 use glam::DVec3;
 
 use super::domain::{Domain, Flat, Region, regions};
-use super::solids::{Owner, Sheet, Solid, sections};
 use crate::geometry::covered::Edge;
 use crate::integrator::method::{Caveat, CaveatCode};
 use crate::sampling::warp;
 use crate::scene::Face;
+use crate::traceable::solids::{Owner, Sheet, Solid, sections};
 use crate::traceable::{Side, SurfaceId, TraceableScene};
 
 /// Steps of work (a bound that is compared, a quarter of a triangle that is cut) after which no more facets are looked at: some

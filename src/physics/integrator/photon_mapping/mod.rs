@@ -209,6 +209,9 @@ impl<const C: usize> PhotonMapping<C> {
                 let sensor = Sensor { grid, index, key: stream.child(index as u64) };
                 let going_on = !cancel.load(Ordering::Relaxed);
                 going_on.then(|| {
+                    if grid.is_inside(index) {
+                        return (0.0, 0.0, PhotonCount::default());
+                    }
                     let (mut lux, mut bias, mut photons) = self.sensor(number, &sensor, gathering);
                     if !average && !self.covered(sensor.centre()) {
                         let (caustics, unscattered) = self.caustics(number, &sensor, gathering);

@@ -98,7 +98,9 @@ impl Settings {
         if !gathers(scene) {
             return None;
         }
-        let sensors = task.grids.iter().flat_map(|grid| (0..grid.len()).map(|sensor| grid.centre(sensor)));
+        let sensors = task.grids.iter().flat_map(|grid| {
+            (0..grid.len()).filter(|sensor| !grid.is_inside(*sensor)).map(|sensor| grid.centre(sensor))
+        });
         let lit: Vec<DVec3> = sensors.filter(|sensor| !scene.is_in_box(*sensor)).collect();
         let are_enough = || match task.scene.channels {
             Channels::Photopic => are_patches_enough::<1>(scene, &lit, target),
@@ -210,7 +212,8 @@ fn beside_openings(task: &Task) -> Option<Refusal> {
         DVec2::new(beside, away.z).length()
     };
     let is_near = |sensor: DVec3| scene.tubes.iter().any(|tube| distance(sensor, tube) < near);
-    let grid = task.grids.iter().find(|grid| (0..grid.len()).any(|sensor| is_near(grid.centre(sensor))))?;
+    let has_near = |grid: &&Grid| (0..grid.len()).any(|sensor| !grid.is_inside(sensor) && is_near(grid.centre(sensor)));
+    let grid = task.grids.iter().find(has_near)?;
     let detail = format!(
         "light of an opening nearer to a sensor than 1 % of the room's shortest edge ({near:.3e} m) is rare and bright, and a \
          sensor of the grid {:?} lies so near",
@@ -242,7 +245,7 @@ pub struct PlacedVertices<const C: usize> {
     lengths: Vec<usize>,
     /// Light straight from luminaires in lx, per target.
     direct: Vec<f64>,
-    /// True for targets inside boxes, which are dark.
+    /// True for targets inside solids, which are dark.
     buried: Vec<bool>,
     vertices: u64,
     seed: Key,
@@ -265,7 +268,9 @@ impl<const C: usize> PlacedVertices<C> {
     ) -> Self {
         let targets = Targets::new(&scene, grids);
         let all: Vec<_> = targets.all().collect();
-        let buried: Vec<bool> = all.iter().map(|target| scene.is_in_box(target.position)).collect();
+        let inside = targets.are_inside(grids);
+        let is_buried = |(target, inside): (&Target, bool)| inside || scene.is_in_box(target.position);
+        let buried: Vec<bool> = all.iter().zip(inside).map(is_buried).collect();
         // nothing is placed for sensors that stay dark
         let lit: Vec<Target> =
             all.iter().zip(&buried).filter(|(_, buried)| !**buried).map(|(target, _)| *target).collect();

@@ -153,6 +153,13 @@ impl Targets {
         })
     }
 
+    /// Whether each sensor, in its order here, lies inside a solid and has no value.
+    pub fn are_inside(&self, grids: &[Grid]) -> Vec<bool> {
+        let of_grid = |grid: &Grid| (0..grid.len()).map(|sensor| grid.is_inside(sensor)).collect::<Vec<_>>();
+        let inside: Vec<bool> = grids.iter().flat_map(of_grid).collect();
+        self.numbers.iter().map(|number| inside[*number]).collect()
+    }
+
     /// Number of all sensors.
     pub fn count(&self) -> usize {
         self.numbers.len()

@@ -1,17 +1,24 @@
-//! What stands in a room and can cover parts of its surfaces: boxes, and the pieces that its meshes consist of.
+//! Solids in a room, which can cover parts of its surfaces and of grids: boxes, and the pieces that its meshes consist of.
 
 use std::collections::BTreeMap;
 
 use glam::{DVec2, DVec3};
 
+use super::box_object::TraceableBox;
+use super::scene::TraceableScene;
+use crate::geometry::TriangleMesh;
 use crate::geometry::covered::{Edge, contains, cross};
+use crate::geometry::facets::pieces;
 use crate::geometry::section::section;
-use crate::traceable::{TraceableBox, TraceableScene};
+use crate::geometry::welded::places;
 
 /// Something whose inside no light reaches.
 pub struct Solid {
+    /// The box or piece that it is.
     pub of: Owner,
+    /// Lowest corner of its bounds in m.
     pub low: DVec3,
+    /// Highest corner of its bounds in m.
     pub high: DVec3,
     positions: Vec<DVec3>,
     triangles: Vec<[u32; 3]>,
@@ -19,7 +26,7 @@ pub struct Solid {
     closed: bool,
 }
 
-/// What a solid is.
+/// The box or piece of a mesh that a solid is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Owner {
     /// Number of a box.
@@ -31,13 +38,17 @@ pub enum Owner {
 /// A plane with a frame, seen from one side.
 #[derive(Clone, Copy, Debug)]
 pub struct Sheet {
+    /// A point of it.
     pub origin: DVec3,
-    /// Unit vectors in the plane, and across it to the side that is seen.
+    /// One of two unit vectors in the plane, across each other.
     pub u: DVec3,
+    /// The other one.
     pub v: DVec3,
+    /// Unit vector across it, to the side that is seen.
     pub seen: DVec3,
-    /// Bounds of the part of the plane that counts.
+    /// Lower bound of the part of the plane that counts.
     pub low: DVec3,
+    /// The upper one.
     pub high: DVec3,
     /// Distance in metres before the plane at which solids are cut.
     pub hair: f64,
@@ -65,26 +76,52 @@ impl Solid {
         let boxes = scene.boxes.iter().enumerate().map(|(number, object)| Self::of_box(number, object));
         let mut solids: Vec<Self> = boxes.collect();
         let Some(meshes) = &scene.meshes else { return solids };
+        solids.extend(Self::of_pieces(
+            &meshes.positions,
+            &meshes.triangles,
+            &meshes.pieces,
+            scene.size,
+            scene.coinciding(),
+        ));
+        solids
+    }
+
+    /// The pieces of one mesh in a room of this size, by themselves: corners are joined by their places. Points within `near` m are one
+    /// where it is asked what a face of the room closes.
+    pub fn of_mesh(mesh: &TriangleMesh, size: DVec3, near: f64) -> Vec<Self> {
+        let places = places(&mesh.positions);
+        let triangles: Vec<[u32; 3]> =
+            mesh.triangles.iter().map(|corners| corners.map(|corner| places[corner as usize])).collect();
+        let mut positions = Vec::new();
+        for (place, position) in places.iter().zip(&mesh.positions) {
+            // places are numbered in the order in which they first appear
+            if *place as usize == positions.len() {
+                positions.push(*position);
+            }
+        }
+        Self::of_pieces(&positions, &triangles, &pieces(positions.len(), &triangles), size, near)
+    }
+
+    fn of_pieces(positions: &[DVec3], triangles: &[[u32; 3]], pieces: &[u32], size: DVec3, near: f64) -> Vec<Self> {
         let mut members: Vec<Vec<u32>> = Vec::new();
-        for (triangle, piece) in (0..).zip(&meshes.pieces) {
+        for (triangle, piece) in (0..).zip(pieces) {
             if *piece as usize == members.len() {
                 members.push(Vec::new());
             }
             members[*piece as usize].push(triangle);
         }
-        solids.extend((0..).zip(members).map(|(piece, triangles)| {
-            let corners: Vec<[u32; 3]> =
-                triangles.iter().map(|triangle| meshes.triangles[*triangle as usize]).collect();
+        let of_piece = |(piece, members): (u32, Vec<u32>)| {
+            let corners: Vec<[u32; 3]> = members.iter().map(|triangle| triangles[*triangle as usize]).collect();
             let mut used: Vec<u32> = corners.iter().flatten().copied().collect();
             used.sort_unstable();
             used.dedup();
             let own = |corner: u32| used.binary_search(&corner).map_or(0, |place| place as u32);
             let triangles: Vec<[u32; 3]> = corners.iter().map(|triangle| triangle.map(own)).collect();
-            let positions: Vec<DVec3> = used.iter().map(|corner| meshes.positions[*corner as usize]).collect();
-            let closed = is_closed(&positions, &triangles, scene);
+            let positions: Vec<DVec3> = used.iter().map(|corner| positions[*corner as usize]).collect();
+            let closed = is_closed(&positions, &triangles, size, near);
             Self { closed, ..Self::new(Owner::Piece(piece), positions, triangles) }
-        }));
-        solids
+        };
+        (0..).zip(members).map(of_piece).collect()
     }
 
     fn of_box(number: usize, object: &TraceableBox) -> Self {
@@ -105,6 +142,11 @@ impl Solid {
         Self { of, low, high, positions, triangles, closed: true }
     }
 
+    /// True if light cannot get inside: it is closed, by itself or by a face of the room.
+    pub fn is_closed(&self) -> bool {
+        self.closed
+    }
+
     /// Triangles that a section goes through.
     pub fn work(&self) -> usize {
         self.triangles.len()
@@ -123,19 +165,18 @@ impl Solid {
 }
 
 /// True if every edge of some triangles has one on either side, or lies in a face of the room, which closes what stands on it.
-fn is_closed(positions: &[DVec3], triangles: &[[u32; 3]], scene: &TraceableScene) -> bool {
+fn is_closed(positions: &[DVec3], triangles: &[[u32; 3]], size: DVec3, hair: f64) -> bool {
     let mut uses: BTreeMap<[u32; 2], u32> = BTreeMap::new();
     for [a, b, c] in triangles {
         for [p, q] in [[*a, *b], [*b, *c], [*c, *a]] {
             *uses.entry([p.min(q), p.max(q)]).or_default() += 1;
         }
     }
-    let hair = scene.coinciding();
     let on_face = |edge: &[u32; 2]| {
         let [p, q] = edge.map(|corner| positions[corner as usize]);
         (0..3).any(|axis| {
             let on = |plane: f64| (p[axis] - plane).abs() <= hair && (q[axis] - plane).abs() <= hair;
-            on(0.0) || on(scene.size[axis])
+            on(0.0) || on(size[axis])
         })
     };
     uses.iter().all(|(edge, count)| count.is_multiple_of(2) || on_face(edge))

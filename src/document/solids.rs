@@ -1,0 +1,63 @@
+//! Points of grids inside solids: there is no floor, and no value.
+
+use super::errors::{Checks, DocumentErrors, Warning, WarningCode};
+use super::job::JobDocument;
+use super::room::object::ObjectDocument;
+use crate::scene::{EstimateKind, Scene};
+use crate::traceable::{RoomObject, Taken};
+
+/// Tells the grids of a scene what solids take of them, with a note for each that any is taken of; refuses those of which nothing is
+/// left.
+pub fn leave_out_solids(document: &JobDocument, scene: &mut Scene) -> Result<Vec<Warning>, DocumentErrors> {
+    let mut checks = Checks::default();
+    let mut warnings = Vec::new();
+    let taken: Vec<Taken> = scene.grids.iter().map(|grid| Taken::of(scene, grid)).collect();
+    for (number, (grid, taken)) in scene.grids.iter_mut().zip(taken).enumerate() {
+        if taken.by.is_empty() {
+            continue;
+        }
+        let (inside, partly, all) = (taken.inside(), taken.partly(), grid.len());
+        let objects = pointers(document, &taken.by);
+        let (things, cells) = match grid.estimate {
+            EstimateKind::Point => ("points", false),
+            EstimateKind::CellAverage => ("cells", true),
+        };
+        if inside == all {
+            let detail = format!("all {things} lie inside solids ({objects}): choose another height or other objects");
+            checks.refuse(format!("/grids/{number}"), detail);
+            continue;
+        }
+        let mut detail = format!(
+            "/grids/{number}: {inside} of {all} {things} lie inside solids ({objects}): they have no value and are in no statistic"
+        );
+        if cells && partly > 0 {
+            detail += &format!("; {partly} lie in them in part, and their values are means over the part that is free");
+        }
+        warnings.push(Warning { code: WarningCode::PointsInsideSolids, detail });
+        grid.free = Some(taken.free.into());
+    }
+    if checks.errors.is_empty() { Ok(warnings) } else { Err(DocumentErrors(checks.errors)) }
+}
+
+/// Most objects that a note names.
+const MOST_NAMED: usize = 8;
+
+/// Pointers to some objects of a scene in its document.
+fn pointers(document: &JobDocument, objects: &[RoomObject]) -> String {
+    let is_box = |object: &ObjectDocument| matches!(object, ObjectDocument::Box(_));
+    let place = |object: &RoomObject| {
+        let (wanted, number) = match object {
+            RoomObject::Box(number) => (true, *number),
+            RoomObject::Mesh(number) => (false, *number),
+        };
+        let of_kind = document.room.objects.iter().enumerate().filter(|(_, object)| is_box(object) == wanted);
+        of_kind.map(|(place, _)| place).nth(number)
+    };
+    let mut places: Vec<usize> = objects.iter().filter_map(place).collect();
+    places.sort_unstable();
+    let mut named: Vec<String> = places.iter().take(MOST_NAMED).map(|place| format!("/room/objects/{place}")).collect();
+    if places.len() > MOST_NAMED {
+        named.push(format!("{} more", places.len() - MOST_NAMED));
+    }
+    named.join(", ")
+}

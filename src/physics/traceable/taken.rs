@@ -1,0 +1,232 @@
+//! What solids take of grids: points inside boxes and closed meshes, where there is no floor, and parts of cells.
+//!
+//! A box is solid, and so is a piece of a mesh object that is closed, by itself or by faces of the room that it stands on; a piece
+//! within a larger one of the same object is its cavity. A piece that holds an opening or a luminaire is no solid: a room that is drawn
+//! as a mesh, or the shade of a lamp. Points on the sides or the top of a solid are outside; those on the underside, which look up into
+//! it, are inside.
+
+use glam::{DVec2, DVec3};
+
+use super::box_object::TraceableBox;
+use super::solids::{Sheet, Solid, sections};
+use crate::geometry::covered::{Edge, bounds, contains, covered, enclosed_area, polygon, rectangle};
+use crate::scene::{EstimateKind, Grid, Scene};
+
+/// Share of the room's diagonal within which points lie on surfaces.
+const TOLERANCE: f64 = 1e-9;
+
+/// Shares of a cell below which it counts as all inside, or as all free.
+const LEAST_SHARE: f64 = 1e-6;
+
+/// Points of the rim at which it is asked whether an opening lies in a piece.
+const RIM: u32 = 16;
+
+/// What stands in a room.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum RoomObject {
+    /// Number of a box in the scene.
+    Box(usize),
+    /// Number of a mesh object in the scene.
+    Mesh(usize),
+}
+
+/// What solids take of a grid.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Taken {
+    /// As of [`Grid::free`]; empty where nothing is taken.
+    pub free: Vec<f64>,
+    /// The objects that take any of it, boxes first.
+    pub by: Vec<RoomObject>,
+}
+
+impl Taken {
+    /// Number of sensors inside solids: of cells, those that lie in them as a whole.
+    pub fn inside(&self) -> usize {
+        self.free.iter().filter(|free| **free == 0.0).count()
+    }
+
+    /// Number of cells of which solids take a part.
+    pub fn partly(&self) -> usize {
+        self.free.iter().filter(|free| **free > 0.0 && **free < 1.0).count()
+    }
+
+    /// What the objects of a scene take of a grid.
+    pub fn of(scene: &Scene, grid: &Grid) -> Self {
+        let tolerance = TOLERANCE * scene.room.size.length();
+        let covers = Cover::all(scene, grid.height_m, tolerance);
+        let mut free = vec![1.0; grid.len()];
+        let mut by = Vec::new();
+        if covers.is_empty() {
+            return Self::default();
+        }
+        for row in 0..grid.cells[1] {
+            let sensors = row * grid.cells[0]..(row + 1) * grid.cells[0];
+            let shares = &mut free[sensors];
+            match grid.estimate {
+                EstimateKind::Point => take_points(grid, row, &covers, tolerance, shares, &mut by),
+                EstimateKind::CellAverage => take_cells(grid, row, &covers, tolerance, shares, &mut by),
+            }
+        }
+        by.sort_unstable();
+        by.dedup();
+        if by.is_empty() { Self::default() } else { Self { free, by } }
+    }
+}
+
+/// The outline of a solid in the plane of a grid.
+struct Cover {
+    of: RoomObject,
+    edges: Vec<Edge>,
+    low: DVec2,
+    high: DVec2,
+    /// The box whose outline it is.
+    solid: Option<TraceableBox>,
+}
+
+impl Cover {
+    fn all(scene: &Scene, height: f64, tolerance: f64) -> Vec<Self> {
+        let new = |of, edges: Vec<Edge>, solid| {
+            let (low, high) = bounds(edges.iter());
+            Self { of, edges, low, high, solid }
+        };
+        let boxes = scene.room.boxes.iter().map(TraceableBox::new).enumerate().filter(|(_, object)| {
+            let (low, high) = object.span();
+            height >= low && height < high
+        });
+        let boxes =
+            boxes.map(|(number, object)| new(RoomObject::Box(number), polygon(&object.outline()), Some(object)));
+        let mut covers: Vec<Self> = boxes.collect();
+        let sheet = horizontal(scene, height, tolerance);
+        for (number, object) in scene.room.meshes.iter().enumerate() {
+            let solids = Solid::of_mesh(&object.mesh, scene.room.size, tolerance);
+            let solids = solids.iter().filter(|solid| solid.is_closed() && solid.may_cut(&sheet));
+            let solids = solids.filter(|solid| !holds_a_source(scene, solid, tolerance));
+            let found = sections(solids, &sheet).covers.into_iter();
+            covers.extend(found.map(|edges| new(RoomObject::Mesh(number), edges, None)));
+        }
+        covers
+    }
+
+    /// True if its bounds meet those of a part of the plane.
+    fn is_near(&self, low: DVec2, high: DVec2) -> bool {
+        self.low.cmple(high).all() && self.high.cmpge(low).all()
+    }
+}
+
+/// The whole plane of the room at a height, seen from above.
+fn horizontal(scene: &Scene, height: f64, hair: f64) -> Sheet {
+    let size = scene.room.size;
+    Sheet {
+        origin: DVec3::new(0.0, 0.0, height),
+        u: DVec3::X,
+        v: DVec3::Y,
+        seen: DVec3::Z,
+        low: DVec3::new(0.0, 0.0, height),
+        high: DVec3::new(size.x, size.y, height),
+        hair,
+    }
+}
+
+/// True if an opening lies in a solid, or the middle of a luminaire: light is inside.
+fn holds_a_source(scene: &Scene, solid: &Solid, tolerance: f64) -> bool {
+    let ceiling = scene.room.size.z;
+    let holds = |height: f64, points: &[DVec2]| {
+        // the section is a hair above
+        let sheet = horizontal(scene, height - tolerance, tolerance);
+        solid.may_cut(&sheet)
+            && sections(std::iter::once(solid), &sheet)
+                .covers
+                .iter()
+                .any(|cover| points.iter().all(|point| contains(cover, *point)))
+    };
+    let of_tube = |tube: &crate::scene::Tube| {
+        let around = |angle: f64| DVec2::new(libm::cos(angle), libm::sin(angle));
+        let angle = |number: u32| f64::from(number) / f64::from(RIM) * std::f64::consts::TAU;
+        let rim = (0..RIM).map(|number| tube.centre + (1.0 - TOLERANCE) * tube.opening_radius * around(angle(number)));
+        holds(ceiling - tolerance, &std::iter::once(tube.centre).chain(rim).collect::<Vec<_>>())
+    };
+    let of_luminaire = |luminaire: &crate::scene::Luminaire| {
+        let middle = luminaire.corner + 0.5 * (luminaire.edge_u + luminaire.edge_v);
+        holds(middle.z, &[middle.truncate()])
+    };
+    scene.tubes.iter().any(of_tube) || scene.room.luminaires.iter().any(of_luminaire)
+}
+
+/// Takes the points of a row that lie inside solids.
+fn take_points(grid: &Grid, row: usize, covers: &[Cover], tolerance: f64, free: &mut [f64], by: &mut Vec<RoomObject>) {
+    let y = grid.y_m[row];
+    for cover in covers.iter().filter(|cover| cover.low.y <= y && cover.high.y >= y) {
+        let near = |x: f64| cover.low.x <= x && x <= cover.high.x;
+        // a point on a side is not between the crossings of both lines beside it
+        let lines = [y - tolerance, y + tolerance].map(|y| crossings(&cover.edges, y));
+        let within = |x: f64, line: &[f64]| {
+            let before = |x: f64| line.partition_point(|crossing| *crossing < x);
+            let (left, right) = (before(x - tolerance), before(x + tolerance));
+            left == right && left % 2 == 1
+        };
+        for (x, free) in grid.x_m.iter().zip(&mut *free).filter(|(x, _)| near(**x)) {
+            let is_inside = match &cover.solid {
+                // as methods ask
+                Some(solid) => solid.contains(DVec3::new(*x, y, grid.height_m)),
+                None => lines.iter().all(|line| within(*x, line)),
+            };
+            if is_inside {
+                *free = 0.0;
+                by.push(cover.of);
+            }
+        }
+        by.dedup();
+    }
+}
+
+/// Places in ascending order where the line at `y` crosses edges.
+fn crossings(edges: &[Edge], y: f64) -> Vec<f64> {
+    let crossing = |[a, b]: &Edge| ((a.y > y) != (b.y > y)).then(|| a.x + (y - a.y) / (b.y - a.y) * (b.x - a.x));
+    let mut found: Vec<f64> = edges.iter().filter_map(crossing).collect();
+    found.sort_unstable_by(f64::total_cmp);
+    found
+}
+
+/// Takes from the cells of a row what lies inside solids.
+fn take_cells(grid: &Grid, row: usize, covers: &[Cover], tolerance: f64, free: &mut [f64], by: &mut Vec<RoomObject>) {
+    let half = 0.5 * DVec2::from(grid.cell_size_m);
+    let margin = DVec2::splat(8.0 * tolerance);
+    let around = |edge: &&Edge, low: DVec2, high: DVec2| {
+        let [a, b] = **edge;
+        a.max(b).cmpge(low).all() && a.min(b).cmple(high).all()
+    };
+    // whether a point of the row is inside is told by the edges that the row meets
+    let (low, high) = (grid.y_m[row] - half.y - margin.y, grid.y_m[row] + half.y + margin.y);
+    let (low, high) = (DVec2::new(f64::NEG_INFINITY, low), DVec2::new(f64::INFINITY, high));
+    let covers: Vec<(&Cover, Vec<Edge>)> = covers
+        .iter()
+        .filter(|cover| cover.is_near(low, high))
+        .map(|cover| (cover, cover.edges.iter().filter(|edge| around(edge, low, high)).copied().collect()))
+        .collect();
+    for (x, free) in grid.x_m.iter().zip(free) {
+        let centre = DVec2::new(*x, grid.y_m[row]);
+        let (low, high) = (centre - half, centre + half);
+        let mut parts: Vec<Vec<Edge>> = Vec::new();
+        let mut takers = Vec::new();
+        for (cover, edges) in covers.iter().filter(|(cover, _)| cover.is_near(low, high)) {
+            let cuts = edges.iter().any(|edge| around(&edge, low - margin, high + margin));
+            if cuts || contains(edges, centre) {
+                takers.push(cover.of);
+                parts.push(edges.clone());
+            }
+        }
+        if parts.is_empty() {
+            continue;
+        }
+        let area = grid.cell_area_m2();
+        let share = 1.0 - enclosed_area(&covered(&rectangle(low, high), &parts, tolerance)) / area;
+        *free = match share {
+            share if share < LEAST_SHARE => 0.0,
+            share if share > 1.0 - LEAST_SHARE => continue,
+            share => share,
+        };
+        by.extend(takers);
+        by.sort_unstable();
+        by.dedup();
+    }
+}
