@@ -17,6 +17,12 @@ export function duration(seconds) {
   return seconds < 5400 ? `${Math.round(seconds / 60)}\u202fmin` : `${thousands(seconds / 3600)}\u202fh`;
 }
 
+/** Beyond an hour nobody waits, and a time that is foretold is known the worse the farther it lies. */
+const FARTHEST_SECONDS = 3600;
+
+/** A time that is foretold. @param {number} seconds */
+export const foretold = (seconds) => (seconds > FARTHEST_SECONDS ? ">\u202f1\u202fh" : duration(seconds));
+
 /**
  * Seconds to an error, as the service foretold it after the last pass; of a job without events, as errors of random passes fall.
  * Null where nothing is known.
@@ -31,7 +37,7 @@ export function secondsTo(passes, to) {
 }
 
 /** The time left of a job that runs, in words. @param {number | null | undefined} seconds */
-export const timeLeft = (seconds) => (seconds ? `, about ${duration(seconds)} left` : "");
+export const timeLeft = (seconds) => (seconds ? `, about ${foretold(seconds)} left`.replace("about >", ">") : "");
 
 /** The chart of both logarithms. @param {Pass[]} passes @param {number | null} target */
 export function chart(passes, target) {
@@ -70,12 +76,17 @@ export function chart(passes, target) {
 
 /** What a job's errors tell of the time to others. @param {ErrorHistory} history */
 export function times({ fit, times }) {
-  const between = (/** @type {Schemas["TimeToAccuracy"]} */ { from_seconds, to_seconds }) =>
-    from_seconds ? ` (${duration(from_seconds)} to ${to_seconds ? duration(to_seconds) : "more"})` : "";
+  const seconds = (/** @type {Schemas["TimeToAccuracy"]} */ { known, seconds, from_seconds, to_seconds }) => {
+    if (!seconds) return "–";
+    if (known === "met") return duration(seconds);
+    const interval = seconds <= FARTHEST_SECONDS && from_seconds && to_seconds;
+    return foretold(seconds) + (interval ? ` (${foretold(from_seconds)} to ${foretold(to_seconds)})` : "");
+  };
+  const words = { met: "met", extrapolated: "foretold", unknown: "unknown" };
   const row = (/** @type {Schemas["TimeToAccuracy"]} */ it) => html`<tr><th scope="row">${percent(it.relative_error)}</th>
-    <td>${it.seconds ? duration(it.seconds) : "–"}${between(it)}</td><td>${it.known}</td></tr>`;
-  return html`<table><caption>Time to an accuracy</caption><tbody>${times.map(row)}</tbody></table>
-    ${fit ? html`<p class="note">The error falls with the ${fit.exponent.toFixed(2)} ± ${(2 * fit.standard_error).toFixed(2)} power of the time.</p>` : nothing}`;
+    <td>${seconds(it)}</td><td>${words[it.known]}</td></tr>`;
+  return html`<table><caption>Time to an accuracy, met or as the passes foretell it</caption><tbody>${times.map(row)}</tbody></table>
+    ${fit ? html`<p class="note">So far the error falls with the ${fit.exponent.toFixed(2)} ± ${(fit.coverage_factor * fit.standard_error).toFixed(2)} (95\u202f%) power of the time.</p>` : nothing}`;
 }
 
 /** The part of the page about accuracy. */
@@ -89,7 +100,7 @@ export function accuracy() {
     // a job that runs goes on, the next one begins anew
     const spent = running ? (last?.seconds ?? 0) : 0;
     const text =
-      now !== null && now <= error ? "reached" : seconds === null ? "" : `≈\u202f${duration(Math.max(0, seconds - spent))}`;
+      now !== null && now <= error ? "reached" : seconds === null ? "" : `≈\u202f${foretold(Math.max(0, seconds - spent))}`.replace("≈\u202f>", ">");
     const go = () => {
       set({ target: error });
       if (now === null || now > error || !state.current) void sharpen();
@@ -106,6 +117,7 @@ export function accuracy() {
     <p>${told}${running ? html` <span class="busy">sharpening to ${percent(running.asked)}${timeLeft(last?.seconds_left)}</span>` : nothing}</p>
     ${chart(passes, target)}
     <div class="targets" role="group" aria-label="Accuracy to sharpen to">${TARGETS.map(button)}</div>
+    <p class="note">The times are what the errors so far foretell.</p>
     <button type="button" id="check" aria-pressed=${Boolean(state.draft?.cross_check)} title="A second, independent method computes the same"
       @click=${() => edit((draft) => (draft.cross_check = !draft.cross_check))}>Second opinion</button>
     <button type="button" class="cancel" ?disabled=${!running?.id} @click=${cancel}>Stop</button>`;

@@ -53,27 +53,40 @@ export function compare() {
 /** Most changes that are listed. */
 const MOST = 8;
 
+/** Lists whose entries are called by one of them and its number from 1, as on the plan. @type {Record<string, string>} */
+const ENTRIES = {
+  tubes: "tube",
+  segments: "segment",
+  grids: "grid",
+  views: "view",
+  objects: "object",
+  luminaires: "luminaire",
+};
+
 /**
- * What differs between two documents, field by field.
+ * What differs between two documents, field by field: names with numbers of entries from 1, and the values as the documents have them.
  * @param {any} a
  * @param {any} b
  * @param {string} at
  * @returns {string[]}
  */
-function changes(a, b, at = "") {
+export function changes(a, b, at = "") {
   const isList = (/** @type {unknown} */ value) => Array.isArray(value) && value.every((item) => typeof item !== "object");
   const text = (/** @type {any} */ value) =>
     value === undefined ? "none" : isList(value) ? value.join(", ") : typeof value === "string" ? value : JSON.stringify(value);
   const nested = [a, b].every((value) => value !== null && typeof value === "object" && !isList(value));
   if (!nested) return text(a) === text(b) ? [] : [`${at}: ${text(a)} → ${text(b)}`];
   const keys = [...new Set([...Object.keys(a), ...Object.keys(b)])];
-  return keys.flatMap((key) => changes(a[key], b[key], at ? `${at} ${key}` : key));
+  const of = (/** @type {string} */ name) => (at ? `${at} ${name}` : name);
+  const listed = Array.isArray(a) && Array.isArray(b);
+  const [, before = "", list = ""] = /^(.* )?(\S+)$/.exec(at) ?? [];
+  const entry = (/** @type {string} */ key) => `${before}${ENTRIES[list] ?? list} ${Number(key) + 1}`;
+  return keys.flatMap((key) => changes(a[key], b[key], listed ? entry(key) : of(key)));
 }
 
 /** The changes from A to B in words. @param {JobDocument} a @param {JobDocument} b */
 function changed(a, b) {
-  // tubes and all else are counted from 1, as on the plan
-  const found = changes(a, b).map((change) => change.replace(/ (\d+) /g, (_, index) => ` ${Number(index) + 1} `));
+  const found = changes(a, b);
   const more = found.length > MOST ? [`and ${found.length - MOST} more`] : [];
   return html`<ul class="changes">${[...found.slice(0, MOST), ...more].map((change) => html`<li>${change}</li>`)}</ul>`;
 }
@@ -102,7 +115,9 @@ function between(a, b) {
  */
 function difference(answer, grid, rowsA, rowsB, unit, label) {
   const rows = rowsB.map((row, j) => row.map((value, i) => value - (rowsA[j]?.[i] ?? 0)));
-  const { end } = scale(largest(rows.map((row) => row.map(Math.abs))), 4);
+  const most = largest(rows.map((row) => row.map(Math.abs)));
+  if (!(most > 0)) return html`<p class="note">${label}. The maps are the same.</p>`;
+  const { end } = scale(most, 4);
   const colour = (/** @type {number} */ value) => diverging(value / end);
   return html`<div>${small(answer, (at) => cells(grid, rows, at, `difference ${end}`, colour), label)}${legend(-end, end, unit, colour, 130)}</div>`;
 }

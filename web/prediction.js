@@ -1,5 +1,5 @@
 // What each accuracy would take, as a trial of a moment foretells it, before anything is computed.
-import { duration, percent } from "./accuracy.js";
+import { foretold, percent } from "./accuracy.js";
 import * as api from "./api.js";
 import { problemOf } from "./live.js";
 import { set, state } from "./state.js";
@@ -20,7 +20,7 @@ async function ask() {
 }
 
 /** Few jobs take as little, and nobody waits for them; the times tell them apart all the same. @param {number} seconds */
-const short = (seconds) => (seconds < 0.1 ? `${Math.max(1, Math.round(1000 * seconds))}\u202fms` : duration(seconds));
+const short = (seconds) => (seconds < 0.1 ? `${Math.max(1, Math.round(1000 * seconds))}\u202fms` : foretold(seconds));
 
 /** @param {Schemas["PredictedTime"] | undefined} time */
 function seconds(time) {
@@ -42,7 +42,7 @@ function table({ methods }) {
     return html`<tr><th scope="row">${percent(error)}</th><td>${seconds(planned && at(error)(planned))}</td>
       <td>${other ? html`${word(cheapest.method)}: ${seconds(at(error)(cheapest))}` : cheapest ? "the same" : "not known"}</td></tr>`;
   };
-  return html`<table id="predicted"><caption>As predicted, for this draft</caption>
+  return html`<table id="predicted"><caption>As a short trial of each method predicts</caption>
     <thead><tr><th scope="col">Accuracy</th><th scope="col">By ${word(planned?.method)}</th><th scope="col">Cheapest</th></tr></thead>
     <tbody>${TARGETS.map(row)}</tbody></table>`;
 }

@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 
 use super::results_table::table;
+use crate::figure::ticks::FARTHEST_SECONDS;
 use crate::job::predictions::{MethodPredictions, OutputPredictions, PREDICTED_ACCURACIES, PredictedTime, Predictions};
 
 /// Tables of the grids and of the views, with what they leave open below.
@@ -63,8 +64,11 @@ fn cell(time: &PredictedTime) -> String {
     format!("{} ({from}..{to}){}", seconds(expected), if time.cheapest { " *" } else { "" })
 }
 
-/// Two significant digits.
+/// Two significant digits; beyond an hour none.
 fn seconds(value: f64) -> String {
+    if value > FARTHEST_SECONDS {
+        return "> 1 h".to_owned();
+    }
     let first = if value > 0.0 { libm::log10(value).floor() as i32 } else { 0 };
     let decimals = (1 - first).clamp(0, 4) as usize;
     format!("{value:.decimals$}")

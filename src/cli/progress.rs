@@ -6,7 +6,7 @@ use std::time::Duration;
 use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::estimate::StopRule;
-use crate::figure::ticks::duration;
+use crate::figure::ticks::foretold_duration;
 use crate::job::forecast::{Forecast, WaitingFor};
 use crate::job::progress::PassReport;
 
@@ -72,7 +72,7 @@ fn describe(report: &PassReport, forecast: &Forecast) -> String {
         }
     }
     if let Some(left) = forecast.seconds_left.filter(|left| *left > 0.0) {
-        text += &format!("  about {} left", duration(left, 2));
+        text += &format!("  {} left", foretold_duration(left));
     }
     if forecast.waiting_for == Some(WaitingFor::LeastPasses) {
         text += ", until enough passes tell the error";
@@ -130,6 +130,7 @@ mod tests {
             describe(&report(), &left(Some(18.0), Some(WaitingFor::RelativeError))),
             format!("{errors}  about 18 s left")
         );
+        assert_eq!(describe(&report(), &left(Some(2e83), None)), format!("{errors}  > 1 h left"));
         let floor = describe(&report(), &left(Some(0.5), Some(WaitingFor::LeastPasses)));
         assert!(floor.starts_with(errors) && floor.ends_with(" left, until enough passes tell the error"), "{floor}");
     }

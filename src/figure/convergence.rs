@@ -8,24 +8,17 @@ use super::drawing::{Anchor, Drawing, Line, Type};
 use super::heading::{Heading, MARGIN};
 use super::legend::{self, Entry, MARK_RADIUS};
 use super::outline::{Outline, Rectangle};
-use super::ticks::{duration, short};
-use crate::statistics::power_law::PowerLaw;
+use super::ticks::{duration, fixed, foretold_duration, short};
 
 const SIZE: DVec2 = DVec2::new(800.0, 560.0);
 const ROW_HEIGHT: f64 = 20.0;
 const TABLE_SIZE: f64 = 12.0;
 
-/// Factor beyond the last pass up to which the law is drawn.
-const FORETOLD: f64 = 8.0;
-
-/// Passes from which on a law is drawn.
-const SETTLED: f64 = 8.0;
+/// Factor beyond the last pass for which a course has room.
+const BEYOND: f64 = 3.0;
 
 /// Half the diagonal of a diamond.
 const DIAMOND: f64 = 2.0 * MARK_RADIUS;
-
-/// Confidence of the band around a law.
-const CONFIDENCE: f64 = 0.95;
 
 /// The errors of one kind of output.
 #[derive(Clone, Debug, PartialEq)]
@@ -34,8 +27,8 @@ pub struct ErrorSeries {
     pub name: &'static str,
     /// Seconds and relative error after each pass; what no logarithm takes is left out.
     pub points: Vec<(f64, f64)>,
-    /// The law that they follow, where there are enough of them.
-    pub law: Option<PowerLaw>,
+    /// The course that they foretell.
+    pub course: Option<Course>,
     /// The relative error at which the job is to end.
     pub asked: Option<f64>,
     /// Relative errors, and when each is reached.
@@ -55,6 +48,30 @@ pub struct Foretold {
     pub from: f64,
     /// Upper end; `None` where it may never be reached.
     pub to: Option<f64>,
+}
+
+/// The course of errors that the passes foretell.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Course {
+    /// Slope in double logarithms.
+    pub exponent: f64,
+    /// Half of its interval of 95 %.
+    pub half_interval: f64,
+    /// Points in the order of their times.
+    pub points: Vec<CoursePoint>,
+}
+
+/// A point of a course.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CoursePoint {
+    /// Render seconds.
+    pub seconds: f64,
+    /// Relative error.
+    pub error: f64,
+    /// Lower end of its interval of 95 %.
+    pub from: f64,
+    /// Upper end.
+    pub to: f64,
 }
 
 /// When an accuracy is reached.
@@ -110,8 +127,9 @@ pub fn convergence(heading: &Heading, series: &[ErrorSeries]) -> Drawing {
 
 fn axes_of(series: &[ErrorSeries], within: Rectangle) -> Axes {
     let points = || series.iter().flat_map(|one| one.points.iter().copied());
-    // room for the law beyond the last pass
-    let beyond = series.iter().filter_map(|one| Some(one.law?.last.seconds * FORETOLD.sqrt()));
+    // room for the course beyond the last pass
+    let with_course = series.iter().filter(|one| one.course.is_some());
+    let beyond = with_course.filter_map(|one| Some(one.points.last()?.0 * BEYOND));
     let foretold = series.iter().flat_map(|one| {
         let asked = one.foretold.iter().filter(|time| Some(time.error) >= one.asked);
         asked.map(|time| time.seconds)
@@ -129,16 +147,15 @@ fn legend_of(series: &[ErrorSeries]) -> Vec<Entry> {
     for (one, colour) in series.iter().zip(SERIES) {
         let line = Some(Line::new(colour, 2.0));
         entries.push(Entry { name: one.name.to_owned(), line, mark: Some(colour), area: None });
-        if let Some(law) = &one.law {
-            let [exponent, error] =
-                [law.exponent, law.standard_error].map(|number| format!("{number:.2}").replace('-', "−"));
+        if let Some(course) = &one.course {
+            let slope = [course.exponent, course.half_interval].map(|number| fixed(number, 2)).join(" ± ");
             let line = Some(Line::new(colour, 1.0).dashed(&[6.0, 3.0]));
-            let name = format!("slope {exponent} ± {error}, 95 % band");
+            let name = format!("foretold by the passes, slope {slope}, 95 % band");
             entries.push(Entry { name, line, mark: None, area: Some((colour, 0.15)) });
         }
         if !one.foretold.is_empty() {
             let line = Some(Line::new(colour, 3.0).dashed(&[2.0, 2.0]));
-            entries.push(Entry { name: "foretold before".to_owned(), line, mark: None, area: None });
+            entries.push(Entry { name: "predicted before".to_owned(), line, mark: None, area: None });
         }
     }
     if !entries.is_empty() {
@@ -150,17 +167,14 @@ fn legend_of(series: &[ErrorSeries]) -> Vec<Entry> {
 
 fn draw_series(drawing: &mut Drawing, axes: &Axes, series: &ErrorSeries, colour: Colour) {
     let percent = |&(seconds, error): &(f64, f64)| (seconds, 100.0 * error);
-    if let Some(law) = &series.law {
-        // before that the told errors are wider than their law by Student's quantiles
-        let begin = law.last.seconds * (SETTLED / law.last.passes).min(0.5);
-        let times = steps(begin, FORETOLD * law.last.seconds);
-        let lower = times.iter().map(|time| (*time, 100.0 * law.band_at(*time, CONFIDENCE)[0]));
-        let upper = times.iter().rev().map(|time| (*time, 100.0 * law.band_at(*time, CONFIDENCE)[1]));
-        let around = lower.chain(upper).map(|(time, error)| axes.at(time, error));
-        let around: Vec<DVec2> = around.map(|place| place.clamp(axes.within.from, axes.within.to)).collect();
+    if let Some(course) = &series.course {
+        let ends =
+            |end: fn(&CoursePoint) -> f64| course.points.iter().map(move |point| (point.seconds, 100.0 * end(point)));
+        let around = ends(|point| point.from).chain(ends(|point| point.to).rev());
+        let around: Vec<DVec2> =
+            around.map(|(time, error)| axes.at(time, error).clamp(axes.within.from, axes.within.to)).collect();
         drawing.fill(Outline::polygon(around), colour, 0.15);
-        let line = times.iter().map(|time| (*time, 100.0 * law.error_at(*time)));
-        drawing.line(axes.line(line), Line::new(colour, 1.0).dashed(&[6.0, 3.0]));
+        drawing.line(axes.line(ends(|point| point.error)), Line::new(colour, 1.0).dashed(&[6.0, 3.0]));
     }
     if let Some(asked) = series.asked {
         let line = axes.line([(axes.x.from, 100.0 * asked), (axes.x.to, 100.0 * asked)]);
@@ -210,7 +224,7 @@ fn draw_table(drawing: &mut Drawing, series: &[ErrorSeries], within: Rectangle) 
         for (index, time) in one.times.iter().enumerate() {
             let (text, ink) = match (time.seconds, time.known) {
                 (Some(seconds), Known::Met) => (duration(seconds, 3), Colour::Ink),
-                (Some(seconds), Known::Extrapolated) => (format!("about {}", duration(seconds, 2)), Colour::Muted),
+                (Some(seconds), Known::Extrapolated) => (foretold_duration(seconds), Colour::Muted),
                 (None, _) => ("?".to_owned(), Colour::Muted),
             };
             let look = Type::new(TABLE_SIZE, ink).anchored(Anchor::End);
@@ -224,12 +238,6 @@ fn rounded(percent: f64) -> f64 {
     (percent * 1e9).round() / 1e9
 }
 
-/// Times in equal ratios from one to another.
-fn steps(from: f64, to: f64) -> Vec<f64> {
-    let ratio = libm::log(to / from);
-    (0..=40).map(|step| from * libm::exp(ratio * f64::from(step) / 40.0)).collect()
-}
-
 /// The points of passes 1, 2, 4, 8 and so on, and the last.
 fn thinned(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
     let chosen = |index: &usize| (index + 1).is_power_of_two() || index + 1 == points.len();
@@ -240,10 +248,9 @@ fn thinned(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
 mod tests {
     use super::*;
     use crate::figure::svg::svg;
-    use crate::statistics::power_law::ErrorPoint;
 
     fn series(points: Vec<(f64, f64)>) -> ErrorSeries {
-        ErrorSeries { name: "grids", points, law: None, asked: None, times: Vec::new(), foretold: Vec::new() }
+        ErrorSeries { name: "grids", points, course: None, asked: None, times: Vec::new(), foretold: Vec::new() }
     }
 
     #[test]
@@ -271,7 +278,8 @@ mod tests {
         let [with, without] =
             [foretold, Vec::new()].map(|foretold| convergence(&Heading::of("test"), &[one(foretold)]));
         assert!(
-            with.texts().any(|text| text == "foretold before") && without.texts().all(|text| text != "foretold before")
+            with.texts().any(|text| text == "predicted before")
+                && without.texts().all(|text| text != "predicted before")
         );
         let svg = svg(&with).unwrap();
         assert!(!svg.contains("NaN") && !svg.contains("inf"), "{svg}");
@@ -280,22 +288,37 @@ mod tests {
     #[test]
     fn laws_and_times_are_told() {
         let points: Vec<(f64, f64)> = (2..40).map(|k| (0.1 * f64::from(k), 0.1 / f64::from(k).sqrt())).collect();
-        let of_law = points.iter().enumerate();
-        let of_law = of_law.map(|(k, point)| ErrorPoint { passes: k as f64 + 2.0, seconds: point.0, error: point.1 });
-        let law = PowerLaw::fit(&of_law.collect::<Vec<_>>());
+        let point = |seconds: f64| {
+            let error = 0.1 / (10.0 * seconds).sqrt();
+            CoursePoint { seconds, error, from: 0.9 * error, to: 1.1 * error }
+        };
+        let course = Course {
+            exponent: -0.498,
+            half_interval: 0.0312,
+            points: (2..300).map(|k| point(0.1 * f64::from(k))).collect(),
+        };
         let times = vec![
             TimeTo { error: 0.05, seconds: Some(0.4), known: Known::Met },
             TimeTo { error: 0.001, seconds: Some(1000.0), known: Known::Extrapolated },
+            TimeTo { error: 0.0005, seconds: Some(4e83), known: Known::Extrapolated },
             TimeTo { error: 0.0001, seconds: None, known: Known::Extrapolated },
         ];
-        let one = ErrorSeries { law, asked: Some(0.02), times, ..series(points) };
+        let one = ErrorSeries { course: Some(course), asked: Some(0.02), times, ..series(points) };
         let drawing = convergence(&Heading::of("Convergence"), &[one]);
         let texts: Vec<&str> = drawing.texts().collect();
-        for text in
-            ["Convergence", "slope −1/2", "asked of grids: 2 %", "0.400 s", "about 17 min", "?", "0.1 %", "0.01 %"]
-        {
+        for text in [
+            "Convergence",
+            "slope −1/2",
+            "asked of grids: 2 %",
+            "0.400 s",
+            "about 17 min",
+            "> 1 h",
+            "?",
+            "0.1 %",
+            "0.01 %",
+        ] {
             assert!(texts.contains(&text), "{text}: {texts:?}");
         }
-        assert!(texts.iter().any(|text| text.starts_with("slope −0.50 ± 0.00")), "{texts:?}");
+        assert!(texts.contains(&"foretold by the passes, slope −0.50 ± 0.03, 95 % band"), "{texts:?}");
     }
 }

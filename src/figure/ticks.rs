@@ -153,6 +153,14 @@ pub fn duration(seconds: f64, digits: i32) -> String {
     format!("{} {name}", significant(seconds / unit, digits))
 }
 
+/// Seconds beyond which a time to come is not told any more: nobody waits for it, and it is known the worse the farther it lies.
+pub const FARTHEST_SECONDS: f64 = 3600.0;
+
+/// A time that is foretold: `about 39 s`, or `> 1 h`.
+pub fn foretold_duration(seconds: f64) -> String {
+    if seconds > FARTHEST_SECONDS { "> 1 h".to_owned() } else { format!("about {}", duration(seconds, 2)) }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -212,6 +220,8 @@ mod tests {
         ] {
             assert_eq!(duration(seconds, 2), text);
         }
+        let foretold = [38.8, 3600.0, 3601.0, 5e79, f64::INFINITY].map(foretold_duration);
+        assert_eq!(foretold, ["about 39 s", "about 60 min", "> 1 h", "> 1 h", "> 1 h"]);
         assert_eq!(short(1200.0), "1200");
         assert_eq!(short(-0.05), "−0.05");
     }

@@ -1,8 +1,9 @@
 //! What the passes so far foretell: when each output is as accurate as asked, and what the job goes on for.
 //!
 //! Errors fall by the law of `statistics/power_law.rs`, here against the number of passes: seconds are those of the last half of
-//! the passes, since passes get faster when an output that is as accurate as asked is not computed any further. Two and three
-//! passes are extrapolated by the exponent -1/2 alone. A forecast costs the same after any number of passes.
+//! the passes, since passes get faster when an output that is as accurate as asked is not computed any further. A few passes
+//! are extrapolated by an exponent of about -1/2, and more of them by their own. A forecast costs the same after any number of
+//! passes. Events, `convergence.json`, its figure and the page all tell these forecasts.
 
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
@@ -11,8 +12,9 @@ use super::convergence::ACCURACIES;
 use super::progress::PassReport;
 use crate::estimate::StopRule;
 use crate::estimate::stopping::{self, LEAST_PASSES};
+use crate::figure::convergence::{Course, CoursePoint};
 use crate::statistics::interval::{student_quantile_near, two_sided_normal_quantile, two_sided_student_quantile};
-use crate::statistics::power_law::{ErrorPoint, ErrorSteps, PowerLaw};
+use crate::statistics::power_law::{ErrorPoint, ErrorSteps, Foretold, PowerLaw, WIDEST};
 
 /// What is foretold after a pass.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
@@ -50,6 +52,21 @@ pub struct SecondsTo {
     /// Render seconds of the whole job at which the errors have it; null where they have it now, or where nobody knows.
     pub seconds: Option<f64>,
 }
+
+/// Confidence of intervals around exponents, times and courses.
+pub const CONFIDENCE: f64 = 0.95;
+
+/// Outputs whose errors are told together.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Outputs {
+    /// All grids of a job.
+    Grids,
+    /// All views of a job.
+    Views,
+}
+
+/// Points of a course.
+const COURSE_POINTS: u32 = 40;
 
 /// What a job goes on for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
@@ -171,12 +188,61 @@ impl Forecaster {
         (seconds - at).max(0.0) / (passes - since) as f64
     }
 
-    /// Passes after which an output has a relative error, infinite where nobody knows.
+    fn of(&self, outputs: Outputs) -> Option<&Output> {
+        match outputs {
+            Outputs::Grids => self.grids.as_ref(),
+            Outputs::Views => self.views.as_ref(),
+        }
+    }
+
+    /// Student's quantile after a number of passes: it depends on them, but little.
+    fn quantile(&self, passes: f64) -> f64 {
+        student_quantile_near(self.normal, passes.max(LEAST_PASSES as f64) - 1.0)
+    }
+
+    /// Standard error that an output has once its relative error is `error`.
+    fn standard_error(&self, error: f64, law: &PowerLaw) -> f64 {
+        let again = |t: f64| self.quantile(law.time_of(error / t));
+        error / again(again(again(self.normal)))
+    }
+
+    /// Passes after which an output has a relative error.
     fn passes_to(&self, error: f64, law: &PowerLaw) -> f64 {
-        let foretold = |t: f64| law.time_of(error / t);
-        // Student's quantile depends on the passes, but little
-        let again = |passes: f64| foretold(student_quantile_near(self.normal, passes.max(LEAST_PASSES as f64) - 1.0));
-        again(again(again(foretold(self.normal))))
+        law.time_of(self.standard_error(error, law))
+    }
+
+    /// When outputs are foretold to have a relative error, in render seconds of the whole job, with an interval of [`CONFIDENCE`];
+    /// `None` before a pass has told an error.
+    pub fn time_to(&self, outputs: Outputs, error: f64) -> Option<Foretold> {
+        let law = self.of(outputs)?.steps.foretelling()?;
+        let Foretold { seconds, from, to } = law.seconds_to(self.standard_error(error, &law), CONFIDENCE);
+        let [seconds, from, to] = [seconds, from, to].map(|passes| self.seconds_at(passes));
+        Some(Foretold { seconds, from, to: to.min(WIDEST * seconds) }).filter(|foretold| foretold.to.is_finite())
+    }
+
+    /// The error of outputs from half of the passes on, up to `beyond` times the seconds so far; `None` before a pass has told an
+    /// error, and where passes take no time.
+    pub fn course(&self, outputs: Outputs, beyond: f64) -> Option<Course> {
+        let law = self.of(outputs)?.steps.foretelling()?;
+        let (pace, passes) = (self.seconds_per_pass(), law.last.passes);
+        let now = self.told.last().map(|(_, seconds)| *seconds).filter(|_| pace > 0.0)?;
+        let begin = (now - 0.5 * passes * pace).max(0.25 * now);
+        let ratio = libm::log(beyond * now / begin);
+        let points = (0..=COURSE_POINTS).map(|step| {
+            let seconds = begin * libm::exp(ratio * f64::from(step) / f64::from(COURSE_POINTS));
+            let at = (passes + (seconds - now) / pace).max(0.5 * passes);
+            let t = self.quantile(at);
+            let [from, to] = law.band_at(at, CONFIDENCE).map(|end| t * end);
+            CoursePoint { seconds, error: t * law.error_at(at), from, to }
+        });
+        let half_interval = two_sided_student_quantile(CONFIDENCE, law.degrees as f64) * law.standard_error;
+        Some(Course { exponent: law.exponent, half_interval, points: points.collect() })
+    }
+
+    /// Render seconds of the whole job after a number of passes, at least those so far.
+    fn seconds_at(&self, passes: f64) -> f64 {
+        let (told, seconds) = self.told.last().copied().unwrap_or_default();
+        seconds + (passes - told as f64).max(0.0) * self.seconds_per_pass()
     }
 
     fn output(&self, output: &Output, report: &PassReport, pace: f64) -> OutputForecast {

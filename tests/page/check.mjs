@@ -3,7 +3,7 @@ import assert from "node:assert/strict";
 import { spawnSync } from "node:child_process";
 import { readFileSync } from "node:fs";
 import { join } from "node:path";
-import { drawsIsoluxLines, knowsPlaces, writesNumbers } from "./modules.mjs";
+import { drawsIsoluxLines, foretellsNoNonsense, knowsPlaces, namesChanges, writesNumbers } from "./modules.mjs";
 import { Visitor, browser } from "./visit.mjs";
 
 const [, , url, folder] = process.argv;
@@ -156,7 +156,7 @@ async function predicts(visitor) {
     const share = [0.05, 0.02, 0.01, 0.005, 0.001][index];
     const at = ({ accuracies }) => accuracies.find(({ relative_error: error }) => error === share);
     const { seconds } = at(planned);
-    const known = /^[\d.]+ % [\d.]+ (ms|s|min|h) [\d.]+ (ms|s|min|h) to ([\d.]+ (ms|s|min|h)|more)/;
+    const known = /^[\d.]+ % ([\d.]+ (ms|s|min)|> 1 h) ([\d.]+ (ms|s|min)|> 1 h) to ([\d.]+ (ms|s|min)|> 1 h|more)/;
     // a trial on a busy machine may not get as far
     assert.match(text, seconds ? known : /^[\d.]+ % not known/, text);
     const cheapest = told.methods.find((row) => at(row)?.cheapest);
@@ -438,6 +438,8 @@ try {
     drags,
     drawsIsoluxLines,
     writesNumbers,
+    namesChanges,
+    foretellsNoNonsense,
     knowsPlaces,
     types,
     predicts,

@@ -55,6 +55,38 @@ export async function writesNumbers({ page }) {
   assert.deepEqual(of.numbers, ["210.7 ± 0.3", "211 ± 14", "0.639 ± 0.011", "43\u202f211 ± 120", "0 ± 3"]);
 }
 
+/** A comparison says what stands in the documents: entries of lists are counted from 1, values are as they are. */
+export async function namesChanges({ page }) {
+  const told = await page.evaluate(async () => {
+    const { changes } = await import("/web/compare.js");
+    const tube = (more) => ({ centre_m: [1, 2], segments: [{ length_m: 1 }, { length_m: 3 }], ...more });
+    const a = { sky: { cie_type: 12 }, tubes: [tube({}), tube({ diameter_m: 1 })], room: { rotation_deg: 0 } };
+    const b = {
+      sky: { cie_type: 1 },
+      tubes: [tube({ segments: [{ length_m: 2 }, { length_m: 3 }] }), tube({ diameter_m: 2, centre_m: [1, 3] })],
+      room: { rotation_deg: 5 },
+    };
+    return changes(a, b);
+  });
+  assert.deepEqual(told, [
+    "sky cie_type: 12 → 1",
+    "tube 1 segment 1 length_m: 1 → 2",
+    "tube 2 centre_m: 1, 2 → 1, 3",
+    "tube 2 diameter_m: 1 → 2",
+    "room rotation_deg: 0 → 5",
+  ]);
+}
+
+/** Times that are foretold end with the hour. */
+export async function foretellsNoNonsense({ page }) {
+  const told = await page.evaluate(async () => {
+    const { foretold, timeLeft } = await import("/web/accuracy.js");
+    return [...[0.5, 42, 3600, 3601, 5.16e82, Infinity].map(foretold), timeLeft(9e9), timeLeft(30), timeLeft(null)];
+  });
+  const [hour, space] = [">\u202f1\u202fh", "\u202f"];
+  assert.deepEqual(told, [`500${space}ms`, `42${space}s`, `60${space}min`, hour, hour, hour, `, ${hour} left`, `, about 30${space}s left`, ""]);
+}
+
 /** The clocks of the cities are those of their zones, which lie near their longitudes. */
 export async function knowsPlaces({ page }) {
   const { cities, odd, times } = await page.evaluate(async () => {
