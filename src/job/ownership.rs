@@ -29,8 +29,9 @@ pub enum OwnershipError {
     )]
     Differs { note: String, identity: String },
     #[error(
-        "the database is older than the identity of the artifacts ({note}): start with the newest database of this data \
-         folder. If they do belong together, delete the file {NOTE} among the artifacts"
+        "the artifacts belong to a database ({note}), and this one has no identity: it is new, or a copy from before there were \
+         any. Start with the database that they belong to, or with another data folder. If they do belong together, delete the \
+         file {NOTE} among the artifacts"
     )]
     Unknown { note: String },
     #[error(
@@ -52,29 +53,25 @@ pub enum OwnershipError {
 /// Checks that the artifacts belong to the store, and writes the identity down where it is missing.
 pub async fn check(store: &dyn Store, artifacts: &Artifacts, record: &StoreRecord) -> Result<(), OwnershipError> {
     let note = artifacts.note(NOTE).await?.filter(|note| !note.is_empty());
-    let (identity, note) = match (&record.identity, note) {
+    let identity = match (&record.identity, note) {
         (Some(identity), Some(note)) if *identity == note => return Ok(()),
         (Some(identity), Some(note)) => return Err(OwnershipError::Differs { note, identity: identity.clone() }),
-        (identity, note) => (identity.clone(), note),
+        // a folder without files may be of a store that keeps all of its results in rows: two stores with one identity would sweep
+        // each other's files
+        (None, Some(note)) => return Err(OwnershipError::Unknown { note }),
+        (identity, None) => identity.clone(),
     };
     let named = store.referenced_keys().await?;
     let presence = artifacts.presence(&named).await?;
     if presence.any && !presence.known && !knows_a_job(store, artifacts).await? {
         return Err(OwnershipError::Foreign);
     }
-    if let Some(note) = note {
-        // written for an empty folder, or before the database was replaced
-        if presence.any {
-            return Err(OwnershipError::Unknown { note });
-        }
-        return Ok(store.set_identity(&note).await?);
-    }
     let new = identity.clone().unwrap_or_else(|| Uuid::new_v4().to_string());
-    if !presence.any && !named.is_empty() {
-        return Err(OwnershipError::Gone { identity: new });
-    }
     if identity.is_none() {
         store.set_identity(&new).await?;
+    }
+    if !presence.any && !named.is_empty() {
+        return Err(OwnershipError::Gone { identity: new });
     }
     Ok(artifacts.set_note(NOTE, &new).await?)
 }

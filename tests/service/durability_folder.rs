@@ -75,7 +75,7 @@ async fn no_other_database_deletes_an_artifact() {
     // another one, and an empty one
     let other = tempfile::tempdir().unwrap();
     let refusal = refused(data.path(), Some(&other.path().join("new.db"))).await;
-    assert!(refusal.contains("put back the database") || refusal.contains("newest database"), "{refusal}");
+    assert!(refusal.contains("this one has no identity"), "{refusal}");
     let service = TestService::start().await;
     let path = service.submit(&small_job()).await;
     service.finished(&path).await;
@@ -103,6 +103,47 @@ async fn no_other_database_deletes_an_artifact() {
         start_and_stop(data.path()).await;
         assert_eq!(files(&artifacts), before);
     }
+}
+
+/// A job whose results the database keeps in its rows alone.
+fn job_of_rows(seed: u64) -> serde_json::Value {
+    let mut job = small_job();
+    job["views"] = serde_json::json!([]);
+    job["method"] = serde_json::json!({ "kind": "light_tracing", "photons_per_pass": 64 });
+    job["stop"]["max_passes"] = 4.into();
+    job["seed"] = seed.into();
+    job
+}
+
+/// A folder without a file is not free for another database: its own would later sweep what the other one has stored.
+#[tokio::test]
+async fn no_other_database_adopts_a_folder_of_jobs_that_are_rows() {
+    let service = TestService::start().await;
+    let path = service.submit(&job_of_rows(1)).await;
+    assert_eq!(service.finished(&path).await["status"], "succeeded");
+    let TestService { running, data, .. } = service;
+    running.stop().await;
+    let artifacts = data.path().join("artifacts");
+    assert_eq!(files(&artifacts), [artifacts.join("identity")], "its results are rows");
+    // another one in the same folder, twice: the refusal leaves nothing that lets it in
+    let other = data.path().join("other.db");
+    for _ in 0..2 {
+        let refusal = refused(data.path(), Some(&other)).await;
+        assert!(refusal.contains("this one has no identity") && refusal.contains("identity among"), "{refusal}");
+    }
+    // one that was emptied in its place
+    let database = data.path().join("skyduct.db");
+    let kept = data.path().join("kept.db");
+    std::fs::rename(&database, &kept).unwrap();
+    refused(data.path(), None).await;
+    std::fs::rename(&kept, &database).unwrap();
+    // who agrees to another one by deleting the note has shut out the first
+    std::fs::remove_file(artifacts.join("identity")).unwrap();
+    let mut agreed = config(data.path());
+    agreed.database = Some(format!("sqlite:{}", other.display()));
+    RunningService::start(agreed).await.unwrap().stop().await;
+    let refusal = refused(data.path(), None).await;
+    assert!(refusal.contains("belong to another database"), "{refusal}");
 }
 
 /// Makes the database look as if nothing had been written to it since then.
