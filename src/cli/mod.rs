@@ -1,5 +1,6 @@
 //! The commands.
 
+mod backup;
 mod bench;
 mod client;
 pub mod config;
@@ -39,6 +40,8 @@ enum Command {
     Demo(demo::DemoArgs),
     /// Run the service: page, HTTP interface, job queue and renderer; what happens without a command, on a terminal
     Serve(serve::ServeArgs),
+    /// Copy the data folder of a service while it serves, to a folder that a service can start on
+    Backup(backup::BackupArgs),
     /// Render a job document without a server
     Render(render::RenderArgs),
     /// Say what of a job document would be simulated and what not, and why
@@ -76,6 +79,7 @@ impl Arguments {
         match command {
             Command::Demo(args) => demo::run(args),
             Command::Serve(args) => serve::run(args),
+            Command::Backup(args) => backup::run(args),
             Command::Render(args) => render::run(args),
             Command::Plan(args) => plan::run(args),
             Command::Study(args) => study::run(args),

@@ -311,12 +311,12 @@ pub(super) async fn artifact(pool: &SqlitePool, id: Uuid, name: &str) -> Result<
         .transpose()
 }
 
-pub(super) async fn referenced_keys(pool: &SqlitePool) -> Result<HashSet<String>, StoreError> {
+pub(super) async fn referenced_keys(connection: &mut SqliteConnection) -> Result<HashSet<String>, StoreError> {
     let keys: Vec<String> = sqlx::query_scalar(
         "SELECT key FROM artifacts WHERE content IS NULL UNION SELECT key FROM meshes UNION SELECT state_key FROM jobs WHERE state_key IS NOT NULL \
          UNION SELECT previous_state_key FROM jobs WHERE previous_state_key IS NOT NULL",
     )
-    .fetch_all(pool)
+    .fetch_all(connection)
     .await
     .map_err(store_error)?;
     Ok(keys.into_iter().collect())

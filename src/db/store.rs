@@ -387,6 +387,7 @@ impl Store for SqliteStore {
     }
 
     async fn referenced_keys(&self) -> Result<HashSet<String>, StoreError> {
-        jobs::referenced_keys(&self.readers).await
+        let mut connection = self.readers.acquire().await.map_err(store_error)?;
+        jobs::referenced_keys(&mut connection).await
     }
 }

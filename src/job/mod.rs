@@ -1,6 +1,7 @@
 //! Jobs: the pass loop, chunks of passes, progress, checkpoints, and the trait that the store implements.
 
 pub(crate) mod artifacts;
+pub(crate) mod backup;
 pub mod cancel;
 pub mod checkpoint;
 pub mod chunk;

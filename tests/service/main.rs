@@ -15,6 +15,7 @@ mod schema;
 
 mod commands;
 mod contract_answers;
+mod durability_backup;
 mod durability_folder;
 mod durability_panic;
 mod durability_process;

@@ -1,0 +1,105 @@
+//! `skyduct backup`: a copy of the data folder that a service can start on, made while another one serves.
+
+use std::fs::{self, File};
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, bail};
+use uuid::Uuid;
+
+use crate::cli::config::{Config, Flags};
+use crate::db::backup::{DatabaseCopy, Missing};
+use crate::job::artifacts::create_private_folder;
+use crate::job::backup::{Copied, copy_files};
+use crate::job::ownership::NOTE;
+
+#[derive(Debug, clap::Args)]
+pub(super) struct BackupArgs {
+    /// Folder of the backup: empty, or not there yet
+    #[arg(value_name = "FOLDER")]
+    pub folder: PathBuf,
+    /// Data folder of the service [default: data]
+    #[arg(long, value_name = "DIR")]
+    pub data: Option<PathBuf>,
+    /// sqlite:FILE [default: skyduct.db in the data folder]
+    #[arg(long, value_name = "URL")]
+    pub database: Option<String>,
+    /// Configuration file (TOML) of the service
+    #[arg(long, value_name = "FILE")]
+    pub config: Option<PathBuf>,
+}
+
+/// Copies the database as it is at one moment, then the files that it names.
+pub(super) fn run(args: BackupArgs) -> anyhow::Result<()> {
+    let BackupArgs { folder, data, database, config: file } = args;
+    // the service is read, not started: where it listens is no danger here
+    let flags = Flags { data, database, insecure: true, ..Flags::default() };
+    let config = Config::load(file.as_deref(), &flags)?;
+    let database = config.database_file()?;
+    if !database.is_file() {
+        bail!("there is no database {}: name the service's data folder by --data", database.display());
+    }
+    make_empty_folder(&folder)?;
+    let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build();
+    let backup = runtime.context("the runtime cannot start")?.block_on(backup(&config.data, &database, &folder));
+    let Backup { jobs, files, missing } =
+        backup.with_context(|| format!("the backup in {} is not complete: delete it", folder.display()))?;
+    let Copied { linked, copied, .. } = files;
+    println!(
+        "{jobs} jobs in {}: the database, {linked} files linked and {copied} copied; start it by skyduct serve --data {}",
+        folder.display(),
+        folder.display()
+    );
+    if missing.deleted > 0 {
+        println!("{} jobs and meshes that were deleted meanwhile are not in it", missing.deleted);
+    }
+    if missing.damaged > 0 {
+        bail!(
+            "{} files of results are missing in {}, too; all else is in the backup",
+            missing.damaged,
+            config.data.display()
+        );
+    }
+    Ok(())
+}
+
+/// What was made.
+struct Backup {
+    jobs: u64,
+    files: Copied,
+    missing: Missing,
+}
+
+/// The database comes under its name last, so that no service starts on half a backup: beside a note, a new database is refused.
+async fn backup(data: &Path, database: &Path, folder: &Path) -> anyhow::Result<Backup> {
+    let artifacts = folder.join("artifacts");
+    create_private_folder(&artifacts)?;
+    // one of its own: two services that go on from the same jobs must not take each other's files for their own
+    let identity = Uuid::new_v4().to_string();
+    fs::write(artifacts.join(NOTE), format!("{identity}\n"))?;
+    File::open(artifacts.join(NOTE))?.sync_all()?;
+    let part = folder.join("skyduct.db.part");
+    let mut copy = DatabaseCopy::make(database, &part).await?;
+    let keys = copy.referenced_keys().await?;
+    let files = copy_files(&data.join("artifacts"), &artifacts, keys).context("the files of the results")?;
+    let missing = copy.without(&files.missing).await?;
+    let jobs = copy.jobs().await?;
+    copy.finish(&identity).await?;
+    File::open(&part)?.sync_all()?;
+    fs::rename(&part, folder.join("skyduct.db"))?;
+    File::open(folder)?.sync_all()?;
+    Ok(Backup { jobs, files, missing })
+}
+
+/// Makes the folder, and sees that nothing is in it, and that its name survives the end of the power.
+fn make_empty_folder(folder: &Path) -> anyhow::Result<()> {
+    let unusable = || format!("the folder {} cannot be used", folder.display());
+    create_private_folder(folder).with_context(unusable)?;
+    if fs::read_dir(folder).with_context(unusable)?.next().is_some() {
+        bail!("{} is not empty: a backup takes a folder of its own", folder.display());
+    }
+    let path = folder.canonicalize().with_context(unusable)?;
+    if let Some(parent) = path.parent() {
+        File::open(parent).and_then(|parent| parent.sync_all()).with_context(unusable)?;
+    }
+    Ok(())
+}

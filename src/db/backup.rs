@@ -1,0 +1,104 @@
+//! A copy of a database that may be in use: the service that writes to it goes on meanwhile.
+
+use std::collections::HashSet;
+use std::os::unix::fs::PermissionsExt;
+use std::path::Path;
+use std::time::Duration;
+
+use sqlx::sqlite::SqliteConnectOptions;
+use sqlx::{ConnectOptions, Connection, SqliteConnection};
+
+use super::jobs;
+use super::sql::{now_ms, store_error};
+use crate::job::store::StoreError;
+
+/// A copy of a database as it was at one moment.
+pub struct DatabaseCopy {
+    copy: SqliteConnection,
+    original: SqliteConnection,
+}
+
+/// Rows of a copy whose files are missing.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Missing {
+    /// Jobs and meshes that were deleted since the copy was made, and are gone from it, too.
+    pub deleted: u64,
+    /// Files that the original misses, too: its results are damaged.
+    pub damaged: u64,
+}
+
+impl DatabaseCopy {
+    /// Copies the database in `from` to the file `to`, which must not be there. What is committed while that goes on is not in it.
+    pub async fn make(from: &Path, to: &Path) -> Result<Self, StoreError> {
+        let failed = |error: &dyn std::fmt::Display| StoreError::Failed(format!("{}: {error}", from.display()));
+        let options = |file: &Path| {
+            SqliteConnectOptions::new().filename(file).foreign_keys(true).busy_timeout(Duration::from_secs(5))
+        };
+        let mut original = options(from).connect().await.map_err(|error| failed(&error))?;
+        let copied = sqlx::query("VACUUM INTO $1").bind(to.to_string_lossy()).execute(&mut original).await;
+        copied.map_err(|error| failed(&error))?;
+        // the database and what SQLite makes beside it are their owner's alone
+        std::fs::set_permissions(to, std::fs::Permissions::from_mode(0o600)).map_err(|error| failed(&error))?;
+        let copy = options(to).connect().await.map_err(store_error)?;
+        Ok(Self { copy, original })
+    }
+
+    /// Keys of the files that its rows point to.
+    pub async fn referenced_keys(&mut self) -> Result<HashSet<String>, StoreError> {
+        jobs::referenced_keys(&mut self.copy).await
+    }
+
+    /// Number of its jobs.
+    pub async fn jobs(&mut self) -> Result<u64, StoreError> {
+        let count: i64 =
+            sqlx::query_scalar("SELECT count(*) FROM jobs").fetch_one(&mut self.copy).await.map_err(store_error)?;
+        Ok(count.unsigned_abs())
+    }
+
+    /// Forgets jobs and meshes that have a file among the missing ones, where the original has forgotten them meanwhile. States of
+    /// running jobs may be missing: those jobs go on from an earlier one.
+    pub async fn without(&mut self, keys: &[String]) -> Result<Missing, StoreError> {
+        let mut missing = Missing::default();
+        for key in keys {
+            for (owner, count, delete) in [
+                (
+                    "SELECT job_id FROM artifacts WHERE key = $1",
+                    "SELECT count(*) FROM jobs WHERE id = $1",
+                    "DELETE FROM jobs WHERE id = $1",
+                ),
+                (
+                    "SELECT id FROM meshes WHERE key = $1",
+                    "SELECT count(*) FROM meshes WHERE id = $1",
+                    "DELETE FROM meshes WHERE id = $1",
+                ),
+            ] {
+                let owner: Option<String> =
+                    sqlx::query_scalar(owner).bind(key).fetch_optional(&mut self.copy).await.map_err(store_error)?;
+                let Some(owner) = owner else { continue };
+                let known: i64 =
+                    sqlx::query_scalar(count).bind(&owner).fetch_one(&mut self.original).await.map_err(store_error)?;
+                if known > 0 {
+                    missing.damaged += 1;
+                    continue;
+                }
+                sqlx::query(delete).bind(&owner).execute(&mut self.copy).await.map_err(store_error)?;
+                missing.deleted += 1;
+            }
+        }
+        Ok(missing)
+    }
+
+    /// Gives the copy an identity of its own and closes it: a service that starts on it finds that the one before has ended well.
+    pub async fn finish(mut self, identity: &str) -> Result<(), StoreError> {
+        let identified = sqlx::query(concat!("UPDATE store SET identity = $1, serving = 0, written_at = ", now_ms!()))
+            .bind(identity)
+            .execute(&mut self.copy)
+            .await
+            .map_err(store_error)?;
+        if identified.rows_affected() == 0 {
+            return Err(StoreError::Failed("no service of this version has started on the database".to_owned()));
+        }
+        self.copy.close().await.map_err(store_error)?;
+        self.original.close().await.map_err(store_error)
+    }
+}
