@@ -15,6 +15,7 @@ mod render;
 mod results_table;
 pub mod serve;
 mod study;
+mod study_progress;
 mod submit;
 mod telemetry;
 mod temporary_folder;

@@ -19,7 +19,7 @@ use tokio_util::sync::CancellationToken;
 use crate::cli::config::{Config, Flags, Role};
 use crate::cli::telemetry;
 use crate::db::SqliteStore;
-use crate::http::{self, Access, Permits, Readiness, Service, WatchedJobs, WatchedStudies};
+use crate::http::{self, Access, Permits, Readiness, Service, StudyFiles, WatchedJobs, WatchedStudies};
 use crate::job::artifacts::{Artifacts, create_private_folder};
 use crate::job::file_lock::FileLock;
 use crate::job::live::LiveJobs;
@@ -181,6 +181,7 @@ impl RunningService {
             permits: Permits::new(&config.limits),
             watched: WatchedJobs::default(),
             watched_studies: WatchedStudies::default(),
+            study_files: StudyFiles::default(),
             queue_was_full: AtomicBool::default(),
             readiness: Readiness::default(),
             limits: config.limits.clone(),

@@ -1,19 +1,20 @@
 //! `skyduct study`: what accuracy costs by several methods on one job.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-use anyhow::Context;
-use indicatif::{ProgressBar, ProgressStyle};
+use anyhow::{Context, anyhow};
 use serde_json::Value;
 
 use super::mesh_files::MeshFiles;
 use super::render::{cancel_on_interrupt, read_job, write};
+use super::study_progress::{Left, StudyProgress};
 use crate::document::{DocumentErrors, FieldError, method};
+use crate::job::cancel::{Stop, StopReason};
 use crate::study::StudyRequest;
 use crate::study::picture_request::{PictureRequest, PicturesWanted, ten_five_two_and_one_percent};
 use crate::study::reference::ReferenceRequest;
 use crate::study::run::{Step, StudyError, run as run_study};
-use crate::study::views;
+use crate::study::views::{self, PicturesStep};
 
 #[derive(Debug, clap::Args)]
 pub struct StudyArgs {
@@ -54,29 +55,17 @@ pub fn run(args: StudyArgs) -> anyhow::Result<()> {
         true => method::names().map(str::to_owned).collect(),
         false => args.methods.clone(),
     };
-    let bar = ProgressBar::new(1);
-    if let Ok(style) = ProgressStyle::with_template("{bar:32} {pos}/{len} {msg}") {
-        bar.set_style(style);
-    }
-    let heard = |done: usize, of: usize, next: &str| {
-        bar.set_length(of as u64);
-        bar.set_position(done as u64);
-        bar.set_message(next.to_owned());
-    };
     std::fs::create_dir_all(&args.out).with_context(|| format!("{} cannot be made", args.out.display()))?;
-    let told = if args.views { of_views(&args, job, methods, heard)? } else { of_grids(&args, job, methods, heard)? };
-    bar.finish_and_clear();
-    println!("{told}");
+    let progress = StudyProgress::new();
+    let told =
+        if args.views { of_views(&args, job, methods, &progress) } else { of_grids(&args, job, methods, &progress) };
+    progress.finish();
+    println!("{}", told?);
     Ok(())
 }
 
-/// Studies the grids, writes the files, and says what follows.
-fn of_grids(
-    args: &StudyArgs,
-    job: Value,
-    methods: Vec<String>,
-    heard: impl Fn(usize, usize, &str),
-) -> anyhow::Result<String> {
+/// Studies the grids, writes the files, and says what follows. The table is written as it grows.
+fn of_grids(args: &StudyArgs, job: Value, methods: Vec<String>, progress: &StudyProgress) -> anyhow::Result<String> {
     let mut request = StudyRequest {
         seeds: args.seeds,
         reference: ReferenceRequest { method: Some(args.reference.clone()), ..ReferenceRequest::default() },
@@ -86,9 +75,16 @@ fn of_grids(
     if !args.errors.is_empty() {
         request = request.to(args.errors.clone());
     }
-    let mut heard = |step: &Step| heard(step.done, step.of, &step.next);
-    let study = run_study(&request, &MeshFiles::beside(&args.job), &cancel_on_interrupt()?, &mut heard);
-    let study = study.map_err(of_document)?;
+    let stop = cancel_on_interrupt()?;
+    let mut growing = Growing { out: &args.out, file: None, written: Ok(()), stop: &stop };
+    let mut heard = |step: &Step<'_>| {
+        progress.step(step.done, step.of, &step.next, step.seconds_left.map(Left::About));
+        if let Some(study) = step.so_far.filter(|study| !study.runs.is_empty()) {
+            growing.write("study.csv", study.csv().as_bytes());
+        }
+    };
+    let study = run_study(&request, &MeshFiles::beside(&args.job), &stop, &mut heard);
+    let study = growing.ended(study)?;
     for (name, bytes) in study.files(&request)? {
         write(&args.out, &name, &bytes)?;
     }
@@ -96,28 +92,63 @@ fn of_grids(
     Ok(format!("{}\n{}{}", study.table(), study.verdict(), refused.collect::<String>()))
 }
 
-/// Makes pictures of the views, writes the files, and says what they are.
-fn of_views(
-    args: &StudyArgs,
-    job: Value,
-    methods: Vec<String>,
-    heard: impl Fn(usize, usize, &str),
-) -> anyhow::Result<String> {
+/// Makes pictures of the views, writes the files, and says what they are. Their numbers are written as they grow.
+fn of_views(args: &StudyArgs, job: Value, methods: Vec<String>, progress: &StudyProgress) -> anyhow::Result<String> {
     let relative_errors = match args.errors.as_slice() {
         [] => ten_five_two_and_one_percent(),
         errors => errors.to_vec(),
     };
     let wanted = PicturesWanted { seconds: args.seconds_each.clone(), relative_errors };
     let request = PictureRequest::new(job, methods, wanted, args.seconds, Some(&args.reference));
-    let mut heard = |done: usize, of: usize, next: &str| heard(done, of, next);
-    let pictures = views::run(&request, &MeshFiles::beside(&args.job), &cancel_on_interrupt()?, &mut heard);
-    let pictures = pictures.map_err(of_document)?;
+    let stop = cancel_on_interrupt()?;
+    let mut growing = Growing { out: &args.out, file: None, written: Ok(()), stop: &stop };
+    let mut heard = |step: &PicturesStep<'_>| {
+        progress.step(step.done, step.of, &step.next, Some(Left::AtMost(step.most_seconds_left)));
+        if let Some(pictures) = step.so_far.filter(|pictures| !pictures.pictures.is_empty()) {
+            let (name, bytes) = pictures.numbers(&request);
+            growing.write(&name, &bytes);
+        }
+    };
+    let pictures = views::run(&request, &MeshFiles::beside(&args.job), &stop, &mut heard);
+    let pictures = growing.ended(pictures)?;
+    let told = pictures.pictures.iter().map(|picture| format!("{} {}\n", picture.view, picture.title()));
+    let refused = pictures.refused.iter().map(|refused| format!("{}: {}\n", refused.method, refused.reason));
+    let told = told.chain(refused).collect();
     for (name, bytes) in pictures.files(&request)? {
         write(&args.out, &name, &bytes)?;
     }
-    let told = pictures.pictures.iter().map(|picture| format!("{} {}\n", picture.view, picture.title()));
-    let refused = pictures.refused.iter().map(|refused| format!("{}: {}\n", refused.method, refused.reason));
-    Ok(told.chain(refused).collect::<String>())
+    Ok(told)
+}
+
+/// A file that is written anew after each run.
+struct Growing<'a> {
+    out: &'a Path,
+    /// Its name, once there is something in it.
+    file: Option<String>,
+    /// The first failure, which ends the study.
+    written: anyhow::Result<()>,
+    stop: &'a Stop,
+}
+
+impl Growing<'_> {
+    fn write(&mut self, name: &str, bytes: &[u8]) {
+        self.written = write(self.out, name, bytes);
+        match self.written {
+            Ok(()) => self.file = Some(name.to_owned()),
+            Err(_) => self.stop.raise(StopReason::Cancelled),
+        }
+    }
+
+    /// What came out of the study; an error says where that is which was found before.
+    fn ended<T>(self, study: Result<T, StudyError>) -> anyhow::Result<T> {
+        self.written?;
+        study.map_err(|error| match (&error, self.file) {
+            (StudyError::Cancelled { .. } | StudyError::Render(_), Some(file)) => {
+                anyhow!("{error}; table in {}", self.out.join(file).display())
+            }
+            _ => of_document(error),
+        })
+    }
 }
 
 /// Errors of the document are the document's own.

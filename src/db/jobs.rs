@@ -1,11 +1,14 @@
 //! Jobs, their events, passes and artifacts.
 
 use std::collections::HashSet;
+use std::ops::Range;
 
 use sqlx::{QueryBuilder, SqliteConnection, SqlitePool};
 use uuid::Uuid;
 
-use crate::job::events::{Cancelled, Planned, Queued};
+use crate::document::Warning;
+use crate::document::result::Known;
+use crate::job::events::{Cancelled, EventData, Planned, PlannedBesidePlan, Queued};
 use crate::job::progress::{PassReport, Progress, StoppedBy};
 use crate::job::store::*;
 
@@ -19,47 +22,25 @@ pub(super) async fn submit(tx: &mut SqliteConnection, new: NewJob, max_queued: u
     {
         return Ok(if job.body_hash == new.body_hash { Submission::Repeated(job) } else { Submission::KeyReused });
     }
-    let id = Uuid::now_v7();
-    let id_text = id.to_string();
-    let mut insert = QueryBuilder::new(
-        "INSERT INTO jobs (id, name, status, submitted, document, plan, warnings, idempotency_key, body_hash, summary, \
-         predictions, created_at) SELECT ",
-    );
-    insert.push_bind(&id_text).push(", ").push_bind(&new.name).push(", 'queued', ").push_bind(&new.submitted);
-    for json in [to_json(&new.document)?, to_json(&new.plan)?, to_json(&new.warnings)?] {
-        insert.push(", ").push_bind(json);
-    }
-    insert.push(", ").push_bind(&new.idempotency_key).push(", ").push_bind(&new.body_hash);
-    insert.push(", ").push_bind(to_json(&new.known)?);
-    insert.push(", ").push_bind(new.predictions.as_ref().map(to_json).transpose()?);
-    // one of them is rendered, or will be at once
-    insert.push(concat!(", ", now_ms!(), " WHERE (SELECT count(*) FROM chunks WHERE state <> 'done') <= "));
-    insert.push_bind(signed(max_queued)).push(" RETURNING created_at; ");
-    let plan = to_value(&new.plan)?;
-    let queued = Queued { job: id, name: new.name.clone() };
-    let planned = Planned { plan: new.plan, warnings: new.warnings.clone(), known: new.known };
-    let mut change = JobChange::after(&id_text, insert);
-    change.chunk(0, &new.first_chunk).event(&queued)?.event(&planned)?;
-    let created = change.write_and_fetch(tx).await?;
-    let Some(created) = created.first() else { return Ok(Submission::QueueFull) };
-    let created_at: i64 = rows::get(created, "created_at")?;
-    for mesh in &new.meshes {
-        let known: Option<i64> = sqlx::query_scalar("SELECT 1 FROM meshes WHERE id = $1")
-            .bind(mesh)
-            .fetch_optional(&mut *tx)
-            .await
-            .map_err(store_error)?;
-        if known.is_none() {
-            return Ok(Submission::MeshGone(mesh.clone()));
-        }
-        sqlx::query("INSERT INTO job_meshes (job_id, mesh_id) VALUES ($1, $2) ON CONFLICT DO NOTHING")
-            .bind(&id_text)
-            .bind(mesh)
-            .execute(&mut *tx)
-            .await
-            .map_err(store_error)?;
-    }
-    let known = to_value(&planned.known)?;
+    let row = NewRow {
+        name: new.name.as_deref(),
+        submitted: &new.submitted,
+        document: to_json(&new.document)?,
+        plan: to_json(&new.plan)?,
+        study: None,
+        warnings: &new.warnings,
+        idempotency_key: new.idempotency_key.as_deref(),
+        body_hash: &new.body_hash,
+        known: &new.known,
+        predictions: new.predictions.as_ref().map(to_json).transpose()?,
+        first_chunk: &new.first_chunk,
+        meshes: &new.meshes,
+    };
+    let (id, created_at) = match insert(tx, row, max_queued).await? {
+        Inserted::At(id, created_at) => (id, created_at),
+        Inserted::QueueFull => return Ok(Submission::QueueFull),
+        Inserted::MeshGone(mesh) => return Ok(Submission::MeshGone(mesh)),
+    };
     Ok(Submission::New(Job {
         head: JobHead {
             id,
@@ -74,13 +55,85 @@ pub(super) async fn submit(tx: &mut SqliteConnection, new: NewJob, max_queued: u
             finished_at: None,
         },
         document: new.document,
-        plan,
+        plan: to_value(&new.plan)?,
         warnings: new.warnings,
         body_hash: new.body_hash,
-        summary: Some(known),
+        summary: Some(to_value(&new.known)?),
         predictions: new.predictions,
         problem: None,
     }))
+}
+
+/// The row of a job to be queued; its long columns as they are stored.
+pub(super) struct NewRow<'a> {
+    pub name: Option<&'a str>,
+    pub submitted: &'a str,
+    pub document: String,
+    pub plan: String,
+    /// The study that has what these three lack.
+    pub study: Option<String>,
+    pub warnings: &'a [Warning],
+    pub idempotency_key: Option<&'a str>,
+    pub body_hash: &'a str,
+    pub known: &'a Known,
+    pub predictions: Option<String>,
+    pub first_chunk: &'a Range<u64>,
+    pub meshes: &'a [String],
+}
+
+/// What became of a row.
+pub(super) enum Inserted {
+    /// Id of the job, and when it was queued.
+    At(Uuid, i64),
+    QueueFull,
+    MeshGone(String),
+}
+
+/// Queues a job; where it is not queued, the transaction is to be taken back.
+pub(super) async fn insert(
+    tx: &mut SqliteConnection,
+    row: NewRow<'_>,
+    max_queued: u64,
+) -> Result<Inserted, StoreError> {
+    let id = Uuid::now_v7();
+    let id_text = id.to_string();
+    let mut insert = QueryBuilder::new(
+        "INSERT INTO jobs (id, name, status, submitted, document, plan, study_id, warnings, idempotency_key, body_hash, \
+         summary, predictions, created_at) SELECT ",
+    );
+    insert.push_bind(&id_text).push(", ").push_bind(row.name).push(", 'queued', ").push_bind(row.submitted);
+    insert.push(", ").push_bind(row.document).push(", ").push_bind(row.plan).push(", ").push_bind(row.study);
+    insert.push(", ").push_bind(to_json(&row.warnings)?);
+    insert.push(", ").push_bind(row.idempotency_key).push(", ").push_bind(row.body_hash);
+    insert.push(", ").push_bind(to_json(row.known)?);
+    insert.push(", ").push_bind(row.predictions);
+    // one of them is rendered, or will be at once
+    insert.push(concat!(", ", now_ms!(), " WHERE (SELECT count(*) FROM chunks WHERE state <> 'done') <= "));
+    insert.push_bind(signed(max_queued)).push(" RETURNING created_at; ");
+    let queued = Queued { job: id, name: row.name.map(str::to_owned) };
+    let planned = PlannedBesidePlan { warnings: row.warnings, known: row.known };
+    let mut change = JobChange::after(&id_text, insert);
+    change.chunk(0, row.first_chunk).event(&queued)?.event(&planned)?;
+    let created = change.write_and_fetch(tx).await?;
+    let Some(created) = created.first() else { return Ok(Inserted::QueueFull) };
+    let created_at: i64 = rows::get(created, "created_at")?;
+    for mesh in row.meshes {
+        let known: Option<i64> = sqlx::query_scalar("SELECT 1 FROM meshes WHERE id = $1")
+            .bind(mesh)
+            .fetch_optional(&mut *tx)
+            .await
+            .map_err(store_error)?;
+        if known.is_none() {
+            return Ok(Inserted::MeshGone(mesh.clone()));
+        }
+        sqlx::query("INSERT INTO job_meshes (job_id, mesh_id) VALUES ($1, $2) ON CONFLICT DO NOTHING")
+            .bind(&id_text)
+            .bind(mesh)
+            .execute(&mut *tx)
+            .await
+            .map_err(store_error)?;
+    }
+    Ok(Inserted::At(id, created_at))
 }
 
 pub(super) async fn job_of_key(connection: &mut SqliteConnection, key: &str) -> Result<Option<Job>, StoreError> {
@@ -106,14 +159,18 @@ pub(super) async fn job(connection: &mut SqliteConnection, id: Uuid) -> Result<O
 }
 
 pub(super) async fn source(pool: &SqlitePool, id: Uuid) -> Result<Option<JobSource>, StoreError> {
-    sqlx::query("SELECT submitted, state_key, state_hash, merged_seconds, merged_cpu_seconds FROM jobs WHERE id = $1")
-        .bind(id.to_string())
-        .fetch_optional(pool)
-        .await
-        .map_err(store_error)?
-        .as_ref()
-        .map(rows::job_source)
-        .transpose()
+    sqlx::query(
+        "SELECT submitted, study_id, state_key, state_hash, merged_seconds, merged_cpu_seconds, \
+         (SELECT d.submitted FROM study_documents d WHERE d.study_id = jobs.study_id) AS shared_submitted \
+         FROM jobs WHERE id = $1",
+    )
+    .bind(id.to_string())
+    .fetch_optional(pool)
+    .await
+    .map_err(store_error)?
+    .as_ref()
+    .map(rows::job_source)
+    .transpose()
 }
 
 pub(super) async fn head(pool: &SqlitePool, id: Uuid) -> Result<Option<JobHead>, StoreError> {
@@ -236,16 +293,31 @@ pub(super) async fn delete_some(tx: &mut SqliteConnection, id: Uuid) -> Result<O
 }
 
 pub(super) async fn events(pool: &SqlitePool, id: Uuid, after: i64, limit: u32) -> Result<Vec<Event>, StoreError> {
-    sqlx::query("SELECT seq, name, data FROM events WHERE job_id = $1 AND seq > $2 ORDER BY seq LIMIT $3")
+    let rows = sqlx::query("SELECT seq, name, data FROM events WHERE job_id = $1 AND seq > $2 ORDER BY seq LIMIT $3")
         .bind(id.to_string())
         .bind(after)
         .bind(i64::from(limit))
         .fetch_all(pool)
         .await
-        .map_err(store_error)?
-        .iter()
-        .map(rows::event)
-        .collect()
+        .map_err(store_error)?;
+    let mut events = rows.iter().map(rows::event).collect::<Result<Vec<Event>, StoreError>>()?;
+    // the plan is kept once, in the job's row; old events have it
+    for event in events.iter_mut().filter(|event| event.name == Planned::NAME && event.data["plan"].is_null()) {
+        let row = sqlx::query(
+            "SELECT plan, study_id, (SELECT d.plan FROM study_documents d WHERE d.study_id = jobs.study_id) AS shared_plan \
+             FROM jobs WHERE id = $1",
+        )
+        .bind(id.to_string())
+        .fetch_optional(pool)
+        .await
+        .map_err(store_error)?;
+        // a job that was deleted meanwhile has no events
+        let Some(row) = row else { return Ok(Vec::new()) };
+        if let Some(data) = event.data.as_object_mut() {
+            data.insert("plan".to_owned(), rows::whole(&row, "plan", "shared_plan")?);
+        }
+    }
+    Ok(events)
 }
 
 /// Columns of a [`PassReport`].

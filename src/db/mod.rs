@@ -40,6 +40,9 @@ use crate::job::store::*;
 /// Hints that a slow listener may miss; it is then told that it lagged, and reads the store.
 const CHANGES_KEPT: usize = 1024;
 
+/// Size in bytes that the write-ahead log is cut to when it begins anew: some times what it grows to between two checkpoints.
+const LARGEST_IDLE_LOG: u64 = 16 << 20;
+
 /// Jobs in one SQLite file: one writing connection, several reading ones.
 pub struct SqliteStore {
     writer: SqlitePool,
@@ -81,6 +84,8 @@ impl SqliteStore {
             // NORMAL may lose the last commits when the power fails
             .synchronous(SqliteSynchronous::Full)
             .busy_timeout(Duration::from_secs(5))
+            // what a large transaction made of the log is given back to the disk
+            .pragma("journal_size_limit", LARGEST_IDLE_LOG.to_string())
             .foreign_keys(true);
         if new {
             // must come before the first table

@@ -9,6 +9,7 @@ use sqlx::sqlite::SqliteRow;
 use uuid::Uuid;
 
 use crate::job::progress::{PassReport, Progress, StoppedBy};
+use crate::job::shared_fields::joined;
 use crate::job::spent::Spent;
 use crate::job::store::*;
 
@@ -26,7 +27,9 @@ pub(super) use head_columns;
 /// Columns of a [`Job`] beyond its head.
 macro_rules! job_columns {
     () => {
-        "document, plan, warnings, body_hash, summary, predictions, problem"
+        "document, plan, warnings, body_hash, summary, predictions, problem, study_id, \
+         (SELECT d.document FROM study_documents d WHERE d.study_id = jobs.study_id) AS shared_document, \
+         (SELECT d.plan FROM study_documents d WHERE d.study_id = jobs.study_id) AS shared_plan"
     };
 }
 pub(super) use job_columns;
@@ -62,8 +65,8 @@ pub(super) fn head(row: &SqliteRow) -> Result<JobHead, StoreError> {
 pub(super) fn job(row: &SqliteRow) -> Result<Job, StoreError> {
     Ok(Job {
         head: head(row)?,
-        document: json(row, "document")?,
-        plan: json(row, "plan")?,
+        document: whole(row, "document", "shared_document")?,
+        plan: whole(row, "plan", "shared_plan")?,
         warnings: json(row, "warnings")?,
         body_hash: get(row, "body_hash")?,
         summary: optional_json(row, "summary")?,
@@ -76,10 +79,23 @@ pub(super) fn job_source(row: &SqliteRow) -> Result<JobSource, StoreError> {
     let state_key: Option<String> = get(row, "state_key")?;
     let state_hash: Option<String> = get(row, "state_hash")?;
     Ok(JobSource {
-        submitted: get(row, "submitted")?,
+        submitted: match get::<Option<String>>(row, "study_id")? {
+            Some(_) => whole(row, "submitted", "shared_submitted")?.to_string(),
+            None => get(row, "submitted")?,
+        },
         state: state_key.zip(state_hash).map(|(key, hash)| StateFile { key, hash }),
         merged_spent: Spent { seconds: get(row, "merged_seconds")?, cpu_seconds: get(row, "merged_cpu_seconds")? },
     })
+}
+
+/// A JSON column that may lack the fields of another one, those that the jobs of a study share.
+pub(super) fn whole(row: &SqliteRow, column: &str, shared: &str) -> Result<Value, StoreError> {
+    if get::<Option<String>>(row, "study_id")?.is_none() {
+        return json(row, column);
+    }
+    let (own, shared): (String, Option<String>) = (get(row, column)?, get(row, shared)?);
+    let shared = shared.ok_or_else(|| StoreError::Failed("a job's study is gone".to_owned()))?;
+    joined(&shared, &own).map_err(|_| broken(column, &own))
 }
 
 pub(super) fn event(row: &SqliteRow) -> Result<Event, StoreError> {
@@ -138,7 +154,7 @@ pub(super) fn json<T: DeserializeOwned>(row: &SqliteRow, column: &str) -> Result
     serde_json::from_str(&text).map_err(|_| broken(column, &text))
 }
 
-fn optional_json<T: DeserializeOwned>(row: &SqliteRow, column: &str) -> Result<Option<T>, StoreError> {
+pub(super) fn optional_json<T: DeserializeOwned>(row: &SqliteRow, column: &str) -> Result<Option<T>, StoreError> {
     match get::<Option<String>>(row, column)? {
         Some(text) => serde_json::from_str(&text).map(Some).map_err(|_| broken(column, &text)),
         None => Ok(None),

@@ -4,6 +4,7 @@ use std::collections::HashSet;
 use std::time::Duration;
 
 use async_trait::async_trait;
+use serde_json::Value;
 use tokio::sync::broadcast;
 use uuid::Uuid;
 
@@ -226,7 +227,7 @@ impl Store for SqliteStore {
         let submission = studies::submit(&mut tx, study, max_queued).await?;
         if let StudySubmission::New(study) = &submission {
             tx.commit().await.map_err(store_error)?;
-            study.parts.iter().for_each(|(job, _)| self.tell(Change::Job(*job)));
+            study.jobs.iter().for_each(|member| self.tell(Change::Job(member.job)));
             self.tell(Change::Queue);
         } else {
             tx.rollback().await.map_err(store_error)?;
@@ -274,6 +275,12 @@ impl Store for SqliteStore {
             self.tell(Change::Job(*job));
         }
         Ok(cancelled.len() as u64)
+    }
+
+    async fn keep_found(&self, study: Uuid, found: &[(Uuid, Value)]) -> Result<(), StoreError> {
+        let mut tx = self.begin(Durability::Process).await?;
+        studies::keep_found(&mut tx, study, found).await?;
+        tx.commit().await.map_err(store_error)
     }
 
     async fn delete_study(&self, id: Uuid) -> Result<bool, StoreError> {

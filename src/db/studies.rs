@@ -1,5 +1,6 @@
 //! Studies: which jobs belong together.
 
+use serde_json::Value;
 use sqlx::sqlite::SqliteRow;
 use sqlx::{SqliteConnection, SqlitePool};
 use uuid::Uuid;
@@ -7,7 +8,7 @@ use uuid::Uuid;
 use crate::job::store::*;
 
 use super::jobs;
-use super::rows::{self, get, head_columns, json, signed, to_json, uuid};
+use super::rows::{self, get, head_columns, json, optional_json, signed, to_json, uuid};
 use super::sql::{now_ms, store_error};
 
 /// What became of a study, with the ids of the jobs that were queued.
@@ -31,7 +32,7 @@ pub(super) async fn submit(
     ))
     .bind(id.to_string())
     .bind(&new.name)
-    .bind(to_json(&new.request)?)
+    .bind(&new.request)
     .bind(to_json(&new.refused)?)
     .bind(new.confidence)
     .bind(&new.idempotency_key)
@@ -39,23 +40,45 @@ pub(super) async fn submit(
     .fetch_one(&mut *tx)
     .await
     .map_err(store_error)?;
-    let mut parts = Vec::with_capacity(new.jobs.len());
-    for (place, (part, job)) in new.jobs.into_iter().enumerate() {
-        let job = match jobs::submit(tx, job, max_queued).await? {
-            Submission::New(job) | Submission::Repeated(job) => job.head.id,
-            Submission::KeyReused => return Ok(StudySubmission::KeyReused),
-            Submission::QueueFull => return Ok(StudySubmission::QueueFull),
-            Submission::MeshGone(mesh) => return Ok(StudySubmission::MeshGone(mesh)),
+    sqlx::query("INSERT INTO study_documents (study_id, submitted, document, plan) VALUES ($1, $2, $3, $4)")
+        .bind(id.to_string())
+        .bind(to_json(&new.submitted.into_value())?)
+        .bind(to_json(&new.document.into_value())?)
+        .bind(to_json(&new.plan.into_value())?)
+        .execute(&mut *tx)
+        .await
+        .map_err(store_error)?;
+    let mut members = Vec::with_capacity(new.jobs.len());
+    for (place, job) in new.jobs.into_iter().enumerate() {
+        let submitted = to_json(&job.submitted)?;
+        let row = jobs::NewRow {
+            name: new.name.as_deref(),
+            submitted: &submitted,
+            document: to_json(&job.document)?,
+            plan: to_json(&job.plan)?,
+            study: Some(id.to_string()),
+            warnings: &job.warnings,
+            idempotency_key: None,
+            body_hash: "",
+            known: &job.known,
+            predictions: None,
+            first_chunk: &job.first_chunk,
+            meshes: &new.meshes,
+        };
+        let member = match jobs::insert(tx, row, max_queued).await? {
+            jobs::Inserted::At(job_id, _) => StudyMember { job: job_id, part: job.part, found: None },
+            jobs::Inserted::QueueFull => return Ok(StudySubmission::QueueFull),
+            jobs::Inserted::MeshGone(mesh) => return Ok(StudySubmission::MeshGone(mesh)),
         };
         sqlx::query("INSERT INTO study_jobs (study_id, place, job_id, part) VALUES ($1, $2, $3, $4)")
             .bind(id.to_string())
             .bind(signed(place as u64))
-            .bind(job.to_string())
-            .bind(to_json(&part)?)
+            .bind(member.job.to_string())
+            .bind(to_json(&member.part)?)
             .execute(&mut *tx)
             .await
             .map_err(store_error)?;
-        parts.push((job, part));
+        members.push(member);
     }
     // a job that somebody waits for need not wait for all of a study
     sqlx::query("UPDATE chunks SET line = 2 WHERE job_id IN (SELECT job_id FROM study_jobs WHERE study_id = $1)")
@@ -64,7 +87,8 @@ pub(super) async fn submit(
         .await
         .map_err(store_error)?;
     let NewStudy { name, request, refused, confidence, body_hash, .. } = new;
-    Ok(StudySubmission::New(StoredStudy { id, name, request, refused, confidence, body_hash, created_at, parts }))
+    let jobs = members;
+    Ok(StudySubmission::New(StoredStudy { id, name, request, refused, confidence, body_hash, created_at, jobs }))
 }
 
 /// Columns of a [`StoredStudy`].
@@ -98,21 +122,24 @@ async fn with_parts(
 ) -> Result<Option<StoredStudy>, StoreError> {
     let Some(row) = row else { return Ok(None) };
     let id = uuid(&row, "id")?;
-    let parts = sqlx::query("SELECT job_id, part FROM study_jobs WHERE study_id = $1 ORDER BY place")
+    let members = sqlx::query("SELECT job_id, part, found FROM study_jobs WHERE study_id = $1 ORDER BY place")
         .bind(id.to_string())
         .fetch_all(connection)
         .await
         .map_err(store_error)?;
-    let parts = parts.iter().map(|part| Ok((uuid(part, "job_id")?, json(part, "part")?)));
+    let members = members.iter().map(|member| {
+        let found = optional_json(member, "found")?;
+        Ok(StudyMember { job: uuid(member, "job_id")?, part: json(member, "part")?, found })
+    });
     Ok(Some(StoredStudy {
         id,
         name: get(&row, "name")?,
-        request: json(&row, "request")?,
+        request: get(&row, "request")?,
         refused: json(&row, "refused")?,
         confidence: get(&row, "confidence")?,
         body_hash: get(&row, "body_hash")?,
         created_at: get(&row, "created_at")?,
-        parts: parts.collect::<Result<_, StoreError>>()?,
+        jobs: members.collect::<Result<_, StoreError>>()?,
     }))
 }
 
@@ -173,6 +200,19 @@ pub(super) async fn cancel(tx: &mut SqliteConnection, id: Uuid) -> Result<Vec<Uu
         }
     }
     Ok(cancelled)
+}
+
+pub(super) async fn keep_found(tx: &mut SqliteConnection, id: Uuid, found: &[(Uuid, Value)]) -> Result<(), StoreError> {
+    for (job, found) in found {
+        sqlx::query("UPDATE study_jobs SET found = $3 WHERE study_id = $1 AND job_id = $2")
+            .bind(id.to_string())
+            .bind(job.to_string())
+            .bind(to_json(found)?)
+            .execute(&mut *tx)
+            .await
+            .map_err(store_error)?;
+    }
+    Ok(())
 }
 
 pub(super) async fn delete(tx: &mut SqliteConnection, id: Uuid) -> Result<bool, StoreError> {

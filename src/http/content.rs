@@ -38,8 +38,14 @@ pub async fn stored(headers: &HeaderMap, artifacts: &Artifacts, artifact: &Artif
 pub fn made(headers: &HeaderMap, bytes: impl Into<Bytes>, media_type: &str) -> Result<Response, Problem> {
     let bytes = bytes.into();
     let hash = blake3::hash(&bytes).to_hex();
+    made_as(headers, &hash, bytes, media_type)
+}
+
+/// As [`made`], with a tag that was known before; no other bytes may have it.
+pub fn made_as(headers: &HeaderMap, tag: &str, bytes: impl Into<Bytes>, media_type: &str) -> Result<Response, Problem> {
+    let bytes = bytes.into();
     let size = bytes.len() as u64;
-    let answer = Answer::new(headers, &hash, size)?;
+    let answer = Answer::new(headers, tag, size)?;
     let body = match &answer {
         Answer::NotModified => Body::empty(),
         Answer::Whole => Body::from(bytes),
@@ -48,7 +54,7 @@ pub fn made(headers: &HeaderMap, bytes: impl Into<Bytes>, media_type: &str) -> R
             Body::from(bytes.slice(at(range.start)..at(range.end)))
         }
     };
-    answer.with_body(body, &hash, size, media_type)
+    answer.with_body(body, tag, size, media_type)
 }
 
 enum Answer {

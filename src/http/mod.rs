@@ -42,5 +42,6 @@ pub(crate) use limits::{Limits, Permits};
 pub(crate) use readiness::Readiness;
 pub(crate) use router::router;
 pub(crate) use service::{App, Service};
+pub(crate) use studies::made::StudyFiles;
 pub(crate) use studies::watched::WatchedStudies;
 pub(crate) use watched::WatchedJobs;

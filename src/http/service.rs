@@ -10,6 +10,7 @@ use tokio_util::sync::CancellationToken;
 use crate::http::access::Access;
 use crate::http::limits::{Limits, Permits};
 use crate::http::readiness::Readiness;
+use crate::http::studies::made::StudyFiles;
 use crate::http::studies::watched::WatchedStudies;
 use crate::http::watched::WatchedJobs;
 use crate::job::artifacts::Artifacts;
@@ -31,6 +32,7 @@ pub struct Service {
     pub permits: Permits,
     pub watched: WatchedJobs,
     pub watched_studies: WatchedStudies,
+    pub study_files: StudyFiles,
     /// True if the last job that came found no place in the queue.
     pub queue_was_full: AtomicBool,
     /// The last look at whether the service can write.

@@ -39,6 +39,16 @@ pub struct Planned {
     pub known: Known,
 }
 
+/// [`Planned`] as a store keeps it: the plan is kept with the job.
+#[derive(Clone, Debug, Serialize)]
+pub struct PlannedBesidePlan<'a> {
+    /// Notes on the document and on its methods.
+    pub warnings: &'a [Warning],
+    /// What the summary of the results will have, too.
+    #[serde(flatten)]
+    pub known: &'a Known,
+}
+
 /// Rendering has begun; nothing is known yet.
 #[derive(Clone, Debug, Serialize, ToSchema)]
 #[schema(as = StartedEvent)]
@@ -112,6 +122,10 @@ impl From<PassReport> for Pass {
 
 impl EventData for Queued {
     const NAME: &'static str = "queued";
+}
+
+impl EventData for PlannedBesidePlan<'_> {
+    const NAME: &'static str = Planned::NAME;
 }
 
 impl EventData for Planned {

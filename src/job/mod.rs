@@ -29,6 +29,7 @@ pub mod records;
 pub(crate) mod report;
 pub(crate) mod results;
 pub mod saved_files;
+pub mod shared_fields;
 pub(crate) mod site_figure;
 pub mod spent;
 pub mod store;

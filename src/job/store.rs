@@ -305,7 +305,9 @@ pub trait Store: Send + Sync + 'static {
     async fn study_progress(&self, id: Uuid) -> Result<StudyProgress, StoreError>;
     /// Cancels all jobs of a study that have not ended, as [`Self::cancel`] does; the number of those, 0 where all had ended.
     async fn cancel_study(&self, id: Uuid) -> Result<u64, StoreError>;
-    /// Deletes a study, but none of its jobs; true if there was one.
+    /// Keeps what was found of jobs of a study.
+    async fn keep_found(&self, study: Uuid, found: &[(Uuid, Value)]) -> Result<(), StoreError>;
+    /// Deletes a study whose jobs are deleted, for they cannot be read without it; true if there was one.
     async fn delete_study(&self, id: Uuid) -> Result<bool, StoreError>;
 
     /// Keeps the mesh that is there already when the content was uploaded before.

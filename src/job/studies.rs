@@ -1,16 +1,21 @@
 //! What a store knows of studies: which jobs belong together, and what each is for.
 
+use std::ops::Range;
+
 use serde_json::Value;
 use uuid::Uuid;
 
-use super::records::{JobHead, JobStatus, NewJob};
+use super::records::{JobHead, JobStatus};
+use super::shared_fields::{OwnFields, SharedFields};
+use crate::document::Warning;
+use crate::document::result::Known;
 
 /// Jobs to be queued together.
 pub struct NewStudy {
     /// Free text of the job's document.
     pub name: Option<String>,
-    /// The request as understood, defaults filled in.
-    pub request: Value,
+    /// The request as understood, defaults filled in, JSON.
+    pub request: String,
     /// The methods that refuse the job, with their reasons.
     pub refused: Value,
     /// Confidence of its errors and intervals.
@@ -19,8 +24,35 @@ pub struct NewStudy {
     pub idempotency_key: Option<String>,
     /// Hash of the canonical body, which tells a repetition from a reuse of the key.
     pub body_hash: String,
-    /// The jobs in their order, each with the part that it has in the study.
-    pub jobs: Vec<(Value, NewJob)>,
+    /// Uploaded meshes that the jobs name.
+    pub meshes: Vec<String>,
+    /// What the documents of the jobs have in common as they are posted.
+    pub submitted: SharedFields,
+    /// What they have in common as they are understood.
+    pub document: SharedFields,
+    /// What the plans of the jobs have in common.
+    pub plan: SharedFields,
+    /// The jobs in their order.
+    pub jobs: Vec<NewStudyJob>,
+}
+
+/// A job to be queued with a study; the fields of its own are those of [`super::records::NewJob`] without what the study has.
+#[derive(Clone)]
+pub struct NewStudyJob {
+    /// The part that it has in the study.
+    pub part: Value,
+    /// Its document as it would be posted.
+    pub submitted: OwnFields,
+    /// Its document as understood, defaults filled in.
+    pub document: OwnFields,
+    /// What is simulated and what is not, and why.
+    pub plan: OwnFields,
+    /// What is known of the results before the first pass.
+    pub known: Known,
+    /// Notes on the document and on its methods.
+    pub warnings: Vec<Warning>,
+    /// Passes of chunk 0.
+    pub first_chunk: Range<u64>,
 }
 
 /// A study as it is stored.
@@ -30,8 +62,8 @@ pub struct StoredStudy {
     pub id: Uuid,
     /// Free text of the job's document.
     pub name: Option<String>,
-    /// The request as understood.
-    pub request: Value,
+    /// The request as understood, JSON.
+    pub request: String,
     /// The methods that refuse the job, with their reasons.
     pub refused: Value,
     /// Confidence of its errors and intervals.
@@ -40,8 +72,19 @@ pub struct StoredStudy {
     pub body_hash: String,
     /// When it was posted, in milliseconds since 1970.
     pub created_at: i64,
-    /// Its jobs by their ids, in the order in which they were queued, each with the part that it has in the study.
-    pub parts: Vec<(Uuid, Value)>,
+    /// Its jobs in the order in which they were queued.
+    pub jobs: Vec<StudyMember>,
+}
+
+/// A job of a study.
+#[derive(Clone, Debug)]
+pub struct StudyMember {
+    /// Id of the job.
+    pub job: Uuid,
+    /// The part that it has in the study.
+    pub part: Value,
+    /// What its results are to the study; `None` before somebody has looked after its end.
+    pub found: Option<Value>,
 }
 
 /// What became of a study that was to be queued.

@@ -1,5 +1,7 @@
 //! Values of grids and how far they are from those of a reference: the arithmetic of every study.
 
+use serde::{Deserialize, Serialize};
+
 use crate::document::result::GridResult;
 use crate::estimate::stopping::LEAST_SHARE_OF_MEAN;
 use crate::estimate::{Estimate, FilmEstimate, GridEstimate};
@@ -16,6 +18,15 @@ pub struct Values {
     pub grids: Vec<usize>,
     /// Number of passes that the errors are told by.
     pub passes: u64,
+}
+
+/// How far the values of a job are from those of a reference.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Deviation {
+    /// Mean square of the relative deviations, the reference's own variance in it.
+    pub squared_error: f64,
+    /// Share of the sensors whose interval holds the reference; `None` where nothing tells errors.
+    pub covered: Option<f64>,
 }
 
 impl Values {
@@ -67,6 +78,11 @@ impl Values {
             rest = others;
         }
         scales
+    }
+
+    /// How far the values are from those of a reference, and how often their intervals at a confidence hold them.
+    pub fn deviation(&self, truth: &Self, confidence: f64) -> Deviation {
+        Deviation { squared_error: self.squared_error(truth), covered: self.covered(truth, confidence) }
     }
 
     /// Mean square of the relative deviations from a reference, whose own variance is in it.

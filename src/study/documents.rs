@@ -8,6 +8,11 @@ pub fn method_of(job: &Value, name: &str) -> Value {
     if own["kind"] == name { own.clone() } else { json!(name) }
 }
 
+/// The seed of a job of the study whose own is moved by `by`.
+pub fn seed_of(job: &Value, by: u64) -> u64 {
+    job["seed"].as_u64().unwrap_or(0).wrapping_add(by)
+}
+
 /// When a job of a study ends.
 #[derive(Clone, Copy, Debug)]
 pub struct End<'a> {
@@ -24,11 +29,11 @@ pub struct End<'a> {
 pub fn document(job: &Value, without: &[&str], method: Value, seed: u64, end: End<'_>) -> Value {
     let mut document = job.clone();
     let confidence = document["stop"]["confidence"].take();
-    let own = document["seed"].as_u64().unwrap_or(0);
+    let seed = seed_of(job, seed);
     if let Some(fields) = document.as_object_mut() {
         without.iter().for_each(|field| drop(fields.remove(*field)));
         fields.insert("method".to_owned(), if method.is_null() { json!("auto") } else { method });
-        fields.insert("seed".to_owned(), json!(own.wrapping_add(seed)));
+        fields.insert("seed".to_owned(), json!(seed));
         let mut stop =
             json!({ end.error_field: end.relative_error, "max_seconds": end.seconds, "max_passes": 1_000_000 });
         if let Some(stop) = stop.as_object_mut().filter(|_| !confidence.is_null()) {

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use super::compare::Values;
+use super::compare::Deviation;
 use super::request::RunKey;
 use crate::job::progress::StoppedBy;
 
@@ -60,8 +60,8 @@ pub struct RunCost {
 }
 
 impl Run {
-    /// A run that gave values, compared with the reference.
-    pub fn new(key: RunKey, cost: RunCost, values: &Values, truth: &Values, confidence: f64) -> Self {
+    /// A run that gave values, which are so far from the reference.
+    pub fn new(key: RunKey, cost: RunCost, deviation: Deviation) -> Self {
         Self {
             method: key.method,
             computed_by: cost.computed_by,
@@ -72,8 +72,8 @@ impl Run {
             cpu_seconds: cost.cpu_seconds,
             passes: cost.passes,
             told: cost.told,
-            squared_error: values.squared_error(truth),
-            covered: values.covered(truth, confidence),
+            squared_error: deviation.squared_error,
+            covered: deviation.covered,
             stopped_by: cost.stopped_by,
             met: cost.stopped_by.is_as_asked() && cost.told.is_some(),
         }

@@ -19,6 +19,10 @@ const OF_EQUAL_TIME: f64 = 0.0025;
 /// An error that no picture of equal time has: its seconds end it.
 const NO_ERROR: f64 = 1e-9;
 
+/// Bytes of a pixel of a picture on a sheet, and of the films that are there at a time.
+const BYTES_OF_A_TILE: f64 = 9.0;
+const BYTES_OF_FILMS: f64 = 140.0;
+
 /// Pictures of the views of a job.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
@@ -143,9 +147,28 @@ impl PictureRequest {
         }
     }
 
+    /// About how many bytes it takes to put pictures of the largest view side by side, where the study's jobs have these keys: each
+    /// as it is shown, once more on the sheet and in the file, and two films with what they are read from.
+    pub fn most_bytes(&self, keys: &[PictureKey]) -> f64 {
+        let views = self.job["views"].as_array().into_iter().flatten();
+        let pixels = views.map(|view| [0, 1].map(|axis| view["size_px"][axis].as_f64().unwrap_or(0.0)));
+        let pixels = pixels.map(|[width, height]| width * height).fold(0.0, f64::max);
+        let tiles = keys.iter().filter(|key| matches!(key, PictureKey::EqualTime { .. })).count() + 1;
+        pixels * (BYTES_OF_A_TILE * tiles as f64 + BYTES_OF_FILMS)
+    }
+
     /// The document that shows whether a method can show the views at all.
     pub fn trial(&self, method: &str) -> Value {
         self.document_of(method_of(&self.job, method), 0.5, 1.0, 1)
+    }
+
+    /// Seconds that a job may take at most.
+    pub fn most_seconds_of(&self, key: &PictureKey) -> f64 {
+        match key {
+            PictureKey::Reference => self.reference_seconds,
+            PictureKey::EqualTime { seconds, .. } => *seconds,
+            PictureKey::Accuracy { .. } => self.most_seconds,
+        }
     }
 
     fn document_of(&self, method: Value, relative_error: f64, seconds: f64, seed: u64) -> Value {

@@ -79,8 +79,6 @@ pub struct Picture {
     /// Root mean square of the relative deviations of blocks of 8 x 8 pixels from the reference, without what its own error adds;
     /// null where no pass ended in time.
     pub actual_relative_error: Option<f64>,
-    #[serde(skip)]
-    film: Option<Film>,
 }
 
 /// A job of pictures that has ended.
@@ -94,94 +92,190 @@ pub struct Shown {
     pub passes: u64,
     /// Relative error of the blocks that it tells of itself.
     pub told: Option<f64>,
-    /// Its views in the order of the document; `None` before the first pass.
-    pub films: Option<Vec<Film>>,
+}
+
+impl Shown {
+    /// The picture of a view, with its actual error; `None` of the reference.
+    pub fn picture(&self, key: &PictureKey, view: &str, error: Option<f64>) -> Option<Picture> {
+        let (method, asked_seconds, asked_relative_error) = match key {
+            PictureKey::Reference => return None,
+            PictureKey::EqualTime { method, seconds } => (method, Some(*seconds), None),
+            PictureKey::Accuracy { relative_error } => (&self.computed_by, None, Some(*relative_error)),
+        };
+        Some(Picture {
+            view: view.to_owned(),
+            method: method.clone(),
+            asked_seconds,
+            asked_relative_error,
+            seconds: self.seconds,
+            passes: self.passes,
+            told_relative_error: self.told,
+            actual_relative_error: error,
+        })
+    }
+}
+
+/// Which pictures of a view stand side by side.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SheetKind {
+    /// Those of equal time, a row for each time and a column for each method.
+    EqualTime,
+    /// Crops of those of an accuracy.
+    Accuracies,
+}
+
+impl SheetKind {
+    /// True if the pictures of this job are among them.
+    pub fn has(self, key: &PictureKey) -> bool {
+        match key {
+            PictureKey::Reference => false,
+            PictureKey::EqualTime { .. } => self == Self::EqualTime,
+            PictureKey::Accuracy { .. } => self == Self::Accuracies,
+        }
+    }
+}
+
+/// Pictures of one view side by side, the reference last. Of each only what is shown is kept, three bytes a pixel.
+#[derive(Clone, Debug)]
+pub struct Sheet {
+    kind: SheetKind,
+    tiles: Vec<(String, Raster)>,
+}
+
+impl Sheet {
+    /// A sheet without pictures.
+    pub fn new(kind: SheetKind) -> Self {
+        Self { kind, tiles: Vec::new() }
+    }
+
+    /// Adds a picture as it looks beside the reference: black where no pass ended in time.
+    pub fn push(&mut self, picture: &Picture, film: Option<&Film>, reference: &Reference) -> Result<(), OutputError> {
+        let [width, height] = reference.film.size_px;
+        let raster = match film {
+            Some(film) => reference.tones.apply(film.image())?,
+            None => Raster::filled(width, height, [0; 3]),
+        };
+        self.tiles.push((picture.title(), self.shown(raster)));
+        Ok(())
+    }
+
+    /// The sheet as a PNG file, `times` rows of equal time on it; `None` without pictures.
+    pub fn png(mut self, reference: &Reference, times: usize) -> Result<Option<Vec<u8>>, OutputError> {
+        if self.tiles.is_empty() {
+            return Ok(None);
+        }
+        let columns = match self.kind {
+            SheetKind::EqualTime => self.tiles.len().div_ceil(times.max(1)),
+            SheetKind::Accuracies => self.tiles.len() + 1,
+        };
+        let raster = self.shown(reference.tones.apply(reference.film.image())?);
+        self.tiles.push((format!("reference: {}", reference.method), raster));
+        Ok(Some(png::encode(&montage(&self.tiles, columns)?)?))
+    }
+
+    fn shown(&self, picture: Raster) -> Raster {
+        match self.kind {
+            SheetKind::EqualTime => picture,
+            SheetKind::Accuracies => crop(&picture),
+        }
+    }
+
+    /// Bytes that the pictures take.
+    #[cfg(test)]
+    fn bytes(&self) -> usize {
+        self.tiles.iter().map(|(_, raster)| raster.pixels.len()).sum()
+    }
+}
+
+/// What pictures of a view are compared with.
+#[derive(Clone, Debug)]
+pub struct Reference {
+    method: String,
+    film: Film,
+    tones: ToneMapping,
+}
+
+impl Reference {
+    /// A view of the reference, which `method` has computed.
+    pub fn new(method: String, film: Film) -> Result<Self, OutputError> {
+        let tones = ToneMapping::of(film.image())?;
+        Ok(Self { method, film, tones })
+    }
+
+    /// Root mean square of the relative deviations of a picture's blocks, without what the reference's own error adds.
+    pub fn error(&self, film: &Film) -> f64 {
+        film.error(&self.film)
+    }
 }
 
 /// All pictures, and what they are compared with.
 #[derive(Clone, Debug)]
 pub struct Pictures {
-    /// The methods that computed the reference.
-    pub reference_method: String,
-    /// Seconds that the reference was rendered.
-    pub reference_seconds: f64,
-    /// Pictures in the order in which they were made.
+    /// Numbers of all pictures in the order in which they were made.
     pub pictures: Vec<Picture>,
     /// Methods that cannot show the views.
     pub refused: Vec<Refused>,
-    references: Vec<(String, Film)>,
+    reference: Shown,
+    /// Each view by its name, with its sheets of both kinds.
+    views: Vec<(String, Reference, [Sheet; 2])>,
 }
 
 impl Pictures {
-    /// Nothing but the reference, `None` where it has no pass.
-    pub fn compared_with(request: &PictureRequest, reference: Shown, refused: Vec<Refused>) -> Option<Self> {
-        let films = reference.films?.into_iter().enumerate();
-        Some(Self {
-            reference_method: reference.computed_by,
-            reference_seconds: reference.seconds,
-            pictures: Vec::new(),
-            refused,
-            references: films.map(|(view, film)| (request.view(view), film)).collect(),
-        })
-    }
-
-    /// Adds what a job shows of every view.
-    pub fn push(&mut self, key: &PictureKey, shown: Shown) {
-        let (method, asked_seconds, asked_relative_error) = match key {
-            PictureKey::Reference => return,
-            PictureKey::EqualTime { method, seconds } => (method, Some(*seconds), None),
-            PictureKey::Accuracy { relative_error } => (&shown.computed_by, None, Some(*relative_error)),
-        };
-        let mut films = shown.films.map(Vec::into_iter);
-        for (view, truth) in &self.references {
-            let film = films.as_mut().and_then(Iterator::next);
-            self.pictures.push(Picture {
-                view: view.clone(),
-                method: method.clone(),
-                asked_seconds,
-                asked_relative_error,
-                seconds: shown.seconds,
-                passes: shown.passes,
-                told_relative_error: shown.told,
-                actual_relative_error: film.as_ref().map(|film| film.error(truth)),
-                film,
-            });
-        }
-    }
-
-    /// Each view's pictures of equal time, a row for each time and a column for each method, the reference last; crops of its
-    /// pictures of an accuracy; and the numbers of all as JSON. Names and contents.
-    pub fn files(&self, request: &PictureRequest) -> Result<Vec<(String, Vec<u8>)>, OutputError> {
-        let mut files = Vec::new();
-        for (view, truth) in &self.references {
-            let tones = ToneMapping::of(truth.image())?;
-            let of_view = || self.pictures.iter().filter(|picture| picture.view == *view);
-            let reference = |raster: Raster| (format!("reference: {}", self.reference_method), raster);
-            let mut strip = Vec::new();
-            for picture in of_view().filter(|picture| picture.asked_seconds.is_some()) {
-                strip.push((picture.title(), picture.raster(&tones, truth)?));
-            }
-            if !strip.is_empty() {
-                let columns = strip.len().div_ceil(request.wanted.seconds.len().max(1));
-                strip.push(reference(tones.apply(truth.image())?));
-                files.push((equal_time(view), png::encode(&montage(&strip, columns)?)?));
-            }
-            let mut crops = Vec::new();
-            for picture in of_view().filter(|picture| picture.asked_relative_error.is_some()) {
-                crops.push((picture.title(), crop(&picture.raster(&tones, truth)?)));
-            }
-            if !crops.is_empty() {
-                crops.push(reference(crop(&tones.apply(truth.image())?)));
-                files.push((accuracies(view), png::encode(&montage(&crops, crops.len())?)?));
-            }
-        }
-        let told = json!({
-            "request": request, "reference": { "method": self.reference_method, "seconds": self.reference_seconds },
-            "pictures": self.pictures, "refused": self.refused,
+    /// Nothing but the reference with its views in the order of the document.
+    pub fn compared_with(
+        request: &PictureRequest,
+        (reference, films): (Shown, Vec<Film>),
+        refused: Vec<Refused>,
+    ) -> Result<Self, OutputError> {
+        let sheets = || [SheetKind::EqualTime, SheetKind::Accuracies].map(Sheet::new);
+        let views = films.into_iter().enumerate().map(|(index, film)| {
+            Ok((request.view(index), Reference::new(reference.computed_by.clone(), film)?, sheets()))
         });
-        files.push((PICTURES_JSON.to_owned(), format!("{told}\n").into_bytes()));
+        let views = views.collect::<Result<_, OutputError>>()?;
+        Ok(Self { pictures: Vec::new(), refused, reference, views })
+    }
+
+    /// Adds what a job shows of every view; no films are there where no pass ended in time.
+    pub fn push(&mut self, key: &PictureKey, (shown, films): (Shown, Vec<Film>)) -> Result<(), OutputError> {
+        let mut films = films.into_iter();
+        for (view, reference, sheets) in &mut self.views {
+            let film = films.next();
+            let error = film.as_ref().map(|film| reference.error(film));
+            let Some(picture) = shown.picture(key, view, error) else { continue };
+            for sheet in sheets.iter_mut().filter(|sheet| sheet.kind.has(key)) {
+                sheet.push(&picture, film.as_ref(), reference)?;
+            }
+            self.pictures.push(picture);
+        }
+        Ok(())
+    }
+
+    /// The numbers of all pictures so far: name and content.
+    pub fn numbers(&self, request: &PictureRequest) -> (String, Vec<u8>) {
+        (PICTURES_JSON.to_owned(), numbers(request, &self.reference, &self.pictures, &self.refused))
+    }
+
+    /// Each view's pictures of equal time and crops of its pictures of an accuracy, and the numbers of all. Names and contents.
+    pub fn files(self, request: &PictureRequest) -> Result<Vec<(String, Vec<u8>)>, OutputError> {
+        let numbers = self.numbers(request);
+        let mut files = Vec::new();
+        for (view, reference, sheets) in self.views {
+            for (sheet, name) in sheets.into_iter().zip([equal_time(&view), accuracies(&view)]) {
+                files.extend(sheet.png(&reference, request.wanted.seconds.len())?.map(|bytes| (name, bytes)));
+            }
+        }
+        files.push(numbers);
         Ok(files)
     }
+}
+
+/// Times and errors of all pictures as JSON.
+pub fn numbers(request: &PictureRequest, reference: &Shown, pictures: &[Picture], refused: &[Refused]) -> Vec<u8> {
+    let told = json!({
+        "request": request, "reference": { "method": reference.computed_by, "seconds": reference.seconds },
+        "pictures": pictures, "refused": refused,
+    });
+    format!("{told}\n").into_bytes()
 }
 
 /// File of the numbers of all pictures.
@@ -204,14 +298,6 @@ impl Picture {
         let error = self.actual_relative_error.map_or("no pass in time".to_owned(), percent);
         let asked = self.asked_relative_error.map_or(String::new(), |asked| format!("{} asked, ", percent(asked)));
         format!("{}: {asked}{}, {error}", self.method, duration(self.seconds, 2))
-    }
-
-    /// As it is shown beside the reference: black where no pass ended in time.
-    fn raster(&self, tones: &ToneMapping, truth: &Film) -> Result<Raster, OutputError> {
-        match &self.film {
-            Some(film) => tones.apply(film.image()),
-            None => Ok(Raster::filled(truth.size_px[0], truth.size_px[1], [0; 3])),
-        }
     }
 }
 
@@ -239,6 +325,32 @@ mod tests {
         let part = crop(&picture);
         assert_eq!((part.width, part.height), (2 * CROP_PX, 16));
         assert_eq!([part.get(0, 0), part.get(1, 1), part.get(2, 0)], [[9; 3], [9; 3], [0; 3]]);
+    }
+
+    /// Pictures come one after the other, and nothing is kept of their films.
+    #[test]
+    fn sheets_keep_three_bytes_of_a_pixel() {
+        let film = || {
+            let values = vec![1.0; 3 * 128 * 64];
+            Film::of_image(Image { size_px: [128, 64], channels: 3, values: &values }, None, 0.95, 8)
+        };
+        let reference = Reference::new("path_tracing".to_owned(), film()).unwrap();
+        let shown = Shown { computed_by: "sppm".to_owned(), seconds: 1.0, passes: 8, told: None };
+        let keys = [
+            PictureKey::EqualTime { method: "auto".to_owned(), seconds: 1.0 },
+            PictureKey::Accuracy { relative_error: 0.1 },
+        ];
+        for (kind, pixels) in [(SheetKind::EqualTime, 128 * 64), (SheetKind::Accuracies, 192 * 128)] {
+            let mut sheet = Sheet::new(kind);
+            let key = keys.iter().find(|key| kind.has(key)).unwrap();
+            for number in 1..4 {
+                let picture = shown.picture(key, "v", Some(reference.error(&film()))).unwrap();
+                sheet.push(&picture, (number > 1).then(film).as_ref(), &reference).unwrap();
+                assert_eq!(sheet.bytes(), number * 3 * pixels);
+            }
+            assert!(sheet.png(&reference, 1).unwrap().unwrap().starts_with(b"\x89PNG"));
+            assert!(Sheet::new(kind).png(&reference, 1).unwrap().is_none());
+        }
     }
 
     /// An image tells its blocks as an estimate does, and an error for each that is the job's.

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use utoipa::ToSchema;
 
-use super::documents::{End, document, method_of};
+use super::documents::{End, document, method_of, seed_of};
 use super::picture_request::{PictureRequest, PicturesWanted};
 use super::reference::ReferenceRequest;
 use crate::document::errors::Checks;
@@ -212,8 +212,12 @@ impl StudyRequest {
 
     /// The document of a run.
     pub fn run(&self, key: &RunKey) -> Value {
-        // that of the reference is another one
-        self.document(method_of(&self.job, &key.method), key.relative_error, self.seconds, key.seed.wrapping_add(1))
+        self.document(method_of(&self.job, &key.method), key.relative_error, self.seconds, seed_after_reference(key))
+    }
+
+    /// The seed in the document of a run.
+    pub fn seed(&self, key: &RunKey) -> u64 {
+        seed_of(&self.job, seed_after_reference(key))
     }
 
     /// The document of the reference.
@@ -228,6 +232,11 @@ impl StudyRequest {
         let end = End { error_field: "relative_error", relative_error, seconds };
         document(&self.job, &["views"], method, seed, end)
     }
+}
+
+/// How far the seed of a run is moved: that of the reference is another one.
+fn seed_after_reference(key: &RunKey) -> u64 {
+    key.seed.wrapping_add(1)
 }
 
 #[cfg(test)]
@@ -251,6 +260,7 @@ mod tests {
             "stop": { "relative_error": 0.02, "confidence": 0.9, "max_seconds": 60.0, "max_passes": 1_000_000 } });
         assert_eq!(run, expected);
         assert_eq!(request.run(&key("auto"))["method"], "auto");
+        assert_eq!(request.seed(&key("auto")), 7);
         let reference = request.reference();
         assert_eq!(reference["seed"], 5);
         assert_eq!(

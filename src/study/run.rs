@@ -6,6 +6,7 @@ use super::compare::Values;
 use super::outcome::{Refused, RenderedReference, Run, RunCost, Study};
 use super::request::{RunKey, StudyRequest};
 use crate::document::{DocumentErrors, JobDocument, MeshSource};
+use crate::figure::ticks::{duration, significant};
 use crate::job::cancel::Stop;
 use crate::job::chunk::{RenderError, Rendered};
 use crate::job::prepare::{Prepared, prepare_document};
@@ -20,8 +21,13 @@ pub enum StudyError {
     #[error(transparent)]
     Render(#[from] RenderError),
     /// Somebody ended it.
-    #[error("the study was cancelled after {0} of its runs")]
-    Cancelled(usize),
+    #[error("cancelled after {done} of {of} runs")]
+    Cancelled {
+        /// Runs that were done, the reference among them.
+        done: usize,
+        /// All runs of the study.
+        of: usize,
+    },
     /// There is nothing to compare with.
     #[error("the reference by {method} has no values after {seconds} s: allow more seconds, or another method")]
     NoReference {
@@ -34,13 +40,17 @@ pub enum StudyError {
 
 /// How far a study is: what comes next, and how much of it is done, in runs.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Step {
+pub struct Step<'a> {
     /// Runs that are done.
     pub done: usize,
     /// All runs, the reference among them.
     pub of: usize,
     /// What is next.
     pub next: String,
+    /// About how many seconds all that are left may take; `None` before the first run has ended.
+    pub seconds_left: Option<f64>,
+    /// What the runs so far have found; `None` before the reference is known.
+    pub so_far: Option<&'a Study>,
 }
 
 /// Runs a study; `heard` is told before each of its runs.
@@ -48,7 +58,7 @@ pub fn run(
     request: &StudyRequest,
     meshes: &dyn MeshSource,
     stop: &Stop,
-    heard: &mut dyn FnMut(&Step),
+    heard: &mut dyn FnMut(&Step<'_>),
 ) -> Result<Study, StudyError> {
     request.check()?;
     let prepare = |document: &serde_json::Value| -> Result<Prepared, DocumentErrors> {
@@ -60,36 +70,47 @@ pub fn run(
     let methods: Vec<String> = able.iter().map(|(method, _)| method.clone()).collect();
     let confidence = able.first().map(|(_, prepared)| prepared.stop.confidence);
     drop(able);
-    let of = usize::from(reference.is_some()) + request.runs(&methods).count();
-    let mut done = 0;
-    let mut next = |done: usize, next: String| heard(&Step { done, of, next });
+    let keys: Vec<RunKey> = request.runs(&methods).collect();
+    let of = usize::from(reference.is_some()) + keys.len();
     let (truth, told) = match (known, &reference) {
         (Some(known), _) => (known, None),
         (None, Some(reference)) => {
-            next(done, format!("reference by {}", reference.method_names()));
+            let (method, seconds) = (reference.method_names(), reference.stop.max_seconds);
+            let next = format!("reference by {method}, {} at most", duration(seconds, 2));
+            heard(&Step { done: 0, of, next, seconds_left: None, so_far: None });
             let rendered = rendered(reference, stop)?;
             if stop.reason().is_some() {
-                return Err(StudyError::Cancelled(done));
+                return Err(StudyError::Cancelled { done: 0, of });
             }
-            done += 1;
-            let method = reference.method_names();
-            let Some((truth, found)) = rendered else {
-                return Err(StudyError::NoReference { method, seconds: reference.stop.max_seconds });
-            };
+            let Some((truth, found)) = rendered else { return Err(StudyError::NoReference { method, seconds }) };
             (truth, Some(RenderedReference { method, seconds: found.spent.seconds }))
         }
         (None, None) => (Values::default(), None),
     };
-    let mut runs = Vec::new();
-    for key in request.runs(&methods) {
+    let mut study = Study {
+        reference: told,
+        reference_variance: truth.relative_variance(),
+        confidence: reference.as_ref().map(|reference| reference.stop.confidence).or(confidence).unwrap_or_default(),
+        runs: Vec::new(),
+        refused,
+    };
+    let before = of - keys.len();
+    for (number, key) in keys.iter().enumerate() {
+        let done = before + number;
+        let next = format!("{} to {} %", key.method, significant(100.0 * key.relative_error, 2));
+        let seconds_left = seconds_left(&study.runs, &keys[number..], request.seconds);
+        heard(&Step { done, of, next, seconds_left, so_far: Some(&study) });
         if stop.reason().is_some() {
-            return Err(StudyError::Cancelled(done));
+            return Err(StudyError::Cancelled { done, of });
         }
-        next(done, format!("{} to {} %", key.method, 100.0 * key.relative_error));
         let start = Instant::now();
-        let prepared = prepare(&request.run(&key))?;
+        let prepared = prepare(&request.run(key))?;
         let set_up_seconds = start.elapsed().as_secs_f64();
-        if let Some((values, found)) = rendered(&prepared, stop)? {
+        let rendered = rendered(&prepared, stop)?;
+        if stop.reason().is_some() {
+            return Err(StudyError::Cancelled { done, of });
+        }
+        if let Some((values, found)) = rendered {
             let accuracy = prepared.accuracy(&found.estimate);
             let cost = RunCost {
                 computed_by: prepared.method_names(),
@@ -100,18 +121,29 @@ pub fn run(
                 told: accuracy.grids.filter(|error| error.is_finite()),
                 stopped_by: found.stopped_by,
             };
-            runs.push(Run::new(key, cost, &values, &truth, prepared.stop.confidence));
+            let deviation = values.deviation(&truth, prepared.stop.confidence);
+            study.runs.push(Run::new(key.clone(), cost, deviation));
         }
-        done += 1;
     }
-    next(done, "done".to_owned());
-    Ok(Study {
-        reference: told,
-        reference_variance: truth.relative_variance(),
-        confidence: reference.map(|reference| reference.stop.confidence).or(confidence).unwrap_or_default(),
-        runs,
-        refused,
-    })
+    heard(&Step { done: of, of, next: "done".to_owned(), seconds_left: Some(0.0), so_far: Some(&study) });
+    Ok(study)
+}
+
+/// About how many seconds runs to come may take, each `most` at most, by those that have ended: as long as runs of its kind, or
+/// else by the square of the errors of the same method, or else as long as all.
+fn seconds_left(ended: &[Run], to_come: &[RunKey], most: f64) -> Option<f64> {
+    let seconds = |run: &Run| run.set_up_seconds + run.seconds;
+    let mean = |of: &dyn Fn(&Run) -> Option<f64>| {
+        let each: Vec<f64> = ended.iter().filter_map(of).collect();
+        (!each.is_empty()).then(|| each.iter().sum::<f64>() / each.len() as f64)
+    };
+    let of_one = |key: &RunKey| {
+        let alike = mean(&|run| (run.method == key.method && run.asked == key.relative_error).then(|| seconds(run)));
+        let of_method =
+            || mean(&|run| (run.method == key.method).then(|| seconds(run) * (run.asked / key.relative_error).powi(2)));
+        alike.or_else(of_method).or_else(|| mean(&|run| Some(seconds(run)))).map(|seconds| seconds.min(most))
+    };
+    to_come.iter().map(of_one).sum()
 }
 
 /// The methods of a study: those that can compute its job, each with what was prepared of it, and the others.
@@ -161,4 +193,24 @@ fn rendered(prepared: &Prepared, stop: &Stop) -> Result<Option<(Values, Rendered
         }
     })?;
     Ok((rendered.estimate.passes > 0).then(|| (Values::of_estimate(&rendered.estimate), rendered)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::outcome::tests::run;
+    use super::*;
+
+    #[test]
+    fn what_is_left_is_foretold_by_what_has_ended() {
+        let key = |method: &str, relative_error: f64| RunKey { method: method.to_owned(), relative_error, seed: 1 };
+        let to_come = [key("a", 0.05), key("a", 0.01), key("b", 0.05), key("a", 0.005)];
+        assert_eq!(seconds_left(&[], &to_come, 60.0), None);
+        // half a second of each is the set-up
+        let ended = [run("a", 0.05, 1.5, 0.05), run("a", 0.05, 3.5, 0.05), run("a", 0.02, 9.5, 0.02)];
+        // like the first two, 25 and 4 times as long, as all on average, and no longer than is allowed
+        let of_second = (25.0 * 2.0 + 25.0 * 4.0 + 4.0 * 10.0) / 3.0;
+        let left = seconds_left(&ended, &to_come, 100.0).unwrap();
+        assert!((left - (3.0 + of_second + 16.0 / 3.0 + 100.0)).abs() < 1e-9, "{left}");
+        assert_eq!(seconds_left(&ended, &[], 100.0), Some(0.0));
+    }
 }

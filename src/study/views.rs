@@ -7,15 +7,32 @@ use super::picture_request::{PictureKey, PictureRequest};
 use super::pictures::{Film, Pictures, Shown};
 use super::run::{StudyError, of_method_alone};
 use crate::document::{DocumentErrors, JobDocument, MeshSource};
+use crate::figure::ticks::{duration, significant};
 use crate::job::cancel::Stop;
+use crate::job::chunk::RenderError;
 use crate::job::prepare::{Prepared, prepare_document};
+use crate::output::OutputError;
 
-/// Renders all pictures; `heard` is told what comes next, and how many are done of how many.
+/// How far the pictures are: what comes next, and how many jobs are done of how many.
+pub struct PicturesStep<'a> {
+    /// Jobs that are done, the reference among them.
+    pub done: usize,
+    /// All jobs.
+    pub of: usize,
+    /// What is next.
+    pub next: String,
+    /// Seconds that all that are left may take at most.
+    pub most_seconds_left: f64,
+    /// All pictures so far; `None` before the reference is known.
+    pub so_far: Option<&'a Pictures>,
+}
+
+/// Renders all pictures; `heard` is told before each.
 pub fn run(
     request: &PictureRequest,
     meshes: &dyn MeshSource,
     stop: &Stop,
-    heard: &mut dyn FnMut(usize, usize, &str),
+    heard: &mut dyn FnMut(&PicturesStep<'_>),
 ) -> Result<Pictures, StudyError> {
     let mut errors = Vec::new();
     request.wanted.check(&request.job, "", &mut errors);
@@ -27,20 +44,35 @@ pub fn run(
     };
     let (able, refused) = able(request, |document| prepare(document).map(drop))?;
     let keys = request.keys(&able);
+    let of = keys.len();
+    let most_seconds_left = |done: usize| keys[done..].iter().map(|key| request.most_seconds_of(key)).sum();
     let reference = prepare(request.document(&PictureKey::Reference))?;
-    heard(0, keys.len(), "the reference");
-    let truth = shown(&reference, stop)?;
     let (method, seconds) = (reference.method_names(), reference.stop.max_seconds);
-    let mut pictures =
-        Pictures::compared_with(request, truth, refused).ok_or(StudyError::NoReference { method, seconds })?;
-    for (done, key) in keys.iter().enumerate().skip(1) {
-        if stop.reason().is_some() {
-            return Err(StudyError::Cancelled(done));
-        }
-        let prepared = prepare(request.document(key))?;
-        heard(done, keys.len(), &prepared.method_names());
-        pictures.push(key, shown(&prepared, stop)?);
+    let next = format!("reference by {method}, {} at most", duration(seconds, 2));
+    heard(&PicturesStep { done: 0, of, next, most_seconds_left: most_seconds_left(0), so_far: None });
+    let truth = shown(&reference, stop)?;
+    if stop.reason().is_some() {
+        return Err(StudyError::Cancelled { done: 0, of });
     }
+    if truth.1.is_empty() {
+        return Err(StudyError::NoReference { method, seconds });
+    }
+    let mut pictures = Pictures::compared_with(request, truth, refused).map_err(not_drawn)?;
+    for (done, key) in keys.iter().enumerate().skip(1) {
+        let prepared = prepare(request.document(key))?;
+        let asked = match key {
+            PictureKey::Accuracy { relative_error } => format!("to {} %", significant(100.0 * relative_error, 2)),
+            _ => format!("for {}", duration(prepared.stop.max_seconds, 2)),
+        };
+        let (next, so_far) = (format!("{} {asked}", prepared.method_names()), Some(&pictures));
+        heard(&PicturesStep { done, of, next, most_seconds_left: most_seconds_left(done), so_far });
+        let shown = shown(&prepared, stop)?;
+        if stop.reason().is_some() {
+            return Err(StudyError::Cancelled { done, of });
+        }
+        pictures.push(key, shown).map_err(not_drawn)?;
+    }
+    heard(&PicturesStep { done: of, of, next: "done".to_owned(), most_seconds_left: 0.0, so_far: Some(&pictures) });
     Ok(pictures)
 }
 
@@ -63,7 +95,12 @@ pub fn able(
     Ok((able, refused))
 }
 
-fn shown(prepared: &Prepared, stop: &Stop) -> Result<Shown, StudyError> {
+fn not_drawn(error: OutputError) -> RenderError {
+    RenderError::Output { file: "pictures".to_owned(), reason: error.to_string() }
+}
+
+/// A job that is rendered to its end, with its views; none of them before the first pass.
+fn shown(prepared: &Prepared, stop: &Stop) -> Result<(Shown, Vec<Film>), StudyError> {
     // its seconds end a picture, and not the study
     let of_picture = Stop::default();
     let found = prepared.render(&of_picture, &mut |_, _| {
@@ -71,12 +108,12 @@ fn shown(prepared: &Prepared, stop: &Stop) -> Result<Shown, StudyError> {
             of_picture.raise(reason);
         }
     })?;
-    let films = || found.estimate.views.iter().map(Film::of_estimate).collect();
-    Ok(Shown {
+    let shown = Shown {
         computed_by: prepared.method_names(),
         seconds: found.spent.seconds,
         passes: found.estimate.passes,
         told: prepared.accuracy(&found.estimate).views.filter(|error| error.is_finite()),
-        films: (found.estimate.passes > 0).then(films),
-    })
+    };
+    let films = found.estimate.views.iter().filter(|_| found.estimate.passes > 0);
+    Ok((shown, films.map(Film::of_estimate).collect()))
 }

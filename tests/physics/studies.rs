@@ -37,7 +37,7 @@ fn errors_of_runs_are_what_they_tell() {
     // which the solvers know nothing of
     request.job["room"]["objects"] = json!([{ "kind": "box", "size_m": [0.2, 0.2, 0.2], "position_m": [1.7, 1.7, 0], "surface": { "reflectance": 0.3 } }]);
     let mut steps = Vec::new();
-    let study = run(&request, &Folder, &Stop::default(), &mut |step| steps.push(step.clone())).unwrap();
+    let study = run(&request, &Folder, &Stop::default(), &mut |step| steps.push(step.done)).unwrap();
     println!("{}\n{}", study.table(), study.verdict());
     assert_eq!(
         study.refused.iter().map(|refused| refused.method.as_str()).collect::<Vec<_>>(),
@@ -47,7 +47,7 @@ fn errors_of_runs_are_what_they_tell() {
     assert_eq!((cells.len(), study.runs.len()), (4 * 2, 4 * 2 * 4));
     assert!(cells.iter().all(|cell| cell.met), "{cells:#?}");
     assert_eq!(cells.iter().filter(|cell| cell.cheapest).count(), 2);
-    assert_eq!((steps.len(), steps.last().unwrap().done), (study.runs.len() + 2, study.runs.len() + 1));
+    assert_eq!((steps.len(), *steps.last().unwrap()), (study.runs.len() + 2, study.runs.len() + 1));
     assert_eq!(study.runs[0].computed_by, "placed_vertices");
     let passes = |method: &str, asked: f64| -> u64 {
         let runs = study.runs.iter().filter(|run| run.method == method && run.asked == asked);
@@ -90,7 +90,7 @@ fn a_study_that_cannot_be_done_says_why() {
     let stop = Stop::default();
     stop.raise(StopReason::Cancelled);
     let cancelled = run(&request(&["auto"]), &Folder, &stop, &mut |_| {});
-    assert!(matches!(cancelled, Err(StudyError::Cancelled(0))), "{cancelled:?}");
+    assert!(matches!(cancelled, Err(StudyError::Cancelled { done: 0, of: 9 })), "{cancelled:?}");
 }
 
 /// Seconds end a run, and the study goes on without what was not met.
@@ -139,7 +139,7 @@ fn pictures_show_what_time_buys() {
     let methods = ["path_tracing", "jenkins", "bidirectional_path_tracing"].map(str::to_owned).to_vec();
     let wanted = PicturesWanted { seconds: vec![0.2, 0.05], relative_errors: vec![0.4] };
     let request = PictureRequest::new(job, methods, wanted, 60.0, Some("bidirectional_path_tracing"));
-    let pictures = views::run(&request, &Folder, &Stop::default(), &mut |_, _, _| {}).unwrap();
+    let pictures = views::run(&request, &Folder, &Stop::default(), &mut |_| {}).unwrap();
     assert_eq!((pictures.pictures.len(), pictures.refused[0].method.as_str()), (5, "jenkins"));
     assert_eq!(pictures.pictures[0].asked_seconds, Some(0.05));
     let last = &pictures.pictures[4];
@@ -152,7 +152,7 @@ fn pictures_show_what_time_buys() {
     assert_eq!((told["pictures"].as_array().unwrap().len(), &told["refused"][0]["method"]), (5, &json!("jenkins")));
     let bad = PicturesWanted { seconds: vec![0.0], relative_errors: Vec::new() };
     let nothing = PictureRequest { job: json!({ "grids": [] }), wanted: bad, ..request };
-    match views::run(&nothing, &Folder, &Stop::default(), &mut |_, _, _| {}) {
+    match views::run(&nothing, &Folder, &Stop::default(), &mut |_| {}) {
         Err(StudyError::Document(errors)) => {
             let pointers: Vec<&str> = errors.0.iter().map(|error| error.pointer.as_str()).collect();
             assert_eq!(pointers, ["", "/seconds/0"]);

@@ -77,6 +77,35 @@ fn a_study_writes_its_files() {
     assert!(String::from_utf8_lossy(&refused.stderr).contains("/method"));
 }
 
+/// Each run is told before it begins, and a study that is interrupted keeps the table of those that are done.
+#[test]
+fn an_interrupted_study_keeps_its_table() {
+    let folder = tempfile::tempdir().unwrap();
+    let (job, out) = (folder.path().join("job.json"), folder.path().join("out"));
+    std::fs::write(&job, small_job().to_string()).unwrap();
+    let mut command = Command::new(env!("CARGO_BIN_EXE_skyduct"));
+    command.arg("study").arg(&job).arg("--out").arg(&out);
+    // the first two runs end at once, the third and fourth would go on for a minute
+    let few =
+        ["--errors", "0.5,1e-9", "--seeds", "1", "--methods", "light_tracing,path_tracing", "--reference", "jenkins"];
+    let mut child = command.args(few).stderr(Stdio::piped()).stdout(Stdio::null()).spawn().unwrap();
+    let mut lines = BufReader::new(child.stderr.take().unwrap()).lines().map(Result::unwrap);
+    let told: Vec<String> = lines.by_ref().take(4).collect();
+    assert!(told[0].starts_with("0 of 5 runs: reference by jenkins, "), "{told:?}");
+    assert_eq!(told[1], "1 of 5 runs: light_tracing to 50 %");
+    assert!(
+        told[3].starts_with("3 of 5 runs, about ") && told[3].ends_with(" left: light_tracing to 0.00000010 %"),
+        "{told:?}"
+    );
+    let table = std::fs::read_to_string(out.join("study.csv")).unwrap();
+    assert_eq!(table.lines().count(), 3, "{table}");
+    assert!(Command::new("kill").args(["-TERM", &child.id().to_string()]).status().unwrap().success());
+    let rest: Vec<String> = lines.collect();
+    assert!(!child.wait().unwrap().success());
+    assert_eq!(rest, [format!("error: cancelled after 3 of 5 runs; table in {}", out.join("study.csv").display())]);
+    assert_eq!(std::fs::read_to_string(out.join("study.csv")).unwrap(), table);
+}
+
 /// But for times: those of passes, and the job's own.
 #[test]
 fn render_and_submit_write_the_same_files_and_print_the_same_table() {

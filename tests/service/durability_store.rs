@@ -31,6 +31,20 @@ async fn claim(store: &SqliteStore, owner: &str) -> Option<Lease> {
     store.claim(owner, LEASE, Turn::default()).await.unwrap()
 }
 
+/// What a large transaction made of the log is given back to the disk when the log begins anew.
+#[tokio::test]
+async fn a_large_transaction_leaves_no_large_log() {
+    let (store, folder) = store().await;
+    let log = || folder.path().join("test.db-wal").metadata().unwrap().len();
+    let large = NewJob { submitted: "x".repeat(40_000_000), ..new_job() };
+    assert!(matches!(store.submit(large, 100_000).await.unwrap(), Submission::New(_)));
+    assert!(log() > 40_000_000);
+    for _ in 0..3 {
+        submit(&store).await;
+    }
+    assert!(log() <= 17_000_000, "{}", log());
+}
+
 fn pass(passes: u64) -> PassReport {
     PassReport {
         passes,

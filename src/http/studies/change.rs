@@ -6,6 +6,7 @@ use axum::response::{IntoResponse, Response};
 use uuid::Uuid;
 
 use super::evaluate::study_resource;
+use super::looked::heads;
 use super::resource::StudyResource;
 use super::show::no_such_study;
 use crate::http::App;
@@ -24,7 +25,7 @@ pub async fn cancel(app: App, Path(id): Path<Uuid>) -> Result<Response, Problem>
         return Err(Problem::conflict("all jobs of the study have ended"));
     }
     tracing::info!(study = %id, "study cancelled");
-    Ok((StatusCode::ACCEPTED, Json(study_resource(&app, study).await?)).into_response())
+    Ok((StatusCode::ACCEPTED, Json(study_resource(&app, &study, heads(&app, id).await?).await?)).into_response())
 }
 
 /// Deletes the study with all of its jobs; running ones stop.
@@ -36,8 +37,8 @@ pub async fn delete(app: App, Path(id): Path<Uuid>) -> Result<StatusCode, Proble
     let study = app.store.study(id).await?.ok_or_else(no_such_study)?;
     // none of them is begun meanwhile
     app.store.cancel_study(id).await?;
-    for (job, _) in study.parts {
-        delete_with_files(&app, job).await?;
+    for member in study.jobs {
+        delete_with_files(&app, member.job).await?;
     }
     // the last step: after a crash on the way it can be deleted again
     app.store.delete_study(id).await?;

@@ -13,7 +13,7 @@ use tokio_util::sync::CancellationToken;
 use utoipa::ToSchema;
 use uuid::Uuid;
 
-use super::evaluate::parts;
+use super::looked::parts;
 use super::resource::StudyStatus;
 use super::show::no_such_study;
 use super::watched::{ENDED, PASS, STARTED, StudyEvent, StudyJobs, StudyNow, WatchedStudies};

@@ -3,7 +3,11 @@
 pub mod change;
 mod evaluate;
 pub mod events;
+mod found;
+mod looked;
+pub mod made;
 mod part;
+mod pictures;
 mod reader;
 pub mod resource;
 pub mod show;

@@ -142,10 +142,30 @@ pub struct ViewPictureLinks {
     pub accuracies_png: Option<String>,
 }
 
+/// What a request says of its pictures.
+#[derive(Deserialize)]
+struct RequestOfPictures {
+    pictures: Option<PicturesWanted>,
+    job: JobOfPictures,
+}
+
+#[derive(Deserialize)]
+struct JobOfPictures {
+    #[serde(default)]
+    views: Vec<NamedView>,
+}
+
+#[derive(Deserialize)]
+struct NamedView {
+    name: String,
+}
+
 impl PictureLinks {
     fn of(study: &StoredStudy, this: &str) -> Option<Self> {
-        let wanted = PicturesWanted::deserialize(study.request.get("pictures")?).ok()?;
-        let names = study.request["job"]["views"].as_array()?.iter().filter_map(|view| view["name"].as_str());
+        // the rest of the request is long
+        let request: RequestOfPictures = serde_json::from_str(&study.request).ok()?;
+        let (wanted, views) = (request.pictures?, request.job.views);
+        let names = views.iter().map(|view| view.name.as_str());
         let path = |of: &[f64], file: String| (!of.is_empty()).then(|| format!("{this}/files/{file}"));
         let links = |name: &str| ViewPictureLinks {
             equal_time_png: path(&wanted.seconds, equal_time(name)),

@@ -2,22 +2,24 @@
 
 use axum::Json;
 use axum::http::HeaderMap;
-use axum::response::Response;
+use axum::response::{IntoResponse, Response};
 use serde::{Deserialize, Serialize};
 use utoipa::{IntoParams, ToSchema};
 use uuid::Uuid;
 
-use super::evaluate::{evaluate, pictures, study_resource, study_summary};
+use super::evaluate::{evaluate, study_resource, study_summary};
+use super::looked::{Looked, heads};
+use super::made::{tagged, unchanged};
+use super::pictures;
 use super::resource::{StudyResource, StudySummary};
 use crate::figure::FigureFormat;
+use crate::http::App;
 use crate::http::content::{self, Binary};
 use crate::http::convergence::DensityQuery;
 use crate::http::formats::{self, Format};
 use crate::http::limits::{off_thread, permit};
 use crate::http::problem::{Path, Problem, Query};
 use crate::http::results::internal;
-use crate::http::{App, Service};
-use crate::study::pictures::{PICTURES_JSON, accuracies, equal_time};
 
 const DEFAULT_PAGE: u32 = 20;
 const MAX_PAGE: u32 = 100;
@@ -72,10 +74,17 @@ pub async fn list(app: App, Query(query): Query<StudyListQuery>) -> Result<Json<
 #[utoipa::path(get, path = "/v1/studies/{id}", operation_id = "get_study", tag = "studies", params(("id" = Uuid, Path)),
     responses(
         (status = 200, description = "The study", body = StudyResource),
+        (status = 304, description = "It is what If-None-Match names"),
         (status = 404, description = "No such study", body = Problem, content_type = "application/problem+json")))]
-pub async fn get(app: App, Path(id): Path<Uuid>) -> Result<Json<StudyResource>, Problem> {
+pub async fn get(app: App, Path(id): Path<Uuid>, headers: HeaderMap) -> Result<Response, Problem> {
     let study = app.store.study(id).await?.ok_or_else(no_such_study)?;
-    Ok(Json(study_resource(&app, study).await?))
+    let heads = heads(&app, id).await?;
+    // weak, for the answer may be compressed on its way
+    let etag = format!("W/\"{}\"", app.study_files.tag(&study, &heads, "study"));
+    if let Some(unchanged) = unchanged(&headers, &etag) {
+        return Ok(unchanged);
+    }
+    Ok(tagged(Json(study_resource(&app, &study, heads).await?).into_response(), &etag))
 }
 
 /// The results so far as a table, as a figure (actual error against processor seconds by method), and as pictures of views.
@@ -92,17 +101,21 @@ pub async fn file(
     Query(query): Query<DensityQuery>,
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
-    if file == PICTURES_JSON || file.ends_with(&equal_time("")) || file.ends_with(&accuracies("")) {
-        let bytes = picture_file(&app, id, &file).await?;
-        let media_type = if file == PICTURES_JSON { "application/json" } else { "image/png" };
-        return Ok(formats::named(content::made(&headers, bytes, media_type)?, &file));
+    if pictures::is_name(&file) {
+        let study = app.store.study(id).await?.ok_or_else(no_such_study)?;
+        return pictures::answer(&app, study, &file, &headers).await;
     }
     let format = formats::by_suffix(&file, &FORMATS).filter(|(name, _)| *name == "study").map(|(_, format)| format);
     let format =
         format.ok_or_else(|| Problem::not_found("a study has study.csv, study.svg, study.png and study.pdf"))?;
     let of_figure = format.of_figure(query.density()?);
     let study = app.store.study(id).await?.ok_or_else(no_such_study)?;
-    let found = evaluate(&app, &study).await?.found;
+    let heads = heads(&app, id).await?;
+    let tag = app.study_files.tag(&study, &heads, &format!("{file} {of_figure:?}"));
+    if let Some(unchanged) = unchanged(&headers, &format!("\"{tag}\"")) {
+        return Ok(unchanged);
+    }
+    let found = evaluate(&app, &Looked::new(&study, heads)?).await?;
     let found = found.ok_or_else(|| Problem::not_found("the reference of the study is not known (yet)"))?;
     let made = off_thread(permit(&app.permits.reading).await?, move |_| match of_figure {
         Some(figure) => figure.write(&found.figure(study.name.as_deref())),
@@ -110,19 +123,7 @@ pub async fn file(
     });
     let bytes = made.await?.map_err(|error| internal("drawing failed", &error))?;
     let media_type = of_figure.map_or("text/csv; charset=utf-8", FigureFormat::media_type);
-    Ok(formats::named(content::made(&headers, bytes, media_type)?, &file))
-}
-
-/// A file of the study's pictures, as far as there are any.
-async fn picture_file(app: &Service, id: Uuid, file: &str) -> Result<Vec<u8>, Problem> {
-    let study = app.store.study(id).await?.ok_or_else(no_such_study)?;
-    let found = pictures(app, &study).await?;
-    let (request, found) =
-        found.ok_or_else(|| Problem::not_found("the study has no pictures, or their reference is not known (yet)"))?;
-    let drawn = off_thread(permit(&app.permits.reading).await?, move |_| found.files(&request));
-    let files = drawn.await?.map_err(|error| internal("drawing failed", &error))?;
-    let made = files.into_iter().find(|(name, _)| name == file).map(|(_, bytes)| bytes);
-    made.ok_or_else(|| Problem::not_found("the study has no such pictures (yet)"))
+    Ok(formats::named(content::made_as(&headers, &tag, bytes, media_type)?, &file))
 }
 
 pub fn no_such_study() -> Problem {

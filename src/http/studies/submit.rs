@@ -7,19 +7,22 @@ use axum::extract::rejection::BytesRejection;
 use axum::http::{HeaderMap, StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use bytes::Bytes;
-use serde_json::Value;
+use serde_json::{Map, Value};
 
 use super::evaluate::study_resource;
+use super::looked::heads;
 use super::part::StudyPart;
 use super::resource::StudyResource;
+use crate::document::result::PlanResult;
 use crate::document::{DocumentErrors, FieldError, FieldErrorCode, JobDocument};
 use crate::http::jobs::posted::Posted;
-use crate::http::jobs::submit::{POLL_SECONDS, idempotency_key, key_reused, mesh_gone, new_job, queue_full};
+use crate::http::jobs::submit::{POLL_SECONDS, idempotency_key, key_reused, mesh_gone, queue_full};
 use crate::http::limits::{off_thread, permit};
 use crate::http::problem::Problem;
 use crate::http::{App, Service};
 use crate::job::meshes::UploadedMeshes;
-use crate::job::prepare::prepare_document;
+use crate::job::prepare::{Prepared, prepare_document};
+use crate::job::shared_fields::SharedFields;
 use crate::job::store::*;
 use crate::study::StudyRequest;
 use crate::study::outcome::Refused;
@@ -30,6 +33,10 @@ use crate::study::views;
 
 /// Most jobs of one study.
 const MOST_JOBS: usize = 200;
+/// Most bytes that the jobs of one study have in their rows and first events beside what they share.
+const MOST_BYTES: usize = 8 << 20;
+/// Pictures that are put together may take so much of the memory that a job may have: both may come together.
+const SHARE_OF_PICTURES: f64 = 0.25;
 
 /// Queues a study: what accuracy costs by several methods on one job.
 ///
@@ -77,8 +84,8 @@ pub async fn create(app: App, headers: HeaderMap, body: Result<Bytes, BytesRejec
     let new = NewStudy { idempotency_key, body_hash: posted.hash, ..new };
     match app.store.submit_study(new, app.limits.queued_jobs).await? {
         StudySubmission::New(study) => {
-            tracing::info!(study = %study.id, jobs = study.parts.len(), "study queued");
-            metrics::counter!("skyduct_jobs_submitted_total").increment(study.parts.len() as u64);
+            tracing::info!(study = %study.id, jobs = study.jobs.len(), "study queued");
+            metrics::counter!("skyduct_jobs_submitted_total").increment(study.jobs.len() as u64);
             accepted(&app, study).await
         }
         StudySubmission::Repeated(study) => accepted(&app, study).await,
@@ -90,8 +97,9 @@ pub async fn create(app: App, headers: HeaderMap, body: Result<Bytes, BytesRejec
 
 async fn accepted(app: &Service, study: StoredStudy) -> Result<Response, Problem> {
     let location = format!("/v1/studies/{}", study.id);
+    let heads = heads(app, study.id).await?;
     let headers = [(header::LOCATION, location), (header::RETRY_AFTER, POLL_SECONDS.to_string())];
-    Ok((StatusCode::ACCEPTED, headers, Json(study_resource(app, study).await?)).into_response())
+    Ok((StatusCode::ACCEPTED, headers, Json(study_resource(app, &study, heads).await?)).into_response())
 }
 
 /// The study with all of its jobs prepared, off the async threads.
@@ -112,66 +120,75 @@ struct Workshop {
     most_seconds: f64,
 }
 
-/// A job that can be queued, without what it was prepared to.
+/// A job that can be queued.
+#[derive(Clone)]
 struct Ready {
-    job: NewJob,
+    job: NewStudyJob,
     part: StudyPart,
-    confidence: f64,
+    /// Bytes that its row takes, and its events.
+    bytes: usize,
+}
+
+/// The jobs of a study that can be queued, and what they share.
+#[derive(Default)]
+struct Gathered {
+    submitted: SharedFields,
+    document: SharedFields,
+    plan: SharedFields,
+    jobs: Vec<Ready>,
+    bytes: usize,
 }
 
 impl Workshop {
     fn study(&self, request: &StudyRequest) -> Result<NewStudy, DocumentErrors> {
-        let Judged { able, mut refused } =
-            able(request, |document| self.ready(document)).map_err(|errors| in_request(errors, None))?;
-        let Some(confidence) = able.first().map(|(_, ready)| ready.confidence) else {
-            return Err(none_able(request, &refused));
-        };
-        let methods: Vec<String> = able.iter().map(|(method, _)| method.clone()).collect();
-        let of_reference = usize::from(request.reference.grids.is_none());
-        let runs = request.runs(&methods).count();
-        let of_pictures = self.pictures(request, &mut refused)?;
-        if runs + of_reference + of_pictures.len() > MOST_JOBS {
-            let detail = format!(
-                "a study has at most {MOST_JOBS} jobs here, but {} methods that can, {} errors and {} seeds make {runs}, and its \
-                 pictures {}",
-                methods.len(),
-                request.relative_errors.len(),
-                request.seeds,
-                of_pictures.len()
-            );
-            return Err(FieldError::new("/seeds", detail).coded(FieldErrorCode::TooMany).into());
-        }
-        let mut jobs = Vec::with_capacity(runs + of_reference);
-        if of_reference > 0 {
-            let reference = self.ready(&request.reference());
-            jobs.push(reference.map_err(|errors| in_request(errors, Some("/reference/method")))?);
+        let Judged { able, mut refused } = able(request, |document| Ok(self.prepared(document)?.stop.confidence))
+            .map_err(|errors| in_request(errors, None))?;
+        let Some((_, confidence)) = able.first() else { return Err(none_able(request, &refused)) };
+        let confidence = *confidence;
+        let methods: Vec<String> = able.into_iter().map(|(method, _)| method).collect();
+        let of_pictures = self.pictures(request, &methods, &mut refused)?;
+        check_number(request, &methods, of_pictures.len())?;
+        let mut gathered = Gathered::default();
+        if request.reference.grids.is_none() {
+            let ready = self.ready(&mut gathered, &request.reference());
+            gathered.push(ready.map_err(|errors| in_request(errors, Some("/reference/method")))?)?;
         }
         // seeds change neither plan nor costs: each method is prepared once for each error
         let mut of_first_seed: Vec<(RunKey, Ready)> = Vec::new();
-        for key in request.runs(&methods).take_while(|key| key.seed == 0) {
-            let ready = self.ready(&request.run(&key)).map_err(|errors| in_request(errors, None))?;
-            of_first_seed.push((key, ready));
-        }
         for key in request.runs(&methods) {
-            let same =
-                |first: &&(RunKey, Ready)| first.0.method == key.method && first.0.relative_error == key.relative_error;
-            let Some((_, ready)) = of_first_seed.iter().find(same) else { continue };
-            jobs.push(ready.with_key(request, key));
+            let is_alike = |(first, _): &&(RunKey, Ready)| {
+                first.method == key.method && first.relative_error == key.relative_error
+            };
+            let ready = match of_first_seed.iter().find(is_alike) {
+                Some((_, first)) => first.with_seed(request.seed(&key)),
+                None => {
+                    let document = request.run(&key);
+                    let first = self.ready(&mut gathered, &document).map_err(|errors| in_request(errors, None))?;
+                    of_first_seed.push((key.clone(), first.clone()));
+                    first
+                }
+            };
+            gathered.push(Ready { part: StudyPart { run: Some(key), ..ready.part.clone() }, ..ready })?;
         }
         for (key, document) in of_pictures {
             let of_reference = (key == PictureKey::Reference).then_some("/reference/method");
-            let Ready { job, part, confidence } =
-                self.ready(&document).map_err(|errors| in_request(errors, of_reference))?;
-            jobs.push(Ready { job, part: StudyPart { picture: Some(key), ..part }, confidence });
+            let ready = self.ready(&mut gathered, &document).map_err(|errors| in_request(errors, of_reference))?;
+            gathered.push(Ready { part: StudyPart { picture: Some(key), ..ready.part.clone() }, ..ready })?;
         }
+        let Gathered { submitted, document, plan, jobs, .. } = gathered;
+        let with_part = |ready: Ready| NewStudyJob { part: to_value(&ready.part), ..ready.job };
         Ok(NewStudy {
             name: request.job["name"].as_str().map(str::to_owned),
-            request: to_value(request),
+            request: to_value(request).to_string(),
             refused: to_value(&refused),
             confidence,
             idempotency_key: None,
             body_hash: String::new(),
-            jobs: jobs.into_iter().map(|ready| (to_value(&ready.part), ready.job)).collect(),
+            meshes: self.meshes.loaded(),
+            submitted,
+            document,
+            plan,
+            jobs: jobs.into_iter().map(with_part).collect(),
         })
     }
 
@@ -179,43 +196,108 @@ impl Workshop {
     fn pictures(
         &self,
         request: &StudyRequest,
+        methods: &[String],
         refused: &mut Vec<Refused>,
     ) -> Result<Vec<(PictureKey, Value)>, DocumentErrors> {
         let Some(pictures) = request.pictures(self.most_seconds) else { return Ok(Vec::new()) };
-        let (able, unable) = views::able(&pictures, |document| self.ready(&document).map(drop))
+        let (able, unable) = views::able(&pictures, |document| self.prepared(&document).map(drop))
             .map_err(|errors| in_request(errors, None))?;
         let of_views = |Refused { method, reason }| Refused { method, reason: format!("its views: {reason}") };
         refused.extend(unable.into_iter().map(of_views));
-        Ok(pictures.keys(&able).into_iter().map(|key| (key.clone(), pictures.document(&key))).collect())
+        let keys = pictures.keys(&able);
+        check_number(request, methods, keys.len())?;
+        let bytes = pictures.most_bytes(&keys);
+        let most = self.memory_bytes as f64 * SHARE_OF_PICTURES;
+        if bytes > most {
+            let detail = format!(
+                "to put the pictures of a view side by side would take about {:.2} GB of memory, but it may take {:.2} GB here: fewer \
+                 seconds or methods, or smaller views",
+                bytes / 1e9,
+                most / 1e9
+            );
+            return Err(FieldError::new("/pictures/seconds", detail).coded(FieldErrorCode::TooMany).into());
+        }
+        Ok(keys.into_iter().map(|key| (key.clone(), pictures.document(&key))).collect())
     }
 
-    fn ready(&self, document: &Value) -> Result<Ready, DocumentErrors> {
-        let start = Instant::now();
+    fn prepared(&self, document: &Value) -> Result<Prepared, DocumentErrors> {
         let prepared = prepare_document(&JobDocument::from_value(document.clone())?, &self.meshes)?;
         prepared.check_memory(self.memory_bytes)?;
-        let part = StudyPart {
-            run: None,
-            picture: None,
-            computed_by: prepared.method_names(),
-            set_up_seconds: start.elapsed().as_secs_f64(),
-        };
-        let job = new_job(&prepared, document.to_string(), self.meshes.loaded());
+        Ok(prepared)
+    }
+
+    /// A job of a document, divided from what it shares with those before.
+    fn ready(&self, gathered: &mut Gathered, document: &Value) -> Result<Ready, DocumentErrors> {
+        let start = Instant::now();
+        let prepared = self.prepared(document)?;
+        let set_up_seconds = start.elapsed().as_secs_f64();
+        let part = StudyPart { run: None, picture: None, computed_by: prepared.method_names(), set_up_seconds };
         // a job without a first chunk has no passes, which its document cannot ask for
-        let job = job.map_err(|_| FieldError::new("/job", "the job has nothing to compute"))?;
-        Ok(Ready { job, part, confidence: prepared.stop.confidence })
+        let nothing = || DocumentErrors::from(FieldError::new("/job", "the job has nothing to compute"));
+        let job = NewStudyJob {
+            part: Value::Null,
+            submitted: gathered.submitted.divide(fields(document)),
+            document: gathered.document.divide(fields(&prepared.document)),
+            plan: gathered.plan.divide(fields(&to_value(&PlanResult::from(&prepared.plan)))),
+            known: prepared.known(),
+            warnings: prepared.warnings.clone(),
+            first_chunk: prepared.chunk(0).ok_or_else(nothing)?,
+        };
+        let columns = [to_value(&job.submitted), to_value(&job.document), to_value(&job.plan)];
+        // the last two are in an event, too
+        let beside = [to_value(&job.known), to_value(&job.warnings)];
+        let bytes = columns.iter().chain(&beside).chain(&beside).map(|value| value.to_string().len()).sum();
+        Ok(Ready { job, part, bytes })
+    }
+}
+
+impl Gathered {
+    /// Adds a job, unless all together would be too long.
+    fn push(&mut self, ready: Ready) -> Result<(), DocumentErrors> {
+        self.bytes += ready.bytes;
+        if self.bytes > MOST_BYTES {
+            let detail = format!(
+                "what the jobs of a study do not have in common may take {} MB in all here, but that of {} jobs takes more: fewer \
+                 methods, errors or seeds, or a shorter job",
+                MOST_BYTES >> 20,
+                self.jobs.len() + 1
+            );
+            return Err(FieldError::new("/seeds", detail).coded(FieldErrorCode::TooMany).into());
+        }
+        self.jobs.push(ready);
+        Ok(())
     }
 }
 
 impl Ready {
-    /// The job of another seed, or of the same.
-    fn with_key(&self, request: &StudyRequest, key: RunKey) -> Self {
-        let document = request.run(&key);
-        let mut job = self.job.clone();
-        job.document["seed"] = document["seed"].clone();
-        job.submitted = document.to_string();
-        let part = StudyPart { run: Some(key), ..self.part.clone() };
-        Self { job, part, confidence: self.confidence }
+    /// The job with another seed.
+    fn with_seed(&self, seed: u64) -> Self {
+        let mut ready = self.clone();
+        ready.job.submitted.set("seed", seed.into());
+        ready.job.document.set("seed", seed.into());
+        ready
     }
+}
+
+/// Refuses a study of too many jobs before they are prepared.
+fn check_number(request: &StudyRequest, methods: &[String], pictures: usize) -> Result<(), DocumentErrors> {
+    let runs = request.runs(methods).count();
+    if runs + usize::from(request.reference.grids.is_none()) + pictures <= MOST_JOBS {
+        return Ok(());
+    }
+    let detail = format!(
+        "a study has at most {MOST_JOBS} jobs here, but {} methods that can, {} errors and {} seeds make {runs}, and its pictures \
+         {pictures}",
+        methods.len(),
+        request.relative_errors.len(),
+        request.seeds,
+    );
+    Err(FieldError::new("/seeds", detail).coded(FieldErrorCode::TooMany).into())
+}
+
+/// The fields of a document or a plan.
+fn fields(document: &Value) -> Map<String, Value> {
+    document.as_object().cloned().unwrap_or_default()
 }
 
 /// Errors of a job as those of the request; `method`: where the request names the job's method.

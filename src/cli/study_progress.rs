@@ -1,0 +1,76 @@
+//! How far a study is: a bar on a terminal, a line for each run elsewhere.
+
+use std::io::IsTerminal;
+use std::time::Duration;
+
+use indicatif::{ProgressBar, ProgressStyle};
+
+use crate::figure::ticks::duration;
+
+/// Shows the runs of a study on standard error.
+pub struct StudyProgress(Option<ProgressBar>);
+
+impl StudyProgress {
+    pub fn new() -> Self {
+        Self(std::io::stderr().is_terminal().then(|| {
+            let bar = ProgressBar::new(1);
+            if let Ok(style) = ProgressStyle::with_template("{elapsed_precise} {bar:30} {msg}") {
+                bar.set_style(style);
+            }
+            bar.enable_steady_tick(Duration::from_millis(200));
+            bar
+        }))
+    }
+
+    /// Tells what comes next after so many runs, and what is known of the time that is left.
+    pub fn step(&self, done: usize, of: usize, next: &str, left: Option<Left>) {
+        let line = line(done, of, next, left);
+        match &self.0 {
+            Some(bar) => {
+                bar.set_length(of as u64);
+                bar.set_position(done as u64);
+                bar.set_message(line);
+            }
+            None => eprintln!("{line}"),
+        }
+    }
+
+    pub fn finish(&self) {
+        if let Some(bar) = &self.0 {
+            bar.finish_and_clear();
+        }
+    }
+}
+
+/// Seconds that are left.
+#[derive(Clone, Copy)]
+pub enum Left {
+    About(f64),
+    AtMost(f64),
+}
+
+fn line(done: usize, of: usize, next: &str, left: Option<Left>) -> String {
+    let left = match left {
+        Some(Left::About(seconds)) if seconds > 0.0 => format!(", about {} left", duration(seconds, 2)),
+        Some(Left::AtMost(seconds)) if seconds > 0.0 => format!(", {} left at most", duration(seconds, 2)),
+        _ => String::new(),
+    };
+    format!("{done} of {of} runs{left}: {next}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lines_tell_runs_method_and_time() {
+        let next = "path_tracing to 2.0 %";
+        assert_eq!(
+            line(12, 60, next, Some(Left::About(200.0))),
+            "12 of 60 runs, about 3.3 min left: path_tracing to 2.0 %"
+        );
+        assert_eq!(line(1, 9, next, Some(Left::AtMost(30.0))), "1 of 9 runs, 30 s left at most: path_tracing to 2.0 %");
+        assert_eq!(line(0, 60, "reference", None), "0 of 60 runs: reference");
+        assert_eq!(line(60, 60, "done", Some(Left::About(0.0))), "60 of 60 runs: done");
+    }
+}

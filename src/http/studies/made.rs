@@ -1,0 +1,142 @@
+//! Files of studies that were made for readers, and the tags by which readers know what they have.
+
+use std::collections::{HashMap, VecDeque};
+use std::sync::{Arc, Mutex, PoisonError};
+
+use axum::http::{HeaderMap, HeaderValue, StatusCode, header};
+use axum::response::{IntoResponse, Response};
+use bytes::Bytes;
+use uuid::Uuid;
+
+use crate::http::content::none_match;
+use crate::http::problem::Problem;
+use crate::job::store::*;
+
+/// Bytes of made files that are kept; the newest one is kept in any case.
+const MOST_KEPT_BYTES: usize = 32 << 20;
+
+/// Files that were made, newest last, and the turns of those who make more.
+pub struct StudyFiles {
+    /// Held while the results of a study are compared with its reference.
+    pub evaluating: tokio::sync::Mutex<()>,
+    /// Held while a file is made of films: they are large, one at a time is.
+    making: Arc<tokio::sync::Mutex<()>>,
+    kept: Arc<Mutex<VecDeque<Kept>>>,
+    /// In all tags: what another process makes of the same jobs may be something else.
+    process: Uuid,
+}
+
+struct Kept {
+    tag: String,
+    bytes: Bytes,
+}
+
+impl Default for StudyFiles {
+    fn default() -> Self {
+        Self {
+            evaluating: tokio::sync::Mutex::default(),
+            making: Arc::default(),
+            kept: Arc::default(),
+            process: Uuid::now_v7(),
+        }
+    }
+}
+
+impl StudyFiles {
+    /// The tag of something that is made of the jobs of a study as they are, known before it is made.
+    pub fn tag(&self, study: &StoredStudy, heads: &HashMap<Uuid, JobHead>, of: &str) -> String {
+        let mut hasher = blake3::Hasher::new();
+        hasher.update(self.process.as_bytes()).update(study.id.as_bytes());
+        for member in &study.jobs {
+            let state = heads.get(&member.job).map(|head| (head.status, head.stopped_by));
+            hasher.update(format!("{state:?}").as_bytes());
+        }
+        hasher.update(of.as_bytes()).finalize().to_hex().to_string()
+    }
+
+    /// The file with this tag: as it was made before, or made by `make` off the async threads. One file is made at a time; those who
+    /// wait meanwhile for the same one are given it, and one that was begun is kept though its reader goes.
+    pub async fn get_or_make(
+        &self,
+        tag: String,
+        make: impl FnOnce() -> Result<Vec<u8>, Problem> + Send + 'static,
+    ) -> Result<Bytes, Problem> {
+        if let Some(bytes) = found(&self.kept, &tag) {
+            return Ok(bytes);
+        }
+        let turn = self.making.clone().lock_owned().await;
+        if let Some(bytes) = found(&self.kept, &tag) {
+            return Ok(bytes);
+        }
+        let kept = self.kept.clone();
+        let made = tokio::task::spawn_blocking(move || {
+            let _turn = turn;
+            let bytes = Bytes::from(make()?);
+            keep(&kept, Kept { tag, bytes: bytes.clone() });
+            Ok(bytes)
+        });
+        made.await.map_err(|error| {
+            tracing::error!(%error, "making a file of a study panicked");
+            Problem::internal()
+        })?
+    }
+}
+
+fn found(kept: &Mutex<VecDeque<Kept>>, tag: &str) -> Option<Bytes> {
+    let kept = kept.lock().unwrap_or_else(PoisonError::into_inner);
+    kept.iter().find(|kept| kept.tag == tag).map(|kept| kept.bytes.clone())
+}
+
+fn keep(kept: &Mutex<VecDeque<Kept>>, new: Kept) {
+    let mut kept = kept.lock().unwrap_or_else(PoisonError::into_inner);
+    kept.push_back(new);
+    while kept.len() > 1 && kept.iter().map(|kept| kept.bytes.len()).sum::<usize>() > MOST_KEPT_BYTES {
+        kept.pop_front();
+    }
+}
+
+/// The answer to one who has what `etag` (quotes included) names; `None` to all others.
+pub fn unchanged(headers: &HeaderMap, etag: &str) -> Option<Response> {
+    none_match(headers, etag).then(|| tagged(StatusCode::NOT_MODIFIED.into_response(), etag))
+}
+
+/// An answer with its tag (quotes included).
+pub fn tagged(mut answer: Response, etag: &str) -> Response {
+    if let Ok(etag) = HeaderValue::try_from(etag) {
+        answer.headers_mut().insert(header::ETAG, etag);
+        answer.headers_mut().insert(header::CACHE_CONTROL, HeaderValue::from_static("no-cache"));
+    }
+    answer
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::atomic::{AtomicUsize, Ordering};
+
+    use super::*;
+
+    /// Readers at the same time have one file made, of several files one is made at a time, and no more are kept than may be.
+    #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+    async fn files_are_made_once_and_one_at_a_time() {
+        let files = StudyFiles::default();
+        let [made, running] = [(); 2].map(|()| Arc::new(AtomicUsize::new(0)));
+        let read = |number: usize, length: usize| {
+            let (made, running) = (made.clone(), running.clone());
+            files.get_or_make(format!("tag {number}"), move || {
+                assert_eq!(running.fetch_add(1, Ordering::SeqCst), 0);
+                std::thread::sleep(std::time::Duration::from_millis(5));
+                running.fetch_sub(1, Ordering::SeqCst);
+                made.fetch_add(1, Ordering::SeqCst);
+                Ok(vec![number as u8; length])
+            })
+        };
+        let all = futures::future::join_all((0..24).map(|reader| read(reader % 2, 9))).await;
+        assert!(all.iter().enumerate().all(|(reader, bytes)| bytes.as_ref().unwrap()[..] == [(reader % 2) as u8; 9]));
+        assert_eq!(made.load(Ordering::SeqCst), 2);
+        read(2, MOST_KEPT_BYTES + 1).await.unwrap();
+        assert_eq!(files.kept.lock().unwrap().len(), 1);
+        read(2, 0).await.unwrap();
+        read(1, 9).await.unwrap();
+        assert_eq!(made.load(Ordering::SeqCst), 4, "the large one was kept, and took the others' place");
+    }
+}
