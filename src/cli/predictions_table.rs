@@ -25,31 +25,53 @@ pub fn predictions_table(predictions: &Predictions) -> String {
     text
 }
 
-fn add_output(text: &mut String, name: &str, output: &OutputPredictions) {
-    let head: Vec<String> = [name.to_owned(), "first value".to_owned()]
+fn add_output(text: &mut String, output_name: &str, output: &OutputPredictions) {
+    let head: Vec<String> = [output_name.to_owned(), "first value".to_owned()]
         .into_iter()
         .chain(PREDICTED_ACCURACIES.iter().map(|accuracy| format!("{} %", percent(*accuracy))))
         .collect();
-    let tried = || output.methods.iter().filter(|row| row.refusal.is_none());
-    let rows = tried().map(|row| {
-        let planned = if row.planned { " (planned)" } else { "" };
+    let name = |row: &MethodPredictions| format!("{}{}", row.method, if row.planned { " (planned)" } else { "" });
+    let rows = output.methods.iter().filter(|row| is_known(row)).map(|row| {
         let first = row.seconds_to_first_number.map_or("?".to_owned(), seconds);
-        [format!("{}{planned}", row.method), first].into_iter().chain(row.accuracies.iter().map(cell)).collect()
+        [name(row), first].into_iter().chain(row.accuracies.iter().map(cell)).collect()
     });
-    table(text, head.iter().map(String::as_str).collect(), rows.collect());
-    for row in tried() {
-        if let Some((from, reason)) = first_reason(row) {
-            let _ = writeln!(text, "  {}: unknown from {} % on: {reason}", row.method, percent(from));
-        }
+    let rows: Vec<Vec<String>> = rows.collect();
+    if rows.is_empty() {
+        text.push_str(&format!("{output_name}\n"));
     }
-    for row in &output.methods {
-        if let Some(refusal) = &row.refusal {
-            let _ = writeln!(text, "  {} refuses ({}): {}", row.method, refusal.code.0, refusal.detail);
-        }
+    table(text, head.iter().map(String::as_str).collect(), rows);
+    let unknown = output.methods.iter().filter_map(|row| {
+        let (from, reason) = first_reason(row)?;
+        let from = if is_known(row) { format!(" from {} % on", percent(from)) } else { String::new() };
+        Some((if is_known(row) { row.method.clone() } else { name(row) }, format!("unknown{from}: {reason}")))
+    });
+    let refused = output.methods.iter().filter_map(|row| {
+        let refusal = row.refusal.as_ref()?;
+        Some((name(row), format!("refused ({}): {}", refusal.code.0, refusal.detail)))
+    });
+    for (methods, reason) in by_reason(unknown).into_iter().chain(by_reason(refused)) {
+        let _ = writeln!(text, "  {}: {reason}", methods.join(", "));
     }
     if let Some(cheapest) = &output.cheapest {
         let _ = writeln!(text, "  to the {} % asked for: {cheapest}", percent(output.asked_relative_error));
     }
+}
+
+/// True if something is known of the method's time.
+fn is_known(row: &MethodPredictions) -> bool {
+    row.seconds_to_first_number.is_some() || row.accuracies.iter().any(|time| time.seconds.is_some())
+}
+
+/// Methods by what is said of them, in the order of the first of each.
+fn by_reason(said: impl Iterator<Item = (String, String)>) -> Vec<(Vec<String>, String)> {
+    let mut groups: Vec<(Vec<String>, String)> = Vec::new();
+    for (method, reason) in said {
+        match groups.iter_mut().find(|(_, known)| *known == reason) {
+            Some((methods, _)) => methods.push(method),
+            None => groups.push((vec![method], reason)),
+        }
+    }
+    groups
 }
 
 /// The first accuracy whose time is not known, and why.
@@ -110,7 +132,22 @@ mod tests {
             accuracies: Vec::new(),
             ..row("holigilm", 1.0)
         };
-        let output = OutputPredictions::new(0.02, vec![row("light_tracing", 0.031), row("sppm", 1.2), refused]);
+        let untried = |method: &str, reason: &str| MethodPredictions {
+            seconds_to_first_number: None,
+            accuracies: PREDICTED_ACCURACIES.map(|accuracy| PredictedTime::unknown(accuracy, reason)).to_vec(),
+            ..row(method, 1.0)
+        };
+        let output = OutputPredictions::new(
+            0.02,
+            vec![
+                row("light_tracing", 0.031),
+                row("sppm", 1.2),
+                refused.clone(),
+                untried("ppm", "no trial"),
+                untried("two_stage", "no trial"),
+                MethodPredictions { method: "jenkins".to_owned(), ..refused },
+            ],
+        );
         let predictions =
             Predictions { pilot_seconds: 0.16, threads: 2, confidence: 0.95, grids: Some(output), views: None };
         let text = predictions_table(&predictions);
@@ -119,7 +156,9 @@ mod tests {
         assert!(lines[1].starts_with("grids") && lines[1].ends_with("0.1 %"), "{text}");
         assert!(lines[2].starts_with("light_tracing (planned)  0.0031       0.031 (0.015..0.062) *"), "{text}");
         assert!(lines[3].contains("1.2 (0.60..2.4)") && !lines[3].contains('*') && lines[3].ends_with('?'), "{text}");
-        assert_eq!(lines[4], "  light_tracing: unknown from 0.1 % on: no time");
-        assert_eq!(lines[6], "  holigilm refuses (colours): it sees none");
+        // what is said of several methods is said once
+        assert_eq!(lines[4], "  light_tracing, sppm: unknown from 0.1 % on: no time");
+        assert_eq!(lines[5], "  ppm, two_stage: unknown: no trial");
+        assert_eq!(lines[6], "  holigilm, jenkins: refused (colours): it sees none");
     }
 }

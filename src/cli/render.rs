@@ -35,7 +35,7 @@ pub struct RenderArgs {
     /// Method instead of the document's
     #[arg(long, value_name = "M")]
     pub method: Option<String>,
-    /// Try every method for a moment before, less than 0.2 s in all, say what each would take, and draw it beside what it took
+    /// Try every method for a moment before, less than 0.2 s of each processor, say what each would take, and draw it beside what it took
     #[arg(long)]
     pub predict: bool,
     #[command(flatten)]

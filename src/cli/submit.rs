@@ -31,7 +31,7 @@ pub struct SubmitArgs {
     /// Folder for the results
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
-    /// Let the service try every method for a moment before, less than 0.2 s in all, and draw what it foretells beside what it took
+    /// Let the service try every method for a moment before, less than 0.2 s of each processor, and draw what it foretells beside what it took
     #[arg(long)]
     pub predict: bool,
     #[command(flatten)]

@@ -1,7 +1,7 @@
 //! The pilot: the first passes of every method on some sensors and pixels, which tell what a job would take (`job/predictions.rs`).
 //!
 //! Each thread runs one method at a time on itself alone, so that the processor seconds of a pass are measured without what small
-//! passes lose when they are divided; a job's passes are divided among all threads. The pilot is bounded by a clock: methods come in
+//! passes lose when they are divided; a job's passes are divided among all threads. The pilot is bounded by the clocks of its threads: methods come in
 //! the order of their expected cost, and share what time is left. What does not fit is not known. Its keys are not those of the
 //! job, so that no sample of a job decides when it stops.
 
@@ -28,8 +28,12 @@ use crate::plan::choose::{MethodChoice, refuses};
 use crate::plan::cost;
 use crate::statistics::interval::two_sided_normal_quantile;
 
-/// Time in which all methods are tried. Together with the set-up that nobody can interrupt it is less than 0.2 s.
-const BUDGET: Duration = Duration::from_millis(150);
+/// Processor seconds of each thread in which all methods are tried. Together with the set-up that nobody can interrupt they are
+/// less than 0.2 s.
+const BUDGET: f64 = 0.15;
+
+/// Seconds on the wall after which the pilot ends in any case: other work of the machine makes it no longer than that.
+const MOST_SECONDS: f64 = 0.6;
 
 /// Times its share of the budget that a method may take where a pass has begun.
 const GRACE: f64 = 3.0;
@@ -63,8 +67,16 @@ const PILOT: u64 = 0x70_69_6c_6f_74;
 /// Reason where a method was not tried, or not long enough.
 const NO_TIME: &str = "its set-up and first passes take longer than the pilot has for it";
 
+/// Reason where the processors did other work instead.
+const BUSY: &str = "the machine is busy: its processors had no time for the trial";
+
 /// What each method would take to each accuracy; `cancel` ends the pilot early, which tells less then.
 pub fn predict(prepared: &Prepared, cancel: &AtomicBool) -> Predictions {
+    predict_within(prepared, cancel, Duration::from_secs_f64(MOST_SECONDS))
+}
+
+/// As [`predict`], within a time on the wall.
+fn predict_within(prepared: &Prepared, cancel: &AtomicBool, most: Duration) -> Predictions {
     let start = Instant::now();
     let threads = rayon::current_num_threads();
     let task = Task::whole(&prepared.scene, &prepared.traceable);
@@ -98,7 +110,7 @@ pub fn predict(prepared: &Prepared, cancel: &AtomicBool) -> Predictions {
         judgements: prepared.stop.judgements,
     });
     let asked = [prepared.stop.relative_error, prepared.stop.view_relative_error];
-    let pilot = Pilot { prepared, threads, deadline: start + BUDGET, cancel, asked, judged };
+    let pilot = Pilot { prepared, threads, end: start + most, cancel, asked, judged };
     for (output, row, outcome) in pilot.run(trials) {
         let row = &mut rows[output][row];
         row.seconds_to_first_number = outcome.first_number;
@@ -187,12 +199,16 @@ fn cheapen_the_looser(times: &mut [PredictedTime]) {
 struct Outcome {
     first_number: Option<f64>,
     times: Vec<PredictedTime>,
+    /// True if there was no time for more because of other work of the machine.
+    is_busy: bool,
 }
 
 impl Outcome {
     fn time_to(&self, relative_error: f64) -> PredictedTime {
         let found = self.times.iter().find(|time| time.relative_error == relative_error);
-        found.cloned().unwrap_or_else(|| PredictedTime::unknown(relative_error, NO_TIME))
+        found
+            .cloned()
+            .unwrap_or_else(|| PredictedTime::unknown(relative_error, if self.is_busy { BUSY } else { NO_TIME }))
     }
 }
 
@@ -219,7 +235,7 @@ pub fn laws(prepared: &Prepared, method: &str, passes: usize) -> Option<Vec<Erro
 struct Pilot<'a> {
     prepared: &'a Prepared,
     threads: usize,
-    deadline: Instant,
+    end: Instant,
     cancel: &'a AtomicBool,
     asked: [f64; 2],
     judged: [Judged; 2],
@@ -231,15 +247,17 @@ impl Pilot<'_> {
         let threads = self.threads.min(trials.len());
         let outcomes = Mutex::new(Vec::new());
         let queue = Mutex::new(VecDeque::from(trials));
-        let next = || {
+        let next = |clocks: &Clocks| {
             let mut queue = queue.lock().unwrap_or_else(PoisonError::into_inner);
-            let left = self.deadline.saturating_duration_since(Instant::now()).as_secs_f64();
+            let left = self.left(clocks);
             let share = left * threads as f64 / queue.len().max(1) as f64;
             queue.pop_front().map(|tried| (tried, share.min(left)))
         };
         let work = || {
-            while let Some((tried, share)) = next() {
-                let outcome = self.outcome(&tried, share);
+            let clocks = Clocks::start();
+            while let Some((tried, share)) = next(&clocks) {
+                let mut outcome = self.outcome(&tried, share, &clocks);
+                outcome.is_busy = Instant::now() >= self.end && clocks.spent().cpu() < BUDGET;
                 outcomes.lock().unwrap_or_else(PoisonError::into_inner).push((tried.output, tried.row, outcome));
             }
         };
@@ -256,6 +274,12 @@ impl Pilot<'_> {
         outcomes.into_inner().unwrap_or_else(PoisonError::into_inner)
     }
 
+    /// Processor seconds that the pilot has left for a thread whose clocks run from its start.
+    fn left(&self, clocks: &Clocks) -> f64 {
+        let on_the_wall = self.end.saturating_duration_since(Instant::now()).as_secs_f64();
+        (BUDGET - clocks.spent().cpu()).clamp(0.0, on_the_wall)
+    }
+
     /// The accuracies of a row, the loosest first.
     fn accuracies(&self, output: usize) -> Vec<f64> {
         let mut all: Vec<f64> = PREDICTED_ACCURACIES.into_iter().chain([self.asked[output]]).collect();
@@ -264,21 +288,27 @@ impl Pilot<'_> {
         all
     }
 
-    /// Tries a method for `share` seconds.
-    fn outcome(&self, tried: &Tried<'_>, share: f64) -> Outcome {
+    /// Tries a method for `share` processor seconds on a thread whose clocks run from the pilot's start.
+    fn outcome(&self, tried: &Tried<'_>, share: f64, clocks: &Clocks) -> Outcome {
         let accuracies = self.accuracies(tried.output);
         if self.prepared.is_dark() {
             let times =
                 accuracies.into_iter().map(|accuracy| PredictedTime::known(accuracy, 0.0, 0.0, Some(0.0), None));
-            return Outcome { first_number: Some(0.0), times: times.collect() };
+            return Outcome { first_number: Some(0.0), times: times.collect(), is_busy: false };
         }
-        let (begun, stop) = (Instant::now(), Stop::default());
-        let left = self.deadline.saturating_duration_since(begun).as_secs_f64();
+        let stop = Stop::default();
+        let left = self.left(clocks);
         if left <= 0.0 || self.cancel.load(Ordering::Relaxed) {
             return Outcome::default();
         }
-        let clock = Clock::new(&stop, self.cancel, begun + Duration::from_secs_f64(share));
-        let mut outcome = stop.within((GRACE * share).min(left), || match tried.method.described().passes() {
+        let clock = Clock::new(&stop, self.cancel, share);
+        // a running pass is ended by a clock on the wall, which goes as much faster as it did so far
+        let spent = clocks.spent();
+        let slowness = (spent.seconds / spent.cpu()).clamp(1.0, MOST_SECONDS / BUDGET);
+        let slowness = if slowness.is_finite() { slowness } else { 1.0 };
+        let on_the_wall = self.end.saturating_duration_since(Instant::now()).as_secs_f64();
+        let most = (slowness * (GRACE * share).min(left)).min(on_the_wall);
+        let mut outcome = stop.within(most, || match tried.method.described().passes() {
             method::Passes::None => self.solver(tried, &accuracies, &clock),
             _ => self.passes(tried, &accuracies, &clock),
         });
@@ -416,5 +446,36 @@ impl Pilot<'_> {
             });
         }
         outcome
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use super::*;
+    use crate::document::MeshSource;
+    use crate::geometry::TriangleMesh;
+    use crate::job::prepare::prepare;
+
+    struct NoMeshes;
+
+    impl MeshSource for NoMeshes {
+        fn load(&self, _: &str) -> Result<Arc<TriangleMesh>, String> {
+            Err("there is none".to_owned())
+        }
+    }
+
+    /// Where the time on the wall is over before that of the processors, the machine is to blame, and not the methods.
+    #[test]
+    fn a_busy_machine_is_told_as_the_reason() {
+        let prepared = prepare(include_bytes!("../../examples/cornell_box.json"), &NoMeshes).unwrap();
+        let predictions = predict_within(&prepared, &AtomicBool::new(false), Duration::ZERO);
+        let outputs = [&predictions.grids, &predictions.views].into_iter().flatten();
+        let tried: Vec<_> = outputs.flat_map(|output| &output.methods).filter(|row| row.refusal.is_none()).collect();
+        assert!(!tried.is_empty());
+        for row in tried {
+            assert!(row.accuracies.iter().all(|time| time.reason.as_deref() == Some(BUSY)), "{row:?}");
+        }
     }
 }

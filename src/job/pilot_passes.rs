@@ -1,7 +1,6 @@
 //! The passes of a pilot's trial: how long they run, what they cost, and what they found.
 
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Instant;
 
 use super::cancel::Stop;
 use super::pilot_sample::{Places, Sample};
@@ -16,14 +15,15 @@ pub struct Clock<'a> {
     pub stop: Stop,
     /// Raised when nobody waits any more.
     cancel: Option<&'a AtomicBool>,
-    /// From here on no pass begins, but for the least number; `None`: as many as are asked for.
-    end: Option<Instant>,
+    /// Clocks of the threads, and the processor seconds after which no pass begins, but for the least number; `None`: as many as are
+    /// asked for.
+    end: Option<(Clocks, f64)>,
 }
 
 impl<'a> Clock<'a> {
-    /// `end`: from here on no pass begins, but for the least number.
-    pub fn new(stop: &Stop, cancel: &'a AtomicBool, end: Instant) -> Self {
-        Self { stop: stop.clone(), cancel: Some(cancel), end: Some(end) }
+    /// A clock of this thread, or its pool: after so many processor seconds no pass begins, but for the least number.
+    pub fn new(stop: &Stop, cancel: &'a AtomicBool, seconds: f64) -> Self {
+        Self { stop: stop.clone(), cancel: Some(cancel), end: Some((Clocks::start(), seconds)) }
     }
 
     /// A clock that ends nothing.
@@ -31,11 +31,11 @@ impl<'a> Clock<'a> {
         Self { stop: Stop::default(), cancel: None, end: None }
     }
 
-    /// Seconds until no pass begins any more.
+    /// Processor seconds until no pass begins any more.
     pub fn left(&self) -> f64 {
-        match self.end {
+        match &self.end {
             _ if self.is_over() => 0.0,
-            Some(end) => end.saturating_duration_since(Instant::now()).as_secs_f64(),
+            Some((clocks, seconds)) => (seconds - clocks.spent().cpu()).max(0.0),
             None => f64::INFINITY,
         }
     }
@@ -44,7 +44,7 @@ impl<'a> Clock<'a> {
     pub fn is_over(&self) -> bool {
         self.stop.reason().is_some()
             || self.cancel.is_some_and(|cancel| cancel.load(Ordering::Relaxed))
-            || self.end.is_some_and(|end| Instant::now() >= end)
+            || self.end.as_ref().is_some_and(|(clocks, seconds)| clocks.spent().cpu() >= *seconds)
     }
 }
 

@@ -170,7 +170,9 @@ impl Sheet {
         };
         let raster = self.shown(reference.tones.apply(reference.film.image())?);
         self.tiles.push((format!("reference: {}", reference.method), raster));
-        Ok(Some(png::encode(&montage(&self.tiles, columns)?)?))
+        let sheet = montage(&self.tiles, columns)?;
+        drop(self.tiles);
+        Ok(Some(png::encode(&sheet)?))
     }
 
     fn shown(&self, picture: Raster) -> Raster {

@@ -106,7 +106,7 @@ async fn what_was_foretold_stays_with_the_job() {
     assert_eq!(service.json(&told(&bare, "convergence")).await["grids"]["foretold"], json!([]));
     for (job, is_drawn) in [(&predicted, true), (&bare, false)] {
         let svg = service.get(&told(job, "convergence_svg")).send().await.unwrap().text().await.unwrap();
-        assert_eq!(svg.contains("foretold before"), is_drawn);
+        assert_eq!(svg.contains("predicted before"), is_drawn);
     }
 }
 
@@ -152,7 +152,7 @@ fn the_command_prints_a_table() {
     let (bare, table) = (plan(&[]), plan(&["--predict"]));
     let added = table.strip_prefix(&bare).unwrap();
     for piece in
-        ["seconds to a relative error, of 95 %", "0.1 %", "sppm (planned)", "light_tracing refuses (grids_only)"]
+        ["seconds to a relative error, of 95 %", "0.1 %", "sppm (planned)", "light_tracing, ", ": refused (grids_only)"]
     {
         assert!(added.contains(piece), "{piece}: {added}");
     }
@@ -173,7 +173,7 @@ fn a_rendered_job_keeps_what_was_foretold() {
     let read = |name: &str| std::fs::read_to_string(out.join(name)).unwrap();
     let result: Value = serde_json::from_str(&read("result.json")).unwrap();
     check_table(&result["predictions"]["grids"], "sppm");
-    assert!(read("convergence.svg").contains("foretold before"));
+    assert!(read("convergence.svg").contains("predicted before"));
     let history: Value = serde_json::from_str(&read("convergence.json")).unwrap();
     assert_eq!(history["grids"]["foretold"].as_array().unwrap().len(), 7);
 }

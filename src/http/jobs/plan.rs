@@ -41,7 +41,7 @@ pub struct PlanResource {
 #[into_params(parameter_in = Query)]
 #[serde(deny_unknown_fields)]
 pub struct PredictQuery {
-    /// True to try every method for a moment, less than 0.2 s in all, and to say what it would take to relative errors of 10, 5, 2,
+    /// True to try every method for a moment, less than 0.2 s of each processor, and to say what it would take to relative errors of 10, 5, 2,
     /// 1, 0.5 and 0.1 percent; false when absent.
     #[serde(default)]
     #[param(inline)]
