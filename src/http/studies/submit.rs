@@ -34,7 +34,7 @@ use crate::study::views;
 /// Most jobs of one study.
 const MOST_JOBS: usize = 200;
 /// Most bytes that the jobs of one study have in their rows and first events beside what they share.
-const MOST_BYTES: usize = 8 << 20;
+const MOST_BYTES: usize = 16 << 20;
 /// Pictures that are put together may take so much of the memory that a job may have: both may come together.
 const SHARE_OF_PICTURES: f64 = 0.25;
 
@@ -326,4 +326,37 @@ fn none_able(request: &StudyRequest, refused: &[Refused]) -> DocumentErrors {
 /// Our own types always serialise.
 fn to_value(value: &impl serde::Serialize) -> Value {
     serde_json::to_value(value).unwrap_or_default()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::document::provenance::Provenance;
+    use crate::document::result::{ExternalIlluminance, Known};
+
+    /// Jobs are gathered up to a number of bytes that they do not share, whatever makes them long.
+    #[test]
+    fn what_jobs_do_not_share_is_bounded() {
+        let part = StudyPart { run: None, picture: None, computed_by: String::new(), set_up_seconds: 0.0 };
+        let mut gathered = Gathered::default();
+        let provenance =
+            Provenance { zenith: None, sun: None, refraction: None, interreflection: true, guides: Vec::new() };
+        let mut own = || gathered.plan.divide(Map::new());
+        let job = NewStudyJob {
+            part: Value::Null,
+            submitted: own(),
+            document: own(),
+            plan: own(),
+            known: Known::new(provenance, ExternalIlluminance { sky: 0.0, sun: 0.0 }),
+            warnings: Vec::new(),
+            first_chunk: 0..1,
+        };
+        let ready = || Ready { job: job.clone(), part: part.clone(), bytes: MOST_BYTES / 4 };
+        for _ in 0..4 {
+            gathered.push(ready()).unwrap();
+        }
+        let DocumentErrors(errors) = gathered.push(ready()).unwrap_err();
+        assert_eq!((errors[0].pointer.as_str(), errors[0].code), ("/seeds", FieldErrorCode::TooMany));
+        assert!(errors[0].detail.contains("16 MB in all here, but that of 5 jobs"), "{}", errors[0].detail);
+    }
 }
