@@ -36,6 +36,7 @@ mod dome;
 mod dull_pipes;
 mod electric_light;
 mod few_photons;
+mod furnished;
 mod intervals;
 mod invariance;
 mod lamp_responses;

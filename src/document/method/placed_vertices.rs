@@ -10,10 +10,9 @@ use crate::integrator::placed_vertices::Settings;
 use crate::plan::MethodRequest;
 
 /// Photons down the tubes, then points placed on the surfaces of the room, where these are bright and near to sensors, each
-/// connected to all sensors; unbiased. Where boxes stand in the room, sensors gather light by rays from patches of the surfaces; where fine
-/// answers are asked for, or `vertices_per_pass` is given, vertices put right what patches have wrong, else the estimate of that is a part
-/// of every standard error. Points of grids in rooms of diffuse surfaces, below Lambertian diffusers; light through the
-/// clear zones of mixed ones is traced beside. Fluxes of tubes are known, the balance of energy is not.
+/// connected to all sensors; unbiased. Where boxes stand in the room, sensors gather light by rays from a coarse radiosity solution,
+/// and the points send the residual. Points of grids in rooms of diffuse surfaces, below Lambertian diffusers; light through the
+/// clear zones of mixed ones is traced beside. Fluxes of tubes are known; a few photons tell where the light of the room ends, so that the balance of energy is rough.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct PlacedVerticesMethod {

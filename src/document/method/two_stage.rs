@@ -10,7 +10,8 @@ use crate::integrator::two_stage::Settings;
 use crate::plan::MethodRequest;
 
 /// The path cut at a Lambertian diffuser: photons down the tubes, then backward paths in the room; unbiased. Of grids the light
-/// through the clear zones of mixed diffusers is traced beside. Fluxes of tubes are known, the balance of energy is not.
+/// through the clear zones of mixed diffusers is traced beside. Fluxes of tubes are known; a few photons tell where the light
+/// of the room ends, so that the balance of energy is rough.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct TwoStageMethod {

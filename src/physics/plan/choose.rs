@@ -174,8 +174,8 @@ fn for_grids(task: &Task) -> (MethodChoice, Option<SomeChoice>) {
     let placed = placed_vertices::Settings::default();
     if placed.refuses(task).is_none() {
         let reason = if placed_vertices::gathers(task.traceable) {
-            "what leaves the diffusers is found once, and sensors gather what patches of walls and boxes reflect of it; what these may \
-             have wrong is a part of the error, or put right where that asks for it"
+            "unbiased, and all tubes are lamps: what leaves their diffusers is found once, sensors gather what walls and boxes reflect \
+             of it from a coarse radiosity solution, and points on the surfaces send the residual"
         } else if all_lamps(&task.traceable.tubes) {
             "unbiased, and all tubes are lamps: what leaves their diffusers is found once, and lights points placed where \
              sensors need them"

@@ -1,5 +1,4 @@
-//! Rooms in which something stands: sensors gather what patches know. What these may have wrong is a part of the error; where that is
-//! too much, vertices send the sensors what is wrong.
+//! Rooms in which boxes stand: sensors gather light from patches of the surfaces, and vertices send the sensors the residual.
 
 use std::f64::consts::{FRAC_1_SQRT_2, PI};
 use std::ops::Range;
@@ -9,12 +8,12 @@ use std::sync::atomic::AtomicBool;
 use glam::DVec3;
 
 use super::by_patches::gathering::Gathering;
-use super::by_patches::indirect::{self, Indirect};
+use super::by_patches::indirect::Indirect;
 use super::by_patches::known::{self, Known, Leaving};
 use super::importance::Importance;
 use super::lines::Scratch;
 use super::outermost::Before;
-use super::panels::{Panel, panels};
+use super::panels::panels;
 use super::rough_light::Light;
 use super::sent::Target;
 use super::targets::{Sender, Sums, Targets};
@@ -23,10 +22,9 @@ use crate::integrator::lamp::cells::TubeLight;
 use crate::integrator::lamp::light::DiffuserLight;
 use crate::integrator::photon::chunks::{Chunks, Tally, fold_chunks};
 use crate::integrator::photon::ledger::Account;
-use crate::kept::Kept;
 use crate::optics::Spectrum;
 use crate::sampling::{Key, PathSamples, Replicate, Stream};
-use crate::traceable::{Fan, Spread, TOGETHER, TraceableScene, TraceableTube};
+use crate::traceable::{Spread, TOGETHER, TraceableScene};
 
 /// Rays of a look at what patches have wrong of a place. With half as many a pass takes a tenth less time and has a fifth more variance,
 /// with twice as many it is the other way round (the room of the thesis with 20 boxes and a chair, to 1 %).
@@ -43,17 +41,6 @@ const RAYS_OF_CHUNK: u64 = 2048;
 /// Vertices that one task looks at: each takes some microseconds.
 const VERTICES_OF_CHUNK: u64 = 16;
 
-/// Sensors at which it is looked how much patches may have wrong, at most, and the rays of each.
-const SENSORS_LOOKED_AT: usize = 32;
-const RAYS_OF_LOOK: u64 = 512;
-
-/// Rooms with sensors for which it is kept.
-const MOST_KEPT: usize = 64;
-
-/// Share of the error that is asked for up to which patches may be wrong where nothing puts them right: so much makes a job take a third
-/// longer, vertices two or three times as long.
-const SHARE_OF_ERROR: f64 = 0.5;
-
 /// Sensors that gather.
 #[derive(Debug)]
 pub struct Gatherers<const C: usize> {
@@ -61,8 +48,6 @@ pub struct Gatherers<const C: usize> {
     sensors: Vec<Sensor>,
     /// Rays by the share of reflected light.
     rays: [u64; SHARES.len()],
-    /// True if vertices send what patches have wrong.
-    puts_right: bool,
 }
 
 /// A sensor that gathers.
@@ -95,58 +80,13 @@ pub struct Around<'a> {
 struct OfSensors {
     /// Illuminances in lx.
     lux: Vec<f64>,
-    /// What patches may have wrong of them, in lx of either sign.
-    doubts: Vec<f64>,
     rays: RayCount,
 }
 
 impl Tally for OfSensors {
     fn is_finite(&self) -> bool {
-        self.lux.iter().chain(&self.doubts).all(|lux| lux.is_finite())
+        self.lux.iter().all(|lux| lux.is_finite())
     }
-}
-
-/// True if what patches may have wrong is no more than a share of the relative standard error `target`: the root mean square over some
-/// of the sensors. Openings whose light comes back from a tube are not among what patches know.
-pub fn are_patches_enough<const C: usize>(scene: &TraceableScene, sensors: &[DVec3], target: f64) -> bool {
-    let is_known = |tube: &TraceableTube| {
-        tube.diffuser.sheet_reflectance().is_some() && !(scene.guide_return && tube.guide.returns_light())
-    };
-    if !scene.tubes.iter().all(is_known) {
-        return false;
-    }
-    let panels = panels(scene);
-    let indirect = Indirect::<C>::of(scene, &panels);
-    // no divisor of a row's length, so that every column has its turn
-    let step = sensors.len().div_ceil(SENSORS_LOOKED_AT) | 1;
-    let some: Vec<DVec3> = sensors.iter().step_by(step).copied().collect();
-    let mut key = indirect::key::<C>(scene, &panels);
-    key.extend(some.iter().flat_map(|sensor| sensor.to_array()).map(f64::to_bits));
-    static DOUBTS: Kept<Vec<u64>, f64> = Kept::new(MOST_KEPT);
-    let doubt = DOUBTS.get(key, || relative_doubt(scene, &panels, &indirect, &some));
-    indirect.patches.are_several() && doubt <= SHARE_OF_ERROR * target
-}
-
-/// Root mean square of what patches may have wrong for some sensors, over their light.
-fn relative_doubt<const C: usize>(
-    scene: &TraceableScene,
-    panels: &[Panel],
-    indirect: &Indirect<C>,
-    sensors: &[DVec3],
-) -> f64 {
-    let light = Light::of_openings(scene, panels, 1.0);
-    let flux = |tube: &TraceableTube| Spectrum([PI * tube.opening_radius * tube.opening_radius; C]);
-    let lumens: Vec<Spectrum<C>> = scene.tubes.iter().map(flux).collect();
-    let (lit, vectors) = (indirect.lit(&lumens), pulp::Arch::new());
-    let known = Known { scene, indirect, lit, leaving: Vec::new(), vectors };
-    let spread = even_spread(Key::new(0), RAYS_OF_LOOK);
-    let mut scratch = known::Scratch::default();
-    let mut squares = 0.0;
-    for position in sensors {
-        known.look(&Fan::turned(*position, None, DVec3::Z, [0.0; 2], &spread), &mut scratch);
-        squares += (known.doubt(&scratch) / RAYS_OF_LOOK as f64 * light.need(*position)).powi(2);
-    }
-    (squares / sensors.len().max(1) as f64).sqrt()
 }
 
 /// Even directions about an axis.
@@ -157,9 +97,8 @@ fn even_spread(stream: Key, count: u64) -> Spread {
 }
 
 impl<const C: usize> Gatherers<C> {
-    /// Those of the sensors that are not in boxes; `rays`: of a sensor that sees no opening; vertices send what patches have wrong, or
-    /// that is a part of the error.
-    pub fn new(scene: &TraceableScene, targets: &Targets, buried: &[bool], rays: u64, puts_right: bool) -> Self {
+    /// Those of the sensors that are not in boxes; `rays`: of a sensor that sees no opening.
+    pub fn new(scene: &TraceableScene, targets: &Targets, buried: &[bool], rays: u64) -> Self {
         let panels = panels(scene);
         let light = Light::new(scene, &panels);
         let sensor = |(place, target): (usize, Target)| {
@@ -172,17 +111,16 @@ impl<const C: usize> Gatherers<C> {
         let sensors = targets.all().enumerate().filter(|(place, _)| !buried[*place]).map(sensor).collect();
         let groups = |share: f64| ((share * rays as f64 / TOGETHER as f64) as u64).max(1);
         let rays = SHARES.map(|share| groups(share) * TOGETHER as u64);
-        Self { indirect: Indirect::of(scene, &panels), sensors, rays, puts_right }
+        Self { indirect: Indirect::of(scene, &panels), sensors, rays }
     }
 
-    /// Takes from patches all that they know.
+    /// Makes all patches black.
     #[cfg(test)]
-    pub fn forget(&mut self, scene: &TraceableScene, panels: &[Panel]) {
+    pub fn forget(&mut self, scene: &TraceableScene, panels: &[super::panels::Panel]) {
         self.indirect = Indirect::unknowing(scene, panels);
     }
 
-    /// Adds what sensors gather in a pass, and what vertices send them, in lx per target; returns what may be wrong of that, if
-    /// nothing puts it right. `None` when cancelled.
+    /// Adds to `lux`, in lx per target, what sensors gather in a pass and what vertices send them; `None` when cancelled.
     pub fn pass(
         &self,
         around: &Around<'_>,
@@ -190,8 +128,8 @@ impl<const C: usize> Gatherers<C> {
         pass: Key,
         cancel: &AtomicBool,
         (lux, account): (&mut [f64], &mut Account),
-    ) -> Option<Vec<f64>> {
-        let Self { indirect, sensors, rays, puts_right } = self;
+    ) -> Option<()> {
+        let Self { indirect, sensors, rays } = self;
         let spreads = pass.stream(Stream::GatherSpreads, 0);
         let lumens: Vec<Spectrum<C>> = light.tubes().iter().map(TubeLight::flux).collect();
         let leaving = |tube: &TubeLight<C>| {
@@ -216,31 +154,24 @@ impl<const C: usize> Gatherers<C> {
                 let key = pass.stream(Stream::GatheringTarget, sensor.place as u64);
                 let Sensor { position, near_squared, share, .. } = *sensor;
                 let spread = &spreads[share];
-                let (mut lux, doubt) = gathering.at_sensor(position, spread, key, &mut scratch);
-                if *puts_right && near_squared > 0.0 {
+                let mut lux = gathering.at_sensor(position, spread, key, &mut scratch);
+                if near_squared > 0.0 {
                     lux += gathering.missing_near(position, near_squared, spread, key, &mut scratch);
                 }
-                (lux.luminance(), doubt)
+                lux.luminance()
             };
-            let (lux, doubts) =
-                sensors[numbers.start as usize..numbers.end as usize].iter().map(&mut of_sensor).unzip();
-            OfSensors { lux, doubts, rays: scratch.rays }
+            let lux = sensors[numbers.start as usize..numbers.end as usize].iter().map(&mut of_sensor).collect();
+            OfSensors { lux, rays: scratch.rays }
         };
-        let mut doubts = vec![0.0; if *puts_right { 0 } else { lux.len() }];
         let mut places = sensors.iter().map(|sensor| sensor.place);
         let chunks = Chunks::of_size(sensors.len() as u64, RAYS_OF_CHUNK.div_ceil(rays[0]));
         let folded = fold_chunks(chunks, 0, cancel, of_sensors, |found: OfSensors| {
             // places last: none of them is taken for a value that is not there
-            for ((value, doubt), place) in found.lux.iter().zip(&found.doubts).zip(&mut places) {
-                lux[place] += value;
-                if !puts_right {
-                    doubts[place] = *doubt;
-                }
-            }
+            found.lux.iter().zip(&mut places).for_each(|(value, place)| lux[place] += value);
             account.rays += found.rays;
         })?;
         account.not_finite = account.not_finite.or(folded.not_finite);
-        let Some(importance) = around.importance.filter(|_| *puts_right) else { return Some(doubts) };
+        let Some(importance) = around.importance else { return Some(()) };
         let of_vertices = |numbers: Range<u64>| missing(around, importance, &gathering, pass, numbers);
         let chunks = Chunks::of_size(around.vertices, VERTICES_OF_CHUNK);
         let folded = fold_chunks(chunks, 8 * lux.len() as u64, cancel, of_vertices, |sums: Sums| {
@@ -248,7 +179,7 @@ impl<const C: usize> Gatherers<C> {
             account.rays += sums.rays;
         })?;
         account.not_finite = account.not_finite.or(folded.not_finite);
-        Some(doubts)
+        Some(())
     }
 }
 

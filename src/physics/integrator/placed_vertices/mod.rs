@@ -6,9 +6,10 @@
 //! the light of the diffusers in closed form, or nearly so; the point is connected to every sensor that sees it. Sensors
 //! beside surfaces find what comes from very near by themselves (`targets`). One pass is one replicate.
 //!
-//! Where boxes stand in the room and openings alone give light, sensors see few of these points. There each finds what surfaces
-//! reflect by rays of its own (`by_patches`), as far as patches of the surfaces know it. What these may
-//! have wrong is told as bias, or where that is too much for the accuracy asked for, the points send it (`gathered`).
+//! Where boxes stand in the room and openings alone give light, sensors see few of these points. There each gathers what surfaces
+//! reflect by rays of its own, from a coarse radiosity solution on patches of the surfaces (`by_patches`), and the points send the
+//! residual: the difference between the light of a surface and what its patch has for it (`gathered`). The sum is unbiased, however
+//! coarse the patches are.
 //!
 //! **Which paths** (docs/physics/measurement_equation.md#placed-vertices).
 //!
@@ -18,7 +19,7 @@
 //! | `M E` | Lambert's closed form |
 //! | `.. V E`, V not beside E | placed vertices, openings that send light back included; what lights them as in two stages |
 //! | `.. V E`, V beside E | paths followed from the sensor |
-//! | `.. V E`, where sensors gather | what patches know of V by rays from E, the rest by placed vertices, or from E where V is beside it, or told as bias; all by paths from E where V is in or beside an opening |
+//! | `.. V E`, where sensors gather | what patches have for V by rays from E, the residual by placed vertices, or from E where V is beside it; all by paths from E where V is in or beside an opening |
 //! | `(K\|N) t C ..`, below closures that are lamps in part | as light tracing ([`lamp::beside`](super::lamp::beside)) |
 //!
 //! **Settings.** `photons_per_pass` and `vertices_per_pass` (64 to 16 777 216; by default chosen for the accuracy asked
@@ -68,7 +69,7 @@ use crate::optics::Spectrum;
 use crate::sampling::{Key, PathSamples, Stream, warp};
 use crate::scene::{Channels, EstimateKind, Grid};
 use crate::traceable::{TraceableScene, TraceableTube};
-use gathered::{Around, Gatherers, are_patches_enough};
+use gathered::{Around, Gatherers};
 use importance::Importance;
 use lines::Scratch;
 use outermost::Before;
@@ -90,23 +91,6 @@ impl Settings {
     /// Photons and vertices of a pass where they are given.
     fn numbers(&self) -> [Option<u64>; 2] {
         [self.photons_per_pass, self.vertices_per_pass]
-    }
-
-    /// How sensors gather for a relative standard error `target`, if they do: vertices that are asked for are placed.
-    fn gathering(&self, task: &Task, target: f64) -> Option<By> {
-        let scene = task.traceable;
-        if !gathers(scene) {
-            return None;
-        }
-        let sensors = task.grids.iter().flat_map(|grid| {
-            (0..grid.len()).filter(|sensor| !grid.is_inside(*sensor)).map(|sensor| grid.centre(sensor))
-        });
-        let lit: Vec<DVec3> = sensors.filter(|sensor| !scene.is_in_box(*sensor)).collect();
-        let are_enough = || match task.scene.channels {
-            Channels::Photopic => are_patches_enough::<1>(scene, &lit, target),
-            Channels::Rgb => are_patches_enough::<3>(scene, &lit, target),
-        };
-        Some(if self.vertices_per_pass.is_none() && are_enough() { By::Patches } else { By::Gathering })
     }
 }
 
@@ -162,9 +146,10 @@ impl Described for Settings {
 
     fn trial(&self, task: &Task, target: f64) -> Trial {
         let tubes = &task.traceable.tubes;
-        let (size, law) = match self.gathering(task, target) {
-            Some(by) => (sizes(self.numbers(), target, tubes, by).rays, GATHERED_RAYS),
-            None => (sizes(self.numbers(), target, tubes, By::Vertices(1.0)).vertices, VERTICES),
+        let (size, law) = if gathers(task.traceable) {
+            (sizes(self.numbers(), target, tubes, By::Gathering).rays, GATHERED_RAYS)
+        } else {
+            (sizes(self.numbers(), target, tubes, By::Vertices(1.0)).vertices, VERTICES)
         };
         Trial::whole(self.clone(), most_places(tubes, 49))
             .with(TrialPasses::of_size(size as f64, Powers::of_growth(law.growth)))
@@ -174,12 +159,9 @@ impl Described for Settings {
         let scene = task.traceable.clone();
         let tubes = &task.traceable.tubes;
         let sizes = |by: By| sizes(self.numbers(), target, tubes, by);
-        let gathering = self.gathering(task, target);
         match task.scene.channels {
-            Channels::Photopic => {
-                Computation::passes(PlacedVertices::<1>::sized(scene, task.grids, gathering, sizes, seed))
-            }
-            Channels::Rgb => Computation::passes(PlacedVertices::<3>::sized(scene, task.grids, gathering, sizes, seed)),
+            Channels::Photopic => Computation::passes(PlacedVertices::<1>::sized(scene, task.grids, sizes, seed)),
+            Channels::Rgb => Computation::passes(PlacedVertices::<3>::sized(scene, task.grids, sizes, seed)),
         }
     }
 }
@@ -254,18 +236,11 @@ pub struct PlacedVertices<const C: usize> {
 impl<const C: usize> PlacedVertices<C> {
     /// `photons_and_vertices` per pass; equal seeds give equal bits.
     pub fn new(scene: Arc<TraceableScene>, grids: &[Grid], photons_and_vertices: [u64; 2], seed: u64) -> Self {
-        let gathering = gathers(&scene).then_some(By::Gathering);
-        Self::sized(scene, grids, gathering, |by| sizes(photons_and_vertices.map(Some), 0.01, &[], by), seed)
+        Self::sized(scene, grids, |by| sizes(photons_and_vertices.map(Some), 0.01, &[], by), seed)
     }
 
-    /// `gathering`: how sensors gather, if they do.
-    fn sized(
-        scene: Arc<TraceableScene>,
-        grids: &[Grid],
-        gathering: Option<By>,
-        sizes: impl FnOnce(By) -> Sizes,
-        seed: u64,
-    ) -> Self {
+    /// `sizes`: numbers of a pass by what is sized.
+    fn sized(scene: Arc<TraceableScene>, grids: &[Grid], sizes: impl FnOnce(By) -> Sizes, seed: u64) -> Self {
         let targets = Targets::new(&scene, grids);
         let all: Vec<_> = targets.all().collect();
         let inside = targets.are_inside(grids);
@@ -274,17 +249,16 @@ impl<const C: usize> PlacedVertices<C> {
         // nothing is placed for sensors that stay dark
         let lit: Vec<Target> =
             all.iter().zip(&buried).filter(|(_, buried)| !**buried).map(|(target, _)| *target).collect();
-        let importance = Some(())
-            .filter(|()| scene.interreflection && gathering != Some(By::Patches))
-            .and_then(|()| Importance::new(&scene, &lit));
-        let by = gathering.unwrap_or_else(|| {
+        let importance = if scene.interreflection { Importance::new(&scene, &lit) } else { None };
+        let by = if gathers(&scene) {
+            By::Gathering
+        } else {
             let share = lit.len() as f64 / all.len().max(1) as f64;
             let spread = importance.as_deref().filter(|_| scene.obstructed).map_or(0.0, |importance| importance.spread);
             By::Vertices(more_by_obstacles(spread, share))
-        });
+        };
         let Sizes { photons, vertices, rays } = sizes(by);
-        let puts_right = by == By::Gathering;
-        let gatherers = gathering.map(|_| Gatherers::new(&scene, &targets, &buried, rays, puts_right));
+        let gatherers = (by == By::Gathering).then(|| Gatherers::new(&scene, &targets, &buried, rays));
         let lamps = Lamps::new(&scene, grids, photons, seed);
         let direct = |sensor: DVec3| {
             let luminaires = scene.luminaires.iter();
@@ -397,22 +371,19 @@ impl<const C: usize> Integrator for PlacedVertices<C> {
             let photons = photons.map(|photon| (photon.position.extend(tube.origin.z), photon.flux.luminance() / PI));
             self.targets.connect_opening(&self.scene, number, photons, &mut lux);
         }
-        let bias = match &self.gatherers {
+        match &self.gatherers {
             Some(gatherers) => {
                 let (importance, vertices) = (self.importance.as_deref(), self.vertices);
                 let around = Around { scene: &self.scene, targets: &self.targets, importance, vertices };
-                gatherers.pass(&around, &light, key, cancel, (&mut lux, &mut account))?
+                gatherers.pass(&around, &light, key, cancel, (&mut lux, &mut account))?;
             }
-            None => {
-                self.send(&light, key, cancel, (&mut lux, &mut account))?;
-                Vec::new()
-            }
-        };
+            None => self.send(&light, key, cancel, (&mut lux, &mut account))?,
+        }
         lux.iter_mut().zip(&self.buried).filter(|(_, buried)| **buried).for_each(|(lux, _)| *lux = 0.0);
-        let [mut lux, mut bias] = [lux, bias].map(|of| self.targets.in_order_of_grids(&of).into_iter());
+        let mut lux = self.targets.in_order_of_grids(&lux).into_iter();
         let of_grid = |length: &usize| {
             let illuminance = lux.by_ref().take(*length).collect();
-            GridPass { illuminance, bias: bias.by_ref().take(*length).collect(), ..GridPass::default() }
+            GridPass { illuminance, ..GridPass::default() }
         };
         let mut grids: Vec<GridPass> = self.lengths.iter().map(of_grid).collect();
         add_beside(&mut grids, &beside);
@@ -470,7 +441,7 @@ mod tests {
         }
     }
 
-    /// What patches know decides how much noise there is, never what comes out: where they know nothing at all, vertices send everything
+    /// Patches decide how much noise there is, never what comes out: where they are black, vertices send everything
     /// but what is followed, and all sensors get the same, within four standard errors of differences.
     #[test]
     fn patches_that_know_nothing_change_no_result() {
@@ -501,49 +472,5 @@ mod tests {
             }
         }
         assert!(lit == 19 && variances < 0.5 * f64::from(lit), "{lit} {variances}");
-    }
-
-    /// Without vertices the estimate is off by no more than it says: each sensor within four standard errors, of which its bias counts as
-    /// no less than the root mean square of all. Where patches know nothing, it is off by far.
-    #[test]
-    fn what_patches_have_wrong_is_told() {
-        let scene = scene();
-        let follow = Follow { interreflection: true, guide_return: true, objects: true };
-        let traceable = Arc::new(TraceableScene::new(&scene, follow).unwrap());
-        let method = |seed: u64, by: By| {
-            let sizes = |by: By| sizes([Some(256), Some(256)], 0.004, &[], by);
-            PlacedVertices::<3>::sized(traceable.clone(), &scene.grids, Some(by), sizes, seed)
-        };
-        // values and bias of each sensor
-        let estimate = |method: &PlacedVertices<3>, passes: u64| {
-            let mut moments = vec![[Moments::default(); 2]; scene.grids[0].len()];
-            for pass in 0..passes {
-                let pass = &method.pass(pass, &AtomicBool::new(false)).unwrap().grids[0];
-                moments.iter_mut().zip(&pass.illuminance).for_each(|(of, lux)| of[0].push(*lux));
-                moments.iter_mut().zip(&pass.bias).for_each(|(of, bias)| of[1].push(*bias));
-            }
-            moments
-        };
-        let right = estimate(&method(1, By::Gathering), 150);
-        let mut patches_alone = method(2, By::Patches);
-        let told = estimate(&patches_alone, 60);
-        patches_alone.gatherers.as_mut().unwrap().forget(&traceable, &panels(&traceable));
-        let forgotten = estimate(&patches_alone, 8);
-        assert!(right.iter().all(|[_, bias]| bias.count == 0.0));
-        let lit = || (0..scene.grids[0].len()).filter(|sensor| right[*sensor][0].mean > 0.0);
-        let share = |sensor: usize| told[sensor][1].mean / told[sensor][0].mean;
-        let bias = (lit().map(|sensor| share(sensor).powi(2)).sum::<f64>() / lit().count() as f64).sqrt();
-        assert!(lit().count() == 19 && (1e-4..0.01).contains(&bias), "{bias}");
-        let mut forgotten_are_off = 0;
-        for sensor in lit() {
-            let value = right[sensor][0].mean;
-            let noise = right[sensor][0].standard_error().hypot(told[sensor][0].standard_error());
-            let error = noise.hypot(value * bias.max(share(sensor).abs()));
-            let difference = told[sensor][0].mean - value;
-            assert!(difference.abs() <= 4.0 * error, "{sensor}: {difference} {error}");
-            let difference = forgotten[sensor][0].mean - value;
-            forgotten_are_off += usize::from(difference.abs() > 4.0 * error);
-        }
-        assert_eq!(forgotten_are_off, 19);
     }
 }

@@ -21,10 +21,6 @@ pub const GATHERED_RAYS: PassSize = PassSize { for_one_percent: 192.0, growth: 1
 const GATHERED_VERTICES: PassSize = PassSize { for_one_percent: 80.0, growth: 1.8, fewest: 8.0, most: MOST };
 const MOST_RAYS: f64 = 16_384.0;
 
-/// The same where nothing puts right what patches have wrong: of the variance at 1 % rays have two thirds, photons a quarter.
-const RAYS_OF_PATCHES: PassSize = PassSize { for_one_percent: 128.0, fewest: 32.0, ..GATHERED_RAYS };
-const PHOTONS_OF_PATCHES: f64 = 3.0;
-
 /// Photons are as many times more where sensors gather: they cost a tenth of the pass.
 const GATHERED_PHOTONS: f64 = 3.0;
 
@@ -42,10 +38,8 @@ const MOST_BY_SPREAD: f64 = 20.0;
 pub enum By {
     /// Vertices send all light, where obstacles ask for so many times more than where nothing stands: 1 for none.
     Vertices(f64),
-    /// Sensors gather light, and vertices put it right.
+    /// Sensors gather light from patches, and vertices send the residual.
     Gathering,
-    /// Sensors gather light as patches know it.
-    Patches,
 }
 
 /// Numbers of a pass.
@@ -74,16 +68,14 @@ pub fn sizes([photons, vertices]: [Option<u64>; 2], target: f64, tubes: &[Tracea
             let law = if are_straight { VERTICES } else { BESIDE_NOISY_FLUX };
             (more, even_size(law.of(target, more), more <= 1.0))
         }
-        By::Patches => (PHOTONS_OF_PATCHES, 0),
         By::Gathering => (GATHERED_PHOTONS, (GATHERED_VERTICES.of(target, 1.0) / 8.0).round() as u64 * 8),
     };
-    let rays = if by == By::Patches { RAYS_OF_PATCHES } else { GATHERED_RAYS };
     let photons_by_target = (photons_for(tubes, target) * more_photons).max(photons_beside(tubes, target));
     let photons_by_target = even_size(photons_by_target, more_photons <= 1.0 && are_straight);
     Sizes {
         photons: photons.unwrap_or(photons_by_target),
         vertices: vertices.unwrap_or(vertices_by_target),
-        rays: (rays.of(target, 1.0) / 32.0).round().max(1.0) as u64 * 32,
+        rays: (GATHERED_RAYS.of(target, 1.0) / 32.0).round().max(1.0) as u64 * 32,
     }
 }
 

@@ -68,11 +68,10 @@ struct Gathered<'a, const C: usize> {
 }
 
 impl<'a, const C: usize> Gathering<'a, C> {
-    /// Gathers at a sensor that looks up what patches know, and how much of that may be wrong, of either sign.
-    pub fn at_sensor(&self, position: DVec3, spread: &Spread, key: Key, scratch: &mut Scratch) -> (Spectrum<C>, f64) {
+    /// Gathers at a sensor that looks up: its illuminance in lx by what patches reflect.
+    pub fn at_sensor(&self, position: DVec3, spread: &Spread, key: Key, scratch: &mut Scratch) -> Spectrum<C> {
         let at = Receiver { position, normal: DVec3::Z, surface: None };
-        let lux = self.gather(&at, spread, key, scratch).lux;
-        (lux, self.known.doubt(scratch) / spread.count() as f64)
+        self.gather(&at, spread, key, scratch).lux
     }
 
     /// What patches have wrong of the places nearer than the root of `near_squared`, in m2, to a sensor that has just gathered.

@@ -1,30 +1,26 @@
 //! What reflected light gives to the surfaces of a room, roughly: on patches, per lumen that leaves each opening.
 //!
 //! From every patch some rays find what it sees, and how openings light that; the illuminances of all patches solve the equations
-//! that these rays make ([`radiosity`](super::radiosity)). Sensors gather by it. How much it may have wrong is told by the
-//! difference of what either half of the rays finds, and of what patches four times as large would do.
+//! that these rays make ([`radiosity`](super::radiosity)). Sensors gather by it. It need not be right: what it has wrong is noise of
+//! the residual, never a bias.
 
 use std::any::Any;
 use std::sync::Arc;
 
 use super::patches::{Patched, Patches};
-use super::radiosity::{Exchange, Half, Straight};
+use super::radiosity::{Exchange, Straight};
 use crate::integrator::placed_vertices::panels::{Panel, surfaces};
 use crate::kept::Kept;
 use crate::optics::Spectrum;
 use crate::traceable::{SurfaceId, TOGETHER, TraceableScene, TraceableTube};
 
-/// Rays from all patches together, about, and most and fewest of one: whole groups in either half.
+/// Rays from all patches together, about, and most and fewest of one: whole groups.
 const RAYS: usize = 131_072;
 const MOST_RAYS: usize = 32;
 const FEWEST_RAYS: usize = 2 * TOGETHER;
 
 /// Looks from a patch at an opening that tell how all of it is seen.
 const ENOUGH_LOOKS: u32 = 8;
-
-/// What patches have wrong because they are as large as they are, in the difference to four times as large ones: a third where it goes
-/// with the square of their edges, as where light is smooth, and all of it where it goes with the edges.
-const OF_SIZE: f64 = 0.5;
 
 /// Rooms whose light is kept: some megabytes.
 const MOST_KEPT: usize = 16;
@@ -44,8 +40,6 @@ pub struct Indirect<const C: usize> {
 struct OfOpening<const C: usize> {
     /// Illuminance of each patch by reflected light, in lx per lumen in every channel.
     per_lumen: Vec<Spectrum<C>>,
-    /// What may be wrong of that, times the luminous reflectance of the patch, of either sign.
-    doubts: Vec<f64>,
     /// How each patch sees it.
     sight: Vec<Sight>,
 }
@@ -66,8 +60,6 @@ pub enum Sight {
 pub struct Lit<const C: usize> {
     /// Illuminance of each patch in lx by reflected light, times its reflectance.
     pub reflected: Vec<Spectrum<C>>,
-    /// What may be wrong of its luminance, of either sign.
-    pub doubts: Vec<f64>,
     /// Of each opening: its lumens times the reflectance of each patch that sees it whole, else nothing.
     pub straight: Vec<Vec<Spectrum<C>>>,
 }
@@ -101,7 +93,9 @@ impl<const C: usize> Indirect<C> {
         let openings = scene.tubes.iter().enumerate().map(|(number, tube)| {
             let Straight { looks, seen, .. } = &exchange.straight[number];
             let sight = sight(&patches, tube, looks, seen);
-            OfOpening::new(&patches, &exchange, number, &reflectances, sight)
+            let mut per_lumen = exchange.reflected(number, &reflectances);
+            per_lumen.truncate(patches.count);
+            OfOpening { per_lumen, sight }
         });
         let openings = openings.collect();
         reflectances.truncate(patches.count);
@@ -111,11 +105,8 @@ impl<const C: usize> Indirect<C> {
     /// The light where so many lumens leave each opening.
     pub fn lit(&self, lumens: &[Spectrum<C>]) -> Lit<C> {
         let mut reflected = vec![Spectrum::ZERO; self.patches.count];
-        let mut doubts = vec![0.0; self.patches.count];
         for (of, lumens) in self.openings.iter().zip(lumens) {
             reflected.iter_mut().zip(&of.per_lumen).for_each(|(sum, lux)| *sum += *lux * *lumens);
-            let luminous = lumens.luminance();
-            doubts.iter_mut().zip(&of.doubts).for_each(|(sum, doubt)| *sum += doubt * luminous);
         }
         reflected.iter_mut().zip(&self.reflectances).for_each(|(lux, by)| *lux *= *by);
         let straight = |(of, lumens): (&OfOpening<C>, &Spectrum<C>)| {
@@ -123,39 +114,13 @@ impl<const C: usize> Indirect<C> {
             patches.map(|(by, sight)| if *sight == Sight::Whole { *by * *lumens } else { Spectrum::ZERO }).collect()
         };
         let straight = self.openings.iter().zip(lumens).map(straight).collect();
-        Lit { reflected, doubts, straight }
+        Lit { reflected, straight }
     }
 
     /// How patches see the opening of a tube.
     #[inline]
     pub fn sight(&self, tube: usize) -> &[Sight] {
         &self.openings[tube].sight
-    }
-}
-
-impl<const C: usize> OfOpening<C> {
-    /// From what either half of the rays finds. `reflectances`: of patches and openings.
-    fn new(
-        patches: &Patches,
-        exchange: &Exchange<C>,
-        tube: usize,
-        reflectances: &[Spectrum<C>],
-        sight: Vec<Sight>,
-    ) -> Self {
-        let [one, other] = [Half::First, Half::Second].map(|half| exchange.reflected(tube, half, reflectances));
-        let mut per_lumen: Vec<Spectrum<C>> =
-            one.iter().zip(&other).map(|(one, other)| (*one + *other) * 0.5).collect();
-        // what patches four times as large would send, and find
-        let sent: Vec<Spectrum<C>> = per_lumen.iter().zip(reflectances).map(|(lux, by)| *lux * *by).collect();
-        let of_squares = patches.in_squares(&exchange.one_step(tube, &patches.in_squares(&sent)));
-        let doubt = |patch: usize| {
-            let half_difference = (one[patch] + other[patch] * -1.0) * 0.5;
-            let of_size = (per_lumen[patch] + of_squares[patch] * -1.0) * OF_SIZE;
-            ((half_difference + of_size) * reflectances[patch]).luminance()
-        };
-        let doubts = (0..patches.count).map(doubt).collect();
-        per_lumen.truncate(patches.count);
-        Self { per_lumen, doubts, sight }
     }
 }
 
@@ -186,7 +151,7 @@ fn rays_of(patches: usize) -> usize {
 }
 
 /// Everything that the light follows from in a scene of faces, boxes and openings, in bits.
-pub fn key<const C: usize>(scene: &TraceableScene, panels: &[Panel]) -> Vec<u64> {
+fn key<const C: usize>(scene: &TraceableScene, panels: &[Panel]) -> Vec<u64> {
     let of_panel = |(panel, surface): (&Panel, SurfaceId)| {
         let vectors = [panel.corner, panel.u, panel.v].into_iter().flat_map(|vector| vector.to_array());
         let reflectance: Spectrum<C> = scene.optics(surface).map_or(Spectrum::ZERO, |optics| optics.diffuse());

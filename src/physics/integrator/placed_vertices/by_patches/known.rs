@@ -131,17 +131,6 @@ impl<const C: usize> Known<'_, C> {
         first
     }
 
-    /// The same of how much they may have wrong, by [`Lit::doubts`].
-    pub fn doubt(&self, scratch: &Scratch) -> f64 {
-        let mut sums = [0.0; SUMS];
-        for (far, patches) in scratch.far.chunks_exact(SUMS).zip(scratch.patches.chunks_exact(SUMS)) {
-            for lane in 0..SUMS {
-                sums[lane] += self.lit.doubts[patches[lane]] * far[lane];
-            }
-        }
-        (sums[0] + sums[1]) + (sums[2] + sums[3])
-    }
-
     /// Illuminance of all places per lumen, of each from another point of an opening; 0 where they face away, or light is followed.
     fn find_per_lumen(&self, tube: usize, start: f64, scratch: &mut Scratch) {
         let Scratch { hits, normals, per_lumen, far, .. } = scratch;

@@ -3,7 +3,6 @@
 use glam::DVec3;
 
 use crate::integrator::placed_vertices::panels::Panel;
-use crate::optics::Spectrum;
 
 /// Patches along either edge of a face of the room.
 const OF_ROOM: usize = 16;
@@ -51,8 +50,7 @@ impl Patches {
         let along = |panel: &Panel, side: DVec3| match panel.of_box {
             None => OF_ROOM,
             Some(_) if boxes > MANY_BOXES => 1,
-            // pairs, of which each would be one of half as many
-            Some(_) => 2 * (0.5 * side.length() / edge).round().clamp(1.0, 0.5 * OF_ROOM as f64) as usize,
+            Some(_) => (side.length() / edge).round().clamp(1.0, OF_ROOM as f64) as usize,
         };
         let mut count = 0;
         let patched = |panel: &Panel| {
@@ -78,28 +76,6 @@ impl Patches {
         let faces = panels.iter().map(patched).collect();
         Self { faces, count }
     }
-
-    /// True if every face has patches enough for what half as many along either edge would do.
-    pub fn are_several(&self) -> bool {
-        self.faces.iter().all(Patched::has_squares)
-    }
-
-    /// Values of the patches, each replaced by the mean of the four in its square of a face; faces of one patch keep theirs.
-    pub fn in_squares<const C: usize>(&self, values: &[Spectrum<C>]) -> Vec<Spectrum<C>> {
-        let mut squares = values.to_vec();
-        for face in self.faces.iter().filter(|face| face.has_squares()) {
-            let (first, columns) = (face.first as usize, face.cells[1] as usize);
-            for square in 0..face.count() / 4 {
-                let (row, column) = (square / (columns / 2) * 2, square % (columns / 2) * 2);
-                let corner = first + row * columns + column;
-                let of_square = [corner, corner + 1, corner + columns, corner + columns + 1];
-                let mut sum = Spectrum::ZERO;
-                of_square.iter().for_each(|patch| sum += values[*patch]);
-                of_square.iter().for_each(|patch| squares[*patch] = sum * 0.25);
-            }
-        }
-        squares
-    }
 }
 
 impl Patched {
@@ -109,11 +85,6 @@ impl Patched {
         let along = |(per, from): (DVec3, f64), last: f64| (position.dot(per) + from).max(0.0).min(last) as u32;
         let (row, column) = (along(self.along_u, self.last[0]), along(self.along_v, self.last[1]));
         (self.first + row * self.cells[1] + column) as usize
-    }
-
-    /// True if its patches are squares of four.
-    fn has_squares(&self) -> bool {
-        self.cells.iter().all(|cells| cells.is_multiple_of(2))
     }
 
     /// True if all of it faces away from a disc of `radius` around `centre` in the ceiling.
@@ -140,9 +111,9 @@ mod tests {
     use super::*;
     use crate::integrator::placed_vertices::panels::Panel;
 
-    /// Each point lies in the patch that it is found in; squares are of four patches that touch, and keep the sum.
+    /// Each point lies in the patch that it is found in.
     #[test]
-    fn patches_and_squares_hold_their_points() {
+    fn patches_hold_their_points() {
         let panel = |corner: DVec3, u: DVec3, v: DVec3, of_box: Option<usize>| {
             let normal = u.cross(v).normalize();
             Panel { corner, u, v, normal, reflectance: 0.5, cells: 4, of_box }
@@ -153,22 +124,12 @@ mod tests {
         ];
         let patches = Patches::new(&panels);
         // edges of the room's face are 2.5 m on average
-        assert_eq!((patches.count, patches.are_several()), (OF_ROOM * OF_ROOM + 4 * 6, true));
+        assert_eq!(patches.count, OF_ROOM * OF_ROOM + 3 * 6);
         let corners = patches.faces.iter().flat_map(|face| face.patches().map(move |of| (face, of)));
-        let mut middles = Vec::new();
         for (number, (face, [corner, u, v])) in corners.enumerate() {
             for (s, t) in [(0.01, 0.01), (0.5, 0.5), (0.99, 0.01)] {
                 assert_eq!(face.at(corner + u * s + v * t), number);
             }
-            middles.push(corner + u * 0.5 + v * 0.5);
-        }
-        let values: Vec<Spectrum<3>> = middles.iter().map(|middle| Spectrum(middle.to_array())).collect();
-        let squares = patches.in_squares(&values);
-        for (number, square) in squares.iter().enumerate() {
-            let of_square: Vec<_> = (0..values.len()).filter(|other| squares[*other] == *square).collect();
-            assert!(of_square.len() == 4 && of_square.contains(&number), "{of_square:?}");
-            let mean: f64 = of_square.iter().map(|patch| values[*patch].0[1]).sum::<f64>() / 4.0;
-            assert!((mean - square.0[1]).abs() < 1e-15);
         }
     }
 }

@@ -24,10 +24,10 @@ const SWEEPS: usize = 200;
 /// What rays from all patches find, and rays from the openings, which follow the patches in number.
 #[derive(Debug)]
 pub struct Exchange<const C: usize> {
-    /// Rays of a patch in either half.
+    /// Rays of a patch.
     rays: usize,
-    /// The patch or opening in which each ends, by halves.
-    met: [Vec<u32>; 2],
+    /// The patch or opening in which each ends.
+    met: Vec<u32>,
     /// Of each opening.
     pub straight: Vec<Straight<C>>,
 }
@@ -35,8 +35,8 @@ pub struct Exchange<const C: usize> {
 /// What light straight from an opening does.
 #[derive(Clone, Debug)]
 pub struct Straight<const C: usize> {
-    /// Illuminances of the patches in lx per lumen where it has been reflected once, by either half of their rays.
-    reflected: [Vec<Spectrum<C>>; 2],
+    /// Illuminances of the patches in lx per lumen where it has been reflected once.
+    reflected: Vec<Spectrum<C>>,
     /// Ends of rays in each patch from which it was looked whether a point of the opening is seen, and those that saw it.
     pub looks: Vec<u32>,
     pub seen: Vec<u32>,
@@ -45,8 +45,7 @@ pub struct Straight<const C: usize> {
 /// A look from where a ray ends at a point of an opening.
 #[derive(Clone, Copy, Debug)]
 struct Look<const C: usize> {
-    /// Half of the rays to which it belongs, and the patch from which that comes.
-    half: usize,
+    /// The patch from which the ray comes.
     from: usize,
     /// The patch where it ends.
     at: usize,
@@ -92,18 +91,11 @@ impl<const C: usize> Lines<C> {
 impl<const C: usize> Straight<C> {
     fn sees(&mut self, look: &Look<C>) {
         self.seen[look.at] += 1;
-        self.reflected[look.half][look.from] += look.light;
+        self.reflected[look.from] += look.light;
     }
 }
 
-/// One half of the rays of every patch.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Half {
-    First = 0,
-    Second = 1,
-}
-
-/// For every fan of one half of a patch' rays, the openings at which it is looked from where its rays end, each with the share that one
+/// For every fan of a patch' rays, the openings at which it is looked from where its rays end, each with the share that one
 /// of these rays has.
 struct Turns(Vec<Vec<(usize, f64)>>);
 
@@ -139,7 +131,7 @@ impl Start {
 }
 
 impl<const C: usize> Exchange<C> {
-    /// By so many rays from every patch, whole groups in either half. `surfaces`: those of the faces, in their order; `reflectances`: of
+    /// By so many rays from every patch, whole groups. `surfaces`: those of the faces, in their order; `reflectances`: of
     /// patches and openings.
     pub fn new(
         scene: &TraceableScene,
@@ -154,10 +146,10 @@ impl<const C: usize> Exchange<C> {
         let spreads: Vec<Spread> = points.chunks(TOGETHER).map(spread).collect();
         let count = patches.count + scene.tubes.len();
         let none = || vec![Spectrum::ZERO; count];
-        let straight = || Straight { reflected: [none(), none()], looks: vec![0; count], seen: vec![0; count] };
+        let straight = || Straight { reflected: none(), looks: vec![0; count], seen: vec![0; count] };
         let straight = scene.tubes.iter().map(|_| straight()).collect();
-        let mut exchange = Self { rays: rays / 2, met: [Vec::new(), Vec::new()], straight };
-        let turns = Turns::new(scene.tubes.len(), spreads.len() / 2);
+        let mut exchange = Self { rays, met: Vec::new(), straight };
+        let turns = Turns::new(scene.tubes.len(), spreads.len());
         let mut lines: Vec<Lines<C>> = scene.tubes.iter().map(|_| Lines::new(scene)).collect();
         let mut hits = FanHits::default();
         for start in starts(scene, patches, surfaces) {
@@ -169,9 +161,7 @@ impl<const C: usize> Exchange<C> {
                 let from = Some(start.surface);
                 scene.meet_fan(&Fan::turned(start.point(at), from, start.normal, turn_and_shift, spread), &mut hits);
                 let ends: [End; TOGETHER] = std::array::from_fn(|ray| End::of(scene, patches, &hits, ray));
-                // as many fans in either half
-                let (half, fan) = (fan % 2, fan / 2);
-                exchange.met[half].extend(ends.iter().map(|end| end.patch as u32));
+                exchange.met.extend(ends.iter().map(|end| end.patch as u32));
                 for (number, share) in &turns.0[fan] {
                     let (number, tube) = (*number, &scene.tubes[*number]);
                     let to = tube.origin + (warp::disc(random.uniform2()) * tube.opening_radius).extend(0.0);
@@ -181,7 +171,7 @@ impl<const C: usize> Exchange<C> {
                         let lux = per_lumen(to - end.position, end.normal);
                         if lux > 0.0 {
                             let light = reflectances[end.patch] * (lux * share);
-                            let look = Look { half, from: start.number, at: end.patch, light };
+                            let look = Look { from: start.number, at: end.patch, light };
                             lines[number].add(scene, end, to, look, straight);
                         }
                     }
@@ -192,15 +182,15 @@ impl<const C: usize> Exchange<C> {
         exchange
     }
 
-    /// Illuminances of patches and openings by light that has been reflected, in lx per lumen of an opening, by one half of the rays
+    /// Illuminances of patches and openings by light that has been reflected, in lx per lumen of an opening
     /// (Gauss and Seidel's sweeps).
-    pub fn reflected(&self, tube: usize, half: Half, reflectances: &[Spectrum<C>]) -> Vec<Spectrum<C>> {
-        let once = &self.straight[tube].reflected[half as usize];
+    pub fn reflected(&self, tube: usize, reflectances: &[Spectrum<C>]) -> Vec<Spectrum<C>> {
+        let once = &self.straight[tube].reflected;
         let mut lux = once.clone();
         let mut sent: Vec<Spectrum<C>> = reflectances.iter().zip(&lux).map(|(by, lux)| *by * *lux).collect();
         for _ in 0..SWEEPS {
             let (mut changed, mut all) = (0.0, 0.0);
-            for (patch, met) in self.met[half as usize].chunks_exact(self.rays).enumerate() {
+            for (patch, met) in self.met.chunks_exact(self.rays).enumerate() {
                 let mut found = mean(&sent, met);
                 found += once[patch];
                 changed += (found.luminance() - lux[patch].luminance()).abs();
@@ -213,15 +203,6 @@ impl<const C: usize> Exchange<C> {
             }
         }
         lux
-    }
-
-    /// The same by all rays in one step: where patches and openings send so much of what has been reflected.
-    pub fn one_step(&self, tube: usize, sent: &[Spectrum<C>]) -> Vec<Spectrum<C>> {
-        let [one, other] = &self.straight[tube].reflected;
-        let once = one.iter().zip(other).map(|(one, other)| (*one + *other) * 0.5);
-        let [first, second] = self.met.each_ref().map(|met| met.chunks_exact(self.rays));
-        let of_rays = first.zip(second).map(|(first, second)| (mean(sent, first) + mean(sent, second)) * 0.5);
-        once.zip(of_rays).map(|(once, of_rays)| once + of_rays).collect()
     }
 }
 
@@ -324,7 +305,7 @@ mod tests {
             let patches = Patches::new(&panels);
             let reflectances = vec![Spectrum([rho]); patches.count + 1];
             let exchange = Exchange::<1>::new(&scene, &patches, surfaces(&scene), &reflectances, 32);
-            let lux = [Half::First, Half::Second].map(|half| exchange.reflected(0, half, &reflectances));
+            let lux = exchange.reflected(0, &reflectances);
             let opening = std::f64::consts::PI * 0.2 * 0.2;
             let mut areas: Vec<f64> =
                 patches.faces.iter().flat_map(|face| face.patches().map(|[_, u, v]| u.cross(v).length())).collect();
@@ -338,8 +319,7 @@ mod tests {
                 areas[first + patch] *= 1.0 - (0..1600).filter(|index| inside(*index)).count() as f64 / 1600.0;
             }
             areas.push(opening);
-            let lumens = |lux: &[Spectrum<1>]| lux.iter().zip(&areas).map(|(lux, area)| lux.0[0] * area).sum::<f64>();
-            found.push(0.5 * (lumens(&lux[0]) + lumens(&lux[1])));
+            found.push(lux.iter().zip(&areas).map(|(lux, area)| lux.0[0] * area).sum::<f64>());
         }
         let error = found.standard_error();
         assert!(error < 0.01, "{found:?}");
