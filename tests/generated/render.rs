@@ -86,7 +86,7 @@ pub struct Found {
     pub tubes: Vec<Measured>,
 }
 
-/// The method of a document with settings for its outputs.
+/// The method of a document with settings for its outputs; those of `placed_vertices` are what users get who name none.
 fn method(document: &Value, name: &str, Effort { size, fixed, .. }: Effort) -> Value {
     let count = |outputs: &str, field: &str| -> f64 {
         let of = |output: &Value| output[field][0].as_f64().unwrap() * output[field][1].as_f64().unwrap();
@@ -98,9 +98,6 @@ fn method(document: &Value, name: &str, Effort { size, fixed, .. }: Effort) -> V
     let (kind, radius) = name.split_once(' ').unwrap_or((name, "schedule"));
     match kind {
         "light_tracing" => json!({ "kind": kind, "photons_per_pass": photons(4096.0) }),
-        "placed_vertices" => {
-            json!({ "kind": kind, "photons_per_pass": photons(512.0), "vertices_per_pass": photons(1024.0) })
-        }
         "path_tracing" => json!({ "kind": kind, "samples_per_sensor": each(1024.0, sensors),
             "samples_per_pixel": each(1024.0, pixels) }),
         "bidirectional_path_tracing" => json!({ "kind": kind, "photons_per_pass": photons(1024.0),

@@ -1,22 +1,24 @@
-//! The columns of the matrix: every method that computes light without approximation, at about the same cost a pass.
+//! The columns of the matrix: every method that computes light without approximation, at about the same cost a pass, and what
+//! users get who name no method.
 //!
-//! `jenkins` is left out: it is a formula for rooms that absorb everything, and has no error.
+//! `placed_vertices` and `auto` have the settings that users get who name none. `jenkins` is left out: it is a formula for rooms
+//! that absorb everything, and has no error.
 
 use skyduct::integrator::photon_map::progressive::Radius;
 use skyduct::integrator::{
     Method, bidirectional, holigilm, lamp_responses, light_tracing, path_tracing, photon_mapping, placed_vertices, ppm,
     sppm, two_stage,
 };
+use skyduct::plan::MethodRequest;
 use skyduct::scene::Scene;
 
 /// A column: a method and its settings.
 pub struct Column {
     pub name: &'static str,
-    /// What its estimator is; an oracle is of another family than what it judges.
-    pub family: Family,
-    method: fn(&Work) -> Method,
+    method: Option<fn(&Work) -> Method>,
 }
 
+/// Kind of an estimator; an oracle is of another family than what it judges.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Family {
     /// Photons, connected to points and counted in cells.
@@ -35,6 +37,21 @@ pub enum Family {
     Density,
     /// Quadrature and radiosity.
     Deterministic,
+}
+
+impl Family {
+    pub fn of(method: &Method) -> Self {
+        match method {
+            Method::LightTracing(_) => Self::LightTracing,
+            Method::PathTracing(_) => Self::PathTracing,
+            Method::Bidirectional(_) => Self::Bidirectional,
+            Method::TwoStage(_) | Method::LampResponses(_) => Self::TwoStage,
+            Method::PlacedVertices(_) => Self::PlacedVertices,
+            Method::PhotonMapping(_) => Self::Gathering,
+            Method::Ppm(_) | Method::Sppm(_) => Self::Density,
+            Method::Holigilm(_) | Method::Jenkins(_) => Self::Deterministic,
+        }
+    }
 }
 
 /// Size of a pass.
@@ -68,8 +85,9 @@ impl Work {
 }
 
 impl Column {
-    pub fn method(&self, work: &Work) -> Method {
-        (self.method)(work)
+    /// What a document would ask for: a method with its settings, or what the program chooses.
+    pub fn request(&self, work: &Work) -> MethodRequest {
+        self.method.map_or(MethodRequest::Auto, |method| MethodRequest::Method(method(work)))
     }
 }
 
@@ -81,83 +99,68 @@ pub fn column(name: &str) -> &'static Column {
 pub const COLUMNS: &[Column] = &[
     Column {
         name: "light_tracing",
-        family: Family::LightTracing,
-        method: |work| Method::LightTracing(light_tracing::Settings { photons_per_pass: Some(work.photons(4096.0)) }),
+        method: Some(|work| {
+            Method::LightTracing(light_tracing::Settings { photons_per_pass: Some(work.photons(4096.0)) })
+        }),
     },
     Column {
         name: "path_tracing",
-        family: Family::PathTracing,
-        method: |work| {
+        method: Some(|work| {
             Method::PathTracing(path_tracing::Settings {
                 samples_per_sensor: work.per_sensor(1024.0 * work.paths),
                 samples_per_pixel: work.per_pixel(2560.0),
             })
-        },
+        }),
     },
     Column {
         name: "bidirectional_path_tracing",
-        family: Family::Bidirectional,
-        method: |work| {
+        method: Some(|work| {
             Method::Bidirectional(bidirectional::Settings {
                 photons_per_pass: Some(work.photons(1024.0)),
                 samples_per_sensor: Some(work.per_sensor(256.0 * work.paths)),
                 samples_per_pixel: work.per_pixel(1280.0),
             })
-        },
+        }),
     },
     Column {
         name: "two_stage",
-        family: Family::TwoStage,
-        method: |work| {
+        method: Some(|work| {
             Method::TwoStage(two_stage::Settings {
                 photons_per_pass: Some(work.photons(2048.0)),
                 samples_per_sensor: Some(work.per_sensor(512.0 * work.paths)),
                 samples_per_pixel: work.per_pixel(2560.0),
             })
-        },
+        }),
     },
-    Column {
-        name: "placed_vertices",
-        family: Family::PlacedVertices,
-        method: |work| {
-            Method::PlacedVertices(placed_vertices::Settings {
-                photons_per_pass: Some(work.photons(512.0)),
-                vertices_per_pass: Some(work.photons(1024.0)),
-            })
-        },
-    },
+    Column { name: "placed_vertices", method: Some(|_| Method::PlacedVertices(placed_vertices::Settings::default())) },
     Column {
         name: "lamp_responses",
-        family: Family::TwoStage,
-        method: |work| {
+        method: Some(|work| {
             Method::LampResponses(lamp_responses::Settings {
                 photons_per_pass: Some(work.photons(2048.0)),
                 samples_per_sensor: work.per_sensor(512.0 * work.paths),
                 ..Default::default()
             })
-        },
+        }),
     },
     Column {
         name: "photon_mapping",
-        family: Family::Gathering,
-        method: |work| {
+        method: Some(|work| {
             Method::PhotonMapping(photon_mapping::Settings {
                 photons_per_pass: Some(work.photons(4096.0)),
                 // points of views gather as often as sensors of grids
                 gather_rays: Some(work.per_sensor(512.0).min(work.per_pixel(5120.0).max(4))),
                 ..Default::default()
             })
-        },
+        }),
     },
-    Column { name: "ppm", family: Family::Density, method: |work| fixed(work, Radius::Schedule) },
-    Column { name: "ppm_per_point", family: Family::Density, method: |work| fixed(work, Radius::PerPoint) },
-    Column { name: "sppm", family: Family::Density, method: |work| moving(work, Radius::Schedule) },
-    Column { name: "sppm_per_point", family: Family::Density, method: |work| moving(work, Radius::PerPoint) },
-    Column {
-        name: "holigilm",
-        family: Family::Deterministic,
-        method: |_| Method::Holigilm(holigilm::Settings::default()),
-    },
+    Column { name: "ppm", method: Some(|work| fixed(work, Radius::Schedule)) },
+    Column { name: "ppm_per_point", method: Some(|work| fixed(work, Radius::PerPoint)) },
+    Column { name: "sppm", method: Some(|work| moving(work, Radius::Schedule)) },
+    Column { name: "sppm_per_point", method: Some(|work| moving(work, Radius::PerPoint)) },
+    Column { name: "holigilm", method: Some(|_| Method::Holigilm(holigilm::Settings::default())) },
+    // the settings and the method that users get; where it is placed_vertices, that column renders it
+    Column { name: "auto", method: None },
 ];
 
 fn fixed(work: &Work, radius: Radius) -> Method {

@@ -27,7 +27,7 @@ use std::time::Instant;
 
 use skyduct::integrator::method::RefusalCode;
 
-use self::columns::{COLUMNS, Column};
+use self::columns::{COLUMNS, Column, Family};
 use self::render::{Effort, Left, render, seed};
 use self::row::{Row, Values};
 use crate::judge::{self, Deviation, Measured, Verdict, compare, deviation, sigmas};
@@ -164,6 +164,9 @@ rows! {
     furnished::twenty_tubes_points [],
     furnished::beside_boxes_and_walls_points [light_tracing: PointsNearSurfaces, holigilm: Colours],
     furnished::leaning_board_sun_points [holigilm: Objects],
+    furnished::dark_desks_points [holigilm: Objects],
+    furnished::bright_chairs_points [holigilm: Objects],
+    furnished::desks_and_chairs_beside_walls_points [holigilm: Objects],
     sun::patterns_of_a_low_sun_points [],
     sun::patterns_of_the_sun_cells [placed_vertices: CellAverages],
     sun::patterns_of_a_high_sun_points [],
@@ -283,7 +286,7 @@ fn judged(number: usize) -> &'static Judged {
         for column in COLUMNS {
             match judge_cell(entry.name, &row, column, &mut judged) {
                 Err(Left::Refused(code)) => drop(judged.refused.insert(column.name, code)),
-                Ok(()) | Err(Left::ByChance) => {}
+                Ok(()) | Err(Left::ByChance | Left::Elsewhere) => {}
             }
         }
         judged
@@ -292,8 +295,8 @@ fn judged(number: usize) -> &'static Judged {
 
 fn judge_cell(name: &str, row: &Row, column: &Column, judged: &mut Judged) -> Result<(), Left> {
     let begun = Instant::now();
-    let (_, found) = render(row, &row.scene, column, EFFORT, seed(&[name, column.name]))?;
-    let (oracle, bound) = oracles::values(name, row, column.family);
+    let (method, found) = render(row, &row.scene, column, EFFORT, seed(&[name, column.name]))?;
+    let (oracle, bound) = oracles::values(name, row, Family::of(&method));
     let verdicts = compare_all(&found, &oracle, bound);
     judged.verdicts.extend(verdicts.into_iter().map(|(what, verdict)| (column.name, what, verdict)));
     let [found, oracle] = [&found, &oracle].map(|values| values.outputs[0].1);

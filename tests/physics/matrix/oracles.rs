@@ -4,8 +4,9 @@ use std::path::PathBuf;
 
 use serde_json::{Value, json};
 use skyduct::integrator::Method;
+use skyduct::plan::MethodRequest;
 
-use super::columns::{Family, column};
+use super::columns::{Family, Work, column};
 use super::compare_all;
 use super::render::{Effort, render, seed};
 use super::row::{Oracle, Row, Values};
@@ -25,7 +26,12 @@ pub fn values(name: &str, row: &Row, family: Family) -> (Values, f64) {
         Oracle::Stored(methods) => (methods, false),
         Oracle::Same(_, methods) => (methods, true),
     };
-    let independent = |method: &&&str| same || column(method).family != family;
+    let work = Work::of(&row.scene, EFFORT.factor, 1.0);
+    let of_another = |name: &str| match column(name).request(&work) {
+        MethodRequest::Method(method) => Family::of(&method) != family,
+        MethodRequest::Auto => false,
+    };
+    let independent = |method: &&&str| same || of_another(method);
     let method = methods.iter().find(independent).unwrap_or_else(|| panic!("{name}: nothing to judge {family:?} by"));
     let mut values = stored(name, method);
     // beside an image of every tube

@@ -2,6 +2,7 @@
 
 use std::sync::atomic::AtomicBool;
 
+use skyduct::document::stop::StopDocument;
 use skyduct::estimate::grid::error_with_bias;
 use skyduct::estimate::{Estimate, FilmEstimate};
 use skyduct::integrator::Method;
@@ -17,6 +18,17 @@ use crate::measured_values::{degrees, grid, mean_bias};
 
 /// Relative error that a solver is asked for; its own errors are what it is judged by.
 const SOLVER_TARGET: f64 = 2e-3;
+
+/// Relative error that passes are sized for where a column names no sizes: that of documents which name none.
+const USUAL_TARGET: f64 = 0.02;
+
+/// Number of times as many passes that a job by default may take to its accuracy.
+const MOST: u64 = 16;
+
+/// True if a job that names no accuracy would end.
+fn accurate_enough(estimate: &Estimate) -> bool {
+    StopDocument::default().rule().accurate_enough(estimate)
+}
 
 /// Passes, and size of each.
 #[derive(Clone, Copy)]
@@ -40,6 +52,8 @@ pub enum Left {
     Refused(RefusalCode),
     /// The row leaves it out, by name or because it warns ([`Mirrors::LeftOut`]).
     ByChance,
+    /// What is chosen by default is in another column, or is more than one method.
+    Elsewhere,
 }
 
 /// Everything that a method finds in a scene, under the effects of a row.
@@ -49,9 +63,17 @@ pub fn render(row: &Row, scene: &Scene, column: &Column, effort: Effort, seed: u
         Mirrors::Paths(paths) if !effort.long => paths,
         _ => 1.0,
     };
-    let method = column.method(&Work::of(scene, effort.factor, paths));
-    Methods::choose(scene, &traceable, &MethodRequest::Method(method.clone()))
-        .map_err(|refusal| Left::Refused(refusal.code))?;
+    let request = column.request(&Work::of(scene, effort.factor, paths));
+    let methods = Methods::choose(scene, &traceable, &request).map_err(|refusal| Left::Refused(refusal.code))?;
+    let by_default = request == MethodRequest::Auto;
+    let only = methods.beside_surfaces.is_none() && !(methods.grids.is_some() && methods.views.is_some());
+    let method = match (request, methods.grids.or(methods.views)) {
+        (MethodRequest::Method(method), _) => method,
+        (MethodRequest::Auto, Some(choice)) if only && !matches!(choice.method, Method::PlacedVertices(_)) => {
+            choice.method
+        }
+        (MethodRequest::Auto, _) => return Err(Left::Elsewhere),
+    };
     if row.left_out.contains(&column.name) {
         return Err(Left::ByChance);
     }
@@ -62,19 +84,27 @@ pub fn render(row: &Row, scene: &Scene, column: &Column, effort: Effort, seed: u
             return Err(Left::ByChance);
         }
     }
+    if by_default {
+        println!("auto is {}", method.name());
+    }
     let mut estimate = Estimate::empty(scene);
     let mut images = vec![Moments::default(); scene.views.len()];
-    match method.described().build(&task, seed, SOLVER_TARGET) {
+    let target = if matches!(method, Method::Holigilm(_)) { SOLVER_TARGET } else { USUAL_TARGET };
+    match method.described().build(&task, seed, target) {
         Computation::Passes(integrator) => {
             let start = integrator.start();
             estimate.begin(Some(&start), Some(&start));
-            for number in 0..effort.passes {
+            let most = if by_default { MOST * effort.passes } else { effort.passes };
+            for number in 0..most {
                 let pass = integrator.pass_after(number, &estimate.carried, &AtomicBool::new(false)).unwrap();
                 estimate.push(Some(&pass), Some(&pass));
                 for (mean, film) in images.iter_mut().zip(&estimate.views) {
                     let blocks = film.blocks.iter().map(|block| block.mean).sum::<f64>() / film.blocks.len() as f64;
                     // the mean so far of so many passes: the pass' own part of it
                     mean.push(blocks * film.passes - mean.mean * mean.count);
+                }
+                if number + 1 >= effort.passes && by_default && accurate_enough(&estimate) {
+                    break;
                 }
             }
         }

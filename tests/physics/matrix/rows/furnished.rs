@@ -1,9 +1,10 @@
 //! A furnished room under two tubes of all kinds: a box, a glossy wall, a luminaire that hangs in it.
 
 use glam::{DVec2, DVec3};
+use skyduct::geometry::TriangleMesh;
 use skyduct::optics::{Collector, Diffuser, DiffuserZone, Specular, Surface};
 use skyduct::scene::EstimateKind::{CellAverage, Point};
-use skyduct::scene::{BoxObject, Channels, Face, Grid, Scene, Segment, StraightOrBent, Tube, TubeShape};
+use skyduct::scene::{BoxObject, Channels, Face, Grid, MeshObject, Scene, Segment, StraightOrBent, Tube, TubeShape};
 
 use super::super::row::{Mirrors, Row};
 use crate::scenes::{
@@ -219,19 +220,79 @@ pub fn beside_boxes_and_walls_points() -> Row {
 
 /// A board that leans: its own horizon cuts off part of the diffuser.
 pub fn leaning_board_sun_points() -> Row {
-    use skyduct::geometry::TriangleMesh;
-    let corners = [[0.3, 0.4, 0.2], [1.5, 0.4, 1.9], [1.5, 1.6, 1.9], [0.3, 1.6, 0.2]].map(DVec3::from);
+    let leaning = board([[0.3, 0.4, 0.2], [1.5, 0.4, 1.9], [1.5, 1.6, 1.9], [0.3, 1.6, 0.2]], 0.8);
+    let tube = Tube { centre: DVec2::new(1.3, 1.0), ..straight(0.5, 0.95, lambertian(0.6, 0.2)) };
+    let mut scene = cube(0.3, 0.5, 0.7, vec![tube], daylight(12, 5000.0, 40.0, 120.0), Point);
+    scene.room.meshes.push(leaning);
+    with_sun(&mut scene, 30_000.0, 50.0);
+    scene.grids = vec![Grid::new("grid".into(), 0.1, [5, 5], 0.1, [SIDE, SIDE], Point)];
+    Row::new(scene)
+}
+
+/// A board of two triangles.
+fn board(corners: [[f64; 3]; 4], reflectance: f64) -> MeshObject {
     let mesh = TriangleMesh {
-        positions: corners.to_vec(),
+        positions: corners.map(DVec3::from).to_vec(),
         triangles: vec![[0, 1, 2], [0, 2, 3]],
         triangle_materials: vec![0, 0],
         materials: vec!["board".into()],
         ..TriangleMesh::default()
     };
-    let tube = Tube { centre: DVec2::new(1.3, 1.0), ..straight(0.5, 0.95, lambertian(0.6, 0.2)) };
-    let mut scene = cube(0.3, 0.5, 0.7, vec![tube], daylight(12, 5000.0, 40.0, 120.0), Point);
-    scene.room.meshes.push(skyduct::scene::MeshObject { mesh, surfaces: vec![Surface::diffuse([0.8; 3])] });
-    with_sun(&mut scene, 30_000.0, 50.0);
-    scene.grids = vec![Grid::new("grid".into(), 0.1, [5, 5], 0.1, [SIDE, SIDE], Point)];
+    MeshObject { mesh, surfaces: vec![Surface::diffuse([reflectance; 3])] }
+}
+
+/// A chair of boards whose low corner is there: a seat, and a back that leans.
+fn chair(x: f64, y: f64) -> [MeshObject; 2] {
+    let seat = [[x, y, 0.45], [x + 0.4, y, 0.45], [x + 0.4, y + 0.4, 0.45], [x, y + 0.4, 0.45]];
+    let back = [[x, y + 0.4, 0.45], [x + 0.4, y + 0.4, 0.45], [x + 0.4, y + 0.52, 0.9], [x, y + 0.52, 0.9]];
+    [board(seat, 0.5), board(back, 0.6)]
+}
+
+/// A room of 4 x 3 x 2.7 m with a Lambertian tube near one corner and one that is bent.
+fn office(floor: f64, walls: f64, ceiling: f64) -> Scene {
+    let straight = Tube { centre: DVec2::new(0.8, 0.7), ..straight(1.0, 0.95, lambertian(0.6, 0.2)) };
+    let bent = Tube { centre: DVec2::new(2.9, 2.0), ..bent(lambertian(0.5, 0.4)) };
+    let mut scene = cube(floor, walls, ceiling, vec![straight, bent], daylight(12, 5000.0, 40.0, 120.0), Point);
+    scene.room.size = DVec3::new(4.0, 3.0, 2.7);
+    scene
+}
+
+fn desks(scene: &mut Scene) {
+    let desk = |x: f64, y: f64, rotation: f64| {
+        let surface = Surface::diffuse([0.5; 3]);
+        let top = BoxObject { size: DVec3::new(1.4, 0.7, 0.03), base: DVec3::new(x, y, 0.69), rotation, surface };
+        let drawers = BoxObject { size: DVec3::new(0.4, 0.55, 0.6), base: DVec3::new(x, y, 0.0), rotation, surface };
+        [top, drawers]
+    };
+    scene.room.boxes.extend([desk(1.2, 0.6, 0.0), desk(3.0, 1.6, 1.2)].into_iter().flatten());
+}
+
+fn over(scene: &Scene, height_m: f64, margin_m: f64) -> Vec<Grid> {
+    let size = [scene.room.size.x, scene.room.size.y];
+    vec![Grid::new("grid".into(), height_m, [6, 5], margin_m, size, Point)]
+}
+
+/// Desks of boxes in a dark room, sensors below their tops.
+pub fn dark_desks_points() -> Row {
+    let mut scene = office(0.1, 0.2, 0.4);
+    desks(&mut scene);
+    scene.grids = over(&scene, 0.3, 0.5);
     Row::new(scene)
+}
+
+/// Chairs of meshes in a bright room, sensors among them.
+pub fn bright_chairs_points() -> Row {
+    let mut scene = office(0.6, 0.85, 0.9);
+    scene.room.meshes.extend([chair(0.9, 0.5), chair(2.0, 1.3), chair(3.2, 2.1)].into_iter().flatten());
+    scene.grids = over(&scene, 0.6, 0.3);
+    Row::new(scene)
+}
+
+/// Desks of boxes and chairs of meshes, sensors over them and up to the walls.
+pub fn desks_and_chairs_beside_walls_points() -> Row {
+    let mut scene = office(0.3, 0.6, 0.8);
+    desks(&mut scene);
+    scene.room.meshes.extend([chair(0.6, 1.4), chair(2.1, 0.9)].into_iter().flatten());
+    scene.grids = over(&scene, 0.76, 0.03);
+    Row::new(scene).stored(&["path_tracing", "bidirectional_path_tracing"])
 }
