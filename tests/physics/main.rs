@@ -25,6 +25,7 @@ mod analytic_beams;
 mod analytic_holigilm;
 mod analytic_jobs;
 mod analytic_radiosity;
+mod at_openings;
 mod beside_lamps;
 mod bidirectional;
 mod books;

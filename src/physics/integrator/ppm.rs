@@ -50,7 +50,6 @@ use crate::integrator::photon_map::trial::of_wider_kernels;
 use crate::integrator::photon_map::visible_point::EyeRay;
 use crate::integrator::photon_map::{memory, visible_point};
 use crate::integrator::trial::TrialPasses;
-use crate::optics::Spectrum;
 use crate::sampling::{Key, PathRandom, Stream};
 use crate::scene::{Channels, EstimateKind, Grid, View};
 use crate::traceable::TraceableScene;
@@ -285,8 +284,8 @@ impl<const C: usize> Ppm<C> {
         let connections = (SENSOR_CONNECTIONS / strata.count()).max(LEAST_CONNECTIONS);
         let luminaire_strata = (SENSOR_STRATA / strata.rows).max(LEAST_STRATA);
         let (mut gathered, photons) = self.mapper.plane_irradiance(maps, radius, number, sensor);
-        let direct: Spectrum<C> = self.mapper.diffuser_irradiance(maps, sensor, DVec3::Z, None, connections, random);
-        gathered.irradiance += direct;
+        let direct = self.mapper.diffuser_irradiance(maps, sensor, DVec3::Z, None, connections, random);
+        gathered.add_light(&direct);
         gathered.irradiance += self.mapper.luminaire_irradiance(sensor, DVec3::Z, None, luminaire_strata, random);
         (gathered, photons)
     }

@@ -172,8 +172,9 @@ impl<const C: usize> Sppm<C> {
                 let direct = mapper.diffuser_irradiance(maps, sensor, DVec3::Z, None, SENSOR_CONNECTIONS, &mut random);
                 let electric = mapper.luminaire_irradiance(sensor, DVec3::Z, None, SENSOR_STRATA, &mut random);
                 let radius = before.get(index).map_or(maps.radius, PointStatistics::radius_m);
-                let (gathered, photons) = mapper.plane_irradiance(maps, radius, number, sensor);
-                let lux = direct.luminance() + electric.luminance() + gathered.irradiance.luminance();
+                let (mut gathered, photons) = mapper.plane_irradiance(maps, radius, number, sensor);
+                gathered.bias += direct.bias;
+                let lux = direct.irradiance.luminance() + electric.luminance() + gathered.irradiance.luminance();
                 Some((lux, gathered, photons))
             })
             .collect();

@@ -74,6 +74,13 @@ impl TraceableTube {
         })
     }
 
+    /// Distance in m of a point to the nearest point of the opening.
+    #[inline]
+    pub fn distance_to_opening(&self, point: DVec3) -> f64 {
+        let away = point - self.origin;
+        libm::hypot((away.truncate().length() - self.opening_radius).max(0.0), away.z)
+    }
+
     /// The closure at a point of the ceiling plane.
     #[inline]
     pub fn closure_at(&self, position: DVec3) -> Closure<'_> {

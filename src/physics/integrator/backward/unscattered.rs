@@ -6,6 +6,7 @@ use glam::{DVec2, DVec3};
 
 use crate::geometry::turn::unit_vector;
 use crate::guide::{End, Guide, RayCount, Transit};
+use crate::integrator::photon::close_points::is_near_opening;
 use crate::optics::Spectrum;
 use crate::sampling::{Key, PathRandom, PathSamples, Replicate, Stream, warp};
 use crate::sky::sun::HALF_ANGLE;
@@ -76,23 +77,50 @@ struct Backward<'a> {
 }
 
 impl Backward<'_> {
-    /// Sky light: uniform points of the clear zone.
+    /// Sky light: uniform points of the clear zone. Very near to the opening these are rare and bright: there every other ray takes a
+    /// direction that the cosine demands instead, and both share the light by the balance heuristic (Veach and Guibas 1995).
     fn sky(&self, stream: Key, count: u64) -> (f64, RayCount) {
         let Some(sky) = &self.scene.sky else { return (0.0, RayCount::default()) };
         let (inner, outer) = self.zone;
         let area = PI * (outer * outer - inner * inner);
+        let near = is_near_opening(self.scene, self.tube, self.sensor);
         let mut random = PathRandom::new(stream);
         let mut sum = 0.0;
         let mut rays = RayCount::default();
         for number in 0..count {
             let (replicate, index) = Replicate::of(stream, number);
             let [u, v, ..] = replicate.point(index, 0);
-            let point = self.tube.origin + warp::annulus([u, v], inner, outer).extend(0.0);
+            let point = match near && number % 2 == 1 {
+                true => self.point_by_cosine([u, v]),
+                false => Some(self.tube.origin + warp::annulus([u, v], inner, outer).extend(0.0)),
+            };
+            let Some(point) = point else { continue };
             if let Some((weight, toward)) = self.through(point, &mut random, &mut rays) {
-                sum += weight.luminance() * sky.luminance(toward);
+                // per density of the other half of the rays, in points of the zone
+                let share = if near { 2.0 / (1.0 + self.cosine_density(point) * area) } else { 1.0 };
+                sum += share * weight.luminance() * sky.luminance(toward);
             }
         }
         (sum * area / count as f64, rays)
+    }
+
+    /// The point of the clear zone in a direction that the cosine demands, if it meets the zone.
+    fn point_by_cosine(&self, uniform: [f64; 2]) -> Option<DVec3> {
+        let direction = warp::around(self.normal, warp::cosine_hemisphere(uniform));
+        if direction.z <= 0.0 {
+            return None;
+        }
+        let mut point = self.sensor + direction * ((self.tube.origin.z - self.sensor.z) / direction.z);
+        point.z = self.tube.origin.z;
+        let radius = (point - self.tube.origin).truncate().length();
+        (self.zone.0..self.zone.1).contains(&radius).then_some(point)
+    }
+
+    /// Density of such points per m2.
+    fn cosine_density(&self, point: DVec3) -> f64 {
+        let way = point - self.sensor;
+        let distance_squared = way.length_squared();
+        way.dot(self.normal).max(0.0) * way.z / (PI * distance_squared * distance_squared)
     }
 
     /// Sunlight: only points from which the zenith angle is the sun's, which a straight tube conserves.

@@ -21,8 +21,8 @@
 //! replicates against the noise of each; the time to an accuracy hardly depends on it, but for the least number of passes.
 //!
 //! **Refuses** views, and at points: mirrors that interreflect, the sun or returned light through clear closures of
-//! tubes that are not straight, and sensors nearer than 1 % of the room's shortest edge to a wall, the ceiling, an object
-//! or a luminaire without a closed form. Bad at points that see narrow lobes (roughness below 0.2): `auto` takes another method there.
+//! tubes that are not straight, and sensors nearer than 1 % of the room's shortest edge to a wall, the ceiling, an object,
+//! a luminaire without a closed form or an opening (of this also within a tenth of its radius). Bad at points that see narrow lobes (roughness below 0.2): `auto` takes another method there.
 //!
 //! **Sources.** Kajiya 1986 and Veach 1997 (chapter 8) for the integral that is sampled; Lambert 1760 for luminaires.
 

@@ -1,26 +1,42 @@
-//! Point sensors too near to a surface for connections.
+//! Point sensors too near to a surface or an opening for connections.
 
 use glam::DVec3;
 
 use crate::integrator::method::{Refusal, RefusalCode};
 use crate::integrator::some_sensors::SensorPlace;
 use crate::scene::{EstimateKind, Grid};
-use crate::traceable::TraceableScene;
+use crate::traceable::{TraceableScene, TraceableTube};
 
-/// Share of the room's shortest edge within which a surface is too near to a point sensor.
+/// Share of the room's shortest edge within which a surface or an opening is too near to a point sensor.
 const NEAR_SURFACE: f64 = 0.01;
 
-/// Reason why the standard error of point sensors would not tell the truth, if so: near a surface that rises above them
-/// connections are rare and bright, the square of the distance over the area per photon being small. The reason names the
+/// Share of an opening's radius within which it is too near to connect its points: of each connection the variance is 33 times the
+/// square of the mean there, and rises as one over the squared distance.
+const NEAR_OPENING: f64 = 0.1;
+
+/// Reason why the standard error of point sensors would not tell the truth, if so: near a surface that rises above them, and near an
+/// opening, connections are rare and bright, the square of the distance over the area per photon being small. The reason names the
 /// nearest of these sensors.
 pub fn dishonest_points(scene: &TraceableScene, grids: &[Grid]) -> Option<Refusal> {
-    let near = NEAR_SURFACE * scene.size.min_element();
-    let (distance, surface, place) = close_points(scene, grids).min_by(|a, b| a.0.total_cmp(&b.0))?;
-    let SensorPlace { grid, sensor } = place;
-    let grid = &grids[grid];
-    let (row, column) = (sensor / grid.cells[0], sensor % grid.cells[0]);
+    refusal_of_nearest(close_points(scene, grids), grids)
+}
+
+/// The same for openings alone.
+pub fn points_at_openings(scene: &TraceableScene, grids: &[Grid]) -> Option<Refusal> {
+    let close = |(place, point)| close_to_opening(scene, place, point);
+    refusal_of_nearest(points(grids).filter_map(close), grids)
+}
+
+fn refusal_of_nearest(close: impl Iterator<Item = ClosePoint>, grids: &[Grid]) -> Option<Refusal> {
+    let ClosePoint { distance, near, surface, place } = close.min_by(|a, b| a.distance.total_cmp(&b.distance))?;
+    let grid = &grids[place.grid];
+    let (row, column) = (place.sensor / grid.cells[0], place.sensor % grid.cells[0]);
+    let (than, or) = match surface {
+        OPENING => (OPENING, " or a tenth of its radius"),
+        _ => ("a surface", ""),
+    };
     let detail = format!(
-        "connections to point sensors nearer to a surface than 1 % of the room's shortest edge ({near:.3e} m) are rare and \
+        "connections to point sensors nearer to {than} than 1 % of the room's shortest edge{or} ({near:.3e} m) are rare and \
          bright, and the sensor in row {row}, column {column} (from 0, south-west) of the grid {:?} is {distance:.3e} m \
          from {surface}",
         grid.name
@@ -30,22 +46,58 @@ pub fn dishonest_points(scene: &TraceableScene, grids: &[Grid]) -> Option<Refusa
 
 /// The point sensors for which [`dishonest_points`] gives a reason.
 pub fn near_surfaces(scene: &TraceableScene, grids: &[Grid]) -> Vec<SensorPlace> {
-    close_points(scene, grids).map(|(.., place)| place).collect()
+    close_points(scene, grids).map(|close| close.place).collect()
 }
 
-/// Point sensors too near to a surface: the distance in metres, what it is near to, and the sensor.
-fn close_points<'a>(
-    scene: &'a TraceableScene,
-    grids: &'a [Grid],
-) -> impl Iterator<Item = (f64, &'static str, SensorPlace)> + 'a {
-    let near = NEAR_SURFACE * scene.size.min_element();
-    let points = grids.iter().enumerate().filter(|(_, grid)| grid.estimate == EstimateKind::Point);
-    points.flat_map(move |(number, grid)| {
-        (0..grid.len()).filter(|sensor| !grid.is_inside(*sensor)).filter_map(move |sensor| {
-            let (distance, surface) = distance_to_surface(scene, grid.centre(sensor), near)?;
-            Some((distance, surface, SensorPlace { grid: number, sensor }))
-        })
+const OPENING: &str = "an opening";
+
+/// A point sensor too near to something.
+struct ClosePoint {
+    /// In m.
+    distance: f64,
+    /// Distance in m from which on it would be far enough.
+    near: f64,
+    /// What it is near to.
+    surface: &'static str,
+    place: SensorPlace,
+}
+
+/// The point sensors that lie in no solid.
+fn points(grids: &[Grid]) -> impl Iterator<Item = (SensorPlace, DVec3)> {
+    let of_points = grids.iter().enumerate().filter(|(_, grid)| grid.estimate == EstimateKind::Point);
+    of_points.flat_map(|(number, grid)| {
+        let free = (0..grid.len()).filter(|sensor| !grid.is_inside(*sensor));
+        free.map(move |sensor| (SensorPlace { grid: number, sensor }, grid.centre(sensor)))
     })
+}
+
+/// Point sensors too near to a surface or an opening.
+fn close_points<'a>(scene: &'a TraceableScene, grids: &'a [Grid]) -> impl Iterator<Item = ClosePoint> + 'a {
+    let near = NEAR_SURFACE * scene.size.min_element();
+    points(grids).filter_map(move |(place, point)| {
+        let to_surface = distance_to_surface(scene, point, near);
+        let to_surface = to_surface.map(|(distance, surface)| ClosePoint { distance, near, surface, place });
+        to_surface.or_else(|| close_to_opening(scene, place, point))
+    })
+}
+
+/// The opening that a point is too near to, if it is to one.
+fn close_to_opening(scene: &TraceableScene, place: SensorPlace, point: DVec3) -> Option<ClosePoint> {
+    let close = scene.tubes.iter().filter(|tube| is_near_opening(scene, tube, point)).map(|tube| {
+        let (distance, near) = (tube.distance_to_opening(point), opening_reach(scene, tube));
+        ClosePoint { distance, near, surface: OPENING, place }
+    });
+    close.min_by(|a, b| a.distance.total_cmp(&b.distance))
+}
+
+/// True if a point is so near to an opening that its light must be found by directions, not by points of it.
+#[inline]
+pub fn is_near_opening(scene: &TraceableScene, tube: &TraceableTube, point: DVec3) -> bool {
+    tube.distance_to_opening(point) < opening_reach(scene, tube)
+}
+
+fn opening_reach(scene: &TraceableScene, tube: &TraceableTube) -> f64 {
+    f64::max(NEAR_SURFACE * scene.size.min_element(), NEAR_OPENING * tube.opening_radius)
 }
 
 /// Distance in metres of a point to the nearest surface that rises above it and that photons may be connected from, and what

@@ -159,7 +159,7 @@ impl<const C: usize> Mapper<C> {
             .map(|tube| {
                 let numbered = numbered(store.exits[tube].iter());
                 let cell = radius.min(0.25 * self.scene.tubes[tube].opening_radius);
-                (measured(tube) && self.keeps_surfaces).then(|| PhotonGrid::new(&numbered, cell))
+                measured(tube).then(|| PhotonGrid::new(&numbered, cell))
             })
             .collect();
         let nearest_lm = if self.scene.is_dark() {
@@ -232,7 +232,7 @@ impl<const C: usize> Mapper<C> {
     ) -> Gathered<C> {
         let mut gathered = self.indirect(maps, radius, position, surface);
         let direct = self.diffuser_irradiance(maps, position, normal, Some(surface), POINT_CONNECTIONS, random);
-        gathered.irradiance += direct;
+        gathered.add_light(&direct);
         gathered.irradiance += self.luminaire_irradiance(position, normal, Some(surface), POINT_STRATA, random);
         gathered
     }

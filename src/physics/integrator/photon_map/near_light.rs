@@ -8,6 +8,7 @@ use glam::DVec3;
 use super::maps::{Gathered, Mapper, Maps, POINT_CONNECTIONS, density};
 use super::store::Tube;
 use crate::geometry::disc::disc_disc_area;
+use crate::integrator::photon::close_points::is_near_opening;
 use crate::optics::{Closure, Glossy, MeasuredDiffuser, Spectrum};
 use crate::sampling::{PathRandom, warp};
 use crate::traceable::luminaire::TraceableLuminaire;
@@ -22,7 +23,8 @@ pub const SENSOR_STRATA: usize = 8;
 const TRIES: usize = 16;
 
 impl<const C: usize> Mapper<C> {
-    /// Irradiance straight from the diffusers, by connections to some of the photons that they scattered.
+    /// Irradiance straight from the diffusers, and its estimated bias: by connections to some of the photons that they scattered, and of
+    /// a diffuser so near that these are rare and bright by the luminance where as many rays meet it.
     pub fn diffuser_irradiance(
         &self,
         maps: &Maps<C>,
@@ -31,10 +33,15 @@ impl<const C: usize> Mapper<C> {
         surface: Option<SurfaceId>,
         connections: usize,
         random: &mut PathRandom,
-    ) -> Spectrum<C> {
-        let mut sum = Spectrum::ZERO;
+    ) -> Gathered<C> {
+        let mut gathered = Gathered::NOTHING;
         for (index, exits) in maps.exits.iter().enumerate() {
-            let diffuser = &self.scene.tubes[index].diffuser;
+            let tube = &self.scene.tubes[index];
+            let diffuser = &tube.diffuser;
+            if is_near_opening(&self.scene, tube, position) {
+                gathered.add_light(&self.near_diffuser(maps, index, (position, normal, surface), connections, random));
+                continue;
+            }
             let count = connections.min(exits.len());
             for k in 0..count {
                 let stratum = (k as f64 + random.uniform()) / count as f64;
@@ -49,11 +56,43 @@ impl<const C: usize> Mapper<C> {
                         let down = way.z / distance_squared.sqrt();
                         geometry *= PI * measured_per_sr(table, maps.incidents[index][number], down);
                     }
-                    sum += exit.flux * (geometry * exits.len() as f64 / count as f64);
+                    gathered.irradiance += exit.flux * (geometry * exits.len() as f64 / count as f64);
                 }
             }
         }
-        sum
+        gathered
+    }
+
+    /// Irradiance straight from a diffuser, and its estimated bias, by rays that the cosine demands.
+    fn near_diffuser(
+        &self,
+        maps: &Maps<C>,
+        index: usize,
+        (position, normal, surface): (DVec3, DVec3, Option<SurfaceId>),
+        rays: usize,
+        random: &mut PathRandom,
+    ) -> Gathered<C> {
+        let tube = &self.scene.tubes[index];
+        let mut sum = Gathered::NOTHING;
+        for k in 0..rays {
+            let [u, v] = random.uniform2();
+            let stratum = (k as f64 + u) / rays as f64;
+            let direction = warp::around(normal, warp::cosine_hemisphere([stratum, v]));
+            if direction.z <= 0.0 {
+                continue;
+            }
+            let mut point = position + direction * ((tube.origin.z - position.z) / direction.z);
+            point.z = tube.origin.z;
+            let closure = tube.closure_at(point);
+            if (point - tube.origin).truncate().length() < tube.opening_radius
+                && closure.unscattered::<C>().is_none()
+                && self.scene.visible(position, surface, point, None)
+            {
+                sum.add_light(&self.luminance(maps, index, closure, point, direction));
+            }
+        }
+        let per_ray = PI / rays as f64;
+        Gathered { irradiance: sum.irradiance * per_ray, bias: sum.bias * per_ray, found: 0.0 }
     }
 
     /// Irradiance straight from the luminaires: in closed form, or from `strata` x `strata` points of each. Points of a luminaire

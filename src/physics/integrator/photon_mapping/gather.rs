@@ -92,7 +92,7 @@ impl<'a, const C: usize> Gathering<'a, C> {
         Gathered { irradiance: sum.irradiance * per_ray, bias: sum.bias * per_ray, found: sum.found }
     }
 
-    /// Irradiance of a surface point straight from diffusers and luminaires.
+    /// Irradiance of a surface point straight from diffusers and luminaires, and its estimated bias.
     pub fn direct(
         &self,
         hit: &RoomHit,
@@ -100,10 +100,12 @@ impl<'a, const C: usize> Gathering<'a, C> {
         connections: usize,
         strata: usize,
         random: &mut PathRandom,
-    ) -> Spectrum<C> {
+    ) -> Gathered<C> {
         let RoomHit { position, normal, .. } = *hit;
-        self.mapper.diffuser_irradiance(self.maps, position, normal, Some(surface), connections, random)
-            + self.mapper.luminaire_irradiance(position, normal, Some(surface), strata, random)
+        let mut light =
+            self.mapper.diffuser_irradiance(self.maps, position, normal, Some(surface), connections, random);
+        light.irradiance += self.mapper.luminaire_irradiance(position, normal, Some(surface), strata, random);
+        light
     }
 }
 
@@ -138,9 +140,9 @@ impl<const C: usize> Meeting<C> for GatherRay<'_, C> {
             let Vertex { position, normal, weight, .. } = *vertex;
             let hit = RoomHit { position, normal, place: Place::Surface(surface) };
             let weight = weight * optics.diffuse() * (1.0 / PI);
-            let light = gathering.mapper.indirect(gathering.maps, gathering.maps.radius, position, surface);
-            let direct = gathering.direct(&hit, surface, 1, 1, &mut walk.samples.random);
-            walk.sum += (light.irradiance + direct) * weight;
+            let mut light = gathering.mapper.indirect(gathering.maps, gathering.maps.radius, position, surface);
+            light.add_light(&gathering.direct(&hit, surface, 1, 1, &mut walk.samples.random));
+            walk.sum += light.irradiance * weight;
             bias.set(bias.get() + light.bias * weight.luminance());
             found.set(found.get() + light.found);
         }

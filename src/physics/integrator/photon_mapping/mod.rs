@@ -49,7 +49,7 @@ use crate::integrator::photon_map::store::FollowedBackward;
 use crate::integrator::photon_map::surfaces::Surfaces;
 use crate::integrator::photon_map::{memory, visible_point};
 use crate::integrator::trial::{Powers, TrialPasses};
-use crate::optics::{Spectrum, SurfaceOptics};
+use crate::optics::SurfaceOptics;
 use crate::sampling::{Key, PathRandom, Stream};
 use crate::scene::{Channels, EstimateKind, Grid, View};
 use crate::traceable::{TraceableScene, TraceableTube};
@@ -259,7 +259,7 @@ impl<const C: usize> PhotonMapping<C> {
         let lift = DVec3::Z * scene.contact();
         let strata = if sensor.grid.estimate == EstimateKind::CellAverage { CELL_STRATA } else { 1 };
         let share = 1.0 / strata as f64;
-        let mut direct = Spectrum::<C>::ZERO;
+        let mut direct = Gathered::<C>::NOTHING;
         for stratum in 0..strata * strata {
             let jitter = if strata > 1 { random.uniform2() } else { [0.5; 2] };
             let place = [(stratum % strata) as f64 + jitter[0], (stratum / strata) as f64 + jitter[1]];
@@ -269,9 +269,12 @@ impl<const C: usize> PhotonMapping<C> {
             }
             let (connections, points) = (SENSOR_CONNECTIONS / (strata * strata), SENSOR_STRATA / strata);
             let maps = gathering.maps;
-            direct += self.mapper.diffuser_irradiance(maps, point, DVec3::Z, None, connections, &mut random)
-                * (share * share);
-            direct += self.mapper.luminaire_irradiance(point, DVec3::Z, None, points, &mut random) * (share * share);
+            let mapper = &self.mapper;
+            let diffusers = mapper.diffuser_irradiance(maps, point, DVec3::Z, None, connections, &mut random);
+            direct.irradiance += diffusers.irradiance * (share * share);
+            direct.bias += diffusers.bias * (share * share);
+            direct.irradiance +=
+                mapper.luminaire_irradiance(point, DVec3::Z, None, points, &mut random) * (share * share);
         }
         let start = |place: [f64; 2]| Some(sensor.point(place) + lift).filter(|point| !self.covered(*point));
         let count = self.gather_rays.unwrap_or_else(|| {
@@ -287,7 +290,7 @@ impl<const C: usize> PhotonMapping<C> {
         let kernel = PI * gathering.maps.radius * gathering.maps.radius;
         let one_lux = gathering.maps.on_surfaces_lm / (kernel * f64::from(count));
         let photons = PhotonCount { found: gathered.found, one_lux: if can_come { one_lux } else { 0.0 } };
-        ((direct + gathered.irradiance).luminance(), gathered.bias, photons)
+        ((direct.irradiance + gathered.irradiance).luminance(), direct.bias + gathered.bias, photons)
     }
 
     /// Caustics that photons bring to a sensor of a grid of points, and those that are followed backward, in lux.
@@ -323,7 +326,7 @@ impl<const C: usize> PhotonMapping<C> {
                 };
                 let mut light = gathering.gather(&receiver, |_| Some(hit.position), count);
                 light.add_light(&mapper.caustics(maps, self.radius, hit.position, surface));
-                light.irradiance += gathering.direct(hit, surface, POINT_CONNECTIONS, POINT_STRATA, random);
+                light.add_light(&gathering.direct(hit, surface, POINT_CONNECTIONS, POINT_STRATA, random));
                 light
             })
         })?;

@@ -53,7 +53,7 @@ use std::ops::Range;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-use glam::{DVec2, DVec3};
+use glam::DVec3;
 
 use crate::guide::RayCount;
 use crate::integrator::backward::next_event::{NextEvent, Way};
@@ -62,13 +62,14 @@ use crate::integrator::lamp::beside::{Lamps, Lit, add_beside, bytes_beside, is_l
 use crate::integrator::lamp::light::DiffuserLight;
 use crate::integrator::method::{Computation, Described, Kept, Knows, Load, Refusal, RefusalCode, Task, Trial, Work};
 use crate::integrator::photon::chunks::{Chunks, fold_chunks, sums_at_once};
+use crate::integrator::photon::close_points::points_at_openings;
 use crate::integrator::photon::ledger::Account;
 use crate::integrator::trial::{Powers, TrialPasses};
 use crate::integrator::{GridPass, Integrator, Pass};
 use crate::optics::Spectrum;
 use crate::sampling::{Key, PathSamples, Stream, warp};
 use crate::scene::{Channels, EstimateKind, Grid};
-use crate::traceable::{TraceableScene, TraceableTube};
+use crate::traceable::TraceableScene;
 use gathered::{Around, Gatherers};
 use importance::Importance;
 use lines::Scratch;
@@ -122,7 +123,7 @@ impl Described for Settings {
             let detail = "connections to random points of cells beside walls have no bounded variance";
             refusal(RefusalCode::CellAverages, detail)
         } else {
-            beside_openings(task)
+            points_at_openings(scene, task.grids)
         }
     }
 
@@ -178,30 +179,6 @@ fn refuses_closures(scene: &TraceableScene) -> Option<Refusal> {
     } else {
         None
     }
-}
-
-/// Share of the room's shortest edge within which an opening is too near to a sensor.
-const NEAR_OPENING: f64 = 0.01;
-
-/// Reason why the standard errors of sensors beside openings would not tell the truth: photons that leave very near to one are
-/// rare and bright.
-fn beside_openings(task: &Task) -> Option<Refusal> {
-    let scene = task.traceable;
-    let near = NEAR_OPENING * scene.size.min_element();
-    let distance = |sensor: DVec3, tube: &TraceableTube| {
-        let away = sensor - tube.origin;
-        let beside = (away.truncate().length() - tube.opening_radius).max(0.0);
-        DVec2::new(beside, away.z).length()
-    };
-    let is_near = |sensor: DVec3| scene.tubes.iter().any(|tube| distance(sensor, tube) < near);
-    let has_near = |grid: &&Grid| (0..grid.len()).any(|sensor| !grid.is_inside(sensor) && is_near(grid.centre(sensor)));
-    let grid = task.grids.iter().find(has_near)?;
-    let detail = format!(
-        "light of an opening nearer to a sensor than 1 % of the room's shortest edge ({near:.3e} m) is rare and bright, and a \
-         sensor of the grid {:?} lies so near",
-        grid.name
-    );
-    Some(Refusal::new(RefusalCode::PointsNearSurfaces, detail))
 }
 
 /// Reflections of a path that no roulette decides: it would throw away what even points gain.
@@ -403,6 +380,7 @@ mod tests {
     use crate::sky::{CieType, Sky, SkyDistribution, direction};
     use crate::statistics::Moments;
     use crate::traceable::Follow;
+    use glam::DVec2;
 
     /// Two tubes, one of whose closures reflects, over three boxes, one of them turned and two with a grid beside; the floor is red.
     fn scene() -> Scene {
