@@ -90,3 +90,35 @@ fn jobs_of_dear_passes_look_at_their_errors_more_often() {
     };
     assert_eq!([512, 16_777_216].map(is_judged_after_nine), [false, true]);
 }
+
+/// The reason of placed vertices speaks of the tubes that there are.
+#[test]
+fn reasons_fit_the_tubes() {
+    let reason = |change: &dyn Fn(&mut Value)| {
+        let mut document: Value = serde_json::from_str(include_str!("../../examples/thesis_room.json")).unwrap();
+        document.as_object_mut().unwrap().remove("views");
+        document["method"] = json!("auto");
+        document["grids"] = json!([{ "name": "floor", "height_m": 0, "cells": [2, 2] }]);
+        change(&mut document);
+        let prepared =
+            prepare(document.to_string().as_bytes(), &SquarePipe).unwrap_or_else(|errors| panic!("{errors:?}"));
+        let grids = prepared.plan.methods.grids.unwrap();
+        assert_eq!(grids.method.name(), "placed_vertices", "{}", grids.reason);
+        grids.reason
+    };
+    let desk = json!([{ "kind": "box", "size_m": [0.6, 0.6, 0.7], "position_m": [0.5, 0.5, 0], "surface": { "reflectance": 0.5 } }]);
+    let mixed = json!({ "kind": "mixed", "lambertian_radius_m": 0.06, "inner": "lambertian",
+                        "lambertian_transmittance": 0.6, "clear_transmittance": 0.9 });
+    let lamps = [reason(&|_| ()), reason(&|document| document["room"]["objects"] = desk.clone())];
+    assert!(lamps.iter().all(|reason| reason.contains("all tubes are lamps")), "{lamps:?}");
+    assert!(lamps[1].contains("coarse radiosity solution"), "{lamps:?}");
+    let in_part = reason(&|document| document["tubes"][0]["diffuser"] = mixed.clone());
+    assert!(in_part.contains("lamps in part") && !in_part.contains("all tubes"), "{in_part}");
+    let electric = reason(&|document| {
+        document["tubes"] = json!([]);
+        document.as_object_mut().unwrap().remove("sky");
+        document["room"]["luminaires"] = json!([{ "kind": "rectangle", "corner_m": [0.5, 0.5, 2], "edge_u_m": [0, 0.5, 0],
+                                                  "edge_v_m": [0.5, 0, 0], "luminance_cd_m2": 1000 }]);
+    });
+    assert!(electric.contains("luminaires alone") && !electric.contains("tube"), "{electric}");
+}

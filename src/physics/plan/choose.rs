@@ -173,17 +173,8 @@ impl Methods {
 fn for_grids(task: &Task) -> (MethodChoice, Option<SomeChoice>) {
     let placed = placed_vertices::Settings::default();
     if placed.refuses(task).is_none() {
-        let reason = if placed_vertices::gathers(task.traceable) {
-            "unbiased, and all tubes are lamps: what leaves their diffusers is found once, sensors gather what walls and boxes reflect \
-             of it from a coarse radiosity solution, and points on the surfaces send the residual"
-        } else if all_lamps(&task.traceable.tubes) {
-            "unbiased, and all tubes are lamps: what leaves their diffusers is found once, and lights points placed where \
-             sensors need them"
-        } else {
-            "unbiased, and tubes are lamps in part: what their Lambertian zones send is found once, and lights points placed where \
-             sensors need them; what passes unscattered is traced beside"
-        };
-        return (MethodChoice { method: Method::PlacedVertices(placed), reason: reason.to_owned() }, None);
+        let reason = placed_reason(task.traceable);
+        return (MethodChoice { method: Method::PlacedVertices(placed), reason }, None);
     }
     if let Some(choice) = electric_cells(task).or_else(|| cells_beside_walls(task)) {
         return (choice, None);
@@ -213,6 +204,24 @@ fn for_grids(task: &Task) -> (MethodChoice, Option<SomeChoice>) {
         }
     };
     (MethodChoice { method, reason }, None)
+}
+
+/// Words on vertices that are placed where sensors need them, in this scene.
+fn placed_reason(scene: &TraceableScene) -> String {
+    let (found, beside) = if scene.tubes.is_empty() {
+        ("luminaires alone light the room: what they send is found once", "")
+    } else if all_lamps(&scene.tubes) {
+        ("all tubes are lamps: what leaves their diffusers is found once", "")
+    } else {
+        let found = "tubes are lamps in part: what their Lambertian zones send is found once";
+        (found, "; what passes unscattered is traced beside")
+    };
+    let reflected = if placed_vertices::gathers(scene) {
+        "sensors gather what walls and boxes reflect of it from a coarse radiosity solution, and points on the surfaces send the residual"
+    } else {
+        "and lights points placed where sensors need them"
+    };
+    format!("unbiased, and {found}, {reflected}{beside}")
 }
 
 /// For cell averages in a room that luminaires alone light: a photon seldom falls into a cell, and a lamp is seen from everywhere. A
