@@ -63,7 +63,7 @@ pub async fn skies() -> Json<Skies> {
             description: cie_type.description(),
             parameters: cie_type.parameters().map(SkyParameters::from),
             sunless: cie_type.is_sunless(),
-            daylight_factor: cie_type.is_standard_overcast(),
+            daylight_factor: cie_type.is_sunless(),
         })
         .collect();
     let presets = IesSky::ALL

@@ -39,8 +39,8 @@ pub struct GridResult {
     pub standard_error_lux: Vec<Vec<Option<f64>>>,
     /// Percent of the unobstructed horizontal illuminance of sky and sun, electric light included; null without daylight, and inside solids.
     pub illuminance_ratio_percent: Vec<Vec<Option<f64>>>,
-    /// Illuminances in percent of the unobstructed horizontal illuminance, only under an overcast sky (types 1 and 16)
-    /// without sun and without electric light.
+    /// Illuminances in percent of the unobstructed horizontal illuminance, only under an overcast sky (types 1 to 6 and 16,
+    /// `ies_overcast`) without sun and without electric light.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub daylight_factor_percent: Option<Vec<Vec<Option<f64>>>>,
     /// Unobstructed horizontal illuminance, which ratios refer to.
@@ -109,8 +109,8 @@ pub struct GridStatistics {
     /// Shares of the grid's area at or above 100, 200, 300, 500 and 750 lux.
     #[serde(default)]
     pub area_above: Vec<AreaAbove>,
-    /// Daylight factors of the statistics in percent, only under an overcast sky (types 1 and 16) without sun and
-    /// without electric light.
+    /// Daylight factors of the statistics in percent, only under an overcast sky (types 1 to 6 and 16, `ies_overcast`)
+    /// without sun and without electric light.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub daylight_factor_percent: Option<DaylightFactors>,
 }
@@ -182,7 +182,7 @@ impl GridResult {
 
 /// True if ratios to the unobstructed illuminance are daylight factors.
 fn has_daylight_factor(daylight: Option<&Daylight>, electric: bool) -> bool {
-    let overcast = |sky: &Sky| sky.distribution.sky_type().is_standard_overcast();
+    let overcast = |sky: &Sky| sky.distribution.sky_type().is_sunless();
     let overcast = |daylight: &Daylight| daylight.sun.is_none() && daylight.sky.as_ref().is_some_and(overcast);
     !electric && daylight.is_some_and(overcast)
 }
@@ -228,7 +228,7 @@ mod tests {
     use super::*;
     use crate::scene::EstimateKind;
     use crate::sky::zenith::ZenithFormula;
-    use crate::sky::{CieType, Sky, SkyDistribution, Sun, direction};
+    use crate::sky::{CieType, IesSky, Sky, SkyDistribution, SkyType, Sun, direction};
     use crate::statistics::Moments;
 
     fn grid() -> Grid {
@@ -236,8 +236,12 @@ mod tests {
     }
 
     fn under(cie_type: u8, with_sun: bool) -> Daylight {
+        under_sky(CieType::new(cie_type).unwrap().into(), with_sun)
+    }
+
+    fn under_sky(sky_type: SkyType, with_sun: bool) -> Daylight {
         let toward_sun = direction(0.6, 0.0);
-        let distribution = SkyDistribution::new(CieType::new(cie_type).unwrap(), toward_sun);
+        let distribution = SkyDistribution::new(sky_type, toward_sun);
         let sun = Sun { direction: toward_sun, normal_illuminance_lux: 1000.0 };
         Daylight {
             sky: Some(Sky { distribution, zenith_luminance_cd_m2: 1000.0 }),
@@ -303,6 +307,27 @@ mod tests {
             let result = GridResult::new(&grid(), &estimate(&[1.0, 1.0]), daylight, electric, &[], 0);
             assert_eq!(result.statistics.daylight_factor_percent, None);
         }
+    }
+
+    /// Every sky that is overcast, and none that a beam belongs to.
+    #[test]
+    fn daylight_factors_under_every_overcast_sky() {
+        let factors = |sky_type: SkyType, with_sun: bool| {
+            let daylight = under_sky(sky_type, with_sun);
+            let result = GridResult::new(&grid(), &estimate(&[1.0, 1.0]), Some(&daylight), false, &[], 0);
+            assert_eq!(
+                result.daylight_factor_percent.is_some(),
+                result.statistics.daylight_factor_percent.is_some_and(|of| of.mean.is_some_and(|mean| mean > 0.0))
+            );
+            result.daylight_factor_percent.is_some()
+        };
+        for cie_type in CieType::all() {
+            let overcast = matches!(cie_type.number(), 1..=6 | 16);
+            assert_eq!(factors(cie_type.into(), false), overcast, "{cie_type:?}");
+            assert!(!factors(cie_type.into(), true));
+        }
+        let of_presets = IesSky::ALL.map(|sky| factors(sky.into(), false));
+        assert_eq!(of_presets, [true, false, false]);
     }
 
     #[test]

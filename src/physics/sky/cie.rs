@@ -70,18 +70,13 @@ impl CieType {
             .map_or("traditional overcast sky, L/Lz = (1 + 2 sin gamma) / 3", |(_, description)| description)
     }
 
-    /// True for the skies that daylight factors are defined for: the CIE standard overcast sky (type 1) and the
-    /// traditional one (16).
-    pub fn is_standard_overcast(self) -> bool {
-        self.0 == 1 || self.0 == 16
-    }
-
     /// True for the overcast skies, whose level can be compared with the mean of measured ones: types 1 to 5 and 16.
     pub fn is_overcast(self) -> bool {
         self.0 <= 5 || self.0 == 16
     }
 
-    /// Types 1 to 6 and the traditional overcast sky have no direct beam.
+    /// True for the skies that have no direct beam, under which ratios to the light outside are daylight factors: types 1 to 6 and the
+    /// traditional overcast sky.
     pub fn is_sunless(self) -> bool {
         self.0 <= 6 || self.0 == 16
     }

@@ -45,9 +45,13 @@ impl SkyType {
         }
     }
 
-    /// True for the skies under which results have daylight factors: the CIE overcast skies, types 1 and 16.
-    pub fn is_standard_overcast(self) -> bool {
-        matches!(self, Self::Cie(cie_type) if cie_type.is_standard_overcast())
+    /// True for the skies that have no direct beam, under which results have daylight factors: types 1 to 6 and 16 of the CIE, and the
+    /// overcast sky of the IES.
+    pub fn is_sunless(self) -> bool {
+        match self {
+            Self::Cie(cie_type) => cie_type.is_sunless(),
+            Self::Ies(sky) => sky.extinction().is_none(),
+        }
     }
 }
 
