@@ -4,7 +4,8 @@ use std::str::FromStr;
 
 use crate::sky::sun::UtcInstant;
 
-/// A time of RFC 3339 with an offset as an instant in UTC; years outside 0..9999 have a sign and six digits.
+/// A time of RFC 3339 with an offset, with or without seconds, as an instant in UTC; years outside 0..9999 have a sign and six
+/// digits.
 ///
 /// A leap second counts as the second before it. The error says what is wrong.
 pub fn instant(time: &str) -> Result<UtcInstant, String> {
@@ -35,7 +36,8 @@ enum Shape {
     Other,
 }
 
-/// The parser accepts more than RFC 3339 (time zone names, missing seconds): a document does not.
+/// The parser accepts more (time zone names, other orders): a document does not, but for seconds that are missing, which can only mean
+/// the full minute.
 fn rfc_3339_shape(time: &str) -> Shape {
     let matches = |text: &str, pattern: &str| {
         text.len() == pattern.len()
@@ -52,14 +54,13 @@ fn rfc_3339_shape(time: &str) -> Shape {
         },
         None => time,
     };
-    let pattern = "0000-00-00T00:00:00";
-    let Some((date_time, mut rest)) = unsigned.split_at_checked(pattern.len()) else {
+    let patterns = ["0000-00-00T00:00:00", "0000-00-00T00:00"];
+    let begins = |pattern: &&str| unsigned.get(..pattern.len()).is_some_and(|begun| matches(begun, pattern));
+    let Some(pattern) = patterns.into_iter().find(begins) else {
         return Shape::Other;
     };
-    if !matches(date_time, pattern) {
-        return Shape::Other;
-    }
-    if let Some(fraction) = rest.strip_prefix('.') {
+    let mut rest = &unsigned[pattern.len()..];
+    if let Some(fraction) = rest.strip_prefix('.').filter(|_| pattern == patterns[0]) {
         rest = fraction.trim_start_matches(|c: char| c.is_ascii_digit());
         if rest.len() == fraction.len() {
             return Shape::Other;
@@ -82,18 +83,26 @@ mod tests {
         let here = instant("2011-09-15T15:00:00+02:00").unwrap();
         assert_eq!(here, instant("2011-09-15T13:00:00Z").unwrap());
         assert_eq!((here.year, here.month, here.day, here.hour), (2011, 9, 15, 13));
+        // the full minute
+        for time in ["2011-09-15T15:00+02:00", "2011-09-15T13:00Z", "2011-09-15T13:00:00.0Z", "+002011-09-15t13:00z"] {
+            assert_eq!(instant(time), Ok(here), "{time}");
+        }
     }
 
     #[test]
     fn refuses_what_is_not_an_instant() {
-        assert!(instant("2011-09-15T15:00:00").unwrap_err().contains("offset is missing"));
+        for time in ["2011-09-15T15:00:00", "2011-09-15T15:00"] {
+            assert!(instant(time).unwrap_err().contains("offset is missing"));
+        }
         for time in [
             "",
             "2011-02-30T12:00:00Z",
             "2011-09-15",
             "2011-09-15T15:00:00[Europe/Copenhagen]",
             "2011-09-15T15:00:00+02:00[Europe/Copenhagen]",
-            "2011-09-15T15:00+02:00",
+            "2011-09-15T15+02:00",
+            "2011-09-15T15:00.5Z",
+            "2011-09-15T15:0Z",
             "2011-09-15T25:00:00Z",
             "2011-09-15T15:00:00.Z",
             "2011-09-15T15:00:00+25:99",
