@@ -64,7 +64,7 @@ const CUBE: &[u8] = b"v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 
 /// with three corners, none twice.
 pub fn obj(bytes: &[u8]) {
     let limits = ObjLimits { looks: 1_000_000, ..ObjLimits::default() };
-    let lines = 1 + bytes.iter().filter(|byte| **byte == b'\n').count();
+    let lines = 1 + bytes.iter().filter(|byte| matches!(byte, b'\n' | b'\r')).count();
     let mesh = match parse_obj(bytes, limits) {
         Ok(mesh) => mesh,
         Err(error) => {

@@ -127,6 +127,14 @@ mod tests {
     }
 
     #[test]
+    fn a_byte_order_mark_is_no_part_of_the_file() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("config.toml");
+        std::fs::write(&file, "\u{feff}data = \"elsewhere\"\r\n").unwrap();
+        assert_eq!(Config::load(Some(&file), &Flags::default()).unwrap().data, Path::new("elsewhere"));
+    }
+
+    #[test]
     fn later_layers_win() {
         let directory = tempfile::tempdir().unwrap();
         let file = directory.path().join("skyduct.toml");

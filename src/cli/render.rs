@@ -13,6 +13,7 @@ use super::mesh_files::MeshFiles;
 use super::predictions_table::predictions_table;
 use super::progress::Progress;
 use super::results_table::print_results;
+use crate::document::read::json;
 use crate::document::{DocumentErrors, FieldError};
 use crate::job::cancel::{Stop, StopReason};
 use crate::job::chunk::{Rendered, warm_up};
@@ -82,12 +83,13 @@ pub fn run(args: RenderArgs) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// The text of a job file.
+/// The text of a job file in UTF-8.
 pub fn read_job(job: &Path) -> Result<Vec<u8>, DocumentErrors> {
-    std::fs::read(job).map_err(|error| {
+    let bytes = std::fs::read(job).map_err(|error| {
         let detail = format!("{} cannot be read: {error}", job.display());
-        FieldError::new("", detail).into()
-    })
+        FieldError::new("", detail)
+    })?;
+    Ok(json::text(&bytes)?.into_owned().into_bytes())
 }
 
 /// The document with another method; one that is no JSON object stays as it is, for the parser to judge.
@@ -213,6 +215,22 @@ mod tests {
         assert_eq!(changed, json!({ "method": "auto", "seed": u64::MAX }));
         assert_eq!(with_method(b"[".to_vec(), Some("auto")), b"[");
         assert_eq!(with_method(b"{ }".to_vec(), None), b"{ }");
+    }
+
+    #[test]
+    fn job_files_in_other_encodings() {
+        let folder = tempfile::tempdir().unwrap();
+        let job = folder.path().join("job.json");
+        let text = "\u{feff}{\"name\": \"\u{e9}\"}";
+        for bytes in [text.as_bytes().to_vec(), text.encode_utf16().flat_map(u16::to_be_bytes).collect()] {
+            std::fs::write(&job, bytes).unwrap();
+            let document = read_job(&job).unwrap();
+            assert_eq!(document, "{\"name\": \"\u{e9}\"}".as_bytes());
+            let changed: Value = serde_json::from_slice(&with_method(document, Some("auto"))).unwrap();
+            assert_eq!(changed, json!({ "name": "\u{e9}", "method": "auto" }));
+        }
+        std::fs::write(&job, b"PK\x03\x04").unwrap();
+        assert!(read_job(&job).unwrap_err().to_string().contains("ZIP"));
     }
 
     #[test]

@@ -11,6 +11,7 @@ use crate::cli::client::{Client, News};
 use crate::cli::figures::FiguresArgs;
 use crate::cli::mesh_files::MeshFiles;
 use crate::cli::progress::Progress;
+use crate::cli::render::read_job;
 use crate::cli::results_table::print_results;
 use crate::document::{DocumentErrors, FieldError};
 use crate::estimate::StopRule;
@@ -40,8 +41,7 @@ pub struct SubmitArgs {
 
 /// Errors that are the document's own are [`DocumentErrors`].
 pub fn run(args: SubmitArgs) -> anyhow::Result<()> {
-    let document = std::fs::read(&args.job)
-        .map_err(|error| bad_document("", format!("{} cannot be read: {error}", args.job.display())))?;
+    let document = read_job(&args.job)?;
     let folder = args.job.parent().unwrap_or(Path::new("")).to_owned();
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
     runtime.block_on(async {

@@ -109,6 +109,17 @@ impl Answer {
     }
 }
 
+/// Refuses a body that is sent in another coding than as it is.
+pub fn check_coding(headers: &HeaderMap) -> Result<(), Problem> {
+    let coding = headers.get(header::CONTENT_ENCODING).map(|value| String::from_utf8_lossy(value.as_bytes()));
+    match coding.as_deref().map(str::trim) {
+        None | Some("" | "identity") => Ok(()),
+        Some(coding) => Err(Problem::unsupported_media_type(format!(
+            "the body is sent with `Content-Encoding: {coding}`, which is not decoded here: send it as it is"
+        ))),
+    }
+}
+
 /// True if `If-None-Match` names `tag` (quotes included); weak tags compare like strong ones here.
 pub fn none_match(headers: &HeaderMap, tag: &str) -> bool {
     let strong = |tag: &str| tag.trim().trim_start_matches("W/").to_owned();

@@ -12,7 +12,7 @@ use serde::Serialize;
 use utoipa::ToSchema;
 
 use crate::http::App;
-use crate::http::content::Binary;
+use crate::http::content::{Binary, check_coding};
 use crate::http::limits::permit;
 use crate::http::problem::{Path, Problem};
 use crate::http::problem_kind::ProblemKind;
@@ -68,6 +68,7 @@ pub async fn create(app: App, headers: HeaderMap, request: Request) -> Result<Re
             "a mesh is the text of an OBJ file: model/obj, text/plain or application/octet-stream",
         ));
     }
+    check_coding(&headers)?;
     // before the body, so that only so many are in memory
     let permit = tokio::time::timeout(WAIT_FOR_OTHERS, permit(&app.permits.uploads))
         .await

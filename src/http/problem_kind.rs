@@ -48,7 +48,7 @@ kinds! {
         "A header or the request itself cannot be understood. The detail names it; the same request will fail again.",
         "Last-Event-ID must be the id of an event";
     NotJson, "not-json", BAD_REQUEST, "The body is not JSON",
-        "The body is not JSON in UTF-8. The detail names line and column.",
+        "The body is not JSON in UTF-8 or UTF-16. The detail names line and column.",
         "expected value at line 3 column 11";
     InvalidDocument, "invalid-document", UNPROCESSABLE_ENTITY, "The document is not valid",
         "The body is JSON, but not a valid job document. Every fault is listed in `errors`, with the JSON pointer of its field and the \
@@ -79,7 +79,7 @@ kinds! {
         "the body is longer than this path allows";
     UnsupportedMediaType, "unsupported-media-type", UNSUPPORTED_MEDIA_TYPE, "The content type is not supported",
         "The header `Content-Type` is not one that this path takes: application/json for documents, model/obj, text/plain or \
-         application/octet-stream for meshes.",
+         application/octet-stream for meshes; or `Content-Encoding` names a coding such as gzip, which no path takes.",
         "a document is sent as application/json";
     Range, "range", RANGE_NOT_SATISFIABLE, "The range is not in the file",
         "The header `Range` asks for bytes beyond the end of the file.",

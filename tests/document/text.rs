@@ -21,8 +21,28 @@ fn text_that_is_no_document() {
     assert_eq!((overflow.pointer.as_str(), overflow.detail.contains("out of range")), ("/room/size_m/1", true));
     let twice = error("{\"room\": {\"size_m\": [1, 1, 1], \"size_m\": [2, 2, 2]}}");
     assert_eq!((twice.pointer.as_str(), twice.detail.contains("given twice")), ("/room/size_m", true));
-    assert_eq!(error("\u{feff}{}").pointer, "");
     assert!(JobDocument::parse(b"\xff\xfe{}").is_err());
+    let refused = |bytes: &[u8]| JobDocument::parse(bytes).unwrap_err().0.remove(0).detail;
+    assert!(refused(b"{\"name\": \"caf\xe9\"}").contains("not UTF-8 after byte 13"));
+    assert!(refused(b"\x1f\x8b\x08\0\0").contains("gzip"));
+    assert!(refused(b"{\0\0\0}\0\0\0").contains("UTF-32"));
+}
+
+/// What editors of other systems save.
+#[test]
+fn marks_and_encodings_of_text() {
+    let mut document = base();
+    document["name"] = json!("caf\u{e9} \u{1f600}");
+    let plain = JobDocument::parse(document.to_string().as_bytes()).unwrap();
+    for mark in ["", "\u{feff}"] {
+        let text = format!("{mark}{}", document.to_string().replace(",\"", ",\r\n\""));
+        let units = || text.encode_utf16();
+        let little: Vec<u8> = units().flat_map(u16::to_le_bytes).collect();
+        let big: Vec<u8> = units().flat_map(u16::to_be_bytes).collect();
+        for bytes in [text.as_bytes(), &little, &big] {
+            assert_eq!(JobDocument::parse(bytes).as_ref(), Ok(&plain));
+        }
+    }
 }
 
 #[test]

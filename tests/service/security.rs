@@ -95,14 +95,30 @@ async fn what_clients_send_does_not_grow_in_logs_and_numbers() {
     assert!(!metrics.contains("INVENTED") && metrics.contains("method=\"other\""), "{metrics}");
 }
 
+/// Documents and meshes with a byte order mark, or in UTF-16; a coding of the body is refused by its name.
 #[tokio::test]
-async fn a_byte_order_mark_is_named() {
+async fn bodies_in_other_encodings() {
     let service = TestService::start().await;
-    let text = format!("\u{feff}{}", small_job());
-    for path in ["/v1/jobs", "/v1/plan"] {
-        let request = service.request(Method::POST, path).header("content-type", "application/json").body(text.clone());
-        let refused = problem(request.send().await.unwrap(), 400).await;
-        assert!(refused["detail"].as_str().unwrap().contains("byte order mark"), "{refused}");
+    let coding = |path: &str, content_type: &str, body: Vec<u8>, coding: &str| {
+        let request = service.request(Method::POST, path).header("content-type", content_type).body(body);
+        if coding.is_empty() { request } else { request.header("content-encoding", coding) }
+    };
+    let documents = ["/v1/plan", "/v1/jobs"].map(|path| (path, "application/json", small_job().to_string()));
+    let mesh = ("/v1/meshes", "model/obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n".to_owned());
+    for (path, content_type, text) in documents.into_iter().chain([mesh]) {
+        let marked = format!("\u{feff}{text}");
+        let wide: Vec<u8> = marked.encode_utf16().flat_map(u16::to_le_bytes).collect();
+        for body in [marked.clone().into_bytes(), wide] {
+            let answer = coding(path, content_type, body, "identity").send().await.unwrap();
+            assert!(answer.status().is_success(), "{path}: {}", answer.text().await.unwrap());
+        }
+        let refused =
+            problem(coding(path, content_type, b"\x1f\x8b\x08".to_vec(), "gzip").send().await.unwrap(), 415).await;
+        assert!(refused["detail"].as_str().unwrap().contains("Content-Encoding: gzip"), "{refused}");
+        let status = if path == "/v1/meshes" { 422 } else { 400 };
+        let refused =
+            problem(coding(path, content_type, b"\x1f\x8b\x08".to_vec(), "").send().await.unwrap(), status).await;
+        assert!(refused["detail"].as_str().unwrap().contains("compressed (gzip)"), "{refused}");
     }
 }
 

@@ -1,5 +1,6 @@
 //! JSON text as values, strictly.
 
+use std::borrow::Cow;
 use std::fmt;
 
 use serde::Deserialize;
@@ -9,6 +10,7 @@ use serde_json::{Map, Number, Value};
 use super::fault::{self, Fault};
 use super::pointer::escape;
 use crate::document::errors::FieldError;
+use crate::geometry::encoding::utf8;
 
 /// Numbers closer to zero count as zero: a denormal is never meant, and slows every product that it enters.
 const SMALLEST: f64 = 1e-300;
@@ -16,9 +18,22 @@ const SMALLEST: f64 = 1e-300;
 /// Number up to which every whole number is a number of its own, 2^53.
 const MOST_EXACT: f64 = 9_007_199_254_740_992.0;
 
-/// Parses JSON text; refuses duplicate keys and numbers that overflow, and takes denormals as zero.
-pub fn value(text: &[u8]) -> Result<Value, FieldError> {
-    let mut deserializer = serde_json::Deserializer::from_slice(text);
+/// Text of a file or body, UTF-8 or UTF-16, without a byte order mark; an error with the reason where it is none.
+pub fn text(bytes: &[u8]) -> Result<Cow<'_, str>, FieldError> {
+    let bytes = utf8(bytes).map_err(|reason| FieldError::new("", format!("the text {reason}")))?;
+    let not_utf8 = |error: std::str::Utf8Error| {
+        FieldError::new("", format!("the text is not UTF-8 after byte {}", error.valid_up_to()))
+    };
+    match bytes {
+        Cow::Borrowed(bytes) => std::str::from_utf8(bytes).map(Cow::Borrowed).map_err(not_utf8),
+        Cow::Owned(bytes) => String::from_utf8(bytes).map(Cow::Owned).map_err(|error| not_utf8(error.utf8_error())),
+    }
+}
+
+/// Parses JSON [`text`]; refuses duplicate keys and numbers that overflow, and takes denormals as zero.
+pub fn value(bytes: &[u8]) -> Result<Value, FieldError> {
+    let text = text(bytes)?;
+    let mut deserializer = serde_json::Deserializer::from_str(&text);
     let strict: Strict = serde_path_to_error::deserialize(&mut deserializer).map_err(|error| {
         let inner = error.inner();
         let syntax = inner.is_syntax() || inner.is_eof();

@@ -7,6 +7,7 @@ use serde_json::Value;
 
 use crate::document::{DocumentErrors, FieldError, FieldErrorCode, JobDocument, read};
 use crate::http::Service;
+use crate::http::content::check_coding;
 use crate::http::limits::{off_thread, permit};
 use crate::http::problem::Problem;
 use crate::http::problem_kind::ProblemKind;
@@ -26,11 +27,8 @@ impl Posted {
         if media_type != "application/json" {
             return Err(Problem::unsupported_media_type("a document is sent as application/json"));
         }
-        let text = String::from_utf8(body?.into())
-            .map_err(|error| not_json(format!("not UTF-8 after byte {}", error.utf8_error().valid_up_to())))?;
-        if text.starts_with('\u{feff}') {
-            return Err(not_json("it begins with a byte order mark (U+FEFF): save it as UTF-8 without one".into()));
-        }
+        check_coding(headers)?;
+        let text = read::json::text(&body?).map_err(|error| not_json(error.detail))?.into_owned();
         // a field that is given twice is refused before a key can compare its last value
         let value = read::json::value(text.as_bytes()).map_err(|error| match error.pointer.as_str() {
             "" => not_json(error.detail),

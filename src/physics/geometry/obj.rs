@@ -1,18 +1,19 @@
 //! OBJ files.
 //!
-//! A file is read once, line by line, so that an error names its line, the reader can be stopped at any line, and a file
-//! costs little more memory than its mesh. Only what counts here is read: positions, faces of positions and material
-//! switches. Known parsers keep every face with all its indices before the first can be looked at, which takes ten times
+//! A file is read once, statement by statement ([`statements`](super::statements)), so that an error names its line, the reader can
+//! be stopped at any line, and a file costs little more memory than its mesh. Only what counts here is read: positions, faces of
+//! positions and material switches. Known parsers keep every face with all its indices before the first can be looked at, which takes ten times
 //! the memory and time of a file that is made to be costly, and their errors have no lines.
 
-use std::borrow::Cow;
-use std::collections::HashSet;
+use std::collections::HashMap;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use glam::DVec3;
 
 use super::TriangleMesh;
+use super::encoding::utf8;
 use super::polygon::{self, Effort, Untriangulated};
+use super::statements::{Statement, Statements, lines};
 use super::triangle_mesh::Assembly;
 
 /// Limits to the time and memory that one file may take.
@@ -20,14 +21,12 @@ use super::triangle_mesh::Assembly;
 pub struct ObjLimits {
     /// Length of the file.
     pub bytes: usize,
-    /// Length of the longest line.
+    /// Length of the longest line, or of the lines of one statement together.
     pub line_bytes: usize,
     /// Number of `v` lines, also of those that no face uses.
     pub vertices: usize,
     /// Number of triangles that faces are split into.
     pub triangles: usize,
-    /// Objects, groups and material switches together.
-    pub objects: usize,
     /// Number of different material names.
     pub materials: usize,
     /// Length of the longest material name.
@@ -43,7 +42,6 @@ impl Default for ObjLimits {
             line_bytes: 64 << 10,
             vertices: 2_000_000,
             triangles: 2_000_000,
-            objects: 10_000,
             materials: 1000,
             name_bytes: 256,
             looks: 50_000_000,
@@ -55,7 +53,7 @@ impl Default for ObjLimits {
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("line {line}: {detail}")]
 pub struct ObjError {
-    /// Number of the line, from 1; the last one for faults of the whole file.
+    /// Number of the line, from 1: the first one of a statement, the last one for faults of the whole file.
     pub line: usize,
     /// What is wrong with it, in words for the author of the file.
     pub detail: String,
@@ -64,11 +62,11 @@ pub struct ObjError {
 /// Lines between two looks whether the reader shall stop.
 const LINES_BETWEEN_LOOKS: usize = 1024;
 
-/// Reads an OBJ file.
+/// Reads an OBJ file in UTF-8 or UTF-16, with or without a byte order mark; names may be in any encoding.
 ///
 /// Polygons are triangulated; triangles without area, and repetitions of a triangle, are dropped; equal positions are
-/// one. Material names come from `usemtl`; material libraries, normals, texture coordinates, lines and points are
-/// ignored. Never touches another file.
+/// one. Material names come from `usemtl`; faces before the first one, and after one without a name, have the name "". Material
+/// libraries, groups, normals, texture coordinates, lines and points are ignored. Never touches another file.
 pub fn parse_obj(bytes: &[u8], limits: ObjLimits) -> Result<TriangleMesh, ObjError> {
     parse_obj_until(bytes, limits, &AtomicBool::new(false))
 }
@@ -76,43 +74,31 @@ pub fn parse_obj(bytes: &[u8], limits: ObjLimits) -> Result<TriangleMesh, ObjErr
 /// The same, unless `cancel` becomes true: then the error names the line that was reached.
 pub fn parse_obj_until(bytes: &[u8], limits: ObjLimits, cancel: &AtomicBool) -> Result<TriangleMesh, ObjError> {
     if bytes.len() > limits.bytes {
-        let line = 1 + bytes[..limits.bytes].iter().filter(|byte| **byte == b'\n').count();
+        let line = utf8(&bytes[..limits.bytes]).map_or(1, |text| lines(&text).count());
         return Err(ObjError {
             line,
             detail: format!("a file has at most {} bytes, not {}", limits.bytes, bytes.len()),
         });
     }
-    let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
-    match std::str::from_utf8(bytes) {
-        Ok(text) => read(text.split('\n').map(|line| (line.len(), Cow::Borrowed(line))), limits, cancel),
-        // names may be in any encoding; everything else is ASCII
-        Err(_) => {
-            let lines = bytes.split(|byte| *byte == b'\n');
-            read(lines.map(|line| (line.len(), String::from_utf8_lossy(line))), limits, cancel)
-        }
-    }
-}
-
-/// Reads lines, each with its length in the file.
-fn read<'a>(
-    lines: impl Iterator<Item = (usize, Cow<'a, str>)>,
-    limits: ObjLimits,
-    cancel: &AtomicBool,
-) -> Result<TriangleMesh, ObjError> {
+    let text = utf8(bytes).map_err(|reason| ObjError { line: 1, detail: format!("the file {reason}") })?;
     let mut reader = Reader::new(limits, cancel);
-    let mut last_line = 0;
-    for (index, (bytes, line)) in lines.enumerate() {
-        last_line = index + 1;
-        let stop = index % LINES_BETWEEN_LOOKS == 0 && cancel.load(Ordering::Relaxed);
-        let read = if stop { Err(STOPPED.to_owned()) } else { reader.line(bytes, &line) };
-        read.map_err(|detail| ObjError { line: last_line, detail })?;
+    let mut statements = Statements::of(&text, limits.line_bytes);
+    let mut next_look = 1;
+    while let Some(statement) = statements.next() {
+        let line = statement.line;
+        let stop = line >= next_look && {
+            next_look = line + LINES_BETWEEN_LOOKS;
+            cancel.load(Ordering::Relaxed)
+        };
+        let read = if stop { Err(STOPPED.to_owned()) } else { reader.statement(&statement) };
+        read.map_err(|detail| ObjError { line, detail })?;
     }
-    reader.finish().map_err(|detail| ObjError { line: last_line, detail })
+    reader.finish().map_err(|detail| ObjError { line: statements.lines_read(), detail })
 }
 
 const STOPPED: &str = "reading was stopped at this line: it took too long, or nobody waits for it any more";
 
-/// Reads a file line by line into an [`Assembly`].
+/// Reads a file statement by statement into an [`Assembly`].
 struct Reader<'a> {
     limits: ObjLimits,
     effort: Effort<'a>,
@@ -120,11 +106,11 @@ struct Reader<'a> {
     corners: Vec<DVec3>,
     numbers: Vec<usize>,
     triangles: usize,
-    objects: usize,
-    names: HashSet<String>,
+    /// The material names so far, and their numbers in the mesh; none before the first face that has one.
+    names: HashMap<String, Option<u32>>,
     /// Material that the last `usemtl` named.
     name: String,
-    /// Number of `name` in the mesh; none before the first face that has it.
+    /// Number of `name` in the mesh.
     material: Option<u32>,
     faces: bool,
     assembly: Assembly,
@@ -138,8 +124,7 @@ impl<'a> Reader<'a> {
             corners: Vec::new(),
             numbers: Vec::new(),
             triangles: 0,
-            objects: 0,
-            names: HashSet::new(),
+            names: HashMap::new(),
             name: String::new(),
             material: None,
             faces: false,
@@ -154,51 +139,43 @@ impl<'a> Reader<'a> {
         if self.assembly.is_empty() {
             return Err("no face in this file has an area".to_owned());
         }
-        // a last switch without faces names a material, too
-        self.assembly.material(&self.name);
+        // a last switch without faces names a material, too, if it has a name
+        if !self.name.is_empty() {
+            self.assembly.material(&self.name);
+        }
         Ok(self.assembly.finish())
     }
 
-    fn line(&mut self, bytes: usize, line: &str) -> Result<(), String> {
+    fn statement(&mut self, statement: &Statement) -> Result<(), String> {
+        let bytes = statement.bytes;
         if bytes > self.limits.line_bytes {
             return Err(format!("a line has at most {} bytes, not {bytes}", self.limits.line_bytes));
         }
-        let line = line.trim();
-        let (keyword, rest) = line.split_once(|c: char| c.is_whitespace()).unwrap_or((line, ""));
-        if matches!(keyword, "v" | "f") {
-            let rest = rest.split('#').next().unwrap_or_default();
-            if rest.trim_end().ends_with('\\') {
-                return Err("a line that continues in the next one is not supported yet".to_owned());
-            }
-            return if keyword == "v" { self.vertex(rest) } else { self.face(rest) };
+        let (keyword, rest) = statement.keyword();
+        match keyword {
+            "v" => self.vertex(rest),
+            "f" => self.face(rest),
+            "usemtl" => self.switch_material(rest.trim()),
+            _ => Ok(()),
         }
-        if matches!(keyword, "o" | "g" | "usemtl") {
-            self.objects += 1;
-            if self.objects > self.limits.objects {
-                return Err(format!("more than {} objects, groups and material switches", self.limits.objects));
-            }
-        }
-        if keyword == "usemtl" { self.switch_material(rest.trim()) } else { Ok(()) }
     }
 
     fn switch_material(&mut self, name: &str) -> Result<(), String> {
-        if name.is_empty() {
-            return Err("`usemtl` without a name".to_owned());
-        }
         if name.len() > self.limits.name_bytes {
             return Err(format!("a material name has at most {} bytes, not {}", self.limits.name_bytes, name.len()));
         }
-        if !self.names.contains(name) {
-            if self.names.len() == self.limits.materials {
+        if self.name == name {
+            return Ok(());
+        }
+        self.material = match self.names.get(name) {
+            Some(number) => *number,
+            None if self.names.len() >= self.limits.materials => {
                 return Err(format!("more than {} materials", self.limits.materials));
             }
-            self.names.insert(name.to_owned());
-        }
-        if self.name != name {
-            self.name.clear();
-            self.name.push_str(name);
-            self.material = None;
-        }
+            None => *self.names.entry(name.to_owned()).or_default(),
+        };
+        self.name.clear();
+        self.name.push_str(name);
         Ok(())
     }
 
@@ -260,7 +237,11 @@ impl<'a> Reader<'a> {
         self.faces = true;
         let material = match self.material {
             Some(material) => material,
-            None => *self.material.insert(self.assembly.material(&self.name)),
+            None => {
+                let number = self.assembly.material(&self.name);
+                self.names.insert(self.name.clone(), Some(number));
+                *self.material.insert(number)
+            }
         };
         if let [a, b, c] = self.numbers[..] {
             self.assembly.push([a, b, c], material);
@@ -371,8 +352,15 @@ mod tests {
             ("v 0 0 0\nf 1/x 1 1\n", 2, "not an index"),
             ("v 0 0 0\nf 1/1/1/1 1 1\n", 2, "at most three"),
             ("v 0 0 0\nf /1 1 1\n", 2, "without a position"),
-            ("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 \\\n3\n", 4, "continues"),
-            ("usemtl\nf 1 2 3\n", 1, "without a name"),
+            ("v 0 0 0\nv 1 0 0\nf 1 \\\n 2 \\\n\nv 0 zero 0\n", 3, "at least 3"),
+            ("v 0 0 \\\n0\nv 0 0\n", 3, "three coordinates"),
+            ("v 0 0 0\r\nv 0 \\\r\n0 0\r\nv 0 zero 0\r\n", 4, "not a number"),
+            ("v 0 0 0\rv 0 0 0\r\rv 0 zero 0", 4, "not a number"),
+            ("v 0 0 0\nf 1 \\", 2, "at least 3"),
+            ("# c:\\models\\\nv 0 zero 0", 2, "not a number"),
+            ("#\\\nv 0 zero 0", 2, "not a number"),
+            ("\\\nv\\\n0 zero 0", 1, "not a number"),
+            ("usemtl\nf 1 2 3\n", 2, "out of range"),
             ("v 0 0 0\nf 1 1 1\n", 3, "has an area"),
             ("v 0 0 0\nf 1 0/a 1\n", 2, "not an index"),
             ("v 0 0 0\nf 1// 1 1\nv x 0 0\n", 3, "not a number"),
@@ -384,6 +372,67 @@ mod tests {
         }
     }
 
+    /// The square as other programs write it.
+    fn square(parts: [&str; 4]) -> String {
+        let [comment, name, wrapped, end] = parts;
+        let text = format!("{comment}\n{SQUARE}usemtl {name}\nf 1 2 {wrapped} 3 4 # last\n");
+        text.replace('\n', end)
+    }
+
+    #[test]
+    fn lines_of_other_programs() {
+        let plain = parse(&square(["#", "a", "", "\n"])).unwrap();
+        assert_eq!((plain.triangles.len(), plain.materials.as_slice()), (2, &["a".to_owned()][..]));
+        for end in ["\n", "\r\n", "\r"] {
+            for wrapped in ["", "\\\n", "\\\n \\ \n\\\n", "\\ # a\n"] {
+                for comment in ["#", "# c:\\", "vn 0 0 \\\n f 1"] {
+                    let text = square([comment, "a", wrapped, end]);
+                    assert_eq!(parse(&text).as_ref(), Ok(&plain), "{text:?}");
+                }
+            }
+        }
+        // each line with an end of its own
+        let mixed = square(["#", "a", "\\\n", "\n"]).replacen('\n', "\r", 2).replacen("1 0\n", "1 0\r\n", 2);
+        assert_eq!(parse(&mixed).as_ref(), Ok(&plain), "{mixed:?}");
+        // a name goes on, too
+        assert_eq!(parse(&square(["#", "a \\\n  b", "", "\n"])).unwrap().materials, ["a b"]);
+    }
+
+    #[test]
+    fn encodings() {
+        let text = square(["# \u{e9}\u{1f600}", "\u{e9}\u{4e2d}\u{1f600}", "\\\n", "\r\n"]);
+        let plain = parse(&text).unwrap();
+        assert_eq!(plain.materials, ["\u{e9}\u{4e2d}\u{1f600}"]);
+        for mark in ["", "\u{feff}"] {
+            let text = format!("{mark}{text}");
+            let [mut little, mut big] = [Vec::new(), Vec::new()];
+            for unit in text.encode_utf16() {
+                little.extend(unit.to_le_bytes());
+                big.extend(unit.to_be_bytes());
+            }
+            for bytes in [text.as_bytes(), &little, &big] {
+                assert_eq!(parse_obj(bytes, ObjLimits::default()).as_ref(), Ok(&plain), "{bytes:?}");
+            }
+            let wide: Vec<u8> = text.chars().flat_map(|c| u32::from(c).to_le_bytes()).collect();
+            let error = parse_obj(&wide, ObjLimits::default()).unwrap_err();
+            assert!(error.detail.contains("UTF-32"), "{error}");
+        }
+        let error = parse_obj(b"\x1f\x8b\x08\0", ObjLimits::default()).unwrap_err();
+        assert!(error.detail.contains("gzip"), "{error}");
+    }
+
+    /// As many groups as a file has bytes for, and switches back to faces without a material.
+    #[test]
+    fn switches_without_a_name_and_many_groups() {
+        let groups: String = (0..30_000).map(|k| format!("o {k}\ng {k}\nusemtl {}\n", k % 2)).collect();
+        let text = format!("{SQUARE}f 1 2 3\n{groups}f 1 2 4\nusemtl\nf 2 3 4\nusemtl  \nusemtl 0\nf 1 3 4\nusemtl\n");
+        let mesh = parse(&text).unwrap();
+        assert_eq!(mesh.materials, ["", "1", "0"]);
+        assert_eq!(mesh.triangle_materials, [0, 1, 0, 2]);
+        let named = parse(&format!("{SQUARE}usemtl a\nf 1 2 3\nusemtl\n")).unwrap();
+        assert_eq!(named.materials, ["a"]);
+    }
+
     #[test]
     fn limits_hold() {
         let limits = ObjLimits {
@@ -391,7 +440,6 @@ mod tests {
             line_bytes: 100,
             vertices: 6,
             triangles: 4,
-            objects: 3,
             materials: 1,
             name_bytes: 5,
             looks: 12,
@@ -400,7 +448,7 @@ mod tests {
         assert!(error("#\n".repeat(501)).detail.contains("1000 bytes"));
         assert_eq!(error(format!("v 0 0 0\n#{}", "x".repeat(100))).line, 2);
         assert_eq!(error(format!("{SQUARE}f 1 2 3 4\nf 1 2 3 4\nf 1 2 3\n")).line, 7);
-        assert_eq!(error("o a\ng b\nusemtl c\no d\n".to_owned()).line, 4);
+        assert_eq!(error(format!("o a\n{}", "v 0 0\\\n".repeat(20))).line, 2);
         assert_eq!(error("usemtl a\nusemtl a\nusemtl b\n".to_owned()).line, 3);
         assert_eq!(error("\nusemtl long names\n".to_owned()).line, 2);
         assert_eq!(error(SQUARE.repeat(2)).line, 7);
