@@ -45,6 +45,9 @@ const RATIOS: [&str; 14] = [
     "alpha",
 ];
 
+/// The hint after a refused thing that would do with thousandths of its lengths.
+pub const OF_LENGTHS: &str = "; its lengths look like millimetres";
+
 /// The hint after a refused number at `pointer` that would do in another unit; `fits` judges a number there.
 pub fn of_number(pointer: &str, value: f64, fits: impl Fn(f64) -> bool) -> String {
     // of a channel or an axis: the name of the whole

@@ -10,7 +10,7 @@ use utoipa::ToSchema;
 use super::effects::{self, EffectSwitches, Effects, check_effects};
 use super::errors::{Checks, DocumentErrors};
 use super::hints;
-use super::limits::{JOB_NAME, SIZE_M, TOUCHING_M};
+use super::limits::{DIAMETER_M, JOB_NAME, TOUCHING_M};
 use super::method::MethodDocument;
 use super::outputs::{GridDocument, ViewDocument, check_outputs};
 use super::read::{json, shape};
@@ -21,6 +21,7 @@ use super::sky::check::{check_location, check_sky, check_time};
 use super::sky::{LocationDocument, SkyDocument};
 use super::stop::StopDocument;
 use super::tube::check::check_tubes;
+use super::tube::crossing::check_crossings;
 use super::tube::{Opening, TubeDocument};
 use crate::estimate::StopRule;
 use crate::plan::effects::EffectRequests;
@@ -90,7 +91,7 @@ impl Deref for ValidJob {
 }
 
 impl JobDocument {
-    /// Parses and checks JSON text (UTF-8), and fills in the defaults.
+    /// Parses and checks JSON text (UTF-8 or UTF-16), and fills in the defaults.
     ///
     /// Errors name everything that is wrong: with the text (line and column), with its shape, and with the values.
     pub fn parse(text: &[u8]) -> Result<ValidJob, DocumentErrors> {
@@ -108,6 +109,10 @@ impl JobDocument {
         let mut of_values = Checks::default();
         document.check(&mut of_values);
         checks.errors.extend(of_values.errors.into_iter().filter(|error| !made_up.concerns(error)));
+        if checks.errors.is_empty() {
+            // of tubes that are refused, or made up, nothing can be said
+            check_crossings(&document.tubes, &mut checks);
+        }
         if checks.errors.is_empty() { Ok(ValidJob(document)) } else { Err(DocumentErrors(checks.errors)) }
     }
 
@@ -196,7 +201,7 @@ impl JobDocument {
         for (index, tube) in self.tubes.iter().enumerate() {
             let pointer = format!("/tubes/{index}");
             let Opening { centre, diameter_m, diameter } = tube.opening();
-            if !SIZE_M.contains(diameter_m) {
+            if !DIAMETER_M.contains(diameter_m) {
                 continue;
             }
             if diameter_m > widest + TOUCHING_M {

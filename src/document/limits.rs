@@ -88,6 +88,8 @@ pub const LIGHT: Range = within(0.0, 1e9);
 pub const TURN_DEG: Range = within(-360.0, 360.0);
 /// Coordinate along one axis in metres: farther than any camera or object.
 pub const COORDINATE_M: Range = within(-1e6, 1e6);
+/// Place of a mesh's origin in metres: its coordinates may be eastings and northings of a survey.
+pub const MESH_POSITION_M: Range = within(-1e8, 1e8);
 /// Slack for corners that are meant to touch a wall, in metres.
 pub const TOUCHING_M: f64 = 1e-9;
 
@@ -126,12 +128,12 @@ pub const TURBIDITY: Range = above(0.0, 12.0);
 /// Altitude of the sun; below the horizon it gives no light.
 pub const ALTITUDE_DEG: Range = within(-90.0, 90.0);
 
-/// Length of an edge of a room in metres.
-pub const ROOM_EDGE_M: Range = within(0.01, 10_000.0);
-/// An edge of a box, or the diameter of a tube: what fits into the largest room.
-pub const SIZE_M: Range = above(0.0, 10_000.0);
+/// Length of an edge of a room in metres: no interior is longer, and nearly every one in millimetres is.
+pub const ROOM_EDGE_M: Range = within(0.01, 1000.0);
+/// An edge of a box: what fits into the largest room.
+pub const SIZE_M: Range = above(0.0, 1000.0);
 /// Coordinate of a point in the plane of the ceiling, in metres.
-pub const IN_PLANE_M: Range = within(0.0, 10_000.0);
+pub const IN_PLANE_M: Range = within(0.0, 1000.0);
 /// Number of objects in a room.
 pub const OBJECTS: RangeInclusive<usize> = 0..=1000;
 /// Number of luminaires in a room.
@@ -141,10 +143,12 @@ pub const MOST_TRIANGLES: usize = 2_000_000;
 /// Roughness of a surface; between 0 and [`crate::optics::glossy::LEAST_ROUGHNESS`] it is refused, too.
 pub const ROUGHNESS: Range = within(0.0, 1.0);
 
+/// Diameter of a tube in metres: wider than any is, and narrower than any in millimetres.
+pub const DIAMETER_M: Range = above(0.0, 100.0);
 /// Number of segments of a tube.
 pub const SEGMENTS: RangeInclusive<usize> = 1..=16;
-/// Length of one segment of a tube.
-pub const SEGMENT_LENGTH_M: Range = above(0.0, 1000.0);
+/// Length of one segment of a tube in metres: longer than any is, and shorter than any in millimetres.
+pub const SEGMENT_LENGTH_M: Range = above(0.0, 100.0);
 /// Lean of a segment from the vertical: a guide may turn back up, not far.
 pub const TILT_DEG: Range = within(0.0, 135.0);
 /// Number of characters of a mesh's id.
@@ -158,7 +162,7 @@ pub const THICKNESS_M: Range = above(0.0, 1.0);
 /// Napierian absorption coefficient of a dome's material.
 pub const ABSORPTION_PER_M: Range = within(0.0, 1e6);
 /// Radius of a zone of a diffuser, where the tube's is not known.
-pub const ZONE_RADIUS_M: Range = within(0.0, 5_000.0);
+pub const ZONE_RADIUS_M: Range = within(0.0, 50.0);
 
 /// Angle of a row or column of a table, from the normal.
 pub const TABLE_ANGLE_DEG: Range = within(0.0, 90.0);
@@ -174,9 +178,9 @@ pub const EXITS: RangeInclusive<usize> = 2..=721;
 /// Number of characters of a grid's or a view's name.
 pub const OUTPUT_NAME: RangeInclusive<usize> = 1..=64;
 /// Height of a grid, where the room's is not known.
-pub const GRID_HEIGHT_M: Range = within(0.0, 10_000.0);
+pub const GRID_HEIGHT_M: Range = within(0.0, 1000.0);
 /// Margin of a grid, where the room's size is not known.
-pub const MARGIN_M: Range = within(0.0, 5_000.0);
+pub const MARGIN_M: Range = within(0.0, 500.0);
 /// Number of cells along one axis of a grid.
 pub const CELLS: RangeInclusive<u32> = 1..=1000;
 /// Largest number of cells of one grid.
@@ -228,13 +232,13 @@ pub const FIELDS: &[(&str, &str, Limit)] = &[
     ("SurfaceDocument", "roughness", Limit::Number(ROUGHNESS)),
     ("BoxObject", "rotation_deg", Limit::Number(TURN_DEG)),
     ("MeshObject", "rotation_deg", Limit::Number(TURN_DEG)),
-    ("ParametricTube", "diameter_m", Limit::Number(SIZE_M)),
+    ("ParametricTube", "diameter_m", Limit::Number(DIAMETER_M)),
     ("ParametricTube", "segments", Limit::Items(SEGMENTS)),
     ("SegmentDocument", "length_m", Limit::Number(SEGMENT_LENGTH_M)),
     ("SegmentDocument", "tilt_deg", Limit::Number(TILT_DEG)),
     ("SegmentDocument", "azimuth_deg", Limit::Number(TURN_DEG)),
     ("MeshTubeDocument", "mesh", Limit::Length(MESH_ID)),
-    ("MeshTubeDocument", "opening_diameter_m", Limit::Number(SIZE_M)),
+    ("MeshTubeDocument", "opening_diameter_m", Limit::Number(DIAMETER_M)),
     ("MeshTubeDocument", "rotation_deg", Limit::Number(TURN_DEG)),
     ("MeshTubeDocument", "parts", Limit::Fields(PARTS)),
     ("DielectricDomeCollector", "refractive_index", Limit::Number(REFRACTIVE_INDEX)),

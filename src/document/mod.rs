@@ -9,6 +9,7 @@
 
 pub mod effects;
 pub mod errors;
+mod frame;
 mod hints;
 pub mod job;
 pub mod limits;

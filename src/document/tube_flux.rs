@@ -141,7 +141,7 @@ fn job(request: &Value, tube: &Value, sky: usize, time: Option<usize>) -> Value 
     }
     let diameter = ["diameter_m", "opening_diameter_m"].iter().find_map(|field| tube[*field].as_f64());
     // a room that any tube fits into which may be in one
-    let edge = (2.0 * diameter.unwrap_or(1.0)).clamp(0.1, 10_000.0);
+    let edge = (2.0 * diameter.unwrap_or(1.0)).clamp(0.1, 200.0);
     tube["centre_m"] = json!([0.5 * edge, 0.5 * edge]);
     let mut job = Map::new();
     job.insert("room".into(), json!({ "size_m": [edge, edge, edge] }));

@@ -2,6 +2,7 @@
 
 use serde_json::{Value, json};
 use skyduct::document::JobDocument;
+use skyduct::document::tube_flux::TubeFluxDocument;
 
 fn base() -> Value {
     json!({
@@ -217,4 +218,43 @@ fn numbers_in_other_units_get_a_hint() {
             assert!(detail.ends_with(hint), "{pointer} {number}: {errors:?}");
         }
     }
+}
+
+/// Lengths that no building has, and things that fit with thousandths of all their lengths.
+#[test]
+fn millimetres_everywhere() {
+    let hints = |document: &Value| -> usize { errors_of(document).matches(" like millimetres").count() };
+    let mut in_millimetres = base();
+    in_millimetres["room"]["size_m"] = json!([4000, 6000, 2700]);
+    in_millimetres["tubes"][0]["centre_m"] = json!([2000, 3000]);
+    assert_eq!(hints(&in_millimetres), 3, "{}", errors_of(&in_millimetres));
+    for (pointer, value, expected) in [
+        ("/room/size_m/1", json!(6000), 1),
+        ("/tubes/0/segments/0/length_m", json!(600), 1),
+        ("/tubes/0/segments/0/length_m", json!(150), 1),
+        ("/room/objects/0/size_m", json!([600, 600, 750]), 3),
+        (
+            "/room/objects/0",
+            json!({ "kind": "box", "size_m": [600, 600, 750], "position_m": [500, 500, 0],
+                                    "surface": { "reflectance": 0.5 } }),
+            3,
+        ),
+        (
+            "/room/luminaires",
+            json!([{ "kind": "rectangle", "corner_m": [500, 500, 2600], "edge_u_m": [0, 600, 0],
+                                      "edge_v_m": [600, 0, 0], "luminance_cd_m2": 1000 }]),
+            3,
+        ),
+    ] {
+        let mut document = base();
+        document["room"]["luminaires"] = json!([]);
+        *document.pointer_mut(pointer).unwrap() = value;
+        assert_eq!(hints(&document), expected, "{pointer}: {}", errors_of(&document));
+    }
+    // a tube by itself in a room that is made for it
+    let request = json!({ "tube": { "diameter_m": 350, "reflectance": 0.98, "segments": [{ "length_m": 1.2 }],
+                          "collector": { "kind": "open" }, "diffuser": { "kind": "open" } },
+                          "skies": [{ "cie_type": 1, "sun_position": { "altitude_deg": 35, "azimuth_deg": 225 } }] });
+    let errors = TubeFluxDocument::from_value(request).map(drop).unwrap_err();
+    assert!(errors.to_string().contains("350 looks like millimetres: 0.35"), "{errors}");
 }

@@ -22,6 +22,7 @@ mod bounds;
 mod contract;
 mod effects;
 mod hints;
+mod mesh_files;
 mod methods;
 mod room;
 mod seeds;

@@ -26,9 +26,9 @@ fn tubes_bend_touch_and_overlap() {
     assert!(parse(&tiny).is_ok());
 
     let tube = base()["tubes"][0].clone();
-    let beside = |x: f64| {
+    let beside = |y: f64| {
         let mut second = tube.clone();
-        second["centre_m"] = json!([x, 1.016]);
+        second["centre_m"] = json!([1.016, y]);
         with(base(), "/tubes/-", second)
     };
     refused(&beside(1.2), "/tubes/1/centre_m", "overlaps");
@@ -182,4 +182,65 @@ fn measured_diffusers_are_read_and_judged() {
         "/tubes/0/diffuser/exit_deg",
         "not a field of",
     );
+}
+
+/// Tubes that pass through each other, by their segments, their elbows or a bend back, and through themselves.
+#[test]
+fn tubes_share_no_space() {
+    let tube = |x: f64, segments: Value| {
+        let mut tube = base()["tubes"][0].clone();
+        tube["centre_m"] = json!([x, 1.0]);
+        tube["segments"] = segments;
+        tube
+    };
+    let leaning =
+        |azimuth: f64| json!([{ "length_m": 0.6 }, { "length_m": 3, "tilt_deg": 60, "azimuth_deg": azimuth }]);
+    let upright = json!([{ "length_m": 3 }]);
+    let errors = |tubes: Vec<Value>| match parse(&with(base(), "/tubes", tubes.into())) {
+        Ok(_) => Vec::new(),
+        Err(errors) => errors.0.into_iter().map(|error| format!("{}: {}", error.pointer, error.detail)).collect(),
+    };
+    // toward each other, over another one, and into one that stands behind
+    let met = errors(vec![tube(0.4, leaning(90.0)), tube(1.6, leaning(270.0))]);
+    let [met] = met.as_slice() else { panic!("{met:?}") };
+    assert!(met.starts_with("/tubes/1/segments/1: passes through /tubes/0/segments/1: near [1, 1, "), "{met}");
+    assert!(met.contains("within 0.0000 m, and their radii are 0.254 m together"), "{met}");
+    for crossing in [
+        vec![tube(0.4, leaning(90.0)), tube(1.6, upright.clone())],
+        vec![tube(0.4, upright.clone()), tube(1.6, leaning(270.0))],
+        // past the outer edge of an elbow, which reaches out farther than the axes do
+        vec![
+            tube(0.7, json!([{ "length_m": 1 }, { "length_m": 1, "tilt_deg": 90, "azimuth_deg": 270 }])),
+            with(
+                tube(0.85, json!([{ "length_m": 1.234 }, { "length_m": 1, "tilt_deg": 90, "azimuth_deg": 180 }])),
+                "/centre_m/1",
+                json!(1.6),
+            ),
+        ],
+    ] {
+        let found = errors(crossing);
+        assert!(found.len() == 1 && found[0].contains("passes through /tubes/0/segments/"), "{found:?}");
+    }
+    for apart in [
+        vec![tube(0.4, leaning(270.0)), tube(1.6, leaning(90.0))],
+        vec![tube(0.4, leaning(90.0)), tube(1.6, leaning(90.0))],
+        vec![tube(0.4, leaning(0.0)), tube(0.654, leaning(0.0))],
+        // a tube that ends below another one
+        vec![tube(0.4, leaning(90.0)), tube(1.6, json!([{ "length_m": 0.9 }]))],
+    ] {
+        assert_eq!(errors(apart), Vec::<String>::new());
+    }
+    // up, over, down and back through its own first segment
+    let segment =
+        |length: f64, tilt: f64, azimuth: f64| json!({ "length_m": length, "tilt_deg": tilt, "azimuth_deg": azimuth });
+    let knot = |last: f64| {
+        json!([segment(2.0, 0.0, 0.0), segment(0.6, 90.0, 90.0), segment(0.9, 135.0, 90.0), segment(last, 90.0, 270.0)])
+    };
+    let own = errors(vec![tube(0.4, knot(2.0))]);
+    assert!(own.len() == 1 && own[0].starts_with("/tubes/0/segments/"), "{own:?}");
+    assert!(own[0].contains("passes through /tubes/0/segments/"), "{own:?}");
+    assert_eq!(errors(vec![tube(0.4, knot(0.6))]), Vec::<String>::new());
+    // elbows of short gores
+    let gores: Vec<Value> = (0..7).map(|k| segment(0.254 * 0.1317, 15.0 * f64::from(k), 0.0)).collect();
+    assert_eq!(errors(vec![tube(0.4, gores.into())]), Vec::<String>::new());
 }

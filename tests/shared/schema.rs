@@ -81,6 +81,7 @@ pub const BEYOND_A_SCHEMA: &[(&str, &str)] = &[
     ("and below the ceiling", "compares with the height of the room"),
     ("half the room", "compares with the size of the room"),
     ("the opening overlaps", "geometry of two tubes"),
+    ("passes through /tubes/", "geometry of two tubes"),
     ("covers the opening", "geometry of a luminaire and a tube"),
     ("must neither reach into", "geometry of a luminaire and an object"),
     ("in the same plane", "geometry of two luminaires"),

@@ -54,8 +54,8 @@ fn field(pointer: &str) -> Option<Value> {
     let (parent, name) = pointer.rsplit_once('/')?;
     Some(match name {
         // nothing is too large for it
-        "room" => json!({ "size_m": [10_000, 10_000, 10_000] }),
-        "size_m" if parent == "/room" => json!([10_000, 10_000, 10_000]),
+        "room" => json!({ "size_m": [1000, 1000, 1000] }),
+        "size_m" if parent == "/room" => json!([1000, 1000, 1000]),
         "size_m" => json!([1e-6, 1e-6, 1e-6]),
         "position_m" | "corner_m" => json!([1e-3, 1e-3, 1e-3]),
         "edge_u_m" => json!([1e-6, 0, 0]),
@@ -65,8 +65,8 @@ fn field(pointer: &str) -> Option<Value> {
         "up" => json!([0, 0, 1]),
         "centre_m" => json!([1e-3, 1e-3]),
         "diameter_m" | "opening_diameter_m" | "thickness_m" => json!(1e-6),
-        "length_m" => json!(1000),
-        "segments" => json!([{ "length_m": 1000 }]),
+        "length_m" => json!(100),
+        "segments" => json!([{ "length_m": 100 }]),
         "collector" | "diffuser" => json!({ "kind": "open" }),
         "surface" => json!({ "reflectance": 0.5 }),
         "surfaces" | "parts" | "effects" => json!({}),

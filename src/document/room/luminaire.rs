@@ -6,6 +6,7 @@ use utoipa::ToSchema;
 
 use super::object::BoxDocument;
 use crate::document::errors::Checks;
+use crate::document::hints;
 use crate::document::limits::{COORDINATE_M, LIGHT, TOUCHING_M};
 use crate::document::optics::Coefficient;
 use crate::document::schema::shapes::{Luminance, Vector};
@@ -88,13 +89,25 @@ pub(crate) fn check_luminaire(pointer: &str, luminaire: &LuminaireDocument, chec
 /// Inside the room, emitting into it.
 pub(crate) fn check_place(pointer: &str, sheet: &Sheet, size: [f64; 3], checks: &mut Checks) -> bool {
     let errors_before = checks.errors.len();
+    let thousandths =
+        Sheet { corner: sheet.corner / 1000.0, u: sheet.u / 1000.0, v: sheet.v / 1000.0, ..sheet.clone() };
+    let thousandths_fit =
+        thousandths.corners().iter().all(|corner| corner.cmpge(DVec3::ZERO).all() && corner.cmple(size.into()).all());
     for (axis, room) in size.into_iter().enumerate() {
         let reach = |f: fn(f64, f64) -> f64, start| sheet.corners().iter().map(|p| p[axis]).fold(start, f);
         let (from, to) = (reach(f64::min, f64::INFINITY), reach(f64::max, f64::NEG_INFINITY));
         if from < -TOUCHING_M || to > room + TOUCHING_M {
-            let detail =
-                format!("the luminaire must be inside the room (0..{room} m), but reaches from {from} m to {to} m");
-            checks.refuse(format!("{pointer}/corner_m/{axis}"), detail);
+            let corner = sheet.corner[axis];
+            let pointer = format!("{pointer}/corner_m/{axis}");
+            let fits = |meant: f64| meant - corner + from >= 0.0 && meant - corner + to <= room;
+            let hint = match hints::of_number(&pointer, corner, fits) {
+                hint if hint.is_empty() && thousandths_fit => hints::OF_LENGTHS.to_owned(),
+                hint => hint,
+            };
+            let detail = format!(
+                "the luminaire must be inside the room (0..{room} m), but reaches from {from} m to {to} m{hint}"
+            );
+            checks.refuse(pointer, detail);
             continue;
         }
         let leaves = |plane: f64, outward: f64| {

@@ -8,10 +8,11 @@ use super::RoomDocument;
 use super::object::{MeshObjectDocument, ObjectDocument};
 use super::surface::SurfaceDocument;
 use crate::document::errors::Checks;
+use crate::document::frame::{Up, hint_at_other_axis, upright};
+use crate::document::hints;
 use crate::document::limits::{MOST_TRIANGLES, TOUCHING_M};
 use crate::document::mesh_source::MeshSource;
 use crate::document::read::pointer::escape;
-use crate::document::unit::Unit;
 use crate::geometry::TriangleMesh;
 use crate::geometry::turn::unit_vector;
 use crate::optics::Surface;
@@ -44,7 +45,7 @@ fn mesh_object(
     meshes: &dyn MeshSource,
     checks: &mut Checks,
 ) -> Option<MeshObject> {
-    let MeshObjectDocument { mesh: id, unit, position_m, rotation_deg, surfaces: by_name } = object;
+    let MeshObjectDocument { mesh: id, unit, up, position_m, rotation_deg, surfaces: by_name } = object;
     let in_file_units = match meshes.load(id) {
         Ok(mesh) => mesh,
         Err(detail) => {
@@ -53,13 +54,23 @@ fn mesh_object(
         }
     };
     let errors_before = checks.errors.len();
-    let mut mesh = in_file_units.scaled(unit.metres());
-    let turn = unit_vector(-rotation_deg.to_radians());
-    for position in &mut mesh.positions {
-        *position = turn.rotate(position.truncate()).extend(position.z) + DVec3::from(*position_m);
-    }
+    let place = |up: Up| {
+        let mut mesh = upright(&in_file_units, *unit, up);
+        let turn = unit_vector(-rotation_deg.to_radians());
+        for position in &mut mesh.positions {
+            *position = turn.rotate(position.truncate()).extend(position.z) + DVec3::from(*position_m);
+        }
+        mesh
+    };
+    let mut mesh = place(*up);
     let surfaces = surfaces(pointer, by_name, &mesh, checks);
-    check_extent(pointer, *unit, &mesh, size_m, checks);
+    let errors_of_names = checks.errors.len();
+    check_extent(pointer, object, &mesh, size_m, checks);
+    hint_at_other_axis(&mut checks.errors[errors_of_names..], *up, |up| {
+        let mut trial = Checks::default();
+        check_extent(pointer, object, &place(up), size_m, &mut trial);
+        trial.errors.is_empty()
+    });
     for position in &mut mesh.positions {
         // what touches a wall up to rounding must not reach behind it
         *position = position.clamp(DVec3::ZERO, DVec3::from(size_m));
@@ -92,8 +103,14 @@ fn surfaces(
     surfaces
 }
 
-fn check_extent(pointer: &str, unit: Unit, mesh: &TriangleMesh, size_m: [f64; 3], checks: &mut Checks) {
-    let unit = format!("with the unit `{unit}`");
+fn check_extent(
+    pointer: &str,
+    object: &MeshObjectDocument,
+    mesh: &TriangleMesh,
+    size_m: [f64; 3],
+    checks: &mut Checks,
+) {
+    let unit = format!("with the unit `{}`", object.unit);
     if mesh.positions.iter().any(|position| !position.is_finite()) {
         checks.refuse(format!("{pointer}/mesh"), format!("{unit}, coordinates must be finite"));
         return;
@@ -103,12 +120,18 @@ fn check_extent(pointer: &str, unit: Unit, mesh: &TriangleMesh, size_m: [f64; 3]
         return;
     };
     for (axis, size) in size_m.into_iter().enumerate() {
-        if low[axis] < -TOUCHING_M || high[axis] > size + TOUCHING_M {
+        let position = object.position_m[axis];
+        // of coordinates far away more is rounded off
+        let slack = TOUCHING_M.max(8.0 * f64::EPSILON * position.abs());
+        if low[axis] < -slack || high[axis] > size + slack {
+            let pointer = format!("{pointer}/position_m/{axis}");
+            let fits = |meant: f64| low[axis] - position + meant >= 0.0 && high[axis] - position + meant <= size;
+            let hint = hints::of_number(&pointer, position, fits);
             let detail = format!(
-                "{unit}, the mesh must be inside the room (0..{size} m), but reaches from {} m to {} m",
+                "{unit}, the mesh must be inside the room (0..{size} m), but reaches from {} m to {} m{hint}",
                 low[axis], high[axis]
             );
-            checks.refuse(format!("{pointer}/position_m/{axis}"), detail);
+            checks.refuse(pointer, detail);
         }
     }
 }

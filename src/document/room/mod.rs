@@ -21,7 +21,7 @@ use surface::SurfaceDocument;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RoomDocument {
-    /// Extent along x, y and z, each 0.01..10000 m.
+    /// Extent along x, y and z, each 0.01..1000 m.
     #[schema(value_type = RoomSize)]
     pub size_m: [f64; 3],
     /// Azimuth of the room's +y axis, clockwise from north.

@@ -8,11 +8,12 @@ use utoipa::ToSchema;
 
 use super::surface::{Owner, SurfaceDocument, check_surface};
 use crate::document::errors::Checks;
+use crate::document::frame::Up;
 use crate::document::hints;
-use crate::document::limits::{COORDINATE_M, SIZE_M, TOUCHING_M, TURN_DEG};
+use crate::document::limits::{COORDINATE_M, MESH_POSITION_M, SIZE_M, TOUCHING_M, TURN_DEG};
 use crate::document::read::pointer::escape;
 use crate::document::read::tagged::{self, Reader, Tagged};
-use crate::document::schema::shapes::{BoxSize, Vector};
+use crate::document::schema::shapes::{BoxSize, MeshPosition, Vector};
 use crate::document::unit::Unit;
 
 /// An object in the room.
@@ -64,8 +65,12 @@ pub struct MeshObjectDocument {
     pub mesh: String,
     /// Unit of the mesh's coordinates; OBJ has none.
     pub unit: Unit,
-    /// Place of the mesh's origin in metres.
-    #[schema(value_type = Vector)]
+    /// Axis of the file that points upward; `y`: its z points to the south of the room's frame.
+    #[serde(default)]
+    #[schema(default = "z")]
+    pub up: Up,
+    /// Place of the mesh's origin in metres; far from the room where the mesh has coordinates of a survey.
+    #[schema(value_type = MeshPosition)]
     pub position_m: [f64; 3],
     /// Clockwise seen from above.
     #[serde(default)]
@@ -95,7 +100,7 @@ impl ObjectDocument {
 
 impl MeshObjectDocument {
     fn check(&self, pointer: &str, checks: &mut Checks) {
-        checks.numbers(&format!("{pointer}/position_m"), &self.position_m, COORDINATE_M);
+        checks.numbers(&format!("{pointer}/position_m"), &self.position_m, MESH_POSITION_M);
         checks.number(&format!("{pointer}/rotation_deg"), self.rotation_deg, TURN_DEG);
         for (name, surface) in &self.surfaces {
             check_surface(&format!("{pointer}/surfaces/{}", escape(name)), surface, Owner::Object, checks);
@@ -117,23 +122,33 @@ impl BoxDocument {
     /// Refuses a box that reaches out of the room.
     fn check_place(&self, pointer: &str, room_size_m: [f64; 3], checks: &mut Checks) {
         let (base, size) = (DVec3::from(self.position_m), DVec3::from(self.size_m));
-        let (sin, cos) = libm::sincos(self.rotation_deg.to_radians());
-        // half-widths of the rotated footprint along the room's axes
-        let reach_x = 0.5 * (size.x * cos.abs() + size.y * sin.abs());
-        let reach_y = 0.5 * (size.x * sin.abs() + size.y * cos.abs());
-        let spans =
-            [(base.x - reach_x, base.x + reach_x), (base.y - reach_y, base.y + reach_y), (base.z, base.z + size.z)];
-        for (axis, ((from, to), room)) in spans.into_iter().zip(room_size_m).enumerate() {
+        let thousandths_fit =
+            [(base, size / 1000.0), (base / 1000.0, size / 1000.0)].into_iter().any(|(base, size)| {
+                let spans = self.spans(base, size).into_iter().zip(room_size_m);
+                spans.into_iter().all(|((from, to), room)| from >= 0.0 && to <= room)
+            });
+        for (axis, ((from, to), room)) in self.spans(base, size).into_iter().zip(room_size_m).enumerate() {
             if from < -TOUCHING_M || to > room + TOUCHING_M {
                 let pointer = format!("{pointer}/position_m/{axis}");
                 let position = self.position_m[axis];
                 // moved to where it may have been meant to be
                 let fits = |meant: f64| meant - position + to <= room && meant - position + from >= 0.0;
-                let hint = hints::of_number(&pointer, position, fits);
+                let hint = match hints::of_number(&pointer, position, fits) {
+                    hint if hint.is_empty() && thousandths_fit => hints::OF_LENGTHS.to_owned(),
+                    hint => hint,
+                };
                 let detail =
                     format!("the box must be inside the room (0..{room} m), but reaches from {from} m to {to} m{hint}");
                 checks.refuse(pointer, detail);
             }
         }
+    }
+    /// Reach along the room's axes of a box of this size, turned as this one, with its base there.
+    fn spans(&self, base: DVec3, size: DVec3) -> [(f64, f64); 3] {
+        let (sin, cos) = libm::sincos(self.rotation_deg.to_radians());
+        // half-widths of the rotated footprint
+        let reach_x = 0.5 * (size.x * cos.abs() + size.y * sin.abs());
+        let reach_y = 0.5 * (size.x * sin.abs() + size.y * cos.abs());
+        [(base.x - reach_x, base.x + reach_x), (base.y - reach_y, base.y + reach_y), (base.z, base.z + size.z)]
     }
 }

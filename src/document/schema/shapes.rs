@@ -7,8 +7,8 @@ use utoipa::openapi::schema::{ArrayBuilder, KnownFormat, ObjectBuilder, OneOfBui
 use utoipa::{PartialSchema, ToSchema};
 
 use crate::document::limits::{
-    ALBEDO, CELLS, COORDINATE_M, EXITS, IN_PLANE_M, LIGHT, PIXELS_OF_AN_EDGE, ROOM_EDGE_M, Range, SCATTERING_PER_SR,
-    SIZE_M, TABLE_ANGLE_DEG,
+    ALBEDO, CELLS, COORDINATE_M, EXITS, IN_PLANE_M, LIGHT, MESH_POSITION_M, PIXELS_OF_AN_EDGE, ROOM_EDGE_M, Range,
+    SCATTERING_PER_SR, SIZE_M, TABLE_ANGLE_DEG,
 };
 
 /// Unit-like types that stand for a schema in `#[schema(value_type = ...)]`.
@@ -31,6 +31,7 @@ named! {
     PlanePoint: array(2, number(IN_PLANE_M)).description(Some("x and y in metres."));
     PlaneOffset: array(2, number(COORDINATE_M)).description(Some("East and north in metres."));
     RoomSize: array(3, number(ROOM_EDGE_M)).description(Some("Extent along x, y and z in metres."));
+    MeshPosition: array(3, number(MESH_POSITION_M)).description(Some("x, y and z in metres."));
     BoxSize: array(3, number(SIZE_M)).description(Some("Extent along x, y and z in metres."));
     CellCounts: array(2, integer(CELLS)).description(Some("Number of cells along x and y."));
     PixelCounts: array(2, integer(PIXELS_OF_AN_EDGE)).description(Some("Width and height in pixels."));

@@ -6,9 +6,9 @@ use glam::DVec3;
 
 use super::diffuser::DiffuserDocument;
 use super::part::PartDocument;
-use super::{MeshTubeDocument, Opening, ParametricTube, TubeDocument};
+use super::{MeshTubeDocument, Opening, ParametricTube, SegmentDocument, TubeDocument};
 use crate::document::errors::Checks;
-use crate::document::limits::{MESH_ID, SEGMENT_LENGTH_M, SEGMENTS, SIZE_M, TILT_DEG, TUBES, TURN_DEG};
+use crate::document::limits::{DIAMETER_M, MESH_ID, SEGMENT_LENGTH_M, SEGMENTS, TILT_DEG, TUBES, TURN_DEG};
 use crate::document::read::pointer::escape;
 use crate::sky::direction;
 
@@ -23,7 +23,7 @@ pub(crate) fn check_tubes(tubes: &[TubeDocument], checks: &mut Checks) -> bool {
     for (index, tube) in tubes.iter().enumerate() {
         let pointer = format!("/tubes/{index}");
         let Opening { diameter_m, diameter, .. } = tube.opening();
-        let diameter_ok = checks.number(&format!("{pointer}/{diameter}"), diameter_m, SIZE_M);
+        let diameter_ok = checks.number(&format!("{pointer}/{diameter}"), diameter_m, DIAMETER_M);
         match tube {
             TubeDocument::Parametric(tube) => check_parametric(&pointer, tube, diameter_ok, checks),
             TubeDocument::Mesh(tube) => check_mesh_tube(&pointer, tube, checks),
@@ -61,12 +61,8 @@ fn check_segments(pointer: &str, tube: &ParametricTube, diameter_ok: bool, check
     if !ok {
         return;
     }
-    let axes: Vec<DVec3> = segments
-        .iter()
-        .map(|segment| direction(0.5 * PI - segment.tilt_deg.to_radians(), segment.azimuth_deg.to_radians()))
-        .collect();
-    let bends: Vec<f64> =
-        axes.windows(2).map(|pair| libm::atan2(pair[0].cross(pair[1]).length(), pair[0].dot(pair[1]))).collect();
+    let axes = axes(segments);
+    let bends = bends(&axes);
     for (index, bend) in bends.iter().enumerate() {
         if bend.to_degrees() >= STEEPEST_BEND_DEG {
             let detail = format!(
@@ -103,6 +99,19 @@ fn check_segments(pointer: &str, tube: &ParametricTube, diameter_ok: bool, check
             checks.refuse(format!("{pointer}/tilt_deg"), detail);
         }
     }
+}
+
+/// Unit vectors along the axes of segments, upward.
+pub(super) fn axes(segments: &[SegmentDocument]) -> Vec<DVec3> {
+    let axis = |segment: &SegmentDocument| {
+        direction(0.5 * PI - segment.tilt_deg.to_radians(), segment.azimuth_deg.to_radians())
+    };
+    segments.iter().map(axis).collect()
+}
+
+/// Angles in radians between successive axes.
+pub(super) fn bends(axes: &[DVec3]) -> Vec<f64> {
+    axes.windows(2).map(|pair| libm::atan2(pair[0].cross(pair[1]).length(), pair[0].dot(pair[1]))).collect()
 }
 
 fn check_mesh_tube(pointer: &str, tube: &MeshTubeDocument, checks: &mut Checks) {

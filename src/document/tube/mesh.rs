@@ -5,6 +5,7 @@ use std::sync::Arc;
 use super::MeshTubeDocument;
 use super::part::{CollectorPart, PartDocument};
 use crate::document::errors::Checks;
+use crate::document::frame::{hint_at_other_axis, upright};
 use crate::document::limits::COORDINATE_M;
 use crate::document::mesh_source::MeshSource;
 use crate::document::read::pointer::escape;
@@ -32,9 +33,15 @@ pub(crate) fn mesh_tube(
         }
     };
     let errors_before = checks.errors.len();
-    let mesh = in_file_units.scaled(document.unit.metres());
+    let mesh = upright(&in_file_units, document.unit, document.up);
     let parts = parts(pointer, document, &mesh, checks);
+    let errors_of_names = checks.errors.len();
     check_extent(pointer, document, &mesh, &parts, checks);
+    hint_at_other_axis(&mut checks.errors[errors_of_names..], document.up, |up| {
+        let mut trial = Checks::default();
+        check_extent(pointer, document, &upright(&in_file_units, document.unit, up), &parts, &mut trial);
+        trial.errors.is_empty()
+    });
     let closure = document.parts.values().find_map(|part| match part {
         PartDocument::Diffuser(document) => Some(document.diffuser()),
         _ => None,
@@ -82,10 +89,17 @@ fn check_extent(pointer: &str, document: &MeshTubeDocument, mesh: &TriangleMesh,
         return;
     }
     let tolerance = PLANE_TOLERANCE * document.opening_diameter_m;
-    let Some((_, highest)) = mesh.bounds() else {
+    let Some((lowest, highest)) = mesh.bounds() else {
         checks.refuse(format!("{pointer}/mesh"), "the mesh is empty");
         return;
     };
+    if lowest.truncate().max_element() > 0.0 || highest.truncate().min_element() < 0.0 {
+        let detail = format!(
+            "{unit}, the mesh's origin must be the centre of the opening, but it reaches from ({}, {}) m to ({}, {}) m: move it there",
+            lowest.x, lowest.y, highest.x, highest.y
+        );
+        checks.refuse(format!("{pointer}/mesh"), detail);
+    }
     if highest.z <= tolerance {
         let detail = format!("{unit}, the mesh must reach above z = 0, but ends at z = {} m", highest.z);
         checks.refuse(format!("{pointer}/mesh"), detail);

@@ -3,6 +3,7 @@
 pub(super) mod check;
 pub mod collector;
 pub(super) mod convert;
+pub(super) mod crossing;
 pub mod diffuser;
 pub mod mesh;
 pub mod part;
@@ -14,6 +15,7 @@ use serde::de::{Deserializer, Error};
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
+use crate::document::frame::Up;
 use crate::document::optics::Coefficient;
 use crate::document::optics::mirror::MirrorDocument;
 use crate::document::read::tagged::Fields;
@@ -66,7 +68,7 @@ pub struct SegmentDocument {
     pub azimuth_deg: f64,
 }
 
-/// A tube as a triangle mesh; its z is up, its origin sits in the centre of the opening.
+/// A tube as a triangle mesh; its origin sits in the centre of the opening.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MeshTubeDocument {
@@ -74,6 +76,10 @@ pub struct MeshTubeDocument {
     pub mesh: String,
     /// Unit of the mesh's coordinates; OBJ has none.
     pub unit: Unit,
+    /// Axis of the file that points upward; `y`: its z points to the south, before `rotation_deg` turns it.
+    #[serde(default)]
+    #[schema(default = "z")]
+    pub up: Up,
     /// Centre of the opening in the ceiling plane.
     #[schema(value_type = PlanePoint)]
     pub centre_m: [f64; 2],

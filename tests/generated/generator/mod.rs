@@ -45,13 +45,14 @@ pub fn document(kind: Kind) -> impl Strategy<Value = Value> {
         everything.prop_map(move |(room, tubes, (sky, place), outputs, effects, seed)| {
             let size = sizes(&room);
             let lit = !room["luminaires"].as_array().unwrap().is_empty();
+            let several = tubes.iter().flatten().count() > 1;
             let mut tubes: Vec<Value> = tubes
                 .iter()
                 .enumerate()
-                .filter_map(|(quarter, tube)| Some(in_quarter(tube.as_ref()?, quarter, size)))
+                .filter_map(|(quarter, tube)| Some(in_quarter(tube.as_ref()?, quarter, size, several)))
                 .collect();
             if tubes.is_empty() && !lit {
-                tubes.push(in_quarter(&simplest_tube(), 0, size));
+                tubes.push(in_quarter(&simplest_tube(), 0, size, false));
             }
             let (grids, views) = outputs;
             let mut document = json!({

@@ -118,8 +118,9 @@ fn mesh_tube(kind: Kind, coloured: bool) -> BoxedStrategy<Value> {
         .boxed()
 }
 
-/// A tube in its quarter of the ceiling; lengths are radii until then.
-pub fn in_quarter(drawn: &Value, quarter: usize, [x, y, _]: [f64; 3]) -> Value {
+/// A tube in its quarter of the ceiling; lengths are radii until then. One of several leans away from the others, so that none crosses
+/// another.
+pub fn in_quarter(drawn: &Value, quarter: usize, [x, y, _]: [f64; 3], several: bool) -> Value {
     let (w, d) = (0.5 * x, 0.5 * y);
     let place = three(&drawn["place"]);
     let radius = (place[2] * 0.5 * w.min(d)).min(0.5);
@@ -138,6 +139,10 @@ pub fn in_quarter(drawn: &Value, quarter: usize, [x, y, _]: [f64; 3]) -> Value {
         for segment in tube["segments"].as_array_mut().unwrap() {
             let length = segment.as_object_mut().unwrap().remove("length").unwrap();
             segment["length_m"] = json!(length.as_f64().unwrap() * radius);
+            if let Some(azimuth) = segment["azimuth_deg"].as_f64().filter(|_| several) {
+                let clockwise = [180.0, 90.0, 270.0, 0.0][quarter];
+                segment["azimuth_deg"] = json!(clockwise + azimuth.rem_euclid(90.0));
+            }
         }
         tube["centre_m"] = json!(centre);
         tube["diameter_m"] = json!(2.0 * radius);
