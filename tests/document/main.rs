@@ -26,6 +26,7 @@ mod mesh_files;
 mod methods;
 mod room;
 mod seeds;
+mod sheets;
 mod sky;
 mod text;
 mod tubes;

@@ -204,6 +204,52 @@ fn a_rug_hides_the_floor() {
     }
 }
 
+/// A sheet of two surfaces, white above and dark below, is two sheets a hair apart, by paths either way and by placed vertices;
+/// turned over, it is another.
+#[test]
+fn a_sheet_has_a_surface_on_either_side() {
+    let scene = |sheets: &[(f64, [u32; 2])], height: f64| {
+        let mut scene = beside(box_block(), 0.3);
+        let sheet = |(height, sides): &(f64, [u32; 2])| {
+            let corners = [(0.6, 0.5), (2.4, 0.5), (2.4, 2.0), (0.6, 2.0)];
+            let mut mesh = TriangleMesh {
+                positions: corners.map(|(x, y)| DVec3::new(x, y, *height)).to_vec(),
+                triangles: vec![[0, 1, 2], [0, 3, 2]],
+                materials: vec![String::new(); 2],
+                ..TriangleMesh::default()
+            };
+            // the second triangle is wound the other way
+            mesh.set_sides([*sides, [sides[1], sides[0]]].into_iter());
+            MeshObject { mesh, surfaces: [0.8, 0.05].map(|grey| Surface::diffuse([grey; 3])).to_vec() }
+        };
+        scene.room.boxes.clear();
+        scene.room.meshes = sheets.iter().map(sheet).collect();
+        scene.grids = vec![Grid::new("level".into(), height, [3, 3], 0.2, [3.0, 2.5], EstimateKind::Point)];
+        scene
+    };
+    for height in [0.0, 1.5] {
+        let apart = scene(&[(1.0, [0, 0]), (0.9999, [1, 1])], height);
+        let settings = path_tracing::Settings { samples_per_sensor: 2048, ..Default::default() };
+        let paths =
+            |scene: &Scene, seed: u64| PathTracing::<1>::new(traceable(scene), &scene.grids, &[], &settings, seed);
+        let (truth, error) = values(&scenes::run(&apart, &paths(&apart, 1), 32));
+        let one = scene(&[(1.0, [0, 1])], height);
+        let tracing = LightTracing::<1>::new(traceable(&one), &one.grids, 16_384, 3);
+        let placed = PlacedVertices::<1>::new(traceable(&one), &one.grids, [1024, 4096], 4);
+        for (what, found) in [
+            ("path_tracing", scenes::run(&one, &paths(&one, 2), 32)),
+            ("light_tracing", scenes::run(&one, &tracing, 32)),
+            ("placed_vertices", scenes::run(&one, &placed, 32)),
+        ] {
+            assert_grid(&found, &truth, &error, 4.5, 0.0, what);
+        }
+        let turned = scene(&[(1.0, [1, 0])], height);
+        let turned = values(&scenes::run(&turned, &paths(&turned, 2), 32)).0;
+        let mean = |lux: &[f64]| lux.iter().sum::<f64>() / 9.0;
+        assert!((mean(&turned) / mean(&truth) - 1.0).abs() > 0.05, "{turned:?} {truth:?}");
+    }
+}
+
 /// A closed cube of 12 triangles from its lowest corner on, which is traced as such.
 pub fn closed_cube(from: DVec3, side: f64) -> MeshObject {
     board(from, DVec3::splat(side), UNLIKE)

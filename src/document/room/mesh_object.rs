@@ -6,6 +6,7 @@ use glam::DVec3;
 
 use super::RoomDocument;
 use super::object::{MeshObjectDocument, ObjectDocument};
+use super::sheets::{one_sheet_each, untold_words};
 use super::surface::SurfaceDocument;
 use crate::document::errors::Checks;
 use crate::document::frame::{Up, hint_at_other_axis, upright};
@@ -14,13 +15,14 @@ use crate::document::limits::{MOST_TRIANGLES, TOUCHING_M};
 use crate::document::mesh_source::MeshSource;
 use crate::document::read::pointer::escape;
 use crate::geometry::TriangleMesh;
+use crate::geometry::repeats::without_repeats;
 use crate::geometry::turn::unit_vector;
 use crate::optics::Surface;
 use crate::scene::MeshObject;
 
 /// The meshes of a room, in its frame; those after an error may be missing.
 pub(crate) fn mesh_objects(room: &RoomDocument, meshes: &dyn MeshSource, checks: &mut Checks) -> Vec<MeshObject> {
-    let mut objects = Vec::new();
+    let (mut objects, mut numbers) = (Vec::new(), Vec::new());
     let mut triangles = 0;
     for (index, object) in room.objects.iter().enumerate() {
         let pointer = format!("/room/objects/{index}");
@@ -32,7 +34,11 @@ pub(crate) fn mesh_objects(room: &RoomDocument, meshes: &dyn MeshSource, checks:
             checks.refuse(format!("{pointer}/mesh"), detail);
             break;
         }
+        numbers.push(index);
         objects.push(object);
+    }
+    if checks.errors.is_empty() {
+        one_sheet_each(&mut objects, &numbers, DVec3::from(room.size_m), checks);
     }
     objects
 }
@@ -71,11 +77,21 @@ fn mesh_object(
         check_extent(pointer, object, &place(up), size_m, &mut trial);
         trial.errors.is_empty()
     });
+    if checks.errors.len() > errors_before {
+        return None;
+    }
     for position in &mut mesh.positions {
         // what touches a wall up to rounding must not reach behind it
         *position = position.clamp(DVec3::ZERO, DVec3::from(size_m));
     }
-    (checks.errors.len() == errors_before).then_some(MeshObject { mesh, surfaces })
+    match without_repeats(&mesh, |a, b| surfaces[a as usize] == surfaces[b as usize]) {
+        Ok(once) => mesh = once.unwrap_or(mesh),
+        Err(untold) => {
+            checks.refuse(format!("{pointer}/mesh"), untold_words(untold, &mesh));
+            return None;
+        }
+    }
+    Some(MeshObject { mesh, surfaces })
 }
 
 /// One surface per material of the mesh; names on either side without a partner are errors.

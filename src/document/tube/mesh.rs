@@ -2,6 +2,8 @@
 
 use std::sync::Arc;
 
+use glam::DVec3;
+
 use super::MeshTubeDocument;
 use super::part::{CollectorPart, PartDocument};
 use crate::document::errors::Checks;
@@ -9,9 +11,13 @@ use crate::document::frame::{hint_at_other_axis, upright};
 use crate::document::limits::COORDINATE_M;
 use crate::document::mesh_source::MeshSource;
 use crate::document::read::pointer::escape;
+use crate::document::room::sheets::untold_words;
 use crate::geometry::TriangleMesh;
+use crate::geometry::coincident::{Overlap, overlaps, rounding};
+use crate::geometry::repeats::rounded;
+use crate::geometry::sheets::{Meeting, Sheets, Untold, apart};
 use crate::guide::mesh::Part;
-use crate::guide::recognise;
+use crate::guide::{inner_materials, recognise};
 use crate::optics::Diffuser;
 use crate::scene::MeshTube;
 
@@ -46,13 +52,66 @@ pub(crate) fn mesh_tube(
         PartDocument::Diffuser(document) => Some(document.diffuser()),
         _ => None,
     });
-    (checks.errors.len() == errors_before).then(|| {
+    if checks.errors.len() > errors_before {
+        return None;
+    }
+    let mesh = match one_sheet_each(&mesh, &parts) {
+        Ok(once) => once.unwrap_or(mesh),
+        Err(untold) => {
+            checks.refuse(format!("{pointer}/mesh"), untold_words(untold, &mesh));
+            return None;
+        }
+    };
+    Some({
         let judge = if document.recognise { recognise::recognise } else { recognise::keep_facets };
         let section = judge(&mesh, &parts, 0.5 * document.opening_diameter_m);
         let rotation = document.rotation_deg.to_radians();
         let tube = MeshTube { mesh: Arc::new(mesh), parts, rotation, section };
         (tube, closure.unwrap_or(Diffuser::Open))
     })
+}
+
+/// The mesh with one triangle for each place, and with what its inner side is made of; `None` where that is the mesh itself.
+///
+/// A pipe's wall hides a cover that lies on it.
+fn one_sheet_each(mesh: &TriangleMesh, parts: &[Part]) -> Result<Option<TriangleMesh>, Untold> {
+    let near = rounding(&mesh.positions, &mesh.triangles);
+    let part = |number: u32| &parts[mesh.triangle_materials[number as usize] as usize];
+    let is_pipe = |number: u32| matches!(part(number), Part::Pipe { .. });
+    let is_traced = |number: &u32| *part(*number) != Part::Diffuser;
+    let mut found = overlaps(&mesh.positions, &mesh.triangles, near)?;
+    found.retain(|pair| pair.triangles.iter().all(is_traced));
+    if found.is_empty() {
+        return Ok(None);
+    }
+    for Overlap { triangles: [a, b], .. } in &found {
+        // a cover is the same from either side
+        if !is_pipe(*a) && !is_pipe(*b) && part(*a) != part(*b) {
+            let corners = mesh.triangles[*b as usize].map(|corner| mesh.positions[corner as usize]);
+            return Err(Untold::Contradiction { triangles: [*a, *b], at: corners.iter().sum::<DVec3>() / 3.0 });
+        }
+    }
+    let given = Sheets {
+        positions: rounded(&mesh.positions, near),
+        triangles: mesh.triangles.clone(),
+        sides: (0..mesh.triangles.len()).map(|number| mesh.sides(number)).collect(),
+        sources: (0..mesh.triangles.len() as u32).collect(),
+    };
+    let meeting = |a: u32, b: u32, _| if is_pipe(a) == is_pipe(b) { Meeting::OneSheet } else { Meeting::Hidden };
+    let is_same = |a: u32, b: u32| parts[a as usize] == parts[b as usize];
+    let sheets = apart(given, &found, near, |number| u8::from(!is_pipe(number)), meeting, is_same)?;
+    let mut sources = sheets.sources;
+    sources.dedup();
+    let mut once = TriangleMesh {
+        positions: sheets.positions,
+        triangles: sheets.triangles,
+        materials: mesh.materials.clone(),
+        dropped: mesh.dropped,
+        ..TriangleMesh::default()
+    };
+    once.set_sides(sheets.sides.into_iter());
+    once.dropped.repeated += mesh.triangles.len() - sources.len();
+    Ok(Some(inner_materials::of_inner_materials(once, parts)))
 }
 
 /// One part per material of the mesh; names on either side without a partner are errors.

@@ -163,6 +163,12 @@ impl TriangleBvh {
         answer(AnyWithin { set: self, origin, direction, reach })
     }
 
+    /// Shows the numbers of all triangles that may touch the block along the axes from `low` to `high`, and of some beside it.
+    pub fn around(&self, low: DVec3, high: DVec3, show: impl FnMut(u32)) {
+        let padding = Vec3A::splat(PADDING as f32);
+        self.tree.around(&Aabb::new(self.to_f32(low) - padding, self.to_f32(high) + padding), show);
+    }
+
     /// A point in the coordinates of the tree.
     #[inline(always)]
     fn to_f32(&self, point: DVec3) -> Vec3A {

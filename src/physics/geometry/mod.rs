@@ -1,7 +1,9 @@
 //! Geometry: closed forms, skew rays in cylinders, triangles, the BVH, OBJ files.
 
 pub mod bvh;
+pub mod coincident;
 mod collapse;
+mod convex;
 pub mod covered;
 pub mod cylinder;
 pub mod disc;
@@ -13,7 +15,9 @@ pub(crate) mod numbers;
 pub mod obj;
 pub mod polygon;
 pub mod rectangle;
+pub mod repeats;
 pub mod section;
+pub mod sheets;
 mod statements;
 pub(crate) mod tree_ray;
 pub mod triangle;

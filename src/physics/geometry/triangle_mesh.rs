@@ -13,6 +13,9 @@ pub struct TriangleMesh {
     pub triangles: Vec<[u32; 3]>,
     /// Index into `materials`, one per triangle.
     pub triangle_materials: Vec<u32>,
+    /// Index into `materials` of the back of each triangle, from which its corners go clockwise; empty where no triangle's back
+    /// differs from its front.
+    pub back_materials: Vec<u32>,
     /// Material names in order of first use; faces without one have the name "".
     pub materials: Vec<String>,
     /// Triangles of the file that are not among these.
@@ -24,7 +27,7 @@ pub struct TriangleMesh {
 pub struct Dropped {
     /// Their corners lie on one line, or on one point.
     pub without_area: usize,
-    /// A triangle with the same corners stands there already.
+    /// Others stand there already.
     pub repeated: usize,
 }
 
@@ -38,7 +41,7 @@ impl TriangleMesh {
     /// Shows all numbers of the mesh as bytes, in blocks: what its content is known by.
     // no generic function, which would be compiled where it is called, for size
     pub fn numbers_as_bytes(&self, show: &mut dyn FnMut(&[u8])) {
-        let Self { positions, triangles, triangle_materials, materials: _, dropped: _ } = self;
+        let Self { positions, triangles, triangle_materials, back_materials, materials: _, dropped: _ } = self;
         [positions.len(), triangles.len()].iter().for_each(|length| show(&(*length as u64).to_le_bytes()));
         let mut block = Vec::with_capacity(BLOCK * 24);
         for positions in positions.chunks(BLOCK) {
@@ -62,6 +65,21 @@ impl TriangleMesh {
             }
             show(&block);
         }
+        back_materials.iter().for_each(|material| show(&material.to_le_bytes()));
+    }
+
+    /// Materials of the front and of the back of a triangle.
+    pub fn sides(&self, triangle: usize) -> [u32; 2] {
+        let front = self.triangle_materials[triangle];
+        [front, self.back_materials.get(triangle).copied().unwrap_or(front)]
+    }
+
+    /// Gives each triangle the materials of its front and of its back.
+    pub fn set_sides(&mut self, sides: impl Iterator<Item = [u32; 2]>) {
+        (self.triangle_materials, self.back_materials) = sides.map(|[front, back]| (front, back)).unzip();
+        if self.back_materials == self.triangle_materials {
+            self.back_materials.clear();
+        }
     }
 
     /// Lowest and highest corner of the bounding box of all triangles; `None` without triangles.
@@ -82,7 +100,7 @@ pub(super) struct Assembly {
     /// Every vertex that came in, and its index among the positions of the mesh, once a triangle has it.
     vertices: Vec<(DVec3, Option<u32>)>,
     index_of: HashMap<[u64; 3], u32>,
-    /// The corners of every triangle in ascending order, 32 bits each.
+    /// The material and the corners of every triangle, these in ascending order, 32 bits each.
     seen: HashSet<u128>,
 }
 
@@ -122,7 +140,7 @@ impl Assembly {
         self.vertices.get(vertex).map(|(position, _)| *position)
     }
 
-    /// Takes a triangle of vertices that came in. The first of several equal triangles wins, whatever their winding and materials.
+    /// Takes a triangle of vertices that came in. The first of several equal triangles of one material wins, whatever their winding.
     pub fn push(&mut self, vertices: [usize; 3], material: u32) {
         let [a, b, c] = vertices.map(|vertex| self.vertices[vertex].0);
         let longest = (b - a).length_squared().max((c - b).length_squared()).max((a - c).length_squared());
@@ -135,7 +153,7 @@ impl Assembly {
         let triangle = vertices.map(|vertex| self.index(vertex));
         let mut key = triangle;
         key.sort_unstable();
-        if self.seen.insert(key.into_iter().fold(0, |key, corner| key << 32 | u128::from(corner))) {
+        if self.seen.insert(key.into_iter().fold(u128::from(material), |key, corner| key << 32 | u128::from(corner))) {
             self.mesh.triangles.push(triangle);
             self.mesh.triangle_materials.push(material);
         } else {

@@ -7,6 +7,7 @@ pub mod beams;
 pub mod bent;
 pub mod dome;
 pub mod equivalent_length;
+pub mod inner_materials;
 mod inner_side;
 pub mod mesh;
 mod mouth;

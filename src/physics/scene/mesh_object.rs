@@ -3,7 +3,7 @@
 use crate::geometry::TriangleMesh;
 use crate::optics::Surface;
 
-/// A mesh that stands in the room: opaque, diffuse on both sides, flat between its edges.
+/// A mesh that stands in the room: opaque, with a surface on either side, flat between its edges.
 #[derive(Clone, Debug)]
 pub struct MeshObject {
     /// Triangles in metres in the room frame, inside the room.

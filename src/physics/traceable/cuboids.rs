@@ -97,6 +97,10 @@ fn of_triangles(mesh: &TriangleMesh, numbers: &[u32]) -> TriangleMesh {
         triangles,
         positions,
         triangle_materials: numbers.iter().map(|number| mesh.triangle_materials[*number as usize]).collect(),
+        back_materials: match &mesh.back_materials[..] {
+            [] => Vec::new(),
+            backs => numbers.iter().map(|number| backs[*number as usize]).collect(),
+        },
         materials: mesh.materials.clone(),
         dropped: mesh.dropped,
     }
@@ -175,7 +179,14 @@ fn welded(positions: &[DVec3], near: f64) -> Vec<u32> {
 /// The box that a closed part of a mesh is, if so.
 fn cuboid(object: &MeshObject, triangles: &[u32], near: f64) -> Option<BoxObject> {
     let MeshObject { mesh, surfaces } = object;
-    let surface_of = |triangle: u32| surfaces.get(mesh.triangle_materials[triangle as usize] as usize);
+    // of front and back, that which faces away from the middle
+    let middle =
+        triangles.iter().flat_map(|triangle| corners(mesh, *triangle)).sum::<DVec3>() / (3 * triangles.len()) as f64;
+    let surface_of = |triangle: u32| {
+        let [a, b, c] = corners(mesh, triangle);
+        let faces_inward = (b - a).cross(c - a).dot(a - middle) < 0.0;
+        surfaces.get(mesh.sides(triangle as usize)[usize::from(faces_inward)] as usize)
+    };
     let surface: Surface = *surface_of(triangles[0])?;
     if triangles.iter().any(|triangle| surface_of(*triangle) != Some(&surface)) {
         return None;
@@ -249,7 +260,6 @@ fn is_within(point: DVec2, [a, b, c]: [DVec2; 3]) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::Dropped;
     use crate::sampling::{Key, PathRandom, warp};
     use crate::scene::{Channels, Room, View};
     use crate::traceable::mesh_objects::TraceableMeshes;
@@ -284,7 +294,7 @@ mod tests {
             positions,
             triangles,
             materials: vec![String::new(); 2],
-            dropped: Dropped::default(),
+            ..TriangleMesh::default()
         };
         MeshObject { mesh, surfaces: [0.3, 0.4].map(|reflectance| Surface::diffuse([reflectance; 3])).to_vec() }
     }

@@ -98,7 +98,6 @@ fn volume([low, high]: &Bounds) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::Dropped;
 
     /// A table of five boards: the blocks hold every corner of every triangle, and little else.
     #[test]
@@ -118,7 +117,7 @@ mod tests {
         }
         let triangle_materials = vec![0; triangles.len()];
         let materials = vec![String::new()];
-        let mesh = TriangleMesh { positions, triangles, triangle_materials, materials, dropped: Dropped::default() };
+        let mesh = TriangleMesh { positions, triangles, triangle_materials, materials, ..TriangleMesh::default() };
         let blocks = blocks_around(&mesh);
         assert!((5..=MOST).contains(&blocks.len()), "{blocks:?}");
         for triangle in 0..mesh.triangles.len() as u32 {

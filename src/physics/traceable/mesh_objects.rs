@@ -1,4 +1,6 @@
-//! Mesh objects as they are traced: opaque triangles, the same surface on both sides.
+//! Mesh objects as they are traced: opaque triangles with a surface on either side.
+
+use std::collections::HashMap;
 
 use glam::DVec3;
 
@@ -47,25 +49,28 @@ pub struct MeshHit {
 }
 
 impl TraceableMeshes {
-    /// All objects of a room of `size`, and the surface of each facet; `None` without objects.
-    pub fn new(objects: &[MeshObject], size: DVec3) -> Option<(Self, Vec<Surface>)> {
+    /// All objects of a room of `size`, and the surfaces of front and back of each facet; `None` without objects.
+    pub fn new(objects: &[MeshObject], size: DVec3) -> Option<(Self, Vec<[Surface; 2]>)> {
         let (mut positions, mut triangles) = (Vec::new(), Vec::new());
-        let (mut kinds, mut surfaces) = (Vec::new(), Vec::new());
+        let (mut sides, mut surfaces) = (Vec::new(), Vec::new());
         for object in objects {
             let (corner, kind) = (positions.len() as u32, surfaces.len() as u32);
             positions.extend(&object.mesh.positions);
             triangles.extend(object.mesh.triangles.iter().map(|triangle| triangle.map(|k| k + corner)));
-            kinds.extend(object.mesh.triangle_materials.iter().map(|material| material + kind));
+            let mesh = &object.mesh;
+            sides.extend((0..mesh.triangles.len()).map(|number| mesh.sides(number).map(|material| material + kind)));
             surfaces.extend(&object.surfaces);
         }
         if triangles.is_empty() {
             return None;
         }
+        let kinds = kinds(&positions, &triangles, &sides);
         let facets = Facets::new(&positions, &triangles, &kinds, PLANE_TOLERANCE * size.length());
-        let mut of_facets = vec![Surface::diffuse([0.0; 3]); facets.len()];
-        for (triangle, facet) in facets.of_triangle.iter().enumerate() {
-            of_facets[*facet as usize] = surfaces[kinds[triangle] as usize];
-        }
+        let of_facets = facets.largest.iter().map(|triangle| {
+            let sides: [u32; 2] = sides[*triangle as usize];
+            sides.map(|side| surfaces[side as usize])
+        });
+        let of_facets = of_facets.collect();
         let meshes = Self {
             bvh: TriangleBvh::of_mesh(positions.clone(), triangles.clone()),
             pieces: pieces(positions.len(), &triangles),
@@ -111,4 +116,23 @@ impl TraceableMeshes {
     pub fn distance_beside(&self, point: DVec3, level: f64, reach: f64) -> Option<f64> {
         self.bvh.distance_above(point, point.z + level, reach)
     }
+}
+
+/// A number for each kind of triangle, of which facets are made: those of two materials on their sides are of one kind only if they
+/// face the same way.
+fn kinds(positions: &[DVec3], triangles: &[[u32; 3]], sides: &[[u32; 2]]) -> Vec<u32> {
+    let mut known: HashMap<([u32; 2], u32), u32> = HashMap::new();
+    let first = sides.iter().flatten().max().map_or(0, |last| last + 1);
+    let kind = |(triangle, [front, back]): (&[u32; 3], &[u32; 2])| {
+        if front == back {
+            return *front;
+        }
+        let [a, b, c] = triangle.map(|corner| positions[corner as usize]);
+        let across = (b - a).cross(c - a);
+        let axis = (0..3).max_by(|i, j| across[*i].abs().total_cmp(&across[*j].abs())).unwrap_or(0);
+        let facing = 2 * axis as u32 + u32::from(across[axis] < 0.0);
+        let next = first + known.len() as u32;
+        *known.entry(([*front, *back], facing)).or_insert(next)
+    };
+    triangles.iter().zip(sides).map(kind).collect()
 }

@@ -87,9 +87,10 @@ impl TraceableScene {
         }
         let mesh_objects = meshes;
         let meshes = TraceableMeshes::new(meshes, *size).map(|(meshes, of_facets)| {
-            for surface in &of_facets {
-                let both_sides = lobes.compile(surface);
-                optics.extend([Some(both_sides.clone()), Some(both_sides)]);
+            for [front, back] in &of_facets {
+                let front_optics = lobes.compile(front);
+                let back = if back == front { front_optics.clone() } else { lobes.compile(back) };
+                optics.extend([Some(front_optics), Some(back)]);
             }
             Arc::new(meshes)
         });

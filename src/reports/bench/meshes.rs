@@ -5,7 +5,7 @@ use std::f64::consts::{FRAC_PI_4, TAU};
 use glam::DVec3;
 
 use super::scenes::DIAMETER_M;
-use crate::geometry::{Dropped, TriangleMesh};
+use crate::geometry::TriangleMesh;
 
 /// A mesh that grows.
 #[derive(Default)]
@@ -29,7 +29,7 @@ impl Growing {
     fn finished(self, materials: &[&str]) -> TriangleMesh {
         let Self { positions, triangles, triangle_materials } = self;
         let materials = materials.iter().map(|name| (*name).to_owned()).collect();
-        TriangleMesh { positions, triangles, triangle_materials, materials, dropped: Dropped::default() }
+        TriangleMesh { positions, triangles, triangle_materials, materials, ..TriangleMesh::default() }
     }
 }
 

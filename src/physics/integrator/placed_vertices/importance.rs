@@ -241,7 +241,7 @@ fn find(bounds: &[f64], number: f64) -> (usize, f64, f64) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::{Dropped, TriangleMesh};
+    use crate::geometry::TriangleMesh;
     use crate::optics::Surface;
     use crate::sampling::{Key, PathRandom};
     use crate::scene::{BoxObject, Channels, EstimateKind, Grid, Luminaire, MeshObject, Room, Scene};
@@ -267,7 +267,7 @@ mod tests {
             triangles: vec![[0, 1, 2], [5, 4, 3]],
             triangle_materials: vec![0; 2],
             materials: vec![String::new()],
-            dropped: Dropped::default(),
+            ..TriangleMesh::default()
         };
         let panel =
             Luminaire { corner: DVec3::new(1.0, 1.0, 2.5), edge_u: DVec3::Y, edge_v: DVec3::X, luminance: [1000.0; 3] };

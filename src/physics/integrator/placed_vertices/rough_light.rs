@@ -79,9 +79,10 @@ impl<'a> Light<'a> {
         panel.reflectance * sum * share
     }
 
-    /// Luminous reflectance of a run's facet.
+    /// Luminous reflectance of the brightest of a run's facets on its side.
     pub fn reflectance(&self, run: &Run) -> f64 {
-        luminous(self.scene, self.scene.numbering.facet_side(run.facet, Side::Front))
+        let of = |(facet, side): &(usize, Side)| luminous(self.scene, self.scene.numbering.facet_side(*facet, *side));
+        run.faces.iter().map(of).fold(0.0, f64::max)
     }
 
     /// Reflected flux of a run of triangles, times what a lumen of it means to the sensors, on the scale of the cells of panels.

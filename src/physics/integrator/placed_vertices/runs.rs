@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use glam::DVec3;
 
+use crate::traceable::Side;
 use crate::traceable::mesh_objects::TraceableMeshes;
 
 /// Fewest triangles of one facet that share a weight, as long as there are not more.
@@ -26,8 +27,8 @@ pub struct Run {
     pub area_m2: f64,
     /// Height of the highest corner in m.
     pub highest: f64,
-    /// Facet of the first of them.
-    pub facet: usize,
+    /// Facets that they belong to, each with its side.
+    pub faces: Vec<(usize, Side)>,
 }
 
 /// All runs of a scene's meshes.
@@ -66,10 +67,16 @@ impl Runs {
     fn run(&self, meshes: &TraceableMeshes, triangles: Range<usize>, side: f64) -> Run {
         let facet = |place: usize| meshes.facets.of_triangle[self.order[place] as usize] as usize;
         let (mut middle, mut area_m2, mut across, mut highest) = (DVec3::ZERO, 0.0, DVec3::ZERO, f64::NEG_INFINITY);
+        let mut faces: Vec<(usize, Side)> = Vec::new();
         for place in triangles.clone() {
             let [corner, u, v] = corners(meshes, self.order[place]);
             let twice = u.cross(v);
             let area = 0.5 * twice.length();
+            let is_front = side * twice.dot(meshes.facets.normals[facet(place)]) >= 0.0;
+            let face = (facet(place), if is_front { Side::Front } else { Side::Back });
+            if !faces.contains(&face) {
+                faces.push(face);
+            }
             middle += area * (corner + (u + v) / 3.0);
             area_m2 += area;
             across += twice;
@@ -80,7 +87,7 @@ impl Runs {
         let is_flat = triangles.clone().all(|place| facet(place) == first) && across.length() > 1.999 * area_m2;
         let normal = across.try_normalize().filter(|_| is_flat).map(|normal| normal * side);
         let middle = if area_m2 > 0.0 { middle / area_m2 } else { corners(meshes, self.order[triangles.start])[0] };
-        Run { triangles, side, normal, middle, area_m2, highest, facet: first }
+        Run { triangles, side, normal, middle, area_m2, highest, faces }
     }
 
     /// Areas in m2 of the triangles of a run.

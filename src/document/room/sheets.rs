@@ -1,0 +1,163 @@
+//! Mesh objects that share parts of planes: every part is one sheet, of one object.
+
+use std::collections::BTreeMap;
+
+use glam::DVec3;
+
+use crate::document::errors::Checks;
+use crate::geometry::TriangleMesh;
+use crate::geometry::coincident::{overlaps, rounding};
+use crate::geometry::facets::pieces;
+use crate::geometry::sheets::{Meeting, Sheets, Untold, apart};
+use crate::geometry::welded;
+use crate::optics::Surface;
+use crate::scene::MeshObject;
+
+/// Makes each place of some objects in a room of `size` one sheet; `numbers`: those of the objects in the document. Refuses what
+/// contradicts itself.
+///
+/// Faces of closed bodies that touch stay. What is open lies on what is closed, and of closed bodies whose faces are flush the
+/// first one's is seen.
+pub fn one_sheet_each(objects: &mut [MeshObject], numbers: &[usize], size: DVec3, checks: &mut Checks) {
+    let mut all = Sheets::default();
+    let (mut surfaces, mut owners): (Vec<Surface>, Vec<usize>) = (Vec::new(), Vec::new());
+    for (owner, object) in objects.iter().enumerate() {
+        let (corner, kind) = (all.positions.len() as u32, surfaces.len() as u32);
+        let mesh = &object.mesh;
+        all.positions.extend(&mesh.positions);
+        all.triangles.extend(mesh.triangles.iter().map(|triangle| triangle.map(|k| k + corner)));
+        all.sides.extend((0..mesh.triangles.len()).map(|number| mesh.sides(number).map(|side| side + kind)));
+        owners.resize(all.triangles.len(), owner);
+        surfaces.extend(&object.surfaces);
+    }
+    all.sources = (0..all.triangles.len() as u32).collect();
+    let near = rounding(&all.positions, &all.triangles);
+    let told = overlaps(&all.positions, &all.triangles, near).map_err(Untold::from).and_then(|found| {
+        if found.is_empty() {
+            return Ok(None);
+        }
+        let closed = closed(objects, size, near);
+        let is_closed = |number: u32| closed[number as usize];
+        let meeting = |first: u32, second: u32, turned: bool| match (is_closed(first), is_closed(second)) {
+            (true, true) if turned => Meeting::Apart,
+            (false, false) => Meeting::OneSheet,
+            _ => Meeting::Hidden,
+        };
+        if found.iter().all(|pair| meeting(pair.triangles[0], pair.triangles[1], pair.turned) == Meeting::Apart) {
+            return Ok(None);
+        }
+        let is_same = |a: u32, b: u32| surfaces[a as usize] == surfaces[b as usize];
+        apart(all.clone(), &found, near, |number| u8::from(is_closed(number)), meeting, is_same).map(Some)
+    });
+    match told {
+        Ok(None) => {}
+        Ok(Some(sheets)) => hand_back(objects, &owners, &sheets),
+        Err(Untold::Contradiction { triangles, at }) => {
+            let [one, other] = triangles.map(|number| {
+                let owner = owners[number as usize];
+                let first = owners.partition_point(|of| *of < owner);
+                let mesh = &objects[owner].mesh;
+                let name = &mesh.materials[mesh.triangle_materials[number as usize - first] as usize];
+                (numbers[owner], name)
+            });
+            let detail = format!(
+                "a polygon of the material {:?} lies on one of /room/objects/{} of the material {:?} that faces the same side, at \
+                 {}: which of them is seen cannot be told; {ONE_SIDE}",
+                other.1,
+                one.0,
+                one.1,
+                place(at)
+            );
+            checks.refuse(format!("/room/objects/{}/mesh", other.0), detail);
+        }
+        Err(Untold::TooMany(reason)) => checks.refuse("/room/objects", reason.to_string()),
+    }
+}
+
+/// What to do about two materials of one side.
+const ONE_SIDE: &str = "a polygon faces the side from which its corners go counter-clockwise";
+
+/// Reason why a mesh is refused whose polygons are at odds.
+pub fn untold_words(untold: Untold, mesh: &TriangleMesh) -> String {
+    match untold {
+        Untold::TooMany(reason) => reason.to_string(),
+        Untold::Contradiction { triangles, at } => {
+            let [one, other] =
+                triangles.map(|number| &mesh.materials[mesh.triangle_materials[number as usize] as usize]);
+            format!(
+                "polygons of the materials {one:?} and {other:?} lie on each other and face the same side, at {}: which of them is \
+                 seen cannot be told; {ONE_SIDE}",
+                place(at)
+            )
+        }
+    }
+}
+
+fn place(DVec3 { x, y, z }: DVec3) -> String {
+    format!("({x:.4}, {y:.4}, {z:.4}) m")
+}
+
+/// Whether each triangle of all objects belongs to a closed body: an even number of triangles meets at each of its edges that does not
+/// lie in a face of the room.
+fn closed(objects: &[MeshObject], size: DVec3, near: f64) -> Vec<bool> {
+    let mut closed = Vec::new();
+    for MeshObject { mesh, .. } in objects {
+        let places = welded::places(&mesh.positions);
+        let triangles: Vec<[u32; 3]> =
+            mesh.triangles.iter().map(|triangle| triangle.map(|corner| places[corner as usize])).collect();
+        let mut at = vec![DVec3::ZERO; mesh.positions.len()];
+        places.iter().zip(&mesh.positions).for_each(|(place, position)| at[*place as usize] = *position);
+        let piece = pieces(mesh.positions.len(), &triangles);
+        let mut is_open: BTreeMap<u32, bool> = BTreeMap::new();
+        for edge in welded::sides((0..).zip(triangles.iter().copied())).chunk_by(|a, b| a.edge == b.edge) {
+            let Some(first) = edge.first() else { continue };
+            let ends = first.edge.map(|end| at[end as usize]);
+            let on = |plane: f64, axis: usize| ends.iter().all(|end| (end[axis] - plane).abs() <= near);
+            let on_face = (0..3).any(|axis| on(0.0, axis) || on(size[axis], axis));
+            *is_open.entry(piece[first.triangle as usize]).or_default() |= edge.len() % 2 == 1 && !on_face;
+        }
+        closed.extend(piece.iter().map(|piece| !is_open[piece]));
+    }
+    closed
+}
+
+/// Gives objects what is theirs of `sheets`; `owners`: by the number of a triangle before.
+fn hand_back(objects: &mut [MeshObject], owners: &[usize], sheets: &Sheets) {
+    let kinds: Vec<(usize, u32)> = objects
+        .iter()
+        .enumerate()
+        .flat_map(|(owner, object)| (0..object.surfaces.len() as u32).map(move |kind| (owner, kind)))
+        .collect();
+    let surfaces: Vec<Surface> = objects.iter().flat_map(|object| object.surfaces.iter().copied()).collect();
+    for (owner, object) in objects.iter_mut().enumerate() {
+        let mut numbers: BTreeMap<u32, u32> = BTreeMap::new();
+        let mesh = &mut object.mesh;
+        mesh.positions.clear();
+        mesh.triangles.clear();
+        let mut sides = Vec::new();
+        let own = |number: &usize| owners[sheets.sources[*number] as usize] == owner;
+        for number in (0..sheets.triangles.len()).filter(own) {
+            mesh.triangles.push(sheets.triangles[number].map(|corner| {
+                *numbers.entry(corner).or_insert_with(|| {
+                    mesh.positions.push(sheets.positions[corner as usize]);
+                    mesh.positions.len() as u32 - 1
+                })
+            }));
+            sides.push(sheets.sides[number].map(|kind| {
+                let (of, own_kind) = kinds[kind as usize];
+                if of == owner {
+                    return own_kind;
+                }
+                // the other side is another object's
+                let surface = surfaces[kind as usize];
+                let known = object.surfaces.iter().position(|own| *own == surface);
+                known.unwrap_or_else(|| {
+                    object.surfaces.push(surface);
+                    mesh.materials.push(String::new());
+                    object.surfaces.len() - 1
+                }) as u32
+            }));
+        }
+        mesh.set_sides(sides.into_iter());
+    }
+}
