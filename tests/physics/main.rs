@@ -54,6 +54,7 @@ mod photon_mapping;
 mod predictions;
 mod progressive;
 mod results;
+mod rims;
 mod scattering;
 mod separate_ends;
 mod solids;

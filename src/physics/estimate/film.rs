@@ -25,6 +25,8 @@ pub struct FilmEstimate {
     pub blocks: Vec<Moments>,
     /// Estimated bias of the blocks.
     pub block_bias: Vec<Moments>,
+    /// Rays of each pixel in all passes, by the edges of which few others tell: [`Self::standard_error_cd_m2`].
+    pub rays: Vec<f64>,
     /// Contrasts among the rays of each pixel, equally many of each, where rays are the same in every pass; else empty.
     pub contrasts: Vec<Moments>,
 }
@@ -45,6 +47,7 @@ impl FilmEstimate {
             passes: 0.0,
             mean: vec![0.0; pixels * channels],
             m2: vec![0.0; pixels],
+            rays: vec![0.0; pixels],
             blocks: blocks.clone(),
             block_bias: blocks,
             contrasts: Vec::new(),
@@ -56,7 +59,17 @@ impl FilmEstimate {
         let Self { size_px, channels, passes, .. } = *self;
         let Self { blocks, block_bias, contrasts, .. } = self;
         let [blocks, block_bias, contrasts] = [blocks, block_bias, contrasts].map(Vec::clone);
-        Self { size_px, channels, passes, mean: Vec::new(), m2: Vec::new(), blocks, block_bias, contrasts }
+        Self {
+            size_px,
+            channels,
+            passes,
+            mean: Vec::new(),
+            m2: Vec::new(),
+            rays: Vec::new(),
+            blocks,
+            block_bias,
+            contrasts,
+        }
     }
 
     /// Adds one pass of the same size and channels.
@@ -70,6 +83,9 @@ impl FilmEstimate {
                 *mean += (value - *mean) / self.passes;
             }
             self.m2[pixel] += before * (y - luminance(&self.mean[range]));
+        }
+        for (pixel, rays) in self.rays.iter_mut().enumerate() {
+            *rays += pass.rays.get(pixel).or(pass.rays.first()).copied().unwrap_or(1.0);
         }
         self.push_blocks(&luminances, &pass.bias);
         push_each(&mut self.contrasts, &pass.contrasts);
@@ -102,6 +118,7 @@ impl FilmEstimate {
             }
         }
         self.passes = passes;
+        self.rays.iter_mut().zip(&later.rays).for_each(|(all, part)| *all += part);
         self.blocks.iter_mut().zip(&later.blocks).for_each(|(all, part)| all.merge(part));
         self.block_bias.iter_mut().zip(&later.block_bias).for_each(|(all, part)| all.merge(part));
         merge_each(&mut self.contrasts, &later.contrasts);
@@ -113,17 +130,32 @@ impl FilmEstimate {
     }
 
     /// Standard error of a pixel's luminance in cd/m2, the estimated bias of its block included, and the error of fixed
-    /// rays: its own, which few rays tell, but at least that of its block's pixels in the mean.
+    /// rays: its own, which few rays tell, but at least that of its block's pixels in the mean. It is not below what one ray more
+    /// would add that sees what a neighbour shows: rays that all missed a corner of it agree, whatever light they miss.
     pub fn standard_error_cd_m2(&self, pixel: usize) -> f64 {
         let value = Moments { count: self.passes, mean: 0.0, m2: self.m2[pixel] };
         let block = self.block_of(pixel);
-        let error = error_with_bias(&value, self.block_bias.get(block));
+        let error = error_with_bias(&value, self.block_bias.get(block)).max(self.error_of_one_ray_cd_m2(pixel));
         if self.contrasts.is_empty() {
             return error;
         }
         let pixels = self.pixels_of(block).count() as f64;
         let sampling = self.pixel_sampling_variance(pixel).max(self.block_sampling_variance(block) * pixels);
         libm::hypot(error, sampling.max(0.0).sqrt())
+    }
+
+    /// Change of a pixel's luminance in cd/m2 by one of its rays that sees, instead of the pixel's own mean, that of the neighbour that
+    /// differs most: eight around it. Fixed rays are the same in every pass.
+    fn error_of_one_ray_cd_m2(&self, pixel: usize) -> f64 {
+        let [width, height] = self.size_px;
+        let (column, row) = (pixel % width, pixel / width);
+        let own = self.luminance_cd_m2(pixel);
+        let rows = row.saturating_sub(1)..(row + 2).min(height);
+        let around =
+            rows.flat_map(|row| (column.saturating_sub(1)..(column + 2).min(width)).map(move |c| row * width + c));
+        let most = around.map(|other| (self.luminance_cd_m2(other) - own).abs()).fold(0.0, f64::max);
+        let rays = if self.contrasts.is_empty() { self.rays[pixel] } else { self.rays[pixel] / self.passes };
+        if rays > 0.0 { most / rays } else { 0.0 }
     }
 
     /// Standard error of a block's luminance in cd/m2, the estimated bias and the error of fixed rays included.
@@ -150,7 +182,7 @@ impl FilmEstimate {
     /// Gives `f` every number in a fixed order, to read or to replace: checkpoints store them so.
     pub fn for_each_value(&mut self, f: &mut impl FnMut(&mut f64)) {
         f(&mut self.passes);
-        self.mean.iter_mut().chain(&mut self.m2).for_each(&mut *f);
+        self.mean.iter_mut().chain(&mut self.m2).chain(&mut self.rays).for_each(&mut *f);
         let Self { blocks, block_bias, contrasts, .. } = self;
         blocks.iter_mut().chain(block_bias).chain(contrasts).for_each(|moments| moments.for_each_value(f));
     }
@@ -201,6 +233,7 @@ mod tests {
                 luminance: (0..11 * 9 * 3).map(|k| value(pass, k)).collect(),
                 bias: (0..11 * 9).map(|k| value(pass, k) - 50.0).collect(),
                 contrasts: (0..11 * 9).map(|k| 0.1 * value(pass + 3, k) - 2.0).collect(),
+                rays: vec![4.0],
             })
             .collect()
     }

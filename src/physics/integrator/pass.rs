@@ -158,4 +158,6 @@ pub struct ViewPass {
     pub bias: Vec<f64>,
     /// Contrasts as of [`GridPass::contrasts`], of the luminance Y of pixels.
     pub contrasts: Vec<f64>,
+    /// Rays per pixel that look for what shines into the eye, or one number for all pixels; empty: one of each.
+    pub rays: Vec<f64>,
 }

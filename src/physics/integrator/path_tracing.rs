@@ -184,7 +184,8 @@ impl<const C: usize> Integrator for PathTracing<C> {
             let (mut luminance, of_view) = backward::pass::view::<C>(scene, view, sampling, stream, &Followed, cancel)?;
             let stream = key.stream(Stream::SunToEye, number as u64);
             rays += of_view + self.add_sun(view, stream, &mut luminance, cancel)?;
-            result.views.push(ViewPass { luminance, ..ViewPass::default() });
+            let rays = vec![f64::from(self.settings.samples_per_pixel)];
+            result.views.push(ViewPass { luminance, rays, ..ViewPass::default() });
         }
         // nothing is emitted: no tube's flux is known, and no books are kept
         result.account = Account { rays, ..Account::default() };

@@ -326,7 +326,8 @@ impl<const C: usize> Ppm<C> {
         let values: Vec<Gathered<C>> = pixels.iter().map(|pixel| pixel.value).collect();
         let contrasts = pixels.iter().flat_map(|pixel| &pixel.contrasts).copied().collect();
         let after = self.radii.after(before, pixels.iter().flat_map(|pixel| &pixel.found).copied());
-        Some((ViewPass { contrasts, ..ViewPass::of(&values) }, after))
+        let rays = outlined.rays(strata.count() as f64);
+        Some((ViewPass { contrasts, rays, ..ViewPass::of(&values) }, after))
     }
 }
 

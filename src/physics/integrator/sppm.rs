@@ -206,7 +206,7 @@ impl<const C: usize> Sppm<C> {
             })
         })?;
         let after = self.radii.after(before, seen.iter().map(|pixel| pixel.found));
-        Some((ViewPass::of(&seen), after))
+        Some((ViewPass { rays: view.rays(1.0), ..ViewPass::of(&seen) }, after))
     }
 }
 

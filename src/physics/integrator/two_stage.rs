@@ -275,7 +275,8 @@ impl<const C: usize> Integrator for TwoStage<C> {
             }
             self.add_diffusers(&light, view, &mut luminance);
             result.account.rays += rays;
-            result.views.push(ViewPass { luminance, ..ViewPass::default() });
+            let rays = vec![f64::from(self.sizes.per_pixel)];
+            result.views.push(ViewPass { luminance, rays, ..ViewPass::default() });
         }
         Some(result)
     }

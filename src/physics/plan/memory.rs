@@ -115,10 +115,10 @@ fn of_grid(grid: &Grid, method: &dyn Described) -> f64 {
 fn of_view(view: &View, channels: f64, method: &dyn Described) -> f64 {
     let pixels = (view.size_px[0] * view.size_px[1]) as f64;
     let kept = method.kept_of_pixel();
-    // values, their variance, and blocks of 64 pixels
-    let sums = 8.0 * channels + 8.0 + 2.0 * MOMENTS / 64.0 + of_points(kept);
+    // values, their variance and rays, and blocks of 64 pixels
+    let sums = 8.0 * channels + 16.0 + 2.0 * MOMENTS / 64.0 + of_points(kept);
     // values of pixels with their rays in lists that grow, the image, its bias
-    let pass = 40.0 * channels + 32.0 + 32.0 * kept.points;
+    let pass = 40.0 * channels + 40.0 + 32.0 * kept.points;
     // floats for EXR and the file itself, two pictures, and luminances in order for their scales
     let files = 8.0 * (channels + 2.0) + 48.0;
     // what a pass needs is gone when files are made

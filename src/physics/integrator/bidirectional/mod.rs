@@ -430,7 +430,9 @@ impl<const C: usize> Integrator for Bidirectional<C> {
             }
         }
         let grids = grids.into_iter().map(|illuminance| GridPass { illuminance, ..GridPass::default() }).collect();
-        let views = views.into_iter().map(|luminance| ViewPass { luminance, ..ViewPass::default() }).collect();
+        let rays = vec![f64::from(self.sizes.per_pixel)];
+        let view = |luminance| ViewPass { luminance, rays: rays.clone(), ..ViewPass::default() };
+        let views = views.into_iter().map(view).collect();
         Some(Pass { grids, views, account, photons: self.emission.photons(), ..Pass::default() })
     }
 }

@@ -46,6 +46,11 @@ impl OutlinedView {
         self.outlined[pixel]
     }
 
+    /// Rays of each pixel in a pass that look for light straight from its source, where others are `others` a pixel.
+    pub fn rays(&self, others: f64) -> Vec<f64> {
+        self.outlined.iter().map(|outlined| if *outlined { RAYS as f64 } else { others }).collect()
+    }
+
     /// Luminance in cd/m2 that a pixel gets straight from diffusers and luminaires.
     pub fn straight<const C: usize>(
         &self,
@@ -117,7 +122,7 @@ fn source(scene: &TraceableScene, eye: DVec3, direction: DVec3) -> Option<Seen> 
 }
 
 /// For each pixel, true if it does not see the same source everywhere, or at least at its corners, the middles of its edges, and
-/// its own.
+/// its own, or if that is so of a pixel beside it: what bulges over an edge or has a corner between these places is found there.
 fn outlined(scene: &TraceableScene, view: &View) -> Vec<bool> {
     let [width, height] = view.size_px;
     let mut outlined = vec![false; width * height];
@@ -137,7 +142,11 @@ fn outlined(scene: &TraceableScene, view: &View) -> Vec<bool> {
     for (row, seen) in (first[1]..end[1]).zip(rows.windows(STEPS + 1).step_by(STEPS)) {
         for (column, left) in (first[0]..end[0]).zip((0..columns).step_by(STEPS)) {
             let here = || seen.iter().flat_map(|row| &row[left..=left + STEPS]);
-            outlined[row * width + column] = here().any(|number| *number != seen[0][left]);
+            if here().any(|number| *number != seen[0][left]) {
+                for row in row.saturating_sub(1)..(row + 2).min(height) {
+                    outlined[row * width + column.saturating_sub(1)..row * width + (column + 2).min(width)].fill(true);
+                }
+            }
         }
     }
     outlined

@@ -330,7 +330,7 @@ impl<const C: usize> PhotonMapping<C> {
                 light
             })
         })?;
-        Some(ViewPass::of(&seen))
+        Some(ViewPass { rays: view.rays(1.0), ..ViewPass::of(&seen) })
     }
 }
 
