@@ -118,6 +118,8 @@ pub enum WarningCode {
     PointsInsideSolids,
     /// The method that checks the grids finds other values, further off than its errors and those of the grids explain.
     MethodsDisagree,
+    /// Many passes have brought no light at all to a grid.
+    NoLight,
 }
 
 impl WarningCode {
@@ -136,6 +138,7 @@ impl WarningCode {
             Self::EffectLeftOut => "effect_left_out",
             Self::PointsInsideSolids => "points_inside_solids",
             Self::MethodsDisagree => "methods_disagree",
+            Self::NoLight => "no_light",
         }
     }
 }

@@ -14,7 +14,7 @@ use super::tube_performance::TubePerformance;
 use crate::document::errors::WarningCode;
 use crate::document::{self, DocumentErrors, FieldError, JobDocument, MeshSource, Provenance, ValidJob, Warning};
 use crate::estimate::film::block_count;
-use crate::estimate::stopping::{WaitingFor, least_passes};
+use crate::estimate::stopping::{WaitingFor, grid_without_light, least_passes};
 use crate::estimate::{Accuracy, Estimate, StopRule};
 use crate::integrator::Method;
 use crate::integrator::components::Component;
@@ -260,7 +260,7 @@ impl Prepared {
         } else if self.is_dark() {
             Some(StoppedBy::Exact)
         } else if self.stop.accurate_enough(merged) {
-            Some(StoppedBy::RelativeError)
+            Some(if grid_without_light(merged).is_some() { StoppedBy::NoLight } else { StoppedBy::RelativeError })
         } else if self.chunk(index + 1).is_none() {
             Some(StoppedBy::MaxPasses)
         } else {

@@ -5,7 +5,8 @@ use utoipa::ToSchema;
 
 /// Why a job ended: it is as accurate as asked (`relative_error`); its passes or its seconds are used up (`max_passes`,
 /// `max_seconds`); one computation gave everything, as accurately as asked, or by a formula of which no error is known
-/// (`exact`); somebody cancelled it (`cancelled`). A method without passes that has done all it can and is less accurate
+/// (`exact`); many passes have brought no light at all to a grid, and everything else is as accurate as asked (`no_light`); somebody
+/// cancelled it (`cancelled`). A method without passes that has done all it can and is less accurate
 /// than asked ends by `max_passes`, and tells its error.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
@@ -18,6 +19,8 @@ pub enum StoppedBy {
     MaxSeconds,
     /// One computation gave everything, within the error asked for, or by a formula of which no error is known.
     Exact,
+    /// Many passes have brought no light at all to a grid: none can come, or too rarely to be found. All else is as accurate as asked.
+    NoLight,
     /// Somebody cancelled it; passes that were done count.
     Cancelled,
 }
@@ -35,6 +38,7 @@ impl StoppedBy {
             Self::MaxPasses => "max_passes",
             Self::MaxSeconds => "max_seconds",
             Self::Exact => "exact",
+            Self::NoLight => "no_light",
             Self::Cancelled => "cancelled",
         }
     }

@@ -14,7 +14,7 @@ use crate::document::result::{
     AccuracyResult, CrossCheckResult, EnergyResult, ExternalIlluminance, GridInShort, GridResult, GridStatistics,
     JobResults, Known, PlanResult, TimingResult, TubeResult, ViewInShort,
 };
-use crate::estimate::stopping::grid_error;
+use crate::estimate::stopping::{grid_error, grid_without_light};
 use crate::estimate::{Discrepancy, Estimate, FilmEstimate, GridEstimate};
 use crate::figure::FigureFormat;
 use crate::output::seen::SeenView;
@@ -169,7 +169,23 @@ impl Prepared {
     pub fn render_warnings(&self, merged: &Estimate) -> Vec<Warning> {
         let disagree = self.cross_check(merged).filter(|check| !check.agrees);
         let disagree = disagree.map(|check| Warning { code: WarningCode::MethodsDisagree, detail: check.verdict });
-        self.lost_rays(merged).into_iter().chain(disagree).collect()
+        self.lost_rays(merged).into_iter().chain(disagree).chain(self.no_light(merged)).collect()
+    }
+
+    /// The first grid that no light has reached in many passes, in a scene that has light.
+    fn no_light(&self, merged: &Estimate) -> Option<Warning> {
+        let grid = grid_without_light(merged).filter(|_| !self.is_dark())?;
+        let (estimate, passes) = (&merged.grids[grid], merged.passes_of_grids());
+        let most = estimate.valued().map(|sensor| estimate.standard_error_lux(sensor)).fold(0.0, f64::max);
+        let bound =
+            if most > 0.0 { format!("; one photon more would be {most:.2e} lx at most") } else { String::new() };
+        let detail = format!(
+            "{passes} passes brought no light to any sensor of the grid {:?}{bound}: either none can come there (something stands \
+             in its way, or nothing reflects), or so rarely that this method does not find it; the job waited no longer for its \
+             relative error",
+            self.scene.grids[grid].name
+        );
+        Some(Warning { code: WarningCode::NoLight, detail })
     }
 
     /// Light that got lost on the way, if it is more than rounding loses.

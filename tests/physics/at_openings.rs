@@ -113,7 +113,7 @@ fn photons_find_what_leaves_an_opening_very_near() {
     let mirror = prepare("S1", |job| {
         document(job, 1e-4, &lambertian(), 0.5);
         job["room"]["surfaces"]["wall_west"] = json!({ "reflectance": 0.05, "specular": 0.85, "roughness": 0 });
-        job["stop"]["max_passes"] = json!(12);
+        job["stop"]["max_passes"] = json!(64);
     });
     assert_below(&mirror, 1e-4, 90.0, "auto beside a mirror");
 }

@@ -1,14 +1,19 @@
 //! Errors of sensors that few photons find, or none: one photon's worth at least, where light can come at all.
 
+use crate::documents::prepare;
 use crate::mesh_objects::closed_cube;
 use crate::scenes::{
     RADIUS, assert_grid, bent, clear, cube, daylight, furnished, lambertian, light_tracing, run, sppm, straight,
     traceable, values,
 };
 use glam::{DVec2, DVec3};
+use serde_json::json;
+use skyduct::document::WarningCode;
 use skyduct::integrator::photon_mapping::{self, PhotonMapping};
 use skyduct::integrator::ppm::{self, Ppm};
 use skyduct::integrator::{Integrator, sppm};
+use skyduct::job::cancel::Stop;
+use skyduct::job::progress::StoppedBy;
 use skyduct::scene::{EstimateKind, Grid, Scene};
 
 /// Every method that counts the photons of its sensors, with few of them in a pass.
@@ -98,5 +103,38 @@ fn what_is_known_to_be_dark_stays_exact() {
         for sensor in 0..3 {
             assert_eq!(grid.error_of_few_photons_lux(sensor), 0.0, "{name}");
         }
+    }
+}
+
+/// A board in the beam of the sun and nothing else that reflects: no light comes to the floor, by no method. The job ends by itself
+/// and says why, with the error of the photon that none was.
+#[test]
+fn a_job_that_no_light_reaches_ends_and_says_so() {
+    for (method, told) in [("light_tracing", true), ("bidirectional_path_tracing", false)] {
+        let prepared = prepare("S1", |job| {
+            let black = json!({ "reflectance": 0 });
+            job["sky"] = json!({
+                "cie_type": 12, "sun_position": { "altitude_deg": 90, "azimuth_deg": 180 },
+                "diffuse_horizontal_illuminance_lux": 0, "direct_normal_illuminance_lux": 100_000
+            });
+            job["room"]["surfaces"] = json!({ "floor": black, "walls": black, "ceiling": black });
+            let board = json!({
+                "kind": "box", "size_m": [0.8, 0.8, 0.05], "position_m": [1.016, 1.016, 1.0], "surface": black
+            });
+            job["room"]["objects"] = json!([board]);
+            job["tubes"][0]["diffuser"] = json!({ "kind": "clear", "transmittance": 1 });
+            let average = json!({ "name": "mean", "height_m": 0, "cells": [9, 9], "estimate": "cell_average" });
+            job["grids"] = json!([job["grids"][0], average]);
+            job["method"] = json!(method);
+            job["stop"] = json!({ "relative_error": 0.02, "max_seconds": 300 });
+        });
+        let rendered = prepared.render(&Stop::default(), &mut |_, _| {}).unwrap();
+        assert_eq!(rendered.stopped_by, StoppedBy::NoLight, "{method}");
+        assert!(rendered.estimate.passes < 100, "{method}: {}", rendered.estimate.passes);
+        let cells = &rendered.estimate.grids[1];
+        assert_eq!((cells.illuminance_lux(40), cells.standard_error_lux(40) > 0.0), (0.0, told), "{method}");
+        let warnings = prepared.render_warnings(&rendered.estimate);
+        let said = warnings.iter().find(|warning| warning.code == WarningCode::NoLight).unwrap();
+        assert!(said.detail.contains("brought no light") && said.detail.contains("\"floor\""), "{}", said.detail);
     }
 }

@@ -63,6 +63,12 @@ impl GridEstimate {
         (0..self.sensors.len()).filter(|sensor| self.has_value(*sensor))
     }
 
+    /// True if no pass has brought light to any sensor that has a value.
+    pub fn is_dark(&self) -> bool {
+        let mut valued = self.valued().peekable();
+        valued.peek().is_some() && self.mean.count > 0.0 && valued.all(|sensor| self.sensors[sensor].mean == 0.0)
+    }
+
     /// Makes room for what passes give beside values; `start`: a pass of no light.
     pub fn begin(&mut self, start: &GridPass) {
         self.contrasts = vec![Moments::default(); start.contrasts.len()];

@@ -45,7 +45,7 @@ impl Wanted {
 }
 
 /// Achieved relative errors at the asked confidence; `None` where the job has no such output, or nothing is known of its
-/// error: before the second pass, or by a formula.
+/// error: before the second pass, by a formula, or where many passes have brought no light.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Accuracy {
     /// Relative error of the worst grid.
@@ -62,6 +62,9 @@ const VALUES_TIMES_PASSES: u64 = 64;
 
 /// Passes after which even one value is judged.
 const ENOUGH_PASSES: u64 = 32;
+
+/// Passes after which a grid that no light has reached is waited for no longer: of nothing no relative error is ever small enough.
+const PASSES_WITHOUT_LIGHT: u64 = 64;
 
 /// Passes below which the accuracy of an output of `values` sensors or blocks is too uncertain to stop by: 8 from eight values on, 16
 /// from four on, 32 for a single one. Measured at 8, 16 and 32 passes, the error of the claimed error is 27, 18, 13 % for one value,
@@ -156,8 +159,9 @@ impl StopRule {
         let worst = |passes: u64, errors: &mut dyn Iterator<Item = f64>| {
             errors.reduce(f64::max).filter(known).map(|error| t(passes) * error)
         };
+        let lit = estimate.grids.iter().filter(|grid| !found_nothing(grid, estimate.passes_of_grids()));
         Accuracy {
-            grids: worst(estimate.passes_of_grids(), &mut estimate.grids.iter().map(grid_error)),
+            grids: worst(estimate.passes_of_grids(), &mut lit.map(grid_error)),
             views: worst(estimate.passes_of_views(), &mut estimate.views.iter().map(film_error)),
         }
     }
@@ -169,12 +173,11 @@ impl StopRule {
 
     /// As [`Self::wanted`], of an estimate whose accuracy is known.
     fn wanted_at(&self, estimate: &Estimate, accuracy: Accuracy) -> Wanted {
-        let least = |values: &mut dyn Iterator<Item = usize>| values.map(least_passes).max();
         let wanted = |least: Option<u64>, passes: u64, error: Option<f64>, limit: f64| {
             least.is_some_and(|least| passes < least || error.is_some_and(|error| error > limit))
         };
-        let of_grids = least(&mut estimate.grids.iter().map(|grid| grid.valued().count()));
-        let of_views = least(&mut estimate.views.iter().map(|view| view.blocks.len()));
+        let of_grids = estimate.grids.iter().map(least_passes_of).max();
+        let of_views = estimate.views.iter().map(|view| least_passes(view.blocks.len())).max();
         Wanted {
             grids: wanted(of_grids, estimate.passes_of_grids(), accuracy.grids, self.relative_error),
             views: wanted(of_views, estimate.passes_of_views(), accuracy.views, self.view_relative_error),
@@ -202,6 +205,21 @@ impl StopRule {
     }
 }
 
+/// Number of the first grid that so many passes have brought no light to that they are enough, if there is one.
+pub fn grid_without_light(estimate: &Estimate) -> Option<usize> {
+    let passes = estimate.passes_of_grids();
+    estimate.grids.iter().position(|grid| found_nothing(grid, passes))
+}
+
+/// Passes below which a grid is not judged: passes that find nothing agree to the last digit, whatever light they miss.
+fn least_passes_of(grid: &GridEstimate) -> u64 {
+    if grid.is_dark() { PASSES_WITHOUT_LIGHT } else { least_passes(grid.valued().count()) }
+}
+
+fn found_nothing(grid: &GridEstimate, passes: u64) -> bool {
+    passes >= PASSES_WITHOUT_LIGHT && !grid.numerical && grid.is_dark()
+}
+
 /// Relative standard error of a grid as accuracies have it: root mean square over the sensors.
 pub fn grid_error(grid: &GridEstimate) -> f64 {
     relative_error(
@@ -227,6 +245,7 @@ fn relative_error(values: Vec<(f64, f64)>) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::integrator::PhotonCount;
     use crate::statistics::Moments;
 
     fn rule() -> StopRule {
@@ -277,6 +296,26 @@ mod tests {
         assert_eq!(waits(0.04, 0.07), Some(WaitingFor::RelativeError));
         assert_eq!(waits(0.03, 0.10), Some(WaitingFor::ViewRelativeError));
         assert_eq!(waits(0.02, 0.06), Some(WaitingFor::ViewRelativeError));
+    }
+
+    /// Where no photon came, one may have: the error is never small enough, and the job does not wait for it for ever.
+    #[test]
+    fn a_grid_without_light_is_given_up() {
+        let of = |passes: u64| {
+            let mut dark = estimate(&[(0.0, 0.0), (0.0, 0.0)], passes);
+            dark.grids[0].photons = vec![PhotonCount { found: 0.0, one_lux: passes as f64 }; 2];
+            dark.grids[0].mean.count = passes as f64;
+            dark
+        };
+        assert_eq!(rule().wanted(&of(PASSES_WITHOUT_LIGHT - 1)), Wanted { grids: true, views: false });
+        assert_eq!(grid_without_light(&of(PASSES_WITHOUT_LIGHT - 1)), None);
+        let enough = of(PASSES_WITHOUT_LIGHT);
+        assert!(rule().accurate_enough(&enough) && rule().accuracy(&enough).grids.is_none());
+        assert_eq!(grid_without_light(&enough), Some(0));
+        // beside a grid with light that is less accurate than asked
+        let mut both = of(PASSES_WITHOUT_LIGHT);
+        both.grids.extend(estimate(&[(1.0, 0.1); 8], PASSES_WITHOUT_LIGHT).grids);
+        assert!(rule().wanted(&both).grids);
     }
 
     #[test]
