@@ -78,10 +78,11 @@ pub(super) fn run(args: ServeArgs) -> anyhow::Result<()> {
 }
 
 /// The threads of a service beside those that render, which are as many as there are processors: requests, streams and
-/// rows cost little, and each further thread is woken for nothing while another one has the work.
+/// rows cost little, and each further thread is woken for nothing while another one has the work. Two at the least: one answers
+/// while the other one writes a long answer.
 pub fn runtime() -> anyhow::Result<Runtime> {
     let processors = std::thread::available_parallelism().map_or(1, NonZero::get);
-    let threads = (processors / 4).max(1);
+    let threads = (processors / 4).max(2);
     Builder::new_multi_thread().worker_threads(threads).enable_all().build().context("the runtime cannot start")
 }
 

@@ -118,6 +118,7 @@ impl IntoResponses for CommonProblems {
         };
         BTreeMap::from([
             ("408".to_owned(), problem("The request did not arrive, or was not answered, in time").into()),
+            ("429".to_owned(), problem("The client has as much as one may have").into()),
             ("500".to_owned(), problem("A fault of the service").into()),
             ("503".to_owned(), problem("The service is shutting down, busy, or cannot reach its stores").into()),
         ])

@@ -40,6 +40,7 @@ pub async fn metrics(app: App) -> Result<impl IntoResponse, Problem> {
     }
     gauge!("skyduct_event_streams")
         .set(app.limits.streams.saturating_sub(app.permits.streams.available_permits()) as f64);
+    gauge!("skyduct_body_bytes").set(app.permits.bodies.taken() as f64);
     gauge!("skyduct_watched_jobs").set(app.watched.count() as f64);
     gauge!("skyduct_watched_studies").set(app.watched_studies.count() as f64);
     app.metrics.run_upkeep();

@@ -3,9 +3,11 @@
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-use tokio::sync::{OwnedSemaphorePermit, Semaphore};
+use tokio::sync::Semaphore;
 
+use crate::http::places::Places;
 use crate::http::problem::Problem;
+use crate::http::turns::{Line, Turn};
 use crate::job::cancel::CancelOnDrop;
 use crate::job::memory::default_limit_bytes;
 
@@ -25,7 +27,13 @@ pub struct Limits {
     pub connections: usize,
     /// Event streams at the same time; one more is answered 503.
     pub streams: usize,
-    /// Documents that are checked at the same time, and files of running jobs that are made at the same time; more wait.
+    /// Bytes of posted documents that are held at the same time, from before they are read until they are checked; one more
+    /// document is refused.
+    pub body_bytes: usize,
+    /// Bytes of these that are one client's.
+    pub body_bytes_per_client: usize,
+    /// Documents of each kind (jobs, plans, studies, fluxes) that are checked and computed at the same time, and files that are made at
+    /// the same time; more wait, and clients take turns.
     pub preparing: usize,
     /// Meshes that are received and read at the same time; more wait.
     pub uploads: usize,
@@ -38,6 +46,8 @@ pub struct Limits {
     pub header_seconds: u64,
     /// Seconds within which a request must be answered (event streams must have begun).
     pub request_seconds: u64,
+    /// Seconds within which fluxes of a tube must be answered; what is foreseen to take longer is refused.
+    pub flux_seconds: u64,
     /// Seconds within which a client must take some of its answer; one that does not is cut off.
     pub write_seconds: u64,
 }
@@ -49,14 +59,26 @@ impl Limits {
     }
 }
 
-/// Permits for work that is done at the same time.
+/// Work that is done for requests at the same time, each kind in a line of its own: a job's post waits behind no other kind.
 pub struct Permits {
-    /// Documents that are prepared: each can hold meshes.
-    pub preparing: Arc<Semaphore>,
-    /// Pilots, each of which takes all threads for a moment.
-    pub pilots: Arc<Semaphore>,
-    /// Files of running jobs that are made: each can hold a large estimate.
-    pub reading: Arc<Semaphore>,
+    /// Bytes of posted documents.
+    pub bodies: Arc<Places>,
+    /// Posts of jobs: each can hold meshes.
+    pub jobs: Arc<Line>,
+    /// Plans without a job.
+    pub plans: Arc<Line>,
+    /// Posts of studies.
+    pub studies: Arc<Line>,
+    /// Fluxes of tubes.
+    pub fluxes: Arc<Line>,
+    /// Transmissions in closed form.
+    pub transmissions: Arc<Line>,
+    /// Pilots for posts of jobs, each of which takes all threads for a moment.
+    pub pilots_of_jobs: Arc<Line>,
+    /// Pilots for plans.
+    pub pilots_of_plans: Arc<Line>,
+    /// Files of jobs and studies that are made: each can hold a large estimate.
+    pub reading: Arc<Line>,
     /// Meshes that are received and read.
     pub uploads: Arc<Semaphore>,
     /// Permits for open event streams.
@@ -66,34 +88,45 @@ pub struct Permits {
 impl Permits {
     pub fn new(limits: &Limits) -> Self {
         let permits = |count: usize| Arc::new(Semaphore::new(count));
+        let line = || Line::new(limits.preparing);
         Self {
-            preparing: permits(limits.preparing),
-            pilots: permits(1),
-            reading: permits(limits.preparing),
+            bodies: Places::new(
+                "body_bytes",
+                "bytes of posted documents",
+                limits.body_bytes,
+                limits.body_bytes_per_client,
+            ),
+            jobs: line(),
+            plans: line(),
+            studies: line(),
+            fluxes: line(),
+            transmissions: line(),
+            pilots_of_jobs: Line::new(1),
+            pilots_of_plans: Line::new(1),
+            reading: line(),
             uploads: permits(limits.uploads),
             streams: permits(limits.streams),
         }
     }
 }
 
-/// A permit of `permits`, when one is free.
-pub async fn permit(permits: &Arc<Semaphore>) -> Result<OwnedSemaphorePermit, Problem> {
-    // the semaphores are never closed
-    permits.clone().acquire_owned().await.map_err(|_| Problem::internal())
+/// A turn at the work of a line, when it comes to it.
+pub async fn permit(line: &Arc<Line>) -> Result<Turn, Problem> {
+    line.turn().await
 }
 
 /// Runs `work` off the async threads.
 ///
-/// The work owns the permit: however the request ends, the permit is free only when the work has ended. When the request
+/// The work owns the turn: however the request ends, the turn ends only when the work has ended. When the request
 /// ends first, the flag that the work is given becomes true.
 pub async fn off_thread<T: Send + 'static>(
-    permit: OwnedSemaphorePermit,
+    turn: Turn,
     work: impl FnOnce(Arc<AtomicBool>) -> T + Send + 'static,
 ) -> Result<T, Problem> {
     let cancel = CancelOnDrop::default();
     let flag = cancel.flag();
     let done = tokio::task::spawn_blocking(move || {
-        let _permit = permit;
+        let _turn = turn;
         work(flag)
     });
     done.await.map_err(|error| {
@@ -113,13 +146,12 @@ mod tests {
     #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
     async fn requests_that_are_dropped_leave_no_more_work_than_is_allowed() {
         const ALLOWED: usize = 2;
-        let permits = Arc::new(Semaphore::new(ALLOWED));
+        let line = Line::new(ALLOWED);
         let [running, most, begun] = [(); 3].map(|()| Arc::new(AtomicUsize::new(0)));
         for _ in 0..16 {
             let (running, most, begun) = (running.clone(), most.clone(), begun.clone());
             let request = async {
-                let permit = permit(&permits).await?;
-                off_thread(permit, move |cancelled| {
+                off_thread(permit(&line).await?, move |cancelled| {
                     begun.fetch_add(1, Ordering::SeqCst);
                     most.fetch_max(running.fetch_add(1, Ordering::SeqCst) + 1, Ordering::SeqCst);
                     while !cancelled.load(Ordering::Relaxed) {
@@ -134,9 +166,10 @@ mod tests {
             // the client hangs up
             let _ = tokio::time::timeout(Duration::from_millis(3), request).await;
         }
-        // all permits come back, so all work has ended
-        let all = tokio::time::timeout(Duration::from_secs(60), permits.acquire_many(ALLOWED as u32)).await;
-        drop(all.expect("work goes on for ever").unwrap());
+        // all turns end, so all work has ended
+        let all = futures::future::join_all((0..ALLOWED).map(|_| permit(&line)));
+        let all = tokio::time::timeout(Duration::from_secs(60), all).await.expect("work goes on for ever");
+        assert!(all.iter().all(Result::is_ok));
         assert_eq!(running.load(Ordering::SeqCst), 0);
         assert!(begun.load(Ordering::SeqCst) >= ALLOWED);
         assert!(most.load(Ordering::SeqCst) <= ALLOWED);

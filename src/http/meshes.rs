@@ -13,7 +13,6 @@ use utoipa::ToSchema;
 
 use crate::http::App;
 use crate::http::content::{Binary, check_coding};
-use crate::http::limits::permit;
 use crate::http::problem::{Path, Problem};
 use crate::http::problem_kind::ProblemKind;
 use crate::job::meshes::UploadError;
@@ -70,9 +69,10 @@ pub async fn create(app: App, headers: HeaderMap, request: Request) -> Result<Re
     }
     check_coding(&headers)?;
     // before the body, so that only so many are in memory
-    let permit = tokio::time::timeout(WAIT_FOR_OTHERS, permit(&app.permits.uploads))
+    let permit = tokio::time::timeout(WAIT_FOR_OTHERS, app.permits.uploads.clone().acquire_owned())
         .await
-        .map_err(|_| Problem::unavailable("other meshes are being read; try again later"))??;
+        .map_err(|_| Problem::unavailable("other meshes are being read; try again later"))?
+        .map_err(|_| Problem::internal())?;
     let body = Bytes::from_request(request, &()).await?;
     let mesh = app.meshes.upload(body, permit).await?;
     let location = [(header::LOCATION, format!("/v1/meshes/{}", mesh.id))];

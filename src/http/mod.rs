@@ -1,6 +1,7 @@
 //! The HTTP interface: what a request means, and how answers look.
 
 mod access;
+mod client;
 mod content;
 mod convergence;
 pub(crate) mod cors;
@@ -12,6 +13,7 @@ mod figures;
 mod formats;
 mod grids;
 mod health;
+mod in_time;
 mod jobs;
 pub mod last_event_id;
 mod limits;
@@ -19,6 +21,7 @@ mod meshes;
 pub mod openapi;
 mod outlive;
 mod page;
+mod places;
 mod prefer;
 mod problem;
 pub mod problem_kind;
@@ -34,6 +37,7 @@ mod skies;
 mod studies;
 mod tube_flux;
 mod tubes;
+mod turns;
 mod views;
 mod watched;
 

@@ -85,9 +85,14 @@ kinds! {
         "The header `Range` asks for bytes beyond the end of the file.",
         "the file has 1234 bytes";
     Timeout, "timeout", REQUEST_TIMEOUT, "The request took too long",
-        "The request did not arrive completely, or could not be answered, within `request_seconds` of the configuration. It may be \
-         repeated.",
-        "it was not complete in time";
+        "The request did not arrive completely, or could not be answered, within `request_seconds` of the configuration, fluxes of \
+         a tube within `flux_seconds`. The detail names the limit. It may be repeated; what takes too long by itself is to be asked for in parts.",
+        "it did not arrive completely or could not be answered within 30 s (request_seconds of the configuration); repeat it later";
+    TooMany, "too-many", TOO_MANY_REQUESTS, "The client has as much as one may have",
+        "Each client may have so many connections, event streams, uploads and waiting jobs, which leaves some for others. What the \
+         detail names is limited by the configuration. Ask again after the seconds that `Retry-After` says. A client is an address, or \
+         a network of IPv6; all that come through one proxy are one client.",
+        "64 event streams of this client are open, and one client may have no more; try again later";
     QueueFull, "queue-full", SERVICE_UNAVAILABLE, "The queue is full",
         "As many jobs wait as may wait. Post the document again after the seconds that `Retry-After` says.",
         "1000 jobs are waiting; try again later";

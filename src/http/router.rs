@@ -1,10 +1,10 @@
 //! Paths, and the layers around all of them.
 
 use std::sync::Arc;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use axum::extract::{DefaultBodyLimit, MatchedPath, Request};
-use axum::http::{HeaderName, HeaderValue, Method, StatusCode, header};
+use axum::http::{HeaderName, HeaderValue, Method, header};
 use axum::middleware::{self, Next};
 use axum::response::Response;
 use axum::routing::get;
@@ -16,7 +16,6 @@ use tower_http::compression::CompressionLayer;
 use tower_http::limit::RequestBodyLimitLayer;
 use tower_http::request_id::{MakeRequestUuid, PropagateRequestIdLayer, SetRequestIdLayer};
 use tower_http::set_header::SetResponseHeaderLayer;
-use tower_http::timeout::TimeoutLayer;
 use tower_http::trace::TraceLayer;
 use utoipa::OpenApi;
 use utoipa_axum::router::OpenApiRouter;
@@ -24,8 +23,10 @@ use utoipa_axum::routes;
 
 use crate::http::access::check_access;
 use crate::http::description::{Description, completed};
+use crate::http::in_time::answer_in_time;
 use crate::http::problem::as_problem_documents;
 use crate::http::server::answer_health_only_beyond;
+use crate::http::turns::answer_for;
 use crate::http::{
     Limits, Service, convergence, docs, events, figures, grids, health, jobs, meshes, page, problem_page, report,
     results, skies, studies, tube_flux, tubes, views,
@@ -81,7 +82,8 @@ fn api_with_limits(document_bytes: usize, mesh_bytes: usize) -> OpenApiRouter<Ar
 
 /// The whole service.
 pub fn router(service: Arc<Service>) -> Router {
-    let Limits { document_bytes, mesh_bytes, request_seconds, .. } = service.limits;
+    let Limits { document_bytes, mesh_bytes, .. } = service.limits;
+    let limits = service.limits.clone();
     let (api, description) = api_with_limits(document_bytes, mesh_bytes).split_for_parts();
     let access = Arc::new(service.access.clone());
     let always = |name: HeaderName, value: &'static str| {
@@ -101,8 +103,8 @@ pub fn router(service: Arc<Service>) -> Router {
         .layer(CatchPanicLayer::new())
         .layer(middleware::from_fn_with_state(access, check_access))
         .layer(middleware::from_fn(answer_health_only_beyond))
-        // of event streams this is the time until they begin
-        .layer(TimeoutLayer::with_status_code(StatusCode::REQUEST_TIMEOUT, Duration::from_secs(request_seconds)));
+        .layer(middleware::from_fn_with_state(limits, answer_in_time))
+        .layer(middleware::from_fn(answer_for));
     let routes = api
         .route("/", get(page::index))
         .route("/jobs/{id}", get(page::index))

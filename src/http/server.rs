@@ -1,5 +1,6 @@
 //! Connections: accepted, limited, ended.
 
+use std::net::SocketAddr;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -19,6 +20,7 @@ use tokio_util::sync::CancellationToken;
 use tower::util::MapRequest;
 
 use crate::http::Limits;
+use crate::http::client::Client;
 use crate::http::outlive::Outliving;
 use crate::http::problem::Problem;
 
@@ -56,7 +58,7 @@ pub async fn serve(listener: TcpListener, router: Router, limits: &Limits, shutd
             () = shutdown.cancelled() => break,
             accepted = accept(&listener, &slots) => accepted,
         };
-        let Some((stream, slot)) = accepted else { continue };
+        let Some((stream, peer, slot)) = accepted else { continue };
         let mut stream = TimeoutStream::new(stream);
         stream.set_write_timeout(Some(Duration::from_secs(limits.write_seconds)));
         let (builder, is_beyond) = match slot {
@@ -64,6 +66,7 @@ pub async fn serve(listener: TcpListener, router: Router, limits: &Limits, shutd
             Slot::Beyond(_) => (&beyond, true),
         };
         let service = MapRequest::new(router.clone(), move |mut request: hyper::Request<Incoming>| {
+            request.extensions_mut().insert(Client::at(peer));
             if is_beyond {
                 request.extensions_mut().insert(Beyond);
             }
@@ -98,17 +101,17 @@ enum Slot {
     Beyond(OwnedSemaphorePermit),
 }
 
-async fn accept(listener: &TcpListener, slots: &Slots) -> Option<(tokio::net::TcpStream, Slot)> {
+async fn accept(listener: &TcpListener, slots: &Slots) -> Option<(tokio::net::TcpStream, SocketAddr, Slot)> {
     let slot = tokio::select! {
         biased;
         slot = slots.within.clone().acquire_owned() => Slot::Within(slot.ok()?),
         slot = slots.beyond.clone().acquire_owned() => Slot::Beyond(slot.ok()?),
     };
     match listener.accept().await {
-        Ok((stream, _)) => {
+        Ok((stream, peer)) => {
             // events are small and shall not wait for more
             let _ = stream.set_nodelay(true);
-            Some((stream, slot))
+            Some((stream, peer, slot))
         }
         Err(error) => {
             // too many open files, or the client has gone: neither ends the service

@@ -1,17 +1,21 @@
 //! How much light a tube sends into a room, under many skies at once and without a job.
 
-use axum::Json;
-use axum::extract::rejection::BytesRejection;
-use axum::http::HeaderMap;
-use bytes::Bytes;
+use std::time::Instant;
+
+use axum::{Extension, Json};
 
 use crate::document::result::TubeFluxResult;
 use crate::document::tube_flux::TubeFluxDocument;
 use crate::http::App;
-use crate::http::jobs::posted::Posted;
+use crate::http::in_time::Deadline;
+use crate::http::jobs::posted::Body;
 use crate::http::limits::{off_thread, permit};
 use crate::http::problem::Problem;
-use crate::job::tube_flux::{TubeFluxError, tube_flux};
+use crate::job::tube_flux::{TimeThereIs, TubeFluxError, tube_flux};
+
+/// Share of its time that a request waits for a turn at the most, and share that the computation may take.
+const WAITING: f64 = 0.5;
+const COMPUTING: f64 = 0.95;
 
 /// Luminous flux of a tube into a room by patches of its opening, of sky and sun apart, for every sky and time.
 #[utoipa::path(post, path = "/v1/tubes/flux", operation_id = "get_tube_flux", tag = "tubes",
@@ -31,21 +35,28 @@ use crate::job::tube_flux::{TubeFluxError, tube_flux};
         (status = 400, description = "Not JSON", body = Problem, content_type = "application/problem+json"),
         (status = 413, description = "Too long", body = Problem, content_type = "application/problem+json"),
         (status = 415, description = "Not application/json", body = Problem, content_type = "application/problem+json"),
-        (status = 422, description = "Not a valid request; `errors` name what is wrong", body = Problem,
-            content_type = "application/problem+json")))]
+        (status = 422, description = "Not a valid request, or more than fits into the time there is; `errors` name what is wrong",
+            body = Problem, content_type = "application/problem+json")))]
 pub async fn flux(
     app: App,
-    headers: HeaderMap,
-    body: Result<Bytes, BytesRejection>,
+    Extension(deadline): Extension<Deadline>,
+    body: Body,
 ) -> Result<Json<TubeFluxResult>, Problem> {
-    let posted = Posted::read(&headers, body)?;
+    let busy = || Problem::unavailable("other fluxes are being computed; try again later");
+    let turn = tokio::time::timeout(deadline.all.mul_f64(WAITING), permit(&app.permits.fluxes));
+    let turn = turn.await.map_err(|_| busy())??;
+    let posted = body.read(&turn).await?;
     let (meshes, runtime) = (app.meshes.clone(), tokio::runtime::Handle::current());
-    let found = off_thread(permit(&app.permits.preparing).await?, move |cancel| {
+    let left = deadline.at.saturating_duration_since(tokio::time::Instant::now());
+    let time =
+        TimeThereIs { until: Instant::now() + left.mul_f64(COMPUTING), at_best: deadline.all.mul_f64(COMPUTING) };
+    let found = off_thread(turn, move |cancel| {
         let meshes = meshes.for_document(runtime, cancel.clone());
-        tube_flux(&TubeFluxDocument::from_value(posted.value)?, &meshes, &cancel)
+        tube_flux(&TubeFluxDocument::from_value(posted.value)?, &meshes, Some(time), &cancel)
     });
     found.await?.map(Json).map_err(|error| match error {
         TubeFluxError::Request(errors) => errors.into(),
+        TubeFluxError::NoTimeNow => busy(),
         TubeFluxError::NotFinite { .. } => {
             tracing::error!(%error, "fluxes of a tube");
             Problem::internal()

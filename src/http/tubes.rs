@@ -90,7 +90,7 @@ pub struct SkyTransmission {
 pub async fn transmission(app: App, Query(query): Query<TransmissionQuery>) -> Result<Json<TubeTransmission>, Problem> {
     let tube = Request::read(&query)?;
     // some ten milliseconds
-    off_thread(permit(&app.permits.preparing).await?, move |_| Json(tube.answer())).await
+    off_thread(permit(&app.permits.transmissions).await?, move |_| Json(tube.answer())).await
 }
 
 /// A query with every value in its bounds.

@@ -36,3 +36,4 @@ mod security;
 mod storm;
 mod studies;
 mod tube_flux;
+mod turns;

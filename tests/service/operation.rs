@@ -155,6 +155,7 @@ async fn a_request_that_never_ends_is_ended() {
     let answer = String::from_utf8_lossy(&answer[..length]).into_owned();
     assert!(answer.starts_with("HTTP/1.1 408"), "{answer}");
     assert!(answer.contains("application/problem+json"), "{answer}");
+    assert!(answer.contains("within 1 s (request_seconds of the configuration)"), "{answer}");
 }
 
 /// `skyduct healthcheck` is what a container's health check runs.

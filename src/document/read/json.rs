@@ -1,15 +1,15 @@
 //! JSON text as values, strictly.
 
 use std::borrow::Cow;
+use std::cell::Cell;
 use std::fmt;
 
-use serde::Deserialize;
-use serde::de::{Deserializer, Error, MapAccess, SeqAccess, Visitor};
+use serde::de::{DeserializeSeed, Deserializer, Error, MapAccess, SeqAccess, Visitor};
 use serde_json::{Map, Number, Value};
 
 use super::fault::{self, Fault};
 use super::pointer::escape;
-use crate::document::errors::FieldError;
+use crate::document::errors::{FieldError, FieldErrorCode};
 use crate::geometry::encoding::utf8;
 
 /// Numbers closer to zero count as zero: a denormal is never meant, and slows every product that it enters.
@@ -17,6 +17,9 @@ const SMALLEST: f64 = 1e-300;
 
 /// Number up to which every whole number is a number of its own, 2^53.
 const MOST_EXACT: f64 = 9_007_199_254_740_992.0;
+
+/// Values that an object counts as beside itself: it takes about as much memory.
+const VALUES_OF_OBJECT: usize = 8;
 
 /// Text of a file or body, UTF-8 or UTF-16, without a byte order mark; an error with the reason where it is none.
 pub fn text(bytes: &[u8]) -> Result<Cow<'_, str>, FieldError> {
@@ -32,34 +35,62 @@ pub fn text(bytes: &[u8]) -> Result<Cow<'_, str>, FieldError> {
 
 /// Parses JSON [`text`]; refuses duplicate keys and numbers that overflow, and takes denormals as zero.
 pub fn value(bytes: &[u8]) -> Result<Value, FieldError> {
-    let text = text(bytes)?;
-    let mut deserializer = serde_json::Deserializer::from_str(&text);
-    let strict: Strict = serde_path_to_error::deserialize(&mut deserializer).map_err(|error| {
-        let inner = error.inner();
-        let syntax = inner.is_syntax() || inner.is_eof();
-        let overflow = inner.to_string().starts_with("number out of range");
-        if syntax && !overflow {
-            return FieldError::new("", inner.to_string());
-        }
-        let error = fault::of_error(&error);
-        FieldError::new(error.pointer, error.message)
-    })?;
-    deserializer.end().map_err(|error| FieldError::new("", error.to_string()))?;
-    Ok(strict.0)
+    value_within(bytes, usize::MAX)
 }
 
-/// A JSON value without duplicate keys.
-struct Strict(Value);
+/// Parses as [`value`] does, and refuses text with more than `most` values, an object counted nine times: a short text can be a
+/// large value.
+pub fn value_within(bytes: &[u8], most: usize) -> Result<Value, FieldError> {
+    let text = text(bytes)?;
+    let mut deserializer = serde_json::Deserializer::from_str(&text);
+    let mut track = serde_path_to_error::Track::new();
+    let left = Cell::new(Some(most));
+    let strict = Strict { left: &left, most };
+    let tracked = serde_path_to_error::Deserializer::new(&mut deserializer, &mut track);
+    let value = strict.deserialize(tracked).map_err(|error| {
+        let syntax = error.is_syntax() || error.is_eof();
+        let overflow = error.to_string().starts_with("number out of range");
+        if syntax && !overflow {
+            return FieldError::new("", error.to_string());
+        }
+        let error = fault::of_error(&serde_path_to_error::Error::new(track.path(), error));
+        let error = FieldError::new(error.pointer, error.message);
+        if left.get().is_none() { error.coded(FieldErrorCode::TooMany) } else { error }
+    })?;
+    deserializer.end().map_err(|error| FieldError::new("", error.to_string()))?;
+    Ok(value)
+}
 
-impl<'de> Deserialize<'de> for Strict {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        deserializer.deserialize_any(StrictVisitor).map(Self)
+/// Reads a JSON value without duplicate keys.
+#[derive(Clone, Copy)]
+struct Strict<'a> {
+    /// Values that may still come; `None` when there were more.
+    left: &'a Cell<Option<usize>>,
+    /// Values that may come in all.
+    most: usize,
+}
+
+impl Strict<'_> {
+    fn count<E: Error>(&self, values: usize) -> Result<(), E> {
+        self.left.set(self.left.get().and_then(|left| left.checked_sub(values)));
+        if self.left.get().is_some() {
+            return Ok(());
+        }
+        let most = self.most;
+        Err(E::custom(format!("the document has more than {most} values (an object counts as nine); they end here")))
     }
 }
 
-struct StrictVisitor;
+impl<'de> DeserializeSeed<'de> for Strict<'_> {
+    type Value = Value;
 
-impl<'de> Visitor<'de> for StrictVisitor {
+    fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<Value, D::Error> {
+        self.count(1)?;
+        deserializer.deserialize_any(self)
+    }
+}
+
+impl<'de> Visitor<'de> for Strict<'_> {
     type Value = Value;
 
     fn expecting(&self, formatter: &mut fmt::Formatter) -> fmt::Result {
@@ -97,20 +128,21 @@ impl<'de> Visitor<'de> for StrictVisitor {
 
     fn visit_seq<A: SeqAccess<'de>>(self, mut seq: A) -> Result<Value, A::Error> {
         let mut values = Vec::new();
-        while let Some(Strict(value)) = seq.next_element()? {
+        while let Some(value) = seq.next_element_seed(self)? {
             values.push(value);
         }
         Ok(Value::Array(values))
     }
 
     fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Value, A::Error> {
+        self.count(VALUES_OF_OBJECT)?;
         let mut values = Map::new();
         while let Some(key) = map.next_key::<String>()? {
             if values.contains_key(&key) {
                 let pointer = format!("/{}", escape(&key));
                 return Err(A::Error::custom(Fault { pointer, message: "given twice".to_owned() }));
             }
-            let Strict(value) = map.next_value()?;
+            let value = map.next_value_seed(self)?;
             values.insert(key, value);
         }
         Ok(Value::Object(values))

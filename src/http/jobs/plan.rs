@@ -3,19 +3,17 @@
 use std::sync::Arc;
 
 use axum::Json;
-use axum::extract::rejection::BytesRejection;
-use axum::http::HeaderMap;
-use bytes::Bytes;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use utoipa::{IntoParams, ToSchema};
 
-use super::posted::{Posted, prepare};
+use super::posted::{Body, prepare};
 use crate::document::result::{Known, PlanResult};
 use crate::document::{JobDocument, Warning};
+use crate::http::App;
 use crate::http::limits::{off_thread, permit};
 use crate::http::problem::{Problem, Query};
-use crate::http::{App, Service};
+use crate::http::turns::Line;
 use crate::job::pilot;
 use crate::job::predictions::Predictions;
 use crate::job::prepare::Prepared;
@@ -49,14 +47,18 @@ pub struct PredictQuery {
 }
 
 impl PredictQuery {
-    /// What each method would take, if that is asked.
-    pub async fn predictions(&self, app: &Service, prepared: &Arc<Prepared>) -> Result<Option<Predictions>, Problem> {
+    /// What each method would take, if that is asked; `pilots` is the line of pilots.
+    pub async fn predictions(
+        &self,
+        pilots: &Arc<Line>,
+        prepared: &Arc<Prepared>,
+    ) -> Result<Option<Predictions>, Problem> {
         if !self.predict {
             return Ok(None);
         }
         // one at a time: each takes all threads
-        let (permit, prepared) = (permit(&app.permits.pilots).await?, prepared.clone());
-        Ok(Some(off_thread(permit, move |cancel| pilot::predict(&prepared, &cancel)).await?))
+        let (turn, prepared) = (permit(pilots).await?, prepared.clone());
+        Ok(Some(off_thread(turn, move |cancel| pilot::predict(&prepared, &cancel)).await?))
     }
 }
 
@@ -69,16 +71,13 @@ impl PredictQuery {
         (status = 413, description = "Too long", body = Problem, content_type = "application/problem+json"),
         (status = 415, description = "Not application/json", body = Problem, content_type = "application/problem+json"),
         (status = 422, description = "Not a valid document, or a parameter of the wrong type", body = Problem, content_type = "application/problem+json")))]
-pub async fn plan(
-    app: App,
-    Query(query): Query<PredictQuery>,
-    headers: HeaderMap,
-    body: Result<Bytes, BytesRejection>,
-) -> Result<Json<PlanResource>, Problem> {
-    let posted = Posted::read(&headers, body)?;
-    let (prepared, _) = prepare(&app, posted.value).await?;
+pub async fn plan(app: App, Query(query): Query<PredictQuery>, body: Body) -> Result<Json<PlanResource>, Problem> {
+    // to the end: what waits for its pilot is as large as what is prepared
+    let turn = permit(&app.permits.plans).await?;
+    let posted = body.read(&turn).await?;
+    let (prepared, _) = prepare(&app, &turn, posted.value).await?;
     let (plan, known) = (PlanResult::from(&prepared.plan), prepared.known());
     let (document, warnings) = (prepared.document.clone(), prepared.warnings.clone());
-    let predictions = query.predictions(&app, &Arc::new(prepared)).await?;
+    let predictions = query.predictions(&app.permits.pilots_of_plans, &Arc::new(prepared)).await?;
     Ok(Json(PlanResource { document, plan, warnings, known, predictions }))
 }

@@ -1,42 +1,90 @@
 //! Posted documents: read, hashed, prepared.
 
-use axum::extract::rejection::BytesRejection;
-use axum::http::{HeaderMap, header};
+use std::io::{BufWriter, Write};
+use std::sync::Arc;
+
+use axum::body::HttpBody;
+use axum::extract::{FromRequest, FromRequestParts, Request};
+use axum::http::header;
 use bytes::Bytes;
 use serde_json::Value;
 
 use crate::document::{DocumentErrors, FieldError, FieldErrorCode, JobDocument, read};
 use crate::http::Service;
+use crate::http::client::Client;
 use crate::http::content::check_coding;
-use crate::http::limits::{off_thread, permit};
+use crate::http::limits::off_thread;
+use crate::http::places::Place;
 use crate::http::problem::Problem;
 use crate::http::problem_kind::ProblemKind;
+use crate::http::turns::Turn;
 use crate::job::prepare::{Prepared, prepare_document};
+
+/// Bytes of a document for each value that it may have: a table of short numbers has one for five, and no document has more.
+const BYTES_PER_VALUE: usize = 5;
+
+/// Bytes that a post takes beside those of its document: posts outlive their clients, and also short ones must not be too many.
+const BYTES_OF_POST: usize = 8 << 10;
+
+/// A body that came as JSON and is not read yet. Its bytes count for its client as long as it, or what it is read to, lives.
+pub struct Body {
+    text: Bytes,
+    /// Values that it may have.
+    most_values: usize,
+    held: Place,
+}
+
+impl FromRequest<Arc<Service>> for Body {
+    type Rejection = Problem;
+
+    async fn from_request(request: Request, app: &Arc<Service>) -> Result<Self, Problem> {
+        let content_type = request.headers().get(header::CONTENT_TYPE).and_then(|value| value.to_str().ok());
+        let media_type = content_type.unwrap_or("").split(';').next().unwrap_or("").trim().to_ascii_lowercase();
+        if media_type != "application/json" {
+            return Err(Problem::unsupported_media_type("a document is sent as application/json"));
+        }
+        check_coding(request.headers())?;
+        let (mut parts, body) = request.into_parts();
+        let Ok(client) = Client::from_request_parts(&mut parts, app).await;
+        // one that does not say how long it is may be as long as it can
+        let most = app.limits.document_bytes;
+        let bytes = body.size_hint().upper().map_or(most, |bytes| usize::try_from(bytes).unwrap_or(most).min(most));
+        let mut held = app.permits.bodies.none(client);
+        held.take(bytes.saturating_add(BYTES_OF_POST))?;
+        let text = Bytes::from_request(Request::from_parts(parts, body), app).await?;
+        Ok(Self { text, most_values: most / BYTES_PER_VALUE, held })
+    }
+}
 
 /// A posted document: text that is JSON, its value, and the hash of its canonical form.
 pub struct Posted {
     pub text: String,
     pub value: Value,
     pub hash: String,
+    /// Its bytes, which count until this is dropped.
+    pub held: Place,
 }
 
-impl Posted {
-    pub fn read(headers: &HeaderMap, body: Result<Bytes, BytesRejection>) -> Result<Self, Problem> {
-        let content_type = headers.get(header::CONTENT_TYPE).and_then(|value| value.to_str().ok()).unwrap_or("");
-        let media_type = content_type.split(';').next().unwrap_or("").trim().to_ascii_lowercase();
-        if media_type != "application/json" {
-            return Err(Problem::unsupported_media_type("a document is sent as application/json"));
-        }
-        check_coding(headers)?;
-        let text = read::json::text(&body?).map_err(|error| not_json(error.detail))?.into_owned();
+impl Body {
+    /// Reads the document off the async threads.
+    pub async fn read(self, turn: &Turn) -> Result<Posted, Problem> {
+        off_thread(turn.clone(), move |_| self.parse()).await?
+    }
+
+    fn parse(self) -> Result<Posted, Problem> {
+        let Self { text, most_values, held } = self;
+        let text = read::json::text(&text).map_err(|error| not_json(error.detail))?.into_owned();
         // a field that is given twice is refused before a key can compare its last value
-        let value = read::json::value(text.as_bytes()).map_err(|error| match error.pointer.as_str() {
-            "" => not_json(error.detail),
-            _ => DocumentErrors(vec![error]).into(),
+        let value =
+            read::json::value_within(text.as_bytes(), most_values).map_err(|error| match error.pointer.as_str() {
+                "" => not_json(error.detail),
+                _ => DocumentErrors(vec![error]).into(),
+            })?;
+        let hash = canonical_hash(&value).map_err(|error| {
+            tracing::error!(%error, "hashing a document");
+            Problem::internal()
         })?;
-        let mut hasher = blake3::Hasher::new();
-        hash_canonical(&value, &mut hasher);
-        Ok(Self { text, value, hash: hasher.finalize().to_hex().to_string() })
+        Ok(Posted { text, value, hash, held })
     }
 }
 
@@ -45,32 +93,42 @@ fn not_json(detail: String) -> Problem {
 }
 
 /// Equal for bodies that differ only in white space and in the order of fields.
-fn hash_canonical(value: &Value, hasher: &mut blake3::Hasher) {
+fn canonical_hash(value: &Value) -> std::io::Result<String> {
+    // many pieces are a byte or two
+    let mut hashing = BufWriter::new(blake3::Hasher::new());
+    write_canonical(value, &mut hashing)?;
+    let hasher = hashing.into_inner().map_err(std::io::IntoInnerError::into_error)?;
+    Ok(hasher.finalize().to_hex().to_string())
+}
+
+fn write_canonical(value: &Value, out: &mut impl Write) -> std::io::Result<()> {
     match value {
         Value::Object(fields) => {
-            hasher.update(format!("object {}\n", fields.len()).as_bytes());
+            writeln!(out, "object {}", fields.len())?;
             let mut sorted: Vec<_> = fields.iter().collect();
             sorted.sort_by_key(|(name, _)| *name);
             for (name, value) in sorted {
-                hasher.update(format!("{}\n{name}", name.len()).as_bytes());
-                hash_canonical(value, hasher);
+                write!(out, "{}\n{name}", name.len())?;
+                write_canonical(value, out)?;
             }
+            Ok(())
         }
         Value::Array(values) => {
-            hasher.update(format!("array {}\n", values.len()).as_bytes());
-            values.iter().for_each(|value| hash_canonical(value, hasher));
+            writeln!(out, "array {}", values.len())?;
+            values.iter().try_for_each(|value| write_canonical(value, out))
         }
         leaf => {
-            hasher.update(format!("{leaf}\n").as_bytes());
+            serde_json::to_writer(&mut *out, leaf)?;
+            out.write_all(b"\n")
         }
     }
 }
 
 /// Prepares a job off the async threads, because meshes can be large. Answers the uploaded meshes that it uses, too.
-pub async fn prepare(app: &Service, document: Value) -> Result<(Prepared, Vec<String>), Problem> {
+pub async fn prepare(app: &Service, turn: &Turn, document: Value) -> Result<(Prepared, Vec<String>), Problem> {
     let (meshes, runtime) = (app.meshes.clone(), tokio::runtime::Handle::current());
     let memory_limit = app.limits.memory_limit_bytes();
-    let prepared = off_thread(permit(&app.permits.preparing).await?, move |cancel| {
+    let prepared = off_thread(turn.clone(), move |cancel| {
         let meshes = meshes.for_document(runtime, cancel);
         let prepared = prepare_document(&JobDocument::from_value(document)?, &meshes)?;
         prepared.check_memory(memory_limit)?;
@@ -91,9 +149,7 @@ mod tests {
     use super::*;
 
     fn hash(text: &str) -> String {
-        let mut hasher = blake3::Hasher::new();
-        hash_canonical(&read::json::value(text.as_bytes()).unwrap(), &mut hasher);
-        hasher.finalize().to_hex().to_string()
+        canonical_hash(&read::json::value(text.as_bytes()).unwrap()).unwrap()
     }
 
     #[test]
@@ -115,5 +171,7 @@ mod tests {
         hashes.sort();
         hashes.dedup();
         assert_eq!(hashes.len(), different.len() + 1);
+        // keys of before are compared with it
+        assert_eq!(hash(same[0]), blake3::hash(b"object 2\n1\na1\n1\nbarray 3\n1\n2.5\n\"x\"\n").to_hex().to_string());
     }
 }

@@ -4,17 +4,16 @@ use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
 use axum::Json;
-use axum::extract::rejection::BytesRejection;
 use axum::http::{HeaderMap, StatusCode, header};
 use axum::response::{IntoResponse, Response};
-use bytes::Bytes;
 
 use super::plan::PredictQuery;
-use super::posted::{Posted, prepare};
+use super::posted::{Body, prepare};
 use super::resource::JobResource;
 use super::waited::{FinishedJob, Waiting};
 use crate::document::JobDocument;
 use crate::document::result::PlanResult;
+use crate::http::limits::permit;
 use crate::http::problem::{Problem, Query};
 use crate::http::problem_kind::ProblemKind;
 use crate::http::{App, Service, prefer};
@@ -52,11 +51,12 @@ pub async fn create(
     app: App,
     Query(query): Query<PredictQuery>,
     headers: HeaderMap,
-    body: Result<Bytes, BytesRejection>,
+    body: Body,
 ) -> Result<Response, Problem> {
     let idempotency_key = idempotency_key(&headers)?;
     let waiting = Waiting::new(&app, prefer::wait(&headers));
-    let posted = Posted::read(&headers, body)?;
+    let turn = permit(&app.permits.jobs).await?;
+    let posted = body.read(&turn).await?;
     if app.shutdown.is_cancelled() {
         return Err(Problem::unavailable("the service is shutting down"));
     }
@@ -65,6 +65,7 @@ pub async fn create(
         && let Some(job) = app.store.job_of_key(key).await?
     {
         return if job.body_hash == posted.hash {
+            drop(turn);
             answer(&app, job, waiting, Told::Perhaps).await
         } else {
             Err(key_reused(OTHER))
@@ -74,29 +75,38 @@ pub async fn create(
     if app.queue_was_full.load(Ordering::Relaxed) && app.store.unfinished().await? > app.limits.queued_jobs {
         return Err(queue_full(&app));
     }
-    let (prepared, meshes) = prepare(&app, posted.value).await?;
+    let (prepared, meshes) = prepare(&app, &turn, posted.value).await?;
     let prepared = Arc::new(prepared);
     let new = new_job(&prepared, posted.text, meshes)?;
-    let predictions = query.predictions(&app, &prepared).await?;
+    let predictions = query.predictions(&app.permits.pilots_of_jobs, &prepared).await?;
+    drop(turn);
     let new = NewJob { idempotency_key, body_hash: posted.hash, predictions, ..new };
     // the disk is waited for once where the answer comes with the job's end
-    let (submission, told) = match waiting {
-        Some(_) => (app.store.submit_untold(new, app.limits.queued_jobs).await?, Told::Perhaps),
-        None => (app.store.submit(new, app.limits.queued_jobs).await?, Told::Safely),
-    };
-    app.queue_was_full.store(matches!(submission, Submission::QueueFull), Ordering::Relaxed);
+    let told = if waiting.is_some() { Told::Perhaps } else { Told::Safely };
+    let submission = queue(&app, new, prepared, told).await?;
+    drop(posted.held);
     match submission {
-        Submission::New(job) => {
-            app.live.hand_over(job.head.id, prepared);
-            tracing::debug!(job = %job.head.id, "job queued");
-            metrics::counter!("skyduct_jobs_submitted_total").increment(1);
-            answer(&app, job, waiting, told).await
-        }
+        Submission::New(job) => answer(&app, job, waiting, told).await,
         Submission::Repeated(job) => answer(&app, job, waiting, Told::Perhaps).await,
         Submission::KeyReused => Err(key_reused(OTHER)),
         Submission::QueueFull => Err(queue_full(&app)),
         Submission::MeshGone(mesh) => Err(mesh_gone(&mesh)),
     }
+}
+
+/// Queues a job, and hands what was prepared for it to the worker.
+async fn queue(app: &Service, new: NewJob, prepared: Arc<Prepared>, told: Told) -> Result<Submission, Problem> {
+    let submission = match told {
+        Told::Perhaps => app.store.submit_untold(new, app.limits.queued_jobs).await?,
+        Told::Safely => app.store.submit(new, app.limits.queued_jobs).await?,
+    };
+    app.queue_was_full.store(matches!(submission, Submission::QueueFull), Ordering::Relaxed);
+    if let Submission::New(job) = &submission {
+        app.live.hand_over(job.head.id, prepared);
+        tracing::debug!(job = %job.head.id, "job queued");
+        metrics::counter!("skyduct_jobs_submitted_total").increment(1);
+    }
+    Ok(submission)
 }
 
 /// A prepared job to be queued, with neither key nor hash; `text` is its document.

@@ -3,10 +3,8 @@
 use std::time::Instant;
 
 use axum::Json;
-use axum::extract::rejection::BytesRejection;
 use axum::http::{HeaderMap, StatusCode, header};
 use axum::response::{IntoResponse, Response};
-use bytes::Bytes;
 use serde_json::{Map, Value};
 
 use super::evaluate::study_resource;
@@ -15,10 +13,11 @@ use super::part::StudyPart;
 use super::resource::StudyResource;
 use crate::document::result::PlanResult;
 use crate::document::{DocumentErrors, FieldError, FieldErrorCode, JobDocument};
-use crate::http::jobs::posted::Posted;
+use crate::http::jobs::posted::Body;
 use crate::http::jobs::submit::{POLL_SECONDS, idempotency_key, key_reused, mesh_gone, queue_full};
 use crate::http::limits::{off_thread, permit};
 use crate::http::problem::Problem;
+use crate::http::turns::Turn;
 use crate::http::{App, Service};
 use crate::job::meshes::UploadedMeshes;
 use crate::job::prepare::{Prepared, prepare_document};
@@ -66,10 +65,11 @@ const SHARE_OF_PICTURES: f64 = 0.25;
         (status = 415, description = "Not application/json", body = Problem, content_type = "application/problem+json"),
         (status = 422, description = "Not a valid request, or the key was used for another one", body = Problem, content_type = "application/problem+json"),
         (status = 503, description = "The queue has no room for all of its jobs", body = Problem, content_type = "application/problem+json")))]
-pub async fn create(app: App, headers: HeaderMap, body: Result<Bytes, BytesRejection>) -> Result<Response, Problem> {
+pub async fn create(app: App, headers: HeaderMap, body: Body) -> Result<Response, Problem> {
     let other = "another study";
     let idempotency_key = idempotency_key(&headers)?;
-    let posted = Posted::read(&headers, body)?;
+    let turn = permit(&app.permits.studies).await?;
+    let posted = body.read(&turn).await?;
     if app.shutdown.is_cancelled() {
         return Err(Problem::unavailable("the service is shutting down"));
     }
@@ -79,8 +79,7 @@ pub async fn create(app: App, headers: HeaderMap, body: Result<Bytes, BytesRejec
     {
         return if study.body_hash == posted.hash { accepted(&app, study).await } else { Err(key_reused(other)) };
     }
-    let request = StudyRequest::from_value(posted.value)?.within(app.limits.max_seconds)?;
-    let new = prepared(&app, request).await?;
+    let new = prepared(&app, turn, posted.value).await?;
     let new = NewStudy { idempotency_key, body_hash: posted.hash, ..new };
     match app.store.submit_study(new, app.limits.queued_jobs).await? {
         StudySubmission::New(study) => {
@@ -103,10 +102,11 @@ async fn accepted(app: &Service, study: StoredStudy) -> Result<Response, Problem
 }
 
 /// The study with all of its jobs prepared, off the async threads.
-async fn prepared(app: &Service, request: StudyRequest) -> Result<NewStudy, Problem> {
+async fn prepared(app: &Service, turn: Turn, request: Value) -> Result<NewStudy, Problem> {
     let (meshes, runtime) = (app.meshes.clone(), tokio::runtime::Handle::current());
     let (memory_bytes, most_seconds) = (app.limits.memory_limit_bytes(), app.limits.max_seconds);
-    let prepared = off_thread(permit(&app.permits.preparing).await?, move |cancel| {
+    let prepared = off_thread(turn, move |cancel| {
+        let request = StudyRequest::from_value(request)?.within(most_seconds)?;
         let workshop = Workshop { meshes: meshes.for_document(runtime, cancel), memory_bytes, most_seconds };
         workshop.study(&request)
     });

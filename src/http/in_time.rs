@@ -1,0 +1,40 @@
+//! Time that a request may take.
+
+use std::time::Duration;
+
+use axum::extract::{Request, State};
+use axum::middleware::Next;
+use axum::response::{IntoResponse, Response};
+use tokio::time::Instant;
+
+use crate::http::Limits;
+use crate::http::problem::Problem;
+use crate::http::problem_kind::ProblemKind;
+
+/// Path of the fluxes of a tube, which have more time than other requests.
+const FLUX: &str = "/v1/tubes/flux";
+
+/// Time by which a request must be answered.
+#[derive(Clone, Copy)]
+pub struct Deadline {
+    pub at: Instant,
+    /// Time that it had from the start.
+    pub all: Duration,
+}
+
+/// Ends requests that are not answered in their time (event streams: not begun).
+pub async fn answer_in_time(State(limits): State<Limits>, mut request: Request, next: Next) -> Response {
+    let (seconds, setting, advice) = match request.uri().path() {
+        FLUX => (limits.flux_seconds, "flux_seconds", "ask for fewer times at once, or for a larger relative_error"),
+        _ => (limits.request_seconds, "request_seconds", "repeat it later"),
+    };
+    let all = Duration::from_secs(seconds);
+    let deadline = Deadline { at: Instant::now() + all, all };
+    request.extensions_mut().insert(deadline);
+    tokio::time::timeout_at(deadline.at, next.run(request)).await.unwrap_or_else(|_| {
+        let detail = format!(
+            "it did not arrive completely or could not be answered within {seconds} s ({setting} of the configuration); {advice}"
+        );
+        Problem::new(ProblemKind::Timeout, detail).into_response()
+    })
+}
