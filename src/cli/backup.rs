@@ -8,9 +8,9 @@ use uuid::Uuid;
 
 use crate::cli::config::{Config, Flags};
 use crate::db::backup::{DatabaseCopy, Missing};
-use crate::job::artifacts::create_private_folder;
 use crate::job::backup::{Copied, copy_files};
 use crate::job::ownership::NOTE;
+use crate::job::private_folder::create_private_folder;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct BackupArgs {

@@ -20,11 +20,12 @@ use crate::cli::config::{Config, Flags, Role};
 use crate::cli::telemetry;
 use crate::db::SqliteStore;
 use crate::http::{self, Access, Permits, Readiness, Service, StudyFiles, WatchedJobs, WatchedStudies};
-use crate::job::artifacts::{Artifacts, create_private_folder};
+use crate::job::artifacts::Artifacts;
 use crate::job::file_lock::FileLock;
 use crate::job::live::LiveJobs;
 use crate::job::meshes::Meshes;
 use crate::job::ownership;
+use crate::job::private_folder::create_private_folder;
 use crate::job::store::Store;
 use crate::job::worker::Worker;
 

@@ -1,5 +1,7 @@
 //! What is made sure of before a database is used: no other process has it, and SQLite is new enough.
 
+use std::fs::File;
+use std::os::unix::fs::MetadataExt;
 use std::path::Path;
 
 use crate::job::file_lock::FileLock;
@@ -15,6 +17,17 @@ pub(super) fn lock(database: &Path) -> Result<FileLock, StoreError> {
     let path = Path::new(&path);
     let lock = FileLock::take(path).map_err(|error| StoreError::Failed(format!("{}: {error}", path.display())))?;
     lock.ok_or_else(|| StoreError::Failed(format!("another process serves the database {}", database.display())))
+}
+
+/// Refuses a file that has other names: what is written beside one of them (log and lock) is not seen by who comes by another one.
+pub(super) fn check_names(file: &File, path: &Path) -> Result<(), StoreError> {
+    let failed = |reason: String| StoreError::Failed(format!("{}: {reason}", path.display()));
+    match file.metadata().map_err(|error| failed(error.to_string()))?.nlink() {
+        0 | 1 => Ok(()),
+        names => Err(failed(format!(
+            "the file has {names} names (hard links), and a database must have one: remove the others, or copy the file"
+        ))),
+    }
 }
 
 /// Refuses a version of SQLite that could damage the database.

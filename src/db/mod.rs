@@ -30,7 +30,7 @@ use sqlx::sqlite::{SqliteAutoVacuum, SqliteConnectOptions, SqliteJournalMode, Sq
 use sqlx::{AssertSqlSafe, ConnectOptions, Connection, Executor, Sqlite, SqlitePool, Transaction};
 use tokio::sync::broadcast;
 
-use self::guard::{check_version, lock};
+use self::guard::{check_names, check_version, lock};
 use self::log::Log;
 use self::migrations::migrations;
 use self::sql::store_error;
@@ -74,6 +74,7 @@ impl SqliteStore {
         let created =
             File::options().create(true).append(true).mode(0o600).open(file).map_err(|error| failed(&error))?;
         let new = created.metadata().map_err(|error| failed(&error))?.len() == 0;
+        check_names(&created, file)?;
         drop(created);
         let file = &file.canonicalize().map_err(|error| failed(&error))?;
         let lock = lock(file)?;

@@ -118,7 +118,7 @@ impl Problem {
     }
 }
 
-fn too_large(detail: impl Into<String>) -> Problem {
+pub fn too_large(detail: impl Into<String>) -> Problem {
     Problem::new(ProblemKind::TooLarge, detail)
 }
 
@@ -174,6 +174,7 @@ impl From<ArtifactError> for Problem {
         match error {
             ArtifactError::NotFound(_) => Self::damaged_artifact("the stored file is missing"),
             ArtifactError::Damaged { .. } => Self::damaged_artifact("the stored file is not what was written"),
+            ArtifactError::Full(_) => Self::unavailable("the disk of the service has no room for it"),
             ArtifactError::Failed(_) => Self::internal(),
         }
     }

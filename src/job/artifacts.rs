@@ -1,8 +1,9 @@
 //! Files of jobs and uploads in an object store.
 
 use std::collections::{BTreeSet, HashMap, HashSet};
+use std::error::Error;
+use std::io;
 use std::ops::Range;
-use std::os::unix::fs::DirBuilderExt;
 use std::path::{Path as FilePath, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, SystemTime};
@@ -15,6 +16,7 @@ use object_store::path::Path;
 use object_store::{GetOptions, GetRange, ObjectMeta, ObjectStore, ObjectStoreExt, PutMode, PutOptions, PutPayload};
 use uuid::Uuid;
 
+use crate::job::private_folder::create_private_folder;
 use crate::job::store::{Artifact, Lease};
 
 #[derive(Debug, thiserror::Error)]
@@ -24,6 +26,9 @@ pub enum ArtifactError {
     NotFound(String),
     #[error("{key} is damaged: its hash is not {hash}")]
     Damaged { key: String, hash: String },
+    /// The disk has no room; the text is for the log, too.
+    #[error("the artifact store is full: {0}")]
+    Full(String),
     /// For the log: the text may have paths of this machine.
     #[error("the artifact store failed: {0}")]
     Failed(String),
@@ -146,7 +151,7 @@ impl Artifacts {
         for synced in futures::future::join_all(synced).await {
             synced
                 .map_err(|error| ArtifactError::Failed(error.to_string()))?
-                .map_err(|error| ArtifactError::Failed(format!("a file cannot be written out: {error}")))?;
+                .map_err(|error| failure(&error, format!("a file cannot be written out: {error}")))?;
         }
         if !known {
             self.top_folders.lock().unwrap_or_else(PoisonError::into_inner).extend(top_folders);
@@ -313,11 +318,6 @@ pub struct Presence {
     pub known: bool,
 }
 
-/// Creates a folder that only this user can enter, and those that lead to it; one that is there stays as it is.
-pub fn create_private_folder(folder: &FilePath) -> std::io::Result<()> {
-    std::fs::DirBuilder::new().recursive(true).mode(0o700).create(folder)
-}
-
 fn check_hash(content: &[u8], key: &str, hash: &str) -> Result<(), ArtifactError> {
     if blake3::hash(content).to_hex().as_str() == hash {
         return Ok(());
@@ -332,8 +332,18 @@ fn path(key: &str) -> Result<Path, ArtifactError> {
 fn failed(key: &str, error: object_store::Error) -> ArtifactError {
     match error {
         object_store::Error::NotFound { .. } => ArtifactError::NotFound(key.to_owned()),
-        error => ArtifactError::Failed(error.to_string()),
+        error => failure(&error, error.to_string()),
     }
+}
+
+/// A failure told by `text`, full where the disk is, or the quota of its owner, or where files may not be as long.
+fn failure(error: &(dyn Error + 'static), text: String) -> ArtifactError {
+    let causes = std::iter::successors(Some(error), |error| (**error).source());
+    let kinds = causes.filter_map(|cause| cause.downcast_ref::<io::Error>()).map(io::Error::kind);
+    let is_full = |kind: io::ErrorKind| {
+        matches!(kind, io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded | io::ErrorKind::FileTooLarge)
+    };
+    if kinds.into_iter().any(is_full) { ArtifactError::Full(text) } else { ArtifactError::Failed(text) }
 }
 
 #[cfg(test)]
@@ -394,6 +404,18 @@ mod tests {
         let damaged = Artifact { content: Some(Bytes::from_static(b"12346")), ..kept };
         assert!(matches!(artifacts.check(&damaged).await, Err(ArtifactError::Damaged { .. })));
         assert!(matches!(artifacts.read_artifact(&damaged).await, Err(ArtifactError::Damaged { .. })));
+    }
+
+    #[test]
+    fn a_full_disk_is_told_from_other_failures() {
+        let of = |kind: io::ErrorKind| {
+            let source = Box::new(io::Error::from(kind));
+            failed("x", object_store::Error::Generic { store: "x", source })
+        };
+        for kind in [io::ErrorKind::StorageFull, io::ErrorKind::QuotaExceeded, io::ErrorKind::FileTooLarge] {
+            assert!(matches!(of(kind), ArtifactError::Full(_)), "{kind}");
+        }
+        assert!(matches!(of(io::ErrorKind::PermissionDenied), ArtifactError::Failed(_)));
     }
 
     #[tokio::test]

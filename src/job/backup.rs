@@ -5,7 +5,7 @@ use std::fs::{self, File};
 use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 
-use super::artifacts::create_private_folder;
+use super::private_folder::create_private_folder;
 
 /// Result of copying files.
 #[derive(Clone, Debug, Default, PartialEq)]

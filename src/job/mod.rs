@@ -23,6 +23,7 @@ mod pilot_passes;
 mod pilot_sample;
 pub mod predictions;
 pub mod prepare;
+pub(crate) mod private_folder;
 pub mod progress;
 mod ranges;
 pub mod records;

@@ -224,6 +224,10 @@ async fn two_services_on_one_database_are_refused() {
     std::os::unix::fs::symlink(service.data.path().join("skyduct.db"), &link).unwrap();
     let refusal = refused(other.path(), Some(&link)).await;
     assert!(refusal.contains("another process serves the database"), "{refusal}");
+    let link = other.path().join("hard.db");
+    std::fs::hard_link(service.data.path().join("skyduct.db"), &link).unwrap();
+    let refusal = refused(other.path(), Some(&link)).await;
+    assert!(refusal.contains("hard.db: the file has 2 names (hard links)"), "{refusal}");
 }
 
 #[tokio::test]
