@@ -20,5 +20,5 @@ STOPSIGNAL SIGTERM
 HEALTHCHECK --interval=30s --timeout=5s --start-period=10s CMD ["skyduct", "healthcheck"]
 ENTRYPOINT ["skyduct"]
 # in a container the service must listen beyond loopback; what `docker run -p` publishes decides who reaches it:
-# everybody there can read, start and delete jobs
+# everybody there can read, start and delete jobs; it answers to addresses and localhost, and to names in SKYDUCT_ALLOWED_HOSTS
 CMD ["serve", "--listen", "0.0.0.0:8080", "--insecure", "--data", "/data"]

@@ -20,6 +20,8 @@ const MAX_ATTEMPTS: u32 = 30;
 pub struct Client {
     http: reqwest::Client,
     server: String,
+    /// The server as messages name it, without the password that its address may have.
+    name: String,
 }
 
 /// An event of a job.
@@ -53,7 +55,8 @@ impl Client {
             .read_timeout(SILENCE)
             .build()
             .context("the HTTP client cannot start")?;
-        Ok(Self { http, server: server.trim_end_matches('/').to_owned() })
+        let server = server.trim_end_matches('/').to_owned();
+        Ok(Self { http, name: without_password(&server), server })
     }
 
     fn url(&self, path: &str) -> String {
@@ -111,7 +114,7 @@ impl Client {
                 .header("accept", "text/event-stream")
                 .header("last-event-id", &last_id);
             let response = match request.send().await {
-                Ok(response) if response.status().is_server_error() => None,
+                Ok(response) if is_busy(response.status()) => None,
                 Ok(response) => Some(success(response).await?),
                 Err(error) => {
                     tracing::debug!(%error, "connecting to the event stream failed");
@@ -139,7 +142,7 @@ impl Client {
             }
             silent_attempts += 1;
             if silent_attempts > MAX_ATTEMPTS {
-                bail!("{} does not answer any more; the job goes on there", self.server);
+                bail!("{} does not answer any more; the job goes on there", self.name);
             }
             tokio::time::sleep(RECONNECT_PAUSE).await;
         }
@@ -154,8 +157,13 @@ impl Client {
     }
 
     async fn send(&self, request: RequestBuilder) -> anyhow::Result<Response> {
-        request.send().await.with_context(|| format!("{} does not answer", self.server))
+        request.send().await.with_context(|| format!("{} does not answer", self.name))
     }
+}
+
+/// True if the service may answer later.
+fn is_busy(status: StatusCode) -> bool {
+    status.is_server_error() || status == StatusCode::TOO_MANY_REQUESTS
 }
 
 async fn success(response: Response) -> anyhow::Result<Response> {
@@ -164,6 +172,17 @@ async fn success(response: Response) -> anyhow::Result<Response> {
     }
     let (status, url) = (response.status(), response.url().clone());
     bail!("{url}: {status}: {}", problem_detail(response).await)
+}
+
+/// An address without name and password of a user.
+fn without_password(address: &str) -> String {
+    match address.rsplit_once('@') {
+        Some((before, host)) => {
+            let scheme = before.split_once("://").map_or(String::new(), |(scheme, _)| format!("{scheme}://"));
+            format!("{scheme}{host}")
+        }
+        None => address.to_owned(),
+    }
 }
 
 async fn problem(response: Response) -> Value {

@@ -71,8 +71,8 @@ pub struct Flags {
 }
 
 impl Config {
-    /// Defaults, then `file`, then environment, then `flags`; later ones win. An error if a value is not valid, a field
-    /// not known, or the address open to everybody without [`Config::insecure`].
+    /// Defaults, then `file`, then environment, then `flags`; later ones win. An error if a value is not valid or out of range, a
+    /// field not known, or the address open to everybody without [`Config::insecure`].
     pub fn load(file: Option<&Path>, flags: &Flags) -> anyhow::Result<Self> {
         let mut layers = Figment::from(Toml::string(DEFAULTS));
         if let Some(file) = file {
@@ -96,6 +96,10 @@ impl Config {
         for origin in &config.cors_origins {
             http::cors::check_origin(origin).map_err(|reason| anyhow::anyhow!("cors_origins: {reason}"))?;
         }
+        for host in &config.allowed_hosts {
+            http::check_allowed_host(host).map_err(|reason| anyhow::anyhow!("allowed_hosts: {reason}"))?;
+        }
+        config.limits.check().map_err(|reason| anyhow::anyhow!("limits.{reason}"))?;
         config.database_file()?;
         Ok(config)
     }
@@ -106,7 +110,8 @@ impl Config {
             None => Ok(self.data.join("skyduct.db")),
             Some(url) => match url.strip_prefix("sqlite:") {
                 Some(file) if !file.is_empty() => Ok(file.strip_prefix("//").unwrap_or(file).into()),
-                _ => anyhow::bail!("database: {url}: only sqlite:FILE is supported yet"),
+                // it may have a password
+                _ => anyhow::bail!("database: only sqlite:FILE is supported yet"),
             },
         }
     }
@@ -181,5 +186,55 @@ mod tests {
             assert!(Config::load(Some(&file), &Flags::default()).is_err(), "{text}");
         }
         assert!(Config::load(Some(Path::new("/no/such/file")), &Flags::default()).is_err());
+    }
+
+    /// Each number of the configuration, by values that nobody can mean.
+    #[test]
+    fn limits_out_of_range_are_refused_by_name() {
+        let directory = tempfile::tempdir().unwrap();
+        let file = directory.path().join("skyduct.toml");
+        let refusal = |text: &str| {
+            std::fs::write(&file, text).unwrap();
+            format!("{:#}", Config::load(Some(&file), &Flags::default()).expect_err(text))
+        };
+        let defaults: serde_json::Value = Figment::from(Toml::string(DEFAULTS)).extract().unwrap();
+        let mut names: Vec<&str> = defaults["limits"].as_object().unwrap().keys().map(String::as_str).collect();
+        assert!(names.len() > 20, "{names:?}");
+        names.push("memory_bytes");
+        for name in names {
+            for value in ["9_000_000_000_000_000_000", "-1", "nan", "inf"] {
+                let refused = refusal(&format!("[limits]\n{name} = {value}"));
+                assert!(refused.contains(name), "{name} = {value}: {refused}");
+            }
+            let may_be_none = ["waits", "waits_per_client", "free_bytes"];
+            if !may_be_none.contains(&name) {
+                let refused = refusal(&format!("[limits]\n{name} = 0"));
+                assert!(refused.contains(&format!("limits.{name}: must be ")), "{name}: {refused}");
+            }
+        }
+        let refused = refusal("[limits]\nbody_bytes_per_client = 100_000");
+        assert_eq!(refused, "limits.body_bytes_per_client: must be at least document_bytes, 1048576, but is 100000");
+        let refused = refusal("[limits]\nmesh_bytes = 100_000_000");
+        assert_eq!(refused, "limits.upload_bytes_per_client: must be at least mesh_bytes, 100000000, but is 67108864");
+        for host in ["https://render.example", "", "render.example/x"] {
+            assert!(refusal(&format!("allowed_hosts = [{host:?}]")).contains("allowed_hosts: "), "{host}");
+        }
+    }
+
+    #[test]
+    fn passwords_are_in_no_message() {
+        let directory = tempfile::tempdir().unwrap();
+        let file = directory.path().join("skyduct.toml");
+        for text in [
+            "database = \"postgres://a:secret@h/d\"",
+            "database = \"a:secret@h\"",
+            "cors_origins = [\"https://a:secret@design.example\"]",
+            "allowed_hosts = [\"a:secret@render.example\"]",
+        ] {
+            std::fs::write(&file, text).unwrap();
+            let refusal = format!("{:#}", Config::load(Some(&file), &Flags::default()).expect_err(text));
+            assert!(!refusal.contains("secret"), "{refusal}");
+            assert!(refusal.contains(text.split_once(' ').unwrap().0), "{refusal}");
+        }
     }
 }

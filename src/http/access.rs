@@ -30,14 +30,13 @@ pub struct Access {
 impl Access {
     /// True if a client may call the service by this name; without a port, its scheme's port is meant.
     fn knows_host(&self, host: &Authority) -> bool {
-        // on all addresses of a machine there is no telling what it is called
-        if self.listen.ip().is_unspecified() && self.allowed_hosts.is_empty() {
-            return true;
-        }
+        // on all addresses of a machine there is no telling which ones it has, nor which port of it leads here (a container's may be
+        // another one outside); an address or localhost is where the browser went, a name is what its owner says it is
+        let anywhere = self.listen.ip().is_unspecified();
         let name = host.host().trim_start_matches('[').trim_end_matches(']').trim_end_matches('.');
-        let own_port = host.port_u16().unwrap_or(80) == self.listen.port();
+        let own_port = anywhere || host.port_u16().unwrap_or(80) == self.listen.port();
         let own_name = match name.parse::<IpAddr>() {
-            Ok(address) => address.is_loopback() || address == self.listen.ip(),
+            Ok(address) => anywhere || address.is_loopback() || address == self.listen.ip(),
             Err(_) => name.eq_ignore_ascii_case("localhost"),
         };
         (own_name && own_port) || self.allowed_hosts.iter().any(|allowed| is_allowed(allowed, name, host.port_u16()))
@@ -46,6 +45,19 @@ impl Access {
     /// True if a page of this origin may call the service.
     fn knows_origin(&self, origin: &str) -> bool {
         self.cors_origins.iter().any(|known| known == "*" || known.eq_ignore_ascii_case(origin))
+    }
+}
+
+/// Says why `host` is none of [`Access::allowed_hosts`], if it is none.
+pub fn check_allowed_host(host: &str) -> Result<(), String> {
+    match host.parse::<Authority>() {
+        // not repeated: it has a password
+        Ok(name) if name.as_str().contains('@') => {
+            Err("a host has neither user nor password: write host or host:port".into())
+        }
+        Ok(_) => Ok(()),
+        Err(_) if host.contains('@') => Err("a host is written as host or host:port".into()),
+        Err(_) => Err(format!("{host:?} is no host: write host or host:port, without a scheme or a path")),
     }
 }
 
@@ -83,10 +95,15 @@ fn check_host(access: &Access, version: Version, uri: &Uri, headers: &HeaderMap)
         Some(host) if host.as_str().contains('@') => Err(unreadable()),
         Some(host) if !access.knows_host(host) => Err(Problem::new(
             ProblemKind::UnknownHost,
-            format!(
-                "this service answers at its own address and at localhost:{}, not as {host}: more names are configured in allowed_hosts",
-                access.listen.port()
-            ),
+            match access.listen {
+                listen if listen.ip().is_unspecified() => format!(
+                    "this service answers at its addresses and at localhost, not as {host}: names are configured in allowed_hosts"
+                ),
+                listen => format!(
+                    "this service answers at its own address and at localhost:{}, not as {host}: more names are configured in allowed_hosts",
+                    listen.port()
+                ),
+            },
         )),
         _ => Ok(host),
     }
@@ -166,10 +183,19 @@ mod tests {
         assert!(
             knows(&beyond, "192.0.2.1:8080") && knows(&beyond, "localhost:8080") && !knows(&beyond, "a.example:8080")
         );
-        // a machine's names are not known: all, until some are named
-        assert!(knows(&access("0.0.0.0:8080", &[]), "evil.example"));
-        let named = access("[::]:8080", &["render.example"]);
-        assert!(knows(&named, "render.example") && knows(&named, "localhost:8080") && !knows(&named, "evil.example"));
+        // a machine's addresses and ports are not known, and cannot be given to another one; its names are those that are named
+        for listen in ["0.0.0.0:8080", "[::]:8080"] {
+            let (unnamed, named) = (access(listen, &[]), access(listen, &["render.example"]));
+            for host in ["127.0.0.1:8080", "192.0.2.1", "192.0.2.1:9000", "[2001:db8::1]:8080", "localhost:9000"] {
+                assert!(knows(&unnamed, host) && knows(&named, host), "{host}");
+            }
+            for host in
+                ["evil.example", "evil.example:8080", "1.2.3.evil.example", "localhost.evil.example", "render:8080"]
+            {
+                assert!(!knows(&unnamed, host) && !knows(&named, host), "{host}");
+            }
+            assert!(knows(&named, "render.example") && !knows(&unnamed, "render.example"));
+        }
     }
 
     #[test]

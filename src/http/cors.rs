@@ -44,6 +44,10 @@ pub fn around(router: Router, origins: &[String]) -> Router {
 
 /// Says why `origin` is no origin, if it is none: a browser compares it letter by letter.
 pub fn check_origin(origin: &str) -> Result<(), String> {
+    if origin.contains('@') {
+        // not repeated: it has a password
+        return Err("an origin has neither user nor password: write scheme://host or scheme://host:port".to_owned());
+    }
     let uri: Option<Uri> = origin.parse().ok();
     let rebuilt = uri.and_then(|uri| Some(format!("{}://{}", uri.scheme_str()?, uri.authority()?)));
     if origin == "*" || rebuilt.is_some_and(|rebuilt| rebuilt == origin && origin == origin.to_ascii_lowercase()) {

@@ -11,16 +11,19 @@ use axum::response::{IntoResponse, Response};
 use futures::stream::{self, Stream};
 use metrics::counter;
 use serde::Deserialize;
-use tokio::sync::{OwnedSemaphorePermit, broadcast};
+use tokio::sync::broadcast;
 use utoipa::IntoParams;
 use uuid::Uuid;
 
+use crate::http::client::Client;
 use crate::http::event_schemas::{JobEvent, events as events_of_a_job};
 use crate::http::last_event_id::last_event_id;
+use crate::http::places::Place;
 use crate::http::problem::{Path, Problem, Query};
 use crate::http::watched::{EVENTS_AT_ONCE, News, SentEvent, WatchedJobs};
 use crate::http::{App, Service};
-use crate::job::store::StoreError;
+use crate::job::events::{EventData, Restarted};
+use crate::job::store::{Event, JobHead, StoreError};
 
 pub(super) const HEARTBEAT: Duration = Duration::from_secs(15);
 /// Pause of a client that lost the connection before it comes back.
@@ -40,48 +43,73 @@ pub struct EventsQuery {
 /// Named `queued`, `planned`, `started`, `pass`, `image`, `restarted`, `succeeded`, `failed` and `cancelled`; their ids count
 /// 1, 2, 3 ... without gaps. `pass` is told of passes 1 to 64, then of those nearest to powers of 2^(1/8), and of the last one;
 /// its `passes` says how many were done. `restarted` says that passes are rendered again because what was stored of them is
-/// damaged; they are not told twice. Events after `Last-Event-ID` that were missed come from the store. A comment is sent every
-/// 15 s. The stream ends after a final event; who asks for events after that one is answered 204. `x-events` has the component
-/// of each event's data. An `EventSource` hears named events by a listener of each name only, not by `onmessage`.
+/// damaged; they are not told twice. When the power fails, the newest events may be lost though they were told: who comes back with
+/// the id of one is told `restarted` first, with the id before the last event that there is, and then that event again. Events after
+/// `Last-Event-ID` that were missed come from the store. A comment is sent every 15 s. The stream ends after a final event;
+/// who asks for events after that one is answered 204. `x-events` has the component of each event's data. An `EventSource` hears named events by a listener of each name only, not by `onmessage`.
 #[utoipa::path(get, path = "/v1/jobs/{id}/events", operation_id = "get_job_events", tag = "jobs",
     extensions(("x-events" = json!(events_of_a_job()))),
     params(("id" = Uuid, Path), EventsQuery, ("Last-Event-ID" = Option<i64>, Header, description = "The last event that was received")),
     responses(
         (status = 200, description = "The stream", body = JobEvent, content_type = "text/event-stream"),
         (status = 204, description = "All events were received before"),
-        (status = 400, description = "Last-Event-ID is not an event id", body = Problem, content_type = "application/problem+json"),
+        (status = 400, description = "Last-Event-ID is not a number", body = Problem, content_type = "application/problem+json"),
         (status = 404, description = "No such job", body = Problem, content_type = "application/problem+json"),
-        (status = 422, description = "`after` is not an event id", body = Problem, content_type = "application/problem+json"),
+        (status = 422, description = "`after` is no number, or below 0", body = Problem, content_type = "application/problem+json"),
+        (status = 429, description = "Too many streams of this client are open", body = Problem, content_type = "application/problem+json"),
         (status = 503, description = "Too many streams are open", body = Problem, content_type = "application/problem+json")))]
 pub async fn events(
     app: App,
+    client: Client,
     Path(id): Path<Uuid>,
     Query(query): Query<EventsQuery>,
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
     let by_header = last_event_id(&headers).map_err(|error| Problem::bad_request(error.to_string()))?;
-    let Ok(permit) = app.permits.streams.clone().try_acquire_owned() else {
-        return Err(Problem::unavailable("all event streams that the service allows are open; try again later"));
-    };
+    let place = app.permits.streams.take(client)?;
     // heard of from before the look at the job, so that nothing falls between
     let changes = app.store.changes();
     let head = app.store.job_head(id).await?.ok_or_else(Problem::no_such_job)?;
-    let is_wrong = |id: &i64| !(0..=head.last_seq).contains(id);
-    let detail = |id: i64| format!("the job's event ids are 1 to {}, but it is {id}", head.last_seq);
-    if let Some(id) = by_header.filter(is_wrong) {
-        return Err(Problem::bad_request(format!("Last-Event-ID: {}", detail(id))));
-    }
-    // also where the header comes first: what is asked for and cannot be is an error
-    if let Some(id) = query.after.filter(is_wrong) {
-        return Err(Problem::invalid_parameter("after", detail(id)));
-    }
-    let last = by_header.or(query.after).unwrap_or(0);
+    let last = last_heard(by_header, query.after)?;
     if head.status.is_final() && last == head.last_seq {
         return Ok(StatusCode::NO_CONTENT.into_response());
     }
+    // told before the power failed, and lost with it
+    let restart = (last > head.last_seq).then(|| SentEvent::new(id, &restarted(&head)));
+    let last = restart.as_ref().map_or(last, |event| event.seq);
     let news = (!head.status.is_final()).then(|| WatchedJobs::watch(&app, &head, changes));
-    let feed = Feed { app: app.0, id, last, news, read: VecDeque::new(), missed: true, ended: false, _permit: permit };
+    let feed = Feed {
+        app: app.0,
+        id,
+        last,
+        news,
+        read: restart.into_iter().collect(),
+        missed: true,
+        ended: false,
+        _place: place,
+    };
     Ok(Sse::new(feed.into_stream()).keep_alive(KeepAlive::new().interval(HEARTBEAT)).into_response())
+}
+
+/// Id of the last event that a client heard of. Also where the header comes first, a parameter that cannot be one is an error.
+pub(super) fn last_heard(by_header: Option<i64>, after: Option<i64>) -> Result<i64, Problem> {
+    match after {
+        Some(after @ ..0) => {
+            Err(Problem::invalid_parameter("after", format!("must be the id of an event, or 0, but is {after}")))
+        }
+        after => Ok(by_header.or(after).unwrap_or(0)),
+    }
+}
+
+/// Event for a client that heard of more than there is: it goes on from the last event, which is told again.
+fn restarted(head: &JobHead) -> Event {
+    let data = Restarted {
+        from_pass: head.progress.passes + 1,
+        reason: format!("the service lost the events after {}, which were told", head.last_seq),
+    };
+    // our own types always serialise
+    let data = serde_json::to_value(data).unwrap_or_default();
+    Event { seq: (head.last_seq - 1).max(0), name: Restarted::NAME.to_owned(), data }
 }
 
 /// One stream: first what was missed, from the store, then what the job's reader tells.
@@ -96,8 +124,8 @@ struct Feed {
     /// There may be events in the store after `last` that nobody will tell.
     missed: bool,
     ended: bool,
-    /// Permit for one of the streams that may be open.
-    _permit: OwnedSemaphorePermit,
+    /// One of the streams that may be open.
+    _place: Place,
 }
 
 impl Feed {

@@ -38,8 +38,9 @@ pub async fn metrics(app: App) -> Result<impl IntoResponse, Problem> {
     for status in [JobStatus::Queued, JobStatus::Running] {
         gauge!("skyduct_jobs", "status" => status.name()).set(app.store.count(status).await? as f64);
     }
-    gauge!("skyduct_event_streams")
-        .set(app.limits.streams.saturating_sub(app.permits.streams.available_permits()) as f64);
+    gauge!("skyduct_event_streams").set(app.permits.streams.taken() as f64);
+    gauge!("skyduct_waits").set(app.permits.waits.taken() as f64);
+    gauge!("skyduct_uploads").set(app.permits.uploads.taken() as f64);
     gauge!("skyduct_body_bytes").set(app.permits.bodies.taken() as f64);
     gauge!("skyduct_watched_jobs").set(app.watched.count() as f64);
     gauge!("skyduct_watched_studies").set(app.watched_studies.count() as f64);

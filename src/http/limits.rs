@@ -1,15 +1,17 @@
 //! What one client may ask for.
 
+use std::ops::RangeInclusive;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
-
-use tokio::sync::Semaphore;
 
 use crate::http::places::Places;
 use crate::http::problem::Problem;
 use crate::http::turns::{Line, Turn};
 use crate::job::cancel::CancelOnDrop;
 use crate::job::memory::default_limit_bytes;
+
+/// Range of [`Limits::max_seconds`]; a number that is none is in no range.
+const MAX_SECONDS: RangeInclusive<f64> = 1e-3..=1e9;
 
 /// Limits of the service; `config/default.toml` has the defaults.
 #[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
@@ -25,8 +27,16 @@ pub struct Limits {
     pub queued_jobs: u64,
     /// Connections at the same time; a few more are told that the service is busy, and then more wait to be accepted.
     pub connections: usize,
+    /// Those of one client; more are answered 429, or closed.
+    pub connections_per_client: usize,
     /// Event streams at the same time; one more is answered 503.
     pub streams: usize,
+    /// Those of one client; one more is answered 429.
+    pub streams_per_client: usize,
+    /// Posts that wait for the end of their jobs at the same time; others are answered without a wait.
+    pub waits: usize,
+    /// Those of one client.
+    pub waits_per_client: usize,
     /// Bytes of posted documents that are held at the same time, from before they are read until they are checked; one more
     /// document is refused.
     pub body_bytes: usize,
@@ -35,8 +45,20 @@ pub struct Limits {
     /// Documents of each kind (jobs, plans, studies, fluxes) that are checked and computed at the same time, and files that are made at
     /// the same time; more wait, and clients take turns.
     pub preparing: usize,
-    /// Meshes that are received and read at the same time; more wait.
+    /// Meshes that are received, or wait to be read, at the same time; one more is answered 503.
     pub uploads: usize,
+    /// Those of one client; one more is answered 429.
+    pub uploads_per_client: usize,
+    /// Bytes of such meshes in memory; at least [`Self::mesh_bytes`].
+    pub upload_bytes: usize,
+    /// Those of one client; at least [`Self::mesh_bytes`].
+    pub upload_bytes_per_client: usize,
+    /// Bytes that an upload must bring each second on average, after [`Self::upload_grace_seconds`]; slower ones are answered 408.
+    pub upload_bytes_per_second: u64,
+    /// Seconds that an upload may be behind that rate.
+    pub upload_grace_seconds: u64,
+    /// Meshes that are read at the same time; more wait, and clients take turns.
+    pub mesh_readers: usize,
     /// Bytes that one job may take at its peak; a job that would take more is refused. Absent: three quarters of the memory
     /// that this process may have.
     pub memory_bytes: Option<u64>,
@@ -53,6 +75,96 @@ pub struct Limits {
 }
 
 impl Limits {
+    /// Says which limit is out of range, and what it may be.
+    pub fn check(&self) -> Result<(), String> {
+        let seconds = 1..=24 * 60 * 60;
+        let count = 1..=1_000_000;
+        let bytes = 1024..=1 << 40;
+        let may_be_none = |range: &RangeInclusive<u64>| 0..=*range.end();
+        let wide = |value: usize| value as u64;
+        // all of them: whoever adds one says what it may be
+        let &Self {
+            document_bytes,
+            mesh_bytes,
+            max_seconds,
+            queued_jobs,
+            connections,
+            connections_per_client,
+            streams,
+            streams_per_client,
+            waits,
+            waits_per_client,
+            body_bytes,
+            body_bytes_per_client,
+            preparing,
+            uploads,
+            uploads_per_client,
+            upload_bytes,
+            upload_bytes_per_client,
+            upload_bytes_per_second,
+            upload_grace_seconds,
+            mesh_readers,
+            memory_bytes,
+            free_bytes,
+            header_seconds,
+            request_seconds,
+            flux_seconds,
+            write_seconds,
+        } = self;
+        let ranges = [
+            ("document_bytes", wide(document_bytes), bytes.clone()),
+            ("mesh_bytes", wide(mesh_bytes), bytes.clone()),
+            ("queued_jobs", queued_jobs, count.clone()),
+            ("connections", wide(connections), count.clone()),
+            ("connections_per_client", wide(connections_per_client), count.clone()),
+            ("streams", wide(streams), count.clone()),
+            ("streams_per_client", wide(streams_per_client), count.clone()),
+            ("waits", wide(waits), may_be_none(&count)),
+            ("waits_per_client", wide(waits_per_client), may_be_none(&count)),
+            ("body_bytes", wide(body_bytes), bytes.clone()),
+            ("body_bytes_per_client", wide(body_bytes_per_client), bytes.clone()),
+            ("preparing", wide(preparing), 1..=1000),
+            ("uploads", wide(uploads), count.clone()),
+            ("uploads_per_client", wide(uploads_per_client), count),
+            ("upload_bytes", wide(upload_bytes), bytes.clone()),
+            ("upload_bytes_per_client", wide(upload_bytes_per_client), bytes.clone()),
+            ("upload_bytes_per_second", upload_bytes_per_second, 1..=*bytes.end()),
+            ("upload_grace_seconds", upload_grace_seconds, seconds.clone()),
+            ("mesh_readers", wide(mesh_readers), 1..=1000),
+            ("memory_bytes", memory_bytes.unwrap_or(1 << 30), 1 << 20..=1 << 50),
+            ("free_bytes", free_bytes, 0..=1 << 50),
+            ("header_seconds", header_seconds, seconds.clone()),
+            ("request_seconds", request_seconds, seconds.clone()),
+            ("flux_seconds", flux_seconds, seconds.clone()),
+            ("write_seconds", write_seconds, seconds),
+        ];
+        for (name, value, range) in ranges {
+            if !range.contains(&value) {
+                return Err(format!("{name}: must be {} to {}, but is {value}", range.start(), range.end()));
+            }
+        }
+        if !MAX_SECONDS.contains(&max_seconds) {
+            return Err(format!(
+                "max_seconds: must be {} to {}, but is {max_seconds}",
+                MAX_SECONDS.start(),
+                MAX_SECONDS.end()
+            ));
+        }
+        // else the longest one that is allowed would never be let in
+        let at_least = [
+            ("body_bytes", body_bytes, "document_bytes", document_bytes),
+            ("body_bytes_per_client", body_bytes_per_client, "document_bytes", document_bytes),
+            ("upload_bytes", upload_bytes, "mesh_bytes", mesh_bytes),
+            ("upload_bytes_per_client", upload_bytes_per_client, "mesh_bytes", mesh_bytes),
+        ];
+        for (name, value, of, least) in at_least {
+            if value < least {
+                return Err(format!("{name}: must be at least {of}, {least}, but is {value}"));
+            }
+        }
+        Ok(())
+    }
+
     /// Bytes that one job may take at its peak.
     pub fn memory_limit_bytes(&self) -> u64 {
         self.memory_bytes.unwrap_or_else(default_limit_bytes)
@@ -79,15 +191,20 @@ pub struct Permits {
     pub pilots_of_plans: Arc<Line>,
     /// Files of jobs and studies that are made: each can hold a large estimate.
     pub reading: Arc<Line>,
-    /// Meshes that are received and read.
-    pub uploads: Arc<Semaphore>,
-    /// Permits for open event streams.
-    pub streams: Arc<Semaphore>,
+    /// Meshes that are read.
+    pub mesh_readers: Arc<Line>,
+    /// Meshes that are received, or wait to be read.
+    pub uploads: Arc<Places>,
+    /// Bytes of those.
+    pub upload_bytes: Arc<Places>,
+    /// Open event streams.
+    pub streams: Arc<Places>,
+    /// Posts that wait for the end of their jobs.
+    pub waits: Arc<Places>,
 }
 
 impl Permits {
     pub fn new(limits: &Limits) -> Self {
-        let permits = |count: usize| Arc::new(Semaphore::new(count));
         let line = || Line::new(limits.preparing);
         Self {
             bodies: Places::new(
@@ -104,8 +221,16 @@ impl Permits {
             pilots_of_jobs: Line::new(1),
             pilots_of_plans: Line::new(1),
             reading: line(),
-            uploads: permits(limits.uploads),
-            streams: permits(limits.streams),
+            mesh_readers: Line::new(limits.mesh_readers),
+            uploads: Places::new("uploads", "uploads", limits.uploads, limits.uploads_per_client),
+            upload_bytes: Places::new(
+                "upload_bytes",
+                "bytes of uploads",
+                limits.upload_bytes,
+                limits.upload_bytes_per_client,
+            ),
+            streams: Places::new("streams", "event streams", limits.streams, limits.streams_per_client),
+            waits: Places::new("waits", "waits", limits.waits, limits.waits_per_client),
         }
     }
 }

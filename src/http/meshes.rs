@@ -3,18 +3,20 @@
 use std::time::Duration;
 
 use axum::Json;
-use axum::extract::{FromRequest, Request};
+use axum::extract::Request;
 use axum::http::{HeaderMap, StatusCode, header};
 use axum::response::{IntoResponse, Response};
-use bytes::Bytes;
 use jiff::Timestamp;
 use serde::Serialize;
 use utoipa::ToSchema;
 
 use crate::http::App;
+use crate::http::client::Client;
 use crate::http::content::{Binary, check_coding};
+use crate::http::limits::permit;
 use crate::http::problem::{Path, Problem};
 use crate::http::problem_kind::ProblemKind;
+use crate::http::uploads::Upload;
 use crate::job::meshes::UploadError;
 use crate::job::store::{Mesh, MeshDeletion};
 
@@ -55,11 +57,13 @@ impl From<Mesh> for MeshResource {
         description = "The OBJ file; model/obj and text/plain are names for it, too"),
     responses(
         (status = 201, description = "It is there", body = MeshResource, headers(("Location" = String, description = "Path of the mesh"))),
+        (status = 408, description = "It came too slowly", body = Problem, content_type = "application/problem+json"),
         (status = 413, description = "Too long", body = Problem, content_type = "application/problem+json"),
         (status = 415, description = "Not an OBJ file", body = Problem, content_type = "application/problem+json"),
         (status = 422, description = "The file is broken; the detail names the line", body = Problem, content_type = "application/problem+json"),
-        (status = 503, description = "Other files are being read", body = Problem, content_type = "application/problem+json")))]
-pub async fn create(app: App, headers: HeaderMap, request: Request) -> Result<Response, Problem> {
+        (status = 429, description = "Too many uploads of this client are open", body = Problem, content_type = "application/problem+json"),
+        (status = 503, description = "Other files are being read, or the disk is full", body = Problem, content_type = "application/problem+json")))]
+pub async fn create(app: App, client: Client, headers: HeaderMap, request: Request) -> Result<Response, Problem> {
     let content_type = headers.get(header::CONTENT_TYPE).and_then(|value| value.to_str().ok()).unwrap_or("");
     let media_type = content_type.split(';').next().unwrap_or("").trim().to_ascii_lowercase();
     if !matches!(media_type.as_str(), "" | "model/obj" | "text/plain" | "application/octet-stream") {
@@ -68,13 +72,11 @@ pub async fn create(app: App, headers: HeaderMap, request: Request) -> Result<Re
         ));
     }
     check_coding(&headers)?;
-    // before the body, so that only so many are in memory
-    let permit = tokio::time::timeout(WAIT_FOR_OTHERS, app.permits.uploads.clone().acquire_owned())
+    let Upload { bytes, places } = Upload::receive(&app, client, request.into_body()).await?;
+    let permit = tokio::time::timeout(WAIT_FOR_OTHERS, permit(&app.permits.mesh_readers))
         .await
-        .map_err(|_| Problem::unavailable("other meshes are being read; try again later"))?
-        .map_err(|_| Problem::internal())?;
-    let body = Bytes::from_request(request, &()).await?;
-    let mesh = app.meshes.upload(body, permit).await?;
+        .map_err(|_| Problem::unavailable("other meshes are being read; try again later"))??;
+    let mesh = app.meshes.upload(bytes, (permit, places.clone())).await?;
     let location = [(header::LOCATION, format!("/v1/meshes/{}", mesh.id))];
     Ok((StatusCode::CREATED, location, Json(MeshResource::from(mesh))).into_response())
 }

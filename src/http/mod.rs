@@ -38,10 +38,11 @@ mod studies;
 mod tube_flux;
 mod tubes;
 mod turns;
+mod uploads;
 mod views;
 mod watched;
 
-pub(crate) use access::Access;
+pub(crate) use access::{Access, check_allowed_host};
 pub(crate) use limits::{Limits, Permits};
 pub(crate) use readiness::Readiness;
 pub(crate) use router::router;

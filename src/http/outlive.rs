@@ -3,17 +3,40 @@
 use std::convert::Infallible;
 use std::pin::Pin;
 
+use axum::extract::FromRequestParts;
 use axum::http::Method;
+use axum::http::request::Parts;
 use axum::response::{IntoResponse, Response};
 use hyper::Request;
 use hyper::body::Incoming;
 use hyper::service::Service;
+use tokio_util::sync::CancellationToken;
 
 use crate::http::problem::Problem;
 
 /// Hands requests on, those that queue a job as tasks of their own. hyper drops a request's future when it reads the end of the
 /// connection, before it has polled it once if the client was quick; a posted job must not depend on that.
 pub struct Outliving<S>(pub S);
+
+/// Tells a request that outlives its client when nobody waits for its answer any more.
+#[derive(Clone, Default)]
+pub struct HungUp(CancellationToken);
+
+impl HungUp {
+    /// Returns when the client has gone.
+    pub async fn wait(&self) {
+        self.0.cancelled().await;
+    }
+}
+
+/// Other requests end with their clients: they need not be told.
+impl<S: Sync> FromRequestParts<S> for HungUp {
+    type Rejection = Infallible;
+
+    async fn from_request_parts(parts: &mut Parts, _: &S) -> Result<Self, Infallible> {
+        Ok(parts.extensions.get().cloned().unwrap_or_default())
+    }
+}
 
 impl<S> Service<Request<Incoming>> for Outliving<S>
 where
@@ -24,14 +47,17 @@ where
     type Error = Infallible;
     type Future = Pin<Box<dyn Future<Output = Result<Response, Infallible>> + Send>>;
 
-    fn call(&self, request: Request<Incoming>) -> Self::Future {
+    fn call(&self, mut request: Request<Incoming>) -> Self::Future {
         let queues = request.method() == Method::POST && request.uri().path() == "/v1/jobs";
-        let answer = self.0.call(request);
         if !queues {
-            return Box::pin(answer);
+            return Box::pin(self.0.call(request));
         }
-        let task = tokio::spawn(answer);
+        let hung_up = HungUp::default();
+        let told = hung_up.0.clone().drop_guard();
+        request.extensions_mut().insert(hung_up);
+        let task = tokio::spawn(self.0.call(request));
         Box::pin(async move {
+            let _told = told;
             match task.await {
                 Ok(answer) => answer,
                 Err(error) => {

@@ -67,6 +67,13 @@ impl Places {
         Arc::new(Self { setting, what, most, most_of_client, taken: Mutex::default() })
     }
 
+    /// A place for a client.
+    pub fn take(self: &Arc<Self>, client: Client) -> Result<Place, Full> {
+        let mut place = self.none(client);
+        place.take(1)?;
+        Ok(place)
+    }
+
     /// No place yet, for a client that will take as many as it turns out to need.
     pub fn none(self: &Arc<Self>, client: Client) -> Place {
         Place { places: self.clone(), client, count: 0 }
@@ -146,15 +153,11 @@ mod tests {
     #[test]
     fn one_client_cannot_take_all_and_places_come_back() {
         let places = Places::new("streams", "event streams", 3, 2);
-        let take = |number| {
-            let mut place = places.none(client(number));
-            place.take(1).map(|()| place)
-        };
-        let of_first = [take(1).unwrap(), take(1).unwrap()];
-        assert!(take(1).is_err_and(|full| full.whose == Whose::Client));
-        let of_second = take(2).unwrap();
+        let of_first = [places.take(client(1)).unwrap(), places.take(client(1)).unwrap()];
+        assert!(places.take(client(1)).is_err_and(|full| full.whose == Whose::Client));
+        let of_second = places.take(client(2)).unwrap();
         assert_eq!(places.taken(), 3);
-        assert!(take(2).is_err_and(|full| full.whose == Whose::Service));
+        assert!(places.take(client(2)).is_err_and(|full| full.whose == Whose::Service));
         drop(of_first);
         assert_eq!(places.taken(), 1);
         drop(of_second);

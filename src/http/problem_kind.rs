@@ -86,7 +86,8 @@ kinds! {
         "the file has 1234 bytes";
     Timeout, "timeout", REQUEST_TIMEOUT, "The request took too long",
         "The request did not arrive completely, or could not be answered, within `request_seconds` of the configuration, fluxes of \
-         a tube within `flux_seconds`. The detail names the limit. It may be repeated; what takes too long by itself is to be asked for in parts.",
+         a tube within `flux_seconds`; or an upload came more slowly than `upload_bytes_per_second`. The detail names the limit. It may be \
+         repeated; what takes too long by itself is to be asked for in parts.",
         "it did not arrive completely or could not be answered within 30 s (request_seconds of the configuration); repeat it later";
     TooMany, "too-many", TOO_MANY_REQUESTS, "The client has as much as one may have",
         "Each client may have so many connections, event streams, uploads and waiting jobs, which leaves some for others. What the \

@@ -1,10 +1,10 @@
 //! Paths, and the layers around all of them.
 
 use std::sync::Arc;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use axum::extract::{DefaultBodyLimit, MatchedPath, Request};
-use axum::http::{HeaderName, HeaderValue, Method, header};
+use axum::http::{HeaderName, HeaderValue, Method, StatusCode, header};
 use axum::middleware::{self, Next};
 use axum::response::Response;
 use axum::routing::get;
@@ -12,6 +12,7 @@ use axum::{Extension, Router};
 use metrics::{counter, histogram};
 use tower::ServiceBuilder;
 use tower_http::catch_panic::CatchPanicLayer;
+use tower_http::classify::ServerErrorsFailureClass;
 use tower_http::compression::CompressionLayer;
 use tower_http::limit::RequestBodyLimitLayer;
 use tower_http::request_id::{MakeRequestUuid, PropagateRequestIdLayer, SetRequestIdLayer};
@@ -28,18 +29,18 @@ use crate::http::problem::as_problem_documents;
 use crate::http::server::answer_health_only_beyond;
 use crate::http::turns::answer_for;
 use crate::http::{
-    Limits, Service, convergence, docs, events, figures, grids, health, jobs, meshes, page, problem_page, report,
-    results, skies, studies, tube_flux, tubes, views,
+    Service, convergence, docs, events, figures, grids, health, jobs, meshes, page, problem_page, report, results,
+    skies, studies, tube_flux, tubes, views,
 };
 
 const REQUEST_ID: HeaderName = HeaderName::from_static("x-request-id");
 
 /// The described paths, with defaults for limits: what `openapi.yaml` is made of.
 pub fn api() -> OpenApiRouter<Arc<Service>> {
-    api_with_limits(0, 0)
+    api_with_limits(0)
 }
 
-fn api_with_limits(document_bytes: usize, mesh_bytes: usize) -> OpenApiRouter<Arc<Service>> {
+fn api_with_limits(document_bytes: usize) -> OpenApiRouter<Arc<Service>> {
     // made anew for each request and worth compressing; results and event streams are not
     let texts = OpenApiRouter::new()
         .routes(routes!(jobs::show::list, jobs::submit::create))
@@ -55,7 +56,8 @@ fn api_with_limits(document_bytes: usize, mesh_bytes: usize) -> OpenApiRouter<Ar
         .routes(routes!(tube_flux::flux))
         .routes(routes!(docs::openapi_yaml))
         .layer(CompressionLayer::new());
-    let uploads = OpenApiRouter::new().routes(routes!(meshes::create)).layer(RequestBodyLimitLayer::new(mesh_bytes));
+    // it limits its body itself
+    let uploads = OpenApiRouter::new().routes(routes!(meshes::create));
     let others = OpenApiRouter::new()
         .merge(texts)
         .routes(routes!(events::events))
@@ -82,9 +84,9 @@ fn api_with_limits(document_bytes: usize, mesh_bytes: usize) -> OpenApiRouter<Ar
 
 /// The whole service.
 pub fn router(service: Arc<Service>) -> Router {
-    let Limits { document_bytes, mesh_bytes, .. } = service.limits;
+    let document_bytes = service.limits.document_bytes;
     let limits = service.limits.clone();
-    let (api, description) = api_with_limits(document_bytes, mesh_bytes).split_for_parts();
+    let (api, description) = api_with_limits(document_bytes).split_for_parts();
     let access = Arc::new(service.access.clone());
     let always = |name: HeaderName, value: &'static str| {
         SetResponseHeaderLayer::if_not_present(name, HeaderValue::from_static(value))
@@ -92,7 +94,7 @@ pub fn router(service: Arc<Service>) -> Router {
     let around_all = ServiceBuilder::new()
         .layer(middleware::from_fn(without_long_request_id))
         .layer(SetRequestIdLayer::new(REQUEST_ID, MakeRequestUuid))
-        .layer(TraceLayer::new_for_http().make_span_with(span))
+        .layer(TraceLayer::new_for_http().make_span_with(span).on_failure(log_failure))
         .layer(PropagateRequestIdLayer::new(REQUEST_ID))
         .layer(always(header::X_CONTENT_TYPE_OPTIONS, "nosniff"))
         .layer(always(header::X_FRAME_OPTIONS, "DENY"))
@@ -142,6 +144,17 @@ async fn without_long_request_id(mut request: Request, next: Next) -> Response {
 fn span(request: &Request) -> tracing::Span {
     let id = request.headers().get(REQUEST_ID).and_then(|id| id.to_str().ok()).unwrap_or("");
     tracing::info_span!("request", method = %request.method(), path = request.uri().path(), id)
+}
+
+/// Logs that a request failed. One that is refused for a time (503) is no fault: it is counted, and whatever else is wrong has a line
+/// of its own; else clients would write the log.
+fn log_failure(failure: ServerErrorsFailureClass, latency: Duration, _: &tracing::Span) {
+    match failure {
+        ServerErrorsFailureClass::StatusCode(StatusCode::SERVICE_UNAVAILABLE) => {
+            tracing::debug!(?latency, "refused for now")
+        }
+        failure => tracing::error!(%failure, ?latency, "a request failed"),
+    }
 }
 
 /// A client may invent methods; the number of series must not grow with them.

@@ -1,6 +1,5 @@
 //! Connections: accepted, limited, ended.
 
-use std::net::SocketAddr;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -13,7 +12,7 @@ use hyper::server::conn::http1;
 use hyper_util::rt::{TokioIo, TokioTimer};
 use hyper_util::server::graceful::GracefulShutdown;
 use hyper_util::service::TowerToHyperService;
-use tokio::net::TcpListener;
+use tokio::net::{TcpListener, TcpStream};
 use tokio::sync::{OwnedSemaphorePermit, Semaphore};
 use tokio_io_timeout::TimeoutStream;
 use tokio_util::sync::CancellationToken;
@@ -22,20 +21,25 @@ use tower::util::MapRequest;
 use crate::http::Limits;
 use crate::http::client::Client;
 use crate::http::outlive::Outliving;
+use crate::http::places::{Full, Place, Places, Whose, count_refusal};
 use crate::http::problem::Problem;
 
 /// Grace period for open requests after a shutdown begins.
 const GRACE: Duration = Duration::from_secs(5);
 
-/// Connections beyond the limit that are answered: health as always, everything else that the service is busy.
+/// Connections beyond the limit of all that are answered: health as always, everything else that the service is busy. As many are
+/// answered beyond the limits of clients.
 const KEPT_BACK: usize = 16;
 
 /// Seconds within which the head of a request must arrive on a connection beyond the limit.
 const HEADER_SECONDS_BEYOND: u64 = 2;
 
-/// A request on a connection beyond the limit.
-#[derive(Clone)]
-struct Beyond;
+/// A request on a connection beyond a limit.
+#[derive(Clone, Copy)]
+enum Beyond {
+    OfAll,
+    OfClient(Full),
+}
 
 /// Serves until `shutdown`, then ends open requests.
 ///
@@ -43,8 +47,13 @@ struct Beyond;
 /// must take some of its answer, so that idle connections would collect.
 pub async fn serve(listener: TcpListener, router: Router, limits: &Limits, shutdown: CancellationToken) {
     let graceful = GracefulShutdown::new();
-    let slots =
-        Slots { within: Arc::new(Semaphore::new(limits.connections)), beyond: Arc::new(Semaphore::new(KEPT_BACK)) };
+    let places = |count: usize| Arc::new(Semaphore::new(count));
+    let slots = Slots {
+        within: places(limits.connections),
+        beyond: places(KEPT_BACK),
+        of_clients: Places::new("connections", "connections", limits.connections, limits.connections_per_client),
+        beyond_of_clients: places(KEPT_BACK),
+    };
     let builder = |header_seconds: u64| {
         let mut builder = http1::Builder::new();
         builder.timer(TokioTimer::new()).header_read_timeout(Duration::from_secs(header_seconds));
@@ -58,17 +67,17 @@ pub async fn serve(listener: TcpListener, router: Router, limits: &Limits, shutd
             () = shutdown.cancelled() => break,
             accepted = accept(&listener, &slots) => accepted,
         };
-        let Some((stream, peer, slot)) = accepted else { continue };
+        let Some((stream, client, slot)) = accepted else { continue };
         let mut stream = TimeoutStream::new(stream);
         stream.set_write_timeout(Some(Duration::from_secs(limits.write_seconds)));
         let (builder, is_beyond) = match slot {
-            Slot::Within(_) => (&within, false),
-            Slot::Beyond(_) => (&beyond, true),
+            Slot::Within(..) => (&within, None),
+            Slot::Beyond(_, limit) => (&beyond, Some(limit)),
         };
         let service = MapRequest::new(router.clone(), move |mut request: hyper::Request<Incoming>| {
-            request.extensions_mut().insert(Client::at(peer));
-            if is_beyond {
-                request.extensions_mut().insert(Beyond);
+            request.extensions_mut().insert(client);
+            if let Some(limit) = is_beyond {
+                request.extensions_mut().insert(limit);
             }
             request
         });
@@ -92,26 +101,38 @@ pub async fn serve(listener: TcpListener, router: Router, limits: &Limits, shutd
 struct Slots {
     within: Arc<Semaphore>,
     beyond: Arc<Semaphore>,
+    of_clients: Arc<Places>,
+    beyond_of_clients: Arc<Semaphore>,
 }
 
 /// The place of an open connection, free again when it is dropped.
 #[expect(dead_code, reason = "held, not read")]
 enum Slot {
-    Within(OwnedSemaphorePermit),
-    Beyond(OwnedSemaphorePermit),
+    Within(OwnedSemaphorePermit, Place),
+    Beyond(OwnedSemaphorePermit, Beyond),
 }
 
-async fn accept(listener: &TcpListener, slots: &Slots) -> Option<(tokio::net::TcpStream, SocketAddr, Slot)> {
-    let slot = tokio::select! {
+/// The next connection; `None` where it failed, or was one too many to be answered at all.
+async fn accept(listener: &TcpListener, slots: &Slots) -> Option<(TcpStream, Client, Slot)> {
+    let (permit, is_within) = tokio::select! {
         biased;
-        slot = slots.within.clone().acquire_owned() => Slot::Within(slot.ok()?),
-        slot = slots.beyond.clone().acquire_owned() => Slot::Beyond(slot.ok()?),
+        permit = slots.within.clone().acquire_owned() => (permit.ok()?, true),
+        permit = slots.beyond.clone().acquire_owned() => (permit.ok()?, false),
     };
     match listener.accept().await {
         Ok((stream, peer)) => {
             // events are small and shall not wait for more
             let _ = stream.set_nodelay(true);
-            Some((stream, peer, slot))
+            let client = Client::at(peer);
+            let slot = match slots.of_clients.take(client) {
+                Ok(place) if is_within => Slot::Within(permit, place),
+                Ok(_) => Slot::Beyond(permit, Beyond::OfAll),
+                // what the others have is not touched
+                Err(full) => {
+                    Slot::Beyond(slots.beyond_of_clients.clone().try_acquire_owned().ok()?, Beyond::OfClient(full))
+                }
+            };
+            Some((stream, client, slot))
         }
         Err(error) => {
             // too many open files, or the client has gone: neither ends the service
@@ -122,11 +143,15 @@ async fn accept(listener: &TcpListener, slots: &Slots) -> Option<(tokio::net::Tc
     }
 }
 
-/// Answers on connections beyond the limit: health and numbers only.
+/// Answers on connections beyond a limit: health and numbers only.
 pub async fn answer_health_only_beyond(request: Request, next: Next) -> Response {
-    let beyond = request.extensions().get::<Beyond>().is_some();
-    if beyond && !matches!(request.uri().path(), "/livez" | "/readyz" | "/metrics") {
-        return Problem::unavailable("all connections are taken; try again later").into_response();
+    let beyond = request.extensions().get::<Beyond>().copied();
+    match beyond.filter(|_| !matches!(request.uri().path(), "/livez" | "/readyz" | "/metrics")) {
+        None => next.run(request).await,
+        Some(Beyond::OfAll) => {
+            count_refusal("connections", Whose::Service);
+            Problem::unavailable("all connections are taken; try again later").into_response()
+        }
+        Some(Beyond::OfClient(full)) => Problem::from(full).into_response(),
     }
-    next.run(request).await
 }

@@ -7,7 +7,6 @@ use std::time::Duration;
 
 use bytes::Bytes;
 use tokio::runtime::Handle;
-use tokio::sync::OwnedSemaphorePermit;
 use uuid::Uuid;
 
 use crate::document::MeshSource;
@@ -53,14 +52,14 @@ impl Meshes {
 
     /// Checks and stores an OBJ file; the same content has the same id.
     ///
-    /// `permit` is held until the file is read, even when the caller has gone away by then; reading ends soon after that,
+    /// `permits` are held until the file is read, even when the caller has gone away by then; reading ends soon after that,
     /// and after [`READ_TIME`].
-    pub async fn upload(&self, bytes: Bytes, permit: OwnedSemaphorePermit) -> Result<Mesh, UploadError> {
+    pub async fn upload(&self, bytes: Bytes, permits: impl Send + 'static) -> Result<Mesh, UploadError> {
         let id = blake3::hash(&bytes).to_hex()[..ID_DIGITS].to_owned();
         if let Some(mesh) = self.store.mesh(&id).await? {
             return Ok(mesh);
         }
-        let parsed = Arc::new(read(bytes.clone(), permit).await?);
+        let parsed = Arc::new(read(bytes.clone(), permits).await?);
         // a key of its own for each upload: deleting a mesh while it is uploaded anew cannot take the new file
         let key = format!("meshes/{id}-{}.obj", Uuid::now_v7());
         let size = bytes.len() as u64;
@@ -82,11 +81,11 @@ impl Meshes {
     }
 }
 
-async fn read(bytes: Bytes, permit: OwnedSemaphorePermit) -> Result<TriangleMesh, UploadError> {
+async fn read(bytes: Bytes, permits: impl Send + 'static) -> Result<TriangleMesh, UploadError> {
     let cancel = CancelOnDrop::default();
     let flag = cancel.flag();
     let mut reading = tokio::task::spawn_blocking(move || {
-        let _permit = permit;
+        let _permits = permits;
         parse_obj_until(&bytes, ObjLimits::default(), &flag)
     });
     let read = match tokio::time::timeout(READ_TIME, &mut reading).await {

@@ -170,35 +170,19 @@ async fn a_head_that_is_too_long_is_refused() {
     assert!(answer.starts_with("HTTP/1.1 431"), "{answer}");
 }
 
-#[tokio::test]
-async fn uploads_wait_for_each_other_before_their_bodies_are_read() {
-    let service = TestService::start_with(|config| config.limits.uploads = 1).await;
-    let host = service.running.address;
-    let mut slow = TcpStream::connect(host).await.unwrap();
-    let head =
-        format!("POST /v1/meshes HTTP/1.1\r\nhost: {host}\r\ncontent-type: model/obj\r\ncontent-length: 1000\r\n");
-    // `100 Continue` comes when the service reads the body
-    slow.write_all(format!("{head}expect: 100-continue\r\n\r\n").as_bytes()).await.unwrap();
-    let mut answer = [0; 12];
-    slow.read_exact(&mut answer).await.unwrap();
-    assert_eq!(&answer, b"HTTP/1.1 100");
-    let upload = service.request(Method::POST, "/v1/meshes").header("content-type", "model/obj").body(TRIANGLE).send();
-    let mut upload = Box::pin(upload);
-    assert!(
-        tokio::time::timeout(Duration::from_millis(300), &mut upload).await.is_err(),
-        "the other one has the permit"
-    );
-    drop(slow);
-    assert_eq!(upload.await.unwrap().status(), StatusCode::CREATED);
-}
-
 /// Hundreds of streams of one job end with the service, and one reader feeds them.
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn hundreds_of_streams_have_one_reader_and_end_with_the_service() {
     const STREAMS: usize = 500;
     // metrics are those of a process
     let data = tempfile::tempdir().unwrap();
-    let service = Server::start(data.path(), &[("SKYDUCT_LIMITS__STREAMS", &STREAMS.to_string())]);
+    let most = STREAMS.to_string();
+    let limits =
+        ["STREAMS", "STREAMS_PER_CLIENT", "CONNECTIONS_PER_CLIENT"].map(|name| format!("SKYDUCT_LIMITS__{name}"));
+    let more = (2 * STREAMS).to_string();
+    let environment =
+        [(limits[0].as_str(), most.as_str()), (limits[1].as_str(), most.as_str()), (limits[2].as_str(), more.as_str())];
+    let service = Server::start(data.path(), &environment);
     let path = service.submit(&endless_job()).await;
     let (http, mut streams) = (client(), Vec::new());
     for _ in 0..STREAMS {

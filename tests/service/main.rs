@@ -13,6 +13,7 @@ mod process;
 #[path = "../shared/schema.rs"]
 mod schema;
 
+mod clients;
 mod commands;
 mod contract_answers;
 mod durability_backup;

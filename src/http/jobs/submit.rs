@@ -13,7 +13,9 @@ use super::resource::JobResource;
 use super::waited::{FinishedJob, Waiting};
 use crate::document::JobDocument;
 use crate::document::result::PlanResult;
+use crate::http::client::Client;
 use crate::http::limits::permit;
+use crate::http::outlive::HungUp;
 use crate::http::problem::{Problem, Query};
 use crate::http::problem_kind::ProblemKind;
 use crate::http::{App, Service, prefer};
@@ -43,6 +45,7 @@ pub(in crate::http) const POLL_SECONDS: u32 = 1;
         (status = 202, description = "Queued; the body is the job", body = JobResource,
             headers(("Location" = String, description = "Path of the job"), ("Retry-After" = u32, description = "Seconds to wait before a look at it"))),
         (status = 400, description = "Not JSON", body = Problem, content_type = "application/problem+json"),
+        (status = 409, description = "Deleted while its end was waited for", body = Problem, content_type = "application/problem+json"),
         (status = 413, description = "Too long", body = Problem, content_type = "application/problem+json"),
         (status = 415, description = "Not application/json", body = Problem, content_type = "application/problem+json"),
         (status = 422, description = "Not a valid document, or the key was used for another one", body = Problem, content_type = "application/problem+json"),
@@ -50,11 +53,13 @@ pub(in crate::http) const POLL_SECONDS: u32 = 1;
 pub async fn create(
     app: App,
     Query(query): Query<PredictQuery>,
+    client: Client,
+    hung_up: HungUp,
     headers: HeaderMap,
     body: Body,
 ) -> Result<Response, Problem> {
     let idempotency_key = idempotency_key(&headers)?;
-    let waiting = Waiting::new(&app, prefer::wait(&headers));
+    let waiting = Waiting::new(&app, client, hung_up, prefer::wait(&headers));
     let turn = permit(&app.permits.jobs).await?;
     let posted = body.read(&turn).await?;
     if app.shutdown.is_cancelled() {
@@ -135,11 +140,14 @@ enum Told {
 }
 
 /// The job as it is at its end, where that comes in time, else as it is now.
-async fn answer(app: &Service, job: Job, waiting: Option<Waiting<'_>>, told: Told) -> Result<Response, Problem> {
-    if let Some(waiting) = waiting
-        && let Some(finished) = waiting.answer(&job.head).await?
-    {
-        return Ok(finished);
+async fn answer(app: &Service, mut job: Job, waiting: Option<Waiting<'_>>, told: Told) -> Result<Response, Problem> {
+    if let Some(waiting) = waiting {
+        if let Some(finished) = waiting.answer(&job.head).await? {
+            return Ok(finished);
+        }
+        // others had time to delete it
+        let deleted = || Problem::conflict("the job was deleted while its end was waited for");
+        job = app.store.job(job.head.id).await?.ok_or_else(deleted)?;
     }
     if told == Told::Perhaps && !job.head.status.is_final() {
         app.store.ready().await?;

@@ -14,6 +14,9 @@ use uuid::Uuid;
 
 use super::resource::JobResource;
 use crate::document::result::GridResult;
+use crate::http::client::Client;
+use crate::http::outlive::HungUp;
+use crate::http::places::Place;
 use crate::http::prefer::PREFERENCE_APPLIED;
 use crate::http::problem::Problem;
 use crate::http::{App, Service};
@@ -44,16 +47,17 @@ pub struct Waiting<'a> {
     app: &'a App,
     longest: Duration,
     changes: broadcast::Receiver<Change>,
-    _permit: tokio::sync::OwnedSemaphorePermit,
+    hung_up: HungUp,
+    _place: Place,
 }
 
 impl<'a> Waiting<'a> {
-    /// `None` where nothing can be waited for: nobody asks for it, or as many wait and listen as the service allows.
-    pub fn new(app: &'a App, preferred: Option<Duration>) -> Option<Self> {
+    /// `None` where nothing can be waited for: nobody asks for it, or as many wait as the service allows, in all or of this client.
+    pub fn new(app: &'a App, client: Client, hung_up: HungUp, preferred: Option<Duration>) -> Option<Self> {
         let request = Duration::from_secs(app.limits.request_seconds).saturating_sub(FOR_THE_ANSWER);
         let longest = preferred?.min(LONGEST).min(request);
-        let permit = app.permits.streams.clone().try_acquire_owned().ok()?;
-        Some(Self { app, longest, changes: app.store.changes(), _permit: permit })
+        let place = app.permits.waits.take(client).ok()?;
+        Some(Self { app, longest, changes: app.store.changes(), hung_up, _place: place })
     }
 
     /// The job, which was read after the wait began, with its grids when it ends in time, else `None`.
@@ -70,7 +74,7 @@ impl<'a> Waiting<'a> {
         Ok(Some((StatusCode::OK, headers, Json(body)).into_response()))
     }
 
-    /// The job once it has ended; `None` if it is gone, or the service ends.
+    /// The job once it has ended; `None` if it is gone, the client is, or the service ends.
     async fn ended(&mut self, job: &JobHead) -> Result<Option<Job>, Problem> {
         if job.status.is_final() {
             return Ok(self.app.store.job(job.id).await?);
@@ -78,6 +82,7 @@ impl<'a> Waiting<'a> {
         loop {
             let change = tokio::select! {
                 () = self.app.shutdown.cancelled() => return Ok(None),
+                () = self.hung_up.wait() => return Ok(None),
                 change = self.changes.recv() => change,
             };
             match change {

@@ -8,7 +8,7 @@ use axum::response::sse::{Event as SseEvent, KeepAlive, Sse};
 use axum::response::{IntoResponse, Response};
 use futures::stream::{self, Stream};
 use serde_json::{Value, json};
-use tokio::sync::{OwnedSemaphorePermit, watch};
+use tokio::sync::watch;
 use tokio_util::sync::CancellationToken;
 use utoipa::ToSchema;
 use uuid::Uuid;
@@ -16,10 +16,12 @@ use uuid::Uuid;
 use super::looked::parts;
 use super::resource::StudyStatus;
 use super::show::no_such_study;
-use super::watched::{ENDED, PASS, STARTED, StudyEvent, StudyJobs, StudyNow, WatchedStudies};
+use super::watched::{ENDED, PASS, RESTARTED, STARTED, StudyEvent, StudyJobs, StudyNow, WatchedStudies};
 use crate::http::App;
-use crate::http::events::{EventsQuery, HEARTBEAT, RETRY};
+use crate::http::client::Client;
+use crate::http::events::{EventsQuery, HEARTBEAT, RETRY, last_heard};
 use crate::http::last_event_id::last_event_id;
+use crate::http::places::Place;
 use crate::http::problem::{Path, Problem, Query};
 
 /// An event of a study's stream.
@@ -42,6 +44,7 @@ pub enum StudyEventName {
     Started,
     Pass,
     Ended,
+    Restarted,
     Finished,
     Failed,
     Cancelled,
@@ -51,7 +54,7 @@ pub enum StudyEventName {
 fn names() -> Value {
     let last = [StudyStatus::Finished, StudyStatus::Failed, StudyStatus::Cancelled].map(StudyStatus::name);
     let data = json!({ "$ref": "#/components/schemas/StudyEvent" });
-    [STARTED, PASS, ENDED].iter().chain(&last).map(|name| json!({ "name": name, "data": data })).collect()
+    [STARTED, PASS, ENDED, RESTARTED].iter().chain(&last).map(|name| json!({ "name": name, "data": data })).collect()
 }
 
 /// The study's events.
@@ -59,6 +62,8 @@ fn names() -> Value {
 /// `started` and `ended` tell of each of its jobs, `pass` of the job that is at work, about once a second at most, and `finished`,
 /// `failed` or `cancelled` of the study: it ends the stream. Ids count 1, 2, 3 ... without gaps; a `pass` has none, since it is told
 /// live only. Events after `Last-Event-ID` that were missed are told first; a job that was deleted alone takes its events with it.
+/// Who comes back with an id that there is not (the power failed, or a job was deleted) is told `restarted` first, with the id before
+/// the last event that there is, and then that event again.
 /// A comment is sent every 15 s. Who asks for events after the last one is answered 204. `x-events` has the component of each event's
 /// data; the study itself says the same whenever it is asked for.
 #[utoipa::path(get, path = "/v1/studies/{id}/events", operation_id = "get_study_events", tag = "studies",
@@ -67,39 +72,33 @@ fn names() -> Value {
     responses(
         (status = 200, description = "The stream", body = StudyStreamEvent, content_type = "text/event-stream"),
         (status = 204, description = "All events were received before"),
-        (status = 400, description = "Last-Event-ID is not an event id", body = Problem, content_type = "application/problem+json"),
+        (status = 400, description = "Last-Event-ID is not a number", body = Problem, content_type = "application/problem+json"),
         (status = 404, description = "No such study", body = Problem, content_type = "application/problem+json"),
-        (status = 422, description = "`after` is not an event id", body = Problem, content_type = "application/problem+json"),
+        (status = 422, description = "`after` is no number, or below 0", body = Problem, content_type = "application/problem+json"),
+        (status = 429, description = "Too many streams of this client are open", body = Problem, content_type = "application/problem+json"),
         (status = 503, description = "Too many streams are open", body = Problem, content_type = "application/problem+json")))]
 pub async fn events(
     app: App,
+    client: Client,
     Path(id): Path<Uuid>,
     Query(query): Query<EventsQuery>,
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
     let by_header = last_event_id(&headers).map_err(|error| Problem::bad_request(error.to_string()))?;
-    let Ok(permit) = app.permits.streams.clone().try_acquire_owned() else {
-        return Err(Problem::unavailable("all event streams that the service allows are open; try again later"));
-    };
+    let place = app.permits.streams.take(client)?;
     // heard of from before the look at the study, so that nothing falls between
     let changes = app.store.changes();
     let study = app.store.study(id).await?.ok_or_else(no_such_study)?;
     let jobs = StudyJobs { study: id, parts: parts(&study)? };
     let now = StudyNow::new(&jobs, &app.store.study_progress(id).await?);
     let newest = now.told.len() as i64;
-    let is_wrong = |id: &i64| !(0..=newest).contains(id);
-    let detail = |id: i64| format!("the study's event ids are 1 to {newest} so far, but it is {id}");
-    if let Some(id) = by_header.filter(is_wrong) {
-        return Err(Problem::bad_request(format!("Last-Event-ID: {}", detail(id))));
-    }
-    // also where the header comes first: what is asked for and cannot be is an error
-    if let Some(id) = query.after.filter(is_wrong) {
-        return Err(Problem::invalid_parameter("after", detail(id)));
-    }
-    let last = by_header.or(query.after).unwrap_or(0);
+    let last = last_heard(by_header, query.after)?;
     if now.status.is_final() && last == newest {
         return Ok(StatusCode::NO_CONTENT.into_response());
     }
+    // told before the power failed, and lost with it: from the last event that there is, which is told again
+    let restarted = (last > newest).then(|| now.as_event(&jobs));
+    let last = if restarted.is_some() { (newest - 1).max(0) } else { last };
     let news = match now.status.is_final() {
         // what there is, and then nothing
         true => watch::channel(Arc::new(now)).1,
@@ -107,8 +106,8 @@ pub async fn events(
     };
     // passes that were told before are old
     let passes = news.borrow().pass.as_ref().map_or(0, |(number, _)| number + 1);
-    let feed =
-        Feed { last: last.unsigned_abs() as usize, passes, news, shutdown: app.shutdown.clone(), _permit: permit };
+    let last = last.unsigned_abs() as usize;
+    let feed = Feed { last, restarted, passes, news, shutdown: app.shutdown.clone(), _place: place };
     Ok(Sse::new(feed.into_stream()).keep_alive(KeepAlive::new().interval(HEARTBEAT)).into_response())
 }
 
@@ -116,12 +115,14 @@ pub async fn events(
 struct Feed {
     /// Id of the last event that was sent.
     last: usize,
+    /// Told first, where events are lost that were told.
+    restarted: Option<StudyEvent>,
     /// Number of the next pass to be sent.
     passes: u64,
     news: watch::Receiver<Arc<StudyNow>>,
     shutdown: CancellationToken,
-    /// Permit for one of the streams that may be open.
-    _permit: OwnedSemaphorePermit,
+    /// One of the streams that may be open.
+    _place: Place,
 }
 
 impl Feed {
@@ -151,6 +152,9 @@ impl Feed {
     }
 
     fn untold(&mut self) -> Option<SseEvent> {
+        if let Some(event) = self.restarted.take() {
+            return Some(text(RESTARTED, &event).id(self.last.to_string()));
+        }
         let now = self.news.borrow_and_update().clone();
         if let Some((name, event)) = now.told.get(self.last) {
             self.last += 1;

@@ -106,6 +106,11 @@ impl StudyNow {
         self.told.len() > told
     }
 
+    /// Event that tells of the study as it is, of none of its jobs.
+    pub fn as_event(&self, jobs: &StudyJobs) -> StudyEvent {
+        jobs.event(self.status, self.told.last().map_or(0, |(_, event)| event.runs_done))
+    }
+
     /// Adds a pass of a job that runs.
     pub fn take_pass(&mut self, jobs: &StudyJobs, progress: &StudyProgress, of: Uuid) {
         let heads: HashMap<Uuid, &JobHead> = progress.jobs.iter().map(|head| (head.id, head)).collect();
@@ -141,5 +146,7 @@ impl StudyJobs {
 pub const STARTED: &str = "started";
 /// One of the jobs gets on.
 pub const PASS: &str = "pass";
+/// Events that were told are lost; the next one tells where the study is.
+pub const RESTARTED: &str = "restarted";
 /// One of the jobs has ended.
 pub const ENDED: &str = "ended";
