@@ -3,7 +3,7 @@
 use std::process::Command;
 use std::time::{Duration, Instant};
 
-use crate::common::{PATIENCE, client, small_job};
+use crate::common::{PATIENCE, client, problem, small_job};
 use crate::process::Server;
 use reqwest::StatusCode;
 use serde_json::json;
@@ -149,4 +149,21 @@ async fn a_service_whose_disk_was_full_goes_on_by_itself() {
         assert!(begin.elapsed() < PATIENCE, "it never gets ready again");
         tokio::time::sleep(Duration::from_millis(200)).await;
     }
+}
+
+/// An upload that finds no room is refused for now, and taken when there is some.
+#[tokio::test]
+async fn an_upload_on_a_full_disk_is_unavailable() {
+    let data = tempfile::tempdir().unwrap();
+    let server = Server::start_after("trap '' XFSZ; ulimit -S -f 700", data.path(), &TWO_THREADS);
+    let mesh = format!("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n{}", "# a line\n".repeat(250_000));
+    let upload =
+        || client().post(format!("{}/v1/meshes", server.url)).header("content-type", "model/obj").body(mesh.clone());
+    let refused = upload().send().await.unwrap();
+    assert!(refused.headers().contains_key("retry-after"));
+    let refused = problem(refused, 503).await;
+    assert!(refused["detail"].as_str().unwrap().contains("no room"), "{refused}");
+    let freed = Command::new("prlimit").args(["--fsize=unlimited:", "--pid", &server.child.id().to_string()]).status();
+    assert!(freed.expect("prlimit of util-linux").success());
+    assert_eq!(upload().send().await.unwrap().status(), StatusCode::CREATED);
 }
