@@ -84,7 +84,7 @@ pub fn parse_obj_until(bytes: &[u8], limits: ObjLimits, cancel: &AtomicBool) -> 
     let mut reader = Reader::new(limits, cancel);
     let mut statements = Statements::of(&text, limits.line_bytes);
     let mut next_look = 1;
-    while let Some(statement) = statements.next() {
+    for statement in statements.by_ref() {
         let line = statement.line;
         let stop = line >= next_look && {
             next_look = line + LINES_BETWEEN_LOOKS;

@@ -201,7 +201,7 @@ impl Work {
                 done.push(cell);
                 continue;
             }
-            let mut parts: Vec<(Vec<DVec3>, Option<(u32, u32)>)> = vec![(cell.polygon, None)];
+            let mut parts = vec![(cell.polygon, None)];
             for Claim { polygon: claimed, kind, by } in claims {
                 let mut next = Vec::new();
                 for (polygon, told) in parts {
