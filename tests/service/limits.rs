@@ -34,7 +34,7 @@ async fn a_job_without_one_pass_in_its_time_fails_and_says_so() {
     passes["views"][0]["size_px"] = json!([512, 512]);
     passes["method"] = json!({ "kind": "path_tracing", "samples_per_pixel": 4096 });
     let mut solver = small_job();
-    solver["room"]["size_m"] = json!([2032.0, 2.0, 2.0]);
+    solver["room"]["size_m"] = json!([1000.0, 2.0, 2.0]);
     solver["method"] = json!("holigilm");
     solver["views"] = json!([]);
     for mut job in [passes, solver] {

@@ -214,7 +214,7 @@ mod tests {
         };
         let (grids, tubes) = (Vec::new(), Vec::new());
         let eye = DVec3::new(0.4, 0.5, 0.3);
-        let view = View::new("up".into(), eye, DVec3::new(1.8, 1.3, 2.9), DVec3::Z, 0.6, [24, 16]).unwrap();
+        let view = View::new("up".into(), eye, DVec3::new(1.8, 1.3, 2.9), DVec3::Z, 0.6, [48, 32]).unwrap();
         let scene = Scene { daylight: None, room, tubes, grids, views: Vec::new(), channels: Channels::Photopic };
         let follow = Follow { interreflection: true, guide_return: false, objects: true };
         (TraceableScene::new(&scene, follow).unwrap(), view)
@@ -230,9 +230,9 @@ mod tests {
         let mapper = Mapper::<1>::new(scene.clone(), &[], true, 64);
         let (maps, _) = mapper.maps(Key::new(1), 0.1, &AtomicBool::new(false)).unwrap();
         let (mut edges, mut whole) = (0, 0);
-        let lines = 100;
-        for pixel in 0..24 * 16 {
-            let place = [pixel % 24, pixel / 24];
+        let lines = 50;
+        for pixel in 0..48 * 32 {
+            let place = [pixel % 48, pixel / 48];
             let at = |k: usize| (k as f64 + 0.5) / f64::from(lines);
             let points = (0..lines * lines).map(|point| [at((point % lines) as usize), at((point / lines) as usize)]);
             let shows = points.filter(|[x, y]| {
