@@ -204,7 +204,7 @@ fn a_rug_hides_the_floor() {
     }
 }
 
-/// A sheet of two surfaces, white above and dark below, is two sheets a hair apart, by paths either way and by placed vertices;
+/// A sheet of two surfaces, white above and dark below, is two sheets a hair apart, by paths either way;
 /// turned over, it is another.
 #[test]
 fn a_sheet_has_a_surface_on_either_side() {
@@ -235,11 +235,9 @@ fn a_sheet_has_a_surface_on_either_side() {
         let (truth, error) = values(&scenes::run(&apart, &paths(&apart, 1), 32));
         let one = scene(&[(1.0, [0, 1])], height);
         let tracing = LightTracing::<1>::new(traceable(&one), &one.grids, 16_384, 3);
-        let placed = PlacedVertices::<1>::new(traceable(&one), &one.grids, [1024, 4096], 4);
         for (what, found) in [
             ("path_tracing", scenes::run(&one, &paths(&one, 2), 32)),
             ("light_tracing", scenes::run(&one, &tracing, 32)),
-            ("placed_vertices", scenes::run(&one, &placed, 32)),
         ] {
             assert_grid(&found, &truth, &error, 4.5, 0.0, what);
         }
