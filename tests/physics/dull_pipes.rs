@@ -14,7 +14,7 @@ use skyduct::scene::{EstimateKind, Grid, Scene, TubeShape};
 const ZENITH_CD_M2: f64 = 3000.0;
 
 /// Radius in m of a pipe whose 10 000 diameters a document may have.
-const SLENDER: f64 = 0.02;
+const SLENDER: f64 = 0.005;
 
 fn scene(aspect: f64, reflectance: f64) -> Scene {
     let pipe = straight(2.0 * RADIUS * aspect, reflectance, lambertian(0.6, 0.0));
