@@ -56,7 +56,7 @@ pub fn hint_at_other_axis(errors: &mut [FieldError], up: Up, fits: impl Fn(Up) -
     }
 }
 
-/// As documents write it.
+/// Writes the name that documents have for it.
 impl fmt::Display for Up {
     fn fmt(&self, formatter: &mut fmt::Formatter) -> fmt::Result {
         formatter.write_str(match self {

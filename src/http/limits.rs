@@ -27,15 +27,15 @@ pub struct Limits {
     pub queued_jobs: u64,
     /// Connections at the same time; a few more are told that the service is busy, and then more wait to be accepted.
     pub connections: usize,
-    /// Those of one client; more are answered 429, or closed.
+    /// Connections of one client; more are answered 429, or closed.
     pub connections_per_client: usize,
     /// Event streams at the same time; one more is answered 503.
     pub streams: usize,
-    /// Those of one client; one more is answered 429.
+    /// Event streams of one client; one more is answered 429.
     pub streams_per_client: usize,
     /// Posts that wait for the end of their jobs at the same time; others are answered without a wait.
     pub waits: usize,
-    /// Those of one client.
+    /// Such posts of one client.
     pub waits_per_client: usize,
     /// Bytes of posted documents that are held at the same time, from before they are read until they are checked; one more
     /// document is refused.
@@ -47,11 +47,11 @@ pub struct Limits {
     pub preparing: usize,
     /// Meshes that are received, or wait to be read, at the same time; one more is answered 503.
     pub uploads: usize,
-    /// Those of one client; one more is answered 429.
+    /// Such meshes of one client; one more is answered 429.
     pub uploads_per_client: usize,
     /// Bytes of such meshes in memory; at least [`Self::mesh_bytes`].
     pub upload_bytes: usize,
-    /// Those of one client; at least [`Self::mesh_bytes`].
+    /// Bytes of such meshes of one client; at least [`Self::mesh_bytes`].
     pub upload_bytes_per_client: usize,
     /// Bytes that an upload must bring each second on average, after [`Self::upload_grace_seconds`]; slower ones are answered 408.
     pub upload_bytes_per_second: u64,

@@ -26,7 +26,7 @@ pub struct Places {
 #[derive(Default)]
 struct Taken {
     in_all: usize,
-    /// Of clients that have none there is no entry.
+    /// Number that each client has; clients that have none are not in it.
     of_clients: HashMap<Client, usize>,
 }
 

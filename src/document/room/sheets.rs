@@ -74,7 +74,7 @@ pub fn one_sheet_each(objects: &mut [MeshObject], numbers: &[usize], size: DVec3
     }
 }
 
-/// What to do about two materials of one side.
+/// Rule by which polygons have sides, for errors about two materials of one.
 const ONE_SIDE: &str = "a polygon faces the side from which its corners go counter-clockwise";
 
 /// Reason why a mesh is refused whose polygons are at odds.
@@ -97,7 +97,7 @@ fn place(DVec3 { x, y, z }: DVec3) -> String {
     format!("({x:.4}, {y:.4}, {z:.4}) m")
 }
 
-/// Whether each triangle of all objects belongs to a closed body: an even number of triangles meets at each of its edges that does not
+/// Tells for each triangle of all objects if it belongs to a closed body: an even number of triangles meets at each of its edges that does not
 /// lie in a face of the room.
 fn closed(objects: &[MeshObject], size: DVec3, near: f64) -> Vec<bool> {
     let mut closed = Vec::new();

@@ -47,7 +47,7 @@ pub struct PredictQuery {
 }
 
 impl PredictQuery {
-    /// What each method would take, if that is asked; `pilots` is the line of pilots.
+    /// Predicts the time that each method would take, if that is asked; `pilots` is the line of pilots.
     pub async fn predictions(
         &self,
         pilots: &Arc<Line>,

@@ -298,7 +298,7 @@ mod tests {
         assert_eq!(waits(0.02, 0.06), Some(WaitingFor::ViewRelativeError));
     }
 
-    /// Where no photon came, one may have: the error is never small enough, and the job does not wait for it for ever.
+    /// Passes that found no photon may have missed one: the error is never small enough, and the job does not wait for it for ever.
     #[test]
     fn a_grid_without_light_is_given_up() {
         let of = |passes: u64| {

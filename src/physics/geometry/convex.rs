@@ -72,7 +72,7 @@ mod tests {
         [(x, y), (x + side, y), (x + side, y + side), (x, y + side)].map(|(x, y)| DVec3::new(x, y, 0.0)).to_vec()
     }
 
-    /// What is inside and what is left make up the whole; a cutter beside leaves it alone, one that covers it nothing.
+    /// The part inside and the parts left make up the whole; a cutter beside leaves it alone, one that covers it nothing.
     #[test]
     fn pieces_make_up_the_whole() {
         let area = |polygon: &Vec<DVec3>| area_vector(polygon).z;

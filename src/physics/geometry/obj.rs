@@ -421,7 +421,7 @@ mod tests {
         assert!(error.detail.contains("gzip"), "{error}");
     }
 
-    /// As many groups as a file has bytes for, and switches back to faces without a material.
+    /// Reads as many groups as a file has bytes for, and switches back to faces without a material.
     #[test]
     fn switches_without_a_name_and_many_groups() {
         let groups: String = (0..30_000).map(|k| format!("o {k}\ng {k}\nusemtl {}\n", k % 2)).collect();

@@ -69,7 +69,7 @@ struct Layers<'a> {
     positions: &'a [DVec3],
     triangles: &'a [[u32; 3]],
     near: f64,
-    /// Those that have a part in common with each.
+    /// Triangles that have a part in common with each.
     partners: HashMap<u32, Vec<(u32, f64, bool)>>,
     /// Number of the component that each belongs to, by triangle: those joined by common parts, directly or by others.
     component: HashMap<u32, u32>,
@@ -120,7 +120,7 @@ impl<'a> Layers<'a> {
         self.partners[&number].iter().filter(|(other, ..)| counts(*other)).map(|(_, area, _)| area).sum()
     }
 
-    /// How often all of a component is covered at least, where that is more than once.
+    /// Returns the times that all of a component is covered at least; `None` for once.
     fn times(&self, members: &[u32]) -> Option<f64> {
         if self.contacts[self.component[&members[0]] as usize] {
             return None;
@@ -144,8 +144,8 @@ impl<'a> Layers<'a> {
         }
     }
 
-    /// What the backs of the triangles that are kept are made of, where that is something else than their fronts; `None` where one has
-    /// several materials.
+    /// Returns the materials of the backs of the triangles that are kept, where these are not those of their fronts; `None` where one
+    /// has several materials.
     fn told(
         &self,
         members: &[u32],

@@ -17,13 +17,13 @@ pub struct Sheets {
     pub positions: Vec<DVec3>,
     /// Numbers of the corners of each triangle.
     pub triangles: Vec<[u32; 3]>,
-    /// What the front of each, about which its corners go counter-clockwise, and its back are made of.
+    /// Materials of the front of each, about which its corners go counter-clockwise, and of its back.
     pub sides: Vec<[u32; 2]>,
     /// Number of the triangle that each was, or was a part of.
     pub sources: Vec<u32>,
 }
 
-/// What two triangles that have a part in common are to each other there.
+/// Relation of two triangles that have a part in common, there.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Meeting {
     /// Two surfaces that touch: both stay.
@@ -61,7 +61,7 @@ struct Cell {
     source: u32,
     is_whole: bool,
     sides: [u32; 2],
-    /// What others tell of its back.
+    /// Claims of others to its back.
     claims: Vec<Claim>,
 }
 

@@ -80,7 +80,7 @@ impl<'a> Iterator for Statements<'a> {
     }
 }
 
-/// What stands before the backslash at the end of a statement's line; `None` where the statement ends with the line.
+/// Returns the text before the backslash at the end of a statement's line; `None` where the statement ends with the line.
 fn continued<'a>(keyword: &str, line: &'a str) -> Option<&'a str> {
     without_comment(keyword, line).trim_end().strip_suffix('\\')
 }

@@ -21,7 +21,7 @@ pub fn dishonest_points(scene: &TraceableScene, grids: &[Grid]) -> Option<Refusa
     refusal_of_nearest(close_points(scene, grids), grids)
 }
 
-/// The same for openings alone.
+/// Refuses point sensors very near to openings, as [`dishonest_points`] does those near to any surface.
 pub fn points_at_openings(scene: &TraceableScene, grids: &[Grid]) -> Option<Refusal> {
     let close = |(place, point)| close_to_opening(scene, place, point);
     refusal_of_nearest(points(grids).filter_map(close), grids)
@@ -57,7 +57,7 @@ struct ClosePoint {
     distance: f64,
     /// Distance in m from which on it would be far enough.
     near: f64,
-    /// What it is near to.
+    /// Name of the surface that it is near to.
     surface: &'static str,
     place: SensorPlace,
 }
