@@ -14,8 +14,10 @@ use utoipa::{IntoResponses, OpenApi};
 
 use crate::document::{EffectSwitch, MethodKind, RadiusKind, schema};
 use crate::http::event_schemas::ImageEvent;
+use crate::http::file_operations;
 use crate::http::problem::Problem;
 use crate::http::studies::watched::StudyEvent;
+use crate::http::yaml;
 use crate::job::events::{Cancelled, Failed, Pass, Planned, Queued, Restarted, Started, Succeeded};
 
 #[derive(OpenApi)]
@@ -47,6 +49,7 @@ pub struct Description;
 /// A description that is made from the handlers, with what they do not say.
 pub fn completed(mut description: utoipa::openapi::OpenApi) -> utoipa::openapi::OpenApi {
     schema::complete(&mut description.components.get_or_insert_default().schemas);
+    file_operations::add(&mut description.paths);
     for path in description.paths.paths.values_mut() {
         [&mut path.get, &mut path.post, &mut path.delete].into_iter().flatten().for_each(complete);
     }
@@ -59,7 +62,7 @@ pub fn to_yaml(description: &utoipa::openapi::OpenApi) -> Result<String, Problem
         tracing::error!(%error, "the description cannot be written");
         Problem::internal()
     })?;
-    Ok(yaml.lines().map(|line| quoted(line) + "\n").collect())
+    Ok(yaml::for_all_versions(&yaml))
 }
 
 /// Adds what all operations have alike.
@@ -146,17 +149,4 @@ fn example(text: &str) -> Option<RefOr<Example>> {
     let document: Value = serde_json::from_str(text).ok()?;
     let name = document["name"].as_str().unwrap_or_default().to_owned();
     Some(ExampleBuilder::new().summary(name).value(Some(document)).build().into())
-}
-
-/// A line of YAML with the names quoted that are truth values to readers of YAML 1.1, as many still are.
-fn quoted(line: &str) -> String {
-    let text = line.trim_start();
-    let indent = &line[..line.len() - text.len()];
-    match text.strip_prefix("- ").map_or(("", text), |item| ("- ", item)) {
-        (dash, word @ ("on" | "off" | "yes" | "no" | "y" | "n")) => format!("{indent}{dash}'{word}'"),
-        (dash, word @ ("on:" | "off:" | "yes:" | "no:" | "y:" | "n:")) => {
-            format!("{indent}{dash}'{}':", word.trim_end_matches(':'))
-        }
-        _ => line.to_owned(),
-    }
 }

@@ -10,6 +10,7 @@ mod docs;
 mod event_schemas;
 mod events;
 mod figures;
+mod file_operations;
 mod formats;
 mod grids;
 mod health;
@@ -41,6 +42,7 @@ mod turns;
 mod uploads;
 mod views;
 mod watched;
+mod yaml;
 
 pub(crate) use access::{Access, check_allowed_host};
 pub(crate) use limits::{Limits, Permits};

@@ -46,6 +46,8 @@ fn every_variant_is_a_component_and_tagged_ones_are_told_apart() {
         for (value, reference) in mapping {
             assert!(variants.contains(&reference), "{name}: {reference}");
             let variant = &schemas[reference.as_str().unwrap().rsplit('/').next().unwrap()];
+            // also one that has variants itself: else a reader does not know where the tag is
+            assert_eq!(variant["type"], "object", "{name}: {value}");
             let of = variant["oneOf"].as_array().map_or(1, Vec::len);
             if of == 1 {
                 assert_eq!(variant["properties"][tag]["enum"], serde_json::json!([value]), "{name}");

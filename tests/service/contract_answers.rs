@@ -204,3 +204,51 @@ async fn a_suffix_is_another_way_to_ask_for_a_format() {
     get(job["links"]["convergence_csv"].as_str().unwrap(), "*/*").await;
     common::problem(service.get(&format!("{path}/grids/other.csv")).send().await.unwrap(), 404).await;
 }
+
+/// What a typed client reads has one type: JSON that is one of several representations has an operation of its own.
+#[tokio::test]
+async fn json_has_operations_of_its_own() {
+    let paths = DESCRIPTION["paths"].as_object().unwrap();
+    let content =
+        |path: &str| paths[path]["get"]["responses"]["200"]["content"].as_object().cloned().unwrap_or_default();
+    let mut with_json: Vec<String> = Vec::new();
+    for path in paths.keys() {
+        let all = content(path);
+        let Some(json) = all.get("application/json").filter(|_| all.len() > 1 && !all.contains_key("text/html")) else {
+            continue;
+        };
+        let (resource, last) = path.rsplit_once('/').unwrap();
+        let is_alone = |other: &&String| {
+            let file = other.strip_prefix(resource).and_then(|file| file.strip_prefix('/'));
+            let name = if last.starts_with('{') { "" } else { last };
+            file.is_some_and(|file| !file.contains('/') && file.starts_with(name) && file.ends_with(".json"))
+        };
+        let alone = paths.keys().find(is_alone).unwrap_or_else(|| panic!("no file with the JSON of {path}"));
+        let of_file = content(alone);
+        assert_eq!((of_file.len(), &of_file["application/json"]["schema"]), (1, &json["schema"]), "{alone}");
+        with_json.push(alone.clone());
+    }
+    assert!(with_json.len() >= 4, "{with_json:?}");
+
+    // they are there, and are what is described
+    let service = TestService::start().await;
+    let path = service.submit(&small_job()).await;
+    service.finished(&path).await;
+    for (described, file, component) in [
+        ("/v1/jobs/{id}/grids/{name}.json", "grids/workplane.json", Some("GridResult")),
+        ("/v1/jobs/{id}/grids/{name}.csv", "grids/workplane.csv", None),
+        ("/v1/jobs/{id}/tubes/{tube}.json", "tubes/0.json", Some("TubeReport")),
+    ] {
+        let media_types: Vec<String> = content(described).keys().cloned().collect();
+        // whatever else is accepted
+        let answer = service.get(&format!("{path}/{file}")).header("accept", "image/png").send().await.unwrap();
+        assert_eq!(answer.status(), StatusCode::OK, "{file}");
+        let media_type = answer.headers()["content-type"].to_str().unwrap().to_owned();
+        assert_eq!(media_types, [media_type.split(';').next().unwrap()], "{file}");
+        if let Some(component) = component {
+            let reference = format!("#/components/schemas/{component}");
+            assert_eq!(content(described)["application/json"]["schema"]["$ref"], reference);
+            is_a(component, &answer.json().await.unwrap());
+        }
+    }
+}

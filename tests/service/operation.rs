@@ -1,6 +1,7 @@
 //! Health, numbers, the description, connections.
 
 use crate::common;
+use std::collections::BTreeSet;
 use std::path::Path;
 use std::time::Duration;
 
@@ -22,6 +23,41 @@ fn openapi_file_is_current() {
         committed == generated,
         "openapi.yaml is not what the code says: UPDATE_OPENAPI=1 cargo test --test service openapi_file"
     );
+}
+
+/// Readers of YAML 1.1 take plain words such as `off`, 12:00 and 2011-09-15 for truth values, numbers and times.
+#[test]
+fn every_version_of_yaml_reads_the_same_description() {
+    fn texts<'a>(value: &'a serde_json::Value, found: &mut BTreeSet<&'a str>) {
+        match value {
+            serde_json::Value::String(text) => drop(found.insert(text)),
+            serde_json::Value::Array(items) => items.iter().for_each(|item| texts(item, found)),
+            serde_json::Value::Object(fields) => {
+                found.extend(fields.keys().map(String::as_str));
+                fields.values().for_each(|field| texts(field, found));
+            }
+            _ => {}
+        }
+    }
+    let description = serde_json::to_value(skyduct::http::openapi::description()).unwrap();
+    let mut found = BTreeSet::new();
+    texts(&description, &mut found);
+    let is_time = |text: &&str| {
+        text.starts_with(|first: char| first.is_ascii_digit())
+            && text.contains([':', '-', '_'])
+            && !text.contains(|letter: char| letter.is_alphabetic() && !"TtZzeE".contains(letter))
+    };
+    let is_truth = |text: &&str| ["y", "n", "yes", "no", "on", "off"].contains(&text.to_lowercase().as_str());
+    let misread: Vec<&str> = found.into_iter().filter(|text| is_time(text) || is_truth(text)).collect();
+    assert!(misread.contains(&"off") && misread.contains(&"2011-09-15T15:00:00+02:00"), "{misread:?}");
+    let yaml = skyduct::http::openapi::yaml().unwrap_or_else(|_| panic!("the description cannot be written"));
+    for text in misread {
+        let plain = [format!(": {text}"), format!("- {text}"), format!(" {text}:"), format!("- {text}:")];
+        let line = yaml
+            .lines()
+            .find(|line| plain.iter().any(|plain| line.ends_with(plain)) || line.contains(&format!(" {text}: ")));
+        assert_eq!(line, None, "{text} is not quoted");
+    }
 }
 
 #[test]

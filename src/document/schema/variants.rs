@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use utoipa::openapi::RefOr;
-use utoipa::openapi::schema::{AdditionalProperties, AllOf, Discriminator, Object, OneOf, Ref, Schema};
+use utoipa::openapi::schema::{AdditionalProperties, AllOf, Discriminator, Object, OneOf, Ref, Schema, Type};
 
 /// The schemas of a description by name.
 pub type Schemas = BTreeMap<String, RefOr<Schema>>;
@@ -102,6 +102,8 @@ pub fn diffuser_parts(schemas: &mut Schemas) {
         schemas.insert(name, Schema::Object(object).into());
     }
     one_of.discriminator = Some(discriminator);
+    // a variant of the parts itself, and variants are objects
+    one_of.schema_type = Type::Object.into();
     schemas.insert("DiffuserPart".to_owned(), Schema::OneOf(one_of).into());
 }
 

@@ -7,10 +7,12 @@ import json
 import pathlib
 import sys
 
+import yaml
+from ruamel.yaml import YAML
 from skyduct_client import Client, models
 from skyduct_client.api.jobs import create_job, get_job, list_jobs, plan_job
 from skyduct_client.api.meshes import create_mesh
-from skyduct_client.api.results import get_convergence, get_grid, get_tube
+from skyduct_client.api.results import get_convergence, get_grid_csv, get_grid_json, get_tube_json
 from skyduct_client.types import File
 
 EVENTS = {
@@ -82,18 +84,28 @@ def check(client, path):
     job = get_job.sync(client=client, id=answer.parsed.id)
     assert job.status == models.JobStatus.SUCCEEDED and job.timing.passes >= 1, job
     for grid in document.grids or []:
-        result = get_grid.sync(client=client, id=job.id, name=grid.name)
+        result = get_grid_json.sync(client=client, id=job.id, name=grid.name)
         assert isinstance(result, models.GridResult), result
         assert len(result.illuminance_lux) == grid.cells[1] and len(result.x_m) == grid.cells[0]
         assert result.statistics.max_lux >= result.statistics.mean_lux > 0
+        assert "," in get_grid_csv.sync(client=client, id=job.id, name=grid.name)
     for index, _ in enumerate(document.tubes or []):
-        report = get_tube.sync(client=client, id=job.id, file=f"{index}.json")
+        report = get_tube_json.sync(client=client, id=job.id, tube=f"{index}")
         assert isinstance(report, models.TubeReport), report
     assert isinstance(get_convergence.sync(client=client, id=job.id), models.Convergence)
     print(f"  {path.name}: {', '.join(dict.fromkeys(names))}")
 
 
+def description(path):
+    """Readers of YAML 1.1 (PyYAML) read what those of 1.2 do, all of it JSON."""
+    text = pathlib.Path(path).read_text()
+    read = yaml.safe_load(text)
+    json.dumps(read)
+    assert read == YAML(typ="safe", pure=True).load(text), "versions of YAML disagree"
+
+
 def main(url, examples):
+    description("openapi.yaml")
     client = Client(base_url=url, raise_on_unexpected_status=True, timeout=120)
     paths = sorted(pathlib.Path(examples).glob("*.json"))
     assert len(paths) >= 9, paths

@@ -71,9 +71,15 @@ async function check(name: string, document: Schemas["JobDocument"]) {
   assert.equal(last.data.progress.passes, passes);
   const path = { id: posted.data.id };
   for (const grid of document.grids ?? []) {
-    const answer = await client.GET("/v1/jobs/{id}/grids/{name}", { params: { path: { ...path, name: grid.name } } });
-    const result: Schemas["GridResult"] | undefined = typeof answer.data === "object" ? answer.data : undefined;
-    assert.equal(result?.illuminance_lux.length, grid.cells[1]);
+    const { data } = await client.GET("/v1/jobs/{id}/grids/{name}.json", { params: { path: { ...path, name: grid.name } } });
+    assert(data && data.statistics && data.statistics.mean_lux > 0);
+    assert.equal(data.illuminance_lux.length, grid.cells[1]);
+    const table = await client.GET("/v1/jobs/{id}/grids/{name}.csv", { params: { path: { ...path, name: grid.name } }, parseAs: "text" });
+    assert(table.data && table.data.includes(","));
+  }
+  for (const tube of (document.tubes ?? []).keys()) {
+    const { data } = await client.GET("/v1/jobs/{id}/tubes/{tube}.json", { params: { path: { ...path, tube: `${tube}` } } });
+    assert(data);
   }
   const convergence = await client.GET("/v1/jobs/{id}/convergence", { params: { path } });
   assert(convergence.data);

@@ -1,0 +1,98 @@
+//! YAML that readers of version 1.1, as many still are, understand as those of 1.2 do.
+
+/// A document whose plain words are quoted where version 1.1 reads a truth value, a time, or a number instead.
+pub fn for_all_versions(yaml: &str) -> String {
+    let mut text_beyond = None;
+    let mut lines = String::with_capacity(yaml.len());
+    for line in yaml.lines() {
+        let indent = line.len() - line.trim_start().len();
+        // lines of a text: as they are
+        if text_beyond.is_some_and(|beyond| line.is_empty() || indent > beyond) {
+            lines += line;
+        } else {
+            let line = quoted(line);
+            text_beyond = begins_text(&line).then_some(indent);
+            lines += &line;
+        }
+        lines.push('\n');
+    }
+    lines
+}
+
+/// True of a line whose value is the text of the lines that follow.
+fn begins_text(line: &str) -> bool {
+    let last = line.rsplit(' ').next().unwrap_or(line);
+    matches!(last.trim_matches(|letter: char| matches!(letter, '+' | '-') || letter.is_ascii_digit()), "|" | ">")
+}
+
+/// A line outside of texts: `- ` of lists, then a name with its value, or one of them.
+fn quoted(line: &str) -> String {
+    let mut rest = line.trim_start();
+    while let Some(item) = rest.strip_prefix("- ") {
+        rest = item;
+    }
+    let start = &line[..line.len() - rest.len()];
+    let word = |word: &str| if is_misread(word) { format!("'{word}'") } else { word.to_owned() };
+    // plain words hold no `: `
+    match rest.rsplit_once(": ") {
+        Some((name, value)) => format!("{start}{}: {}", word(name), word(value)),
+        None => match rest.strip_suffix(':') {
+            Some(name) => format!("{start}{}:", word(name)),
+            None => format!("{start}{}", word(rest)),
+        },
+    }
+}
+
+/// True of a plain word that is text in version 1.2 and something else in 1.1.
+fn is_misread(word: &str) -> bool {
+    let is_truth = ["y", "yes", "n", "no", "on", "off"].iter().any(|truth| word.eq_ignore_ascii_case(truth));
+    is_truth || matches!(word, "=" | "<<") || is_number_or_time(word)
+}
+
+/// True of what looks like a number, and is none as JSON writes it: 2011-09-15, 12:00, 010, 0b11, 1_000.
+fn is_number_or_time(word: &str) -> bool {
+    let unsigned = word.trim_start_matches(['-', '+']);
+    if !unsigned.starts_with(|first: char| first.is_ascii_digit()) {
+        return false;
+    }
+    let is_octal = unsigned.strip_prefix('0').is_some_and(|rest| rest.starts_with(|next: char| next.is_ascii_digit()));
+    let is_divided = unsigned.contains([':', '-', '_']) && word.parse::<f64>().is_err();
+    let of_numbers = |letter: char| letter.is_ascii_digit() || "+-._: eETtZz".contains(letter);
+    is_octal || unsigned.starts_with("0b") || (is_divided && unsigned.chars().all(of_numbers))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_version_1_1_misreads_is_quoted() {
+        for word in [
+            "on",
+            "No",
+            "YES",
+            "y",
+            "2011-09-15",
+            "2011-09-15T15:00:00+02:00",
+            "2001-12-14 21:59:43.10 -5",
+            "12:00",
+            "-190:20:30.15",
+            "010",
+            "0b1010",
+            "1_000",
+            "<<",
+            "=",
+        ] {
+            let [value, name] = [format!("a:\n  time: {word}\n  - - {word}\n"), format!("  - {word}:\n    x: 1\n")];
+            assert_eq!(for_all_versions(&value), format!("a:\n  time: '{word}'\n  - - '{word}'\n"));
+            assert_eq!(for_all_versions(&name), format!("  - '{word}':\n    x: 1\n"));
+        }
+    }
+
+    #[test]
+    fn the_rest_stays_as_it_is() {
+        let yaml = "a: true\nb: 1.5\nc: -0.25\nd: 1e-9\ne: null\n'on': 'off'\ng: 2 m above\nh: |-\n  on\n  at: 12:00\n\n  no\n\
+                    i: '12:00'\nj: []\nk: 0\nl:\n- 0.5\n- '/v1/jobs'\n- >\n  on\nm: \"a: on\"\nn: 3.1.0\no: 1-5 m\n";
+        assert_eq!(for_all_versions(yaml), yaml);
+    }
+}
