@@ -92,7 +92,7 @@ mod tests {
     #[test]
     fn the_rest_stays_as_it_is() {
         let yaml = "a: true\nb: 1.5\nc: -0.25\nd: 1e-9\ne: null\n'on': 'off'\ng: 2 m above\nh: |-\n  on\n  at: 12:00\n\n  no\n\
-                    i: '12:00'\nj: []\nk: 0\nl:\n- 0.5\n- '/v1/jobs'\n- >\n  on\nm: \"a: on\"\nn: 3.1.0\no: 1-5 m\n";
+                    i: '12:00'\nj: []\nk: 0\nl:\n- 0.5\n- '/v1/jobs'\n- >\n  on\nm: \"a: on\"\nv: 3.1.0\no: 1-5 m\n";
         assert_eq!(for_all_versions(yaml), yaml);
     }
 }
