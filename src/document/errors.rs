@@ -10,10 +10,13 @@ use crate::integrator::method::{CaveatCode, Refusal};
 
 /// One thing wrong with a document.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize, utoipa::ToSchema, thiserror::Error)]
-#[error("{}: {detail}", if .pointer.is_empty() { "the document" } else { .pointer })]
+#[error("{}: {detail}", self.place())]
 pub struct FieldError {
-    /// JSON pointer (RFC 6901) of the field; "" is the whole document.
+    /// JSON pointer (RFC 6901) of the field; "" is the whole document, or, with `parameter`, not in it.
     pub pointer: String,
+    /// Name of the parameter of the query that is wrong; absent where it is the document.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub parameter: Option<String>,
     /// Kind of the fault, for programs.
     pub code: FieldErrorCode,
     /// Sentence that says what is wrong, and the bound that was broken.
@@ -47,7 +50,22 @@ pub enum FieldErrorCode {
 impl FieldError {
     /// A fault of a kind without a code of its own.
     pub fn new(pointer: impl Into<String>, detail: impl Into<String>) -> Self {
-        Self { pointer: pointer.into(), code: FieldErrorCode::Invalid, detail: detail.into(), refusal: None }
+        let (pointer, detail) = (pointer.into(), detail.into());
+        Self { pointer, parameter: None, code: FieldErrorCode::Invalid, detail, refusal: None }
+    }
+
+    /// A fault of a parameter of a query.
+    pub fn of_parameter(name: impl Into<String>, detail: impl Into<String>) -> Self {
+        Self { parameter: Some(name.into()), ..Self::new("", detail) }
+    }
+
+    /// The parameter or the field, in words for people.
+    pub fn place(&self) -> &str {
+        match &self.parameter {
+            Some(parameter) => parameter,
+            None if self.pointer.is_empty() => "the document",
+            None => &self.pointer,
+        }
     }
 
     /// A field that is required, but missing.

@@ -36,6 +36,7 @@ pub fn around(router: Router, origins: &[String]) -> Router {
             header::ETAG,
             header::CONTENT_DISPOSITION,
             HeaderName::from_static("preference-applied"),
+            HeaderName::from_static("idempotency-replayed"),
             HeaderName::from_static("x-request-id"),
         ])
         .max_age(ASK_AGAIN);

@@ -15,6 +15,7 @@ use utoipa::{IntoResponses, OpenApi};
 use crate::document::{EffectSwitch, MethodKind, RadiusKind, schema};
 use crate::http::event_schemas::ImageEvent;
 use crate::http::file_operations;
+use crate::http::parameters::CHECKED;
 use crate::http::problem::Problem;
 use crate::http::studies::watched::StudyEvent;
 use crate::http::yaml;
@@ -50,8 +51,14 @@ pub struct Description;
 pub fn completed(mut description: utoipa::openapi::OpenApi) -> utoipa::openapi::OpenApi {
     schema::complete(&mut description.components.get_or_insert_default().schemas);
     file_operations::add(&mut description.paths);
-    for path in description.paths.paths.values_mut() {
-        [&mut path.get, &mut path.post, &mut path.delete].into_iter().flatten().for_each(complete);
+    for (name, path) in &mut description.paths.paths {
+        for operation in [&mut path.get, &mut path.post, &mut path.delete].into_iter().flatten() {
+            complete(operation);
+            if name.starts_with(CHECKED) {
+                let invalid = || problem("A parameter is not valid; `errors` name it").into();
+                operation.responses.responses.entry("422".to_owned()).or_insert_with(invalid);
+            }
+        }
     }
     description
 }
@@ -110,15 +117,16 @@ const LINKS: [(&str, &str, &[&str]); 3] = [
     ("create_mesh", "201", &["get_mesh", "delete_mesh"]),
 ];
 
+fn problem(description: &str) -> OpenApiResponse {
+    let body = Content::new(Some(Ref::from_schema_name("Problem")));
+    ResponseBuilder::new().description(description).content("application/problem+json", body).build()
+}
+
 /// Problems that any request may be answered with.
 struct CommonProblems;
 
 impl IntoResponses for CommonProblems {
     fn responses() -> BTreeMap<String, RefOr<OpenApiResponse>> {
-        let problem = |description: &str| {
-            let body = Content::new(Some(Ref::from_schema_name("Problem")));
-            ResponseBuilder::new().description(description).content("application/problem+json", body)
-        };
         BTreeMap::from([
             ("408".to_owned(), problem("The request did not arrive, or was not answered, in time").into()),
             ("429".to_owned(), problem("The client has as much as one may have").into()),

@@ -22,6 +22,7 @@ mod meshes;
 pub mod openapi;
 mod outlive;
 mod page;
+mod parameters;
 mod places;
 mod prefer;
 mod problem;

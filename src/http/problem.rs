@@ -29,7 +29,7 @@ pub struct Problem {
     /// The path that was asked for.
     #[schema(format = "uri-reference", example = "/v1/jobs")]
     pub instance: String,
-    /// For an invalid document or query: what is wrong, field by field; of a query, `pointer` is the parameter's name.
+    /// For an invalid document or query: what is wrong, field by field; of a query, `parameter` is the parameter's name.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub errors: Vec<FieldError>,
     #[serde(skip)]
@@ -76,13 +76,13 @@ impl Problem {
 
     /// Query parameters with bad values, by name.
     pub fn invalid_parameters(errors: Vec<FieldError>) -> Self {
-        let first = errors.first().map_or(String::new(), |error| format!("{}: {}", error.pointer, error.detail));
+        let first = errors.first().map_or(String::new(), |error| error.to_string());
         Self { errors, ..Self::new(ProblemKind::InvalidParameters, first) }
     }
 
     /// One query parameter with a bad value.
     pub fn invalid_parameter(name: &str, detail: impl Into<String>) -> Self {
-        Self::invalid_parameters(vec![FieldError::new(name, detail)])
+        Self::invalid_parameters(vec![FieldError::of_parameter(name, detail)])
     }
 
     pub fn unavailable(detail: impl Into<String>) -> Self {
@@ -183,18 +183,12 @@ impl From<ArtifactError> for Problem {
 impl From<DocumentErrors> for Problem {
     fn from(DocumentErrors(errors): DocumentErrors) -> Self {
         let detail = match errors.as_slice() {
-            [only] => format!("{}: {}", pointer_name(&only.pointer), only.detail),
-            [first, rest @ ..] => {
-                format!("{}: {} (and {} more)", pointer_name(&first.pointer), first.detail, rest.len())
-            }
+            [only] => only.to_string(),
+            [first, rest @ ..] => format!("{first} (and {} more)", rest.len()),
             [] => String::new(),
         };
         Self { errors, ..Self::new(ProblemKind::InvalidDocument, detail) }
     }
-}
-
-fn pointer_name(pointer: &str) -> &str {
-    if pointer.is_empty() { "the document" } else { pointer }
 }
 
 impl From<BytesRejection> for Problem {
@@ -211,11 +205,9 @@ impl From<QueryRejection> for Problem {
     fn from(rejection: QueryRejection) -> Self {
         let text = rejection.body_text();
         let text = text.trim_start_matches("Failed to deserialize query string: ");
-        // serde names an unknown parameter in the text, a bad value comes after the parameter's name
-        let (name, detail) = match text.split_once("unknown field `").and_then(|(_, rest)| rest.split_once('`')) {
-            Some((name, _)) => (name, text),
-            None => text.split_once(": ").unwrap_or(("", text)),
-        };
+        // the parameter's name, and what is wrong with it; without one, it is named in the text
+        let named = || text.split_once('`').and_then(|(_, rest)| rest.split_once('`')).map(|(name, _)| (name, text));
+        let (name, detail) = text.split_once(": ").or_else(named).unwrap_or(("", text));
         Self::invalid_parameter(name, detail)
     }
 }

@@ -55,7 +55,7 @@ kinds! {
          bound that was broken.",
         "/stop/confidence: must be >= 0.5 and < 1, but is 0.3";
     InvalidParameters, "invalid-parameters", UNPROCESSABLE_ENTITY, "The parameters are not valid",
-        "A parameter of the query is unknown or has a bad value. `errors` lists them; `pointer` is the parameter's name.",
+        "A parameter of the query is unknown or has a bad value. `errors` lists them; `parameter` is the parameter's name.",
         "limit: must be 1 to 500, but is 0";
     InvalidMesh, "invalid-mesh", UNPROCESSABLE_ENTITY, "The mesh is not valid",
         "The uploaded file is not an OBJ file that can be used. The detail names the line.",

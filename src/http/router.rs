@@ -25,6 +25,7 @@ use utoipa_axum::routes;
 use crate::http::access::check_access;
 use crate::http::description::{Description, completed};
 use crate::http::in_time::answer_in_time;
+use crate::http::parameters::{QueryParameters, refuse_unknown};
 use crate::http::problem::as_problem_documents;
 use crate::http::server::answer_health_only_beyond;
 use crate::http::turns::answer_for;
@@ -87,6 +88,7 @@ pub fn router(service: Arc<Service>) -> Router {
     let document_bytes = service.limits.document_bytes;
     let limits = service.limits.clone();
     let (api, description) = api_with_limits(document_bytes).split_for_parts();
+    let parameters = Arc::new(QueryParameters::of(&description));
     let access = Arc::new(service.access.clone());
     let always = |name: HeaderName, value: &'static str| {
         SetResponseHeaderLayer::if_not_present(name, HeaderValue::from_static(value))
@@ -117,6 +119,7 @@ pub fn router(service: Arc<Service>) -> Router {
         .route("/docs/{*file}", get(docs::docs_file))
         // for the handler of the description, which cannot ask the router that it is a part of
         .layer(Extension(Arc::new(completed(description))))
+        .layer(middleware::from_fn_with_state(parameters, refuse_unknown))
         // bodies have limits of their own, above
         .layer(DefaultBodyLimit::disable())
         .layer(middleware::from_fn(measure))

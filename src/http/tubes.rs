@@ -191,7 +191,7 @@ struct Errors(Vec<FieldError>);
 
 impl Errors {
     fn refuse<T>(&mut self, parameter: &str, detail: impl Into<String>) -> Option<T> {
-        self.0.push(FieldError::new(parameter, detail));
+        self.0.push(FieldError::of_parameter(parameter, detail));
         None
     }
 

@@ -26,8 +26,9 @@ async fn a_job_that_is_waited_for() {
     without.as_object_mut().unwrap().remove("grid_results");
     assert_eq!(without, service.json(&path).await);
 
-    let again: Value = post(&small_job(), "respond-async, wait=25").await.unwrap().json().await.unwrap();
-    assert_eq!(again, job);
+    let again = post(&small_job(), "respond-async, wait=25").await.unwrap();
+    assert_eq!((again.status(), &again.headers()["idempotency-replayed"]), (StatusCode::OK, &"true".parse().unwrap()));
+    assert_eq!(again.json::<Value>().await.unwrap(), job);
     for (job, prefer) in [(endless_job(), "wait=1"), (small_job(), "wait=0"), (small_job(), "wait=soon")] {
         let response = post(&job, prefer).await.unwrap();
         assert_eq!(response.status(), StatusCode::ACCEPTED, "{prefer}");
@@ -35,6 +36,27 @@ async fn a_job_that_is_waited_for() {
         let path = response.headers()["location"].to_str().unwrap().to_owned();
         service.request(Method::DELETE, &path).send().await.unwrap();
     }
+}
+
+/// A wait that ends before its job tells how far the job is by then, not how it was when it was posted.
+#[tokio::test]
+async fn a_wait_that_is_too_short_tells_how_far_the_job_is() {
+    let service = TestService::start().await;
+    let mut answers = Vec::new();
+    // a machine with other work may need longer to the first pass
+    for wait in ["wait=1", "wait=4", "wait=16"] {
+        let response = service.post_job(&endless_job()).header("prefer", wait).send().await.unwrap();
+        assert_eq!(response.status(), StatusCode::ACCEPTED);
+        let path = response.headers()["location"].to_str().unwrap().to_owned();
+        let job: Value = response.json().await.unwrap();
+        service.request(Method::DELETE, &path).send().await.unwrap();
+        let is_seen = job["status"] == "running" && job["progress"]["passes"].as_u64().unwrap() > 0;
+        if is_seen && !job["started_at"].is_null() {
+            return;
+        }
+        answers.push(job);
+    }
+    panic!("none of the waits saw its job run: {answers:?}");
 }
 
 #[tokio::test]
@@ -192,6 +214,12 @@ async fn an_idempotency_key_makes_one_job() {
     let service = TestService::start().await;
     let post = |document: Value| service.post_job(&document).header("idempotency-key", "key 1").send();
     let answers = futures::future::join_all((0..20).map(|_| post(small_job()))).await;
+    // all but one say that the job is an earlier post's
+    let replayed = |answer: &reqwest::Response| match answer.headers().get("idempotency-replayed") {
+        None => false,
+        Some(value) => value == "true" || panic!("{value:?}"),
+    };
+    assert_eq!(answers.iter().filter(|answer| replayed(answer.as_ref().unwrap())).count(), 19);
     let mut locations: Vec<String> = answers
         .into_iter()
         .map(|answer| {
@@ -209,6 +237,7 @@ async fn an_idempotency_key_makes_one_job() {
     let request = service.request(Method::POST, "/v1/jobs").header("content-type", "application/json");
     let again = request.header("idempotency-key", "key 1").body(pretty).send().await.unwrap();
     assert_eq!(again.headers()["location"], locations[0].as_str());
+    assert!(replayed(&again));
 
     // nor does another way to write a number
     let mut rewritten = small_job();
@@ -227,6 +256,7 @@ async fn an_idempotency_key_makes_one_job() {
     assert_eq!(reused["type"], "/problems/key-reused");
     let third = service.post_job(&other).header("idempotency-key", "key 2").send().await.unwrap();
     assert_ne!(third.headers()["location"], locations[0].as_str());
+    assert!(!replayed(&third) && !replayed(&service.post_job(&other).send().await.unwrap()));
     for key in ["", &"x".repeat(256), "\u{e9}"] {
         let bad = service.post_job(&other).header("idempotency-key", key.as_bytes()).send().await.unwrap();
         problem(bad, 400).await;
@@ -295,7 +325,12 @@ async fn bad_requests_are_problem_documents() {
     ] {
         let problem = problem(service.get(path).send().await.unwrap(), 422).await;
         let name = path.split(['?', '=']).nth(1).unwrap();
-        assert_eq!(problem["errors"][0]["pointer"], name, "{problem}");
+        let error = &problem["errors"][0];
+        assert_eq!((&error["parameter"], &error["pointer"]), (&json!(name), &json!("")), "{problem}");
+        // its name and its text stand once
+        let detail = error["detail"].as_str().unwrap();
+        assert_eq!(problem["detail"], format!("{name}: {detail}"));
+        assert!(!detail.starts_with(name), "{problem}");
     }
     let response = service.request(Method::PUT, "/v1/jobs").send().await.unwrap();
     assert_eq!(response.headers()["allow"], "GET,HEAD,POST");

@@ -52,10 +52,12 @@ fn every_version_of_yaml_reads_the_same_description() {
     assert!(misread.contains(&"off") && misread.contains(&"2011-09-15T15:00:00+02:00"), "{misread:?}");
     let yaml = skyduct::http::openapi::yaml().unwrap_or_else(|_| panic!("the description cannot be written"));
     for text in misread {
-        let plain = [format!(": {text}"), format!("- {text}"), format!(" {text}:"), format!("- {text}:")];
-        let line = yaml
-            .lines()
-            .find(|line| plain.iter().any(|plain| line.ends_with(plain)) || line.contains(&format!(" {text}: ")));
+        let is_plain = |line: &&str| {
+            let word = line.trim_start().trim_start_matches("- ");
+            let of_name = word == format!("{text}:") || word.starts_with(&format!("{text}: "));
+            word == text || of_name || word.ends_with(&format!(": {text}"))
+        };
+        let line = yaml.lines().find(is_plain);
         assert_eq!(line, None, "{text} is not quoted");
     }
 }
@@ -105,6 +107,12 @@ async fn the_service_tells_how_it_is() {
         "skyduct_http_request_seconds_bucket",
     ] {
         assert!(metrics.contains(name), "{name} in {metrics}");
+    }
+    // every one says what it is
+    for line in metrics.lines().filter(|line| !line.is_empty() && !line.starts_with('#')) {
+        let name = line.split(['{', ' ']).next().unwrap();
+        let whole = ["_bucket", "_sum", "_count"].iter().find_map(|part| name.strip_suffix(part)).unwrap_or(name);
+        assert!(metrics.contains(&format!("# HELP {whole} ")), "{name} in {metrics}");
     }
 
     let yaml = service.get("/openapi.yaml").send().await.unwrap();
@@ -162,10 +170,36 @@ async fn the_transmission_of_a_tube() {
         assert_eq!(answer.status(), StatusCode::UNPROCESSABLE_ENTITY, "{query}");
         assert_eq!(answer.headers()["content-type"], "application/problem+json");
         let problem: serde_json::Value = answer.json().await.unwrap();
-        assert_eq!(problem["errors"][0]["pointer"], parameter, "{query}: {problem}");
+        assert_eq!(problem["errors"][0]["parameter"], parameter, "{query}: {problem}");
     }
     let unknown = service.get(&format!("{path}&aspect_ratio=4&length=2")).send().await.unwrap();
-    assert_eq!(common::problem(unknown, 422).await["errors"][0]["pointer"], "length");
+    assert_eq!(common::problem(unknown, 422).await["errors"][0]["parameter"], "length");
+}
+
+/// Every operation refuses a parameter that it does not have, also one that has none.
+#[tokio::test]
+async fn unknown_parameters_are_refused_by_name() {
+    let service = TestService::start().await;
+    let description = serde_json::to_value(skyduct::http::openapi::description()).unwrap();
+    let mut operations = 0;
+    for (path, item) in description["paths"].as_object().unwrap() {
+        for method in item.as_object().unwrap().keys().filter(|_| path.starts_with("/v1/")) {
+            let path = path.replace("{id}", "00000000-0000-0000-0000-000000000000").replace(['{', '}'], "");
+            let method = Method::from_bytes(method.to_uppercase().as_bytes()).unwrap();
+            let request = service.request(method, &format!("{path}?labels=a%20b&tags=c")).json(&json!({}));
+            let problem = common::problem(request.send().await.unwrap(), 422).await;
+            assert_eq!(problem["type"], "/problems/invalid-parameters");
+            let named: Vec<_> = problem["errors"].as_array().unwrap().iter().map(|error| &error["parameter"]).collect();
+            assert_eq!(named, ["labels", "tags"], "{problem}");
+            assert_eq!(problem["errors"][0]["code"], "unknown_field", "{problem}");
+            operations += 1;
+        }
+    }
+    assert!(operations > 30, "{operations}");
+    // what is no part of the interface may have any
+    for path in ["/livez?at=1", "/?at=1", "/docs/?at=1"] {
+        assert_eq!(service.get(path).send().await.unwrap().status(), StatusCode::OK, "{path}");
+    }
 }
 
 #[tokio::test]
@@ -247,7 +281,7 @@ async fn only_listed_origins_may_call_from_a_page() {
     assert_eq!(bad.status(), StatusCode::UNPROCESSABLE_ENTITY);
     assert_eq!(bad.headers()["access-control-allow-origin"], listed);
     let exposed = bad.headers()["access-control-expose-headers"].to_str().unwrap().to_owned();
-    for name in ["location", "retry-after", "etag", "preference-applied", "x-request-id"] {
+    for name in ["location", "retry-after", "etag", "preference-applied", "idempotency-replayed", "x-request-id"] {
         assert!(exposed.contains(name), "{name} in {exposed}");
     }
 

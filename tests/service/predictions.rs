@@ -116,7 +116,7 @@ async fn a_wrong_wish_for_predictions_is_named() {
     for (query, name) in [("predict=maybe", "predict"), ("predict=", "predict"), ("foretell=true", "foretell")] {
         let request = service.request(Method::POST, &format!("/v1/plan?{query}")).json(&small_job());
         let of_plan = problem(request.send().await.unwrap(), 422).await;
-        assert_eq!(of_plan["errors"][0]["pointer"], name, "{of_plan}");
+        assert_eq!(of_plan["errors"][0]["parameter"], name, "{of_plan}");
         let request = service.post(&format!("/v1/jobs?{query}"), &small_job());
         assert_eq!(problem(request.send().await.unwrap(), 422).await["errors"], of_plan["errors"]);
     }

@@ -256,8 +256,12 @@ async fn studies_are_queued_once_and_whole() {
     let post = async |request: &Value| {
         service.post("/v1/studies", request).header("idempotency-key", "k").send().await.unwrap()
     };
-    let first: Value = post(&request()).await.json().await.unwrap();
-    let again: Value = post(&request()).await.json().await.unwrap();
+    let first = post(&request()).await;
+    assert!(!first.headers().contains_key("idempotency-replayed"));
+    let first: Value = first.json().await.unwrap();
+    let again = post(&request()).await;
+    assert_eq!(again.headers()["idempotency-replayed"], "true");
+    let again: Value = again.json().await.unwrap();
     assert_eq!(first["id"], again["id"]);
     let mut other = request();
     other["seeds"] = json!(1);

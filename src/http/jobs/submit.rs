@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
 use axum::Json;
-use axum::http::{HeaderMap, StatusCode, header};
+use axum::http::{HeaderMap, HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
 
 use super::plan::PredictQuery;
@@ -31,8 +31,8 @@ pub(in crate::http) const POLL_SECONDS: u32 = 1;
 
 /// Queues a job.
 ///
-/// `Idempotency-Key` makes a repeated post answer with the first job. With `Prefer: wait=N` (RFC 7240) a job that ends within N
-/// seconds is answered as it is then, with its grids; a longer one as without it. N counts up to 60, or to 2 s less than a request
+/// `Idempotency-Key` makes a repeated post answer with the first job, and say so. With `Prefer: wait=N` (RFC 7240) a job that ends within
+/// N seconds is answered as it is then, with its grids; a longer one with 202 and how far it is after N seconds. N counts up to 60, or to 2 s less than a request
 /// may take here (`request_seconds` of the configuration). What `predict` foretells is kept with the job, and drawn in its convergence.
 #[utoipa::path(post, path = "/v1/jobs", operation_id = "create_job", tag = "jobs",
     params(PredictQuery, ("Idempotency-Key" = Option<String>, Header, description = "Unique to this job: 1 to 255 printable ASCII characters",
@@ -41,9 +41,11 @@ pub(in crate::http) const POLL_SECONDS: u32 = 1;
     request_body(content = JobDocument, description = "The job document", content_type = "application/json"),
     responses(
         (status = 200, description = "Ended within the time of `Prefer: wait`; the body is the job with its grids", body = FinishedJob,
-            headers(("Location" = String, description = "Path of the job"), ("Preference-Applied" = String, description = "`wait=N`, the longest wait"))),
+            headers(("Location" = String, description = "Path of the job"), ("Preference-Applied" = String, description = "`wait=N`, the longest wait"),
+                ("Idempotency-Replayed" = bool, description = "`true` where the job is that of an earlier post with this key; else absent"))),
         (status = 202, description = "Queued; the body is the job", body = JobResource,
-            headers(("Location" = String, description = "Path of the job"), ("Retry-After" = u32, description = "Seconds to wait before a look at it"))),
+            headers(("Location" = String, description = "Path of the job"), ("Retry-After" = u32, description = "Seconds to wait before a look at it"),
+                ("Idempotency-Replayed" = bool, description = "`true` where the job is that of an earlier post with this key; else absent"))),
         (status = 400, description = "Not JSON", body = Problem, content_type = "application/problem+json"),
         (status = 409, description = "Deleted while its end was waited for", body = Problem, content_type = "application/problem+json"),
         (status = 413, description = "Too long", body = Problem, content_type = "application/problem+json"),
@@ -71,7 +73,7 @@ pub async fn create(
     {
         return if job.body_hash == posted.hash {
             drop(turn);
-            answer(&app, job, waiting, Told::Perhaps).await
+            answer(&app, job, waiting, Told::Perhaps).await.map(replayed)
         } else {
             Err(key_reused(OTHER))
         };
@@ -92,7 +94,7 @@ pub async fn create(
     drop(posted.held);
     match submission {
         Submission::New(job) => answer(&app, job, waiting, told).await,
-        Submission::Repeated(job) => answer(&app, job, waiting, Told::Perhaps).await,
+        Submission::Repeated(job) => answer(&app, job, waiting, Told::Perhaps).await.map(replayed),
         Submission::KeyReused => Err(key_reused(OTHER)),
         Submission::QueueFull => Err(queue_full(&app)),
         Submission::MeshGone(mesh) => Err(mesh_gone(&mesh)),
@@ -172,6 +174,12 @@ pub(in crate::http) fn mesh_gone(mesh: &str) -> Problem {
 
 pub(in crate::http) fn key_reused(other: &str) -> Problem {
     Problem::new(ProblemKind::KeyReused, format!("it belongs to {other}; take a new key"))
+}
+
+/// An answer about what an earlier post with the same key made.
+pub(in crate::http) fn replayed(mut answer: Response) -> Response {
+    answer.headers_mut().insert("idempotency-replayed", HeaderValue::from_static("true"));
+    answer
 }
 
 pub(in crate::http) fn idempotency_key(headers: &HeaderMap) -> Result<Option<String>, Problem> {

@@ -14,7 +14,7 @@ use super::resource::StudyResource;
 use crate::document::result::PlanResult;
 use crate::document::{DocumentErrors, FieldError, FieldErrorCode, JobDocument};
 use crate::http::jobs::posted::Body;
-use crate::http::jobs::submit::{POLL_SECONDS, idempotency_key, key_reused, mesh_gone, queue_full};
+use crate::http::jobs::submit::{POLL_SECONDS, idempotency_key, key_reused, mesh_gone, queue_full, replayed};
 use crate::http::limits::{off_thread, permit};
 use crate::http::problem::Problem;
 use crate::http::turns::Turn;
@@ -59,7 +59,8 @@ const SHARE_OF_PICTURES: f64 = 0.25;
         })),
     responses(
         (status = 202, description = "Queued; the body is the study", body = StudyResource,
-            headers(("Location" = String, description = "Path of the study"), ("Retry-After" = u32, description = "Seconds to wait before a look at it"))),
+            headers(("Location" = String, description = "Path of the study"), ("Retry-After" = u32, description = "Seconds to wait before a look at it"),
+                ("Idempotency-Replayed" = bool, description = "`true` where the study is that of an earlier post with this key; else absent"))),
         (status = 400, description = "Not JSON", body = Problem, content_type = "application/problem+json"),
         (status = 413, description = "Too long", body = Problem, content_type = "application/problem+json"),
         (status = 415, description = "Not application/json", body = Problem, content_type = "application/problem+json"),
@@ -77,7 +78,11 @@ pub async fn create(app: App, headers: HeaderMap, body: Body) -> Result<Response
     if let Some(key) = &idempotency_key
         && let Some(study) = app.store.study_of_key(key).await?
     {
-        return if study.body_hash == posted.hash { accepted(&app, study).await } else { Err(key_reused(other)) };
+        return if study.body_hash == posted.hash {
+            accepted(&app, study).await.map(replayed)
+        } else {
+            Err(key_reused(other))
+        };
     }
     let new = prepared(&app, turn, posted.value).await?;
     let new = NewStudy { idempotency_key, body_hash: posted.hash, ..new };
@@ -87,7 +92,7 @@ pub async fn create(app: App, headers: HeaderMap, body: Body) -> Result<Response
             metrics::counter!("skyduct_jobs_submitted_total").increment(study.jobs.len() as u64);
             accepted(&app, study).await
         }
-        StudySubmission::Repeated(study) => accepted(&app, study).await,
+        StudySubmission::Repeated(study) => accepted(&app, study).await.map(replayed),
         StudySubmission::KeyReused => Err(key_reused(other)),
         StudySubmission::QueueFull => Err(queue_full(&app)),
         StudySubmission::MeshGone(mesh) => Err(mesh_gone(&mesh)),
