@@ -10,7 +10,7 @@ use crate::cli::config::{Config, Flags};
 use crate::db::backup::{DatabaseCopy, Missing};
 use crate::job::backup::{Copied, copy_files};
 use crate::job::ownership::NOTE;
-use crate::job::private_folder::create_private_folder;
+use crate::job::private_folder::{create_private_folder, make_private_files};
 
 #[derive(Debug, clap::Args)]
 pub(super) struct BackupArgs {
@@ -38,6 +38,7 @@ pub(super) fn run(args: BackupArgs) -> anyhow::Result<()> {
     if !database.is_file() {
         bail!("there is no database {}: name the service's data folder by --data", database.display());
     }
+    make_private_files();
     make_empty_folder(&folder)?;
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build();
     let backup = runtime.context("the runtime cannot start")?.block_on(backup(&config.data, &database, &folder));

@@ -8,6 +8,7 @@ mod demo;
 mod figures;
 mod healthcheck;
 pub mod mesh_files;
+mod metrics;
 mod plan;
 mod predictions_table;
 mod progress;

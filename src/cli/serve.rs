@@ -4,12 +4,11 @@ use std::io::Write as _;
 use std::net::SocketAddr;
 use std::num::NonZero;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
-use std::sync::{Arc, OnceLock};
 use std::time::Duration;
 
 use anyhow::Context;
-use metrics_exporter_prometheus::{Matcher, PrometheusBuilder, PrometheusHandle};
 use tokio::net::TcpListener;
 use tokio::runtime::{Builder, Runtime};
 use tokio::signal::unix::{SignalKind, signal};
@@ -17,7 +16,7 @@ use tokio::task::JoinHandle;
 use tokio_util::sync::CancellationToken;
 
 use crate::cli::config::{Config, Flags, Role};
-use crate::cli::telemetry;
+use crate::cli::{metrics, telemetry};
 use crate::db::SqliteStore;
 use crate::http::{self, Access, Permits, Readiness, Service, StudyFiles, WatchedJobs, WatchedStudies};
 use crate::job::artifacts::Artifacts;
@@ -25,7 +24,7 @@ use crate::job::file_lock::FileLock;
 use crate::job::live::LiveJobs;
 use crate::job::meshes::Meshes;
 use crate::job::ownership;
-use crate::job::private_folder::create_private_folder;
+use crate::job::private_folder::{create_private_folder, make_private_files};
 use crate::job::store::Store;
 use crate::job::worker::Worker;
 
@@ -60,6 +59,7 @@ pub(super) fn run(args: ServeArgs) -> anyhow::Result<()> {
     let flags = Flags { listen, data, database, role, insecure };
     let config = Config::load(file.as_deref(), &flags)?;
     telemetry::start(&config.log);
+    make_private_files();
     let data = config.data.clone();
     let runtime = runtime()?;
     let result = runtime.block_on(async {
@@ -177,7 +177,7 @@ impl RunningService {
             store: store.clone(),
             artifacts,
             live,
-            metrics: metrics_handle()?,
+            metrics: metrics::handle()?,
             shutdown: shutdown.clone(),
             meshes,
             permits: Permits::new(&config.limits),
@@ -227,19 +227,4 @@ fn lock(data: &Path) -> anyhow::Result<FileLock> {
     let file = data.join("lock");
     let lock = FileLock::take(&file).with_context(|| format!("{} cannot be locked", file.display()))?;
     lock.with_context(|| format!("another process serves the data folder {}", data.display()))
-}
-
-/// The process has one recorder, however many services run in it.
-fn metrics_handle() -> anyhow::Result<PrometheusHandle> {
-    static HANDLE: OnceLock<PrometheusHandle> = OnceLock::new();
-    const SECONDS: [f64; 9] = [0.001, 0.003, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0];
-    if let Some(handle) = HANDLE.get() {
-        return Ok(handle.clone());
-    }
-    let recorder =
-        PrometheusBuilder::new().set_buckets_for_metric(Matcher::Suffix("_seconds".into()), &SECONDS)?.build_recorder();
-    let handle = HANDLE.get_or_init(|| recorder.handle()).clone();
-    // an error means that another service in this process was first, whose handle we have
-    let _ = metrics::set_global_recorder(recorder);
-    Ok(handle)
 }

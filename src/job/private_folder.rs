@@ -1,9 +1,16 @@
-//! Folders of the service: for its user only, and there after the end of the power.
+//! Folders and files of the service: for its user only, and there after the end of the power.
 
 use std::fs;
 use std::io;
 use std::os::unix::fs::DirBuilderExt;
 use std::path::{Path, PathBuf};
+
+use rustix::fs::Mode;
+
+/// Makes files and folders of this process from now on for its user only, whoever creates them.
+pub fn make_private_files() {
+    rustix::process::umask(Mode::RWXG | Mode::RWXO);
+}
 
 /// Creates a folder that only this user can enter, and those that lead to it; one that is there stays as it is. Each is then in the
 /// folder above it for certain, whatever happens to the power.

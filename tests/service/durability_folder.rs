@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, SystemTime};
 
 use crate::common::{TestService, client, config, endless_job, problem, small_job};
+use crate::process::Server;
 use reqwest::{Method, StatusCode};
 use skyduct::cli::serve::RunningService;
 use tempfile::TempDir;
@@ -428,5 +429,36 @@ async fn a_job_exists_though_its_client_went_away() {
         }
         assert!(SystemTime::now() < deadline, "{jobs} of {POSTS} jobs");
         tokio::time::sleep(Duration::from_millis(100)).await;
+    }
+}
+
+/// Nobody else on the machine reads jobs and their results: not in the data folder, and not in a backup of it.
+#[tokio::test]
+async fn files_are_for_the_user_of_the_service_alone() {
+    fn public(folder: &Path) -> Vec<(PathBuf, u32)> {
+        let mode = |path: &Path| std::fs::metadata(path).unwrap().permissions().mode() & 0o777;
+        let entries = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
+        let within =
+            entries.flat_map(|path| if path.is_dir() { public(&path) } else { vec![(path.clone(), mode(&path))] });
+        within.chain([(folder.to_owned(), mode(folder))]).filter(|(_, mode)| mode & 0o077 != 0).collect()
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let [data, backup] = ["data", "backup"].map(|name| folder.path().join(name));
+    // as most users have it
+    let server = Server::start_after("umask 022", &data, &[]);
+    let path = server.submit(&small_job()).await;
+    let posted = client().post(format!("{}/v1/meshes", server.url)).header("content-type", "model/obj");
+    let mesh = posted.body("o pipe\nusemtl a\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").send().await.unwrap();
+    assert_eq!(mesh.status(), StatusCode::CREATED);
+    while server.json(&path).await["status"] != "succeeded" {
+        tokio::time::sleep(Duration::from_millis(20)).await;
+    }
+    let mut command = std::process::Command::new("sh");
+    let command = command.arg("-c").arg("umask 022; exec \"$0\" backup \"$1\" --data \"$2\"");
+    let made = command.arg(env!("CARGO_BIN_EXE_skyduct")).arg(&backup).arg(&data).output().unwrap();
+    assert!(made.status.success(), "{made:?}");
+    for folder in [&data, &backup] {
+        assert!(files(&folder.join("artifacts")).len() > 3 && folder.join("skyduct.db").is_file());
+        assert_eq!(public(folder), [], "{}", folder.display());
     }
 }

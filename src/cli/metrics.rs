@@ -1,0 +1,85 @@
+//! The numbers of `/metrics`, and what each of them means.
+
+use std::sync::OnceLock;
+
+use metrics::{describe_counter, describe_gauge, describe_histogram};
+use metrics_exporter_prometheus::{BuildError, Matcher, PrometheusBuilder, PrometheusHandle};
+
+/// Upper ends of the classes of a histogram in seconds.
+const SECONDS: [f64; 9] = [0.001, 0.003, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0];
+
+const COUNTERS: [(&str, &str); 6] = [
+    (
+        "skyduct_event_reads_total",
+        "Reads of events from the store, by whom: the reader of all streams of a job, or one stream",
+    ),
+    ("skyduct_http_requests_total", "Requests that were answered, by method, route and status"),
+    ("skyduct_jobs_finished_total", "Jobs that ended since the process started, by status"),
+    ("skyduct_jobs_submitted_total", "Jobs that were queued since the process started, those of studies included"),
+    ("skyduct_passes_total", "Passes that were rendered since the process started"),
+    ("skyduct_refused_total", "Requests and connections that a limit refused, by its setting and by whose limit it is"),
+];
+
+const GAUGES: [(&str, &str); 8] = [
+    ("skyduct_body_bytes", "Bytes of posted documents that are held now"),
+    ("skyduct_event_streams", "Event streams that are open now"),
+    ("skyduct_job_photons", "Photons of the job whose chunk ended last, from its first pass on"),
+    ("skyduct_jobs", "Jobs that wait or run now, by status"),
+    ("skyduct_uploads", "Uploads of meshes that arrive now"),
+    ("skyduct_waits", "Posts that wait for the end of their job now"),
+    ("skyduct_watched_jobs", "Jobs whose events are read now for open streams"),
+    ("skyduct_watched_studies", "Studies whose events are read now for open streams"),
+];
+
+const HISTOGRAMS: [(&str, &str); 1] =
+    [("skyduct_http_request_seconds", "Time from a request's head to the head of its answer, by route")];
+
+/// The recorder of the process; it has one, however many services run in it.
+pub(super) fn handle() -> Result<PrometheusHandle, BuildError> {
+    static HANDLE: OnceLock<PrometheusHandle> = OnceLock::new();
+    if let Some(handle) = HANDLE.get() {
+        return Ok(handle.clone());
+    }
+    let recorder =
+        PrometheusBuilder::new().set_buckets_for_metric(Matcher::Suffix("_seconds".into()), &SECONDS)?.build_recorder();
+    let handle = HANDLE.get_or_init(|| recorder.handle()).clone();
+    // an error means that another service in this process was first, whose handle we have
+    if metrics::set_global_recorder(recorder).is_ok() {
+        COUNTERS.into_iter().for_each(|(name, words)| describe_counter!(name, words));
+        GAUGES.into_iter().for_each(|(name, words)| describe_gauge!(name, words));
+        HISTOGRAMS.into_iter().for_each(|(name, words)| describe_histogram!(name, words));
+    }
+    Ok(handle)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+    use std::path::Path;
+
+    use super::*;
+
+    /// Names of all metrics that files of a folder write.
+    fn written(folder: &Path, found: &mut BTreeSet<String>) {
+        for entry in std::fs::read_dir(folder).unwrap() {
+            let path = entry.unwrap().path();
+            if path.is_dir() {
+                written(&path, found);
+            } else if path.extension().is_some_and(|it| it == "rs") {
+                let text = std::fs::read_to_string(&path).unwrap();
+                let after =
+                    ["counter!(\"", "gauge!(\"", "histogram!(\""].into_iter().flat_map(|it| text.split(it).skip(1));
+                found.extend(after.filter_map(|rest| Some(rest.split_once('"')?.0.to_owned())));
+            }
+        }
+    }
+
+    #[test]
+    fn every_metric_is_described() {
+        let mut found = BTreeSet::new();
+        written(&Path::new(env!("CARGO_MANIFEST_DIR")).join("src"), &mut found);
+        found.retain(|name| name.starts_with("skyduct_"));
+        let described = COUNTERS.iter().chain(&GAUGES).chain(&HISTOGRAMS).map(|(name, _)| (*name).to_owned());
+        assert_eq!(found, described.collect());
+    }
+}
