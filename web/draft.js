@@ -108,7 +108,18 @@ export function addTube(draft) {
 /** The edges of a room that can be moved. @typedef {"east" | "west" | "north" | "south"} Edge */
 
 /**
- * Makes the room so many metres larger at an edge; what stands in it stays where it is.
+ * Makes the room as wide (0) or deep (1) as was typed, at its east or north; the service judges the size.
+ * @param {JobDocument} draft
+ * @param {0 | 1} axis
+ * @param {number} metres
+ */
+export function resize(draft, axis, metres) {
+  draft.room.size_m[axis] = metres;
+  draft.tubes?.forEach((tube, index) => moveTube(draft, index, tube.centre_m[0], tube.centre_m[1]));
+}
+
+/**
+ * Drags an edge by so many metres, as far as the tubes let it; what stands in the room stays where it is.
  * @param {JobDocument} draft
  * @param {Edge} edge
  * @param {number} metres

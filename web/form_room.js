@@ -1,5 +1,5 @@
 // The room: its size, its surfaces, its work plane.
-import { moveEdge } from "./draft.js";
+import { resize } from "./draft.js";
 import { number, words } from "./field.js";
 import { edit } from "./live.js";
 import { state } from "./state.js";
@@ -35,7 +35,7 @@ export function room() {
         unit: "m",
         value: width,
         step: 0.05,
-        set: (to) => edit((next) => moveEdge(next, "east", to - width)),
+        set: (to) => edit((next) => resize(next, 0, to)),
       })}
       ${number({
         pointer: "/room/size_m/1",
@@ -43,7 +43,7 @@ export function room() {
         unit: "m",
         value: depth,
         step: 0.05,
-        set: (to) => edit((next) => moveEdge(next, "north", to - depth)),
+        set: (to) => edit((next) => resize(next, 1, to)),
       })}
       ${number({
         pointer: "/room/size_m/2",

@@ -45,9 +45,14 @@ function sides(points, radius) {
   );
 }
 
+/** The draft that was last drawn and not refused: while another one is, its section stays. @type {JobDocument} */
+let good = state.draft;
+
 /** The section with its two directions. @param {boolean} narrow */
 export function section(narrow) {
-  const { draft, look } = state;
+  const { problem, look } = state;
+  if (!problem?.errors?.length) good = state.draft;
+  const draft = good;
   const [width, depth, height] = draft.room.size_m;
   const axis = look === "north" ? 0 : 1;
   const extent = axis === 0 ? width : depth;

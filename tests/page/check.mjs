@@ -3,7 +3,7 @@ import assert from "node:assert/strict";
 import { spawnSync } from "node:child_process";
 import { readFileSync } from "node:fs";
 import { join } from "node:path";
-import { drawsIsoluxLines, foretellsNoNonsense, knowsPlaces, namesChanges, writesNumbers } from "./modules.mjs";
+import { drawsIsoluxLines, foretellsNoNonsense, keepsTheSection, knowsPlaces, namesChanges, takesSizesAsTyped, writesNumbers } from "./modules.mjs";
 import { Visitor, browser } from "./visit.mjs";
 
 const [, , url, folder] = process.argv;
@@ -441,6 +441,8 @@ try {
     namesChanges,
     foretellsNoNonsense,
     knowsPlaces,
+    takesSizesAsTyped,
+    keepsTheSection,
     types,
     predicts,
     touches,

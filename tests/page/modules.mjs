@@ -117,3 +117,46 @@ export async function knowsPlaces({ page }) {
     { year: 2026, day: 172, hour: 12.5 },
   ]);
 }
+
+/** A typed size stands in the document as it is, for the service to judge; a dragged wall stops before the tubes. */
+export async function takesSizesAsTyped({ page }) {
+  const sizes = await page.evaluate(async () => {
+    const { moveEdge, resize } = await import("/web/draft.js");
+    const draft = () => ({ room: { size_m: [4, 6, 2.7] }, tubes: [{ centre_m: [2, 3], diameter_m: 0.35, segments: [{ length_m: 1 }] }] });
+    const after = (change) => {
+      const next = draft();
+      change(next);
+      return next.room.size_m;
+    };
+    return [after((next) => resize(next, 0, 0.3)), after((next) => resize(next, 1, 60)), after((next) => moveEdge(next, "east", -9))];
+  });
+  assert.deepEqual(sizes, [
+    [0.3, 6, 2.7],
+    [4, 60, 2.7],
+    [0.8, 6, 2.7],
+  ]);
+}
+
+/** A room that is refused leaves the section as it was. */
+export async function keepsTheSection({ page }) {
+  const drawn = await page.evaluate(async () => {
+    const [{ section }, { state }, { render }] = [
+      await import("/web/section.js"),
+      await import("/web/state.js"),
+      await import("/web/vendor/lit-html.js"),
+    ];
+    const { draft, problem } = state;
+    const shown = (height, errors) => {
+      state.draft = { ...draft, room: { ...draft.room, size_m: [4, 6, height] } };
+      state.problem = errors && { errors };
+      const host = document.createElement("div");
+      render(section(false), host);
+      return host.querySelector("svg").getAttribute("viewBox");
+    };
+    const drawn = [shown(2.7, null), shown(25000, [{ pointer: "/room/size_m/2", detail: "too high" }]), shown(3.5, null)];
+    Object.assign(state, { draft, problem });
+    return drawn;
+  });
+  assert.equal(drawn[1], drawn[0]);
+  assert.notEqual(drawn[2], drawn[0]);
+}

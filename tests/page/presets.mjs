@@ -94,5 +94,5 @@ for (const [name, document] of Object.entries(rooms)) {
     new URL(`../../web/presets/${name}.json`, import.meta.url),
     `${JSON.stringify({ draft, job: kept, grid: grid_results.workplane }, short)}\n`,
   );
-  console.log(name, grid_results.workplane.statistics.mean_lux.toFixed(1), "lx", progress.relative_error);
+  console.log(name, grid_results.workplane.statistics.mean_lux.toFixed(1), "lx", job.progress.relative_error);
 }
