@@ -1,7 +1,7 @@
 // Two variants side by side on one scale, and their difference.
 import { across, cells, down, largest, legend, lux, values } from "./map.js";
 import { layout } from "./plan.js";
-import { diverging, halfWidth, rising, scale, standardErrors } from "./scale.js";
+import { coverage, diverging, halfWidth, rising, scale } from "./scale.js";
 import { set, state } from "./state.js";
 import { html, nothing, svg } from "./vendor/lit-html.js";
 
@@ -100,9 +100,9 @@ function between(a, b) {
   if (!ofA || !ofB) return "";
   const change = ofB.mean_lux - ofA.mean_lux;
   const half =
-    standardErrors(Math.min(a.job.progress.passes, b.job.progress.passes)) *
+    Math.max(coverage(ofA, a.job.progress.passes), coverage(ofB, b.job.progress.passes)) *
     Math.hypot(ofA.mean_lux_standard_error ?? 0, ofB.mean_lux_standard_error ?? 0);
-  return `B − A: ${change < 0 ? "−" : "+"}${Math.abs(change).toFixed(half < 1 ? 1 : 0)} ±\u202f${halfWidth(half)}\u202flx`;
+  return `B − A: ${change < 0 ? "−" : "+"}${Math.abs(change).toFixed(half < 1 ? 1 : 0)} ±\u202f${halfWidth(half)}\u202flx (95\u202f%)`;
 }
 
 /**

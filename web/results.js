@@ -1,15 +1,15 @@
 // The numbers of a result, each with its interval.
 import { values } from "./map.js";
-import { digits, halfWidth, standardErrors, thousands } from "./scale.js";
+import { coverage, digits, halfWidth, thousands } from "./scale.js";
 import { state } from "./state.js";
 import { html, nothing } from "./vendor/lit-html.js";
 
 /** @typedef {{ of: number, error: number | null | undefined }} Estimate */
 
-/** A value with the half of its interval of 95 %. @param {Estimate} estimate @param {number} passes @param {string} unit */
-export function interval({ of, error }, passes, unit) {
+/** A value with the half of its interval of 95 %. @param {Estimate} estimate @param {number} factor @param {string} unit */
+export function interval({ of, error }, factor, unit) {
   if (error === null || error === undefined) return html`${digits(of, unit ? 0.5 : 0.05)}\u202f${unit}`;
-  const half = standardErrors(passes) * error;
+  const half = factor * error;
   // an error as large as the value tells nothing but that it is not known yet
   if (half > Math.abs(of)) return html`≈\u202f${digits(of, half)}\u202f${unit}`;
   return html`${digits(of, half)} ±\u202f${halfWidth(half)}\u202f${unit}`;
@@ -22,7 +22,7 @@ export function headline({ job, grid }) {
   const half =
     statistics.mean_lux_standard_error === null || statistics.mean_lux_standard_error === undefined
       ? null
-      : standardErrors(job.progress.passes) * statistics.mean_lux_standard_error;
+      : coverage(statistics, job.progress.passes) * statistics.mean_lux_standard_error;
   return html`<p class="number"><strong id="mean">${digits(statistics.mean_lux, half ?? 0.5)}\u202flx</strong>
     <span>${half === null ? "" : `±\u202f${halfWidth(half)}`}</span></p>
     <p class="note">mean illuminance of the work plane, ${grid.height_m} m above the floor${half === null ? "" : "; the true value lies within ± with 95 %"}</p>`;
@@ -32,16 +32,16 @@ export function headline({ job, grid }) {
 export function numbers({ job, grid }) {
   if (!grid) return nothing;
   const { statistics: of, external_horizontal_illuminance_lux: outside } = grid;
-  const { passes } = job.progress;
+  const times = coverage(of, job.progress.passes);
   const rows = [
-    ["median", interval({ of: of.median_lux ?? 0, error: of.median_lux_standard_error }, passes, "lx")],
-    ["minimum", interval({ of: of.min_lux, error: of.min_lux_standard_error }, passes, "lx")],
-    ["maximum", interval({ of: of.max_lux, error: of.max_lux_standard_error }, passes, "lx")],
+    ["median", interval({ of: of.median_lux ?? 0, error: of.median_lux_standard_error }, times, "lx")],
+    ["minimum", interval({ of: of.min_lux, error: of.min_lux_standard_error }, times, "lx")],
+    ["maximum", interval({ of: of.max_lux, error: of.max_lux_standard_error }, times, "lx")],
     [
       "uniformity",
       of.uniformity === null || of.uniformity === undefined
         ? "–"
-        : interval({ of: of.uniformity, error: of.uniformity_standard_error }, passes, ""),
+        : interval({ of: of.uniformity, error: of.uniformity_standard_error }, times, ""),
     ],
     [
       "outside",
@@ -112,7 +112,7 @@ function origins({ job, grid }) {
   if (!all.length || !(mean > 0)) return nothing;
   const row = (/** @type {[string, Schemas["GridPart"]]} */ [name, part]) => html`<tr><th scope="row">${name}</th><td><meter min="0" max="100" value=${(100 * part.mean_lux) / mean}
       aria-label=${`share of ${name}`}></meter></td><td>${((100 * part.mean_lux) / mean).toFixed(0)}\u202f%</td>
-      <td>${interval({ of: part.mean_lux, error: part.mean_lux_standard_error }, job.progress.passes, "lx")}</td></tr>`;
+      <td>${interval({ of: part.mean_lux, error: part.mean_lux_standard_error }, coverage(grid?.statistics, job.progress.passes), "lx")}</td></tr>`;
   return html`<table class="above origins"><caption>Where the light comes from, in the mean</caption><tbody>${all.map(row)}</tbody></table>`;
 }
 
@@ -128,8 +128,8 @@ export function readOut() {
   if (value === undefined) return html`<p class="readout note"></p>`;
   const { rows, unit } = values(grid, state.layer);
   const shown = unit === "%" ? html`, ${rows[row]?.[column]?.toPrecision(2)}\u202f%` : nothing;
-  return html`<p class="readout">${interval({ of: value, error }, answer.job.progress.passes, "lx")}${shown}
-    <small>at ${grid.x_m[column]?.toFixed(2)} m from west, ${grid.y_m[row]?.toFixed(2)} m from south${shares(grid, column, row)}</small></p>`;
+  return html`<p class="readout">${interval({ of: value, error }, coverage(grid.statistics, answer.job.progress.passes), "lx")}${shown}
+    <small>${error ? "(95\u202f%) " : ""}at ${grid.x_m[column]?.toFixed(2)} m from west, ${grid.y_m[row]?.toFixed(2)} m from south${shares(grid, column, row)}</small></p>`;
 }
 
 /** Shares of the tubes, and of lamps, in a cell's light. @param {Grid} grid @param {number} column @param {number} row */

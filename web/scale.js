@@ -86,5 +86,10 @@ const STUDENT = [
   2.093, 2.086, 2.08, 2.074, 2.069, 2.064, 2.06, 2.056, 2.052, 2.048, 2.045, 2.042,
 ];
 
-/** How many standard errors the interval of 95 % has on either side after so many passes. @param {number} passes */
-export const standardErrors = (passes) => STUDENT[Math.max(passes, 2) - 2] ?? 1.96;
+/**
+ * How many standard errors the interval of 95 % has on either side: as a result says, or, of one that was kept before results said
+ * so, after so many passes.
+ * @param {{ coverage_factor?: number | null } | undefined} statistics
+ * @param {number} passes
+ */
+export const coverage = (statistics, passes) => statistics?.coverage_factor ?? STUDENT[Math.max(passes, 2) - 2] ?? 1.96;

@@ -21,11 +21,18 @@ fn results_table(job: &Value) -> String {
     }
     let rows = grids.iter().map(|grid| {
         let statistics = &grid["statistics"];
-        let of = |name: &str| with_error(&statistics[name], &statistics[format!("{name}_standard_error")]);
+        let of = |name: &str| {
+            with_interval(
+                &statistics[name],
+                &statistics[format!("{name}_standard_error")],
+                &statistics["coverage_factor"],
+            )
+        };
         let mut row = vec![text_of(&grid["name"]), of("mean_lux"), of("median_lux"), of("min_lux"), of("uniformity")];
         if with_factors {
             let factors = &statistics["daylight_factor_percent"];
-            let all = ["mean", "median", "minimum"].map(|name| with_error(&factors[name], &Value::Null));
+            let all =
+                ["mean", "median", "minimum"].map(|name| with_interval(&factors[name], &Value::Null, &Value::Null));
             row.push(all.join(", "));
         }
         row
@@ -34,13 +41,20 @@ fn results_table(job: &Value) -> String {
     let tubes = list(&job["tubes"]).iter().enumerate().map(|(index, tube)| {
         let flux = &tube["into_room"];
         let efficiency = tube["transmission_efficiency"].as_f64().map(|efficiency| (100.0 * efficiency).into());
-        let efficiency = with_error(&efficiency.unwrap_or(Value::Null), &Value::Null);
-        vec![index.to_string(), with_error(&flux["flux_lm"], &flux["standard_error_lm"]), efficiency]
+        let efficiency = with_interval(&efficiency.unwrap_or(Value::Null), &Value::Null, &Value::Null);
+        vec![
+            index.to_string(),
+            with_interval(&flux["flux_lm"], &flux["standard_error_lm"], &flux["coverage_factor"]),
+            efficiency,
+        ]
     });
     if let Some(verdict) = job["cross_check"]["verdict"].as_str() {
         text.push_str(&format!("second opinion: {verdict}\n"));
     }
     table(&mut text, vec!["tube", "into the room, lm", "efficiency, %"], tubes.collect());
+    if text.contains(" +- ") {
+        text.push_str("+- is half an interval of 95 %\n");
+    }
     text
 }
 
@@ -67,13 +81,15 @@ pub(super) fn table(text: &mut String, head: Vec<&str>, rows: Vec<Vec<String>>) 
     }
 }
 
-/// A number with as many digits as its error leaves it: two of the error are shown. `-` when there is no number.
-fn with_error(value: &Value, error: &Value) -> String {
+/// A number with half its interval of 95 %, of which two digits are shown, and as many digits as that leaves it. `-` when there
+/// is no number.
+fn with_interval(value: &Value, error: &Value, coverage_factor: &Value) -> String {
     let Some(value) = value.as_f64() else { return "-".to_owned() };
-    match error.as_f64() {
-        Some(error) if error > 0.0 => {
-            let decimals = decimals(error, 2);
-            format!("{value:.decimals$} +- {error:.decimals$}")
+    match error.as_f64().zip(coverage_factor.as_f64()) {
+        Some((error, factor)) if error * factor > 0.0 => {
+            let half = error * factor;
+            let decimals = decimals(half, 2);
+            format!("{value:.decimals$} +- {half:.decimals$}")
         }
         _ => format!("{value:.0$}", decimals(value, 4)),
     }
@@ -94,15 +110,15 @@ mod tests {
     #[test]
     fn digits_follow_the_error() {
         for (value, error, text) in [
-            (json!(211.0437), json!(0.3142), "211.04 +- 0.31"),
-            (json!(2884.3), json!(41.7), "2884 +- 42"),
-            (json!(0.2431), json!(0.00123), "0.2431 +- 0.0012"),
+            (json!(211.0437), json!(0.3142), "211.04 +- 0.63"),
+            (json!(2884.3), json!(41.7), "2884 +- 83"),
+            (json!(0.2431), json!(0.00123), "0.2431 +- 0.0025"),
             (json!(70.12345), json!(null), "70.12"),
             (json!(70.12345), json!(0.0), "70.12"),
             (json!(0.0), json!(null), "0.000"),
             (json!(null), json!(null), "-"),
         ] {
-            assert_eq!(with_error(&value, &error), text);
+            assert_eq!(with_interval(&value, &error, &json!(2.0)), text);
         }
     }
 
@@ -112,21 +128,22 @@ mod tests {
             "grids": [
                 { "name": "floor", "statistics": { "mean_lux": 211.04, "mean_lux_standard_error": 0.31, "median_lux": 187.2,
                     "median_lux_standard_error": 1.1, "min_lux": 51.0, "min_lux_standard_error": 0.9, "uniformity": 0.242,
-                    "uniformity_standard_error": 0.0047,
+                    "uniformity_standard_error": 0.0047, "coverage_factor": 2.0,
                     "daylight_factor_percent": { "mean": 0.407, "median": 0.403, "minimum": 0.255 } } },
                 { "name": "a", "statistics": { "mean_lux": 0.0, "uniformity": null } } ],
-            "tubes": [{ "into_room": { "flux_lm": 2884.0, "standard_error_lm": 4.2 }, "transmission_efficiency": 0.481 },
+            "tubes": [{ "into_room": { "flux_lm": 2884.0, "standard_error_lm": 4.2, "coverage_factor": 2.0 }, "transmission_efficiency": 0.481 },
                       { "into_room": null, "transmission_efficiency": null }]
         });
         let text = results_table(&job);
         let lines: Vec<&str> = text.lines().collect();
-        assert_eq!(lines.len(), 6, "{text}");
+        assert_eq!(lines.len(), 7, "{text}");
+        assert_eq!(lines[6], "+- is half an interval of 95 %");
         assert_eq!(
             lines[1],
-            "floor  211.04 +- 0.31  187.2 +- 1.1  51.00 +- 0.90  0.2420 +- 0.0047  0.4070, 0.4030, 0.2550"
+            "floor  211.04 +- 0.62  187.2 +- 2.2  51.0 +- 1.8   0.2420 +- 0.0094  0.4070, 0.4030, 0.2550"
         );
-        assert_eq!(lines[2], "a      0.000           -             -              -                 -, -, -");
-        assert_eq!(lines[4], "0     2884.0 +- 4.2      48.10");
+        assert_eq!(lines[2], "a      0.000           -             -             -                 -, -, -");
+        assert_eq!(lines[4], "0     2884.0 +- 8.4      48.10");
         assert_eq!(lines[5], "1     -                  -");
         assert_eq!(results_table(&json!({ "status": "cancelled" })), "");
     }

@@ -20,7 +20,7 @@ pub struct Series {
     pub line: Vec<(f64, f64)>,
     /// Points (x, y) to be marked by circles.
     pub marks: Vec<(f64, f64)>,
-    /// Standard errors of the marks along y, drawn as bars of twice their length; none: no bars.
+    /// Halves of the marks' intervals along y, drawn as bars of twice their length; none: no bars.
     pub errors: Vec<f64>,
     /// The line is dashed: numbers from elsewhere.
     pub dashed: bool,

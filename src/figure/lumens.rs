@@ -6,7 +6,7 @@ use super::colour::Colour;
 use super::drawing::{Drawing, Type};
 use super::heading::Heading;
 use super::outline::{Outline, Part};
-use super::ticks::significant;
+use super::ticks::{significant, with_error};
 
 /// Width of the stream where it begins.
 const WIDEST: f64 = 170.0;
@@ -28,8 +28,8 @@ pub struct Stage {
     pub name: String,
     /// Flux there in lm.
     pub flux_lm: f64,
-    /// Standard error of the flux, where it is known.
-    pub standard_error_lm: Option<f64>,
+    /// Half of the interval of 95 % of the flux, where it is known.
+    pub half_interval_lm: Option<f64>,
     /// What is lost between the place before and this one.
     pub loss: String,
 }
@@ -62,9 +62,11 @@ pub fn lumens(heading: &Heading, stages: &[Stage]) -> Drawing {
             drawing.fill(Outline::rectangle(DVec2::new(LEFT, y), DVec2::new(LEFT + wide, below)), LIGHT, 1.0);
             y = below;
         }
-        let error = stage.standard_error_lm.filter(|error| *error > 0.0);
-        let error = error.map_or_else(String::new, |error| format!(" ± {}", significant(error, 2)));
-        let text = format!("{}: {}{error} lm", stage.name, significant(stage.flux_lm, 4));
+        let flux = match stage.half_interval_lm.filter(|half| *half > 0.0) {
+            Some(half) => format!("{} lm (95 %)", with_error(stage.flux_lm, half)),
+            None => format!("{} lm", significant(stage.flux_lm, 4)),
+        };
+        let text = format!("{}: {flux}", stage.name);
         let at = DVec2::new(LEFT + wide + 14.0, y + 14.0);
         drawing.fill(Outline::rectangle(DVec2::new(LEFT, y), DVec2::new(LEFT + wide, y + STRAIGHT)), LIGHT, 1.0);
         drawing.fill(
@@ -119,7 +121,7 @@ mod tests {
         let stage = |name: &str, flux_lm: f64, loss: &str| Stage {
             name: name.to_owned(),
             flux_lm,
-            standard_error_lm: Some(4.2),
+            half_interval_lm: Some(4.2),
             loss: loss.to_owned(),
         };
         let stages = [
@@ -130,10 +132,10 @@ mod tests {
         let drawing = lumens(&Heading::of("Lumens of tube 0"), &stages);
         let texts: Vec<&str> = drawing.texts().collect();
         for text in [
-            "at the collector: 6000 ± 4.2 lm",
+            "at the collector: 6000.0 ± 4.2 lm (95 %)",
             "collector and guide: 1200 lm, 20 %",
             "diffuser: 1920 lm, 32 %",
-            "into the room: 2884 ± 4.2 lm",
+            "into the room: 2884.0 ± 4.2 lm (95 %)",
         ] {
             assert!(texts.contains(&text), "{text}: {texts:?}");
         }

@@ -129,9 +129,10 @@ fn of_grid(subject: &Subject, grid: &GridResult) -> String {
 
 fn statistics_in_words(statistics: &GridStatistics) -> String {
     let GridStatistics { mean_lux, median_lux, min_lux, max_lux, uniformity, .. } = *statistics;
-    let mean = match statistics.mean_lux_standard_error.filter(|error| *error > 0.0) {
-        Some(error) => with_error(mean_lux, error),
-        None => significant(mean_lux, 4),
+    let half = statistics.coverage_factor.zip(statistics.mean_lux_standard_error).map(|(factor, error)| factor * error);
+    let (mean, interval) = match half.filter(|half| *half > 0.0) {
+        Some(half) => (with_error(mean_lux, half), " (95 %)"),
+        None => (significant(mean_lux, 4), ""),
     };
     let [median, least, greatest] = [median_lux, min_lux, max_lux].map(|value| significant(value, 3));
     let uniformity =
@@ -140,7 +141,7 @@ fn statistics_in_words(statistics: &GridStatistics) -> String {
         0 => String::new(),
         points => format!(" · {points} inside solids"),
     };
-    format!("mean {mean} lx · median {median} · least {least} · greatest {greatest}{uniformity}{inside}")
+    format!("mean {mean} lx{interval} · median {median} · least {least} · greatest {greatest}{uniformity}{inside}")
 }
 
 fn ratios_in_words(values: &[f64]) -> String {
@@ -227,7 +228,7 @@ mod tests {
             "standard_error_lux": [[1, 1], [1, null]],
             "illuminance_ratio_percent": [ratios[..2], ratios[2..]],
             "external_horizontal_illuminance_lux": { "sky": 10000, "sun": 0 },
-            "statistics": { "mean_lux": 211.0437, "mean_lux_standard_error": 0.3142, "median_lux": 187.2, "min_lux": 51.0,
+            "statistics": { "mean_lux": 211.0437, "mean_lux_standard_error": 0.3142, "coverage_factor": 2.0, "median_lux": 187.2, "min_lux": 51.0,
                             "max_lux": 484.0, "uniformity": 0.2417 }
         }))
         .unwrap()
@@ -244,7 +245,7 @@ mod tests {
         let texts = texts(&drawing);
         for text in [
             "Illuminance, bath",
-            "mean 211.04 ± 0.31 lx · median 187 · least 51.0 · greatest 484 · uniformity 0.24",
+            "mean 211.04 ± 0.63 lx (95 %) · median 187 · least 51.0 · greatest 484 · uniformity 0.24",
             "floor, 0.8 m above the floor",
             "tube 0",
             "least 51.0",

@@ -12,7 +12,6 @@ use crate::figure::sheet::{Sheet, SheetFigure, SheetPart};
 use crate::figure::ticks::{duration, short, significant, with_error};
 use crate::figure::{Heading, view_picture};
 use crate::output::OutputError;
-use crate::statistics::interval::two_sided_student_quantile;
 
 /// Name of the figure that has plan, section and picture side by side, among those of the place.
 pub const OVERVIEW: &str = "overview";
@@ -66,11 +65,10 @@ fn text(value: &Value) -> &str {
 }
 
 /// A value with the half of its interval.
-fn with_interval(value: &Value, standard_error: &Value, passes: u64) -> String {
+fn with_interval(value: &Value, standard_error: &Value, coverage_factor: &Value) -> String {
     let Some(value) = value.as_f64() else { return "–".to_owned() };
-    let Some(error) = standard_error.as_f64().filter(|error| *error > 0.0) else { return significant(value, 4) };
-    let half = two_sided_student_quantile(CONFIDENCE, passes.saturating_sub(1).max(1) as f64) * error;
-    with_error(value, half)
+    let half = standard_error.as_f64().zip(coverage_factor.as_f64()).map(|(error, factor)| factor * error);
+    half.filter(|half| *half > 0.0).map_or_else(|| significant(value, 4), |half| with_error(value, half))
 }
 
 fn percent(share: &Value) -> String {
@@ -88,11 +86,10 @@ fn table(title: String, head: &[&str], rows: impl ExactSizeIterator<Item = Vec<S
 }
 
 fn grids(job: &Value) -> SheetPart {
-    let accuracy = &job["accuracy"];
-    let passes = accuracy["passes"].as_u64().or(job["timing"]["passes"].as_u64()).unwrap_or(0);
     let rows = list(&job["grids"]).iter().map(|grid| {
         let of = &grid["statistics"];
-        let of_name = |name: &str| with_interval(&of[name], &of[format!("{name}_standard_error")], passes);
+        let of_name =
+            |name: &str| with_interval(&of[name], &of[format!("{name}_standard_error")], &of["coverage_factor"]);
         let factor = |name: &str| {
             let factor = of["daylight_factor_percent"][name].as_f64();
             factor.map_or_else(|| "–".to_owned(), |factor| significant(factor, 3))
@@ -112,9 +109,11 @@ fn grids(job: &Value) -> SheetPart {
 }
 
 fn tubes(job: &Value) -> SheetPart {
-    let passes = job["timing"]["passes"].as_u64().unwrap_or(0);
     let rows = list(&job["tubes"]).iter().enumerate().map(|(index, tube)| {
-        let flux = |place: &str| with_interval(&tube[place]["flux_lm"], &tube[place]["standard_error_lm"], passes);
+        let flux = |place: &str| {
+            let of = &tube[place];
+            with_interval(&of["flux_lm"], &of["standard_error_lm"], &of["coverage_factor"])
+        };
         vec![
             index.to_string(),
             flux("at_collector"),
@@ -258,7 +257,7 @@ mod tests {
                       "methods": { "grids": { "name": "placed_vertices", "reason": "because" }, "views": null } },
             "accuracy": { "relative_error": 0.0123, "confidence": 0.95, "passes": 8 },
             "timing": { "passes": 8, "seconds": 0.0021 },
-            "grids": [{ "name": "floor", "statistics": { "mean_lux": 211.0437, "mean_lux_standard_error": 0.3,
+            "grids": [{ "name": "floor", "statistics": { "mean_lux": 211.0437, "mean_lux_standard_error": 0.3, "coverage_factor": 2.3646,
                         "uniformity": null } }],
             "tubes": [{ "into_room": { "flux_lm": 2884.0, "standard_error_lm": null }, "transmission_efficiency": 0.481 }],
             "warnings": [{ "code": "low_sun", "detail": "the sun is low" }]

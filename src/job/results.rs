@@ -128,7 +128,8 @@ impl Prepared {
             GridInShort { name: grid.name.clone(), statistics, mean_standard_error_lux }
         });
         let tubes = self.scene.tubes.iter().zip(&merged.tubes);
-        let tubes = tubes.map(|(tube, estimate)| TubeResult::new(estimate, tube.opening_radius, daylight));
+        let numerical = merged.grids.iter().any(|grid| grid.numerical);
+        let tubes = tubes.map(|(tube, estimate)| TubeResult::new(estimate, tube.opening_radius, daylight, numerical));
         let views = self.scene.views.iter();
         let views = views.map(|view| ViewInShort { name: view.name.clone(), size_px: view.size_px });
         let Known { provenance, switches, external_horizontal_illuminance_lux } = self.known();
@@ -284,7 +285,8 @@ impl Prepared {
             Output::View(view, format) => self.view_file(&name, view, format, &merged.views[view])?,
             Output::Tube(tube, format) => {
                 let radius = self.scene.tubes[tube].opening_radius;
-                let flux = TubeResult::new(&merged.tubes[tube], radius, self.scene.daylight.as_ref());
+                let numerical = merged.grids.iter().any(|grid| grid.numerical);
+                let flux = TubeResult::new(&merged.tubes[tube], radius, self.scene.daylight.as_ref(), numerical);
                 self.tube_file(&name, tube, format, flux)?
             }
         };

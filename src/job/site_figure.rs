@@ -118,7 +118,7 @@ fn lumens_figure(subject: &Subject, tube: usize, flux: &TubeResult) -> Option<Dr
     let stage = |name: &str, flux: FluxResult, loss: &str| Stage {
         name: name.to_owned(),
         flux_lm: flux.flux_lm,
-        standard_error_lm: flux.standard_error_lm,
+        half_interval_lm: flux.half_interval_lm(),
         loss: loss.to_owned(),
     };
     let stages = [

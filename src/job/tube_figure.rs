@@ -5,7 +5,7 @@ use crate::document::result::FluxResult;
 use crate::document::result::tube_report::TubeReport;
 use crate::figure::axes::Axis;
 use crate::figure::curves::{Series, curves};
-use crate::figure::ticks::{Steps, fixed, significant};
+use crate::figure::ticks::{Steps, fixed, significant, with_error};
 use crate::figure::{Drawing, Heading};
 use crate::plan::GuideKind;
 
@@ -16,9 +16,16 @@ pub fn tube_figure(subject: &Subject, report: &TubeReport) -> Drawing {
         lines: vec![subject.circumstances(), fluxes(report)],
     };
     let beam = &report.beam;
+    let factor = report.coverage_factor.unwrap_or_default();
     let series = |name: String, values: &[f64], errors: &[f64]| {
         let line: Vec<_> = beam.altitude_deg.iter().copied().zip(values.iter().copied()).collect();
-        Series { name, marks: line.clone(), line, errors: errors.to_vec(), dashed: false }
+        Series {
+            name,
+            marks: line.clone(),
+            line,
+            errors: errors.iter().map(|error| factor * error).collect(),
+            dashed: false,
+        }
     };
     let azimuth = format!("sun {}° clockwise from the room's +y axis", fixed(beam.azimuth_deg, 1));
     let mut all = vec![series(azimuth, &beam.transmission, &beam.standard_error)];
@@ -27,7 +34,8 @@ pub fn tube_figure(subject: &Subject, report: &TubeReport) -> Drawing {
         all.push(series("mean over azimuths".to_owned(), mean, errors));
     }
     let altitude = Axis::linear("altitude of the sun in degrees", [0.0, 90.0], 6, Steps::Sexagesimal);
-    let transmission = Axis::linear("transmission of collector and guide", [0.0, 1.0], 5, Steps::Decimal);
+    let transmission =
+        Axis::linear("transmission of collector and guide; bars: intervals of 95 %", [0.0, 1.0], 5, Steps::Decimal);
     curves(&heading, &all, altitude, transmission)
 }
 
@@ -35,9 +43,10 @@ pub fn tube_figure(subject: &Subject, report: &TubeReport) -> Drawing {
 fn fluxes(report: &TubeReport) -> String {
     let lumens = |name: &str, flux: Option<FluxResult>| {
         let flux = flux?;
-        let error = flux.standard_error_lm.filter(|error| *error > 0.0);
-        let error = error.map_or_else(String::new, |error| format!(" ± {}", significant(error, 2)));
-        Some(format!("{name} {}{error} lm", significant(flux.flux_lm, 4)))
+        Some(match flux.half_interval_lm() {
+            Some(half) => format!("{name} {} lm (95 %)", with_error(flux.flux_lm, half)),
+            None => format!("{name} {} lm", significant(flux.flux_lm, 4)),
+        })
     };
     let flux = &report.flux;
     let efficiency = flux.transmission_efficiency;

@@ -8,7 +8,9 @@ use super::results::{TubeFormat, failed};
 use super::tube_figure::tube_figure;
 use super::tube_performance::{ERROR_OF_REPORTS, LARGEST_ERROR, TubePerformance};
 use crate::document::result::TubeResult;
+use crate::document::result::number::coverage_factor;
 use crate::document::result::tube_report::TubeReport;
+use crate::guide::performance::REPLICATES;
 use crate::statistics::interval::two_sided_normal_quantile;
 
 impl Prepared {
@@ -50,6 +52,7 @@ impl Prepared {
     fn tube_report(&self, tube: usize, flux: TubeResult) -> TubeReport {
         let performance = self.performance_of(tube);
         TubeReport {
+            coverage_factor: coverage_factor(REPLICATES as f64, false),
             tube,
             guide: self.plan.guides[tube].kind.code().to_owned(),
             flux,

@@ -36,8 +36,8 @@ impl CrossCheckResult {
     /// The result of comparing with `method`, whose grids have `relative_error`.
     pub fn new(method: &str, reason: &str, discrepancy: &Discrepancy, relative_error: Option<f64>) -> Self {
         let Discrepancy { sensors, worst, rms, of_means } = *discrepancy;
-        let seen =
-            relative_error.map_or(String::new(), |error| format!(", at a relative error of {:.2} %", 100.0 * error));
+        let seen = relative_error
+            .map_or(String::new(), |error| format!(", at a relative standard error of {:.2} %", 100.0 * error));
         let verdict = if discrepancy.is_too_much() {
             format!("{method} finds other values{seen}: one of the two methods is wrong here")
         } else {

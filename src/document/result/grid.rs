@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use super::components::{GridComponents, GridPart};
-use super::number::{error, finite, rows, value};
+use super::number::{coverage_factor, error, finite, rows, value};
 use super::responses::PatchResponse;
 use crate::document::outputs::EstimateDocument;
 use crate::estimate::GridEstimate;
@@ -37,6 +37,10 @@ pub struct GridResult {
     /// estimated numerical error. While a sensor has found fewer than ten photons it is not below Poisson's, and at
     /// least what one photon more would add, also where none was found.
     pub standard_error_lux: Vec<Vec<Option<f64>>>,
+    /// Times each standard error of this grid, of its components and responses, too, is half an interval of 95 %: GUM's coverage
+    /// factor, Student's quantile for one less than the passes; 1.96 of numerical errors. Null before the second pass.
+    #[serde(default)]
+    pub coverage_factor: Option<f64>,
     /// Percent of the unobstructed horizontal illuminance of sky and sun, electric light included; null without daylight, and inside solids.
     pub illuminance_ratio_percent: Vec<Vec<Option<f64>>>,
     /// Illuminances in percent of the unobstructed horizontal illuminance, only under an overcast sky (types 1 to 6 and 16,
@@ -71,8 +75,7 @@ pub struct ExternalIlluminance {
 
 /// Of the values of a grid. Errors are null before the second pass, and where nothing is known of them.
 ///
-/// The true value lies within `1.96 .._standard_error` of the printed one with a confidence of 95 % at least (after fewer
-/// than some 30 passes, with Student's quantile for one less than the passes in place of 1.96). Bias and the choice of
+/// The true value lies within `coverage_factor .._standard_error` of the printed one with a confidence of 95 % at least. Bias and the choice of
 /// fixed points are in the errors. Those of minimum, median and maximum cover the selection, too: the least of many noisy
 /// values is too low on average.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
@@ -80,6 +83,9 @@ pub struct GridStatistics {
     /// Number of sensors inside solids: they have no value, and are in none of these statistics.
     #[serde(default)]
     pub points_inside_solids: usize,
+    /// Times a standard error is half an interval of 95 %, as of the grid: null before the second pass.
+    #[serde(default)]
+    pub coverage_factor: Option<f64>,
     /// Mean over the sensors.
     pub mean_lux: f64,
     /// Standard error of the mean.
@@ -169,6 +175,7 @@ impl GridResult {
             y_m: grid.y_m.clone(),
             illuminance_lux: rows(&values, columns),
             standard_error_lux: rows(&errors, columns),
+            coverage_factor: factor_of(estimate),
             daylight_factor_percent: has_daylight_factor(daylight, electric).then(|| ratios.clone()),
             illuminance_ratio_percent: ratios,
             external_horizontal_illuminance_lux: ExternalIlluminance { sky, sun },
@@ -178,6 +185,11 @@ impl GridResult {
             statistics: GridStatistics::new(estimate, daylight, electric),
         }
     }
+}
+
+/// Coverage factor of the standard errors of an estimate.
+fn factor_of(estimate: &GridEstimate) -> Option<f64> {
+    coverage_factor(estimate.sensors.first().map_or(0.0, |sensor| sensor.count), estimate.numerical)
 }
 
 /// True if ratios to the unobstructed illuminance are daylight factors.
@@ -203,6 +215,7 @@ impl GridStatistics {
         let factor = |statistic: Statistic| finite(100.0 * statistic.value / (sky + sun));
         Self {
             points_inside_solids: estimate.sensors.len() - sensors,
+            coverage_factor: factor_of(estimate),
             mean_lux: mean.value,
             mean_lux_standard_error: finite(mean.standard_error),
             median_lux: median.value,

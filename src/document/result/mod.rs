@@ -4,7 +4,7 @@ mod components;
 mod cross_check;
 mod energy;
 mod grid;
-mod number;
+pub(crate) mod number;
 mod plan;
 mod responses;
 mod summary;

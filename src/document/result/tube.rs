@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use super::number::finite;
+use super::number::{coverage_factor, finite};
 use crate::estimate::TubeEstimate;
 use crate::scene::Daylight;
 use crate::statistics::Moments;
@@ -17,11 +17,31 @@ pub struct FluxResult {
     pub flux_lm: f64,
     /// Standard error of the mean flux.
     pub standard_error_lm: Option<f64>,
+    /// Times the standard error is half an interval of 95 %: GUM's coverage factor, Student's quantile for one less than the
+    /// replicates; 1.96 of numerical errors.
+    #[serde(default)]
+    pub coverage_factor: Option<f64>,
 }
 
 impl From<&Moments> for FluxResult {
     fn from(moments: &Moments) -> Self {
-        Self { flux_lm: moments.mean, standard_error_lm: finite(moments.standard_error()) }
+        Self::new(moments, 1.0, false)
+    }
+}
+
+impl FluxResult {
+    /// `per_unit`: what one unit of the moments stands for, in lm; `numerical`: their spread is a solver's estimated error.
+    pub fn new(moments: &Moments, per_unit: f64, numerical: bool) -> Self {
+        Self {
+            flux_lm: per_unit * moments.mean,
+            standard_error_lm: finite(per_unit * moments.standard_error()),
+            coverage_factor: coverage_factor(moments.count, numerical),
+        }
+    }
+
+    /// Half of the interval of 95 % in lm, where it is known and above zero.
+    pub fn half_interval_lm(&self) -> Option<f64> {
+        Some(self.coverage_factor? * self.standard_error_lm?).filter(|half| *half > 0.0)
     }
 }
 
@@ -52,10 +72,10 @@ pub struct TubeResult {
 }
 
 impl TubeResult {
-    /// `opening_radius` in metres.
-    pub fn new(tube: &TubeEstimate, opening_radius: f64, daylight: Option<&Daylight>) -> Self {
+    /// `opening_radius` in metres; `numerical`: a solver found the fluxes.
+    pub fn new(tube: &TubeEstimate, opening_radius: f64, daylight: Option<&Daylight>, numerical: bool) -> Self {
         let (sky, sun) = daylight.map_or((0.0, 0.0), Daylight::horizontal_illuminance_lux);
-        let flux = |moments: &Moments| (moments.count > 0.0).then(|| FluxResult::from(moments));
+        let flux = |moments: &Moments| (moments.count > 0.0).then(|| FluxResult::new(moments, 1.0, numerical));
         let level_aperture_flux_lm = (sky + sun) * PI * opening_radius * opening_radius;
         Self {
             at_collector: flux(&tube.at_collector),
@@ -78,7 +98,7 @@ mod tests {
     #[test]
     fn darkness_is_null_and_not_nan() {
         let dark = Daylight { sky: None, sun: None, formula: ZenithFormula::GivenZenithLuminance };
-        let tube = TubeResult::new(&TubeEstimate::default(), 0.1, Some(&dark));
+        let tube = TubeResult::new(&TubeEstimate::default(), 0.1, Some(&dark), false);
         assert_eq!((tube.transmission_efficiency, tube.level_aperture_efficiency), (None, None));
     }
 }

@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
+use super::number::coverage_factor;
 use super::tube::FluxResult;
 use crate::document::errors::Warning;
 use crate::document::schema::shapes::PlaneOffset;
@@ -54,6 +55,10 @@ pub struct TubeFluxAt {
 /// Fluxes of the light of one source.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct SourceFlux {
+    /// Times each standard error here is half an interval of 95 %: GUM's coverage factor, Student's quantile for one less than the
+    /// passes of photons.
+    #[serde(default)]
+    pub coverage_factor: Option<f64>,
     /// Arrives at the collector from outside, as in a job's results.
     pub at_collector: FluxResult,
     /// Arrives at the diffuser's top.
@@ -75,6 +80,7 @@ pub struct SourceFlux {
 impl From<&PatchedFlux> for SourceFlux {
     fn from(flux: &PatchedFlux) -> Self {
         Self {
+            coverage_factor: coverage_factor(flux.into_room.count, false),
             at_collector: (&flux.at_collector).into(),
             at_diffuser: (&flux.at_diffuser).into(),
             into_room: (&flux.into_room).into(),

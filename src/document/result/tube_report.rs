@@ -14,6 +14,10 @@ use crate::guide::performance::{Throughput, Transmission};
 pub struct TubeReport {
     /// Number of the tube in the document.
     pub tube: usize,
+    /// Times each standard error below, but for those of `flux`, which have factors of their own, is half an interval of 95 %: GUM's
+    /// coverage factor, Student's quantile for one less than the replicates of rays.
+    #[serde(default)]
+    pub coverage_factor: Option<f64>,
     /// Computation of the guide: `closed_form_straight`, `closed_form_bent` or `mesh`.
     pub guide: String,
     /// Fluxes of the job: at the collector, at the diffuser's top, into the room.
@@ -83,10 +87,7 @@ pub struct ThroughputResult {
 impl ThroughputResult {
     /// `per_unit`: what one unit of the throughput stands for, in lm.
     pub fn new(throughput: &Throughput, per_unit: f64) -> Self {
-        let flux = |moments: crate::statistics::Moments| FluxResult {
-            flux_lm: per_unit * moments.mean,
-            standard_error_lm: Some(per_unit * moments.standard_error()).filter(|error| error.is_finite()),
-        };
+        let flux = |moments: crate::statistics::Moments| FluxResult::new(&moments, per_unit, false);
         let Transmission { value, standard_error } = throughput.transmission();
         Self {
             at_collector: flux(throughput.entering()),

@@ -7,7 +7,7 @@ use glam::DVec3;
 
 use super::sky_moments::SkyMoments;
 use super::throughput::{Aim, replicated};
-pub use super::throughput::{Effort, Throughput, Transmission};
+pub use super::throughput::{Effort, REPLICATES, Throughput, Transmission};
 use super::transmittance::{beam_transmission, nearly_uniform_sky_transmission, uniform_sky_transmission};
 use super::{Guide, StraightGuide};
 use crate::optics::{Mirror, Spectrum};

@@ -9,7 +9,7 @@ use crate::sampling::{Key, PathRandom, Replicate, Stream};
 use crate::statistics::Moments;
 
 /// Independent replicates of each figure.
-const REPLICATES: u64 = 8;
+pub const REPLICATES: u64 = 8;
 
 /// Share of the light that rays leave open which all agree, times their number: what happens to a share of 3 / N, N rays miss 5 times in
 /// 100, and that is 1.96 standard errors.
