@@ -53,6 +53,11 @@ pub struct Table {
     pub rows: Vec<Vec<String>>,
 }
 
+/// A value with its standard error, in `decimals`: `0.8712 (s.e. 0.0004)`.
+pub fn with_standard_error(value: f64, error: f64, decimals: usize) -> String {
+    format!("{value:.decimals$} (s.e. {error:.decimals$})")
+}
+
 /// A figure of a report.
 #[derive(Clone, Debug)]
 pub struct Figure {

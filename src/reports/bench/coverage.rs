@@ -95,8 +95,8 @@ pub fn section(settings: &Settings, seeds: u64, progress: Progress) -> Result<Se
         text: format!(
             "Each method renders each scene with up to {seeds} seeds to 5 and to 1 % at 95 %, for {} s at most. \"Sensors\" is the \
              share of the sensors, or of blocks of 8 x 8 pixels of a view, whose interval of 95 % by Student's t holds the truth, \
-             whose own error is in it; \"means\" the share of the runs whose interval of the mean does. Behind them stands one \
-             standard error: of the runs, since the sensors of a run fail together, and for means the binomial one. **Bold** is \
+             whose own error is in it; \"means\" the share of the runs whose interval of the mean does. Behind them stands their \
+             standard error (s.e.): of the runs, since the sensors of a run fail together, and for means the binomial one. **Bold** is \
              what is outside of 93 to 97 % by more than two of them, of ten runs or more. \"Actual over asked\" is the root mean square of the deviations of all \
              sensors and runs, times 1.96, over the error that was asked for; \"beyond 1.5\" the share of the runs where it is more than one and a \
              half; both where no run was cut short. \"Mean off by\" is the mean deviation of the mean, in standard errors of the runs and of the truth: that jobs end when they \
@@ -133,7 +133,7 @@ fn share(shares: &Moments, error: f64) -> String {
     }
     let share = shares.mean;
     let error = if error.is_finite() { error } else { 0.0 };
-    let text = format!("{:.1} ± {:.1} %", 100.0 * share, 100.0 * error);
+    let text = format!("{:.1} % (s.e. {:.1})", 100.0 * share, 100.0 * error);
     let near = shares.count < FEW || share >= GOOD.start() - 2.0 * error && share <= GOOD.end() + 2.0 * error;
     if near { text } else { format!("**{text}**") }
 }
@@ -300,11 +300,11 @@ mod tests {
             (0..all).for_each(|run| shares.push(f64::from(u8::from(run < held))));
             shares
         };
-        assert_eq!(share(&shares(190, 200), 0.015), "95.0 ± 1.5 %");
-        assert_eq!(share(&shares(180, 200), 0.015), "90.0 ± 1.5 %");
-        assert_eq!(share(&shares(178, 200), 0.015), "**89.0 ± 1.5 %**");
-        assert_eq!(share(&shares(200, 200), 0.01), "**100.0 ± 1.0 %**");
-        assert_eq!(share(&shares(2, 2), 0.0), "100.0 ± 0.0 %");
+        assert_eq!(share(&shares(190, 200), 0.015), "95.0 % (s.e. 1.5)");
+        assert_eq!(share(&shares(180, 200), 0.015), "90.0 % (s.e. 1.5)");
+        assert_eq!(share(&shares(178, 200), 0.015), "**89.0 % (s.e. 1.5)**");
+        assert_eq!(share(&shares(200, 200), 0.01), "**100.0 % (s.e. 1.0)**");
+        assert_eq!(share(&shares(2, 2), 0.0), "100.0 % (s.e. 0.0)");
     }
 
     /// Two of four sensors are looked at, one of whose intervals holds; the mean and the errors are those of all.

@@ -16,7 +16,7 @@ use crate::figure::svg::svg;
 use crate::figure::ticks::Steps;
 use crate::integrator::photon_map::domain::Domain;
 use crate::integrator::photon_map::grid::PhotonGrid;
-use crate::reports::page::{Check, Figure, ReportError, Section, Table};
+use crate::reports::page::{Check, Figure, ReportError, Section, Table, with_standard_error};
 use crate::reports::run::render_all;
 use crate::scene::Face;
 use crate::statistics::Moments;
@@ -103,7 +103,7 @@ pub fn sections(settings: &Settings, progress: Progress) -> Result<Vec<Section>,
     let step = grid.cell_size_m[0] / radius;
     let one_sided = |i: usize| mean_on_disc(x(i), |x| between(&profile, step, x)) / profile[i];
     let expected_whole = |i: usize| inside_share(x(i)) * one_sided(i);
-    let measured = |value: &Moments| format!("{:.4} +- {:.4}", value.mean, value.standard_error());
+    let measured = |value: &Moments| with_standard_error(value.mean, value.standard_error(), 4);
     let row = |i: usize| {
         vec![
             format!("{:.3}", x(i)),

@@ -271,7 +271,7 @@ fn block_z(sight: &Sight, rendered: &Rendered, reference: &FilmEstimate, at_edge
 fn relative_difference(value: &Moments, reference: &Moments) -> String {
     let relative = |of: f64| 100.0 * of / reference.mean;
     let error = libm::hypot(value.standard_error(), reference.standard_error());
-    format!("{:+.2} +- {:.2} %", relative(value.mean - reference.mean), relative(error))
+    format!("{:+.2} % (s.e. {:.2})", relative(value.mean - reference.mean), relative(error))
 }
 
 fn figures(sight: &Sight, all: &[Rendered], reference: &Rendered) -> Result<Vec<Figure>, ReportError> {

@@ -17,7 +17,7 @@ use crate::figure::false_colour::FalseColours;
 use crate::figure::montage::montage;
 use crate::integrator::photon_map::grid::{LiesOn, PhotonGrid};
 use crate::output::png;
-use crate::reports::page::{Figure, ReportError, Section, Table};
+use crate::reports::page::{Figure, ReportError, Section, Table, with_standard_error};
 use crate::sampling::Key;
 use crate::scene::Face;
 use crate::traceable::SurfaceId;
@@ -247,14 +247,13 @@ fn pixels_section(
         title: "5. What was left open: hot pixels".to_owned(),
         text: format!(
             "Appendix A scales the flux to the new radius but divides by the area of the old one (lines 41 to 47): after the first pass \
-             the value is alpha times the right one, here {:.4} +- {:.4}. It refreshes a pixel only in passes that find a \
+             the value is alpha times the right one, here {}. It refreshes a pixel only in passes that find a \
              photon (line 21): a pixel whose disc has become small keeps a value that was divided by fewer emitted photons. And \
              its accumulated count is declared a whole number (section 5.5.2), which keeps pixels that find one photon at a time at N \
              = 0 while their radius shrinks. The first table has {} discs under uniform light after {ILLUMINANCE_PASSES} \
              passes with alpha = {ALPHA}: mean over the true value, the highest disc, and the mean radius over the first one. \
              The second has the same rules on photons traced through the pipe to {points} x {points} points of the floor.",
-            first.mean,
-            first.standard_error(),
+            with_standard_error(first.mean, first.standard_error(), 4),
             settings.discs,
         ),
         tables: vec![uniform_table(simulated), floor_table(floor, live)],
@@ -281,7 +280,7 @@ fn uniform_table(simulated: &[(f64, Vec<Uniform>)]) -> Table {
     let row = |(expected, rules): &(f64, Vec<Uniform>)| {
         let mut row = vec![expected.to_string()];
         for Uniform { ratio, highest, radius } in rules {
-            row.push(format!("{:.4} +- {:.4}", ratio.mean, ratio.standard_error()));
+            row.push(with_standard_error(ratio.mean, ratio.standard_error(), 4));
             row.push(format!("{highest:.1}"));
             row.push(format!("{radius:.3}"));
         }

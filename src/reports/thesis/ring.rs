@@ -14,7 +14,7 @@ use crate::figure::false_colour::FalseColours;
 use crate::figure::montage::montage;
 use crate::geometry::disc::disc_disc_area;
 use crate::output::png;
-use crate::reports::page::{Check, Figure, ReportError, Section, Table};
+use crate::reports::page::{Check, Figure, ReportError, Section, Table, with_standard_error};
 use crate::statistics::Moments;
 
 /// Passes of the full report, and paths per pixel of path tracing.
@@ -56,7 +56,7 @@ pub fn sections(settings: &Settings, progress: Progress) -> Result<Vec<Section>,
         Ok((case.name, record(prepared, &[], &zones)?))
     })?;
     let Some((_, reference)) = all.first() else { return Err(ReportError::Case(left_out)) };
-    let measured = |value: &Moments| format!("{:.4} +- {:.4}", value.mean, value.standard_error());
+    let measured = |value: &Moments| with_standard_error(value.mean, value.standard_error(), 4);
     let mut rows: Vec<Vec<String>> = all
         .iter()
         .map(|(name, recording)| [name.clone()].into_iter().chain(recording.zones.iter().map(measured)).collect())

@@ -15,7 +15,7 @@ use crate::figure::curves::{Series, curves};
 use crate::figure::svg::svg;
 use crate::figure::ticks::Steps;
 use crate::optics::fresnel::slab_transmittance;
-use crate::reports::page::{Check, Figure, Section, Table};
+use crate::reports::page::{Check, Figure, Section, Table, with_standard_error};
 use crate::reports::run::render;
 use crate::sky::opening::illuminance_through_rectangle;
 use crate::sky::{Sky, SkyDistribution, direction};
@@ -122,7 +122,7 @@ fn sources(reference: &Path) -> Result<(Vec<Check>, Table), ValidationError> {
             // where the engine itself uses a closed form only rounding is left
             deviations.add((value - truth) / error.max(1e-4 * truth));
             if i >= 4 && j == 4 {
-                let cells = [format!("{:.2}", point.x), format!("{value:.3} +- {error:.3}"), format!("{truth:.3}")];
+                let cells = [format!("{:.2}", point.x), with_standard_error(value, error, 3), format!("{truth:.3}")];
                 rows.push([name.to_owned()].into_iter().chain(cells).collect());
             }
         }
@@ -198,7 +198,7 @@ fn diffuse_reflection(reference: &Path) -> Result<(Deviations, Table), Validatio
         let (value, error) = (lux(&estimate, sensor), standard_error(&estimate, sensor));
         deviations.add((value - truth) / error);
         if j == 2 {
-            rows.push(vec![format!("{:.2}", point.x), format!("{value:.3} +- {error:.3}"), format!("{truth:.3}")]);
+            rows.push(vec![format!("{:.2}", point.x), with_standard_error(value, error, 3), format!("{truth:.3}")]);
         }
     }
     let table = Table {
@@ -257,7 +257,7 @@ fn interreflection(reference: &Path) -> Result<(Deviations, Deviations, Table, F
         deviations.add((value - indirect(reflectance)) / variance.sqrt());
         rows.push(vec![
             reflectance.to_string(),
-            format!("{value:.2} +- {:.2}", variance.sqrt()),
+            with_standard_error(value, variance.sqrt(), 2),
             format!("{:.2}", indirect(reflectance)),
         ]);
         marks.push((reflectance, value));

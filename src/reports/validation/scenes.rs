@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 use super::deviations::Deviations;
 use super::error::ValidationError;
 use super::reference::{failed, json as read_json, numbers};
-use crate::reports::page::{Section, Table};
+use crate::reports::page::{Section, Table, with_standard_error};
 use crate::reports::run::render;
 
 /// The room of the thesis, as an example to run.
@@ -54,7 +54,7 @@ pub fn section(reference: &Path) -> Result<Section, ValidationError> {
             scene.to_owned(),
             kind.to_owned(),
             prepared.plan.methods.grids.as_ref().map_or("", |choice| choice.method.name()).to_owned(),
-            format!("{:.3} +- {:.3}", grid.mean.mean, grid.mean.standard_error()),
+            with_standard_error(grid.mean.mean, grid.mean.standard_error(), 3),
             format!("{reference_mean:.3}"),
             format!("{:.2}", (squares / values.len().max(1) as f64).sqrt()),
             format!("{:.2}", deviations.worst),

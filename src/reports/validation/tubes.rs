@@ -16,7 +16,7 @@ use crate::guide::performance;
 use crate::guide::transmittance::{beam_transmission, sky_exitance, zastrow_wittwer_transmission};
 use crate::guide::{BentGuide, End, Guide, StraightGuide};
 use crate::optics::mirror::Mirror;
-use crate::reports::page::{Figure, Section, Table};
+use crate::reports::page::{Figure, Section, Table, with_standard_error};
 use crate::sampling::{Key, PathRandom, warp};
 use crate::sky::{CieType, Sky, SkyDistribution, direction};
 use crate::statistics::Moments;
@@ -143,7 +143,7 @@ fn elbows(reference: &Path) -> Result<(Deviations, Table), ValidationError> {
         }
         if isotropic {
             let cells = [bend, reflectance].map(|value| value.to_string()).into_iter();
-            let values = [through, back].map(|value| format!("{:.4} +- {:.4}", value.mean, value.standard_error()));
+            let values = [through, back].map(|value| with_standard_error(value.mean, value.standard_error(), 4));
             rows.push(cells.chain(values).collect());
         }
     }

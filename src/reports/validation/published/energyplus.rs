@@ -8,7 +8,7 @@ use super::super::deviations::Deviations;
 use super::super::error::ValidationError;
 use super::printed::{ENERGYPLUS_BEAMS, ENERGYPLUS_DIFFUSE_TRANSMITTANCE, ENERGYPLUS_ROOMS, Kind};
 use crate::guide::transmittance::beam_transmission;
-use crate::reports::page::Table;
+use crate::reports::page::{Table, with_standard_error};
 use crate::reports::run::render;
 
 /// Ratios of the beam transmittances of two tubes that differ in mirror or length alone.
@@ -89,7 +89,7 @@ pub fn rooms(reference: &Path) -> Result<([Deviations; 2], Table), ValidationErr
                 reflectance.to_string(),
                 method.to_owned(),
                 format!("{theirs:.5}"),
-                format!("{ours:.5} +- {error:.5}"),
+                with_standard_error(ours, error, 5),
                 format!("{percent:+.2} %"),
             ]);
         }

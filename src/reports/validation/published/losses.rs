@@ -58,7 +58,7 @@ pub fn bends() -> Table {
 }
 
 fn row(cells: [String; 2], (loss, error): (f64, f64)) -> Vec<String> {
-    let value = format!("{:.2} +- {:.2} %", 100.0 * loss, 100.0 * error);
+    let value = format!("{:.2} % (s.e. {:.2})", 100.0 * loss, 100.0 * error);
     ["this program".to_owned()].into_iter().chain(cells).chain([value]).collect()
 }
 
