@@ -8,7 +8,7 @@ use metrics_exporter_prometheus::{BuildError, Matcher, PrometheusBuilder, Promet
 /// Upper ends of the classes of a histogram in seconds.
 const SECONDS: [f64; 9] = [0.001, 0.003, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0];
 
-const COUNTERS: [(&str, &str); 6] = [
+const COUNTERS: [(&str, &str); 7] = [
     (
         "skyduct_event_reads_total",
         "Reads of events from the store, by whom: the reader of all streams of a job, or one stream",
@@ -16,6 +16,7 @@ const COUNTERS: [(&str, &str); 6] = [
     ("skyduct_http_requests_total", "Requests that were answered, by method, route and status"),
     ("skyduct_jobs_finished_total", "Jobs that ended since the process started, by status"),
     ("skyduct_jobs_submitted_total", "Jobs that were queued since the process started, those of studies included"),
+    ("skyduct_jobs_taken_over_total", "Jobs that took the results of an equal one since the process started"),
     ("skyduct_passes_total", "Passes that were rendered since the process started"),
     ("skyduct_refused_total", "Requests and connections that a limit refused, by its setting and by whose limit it is"),
 ];

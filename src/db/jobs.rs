@@ -31,6 +31,7 @@ pub(super) async fn submit(tx: &mut SqliteConnection, new: NewJob, max_queued: u
         warnings: &new.warnings,
         idempotency_key: new.idempotency_key.as_deref(),
         body_hash: &new.body_hash,
+        computation: new.computation.as_deref(),
         known: &new.known,
         predictions: new.predictions.as_ref().map(to_json).transpose()?,
         first_chunk: &new.first_chunk,
@@ -75,6 +76,7 @@ pub(super) struct NewRow<'a> {
     pub warnings: &'a [Warning],
     pub idempotency_key: Option<&'a str>,
     pub body_hash: &'a str,
+    pub computation: Option<&'a str>,
     pub known: &'a Known,
     pub predictions: Option<String>,
     pub first_chunk: &'a Range<u64>,
@@ -99,12 +101,13 @@ pub(super) async fn insert(
     let id_text = id.to_string();
     let mut insert = QueryBuilder::new(
         "INSERT INTO jobs (id, name, status, submitted, document, plan, study_id, warnings, idempotency_key, body_hash, \
-         summary, predictions, created_at) SELECT ",
+         computation, summary, predictions, created_at) SELECT ",
     );
     insert.push_bind(&id_text).push(", ").push_bind(row.name).push(", 'queued', ").push_bind(row.submitted);
     insert.push(", ").push_bind(row.document).push(", ").push_bind(row.plan).push(", ").push_bind(row.study);
     insert.push(", ").push_bind(to_json(&row.warnings)?);
     insert.push(", ").push_bind(row.idempotency_key).push(", ").push_bind(row.body_hash);
+    insert.push(", ").push_bind(row.computation);
     insert.push(", ").push_bind(to_json(row.known)?);
     insert.push(", ").push_bind(row.predictions);
     // one of them is rendered, or will be at once
@@ -156,6 +159,20 @@ pub(super) async fn job(connection: &mut SqliteConnection, id: Uuid) -> Result<O
         .as_ref()
         .map(rows::job)
         .transpose()
+}
+
+/// An ended job whose results are those of this one. What is cut short by the clock alone would be another result at another time: such
+/// a job is equal to those only that were there before its end.
+pub(super) async fn ended_equal(connection: &mut SqliteConnection, id: Uuid) -> Result<Option<Uuid>, StoreError> {
+    let equal: Option<String> = sqlx::query_scalar(
+        "SELECT e.id FROM jobs j JOIN jobs e ON e.computation = j.computation AND e.status = 'succeeded' \
+         WHERE j.id = $1 AND (e.stopped_by <> 'max_seconds' OR e.finished_at >= j.created_at) ORDER BY e.id DESC LIMIT 1",
+    )
+    .bind(id.to_string())
+    .fetch_optional(connection)
+    .await
+    .map_err(store_error)?;
+    Ok(equal.and_then(|equal| Uuid::parse_str(&equal).ok()))
 }
 
 pub(super) async fn source(pool: &SqlitePool, id: Uuid) -> Result<Option<JobSource>, StoreError> {
@@ -381,6 +398,17 @@ pub(super) async fn artifact(pool: &SqlitePool, id: Uuid, name: &str) -> Result<
         .as_ref()
         .map(rows::artifact)
         .transpose()
+}
+
+pub(super) async fn artifacts(pool: &SqlitePool, id: Uuid) -> Result<Vec<Artifact>, StoreError> {
+    sqlx::query("SELECT name, key, hash, size, media_type, content FROM artifacts WHERE job_id = $1 ORDER BY name")
+        .bind(id.to_string())
+        .fetch_all(pool)
+        .await
+        .map_err(store_error)?
+        .iter()
+        .map(rows::artifact)
+        .collect()
 }
 
 pub(super) async fn referenced_keys(connection: &mut SqliteConnection) -> Result<HashSet<String>, StoreError> {

@@ -29,6 +29,14 @@ macro_rules! free {
     };
 }
 
+/// Condition under which a job does not wait for an equal one, which has begun and whose results it will take.
+macro_rules! waits_for_none {
+    () => {
+        "NOT EXISTS (SELECT 1 FROM jobs j JOIN jobs e ON e.computation = j.computation AND e.status = 'running' \
+         WHERE j.id = c.job_id AND j.status = 'queued' AND e.cancel = 0)"
+    };
+}
+
 /// The waiting chunk that comes next, by $1 (owner), $3 (most deaths) and $4 (job to stay with, or null). The index
 /// `chunks_open` gives the order.
 macro_rules! next_chunk {
@@ -41,6 +49,8 @@ macro_rules! next_chunk {
             " LIMIT 1) UNION ALL \
              SELECT * FROM (SELECT c.job_id, c.idx, 1 AS choice FROM chunks c WHERE c.state <> 'done' AND ",
             free!(),
+            " AND ",
+            waits_for_none!(),
             " ORDER BY c.line, c.turn, c.job_id LIMIT 1)) ORDER BY choice LIMIT 1 "
         )
     };

@@ -132,6 +132,11 @@ impl Store for SqliteStore {
         Ok(job)
     }
 
+    async fn ended_equal(&self, id: Uuid) -> Result<Option<Uuid>, StoreError> {
+        let mut connection = self.readers.acquire().await.map_err(store_error)?;
+        jobs::ended_equal(&mut connection, id).await
+    }
+
     async fn job(&self, id: Uuid) -> Result<Option<Job>, StoreError> {
         let mut connection = self.readers.acquire().await.map_err(store_error)?;
         let job = jobs::job(&mut connection, id).await?;
@@ -214,6 +219,12 @@ impl Store for SqliteStore {
 
     async fn convergence_outline(&self, id: Uuid, points: u32) -> Result<Vec<PassReport>, StoreError> {
         jobs::convergence_outline(&self.readers, id, points).await
+    }
+
+    async fn artifacts(&self, id: Uuid) -> Result<Vec<Artifact>, StoreError> {
+        let artifacts = jobs::artifacts(&self.readers, id).await?;
+        self.log.told_of(id).await?;
+        Ok(artifacts)
     }
 
     async fn artifact(&self, id: Uuid, name: &str) -> Result<Option<Artifact>, StoreError> {

@@ -60,6 +60,8 @@ pub(super) async fn submit(
             warnings: &job.warnings,
             idempotency_key: None,
             body_hash: "",
+            // its times are compared
+            computation: None,
             known: &job.known,
             predictions: None,
             first_chunk: &job.first_chunk,

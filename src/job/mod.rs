@@ -5,6 +5,7 @@ pub(crate) mod backup;
 pub mod cancel;
 pub mod checkpoint;
 pub mod chunk;
+pub mod computation;
 pub mod convergence;
 pub mod convergence_files;
 mod engine;

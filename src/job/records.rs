@@ -150,6 +150,8 @@ pub struct NewJob {
     pub idempotency_key: Option<String>,
     /// Hash of the canonical body, which tells a repetition from a reuse of the key.
     pub body_hash: String,
+    /// Name of what it computes, equal where results are; `None` where no other job's results are its own.
+    pub computation: Option<String>,
     /// Uploaded meshes that the document names.
     pub meshes: Vec<String>,
     /// Passes of chunk 0.

@@ -144,6 +144,7 @@ impl Prepared {
             tubes: Some(tubes.collect()),
             cross_check: self.cross_check(merged),
             energy: self.knows_energy().then(|| EnergyResult::new(&merged.ledger, merged.passes_of_ledger())),
+            computed_by: None,
             render_warnings: Some(self.render_warnings(merged)),
         }
     }

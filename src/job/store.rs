@@ -266,6 +266,8 @@ pub trait Store: Send + Sync + 'static {
     async fn submit_untold(&self, job: NewJob, max_queued: u64) -> Result<Submission, StoreError>;
     /// The job that was posted with this key; `None` if there is none, or no more.
     async fn job_of_key(&self, idempotency_key: &str) -> Result<Option<Job>, StoreError>;
+    /// A job that has ended and whose results are those of this one, since their documents are equal; `None` if there is none.
+    async fn ended_equal(&self, id: Uuid) -> Result<Option<Uuid>, StoreError>;
     /// A job by its id; `None` if there is none.
     async fn job(&self, id: Uuid) -> Result<Option<Job>, StoreError>;
     /// What rendering a job goes on from; `None` if there is no such job.
@@ -290,6 +292,8 @@ pub trait Store: Send + Sync + 'static {
     async fn convergence_outline(&self, id: Uuid, points: u32) -> Result<Vec<PassReport>, StoreError>;
     /// A file of a job by its name; `None` if the job has none of this name.
     async fn artifact(&self, id: Uuid, name: &str) -> Result<Option<Artifact>, StoreError>;
+    /// All files of a job.
+    async fn artifacts(&self, id: Uuid) -> Result<Vec<Artifact>, StoreError>;
 
     /// Queues all jobs of a study behind the first chunks of other jobs, or none of them; at most `max_queued` jobs may wait.
     async fn submit_study(&self, study: NewStudy, max_queued: u64) -> Result<StudySubmission, StoreError>;

@@ -23,6 +23,7 @@ mod durability_process;
 mod durability_queue;
 mod durability_restart;
 mod durability_store;
+mod equal_jobs;
 mod events;
 mod jobs;
 mod limits;

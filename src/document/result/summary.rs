@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 use utoipa::ToSchema;
+use uuid::Uuid;
 
 use super::cross_check::CrossCheckResult;
 use super::energy::EnergyResult;
@@ -55,6 +56,10 @@ pub struct JobResults {
     /// What a second method found, where the document asks for `cross_check`; null where it does not, in the dark, and before the
     /// second pass.
     pub cross_check: Option<CrossCheckResult>,
+    /// Id of the job that was rendered, where an equal one was, by the same program: all results are that one's, which may have been
+    /// deleted since. Absent where this one was.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub computed_by: Option<Uuid>,
     /// What came up while the job was rendered, beside the `warnings` of its document.
     pub render_warnings: Option<Vec<Warning>>,
 }

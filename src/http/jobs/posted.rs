@@ -1,6 +1,5 @@
 //! Posted documents: read, hashed, prepared.
 
-use std::io::{BufWriter, Write};
 use std::sync::Arc;
 
 use axum::body::HttpBody;
@@ -18,6 +17,7 @@ use crate::http::places::Place;
 use crate::http::problem::Problem;
 use crate::http::problem_kind::ProblemKind;
 use crate::http::turns::Turn;
+use crate::job::computation::canonical_hash;
 use crate::job::prepare::{Prepared, prepare_document};
 
 /// Bytes of a document for each value that it may have: a table of short numbers has one for five, and no document has more.
@@ -92,38 +92,6 @@ fn not_json(detail: String) -> Problem {
     Problem::new(ProblemKind::NotJson, detail)
 }
 
-/// Equal for bodies that differ only in white space and in the order of fields.
-fn canonical_hash(value: &Value) -> std::io::Result<String> {
-    // many pieces are a byte or two
-    let mut hashing = BufWriter::new(blake3::Hasher::new());
-    write_canonical(value, &mut hashing)?;
-    let hasher = hashing.into_inner().map_err(std::io::IntoInnerError::into_error)?;
-    Ok(hasher.finalize().to_hex().to_string())
-}
-
-fn write_canonical(value: &Value, out: &mut impl Write) -> std::io::Result<()> {
-    match value {
-        Value::Object(fields) => {
-            writeln!(out, "object {}", fields.len())?;
-            let mut sorted: Vec<_> = fields.iter().collect();
-            sorted.sort_by_key(|(name, _)| *name);
-            for (name, value) in sorted {
-                write!(out, "{}\n{name}", name.len())?;
-                write_canonical(value, out)?;
-            }
-            Ok(())
-        }
-        Value::Array(values) => {
-            writeln!(out, "array {}", values.len())?;
-            values.iter().try_for_each(|value| write_canonical(value, out))
-        }
-        leaf => {
-            serde_json::to_writer(&mut *out, leaf)?;
-            out.write_all(b"\n")
-        }
-    }
-}
-
 /// Prepares a job off the async threads, because meshes can be large. Answers the uploaded meshes that it uses, too.
 pub async fn prepare(app: &Service, turn: &Turn, document: Value) -> Result<(Prepared, Vec<String>), Problem> {
     let (meshes, runtime) = (app.meshes.clone(), tokio::runtime::Handle::current());
@@ -142,36 +110,4 @@ pub async fn prepare(app: &Service, turn: &Turn, document: Value) -> Result<(Pre
         return Err(DocumentErrors::from(error).into());
     }
     Ok((prepared, meshes))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn hash(text: &str) -> String {
-        canonical_hash(&read::json::value(text.as_bytes()).unwrap()).unwrap()
-    }
-
-    #[test]
-    fn the_canonical_hash_sees_content_only() {
-        let same =
-            [r#"{"a":1,"b":[1,2.5,"x"]}"#, " { \"b\" : [1, 2.5, \"x\"],\n\"a\":1}", r#"{"a":1.0,"b":[1e0,2.50,"x"]}"#];
-        assert!(same.iter().all(|text| hash(text) == hash(same[0])));
-        let different = [
-            r#"{"a":1,"b":[1,2.5]}"#,
-            r#"{"a":1,"b":["1",2.5,"x"]}"#,
-            r#"{"a":1,"b":[[1],2.5,"x"]}"#,
-            r#"{"a":{"b":[1,2.5,"x"]}}"#,
-            r#"[]"#,
-            r#"{}"#,
-            r#"null"#,
-            r#""null""#,
-        ];
-        let mut hashes: Vec<String> = different.iter().chain(&same[..1]).map(|text| hash(text)).collect();
-        hashes.sort();
-        hashes.dedup();
-        assert_eq!(hashes.len(), different.len() + 1);
-        // keys of before are compared with it
-        assert_eq!(hash(same[0]), blake3::hash(b"object 2\n1\na1\n1\nbarray 3\n1\n2.5\n\"x\"\n").to_hex().to_string());
-    }
 }

@@ -14,11 +14,12 @@ use super::waited::{FinishedJob, Waiting};
 use crate::document::JobDocument;
 use crate::document::result::PlanResult;
 use crate::http::client::Client;
-use crate::http::limits::permit;
+use crate::http::limits::{off_thread, permit};
 use crate::http::outlive::HungUp;
 use crate::http::problem::{Problem, Query};
 use crate::http::problem_kind::ProblemKind;
 use crate::http::{App, Service, prefer};
+use crate::job::computation::computation;
 use crate::job::prepare::Prepared;
 use crate::job::store::*;
 
@@ -85,9 +86,11 @@ pub async fn create(
     let (prepared, meshes) = prepare(&app, &turn, posted.value).await?;
     let prepared = Arc::new(prepared);
     let new = new_job(&prepared, posted.text, meshes)?;
+    let of_document = prepared.clone();
+    let computation = off_thread(turn.clone(), move |_| computation(&of_document.document)).await?;
     let predictions = query.predictions(&app.permits.pilots_of_jobs, &prepared).await?;
     drop(turn);
-    let new = NewJob { idempotency_key, body_hash: posted.hash, predictions, ..new };
+    let new = NewJob { idempotency_key, body_hash: posted.hash, computation, predictions, ..new };
     // the disk is waited for once where the answer comes with the job's end
     let told = if waiting.is_some() { Told::Perhaps } else { Told::Safely };
     let submission = queue(&app, new, prepared, told).await?;
@@ -116,7 +119,7 @@ async fn queue(app: &Service, new: NewJob, prepared: Arc<Prepared>, told: Told) 
     Ok(submission)
 }
 
-/// A prepared job to be queued, with neither key nor hash; `text` is its document.
+/// A prepared job to be queued, with neither key nor hashes; `text` is its document.
 pub(in crate::http) fn new_job(prepared: &Prepared, text: String, meshes: Vec<String>) -> Result<NewJob, Problem> {
     Ok(NewJob {
         name: prepared.name.clone(),
@@ -128,6 +131,7 @@ pub(in crate::http) fn new_job(prepared: &Prepared, text: String, meshes: Vec<St
         warnings: prepared.warnings.clone(),
         idempotency_key: None,
         body_hash: String::new(),
+        computation: None,
         meshes,
         first_chunk: prepared.chunk(0).ok_or_else(Problem::internal)?,
     })

@@ -12,6 +12,7 @@
 
 mod chunk;
 mod commit;
+mod equal;
 mod interrupted;
 mod kept;
 mod pool;
@@ -274,6 +275,10 @@ impl Worker {
         stops: broadcast::Receiver<Change>,
     ) -> Result<Worked, Interrupted> {
         let job = lease.job;
+        if self.commits.take_over(lease).await? {
+            drop(self.live.take_prepared(job));
+            return Ok(Worked::FinishedJob(None));
+        }
         let shown = self.shown == Some(job);
         if !shown {
             self.show(None);

@@ -203,6 +203,7 @@ pub fn new_job() -> NewJob {
         warnings: Vec::new(),
         idempotency_key: None,
         body_hash: "hash".into(),
+        computation: None,
         meshes: Vec::new(),
         first_chunk: 0..8,
     }
