@@ -2,10 +2,12 @@
 
 /** A refusal of the service. */
 export class Refused extends Error {
-  /** @param {Problem} problem */
-  constructor(problem) {
+  /** @param {Problem} problem @param {Response} response */
+  constructor(problem, { status, headers }) {
     super(problem.detail);
     this.problem = problem;
+    /** Pause before the same is asked again; null where it would be refused again. @type {number | null} */
+    this.againMs = [429, 503].includes(status) ? 1000 * (Number(headers.get("Retry-After")) || 1) : null;
   }
 }
 
@@ -21,7 +23,7 @@ async function call(path, init) {
     detail: response.statusText,
     instance: path,
   };
-  throw new Refused(await response.json().catch(() => nothing));
+  throw new Refused(await response.json().catch(() => nothing), response);
 }
 
 /** @template T @param {string} path @returns {Promise<T>} */
@@ -88,26 +90,49 @@ export const deleteJob = (id) =>
 export const postMesh = async (file) =>
   (await call("/v1/meshes", { method: "POST", headers: { "Content-Type": "model/obj" }, body: file })).json();
 
+/** Pauses before a stream that is refused is asked for again: the first one and the longest. */
+const FIRST_PAUSE_MS = 1000;
+const LONGEST_PAUSE_MS = 30_000;
+
 /**
- * Follows a job until it ends.
+ * Follows a job until it ends. A stream that is refused, as too many are open, is asked for again after pauses that grow, from the
+ * event on that was heard last.
  * @param {string} id @param {(name: string, data: any) => void} heard @param {AbortSignal} signal
- * @returns {Promise<string>} the name of the last event; rejects when the stream is refused or nobody listens any more
+ * @returns {Promise<string>} the name of the last event; rejects when there is no such job or nobody listens any more
  */
 export function follow(id, heard, signal) {
   const last = ["succeeded", "failed", "cancelled"];
   return new Promise((resolve, reject) => {
-    const source = new EventSource(`/v1/jobs/${id}/events`);
-    const end = () => source.close();
-    signal.addEventListener("abort", () => (end(), reject(signal.reason)));
-    for (const name of ["planned", "pass", "image", ...last]) {
-      source.addEventListener(name, (event) => {
-        heard(name, JSON.parse(event.data));
-        if (last.includes(name)) (end(), resolve(name));
-      });
-    }
-    source.addEventListener(
-      "error",
-      () => source.readyState === EventSource.CLOSED && reject(new Error("the stream of events is refused")),
-    );
+    let after = "0";
+    let pause = FIRST_PAUSE_MS;
+    /** @type {EventSource | undefined} */
+    let source;
+    const listen = () => {
+      if (signal.aborted) return;
+      const events = (source = new EventSource(`/v1/jobs/${id}/events?after=${after}`));
+      for (const name of ["planned", "pass", "image", ...last]) {
+        events.addEventListener(name, (event) => {
+          after = event.lastEventId;
+          pause = FIRST_PAUSE_MS;
+          heard(name, JSON.parse(event.data));
+          if (last.includes(name)) (events.close(), resolve(name));
+        });
+      }
+      events.addEventListener("error", () => events.readyState === EventSource.CLOSED && void ask());
+    };
+    // an EventSource tells neither what it was refused with nor `Retry-After`: the job tells whether there is anything to hear
+    const ask = async () => {
+      try {
+        const { status } = await job(id);
+        if (last.includes(status)) return resolve(status);
+      } catch (error) {
+        if (error instanceof Refused && error.againMs === null) return reject(error);
+        if (error instanceof Refused && error.againMs !== null) pause = Math.max(pause, error.againMs);
+      }
+      setTimeout(listen, pause);
+      pause = Math.min(2 * pause, LONGEST_PAUSE_MS);
+    };
+    signal.addEventListener("abort", () => (source?.close(), reject(signal.reason)));
+    listen();
   });
 }

@@ -16,6 +16,10 @@ const LOOK_MS = 700;
 /** Pause before a service that does not answer is asked again. */
 const RETRY_MS = 1000;
 
+/** Pause before what failed is tried again; null where it would fail again. @param {unknown} error @returns {number | null} */
+const pauseAfter = (error) =>
+  error instanceof TypeError ? RETRY_MS : error instanceof api.Refused ? error.againMs : null;
+
 /** Counts changes: an answer to an older one never replaces a newer one's. */
 let sequence = 0;
 let shown = 0;
@@ -106,7 +110,8 @@ async function answerFirst() {
     if (abort.signal.aborted) void forget(draft, key);
     else if (mine === sequence) {
       set({ problem: problemOf(error) });
-      if (error instanceof TypeError) retry = setTimeout(compute, RETRY_MS);
+      const pause = pauseAfter(error);
+      if (pause !== null) retry = setTimeout(compute, pause);
     }
   } finally {
     clearTimeout(late);
@@ -189,6 +194,7 @@ function stopSharpening() {
 export async function sharpen(seconds = ASKED_SECONDS, target = state.target) {
   stopSharpening();
   clearTimeout(rest);
+  clearTimeout(retry);
   const mine = sequence;
   const abort = new AbortController();
   sharpening = abort;
@@ -226,7 +232,11 @@ export async function sharpen(seconds = ASKED_SECONDS, target = state.target) {
     else set({ passes: before });
     if (job.problem) set({ problem: problemOf(new Error(job.problem.detail)) });
   } catch (error) {
-    if (!abort.signal.aborted) set({ problem: problemOf(error) });
+    if (!abort.signal.aborted) {
+      set({ problem: problemOf(error) });
+      const pause = pauseAfter(error);
+      if (pause !== null) retry = setTimeout(() => void sharpen(seconds, target), pause);
+    }
   } finally {
     if (sharpening === abort) {
       sharpening = null;

@@ -3,7 +3,17 @@ import assert from "node:assert/strict";
 import { spawnSync } from "node:child_process";
 import { readFileSync } from "node:fs";
 import { join } from "node:path";
-import { drawsIsoluxLines, foretellsNoNonsense, keepsTheSection, knowsPlaces, namesChanges, takesSizesAsTyped, writesNumbers } from "./modules.mjs";
+import {
+  drawsIsoluxLines,
+  followsAgain,
+  foretellsNoNonsense,
+  keepsTheSection,
+  knowsPlaces,
+  namesChanges,
+  postsAgain,
+  takesSizesAsTyped,
+  writesNumbers,
+} from "./modules.mjs";
 import { Visitor, browser } from "./visit.mjs";
 
 const [, , url, folder] = process.argv;
@@ -443,6 +453,8 @@ try {
     knowsPlaces,
     takesSizesAsTyped,
     keepsTheSection,
+    followsAgain,
+    postsAgain,
     types,
     predicts,
     touches,
