@@ -6,8 +6,10 @@ FROM rust:1.95-slim-bookworm AS build
 RUN apt-get update && apt-get install -y --no-install-recommends gcc libc6-dev && rm -rf /var/lib/apt/lists/*
 WORKDIR /src
 COPY . .
+# what `skyduct --version` and results say: --build-arg VERSION="$(git describe --tags --always --dirty)"
+ARG VERSION=
 RUN --mount=type=cache,target=/usr/local/cargo/registry --mount=type=cache,target=/src/target \
-    cargo build --release --locked && cp target/release/skyduct /usr/local/bin/skyduct
+    SKYDUCT_VERSION="$VERSION" cargo build --release --locked && cp target/release/skyduct /usr/local/bin/skyduct
 
 FROM debian:bookworm-slim
 RUN useradd --uid 10001 --no-create-home --shell /usr/sbin/nologin skyduct \

@@ -21,6 +21,13 @@ pub use skyduct_physics::{
     analytic, estimate, geometry, guide, integrator, kept, optics, plan, sampling, scene, sky, statistics, traceable,
 };
 
+/// Version of this program: what its builder says by the environment variable `SKYDUCT_VERSION`, such as `git describe` tells it, or that of
+/// the package.
+pub const VERSION: &str = match option_env!("SKYDUCT_VERSION") {
+    Some(version) if !version.is_empty() => version,
+    _ => env!("CARGO_PKG_VERSION"),
+};
+
 pub mod output;
 
 pub mod figure;

@@ -30,7 +30,7 @@ use clap::error::ErrorKind;
 
 /// Daylight through tubular daylight devices: illuminance grids and views with their errors.
 #[derive(Debug, clap::Parser)]
-#[command(name = "skyduct", version)]
+#[command(name = "skyduct", version = crate::VERSION)]
 pub struct Arguments {
     #[command(subcommand)]
     command: Option<Command>,

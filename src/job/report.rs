@@ -7,6 +7,7 @@ use super::phrases::{in_words, quantity};
 use super::results::FirstOutputs;
 use super::site_figure::{SiteFacts, longer_section};
 use super::subject::Subject;
+use crate::VERSION;
 use crate::figure::plan_map::PlanMap;
 use crate::figure::sheet::{Sheet, SheetFigure, SheetPart};
 use crate::figure::ticks::{duration, short, significant, with_error};
@@ -53,7 +54,7 @@ pub fn report(subject: &Subject, job: &Value, outputs: &FirstOutputs, footer: St
 
 /// Name and version of the program that makes reports.
 pub fn made_by() -> String {
-    format!("skyduct {}", env!("CARGO_PKG_VERSION"))
+    format!("skyduct {VERSION}")
 }
 
 fn list(value: &Value) -> &[Value] {

@@ -9,6 +9,7 @@ use super::progress::StoppedBy;
 use super::spent::Spent;
 use super::subject::Subject;
 use super::view_figure::{ViewWishes, false_colour_figure};
+use crate::VERSION;
 use crate::document::errors::{Warning, WarningCode};
 use crate::document::result::{
     AccuracyResult, CrossCheckResult, EnergyResult, ExternalIlluminance, GridInShort, GridResult, GridStatistics,
@@ -135,6 +136,7 @@ impl Prepared {
         let Known { provenance, switches, external_horizontal_illuminance_lux } = self.known();
         JobResults {
             accuracy: Some(self.accuracy_result(merged, stopped_by)),
+            engine: Some(format!("skyduct {VERSION}")),
             timing: Some(TimingResult::new(merged, spent.seconds, spent.cpu_seconds)),
             provenance: Some(provenance),
             switches: Some(switches),
@@ -372,7 +374,7 @@ impl Prepared {
 
     fn exr_comments(&self) -> String {
         let name = self.name.as_deref().unwrap_or("unnamed job");
-        format!("skyduct {}: {name}; {}", env!("CARGO_PKG_VERSION"), to_value(&self.provenance))
+        format!("skyduct {VERSION}: {name}; {}", to_value(&self.provenance))
     }
 }
 

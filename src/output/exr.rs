@@ -9,6 +9,7 @@ use exr::prelude::{
 
 use super::seen::SeenView;
 use super::{Image, OutputError};
+use crate::VERSION;
 
 /// What a file has of every pixel beside its colour.
 #[derive(Clone, Copy, Debug)]
@@ -89,7 +90,7 @@ pub fn encode(image: Image, layers: Layers, comments: &str) -> Result<Vec<u8>, O
         channel("source", sources.iter().map(|source| f32::from(u8::from(*source))).collect()),
     ];
     let attributes = LayerAttributes {
-        software_name: Some(Text::from(concat!("skyduct ", env!("CARGO_PKG_VERSION")))),
+        software_name: Some(Text::from(format!("skyduct {VERSION}").as_str())),
         comments: Text::new_or_none(comments),
         ..LayerAttributes::default()
     };

@@ -247,3 +247,9 @@ fn without_a_command_the_service_starts_on_a_terminal_only() {
     let page = lines.filter_map(|line| line.trim().strip_prefix("page at ").map(str::to_owned)).next();
     assert!(page.is_some_and(|page| page.starts_with("http://127.0.0.1:") && page.ends_with('/')));
 }
+
+#[test]
+fn the_version_is_that_of_results() {
+    let version = run(Command::new(env!("CARGO_BIN_EXE_skyduct")).arg("--version"));
+    assert_eq!(version, format!("skyduct {}\n", skyduct::VERSION));
+}

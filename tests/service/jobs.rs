@@ -95,6 +95,7 @@ async fn a_job_from_post_to_delete() {
 
     let job = service.json(&path).await;
     assert_eq!(job["status"], "succeeded");
+    assert_eq!(job["engine"], format!("skyduct {}", skyduct::VERSION));
     assert_eq!(job["stopped_by"], "max_passes");
     assert_eq!(job["progress"]["passes"], 20);
     assert_eq!(job["progress"]["photons"], 40_000);

@@ -37,6 +37,9 @@ impl Known {
 pub struct JobResults {
     /// Relative errors that were reached.
     pub accuracy: Option<AccuracyResult>,
+    /// Name and version of the program that computed it.
+    #[schema(example = "skyduct 0.1.0")]
+    pub engine: Option<String>,
     /// Passes, photons, rays and seconds.
     pub timing: Option<TimingResult>,
     /// The choices that explain factors of two between correct answers.
