@@ -55,6 +55,13 @@ export async function predict(draft) {
 export const job = (id) => /** @type {Promise<Job>} */ (get(`/v1/jobs/${id}`));
 
 /**
+ * The zone of a place, or the named one, and its offset at what a clock shows.
+ * @param {Record<string, string>} of
+ * @returns {Promise<Schemas["TimeZoneResource"]>}
+ */
+export const timeZone = (of) => get(`/v1/time_zone?${new URLSearchParams(of)}`);
+
+/**
  * The job's first grid, as far as it is computed; null where it has none yet.
  * @param {Job} job
  * @returns {Promise<Grid | null>}

@@ -2,36 +2,21 @@
 
 const DAY_MS = 86_400_000;
 
-/**
- * Minutes by which clocks of a zone are ahead of UTC at a moment.
- * @param {string} zone IANA name
- * @param {number} at milliseconds of UTC
- */
-function ahead(zone, at) {
-  const parts = new Intl.DateTimeFormat("en-US", { timeZone: zone, timeZoneName: "longOffset" }).formatToParts(at);
-  const [, sign = "+", hours = "0", minutes = "0"] =
-    /GMT([+-])(\d+):(\d+)/.exec(parts.find(({ type }) => type === "timeZoneName")?.value ?? "") ?? [];
-  return (sign === "-" ? -1 : 1) * (60 * Number(hours) + Number(minutes));
-}
-
 /** @param {number} number */
 const two = (number) => String(Math.trunc(number)).padStart(2, "0");
 
 /**
- * The time of a document. A place that is no city has the clock of its longitude.
- * @param {number} year @param {number} day of the year, from 1 @param {number} hour 0..24 @param {string | undefined} zone @param {number} longitude
+ * The time of a document.
+ * @param {number} year @param {number} day of the year, from 1 @param {number} hour 0..24 @param {string} offset from UTC, as +02:00
  */
-export function time(year, day, hour, zone, longitude) {
-  const wall = Date.UTC(year, 0, day) + Math.round(hour * 60) * 60_000;
-  let offset = 60 * Math.round(longitude / 15);
-  if (zone) {
-    offset = ahead(zone, wall);
-    // the clock may change between here and UTC's same wall time
-    offset = ahead(zone, wall - offset * 60_000);
-  }
-  const date = new Date(wall).toISOString().slice(0, 19);
-  return `${date}${offset < 0 ? "-" : "+"}${two(Math.abs(offset) / 60)}:${two(Math.abs(offset) % 60)}`;
-}
+export const time = (year, day, hour, offset) =>
+  new Date(Date.UTC(year, 0, day) + Math.round(hour * 60) * 60_000).toISOString().slice(0, 19) + offset;
+
+/** What the clock of a document shows; null where it shows nothing. @param {string | null | undefined} time */
+export const local = (time) => /^\d{4}-\d{2}-\d{2}T\d{2}:\d{2}(:\d{2})?/.exec(time ?? "")?.[0] ?? null;
+
+/** Offset from UTC of the clock of a document. @param {string | null | undefined} time */
+export const offset = (time) => /[+-]\d{2}:\d{2}$/.exec(time ?? "")?.[0] ?? "+00:00";
 
 /** Year, day of the year and hour that the clock of a document shows. @param {string | null | undefined} time */
 export function read(time) {

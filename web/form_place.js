@@ -1,10 +1,11 @@
 // Place and time, or where the sun is.
-import { dayName, hourName, read, time } from "./clock.js";
+import { dayName, hourName, offset, read, time } from "./clock.js";
 import { number, slider } from "./field.js";
 import { edit, hold } from "./live.js";
 import { cities, cityAt, cityNamed } from "./places.js";
 import { set, state } from "./state.js";
 import { html, nothing } from "./vendor/lit-html.js";
+import { setClock, zone } from "./zone.js";
 
 /**
  * Sets coordinates and clock of the place.
@@ -16,8 +17,7 @@ function at(draft, to) {
   const location = (draft.location ??= { latitude_deg: 55.68, longitude_deg: 12.57 });
   location.latitude_deg = to.latitude ?? location.latitude_deg;
   location.longitude_deg = to.longitude ?? location.longitude_deg;
-  const zone = cityAt(location.latitude_deg, location.longitude_deg)?.[3];
-  draft.time = time(year, day, hour, zone, location.longitude_deg);
+  draft.time = time(year, day, hour, offset(draft.time));
 }
 
 /** @param {Event} event */
@@ -25,7 +25,7 @@ function takeCity(event) {
   const input = /** @type {HTMLInputElement} */ (event.target);
   const city = cityNamed(input.value);
   if (!city) return void set({ said: `No city called ${input.value} is listed: give its coordinates.` });
-  edit((draft) => at(draft, { latitude: city[1], longitude: city[2] }));
+  setClock((draft) => at(draft, { latitude: city[1], longitude: city[2] }));
 }
 
 /** The part of the form about place and time. */
@@ -46,14 +46,14 @@ export function place() {
         label: "Latitude",
         unit: "°N",
         value: latitude_deg,
-        set: (latitude) => edit((next) => at(next, { latitude })),
+        set: (latitude) => setClock((next) => at(next, { latitude })),
       })}
       ${number({
         pointer: "/location/longitude_deg",
         label: "Longitude",
         unit: "°E",
         value: longitude_deg,
-        set: (longitude) => edit((next) => at(next, { longitude })),
+        set: (longitude) => setClock((next) => at(next, { longitude })),
       })}
     </div>
     ${slider({
@@ -65,19 +65,20 @@ export function place() {
       min: 1,
       max: 365,
       held: hold,
-      set: (to) => edit((next) => at(next, { day: to })),
+      set: (to) => setClock((next) => at(next, { day: to })),
     })}
     ${slider({
       pointer: "/time",
       label: "Hour",
       value: hour,
-      shown: hourName(hour),
+      shown: `${hourName(hour)} UTC${offset(draft.time)}`,
       step: 0.25,
       min: 0,
       max: 23.75,
       held: hold,
-      set: (to) => edit((next) => at(next, { hour: to })),
+      set: (to) => setClock((next) => at(next, { hour: to })),
     })}
+    ${zone()}
     <p class="note">${state.current && Number.isFinite(altitude) ? where(altitude, Number(sunNow?.azimuth_deg)) : nothing}</p>`;
 }
 
@@ -96,7 +97,7 @@ function sun(position) {
   const change = (/** @type {(position: { altitude_deg: number, azimuth_deg: number }) => void} */ to) =>
     edit((next) => next.sky?.sun_position && to(next.sky.sun_position));
   const free = () =>
-    edit((next) => {
+    setClock((next) => {
       if (next.sky) delete next.sky.sun_position;
       at(next, {});
     });

@@ -17,7 +17,7 @@ const LOOK_MS = 700;
 const RETRY_MS = 1000;
 
 /** Pause before what failed is tried again; null where it would fail again. @param {unknown} error @returns {number | null} */
-const pauseAfter = (error) =>
+export const pauseAfter = (error) =>
   error instanceof TypeError ? RETRY_MS : error instanceof api.Refused ? error.againMs : null;
 
 /** Counts changes: an answer to an older one never replaces a newer one's. */

@@ -40,7 +40,7 @@ use crate::job::events::{Cancelled, Failed, Pass, Planned, Queued, Restarted, St
         (name = "results", description = "Grids, pictures and convergence; of a running job, what there is so far"),
         (name = "studies", description = "What accuracy costs: several methods on one job against a reference"),
         (name = "meshes", description = "Uploaded OBJ files"),
-        (name = "skies", description = "The sky types of CIE S 011"),
+        (name = "skies", description = "The sky types of CIE S 011, and the clocks of places"),
         (name = "tubes", description = "Closed forms of straight tubes"),
         (name = "operation", description = "Health, numbers, this description"),
     )

@@ -31,7 +31,7 @@ use crate::http::server::answer_health_only_beyond;
 use crate::http::turns::answer_for;
 use crate::http::{
     Service, convergence, docs, events, figures, grids, health, jobs, meshes, page, problem_page, report, results,
-    skies, studies, tube_flux, tubes, views,
+    skies, studies, time_zone, tube_flux, tubes, views,
 };
 
 const REQUEST_ID: HeaderName = HeaderName::from_static("x-request-id");
@@ -53,6 +53,7 @@ fn api_with_limits(document_bytes: usize) -> OpenApiRouter<Arc<Service>> {
         .routes(routes!(studies::change::cancel))
         .routes(routes!(meshes::get, meshes::delete))
         .routes(routes!(skies::skies))
+        .routes(routes!(time_zone::time_zone))
         .routes(routes!(tubes::transmission))
         .routes(routes!(tube_flux::flux))
         .routes(routes!(docs::openapi_yaml))

@@ -6,11 +6,11 @@ use axum::Json;
 use serde::{Deserialize, Serialize};
 use utoipa::{IntoParams, ToSchema};
 
-use crate::document::FieldError;
 use crate::guide::transmittance::{beam_transmission, sky_exitance, zastrow_wittwer_transmission};
 use crate::http::App;
 use crate::http::limits::{off_thread, permit};
 use crate::http::problem::{Problem, Query};
+use crate::http::query_faults::QueryFaults;
 use crate::sky::{CieType, Sky, SkyDistribution, direction};
 
 /// Longest tube, in diameters.
@@ -103,7 +103,7 @@ struct Request {
 
 impl Request {
     fn read(query: &TransmissionQuery) -> Result<Self, Problem> {
-        let mut errors = Errors(Vec::new());
+        let mut errors = QueryFaults::default();
         let aspect_ratio = match (&query.aspect_ratio, &query.length_m, &query.diameter_m) {
             (Some(text), None, None) => errors.number("aspect_ratio", text, 0.0, LONGEST),
             (None, Some(length), Some(diameter)) => {
@@ -137,7 +137,7 @@ impl Request {
             (Some(_), None) => errors.refuse("sun_altitude_deg", "required with cie_type"),
             (None, Some(_)) => errors.refuse("cie_type", "required with sun_altitude_deg"),
         };
-        match (aspect_ratio, reflectance, errors.0) {
+        match (aspect_ratio, reflectance, errors.found) {
             (Some(aspect_ratio), Some(reflectance), errors) if errors.is_empty() => {
                 Ok(Self { aspect_ratio, reflectance, altitudes_deg, sky })
             }
@@ -182,32 +182,6 @@ impl Request {
                 sun_altitude_deg,
                 transmission: of_sky(cie_type, sun_altitude_deg),
             }),
-        }
-    }
-}
-
-/// Faults of the parameters, by name.
-struct Errors(Vec<FieldError>);
-
-impl Errors {
-    fn refuse<T>(&mut self, parameter: &str, detail: impl Into<String>) -> Option<T> {
-        self.0.push(FieldError::of_parameter(parameter, detail));
-        None
-    }
-
-    fn number(&mut self, parameter: &str, text: &str, lowest: f64, highest: f64) -> Option<f64> {
-        let number: Option<f64> = text.trim().parse().ok();
-        match number {
-            Some(number) if number >= lowest && number <= highest => Some(number),
-            Some(number) if lowest == f64::MIN_POSITIVE => {
-                let most = if highest == f64::MAX { String::new() } else { format!(" and <= {highest}") };
-                self.refuse(parameter, format!("must be > 0{most}, but is {number}"))
-            }
-            Some(number) if highest == f64::MAX => {
-                self.refuse(parameter, format!("must be a number >= {lowest}, but is {number}"))
-            }
-            Some(number) => self.refuse(parameter, format!("must be within {lowest}..{highest}, but is {number}")),
-            None => self.refuse(parameter, format!("must be a number, but is {text:?}")),
         }
     }
 }

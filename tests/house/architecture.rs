@@ -57,8 +57,12 @@ const CLOCKS: &[&str] = &["Instant::now", "SystemTime::now"];
 const TOKIO_ROOMS: &[&str] = &["http", "db", "cli", "job", "main"];
 
 /// Crates with one user each.
-const SINGLE_USERS: &[(&str, &str)] =
-    &[("obvhs", "geometry/wide_tree.rs"), ("exr", "output/exr.rs"), ("tiny_skia", "figure/paint.rs")];
+const SINGLE_USERS: &[(&str, &str)] = &[
+    ("obvhs", "geometry/wide_tree.rs"),
+    ("exr", "output/exr.rs"),
+    ("tiny_skia", "figure/paint.rs"),
+    ("tzf_rs", "document/sky/time_zone.rs"),
+];
 
 fn level(room: &str) -> Option<usize> {
     LEVELS.iter().position(|rooms| rooms.contains(&room))

@@ -11,6 +11,7 @@ import {
   knowsPlaces,
   namesChanges,
   postsAgain,
+  setsClocks,
   takesSizesAsTyped,
   writesNumbers,
 } from "./modules.mjs";
@@ -451,6 +452,7 @@ try {
     namesChanges,
     foretellsNoNonsense,
     knowsPlaces,
+    setsClocks,
     takesSizesAsTyped,
     keepsTheSection,
     followsAgain,

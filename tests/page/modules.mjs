@@ -87,35 +87,84 @@ export async function foretellsNoNonsense({ page }) {
   assert.deepEqual(told, [`500${space}ms`, `42${space}s`, `60${space}min`, hour, hour, hour, `, ${hour} left`, `, about 30${space}s left`, ""]);
 }
 
-/** The clocks of the cities are those of their zones, which lie near their longitudes. */
+/** Cities are where the service has zones of their longitudes; the clock of a document is read as it was written. */
 export async function knowsPlaces({ page }) {
   const { cities, odd, times } = await page.evaluate(async () => {
-    const [{ cities, cityNamed }, { time, read }] = [await import("/web/places.js"), await import("/web/clock.js")];
-    const hours = (text) => Number(text.slice(19, 22)) + Number(text.slice(19, 20) + text.slice(23)) / 60;
-    const odd = cities.filter(([, north, east, zone]) => {
-      const winter = hours(time(2026, 15, 12, zone, east));
-      return Math.abs(north) > 72 || Math.abs(winter - east / 15) > 3.2;
-    });
-    const at = (name, day, hour) => time(2026, day, hour, cityNamed(name)[3], cityNamed(name)[2]);
-    const times = [
-      at("Copenhagen", 80, 12),
-      at("Copenhagen", 172, 12.5),
-      at("Kathmandu", 1, 0),
-      at("New York", 365, 23.75),
-      time(2026, 80, 12, undefined, -40),
+    const [{ cities }, { timeZone }, { time, read, offset, local }] = [
+      await import("/web/places.js"),
+      await import("/web/api.js"),
+      await import("/web/clock.js"),
     ];
-    return { cities: cities.map(([name]) => name), odd, times: [...times, read(times[1])] };
+    const hours = (text) => Number(text.slice(0, 3)) + Number(text.slice(0, 1) + text.slice(4)) / 60;
+    const winter = async ([, north, east]) =>
+      hours((await timeZone({ latitude_deg: north, longitude_deg: east, local_time: "2026-01-15T12:00" })).utc_offset);
+    const apart = [];
+    for (const city of cities) apart.push(Math.abs((await winter(city)) - city[2] / 15));
+    const odd = cities.filter(([, north], number) => Math.abs(north) > 72 || !(apart[number] <= 3.2));
+    const at = time(2026, 172, 12.5, "+02:00");
+    return { cities: cities.map(([name]) => name), odd, times: [at, read(at), offset(at), offset("2026-01-01T00:00Z"), local(at)] };
   });
   assert(cities.length >= 150 && new Set(cities).size === cities.length, `${cities.length} cities`);
   assert.deepEqual(odd, []);
-  assert.deepEqual(times, [
-    "2026-03-21T12:00:00+01:00",
-    "2026-06-21T12:30:00+02:00",
-    "2026-01-01T00:00:00+05:45",
-    "2026-12-31T23:45:00-05:00",
-    "2026-03-21T12:00:00-03:00",
-    { year: 2026, day: 172, hour: 12.5 },
-  ]);
+  assert.deepEqual(times, ["2026-06-21T12:30:00+02:00", { year: 2026, day: 172, hour: 12.5 }, "+02:00", "+00:00", "2026-06-21T12:30:00"]);
+}
+
+/** The clock is that of the place in summer and winter, of a zone that is chosen, or of the document; hours that clocks do not have. */
+export async function setsClocks(visitor) {
+  const { page } = visitor;
+  const time = (of) => page.waitForFunction((of) => seen.draft.time === of, of);
+  const slide = (name, to) => page.getByRole("slider", { name, exact: true }).fill(String(to));
+  const zone = page.getByLabel("Time zone");
+  const shown = () => zone.evaluate((select) => select.selectedOptions[0].textContent);
+  const before = (await visitor.state()).draft;
+  for (const [name, degrees] of [
+    ["Latitude", "55.69"],
+    ["Longitude", "12.9"],
+  ]) {
+    await page.getByLabel(name).fill(degrees);
+    await page.getByLabel(name).press("Enter");
+  }
+  await slide("Hour", 12);
+  await slide("Day", 172);
+  await time("2026-06-21T12:00:00+02:00");
+  await page.getByText("12:00 UTC+02:00").waitFor();
+  assert.equal(await shown(), "Europe/Stockholm");
+  await slide("Day", 15);
+  await time("2026-01-15T12:00:00+01:00");
+  await page.locator("#city").fill("Kathmandu");
+  await page.locator("#city").press("Enter");
+  await time("2026-01-15T12:00:00+05:45");
+  await page.locator("#city").fill("Copenhagen");
+  await page.locator("#city").press("Enter");
+  await time("2026-01-15T12:00:00+01:00");
+  // set forward on 29 March, back on 25 October
+  await slide("Hour", 2.5);
+  await slide("Day", 88);
+  await time("2026-03-29T03:30:00+02:00");
+  await page.getByRole("status").getByText("leap over 02:30").waitFor();
+  await slide("Day", 298);
+  await slide("Hour", 2.5);
+  await time("2026-10-25T02:30:00+02:00");
+  await page.getByRole("button", { name: "Take the second" }).click();
+  await time("2026-10-25T02:30:00+01:00");
+  await page.getByText("the second is meant").waitFor();
+  await zone.selectOption("America/St_Johns");
+  await time("2026-10-25T02:30:00-02:30");
+  await slide("Day", 15);
+  await time("2026-01-15T02:30:00-03:30");
+  await zone.selectOption("");
+  await time("2026-01-15T02:30:00+01:00");
+  // an offset of no zone here stays with its document
+  await page.evaluate(async () => {
+    const { use } = await import("/web/live.js");
+    use({ ...seen.draft, time: "2026-06-21T12:00:00Z" });
+  });
+  await page.getByText("that of the document").waitFor();
+  await slide("Hour", 13);
+  await time("2026-06-21T13:00:00+00:00");
+  await page.evaluate(async (draft) => (await import("/web/live.js")).use(draft), before);
+  await visitor.rests();
+  assert.equal((await visitor.state()).draft.time, before.time);
 }
 
 /** A typed size stands in the document as it is, for the service to judge; a dragged wall stops before the tubes. */

@@ -124,6 +124,10 @@ async fn other_answers_are_as_described() {
     is_a("Skies", &service.json("/v1/skies").await);
     let tube = "/v1/tubes/transmission?reflectance=0.98&aspect_ratio=4&altitude_deg=30&cie_type=12&sun_altitude_deg=35";
     is_a("TubeTransmission", &service.json(tube).await);
+    let [once, twice] = ["2026-06-21T12:00", "2026-10-25T02:30"]
+        .map(|time| format!("/v1/time_zone?latitude_deg=55.69&longitude_deg=12.9&local_time={time}"));
+    is_a("TimeZoneResource", &service.json(&once).await);
+    is_a("TimeZoneResource", &service.json(&twice).await);
     let obj = "o pipe\nusemtl a\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
     let upload = service.request(Method::POST, "/v1/meshes").header("content-type", "model/obj").body(obj);
     let mesh: Value = upload.send().await.unwrap().json().await.unwrap();

@@ -176,6 +176,41 @@ async fn the_transmission_of_a_tube() {
     assert_eq!(common::problem(unknown, 422).await["errors"][0]["parameter"], "length");
 }
 
+/// The zone of a place or of a name; times that clocks show once, twice and never; bad values by name.
+#[tokio::test]
+async fn the_time_zone_of_a_place() {
+    let service = TestService::start().await;
+    let told = async |query: &str| service.json(&format!("/v1/time_zone?{query}")).await;
+    let place = "latitude_deg=55.69&longitude_deg=12.55";
+    let summer = json!({ "time_zone": "Europe/Copenhagen", "shown": "once", "time": "2026-06-21T12:00:00+02:00",
+                         "second_time": null, "utc_offset": "+02:00" });
+    assert_eq!(told(&format!("{place}&local_time=2026-06-21T12:00")).await, summer);
+    assert_eq!(told("time_zone=europe/copenhagen&local_time=2026-06-21T12:00:00").await, summer);
+    let chosen = told(&format!("{place}&time_zone=America/St_Johns&local_time=2026-06-21T12:00")).await;
+    assert_eq!(chosen["time"], "2026-06-21T12:00:00-02:30");
+    let never = told(&format!("{place}&local_time=2026-03-29T02:30")).await;
+    assert_eq!((&never["shown"], &never["time"]), (&json!("never"), &json!("2026-03-29T03:30:00+02:00")));
+    let twice = told(&format!("{place}&local_time=2026-10-25T02:30")).await;
+    assert_eq!((&twice["shown"], &twice["utc_offset"]), (&json!("twice"), &json!("+02:00")));
+    assert_eq!(twice["second_time"], "2026-10-25T02:30:00+01:00");
+    for (query, parameters) in [
+        ("local_time=2026-06-21T12:00", &["latitude_deg", "longitude_deg"][..]),
+        ("latitude_deg=91&longitude_deg=181&local_time=noon", &["latitude_deg", "longitude_deg", "local_time"]),
+        ("latitude_deg=0&longitude_deg=NaN&local_time=2026-06-21T12:00Z", &["longitude_deg", "local_time"]),
+        ("latitude_deg=0&longitude_deg=0&local_time=2026-02-30T12:00", &["local_time"]),
+        ("latitude_deg=0&longitude_deg=0", &["local_time"]),
+        ("time_zone=Europe/Aarhus&local_time=2026-06-21T12:00", &["time_zone"]),
+        ("time_zone=&local_time=2026-06-21T12:00", &["time_zone"]),
+        ("time_zone=Asia/Tokyo&local_time=-009999-01-01T00:00", &["local_time"]),
+    ] {
+        let answer = service.get(&format!("/v1/time_zone?{query}")).send().await.unwrap();
+        let problem = common::problem(answer, 422).await;
+        let named: Vec<&str> =
+            problem["errors"].as_array().unwrap().iter().filter_map(|error| error["parameter"].as_str()).collect();
+        assert_eq!(named, parameters, "{query}: {problem}");
+    }
+}
+
 /// Every operation refuses a parameter that it does not have, also one that has none.
 #[tokio::test]
 async fn unknown_parameters_are_refused_by_name() {

@@ -1,8 +1,9 @@
-//! Place and sky of a job document: where the sun is ([`time`]), how bright all is ([`daylight`]).
+//! Place and sky of a job document: where the sun is ([`time`]), how bright all is ([`daylight`]), what clocks show there ([`time_zone`]).
 
 pub(super) mod check;
 pub mod daylight;
 pub mod time;
+pub mod time_zone;
 
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;

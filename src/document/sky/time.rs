@@ -2,6 +2,8 @@
 
 use std::str::FromStr;
 
+use jiff::civil::DateTime;
+
 use crate::sky::sun::UtcInstant;
 
 /// A time of RFC 3339 with an offset, with or without seconds, as an instant in UTC; years outside 0..9999 have a sign and six
@@ -28,6 +30,16 @@ pub fn instant(time: &str) -> Result<UtcInstant, String> {
         minute: field(civil.minute()),
         second: f64::from(civil.second()) + 1e-9 * f64::from(civil.subsec_nanosecond()),
     })
+}
+
+/// Reads what a clock shows: date and time of RFC 3339 without an offset, with or without seconds. The error says what is wrong.
+pub fn local(time: &str) -> Result<DateTime, String> {
+    let shape = "must be a date and the time of a clock, such as 2011-09-15T15:00";
+    match rfc_3339_shape(time) {
+        Shape::NoOffset => DateTime::from_str(time).map_err(|error| format!("{shape}: {error}")),
+        Shape::Complete => Err(format!("{shape}, without an offset, but is {time:?}")),
+        Shape::Other => Err(format!("{shape}, but is {time:?}")),
+    }
 }
 
 enum Shape {

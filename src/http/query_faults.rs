@@ -1,0 +1,34 @@
+//! What is wrong with the parameters of a query, all at once.
+
+use crate::document::FieldError;
+
+/// Faults of the parameters, by name.
+#[derive(Default)]
+pub struct QueryFaults {
+    pub found: Vec<FieldError>,
+}
+
+impl QueryFaults {
+    /// Notes a fault; there is no value.
+    pub fn refuse<T>(&mut self, parameter: &str, detail: impl Into<String>) -> Option<T> {
+        self.found.push(FieldError::of_parameter(parameter, detail));
+        None
+    }
+
+    /// Reads a number within `lowest` and `highest`, both included; the smallest positive number as `lowest` stands for "above 0".
+    pub fn number(&mut self, parameter: &str, text: &str, lowest: f64, highest: f64) -> Option<f64> {
+        let number: Option<f64> = text.trim().parse().ok();
+        match number {
+            Some(number) if number >= lowest && number <= highest => Some(number),
+            Some(number) if lowest == f64::MIN_POSITIVE => {
+                let most = if highest == f64::MAX { String::new() } else { format!(" and <= {highest}") };
+                self.refuse(parameter, format!("must be > 0{most}, but is {number}"))
+            }
+            Some(number) if highest == f64::MAX => {
+                self.refuse(parameter, format!("must be a number >= {lowest}, but is {number}"))
+            }
+            Some(number) => self.refuse(parameter, format!("must be within {lowest}..{highest}, but is {number}")),
+            None => self.refuse(parameter, format!("must be a number, but is {text:?}")),
+        }
+    }
+}
