@@ -140,6 +140,19 @@ mod tests {
     }
 
     #[test]
+    fn jobs_that_may_wait_are_checked() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("config.toml");
+        for name in ["queued_jobs", "queued_jobs_per_client"] {
+            for value in [0, 1_000_001] {
+                std::fs::write(&file, format!("[limits]\n{name} = {value}")).unwrap();
+                let refused = Config::load(Some(&file), &Flags::default()).unwrap_err().to_string();
+                assert_eq!(refused, format!("limits.{name}: must be 1 to 1000000, but is {value}"));
+            }
+        }
+    }
+
+    #[test]
     fn later_layers_win() {
         let directory = tempfile::tempdir().unwrap();
         let file = directory.path().join("skyduct.toml");

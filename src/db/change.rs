@@ -11,10 +11,19 @@ use crate::job::progress::{PassReport, Progress};
 use crate::job::store::*;
 
 use super::rows::{signed, to_json};
-use super::sql::{now_ms, store_error};
+use super::sql::{now_ms, store_error, waits_for_none};
 
 /// Rows that one statement writes.
 const ROWS_OF_A_STATEMENT: usize = 500;
+
+/// Lines in which chunks wait, in the order in which they are taken; chunks of cancelled jobs come before both.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Line {
+    /// First chunks.
+    First = 1,
+    /// Later chunks, and jobs that nobody waits for alone.
+    Later = 2,
+}
 
 /// New values of columns of one job, its next events in order, and other rows of it.
 pub(super) struct JobChange<'a> {
@@ -24,7 +33,7 @@ pub(super) struct JobChange<'a> {
     events: Vec<(&'static str, String)>,
     passes: Vec<&'a PassReport>,
     artifacts: Vec<&'a Artifact>,
-    next_chunk: Option<(u64, &'a std::ops::Range<u64>)>,
+    next_chunk: Option<(u64, &'a std::ops::Range<u64>, Line)>,
     written_now: bool,
 }
 
@@ -59,9 +68,9 @@ impl<'a> JobChange<'a> {
         self
     }
 
-    /// A chunk that waits: its index and passes.
-    pub fn chunk(&mut self, index: u64, passes: &'a std::ops::Range<u64>) -> &mut Self {
-        self.next_chunk = Some((index, passes));
+    /// A chunk that waits in a line: its index and passes.
+    pub fn chunk(&mut self, index: u64, passes: &'a std::ops::Range<u64>, line: Line) -> &mut Self {
+        self.next_chunk = Some((index, passes, line));
         self
     }
 
@@ -125,8 +134,8 @@ impl<'a> JobChange<'a> {
         push_events(&mut sql, self.job, &self.events);
         push_passes(&mut sql, self.job, &self.passes);
         push_artifacts(&mut sql, self.job, &self.artifacts);
-        if let Some((index, passes)) = self.next_chunk {
-            push_chunk(&mut sql, self.job, index, passes);
+        if let Some((index, passes, line)) = self.next_chunk {
+            push_chunk(&mut sql, self.job, index, passes, line);
         }
         if self.written_now {
             sql.push(concat!("; UPDATE store SET written_at = ", now_ms!()));
@@ -198,12 +207,18 @@ fn push_artifacts(sql: &mut QueryBuilder<Sqlite>, job: &str, artifacts: &[&Artif
     }
 }
 
-/// The first chunk of a job waits in front of later ones of others.
-fn push_chunk(sql: &mut QueryBuilder<Sqlite>, job: &str, index: u64, passes: &std::ops::Range<u64>) {
-    let line = if index == 0 { 1 } else { 2 };
-    sql.push("; INSERT INTO chunks (job_id, idx, pass_from, pass_to, state, line, turn) SELECT id, ");
+/// Clients take turns in each line: a chunk comes behind the one that is next now (not one that is rendered for hours, or waits for
+/// another job: others would overtake who came before them as long), and behind the other chunks of its client. Of equal turns, who came
+/// first is first.
+fn push_chunk(sql: &mut QueryBuilder<Sqlite>, job: &str, index: u64, passes: &std::ops::Range<u64>, line: Line) {
+    let line = line as i64;
+    sql.push("; INSERT INTO chunks (job_id, idx, pass_from, pass_to, state, line, turn, client) SELECT id, ");
     sql.push_bind(signed(index)).push(", ").push_bind(signed(passes.start)).push(", ").push_bind(signed(passes.end));
     sql.push(", 'ready', ").push_bind(line);
-    sql.push(", (SELECT coalesce(max(turn), 0) + 1 FROM chunks WHERE state <> 'done') FROM jobs WHERE id = ");
-    sql.push_bind(job.to_owned());
+    sql.push(", max(coalesce((SELECT c.turn FROM chunks c WHERE c.state <> 'done' AND c.state = 'ready' AND c.line = ");
+    sql.push_bind(line).push(concat!(" AND ", waits_for_none!(), " ORDER BY c.turn LIMIT 1), 0)"));
+    sql.push(", coalesce((SELECT turn + 1 FROM chunks WHERE state <> 'done' AND client = jobs.client AND line = ");
+    sql.push_bind(line)
+        .push(" ORDER BY turn DESC LIMIT 1), 0)), client FROM jobs WHERE id = ")
+        .push_bind(job.to_owned());
 }

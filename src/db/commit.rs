@@ -10,7 +10,7 @@ use crate::job::progress::{PassReport, StoppedBy};
 use crate::job::spent::Spent;
 use crate::job::store::*;
 
-use super::change::JobChange;
+use super::change::{JobChange, Line};
 use super::rows::{self, name_of, signed, to_json};
 use super::sql::{now_ms, store_error};
 
@@ -123,7 +123,7 @@ pub(super) async fn complete(
         Completion::Continue { state, progress, next_index, next } => {
             take_reports(tx, &job, &mut change, newest, reports, None).await?;
             change
-                .chunk(*next_index, next)
+                .chunk(*next_index, next, Line::Later)
                 .set_progress(progress)
                 .set_sql("previous_state_key = state_key, previous_state_hash = state_hash")
                 .set_sql("previous_seconds = merged_seconds, previous_cpu_seconds = merged_cpu_seconds")

@@ -12,17 +12,22 @@ use crate::job::events::{Cancelled, EventData, Planned, PlannedBesidePlan, Queue
 use crate::job::progress::{PassReport, Progress, StoppedBy};
 use crate::job::store::*;
 
-use super::change::JobChange;
+use super::change::{JobChange, Line};
 use super::rows::{self, head_columns, job_columns, signed, to_json, to_value};
 use super::sql::{now_ms, store_error};
 
-pub(super) async fn submit(tx: &mut SqliteConnection, new: NewJob, max_queued: u64) -> Result<Submission, StoreError> {
+pub(super) async fn submit(
+    tx: &mut SqliteConnection,
+    new: NewJob,
+    most: MostWaiting,
+) -> Result<Submission, StoreError> {
     if let Some(key) = &new.idempotency_key
         && let Some(job) = job_of_key(tx, key).await?
     {
         return Ok(if job.body_hash == new.body_hash { Submission::Repeated(job) } else { Submission::KeyReused });
     }
     let row = NewRow {
+        id: new.id,
         name: new.name.as_deref(),
         submitted: &new.submitted,
         document: to_json(&new.document)?,
@@ -35,16 +40,19 @@ pub(super) async fn submit(tx: &mut SqliteConnection, new: NewJob, max_queued: u
         known: &new.known,
         predictions: new.predictions.as_ref().map(to_json).transpose()?,
         first_chunk: &new.first_chunk,
+        line: Line::First,
+        client: &new.client,
         meshes: &new.meshes,
     };
-    let (id, created_at) = match insert(tx, row, max_queued).await? {
-        Inserted::At(id, created_at) => (id, created_at),
+    let created_at = match insert(tx, row, most).await? {
+        Inserted::At(created_at) => created_at,
         Inserted::QueueFull => return Ok(Submission::QueueFull),
+        Inserted::ClientFull => return Ok(Submission::ClientFull),
         Inserted::MeshGone(mesh) => return Ok(Submission::MeshGone(mesh)),
     };
     Ok(Submission::New(Job {
         head: JobHead {
-            id,
+            id: new.id,
             name: new.name,
             status: JobStatus::Queued,
             cancel_requested: false,
@@ -67,6 +75,7 @@ pub(super) async fn submit(tx: &mut SqliteConnection, new: NewJob, max_queued: u
 
 /// The row of a job to be queued; its long columns as they are stored.
 pub(super) struct NewRow<'a> {
+    pub id: Uuid,
     pub name: Option<&'a str>,
     pub submitted: &'a str,
     pub document: String,
@@ -80,14 +89,17 @@ pub(super) struct NewRow<'a> {
     pub known: &'a Known,
     pub predictions: Option<String>,
     pub first_chunk: &'a Range<u64>,
+    pub line: Line,
+    pub client: &'a str,
     pub meshes: &'a [String],
 }
 
 /// What became of a row.
 pub(super) enum Inserted {
-    /// Id of the job, and when it was queued.
-    At(Uuid, i64),
+    /// When the job was queued.
+    At(i64),
     QueueFull,
+    ClientFull,
     MeshGone(String),
 }
 
@@ -95,13 +107,12 @@ pub(super) enum Inserted {
 pub(super) async fn insert(
     tx: &mut SqliteConnection,
     row: NewRow<'_>,
-    max_queued: u64,
+    most: MostWaiting,
 ) -> Result<Inserted, StoreError> {
-    let id = Uuid::now_v7();
-    let id_text = id.to_string();
+    let id_text = row.id.to_string();
     let mut insert = QueryBuilder::new(
         "INSERT INTO jobs (id, name, status, submitted, document, plan, study_id, warnings, idempotency_key, body_hash, \
-         computation, summary, predictions, created_at) SELECT ",
+         computation, summary, predictions, client, created_at) SELECT ",
     );
     insert.push_bind(&id_text).push(", ").push_bind(row.name).push(", 'queued', ").push_bind(row.submitted);
     insert.push(", ").push_bind(row.document).push(", ").push_bind(row.plan).push(", ").push_bind(row.study);
@@ -109,16 +120,21 @@ pub(super) async fn insert(
     insert.push(", ").push_bind(row.idempotency_key).push(", ").push_bind(row.body_hash);
     insert.push(", ").push_bind(row.computation);
     insert.push(", ").push_bind(to_json(row.known)?);
-    insert.push(", ").push_bind(row.predictions);
+    insert.push(", ").push_bind(row.predictions).push(", ").push_bind(row.client);
     // one of them is rendered, or will be at once
     insert.push(concat!(", ", now_ms!(), " WHERE (SELECT count(*) FROM chunks WHERE state <> 'done') <= "));
-    insert.push_bind(signed(max_queued)).push(" RETURNING created_at; ");
-    let queued = Queued { job: id, name: row.name.map(str::to_owned) };
+    insert.push_bind(signed(most.jobs));
+    insert.push(" AND (SELECT count(*) FROM chunks WHERE state <> 'done' AND client = ").push_bind(row.client);
+    insert.push(") <= ").push_bind(signed(most.of_client)).push(" RETURNING created_at; ");
+    let queued = Queued { job: row.id, name: row.name.map(str::to_owned) };
     let planned = PlannedBesidePlan { warnings: row.warnings, known: row.known };
     let mut change = JobChange::after(&id_text, insert);
-    change.chunk(0, row.first_chunk).event(&queued)?.event(&planned)?;
+    change.chunk(0, row.first_chunk, row.line).event(&queued)?.event(&planned)?;
     let created = change.write_and_fetch(tx).await?;
-    let Some(created) = created.first() else { return Ok(Inserted::QueueFull) };
+    let Some(created) = created.first() else {
+        let full = unfinished_of(tx, row.client).await? > most.of_client;
+        return Ok(if full { Inserted::ClientFull } else { Inserted::QueueFull });
+    };
     let created_at: i64 = rows::get(created, "created_at")?;
     for mesh in row.meshes {
         let known: Option<i64> = sqlx::query_scalar("SELECT 1 FROM meshes WHERE id = $1")
@@ -136,7 +152,7 @@ pub(super) async fn insert(
             .await
             .map_err(store_error)?;
     }
-    Ok(Inserted::At(id, created_at))
+    Ok(Inserted::At(created_at))
 }
 
 pub(super) async fn job_of_key(connection: &mut SqliteConnection, key: &str) -> Result<Option<Job>, StoreError> {
@@ -235,6 +251,16 @@ pub(super) async fn count(connection: &mut SqliteConnection, status: JobStatus) 
 pub(super) async fn unfinished(connection: &mut SqliteConnection) -> Result<u64, StoreError> {
     // a job that has not ended has one chunk that is not done
     let count: i64 = sqlx::query_scalar("SELECT count(*) FROM chunks WHERE state <> 'done'")
+        .fetch_one(connection)
+        .await
+        .map_err(store_error)?;
+    Ok(count.unsigned_abs())
+}
+
+/// As [`unfinished`], of one client.
+pub(super) async fn unfinished_of(connection: &mut SqliteConnection, client: &str) -> Result<u64, StoreError> {
+    let count: i64 = sqlx::query_scalar("SELECT count(*) FROM chunks WHERE state <> 'done' AND client = $1")
+        .bind(client)
         .fetch_one(connection)
         .await
         .map_err(store_error)?;

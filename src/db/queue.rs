@@ -12,7 +12,7 @@ use crate::job::store::*;
 use super::change::JobChange;
 use super::commit::finish_job;
 use super::rows::{self, signed};
-use super::sql::{now_ms, store_error};
+use super::sql::{now_ms, store_error, waits_for_none};
 
 /// Appended to the claim's inner query on PostgreSQL: `FOR UPDATE OF c SKIP LOCKED`.
 macro_rules! lock_clause {
@@ -29,16 +29,8 @@ macro_rules! free {
     };
 }
 
-/// Condition under which a job does not wait for an equal one, which has begun and whose results it will take.
-macro_rules! waits_for_none {
-    () => {
-        "NOT EXISTS (SELECT 1 FROM jobs j JOIN jobs e ON e.computation = j.computation AND e.status = 'running' \
-         WHERE j.id = c.job_id AND j.status = 'queued' AND e.cancel = 0)"
-    };
-}
-
-/// The waiting chunk that comes next, by $1 (owner), $3 (most deaths) and $4 (job to stay with, or null). The index
-/// `chunks_open` gives the order.
+/// The waiting chunk that comes next, by $1 (owner), $3 (most deaths), $4 (job to stay with, or null) and $5 (later chunks
+/// first). The index `chunks_open` gives the order.
 macro_rules! next_chunk {
     () => {
         concat!(
@@ -47,11 +39,16 @@ macro_rules! next_chunk {
              WHERE c.job_id = $4 AND c.state <> 'done' AND ",
             free!(),
             " LIMIT 1) UNION ALL \
-             SELECT * FROM (SELECT c.job_id, c.idx, 1 AS choice FROM chunks c WHERE c.state <> 'done' AND ",
+             SELECT * FROM (SELECT c.job_id, c.idx, 1 AS choice FROM chunks c WHERE $5 AND c.line = 2 AND c.state <> 'done' AND ",
             free!(),
             " AND ",
             waits_for_none!(),
-            " ORDER BY c.line, c.turn, c.job_id LIMIT 1)) ORDER BY choice LIMIT 1 "
+            " ORDER BY c.turn, c.rowid LIMIT 1) UNION ALL \
+             SELECT * FROM (SELECT c.job_id, c.idx, 2 AS choice FROM chunks c WHERE c.state <> 'done' AND ",
+            free!(),
+            " AND ",
+            waits_for_none!(),
+            " ORDER BY c.line, c.turn, c.rowid LIMIT 1)) ORDER BY choice LIMIT 1 "
         )
     };
 }
@@ -77,6 +74,7 @@ pub(super) async fn claim(
     .bind(milliseconds(lease))
     .bind(signed(turn.most_deaths))
     .bind(turn.stay_with.map(|job| job.to_string()))
+    .bind(turn.later_first)
     .fetch_optional(&mut *tx)
     .await
     .map_err(store_error)?;

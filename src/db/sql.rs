@@ -10,6 +10,15 @@ macro_rules! now_ms {
 }
 pub(crate) use now_ms;
 
+/// Condition under which the job of a chunk `c` does not wait for an equal one, which has begun and whose results it will take.
+macro_rules! waits_for_none {
+    () => {
+        "NOT EXISTS (SELECT 1 FROM jobs j JOIN jobs e ON e.computation = j.computation AND e.status = 'running' \
+         WHERE j.id = c.job_id AND j.status = 'queued' AND e.cancel = 0)"
+    };
+}
+pub(crate) use waits_for_none;
+
 /// Tells what can be tried again from what cannot.
 pub(super) fn store_error(error: sqlx::Error) -> StoreError {
     let unavailable = match &error {

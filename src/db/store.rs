@@ -99,17 +99,17 @@ impl Store for SqliteStore {
         if found == "ok" { Ok(()) } else { Err(StoreError::Failed(format!("the database is damaged: {found}"))) }
     }
 
-    async fn submit(&self, job: NewJob, max_queued: u64) -> Result<Submission, StoreError> {
-        let submission = self.submit_untold(job, max_queued).await?;
+    async fn submit(&self, job: NewJob, most: MostWaiting) -> Result<Submission, StoreError> {
+        let submission = self.submit_untold(job, most).await?;
         if matches!(submission, Submission::New(_)) {
             self.log.wait().await?;
         }
         Ok(submission)
     }
 
-    async fn submit_untold(&self, job: NewJob, max_queued: u64) -> Result<Submission, StoreError> {
+    async fn submit_untold(&self, job: NewJob, most: MostWaiting) -> Result<Submission, StoreError> {
         let mut tx = self.begin(Durability::Process).await?;
-        let submission = jobs::submit(&mut tx, job, max_queued).await?;
+        let submission = jobs::submit(&mut tx, job, most).await?;
         if let Submission::New(job) = &submission {
             tx.commit().await.map_err(store_error)?;
             self.tell(Change::Job(job.head.id));
@@ -174,6 +174,11 @@ impl Store for SqliteStore {
         jobs::unfinished(&mut connection).await
     }
 
+    async fn unfinished_of(&self, client: &str) -> Result<u64, StoreError> {
+        let mut connection = self.readers.acquire().await.map_err(store_error)?;
+        jobs::unfinished_of(&mut connection, client).await
+    }
+
     async fn cancel(&self, id: Uuid) -> Result<CancelOutcome, StoreError> {
         let mut tx = self.begin(Durability::Power).await?;
         let outcome = jobs::cancel(&mut tx, id).await?;
@@ -233,9 +238,9 @@ impl Store for SqliteStore {
         Ok(artifact)
     }
 
-    async fn submit_study(&self, study: NewStudy, max_queued: u64) -> Result<StudySubmission, StoreError> {
+    async fn submit_study(&self, study: NewStudy, most: MostWaiting) -> Result<StudySubmission, StoreError> {
         let mut tx = self.begin(Durability::Power).await?;
-        let submission = studies::submit(&mut tx, study, max_queued).await?;
+        let submission = studies::submit(&mut tx, study, most).await?;
         if let StudySubmission::New(study) = &submission {
             tx.commit().await.map_err(store_error)?;
             study.jobs.iter().for_each(|member| self.tell(Change::Job(member.job)));

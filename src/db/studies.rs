@@ -7,6 +7,7 @@ use uuid::Uuid;
 
 use crate::job::store::*;
 
+use super::change::Line;
 use super::jobs;
 use super::rows::{self, get, head_columns, json, optional_json, signed, to_json, uuid};
 use super::sql::{now_ms, store_error};
@@ -15,7 +16,7 @@ use super::sql::{now_ms, store_error};
 pub(super) async fn submit(
     tx: &mut SqliteConnection,
     new: NewStudy,
-    max_queued: u64,
+    most: MostWaiting,
 ) -> Result<StudySubmission, StoreError> {
     if let Some(key) = &new.idempotency_key
         && let Some(study) = of_key(tx, key).await?
@@ -51,7 +52,9 @@ pub(super) async fn submit(
     let mut members = Vec::with_capacity(new.jobs.len());
     for (place, job) in new.jobs.into_iter().enumerate() {
         let submitted = to_json(&job.submitted)?;
+        let job_id = Uuid::now_v7();
         let row = jobs::NewRow {
+            id: job_id,
             name: new.name.as_deref(),
             submitted: &submitted,
             document: to_json(&job.document)?,
@@ -65,11 +68,15 @@ pub(super) async fn submit(
             known: &job.known,
             predictions: None,
             first_chunk: &job.first_chunk,
+            // a job that somebody waits for need not wait for all of a study
+            line: Line::Later,
+            client: &new.client,
             meshes: &new.meshes,
         };
-        let member = match jobs::insert(tx, row, max_queued).await? {
-            jobs::Inserted::At(job_id, _) => StudyMember { job: job_id, part: job.part, found: None },
+        let member = match jobs::insert(tx, row, most).await? {
+            jobs::Inserted::At(_) => StudyMember { job: job_id, part: job.part, found: None },
             jobs::Inserted::QueueFull => return Ok(StudySubmission::QueueFull),
+            jobs::Inserted::ClientFull => return Ok(StudySubmission::ClientFull),
             jobs::Inserted::MeshGone(mesh) => return Ok(StudySubmission::MeshGone(mesh)),
         };
         sqlx::query("INSERT INTO study_jobs (study_id, place, job_id, part) VALUES ($1, $2, $3, $4)")
@@ -82,12 +89,6 @@ pub(super) async fn submit(
             .map_err(store_error)?;
         members.push(member);
     }
-    // a job that somebody waits for need not wait for all of a study
-    sqlx::query("UPDATE chunks SET line = 2 WHERE job_id IN (SELECT job_id FROM study_jobs WHERE study_id = $1)")
-        .bind(id.to_string())
-        .execute(&mut *tx)
-        .await
-        .map_err(store_error)?;
     let NewStudy { name, request, refused, confidence, body_hash, .. } = new;
     let jobs = members;
     Ok(StudySubmission::New(StoredStudy { id, name, request, refused, confidence, body_hash, created_at, jobs }))

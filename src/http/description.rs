@@ -78,8 +78,10 @@ fn complete(operation: &mut Operation) {
     for (status, response) in CommonProblems::responses() {
         responses.entry(status).or_insert(response);
     }
-    if let Some(RefOr::T(unavailable)) = responses.get_mut("503") {
-        unavailable.headers.entry("Retry-After".to_owned()).or_insert_with(retry_after);
+    for status in ["429", "503"] {
+        if let Some(RefOr::T(later)) = responses.get_mut(status) {
+            later.headers.entry("Retry-After".to_owned()).or_insert_with(retry_after);
+        }
     }
     let id_of = operation.operation_id.as_deref().and_then(|id| LINKS.iter().find(|(from, ..)| *from == id));
     if let Some((_, status, linked)) = id_of

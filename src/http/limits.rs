@@ -9,6 +9,7 @@ use crate::http::problem::Problem;
 use crate::http::turns::{Line, Turn};
 use crate::job::cancel::CancelOnDrop;
 use crate::job::memory::default_limit_bytes;
+use crate::job::store::MostWaiting;
 
 /// Range of [`Limits::max_seconds`]; a number that is none is in no range.
 const MAX_SECONDS: RangeInclusive<f64> = 1e-3..=1e9;
@@ -25,6 +26,8 @@ pub struct Limits {
     pub max_seconds: f64,
     /// Jobs that may wait; one more is answered 503.
     pub queued_jobs: u64,
+    /// Of these, jobs of one client; one more is answered 429.
+    pub queued_jobs_per_client: u64,
     /// Connections at the same time; a few more are told that the service is busy, and then more wait to be accepted.
     pub connections: usize,
     /// Connections of one client; more are answered 429, or closed.
@@ -88,6 +91,7 @@ impl Limits {
             mesh_bytes,
             max_seconds,
             queued_jobs,
+            queued_jobs_per_client,
             connections,
             connections_per_client,
             streams,
@@ -115,6 +119,7 @@ impl Limits {
             ("document_bytes", wide(document_bytes), bytes.clone()),
             ("mesh_bytes", wide(mesh_bytes), bytes.clone()),
             ("queued_jobs", queued_jobs, count.clone()),
+            ("queued_jobs_per_client", queued_jobs_per_client, count.clone()),
             ("connections", wide(connections), count.clone()),
             ("connections_per_client", wide(connections_per_client), count.clone()),
             ("streams", wide(streams), count.clone()),
@@ -163,6 +168,11 @@ impl Limits {
             }
         }
         Ok(())
+    }
+
+    /// Jobs that may wait.
+    pub fn most_waiting(&self) -> MostWaiting {
+        MostWaiting { jobs: self.queued_jobs, of_client: self.queued_jobs_per_client }
     }
 
     /// Bytes that one job may take at its peak.

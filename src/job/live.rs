@@ -1,6 +1,6 @@
 //! What running jobs have computed so far, for readers in the same process, and what was prepared for those that wait.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::HashMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use bytes::Bytes;
@@ -19,8 +19,7 @@ const MOST_WAITING_BYTES: usize = 64 << 20;
 #[derive(Default)]
 pub struct LiveJobs {
     jobs: Mutex<HashMap<Uuid, Arc<LiveJob>>>,
-    /// Prepared jobs by id, and so by age.
-    prepared: Mutex<BTreeMap<Uuid, Arc<Prepared>>>,
+    prepared: Mutex<HashMap<Uuid, Arc<Prepared>>>,
 }
 
 /// A job that is rendered now. Copies of its estimate are made only when somebody waits for one: they can be large.
@@ -69,8 +68,8 @@ impl LiveJobs {
         lock(&self.jobs).get(&id).cloned()
     }
 
-    /// Keeps what was prepared when the job was posted, so that its worker need not prepare it again; forgotten when there
-    /// is no room.
+    /// Keeps what was prepared for a job that is about to be queued, so that its worker need not prepare it again; nothing when there
+    /// is no room. It must be taken or forgotten: jobs begin in any order, so that nothing else tells that it is of no use.
     pub fn hand_over(&self, id: Uuid, prepared: Arc<Prepared>) {
         let mut waiting = lock(&self.prepared);
         let bytes: usize = waiting.values().map(|prepared| prepared.bytes()).sum();
@@ -81,11 +80,12 @@ impl LiveJobs {
 
     /// Takes what was prepared when the job was posted, if it is still there.
     pub fn take_prepared(&self, id: Uuid) -> Option<Arc<Prepared>> {
-        let mut waiting = lock(&self.prepared);
-        let prepared = waiting.remove(&id);
-        // jobs are begun in the order of their ids: what is older was cancelled or deleted while it waited
-        *waiting = waiting.split_off(&id);
-        prepared
+        lock(&self.prepared).remove(&id)
+    }
+
+    /// Drops what was prepared for a job that will not begin: it was not queued, or was cancelled or deleted while it waited.
+    pub fn forget(&self, id: Uuid) {
+        lock(&self.prepared).remove(&id);
     }
 }
 
@@ -163,7 +163,7 @@ mod tests {
     }
 
     #[test]
-    fn what_waits_is_bounded_and_what_will_not_be_asked_for_is_dropped() {
+    fn what_waits_is_bounded_and_begins_in_any_order() {
         let document = include_bytes!("../../examples/cornell_box.json");
         let prepared = Arc::new(prepare(document, &NoMeshes).unwrap());
         assert!(prepared.bytes() < MOST_WAITING_BYTES / MOST_WAITING);
@@ -171,10 +171,12 @@ mod tests {
         let ids: Vec<Uuid> = (1..=MOST_WAITING as u128 + 1).map(Uuid::from_u128).collect();
         ids.iter().for_each(|id| live.hand_over(*id, prepared.clone()));
         assert!(live.take_prepared(ids[MOST_WAITING]).is_none(), "there was no room");
-        assert!(lock(&live.prepared).is_empty(), "all others are older");
-        ids[..9].iter().for_each(|id| live.hand_over(*id, prepared.clone()));
-        assert!(live.take_prepared(ids[3]).is_some_and(|taken| Arc::ptr_eq(&taken, &prepared)));
-        assert!(live.take_prepared(ids[3]).is_none(), "it is given once");
-        assert_eq!(lock(&live.prepared).len(), 5);
+        for begun in [3, 60, 0] {
+            assert!(live.take_prepared(ids[begun]).is_some_and(|taken| Arc::ptr_eq(&taken, &prepared)));
+            assert!(live.take_prepared(ids[begun]).is_none(), "it is given once");
+        }
+        live.forget(ids[1]);
+        assert!(live.take_prepared(ids[1]).is_none(), "it was forgotten");
+        assert_eq!(lock(&live.prepared).len(), MOST_WAITING - 4, "all others wait");
     }
 }

@@ -132,6 +132,8 @@ pub struct StateFile {
 /// A job to be queued.
 #[derive(Clone)]
 pub struct NewJob {
+    /// Version 7, so that ids ascend with the time of creation.
+    pub id: Uuid,
     /// Free text of the document.
     pub name: Option<String>,
     /// The document as it was posted.
@@ -156,6 +158,17 @@ pub struct NewJob {
     pub meshes: Vec<String>,
     /// Passes of chunk 0.
     pub first_chunk: Range<u64>,
+    /// Who posted it: clients take turns, and the jobs of each that wait are limited.
+    pub client: String,
+}
+
+/// Largest numbers of jobs that may wait, beside one that is rendered.
+#[derive(Clone, Copy, Debug)]
+pub struct MostWaiting {
+    /// Jobs of all clients together.
+    pub jobs: u64,
+    /// Jobs of one client.
+    pub of_client: u64,
 }
 
 /// What became of a job that was to be queued.
@@ -168,6 +181,8 @@ pub enum Submission {
     KeyReused,
     /// As many jobs wait as may.
     QueueFull,
+    /// As many jobs of its client wait as may.
+    ClientFull,
     /// A mesh of the document was deleted meanwhile.
     MeshGone(String),
 }

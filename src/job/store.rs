@@ -24,13 +24,15 @@ pub const MAX_DEATHS: u64 = 3;
 pub struct Turn {
     /// The job whose turn is not over: its chunk comes first.
     pub stay_with: Option<Uuid>,
+    /// True if a later chunk goes before first ones.
+    pub later_first: bool,
     /// Chunks on which more processes have died in a row are left alone for now.
     pub most_deaths: u64,
 }
 
 impl Default for Turn {
     fn default() -> Self {
-        Self { stay_with: None, most_deaths: MAX_DEATHS }
+        Self { stay_with: None, later_first: false, most_deaths: MAX_DEATHS }
     }
 }
 
@@ -258,12 +260,12 @@ pub trait Store: Send + Sync + 'static {
     /// Looks for damage in the whole store.
     async fn check(&self) -> Result<(), StoreError>;
 
-    /// Queues a job: its row, its first chunk and the events `queued` and `planned`. At most `max_queued` jobs may wait
+    /// Queues a job: its row, its first chunk and the events `queued` and `planned`. At most `most` jobs may wait
     /// behind the one that is rendered.
-    async fn submit(&self, job: NewJob, max_queued: u64) -> Result<Submission, StoreError>;
+    async fn submit(&self, job: NewJob, most: MostWaiting) -> Result<Submission, StoreError>;
     /// As [`Self::submit`], without a wait for the disk: the job survives the end of the process, and that of the power after the next
     /// commit that does. Nobody may be told of it before: the end of the job is such a commit, and so is [`Self::ready`].
-    async fn submit_untold(&self, job: NewJob, max_queued: u64) -> Result<Submission, StoreError>;
+    async fn submit_untold(&self, job: NewJob, most: MostWaiting) -> Result<Submission, StoreError>;
     /// The job that was posted with this key; `None` if there is none, or no more.
     async fn job_of_key(&self, idempotency_key: &str) -> Result<Option<Job>, StoreError>;
     /// A job that has ended and whose results are those of this one, since their documents are equal; `None` if there is none.
@@ -280,6 +282,8 @@ pub trait Store: Send + Sync + 'static {
     async fn count(&self, status: JobStatus) -> Result<u64, StoreError>;
     /// Number of jobs that have not ended.
     async fn unfinished(&self) -> Result<u64, StoreError>;
+    /// Number of jobs of a client that have not ended.
+    async fn unfinished_of(&self, client: &str) -> Result<u64, StoreError>;
     /// A job that was never claimed is cancelled at once, any other one by its worker.
     async fn cancel(&self, id: Uuid) -> Result<CancelOutcome, StoreError>;
     /// Deletes a job; true if there was one.
@@ -295,8 +299,8 @@ pub trait Store: Send + Sync + 'static {
     /// All files of a job.
     async fn artifacts(&self, id: Uuid) -> Result<Vec<Artifact>, StoreError>;
 
-    /// Queues all jobs of a study behind the first chunks of other jobs, or none of them; at most `max_queued` jobs may wait.
-    async fn submit_study(&self, study: NewStudy, max_queued: u64) -> Result<StudySubmission, StoreError>;
+    /// Queues all jobs of a study behind the first chunks of other jobs, or none of them; at most `most` jobs may wait.
+    async fn submit_study(&self, study: NewStudy, most: MostWaiting) -> Result<StudySubmission, StoreError>;
     /// The study that was posted with this key; `None` if there is none, or no more.
     async fn study_of_key(&self, idempotency_key: &str) -> Result<Option<StoredStudy>, StoreError>;
     /// A study by its id; `None` if there is none.

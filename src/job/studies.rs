@@ -24,6 +24,8 @@ pub struct NewStudy {
     pub idempotency_key: Option<String>,
     /// Hash of the canonical body, which tells a repetition from a reuse of the key.
     pub body_hash: String,
+    /// Who posted it.
+    pub client: String,
     /// Uploaded meshes that the jobs name.
     pub meshes: Vec<String>,
     /// What the documents of the jobs have in common as they are posted.
@@ -97,6 +99,8 @@ pub enum StudySubmission {
     KeyReused,
     /// There is no room for all of its jobs; none waits.
     QueueFull,
+    /// With all of its jobs, more of its client would wait than may; none waits.
+    ClientFull,
     /// A mesh of the job was deleted meanwhile.
     MeshGone(String),
 }

@@ -11,11 +11,11 @@ use skyduct::job::store::*;
 use tempfile::TempDir;
 use uuid::Uuid;
 
-use crate::common::new_job;
+use crate::common::{most, new_job};
 use skyduct::job::spent::Spent;
 
 const LEASE: Duration = Duration::from_secs(600);
-const ANY: Turn = Turn { stay_with: None, most_deaths: MAX_DEATHS };
+const ANY: Turn = Turn { stay_with: None, later_first: false, most_deaths: MAX_DEATHS };
 
 async fn store() -> (SqliteStore, TempDir) {
     let folder = tempfile::tempdir().unwrap();
@@ -23,7 +23,11 @@ async fn store() -> (SqliteStore, TempDir) {
 }
 
 async fn submit(store: &SqliteStore) -> Uuid {
-    match store.submit(new_job(), 1000).await.unwrap() {
+    submit_of(store, "client").await
+}
+
+async fn submit_of(store: &SqliteStore, client: &str) -> Uuid {
+    match store.submit(NewJob { client: client.into(), ..new_job() }, most(1000)).await.unwrap() {
         Submission::New(job) => job.head.id,
         _ => panic!("not new"),
     }
@@ -262,8 +266,8 @@ async fn meshes_of_waiting_jobs_stay() {
     store.add_mesh(mesh("m", "first")).await.unwrap();
     assert_eq!(store.add_mesh(mesh("m", "second")).await.unwrap().key, "first");
     let using = |mesh: &str| NewJob { meshes: vec![mesh.into()], ..new_job() };
-    let Submission::New(job) = store.submit(using("m"), 10).await.unwrap() else { panic!("not new") };
-    assert!(matches!(store.submit(using("n"), 10).await.unwrap(), Submission::MeshGone(mesh) if mesh == "n"));
+    let Submission::New(job) = store.submit(using("m"), most(10)).await.unwrap() else { panic!("not new") };
+    assert!(matches!(store.submit(using("n"), most(10)).await.unwrap(), Submission::MeshGone(mesh) if mesh == "n"));
     assert_eq!(store.jobs(JobFilter { limit: 10, ..JobFilter::default() }).await.unwrap().len(), 1);
     assert_eq!(store.delete_mesh("m").await.unwrap(), MeshDeletion::InUse);
     store.cancel(job.head.id).await.unwrap();
@@ -315,7 +319,7 @@ async fn check_invariants(steps: Vec<(Step, usize)>) {
         let lease = (!leases.is_empty()).then(|| leases[pick % leases.len()].clone());
         let held = lease.as_ref().is_some_and(|lease| holder.get(&lease.job) == Some(lease));
         match (step, lease) {
-            (Step::Submit, _) => jobs.push(submit(&store).await),
+            (Step::Submit, _) => jobs.push(submit_of(&store, ["a", "b", "c"][pick % 3]).await),
             (Step::Claim, _) => {
                 // a worker that claims again has lost what it had
                 let owner = format!("w{}", leases.len());

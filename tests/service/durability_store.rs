@@ -11,7 +11,7 @@ use sqlx::{ConnectOptions, Connection, Row, sqlite::SqliteConnectOptions};
 use tempfile::TempDir;
 use uuid::Uuid;
 
-use crate::common::new_job;
+use crate::common::{most, new_job};
 
 const LEASE: Duration = Duration::from_secs(600);
 
@@ -21,7 +21,7 @@ async fn store() -> (SqliteStore, TempDir) {
 }
 
 async fn submit(store: &SqliteStore) -> Uuid {
-    match store.submit(new_job(), 100_000).await.unwrap() {
+    match store.submit(new_job(), most(100_000)).await.unwrap() {
         Submission::New(job) => job.head.id,
         _ => panic!("not new"),
     }
@@ -37,7 +37,7 @@ async fn a_large_transaction_leaves_no_large_log() {
     let (store, folder) = store().await;
     let log = || folder.path().join("test.db-wal").metadata().unwrap().len();
     let large = NewJob { submitted: "x".repeat(40_000_000), ..new_job() };
-    assert!(matches!(store.submit(large, 100_000).await.unwrap(), Submission::New(_)));
+    assert!(matches!(store.submit(large, most(100_000)).await.unwrap(), Submission::New(_)));
     assert!(log() > 40_000_000);
     for _ in 0..3 {
         submit(&store).await;
@@ -110,7 +110,7 @@ async fn a_disk_that_was_full_heals() {
     store.limit_pages(1);
     let mut accepted = 0;
     let refused = loop {
-        match store.submit(new_job(), 100_000).await {
+        match store.submit(new_job(), most(100_000)).await {
             Ok(_) => accepted += 1,
             Err(error) => break error,
         }
@@ -119,7 +119,7 @@ async fn a_disk_that_was_full_heals() {
     assert!(matches!(refused, StoreError::Unavailable(_)), "{refused}");
     // as long as it is full, the answer stays the same, and reading goes on
     for _ in 0..3 {
-        let error = store.submit(new_job(), 100_000).await.err().expect("still full");
+        let error = store.submit(new_job(), most(100_000)).await.err().expect("still full");
         assert!(matches!(error, StoreError::Unavailable(_)), "{error}");
         assert!(store.job(running).await.unwrap().is_some());
     }
@@ -162,7 +162,7 @@ async fn a_claim_finds_its_chunk_by_the_index() {
     let mut connection = SqliteConnectOptions::new().filename(&file).connect().await.unwrap();
     let plan = sqlx::query(
         "EXPLAIN QUERY PLAN SELECT c.job_id, c.idx FROM chunks c WHERE c.state <> 'done' AND c.deaths <= 3 \
-         AND (c.state = 'ready' OR c.owner = 'me' OR c.lease_until < 5) ORDER BY c.line, c.turn, c.job_id LIMIT 1",
+         AND (c.state = 'ready' OR c.owner = 'me' OR c.lease_until < 5) ORDER BY c.line, c.turn, c.rowid LIMIT 1",
     )
     .fetch_all(&mut connection)
     .await
@@ -425,14 +425,14 @@ async fn a_lock_of_another_process_is_waited_for_and_then_told() {
         tokio::time::sleep(Duration::from_secs(1)).await;
         sqlx::query("ROLLBACK").execute(&mut other).await.unwrap();
     };
-    let (submitted, ()) = tokio::join!(store.submit(new_job(), 100), waiting);
+    let (submitted, ()) = tokio::join!(store.submit(new_job(), most(100)), waiting);
     assert!(matches!(submitted, Ok(Submission::New(_))));
     // and beyond them
     sqlx::query("BEGIN EXCLUSIVE").execute(&mut other).await.unwrap();
-    assert!(matches!(store.submit(new_job(), 100).await, Err(StoreError::Unavailable(_))));
+    assert!(matches!(store.submit(new_job(), most(100)).await, Err(StoreError::Unavailable(_))));
     assert_eq!(store.count(JobStatus::Queued).await.unwrap(), 1, "readers go on");
     sqlx::query("ROLLBACK").execute(&mut other).await.unwrap();
-    assert!(matches!(store.submit(new_job(), 100).await, Ok(Submission::New(_))));
+    assert!(matches!(store.submit(new_job(), most(100)).await, Ok(Submission::New(_))));
 }
 
 #[tokio::test]

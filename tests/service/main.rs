@@ -33,6 +33,7 @@ mod operation;
 mod operation_log;
 mod page;
 mod predictions;
+mod queue_clients;
 mod result_files;
 mod security;
 mod storm;

@@ -10,7 +10,11 @@ use futures::{StreamExt, stream};
 use serde_json::{Value, json};
 
 /// Killed when dropped, so that a failed test leaves nothing behind.
-const ENVIRONMENT: [(&str, &str); 2] = [("RUST_LOG", "error"), ("SKYDUCT_LIMITS__QUEUED_JOBS", "20000")];
+const ENVIRONMENT: [(&str, &str); 3] = [
+    ("RUST_LOG", "error"),
+    ("SKYDUCT_LIMITS__QUEUED_JOBS", "20000"),
+    ("SKYDUCT_LIMITS__QUEUED_JOBS_PER_CLIENT", "20000"),
+];
 
 /// Follows a job to its end; answers ids and names of all its events.
 async fn events(server: &Server, job: &str) -> Vec<(i64, String)> {

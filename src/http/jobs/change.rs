@@ -22,6 +22,7 @@ pub async fn cancel(app: App, Path(id): Path<Uuid>) -> Result<Response, Problem>
         CancelOutcome::Finished(status) => Err(Problem::conflict(format!("the job has {}", status.name()))),
         CancelOutcome::Accepted => {
             tracing::info!(job = %id, "job cancelled");
+            app.live.forget(id);
             let job = app.store.job(id).await?.ok_or_else(Problem::no_such_job)?;
             Ok((StatusCode::ACCEPTED, Json(JobResource::new(job))).into_response())
         }
@@ -42,6 +43,7 @@ pub async fn delete_with_files(app: &Service, id: Uuid) -> Result<bool, Problem>
     if !app.store.delete(id).await? {
         return Ok(false);
     }
+    app.live.forget(id);
     if let Err(error) = app.artifacts.delete_job(id).await {
         // nothing points to them any more: the next start sweeps them
         tracing::warn!(%error, job = %id, "deleting files failed");

@@ -6,6 +6,7 @@ use std::sync::atomic::Ordering;
 use axum::Json;
 use axum::http::{HeaderMap, HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
+use uuid::Uuid;
 
 use super::plan::PredictQuery;
 use super::posted::{Body, prepare};
@@ -16,6 +17,7 @@ use crate::document::result::PlanResult;
 use crate::http::client::Client;
 use crate::http::limits::{off_thread, permit};
 use crate::http::outlive::HungUp;
+use crate::http::places::{Whose, count_refusal};
 use crate::http::problem::{Problem, Query};
 use crate::http::problem_kind::ProblemKind;
 use crate::http::{App, Service, prefer};
@@ -52,6 +54,7 @@ pub(in crate::http) const POLL_SECONDS: u32 = 1;
         (status = 413, description = "Too long", body = Problem, content_type = "application/problem+json"),
         (status = 415, description = "Not application/json", body = Problem, content_type = "application/problem+json"),
         (status = 422, description = "Not a valid document, or the key was used for another one", body = Problem, content_type = "application/problem+json"),
+        (status = 429, description = "As many jobs of the client wait as may", body = Problem, content_type = "application/problem+json"),
         (status = 503, description = "The queue is full", body = Problem, content_type = "application/problem+json")))]
 pub async fn create(
     app: App,
@@ -80,12 +83,18 @@ pub async fn create(
         };
     }
     // preparing costs more than a look, which costs something, too: it pays when the last job found no place
-    if app.queue_was_full.load(Ordering::Relaxed) && app.store.unfinished().await? > app.limits.queued_jobs {
-        return Err(queue_full(&app));
+    let (client, most) = (client.to_string(), app.limits.most_waiting());
+    if app.queue_was_full.load(Ordering::Relaxed) {
+        if app.store.unfinished_of(&client).await? > most.of_client {
+            return Err(client_full(&app));
+        }
+        if app.store.unfinished().await? > most.jobs {
+            return Err(queue_full(&app));
+        }
     }
     let (prepared, meshes) = prepare(&app, &turn, posted.value).await?;
     let prepared = Arc::new(prepared);
-    let new = new_job(&prepared, posted.text, meshes)?;
+    let new = new_job(&prepared, posted.text, meshes, client)?;
     let of_document = prepared.clone();
     let computation = off_thread(turn.clone(), move |_| computation(&of_document.document)).await?;
     let predictions = query.predictions(&app.permits.pilots_of_jobs, &prepared).await?;
@@ -100,19 +109,27 @@ pub async fn create(
         Submission::Repeated(job) => answer(&app, job, waiting, Told::Perhaps).await.map(replayed),
         Submission::KeyReused => Err(key_reused(OTHER)),
         Submission::QueueFull => Err(queue_full(&app)),
+        Submission::ClientFull => Err(client_full(&app)),
         Submission::MeshGone(mesh) => Err(mesh_gone(&mesh)),
     }
 }
 
 /// Queues a job, and hands what was prepared for it to the worker.
 async fn queue(app: &Service, new: NewJob, prepared: Arc<Prepared>, told: Told) -> Result<Submission, Problem> {
+    let (id, most) = (new.id, app.limits.most_waiting());
+    // before it is queued: it may begin at once
+    app.live.hand_over(id, prepared);
     let submission = match told {
-        Told::Perhaps => app.store.submit_untold(new, app.limits.queued_jobs).await?,
-        Told::Safely => app.store.submit(new, app.limits.queued_jobs).await?,
+        Told::Perhaps => app.store.submit_untold(new, most).await,
+        Told::Safely => app.store.submit(new, most).await,
     };
-    app.queue_was_full.store(matches!(submission, Submission::QueueFull), Ordering::Relaxed);
+    if !matches!(submission, Ok(Submission::New(_))) {
+        app.live.forget(id);
+    }
+    let submission = submission?;
+    let full = matches!(submission, Submission::QueueFull | Submission::ClientFull);
+    app.queue_was_full.store(full, Ordering::Relaxed);
     if let Submission::New(job) = &submission {
-        app.live.hand_over(job.head.id, prepared);
         tracing::debug!(job = %job.head.id, "job queued");
         metrics::counter!("skyduct_jobs_submitted_total").increment(1);
     }
@@ -120,8 +137,9 @@ async fn queue(app: &Service, new: NewJob, prepared: Arc<Prepared>, told: Told) 
 }
 
 /// A prepared job to be queued, with neither key nor hashes; `text` is its document.
-pub(in crate::http) fn new_job(prepared: &Prepared, text: String, meshes: Vec<String>) -> Result<NewJob, Problem> {
+fn new_job(prepared: &Prepared, text: String, meshes: Vec<String>, client: String) -> Result<NewJob, Problem> {
     Ok(NewJob {
+        id: Uuid::now_v7(),
         name: prepared.name.clone(),
         submitted: text,
         document: prepared.document.clone(),
@@ -134,6 +152,7 @@ pub(in crate::http) fn new_job(prepared: &Prepared, text: String, meshes: Vec<St
         computation: None,
         meshes,
         first_chunk: prepared.chunk(0).ok_or_else(Problem::internal)?,
+        client,
     })
 }
 
@@ -170,6 +189,13 @@ fn accepted(job: Job) -> Response {
 pub(in crate::http) fn queue_full(app: &Service) -> Problem {
     Problem::new(ProblemKind::QueueFull, format!("{} jobs are waiting; try again later", app.limits.queued_jobs))
         .retry_after(30)
+}
+
+pub(in crate::http) fn client_full(app: &Service) -> Problem {
+    let (setting, most) = ("queued_jobs_per_client", app.limits.queued_jobs_per_client);
+    count_refusal(setting, Whose::Client);
+    let detail = format!("one client may have {most} waiting jobs ({setting}), and this one has; try again later");
+    Problem::new(ProblemKind::TooMany, detail).retry_after(30)
 }
 
 pub(in crate::http) fn mesh_gone(mesh: &str) -> Problem {

@@ -13,8 +13,11 @@ use super::part::StudyPart;
 use super::resource::StudyResource;
 use crate::document::result::PlanResult;
 use crate::document::{DocumentErrors, FieldError, FieldErrorCode, JobDocument};
+use crate::http::client::Client;
 use crate::http::jobs::posted::Body;
-use crate::http::jobs::submit::{POLL_SECONDS, idempotency_key, key_reused, mesh_gone, queue_full, replayed};
+use crate::http::jobs::submit::{
+    POLL_SECONDS, client_full, idempotency_key, key_reused, mesh_gone, queue_full, replayed,
+};
 use crate::http::limits::{off_thread, permit};
 use crate::http::problem::Problem;
 use crate::http::turns::Turn;
@@ -65,8 +68,9 @@ const SHARE_OF_PICTURES: f64 = 0.25;
         (status = 413, description = "Too long", body = Problem, content_type = "application/problem+json"),
         (status = 415, description = "Not application/json", body = Problem, content_type = "application/problem+json"),
         (status = 422, description = "Not a valid request, or the key was used for another one", body = Problem, content_type = "application/problem+json"),
+        (status = 429, description = "With all of its jobs, more of the client would wait than may", body = Problem, content_type = "application/problem+json"),
         (status = 503, description = "The queue has no room for all of its jobs", body = Problem, content_type = "application/problem+json")))]
-pub async fn create(app: App, headers: HeaderMap, body: Body) -> Result<Response, Problem> {
+pub async fn create(app: App, client: Client, headers: HeaderMap, body: Body) -> Result<Response, Problem> {
     let other = "another study";
     let idempotency_key = idempotency_key(&headers)?;
     let turn = permit(&app.permits.studies).await?;
@@ -85,8 +89,8 @@ pub async fn create(app: App, headers: HeaderMap, body: Body) -> Result<Response
         };
     }
     let new = prepared(&app, turn, posted.value).await?;
-    let new = NewStudy { idempotency_key, body_hash: posted.hash, ..new };
-    match app.store.submit_study(new, app.limits.queued_jobs).await? {
+    let new = NewStudy { idempotency_key, body_hash: posted.hash, client: client.to_string(), ..new };
+    match app.store.submit_study(new, app.limits.most_waiting()).await? {
         StudySubmission::New(study) => {
             tracing::info!(study = %study.id, jobs = study.jobs.len(), "study queued");
             metrics::counter!("skyduct_jobs_submitted_total").increment(study.jobs.len() as u64);
@@ -95,6 +99,7 @@ pub async fn create(app: App, headers: HeaderMap, body: Body) -> Result<Response
         StudySubmission::Repeated(study) => accepted(&app, study).await.map(replayed),
         StudySubmission::KeyReused => Err(key_reused(other)),
         StudySubmission::QueueFull => Err(queue_full(&app)),
+        StudySubmission::ClientFull => Err(client_full(&app)),
         StudySubmission::MeshGone(mesh) => Err(mesh_gone(&mesh)),
     }
 }
@@ -189,6 +194,7 @@ impl Workshop {
             confidence,
             idempotency_key: None,
             body_hash: String::new(),
+            client: String::new(),
             meshes: self.meshes.loaded(),
             submitted,
             document,

@@ -3,11 +3,11 @@
 //! The async side (leases, events, files) and the rendering side (a rayon pool) meet in [`running`]: the pool tells what it
 //! has done over a channel that never blocks it, the async side says by a token that it shall stop.
 //!
-//! Jobs take turns of about [`TURN`]: long enough that a small job is done in one, and that changing over costs little.
+//! Jobs take [`turns`] of about 2 s: long enough that a small job is done in one, and that changing over costs little.
 //!
 //! A process that dies while it renders may have died of the job. The store counts the deaths in a row over one chunk in which
 //! no attempt got further than the attempts before it. Whoever kills the process every few moments must not ruin sound jobs by
-//! that, so after the first such death the chunk is taken only by a process that has proven steady ([`STEADY_AFTER`]);
+//! that, so after the first such death the chunk is taken only by a process that has proven steady ([`turns`]);
 //! meanwhile other jobs go on. After [`MAX_DEATHS`] the next start fails the job.
 
 mod chunk;
@@ -18,6 +18,7 @@ mod kept;
 mod pool;
 mod reports;
 mod running;
+mod turns;
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -35,6 +36,7 @@ use self::kept::{Current, KeptJobs};
 use self::pool::RenderPool;
 use self::reports::Reports;
 use self::running::RunningChunk;
+use self::turns::Turns;
 use crate::estimate::Estimate;
 use crate::job::artifacts::{ArtifactError, Artifacts};
 use crate::job::cancel::{Stop, StopReason};
@@ -47,10 +49,6 @@ use crate::job::store::*;
 
 /// Hints wake an idle worker; this is for a lease that ran out, or a hint that was lost.
 const IDLE_POLL: Duration = Duration::from_secs(60);
-/// Render time of a job after which it lets the next one go on, at the end of its chunk.
-const TURN: Duration = Duration::from_secs(2);
-/// Age of a process before it takes a chunk over which one process, or two in a row, have died.
-const STEADY_AFTER: [Duration; MAX_DEATHS as usize - 1] = [Duration::from_secs(2), Duration::from_secs(10)];
 /// Rows of the convergence table that a forecast goes on from: more than there are.
 const MOST_TOLD: u32 = 1000;
 /// A job fails once one of its chunks has panicked this many times.
@@ -65,9 +63,7 @@ pub struct Worker {
     pool: RenderPool,
     owner: String,
     shutdown: CancellationToken,
-    started: Instant,
-    /// The job whose turn it is, and since when.
-    turn: Option<(Uuid, Instant)>,
+    turns: Turns,
     kept: KeptJobs,
     /// The job that readers see as running.
     shown: Option<Uuid>,
@@ -76,6 +72,8 @@ pub struct Worker {
 /// A chunk that is to be rendered, and what is heard of since before it was claimed.
 struct Claimed {
     lease: Lease,
+    /// What was asked for.
+    turn: Turn,
     changes: broadcast::Receiver<Change>,
     stops: broadcast::Receiver<Change>,
 }
@@ -100,9 +98,9 @@ impl Worker {
         let pool = RenderPool::new()?;
         let commits = Commits { store: store.clone(), artifacts, ends: TaskTracker::new() };
         let owner = format!("{}-{}", std::process::id(), Uuid::new_v4());
-        let started = Instant::now();
+        let turns = Turns::new(Instant::now());
         let kept = KeptJobs::default();
-        Ok(Self { store, commits, meshes, live, pool, owner, shutdown, started, turn: None, kept, shown: None })
+        Ok(Self { store, commits, meshes, live, pool, owner, shutdown, turns, kept, shown: None })
     }
 
     /// Until shut down.
@@ -117,10 +115,8 @@ impl Worker {
                     None => continue,
                 },
             };
-            let Claimed { lease, mut changes, stops } = claimed;
-            if self.next_turn().stay_with != Some(lease.job) {
-                self.turn = Some((lease.job, Instant::now()));
-            }
+            let Claimed { lease, turn, mut changes, stops } = claimed;
+            self.turns.taken(turn, &lease, Instant::now());
             match self.work(&lease, stops).await {
                 Worked::FinishedJob(None) if !lease.others_wait => self.idle(&mut changes).await,
                 Worked::FinishedJob(claimed) => next = claimed,
@@ -141,8 +137,9 @@ impl Worker {
     async fn claim(&mut self) -> Option<Claimed> {
         // both listen from before the claim: what comes after it is heard of
         let (mut changes, stops) = (self.store.changes(), self.store.changes());
-        match self.store.claim(&self.owner, LEASE, self.next_turn()).await {
-            Ok(Some(lease)) => return Some(Claimed { lease, changes, stops }),
+        let turn = self.turns.next(Instant::now());
+        match self.store.claim(&self.owner, LEASE, turn).await {
+            Ok(Some(lease)) => return Some(Claimed { lease, turn, changes, stops }),
             Ok(None) => self.idle(&mut changes).await,
             Err(error) => {
                 tracing::warn!(%error, "claim failed");
@@ -150,13 +147,6 @@ impl Worker {
             }
         }
         None
-    }
-
-    fn next_turn(&self) -> Turn {
-        let turn = self.turn.filter(|(_, since)| since.elapsed() < TURN);
-        let age = self.started.elapsed();
-        let most_deaths = STEADY_AFTER.iter().filter(|after| age >= **after).count() as u64;
-        Turn { stay_with: turn.map(|(job, _)| job), most_deaths }
     }
 
     /// Readers see this job as running, and no other one.
@@ -170,9 +160,7 @@ impl Worker {
     async fn idle(&mut self, changes: &mut broadcast::Receiver<Change>) {
         self.show(None);
         self.kept.clear();
-        let age = self.started.elapsed();
-        let steady = STEADY_AFTER.iter().find_map(|after| after.checked_sub(age));
-        let poll = sleep(steady.unwrap_or(IDLE_POLL));
+        let poll = sleep(self.turns.until_steadier(Instant::now()).unwrap_or(IDLE_POLL));
         tokio::pin!(poll);
         loop {
             tokio::select! {
@@ -300,11 +288,12 @@ impl Worker {
         let (current, ended, reports) = running.render(&self.pool, current, stops).await?;
         let finished = matches!(ended, Ended::Finish { .. });
         let (changes, stops) = (self.store.changes(), self.store.changes());
-        let turn = lease.others_wait.then(|| self.next_turn());
-        let claimed = self.commits.commit(lease, &current, ended, reports, turn).await?;
+        let turn = self.turns.next(Instant::now());
+        let next = lease.others_wait.then_some(turn);
+        let claimed = self.commits.commit(lease, &current, ended, reports, next).await?;
         if finished {
             self.show(None);
-            return Ok(Worked::FinishedJob(claimed.map(|lease| Claimed { lease, changes, stops })));
+            return Ok(Worked::FinishedJob(claimed.map(|lease| Claimed { lease, turn, changes, stops })));
         }
         self.kept.keep(current);
         Ok(Worked::MoreToDo)

@@ -13,8 +13,9 @@ use skyduct::document::MeshSource;
 use skyduct::document::result::PlanResult;
 use skyduct::geometry::TriangleMesh;
 use skyduct::job::prepare::prepare;
-use skyduct::job::store::NewJob;
+use skyduct::job::store::{MostWaiting, NewJob};
 use tempfile::TempDir;
+use uuid::Uuid;
 
 /// Far longer than anything here takes: a test that waits for it has failed.
 pub const PATIENCE: Duration = Duration::from_secs(120);
@@ -184,6 +185,11 @@ pub fn endless_job() -> Value {
     job
 }
 
+/// Jobs that a test lets wait, of all clients and of each.
+pub fn most(jobs: u64) -> MostWaiting {
+    MostWaiting { jobs, of_client: jobs }
+}
+
 /// A small job as a store takes it.
 pub fn new_job() -> NewJob {
     struct NoMeshes;
@@ -194,6 +200,8 @@ pub fn new_job() -> NewJob {
     }
     let prepared = prepare(small_job().to_string().as_bytes(), &NoMeshes).unwrap();
     NewJob {
+        id: Uuid::now_v7(),
+        client: "client".into(),
         name: Some("test".into()),
         submitted: "{}".into(),
         document: prepared.document.clone(),
