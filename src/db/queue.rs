@@ -25,14 +25,18 @@ macro_rules! lock_clause {
 /// renders one at a time.
 macro_rules! free {
     () => {
-        concat!("c.deaths <= $3 AND (c.state = 'ready' OR c.owner = $1 OR c.lease_until < ", now_ms!(), ")")
+        concat!(
+            "c.deaths <= $3 AND (c.state = 'ready' OR c.owner = $1 OR c.lease_until < ",
+            now_ms!(),
+            ") AND (NOT $6 OR c.line = 0 OR (SELECT slices FROM jobs WHERE jobs.id = c.job_id) < $7)"
+        )
     };
 }
 
-/// The waiting chunk that comes next, by $1 (owner), $3 (most deaths), $4 (job to stay with, or null) and $5 (later chunks
-/// first). The index `chunks_open` gives the order.
+/// The waiting chunk that comes next, by $1 (owner), $3 (most deaths), $4 (job to stay with, or null), $5 (later chunks
+/// first), $6 (jobs with few slices first) and $7 (most slices). The index `chunks_open` gives the order.
 macro_rules! next_chunk {
-    () => {
+    ($slices:literal) => {
         concat!(
             "SELECT job_id, idx FROM (\
              SELECT * FROM (SELECT c.job_id, c.idx, 0 AS choice FROM chunks c \
@@ -48,10 +52,32 @@ macro_rules! next_chunk {
             free!(),
             " AND ",
             waits_for_none!(),
-            " ORDER BY c.line, c.turn, c.rowid LIMIT 1)) ORDER BY choice LIMIT 1 "
+            " ORDER BY ",
+            $slices,
+            "c.line, c.turn, c.rowid LIMIT 1)) ORDER BY choice LIMIT 1 "
         )
     };
 }
+
+/// The statement of a claim; `$slices` comes first in the order of chunks.
+macro_rules! claim {
+    ($slices:literal) => {
+        concat!(
+            "WITH pick AS (",
+            next_chunk!($slices),
+            lock_clause!(),
+            ") UPDATE chunks SET state = 'leased', attempt = attempt + 1, progressed = 0, owner = $1, lease_until = ",
+            now_ms!(),
+            " + $2 FROM pick WHERE chunks.job_id = pick.job_id AND chunks.idx = pick.idx \
+             RETURNING chunks.job_id, chunks.idx, chunks.attempt, chunks.failures, EXISTS (SELECT 1 FROM chunks o \
+             WHERE o.state <> 'done' AND (o.job_id <> chunks.job_id OR o.idx <> chunks.idx)), \
+             coalesce((SELECT cancel FROM jobs WHERE jobs.id = chunks.job_id), 0), \
+             coalesce((SELECT slices FROM jobs WHERE jobs.id = chunks.job_id), 0)"
+        )
+    };
+}
+const CLAIM: &str = claim!("");
+const CLAIM_SHORT: &str = claim!("c.line > 0, (SELECT slices FROM jobs WHERE jobs.id = c.job_id), ");
 
 pub(super) async fn claim(
     tx: &mut SqliteConnection,
@@ -59,25 +85,17 @@ pub(super) async fn claim(
     lease: Duration,
     turn: Turn,
 ) -> Result<Option<Lease>, StoreError> {
-    let row = sqlx::query(concat!(
-        "WITH pick AS (",
-        next_chunk!(),
-        lock_clause!(),
-        ") UPDATE chunks SET state = 'leased', attempt = attempt + 1, progressed = 0, owner = $1, lease_until = ",
-        now_ms!(),
-        " + $2 FROM pick WHERE chunks.job_id = pick.job_id AND chunks.idx = pick.idx \
-         RETURNING chunks.job_id, chunks.idx, chunks.attempt, chunks.failures, EXISTS (SELECT 1 FROM chunks o \
-         WHERE o.state <> 'done' AND (o.job_id <> chunks.job_id OR o.idx <> chunks.idx)), \
-         coalesce((SELECT cancel FROM jobs WHERE jobs.id = chunks.job_id), 0)"
-    ))
-    .bind(owner)
-    .bind(milliseconds(lease))
-    .bind(signed(turn.most_deaths))
-    .bind(turn.stay_with.map(|job| job.to_string()))
-    .bind(turn.later_first)
-    .fetch_optional(&mut *tx)
-    .await
-    .map_err(store_error)?;
+    let row = sqlx::query(if turn.short { CLAIM_SHORT } else { CLAIM })
+        .bind(owner)
+        .bind(milliseconds(lease))
+        .bind(signed(turn.most_deaths))
+        .bind(turn.stay_with.map(|job| job.to_string()))
+        .bind(turn.later_first)
+        .bind(turn.short)
+        .bind(signed(MOST_SLICES))
+        .fetch_optional(&mut *tx)
+        .await
+        .map_err(store_error)?;
     let Some(row) = row else { return Ok(None) };
     let chunk: i64 = row.try_get(1).map_err(store_error)?;
     let lease = Lease {
@@ -88,6 +106,7 @@ pub(super) async fn claim(
         failures: row.try_get::<i64, _>(3).map_err(store_error)?.unsigned_abs(),
         others_wait: row.try_get::<i64, _>(4).map_err(store_error)? != 0,
         cancel_requested: row.try_get::<i64, _>(5).map_err(store_error)? != 0,
+        slices: row.try_get::<i64, _>(6).map_err(store_error)?.unsigned_abs(),
     };
     let job = lease.job.to_string();
     // two statements in one journey: the event of a job that is queued still, and its new status
@@ -139,6 +158,17 @@ pub(super) async fn release(tx: &mut SqliteConnection, lease: &Lease) -> Result<
     .execute(tx)
     .await
     .map_err(store_error)?;
+    Ok(())
+}
+
+pub(super) async fn put_aside(tx: &mut SqliteConnection, lease: &Lease, slices: u64) -> Result<(), StoreError> {
+    release(tx, lease).await?;
+    sqlx::query("UPDATE jobs SET slices = slices + $2 WHERE id = $1")
+        .bind(lease.job.to_string())
+        .bind(signed(slices))
+        .execute(tx)
+        .await
+        .map_err(store_error)?;
     Ok(())
 }
 

@@ -393,6 +393,14 @@ impl Store for SqliteStore {
         Ok(())
     }
 
+    async fn put_aside(&self, lease: &Lease, slices: u64) -> Result<(), StoreError> {
+        let mut tx = self.begin(Durability::Process).await?;
+        queue::put_aside(&mut tx, lease, slices).await?;
+        tx.commit().await.map_err(store_error)?;
+        self.tell(Change::Queue);
+        Ok(())
+    }
+
     async fn fail_attempt(&self, lease: &Lease, error: &str) -> Result<(), StoreError> {
         let mut tx = self.begin(Durability::Process).await?;
         queue::fail_attempt(&mut tx, lease, error).await?;

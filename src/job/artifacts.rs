@@ -358,6 +358,7 @@ mod tests {
             attempt: 2,
             failures: 0,
             others_wait: false,
+            slices: 0,
             cancel_requested: false,
         }
     }

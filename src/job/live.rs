@@ -57,11 +57,14 @@ impl LiveJobs {
         live
     }
 
-    /// Takes the job off the list; who waits for it is told that nothing comes any more.
-    pub fn end(&self, id: Uuid) {
-        if let Some(live) = lock(&self.jobs).remove(&id) {
-            *lock(&live.shown) = Shown { ended: true, ..Shown::default() };
+    /// Takes the job off the list, if it is not rendered elsewhere since; who waits for it here is told that nothing comes any more.
+    pub fn end(&self, id: Uuid, live: &Arc<LiveJob>) {
+        let mut jobs = lock(&self.jobs);
+        if jobs.get(&id).is_some_and(|newest| Arc::ptr_eq(newest, live)) {
+            jobs.remove(&id);
         }
+        drop(jobs);
+        *lock(&live.shown) = Shown { ended: true, ..Shown::default() };
     }
 
     pub fn get(&self, id: Uuid) -> Option<Arc<LiveJob>> {

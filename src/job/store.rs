@@ -18,6 +18,9 @@ pub use crate::job::studies::*;
 /// Processes that may die in a row while they render one chunk without getting further; then its job fails.
 pub const MAX_DEATHS: u64 = 3;
 
+/// Slices that a job may have in the short lane without an end of its chunk; then it waits for the main lane.
+pub const MOST_SLICES: u64 = 3;
+
 /// Which waiting chunk a claim takes. Without wishes: the first chunk of the oldest job that has not begun, else the chunk
 /// that has waited longest, so that jobs take turns.
 #[derive(Clone, Copy, Debug)]
@@ -26,13 +29,15 @@ pub struct Turn {
     pub stay_with: Option<Uuid>,
     /// True if a later chunk goes before first ones.
     pub later_first: bool,
+    /// True if jobs with fewer slices go first, and those with [`MOST_SLICES`] are left alone.
+    pub short: bool,
     /// Chunks on which more processes have died in a row are left alone for now.
     pub most_deaths: u64,
 }
 
 impl Default for Turn {
     fn default() -> Self {
-        Self { stay_with: None, later_first: false, most_deaths: MAX_DEATHS }
+        Self { stay_with: None, later_first: false, short: false, most_deaths: MAX_DEATHS }
     }
 }
 
@@ -71,6 +76,8 @@ pub struct Lease {
     pub attempt: i64,
     /// Number of times that this chunk has failed before.
     pub failures: u64,
+    /// Slices that the job has had in the short lane without an end of its chunk.
+    pub slices: u64,
     /// True if there were other chunks to be done when this one was claimed.
     pub others_wait: bool,
     /// True if somebody had asked the job to stop by then.
@@ -354,6 +361,8 @@ pub trait Store: Send + Sync + 'static {
     async fn rewind(&self, lease: &Lease, reason: &str) -> Result<Committed, StoreError>;
     /// Gives the chunk back undone, without counting a failure.
     async fn release(&self, lease: &Lease) -> Result<(), StoreError>;
+    /// Gives the chunk back undone, with so many slices counted.
+    async fn put_aside(&self, lease: &Lease, slices: u64) -> Result<(), StoreError>;
     /// Gives the chunk back undone, with a failure counted.
     async fn fail_attempt(&self, lease: &Lease, error: &str) -> Result<(), StoreError>;
     /// At a start, when no other process can have a lease: makes every leased chunk ready again. `died`: the process that

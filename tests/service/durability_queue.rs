@@ -15,7 +15,7 @@ use crate::common::{most, new_job};
 use skyduct::job::spent::Spent;
 
 const LEASE: Duration = Duration::from_secs(600);
-const ANY: Turn = Turn { stay_with: None, later_first: false, most_deaths: MAX_DEATHS };
+const ANY: Turn = Turn { stay_with: None, later_first: false, short: false, most_deaths: MAX_DEATHS };
 
 async fn store() -> (SqliteStore, TempDir) {
     let folder = tempfile::tempdir().unwrap();

@@ -27,6 +27,7 @@ mod equal_jobs;
 mod events;
 mod jobs;
 mod limits;
+mod long_passes;
 mod memory;
 mod meshes;
 mod operation;

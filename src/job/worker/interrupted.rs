@@ -8,6 +8,8 @@ pub(super) enum Interrupted {
     /// Somebody else has it, or the job is gone.
     LeaseLost,
     Shutdown,
+    /// Other chunks go first; so many slices are counted.
+    PutAside(u64),
     Store(StoreError),
     Artifact(ArtifactError),
     /// The stored state of the job is of no use, for this reason.

@@ -15,6 +15,7 @@ mod commit;
 mod equal;
 mod interrupted;
 mod kept;
+mod lanes;
 mod pool;
 mod reports;
 mod running;
@@ -33,6 +34,7 @@ use self::chunk::Ended;
 use self::commit::{Commits, LEASE, RETRY_PAUSE};
 use self::interrupted::{Interrupted, hopeless};
 use self::kept::{Current, KeptJobs};
+use self::lanes::{Lane, lanes};
 use self::pool::RenderPool;
 use self::reports::Reports;
 use self::running::RunningChunk;
@@ -41,7 +43,7 @@ use crate::estimate::Estimate;
 use crate::job::artifacts::{ArtifactError, Artifacts};
 use crate::job::cancel::{Stop, StopReason};
 use crate::job::checkpoint;
-use crate::job::live::LiveJobs;
+use crate::job::live::{LiveJob, LiveJobs};
 use crate::job::meshes::Meshes;
 use crate::job::prepare::{Prepared, prepare};
 use crate::job::spent::Spent;
@@ -54,8 +56,53 @@ const MOST_TOLD: u32 = 1000;
 /// A job fails once one of its chunks has panicked this many times.
 const MAX_FAILURES: u64 = 3;
 
-/// Renders the jobs of a store, one at a time.
+/// Renders the jobs of a store, one at a time, and beside one whose passes take long others that do not.
 pub struct Worker {
+    main: LaneWorker,
+    short: LaneWorker,
+}
+
+impl Worker {
+    /// A worker with `RAYON_NUM_THREADS` threads, or as many as there are processors, and half as many more for the short lane.
+    pub fn new(
+        store: Arc<dyn Store>,
+        artifacts: Artifacts,
+        meshes: Meshes,
+        live: Arc<LiveJobs>,
+        shutdown: CancellationToken,
+    ) -> Result<Self, rayon::ThreadPoolBuildError> {
+        let (main_lane, short_lane) = lanes();
+        let main_pool = RenderPool::new()?;
+        let short_pool = main_pool.beside()?;
+        let worker = |lane: Lane, pool| {
+            let name = if lane.is_short() { "short" } else { "main" };
+            LaneWorker {
+                store: store.clone(),
+                commits: Commits { store: store.clone(), artifacts: artifacts.clone(), ends: TaskTracker::new() },
+                meshes: meshes.clone(),
+                live: live.clone(),
+                pool,
+                // each takes back its own chunks, and not those of the other
+                owner: format!("{}-{name}-{}", std::process::id(), Uuid::new_v4()),
+                shutdown: shutdown.clone(),
+                turns: Turns::new(Instant::now(), lane.is_short()),
+                lane,
+                kept: KeptJobs::default(),
+                shown: None,
+            }
+        };
+        Ok(Self { main: worker(main_lane, main_pool), short: worker(short_lane, short_pool) })
+    }
+
+    /// Until shut down.
+    pub async fn run(self) {
+        futures::future::join(self.main.run(), self.short.run()).await;
+    }
+}
+
+/// Renders the jobs of a lane, one at a time.
+struct LaneWorker {
+    lane: Lane,
     store: Arc<dyn Store>,
     commits: Commits,
     meshes: Meshes,
@@ -66,7 +113,7 @@ pub struct Worker {
     turns: Turns,
     kept: KeptJobs,
     /// The job that readers see as running.
-    shown: Option<Uuid>,
+    shown: Option<(Uuid, Arc<LiveJob>)>,
 }
 
 /// A chunk that is to be rendered, and what is heard of since before it was claimed.
@@ -86,28 +133,18 @@ enum Worked {
     MoreToDo,
 }
 
-impl Worker {
-    /// A worker with `RAYON_NUM_THREADS` threads, or as many as there are processors.
-    pub fn new(
-        store: Arc<dyn Store>,
-        artifacts: Artifacts,
-        meshes: Meshes,
-        live: Arc<LiveJobs>,
-        shutdown: CancellationToken,
-    ) -> Result<Self, rayon::ThreadPoolBuildError> {
-        let pool = RenderPool::new()?;
-        let commits = Commits { store: store.clone(), artifacts, ends: TaskTracker::new() };
-        let owner = format!("{}-{}", std::process::id(), Uuid::new_v4());
-        let turns = Turns::new(Instant::now());
-        let kept = KeptJobs::default();
-        Ok(Self { store, commits, meshes, live, pool, owner, shutdown, turns, kept, shown: None })
-    }
-
+impl LaneWorker {
     /// Until shut down.
-    pub async fn run(mut self) {
+    async fn run(mut self) {
         tracing::info!(owner = self.owner, threads = self.pool.threads(), "worker started");
         let mut next = None;
         while !self.shutdown.is_cancelled() {
+            if !self.lane.may_claim() {
+                self.hide();
+                self.kept.clear();
+                self.lane.until_it_may_claim(&self.shutdown).await;
+                continue;
+            }
             let claimed = match next.take() {
                 Some(claimed) => claimed,
                 None => match self.claim().await {
@@ -117,7 +154,10 @@ impl Worker {
             };
             let Claimed { lease, turn, mut changes, stops } = claimed;
             self.turns.taken(turn, &lease, Instant::now());
-            match self.work(&lease, stops).await {
+            self.lane.renders();
+            let worked = self.work(&lease, stops).await;
+            self.lane.has_rendered();
+            match worked {
                 Worked::FinishedJob(None) if !lease.others_wait => self.idle(&mut changes).await,
                 Worked::FinishedJob(claimed) => next = claimed,
                 Worked::MoreToDo => {}
@@ -128,7 +168,7 @@ impl Worker {
         {
             tracing::error!(%error, "giving the chunk back failed");
         }
-        self.show(None);
+        self.hide();
         self.commits.ends.close();
         self.commits.ends.wait().await;
     }
@@ -149,16 +189,15 @@ impl Worker {
         None
     }
 
-    /// Readers see this job as running, and no other one.
-    fn show(&mut self, job: Option<Uuid>) {
-        if let Some(other) = self.shown.filter(|shown| Some(*shown) != job) {
-            self.live.end(other);
+    /// Readers see no job of this lane as running.
+    fn hide(&mut self) {
+        if let Some((job, live)) = self.shown.take() {
+            self.live.end(job, &live);
         }
-        self.shown = job;
     }
 
     async fn idle(&mut self, changes: &mut broadcast::Receiver<Change>) {
-        self.show(None);
+        self.hide();
         self.kept.clear();
         let poll = sleep(self.turns.until_steadier(Instant::now()).unwrap_or(IDLE_POLL));
         tokio::pin!(poll);
@@ -167,8 +206,9 @@ impl Worker {
                 () = self.shutdown.cancelled() => return,
                 // the next claim takes what was left
                 () = &mut poll => return,
+                () = self.lane.stirs() => return,
                 change = changes.recv() => match change {
-                    Ok(Change::Queue) | Err(broadcast::error::RecvError::Lagged(_)) => return,
+                    Ok(Change::Queue | Change::Stop(_)) | Err(broadcast::error::RecvError::Lagged(_)) => return,
                     Ok(_) => {}
                     Err(broadcast::error::RecvError::Closed) => {
                         self.pause(IDLE_POLL).await;
@@ -192,13 +232,14 @@ impl Worker {
             Ok(worked) => return worked,
             Err(interrupted) => interrupted,
         };
-        self.show(None);
+        self.hide();
         let after = match interrupted {
             Interrupted::LeaseLost => {
                 tracing::warn!("the lease is lost, or the job was deleted");
                 self.delete_files_of_deleted(lease.job).await
             }
             Interrupted::Shutdown => self.store.release(lease).await,
+            Interrupted::PutAside(slices) => self.store.put_aside(lease, slices).await,
             Interrupted::Store(error) => self.give_back_and_pause(lease, &error).await,
             Interrupted::Artifact(error) => self.give_back_and_pause(lease, &error).await,
             Interrupted::Damaged(reason) => self.rewind(lease, reason).await,
@@ -267,9 +308,9 @@ impl Worker {
             drop(self.live.take_prepared(job));
             return Ok(Worked::FinishedJob(None));
         }
-        let shown = self.shown == Some(job);
+        let shown = self.shown.as_ref().is_some_and(|(shown, _)| *shown == job);
         if !shown {
-            self.show(None);
+            self.hide();
         }
         let current = match self.kept.take(job, lease.chunk) {
             Some(current) => {
@@ -278,21 +319,25 @@ impl Worker {
             }
             None => self.load(lease).await?,
         };
-        self.shown = Some(job);
+        self.shown = Some((job, current.live.clone()));
+        if !lease.cancel_requested && current.prepared.memory().total() > self.lane.most_memory() {
+            return Err(Interrupted::PutAside(MOST_SLICES));
+        }
         let stop = Stop::default();
         if lease.cancel_requested {
             stop.raise(StopReason::Cancelled);
         }
         let (commits, shutdown, reports) = (&self.commits, &self.shutdown, Reports::default());
-        let running = RunningChunk { lease, commits, shutdown, stop, reports };
+        let running = RunningChunk { lease, commits, shutdown, stop, reports, slice: self.lane.slice(lease.slices) };
         let (current, ended, reports) = running.render(&self.pool, current, stops).await?;
         let finished = matches!(ended, Ended::Finish { .. });
         let (changes, stops) = (self.store.changes(), self.store.changes());
         let turn = self.turns.next(Instant::now());
-        let next = lease.others_wait.then_some(turn);
+        // the short lane claims only while the main one is busy
+        let next = Some(turn).filter(|_| lease.others_wait && !self.lane.is_short());
         let claimed = self.commits.commit(lease, &current, ended, reports, next).await?;
         if finished {
-            self.show(None);
+            self.hide();
             return Ok(Worked::FinishedJob(claimed.map(|lease| Claimed { lease, turn, changes, stops })));
         }
         self.kept.keep(current);

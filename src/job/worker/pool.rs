@@ -13,6 +13,16 @@ impl RenderPool {
         rayon::ThreadPoolBuilder::new().thread_name(|index| format!("render-{index}")).build().map(Self)
     }
 
+    /// Half as many threads as this one, for what is rendered beside it.
+    pub fn beside(&self) -> Result<Self, rayon::ThreadPoolBuildError> {
+        let threads = (self.threads() / 2).max(1);
+        rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .thread_name(|index| format!("short-{index}"))
+            .build()
+            .map(Self)
+    }
+
     pub fn threads(&self) -> usize {
         self.0.current_num_threads()
     }

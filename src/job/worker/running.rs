@@ -25,6 +25,8 @@ pub(super) struct RunningChunk<'a> {
     pub shutdown: &'a CancellationToken,
     pub stop: Stop,
     pub reports: Reports,
+    /// Time after which it is put aside; `None` where it is rendered to its end.
+    pub slice: Option<Duration>,
 }
 
 impl RunningChunk<'_> {
@@ -42,6 +44,8 @@ impl RunningChunk<'_> {
         if deadline.is_some_and(|deadline| deadline <= Instant::now()) {
             self.stop.raise(StopReason::OutOfTime);
         }
+        let slice_ends = self.slice.map(|slice| Instant::now() + slice);
+        let mut put_aside = None;
         let run = ChunkRun { current, stop: self.stop.clone(), tell, chunk: self.lease.chunk };
         let mut rendering = Box::pin(pool.run(move || run.run()));
         // the lease is fresh
@@ -60,9 +64,18 @@ impl RunningChunk<'_> {
                 () = sleep_until(deadline.unwrap_or_else(Instant::now)), if in_time && deadline.is_some() => {
                     self.stop.raise(StopReason::OutOfTime);
                 }
+                () = sleep_until(slice_ends.unwrap_or_else(Instant::now)), if in_time && slice_ends.is_some() => {
+                    put_aside = Some(1);
+                    self.stop.raise(StopReason::Abandoned);
+                }
                 _ = beat.tick() => self.heartbeat().await,
                 change = changes.recv() => match change {
                     Ok(Change::Stop(id)) if id == self.lease.job => self.heartbeat().await,
+                    // those with fewer slices go first
+                    Ok(Change::Queue) if in_time && self.slice.is_some() && self.lease.slices > 0 => {
+                        put_aside = Some(0);
+                        self.stop.raise(StopReason::Abandoned);
+                    }
                     Err(broadcast::error::RecvError::Lagged(_)) => self.heartbeat().await,
                     _ => {}
                 },
@@ -76,7 +89,11 @@ impl RunningChunk<'_> {
             }
         };
         self.collect(&mut told).await;
-        let interrupted = || if self.shutdown.is_cancelled() { Interrupted::Shutdown } else { Interrupted::LeaseLost };
+        let interrupted = || match put_aside {
+            _ if self.shutdown.is_cancelled() => Interrupted::Shutdown,
+            Some(slices) => Interrupted::PutAside(slices),
+            None => Interrupted::LeaseLost,
+        };
         if self.stop.reason() == Some(StopReason::Abandoned) {
             return Err(interrupted());
         }

@@ -21,19 +21,25 @@ pub(super) struct Turns {
     job: Option<(Uuid, Instant)>,
     /// Last time that a turn was offered to later chunks first.
     later: Instant,
+    /// True in the short lane.
+    short: bool,
 }
 
 impl Turns {
-    pub fn new(now: Instant) -> Self {
-        Self { started: now, job: None, later: now }
+    pub fn new(now: Instant, short: bool) -> Self {
+        Self { started: now, job: None, later: now, short }
     }
 
     /// What the next claim shall take.
     pub fn next(&self, now: Instant) -> Turn {
         let stay_with = self.job.filter(|(_, since)| now - *since < TURN).map(|(job, _)| job);
         let age = now - self.started;
-        let most_deaths = STEADY_AFTER.iter().filter(|after| age >= **after).count() as u64;
-        Turn { stay_with, later_first: now - self.later >= LATER_AFTER, most_deaths }
+        // what may end the process does so alone
+        let most_deaths = match self.short {
+            true => 0,
+            false => STEADY_AFTER.iter().filter(|after| age >= **after).count() as u64,
+        };
+        Turn { stay_with, later_first: now - self.later >= LATER_AFTER, short: self.short, most_deaths }
     }
 
     /// A claim has taken a chunk.
@@ -64,6 +70,7 @@ mod tests {
             owner: String::new(),
             attempt: 1,
             failures: 0,
+            slices: 0,
             others_wait: true,
             cancel_requested: false,
         }
@@ -73,7 +80,7 @@ mod tests {
     #[test]
     fn later_chunks_get_a_turn_however_many_first_ones_come() {
         let start = Instant::now();
-        let mut turns = Turns::new(start);
+        let mut turns = Turns::new(start, false);
         let mut later_first = Vec::new();
         for begun in 0..9 {
             let now = start + Duration::from_secs(3 * begun);
@@ -88,7 +95,7 @@ mod tests {
     #[test]
     fn a_turn_is_its_jobs_until_it_is_over() {
         let (start, job) = (Instant::now(), Uuid::from_u128(1));
-        let mut turns = Turns::new(start);
+        let mut turns = Turns::new(start, false);
         let at = |seconds| start + Duration::from_secs_f64(seconds);
         turns.taken(turns.next(start), &lease(job), start);
         for (seconds, stay_with) in [(0.5, Some(job)), (1.9, Some(job)), (2.1, None)] {
