@@ -45,14 +45,14 @@ function sides(points, radius) {
   );
 }
 
-/** The draft that was last drawn and not refused: while another one is, its section stays. @type {JobDocument} */
-let good = state.draft;
+/** The draft that was last answered: while another one is refused, its section stands. @type {JobDocument} */
+let answered = state.draft;
 
 /** The section with its two directions. @param {boolean} narrow */
 export function section(narrow) {
-  const { problem, look } = state;
-  if (!problem?.errors?.length) good = state.draft;
-  const draft = good;
+  const { current, problem, look } = state;
+  if (current) answered = state.draft;
+  const draft = problem?.errors?.length ? answered : state.draft;
   const [width, depth, height] = draft.room.size_m;
   const axis = look === "north" ? 0 : 1;
   const extent = axis === 0 ? width : depth;
