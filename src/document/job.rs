@@ -17,6 +17,7 @@ use super::read::{json, shape};
 use super::room::RoomDocument;
 use super::room::check::check_room;
 use super::room::luminaire::{Sheet, covers};
+use super::room::openings::boxes_cover_no_opening;
 use super::sky::check::{check_location, check_sky, check_time};
 use super::sky::{LocationDocument, SkyDocument};
 use super::stop::StopDocument;
@@ -151,6 +152,7 @@ impl JobDocument {
         self.check_sun(checks);
         if judged {
             self.check_openings(checks);
+            boxes_cover_no_opening(&self.room, &self.tubes, checks);
         }
         self.check_luminaires(&luminaires, checks);
         self.method.check_outputs(&self.grids, &self.views, checks);

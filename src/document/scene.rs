@@ -31,7 +31,7 @@ pub fn to_scene(
         .enumerate()
         .filter_map(|(index, document)| tube(&format!("/tubes/{index}"), document, meshes, &mut checks))
         .unzip();
-    let objects = mesh_objects(&document.room, meshes, &mut checks);
+    let objects = mesh_objects(&document.room, &document.tubes, meshes, &mut checks);
     let views = views(document, &mut checks);
     if !checks.errors.is_empty() {
         return Err(DocumentErrors(checks.errors));

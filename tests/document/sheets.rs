@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
-use crate::given::{base, mesh_tube, with};
+use crate::given::{base, mesh_tube, refused, with};
 use crate::schema::parse;
 use glam::DVec3;
 use serde_json::{Value, json};
@@ -281,5 +281,38 @@ fn pipes_drawn_twice() {
             assert!(walls.iter().all(|wall| (wall - 0.98).abs() < 1e-9), "{sheets:?} {diagonal} {walls:?}");
             assert_eq!((mesh.triangles.len(), mesh.back_materials.len()), (once.0.triangles.len(), 0));
         }
+    }
+}
+
+/// What lies in the plane of the ceiling over an opening is refused by its name, in part as in whole; what is beside or below is not.
+#[test]
+fn nothing_covers_an_opening() {
+    let at = |x: f64, z: f64| {
+        let corners = [(0.0, 0.0), (0.5, 0.0), (0.5, 1.0), (0.0, 1.0)];
+        let corners = corners.map(|(dx, dy)| format!("v {} {} {z}\n", x + dx, 0.5 + dy));
+        format!("{}usemtl wood\nf 1 2 3 4\n", corners.concat())
+    };
+    // the opening has the radius 0.127 around (1.016, 1.016) in the ceiling, 2.032 m high
+    let liner = format!("usemtl wood\n{}", block([0.1; 3], [1.8, 1.8, 1.932], 0));
+    for covering in [at(0.8, 2.032), at(0.4, 2.032), at(1.142, 2.032), liner] {
+        let document = room(&[&at(0.0, 0.5), &covering]);
+        let errors = scene(&document, &[&at(0.0, 0.5), &covering]).unwrap_err().0;
+        assert!(errors.len() == 1 && errors[0].pointer == "/room/objects/1", "{covering}: {errors:?}");
+        assert!(errors[0].detail.contains("the opening of /tubes/0"), "{errors:?}");
+    }
+    for free in [at(0.8, 2.03), at(0.388, 2.032), at(1.144, 2.032)] {
+        assert!(objects(&[&free]).is_ok(), "{free}");
+    }
+    let column = |x: f64, height: f64, rotation: f64| {
+        let column = json!({ "kind": "box", "size_m": [0.4, 0.4, height], "position_m": [x, 1.016, 0],
+                             "rotation_deg": rotation, "surface": { "reflectance": 0.5 } });
+        with(base(), "/room/objects", json!([column]))
+    };
+    for (x, rotation) in [(1.3, 0.0), (0.7, 0.0), (1.4, 45.0)] {
+        refused(&column(x, 2.032, rotation), "/room/objects/0", "the opening of /tubes/0");
+        assert!(parse(&column(x, 2.03, rotation)).is_ok());
+    }
+    for (x, rotation) in [(1.4, 0.0), (0.6, 0.0), (1.45, 45.0)] {
+        assert!(parse(&column(x, 2.032, rotation)).is_ok(), "{x} {rotation}");
     }
 }

@@ -83,6 +83,7 @@ pub const BEYOND_A_SCHEMA: &[(&str, &str)] = &[
     ("the opening overlaps", "geometry of two tubes"),
     ("passes through /tubes/", "geometry of two tubes"),
     ("covers the opening", "geometry of a luminaire and a tube"),
+    ("over the opening of", "geometry of an object and a tube"),
     ("must neither reach into", "geometry of a luminaire and an object"),
     ("in the same plane", "geometry of two luminaires"),
     ("emits out of the room", "geometry of a luminaire and the room"),

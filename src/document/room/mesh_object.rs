@@ -6,6 +6,7 @@ use glam::DVec3;
 
 use super::RoomDocument;
 use super::object::{MeshObjectDocument, ObjectDocument};
+use super::openings::cover_no_opening;
 use super::sheets::{one_sheet_each, untold_words};
 use super::surface::SurfaceDocument;
 use crate::document::errors::Checks;
@@ -14,6 +15,7 @@ use crate::document::hints;
 use crate::document::limits::{MOST_TRIANGLES, TOUCHING_M};
 use crate::document::mesh_source::MeshSource;
 use crate::document::read::pointer::escape;
+use crate::document::tube::TubeDocument;
 use crate::geometry::TriangleMesh;
 use crate::geometry::repeats::without_repeats;
 use crate::geometry::turn::unit_vector;
@@ -21,7 +23,12 @@ use crate::optics::Surface;
 use crate::scene::MeshObject;
 
 /// The meshes of a room, in its frame; those after an error may be missing.
-pub(crate) fn mesh_objects(room: &RoomDocument, meshes: &dyn MeshSource, checks: &mut Checks) -> Vec<MeshObject> {
+pub(crate) fn mesh_objects(
+    room: &RoomDocument,
+    tubes: &[TubeDocument],
+    meshes: &dyn MeshSource,
+    checks: &mut Checks,
+) -> Vec<MeshObject> {
     let (mut objects, mut numbers) = (Vec::new(), Vec::new());
     let mut triangles = 0;
     for (index, object) in room.objects.iter().enumerate() {
@@ -38,6 +45,7 @@ pub(crate) fn mesh_objects(room: &RoomDocument, meshes: &dyn MeshSource, checks:
         objects.push(object);
     }
     if checks.errors.is_empty() {
+        cover_no_opening(room, tubes, &objects, &numbers, checks);
         one_sheet_each(&mut objects, &numbers, DVec3::from(room.size_m), checks);
     }
     objects

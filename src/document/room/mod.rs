@@ -5,6 +5,7 @@ pub(super) mod convert;
 pub mod luminaire;
 pub mod mesh_object;
 pub mod object;
+pub(super) mod openings;
 pub(super) mod sheets;
 pub mod surface;
 
