@@ -15,7 +15,7 @@ use crate::judge::{Measured, compare, each};
 /// False alarms of a test with all its comparisons.
 const FALSE_ALARM: f64 = 1e-3;
 
-const PASSES: u64 = 16;
+const PASSES: u64 = 8;
 
 /// Two tubes unlike each other, sun, sky and a panel; `method` is asked for.
 fn document(method: &Value) -> Value {

@@ -88,12 +88,12 @@ fn shares_of(names: impl Iterator<Item = String>) -> [f64; 2] {
     all.shares()
 }
 
-/// Eight drawn rooms and an office whose sensors are far from its tube: 93 to 97 % of the sensors and 90 to 99 % of the means, within two
-/// standard errors of the binomial distribution over 180 means; sensors of one job are wrong together and count as five.
+/// Four drawn rooms and an office whose sensors are far from its tube: 93 to 97 % of the sensors and 90 to 99 % of the means, within two
+/// standard errors of the binomial distribution over 100 means; sensors of one job are wrong together and count as five.
 #[test]
 fn intervals_hold_the_truth_in_furnished_rooms() {
-    let [sensors, means] = shares_of((0..40).step_by(5).map(|room| format!("{room:02}")).chain(["office".to_owned()]));
-    assert!((0.915..0.985).contains(&sensors) && means > 0.857, "{sensors} {means}");
+    let [sensors, means] = shares_of((0..40).step_by(13).map(|room| format!("{room:02}")).chain(["office".to_owned()]));
+    assert!((0.907..0.986).contains(&sensors) && means > 0.84, "{sensors} {means}");
 }
 
 /// The same of forty rooms: 800 jobs, a minute of processors.

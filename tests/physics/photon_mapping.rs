@@ -31,8 +31,8 @@ fn the_sun_through_a_bent_clear_tube_at_points() {
         scene
     };
     let (cells, points) = (scene(EstimateKind::CellAverage), scene(EstimateKind::Point));
-    let of_points = run(&points, &gathering(&points, &quick(), 2), 20).grids[0].mean;
-    let of_cells = run(&cells, &light_tracing(&cells, 65_536, 1), 16).grids[0].mean;
+    let of_points = run(&points, &gathering(&points, &quick(), 2), 10).grids[0].mean;
+    let of_cells = run(&cells, &light_tracing(&cells, 65_536, 1), 8).grids[0].mean;
     // the midpoint rule in 144 cells
     let tolerance = 4.0 * of_cells.standard_error().hypot(of_points.standard_error()) + 0.01 * of_cells.mean;
     println!("{} {} +- {tolerance}", of_points.mean, of_cells.mean);
@@ -88,8 +88,8 @@ fn results_name_bias_and_fluxes() {
 fn the_bias_is_estimated() {
     let scene = disc_room(0.2, 0.5, 0.7, 0.7, EstimateKind::Point);
     let truth = radiosity("S1r", EstimateKind::Point).0;
-    let settings = Settings { initial_radius_m: Some(0.4), gather_rays: Some(1024), ..quick() };
-    let found = run(&scene, &gathering(&scene, &settings, 4), 32);
+    let settings = Settings { initial_radius_m: Some(0.4), gather_rays: Some(512), ..quick() };
+    let found = run(&scene, &gathering(&scene, &settings, 4), 16);
     let errors: Vec<f64> = truth.iter().map(|lux| 2.5e-6 * lux).collect();
     assert_grid(&found, &truth, &errors, 4.5, 0.0, "a large radius");
     let grid = &found.grids[0];

@@ -15,7 +15,7 @@ use crate::reference;
 use crate::scenes::{run, traceable};
 
 const FALSE_ALARMS: f64 = 1e-3;
-const RUNS: usize = 8;
+const RUNS: usize = 6;
 
 /// Means of the blocks of a job's only view by runs of `passes`, with the standard error of each mean and its bias.
 fn blocks(document: &Value, method: &str, first_seed: u64, passes: u64) -> Vec<[f64; 2]> {
@@ -107,7 +107,7 @@ fn by_mirror(roughness: f64) -> [Value; 2] {
 
 #[test]
 fn a_sunbeam_by_way_of_a_mirror_is_seen_on_gloss() {
-    let roughnesses = [0.05, 0.12, 0.3];
+    let roughnesses = [0.05, 0.3];
     for roughness in roughnesses {
         let [mirrored, straight] = by_mirror(roughness);
         let truth: Vec<[f64; 2]> =

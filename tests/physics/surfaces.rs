@@ -119,7 +119,7 @@ fn an_eye_sees_the_disc_in_a_glossy_wall() {
         truth *= 0.7 * disc_luminance / (64 * n * n) as f64;
         scene.views = vec![view];
         let settings = Settings { photons_per_pass: 4096, initial_radius_m: Some(0.1), ..Settings::default() };
-        let estimate = run(&scene, &sppm(&scene, &settings, 3), 512);
+        let estimate = run(&scene, &sppm(&scene, &settings, 3), 96);
         let film = &estimate.views[0];
         let error = film.block_standard_error_cd_m2(0);
         println!("{roughness}: {} +- {error}, {truth}", film.blocks[0].mean);

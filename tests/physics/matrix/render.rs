@@ -8,7 +8,7 @@ use skyduct::estimate::{Estimate, FilmEstimate};
 use skyduct::integrator::Method;
 use skyduct::integrator::method::{CaveatCode, Computation, RefusalCode, Task};
 use skyduct::plan::{MethodRequest, Methods};
-use skyduct::scene::Scene;
+use skyduct::scene::{EstimateKind, Scene};
 use skyduct::statistics::Moments;
 
 use super::columns::{Column, Work};
@@ -17,7 +17,7 @@ use crate::judge::{Measured, Whole};
 use crate::measured_values::{degrees, grid, mean_bias};
 
 /// Relative error that a solver is asked for; its own errors are what it is judged by.
-const SOLVER_TARGET: f64 = 2e-3;
+const SOLVER_TARGET: f64 = 5e-3;
 
 /// Relative error that passes are sized for where a column names no sizes: that of documents which name none.
 const USUAL_TARGET: f64 = 0.02;
@@ -52,8 +52,12 @@ pub enum Left {
     Refused(RefusalCode),
     /// The row leaves it out, by name or because it warns ([`Mirrors::LeftOut`]).
     ByChance,
-    /// What is chosen by default is in another column, or is more than one method.
+    /// What is chosen by default is in another column, or is more than one method; at points `ppm` is `sppm`.
     Elsewhere,
+}
+
+fn has_cells(scene: &Scene) -> bool {
+    scene.grids.iter().any(|grid| grid.estimate == EstimateKind::CellAverage)
 }
 
 /// Everything that a method finds in a scene, under the effects of a row.
@@ -63,7 +67,7 @@ pub fn render(row: &Row, scene: &Scene, column: &Column, effort: Effort, seed: u
         Mirrors::Paths(paths) if !effort.long => paths,
         _ => 1.0,
     };
-    let request = column.request(&Work::of(scene, effort.factor, paths));
+    let request = column.request(&Work::of(scene, effort.factor * row.work, paths));
     let methods = Methods::choose(scene, &traceable, &request).map_err(|refusal| Left::Refused(refusal.code))?;
     let by_default = request == MethodRequest::Auto;
     let only = methods.beside_surfaces.is_none() && !(methods.grids.is_some() && methods.views.is_some());
@@ -76,6 +80,9 @@ pub fn render(row: &Row, scene: &Scene, column: &Column, effort: Effort, seed: u
     };
     if row.left_out.contains(&column.name) {
         return Err(Left::ByChance);
+    }
+    if matches!(method, Method::Ppm(_)) && scene.views.is_empty() && !has_cells(scene) {
+        return Err(Left::Elsewhere);
     }
     let task = Task::whole(scene, &traceable);
     if method.described().warns(&task).is_some_and(|caveat| caveat.code == CaveatCode::MirrorsByChance) {

@@ -68,8 +68,7 @@ pub fn domed_sun_points() -> Row {
 pub fn clear_sun_points() -> Row {
     Row::new(sunny(furnished([bent(peaked()), straight(0.7, 0.95, clear())], Point)))
         .stored(&["light_tracing", "photon_mapping"])
-        // at the edge of a sun patch two radii do not tell its bias
-        .left_out(&["ppm_per_point"])
+        .work(2.0)
 }
 
 pub fn clear_sun_cells() -> Row {
@@ -182,7 +181,7 @@ pub fn corners_and_crowded_sensors() -> Row {
         grid(0.3, DVec2::splat(1.0), DVec2::splat(1.02)),
         grid(0.9, DVec2::new(1.15, 0.5), DVec2::new(1.25, 0.7)),
     ];
-    Row::new(scene).stored(&["path_tracing", "bidirectional_path_tracing"])
+    Row::new(scene).stored(&["path_tracing", "bidirectional_path_tracing"]).work(2.0)
 }
 
 /// Twenty tubes, in rows of five.

@@ -47,7 +47,7 @@ fn bend() -> Tube {
 }
 
 pub fn two_mixed_dim_sun_points() -> Row {
-    room(two_mixed(), 5_000.0, Point)
+    room(two_mixed(), 5_000.0, Point).work(2.0)
 }
 
 pub fn two_mixed_dim_sun_cells() -> Row {

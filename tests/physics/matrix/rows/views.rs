@@ -76,7 +76,7 @@ pub fn mirror_box() -> Row {
 /// The sky through clear closures, and by a mirror.
 pub fn sky_in_a_mirror() -> Row {
     let scene = room([bent(clear()), straight(0.5, 0.9, mixed(DiffuserZone::Lambertian))]);
-    looking(mirror_wall(scene), ASIDE, DVec3::new(0.9, 1.9, 0.8))
+    looking(mirror_wall(scene), ASIDE, DVec3::new(0.9, 1.9, 0.8)).work(2.0)
 }
 
 /// What photons alone find: the sun through a clear closure, and by a mirror.
