@@ -22,8 +22,11 @@ const SOLVER_TARGET: f64 = 5e-3;
 /// Relative error that passes are sized for where a column names no sizes: that of documents which name none.
 const USUAL_TARGET: f64 = 0.02;
 
-/// Number of times as many passes that a job by default may take to its accuracy.
+/// Passes that a job by default may take to its accuracy, in those of the others.
 const MOST: u64 = 16;
+
+/// Passes from which on it may end: its standard error's own error is 18 %.
+const LEAST: u64 = 16;
 
 /// True if a job that names no accuracy would end.
 fn accurate_enough(estimate: &Estimate) -> bool {
@@ -110,7 +113,7 @@ pub fn render(row: &Row, scene: &Scene, column: &Column, effort: Effort, seed: u
                     // the mean so far of so many passes: the pass' own part of it
                     mean.push(blocks * film.passes - mean.mean * mean.count);
                 }
-                if number + 1 >= effort.passes && by_default && accurate_enough(&estimate) {
+                if number + 1 >= LEAST && by_default && accurate_enough(&estimate) {
                     break;
                 }
             }
