@@ -78,10 +78,11 @@ fn of_grids(args: &StudyArgs, job: Value, methods: Vec<String>, progress: &Study
     let stop = cancel_on_interrupt()?;
     let mut growing = Growing { out: &args.out, file: None, written: Ok(()), stop: &stop };
     let mut heard = |step: &Step<'_>| {
-        progress.step(step.done, step.of, &step.next, step.seconds_left.map(Left::About));
+        // what is told to be done is in the file
         if let Some(study) = step.so_far.filter(|study| !study.runs.is_empty()) {
             growing.write("study.csv", study.csv().as_bytes());
         }
+        progress.step(step.done, step.of, &step.next, step.seconds_left.map(Left::About));
     };
     let study = run_study(&request, &MeshFiles::beside(&args.job), &stop, &mut heard);
     let study = growing.ended(study)?;
@@ -103,11 +104,11 @@ fn of_views(args: &StudyArgs, job: Value, methods: Vec<String>, progress: &Study
     let stop = cancel_on_interrupt()?;
     let mut growing = Growing { out: &args.out, file: None, written: Ok(()), stop: &stop };
     let mut heard = |step: &PicturesStep<'_>| {
-        progress.step(step.done, step.of, &step.next, Some(Left::AtMost(step.most_seconds_left)));
         if let Some(pictures) = step.so_far.filter(|pictures| !pictures.pictures.is_empty()) {
             let (name, bytes) = pictures.numbers(&request);
             growing.write(&name, &bytes);
         }
+        progress.step(step.done, step.of, &step.next, Some(Left::AtMost(step.most_seconds_left)));
     };
     let pictures = views::run(&request, &MeshFiles::beside(&args.job), &stop, &mut heard);
     let pictures = growing.ended(pictures)?;
