@@ -257,7 +257,7 @@ pub(super) async fn unfinished(connection: &mut SqliteConnection) -> Result<u64,
     Ok(count.unsigned_abs())
 }
 
-/// As [`unfinished`], of one client.
+/// Number of unfinished chunks of one client, as [`unfinished`] counts them.
 pub(super) async fn unfinished_of(connection: &mut SqliteConnection, client: &str) -> Result<u64, StoreError> {
     let count: i64 = sqlx::query_scalar("SELECT count(*) FROM chunks WHERE state <> 'done' AND client = $1")
         .bind(client)

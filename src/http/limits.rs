@@ -26,7 +26,7 @@ pub struct Limits {
     pub max_seconds: f64,
     /// Jobs that may wait; one more is answered 503.
     pub queued_jobs: u64,
-    /// Of these, jobs of one client; one more is answered 429.
+    /// Jobs of one client that wait, of these; one more is answered 429.
     pub queued_jobs_per_client: u64,
     /// Connections at the same time; a few more are told that the service is busy, and then more wait to be accepted.
     pub connections: usize,

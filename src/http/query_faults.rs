@@ -1,4 +1,4 @@
-//! What is wrong with the parameters of a query, all at once.
+//! Faults of the parameters of a query, all at once.
 
 use crate::document::FieldError;
 

@@ -1,4 +1,4 @@
-//! What clocks show at a place.
+//! Clocks at a place: its time zone, and its offset from UTC at a local time.
 
 use axum::Json;
 use serde::{Deserialize, Serialize};

@@ -1,4 +1,4 @@
-//! What makes two jobs one computation: equal documents, all defaults filled in, and the same program.
+//! Identity of a computation, which makes two jobs one: equal documents, all defaults filled in, and the same program.
 
 use std::fs::File;
 use std::io::{self, BufWriter, Write};

@@ -181,7 +181,7 @@ pub enum Submission {
     KeyReused,
     /// As many jobs wait as may.
     QueueFull,
-    /// As many jobs of its client wait as may.
+    /// Refusal of a job whose client has as many waiting as it may.
     ClientFull,
     /// A mesh of the document was deleted meanwhile.
     MeshGone(String),

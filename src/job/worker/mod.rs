@@ -119,7 +119,7 @@ struct LaneWorker {
 /// A chunk that is to be rendered, and what is heard of since before it was claimed.
 struct Claimed {
     lease: Lease,
-    /// What was asked for.
+    /// Turn that the claim was made for.
     turn: Turn,
     changes: broadcast::Receiver<Change>,
     stops: broadcast::Receiver<Change>,

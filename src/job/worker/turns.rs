@@ -30,7 +30,7 @@ impl Turns {
         Self { started: now, job: None, later: now, short }
     }
 
-    /// What the next claim shall take.
+    /// Returns what the next claim shall take.
     pub fn next(&self, now: Instant) -> Turn {
         let stay_with = self.job.filter(|(_, since)| now - *since < TURN).map(|(job, _)| job);
         let age = now - self.started;

@@ -38,7 +38,7 @@ const FALSE_ALARM: f64 = 0.01;
 /// The standard error's own error is 13 %, which Student's t takes into account.
 const EFFORT: Effort = Effort { passes: 32, factor: 1.0, long: false };
 
-/// That of the long trial: half of the errors.
+/// Effort of the long trial: half of the errors.
 const LONG_EFFORT: Effort = Effort { factor: 4.0, ..EFFORT };
 
 /// Largest relative standard error of the mean of a cell: a comparison with an unbounded error would say nothing.
