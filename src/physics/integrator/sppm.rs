@@ -13,7 +13,7 @@
 //! | `.. F` and `M` straight to a sensor or the eye's `D` | connections to the pass' photons at the diffuser; closed form or points |
 //! | all else that arrives there | gather |
 //! | `.. (F\|M) S* E` of an eye | exitance gathered on the diffuser; the luminaire's luminance |
-//! | `.. F G E`, `M G E` of an eye | connection to photons and the reflected ray, sharing; the reflected ray |
+//! | `.. F G E`, `M G E` of an eye | connection to photons or points, and the reflected ray, sharing |
 //! | `N t C G E`, roughness of at least 0.15 | sunbeams gathered in the lobe |
 //! | `(K\|N) t C (S\|G)* E` of an eye, else | the ray, up the guide |
 //!

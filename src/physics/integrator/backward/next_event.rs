@@ -157,7 +157,7 @@ impl<const C: usize, D: Daylight<C>> Meeting<C> for NextEvent<'_, D> {
 }
 
 /// Density per sr of connecting to an even point of a luminaire along `way`; zero from behind it.
-fn luminaire_density(luminaire: &TraceableLuminaire, way: DVec3) -> f64 {
+pub fn luminaire_density(luminaire: &TraceableLuminaire, way: DVec3) -> f64 {
     let leaving = -way.dot(luminaire.normal);
     let distance_squared = way.length_squared();
     if leaving > 0.0 { distance_squared * distance_squared.sqrt() / (leaving * luminaire.area_m2) } else { 0.0 }

@@ -5,9 +5,10 @@ use std::f64::consts::PI;
 
 use glam::DVec3;
 
-use super::maps::{Gathered, Mapper, Maps, POINT_CONNECTIONS, density};
+use super::maps::{Gathered, Mapper, Maps, POINT_CONNECTIONS, POINT_STRATA, density};
 use super::store::Tube;
 use crate::geometry::disc::disc_disc_area;
+use crate::integrator::backward::next_event::luminaire_density;
 use crate::integrator::photon::close_points::is_near_opening;
 use crate::optics::{Closure, Glossy, MeasuredDiffuser, Spectrum};
 use crate::sampling::{PathRandom, warp};
@@ -126,6 +127,35 @@ impl<const C: usize> Mapper<C> {
                 let arriving: Spectrum<C> = luminaire.connection(source, position, normal);
                 if arriving.max() > 0.0 && self.scene.visible(position, surface, source, Some(luminaire.surface)) {
                     sum += arriving * (share * share);
+                }
+            }
+        }
+        sum
+    }
+
+    /// Luminance toward `eye` (a unit vector) of the luminaires in a glossy lobe of reflectance 1, the share of connections: a ray
+    /// into the lobe seldom meets a luminaire that is small and bright.
+    pub fn luminaires_in_lobe(
+        &self,
+        lobe: &Glossy,
+        hit: &RoomHit,
+        surface: Option<SurfaceId>,
+        eye: DVec3,
+        random: &mut PathRandom,
+    ) -> Spectrum<C> {
+        let mut sum = Spectrum::ZERO;
+        for luminaire in self.scene.luminaires.iter().filter(|luminaire| luminaire.emits()) {
+            for stratum in 0..POINT_STRATA * POINT_STRATA {
+                let place = [stratum % POINT_STRATA, stratum / POINT_STRATA];
+                let [u, v] = random.uniform2();
+                let [u, v] = [place[0] as f64 + u, place[1] as f64 + v].map(|along| along / POINT_STRATA as f64);
+                let source = luminaire.point([u, v]).clamp(DVec3::ZERO, self.scene.size);
+                let way = source - hit.position;
+                let toward = way.normalize();
+                let connected = connections_to_luminaire(luminaire, way);
+                let density = if connected > 0.0 { lobe.density(hit.normal, eye, toward) } else { 0.0 };
+                if density > 0.0 && self.scene.visible(hit.position, surface, source, Some(luminaire.surface)) {
+                    sum += luminaire.seen(way) * (density / (density + connected));
                 }
             }
         }
@@ -263,6 +293,16 @@ fn measured_per_sr(table: &MeasuredDiffuser, incident: DVec3, exit_cosine: f64) 
 /// glossy lobe chose the direction, `None` when none did.
 pub fn share_of(chosen: Option<f64>, tube: &TraceableTube, way: DVec3) -> f64 {
     chosen.map_or(1.0, |density| density / (density + connection_density(tube, way)))
+}
+
+/// The share of a luminaire's light that a ray takes which finds it along `way`; `chosen` as of [`share_of`].
+pub fn share_of_luminaire(chosen: Option<f64>, luminaire: &TraceableLuminaire, way: DVec3) -> f64 {
+    chosen.map_or(1.0, |density| density / (density + connections_to_luminaire(luminaire, way)))
+}
+
+/// Connections per sr along `way` to a luminaire from a glossy surface.
+fn connections_to_luminaire(luminaire: &TraceableLuminaire, way: DVec3) -> f64 {
+    (POINT_STRATA * POINT_STRATA) as f64 * luminaire_density(luminaire, way)
 }
 
 /// Connections per sr along `way` to a diffuser, as if its photons were even on the opening: what the two ways to find it

@@ -1,8 +1,8 @@
 //! Eyes: where what they see begins, and their rays' way by mirrors, glossy lobes and tubes.
 //!
 //! Rays find the diffuse parts of surfaces, whose light is gathered from photons, and go on into a direction of the specular
-//! part. A diffuser that a glossy lobe reflects is found in two ways, by connections to its photons and by the direction
-//! that the ray takes; they share it by the balance heuristic (Veach and Guibas 1995).
+//! part. A diffuser or a luminaire that a glossy lobe reflects is found in two ways, by connections to its photons or points and by
+//! the direction that the ray takes; they share it by the balance heuristic (Veach and Guibas 1995).
 
 use std::cell::Cell;
 use std::f64::consts::PI;
@@ -12,7 +12,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::maps::{Gathered, Mapper, Maps};
-use super::near_light::share_of;
+use super::near_light::{share_of, share_of_luminaire};
 use super::outline::OutlinedView;
 use crate::integrator::ViewPass;
 use crate::integrator::backward::opening::DaylightShare;
@@ -196,6 +196,7 @@ where
             let weight = weight * optics.specular();
             let random = &mut walk.samples.random;
             walk.sum += mapper.diffusers_in_lobe(maps, lobe, &hit, Some(surface), eye, random) * weight;
+            walk.sum += mapper.luminaires_in_lobe(lobe, &hit, Some(surface), eye, random) * weight;
             if beams.is_none() {
                 let (beams, bias) = mapper.beams_in_lobe(maps, lobe, &hit, eye);
                 walk.sum += beams * weight;
@@ -229,9 +230,9 @@ where
         EyeWay { lobe: None, leaves_out_lights: false, ..*way }
     }
 
-    /// Luminaires are found by eye rays alone, but for what diffuse parts gather.
-    fn luminaire_share(&self, _: &TraceableScene, _: usize, ray: &Ray<C, EyeWay>, _: DVec3) -> f64 {
-        if ray.trace.leaves_out_lights { 0.0 } else { 1.0 }
+    fn luminaire_share(&self, scene: &TraceableScene, number: usize, ray: &Ray<C, EyeWay>, position: DVec3) -> f64 {
+        let EyeWay { origin, lobe, leaves_out_lights, .. } = ray.trace;
+        if leaves_out_lights { 0.0 } else { share_of_luminaire(lobe, &scene.luminaires[number], position - origin) }
     }
 
     /// A diffuser ends the path: what it sends is known from the photons that it scattered.
