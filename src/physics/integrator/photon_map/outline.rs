@@ -1,8 +1,8 @@
-//! Pixels in which the outline of a luminaire or of a diffuser is seen: what shines straight into the eye there has rays of
-//! its own.
+//! Pixels in which the outline of a luminaire or of a diffuser is seen, straight or by way of mirrors: what shines into the eye
+//! there has rays of its own.
 //!
 //! A luminaire is a hundred times as bright as what is around it, so that one ray a pass leaves the pixels at its edge noisy
-//! long after all others are known. Rays that look for its light alone cost little, for they gather nothing: such a pixel takes
+//! long after all others are known, and a corner that no ray found is in no error. Rays that look for its light alone cost little, for they gather nothing: such a pixel takes
 //! some dozens of them, and its ordinary ray leaves that light out. Which pixels do so decides
 //! noise and time only: the mean is the same.
 
@@ -11,10 +11,11 @@ use rayon::prelude::*;
 
 use super::maps::{Gathered, Mapper, Maps};
 use crate::integrator::backward::room_entry::enter_room;
+use crate::optics::{Spectrum, SurfaceOptics};
 use crate::sampling::{Key, Replicate};
 use crate::scene::View;
 use crate::traceable::luminaire::TraceableLuminaire;
-use crate::traceable::{Place, TraceableScene, TraceableTube};
+use crate::traceable::{Place, SurfaceId, TraceableScene, TraceableTube};
 
 /// Rays of such a pixel in a pass that look for light straight from its source: points of a Sobol sequence, which tell the share of
 /// a pixel that is cut along its edges to a part of as many.
@@ -22,6 +23,9 @@ const RAYS: u64 = 64;
 
 /// Steps along the side of a pixel at whose ends it is asked what is seen there.
 const STEPS: usize = 2;
+
+/// Mirrors on the way of light that is called straight here.
+pub const MIRRORS: u32 = 8;
 
 /// A view, and in which of its pixels outlines are seen.
 #[derive(Debug)]
@@ -77,25 +81,43 @@ impl OutlinedView {
 /// Luminance in cd/m2 along a ray of an eye that comes straight from a diffuser or luminaire.
 fn seen_straight<const C: usize>(mapper: &Mapper<C>, maps: &Maps<C>, eye: DVec3, direction: DVec3) -> Gathered<C> {
     let scene = &*mapper.scene;
-    match source(scene, eye, direction) {
-        Some(Seen::Luminaire(number)) => {
-            Gathered { irradiance: scene.luminaires[number].seen(direction), ..Gathered::NOTHING }
+    let Some(Seen { source, direction, weight, .. }) = source::<C>(scene, eye, direction) else {
+        return Gathered::NOTHING;
+    };
+    match source {
+        Source::Luminaire(number) => {
+            Gathered { irradiance: scene.luminaires[number].seen(direction) * weight, ..Gathered::NOTHING }
         }
-        Some(Seen::Diffuser(tube, position)) => {
-            mapper.luminance(maps, tube, scene.tubes[tube].closure_at(position), position, direction)
+        Source::Diffuser(tube, position) => {
+            let of_tube = mapper.luminance(maps, tube, scene.tubes[tube].closure_at(position), position, direction);
+            Gathered {
+                irradiance: of_tube.irradiance * weight,
+                bias: of_tube.bias * weight.luminance(),
+                ..Gathered::NOTHING
+            }
         }
-        None => Gathered::NOTHING,
     }
 }
 
-/// What shines straight into an eye.
-enum Seen {
+/// What shines into an eye.
+struct Seen<const C: usize> {
+    source: Source,
+    /// The ray's direction where it meets the source.
+    direction: DVec3,
+    /// The last mirror on its way.
+    mirror: Option<SurfaceId>,
+    /// Reflectance of all mirrors on its way.
+    weight: Spectrum<C>,
+}
+
+/// A diffuser or a luminaire.
+enum Source {
     Luminaire(usize),
     /// A tube's, at a point of its opening.
     Diffuser(usize, DVec3),
 }
 
-impl Seen {
+impl Source {
     /// Numbers from 1 on.
     fn number(&self, scene: &TraceableScene) -> usize {
         match self {
@@ -105,20 +127,34 @@ impl Seen {
     }
 }
 
-/// What shines along a ray straight into an eye.
-fn source(scene: &TraceableScene, eye: DVec3, direction: DVec3) -> Option<Seen> {
-    let hit = scene.intersect(enter_room(scene, eye, direction)?, direction, None);
-    match hit.place {
-        Place::Opening(tube) => {
-            let clear = scene.tubes[tube].closure_at(hit.position).unscattered::<1>().is_some();
-            (!clear).then_some(Seen::Diffuser(tube, hit.position))
-        }
-        Place::Surface(surface) => {
-            let number = scene.numbering.luminaire_of(surface)?;
+/// What shines along a ray into an eye, straight or by way of up to [`MIRRORS`] mirrors.
+fn source<const C: usize>(scene: &TraceableScene, eye: DVec3, mut direction: DVec3) -> Option<Seen<C>> {
+    let mut origin = enter_room(scene, eye, direction)?;
+    let (mut mirror, mut weight, mut reflected) = (None, Spectrum::ONE, false);
+    for _ in 0..=MIRRORS {
+        let hit = scene.intersect(origin, direction, mirror);
+        let surface = match hit.place {
+            Place::Opening(tube) => {
+                let clear = scene.tubes[tube].closure_at(hit.position).unscattered::<1>().is_some();
+                let source = Source::Diffuser(tube, hit.position);
+                return (!clear).then_some(Seen { source, direction, mirror, weight });
+            }
+            Place::Surface(surface) => surface,
+        };
+        if let Some(number) = scene.numbering.luminaire_of(surface) {
             let shines = scene.luminaires[number].seen::<3>(direction).max() > 0.0;
-            shines.then_some(Seen::Luminaire(number))
+            return shines.then_some(Seen { source: Source::Luminaire(number), direction, mirror, weight });
         }
+        let optics = scene.optics(surface).filter(|optics| optics.is_mirror())?;
+        if reflected && !scene.interreflection {
+            return None;
+        }
+        reflected |= optics.is_finite();
+        weight *= optics.specular();
+        direction -= hit.normal * (2.0 * direction.dot(hit.normal));
+        (origin, mirror) = (hit.position, Some(surface));
     }
+    None
 }
 
 /// For each pixel, true if it does not see the same source everywhere, or at least at its corners, the middles of its edges, and
@@ -128,13 +164,14 @@ fn outlined(scene: &TraceableScene, view: &View) -> Vec<bool> {
     let mut outlined = vec![false; width * height];
     let Some([first, end]) = window(scene, view) else { return outlined };
     let columns = STEPS * (end[0] - first[0]) + 1;
-    let rows: Vec<Vec<usize>> = (0..=STEPS * (end[1] - first[1]))
+    let rows: Vec<Vec<_>> = (0..=STEPS * (end[1] - first[1]))
         .into_par_iter()
         .map(|row| {
             let y = first[1] as f64 + row as f64 / STEPS as f64;
             let seen = |column: usize| {
                 let x = first[0] as f64 + column as f64 / STEPS as f64;
-                source(scene, view.eye, view.ray_direction(x, y)).map_or(0, |seen| seen.number(scene))
+                let seen = source::<1>(scene, view.eye, view.ray_direction(x, y));
+                seen.map(|seen| (seen.source.number(scene), seen.mirror))
             };
             (0..columns).map(seen).collect()
         })
@@ -142,7 +179,7 @@ fn outlined(scene: &TraceableScene, view: &View) -> Vec<bool> {
     for (row, seen) in (first[1]..end[1]).zip(rows.windows(STEPS + 1).step_by(STEPS)) {
         for (column, left) in (first[0]..end[0]).zip((0..columns).step_by(STEPS)) {
             let here = || seen.iter().flat_map(|row| &row[left..=left + STEPS]);
-            if here().any(|number| *number != seen[0][left]) {
+            if here().any(|other| *other != seen[0][left]) {
                 for row in row.saturating_sub(1)..(row + 2).min(height) {
                     outlined[row * width + column.saturating_sub(1)..row * width + (column + 2).min(width)].fill(true);
                 }
@@ -152,8 +189,12 @@ fn outlined(scene: &TraceableScene, view: &View) -> Vec<bool> {
     outlined
 }
 
-/// The pixels in which anything that shines may be seen straight, and one more on every side; `None` without any.
+/// The pixels in which anything that shines may be seen straight, and one more on every side: all where there are mirrors; `None`
+/// without any.
 fn window(scene: &TraceableScene, view: &View) -> Option<Window> {
+    if scene.specular_surfaces().any(SurfaceOptics::is_mirror) {
+        return Some([[0, 0], view.size_px]);
+    }
     let of_luminaire = |luminaire: &TraceableLuminaire| luminaire.corners();
     let around_opening = |tube: &TraceableTube| {
         let r = tube.opening_radius;
@@ -187,15 +228,16 @@ mod tests {
     use std::sync::atomic::AtomicBool;
 
     use super::*;
-    use crate::optics::Surface;
-    use crate::scene::{BoxObject, Channels, Luminaire, Room, Scene};
+    use crate::optics::{Specular, Surface};
+    use crate::scene::{BoxObject, Channels, Face, Luminaire, Room, Scene};
     use crate::statistics::Moments;
     use crate::traceable::Follow;
 
     const GREY: Surface = Surface { reflectance: [0.5; 3], specular: None };
 
-    /// A lamp of 3 cd/m2 under a ceiling, a box that hides a corner of it, and an eye that looks up at an angle.
-    fn room() -> (TraceableScene, View) {
+    /// A lamp of 3 cd/m2 under a ceiling, a box that hides a corner of it, and an eye that looks up at it, or at its image in a wall
+    /// that reflects so much.
+    fn room(mirror: Option<f64>) -> (TraceableScene, View) {
         let (corner, edge_u, edge_v) =
             (DVec3::new(1.3, 1.2, 2.9), DVec3::new(0.9, 0.3, 0.0), DVec3::new(0.3, -0.8, 0.0));
         let lamp = Luminaire { corner, edge_u, edge_v, luminance: [3.0; 3] };
@@ -205,16 +247,17 @@ mod tests {
             rotation: 0.2,
             surface: GREY,
         };
-        let room = Room {
-            size: DVec3::splat(3.0),
-            surfaces: [Some(GREY); 6],
-            boxes: vec![shelf],
-            meshes: Vec::new(),
-            luminaires: vec![lamp],
-        };
+        let mut surfaces = [Some(GREY); 6];
+        if let Some(reflectance) = mirror {
+            let specular = Some(Specular { reflectance: [reflectance; 3], roughness: 0.0 });
+            surfaces[Face::North as usize] = Some(Surface { reflectance: [0.0; 3], specular });
+        }
+        let room =
+            Room { size: DVec3::splat(3.0), surfaces, boxes: vec![shelf], meshes: Vec::new(), luminaires: vec![lamp] };
         let (grids, tubes) = (Vec::new(), Vec::new());
         let eye = DVec3::new(0.4, 0.5, 0.3);
-        let view = View::new("up".into(), eye, DVec3::new(1.8, 1.3, 2.9), DVec3::Z, 0.6, [48, 32]).unwrap();
+        let (y, angle) = mirror.map_or((1.3, 0.6), |_| (2.0 * 3.0 - 1.3, 0.35));
+        let view = View::new("up".into(), eye, DVec3::new(1.8, y, 2.9), DVec3::Z, angle, [48, 32]).unwrap();
         let scene = Scene { daylight: None, room, tubes, grids, views: Vec::new(), channels: Channels::Photopic };
         let follow = Follow { interreflection: true, guide_return: false, objects: true };
         (TraceableScene::new(&scene, follow).unwrap(), view)
@@ -224,7 +267,17 @@ mod tests {
     /// errors of 16 passes and one line of the lattice; other pixels show the lamp or not.
     #[test]
     fn outlined_pixels_show_their_share_of_a_lamp() {
-        let (scene, view) = room();
+        shows_its_share(None);
+    }
+
+    #[test]
+    fn outlined_pixels_show_their_share_of_a_lamp_in_a_mirror() {
+        shows_its_share(Some(0.8));
+    }
+
+    fn shows_its_share(mirror: Option<f64>) {
+        let luminance = 3.0 * mirror.unwrap_or(1.0);
+        let (scene, view) = room(mirror);
         let scene = Arc::new(scene);
         let outlined = &OutlinedView::all(&scene, std::slice::from_ref(&view))[0];
         let mapper = Mapper::<1>::new(scene.clone(), &[], true, 64);
@@ -237,7 +290,7 @@ mod tests {
             let points = (0..lines * lines).map(|point| [at((point % lines) as usize), at((point / lines) as usize)]);
             let shows = points.filter(|[x, y]| {
                 let direction = view.ray_direction(place[0] as f64 + x, place[1] as f64 + y);
-                source(&scene, view.eye, direction).is_some()
+                source::<1>(&scene, view.eye, direction).is_some()
             });
             let share = shows.count() as f64 / f64::from(lines * lines);
             if !outlined.is_outlined(pixel) {
@@ -250,7 +303,7 @@ mod tests {
                 seen.push(outlined.straight(&mapper, &maps, place, Key::new(pass).child(pixel as u64)).irradiance.0[0]);
             }
             let tolerance = 4.0 * seen.standard_error() + 3.0 / f64::from(lines);
-            assert!((seen.mean - 3.0 * share).abs() < tolerance, "{place:?}: {seen:?} {share}");
+            assert!((seen.mean - luminance * share).abs() < tolerance, "{place:?}: {seen:?} {share}");
             edges += 1;
         }
         assert!(edges > 20 && whole > 10, "{edges} {whole}");

@@ -13,7 +13,7 @@ use rayon::prelude::*;
 
 use super::maps::{Gathered, Mapper, Maps};
 use super::near_light::{share_of, share_of_luminaire};
-use super::outline::OutlinedView;
+use super::outline::{MIRRORS, OutlinedView};
 use crate::integrator::ViewPass;
 use crate::integrator::backward::opening::DaylightShare;
 use crate::integrator::backward::room_entry::enter_room;
@@ -78,7 +78,7 @@ pub struct EyeRay {
     pub eye: DVec3,
     /// Unit vector.
     pub direction: DVec3,
-    /// True if it counts what shines straight into the eye.
+    /// True if it counts what shines into the eye straight or by way of mirrors.
     pub straight: bool,
 }
 
@@ -118,7 +118,7 @@ pub fn luminance<const C: usize>(
     let Some(origin) = enter_room(scene, eye, direction) else { return Gathered::NOTHING };
     let gathering = Gathering { mapper, maps, irradiance, found: Cell::new(0.0), bias: Cell::new(0.0) };
     let mut walk = Walk::new(scene, samples, SURE_REFLECTIONS);
-    let trace = EyeWay { origin, lobe: None, beams: None, leaves_out_lights: !straight };
+    let trace = EyeWay { origin, lobe: None, beams: None, counted: (!straight).then_some(MIRRORS) };
     walk.luminance(&gathering, origin, direction, trace);
     Gathered { irradiance: walk.sum, found: gathering.found.get(), bias: gathering.bias.get() }
 }
@@ -152,8 +152,8 @@ struct EyeWay {
     lobe: Option<f64>,
     /// What the sun's light is shared by since beams were gathered at a glossy surface; the first one of the way counts all.
     beams: Option<BeamsGathered>,
-    /// True if diffusers and luminaires that the ray comes upon next are counted by other rays.
-    leaves_out_lights: bool,
+    /// Mirrors still to come up to which other rays count the diffusers and luminaires that the way comes upon; `None`: they do not.
+    counted: Option<u32>,
 }
 
 impl<const C: usize, F> Meeting<C> for Gathering<'_, C, F>
@@ -214,25 +214,20 @@ where
         density: f64,
     ) -> EyeWay {
         let here = BeamsGathered { density, cosine: toward.dot(vertex.normal) };
-        EyeWay {
-            origin: vertex.position,
-            lobe: Some(density),
-            beams: Some(beams.unwrap_or(here)),
-            leaves_out_lights: false,
-        }
+        EyeWay { origin: vertex.position, lobe: Some(density), beams: Some(beams.unwrap_or(here)), counted: None }
     }
 
     fn turns(&self, way: &EyeWay) -> EyeWay {
-        EyeWay { lobe: None, leaves_out_lights: false, ..*way }
+        EyeWay { lobe: None, counted: way.counted.and_then(|mirrors| mirrors.checked_sub(1)), ..*way }
     }
 
     fn passes(&self, way: &EyeWay) -> EyeWay {
-        EyeWay { lobe: None, leaves_out_lights: false, ..*way }
+        EyeWay { lobe: None, counted: None, ..*way }
     }
 
     fn luminaire_share(&self, scene: &TraceableScene, number: usize, ray: &Ray<C, EyeWay>, position: DVec3) -> f64 {
-        let EyeWay { origin, lobe, leaves_out_lights, .. } = ray.trace;
-        if leaves_out_lights { 0.0 } else { share_of_luminaire(lobe, &scene.luminaires[number], position - origin) }
+        let EyeWay { origin, lobe, counted, .. } = ray.trace;
+        if counted.is_some() { 0.0 } else { share_of_luminaire(lobe, &scene.luminaires[number], position - origin) }
     }
 
     /// A diffuser ends the path: what it sends is known from the photons that it scattered.
@@ -251,7 +246,7 @@ where
             });
             return Some(DaylightShare { sky: 1.0, sky_later: 1.0, sun });
         }
-        if ray.trace.leaves_out_lights {
+        if ray.trace.counted.is_some() {
             return None;
         }
         let seen = self.mapper.luminance(self.maps, tube, closure, position, ray.direction);
