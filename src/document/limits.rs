@@ -192,12 +192,12 @@ pub const MOST_PIXELS: u64 = 16_777_216;
 /// Angle between the edges of a picture: at 180 degrees its plane would be infinite.
 pub const FIELD_OF_VIEW_DEG: Range = between(0.0, 179.0);
 
-/// Skies of a request for the fluxes of a tube, its times, and the pairs of both.
+/// Skies of a request for the fluxes of a tube.
 pub const SKIES: RangeInclusive<usize> = 1..=100;
 /// Times of such a request.
 pub const TIMES: RangeInclusive<usize> = 0..=1000;
-/// Skies times times of such a request, at most.
-pub const SKIES_TIMES_TIMES: usize = 1000;
+/// Skies times times of such a request, at most: some kilobytes of its answer each. Its time is bounded apart.
+pub const SKIES_TIMES_TIMES: usize = 5000;
 /// Relative error that such a request may ask for: 512 passes of 1024 photons bring 0.1 % through most tubes.
 pub const RELATIVE_FLUX_ERROR: Range = within(0.001, 0.5);
 

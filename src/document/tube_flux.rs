@@ -25,7 +25,7 @@ pub struct TubeFluxDocument {
     pub location: Option<LocationDocument>,
     /// Skies as in a job, 1 to 100; `times` say where the sun is, or else each sky's own `sun_position`.
     pub skies: Vec<SkyDocument>,
-    /// Times as in a job (RFC 3339 with an offset), at most 1000; every sky is taken at every time, at most 1000 pairs. Absent
+    /// Times as in a job (RFC 3339 with an offset), at most 1000; every sky is taken at every time, at most 5000 pairs. Absent
     /// or empty: every sky once, with its own `sun_position`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub times: Vec<String>,

@@ -1,7 +1,7 @@
 //! Files with one media type each, described as operations of their own.
 //!
-//! What a suffix, `?format=` or `Accept` chooses among is one operation with several types in one answer, which a typed client
-//! can do little with. The routes are the same: handlers read suffixes themselves.
+//! A path whose suffix, `?format=` or `Accept` chooses among representations is one operation with several types in one
+//! answer, which a typed client can do little with. These operations need no routes: handlers read suffixes themselves.
 
 use utoipa::openapi::path::{Operation, Parameter, ParameterIn, Paths};
 use utoipa::openapi::{HttpMethod, PathItem, RefOr, Required};

@@ -11,6 +11,7 @@ use crate::plan::{Effects, compile};
 use crate::sampling::Key;
 use crate::scene::Daylight;
 use crate::sky::{Sky, Sun};
+use crate::statistics::Moments;
 use crate::traceable::TubeError;
 
 /// Numbers of the sources among the keys of a request's seed.
@@ -60,14 +61,13 @@ pub struct TimeThereIs {
     pub at_best: Duration,
 }
 
-/// Share of the time after which is judged whether the rest fits into it, by what was done until then, and share until which that must
-/// be twice too much: what is done last may be cheaper than what was done first.
-const JUDGED_AFTER: f64 = 0.05;
-const DOUBTED_UNTIL: f64 = 0.25;
+/// Pairs after which the rest is judged by what they took, and standard errors of that estimate which a doubt is worth.
+const JUDGED_AFTER: usize = 8;
+const DOUBT: f64 = 3.0;
 
 /// The fluxes that were asked for. Sky and sun use the same random numbers at all times, so that curves are smooth.
 ///
-/// With `time`, a request that cannot be done in it is refused early, with how long it would take.
+/// With `time`, a request that cannot be done in it is refused as soon as that is sure, with how long it would take.
 pub fn tube_flux(
     request: &ValidTubeFlux,
     meshes: &dyn MeshSource,
@@ -113,16 +113,16 @@ pub fn tube_flux(
         Ok(Some(SourceFlux::from(&flux)))
     };
     let lit = lights.len();
-    let set_up = begun.elapsed();
-    // what was done stands for what is left
-    for (done, at) in spread(lit).enumerate() {
-        if let Some(time) = time.filter(|_| done > 0) {
-            let has = time.until.saturating_duration_since(begun);
-            check_time(has, time.at_best, set_up, begun.elapsed(), done, lit)?;
-        }
+    let mut seconds = Moments::default();
+    for at in spread(lit) {
+        let pair_begun = Instant::now();
         let (number, sky, sun) = &lights[at];
         fluxes[*number].of_sky = flux(sky.clone(), None, OF_SKY)?;
         fluxes[*number].of_sun = flux(None, *sun, OF_SUN)?;
+        seconds.push(pair_begun.elapsed().as_secs_f64());
+        if let Some(time) = time {
+            check_time(&time, begun, Instant::now(), &seconds, lit)?;
+        }
     }
     let centres_m = centres.into_iter().map(|centre| centre.to_array()).collect();
     Ok(TubeFluxResult { patches: PatchesResult { centres_m, area_m2 }, fluxes })
@@ -141,33 +141,31 @@ fn spread(count: usize) -> impl Iterator<Item = usize> {
     (0..count).map(move |number| number * step % count)
 }
 
-/// Refuses what does not fit into the time that it `has`, by the time that `done` of `lit` pairs with light have taken.
+/// Refuses what cannot be done in its time, `now`, by the `seconds` that some of the `lit` pairs with light have taken: they stand
+/// for the others.
 fn check_time(
-    has: Duration,
-    at_best: Duration,
-    set_up: Duration,
-    elapsed: Duration,
-    done: usize,
+    time: &TimeThereIs,
+    begun: Instant,
+    now: Instant,
+    seconds: &Moments,
     lit: usize,
 ) -> Result<(), TubeFluxError> {
-    let whole = set_up + (elapsed - set_up).mul_f64(lit as f64 / done as f64);
-    let is_too_much = |has: Duration| match elapsed {
-        elapsed if elapsed < has.mul_f64(JUDGED_AFTER) => false,
-        elapsed if elapsed < has.mul_f64(DOUBTED_UNTIL) => whole > has.mul_f64(2.0),
-        _ => whole > has,
-    };
-    if !is_too_much(has) {
+    let done = seconds.count as usize;
+    let left = (lit - done) as f64;
+    let until = time.until.saturating_duration_since(now).as_secs_f64();
+    let at_least = left * (seconds.mean - DOUBT * seconds.standard_error());
+    if done < JUDGED_AFTER || at_least <= until {
         return Ok(());
     }
-    if !is_too_much(at_best) && whole <= at_best {
+    let (whole, at_best) = ((now - begun).as_secs_f64() + left * seconds.mean, time.at_best.as_secs_f64());
+    if whole <= at_best {
         return Err(TubeFluxError::NoTimeNow);
     }
-    let fits = (lit as f64 * at_best.as_secs_f64() / whole.as_secs_f64()) as usize;
+    let fits = (lit as f64 * at_best / whole) as usize;
     let detail = format!(
-        "the fluxes would take about {:.0} s, but a request may take {:.0} s here: ask for {} of these {lit} skies and times with light at once, \
+        "the fluxes would take about {:.0} s, but a request may take {at_best:.0} s here: ask for {} of these {lit} skies and times with light at once, \
          or for a larger relative_error",
-        whole.as_secs_f64().ceil(),
-        at_best.as_secs_f64(),
+        whole.ceil(),
         fits.clamp(1, lit),
     );
     Err(FieldError::new("/times", detail).coded(FieldErrorCode::TooMany).into())
@@ -188,19 +186,24 @@ mod tests {
     }
 
     #[test]
-    fn what_does_not_fit_is_refused_with_what_does() {
-        let second = Duration::from_secs(1);
-        let check = |elapsed: u32, has: u32, done: usize| {
-            check_time(has * second, 100 * second, Duration::ZERO, elapsed * second, done, 1000)
+    fn a_request_that_does_not_fit_is_refused_with_how_much_does() {
+        let begun = Instant::now();
+        // so many pairs of 1000 have taken a tenth of a second each, or with some spread, of the seconds that there are
+        let check = |done: usize, spread: f64, has: u64, at_best: u64| {
+            let mut seconds = Moments::default();
+            (0..done).for_each(|number| seconds.push(if number % 2 == 0 { 0.1 - spread } else { 0.1 + spread }));
+            let after = |seconds| begun + Duration::from_secs(seconds);
+            let time = TimeThereIs { until: after(has), at_best: Duration::from_secs(at_best) };
+            check_time(&time, begun, begun + Duration::from_secs_f64(0.1 * done as f64), &seconds, 1000)
         };
-        // too early to tell, as it should be, perhaps, and not
-        assert!(check(4, 100, 1).is_ok());
-        assert!(check(10, 100, 101).is_ok());
-        assert!(check(10, 100, 60).is_ok());
-        let Err(TubeFluxError::Request(DocumentErrors(errors))) = check(10, 100, 20) else { panic!("it takes 500 s") };
-        assert!(errors[0].detail.contains("500 s") && errors[0].detail.contains("200 of"), "{}", errors[0].detail);
-        assert!(matches!(check(30, 100, 299), Err(TubeFluxError::Request(_))));
+        // too early to tell, as it should be, in doubt, and not
+        assert!(check(7, 0.0, 50, 50).is_ok());
+        assert!(check(8, 0.0, 101, 101).is_ok());
+        assert!(check(100, 0.09, 80, 80).is_ok());
+        let Err(TubeFluxError::Request(DocumentErrors(errors))) = check(8, 0.0, 50, 50) else { panic!("it takes 100 s") };
+        assert!(errors[0].detail.contains("100 s") && errors[0].detail.contains("500 of"), "{}", errors[0].detail);
+        assert!(matches!(check(900, 0.09, 80, 80), Err(TubeFluxError::Request(_))));
         // others were served before
-        assert!(matches!(check(10, 20, 200), Err(TubeFluxError::NoTimeNow)));
+        assert!(matches!(check(100, 0.0, 50, 200), Err(TubeFluxError::NoTimeNow)));
     }
 }

@@ -209,7 +209,7 @@ async fn a_suffix_is_another_way_to_ask_for_a_format() {
     common::problem(service.get(&format!("{path}/grids/other.csv")).send().await.unwrap(), 404).await;
 }
 
-/// What a typed client reads has one type: JSON that is one of several representations has an operation of its own.
+/// Typed clients read one type: JSON that is one of several representations has an operation of its own.
 #[tokio::test]
 async fn json_has_operations_of_its_own() {
     let paths = DESCRIPTION["paths"].as_object().unwrap();

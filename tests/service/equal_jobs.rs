@@ -127,7 +127,7 @@ async fn an_equal_job_waits_for_the_one_that_runs() {
     assert_eq!(service.json(&first).await["status"], "cancelled");
 }
 
-/// What a limit of seconds has cut short is the result of those that waited for it, and would be another one at another time.
+/// A result that a limit of seconds has cut short goes to the jobs that waited for it, but to none that is posted later.
 #[tokio::test]
 async fn seconds_make_a_result_of_their_time() {
     let service = TestService::start().await;

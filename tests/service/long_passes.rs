@@ -58,7 +58,7 @@ async fn a_pass_of_hours_lets_a_short_job_through() {
     database.close().await.unwrap();
 }
 
-/// What was put aside in mid-pass, or rendered beside another job, has the bits of a job that was alone.
+/// A job put aside in mid-pass, and one rendered beside another, has the bits of a job that was alone.
 #[tokio::test]
 async fn a_pass_that_is_put_aside_and_rendered_again_has_the_same_bits() {
     // of some seconds: longer than a slice on most machines

@@ -77,7 +77,7 @@ async fn a_post_waits_for_no_other_kind() {
     second.abort();
 }
 
-/// What does not fit into its time is refused early, with how long it would take and what fits.
+/// Fluxes that do not fit into their time are refused early, with how long they would take and how many fit.
 #[tokio::test]
 async fn fluxes_that_do_not_fit_into_their_time_are_refused_with_what_fits() {
     let service = TestService::start_with(|config| config.limits.flux_seconds = 5).await;
