@@ -200,7 +200,9 @@ mod tests {
         assert!(check(7, 0.0, 50, 50).is_ok());
         assert!(check(8, 0.0, 101, 101).is_ok());
         assert!(check(100, 0.09, 80, 80).is_ok());
-        let Err(TubeFluxError::Request(DocumentErrors(errors))) = check(8, 0.0, 50, 50) else { panic!("it takes 100 s") };
+        let Err(TubeFluxError::Request(DocumentErrors(errors))) = check(8, 0.0, 50, 50) else {
+            panic!("it takes 100 s")
+        };
         assert!(errors[0].detail.contains("100 s") && errors[0].detail.contains("500 of"), "{}", errors[0].detail);
         assert!(matches!(check(900, 0.09, 80, 80), Err(TubeFluxError::Request(_))));
         // others were served before

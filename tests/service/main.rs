@@ -39,5 +39,6 @@ mod result_files;
 mod security;
 mod storm;
 mod studies;
+mod study_storage;
 mod tube_flux;
 mod turns;
