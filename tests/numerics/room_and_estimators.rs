@@ -143,21 +143,23 @@ fn a_thousand_million_deposits_add_up() {
     let deposits = 1_000_000_000u64;
     let per_pass = 1 << 20;
     let (mut job, mut left) = (EnergyLedger::default(), deposits);
+    // chunks of equally many photons have equal sums
+    let chunk = |photons: u64| (0..photons).fold(0.0, |room, _| room + deposit);
+    let whole_chunk = chunk(MOST_CHUNK);
     while left > 0 {
         let photons = per_pass.min(left);
         left -= photons;
         let mut pass = EnergyLedger::default();
         for first in (0..photons).step_by(MOST_CHUNK as usize) {
-            let mut room = 0.0;
-            (first..(first + MOST_CHUNK).min(photons)).for_each(|_| room += deposit);
+            let room = if photons - first < MOST_CHUNK { chunk(photons - first) } else { whole_chunk };
             pass.add(&EnergyLedger { room, ..EnergyLedger::default() });
         }
         job.add(&pass);
     }
     assert!((job.room - 1000.0).abs() < 1e-6, "{}", job.room);
-    let (mut one_sum, mut single) = (0f64, 0f32);
-    for _ in 0..deposits {
-        one_sum += deposit;
+    let one_sum = chunk(deposits);
+    let mut single = 0f32;
+    while single + deposit as f32 > single {
         single += deposit as f32;
     }
     assert_eq!(single, 32.0);

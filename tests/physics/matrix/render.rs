@@ -55,7 +55,8 @@ pub enum Left {
     Refused(RefusalCode),
     /// The row leaves it out, by name or because it warns ([`Mirrors::LeftOut`]).
     ByChance,
-    /// What is chosen by default is in another column, or is more than one method; at points `ppm` is `sppm`.
+    /// What is chosen by default is in another column, or is more than one method; at points `ppm` is `sppm`; other rows have this
+    /// law of radii.
     Elsewhere,
 }
 
