@@ -379,6 +379,14 @@ async fn events_of_a_study_tell_passes_and_its_cancellation() {
     assert!(numbers.windows(2).all(|pair| pair[0] < pair[1]), "{numbers:?}");
     assert_eq!((&passes[0]["job"]["part"], &passes[0]["runs_done"]), (&json!("reference"), &json!(0)));
     assert_eq!(told.iter().map(|event| (event.id, event.name.as_str())).collect::<Vec<_>>(), [(1, "started")]);
+    // before the first event there is none
+    let lost = common::events_until(service.get(&events), 7, |event| event.name == "started").await;
+    assert_eq!(
+        lost.iter().map(|event| (event.id, event.name.as_str())).collect::<Vec<_>>(),
+        [(0, "restarted"), (1, "started")]
+    );
+    let sent = json!({ "id": "0", "event": "restarted", "data": lost[0].data.to_string() });
+    schema::assert_valid(&schema::component("StudyStreamEvent"), &sent, "StudyStreamEvent");
     // another stream goes on after what that one had
     let rest = tokio::spawn(common::events_until(service.get(&events), 1, |_| false));
     let cancel = format!("{}/cancel", path(&posted));
