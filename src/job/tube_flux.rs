@@ -65,6 +65,9 @@ pub struct TimeThereIs {
 const JUDGED_AFTER: usize = 8;
 const DOUBT: f64 = 3.0;
 
+/// Share of the time after which fewer pairs are judged by, without a doubt.
+const LATE: f64 = 0.25;
+
 /// The fluxes that were asked for. Sky and sun use the same random numbers at all times, so that curves are smooth.
 ///
 /// With `time`, a request that cannot be done in it is refused as soon as that is sure, with how long it would take.
@@ -153,11 +156,16 @@ fn check_time(
     let done = seconds.count as usize;
     let left = (lit - done) as f64;
     let until = time.until.saturating_duration_since(now).as_secs_f64();
-    let at_least = left * (seconds.mean - DOUBT * seconds.standard_error());
-    if done < JUDGED_AFTER || at_least <= until {
+    let elapsed = (now - begun).as_secs_f64();
+    let doubt = match done {
+        JUDGED_AFTER.. => DOUBT * seconds.standard_error(),
+        _ if elapsed > LATE * (elapsed + until) => 0.0,
+        _ => return Ok(()),
+    };
+    if left * (seconds.mean - doubt) <= until {
         return Ok(());
     }
-    let (whole, at_best) = ((now - begun).as_secs_f64() + left * seconds.mean, time.at_best.as_secs_f64());
+    let (whole, at_best) = (elapsed + left * seconds.mean, time.at_best.as_secs_f64());
     if whole <= at_best {
         return Err(TubeFluxError::NoTimeNow);
     }
@@ -196,6 +204,8 @@ mod tests {
             let time = TimeThereIs { until: after(has), at_best: Duration::from_secs(at_best) };
             check_time(&time, begun, begun + Duration::from_secs_f64(0.1 * done as f64), &seconds, 1000)
         };
+        // few pairs that have taken long
+        assert!(matches!(check(2, 0.0, 0, 50), Err(TubeFluxError::Request(_))));
         // too early to tell, as it should be, in doubt, and not
         assert!(check(7, 0.0, 50, 50).is_ok());
         assert!(check(8, 0.0, 101, 101).is_ok());
