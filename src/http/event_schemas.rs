@@ -10,7 +10,8 @@ use crate::job::events::{Cancelled, EventData, Failed, Image, Pass, Planned, Que
 #[derive(ToSchema)]
 #[expect(dead_code, reason = "only its schema is used: the library for server-sent events writes them")]
 pub struct JobEvent {
-    /// 1, 2, 3 ... without gaps; `Last-Event-ID` goes on after it. `restarted` has the id that it goes on after, which may be 0.
+    /// 1, 2, 3 ... without gaps; `Last-Event-ID` goes on after it. `restarted` has the id that it goes on after, which may be
+    /// 0.
     #[schema(pattern = "^(0|[1-9][0-9]*)$")]
     pub id: String,
     /// Which component `data` is; see `x-events` of the operation.

@@ -28,7 +28,8 @@ use crate::http::problem::{Path, Problem, Query};
 #[derive(ToSchema)]
 #[expect(dead_code, reason = "only its schema is used: the library for server-sent events writes them")]
 pub struct StudyStreamEvent {
-    /// 1, 2, 3 ... without gaps; `Last-Event-ID` goes on after it. `restarted` has the id that it goes on after, which may be 0. Absent of `pass`.
+    /// 1, 2, 3 ... without gaps; `Last-Event-ID` goes on after it. `restarted` has the id that it goes on after, which may be
+    /// 0. Absent of `pass`.
     #[schema(pattern = "^(0|[1-9][0-9]*)$")]
     pub id: Option<String>,
     /// What happened.

@@ -113,17 +113,15 @@ impl<const C: usize> Mapper<C> {
                 continue;
             }
             let share = 1.0 / strata as f64;
+            let count = strata * strata;
             if luminaire.is_within(share * luminaire.longer_edge_m(), position)
-                && let Some(seen) = self.seen_share(luminaire, position, normal, surface, strata * strata, random)
+                && let Some(seen) = self.seen_share(luminaire, position, normal, surface, count, random)
             {
                 sum += luminaire.irradiance(position, normal) * seen;
                 continue;
             }
-            for stratum in 0..strata * strata {
-                let [u, v] = random.uniform2();
-                let source = luminaire
-                    .point([((stratum % strata) as f64 + u) * share, ((stratum / strata) as f64 + v) * share])
-                    .clamp(DVec3::ZERO, self.scene.size);
+            for stratum in 0..count {
+                let source = self.point_of(luminaire, strata, stratum, random);
                 let arriving: Spectrum<C> = luminaire.connection(source, position, normal);
                 if arriving.max() > 0.0 && self.scene.visible(position, surface, source, Some(luminaire.surface)) {
                     sum += arriving * (share * share);
@@ -146,10 +144,7 @@ impl<const C: usize> Mapper<C> {
         let mut sum = Spectrum::ZERO;
         for luminaire in self.scene.luminaires.iter().filter(|luminaire| luminaire.emits()) {
             for stratum in 0..POINT_STRATA * POINT_STRATA {
-                let place = [stratum % POINT_STRATA, stratum / POINT_STRATA];
-                let [u, v] = random.uniform2();
-                let [u, v] = [place[0] as f64 + u, place[1] as f64 + v].map(|along| along / POINT_STRATA as f64);
-                let source = luminaire.point([u, v]).clamp(DVec3::ZERO, self.scene.size);
+                let source = self.point_of(luminaire, POINT_STRATA, stratum, random);
                 let way = source - hit.position;
                 let toward = way.normalize();
                 let connected = connections_to_luminaire(luminaire, way);
@@ -160,6 +155,20 @@ impl<const C: usize> Mapper<C> {
             }
         }
         sum
+    }
+
+    /// Random point of one of the `strata` x `strata` parts of a luminaire.
+    fn point_of(
+        &self,
+        luminaire: &TraceableLuminaire,
+        strata: usize,
+        stratum: usize,
+        random: &mut PathRandom,
+    ) -> DVec3 {
+        let share = 1.0 / strata as f64;
+        let [u, v] = random.uniform2();
+        let along = [((stratum % strata) as f64 + u) * share, ((stratum / strata) as f64 + v) * share];
+        luminaire.point(along).clamp(DVec3::ZERO, self.scene.size)
     }
 
     /// Share of a luminaire's light at a point that nothing hides, by up to `count` of the rays that find the luminaire among

@@ -2,9 +2,9 @@
 //! there has rays of its own.
 //!
 //! A luminaire is a hundred times as bright as what is around it, so that one ray a pass leaves the pixels at its edge noisy
-//! long after all others are known, and a corner that no ray found is in no error. Rays that look for its light alone cost little, for they gather nothing: such a pixel takes
-//! some dozens of them, and its ordinary ray leaves that light out. Which pixels do so decides
-//! noise and time only: the mean is the same.
+//! long after all others are known, and a corner that no ray found is in no error. Rays that look for its light alone cost
+//! little, for they gather nothing: such a pixel takes some dozens of them, and its ordinary ray leaves that light out. Which
+//! pixels do so decides noise and time only: the mean is the same.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -99,7 +99,7 @@ fn seen_straight<const C: usize>(mapper: &Mapper<C>, maps: &Maps<C>, eye: DVec3,
     }
 }
 
-/// What shines into an eye.
+/// Source that an eye sees along a ray, and the way to it.
 struct Seen<const C: usize> {
     source: Source,
     /// The ray's direction where it meets the source.
@@ -127,7 +127,7 @@ impl Source {
     }
 }
 
-/// What shines along a ray into an eye, straight or by way of up to [`MIRRORS`] mirrors.
+/// Finds the source that an eye sees along a ray, straight or by way of up to [`MIRRORS`] mirrors.
 fn source<const C: usize>(scene: &TraceableScene, eye: DVec3, mut direction: DVec3) -> Option<Seen<C>> {
     let mut origin = enter_room(scene, eye, direction)?;
     let (mut mirror, mut weight, mut reflected) = (None, Spectrum::ONE, false);
