@@ -11,7 +11,6 @@ use skyduct::geometry::TriangleMesh;
 use skyduct::geometry::disc::disc_irradiance;
 use skyduct::guide::mesh::Part;
 use skyduct::guide::{End, Guide, MeshGuide};
-use skyduct::integrator::Integrator;
 use skyduct::job::progress::StoppedBy;
 use skyduct::sampling::{Key, PathRandom, warp};
 use skyduct::scene::{EstimateKind, Face, Scene, Tube};
@@ -166,7 +165,7 @@ fn an_opening_in_the_ceiling_lights_no_ceiling() {
             let tube = straight(0.5, 0.95, diffuser.clone());
             let scene =
                 scenes::cube(0.0, 0.0, ceiling, vec![tube], daylight(12, 5000.0, 35.0, 225.0), EstimateKind::Point);
-            let estimate = run(&scene, &light_tracing(&scene, 2048, 1), 2);
+            let estimate = run(&scene, &*light_tracing(&scene, 2048, 1), 2);
             values(&estimate).0.iter().map(|lux| lux.to_bits()).collect::<Vec<_>>()
         };
         assert_eq!(bits(0.0), bits(0.9));
@@ -181,7 +180,7 @@ fn an_opening_in_the_ceiling_lights_no_ceiling() {
             EstimateKind::Point,
         );
         scene.room.surfaces[Face::Floor as usize] = None;
-        values(&run(&scene, &light_tracing(&scene, 4096, 1), 4)).0
+        values(&run(&scene, &*light_tracing(&scene, 4096, 1), 4)).0
     };
     let flush = lit(0.0);
     for (flush, hanging) in flush.iter().zip(lit(1e-6)) {

@@ -12,7 +12,6 @@ use skyduct::document::JobDocument;
 use skyduct::geometry::TriangleMesh;
 use skyduct::geometry::bvh::TriangleBvh;
 use skyduct::geometry::lambert::quadrilateral_irradiance;
-use skyduct::integrator::Integrator;
 use skyduct::integrator::deterministic::installation;
 use skyduct::optics::Surface;
 use skyduct::sampling::{Key, PathRandom, warp};
@@ -134,7 +133,7 @@ fn sheets(meshes: Vec<(TriangleMesh, f64)>) -> Scene {
 }
 
 fn traced(scene: &Scene) -> Vec<f64> {
-    values(&run(scene, &light_tracing(scene, 4096, 1), 4)).0
+    values(&run(scene, &*light_tracing(scene, 4096, 1), 4)).0
 }
 
 /// A table top in the middle of the room, again for good measure: light meets one of two sheets in one place, never both.
@@ -201,14 +200,14 @@ fn what_leaves_a_room_is_booked() {
         open.room.surfaces[face as usize] = None;
     }
     let black = disc_room(0.0, 0.0, 0.0, 0.0, EstimateKind::Point);
-    let [open, black] = [open, black].map(|scene| run(&scene, &light_tracing(&scene, 4096, 1), 2));
+    let [open, black] = [open, black].map(|scene| run(&scene, &*light_tracing(&scene, 4096, 1), 2));
     assert_eq!(values(&open).0, values(&black).0);
     assert_eq!((open.ledger.open_surfaces, open.ledger.room), (black.ledger.room, 0.0));
 
     // of a furnace with one face open, a large part leaves
     let mut furnace = disc_room(0.9, 0.9, 0.9, 0.9, EstimateKind::Point);
     furnace.room.surfaces[Face::South as usize] = None;
-    let estimate = run(&furnace, &light_tracing(&furnace, 4096, 1), 8);
+    let estimate = run(&furnace, &*light_tracing(&furnace, 4096, 1), 8);
     assert!(estimate.ledger.open_surfaces > 0.3 * estimate.tubes[0].into_room.mean * 8.0);
     assert!(estimate.ledger.relative_closure_error().abs() < 1e-12);
 }
@@ -315,7 +314,7 @@ fn small_and_huge_rooms_keep_their_light() {
         let mesh = sheet(corners.map(|(y, z)| DVec3::new(x, y * size.y, z * size.z)));
         scene.room.meshes = vec![MeshObject { mesh, surfaces: vec![Surface::diffuse([0.7; 3])] }];
         scene.room.surfaces[Face::West as usize] = None;
-        let ledger = run(&scene, &light_tracing(&scene, 8192, 1), 4).ledger;
+        let ledger = run(&scene, &*light_tracing(&scene, 8192, 1), 4).ledger;
         assert_eq!(ledger.open_surfaces, 0.0, "{scale}");
         assert!((ledger.room / ledger.luminaires - 1.0).abs() < 1e-12, "{scale}: {ledger:?}");
     }

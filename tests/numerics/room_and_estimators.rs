@@ -38,7 +38,7 @@ fn a_black_room_has_direct_light_alone() {
     let solution = solved(&scene);
     let (centre, error) = (solution.grids[0].illuminance[40], solution.grids[0].error[40]);
     assert!((centre - 76.790_865_423_735).abs() < 4.0 * error && error < 1e-3 * centre, "{centre} +- {error}");
-    let estimate = run(&scene, &light_tracing(&scene, 16_384, 1), 32);
+    let estimate = run(&scene, &*light_tracing(&scene, 16_384, 1), 32);
     let truth = radiosity("S0", EstimateKind::Point).0;
     assert_grid(&estimate, &truth, &[0.0; 81], 4.5, 0.0, "black room");
     let into_room: f64 = estimate.tubes[0].into_room.mean * 32.0;
@@ -53,7 +53,7 @@ fn furnace(reflectance: f64) -> f64 {
 /// Share of the light in a room that ends by being cut, and the mean of the floor in lux with its standard error.
 fn traced(reflectance: f64, photons: u64, passes: u64) -> (f64, Moments) {
     let scene = disc_room(reflectance, reflectance, reflectance, reflectance, EstimateKind::CellAverage);
-    let estimate = run(&scene, &light_tracing(&scene, photons, 1), passes);
+    let estimate = run(&scene, &*light_tracing(&scene, photons, 1), passes);
     assert!(estimate.ledger.relative_closure_error().abs() < 1e-9);
     let into_room = estimate.tubes[0].into_room.mean * passes as f64;
     // what is absorbed by all, and leaves through the disc as if it was absorbed, is the furnace's mean
@@ -109,7 +109,7 @@ fn a_white_room_with_an_opening_is_in_balance() {
     let mut scene =
         scenes::cube(1.0, 1.0, 1.0, vec![tube], scenes::daylight(5, 1000.0, 35.0, 0.0), EstimateKind::CellAverage);
     scene.grids.truncate(1);
-    let estimate = run(&scene, &light_tracing(&scene, 1024, 1), 16);
+    let estimate = run(&scene, &*light_tracing(&scene, 1024, 1), 16);
     let mean = estimate.grids[0].mean;
     assert!((mean.mean - PI * 1000.0).abs() < 4.0 * mean.standard_error(), "{mean:?}");
     assert!(mean.standard_error() < 0.05 * mean.mean);
@@ -208,7 +208,7 @@ fn starved(radius: Radius) -> Estimate {
     let mut scene = disc_room(0.2, 0.5, 0.7, 0.7, EstimateKind::Point);
     scene.room.size.x = 40.0;
     scene.room.size.y = 40.0;
-    run(&scene, &scenes::sppm(&scene, &settings, 1), 4)
+    run(&scene, &*scenes::sppm(&scene, &settings, 1), 4)
 }
 
 /// They have the light that does not need photons, finite, with counts of zero and the radius that they began with.
@@ -230,7 +230,7 @@ fn points_without_photons_have_wide_intervals() {
     let truth = radiosity("S1r", EstimateKind::Point).0;
     let settings = sppm::Settings { photons_per_pass: 64, initial_radius_m: Some(1e-4), ..Default::default() };
     let scene = disc_room(0.2, 0.5, 0.7, 0.7, EstimateKind::Point);
-    let (lux, error) = values(&run(&scene, &scenes::sppm(&scene, &settings, 1), 64));
+    let (lux, error) = values(&run(&scene, &*scenes::sppm(&scene, &settings, 1), 64));
     let covered = (0..81).filter(|sensor| (lux[*sensor] - truth[*sensor]).abs() <= 4.0 * error[*sensor]).count();
     assert!(covered >= 80, "{covered} of 81: {} +- {}, {}", lux[40], error[40], truth[40]);
 }
@@ -278,10 +278,10 @@ fn sixteen_threads_change_no_bit() {
 #[test]
 fn halves_of_a_run_agree_with_the_whole() {
     let scene = disc_room(0.2, 0.5, 0.7, 0.7, EstimateKind::Point);
-    let whole = run(&scene, &light_tracing(&scene, 1024, 3), 64);
+    let whole = run(&scene, &*light_tracing(&scene, 1024, 3), 64);
     let (mut halves, method) = ([Estimate::empty(&scene), Estimate::empty(&scene)], light_tracing(&scene, 1024, 3));
     for number in 0..64 {
-        let pass = skyduct::integrator::Integrator::pass(&method, number, &AtomicBool::new(false)).unwrap();
+        let pass = skyduct::integrator::Integrator::pass(method.as_ref(), number, &AtomicBool::new(false)).unwrap();
         halves[usize::from(number >= 32)].push(Some(&pass), None);
     }
     let [mut merged, second] = halves;
@@ -289,7 +289,7 @@ fn halves_of_a_run_agree_with_the_whole() {
     for (one, other) in whole.grids[0].sensors.iter().zip(&merged.grids[0].sensors) {
         assert!((one.mean / other.mean - 1.0).abs() < 1e-13 && (one.m2 / other.m2 - 1.0).abs() < 1e-9);
     }
-    let others = [0, u64::MAX].map(|seed| values(&run(&scene, &light_tracing(&scene, 1024, seed), 32)));
+    let others = [0, u64::MAX].map(|seed| values(&run(&scene, &*light_tracing(&scene, 1024, seed), 32)));
     assert_ne!(others[0].0, others[1].0);
     let mean: Vec<f64> = (0..81).map(|k| 0.5 * (others[0].0[k] + others[1].0[k])).collect();
     let error: Vec<f64> = (0..81).map(|k| 0.5 * others[0].1[k].hypot(others[1].1[k])).collect();

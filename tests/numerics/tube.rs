@@ -80,7 +80,7 @@ fn perfect_mirrors_lose_nothing_over_a_hundred_diameters() {
         let exact = PI * 1000.0 * disc_irradiance(RADIUS, SIDE, offset.length()).vertical;
         assert!((lux / exact - 1.0).abs() < 1e-10, "{lux} {exact}");
     }
-    let estimate = run(&scene, &light_tracing(&scene, 4096, 1), 2);
+    let estimate = run(&scene, &*light_tracing(&scene, 4096, 1), 2);
     let (emitted, ledger) = (estimate.ledger.emitted, estimate.ledger);
     assert!(ledger.guide == 0.0 && ledger.guide_top == 0.0 && (ledger.room / emitted - 1.0).abs() < 1e-12);
 }
@@ -230,7 +230,7 @@ fn the_edge_circle_is_counted_once() {
         let [weight] = transit.mirrors.0;
         assert!([1.0, 0.95, 0.95 * 0.95].contains(&weight), "{weight}");
     }
-    let ledger = run(&scene, &light_tracing(&scene, 16_384, 1), 2).ledger;
+    let ledger = run(&scene, &*light_tracing(&scene, 16_384, 1), 2).ledger;
     assert!(ledger.relative_closure_error().abs() < 1e-12, "{}", ledger.relative_closure_error());
 }
 

@@ -137,7 +137,7 @@ fn lumens_times_responses_and_the_rest_are_the_light() {
         let patches: Vec<_> = fluxes.iter().flat_map(|flux| flux.patches_evenly.clone()).collect();
         let mut rest = of(clear_zone(inner));
         rest.tubes[1].diffuser = lambertian(0.0, 0.1);
-        let rest = run(&rest, &light_tracing(&rest, 16_384, 77), 32);
+        let rest = run(&rest, &*light_tracing(&rest, 16_384, 77), 32);
         let grid = &found.grids[0];
         for sensor in 0..scene.grids[0].len() {
             let (mut sum, mut error) =
@@ -270,7 +270,7 @@ fn a_table_is_its_sheet_and_the_rest() {
         let found = passes(&scene, &built(&scene, 3), 32);
         let evenly = found.tubes[0].evenly.mean / found.tubes[0].into_room.mean;
         assert!(share.contains(&evenly), "{evenly}");
-        let truth = run(&scene, &light_tracing(&scene, 16_384, 7), 32);
+        let truth = run(&scene, &*light_tracing(&scene, 16_384, 7), 32);
         let (own, other) = (&found.grids[0], &truth.grids[0]);
         for sensor in 0..own.sensors.len() {
             let error = own.standard_error_lux(sensor).hypot(other.standard_error_lux(sensor));

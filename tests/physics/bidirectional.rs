@@ -4,14 +4,14 @@ use std::sync::atomic::AtomicBool;
 
 use crate::documents::{prepare, refusal};
 use crate::reference;
-use crate::scenes::{assert_grid, bent, clear, furnished, lambertian, run, straight, traceable, values};
+use crate::scenes::{assert_grid, bent, built, clear, furnished, lambertian, run, straight, traceable, values};
 use glam::DVec3;
 use serde_json::{Value, json};
 use skyduct::document::{JobDocument, WarningCode, to_scene};
 use skyduct::integrator::Integrator;
 use skyduct::integrator::bidirectional::{Bidirectional, Sizes};
 use skyduct::integrator::method::RefusalCode;
-use skyduct::integrator::path_tracing::{self, PathTracing};
+use skyduct::integrator::path_tracing;
 use skyduct::integrator::placed_vertices::PlacedVertices;
 use skyduct::plan;
 use skyduct::scene::{EstimateKind, Scene, View};
@@ -48,8 +48,8 @@ fn points_in_a_corner() {
     assert_eq!(chosen(0.2).name(), "bidirectional_path_tracing");
     assert_eq!(chosen(0.0).name(), "placed_vertices");
     let settings = path_tracing::Settings { samples_per_sensor: 4096, ..Default::default() };
-    let paths = PathTracing::<1>::new(traceable(&scene), &scene.grids, &[], &settings, 2);
-    let (truth, error) = values(&run(&scene, &paths, 48));
+    let paths = built(&scene, &settings, 2);
+    let (truth, error) = values(&run(&scene, &*paths, 48));
     let placed = PlacedVertices::<1>::new(traceable(&scene), &scene.grids, [4096, 16_384], 3);
     for found in [run(&scene, &both_ways(&scene, 4_096, 1024, 2), 48), run(&scene, &placed, 48)] {
         assert_grid(&found, &truth, &error, 4.0, 0.0, "corner");

@@ -53,7 +53,7 @@ fn every_entry_is_that_of_light_tracing() {
         [("two_stage", &scene, &stages), ("placed_vertices", &diffuse, &vertices)];
     for (name, scene, settings) in cases {
         let found = books(built(scene, settings).as_ref());
-        let truth = books(&scenes::light_tracing(scene, 4096, 5));
+        let truth = books(&*scenes::light_tracing(scene, 4096, 5));
         for (entry, (found, truth)) in found.iter().zip(&truth).enumerate() {
             let error = found.standard_error().hypot(truth.standard_error());
             let difference = (found.mean - truth.mean).abs();

@@ -4,14 +4,14 @@
 use glam::DVec3;
 use skyduct::estimate::Estimate;
 use skyduct::geometry::TriangleMesh;
-use skyduct::integrator::path_tracing::{self, PathTracing};
-use skyduct::integrator::photon_mapping::{self, PhotonMapping};
+use skyduct::integrator::path_tracing;
+use skyduct::integrator::photon_mapping;
 use skyduct::integrator::sppm;
 use skyduct::optics::Surface;
 use skyduct::scene::{BoxObject, Channels, EstimateKind, Grid, Luminaire, MeshObject, Room, Scene, View};
 use skyduct::statistics::Moments;
 
-use crate::scenes::{run, sppm, traceable};
+use crate::scenes::{built, run, sppm};
 
 /// Gather radius in metres: several times as wide as what the views show beside the contact, and as the sensors' distance.
 const RADIUS: f64 = 0.06;
@@ -77,8 +77,8 @@ fn values(estimate: &Estimate) -> [Moments; 2] {
 fn agree(scenes: &[(&str, Scene)]) {
     let first = &scenes[0].1;
     let settings = path_tracing::Settings { samples_per_sensor: 4096, samples_per_pixel: 64 };
-    let paths = PathTracing::<1>::new(traceable(first), &first.grids, &first.views, &settings, 1);
-    let truth = values(&run(first, &paths, 32));
+    let paths = built(first, &settings, 1);
+    let truth = values(&run(first, &*paths, 32));
     let initial_radius_m = Some(RADIUS);
     let settings =
         photon_mapping::Settings { photons_per_pass: Some(32_768), initial_radius_m, gather_rays: Some(256) };
@@ -86,10 +86,10 @@ fn agree(scenes: &[(&str, Scene)]) {
     let shrinking = sppm::Settings { photons_per_pass: 65_536, initial_radius_m, alpha: 0.9, ..Default::default() };
     let mut wrong = Vec::new();
     for (what, scene) in scenes {
-        let mapping = PhotonMapping::<1>::new(traceable(scene), &scene.grids, &scene.views, &settings, 2);
+        let mapping = built(scene, &settings, 2);
         let progressive = sppm(scene, &shrinking, 3);
         for (name, found) in
-            [("photon_mapping", run(scene, &mapping, PASSES)), ("sppm", run(scene, &progressive, PASSES))]
+            [("photon_mapping", run(scene, &*mapping, PASSES)), ("sppm", run(scene, &*progressive, PASSES))]
         {
             for (place, (found, truth)) in ["sensor", "view"].iter().zip(values(&found).iter().zip(&truth)) {
                 let (error, own) = (found.standard_error().hypot(truth.standard_error()), found.standard_error());

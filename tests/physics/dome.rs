@@ -257,7 +257,7 @@ fn rooms_under_domes_balance() {
     for bend_deg in [0.0, 50.0] {
         let estimate = |collector: Collector| {
             let scene = room(collector, bend_deg);
-            let estimate = run(&scene, &light_tracing(&scene, 8192, 5), 24);
+            let estimate = run(&scene, &*light_tracing(&scene, 8192, 5), 24);
             assert!(estimate.ledger.relative_closure_error().abs() < 1e-9, "{:?}", estimate.ledger);
             estimate
         };

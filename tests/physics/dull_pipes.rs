@@ -4,10 +4,10 @@ use std::f64::consts::PI;
 
 use crate::documents::prepare;
 use crate::scenes::{
-    RADIUS, SIDE, assert_grid, cube, daylight, lambertian, light_tracing, run, straight, traceable, values,
+    RADIUS, SIDE, assert_grid, built, cube, daylight, lambertian, light_tracing, run, straight, values,
 };
 use serde_json::json;
-use skyduct::integrator::path_tracing::{self, PathTracing};
+use skyduct::integrator::path_tracing;
 use skyduct::optics::Collector;
 use skyduct::scene::{EstimateKind, Grid, Scene, TubeShape};
 
@@ -31,7 +31,7 @@ const CASES: [(f64, f64, f64); 3] = [(100.0, 0.0, 0.25), (1000.0, 0.0, 0.25), (1
 fn photons_find_the_narrow_cone_that_passes() {
     for (aspect, reflectance, share) in CASES {
         let scene = scene(aspect, reflectance);
-        let estimate = run(&scene, &light_tracing(&scene, 4096, 1), 32);
+        let estimate = run(&scene, &*light_tracing(&scene, 4096, 1), 32);
         let expected = PI * ZENITH_CD_M2 * PI * RADIUS * RADIUS * share / (aspect * aspect);
         let found = estimate.tubes[0].at_diffuser;
         println!("{aspect} {reflectance}: {} +- {}, {expected}", found.mean, found.standard_error());
@@ -53,10 +53,10 @@ fn paths_backward_find_the_narrow_cone_that_passes() {
         let TubeShape::Cylinders(tube) = &mut scene.tubes[0].shape else { panic!("a straight tube") };
         tube.collector = collector;
         scene.grids = vec![Grid::new("grid".into(), 0.5, [2, 1], 0.3, [SIDE, SIDE], EstimateKind::Point)];
-        let (truth, error) = values(&run(&scene, &light_tracing(&scene, 8192, 1), 32));
+        let (truth, error) = values(&run(&scene, &*light_tracing(&scene, 8192, 1), 32));
         let settings = path_tracing::Settings { samples_per_sensor: 1024, ..Default::default() };
-        let paths = PathTracing::<1>::new(traceable(&scene), &scene.grids, &[], &settings, 2);
-        let found = run(&scene, &paths, 32);
+        let paths = built(&scene, &settings, 2);
+        let found = run(&scene, &*paths, 32);
         assert_grid(&found, &truth, &error, 4.0, 0.0, &format!("{aspect} {reflectance}"));
         let (_, own) = values(&found);
         assert!((0..2).all(|sensor| own[sensor].max(error[sensor]) < 0.05 * truth[sensor]), "{own:?} {truth:?}");

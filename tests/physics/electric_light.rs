@@ -37,7 +37,7 @@ fn light_of_the_room_is_no_flux_of_a_tube() {
         luminance: [1e5; 3],
     };
     scene.room.luminaires = vec![up];
-    let traced = run(&scene, &light_tracing(&scene, 65_536, 1), 32);
+    let traced = run(&scene, &*light_tracing(&scene, 65_536, 1), 32);
     scene.room.luminaires.clear();
     let placed = PlacedVertices::<1>::new(traceable(&scene), &scene.grids, [65_536, 64], 2);
     let placed = run(&scene, &placed, 32);
@@ -69,7 +69,7 @@ fn published_area_source() {
         scene
     };
     let ceiling = scene(3.0);
-    for method in [&light_tracing(&ceiling, 1024, 1) as &dyn Integrator, &sppm(&ceiling, &Settings::default(), 1)] {
+    for method in [&*light_tracing(&ceiling, 1024, 1) as &dyn Integrator, &*sppm(&ceiling, &Settings::default(), 1)] {
         let found = values(&run(&ceiling, method, 2));
         for (found, published) in found.iter().zip(published) {
             assert!((found - published).abs() < 0.006, "{found} {published}");
@@ -77,8 +77,8 @@ fn published_area_source() {
     }
     // in the plane of the ceiling or a millionth of a metre below: the same
     let below = scene(3.0 - 1e-6);
-    let found = values(&run(&below, &light_tracing(&below, 1024, 1), 2));
-    let exact = values(&run(&ceiling, &light_tracing(&ceiling, 1024, 1), 2));
+    let found = values(&run(&below, &*light_tracing(&below, 1024, 1), 2));
+    let exact = values(&run(&ceiling, &*light_tracing(&ceiling, 1024, 1), 2));
     found.iter().zip(&exact).for_each(|(a, b)| assert!((a / b - 1.0).abs() < 1e-5));
 }
 
@@ -137,9 +137,9 @@ fn luminaires_absorb() {
     let lit = panel(DVec3::new(1.0, 1.0, 4.0), 1.0, 1.0, 1e4);
     let dark = Luminaire { luminance: [0.0; 3], ..panel(DVec3::new(3.0, 2.0, 4.0), 1.0, 2.0, 1.0) };
     let scene = electric_room(DVec3::splat(4.0), rho, vec![lit, dark], [4, 4], EstimateKind::Point);
-    let with_sheet = run(&scene, &light_tracing(&scene, 8192, 5), 16);
+    let with_sheet = run(&scene, &*light_tracing(&scene, 8192, 5), 16);
     let empty = electric_room(DVec3::splat(4.0), rho, vec![lit], [4, 4], EstimateKind::Point);
-    let without = run(&empty, &light_tracing(&empty, 8192, 5), 16);
+    let without = run(&empty, &*light_tracing(&empty, 8192, 5), 16);
     assert!(with_sheet.ledger.relative_closure_error().abs() < 1e-9);
     assert_eq!(with_sheet.ledger.emitted, 0.0);
     assert!((with_sheet.ledger.luminaires / 16.0 - 1e4).abs() < 1e-6);
@@ -159,7 +159,7 @@ fn closed_form_equals_connections() {
         let free = electric_room(DVec3::new(4.0, 3.0, 3.0), 0.0, vec![lit], [5, 4], estimate);
         let obstructed = electric_room(DVec3::new(4.0, 3.0, 3.0), 0.0, vec![lit, dark], [5, 4], estimate);
         assert!(!traceable(&free).luminaires_obstructed && traceable(&obstructed).luminaires_obstructed);
-        let exact = run(&free, &light_tracing(&free, 1024, 1), 64);
+        let exact = run(&free, &*light_tracing(&free, 1024, 1), 64);
         let errors: Vec<f64> = (0..20).map(|sensor| exact.grids[0].standard_error_lux(sensor)).collect();
         if estimate == EstimateKind::Point {
             let corners = [(1.25, 0.8), (1.75, 0.8), (1.75, 1.2), (1.25, 1.2)].map(|(x, y)| DVec3::new(x, y, 2.0));
@@ -169,9 +169,9 @@ fn closed_form_equals_connections() {
                 assert!((lux / expected - 1.0).abs() < 1e-12);
             }
         }
-        let connected = run(&obstructed, &light_tracing(&obstructed, 8192, 2), 64);
+        let connected = run(&obstructed, &*light_tracing(&obstructed, 8192, 2), 64);
         assert_grid(&connected, &values(&exact), &errors, 4.5, 0.0, "connections");
-        let gathered = run(&obstructed, &sppm(&obstructed, &Settings::default(), 3), 16);
+        let gathered = run(&obstructed, &*sppm(&obstructed, &Settings::default(), 3), 16);
         assert_grid(&gathered, &values(&exact), &errors, 4.5, 0.0, "sppm");
     }
 }
@@ -187,8 +187,8 @@ fn back_to_back() {
     let up = Luminaire { corner: down.corner, edge_u: down.edge_v, edge_v: down.edge_u, luminance: down.luminance };
     let black = electric_room(DVec3::new(4.0, 3.0, 3.0), 0.0, vec![down, up], [3, 3], EstimateKind::Point);
     let alone = electric_room(DVec3::new(4.0, 3.0, 3.0), 0.0, vec![down], [3, 3], EstimateKind::Point);
-    let both = run(&black, &light_tracing(&black, 8192, 1), 32);
-    let exact = values(&run(&alone, &light_tracing(&alone, 1024, 1), 2));
+    let both = run(&black, &*light_tracing(&black, 8192, 1), 32);
+    let exact = values(&run(&alone, &*light_tracing(&alone, 1024, 1), 2));
     // nothing of the upper sheet's light reaches the floor of a black room
     assert_grid(&both, &exact, &[0.0; 9], 4.5, 0.0, "back to back");
     let kernel = traceable(&black);
@@ -215,7 +215,7 @@ fn daylight_and_electric_light_add_up() {
     let mut lamp_scene = scene(true, true);
     lamp_scene.daylight.as_mut().unwrap().sky = None;
     let (day, both) = (scene(true, false), scene(true, true));
-    let result = |scene: &Scene, seed: u64| run(scene, &light_tracing(scene, 16_384, seed), 24);
+    let result = |scene: &Scene, seed: u64| run(scene, &*light_tracing(scene, 16_384, seed), 24);
     let (day, lamp, both) = (result(&day, 1), result(&lamp_scene, 2), result(&both, 3));
     let sum: Vec<f64> = values(&day).iter().zip(values(&lamp)).map(|(a, b)| a + b).collect();
     let errors: Vec<f64> =

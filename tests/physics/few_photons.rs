@@ -24,8 +24,8 @@ fn methods(scene: &Scene, photons_per_pass: u64) -> Vec<(&'static str, Box<dyn I
         photon_mapping::Settings { photons_per_pass: Some(photons_per_pass), gather_rays: Some(16), ..photon_mapping };
     let settings = sppm::Settings { photons_per_pass, ..sppm::Settings::default() };
     vec![
-        ("light_tracing", Box::new(light_tracing(scene, photons_per_pass, 1))),
-        ("sppm", Box::new(sppm(scene, &settings, 1))),
+        ("light_tracing", light_tracing(scene, photons_per_pass, 1)),
+        ("sppm", sppm(scene, &settings, 1)),
         ("ppm", Box::new(Ppm::<1>::new(traceable(scene), &scene.grids, &[], &ppm, 1))),
         ("photon_mapping", Box::new(PhotonMapping::<1>::new(traceable(scene), &scene.grids, &[], &photon_mapping, 1))),
     ]
@@ -48,7 +48,7 @@ fn corridor() -> Scene {
 #[test]
 fn points_that_found_no_photon_have_the_error_of_one() {
     let scene = corridor();
-    let (truth, error) = values(&run(&scene, &light_tracing(&scene, 8192, 7), 64));
+    let (truth, error) = values(&run(&scene, &*light_tracing(&scene, 8192, 7), 64));
     for (name, method) in methods(&scene, 4096).iter().filter(|(name, _)| name.ends_with("ppm")) {
         let estimate = run(&scene, method.as_ref(), 32);
         let grid = &estimate.grids[0];

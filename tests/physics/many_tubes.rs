@@ -21,7 +21,7 @@ fn halves_add_up() {
     for count in [2, 20] {
         let trace = |lit: &dyn Fn(usize) -> bool, seed| {
             let scene = room(count, lit);
-            run(&scene, &light_tracing(&scene, 16_384, seed), 32)
+            run(&scene, &*light_tracing(&scene, 16_384, seed), 32)
         };
         let (all, even, odd) = (trace(&|_| true, 1), trace(&|k| k % 2 == 0, 2), trace(&|k| k % 2 == 1, 3));
         let ((a, a_error), (b, b_error)) = (values(&even), values(&odd));

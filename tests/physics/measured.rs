@@ -7,7 +7,7 @@ use std::sync::atomic::AtomicBool;
 use crate::scenes::{RADIUS, SIDE, assert_grid, cube, daylight, lambertian, light_tracing, run, sppm, straight};
 use glam::DVec3;
 use skyduct::estimate::Estimate;
-use skyduct::integrator::{Integrator, sppm};
+use skyduct::integrator::sppm;
 use skyduct::optics::{Diffuser, MeasuredDiffuser};
 use skyduct::scene::{EstimateKind, Scene, View};
 use skyduct::statistics::Moments;
@@ -46,7 +46,7 @@ fn uniform(diffuser: Diffuser) -> Scene {
 fn a_forward_peak_lights_what_is_below() {
     let table = peaked();
     let scene = uniform(Diffuser::Measured(Arc::new(table.clone())));
-    let estimate = run(&scene, &light_tracing(&scene, 8192, 5), 48);
+    let estimate = run(&scene, &*light_tracing(&scene, 8192, 5), 48);
     let axis = DVec3::new(0.5 * SIDE, 0.5 * SIDE, SIDE);
     let by_angle: Vec<f64> = (0..=2000).map(|k| seen(&table, (f64::from(k) / 2000.0 * FRAC_PI_2).cos())).collect();
     let luminance = |cosine: f64| {
@@ -75,7 +75,7 @@ fn a_forward_peak_lights_what_is_below() {
     // the quadrature's error is far below 1e-4 but where the table has its kinks
     let errors: Vec<f64> = truth.iter().map(|lux| 2e-3 * lux).collect();
     assert_grid(&estimate, &truth, &errors, 4.5, 0.0, "forward peak");
-    let flat = run(&uniform(lambertian(0.5, 0.0)), &light_tracing(&uniform(lambertian(0.5, 0.0)), 8192, 6), 8);
+    let flat = run(&uniform(lambertian(0.5, 0.0)), &*light_tracing(&uniform(lambertian(0.5, 0.0)), 8192, 6), 8);
     let contrast = |estimate: &Estimate| estimate.grids[0].illuminance_lux(40) / estimate.grids[0].illuminance_lux(36);
     assert!(contrast(&estimate) > 5.0 * contrast(&flat), "{} {}", contrast(&estimate), contrast(&flat));
     assert!(estimate.ledger.relative_closure_error().abs() < 1e-9);

@@ -3,7 +3,7 @@
 use crate::documents::Folder;
 use crate::reference;
 use crate::scenes;
-use crate::scenes::{assert_grid, values};
+use crate::scenes::{assert_grid, built, light_tracing, values};
 use glam::DVec3;
 use serde_json::{Value, json};
 use skyduct::document::{DocumentErrors, JobDocument, to_scene};
@@ -11,7 +11,7 @@ use skyduct::geometry::TriangleMesh;
 use skyduct::integrator::bidirectional::{self, Bidirectional};
 use skyduct::integrator::light_tracing::LightTracing;
 use skyduct::integrator::method::RefusalCode;
-use skyduct::integrator::path_tracing::{self, PathTracing};
+use skyduct::integrator::path_tracing;
 use skyduct::integrator::placed_vertices::PlacedVertices;
 use skyduct::integrator::some_sensors::SensorPlace;
 use skyduct::job::prepare::prepare_document;
@@ -116,8 +116,8 @@ fn points_beside_a_mesh_are_not_left_to_connections() {
     let found = scenes::run(&mesh, &found, 48);
     let block = beside(box_block(), 0.002);
     let settings = path_tracing::Settings { samples_per_sensor: 4096, ..Default::default() };
-    let paths = PathTracing::<1>::new(traceable(&block), &block.grids, &[], &settings, 2);
-    let (truth, error) = values(&scenes::run(&block, &paths, 48));
+    let paths = built(&block, &settings, 2);
+    let (truth, error) = values(&scenes::run(&block, &*paths, 48));
     assert_grid(&found, &truth, &error, 4.0, 0.0, "beside a mesh");
     assert!(found.grids[0].standard_error_lux(0) < 0.02 * truth[0] && error[0] < 0.02 * truth[0]);
     for away in [0.03, -0.3] {
@@ -152,8 +152,8 @@ fn one_sensor_beside_a_mesh_gets_a_method_of_its_own() {
     assert_eq!(prepared.plan_json()["methods"]["sensors_beside_surfaces"]["name"], "bidirectional_path_tracing");
     let found = prepared.render_all_passes(&mut |_, _| {}).unwrap();
     let alone = scene(&mesh);
-    let tracing = LightTracing::<1>::new(traceable(&alone), &alone.grids, 8192, 0);
-    let (tracing, _) = values(&scenes::run(&alone, &tracing, 32));
+    let tracing = light_tracing(&alone, 8192, 0);
+    let (tracing, _) = values(&scenes::run(&alone, &*tracing, 32));
     for sensor in (0..30).filter(|sensor| *sensor != near) {
         let ratio = found.grids[0].illuminance_lux(sensor) / tracing[sensor];
         // chunks of passes are added up in another order; inside the block there is no light
@@ -162,8 +162,8 @@ fn one_sensor_beside_a_mesh_gets_a_method_of_its_own() {
     let mut block = scene(&document(box_block()));
     block.grids = vec![point(DVec3::new(1.25, 1.25, 0.2))];
     let settings = path_tracing::Settings { samples_per_sensor: 4096, ..Default::default() };
-    let paths = PathTracing::<1>::new(traceable(&block), &block.grids, &[], &settings, 2);
-    let (truth, error) = values(&scenes::run(&block, &paths, 32));
+    let paths = built(&block, &settings, 2);
+    let (truth, error) = values(&scenes::run(&block, &*paths, 32));
     let (lux, own) = (found.grids[0].illuminance_lux(near), found.grids[0].standard_error_lux(near));
     println!("{lux} +- {own}, {} +- {}", truth[0], error[0]);
     assert!((lux - truth[0]).abs() < 4.0 * own.hypot(error[0]) && own < 0.04 * lux && error[0] < 0.02 * lux);
@@ -230,19 +230,18 @@ fn a_sheet_has_a_surface_on_either_side() {
     for height in [0.0, 1.5] {
         let apart = scene(&[(1.0, [0, 0]), (0.9999, [1, 1])], height);
         let settings = path_tracing::Settings { samples_per_sensor: 2048, ..Default::default() };
-        let paths =
-            |scene: &Scene, seed: u64| PathTracing::<1>::new(traceable(scene), &scene.grids, &[], &settings, seed);
-        let (truth, error) = values(&scenes::run(&apart, &paths(&apart, 1), 32));
+        let paths = |scene: &Scene, seed: u64| built(scene, &settings, seed);
+        let (truth, error) = values(&scenes::run(&apart, &*paths(&apart, 1), 32));
         let one = scene(&[(1.0, [0, 1])], height);
-        let tracing = LightTracing::<1>::new(traceable(&one), &one.grids, 16_384, 3);
+        let tracing = light_tracing(&one, 16_384, 3);
         for (what, found) in [
-            ("path_tracing", scenes::run(&one, &paths(&one, 2), 32)),
-            ("light_tracing", scenes::run(&one, &tracing, 32)),
+            ("path_tracing", scenes::run(&one, &*paths(&one, 2), 32)),
+            ("light_tracing", scenes::run(&one, &*tracing, 32)),
         ] {
             assert_grid(&found, &truth, &error, 4.5, 0.0, what);
         }
         let turned = scene(&[(1.0, [1, 0])], height);
-        let turned = values(&scenes::run(&turned, &paths(&turned, 2), 32)).0;
+        let turned = values(&scenes::run(&turned, &*paths(&turned, 2), 32)).0;
         let mean = |lux: &[f64]| lux.iter().sum::<f64>() / 9.0;
         assert!((mean(&turned) / mean(&truth) - 1.0).abs() > 0.05, "{turned:?} {truth:?}");
     }
@@ -352,8 +351,8 @@ fn boards_light_a_room_as_their_triangles_do() {
     let of_boxes = "5 in the room; upright cuboids in meshes, which are traced as boxes: 5; nothing else is in them";
     assert_eq!(reasons, [of_boxes, "5 in the room"]);
     let settings = path_tracing::Settings { samples_per_sensor: 4096, ..Default::default() };
-    let paths = PathTracing::<1>::new(traceable(&triangles), &triangles.grids, &[], &settings, 2);
-    let (truth, error) = values(&scenes::run(&triangles, &paths, 32));
+    let paths = built(&triangles, &settings, 2);
+    let (truth, error) = values(&scenes::run(&triangles, &*paths, 32));
     for scene in [&boxes, &triangles] {
         let placed = PlacedVertices::<1>::new(traceable(scene), &scene.grids, [1024, 4096], 3);
         let found = scenes::run(scene, &placed, 32);

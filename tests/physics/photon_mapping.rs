@@ -3,11 +3,12 @@
 use crate::documents::{prepare, render_chunk};
 use crate::reference;
 use crate::scenes::{
-    SIDE, assert_grid, bent, clear, cube, daylight, disc_room, light_tracing, radiosity, run, traceable, with_sun,
+    SIDE, assert_grid, bent, built, clear, cube, daylight, disc_room, light_tracing, radiosity, run, with_sun,
 };
 use serde_json::{Value, json};
 use skyduct::document::{DocumentErrors, JobDocument, ValidJob};
-use skyduct::integrator::photon_mapping::{PhotonMapping, Settings};
+use skyduct::integrator::Integrator;
+use skyduct::integrator::photon_mapping::Settings;
 use skyduct::job::progress::StoppedBy;
 use skyduct::job::spent::Spent;
 use skyduct::scene::{EstimateKind, Grid, Scene};
@@ -16,8 +17,8 @@ fn quick() -> Settings {
     Settings { photons_per_pass: Some(16_384), ..Settings::default() }
 }
 
-fn gathering(scene: &Scene, settings: &Settings, seed: u64) -> PhotonMapping<1> {
-    PhotonMapping::new(traceable(scene), &scene.grids, &scene.views, settings, seed)
+fn gathering(scene: &Scene, settings: &Settings, seed: u64) -> Box<dyn Integrator> {
+    built(scene, settings, seed)
 }
 
 /// What points see of the sun through a clear bent tube is found by density estimates alone: in the mean against cells by
@@ -31,8 +32,8 @@ fn the_sun_through_a_bent_clear_tube_at_points() {
         scene
     };
     let (cells, points) = (scene(EstimateKind::CellAverage), scene(EstimateKind::Point));
-    let of_points = run(&points, &gathering(&points, &quick(), 2), 10).grids[0].mean;
-    let of_cells = run(&cells, &light_tracing(&cells, 65_536, 1), 8).grids[0].mean;
+    let of_points = run(&points, &*gathering(&points, &quick(), 2), 10).grids[0].mean;
+    let of_cells = run(&cells, &*light_tracing(&cells, 65_536, 1), 8).grids[0].mean;
     // the midpoint rule in 144 cells
     let tolerance = 4.0 * of_cells.standard_error().hypot(of_points.standard_error()) + 0.01 * of_cells.mean;
     println!("{} {} +- {tolerance}", of_points.mean, of_cells.mean);
@@ -89,7 +90,7 @@ fn the_bias_is_estimated() {
     let scene = disc_room(0.2, 0.5, 0.7, 0.7, EstimateKind::Point);
     let truth = radiosity("S1r", EstimateKind::Point).0;
     let settings = Settings { initial_radius_m: Some(0.4), gather_rays: Some(512), ..quick() };
-    let found = run(&scene, &gathering(&scene, &settings, 4), 16);
+    let found = run(&scene, &*gathering(&scene, &settings, 4), 16);
     let errors: Vec<f64> = truth.iter().map(|lux| 2.5e-6 * lux).collect();
     assert_grid(&found, &truth, &errors, 4.5, 0.0, "a large radius");
     let grid = &found.grids[0];

@@ -5,8 +5,7 @@ use std::f64::consts::PI;
 
 use crate::documents::Folder;
 use crate::scenes::{
-    RADIUS, SIDE, assert_grid, disc_room, furnished, lambertian, light_tracing, radiosity, run, straight, traceable,
-    values,
+    RADIUS, SIDE, assert_grid, built, disc_room, furnished, lambertian, light_tracing, radiosity, run, straight, values,
 };
 use glam::{DVec2, DVec3};
 use serde_json::{Value, json};
@@ -14,10 +13,10 @@ use skyduct::document::JobDocument;
 use skyduct::estimate::{Estimate, FilmEstimate};
 use skyduct::geometry::disc::disc_irradiance;
 use skyduct::integrator::Integrator;
-use skyduct::integrator::path_tracing::{self, PathTracing};
+use skyduct::integrator::path_tracing;
 use skyduct::integrator::photon_map::progressive::Radius;
-use skyduct::integrator::ppm::{self, Ppm};
-use skyduct::integrator::sppm::{self, Sppm};
+use skyduct::integrator::ppm;
+use skyduct::integrator::sppm;
 use skyduct::job::prepare::prepare_document;
 use skyduct::optics::{Diffuser, Specular, Surface};
 use skyduct::scene::{EstimateKind, Face, Grid, Luminaire, Scene, View};
@@ -31,13 +30,12 @@ const FIXED_PER_POINT: Case = ("ppm", Radius::PerPoint);
 
 fn method((name, radius): Case, scene: &Scene, photons_per_pass: u64, radius_m: f64, seed: u64) -> Box<dyn Integrator> {
     let initial_radius_m = Some(radius_m);
-    let Scene { grids, views, .. } = scene;
     if name == "ppm" {
         let settings = ppm::Settings { photons_per_pass, initial_radius_m, radius, ..Default::default() };
-        return Box::new(Ppm::<1>::new(traceable(scene), grids, views, &settings, seed));
+        return built(scene, &settings, seed);
     }
     let settings = sppm::Settings { photons_per_pass, initial_radius_m, radius, ..Default::default() };
-    Box::new(Sppm::<1>::new(traceable(scene), grids, views, &settings, seed))
+    built(scene, &settings, seed)
 }
 
 /// Sensors 0.4 m below an open aperture under a uniform sky, in a black room: every photon is gathered, the illuminance is
@@ -149,11 +147,10 @@ fn corners_are_not_dark() {
         scene.grids = vec![grid];
         // a path that starts so near to the walls has no fluctuation by them
         let paths = path_tracing::Settings { samples_per_sensor: 4096, ..Default::default() };
-        let (lux, error) =
-            values(&run(&scene, &PathTracing::<1>::new(traceable(&scene), &scene.grids, &[], &paths, 1), 32));
+        let (lux, error) = values(&run(&scene, &*built(&scene, &paths, 1), 32));
         let mut direct = scene.clone();
         direct.room.surfaces = [Some(Surface::diffuse([0.0; 3])); 6];
-        let (direct, _) = values(&run(&direct, &light_tracing(&direct, 4096, 1), 8));
+        let (direct, _) = values(&run(&direct, &*light_tracing(&direct, 4096, 1), 8));
         for case in [FIXED, FIXED_PER_POINT] {
             let found = run(&scene, method(case, &scene, 32_768, 0.1, 3).as_ref(), 64);
             assert_grid(&found, &lux, &error, 4.0, 0.0, &format!("{distance} {case:?}"));
@@ -177,7 +174,7 @@ fn z_of_blocks(found: &FilmEstimate, truth: &FilmEstimate) -> Vec<f64> {
 
 fn by_paths(scene: &Scene, samples_per_pixel: u32, passes: u64) -> Estimate {
     let settings = path_tracing::Settings { samples_per_pixel, ..Default::default() };
-    run(scene, &PathTracing::<1>::new(traceable(scene), &[], &scene.views, &settings, 7), passes)
+    run(scene, &*built(scene, &settings, 7), passes)
 }
 
 /// Each pixel of a small, wide view sees dark floor and bright edges; four fixed rays of it are not the pixel. With the

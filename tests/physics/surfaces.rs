@@ -119,7 +119,7 @@ fn an_eye_sees_the_disc_in_a_glossy_wall() {
         truth *= 0.7 * disc_luminance / (64 * n * n) as f64;
         scene.views = vec![view];
         let settings = Settings { photons_per_pass: 4096, initial_radius_m: Some(0.1), ..Settings::default() };
-        let estimate = run(&scene, &sppm(&scene, &settings, 3), 96);
+        let estimate = run(&scene, &*sppm(&scene, &settings, 3), 96);
         let film = &estimate.views[0];
         let error = film.block_standard_error_cd_m2(0);
         println!("{roughness}: {} +- {error}, {truth}", film.blocks[0].mean);
@@ -149,7 +149,7 @@ fn colours_are_independent() {
     let (mut truth, mut truth_error) = (vec![0.0; 4], vec![0.0f64; 4]);
     for (weight, diffuse, reflectance) in [(0.2126, 0.5, 0.1), (0.7152, 0.1, 0.6), (0.0722, 0.3, 0.3)] {
         let channel = coloured([diffuse; 3], [reflectance; 3]);
-        let (lux, error) = values(&run(&channel, &light_tracing(&channel, 16_384, 2), 32));
+        let (lux, error) = values(&run(&channel, &*light_tracing(&channel, 16_384, 2), 32));
         for cell in 0..4 {
             truth[cell] += weight * lux[cell];
             truth_error[cell] += weight * error[cell];
@@ -166,7 +166,7 @@ fn colours_are_independent() {
 fn a_narrow_lobe_is_a_mirror() {
     let [truth, narrow] = [0.0, 0.02].map(|roughness| {
         let scene = room_with(specular(0.0, 0.8, roughness), 4, EstimateKind::CellAverage);
-        run(&scene, &light_tracing(&scene, 16_384, 7 + u64::from(roughness > 0.0)), 24)
+        run(&scene, &*light_tracing(&scene, 16_384, 7 + u64::from(roughness > 0.0)), 24)
     });
     let (lux, error) = values(&truth);
     assert_grid(&narrow, &lux, &error, 4.5, 0.0, "narrow");

@@ -7,9 +7,8 @@ use std::sync::atomic::AtomicBool;
 use crate::reference::{self, number};
 use glam::{DVec2, DVec3};
 use skyduct::estimate::Estimate;
-use skyduct::integrator::Integrator;
-use skyduct::integrator::light_tracing::LightTracing;
-use skyduct::integrator::sppm::{self, Sppm};
+use skyduct::integrator::method::{Computation, Described, Task};
+use skyduct::integrator::{Integrator, light_tracing, sppm};
 use skyduct::optics::{Collector, Diffuser, DiffuserZone, MeasuredDiffuser, Specular, Surface};
 use skyduct::plan::{self, EffectRequests, Effects};
 use skyduct::scene::{
@@ -104,12 +103,22 @@ pub fn traceable(scene: &Scene) -> Arc<TraceableScene> {
     Arc::new(plan::compile(scene, &Effects::of(scene, &EffectRequests::new())).unwrap())
 }
 
-pub fn light_tracing(scene: &Scene, photons_per_pass: u64, seed: u64) -> LightTracing<1> {
-    LightTracing::new(traceable(scene), &scene.grids, photons_per_pass, seed)
+/// A method of these settings on all of a scene, as jobs have it: of the photopic or the colour channel, with the optimisation that
+/// the crate of physics is built with, which a method of a test's own does not get.
+pub fn built(scene: &Scene, settings: &impl Described, seed: u64) -> Box<dyn Integrator> {
+    let traceable = traceable(scene);
+    match settings.build(&Task::whole(scene, &traceable), seed, 0.02) {
+        Computation::Passes(integrator) => integrator,
+        Computation::Solution(_) => panic!("no method of passes"),
+    }
 }
 
-pub fn sppm(scene: &Scene, settings: &sppm::Settings, seed: u64) -> Sppm<1> {
-    Sppm::new(traceable(scene), &scene.grids, &scene.views, settings, seed)
+pub fn light_tracing(scene: &Scene, photons_per_pass: u64, seed: u64) -> Box<dyn Integrator> {
+    built(scene, &light_tracing::Settings { photons_per_pass: Some(photons_per_pass) }, seed)
+}
+
+pub fn sppm(scene: &Scene, settings: &sppm::Settings, seed: u64) -> Box<dyn Integrator> {
+    built(scene, settings, seed)
 }
 
 /// Adds up passes 0..`passes` of one method.
