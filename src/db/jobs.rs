@@ -177,20 +177,6 @@ pub(super) async fn job(connection: &mut SqliteConnection, id: Uuid) -> Result<O
         .transpose()
 }
 
-/// An ended job whose results are those of this one. What is cut short by the clock alone would be another result at another time: such
-/// a job is equal to those only that were there before its end.
-pub(super) async fn ended_equal(connection: &mut SqliteConnection, id: Uuid) -> Result<Option<Uuid>, StoreError> {
-    let equal: Option<String> = sqlx::query_scalar(
-        "SELECT e.id FROM jobs j JOIN jobs e ON e.computation = j.computation AND e.status = 'succeeded' \
-         WHERE j.id = $1 AND (e.stopped_by <> 'max_seconds' OR e.finished_at >= j.created_at) ORDER BY e.id DESC LIMIT 1",
-    )
-    .bind(id.to_string())
-    .fetch_optional(connection)
-    .await
-    .map_err(store_error)?;
-    Ok(equal.and_then(|equal| Uuid::parse_str(&equal).ok()))
-}
-
 pub(super) async fn source(pool: &SqlitePool, id: Uuid) -> Result<Option<JobSource>, StoreError> {
     sqlx::query(
         "SELECT submitted, study_id, state_key, state_hash, merged_seconds, merged_cpu_seconds, \

@@ -7,6 +7,7 @@
 pub(crate) mod backup;
 mod change;
 mod commit;
+mod equal;
 mod guard;
 mod jobs;
 mod log;

@@ -9,7 +9,7 @@ use tokio::sync::broadcast;
 use uuid::Uuid;
 
 use super::sql::store_error;
-use super::{Durability, SqliteStore, commit, jobs, meshes, queue, record, studies};
+use super::{Durability, SqliteStore, commit, equal, jobs, meshes, queue, record, studies};
 use crate::job::progress::PassReport;
 use crate::job::store::*;
 
@@ -134,7 +134,7 @@ impl Store for SqliteStore {
 
     async fn ended_equal(&self, id: Uuid) -> Result<Option<Uuid>, StoreError> {
         let mut connection = self.readers.acquire().await.map_err(store_error)?;
-        jobs::ended_equal(&mut connection, id).await
+        equal::ended_equal(&mut connection, id).await
     }
 
     async fn job(&self, id: Uuid) -> Result<Option<Job>, StoreError> {

@@ -1,0 +1,42 @@
+//! Jobs that are one computation: the second takes the results of the first.
+
+use sqlx::SqliteConnection;
+use uuid::Uuid;
+
+use crate::job::store::StoreError;
+
+use super::sql::store_error;
+
+// the newest by its id would be found by reading all jobs that have ended
+const ENDED_EQUAL: &str = "SELECT e.id FROM jobs j JOIN jobs e ON e.computation = j.computation AND e.status = 'succeeded' \
+     WHERE j.id = $1 AND (e.stopped_by <> 'max_seconds' OR e.finished_at >= j.created_at) ORDER BY e.finished_at DESC LIMIT 1";
+
+/// An ended job whose results are those of this one. What is cut short by the clock alone would be another result at another time: such
+/// a job is equal to those only that were there before its end.
+pub(super) async fn ended_equal(connection: &mut SqliteConnection, id: Uuid) -> Result<Option<Uuid>, StoreError> {
+    let equal: Option<String> =
+        sqlx::query_scalar(ENDED_EQUAL).bind(id.to_string()).fetch_optional(connection).await.map_err(store_error)?;
+    Ok(equal.and_then(|equal| Uuid::parse_str(&equal).ok()))
+}
+
+#[cfg(test)]
+mod tests {
+    use sqlx::{AssertSqlSafe, Connection, Row};
+
+    use super::*;
+    use crate::db::migrations::migrations;
+
+    /// However many jobs have ended, those of one computation alone are read.
+    #[tokio::test]
+    async fn equal_jobs_are_found_by_their_index() {
+        let mut database = SqliteConnection::connect("sqlite::memory:").await.unwrap();
+        migrations().run(&mut database).await.unwrap();
+        let plan = sqlx::query(AssertSqlSafe(format!("EXPLAIN QUERY PLAN {ENDED_EQUAL}")))
+            .bind("")
+            .fetch_all(&mut database)
+            .await
+            .unwrap();
+        let plan: Vec<String> = plan.iter().map(|row| row.get("detail")).collect();
+        assert!(plan.iter().any(|step| step.contains("SEARCH e USING INDEX jobs_by_computation")), "{plan:?}");
+    }
+}
