@@ -1,7 +1,7 @@
 //! Two lanes: one renders all jobs, and a second one what waits while the first is in a pass that takes long.
 //!
 //! A pass is whole or nothing, and may take hours. The main lane renders every pass to its end, so that each job gets further. When its
-//! chunk takes longer than a turn, the short lane begins on the others. There a chunk has a slice of some seconds: one that needs more is
+//! chunk takes longer than three quarters of a second, the short lane begins on the others. There a chunk has a slice of some seconds: one that needs more is
 //! put aside, and what it has computed of its pass is dropped, for a pass is a function of its number and can be rendered again. Its next
 //! slice there is longer, comes behind all jobs with fewer, and ends when another job is posted; after the last slice the job is the main
 //! lane's alone.
@@ -16,8 +16,8 @@ use tokio_util::sync::CancellationToken;
 use crate::job::memory::default_limit_bytes;
 use crate::job::store::MOST_SLICES;
 
-/// Time that a chunk of the main lane takes before the short lane begins.
-const LONG: Duration = Duration::from_secs(2);
+/// Time that a chunk of the main lane takes before the short lane begins: who has posted a small job then waits less than a second.
+const LONG: Duration = Duration::from_millis(750);
 /// First slice of a job in the short lane: a few times what a chunk is meant to take.
 const SLICE: Duration = Duration::from_secs(8);
 /// Growth of slices: together they are hardly longer than the last one.
