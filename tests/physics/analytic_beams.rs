@@ -18,7 +18,7 @@ use skyduct::statistics::interval::two_sided_normal_quantile;
 const FALSE_ALARM: f64 = 6.3e-5;
 
 fn solve(scene: &Scene, seed: u64) -> Solution {
-    let method = Holigilm::new(installation(&traceable(scene), &scene.grids), 5e-3, seed);
+    let method = Holigilm::new(installation(&traceable(scene), &scene.grids), 1e-2, seed);
     method.solve(&AtomicBool::new(false)).unwrap()
 }
 

@@ -80,7 +80,7 @@ fn errors(case: Case, photons: u64, seeds: u64, passes: (u64, u64)) -> [[f64; 2]
     })
 }
 
-/// The bias falls as N^(alpha - 1) and the variance as N^-alpha (Knaus and Zwicker 2011), alpha 2/3: exponents within 0.12
+/// The bias falls as N^(alpha - 1) and the variance as N^-alpha (Knaus and Zwicker 2011), alpha 2/3: exponents within 0.16
 /// and 0.2, four standard errors of what these runs tell. The variance with few photons a pass, so that they fall
 /// independently: many from one net lie so evenly that their counts vary with a disc's edge, not with its area.
 ///
@@ -89,11 +89,11 @@ fn errors(case: Case, photons: u64, seeds: u64, passes: (u64, u64)) -> [[f64; 2]
 fn order_of_convergence() {
     let alpha = 2.0 / 3.0;
     for case in [FIXED, FIXED_PER_POINT] {
-        let [[early, _], [late, _]] = errors(case, 1024, 8, (16, 1024));
-        let of_bias = (late / early).ln() / 64f64.ln();
+        let [[early, _], [late, _]] = errors(case, 1024, 10, (16, 256));
+        let of_bias = (late / early).ln() / 16f64.ln();
         println!("{case:?}: bias {early:.5}, {late:.5}: order {of_bias:.3}");
         assert!(early < -0.01, "a bias to bring down");
-        assert!((of_bias - (alpha - 1.0)).abs() < 0.12, "{case:?}: {of_bias}");
+        assert!((of_bias - (alpha - 1.0)).abs() < 0.16, "{case:?}: {of_bias}");
         let [[_, early], [_, late]] = errors(case, 64, 40, (16, 512));
         let of_variance = (late / early).ln() / 32f64.ln();
         println!("{case:?}: variance {early:.3e}, {late:.3e}: order {of_variance:.3}");
