@@ -1,10 +1,10 @@
 //! Two lanes: one renders all jobs, and a second one what waits while the first is in a pass that takes long.
 //!
 //! A pass is whole or nothing, and may take hours. The main lane renders every pass to its end, so that each job gets further. When its
-//! chunk takes longer than three quarters of a second, the short lane begins on the others. There a chunk has a slice of some seconds: one that needs more is
-//! put aside, and what it has computed of its pass is dropped, for a pass is a function of its number and can be rendered again. Its next
-//! slice there is longer, comes behind all jobs with fewer, and ends when another job is posted; after the last slice the job is the main
-//! lane's alone.
+//! chunk takes longer than three quarters of a second, the short lane begins on the others. There a chunk has a slice of some seconds:
+//! one that needs more is put aside, and what it has computed of its pass is dropped, for a pass is a function of its number and can be
+//! rendered again. Its next slice there is longer, comes behind all jobs with fewer, and ends when another job is posted; after the last
+//! slice the job is the main lane's alone.
 
 use std::sync::Arc;
 use std::time::Duration;
