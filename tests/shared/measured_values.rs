@@ -3,11 +3,13 @@
 use skyduct::estimate::GridEstimate;
 use skyduct::statistics::Moments;
 
-use crate::judge::{KNOWN, Measured, Whole};
+use skyduct::analytic::holigilm::REPLICATES;
 
-/// Degrees of freedom of an error that passes tell; a solver gives its error as a spread of two values.
+use crate::judge::{Measured, Whole};
+
+/// Degrees of freedom of an error that passes tell, or the replicates of a solver.
 pub fn degrees(moments: &Moments, numerical: bool) -> f64 {
-    if numerical { KNOWN } else { moments.count - 1.0 }
+    if numerical { REPLICATES as f64 - 1.0 } else { moments.count - 1.0 }
 }
 
 /// The sensors of a grid, and its mean.
