@@ -105,7 +105,7 @@ fn method(document: &Value, name: &str, Effort { size, fixed, .. }: Effort) -> V
         "two_stage" => json!({ "kind": kind, "photons_per_pass": photons(2048.0),
             "samples_per_sensor": each(1024.0, sensors), "samples_per_pixel": each(1024.0, pixels) }),
         "lamp_responses" => json!({ "kind": kind, "photons_per_pass": photons(512.0),
-            "samples_per_sensor": each(1024.0, sensors) }),
+            "samples_per_sensor": each(1024.0, sensors).max(128) }),
         "photon_mapping" => json!({ "kind": kind, "photons_per_pass": photons(4096.0),
             "gather_rays": each(1024.0, sensors.max(pixels)) }),
         "ppm" => {
