@@ -29,7 +29,7 @@ const FALSE_ALARM: f64 = 0.01;
 const LARGEST_ERROR: f64 = 0.05;
 
 /// Size of a pass, relative to the matrix' methods: errors of a few tenths of a per cent in half a second.
-const FACTOR: f64 = 5.0;
+const FACTOR: f64 = 4.0;
 
 /// A document, and the methods that render its grids and its views.
 struct Outside {
@@ -124,8 +124,8 @@ fn agrees(name: &str) {
     let mut failures = Vec::new();
     for (method, scene, truth) in outside.comparisons() {
         let begun = std::time::Instant::now();
-        // a job by default may take to its accuracy sixteen times as many
-        let passes = if method == "auto" { 6 } else { 32 };
+        // a job by default may take four times as many to its accuracy
+        let passes = if method == "auto" { 24 } else { 32 };
         let effort = Effort { passes, factor: FACTOR, long: false };
         let row = outside.row(scene);
         let by = |method| render(&row, &row.scene, column(method), effort, seed(&[name, method]));

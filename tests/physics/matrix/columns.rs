@@ -100,7 +100,7 @@ pub const COLUMNS: &[Column] = &[
     Column {
         name: "light_tracing",
         method: Some(|work| {
-            Method::LightTracing(light_tracing::Settings { photons_per_pass: Some(work.photons(4096.0)) })
+            Method::LightTracing(light_tracing::Settings { photons_per_pass: Some(work.photons(2048.0)) })
         }),
     },
     Column {
