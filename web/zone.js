@@ -53,7 +53,8 @@ async function ask() {
   if (!wanted) return void (told = null);
   try {
     const answer = await api.timeZone(wanted);
-    if (asked !== key) return;
+    // the draft may have changed without having been drawn, and thus asked for, since
+    if (asked !== key || JSON.stringify(question(state.draft)) !== key) return;
     told = answer;
     const { time } = state.draft;
     const holds = isSame(answer.time, time) || (own !== key && isSame(answer.second_time, time));

@@ -80,7 +80,7 @@ pub struct ViewDocument {
     /// Unique among the views; names the files of the result.
     #[schema(pattern = "^[A-Za-z0-9][A-Za-z0-9._-]{0,63}$")]
     pub name: String,
-    /// Place of the camera in metres.
+    /// Place of the camera in metres, inside no solid.
     #[schema(value_type = Vector)]
     pub eye_m: [f64; 3],
     /// Point that the camera looks at; differs from `eye_m`.

@@ -1,13 +1,13 @@
-//! Points of grids inside solids: there is no floor, and no value.
+//! Points of grids inside solids: there is no floor, and no value; and eyes in them, which see nothing.
 
 use super::errors::{Checks, DocumentErrors, Warning, WarningCode};
 use super::job::JobDocument;
 use super::room::object::ObjectDocument;
 use crate::scene::{EstimateKind, Scene};
-use crate::traceable::{RoomObject, Taken};
+use crate::traceable::{RoomObject, Taken, solids_around};
 
 /// Tells the grids of a scene what solids take of them, with a note for each that any is taken of; refuses those of which nothing is
-/// left.
+/// left, and views from within solids.
 pub fn leave_out_solids(document: &JobDocument, scene: &mut Scene) -> Result<Vec<Warning>, DocumentErrors> {
     let mut checks = Checks::default();
     let mut warnings = Vec::new();
@@ -35,6 +35,16 @@ pub fn leave_out_solids(document: &JobDocument, scene: &mut Scene) -> Result<Vec
         }
         warnings.push(Warning { code: WarningCode::PointsInsideSolids, detail });
         grid.free = Some(taken.free.into());
+    }
+    for (number, view) in scene.views.iter().enumerate() {
+        let around = solids_around(scene, view.eye);
+        if !around.is_empty() {
+            let objects = pointers(document, &around);
+            let detail = format!(
+                "lies inside a solid ({objects}), where nothing is seen: choose another place or other objects"
+            );
+            checks.refuse(format!("/views/{number}/eye_m"), detail);
+        }
     }
     if checks.errors.is_empty() { Ok(warnings) } else { Err(DocumentErrors(checks.errors)) }
 }

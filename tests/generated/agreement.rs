@@ -97,12 +97,17 @@ fn methods_agree_on_many_documents() {
 }
 
 /// Prints what every method finds in the document of a file, by few and by many passes, to look at what a failure printed:
-/// `GENERATED_DOCUMENT=/tmp/it.json cargo test --test generated what_methods_find -- --ignored --nocapture`.
+/// `GENERATED_DOCUMENT=/tmp/it.json cargo test --test generated what_methods_find -- --ignored --nocapture`. A number in place of a
+/// file is that of a case of [`methods_agree_on_many_documents`].
 #[test]
 #[ignore = "a tool: it asserts nothing of its own"]
 fn what_methods_find() {
     let Ok(path) = std::env::var("GENERATED_DOCUMENT") else { return };
-    let document: Value = serde_json::from_slice(&std::fs::read(path).unwrap()).unwrap();
+    let document: Value = match path.parse() {
+        Ok(number) => generator::drawn(cases(2000), (generator::document(Kind::Any), orders())).nth(number).unwrap().0,
+        Err(_) => serde_json::from_slice(&std::fs::read(path).unwrap()).unwrap(),
+    };
+    println!("{document}");
     for name in METHODS {
         for effort in [FIRST, AGAIN] {
             match render(&document, name, effort, 1) {

@@ -154,6 +154,24 @@ export async function setsClocks(visitor) {
   await time("2026-01-15T02:30:00-03:30");
   await zone.selectOption("");
   await time("2026-01-15T02:30:00+01:00");
+  // an answer to a clock that was changed since, but not drawn, judges the new one in nothing
+  await page.evaluate(async () => {
+    const [{ setClock }, { fetch }] = [await import("/web/zone.js"), window];
+    const at = (time) => setClock((next) => void (next.time = time));
+    window.fetch = async (...of) => {
+      const answer = await fetch(...of);
+      if (!String(of[0].url ?? of[0]).includes("/v1/time_zone")) return answer;
+      window.fetch = fetch;
+      const json = await answer.json();
+      at("2026-10-25T02:30:00+01:00");
+      return new Response(JSON.stringify(json), answer);
+    };
+    at("2026-10-25T03:30:00+02:00");
+  });
+  await page.getByText("the second is meant").waitFor();
+  await slide("Day", 15);
+  await slide("Hour", 2.5);
+  await time("2026-01-15T02:30:00+01:00");
   // an offset of no zone here stays with its document
   await page.evaluate(async () => {
     const { use } = await import("/web/live.js");

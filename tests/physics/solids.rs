@@ -136,3 +136,20 @@ fn a_grid_inside_solids_as_a_whole_is_refused() {
     assert_eq!(refused.0[0].pointer, "/grids/0");
     assert!(refused.0[0].detail.contains("/room/objects/0"), "{}", refused.0[0].detail);
 }
+
+/// Nothing is seen from within a solid: methods would not agree on what is between it and the light. From on top of it, all is.
+#[test]
+fn an_eye_inside_a_solid_is_refused() {
+    let refused = |eye: [f64; 3]| {
+        let mut document = half_covered("point", [4, 3]).document;
+        document["views"] = json!([{ "name": "v", "eye_m": eye, "look_at_m": [1.9, 1.0, 1.0], "size_px": [8, 8] }]);
+        document["method"] = json!("path_tracing");
+        let parsed = JobDocument::parse(document.to_string().as_bytes()).unwrap();
+        prepare_document(&parsed, &Folder).map(|_| ()).err().map(|errors| errors.0[0].clone())
+    };
+    let error = refused([0.5, 1.0, 0.2]).unwrap();
+    assert_eq!(error.pointer, "/views/0/eye_m");
+    assert!(error.detail.contains("/room/objects/0"), "{}", error.detail);
+    assert_eq!(refused([0.5, 1.0, 0.4]), None);
+    assert_eq!(refused([1.5, 1.0, 0.2]), None);
+}

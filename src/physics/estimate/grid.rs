@@ -143,15 +143,15 @@ impl GridEstimate {
         libm::hypot(error, self.fixed_point_variance(sensor).sqrt()).max(self.error_of_few_photons_lux(sensor))
     }
 
-    /// Standard error in lux by Poisson's distribution while a sensor has found few photons, and at least what one would add:
-    /// passes that find nothing agree to the last digit, whatever light they miss. 0 with enough photons, and where no light
-    /// can come.
+    /// Standard error in lux by Poisson's distribution while a sensor has found few photons, and always at least what one more
+    /// would add: passes that find nothing agree to the last digit, whatever light they miss. 0 where no light can come.
     pub fn error_of_few_photons_lux(&self, sensor: usize) -> f64 {
         let passes = self.sensors[sensor].count;
         match self.photons.get(sensor) {
-            Some(PhotonCount { found, one_lux }) if *found < ENOUGH_PHOTONS && passes > 0.0 => {
+            Some(PhotonCount { found, one_lux }) if passes > 0.0 => {
+                let uncertain = if *found < ENOUGH_PHOTONS { found.max(1.0).sqrt() } else { 1.0 };
                 // the mean over the passes of one more in one of them
-                found.max(1.0).sqrt() * one_lux / (passes * passes)
+                uncertain * one_lux / (passes * passes)
             }
             _ => 0.0,
         }
@@ -235,14 +235,14 @@ mod tests {
 
     /// Nothing found in 16 passes: one photon more would add 4 lux to one of them, 0.25 lux to their mean. Four found, one in
     /// every pass of the first four, are told by their spread and by Poisson's distribution, the larger of which counts;
-    /// enough of them by their spread alone.
+    /// enough of them by their spread, or by what one more would add.
     #[test]
     fn few_photons_have_the_error_of_their_number() {
         assert!((found(&[0.0; 16]).standard_error_lux(0) - 0.25).abs() < 1e-12);
         let even = found(&[0.5; 16]);
         assert_eq!(even.sensors[0].variance_of_mean(), 0.0);
         assert!((even.standard_error_lux(0) - 8f64.sqrt() * 0.25).abs() < 1e-12);
-        assert_eq!(found(&[1.0; 16]).standard_error_lux(0), 0.0);
+        assert!((found(&[1.0; 16]).standard_error_lux(0) - 0.25).abs() < 1e-12);
         let spread: Vec<f64> = (0..16).map(|pass| if pass == 0 { 4.0 } else { 0.0 }).collect();
         let bunched = found(&spread);
         assert_eq!(bunched.standard_error_lux(0), bunched.sensors[0].standard_error());

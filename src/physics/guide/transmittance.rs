@@ -109,6 +109,15 @@ pub fn zastrow_wittwer_transmission(aspect: f64, tan_theta: f64, reflectance: f6
     libm::pow(reflectance, aspect * tan_theta / FRAC_PI_4)
 }
 
+/// Share of parallel light that a straight tube is likely to pass, at least a thousandth: only the choice of samples depends on it.
+///
+/// Arguments as of [`beam_transmission`]; the larger one of [`zastrow_wittwer_transmission`], which knows of mirrors, and what passes
+/// without a reflection, which is all that a dark wall leaves. Tables of directions are far coarser than the kinks of the exact series.
+pub fn likely_transmission(aspect: f64, tan_theta: f64, reflectance: f64) -> f64 {
+    let by_mirror = zastrow_wittwer_transmission(aspect, tan_theta, reflectance);
+    by_mirror.max(beam_transmission(aspect, tan_theta, 0.0)).max(1e-3)
+}
+
 /// Transmission of a straight tube for the light of a uniform sky.
 ///
 /// `aspect` = length / diameter (>= 0), `reflectance` per bounce in 0..=1. The order of the integrals of [`beam_transmission`] and

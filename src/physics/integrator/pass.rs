@@ -134,10 +134,10 @@ fn add_each(values: &mut Vec<f64>, others: &[f64], factor: f64) {
 /// Photons that a sensor found in one pass, or in all.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PhotonCount {
-    /// Number of photons, or a lower bound of it: what tells 0 from a few, and a few from many.
+    /// Number of photons as bright as `one_lux` says, or a lower bound of it: what tells 0 from a few, and a few from many.
     pub found: f64,
-    /// Lux by which one photon more would raise the pass' value, or in all the sum of these; 0 where it is known that no light
-    /// can come.
+    /// Lux by which one photon more, of the brightest ones, would raise the pass' value, or in all the sum of these; 0 where it
+    /// is known that no light can come.
     pub one_lux: f64,
 }
 

@@ -29,5 +29,5 @@ pub use rays_together::{RoomRay, Segments};
 pub use scene::{Follow, TraceableScene};
 pub use source::Source;
 pub use surface_id::{Numbering, Side, SurfaceId};
-pub use taken::{RoomObject, Taken};
+pub use taken::{RoomObject, Taken, solids_around};
 pub use tube::{TraceableTube, TubeError, cylinder_guide};

@@ -73,6 +73,13 @@ impl Taken {
     }
 }
 
+/// The objects of a scene that a point of its room lies inside, boxes first.
+pub fn solids_around(scene: &Scene, point: DVec3) -> Vec<RoomObject> {
+    let size = [scene.room.size.x, scene.room.size.y];
+    let plane = Grid::new(String::new(), point.z, [1; 2], 0.0, size, EstimateKind::Point);
+    Taken::of(scene, &Grid { x_m: vec![point.x], y_m: vec![point.y], ..plane }).by
+}
+
 /// The outline of a solid in the plane of a grid.
 struct Cover {
     of: RoomObject,

@@ -44,6 +44,7 @@ pub fn document(kind: Kind) -> impl Strategy<Value = Value> {
             (room(kind, coloured), tubes(kind, coloured), sky(kind), outputs(kind), effects(kind), any::<u32>());
         everything.prop_map(move |(room, tubes, (sky, place), outputs, effects, seed)| {
             let size = sizes(&room);
+            let objects = room["objects"].as_array().unwrap();
             let lit = !room["luminaires"].as_array().unwrap().is_empty();
             let several = tubes.iter().flatten().count() > 1;
             let mut tubes: Vec<Value> = tubes
@@ -58,7 +59,7 @@ pub fn document(kind: Kind) -> impl Strategy<Value = Value> {
             let mut document = json!({
                 "room": room, "tubes": tubes, "sky": sky, "effects": effects, "seed": seed,
                 "grids": grids.iter().enumerate().map(|(k, grid)| in_room(grid, k, size)).collect::<Vec<_>>(),
-                "views": views.iter().enumerate().map(|(k, view)| view_in(view, k, size)).collect::<Vec<_>>(),
+                "views": views.iter().enumerate().map(|(k, view)| view_in(view, k, size, objects)).collect::<Vec<_>>(),
             });
             if let Some((location, time)) = place {
                 document["location"] = location;

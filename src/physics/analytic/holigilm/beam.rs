@@ -9,7 +9,7 @@ use super::landing::Landed;
 use super::profile::{Cells, RINGS, SECTORS};
 use crate::analytic::patches::Mesh;
 use crate::analytic::{Installation, Tube, is_raised};
-use crate::guide::transmittance::zastrow_wittwer_transmission;
+use crate::guide::transmittance::likely_transmission;
 use crate::guide::{End, Guide, Transit};
 use crate::sampling::{Key, PathRandom, Replicate, warp};
 use crate::scene::EstimateKind;
@@ -90,7 +90,7 @@ pub fn sky_sampler(sky: &Sky, tube: &Tube) -> Option<SkySampler> {
             Guide::Straight(guide) => {
                 let tangent = toward.truncate().length() / toward.z.max(1e-9);
                 let aspect = guide.length / (2.0 * guide.radius);
-                zastrow_wittwer_transmission(aspect, tangent, reflectance(guide)).max(1e-3)
+                likely_transmission(aspect, tangent, reflectance(guide))
             }
             _ => 1.0,
         };

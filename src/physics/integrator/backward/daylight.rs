@@ -118,7 +118,7 @@ fn connect_scattered_sun<const C: usize>(
 }
 
 /// Density per sr, seen from the start of `way`, of an even point of a tube's opening.
-fn opening_density(tube: &TraceableTube, way: DVec3) -> f64 {
+pub fn opening_density(tube: &TraceableTube, way: DVec3) -> f64 {
     let distance_squared = way.length_squared();
     distance_squared * distance_squared.sqrt() / (way.z.abs() * tube.opening_area_m2())
 }

@@ -1,15 +1,16 @@
 //! Paths that look for light of the patches of openings: each patch alone, one lumen of it.
 //!
 //! Every vertex is connected to a point of each patch where it sees the opening whole, to some points of it with a test for what
-//! stands between elsewhere; beside an opening, behind narrow lobes and by way of mirrors the ray that goes on finds it. So
-//! every way of light is counted once.
+//! stands between elsewhere. Beside an opening one such connection and the ray that goes on share it by the power heuristic (Veach and
+//! Guibas 1995, beta = 2); behind narrow lobes and by way of mirrors the ray finds it. So every way of light is counted once.
 
 use std::cell::RefCell;
 use std::f64::consts::PI;
 
 use glam::{DVec2, DVec3};
 
-use crate::integrator::backward::next_event::{Daylight, NextEvent, Way};
+use crate::integrator::backward::daylight::opening_density;
+use crate::integrator::backward::next_event::{Daylight, NextEvent, Way, share};
 use crate::integrator::backward::opening::DaylightShare;
 use crate::integrator::backward::vertex::Vertex;
 use crate::integrator::backward::walk::{Meeting, Ray, Walk};
@@ -57,9 +58,25 @@ impl<'a, const C: usize> PatchLight<'a, C> {
         if is_clear { 0.0 } else { self.zones[number].per_part(patch) }
     }
 
+    /// Luminance in cd/m2 of a point of a patch by one lumen that leaves it.
+    fn luminance(&self, tube: &TraceableTube, number: usize, at: DVec3, patch: usize) -> f64 {
+        self.per_part(tube, number, at, patch) / (PI * tube.opening_area_m2())
+    }
+
     fn connect_to(&self, walk: &mut Walk<'_, C>, vertex: &Vertex<'_, C>, number: usize, tube: &TraceableTube) {
         match sight(walk.scene, vertex, tube.origin, tube.opening_radius) {
-            Sight::ByRays | Sight::Never => {}
+            Sight::Never => {}
+            Sight::ByRays if vertex.is_narrow() => {}
+            Sight::ByRays => {
+                let away = warp::disc(walk.samples.pair()) * tube.opening_radius;
+                let source = tube.origin + away.extend(0.0);
+                let connected = opening_density(tube, source - vertex.position);
+                if let Some((response, density)) = walk.respond(vertex, source, None) {
+                    let patch = cell(away, tube.opening_radius);
+                    let luminance = self.luminance(tube, number, source, patch);
+                    self.find(number, patch, response * (luminance * share(connected, density) / connected));
+                }
+            }
             Sight::Whole(albedo) => {
                 let points = self.zones[number].within_each(walk.samples.pair());
                 let held = self.zones[number].held();
@@ -176,14 +193,16 @@ impl<const C: usize> Meeting<C> for PatchLight<'_, C> {
         position: DVec3,
     ) -> Option<DaylightShare> {
         let of = &walk.scene.tubes[tube];
-        let is_found = match ray.trace.last {
-            Some(last) => last.narrow || !is_far(of.origin, of.opening_radius, last.position, 0.0),
-            None => !ray.trace.from_eye,
+        let found = match ray.trace.last {
+            Some(last) if last.narrow => 1.0,
+            Some(last) if is_far(of.origin, of.opening_radius, last.position, 0.0) => 0.0,
+            Some(last) => share(last.density, opening_density(of, position - last.position)),
+            None if ray.trace.from_eye => 0.0,
+            None => 1.0,
         };
-        if is_found {
+        if found > 0.0 {
             let patch = cell((position - of.origin).truncate(), of.opening_radius);
-            let luminance = self.per_part(of, tube, position, patch) / (PI * of.opening_area_m2());
-            self.find(tube, patch, ray.weight * luminance);
+            self.find(tube, patch, ray.weight * (self.luminance(of, tube, position, patch) * found));
         }
         Some(DaylightShare::NONE)
     }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
-use crate::guide::{Guide, StraightGuide, dome::Pipe, transmittance::zastrow_wittwer_transmission};
+use crate::guide::{Guide, StraightGuide, dome::Pipe, transmittance};
 use crate::optics::Spectrum;
 use crate::sampling::{Key, PathRandom, PathSamples, Stream, warp};
 use crate::sky::Sun;
@@ -250,8 +250,7 @@ fn likely_transmission(tube: &TraceableTube, toward: DVec3) -> f64 {
     let straight = |guide: &StraightGuide| {
         let reflectance = guide.reflectance.brightest();
         let tangent = toward.truncate().length() / toward.z.max(1e-9);
-        // the sampler's cells are far wider than the kinks of the exact series
-        zastrow_wittwer_transmission(guide.length / (2.0 * guide.radius), tangent, reflectance).max(1e-3)
+        transmittance::likely_transmission(guide.length / (2.0 * guide.radius), tangent, reflectance)
     };
     match &tube.guide {
         Guide::Straight(guide) => straight(guide),
