@@ -168,7 +168,8 @@ export async function setsClocks(visitor) {
     };
     at("2026-10-25T03:30:00+02:00");
   });
-  await page.getByText("the second is meant").waitFor();
+  await page.getByText("the first is meant").waitFor();
+  await time("2026-10-25T02:30:00+02:00");
   await slide("Day", 15);
   await slide("Hour", 2.5);
   await time("2026-01-15T02:30:00+01:00");
