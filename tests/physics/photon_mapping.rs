@@ -6,7 +6,7 @@ use crate::scenes::{
     SIDE, assert_grid, bent, built, clear, cube, daylight, disc_room, light_tracing, radiosity, run, with_sun,
 };
 use serde_json::{Value, json};
-use skyduct::document::{DocumentErrors, JobDocument, ValidJob};
+use skyduct::document::{DocumentErrors, JobDocument, ValidJob, WarningCode};
 use skyduct::integrator::Integrator;
 use skyduct::integrator::photon_mapping::Settings;
 use skyduct::job::progress::StoppedBy;
@@ -99,4 +99,25 @@ fn the_bias_is_estimated() {
     let noise = (0..81).map(|sensor| grid.sensors[sensor].standard_error() / truth[sensor]).sum::<f64>() / 81.0;
     println!("rms deviation {rms}, noise {noise}");
     assert!(rms > 2.0 * noise);
+}
+
+/// Photon maps find by rare paths what a mirror sends to a glossy surface and it to the eye, and say so; a mirror alone they follow.
+#[test]
+fn photon_maps_warn_of_gloss_by_mirrors() {
+    let warns = |method: &str, roughness: f64| {
+        let prepared = prepare("S1", |document| {
+            document["method"] = method.into();
+            document["room"]["surfaces"]["wall_east"] = json!({ "reflectance": 0.05, "specular": 0.85 });
+            let floor = json!({ "reflectance": 0.3, "specular": 0.2, "roughness": roughness });
+            document["room"]["surfaces"]["floor"] = floor;
+            document["views"] =
+                json!([{ "name": "v", "eye_m": [1, 0.1, 1], "look_at_m": [1, 1, 0.5], "size_px": [8, 8] }]);
+        });
+        let warning = prepared.warnings.iter().find(|warning| warning.code == WarningCode::MirrorsByChance);
+        warning.map(|warning| warning.detail.clone())
+    };
+    for method in ["sppm", "ppm", "photon_mapping"] {
+        assert!(warns(method, 0.3).is_some_and(|detail| detail.starts_with(method)), "{method}");
+        assert_eq!(warns(method, 0.0), None, "{method}");
+    }
 }

@@ -39,6 +39,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::{GridPass, Integrator, Pass, PhotonCount, ViewPass};
+use crate::integrator::backward::chance;
 use crate::integrator::method::{Caveat, Computation, Described, Kept, Load, Passes, Task, Trial, Work};
 use crate::integrator::photon_map::maps::{Gathered, Mapper, Maps};
 use crate::integrator::photon_map::near_light::{SENSOR_CONNECTIONS, SENSOR_STRATA};
@@ -95,10 +96,8 @@ impl Described for Settings {
 
     fn warns(&self, task: &Task) -> Option<Caveat> {
         // grids gather on their planes
-        (!task.views.is_empty())
-            .then(|| Surfaces::new(task.traceable).uncut)
-            .flatten()
-            .map(|uncut| uncut.caveat(self.name()))
+        let uncut = if task.views.is_empty() { None } else { Surfaces::new(task.traceable).uncut };
+        uncut.map(|uncut| uncut.caveat(self.name())).or_else(|| chance::mirrors_in_gloss(self.name(), task))
     }
 
     fn seconds_per_pass(&self, work: &Work) -> f64 {

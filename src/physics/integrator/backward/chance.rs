@@ -1,6 +1,6 @@
 //! Light that paths from sensors and eyes find by chance only: its part of the error stays unseen.
 
-use crate::integrator::method::{Caveat, CaveatCode, Refusal, RefusalCode};
+use crate::integrator::method::{Caveat, CaveatCode, Refusal, RefusalCode, Task};
 use crate::optics::SurfaceOptics;
 use crate::traceable::{TraceableScene, TraceableTube};
 
@@ -46,6 +46,21 @@ pub fn mirrors_at_cells(method: &str, scene: &TraceableScene) -> Option<Caveat> 
             "{method} finds some of the light that mirrors send to cells by rare and bright paths: the standard errors of cells \
              between mirrors, or between a mirror and a glossy surface, are too small; light_tracing does not have this \
              fault"
+        ),
+    })
+}
+
+/// What a reader must know of views by `method`, which connects lobes of glossy surfaces to lights, but not by way of mirrors. In three
+/// rooms of mirrors, glossy walls and lamps 92 to 95 % of the intervals of 95 % held the truth, and in single parts of a picture a third.
+pub fn mirrors_in_gloss(method: &str, task: &Task) -> Option<Caveat> {
+    let shows = |surface: &SurfaceOptics| surface.lobe().is_some();
+    let is_by_chance =
+        !task.views.is_empty() && has_mirrors(task.traceable) && task.traceable.specular_surfaces().any(shows);
+    is_by_chance.then(|| Caveat {
+        code: CaveatCode::MirrorsRarely,
+        detail: format!(
+            "{method} finds the light that a mirror sends to a glossy surface, and it to the eye, by rare and bright paths: the \
+             standard errors of pixels there are too small"
         ),
     })
 }

@@ -39,6 +39,7 @@ use rayon::prelude::*;
 use self::gather::{Gathering, Receiver};
 use super::{GridPass, Integrator, Pass, PhotonCount, ViewPass};
 use crate::guide::Guide;
+use crate::integrator::backward::chance;
 use crate::integrator::backward::unscattered::unscattered;
 use crate::integrator::method::{Caveat, Computation, Described, Load, Task, Trial, Work};
 use crate::integrator::pass_size::PassSize;
@@ -89,7 +90,8 @@ impl Described for Settings {
     }
 
     fn warns(&self, task: &Task) -> Option<Caveat> {
-        Surfaces::new(task.traceable).uncut.map(|uncut| uncut.caveat(self.name()))
+        let uncut = Surfaces::new(task.traceable).uncut.map(|uncut| uncut.caveat(self.name()));
+        uncut.or_else(|| chance::mirrors_in_gloss(self.name(), task))
     }
 
     fn seconds_per_pass(&self, work: &Work) -> f64 {
