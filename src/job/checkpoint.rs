@@ -3,7 +3,7 @@
 use crate::estimate::Estimate;
 
 /// First bytes of a checkpoint; the last one counts its layouts.
-const MAGIC: [u8; 8] = *b"skyduct\x06";
+const MAGIC: [u8; 8] = *b"skyduct\x07";
 
 /// Bytes before the values: magic, passes, photons, rays, lost rays, number of values, hash of all that.
 const HASH_LEN: usize = 32;

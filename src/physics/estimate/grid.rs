@@ -136,23 +136,33 @@ impl GridEstimate {
         self.sensors[sensor].mean
     }
 
-    /// Standard error in lux, the estimated bias and the error of fixed points included, and not below that of few photons;
-    /// infinite with fewer than two passes.
+    /// Standard error in lux, the estimated bias and the error of fixed points included, and not below that of few photons, nor below
+    /// what one bright photon more would add; infinite with fewer than two passes.
     pub fn standard_error_lux(&self, sensor: usize) -> f64 {
         let error = error_with_bias(&self.sensors[sensor], self.bias.get(sensor));
-        libm::hypot(error, self.fixed_point_variance(sensor).sqrt()).max(self.error_of_few_photons_lux(sensor))
+        let error = libm::hypot(error, self.fixed_point_variance(sensor).sqrt());
+        error.max(self.error_of_few_photons_lux(sensor)).max(self.brightest_photon_lux(sensor))
     }
 
-    /// Standard error in lux by Poisson's distribution while a sensor has found few photons, and always at least what one more
-    /// would add: passes that find nothing agree to the last digit, whatever light they miss. 0 where no light can come.
+    /// Standard error in lux by Poisson's distribution while a sensor has found few photons, and at least what one would add:
+    /// passes that find nothing agree to the last digit, whatever light they miss. 0 with enough photons, and where no light
+    /// can come.
     pub fn error_of_few_photons_lux(&self, sensor: usize) -> f64 {
         let passes = self.sensors[sensor].count;
         match self.photons.get(sensor) {
-            Some(PhotonCount { found, one_lux }) if passes > 0.0 => {
-                let uncertain = if *found < ENOUGH_PHOTONS { found.max(1.0).sqrt() } else { 1.0 };
+            Some(PhotonCount { found, one_lux, .. }) if *found < ENOUGH_PHOTONS && passes > 0.0 => {
                 // the mean over the passes of one more in one of them
-                uncertain * one_lux / (passes * passes)
+                found.max(1.0).sqrt() * one_lux / (passes * passes)
             }
+            _ => 0.0,
+        }
+    }
+
+    /// Lux by which one photon more, of the brightest, would raise a sensor's value.
+    fn brightest_photon_lux(&self, sensor: usize) -> f64 {
+        let passes = self.sensors[sensor].count;
+        match self.photons.get(sensor) {
+            Some(PhotonCount { brightest_lux, .. }) if passes > 0.0 => brightest_lux / (passes * passes),
             _ => 0.0,
         }
     }
@@ -166,7 +176,10 @@ impl GridEstimate {
     pub fn for_each_value(&mut self, f: &mut impl FnMut(&mut f64)) {
         let Self { sensors, bias, contrasts, photons, mean, numerical: _, beside, free: _ } = self;
         sensors.iter_mut().chain(bias).chain(contrasts).chain([mean]).for_each(|moments| moments.for_each_value(f));
-        photons.iter_mut().flat_map(|count| [&mut count.found, &mut count.one_lux]).for_each(&mut *f);
+        photons
+            .iter_mut()
+            .flat_map(|PhotonCount { found, one_lux, brightest_lux }| [found, one_lux, brightest_lux])
+            .for_each(&mut *f);
         beside.iter_mut().for_each(|grid| grid.for_each_value(f));
     }
 }
@@ -226,7 +239,7 @@ mod tests {
     fn found(photons: &[f64]) -> GridEstimate {
         let mut estimate = GridEstimate::empty(1);
         for found in photons {
-            let count = PhotonCount { found: *found, one_lux: 4.0 };
+            let count = PhotonCount { found: *found, one_lux: 4.0, brightest_lux: 4.0 };
             let illuminance = vec![4.0 * found];
             estimate.push(&GridPass { illuminance, photons: vec![count], ..GridPass::default() });
         }

@@ -303,7 +303,7 @@ mod tests {
     fn a_grid_without_light_is_given_up() {
         let of = |passes: u64| {
             let mut dark = estimate(&[(0.0, 0.0), (0.0, 0.0)], passes);
-            dark.grids[0].photons = vec![PhotonCount { found: 0.0, one_lux: passes as f64 }; 2];
+            dark.grids[0].photons = vec![PhotonCount { found: 0.0, one_lux: passes as f64, brightest_lux: 0.0 }; 2];
             dark.grids[0].mean.count = passes as f64;
             dark
         };

@@ -79,6 +79,7 @@ impl GridPass {
         for (count, other) in self.photons.iter_mut().zip(&other.photons) {
             count.found += other.found;
             count.one_lux = count.one_lux.max(other.one_lux);
+            count.brightest_lux = count.brightest_lux.max(other.brightest_lux);
         }
     }
 
@@ -102,7 +103,9 @@ impl GridPass {
         };
         let photons = self.photons.iter().zip(&factors).map(|(count, factor)| match *factor {
             0.0 => PhotonCount::default(),
-            factor => PhotonCount { one_lux: factor * count.one_lux, ..*count },
+            factor => {
+                PhotonCount { one_lux: factor * count.one_lux, brightest_lux: factor * count.brightest_lux, ..*count }
+            }
         });
         Self {
             illuminance: scaled(&self.illuminance),
@@ -134,11 +137,13 @@ fn add_each(values: &mut Vec<f64>, others: &[f64], factor: f64) {
 /// Photons that a sensor found in one pass, or in all.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PhotonCount {
-    /// Number of photons as bright as `one_lux` says, or a lower bound of it: what tells 0 from a few, and a few from many.
+    /// Number of photons, or a lower bound of it: what tells 0 from a few, and a few from many.
     pub found: f64,
-    /// Lux by which one photon more, of the brightest ones, would raise the pass' value, or in all the sum of these; 0 where it
-    /// is known that no light can come.
+    /// Lux by which one photon more would raise the pass' value, or in all the sum of these; 0 where it is known that no light
+    /// can come.
     pub one_lux: f64,
+    /// The same of one of the brightest photons, which many dim ones tell nothing of; 0 where photons are as good as alike.
+    pub brightest_lux: f64,
 }
 
 impl PhotonCount {
@@ -146,6 +151,7 @@ impl PhotonCount {
     pub fn add(&mut self, other: &Self) {
         self.found += other.found;
         self.one_lux += other.one_lux;
+        self.brightest_lux += other.brightest_lux;
     }
 }
 

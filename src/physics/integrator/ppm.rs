@@ -188,6 +188,7 @@ impl<const C: usize> Mean<C> {
         counts.iter().for_each(|count| photons.add(count));
         // the mean over the points of what one photon adds to the mean over them
         photons.one_lux *= share * share;
+        photons.brightest_lux *= share * share;
         let luminances: Vec<f64> = points.iter().map(|point| point.irradiance.luminance()).collect();
         Self {
             value,

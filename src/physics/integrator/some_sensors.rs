@@ -86,7 +86,7 @@ mod tests {
                 illuminance: (0..*sensors)
                     .map(|s| self.from + (10 * number + s) as f64 + 100.0 * pass as f64)
                     .collect(),
-                photons: vec![PhotonCount { found: self.from, one_lux: 1.0 }; *sensors],
+                photons: vec![PhotonCount { found: self.from, one_lux: 1.0, brightest_lux: 1.0 }; *sensors],
                 ..GridPass::default()
             };
             Some(Pass { grids: self.grids.iter().enumerate().map(grid).collect(), photons: 5, ..Pass::default() })

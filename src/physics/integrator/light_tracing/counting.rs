@@ -37,6 +37,7 @@ impl Counting {
             lux[sensors.clone()].iter().zip(&self.reachable[sensors]).map(move |(lux, reachable)| PhotonCount {
                 found: if *lux > 0.0 { found } else { 0.0 },
                 one_lux: if *reachable { one_lux } else { 0.0 },
+                brightest_lux: 0.0,
             })
         };
         sensors.iter().zip(connected).flat_map(of_plane).collect()

@@ -91,9 +91,9 @@ pub struct Maps<const C: usize> {
     beams: PhotonGrid<C, Numbered>,
     /// The surface of each, and where it comes from.
     beam_arrivals: Vec<(SurfaceId, Sunbeam)>,
-    /// Flux in lm of the [brightest photons][brightest_lm] that cross each grid's plane, or where none does, of those nearest to
-    /// doing so.
-    crossing_lm: Vec<f64>,
+    /// Mean flux in lm of the photons that cross each grid's plane, and that of the brightest, or where none does, of those nearest
+    /// to doing so.
+    crossing_lm: Vec<[f64; 2]>,
     /// Mean flux in lm of the photons on surfaces, or where none lies there, of those nearest to doing so.
     pub on_surfaces_lm: f64,
     /// Radius in metres for which the photons are sorted: gathering within any other is right, too, and as fast within
@@ -172,7 +172,11 @@ impl<const C: usize> Mapper<C> {
         };
         let on_surfaces_lm = mean_lm(&store.surfaces).unwrap_or(nearest_lm);
         let maps = Maps {
-            crossing_lm: store.planes.iter().map(|plane| brightest_lm(plane).unwrap_or(on_surfaces_lm)).collect(),
+            crossing_lm: store
+                .planes
+                .iter()
+                .map(|plane| [mean_lm(plane), brightest_lm(plane)].map(|flux| flux.unwrap_or(on_surfaces_lm)))
+                .collect(),
             on_surfaces_lm,
             beams: PhotonGrid::new(&numbered(store.beams.iter().map(|(photon, _)| photon)), radius),
             beam_arrivals: store.beams.iter().map(|(photon, beam)| (photon.on, *beam)).collect(),
@@ -323,11 +327,9 @@ impl<const C: usize> Mapper<C> {
         let area = domain.area(sensor, radius);
         // under what stands on the plane no light comes
         let can_come = self.crosses_planes && area >= LEAST_KERNEL * full;
-        let one_lm = maps.crossing_lm[number];
-        let one_lux = if can_come { one_lm / area } else { 0.0 };
-        // many dim ones tell nothing of the few bright ones that others found
-        let found = if one_lm > 0.0 { sums.0.luminance() / one_lm } else { 0.0 };
-        let count = PhotonCount { found, one_lux };
+        let [one_lux, brightest_lux] =
+            if can_come { maps.crossing_lm[number].map(|flux| flux / area) } else { [0.0; 2] };
+        let count = PhotonCount { found: sums.2 as f64, one_lux, brightest_lux };
         (density(sums, |radius| domain.area(sensor, radius), full, radius), count)
     }
 

@@ -222,6 +222,7 @@ impl<const C: usize> PhotonMapping<C> {
                         photons.found += caustics.1.found;
                         if !self.gathers_rays() {
                             photons.one_lux = caustics.1.one_lux;
+                            photons.brightest_lux = caustics.1.brightest_lux;
                         }
                     }
                     (lux, bias, photons)
@@ -291,7 +292,8 @@ impl<const C: usize> PhotonMapping<C> {
         // of one photon on a white surface, in the disc of one ray
         let kernel = PI * gathering.maps.radius * gathering.maps.radius;
         let one_lux = gathering.maps.on_surfaces_lm / (kernel * f64::from(count));
-        let photons = PhotonCount { found: gathered.found, one_lux: if can_come { one_lux } else { 0.0 } };
+        let photons =
+            PhotonCount { found: gathered.found, one_lux: if can_come { one_lux } else { 0.0 }, brightest_lux: 0.0 };
         ((direct.irradiance + gathered.irradiance).luminance(), direct.bias + gathered.bias, photons)
     }
 
