@@ -134,8 +134,15 @@ pub fn prepare_document(document: &ValidJob, meshes: &dyn MeshSource) -> Result<
     if let Some(sun) = &mut provenance.sun {
         sun.on = traceable.sun.is_some();
     }
-    let caveats = plan.methods.grids.iter().filter_map(|choice| choice.method.described().warns(&task));
-    warnings.extend(caveats.map(|caveat| Warning { code: caveat.code.into(), detail: caveat.detail }));
+    let Methods { grids, views, .. } = &plan.methods;
+    let outputs = [(grids, task.without_views()), (views, task.without_grids())];
+    let caveats = outputs.iter().filter_map(|(choice, task)| choice.as_ref()?.method.described().warns(task));
+    for caveat in caveats {
+        let warning = Warning { code: caveat.code.into(), detail: caveat.detail };
+        if !warnings.contains(&warning) {
+            warnings.push(warning);
+        }
+    }
     let engine = Engine::new(&traceable, &scene, &plan.methods, &stop, document.seed);
     let components = plan.methods.parts.map_or_else(Vec::new, |_| Component::of_scene(&traceable));
     let seconds_per_pass = plan::cost::seconds_per_pass(&scene, &traceable, &plan, stop.target()).max(1e-9);

@@ -107,6 +107,7 @@ fn photon_maps_warn_of_gloss_by_mirrors() {
     let warns = |method: &str, roughness: f64| {
         let prepared = prepare("S1", |document| {
             document["method"] = method.into();
+            document["grids"] = json!([]);
             document["room"]["surfaces"]["wall_east"] = json!({ "reflectance": 0.05, "specular": 0.85 });
             let floor = json!({ "reflectance": 0.3, "specular": 0.2, "roughness": roughness });
             document["room"]["surfaces"]["floor"] = floor;
