@@ -75,9 +75,9 @@ pub async fn plan(app: App, Query(query): Query<PredictQuery>, body: Body) -> Re
     // to the end: what waits for its pilot is as large as what is prepared
     let turn = permit(&app.permits.plans).await?;
     let posted = body.read(&turn).await?;
-    let (prepared, _) = prepare(&app, &turn, posted.value).await?;
+    let prepared = prepare(&app, &turn, posted.value).await?.prepared;
     let (plan, known) = (PlanResult::from(&prepared.plan), prepared.known());
     let (document, warnings) = (prepared.document.clone(), prepared.warnings.clone());
-    let predictions = query.predictions(&app.permits.pilots_of_plans, &Arc::new(prepared)).await?;
+    let predictions = query.predictions(&app.permits.pilots_of_plans, &prepared).await?;
     Ok(Json(PlanResource { document, plan, warnings, known, predictions }))
 }

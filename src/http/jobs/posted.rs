@@ -17,7 +17,7 @@ use crate::http::places::Place;
 use crate::http::problem::Problem;
 use crate::http::problem_kind::ProblemKind;
 use crate::http::turns::Turn;
-use crate::job::computation::canonical_hash;
+use crate::job::computation::{canonical_hash, computation};
 use crate::job::prepare::{Prepared, prepare_document};
 
 /// Bytes of a document for each value that it may have: a table of short numbers has one for five, and no document has more.
@@ -92,22 +92,32 @@ fn not_json(detail: String) -> Problem {
     Problem::new(ProblemKind::NotJson, detail)
 }
 
-/// Prepares a job off the async threads, because meshes can be large. Answers the uploaded meshes that it uses, too.
-pub async fn prepare(app: &Service, turn: &Turn, document: Value) -> Result<(Prepared, Vec<String>), Problem> {
+/// A job that can be queued, or planned.
+pub struct PreparedPost {
+    pub prepared: Arc<Prepared>,
+    /// Uploaded meshes that it uses.
+    pub meshes: Vec<String>,
+    /// Name of what is computed for it; see [`computation`].
+    pub computation: Option<String>,
+}
+
+/// Prepares a job off the async threads, because meshes can be large.
+pub async fn prepare(app: &Service, turn: &Turn, document: Value) -> Result<PreparedPost, Problem> {
     let (meshes, runtime) = (app.meshes.clone(), tokio::runtime::Handle::current());
     let memory_limit = app.limits.memory_limit_bytes();
     let prepared = off_thread(turn.clone(), move |cancel| {
         let meshes = meshes.for_document(runtime, cancel);
         let prepared = prepare_document(&JobDocument::from_value(document)?, &meshes)?;
         prepared.check_memory(memory_limit)?;
-        Ok::<_, DocumentErrors>((prepared, meshes.loaded()))
+        let computation = computation(&prepared.document);
+        Ok::<_, DocumentErrors>(PreparedPost { prepared: Arc::new(prepared), meshes: meshes.loaded(), computation })
     });
-    let (prepared, meshes) = prepared.await??;
-    let (asked, most) = (prepared.stop.max_seconds, app.limits.max_seconds);
+    let post = prepared.await??;
+    let (asked, most) = (post.prepared.stop.max_seconds, app.limits.max_seconds);
     if asked > most {
         let detail = format!("must be <= {most} on this service, but is {asked}");
         let error = FieldError::new("/stop/max_seconds", detail).coded(FieldErrorCode::OutOfRange);
         return Err(DocumentErrors::from(error).into());
     }
-    Ok((prepared, meshes))
+    Ok(post)
 }

@@ -9,19 +9,18 @@ use axum::response::{IntoResponse, Response};
 use uuid::Uuid;
 
 use super::plan::PredictQuery;
-use super::posted::{Body, prepare};
+use super::posted::{Body, PreparedPost, prepare};
 use super::resource::JobResource;
 use super::waited::{FinishedJob, Waiting};
 use crate::document::JobDocument;
 use crate::document::result::PlanResult;
 use crate::http::client::Client;
-use crate::http::limits::{off_thread, permit};
+use crate::http::limits::permit;
 use crate::http::outlive::HungUp;
 use crate::http::places::{Whose, count_refusal};
 use crate::http::problem::{Problem, Query};
 use crate::http::problem_kind::ProblemKind;
 use crate::http::{App, Service, prefer};
-use crate::job::computation::computation;
 use crate::job::prepare::Prepared;
 use crate::job::store::*;
 
@@ -92,11 +91,8 @@ pub async fn create(
             return Err(queue_full(&app));
         }
     }
-    let (prepared, meshes) = prepare(&app, &turn, posted.value).await?;
-    let prepared = Arc::new(prepared);
+    let PreparedPost { prepared, meshes, computation } = prepare(&app, &turn, posted.value).await?;
     let new = new_job(&prepared, posted.text, meshes, client)?;
-    let of_document = prepared.clone();
-    let computation = off_thread(turn.clone(), move |_| computation(&of_document.document)).await?;
     let predictions = query.predictions(&app.permits.pilots_of_jobs, &prepared).await?;
     drop(turn);
     let new = NewJob { idempotency_key, body_hash: posted.hash, computation, predictions, ..new };
