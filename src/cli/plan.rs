@@ -64,8 +64,7 @@ fn describe(plan: &PlanResult, warnings: &[Warning]) -> String {
         let _ = writeln!(text, "  tube {index}: {}: {}", guide.kind, guide.reason);
     }
     text += "methods\n";
-    let beside = ("sensors beside surfaces", &plan.methods.sensors_beside_surfaces);
-    for (outputs, method) in [("grids", &plan.methods.grids), beside, ("views", &plan.methods.views)] {
+    for (outputs, method) in [("grids", &plan.methods.grids), ("views", &plan.methods.views)] {
         if let Some(MethodResult { name, settings, reason }) = method {
             let settings = settings.as_object().into_iter().flatten().filter(|(_, value)| !value.is_null());
             let settings: Vec<String> = settings.map(|(name, value)| format!("{name} {value}")).collect();

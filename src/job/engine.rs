@@ -10,7 +10,6 @@ use crate::integrator::Integrator;
 use crate::integrator::components::InParts;
 use crate::integrator::cross_check::CrossChecked;
 use crate::integrator::method::{Computation, Task};
-use crate::integrator::some_sensors::SomeSensors;
 use crate::plan::{MethodChoice, Methods};
 use crate::scene::Scene;
 use crate::traceable::TraceableScene;
@@ -72,23 +71,8 @@ impl Engine {
                 Computation::Solution(solver) => Self::Solver(solver),
             };
         }
-        // some sensors may have a method of their own
         let of_grids = |choice: &MethodChoice, traceable: &Arc<TraceableScene>, seed: u64| {
-            let task = Task { traceable, ..task.without_views() };
-            let all = match build(choice, task, seed) {
-                Computation::Passes(all) => all,
-                solution @ Computation::Solution(_) => return solution,
-            };
-            let Some(some) = &methods.beside_surfaces else { return Computation::Passes(all) };
-            let few = some.as_grids(&scene.grids);
-            match build(&some.choice, Task { grids: &few, ..task }, seed) {
-                Computation::Passes(integrator) => {
-                    let places = some.places.clone();
-                    Computation::passes(SomeSensors { all, some: integrator, places })
-                }
-                // no solver computes some sensors
-                Computation::Solution(_) => Computation::Passes(all),
-            }
+            build(choice, Task { traceable, ..task.without_views() }, seed)
         };
         let mut grids = None;
         if let Some(choice) = &methods.grids {

@@ -191,7 +191,7 @@ fn kinds_of_tubes(tubes: &[Value]) -> Vec<(String, String)> {
 fn method(job: &Value) -> SheetPart {
     let methods = &job["plan"]["methods"];
     let mut facts = Vec::new();
-    for (name, of) in [("grids", "grids"), ("sensors beside surfaces", "sensors_beside_surfaces"), ("views", "views")] {
+    for (name, of) in [("grids", "grids"), ("views", "views")] {
         let method = &methods[of];
         if let Some(kind) = method["name"].as_str() {
             facts.push(fact(name, format!("{}: {}", kind.replace('_', " "), text(&method["reason"]))));

@@ -25,9 +25,17 @@ fn every_method_has_its_name_and_its_settings_in_documents_and_results() {
         let written = serde_json::to_value(&by_kind).unwrap();
         assert_eq!(written["kind"], *name);
         assert_eq!(read(&written), by_kind);
-        let MethodRequest::Method(method) = by_kind.request() else {
-            assert_eq!(*name, "auto");
-            continue;
+        let method = match by_kind.request() {
+            MethodRequest::Method(method) => method,
+            MethodRequest::InPlaceOf(former, method) => {
+                assert_eq!((former, method.name()), ("placed_vertices", "two_stage"));
+                assert_eq!(*name, former);
+                continue;
+            }
+            MethodRequest::Auto => {
+                assert_eq!(*name, "auto");
+                continue;
+            }
         };
         assert_eq!(method.name(), name.as_str().unwrap());
         let settings = settings_json(&method);
@@ -49,33 +57,31 @@ fn a_method_that_refuses_says_so_in_codes() {
     assert_eq!((&told["code"], &told["refusal"]), (&json!("method_refuses"), &json!("grids_only")));
 }
 
-/// Cells beside walls are counted by paths from the cells, those in the middle of a room by photons, points by placed vertices.
+/// Cells and points, beside walls and in the middle of a room, are computed by paths from sensors to what the tubes send.
 #[test]
-fn tubes_light_cells_beside_walls_by_paths() {
+fn tubes_light_points_and_cells_by_paths() {
     let mut document: Value = serde_json::from_str(include_str!("../../examples/thesis_room.json")).unwrap();
     document.as_object_mut().unwrap().remove("views");
-    let cases =
-        [("cell_average", 0.0, "two_stage"), ("cell_average", 0.4, "light_tracing"), ("point", 0.0, "placed_vertices")];
-    for (estimate, margin, method) in cases {
+    for (estimate, margin) in [("cell_average", 0.0), ("cell_average", 0.4), ("point", 0.0)] {
         let grid = json!({ "name": "floor", "height_m": 0, "cells": [9, 9], "margin_m": margin, "estimate": estimate });
         document["grids"] = json!([grid]);
         let prepared =
             prepare(document.to_string().as_bytes(), &SquarePipe).unwrap_or_else(|errors| panic!("{errors:?}"));
-        assert_eq!(prepared.method_names(), method, "{estimate} {margin}");
+        assert_eq!(prepared.method_names(), "two_stage", "{estimate} {margin}");
     }
 }
 
-/// Cells that lamps alone light are counted by paths from the cells; points are connected to what photons light.
+/// So they are where luminaires alone light the room.
 #[test]
-fn lamps_light_cells_by_paths_and_points_by_photons() {
+fn luminaires_light_points_and_cells_by_paths() {
     let mut document: Value = serde_json::from_str(include_str!("../../examples/cornell_box.json")).unwrap();
     document.as_object_mut().unwrap().remove("views");
     document["method"] = json!("auto");
-    for (estimate, method) in [("cell_average", "two_stage"), ("point", "light_tracing")] {
+    for estimate in ["cell_average", "point"] {
         document["grids"] = json!([{ "name": "floor", "height_m": 0.1, "cells": [4, 4], "estimate": estimate }]);
         let prepared =
             prepare(document.to_string().as_bytes(), &SquarePipe).unwrap_or_else(|errors| panic!("{errors:?}"));
-        assert_eq!(prepared.method_names(), method, "{estimate}");
+        assert_eq!(prepared.method_names(), "two_stage", "{estimate}");
     }
 }
 
@@ -91,7 +97,7 @@ fn jobs_of_dear_passes_look_at_their_errors_more_often() {
     assert_eq!([512, 16_777_216].map(is_judged_after_nine), [false, true]);
 }
 
-/// The reason of placed vertices speaks of the tubes that there are.
+/// The reason speaks of the tubes that there are.
 #[test]
 fn reasons_fit_the_tubes() {
     let reason = |change: &dyn Fn(&mut Value)| {
@@ -103,17 +109,17 @@ fn reasons_fit_the_tubes() {
         let prepared =
             prepare(document.to_string().as_bytes(), &SquarePipe).unwrap_or_else(|errors| panic!("{errors:?}"));
         let grids = prepared.plan.methods.grids.unwrap();
-        assert_eq!(grids.method.name(), "placed_vertices", "{}", grids.reason);
+        assert_eq!(grids.method.name(), "two_stage", "{}", grids.reason);
         grids.reason
     };
     let desk = json!([{ "kind": "box", "size_m": [0.6, 0.6, 0.7], "position_m": [0.5, 0.5, 0], "surface": { "reflectance": 0.5 } }]);
     let mixed = json!({ "kind": "mixed", "lambertian_radius_m": 0.06, "inner": "lambertian",
                         "lambertian_transmittance": 0.6, "clear_transmittance": 0.9 });
     let lamps = [reason(&|_| ()), reason(&|document| document["room"]["objects"] = desk.clone())];
-    assert!(lamps.iter().all(|reason| reason.contains("all tubes are lamps")), "{lamps:?}");
+    assert!(lamps.iter().all(|reason| reason.contains("what leaves the diffusers")), "{lamps:?}");
     assert!(lamps[1].contains("coarse radiosity solution"), "{lamps:?}");
     let in_part = reason(&|document| document["tubes"][0]["diffuser"] = mixed.clone());
-    assert!(in_part.contains("lamps in part") && !in_part.contains("all tubes"), "{in_part}");
+    assert!(in_part.contains("Lambertian zones") && in_part.contains("traced beside"), "{in_part}");
     let electric = reason(&|document| {
         document["tubes"] = json!([]);
         document.as_object_mut().unwrap().remove("sky");

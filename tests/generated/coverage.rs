@@ -23,8 +23,7 @@ const EFFORT: Effort = Effort { passes: 32, size: 0.5, fixed: 1 };
 const LONG: Effort = Effort { passes: 256, size: 2.0, fixed: 1 };
 
 /// Methods that tell the truth: the first that is of another kind than the one that is judged, and accepts the room.
-const TRUTHS: [&str; 5] =
-    ["placed_vertices", "light_tracing", "bidirectional_path_tracing", "path_tracing", "two_stage"];
+const TRUTHS: [&str; 4] = ["light_tracing", "bidirectional_path_tracing", "path_tracing", "two_stage"];
 
 /// Intervals that held, and all.
 #[derive(Clone, Copy, Debug, Default)]

@@ -43,9 +43,8 @@ pub fn config(cases: u32) -> ProptestConfig {
 }
 
 /// Methods that are compared, with their variants.
-pub const METHODS: [&str; 12] = [
+pub const METHODS: [&str; 11] = [
     "light_tracing",
-    "placed_vertices",
     "path_tracing",
     "bidirectional_path_tracing",
     "two_stage",
@@ -86,7 +85,7 @@ pub struct Found {
     pub tubes: Vec<Measured>,
 }
 
-/// The method of a document with settings for its outputs; those of `placed_vertices` are what users get who name none.
+/// The method of a document with settings for its outputs.
 fn method(document: &Value, name: &str, Effort { size, fixed, .. }: Effort) -> Value {
     let count = |outputs: &str, field: &str| -> f64 {
         let of = |output: &Value| output[field][0].as_f64().unwrap() * output[field][1].as_f64().unwrap();
@@ -120,7 +119,7 @@ fn method(document: &Value, name: &str, Effort { size, fixed, .. }: Effort) -> V
 /// The document with a method, which ends after its passes.
 pub fn job(document: &Value, name: &str, effort: Effort, seed: u64) -> Value {
     let mut job = document.clone();
-    if ["light_tracing", "placed_vertices", "lamp_responses", "holigilm"].contains(&name) {
+    if ["light_tracing", "lamp_responses", "holigilm"].contains(&name) {
         // they compute grids only, and are compared on these
         job["views"] = json!([]);
     }

@@ -68,7 +68,11 @@ fn assert_below(prepared: &Prepared, below_m: f64, reflected: f64, what: &str) {
 fn points_below_an_opening_are_right_by_default() {
     for diffuser in [lambertian(), clear(), mixed()] {
         for below_m in [0.026, 1e-3, 1e-4, 1e-9] {
-            let prepared = prepare("S1", |job| document(job, below_m, &diffuser, 0.0));
+            // the error of the whole grid, of which this is one sensor
+            let prepared = prepare("S1", |job| {
+                document(job, below_m, &diffuser, 0.0);
+                job["stop"]["relative_error"] = json!(if diffuser == lambertian() { 0.02 } else { 0.05 });
+            });
             let estimate = render(&prepared);
             let grid = &estimate.grids[0];
             let (lux, error) = (grid.illuminance_lux(BELOW), grid.standard_error_lux(BELOW));
@@ -76,7 +80,7 @@ fn points_below_an_opening_are_right_by_default() {
             let difference = (lux - on_axis(below_m)).abs();
             // a tenth of a percent for the sheet's own rounding of the closed form
             assert!(difference <= 4.5 * error + 1e-3 * lux, "{diffuser} {below_m}: {lux} +- {error}");
-            assert!(error < 0.05 * lux, "{diffuser} {below_m}: {lux} +- {error}");
+            assert!(error < 0.1 * lux, "{diffuser} {below_m}: {lux} +- {error}");
         }
     }
 }

@@ -314,7 +314,7 @@ fn documents_ask_for_responses_of_parts() {
     let error = refused(&|document| document["tubes"][0]["diffuser"]["lambertian_radius_m"] = json!(0.0));
     assert!(!error.detail.is_empty());
     let error = refused(&|document| {
-        document["method"] = json!("placed_vertices");
+        document["method"] = json!("two_stage");
         document["grids"][0]["estimate"] = json!("cell_average");
     });
     assert!(!error.pointer.is_empty());

@@ -12,7 +12,7 @@ use skyduct::integrator::Integrator;
 use skyduct::integrator::bidirectional::{Bidirectional, Sizes};
 use skyduct::integrator::method::RefusalCode;
 use skyduct::integrator::path_tracing;
-use skyduct::integrator::placed_vertices::PlacedVertices;
+use skyduct::integrator::two_stage;
 use skyduct::plan;
 use skyduct::scene::{EstimateKind, Scene, View};
 
@@ -45,13 +45,13 @@ fn points_in_a_corner() {
         let (scene, request) = document("auto", gloss);
         plan::Methods::choose(&scene, &traceable(&scene), &request).unwrap().grids.unwrap().method
     };
-    assert_eq!(chosen(0.2).name(), "bidirectional_path_tracing");
-    assert_eq!(chosen(0.0).name(), "placed_vertices");
+    assert_eq!([0.2, 0.0].map(|gloss| chosen(gloss).name()), ["two_stage"; 2]);
     let settings = path_tracing::Settings { samples_per_sensor: 4096, ..Default::default() };
     let paths = built(&scene, &settings, 2);
     let (truth, error) = values(&run(&scene, &*paths, 48));
-    let placed = PlacedVertices::<1>::new(traceable(&scene), &scene.grids, [4096, 16_384], 3);
-    for found in [run(&scene, &both_ways(&scene, 4_096, 1024, 2), 48), run(&scene, &placed, 48)] {
+    let stages = two_stage::Settings { samples_per_sensor: Some(4096), ..Default::default() };
+    let stages = built(&scene, &stages, 3);
+    for found in [run(&scene, &both_ways(&scene, 4_096, 1024, 2), 48), run(&scene, &*stages, 48)] {
         assert_grid(&found, &truth, &error, 4.0, 0.0, "corner");
         assert!(found.grids[0].standard_error_lux(0) < 0.01 * truth[0] && error[0] < 0.01 * truth[0]);
     }

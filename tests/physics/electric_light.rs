@@ -13,8 +13,8 @@ use skyduct::integrator::Integrator;
 use skyduct::integrator::photon::emission::Emission;
 use skyduct::integrator::photon::ledger::Account;
 use skyduct::integrator::photon::path::{Flight, Origin, Scattering, Visitor, trace};
-use skyduct::integrator::placed_vertices::PlacedVertices;
 use skyduct::integrator::sppm::Settings;
+use skyduct::integrator::two_stage;
 use skyduct::optics::Spectrum;
 use skyduct::sampling::{Key, PathSamples};
 use skyduct::scene::{EstimateKind, Grid, Luminaire, Scene};
@@ -25,7 +25,7 @@ fn values(estimate: &Estimate) -> Vec<f64> {
 }
 
 /// What goes up a tube from the room and comes back is no flux of the tube: under a panel that sends a hundred times more into the
-/// pipe than the sky does, light tracing finds the flux of placed vertices, which follow daylight alone there.
+/// pipe than the sky does, light tracing finds the flux of two stages, which follow daylight alone there.
 #[test]
 fn light_of_the_room_is_no_flux_of_a_tube() {
     let tube = straight(0.3, 0.95, lambertian(0.6, 0.2));
@@ -39,12 +39,12 @@ fn light_of_the_room_is_no_flux_of_a_tube() {
     scene.room.luminaires = vec![up];
     let traced = run(&scene, &*light_tracing(&scene, 65_536, 1), 32);
     scene.room.luminaires.clear();
-    let placed = PlacedVertices::<1>::new(traceable(&scene), &scene.grids, [65_536, 64], 2);
-    let placed = run(&scene, &placed, 32);
-    let [traced, placed] = [traced, placed].map(|estimate| estimate.tubes[0].into_room);
-    let error = DVec2::new(traced.standard_error(), placed.standard_error()).length();
-    assert!((traced.mean - placed.mean).abs() < 4.0 * error, "{traced:?} {placed:?}");
-    assert!(error < 0.01 * placed.mean);
+    let settings = two_stage::Settings { photons_per_pass: Some(65_536), ..Default::default() };
+    let stages = run(&scene, &*crate::scenes::built(&scene, &settings, 2), 32);
+    let [traced, stages] = [traced, stages].map(|estimate| estimate.tubes[0].into_room);
+    let error = DVec2::new(traced.standard_error(), stages.standard_error()).length();
+    assert!((traced.mean - stages.mean).abs() < 4.0 * error, "{traced:?} {stages:?}");
+    assert!(error < 0.01 * stages.mean);
 }
 
 /// A panel of 1 m x 1 m and 10 000 lm in the ceiling of a black room of 4 m x 4 m x 3 m, the geometry of case 5.3 of

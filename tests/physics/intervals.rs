@@ -19,7 +19,7 @@ fn intervals_of_means_hold_the_truth_where_passes_are_few_and_share_their_photon
         let truth = reference::json(&format!("scenes/{truth}.reference.json"))["mean_lux"].as_f64().unwrap();
         let holds = |seed: u64| {
             let prepared = prepare(scene, |document| {
-                document["method"] = json!("placed_vertices");
+                document["method"] = json!("two_stage");
                 document["seed"] = json!(seed);
                 document["stop"] = json!({ "relative_error": 0.05 });
             });

@@ -131,7 +131,7 @@ fn agrees(name: &str) {
         let by = |method| render(&row, &row.scene, column(method), effort, seed(&[name, method]));
         let (_, found) = match by(method) {
             // in its own column it has the settings that users get
-            Err(Left::Elsewhere) => by("placed_vertices"),
+            Err(Left::Elsewhere) => by("two_stage"),
             found => found,
         }
         .unwrap();

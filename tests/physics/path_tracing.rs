@@ -10,7 +10,7 @@ use skyduct::document::{JobDocument, WarningCode};
 use skyduct::integrator::Integrator;
 use skyduct::integrator::method::RefusalCode;
 use skyduct::integrator::path_tracing::{self, PathTracing};
-use skyduct::integrator::two_stage::{self, TwoStage};
+use skyduct::integrator::two_stage;
 use skyduct::job::progress::StoppedBy;
 use skyduct::job::spent::Spent;
 use skyduct::scene::{EstimateKind, Grid};
@@ -50,12 +50,13 @@ fn near_an_opening_the_error_stays_finite() {
     let margin = 0.5 * SIDE - 0.5 * RADIUS;
     scene.grids = vec![Grid::new("near".into(), SIDE - 0.001, [3, 1], margin, [SIDE, SIDE], EstimateKind::Point)];
     let paths = path_tracing::Settings { samples_per_sensor: 256, ..Default::default() };
-    let stages = two_stage::Sizes { photons: 4096, per_sensor: 256, per_pixel: 1 };
+    let stages =
+        two_stage::Settings { photons_per_pass: Some(4096), samples_per_sensor: Some(256), samples_per_pixel: 1 };
     // nothing but the disc, of exitance 1000 lm over its area, is seen from there, up to reflections below 1 %
     let exitance = 1000.0 / (PI * RADIUS * RADIUS);
     for method in [
         &PathTracing::<1>::new(traceable(&scene), &scene.grids, &[], &paths, 2) as &dyn Integrator,
-        &TwoStage::<1>::new(traceable(&scene), &scene.grids, &[], stages, 2),
+        &*crate::scenes::built(&scene, &stages, 2),
     ] {
         let (lux, error) = values(&run(&scene, method, 32));
         for (lux, error) in lux.iter().zip(&error) {

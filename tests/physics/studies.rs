@@ -48,7 +48,7 @@ fn errors_of_runs_are_what_they_tell() {
     assert!(cells.iter().all(|cell| cell.met), "{cells:#?}");
     assert_eq!(cells.iter().filter(|cell| cell.cheapest).count(), 2);
     assert_eq!((steps.len(), *steps.last().unwrap()), (study.runs.len() + 2, study.runs.len() + 1));
-    assert_eq!(study.runs[0].computed_by, "placed_vertices");
+    assert_eq!(study.runs[0].computed_by, "two_stage");
     let passes = |method: &str, asked: f64| -> u64 {
         let runs = study.runs.iter().filter(|run| run.method == method && run.asked == asked);
         runs.map(|run| run.passes).sum()
@@ -109,7 +109,7 @@ fn a_run_that_takes_too_long_ends_alone() {
 fn jobs_that_end_early_are_honest() {
     const SEEDS: u64 = 100;
     // errors that the first passes do not have
-    let asked = [("placed_vertices", 0.005), ("path_tracing", 0.04)];
+    let asked = [("two_stage", 0.005), ("path_tracing", 0.04)];
     let studies = asked.map(|(method, error)| {
         let request = StudyRequest { seeds: SEEDS, ..request(&[method]) };
         run(&request.to(vec![error]), &Folder, &Stop::default(), &mut |_| {}).unwrap()

@@ -245,7 +245,7 @@ fn documents_become_specular_surfaces() {
     assert_eq!(none.room.surfaces[Face::Floor as usize], Some(Surface::diffuse([0.1; 3])));
 }
 
-/// Points next to mirrors and narrow lobes are computed by photon mapping, with the reason; what is switched off counts
+/// Points next to mirrors are computed by photon mapping, with the reason, those next to lobes by paths; what is switched off counts
 /// as black.
 #[test]
 fn the_plan_names_what_is_glossy() {
@@ -257,8 +257,8 @@ fn the_plan_names_what_is_glossy() {
     let floor = |roughness: f64| json!({ "reflectance": 0.1, "specular": 0.5, "roughness": roughness });
     for (roughness, method, reason, effect) in [
         (0.0, "photon_mapping", "mirror", "mirrors among the surfaces"),
-        (0.1, "photon_mapping", "rare and bright", "roughness 0.1"),
-        (0.5, "light_tracing", "unbiased", "up to 50 %"),
+        (0.1, "two_stage", "coarse radiosity", "roughness 0.1"),
+        (0.5, "two_stage", "coarse radiosity", "up to 50 %"),
     ] {
         let prepared = plan(floor(roughness), json!({}));
         let choice = prepared.plan.methods.grids.clone().unwrap();
@@ -268,7 +268,7 @@ fn the_plan_names_what_is_glossy() {
         assert!(glossy.on && glossy.reason.contains(effect), "{glossy:?}");
     }
     let off = plan(floor(0.0), json!({ "glossy": "off" }));
-    assert_eq!(off.plan.methods.grids.as_ref().unwrap().method.name(), "placed_vertices");
+    assert_eq!(off.plan.methods.grids.as_ref().unwrap().method.name(), "two_stage");
     let effect = glossy(&off).unwrap();
     assert!(!effect.on && effect.reason.contains("absorb"), "{effect:?}");
     // half of the light is mirrored once at the most, and seven tenths go on at the brightest surface

@@ -124,6 +124,8 @@ pub fn sppm(scene: &Scene, settings: &sppm::Settings, seed: u64) -> Box<dyn Inte
 /// Adds up passes 0..`passes` of one method.
 pub fn run(scene: &Scene, method: &dyn Integrator, passes: u64) -> Estimate {
     let mut estimate = Estimate::empty(scene);
+    let start = method.start();
+    estimate.begin(Some(&start), Some(&start));
     for pass in 0..passes {
         let pass = method.pass_after(pass, &estimate.carried, &AtomicBool::new(false)).unwrap();
         estimate.push(Some(&pass), Some(&pass));

@@ -55,11 +55,13 @@ const METHODS: &[Entry] = &[
     Entry::of::<sppm::SppmMethod>(),
     Entry::of::<light_tracing::LightTracingMethod>(),
     Entry::of::<two_stage::TwoStageMethod>(),
-    Entry::of::<placed_vertices::PlacedVerticesMethod>(),
     Entry::of::<lamp_responses::LampResponsesMethod>(),
     Entry::of::<holigilm::HoligilmMethod>(),
     Entry::of::<jenkins::JenkinsMethod>(),
 ];
+
+/// Methods of which others have taken the place: documents may name them, and they are not offered.
+const FORMER: &[Entry] = &[Entry::of::<placed_vertices::PlacedVerticesMethod>()];
 
 /// Functions of this room for a method of which it has but the name.
 struct Entry {
@@ -90,7 +92,7 @@ impl Entry {
 }
 
 fn entry(name: &str) -> Option<&'static Entry> {
-    METHODS.iter().find(|entry| entry.name == name)
+    METHODS.iter().chain(FORMER).find(|entry| entry.name == name)
 }
 
 /// A method's name, or an object of `kind` and the method's own settings.
@@ -132,7 +134,7 @@ impl MethodDocument {
         };
         let of = |entry: &Entry| match own(entry) {
             MethodRequest::Method(method) => Some(method),
-            MethodRequest::Auto => None,
+            MethodRequest::Auto | MethodRequest::InPlaceOf(..) => None,
         };
         METHODS.iter().filter_map(of).collect()
     }
@@ -202,7 +204,10 @@ impl<'de> Visitor<'de> for MethodVisitor {
 }
 
 fn computes_grids_only(request: &MethodRequest) -> bool {
-    matches!(request, MethodRequest::Method(method) if !method.described().knows().views)
+    match request {
+        MethodRequest::Method(method) | MethodRequest::InPlaceOf(_, method) => !method.described().knows().views,
+        MethodRequest::Auto => false,
+    }
 }
 
 /// The names of methods that compute grids only.
@@ -221,8 +226,9 @@ pub struct MethodKind;
 
 impl PartialSchema for MethodKind {
     fn schema() -> RefOr<Schema> {
-        let kinds = ObjectBuilder::new().schema_type(Type::String).enum_values(Some(names()));
-        kinds.description(Some("How the light is computed.")).into()
+        let all = names().chain(FORMER.iter().map(|entry| entry.name));
+        let kinds = ObjectBuilder::new().schema_type(Type::String).enum_values(Some(all));
+        kinds.description(Some("How the light is computed. `placed_vertices` is a former name of `two_stage`.")).into()
     }
 }
 
@@ -246,7 +252,7 @@ const WITH_SETTINGS: &str = "MethodWithSettings";
 pub fn complete_schema(schemas: &mut Schemas) {
     let mut discriminator = Discriminator::new("kind");
     let mut one_of = OneOfBuilder::new().description(Some("A method and its own settings."));
-    for entry in METHODS {
+    for entry in METHODS.iter().chain(FORMER) {
         let RefOr::T(Schema::Object(mut object)) = (entry.schema)() else { continue };
         let kind = ObjectBuilder::new().schema_type(Type::String).enum_values(Some([entry.name]));
         object.required = vec!["kind".to_owned()];
@@ -282,5 +288,5 @@ pub fn limits() -> Vec<(String, &'static str, Limit)> {
         let component = entry.component();
         (entry.limits)().into_iter().map(move |(name, limit)| (component.clone(), name, limit))
     };
-    METHODS.iter().flat_map(of).collect()
+    METHODS.iter().chain(FORMER).flat_map(of).collect()
 }

@@ -47,9 +47,6 @@ pub struct GuideResult {
 pub struct MethodsResult {
     /// Method of all grids.
     pub grids: Option<MethodResult>,
-    /// Method that takes its place at point sensors which lie close beside a surface; absent where there are none.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub sensors_beside_surfaces: Option<MethodResult>,
     /// Method of all views.
     pub views: Option<MethodResult>,
     /// Method that checks the grids, where `cross_check` asks for it; absent where it does not.
@@ -71,13 +68,11 @@ pub struct MethodResult {
 
 impl From<&Plan> for PlanResult {
     fn from(plan: &Plan) -> Self {
-        let beside = plan.methods.beside_surfaces.as_ref();
         Self {
             effects: plan.effects.list.iter().map(EffectResult::from).collect(),
             guides: plan.guides.iter().map(GuideResult::from).collect(),
             methods: MethodsResult {
                 grids: plan.methods.grids.as_ref().map(MethodResult::from),
-                sensors_beside_surfaces: beside.map(|some| MethodResult::from(&some.choice)),
                 views: plan.methods.views.as_ref().map(MethodResult::from),
                 cross_check: plan.methods.check.as_ref().map(MethodResult::from),
             },

@@ -29,12 +29,14 @@ pub(crate) fn mesh_objects(
     meshes: &dyn MeshSource,
     checks: &mut Checks,
 ) -> Vec<MeshObject> {
-    let (mut objects, mut numbers) = (Vec::new(), Vec::new());
+    let (mut objects, mut numbers, mut on_themselves) = (Vec::new(), Vec::new(), Vec::new());
     let mut triangles = 0;
     for (index, object) in room.objects.iter().enumerate() {
         let pointer = format!("/room/objects/{index}");
         let ObjectDocument::Mesh(object) = object else { continue };
-        let Some(object) = mesh_object(&pointer, object, room.size_m, meshes, checks) else { continue };
+        let Some((object, lies_on_itself)) = mesh_object(&pointer, object, room.size_m, meshes, checks) else {
+            continue;
+        };
         triangles += object.mesh.triangles.len();
         if triangles > MOST_TRIANGLES {
             let detail = format!("the meshes of all objects have more than {MOST_TRIANGLES} triangles together");
@@ -43,22 +45,23 @@ pub(crate) fn mesh_objects(
         }
         numbers.push(index);
         objects.push(object);
+        on_themselves.push(lies_on_itself);
     }
     if checks.errors.is_empty() {
         cover_no_opening(room, tubes, &objects, &numbers, checks);
-        one_sheet_each(&mut objects, &numbers, DVec3::from(room.size_m), checks);
+        one_sheet_each(&mut objects, (&numbers, &on_themselves), DVec3::from(room.size_m), checks);
     }
     objects
 }
 
-/// The object at `pointer` in the frame of a room of `size_m`; `None` after an error.
+/// The object at `pointer` in the frame of a room of `size_m`, and whether parts of it lie on others; `None` after an error.
 fn mesh_object(
     pointer: &str,
     object: &MeshObjectDocument,
     size_m: [f64; 3],
     meshes: &dyn MeshSource,
     checks: &mut Checks,
-) -> Option<MeshObject> {
+) -> Option<(MeshObject, bool)> {
     let MeshObjectDocument { mesh: id, unit, up, position_m, rotation_deg, surfaces: by_name } = object;
     let in_file_units = match meshes.load(id) {
         Ok(mesh) => mesh,
@@ -92,14 +95,17 @@ fn mesh_object(
         // what touches a wall up to rounding must not reach behind it
         *position = position.clamp(DVec3::ZERO, DVec3::from(size_m));
     }
-    match without_repeats(&mesh, |a, b| surfaces[a as usize] == surfaces[b as usize]) {
-        Ok(once) => mesh = once.unwrap_or(mesh),
+    let lies_on_itself = match without_repeats(&mesh, |a, b| surfaces[a as usize] == surfaces[b as usize]) {
+        Ok(once) => {
+            mesh = once.mesh.unwrap_or(mesh);
+            once.lies_on_itself
+        }
         Err(untold) => {
             checks.refuse(format!("{pointer}/mesh"), untold_words(untold, &mesh));
             return None;
         }
-    }
-    Some(MeshObject { mesh, surfaces })
+    };
+    Some((MeshObject { mesh, surfaces }, lies_on_itself))
 }
 
 /// One surface per material of the mesh; names on either side without a partner are errors.

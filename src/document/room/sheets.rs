@@ -6,19 +6,24 @@ use glam::DVec3;
 
 use crate::document::errors::Checks;
 use crate::geometry::TriangleMesh;
-use crate::geometry::coincident::{overlaps, rounding};
+use crate::geometry::coincident::{Overlap, TooMany, overlaps, rounding};
 use crate::geometry::facets::pieces;
 use crate::geometry::sheets::{Meeting, Sheets, Untold, apart};
 use crate::geometry::welded;
 use crate::optics::Surface;
 use crate::scene::MeshObject;
 
-/// Makes each place of some objects in a room of `size` one sheet; `numbers`: those of the objects in the document. Refuses what
-/// contradicts itself.
+/// Makes each place of some objects in a room of `size` one sheet; `numbers`: those of the objects in the document, and whether parts of
+/// each lie on others of it. Refuses what contradicts itself.
 ///
 /// Faces of closed bodies that touch stay. What is open lies on what is closed, and of closed bodies whose faces are flush the
 /// first one's is seen.
-pub fn one_sheet_each(objects: &mut [MeshObject], numbers: &[usize], size: DVec3, checks: &mut Checks) {
+pub fn one_sheet_each(
+    objects: &mut [MeshObject],
+    (numbers, on_themselves): (&[usize], &[bool]),
+    size: DVec3,
+    checks: &mut Checks,
+) {
     let mut all = Sheets::default();
     let (mut surfaces, mut owners): (Vec<Surface>, Vec<usize>) = (Vec::new(), Vec::new());
     for (owner, object) in objects.iter().enumerate() {
@@ -32,7 +37,7 @@ pub fn one_sheet_each(objects: &mut [MeshObject], numbers: &[usize], size: DVec3
     }
     all.sources = (0..all.triangles.len() as u32).collect();
     let near = rounding(&all.positions, &all.triangles);
-    let told = overlaps(&all.positions, &all.triangles, near).map_err(Untold::from).and_then(|found| {
+    let told = overlaps_of_objects(&all, (&owners, on_themselves), near).map_err(Untold::from).and_then(|found| {
         if found.is_empty() {
             return Ok(None);
         }
@@ -72,6 +77,41 @@ pub fn one_sheet_each(objects: &mut [MeshObject], numbers: &[usize], size: DVec3
         }
         Err(Untold::TooMany(reason)) => checks.refuse("/room/objects", reason.to_string()),
     }
+}
+
+/// Pairs of triangles that have a part in common. Of an object of which no part lies on another one only those are asked that are within the
+/// bounds of other objects.
+fn overlaps_of_objects(
+    all: &Sheets,
+    (owners, on_themselves): (&[usize], &[bool]),
+    near: f64,
+) -> Result<Vec<Overlap>, TooMany> {
+    let corners = |triangle: &[u32; 3]| triangle.map(|corner| all.positions[corner as usize]);
+    let mut bounds: Vec<[DVec3; 2]> = Vec::new();
+    for (triangle, owner) in all.triangles.iter().zip(owners) {
+        bounds.resize(bounds.len().max(owner + 1), [DVec3::INFINITY, DVec3::NEG_INFINITY]);
+        let [low, high] = &mut bounds[*owner];
+        for corner in corners(triangle) {
+            (*low, *high) = (low.min(corner), high.max(corner));
+        }
+    }
+    let touch = |a: [DVec3; 2], b: [DVec3; 2]| ((a[0] - near).cmple(b[1]) & (b[0] - near).cmple(a[1])).all();
+    let others_of = |(one, own): (usize, &[DVec3; 2])| -> Vec<[DVec3; 2]> {
+        let others = bounds.iter().enumerate().filter(|(other, _)| *other != one);
+        others.map(|(_, other)| *other).filter(|other| touch(*own, *other)).collect()
+    };
+    let others: Vec<Vec<[DVec3; 2]>> = bounds.iter().enumerate().map(others_of).collect();
+    let meets_another = |number: &u32| {
+        let [a, b, c] = corners(&all.triangles[*number as usize]);
+        let own = [a.min(b).min(c), a.max(b).max(c)];
+        let owner = owners[*number as usize];
+        on_themselves[owner] || others[owner].iter().any(|other| touch(own, *other))
+    };
+    let asked: Vec<u32> = (0..all.triangles.len() as u32).filter(meets_another).collect();
+    let triangles: Vec<[u32; 3]> = asked.iter().map(|number| all.triangles[*number as usize]).collect();
+    let mut found = overlaps(&all.positions, &triangles, near)?;
+    found.iter_mut().for_each(|pair| pair.triangles = pair.triangles.map(|place| asked[place as usize]));
+    Ok(found)
 }
 
 /// Rule by which polygons have sides, for errors about two materials of one.

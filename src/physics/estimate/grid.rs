@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use super::residual::Residuals;
 use crate::analytic::GridSolution;
 use crate::integrator::{GridPass, PhotonCount};
 use crate::scene::Grid;
@@ -18,6 +19,8 @@ pub struct GridEstimate {
     pub contrasts: Vec<Moments>,
     /// Photons that each sensor has found in all passes; zeros for methods that count none.
     pub photons: Vec<PhotonCount>,
+    /// What of each sensor is known from a coarse solution, and beyond it, where the method tells that.
+    pub residuals: Residuals,
     /// The grid's mean illuminance.
     pub mean: Moments,
     /// The values come from a solver: errors are numerical, and alike at neighbours.
@@ -40,6 +43,7 @@ impl GridEstimate {
             bias: none,
             contrasts: Vec::new(),
             photons: vec![PhotonCount::default(); sensors],
+            residuals: Residuals::default(),
             mean: Moments::default(),
             numerical: false,
             beside: Vec::new(),
@@ -72,6 +76,7 @@ impl GridEstimate {
     /// Makes room for what passes give beside values; `start`: a pass of no light.
     pub fn begin(&mut self, start: &GridPass) {
         self.contrasts = vec![Moments::default(); start.contrasts.len()];
+        self.residuals = Residuals::of_zones(&start.zones);
         let sensors = self.sensors.len();
         let begun = |start: &GridPass| {
             let mut estimate = Self { free: self.free.clone(), ..Self::empty(sensors) };
@@ -89,6 +94,7 @@ impl GridEstimate {
         self.sensors.iter_mut().zip(&pass.illuminance).for_each(|(sensor, value)| sensor.push(*value));
         self.bias.iter_mut().zip(&pass.bias).for_each(|(sensor, value)| sensor.push(*value));
         push_each(&mut self.contrasts, &pass.contrasts);
+        self.residuals.push(&pass.illuminance, &pass.residual);
         self.photons.iter_mut().zip(&pass.photons).for_each(|(all, of_pass)| all.add(of_pass));
         self.mean.push(self.mean_of(&pass.illuminance));
         self.beside.iter_mut().zip(beside).for_each(|(beside, pass)| beside.push(pass));
@@ -125,21 +131,26 @@ impl GridEstimate {
         self.sensors.iter_mut().zip(&later.sensors).for_each(|(all, part)| all.merge(part));
         self.bias.iter_mut().zip(&later.bias).for_each(|(all, part)| all.merge(part));
         merge_each(&mut self.contrasts, &later.contrasts);
+        self.residuals.merge(&later.residuals);
         self.photons.iter_mut().zip(&later.photons).for_each(|(all, part)| all.add(part));
         self.mean.merge(&later.mean);
         self.numerical |= later.numerical;
         self.beside.iter_mut().zip(&later.beside).for_each(|(all, part)| all.merge(part));
     }
 
-    /// Illuminance of a sensor in lux: the mean over the passes, zero without any.
+    /// Illuminance of a sensor in lux: the mean over the passes, or by a coarse solution and what sensors have in common beyond it; zero
+    /// without any pass.
     pub fn illuminance_lux(&self, sensor: usize) -> f64 {
-        self.sensors[sensor].mean
+        if self.residuals.is_empty() { self.sensors[sensor].mean } else { self.residuals.value_and_variance(sensor).0 }
     }
 
     /// Standard error in lux, the estimated bias and the error of fixed points included, and not below that of few photons, nor below
     /// what one bright photon more would add; infinite with fewer than two passes.
     pub fn standard_error_lux(&self, sensor: usize) -> f64 {
-        let error = error_with_bias(&self.sensors[sensor], self.bias.get(sensor));
+        let error = match self.residuals.is_empty() {
+            true => error_with_bias(&self.sensors[sensor], self.bias.get(sensor)),
+            false => self.residuals.value_and_variance(sensor).1.sqrt(),
+        };
         let error = libm::hypot(error, self.fixed_point_variance(sensor).sqrt());
         error.max(self.error_of_few_photons_lux(sensor)).max(self.brightest_photon_lux(sensor))
     }
@@ -174,12 +185,13 @@ impl GridEstimate {
 
     /// Gives `f` every number in a fixed order, to read or to replace: checkpoints store them so.
     pub fn for_each_value(&mut self, f: &mut impl FnMut(&mut f64)) {
-        let Self { sensors, bias, contrasts, photons, mean, numerical: _, beside, free: _ } = self;
+        let Self { sensors, bias, contrasts, photons, residuals, mean, numerical: _, beside, free: _ } = self;
         sensors.iter_mut().chain(bias).chain(contrasts).chain([mean]).for_each(|moments| moments.for_each_value(f));
         photons
             .iter_mut()
             .flat_map(|PhotonCount { found, one_lux, brightest_lux }| [found, one_lux, brightest_lux])
             .for_each(&mut *f);
+        residuals.for_each_value(f);
         beside.iter_mut().for_each(|grid| grid.for_each_value(f));
     }
 }

@@ -5,6 +5,7 @@ pub mod error_law;
 pub mod film;
 pub mod grid;
 pub mod grid_statistics;
+pub mod residual;
 pub mod stopping;
 
 pub use discrepancy::Discrepancy;

@@ -1,6 +1,9 @@
 //! Triangles that lie on each other: polygons that a file writes twice, or that overlap in one plane.
 
+use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
+
 use glam::DVec3;
+use rayon::prelude::*;
 
 use super::bvh::TriangleBvh;
 use super::convex::{area_vector, is_wide, perimeter};
@@ -42,9 +45,8 @@ pub fn rounding(positions: &[DVec3], triangles: &[[u32; 3]]) -> f64 {
 ///
 /// Parts that are narrower are none: neighbours share an edge, but no part.
 pub fn overlaps(positions: &[DVec3], triangles: &[[u32; 3]], near: f64) -> Result<Vec<Overlap>, TooMany> {
-    let mut pairs = Vec::new();
     if triangles.len() < 2 {
-        return Ok(pairs);
+        return Ok(Vec::new());
     }
     let corners = |number: u32| triangles[number as usize].map(|corner| positions[corner as usize]);
     let bounds: Vec<[DVec3; 2]> = (0..triangles.len() as u32)
@@ -54,28 +56,32 @@ pub fn overlaps(positions: &[DVec3], triangles: &[[u32; 3]], near: f64) -> Resul
         })
         .collect();
     let set = TriangleBvh::of_mesh(positions.to_vec(), triangles.to_vec());
-    let mut compared = 0;
-    for number in 0..triangles.len() as u32 {
-        let [low, high] = bounds[number as usize].map(|corner| corner);
+    // what was done by all: others stop as well once it is too much
+    let (compared, kept) = (AtomicU64::new(0), AtomicUsize::new(0));
+    let of_triangle = |number: u32| {
+        let [low, high] = bounds[number as usize];
         let (low, high, own) = (low - near, high + near, corners(number));
-        let mut found = Vec::new();
+        let (mut found, mut looked_at) = (Vec::new(), 0);
         set.around(low, high, |other| {
-            compared += 1;
+            looked_at += 1;
             let [other_low, other_high] = bounds[other as usize];
             if other > number && (low.cmple(other_high) & other_low.cmple(high)).all() {
                 found.push(other);
             }
         });
         found.sort_unstable();
-        pairs.extend(found.into_iter().filter_map(|other| {
+        let overlap = |other: u32| {
             let (area_m2, turned) = common(&own, &corners(other), near)?;
             Some(Overlap { triangles: [number, other], area_m2, turned })
-        }));
-        if pairs.len() > MOST_PAIRS || compared > MOST_COMPARED {
-            return Err(TooMany);
-        }
-    }
-    Ok(pairs)
+        };
+        let pairs: Vec<Overlap> = found.into_iter().filter_map(overlap).collect();
+        let too_many = kept.fetch_add(pairs.len(), Ordering::Relaxed) + pairs.len() > MOST_PAIRS
+            || compared.fetch_add(looked_at, Ordering::Relaxed) + looked_at > MOST_COMPARED;
+        if too_many { Err(TooMany) } else { Ok(pairs) }
+    };
+    let pairs: Result<Vec<Vec<Overlap>>, TooMany> =
+        (0..triangles.len() as u32).into_par_iter().map(of_triangle).collect();
+    Ok(pairs?.concat())
 }
 
 /// Area of the common part of two triangles, and whether one is wound the other way; `None` without a common part.

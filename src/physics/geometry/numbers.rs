@@ -67,24 +67,6 @@ impl<S: Simd> Numbers<S> {
         self.is_below(other).pick(self, other)
     }
 
-    /// The lesser one of each pair of numbers, of which none is `not a number`: one instruction. Of zeros of either sign it is any.
-    #[inline(always)]
-    pub fn least_of(self, other: Self) -> Self {
-        Self(self.0, self.0.min_f64s(self.1, other.1))
-    }
-
-    /// The larger one of each pair, likewise.
-    #[inline(always)]
-    pub fn most_of(self, other: Self) -> Self {
-        Self(self.0, self.0.max_f64s(self.1, other.1))
-    }
-
-    /// The largest of them.
-    #[inline(always)]
-    pub fn largest(self) -> f64 {
-        self.0.reduce_max_f64s(self.1)
-    }
-
     /// The square roots.
     #[inline(always)]
     pub fn root(self) -> Self {

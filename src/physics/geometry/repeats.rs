@@ -10,18 +10,24 @@ use super::facets::pieces;
 use super::sheets::{self, Meeting, Sheets, Untold};
 use super::welded;
 
-/// The mesh with every polygon once, with what either side is made of; `None` where that is the mesh itself.
+/// A mesh with every polygon once.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Once {
+    /// With what either side is made of; `None` where that is the mesh itself.
+    pub mesh: Option<TriangleMesh>,
+    /// True if parts of it lay on others; some may still.
+    pub lies_on_itself: bool,
+}
+
+/// The mesh with every polygon once.
 ///
 /// Triangles on each other are repeats where all of their plane is covered equally often. Faces of bodies that touch are none: bodies
 /// end there. What covers others in part stays. `is_same` says whether two materials are one.
-pub fn without_repeats(
-    mesh: &TriangleMesh,
-    is_same: impl Fn(u32, u32) -> bool,
-) -> Result<Option<TriangleMesh>, Untold> {
+pub fn without_repeats(mesh: &TriangleMesh, is_same: impl Fn(u32, u32) -> bool) -> Result<Once, Untold> {
     let near = rounding(&mesh.positions, &mesh.triangles);
     let found = overlaps(&mesh.positions, &mesh.triangles, near)?;
     if found.is_empty() {
-        return Ok(None);
+        return Ok(Once::default());
     }
     let positions = rounded(&mesh.positions, near);
     let layers = Layers::new(&positions, &mesh.triangles, &found, near);
@@ -43,7 +49,7 @@ pub fn without_repeats(
     }
     let numbers: Vec<u32> = (0..mesh.triangles.len() as u32).filter(|number| kept[*number as usize]).collect();
     if numbers.len() == kept.len() && !mixed.contains(&true) {
-        return Ok(None);
+        return Ok(Once { mesh: None, lies_on_itself: true });
     }
     let given =
         Sheets { positions, triangles: mesh.triangles.clone(), sides, sources: (0..kept.len() as u32).collect() };
@@ -61,7 +67,7 @@ pub fn without_repeats(
     };
     once.set_sides(left.iter().map(|number| whole.sides[*number]));
     once.dropped.repeated += mesh.triangles.len() - numbers.len();
-    Ok(Some(once))
+    Ok(Once { mesh: Some(once), lies_on_itself: true })
 }
 
 /// Triangles and how often what they cover is covered.

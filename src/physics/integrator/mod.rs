@@ -7,7 +7,7 @@
 //! `lamp` cuts paths at Lambertian diffusers: what leaves them is found once for all of the room.
 //!
 //! `method` says what the rest of the program has to know of a method, `pass` what a pass is, `pass_size` how large one is, `trial` what
-//! a few small ones tell, `registry` which methods there are, `deterministic` what those without passes share, `some_sensors` joins two methods, `components` passes of parts of
+//! a few small ones tell, `registry` which methods there are, `deterministic` what those without passes share, `components` passes of parts of
 //! the light, `cross_check` a method and its check. Every other entry is a method: its settings, which say what it knows, refuses
 //! and costs, its state and its pass.
 //!
@@ -32,11 +32,10 @@ pub mod path_tracing;
 pub mod photon;
 pub mod photon_map;
 pub mod photon_mapping;
-pub mod placed_vertices;
 pub mod ppm;
+pub mod radiosity;
 mod registry;
 pub(crate) mod roulette;
-pub mod some_sensors;
 pub mod sppm;
 pub mod trial;
 pub mod two_stage;

@@ -61,6 +61,11 @@ pub struct GridPass {
     /// Contrasts among the points of each sensor, where points are the same in every pass: equally many for each
     /// sensor, and their squares add up to the variance of the choice of points. Else empty.
     pub contrasts: Vec<f64>,
+    /// What of each sensor's illuminance is beyond a coarse solution, in lux; empty where the method tells none, or where it is one part
+    /// of the light among others.
+    pub residual: Vec<f64>,
+    /// Of the state before the first pass: the zone of each sensor by which residuals are judged together; empty without residuals.
+    pub zones: Vec<u8>,
     /// Photons behind each sensor's value; empty where the method's errors need no count of them.
     pub photons: Vec<PhotonCount>,
     /// The same grid in parts of the light, or by another method; as many in every pass.
@@ -68,7 +73,8 @@ pub struct GridPass {
 }
 
 impl GridPass {
-    /// Adds another part of the light on the same sensors, by the same method.
+    /// Adds another part of the light on the same sensors, by the same method. Of several parts no residual is told: these would not add
+    /// up as the parts do.
     pub fn add(&mut self, other: &Self) {
         add_each(&mut self.illuminance, &other.illuminance, 1.0);
         add_each(&mut self.bias, &other.bias, 1.0);
@@ -88,7 +94,7 @@ impl GridPass {
         let nothing = |values: &[f64]| vec![0.0; values.len()];
         let photons = vec![PhotonCount::default(); other.photons.len()];
         let (illuminance, bias) = (nothing(&other.illuminance), nothing(&other.bias));
-        self.add(&Self { illuminance, bias, contrasts: nothing(&other.contrasts), photons, beside: Vec::new() });
+        self.add(&Self { illuminance, bias, contrasts: nothing(&other.contrasts), photons, ..Self::default() });
     }
 
     /// The same for the parts of sensors that no solid takes, of which these are the shares: what covers the rest is dark in every
@@ -111,6 +117,8 @@ impl GridPass {
             illuminance: scaled(&self.illuminance),
             bias: scaled(&self.bias),
             contrasts: scaled(&self.contrasts),
+            residual: scaled(&self.residual),
+            zones: self.zones.clone(),
             photons: photons.collect(),
             beside: Vec::new(),
         }
@@ -118,7 +126,7 @@ impl GridPass {
 
     /// What is left without a part of the light. The photons stay, which are behind what is left as well.
     pub fn without(&self, part: &Self) -> Self {
-        let mut left = self.clone();
+        let mut left = Self { residual: Vec::new(), ..self.clone() };
         add_each(&mut left.illuminance, &part.illuminance, -1.0);
         add_each(&mut left.bias, &part.bias, -1.0);
         add_each(&mut left.contrasts, &part.contrasts, -1.0);

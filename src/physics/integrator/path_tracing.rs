@@ -174,8 +174,8 @@ impl<const C: usize> Integrator for PathTracing<C> {
             let sensors = each(grid.len(), cancel, |index| {
                 backward::pass::sensor::<C>(scene, grid, index, sampling, stream.child(index as u64), &Followed)
             })?;
-            let (illuminance, of_sensors): (Vec<f64>, Vec<RayCount>) = sensors.into_iter().unzip();
-            rays += of_sensors.into_iter().sum::<RayCount>();
+            rays += sensors.iter().map(|(_, rays)| *rays).sum::<RayCount>();
+            let illuminance = sensors.into_iter().map(|(lux, _)| lux.whole).collect();
             result.grids.push(GridPass { illuminance, ..GridPass::default() });
         }
         for (number, view) in self.views.iter().enumerate() {
@@ -194,5 +194,5 @@ impl<const C: usize> Integrator for PathTracing<C> {
 }
 
 fn sampling(paths: u32) -> Sampling {
-    Sampling { paths, certain: 0, pairs: SOBOL_PAIRS }
+    Sampling { paths, beyond: paths, certain: 0, pairs: SOBOL_PAIRS }
 }

@@ -4,8 +4,7 @@
 
 use super::method::Described;
 use super::{
-    bidirectional, holigilm, jenkins, lamp_responses, light_tracing, path_tracing, photon_mapping, placed_vertices,
-    ppm, sppm, two_stage,
+    bidirectional, holigilm, jenkins, lamp_responses, light_tracing, path_tracing, photon_mapping, ppm, sppm, two_stage,
 };
 
 /// A method with its settings.
@@ -25,8 +24,6 @@ pub enum Method {
     PhotonMapping(photon_mapping::Settings),
     /// Photons to the diffusers, paths from there on.
     TwoStage(two_stage::Settings),
-    /// Photons to the diffusers, points placed in the room.
-    PlacedVertices(placed_vertices::Settings),
     /// Photons to the diffusers, and responses of the room to these.
     LampResponses(lamp_responses::Settings),
     /// The solver after HOLIGILM.
@@ -46,7 +43,6 @@ impl Method {
             Self::Bidirectional(settings) => settings,
             Self::PhotonMapping(settings) => settings,
             Self::TwoStage(settings) => settings,
-            Self::PlacedVertices(settings) => settings,
             Self::LampResponses(settings) => settings,
             Self::Holigilm(settings) => settings,
             Self::Jenkins(settings) => settings,

@@ -7,13 +7,11 @@ use std::sync::Arc;
 use crate::integrator::components::Component;
 use crate::integrator::lamp::beside::all_lamps;
 use crate::integrator::method::{Described, Passes, Refusal, RefusalCode, Task};
-use crate::integrator::photon::close_points::{dishonest_points, distance_to_surface, near_surfaces};
-use crate::integrator::some_sensors::SensorPlace;
+use crate::integrator::photon::close_points::dishonest_points;
 use crate::integrator::{
-    Method, bidirectional, lamp_responses, light_tracing, path_tracing, photon_mapping, placed_vertices, sppm,
-    two_stage,
+    Method, bidirectional, lamp_responses, light_tracing, path_tracing, photon_mapping, sppm, two_stage,
 };
-use crate::scene::{EstimateKind, Grid, Scene};
+use crate::scene::Scene;
 use crate::traceable::luminaire::TraceableLuminaire;
 use crate::traceable::{TraceableScene, TraceableTube};
 
@@ -22,8 +20,6 @@ use crate::traceable::{TraceableScene, TraceableTube};
 pub struct Methods {
     /// The method that computes all grids.
     pub grids: Option<MethodChoice>,
-    /// Point sensors for which another method takes its place; `None` where there are none.
-    pub beside_surfaces: Option<SomeChoice>,
     /// The method that computes all views.
     pub views: Option<MethodChoice>,
     /// Number of passes that one pass of the grids is made of where their light is told in parts; `None` where it is not.
@@ -41,25 +37,6 @@ pub struct MethodChoice {
     pub reason: String,
 }
 
-/// A method for some of the sensors.
-#[derive(Clone, Debug, PartialEq)]
-pub struct SomeChoice {
-    /// The method, and why it was taken.
-    pub choice: MethodChoice,
-    /// The sensors, at least one.
-    pub places: Vec<SensorPlace>,
-}
-
-impl SomeChoice {
-    /// A grid of one for each of the sensors, in their order; `grids` of the scene.
-    pub fn as_grids(&self, grids: &[Grid]) -> Vec<Grid> {
-        self.places.iter().filter_map(|place| place.as_grid(grids)).collect()
-    }
-}
-
-/// Share of all sensors up to which those that lie beside surfaces get a method of their own.
-const FEW: f64 = 0.25;
-
 /// The document's `method`.
 #[derive(Clone, Debug, PartialEq)]
 pub enum MethodRequest {
@@ -67,6 +44,8 @@ pub enum MethodRequest {
     Auto,
     /// This method, or a refusal.
     Method(Method),
+    /// The method that has taken the place of one that documents may still name.
+    InPlaceOf(&'static str, Method),
 }
 
 impl Methods {
@@ -75,8 +54,8 @@ impl Methods {
         let task = Task::whole(scene, traceable);
         match request {
             MethodRequest::Auto => Ok(Self::best(&task)),
-            MethodRequest::Method(method) => match refuses(method, &task) {
-                None => Ok(Self::requested(method, &task)),
+            MethodRequest::Method(method) | MethodRequest::InPlaceOf(_, method) => match refuses(method, &task) {
+                None => Ok(Self::requested(method, request, &task)),
                 Some(refusal) => Err(with_advice(refusal, method, &Self::best(&task))),
             },
         }
@@ -84,21 +63,24 @@ impl Methods {
 
     /// The methods that `auto` picks; they refuse nothing.
     fn best(task: &Task) -> Self {
-        let of_grids = (!task.grids.is_empty()).then(|| for_grids(&task.without_views()));
-        let (grids, beside_surfaces) = of_grids.map_or((None, None), |(grids, beside)| (Some(grids), beside));
+        let grids = (!task.grids.is_empty()).then(|| for_grids(&task.without_views()));
         let views = (!task.views.is_empty()).then(|| for_views(task));
-        Self { grids, beside_surfaces, views, parts: None, check: None }
+        Self { grids, views, parts: None, check: None }
     }
 
-    fn requested(method: &Method, task: &Task) -> Self {
-        let mut reason = "asked for in the document".to_owned();
+    fn requested(method: &Method, request: &MethodRequest, task: &Task) -> Self {
+        let mut reason = match request {
+            MethodRequest::InPlaceOf(former, _) => {
+                format!("asked for in the document as {former}, of which it has taken the place")
+            }
+            _ => "asked for in the document".to_owned(),
+        };
         if let Some(remark) = method.described().remark() {
             reason = format!("{reason}; {remark}");
         }
         let choice = MethodChoice { method: method.clone(), reason };
         Self {
             grids: (!task.grids.is_empty()).then(|| choice.clone()),
-            beside_surfaces: None,
             views: (!task.views.is_empty()).then_some(choice),
             parts: None,
             check: None,
@@ -122,7 +104,7 @@ impl Methods {
         }
         let responses = lamp_responses::Settings::default();
         let instead = Method::LampResponses(responses.clone());
-        if let MethodRequest::Method(method) = request {
+        if let MethodRequest::Method(method) | MethodRequest::InPlaceOf(_, method) = request {
             let detail = format!("{} tells no responses: use auto or {}", method.name(), instead.name());
             return Err(Refusal::new(RefusalCode::NoResponses, detail));
         }
@@ -131,7 +113,7 @@ impl Methods {
             return Err(Refusal { detail, ..refusal });
         }
         let reason = "the responses of the room are asked for; they are kept for other skies".to_owned();
-        Ok(Self { grids: Some(MethodChoice { method: instead, reason }), beside_surfaces: None, ..self })
+        Ok(Self { grids: Some(MethodChoice { method: instead, reason }), ..self })
     }
 
     /// The same methods and one that checks the grids; a refusal where none is honest here, or there are no passes to check.
@@ -159,25 +141,20 @@ impl Methods {
         }
     }
 
-    /// The names of the methods of the grids, of sensors beside surfaces, and of the views, where they are others.
+    /// The names of the methods of the grids and of the views, where they are others.
     pub fn names(&self) -> Vec<&'static str> {
-        let beside = self.beside_surfaces.iter().map(|some| &some.choice);
-        let all = self.grids.iter().chain(beside).chain(&self.views);
+        let all = self.grids.iter().chain(&self.views);
         let mut names: Vec<_> = all.map(|choice| choice.method.name()).collect();
         names.dedup();
         names
     }
 }
 
-/// The best method for grids, the first candidate that fits, and where few point sensors are bad for it, another one for these.
-fn for_grids(task: &Task) -> (MethodChoice, Option<SomeChoice>) {
-    let placed = placed_vertices::Settings::default();
-    if placed.refuses(task).is_none() {
-        let reason = placed_reason(task.traceable);
-        return (MethodChoice { method: Method::PlacedVertices(placed), reason }, None);
-    }
-    if let Some(choice) = electric_cells(task).or_else(|| cells_beside_walls(task)) {
-        return (choice, None);
+/// The best method for grids: the first candidate that fits.
+fn for_grids(task: &Task) -> MethodChoice {
+    let paths = two_stage::Settings::default();
+    if paths.refuses(task).is_none() && paths.warns(task).is_none() {
+        return MethodChoice { method: Method::TwoStage(paths), reason: two_stage_reason(task.traceable) };
     }
     let unseen = || light_tracing::refuses_points(task.traceable).map(|refusal| refusal.detail);
     let noisy = || light_tracing::noisy_points(task.traceable).map(str::to_owned);
@@ -185,81 +162,35 @@ fn for_grids(task: &Task) -> (MethodChoice, Option<SomeChoice>) {
     let rare = task.has_points().then(|| unseen().or_else(noisy)).flatten();
     let close = dishonest_points(task.traceable, task.grids).map(|refusal| refusal.detail);
     let both_ways = bidirectional::Settings::default();
-    let connects = || MethodChoice {
-        method: Method::LightTracing(light_tracing::Settings::default()),
-        reason: "unbiased, and connects every scattering to every sensor in closed form".to_owned(),
-    };
     let (method, reason) = match (rare, close) {
-        (None, None) => return (connects(), None),
-        (None, Some(close)) if both_ways.refuses(task).is_none() => {
-            let choice = MethodChoice { method: Method::Bidirectional(both_ways), reason: close };
-            let places = near_surfaces(task.traceable, task.grids);
-            let sensors: usize = task.grids.iter().map(Grid::len).sum();
-            let few = places.len() as f64 <= FEW * sensors as f64;
-            return if few { (connects(), Some(SomeChoice { choice, places })) } else { (choice, None) };
-        }
+        (None, None) => (
+            Method::LightTracing(light_tracing::Settings::default()),
+            "unbiased, and connects every scattering to every sensor in closed form".to_owned(),
+        ),
+        (None, Some(close)) if both_ways.refuses(task).is_none() => (Method::Bidirectional(both_ways), close),
         // it gathers over the room, not at the sensor: a tenth of the time that sppm takes to the same error
         (Some(reason), _) | (None, Some(reason)) => {
             (Method::PhotonMapping(photon_mapping::Settings::default()), reason)
         }
     };
-    (MethodChoice { method, reason }, None)
+    MethodChoice { method, reason }
 }
 
-/// Words on vertices that are placed where sensors need them, in this scene.
-fn placed_reason(scene: &TraceableScene) -> String {
+/// Words on light that is found at the openings first, in this scene.
+fn two_stage_reason(scene: &TraceableScene) -> String {
     let (found, beside) = if scene.tubes.is_empty() {
-        ("luminaires alone light the room: what they send is found once", "")
+        ("luminaires alone light the room", "")
     } else if all_lamps(&scene.tubes) {
-        ("all tubes are lamps: what leaves their diffusers is found once", "")
+        ("what leaves the diffusers of the tubes is found once for all sensors", "")
     } else {
-        let found = "tubes are lamps in part: what their Lambertian zones send is found once";
-        (found, "; what passes unscattered is traced beside")
+        (
+            "what the Lambertian zones of the tubes send is found once for all sensors",
+            "; what passes unscattered is traced beside",
+        )
     };
-    let reflected = if placed_vertices::gathers(scene) {
-        "sensors gather what walls and boxes reflect of it from a coarse radiosity solution, and points on the surfaces send the residual"
-    } else {
-        "and lights points placed where sensors need them"
-    };
-    format!("unbiased, and {found}, {reflected}{beside}")
-}
-
-/// For cell averages in a room that luminaires alone light: a photon seldom falls into a cell, and a lamp is seen from everywhere. A
-/// quarter of the time that light tracing takes to the same error in the Cornell box.
-fn electric_cells(task: &Task) -> Option<MethodChoice> {
-    let paths = two_stage::Settings::default();
-    let electric = !is_daylit(task.traceable) && task.traceable.luminaires.iter().any(TraceableLuminaire::emits);
-    let able = paths.refuses(task).is_none() && paths.warns(task).is_none();
-    let reason = "unbiased: luminaires alone light the room, and paths from the cells find them at every reflection";
-    (electric && able && !task.has_points())
-        .then(|| MethodChoice { method: Method::TwoStage(paths), reason: reason.to_owned() })
-}
-
-/// Share of cells beside surfaces among the sensors above which these decide.
-const FEW_CELLS: f64 = 0.04;
-
-/// For cell averages beside the walls of an empty room with lamps for tubes: connections would be too bright there, and a photon seldom
-/// crosses a cell. A quarter of the time that light tracing takes to the same error in the thesis' room, and three times as much where
-/// its cells keep 0.3 m from the walls.
-fn cells_beside_walls(task: &Task) -> Option<MethodChoice> {
-    let paths = two_stage::Settings::default();
-    let scene = task.traceable;
-    let able = all_lamps(&scene.tubes) && paths.refuses(task).is_none() && paths.warns(task).is_none();
-    if !(scene.is_plain() && able && is_daylit(scene)) {
-        return None;
-    }
-    let is_beside = |(grid, sensor): (&Grid, usize)| {
-        // to the cell's far edge, and half of the longer edge on
-        let [width, depth] = grid.cell_size_m;
-        let average = grid.estimate == EstimateKind::CellAverage;
-        average && distance_to_surface(scene, grid.centre(sensor), width.max(depth)).is_some()
-    };
-    let valued = |grid: &'_ Grid| (0..grid.len()).filter(|sensor| !grid.is_inside(*sensor)).collect::<Vec<_>>();
-    let sensors = || task.grids.iter().flat_map(|grid| valued(grid).into_iter().map(move |sensor| (grid, sensor)));
-    let beside = sensors().filter(|sensor| is_beside(*sensor)).count();
-    let reason = "unbiased, and all tubes are lamps; photons seldom cross cells beside walls, and paths from these find the walls";
-    (beside as f64 > FEW_CELLS * sensors().count() as f64)
-        .then(|| MethodChoice { method: Method::TwoStage(paths), reason: reason.to_owned() })
+    let reflected =
+        "sensors gather what surfaces reflect from a coarse radiosity solution, and paths find what that leaves out";
+    format!("{found}; {reflected}{beside}")
 }
 
 /// True if daylight comes through a tube.
@@ -279,7 +210,7 @@ fn check_of(first: &Method, task: &Task) -> Option<MethodChoice> {
     let light_tracing = (!task.has_points() || !(rare() || close())).then_some(connects);
     let candidates = [
         light_tracing,
-        Some(Method::PlacedVertices(placed_vertices::Settings::default())),
+        Some(Method::TwoStage(two_stage::Settings::default())),
         Some(Method::Bidirectional(bidirectional::Settings::default())),
         Some(Method::PathTracing(path_tracing::Settings::default())),
         Some(Method::PhotonMapping(photon_mapping::Settings::default())),
@@ -287,7 +218,7 @@ fn check_of(first: &Method, task: &Task) -> Option<MethodChoice> {
     // what comes in beside lamps is found by light tracing
     let beside = !all_lamps(&task.traceable.tubes);
     let traces_light = |method: &Method| {
-        let cuts = matches!(method, Method::PlacedVertices(_) | Method::TwoStage(_) | Method::LampResponses(_));
+        let cuts = matches!(method, Method::TwoStage(_) | Method::LampResponses(_));
         cuts || matches!(method, Method::LightTracing(_))
     };
     let is_able = |method: &Method| {

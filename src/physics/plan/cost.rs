@@ -3,7 +3,7 @@
 //! Seconds here and in the methods' own files are rough, of one core; they were measured on 2026-11-21, while the methods
 //! were written, on a machine that was not recorded. They need not be true elsewhere: a chunk is then longer or shorter.
 
-use super::{GuidePlan, MethodChoice, Methods, Plan, SomeChoice};
+use super::{GuidePlan, MethodChoice, Methods, Plan};
 use crate::integrator::method::Work;
 use crate::plan::{EffectKind, GuideKind};
 use crate::scene::Scene;
@@ -59,13 +59,9 @@ pub fn seconds_per_pass(scene: &Scene, traceable: &TraceableScene, plan: &Plan, 
     match (&methods.grids, &methods.views) {
         (Some(choice), Some(_)) if methods.share_passes() => choice.method.described().seconds_per_pass(&both),
         (of_grids, of_views) => {
-            let beside = |some: &SomeChoice| {
-                let sensors = some.places.len() as f64;
-                some.choice.method.described().seconds_per_pass(&Work { sensors, ..grids })
-            };
             let of_passes = |choice: &MethodChoice| choice.method.described().seconds_per_pass(&grids);
             let parts = methods.parts.unwrap_or(1) as f64;
-            parts * (of_grids.as_ref().map_or(0.0, of_passes) + methods.beside_surfaces.as_ref().map_or(0.0, beside))
+            parts * of_grids.as_ref().map_or(0.0, of_passes)
                 + methods.check.as_ref().map_or(0.0, of_passes)
                 + of_views.as_ref().map_or(0.0, |choice| choice.method.described().seconds_per_pass(&views))
         }

@@ -56,7 +56,7 @@ const MOST_EVENTS: f64 = 1e6;
 
 /// The peak of a planned job.
 pub fn estimate(scene: &Scene, traceable: &TraceableScene, plan: &Plan) -> MemoryEstimate {
-    let Methods { grids, beside_surfaces, views, parts, check } = &plan.methods;
+    let Methods { grids, views, parts, check } = &plan.methods;
     let mut bytes = MemoryEstimate { meshes: TRIANGLE * triangles(scene, traceable), ..MemoryEstimate::default() };
     let load = |views: usize| Load {
         size: scene.room.size,
@@ -78,13 +78,6 @@ pub fn estimate(scene: &Scene, traceable: &TraceableScene, plan: &Plan) -> Memor
         let sensors: usize = scene.grids.iter().map(Grid::len).sum();
         let responses = (sensors * patches) as f64 * (RESPONSE * scene.channels.count() as f64 + RESPONSE);
         bytes.working = method.working_bytes(&load(views)) + responses;
-    }
-    if let Some(some) = beside_surfaces {
-        // all sensors and some are computed in turn, and a pass of the latter is kept beside
-        let method = some.choice.method.described();
-        let of_one = |grid: &Grid| of_grid(grid, method);
-        bytes.grids += some.as_grids(&scene.grids).iter().map(of_one).sum::<f64>();
-        bytes.working = bytes.working.max(method.working_bytes(&Load { grids: some.places.len(), ..load(0) }));
     }
     if let Some(check) = check {
         let method = check.method.described();

@@ -92,19 +92,14 @@ streams! {
     RoomPass = 1 << 62, 1 << 62, below [Seed];
     /// Points that are the same in every pass.
     FixedPoints = u64::MAX, 1, below [Seed];
+    /// Which photons a sensor is connected to of an opening that something may hide, in all passes; the index is the grid's, and sensors
+    /// and tubes are numbered below it.
+    EvenConnections = 1 << 63, MANY, below [Seed];
+    /// A small pass that tells how large passes should be; the index is its number.
+    SizeTrial = u64::MAX - (1 << 32), 1 << 32, below [Seed];
 
     /// The photons of one source; the index is the source's.
     Emission = 0, MANY, below [LightTracingPass, TwoStagePass, BidirectionalPass, GatheringPass];
-    /// Vertices placed on the surfaces of the room, numbered below it.
-    PlacedVertices = 1 << 36, 1, below [TwoStagePass];
-    /// Paths that are followed from a sensor to which vertices are connected; the index is the sensor's among these.
-    FollowedSensor = 1 << 37, MANY, below [TwoStagePass];
-    /// Directions in which light is gathered where something stands in the room, numbered below it.
-    GatherSpreads = 1 << 40, 1, below [TwoStagePass];
-    /// What a sensor gathers there; the index is the sensor's.
-    GatheringTarget = 1 << 41, MANY, below [TwoStagePass];
-    /// What is missing at a vertex there, numbered by vertices below it.
-    MissingAtVertex = 1 << 42, 1, below [TwoStagePass];
     /// A choice among the photons of a diffuser; the index is the tube's.
     DiffuserChoice = 1 << 35, MANY, below [TwoStagePass];
     /// Photons by which it is booked where the light in the room ends: their paths, their choice, those of luminaires.

@@ -98,14 +98,6 @@ impl TraceableBox {
         [corner(DVec2::min, low), corner(DVec2::max, high)]
     }
 
-    /// The rows of the rotation from the room's frame to the box', and its lowest and highest corner in a frame that is turned so around
-    /// the room's origin.
-    pub(super) fn in_turned_frame(&self) -> ([[f64; 2]; 2], [DVec3; 2]) {
-        let rows = [self.turn.row(0), self.turn.row(1)].map(|row| row.to_array());
-        let base = (self.turn * self.base.truncate()).extend(self.base.z);
-        (rows, [base - self.half.extend(0.0), base + self.half.extend(self.height)])
-    }
-
     /// A corner, two edges that span the face, in the room frame; `face` is numbered as [`Face`](crate::scene::Face) is.
     pub fn face(&self, face: usize) -> [DVec3; 3] {
         let back = self.turn.transpose();

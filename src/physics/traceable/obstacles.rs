@@ -1,8 +1,6 @@
 //! What stands or hangs in a room, each thing in an upright block around it: to tell where nothing can stand in between, and
 //! which points of a plane are in the shadow.
 
-use std::f64::consts::{PI, TAU};
-
 use glam::{DVec2, DVec3};
 
 use super::block::{Block, ON_TARGET};
@@ -10,9 +8,7 @@ use super::box_bounds::BoxBounds;
 use super::box_object::TraceableBox;
 use super::luminaire::TraceableLuminaire;
 use super::mesh_bounds::blocks_around;
-use super::outlines::Casters;
 use super::tube::TraceableTube;
-use crate::geometry::turn::unit_vector;
 use crate::scene::MeshObject;
 
 /// The blocks around boxes, meshes and hanging luminaires.
@@ -22,20 +18,6 @@ pub struct Obstacles {
     /// Where they are in the way to openings of up to a radius in m; `None` where there is no opening.
     toward_openings: Option<(BoxBounds, f64)>,
 }
-
-/// How a point sees a disc in the ceiling.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum DiscView {
-    /// Certainly nothing stands between it and any point of the disc.
-    Clear,
-    /// What these obstacles leave.
-    Partly(Vec<usize>),
-    /// One box hides all of the disc.
-    Hidden,
-}
-
-/// Corners of the polygon around a disc by which it is judged hidden.
-const CORNERS: usize = 16;
 
 impl Obstacles {
     /// Bounding volumes of all boxes, meshes and luminaires.
@@ -77,39 +59,6 @@ impl Obstacles {
             _ => self.blocks.iter().all(leaves_clear),
         }
     }
-
-    /// True if certainly nothing touches the block along the axes between two corners, widened by `near` m; box `but_for` is left out.
-    pub fn leave_bare(&self, [low, high]: [DVec3; 2], near: f64, but_for: Option<usize>) -> bool {
-        let others = self.blocks.iter().filter(|block| but_for.is_none() || block.of_box != but_for);
-        others
-            .map(Block::bounds)
-            .all(|[lowest, highest]| (lowest - near).cmpgt(high).any() || (highest + near).cmplt(low).any())
-    }
-
-    /// How a point at `position` sees a disc of `radius` around `centre` in the ceiling.
-    pub fn view_of_disc(&self, position: DVec3, centre: DVec3, radius: f64) -> DiscView {
-        let in_the_way = |number: &usize| !self.blocks[*number].leaves_clear(position, 0.0, centre, radius);
-        let numbers: Vec<usize> = (0..self.blocks.len()).filter(in_the_way).collect();
-        // what a convex box hides from a point is convex: all within corners that are hidden
-        let around = radius / libm::cos(PI / CORNERS as f64);
-        let corners =
-            || (0..CORNERS).map(|k| centre + (unit_vector(TAU * k as f64 / CORNERS as f64) * around).extend(0.0));
-        let hides = |block: &Block| {
-            block.of_box.is_some()
-                && block.high < centre.z
-                && corners().all(|corner| {
-                    let away = position - corner;
-                    block.shadow(corner, position.z).is_some_and(|shadow| shadow.hides(away.x, away.y))
-                })
-        };
-        if numbers.is_empty() {
-            DiscView::Clear
-        } else if numbers.iter().any(|number| hides(&self.blocks[*number])) {
-            DiscView::Hidden
-        } else {
-            DiscView::Partly(numbers)
-        }
-    }
 }
 
 /// The shadow of a block on a horizontal plane, by light from one point.
@@ -133,13 +82,6 @@ pub struct Shadow {
 }
 
 impl Shadow {
-    /// The same by light from so far to the east and north of where it came from, in m, but for the bounds of the shadow.
-    #[inline(always)]
-    pub fn of_light_beside(&self, x: f64, y: f64) -> Self {
-        let (u, v) = (self.along.x * x + self.along.y * y, self.along.x * y - self.along.y * x);
-        Self { start: DVec2::new(self.start.x + u, self.start.y + v), ..*self }
-    }
-
     /// True if it hides the light from the point of the plane at this distance to the east and north, in m.
     #[inline(always)]
     pub fn hides(&self, dx: f64, dy: f64) -> bool {
@@ -159,24 +101,6 @@ impl Obstacles {
     pub fn shadows(&self, position: DVec3, height: f64, but_for: Option<usize>) -> impl Iterator<Item = Shadow> {
         let others = self.blocks.iter().filter(move |block| but_for.is_none() || block.of_box != but_for);
         others.filter_map(move |block| block.shadow(position, height))
-    }
-
-    /// The shadows that these obstacles throw on the horizontal plane at `height` by light from `position`; `None` where one of them is
-    /// no more than the bounds of what throws it.
-    pub fn shadows_of(&self, numbers: &[usize], position: DVec3, height: f64) -> Option<Vec<Shadow>> {
-        let blocks = || numbers.iter().map(|number| &self.blocks[*number]);
-        let are_boxes = blocks().all(|block| !block.is_bound());
-        are_boxes.then(|| blocks().filter_map(|block| block.shadow(position, height)).collect())
-    }
-
-    /// All of them, ready for questions about the outlines of their shadows.
-    pub fn casters(&self) -> Casters {
-        Casters::new(self.blocks.iter())
-    }
-
-    /// Some of them by their numbers, ready for questions about the outlines of their shadows.
-    pub fn casters_of(&self, numbers: &[usize]) -> Casters {
-        Casters::new(numbers.iter().map(|number| &self.blocks[*number]))
     }
 }
 
@@ -303,13 +227,13 @@ mod tests {
         assert!(hidden > 100, "{hidden}");
     }
 
-    /// From a point to which a disc is called clear every ray reaches it, from one to which it is called hidden none; and there are
-    /// points of all kinds. The filter calls clear what is clear, and all that is so called without it.
+    /// From a point to which a disc is called clear every ray reaches it. The filter calls clear what is clear, and all that is so
+    /// called without it.
     #[test]
-    fn discs_are_seen_as_rays_see_them() {
+    fn clear_discs_are_seen_whole() {
         let size = DVec3::new(3.0, 3.0, 2.5);
         let mut random = PathRandom::new(Key::new(6));
-        let mut counts = [0; 3];
+        let mut counts = [0; 2];
         let surface = crate::optics::Surface::diffuse([0.5; 3]);
         for _ in 0..3000 {
             let mut uniform = |low: f64, high: f64| low + (high - low) * random.uniform();
@@ -338,13 +262,7 @@ mod tests {
             };
             let seen = (0..50).filter(|_| reaches()).count();
             assert!(!filtered || seen == 50, "{position} {centre} {radius} {boxes:?}");
-            let kind = match obstacles.view_of_disc(position, centre, radius) {
-                DiscView::Clear => (0, seen == 50 && clear),
-                DiscView::Partly(_) => (1, !clear),
-                DiscView::Hidden => (2, seen == 0),
-            };
-            assert!(kind.1, "{position} {centre} {radius} {boxes:?}");
-            counts[kind.0] += 1;
+            counts[usize::from(filtered)] += 1;
         }
         assert!(counts.iter().all(|count| *count > 50), "{counts:?}");
     }

@@ -6,11 +6,11 @@ use glam::DVec3;
 
 use super::box_bounds::BoxBounds;
 use super::box_object::TraceableBox;
-use super::boxes_together::BoxesTogether;
 use super::cuboids::boxes_and_meshes;
 use super::luminaire::TraceableLuminaire;
 use super::mesh_objects::TraceableMeshes;
 use super::obstacles::Obstacles;
+use super::openings::Openings;
 use super::source::Source;
 use super::surface_id::{Numbering, SurfaceId};
 use super::tube::{TraceableTube, TubeError};
@@ -39,14 +39,14 @@ pub struct TraceableScene {
     pub boxes: Vec<TraceableBox>,
     /// What rays are compared with before boxes.
     pub(super) box_bounds: BoxBounds,
-    /// What several rays at once are compared with.
-    pub(super) boxes_together: BoxesTogether,
     /// Triangles of all objects together; `None` without any.
     pub meshes: Option<Arc<TraceableMeshes>>,
     /// Luminaires, in the scene's order.
     pub luminaires: Vec<TraceableLuminaire>,
     /// Tubes, in the scene's order.
     pub tubes: Vec<TraceableTube>,
+    /// The openings of the tubes, as vertices are connected to them.
+    pub openings: Openings,
     /// True if reflected light is followed.
     pub interreflection: bool,
     /// True if light that goes up into a guide is followed for its return.
@@ -117,8 +117,8 @@ impl TraceableScene {
         let boxes: Vec<_> = boxes.iter().map(TraceableBox::new).collect();
         let tubes: Vec<TraceableTube> = tubes;
         let obstacles = Obstacles::new(&boxes, mesh_objects, &hanging).toward_openings(&tubes, *size);
+        let openings = Openings::by_area(&tubes);
         let box_bounds = BoxBounds::new(&boxes.iter().map(TraceableBox::bounds).collect::<Vec<_>>(), *size);
-        let boxes_together = BoxesTogether::new(&boxes);
         let hanging = !hanging.is_empty();
         Ok(Self {
             sky: scene.daylight.as_ref().and_then(|daylight| daylight.sky.clone()),
@@ -131,11 +131,11 @@ impl TraceableScene {
             luminaires_obstructed: objects || (hanging && luminaires.len() > 1),
             boxes,
             box_bounds,
-            boxes_together,
             obstacles,
             meshes,
             luminaires,
             tubes,
+            openings,
             interreflection,
             guide_return,
         })
@@ -145,6 +145,11 @@ impl TraceableScene {
     #[inline]
     pub fn optics(&self, surface: SurfaceId) -> Option<&SurfaceOptics> {
         self.surfaces[surface.index()].as_ref()
+    }
+
+    /// Number of all surfaces, open ones among them.
+    pub fn surfaces_count(&self) -> usize {
+        self.surfaces.len()
     }
 
     /// Optics of all surfaces that are not open.

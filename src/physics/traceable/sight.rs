@@ -3,8 +3,7 @@
 use glam::DVec3;
 
 use super::block::ON_TARGET;
-use super::obstacles::{DiscView, Shadow};
-use super::outlines::Casters;
+use super::obstacles::Shadow;
 use super::scene::TraceableScene;
 use super::surface_id::SurfaceId;
 
@@ -23,13 +22,6 @@ impl TraceableScene {
                     || Some(index) == own_b
                     || self.boxes[index].intersect(a, b - a).is_none_or(|(t, ..)| t >= 1.0 - ON_TARGET)
             })
-            && !self.meshes.as_ref().is_some_and(|meshes| meshes.blocks(a, b, 1.0 - ON_TARGET))
-    }
-
-    /// True if no mesh and no luminaire stands between two points of the room.
-    #[inline]
-    pub fn visible_past_boxes(&self, a: DVec3, b: DVec3) -> bool {
-        self.no_luminaire_between(a, None, b, None)
             && !self.meshes.as_ref().is_some_and(|meshes| meshes.blocks(a, b, 1.0 - ON_TARGET))
     }
 
@@ -52,38 +44,9 @@ impl TraceableScene {
         self.obstacles.leave_clear(position, reach, own_box, centre, radius)
     }
 
-    /// True if certainly no object and no luminaire touches the block along the axes between two corners, widened by `near` m; box
-    /// `but_for` is left out.
-    pub fn leaves_bare(&self, corners: [DVec3; 2], near: f64, but_for: Option<usize>) -> bool {
-        // luminaires on faces are no obstacles
-        self.luminaires.is_empty() && self.obstacles.leave_bare(corners, near, but_for)
-    }
-
     /// The shadows that light from `position` throws on the horizontal plane at `height`; box `but_for` throws none.
     pub fn shadows(&self, position: DVec3, height: f64, but_for: Option<usize>) -> impl Iterator<Item = Shadow> {
         self.obstacles.shadows(position, height, but_for)
-    }
-
-    /// How a point below the ceiling sees the opening of a tube.
-    pub fn view_of_opening(&self, position: DVec3, tube: usize) -> DiscView {
-        let tube = &self.tubes[tube];
-        self.obstacles.view_of_disc(position, tube.origin, tube.opening_radius)
-    }
-
-    /// The shadows that some obstacles throw on the horizontal plane at `height` by light from the middle of a tube's opening; `None` where
-    /// one of them is no box.
-    pub fn shadows_of(&self, obstacles: &[usize], tube: usize, height: f64) -> Option<Vec<Shadow>> {
-        self.obstacles.shadows_of(obstacles, self.tubes[tube].origin, height)
-    }
-
-    /// Everything that can stand in the way of light, ready for questions about the outlines of its shadows.
-    pub fn casters(&self) -> Casters {
-        self.obstacles.casters()
-    }
-
-    /// The same of some obstacles by their numbers.
-    pub fn casters_of(&self, obstacles: &[usize]) -> Casters {
-        self.obstacles.casters_of(obstacles)
     }
 
     /// True if a point is inside a box, or on the lower side of one.

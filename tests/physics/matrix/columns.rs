@@ -1,13 +1,12 @@
 //! The columns of the matrix: every method that computes light without approximation, at about the same cost a pass, and what
 //! users get who name no method.
 //!
-//! `placed_vertices` and `auto` have the settings that users get who name none. `jenkins` is left out: it is a formula for rooms
+//! `two_stage` and `auto` have the settings that users get who name none. `jenkins` is left out: it is a formula for rooms
 //! that absorb everything, and has no error.
 
 use skyduct::integrator::photon_map::progressive::Radius;
 use skyduct::integrator::{
-    Method, bidirectional, holigilm, lamp_responses, light_tracing, path_tracing, photon_mapping, placed_vertices, ppm,
-    sppm, two_stage,
+    Method, bidirectional, holigilm, lamp_responses, light_tracing, path_tracing, photon_mapping, ppm, sppm, two_stage,
 };
 use skyduct::plan::MethodRequest;
 use skyduct::scene::Scene;
@@ -29,8 +28,6 @@ pub enum Family {
     Bidirectional,
     /// Patterns of light at diffusers, and paths that find them.
     TwoStage,
-    /// Patterns of light at diffusers, and points placed where sensors need them.
-    PlacedVertices,
     /// Final gathering over a density estimate.
     Gathering,
     /// Density estimates at what is seen.
@@ -46,7 +43,6 @@ impl Family {
             Method::PathTracing(_) => Self::PathTracing,
             Method::Bidirectional(_) => Self::Bidirectional,
             Method::TwoStage(_) | Method::LampResponses(_) => Self::TwoStage,
-            Method::PlacedVertices(_) => Self::PlacedVertices,
             Method::PhotonMapping(_) => Self::Gathering,
             Method::Ppm(_) | Method::Sppm(_) => Self::Density,
             Method::Holigilm(_) | Method::Jenkins(_) => Self::Deterministic,
@@ -125,14 +121,12 @@ pub const COLUMNS: &[Column] = &[
     Column {
         name: "two_stage",
         method: Some(|work| {
-            Method::TwoStage(two_stage::Settings {
-                photons_per_pass: Some(work.photons(2048.0)),
-                samples_per_sensor: Some(work.per_sensor(512.0 * work.paths)),
-                samples_per_pixel: work.per_pixel(2560.0),
-            })
+            let default = two_stage::Settings::default();
+            // what mirrors show is found by chance
+            let many = (work.paths > 1.0).then(|| work.per_sensor(512.0 * work.paths));
+            Method::TwoStage(two_stage::Settings { samples_per_sensor: many, ..default })
         }),
     },
-    Column { name: "placed_vertices", method: Some(|_| Method::PlacedVertices(placed_vertices::Settings::default())) },
     Column {
         name: "lamp_responses",
         method: Some(|work| {
@@ -159,7 +153,7 @@ pub const COLUMNS: &[Column] = &[
     Column { name: "sppm", method: Some(|work| moving(work, Radius::Schedule)) },
     Column { name: "sppm_per_point", method: Some(|work| moving(work, Radius::PerPoint)) },
     Column { name: "holigilm", method: Some(|_| Method::Holigilm(holigilm::Settings::default())) },
-    // the settings and the method that users get; where it is placed_vertices, that column renders it
+    // the settings and the method that users get; where it is two_stage, that column renders it
     Column { name: "auto", method: None },
 ];
 

@@ -70,98 +70,95 @@ macro_rules! rows {
 
 rows! {
     documents::s1_points [],
-    documents::s1_cells [placed_vertices: CellAverages],
+    documents::s1_cells [],
     documents::s2_points [
-        path_tracing: SunThroughClearClosures, two_stage: ClearClosures, lamp_responses: ClearClosures, placed_vertices: ClearClosures
+        path_tracing: SunThroughClearClosures, two_stage: ClearClosures, lamp_responses: ClearClosures
     ],
     documents::s2_cells [
-        path_tracing: SunThroughClearClosures, two_stage: ClearClosures, lamp_responses: ClearClosures, placed_vertices: ClearClosures
+        path_tracing: SunThroughClearClosures, two_stage: ClearClosures, lamp_responses: ClearClosures
     ],
     documents::s3_points [],
-    documents::s3_cells [placed_vertices: CellAverages],
+    documents::s3_cells [],
     documents::s3_mesh_points [holigilm: MeshTubes],
-    documents::s3_mesh_cells [placed_vertices: CellAverages, holigilm: MeshTubes],
-    documents::cornell_box [light_tracing: GridsOnly, placed_vertices: GridsOnly, lamp_responses: GridsOnly,
+    documents::s3_mesh_cells [holigilm: MeshTubes],
+    documents::cornell_box [light_tracing: GridsOnly, lamp_responses: GridsOnly,
                              holigilm: GridsOnly],
-    documents::glossy_walls [placed_vertices: SpecularSurfaces, holigilm: SpecularSurfaces],
+    documents::glossy_walls [holigilm: SpecularSurfaces],
     documents::mirror_in_the_sun [
-        path_tracing: SunByMirrors, two_stage: SunByMirrors, placed_vertices: SpecularSurfaces, holigilm: Objects
+        path_tracing: SunByMirrors, two_stage: SunByMirrors, holigilm: Objects
     ],
-    documents::furniture [placed_vertices: CellAverages, holigilm: Objects],
+    documents::furniture [holigilm: Objects],
     documents::two_tubes [],
     documents::measured_diffuser [
-        two_stage: MeasuredDiffusers, placed_vertices: MeasuredDiffusers, holigilm: MeasuredDiffusers
+        two_stage: MeasuredDiffusers, holigilm: MeasuredDiffusers
     ],
     radiosity::black_points [],
-    radiosity::usual_with_black_disc_cells [placed_vertices: CellAverages],
+    radiosity::usual_with_black_disc_cells [],
     radiosity::usual_points [],
     radiosity::grey_with_black_disc_points [],
-    radiosity::grey_cells [placed_vertices: CellAverages],
+    radiosity::grey_cells [],
     radiosity::white_points [],
-    radiosity::white_cells [placed_vertices: CellAverages],
+    radiosity::white_cells [],
     plain::two_mixed_dim_sun_points [path_tracing: SunThroughClearClosures],
-    plain::two_mixed_dim_sun_cells [path_tracing: SunThroughClearClosures, placed_vertices: CellAverages],
+    plain::two_mixed_dim_sun_cells [path_tracing: SunThroughClearClosures],
     plain::below_a_bend_points [],
-    plain::below_a_bend_sun_cells [placed_vertices: CellAverages],
+    plain::below_a_bend_sun_cells [],
     plain::short_tube_bright_sun_points [],
-    plain::glossy_wall_cells [placed_vertices: SpecularSurfaces, holigilm: SpecularSurfaces],
-    plain::glossy_wall_points [placed_vertices: SpecularSurfaces, holigilm: SpecularSurfaces],
-    plain::mirror_wall_cells [placed_vertices: SpecularSurfaces, holigilm: SpecularSurfaces],
+    plain::glossy_wall_cells [holigilm: SpecularSurfaces],
+    plain::glossy_wall_points [holigilm: SpecularSurfaces],
+    plain::mirror_wall_cells [holigilm: SpecularSurfaces],
     plain::large_grid_points [],
     furnished::scattering_points [
-        two_stage: MeasuredDiffusers, placed_vertices: MeasuredDiffusers, holigilm: Objects
+        two_stage: MeasuredDiffusers, holigilm: Objects
     ],
     furnished::scattering_sun_cells [
-        two_stage: MeasuredDiffusers, placed_vertices: MeasuredDiffusers, holigilm: Objects
+        two_stage: MeasuredDiffusers, holigilm: Objects
     ],
     furnished::peaked_sun_points [
-        two_stage: MeasuredDiffusers, placed_vertices: MeasuredDiffusers, holigilm: Objects
+        two_stage: MeasuredDiffusers, holigilm: Objects
     ],
-    furnished::matt_points [placed_vertices: SpecularSurfaces, holigilm: Objects],
-    furnished::matt_sun_cells [placed_vertices: SpecularSurfaces, holigilm: Objects],
-    furnished::domed_sun_points [placed_vertices: SpecularSurfaces, holigilm: Objects],
+    furnished::matt_points [holigilm: Objects],
+    furnished::matt_sun_cells [holigilm: Objects],
+    furnished::domed_sun_points [holigilm: Objects],
     furnished::clear_sun_points [
-        path_tracing: SunThroughClearClosures, two_stage: ClearClosures, placed_vertices: MeasuredDiffusers, holigilm: Objects
+        path_tracing: SunThroughClearClosures, two_stage: ClearClosures, holigilm: Objects
     ],
     furnished::clear_sun_cells [
-        path_tracing: SunThroughClearClosures, two_stage: ClearClosures, placed_vertices: MeasuredDiffusers, holigilm: Objects
+        path_tracing: SunThroughClearClosures, two_stage: ClearClosures, holigilm: Objects
     ],
     furnished::mixed_sun_cells [
-        path_tracing: SunThroughClearClosures, placed_vertices: SpecularSurfaces, holigilm: Objects
+        path_tracing: SunThroughClearClosures, holigilm: Objects
     ],
     furnished::bent_clear_points [
-        light_tracing: ClearClosuresOfBentTubes, two_stage: ClearClosures, lamp_responses: ClearClosures, placed_vertices: ClearClosures,
+        light_tracing: ClearClosuresOfBentTubes, two_stage: ClearClosures, lamp_responses: ClearClosures,
         holigilm: Objects
     ],
-    furnished::bent_clear_cells [two_stage: ClearClosures, lamp_responses: ClearClosures, placed_vertices: ClearClosures, holigilm: Objects],
+    furnished::bent_clear_cells [two_stage: ClearClosures, lamp_responses: ClearClosures, holigilm: Objects],
     furnished::bent_mixed_points [
-        light_tracing: ClearClosuresOfBentTubes, two_stage: ClearClosuresOfBentTubes, lamp_responses: ClearClosuresOfBentTubes,
-        placed_vertices: ClearClosuresOfBentTubes, holigilm: Objects
+        light_tracing: ClearClosuresOfBentTubes, two_stage: ClearClosuresOfBentTubes, lamp_responses: ClearClosuresOfBentTubes, holigilm: Objects
     ],
-    furnished::bent_mixed_cells [placed_vertices: ClearClosuresOfBentTubes, holigilm: Objects],
-    furnished::mirror_cells [placed_vertices: ClearClosuresOfBentTubes, holigilm: Objects],
+    furnished::bent_mixed_cells [holigilm: Objects],
+    furnished::mirror_cells [holigilm: Objects],
     furnished::mirrors_points [
-        light_tracing: MirrorsAtPoints, two_stage: MirrorsAtPoints, lamp_responses: MirrorsAtPoints, placed_vertices: MirrorsAtPoints,
+        light_tracing: MirrorsAtPoints, two_stage: MirrorsAtPoints, lamp_responses: MirrorsAtPoints,
         holigilm: Objects
     ],
     furnished::mirror_clear_sun_cells [
         path_tracing: SunThroughClearClosures, bidirectional_path_tracing: SunThroughClearClosures,
-        two_stage: ClearClosures, lamp_responses: ClearClosures, placed_vertices: ClearClosures, holigilm: Objects
+        two_stage: ClearClosures, lamp_responses: ClearClosures, holigilm: Objects
     ],
-    furnished::narrow_lobe_cells [placed_vertices: SpecularSurfaces, holigilm: Objects],
+    furnished::narrow_lobe_cells [holigilm: Objects],
     furnished::bent_clear_sun_points [
         light_tracing: ClearClosuresOfBentTubes, path_tracing: SunThroughClearClosures,
-        bidirectional_path_tracing: SunThroughClearClosures, two_stage: ClearClosures, lamp_responses: ClearClosures,
-        placed_vertices: ClearClosures, holigilm: ClearClosuresOfBentTubes
+        bidirectional_path_tracing: SunThroughClearClosures, two_stage: ClearClosures, lamp_responses: ClearClosures, holigilm: ClearClosuresOfBentTubes
     ],
     furnished::coloured_points [
-        light_tracing: ClearClosuresOfBentTubes, two_stage: ClearClosuresOfBentTubes, lamp_responses: ClearClosuresOfBentTubes,
-        placed_vertices: ClearClosuresOfBentTubes, holigilm: Colours
+        light_tracing: ClearClosuresOfBentTubes, two_stage: ClearClosuresOfBentTubes, lamp_responses: ClearClosuresOfBentTubes, holigilm: Colours
     ],
-    furnished::coloured_cells [placed_vertices: ClearClosuresOfBentTubes, holigilm: Colours],
+    furnished::coloured_cells [holigilm: Colours],
     furnished::coloured_tube_points [holigilm: Colours],
     furnished::corners_and_crowded_sensors [
-        light_tracing: PointsNearSurfaces, two_stage: MeasuredDiffusers, lamp_responses: PointsNearSurfaces, placed_vertices: PointsNearSurfaces,
+        light_tracing: PointsNearSurfaces, two_stage: MeasuredDiffusers, lamp_responses: PointsNearSurfaces,
         holigilm: Objects
     ],
     furnished::twenty_tubes_points [],
@@ -171,84 +168,84 @@ rows! {
     furnished::bright_chairs_points [holigilm: Objects],
     furnished::desks_and_chairs_beside_walls_points [holigilm: Objects],
     sun::patterns_of_a_low_sun_points [],
-    sun::patterns_of_the_sun_cells [placed_vertices: CellAverages],
+    sun::patterns_of_the_sun_cells [],
     sun::patterns_of_a_high_sun_points [],
     sun::interreflection_of_the_sun_points [light_tracing: PointsNearSurfaces],
     sun::beside_walls_points [lamp_responses: PointsNearSurfaces],
-    sun::beside_walls_cells [placed_vertices: CellAverages, lamp_responses: PointsNearSurfaces],
-    effects::no_interreflection_cells [placed_vertices: SpecularSurfaces, holigilm: Objects],
-    effects::no_guide_return_cells [placed_vertices: SpecularSurfaces, holigilm: Objects],
-    effects::no_guide_return_clear_cells [placed_vertices: SpecularSurfaces, holigilm: Objects],
-    effects::no_objects_cells [placed_vertices: ClearClosuresOfBentTubes, holigilm: Luminaires],
-    electric::panels_points [placed_vertices: Luminaires, holigilm: Objects],
-    electric::below_a_panel_cells [placed_vertices: Luminaires, holigilm: Objects],
-    electric::panels_cells [placed_vertices: Luminaires, holigilm: Objects],
+    sun::beside_walls_cells [lamp_responses: PointsNearSurfaces],
+    effects::no_interreflection_cells [holigilm: Objects],
+    effects::no_guide_return_cells [holigilm: Objects],
+    effects::no_guide_return_clear_cells [holigilm: Objects],
+    effects::no_objects_cells [holigilm: Luminaires],
+    electric::panels_points [holigilm: Objects],
+    electric::below_a_panel_cells [holigilm: Objects],
+    electric::panels_cells [holigilm: Objects],
     images::mirrored_lambertian_points [
-        light_tracing: MirrorsAtPoints, placed_vertices: SpecularSurfaces, holigilm: SpecularSurfaces
+        light_tracing: MirrorsAtPoints, holigilm: SpecularSurfaces
     ],
-    images::mirrored_lambertian_cells [placed_vertices: SpecularSurfaces, holigilm: SpecularSurfaces],
+    images::mirrored_lambertian_cells [holigilm: SpecularSurfaces],
     images::mirrored_clear_points [
-        light_tracing: MirrorsAtPoints, two_stage: ClearClosures, lamp_responses: ClearClosures, placed_vertices: ClearClosures,
+        light_tracing: MirrorsAtPoints, two_stage: ClearClosures, lamp_responses: ClearClosures,
         holigilm: SpecularSurfaces
     ],
     images::mirrored_clear_cells [
-        two_stage: ClearClosures, lamp_responses: ClearClosures, placed_vertices: ClearClosures, holigilm: SpecularSurfaces
+        two_stage: ClearClosures, lamp_responses: ClearClosures, holigilm: SpecularSurfaces
     ],
-    images::mirrored_panel_cells [placed_vertices: SpecularSurfaces, holigilm: Luminaires],
-    images::view_of_a_mirrored_tube [light_tracing: GridsOnly, placed_vertices: GridsOnly, lamp_responses: GridsOnly,
+    images::mirrored_panel_cells [holigilm: Luminaires],
+    images::view_of_a_mirrored_tube [light_tracing: GridsOnly, lamp_responses: GridsOnly,
                              holigilm: GridsOnly],
-    images::view_of_a_mirrored_panel [light_tracing: GridsOnly, placed_vertices: GridsOnly, lamp_responses: GridsOnly,
+    images::view_of_a_mirrored_panel [light_tracing: GridsOnly, lamp_responses: GridsOnly,
                              holigilm: GridsOnly],
-    images::mesh_block_on_the_floor [placed_vertices: Luminaires, holigilm: Objects],
-    images::view_of_a_mesh_block [light_tracing: GridsOnly, placed_vertices: GridsOnly, lamp_responses: GridsOnly,
+    images::mesh_block_on_the_floor [holigilm: Objects],
+    images::view_of_a_mesh_block [light_tracing: GridsOnly, lamp_responses: GridsOnly,
                              holigilm: GridsOnly],
-    images::mesh_block_at_its_top [placed_vertices: Luminaires, holigilm: Objects],
-    images::mesh_block_at_its_top_cells [placed_vertices: Luminaires, holigilm: Objects],
-    images::mesh_block_cut_by_cells [placed_vertices: Luminaires, holigilm: Objects],
-    images::rug_points [placed_vertices: Luminaires, holigilm: Objects],
+    images::mesh_block_at_its_top [holigilm: Objects],
+    images::mesh_block_at_its_top_cells [holigilm: Objects],
+    images::mesh_block_cut_by_cells [holigilm: Objects],
+    images::rug_points [holigilm: Objects],
     images::lambertian_table_points [
-        two_stage: MeasuredDiffusers, placed_vertices: MeasuredDiffusers, holigilm: MeasuredDiffusers
+        two_stage: MeasuredDiffusers, holigilm: MeasuredDiffusers
     ],
     images::lambertian_table_below_a_bend_cells [
-        two_stage: MeasuredDiffusers, placed_vertices: MeasuredDiffusers, holigilm: MeasuredDiffusers
+        two_stage: MeasuredDiffusers, holigilm: MeasuredDiffusers
     ],
-    views::into_the_room [light_tracing: GridsOnly, placed_vertices: GridsOnly, lamp_responses: GridsOnly,
+    views::into_the_room [light_tracing: GridsOnly, lamp_responses: GridsOnly,
                              holigilm: GridsOnly],
     views::up_in_the_sun [
-        light_tracing: GridsOnly, two_stage: MeasuredDiffusers, placed_vertices: GridsOnly, lamp_responses: GridsOnly,
+        light_tracing: GridsOnly, two_stage: MeasuredDiffusers, lamp_responses: GridsOnly,
                              holigilm: GridsOnly
     ],
-    views::up_matt_in_the_sun [light_tracing: GridsOnly, placed_vertices: GridsOnly, lamp_responses: GridsOnly,
+    views::up_matt_in_the_sun [light_tracing: GridsOnly, lamp_responses: GridsOnly,
                              holigilm: GridsOnly],
     views::sun_patch [
-        light_tracing: GridsOnly, path_tracing: SunThroughClearClosures, two_stage: ClearClosures, placed_vertices: GridsOnly, lamp_responses: GridsOnly,
+        light_tracing: GridsOnly, path_tracing: SunThroughClearClosures, two_stage: ClearClosures, lamp_responses: GridsOnly,
                              holigilm: GridsOnly
     ],
     views::up_the_pipe [
-        light_tracing: GridsOnly, two_stage: ClearClosures, placed_vertices: GridsOnly, lamp_responses: GridsOnly,
+        light_tracing: GridsOnly, two_stage: ClearClosures, lamp_responses: GridsOnly,
                              holigilm: GridsOnly
     ],
     views::up_a_bent_pipe [
-        light_tracing: GridsOnly, two_stage: ClearClosures, placed_vertices: GridsOnly, lamp_responses: GridsOnly,
+        light_tracing: GridsOnly, two_stage: ClearClosures, lamp_responses: GridsOnly,
                              holigilm: GridsOnly
     ],
-    views::mirror [light_tracing: GridsOnly, placed_vertices: GridsOnly, lamp_responses: GridsOnly,
+    views::mirror [light_tracing: GridsOnly, lamp_responses: GridsOnly,
                              holigilm: GridsOnly],
     views::mirror_box [
-        light_tracing: GridsOnly, two_stage: MeasuredDiffusers, placed_vertices: GridsOnly, lamp_responses: GridsOnly,
+        light_tracing: GridsOnly, two_stage: MeasuredDiffusers, lamp_responses: GridsOnly,
                              holigilm: GridsOnly
     ],
     views::sky_in_a_mirror [
-        light_tracing: GridsOnly, two_stage: ClearClosures, placed_vertices: GridsOnly, lamp_responses: GridsOnly,
+        light_tracing: GridsOnly, two_stage: ClearClosures, lamp_responses: GridsOnly,
                              holigilm: GridsOnly
     ],
     views::sun_in_a_mirror [
         light_tracing: GridsOnly, path_tracing: SunThroughClearClosures, bidirectional_path_tracing: SunByMirrors,
-        two_stage: ClearClosures, placed_vertices: GridsOnly, lamp_responses: GridsOnly,
+        two_stage: ClearClosures, lamp_responses: GridsOnly,
                              holigilm: GridsOnly
     ],
     views::edges [
-        light_tracing: GridsOnly, two_stage: MeasuredDiffusers, placed_vertices: GridsOnly, lamp_responses: GridsOnly,
+        light_tracing: GridsOnly, two_stage: MeasuredDiffusers, lamp_responses: GridsOnly,
                              holigilm: GridsOnly
     ],
 }

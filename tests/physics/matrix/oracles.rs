@@ -29,7 +29,7 @@ pub fn values(name: &str, row: &Row, family: Family) -> (Values, f64) {
     let work = Work::of(&row.scene, EFFORT.factor, 1.0);
     let of_another = |name: &str| match column(name).request(&work) {
         MethodRequest::Method(method) => Family::of(&method) != family,
-        MethodRequest::Auto => false,
+        MethodRequest::Auto | MethodRequest::InPlaceOf(..) => false,
     };
     let independent = |method: &&&str| same || of_another(method);
     let method = methods.iter().find(independent).unwrap_or_else(|| panic!("{name}: nothing to judge {family:?} by"));

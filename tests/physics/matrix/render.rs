@@ -75,12 +75,10 @@ pub fn render(row: &Row, scene: &Scene, column: &Column, effort: Effort, seed: u
     let request = column.request(&Work::of(scene, effort.factor * row.work, paths));
     let methods = Methods::choose(scene, &traceable, &request).map_err(|refusal| Left::Refused(refusal.code))?;
     let by_default = request == MethodRequest::Auto;
-    let only = methods.beside_surfaces.is_none() && !(methods.grids.is_some() && methods.views.is_some());
+    let only = !(methods.grids.is_some() && methods.views.is_some());
     let method = match (request, methods.grids.or(methods.views)) {
-        (MethodRequest::Method(method), _) => method,
-        (MethodRequest::Auto, Some(choice)) if only && !matches!(choice.method, Method::PlacedVertices(_)) => {
-            choice.method
-        }
+        (MethodRequest::Method(method) | MethodRequest::InPlaceOf(_, method), _) => method,
+        (MethodRequest::Auto, Some(choice)) if only && !matches!(choice.method, Method::TwoStage(_)) => choice.method,
         (MethodRequest::Auto, _) => return Err(Left::Elsewhere),
     };
     if row.left_out.contains(&column.name) {

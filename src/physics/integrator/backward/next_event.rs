@@ -13,23 +13,32 @@ use glam::DVec3;
 use super::opening::DaylightShare;
 use super::vertex::Vertex;
 use super::walk::{Meeting, Ray, Walk};
-use crate::traceable::TraceableScene;
+use crate::optics::Spectrum;
 use crate::traceable::luminaire::TraceableLuminaire;
+use crate::traceable::{Openings, SurfaceId, TraceableScene};
+
+/// Openings, at most, to each of which a vertex is connected where it is not known what they send; of more, and where it is known, it is
+/// connected to one by what that may send there.
+const MOST_OF_UNKNOWN: usize = 4;
 
 /// Treatment of the daylight of openings by a method.
 pub trait Daylight<const C: usize>: Sync {
     /// Adds what tube `tube` sends straight to a vertex below its opening, and by it toward the eye.
     fn connect(&self, walk: &mut Walk<'_, C>, vertex: &Vertex<'_, C>, tube: usize);
 
-    /// Follows a ray whose path began with weight `first` as far as it can do that faster than the walk; what is left of it.
-    #[inline]
-    fn ahead(&self, _walk: &mut Walk<'_, C>, ray: Ray<C, Way>, _first: f64) -> Option<Ray<C, Way>> {
-        Some(ray)
+    /// True if it counts what tube `tube` sends straight to a sensor; false where other means do.
+    fn lights_sensor(&self, _tube: usize) -> bool {
+        true
     }
 
-    /// True if it counts what comes straight to sensors; false where other means do.
-    fn lights_sensors(&self) -> bool {
-        true
+    /// What the tubes send; `None` where that is not known.
+    fn openings(&self) -> Option<&Openings> {
+        None
+    }
+
+    /// Luminance in cd/m2 of what a surface reflects diffusely at a point, by a coarse solution; `None` where that is not known.
+    fn reflected(&self, _surface: SurfaceId, _point: DVec3) -> Option<Spectrum<C>> {
+        None
     }
 
     /// The share of the sky that a ray counts which meets the opening of tube `tube` at `position` and finds the sky at
@@ -53,15 +62,6 @@ pub struct Way {
 impl Way {
     /// Straight from the eye.
     pub const FROM_EYE: Self = Self { last: None, from_eye: true };
-    /// From where all light straight from sources is counted by other means.
-    pub const COUNTED: Self = Self {
-        last: Some(Last { position: DVec3::INFINITY, density: 1.0, closed_form: true, narrow: false }),
-        from_eye: false,
-    };
-    /// From a diffuse surface, by a direction of this density per sr, where luminaires have a closed form or there are none.
-    pub const fn of_diffuse(position: DVec3, density: f64) -> Self {
-        Self { last: Some(Last { position, density, closed_form: true, narrow: false }), from_eye: false }
-    }
     /// From where nothing is connected.
     const UNCONNECTED: Self = Self { last: None, from_eye: false };
 }
@@ -83,8 +83,9 @@ impl<const C: usize, D: Daylight<C>> Meeting<C> for NextEvent<'_, D> {
     type Arrival = ();
 
     #[inline]
-    fn ahead(&self, walk: &mut Walk<'_, C>, ray: Ray<C, Way>, first: f64) -> Option<Ray<C, Way>> {
-        self.0.ahead(walk, ray, first)
+    fn reflected(&self, ray: &Ray<C, Way>, surface: SurfaceId, point: DVec3) -> Option<Spectrum<C>> {
+        // what the eye sees straight shows the edges of patches
+        if ray.trace.from_eye { None } else { self.0.reflected(surface, point) }
     }
 
     fn arrives(&self, _: &Way, _: f64) {}
@@ -95,10 +96,27 @@ impl<const C: usize, D: Daylight<C>> Meeting<C> for NextEvent<'_, D> {
 
     fn connect(&self, walk: &mut Walk<'_, C>, vertex: &Vertex<'_, C>, (): &()) {
         let scene = walk.scene;
-        if self.0.lights_sensors() || !vertex.is_sensor() {
+        if vertex.is_sensor() {
             for (index, tube) in scene.tubes.iter().enumerate() {
-                if tube.origin.z > vertex.position.z {
+                if tube.origin.z > vertex.position.z && self.0.lights_sensor(index) {
                     self.0.connect(walk, vertex, index);
+                }
+            }
+        } else {
+            let known = self.0.openings();
+            let most = if known.is_some() { 1 } else { MOST_OF_UNKNOWN };
+            if scene.tubes.len() <= most {
+                for (index, tube) in scene.tubes.iter().enumerate() {
+                    if tube.origin.z > vertex.position.z {
+                        self.0.connect(walk, vertex, index);
+                    }
+                }
+            } else {
+                let number = walk.samples.random.uniform();
+                let openings = known.unwrap_or(&scene.openings);
+                if let Some((tube, probability)) = openings.choose(vertex.position, vertex.normal, number) {
+                    let weight = vertex.weight * (1.0 / probability);
+                    self.0.connect(walk, &Vertex { weight, ..*vertex }, tube);
                 }
             }
         }

@@ -19,6 +19,8 @@ use crate::traceable::TraceableScene;
 pub struct Sampling {
     /// Number of paths per sensor or pixel.
     pub paths: u32,
+    /// How many of these go on beyond the first surface of which a coarse solution is known; all where none is.
+    pub beyond: u32,
     /// First reflections of each that no roulette decides.
     pub certain: u32,
     /// Pairs of Sobol coordinates of each.
@@ -26,8 +28,12 @@ pub struct Sampling {
 }
 
 impl Sampling {
+    /// Path `number` of a sensor. The first ones go on: points that follow each other are even.
     fn walk<const C: usize>(self, scene: &TraceableScene, stream: Key, number: u64) -> Walk<'_, C> {
-        Walk::new(scene, PathSamples::with_pairs(stream, number, self.pairs), self.certain)
+        let walk = Walk::new(scene, PathSamples::with_pairs(stream, number, self.pairs), self.certain);
+        let goes_on = number % u64::from(self.paths) < u64::from(self.beyond);
+        let stands_for = if goes_on { f64::from(self.paths) / f64::from(self.beyond) } else { 0.0 };
+        Walk { stands_for, ..walk }
     }
 }
 
@@ -42,7 +48,16 @@ pub fn centre(scene: &TraceableScene, grid: &Grid, index: usize) -> DVec3 {
     grid.centre(index) + DVec3::Z * scene.contact()
 }
 
-/// Illuminance in lux of sensor `index` of a grid by backward paths, and the rays they took; none where it lies inside a solid.
+/// Illuminance in lux of a sensor.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Lux {
+    /// Of all paths.
+    pub whole: f64,
+    /// The part of it that a coarse solution leaves out.
+    pub beyond: f64,
+}
+
+/// Illuminance of sensor `index` of a grid by backward paths, and the rays they took; none where it lies inside a solid.
 pub fn sensor<const C: usize>(
     scene: &TraceableScene,
     grid: &Grid,
@@ -50,9 +65,9 @@ pub fn sensor<const C: usize>(
     sampling: Sampling,
     stream: Key,
     daylight: &impl Daylight<C>,
-) -> (f64, RayCount) {
+) -> (Lux, RayCount) {
     let centre = centre(scene, grid, index);
-    let (mut lux, mut rays) = (0.0, RayCount::default());
+    let (mut lux, mut rays) = (Lux::default(), RayCount::default());
     if grid.is_inside(index) {
         return (lux, rays);
     }
@@ -67,10 +82,13 @@ pub fn sensor<const C: usize>(
         if !scene.is_in_box(position) {
             walk.illuminance(&NextEvent(daylight), position);
         }
-        lux += walk.sum.luminance();
+        let whole = walk.sum.luminance();
+        lux.whole += whole;
+        lux.beyond += walk.known.map_or(0.0, |known| whole - known.luminance());
         rays += walk.rays;
     }
-    (lux / f64::from(sampling.paths), rays)
+    let paths = f64::from(sampling.paths);
+    (Lux { whole: lux.whole / paths, beyond: lux.beyond / paths }, rays)
 }
 
 /// Luminance in cd/m2 of every pixel of a view by backward paths each, channels interleaved, and the rays they took; `None`

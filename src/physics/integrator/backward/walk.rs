@@ -17,6 +17,10 @@ use crate::traceable::{Place, RoomHit, SurfaceId, TraceableScene};
 /// A path goes on for certain above this share of its first weight, if its method asks for it.
 const CERTAIN_ABOVE: f64 = 0.05;
 
+/// Least probability with which a path goes on for what a coarse solution leaves out. It is never less than what the surface reflects:
+/// weights would grow from one to the next, and their variance without bound.
+const LEAST_BEYOND: f64 = 0.25;
+
 /// A method's part in a walk.
 pub trait Meeting<const C: usize> {
     /// False if the path goes on by mirrors, lobes and clear closures only: the method counts what is scattered diffusely at
@@ -28,11 +32,11 @@ pub trait Meeting<const C: usize> {
     /// What is known of the way to a vertex.
     type Arrival: Copy;
 
-    /// Follows a ray whose path began with weight `first` as far as the method can do that faster than the walk, by the same
-    /// random numbers; what is left of it.
+    /// Luminance in cd/m2 of what a surface reflects diffusely at a point toward a ray, by a coarse solution: the ray counts it, and goes
+    /// on for what it leaves out. `None` where that is not known.
     #[inline]
-    fn ahead(&self, _walk: &mut Walk<'_, C>, ray: Ray<C, Self::Trace>, _first: f64) -> Option<Ray<C, Self::Trace>> {
-        Some(ray)
+    fn reflected(&self, _ray: &Ray<C, Self::Trace>, _surface: SurfaceId, _point: DVec3) -> Option<Spectrum<C>> {
+        None
     }
 
     /// A ray has gone on by `length` metres.
@@ -105,14 +109,20 @@ pub struct Walk<'a, const C: usize> {
     pub certain: u32,
     /// Number of surfaces met up to now.
     pub met: u32,
+    /// How many paths this one stands for from the first surface on of which a coarse solution is known: others counted that alone. 0 if
+    /// it ends there itself.
+    pub stands_for: f64,
     /// Illuminance in lux, or luminance in cd/m2.
     pub sum: Spectrum<C>,
+    /// The sum as it was when the path went on for what a coarse solution leaves out; `None` if it did not.
+    pub known: Option<Spectrum<C>>,
 }
 
 impl<'a, const C: usize> Walk<'a, C> {
     /// A path by these random numbers, its first `certain` reflections decided by no roulette.
     pub fn new(scene: &'a TraceableScene, samples: PathSamples, certain: u32) -> Self {
-        Self { scene, samples, rays: RayCount::default(), certain, met: 0, sum: Spectrum::ZERO }
+        let (rays, sum) = (RayCount::default(), Spectrum::ZERO);
+        Self { scene, samples, rays, certain, met: 0, stands_for: 1.0, sum, known: None }
     }
 
     /// Adds one sample of the illuminance in lux of a point that looks up.
@@ -134,35 +144,9 @@ impl<'a, const C: usize> Walk<'a, C> {
     }
 
     /// Follows a ray until the path ends.
-    pub fn follow<M: Meeting<C>>(&mut self, meeting: &M, ray: Ray<C, M::Trace>) {
-        self.go_on(meeting, ray, ray.weight.max());
-    }
-
-    /// Follows a ray that is known to meet a surface first, which is no luminaire, until the path ends.
-    pub fn follow_from<M: Meeting<C>>(
-        &mut self,
-        meeting: &M,
-        ray: &Ray<C, M::Trace>,
-        (surface, hit): (SurfaceId, &RoomHit),
-    ) {
-        let first = ray.weight.max();
-        let next = self
-            .scene
-            .optics(surface)
-            .and_then(|optics| self.meet_surface(meeting, (surface, optics), hit, ray, first));
-        if let Some(next) = next {
-            self.go_on(meeting, next, first);
-        }
-    }
-
-    /// Follows a ray of a path that began with weight `first` until it ends.
-    fn go_on<M: Meeting<C>>(&mut self, meeting: &M, mut ray: Ray<C, M::Trace>, first: f64) {
-        let scene = self.scene;
+    pub fn follow<M: Meeting<C>>(&mut self, meeting: &M, mut ray: Ray<C, M::Trace>) {
+        let (scene, first) = (self.scene, ray.weight.max());
         for _ in 0..MAX_EVENTS {
-            match meeting.ahead(self, ray, first) {
-                Some(rest) => ray = rest,
-                None => return,
-            }
             let hit = scene.intersect(ray.origin, ray.direction, ray.from);
             self.rays += 1;
             meeting.flew(&mut ray.trace, (hit.position - ray.origin).length());
@@ -181,7 +165,13 @@ impl<'a, const C: usize> Walk<'a, C> {
                     if ray.reflected && !scene.interreflection {
                         return;
                     }
-                    self.meet_surface(meeting, (surface, optics), &hit, &ray, first)
+                    match meeting.reflected(&ray, surface, hit.position) {
+                        Some(known) => match self.beyond(known, optics, &mut ray) {
+                            true => self.meet_surface(meeting, (surface, optics), &hit, &ray, None),
+                            false => return,
+                        },
+                        None => self.meet_surface(meeting, (surface, optics), &hit, &ray, Some(first)),
+                    }
                 }
             };
             match next {
@@ -191,14 +181,32 @@ impl<'a, const C: usize> Walk<'a, C> {
         }
     }
 
-    /// A ray meets a surface: counts the light that is connected to it, and returns how the path goes on, by roulette.
+    /// A ray meets a surface whose reflected light is `known` by a coarse solution: counts that, and decides whether it goes on for what that
+    /// leaves out; if so it stands for those that do not.
+    fn beyond<Trace>(&mut self, known: Spectrum<C>, optics: &SurfaceOptics, ray: &mut Ray<C, Trace>) -> bool {
+        self.sum += ray.weight * known;
+        self.known.get_or_insert(self.sum);
+        let stands_for = if self.stands_for == 1.0 {
+            let leaving = ray.weight * (optics.diffuse() + optics.specular());
+            let probability = (leaving.max() / ray.weight.max()).clamp(LEAST_BEYOND, 1.0);
+            if self.samples.random.uniform() < probability { 1.0 / probability } else { 0.0 }
+        } else {
+            std::mem::replace(&mut self.stands_for, 1.0)
+        };
+        ray.weight = ray.weight * stands_for;
+        self.sum += ray.weight * known * -1.0;
+        stands_for > 0.0
+    }
+
+    /// A ray meets a surface: counts the light that is connected to it, and returns how the path goes on, by roulette where it is known
+    /// with which weight it began.
     fn meet_surface<M: Meeting<C>>(
         &mut self,
         meeting: &M,
         (surface, optics): (SurfaceId, &SurfaceOptics),
         hit: &RoomHit,
         ray: &Ray<C, M::Trace>,
-        first: f64,
+        first: Option<f64>,
     ) -> Option<Ray<C, M::Trace>> {
         let vertex = Vertex::surface(hit, surface, optics, -ray.direction, ray.weight);
         let arrival = meeting.arrives(&ray.trace, -ray.direction.dot(hit.normal));
@@ -208,7 +216,10 @@ impl<'a, const C: usize> Walk<'a, C> {
         }
         let specular = ray.weight * optics.specular();
         let leaving = if M::FOLLOWS_DIFFUSE { ray.weight * optics.diffuse() + specular } else { specular }.max();
-        let survival = self.survival(leaving, ray.weight.max(), first)?;
+        let survival = match first {
+            Some(first) => self.survival(leaving, ray.weight.max(), first)?,
+            None => 1.0,
+        };
         let scattered = if M::FOLLOWS_DIFFUSE {
             vertex.scatterer.sample(Travel::AgainstLight, vertex.eye, SheetSide::Same, &mut self.samples)
         } else {

@@ -15,27 +15,32 @@
 
 use std::f64::consts::PI;
 use std::ops::Range;
+use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use glam::{DVec2, DVec3};
 
 use super::books;
-use super::cells::{Leaving, TubeLight};
-use super::in_box::BoxRoom;
+use super::cells::{Leaving, TubeLight, per_lumen};
 use super::sight::{Sight, sight};
 use crate::integrator::backward::daylight::FollowedThroughLamps;
 use crate::integrator::backward::next_event::{Daylight, Way};
 use crate::integrator::backward::vertex::Vertex;
-use crate::integrator::backward::walk::{Ray, Walk};
+use crate::integrator::backward::walk::Walk;
 use crate::integrator::photon::chunks::{Chunks, Tally, fold_chunks};
 use crate::integrator::photon::descent::{Entering, Exit, descend_by};
 use crate::integrator::photon::emission::{Emission, EmittedPhoton, Start};
 use crate::integrator::photon::ledger::Account;
+use crate::integrator::radiosity::{Exchange, Solution};
+use crate::optics::Spectrum;
 use crate::sampling::{Key, PathRandom, PathSamples, Replicate, Stream};
-use crate::traceable::{TraceableScene, TraceableTube};
+use crate::traceable::{Openings, SurfaceId, TraceableScene, TraceableTube};
 
 /// Photons that a vertex is connected to where nothing has a closed form.
 const CONNECTIONS: usize = 2;
+
+/// Flux for which an opening is chosen at the least, as a share of the brightest one's.
+const LEAST_POWER: f64 = 1e-3;
 
 /// Photons that go down a tube together.
 const AT_ONCE: usize = 64;
@@ -137,8 +142,9 @@ fn leave<const C: usize>(
 #[derive(Debug)]
 pub struct DiffuserLight<const C: usize> {
     tubes: Vec<TubeLight<C>>,
-    /// Where paths between plain faces have nothing to ask.
-    room: Option<BoxRoom<C>>,
+    openings: Openings,
+    /// A coarse solution of what surfaces reflect of it.
+    reflected: Option<Solution<C>>,
 }
 
 impl<const C: usize> DiffuserLight<C> {
@@ -159,8 +165,19 @@ impl<const C: usize> DiffuserLight<C> {
         let light = |(index, (tube, photons)): (usize, (&TraceableTube, Vec<Leaving<C>>))| {
             TubeLight::new(tube, photons, PathRandom::new(pass.stream(Stream::DiffuserChoice, index as u64)).uniform())
         };
-        let tubes = scene.tubes.iter().zip(all).enumerate().map(light).collect();
-        Self { tubes, room: BoxRoom::of(scene) }
+        let tubes: Vec<TubeLight<C>> = scene.tubes.iter().zip(all).enumerate().map(light).collect();
+        // a tube of which no photon came may send light all the same
+        let fluxes: Vec<f64> = tubes.iter().map(|tube| tube.flux().luminance()).collect();
+        let least = LEAST_POWER * fluxes.iter().copied().fold(0.0, f64::max);
+        let openings = Openings::new(&scene.tubes, fluxes.into_iter().map(|flux| flux.max(least)));
+        Self { tubes, openings, reflected: None }
+    }
+
+    /// The same light, with a coarse solution of what surfaces reflect of it.
+    pub fn reflected_by(mut self, exchange: &Arc<Exchange<C>>) -> Self {
+        let fluxes: Vec<Spectrum<C>> = self.tubes.iter().map(TubeLight::flux).collect();
+        self.reflected = Some(exchange.solve(&fluxes));
+        self
     }
 
     /// The light of each tube, in the order of the scene.
@@ -187,33 +204,45 @@ impl<const C: usize> DiffuserLight<C> {
         self.tubes.iter().enumerate().map(of_tube).collect()
     }
 
-    /// Illuminance in lux of a horizontal sensor that sees all diffusers: every photon is connected to it, or to the point of
-    /// a cell that its offset leads to.
-    pub fn at_sensor(&self, position: DVec3, offsets: Option<&[Vec<DVec2>]>) -> f64 {
-        let of_tube = |(index, tube): (usize, &TubeLight<C>)| {
-            let depth = tube.origin.z - position.z;
-            let mut sum = 0.0;
-            for (number, photon) in tube.photons.iter().enumerate() {
-                let mut away = photon.position - position.truncate();
-                if let Some(offsets) = offsets {
-                    away -= offsets[index][number];
-                }
-                let distance_squared = away.length_squared() + depth * depth;
-                sum += photon.flux.luminance() / (distance_squared * distance_squared);
+    /// Illuminance in lux of a horizontal sensor by a tube whose diffuser it sees whole: every photon is connected to it, or to the point
+    /// of a cell that its offset leads to.
+    pub fn at_sensor(&self, tube: usize, position: DVec3, offsets: Option<&[Vec<DVec2>]>) -> f64 {
+        let light = &self.tubes[tube];
+        let depth = light.origin.z - position.z;
+        if depth <= 0.0 {
+            return 0.0;
+        }
+        let mut sum = 0.0;
+        for (number, photon) in light.photons.iter().enumerate() {
+            let mut away = photon.position - position.truncate();
+            if let Some(offsets) = offsets {
+                away -= offsets[tube][number];
             }
-            sum * depth * depth / PI
-        };
-        self.tubes.iter().enumerate().map(of_tube).sum()
+            let distance_squared = away.length_squared() + depth * depth;
+            sum += photon.flux.luminance() / (distance_squared * distance_squared);
+        }
+        sum * depth * depth / PI
+    }
+
+    /// A photon that stands for all of a tube's, and the illuminance in lux of a horizontal point that sees it; `number` in 0..1
+    /// chooses. `None` for points above the opening, and without light.
+    pub fn of_photon(&self, tube: usize, position: DVec3, number: f64) -> Option<(DVec3, f64)> {
+        let light = &self.tubes[tube];
+        let (photon, _) = light.choice(number)?;
+        let source = photon.position.extend(light.origin.z);
+        let lux = photon.flux.luminance() * per_lumen(source - position, DVec3::Z);
+        (source.z > position.z).then_some((source, lux))
     }
 }
 
 impl<const C: usize> Daylight<C> for DiffuserLight<C> {
+    fn openings(&self) -> Option<&Openings> {
+        Some(&self.openings)
+    }
+
     #[inline]
-    fn ahead(&self, walk: &mut Walk<'_, C>, ray: Ray<C, Way>, first: f64) -> Option<Ray<C, Way>> {
-        match &self.room {
-            Some(room) => room.follow(&self.tubes, walk, ray, first),
-            None => Some(ray),
-        }
+    fn reflected(&self, surface: SurfaceId, point: DVec3) -> Option<Spectrum<C>> {
+        self.reflected.as_ref()?.luminance(surface, point)
     }
 
     fn connect(&self, walk: &mut Walk<'_, C>, vertex: &Vertex<'_, C>, tube: usize) {
@@ -256,24 +285,35 @@ impl<const C: usize> Daylight<C> for DiffuserLight<C> {
     }
 }
 
-/// The same light at sensors to which every photon was connected.
-pub struct SensorsLit<'a, const C: usize>(pub &'a DiffuserLight<C>);
+/// The same light at a sensor to which all openings but near ones were connected.
+pub struct SensorLit<'a, const C: usize> {
+    /// The light.
+    pub light: &'a DiffuserLight<C>,
+    /// Its centre in m.
+    pub centre: DVec3,
+    /// How far its points are from that, in m.
+    pub reach: f64,
+}
 
-impl<const C: usize> Daylight<C> for SensorsLit<'_, C> {
-    #[inline]
-    fn ahead(&self, walk: &mut Walk<'_, C>, ray: Ray<C, Way>, first: f64) -> Option<Ray<C, Way>> {
-        self.0.ahead(walk, ray, first)
-    }
-
+impl<const C: usize> Daylight<C> for SensorLit<'_, C> {
     fn connect(&self, walk: &mut Walk<'_, C>, vertex: &Vertex<'_, C>, tube: usize) {
-        self.0.connect(walk, vertex, tube);
+        self.light.connect(walk, vertex, tube);
     }
 
-    fn lights_sensors(&self) -> bool {
-        false
+    fn lights_sensor(&self, tube: usize) -> bool {
+        !self.light.tubes[tube].is_far(self.centre, self.reach)
+    }
+
+    fn openings(&self) -> Option<&Openings> {
+        Daylight::openings(self.light)
+    }
+
+    #[inline]
+    fn reflected(&self, surface: SurfaceId, point: DVec3) -> Option<Spectrum<C>> {
+        Daylight::reflected(self.light, surface, point)
     }
 
     fn found_share(&self, scene: &TraceableScene, tube: usize, way: &Way, position: DVec3) -> Option<f64> {
-        self.0.found_share(scene, tube, way, position)
+        self.light.found_share(scene, tube, way, position)
     }
 }

@@ -4,7 +4,6 @@ pub mod beside;
 mod books;
 pub mod cells;
 pub mod flux;
-mod in_box;
 pub mod light;
 pub mod sight;
 pub mod sizes;

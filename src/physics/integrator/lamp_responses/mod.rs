@@ -216,7 +216,8 @@ impl<const C: usize> LampResponses<C> {
             return (0.0, rays);
         }
         if self.room.sees_all(grid, sensor) {
-            return (light.at_sensor(place.centre(), offsets), rays);
+            let of_tube = |tube| light.at_sensor(tube, place.centre(), offsets);
+            return ((0..light.tubes().len()).map(of_tube).sum(), rays);
         }
         let stream = stream.stream(Stream::Sensor, sensor as u64);
         let mut lux = 0.0;

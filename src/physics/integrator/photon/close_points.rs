@@ -3,7 +3,6 @@
 use glam::DVec3;
 
 use crate::integrator::method::{Refusal, RefusalCode};
-use crate::integrator::some_sensors::SensorPlace;
 use crate::scene::{EstimateKind, Grid};
 use crate::traceable::{TraceableScene, TraceableTube};
 
@@ -19,12 +18,6 @@ const NEAR_OPENING: f64 = 0.1;
 /// nearest of these sensors.
 pub fn dishonest_points(scene: &TraceableScene, grids: &[Grid]) -> Option<Refusal> {
     refusal_of_nearest(close_points(scene, grids), grids)
-}
-
-/// Refuses point sensors very near to openings, as [`dishonest_points`] does those near to any surface.
-pub fn points_at_openings(scene: &TraceableScene, grids: &[Grid]) -> Option<Refusal> {
-    let close = |(place, point)| close_to_opening(scene, place, point);
-    refusal_of_nearest(points(grids).filter_map(close), grids)
 }
 
 fn refusal_of_nearest(close: impl Iterator<Item = ClosePoint>, grids: &[Grid]) -> Option<Refusal> {
@@ -44,11 +37,6 @@ fn refusal_of_nearest(close: impl Iterator<Item = ClosePoint>, grids: &[Grid]) -
     Some(Refusal::new(RefusalCode::PointsNearSurfaces, detail))
 }
 
-/// The point sensors for which [`dishonest_points`] gives a reason.
-pub fn near_surfaces(scene: &TraceableScene, grids: &[Grid]) -> Vec<SensorPlace> {
-    close_points(scene, grids).map(|close| close.place).collect()
-}
-
 const OPENING: &str = "an opening";
 
 /// A point sensor too near to something.
@@ -60,6 +48,13 @@ struct ClosePoint {
     /// Name of the surface that it is near to.
     surface: &'static str,
     place: SensorPlace,
+}
+
+/// A sensor of a grid: number of the grid, and of the sensor in it.
+#[derive(Clone, Copy, Debug)]
+struct SensorPlace {
+    grid: usize,
+    sensor: usize,
 }
 
 /// The point sensors that lie in no solid.

@@ -31,6 +31,10 @@
 //! **Sources.** The cut is derived here (docs/physics/measurement_equation.md#two-stages); Kajiya 1986, Veach and
 //! Guibas 1995.
 
+mod sensors;
+mod sizes;
+mod straight;
+
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -40,30 +44,33 @@ use rayon::prelude::*;
 use crate::guide::RayCount;
 use crate::integrator::backward;
 use crate::integrator::backward::chance;
-use crate::integrator::backward::pass::{Sampling, centre, each};
+use crate::integrator::backward::pass::{Lux, Sampling, centre, each};
 use crate::integrator::backward::room_entry::exit_seen_by;
 use crate::integrator::lamp::beside::{
-    Lamps, Lit, add_beside, bytes_beside, most_places, photons_beside, refuses_all_but_lamps, refuses_beside,
+    Lamps, Lit, add_beside, bytes_beside, most_places, refuses_all_but_lamps, refuses_beside,
 };
-use crate::integrator::lamp::light::{DiffuserLight, SensorsLit};
-use crate::integrator::lamp::sizes::photons_for;
+use crate::integrator::lamp::light::{DiffuserLight, SensorLit};
 use crate::integrator::method::{Caveat, Computation, Described, Load, Refusal, Task, Trial, Work};
-use crate::integrator::pass_size::PassSize;
 use crate::integrator::photon::chunks::MOST_CHUNK;
 use crate::integrator::photon::descent::Exit;
+use crate::integrator::radiosity::Exchange;
 use crate::integrator::trial::{Powers, TrialPasses};
-use crate::integrator::{GridPass, Integrator, Pass, ViewPass};
+use crate::integrator::{GridPass, Integrator, Pass, PhotonCount, ViewPass};
 use crate::optics::{Closure, Spectrum};
-use crate::sampling::{Key, Stream, power_of_two};
+use crate::sampling::{Key, Stream};
 use crate::scene::{Channels, EstimateKind, Grid, View};
-use crate::traceable::{TraceableScene, TraceableTube};
+use crate::statistics::Moments;
+use crate::traceable::TraceableScene;
+use sensors::{reach, starts};
+use sizes::{PATHS, Sizes, Spread};
+use straight::{Connections, Sensors, Straight};
 
 /// Settings of two stages.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
     /// Photons from sky and sun per pass, all tubes together; 64..=16_777_216; `None`: by the accuracy asked for, or with views 8192.
     pub photons_per_pass: Option<u64>,
-    /// Backward paths per sensor and pass; 1..=65_536; `None`: by the accuracy asked for, or with views 256.
+    /// Backward paths per sensor and pass; 1..=65_536; `None`: by the accuracy asked for.
     pub samples_per_sensor: Option<u32>,
     /// Backward paths per pixel and pass; 1..=4_096.
     pub samples_per_pixel: u32,
@@ -72,39 +79,6 @@ pub struct Settings {
 impl Default for Settings {
     fn default() -> Self {
         Self { photons_per_pass: None, samples_per_sensor: None, samples_per_pixel: 8 }
-    }
-}
-
-/// Fewest and most photons, and most paths from a sensor, of a pass unless the document says how many; with views the most.
-const FEWEST_PHOTONS: f64 = 64.0;
-const MOST_PHOTONS: f64 = 8192.0;
-const MOST_SAMPLES: f64 = 256.0;
-
-/// Paths from a sensor in a pass of grids alone, unless the document says how many.
-const SAMPLES: PassSize = PassSize { for_one_percent: 16.0, growth: 1.65, fewest: 1.0, most: MOST_SAMPLES };
-
-/// Numbers of a pass.
-#[derive(Clone, Copy, Debug)]
-pub struct Sizes {
-    /// Photons down the tubes.
-    pub photons: u64,
-    /// Paths from each sensor.
-    pub per_sensor: u32,
-    /// Paths from each pixel.
-    pub per_pixel: u32,
-}
-
-impl Settings {
-    /// The numbers of a pass for a relative standard error `target` of grids, or with views.
-    fn sizes(&self, target: f64, tubes: &[TraceableTube], views: bool) -> Sizes {
-        let wanted = photons_for(tubes, target).max(photons_beside(tubes, target));
-        let photons = if views { MOST_PHOTONS } else { wanted.clamp(FEWEST_PHOTONS, MOST_PHOTONS) };
-        let samples = if views { MOST_SAMPLES as u64 } else { SAMPLES.power_of_two(target) };
-        Sizes {
-            photons: self.photons_per_pass.unwrap_or_else(|| power_of_two(photons)),
-            per_sensor: self.samples_per_sensor.unwrap_or(samples as u32),
-            per_pixel: self.samples_per_pixel,
-        }
     }
 }
 
@@ -127,40 +101,38 @@ impl Described for Settings {
     }
 
     fn seconds_per_pass(&self, work: &Work) -> f64 {
-        let sizes = self.sizes(work.target, &[], work.pixels > 0.0);
-        let sensor_paths = f64::from(sizes.per_sensor) * work.sensors;
-        let eye_paths = f64::from(sizes.per_pixel) * work.pixels;
-        sizes.photons as f64 * (work.seconds_per_path + 2e-9 * work.sensors)
+        let photons = self.photons_per_pass.unwrap_or_else(|| Sizes::photons(work.target, &[], work.pixels > 0.0));
+        let per_sensor = self.samples_per_sensor.map_or_else(|| PATHS.of(work.target, 1.0), f64::from);
+        let (sensor_paths, eye_paths) = (per_sensor * work.sensors, f64::from(self.samples_per_pixel) * work.pixels);
+        photons as f64 * (work.seconds_per_path + 2e-9 * work.sensors)
             + (sensor_paths + eye_paths) * (1e-6 + 0.5e-6 * work.tubes)
     }
 
     fn working_bytes(&self, load: &Load) -> f64 {
         // a place on the diffuser, the flux, and an offset for cells
-        let photons = self.photons_per_pass.map_or(MOST_PHOTONS, |photons| photons as f64);
+        let photons = self.photons_per_pass.map_or(Sizes::most_photons(), |photons| photons as f64);
         photons * load.photon_bytes() * Load::COPIES + bytes_beside(load, photons)
     }
 
     fn trial(&self, task: &Task, target: f64) -> Trial {
-        let sizes = self.sizes(target, &task.traceable.tubes, !task.views.is_empty());
+        let tubes = &task.traceable.tubes;
         if task.views.is_empty() && self.samples_per_sensor.is_none() {
-            let whole = Trial::whole(self.clone(), most_places(&task.traceable.tubes, 49));
-            return whole.with(TrialPasses::of_size(f64::from(sizes.per_sensor), Powers::of_growth(SAMPLES.growth)));
+            let whole = Trial::whole(self.clone(), most_places(tubes, 49));
+            return whole.with(TrialPasses::of_size(PATHS.of(target, 1.0), Powers::of_growth(PATHS.growth)));
         }
         // each place has the noise of its own paths, whose number stays, and all have that of the photons
         let powers = Powers { work_of_place: 0.0, variance: 0.0, ..Powers::OF_PHOTONS };
-        let tried = TrialPasses::fewer(sizes.photons, 0.125);
-        let smaller =
-            Self { photons_per_pass: Some(tried), samples_per_sensor: Some(sizes.per_sensor), ..self.clone() };
+        let photons = self.photons_per_pass.unwrap_or_else(|| Sizes::photons(target, tubes, !task.views.is_empty()));
+        let tried = TrialPasses::fewer(photons, 0.125);
+        let smaller = Self { photons_per_pass: Some(tried), ..self.clone() };
         let most_places = if task.views.is_empty() { 9 } else { 512 };
-        Trial::whole(smaller, most_places).with(TrialPasses::of_photons(tried, sizes.photons, powers))
+        Trial::whole(smaller, most_places).with(TrialPasses::of_photons(tried, photons, powers))
     }
 
     fn build(&self, task: &Task, seed: u64, target: f64) -> Computation {
-        let scene = task.traceable.clone();
-        let sizes = self.sizes(target, &scene.tubes, !task.views.is_empty());
         match task.scene.channels {
-            Channels::Photopic => Computation::passes(TwoStage::<1>::new(scene, task.grids, task.views, sizes, seed)),
-            Channels::Rgb => Computation::passes(TwoStage::<3>::new(scene, task.grids, task.views, sizes, seed)),
+            Channels::Photopic => Computation::passes(TwoStage::<1>::new(task, self, seed, target)),
+            Channels::Rgb => Computation::passes(TwoStage::<3>::new(task, self, seed, target)),
         }
     }
 }
@@ -190,47 +162,110 @@ pub struct TwoStage<const C: usize> {
     grids: Vec<Grid>,
     views: Vec<View>,
     sizes: Sizes,
+    connections: Connections,
+    /// What patches of the room's surfaces send to each other, if that is followed.
+    exchange: Option<Arc<Exchange<C>>>,
     seed: Key,
 }
 
+/// Sensors of a grid that are tried, at most, their paths in a pass, and passes, photons in each.
+const TRIED_SENSORS: usize = 36;
+const TRIED_PATHS: u32 = 4;
+const TRIED_PASSES: u64 = 4;
+const TRIED_PHOTONS: u64 = 64;
+
 impl<const C: usize> TwoStage<C> {
-    /// Divides the photons of a pass among sky and sun of the tubes; equal seeds give equal bits.
-    pub fn new(scene: Arc<TraceableScene>, grids: &[Grid], views: &[View], sizes: Sizes, seed: u64) -> Self {
-        let lamps = Lamps::new(&scene, grids, sizes.photons, seed);
-        let (grids, views) = (grids.to_vec(), views.to_vec());
-        Self { scene, lamps, grids, views, sizes, seed: Key::new(seed) }
+    /// The method for a relative standard error `target`; equal seeds give equal bits.
+    pub fn new(task: &Task, settings: &Settings, seed: u64, target: f64) -> Self {
+        let scene = task.traceable;
+        let exchange = Exchange::new(scene, &starts(scene, task.grids, task.views), target).map(Arc::new);
+        let photons = Sizes::photons(target, &scene.tubes, !task.views.is_empty());
+        let sizes = Sizes {
+            photons: settings.photons_per_pass.unwrap_or(photons),
+            per_sensor: 1,
+            beyond: 1,
+            per_opening: Sizes::per_opening(target),
+            per_pixel: settings.samples_per_pixel,
+        };
+        let sizes = match settings.samples_per_sensor {
+            Some(paths) => sizes.with_paths(paths),
+            None => Self::tried(scene, task.grids, exchange.as_ref(), seed).map_or_else(
+                || sizes.with_paths(PATHS.power_of_two(target) as u32),
+                |spread| sizes.tried(target, spread, task.grids.iter().map(Grid::valued).sum()),
+            ),
+        };
+        Self::sized(scene, (task.grids, task.views), sizes, exchange, seed)
     }
 
-    /// Illuminance of a grid in lux, and the rays it took; `None` when cancelled.
-    fn grid(
-        &self,
-        light: &DiffuserLight<C>,
-        grid: &Grid,
-        stream: Key,
-        cancel: &AtomicBool,
-    ) -> Option<(Vec<f64>, RayCount)> {
-        let scene = &*self.scene;
-        let sampling = sampling(self.sizes.per_sensor);
-        let average = grid.estimate == EstimateKind::CellAverage;
-        let offsets = average.then(|| light.offsets(grid.cell_size_m, stream));
-        let reach = if average { 0.5 * libm::hypot(grid.cell_size_m[0], grid.cell_size_m[1]) } else { 0.0 };
-        let sensors = each(grid.len(), cancel, |index| {
-            if grid.is_inside(index) {
-                return (0.0, RayCount::default());
+    /// Divides the photons of a pass among sky and sun of the tubes.
+    fn sized(
+        scene: &Arc<TraceableScene>,
+        (grids, views): (&[Grid], &[View]),
+        sizes: Sizes,
+        exchange: Option<Arc<Exchange<C>>>,
+        seed: u64,
+    ) -> Self {
+        let lamps = Lamps::new(scene, grids, sizes.photons, seed);
+        let seed = Key::new(seed);
+        let connections = Connections::new(scene, grids, sizes.per_opening, seed);
+        let (grids, views) = (grids.to_vec(), views.to_vec());
+        Self { lamps, grids, views, sizes, connections, exchange, seed, scene: scene.clone() }
+    }
+
+    /// How much paths from some sensors differ; `None` where there are none.
+    fn tried(
+        scene: &Arc<TraceableScene>,
+        grids: &[Grid],
+        exchange: Option<&Arc<Exchange<C>>>,
+        seed: u64,
+    ) -> Option<Spread> {
+        let grids: Vec<Grid> = grids.iter().map(|grid| grid.thinned(TRIED_SENSORS)).collect();
+        let photons = TRIED_PHOTONS * scene.tubes.len().max(1) as u64;
+        let sizes = Sizes { photons, per_sensor: TRIED_PATHS, beyond: TRIED_PATHS, per_opening: 1, per_pixel: 0 };
+        let method = Self::sized(scene, (&grids, &[]), sizes, exchange.cloned(), seed);
+        let mut values: Vec<Vec<[Moments; 2]>> =
+            grids.iter().map(|grid| vec![Default::default(); grid.len()]).collect();
+        for pass in 0..TRIED_PASSES {
+            let found = method.pass_of(method.seed.stream(Stream::SizeTrial, pass), pass, &AtomicBool::new(false))?;
+            for (values, grid) in values.iter_mut().zip(&found.grids) {
+                for (sensor, [known, beyond]) in values.iter_mut().enumerate() {
+                    known.push(grid.illuminance[sensor] - grid.residual[sensor]);
+                    beyond.push(grid.residual[sensor]);
+                }
             }
-            let position = centre(scene, grid, index);
-            let stream = stream.stream(Stream::Sensor, index as u64);
-            let clear =
-                |tube: &TraceableTube| scene.leaves_clear(position, reach, None, tube.origin, tube.opening_radius);
-            if !light.is_far(position, reach) || !scene.tubes.iter().all(clear) {
-                return backward::pass::sensor::<C>(scene, grid, index, sampling, stream, light);
+        }
+        Spread::of(values.into_iter().flatten(), f64::from(TRIED_PATHS))
+    }
+
+    /// One pass of a grid, and the rays it took; `None` when cancelled.
+    fn grid(&self, light: &DiffuserLight<C>, sensors: Sensors, cancel: &AtomicBool) -> Option<(GridPass, RayCount)> {
+        let (scene, grid) = (&*self.scene, sensors.grid);
+        let sampling = Sampling {
+            paths: self.sizes.per_sensor,
+            beyond: self.sizes.beyond,
+            certain: CERTAIN_REFLECTIONS,
+            pairs: SOBOL_PAIRS,
+        };
+        let found = each(grid.len(), cancel, |sensor| {
+            if grid.is_inside(sensor) {
+                return (Straight::default(), Lux::default(), RayCount::default());
             }
-            let direct = light.at_sensor(position, offsets.as_deref());
-            let (lux, rays) = backward::pass::sensor::<C>(scene, grid, index, sampling, stream, &SensorsLit(light));
-            (direct + lux, rays)
+            let straight = self.connections.straight(scene, light, sensors, sensor);
+            let lit = SensorLit { light, centre: centre(scene, grid, sensor), reach: reach(grid) };
+            let stream = sensors.stream.stream(Stream::Sensor, sensor as u64);
+            let (lux, rays) = backward::pass::sensor::<C>(scene, grid, sensor, sampling, stream, &lit);
+            (straight, lux, rays)
         })?;
-        let (illuminance, rays): (Vec<f64>, Vec<RayCount>) = sensors.into_iter().unzip();
-        Some((illuminance, rays.into_iter().sum()))
+        let mut pass = GridPass::default();
+        let mut all_rays = RayCount::default();
+        for (straight, lux, rays) in found {
+            pass.illuminance.push(straight.lux + lux.whole);
+            pass.residual.push(lux.beyond);
+            pass.photons.push(PhotonCount { brightest_lux: straight.missed, ..PhotonCount::default() });
+            all_rays += straight.rays;
+            all_rays += rays;
+        }
+        Some((pass, all_rays))
     }
 
     /// Adds the light of the diffusers that the eye sees straight.
@@ -254,21 +289,41 @@ impl<const C: usize> TwoStage<C> {
 }
 
 impl<const C: usize> Integrator for TwoStage<C> {
+    fn start(&self) -> Pass {
+        let zones = |grid: &Grid| vec![0; if self.exchange.is_some() { grid.len() } else { 0 }];
+        let grid = |grid: &Grid| GridPass { zones: zones(grid), ..GridPass::default() };
+        Pass { grids: self.grids.iter().map(grid).collect(), ..Pass::default() }
+    }
+
     fn pass(&self, pass: u64, cancel: &AtomicBool) -> Option<Pass> {
-        let key = self.seed.stream(Stream::Pass, pass);
+        self.pass_of(self.seed.stream(Stream::Pass, pass), pass, cancel)
+    }
+}
+
+impl<const C: usize> TwoStage<C> {
+    /// The pass of a key and a number.
+    fn pass_of(&self, key: Key, pass: u64, cancel: &AtomicBool) -> Option<Pass> {
         let scene = &*self.scene;
         let Lit { lamps: light, beside, account } = self.lamps.pass(scene, key, cancel)?;
+        let light = match &self.exchange {
+            Some(exchange) => light.reflected_by(exchange),
+            None => light,
+        };
         let mut result = Pass { account, photons: self.lamps.photons(), ..Pass::default() };
         for (number, grid) in self.grids.iter().enumerate() {
             let stream = key.stream(Stream::Grid, number as u64);
-            let (illuminance, rays) = self.grid(&light, grid, stream, cancel)?;
+            let average = grid.estimate == EstimateKind::CellAverage;
+            let offsets = average.then(|| light.offsets(grid.cell_size_m, stream));
+            let sensors = Sensors { number, grid, pass, offsets: offsets.as_deref(), stream };
+            let (grid, rays) = self.grid(&light, sensors, cancel)?;
             result.account.rays += rays;
-            result.grids.push(GridPass { illuminance, ..GridPass::default() });
+            result.grids.push(grid);
         }
         add_beside(&mut result.grids, &beside);
         for (number, view) in self.views.iter().enumerate() {
             let stream = key.stream(Stream::View, number as u64);
-            let sampling = sampling_of_pixels(self.sizes.per_pixel);
+            let paths = self.sizes.per_pixel;
+            let sampling = Sampling { paths, beyond: paths, certain: CERTAIN_REFLECTIONS, pairs: SOBOL_PAIRS_SEEN };
             let (mut luminance, rays) = backward::pass::view::<C>(scene, view, sampling, stream, &light, cancel)?;
             if cancel.load(Ordering::Relaxed) {
                 return None;
@@ -280,12 +335,4 @@ impl<const C: usize> Integrator for TwoStage<C> {
         }
         Some(result)
     }
-}
-
-fn sampling(paths: u32) -> Sampling {
-    Sampling { paths, certain: CERTAIN_REFLECTIONS, pairs: SOBOL_PAIRS }
-}
-
-fn sampling_of_pixels(paths: u32) -> Sampling {
-    Sampling { paths, certain: CERTAIN_REFLECTIONS, pairs: SOBOL_PAIRS_SEEN }
 }

@@ -1,0 +1,233 @@
+//! Light that goes to and fro between patches: where rays from each end, what lights it straight, and the radiosities that follow.
+
+use std::f64::consts::PI;
+use std::sync::Arc;
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::patches::Patches;
+use crate::integrator::lamp::cells::per_lumen;
+use crate::optics::Spectrum;
+use crate::sampling::{Key, PathRandom, warp};
+use crate::traceable::{Place, SurfaceId, TraceableScene};
+
+/// Rays from each patch, in as many strata of directions.
+const RAYS: usize = STRATA * STRATA;
+const STRATA: usize = 4;
+
+/// Rays from each patch by which others are found.
+const FINDING: usize = 4;
+
+/// Rays from each place where paths begin by which the first patches are found.
+const FROM_STARTS: usize = 16;
+
+/// Radiosities are computed again until what is changed is less than this share of all, and at most so many times: what is left
+/// costs time, not truth.
+const CHANGED: f64 = 1e-3;
+const SWEEPS: usize = 64;
+
+/// No patch.
+const NONE: u32 = u32::MAX;
+
+/// A point of a surface, or a sensor.
+#[derive(Clone, Copy, Debug)]
+pub struct Spot {
+    /// In m.
+    pub position: DVec3,
+    /// Unit normal toward the room.
+    pub normal: DVec3,
+    /// `None` for a sensor.
+    pub surface: Option<SurfaceId>,
+}
+
+/// What patches send to each other, and what lights them straight: all that follows from the room alone.
+#[derive(Debug)]
+pub struct Exchange<const C: usize> {
+    patches: Patches,
+    /// Number of each patch among those that rays meet.
+    numbers: Vec<u32>,
+    /// Diffuse reflectances, by these numbers.
+    reflectances: Vec<Spectrum<C>>,
+    /// The patches in which the rays of each end, by these numbers.
+    met: Vec<u32>,
+    /// Illuminances by openings in lx per lumen, with the number of the tube: so many of each patch.
+    of_openings: Vec<(u32, f64)>,
+    /// Illuminances by luminaires in lx.
+    of_luminaires: Vec<Spectrum<C>>,
+}
+
+/// Points of a patch that rays have met.
+struct Found {
+    surface: SurfaceId,
+    spots: Vec<Spot>,
+}
+
+impl<const C: usize> Exchange<C> {
+    /// Finds the patches that rays from `starts` meet, straight or by way of others; always the same for the same scene and starts.
+    /// `target`: relative standard error by which patches are sized. `None` where no light is reflected.
+    pub fn new(scene: &TraceableScene, starts: &[Spot], target: f64) -> Option<Self> {
+        if !scene.interreflection {
+            return None;
+        }
+        let patches = Patches::new(scene, target);
+        let mut numbers = vec![NONE; patches.count];
+        let mut found: Vec<Found> = Vec::new();
+        let key = Key::new(0);
+        let (mut first, mut rays): (usize, Vec<Option<Spot>>) = (0, Vec::new());
+        rays.par_extend(starts.par_iter().enumerate().flat_map_iter(|(number, start)| {
+            let mut random = PathRandom::new(key.child(number as u64));
+            (0..FROM_STARTS).map(move |stratum| ray(scene, start, stratum, &mut random))
+        }));
+        loop {
+            for spot in rays.drain(..).flatten() {
+                let Some(surface) = spot.surface else { continue };
+                let Some(patch) = patches.at(surface, spot.position) else { continue };
+                if numbers[patch] == NONE {
+                    numbers[patch] = found.len() as u32;
+                    found.push(Found { surface, spots: Vec::new() });
+                }
+                let Found { spots, .. } = &mut found[numbers[patch] as usize];
+                if spots.len() < RAYS {
+                    spots.push(spot);
+                }
+            }
+            if first == found.len() {
+                break;
+            }
+            rays.par_extend(found[first..].par_iter().enumerate().flat_map_iter(|(number, patch)| {
+                let mut random = PathRandom::new(key.child(1).child((first + number) as u64));
+                (0..FINDING).map(move |ray_number| {
+                    let stratum = ray_number * (RAYS / FINDING) + ray_number;
+                    ray(scene, &patch.spots[ray_number % patch.spots.len()], stratum, &mut random)
+                })
+            }));
+            first = found.len();
+        }
+        let of_patch = |(number, patch): (usize, &Found)| {
+            let mut random = PathRandom::new(key.child(2).child(number as u64));
+            Lit::of(scene, patch, &mut random)
+        };
+        let lit: Vec<Lit<C>> = found.par_iter().enumerate().map(of_patch).collect();
+        let number = |spot: &Option<Spot>| {
+            let patch = spot.and_then(|spot| patches.at(spot.surface?, spot.position));
+            patch.map_or(NONE, |patch| numbers[patch])
+        };
+        let met = lit.iter().flat_map(|lit| lit.met.iter().map(number)).collect();
+        let of_openings = lit.iter().flat_map(|lit| lit.of_openings).collect();
+        let of_luminaires = lit.iter().map(|lit| lit.of_luminaires).collect();
+        let reflectance = |patch: &Found| scene.optics(patch.surface).map_or(Spectrum::ZERO, |optics| optics.diffuse());
+        let reflectances = found.iter().map(reflectance).collect();
+        let exchange = Self { numbers, reflectances, met, of_openings, of_luminaires, patches };
+        (!found.is_empty()).then_some(exchange)
+    }
+
+    /// The radiosities where openings send these fluxes in lm, as from Lambertian surfaces (Gauss and Seidel's sweeps).
+    pub fn solve(self: &Arc<Self>, fluxes: &[Spectrum<C>]) -> Solution<C> {
+        let straight: Vec<Spectrum<C>> = self
+            .of_openings
+            .chunks_exact(RAYS)
+            .zip(&self.of_luminaires)
+            .map(|(of_openings, of_luminaires)| {
+                let mut lux = *of_luminaires;
+                of_openings.iter().for_each(|(tube, per_lumen)| {
+                    lux += fluxes.get(*tube as usize).map_or(Spectrum::ZERO, |flux| *flux * *per_lumen);
+                });
+                lux
+            })
+            .collect();
+        let mut radiosities: Vec<Spectrum<C>> =
+            self.reflectances.iter().zip(&straight).map(|(by, lux)| *by * *lux).collect();
+        for _ in 0..SWEEPS {
+            let (mut changed, mut all) = (0.0, 0.0);
+            for (patch, met) in self.met.chunks_exact(RAYS).enumerate() {
+                let mut sum = Spectrum::ZERO;
+                for number in met {
+                    if let Some(of_other) = radiosities.get(*number as usize) {
+                        sum += *of_other;
+                    }
+                }
+                let radiosity = self.reflectances[patch] * (straight[patch] + sum * (1.0 / RAYS as f64));
+                changed += (radiosity.max() - radiosities[patch].max()).abs();
+                all += radiosity.max();
+                radiosities[patch] = radiosity;
+            }
+            if changed <= CHANGED * all {
+                break;
+            }
+        }
+        radiosities.iter_mut().for_each(|radiosity| *radiosity = *radiosity * (1.0 / PI));
+        Solution { exchange: self.clone(), luminances: radiosities }
+    }
+}
+
+/// What a patch sends and gets.
+struct Lit<const C: usize> {
+    /// Where its rays end.
+    met: [Option<Spot>; RAYS],
+    of_openings: [(u32, f64); RAYS],
+    of_luminaires: Spectrum<C>,
+}
+
+impl<const C: usize> Lit<C> {
+    fn of(scene: &TraceableScene, patch: &Found, random: &mut PathRandom) -> Self {
+        let spot = |number: usize| &patch.spots[number % patch.spots.len()];
+        let met = std::array::from_fn(|number| ray(scene, spot(number), number, random));
+        let start = random.uniform();
+        let of_openings = std::array::from_fn(|number| {
+            let spot = spot(number);
+            // even choices among the openings, in an order that has nothing to do with that of the spots
+            let choice = (start + (number * 7 % RAYS) as f64 / RAYS as f64).fract();
+            let Some((tube, probability)) = scene.openings.choose(spot.position, spot.normal, choice) else {
+                return (0, 0.0);
+            };
+            let of_tube = &scene.tubes[tube];
+            let to = of_tube.origin + (warp::disc(random.uniform2()) * of_tube.opening_radius).extend(0.0);
+            let lux = per_lumen(to - spot.position, spot.normal);
+            let is_seen = lux > 0.0 && to.z > spot.position.z && scene.visible(to, None, spot.position, spot.surface);
+            (tube as u32, if is_seen { lux / (probability * RAYS as f64) } else { 0.0 })
+        });
+        let mut of_luminaires = Spectrum::ZERO;
+        for number in 0..patch.spots.len() {
+            let spot = spot(number);
+            for luminaire in scene.luminaires.iter().filter(|luminaire| luminaire.emits()) {
+                let source = luminaire.point(random.uniform2());
+                if scene.visible(source, Some(luminaire.surface), spot.position, spot.surface) {
+                    let lux: Spectrum<C> = luminaire.irradiance(spot.position, spot.normal);
+                    of_luminaires += lux * (1.0 / patch.spots.len() as f64);
+                }
+            }
+        }
+        Self { met, of_openings, of_luminaires }
+    }
+}
+
+/// Where a ray from a spot ends, in a stratum of directions; `None` in an opening.
+fn ray(scene: &TraceableScene, from: &Spot, stratum: usize, random: &mut PathRandom) -> Option<Spot> {
+    let [u, v] = random.uniform2();
+    let (row, column) = (stratum / STRATA, stratum % STRATA);
+    let at = [(row as f64 + u) / STRATA as f64, (column as f64 + v) / STRATA as f64];
+    let direction = warp::around(from.normal, warp::cosine_hemisphere(at));
+    let hit = scene.intersect(from.position, direction, from.surface);
+    match hit.place {
+        Place::Surface(surface) => Some(Spot { position: hit.position, normal: hit.normal, surface: Some(surface) }),
+        Place::Opening(_) => None,
+    }
+}
+
+/// The radiosities of patches.
+#[derive(Clone, Debug)]
+pub struct Solution<const C: usize> {
+    exchange: Arc<Exchange<C>>,
+    /// In cd/m2.
+    luminances: Vec<Spectrum<C>>,
+}
+
+impl<const C: usize> Solution<C> {
+    /// Luminance in cd/m2 of what a surface reflects diffusely at a point, by its patch; `None` where that is not known.
+    #[inline]
+    pub fn luminance(&self, surface: SurfaceId, point: DVec3) -> Option<Spectrum<C>> {
+        let Exchange { patches, numbers, .. } = &*self.exchange;
+        self.luminances.get(numbers[patches.at(surface, point)?] as usize).copied()
+    }
+}

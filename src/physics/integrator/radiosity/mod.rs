@@ -1,0 +1,14 @@
+//! A coarse radiosity solution of the room, by which paths estimate what surfaces reflect.
+//!
+//! Surfaces that paths can meet are divided into patches ([`patches`]). Rays from each patch find which others it sees, and connections
+//! which openings and luminaires light it ([`exchange`]): all this follows from the room alone. The light of one pass then gives the
+//! radiosity of every patch by Gauss and Seidel's sweeps.
+//!
+//! Methods use it as a control variate: a ray counts the radiosity of the patch that it meets, and a share of the rays go on and count
+//! what this leaves out, in expectation exactly. How coarse the patches are, and how noisy their values, decides how much work that
+//! takes; the mean of the estimate is the same for all.
+
+mod exchange;
+mod patches;
+
+pub use exchange::{Exchange, Solution, Spot};

@@ -1,0 +1,61 @@
+//! What is known of sensors before the first pass: which openings they see whole, and where their paths begin.
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use crate::integrator::backward::pass::centre;
+use crate::integrator::backward::room_entry::enter_room;
+use crate::integrator::radiosity::Spot;
+use crate::scene::{EstimateKind, Grid, View};
+use crate::traceable::{Place, TraceableScene};
+
+/// How far the points of a sensor are from its centre, in m.
+pub fn reach(grid: &Grid) -> f64 {
+    match grid.estimate {
+        EstimateKind::CellAverage => 0.5 * libm::hypot(grid.cell_size_m[0], grid.cell_size_m[1]),
+        EstimateKind::Point => 0.0,
+    }
+}
+
+/// A point of a cell, from its centre.
+pub fn point_of_cell(grid: &Grid, [u, v]: [f64; 2]) -> DVec3 {
+    DVec3::new((u - 0.5) * grid.cell_size_m[0], (v - 0.5) * grid.cell_size_m[1], 0.0)
+}
+
+/// For each sensor of a grid, tube by tube: true if certainly nothing hides any of the opening from it.
+pub fn clear(scene: &TraceableScene, grid: &Grid) -> Vec<bool> {
+    let reach = reach(grid);
+    let of_sensor = |sensor: usize| {
+        let position = centre(scene, grid, sensor);
+        let tubes = scene.tubes.iter();
+        tubes.map(move |tube| scene.leaves_clear(position, reach, None, tube.origin, tube.opening_radius))
+    };
+    (0..grid.len()).into_par_iter().flat_map_iter(of_sensor).collect()
+}
+
+/// Sensors of a grid, at most, and pixels of a row, from which patches are found.
+const STARTS_OF_GRID: usize = 256;
+const STARTS_OF_ROW: usize = 16;
+
+/// Where paths begin: some of the sensors, and what eyes see.
+pub fn starts(scene: &TraceableScene, grids: &[Grid], views: &[View]) -> Vec<Spot> {
+    let mut starts = Vec::new();
+    for grid in grids.iter().map(|grid| grid.thinned(STARTS_OF_GRID)) {
+        let valued = (0..grid.len()).filter(|sensor| !grid.is_inside(*sensor));
+        let sensor = |sensor| Spot { position: centre(scene, &grid, sensor), normal: DVec3::Z, surface: None };
+        starts.extend(valued.map(sensor));
+    }
+    for view in views {
+        let [columns, rows] = view.size_px;
+        let step = columns.max(rows).div_ceil(STARTS_OF_ROW);
+        for (x, y) in (0..rows).step_by(step).flat_map(|y| (0..columns).step_by(step).map(move |x| (x, y))) {
+            let direction = view.ray_direction(x as f64 + 0.5, y as f64 + 0.5);
+            let Some(origin) = enter_room(scene, view.eye, direction) else { continue };
+            let hit = scene.intersect(origin, direction, None);
+            if let Place::Surface(surface) = hit.place {
+                starts.push(Spot { position: hit.position, normal: hit.normal, surface: Some(surface) });
+            }
+        }
+    }
+    starts
+}

@@ -1,0 +1,119 @@
+//! Light straight from the openings to the sensors.
+//!
+//! A sensor that certainly sees all of an opening is connected to every photon that leaves it. One from which something may hide a part is
+//! connected to some: the photons lie along a line through all cells of the opening, and the passes together take even places of it, so that
+//! what hides more than a fraction of one over their number is met.
+//!
+//! What hides less may be met by none, and n connections that agree are no proof. Where of all that may be hidden in part a fifth is, by any
+//! share as likely as by any other, the share that is missed has a standard deviation of n^-3/2 of the light: the error is that at the least.
+
+use glam::{DVec2, DVec3};
+
+use super::sensors::{clear, point_of_cell, reach};
+use super::sizes::PASSES;
+use crate::guide::RayCount;
+use crate::integrator::backward::pass::centre;
+use crate::integrator::lamp::light::DiffuserLight;
+use crate::sampling::{Key, PathRandom, Stream};
+use crate::scene::{EstimateKind, Grid};
+use crate::traceable::TraceableScene;
+
+/// What comes straight to a sensor.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Straight {
+    /// Illuminance in lx.
+    pub lux: f64,
+    /// Error in lx by what all connections may have missed, times the number of passes.
+    pub missed: f64,
+    pub rays: RayCount,
+}
+
+/// How sensors are connected to openings.
+#[derive(Debug)]
+pub struct Connections {
+    /// For each sensor, grid by grid, and tube by tube: true if certainly nothing hides any of the opening from it.
+    clear: Vec<Vec<bool>>,
+    /// Connections to an opening that something may hide.
+    per_opening: u32,
+    seed: Key,
+}
+
+/// The sensors of a grid in a pass.
+#[derive(Clone, Copy)]
+pub struct Sensors<'a> {
+    /// Number of the grid.
+    pub number: usize,
+    pub grid: &'a Grid,
+    /// Number of the pass.
+    pub pass: u64,
+    /// Offsets in cells of all photons; `None` for points.
+    pub offsets: Option<&'a [Vec<DVec2>]>,
+    /// Of this grid in this pass.
+    pub stream: Key,
+}
+
+impl Connections {
+    /// Finds which openings the sensors of the grids see whole.
+    pub fn new(scene: &TraceableScene, grids: &[Grid], per_opening: u32, seed: Key) -> Self {
+        Self { clear: grids.iter().map(|grid| clear(scene, grid)).collect(), per_opening, seed }
+    }
+
+    /// What comes straight to a sensor from all openings that are far from it.
+    pub fn straight<const C: usize>(
+        &self,
+        scene: &TraceableScene,
+        light: &DiffuserLight<C>,
+        sensors: Sensors,
+        sensor: usize,
+    ) -> Straight {
+        let grid = sensors.grid;
+        let (position, reach) = (centre(scene, grid, sensor), reach(grid));
+        let tubes = scene.tubes.len();
+        let average = grid.estimate == EstimateKind::CellAverage;
+        let key = self.seed.stream(Stream::EvenConnections, sensors.number as u64).child(sensor as u64);
+        let mut random =
+            PathRandom::new(sensors.stream.stream(Stream::Sensor, sensor as u64).stream(Stream::PartlySeen, 0));
+        let (mut straight, mut squares) = (Straight::default(), 0.0);
+        for tube in (0..tubes).filter(|tube| light.tubes()[*tube].is_far(position, reach)) {
+            if self.clear[sensors.number][sensor * tubes + tube] {
+                straight.lux += light.at_sensor(tube, position, sensors.offsets);
+                continue;
+            }
+            let start = PathRandom::new(key.child(tube as u64)).uniform();
+            let connections = self.per_opening;
+            let share = 1.0 / f64::from(connections);
+            let mut unhidden = 0.0;
+            for connection in 0..connections {
+                let point = position + if average { point_of_cell(grid, random.uniform2()) } else { DVec3::ZERO };
+                let number = sensors.pass.wrapping_mul(u64::from(connections)).wrapping_add(u64::from(connection));
+                let place = (start + radical_inverse(number)).fract();
+                let Some((source, lux)) = light.of_photon(tube, point, place) else { continue };
+                unhidden += lux * share;
+                straight.rays += 1;
+                if !(average && scene.is_in_box(point)) && scene.visible(source, None, point, None) {
+                    straight.lux += lux * share;
+                }
+            }
+            squares += (unhidden / (f64::from(connections).powi(3) * PASSES).sqrt()).powi(2);
+        }
+        Straight { missed: squares.sqrt(), ..straight }
+    }
+}
+
+/// The digits of a number to the base 2, mirrored at the point (van der Corput 1935): numbers that follow each other are even in 0..1.
+fn radical_inverse(number: u64) -> f64 {
+    (number.reverse_bits() >> 11) as f64 * (1.0 / (1_u64 << 53) as f64)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_that_follow_each_other_are_even() {
+        assert_eq!([0, 1, 2, 3, 4].map(radical_inverse), [0.0, 0.5, 0.25, 0.75, 0.125]);
+        let mut seen = [0; 16];
+        (160..176).for_each(|number| seen[(radical_inverse(number) * 16.0) as usize] += 1);
+        assert_eq!(seen, [1; 16]);
+    }
+}

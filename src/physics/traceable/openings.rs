@@ -1,0 +1,60 @@
+//! Which of many openings a vertex is connected to: one, by what each would send there if nothing stood between.
+
+use glam::DVec3;
+
+use super::tube::TraceableTube;
+
+/// The openings of a room, and what each sends down.
+#[derive(Clone, Debug)]
+pub struct Openings(Vec<Opening>);
+
+#[derive(Clone, Copy, Debug)]
+struct Opening {
+    centre: DVec3,
+    radius: f64,
+    /// In any unit that is the same for all.
+    power: f64,
+}
+
+impl Openings {
+    /// Openings of these powers, in the order of the tubes.
+    pub fn new(tubes: &[TraceableTube], powers: impl IntoIterator<Item = f64>) -> Self {
+        let opening =
+            |(tube, power): (&TraceableTube, f64)| Opening { centre: tube.origin, radius: tube.opening_radius, power };
+        Self(tubes.iter().zip(powers).map(opening).collect())
+    }
+
+    /// Openings that send as much as they are large.
+    pub fn by_area(tubes: &[TraceableTube]) -> Self {
+        Self::new(tubes, tubes.iter().map(TraceableTube::opening_area_m2))
+    }
+
+    /// One of the openings by a number in 0..1, and the probability by which it was chosen; `None` where no opening can send light.
+    #[inline]
+    pub fn choose(&self, position: DVec3, normal: DVec3, number: f64) -> Option<(usize, f64)> {
+        let all: f64 = self.0.iter().map(|opening| opening.weight(position, normal)).sum();
+        let (mut before, mut last) = (0.0, None);
+        for (index, opening) in self.0.iter().enumerate() {
+            let weight = opening.weight(position, normal);
+            if weight > 0.0 {
+                before += weight;
+                last = Some((index, weight / all));
+                if before > number * all {
+                    break;
+                }
+            }
+        }
+        last
+    }
+}
+
+impl Opening {
+    /// About what it sends to a surface, and more than 0 wherever it sends anything.
+    #[inline]
+    fn weight(&self, position: DVec3, normal: DVec3) -> f64 {
+        let way = self.centre - position;
+        let reach = self.radius * normal.truncate().length();
+        let squared = way.length_squared() + self.radius * self.radius;
+        self.power * (way.dot(normal) + reach).max(0.0) * way.z.max(0.0) / (squared * squared)
+    }
+}
