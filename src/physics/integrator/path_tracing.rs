@@ -194,5 +194,5 @@ impl<const C: usize> Integrator for PathTracing<C> {
 }
 
 fn sampling(paths: u32) -> Sampling {
-    Sampling { paths, beyond: paths, certain: 0, pairs: SOBOL_PAIRS }
+    Sampling { paths, beyond: None, certain: 0, pairs: SOBOL_PAIRS }
 }

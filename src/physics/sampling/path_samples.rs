@@ -14,6 +14,8 @@ pub struct PathSamples {
     /// Number of pairs of Sobol coordinates; later draws are pseudo-random.
     pairs: u32,
     buffer: [f64; 4],
+    /// Point that comes before all others.
+    first: Option<[f64; 2]>,
     /// Counter-based numbers of the same path, for draws without a place among the Sobol coordinates.
     pub random: PathRandom,
 }
@@ -31,13 +33,21 @@ impl PathSamples {
     pub fn with_pairs(stream: Key, index: u64, pairs: u32) -> Self {
         let (replicate, number) = Replicate::of(stream, index);
         let random = PathRandom::new(stream.stream(Stream::PseudoRandom, 0).child(index));
-        Self { replicate, index: number, pair: 0, pairs, buffer: [0.0; 4], random }
+        Self { replicate, index: number, pair: 0, pairs, buffer: [0.0; 4], first: None, random }
+    }
+
+    /// Lets a point of the unit square come before all others.
+    pub fn begin_with(&mut self, point: [f64; 2]) {
+        self.first = Some(point);
     }
 
     /// Next point of the unit square, both coordinates in [0, 1): a Sobol pair as long as there are any, then a random
     /// one.
     #[inline]
     pub fn pair(&mut self) -> [f64; 2] {
+        if let Some(first) = self.first.take() {
+            return first;
+        }
         if self.pair >= self.pairs {
             return self.random.uniform2();
         }

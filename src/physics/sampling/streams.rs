@@ -140,6 +140,8 @@ streams! {
 
     /// The paths of one sensor; the index is the sensor's.
     Sensor = 0, MANY, below [TwoStageGrid];
+    /// How the directions of a sensor's paths are shifted where most end at the first surface.
+    GatherDirections = 1 << 37, 1, below [Paths, TwoStageSensor];
     /// Points of a sensor and of patches of openings between which light goes straight.
     StraightFromPatches = 1 << 35, 1, below [TwoStageSensor];
     /// The choice of photons of a diffuser that a sensor is connected to; the index is the tube's.

@@ -10,7 +10,7 @@ use super::walk::Walk;
 use crate::guide::RayCount;
 use crate::integrator::backward::room_entry::enter_room;
 use crate::optics::Spectrum;
-use crate::sampling::{Key, PathSamples, Replicate, Stream};
+use crate::sampling::{Key, PathRandom, PathSamples, Replicate, Stream};
 use crate::scene::{EstimateKind, Grid, View};
 use crate::traceable::TraceableScene;
 
@@ -19,8 +19,9 @@ use crate::traceable::TraceableScene;
 pub struct Sampling {
     /// Number of paths per sensor or pixel.
     pub paths: u32,
-    /// How many of these go on beyond the first surface of which a coarse solution is known; all where none is.
-    pub beyond: u32,
+    /// How many paths of a sensor go on beyond the first surface of which a coarse solution is known; `None` where there is no such
+    /// solution.
+    pub beyond: Option<u32>,
     /// First reflections of each that no roulette decides.
     pub certain: u32,
     /// Pairs of Sobol coordinates of each.
@@ -28,12 +29,40 @@ pub struct Sampling {
 }
 
 impl Sampling {
-    /// Path `number` of a sensor. The first ones go on: points that follow each other are even.
     fn walk<const C: usize>(self, scene: &TraceableScene, stream: Key, number: u64) -> Walk<'_, C> {
-        let walk = Walk::new(scene, PathSamples::with_pairs(stream, number, self.pairs), self.certain);
-        let goes_on = number % u64::from(self.paths) < u64::from(self.beyond);
-        let stands_for = if goes_on { f64::from(self.paths) / f64::from(self.beyond) } else { 0.0 };
-        Walk { stands_for, ..walk }
+        Walk::new(scene, PathSamples::with_pairs(stream, number, self.pairs), self.certain)
+    }
+}
+
+/// Directions of a sensor's paths, and which of these go on: both even, and another choice for each key.
+///
+/// The directions are a lattice of the golden ratio, which is even for any number of points, shifted as Cranley and Patterson (1976) do.
+struct Spread {
+    paths: f64,
+    shift: [f64; 2],
+    /// Paths for each that goes on.
+    stride: f64,
+    /// Number of the next one, as far as the lattice knows.
+    next: f64,
+}
+
+/// Fractional part of the golden ratio.
+const GOLDEN: f64 = 0.618_033_988_749_894_9;
+
+impl Spread {
+    fn new(sampling: Sampling, beyond: u32, random: &mut PathRandom) -> Self {
+        let paths = f64::from(sampling.paths);
+        let stride = paths / f64::from(beyond);
+        Self { paths, shift: random.uniform2(), stride, next: random.uniform() * stride }
+    }
+
+    /// The point of a path, and how many it stands for where it goes on; 0 where it does not. Paths in turn.
+    fn path(&mut self, number: u64) -> ([f64; 2], f64) {
+        let number = number as f64;
+        let stands_for = if self.next < number + 1.0 { self.stride } else { 0.0 };
+        self.next += stands_for;
+        let along = (number + self.shift[0]) / self.paths;
+        ([along, (number * GOLDEN + self.shift[1]).fract()], stands_for)
     }
 }
 
@@ -71,6 +100,8 @@ pub fn sensor<const C: usize>(
     if grid.is_inside(index) {
         return (lux, rays);
     }
+    let mut random = PathRandom::new(stream.stream(Stream::GatherDirections, 0));
+    let mut spread = sampling.beyond.map(|beyond| Spread::new(sampling, beyond, &mut random));
     for number in 0..u64::from(sampling.paths) {
         let mut walk: Walk<'_, C> = sampling.walk(scene, stream, number);
         let mut position = centre;
@@ -78,6 +109,11 @@ pub fn sensor<const C: usize>(
             let [u, v] = walk.samples.pair();
             position.x += (u - 0.5) * grid.cell_size_m[0];
             position.y += (v - 0.5) * grid.cell_size_m[1];
+        }
+        if let Some(spread) = &mut spread {
+            let (point, stands_for) = spread.path(number);
+            walk.samples.begin_with(point);
+            walk.stands_for = Some(stands_for);
         }
         if !scene.is_in_box(position) {
             walk.illuminance(&NextEvent(daylight), position);

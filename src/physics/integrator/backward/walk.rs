@@ -110,8 +110,8 @@ pub struct Walk<'a, const C: usize> {
     /// Number of surfaces met up to now.
     pub met: u32,
     /// How many paths this one stands for from the first surface on of which a coarse solution is known: others counted that alone. 0 if
-    /// it ends there itself.
-    pub stands_for: f64,
+    /// it ends there itself; `None` where roulette decides, as at all later ones.
+    pub stands_for: Option<f64>,
     /// Illuminance in lux, or luminance in cd/m2.
     pub sum: Spectrum<C>,
     /// The sum as it was when the path went on for what a coarse solution leaves out; `None` if it did not.
@@ -122,7 +122,7 @@ impl<'a, const C: usize> Walk<'a, C> {
     /// A path by these random numbers, its first `certain` reflections decided by no roulette.
     pub fn new(scene: &'a TraceableScene, samples: PathSamples, certain: u32) -> Self {
         let (rays, sum) = (RayCount::default(), Spectrum::ZERO);
-        Self { scene, samples, rays, certain, met: 0, stands_for: 1.0, sum, known: None }
+        Self { scene, samples, rays, certain, met: 0, stands_for: None, sum, known: None }
     }
 
     /// Adds one sample of the illuminance in lux of a point that looks up.
@@ -186,13 +186,11 @@ impl<'a, const C: usize> Walk<'a, C> {
     fn beyond<Trace>(&mut self, known: Spectrum<C>, optics: &SurfaceOptics, ray: &mut Ray<C, Trace>) -> bool {
         self.sum += ray.weight * known;
         self.known.get_or_insert(self.sum);
-        let stands_for = if self.stands_for == 1.0 {
+        let stands_for = self.stands_for.take().unwrap_or_else(|| {
             let leaving = ray.weight * (optics.diffuse() + optics.specular());
             let probability = (leaving.max() / ray.weight.max()).clamp(LEAST_BEYOND, 1.0);
             if self.samples.random.uniform() < probability { 1.0 / probability } else { 0.0 }
-        } else {
-            std::mem::replace(&mut self.stands_for, 1.0)
-        };
+        });
         ray.weight = ray.weight * stands_for;
         self.sum += ray.weight * known * -1.0;
         stands_for > 0.0

@@ -242,7 +242,7 @@ impl<const C: usize> TwoStage<C> {
         let (scene, grid) = (&*self.scene, sensors.grid);
         let sampling = Sampling {
             paths: self.sizes.per_sensor,
-            beyond: self.sizes.beyond,
+            beyond: self.exchange.is_some().then_some(self.sizes.beyond),
             certain: CERTAIN_REFLECTIONS,
             pairs: SOBOL_PAIRS,
         };
@@ -323,7 +323,7 @@ impl<const C: usize> TwoStage<C> {
         for (number, view) in self.views.iter().enumerate() {
             let stream = key.stream(Stream::View, number as u64);
             let paths = self.sizes.per_pixel;
-            let sampling = Sampling { paths, beyond: paths, certain: CERTAIN_REFLECTIONS, pairs: SOBOL_PAIRS_SEEN };
+            let sampling = Sampling { paths, beyond: None, certain: CERTAIN_REFLECTIONS, pairs: SOBOL_PAIRS_SEEN };
             let (mut luminance, rays) = backward::pass::view::<C>(scene, view, sampling, stream, &light, cancel)?;
             if cancel.load(Ordering::Relaxed) {
                 return None;

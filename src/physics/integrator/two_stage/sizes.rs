@@ -14,7 +14,7 @@ const MOST_PHOTONS: f64 = 8192.0;
 
 /// Fewest and most paths from a sensor in a pass, unless the document says how many.
 const FEWEST_PATHS: f64 = 4.0;
-const MOST_PATHS: f64 = 256.0;
+const MOST_PATHS: f64 = 1024.0;
 
 /// Paths from a sensor in a room of no special kind, for what is told of jobs before their rooms are tried.
 pub const PATHS: PassSize = PassSize { for_one_percent: 16.0, growth: 2.0, fewest: FEWEST_PATHS, most: MOST_PATHS };
@@ -29,6 +29,12 @@ const PER_OPENING: PassSize = PassSize { for_one_percent: 8.0, growth: 2.0, fewe
 /// passes, and errors that differ by chance, take the rest.
 pub const PASSES: f64 = 8.0;
 const SHARE_OF_PATHS: f64 = 0.6;
+
+/// Power of the number of random directions from a sensor by which as good even ones grow.
+const GAIN_OF_EVEN: f64 = 0.94;
+
+/// Share of the variance of what is beyond that sensors have of their own even where they are many: patches are not equally good everywhere.
+const DIFFERENT: f64 = 0.04;
 
 /// Time that a path takes beyond its first surface, in that of its first ray.
 const TIME_BEYOND: f64 = 3.0;
@@ -73,10 +79,12 @@ impl Sizes {
     /// As many paths as some sensors of `all` ask for that were tried.
     pub fn tried(self, target: f64, spread: Spread, all: usize) -> Self {
         // what is beyond has its part in a sensor's error as far as sensors do not measure it together
-        let beyond = spread.beyond * (1.0 / (all.max(1) as f64).sqrt()).min(1.0);
+        let beyond = spread.beyond * (DIFFERENT + 1.0 / (all.max(1) as f64).sqrt()).min(1.0);
         let [known, beyond] = [spread.known, beyond].map(f64::sqrt);
         let per_error = (known + beyond * TIME_BEYOND.sqrt()) / (PASSES * SHARE_OF_PATHS * target * target);
-        let per_sensor = power_of_two((known * per_error).clamp(FEWEST_PATHS, MOST_PATHS)) as u32;
+        // even directions gain more than as many random ones
+        let per_sensor = FEWEST_PATHS * libm::pow((known * per_error / FEWEST_PATHS).max(1.0), GAIN_OF_EVEN);
+        let per_sensor = per_sensor.min(MOST_PATHS).round() as u32;
         let beyond = (beyond / TIME_BEYOND.sqrt() * per_error).round().clamp(1.0, f64::from(per_sensor)) as u32;
         Self { per_sensor, beyond, ..self }
     }
