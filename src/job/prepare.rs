@@ -100,7 +100,6 @@ pub fn prepare_document(document: &ValidJob, meshes: &dyn MeshSource) -> Result<
         still_wanted()?;
     }
     let mut stop = document.stop_rule();
-    effects.recognise(&scene, &traceable);
     let missing = effects.weigh(&scene, &traceable).into_iter();
     let missing = missing.filter(|(_, left_out)| left_out.largest() > stop.relative_error);
     warnings.extend(missing.map(|(kind, left_out)| {

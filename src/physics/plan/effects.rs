@@ -82,19 +82,6 @@ impl Effects {
         self.list.iter().any(|effect| effect.kind == kind && effect.on)
     }
 
-    /// Says with the objects which of them are traced as something else: parts of meshes that `traceable` knows as boxes.
-    pub fn recognise(&mut self, scene: &Scene, traceable: &TraceableScene) {
-        let boards = traceable.boxes.len().saturating_sub(scene.room.boxes.len());
-        let objects = self.list.iter_mut().find(|effect| effect.kind == EffectKind::Objects && effect.on);
-        if let Some(objects) = objects
-            && boards > 0
-        {
-            let rest = if traceable.meshes.is_some() { "" } else { "; nothing else is in them" };
-            objects.reason =
-                format!("{}; upright cuboids in meshes, which are traced as boxes: {boards}{rest}", objects.reason);
-        }
-    }
-
     /// Finds what the effects that were switched off leave out of `scene`, keeps the bounds, and answers all of it.
     ///
     /// `traceable` is the scene with the effects that are on; its guides have to be built.

@@ -3,7 +3,6 @@
 mod block;
 mod box_bounds;
 mod box_object;
-mod cuboids;
 pub mod luminaire;
 mod mesh_bounds;
 pub mod mesh_objects;

@@ -6,7 +6,6 @@ use glam::DVec3;
 
 use super::box_bounds::BoxBounds;
 use super::box_object::TraceableBox;
-use super::cuboids::boxes_and_meshes;
 use super::luminaire::TraceableLuminaire;
 use super::mesh_objects::TraceableMeshes;
 use super::obstacles::Obstacles;
@@ -77,8 +76,10 @@ impl TraceableScene {
     pub fn new(scene: &Scene, follow: Follow) -> Result<Self, TubeError> {
         let Follow { interreflection, guide_return, objects } = follow;
         let Room { size, surfaces, luminaires, .. } = &scene.room;
-        let (boxes, meshes) = if objects { boxes_and_meshes(scene) } else { Default::default() };
-        let (boxes, meshes): (&[BoxObject], &[MeshObject]) = (&boxes, &meshes);
+        let (boxes, meshes): (&[BoxObject], &[MeshObject]) = match objects {
+            true => (&scene.room.boxes, &scene.room.meshes),
+            false => (&[], &[]),
+        };
         let mut lobes = Lobes::default();
         let mut optics: Vec<_> =
             surfaces.iter().map(|surface| surface.map(|surface| lobes.compile(&surface))).collect();
