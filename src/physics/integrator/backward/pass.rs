@@ -1,5 +1,6 @@
 //! Backward paths of a whole pass: of the sensors of a grid, of the pixels of a view.
 
+use std::f64::consts::PI;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use glam::DVec3;
@@ -10,9 +11,10 @@ use super::walk::Walk;
 use crate::guide::RayCount;
 use crate::integrator::backward::room_entry::enter_room;
 use crate::optics::Spectrum;
-use crate::sampling::{Key, PathRandom, PathSamples, Replicate, Stream};
+use crate::sampling::{Key, PathRandom, PathSamples, Replicate, Stream, warp};
 use crate::scene::{EstimateKind, Grid, View};
-use crate::traceable::TraceableScene;
+use crate::traceable::luminaire::TraceableLuminaire;
+use crate::traceable::{Place, TraceableScene};
 
 /// Numbers by which backward paths are drawn.
 #[derive(Clone, Copy)]
@@ -102,7 +104,21 @@ pub fn sensor<const C: usize>(
     }
     let mut random = PathRandom::new(stream.stream(Stream::GatherDirections, 0));
     let mut spread = sampling.beyond.map(|beyond| Spread::new(sampling, beyond, &mut random));
+    // nothing else lights such a sensor by its paths than what surfaces reflect
+    let is_point = grid.estimate == EstimateKind::Point && !scene.is_in_box(centre);
+    let gathers = is_point
+        && !scene.luminaires.iter().any(TraceableLuminaire::emits)
+        && (0..scene.tubes.len()).all(|tube| !daylight.lights_sensor(tube));
     for number in 0..u64::from(sampling.paths) {
+        let next = spread.as_mut().map(|spread| spread.path(number));
+        if let Some((point, 0.0)) = next
+            && gathers
+            && let Some(found) = gathered(scene, daylight, centre, point)
+        {
+            lux.whole += found;
+            rays += 1;
+            continue;
+        }
         let mut walk: Walk<'_, C> = sampling.walk(scene, stream, number);
         let mut position = centre;
         if grid.estimate == EstimateKind::CellAverage {
@@ -110,8 +126,7 @@ pub fn sensor<const C: usize>(
             position.x += (u - 0.5) * grid.cell_size_m[0];
             position.y += (v - 0.5) * grid.cell_size_m[1];
         }
-        if let Some(spread) = &mut spread {
-            let (point, stands_for) = spread.path(number);
+        if let Some((point, stands_for)) = next {
             walk.samples.begin_with(point);
             walk.stands_for = Some(stands_for);
         }
@@ -125,6 +140,22 @@ pub fn sensor<const C: usize>(
     }
     let paths = f64::from(sampling.paths);
     (Lux { whole: lux.whole / paths, beyond: lux.beyond / paths }, rays)
+}
+
+/// Illuminance in lux by the surface that a ray from a sensor meets in the direction of a point of the unit square, by a coarse solution:
+/// what a walk finds that ends there, without its preparations. `None` where that is not known.
+#[inline]
+fn gathered<const C: usize>(
+    scene: &TraceableScene,
+    daylight: &impl Daylight<C>,
+    sensor: DVec3,
+    point: [f64; 2],
+) -> Option<f64> {
+    let hit = scene.intersect(sensor, warp::around(DVec3::Z, warp::cosine_hemisphere(point)), None);
+    match hit.place {
+        Place::Surface(surface) => Some(PI * daylight.reflected(surface, hit.position)?.luminance()),
+        Place::Opening(_) => None,
+    }
 }
 
 /// Luminance in cd/m2 of every pixel of a view by backward paths each, channels interleaved, and the rays they took; `None`

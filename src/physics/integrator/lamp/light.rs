@@ -143,8 +143,8 @@ fn leave<const C: usize>(
 pub struct DiffuserLight<const C: usize> {
     tubes: Vec<TubeLight<C>>,
     openings: Openings,
-    /// A coarse solution of what surfaces reflect of it.
-    reflected: Option<Solution<C>>,
+    /// A coarse solution of what surfaces reflect of such light, and how many times that of this light is.
+    reflected: Option<(Arc<Solution<C>>, f64)>,
 }
 
 impl<const C: usize> DiffuserLight<C> {
@@ -173,10 +173,15 @@ impl<const C: usize> DiffuserLight<C> {
         Self { tubes, openings, reflected: None }
     }
 
-    /// The same light, with a coarse solution of what surfaces reflect of it.
-    pub fn reflected_by(mut self, exchange: &Arc<Exchange<C>>) -> Self {
-        let fluxes: Vec<Spectrum<C>> = self.tubes.iter().map(TubeLight::flux).collect();
-        self.reflected = Some(exchange.solve(&fluxes));
+    /// What surfaces reflect of it, by a coarse solution.
+    pub fn solve(&self, exchange: &Arc<Exchange<C>>) -> Solution<C> {
+        exchange.solve(&self.tubes.iter().map(TubeLight::flux).collect::<Vec<_>>())
+    }
+
+    /// The same light, with a coarse solution of what surfaces reflect of light that is divided about as this is.
+    pub fn reflected_by(mut self, solution: &Arc<Solution<C>>) -> Self {
+        let all: f64 = self.tubes.iter().map(|tube| tube.flux().luminance()).sum();
+        self.reflected = Some((solution.clone(), solution.times(all)));
         self
     }
 
@@ -242,7 +247,8 @@ impl<const C: usize> Daylight<C> for DiffuserLight<C> {
 
     #[inline]
     fn reflected(&self, surface: SurfaceId, point: DVec3) -> Option<Spectrum<C>> {
-        self.reflected.as_ref()?.luminance(surface, point)
+        let (solution, times) = self.reflected.as_ref()?;
+        Some(solution.luminance(surface, point)? * *times)
     }
 
     fn connect(&self, walk: &mut Walk<'_, C>, vertex: &Vertex<'_, C>, tube: usize) {

@@ -157,7 +157,10 @@ impl<const C: usize> Exchange<C> {
             }
         }
         radiosities.iter_mut().for_each(|radiosity| *radiosity = *radiosity * (1.0 / PI));
-        Solution { exchange: self.clone(), luminances: radiosities }
+        // light of luminaires is no part of what openings send
+        let alone = self.of_luminaires.iter().all(|lux| lux.max() <= 0.0);
+        let all: f64 = fluxes.iter().map(Spectrum::luminance).sum();
+        Solution { exchange: self.clone(), luminances: radiosities, flux: (alone && all > 0.0).then_some(all) }
     }
 }
 
@@ -221,9 +224,16 @@ pub struct Solution<const C: usize> {
     exchange: Arc<Exchange<C>>,
     /// In cd/m2.
     luminances: Vec<Spectrum<C>>,
+    /// Luminous flux of all openings, in lm, to which the luminances are in proportion; `None` where they are not.
+    flux: Option<f64>,
 }
 
 impl<const C: usize> Solution<C> {
+    /// How many times as bright surfaces are where openings send `flux` lm in all, divided alike.
+    pub fn times(&self, flux: f64) -> f64 {
+        self.flux.map_or(1.0, |own| flux / own)
+    }
+
     /// Luminance in cd/m2 of what a surface reflects diffusely at a point, by its patch; `None` where that is not known.
     #[inline]
     pub fn luminance(&self, surface: SurfaceId, point: DVec3) -> Option<Spectrum<C>> {

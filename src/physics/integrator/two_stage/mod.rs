@@ -53,7 +53,7 @@ use crate::integrator::lamp::light::{DiffuserLight, SensorLit};
 use crate::integrator::method::{Caveat, Computation, Described, Load, Refusal, Task, Trial, Work};
 use crate::integrator::photon::chunks::MOST_CHUNK;
 use crate::integrator::photon::descent::Exit;
-use crate::integrator::radiosity::Exchange;
+use crate::integrator::radiosity::{Exchange, Solution};
 use crate::integrator::trial::{Powers, TrialPasses};
 use crate::integrator::{GridPass, Integrator, Pass, PhotonCount, ViewPass};
 use crate::optics::{Closure, Spectrum};
@@ -163,8 +163,8 @@ pub struct TwoStage<const C: usize> {
     views: Vec<View>,
     sizes: Sizes,
     connections: Connections,
-    /// What patches of the room's surfaces send to each other, if that is followed.
-    exchange: Option<Arc<Exchange<C>>>,
+    /// What surfaces reflect, by a coarse solution, if that is followed.
+    reflected: Option<Arc<Solution<C>>>,
     seed: Key,
 }
 
@@ -178,7 +178,7 @@ impl<const C: usize> TwoStage<C> {
     /// The method for a relative standard error `target`; equal seeds give equal bits.
     pub fn new(task: &Task, settings: &Settings, seed: u64, target: f64) -> Self {
         let scene = task.traceable;
-        let exchange = Exchange::new(scene, &starts(scene, task.grids, task.views), target).map(Arc::new);
+        let reflected = Self::reflected(task, seed, target);
         let photons = Sizes::photons(target, &scene.tubes, !task.views.is_empty());
         let sizes = Sizes {
             photons: settings.photons_per_pass.unwrap_or(photons),
@@ -189,12 +189,12 @@ impl<const C: usize> TwoStage<C> {
         };
         let sizes = match settings.samples_per_sensor {
             Some(paths) => sizes.with_paths(paths),
-            None => Self::tried(scene, task.grids, exchange.as_ref(), seed).map_or_else(
+            None => Self::tried(scene, task.grids, reflected.as_ref(), seed).map_or_else(
                 || sizes.with_paths(PATHS.power_of_two(target) as u32),
                 |spread| sizes.tried(target, spread, task.grids.iter().map(Grid::valued).sum()),
             ),
         };
-        Self::sized(scene, (task.grids, task.views), sizes, exchange, seed)
+        Self::sized(scene, (task.grids, task.views), sizes, reflected, seed)
     }
 
     /// Divides the photons of a pass among sky and sun of the tubes.
@@ -202,27 +202,37 @@ impl<const C: usize> TwoStage<C> {
         scene: &Arc<TraceableScene>,
         (grids, views): (&[Grid], &[View]),
         sizes: Sizes,
-        exchange: Option<Arc<Exchange<C>>>,
+        reflected: Option<Arc<Solution<C>>>,
         seed: u64,
     ) -> Self {
         let lamps = Lamps::new(scene, grids, sizes.photons, seed);
         let seed = Key::new(seed);
         let connections = Connections::new(scene, grids, sizes.per_opening, seed);
         let (grids, views) = (grids.to_vec(), views.to_vec());
-        Self { lamps, grids, views, sizes, connections, exchange, seed, scene: scene.clone() }
+        Self { lamps, grids, views, sizes, connections, reflected, seed, scene: scene.clone() }
+    }
+
+    /// What surfaces reflect of the light of a few photons, by a coarse solution; `None` if that is not followed.
+    fn reflected(task: &Task, seed: u64, target: f64) -> Option<Arc<Solution<C>>> {
+        let scene = task.traceable;
+        let exchange = Exchange::new(scene, &starts(scene, task.grids, task.views), target).map(Arc::new)?;
+        let photons = TRIED_PHOTONS * scene.tubes.len().max(1) as u64;
+        let key = Key::new(seed).stream(Stream::SizeTrial, TRIED_PASSES);
+        let lit = Lamps::new(scene, &[], photons, seed).pass(scene, key, &AtomicBool::new(false))?;
+        Some(Arc::new(lit.lamps.solve(&exchange)))
     }
 
     /// How much paths from some sensors differ; `None` where there are none.
     fn tried(
         scene: &Arc<TraceableScene>,
         grids: &[Grid],
-        exchange: Option<&Arc<Exchange<C>>>,
+        reflected: Option<&Arc<Solution<C>>>,
         seed: u64,
     ) -> Option<Spread> {
         let grids: Vec<Grid> = grids.iter().map(|grid| grid.thinned(TRIED_SENSORS)).collect();
         let photons = TRIED_PHOTONS * scene.tubes.len().max(1) as u64;
         let sizes = Sizes { photons, per_sensor: TRIED_PATHS, beyond: TRIED_PATHS, per_opening: 1, per_pixel: 0 };
-        let method = Self::sized(scene, (&grids, &[]), sizes, exchange.cloned(), seed);
+        let method = Self::sized(scene, (&grids, &[]), sizes, reflected.cloned(), seed);
         let mut values: Vec<Vec<[Moments; 2]>> =
             grids.iter().map(|grid| vec![Default::default(); grid.len()]).collect();
         for pass in 0..TRIED_PASSES {
@@ -242,7 +252,7 @@ impl<const C: usize> TwoStage<C> {
         let (scene, grid) = (&*self.scene, sensors.grid);
         let sampling = Sampling {
             paths: self.sizes.per_sensor,
-            beyond: self.exchange.is_some().then_some(self.sizes.beyond),
+            beyond: self.reflected.is_some().then_some(self.sizes.beyond),
             certain: CERTAIN_REFLECTIONS,
             pairs: SOBOL_PAIRS,
         };
@@ -290,7 +300,7 @@ impl<const C: usize> TwoStage<C> {
 
 impl<const C: usize> Integrator for TwoStage<C> {
     fn start(&self) -> Pass {
-        let zones = |grid: &Grid| vec![0; if self.exchange.is_some() { grid.len() } else { 0 }];
+        let zones = |grid: &Grid| vec![0; if self.reflected.is_some() { grid.len() } else { 0 }];
         let grid = |grid: &Grid| GridPass { zones: zones(grid), ..GridPass::default() };
         Pass { grids: self.grids.iter().map(grid).collect(), ..Pass::default() }
     }
@@ -305,8 +315,8 @@ impl<const C: usize> TwoStage<C> {
     fn pass_of(&self, key: Key, pass: u64, cancel: &AtomicBool) -> Option<Pass> {
         let scene = &*self.scene;
         let Lit { lamps: light, beside, account } = self.lamps.pass(scene, key, cancel)?;
-        let light = match &self.exchange {
-            Some(exchange) => light.reflected_by(exchange),
+        let light = match &self.reflected {
+            Some(reflected) => light.reflected_by(reflected),
             None => light,
         };
         let mut result = Pass { account, photons: self.lamps.photons(), ..Pass::default() };
