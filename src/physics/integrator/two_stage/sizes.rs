@@ -121,17 +121,18 @@ mod tests {
 
     const NONE: Sizes = Sizes { photons: 64, per_sensor: 1, beyond: 1, per_opening: 4, per_pixel: 1 };
 
-    /// By hand: half the error takes four times the paths; what many sensors measure together takes fewer paths of each; bounds hold.
+    /// By hand: 64 random directions, and four times as many for half the error, of which even ones need 4 (16)^0.94 and 4 (64)^0.94; what
+    /// many sensors measure together takes fewer paths of each; bounds hold.
     #[test]
     fn paths_follow_from_what_is_tried() {
         let spread = Spread { known: 0.0064 * 4.8, beyond: 0.0 };
         let tried = |target: f64, spread: Spread, all: usize| NONE.tried(target, spread, all);
-        assert_eq!([0.01, 0.005].map(|target| tried(target, spread, 81).per_sensor), [64, 256]);
+        assert_eq!([0.01, 0.005].map(|target| tried(target, spread, 81).per_sensor), [54, 199]);
         assert_eq!(tried(0.1, spread, 81), Sizes { per_sensor: 4, beyond: 1, ..NONE });
         let noisy = Spread { beyond: 0.1, ..spread };
         let [one, many] = [1, 10_000].map(|all| tried(0.02, noisy, all));
-        assert!(one.beyond > 5 * many.beyond && one.per_sensor > many.per_sensor, "{one:?} {many:?}");
-        assert_eq!(tried(1e-6, noisy, 1), Sizes { per_sensor: 256, beyond: 256, ..NONE });
+        assert!(one.beyond > 3 * many.beyond && one.per_sensor > many.per_sensor, "{one:?} {many:?}");
+        assert_eq!(tried(1e-6, noisy, 1), Sizes { per_sensor: 1024, beyond: 1024, ..NONE });
     }
 
     /// Two passes of 8 paths at 1 and 3 lx: a variance of 2 lx2, of a path 16, over the square of 2 lx.
