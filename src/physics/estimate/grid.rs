@@ -19,7 +19,7 @@ pub struct GridEstimate {
     pub contrasts: Vec<Moments>,
     /// Photons that each sensor has found in all passes; zeros for methods that count none.
     pub photons: Vec<PhotonCount>,
-    /// What of each sensor is known from a coarse solution, and beyond it, where the method tells that.
+    /// Parts of each sensor known from a coarse solution and beyond it, where the method tells them.
     pub residuals: Residuals,
     /// The grid's mean illuminance.
     pub mean: Moments,

@@ -23,7 +23,7 @@ const LEAST_SENSORS: usize = 8;
 /// Least scale of a sensor's residual, as a share of the mean over its zone.
 const LEAST_SCALE: f64 = 0.1;
 
-/// What passes found of each sensor by a coarse solution and beyond it.
+/// Illuminances of the sensors of a grid by a coarse solution and beyond it.
 #[derive(Clone, Debug, Default)]
 pub struct Residuals {
     /// Illuminance in lx by the coarse solution, straight light included.
@@ -35,7 +35,7 @@ pub struct Residuals {
     pooled: Vec<Pooled>,
 }
 
-/// What the residuals of a zone have in common.
+/// Residual that the sensors of a zone have in common.
 #[derive(Clone, Copy, Debug)]
 struct Pooled {
     /// Mean residual, relative to the scale of a sensor.
@@ -55,7 +55,7 @@ impl Pooled {
 }
 
 impl Residuals {
-    /// Those of no passes, for sensors in these zones; none without any.
+    /// Makes room for sensors in these zones, without any pass.
     pub fn of_zones(zones: &[u8]) -> Self {
         let none = vec![Moments::default(); zones.len()];
         let zones_count = zones.iter().max().map_or(0, |last| usize::from(*last) + 1);

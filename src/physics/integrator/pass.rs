@@ -61,10 +61,10 @@ pub struct GridPass {
     /// Contrasts among the points of each sensor, where points are the same in every pass: equally many for each
     /// sensor, and their squares add up to the variance of the choice of points. Else empty.
     pub contrasts: Vec<f64>,
-    /// What of each sensor's illuminance is beyond a coarse solution, in lux; empty where the method tells none, or where it is one part
+    /// Part of each sensor's illuminance beyond a coarse solution, in lux; empty where the method tells none, or where it is one part
     /// of the light among others.
     pub residual: Vec<f64>,
-    /// Of the state before the first pass: the zone of each sensor by which residuals are judged together; empty without residuals.
+    /// In the state before the first pass, the zone of each sensor by which residuals are judged together; empty without residuals.
     pub zones: Vec<u8>,
     /// Photons behind each sensor's value; empty where the method's errors need no count of them.
     pub photons: Vec<PhotonCount>,

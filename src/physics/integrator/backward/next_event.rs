@@ -31,7 +31,7 @@ pub trait Daylight<const C: usize>: Sync {
         true
     }
 
-    /// What the tubes send; `None` where that is not known.
+    /// Openings with the flux that each sends; `None` where that is not known.
     fn openings(&self) -> Option<&Openings> {
         None
     }

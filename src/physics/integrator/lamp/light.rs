@@ -173,7 +173,7 @@ impl<const C: usize> DiffuserLight<C> {
         Self { tubes, openings, reflected: None }
     }
 
-    /// What surfaces reflect of it, by a coarse solution.
+    /// Solves coarsely for what surfaces reflect of it.
     pub fn solve(&self, exchange: &Arc<Exchange<C>>) -> Solution<C> {
         exchange.solve(&self.tubes.iter().map(TubeLight::flux).collect::<Vec<_>>())
     }
@@ -291,13 +291,13 @@ impl<const C: usize> Daylight<C> for DiffuserLight<C> {
     }
 }
 
-/// The same light at a sensor to which all openings but near ones were connected.
+/// Light at a sensor to which all openings but near ones were connected.
 pub struct SensorLit<'a, const C: usize> {
     /// The light.
     pub light: &'a DiffuserLight<C>,
     /// Its centre in m.
     pub centre: DVec3,
-    /// How far its points are from that, in m.
+    /// Distance of its points from that, at most, in m.
     pub reach: f64,
 }
 

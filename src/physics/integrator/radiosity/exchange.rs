@@ -41,7 +41,7 @@ pub struct Spot {
     pub surface: Option<SurfaceId>,
 }
 
-/// What patches send to each other, and what lights them straight: all that follows from the room alone.
+/// Exchange of light between patches, and what lights them straight: all that follows from the room alone.
 #[derive(Debug)]
 pub struct Exchange<const C: usize> {
     patches: Patches,
@@ -164,9 +164,9 @@ impl<const C: usize> Exchange<C> {
     }
 }
 
-/// What a patch sends and gets.
+/// Rays and direct light of one patch.
 struct Lit<const C: usize> {
-    /// Where its rays end.
+    /// Ends of its rays.
     met: [Option<Spot>; RAYS],
     of_openings: [(u32, f64); RAYS],
     of_luminaires: Spectrum<C>,
@@ -205,7 +205,7 @@ impl<const C: usize> Lit<C> {
     }
 }
 
-/// Where a ray from a spot ends, in a stratum of directions; `None` in an opening.
+/// Traces a ray from a spot and returns its end, in a stratum of directions; `None` in an opening.
 fn ray(scene: &TraceableScene, from: &Spot, stratum: usize, random: &mut PathRandom) -> Option<Spot> {
     let [u, v] = random.uniform2();
     let (row, column) = (stratum / STRATA, stratum % STRATA);
@@ -229,7 +229,7 @@ pub struct Solution<const C: usize> {
 }
 
 impl<const C: usize> Solution<C> {
-    /// How many times as bright surfaces are where openings send `flux` lm in all, divided alike.
+    /// Returns how many times as bright surfaces are where openings send `flux` lm in all, divided alike.
     pub fn times(&self, flux: f64) -> f64 {
         self.flux.map_or(1.0, |own| flux / own)
     }

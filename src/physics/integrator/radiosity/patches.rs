@@ -28,7 +28,7 @@ pub struct Patches {
     pub count: usize,
 }
 
-/// Where the patches of a surface are.
+/// Patches of one surface.
 #[derive(Clone, Copy, Debug)]
 enum Layout {
     /// It has none.
@@ -71,7 +71,7 @@ impl Plane {
     }
 }
 
-/// What facets have in common that share a patch: a piece of a mesh, a cell of space, a side, and what they reflect.
+/// Key of the facets that share a patch: a piece of a mesh, a cell of space, a side, and what they reflect.
 type Cluster = (u32, [i32; 3], u8, [u64; 3]);
 
 impl Patches {

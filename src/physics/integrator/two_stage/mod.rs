@@ -1,9 +1,10 @@
 //! Two stages: the path is cut at Lambertian diffusers, which forget where light came from.
 //!
 //! **Idea.** In each pass photons first find what leaves the diffusers ([`lamp`](super::lamp)). Then paths go backward from the
-//! sensors and the eye (`backward::walk`), and every vertex counts that light in closed form, or nearly so.
-//! The stages are independent, and what the second finds is linear in what the first gives: their product is unbiased.
-//! One pass is one replicate.
+//! sensors and the eye (`backward::walk`), and every vertex counts that light in closed form, or nearly so. A coarse solution of what
+//! surfaces reflect ([`radiosity`](super::radiosity)) is a control variate: rays count it, and some go on for what it leaves out.
+//! The stages are independent, and the second is linear in the first: every pass is unbiased, one replicate. Sensors of a grid measure
+//! what is left out together, as far as they do not differ; what they may differ by is in their errors (`estimate::residual`).
 //!
 //! **Which paths** (docs/physics/measurement_equation.md#two-stages). A vertex V is *far* beyond one radius from a
 //! disc.
@@ -16,13 +17,13 @@
 //! | `(K\|N) t F V`, far, else | two photons, connected |
 //! | `(K\|N) t F V`, near, or a lobe below a roughness of 0.2 | as path tracing |
 //! | `K t F S+ (V\|E)` | chance |
-//! | `M ..` and interreflection, light sent up and back included | as path tracing |
+//! | `M ..` and interreflection, light sent up and back included | as path tracing, around the coarse solution |
 //! | `(K\|N) t C ..` of grids, below closures that are lamps in part | as light tracing ([`lamp::beside`](super::lamp::beside)) |
 //!
 //! **Settings.** `photons_per_pass` (64 to 16 777 216; with views 8192 by default) against `samples_per_sensor` (1 to 65 536)
 //! and `samples_per_pixel` (8; 1 to 4096): noise of the first stage is common to all sensors of a pass, that of the second
-//! is each sensor's own. Without views the first two are by default chosen for the accuracy asked for, so that 8 to some tens
-//! of passes reach it.
+//! is each sensor's own. The first two are by default chosen for the accuracy asked for, photons without views, and paths by a small
+//! trial in the room, so that about 8 passes reach it.
 //!
 //! **Refuses** closures without a Lambertian zone, with views all that pass light unscattered, measured diffusers, and the sun by
 //! way of mirrors and of lobes below a roughness of 0.2. Bad at diffusers that mirrors show (it warns). The fluxes of tubes are
@@ -163,7 +164,7 @@ pub struct TwoStage<const C: usize> {
     views: Vec<View>,
     sizes: Sizes,
     connections: Connections,
-    /// What surfaces reflect, by a coarse solution, if that is followed.
+    /// Coarse solution of the light that surfaces reflect, if that is followed.
     reflected: Option<Arc<Solution<C>>>,
     seed: Key,
 }
@@ -212,7 +213,7 @@ impl<const C: usize> TwoStage<C> {
         Self { lamps, grids, views, sizes, connections, reflected, seed, scene: scene.clone() }
     }
 
-    /// What surfaces reflect of the light of a few photons, by a coarse solution; `None` if that is not followed.
+    /// Solves coarsely for the light of a few photons that surfaces reflect; `None` if that is not followed.
     fn reflected(task: &Task, seed: u64, target: f64) -> Option<Arc<Solution<C>>> {
         let scene = task.traceable;
         let exchange = Exchange::new(scene, &starts(scene, task.grids, task.views), target).map(Arc::new)?;
@@ -222,7 +223,7 @@ impl<const C: usize> TwoStage<C> {
         Some(Arc::new(lit.lamps.solve(&exchange)))
     }
 
-    /// How much paths from some sensors differ; `None` where there are none.
+    /// Tries paths from some sensors and returns how much they differ; `None` without sensors.
     fn tried(
         scene: &Arc<TraceableScene>,
         grids: &[Grid],

@@ -9,7 +9,7 @@ use crate::integrator::radiosity::Spot;
 use crate::scene::{EstimateKind, Grid, View};
 use crate::traceable::{Place, TraceableScene};
 
-/// How far the points of a sensor are from its centre, in m.
+/// Distance of the points of a sensor from its centre, at most, in m.
 pub fn reach(grid: &Grid) -> f64 {
     match grid.estimate {
         EstimateKind::CellAverage => 0.5 * libm::hypot(grid.cell_size_m[0], grid.cell_size_m[1]),
@@ -37,7 +37,7 @@ pub fn clear(scene: &TraceableScene, grid: &Grid) -> Vec<bool> {
 const STARTS_OF_GRID: usize = 256;
 const STARTS_OF_ROW: usize = 16;
 
-/// Where paths begin: some of the sensors, and what eyes see.
+/// Starts of paths: some of the sensors, and what eyes see.
 pub fn starts(scene: &TraceableScene, grids: &[Grid], views: &[View]) -> Vec<Spot> {
     let mut starts = Vec::new();
     for grid in grids.iter().map(|grid| grid.thinned(STARTS_OF_GRID)) {

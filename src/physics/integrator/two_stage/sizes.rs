@@ -46,7 +46,7 @@ pub struct Sizes {
     pub photons: u64,
     /// Paths from each sensor.
     pub per_sensor: u32,
-    /// How many of these go on beyond the first surface of which the radiosity is known.
+    /// Number of these that go on beyond the first surface of which the radiosity is known.
     pub beyond: u32,
     /// Photons of an opening that something may hide to which a sensor is connected.
     pub per_opening: u32,
@@ -76,7 +76,7 @@ impl Sizes {
         Self { per_sensor, beyond: per_sensor.div_ceil(PATHS_OF_ONE_BEYOND), ..self }
     }
 
-    /// As many paths as some sensors of `all` ask for that were tried.
+    /// Sizes with as many paths as some sensors of `all` that were tried ask for.
     pub fn tried(self, target: f64, spread: Spread, all: usize) -> Self {
         // what is beyond has its part in a sensor's error as far as sensors do not measure it together
         let beyond = spread.beyond * (DIFFERENT + 1.0 / (all.max(1) as f64).sqrt()).min(1.0);
@@ -93,14 +93,14 @@ impl Sizes {
 /// Variances by one path, relative to the squared illuminance of a sensor: means over some sensors.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Spread {
-    /// Of what a coarse solution tells.
+    /// Variance of the part that a coarse solution tells.
     pub known: f64,
-    /// Of what is beyond it.
+    /// Variance of the part beyond it.
     pub beyond: f64,
 }
 
 impl Spread {
-    /// That of sensors whose values in some passes of `paths` each are known; `None` if none of them is lit.
+    /// Computes the spread of sensors whose values in some passes of `paths` each are known; `None` if none of them is lit.
     pub fn of(sensors: impl Iterator<Item = [Moments; 2]>, paths: f64) -> Option<Self> {
         let (mut known, mut beyond) = (Moments::default(), Moments::default());
         for [of_known, of_beyond] in sensors {

@@ -18,7 +18,7 @@ use crate::sampling::{Key, PathRandom, Stream};
 use crate::scene::{EstimateKind, Grid};
 use crate::traceable::TraceableScene;
 
-/// What comes straight to a sensor.
+/// Light that comes straight to a sensor.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Straight {
     /// Illuminance in lx.
@@ -28,7 +28,7 @@ pub struct Straight {
     pub rays: RayCount,
 }
 
-/// How sensors are connected to openings.
+/// Connections of sensors to openings.
 #[derive(Debug)]
 pub struct Connections {
     /// For each sensor, grid by grid, and tube by tube: true if certainly nothing hides any of the opening from it.
@@ -48,7 +48,7 @@ pub struct Sensors<'a> {
     pub pass: u64,
     /// Offsets in cells of all photons; `None` for points.
     pub offsets: Option<&'a [Vec<DVec2>]>,
-    /// Of this grid in this pass.
+    /// Random numbers of this grid in this pass.
     pub stream: Key,
 }
 
@@ -58,7 +58,7 @@ impl Connections {
         Self { clear: grids.iter().map(|grid| clear(scene, grid)).collect(), per_opening, seed }
     }
 
-    /// What comes straight to a sensor from all openings that are far from it.
+    /// Computes what comes straight to a sensor from all openings that are far from it.
     pub fn straight<const C: usize>(
         &self,
         scene: &TraceableScene,
