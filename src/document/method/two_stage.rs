@@ -9,7 +9,7 @@ use crate::integrator::Method;
 use crate::integrator::two_stage::Settings;
 use crate::plan::MethodRequest;
 
-/// The path cut at a Lambertian diffuser: photons down the tubes, then backward paths in the room; unbiased. Of grids the light
+/// The path cut at a Lambertian diffuser: photons down the tubes, then backward paths around a coarse radiosity solution. Of grids the light
 /// through the clear zones of mixed diffusers is traced beside. Fluxes of tubes are known; a few photons tell where the light
 /// of the room ends, so that the balance of energy is rough.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
@@ -18,8 +18,8 @@ pub struct TwoStageMethod {
     /// Photons from sky and sun per pass, all tubes together; by default as many as reach the accuracy asked for in about 8 passes,
     /// and 8192 in jobs with views.
     pub photons_per_pass: Option<u64>,
-    /// Backward paths per sensor and pass; by default as many as reach the accuracy asked for in about 8 passes, and 256 in jobs
-    /// with views.
+    /// Backward paths per sensor and pass; by default as many as reach the accuracy asked for in about 8 passes, which a small
+    /// trial in the room tells.
     pub samples_per_sensor: Option<u32>,
     /// Backward paths per pixel and pass.
     pub samples_per_pixel: u32,
