@@ -41,7 +41,7 @@ fn check(scene: &Scene, effects: &Effects, what: &str) {
     assert!(!says(EffectKind::GuideReturn, "no tubes") || no_tubes, "{what}");
     assert!(!says(EffectKind::Interreflection, "black") || !effects.is_on(EffectKind::Glossy), "{what}");
     // what is left out with the objects is no reason for anything else
-    let mirrors = room.surfaces.iter().flatten().any(|surface| surface.specular.is_some());
+    let mirrors = room.enclosure.surfaces().any(|surface| surface.specular.is_some());
     if !line(EffectKind::Objects).on && effects.is_on(EffectKind::Glossy) {
         assert!(mirrors, "{what}");
     }

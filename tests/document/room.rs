@@ -93,7 +93,7 @@ fn walls_colours_and_open_faces() {
     document["room"]["surfaces"]["wall_south"] = json!({ "open": true });
     let (scene, ..) = to_scene(&parse(&document).unwrap(), &SquarePipe).unwrap();
     assert_eq!(scene.channels, Channels::Rgb);
-    let surfaces = &scene.room.surfaces;
+    let surfaces = scene.room.enclosure.as_box().unwrap().surfaces;
     assert_eq!(surfaces[Face::North as usize].unwrap().reflectance, [0.8, 0.1, 0.1]);
     assert_eq!(surfaces[Face::South as usize], None);
     assert_eq!(surfaces[Face::East as usize].unwrap().reflectance, [0.5; 3]);

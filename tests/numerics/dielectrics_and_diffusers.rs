@@ -179,7 +179,7 @@ fn an_opening_in_the_ceiling_lights_no_ceiling() {
             [3, 3],
             EstimateKind::Point,
         );
-        scene.room.surfaces[Face::Floor as usize] = None;
+        scene.room.enclosure.paint(Face::Floor as usize, None);
         values(&run(&scene, &*light_tracing(&scene, 4096, 1), 4)).0
     };
     let flush = lit(0.0);

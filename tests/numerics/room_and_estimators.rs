@@ -206,8 +206,7 @@ fn radii_stay_after_a_million_passes() {
 fn starved(radius: Radius) -> Estimate {
     let settings = sppm::Settings { photons_per_pass: 64, initial_radius_m: Some(1e-4), radius, ..Default::default() };
     let mut scene = disc_room(0.2, 0.5, 0.7, 0.7, EstimateKind::Point);
-    scene.room.size.x = 40.0;
-    scene.room.size.y = 40.0;
+    scenes::resize(&mut scene, DVec3::new(40.0, 40.0, scenes::SIDE));
     run(&scene, &*scenes::sppm(&scene, &settings, 1), 4)
 }
 

@@ -27,7 +27,7 @@ fn room(size: [f64; 3], [floor, walls, ceiling]: [f64; 3], tubes: Vec<Tube>, sun
     let [altitude, azimuth] = sun_deg;
     let mut scene =
         scenes::cube(floor, walls, ceiling, tubes, daylight(12, 4000.0, altitude, azimuth), EstimateKind::Point);
-    scene.room.size = DVec3::from_array(size);
+    crate::scenes::resize(&mut scene, DVec3::from_array(size));
     let direction = direction(altitude.to_radians(), azimuth.to_radians());
     scene.daylight.as_mut().unwrap().sun = Some(Sun { direction, normal_illuminance_lux: 60_000.0 });
     scene.grids = vec![grid];

@@ -51,7 +51,7 @@ fn clear_aperture() {
             let mut tube = straight(1.0, reflectance, Diffuser::Open);
             tube.centre = DVec2::splat(0.5 * size);
             let mut scene = cube(0.0, 0.0, 0.0, vec![tube], day, EstimateKind::Point);
-            scene.room.size = DVec3::new(size, size, SIDE);
+            crate::scenes::resize(&mut scene, DVec3::new(size, size, SIDE));
             scene.grids = rows
                 .iter()
                 .map(|row| point(0.5 * size + number(&row[2]), 0.5 * size + number(&row[3]), size))

@@ -47,7 +47,7 @@ fn check(name: &str, scene: &Scene, expected: Range<usize>) {
     let compiled = traceable(scene);
     let task = Task::whole(scene, &compiled);
     let buried: Vec<bool> =
-        (0..scene.grids[0].len()).map(|sensor| compiled.is_in_box(scene.grids[0].centre(sensor))).collect();
+        (0..scene.grids[0].len()).map(|sensor| compiled.is_in_solid(scene.grids[0].centre(sensor))).collect();
     let count = buried.iter().filter(|buried| **buried).count();
     assert!(expected.contains(&count), "{name}: {count}");
     let mut computed = 0;
@@ -81,7 +81,7 @@ fn sensors_in_boxes_stay_dark() {
     check("meshes around boxes and beside", &meshed, 3..6);
     let mut lit = room(lambertian(0.5, 0.1));
     lit.room.luminaires.push(panel(DVec3::new(1.0, 0.4, 1.9), 0.3, 0.3, 500.0));
-    lit.room.surfaces[Face::East as usize] = Some(specular(0.2, 0.5, 0.4));
+    lit.room.enclosure.paint(Face::East as usize, Some(specular(0.2, 0.5, 0.4)));
     with_sun(&mut lit, 40_000.0, 50.0);
     check("a luminaire, a glossy wall and the sun", &lit, 6..30);
 }

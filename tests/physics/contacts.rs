@@ -58,7 +58,12 @@ fn room(boxes: Vec<BoxObject>, meshes: Vec<MeshObject>, [seen, off]: [DVec3; 2],
     (grid.x_m, grid.y_m) = (vec![sensor.x], vec![sensor.y]);
     Scene {
         daylight: None,
-        room: Room { size: DVec3::splat(2.0), surfaces: [Some(grey()); 6], boxes, meshes, luminaires: vec![luminaire] },
+        room: Room {
+            enclosure: skyduct::scene::Enclosure::cuboid(DVec3::splat(2.0), [Some(grey()); 6]),
+            boxes,
+            meshes,
+            luminaires: vec![luminaire],
+        },
         tubes: Vec::new(),
         grids: vec![grid],
         views: vec![view],

@@ -35,7 +35,7 @@ fn methods(scene: &Scene, photons_per_pass: u64) -> Vec<(&'static str, Box<dyn I
 fn corridor() -> Scene {
     let tube = straight(1.0, 0.98, lambertian(0.6, 0.3));
     let mut scene = cube(0.9, 0.2, 0.1, vec![tube], daylight(15, 3000.0, 20.0, 160.0), EstimateKind::Point);
-    scene.room.size = DVec3::new(0.8, 11.7, 2.3);
+    crate::scenes::resize(&mut scene, DVec3::new(0.8, 11.7, 2.3));
     scene.tubes[0].centre = DVec2::new(0.55, 6.6);
     scene.tubes[0].opening_radius = 0.25 * RADIUS;
     scene.grids = vec![Grid::new("far".into(), 2.2, [4, 3], 0.0, [0.8, 11.7], EstimateKind::Point)];

@@ -145,7 +145,7 @@ fn lumens_times_responses_are_the_light() {
     let fluxes = [fluxes(0), fluxes(1)].concat();
     let grid = &found.grids[0];
     for sensor in 0..scene.grids[0].len() {
-        if traceable(&scene).is_in_box(scene.grids[0].centre(sensor)) {
+        if traceable(&scene).is_in_solid(scene.grids[0].centre(sensor)) {
             assert_eq!(grid.illuminance_lux(sensor), 0.0);
             continue;
         }
@@ -190,7 +190,7 @@ fn a_room_is_kept_for_other_skies_and_tubes() {
         ("night", Scene { daylight: None, ..base.clone() }),
     ];
     let mut floor = base.clone();
-    floor.room.surfaces[Face::Floor as usize] = Some(Surface::diffuse([0.21; 3]));
+    floor.room.enclosure.paint(Face::Floor as usize, Some(Surface::diffuse([0.21; 3])));
     let mut boxed = base.clone();
     boxed.room.boxes.push(BoxObject {
         size: DVec3::splat(0.3),

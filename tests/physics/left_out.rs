@@ -46,7 +46,7 @@ fn share(part: &Moments, whole: &Moments) -> (f64, f64) {
 
 /// The share of the light on the surfaces, all with the same albedos, that an effect adds, with its standard error.
 fn added(scene: &Scene, kind: EffectKind) -> (f64, f64) {
-    let surface = scene.room.surfaces[0].unwrap();
+    let surface = scene.room.enclosure.faces()[0].surface.unwrap();
     let albedo = |without: &[EffectKind]| match without {
         [EffectKind::Interreflection] => 0.0,
         [EffectKind::Glossy] => surface.reflectance[0],
@@ -63,8 +63,9 @@ fn added(scene: &Scene, kind: EffectKind) -> (f64, f64) {
 }
 
 fn room(tubes: Vec<Tube>, surface: Surface) -> Scene {
-    let scene = cube(0.0, 0.0, 0.0, tubes, daylight(12, 5000.0, 35.0, 45.0), EstimateKind::CellAverage);
-    Scene { room: skyduct::scene::Room { surfaces: [Some(surface); 6], ..scene.room }, ..scene }
+    let mut scene = cube(0.0, 0.0, 0.0, tubes, daylight(12, 5000.0, 35.0, 45.0), EstimateKind::CellAverage);
+    scene.room.enclosure.paint_all([Some(surface); 6]);
+    scene
 }
 
 /// In a room of equal surfaces the bound is the share itself, but for what goes out through the opening: of the light from a point at

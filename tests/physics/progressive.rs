@@ -149,7 +149,7 @@ fn corners_are_not_dark() {
         let paths = path_tracing::Settings { samples_per_sensor: 4096, ..Default::default() };
         let (lux, error) = values(&run(&scene, &*built(&scene, &paths, 1), 32));
         let mut direct = scene.clone();
-        direct.room.surfaces = [Some(Surface::diffuse([0.0; 3])); 6];
+        direct.room.enclosure.paint_all([Some(Surface::diffuse([0.0; 3])); 6]);
         let (direct, _) = values(&run(&direct, &*light_tracing(&direct, 4096, 1), 8));
         for case in [FIXED, FIXED_PER_POINT] {
             let found = run(&scene, method(case, &scene, 32_768, 0.1, 3).as_ref(), 64);
@@ -186,7 +186,7 @@ fn fixed_rays_have_an_error() {
     let mut scene = furnished([tube(), tube()], EstimateKind::Point);
     scene.grids = Vec::new();
     scene.room.luminaires.clear();
-    scene.room.surfaces[Face::Floor as usize] = Some(Surface::diffuse([0.02; 3]));
+    scene.room.enclosure.paint(Face::Floor as usize, Some(Surface::diffuse([0.02; 3])));
     scene.room.boxes[0].surface = Surface::diffuse([0.9; 3]);
     // down on the boxes, so that no source is seen that is smaller than a pixel
     let view = View::new("view".into(), DVec3::new(1.0, 0.9, 1.9), DVec3::new(1.1, 1.0, 0.0), DVec3::Y, 1.2, [8, 8]);
@@ -211,7 +211,14 @@ fn rays_are_the_same_in_every_pass() {
     (scene.tubes, scene.daylight) = (Vec::new(), None);
     // a panel on the ceiling of a black room but for the floor: no photon is gathered
     let black = Some(Surface::diffuse([0.0; 3]));
-    scene.room.surfaces = [black, black, black, black, scene.room.surfaces[Face::Floor as usize], black];
+    scene.room.enclosure.paint_all([
+        black,
+        black,
+        black,
+        black,
+        scene.room.enclosure.faces()[Face::Floor as usize].surface,
+        black,
+    ]);
     scene.room.luminaires.push(Luminaire {
         corner: DVec3::new(0.3, 1.4, SIDE),
         edge_u: DVec3::new(0.0, 0.3, 0.0),
@@ -236,7 +243,7 @@ fn a_small_luminaire_is_seen_on_gloss() {
     let mut scene = disc_room(0.0, 0.0, 0.0, 0.0, EstimateKind::Point);
     (scene.tubes, scene.daylight, scene.grids) = (Vec::new(), None, Vec::new());
     let glossy = Specular { reflectance: [0.5; 3], roughness: 0.4 };
-    scene.room.surfaces[Face::Floor as usize] = Some(Surface { reflectance: [0.0; 3], specular: Some(glossy) });
+    scene.room.enclosure.paint(Face::Floor as usize, Some(Surface { reflectance: [0.0; 3], specular: Some(glossy) }));
     scene.room.luminaires.push(Luminaire {
         corner: DVec3::new(1.0, 1.0, 1.8),
         edge_u: DVec3::new(0.0, 0.1, 0.0),

@@ -44,14 +44,14 @@ impl<const C: usize> Visitor<C> for Flown {
 fn white_furnace() {
     let mut scene = disc_room(0.5, 0.5, 0.5, 0.5, EstimateKind::CellAverage);
     let glossy = |diffuse, roughness| specular(diffuse, 0.5 - diffuse, roughness);
-    scene.room.surfaces = [
+    scene.room.enclosure.paint_all([
         Some(glossy(0.0, 0.0)),
         Some(glossy(0.2, 0.0)),
         Some(glossy(0.1, 0.3)),
         Some(glossy(0.0, 1.0)),
         Some(glossy(0.25, 0.6)),
         Some(Surface::diffuse([0.5; 3])),
-    ];
+    ]);
     scene.room.boxes.push(BoxObject {
         size: DVec3::new(0.5, 0.7, 0.4),
         base: DVec3::new(0.7, 0.6, 0.0),
@@ -79,8 +79,8 @@ fn white_furnace() {
 /// The disc room with one special wall and a grid of `cells` x `cells` at 0.4 m, 0.2 m away from the walls.
 fn room_with(east: Surface, cells: usize, estimate: EstimateKind) -> Scene {
     let mut scene = disc_room(0.3, 0.4, 0.6, 0.3, estimate);
-    scene.room.surfaces[Face::East as usize] = Some(east);
-    let side = scene.room.size.x;
+    scene.room.enclosure.paint(Face::East as usize, Some(east));
+    let side = scene.room.enclosure.extent().x;
     scene.grids = vec![Grid::new("grid".into(), 0.4, [cells, cells], 0.2, [side, side], estimate)];
     scene
 }
@@ -91,14 +91,14 @@ fn room_with(east: Surface, cells: usize, estimate: EstimateKind) -> Scene {
 fn an_eye_sees_the_disc_in_a_glossy_wall() {
     for (roughness, measured) in [(0.3, false), (0.6, false), (1.0, false), (0.6, true)] {
         let mut scene = disc_room(0.0, 0.0, 0.0, 0.0, EstimateKind::Point);
-        scene.room.surfaces[Face::East as usize] = Some(specular(0.0, 0.7, roughness));
+        scene.room.enclosure.paint(Face::East as usize, Some(specular(0.0, 0.7, roughness)));
         scene.grids = Vec::new();
         if measured {
             let ends = [0.0, FRAC_PI_2];
             let table = MeasuredDiffuser::new(&ends, &ends, &[vec![0.1 / PI; 2], vec![0.1 / PI; 2]], None).unwrap();
             scene.tubes[0].diffuser = Diffuser::Measured(Arc::new(table));
         }
-        let side = scene.room.size.x;
+        let side = scene.room.enclosure.extent().x;
         let (eye, target) = (DVec3::new(0.9, 0.8, 0.8), DVec3::new(side, 1.1, 1.3));
         let view = View::new("view".into(), eye, target, DVec3::Z, 0.1, [8, 8]).unwrap();
         let n = 32;
@@ -136,7 +136,7 @@ fn colours_are_independent() {
         let mut scene = room_with(Surface::diffuse([0.0; 3]), 2, EstimateKind::CellAverage);
         let specular = Specular { reflectance, roughness: 0.4 };
         let surface = Some(Surface { reflectance: diffuse, specular: Some(specular) });
-        scene.room.surfaces = [surface; 6];
+        scene.room.enclosure.paint_all([surface; 6]);
         scene
     };
     let mut scene = coloured([0.5, 0.1, 0.3], [0.1, 0.6, 0.3]);
@@ -235,14 +235,14 @@ fn specular_bounds_name_their_field() {
 fn documents_become_specular_surfaces() {
     let scene = |floor: Value| to_scene(&document(floor, json!({})).unwrap(), &Folder).unwrap().0;
     let mirror = scene(json!({ "reflectance": 0.1, "specular": 0.8 }));
-    assert_eq!(mirror.room.surfaces[Face::Floor as usize], Some(specular(0.1, 0.8, 0.0)));
+    assert_eq!(mirror.room.enclosure.faces()[Face::Floor as usize].surface, Some(specular(0.1, 0.8, 0.0)));
     assert_eq!(mirror.channels, Channels::Photopic);
     let coloured = scene(json!({ "reflectance": 0.1, "specular": [0.8, 0.7, 0.6], "roughness": 0.4 }));
     let lobe = Specular { reflectance: [0.8, 0.7, 0.6], roughness: 0.4 };
-    assert_eq!(coloured.room.surfaces[Face::Floor as usize].unwrap().specular, Some(lobe));
+    assert_eq!(coloured.room.enclosure.faces()[Face::Floor as usize].surface.unwrap().specular, Some(lobe));
     assert_eq!(coloured.channels, Channels::Rgb);
     let none = scene(json!({ "reflectance": 0.1, "specular": 0, "roughness": 0.4 }));
-    assert_eq!(none.room.surfaces[Face::Floor as usize], Some(Surface::diffuse([0.1; 3])));
+    assert_eq!(none.room.enclosure.faces()[Face::Floor as usize].surface, Some(Surface::diffuse([0.1; 3])));
 }
 
 /// Points next to mirrors are computed by photon mapping, with the reason, those next to lobes by paths; what is switched off counts

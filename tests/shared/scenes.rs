@@ -12,8 +12,8 @@ use skyduct::integrator::{Integrator, light_tracing, sppm};
 use skyduct::optics::{Collector, Diffuser, DiffuserZone, MeasuredDiffuser, Specular, Surface};
 use skyduct::plan::{self, EffectRequests, Effects};
 use skyduct::scene::{
-    BoxObject, Channels, Daylight, EstimateKind, Face, Grid, Luminaire, Room, Scene, Segment, StraightOrBent, Tube,
-    TubeShape,
+    BoxObject, BoxShape, Channels, Daylight, Enclosure, EstimateKind, Face, Grid, Luminaire, Room, Scene, Segment,
+    StraightOrBent, Tube, TubeShape,
 };
 use skyduct::sky::zenith::ZenithFormula;
 use skyduct::sky::{CieType, Sky, SkyDistribution, Sun, direction};
@@ -36,6 +36,8 @@ pub fn straight(length_m: f64, reflectance: f64, diffuser: Diffuser) -> Tube {
     Tube {
         centre: DVec2::splat(0.5 * SIDE),
         opening_radius: RADIUS,
+        face: Face::Ceiling as usize,
+        drop_m: 0.0,
         shape: TubeShape::Cylinders(StraightOrBent {
             reflectance: [reflectance; 3].into(),
             segments,
@@ -63,8 +65,7 @@ pub fn cube(
     Scene {
         daylight: Some(daylight),
         room: Room {
-            size: DVec3::splat(SIDE),
-            surfaces,
+            enclosure: Enclosure::cuboid(DVec3::splat(SIDE), surfaces),
             boxes: Vec::new(),
             meshes: Vec::new(),
             luminaires: Vec::new(),
@@ -224,7 +225,7 @@ pub fn furnished(tubes: [Tube; 2], estimate: EstimateKind) -> Scene {
     let tubes = vec![Tube { centre: DVec2::new(0.6, 0.7), ..a }, Tube { centre: DVec2::new(1.5, 1.3), ..b }];
     let mut scene = cube(0.3, 0.5, 0.7, tubes, daylight(12, 5000.0, 40.0, 120.0), estimate);
     let glossy = Specular { reflectance: [0.5; 3], roughness: 0.4 };
-    scene.room.surfaces[Face::East as usize] = Some(Surface { reflectance: [0.2; 3], specular: Some(glossy) });
+    scene.room.enclosure.paint(Face::East as usize, Some(Surface { reflectance: [0.2; 3], specular: Some(glossy) }));
     scene.room.boxes.push(BoxObject {
         size: DVec3::new(0.4, 0.5, 0.9),
         base: DVec3::new(1.2, 0.6, 0.0),
@@ -252,11 +253,18 @@ pub fn electric_room(
     let surfaces = [Some(Surface::diffuse([reflectance; 3])); 6];
     Scene {
         daylight: None,
-        room: Room { size, surfaces, boxes: Vec::new(), meshes: Vec::new(), luminaires },
+        room: Room { enclosure: Enclosure::cuboid(size, surfaces), boxes: Vec::new(), meshes: Vec::new(), luminaires },
         tubes: Vec::new(),
         grids: vec![Grid::new("floor".into(), 0.0, cells, 0.0, [size.x, size.y], estimate)],
         views: Vec::new(),
         channels: Channels::Photopic,
+    }
+}
+
+/// Gives a room in box form another size.
+pub fn resize(scene: &mut Scene, size: DVec3) {
+    if let Some(BoxShape { surfaces, .. }) = scene.room.enclosure.as_box() {
+        scene.room.enclosure = Enclosure::cuboid(size, surfaces);
     }
 }
 
@@ -283,9 +291,9 @@ pub fn mirrored(diffuser: Diffuser, image: bool, estimate: EstimateKind) -> Scen
     }
     // an overcast sky looks the same from both sides
     let mut scene = cube(0.3, 0.5, 0.7, tubes, daylight(1, 9000.0, 40.0, 0.0), estimate);
-    scene.room.size = if image { DVec3::new(2.0 * HALF.x, HALF.y, HALF.z) } else { HALF };
+    resize(&mut scene, if image { DVec3::new(2.0 * HALF.x, HALF.y, HALF.z) } else { HALF });
     if !image {
-        scene.room.surfaces[Face::East as usize] = Some(specular(0.0, 1.0 - 1e-7, 0.0));
+        scene.room.enclosure.paint(Face::East as usize, Some(specular(0.0, 1.0 - 1e-7, 0.0)));
     }
     scene.grids = vec![Grid::new("grid".into(), 0.5, [4, 4], 0.0, [HALF.x, HALF.y], estimate)];
     scene

@@ -5,7 +5,7 @@ use glam::DVec3;
 use super::RoomDocument;
 use super::object::ObjectDocument;
 use super::surface::SurfaceDocument;
-use crate::scene::{BoxObject, Face, Luminaire, Room};
+use crate::scene::{BoxObject, Enclosure, Face, Luminaire, Room};
 
 /// The room of a scene, without its meshes.
 pub fn room(room: &RoomDocument) -> Room {
@@ -35,8 +35,7 @@ pub fn room(room: &RoomDocument) -> Room {
         luminance: luminaire.luminance_cd_m2.rgb(),
     });
     Room {
-        size: DVec3::from(room.size_m),
-        surfaces,
+        enclosure: Enclosure::cuboid(DVec3::from(room.size_m), surfaces),
         boxes: boxes.collect(),
         meshes: Vec::new(),
         luminaires: luminaires.collect(),

@@ -8,7 +8,7 @@ use crate::document::errors::Checks;
 use crate::document::mesh_source::MeshSource;
 use crate::document::provenance::GuideProvenance;
 use crate::guide::Section;
-use crate::scene::{Segment, StraightOrBent, Tube, TubeShape};
+use crate::scene::{Face, Segment, StraightOrBent, Tube, TubeShape};
 
 /// The tube at `pointer` and how its guide is computed; `None` after an error.
 pub(crate) fn tube(
@@ -27,6 +27,8 @@ pub(crate) fn tube(
                 Section::Facets { .. } => GuideProvenance::Mesh,
             };
             let tube = Tube {
+                face: Face::Ceiling as usize,
+                drop_m: 0.0,
                 centre: DVec2::from(document.centre_m),
                 opening_radius: 0.5 * document.opening_diameter_m,
                 shape: TubeShape::Mesh(mesh),
@@ -51,6 +53,8 @@ fn cylinders(tube: &ParametricTube) -> (Tube, GuideProvenance) {
     // as many vertical segments as one likes make one straight tube
     let straight = shape.segments.iter().all(|segment| segment.tilt == 0.0);
     let tube = Tube {
+        face: Face::Ceiling as usize,
+        drop_m: 0.0,
         centre: DVec2::from(tube.centre_m),
         opening_radius: 0.5 * tube.diameter_m,
         shape: TubeShape::Cylinders(shape),

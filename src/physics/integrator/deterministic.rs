@@ -18,7 +18,7 @@ pub fn installation(traceable: &TraceableScene, grids: &[Grid]) -> Installation 
     Installation {
         sky: traceable.sky.clone(),
         sun: traceable.sun,
-        size: traceable.size,
+        size: traceable.enclosure.extent(),
         reflectance: Face::ALL
             .map(|face| traceable.optics(SurfaceId::of_face(face)).map(|surface| surface.reflectance[0])),
         tubes: traceable.tubes.iter().map(tube).collect(),
@@ -35,7 +35,9 @@ pub(super) fn refuses(task: &Task) -> Option<Refusal> {
     let by_angle = |tube: &StraightOrBent| matches!(tube.reflectance, Mirror::ByAngle(_));
     let thin =
         |collector: &Collector| matches!(collector, Collector::Open | Collector::Flat { .. } | Collector::Dome { .. });
-    let (code, what) = if scene.channels != Channels::Photopic {
+    let (code, what) = if traceable.enclosure.as_box().is_none() {
+        (RefusalCode::RoomShape, "rooms that are no boxes")
+    } else if scene.channels != Channels::Photopic {
         (RefusalCode::Colours, "colours")
     } else if scene.tubes.iter().any(|tube| cylinders(&tube.shape).is_none()) {
         // also those that were recognised as cylinders: the formulae take their lengths from the document

@@ -83,7 +83,12 @@ fn refuses_bent_or_lossless(task: &Task) -> Option<Refusal> {
     let bent_and_clear = traceable.tubes.iter().any(|tube| {
         !matches!(tube.guide, Guide::Straight(_)) && tube.diffuser.specular_zone(tube.opening_radius).is_some()
     });
-    let lossless = scene.room.surfaces.iter().all(|face| face.is_some_and(|face| face.reflectance[0] >= 1.0));
+    let lossless = scene
+        .room
+        .enclosure
+        .faces()
+        .iter()
+        .all(|face| face.surface.is_some_and(|surface| surface.reflectance[0] >= 1.0));
     if bent_and_clear && task.has_points() && traceable.sun.is_some() {
         let detail = "it finds no sunlight at points through a clear closure of a bent tube";
         Some(Refusal::new(RefusalCode::ClearClosuresOfBentTubes, detail).or("the estimate cell_average"))

@@ -86,7 +86,7 @@ impl Described for Settings {
 
 /// True if a face of the room reflects light.
 fn reflects(scene: &Scene) -> bool {
-    scene.room.surfaces.iter().flatten().any(|face| face.reflectance[0] > 0.0)
+    scene.room.enclosure.surfaces().any(|surface| surface.reflectance[0] > 0.0)
 }
 
 /// Number of elbows of a tube: places where the axis changes its direction.

@@ -132,6 +132,11 @@ impl<'a> Task<'a> {
     pub fn has_points(&self) -> bool {
         self.grids.iter().any(|grid| grid.estimate == EstimateKind::Point)
     }
+
+    /// True if sensors do not look up, or do not lie in one level plane.
+    pub fn has_placed_sensors(&self) -> bool {
+        self.grids.iter().any(|grid| grid.placed.is_some())
+    }
 }
 
 /// A method on a scene, ready to compute.
@@ -163,6 +168,8 @@ pub struct Knows {
     pub energy: bool,
     /// The fluxes of tubes.
     pub tube_fluxes: bool,
+    /// Sensors that do not look up, or do not lie in one level plane.
+    pub any_sensors: bool,
 }
 
 /// How the passes of a method depend on each other.
@@ -177,8 +184,8 @@ pub enum Passes {
 }
 
 impl Knows {
-    /// Everything that a result can have.
-    pub const ALL: Self = Self { views: true, energy: true, tube_fluxes: true };
+    /// Everything that a result can have, at level sensors that look up.
+    pub const ALL: Self = Self { views: true, energy: true, tube_fluxes: true, any_sensors: false };
 }
 
 /// Why a method cannot compute what is asked.
@@ -263,6 +270,10 @@ refusal_codes! {
     SpecularSurfaces = "specular_surfaces",
     /// Nothing in the room absorbs light.
     LosslessRoom = "lossless_room",
+    /// The room is no box.
+    RoomShape = "room_shape",
+    /// Sensors do not look up, or do not lie in one level plane.
+    PlacedSensors = "placed_sensors",
     /// Interreflection is switched off.
     InterreflectionOff = "interreflection_off",
     /// Passes are in order or there are none, where independent ones are needed.

@@ -68,7 +68,7 @@ impl Described for Settings {
     }
 
     fn knows(&self) -> Knows {
-        Knows { energy: false, tube_fluxes: false, ..Knows::ALL }
+        Knows { energy: false, tube_fluxes: false, any_sensors: true, ..Knows::ALL }
     }
 
     fn refuses(&self, task: &Task) -> Option<Refusal> {

@@ -125,7 +125,8 @@ impl Described for Settings {
 
     fn trial(&self, task: &Task, _target: f64) -> Trial {
         let photons_per_pass = TrialPasses::fewer(self.photons_per_pass, 0.0625);
-        let initial_radius_m = Some(TRIAL_RADIUS * Radii::initial_m(self.initial_radius_m, task.traceable.size));
+        let initial_radius_m =
+            Some(TRIAL_RADIUS * Radii::initial_m(self.initial_radius_m, task.traceable.enclosure.extent()));
         let smaller = Self { photons_per_pass, initial_radius_m, ..self.clone() };
         let places = if task.views.is_empty() { 81 } else { 512 };
         Trial::whole(smaller, places).with(of_wider_kernels(photons_per_pass, self.photons_per_pass, self.alpha))
@@ -203,7 +204,7 @@ impl<const C: usize> Ppm<C> {
     /// Divides the photons of a pass among the sources, and points into strata; equal seeds give equal bits.
     pub fn new(scene: Arc<TraceableScene>, grids: &[Grid], views: &[View], settings: &Settings, seed: u64) -> Self {
         Self {
-            radii: Radii::new(settings.radius, settings.initial_radius_m, settings.alpha, scene.size),
+            radii: Radii::new(settings.radius, settings.initial_radius_m, settings.alpha, scene.enclosure.extent()),
             views: OutlinedView::all(&scene, views),
             mapper: Mapper::new(scene, grids, !views.is_empty(), settings.photons_per_pass),
             per_cell: Strata::new(settings.samples_per_sensor),
@@ -278,7 +279,7 @@ impl<const C: usize> Ppm<C> {
         strata: Strata,
         random: &mut PathRandom,
     ) -> (Gathered<C>, PhotonCount) {
-        if self.mapper.scene.is_in_box(sensor) {
+        if self.mapper.scene.is_in_solid(sensor) {
             return (Gathered::NOTHING, PhotonCount::default());
         }
         let connections = (SENSOR_CONNECTIONS / strata.count()).max(LEAST_CONNECTIONS);

@@ -105,7 +105,8 @@ impl Described for Settings {
 
     fn trial(&self, task: &Task, _target: f64) -> Trial {
         let photons_per_pass = TrialPasses::fewer(self.photons_per_pass, 0.0625);
-        let initial_radius_m = Some(TRIAL_RADIUS * Radii::initial_m(self.initial_radius_m, task.traceable.size));
+        let initial_radius_m =
+            Some(TRIAL_RADIUS * Radii::initial_m(self.initial_radius_m, task.traceable.enclosure.extent()));
         let smaller = Self { photons_per_pass, initial_radius_m, ..self.clone() };
         let places = if task.views.is_empty() { 81 } else { 1024 };
         Trial::whole(smaller, places).with(of_wider_kernels(photons_per_pass, self.photons_per_pass, self.alpha))
@@ -133,7 +134,7 @@ impl<const C: usize> Sppm<C> {
     /// Divides the photons of a pass among the sources; equal seeds give equal bits.
     pub fn new(scene: Arc<TraceableScene>, grids: &[Grid], views: &[View], settings: &Settings, seed: u64) -> Self {
         Self {
-            radii: Radii::new(settings.radius, settings.initial_radius_m, settings.alpha, scene.size),
+            radii: Radii::new(settings.radius, settings.initial_radius_m, settings.alpha, scene.enclosure.extent()),
             views: OutlinedView::all(&scene, views),
             mapper: Mapper::new(scene, grids, !views.is_empty(), settings.photons_per_pass),
             seed: Key::new(seed),
@@ -165,7 +166,7 @@ impl<const C: usize> Sppm<C> {
                     sensor.x += (u - 0.5) * grid.cell_size_m[0];
                     sensor.y += (v - 0.5) * grid.cell_size_m[1];
                 }
-                if grid.is_inside(index) || mapper.scene.is_in_box(sensor) {
+                if grid.is_inside(index) || mapper.scene.is_in_solid(sensor) {
                     return Some((0.0, Gathered::NOTHING, PhotonCount::default()));
                 }
                 let direct = mapper.diffuser_irradiance(maps, sensor, DVec3::Z, None, SENSOR_CONNECTIONS, &mut random);

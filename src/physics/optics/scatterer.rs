@@ -12,7 +12,7 @@ use crate::sampling::{PathSamples, warp};
 #[derive(Clone, Copy, Debug)]
 pub enum Scatterer<'a> {
     /// A horizontal sensor that looks up.
-    Sensor,
+    Sensor(Sensor),
     /// A surface of the room.
     Surface(Oriented<'a, SurfaceOptics>),
     /// A lobe of reflectance 1.
@@ -21,16 +21,20 @@ pub enum Scatterer<'a> {
     Closure(Closure<'a>),
 }
 
-/// A horizontal sensor that looks up. Its value is the cosine, so that the radiance of a path times it adds up to
+/// A sensor. Its value is the cosine, so that the radiance of a path times it adds up to
 /// illuminance.
-struct Sensor;
+#[derive(Clone, Copy, Debug)]
+pub struct Sensor {
+    /// Unit normal, to the side that light falls on.
+    pub normal: DVec3,
+}
 
 impl Scatterer<'_> {
     /// What is Lambertian, if nothing else is finite on this side, so that light from extended sources has closed forms: pi
     /// times the BSDF.
     pub fn lambertian<const C: usize>(&self, side: SheetSide) -> Option<Spectrum<C>> {
         match self {
-            Self::Sensor => Some(Spectrum([PI; C])),
+            Self::Sensor(_) => Some(Spectrum([PI; C])),
             Self::Surface(surface) => surface.optics.lobe().is_none().then(|| surface.optics.diffuse()),
             Self::Lobe(_) => None,
             Self::Closure(closure) => closure.lambertian(side),
@@ -39,14 +43,14 @@ impl Scatterer<'_> {
 
     /// True for a sensor.
     pub fn is_sensor(&self) -> bool {
-        matches!(self, Self::Sensor)
+        matches!(self, Self::Sensor(_))
     }
 
     /// True if connections meet one of its lobes rarely.
     pub fn has_narrow_lobe(&self) -> bool {
         match self {
             Self::Surface(surface) => surface.optics.has_narrow_lobe(),
-            Self::Sensor | Self::Lobe(_) | Self::Closure(_) => false,
+            Self::Sensor(_) | Self::Lobe(_) | Self::Closure(_) => false,
         }
     }
 }
@@ -55,7 +59,7 @@ impl<const C: usize> Scatter<C> for Scatterer<'_> {
     #[inline]
     fn value(&self, travel: Travel, from: DVec3, toward: DVec3) -> Spectrum<C> {
         match self {
-            Self::Sensor => Sensor.value(travel, from, toward),
+            Self::Sensor(sensor) => sensor.value(travel, from, toward),
             Self::Surface(surface) => surface.value(travel, from, toward),
             Self::Lobe(lobe) => lobe.value(travel, from, toward),
             Self::Closure(closure) => closure.value(travel, from, toward),
@@ -65,7 +69,7 @@ impl<const C: usize> Scatter<C> for Scatterer<'_> {
     #[inline]
     fn pdf(&self, travel: Travel, from: DVec3, toward: DVec3) -> f64 {
         match self {
-            Self::Sensor => Scatter::<C>::pdf(&Sensor, travel, from, toward),
+            Self::Sensor(sensor) => Scatter::<C>::pdf(sensor, travel, from, toward),
             Self::Surface(surface) => Scatter::<C>::pdf(surface, travel, from, toward),
             Self::Lobe(lobe) => Scatter::<C>::pdf(lobe, travel, from, toward),
             Self::Closure(closure) => Scatter::<C>::pdf(closure, travel, from, toward),
@@ -75,7 +79,7 @@ impl<const C: usize> Scatter<C> for Scatterer<'_> {
     #[inline]
     fn value_and_pdf(&self, travel: Travel, from: DVec3, toward: DVec3) -> (Spectrum<C>, f64) {
         match self {
-            Self::Sensor => Sensor.value_and_pdf(travel, from, toward),
+            Self::Sensor(sensor) => sensor.value_and_pdf(travel, from, toward),
             Self::Surface(surface) => surface.value_and_pdf(travel, from, toward),
             Self::Lobe(lobe) => lobe.value_and_pdf(travel, from, toward),
             Self::Closure(closure) => closure.value_and_pdf(travel, from, toward),
@@ -85,7 +89,7 @@ impl<const C: usize> Scatter<C> for Scatterer<'_> {
     #[inline]
     fn sample(&self, travel: Travel, from: DVec3, side: SheetSide, samples: &mut PathSamples) -> Option<Scattered<C>> {
         match self {
-            Self::Sensor => Sensor.sample(travel, from, side, samples),
+            Self::Sensor(sensor) => sensor.sample(travel, from, side, samples),
             Self::Surface(surface) => surface.sample(travel, from, side, samples),
             Self::Lobe(lobe) => lobe.sample(travel, from, side, samples),
             Self::Closure(closure) => closure.sample(travel, from, side, samples),
@@ -94,7 +98,7 @@ impl<const C: usize> Scatter<C> for Scatterer<'_> {
 
     fn albedo(&self, from: DVec3, side: SheetSide) -> Spectrum<C> {
         match self {
-            Self::Sensor => Sensor.albedo(from, side),
+            Self::Sensor(sensor) => sensor.albedo(from, side),
             Self::Surface(surface) => surface.albedo(from, side),
             Self::Lobe(lobe) => lobe.albedo(from, side),
             Self::Closure(closure) => closure.albedo(from, side),
@@ -104,20 +108,20 @@ impl<const C: usize> Scatter<C> for Scatterer<'_> {
 
 impl<const C: usize> Scatter<C> for Sensor {
     fn value(&self, _: Travel, _: DVec3, toward: DVec3) -> Spectrum<C> {
-        Spectrum([toward.z.max(0.0); C])
+        Spectrum([toward.dot(self.normal).max(0.0); C])
     }
 
     fn pdf(&self, _: Travel, _: DVec3, toward: DVec3) -> f64 {
-        toward.z.max(0.0) / PI
+        toward.dot(self.normal).max(0.0) / PI
     }
 
     fn sample(&self, _: Travel, _: DVec3, side: SheetSide, samples: &mut PathSamples) -> Option<Scattered<C>> {
-        let toward = warp::cosine_hemisphere(samples.pair());
-        if side == SheetSide::Other || toward.z <= 0.0 {
+        let local = warp::cosine_hemisphere(samples.pair());
+        if side == SheetSide::Other || local.z <= 0.0 {
             return None;
         }
         let weight = Spectrum([PI; C]);
-        Some(Scattered { toward, kind: Kind::Diffuse, pdf: toward.z / PI, weight })
+        Some(Scattered { toward: warp::around(self.normal, local), kind: Kind::Diffuse, pdf: local.z / PI, weight })
     }
 
     fn albedo(&self, _: DVec3, side: SheetSide) -> Spectrum<C> {

@@ -23,7 +23,7 @@ impl<'a> Remaining<'a> {
         let (boxes, meshes) = if self.objects { (&room.boxes[..], &room.meshes[..]) } else { (&[][..], &[][..]) };
         let of_boxes = boxes.iter().map(|object| &object.surface);
         let of_meshes = meshes.iter().flat_map(|object| &object.surfaces);
-        room.surfaces.iter().flatten().chain(of_boxes).chain(of_meshes)
+        room.enclosure.surfaces().chain(of_boxes).chain(of_meshes)
     }
 
     fn interreflection(&self) -> Result<String, String> {

@@ -156,6 +156,11 @@ fn for_grids(task: &Task) -> MethodChoice {
     if paths.refuses(task).is_none() && paths.warns(task).is_none() {
         return MethodChoice { method: Method::TwoStage(paths), reason: two_stage_reason(task.traceable) };
     }
+    if task.has_placed_sensors() {
+        let reason =
+            "unbiased at sensors of any place and direction, by what closures pass unscattered as well".to_owned();
+        return MethodChoice { method: Method::PathTracing(path_tracing::Settings::default()), reason };
+    }
     let unseen = || light_tracing::refuses_points(task.traceable).map(|refusal| refusal.detail);
     let noisy = || light_tracing::noisy_points(task.traceable).map(str::to_owned);
     // obstacles of connections from photons to points
@@ -224,10 +229,7 @@ fn check_of(first: &Method, task: &Task) -> Option<MethodChoice> {
     let is_able = |method: &Method| {
         let described = method.described();
         let is_alike = beside && traces_light(first) && traces_light(method);
-        !is_alike
-            && method.name() != first.name()
-            && described.refuses(task).is_none()
-            && described.warns(task).is_none()
+        !is_alike && method.name() != first.name() && refuses(method, task).is_none() && described.warns(task).is_none()
     };
     let method = candidates.into_iter().flatten().find(is_able)?;
     let reason = format!("checks {}: it finds the same light in another way", first.name());
@@ -269,6 +271,9 @@ pub fn refuses(method: &Method, task: &Task) -> Option<Refusal> {
     let described = method.described();
     if !described.knows().views && !task.views.is_empty() {
         return Some(Refusal::new(RefusalCode::GridsOnly, "it computes grids only"));
+    }
+    if !described.knows().any_sensors && task.has_placed_sensors() {
+        return Some(Refusal::new(RefusalCode::PlacedSensors, "it computes level sensors that look up only"));
     }
     described.refuses(task)
 }

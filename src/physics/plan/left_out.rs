@@ -15,7 +15,7 @@ use crate::guide::performance;
 use crate::guide::{Guide, Section};
 use crate::optics::{Collector, Diffuser, DiffuserZone, Mirror, Spectrum, Surface};
 use crate::sampling::Key;
-use crate::scene::{Channels, Face, Luminaire, MeshTube, Scene, Tube, TubeShape};
+use crate::scene::{Channels, EnclosureFace, Luminaire, MeshTube, Scene, Tube, TubeShape};
 use crate::traceable::TraceableTube;
 
 /// Share of a scene's light that is missing when one effect is left out of everything that the scene calls for.
@@ -123,10 +123,7 @@ struct Surfaces {
 impl Surfaces {
     fn of(scene: &Scene) -> Self {
         let room = &scene.room;
-        let size = room.size;
-        let areas =
-            [size.y * size.z, size.y * size.z, size.x * size.z, size.x * size.z, size.x * size.y, size.x * size.y];
-        let faces = Face::ALL.map(|face| (areas[face as usize], room.surfaces[face as usize]));
+        let faces = room.enclosure.faces().iter().map(|face| (face.polygon.area_m2(), face.surface));
         let boxes = room.boxes.iter().map(|object| {
             let [x, y, z] = object.size.to_array();
             let lower = if object.base.z > 0.0 { x * y } else { 0.0 };
@@ -141,9 +138,9 @@ impl Surfaces {
         let mut all =
             Self { brightest: Reflects::default(), mean: Reflects::default(), of_faces: 0.0, of_objects: 0.0 };
         let objects: Vec<(f64, Option<Surface>)> = boxes.chain(meshes).collect();
-        all.of_faces = faces.iter().map(|(area, _)| area).sum();
+        all.of_faces = faces.clone().map(|(area, _)| area).sum();
         all.of_objects = objects.iter().map(|(area, _)| area).sum();
-        for (area, surface) in faces.into_iter().chain(objects) {
+        for (area, surface) in faces.chain(objects) {
             let Some(surface) = surface else { continue };
             let specular = surface.specular.map_or([0.0; 3], |specular| specular.reflectance);
             let share = area / (all.of_faces + all.of_objects);
@@ -238,19 +235,27 @@ fn seen_from_surfaces(scene: &Scene, tube: &Tube, surfaces: &Surfaces) -> f64 {
     if surfaces.brightest.specular > 0.0 {
         return 1.0;
     }
-    let (size, radius) = (scene.room.size, tube.opening_radius);
-    let of_floor = radius * radius / (radius * radius + size.z * size.z);
-    let offset = tube.centre.min(size.truncate() - tube.centre).min_element();
-    let of_walls = most_from_wall(radius, offset.max(radius));
+    let (enclosure, radius) = (&scene.room.enclosure, tube.opening_radius);
+    let height = enclosure.height_at(tube.face, tube.centre) - tube.drop_m;
+    let centre = tube.centre.extend(height);
+    // of whatever slope: the solid angle of the disc, seen from straight below, over pi
+    let of_slope = |distance: f64| (2.0 * (1.0 - distance / libm::hypot(distance, radius))).min(1.0);
+    let of_face = |face: &EnclosureFace| {
+        let (distance, normal) = (face.polygon.height(centre).max(0.0), face.polygon.normal());
+        match normal.z {
+            z if z.abs() == 1.0 && distance > 0.0 => radius * radius / (radius * radius + distance * distance),
+            // what lies in its plane does not see it
+            z if z.abs() == 1.0 => 0.0,
+            0.0 => most_from_wall(radius, distance.max(radius)),
+            _ => of_slope(distance),
+        }
+    };
+    let of_faces = enclosure.faces().iter().map(of_face).fold(0.0, f64::max);
     let boxes = scene.room.boxes.iter().map(|object| object.base.z + object.size.z);
     let meshes = scene.room.meshes.iter().flat_map(|object| object.mesh.positions.iter().map(|position| position.z));
-    let below = size.z - boxes.chain(meshes).fold(0.0, f64::max);
-    // of whatever slope: the solid angle of the disc, seen from straight below, over pi
-    let of_objects = match surfaces.of_objects > 0.0 {
-        true => (2.0 * (1.0 - below / libm::hypot(below, radius))).min(1.0),
-        false => 0.0,
-    };
-    of_floor.max(of_walls).max(of_objects)
+    let below = height - boxes.chain(meshes).fold(0.0, f64::max);
+    let of_objects = if surfaces.of_objects > 0.0 { of_slope(below) } else { 0.0 };
+    of_faces.max(of_objects)
 }
 
 /// Largest form factor from a point of a wall to a disc of `radius` in the ceiling, whose centre is `offset` m from the wall.

@@ -8,7 +8,7 @@ use crate::integrator::components::Component;
 use crate::integrator::lamp::beside::all_lamps;
 use crate::integrator::lamp_responses::PATCHES;
 use crate::integrator::method::{Described, Kept, Load};
-use crate::scene::{Grid, Scene, View};
+use crate::scene::{EnclosureFace, Grid, Scene, View};
 use crate::traceable::{TraceableScene, TraceableTube};
 
 /// Bytes that a job needs at its peak, beside the program itself.
@@ -59,7 +59,7 @@ pub fn estimate(scene: &Scene, traceable: &TraceableScene, plan: &Plan) -> Memor
     let Methods { grids, views, parts, check } = &plan.methods;
     let mut bytes = MemoryEstimate { meshes: TRIANGLE * triangles(scene, traceable), ..MemoryEstimate::default() };
     let load = |views: usize| Load {
-        size: scene.room.size,
+        size: scene.room.enclosure.extent(),
         channels: scene.channels.count(),
         grids: scene.grids.len(),
         views,
@@ -125,13 +125,12 @@ fn of_points(kept: Kept) -> f64 {
 
 /// Mean number of surfaces that a photon meets in the room, were all surfaces met alike: 1 / (1 - rho).
 fn events(scene: &Scene) -> f64 {
-    let size = scene.room.size;
-    let areas = [size.y * size.z, size.y * size.z, size.x * size.z, size.x * size.z, size.x * size.y, size.x * size.y];
     let most = |albedo: [f64; 3]| albedo.into_iter().fold(0.0, f64::max);
-    let faces = scene.room.surfaces.iter().zip(areas);
-    let reflected: f64 =
-        faces.map(|(surface, area)| area * surface.map_or(0.0, |surface| most(surface.albedo()))).sum();
-    let rho = reflected / areas.iter().sum::<f64>();
+    let faces = scene.room.enclosure.faces();
+    let reflected =
+        |face: &EnclosureFace| face.polygon.area_m2() * face.surface.map_or(0.0, |surface| most(surface.albedo()));
+    let area: f64 = faces.iter().map(|face| face.polygon.area_m2()).sum();
+    let rho = faces.iter().map(reflected).sum::<f64>() / area;
     (1.0 / (1.0 - rho)).clamp(1.0, MOST_EVENTS)
 }
 

@@ -131,8 +131,6 @@ streams! {
     UnscatteredBesideLamps = 1 << 39, MANY, below [TwoStagePass];
     /// A random point of a cell for the closed form of luminaires; the index is the sensor's.
     CellPoint = 1 << 33, MANY, below [LightTracingPass];
-    /// Points on strips of walls beside sensors, numbered below it; the index is the strip's.
-    Strips = 1 << 36, MANY, below [LightTracingPass];
     /// Sky light through a tube.
     SkyFromBelow = 0, 1, below [TubeFromBelow];
     /// Sunlight through a tube.

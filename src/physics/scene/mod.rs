@@ -1,9 +1,10 @@
 //! The scene: what a job document describes, validated, in SI units, f64 and the room frame.
 //!
-//! Room frame: x = east, y = north and z = up of a room with rotation 0; the floor spans (0, 0, 0)..(size.x, size.y, 0).
+//! Room frame: x = east, y = north and z = up of a room with rotation 0; the floor of a box spans (0, 0, 0)..(size.x, size.y, 0).
 //! A rotated room keeps its frame; the sun and sky are turned instead.
 
 pub mod camera;
+pub mod enclosure;
 pub mod luminaire;
 pub mod mesh_object;
 pub mod room;
@@ -14,10 +15,11 @@ use crate::sky::zenith::ZenithFormula;
 use crate::sky::{Sky, Sun};
 
 pub use camera::View;
+pub use enclosure::{BoxShape, Enclosure, EnclosureError, EnclosureFace, FaceKind};
 pub use luminaire::Luminaire;
 pub use mesh_object::MeshObject;
 pub use room::{BoxObject, Face, Room};
-pub use sensors::{EstimateKind, Grid};
+pub use sensors::{EstimateKind, Grid, Sensor};
 pub use tube::{MeshTube, Segment, StraightOrBent, Tube, TubeShape};
 
 /// Everything that a job simulates.

@@ -1,17 +1,15 @@
-//! The box room and the boxes in it.
+//! The room and what stands and hangs in it.
 
 use glam::DVec3;
 
-use super::{Luminaire, MeshObject};
+use super::{Enclosure, Luminaire, MeshObject};
 use crate::optics::Surface;
 
-/// A box room from (0, 0, 0) to `size` in metres.
+/// A room.
 #[derive(Clone, Debug)]
 pub struct Room {
-    /// Extent along x, y and z in m, each > 0.
-    pub size: DVec3,
-    /// Surfaces indexed by [`Face`]; `None` is open: light leaves, a camera may look in.
-    pub surfaces: [Option<Surface>; 6],
+    /// The faces around it.
+    pub enclosure: Enclosure,
     /// Boxes, in the document's order.
     pub boxes: Vec<BoxObject>,
     /// Objects of triangles, in the document's order.

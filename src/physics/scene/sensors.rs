@@ -1,15 +1,24 @@
-//! Illuminance grids: horizontal sensors that look up.
+//! Illuminance grids: level sensors that look up, and sensors at any places that look anywhere.
 
 use std::sync::Arc;
 
 use glam::{DVec2, DVec3};
 
-/// A grid of horizontal sensors.
+/// A sensor: illuminance falls on a plane at its position.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sensor {
+    /// Place in the room in m.
+    pub position: DVec3,
+    /// Unit normal of the plane, to the side that light falls on.
+    pub normal: DVec3,
+}
+
+/// A grid of sensors.
 #[derive(Clone, Debug)]
 pub struct Grid {
     /// Name in the document, unique among the grids of a job; files of results carry it.
     pub name: String,
-    /// Height of the sensors above the floor.
+    /// Height of the sensors above the floor; of sensors at any places that of the first.
     pub height_m: f64,
     /// Number of cells along x and y.
     pub cells: [usize; 2],
@@ -27,6 +36,8 @@ pub struct Grid {
     pub components: bool,
     /// Whether results tell what each patch of the openings gives to each sensor per lumen, too.
     pub responses: bool,
+    /// Sensors at any places, in the order of their numbers; `None` for level ones that look up, in columns and rows.
+    pub placed: Option<Arc<[Sensor]>>,
     /// Share of each sensor that no solid takes, row by row: of a cell's area, 0..1; of a point 1, or 0 inside a solid. `None` where no
     /// solid takes anything.
     pub free: Option<Arc<[f64]>>,
@@ -56,8 +67,20 @@ impl Grid {
         let centres =
             |axis: usize| (0..cells[axis]).map(|i| margin_m + (i as f64 + 0.5) * cell_size_m[axis]).collect::<Vec<_>>();
         let (x_m, y_m, every) = (centres(0), centres(1), [1; 2]);
-        let (components, responses, free) = (false, false, None);
-        Self { name, height_m, cells, x_m, y_m, cell_size_m, every, estimate, components, responses, free }
+        let (components, responses, placed, free) = (false, false, None, None);
+        Self { name, height_m, cells, x_m, y_m, cell_size_m, every, estimate, components, responses, placed, free }
+    }
+
+    /// Sensors (one at least) at any places, which look anywhere: one row of points.
+    pub fn points(name: String, sensors: Vec<Sensor>) -> Self {
+        let first = sensors[0].position;
+        let grid = Self::new(name, first.z, [sensors.len(), 1], 0.0, [1.0; 2], EstimateKind::Point);
+        Self {
+            x_m: sensors.iter().map(|sensor| sensor.position.x).collect(),
+            y_m: vec![first.y],
+            placed: Some(sensors.into()),
+            ..grid
+        }
     }
 
     /// Every few columns and rows of this grid, about `most` sensors at most, each with its own cell: a sample of its values.
@@ -92,7 +115,8 @@ impl Grid {
                 .map(|sensor| free[sensor])
                 .collect()
         });
-        Self { name: self.name.clone(), cells: [x_m.len(), y_m.len()], x_m, y_m, every, free, ..*self }
+        let placed = self.placed.as_ref().map(|placed| numbers(0, x_m.len()).map(|number| placed[number]).collect());
+        Self { name: self.name.clone(), cells: [x_m.len(), y_m.len()], x_m, y_m, every, placed, free, ..*self }
     }
 
     /// Number of sensors; sensor `j * cells[0] + i` is at (`x_m[i]`, `y_m[j]`).
@@ -105,9 +129,21 @@ impl Grid {
         self.len() == 0
     }
 
-    /// Centre of sensor `index` in the plane of the grid.
+    /// Sensor `index`; of a cell, its centre.
+    #[inline]
+    pub fn sensor(&self, index: usize) -> Sensor {
+        match &self.placed {
+            Some(placed) => placed[index],
+            None => Sensor { position: self.centre(index), normal: DVec3::Z },
+        }
+    }
+
+    /// Position of sensor `index`; of a cell, its centre.
     #[inline]
     pub fn centre(&self, index: usize) -> DVec3 {
+        if let Some(placed) = &self.placed {
+            return placed[index].position;
+        }
         DVec3::new(self.x_m[index % self.cells[0]], self.y_m[index / self.cells[0]], self.height_m)
     }
 
@@ -122,9 +158,12 @@ impl Grid {
         (0..self.len()).filter(|sensor| !self.is_inside(*sensor)).count()
     }
 
-    /// The sensor whose cell holds a point of the plane; `None` beside the grid.
+    /// The sensor whose cell holds a point of the plane; `None` beside the grid, and of sensors that are no cells.
     #[inline]
     pub fn cell_at(&self, point: DVec2) -> Option<usize> {
+        if self.placed.is_some() {
+            return None;
+        }
         let position = (point - DVec2::new(self.x_m[0], self.y_m[0])) / DVec2::from(self.cell_size_m) + 0.5;
         let cell = |k: usize, n: usize| match self.every[k] {
             1 => Some(n),

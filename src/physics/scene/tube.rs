@@ -9,16 +9,20 @@ use crate::guide::Section;
 use crate::guide::mesh::Part;
 use crate::optics::{Collector, Diffuser, Mirror};
 
-/// One tube above a round opening in the ceiling.
+/// One tube above a round opening that looks straight down.
 #[derive(Clone, Debug)]
 pub struct Tube {
-    /// Centre of the opening in the ceiling plane, metres.
+    /// Number of the face of the room that the tube comes through.
+    pub face: usize,
+    /// Height in m, >= 0, by which the opening hangs below that face at its centre.
+    pub drop_m: f64,
+    /// Centre of the opening in plan, metres.
     pub centre: DVec2,
     /// Radius of the opening, metres.
     pub opening_radius: f64,
     /// What stands above the opening.
     pub shape: TubeShape,
-    /// The closure in the plane of the ceiling.
+    /// The closure in the opening.
     pub diffuser: Diffuser,
 }
 

@@ -6,8 +6,7 @@ use smallvec::SmallVec;
 use crate::geometry::lanes::{Lanes, Query, answer};
 use crate::geometry::tree_ray::{Bounds, BoxRay, NO_BOXES, WIDTH};
 
-/// Share of the room's diagonal by which bounds grow: more than the rounding of coordinates and distances to f32 (each below
-/// 2^-23 of the diagonal).
+/// Share of the room's scale by which bounds grow: more than the rounding of coordinates and distances to f32 (each below 2^-23 of it).
 const PADDING: f64 = 1e-6;
 
 /// Number of boxes that a ray meets, mostly.
@@ -20,9 +19,9 @@ pub struct BoxBounds {
 }
 
 impl BoxBounds {
-    /// `spans`: lowest and highest corner of each box, in m, within a room of `size`.
-    pub fn new(spans: &[[DVec3; 2]], size: DVec3) -> Self {
-        let padding = PADDING * size.length();
+    /// `spans`: lowest and highest corner of each box, in m, within a room of a scale in m ([`crate::scene::Enclosure::scale_m`]).
+    pub fn new(spans: &[[DVec3; 2]], scale: f64) -> Self {
+        let padding = PADDING * scale;
         let group = |spans: &[[DVec3; 2]]| {
             let mut bounds = NO_BOXES;
             for (lane, [low, high]) in spans.iter().enumerate() {
@@ -97,7 +96,7 @@ mod tests {
                 TraceableBox::new(&object)
             })
             .collect();
-        let bounds = BoxBounds::new(&boxes.iter().map(TraceableBox::bounds).collect::<Vec<_>>(), size);
+        let bounds = BoxBounds::new(&boxes.iter().map(TraceableBox::bounds).collect::<Vec<_>>(), size.length());
         let (mut hits, mut passed) = (0, 0);
         for round in 0..20_000 {
             let mut point = || DVec3::new(uniform(0.0, size.x), uniform(0.0, size.y), uniform(0.0, size.z));

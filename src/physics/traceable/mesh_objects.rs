@@ -49,8 +49,8 @@ pub struct MeshHit {
 }
 
 impl TraceableMeshes {
-    /// All objects of a room of `size`, and the surfaces of front and back of each facet; `None` without objects.
-    pub fn new(objects: &[MeshObject], size: DVec3) -> Option<(Self, Vec<[Surface; 2]>)> {
+    /// All objects of a room of a scale in m, and the surfaces of front and back of each facet; `None` without objects.
+    pub fn new(objects: &[MeshObject], scale: f64) -> Option<(Self, Vec<[Surface; 2]>)> {
         let (mut positions, mut triangles) = (Vec::new(), Vec::new());
         let (mut sides, mut surfaces) = (Vec::new(), Vec::new());
         for object in objects {
@@ -65,7 +65,7 @@ impl TraceableMeshes {
             return None;
         }
         let kinds = kinds(&positions, &triangles, &sides);
-        let facets = Facets::new(&positions, &triangles, &kinds, PLANE_TOLERANCE * size.length());
+        let facets = Facets::new(&positions, &triangles, &kinds, PLANE_TOLERANCE * scale);
         let of_facets = facets.largest.iter().map(|triangle| {
             let sides: [u32; 2] = sides[*triangle as usize];
             sides.map(|side| surfaces[side as usize])
@@ -77,7 +77,7 @@ impl TraceableMeshes {
             positions,
             triangles,
             facets,
-            clearance: CLEARANCE * size.length(),
+            clearance: CLEARANCE * scale,
         };
         Some((meshes, of_facets))
     }

@@ -3,6 +3,7 @@
 mod block;
 mod box_bounds;
 mod box_object;
+pub mod enclosure;
 pub mod luminaire;
 mod mesh_bounds;
 pub mod mesh_objects;

@@ -6,6 +6,7 @@ use glam::{DVec2, DVec3};
 use super::block::{Block, ON_TARGET};
 use super::box_bounds::BoxBounds;
 use super::box_object::TraceableBox;
+use super::enclosure::TraceableEnclosure;
 use super::luminaire::TraceableLuminaire;
 use super::mesh_bounds::blocks_around;
 use super::tube::TraceableTube;
@@ -20,8 +21,14 @@ pub struct Obstacles {
 }
 
 impl Obstacles {
-    /// Bounding volumes of all boxes, meshes and luminaires.
-    pub fn new(boxes: &[TraceableBox], meshes: &[MeshObject], luminaires: &[TraceableLuminaire]) -> Self {
+    /// Bounding volumes of all boxes, meshes and luminaires, of faces that can stand in between, and of openings that hang.
+    pub fn new(
+        boxes: &[TraceableBox],
+        meshes: &[MeshObject],
+        luminaires: &[TraceableLuminaire],
+        enclosure: &TraceableEnclosure,
+        tubes: &[TraceableTube],
+    ) -> Self {
         let mut blocks = Vec::new();
         for (index, object) in boxes.iter().enumerate() {
             let [a, b, _, d] = object.outline();
@@ -33,19 +40,29 @@ impl Obstacles {
         let parts = meshes.iter().flat_map(|object| blocks_around(&object.mesh));
         blocks.extend(parts.filter_map(|corners| Block::around(&corners)));
         blocks.extend(luminaires.iter().filter_map(|luminaire| Block::around(&luminaire.corners())));
-        Self { blocks, toward_openings: None }
+        blocks.extend(enclosure.hiding().filter_map(|face| Block::around(&face.corners().collect::<Vec<_>>())));
+        blocks.extend(tubes.iter().filter(|tube| tube.hangs).filter_map(|tube| {
+            let reach = DVec2::splat(tube.opening_radius).extend(0.0);
+            Block::around(&[tube.origin - reach, tube.origin + reach])
+        }));
+        let toward_openings = None;
+        Self { blocks, toward_openings }.toward_openings(tubes, enclosure)
     }
 
-    /// The same obstacles in a room of `size`, made ready for questions about the openings of its tubes.
-    pub fn toward_openings(self, tubes: &[TraceableTube], size: DVec3) -> Self {
+    /// The same obstacles, made ready for questions about the openings of the room's tubes.
+    fn toward_openings(self, tubes: &[TraceableTube], enclosure: &TraceableEnclosure) -> Self {
         let widest = tubes.iter().map(|tube| tube.opening_radius).reduce(f64::max);
-        let spans = |radius: f64| self.blocks.iter().map(|block| block.widened(radius, size.z)).collect::<Vec<_>>();
-        let toward_openings = widest.map(|radius| (BoxBounds::new(&spans(radius), size), radius));
+        let [floor, _] = enclosure.bounds().map(|corner| corner.z);
+        let lowest = tubes.iter().map(|tube| tube.origin.z).fold(f64::INFINITY, f64::min);
+        let spans = |radius: f64| -> Vec<_> {
+            self.blocks.iter().map(|block| block.widened(radius, [floor, lowest])).collect()
+        };
+        let toward_openings = widest.map(|radius| (BoxBounds::new(&spans(radius), enclosure.scale_m()), radius));
         Self { toward_openings, ..self }
     }
 
     /// True if certainly nothing stands between any point within `reach` of `position`, at its height, and any point of
-    /// a disc of `radius` around `centre` in the ceiling; box `but_for` is left out.
+    /// a level disc of `radius` around `centre` above it; box `but_for` is left out.
     pub fn leave_clear(&self, position: DVec3, reach: f64, but_for: Option<usize>, centre: DVec3, radius: f64) -> bool {
         let leaves_clear = |block: &Block| {
             let left_out = but_for.is_some() && block.of_box == but_for;
@@ -141,12 +158,12 @@ impl Block {
         [(self.centre - wide).extend(self.low), (self.centre + wide).extend(self.high)]
     }
 
-    /// Bounds of what a line from a point above the floor to the centre of a disc of `radius` in a ceiling at `height` meets where
-    /// something that leads to another point of the disc meets the block.
-    fn widened(&self, radius: f64, height: f64) -> [DVec3; 2] {
+    /// Bounds of what a line from a point above the `floor` to the centre of a disc of `radius` at the height `opening` or above it
+    /// meets where something that leads to another point of the disc meets the block.
+    fn widened(&self, radius: f64, [floor, opening]: [f64; 2]) -> [DVec3; 2] {
         let [low, high] = self.bounds();
         // the lower it is looked at, the narrower is what leads to the disc
-        let by = DVec2::splat(radius * (high.z / height).clamp(0.0, 1.0)).extend(0.0);
+        let by = DVec2::splat(radius * ((high.z - floor) / (opening - floor)).clamp(0.0, 1.0)).extend(0.0);
         [low - by, high + by]
     }
 
@@ -161,7 +178,7 @@ impl Block {
     /// Seen from above, what joins point and disc at the block's heights lies within some distance of a line.
     fn leaves_clear(&self, position: DVec3, reach: f64, centre: DVec3, radius: f64) -> bool {
         let depth = centre.z - position.z;
-        if self.high <= position.z || depth <= 0.0 {
+        if self.high <= position.z || self.low >= centre.z || depth <= 0.0 {
             return true;
         }
         let share = |height: f64| ((height - position.z) / depth).clamp(0.0, 1.0);
@@ -196,6 +213,10 @@ mod tests {
     use crate::sampling::{Key, PathRandom, warp};
     use crate::scene::BoxObject;
 
+    fn room(size: DVec3) -> TraceableEnclosure {
+        TraceableEnclosure::new(&crate::scene::Enclosure::cuboid(size, [None; 6]))
+    }
+
     /// Points of a plane are in the shadow where a ray from them meets the box.
     #[test]
     fn shadows_are_those_of_rays() {
@@ -216,7 +237,7 @@ mod tests {
             }
             let met = object.intersect(sensor, position - sensor).is_some_and(|(share, ..)| share < 1.0);
             let (dx, dy) = (sensor.x - position.x, sensor.y - position.y);
-            let all = Obstacles::new(&[object], &[], &[]);
+            let all = Obstacles::new(&[object], &[], &[], &room(DVec3::splat(3.0)), &[]);
             let within = |shadow: &Shadow| shadow.north[0] <= dy && dy <= shadow.north[1];
             let mut shadows = all.shadows(position, height, None);
             let in_shadow = shadows.any(|shadow| shadow.hides(dx, dy) && within(&shadow));
@@ -249,10 +270,12 @@ mod tests {
             if boxes.iter().any(|object| object.contains(position)) {
                 continue;
             }
-            let obstacles = Obstacles::new(&boxes, &[], &[]);
-            let spans: Vec<_> = obstacles.blocks.iter().map(|block| block.widened(radius, size.z)).collect();
-            let filtered =
-                Obstacles { toward_openings: Some((BoxBounds::new(&spans, size), radius)), ..obstacles.clone() };
+            let obstacles = Obstacles::new(&boxes, &[], &[], &room(size), &[]);
+            let spans: Vec<_> = obstacles.blocks.iter().map(|block| block.widened(radius, [0.0, size.z])).collect();
+            let filtered = Obstacles {
+                toward_openings: Some((BoxBounds::new(&spans, size.length()), radius)),
+                ..obstacles.clone()
+            };
             let clear = obstacles.leave_clear(position, 0.0, None, centre, radius);
             let filtered = filtered.leave_clear(position, 0.0, None, centre, radius);
             assert!(filtered || !clear);

@@ -1,12 +1,12 @@
 //! Where a ray through the room ends.
 
-use glam::{DVec2, DVec3};
+use glam::DVec3;
 
+use super::enclosure::FaceAhead;
 use super::luminaire::TraceableLuminaire;
 use super::mesh_objects::MeshHit;
 use super::scene::TraceableScene;
 use super::surface_id::SurfaceId;
-use crate::scene::Face;
 
 /// Place where a ray in the room ends.
 #[derive(Clone, Copy, Debug)]
@@ -32,77 +32,27 @@ impl TraceableScene {
     /// The first thing that a ray from inside the room meets; `from`: the surface it leaves, if any.
     #[inline]
     pub fn intersect(&self, origin: DVec3, direction: DVec3, from: Option<SurfaceId>) -> RoomHit {
-        let face = self.way_to_face(origin, direction);
-        let on_box = if self.furnished { self.nearest_box(origin, direction, face.0, from) } else { None };
-        self.beyond_boxes(origin, direction, face, on_box, from)
+        let ahead = self.enclosure.ahead(origin, direction);
+        if self.furnished {
+            let on_box = self.nearest_box(origin, direction, ahead.distance, from);
+            if let Some(hit) = self.nearest_object(origin, direction, ahead.distance, on_box, from) {
+                return hit;
+            }
+        }
+        self.on_face(ahead, origin, direction)
     }
 
-    /// The same where it is known which box the ray meets before it comes to a face, whose distance and axis are given.
+    /// Where a ray ends that comes to a face: on it, or in an opening.
     #[inline]
-    pub(super) fn beyond_boxes(
-        &self,
-        origin: DVec3,
-        direction: DVec3,
-        (distance, axis): (f64, usize),
-        on_box: Option<RoomHit>,
-        from: Option<SurfaceId>,
-    ) -> RoomHit {
-        if self.furnished
-            && let Some(hit) = self.nearest_object(origin, direction, distance, on_box, from)
-        {
-            return hit;
-        }
-        let (far, position) = self.on_face(origin, direction, distance, axis);
-        let mut normal = DVec3::ZERO;
-        normal[axis] = if far { -1.0 } else { 1.0 };
-        let face = Face::ALL[2 * axis + usize::from(far)];
-        let surface = Place::Surface(SurfaceId::of_face(face));
-        let place = if face == Face::Ceiling {
-            self.opening_at(position.truncate()).map_or(surface, Place::Opening)
+    fn on_face(&self, ahead: FaceAhead, origin: DVec3, direction: DVec3) -> RoomHit {
+        let position = self.enclosure.point_on(ahead, origin, direction);
+        let in_opening = if self.faces_with_openings.contains(&ahead.face) {
+            self.tubes.iter().position(|tube| !tube.hangs && tube.face == ahead.face && tube.has(position))
         } else {
-            surface
+            None
         };
-        RoomHit { position, normal, place }
-    }
-
-    /// The face of the empty room that a ray from inside meets, by its axis and whether it is the far one, and where.
-    #[inline]
-    pub fn meet_face(&self, origin: DVec3, direction: DVec3) -> (usize, bool, DVec3) {
-        let (distance, axis) = self.way_to_face(origin, direction);
-        let (far, position) = self.on_face(origin, direction, distance, axis);
-        (axis, far, position)
-    }
-
-    /// Distance to the face that a ray meets, and its axis.
-    #[inline]
-    pub(super) fn way_to_face(&self, origin: DVec3, direction: DVec3) -> (f64, usize) {
-        let (mut distance, mut axis) = (f64::INFINITY, 2);
-        for k in 0..3 {
-            // without branches: which wall a ray heads for is as random as the ray
-            let wall = if direction[k] > 0.0 { self.size[k] } else { 0.0 };
-            let to_wall = (wall - origin[k]) / direction[k];
-            let nearer = direction[k] != 0.0 && to_wall < distance;
-            (distance, axis) = if nearer { (to_wall, k) } else { (distance, axis) };
-        }
-        (distance.max(0.0), axis)
-    }
-
-    /// True for the far face of an axis, and the point of it that a ray meets at a distance.
-    #[inline]
-    fn on_face(&self, origin: DVec3, direction: DVec3, distance: f64, axis: usize) -> (bool, DVec3) {
-        let mut position = origin + direction * distance;
-        let far = direction[axis] > 0.0;
-        // on the plane exactly, so that the next ray starts on it
-        position[axis] = if far { self.size[axis] } else { 0.0 };
-        (far, position.clamp(DVec3::ZERO, self.size))
-    }
-
-    /// The tube whose opening has this point of the ceiling.
-    #[inline]
-    pub fn opening_at(&self, point: DVec2) -> Option<usize> {
-        self.tubes.iter().position(|tube| {
-            (point - tube.origin.truncate()).length_squared() < tube.opening_radius * tube.opening_radius
-        })
+        let place = in_opening.map_or_else(|| Place::Surface(SurfaceId::numbered(ahead.face)), Place::Opening);
+        RoomHit { position, normal: self.enclosure.normal(ahead.face), place }
     }
 
     /// The nearest object, of which the box on the way is known.
@@ -124,10 +74,29 @@ impl TraceableScene {
             let surface = self.numbering.facet_side(facet, side);
             hit = Some(RoomHit { position, normal, place: Place::Surface(surface) });
         }
-        if self.luminaires.is_empty() {
-            return hit;
+        if !self.luminaires.is_empty()
+            && let Some(on_luminaire) = self.nearest_luminaire(origin, direction, within, from)
+        {
+            within = (on_luminaire.position - origin).dot(direction);
+            hit = Some(on_luminaire);
         }
-        self.nearest_luminaire(origin, direction, within, from).or(hit)
+        if self.openings_hang { self.hanging_opening(origin, direction, within).or(hit) } else { hit }
+    }
+
+    /// The nearest opening that hangs into the room: from below it is met as an opening, from above as a black disc.
+    fn hanging_opening(&self, origin: DVec3, direction: DVec3, within: f64) -> Option<RoomHit> {
+        let near = self.coinciding();
+        let met = self.tubes.iter().enumerate().filter(|(_, tube)| tube.hangs).filter_map(|(number, tube)| {
+            let distance = (tube.origin.z - origin.z) / direction.z;
+            let ahead = distance > near && distance < within;
+            let position = (origin + direction * distance).with_z(tube.origin.z);
+            (ahead && tube.has(position)).then_some((distance, number, position))
+        });
+        let (_, tube, position) = met.min_by(|a, b| a.0.total_cmp(&b.0))?;
+        Some(match direction.z > 0.0 {
+            true => RoomHit { position, normal: DVec3::NEG_Z, place: Place::Opening(tube) },
+            false => RoomHit { position, normal: DVec3::Z, place: Place::Surface(self.numbering.above_openings()) },
+        })
     }
 
     /// The nearest luminaire; one that coincides with what is hit at distance `within` lies on it. Of two that lie back to
@@ -159,7 +128,7 @@ impl TraceableScene {
             }
         }
         nearest.map(|(distance, luminaire)| RoomHit {
-            position: luminaire.onto_plane(origin + direction * distance).clamp(DVec3::ZERO, self.size),
+            position: self.enclosure.clamp(luminaire.onto_plane(origin + direction * distance)),
             normal: if luminaire.normal.dot(direction) < 0.0 { luminaire.normal } else { -luminaire.normal },
             place: Place::Surface(luminaire.surface),
         })

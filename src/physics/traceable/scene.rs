@@ -2,10 +2,9 @@
 
 use std::sync::Arc;
 
-use glam::DVec3;
-
 use super::box_bounds::BoxBounds;
 use super::box_object::TraceableBox;
+use super::enclosure::TraceableEnclosure;
 use super::luminaire::TraceableLuminaire;
 use super::mesh_objects::TraceableMeshes;
 use super::obstacles::Obstacles;
@@ -28,8 +27,8 @@ pub struct TraceableScene {
     pub sky: Option<Sky>,
     /// The sun, if its beam is followed.
     pub sun: Option<Sun>,
-    /// Extent of the room along x, y and z in m.
-    pub size: DVec3,
+    /// The faces of the room.
+    pub enclosure: TraceableEnclosure,
     /// Optics of the surfaces by number; `None` is open.
     pub(super) surfaces: Vec<Option<SurfaceOptics>>,
     /// Where the numbers of boxes, facets and luminaires begin.
@@ -44,6 +43,10 @@ pub struct TraceableScene {
     pub luminaires: Vec<TraceableLuminaire>,
     /// Tubes, in the scene's order.
     pub tubes: Vec<TraceableTube>,
+    /// True if an opening hangs below its face.
+    pub(super) openings_hang: bool,
+    /// Numbers of the faces that have openings.
+    pub(super) faces_with_openings: Vec<usize>,
     /// The openings of the tubes, as vertices are connected to them.
     pub openings: Openings,
     /// True if reflected light is followed.
@@ -52,7 +55,7 @@ pub struct TraceableScene {
     pub guide_return: bool,
     /// True if anything but its faces is in the room.
     pub(super) furnished: bool,
-    /// True if anything can stand between two points of the room; luminaires on its faces cannot.
+    /// True if anything can stand between two points of the room, its own faces among them; luminaires on its faces cannot.
     pub obstructed: bool,
     /// True if anything can stand between a luminaire and a point before it.
     pub luminaires_obstructed: bool,
@@ -75,19 +78,20 @@ impl TraceableScene {
     /// Builds guides and numbers surfaces; fails where a meshed tube has no guide.
     pub fn new(scene: &Scene, follow: Follow) -> Result<Self, TubeError> {
         let Follow { interreflection, guide_return, objects } = follow;
-        let Room { size, surfaces, luminaires, .. } = &scene.room;
+        let Room { enclosure, luminaires, .. } = &scene.room;
+        let scale = enclosure.scale_m();
         let (boxes, meshes): (&[BoxObject], &[MeshObject]) = match objects {
             true => (&scene.room.boxes, &scene.room.meshes),
             false => (&[], &[]),
         };
         let mut lobes = Lobes::default();
         let mut optics: Vec<_> =
-            surfaces.iter().map(|surface| surface.map(|surface| lobes.compile(&surface))).collect();
+            enclosure.faces().iter().map(|face| face.surface.map(|surface| lobes.compile(&surface))).collect();
         for object in boxes {
             optics.extend(std::iter::repeat_n(Some(lobes.compile(&object.surface)), 6));
         }
         let mesh_objects = meshes;
-        let meshes = TraceableMeshes::new(meshes, *size).map(|(meshes, of_facets)| {
+        let meshes = TraceableMeshes::new(meshes, scale).map(|(meshes, of_facets)| {
             for [front, back] in &of_facets {
                 let front_optics = lobes.compile(front);
                 let back = if back == front { front_optics.clone() } else { lobes.compile(back) };
@@ -96,40 +100,53 @@ impl TraceableScene {
             Arc::new(meshes)
         });
         let facets = meshes.as_ref().map_or(0, |meshes| meshes.facets.len());
-        let numbering = Numbering { boxes: boxes.len(), facets, luminaires: luminaires.len() };
+        let faces = enclosure.faces().len();
+        let numbering = Numbering { faces, boxes: boxes.len(), facets, luminaires: luminaires.len() };
         let luminaires: Vec<_> = luminaires
             .iter()
             .enumerate()
             .map(|(index, luminaire)| TraceableLuminaire::new(luminaire, numbering.luminaire(index)))
             .collect();
         let black = SurfaceOptics::BLACK;
-        optics.extend(std::iter::repeat_n(Some(black), luminaires.len()));
+        // luminaires, and openings that hang, from above
+        optics.extend(std::iter::repeat_n(Some(black), luminaires.len() + 1));
         let tubes = scene
             .tubes
             .iter()
             .enumerate()
             .map(|(tube, description)| {
-                TraceableTube::new(description, size.z).map_err(|error| TubeError { tube, error })
+                TraceableTube::new(description, enclosure).map_err(|error| TubeError { tube, error })
             })
             .collect::<Result<_, _>>()?;
         let objects = !boxes.is_empty() || meshes.is_some();
-        let hanging: Vec<_> =
-            luminaires.iter().copied().filter(|luminaire| !lies_on_a_face(luminaire, *size)).collect();
+        let enclosure = TraceableEnclosure::new(enclosure);
+        let near = COINCIDING * scale;
+        let on_a_face = |luminaire: &TraceableLuminaire| enclosure.is_in_plane_of_a_face(&luminaire.corners(), near);
+        // on a face, a luminaire can stand between nothing
+        let hanging: Vec<_> = luminaires.iter().copied().filter(|luminaire| !on_a_face(luminaire)).collect();
         let boxes: Vec<_> = boxes.iter().map(TraceableBox::new).collect();
         let tubes: Vec<TraceableTube> = tubes;
-        let obstacles = Obstacles::new(&boxes, mesh_objects, &hanging).toward_openings(&tubes, *size);
+        let obstacles = Obstacles::new(&boxes, mesh_objects, &hanging, &enclosure, &tubes);
         let openings = Openings::by_area(&tubes);
-        let box_bounds = BoxBounds::new(&boxes.iter().map(TraceableBox::bounds).collect::<Vec<_>>(), *size);
+        let box_bounds = BoxBounds::new(&boxes.iter().map(TraceableBox::bounds).collect::<Vec<_>>(), scale);
         let hanging = !hanging.is_empty();
+        let openings_hang = tubes.iter().any(|tube| tube.hangs);
+        let in_between = objects || openings_hang || !enclosure.is_convex();
+        let mut faces_with_openings: Vec<usize> =
+            tubes.iter().filter(|tube| !tube.hangs).map(|tube| tube.face).collect();
+        faces_with_openings.sort_unstable();
+        faces_with_openings.dedup();
         Ok(Self {
             sky: scene.daylight.as_ref().and_then(|daylight| daylight.sky.clone()),
             sun: scene.daylight.as_ref().and_then(|daylight| daylight.sun),
-            size: *size,
             surfaces: optics,
             numbering,
-            furnished: objects || !luminaires.is_empty(),
-            obstructed: objects || hanging,
-            luminaires_obstructed: objects || (hanging && luminaires.len() > 1),
+            furnished: objects || openings_hang || !luminaires.is_empty(),
+            obstructed: in_between || hanging,
+            luminaires_obstructed: in_between || (hanging && luminaires.len() > 1),
+            enclosure,
+            openings_hang,
+            faces_with_openings,
             boxes,
             box_bounds,
             obstacles,
@@ -211,9 +228,12 @@ impl TraceableScene {
         self
     }
 
-    /// True if the room has no objects and no luminaires, and its faces are diffuse and light that they reflect is followed.
+    /// True if the room is convex and has no objects and no luminaires, and its faces are diffuse and light that they reflect is followed.
     pub fn is_plain(&self) -> bool {
-        !self.furnished && self.interreflection && self.specular_surfaces().next().is_none()
+        !self.furnished
+            && self.enclosure.is_convex()
+            && self.interreflection
+            && self.specular_surfaces().next().is_none()
     }
 
     /// Height in metres above a plane within which a flight that ends there has reached it: light ends a hair's breadth
@@ -224,16 +244,6 @@ impl TraceableScene {
 
     /// Distance in metres within which surfaces coincide.
     pub fn coinciding(&self) -> f64 {
-        COINCIDING * self.size.length()
+        COINCIDING * self.enclosure.scale_m()
     }
-}
-
-/// True if a luminaire lies in the plane of a face of the room, where it can stand between nothing.
-fn lies_on_a_face(luminaire: &TraceableLuminaire, size: DVec3) -> bool {
-    let corners = luminaire.corners();
-    (0..3).any(|axis| {
-        [0.0, size[axis]]
-            .iter()
-            .any(|plane| corners.iter().all(|corner| (corner[axis] - plane).abs() <= COINCIDING * size.length()))
-    })
 }

@@ -16,7 +16,9 @@ impl TraceableScene {
         }
         let own = |surface: Option<SurfaceId>| surface.and_then(|surface| self.numbering.box_of(surface));
         let (own_a, own_b) = (own(from), own(to));
-        self.no_luminaire_between(a, from, b, to)
+        self.enclosure.is_clear(a, b)
+            && !(self.openings_hang && self.opening_between(a, b))
+            && self.no_luminaire_between(a, from, b, to)
             && self.box_bounds.met(a, b - a, 1.0).into_iter().all(|index| {
                 Some(index) == own_a
                     || Some(index) == own_b
@@ -26,7 +28,7 @@ impl TraceableScene {
     }
 
     /// True if certainly nothing stands between any point within `reach` of `position`, at its height, and any point of
-    /// a disc of `radius` around `centre` in the ceiling; `from` is the surface of `position`, whose horizon hides
+    /// a level disc of `radius` around `centre` above it; `from` is the surface of `position`, whose horizon hides
     /// nothing.
     pub fn leaves_clear(
         &self,
@@ -49,10 +51,21 @@ impl TraceableScene {
         self.obstacles.shadows(position, height, but_for)
     }
 
-    /// True if a point is inside a box, or on the lower side of one.
+    /// True if a point is inside a box or on the lower side of one, or outside of the room.
     #[inline]
-    pub fn is_in_box(&self, point: DVec3) -> bool {
+    pub fn is_in_solid(&self, point: DVec3) -> bool {
         self.boxes.iter().any(|object| object.contains(point))
+            || (self.enclosure.as_box().is_none() && !self.enclosure.contains(point))
+    }
+
+    /// True if a way goes through an opening that hangs into the room, not ending there.
+    fn opening_between(&self, a: DVec3, b: DVec3) -> bool {
+        let way = b - a;
+        self.tubes.iter().filter(|tube| tube.hangs).any(|tube| {
+            let share = (tube.origin.z - a.z) / way.z;
+            let inside = share * way.length() > self.coinciding() && share < 1.0 - ON_TARGET;
+            inside && tube.has(a + way * share)
+        })
     }
 
     fn no_luminaire_between(&self, a: DVec3, from: Option<SurfaceId>, b: DVec3, to: Option<SurfaceId>) -> bool {

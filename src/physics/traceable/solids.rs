@@ -9,6 +9,7 @@ use super::scene::TraceableScene;
 use crate::geometry::TriangleMesh;
 use crate::geometry::covered::{Edge, contains, cross};
 use crate::geometry::facets::pieces;
+use crate::geometry::planar::Polygon;
 use crate::geometry::section::section;
 use crate::geometry::welded::places;
 
@@ -80,15 +81,15 @@ impl Solid {
             &meshes.positions,
             &meshes.triangles,
             &meshes.pieces,
-            scene.size,
+            &scene.enclosure.polygons,
             scene.coinciding(),
         ));
         solids
     }
 
-    /// The pieces of one mesh in a room of this size, by themselves: corners are joined by their places. Points within `near` m are one
+    /// The pieces of one mesh in a room of these faces, by themselves: corners are joined by their places. Points within `near` m are one
     /// where it is asked what a face of the room closes.
-    pub fn of_mesh(mesh: &TriangleMesh, size: DVec3, near: f64) -> Vec<Self> {
+    pub fn of_mesh(mesh: &TriangleMesh, faces: &[Polygon], near: f64) -> Vec<Self> {
         let places = places(&mesh.positions);
         let triangles: Vec<[u32; 3]> =
             mesh.triangles.iter().map(|corners| corners.map(|corner| places[corner as usize])).collect();
@@ -99,10 +100,16 @@ impl Solid {
                 positions.push(*position);
             }
         }
-        Self::of_pieces(&positions, &triangles, &pieces(positions.len(), &triangles), size, near)
+        Self::of_pieces(&positions, &triangles, &pieces(positions.len(), &triangles), faces, near)
     }
 
-    fn of_pieces(positions: &[DVec3], triangles: &[[u32; 3]], pieces: &[u32], size: DVec3, near: f64) -> Vec<Self> {
+    fn of_pieces(
+        positions: &[DVec3],
+        triangles: &[[u32; 3]],
+        pieces: &[u32],
+        faces: &[Polygon],
+        near: f64,
+    ) -> Vec<Self> {
         let mut members: Vec<Vec<u32>> = Vec::new();
         for (triangle, piece) in (0..).zip(pieces) {
             if *piece as usize == members.len() {
@@ -118,7 +125,7 @@ impl Solid {
             let own = |corner: u32| used.binary_search(&corner).map_or(0, |place| place as u32);
             let triangles: Vec<[u32; 3]> = corners.iter().map(|triangle| triangle.map(own)).collect();
             let positions: Vec<DVec3> = used.iter().map(|corner| positions[*corner as usize]).collect();
-            let closed = is_closed(&positions, &triangles, size, near);
+            let closed = is_closed(&positions, &triangles, faces, near);
             Self { closed, ..Self::new(Owner::Piece(piece), positions, triangles) }
         };
         (0..).zip(members).map(of_piece).collect()
@@ -165,7 +172,7 @@ impl Solid {
 }
 
 /// True if every edge of some triangles has one on either side, or lies in a face of the room, which closes what stands on it.
-fn is_closed(positions: &[DVec3], triangles: &[[u32; 3]], size: DVec3, hair: f64) -> bool {
+fn is_closed(positions: &[DVec3], triangles: &[[u32; 3]], faces: &[Polygon], hair: f64) -> bool {
     let mut uses: BTreeMap<[u32; 2], u32> = BTreeMap::new();
     for [a, b, c] in triangles {
         for [p, q] in [[*a, *b], [*b, *c], [*c, *a]] {
@@ -173,11 +180,8 @@ fn is_closed(positions: &[DVec3], triangles: &[[u32; 3]], size: DVec3, hair: f64
         }
     }
     let on_face = |edge: &[u32; 2]| {
-        let [p, q] = edge.map(|corner| positions[corner as usize]);
-        (0..3).any(|axis| {
-            let on = |plane: f64| (p[axis] - plane).abs() <= hair && (q[axis] - plane).abs() <= hair;
-            on(0.0) || on(size[axis])
-        })
+        let ends = edge.map(|corner| positions[corner as usize]);
+        faces.iter().any(|face| ends.iter().all(|end| face.height(*end).abs() <= hair))
     };
     uses.iter().all(|(edge, count)| count.is_multiple_of(2) || on_face(edge))
 }

@@ -6,13 +6,13 @@ use crate::scene::Face;
 
 /// Number of a surface of a compiled scene.
 ///
-/// The six faces of the room come first, then six faces of each box, then front and back of each facet of a mesh, then
-/// the luminaires. [`Numbering`] knows where each kind begins.
+/// The faces of the room come first, then six faces of each box, then front and back of each facet of a mesh, then the luminaires,
+/// and at last what openings show that hang into the room, seen from above. [`Numbering`] says where each kind begins.
 // one more than the number, so that an `Option` of it takes no more room
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct SurfaceId(NonZeroU32);
 
-/// Faces of a room, and of a box.
+/// Faces of a box.
 const FACES: usize = Face::ALL.len();
 
 /// Sides of a facet.
@@ -33,15 +33,10 @@ impl SurfaceId {
         Self(NonZeroU32::MIN.saturating_add(index as u32))
     }
 
-    /// Number of a face of the room.
+    /// Number of a face of a room in box form.
     #[inline]
     pub const fn of_face(face: Face) -> Self {
         Self::new(face as usize)
-    }
-
-    /// The face of the room with this number; `None` for the surfaces of objects and luminaires.
-    pub fn face(self) -> Option<Face> {
-        Face::ALL.get(self.index()).copied()
     }
 
     /// The surface at a position in lists of all surfaces.
@@ -57,9 +52,11 @@ impl SurfaceId {
     }
 }
 
-/// How the surfaces of one scene are numbered, by the numbers of its boxes, facets and luminaires.
+/// How the surfaces of one scene are numbered, by the numbers of its faces, boxes, facets and luminaires.
 #[derive(Clone, Copy, Debug)]
 pub struct Numbering {
+    /// Number of faces of the room.
+    pub faces: usize,
     /// Number of boxes.
     pub boxes: usize,
     /// Number of facets of all meshes.
@@ -72,7 +69,7 @@ impl Numbering {
     /// Number of the face `face` (0..6, as [`Face`] counts) of box `object`.
     #[inline]
     pub fn box_face(self, object: usize, face: usize) -> SurfaceId {
-        SurfaceId::new(FACES * (1 + object) + face)
+        SurfaceId::new(self.faces + FACES * object + face)
     }
 
     /// Number of one side of a facet.
@@ -90,8 +87,8 @@ impl Numbering {
     /// The box that has this surface.
     #[inline]
     pub fn box_of(self, surface: SurfaceId) -> Option<usize> {
-        let index = surface.index();
-        (index >= FACES && index < self.first_facet()).then(|| index / FACES - 1)
+        let object = surface.index().checked_sub(self.faces)? / FACES;
+        (object < self.boxes).then_some(object)
     }
 
     /// The facet that has this surface.
@@ -104,11 +101,23 @@ impl Numbering {
     /// The luminaire that has this surface.
     #[inline]
     pub fn luminaire_of(self, surface: SurfaceId) -> Option<usize> {
-        surface.index().checked_sub(self.first_luminaire())
+        let luminaire = surface.index().checked_sub(self.first_luminaire())?;
+        (luminaire < self.luminaires).then_some(luminaire)
+    }
+
+    /// Number of the surface that openings show from above which hang into the room.
+    #[inline]
+    pub fn above_openings(self) -> SurfaceId {
+        self.luminaire(self.luminaires)
+    }
+
+    /// Number of all surfaces.
+    pub fn count(self) -> usize {
+        self.above_openings().index() + 1
     }
 
     fn first_facet(self) -> usize {
-        FACES * (1 + self.boxes)
+        self.faces + FACES * self.boxes
     }
 
     fn first_luminaire(self) -> usize {
@@ -122,12 +131,9 @@ mod tests {
 
     #[test]
     fn every_surface_has_one_owner_and_every_owner_its_surfaces() {
-        for (boxes, facets, luminaires) in [(0, 0, 0), (2, 0, 3), (0, 5, 0), (3, 4, 2)] {
-            let numbering = Numbering { boxes, facets, luminaires };
-            let mut surfaces: Vec<_> = Face::ALL.iter().map(|face| SurfaceId::of_face(*face)).collect();
-            for face in Face::ALL {
-                assert_eq!(SurfaceId::of_face(face).face(), Some(face));
-            }
+        for (faces, boxes, facets, luminaires) in [(6, 0, 0, 0), (8, 2, 0, 3), (6, 0, 5, 0), (5, 3, 4, 2)] {
+            let numbering = Numbering { faces, boxes, facets, luminaires };
+            let mut surfaces: Vec<_> = (0..faces).map(SurfaceId::numbered).collect();
             for (object, face) in (0..boxes).flat_map(|object| (0..FACES).map(move |face| (object, face))) {
                 let surface = numbering.box_face(object, face);
                 assert_eq!(numbering.box_of(surface), Some(object));
@@ -143,10 +149,13 @@ mod tests {
                 assert_eq!(numbering.luminaire_of(surface), Some(luminaire));
                 surfaces.push(surface);
             }
+            surfaces.push(numbering.above_openings());
+            assert_eq!(surfaces.len(), numbering.count());
             for (index, surface) in surfaces.into_iter().enumerate() {
                 assert_eq!(surface.index(), index);
                 let owners = [
-                    surface.face().is_some(),
+                    index < faces,
+                    surface == numbering.above_openings(),
                     numbering.box_of(surface).is_some(),
                     numbering.facet_of(surface).is_some(),
                     numbering.luminaire_of(surface).is_some(),

@@ -1,4 +1,5 @@
-//! What solids take of grids: points inside boxes and closed meshes, where there is no floor, and parts of cells.
+//! What solids take of grids, and what lies outside of the room: points inside boxes and closed meshes, where there is no floor, and
+//! parts of cells.
 //!
 //! A box is solid, and so is a piece of a mesh object that is closed, by itself or by faces of the room that it stands on; a piece
 //! within a larger one of the same object is its cavity. A piece that holds an opening or a luminaire is no solid: a room that is drawn
@@ -50,13 +51,14 @@ impl Taken {
         self.free.iter().filter(|free| **free > 0.0 && **free < 1.0).count()
     }
 
-    /// What the objects of a scene take of a grid.
+    /// What the objects of a scene take of a grid, and its faces.
     pub fn of(scene: &Scene, grid: &Grid) -> Self {
-        let tolerance = TOLERANCE * scene.room.size.length();
+        let tolerance = TOLERANCE * scene.room.enclosure.scale_m();
         let covers = Cover::all(scene, grid.height_m, tolerance);
         let mut free = vec![1.0; grid.len()];
         let mut by = Vec::new();
-        if covers.is_empty() {
+        let outside = take_outside(scene, grid, tolerance, &mut free);
+        if covers.is_empty() && !outside {
             return Self::default();
         }
         for row in 0..grid.cells[1] {
@@ -69,15 +71,43 @@ impl Taken {
         }
         by.sort_unstable();
         by.dedup();
-        if by.is_empty() { Self::default() } else { Self { free, by } }
+        if by.is_empty() && !outside { Self::default() } else { Self { free, by } }
     }
 }
 
 /// The objects of a scene that a point of its room lies inside, boxes first.
 pub fn solids_around(scene: &Scene, point: DVec3) -> Vec<RoomObject> {
-    let size = [scene.room.size.x, scene.room.size.y];
+    let size = scene.room.enclosure.extent().truncate().to_array();
     let plane = Grid::new(String::new(), point.z, [1; 2], 0.0, size, EstimateKind::Point);
     Taken::of(scene, &Grid { x_m: vec![point.x], y_m: vec![point.y], ..plane }).by
+}
+
+/// Takes what lies outside of a room that is no box; true if that is anything.
+fn take_outside(scene: &Scene, grid: &Grid, tolerance: f64, free: &mut [f64]) -> bool {
+    let enclosure = &scene.room.enclosure;
+    if enclosure.as_box().is_some() {
+        return false;
+    }
+    let inside = enclosure.section(grid.height_m);
+    let half = 0.5 * DVec2::from(grid.cell_size_m);
+    for (sensor, free) in free.iter_mut().enumerate() {
+        let centre = grid.centre(sensor).truncate();
+        *free = match grid.estimate {
+            EstimateKind::Point if grid.placed.is_some() => {
+                f64::from(contains(&enclosure.section(grid.centre(sensor).z), centre))
+            }
+            EstimateKind::Point => f64::from(contains(&inside, centre)),
+            EstimateKind::CellAverage => {
+                let cell = rectangle(centre - half, centre + half);
+                match enclosed_area(&covered(&cell, std::slice::from_ref(&inside), tolerance)) / grid.cell_area_m2() {
+                    share if share < LEAST_SHARE => 0.0,
+                    share if share > 1.0 - LEAST_SHARE => 1.0,
+                    share => share,
+                }
+            }
+        };
+    }
+    free.iter().any(|free| *free < 1.0)
 }
 
 /// The outline of a solid in the plane of a grid.
@@ -104,8 +134,9 @@ impl Cover {
             boxes.map(|(number, object)| new(RoomObject::Box(number), polygon(&object.outline()), Some(object)));
         let mut covers: Vec<Self> = boxes.collect();
         let sheet = horizontal(scene, height, tolerance);
+        let faces: Vec<_> = scene.room.enclosure.faces().iter().map(|face| face.polygon.clone()).collect();
         for (number, object) in scene.room.meshes.iter().enumerate() {
-            let solids = Solid::of_mesh(&object.mesh, scene.room.size, tolerance);
+            let solids = Solid::of_mesh(&object.mesh, &faces, tolerance);
             let solids = solids.iter().filter(|solid| solid.is_closed() && solid.may_cut(&sheet));
             let solids = solids.filter(|solid| !holds_a_source(scene, solid, tolerance));
             let found = sections(solids, &sheet).covers.into_iter();
@@ -122,21 +153,20 @@ impl Cover {
 
 /// The whole plane of the room at a height, seen from above.
 fn horizontal(scene: &Scene, height: f64, hair: f64) -> Sheet {
-    let size = scene.room.size;
+    let [low, high] = scene.room.enclosure.bounds();
     Sheet {
         origin: DVec3::new(0.0, 0.0, height),
         u: DVec3::X,
         v: DVec3::Y,
         seen: DVec3::Z,
-        low: DVec3::new(0.0, 0.0, height),
-        high: DVec3::new(size.x, size.y, height),
+        low: low.with_z(height),
+        high: high.with_z(height),
         hair,
     }
 }
 
 /// True if an opening lies in a solid, or the middle of a luminaire: light is inside.
 fn holds_a_source(scene: &Scene, solid: &Solid, tolerance: f64) -> bool {
-    let ceiling = scene.room.size.z;
     let holds = |height: f64, points: &[DVec2]| {
         // the section is a hair above
         let sheet = horizontal(scene, height - tolerance, tolerance);
@@ -150,7 +180,8 @@ fn holds_a_source(scene: &Scene, solid: &Solid, tolerance: f64) -> bool {
         let around = |angle: f64| DVec2::new(libm::cos(angle), libm::sin(angle));
         let angle = |number: u32| f64::from(number) / f64::from(RIM) * std::f64::consts::TAU;
         let rim = (0..RIM).map(|number| tube.centre + (1.0 - TOLERANCE) * tube.opening_radius * around(angle(number)));
-        holds(ceiling - tolerance, &std::iter::once(tube.centre).chain(rim).collect::<Vec<_>>())
+        let height = scene.room.enclosure.height_at(tube.face, tube.centre) - tube.drop_m;
+        holds(height - tolerance, &std::iter::once(tube.centre).chain(rim).collect::<Vec<_>>())
     };
     let of_luminaire = |luminaire: &crate::scene::Luminaire| {
         let middle = luminaire.corner + 0.5 * (luminaire.edge_u + luminaire.edge_v);
@@ -227,7 +258,7 @@ fn take_cells(grid: &Grid, row: usize, covers: &[Cover], tolerance: f64, free: &
         }
         let area = grid.cell_area_m2();
         let share = 1.0 - enclosed_area(&covered(&rectangle(low, high), &parts, tolerance)) / area;
-        *free = match share {
+        *free = match *free + share - 1.0 {
             share if share < LEAST_SHARE => 0.0,
             share if share > 1.0 - LEAST_SHARE => continue,
             share => share,

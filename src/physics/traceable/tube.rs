@@ -8,13 +8,17 @@ use crate::geometry::turn::unit_vector;
 use crate::guide::{BentGuide, DomedGuide, Guide, MeshGuide, MeshGuideError, Section, StraightGuide, dome::Pipe};
 use crate::optics::{Closure, Collector, Diffuser};
 use crate::sampling::NestedCones;
-use crate::scene::{MeshTube, StraightOrBent, Tube, TubeShape};
+use crate::scene::{Enclosure, MeshTube, StraightOrBent, Tube, TubeShape};
 use crate::sky::direction;
 
 /// A tube with its guide built, in the room's frame.
 #[derive(Clone, Debug)]
 pub struct TraceableTube {
-    /// Centre of the opening, in the ceiling plane.
+    /// Number of the face of the room that the tube comes through.
+    pub face: usize,
+    /// True if the opening hangs below that face.
+    pub hangs: bool,
+    /// Centre of the opening.
     pub origin: DVec3,
     /// Radius of the opening in m.
     pub opening_radius: f64,
@@ -24,7 +28,7 @@ pub struct TraceableTube {
     pub section: Option<Section>,
     /// Cones about the axis from which next to all light comes that passes the guide; `None` for guides that pass more.
     pub cones: Option<NestedCones>,
-    /// The closure in the plane of the ceiling.
+    /// The closure in the opening.
     pub diffuser: Diffuser,
     /// False where neither sky nor sun shine on the collector.
     pub daylit: bool,
@@ -37,7 +41,7 @@ impl TraceableTube {
         PI * self.opening_radius * self.opening_radius
     }
 
-    pub(super) fn new(tube: &Tube, ceiling: f64) -> Result<Self, MeshGuideError> {
+    pub(super) fn new(tube: &Tube, enclosure: &Enclosure) -> Result<Self, MeshGuideError> {
         let guide = match &tube.shape {
             TubeShape::Cylinders(description) => cylinder_guide(description, tube.opening_radius),
             TubeShape::Mesh(description) => match &description.section {
@@ -64,7 +68,9 @@ impl TraceableTube {
         };
         let cones = guide.cones();
         Ok(Self {
-            origin: tube.centre.extend(ceiling),
+            face: tube.face,
+            hangs: tube.drop_m > 0.0,
+            origin: tube.centre.extend(enclosure.height_at(tube.face, tube.centre) - tube.drop_m),
             opening_radius: tube.opening_radius,
             guide,
             cones,
@@ -81,7 +87,13 @@ impl TraceableTube {
         libm::hypot((away.truncate().length() - self.opening_radius).max(0.0), away.z)
     }
 
-    /// The closure at a point of the ceiling plane.
+    /// True if a point of the opening's plane is in the opening.
+    #[inline]
+    pub fn has(&self, point: DVec3) -> bool {
+        (point - self.origin).truncate().length_squared() < self.opening_radius * self.opening_radius
+    }
+
+    /// The closure at a point of the opening.
     #[inline]
     pub fn closure_at(&self, position: DVec3) -> Closure<'_> {
         self.diffuser.at((position - self.origin).truncate().length())

@@ -126,7 +126,7 @@ impl<const C: usize, D: Daylight<C>> Meeting<C> for NextEvent<'_, D> {
                 walk.sum += albedo * luminaire.irradiance(vertex.position, vertex.normal) * (1.0 / PI);
                 continue;
             }
-            let source = luminaire.point(walk.samples.pair()).clamp(DVec3::ZERO, scene.size);
+            let source = scene.enclosure.clamp(luminaire.point(walk.samples.pair()));
             let way = source - vertex.position;
             let connected = luminaire_density(luminaire, way);
             if connected > 0.0

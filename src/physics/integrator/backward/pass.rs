@@ -3,7 +3,6 @@
 use std::f64::consts::PI;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use glam::DVec3;
 use rayon::prelude::*;
 
 use super::next_event::{Daylight, NextEvent, Way};
@@ -12,7 +11,7 @@ use crate::guide::RayCount;
 use crate::integrator::backward::room_entry::enter_room;
 use crate::optics::Spectrum;
 use crate::sampling::{Key, PathRandom, PathSamples, Replicate, Stream, warp};
-use crate::scene::{EstimateKind, Grid, View};
+use crate::scene::{EstimateKind, Grid, Sensor, View};
 use crate::traceable::luminaire::TraceableLuminaire;
 use crate::traceable::{Place, TraceableScene};
 
@@ -74,9 +73,10 @@ pub fn each<T: Send>(count: usize, cancel: &AtomicBool, of: impl Fn(usize) -> T 
     (0..count).into_par_iter().map(going_on).collect()
 }
 
-/// Centre of sensor `index` of a grid.
-pub fn centre(scene: &TraceableScene, grid: &Grid, index: usize) -> DVec3 {
-    grid.centre(index) + DVec3::Z * scene.contact()
+/// Sensor `index` of a grid, a hair's breadth before what it lies on; of a cell its centre.
+pub fn lifted(scene: &TraceableScene, grid: &Grid, index: usize) -> Sensor {
+    let Sensor { position, normal } = grid.sensor(index);
+    Sensor { position: position + normal * scene.contact(), normal }
 }
 
 /// Illuminance in lux of a sensor.
@@ -97,7 +97,7 @@ pub fn sensor<const C: usize>(
     stream: Key,
     daylight: &impl Daylight<C>,
 ) -> (Lux, RayCount) {
-    let centre = centre(scene, grid, index);
+    let Sensor { position: centre, normal } = lifted(scene, grid, index);
     let (mut lux, mut rays) = (Lux::default(), RayCount::default());
     if grid.is_inside(index) {
         return (lux, rays);
@@ -105,7 +105,7 @@ pub fn sensor<const C: usize>(
     let mut random = PathRandom::new(stream.stream(Stream::GatherDirections, 0));
     let mut spread = sampling.beyond.map(|beyond| Spread::new(sampling, beyond, &mut random));
     // nothing else lights such a sensor by its paths than what surfaces reflect
-    let is_point = grid.estimate == EstimateKind::Point && !scene.is_in_box(centre);
+    let is_point = grid.estimate == EstimateKind::Point && !scene.is_in_solid(centre);
     let gathers = is_point
         && !scene.luminaires.iter().any(TraceableLuminaire::emits)
         && (0..scene.tubes.len()).all(|tube| !daylight.lights_sensor(tube));
@@ -113,7 +113,7 @@ pub fn sensor<const C: usize>(
         let next = spread.as_mut().map(|spread| spread.path(number));
         if let Some((point, 0.0)) = next
             && gathers
-            && let Some(found) = gathered(scene, daylight, centre, point)
+            && let Some(found) = gathered(scene, daylight, Sensor { position: centre, normal }, point)
         {
             lux.whole += found;
             rays += 1;
@@ -130,8 +130,8 @@ pub fn sensor<const C: usize>(
             walk.samples.begin_with(point);
             walk.stands_for = Some(stands_for);
         }
-        if !scene.is_in_box(position) {
-            walk.illuminance(&NextEvent(daylight), position);
+        if !scene.is_in_solid(position) {
+            walk.illuminance(&NextEvent(daylight), Sensor { position, normal });
         }
         let whole = walk.sum.luminance();
         lux.whole += whole;
@@ -148,10 +148,10 @@ pub fn sensor<const C: usize>(
 fn gathered<const C: usize>(
     scene: &TraceableScene,
     daylight: &impl Daylight<C>,
-    sensor: DVec3,
+    sensor: Sensor,
     point: [f64; 2],
 ) -> Option<f64> {
-    let hit = scene.intersect(sensor, warp::around(DVec3::Z, warp::cosine_hemisphere(point)), None);
+    let hit = scene.intersect(sensor.position, warp::around(sensor.normal, warp::cosine_hemisphere(point)), None);
     match hit.place {
         Place::Surface(surface) => Some(PI * daylight.reflected(surface, hit.position)?.luminance()),
         Place::Opening(_) => None,

@@ -4,33 +4,17 @@ use glam::DVec3;
 
 use crate::integrator::photon::descent::Exit;
 use crate::optics::Spectrum;
-use crate::scene::{Face, View};
+use crate::scene::View;
 use crate::traceable::{SurfaceId, TraceableScene};
 
 /// Point at which an eye ray is inside the room: the eye itself, or a point of an open surface; `None` when something
 /// opaque closes the room where the ray would enter.
 pub fn enter_room(scene: &TraceableScene, eye: DVec3, direction: DVec3) -> Option<DVec3> {
-    let size = scene.size;
-    if eye.cmpge(DVec3::ZERO).all() && eye.cmple(size).all() {
+    if scene.enclosure.contains(eye) {
         return Some(eye);
     }
-    let (mut enter, mut leave, mut face) = (f64::NEG_INFINITY, f64::INFINITY, 0);
-    for axis in 0..3 {
-        if direction[axis] == 0.0 {
-            if eye[axis] < 0.0 || eye[axis] > size[axis] {
-                return None;
-            }
-            continue;
-        }
-        let (a, b) = (-eye[axis] / direction[axis], (size[axis] - eye[axis]) / direction[axis]);
-        if a.min(b) > enter {
-            enter = a.min(b);
-            face = 2 * axis + usize::from(direction[axis] < 0.0);
-        }
-        leave = leave.min(a.max(b));
-    }
-    let through = enter > 0.0 && enter < leave && scene.optics(SurfaceId::of_face(Face::ALL[face])).is_none();
-    let entry = through.then(|| (eye + direction * enter).clamp(DVec3::ZERO, size));
+    let entry = scene.enclosure.entry(eye, direction);
+    let entry = entry.filter(|(face, _)| scene.optics(SurfaceId::numbered(*face)).is_none()).map(|(_, entry)| entry);
     entry.filter(|entry| *entry == eye || !hidden_by_luminaire(scene, eye, direction, *entry))
 }
 

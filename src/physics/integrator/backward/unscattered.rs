@@ -9,6 +9,7 @@ use crate::guide::{End, Guide, RayCount, Transit};
 use crate::integrator::photon::close_points::is_near_opening;
 use crate::optics::Spectrum;
 use crate::sampling::{Key, PathRandom, PathSamples, Replicate, Stream, warp};
+use crate::scene::Sensor;
 use crate::sky::sun::HALF_ANGLE;
 use crate::traceable::{TraceableScene, TraceableTube};
 
@@ -16,17 +17,17 @@ use crate::traceable::{TraceableScene, TraceableTube};
 const SKY_RAYS: u64 = 256;
 const SUN_RAYS: u64 = 1024;
 
-/// Light that reaches a point that looks up straight through closures of the tubes that `by` picks, in lux, by at most `rays`
+/// Light that reaches a sensor straight through closures of the tubes that `by` picks, in lux, by at most `rays`
 /// rays to each tube, and the rays it took.
 pub fn unscattered(
     scene: &TraceableScene,
-    sensor: DVec3,
+    Sensor { position: sensor, normal }: Sensor,
     stream: Key,
     rays: u64,
     by: impl Fn(&TraceableTube) -> bool,
 ) -> (f64, RayCount) {
     let (mut lux, mut taken) = (0.0, RayCount::default());
-    if scene.is_in_box(sensor) {
+    if scene.is_in_solid(sensor) {
         return (lux, taken);
     }
     for (number, tube) in scene.tubes.iter().enumerate().filter(|(_, tube)| tube.daylit && by(tube)) {
@@ -34,7 +35,7 @@ pub fn unscattered(
         if tube.origin.z <= sensor.z {
             continue;
         }
-        let backward = Backward { scene, tube, sensor, normal: DVec3::Z, zone };
+        let backward = Backward { scene, tube, sensor, normal, zone };
         let stream = stream.child(number as u64);
         let (sky, sky_rays) = backward.sky(stream.stream(Stream::SkyFromBelow, 0), rays.min(SKY_RAYS));
         let (sun, sun_rays) = backward.sun(stream.stream(Stream::SunFromBelow, 0), rays.min(SUN_RAYS));
@@ -202,7 +203,7 @@ mod tests {
     use super::*;
     use crate::geometry::disc::far_disc_illuminance;
     use crate::optics::{Collector, Diffuser};
-    use crate::scene::{Channels, Daylight, Room, Scene, Segment, StraightOrBent, Tube, TubeShape};
+    use crate::scene::{Channels, Daylight, Enclosure, Face, Room, Scene, Segment, StraightOrBent, Tube, TubeShape};
     use crate::sky::zenith::ZenithFormula;
     use crate::sky::{CieType, Sky, SkyDistribution};
     use crate::statistics::Moments;
@@ -217,6 +218,8 @@ mod tests {
         let sky = Some(Sky { distribution, zenith_luminance_cd_m2: luminance });
         let size = DVec3::new(3.0, 2.0, 2.5);
         let tube = Tube {
+            face: Face::Ceiling as usize,
+            drop_m: 0.0,
             centre: DVec2::new(1.0, 1.2),
             opening_radius: 0.3,
             shape: TubeShape::Cylinders(StraightOrBent {
@@ -228,7 +231,12 @@ mod tests {
         };
         let scene = Scene {
             daylight: Some(Daylight { sky, sun: None, formula: ZenithFormula::GivenZenithLuminance }),
-            room: Room { size, surfaces: [None; 6], boxes: Vec::new(), meshes: Vec::new(), luminaires: Vec::new() },
+            room: Room {
+                enclosure: Enclosure::cuboid(size, [None; 6]),
+                boxes: Vec::new(),
+                meshes: Vec::new(),
+                luminaires: Vec::new(),
+            },
             tubes: vec![tube],
             grids: Vec::new(),
             views: Vec::new(),

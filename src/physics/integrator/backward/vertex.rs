@@ -2,7 +2,9 @@
 
 use glam::DVec3;
 
+use crate::optics::scatterer;
 use crate::optics::{Closure, Oriented, Scatter, Scatterer, SheetSide, Spectrum, SurfaceOptics, Travel};
+use crate::scene::Sensor;
 use crate::traceable::{RoomHit, SurfaceId};
 
 /// A point that scatters light toward the eye, or a sensor.
@@ -20,10 +22,10 @@ pub struct Vertex<'a, const C: usize> {
 }
 
 impl<'a, const C: usize> Vertex<'a, C> {
-    /// A horizontal sensor that looks up.
-    pub fn sensor(position: DVec3) -> Self {
-        let scatterer = Scatterer::Sensor;
-        Self { position, normal: DVec3::Z, surface: None, eye: DVec3::Z, weight: Spectrum::ONE, scatterer }
+    /// A sensor.
+    pub fn sensor(Sensor { position, normal }: Sensor) -> Self {
+        let scatterer = Scatterer::Sensor(scatterer::Sensor { normal });
+        Self { position, normal, surface: None, eye: normal, weight: Spectrum::ONE, scatterer }
     }
 
     /// A surface of the room.

@@ -12,6 +12,7 @@ use crate::guide::RayCount;
 use crate::integrator::roulette::{MAX_EVENTS, survival};
 use crate::optics::{Kind, Oriented, Scatter, SheetSide, Spectrum, SurfaceOptics, Travel};
 use crate::sampling::PathSamples;
+use crate::scene::Sensor;
 use crate::traceable::{Place, RoomHit, SurfaceId, TraceableScene};
 
 /// A path goes on for certain above this share of its first weight, if its method asks for it.
@@ -125,9 +126,9 @@ impl<'a, const C: usize> Walk<'a, C> {
         Self { scene, samples, rays, certain, met: 0, stands_for: None, sum, known: None }
     }
 
-    /// Adds one sample of the illuminance in lux of a point that looks up.
-    pub fn illuminance<M: Meeting<C>>(&mut self, meeting: &M, position: DVec3) {
-        let vertex = Vertex::sensor(position);
+    /// Adds one sample of the illuminance in lux of a sensor.
+    pub fn illuminance<M: Meeting<C>>(&mut self, meeting: &M, sensor: Sensor) {
+        let vertex = Vertex::sensor(sensor);
         let arrival = meeting.arrives_at_sensor();
         // the first numbers are the best
         let ray = self.scatter(meeting, &vertex, &arrival);

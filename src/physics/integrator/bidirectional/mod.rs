@@ -59,7 +59,7 @@ use crate::integrator::photon::path::{Flight, trace};
 use crate::integrator::trial::{Powers, TrialPasses};
 use crate::optics::Spectrum;
 use crate::sampling::{Key, PathRandom, PathSamples, Stream};
-use crate::scene::{Channels, EstimateKind, Grid, View};
+use crate::scene::{Channels, EstimateKind, Grid, Sensor, View};
 use crate::traceable::TraceableScene;
 
 impl Described for Settings {
@@ -329,8 +329,9 @@ impl<const C: usize> Bidirectional<C> {
             let (mut walk, photon) = self.eye_path(paths, stream, number, count);
             let offset = if average { walk.samples.pair().map(|u| u - 0.5) } else { [0.0; 2] };
             let sensor = place(grid, index, offset, grid.height_m + self.scene.contact());
-            if !self.scene.is_in_box(sensor) {
-                walk.illuminance(&EyeSide { starts: &self.starts, photon, photons, from, cut }, sensor);
+            if !self.scene.is_in_solid(sensor) {
+                let looking_up = Sensor { position: sensor, normal: DVec3::Z };
+                walk.illuminance(&EyeSide { starts: &self.starts, photon, photons, from, cut }, looking_up);
             }
             lux += walk.sum.luminance();
             rays += walk.rays;
@@ -339,7 +340,7 @@ impl<const C: usize> Bidirectional<C> {
         if !is_average(grid) {
             let per_sensor = (self.emission.photons() / grid.len() as u64).next_power_of_two();
             let backward_rays = per_sensor.clamp(16, MOST_BACKWARD_RAYS);
-            let sensor = place(grid, index, [0.0; 2], grid.height_m);
+            let sensor = Sensor { position: place(grid, index, [0.0; 2], grid.height_m), normal: DVec3::Z };
             let (straight, backward) = unscattered(
                 &self.scene,
                 sensor,

@@ -387,6 +387,8 @@ mod tests {
             collector_transmittance: [1.0; 3],
         };
         let tube = TraceableTube {
+            face: 5,
+            hangs: false,
             origin,
             opening_radius: RADIUS,
             guide: Guide::Straight(pipe),

@@ -34,6 +34,7 @@ use crate::integrator::photon::ledger::Account;
 use crate::integrator::radiosity::{Exchange, Solution};
 use crate::optics::Spectrum;
 use crate::sampling::{Key, PathRandom, PathSamples, Replicate, Stream};
+use crate::scene::Sensor;
 use crate::traceable::{Openings, SurfaceId, TraceableScene, TraceableTube};
 
 /// Photons that a vertex is connected to where nothing has a closed form.
@@ -209,13 +210,19 @@ impl<const C: usize> DiffuserLight<C> {
         self.tubes.iter().enumerate().map(of_tube).collect()
     }
 
-    /// Illuminance in lux of a horizontal sensor by a tube whose diffuser it sees whole: every photon is connected to it, or to the point
-    /// of a cell that its offset leads to.
-    pub fn at_sensor(&self, tube: usize, position: DVec3, offsets: Option<&[Vec<DVec2>]>) -> f64 {
+    /// Illuminance in lux of a sensor from which nothing hides a tube's diffuser: every photon is connected to it, or to the point of a
+    /// level cell that its offset leads to.
+    pub fn at_sensor(&self, tube: usize, Sensor { position, normal }: Sensor, offsets: Option<&[Vec<DVec2>]>) -> f64 {
         let light = &self.tubes[tube];
         let depth = light.origin.z - position.z;
         if depth <= 0.0 {
             return 0.0;
+        }
+        if normal != DVec3::Z {
+            let of = |photon: &Leaving<C>| {
+                photon.flux.luminance() * per_lumen(photon.position.extend(light.origin.z) - position, normal).max(0.0)
+            };
+            return light.photons.iter().map(of).sum();
         }
         let mut sum = 0.0;
         for (number, photon) in light.photons.iter().enumerate() {
@@ -229,13 +236,13 @@ impl<const C: usize> DiffuserLight<C> {
         sum * depth * depth / PI
     }
 
-    /// A photon that stands for all of a tube's, and the illuminance in lux of a horizontal point that sees it; `number` in 0..1
-    /// chooses. `None` for points above the opening, and without light.
-    pub fn of_photon(&self, tube: usize, position: DVec3, number: f64) -> Option<(DVec3, f64)> {
+    /// A photon that stands for all of a tube's, and the illuminance in lux of a sensor that sees it; `number` in 0..1
+    /// chooses. `None` for sensors above the opening, and without light.
+    pub fn of_photon(&self, tube: usize, Sensor { position, normal }: Sensor, number: f64) -> Option<(DVec3, f64)> {
         let light = &self.tubes[tube];
         let (photon, _) = light.choice(number)?;
         let source = photon.position.extend(light.origin.z);
-        let lux = photon.flux.luminance() * per_lumen(source - position, DVec3::Z);
+        let lux = photon.flux.luminance() * per_lumen(source - position, normal).max(0.0);
         (source.z > position.z).then_some((source, lux))
     }
 }

@@ -8,7 +8,7 @@ use std::sync::atomic::AtomicBool;
 use glam::DVec3;
 
 use crate::integrator::GridPass;
-use crate::integrator::light_tracing::{LightTracing, Points, Tally};
+use crate::integrator::light_tracing::{LightTracing, Tally};
 use crate::integrator::photon::chunks::{self, Chunks, fold_chunks};
 use crate::integrator::photon::ledger::Account;
 use crate::integrator::photon::path::{Flight, Origin, Scattering, Visitor, trace_beside_lamps};
@@ -76,8 +76,7 @@ impl<const C: usize> BesideLamps<C> {
     fn photons_of(&self, pass: Key, numbers: Range<u64>) -> Sums<C> {
         let Self(method) = self;
         let lamps = vec![Vec::new(); method.scene.tubes.len()];
-        let no_points = Points::default();
-        let mut listener = Listener { tally: method.tally(&no_points), lamps };
+        let mut listener = Listener { tally: method.tally(), lamps };
         let mut account = Account::new(method.scene.tubes.len());
         for number in numbers {
             let (photon, mut samples) = method.emission.photon(&method.scene, pass, number);
@@ -110,7 +109,7 @@ impl<const C: usize> chunks::Tally for Sums<C> {
 
 /// Hears of lamps, and hands on all else.
 struct Listener<'a, const C: usize> {
-    tally: Tally<'a, C>,
+    tally: Tally<'a>,
     lamps: Vec<Vec<LeftLamp<C>>>,
 }
 

@@ -51,7 +51,7 @@ use crate::integrator::pass_size::PassSize;
 use crate::integrator::trial::{Powers, TrialPasses};
 use crate::optics::Spectrum;
 use crate::sampling::{Key, PathRandom, PathSamples, Stream};
-use crate::scene::{Channels, EstimateKind, Grid, Scene};
+use crate::scene::{Channels, EstimateKind, Grid, Scene, Sensor};
 use crate::traceable::{TraceableScene, TraceableTube};
 use replicate::{Response, lit_by};
 pub use room::Sizes;
@@ -216,7 +216,7 @@ impl<const C: usize> LampResponses<C> {
             return (0.0, rays);
         }
         if self.room.sees_all(grid, sensor) {
-            let of_tube = |tube| light.at_sensor(tube, place.centre(), offsets);
+            let of_tube = |tube| light.at_sensor(tube, Sensor { position: place.centre(), normal: DVec3::Z }, offsets);
             return ((0..light.tubes().len()).map(of_tube).sum(), rays);
         }
         let stream = stream.stream(Stream::Sensor, sensor as u64);
@@ -231,7 +231,7 @@ impl<const C: usize> LampResponses<C> {
                 let position = place.point(|| samples.pair());
                 let source = photon.position.extend(tube.origin.z);
                 rays += 1;
-                if !self.scene.is_in_box(position) && self.scene.visible(source, None, position, None) {
+                if !self.scene.is_in_solid(position) && self.scene.visible(source, None, position, None) {
                     let receiver = Receiver::new(position, DVec3::Z, tube.origin);
                     lux += photon.flux.luminance() * receiver.point(photon.position) / CONNECTIONS_IN_PART as f64;
                 }

@@ -12,12 +12,12 @@ use super::kept::{Content, Kept};
 use super::patch_light::PatchLight;
 use super::replicate::{Response, RoomPass};
 use crate::guide::{Guide, RayCount, StraightGuide};
-use crate::integrator::backward::pass::{centre, each};
+use crate::integrator::backward::pass::{each, lifted};
 use crate::integrator::backward::walk::Walk;
 use crate::integrator::lamp::cells::{CELLS, Receiver, is_far};
 use crate::integrator::lamp::zone::Zone;
 use crate::sampling::{Key, PathSamples, Stream};
-use crate::scene::{EstimateKind, Grid, Scene, Tube};
+use crate::scene::{EstimateKind, Grid, Scene, Sensor, Tube};
 use crate::traceable::{TraceableScene, TraceableTube};
 
 /// Reflections of a path that no roulette decides: it would throw away what even points gain.
@@ -130,8 +130,8 @@ impl<const C: usize> Room<C> {
             let samples = PathSamples::with_pairs(stream, number, SOBOL_PAIRS);
             let mut walk = Walk::<C>::new(scene, samples, CERTAIN_REFLECTIONS);
             let position = place.point(|| walk.samples.pair());
-            if !scene.is_in_box(position) {
-                walk.illuminance(&light, position);
+            if !scene.is_in_solid(position) {
+                walk.illuminance(&light, Sensor { position, normal: DVec3::Z });
             }
             luminaires += walk.sum.luminance();
             rays += walk.rays;
@@ -216,7 +216,7 @@ impl Place {
     /// The sensor `index` of a grid.
     pub fn of(scene: &TraceableScene, grid: &Grid, index: usize) -> Self {
         let cell = (grid.estimate == EstimateKind::CellAverage).then_some(DVec2::from(grid.cell_size_m));
-        Self { centre: centre(scene, grid, index), cell }
+        Self { centre: lifted(scene, grid, index).position, cell }
     }
 
     /// Half the diagonal of the cell in m.
@@ -273,7 +273,7 @@ fn straight((scene, zones): (&TraceableScene, &[Zone]), place: &Place, stream: K
     for number in 0..points {
         let mut samples = PathSamples::new(stream, number);
         let position = place.point(|| samples.pair());
-        if scene.is_in_box(position) {
+        if scene.is_in_solid(position) {
             continue;
         }
         let numbers = samples.pair();

@@ -22,7 +22,7 @@ pub struct Counting {
 impl Counting {
     /// For passes of so many `photons`; `straight`: some connections are from where light comes into the room.
     pub fn new(scene: &TraceableScene, sensors: &[SensorPlane], straight: bool, photons: u64) -> Self {
-        let distance = 0.5 * scene.size.min_element();
+        let distance = 0.5 * scene.enclosure.shortest_edge_m();
         let one_lux_per_lm = 1.0 / (photons.max(1) as f64 * PI * distance * distance);
         Self { reachable: reachable(scene, sensors, straight), one_lux_per_lm }
     }

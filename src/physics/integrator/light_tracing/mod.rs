@@ -3,15 +3,14 @@
 //! **Idea.** A photon carries its flux from a source through tube and room. At every vertex the intensity that it sends
 //! to a sensor is known in closed form, so that one photon serves every sensor (of many, a random subset). What a
 //! connection would find rare and bright, or not at all, is counted where photons cross a cell, or followed backward.
-//! Points beside walls get what comes from very near by way of points spread over strips of the walls (`strips`), which photons
-//! are connected to in their turn. Unbiased; one pass is one replicate.
+//! Unbiased; one pass is one replicate.
 //!
 //! **Which paths** (docs/physics/measurement_equation.md#light-tracing). Cells are connected by a random point of each;
 //! *near* is within half the longer edge of a cell, where connections would have an infinite variance at walls.
 //!
 //! | paths | points | cells |
 //! | --- | --- | --- |
-//! | `L .. D E`, `L .. F E` | connection; from a strip beside them: its points | connection; near: crossing |
+//! | `L .. D E`, `L .. F E` | connection | connection; near: crossing |
 //! | `L .. G E` | connection | crossing |
 //! | `L .. S E` | refused | crossing |
 //! | `K t C E`, `N t C E` | backward through the opening, up the guide | crossing |
@@ -30,7 +29,6 @@ mod counting;
 mod luminaires;
 mod refusals;
 mod settings;
-mod strips;
 mod tally;
 
 use std::ops::Range;
@@ -52,7 +50,7 @@ use crate::integrator::photon::path::trace;
 use crate::integrator::trial::{Powers, TrialPasses};
 use crate::integrator::{GridPass, Integrator, Pass, PhotonCount};
 use crate::sampling::{Key, Stream};
-use crate::scene::{Channels, Grid};
+use crate::scene::{Channels, Grid, Sensor};
 use crate::traceable::TraceableScene;
 
 use counting::Counting;
@@ -60,13 +58,7 @@ use luminaires::{add_to_cells, at_points, has_closed_form};
 pub use refusals::{noisy_points, refuses_points};
 use settings::MOST;
 pub use settings::{Settings, photons_for};
-pub(crate) use strips::Points;
-use strips::Strips;
 pub(crate) use tally::Tally;
-
-/// Rays of all sensors straight through clear closures, in photons of the pass, where sensors have strips: of the noise that is left that of
-/// these rays is the larger part.
-const RAYS_WITH_STRIPS: u64 = 4;
 
 impl Described for Settings {
     fn name(&self) -> &'static str {
@@ -97,7 +89,6 @@ impl Described for Settings {
 
     fn trial(&self, task: &Task, target: f64) -> Trial {
         let photons = self.photons(task, target);
-        // where passes are small, what strips have in them does not go with the photons
         let tried = TrialPasses::fewer(photons, 1.0);
         // the light of clear closures is shared among the sensors: fewer of them would have more of it
         let smaller = Trial::whole(Self { photons_per_pass: Some(tried) }, usize::MAX);
@@ -124,7 +115,6 @@ pub struct LightTracing<const C: usize> {
     /// Light straight from luminaires at the sensors of point grids, in lux; empty unless it has a closed form.
     direct: Vec<f64>,
     counting: Counting,
-    strips: Strips<C>,
     /// The widest vectors of this machine; the same bits as without, as nothing is contracted.
     vectors: pulp::Arch,
 }
@@ -134,7 +124,7 @@ impl<const C: usize> LightTracing<C> {
     /// equal bits.
     pub fn new(scene: Arc<TraceableScene>, grids: &[Grid], photons: u64, seed: u64) -> Self {
         let emission = Emission::new(&scene, photons);
-        let mut method = Self::emitting(scene, emission, grids, true, seed);
+        let mut method = Self::emitting(scene, emission, grids, seed);
         if has_closed_form(&method.scene) {
             method.direct = at_points::<C>(&method.scene, &method.sensors);
         }
@@ -153,13 +143,13 @@ impl<const C: usize> LightTracing<C> {
         seed: u64,
     ) -> Self {
         let emission = Emission::of_daylight(&scene, photons);
-        let mut method = Self::emitting(scene, emission, grids, false, seed);
+        let mut method = Self::emitting(scene, emission, grids, seed);
         method.counting = Counting::new(&method.scene, &method.sensors, straight, method.emission.photons());
         method
     }
 
     /// The photons of these emitters, and nothing in closed form.
-    fn emitting(scene: Arc<TraceableScene>, emission: Emission, grids: &[Grid], with_strips: bool, seed: u64) -> Self {
+    fn emitting(scene: Arc<TraceableScene>, emission: Emission, grids: &[Grid], seed: u64) -> Self {
         let mut first = 0;
         let sensors: Vec<SensorPlane> = grids
             .iter()
@@ -170,11 +160,6 @@ impl<const C: usize> LightTracing<C> {
             })
             .collect();
         Self {
-            strips: if with_strips {
-                Strips::new(&scene, &sensors, emission.photons())
-            } else {
-                Strips::none(&sensors)
-            },
             scene,
             emission,
             sensors,
@@ -199,9 +184,9 @@ impl<const C: usize> LightTracing<C> {
         self.sensors.len()
     }
 
-    /// Photons of these numbers of a pass, which has spread `points` over strips.
-    fn photons(&self, pass: Key, points: &Points, numbers: Range<u64>) -> Sums {
-        let mut tally = self.tally(points);
+    /// Photons of these numbers of a pass.
+    fn photons(&self, pass: Key, numbers: Range<u64>) -> Sums {
+        let mut tally = self.tally();
         let mut account = Account::new(self.scene.tubes.len());
         for number in numbers {
             let (photon, mut samples) = self.emission.photon(&self.scene, pass, number);
@@ -210,11 +195,11 @@ impl<const C: usize> LightTracing<C> {
                 trace::<C>(&self.scene, &photon, &mut samples, &mut tally, &mut account);
             }
         }
-        Sums { lux: tally.lux, exitance: tally.exitance, connected: tally.connected, account }
+        Sums { lux: tally.lux, connected: tally.connected, account }
     }
 
-    /// A tally of no photons, where `points` are spread over strips.
-    pub(crate) fn tally<'a>(&'a self, points: &'a Points) -> Tally<'a, C> {
+    /// A tally of no photons.
+    pub(crate) fn tally(&self) -> Tally<'_> {
         Tally {
             scene: &self.scene,
             sensors: &self.sensors,
@@ -225,19 +210,13 @@ impl<const C: usize> LightTracing<C> {
             but_luminaires: has_closed_form(&self.scene),
             lux: vec![0.0; self.sensor_count()],
             diffuser_weight: 1.0,
-            strips: &self.strips,
-            points,
-            exitance: vec![0.0; self.strips.points()],
-            part: 0,
-            from_sky: false,
-            flight: None,
         }
     }
 
     /// Direct unscattered light at sensor `index` of a point grid, in lux, and the rays it took.
     fn unscattered(&self, plane: &SensorPlane, index: usize, stream: Key, rays_per_sensor: u64) -> (f64, RayCount) {
         let sensor = DVec3::new(plane.x[index], plane.y[index], plane.height);
-        unscattered(&self.scene, sensor, stream, rays_per_sensor, |_| true)
+        unscattered(&self.scene, Sensor { position: sensor, normal: DVec3::Z }, stream, rays_per_sensor, |_| true)
     }
 }
 
@@ -245,8 +224,6 @@ impl<const C: usize> LightTracing<C> {
 struct Sums {
     /// Illuminance per sensor in lux.
     lux: Vec<f64>,
-    /// Exitance of the points of strips in lm/m2.
-    exitance: Vec<f64>,
     /// Photons that were connected to all sensors of a plane, for each plane.
     connected: Vec<u64>,
     account: Account,
@@ -254,7 +231,7 @@ struct Sums {
 
 impl chunks::Tally for Sums {
     fn is_finite(&self) -> bool {
-        self.lux.iter().chain(&self.exitance).all(|sum| sum.is_finite()) && self.account.is_finite()
+        self.lux.iter().all(|sum| sum.is_finite()) && self.account.is_finite()
     }
 }
 
@@ -263,21 +240,16 @@ impl<const C: usize> Integrator for LightTracing<C> {
         let key = self.seed.stream(Stream::Pass, pass);
         let photons = self.emission.photons();
         let mut lux = vec![0.0; self.sensor_count()];
-        let mut exitance = vec![0.0; self.strips.points()];
         let mut connected = vec![0; self.sensors.len()];
         let mut account = Account::new(self.scene.tubes.len());
-        let chunk_bytes = 8 * (lux.len() + exitance.len()) as u64;
-        let (points, rays) = self.strips.spread(&self.scene, key);
-        let chunk = |numbers: Range<u64>| self.photons(key, &points, numbers);
+        let chunk_bytes = 8 * lux.len() as u64;
+        let chunk = |numbers: Range<u64>| self.photons(key, numbers);
         let folded = fold_chunks(Chunks::of_long_paths(photons), chunk_bytes, cancel, chunk, |of_chunk: Sums| {
             lux.iter_mut().zip(&of_chunk.lux).for_each(|(sum, value)| *sum += value);
-            exitance.iter_mut().zip(&of_chunk.exitance).for_each(|(sum, value)| *sum += value);
             connected.iter_mut().zip(&of_chunk.connected).for_each(|(sum, number)| *sum += number);
             account.add(&of_chunk.account);
         })?;
         account.not_finite = folded.not_finite;
-        account.rays += rays;
-        self.strips.light(self.vectors, &points, &exitance, &self.sensors, &mut lux);
         let into_room = account.tubes.iter().map(|tube| tube.into_room).sum::<f64>() + account.ledger.luminaires;
         let flux = if into_room > 0.0 { into_room } else { account.ledger.emitted };
         let counts = self.counts(&lux, &connected, flux);
@@ -303,9 +275,8 @@ impl<const C: usize> LightTracing<C> {
     ) -> Option<RayCount> {
         let specular = self.scene.tubes.iter().any(|tube| tube.diffuser.specular_zone(tube.opening_radius).is_some());
         let mut rays = RayCount::default();
-        for (number, plane) in self.sensors.iter().enumerate().filter(|(_, plane)| specular && !plane.average) {
-            let per_photon = if self.strips.stand_beside(number) { RAYS_WITH_STRIPS } else { 1 };
-            let per_sensor = (per_photon * self.emission.photons() / plane.len() as u64).next_power_of_two().max(16);
+        for plane in self.sensors.iter().filter(|plane| specular && !plane.average) {
+            let per_sensor = (self.emission.photons() / plane.len() as u64).next_power_of_two().max(16);
             let of = |index: usize| self.unscattered(plane, index, stream((plane.first + index) as u64), per_sensor);
             let direct: Option<Vec<_>> = (0..plane.len())
                 .into_par_iter()
@@ -333,17 +304,15 @@ impl<const C: usize> LightTracing<C> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::optics::{Collector, Diffuser, DiffuserZone, Specular, Surface};
-    use crate::scene::{self, EstimateKind, Room, Scene, Segment, StraightOrBent, Tube, TubeShape};
+    use crate::optics::{Collector, Diffuser, Specular, Surface};
+    use crate::scene::{self, Enclosure, EstimateKind, Room, Scene, Segment, StraightOrBent, Tube, TubeShape};
     use crate::sky::zenith::ZenithFormula;
     use crate::sky::{CieType, Sky, SkyDistribution, Sun, direction};
-    use crate::statistics::Moments;
     use crate::traceable::Follow;
     use glam::DVec2;
 
-    /// A high sun over a tube beside a wall, so that its light meets the strip there, in a room of colours with points at two
-    /// heights and cells.
-    fn scene(diffuser: Diffuser) -> Scene {
+    /// A high sun over a tube beside a wall, in a room with points at two heights and cells.
+    fn scene(diffuser: Diffuser, surface: Option<Surface>) -> Scene {
         let size = DVec3::new(3.0, 2.2, 2.5);
         let up = direction(82f64.to_radians(), 2.0);
         let distribution = SkyDistribution::new(CieType::new(12).unwrap(), up);
@@ -351,6 +320,8 @@ mod tests {
         let sun = Some(Sun { direction: up, normal_illuminance_lux: 20_000.0 });
         let grid = |height, cells, estimate| Grid::new("grid".into(), height, cells, 0.0, [size.x, size.y], estimate);
         let tube = Tube {
+            face: scene::Face::Ceiling as usize,
+            drop_m: 0.0,
             centre: DVec2::new(0.3, 1.1),
             opening_radius: 0.05,
             shape: TubeShape::Cylinders(StraightOrBent {
@@ -363,8 +334,7 @@ mod tests {
         Scene {
             daylight: Some(scene::Daylight { sky, sun, formula: ZenithFormula::GivenZenithLuminance }),
             room: Room {
-                size,
-                surfaces: [0.5, 0.4, 0.6, 0.3, 0.2, 0.8].map(|red| Some(Surface::diffuse([red, 0.5, 0.7]))),
+                enclosure: Enclosure::cuboid(size, [surface; 6]),
                 boxes: Vec::new(),
                 meshes: Vec::new(),
                 luminaires: Vec::new(),
@@ -380,77 +350,17 @@ mod tests {
         }
     }
 
-    /// Through clear, mixed and Lambertian closures sensors get the same light, within four standard errors, whether strips find
-    /// what comes from very near or photons alone; with strips the points beside walls have a third of the variance at most.
-    #[test]
-    fn strips_find_the_light_that_photons_find() {
-        let mixed = Diffuser::Mixed {
-            lambertian_radius_m: 0.03,
-            inner: DiffuserZone::Lambertian,
-            lambertian_transmittance: [0.6; 3],
-            lambertian_reflectance: [0.3; 3],
-            clear_transmittance: [0.9, 0.8, 0.7],
-        };
-        let lambertian = Diffuser::Lambertian { transmittance: [0.6, 0.5, 0.4], reflectance: [0.3; 3] };
-        for diffuser in [Diffuser::Clear { transmittance: [0.9, 0.8, 0.7] }, mixed, lambertian] {
-            let scene = scene(diffuser.clone());
-            let follow = Follow { interreflection: true, guide_return: true, objects: true };
-            let traceable = Arc::new(TraceableScene::new(&scene, follow).unwrap());
-            let found = [true, false].map(|with_strips| {
-                let seed = u64::from(with_strips);
-                let mut method = LightTracing::<3>::new(traceable.clone(), &scene.grids, 256, seed);
-                assert!(!method.strips.is_empty());
-                if !with_strips {
-                    method.strips = Strips::none(&method.sensors);
-                }
-                let mut sums: Vec<_> = scene.grids.iter().map(|grid| vec![Moments::default(); grid.len()]).collect();
-                for pass in 0..120 {
-                    let pass = method.pass(pass, &AtomicBool::new(false)).unwrap();
-                    for (sums, grid) in sums.iter_mut().zip(&pass.grids) {
-                        sums.iter_mut().zip(&grid.illuminance).for_each(|(sum, lux)| sum.push(*lux));
-                    }
-                }
-                sums
-            });
-            let mut variances = [0.0; 2];
-            for (number, grid) in scene.grids.iter().enumerate() {
-                let [with, without] = &found;
-                for (sensor, (with, without)) in with[number].iter().zip(&without[number]).enumerate() {
-                    let centre = grid.centre(sensor);
-                    // the sun's ring is rare and bright in either
-                    let ring = (scene.room.size.z - grid.height_m) * libm::tan(8f64.to_radians());
-                    if ((centre.truncate() - scene.tubes[0].centre).length() - ring).abs() < 0.08 {
-                        continue;
-                    }
-                    let error = libm::hypot(with.standard_error(), without.standard_error());
-                    let difference = with.mean - without.mean;
-                    assert!(difference.abs() <= 4.0 * error, "{diffuser:?} {centre}: {with:?} {without:?}");
-                    if number == 0 && centre.x > 2.7 {
-                        variances[0] += with.standard_error().powi(2);
-                        variances[1] += without.standard_error().powi(2);
-                    }
-                }
-            }
-            assert!(variances[0] < variances[1] / 3.0, "{diffuser:?}: {variances:?}");
-        }
-    }
-
     /// Points know each photon that was connected to all of them, where nothing concentrates light; cells, and points of rooms with a
     /// glossy wall, one photon of a pass.
     #[test]
     fn points_count_the_photons_that_were_connected() {
         let found = |glossy: bool| {
-            let mut scene = scene(Diffuser::Lambertian { transmittance: [0.6; 3], reflectance: [0.3; 3] });
-            if glossy {
-                scene.room.surfaces[1] = Some(Surface {
-                    specular: Some(Specular { reflectance: [0.5; 3], roughness: 0.4 }),
-                    ..Surface::diffuse([0.3; 3])
-                });
-            }
+            let specular = glossy.then_some(Specular { reflectance: [0.5; 3], roughness: 0.4 });
+            let surface = Some(Surface { specular, ..Surface::diffuse([0.3; 3]) });
+            let scene = scene(Diffuser::Lambertian { transmittance: [0.6; 3], reflectance: [0.3; 3] }, surface);
             let follow = Follow { interreflection: true, guide_return: true, objects: true };
             let traceable = Arc::new(TraceableScene::new(&scene, follow).unwrap());
-            let mut method = LightTracing::<3>::new(traceable, &scene.grids, 256, 1);
-            method.strips = Strips::none(&method.sensors);
+            let method = LightTracing::<3>::new(traceable, &scene.grids, 256, 1);
             let pass = method.pass(0, &AtomicBool::new(false)).unwrap();
             [0, 2].map(|grid: usize| pass.grids[grid].photons.iter().map(|count| count.found).collect::<Vec<_>>())
         };

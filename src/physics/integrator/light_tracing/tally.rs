@@ -4,9 +4,8 @@ use std::f64::consts::PI;
 
 use glam::{DVec2, DVec3};
 
-use super::strips::{Points, Strips};
 use crate::integrator::photon::connect::{Connection, SensorPlane};
-use crate::integrator::photon::emission::{EmittedPhoton, Start};
+use crate::integrator::photon::emission::EmittedPhoton;
 use crate::integrator::photon::path::{Flight, Origin, Scattering, Visitor};
 use crate::optics::Spectrum;
 use crate::sampling::PathSamples;
@@ -18,7 +17,7 @@ use crate::traceable::{SurfaceId, TraceableScene};
 const DIFFUSER_CONNECTIONS: u64 = 4;
 
 /// Illuminance of all sensors in lux, from some photons.
-pub struct Tally<'a, const C: usize> {
+pub struct Tally<'a> {
     pub scene: &'a TraceableScene,
     pub sensors: &'a [SensorPlane],
     /// The widest vectors of this machine.
@@ -35,34 +34,18 @@ pub struct Tally<'a, const C: usize> {
     pub counted: Vec<bool>,
     /// Weight of the present photon's connections from diffusers.
     pub diffuser_weight: f64,
-    pub strips: &'a Strips<C>,
-    /// Of the strips, in this pass.
-    pub points: &'a Points,
-    /// Exitance of the points in lm/m2, from some photons.
-    pub exitance: Vec<f64>,
-    /// The part of the points that the present photon is connected to.
-    pub part: usize,
-    /// True while the present photon is one of the sky that nothing has scattered.
-    pub from_sky: bool,
-    /// The present photon's last flight.
-    pub flight: Option<Flight<C>>,
 }
 
 /// Share of the flux that a photon brings into the room above which it is reflected for certain: what takes it there takes
 /// longer than a reflection, and even points stay even. By 0.4 the thesis' room takes a sixth longer to an error, by 0.12 as long.
 const CERTAIN_ABOVE: f64 = 0.2;
 
-impl<const C: usize> Visitor<C> for Tally<'_, C> {
+impl<const C: usize> Visitor<C> for Tally<'_> {
     const CERTAIN_ABOVE: f64 = CERTAIN_ABOVE;
 
     fn scattered(&mut self, scattering: &Scattering<'_, C>, samples: &mut PathSamples) {
         let weight = if scattering.diffuser.is_some() { self.diffuser_weight } else { 1.0 };
         self.connect(scattering, weight, samples);
-        if weight > 0.0 && !self.strips.is_empty() {
-            let vertex = (scattering, weight);
-            self.strips.connect(self.vectors, self.points, self.part, vertex, &mut self.exitance);
-        }
-        self.from_sky = false;
     }
 
     fn emitted(&mut self, scattering: &Scattering<'_, C>, samples: &mut PathSamples) {
@@ -72,7 +55,6 @@ impl<const C: usize> Visitor<C> for Tally<'_, C> {
     }
 
     fn flew(&mut self, flight: &Flight<C>) {
-        self.flight = Some(*flight);
         if matches!(flight.origin, Origin::Luminaire(_)) && self.but_luminaires {
             return;
         }
@@ -95,26 +77,23 @@ impl<const C: usize> Visitor<C> for Tally<'_, C> {
     fn arrived(&mut self, _: SurfaceId, _: DVec3, _: Spectrum<C>, _: Origin) {}
 }
 
-impl<const C: usize> Tally<'_, C> {
+impl Tally<'_> {
     /// Makes ready for the path of a photon.
     pub fn begin(&mut self, photon: &EmittedPhoton) {
         let connected = photon.of.div_ceil(DIFFUSER_CONNECTIONS);
         self.diffuser_weight = if photon.index < connected { photon.of as f64 / connected as f64 } else { 0.0 };
-        self.part = self.strips.part(photon.index);
         self.counted.fill(false);
-        (self.from_sky, self.flight) = (matches!(photon.start, Start::Tube(_)) && !photon.sun, None);
     }
 
-    /// Adds what a vertex sends straight to the sensors, unless strips count it.
-    fn connect(&mut self, scattering: &Scattering<'_, C>, weight: f64, samples: &mut PathSamples) {
+    /// Adds what a vertex sends straight to the sensors.
+    fn connect<const C: usize>(&mut self, scattering: &Scattering<'_, C>, weight: f64, samples: &mut PathSamples) {
         if weight == 0.0 {
             return;
         }
         let per_sr = weight * scattering.leaving.luminance() / PI;
         for (number, plane) in self.sensors.iter().enumerate() {
             let depth = scattering.position.z - plane.height;
-            let by_strips = |flight: &Flight<C>| self.strips.count(number, scattering, flight, self.from_sky);
-            if depth <= 0.0 || self.flight.as_ref().is_some_and(by_strips) {
+            if depth <= 0.0 {
                 continue;
             }
             // one point in every cell, the same everywhere
@@ -181,7 +160,7 @@ mod tests {
     use crate::optics::reflection::Lobes;
     use crate::optics::{Oriented, Scatterer, Surface};
     use crate::sampling::Key;
-    use crate::scene::{BoxObject, Channels, Daylight, EstimateKind, Face, Grid, Room, Scene};
+    use crate::scene::{BoxObject, Channels, Daylight, Enclosure, EstimateKind, Face, Grid, Room, Scene};
     use crate::sky::zenith::ZenithFormula;
     use crate::traceable::{Follow, Place, TraceableScene};
 
@@ -194,12 +173,7 @@ mod tests {
         grids.iter().map(plane).collect()
     }
 
-    fn empty<'a, const C: usize>(
-        scene: &'a TraceableScene,
-        sensors: &'a [SensorPlane],
-        diffuser_weight: f64,
-        (strips, points): &'a (Strips<C>, Points),
-    ) -> Tally<'a, C> {
+    fn empty<'a>(scene: &'a TraceableScene, sensors: &'a [SensorPlane], diffuser_weight: f64) -> Tally<'a> {
         Tally {
             scene,
             sensors,
@@ -210,12 +184,6 @@ mod tests {
             but_luminaires: false,
             lux: vec![0.0; sensors.iter().map(SensorPlane::len).sum()],
             diffuser_weight,
-            strips,
-            points,
-            exitance: vec![0.0; strips.points()],
-            part: 0,
-            from_sky: false,
-            flight: None,
         }
     }
 
@@ -226,7 +194,12 @@ mod tests {
         let grid = |estimate| Grid::new("grid".into(), 0.5, [7, 5], 0.1, [size.x, size.y], estimate);
         let scene = Scene {
             daylight: Some(Daylight { sky: None, sun: None, formula: ZenithFormula::GivenZenithLuminance }),
-            room: Room { size, surfaces: [None; 6], boxes: Vec::new(), meshes: Vec::new(), luminaires: Vec::new() },
+            room: Room {
+                enclosure: Enclosure::cuboid(size, [None; 6]),
+                boxes: Vec::new(),
+                meshes: Vec::new(),
+                luminaires: Vec::new(),
+            },
             tubes: Vec::new(),
             grids: vec![grid(EstimateKind::Point), grid(EstimateKind::CellAverage)],
             views: Vec::new(),
@@ -245,8 +218,7 @@ mod tests {
             let position = DVec3::new(0.0, 1.7, 1.9);
             let scattering =
                 Scattering { position, normal, leaving, lobe, surface: Some(SurfaceId::of_face(Face::West)), diffuser };
-            let strips = (Strips::none(&sensors), Points::default());
-            let mut tally = empty(&traceable, &sensors, 4.0, &strips);
+            let mut tally = empty(&traceable, &sensors, 4.0);
             tally.scattered(&scattering, &mut PathSamples::new(Key::new(1), 0));
             tally.lux
         };
@@ -275,7 +247,12 @@ mod tests {
         let boxes = vec![object(DVec3::new(1.0, 1.2, 0.0), 0.4), object(DVec3::new(2.1, 2.9, 0.3), 1.9)];
         let scene = Scene {
             daylight: Some(Daylight { sky: None, sun: None, formula: ZenithFormula::GivenZenithLuminance }),
-            room: Room { size, surfaces: [None; 6], boxes, meshes: Vec::new(), luminaires: Vec::new() },
+            room: Room {
+                enclosure: Enclosure::cuboid(size, [None; 6]),
+                boxes,
+                meshes: Vec::new(),
+                luminaires: Vec::new(),
+            },
             tubes: Vec::new(),
             grids: vec![grid([9, 8], EstimateKind::Point), grid([60, 40], EstimateKind::Point)],
             views: Vec::new(),
@@ -299,8 +276,7 @@ mod tests {
             let leaving = Spectrum([100.0]);
             let scattering =
                 Scattering { position, normal, leaving, lobe: None, surface: Some(surface), diffuser: None };
-            let strips = (Strips::none(&sensors), Points::default());
-            let mut tally = empty(&traceable, &sensors, 1.0, &strips);
+            let mut tally = empty(&traceable, &sensors, 1.0);
             tally.scattered(&scattering, &mut PathSamples::new(Key::new(1), 0));
             for plane in &sensors {
                 let lux = &tally.lux[plane.first..plane.first + plane.len()];

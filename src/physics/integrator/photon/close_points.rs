@@ -37,6 +37,9 @@ fn refusal_of_nearest(close: impl Iterator<Item = ClosePoint>, grids: &[Grid]) -
     Some(Refusal::new(RefusalCode::PointsNearSurfaces, detail))
 }
 
+/// Sine of the slope below which a face is a wall.
+const LEVEL: f64 = 0.1;
+
 const OPENING: &str = "an opening";
 
 /// A point sensor too near to something.
@@ -66,9 +69,14 @@ fn points(grids: &[Grid]) -> impl Iterator<Item = (SensorPlace, DVec3)> {
     })
 }
 
+/// True if a point sensor is nearer than `near` m to a surface that rises above it.
+pub fn points_nearer_than(scene: &TraceableScene, grids: &[Grid], near: f64) -> bool {
+    points(grids).any(|(_, point)| distance_to_surface(scene, point, near).is_some())
+}
+
 /// Point sensors too near to a surface or an opening.
 fn close_points<'a>(scene: &'a TraceableScene, grids: &'a [Grid]) -> impl Iterator<Item = ClosePoint> + 'a {
-    let near = NEAR_SURFACE * scene.size.min_element();
+    let near = NEAR_SURFACE * scene.enclosure.shortest_edge_m();
     points(grids).filter_map(move |(place, point)| {
         let to_surface = distance_to_surface(scene, point, near);
         let to_surface = to_surface.map(|(distance, surface)| ClosePoint { distance, near, surface, place });
@@ -92,7 +100,7 @@ pub fn is_near_opening(scene: &TraceableScene, tube: &TraceableTube, point: DVec
 }
 
 fn opening_reach(scene: &TraceableScene, tube: &TraceableTube) -> f64 {
-    f64::max(NEAR_SURFACE * scene.size.min_element(), NEAR_OPENING * tube.opening_radius)
+    f64::max(NEAR_SURFACE * scene.enclosure.shortest_edge_m(), NEAR_OPENING * tube.opening_radius)
 }
 
 /// Distance in metres of a point to the nearest surface that rises above it and that photons may be connected from, and what
@@ -100,8 +108,11 @@ fn opening_reach(scene: &TraceableScene, tube: &TraceableTube) -> f64 {
 pub fn distance_to_surface(scene: &TraceableScene, point: DVec3, near: f64) -> Option<(f64, &'static str)> {
     let mut found = Vec::new();
     if scene.interreflection {
-        found.push((point.truncate().min(scene.size.truncate() - point.truncate()).min_element(), "a wall"));
-        found.push((scene.size.z - point.z, "the ceiling"));
+        let rising = scene.enclosure.polygons.iter().filter(|face| face.bounds()[1].z > point.z);
+        found.extend(rising.map(|face| {
+            let is_wall = face.normal().z.abs() < LEVEL;
+            (face.distance(point), if is_wall { "a wall" } else { "the ceiling" })
+        }));
         let outside = scene.boxes.iter().filter(|object| !object.contains(point));
         found.extend(outside.map(|object| (object.distance_beside(point), "a box")));
         // a grid may lie on a mesh

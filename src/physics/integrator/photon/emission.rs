@@ -180,7 +180,7 @@ impl Emission {
                 let luminaire = &scene.luminaires[*index];
                 let photon = EmittedPhoton {
                     start: Start::Luminaire(*index),
-                    position: luminaire.point(point).clamp(DVec3::ZERO, scene.size),
+                    position: scene.enclosure.clamp(luminaire.point(point)),
                     direction: warp::around(luminaire.normal, warp::cosine_hemisphere(samples.pair())),
                     sun: false,
                     flux: PI * luminaire.area_m2 / emitter.photons as f64,

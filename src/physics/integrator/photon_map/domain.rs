@@ -9,7 +9,6 @@ use glam::{DVec2, DVec3};
 
 use crate::geometry::covered::{Edge, bounds, covered, polygon, rectangle};
 use crate::geometry::disc::{disc_disc_area, disc_edge_area, disc_polygon_area};
-use crate::scene::Face;
 use crate::traceable::TraceableScene;
 use crate::traceable::solids::{Owner, Sections, Sheet, Solid, sections};
 
@@ -21,8 +20,10 @@ pub struct Domain {
     v: DVec3,
     /// 1 where the side of u x v is seen, -1 where the other one is.
     looks: f64,
-    /// Extent of the outline along u and v.
+    /// Extent along u and v of the rectangle around it.
     size: DVec2,
+    /// Edges of the outline, where that is not the rectangle.
+    outline: Option<Vec<Edge>>,
     discs: Vec<(DVec2, f64)>,
     /// Parts that are covered.
     regions: Vec<Region>,
@@ -48,8 +49,12 @@ pub enum Flat {
 impl Domain {
     /// The horizontal plane at `height` inside the room, minus the boxes and closed meshes that it cuts.
     pub fn horizontal_plane(scene: &TraceableScene, height: f64) -> Self {
-        let origin = DVec3::new(0.0, 0.0, height);
-        let mut domain = Self::rectangle(origin, DVec3::X * scene.size.x, DVec3::Y * scene.size.y, 1.0);
+        let ([low, _], size) = (scene.enclosure.bounds(), scene.enclosure.extent());
+        let mut domain = Self::rectangle(low.with_z(height), DVec3::X * size.x, DVec3::Y * size.y, 1.0);
+        if scene.enclosure.as_box().is_none() {
+            let cut = scene.enclosure.polygons.iter().flat_map(|face| face.level_cut(height));
+            domain.outline = Some(cut.map(|edge| edge.map(|p| p - low.truncate())).collect());
+        }
         domain.cut(scene, &Solid::all(scene), None, Flat::Passes);
         domain
     }
@@ -59,7 +64,11 @@ impl Domain {
     pub fn area(&self, centre: DVec3, radius: f64) -> f64 {
         let relative = centre - self.origin;
         let p = DVec2::new(relative.dot(self.u), relative.dot(self.v));
-        let inside = p.x >= radius && p.y >= radius && self.size.x - p.x >= radius && self.size.y - p.y >= radius;
+        let inside = self.outline.is_none()
+            && p.x >= radius
+            && p.y >= radius
+            && self.size.x - p.x >= radius
+            && self.size.y - p.y >= radius;
         let mut area = if inside { PI * radius * radius } else { self.outline_area(p, radius) };
         for (disc, disc_radius) in &self.discs {
             area -= disc_disc_area(radius, *disc_radius, (p - *disc).length());
@@ -69,7 +78,11 @@ impl Domain {
         }
         area.max(0.0)
     }
+
     fn outline_area(&self, p: DVec2, radius: f64) -> f64 {
+        if let Some(edges) = &self.outline {
+            return edges.iter().map(|[a, b]| disc_edge_area(radius, *a - p, *b - p)).sum();
+        }
         let DVec2 { x, y } = self.size;
         disc_polygon_area(p, radius, &[DVec2::ZERO, DVec2::new(x, 0.0), DVec2::new(x, y), DVec2::new(0.0, y)])
     }
@@ -78,7 +91,7 @@ impl Domain {
     pub fn rectangle(origin: DVec3, u: DVec3, v: DVec3, looks: f64) -> Self {
         let size = DVec2::new(u.length(), v.length());
         let (u, v) = (u / size.x, v / size.y);
-        Self { origin, u, v, looks, size, discs: Vec::new(), regions: Vec::new() }
+        Self { origin, u, v, looks, size, outline: None, discs: Vec::new(), regions: Vec::new() }
     }
 
     /// Takes away what covers the rectangle, but for the solid `own` whose face it is; true if a mesh that is not closed
@@ -100,25 +113,23 @@ impl Domain {
         if flat == Flat::Covers {
             covers.extend(flat_covers(scene, &sheet));
         }
-        self.regions = regions(&rectangle(DVec2::ZERO, self.size), covers, scene);
+        let whole = rectangle(DVec2::ZERO, self.size);
+        self.regions = regions(self.outline.as_ref().unwrap_or(&whole), covers, scene);
         open
     }
 
     /// A face of the room, whole.
-    pub fn room_face(scene: &TraceableScene, face: Face) -> Self {
-        let axis = face as usize / 2;
-        let far = face as usize % 2 == 1;
-        let mut origin = DVec3::ZERO;
-        if far {
-            origin[axis] = scene.size[axis];
+    pub fn room_face(scene: &TraceableScene, face: usize) -> Self {
+        let polygon = &scene.enclosure.polygons[face];
+        let [origin, u, v] = polygon.rectangle();
+        let mut domain = Self::rectangle(origin, u, v, 1.0);
+        let (u, v) = (domain.u, domain.v);
+        let flat = |p: DVec3| DVec2::new((p - origin).dot(u), (p - origin).dot(v));
+        if scene.enclosure.as_box().is_none() {
+            domain.outline = Some(polygon.sides().map(|side| side.map(flat)).collect());
         }
-        let edge = |k: usize| DVec3::AXES[k] * scene.size[k];
-        let looks = if far { -1.0 } else { 1.0 };
-        let mut domain = Self::rectangle(origin, edge((axis + 1) % 3), edge((axis + 2) % 3), looks);
-        if face == Face::Ceiling {
-            let flat = |p: DVec3| DVec2::new((p - origin).dot(domain.u), (p - origin).dot(domain.v));
-            domain.discs = scene.tubes.iter().map(|tube| (flat(tube.origin), tube.opening_radius)).collect();
-        }
+        let openings = scene.tubes.iter().filter(|tube| tube.face == face && !tube.hangs);
+        domain.discs = openings.map(|tube| (flat(tube.origin), tube.opening_radius)).collect();
         domain
     }
 }

@@ -168,7 +168,7 @@ impl<const C: usize> Mapper<C> {
         let share = 1.0 / strata as f64;
         let [u, v] = random.uniform2();
         let along = [((stratum % strata) as f64 + u) * share, ((stratum / strata) as f64 + v) * share];
-        luminaire.point(along).clamp(DVec3::ZERO, self.scene.size)
+        self.scene.enclosure.clamp(luminaire.point(along))
     }
 
     /// Share of a luminaire's light at a point that nothing hides, by up to `count` of the rays that find the luminaire among
@@ -187,7 +187,7 @@ impl<const C: usize> Mapper<C> {
             let direction = warp::around(normal, warp::cosine_hemisphere(random.uniform2()));
             let distance = luminaire.intersect(position, direction).filter(|distance| *distance > 0.0);
             let Some(distance) = distance.filter(|_| direction.dot(luminaire.normal) < 0.0) else { continue };
-            let source = (position + direction * distance).clamp(DVec3::ZERO, self.scene.size);
+            let source = self.scene.enclosure.clamp(position + direction * distance);
             found += 1;
             seen += usize::from(self.scene.visible(position, surface, source, Some(luminaire.surface)));
             if found == count {

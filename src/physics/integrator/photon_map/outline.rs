@@ -229,7 +229,7 @@ mod tests {
 
     use super::*;
     use crate::optics::{Specular, Surface};
-    use crate::scene::{BoxObject, Channels, Face, Luminaire, Room, Scene};
+    use crate::scene::{BoxObject, Channels, Enclosure, Face, Luminaire, Room, Scene};
     use crate::statistics::Moments;
     use crate::traceable::Follow;
 
@@ -252,8 +252,12 @@ mod tests {
             let specular = Some(Specular { reflectance: [reflectance; 3], roughness: 0.0 });
             surfaces[Face::North as usize] = Some(Surface { reflectance: [0.0; 3], specular });
         }
-        let room =
-            Room { size: DVec3::splat(3.0), surfaces, boxes: vec![shelf], meshes: Vec::new(), luminaires: vec![lamp] };
+        let room = Room {
+            enclosure: Enclosure::cuboid(DVec3::splat(3.0), surfaces),
+            boxes: vec![shelf],
+            meshes: Vec::new(),
+            luminaires: vec![lamp],
+        };
         let (grids, tubes) = (Vec::new(), Vec::new());
         let eye = DVec3::new(0.4, 0.5, 0.3);
         let (y, angle) = mirror.map_or((1.3, 0.6), |_| (2.0 * 3.0 - 1.3, 0.35));

@@ -10,7 +10,6 @@ use super::domain::{Domain, Flat, Region, regions};
 use crate::geometry::covered::Edge;
 use crate::integrator::method::{Caveat, CaveatCode};
 use crate::sampling::warp;
-use crate::scene::Face;
 use crate::traceable::solids::{Owner, Sheet, Solid, sections};
 use crate::traceable::{Side, SurfaceId, TraceableScene};
 
@@ -73,7 +72,7 @@ impl Surfaces {
     pub fn new(scene: &TraceableScene) -> Self {
         let solids = Solid::all(scene);
         let mut open = false;
-        let mut faces: Vec<Domain> = Face::ALL.iter().map(|face| Domain::room_face(scene, *face)).collect();
+        let mut faces: Vec<Domain> = (0..scene.numbering.faces).map(|face| Domain::room_face(scene, face)).collect();
         // facets are looked at for every face
         let facets = scene.meshes.as_ref().map_or(0, |meshes| meshes.facets.len());
         let many = 6 * scene.boxes.len() * facets > MOST_WORK;
@@ -179,7 +178,7 @@ mod tests {
     use super::*;
     use crate::geometry::TriangleMesh;
     use crate::optics::Surface;
-    use crate::scene::{BoxObject, Channels, MeshObject, Room, Scene};
+    use crate::scene::{BoxObject, Channels, Enclosure, MeshObject, Room, Scene};
     use crate::traceable::Follow;
 
     const GREY: Surface = Surface { reflectance: [0.5; 3], specular: None };
@@ -211,7 +210,12 @@ mod tests {
 
     /// A cube of 4 m with some objects.
     fn room(boxes: Vec<BoxObject>, meshes: Vec<MeshObject>) -> TraceableScene {
-        let room = Room { size: DVec3::splat(4.0), surfaces: [Some(GREY); 6], boxes, meshes, luminaires: Vec::new() };
+        let room = Room {
+            enclosure: Enclosure::cuboid(DVec3::splat(4.0), [Some(GREY); 6]),
+            boxes,
+            meshes,
+            luminaires: Vec::new(),
+        };
         let scene = Scene {
             daylight: None,
             room,

@@ -192,7 +192,7 @@ impl<const C: usize> PhotonMapping<C> {
     /// Divides the photons of a pass among the sources; equal seeds give equal bits.
     pub fn new(scene: Arc<TraceableScene>, grids: &[Grid], views: &[View], settings: &Settings, seed: u64) -> Self {
         let photons = settings.photons_per_pass.unwrap_or(MOST as u64);
-        let radius = settings.initial_radius_m.unwrap_or(DEFAULT_RADIUS_SHARE * scene.size.min_element());
+        let radius = settings.initial_radius_m.unwrap_or(DEFAULT_RADIUS_SHARE * scene.enclosure.shortest_edge_m());
         let backward = scene.tubes.iter().map(followed_backward).collect();
         let keeps_surfaces = scene.interreflection || !views.is_empty();
         let outlined = OutlinedView::all(&scene, views);
@@ -252,7 +252,7 @@ impl<const C: usize> PhotonMapping<C> {
 
     /// True if a box stands over a point.
     fn covered(&self, point: DVec3) -> bool {
-        self.mapper.scene.is_in_box(point)
+        self.mapper.scene.is_in_solid(point)
     }
 
     /// Illuminance in lux of a sensor but for caustics, its bias, and the photons that gather rays found.
@@ -307,7 +307,9 @@ impl<const C: usize> PhotonMapping<C> {
         let (scene, centre) = (&*self.mapper.scene, sensor.centre());
         let gathered = self.mapper.plane_irradiance(gathering.maps, self.radius, number, centre);
         let key = sensor.key.stream(Stream::Unscattered, 0);
-        let (unscattered, rays) = unscattered(scene, centre, key, BACKWARD_RAYS, |tube| followed_backward(tube).sky);
+        let (unscattered, rays) = unscattered(scene, sensor.grid.sensor(sensor.index), key, BACKWARD_RAYS, |tube| {
+            followed_backward(tube).sky
+        });
         gathering.count(rays);
         (gathered, unscattered)
     }

@@ -4,8 +4,8 @@ use std::collections::HashMap;
 
 use glam::DVec3;
 
+use crate::geometry::planar::Polygon;
 use crate::sampling::warp;
-use crate::scene::Face;
 use crate::traceable::mesh_objects::TraceableMeshes;
 use crate::traceable::{Side, SurfaceId, TraceableScene};
 
@@ -80,7 +80,7 @@ impl Patches {
         let rectangles: Vec<(SurfaceId, DVec3, [DVec3; 2])> = rectangles(scene).collect();
         let area: f64 = rectangles.iter().map(|(.., [u, v])| u.cross(*v).length()).sum();
         let fine = libm::cbrt(target / USUAL_ERROR).clamp(SMALLEST, 1.0);
-        let edge = (fine * SHARE_OF_ROOM * scene.size.min_element()).max((area / MOST_OF_FACES).sqrt());
+        let edge = (fine * SHARE_OF_ROOM * scene.enclosure.shortest_edge_m()).max((area / MOST_OF_FACES).sqrt());
         let mut patches = Self { layouts: vec![Layout::None; scene.surfaces_count()], planes: Vec::new(), count: 0 };
         for (surface, corner, edges) in rectangles {
             let plane = Plane::new(corner, edges, edge);
@@ -143,21 +143,19 @@ fn reflects(scene: &TraceableScene, surface: SurfaceId) -> bool {
     scene.optics(surface).is_some_and(|optics| optics.gathers())
 }
 
-/// The faces of the room and of its boxes: a corner, and two edges.
+/// The faces of the room, with rectangles around them, and of its boxes: a corner, and two edges.
 fn rectangles(scene: &TraceableScene) -> impl Iterator<Item = (SurfaceId, DVec3, [DVec3; 2])> {
-    let of_face = move |face: Face| {
-        let (axis, is_far) = (face as usize / 2, face as usize % 2 == 1);
-        let edge = |axis: usize| DVec3::AXES[axis % 3] * scene.size[axis % 3];
-        let corner = if is_far { edge(axis) } else { DVec3::ZERO };
-        (SurfaceId::of_face(face), corner, [edge(axis + 1), edge(axis + 2)])
+    let of_face = |(face, polygon): (usize, &Polygon)| {
+        let [corner, u, v] = polygon.rectangle();
+        (SurfaceId::numbered(face), corner, [u, v])
     };
     let of_box = move |number: usize| {
-        (0..Face::ALL.len()).map(move |face| {
+        (0..6).map(move |face| {
             let [corner, u, v] = scene.boxes[number].face(face);
             (scene.numbering.box_face(number, face), corner, [u, v])
         })
     };
-    Face::ALL.into_iter().map(of_face).chain((0..scene.boxes.len()).flat_map(of_box))
+    scene.enclosure.polygons.iter().enumerate().map(of_face).chain((0..scene.boxes.len()).flat_map(of_box))
 }
 
 /// A rectangle around each facet, in its plane: a corner, and two edges.

@@ -45,13 +45,13 @@ use rayon::prelude::*;
 use crate::guide::RayCount;
 use crate::integrator::backward;
 use crate::integrator::backward::chance;
-use crate::integrator::backward::pass::{Lux, Sampling, centre, each};
+use crate::integrator::backward::pass::{Lux, Sampling, each, lifted};
 use crate::integrator::backward::room_entry::exit_seen_by;
 use crate::integrator::lamp::beside::{
     Lamps, Lit, add_beside, bytes_beside, most_places, refuses_all_but_lamps, refuses_beside,
 };
 use crate::integrator::lamp::light::{DiffuserLight, SensorLit};
-use crate::integrator::method::{Caveat, Computation, Described, Load, Refusal, Task, Trial, Work};
+use crate::integrator::method::{Caveat, Computation, Described, Knows, Load, Refusal, Task, Trial, Work};
 use crate::integrator::photon::chunks::MOST_CHUNK;
 use crate::integrator::photon::descent::Exit;
 use crate::integrator::radiosity::{Exchange, Solution};
@@ -90,6 +90,10 @@ impl Described for Settings {
 
     fn remark(&self) -> Option<&'static str> {
         Some("photons to the diffusers, then backward paths in the room")
+    }
+
+    fn knows(&self) -> Knows {
+        Knows { any_sensors: true, ..Knows::ALL }
     }
 
     /// Refuses closures that do not forget directions, and sun that only chance would find by way of mirrors.
@@ -138,12 +142,13 @@ impl Described for Settings {
     }
 }
 
-/// Reason why paths cannot be cut at the closures, if so: light from beside lamps is found for grids alone, and near an opening paths
+/// Reason why paths cannot be cut at the closures, if so: light from beside lamps is found for level grids alone, and near an opening paths
 /// follow all that its table scatters.
 fn refuses_closures(task: &Task) -> Option<Refusal> {
     let tubes = &task.traceable.tubes;
     let measured = tubes.iter().any(|tube| tube.diffuser.measured().is_some());
-    if measured || !task.views.is_empty() { refuses_all_but_lamps(tubes) } else { refuses_beside(task) }
+    let by_lamps = measured || !task.views.is_empty() || task.has_placed_sensors();
+    if by_lamps { refuses_all_but_lamps(tubes) } else { refuses_beside(task) }
 }
 
 /// Reflections of a path that no roulette decides: it would throw away what even points gain.
@@ -262,7 +267,7 @@ impl<const C: usize> TwoStage<C> {
                 return (Straight::default(), Lux::default(), RayCount::default());
             }
             let straight = self.connections.straight(scene, light, sensors, sensor);
-            let lit = SensorLit { light, centre: centre(scene, grid, sensor), reach: reach(grid) };
+            let lit = SensorLit { light, centre: lifted(scene, grid, sensor).position, reach: reach(grid) };
             let stream = sensors.stream.stream(Stream::Sensor, sensor as u64);
             let (lux, rays) = backward::pass::sensor::<C>(scene, grid, sensor, sampling, stream, &lit);
             (straight, lux, rays)

@@ -3,10 +3,10 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use crate::integrator::backward::pass::centre;
+use crate::integrator::backward::pass::lifted;
 use crate::integrator::backward::room_entry::enter_room;
 use crate::integrator::radiosity::Spot;
-use crate::scene::{EstimateKind, Grid, View};
+use crate::scene::{EstimateKind, Grid, Sensor, View};
 use crate::traceable::{Place, TraceableScene};
 
 /// Distance of the points of a sensor from its centre, at most, in m.
@@ -26,7 +26,7 @@ pub fn point_of_cell(grid: &Grid, [u, v]: [f64; 2]) -> DVec3 {
 pub fn clear(scene: &TraceableScene, grid: &Grid) -> Vec<bool> {
     let reach = reach(grid);
     let of_sensor = |sensor: usize| {
-        let position = centre(scene, grid, sensor);
+        let position = lifted(scene, grid, sensor).position;
         let tubes = scene.tubes.iter();
         tubes.map(move |tube| scene.leaves_clear(position, reach, None, tube.origin, tube.opening_radius))
     };
@@ -42,7 +42,10 @@ pub fn starts(scene: &TraceableScene, grids: &[Grid], views: &[View]) -> Vec<Spo
     let mut starts = Vec::new();
     for grid in grids.iter().map(|grid| grid.thinned(STARTS_OF_GRID)) {
         let valued = (0..grid.len()).filter(|sensor| !grid.is_inside(*sensor));
-        let sensor = |sensor| Spot { position: centre(scene, &grid, sensor), normal: DVec3::Z, surface: None };
+        let sensor = |sensor| {
+            let Sensor { position, normal } = lifted(scene, &grid, sensor);
+            Spot { position, normal, surface: None }
+        };
         starts.extend(valued.map(sensor));
     }
     for view in views {

@@ -12,10 +12,10 @@ use glam::{DVec2, DVec3};
 use super::sensors::{clear, point_of_cell, reach};
 use super::sizes::PASSES;
 use crate::guide::RayCount;
-use crate::integrator::backward::pass::centre;
+use crate::integrator::backward::pass::lifted;
 use crate::integrator::lamp::light::DiffuserLight;
 use crate::sampling::{Key, PathRandom, Stream};
-use crate::scene::{EstimateKind, Grid};
+use crate::scene::{EstimateKind, Grid, Sensor};
 use crate::traceable::TraceableScene;
 
 /// Light that comes straight to a sensor.
@@ -67,7 +67,7 @@ impl Connections {
         sensor: usize,
     ) -> Straight {
         let grid = sensors.grid;
-        let (position, reach) = (centre(scene, grid, sensor), reach(grid));
+        let (Sensor { position, normal }, reach) = (lifted(scene, grid, sensor), reach(grid));
         let tubes = scene.tubes.len();
         let average = grid.estimate == EstimateKind::CellAverage;
         let key = self.seed.stream(Stream::EvenConnections, sensors.number as u64).child(sensor as u64);
@@ -76,7 +76,7 @@ impl Connections {
         let (mut straight, mut squares) = (Straight::default(), 0.0);
         for tube in (0..tubes).filter(|tube| light.tubes()[*tube].is_far(position, reach)) {
             if self.clear[sensors.number][sensor * tubes + tube] {
-                straight.lux += light.at_sensor(tube, position, sensors.offsets);
+                straight.lux += light.at_sensor(tube, Sensor { position, normal }, sensors.offsets);
                 continue;
             }
             let start = PathRandom::new(key.child(tube as u64)).uniform();
@@ -87,10 +87,12 @@ impl Connections {
                 let point = position + if average { point_of_cell(grid, random.uniform2()) } else { DVec3::ZERO };
                 let number = sensors.pass.wrapping_mul(u64::from(connections)).wrapping_add(u64::from(connection));
                 let place = (start + radical_inverse(number)).fract();
-                let Some((source, lux)) = light.of_photon(tube, point, place) else { continue };
+                let Some((source, lux)) = light.of_photon(tube, Sensor { position: point, normal }, place) else {
+                    continue;
+                };
                 unhidden += lux * share;
                 straight.rays += 1;
-                if !(average && scene.is_in_box(point)) && scene.visible(source, None, point, None) {
+                if !(average && scene.is_in_solid(point)) && scene.visible(source, None, point, None) {
                     straight.lux += lux * share;
                 }
             }

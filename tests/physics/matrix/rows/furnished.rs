@@ -19,7 +19,7 @@ pub fn sunny(mut scene: Scene) -> Scene {
 }
 
 pub fn with_face(mut scene: Scene, face: Face, surface: Surface) -> Scene {
-    scene.room.surfaces[face as usize] = Some(surface);
+    scene.room.enclosure.paint(face as usize, Some(surface));
     scene
 }
 
@@ -134,10 +134,13 @@ pub fn bent_clear_sun_points() -> Row {
 fn coloured(estimate: skyduct::scene::EstimateKind) -> Scene {
     let mut scene = furnished([domed(clear()), straight(1.0, 0.95, lambertian(0.5, 0.4))], estimate);
     scene.channels = Channels::Rgb;
-    scene.room.surfaces[Face::South as usize] = None;
-    scene.room.surfaces[Face::West as usize] = Some(Surface::diffuse([0.7, 0.2, 0.1]));
+    scene.room.enclosure.paint(Face::South as usize, None);
+    scene.room.enclosure.paint(Face::West as usize, Some(Surface::diffuse([0.7, 0.2, 0.1])));
     let tinted = Specular { reflectance: [0.2, 0.5, 0.7], roughness: 0.4 };
-    scene.room.surfaces[Face::East as usize] = Some(Surface { reflectance: [0.2, 0.3, 0.1], specular: Some(tinted) });
+    scene
+        .room
+        .enclosure
+        .paint(Face::East as usize, Some(Surface { reflectance: [0.2, 0.3, 0.1], specular: Some(tinted) }));
     scene
 }
 
@@ -200,7 +203,7 @@ pub fn beside_boxes_and_walls_points() -> Row {
     let mut scene = furnished([bent(lambertian(0.5, 0.4)), straight(1.0, 0.95, lambertian(0.6, 0.2))], Point);
     scene.channels = Channels::Rgb;
     scene.room.luminaires.clear();
-    scene.room.surfaces[Face::East as usize] = Some(Surface::diffuse([0.7, 0.3, 0.1]));
+    scene.room.enclosure.paint(Face::East as usize, Some(Surface::diffuse([0.7, 0.3, 0.1])));
     let below = &scene.room.boxes[0];
     let box_at = |base: DVec3, size: DVec3, rotation: f64| BoxObject {
         size,
@@ -252,7 +255,7 @@ fn office(floor: f64, walls: f64, ceiling: f64) -> Scene {
     let straight = Tube { centre: DVec2::new(0.8, 0.7), ..straight(1.0, 0.95, lambertian(0.6, 0.2)) };
     let bent = Tube { centre: DVec2::new(2.9, 2.0), ..bent(lambertian(0.5, 0.4)) };
     let mut scene = cube(floor, walls, ceiling, vec![straight, bent], daylight(12, 5000.0, 40.0, 120.0), Point);
-    scene.room.size = DVec3::new(4.0, 3.0, 2.7);
+    crate::scenes::resize(&mut scene, DVec3::new(4.0, 3.0, 2.7));
     scene
 }
 
@@ -267,7 +270,7 @@ fn desks(scene: &mut Scene) {
 }
 
 fn over(scene: &Scene, height_m: f64, margin_m: f64) -> Vec<Grid> {
-    let size = [scene.room.size.x, scene.room.size.y];
+    let size = [scene.room.enclosure.extent().x, scene.room.enclosure.extent().y];
     vec![Grid::new("grid".into(), height_m, [6, 5], margin_m, size, Point)]
 }
 

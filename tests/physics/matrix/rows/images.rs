@@ -100,7 +100,7 @@ pub fn rug_points() -> Row {
     let room = |floor: f64| {
         let mut scene =
             electric_room(size, 0.5, vec![panel(DVec3::new(1.5, 1.15, 2.1), 0.6, 0.5, 3000.0)], [4, 4], Point);
-        scene.room.surfaces[Face::Floor as usize] = Some(Surface::diffuse([floor; 3]));
+        scene.room.enclosure.paint(Face::Floor as usize, Some(Surface::diffuse([floor; 3])));
         scene.grids[0].height_m = 0.7;
         scene
     };

@@ -7,5 +7,6 @@ pub mod furnished;
 pub mod images;
 pub mod plain;
 pub mod radiosity;
+pub mod rooms;
 pub mod sun;
 pub mod views;

@@ -69,7 +69,7 @@ pub fn short_tube_bright_sun_points() -> Row {
 /// The disc room with one glossy wall or mirror.
 fn wall(diffuse: f64, reflectance: f64, roughness: f64, estimate: EstimateKind) -> Scene {
     let mut scene = disc_room(0.3, 0.4, 0.6, 0.3, estimate);
-    scene.room.surfaces[skyduct::scene::Face::East as usize] = Some(specular(diffuse, reflectance, roughness));
+    scene.room.enclosure.paint(skyduct::scene::Face::East as usize, Some(specular(diffuse, reflectance, roughness)));
     scene.grids = vec![Grid::new("grid".into(), 0.4, [4, 4], 0.2, [SIDE, SIDE], estimate)];
     scene
 }

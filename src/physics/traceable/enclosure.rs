@@ -1,0 +1,214 @@
+//! The faces of a room as rays meet them.
+
+use glam::DVec3;
+
+use crate::geometry::planar::Polygon;
+use crate::scene::{Enclosure, Face};
+
+/// Share of the room's extent within which points lie on a face.
+const HAIR: f64 = 1e-9;
+
+/// The faces of a room, made ready for rays.
+#[derive(Clone, Debug)]
+pub struct TraceableEnclosure {
+    shape: Shape,
+    /// Its faces, in the order of their numbers.
+    pub polygons: Vec<Polygon>,
+    low: DVec3,
+    high: DVec3,
+    /// Distance in m within which points lie on a face.
+    hair: f64,
+    scale: f64,
+    /// Faces behind whose planes parts of the room lie: they can stand between two points of it.
+    hiding: Vec<usize>,
+}
+
+#[derive(Clone, Copy, Debug)]
+enum Shape {
+    /// A box from the origin to this corner.
+    Box(DVec3),
+    /// Any faces.
+    Faces,
+}
+
+/// The face that a ray meets.
+#[derive(Clone, Copy, Debug)]
+pub struct FaceAhead {
+    /// Distance along the ray in units of its direction.
+    pub distance: f64,
+    /// Number of the face.
+    pub face: usize,
+}
+
+impl TraceableEnclosure {
+    /// The faces of an enclosure.
+    pub fn new(enclosure: &Enclosure) -> Self {
+        let polygons: Vec<Polygon> = enclosure.faces().iter().map(|face| face.polygon.clone()).collect();
+        let [low, high] = enclosure.bounds();
+        let scale = enclosure.scale_m();
+        let hair = HAIR * scale;
+        let corners: Vec<DVec3> = polygons.iter().flat_map(Polygon::corners).collect();
+        let hides = |face: &usize| corners.iter().any(|corner| polygons[*face].height(*corner) < -hair);
+        let shape = enclosure.as_box().map_or(Shape::Faces, |shape| Shape::Box(shape.size));
+        let hiding = (0..polygons.len()).filter(hides).collect();
+        Self { shape, polygons, low, high, hair, scale, hiding }
+    }
+
+    /// The face that a ray from inside meets. Where rounding lets it pass between two faces, the nearer of them.
+    #[inline]
+    pub fn ahead(&self, origin: DVec3, direction: DVec3) -> FaceAhead {
+        match self.shape {
+            Shape::Box(size) => ahead_in_box(size, origin, direction),
+            Shape::Faces => self.ahead_of_faces(origin, direction),
+        }
+    }
+
+    fn ahead_of_faces(&self, origin: DVec3, direction: DVec3) -> FaceAhead {
+        let candidates = || {
+            self.polygons.iter().enumerate().filter_map(|(face, polygon)| {
+                let toward = polygon.normal().dot(direction);
+                let height = polygon.height(origin);
+                // a point on a face may lie a hair behind its neighbour
+                (toward < 0.0 && height > -self.hair).then(|| (face, polygon, (height / -toward).max(0.0)))
+            })
+        };
+        let mut nearest = FaceAhead { distance: f64::INFINITY, face: 0 };
+        for (face, polygon, distance) in candidates() {
+            if distance < nearest.distance && polygon.contains(origin + direction * distance) {
+                nearest = FaceAhead { distance, face };
+            }
+        }
+        if nearest.distance.is_finite() {
+            return nearest;
+        }
+        let beside = |(face, polygon, distance): (usize, &Polygon, f64)| {
+            (polygon.distance(origin + direction * distance), FaceAhead { distance, face })
+        };
+        let closest = candidates().map(beside).min_by(|a, b| a.0.total_cmp(&b.0));
+        closest.map_or(FaceAhead { distance: 0.0, face: 0 }, |(_, ahead)| ahead)
+    }
+
+    /// The point of a face that a ray meets, on its plane, so that the next ray starts there.
+    #[inline]
+    pub fn point_on(&self, ahead: FaceAhead, origin: DVec3, direction: DVec3) -> DVec3 {
+        let mut position = origin + direction * ahead.distance;
+        match self.shape {
+            Shape::Box(size) => position[ahead.face / 2] = if ahead.face % 2 == 1 { size[ahead.face / 2] } else { 0.0 },
+            Shape::Faces => position = self.polygons[ahead.face].onto(position),
+        }
+        self.clamp(position)
+    }
+
+    /// Unit normal of a face, into the room.
+    #[inline]
+    pub fn normal(&self, face: usize) -> DVec3 {
+        self.polygons[face].normal()
+    }
+
+    /// True if no face stands between two points of the room.
+    #[inline]
+    pub fn is_clear(&self, a: DVec3, b: DVec3) -> bool {
+        // a straight way out of the room goes through the front of a face, so that its end is behind it
+        self.hiding.iter().all(|face| {
+            let polygon = &self.polygons[*face];
+            let (from, to) = (polygon.height(a), polygon.height(b));
+            let is_crossed = from.max(to) > self.hair && from.min(to) < -self.hair;
+            !is_crossed || !polygon.contains(a.lerp(b, from / (from - to)))
+        })
+    }
+
+    /// Faces that can stand between two points of the room.
+    pub fn hiding(&self) -> impl Iterator<Item = &Polygon> {
+        self.hiding.iter().map(|face| &self.polygons[*face])
+    }
+
+    /// True if no face stands between any two points of the room.
+    pub fn is_convex(&self) -> bool {
+        self.hiding.is_empty()
+    }
+
+    /// True if a point is in the room or on its faces.
+    pub fn contains(&self, point: DVec3) -> bool {
+        if point.cmplt(self.low).any() || point.cmpgt(self.high).any() {
+            return false;
+        }
+        match self.shape {
+            Shape::Box(_) => true,
+            Shape::Faces => {
+                let on = |polygon: &Polygon| polygon.height(point).abs() <= self.hair && polygon.contains(point);
+                self.polygons.iter().any(on) || self.crossings(point, SKEW).count() % 2 == 1
+            }
+        }
+    }
+
+    /// Where a ray from outside comes into the room: the face and the point; `None` where it misses the room.
+    pub fn entry(&self, origin: DVec3, direction: DVec3) -> Option<(usize, DVec3)> {
+        let (distance, face) = self.crossings(origin, direction).min_by(|a, b| a.0.total_cmp(&b.0))?;
+        Some((face, self.point_on(FaceAhead { distance, face }, origin, direction)))
+    }
+
+    /// The faces that a ray crosses, from either side, with the distance.
+    fn crossings(&self, origin: DVec3, direction: DVec3) -> impl Iterator<Item = (f64, usize)> {
+        self.polygons.iter().enumerate().filter_map(move |(face, polygon)| {
+            let distance = -polygon.height(origin) / polygon.normal().dot(direction);
+            let crosses = distance > 0.0 && distance.is_finite() && polygon.contains(origin + direction * distance);
+            crosses.then_some((distance, face))
+        })
+    }
+
+    /// The point of the room's bounds that is nearest to a point.
+    #[inline]
+    pub fn clamp(&self, point: DVec3) -> DVec3 {
+        point.clamp(self.low, self.high)
+    }
+
+    /// Extent of the box that it is, from the origin along x, y and z in m; `None` for other shapes.
+    pub fn as_box(&self) -> Option<DVec3> {
+        match self.shape {
+            Shape::Box(size) => Some(size),
+            Shape::Faces => None,
+        }
+    }
+
+    /// Shortest edge of the bounds in m, a measure of how near is near in the room.
+    pub fn shortest_edge_m(&self) -> f64 {
+        self.extent().min_element()
+    }
+
+    /// Extent of the bounds along x, y and z in m.
+    pub fn extent(&self) -> DVec3 {
+        self.high - self.low
+    }
+
+    /// Lowest and highest corner of the bounds in m.
+    pub fn bounds(&self) -> [DVec3; 2] {
+        [self.low, self.high]
+    }
+
+    /// As of [`Enclosure::scale_m`].
+    pub fn scale_m(&self) -> f64 {
+        self.scale
+    }
+
+    /// True if a point lies in the plane of a face, within `near` m.
+    pub fn is_in_plane_of_a_face(&self, points: &[DVec3], near: f64) -> bool {
+        self.polygons.iter().any(|polygon| points.iter().all(|point| polygon.height(*point).abs() <= near))
+    }
+}
+
+/// A direction that is none of any room that people draw.
+const SKEW: DVec3 = DVec3::new(0.312_906_4, 0.518_273_1, 0.795_914_2);
+
+/// The face of a box from the origin to `size`.
+#[inline]
+fn ahead_in_box(size: DVec3, origin: DVec3, direction: DVec3) -> FaceAhead {
+    let (mut distance, mut axis) = (f64::INFINITY, Face::Floor as usize / 2);
+    for k in 0..3 {
+        // without branches: which wall a ray heads for is as random as the ray
+        let wall = if direction[k] > 0.0 { size[k] } else { 0.0 };
+        let to_wall = (wall - origin[k]) / direction[k];
+        let nearer = direction[k] != 0.0 && to_wall < distance;
+        (distance, axis) = if nearer { (to_wall, k) } else { (distance, axis) };
+    }
+    FaceAhead { distance: distance.max(0.0), face: 2 * axis + usize::from(direction[axis] > 0.0) }
+}
