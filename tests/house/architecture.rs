@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use crate::source_files::source_files;
 
@@ -373,6 +373,39 @@ fn closures_are_told_apart_in_optics_only() {
     assert!(found.is_empty(), "files that ask what a closure is:\n{}", found.join("\n"));
     let example = "match closure { Closure::Measured(table) => table.shares(1.0), _ => todo!() } // Closure::Specular";
     assert_eq!(closures_told_apart(example), ["Closure::Measured"]);
+}
+
+/// Files of the physics that ask for a box, or name its faces: what builds one, what has a formula for it alone, and what is exact or
+/// quicker there and works in every other room.
+const ASK_FOR_BOXES: &[&str] = &[
+    "analytic/",
+    "integrator/deterministic.rs",
+    "integrator/photon_map/domain.rs",
+    "scene/enclosure.rs",
+    "scene/room.rs",
+    "traceable/enclosure.rs",
+    "traceable/sight.rs",
+    "traceable/surface_id.rs",
+    "traceable/taken.rs",
+];
+
+/// Rooms have faces of any number and any slope: nobody else in the physics knows of six.
+#[test]
+fn rooms_are_no_boxes() {
+    let src = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/physics");
+    let mut files = Vec::new();
+    source_files(&src, &mut files);
+    let asks = |file: &PathBuf| {
+        let code = code_only(&fs::read_to_string(file).unwrap());
+        let code = code.split("#[cfg(test)]\nmod tests").next().unwrap_or(&code);
+        ["as_box(", "Face::", "of_face("].iter().any(|word| code.split(word).skip(1).count() > 0)
+    };
+    let path = |file: &PathBuf| file.strip_prefix(&src).unwrap().to_string_lossy().into_owned();
+    let asking: Vec<String> = files.iter().filter(|file| asks(file)).map(path).collect();
+    let others: Vec<_> = asking.iter().filter(|file| !ASK_FOR_BOXES.iter().any(|may| file.starts_with(may))).collect();
+    assert!(others.is_empty(), "files that ask for a box: {others:?}");
+    let idle: Vec<_> = ASK_FOR_BOXES.iter().filter(|may| !asking.iter().any(|file| file.starts_with(**may))).collect();
+    assert!(idle.is_empty(), "files that ask for none: {idle:?}");
 }
 
 #[test]

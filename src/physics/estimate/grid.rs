@@ -76,7 +76,7 @@ impl GridEstimate {
     /// Makes room for what passes give beside values; `start`: a pass of no light.
     pub fn begin(&mut self, start: &GridPass) {
         self.contrasts = vec![Moments::default(); start.contrasts.len()];
-        self.residuals = Residuals::of_zones(&start.zones);
+        self.residuals = Residuals::of_sensors(start.residual.len());
         let sensors = self.sensors.len();
         let begun = |start: &GridPass| {
             let mut estimate = Self { free: self.free.clone(), ..Self::empty(sensors) };
@@ -94,7 +94,7 @@ impl GridEstimate {
         self.sensors.iter_mut().zip(&pass.illuminance).for_each(|(sensor, value)| sensor.push(*value));
         self.bias.iter_mut().zip(&pass.bias).for_each(|(sensor, value)| sensor.push(*value));
         push_each(&mut self.contrasts, &pass.contrasts);
-        self.residuals.push(&pass.illuminance, &pass.residual);
+        self.residuals.push(pass);
         self.photons.iter_mut().zip(&pass.photons).for_each(|(all, of_pass)| all.add(of_pass));
         self.mean.push(self.mean_of(&pass.illuminance));
         self.beside.iter_mut().zip(beside).for_each(|(beside, pass)| beside.push(pass));

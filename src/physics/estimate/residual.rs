@@ -2,7 +2,7 @@
 //!
 //! A method that estimates most of a sensor's light by a coarse solution of the room, and the rest by few paths, tells the two apart:
 //! `known` has little noise, and an error that the paths of all sensors together measure; `beyond`, what is left out, is small and noisy.
-//! What the sensors of a zone have in common of it is found by all of their paths. Only where they differ by more than their noise does
+//! What the sensors of a grid have in common of it is found by all of their paths. Only where they differ by more than their noise does
 //! each count its own, by the share that leaves the least error: this is the estimator of James and Stein in the form of empirical Bayes
 //! (Efron and Morris 1973; Morris 1983), for relative residuals of unknown mean.
 //!
@@ -13,14 +13,14 @@
 //! See docs/physics/statistics.md#residuals-of-a-coarse-solution.
 
 use std::f64::consts::PI;
-use std::sync::Arc;
 
+use crate::integrator::GridPass;
 use crate::statistics::Moments;
 
-/// Sensors of a zone, at the least: fewer tell nothing of how they differ.
+/// Sensors, at the least: fewer tell nothing of how they differ.
 const LEAST_SENSORS: usize = 8;
 
-/// Least scale of a sensor's residual, as a share of the mean over its zone.
+/// Least scale of a sensor's residual, as a share of the mean over the grid.
 const LEAST_SCALE: f64 = 0.1;
 
 /// Illuminances of the sensors of a grid by a coarse solution and beyond it.
@@ -30,12 +30,12 @@ pub struct Residuals {
     known: Vec<Moments>,
     /// Illuminance in lx that it leaves out.
     beyond: Vec<Moments>,
-    /// Number of the zone of each sensor.
-    zones: Arc<[u8]>,
-    pooled: Vec<Pooled>,
+    /// Illuminance in lx that it gives.
+    gathered: Vec<Moments>,
+    pooled: Option<Pooled>,
 }
 
-/// Residual that the sensors of a zone have in common.
+/// Residual that sensors have in common.
 #[derive(Clone, Copy, Debug)]
 struct Pooled {
     /// Mean residual, relative to the scale of a sensor.
@@ -49,29 +49,25 @@ struct Pooled {
     least_scale: f64,
 }
 
-impl Pooled {
-    /// Every sensor counts its own residual.
-    const APART: Self = Self { mean: 0.0, variance_of_mean: 0.0, spread: 0.0, own: 1.0, least_scale: 0.0 };
-}
-
 impl Residuals {
-    /// Makes room for sensors in these zones, without any pass.
-    pub fn of_zones(zones: &[u8]) -> Self {
-        let none = vec![Moments::default(); zones.len()];
-        let zones_count = zones.iter().max().map_or(0, |last| usize::from(*last) + 1);
-        Self { known: none.clone(), beyond: none, zones: zones.into(), pooled: vec![Pooled::APART; zones_count] }
+    /// Makes room for so many sensors, without any pass.
+    pub fn of_sensors(count: usize) -> Self {
+        let none = vec![Moments::default(); count];
+        Self { known: none.clone(), beyond: none.clone(), gathered: none, pooled: None }
     }
 
     /// True if the method tells no residuals.
     pub fn is_empty(&self) -> bool {
-        self.zones.is_empty()
+        self.known.is_empty()
     }
 
-    /// Adds a pass: illuminances in lx, and what of them is beyond the coarse solution.
-    pub fn push(&mut self, illuminance: &[f64], beyond: &[f64]) {
-        for (place, (whole, beyond)) in illuminance.iter().zip(beyond).enumerate().take(self.zones.len()) {
+    /// Adds a pass.
+    pub fn push(&mut self, GridPass { illuminance, residual, gathered, .. }: &GridPass) {
+        let of_pass = illuminance.iter().zip(residual).zip(gathered);
+        for (place, ((whole, beyond), gathered)) in of_pass.enumerate().take(self.known.len()) {
             self.known[place].push(whole - beyond);
             self.beyond[place].push(*beyond);
+            self.gathered[place].push(*gathered);
         }
         self.pool();
     }
@@ -80,12 +76,17 @@ impl Residuals {
     pub fn merge(&mut self, later: &Self) {
         self.known.iter_mut().zip(&later.known).for_each(|(all, part)| all.merge(part));
         self.beyond.iter_mut().zip(&later.beyond).for_each(|(all, part)| all.merge(part));
+        self.gathered.iter_mut().zip(&later.gathered).for_each(|(all, part)| all.merge(part));
         self.pool();
     }
 
     /// Gives `f` every number in a fixed order, to read or to replace.
     pub fn for_each_value(&mut self, f: &mut impl FnMut(&mut f64)) {
-        self.known.iter_mut().chain(&mut self.beyond).for_each(|moments| moments.for_each_value(f));
+        self.known
+            .iter_mut()
+            .chain(&mut self.beyond)
+            .chain(&mut self.gathered)
+            .for_each(|moments| moments.for_each_value(f));
         self.pool();
     }
 
@@ -95,8 +96,10 @@ impl Residuals {
         if !self.is_lit(sensor) {
             return (known.mean, known.variance_of_mean());
         }
-        let pooled = &self.pooled[usize::from(self.zones[sensor])];
-        let scale = known.mean.max(pooled.least_scale);
+        let Some(pooled) = &self.pooled else {
+            return (known.mean + beyond.mean, known.variance_of_mean() + beyond.variance_of_mean());
+        };
+        let scale = self.gathered[sensor].mean.max(pooled.least_scale);
         let others = 1.0 - pooled.own;
         let value = known.mean + pooled.own * beyond.mean + others * pooled.mean * scale;
         let own = pooled.own * pooled.own * beyond.variance_of_mean();
@@ -109,26 +112,23 @@ impl Residuals {
         self.beyond[sensor].m2 > 0.0
     }
 
-    /// Finds what the residuals of each zone have in common.
+    /// Finds what the residuals of all sensors have in common.
     fn pool(&mut self) {
-        for zone in 0..self.pooled.len() {
-            let is_member = |sensor: &usize| usize::from(self.zones[*sensor]) == zone && self.is_lit(*sensor);
-            let members = || (0..self.zones.len()).filter(is_member);
-            self.pooled[zone] = self.pooled_of(members).unwrap_or(Pooled::APART);
-        }
+        self.pooled = self.in_common();
     }
 
-    /// `None` where they are too few, or have no light.
-    fn pooled_of<I: Iterator<Item = usize>>(&self, members: impl Fn() -> I) -> Option<Pooled> {
+    /// What they have in common; `None` where they are too few, or have no light.
+    fn in_common(&self) -> Option<Pooled> {
+        let members = || (0..self.known.len()).filter(|sensor| self.is_lit(*sensor));
         let count = members().count() as f64;
         if count < LEAST_SENSORS as f64 || members().any(|sensor| self.beyond[sensor].count < 2.0) {
             return None;
         }
-        let least_scale = LEAST_SCALE * members().map(|sensor| self.known[sensor].mean).sum::<f64>() / count;
+        let least_scale = LEAST_SCALE * members().map(|sensor| self.gathered[sensor].mean).sum::<f64>() / count;
         if least_scale <= 0.0 {
             return None;
         }
-        let scale = |sensor: usize| self.known[sensor].mean.max(least_scale);
+        let scale = |sensor: usize| self.gathered[sensor].mean.max(least_scale);
         let all: f64 = members().map(scale).sum();
         let mean = members().map(|sensor| self.beyond[sensor].mean).sum::<f64>() / all;
         let variance_of_mean =
@@ -176,18 +176,24 @@ mod tests {
         (-2.0 * (1.0 - u).ln()).sqrt() * (2.0 * PI * v).cos()
     }
 
+    /// A pass of no straight light.
+    fn pass_of(illuminance: Vec<f64>, residual: Vec<f64>) -> GridPass {
+        let gathered = illuminance.iter().zip(&residual).map(|(whole, beyond)| whole - beyond).collect();
+        GridPass { illuminance, residual, gathered, ..GridPass::default() }
+    }
+
     /// Root mean square of the errors, and of those told, over many jobs of 8 passes in which residuals of the sensors have a noise of
     /// 10 lx a pass about 1 lx, and differ by `spread`; the known part has a noise of 1 lx a pass.
     fn errors(sensors: usize, spread: f64) -> [f64; 2] {
         let mut random = PathRandom::new(Key::new(3));
         let (mut actual, mut told) = (Moments::default(), Moments::default());
         for _ in 0..200 {
-            let mut residuals = Residuals::of_zones(&vec![0; sensors]);
+            let mut residuals = Residuals::of_sensors(sensors);
             let truth: Vec<f64> = (0..sensors).map(|_| 1.0 + spread * normal(&mut random)).collect();
             for _ in 0..8 {
                 let beyond: Vec<f64> = truth.iter().map(|mean| mean + 10.0 * normal(&mut random)).collect();
                 let whole: Vec<f64> = beyond.iter().map(|beyond| 100.0 + normal(&mut random) + beyond).collect();
-                residuals.push(&whole, &beyond);
+                residuals.push(&pass_of(whole, beyond));
             }
             for (sensor, truth) in truth.iter().enumerate() {
                 let (value, variance) = residuals.value_and_variance(sensor);
@@ -215,11 +221,11 @@ mod tests {
     #[test]
     fn few_sensors_stay_apart() {
         for (known, sensors) in [(100.0, LEAST_SENSORS - 1), (0.0, 100)] {
-            let mut residuals = Residuals::of_zones(&vec![0; sensors]);
+            let mut residuals = Residuals::of_sensors(sensors);
             for pass in 0..4 {
                 let beyond: Vec<f64> = (0..sensors).map(|sensor| f64::from(pass) * sensor as f64).collect();
                 let whole: Vec<f64> = beyond.iter().map(|beyond| known + beyond).collect();
-                residuals.push(&whole, &beyond);
+                residuals.push(&pass_of(whole, beyond));
             }
             for sensor in 0..sensors {
                 let (value, variance) = residuals.value_and_variance(sensor);

@@ -129,7 +129,7 @@ impl Integrator for InParts {
         let mut grids = of_all.grids;
         grids.resize(self.grids, GridPass::default());
         for grid in &mut grids {
-            grid.zones.clear();
+            grid.residual.clear();
             grid.beside = vec![grid.clone(); self.parts.len()];
         }
         Pass { grids, ..Pass::default() }

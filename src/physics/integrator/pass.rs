@@ -64,8 +64,8 @@ pub struct GridPass {
     /// Part of each sensor's illuminance beyond a coarse solution, in lux; empty where the method tells none, or where it is one part
     /// of the light among others.
     pub residual: Vec<f64>,
-    /// In the state before the first pass, the zone of each sensor by which residuals are judged together; empty without residuals.
-    pub zones: Vec<u8>,
+    /// Part that the coarse solution gives, in lux; as long as `residual`.
+    pub gathered: Vec<f64>,
     /// Photons behind each sensor's value; empty where the method's errors need no count of them.
     pub photons: Vec<PhotonCount>,
     /// The same grid in parts of the light, or by another method; as many in every pass.
@@ -118,7 +118,7 @@ impl GridPass {
             bias: scaled(&self.bias),
             contrasts: scaled(&self.contrasts),
             residual: scaled(&self.residual),
-            zones: self.zones.clone(),
+            gathered: scaled(&self.gathered),
             photons: photons.collect(),
             beside: Vec::new(),
         }
@@ -126,7 +126,7 @@ impl GridPass {
 
     /// What is left without a part of the light. The photons stay, which are behind what is left as well.
     pub fn without(&self, part: &Self) -> Self {
-        let mut left = Self { residual: Vec::new(), ..self.clone() };
+        let mut left = Self { residual: Vec::new(), gathered: Vec::new(), ..self.clone() };
         add_each(&mut left.illuminance, &part.illuminance, -1.0);
         add_each(&mut left.bias, &part.bias, -1.0);
         add_each(&mut left.contrasts, &part.contrasts, -1.0);

@@ -371,3 +371,81 @@ fn directed(ring: &[DVec2], counter_clockwise: bool) -> Vec<DVec2> {
         false => ring.into_iter().rev().collect(),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn ring(corners: &[[f64; 2]]) -> Vec<DVec2> {
+        corners.iter().map(|corner| DVec2::from(*corner)).collect()
+    }
+
+    const OPEN: KindSurfaces = KindSurfaces { floor: None, walls: None, ceiling: None };
+
+    fn area(enclosure: &Enclosure, kind: FaceKind) -> f64 {
+        enclosure.faces().iter().filter(|face| face.kind == kind).map(|face| face.polygon.area_m2()).sum()
+    }
+
+    /// Volume by the cones of the faces over the origin: their normals point inward.
+    fn volume(enclosure: &Enclosure) -> f64 {
+        let cone = |face: &EnclosureFace| face.polygon.height(DVec3::ZERO) * face.polygon.area_m2() / 3.0;
+        enclosure.faces().iter().map(cone).sum()
+    }
+
+    /// A box as such and as a prism has the same volume, areas and section, whichever way its outline runs.
+    #[test]
+    fn a_box_is_a_prism() {
+        let size = DVec3::new(3.0, 2.0, 2.5);
+        let outline = [[0.0, 0.0], [0.0, 2.0], [3.0, 2.0], [3.0, 0.0]];
+        let prism = Enclosure::prism(&[ring(&outline)], &[CeilingPlane::flat(2.5)], OPEN).unwrap();
+        let cuboid = Enclosure::cuboid(size, [None; 6]);
+        cuboid.closes(1e-9).unwrap();
+        for enclosure in [&prism, &cuboid] {
+            assert_eq!((enclosure.bounds(), enclosure.scale_m()), ([DVec3::ZERO, size], size.length()));
+            assert!((volume(enclosure) - 15.0).abs() < 1e-12);
+            assert!((area(enclosure, FaceKind::Wall) - 25.0).abs() < 1e-12);
+            let section: f64 = enclosure.section(1.0).iter().map(|[a, b]| 0.5 * a.perp_dot(*b)).sum();
+            assert!((section - 6.0).abs() < 1e-12);
+            assert_eq!(enclosure.ceiling_above(DVec2::new(1.0, 1.0)), Some(5));
+        }
+        assert!(prism.as_box().is_none() && cuboid.as_box().is_some());
+    }
+
+    /// A gable over a plan with a core that stands below the ridge: volume, the height of both ceilings, walls that bend.
+    #[test]
+    fn a_gable_over_a_core() {
+        let outline = ring(&[[0.0, 0.0], [6.0, 0.0], [6.0, 4.0], [0.0, 4.0]]);
+        let core = ring(&[[2.0, 1.0], [3.0, 1.0], [3.0, 3.0], [2.0, 3.0]]);
+        let planes = [
+            CeilingPlane { height_m: 2.0, rise: DVec2::new(0.0, 0.5) },
+            CeilingPlane { height_m: 4.0, rise: DVec2::new(0.0, -0.5) },
+        ];
+        let gable = Enclosure::prism(&[outline, core], &planes, OPEN).unwrap();
+        // 2.5 m high in the mean over the outline, 2.75 m over the core
+        assert!((volume(&gable) - (24.0 * 2.5 - 2.0 * 2.75)).abs() < 1e-12, "{}", volume(&gable));
+        let south = gable.ceiling_above(DVec2::new(5.0, 1.0)).unwrap();
+        assert!((gable.height_at(south, DVec2::new(5.0, 1.0)) - 2.5).abs() < 1e-12);
+        assert_eq!(gable.ceiling_above(DVec2::new(2.5, 2.0)), None, "over the core");
+        let corners =
+            |name: &str| gable.faces().iter().find(|face| face.name == name).unwrap().polygon.corners().count();
+        assert_eq!(["wall_0", "wall_1", "wall_3", "wall_5"].map(corners), [4, 5, 5, 5]);
+    }
+
+    /// Faces that leave a gap, one that is not planar, and a ceiling that comes down to the floor are refused with their places.
+    #[test]
+    fn what_encloses_nothing() {
+        let outline = ring(&[[0.0, 0.0], [3.0, 0.0], [3.0, 2.0], [0.0, 2.0]]);
+        let room = Enclosure::prism(std::slice::from_ref(&outline), &[CeilingPlane::flat(2.5)], OPEN).unwrap();
+        let mut faces = room.faces().to_vec();
+        faces.pop();
+        assert!(matches!(Enclosure::new(faces), Err(EnclosureError::Open { others: 3, .. })));
+        let mut faces = room.faces().to_vec();
+        let mut corners: Vec<DVec3> = faces[0].polygon.corners().collect();
+        corners[0].z += 0.01;
+        faces[0].polygon = Polygon::new(vec![corners]).unwrap();
+        assert!(matches!(Enclosure::new(faces), Err(EnclosureError::NotPlanar { face, .. }) if face == "floor"));
+        let slope = CeilingPlane { height_m: 1.0, rise: DVec2::new(0.0, -0.5) };
+        let low = Enclosure::prism(&[outline], &[slope], OPEN);
+        assert!(matches!(low, Err(EnclosureError::LowCeiling { height_m: 0.0, .. })));
+    }
+}

@@ -212,3 +212,73 @@ fn ahead_in_box(size: DVec3, origin: DVec3, direction: DVec3) -> FaceAhead {
     }
     FaceAhead { distance: distance.max(0.0), face: 2 * axis + usize::from(direction[axis] > 0.0) }
 }
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec2;
+
+    use super::*;
+    use crate::sampling::{Key, PathRandom, warp};
+    use crate::scene::enclosure::{CeilingPlane, KindSurfaces};
+
+    /// A U-shaped room below a slope, with a core.
+    fn room() -> TraceableEnclosure {
+        let ring = |corners: &[[f64; 2]]| corners.iter().map(|corner| DVec2::from(*corner)).collect::<Vec<_>>();
+        let outline =
+            ring(&[[-1.0, 0.0], [5.0, 0.0], [5.0, 4.0], [3.5, 4.0], [3.5, 1.5], [1.0, 2.0], [1.0, 4.0], [-1.0, 4.0]]);
+        let core = ring(&[[4.0, 1.0], [4.3, 1.2], [4.1, 1.6]]);
+        let slope = CeilingPlane { height_m: 2.0, rise: DVec2::new(0.2, 0.1) };
+        let surfaces = KindSurfaces { floor: None, walls: None, ceiling: None };
+        TraceableEnclosure::new(&Enclosure::prism(&[outline, core], &[slope], surfaces).unwrap())
+    }
+
+    /// Rays end on the nearest face that they cross, whose front they see; what lies before it is in sight, other parts of
+    /// the room are not; and rays that start on faces, edges and corners do not leave the room.
+    #[test]
+    fn rays_end_on_the_nearest_face() {
+        let room = room();
+        assert!(!room.is_convex() && room.as_box().is_none());
+        let [low, high] = room.bounds();
+        let mut random = PathRandom::new(Key::new(5));
+        let mut uniform = move || random.uniform();
+        let (mut inside, mut hidden) = (0, 0);
+        for _ in 0..20_000 {
+            let mut point = || low + (high - low) * DVec3::new(uniform(), uniform(), uniform());
+            let (origin, other) = (point(), point());
+            let direction = (other - origin).normalize();
+            if !room.contains(origin) {
+                // what enters the room leaves the outside by the back of a face
+                if let Some((face, entry)) = room.entry(origin, direction) {
+                    assert!(room.normal(face).dot(direction) > 0.0 && room.contains(entry));
+                }
+                continue;
+            }
+            inside += 1;
+            let ahead = room.ahead(origin, direction);
+            let position = room.point_on(ahead, origin, direction);
+            assert!(room.normal(ahead.face).dot(direction) < 0.0);
+            assert!((position - origin - direction * ahead.distance).length() < 1e-9);
+            let place = format!("{origin} {position} {direction} {ahead:?}");
+            assert!(room.contains(origin.lerp(position, 0.999)), "{place}");
+            assert!(!room.contains(position + direction * 1e-6), "{place}");
+            let is_before = (other - origin).length() < ahead.distance;
+            if room.contains(other) {
+                assert_eq!(room.is_clear(origin, other), is_before);
+                hidden += usize::from(!is_before);
+            }
+            // on from there, in any direction
+            let onward = warp::around(room.normal(ahead.face), warp::cosine_hemisphere([uniform(), uniform()]));
+            let next = room.point_on(room.ahead(position, onward), position, onward);
+            assert!(room.contains(position.lerp(next, 0.5)), "{position} {next}");
+        }
+        assert!(inside > 5000 && hidden > 500, "{inside} {hidden}");
+        let corners: Vec<DVec3> = room.polygons.iter().flat_map(Polygon::corners).collect();
+        for (from, to) in corners.iter().flat_map(|from| corners.iter().map(move |to| (*from, *to))) {
+            if (to - from).length() > 1e-9 {
+                let direction = (to - from).normalize();
+                let end = room.point_on(room.ahead(from, direction), from, direction);
+                assert!(end.is_finite() && end.cmpge(low - 1e-9).all() && end.cmple(high + 1e-9).all());
+            }
+        }
+    }
+}

@@ -277,6 +277,7 @@ impl<const C: usize> TwoStage<C> {
         for (straight, lux, rays) in found {
             pass.illuminance.push(straight.lux + lux.whole);
             pass.residual.push(lux.beyond);
+            pass.gathered.push(lux.whole - lux.beyond);
             pass.photons.push(PhotonCount { brightest_lux: straight.missed, ..PhotonCount::default() });
             all_rays += straight.rays;
             all_rays += rays;
@@ -306,8 +307,8 @@ impl<const C: usize> TwoStage<C> {
 
 impl<const C: usize> Integrator for TwoStage<C> {
     fn start(&self) -> Pass {
-        let zones = |grid: &Grid| vec![0; if self.reflected.is_some() { grid.len() } else { 0 }];
-        let grid = |grid: &Grid| GridPass { zones: zones(grid), ..GridPass::default() };
+        let nothing = |grid: &Grid| vec![0.0; if self.reflected.is_some() { grid.len() } else { 0 }];
+        let grid = |grid: &Grid| GridPass { residual: nothing(grid), ..GridPass::default() };
         Pass { grids: self.grids.iter().map(grid).collect(), ..Pass::default() }
     }
 
