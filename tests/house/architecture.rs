@@ -382,7 +382,6 @@ const ASK_FOR_BOXES: &[&str] = &[
     "integrator/deterministic.rs",
     "integrator/photon_map/domain.rs",
     "scene/enclosure.rs",
-    "scene/room.rs",
     "traceable/enclosure.rs",
     "traceable/sight.rs",
     "traceable/surface_id.rs",

@@ -4,7 +4,6 @@ use std::collections::HashMap;
 
 use glam::{DVec2, DVec3};
 
-use super::room::Face;
 use crate::geometry::covered::Edge;
 use crate::geometry::planar::Polygon;
 use crate::optics::Surface;
@@ -64,6 +63,29 @@ pub struct KindSurfaces {
     pub walls: Option<Surface>,
     /// Of the ceiling.
     pub ceiling: Option<Surface>,
+}
+
+/// The faces of a room in box form; the discriminants are their numbers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(usize)]
+pub enum Face {
+    /// The face x = 0.
+    West = 0,
+    /// The face x = size.x.
+    East = 1,
+    /// The face y = 0.
+    South = 2,
+    /// The face y = size.y.
+    North = 3,
+    /// The face z = 0.
+    Floor = 4,
+    /// The face z = size.z.
+    Ceiling = 5,
+}
+
+impl Face {
+    /// All faces, each at the index of its discriminant.
+    pub const ALL: [Self; 6] = [Self::West, Self::East, Self::South, Self::North, Self::Floor, Self::Ceiling];
 }
 
 /// A room in box form.

@@ -15,10 +15,10 @@ use crate::sky::zenith::ZenithFormula;
 use crate::sky::{Sky, Sun};
 
 pub use camera::View;
-pub use enclosure::{BoxShape, Enclosure, EnclosureError, EnclosureFace, FaceKind};
+pub use enclosure::{BoxShape, Enclosure, EnclosureError, EnclosureFace, Face, FaceKind};
 pub use luminaire::Luminaire;
 pub use mesh_object::MeshObject;
-pub use room::{BoxObject, Face, Room};
+pub use room::{BoxObject, Room};
 pub use sensors::{EstimateKind, Grid, Sensor};
 pub use tube::{MeshTube, Segment, StraightOrBent, Tube, TubeShape};
 

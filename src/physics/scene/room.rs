@@ -18,29 +18,6 @@ pub struct Room {
     pub luminaires: Vec<Luminaire>,
 }
 
-/// The faces of a box; the discriminants index arrays.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[repr(usize)]
-pub enum Face {
-    /// The face x = 0.
-    West = 0,
-    /// The face x = size.x.
-    East = 1,
-    /// The face y = 0.
-    South = 2,
-    /// The face y = size.y.
-    North = 3,
-    /// The face z = 0.
-    Floor = 4,
-    /// The face z = size.z.
-    Ceiling = 5,
-}
-
-impl Face {
-    /// All faces, each at the index of its discriminant.
-    pub const ALL: [Self; 6] = [Self::West, Self::East, Self::South, Self::North, Self::Floor, Self::Ceiling];
-}
-
 /// A box that stands in the room with vertical sides.
 #[derive(Clone, Copy, Debug)]
 pub struct BoxObject {

@@ -260,7 +260,7 @@ mod tests {
             assert!((position - origin - direction * ahead.distance).length() < 1e-9);
             let place = format!("{origin} {position} {direction} {ahead:?}");
             assert!(room.contains(origin.lerp(position, 0.999)), "{place}");
-            assert!(!room.contains(position + direction * 1e-6), "{place}");
+            assert!(!room.contains(position - room.normal(ahead.face) * 1e-6), "{place}");
             let is_before = (other - origin).length() < ahead.distance;
             if room.contains(other) {
                 assert_eq!(room.is_clear(origin, other), is_before);
