@@ -193,7 +193,7 @@ fn sensors_beside_a_lit_wall() {
                     "diffuser": { "kind": "clear", "transmittance": 0.9 }
                 }],
                 "grids": [{ "name": "g", "height_m": 0.85, "cells": [9, 9], "margin_m": 0, "estimate": "point" }],
-                "stop": { "relative_error": 0.01 },
+                "stop": { "relative_error": 0.005 },
                 "seed": seed,
                 "method": "holigilm"
             });

@@ -18,6 +18,7 @@ mod recognise_bend;
 pub mod skies;
 pub mod sky_moments;
 pub mod straight;
+pub mod sun_arcs;
 #[cfg(test)]
 mod test_pipes;
 pub mod throughput;

@@ -7,6 +7,7 @@ pub mod camera;
 pub mod enclosure;
 pub mod luminaire;
 pub mod mesh_object;
+pub mod prism;
 pub mod room;
 pub mod sensors;
 pub mod tube;

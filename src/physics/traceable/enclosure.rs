@@ -219,7 +219,7 @@ mod tests {
 
     use super::*;
     use crate::sampling::{Key, PathRandom, warp};
-    use crate::scene::enclosure::{CeilingPlane, KindSurfaces};
+    use crate::scene::prism::{CeilingPlane, KindSurfaces};
 
     /// A U-shaped room below a slope, with a core.
     fn room() -> TraceableEnclosure {

@@ -19,7 +19,7 @@ mod taken;
 mod tube;
 
 pub use box_object::TraceableBox;
-pub use openings::Openings;
+pub use openings::{Openings, opening_weight};
 pub use rays::{Place, RoomHit};
 pub use scene::{Follow, TraceableScene};
 pub use source::Source;

@@ -52,9 +52,15 @@ impl Opening {
     /// About what it sends to a surface, and more than 0 wherever it sends anything.
     #[inline]
     fn weight(&self, position: DVec3, normal: DVec3) -> f64 {
-        let way = self.centre - position;
-        let reach = self.radius * normal.truncate().length();
-        let squared = way.length_squared() + self.radius * self.radius;
-        self.power * (way.dot(normal) + reach).max(0.0) * way.z.max(0.0) / (squared * squared)
+        self.power * opening_weight(self.centre, self.radius, position, normal)
     }
+}
+
+/// About what an opening sends to a surface per power, in 1/m2, and more than 0 wherever it sends anything.
+#[inline]
+pub fn opening_weight(centre: DVec3, radius: f64, position: DVec3, normal: DVec3) -> f64 {
+    let way = centre - position;
+    let reach = radius * normal.truncate().length();
+    let squared = way.length_squared() + radius * radius;
+    (way.dot(normal) + reach).max(0.0) * way.z.max(0.0) / (squared * squared)
 }

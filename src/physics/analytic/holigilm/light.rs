@@ -5,7 +5,7 @@ use std::sync::atomic::AtomicBool;
 
 use rayon::prelude::*;
 
-use super::aperture::{luminance_from, sun_nodes, upward};
+use super::aperture::{luminance_from, upward};
 use super::beam::{Beam, RAYS_AT_ONCE, Source, Way, follow, lambertian_cells, sky_sampler};
 use super::coefficients::{lambertian_coefficients, reflectance};
 use super::landing::Landed;
@@ -14,6 +14,7 @@ use super::profile::{Cells, Profile, RINGS, SECTORS};
 use super::quadrature::{gauss, patch_mean};
 use crate::analytic::patches::{Mesh, Patch};
 use crate::analytic::{Balance, Installation, Quantity, Tube, TubeSolution, is_raised};
+use crate::guide::sun_arcs::{ABOVE_HORIZON, sun_nodes};
 use crate::guide::transmittance::{beam_transmission, sky_exitance};
 use crate::guide::{End, Guide, Transit};
 use crate::sampling::{Key, PathRandom, Replicate, Stream, warp};
@@ -110,7 +111,7 @@ impl TubeLight {
         let sun = straight.zip(room.sun.as_ref()).map(|(guide, sun)| {
             // horizontal illuminance through a transmission, over the disc
             let horizontal = |transmission: &dyn Fn(f64) -> f64| -> f64 {
-                let nodes = sun_nodes(sun, SUN_FLUX_NODES);
+                let nodes = sun_nodes(sun, (SUN_FLUX_NODES, 0.5), ABOVE_HORIZON);
                 let integral = nodes.iter().map(|node| {
                     let (sin, cos) = libm::sincos(node.zenith_angle);
                     sin * cos * 2.0 * node.half_azimuth * node.step * transmission(sin / cos)

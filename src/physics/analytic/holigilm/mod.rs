@@ -28,7 +28,7 @@ use std::sync::atomic::AtomicBool;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use self::aperture::{Aperture, sun_nodes};
+use self::aperture::Aperture;
 use self::coefficients::clear_transmittance;
 use self::first_reflection::FirstReflection;
 use self::indirect::Indirect;
@@ -212,8 +212,8 @@ impl Holigilm {
             }
             if let (Some(sun), Guide::Straight(guide)) = (&self.room.sun, &tube.guide) {
                 let (nodes, steps) = ((FIRST_SUN_NODES >> fewer) << level, (FIRST_SUN_STEPS >> fewer) << level);
-                let (fine, rays) = aperture.sun(guide, sun, &sun_nodes(sun, nodes), steps);
-                let (coarse, coarse_rays) = aperture.sun(guide, sun, &sun_nodes(sun, nodes / 2), steps / 2);
+                let (fine, rays) = aperture.sun(guide, sun, nodes, steps);
+                let (coarse, coarse_rays) = aperture.sun(guide, sun, nodes / 2, steps / 2);
                 value.lux += transmittance * fine;
                 value.noise += transmittance * (fine - coarse).abs();
                 value.rays += rays + coarse_rays;

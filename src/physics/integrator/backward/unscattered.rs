@@ -1,24 +1,32 @@
 //! Light that passes a closure unscattered, followed backward: from a sensor through the opening and up the guide.
 
-use std::f64::consts::{FRAC_PI_2, PI};
+use std::f64::consts::PI;
 
 use glam::{DVec2, DVec3};
 
-use crate::geometry::turn::unit_vector;
+use crate::guide::sun_arcs::PointBelow;
 use crate::guide::{End, Guide, RayCount, Transit};
 use crate::integrator::photon::close_points::is_near_opening;
 use crate::optics::Spectrum;
 use crate::sampling::{Key, PathRandom, PathSamples, Replicate, Stream, warp};
 use crate::scene::Sensor;
-use crate::sky::sun::HALF_ANGLE;
-use crate::traceable::{TraceableScene, TraceableTube};
+use crate::traceable::{TraceableScene, TraceableTube, opening_weight};
 
-/// Backward rays per sensor and pass, at most: toward the sky, and toward the sun.
+/// Backward rays toward the sky from each of the nearest openings per sensor and pass, at most.
 const SKY_RAYS: u64 = 256;
-const SUN_RAYS: u64 = 1024;
 
-/// Light that reaches a sensor straight through closures of the tubes that `by` picks, in lux, by at most `rays`
-/// rays to each tube, and the rays it took.
+/// Openings that are nearest to a sensor: of more of them most send it little.
+const NEAREST: u64 = 4;
+
+/// Rays toward the sky for each zenith angle of the sun's disc, and least and largest number of these per sensor and pass.
+const RAYS_PER_NODE: u64 = 4;
+const SUN_NODES: [u64; 2] = [4, 16];
+
+/// Steps along the arc of each.
+const SUN_STEPS: usize = 8;
+
+/// Light that reaches a sensor straight through closures of the tubes that `by` picks, in lux, by about so many `rays` toward the sky from
+/// each of the nearest openings, and the rays it took.
 pub fn unscattered(
     scene: &TraceableScene,
     Sensor { position: sensor, normal }: Sensor,
@@ -30,15 +38,25 @@ pub fn unscattered(
     if scene.is_in_solid(sensor) {
         return (lux, taken);
     }
-    for (number, tube) in scene.tubes.iter().enumerate().filter(|(_, tube)| tube.daylit && by(tube)) {
-        let Some(zone) = tube.diffuser.specular_zone(tube.opening_radius) else { continue };
-        if tube.origin.z <= sensor.z {
-            continue;
-        }
-        let backward = Backward { scene, tube, sensor, normal, zone };
+    let is_picked = |tube: &TraceableTube| tube.daylit && tube.origin.z > sensor.z && by(tube);
+    let all: Vec<(usize, Backward)> = scene
+        .tubes
+        .iter()
+        .enumerate()
+        .filter(|(_, tube)| is_picked(tube))
+        .filter_map(|(number, tube)| {
+            let zone = tube.diffuser.specular_zone(tube.opening_radius)?;
+            Some((number, Backward { scene, tube, sensor, normal, zone }))
+        })
+        .collect();
+    let weights: f64 = all.iter().map(|(_, backward)| backward.weight()).sum();
+    let nodes = (rays / RAYS_PER_NODE).clamp(SUN_NODES[0], SUN_NODES[1]) as usize;
+    let total = (rays.min(SKY_RAYS) * (all.len() as u64).min(NEAREST)) as f64;
+    for (number, backward) in all {
         let stream = stream.child(number as u64);
-        let (sky, sky_rays) = backward.sky(stream.stream(Stream::SkyFromBelow, 0), rays.min(SKY_RAYS));
-        let (sun, sun_rays) = backward.sun(stream.stream(Stream::SunFromBelow, 0), rays.min(SUN_RAYS));
+        let wanted = total * backward.weight() / weights;
+        let (sky, sky_rays) = backward.sky(stream.stream(Stream::SkyFromBelow, 0), wanted);
+        let (sun, sun_rays) = backward.sun(stream.stream(Stream::SunFromBelow, 0), nodes);
         lux += sky + sun;
         taken += sky_rays + sun_rays;
     }
@@ -78,14 +96,25 @@ struct Backward<'a> {
 }
 
 impl Backward<'_> {
+    /// About what an even opening sends to the sensor, and more than 0 wherever it sends anything.
+    fn weight(&self) -> f64 {
+        opening_weight(self.tube.origin, self.zone.1, self.sensor, self.normal) * self.zone.1 * self.zone.1
+    }
+
     /// Sky light: uniform points of the clear zone. Very near to the opening these are rare and bright: there every other ray takes a
     /// direction that the cosine demands instead, and both share the light by the balance heuristic (Veach and Guibas 1995).
-    fn sky(&self, stream: Key, count: u64) -> (f64, RayCount) {
+    ///
+    /// `wanted`: the number of rays in the mean; of what is between two whole numbers chance takes one.
+    fn sky(&self, stream: Key, wanted: f64) -> (f64, RayCount) {
         let Some(sky) = &self.scene.sky else { return (0.0, RayCount::default()) };
         let (inner, outer) = self.zone;
         let area = PI * (outer * outer - inner * inner);
         let near = is_near_opening(self.scene, self.tube, self.sensor);
         let mut random = PathRandom::new(stream);
+        // as many of both kinds
+        let wanted = if near { 2.0 * (0.5 * wanted).ceil() } else { wanted };
+        let whole = wanted == wanted.floor();
+        let count = if whole { wanted as u64 } else { (wanted + random.uniform()) as u64 };
         let mut sum = 0.0;
         let mut rays = RayCount::default();
         for number in 0..count {
@@ -102,7 +131,7 @@ impl Backward<'_> {
                 sum += share * weight.luminance() * sky.luminance(toward);
             }
         }
-        (sum * area / count as f64, rays)
+        (sum * area / wanted, rays)
     }
 
     /// The point of the clear zone in a direction that the cosine demands, if it meets the zone.
@@ -124,57 +153,27 @@ impl Backward<'_> {
         way.dot(self.normal).max(0.0) * way.z / (PI * distance_squared * distance_squared)
     }
 
-    /// Sunlight: only points from which the zenith angle is the sun's, which a straight tube conserves.
-    fn sun(&self, stream: Key, count: u64) -> (f64, RayCount) {
-        let Some(sun) = &self.scene.sun else { return (0.0, RayCount::default()) };
-        if !matches!(self.tube.guide, Guide::Straight(_)) {
+    /// Sunlight through a straight pipe, by the arcs of the opening that show the disc, at random nodes of it.
+    fn sun(&self, stream: Key, nodes: usize) -> (f64, RayCount) {
+        let (Some(sun), Guide::Straight(guide)) = (&self.scene.sun, &self.tube.guide) else {
             return (0.0, RayCount::default());
-        }
-        let height = self.tube.origin.z - self.sensor.z;
-        let zenith_angle = libm::atan2(sun.direction.truncate().length(), sun.direction.z);
-        let foot = self.sensor.truncate() - self.tube.origin.truncate();
-        let distance = foot.length();
-        let (inner, outer) = self.zone;
-        // radii around the sensor's foot: the sun's band, cut by the opening
-        let reach = |angle: f64| height * libm::tan(angle.clamp(0.0, FRAC_PI_2 - 1e-6));
-        let from = reach(zenith_angle - HALF_ANGLE).max(distance - outer).max(0.0);
-        let to = reach(zenith_angle + HALF_ANGLE).min(distance + outer);
-        if to <= from {
-            return (0.0, RayCount::default());
-        }
-        let mut random = PathRandom::new(stream);
-        let mut sum = 0.0;
-        let mut rays = RayCount::default();
-        for number in 0..count {
-            let (replicate, index) = Replicate::of(stream, number);
-            let [u, v, ..] = replicate.point(index, 0);
-            let radius = (from * from + u * (to * to - from * from)).sqrt();
-            // half the arc of this radius that lies above the opening
-            let cosine = if radius + distance <= outer || distance == 0.0 || radius == 0.0 {
-                -1.0
-            } else {
-                (radius * radius + distance * distance - outer * outer) / (2.0 * radius * distance)
-            };
-            let half_arc = libm::acos(cosine.clamp(-1.0, 1.0));
-            if half_arc == 0.0 {
-                continue;
+        };
+        let below = self.sensor - self.tube.origin;
+        let point = PointBelow { guide, zone: self.zone, depth: -below.z, foot: below.truncate() };
+        let [node, step] = PathRandom::new(stream).uniform2();
+        let arrives = |offset: DVec2, direction: DVec3| -> Spectrum<3> {
+            let place = self.tube.origin + offset.extend(0.0);
+            let cosine = direction.dot(self.normal);
+            match self.tube.closure_at(place).unscattered() {
+                Some(transmittance) if cosine > 0.0 && self.scene.visible(self.sensor, None, place, None) => {
+                    transmittance * cosine
+                }
+                _ => Spectrum::ZERO,
             }
-            let angle = (2.0 * v - 1.0) * half_arc;
-            let inward = if distance > 0.0 { -foot / distance } else { DVec2::X };
-            let offset = foot + unit_vector(angle).rotate(inward) * radius;
-            if offset.length_squared() < inner * inner {
-                continue;
-            }
-            let area_per_sample = half_arc * (to * to - from * from);
-            let point = self.tube.origin + offset.extend(0.0);
-            if let Some((weight, toward)) = self.through(point, &mut random, &mut rays)
-                && sun.covers(toward)
-                && toward.z > 0.0
-            {
-                sum += weight.luminance() * area_per_sample;
-            }
-        }
-        (sum * sun.luminance_cd_m2() / count as f64, rays)
+        };
+        let found = point.sunlight(sun, (nodes, node), (SUN_STEPS, 1.0 - step), arrives);
+        let rays = RayCount { followed: found.rays, ..RayCount::default() };
+        (found.illuminance.luminance(), rays)
     }
 
     /// Follows a ray from the sensor through `point` of the opening: geometry factor times transmittances, and the

@@ -13,7 +13,8 @@
 //! | `L .. D E`, `L .. F E` | connection | connection; near: crossing |
 //! | `L .. G E` | connection | crossing |
 //! | `L .. S E` | refused | crossing |
-//! | `K t C E`, `N t C E` | backward through the opening, up the guide | crossing |
+//! | `K t C E` | backward through the opening, up the guide | crossing, by rays of their own (`beams`) |
+//! | `N t C E` | the arcs of the opening that show the sun | crossing, by rays of their own |
 //! | `M E` | Lambert's closed form, or connection where something may stand between | the same at a random point |
 //!
 //! **Settings.** `photons_per_pass` (64 to 16 777 216; by default 128 to 8192, by the accuracy asked for) trades the number of
@@ -25,6 +26,7 @@
 //!
 //! **Sources.** Kajiya 1986 and Veach 1997 (chapter 8) for the integral that is sampled; Lambert 1760 for luminaires.
 
+mod beams;
 mod counting;
 mod luminaires;
 mod refusals;
@@ -53,6 +55,7 @@ use crate::sampling::{Key, Stream};
 use crate::scene::{Channels, Grid, Sensor};
 use crate::traceable::TraceableScene;
 
+use beams::{BEAMS_PER_PHOTON, add_beams};
 use counting::Counting;
 use luminaires::{add_to_cells, at_points, has_closed_form};
 pub use refusals::{noisy_points, refuses_points};
@@ -115,6 +118,8 @@ pub struct LightTracing<const C: usize> {
     /// Light straight from luminaires at the sensors of point grids, in lux; empty unless it has a closed form.
     direct: Vec<f64>,
     counting: Counting,
+    /// Rays straight through clear closures to cells; `None` without any.
+    beams: Option<Emission>,
     /// The widest vectors of this machine; the same bits as without, as nothing is contracted.
     vectors: pulp::Arch,
 }
@@ -159,10 +164,15 @@ impl<const C: usize> LightTracing<C> {
                 plane
             })
             .collect();
+        let average = sensors.iter().any(|plane| plane.average);
+        let clear = scene.tubes.iter().any(|tube| tube.diffuser.specular_zone(tube.opening_radius).is_some());
+        let rays = BEAMS_PER_PHOTON * emission.photons();
+        let beams = (average && clear).then(|| Emission::of_daylight(&scene, rays));
         Self {
             scene,
             emission,
             sensors,
+            beams,
             seed: Key::new(seed),
             direct: Vec::new(),
             counting: Counting::default(),
@@ -208,6 +218,8 @@ impl<const C: usize> LightTracing<C> {
             connected: vec![0; self.sensors.len()],
             counted: vec![false; self.sensors.len()],
             but_luminaires: has_closed_form(&self.scene),
+            but_beams: self.beams.is_some(),
+            comes_in: false,
             lux: vec![0.0; self.sensor_count()],
             diffuser_weight: 1.0,
         }
@@ -266,7 +278,8 @@ impl<const C: usize> Integrator for LightTracing<C> {
 }
 
 impl<const C: usize> LightTracing<C> {
-    /// Adds light straight through clear closures at all points, and returns the rays it took; `stream` gives the key of a sensor.
+    /// Adds light straight through clear closures, and returns the rays it took; `stream` gives the key of a sensor, or of all cells that of
+    /// the first.
     pub(crate) fn add_unscattered(
         &self,
         stream: impl Fn(u64) -> Key + Sync,
@@ -275,6 +288,9 @@ impl<const C: usize> LightTracing<C> {
     ) -> Option<RayCount> {
         let specular = self.scene.tubes.iter().any(|tube| tube.diffuser.specular_zone(tube.opening_radius).is_some());
         let mut rays = RayCount::default();
+        if let (Some(beams), Some(plane)) = (&self.beams, self.sensors.iter().find(|plane| plane.average)) {
+            rays += add_beams::<C>((&self.scene, &self.sensors), beams, stream(plane.first as u64), cancel, lux)?;
+        }
         for plane in self.sensors.iter().filter(|plane| specular && !plane.average) {
             let per_sensor = (self.emission.photons() / plane.len() as u64).next_power_of_two().max(16);
             let of = |index: usize| self.unscattered(plane, index, stream((plane.first + index) as u64), per_sensor);

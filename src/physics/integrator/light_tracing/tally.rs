@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use glam::{DVec2, DVec3};
 
 use crate::integrator::photon::connect::{Connection, SensorPlane};
-use crate::integrator::photon::emission::EmittedPhoton;
+use crate::integrator::photon::emission::{EmittedPhoton, Start};
 use crate::integrator::photon::path::{Flight, Origin, Scattering, Visitor};
 use crate::optics::Spectrum;
 use crate::sampling::PathSamples;
@@ -26,6 +26,10 @@ pub struct Tally<'a> {
     pub tells_by_number: bool,
     /// True if light straight from luminaires is counted otherwise.
     pub but_luminaires: bool,
+    /// True if light straight through closures is counted otherwise.
+    pub but_beams: bool,
+    /// True while the present photon is counted on to come straight through a closure.
+    pub comes_in: bool,
     pub lux: Vec<f64>,
     /// Photons of which each sensor of a plane of points knows at least: those that were connected to all of them, in rooms where nothing
     /// hides light or concentrates it.
@@ -44,6 +48,7 @@ impl<const C: usize> Visitor<C> for Tally<'_> {
     const CERTAIN_ABOVE: f64 = CERTAIN_ABOVE;
 
     fn scattered(&mut self, scattering: &Scattering<'_, C>, samples: &mut PathSamples) {
+        self.comes_in = false;
         let weight = if scattering.diffuser.is_some() { self.diffuser_weight } else { 1.0 };
         self.connect(scattering, weight, samples);
     }
@@ -55,16 +60,14 @@ impl<const C: usize> Visitor<C> for Tally<'_> {
     }
 
     fn flew(&mut self, flight: &Flight<C>) {
+        if std::mem::take(&mut self.comes_in) && matches!(flight.origin, Origin::Specular) {
+            return;
+        }
         if matches!(flight.origin, Origin::Luminaire(_)) && self.but_luminaires {
             return;
         }
         for plane in self.sensors.iter().filter(|plane| plane.average) {
-            let level = plane.height + self.scene.contact();
-            if flight.from.z <= level || flight.to.z > level {
-                continue;
-            }
-            let share = (flight.from.z - plane.height) / (flight.from.z - flight.to.z);
-            let crossing = flight.from.lerp(flight.to, share);
+            let Some(crossing) = plane.crossing(flight.from, flight.to, self.scene.contact()) else { continue };
             let near = (crossing - flight.from).length_squared() < plane.near_squared;
             if (near || matches!(flight.origin, Origin::Specular | Origin::Lobe(_)))
                 && let Some(index) = plane.grid.cell_at(crossing.truncate())
@@ -83,6 +86,7 @@ impl Tally<'_> {
         let connected = photon.of.div_ceil(DIFFUSER_CONNECTIONS);
         self.diffuser_weight = if photon.index < connected { photon.of as f64 / connected as f64 } else { 0.0 };
         self.counted.fill(false);
+        self.comes_in = self.but_beams && matches!(photon.start, Start::Tube(_));
     }
 
     /// Adds what a vertex sends straight to the sensors.
@@ -182,6 +186,8 @@ mod tests {
             connected: vec![0; sensors.len()],
             counted: vec![false; sensors.len()],
             but_luminaires: false,
+            but_beams: false,
+            comes_in: false,
             lux: vec![0.0; sensors.iter().map(SensorPlane::len).sum()],
             diffuser_weight,
         }

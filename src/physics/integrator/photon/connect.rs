@@ -48,6 +48,13 @@ impl SensorPlane {
         self.x.len()
     }
 
+    /// The place where a flight crosses the plane downward, `contact` m above it; `None` where it does not.
+    pub fn crossing(&self, from: DVec3, to: DVec3, contact: f64) -> Option<DVec3> {
+        let level = self.height + contact;
+        let crosses = from.z > level && to.z <= level;
+        crosses.then(|| from.lerp(to, (from.z - self.height) / (from.z - to.z)))
+    }
+
     /// Adds the illuminance that every [`Self::stride`]-th sensor from `start` on gets of a connection past `shadows`, so many times
     /// over; `sees` as of [`Connection::add_seen`], of a sensor of the plane.
     pub fn add_seen(

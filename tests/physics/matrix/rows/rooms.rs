@@ -3,7 +3,7 @@
 use glam::{DVec2, DVec3};
 use skyduct::geometry::TriangleMesh;
 use skyduct::optics::Surface;
-use skyduct::scene::enclosure::{CeilingPlane, KindSurfaces};
+use skyduct::scene::prism::{CeilingPlane, KindSurfaces};
 use skyduct::scene::{Enclosure, EstimateKind, Grid, Luminaire, MeshObject, Scene, Sensor, Tube};
 
 use super::super::row::{Row, Values};
@@ -104,7 +104,7 @@ fn attic() -> Scene {
         corner: DVec3::new(2.3, 3.0, 2.2 + 3.0 * slope),
         edge_u: DVec3::new(0.0, along, along * slope),
         edge_v: DVec3::new(0.4, 0.0, 0.0),
-        luminance: [2984.155_182_973_038; 3],
+        luminance: [2_984.155_182_973_038; 3],
     });
     scene
 }
@@ -127,7 +127,7 @@ fn skew() -> Scene {
         materials: vec![String::new()],
         ..TriangleMesh::default()
     };
-    scene.room.meshes.push(MeshObject { mesh: mesh.into(), surfaces: vec![Surface::diffuse([0.4; 3])] });
+    scene.room.meshes.push(MeshObject { mesh, surfaces: vec![Surface::diffuse([0.4; 3])] });
     scene
 }
 

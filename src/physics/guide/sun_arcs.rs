@@ -1,0 +1,333 @@
+//! Sunlight at a point below a straight pipe, by the arcs of the opening that show the sun.
+//!
+//! A straight pipe keeps the zenith angle, so that light of one zenith angle comes to a point from an arc of the opening around the point's
+//! foot. Along the arc the azimuth outside changes smoothly between the places where the number of reflections changes; these are found by
+//! halving, and the part of every interval that shows the disc by linear interpolation. Light that is found by directions instead meets the
+//! disc once in some hundred times: after n reflections the azimuth turns 2 n + 1 times as fast as at the arc.
+
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
+
+use glam::{DVec2, DVec3};
+
+use super::StraightGuide;
+use crate::geometry::cylinder::{cosine_of_incidence, traverse};
+use crate::geometry::turn::unit_vector;
+use crate::optics::Spectrum;
+use crate::sky::Sun;
+use crate::sky::sun::HALF_ANGLE;
+
+/// Times that an interval between two places is halved where the number of reflections changes within, or the azimuth is not linear.
+const MOST_HALVINGS: u32 = 12;
+
+/// Turn between two places, in radians, above which the interval is halved.
+const LARGEST_TURN: f64 = 0.3;
+
+/// The same where a part of the interval shows the sun: how much of it is told by the slope.
+const LARGEST_TURN_LIT: f64 = 0.04;
+
+/// Zenith angles over the solar disc.
+#[derive(Clone, Copy, Debug)]
+pub struct SunNode {
+    /// Zenith angle in radians.
+    pub zenith_angle: f64,
+    /// Step of the zenith angle, radians.
+    pub step: f64,
+    /// Half of the azimuths that the disc covers at this zenith angle, radians.
+    pub half_azimuth: f64,
+}
+
+/// All zenith angles above the horizon, in radians.
+pub const ABOVE_HORIZON: [f64; 2] = [0.0, FRAC_PI_2];
+
+/// Nodes of the sun's disc, as far as it lies within these zenith angles: `count` intervals that crowd toward the ends, each with a node at
+/// the share `shift` (0..1) of it.
+pub fn sun_nodes(sun: &Sun, (count, shift): (usize, f64), [low, high]: [f64; 2]) -> Vec<SunNode> {
+    let centre = libm::atan2(sun.direction.truncate().length(), sun.direction.z);
+    let half_squared = libm::sin(0.5 * HALF_ANGLE).powi(2);
+    let (low, high) = ((centre - HALF_ANGLE).max(low), (centre + HALF_ANGLE).min(high));
+    let (middle, half) = (0.5 * (low + high), 0.5 * (high - low));
+    if half <= 0.0 {
+        return Vec::new();
+    }
+    let node = |k: usize| {
+        let t = PI * ((k as f64 + shift) / count as f64 - 0.5);
+        let zenith_angle = middle + half * libm::sin(t);
+        // sin^2 of half the azimuth at which the disc ends, free of cancellation
+        let across = half_squared - libm::sin(0.5 * (zenith_angle - centre)).powi(2);
+        let share = across / (libm::sin(zenith_angle) * libm::sin(centre));
+        let half_azimuth = if share >= 1.0 { PI } else { 2.0 * libm::asin(share.max(0.0).sqrt()) };
+        SunNode { zenith_angle, step: half * libm::cos(t) * PI / count as f64, half_azimuth }
+    };
+    (0..count).map(node).filter(|node| node.zenith_angle > 0.0 && node.zenith_angle < FRAC_PI_2).collect()
+}
+
+/// A point below the clear zone of a straight pipe.
+#[derive(Clone, Copy, Debug)]
+pub struct PointBelow<'a> {
+    /// The pipe.
+    pub guide: &'a StraightGuide,
+    /// Inner and outer radius of the clear zone, m.
+    pub zone: (f64, f64),
+    /// Depth below the opening in m, > 0.
+    pub depth: f64,
+    /// Its place seen from above, from the axis of the pipe, m.
+    pub foot: DVec2,
+}
+
+/// What a point receives of the sun, and places that were looked at.
+#[derive(Clone, Copy, Debug)]
+pub struct SunReceived<const C: usize> {
+    /// Illuminance in lux.
+    pub illuminance: Spectrum<C>,
+    /// Rays up the pipe.
+    pub rays: u64,
+}
+
+impl PointBelow<'_> {
+    /// Zenith angles in radians of the light that comes from the clear zone to the point.
+    fn zenith_angles(&self) -> [f64; 2] {
+        let distance = self.foot.length();
+        [distance - self.zone.1, distance + self.zone.1].map(|reach| libm::atan2(reach.max(0.0), self.depth))
+    }
+
+    /// Sunlight by so many nodes of the disc, at a share of their intervals, each with so many steps along its arc, the first of them at a
+    /// share (above 0, to 1) of a step.
+    /// `arrives` tells what counts of the light that comes through a place of the opening, from its centre, along a unit vector up
+    /// from the point: the cosine at the receiver, times what the closure passes; nothing where something hides it.
+    pub fn sunlight<const C: usize>(
+        &self,
+        sun: &Sun,
+        nodes: (usize, f64),
+        steps: (usize, f64),
+        mut arrives: impl FnMut(DVec2, DVec3) -> Spectrum<C>,
+    ) -> SunReceived<C> {
+        let distance = self.foot.length();
+        let inward = if distance > 0.0 { -self.foot / distance } else { DVec2::X };
+        let sun_azimuth = libm::atan2(sun.direction.y, sun.direction.x);
+        let (mut sum, mut rays) = (Spectrum::ZERO, 0);
+        for node in sun_nodes(sun, nodes, self.zenith_angles()) {
+            let reach = self.depth * libm::tan(node.zenith_angle);
+            // half the arc of this radius around the point's foot that lies within a circle around the axis
+            let half_arc = |radius: f64| {
+                if reach + distance <= radius {
+                    PI
+                } else if reach >= distance + radius || distance >= reach + radius {
+                    0.0
+                } else {
+                    let cosine = (reach * reach + distance * distance - radius * radius) / (2.0 * reach * distance);
+                    libm::acos(cosine.clamp(-1.0, 1.0))
+                }
+            };
+            let (near, far) = (if self.zone.0 > 0.0 { half_arc(self.zone.0) } else { 0.0 }, half_arc(self.zone.1));
+            if far <= near {
+                continue;
+            }
+            let (sin, cos) = libm::sincos(node.zenith_angle);
+            let half_azimuth = node.half_azimuth;
+            let mut arc =
+                Arc { guide: self.guide, reach, foot: self.foot, inward, sin, cos, sun_azimuth, half_azimuth, rays: 0 };
+            let mut of_node = Spectrum::ZERO;
+            let mut lit = |arc: &Arc, Lit { angle, length, bounces }: Lit| {
+                let (offset, direction) = arc.ray(angle);
+                let mirrors = arc.mirrors::<C>(offset, direction, bounces);
+                of_node += arrives(offset, direction) * mirrors * length;
+            };
+            match near > 0.0 {
+                true => {
+                    arc.for_each_lit(-far, -near, steps, &mut lit);
+                    arc.for_each_lit(near, far, steps, &mut lit);
+                }
+                false => arc.for_each_lit(-far, far, steps, &mut lit),
+            }
+            sum += of_node * (sin * node.step);
+            rays += arc.rays;
+        }
+        let collector = Spectrum::<C>::from_rgb(self.guide.collector_transmittance);
+        SunReceived { illuminance: sum * collector * sun.luminance_cd_m2(), rays }
+    }
+}
+
+/// The points of the opening that a point sees at one zenith angle.
+struct Arc<'a> {
+    guide: &'a StraightGuide,
+    reach: f64,
+    foot: DVec2,
+    inward: DVec2,
+    sin: f64,
+    cos: f64,
+    sun_azimuth: f64,
+    half_azimuth: f64,
+    rays: u64,
+}
+
+/// Origin outside of the light that a place of the arc sends to the point.
+#[derive(Clone, Copy)]
+struct Outside {
+    angle: f64,
+    /// Azimuth from the middle of the disc, -pi..pi.
+    azimuth: f64,
+    bounces: f64,
+    /// Sine of the angle between the ray and the radius where it meets the wall, seen along the axis.
+    skew: f64,
+    /// Chords of the way after the first reflection; below 0 without any.
+    chords: f64,
+}
+
+/// The way between two places of an arc.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Course {
+    /// No place shows the disc.
+    Dark,
+    /// The number of reflections is the same.
+    Smooth,
+    /// It may change.
+    Unknown,
+}
+
+/// A piece of the arc that shows the sun.
+#[derive(Clone, Copy)]
+struct Lit {
+    /// Its middle.
+    angle: f64,
+    /// In radians.
+    length: f64,
+    bounces: f64,
+}
+
+impl Arc<'_> {
+    /// Gives `lit` the pieces between two angles that show the disc.
+    fn for_each_lit(&mut self, from: f64, to: f64, (steps, shift): (usize, f64), lit: &mut impl FnMut(&Self, Lit)) {
+        let step = (to - from) / steps as f64;
+        let mut before = self.outside(from);
+        for number in 0..=steps {
+            let end = (from + (number as f64 + shift) * step).min(to);
+            if end > before.angle {
+                let next = self.outside(end);
+                self.between(before, next, MOST_HALVINGS, lit);
+                before = next;
+            }
+        }
+    }
+
+    /// The place of the opening at an angle, and the direction from the point toward it.
+    fn ray(&self, angle: f64) -> (DVec2, DVec3) {
+        let along = unit_vector(angle).rotate(self.inward);
+        (self.foot + along * self.reach, (along * self.sin).extend(self.cos))
+    }
+
+    fn outside(&mut self, angle: f64) -> Outside {
+        self.rays += 1;
+        let (local, direction) = self.ray(angle);
+        let passage = traverse(self.guide.radius, local.extend(0.0), direction, self.guide.length);
+        let azimuth = libm::atan2(passage.direction.y, passage.direction.x) - self.sun_azimuth;
+        let radius = self.guide.radius;
+        let along = direction.truncate() / self.sin;
+        let skew = along.perp_dot(local) / radius;
+        let half_chord = (1.0 - skew * skew).max(0.0).sqrt();
+        let to_wall = radius * half_chord - local.dot(along);
+        let way = self.guide.length * self.sin / self.cos - to_wall;
+        let chords = way / (2.0 * radius * half_chord);
+        Outside { angle, azimuth: (azimuth + PI).rem_euclid(TAU) - PI, bounces: passage.bounces, skew, chords }
+    }
+
+    /// What is certain of the way between two places.
+    ///
+    /// Seen along the axis, s = (d / R) sin(v - v_0), d the distance of the point from the axis; the chords after the first reflection are
+    /// g = (L tan(theta) - way to the wall) / (2 R c), c = cos(asin s), and the azimuth is v + n (pi - 2 asin s), n the whole number above g.
+    /// So between two places s changes by at most (d / R) dv, g by (d / R) (1 + s / c) / (2 c) + g s (d / R) / c^2 times dv, and where
+    /// n does not change the azimuth by 1 + 2 n (d / R) / c times dv, s the largest and c the least there.
+    fn course(&self, a: Outside, b: Outside) -> Course {
+        let length = b.angle - a.angle;
+        let eccentricity = self.foot.length() / self.guide.radius;
+        let skew = a.skew.abs().max(b.skew.abs()) + eccentricity * length;
+        if skew >= 1.0 {
+            return Course::Unknown;
+        }
+        let cosine = (1.0 - skew * skew).sqrt();
+        let chords = a.chords.abs().max(b.chords.abs()) + 1.0;
+        let per_angle =
+            eccentricity * (1.0 + skew / cosine) / (2.0 * cosine) + chords * skew * eccentricity / (cosine * cosine);
+        let grown = per_angle * length;
+        let stays = (a.chords - grown).max(-1.0).floor() == (a.chords + grown).max(-1.0).floor();
+        let jumps_once = grown < 1.0 && (a.bounces - b.bounces).abs() == 1.0;
+        let turn = length * (1.0 + 2.0 * a.bounces.max(b.bounces) * eccentricity / cosine);
+        if (stays || jumps_once) && a.azimuth.abs().min(b.azimuth.abs()) - turn > self.half_azimuth {
+            Course::Dark
+        } else if stays {
+            Course::Smooth
+        } else {
+            Course::Unknown
+        }
+    }
+
+    fn between(&mut self, a: Outside, b: Outside, halvings: u32, lit: &mut impl FnMut(&Self, Lit)) {
+        let length = b.angle - a.angle;
+        let (low, high) =
+            (a.azimuth.min(b.azimuth).max(-self.half_azimuth), a.azimuth.max(b.azimuth).min(self.half_azimuth));
+        let turn = b.azimuth - a.azimuth;
+        let is_lit = low <= high;
+        let largest =
+            if is_lit { LARGEST_TURN_LIT.max(4.0 * self.half_azimuth).min(LARGEST_TURN) } else { LARGEST_TURN };
+        let course = self.course(a, b);
+        if course == Course::Dark {
+            return;
+        }
+        if course == Course::Smooth && turn.abs() < largest {
+            if is_lit {
+                let (middle, share) = match turn {
+                    0.0 => (0.5, 1.0),
+                    _ => ((0.5 * (low + high) - a.azimuth) / turn, (high - low) / turn.abs()),
+                };
+                lit(self, Lit { angle: a.angle + middle * length, length: share * length, bounces: a.bounces });
+            }
+            return;
+        }
+        if halvings == 0 {
+            for end in [a, b].into_iter().filter(|end| end.azimuth.abs() <= self.half_azimuth) {
+                lit(self, Lit { angle: end.angle, length: 0.5 * length, bounces: end.bounces });
+            }
+            return;
+        }
+        let middle = self.outside(0.5 * (a.angle + b.angle));
+        self.between(a, middle, halvings - 1, lit);
+        self.between(middle, b, halvings - 1, lit);
+    }
+
+    fn mirrors<const C: usize>(&self, offset: DVec2, direction: DVec3, bounces: f64) -> Spectrum<C> {
+        let cosine = || cosine_of_incidence(self.guide.radius, offset.extend(0.0), direction);
+        self.guide.reflectance.power(cosine, bounces)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::guide::transmittance::beam_transmission;
+    use crate::sky::direction;
+
+    /// What falls on a level plane below a pipe is what the pipe passes: over high and low suns and many reflections.
+    #[test]
+    fn the_plane_receives_what_the_pipe_passes() {
+        for (altitude_deg, length) in [(75.0, 0.6), (50.0, 1.0), (35.0, 3.0)] {
+            let up = direction(f64::to_radians(altitude_deg), 2.0);
+            let sun = Sun { direction: up, normal_illuminance_lux: 50_000.0 };
+            let (radius, reflectance, depth) = (0.127, 0.9, 1.5);
+            let collector_transmittance = [0.8; 3];
+            let guide = StraightGuide { radius, length, reflectance: [reflectance; 3].into(), collector_transmittance };
+            let reach = depth / up.z * up.truncate().length() + radius;
+            let cells = 160;
+            let cell = 2.0 * reach / f64::from(cells);
+            let mut flux = 0.0;
+            for (i, k) in (0..cells).flat_map(|i| (0..cells).map(move |k| (i, k))) {
+                let foot = DVec2::new(f64::from(i) + 0.5, f64::from(k) + 0.5) * cell - reach;
+                let point = PointBelow { guide: &guide, zone: (0.0, radius), depth, foot };
+                let found = point.sunlight::<1>(&sun, (8, 0.5), (8, 1.0), |_, toward| Spectrum([toward.z]));
+                flux += found.illuminance.0[0] * cell * cell;
+            }
+            let tangent = up.truncate().length() / up.z;
+            let passed = beam_transmission(length / (2.0 * radius), tangent, reflectance);
+            let expected = 0.8 * passed * 50_000.0 * up.z * PI * radius * radius;
+            assert!((flux / expected - 1.0).abs() < 5e-3, "{altitude_deg}: {flux} {expected}");
+        }
+    }
+}

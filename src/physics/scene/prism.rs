@@ -1,0 +1,234 @@
+//! Rooms above a plan: a polygon with walls, below a flat, sloped or gable ceiling.
+
+use glam::{DVec2, DVec3};
+
+use super::enclosure::{Enclosure, EnclosureError, EnclosureFace, FaceKind};
+use crate::geometry::planar::Polygon;
+use crate::optics::Surface;
+
+/// Share of a height within which two planes of a ceiling meet.
+const COINCIDING: f64 = 1e-9;
+
+/// A plane of a ceiling over a plan: `height_m` at the origin of the plan, and the rise in m per m along x and y.
+#[derive(Clone, Copy, Debug)]
+pub struct CeilingPlane {
+    /// Height at (0, 0) in m.
+    pub height_m: f64,
+    /// Rise per m; zero where the ceiling is flat.
+    pub rise: DVec2,
+}
+
+/// Surfaces of a room by the kinds of its faces.
+#[derive(Clone, Copy, Debug)]
+pub struct KindSurfaces {
+    /// Of the floor.
+    pub floor: Option<Surface>,
+    /// Of all walls.
+    pub walls: Option<Surface>,
+    /// Of the ceiling.
+    pub ceiling: Option<Surface>,
+}
+
+impl Enclosure {
+    /// A room above a plan: `rings` are the outline and the holes of the floor in m, simple polygons of either sense that do not meet;
+    /// the ceiling is the lowest of its planes (one is flat or sloped, two make a gable). Faces: the floor, walls `wall_K` by
+    /// the edges of the rings in their order, then a ceiling for each plane that is lowest anywhere.
+    ///
+    /// # Errors
+    ///
+    /// A ceiling that is not above the floor at all corners, or rings of no area.
+    pub fn prism(
+        rings: &[Vec<DVec2>],
+        ceiling: &[CeilingPlane],
+        surfaces: KindSurfaces,
+    ) -> Result<Self, EnclosureError> {
+        let rings: Vec<Vec<DVec2>> =
+            rings.iter().enumerate().map(|(number, ring)| directed(ring, number == 0)).collect();
+        let height = |p: DVec2| ceiling.iter().map(|plane| plane.at(p)).fold(f64::INFINITY, f64::min);
+        let low = rings.iter().flatten().find(|p| height(**p) <= 0.0);
+        if let Some(corner) = low {
+            return Err(EnclosureError::LowCeiling { corner: *corner, height_m: height(*corner) });
+        }
+        let on_floor = rings.iter().map(|ring| ring.iter().map(|p| p.extend(0.0)).collect()).collect();
+        let mut faces = vec![EnclosureFace {
+            name: "floor".into(),
+            kind: FaceKind::Floor,
+            polygon: Polygon::with_normal(on_floor, DVec3::Z),
+            surface: surfaces.floor,
+        }];
+        for [from, to] in rings.iter().flat_map(|ring| edges(ring)) {
+            // the wall's top bends where another plane of the ceiling becomes the lowest
+            let at = |share: f64| from.lerp(to, share);
+            let mut bends: Vec<f64> = CeilingPlane::crossings(ceiling, from, to);
+            bends.retain(|share| CeilingPlane::meet(ceiling, at(*share), height(at(*share))));
+            bends.sort_by(f64::total_cmp);
+            let top = bends.into_iter().map(at).map(|p| p.extend(height(p)));
+            let mut corners = vec![to.extend(0.0), from.extend(0.0), from.extend(height(from))];
+            corners.extend(top);
+            corners.push(to.extend(height(to)));
+            let normal = (to - from).perp().normalize().extend(0.0);
+            faces.push(EnclosureFace {
+                name: format!("wall_{}", faces.len() - 1),
+                kind: FaceKind::Wall,
+                polygon: Polygon::with_normal(vec![corners], normal),
+                surface: surfaces.walls,
+            });
+        }
+        for (number, plane) in ceiling.iter().enumerate() {
+            let others = ceiling.iter().enumerate().filter(|(other, _)| *other != number).map(|(_, other)| *other);
+            let parts: Vec<Vec<DVec3>> = rings
+                .iter()
+                .map(|ring| others.clone().fold(ring.clone(), |ring, other| plane.lower_part(&ring, other)))
+                .filter(|ring| ring.len() > 2)
+                // seen from below, the sense turns round
+                .map(|ring| ring.iter().rev().map(|p| p.extend(plane.at(*p))).collect())
+                .collect();
+            if parts.is_empty() {
+                continue;
+            }
+            let normal = DVec3::new(plane.rise.x, plane.rise.y, -1.0).normalize();
+            faces.push(EnclosureFace {
+                name: if ceiling.len() == 1 { "ceiling".into() } else { format!("ceiling_{number}") },
+                kind: FaceKind::Ceiling,
+                polygon: Polygon::with_normal(parts, normal),
+                surface: surfaces.ceiling,
+            });
+        }
+        Self::new(faces)
+    }
+}
+
+impl CeilingPlane {
+    /// A flat ceiling.
+    pub fn flat(height_m: f64) -> Self {
+        Self { height_m, rise: DVec2::ZERO }
+    }
+
+    /// Height in m at a place of the plan.
+    pub fn at(&self, place: DVec2) -> f64 {
+        self.height_m + self.rise.dot(place)
+    }
+
+    /// The part of a ring where this plane is not above another one.
+    fn lower_part(&self, ring: &[DVec2], other: Self) -> Vec<DVec2> {
+        let below = |p: DVec2| other.at(p) - self.at(p);
+        let mut part = Vec::new();
+        for [a, b] in edges(ring) {
+            let (from, to) = (below(a), below(b));
+            if from >= 0.0 {
+                part.push(a);
+            }
+            if (from > 0.0 && to < 0.0) || (from < 0.0 && to > 0.0) {
+                part.push(a.lerp(b, from / (from - to)));
+            }
+        }
+        part
+    }
+
+    /// Shares of the way between two places at which two of some planes cross.
+    fn crossings(planes: &[Self], from: DVec2, to: DVec2) -> Vec<f64> {
+        let pairs = planes.iter().enumerate().flat_map(|(number, a)| planes[number + 1..].iter().map(move |b| (a, b)));
+        let share = |(a, b): (&Self, &Self)| {
+            let (start, end) = (a.at(from) - b.at(from), a.at(to) - b.at(to));
+            ((start > 0.0 && end < 0.0) || (start < 0.0 && end > 0.0)).then(|| start / (start - end))
+        };
+        pairs.filter_map(share).collect()
+    }
+
+    /// True if two of some planes have this height at a place.
+    fn meet(planes: &[Self], place: DVec2, height: f64) -> bool {
+        planes.iter().filter(|plane| plane.at(place) <= height * (1.0 + COINCIDING)).count() > 1
+    }
+}
+
+fn edges(ring: &[DVec2]) -> impl Iterator<Item = [DVec2; 2]> {
+    (0..ring.len()).map(|k| [ring[k], ring[(k + 1) % ring.len()]])
+}
+
+/// A ring counter-clockwise around its inside, or clockwise.
+fn directed(ring: &[DVec2], counter_clockwise: bool) -> Vec<DVec2> {
+    let ring = ring.to_vec();
+    let doubled: f64 = edges(&ring).map(|[a, b]| a.perp_dot(b)).sum();
+    match (doubled > 0.0) == counter_clockwise {
+        true => ring,
+        false => ring.into_iter().rev().collect(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn ring(corners: &[[f64; 2]]) -> Vec<DVec2> {
+        corners.iter().map(|corner| DVec2::from(*corner)).collect()
+    }
+
+    const OPEN: KindSurfaces = KindSurfaces { floor: None, walls: None, ceiling: None };
+
+    fn area(enclosure: &Enclosure, kind: FaceKind) -> f64 {
+        enclosure.faces().iter().filter(|face| face.kind == kind).map(|face| face.polygon.area_m2()).sum()
+    }
+
+    /// Volume by the cones of the faces over the origin: their normals point inward.
+    fn volume(enclosure: &Enclosure) -> f64 {
+        let cone = |face: &EnclosureFace| face.polygon.height(DVec3::ZERO) * face.polygon.area_m2() / 3.0;
+        enclosure.faces().iter().map(cone).sum()
+    }
+
+    /// A box as such and as a prism has the same volume, areas and section, whichever way its outline runs.
+    #[test]
+    fn a_box_is_a_prism() {
+        let size = DVec3::new(3.0, 2.0, 2.5);
+        let outline = [[0.0, 0.0], [0.0, 2.0], [3.0, 2.0], [3.0, 0.0]];
+        let prism = Enclosure::prism(&[ring(&outline)], &[CeilingPlane::flat(2.5)], OPEN).unwrap();
+        let cuboid = Enclosure::cuboid(size, [None; 6]);
+        Enclosure::new(cuboid.faces().to_vec()).unwrap();
+        for enclosure in [&prism, &cuboid] {
+            assert_eq!((enclosure.bounds(), enclosure.scale_m()), ([DVec3::ZERO, size], size.length()));
+            assert!((volume(enclosure) - 15.0).abs() < 1e-12);
+            assert!((area(enclosure, FaceKind::Wall) - 25.0).abs() < 1e-12);
+            let section: f64 = enclosure.section(1.0).iter().map(|[a, b]| 0.5 * a.perp_dot(*b)).sum();
+            assert!((section - 6.0).abs() < 1e-12);
+            assert_eq!(enclosure.ceiling_above(DVec2::new(1.0, 1.0)), Some(5));
+        }
+        assert!(prism.as_box().is_none() && cuboid.as_box().is_some());
+    }
+
+    /// A gable over a plan with a core that stands below the ridge: volume, the height of both ceilings, walls that bend.
+    #[test]
+    fn a_gable_over_a_core() {
+        let outline = ring(&[[0.0, 0.0], [6.0, 0.0], [6.0, 4.0], [0.0, 4.0]]);
+        let core = ring(&[[2.0, 1.0], [3.0, 1.0], [3.0, 3.0], [2.0, 3.0]]);
+        let planes = [
+            CeilingPlane { height_m: 2.0, rise: DVec2::new(0.0, 0.5) },
+            CeilingPlane { height_m: 4.0, rise: DVec2::new(0.0, -0.5) },
+        ];
+        let gable = Enclosure::prism(&[outline, core], &planes, OPEN).unwrap();
+        // 2.5 m high in the mean over the outline, 2.75 m over the core
+        assert!((volume(&gable) - (24.0 * 2.5 - 2.0 * 2.75)).abs() < 1e-12, "{}", volume(&gable));
+        let south = gable.ceiling_above(DVec2::new(5.0, 1.0)).unwrap();
+        assert!((gable.height_at(south, DVec2::new(5.0, 1.0)) - 2.5).abs() < 1e-12);
+        assert_eq!(gable.ceiling_above(DVec2::new(2.5, 2.0)), None, "over the core");
+        let corners =
+            |name: &str| gable.faces().iter().find(|face| face.name == name).unwrap().polygon.corners().count();
+        assert_eq!(["wall_0", "wall_1", "wall_3", "wall_5"].map(corners), [4, 5, 5, 5]);
+    }
+
+    /// Faces that leave a gap, one that is not planar, and a ceiling that comes down to the floor are refused with their places.
+    #[test]
+    fn what_encloses_nothing() {
+        let outline = ring(&[[0.0, 0.0], [3.0, 0.0], [3.0, 2.0], [0.0, 2.0]]);
+        let room = Enclosure::prism(std::slice::from_ref(&outline), &[CeilingPlane::flat(2.5)], OPEN).unwrap();
+        let mut faces = room.faces().to_vec();
+        faces.pop();
+        assert!(matches!(Enclosure::new(faces), Err(EnclosureError::Open { others: 3, .. })));
+        let mut faces = room.faces().to_vec();
+        let mut corners: Vec<DVec3> = faces[0].polygon.corners().collect();
+        corners[0].z += 0.01;
+        faces[0].polygon = Polygon::new(vec![corners]).unwrap();
+        assert!(matches!(Enclosure::new(faces), Err(EnclosureError::NotPlanar { face, .. }) if face == "floor"));
+        let slope = CeilingPlane { height_m: 1.0, rise: DVec2::new(0.0, -0.5) };
+        let low = Enclosure::prism(&[outline], &[slope], OPEN);
+        assert!(matches!(low, Err(EnclosureError::LowCeiling { height_m: 0.0, .. })));
+    }
+}
