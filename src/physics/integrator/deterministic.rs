@@ -37,6 +37,8 @@ pub(super) fn refuses(task: &Task) -> Option<Refusal> {
         |collector: &Collector| matches!(collector, Collector::Open | Collector::Flat { .. } | Collector::Dome { .. });
     let (code, what) = if traceable.enclosure.as_box().is_none() {
         (RefusalCode::RoomShape, "rooms that are no boxes")
+    } else if traceable.tubes.iter().any(|tube| tube.hangs) {
+        (RefusalCode::RoomShape, "openings that hang below the ceiling")
     } else if scene.channels != Channels::Photopic {
         (RefusalCode::Colours, "colours")
     } else if scene.tubes.iter().any(|tube| cylinders(&tube.shape).is_none()) {
