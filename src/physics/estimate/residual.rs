@@ -117,7 +117,7 @@ impl Residuals {
         self.pooled = self.in_common();
     }
 
-    /// What they have in common; `None` where they are too few, or have no light.
+    /// Returns what they have in common; `None` where they are too few, or have no light.
     fn in_common(&self) -> Option<Pooled> {
         let members = || (0..self.known.len()).filter(|sensor| self.is_lit(*sensor));
         let count = members().count() as f64;

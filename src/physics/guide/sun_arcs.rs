@@ -74,7 +74,7 @@ pub struct PointBelow<'a> {
     pub foot: DVec2,
 }
 
-/// What a point receives of the sun, and places that were looked at.
+/// Illuminance of a point by the sun, and the rays that found it.
 #[derive(Clone, Copy, Debug)]
 pub struct SunReceived<const C: usize> {
     /// Illuminance in lux.
@@ -230,7 +230,7 @@ impl Arc<'_> {
         Outside { angle, azimuth: (azimuth + PI).rem_euclid(TAU) - PI, bounces: passage.bounces, skew, chords }
     }
 
-    /// What is certain of the way between two places.
+    /// Tells whether the way between two places is certainly dark, or smooth.
     ///
     /// Seen along the axis, s = (d / R) sin(v - v_0), d the distance of the point from the axis; the chords after the first reflection are
     /// g = (L tan(theta) - way to the wall) / (2 R c), c = cos(asin s), and the azimuth is v + n (pi - 2 asin s), n the whole number above g.
@@ -305,7 +305,7 @@ mod tests {
     use crate::guide::transmittance::beam_transmission;
     use crate::sky::direction;
 
-    /// What falls on a level plane below a pipe is what the pipe passes: over high and low suns and many reflections.
+    /// The flux on a level plane below a pipe is the flux that the pipe passes: over high and low suns and many reflections.
     #[test]
     fn the_plane_receives_what_the_pipe_passes() {
         for (altitude_deg, length) in [(75.0, 0.6), (50.0, 1.0), (35.0, 3.0)] {

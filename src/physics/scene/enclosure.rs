@@ -26,7 +26,7 @@ pub struct Enclosure {
 pub struct EnclosureFace {
     /// Name, unique in the enclosure: `floor`, `ceiling`, `wall_0`.
     pub name: String,
-    /// What it is to a designer.
+    /// Kind of the face.
     pub kind: FaceKind,
     /// Its outline with holes, counter-clockwise seen from inside the room, in m.
     pub polygon: Polygon,
@@ -37,11 +37,11 @@ pub struct EnclosureFace {
 /// The kinds of faces.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FaceKind {
-    /// What one stands on.
+    /// The face below.
     Floor,
-    /// What stands around.
+    /// A face around.
     Wall,
-    /// What is overhead.
+    /// A face overhead.
     Ceiling,
 }
 

@@ -21,11 +21,11 @@ pub struct CeilingPlane {
 /// Surfaces of a room by the kinds of its faces.
 #[derive(Clone, Copy, Debug)]
 pub struct KindSurfaces {
-    /// Of the floor.
+    /// Surface of the floor.
     pub floor: Option<Surface>,
-    /// Of all walls.
+    /// Surface of all walls.
     pub walls: Option<Surface>,
-    /// Of the ceiling.
+    /// Surface of the ceiling.
     pub ceiling: Option<Surface>,
 }
 

@@ -141,7 +141,7 @@ impl TraceableEnclosure {
         }
     }
 
-    /// Where a ray from outside comes into the room: the face and the point; `None` where it misses the room.
+    /// Returns the face and the point where a ray from outside comes into the room; `None` where it misses the room.
     pub fn entry(&self, origin: DVec3, direction: DVec3) -> Option<(usize, DVec3)> {
         let (distance, face) = self.crossings(origin, direction).min_by(|a, b| a.0.total_cmp(&b.0))?;
         Some((face, self.point_on(FaceAhead { distance, face }, origin, direction)))
@@ -185,7 +185,7 @@ impl TraceableEnclosure {
         [self.low, self.high]
     }
 
-    /// As of [`Enclosure::scale_m`].
+    /// Length in m to which rounding is related, [`Enclosure::scale_m`].
     pub fn scale_m(&self) -> f64 {
         self.scale
     }

@@ -42,7 +42,7 @@ impl TraceableScene {
         self.on_face(ahead, origin, direction)
     }
 
-    /// Where a ray ends that comes to a face: on it, or in an opening.
+    /// Returns the end of a ray that comes to a face: on it, or in an opening.
     #[inline]
     fn on_face(&self, ahead: FaceAhead, origin: DVec3, direction: DVec3) -> RoomHit {
         let position = self.enclosure.point_on(ahead, origin, direction);

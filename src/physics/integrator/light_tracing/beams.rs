@@ -16,7 +16,7 @@ use crate::traceable::TraceableScene;
 /// thesis room, and much less of that where photons are connected to many sensors.
 pub const BEAMS_PER_PHOTON: u64 = 16;
 
-/// What some rays through clear closures give to cells.
+/// Illuminance of cells by some rays through clear closures.
 struct Beams {
     /// Illuminance per sensor in lux.
     lux: Vec<f64>,

@@ -28,7 +28,7 @@ pub struct Tally<'a> {
     pub but_luminaires: bool,
     /// True if light straight through closures is counted otherwise.
     pub but_beams: bool,
-    /// True while the present photon is counted on to come straight through a closure.
+    /// True until the present photon flies through the room for the first time.
     pub comes_in: bool,
     pub lux: Vec<f64>,
     /// Photons of which each sensor of a plane of points knows at least: those that were connected to all of them, in rooms where nothing
@@ -48,7 +48,6 @@ impl<const C: usize> Visitor<C> for Tally<'_> {
     const CERTAIN_ABOVE: f64 = CERTAIN_ABOVE;
 
     fn scattered(&mut self, scattering: &Scattering<'_, C>, samples: &mut PathSamples) {
-        self.comes_in = false;
         let weight = if scattering.diffuser.is_some() { self.diffuser_weight } else { 1.0 };
         self.connect(scattering, weight, samples);
     }
