@@ -11,7 +11,7 @@ use glam::{DVec2, DVec3};
 use super::box_object::TraceableBox;
 use super::solids::{Sheet, Solid, sections};
 use crate::geometry::covered::{Edge, bounds, contains, covered, enclosed_area, polygon, rectangle};
-use crate::scene::{EstimateKind, Grid, Scene};
+use crate::scene::{EstimateKind, Grid, Scene, Sensor};
 
 /// Share of the room's diagonal within which points lie on surfaces.
 const TOLERANCE: f64 = 1e-9;
@@ -53,6 +53,9 @@ impl Taken {
 
     /// What the objects of a scene take of a grid, and its faces.
     pub fn of(scene: &Scene, grid: &Grid) -> Self {
+        if let Some(placed) = &grid.placed {
+            return Self::of_placed(scene, placed);
+        }
         let tolerance = TOLERANCE * scene.room.enclosure.scale_m();
         let covers = Cover::all(scene, grid.height_m, tolerance);
         let mut free = vec![1.0; grid.len()];
@@ -75,11 +78,29 @@ impl Taken {
     }
 }
 
+impl Taken {
+    /// What they take of sensors at any places: each has a level plane of its own.
+    fn of_placed(scene: &Scene, placed: &[Sensor]) -> Self {
+        let of_sensor = |sensor: &Sensor| Self::of(scene, &single_point(scene, sensor.position));
+        let of_each: Vec<Self> = placed.iter().map(of_sensor).collect();
+        let free: Vec<f64> = of_each.iter().map(|taken| taken.free.first().copied().unwrap_or(1.0)).collect();
+        let mut by: Vec<RoomObject> = of_each.into_iter().flat_map(|taken| taken.by).collect();
+        by.sort_unstable();
+        by.dedup();
+        if free.iter().all(|free| *free == 1.0) { Self::default() } else { Self { free, by } }
+    }
+}
+
 /// The objects of a scene that a point of its room lies inside, boxes first.
 pub fn solids_around(scene: &Scene, point: DVec3) -> Vec<RoomObject> {
+    Taken::of(scene, &single_point(scene, point)).by
+}
+
+/// A grid of one sensor.
+fn single_point(scene: &Scene, point: DVec3) -> Grid {
     let size = scene.room.enclosure.extent().truncate().to_array();
     let plane = Grid::new(String::new(), point.z, [1; 2], 0.0, size, EstimateKind::Point);
-    Taken::of(scene, &Grid { x_m: vec![point.x], y_m: vec![point.y], ..plane }).by
+    Grid { x_m: vec![point.x], y_m: vec![point.y], ..plane }
 }
 
 /// Takes what lies outside of a room that is no box; true if that is anything.
@@ -93,9 +114,6 @@ fn take_outside(scene: &Scene, grid: &Grid, tolerance: f64, free: &mut [f64]) ->
     for (sensor, free) in free.iter_mut().enumerate() {
         let centre = grid.centre(sensor).truncate();
         *free = match grid.estimate {
-            EstimateKind::Point if grid.placed.is_some() => {
-                f64::from(contains(&enclosure.section(grid.centre(sensor).z), centre))
-            }
             EstimateKind::Point => f64::from(contains(&inside, centre)),
             EstimateKind::CellAverage => {
                 let cell = rectangle(centre - half, centre + half);
