@@ -76,10 +76,8 @@ impl Taken {
         by.dedup();
         if by.is_empty() && !outside { Self::default() } else { Self { free, by } }
     }
-}
 
-impl Taken {
-    /// What they take of sensors at any places: each has a level plane of its own.
+    /// Returns what the objects of a scene take of sensors at any places, each of which has a level plane of its own.
     fn of_placed(scene: &Scene, placed: &[Sensor]) -> Self {
         let of_sensor = |sensor: &Sensor| Self::of(scene, &single_point(scene, sensor.position));
         let of_each: Vec<Self> = placed.iter().map(of_sensor).collect();
