@@ -1,6 +1,7 @@
 //! Random and low-discrepancy numbers by counter, warps to the domains that light needs, and the roulette of faint paths.
 
 pub mod cones;
+pub mod lattice;
 pub mod path_samples;
 pub mod random;
 pub mod roulette;

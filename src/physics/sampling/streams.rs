@@ -144,6 +144,8 @@ streams! {
     StraightFromPatches = 1 << 35, 1, below [TwoStageSensor];
     /// The choice of photons of a diffuser that a sensor is connected to; the index is the tube's.
     PartlySeen = 1 << 36, MANY, below [TwoStageSensor];
+    /// Connections of a sensor to a luminaire; the index is the luminaire's.
+    StraightFromLuminaires = 1 << 38, MANY, below [TwoStageSensor];
     /// Offsets within cells for the photons of a diffuser; the index is the tube's.
     CellOffsets = 1 << 36, MANY, below [TwoStageGrid];
 

@@ -4,6 +4,10 @@ use glam::DVec3;
 
 use super::tube::TraceableTube;
 
+/// Groups of openings, at most, and openings in each of several, at the least.
+const MOST_GROUPS: usize = 64;
+const LEAST_GROUP: usize = 8;
+
 /// The openings of a room, and what each sends down.
 #[derive(Clone, Debug)]
 pub struct Openings(Vec<Opening>);
@@ -32,15 +36,31 @@ impl Openings {
     /// One of the openings by a number in 0..1, and the probability by which it was chosen; `None` where no opening can send light.
     #[inline]
     pub fn choose(&self, position: DVec3, normal: DVec3, number: f64) -> Option<(usize, f64)> {
-        let all: f64 = self.0.iter().map(|opening| opening.weight(position, normal)).sum();
+        let weight = |opening: &Opening| opening.weight(position, normal);
+        // sums over some openings each: the weights of one such group are computed twice, and all others once
+        let group = self.0.len().div_ceil(MOST_GROUPS).max(LEAST_GROUP);
+        let (mut sums, mut all) = ([0.0; MOST_GROUPS], 0.0);
+        for (sum, openings) in sums.iter_mut().zip(self.0.chunks(group)) {
+            *sum = openings.iter().map(weight).sum::<f64>();
+            all += *sum;
+        }
         let (mut before, mut last) = (0.0, None);
-        for (index, opening) in self.0.iter().enumerate() {
-            let weight = opening.weight(position, normal);
-            if weight > 0.0 {
-                before += weight;
-                last = Some((index, weight / all));
-                if before > number * all {
-                    break;
+        for (number_of_group, (sum, openings)) in sums.iter().zip(self.0.chunks(group)).enumerate() {
+            if *sum <= 0.0 {
+                continue;
+            }
+            if before + sum <= number * all && before + sum < all {
+                before += sum;
+                continue;
+            }
+            for (index, opening) in openings.iter().enumerate() {
+                let weight = weight(opening);
+                if weight > 0.0 {
+                    before += weight;
+                    last = Some((number_of_group * group + index, weight / all));
+                    if before > number * all {
+                        return last;
+                    }
                 }
             }
         }

@@ -31,6 +31,12 @@ pub trait Daylight<const C: usize>: Sync {
         true
     }
 
+    /// Numbers of rays from a sensor, and of connections to each luminaire by other means, that share what luminaires send straight to
+    /// it; `None` where each path is connected to them.
+    fn luminaires_at_sensor(&self) -> Option<[f64; 2]> {
+        None
+    }
+
     /// Openings with the flux that each sends; `None` where that is not known.
     fn openings(&self) -> Option<&Openings> {
         None
@@ -76,6 +82,7 @@ pub struct Last {
     closed_form: bool,
     /// The vertex has a lobe that connections rarely meet.
     pub narrow: bool,
+    is_sensor: bool,
 }
 
 impl<const C: usize, D: Daylight<C>> Meeting<C> for NextEvent<'_, D> {
@@ -120,6 +127,9 @@ impl<const C: usize, D: Daylight<C>> Meeting<C> for NextEvent<'_, D> {
                 }
             }
         }
+        if vertex.is_sensor() && self.0.luminaires_at_sensor().is_some() {
+            return;
+        }
         let lambertian = vertex.lambertian().filter(|_| !scene.luminaires_obstructed);
         for luminaire in scene.luminaires.iter().filter(|luminaire| luminaire.emits()) {
             if let Some(albedo) = lambertian {
@@ -139,7 +149,8 @@ impl<const C: usize, D: Daylight<C>> Meeting<C> for NextEvent<'_, D> {
 
     fn leaves(&self, scene: &TraceableScene, vertex: &Vertex<'_, C>, (): &(), _: DVec3, pdf: f64) -> Way {
         let closed_form = !scene.luminaires_obstructed && vertex.lambertian().is_some();
-        let last = Last { position: vertex.position, density: pdf, closed_form, narrow: vertex.is_narrow() };
+        let (position, narrow, is_sensor) = (vertex.position, vertex.is_narrow(), vertex.is_sensor());
+        let last = Last { position, density: pdf, closed_form, narrow, is_sensor };
         Way { last: Some(last), from_eye: false }
     }
 
@@ -156,7 +167,12 @@ impl<const C: usize, D: Daylight<C>> Meeting<C> for NextEvent<'_, D> {
         match ray.trace.last {
             None => 1.0,
             Some(last) if last.closed_form => 0.0,
-            Some(last) => share(last.density, luminaire_density(luminaire, position - last.position)),
+            Some(last) => {
+                let [rays, connections] =
+                    self.0.luminaires_at_sensor().filter(|_| last.is_sensor).unwrap_or([1.0, 1.0]);
+                let connected = luminaire_density(luminaire, position - last.position);
+                share(rays * last.density, connections * connected)
+            }
         }
     }
 

@@ -10,7 +10,7 @@ use super::walk::Walk;
 use crate::guide::RayCount;
 use crate::integrator::backward::room_entry::enter_room;
 use crate::optics::Spectrum;
-use crate::sampling::{Key, PathRandom, PathSamples, Replicate, Stream, warp};
+use crate::sampling::{Key, PathRandom, PathSamples, Replicate, Stream, lattice, warp};
 use crate::scene::{EstimateKind, Grid, Sensor, View};
 use crate::traceable::luminaire::TraceableLuminaire;
 use crate::traceable::{Place, TraceableScene};
@@ -37,7 +37,7 @@ impl Sampling {
 
 /// Directions of a sensor's paths, and which of these go on: both even, and another choice for each key.
 ///
-/// The directions are a lattice of the golden ratio, which is even for any number of points, shifted as Cranley and Patterson (1976) do.
+/// The directions are those of a lattice ([`lattice`]).
 struct Spread {
     paths: f64,
     shift: [f64; 2],
@@ -46,9 +46,6 @@ struct Spread {
     /// Number of the next one, as far as the lattice knows.
     next: f64,
 }
-
-/// Fractional part of the golden ratio.
-const GOLDEN: f64 = 0.618_033_988_749_894_9;
 
 impl Spread {
     fn new(sampling: Sampling, beyond: u32, random: &mut PathRandom) -> Self {
@@ -62,8 +59,7 @@ impl Spread {
         let number = number as f64;
         let stands_for = if self.next < number + 1.0 { self.stride } else { 0.0 };
         self.next += stands_for;
-        let along = (number + self.shift[0]) / self.paths;
-        ([along, (number * GOLDEN + self.shift[1]).fract()], stands_for)
+        (lattice::point(number, self.paths, self.shift), stands_for)
     }
 }
 
@@ -107,7 +103,7 @@ pub fn sensor<const C: usize>(
     // nothing else lights such a sensor by its paths than what surfaces reflect
     let is_point = grid.estimate == EstimateKind::Point && !scene.is_in_solid(centre);
     let gathers = is_point
-        && !scene.luminaires.iter().any(TraceableLuminaire::emits)
+        && (daylight.luminaires_at_sensor().is_some() || !scene.luminaires.iter().any(TraceableLuminaire::emits))
         && (0..scene.tubes.len()).all(|tube| !daylight.lights_sensor(tube));
     for number in 0..u64::from(sampling.paths) {
         let next = spread.as_mut().map(|spread| spread.path(number));

@@ -60,9 +60,13 @@ pub fn refuses_beside(task: &Task) -> Option<Refusal> {
     Some(Refusal { detail, ..refusal }.or("the estimate cell_average"))
 }
 
+/// Tubes of one room, at the least, of which each needs photons of its own.
+const TUBES_ALONE: f64 = 2.0;
+
 /// Photons of a pass for a relative standard error `target` where light of some tubes comes in beside lamps; 0 where none does.
 pub fn photons_beside(tubes: &[TraceableTube], target: f64) -> f64 {
-    if all_lamps(tubes) { 0.0 } else { light_tracing::photons_for(target) as f64 }
+    let beside = tubes.iter().filter(|tube| !is_lamp(tube)).count() as f64;
+    if beside > 0.0 { light_tracing::photons_for(target) as f64 * (beside / TUBES_ALONE).max(1.0) } else { 0.0 }
 }
 
 /// Most sensors of a trial that looks at some `places` where all tubes are lamps: light from beside them is shared among the sensors, so

@@ -306,6 +306,8 @@ pub struct SensorLit<'a, const C: usize> {
     pub centre: DVec3,
     /// Distance of its points from that, at most, in m.
     pub reach: f64,
+    /// Numbers of its rays and of connections to each luminaire.
+    pub rays_and_connections: [f64; 2],
 }
 
 impl<const C: usize> Daylight<C> for SensorLit<'_, C> {
@@ -315,6 +317,10 @@ impl<const C: usize> Daylight<C> for SensorLit<'_, C> {
 
     fn lights_sensor(&self, tube: usize) -> bool {
         !self.light.tubes[tube].is_far(self.centre, self.reach)
+    }
+
+    fn luminaires_at_sensor(&self) -> Option<[f64; 2]> {
+        Some(self.rays_and_connections)
     }
 
     fn openings(&self) -> Option<&Openings> {

@@ -7,7 +7,7 @@ use crate::traceable::TraceableTube;
 /// Photons for each tube of a pass: a ray through a straight guide is worth many through bends and facets, some of which turn back.
 /// Errors of the flux are errors of all sensors at once: jobs that saved here would miss by much too often. Rays through domes and
 /// meshes cost several times as much.
-const STRAIGHT: PassSize = PassSize { for_one_percent: 64.0, growth: 1.5, fewest: 0.0, most: f64::INFINITY };
+const STRAIGHT: PassSize = PassSize { for_one_percent: 128.0, growth: 1.5, fewest: 0.0, most: f64::INFINITY };
 const BENT: PassSize = PassSize { for_one_percent: 512.0, ..STRAIGHT };
 const OF_OTHER_GUIDES: PassSize = PassSize { for_one_percent: 256.0, ..STRAIGHT };
 
@@ -26,7 +26,8 @@ pub fn are_straight(tubes: &[TraceableTube]) -> bool {
     tubes.iter().all(|tube| matches!(tube.guide, Guide::Straight(_)))
 }
 
-/// Photons of a pass by which some to a dozen passes find the flux of tubes to a relative standard error `target`.
+/// Photons of a pass by which some to a dozen passes find the light of sensors to a relative standard error `target`. A sensor gets its light
+/// of several tubes, whose errors have nothing in common: each may be as wrong as the root of their number allows.
 pub fn photons_for(tubes: &[TraceableTube], target: f64) -> f64 {
     let of_tube = |tube: &TraceableTube| match tube.guide {
         Guide::Straight(_) => STRAIGHT.of(target, 1.0),
@@ -34,7 +35,7 @@ pub fn photons_for(tubes: &[TraceableTube], target: f64) -> f64 {
         Guide::Domed(_) => OF_OTHER_GUIDES.of(target, 1.0),
         Guide::Mesh(_) => finer(OF_OTHER_GUIDES, MESHED_AND_FINE, target),
     };
-    tubes.iter().map(of_tube).sum()
+    tubes.iter().map(of_tube).sum::<f64>() / (tubes.len().max(1) as f64).sqrt()
 }
 
 /// Photons by one law, or by another of fine answers where these are more.

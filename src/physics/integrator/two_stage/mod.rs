@@ -60,11 +60,10 @@ use crate::integrator::{GridPass, Integrator, Pass, PhotonCount, ViewPass};
 use crate::optics::{Closure, Spectrum};
 use crate::sampling::{Key, Stream};
 use crate::scene::{Channels, EstimateKind, Grid, View};
-use crate::statistics::Moments;
 use crate::traceable::TraceableScene;
 use sensors::{reach, starts};
-use sizes::{PATHS, Sizes, Spread};
-use straight::{Connections, Sensors, Straight};
+use sizes::{PATHS, Sizes, Spread, Tried};
+use straight::{Connections, Sensors, Straight, of_luminaires};
 
 /// Settings of two stages.
 #[derive(Clone, Debug, PartialEq)]
@@ -174,9 +173,8 @@ pub struct TwoStage<const C: usize> {
     seed: Key,
 }
 
-/// Sensors of a grid that are tried, at most, their paths in a pass, and passes, photons in each.
+/// Sensors of a grid that are tried, at most, passes, and photons down each tube.
 const TRIED_SENSORS: usize = 36;
-const TRIED_PATHS: u32 = 4;
 const TRIED_PASSES: u64 = 4;
 const TRIED_PHOTONS: u64 = 64;
 
@@ -237,20 +235,23 @@ impl<const C: usize> TwoStage<C> {
     ) -> Option<Spread> {
         let grids: Vec<Grid> = grids.iter().map(|grid| grid.thinned(TRIED_SENSORS)).collect();
         let photons = TRIED_PHOTONS * scene.tubes.len().max(1) as u64;
-        let sizes = Sizes { photons, per_sensor: TRIED_PATHS, beyond: TRIED_PATHS, per_opening: 1, per_pixel: 0 };
+        let sizes = Sizes { photons, ..Sizes::TRIED };
         let method = Self::sized(scene, (&grids, &[]), sizes, reflected.cloned(), seed);
-        let mut values: Vec<Vec<[Moments; 2]>> =
-            grids.iter().map(|grid| vec![Default::default(); grid.len()]).collect();
+        let key = |pass: u64| method.seed.stream(Stream::SizeTrial, pass);
+        // the light is the same in all: how much it differs is no matter of paths
+        let light = method.lit(key(0), &AtomicBool::new(false))?;
+        let mut values: Vec<Vec<Tried>> = grids.iter().map(|grid| vec![Tried::default(); grid.len()]).collect();
         for pass in 0..TRIED_PASSES {
-            let found = method.pass_of(method.seed.stream(Stream::SizeTrial, pass), pass, &AtomicBool::new(false))?;
-            for (values, grid) in values.iter_mut().zip(&found.grids) {
-                for (sensor, [known, beyond]) in values.iter_mut().enumerate() {
-                    known.push(grid.illuminance[sensor] - grid.residual[sensor]);
-                    beyond.push(grid.residual[sensor]);
+            let (found, _) = method.grids(&light.lamps, key(pass), pass, &AtomicBool::new(false))?;
+            for (values, grid) in values.iter_mut().zip(&found) {
+                for (sensor, tried) in values.iter_mut().enumerate() {
+                    tried.lux.push(grid.illuminance[sensor]);
+                    tried.gathered.push(grid.gathered[sensor]);
+                    tried.beyond.push(grid.residual[sensor]);
                 }
             }
         }
-        Spread::of(values.into_iter().flatten(), f64::from(TRIED_PATHS))
+        Spread::of(values.into_iter().flatten())
     }
 
     /// One pass of a grid, and the rays it took; `None` when cancelled.
@@ -266,8 +267,11 @@ impl<const C: usize> TwoStage<C> {
             if grid.is_inside(sensor) {
                 return (Straight::default(), Lux::default(), RayCount::default());
             }
-            let straight = self.connections.straight(scene, light, sensors, sensor);
-            let lit = SensorLit { light, centre: lifted(scene, grid, sensor).position, reach: reach(grid) };
+            let mut straight = self.connections.straight(scene, light, sensors, sensor);
+            let rays_and_connections = [f64::from(self.sizes.per_sensor), f64::from(self.sizes.per_opening)];
+            straight += of_luminaires::<C>(scene, sensors, sensor, rays_and_connections);
+            let centre = lifted(scene, grid, sensor).position;
+            let lit = SensorLit { light, centre, reach: reach(grid), rays_and_connections };
             let stream = sensors.stream.stream(Stream::Sensor, sensor as u64);
             let (lux, rays) = backward::pass::sensor::<C>(scene, grid, sensor, sampling, stream, &lit);
             (straight, lux, rays)
@@ -303,6 +307,37 @@ impl<const C: usize> TwoStage<C> {
             }
         }
     }
+
+    /// The light of a pass, with the coarse solution of what surfaces reflect of it.
+    fn lit(&self, key: Key, cancel: &AtomicBool) -> Option<Lit<C>> {
+        let Lit { lamps, beside, account } = self.lamps.pass(&self.scene, key, cancel)?;
+        let lamps = match &self.reflected {
+            Some(reflected) => lamps.reflected_by(reflected),
+            None => lamps,
+        };
+        Some(Lit { lamps, beside, account })
+    }
+
+    /// All grids in one pass, and the rays they took.
+    fn grids(
+        &self,
+        light: &DiffuserLight<C>,
+        key: Key,
+        pass: u64,
+        cancel: &AtomicBool,
+    ) -> Option<(Vec<GridPass>, RayCount)> {
+        let (mut grids, mut all_rays) = (Vec::new(), RayCount::default());
+        for (number, grid) in self.grids.iter().enumerate() {
+            let stream = key.stream(Stream::Grid, number as u64);
+            let average = grid.estimate == EstimateKind::CellAverage;
+            let offsets = average.then(|| light.offsets(grid.cell_size_m, stream));
+            let sensors = Sensors { number, grid, pass, offsets: offsets.as_deref(), stream };
+            let (grid, rays) = self.grid(light, sensors, cancel)?;
+            all_rays += rays;
+            grids.push(grid);
+        }
+        Some((grids, all_rays))
+    }
 }
 
 impl<const C: usize> Integrator for TwoStage<C> {
@@ -313,29 +348,12 @@ impl<const C: usize> Integrator for TwoStage<C> {
     }
 
     fn pass(&self, pass: u64, cancel: &AtomicBool) -> Option<Pass> {
-        self.pass_of(self.seed.stream(Stream::Pass, pass), pass, cancel)
-    }
-}
-
-impl<const C: usize> TwoStage<C> {
-    /// The pass of a key and a number.
-    fn pass_of(&self, key: Key, pass: u64, cancel: &AtomicBool) -> Option<Pass> {
         let scene = &*self.scene;
-        let Lit { lamps: light, beside, account } = self.lamps.pass(scene, key, cancel)?;
-        let light = match &self.reflected {
-            Some(reflected) => light.reflected_by(reflected),
-            None => light,
-        };
-        let mut result = Pass { account, photons: self.lamps.photons(), ..Pass::default() };
-        for (number, grid) in self.grids.iter().enumerate() {
-            let stream = key.stream(Stream::Grid, number as u64);
-            let average = grid.estimate == EstimateKind::CellAverage;
-            let offsets = average.then(|| light.offsets(grid.cell_size_m, stream));
-            let sensors = Sensors { number, grid, pass, offsets: offsets.as_deref(), stream };
-            let (grid, rays) = self.grid(&light, sensors, cancel)?;
-            result.account.rays += rays;
-            result.grids.push(grid);
-        }
+        let key = self.seed.stream(Stream::Pass, pass);
+        let Lit { lamps: light, beside, mut account } = self.lit(key, cancel)?;
+        let (grids, rays) = self.grids(&light, key, pass, cancel)?;
+        account.rays += rays;
+        let mut result = Pass { account, grids, photons: self.lamps.photons(), ..Pass::default() };
         add_beside(&mut result.grids, &beside);
         for (number, view) in self.views.iter().enumerate() {
             let stream = key.stream(Stream::View, number as u64);

@@ -11,6 +11,8 @@ use crate::traceable::TraceableTube;
 /// Fewest and most photons of a pass unless the document says how many; with views the most.
 const FEWEST_PHOTONS: f64 = 64.0;
 const MOST_PHOTONS: f64 = 8192.0;
+/// Most where photons bring light into the room beside the lamps, too.
+const MOST_BESIDE: f64 = 65_536.0;
 
 /// Fewest and most paths from a sensor in a pass, unless the document says how many.
 const FEWEST_PATHS: f64 = 4.0;
@@ -30,14 +32,14 @@ const PER_OPENING: PassSize = PassSize { for_one_percent: 8.0, growth: 2.0, fewe
 pub const PASSES: f64 = 8.0;
 const SHARE_OF_PATHS: f64 = 0.6;
 
-/// Power of the number of random directions from a sensor by which as good even ones grow.
-const GAIN_OF_EVEN: f64 = 0.94;
+/// Power of the number of a sensor's even directions by which the variance of what they gather falls.
+const GAIN_OF_EVEN: f64 = 1.4;
 
 /// Share of the variance of what is beyond that sensors have of their own even where they are many: patches are not equally good everywhere.
 const DIFFERENT: f64 = 0.04;
 
-/// Time that a path takes beyond its first surface, in that of its first ray.
-const TIME_BEYOND: f64 = 3.0;
+/// Time that a path takes beyond its first surface, in that of a ray that ends there.
+const TIME_BEYOND: f64 = 10.0;
 
 /// Numbers of a pass.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -57,13 +59,14 @@ pub struct Sizes {
 impl Sizes {
     /// Photons of a pass for a relative standard error `target`, or with views.
     pub fn photons(target: f64, tubes: &[TraceableTube], views: bool) -> u64 {
-        let wanted = photons_for(tubes, target).max(photons_beside(tubes, target));
-        power_of_two(if views { MOST_PHOTONS } else { wanted.clamp(FEWEST_PHOTONS, MOST_PHOTONS) })
+        let of_lamps = photons_for(tubes, target).clamp(FEWEST_PHOTONS, MOST_PHOTONS);
+        let beside = photons_beside(tubes, target).min(MOST_BESIDE);
+        power_of_two(if views { MOST_PHOTONS } else { of_lamps.max(beside) })
     }
 
     /// Photons of a pass at the most, where the document does not say how many.
     pub const fn most_photons() -> f64 {
-        MOST_PHOTONS
+        MOST_BESIDE
     }
 
     /// Connections to an opening that something may hide.
@@ -76,42 +79,61 @@ impl Sizes {
         Self { per_sensor, beyond: per_sensor.div_ceil(PATHS_OF_ONE_BEYOND), ..self }
     }
 
-    /// Sizes with as many paths as some sensors of `all` that were tried ask for.
+    /// Sizes of a small trial of how much sensors differ from pass to pass.
+    pub const TRIED: Self = Self { photons: 0, per_sensor: 16, beyond: 4, per_opening: 1, per_pixel: 0 };
+
+    /// Sizes with as many paths as some sensors of `all` that were tried ask for: of all divisions of the error between what is gathered
+    /// and what is beyond, that which takes the least time.
     pub fn tried(self, target: f64, spread: Spread, all: usize) -> Self {
         // what is beyond has its part in a sensor's error as far as sensors do not measure it together
         let beyond = spread.beyond * (DIFFERENT + 1.0 / (all.max(1) as f64).sqrt()).min(1.0);
-        let [known, beyond] = [spread.known, beyond].map(f64::sqrt);
-        let per_error = (known + beyond * TIME_BEYOND.sqrt()) / (PASSES * SHARE_OF_PATHS * target * target);
-        // even directions gain more than as many random ones
-        let per_sensor = FEWEST_PATHS * libm::pow((known * per_error / FEWEST_PATHS).max(1.0), GAIN_OF_EVEN);
-        let per_sensor = per_sensor.min(MOST_PATHS).round() as u32;
-        let beyond = (beyond / TIME_BEYOND.sqrt() * per_error).round().clamp(1.0, f64::from(per_sensor)) as u32;
+        let variance = PASSES * SHARE_OF_PATHS * target * target;
+        let divided = |share: f64| {
+            let fewer = libm::pow(spread.gathered / (variance * share), 1.0 / GAIN_OF_EVEN);
+            let beyond = (beyond / (variance * (1.0 - share))).clamp(1.0, MOST_PATHS);
+            [(f64::from(Self::TRIED.per_sensor) * fewer).max(beyond).clamp(FEWEST_PATHS, MOST_PATHS), beyond]
+        };
+        let time = |[paths, beyond]: &[f64; 2]| paths + TIME_BEYOND * beyond;
+        let shares = (1..DIVISIONS).map(|part| f64::from(part) / f64::from(DIVISIONS));
+        let least = shares.map(divided).min_by(|one, other| time(one).total_cmp(&time(other)));
+        let [per_sensor, beyond] = least.unwrap_or([FEWEST_PATHS, 1.0]).map(|paths| paths.round() as u32);
         Self { per_sensor, beyond, ..self }
     }
 }
 
-/// Variances by one path, relative to the squared illuminance of a sensor: means over some sensors.
+/// Divisions of the error between two parts that are compared.
+const DIVISIONS: u32 = 16;
+
+/// What a sensor has in some passes by the sizes of a trial, in lx.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Tried {
+    /// All of its light.
+    pub lux: Moments,
+    /// The part that surfaces reflect by the coarse solution.
+    pub gathered: Moments,
+    /// The part that this leaves out.
+    pub beyond: Moments,
+}
+
+/// Variances relative to the squared illuminance of a sensor: means over some sensors.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Spread {
-    /// Variance of the part that a coarse solution tells.
-    pub known: f64,
-    /// Variance of the part beyond it.
+    /// Variance of the part that is gathered, by as many paths as are tried.
+    pub gathered: f64,
+    /// Variance of the part beyond it, by one path.
     pub beyond: f64,
 }
 
 impl Spread {
-    /// Computes the spread of sensors whose values in some passes of `paths` each are known; `None` if none of them is lit.
-    pub fn of(sensors: impl Iterator<Item = [Moments; 2]>, paths: f64) -> Option<Self> {
-        let (mut known, mut beyond) = (Moments::default(), Moments::default());
-        for [of_known, of_beyond] in sensors {
-            let lux = of_known.mean + of_beyond.mean;
-            if lux > 0.0 {
-                let relative = |moments: Moments| moments.m2 / (moments.count - 1.0) * paths / (lux * lux);
-                known.push(relative(of_known));
-                beyond.push(relative(of_beyond));
-            }
+    /// Computes the spread of sensors; `None` if none of them is lit.
+    pub fn of(sensors: impl Iterator<Item = Tried>) -> Option<Self> {
+        let (mut gathered, mut beyond) = (Moments::default(), Moments::default());
+        for tried in sensors.filter(|tried| tried.lux.mean > 0.0) {
+            let relative = |moments: Moments| moments.m2 / (moments.count - 1.0) / tried.lux.mean.powi(2);
+            gathered.push(relative(tried.gathered));
+            beyond.push(relative(tried.beyond) * f64::from(Sizes::TRIED.beyond));
         }
-        (known.count > 0.0).then_some(Self { known: known.mean, beyond: beyond.mean })
+        (gathered.count > 0.0).then_some(Self { gathered: gathered.mean, beyond: beyond.mean })
     }
 }
 
@@ -121,21 +143,22 @@ mod tests {
 
     const NONE: Sizes = Sizes { photons: 64, per_sensor: 1, beyond: 1, per_opening: 4, per_pixel: 1 };
 
-    /// By hand: 64 random directions, and four times as many for half the error, of which even ones need 4 (16)^0.94 and 4 (64)^0.94; what
-    /// many sensors measure together takes fewer paths of each; bounds hold.
+    /// By hand: 4.8 (1 %)^2 may be divided; what is gathered alone takes 15/16 of it, and (16/15)^(1/1.4) as many paths as were tried where
+    /// these would have it whole; half the error takes 4^(1/1.4) as many; what many sensors measure together takes fewer paths of
+    /// each; bounds hold.
     #[test]
     fn paths_follow_from_what_is_tried() {
-        let spread = Spread { known: 0.0064 * 4.8, beyond: 0.0 };
+        let spread = Spread { gathered: 4.8e-4, beyond: 0.0 };
         let tried = |target: f64, spread: Spread, all: usize| NONE.tried(target, spread, all);
-        assert_eq!([0.01, 0.005].map(|target| tried(target, spread, 81).per_sensor), [54, 199]);
+        assert_eq!([0.01, 0.005].map(|target| tried(target, spread, 81).per_sensor), [17, 45]);
         assert_eq!(tried(0.1, spread, 81), Sizes { per_sensor: 4, beyond: 1, ..NONE });
         let noisy = Spread { beyond: 0.1, ..spread };
         let [one, many] = [1, 10_000].map(|all| tried(0.02, noisy, all));
-        assert!(one.beyond > 3 * many.beyond && one.per_sensor > many.per_sensor, "{one:?} {many:?}");
+        assert!(one.beyond > 3 * many.beyond && one.per_sensor >= many.per_sensor, "{one:?} {many:?}");
         assert_eq!(tried(1e-6, noisy, 1), Sizes { per_sensor: 1024, beyond: 1024, ..NONE });
     }
 
-    /// Two passes of 8 paths at 1 and 3 lx: a variance of 2 lx2, of a path 16, over the square of 2 lx.
+    /// Two passes at 1 and 3 lx: a variance of 2 lx2, over the square of 2 lx; of one of four paths four times that.
     #[test]
     fn spreads_are_relative_to_the_light() {
         let of = |values: [f64; 2]| {
@@ -143,9 +166,10 @@ mod tests {
             values.into_iter().for_each(|value| moments.push(value));
             moments
         };
-        let lit = [of([1.0, 3.0]), of([0.0, 0.0])];
-        let spread = Spread::of([lit, [Moments::default(); 2]].into_iter(), 8.0).unwrap();
-        assert_eq!(spread, Spread { known: 4.0, beyond: 0.0 });
-        assert_eq!(Spread::of(std::iter::once([Moments::default(); 2]), 8.0), None);
+        let part = of([1.0, 3.0]);
+        let dark = Tried { lux: of([0.0, 0.0]), ..Tried::default() };
+        let lit = Tried { lux: of([2.0, 2.0]), gathered: part, beyond: part };
+        assert_eq!(Spread::of([lit, dark].into_iter()).unwrap(), Spread { gathered: 0.5, beyond: 2.0 });
+        assert_eq!(Spread::of(std::iter::once(dark)), None);
     }
 }

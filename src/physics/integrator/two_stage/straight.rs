@@ -1,4 +1,4 @@
-//! Light straight from the openings to the sensors.
+//! Light straight from openings and luminaires to the sensors.
 //!
 //! A sensor that certainly sees all of an opening is connected to every photon that leaves it. One from which something may hide a part is
 //! connected to some: the photons lie along a line through all cells of the opening, and the passes together take even places of it, so that
@@ -7,16 +7,21 @@
 //! What hides less may be met by none, and n connections that agree are no proof. Where of all that may be hidden in part a fifth is, by any
 //! share as likely as by any other, the share that is missed has a standard deviation of n^-3/2 of the light: the error is that at the least.
 
+use std::f64::consts::PI;
+use std::ops::AddAssign;
+
 use glam::{DVec2, DVec3};
 
 use super::sensors::{clear, point_of_cell, reach};
 use super::sizes::PASSES;
 use crate::guide::RayCount;
+use crate::integrator::backward::next_event::{luminaire_density, share};
 use crate::integrator::backward::pass::lifted;
 use crate::integrator::lamp::light::DiffuserLight;
-use crate::sampling::{Key, PathRandom, Stream};
+use crate::sampling::{Key, PathRandom, Stream, lattice};
 use crate::scene::{EstimateKind, Grid, Sensor};
 use crate::traceable::TraceableScene;
+use crate::traceable::luminaire::TraceableLuminaire;
 
 /// Light that comes straight to a sensor.
 #[derive(Clone, Copy, Debug, Default)]
@@ -26,6 +31,14 @@ pub struct Straight {
     /// Error in lx by what all connections may have missed, times the number of passes.
     pub missed: f64,
     pub rays: RayCount,
+}
+
+impl AddAssign for Straight {
+    fn add_assign(&mut self, other: Self) {
+        self.lux += other.lux;
+        self.missed += other.missed;
+        self.rays += other.rays;
+    }
 }
 
 /// Connections of sensors to openings.
@@ -100,6 +113,56 @@ impl Connections {
         }
         Straight { missed: squares.sqrt(), ..straight }
     }
+}
+
+/// Computes what luminaires send straight to a sensor: in closed form where nothing can hide it, else by so many connections to each, which
+/// share it with the sensor's rays by the power heuristic (Veach and Guibas 1995, beta = 2).
+pub fn of_luminaires<const C: usize>(
+    scene: &TraceableScene,
+    sensors: Sensors,
+    sensor: usize,
+    [rays, connections]: [f64; 2],
+) -> Straight {
+    let grid = sensors.grid;
+    let mut straight = Straight::default();
+    if !scene.luminaires.iter().any(TraceableLuminaire::emits) {
+        return straight;
+    }
+    let Sensor { position, normal } = lifted(scene, grid, sensor);
+    let average = grid.estimate == EstimateKind::CellAverage;
+    let key = sensors.stream.stream(Stream::Sensor, sensor as u64);
+    for (number, luminaire) in scene.luminaires.iter().enumerate().filter(|(_, luminaire)| luminaire.emits()) {
+        if !average && !scene.luminaires_obstructed {
+            straight.lux += luminaire.irradiance::<C>(position, normal).luminance();
+            continue;
+        }
+        let mut random = PathRandom::new(key.stream(Stream::StraightFromLuminaires, number as u64));
+        let (shift, shift_in_cell) = (random.uniform2(), random.uniform2());
+        for connection in 0..connections as u32 {
+            let even = |shift: [f64; 2]| lattice::point(f64::from(connection), connections, shift);
+            let point = if average { position + point_of_cell(grid, even(shift_in_cell)) } else { position };
+            if average && scene.is_in_solid(point) {
+                continue;
+            }
+            if !scene.luminaires_obstructed {
+                straight.lux += luminaire.irradiance::<C>(point, normal).luminance() / connections;
+                continue;
+            }
+            let source = scene.enclosure.clamp(luminaire.point(if average { random.uniform2() } else { even(shift) }));
+            let way = source - point;
+            let (cosine, density) = (way.normalize_or_zero().dot(normal), luminaire_density(luminaire, way));
+            if cosine <= 0.0 || density <= 0.0 {
+                continue;
+            }
+            straight.rays += 1;
+            if scene.visible(source, Some(luminaire.surface), point, None) {
+                let of_rays = rays * cosine / PI;
+                let seen = luminaire.seen::<C>(way).luminance();
+                straight.lux += seen * cosine * share(connections * density, of_rays) / (connections * density);
+            }
+        }
+    }
+    straight
 }
 
 /// The digits of a number to the base 2, mirrored at the point (van der Corput 1935): numbers that follow each other are even in 0..1.

@@ -1,0 +1,28 @@
+//! The lattice of the golden ratio: even points of the unit square for any number of them.
+
+/// Fractional part of the golden ratio.
+const GOLDEN: f64 = 0.618_033_988_749_894_9;
+
+/// Point `number` of `count` (at least 1), both coordinates in 0..1, of the lattice that is shifted by `shift` as Cranley and Patterson
+/// (1976) do; for a random shift every point is uniform. `number` may be any number from 0 below `count`, `shift` in 0..1.
+#[inline]
+pub fn point(number: f64, count: f64, [u, v]: [f64; 2]) -> [f64; 2] {
+    [(number + u) / count, (number * GOLDEN + v).fract()]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Of 144 points, a Fibonacci number, each of 12 x 12 squares has about one.
+    #[test]
+    fn points_are_even() {
+        let mut seen = [0; 144];
+        for number in 0..144 {
+            let [x, y] = point(f64::from(number), 144.0, [0.3, 0.9]);
+            seen[(x * 12.0) as usize * 12 + (y * 12.0) as usize] += 1;
+        }
+        assert!(seen.iter().all(|count| *count <= 2), "{seen:?}");
+        assert!(seen.iter().filter(|count| **count == 0).count() < 30, "{seen:?}");
+    }
+}
