@@ -146,6 +146,8 @@ streams! {
     PartlySeen = 1 << 36, MANY, below [TwoStageSensor];
     /// Connections of a sensor to a luminaire; the index is the luminaire's.
     StraightFromLuminaires = 1 << 38, MANY, below [TwoStageSensor];
+    /// Connections of a sensor by way of mirrors, numbered by chains of these below it.
+    StraightByMirrors = 1 << 39, 1, below [TwoStageSensor];
     /// Offsets within cells for the photons of a diffuser; the index is the tube's.
     CellOffsets = 1 << 36, MANY, below [TwoStageGrid];
 

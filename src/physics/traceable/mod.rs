@@ -7,6 +7,7 @@ pub mod enclosure;
 pub mod luminaire;
 mod mesh_bounds;
 pub mod mesh_objects;
+mod mirrors;
 pub mod obstacles;
 mod openings;
 mod rays;
@@ -19,6 +20,7 @@ mod taken;
 mod tube;
 
 pub use box_object::TraceableBox;
+pub use mirrors::{Mirrors, WayByMirrors};
 pub use openings::{Openings, opening_weight};
 pub use rays::{Place, RoomHit};
 pub use scene::{Follow, TraceableScene};

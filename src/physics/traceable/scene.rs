@@ -7,6 +7,7 @@ use super::box_object::TraceableBox;
 use super::enclosure::TraceableEnclosure;
 use super::luminaire::TraceableLuminaire;
 use super::mesh_objects::TraceableMeshes;
+use super::mirrors::Mirrors;
 use super::obstacles::Obstacles;
 use super::openings::Openings;
 use super::source::Source;
@@ -49,6 +50,8 @@ pub struct TraceableScene {
     pub(super) faces_with_openings: Vec<usize>,
     /// The openings of the tubes, as vertices are connected to them.
     pub openings: Openings,
+    /// Plane mirrors, where light that they reflect is followed.
+    pub mirrors: Mirrors,
     /// True if reflected light is followed.
     pub interreflection: bool,
     /// True if light that goes up into a guide is followed for its return.
@@ -136,7 +139,7 @@ impl TraceableScene {
             tubes.iter().filter(|tube| !tube.hangs).map(|tube| tube.face).collect();
         faces_with_openings.sort_unstable();
         faces_with_openings.dedup();
-        Ok(Self {
+        let mut compiled = Self {
             sky: scene.daylight.as_ref().and_then(|daylight| daylight.sky.clone()),
             sun: scene.daylight.as_ref().and_then(|daylight| daylight.sun),
             surfaces: optics,
@@ -154,9 +157,14 @@ impl TraceableScene {
             luminaires,
             tubes,
             openings,
+            mirrors: Mirrors::default(),
             interreflection,
             guide_return,
-        })
+        };
+        if interreflection {
+            compiled.mirrors = Mirrors::new(&compiled);
+        }
+        Ok(compiled)
     }
 
     /// Optics of a surface; `None` where the room is open.
@@ -206,7 +214,7 @@ impl TraceableScene {
 
     /// The same scene without light that surfaces of the room reflect.
     pub fn without_interreflection(&self) -> Self {
-        Self { interreflection: false, ..self.clone() }
+        Self { interreflection: false, mirrors: Mirrors::default(), ..self.clone() }
     }
 
     /// True if no light can come into the room: no tube lets any pass, and nothing in the room shines.
@@ -225,6 +233,7 @@ impl TraceableScene {
         for surface in &mut self.surfaces {
             *surface = surface.take().map(SurfaceOptics::without_specular);
         }
+        self.mirrors = Mirrors::default();
         self
     }
 

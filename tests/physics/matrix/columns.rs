@@ -118,15 +118,7 @@ pub const COLUMNS: &[Column] = &[
             })
         }),
     },
-    Column {
-        name: "two_stage",
-        method: Some(|work| {
-            let default = two_stage::Settings::default();
-            // what mirrors show is found by chance
-            let many = (work.paths > 1.0).then(|| work.per_sensor(512.0 * work.paths));
-            Method::TwoStage(two_stage::Settings { samples_per_sensor: many, ..default })
-        }),
-    },
+    Column { name: "two_stage", method: Some(|_| Method::TwoStage(two_stage::Settings::default())) },
     Column {
         name: "lamp_responses",
         method: Some(|work| {

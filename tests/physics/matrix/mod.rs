@@ -143,6 +143,10 @@ rows! {
         light_tracing: MirrorsAtPoints, two_stage: MirrorsAtPoints, lamp_responses: MirrorsAtPoints,
         holigilm: Objects
     ],
+    furnished::between_mirrors_points [
+        light_tracing: MirrorsAtPoints, holigilm: Objects
+    ],
+    furnished::between_mirrors_cells [holigilm: Objects],
     furnished::mirror_clear_sun_cells [
         path_tracing: SunThroughClearClosures, bidirectional_path_tracing: SunThroughClearClosures,
         two_stage: ClearClosures, lamp_responses: ClearClosures, holigilm: Objects

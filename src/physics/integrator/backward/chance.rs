@@ -17,13 +17,24 @@ pub fn sun(scene: &TraceableScene) -> Option<Refusal> {
     }
 }
 
-/// The same for paths that end at lamps, where the beam through clear closures is followed otherwise.
+/// The same where the beam through clear closures is followed otherwise.
 pub fn sun_by_mirrors(scene: &TraceableScene) -> Option<Refusal> {
     scene.sun?;
     let detail =
         "the sun's beam by way of a mirror or of a glossy surface of roughness below 0.2 is found by chance only";
     let narrow = scene.specular_surfaces().any(SurfaceOptics::is_narrow);
     narrow.then(|| Refusal::new(RefusalCode::SunByMirrors, detail))
+}
+
+/// The same for paths that end at lamps and are connected to them by way of plane mirrors.
+pub fn sun_by_other_mirrors(scene: &TraceableScene) -> Option<Refusal> {
+    let lobes = scene.specular_surfaces().any(SurfaceOptics::has_narrow_lobe);
+    if lobes || scene.mirrors.shows_more() { sun_by_mirrors(scene) } else { None }
+}
+
+/// What a reader must know of the results of `method`, which is connected to openings and luminaires by way of plane mirrors.
+pub fn other_mirrors(method: &str, scene: &TraceableScene) -> Option<Caveat> {
+    if scene.mirrors.leaves_out() { mirrors(method, scene) } else { None }
 }
 
 /// What a reader must know of the results of `method` where the room has mirrors.

@@ -37,6 +37,14 @@ pub trait Daylight<const C: usize>: Sync {
         None
     }
 
+    /// True if vertices without narrow lobes are connected to luminaires and openings by way of mirrors, too.
+    fn counts_mirrors(&self) -> bool {
+        false
+    }
+
+    /// Adds what openings send to a vertex by a chain of mirrors.
+    fn connect_by_mirrors(&self, _walk: &mut Walk<'_, C>, _vertex: &Vertex<'_, C>, _chain: usize) {}
+
     /// Openings with the flux that each sends; `None` where that is not known.
     fn openings(&self) -> Option<&Openings> {
         None
@@ -82,6 +90,8 @@ pub struct Last {
     closed_form: bool,
     /// The vertex has a lobe that connections rarely meet.
     pub narrow: bool,
+    /// Chain of mirrors that the ray has come by.
+    pub chain: Option<usize>,
     is_sensor: bool,
 }
 
@@ -130,6 +140,9 @@ impl<const C: usize, D: Daylight<C>> Meeting<C> for NextEvent<'_, D> {
         if vertex.is_sensor() && self.0.luminaires_at_sensor().is_some() {
             return;
         }
+        if self.0.counts_mirrors() && !vertex.is_narrow() {
+            self.connect_by_mirrors(walk, vertex);
+        }
         let lambertian = vertex.lambertian().filter(|_| !scene.luminaires_obstructed);
         for luminaire in scene.luminaires.iter().filter(|luminaire| luminaire.emits()) {
             if let Some(albedo) = lambertian {
@@ -150,12 +163,14 @@ impl<const C: usize, D: Daylight<C>> Meeting<C> for NextEvent<'_, D> {
     fn leaves(&self, scene: &TraceableScene, vertex: &Vertex<'_, C>, (): &(), _: DVec3, pdf: f64) -> Way {
         let closed_form = !scene.luminaires_obstructed && vertex.lambertian().is_some();
         let (position, narrow, is_sensor) = (vertex.position, vertex.is_narrow(), vertex.is_sensor());
-        let last = Last { position, density: pdf, closed_form, narrow, is_sensor };
+        let last = Last { position, density: pdf, closed_form, narrow, chain: None, is_sensor };
         Way { last: Some(last), from_eye: false }
     }
 
-    fn turns(&self, _: &Way) -> Way {
-        Way::UNCONNECTED
+    fn turns(&self, scene: &TraceableScene, way: &Way, surface: SurfaceId) -> Way {
+        let connected = way.last.filter(|last| self.0.counts_mirrors() && !last.narrow);
+        let turned = |last: Last| Some(Last { chain: Some(scene.mirrors.next(last.chain, surface)?), ..last });
+        connected.and_then(turned).map_or(Way::UNCONNECTED, |last| Way { last: Some(last), from_eye: false })
     }
 
     fn passes(&self, _: &Way) -> Way {
@@ -166,12 +181,18 @@ impl<const C: usize, D: Daylight<C>> Meeting<C> for NextEvent<'_, D> {
         let luminaire = &scene.luminaires[number];
         match ray.trace.last {
             None => 1.0,
-            Some(last) if last.closed_form => 0.0,
+            Some(last) if last.closed_form && last.chain.is_none() => 0.0,
             Some(last) => {
-                let [rays, connections] =
-                    self.0.luminaires_at_sensor().filter(|_| last.is_sensor).unwrap_or([1.0, 1.0]);
-                let connected = luminaire_density(luminaire, position - last.position);
-                share(rays * last.density, connections * connected)
+                let at_sensor = self.0.luminaires_at_sensor().filter(|_| last.is_sensor);
+                let (origin, usual) = match last.chain {
+                    None => (last.position, 1.0),
+                    Some(chain) => {
+                        let (image, _) = scene.mirrors.image(chain, (last.position, DVec3::ZERO));
+                        (image, scene.mirrors.probability(chain, last.position))
+                    }
+                };
+                let [rays, connections] = at_sensor.unwrap_or([1.0, usual]);
+                share(rays * last.density, connections * luminaire_density(luminaire, position - origin))
             }
         }
     }
@@ -187,6 +208,36 @@ impl<const C: usize, D: Daylight<C>> Meeting<C> for NextEvent<'_, D> {
             None => DaylightShare::NONE,
             Some(sky) => DaylightShare { sky, sky_later: 1.0, sun: 0.0 },
         })
+    }
+}
+
+impl<D> NextEvent<'_, D> {
+    /// Connects a vertex to openings and luminaires by one chain of mirrors.
+    fn connect_by_mirrors<const C: usize>(&self, walk: &mut Walk<'_, C>, vertex: &Vertex<'_, C>)
+    where
+        D: Daylight<C>,
+    {
+        let scene = walk.scene;
+        if scene.mirrors.is_empty() {
+            return;
+        }
+        let number = walk.samples.random.uniform();
+        let Some((chain, probability)) = scene.mirrors.choose(vertex.position, number) else { return };
+        self.0.connect_by_mirrors(walk, &Vertex { weight: vertex.weight * (1.0 / probability), ..*vertex }, chain);
+        for luminaire in scene.luminaires.iter().filter(|luminaire| luminaire.emits()) {
+            let source = scene.enclosure.clamp(luminaire.point(walk.samples.random.uniform2()));
+            let place = (vertex.position, vertex.surface);
+            let Some(way) = scene.way_by_mirrors::<C>(chain, place, (source, Some(luminaire.surface))) else {
+                continue;
+            };
+            walk.rays += way.rays;
+            let connected = probability * luminaire_density(luminaire, way.unfolded);
+            if connected > 0.0 {
+                let (response, density) = vertex.response(way.toward);
+                let found = response * way.reflectance * luminaire.seen(way.unfolded);
+                walk.sum += found * (share(connected, density) / connected);
+            }
+        }
     }
 }
 

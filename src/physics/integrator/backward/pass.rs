@@ -9,7 +9,7 @@ use super::next_event::{Daylight, NextEvent, Way};
 use super::walk::Walk;
 use crate::guide::RayCount;
 use crate::integrator::backward::room_entry::enter_room;
-use crate::optics::Spectrum;
+use crate::optics::{Spectrum, SurfaceOptics};
 use crate::sampling::{Key, PathRandom, PathSamples, Replicate, Stream, lattice, warp};
 use crate::scene::{EstimateKind, Grid, Sensor, View};
 use crate::traceable::luminaire::TraceableLuminaire;
@@ -131,7 +131,7 @@ pub fn sensor<const C: usize>(
         }
         let whole = walk.sum.luminance();
         lux.whole += whole;
-        lux.beyond += walk.known.map_or(0.0, |known| whole - known.luminance());
+        lux.beyond += walk.beyond.luminance();
         rays += walk.rays;
     }
     let paths = f64::from(sampling.paths);
@@ -149,7 +149,10 @@ fn gathered<const C: usize>(
 ) -> Option<f64> {
     let hit = scene.intersect(sensor.position, warp::around(sensor.normal, warp::cosine_hemisphere(point)), None);
     match hit.place {
-        Place::Surface(surface) => Some(PI * daylight.reflected(surface, hit.position)?.luminance()),
+        Place::Surface(surface) if !scene.optics(surface).is_some_and(SurfaceOptics::is_mirror) => {
+            Some(PI * daylight.reflected(surface, hit.position)?.luminance())
+        }
+        Place::Surface(_) => None,
         Place::Opening(_) => None,
     }
 }

@@ -65,8 +65,8 @@ pub trait Meeting<const C: usize> {
         pdf: f64,
     ) -> Self::Trace;
 
-    /// A ray turns at a mirror.
-    fn turns(&self, trace: &Self::Trace) -> Self::Trace;
+    /// A ray turns at a mirror, `surface`.
+    fn turns(&self, scene: &TraceableScene, trace: &Self::Trace, surface: SurfaceId) -> Self::Trace;
 
     /// A ray comes back down through a clear closure.
     fn passes(&self, trace: &Self::Trace) -> Self::Trace;
@@ -115,15 +115,17 @@ pub struct Walk<'a, const C: usize> {
     pub stands_for: Option<f64>,
     /// Illuminance in lux, or luminance in cd/m2.
     pub sum: Spectrum<C>,
-    /// The sum as it was when the path went on for what a coarse solution leaves out; `None` if it did not.
-    pub known: Option<Spectrum<C>>,
+    /// The part of the sum that a coarse solution leaves out.
+    pub beyond: Spectrum<C>,
+    /// The sum as it was when the path went on for that; `None` as long as it has not.
+    since: Option<Spectrum<C>>,
 }
 
 impl<'a, const C: usize> Walk<'a, C> {
     /// A path by these random numbers, its first `certain` reflections decided by no roulette.
     pub fn new(scene: &'a TraceableScene, samples: PathSamples, certain: u32) -> Self {
         let (rays, sum) = (RayCount::default(), Spectrum::ZERO);
-        Self { scene, samples, rays, certain, met: 0, stands_for: None, sum, known: None }
+        Self { scene, samples, rays, certain, met: 0, stands_for: None, sum, beyond: Spectrum::ZERO, since: None }
     }
 
     /// Adds one sample of the illuminance in lux of a sensor.
@@ -145,7 +147,15 @@ impl<'a, const C: usize> Walk<'a, C> {
     }
 
     /// Follows a ray until the path ends.
-    pub fn follow<M: Meeting<C>>(&mut self, meeting: &M, mut ray: Ray<C, M::Trace>) {
+    pub fn follow<M: Meeting<C>>(&mut self, meeting: &M, ray: Ray<C, M::Trace>) {
+        let was_beyond = self.since.is_some();
+        self.go_on(meeting, ray);
+        if !was_beyond && let Some(since) = self.since.take() {
+            self.beyond += self.sum + since * -1.0;
+        }
+    }
+
+    fn go_on<M: Meeting<C>>(&mut self, meeting: &M, mut ray: Ray<C, M::Trace>) {
         let (scene, first) = (self.scene, ray.weight.max());
         for _ in 0..MAX_EVENTS {
             let hit = scene.intersect(ray.origin, ray.direction, ray.from);
@@ -167,10 +177,21 @@ impl<'a, const C: usize> Walk<'a, C> {
                         return;
                     }
                     match meeting.reflected(&ray, surface, hit.position) {
-                        Some(known) => match self.beyond(known, optics, &mut ray) {
-                            true => self.meet_surface(meeting, (surface, optics), &hit, &ray, None),
-                            false => return,
-                        },
+                        Some(known) => {
+                            let plain;
+                            let rest = match optics.is_mirror() {
+                                true => {
+                                    self.follow_mirror(meeting, (surface, optics), &hit, &ray, first);
+                                    plain = optics.clone().without_specular();
+                                    &plain
+                                }
+                                false => optics,
+                            };
+                            if !self.goes_beyond(known, rest, &mut ray) {
+                                return;
+                            }
+                            self.meet_surface(meeting, (surface, rest), &hit, &ray, None)
+                        }
                         None => self.meet_surface(meeting, (surface, optics), &hit, &ray, Some(first)),
                     }
                 }
@@ -182,11 +203,32 @@ impl<'a, const C: usize> Walk<'a, C> {
         }
     }
 
+    /// Follows what a mirror shows that is a part of a surface whose diffuse light is known, by roulette.
+    fn follow_mirror<M: Meeting<C>>(
+        &mut self,
+        meeting: &M,
+        (surface, optics): (SurfaceId, &SurfaceOptics),
+        hit: &RoomHit,
+        ray: &Ray<C, M::Trace>,
+        first: f64,
+    ) {
+        let weight = ray.weight * optics.specular();
+        let Some(direction) = optics.reflect(hit.normal, -ray.direction, [0.0; 2], &mut self.samples.random) else {
+            return;
+        };
+        let Some(survival) = self.survival(weight.max(), ray.weight.max(), first) else { return };
+        let stands_for = self.stands_for.take();
+        let trace = meeting.turns(self.scene, &ray.trace, surface);
+        let (origin, from, weight) = (hit.position, Some(surface), weight * (1.0 / survival));
+        self.follow(meeting, Ray { origin, direction, from, weight, reflected: true, trace });
+        self.stands_for = stands_for;
+    }
+
     /// A ray meets a surface whose reflected light is `known` by a coarse solution: counts that, and decides whether it goes on for what that
     /// leaves out; if so it stands for those that do not.
-    fn beyond<Trace>(&mut self, known: Spectrum<C>, optics: &SurfaceOptics, ray: &mut Ray<C, Trace>) -> bool {
+    fn goes_beyond<Trace>(&mut self, known: Spectrum<C>, optics: &SurfaceOptics, ray: &mut Ray<C, Trace>) -> bool {
         self.sum += ray.weight * known;
-        self.known.get_or_insert(self.sum);
+        self.since.get_or_insert(self.sum);
         let stands_for = self.stands_for.take().unwrap_or_else(|| {
             let leaving = ray.weight * (optics.diffuse() + optics.specular());
             let probability = (leaving.max() / ray.weight.max()).clamp(LEAST_BEYOND, 1.0);
@@ -230,7 +272,7 @@ impl<'a, const C: usize> Walk<'a, C> {
         }
         let (origin, direction, from) = (hit.position, scattered.toward, Some(surface));
         let (reflected, trace) = if scattered.kind == Kind::Mirror {
-            (ray.reflected || optics.is_finite(), meeting.turns(&ray.trace))
+            (ray.reflected || optics.is_finite(), meeting.turns(self.scene, &ray.trace, surface))
         } else {
             (true, meeting.leaves(self.scene, &vertex, &arrival, direction, scattered.pdf))
         };

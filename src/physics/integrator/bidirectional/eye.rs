@@ -9,7 +9,7 @@ use super::weight::{Edge, MisWeight};
 use crate::integrator::backward::opening::DaylightShare;
 use crate::integrator::backward::vertex::Vertex;
 use crate::integrator::backward::walk::{Meeting, Ray, Walk};
-use crate::traceable::TraceableScene;
+use crate::traceable::{SurfaceId, TraceableScene};
 
 /// Densities with which photons start, of the sources that eye paths can find.
 #[derive(Debug)]
@@ -136,7 +136,7 @@ impl<const C: usize> Meeting<C> for EyeSide<'_, C> {
         EyeTrace { edge, from: arrival.from }
     }
 
-    fn turns(&self, trace: &EyeTrace) -> EyeTrace {
+    fn turns(&self, _: &TraceableScene, trace: &EyeTrace, _: SurfaceId) -> EyeTrace {
         let mut trace = *trace;
         trace.edge.turn();
         trace

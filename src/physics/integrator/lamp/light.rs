@@ -35,7 +35,7 @@ use crate::integrator::radiosity::{Exchange, Solution};
 use crate::optics::Spectrum;
 use crate::sampling::{Key, PathRandom, PathSamples, Replicate, Stream};
 use crate::scene::Sensor;
-use crate::traceable::{Openings, SurfaceId, TraceableScene, TraceableTube};
+use crate::traceable::{Openings, SurfaceId, TraceableScene, TraceableTube, WayByMirrors};
 
 /// Photons that a vertex is connected to where nothing has a closed form.
 const CONNECTIONS: usize = 2;
@@ -247,7 +247,43 @@ impl<const C: usize> DiffuserLight<C> {
     }
 }
 
+impl<const C: usize> DiffuserLight<C> {
+    /// A way from a place, with its normal and surface, by a chain of mirrors to a photon that stands for those of all openings, and what it
+    /// carries: for a response of one per sr, in lm/sr/m2. Two numbers in 0..1 choose; `None` where the mirrors do not show it.
+    pub fn by_mirrors(
+        &self,
+        scene: &TraceableScene,
+        chain: usize,
+        (position, normal, surface): (DVec3, DVec3, Option<SurfaceId>),
+        [opening, photon]: [f64; 2],
+    ) -> Option<(WayByMirrors<C>, Spectrum<C>)> {
+        let (image, turned) = scene.mirrors.image(chain, (position, normal));
+        let (tube, probability) = self.openings.choose(image, turned, opening)?;
+        let light = &self.tubes[tube];
+        let (photon, _) = light.choice(photon)?;
+        let source = photon.position.extend(light.origin.z);
+        let way = scene.way_by_mirrors(chain, (position, surface), (source, None))?;
+        let squared = way.unfolded.length_squared();
+        let per_area = way.unfolded.z.max(0.0) / (PI * squared * squared.sqrt());
+        Some((way, photon.flux * way.reflectance * (per_area / probability)))
+    }
+}
+
 impl<const C: usize> Daylight<C> for DiffuserLight<C> {
+    fn counts_mirrors(&self) -> bool {
+        true
+    }
+
+    fn connect_by_mirrors(&self, walk: &mut Walk<'_, C>, vertex: &Vertex<'_, C>, chain: usize) {
+        let numbers = walk.samples.random.uniform2();
+        let place = (vertex.position, vertex.normal, vertex.surface);
+        if let Some((way, light)) = self.by_mirrors(walk.scene, chain, place, numbers) {
+            walk.rays += way.rays;
+            let (response, _) = vertex.response(way.toward);
+            walk.sum += response * light;
+        }
+    }
+
     fn openings(&self) -> Option<&Openings> {
         Some(&self.openings)
     }
@@ -286,6 +322,8 @@ impl<const C: usize> Daylight<C> for DiffuserLight<C> {
 
     fn found_share(&self, scene: &TraceableScene, tube: usize, way: &Way, position: DVec3) -> Option<f64> {
         match way.last {
+            // by way of mirrors vertices are connected from however near
+            Some(last) if last.chain.is_some() => None,
             Some(last) if last.narrow || !self.tubes[tube].is_far(last.position, 0.0) => {
                 Daylight::<C>::found_share(&FollowedThroughLamps, scene, tube, way, position)
             }
@@ -317,6 +355,14 @@ impl<const C: usize> Daylight<C> for SensorLit<'_, C> {
 
     fn lights_sensor(&self, tube: usize) -> bool {
         !self.light.tubes[tube].is_far(self.centre, self.reach)
+    }
+
+    fn counts_mirrors(&self) -> bool {
+        Daylight::counts_mirrors(self.light)
+    }
+
+    fn connect_by_mirrors(&self, walk: &mut Walk<'_, C>, vertex: &Vertex<'_, C>, chain: usize) {
+        self.light.connect_by_mirrors(walk, vertex, chain);
     }
 
     fn luminaires_at_sensor(&self) -> Option<[f64; 2]> {

@@ -19,7 +19,7 @@ use crate::integrator::lamp::sight::{Sight, sight};
 use crate::integrator::lamp::zone::Zone;
 use crate::optics::Spectrum;
 use crate::sampling::warp;
-use crate::traceable::{TraceableScene, TraceableTube};
+use crate::traceable::{SurfaceId, TraceableScene, TraceableTube};
 
 /// Points of an opening that a vertex is connected to where it may see a part of it only.
 const CONNECTIONS: usize = 2;
@@ -173,8 +173,8 @@ impl<const C: usize> Meeting<C> for PatchLight<'_, C> {
         Meeting::<C>::leaves(&LUMINAIRES, scene, vertex, &(), toward, pdf)
     }
 
-    fn turns(&self, way: &Way) -> Way {
-        Meeting::<C>::turns(&LUMINAIRES, way)
+    fn turns(&self, scene: &TraceableScene, way: &Way, surface: SurfaceId) -> Way {
+        Meeting::<C>::turns(&LUMINAIRES, scene, way, surface)
     }
 
     fn passes(&self, way: &Way) -> Way {

@@ -217,7 +217,7 @@ where
         EyeWay { origin: vertex.position, lobe: Some(density), beams: Some(beams.unwrap_or(here)), counted: None }
     }
 
-    fn turns(&self, way: &EyeWay) -> EyeWay {
+    fn turns(&self, _: &TraceableScene, way: &EyeWay, _: SurfaceId) -> EyeWay {
         EyeWay { lobe: None, counted: way.counted.and_then(|mirrors| mirrors.checked_sub(1)), ..*way }
     }
 

@@ -150,7 +150,7 @@ impl<const C: usize> Meeting<C> for GatherRay<'_, C> {
 
     fn leaves(&self, _: &TraceableScene, _: &Vertex<'_, C>, (): &(), _: DVec3, _: f64) {}
 
-    fn turns(&self, (): &()) {}
+    fn turns(&self, _: &TraceableScene, (): &(), _: SurfaceId) {}
 
     fn passes(&self, (): &()) {}
 

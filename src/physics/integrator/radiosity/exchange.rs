@@ -49,10 +49,12 @@ pub struct Exchange<const C: usize> {
     numbers: Vec<u32>,
     /// Diffuse reflectances, by these numbers.
     reflectances: Vec<Spectrum<C>>,
-    /// The patches in which the rays of each end, by these numbers.
-    met: Vec<u32>,
-    /// Illuminances by openings in lx per lumen, with the number of the tube: so many of each patch.
+    /// The patches in which the rays of each end, by these numbers, and what mirrors on the way reflect.
+    met: Vec<(u32, f64)>,
+    /// Illuminances by openings in lx per lumen, with the number of the tube.
     of_openings: Vec<(u32, f64)>,
+    /// So many of each patch.
+    openings_of_patch: usize,
     /// Illuminances by luminaires in lx.
     of_luminaires: Vec<Spectrum<C>>,
 }
@@ -74,13 +76,13 @@ impl<const C: usize> Exchange<C> {
         let mut numbers = vec![NONE; patches.count];
         let mut found: Vec<Found> = Vec::new();
         let key = Key::new(0);
-        let (mut first, mut rays): (usize, Vec<Option<Spot>>) = (0, Vec::new());
+        let (mut first, mut rays): (usize, Vec<Option<End>>) = (0, Vec::new());
         rays.par_extend(starts.par_iter().enumerate().flat_map_iter(|(number, start)| {
             let mut random = PathRandom::new(key.child(number as u64));
             (0..FROM_STARTS).map(move |stratum| ray(scene, start, stratum, &mut random))
         }));
         loop {
-            for spot in rays.drain(..).flatten() {
+            for End { spot, .. } in rays.drain(..).flatten() {
                 let Some(surface) = spot.surface else { continue };
                 let Some(patch) = patches.at(surface, spot.position) else { continue };
                 if numbers[patch] == NONE {
@@ -109,16 +111,17 @@ impl<const C: usize> Exchange<C> {
             Lit::of(scene, patch, &mut random)
         };
         let lit: Vec<Lit<C>> = found.par_iter().enumerate().map(of_patch).collect();
-        let number = |spot: &Option<Spot>| {
-            let patch = spot.and_then(|spot| patches.at(spot.surface?, spot.position));
-            patch.map_or(NONE, |patch| numbers[patch])
+        let number = |end: &Option<End>| {
+            let patch = end.and_then(|end| Some((patches.at(end.spot.surface?, end.spot.position)?, end.weight)));
+            patch.map_or((NONE, 0.0), |(patch, weight)| (numbers[patch], weight))
         };
         let met = lit.iter().flat_map(|lit| lit.met.iter().map(number)).collect();
-        let of_openings = lit.iter().flat_map(|lit| lit.of_openings).collect();
+        let of_openings = lit.iter().flat_map(|lit| lit.of_openings.iter().copied()).collect();
+        let openings_of_patch = lit.first().map_or(RAYS, |lit| lit.of_openings.len());
         let of_luminaires = lit.iter().map(|lit| lit.of_luminaires).collect();
         let reflectance = |patch: &Found| scene.optics(patch.surface).map_or(Spectrum::ZERO, |optics| optics.diffuse());
         let reflectances = found.iter().map(reflectance).collect();
-        let exchange = Self { numbers, reflectances, met, of_openings, of_luminaires, patches };
+        let exchange = Self { numbers, reflectances, met, of_openings, openings_of_patch, of_luminaires, patches };
         (!found.is_empty()).then_some(exchange)
     }
 
@@ -126,7 +129,7 @@ impl<const C: usize> Exchange<C> {
     pub fn solve(self: &Arc<Self>, fluxes: &[Spectrum<C>]) -> Solution<C> {
         let straight: Vec<Spectrum<C>> = self
             .of_openings
-            .chunks_exact(RAYS)
+            .chunks_exact(self.openings_of_patch)
             .zip(&self.of_luminaires)
             .map(|(of_openings, of_luminaires)| {
                 let mut lux = *of_luminaires;
@@ -142,9 +145,9 @@ impl<const C: usize> Exchange<C> {
             let (mut changed, mut all) = (0.0, 0.0);
             for (patch, met) in self.met.chunks_exact(RAYS).enumerate() {
                 let mut sum = Spectrum::ZERO;
-                for number in met {
+                for (number, weight) in met {
                     if let Some(of_other) = radiosities.get(*number as usize) {
-                        sum += *of_other;
+                        sum += *of_other * *weight;
                     }
                 }
                 let radiosity = self.reflectances[patch] * (straight[patch] + sum * (1.0 / RAYS as f64));
@@ -167,8 +170,8 @@ impl<const C: usize> Exchange<C> {
 /// Rays and direct light of one patch.
 struct Lit<const C: usize> {
     /// Ends of its rays.
-    met: [Option<Spot>; RAYS],
-    of_openings: [(u32, f64); RAYS],
+    met: [Option<End>; RAYS],
+    of_openings: Vec<(u32, f64)>,
     of_luminaires: Spectrum<C>,
 }
 
@@ -177,19 +180,24 @@ impl<const C: usize> Lit<C> {
         let spot = |number: usize| &patch.spots[number % patch.spots.len()];
         let met = std::array::from_fn(|number| ray(scene, spot(number), number, random));
         let start = random.uniform();
-        let of_openings = std::array::from_fn(|number| {
-            let spot = spot(number);
-            // even choices among the openings, in an order that has nothing to do with that of the spots
-            let choice = (start + (number * 7 % RAYS) as f64 / RAYS as f64).fract();
-            let Some((tube, probability)) = scene.openings.choose(spot.position, spot.normal, choice) else {
-                return (0, 0.0);
-            };
-            let of_tube = &scene.tubes[tube];
-            let to = of_tube.origin + (warp::disc(random.uniform2()) * of_tube.opening_radius).extend(0.0);
-            let lux = per_lumen(to - spot.position, spot.normal);
-            let is_seen = lux > 0.0 && to.z > spot.position.z && scene.visible(to, None, spot.position, spot.surface);
-            (tube as u32, if is_seen { lux / (probability * RAYS as f64) } else { 0.0 })
-        });
+        let mut of_openings: Vec<_> = (0..RAYS)
+            .map(|number| {
+                let spot = spot(number);
+                // even choices among the openings, in an order that has nothing to do with that of the spots
+                let choice = (start + (number * 7 % RAYS) as f64 / RAYS as f64).fract();
+                let Some((tube, probability)) = scene.openings.choose(spot.position, spot.normal, choice) else {
+                    return (0, 0.0);
+                };
+                let to = point_of(scene, tube, random);
+                let lux = per_lumen(to - spot.position, spot.normal);
+                let is_seen =
+                    lux > 0.0 && to.z > spot.position.z && scene.visible(to, None, spot.position, spot.surface);
+                (tube as u32, if is_seen { lux / (probability * RAYS as f64) } else { 0.0 })
+            })
+            .collect();
+        if !scene.mirrors.is_empty() {
+            of_openings.extend((0..RAYS).map(|number| by_mirrors::<C>(scene, spot(number), random)));
+        }
         let mut of_luminaires = Spectrum::ZERO;
         for number in 0..patch.spots.len() {
             let spot = spot(number);
@@ -205,18 +213,63 @@ impl<const C: usize> Lit<C> {
     }
 }
 
-/// Traces a ray from a spot and returns its end, in a stratum of directions; `None` in an opening.
-fn ray(scene: &TraceableScene, from: &Spot, stratum: usize, random: &mut PathRandom) -> Option<Spot> {
+/// An even point of an opening.
+fn point_of(scene: &TraceableScene, tube: usize, random: &mut PathRandom) -> DVec3 {
+    let tube = &scene.tubes[tube];
+    tube.origin + (warp::disc(random.uniform2()) * tube.opening_radius).extend(0.0)
+}
+
+/// Illuminance of a spot by an opening and a chain of mirrors that are chosen, in lx per lumen, with the number of the tube.
+fn by_mirrors<const C: usize>(scene: &TraceableScene, spot: &Spot, random: &mut PathRandom) -> (u32, f64) {
+    let mut found = || {
+        let (chain, of_chain) = scene.mirrors.choose(spot.position, random.uniform())?;
+        let (image, normal) = scene.mirrors.image(chain, (spot.position, spot.normal));
+        let (tube, of_tube) = scene.openings.choose(image, normal, random.uniform())?;
+        let source = (point_of(scene, tube, random), None);
+        let way = scene.way_by_mirrors::<C>(chain, (spot.position, spot.surface), source)?;
+        let lux = per_lumen(way.unfolded, normal).max(0.0) * way.reflectance.luminance();
+        Some((tube as u32, lux / (of_chain * of_tube * RAYS as f64)))
+    };
+    found().unwrap_or((0, 0.0))
+}
+
+/// The end of a ray.
+#[derive(Clone, Copy)]
+struct End {
+    spot: Spot,
+    /// Reflectance of mirrors on the way, over the probability of that way.
+    weight: f64,
+}
+
+/// Traces a ray from a spot and returns its end, in a stratum of directions; `None` in an opening. What is a mirror in part it passes by
+/// chance.
+fn ray(scene: &TraceableScene, from: &Spot, stratum: usize, random: &mut PathRandom) -> Option<End> {
     let [u, v] = random.uniform2();
     let (row, column) = (stratum / STRATA, stratum % STRATA);
     let at = [(row as f64 + u) / STRATA as f64, (column as f64 + v) / STRATA as f64];
-    let direction = warp::around(from.normal, warp::cosine_hemisphere(at));
-    let hit = scene.intersect(from.position, direction, from.surface);
-    match hit.place {
-        Place::Surface(surface) => Some(Spot { position: hit.position, normal: hit.normal, surface: Some(surface) }),
-        Place::Opening(_) => None,
+    let mut direction = warp::around(from.normal, warp::cosine_hemisphere(at));
+    let (mut position, mut surface, mut weight) = (from.position, from.surface, 1.0);
+    for _ in 0..MOST_TURNS {
+        let hit = scene.intersect(position, direction, surface);
+        let Place::Surface(met) = hit.place else { return None };
+        let spot = Spot { position: hit.position, normal: hit.normal, surface: Some(met) };
+        let Some(optics) = scene.optics(met).filter(|optics| optics.is_mirror()) else {
+            return Some(End { spot, weight });
+        };
+        let [diffuse, specular] = [optics.diffuse::<3>(), optics.specular()].map(|part| part.luminance());
+        let turns = specular / (diffuse + specular).max(f64::MIN_POSITIVE);
+        if random.uniform() >= turns {
+            return Some(End { spot, weight: weight / (1.0 - turns) });
+        }
+        weight *= specular / turns;
+        direction = optics.reflect(hit.normal, -direction, [0.0; 2], random)?;
+        (position, surface) = (hit.position, Some(met));
     }
+    None
 }
+
+/// Mirrors that a ray passes, at most.
+const MOST_TURNS: usize = 8;
 
 /// The radiosities of patches.
 #[derive(Clone, Debug)]

@@ -16,7 +16,8 @@
 //! | `(K\|N) t F V`, V a later one, else the same | one photon by its flux, connected |
 //! | `(K\|N) t F V`, far, else | two photons, connected |
 //! | `(K\|N) t F V`, near, or a lobe below a roughness of 0.2 | as path tracing |
-//! | `K t F S+ (V\|E)` | chance |
+//! | `K t F S+ (V\|E)`, `M S+ (V\|E)` by plane mirrors | connections to images |
+//! | the same by other mirrors | chance |
 //! | `M ..` and interreflection, light sent up and back included | as path tracing, around the coarse solution |
 //! | `(K\|N) t C ..` of grids, below closures that are lamps in part | as light tracing ([`lamp::beside`](super::lamp::beside)) |
 //!
@@ -26,8 +27,8 @@
 //! trial in the room, so that about 8 passes reach it.
 //!
 //! **Refuses** closures without a Lambertian zone, with views all that pass light unscattered, measured diffusers, and the sun by
-//! way of mirrors and of lobes below a roughness of 0.2. Bad at diffusers that mirrors show (it warns). The fluxes of tubes are
-//! those of the first stage; a few photons tell for the books where the light of the room ends.
+//! way of lobes below a roughness of 0.2, of mirrors of meshes and of long chains of mirrors. Bad at diffusers that mirrors of meshes show
+//! (it warns). The fluxes of tubes are those of the first stage; a few photons tell for the books where the light of the room ends.
 //!
 //! **Sources.** The cut is derived here (docs/physics/measurement_equation.md#two-stages); Kajiya 1986, Veach and
 //! Guibas 1995.
@@ -63,7 +64,7 @@ use crate::scene::{Channels, EstimateKind, Grid, View};
 use crate::traceable::TraceableScene;
 use sensors::{reach, starts};
 use sizes::{PATHS, Sizes, Spread, Tried};
-use straight::{Connections, Sensors, Straight, of_luminaires};
+use straight::{Connections, Sensors, Straight, by_mirrors, of_luminaires};
 
 /// Settings of two stages.
 #[derive(Clone, Debug, PartialEq)]
@@ -97,11 +98,11 @@ impl Described for Settings {
 
     /// Refuses closures that do not forget directions, and sun that only chance would find by way of mirrors.
     fn refuses(&self, task: &Task) -> Option<Refusal> {
-        refuses_closures(task).or_else(|| chance::sun_by_mirrors(task.traceable))
+        refuses_closures(task).or_else(|| chance::sun_by_other_mirrors(task.traceable))
     }
 
     fn warns(&self, task: &Task) -> Option<Caveat> {
-        chance::mirrors(self.name(), task.traceable)
+        chance::other_mirrors(self.name(), task.traceable)
     }
 
     fn seconds_per_pass(&self, work: &Work) -> f64 {
@@ -270,6 +271,7 @@ impl<const C: usize> TwoStage<C> {
             let mut straight = self.connections.straight(scene, light, sensors, sensor);
             let rays_and_connections = [f64::from(self.sizes.per_sensor), f64::from(self.sizes.per_opening)];
             straight += of_luminaires::<C>(scene, sensors, sensor, rays_and_connections);
+            straight += by_mirrors(scene, light, sensors, sensor, rays_and_connections);
             let centre = lifted(scene, grid, sensor).position;
             let lit = SensorLit { light, centre, reach: reach(grid), rays_and_connections };
             let stream = sensors.stream.stream(Stream::Sensor, sensor as u64);

@@ -115,6 +115,51 @@ impl Connections {
     }
 }
 
+/// Computes what openings and luminaires send to a sensor by way of mirrors, by so many connections by each chain of them; those to
+/// luminaires share it with the sensor's rays.
+pub fn by_mirrors<const C: usize>(
+    scene: &TraceableScene,
+    light: &DiffuserLight<C>,
+    sensors: Sensors,
+    sensor: usize,
+    [rays, connections]: [f64; 2],
+) -> Straight {
+    let grid = sensors.grid;
+    let mut straight = Straight::default();
+    let Sensor { position, normal } = lifted(scene, grid, sensor);
+    let average = grid.estimate == EstimateKind::CellAverage;
+    let key = sensors.stream.stream(Stream::Sensor, sensor as u64).stream(Stream::StraightByMirrors, 0);
+    for (chain, _) in scene.mirrors.before(position) {
+        let mut random = PathRandom::new(key.child(chain as u64));
+        let shift = random.uniform2();
+        for connection in 0..connections as u32 {
+            let point = position + if average { point_of_cell(grid, random.uniform2()) } else { DVec3::ZERO };
+            if average && scene.is_in_solid(point) {
+                continue;
+            }
+            let numbers = lattice::point(f64::from(connection), connections, shift);
+            if let Some((way, light)) = light.by_mirrors(scene, chain, (point, normal, None), numbers) {
+                straight.rays += way.rays;
+                straight.lux += light.luminance() * way.toward.dot(normal).max(0.0) / connections;
+            }
+            for luminaire in scene.luminaires.iter().filter(|luminaire| luminaire.emits()) {
+                let source = scene.enclosure.clamp(luminaire.point(random.uniform2()));
+                let to = (source, Some(luminaire.surface));
+                let Some(way) = scene.way_by_mirrors::<C>(chain, (point, None), to) else { continue };
+                straight.rays += way.rays;
+                let connected = luminaire_density(luminaire, way.unfolded);
+                let cosine = way.toward.dot(normal);
+                if cosine > 0.0 && connected > 0.0 {
+                    let seen = (way.reflectance * luminaire.seen(way.unfolded)).luminance();
+                    let counted = share(connections * connected, rays * cosine / PI);
+                    straight.lux += seen * cosine * counted / (connections * connected);
+                }
+            }
+        }
+    }
+    straight
+}
+
 /// Computes what luminaires send straight to a sensor: in closed form where nothing can hide it, else by so many connections to each, which
 /// share it with the sensor's rays by the power heuristic (Veach and Guibas 1995, beta = 2).
 pub fn of_luminaires<const C: usize>(

@@ -111,6 +111,21 @@ pub fn mirrors_points() -> Row {
     Row::new(scene).stored(&["path_tracing", "bidirectional_path_tracing"]).mirrors(Mirrors::LeftOut)
 }
 
+/// Mirrors that face each other, one that scatters as well, a box that is one, and a luminaire that hangs between.
+fn between_mirrors(estimate: skyduct::scene::EstimateKind) -> Row {
+    let mut scene = with_face(mirror_wall(furnished(matt(), estimate)), Face::South, specular(0.0, 0.6, 0.0));
+    scene.room.boxes[0].surface = specular(0.1, 0.5, 0.0);
+    Row::new(scene).mirrors(Mirrors::LeftOut)
+}
+
+pub fn between_mirrors_points() -> Row {
+    between_mirrors(Point).stored(&["path_tracing", "bidirectional_path_tracing"])
+}
+
+pub fn between_mirrors_cells() -> Row {
+    between_mirrors(CellAverage).stored(&["light_tracing", "bidirectional_path_tracing"])
+}
+
 /// The sun through clear closures, and by way of a mirror.
 pub fn mirror_clear_sun_cells() -> Row {
     let tubes = [bent(clear()), straight(0.5, 0.9, Diffuser::Open)];
