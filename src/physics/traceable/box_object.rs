@@ -98,6 +98,13 @@ impl TraceableBox {
         [corner(DVec2::min, low), corner(DVec2::max, high)]
     }
 
+    /// Unit normal of a face, away from the box.
+    pub fn normal(&self, face: usize) -> DVec3 {
+        let along = if face % 2 == 1 { 1.0 } else { -1.0 };
+        let own = DVec3::AXES[face / 2] * along;
+        (self.turn.transpose() * own.truncate()).extend(own.z)
+    }
+
     /// A corner, two edges that span the face, in the room frame; `face` is numbered as [`Face`](crate::scene::Face) is.
     pub fn face(&self, face: usize) -> [DVec3; 3] {
         let back = self.turn.transpose();

@@ -108,10 +108,8 @@ impl Mirrors {
             let surface = scene.numbering.box_face(number, face);
             let optics = mirror(surface)?;
             let [corner, u, v] = scene.boxes[number].face(face);
-            let [opposite, ..] = scene.boxes[number].face(face ^ 1);
-            let normal = u.cross(v).normalize();
-            let normal = if normal.dot(corner - opposite) < 0.0 { -normal } else { normal };
-            Some(plane(surface, optics, corner, normal, vec![corner, corner + u, corner + u + v, corner + v]))
+            let corners = vec![corner, corner + u, corner + u + v, corner + v];
+            Some(plane(surface, optics, corner, scene.boxes[number].normal(face), corners))
         });
         let planes: Vec<Plane> = faces.chain(of_boxes).collect();
         let sides = [Side::Front, Side::Back];

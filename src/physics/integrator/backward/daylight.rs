@@ -28,53 +28,73 @@ pub struct Followed;
 
 impl<const C: usize> Daylight<C> for Followed {
     fn connect(&self, walk: &mut Walk<'_, C>, vertex: &Vertex<'_, C>, tube: usize) {
-        connect_daylight(walk, vertex, tube, false);
+        connect_daylight(walk, vertex, tube, (1, false));
     }
 
     fn found_share(&self, scene: &TraceableScene, tube: usize, way: &Way, position: DVec3) -> Option<f64> {
         // connections count the sun, and share the sky that is found at once
-        Some(way.last.map_or(1.0, |last| {
-            let connected = opening_density(&scene.tubes[tube], position - last.position);
-            share(last.density, connected)
-        }))
+        Some(sky_share(&scene.tubes[tube], way, position, 1))
     }
 }
 
-/// Connects a vertex to sky and sun through a tube; `scattered`: not through clear zones of its closure.
-fn connect_daylight<const C: usize>(walk: &mut Walk<'_, C>, vertex: &Vertex<'_, C>, tube: usize, scattered: bool) {
+/// The share of the sky that a ray counts beside so many connections.
+fn sky_share(tube: &TraceableTube, way: &Way, position: DVec3, connections: u32) -> f64 {
+    way.last.map_or(1.0, |last| {
+        let connected = f64::from(connections) * opening_density(tube, position - last.position);
+        share(last.density, connected)
+    })
+}
+
+/// Connects a vertex to sky and sun through a tube, so many times; `scattered`: not through clear zones of its closure.
+fn connect_daylight<const C: usize>(
+    walk: &mut Walk<'_, C>,
+    vertex: &Vertex<'_, C>,
+    tube: usize,
+    (connections, scattered): (u32, bool),
+) {
+    let vertex = &Vertex { weight: vertex.weight * (1.0 / f64::from(connections)), ..*vertex };
     let scene = walk.scene;
     let tube = &scene.tubes[tube];
     if !tube.daylit {
         return;
     }
-    if scene.sky.is_some() {
-        connect_sky(walk, vertex, tube, scattered);
-    }
-    if let Some(sun) = &scene.sun
-        && tube.diffuser.scatters(tube.opening_radius)
-    {
-        connect_scattered_sun(walk, vertex, tube, sun);
+    for _ in 0..connections {
+        if scene.sky.is_some() {
+            connect_sky(walk, vertex, tube, (connections, scattered));
+        }
+        if let Some(sun) = &scene.sun
+            && tube.diffuser.scatters(tube.opening_radius)
+        {
+            connect_scattered_sun(walk, vertex, tube, sun);
+        }
     }
 }
 
 /// The same but for light that comes into the room unscattered, through clear zones of closures.
 #[derive(Debug)]
-pub struct FollowedThroughLamps;
+pub struct FollowedThroughLamps {
+    /// Connections of each vertex.
+    pub connections: u32,
+}
 
 impl<const C: usize> Daylight<C> for FollowedThroughLamps {
     fn connect(&self, walk: &mut Walk<'_, C>, vertex: &Vertex<'_, C>, tube: usize) {
-        connect_daylight(walk, vertex, tube, true);
+        connect_daylight(walk, vertex, tube, (self.connections, true));
     }
 
     fn found_share(&self, scene: &TraceableScene, tube: usize, way: &Way, position: DVec3) -> Option<f64> {
         let is_clear = scene.tubes[tube].closure_at(position).unscattered::<C>().is_some();
-        let share = || Daylight::<C>::found_share(&Followed, scene, tube, way, position);
-        if is_clear { None } else { share() }
+        (!is_clear).then(|| sky_share(&scene.tubes[tube], way, position, self.connections))
     }
 }
 
-/// Adds sky through a point of a tube's opening; `scattered`: only where the closure scatters it.
-fn connect_sky<const C: usize>(walk: &mut Walk<'_, C>, vertex: &Vertex<'_, C>, tube: &TraceableTube, scattered: bool) {
+/// Adds sky through a point of a tube's opening, one of so many connections; `scattered`: only where the closure scatters it.
+fn connect_sky<const C: usize>(
+    walk: &mut Walk<'_, C>,
+    vertex: &Vertex<'_, C>,
+    tube: &TraceableTube,
+    (connections, scattered): (u32, bool),
+) {
     let point = tube.origin + (warp::disc(walk.samples.pair()) * tube.opening_radius).extend(0.0);
     let way = point - vertex.position;
     let from = -way.normalize();
@@ -93,7 +113,8 @@ fn connect_sky<const C: usize>(walk: &mut Walk<'_, C>, vertex: &Vertex<'_, C>, t
     }
     let sky = walk.scene.sky.as_ref().map_or(0.0, |sky| sky.luminance(transit.direction));
     let connected = opening_density(tube, way);
-    walk.sum += response * weight * transit.weight() * (sky * share(connected, density) / connected);
+    let counted = share(f64::from(connections) * connected, density);
+    walk.sum += response * weight * transit.weight() * (sky * counted / connected);
 }
 
 /// Adds sun that a tube's closure scatters straight to a vertex.

@@ -15,7 +15,7 @@ use super::vertex::Vertex;
 use super::walk::{Meeting, Ray, Walk};
 use crate::optics::Spectrum;
 use crate::traceable::luminaire::TraceableLuminaire;
-use crate::traceable::{Openings, SurfaceId, TraceableScene};
+use crate::traceable::{Openings, RoomHit, SurfaceId, TraceableScene};
 
 /// Openings, at most, to each of which a vertex is connected where it is not known what they send; of more, and where it is known, it is
 /// connected to one by what that may send there.
@@ -55,6 +55,14 @@ pub trait Daylight<const C: usize>: Sync {
         None
     }
 
+    /// The share of the diffuse light of a surface that a ray counts; vertices that are connected to bright surfaces count the rest.
+    fn reflected_share(&self, _way: &Way, _surface: SurfaceId, _hit: &RoomHit) -> f64 {
+        1.0
+    }
+
+    /// Adds what bright surfaces reflect to a vertex.
+    fn connect_bright(&self, _walk: &mut Walk<'_, C>, _vertex: &Vertex<'_, C>) {}
+
     /// The share of the sky that a ray counts which meets the opening of tube `tube` at `position` and finds the sky at
     /// once; what it finds after it came back down the guide it counts whole. `None`: it counts neither.
     fn found_share(&self, scene: &TraceableScene, tube: usize, way: &Way, position: DVec3) -> Option<f64>;
@@ -92,7 +100,8 @@ pub struct Last {
     pub narrow: bool,
     /// Chain of mirrors that the ray has come by.
     pub chain: Option<usize>,
-    is_sensor: bool,
+    /// It is a sensor.
+    pub is_sensor: bool,
 }
 
 impl<const C: usize, D: Daylight<C>> Meeting<C> for NextEvent<'_, D> {
@@ -103,6 +112,11 @@ impl<const C: usize, D: Daylight<C>> Meeting<C> for NextEvent<'_, D> {
     fn reflected(&self, ray: &Ray<C, Way>, surface: SurfaceId, point: DVec3) -> Option<Spectrum<C>> {
         // what the eye sees straight shows the edges of patches
         if ray.trace.from_eye { None } else { self.0.reflected(surface, point) }
+    }
+
+    #[inline]
+    fn reflected_share(&self, ray: &Ray<C, Way>, surface: SurfaceId, hit: &RoomHit) -> f64 {
+        self.0.reflected_share(&ray.trace, surface, hit)
     }
 
     fn arrives(&self, _: &Way, _: f64) {}
@@ -142,6 +156,9 @@ impl<const C: usize, D: Daylight<C>> Meeting<C> for NextEvent<'_, D> {
         }
         if self.0.counts_mirrors() && !vertex.is_narrow() {
             self.connect_by_mirrors(walk, vertex);
+        }
+        if !vertex.is_sensor() && !vertex.is_narrow() {
+            self.0.connect_bright(walk, vertex);
         }
         let lambertian = vertex.lambertian().filter(|_| !scene.luminaires_obstructed);
         for luminaire in scene.luminaires.iter().filter(|luminaire| luminaire.emits()) {

@@ -40,6 +40,12 @@ pub trait Meeting<const C: usize> {
         None
     }
 
+    /// The share of such light that the ray counts; the vertex that it comes from counts the rest.
+    #[inline]
+    fn reflected_share(&self, _ray: &Ray<C, Self::Trace>, _surface: SurfaceId, _hit: &RoomHit) -> f64 {
+        1.0
+    }
+
     /// A ray has gone on by `length` metres.
     fn flew(&self, _trace: &mut Self::Trace, _length: f64) {}
 
@@ -187,7 +193,8 @@ impl<'a, const C: usize> Walk<'a, C> {
                                 }
                                 false => optics,
                             };
-                            if !self.goes_beyond(known, rest, &mut ray) {
+                            let share = meeting.reflected_share(&ray, surface, &hit);
+                            if !self.goes_beyond((known, share), rest, &mut ray) {
                                 return;
                             }
                             self.meet_surface(meeting, (surface, rest), &hit, &ray, None)
@@ -224,10 +231,15 @@ impl<'a, const C: usize> Walk<'a, C> {
         self.stands_for = stands_for;
     }
 
-    /// A ray meets a surface whose reflected light is `known` by a coarse solution: counts that, and decides whether it goes on for what that
+    /// A ray meets a surface whose reflected light is `known` by a coarse solution: counts its share of that, and decides whether it goes on for what that
     /// leaves out; if so it stands for those that do not.
-    fn goes_beyond<Trace>(&mut self, known: Spectrum<C>, optics: &SurfaceOptics, ray: &mut Ray<C, Trace>) -> bool {
-        self.sum += ray.weight * known;
+    fn goes_beyond<Trace>(
+        &mut self,
+        (known, share): (Spectrum<C>, f64),
+        optics: &SurfaceOptics,
+        ray: &mut Ray<C, Trace>,
+    ) -> bool {
+        self.sum += ray.weight * known * share;
         self.since.get_or_insert(self.sum);
         let stands_for = self.stands_for.take().unwrap_or_else(|| {
             let leaving = ray.weight * (optics.diffuse() + optics.specular());

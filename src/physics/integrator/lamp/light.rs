@@ -24,7 +24,7 @@ use super::books;
 use super::cells::{Leaving, TubeLight, per_lumen};
 use super::sight::{Sight, sight};
 use crate::integrator::backward::daylight::FollowedThroughLamps;
-use crate::integrator::backward::next_event::{Daylight, Way};
+use crate::integrator::backward::next_event::{Daylight, Way, share};
 use crate::integrator::backward::vertex::Vertex;
 use crate::integrator::backward::walk::Walk;
 use crate::integrator::photon::chunks::{Chunks, Tally, fold_chunks};
@@ -35,7 +35,7 @@ use crate::integrator::radiosity::{Exchange, Solution};
 use crate::optics::Spectrum;
 use crate::sampling::{Key, PathRandom, PathSamples, Replicate, Stream};
 use crate::scene::Sensor;
-use crate::traceable::{Openings, SurfaceId, TraceableScene, TraceableTube, WayByMirrors};
+use crate::traceable::{Openings, RoomHit, SurfaceId, TraceableScene, TraceableTube, WayByMirrors};
 
 /// Photons that a vertex is connected to where nothing has a closed form.
 const CONNECTIONS: usize = 2;
@@ -247,6 +247,13 @@ impl<const C: usize> DiffuserLight<C> {
     }
 }
 
+/// Connections of a vertex beside an opening, where few paths come by much light, but for one that many paths share.
+const CONNECTIONS_BESIDE: u32 = 8;
+
+fn followed(shared: bool) -> FollowedThroughLamps {
+    FollowedThroughLamps { connections: if shared { 1 } else { CONNECTIONS_BESIDE } }
+}
+
 impl<const C: usize> DiffuserLight<C> {
     /// A way from a place, with its normal and surface, by a chain of mirrors to a photon that stands for those of all openings, and what it
     /// carries: for a response of one per sr, in lm/sr/m2. Two numbers in 0..1 choose; `None` where the mirrors do not show it.
@@ -270,6 +277,34 @@ impl<const C: usize> DiffuserLight<C> {
 }
 
 impl<const C: usize> Daylight<C> for DiffuserLight<C> {
+    #[inline]
+    fn reflected_share(&self, way: &Way, surface: SurfaceId, hit: &RoomHit) -> f64 {
+        let Some((solution, _)) = self.reflected.as_ref().filter(|(solution, _)| solution.has_bright()) else {
+            return 1.0;
+        };
+        let connected = way.last.filter(|last| !last.is_sensor && !last.narrow && last.chain.is_none());
+        connected.map_or(1.0, |last| {
+            let to = hit.position - last.position;
+            let squared = to.length_squared();
+            let cosine = -to.dot(hit.normal) / squared.sqrt();
+            let density = solution.bright_density(surface, hit.position) * squared / cosine;
+            share(last.density, density)
+        })
+    }
+
+    fn connect_bright(&self, walk: &mut Walk<'_, C>, vertex: &Vertex<'_, C>) {
+        let Some((solution, times)) = self.reflected.as_ref().filter(|(solution, _)| solution.has_bright()) else {
+            return;
+        };
+        let (choice, point) = (walk.samples.random.uniform(), walk.samples.random.uniform2());
+        let place = (vertex.position, vertex.surface);
+        walk.rays += 1;
+        if let Some((toward, luminance, density)) = solution.bright_point(walk.scene, place, choice, point) {
+            let (response, of_ray) = vertex.response(toward);
+            walk.sum += response * luminance * (times * share(density, of_ray) / density);
+        }
+    }
+
     fn counts_mirrors(&self) -> bool {
         true
     }
@@ -297,7 +332,7 @@ impl<const C: usize> Daylight<C> for DiffuserLight<C> {
     fn connect(&self, walk: &mut Walk<'_, C>, vertex: &Vertex<'_, C>, tube: usize) {
         let light = &self.tubes[tube];
         match sight(walk.scene, vertex, light.origin, light.radius) {
-            Sight::ByRays => return FollowedThroughLamps.connect(walk, vertex, tube),
+            Sight::ByRays => return followed(vertex.is_narrow() || vertex.is_sensor()).connect(walk, vertex, tube),
             Sight::Never => return,
             _ if light.choices.is_empty() => return,
             Sight::Whole(albedo) => {
@@ -325,7 +360,7 @@ impl<const C: usize> Daylight<C> for DiffuserLight<C> {
             // by way of mirrors vertices are connected from however near
             Some(last) if last.chain.is_some() => None,
             Some(last) if last.narrow || !self.tubes[tube].is_far(last.position, 0.0) => {
-                Daylight::<C>::found_share(&FollowedThroughLamps, scene, tube, way, position)
+                Daylight::<C>::found_share(&followed(last.narrow || last.is_sensor), scene, tube, way, position)
             }
             Some(_) => None,
             // what passes unscattered is none of a lamp's
@@ -349,6 +384,14 @@ pub struct SensorLit<'a, const C: usize> {
 }
 
 impl<const C: usize> Daylight<C> for SensorLit<'_, C> {
+    fn reflected_share(&self, way: &Way, surface: SurfaceId, hit: &RoomHit) -> f64 {
+        Daylight::reflected_share(self.light, way, surface, hit)
+    }
+
+    fn connect_bright(&self, walk: &mut Walk<'_, C>, vertex: &Vertex<'_, C>) {
+        self.light.connect_bright(walk, vertex);
+    }
+
     fn connect(&self, walk: &mut Walk<'_, C>, vertex: &Vertex<'_, C>, tube: usize) {
         self.light.connect(walk, vertex, tube);
     }

@@ -6,11 +6,13 @@ use std::sync::Arc;
 use glam::DVec3;
 use rayon::prelude::*;
 
+use super::bright::{Area, Bright};
+use super::gradients::of_opening;
 use super::patches::Patches;
 use crate::integrator::lamp::cells::per_lumen;
 use crate::optics::Spectrum;
 use crate::sampling::{Key, PathRandom, warp};
-use crate::traceable::{Place, SurfaceId, TraceableScene};
+use crate::traceable::{Place, SurfaceId, TraceableScene, TraceableTube};
 
 /// Rays from each patch, in as many strata of directions.
 const RAYS: usize = STRATA * STRATA;
@@ -47,6 +49,8 @@ pub struct Exchange<const C: usize> {
     patches: Patches,
     /// Number of each patch among those that rays meet.
     numbers: Vec<u32>,
+    /// Where they lie, by these numbers; `None` for those of facets.
+    areas: Vec<Option<Area>>,
     /// Diffuse reflectances, by these numbers.
     reflectances: Vec<Spectrum<C>>,
     /// The patches in which the rays of each end, by these numbers, and what mirrors on the way reflect.
@@ -88,6 +92,14 @@ impl<const C: usize> Exchange<C> {
                 if numbers[patch] == NONE {
                     numbers[patch] = found.len() as u32;
                     found.push(Found { surface, spots: Vec::new() });
+                    // rays rarely meet each part of a cell
+                    let face = scene.enclosure.polygons.get(surface.index());
+                    for (part, position) in patches.beside(surface, patch) {
+                        if numbers[part] == NONE && face.is_none_or(|face| face.contains(position)) {
+                            numbers[part] = found.len() as u32;
+                            found.push(Found { surface, spots: vec![Spot { position, ..spot }] });
+                        }
+                    }
                 }
                 let Found { spots, .. } = &mut found[numbers[patch] as usize];
                 if spots.len() < RAYS {
@@ -121,7 +133,16 @@ impl<const C: usize> Exchange<C> {
         let of_luminaires = lit.iter().map(|lit| lit.of_luminaires).collect();
         let reflectance = |patch: &Found| scene.optics(patch.surface).map_or(Spectrum::ZERO, |optics| optics.diffuse());
         let reflectances = found.iter().map(reflectance).collect();
-        let exchange = Self { numbers, reflectances, met, of_openings, openings_of_patch, of_luminaires, patches };
+        let area = |(patch, number): (usize, &u32)| {
+            let found = found.get(*number as usize)?;
+            Some((*number, patches.area(found.surface, patch)))
+        };
+        let mut areas = vec![None; found.len()];
+        for (number, area) in numbers.iter().enumerate().filter_map(area) {
+            areas[number as usize] = area;
+        }
+        let exchange =
+            Self { numbers, areas, reflectances, met, of_openings, openings_of_patch, of_luminaires, patches };
         (!found.is_empty()).then_some(exchange)
     }
 
@@ -163,7 +184,8 @@ impl<const C: usize> Exchange<C> {
         // light of luminaires is no part of what openings send
         let alone = self.of_luminaires.iter().all(|lux| lux.max() <= 0.0);
         let all: f64 = fluxes.iter().map(Spectrum::luminance).sum();
-        Solution { exchange: self.clone(), luminances: radiosities, flux: (alone && all > 0.0).then_some(all) }
+        let bright = Bright::new(radiosities.iter().map(Spectrum::luminance).zip(self.areas.iter().copied()));
+        Solution { exchange: self.clone(), bright, luminances: radiosities, flux: (alone && all > 0.0).then_some(all) }
     }
 }
 
@@ -188,8 +210,9 @@ impl<const C: usize> Lit<C> {
                 let Some((tube, probability)) = scene.openings.choose(spot.position, spot.normal, choice) else {
                     return (0, 0.0);
                 };
-                let to = point_of(scene, tube, random);
-                let lux = per_lumen(to - spot.position, spot.normal);
+                let of_tube = &scene.tubes[tube];
+                let to = point_of(of_tube, random);
+                let lux = of_opening(of_tube, spot.position, spot.normal) / of_tube.opening_area_m2();
                 let is_seen =
                     lux > 0.0 && to.z > spot.position.z && scene.visible(to, None, spot.position, spot.surface);
                 (tube as u32, if is_seen { lux / (probability * RAYS as f64) } else { 0.0 })
@@ -214,8 +237,7 @@ impl<const C: usize> Lit<C> {
 }
 
 /// An even point of an opening.
-fn point_of(scene: &TraceableScene, tube: usize, random: &mut PathRandom) -> DVec3 {
-    let tube = &scene.tubes[tube];
+fn point_of(tube: &TraceableTube, random: &mut PathRandom) -> DVec3 {
     tube.origin + (warp::disc(random.uniform2()) * tube.opening_radius).extend(0.0)
 }
 
@@ -225,7 +247,7 @@ fn by_mirrors<const C: usize>(scene: &TraceableScene, spot: &Spot, random: &mut 
         let (chain, of_chain) = scene.mirrors.choose(spot.position, random.uniform())?;
         let (image, normal) = scene.mirrors.image(chain, (spot.position, spot.normal));
         let (tube, of_tube) = scene.openings.choose(image, normal, random.uniform())?;
-        let source = (point_of(scene, tube, random), None);
+        let source = (point_of(&scene.tubes[tube], random), None);
         let way = scene.way_by_mirrors::<C>(chain, (spot.position, spot.surface), source)?;
         let lux = per_lumen(way.unfolded, normal).max(0.0) * way.reflectance.luminance();
         Some((tube as u32, lux / (of_chain * of_tube * RAYS as f64)))
@@ -277,6 +299,8 @@ pub struct Solution<const C: usize> {
     exchange: Arc<Exchange<C>>,
     /// In cd/m2.
     luminances: Vec<Spectrum<C>>,
+    /// Those that are much brighter than most.
+    bright: Bright,
     /// Luminous flux of all openings, in lm, to which the luminances are in proportion; `None` where they are not.
     flux: Option<f64>,
 }
@@ -290,7 +314,48 @@ impl<const C: usize> Solution<C> {
     /// Luminance in cd/m2 of what a surface reflects diffusely at a point, by its patch; `None` where that is not known.
     #[inline]
     pub fn luminance(&self, surface: SurfaceId, point: DVec3) -> Option<Spectrum<C>> {
+        self.luminances.get(self.number(surface, point)? as usize).copied()
+    }
+
+    #[inline]
+    fn number(&self, surface: SurfaceId, point: DVec3) -> Option<u32> {
         let Exchange { patches, numbers, .. } = &*self.exchange;
-        self.luminances.get(numbers[patches.at(surface, point)?] as usize).copied()
+        Some(numbers[patches.at(surface, point)?])
+    }
+
+    /// Density per m2 by which a point of a surface is chosen among those of bright patches; 0 where it is none.
+    #[inline]
+    pub fn bright_density(&self, surface: SurfaceId, point: DVec3) -> f64 {
+        if self.bright.is_empty() {
+            return 0.0;
+        }
+        self.number(surface, point).map_or(0.0, |number| self.bright.density(number))
+    }
+
+    /// A point that is chosen among those of bright patches and seen from a place: unit vector toward it, its luminance in cd/m2, and the
+    /// density of such directions per sr. Three numbers in 0..1 choose.
+    pub fn bright_point(
+        &self,
+        scene: &TraceableScene,
+        (place, from): (DVec3, Option<SurfaceId>),
+        choice: f64,
+        point: [f64; 2],
+    ) -> Option<(DVec3, Spectrum<C>, f64)> {
+        let (number, point) = self.bright.choose(choice, point)?;
+        let toward = (point - place).try_normalize()?;
+        let hit = scene.intersect(place, toward, from);
+        let Place::Surface(surface) = hit.place else { return None };
+        if self.number(surface, hit.position) != Some(number) {
+            return None;
+        }
+        let cosine = -toward.dot(hit.normal);
+        let density = self.bright.density(number) * (hit.position - place).length_squared() / cosine;
+        (cosine > 0.0).then(|| (toward, self.luminances[number as usize], density))
+    }
+
+    /// True if vertices are connected to bright patches.
+    #[inline]
+    pub fn has_bright(&self) -> bool {
+        !self.bright.is_empty()
     }
 }

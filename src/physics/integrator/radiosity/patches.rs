@@ -4,6 +4,8 @@ use std::collections::HashMap;
 
 use glam::DVec3;
 
+use super::bright::Area;
+use super::gradients::Gradients;
 use crate::geometry::planar::Polygon;
 use crate::sampling::warp;
 use crate::traceable::mesh_objects::TraceableMeshes;
@@ -39,13 +41,24 @@ enum Layout {
     Divided { plane: u32, first: u32 },
 }
 
-/// A rectangle that is divided evenly.
-#[derive(Clone, Copy, Debug)]
+/// A rectangle that is divided evenly into cells, and these into parts.
+#[derive(Clone, Debug)]
 struct Plane {
     corner: DVec3,
-    /// Vectors whose product with the way from the corner is the number of the patch along an edge.
+    /// Vectors along the edges, of the length of a cell.
+    edges: [DVec3; 2],
+    /// Vectors whose product with the way from the corner is the number of the cell along an edge.
     along: [DVec3; 2],
     cells: [u32; 2],
+    /// Parts of each cell; empty where each is one.
+    parts: Vec<Parts>,
+}
+
+/// Parts of a cell: squares of a number, from a first one on.
+#[derive(Clone, Copy, Debug)]
+struct Parts {
+    along_edge: u32,
+    first: u32,
 }
 
 impl Plane {
@@ -56,18 +69,74 @@ impl Plane {
             let squared = edges[axis].length_squared();
             if squared > 0.0 { edges[axis] * (f64::from(cells[axis]) / squared) } else { DVec3::ZERO }
         };
-        Self { corner, along: [along(0), along(1)], cells }
+        let of_cell = [0, 1].map(|axis| edges[axis] / f64::from(cells[axis]));
+        Self { corner, edges: of_cell, along: [along(0), along(1)], cells, parts: Vec::new() }
     }
 
+    /// Number of patches.
     fn count(&self) -> u32 {
-        self.cells[0] * self.cells[1]
+        self.parts.last().map_or(self.cells[0] * self.cells[1], |last| last.first + last.along_edge * last.along_edge)
     }
 
     #[inline]
     fn at(&self, point: DVec3) -> u32 {
         let away = point - self.corner;
-        let cell = |axis: usize| (away.dot(self.along[axis]).max(0.0) as u32).min(self.cells[axis] - 1);
-        cell(0) * self.cells[1] + cell(1)
+        let [u, v] = [0, 1].map(|axis| away.dot(self.along[axis]).max(0.0));
+        let [row, column] = [u as u32, v as u32];
+        let (row, column) = (row.min(self.cells[0] - 1), column.min(self.cells[1] - 1));
+        let cell = row * self.cells[1] + column;
+        let Some(Parts { along_edge, first }) = self.parts.get(cell as usize) else { return cell };
+        let within =
+            |place: f64, cell: u32| (((place - f64::from(cell)) * f64::from(*along_edge)) as u32).min(along_edge - 1);
+        first + within(u, row) * along_edge + within(v, column)
+    }
+
+    /// Corner of a cell.
+    fn corner_of(&self, cell: u32) -> DVec3 {
+        let (row, column) = (cell / self.cells[1], cell % self.cells[1]);
+        self.corner + self.edges[0] * f64::from(row) + self.edges[1] * f64::from(column)
+    }
+
+    /// Divides each cell into as many parts along an edge as `wanted` says of its corner and edges.
+    fn divide_cells(&mut self, wanted: impl Fn(DVec3, [DVec3; 2]) -> u32) {
+        let mut first = 0;
+        let parts: Vec<Parts> = (0..self.cells[0] * self.cells[1])
+            .map(|cell| {
+                let parts = Parts { along_edge: wanted(self.corner_of(cell), self.edges), first };
+                first += parts.along_edge * parts.along_edge;
+                parts
+            })
+            .collect();
+        if parts.iter().any(|parts| parts.along_edge > 1) {
+            self.parts = parts;
+        }
+    }
+
+    /// A patch by its number.
+    fn area(&self, number: u32) -> Area {
+        let cell = match self.parts.is_empty() {
+            true => number,
+            false => self.parts.partition_point(|parts| parts.first <= number).saturating_sub(1) as u32,
+        };
+        let Parts { along_edge, first } =
+            self.parts.get(cell as usize).copied().unwrap_or(Parts { along_edge: 1, first: number });
+        let edges = self.edges.map(|edge| edge / f64::from(along_edge));
+        let [row, column] = [(number - first) / along_edge, (number - first) % along_edge].map(f64::from);
+        Area { corner: self.corner_of(cell) + edges[0] * row + edges[1] * column, edges }
+    }
+
+    /// The parts of the cell that has part `number`, with their middles; none where it is the whole cell.
+    fn beside(&self, number: u32) -> impl Iterator<Item = (u32, DVec3)> {
+        let cell = self.parts.partition_point(|parts| parts.first <= number).saturating_sub(1);
+        let parts = self.parts.get(cell).copied().filter(|parts| parts.along_edge > 1);
+        parts.into_iter().flat_map(move |Parts { along_edge, first }| {
+            let corner = self.corner_of(cell as u32);
+            let middle = move |part: u32| (f64::from(part) + 0.5) / f64::from(along_edge);
+            (0..along_edge * along_edge).map(move |part| {
+                let [u, v] = [part / along_edge, part % along_edge].map(middle);
+                (first + part, corner + self.edges[0] * u + self.edges[1] * v)
+            })
+        })
     }
 }
 
@@ -82,8 +151,11 @@ impl Patches {
         let fine = libm::cbrt(target / USUAL_ERROR).clamp(SMALLEST, 1.0);
         let edge = (fine * SHARE_OF_ROOM * scene.enclosure.shortest_edge_m()).max((area / MOST_OF_FACES).sqrt());
         let mut patches = Self { layouts: vec![Layout::None; scene.surfaces_count()], planes: Vec::new(), count: 0 };
+        let gradients = Gradients::new(scene, area);
         for (surface, corner, edges) in rectangles {
-            let plane = Plane::new(corner, edges, edge);
+            let mut plane = Plane::new(corner, edges, edge);
+            let normal = plane_normal(scene, surface);
+            plane.divide_cells(|corner, edges| gradients.parts(corner, edges, normal));
             patches.divide(scene, [surface], plane);
         }
         if let Some(meshes) = &scene.meshes {
@@ -139,8 +211,41 @@ impl Patches {
     }
 }
 
+impl Patches {
+    /// Where a patch of a surface lies; `None` for one of facets.
+    pub fn area(&self, surface: SurfaceId, patch: usize) -> Option<Area> {
+        match self.layouts[surface.index()] {
+            Layout::Divided { plane, first } => Some(self.planes[plane as usize].area(patch as u32 - first)),
+            Layout::None | Layout::One(_) => None,
+        }
+    }
+
+    /// The other parts of the cell that a patch of a surface is a part of, and itself, with their middles; none where it is the whole cell.
+    pub fn beside(&self, surface: SurfaceId, patch: usize) -> impl Iterator<Item = (usize, DVec3)> {
+        let divided = match self.layouts[surface.index()] {
+            Layout::Divided { plane, first } => Some((&self.planes[plane as usize], first)),
+            Layout::None | Layout::One(_) => None,
+        };
+        divided.into_iter().flat_map(move |(plane, first)| {
+            let parts = plane.beside(patch as u32 - first);
+            parts.map(move |(part, middle)| ((first + part) as usize, middle))
+        })
+    }
+}
+
 fn reflects(scene: &TraceableScene, surface: SurfaceId) -> bool {
     scene.optics(surface).is_some_and(|optics| optics.gathers())
+}
+
+/// Unit normal of a face of the room or of a box, on the side that light comes from.
+fn plane_normal(scene: &TraceableScene, surface: SurfaceId) -> DVec3 {
+    match scene.numbering.box_of(surface) {
+        None => scene.enclosure.normal(surface.index()),
+        Some(number) => {
+            let of_box = surface.index() - scene.numbering.box_face(number, 0).index();
+            scene.boxes[number].normal(of_box)
+        }
+    }
 }
 
 /// The faces of the room, with rectangles around them, and of its boxes: a corner, and two edges.
@@ -178,4 +283,35 @@ fn extents(meshes: &TraceableMeshes) -> Vec<[DVec3; 3]> {
         [u * left + v * low + normal * height, u * (right - left), v * (high - low)]
     };
     bounds.into_iter().enumerate().map(rectangle).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Of 3 x 2 cells of 1 m the fourth has 2 x 2 parts: nine patches, each of which holds the points of its area, and what lies beside a part
+    /// are the four of its cell with their middles.
+    #[test]
+    fn cells_are_divided_into_parts() {
+        let mut plane = Plane::new(DVec3::Z, [DVec3::X * 3.0, DVec3::Y * 2.0], 1.0);
+        assert_eq!((plane.count(), plane.at(DVec3::new(1.2, 1.7, 1.0))), (6, 3));
+        let fourth = DVec3::new(1.0, 1.0, 1.0);
+        plane.divide_cells(|corner, _| if (corner - fourth).length() < 1e-9 { 2 } else { 1 });
+        assert_eq!(plane.count(), 9);
+        for number in 0..9 {
+            let Area { corner, edges: [u, v] } = plane.area(number);
+            for (along_u, along_v) in [(0.01, 0.01), (0.5, 0.99), (0.99, 0.5)] {
+                assert_eq!(plane.at(corner + u * along_u + v * along_v), number);
+            }
+            let beside: Vec<(u32, DVec3)> = plane.beside(number).collect();
+            assert_eq!(beside.len(), if (3..7).contains(&number) { 4 } else { 0 });
+            for (part, middle) in beside {
+                assert_eq!(plane.at(middle), part);
+                let Area { corner, edges: [u, v] } = plane.area(part);
+                assert!((corner + 0.5 * (u + v) - middle).length() < 1e-12);
+            }
+        }
+        // beyond the edges the nearest patch counts
+        assert_eq!([DVec3::NEG_ONE, DVec3::splat(9.0)].map(|point| plane.at(point)), [0, 8]);
+    }
 }

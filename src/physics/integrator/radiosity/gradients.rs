@@ -1,0 +1,82 @@
+//! Where light straight from openings and luminaires changes so fast over a cell of a surface that it is divided.
+
+use glam::DVec3;
+
+use crate::geometry::disc::disc_irradiance;
+use crate::traceable::luminaire::TraceableLuminaire;
+use crate::traceable::{TraceableScene, TraceableTube};
+
+/// Standard deviation of what a part of a cell has of straight light, by chance of being met, in the mean of the room.
+const TOLERANCE: f64 = 0.05;
+
+/// Parts along an edge of a cell, at most.
+const MOST_PARTS: f64 = 16.0;
+
+/// Sources farther from a cell than this, in lengths of its edges and their own, change little over it.
+const FAR: f64 = 3.0;
+
+/// Places along an edge of a cell where light is looked at.
+const PLACES: [f64; 3] = [0.0, 0.5, 1.0];
+
+/// Openings and luminaires whose light may change fast.
+pub struct Gradients<'a> {
+    tubes: &'a [TraceableTube],
+    luminaires: Vec<&'a TraceableLuminaire>,
+    area_m2: f64,
+    /// Mean illuminances of all surfaces by openings of unit exitance, and by luminaires.
+    means: [f64; 2],
+}
+
+impl<'a> Gradients<'a> {
+    /// `area_m2`: area of all surfaces that are divided.
+    pub fn new(scene: &'a TraceableScene, area_m2: f64) -> Self {
+        let luminaires: Vec<_> = scene.luminaires.iter().filter(|luminaire| luminaire.emits()).collect();
+        let of_openings: f64 = scene.tubes.iter().map(TraceableTube::opening_area_m2).sum();
+        let of_luminaires: f64 = luminaires.iter().map(|luminaire| luminaire.flux::<1>().luminance()).sum();
+        Self { tubes: &scene.tubes, luminaires, area_m2, means: [of_openings, of_luminaires].map(|lm| lm / area_m2) }
+    }
+
+    /// Parts of a cell along an edge, from 1 to 16.
+    pub fn parts(&self, corner: DVec3, edges: [DVec3; 2], normal: DVec3) -> u32 {
+        let middle = corner + 0.5 * (edges[0] + edges[1]);
+        let length = edges[0].length().max(edges[1].length());
+        let share = (edges[0].cross(edges[1]).length() / self.area_m2).sqrt();
+        let is_near = |source: DVec3, size: f64| (source - middle).length() < FAR * (length + size);
+        let tubes: Vec<_> = self.tubes.iter().filter(|tube| is_near(tube.origin, tube.opening_radius)).collect();
+        let luminaires: Vec<_> = self
+            .luminaires
+            .iter()
+            .filter(|luminaire| is_near(luminaire.point([0.5; 2]), luminaire.longer_edge_m()))
+            .collect();
+        if tubes.is_empty() && luminaires.is_empty() {
+            return 1;
+        }
+        let [mut low, mut high] = [[f64::INFINITY; 2], [0.0; 2]];
+        for (u, v) in PLACES.into_iter().flat_map(|u| PLACES.map(|v| (u, v))) {
+            let place = corner + edges[0] * u + edges[1] * v;
+            let of_tubes: f64 = tubes.iter().map(|tube| of_opening(tube, place, normal)).sum();
+            let of_luminaires: f64 =
+                luminaires.iter().map(|luminaire| luminaire.irradiance::<1>(place, normal).luminance()).sum();
+            for (kind, lux) in [of_tubes, of_luminaires].into_iter().enumerate() {
+                (low[kind], high[kind]) = (low[kind].min(lux), high[kind].max(lux));
+            }
+        }
+        let wanted = |kind: usize| match self.means[kind] {
+            mean if mean > 0.0 => (high[kind] - low[kind]) / mean * share / TOLERANCE,
+            _ => 0.0,
+        };
+        wanted(0).max(wanted(1)).ceil().clamp(1.0, MOST_PARTS) as u32
+    }
+}
+
+/// Illuminance of a place by an opening of unit exitance, about where the horizon cuts it.
+pub fn of_opening(tube: &TraceableTube, place: DVec3, normal: DVec3) -> f64 {
+    let away = tube.origin - place;
+    let offset = away.truncate().length();
+    if away.z <= 0.0 {
+        return 0.0;
+    }
+    let found = disc_irradiance(tube.opening_radius, away.z, offset);
+    let toward = if offset > 0.0 { away.truncate().dot(normal.truncate()) / offset } else { 0.0 };
+    (found.vertical * normal.z + found.toward_axis * toward).max(0.0)
+}
