@@ -6,9 +6,9 @@
 use glam::DVec3;
 use smallvec::{SmallVec, smallvec};
 
-use super::scene::TraceableScene;
-use super::surface_id::SurfaceId;
-use super::{Place, Side};
+use super::box_object::TraceableBox;
+use super::enclosure::TraceableEnclosure;
+use super::surface_id::{Numbering, Side, SurfaceId};
 use crate::optics::{Spectrum, SurfaceOptics};
 
 /// Chains that reflect less in all are left out, and at most so many are kept, the brightest.
@@ -58,19 +58,6 @@ impl Chain {
     }
 }
 
-/// A way from a place to a source by way of mirrors.
-#[derive(Clone, Copy, Debug)]
-pub struct WayByMirrors<const C: usize> {
-    /// Unit vector from the place.
-    pub toward: DVec3,
-    /// Way from the image of the place to the source, in m: its length is that of the whole way, its direction that in which it ends.
-    pub unfolded: DVec3,
-    /// What the mirrors reflect.
-    pub reflectance: Spectrum<C>,
-    /// Number of its straight parts.
-    pub rays: u64,
-}
-
 impl Plane {
     #[inline]
     fn height(&self, point: DVec3) -> f64 {
@@ -95,26 +82,31 @@ impl Plane {
 }
 
 impl Mirrors {
-    /// Finds the plane mirrors of a scene and their chains.
-    pub fn new(scene: &TraceableScene) -> Self {
-        let mirror = |surface: SurfaceId| scene.optics(surface).filter(|optics| optics.is_mirror());
-        let faces = scene.enclosure.polygons.iter().enumerate().filter_map(|(face, polygon)| {
+    /// Finds the plane mirrors of a room and its boxes and their chains; `surfaces`: optics by number.
+    pub fn new(
+        enclosure: &TraceableEnclosure,
+        boxes: &[TraceableBox],
+        numbering: Numbering,
+        surfaces: &[Option<SurfaceOptics>],
+    ) -> Self {
+        let mirror = |surface: SurfaceId| surfaces[surface.index()].as_ref().filter(|optics| optics.is_mirror());
+        let faces = enclosure.polygons.iter().enumerate().filter_map(|(face, polygon)| {
             let surface = SurfaceId::numbered(face);
             let corners: Vec<DVec3> = polygon.corners().collect();
-            Some(plane(surface, mirror(surface)?, *corners.first()?, scene.enclosure.normal(face), corners))
+            Some(plane(surface, mirror(surface)?, *corners.first()?, enclosure.normal(face), corners))
         });
-        let of_boxes = (0..scene.boxes.len()).flat_map(|number| (0..6).map(move |face| (number, face)));
-        let of_boxes = of_boxes.filter_map(|(number, face)| {
-            let surface = scene.numbering.box_face(number, face);
-            let optics = mirror(surface)?;
-            let [corner, u, v] = scene.boxes[number].face(face);
+        let of_boxes =
+            boxes.iter().enumerate().flat_map(|(number, object)| (0..6).map(move |face| (number, object, face)));
+        let of_boxes = of_boxes.filter_map(|(number, object, face)| {
+            let surface = numbering.box_face(number, face);
+            let [corner, u, v] = object.face(face);
             let corners = vec![corner, corner + u, corner + u + v, corner + v];
-            Some(plane(surface, optics, corner, scene.boxes[number].normal(face), corners))
+            Some(plane(surface, mirror(surface)?, corner, object.normal(face), corners))
         });
         let planes: Vec<Plane> = faces.chain(of_boxes).collect();
         let sides = [Side::Front, Side::Back];
-        let meshes = (0..scene.numbering.facets)
-            .any(|facet| sides.iter().any(|side| mirror(scene.numbering.facet_side(facet, *side)).is_some()));
+        let meshes = (0..numbering.facets)
+            .any(|facet| sides.iter().any(|side| mirror(numbering.facet_side(facet, *side)).is_some()));
         let mut mirrors = Self { planes, chains: Vec::new(), shows_more: meshes, leaves_out: meshes };
         mirrors.find_chains();
         mirrors
@@ -207,6 +199,34 @@ impl Mirrors {
         self.chains[chain].brightest() / self.before(position).map(|(_, weight)| weight).sum::<f64>()
     }
 
+    /// Number of chains that are kept.
+    #[cfg(test)]
+    pub fn count(&self) -> usize {
+        self.chains.len()
+    }
+
+    /// Where a source at the end of a chain is seen, which must be behind its first mirror.
+    pub fn shown(&self, chain: usize, source: DVec3) -> Option<DVec3> {
+        let planes = &self.chains[chain].planes;
+        let shown = planes.iter().rev().fold(source, |point, number| self.planes[*number].image(point));
+        (self.planes[planes[0]].height(shown) < 0.0).then_some(shown)
+    }
+
+    /// What the mirrors of a chain reflect in all.
+    pub fn reflectance<const C: usize>(&self, chain: usize) -> Spectrum<C> {
+        Spectrum::from_rgb(self.chains[chain].reflectance)
+    }
+
+    /// The surfaces of the mirrors of a chain, each with a way along `direction` turned by it; `None` from one that it comes to from behind.
+    pub fn turns(&self, chain: usize, mut direction: DVec3) -> impl Iterator<Item = (SurfaceId, Option<DVec3>)> {
+        self.chains[chain].planes.iter().map(move |number| {
+            let plane = &self.planes[*number];
+            let comes_from_before = direction.dot(plane.normal) < 0.0;
+            direction = plane.turn(direction);
+            (plane.surface, comes_from_before.then_some(direction))
+        })
+    }
+
     /// The image of a place and of its normal at the end of a chain.
     pub fn image(&self, chain: usize, (position, normal): (DVec3, DVec3)) -> (DVec3, DVec3) {
         let turn = |(position, normal): (DVec3, DVec3), number: &usize| {
@@ -224,127 +244,4 @@ fn plane(surface: SurfaceId, optics: &SurfaceOptics, point: DVec3, normal: DVec3
 
 fn brightest(rgb: [f64; 3]) -> f64 {
     rgb.into_iter().fold(0.0, f64::max)
-}
-
-impl TraceableScene {
-    /// The way from a place to a source by a chain of mirrors; `None` where these do not show it, or something stands between. The
-    /// surfaces that both lie on do not count.
-    pub fn way_by_mirrors<const C: usize>(
-        &self,
-        chain: usize,
-        (place, from): (DVec3, Option<SurfaceId>),
-        (source, to): (DVec3, Option<SurfaceId>),
-    ) -> Option<WayByMirrors<C>> {
-        let mirrors = &self.mirrors;
-        let Chain { planes, reflectance, .. } = &mirrors.chains[chain];
-        let shown = planes.iter().rev().fold(source, |point, number| mirrors.planes[*number].image(point));
-        let toward = (shown - place).try_normalize()?;
-        if mirrors.planes[planes[0]].height(shown) >= 0.0 {
-            return None;
-        }
-        let (mut origin, mut direction, mut surface) = (place, toward, from);
-        for number in planes {
-            let plane = &mirrors.planes[*number];
-            let hit = self.intersect(origin, direction, surface);
-            if hit.place != Place::Surface(plane.surface) || plane.height(origin) <= 0.0 {
-                return None;
-            }
-            (origin, direction, surface) = (hit.position, plane.turn(direction), Some(plane.surface));
-        }
-        // a source that lies behind the last mirror is not shown by it
-        if (source - origin).dot(direction) <= 0.0 || !self.visible(source, to, origin, surface) {
-            return None;
-        }
-        let (image, _) = mirrors.image(chain, (place, DVec3::ZERO));
-        let reflectance = Spectrum::from_rgb(*reflectance);
-        Some(WayByMirrors { toward, unfolded: source - image, reflectance, rays: planes.len() as u64 + 1 })
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::optics::{Specular, Surface};
-    use crate::scene::{BoxObject, Channels, Enclosure, Face, Room, Scene};
-    use crate::traceable::Follow;
-
-    const SIZE: DVec3 = DVec3::new(2.0, 3.0, 2.5);
-
-    /// An empty room of 2 x 3 x 2.5 m whose faces of these numbers are mirrors of these reflectances.
-    fn room(mirrors: &[(Face, f64)], boxes: Vec<BoxObject>) -> TraceableScene {
-        let mut enclosure = Enclosure::cuboid(SIZE, [Some(Surface::diffuse([0.2; 3])); 6]);
-        for (face, reflectance) in mirrors {
-            let specular = Some(Specular { reflectance: [*reflectance; 3], roughness: 0.0 });
-            enclosure.paint(*face as usize, Some(Surface { specular, ..Surface::diffuse([0.1; 3]) }));
-        }
-        let scene = Scene {
-            daylight: None,
-            room: Room { enclosure, boxes, meshes: Vec::new(), luminaires: Vec::new() },
-            tubes: Vec::new(),
-            grids: Vec::new(),
-            views: Vec::new(),
-            channels: Channels::Rgb,
-        };
-        let follow = Follow { interreflection: true, guide_return: true, objects: true };
-        TraceableScene::new(&scene, follow).unwrap()
-    }
-
-    /// By hand: two mirrors that do not face each other have two chains each way; two that do, of 0.5, chains of up to five mirrors, and what
-    /// is left out is no brighter than 1/64.
-    #[test]
-    fn chains_end_where_they_are_faint() {
-        let chains = |mirrors: &[(Face, f64)]| room(mirrors, Vec::new()).mirrors;
-        assert!(chains(&[]).is_empty() && !chains(&[]).shows_more());
-        let one = chains(&[(Face::North, 0.5)]);
-        assert_eq!((one.chains.len(), one.shows_more()), (1, false));
-        let opposite = chains(&[(Face::North, 0.5), (Face::South, 0.5)]);
-        assert_eq!((opposite.chains.len(), opposite.shows_more(), opposite.leaves_out()), (2 * 5, true, false));
-        let bright = chains(&[(Face::North, 0.9), (Face::South, 0.9), (Face::East, 0.9)]);
-        assert_eq!((bright.chains.len(), bright.leaves_out()), (MOST_CHAINS, true));
-    }
-
-    /// By hand: from (1, 1, 1) a source at (1.5, 1, 2) is seen in the mirror at y = 3 along (0.5, 4, 1), as long as nothing stands there; by
-    /// way of both mirrors 2 + 3 + 1 m off along y; and the chains that a way goes on to have these numbers.
-    #[test]
-    fn ways_are_unfolded() {
-        let mirrors = [(Face::North, 0.5), (Face::South, 0.8)];
-        let scene = room(&mirrors, Vec::new());
-        let (place, source) = (DVec3::ONE, DVec3::new(1.5, 1.0, 2.0));
-        let [north, south] = [Face::North, Face::South].map(SurfaceId::of_face);
-        let by_north = scene.mirrors.next(None, north).unwrap();
-        let both = scene.mirrors.next(Some(by_north), south).unwrap();
-        assert_eq!(scene.mirrors.next(Some(by_north), north), None);
-        for (chain, across, reflectance) in [(by_north, 4.0, 0.5), (both, 6.0, 0.4)] {
-            let way = scene.way_by_mirrors::<1>(chain, (place, None), (source, None)).unwrap();
-            let expected = DVec3::new(0.5, across, 1.0);
-            assert!((way.toward - expected.normalize()).length() < 1e-12, "{way:?}");
-            assert!((way.unfolded.length() - expected.length()).abs() < 1e-12, "{way:?}");
-            // it ends north of the mirror at y = 0 and comes back from there, or south of that at y = 3
-            assert_eq!(way.unfolded.y.signum(), if chain == both { 1.0 } else { -1.0 });
-            assert!((way.reflectance.0[0] - reflectance).abs() < 1e-12);
-        }
-        let (size, base) = (DVec3::new(2.0, 0.1, 2.5), DVec3::new(1.0, 2.0, 0.0));
-        let surface = Surface::diffuse([0.5; 3]);
-        let hidden = room(&mirrors, vec![BoxObject { size, base, rotation: 0.0, surface }]);
-        assert!(hidden.way_by_mirrors::<1>(by_north, (place, None), (source, None)).is_none());
-        let behind = DVec3::new(1.0, 3.0 + 1e-6, 1.0);
-        assert!(scene.mirrors.before(behind).all(|(chain, _)| chain != by_north));
-    }
-
-    /// The probabilities of all chains before a place add up to 1, and chains are chosen as often.
-    #[test]
-    fn chains_are_chosen_by_what_they_reflect() {
-        let mirrors = room(&[(Face::North, 0.5), (Face::South, 0.8)], Vec::new()).mirrors;
-        let count = 10_000;
-        let mut seen = vec![0.0; mirrors.chains.len()];
-        for number in 0..count {
-            let (chain, probability) =
-                mirrors.choose(DVec3::ONE, (f64::from(number) + 0.5) / f64::from(count)).unwrap();
-            assert!((probability - mirrors.probability(chain, DVec3::ONE)).abs() < 1e-12);
-            seen[chain] += 1.0 / f64::from(count);
-        }
-        for (chain, seen) in seen.into_iter().enumerate() {
-            assert!((seen - mirrors.probability(chain, DVec3::ONE)).abs() < 2e-4);
-        }
-    }
 }

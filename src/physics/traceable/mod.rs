@@ -18,9 +18,10 @@ mod source;
 mod surface_id;
 mod taken;
 mod tube;
+mod way_by_mirrors;
 
 pub use box_object::TraceableBox;
-pub use mirrors::{Mirrors, WayByMirrors};
+pub use mirrors::Mirrors;
 pub use openings::{Openings, opening_weight};
 pub use rays::{Place, RoomHit};
 pub use scene::{Follow, TraceableScene};
@@ -28,3 +29,4 @@ pub use source::Source;
 pub use surface_id::{Numbering, Side, SurfaceId};
 pub use taken::{RoomObject, Taken, solids_around};
 pub use tube::{TraceableTube, TubeError, cylinder_guide};
+pub use way_by_mirrors::WayByMirrors;

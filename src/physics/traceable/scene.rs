@@ -139,7 +139,11 @@ impl TraceableScene {
             tubes.iter().filter(|tube| !tube.hangs).map(|tube| tube.face).collect();
         faces_with_openings.sort_unstable();
         faces_with_openings.dedup();
-        let mut compiled = Self {
+        let mirrors = match interreflection {
+            true => Mirrors::new(&enclosure, &boxes, numbering, &optics),
+            false => Mirrors::default(),
+        };
+        Ok(Self {
             sky: scene.daylight.as_ref().and_then(|daylight| daylight.sky.clone()),
             sun: scene.daylight.as_ref().and_then(|daylight| daylight.sun),
             surfaces: optics,
@@ -157,14 +161,10 @@ impl TraceableScene {
             luminaires,
             tubes,
             openings,
-            mirrors: Mirrors::default(),
+            mirrors,
             interreflection,
             guide_return,
-        };
-        if interreflection {
-            compiled.mirrors = Mirrors::new(&compiled);
-        }
-        Ok(compiled)
+        })
     }
 
     /// Optics of a surface; `None` where the room is open.

@@ -6,10 +6,12 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use rayon::prelude::*;
 
 use super::next_event::{Daylight, NextEvent, Way};
-use super::walk::Walk;
+use super::vertex::Vertex;
+use super::walk::{Meeting, Ray, Walk};
 use crate::guide::RayCount;
 use crate::integrator::backward::room_entry::enter_room;
-use crate::optics::{Spectrum, SurfaceOptics};
+use crate::integrator::roulette::MAX_EVENTS;
+use crate::optics::Spectrum;
 use crate::sampling::{Key, PathRandom, PathSamples, Replicate, Stream, lattice, warp};
 use crate::scene::{EstimateKind, Grid, Sensor, View};
 use crate::traceable::luminaire::TraceableLuminaire;
@@ -109,10 +111,18 @@ pub fn sensor<const C: usize>(
         let next = spread.as_mut().map(|spread| spread.path(number));
         if let Some((point, 0.0)) = next
             && gathers
-            && let Some(found) = gathered(scene, daylight, Sensor { position: centre, normal }, point)
         {
-            lux.whole += found;
-            rays += 1;
+            let mut gathered = Gathered::from_sensor(scene, daylight, Sensor { position: centre, normal }, point);
+            if !gathered.follow(scene, daylight, &mut random) {
+                let mut walk: Walk<'_, C> = sampling.walk(scene, stream, number);
+                walk.stands_for = Some(0.0);
+                walk.follow(&NextEvent(daylight), gathered.ray);
+                gathered.sum += walk.sum;
+                lux.beyond += walk.beyond.luminance();
+                rays += walk.rays;
+            }
+            lux.whole += gathered.sum.luminance();
+            rays += gathered.rays;
             continue;
         }
         let mut walk: Walk<'_, C> = sampling.walk(scene, stream, number);
@@ -138,22 +148,52 @@ pub fn sensor<const C: usize>(
     (Lux { whole: lux.whole / paths, beyond: lux.beyond / paths }, rays)
 }
 
-/// Illuminance in lux by the surface that a ray from a sensor meets in the direction of a point of the unit square, by a coarse solution:
-/// what a walk finds that ends there, without its preparations. `None` where that is not known.
-#[inline]
-fn gathered<const C: usize>(
-    scene: &TraceableScene,
-    daylight: &impl Daylight<C>,
-    sensor: Sensor,
-    point: [f64; 2],
-) -> Option<f64> {
-    let hit = scene.intersect(sensor.position, warp::around(sensor.normal, warp::cosine_hemisphere(point)), None);
-    match hit.place {
-        Place::Surface(surface) if !scene.optics(surface).is_some_and(SurfaceOptics::is_mirror) => {
-            Some(PI * daylight.reflected(surface, hit.position)?.luminance())
+/// What a ray from a sensor finds that ends at the first surface of which a coarse solution is known, or at what mirrors show there: as a walk
+/// does, without its preparations.
+struct Gathered<const C: usize> {
+    /// Illuminance in lux.
+    sum: Spectrum<C>,
+    /// The ray as far as it is not followed.
+    ray: Ray<C, Way>,
+    rays: u64,
+}
+
+/// Share of what a ray carries at first below which roulette decides whether it goes on by a mirror.
+const FAINT: f64 = 0.2;
+
+impl<const C: usize> Gathered<C> {
+    /// A ray from a sensor in the direction of a point of the unit square.
+    fn from_sensor(scene: &TraceableScene, daylight: &impl Daylight<C>, sensor: Sensor, point: [f64; 2]) -> Self {
+        let direction = warp::around(sensor.normal, warp::cosine_hemisphere(point));
+        let density = direction.dot(sensor.normal) / PI;
+        let trace = NextEvent(daylight).leaves(scene, &Vertex::sensor(sensor), &(), direction, density);
+        let (origin, weight) = (sensor.position, Spectrum::ONE * PI);
+        let ray = Ray { origin, direction, from: None, weight, reflected: true, trace };
+        Self { sum: Spectrum::ZERO, ray, rays: 0 }
+    }
+
+    /// Follows the ray; false where it meets what is not known, and has to be followed otherwise from where it is.
+    #[inline]
+    fn follow(&mut self, scene: &TraceableScene, daylight: &impl Daylight<C>, random: &mut PathRandom) -> bool {
+        for _ in 0..MAX_EVENTS {
+            let Ray { origin, direction, from, weight, trace, .. } = self.ray;
+            let hit = scene.intersect(origin, direction, from);
+            let Place::Surface(surface) = hit.place else { return false };
+            let Some(known) = daylight.reflected(surface, hit.position) else { return false };
+            self.rays += 1;
+            self.sum += weight * known;
+            let Some(optics) = scene.optics(surface).filter(|optics| optics.is_mirror()) else { return true };
+            let weight = weight * optics.specular();
+            let survival = (weight.max() / (FAINT * PI)).min(1.0);
+            if survival <= 0.0 || random.uniform() >= survival {
+                return true;
+            }
+            let Some(direction) = optics.reflect(hit.normal, -direction, [0.0; 2], random) else { return true };
+            let trace = NextEvent(daylight).turns(scene, &trace, surface);
+            let (origin, from, weight) = (hit.position, Some(surface), weight * (1.0 / survival));
+            self.ray = Ray { origin, direction, from, weight, reflected: true, trace };
         }
-        Place::Surface(_) => None,
-        Place::Opening(_) => None,
+        true
     }
 }
 

@@ -224,7 +224,8 @@ impl<'a, const C: usize> Walk<'a, C> {
             return;
         };
         let Some(survival) = self.survival(weight.max(), ray.weight.max(), first) else { return };
-        let stands_for = self.stands_for.take();
+        // both rays that go on are of the same path
+        let stands_for = self.stands_for;
         let trace = meeting.turns(self.scene, &ray.trace, surface);
         let (origin, from, weight) = (hit.position, Some(surface), weight * (1.0 / survival));
         self.follow(meeting, Ray { origin, direction, from, weight, reflected: true, trace });
