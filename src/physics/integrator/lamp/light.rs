@@ -287,8 +287,11 @@ impl<const C: usize> Daylight<C> for DiffuserLight<C> {
             let to = hit.position - last.position;
             let squared = to.length_squared();
             let cosine = -to.dot(hit.normal) / squared.sqrt();
-            let density = solution.bright_density(surface, hit.position) * squared / cosine;
-            share(last.density, density)
+            match solution.bright_density(surface, hit.position) {
+                // a ray along a surface has no density there
+                0.0 => 1.0,
+                per_area => share(last.density, per_area * squared / cosine.max(f64::MIN_POSITIVE)),
+            }
         })
     }
 

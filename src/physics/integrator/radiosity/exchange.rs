@@ -350,7 +350,7 @@ impl<const C: usize> Solution<C> {
         }
         let cosine = -toward.dot(hit.normal);
         let density = self.bright.density(number) * (hit.position - place).length_squared() / cosine;
-        (cosine > 0.0).then(|| (toward, self.luminances[number as usize], density))
+        (cosine > 0.0 && density > 0.0).then(|| (toward, self.luminances[number as usize], density))
     }
 
     /// True if vertices are connected to bright patches.
