@@ -245,8 +245,7 @@ fn documents_become_specular_surfaces() {
     assert_eq!(none.room.enclosure.faces()[Face::Floor as usize].surface, Some(Surface::diffuse([0.1; 3])));
 }
 
-/// Points next to mirrors are computed by photon mapping, with the reason, those next to lobes by paths; what is switched off counts
-/// as black.
+/// Points next to mirrors and lobes are computed by two stages, with the reason; what is switched off counts as black.
 #[test]
 fn the_plan_names_what_is_glossy() {
     let plan = |floor: Value, effects: Value| -> Prepared {
@@ -256,7 +255,7 @@ fn the_plan_names_what_is_glossy() {
         |prepared: &Prepared| prepared.plan.effects.list.iter().find(|e| e.kind == EffectKind::Glossy).cloned();
     let floor = |roughness: f64| json!({ "reflectance": 0.1, "specular": 0.5, "roughness": roughness });
     for (roughness, method, reason, effect) in [
-        (0.0, "photon_mapping", "mirror", "mirrors among the surfaces"),
+        (0.0, "two_stage", "coarse radiosity", "mirrors among the surfaces"),
         (0.1, "two_stage", "coarse radiosity", "roughness 0.1"),
         (0.5, "two_stage", "coarse radiosity", "up to 50 %"),
     ] {

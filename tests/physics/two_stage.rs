@@ -53,11 +53,20 @@ fn refuses_what_cannot_be_cut() {
                                      "vertical_fov_deg": 60, "size_px": [8, 8] }]);
     });
     assert!(seen.err().unwrap().0[0].detail.contains("unscattered"));
-    let mirror = document(|document| {
-        document["sky"]["direct_normal_illuminance_lux"] = json!(60_000);
-        document["room"]["surfaces"]["floor"] = json!({ "reflectance": 0.1, "specular": 0.8 });
-    });
-    assert_eq!(refusal(&mirror.unwrap()).map(|refusal| refusal.code), Some(RefusalCode::SunByMirrors));
+    // a mirror shows images of the diffusers; by two that face each other, or a narrow lobe, there is always more
+    let sunny = |surfaces: &[&str], roughness: f64| {
+        let document = document(|document| {
+            document["sky"]["direct_normal_illuminance_lux"] = json!(60_000);
+            for surface in surfaces {
+                document["room"]["surfaces"][*surface] =
+                    json!({ "reflectance": 0.1, "specular": 0.8, "roughness": roughness });
+            }
+        });
+        refusal(&document.unwrap()).map(|refusal| refusal.code)
+    };
+    assert_eq!(sunny(&["floor"], 0.0), None);
+    assert_eq!(sunny(&["floor", "ceiling"], 0.0), Some(RefusalCode::SunByMirrors));
+    assert_eq!(sunny(&["floor"], 0.1), Some(RefusalCode::SunByMirrors));
 }
 
 #[test]
