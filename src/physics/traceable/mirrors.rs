@@ -200,19 +200,18 @@ impl Mirrors {
     }
 
     /// Number of chains that are kept.
-    #[cfg(test)]
     pub fn count(&self) -> usize {
         self.chains.len()
     }
 
-    /// Where a source at the end of a chain is seen, which must be behind its first mirror.
+    /// Image of a source at the end of a chain; `None` where it is not behind the first mirror.
     pub fn shown(&self, chain: usize, source: DVec3) -> Option<DVec3> {
         let planes = &self.chains[chain].planes;
         let shown = planes.iter().rev().fold(source, |point, number| self.planes[*number].image(point));
         (self.planes[planes[0]].height(shown) < 0.0).then_some(shown)
     }
 
-    /// What the mirrors of a chain reflect in all.
+    /// Reflectance of all mirrors of a chain together.
     pub fn reflectance<const C: usize>(&self, chain: usize) -> Spectrum<C> {
         Spectrum::from_rgb(self.chains[chain].reflectance)
     }

@@ -148,8 +148,8 @@ pub fn sensor<const C: usize>(
     (Lux { whole: lux.whole / paths, beyond: lux.beyond / paths }, rays)
 }
 
-/// What a ray from a sensor finds that ends at the first surface of which a coarse solution is known, or at what mirrors show there: as a walk
-/// does, without its preparations.
+/// Light that a ray from a sensor finds which ends at the first surface of which a coarse solution is known, or at what mirrors show there: a
+/// walk without its preparations.
 struct Gathered<const C: usize> {
     /// Illuminance in lux.
     sum: Spectrum<C>,

@@ -210,7 +210,7 @@ impl<'a, const C: usize> Walk<'a, C> {
         }
     }
 
-    /// Follows what a mirror shows that is a part of a surface whose diffuse light is known, by roulette.
+    /// Follows the ray of a mirror that is a part of a surface whose diffuse light is known, by roulette.
     fn follow_mirror<M: Meeting<C>>(
         &mut self,
         meeting: &M,

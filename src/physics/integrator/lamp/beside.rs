@@ -60,7 +60,8 @@ pub fn refuses_beside(task: &Task) -> Option<Refusal> {
     Some(Refusal { detail, ..refusal }.or("the estimate cell_average"))
 }
 
-/// Tubes of one room, at the least, of which each needs photons of its own.
+/// Number of tubes for which the photons of light tracing are enough; more tubes take as many more. Of rooms of 8 and of 40 tubes passes of four
+/// and of sixteen times as many took the least time to 5 %.
 const TUBES_ALONE: f64 = 2.0;
 
 /// Photons of a pass for a relative standard error `target` where light of some tubes comes in beside lamps; 0 where none does.

@@ -49,16 +49,14 @@ pub struct Exchange<const C: usize> {
     patches: Patches,
     /// Number of each patch among those that rays meet.
     numbers: Vec<u32>,
-    /// Where they lie, by these numbers; `None` for those of facets.
+    /// Rectangles of the patches, by these numbers; `None` for those of facets.
     areas: Vec<Option<Area>>,
     /// Diffuse reflectances, by these numbers.
     reflectances: Vec<Spectrum<C>>,
     /// The patches in which the rays of each end, by these numbers, and what mirrors on the way reflect.
     met: Vec<(u32, f64)>,
-    /// Illuminances by openings in lx per lumen, with the number of the tube.
+    /// Illuminances by openings in lx per lumen, with the number of the tube: as many of each patch.
     of_openings: Vec<(u32, f64)>,
-    /// So many of each patch.
-    openings_of_patch: usize,
     /// Illuminances by luminaires in lx.
     of_luminaires: Vec<Spectrum<C>>,
 }
@@ -129,7 +127,6 @@ impl<const C: usize> Exchange<C> {
         };
         let met = lit.iter().flat_map(|lit| lit.met.iter().map(number)).collect();
         let of_openings = lit.iter().flat_map(|lit| lit.of_openings.iter().copied()).collect();
-        let openings_of_patch = lit.first().map_or(RAYS, |lit| lit.of_openings.len());
         let of_luminaires = lit.iter().map(|lit| lit.of_luminaires).collect();
         let reflectance = |patch: &Found| scene.optics(patch.surface).map_or(Spectrum::ZERO, |optics| optics.diffuse());
         let reflectances = found.iter().map(reflectance).collect();
@@ -141,8 +138,7 @@ impl<const C: usize> Exchange<C> {
         for (number, area) in numbers.iter().enumerate().filter_map(area) {
             areas[number as usize] = area;
         }
-        let exchange =
-            Self { numbers, areas, reflectances, met, of_openings, openings_of_patch, of_luminaires, patches };
+        let exchange = Self { numbers, areas, reflectances, met, of_openings, of_luminaires, patches };
         (!found.is_empty()).then_some(exchange)
     }
 
@@ -150,7 +146,7 @@ impl<const C: usize> Exchange<C> {
     pub fn solve(self: &Arc<Self>, fluxes: &[Spectrum<C>]) -> Solution<C> {
         let straight: Vec<Spectrum<C>> = self
             .of_openings
-            .chunks_exact(self.openings_of_patch)
+            .chunks_exact(self.of_openings.len() / self.of_luminaires.len())
             .zip(&self.of_luminaires)
             .map(|(of_openings, of_luminaires)| {
                 let mut lux = *of_luminaires;

@@ -1,4 +1,4 @@
-//! Where light straight from openings and luminaires changes so fast over a cell of a surface that it is divided.
+//! Parts of cells of surfaces over which light straight from openings and luminaires changes fast.
 
 use glam::DVec3;
 

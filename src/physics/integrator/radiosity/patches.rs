@@ -212,7 +212,7 @@ impl Patches {
 }
 
 impl Patches {
-    /// Where a patch of a surface lies; `None` for one of facets.
+    /// Rectangle of a patch of a surface; `None` for one of facets.
     pub fn area(&self, surface: SurfaceId, patch: usize) -> Option<Area> {
         match self.layouts[surface.index()] {
             Layout::Divided { plane, first } => Some(self.planes[plane as usize].area(patch as u32 - first)),

@@ -129,7 +129,8 @@ pub fn by_mirrors<const C: usize>(
     let Sensor { position, normal } = lifted(scene, grid, sensor);
     let average = grid.estimate == EstimateKind::CellAverage;
     let key = sensors.stream.stream(Stream::Sensor, sensor as u64).stream(Stream::StraightByMirrors, 0);
-    for (chain, _) in scene.mirrors.before(position) {
+    // points of a cell may lie before mirrors behind which its centre lies
+    for chain in 0..scene.mirrors.count() {
         let mut random = PathRandom::new(key.child(chain as u64));
         let shift = random.uniform2();
         for connection in 0..connections as u32 {
