@@ -245,16 +245,7 @@ impl<const C: usize> DiffuserLight<C> {
         let lux = photon.flux.luminance() * per_lumen(source - position, normal).max(0.0);
         (source.z > position.z).then_some((source, lux))
     }
-}
 
-/// Connections of a vertex beside an opening, where few paths come by much light, but for one that many paths share.
-const CONNECTIONS_BESIDE: u32 = 8;
-
-fn followed(shared: bool) -> FollowedThroughLamps {
-    FollowedThroughLamps { connections: if shared { 1 } else { CONNECTIONS_BESIDE } }
-}
-
-impl<const C: usize> DiffuserLight<C> {
     /// A way from a place, with its normal and surface, by a chain of mirrors to a photon that stands for those of all openings, and what it
     /// carries: for a response of one per sr, in lm/sr/m2. Two numbers in 0..1 choose; `None` where the mirrors do not show it.
     pub fn by_mirrors(
@@ -274,6 +265,13 @@ impl<const C: usize> DiffuserLight<C> {
         let per_area = way.unfolded.z.max(0.0) / (PI * squared * squared.sqrt());
         Some((way, photon.flux * way.reflectance * (per_area / probability)))
     }
+}
+
+/// Connections of a vertex beside an opening, where few paths come by much light, but for one that many paths share.
+const CONNECTIONS_BESIDE: u32 = 8;
+
+fn followed(shared: bool) -> FollowedThroughLamps {
+    FollowedThroughLamps { connections: if shared { 1 } else { CONNECTIONS_BESIDE } }
 }
 
 impl<const C: usize> Daylight<C> for DiffuserLight<C> {

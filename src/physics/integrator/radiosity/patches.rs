@@ -209,9 +209,7 @@ impl Patches {
             Layout::Divided { plane, first } => Some((first + self.planes[plane as usize].at(point)) as usize),
         }
     }
-}
 
-impl Patches {
     /// Rectangle of a patch of a surface; `None` for one of facets.
     pub fn area(&self, surface: SurfaceId, patch: usize) -> Option<Area> {
         match self.layouts[surface.index()] {

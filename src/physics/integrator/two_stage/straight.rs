@@ -148,13 +148,8 @@ pub fn by_mirrors<const C: usize>(
                 let to = (source, Some(luminaire.surface));
                 let Some(way) = scene.way_by_mirrors::<C>(chain, (point, None), to) else { continue };
                 straight.rays += way.rays;
-                let connected = luminaire_density(luminaire, way.unfolded);
-                let cosine = way.toward.dot(normal);
-                if cosine > 0.0 && connected > 0.0 {
-                    let seen = (way.reflectance * luminaire.seen(way.unfolded)).luminance();
-                    let counted = share(connections * connected, rays * cosine / PI);
-                    straight.lux += seen * cosine * counted / (connections * connected);
-                }
+                let per_luminance = beside_rays(luminaire, way.unfolded, way.toward.dot(normal), [rays, connections]);
+                straight.lux += (way.reflectance * luminaire.seen(way.unfolded)).luminance() * per_luminance;
             }
         }
     }
@@ -196,19 +191,25 @@ pub fn of_luminaires<const C: usize>(
             }
             let source = scene.enclosure.clamp(luminaire.point(if average { random.uniform2() } else { even(shift) }));
             let way = source - point;
-            let (cosine, density) = (way.normalize_or_zero().dot(normal), luminaire_density(luminaire, way));
-            if cosine <= 0.0 || density <= 0.0 {
+            let cosine = way.normalize_or_zero().dot(normal);
+            let per_luminance = beside_rays(luminaire, way, cosine, [rays, connections]);
+            if per_luminance <= 0.0 {
                 continue;
             }
             straight.rays += 1;
             if scene.visible(source, Some(luminaire.surface), point, None) {
-                let of_rays = rays * cosine / PI;
-                let seen = luminaire.seen::<C>(way).luminance();
-                straight.lux += seen * cosine * share(connections * density, of_rays) / (connections * density);
+                straight.lux += luminaire.seen::<C>(way).luminance() * per_luminance;
             }
         }
     }
     straight
+}
+
+/// Illuminance per luminance of a sensor by one of so many connections to a luminaire, along a `way` that arrives at this cosine, beside so many
+/// of its rays.
+fn beside_rays(luminaire: &TraceableLuminaire, way: DVec3, cosine: f64, [rays, connections]: [f64; 2]) -> f64 {
+    let connected = connections * luminaire_density(luminaire, way);
+    if cosine > 0.0 && connected > 0.0 { cosine * share(connected, rays * cosine / PI) / connected } else { 0.0 }
 }
 
 /// The digits of a number to the base 2, mirrored at the point (van der Corput 1935): numbers that follow each other are even in 0..1.
