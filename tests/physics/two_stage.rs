@@ -116,3 +116,34 @@ fn fluxes_are_those_of_light_tracing() {
     }
     assert!(found["timing"]["photons"].as_u64() > Some(0) && found["timing"]["rays"].as_u64() > Some(0));
 }
+
+/// A cell of which half lies before a mirror, and the middle behind it, gets of it what light tracing finds; in a black room.
+#[test]
+fn mirrors_light_what_of_a_cell_lies_before_them() {
+    let mean = |method: &str| {
+        let prepared = job(|document| {
+            document["method"] = method.into();
+            document["stop"] = json!({ "relative_error": 1e-3, "max_passes": 64 });
+            let black = json!({ "reflectance": 0 });
+            document["room"]["surfaces"] = json!({ "floor": black, "walls": black, "ceiling": black });
+            document["room"]["objects"] = json!([{ "kind": "box", "size_m": [1.0, 0.6, 1.5], "position_m": [0.5, 1.3, 0.0],
+                                                   "surface": { "reflectance": 0, "specular": 0.9 } }]);
+            document["tubes"][0]["centre_m"] = json!([0.5, 0.7]);
+            document["tubes"][0]["segments"] = json!([{ "length_m": 0.5 }]);
+            document["grids"] =
+                json!([{ "name": "floor", "height_m": 0.1, "cells": [1, 1], "estimate": "cell_average" }]);
+        });
+        let prepared = prepared.unwrap();
+        let mut merged = prepared.empty_estimate();
+        for index in 0..16 {
+            merged.merge(&render_chunk(&prepared, index, &merged).estimate);
+        }
+        let summary = prepared.summary_json(&merged, Spent::NOTHING, StoppedBy::MaxPasses);
+        ["mean_lux", "mean_lux_standard_error"].map(|key| {
+            summary["grids"][0]["statistics"][key].as_f64().unwrap_or_else(|| panic!("{}", summary["grids"][0]))
+        })
+    };
+    let ([found, of_found], [truth, of_truth]) = (mean("two_stage"), mean("light_tracing"));
+    let error = of_found.hypot(of_truth);
+    assert!((found - truth).abs() < 4.0 * error && error < 0.01 * truth, "{found} is not {truth} +- {error}");
+}

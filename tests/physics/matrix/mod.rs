@@ -147,7 +147,6 @@ rows! {
         light_tracing: MirrorsAtPoints, holigilm: Objects
     ],
     furnished::between_mirrors_cells [holigilm: Objects],
-    furnished::mirror_within_cells [holigilm: Objects],
     furnished::mirror_clear_sun_cells [
         path_tracing: SunThroughClearClosures, bidirectional_path_tracing: SunThroughClearClosures,
         two_stage: ClearClosures, lamp_responses: ClearClosures, holigilm: Objects

@@ -126,14 +126,6 @@ pub fn between_mirrors_cells() -> Row {
     between_mirrors(CellAverage).stored(&["light_tracing", "bidirectional_path_tracing"])
 }
 
-/// Cells that lie before a mirror in part, and of which the middle of some lies behind it.
-pub fn mirror_within_cells() -> Row {
-    let mut scene = furnished(matt(), CellAverage);
-    scene.room.boxes[0].surface = specular(0.1, 0.8, 0.0);
-    scene.grids = vec![Grid::new("grid".into(), 0.1, [3, 3], 0.0, [SIDE, SIDE], CellAverage)];
-    Row::new(scene).stored(&["light_tracing", "bidirectional_path_tracing"]).mirrors(Mirrors::LeftOut)
-}
-
 /// The sun through clear closures, and by way of a mirror.
 pub fn mirror_clear_sun_cells() -> Row {
     let tubes = [bent(clear()), straight(0.5, 0.9, Diffuser::Open)];
