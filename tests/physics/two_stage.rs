@@ -123,7 +123,7 @@ fn mirrors_light_what_of_a_cell_lies_before_them() {
     let mean = |method: &str| {
         let prepared = job(|document| {
             document["method"] = method.into();
-            document["stop"] = json!({ "relative_error": 1e-3, "max_passes": 64 });
+            document["stop"] = json!({ "relative_error": 1e-3, "max_passes": 512 });
             let black = json!({ "reflectance": 0 });
             document["room"]["surfaces"] = json!({ "floor": black, "walls": black, "ceiling": black });
             document["room"]["objects"] = json!([{ "kind": "box", "size_m": [1.0, 0.6, 1.5], "position_m": [0.5, 1.3, 0.0],
