@@ -26,8 +26,8 @@ async function call(path, init) {
   throw new Refused(await response.json().catch(() => nothing), response);
 }
 
-/** @template T @param {string} path @returns {Promise<T>} */
-export const get = async (path) => (await call(path)).json();
+/** @template T @param {string} path @param {AbortSignal} [signal] @returns {Promise<T>} */
+export const get = async (path, signal) => (await call(path, { signal: signal ?? null })).json();
 
 /**
  * Posts a job. With seconds to wait, the answer may be the finished job with its grids.
@@ -51,8 +51,8 @@ export async function predict(draft) {
   return (await call("/v1/plan?predict=true", { method: "POST", headers, body: JSON.stringify(draft) })).json();
 }
 
-/** @param {string} id */
-export const job = (id) => /** @type {Promise<Job>} */ (get(`/v1/jobs/${id}`));
+/** @param {string} id @param {AbortSignal} [signal] */
+export const job = (id, signal) => /** @type {Promise<Job>} */ (get(`/v1/jobs/${id}`, signal));
 
 /**
  * The zone of a place, or the named one, and its offset at what a clock shows.
@@ -63,21 +63,21 @@ export const timeZone = (of) => get(`/v1/time_zone?${new URLSearchParams(of)}`);
 
 /**
  * The job's first grid, as far as it is computed; null where it has none yet.
- * @param {Job} job
+ * @param {Job} job @param {AbortSignal} [signal]
  * @returns {Promise<Grid | null>}
  */
-export async function firstGrid(job) {
+export async function firstGrid(job, signal) {
   const path = Object.values(job.links.grids ?? {})[0];
   if (!path) return null;
-  return get(path).catch(() => null);
+  return get(path, signal).catch(() => null);
 }
 
 /**
  * The passes of a job that are told, and what they tell of the time to other errors.
- * @param {string} id
+ * @param {string} id @param {AbortSignal} [signal]
  * @returns {Promise<{ passes: Schemas["PassReport"][], grids?: ErrorHistory | null, views?: ErrorHistory | null }>}
  */
-export const convergence = (id) => get(`/v1/jobs/${id}/convergence`);
+export const convergence = (id, signal) => get(`/v1/jobs/${id}/convergence`, signal);
 
 /** Stops a job; what was computed stays. @param {string} id */
 export const cancelJob = (id) =>
@@ -130,7 +130,7 @@ export function follow(id, heard, signal) {
     // an EventSource tells neither what it was refused with nor `Retry-After`: the job tells whether there is anything to hear
     const ask = async () => {
       try {
-        const { status } = await job(id);
+        const { status } = await job(id, signal);
         if (last.includes(status)) return resolve(status);
       } catch (error) {
         if (error instanceof Refused && error.againMs === null) return reject(error);

@@ -157,7 +157,8 @@ function show(of, answer) {
   const error = (/** @type {Job | undefined} */ job) => job?.progress.relative_error ?? Infinity;
   const worse =
     of === shown && before && before.id !== answer.job.id && !state.answer?.stored && error(before) < error(answer.job);
-  if (of < shown || worse) return release(answer.job.id);
+  // the first look at a job that sharpens may be worse than what is shown
+  if (of < shown || worse) return state.running?.id === answer.job.id ? undefined : release(answer.job.id);
   shown = of;
   if (before?.id !== answer.job.id) release(before?.id);
   const { passes, seconds, relative_error = null } = answer.job.progress;
@@ -209,8 +210,8 @@ export async function sharpen(seconds = ASKED_SECONDS, target = state.target) {
     let looked = performance.now();
     const look = async () => {
       looked = performance.now();
-      const grid = await api.firstGrid(posted);
-      const job = await api.job(posted.id).catch(() => null);
+      const grid = await api.firstGrid(posted, abort.signal);
+      const job = await api.job(posted.id, abort.signal).catch(() => null);
       if (job && grid && !abort.signal.aborted && !state.answer?.stored) show(mine, { job, grid });
     };
     await api.follow(
@@ -222,14 +223,14 @@ export async function sharpen(seconds = ASKED_SECONDS, target = state.target) {
       },
       abort.signal,
     );
-    const job = await api.job(posted.id);
-    const grid = await api.firstGrid(job);
+    const job = await api.job(posted.id, abort.signal);
+    const grid = await api.firstGrid(job, abort.signal);
     if (abort.signal.aborted) return;
-    const { grids: history = null } = await api.convergence(job.id);
+    const { grids: history = null } = await api.convergence(job.id, abort.signal);
     if (abort.signal.aborted) return;
     if (grid) show(mine, { job, grid });
     if (state.answer?.job.id === job.id) set({ history });
-    else set({ passes: before });
+    else (set({ passes: before }), release(job.id));
     if (job.problem) set({ problem: problemOf(new Error(job.problem.detail)) });
   } catch (error) {
     if (!abort.signal.aborted) {

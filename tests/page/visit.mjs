@@ -38,7 +38,9 @@ export class Visitor {
     });
     visitor.page = await visitor.context.newPage();
     visitor.page.setDefaultTimeout(15_000);
-    visitor.page.on("console", (message) => message.type() === "error" && visitor.faults.push(message.text()));
+    visitor.page.on("console", (message) => {
+      if (message.type() === "error") visitor.faults.push(`${message.text()} ${message.location().url}`);
+    });
     visitor.page.on("pageerror", (error) => visitor.faults.push(String(error.stack)));
     visitor.page.on("request", (request) => {
       const of = request.url();
